@@ -1,0 +1,27 @@
+# Warnings, sanitizers and build switches as one interface target, never as global flags.
+option(PLC_TESTS "Build the tests" ON)
+option(PLC_BENCH "Build the benchmarks" ON)
+option(PLC_FUZZ "Build the libFuzzer targets (clang only)" OFF)
+set(PLC_SANITIZE "" CACHE STRING "Sanitizers, as -fsanitize= takes them: address,undefined or thread")
+
+if(NOT CMAKE_BUILD_TYPE)
+  set(CMAKE_BUILD_TYPE Release CACHE STRING "Build type" FORCE)
+endif()
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+
+add_library(plc_options INTERFACE)
+target_compile_features(plc_options INTERFACE cxx_std_20)
+target_include_directories(plc_options INTERFACE ${PROJECT_SOURCE_DIR})
+target_compile_options(plc_options INTERFACE
+  -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wnon-virtual-dtor -Werror
+  -ffp-contract=off)
+if(PLC_SANITIZE)
+  target_compile_options(plc_options INTERFACE -fsanitize=${PLC_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  target_link_options(plc_options INTERFACE -fsanitize=${PLC_SANITIZE})
+endif()
+if(PLC_FUZZ)
+  if(NOT CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
+    message(FATAL_ERROR "PLC_FUZZ needs clang: use the preset 'fuzz'")
+  endif()
+  target_compile_options(plc_options INTERFACE -fsanitize=fuzzer-no-link)
+endif()

@@ -1,0 +1,67 @@
+#include "core/diagnostics.h"
+
+#include <ostream>
+#include <utility>
+
+namespace plc::core {
+
+const std::vector<CodeInfo>& all_codes() {
+  static const std::vector<CodeInfo> kCodes = {
+#define PLC_DIAGNOSTIC(code, severity, title) {#code, Severity::severity, title},
+#include "core/diagnostics.def"
+  };
+  return kCodes;
+}
+
+const CodeInfo& info(Code code) { return all_codes()[static_cast<std::size_t>(code)]; }
+
+std::uint16_t Diagnostics::add_file(std::string name) {
+  files_.push_back(std::move(name));
+  return static_cast<std::uint16_t>(files_.size() - 1);
+}
+
+void Diagnostics::report(Code code, const SourceRef& at, std::string_view pou, std::string message, std::string help) {
+  const Severity severity = info(code).severity;
+  if (severity == Severity::kError) ++errors_;
+  if (severity == Severity::kWarning) ++warnings_;
+  if (all_.size() >= kMaxKept && !(severity == Severity::kError && errors_ == 1)) return;
+  all_.push_back({code, severity, at, std::string(pou), std::move(message), std::move(help)});
+}
+
+std::string Diagnostics::render_one(const Diagnostic& d) const {
+  static constexpr std::string_view kWords[] = {"note", "warning", "error"};
+  std::string out;
+  if (d.at.file < files_.size()) {
+    out += files_[d.at.file];
+    if (d.at.line != 0) {
+      out += ':' + std::to_string(d.at.line);
+      if (d.at.column != 0) out += ':' + std::to_string(d.at.column);
+    }
+    out += ": ";
+  }
+  out += kWords[static_cast<std::size_t>(d.severity)];
+  out += ' ';
+  out += info(d.code).name;
+  out += ": ";
+  // Names come from the user's file: control characters must not reach a terminal or a log.
+  for (char c : d.message) out += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? '?' : c;
+  std::string where;
+  if (!d.pou.empty()) where = "POU " + d.pou;
+  if (d.at.kind != ElementKind::kNone && d.at.local_id >= 0) {
+    if (!where.empty()) where += ", ";
+    where += element_word(d.at.kind);
+    where += ' ' + std::to_string(d.at.local_id);
+  }
+  if (!where.empty()) out += " [" + where + "]";
+  if (!d.help.empty()) out += "\n  help: " + d.help;
+  return out;
+}
+
+void Diagnostics::render(std::ostream& out) const {
+  for (const Diagnostic& d : all_) out << render_one(d) << '\n';
+  if (errors_ + warnings_ > all_.size()) {
+    out << "note: " << (errors_ + warnings_ - all_.size()) << " further problems are counted but not shown\n";
+  }
+}
+
+}  // namespace plc::core

@@ -1,0 +1,69 @@
+// Coded problems: collecting, counting, rendering. The collector knows wording and places; it never decides control flow.
+//
+// A message describes what was found ("input "IN2" of LIMIT has type REAL, other inputs are DINT"), lower case, no full
+// stop; the help line says how to mend it. Not thread-safe; never used in a cycle.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <iosfwd>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/source_ref.h"
+
+namespace plc::core {
+
+enum class Severity : std::uint8_t { kNote, kWarning, kError };
+
+enum class Code : std::uint16_t {
+#define PLC_DIAGNOSTIC(code, severity, title) code,
+#include "core/diagnostics.def"
+};
+
+struct CodeInfo {
+  std::string_view name;  ///< "P3007"
+  Severity severity;
+  std::string_view title;  ///< heading of the code's page
+};
+const CodeInfo& info(Code code);
+/// All codes in the order of diagnostics.def.
+const std::vector<CodeInfo>& all_codes();
+
+struct Diagnostic {
+  Code code;
+  Severity severity;
+  SourceRef at;
+  std::string pou;      ///< POU the place belongs to, or empty
+  std::string message;  ///< what was found
+  std::string help;     ///< how to mend it, or empty
+};
+
+class Diagnostics {
+ public:
+  /// Names an input file; the returned index goes into SourceRef::file.
+  std::uint16_t add_file(std::string name);
+  [[nodiscard]] const std::string& file_name(std::uint16_t file) const { return files_[file]; }
+
+  void report(Code code, const SourceRef& at, std::string_view pou, std::string message, std::string help = {});
+
+  [[nodiscard]] bool has_errors() const { return errors_ != 0; }
+  [[nodiscard]] std::size_t error_count() const { return errors_; }
+  [[nodiscard]] std::size_t warning_count() const { return warnings_; }
+  [[nodiscard]] const std::vector<Diagnostic>& all() const { return all_; }
+  /// Diagnostics beyond this many are counted, not kept: a broken file of 10^6 elements stays readable.
+  static constexpr std::size_t kMaxKept = 1000;
+
+  /// `motor.xml:212:9: error P3007: message [POU Fill, block 14]` and a help line; in file order as reported.
+  void render(std::ostream& out) const;
+  [[nodiscard]] std::string render_one(const Diagnostic& diagnostic) const;
+
+ private:
+  std::vector<std::string> files_;
+  std::vector<Diagnostic> all_;
+  std::size_t errors_ = 0;
+  std::size_t warnings_ = 0;
+};
+
+}  // namespace plc::core

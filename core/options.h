@@ -1,0 +1,26 @@
+// Compile options: everything that changes what a program means. Stored in the image and printed at start, so that
+// simulation and plant cannot differ (docs/adr/0004).
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace plc::core {
+
+/// Which rule orders networks and elements (docs/guides/execution-order.md).
+enum class Order : std::uint8_t { kDrawing, kDocument };
+/// Whose semantics to reproduce where tools disagree.
+enum class Compat : std::uint8_t { kNone, kBeremiz };
+/// How direct addresses relate: kSeparate = %IX, %IB, %IW .. are independent (OpenPLC); kOverlay = %IW0 contains %IX0.0..%IX1.7.
+enum class AddressProfile : std::uint8_t { kSeparate, kOverlay };
+
+struct CompileOptions {
+  Order order = Order::kDrawing;
+  Compat compat = Compat::kNone;
+  AddressProfile profile = AddressProfile::kSeparate;
+  bool stub_missing = false;  ///< POUs, blocks and types that cannot be compiled become stubs that do nothing, loudly
+  std::string pou;            ///< --pou: instantiate this program or function block alone in a 20 ms task; empty = the file's configuration
+  friend bool operator==(const CompileOptions&, const CompileOptions&) = default;
+};
+
+}  // namespace plc::core

@@ -1,0 +1,236 @@
+// Project: what a PLCopen XML file says, typed, in file order, without interpretation. Front ends read it; nothing
+// here knows what a drawing means. Texts are UTF-8, trimmed where the schema allows blanks around them.
+//
+// In: filled by plcopen/reader.cpp. Out: read by frontend-*. Does not belong here: name resolution, types' sizes, order.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/source_ref.h"
+
+namespace plc::plcopen {
+
+using core::ElementKind;
+using core::SourceRef;
+
+/// Spelling the file uses (docs: plcopen/SUPPORT.md). kUnknown = an unknown namespace, read by local names with a warning.
+enum class Version : std::uint8_t { kUnknown, kTc6v101, kTc6v200, kTc6v201, kIec61131_10 };
+
+// ---- types and values as written ------------------------------------------------------------------------------
+
+struct TypeSpec;
+
+/// A bound or a length as written: an integer or the text of a constant expression.
+struct Dimension {
+  std::string lower;
+  std::string upper;
+};
+struct EnumValue {
+  std::string name;
+  std::string value;  ///< as written, empty = previous + 1
+  SourceRef at;
+};
+struct Variable;
+
+struct TypeSpec {
+  enum class Kind : std::uint8_t {
+    kNamed,     ///< elementary or derived: `name`
+    kString,    ///< `name` is STRING or WSTRING, `length` as written or empty
+    kArray,     ///< `dimensions`, `base`
+    kStruct,    ///< `members`
+    kEnum,      ///< `values`, `base` or null
+    kSubrange,  ///< `dimensions[0]`, `base`
+    kPointer,   ///< `base` (REF_TO / pointer)
+    kMissing,   ///< no type given
+  };
+  Kind kind = Kind::kMissing;
+  std::string name;
+  std::string length;
+  std::vector<Dimension> dimensions;
+  std::vector<EnumValue> values;
+  std::vector<Variable> members;
+  std::shared_ptr<TypeSpec> base;
+  SourceRef at;
+};
+
+struct InitialValue {
+  enum class Kind : std::uint8_t { kNone, kSimple, kArray, kStruct };
+  Kind kind = Kind::kNone;
+  std::string text;                  ///< kSimple: literal, expression or enumeration name, as written
+  std::string member;                ///< this value's member name inside a kStruct parent
+  std::string repetition;            ///< repetition count inside a kArray parent, as written; empty = 1
+  std::vector<InitialValue> values;  ///< kArray elements or kStruct members, in order
+  SourceRef at;
+};
+
+enum class Section : std::uint8_t { kInput, kOutput, kInOut, kLocal, kTemp, kExternal, kGlobal, kAccess };
+
+struct Variable {
+  std::string name;
+  Section section = Section::kLocal;
+  TypeSpec type;
+  InitialValue initial;
+  std::string address;  ///< "%IX0.0" as written, or empty
+  std::string list;     ///< name of the globalVars list ("GVL"), for qualified access GVL.x; or empty
+  bool constant = false;
+  bool retain = false;
+  bool nonretain = false;
+  bool persistent = false;
+  std::string documentation;
+  SourceRef at;
+};
+
+struct DataType {
+  std::string name;
+  TypeSpec type;
+  InitialValue initial;
+  SourceRef at;
+};
+
+// ---- drawings -------------------------------------------------------------------------------------------------
+
+enum class Edge : std::uint8_t { kNone, kRising, kFalling };
+enum class Storage : std::uint8_t { kNone, kSet, kReset };
+
+/// One <connection> of an input: the wire to the element (and pin) that feeds it.
+struct Connection {
+  std::int64_t ref_local_id = -1;
+  std::string formal_parameter;  ///< output pin named at the far end, or empty
+  SourceRef at;
+};
+
+/// A pin of an element: name and modifiers, and for inputs what is wired to it.
+struct Pin {
+  std::string name;  ///< formalParameter as written, or empty
+  bool negated = false;
+  Edge edge = Edge::kNone;
+  Storage storage = Storage::kNone;
+  bool hidden = false;
+  bool has_point_in = false;   ///< a connectionPointIn is drawn
+  bool has_point_out = false;  ///< a connectionPointOut is drawn
+  std::vector<Connection> connections;  ///< inputs: wires that meet at the pin (several = OR for BOOL)
+  std::string expression;               ///< text given inside the connection point instead of a wire, or empty
+  SourceRef at;
+};
+
+/// One drawn element. Which fields mean something depends on `kind`; the rest is empty.
+struct Element {
+  ElementKind kind = ElementKind::kNone;
+  Edge edge = Edge::kNone;           ///< contact, coil
+  Storage storage = Storage::kNone;  ///< contact, coil, in/out variables
+  bool negated = false;              ///< contact, coil, in/outVariable; inOutVariable: negatedIn
+  bool negated_out = false;          ///< inOutVariable: negatedOut
+  Edge edge_out = Edge::kNone;       ///< inOutVariable: edgeOut
+  Storage storage_out = Storage::kNone;
+  bool has_position = false;
+  bool has_code = false;         ///< an EXECUTE box: `code` holds its ST, even if empty
+  std::int32_t x = 0, y = 0;     ///< position as drawn, in the file's units
+  std::int32_t width = 0, height = 0;
+  std::uint32_t execution_order = 0;  ///< executionOrderId, 0 = none
+  /// Group inside the body that a network title or separator opens (TwinCAT/CODESYS); 0 when the file has none.
+  std::uint32_t network = 0;
+  SourceRef at;
+  /// contact/coil: the <variable> text. in/out/inOutVariable: the expression. block: typeName. connector, continuation,
+  /// label, jump: the name. comment-like elements are not stored.
+  std::string text;
+  SourceRef text_at;          ///< where `text` stands in the file
+  std::string instance_name;  ///< block: instanceName, or empty
+  std::string code;           ///< block: ST of an EXECUTE box
+  SourceRef code_at;
+  std::vector<Pin> inputs;   ///< contact, coil, outVariable, connector, jump, return, right rail: the connection points in order
+  std::vector<Pin> in_outs;
+  std::vector<Pin> outputs;  ///< left rail, continuation, contact, coil, inVariable: the connection points out in order
+};
+
+enum class Language : std::uint8_t { kNone, kLd, kFbd, kSt, kIl, kSfc };
+/// "LD", "FBD", "ST", "IL", "SFC"; "none" for an empty body.
+const char* language_name(Language language);
+
+struct Body {
+  Language language = Language::kNone;
+  std::string name;               ///< IEC 61131-10 worksheets; usually empty
+  std::vector<Element> elements;  ///< LD, FBD: document order. SFC: not stored yet, see drawn_elements
+  std::uint32_t drawn_elements = 0;  ///< elements drawn, comments excluded, whatever the language
+  std::string text;               ///< ST, IL
+  SourceRef at;
+  SourceRef text_at;              ///< first character of `text`
+};
+
+enum class PouKind : std::uint8_t { kProgram, kFunctionBlock, kFunction };
+/// "program", "functionBlock", "function".
+const char* pou_kind_name(PouKind kind);
+
+struct Pou {
+  std::string name;
+  PouKind kind = PouKind::kProgram;
+  TypeSpec return_type;  ///< functions; kMissing otherwise
+  std::vector<Variable> variables;  ///< all sections, in file order
+  std::vector<Body> bodies;         ///< usually one
+  bool has_actions = false;         ///< actions or transitions of SFC are present
+  std::string documentation;
+  SourceRef at;
+};
+
+// ---- configuration --------------------------------------------------------------------------------------------
+
+struct PouInstance {
+  std::string name;
+  std::string type_name;  ///< as written; empty = "the type is named like the instance"
+  SourceRef at;
+};
+
+struct Task {
+  std::string name;
+  std::string interval;       ///< as written, or empty
+  std::string interval_unit;  ///< TaskSettings IntervalUnit when `interval` came from there, else empty
+  std::string single;         ///< trigger variable, or empty
+  std::string priority;       ///< as written
+  std::string kind;           ///< TaskSettings KindOfTask ("Cyclic", "Freewheeling", ...), or empty
+  std::vector<PouInstance> instances;
+  SourceRef at;
+};
+
+struct Resource {
+  std::string name;
+  std::vector<Task> tasks;
+  std::vector<PouInstance> instances;  ///< beside the tasks (v1 files): run by the resource's only task
+  std::vector<Variable> globals;
+  SourceRef at;
+};
+
+struct Configuration {
+  std::string name;  ///< empty for resources that stand outside a configuration (TwinCAT)
+  std::vector<Resource> resources;
+  std::vector<Variable> globals;
+  std::vector<Variable> access;
+  SourceRef at;
+};
+
+/// What became of an element name while reading.
+enum class Fate : std::uint8_t { kUsed, kPreserved, kIgnored, kRefused };
+
+/// One row of the import report: an element (by its path below the nearest POU, body or project part), how often, why.
+struct ReportRow {
+  std::string element;  ///< "body/LD/contact", "pou/addData/data[http://..]"
+  Fate fate = Fate::kUsed;
+  std::uint32_t count = 0;
+  std::uint32_t first_line = 0;
+  std::string reason;  ///< for kPreserved, kIgnored and kRefused
+};
+
+struct Project {
+  std::string path;
+  Version version = Version::kUnknown;
+  std::string name;     ///< contentHeader name
+  std::string product;  ///< fileHeader productName
+  std::vector<DataType> data_types;
+  std::vector<Pou> pous;
+  std::vector<Configuration> configurations;
+  std::vector<ReportRow> report;
+  std::uint16_t file = 0;  ///< index into Diagnostics' files
+};
+
+}  // namespace plc::plcopen
