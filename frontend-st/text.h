@@ -1,0 +1,31 @@
+// Lowering of texts: expressions in contacts, coils, pins and variables; statements of EXECUTE boxes.
+//
+// In: a text with its place in the file, the Builder of the POU it stands in. Out: IR through the Builder. Errors P4xxx
+// name the line and column inside the XML file. Does not belong here: drawings, declarations (declare.h).
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+#include "ir/builder.h"
+
+namespace plc::st {
+
+/// Lowers an expression. `expected` is the type the reader wants, if known (decides untyped literals and enum names).
+/// Reports and returns nothing when the text is not a well-typed expression.
+std::optional<ir::Operand> lower_expression(std::string_view text, const core::SourceRef& at, ir::Builder& builder,
+                                            std::optional<ir::TypeRef> expected = std::nullopt);
+
+/// Lowers the text of something that can be written or wired in-out: a variable, member, element or direct address.
+/// Array indices may be expressions. Reports constants and inputs only when `for_writing`.
+std::optional<ir::PlaceId> lower_place(std::string_view text, const core::SourceRef& at, ir::Builder& builder,
+                                       bool for_writing);
+
+/// Lowers a statement list (EXECUTE box): assignments, calls, IF, RETURN. Recovers at statement ends: every independent error is
+/// reported once. False when any was.
+bool lower_statements(std::string_view text, const core::SourceRef& at, ir::Builder& builder);
+
+/// True when the text is one plain variable name or path (no operators, no literal): what may be written.
+bool is_variable_text(std::string_view text);
+
+}  // namespace plc::st

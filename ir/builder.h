@@ -1,0 +1,133 @@
+// ir::Builder: appends instructions to the body of one POU. The only way front ends make IR.
+//
+// The builder keeps types right (stores and logic assert equal types; convert() widens or reports) and the current
+// SourceRef; it does not decide order. All reporting goes to the Diagnostics given.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "core/diagnostics.h"
+#include "ir/ir.h"
+
+namespace plc::ir {
+
+/// What a caller hands to a call or an assignment: a typed value, or a literal that still takes its type from its place
+/// (IEC 61131-3, 6.3.2: "a literal without prefix takes the pin's type").
+struct Operand {
+  enum class Kind : std::uint8_t { kUnconnected, kValue, kIntLiteral, kRealLiteral } kind = Kind::kUnconnected;
+  ValueId value{};                ///< kValue
+  std::int64_t int_value = 0;     ///< kIntLiteral; bits of a value above 2^63-1 when int_is_unsigned
+  bool int_is_unsigned = false;
+  double real_value = 0;          ///< kRealLiteral
+  SourceRef at;
+  std::string text;  ///< as written, for messages
+
+  static Operand of(ValueId value, const SourceRef& at = {}) {
+    Operand o;
+    o.kind = Kind::kValue;
+    o.value = value;
+    o.at = at;
+    return o;
+  }
+};
+
+class Builder {
+ public:
+  Builder(Module& module, std::uint32_t pou_index, core::Diagnostics& diagnostics);
+
+  [[nodiscard]] Module& module() { return module_; }
+  [[nodiscard]] Pou& pou() { return module_.pous[pou_index_]; }
+  [[nodiscard]] std::uint32_t pou_index() const { return pou_index_; }
+  [[nodiscard]] Body& body() { return pou().body; }
+  [[nodiscard]] core::Diagnostics& diagnostics() { return diagnostics_; }
+  [[nodiscard]] TypeRef type_of(ValueId value) { return body().insts[value.index].type; }
+  [[nodiscard]] TypeRef type_of(PlaceId place) { return body().places[place.index].type; }
+
+  /// Instructions made from now on come from `at`.
+  void set_source(const SourceRef& at);
+  /// Reports with the POU's name at `at`.
+  void report(core::Code code, const SourceRef& at, std::string message, std::string help = {});
+
+  // ---- places (interned) ----
+  PlaceId variable(std::uint32_t index);  ///< instance or frame variable; an external becomes its global, an in-out is dereferenced
+  PlaceId global(std::uint32_t index);
+  PlaceId field(PlaceId parent, std::uint32_t index);
+  PlaceId element(PlaceId parent, std::uint32_t zero_based_index);
+  PlaceId deref(ValueId reference);
+  /// Field or port of `parent` by name (struct field; port of a standard block; input, output, in-out variable of a POU
+  /// instance). Nothing when there is none.
+  std::optional<PlaceId> member(PlaceId parent, std::string_view name);
+  /// Text for messages: "Tank.Level[3]".
+  [[nodiscard]] std::string describe(PlaceId place);
+
+  /// Adds a variable that no source can name: edge memory, feedback wire, value kept while EN is FALSE. It lives in the
+  /// instance, or in functions in the frame. `hint` goes into its name ("#edge.12").
+  std::uint32_t hidden(std::string_view hint, TypeRef type);
+
+  // ---- values ----
+  ValueId constant(const Constant& constant);
+  ValueId constant_bool(bool value);
+  ValueId load(PlaceId place);
+  ValueId logic(Op and_or_xor, ValueId a, ValueId b);
+  ValueId not_(ValueId a);
+  void store(PlaceId place, ValueId value);  ///< types equal, or both STRING, or both WSTRING
+  void copy(PlaceId to, PlaceId from);       ///< aggregates of one type
+  void run(PlaceId instance);                ///< standard block or function block POU
+  ValueId make_ref(PlaceId place);
+  ValueId index_ref(PlaceId array, ValueId index);  ///< index as declared, any integer type
+  void clear_event();
+  ValueId eno();
+
+  /// A call of a standard function whose arguments have the exact types of the overload.
+  ValueId call_overload(const stdlib::Overload& overload, std::span<const ValueId> args, TypeRef result_type);
+  /// A call of a function POU. The value is the result; invalid for functions without one.
+  ValueId call_pou(std::uint32_t pou, std::span<const CallArg> args);
+
+  // ---- control ----
+  LabelId new_label();
+  void bind(LabelId label);
+  void jump(LabelId label);
+  void jump_if(ValueId condition, LabelId label);
+  void jump_if_not(ValueId condition, LabelId label);
+  void ret();
+
+  // ---- typed helpers: they report and return nothing on a mismatch ----
+
+  /// `operand` as a value of `to`: a literal takes the type, a typed value is widened where the third edition allows.
+  /// `what` names the receiver in messages: "input \"PT\" of TON", "variable \"X\"".
+  std::optional<ValueId> convert(const Operand& operand, TypeRef to, std::string_view what);
+  /// store(place, convert(operand)): also copies aggregates, fits strings, checks constants against subranges.
+  bool assign(PlaceId place, const Operand& operand, std::string_view what);
+  /// Resolves and calls the standard function `name`; BOOL AND/OR/XOR/NOT become logic ops, constants are folded where the
+  /// row allows. Messages list candidates. `pins` name the arguments when the drawing does (else empty).
+  std::optional<ValueId> call(std::string_view name, std::span<const Operand> args, const SourceRef& at,
+                              std::optional<TypeRef> expected = std::nullopt, std::span<const std::string> pins = {});
+  /// The operand as a value of the type it has by itself (an untyped integer is DINT or LINT, a real is LREAL or `expected`).
+  std::optional<ValueId> settle(const Operand& operand, std::optional<TypeRef> expected = std::nullopt);
+
+ private:
+  std::uint32_t emit(Op op, TypeRef type, std::uint32_t a = 0, std::uint32_t b = 0, std::uint16_t count = 0);
+  PlaceId intern(const Place& place);
+
+  Module& module_;
+  std::uint32_t pou_index_;
+  core::Diagnostics& diagnostics_;
+  std::uint32_t source_ = 0;
+  struct PlaceHash {
+    std::size_t operator()(const Place& p) const {
+      return (static_cast<std::size_t>(p.kind) * 1000003u + p.index) * 1000003u + p.parent.index;
+    }
+  };
+  struct PlaceEqual {
+    bool operator()(const Place& a, const Place& b) const {
+      return a.kind == b.kind && a.index == b.index && a.parent == b.parent;
+    }
+  };
+  std::unordered_map<Place, PlaceId, PlaceHash, PlaceEqual> interned_;
+};
+
+}  // namespace plc::ir

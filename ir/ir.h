@@ -1,0 +1,189 @@
+// The typed IR: what is computed, however it was drawn. One Module per compilation; one linear Body per POU, in execution
+// order. A value is the result of one instruction, computed once, at its place, from the variables as they are then; it
+// never changes afterwards (docs/guides/execution-order.md).
+//
+// In: built by the front ends through ir/builder.h. Out: ir::check, then bytecode/codegen. Does not belong here: XML,
+// offsets (code generation lays out memory), overload lists (stdlib).
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "core/options.h"
+#include "core/source_ref.h"
+#include "ir/types.h"
+#include "stdlib/library.h"
+
+namespace plc::ir {
+
+/// Index of the instruction that computes the value.
+struct ValueId {
+  std::uint32_t index = 0xffffffffu;
+  [[nodiscard]] bool valid() const { return index != 0xffffffffu; }
+  friend bool operator==(ValueId, ValueId) = default;
+};
+struct LabelId {
+  std::uint32_t index = 0xffffffffu;
+  [[nodiscard]] bool valid() const { return index != 0xffffffffu; }
+  friend bool operator==(LabelId, LabelId) = default;
+};
+/// Index into Body::places.
+struct PlaceId {
+  std::uint32_t index = 0xffffffffu;
+  [[nodiscard]] bool valid() const { return index != 0xffffffffu; }
+  friend bool operator==(PlaceId, PlaceId) = default;
+};
+
+/// A place in memory: a root, or a field or constant element of another place. Interned: equal places have equal ids.
+struct Place {
+  enum class Kind : std::uint8_t {
+    kGlobal,    ///< Module::globals[index]
+    kInstance,  ///< variable `index` of the POU, in the instance
+    kFrame,     ///< variable `index` of the POU, in the frame (functions; VAR_TEMP)
+    kDeref,     ///< what the reference value `index` (a ValueId) points at
+    kField,     ///< field `index` of `parent`: struct field, block port, or variable of a function block instance
+    kElement,   ///< element `index` (0-based) of array `parent`
+  };
+  Kind kind = Kind::kGlobal;
+  std::uint32_t index = 0;
+  PlaceId parent{};
+  TypeRef type{};
+};
+
+/// A constant: the bits of a scalar (zero-extended; REAL in the low 32), or the characters of a string.
+struct Constant {
+  TypeRef type{};
+  std::uint64_t bits = 0;
+  std::string text;  ///< STRING: bytes; WSTRING: UTF-16LE code units as bytes
+  friend bool operator==(const Constant&, const Constant&) = default;
+};
+
+// Instructions. a, b, c by op; a value operand is a ValueId index, a place a PlaceId index.
+enum class Op : std::uint8_t {
+  kConst,      ///< value := constants[a]
+  kLoad,       ///< value := place a
+  kStore,      ///< place a := value b (equal types, or STRING of any capacity)
+  kCopy,       ///< place a := place b, aggregates of equal type
+  kAnd,        ///< BOOL value := a AND b      (And, Or, Xor, Not on BOOL have ops of their own: they become look-ups)
+  kOr,         ///< BOOL value := a OR b
+  kXor,        ///< BOOL value := a XOR b
+  kNot,        ///< BOOL value := NOT a
+  kCall,       ///< value := functions[a](args[b .. b+count)), a standard function
+  kCallPou,    ///< value := function POU a; args[b .. b+count): one per CallArg, see Body::call_args
+  kRun,        ///< runs the function block instance at place a (standard block or POU)
+  kLabel,      ///< label a stands here
+  kJump,       ///< to label a
+  kJumpIf,     ///< to label a when BOOL value b
+  kJumpIfNot,  ///< to label a unless BOOL value b
+  kReturn,     ///< ends the body
+  kClearEvent, ///< forgets events
+  kEno,        ///< BOOL value := no event since the last kClearEvent
+  kMakeRef,    ///< REF value := handle of place a
+  kIndexRef,   ///< REF value := handle of element (LINT/any integer value b, as declared, lower bound included) of the array place a
+};
+inline constexpr std::size_t kOpCount = 20;
+
+struct Inst {
+  Op op = Op::kReturn;
+  std::uint16_t count = 0;
+  TypeRef type{};  ///< of the value, if the op makes one
+  std::uint32_t a = 0, b = 0;
+  std::uint32_t source = 0;  ///< index into Body::sources
+};
+
+/// One argument of a call of a function POU (kCallPou): an input value, an output to be stored, or an in-out handle.
+struct CallArg {
+  enum class Kind : std::uint8_t { kInput, kOutput, kInOut } kind = Kind::kInput;
+  std::uint32_t variable = 0;  ///< index into the callee's variables
+  ValueId value{};             ///< kInput: the value; kInOut: the reference value
+  PlaceId place{};             ///< kOutput: where the output goes
+};
+
+struct Body {
+  std::vector<Inst> insts;
+  std::vector<ValueId> args;        ///< operands of kCall
+  std::vector<CallArg> call_args;   ///< operands of kCallPou
+  std::vector<Place> places;
+  std::vector<Constant> constants;
+  std::vector<SourceRef> sources;   ///< one per element, shared by its instructions
+  std::vector<const stdlib::Overload*> functions;
+  std::uint32_t label_count = 0;
+};
+
+enum class Role : std::uint8_t { kInput, kOutput, kInOut, kLocal, kTemp, kExternal, kReturnValue, kHidden };
+
+/// One element of an initial value: `path` leads from the variable to a scalar (field or 0-based element indices).
+struct InitItem {
+  std::vector<std::uint32_t> path;
+  Constant value;
+};
+
+struct Variable {
+  std::string name;    ///< as declared; hidden ones have a name with a '#', which no source can spell
+  TypeRef type{};      ///< kInOut: a reference to the declared type
+  Role role = Role::kLocal;
+  bool in_frame = false;  ///< lives in the frame (all variables of functions, VAR_TEMP), else in the instance
+  bool constant = false;
+  bool retain = false;
+  bool persistent = false;
+  std::string address;           ///< located: "%IX0.0" as written; or empty
+  std::uint32_t global = 0;      ///< kExternal: index into Module::globals
+  std::vector<InitItem> initial; ///< overrides of the type's defaults
+  SourceRef at;
+};
+
+struct Global {
+  Variable variable;
+  std::string list;  ///< name of its list for qualified access ("GVL"), or empty
+};
+
+enum class PouKind : std::uint8_t { kProgram, kFunctionBlock, kFunction };
+
+struct Pou {
+  std::string name;
+  PouKind kind = PouKind::kProgram;
+  TypeRef instance_type{};  ///< programs and function blocks
+  TypeRef return_type{};    ///< functions; invalid when none is declared
+  std::vector<Variable> variables;
+  std::unordered_map<std::string, std::uint32_t, core::NameHash, core::NameEqual> by_name;  ///< into variables
+  Body body;
+  bool compiled = false;  ///< a front end lowered its body without error
+  bool stub = false;      ///< --stub-missing: does nothing
+  SourceRef at;
+
+  [[nodiscard]] const Variable* find(std::string_view variable) const {
+    const auto it = by_name.find(variable);
+    return it == by_name.end() ? nullptr : &variables[it->second];
+  }
+};
+
+struct ProgramInstance {
+  std::string name;
+  std::uint32_t pou = 0;
+  SourceRef at;
+};
+
+struct Task {
+  std::string name;
+  std::int64_t period_ns = 0;   ///< 0 = freewheeling
+  std::int32_t priority = 0;    ///< 0 is the highest
+  std::string single;           ///< event variable (path of a BOOL global), or empty
+  std::vector<ProgramInstance> programs;  ///< in declared order
+  SourceRef at;
+};
+
+/// A location used by some variable: several variables with one address are one place.
+struct Module {
+  core::CompileOptions options;
+  std::string name;  ///< of the project
+  TypeTable types;
+  std::vector<Global> globals;
+  std::unordered_map<std::string, std::uint32_t, core::NameHash, core::NameEqual> global_by_name;  ///< "X" and "GVL.X"
+  std::vector<Pou> pous;
+  std::unordered_map<std::string, std::uint32_t, core::NameHash, core::NameEqual> pou_by_name;
+  std::vector<Task> tasks;
+};
+
+}  // namespace plc::ir

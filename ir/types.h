@@ -1,0 +1,98 @@
+// TypeTable: every type of a project, elementary and derived, interned; and the layout of values in a table.
+//
+// In: built by frontend-st from declarations. Out: read by all front ends, check and code generation. Types are
+// referred to by TypeRef; equal types have equal TypeRefs (structures and enumerations are equal by name).
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+#include "core/source_ref.h"
+#include "core/text.h"
+#include "core/types.h"
+#include "stdlib/library.h"
+
+namespace plc::ir {
+
+using core::Rep;
+using core::SourceRef;
+using core::TypeId;
+
+/// Strong index into a TypeTable. The elementary types (but STRING/WSTRING, which carry a capacity) are at their TypeId.
+struct TypeRef {
+  std::uint32_t index = kNone;
+  static constexpr std::uint32_t kNone = 0xffffffffu;
+  [[nodiscard]] bool valid() const { return index != kNone; }
+  friend bool operator==(TypeRef, TypeRef) = default;
+};
+constexpr TypeRef ref_of(TypeId id) { return {static_cast<std::uint32_t>(id)}; }
+/// BOOL, the type most asked for.
+inline constexpr TypeRef kBoolType = ref_of(TypeId::kBool);
+
+enum class TypeKind : std::uint8_t { kElementary, kString, kArray, kStruct, kEnum, kSubrange, kBlock, kPou, kReference };
+
+struct TypeField {
+  std::string name;
+  TypeRef type;
+};
+struct EnumMember {
+  std::string name;
+  std::int64_t value = 0;
+};
+
+struct Type {
+  TypeKind kind = TypeKind::kElementary;
+  TypeId elementary = TypeId::kBool;  ///< kElementary; kString: kString or kWstring; kEnum, kSubrange: the base
+  std::uint16_t capacity = 0;         ///< kString
+  std::string name;                   ///< declared name; empty for anonymous arrays
+  TypeRef element{};                  ///< kArray element, kReference target
+  std::int64_t lower = 0, upper = 0;  ///< kArray bounds of this dimension (arrays of arrays for more), kSubrange limits
+  std::vector<TypeField> fields;      ///< kStruct
+  std::vector<EnumMember> members;    ///< kEnum
+  std::int64_t initial = 0;           ///< kEnum, kSubrange: initial value
+  const stdlib::BlockSpec* block = nullptr;  ///< kBlock: standard function block
+  std::uint32_t pou = 0;                     ///< kPou: index of the program or function block in Module::pous
+  SourceRef at;
+};
+
+class TypeTable {
+ public:
+  TypeTable();
+
+  [[nodiscard]] const Type& operator[](TypeRef ref) const { return types_[ref.index]; }
+  [[nodiscard]] Type& mutable_type(TypeRef ref) { return types_[ref.index]; }
+  [[nodiscard]] std::size_t size() const { return types_.size(); }
+
+  TypeRef string(TypeId string_or_wstring, std::uint16_t capacity);
+  TypeRef array(TypeRef element, std::int64_t lower, std::int64_t upper);
+  TypeRef reference(TypeRef target);
+  TypeRef block(const stdlib::BlockSpec& block);
+  /// The instance type of a program or function block POU.
+  TypeRef pou(std::uint32_t pou_index, std::string_view name);
+  /// Declares a named type (kStruct, kEnum, kSubrange, or an alias of any other type). False when the name is taken.
+  bool declare(std::string_view name, Type type);
+  /// Makes `name` another name of `target`. False when the name is taken.
+  bool declare_alias(std::string_view name, TypeRef target);
+  /// The type of this name: elementary, declared, standard block or POU. Names are case-insensitive.
+  [[nodiscard]] std::optional<TypeRef> find(std::string_view name);
+
+  /// Name for messages: "DINT", "STRING[20]", "ARRAY [1..3] OF REAL", "TON".
+  [[nodiscard]] std::string name_of(TypeRef ref) const;
+  [[nodiscard]] bool is_elementary(TypeRef ref) const { return types_[ref.index].kind == TypeKind::kElementary; }
+  /// Machine representation of a scalar (elementary, enum, subrange, string, reference); nothing for aggregates.
+  [[nodiscard]] std::optional<Rep> rep_of(TypeRef ref) const;
+  /// The elementary type an operand of this type counts as in a call: itself, an enumeration's or subrange's base,
+  /// STRING for any capacity. Nothing for aggregates and references.
+  [[nodiscard]] std::optional<TypeId> elementary_of(TypeRef ref) const;
+
+ private:
+  TypeRef add(Type type);
+  std::vector<Type> types_;
+  std::unordered_map<std::string, TypeRef, core::NameHash, core::NameEqual> by_name_;
+};
+
+}  // namespace plc::ir
