@@ -66,7 +66,9 @@ struct InitialValue {
   SourceRef at;
 };
 
-enum class Section : std::uint8_t { kInput, kOutput, kInOut, kLocal, kTemp, kExternal, kGlobal, kAccess };
+/// kAccess: `name` is the alias, `address` the instance path, `constant` = read only. kConfig (VAR_CONFIG): `name` is the
+/// instance path.
+enum class Section : std::uint8_t { kInput, kOutput, kInOut, kLocal, kTemp, kExternal, kGlobal, kAccess, kConfig };
 
 struct Variable {
   std::string name;
@@ -116,6 +118,17 @@ struct Pin {
   SourceRef at;
 };
 
+/// One action of an action block.
+struct ActionLink {
+  std::string qualifier;  ///< "N", "S", "P0", ...; empty = N
+  std::string name;       ///< action or variable referred to, or empty
+  std::string text;       ///< inline ST, or empty
+  std::string duration;   ///< as written, or empty
+  std::string indicator;  ///< indicator variable, or empty
+  SourceRef at;
+  SourceRef text_at;
+};
+
 /// One drawn element. Which fields mean something depends on `kind`; the rest is empty.
 struct Element {
   ElementKind kind = ElementKind::kNone;
@@ -143,6 +156,7 @@ struct Element {
   std::vector<Pin> inputs;   ///< contact, coil, outVariable, connector, jump, return, right rail: the connection points in order
   std::vector<Pin> in_outs;
   std::vector<Pin> outputs;  ///< left rail, continuation, contact, coil, inVariable: the connection points out in order
+  std::vector<ActionLink> actions;  ///< actionBlock
 };
 
 enum class Language : std::uint8_t { kNone, kLd, kFbd, kSt, kIl, kSfc };
@@ -206,6 +220,7 @@ struct Configuration {
   std::vector<Resource> resources;
   std::vector<Variable> globals;
   std::vector<Variable> access;
+  std::vector<Variable> configs;  ///< VAR_CONFIG entries
   SourceRef at;
 };
 
@@ -221,6 +236,13 @@ struct ReportRow {
   std::string reason;  ///< for kPreserved, kIgnored and kRefused
 };
 
+/// A declaration kept as the tool's own text (TwinCAT/CODESYS interfaceasplaintext); the typed interface is what counts.
+struct PlainDeclaration {
+  std::string owner;  ///< POU or globalVars list it belongs to
+  std::string text;
+  SourceRef at;
+};
+
 struct Project {
   std::string path;
   Version version = Version::kUnknown;
@@ -229,7 +251,8 @@ struct Project {
   std::vector<DataType> data_types;
   std::vector<Pou> pous;
   std::vector<Configuration> configurations;
-  std::vector<ReportRow> report;
+  std::vector<PlainDeclaration> declarations;
+  std::vector<ReportRow> report;  ///< counts add up to the number of XML elements of the file
   std::uint16_t file = 0;  ///< index into Diagnostics' files
 };
 
