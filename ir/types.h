@@ -91,7 +91,9 @@ class TypeTable {
 
  private:
   TypeRef add(Type type);
+  TypeRef intern(const std::string& key, Type type);
   std::vector<Type> types_;
+  std::unordered_map<std::string, TypeRef> interned_;  ///< anonymous types by structure, blocks and POUs by identity
   std::unordered_map<std::string, TypeRef, core::NameHash, core::NameEqual> by_name_;
 };
 

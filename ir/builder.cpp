@@ -1,0 +1,270 @@
+// Places and instructions: what appends to a body. The typed helpers (conversion, calls by name) are in calls.cpp.
+#include "ir/builder.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <utility>
+
+namespace plc::ir {
+
+Builder::Builder(Module& module, std::uint32_t pou_index, core::Diagnostics& diagnostics)
+    : module_(module), pou_index_(pou_index), diagnostics_(diagnostics) {
+  Body& b = body();
+  if (b.sources.empty()) b.sources.push_back(pou().at);
+  source_ = static_cast<std::uint32_t>(b.sources.size() - 1);
+  for (std::uint32_t i = 0; i < b.places.size(); ++i) interned_.emplace(b.places[i], PlaceId{i});
+}
+
+void Builder::set_source(const SourceRef& at) {
+  Body& b = body();
+  if (b.sources[source_] == at) return;
+  b.sources.push_back(at);
+  source_ = static_cast<std::uint32_t>(b.sources.size() - 1);
+}
+
+void Builder::report(core::Code code, const SourceRef& at, std::string message, std::string help) {
+  diagnostics_.report(code, at, pou().name, std::move(message), std::move(help));
+}
+
+std::uint32_t Builder::emit(Op op, TypeRef type, std::uint32_t a, std::uint32_t b, std::uint16_t count) {
+  Body& target = body();
+  Inst inst;
+  inst.op = op;
+  inst.count = count;
+  inst.type = type;
+  inst.a = a;
+  inst.b = b;
+  inst.source = source_;
+  target.insts.push_back(inst);
+  return static_cast<std::uint32_t>(target.insts.size() - 1);
+}
+
+// ---- places -------------------------------------------------------------------------------------------------------
+
+PlaceId Builder::intern(const Place& place) {
+  const auto [it, fresh] = interned_.try_emplace(place, PlaceId{});
+  if (fresh) {
+    it->second = PlaceId{static_cast<std::uint32_t>(body().places.size())};
+    body().places.push_back(place);
+  }
+  return it->second;
+}
+
+PlaceId Builder::variable(std::uint32_t index) {
+  const Variable& v = pou().variables[index];
+  if (v.role == Role::kExternal) return global(v.global);
+  Place place;
+  place.kind = v.in_frame ? Place::Kind::kFrame : Place::Kind::kInstance;
+  place.index = index;
+  place.type = v.type;
+  const bool in_out = v.role == Role::kInOut;
+  const PlaceId id = intern(place);
+  return in_out ? deref(load(id)) : id;
+}
+
+PlaceId Builder::global(std::uint32_t index) {
+  Place place;
+  place.kind = Place::Kind::kGlobal;
+  place.index = index;
+  place.type = module_.globals[index].variable.type;
+  return intern(place);
+}
+
+PlaceId Builder::field(PlaceId parent, std::uint32_t index) {
+  const Type& type = module_.types[type_of(parent)];
+  Place place;
+  place.kind = Place::Kind::kField;
+  place.index = index;
+  place.parent = parent;
+  switch (type.kind) {
+    case TypeKind::kStruct:
+      place.type = type.fields[index].type;
+      break;
+    case TypeKind::kBlock:
+      place.type = ref_of(type.block->fields[index].type);
+      break;
+    case TypeKind::kPou:
+      place.type = module_.pous[type.pou].variables[index].type;
+      break;
+    default:
+      assert(false && "field of a type without fields");
+  }
+  return intern(place);
+}
+
+PlaceId Builder::element(PlaceId parent, std::uint32_t zero_based_index) {
+  Place place;
+  place.kind = Place::Kind::kElement;
+  place.index = zero_based_index;
+  place.parent = parent;
+  place.type = module_.types[type_of(parent)].element;
+  return intern(place);
+}
+
+PlaceId Builder::deref(ValueId reference) {
+  Place place;
+  place.kind = Place::Kind::kDeref;
+  place.index = reference.index;
+  place.type = module_.types[type_of(reference)].element;
+  return intern(place);
+}
+
+std::optional<PlaceId> Builder::member(PlaceId parent, std::string_view name) {
+  const Type& type = module_.types[type_of(parent)];
+  switch (type.kind) {
+    case TypeKind::kStruct:
+      for (std::uint32_t i = 0; i < type.fields.size(); ++i) {
+        if (core::iequals(type.fields[i].name, name)) return field(parent, i);
+      }
+      return std::nullopt;
+    case TypeKind::kBlock:
+      for (std::uint32_t i = 0; i < type.block->fields.size(); ++i) {
+        const stdlib::Field& f = type.block->fields[i];
+        if (f.direction != stdlib::Direction::kState && core::iequals(f.name, name)) return field(parent, i);
+      }
+      return std::nullopt;
+    case TypeKind::kPou: {
+      const Pou& callee = module_.pous[type.pou];
+      const auto it = callee.by_name.find(name);
+      if (it == callee.by_name.end()) return std::nullopt;
+      const Role role = callee.variables[it->second].role;
+      if (role != Role::kInput && role != Role::kOutput && role != Role::kInOut) return std::nullopt;
+      return field(parent, it->second);
+    }
+    default:
+      return std::nullopt;
+  }
+}
+
+std::string Builder::describe(PlaceId place) {
+  const Place p = body().places[place.index];
+  switch (p.kind) {
+    case Place::Kind::kGlobal: {
+      const Global& g = module_.globals[p.index];
+      return g.list.empty() ? g.variable.name : g.list + "." + g.variable.name;
+    }
+    case Place::Kind::kInstance:
+    case Place::Kind::kFrame:
+      return pou().variables[p.index].name;
+    case Place::Kind::kDeref: {
+      const Inst& inst = body().insts[p.index];
+      if (inst.op == Op::kLoad || inst.op == Op::kMakeRef) return describe(PlaceId{inst.a});
+      if (inst.op == Op::kIndexRef) return describe(PlaceId{inst.a}) + "[..]";
+      return "referenced value";
+    }
+    case Place::Kind::kField: {
+      const Type& type = module_.types[type_of(p.parent)];
+      std::string name;
+      if (type.kind == TypeKind::kStruct) name = type.fields[p.index].name;
+      if (type.kind == TypeKind::kBlock) name = std::string(type.block->fields[p.index].name);
+      if (type.kind == TypeKind::kPou) name = module_.pous[type.pou].variables[p.index].name;
+      return describe(p.parent) + "." + name;
+    }
+    case Place::Kind::kElement: {
+      const Type& type = module_.types[type_of(p.parent)];
+      return fmt::format("{}[{}]", describe(p.parent), type.lower + static_cast<std::int64_t>(p.index));
+    }
+  }
+  return {};
+}
+
+std::uint32_t Builder::hidden(std::string_view hint, TypeRef type) {
+  Pou& p = pou();
+  Variable v;
+  v.name = fmt::format("#{}.{}", hint, p.variables.size());
+  v.type = type;
+  v.role = Role::kHidden;
+  v.in_frame = p.kind == PouKind::kFunction;
+  p.variables.push_back(std::move(v));
+  return static_cast<std::uint32_t>(p.variables.size() - 1);
+}
+
+// ---- values -------------------------------------------------------------------------------------------------------
+
+ValueId Builder::constant(const Constant& constant) {
+  Body& b = body();
+  // Runs of one constant (rails, literals in a column of rungs) share an entry; code generation pools the rest.
+  if (b.constants.empty() || !(b.constants.back() == constant)) b.constants.push_back(constant);
+  return {emit(Op::kConst, constant.type, static_cast<std::uint32_t>(b.constants.size() - 1))};
+}
+
+ValueId Builder::constant_bool(bool value) {
+  Constant c;
+  c.type = kBoolType;
+  c.bits = value ? 1 : 0;
+  return constant(c);
+}
+
+ValueId Builder::load(PlaceId place) { return {emit(Op::kLoad, type_of(place), place.index)}; }
+
+ValueId Builder::logic(Op and_or_xor, ValueId a, ValueId b) {
+  assert(type_of(a) == kBoolType && type_of(b) == kBoolType);
+  return {emit(and_or_xor, kBoolType, a.index, b.index)};
+}
+
+ValueId Builder::not_(ValueId a) {
+  assert(type_of(a) == kBoolType);
+  return {emit(Op::kNot, kBoolType, a.index)};
+}
+
+void Builder::store(PlaceId place, ValueId value) {
+  assert(module_.types.elementary_of(type_of(place)) == module_.types.elementary_of(type_of(value)));
+  emit(Op::kStore, {}, place.index, value.index);
+}
+
+void Builder::copy(PlaceId to, PlaceId from) {
+  assert(type_of(to) == type_of(from));
+  emit(Op::kCopy, {}, to.index, from.index);
+}
+
+void Builder::run(PlaceId instance) { emit(Op::kRun, {}, instance.index); }
+
+ValueId Builder::make_ref(PlaceId place) {
+  return {emit(Op::kMakeRef, module_.types.reference(type_of(place)), place.index)};
+}
+
+ValueId Builder::index_ref(PlaceId array, ValueId index) {
+  const TypeRef element = module_.types[type_of(array)].element;
+  return {emit(Op::kIndexRef, module_.types.reference(element), array.index, index.index)};
+}
+
+void Builder::clear_event() { emit(Op::kClearEvent, {}); }
+
+ValueId Builder::eno() { return {emit(Op::kEno, kBoolType)}; }
+
+ValueId Builder::call_overload(const stdlib::Overload& overload, std::span<const ValueId> args, TypeRef result_type) {
+  Body& b = body();
+  const auto known = std::find(b.functions.rbegin(), b.functions.rend(), &overload);
+  std::uint32_t function = 0;
+  if (known == b.functions.rend()) {
+    function = static_cast<std::uint32_t>(b.functions.size());
+    b.functions.push_back(&overload);
+  } else {
+    function = static_cast<std::uint32_t>(b.functions.rend() - known - 1);
+  }
+  const auto first = static_cast<std::uint32_t>(b.args.size());
+  b.args.insert(b.args.end(), args.begin(), args.end());
+  return {emit(Op::kCall, result_type, function, first, static_cast<std::uint16_t>(args.size()))};
+}
+
+ValueId Builder::call_pou(std::uint32_t pou, std::span<const CallArg> args) {
+  Body& b = body();
+  const auto first = static_cast<std::uint32_t>(b.call_args.size());
+  b.call_args.insert(b.call_args.end(), args.begin(), args.end());
+  const TypeRef result = module_.pous[pou].return_type;
+  const std::uint32_t inst = emit(Op::kCallPou, result, pou, first, static_cast<std::uint16_t>(args.size()));
+  return result.valid() ? ValueId{inst} : ValueId{};
+}
+
+// ---- control ------------------------------------------------------------------------------------------------------
+
+LabelId Builder::new_label() { return {body().label_count++}; }
+void Builder::bind(LabelId label) { emit(Op::kLabel, {}, label.index); }
+void Builder::jump(LabelId label) { emit(Op::kJump, {}, label.index); }
+void Builder::jump_if(ValueId condition, LabelId label) { emit(Op::kJumpIf, {}, label.index, condition.index); }
+void Builder::jump_if_not(ValueId condition, LabelId label) { emit(Op::kJumpIfNot, {}, label.index, condition.index); }
+void Builder::ret() { emit(Op::kReturn, {}); }
+
+}  // namespace plc::ir

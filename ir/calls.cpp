@@ -1,0 +1,586 @@
+// Typed helpers of the builder: literals take types, values are widened, standard functions are found by name.
+// Rules: IEC 61131-3:2013, 6.3.2 (literals), figure 12 (implicit widening); what a mismatch is called: P41xx.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstring>
+#include <utility>
+
+#include "ir/builder.h"
+
+namespace plc::ir {
+namespace {
+
+using core::Code;
+using stdlib::Overload;
+
+std::uint64_t mask_of_width(std::uint32_t bytes) { return bytes >= 8 ? ~0ull : (1ull << (bytes * 8)) - 1; }
+
+std::string text_of(const Operand& operand) {
+  if (!operand.text.empty()) return operand.text;
+  if (operand.kind == Operand::Kind::kRealLiteral) return fmt::format("{}", operand.real_value);
+  if (operand.int_is_unsigned) return fmt::format("{}", static_cast<std::uint64_t>(operand.int_value));
+  return fmt::format("{}", operand.int_value);
+}
+
+stdlib::Arg literal_arg(const Operand& operand) {
+  stdlib::Arg arg;
+  arg.kind = stdlib::Arg::Kind::kIntLiteral;
+  arg.int_value = operand.int_value;
+  arg.int_is_unsigned = operand.int_is_unsigned;
+  return arg;
+}
+
+double real_of_int(const Operand& operand) {
+  return operand.int_is_unsigned ? static_cast<double>(static_cast<std::uint64_t>(operand.int_value))
+                                 : static_cast<double>(operand.int_value);
+}
+
+/// The bits of a number as elementary type `id` (integers truncated to the width; the caller checked the range).
+std::uint64_t literal_bits(const Operand& operand, TypeId id) {
+  const Rep rep = core::rep_of(id);
+  const double real = operand.kind == Operand::Kind::kRealLiteral ? operand.real_value : real_of_int(operand);
+  if (rep == Rep::kF32) return std::bit_cast<std::uint32_t>(static_cast<float>(real));
+  if (rep == Rep::kF64) return std::bit_cast<std::uint64_t>(real);
+  return static_cast<std::uint64_t>(operand.int_value) & mask_of_width(core::rep_bytes(rep));
+}
+
+bool is_unsigned(Rep rep) {
+  return rep == Rep::kBool || rep == Rep::kU8 || rep == Rep::kU16 || rep == Rep::kU32 || rep == Rep::kU64;
+}
+
+/// An integer constant's value, sign-extended from its representation.
+std::int64_t integer_value(std::uint64_t bits, Rep rep) {
+  const std::uint32_t bytes = core::rep_bytes(rep);
+  if (is_unsigned(rep) || bytes == 8) return static_cast<std::int64_t>(bits);
+  const unsigned shift = 64 - bytes * 8;
+  return static_cast<std::int64_t>(bits << shift) >> shift;
+}
+
+const Constant* constant_of(Builder& builder, ValueId value) {
+  const Inst& inst = builder.body().insts[value.index];
+  return inst.op == Op::kConst ? &builder.body().constants[inst.a] : nullptr;
+}
+
+bool is_scalar(Rep rep) { return rep != Rep::kStr && rep != Rep::kWstr && rep != Rep::kRef; }
+
+/// Runs the kernel on constants. Nothing when an argument is not constant, a string is involved, or an event happens
+/// (an event has to be counted where the program runs).
+std::optional<Constant> fold(Builder& builder, const Overload& overload, std::span<const ValueId> args,
+                             TypeRef result_type) {
+  if (!overload.spec->foldable || overload.kernel == nullptr) return std::nullopt;
+  if (!is_scalar(core::rep_of(overload.result_type()))) return std::nullopt;
+  std::vector<std::uint64_t> values(args.size());
+  std::vector<const void*> pointers(args.size());
+  for (std::size_t i = 0; i < args.size(); ++i) {
+    const Constant* constant = constant_of(builder, args[i]);
+    if (constant == nullptr || !is_scalar(core::rep_of(overload.param_type(i)))) return std::nullopt;
+    // Little-endian: the low bytes of the 64-bit image are the value of any narrower representation.
+    values[i] = constant->bits;
+    pointers[i] = &values[i];
+  }
+  static_assert(std::endian::native == std::endian::little, "constants are kept little-endian");
+  alignas(8) std::uint64_t result = 0;
+  const stdlib::Event event = overload.kernel(&result, pointers.data(), static_cast<std::uint32_t>(args.size()));
+  if (event != stdlib::Event::kNone) return std::nullopt;
+  Constant folded;
+  folded.type = result_type;
+  folded.bits = result & mask_of_width(core::rep_bytes(core::rep_of(overload.result_type())));
+  return folded;
+}
+
+ValueId call_or_fold(Builder& builder, const Overload& overload, std::span<const ValueId> args, TypeRef result_type) {
+  if (const auto constant = fold(builder, overload, args, result_type)) return builder.constant(*constant);
+  return builder.call_overload(overload, args, result_type);
+}
+
+const Overload* conversion(TypeId from, TypeId to) {
+  for (const Overload& o : stdlib::overloads_named(fmt::format("{}_TO_{}", core::name_of(from), core::name_of(to)))) {
+    if (o.spec->param_count == 1 && o.param_type(0) == from && o.result_type() == to) return &o;
+  }
+  return nullptr;
+}
+
+const Overload* limit_of(TypeId type) {
+  for (const Overload& o : stdlib::overloads_named("LIMIT")) {
+    if (o.result_type() == type) return &o;
+  }
+  return nullptr;
+}
+
+bool in_limits(const Type& subrange, std::int64_t value) {
+  if (is_unsigned(core::rep_of(subrange.elementary))) {
+    return static_cast<std::uint64_t>(value) >= static_cast<std::uint64_t>(subrange.lower) &&
+           static_cast<std::uint64_t>(value) <= static_cast<std::uint64_t>(subrange.upper);
+  }
+  return value >= subrange.lower && value <= subrange.upper;
+}
+
+/// Conversion with the receiver's name made only when a message needs it: every pin of every block passes here.
+template <class What>
+class Converter {
+ public:
+  Converter(Builder& builder, const What& what) : builder_(builder), what_(what) {}
+
+  std::optional<ValueId> convert(const Operand& operand, TypeRef to) {
+    if (operand.kind == Operand::Kind::kUnconnected) {
+      builder_.report(Code::P4106, operand.at, fmt::format("{} is not connected", what_()),
+                      "wire it or give it a value");
+      return std::nullopt;
+    }
+    const Type target = types()[to];
+    const auto id = types().elementary_of(to);
+    if (operand.kind != Operand::Kind::kValue)
+      return id ? literal(operand, to, target, *id) : literal_misfit(operand, to);
+    const TypeRef from = builder_.type_of(operand.value);
+    if (from == to) return operand.value;
+    const auto from_id = types().elementary_of(from);
+    if (!id || !from_id || target.kind == TypeKind::kEnum) return misfit(operand, from, to);
+    ValueId value = operand.value;
+    if (*from_id != *id) {
+      const auto widened = widen(operand, *from_id, *id, target.kind == TypeKind::kSubrange ? ref_of(*id) : to);
+      if (!widened) return misfit(operand, from, to);
+      value = *widened;
+    }
+    return target.kind == TypeKind::kSubrange ? limit(operand, value, to, target) : value;
+  }
+
+ private:
+  TypeTable& types() { return builder_.module().types; }
+
+  std::optional<ValueId> misfit(const Operand& operand, TypeRef from, TypeRef to) {
+    const auto from_id = types().elementary_of(from);
+    const auto id = types().elementary_of(to);
+    std::string help;
+    if (from_id && id && types()[to].kind != TypeKind::kEnum && conversion(*from_id, *id) != nullptr) {
+      help = fmt::format("convert with {}_TO_{}", core::name_of(*from_id), core::name_of(*id));
+    } else if (types()[to].kind == TypeKind::kEnum) {
+      help = fmt::format("use a value of the enumeration {}", types().name_of(to));
+    }
+    const std::string given = operand.text.empty() ? "a value" : '"' + operand.text + '"';
+    builder_.report(Code::P4101, operand.at,
+                    fmt::format("{} needs {}, {} is {}", what_(), types().name_of(to), given, types().name_of(from)),
+                    std::move(help));
+    return std::nullopt;
+  }
+
+  std::optional<ValueId> literal_misfit(const Operand& operand, TypeRef to) {
+    const auto id = types().elementary_of(to);
+    std::string help;
+    if (types()[to].kind == TypeKind::kEnum) {
+      help = fmt::format("use a value of the enumeration {}", types().name_of(to));
+    } else if (id && core::in_category(*id, core::kAnyDuration)) {
+      help = fmt::format("write a duration: {}", operand.kind == Operand::Kind::kIntLiteral
+                                                     ? fmt::format("T#{}ms", text_of(operand))
+                                                     : std::string("T#1.5s"));
+    } else if (operand.kind == Operand::Kind::kRealLiteral && id && core::in_category(*id, core::kAnyInt)) {
+      help = fmt::format("write an integer, or convert with REAL_TO_{}", core::name_of(*id));
+    }
+    builder_.report(Code::P4107, operand.at,
+                    fmt::format("{} needs {}, literal {} is none", what_(), types().name_of(to), text_of(operand)),
+                    std::move(help));
+    return std::nullopt;
+  }
+
+  std::optional<ValueId> literal(const Operand& operand, TypeRef to, const Type& target, TypeId id) {
+    if (target.kind == TypeKind::kEnum) return literal_misfit(operand, to);
+    if (operand.kind == Operand::Kind::kRealLiteral) {
+      if (!core::in_category(id, core::kAnyReal)) return literal_misfit(operand, to);
+    } else if (!core::in_category(id, core::kAnyReal) && !stdlib::literal_fits(literal_arg(operand), id)) {
+      return literal_misfit(operand, to);
+    }
+    Constant constant;
+    constant.type = to;
+    constant.bits = literal_bits(operand, id);
+    if (target.kind == TypeKind::kSubrange && !in_limits(target, integer_value(constant.bits, core::rep_of(id)))) {
+      return outside(operand, to, target);
+    }
+    return builder_.constant(constant);
+  }
+
+  std::optional<ValueId> widen(const Operand& operand, TypeId from, TypeId to, TypeRef result) {
+    if (!stdlib::widens(from, to)) return std::nullopt;
+    const Overload* overload = conversion(from, to);
+    if (overload == nullptr) return std::nullopt;
+    const ValueId arg = operand.value;
+    return call_or_fold(builder_, *overload, std::span(&arg, 1), result);
+  }
+
+  std::optional<ValueId> outside(const Operand& operand, TypeRef to, const Type& target) {
+    builder_.report(
+        Code::P4108, operand.at,
+        fmt::format("{} takes {}..{}, {} is outside", what_(), target.lower, target.upper, text_of(operand)),
+        fmt::format("give a value of {}", types().name_of(to)));
+    return std::nullopt;
+  }
+
+  /// Constants outside a subrange are errors; other values are held inside at run time.
+  std::optional<ValueId> limit(const Operand& operand, ValueId value, TypeRef to, const Type& target) {
+    if (const Constant* known = constant_of(builder_, value)) {
+      Constant constant = *known;
+      if (!in_limits(target, integer_value(constant.bits, core::rep_of(target.elementary)))) {
+        return outside(operand, to, target);
+      }
+      constant.type = to;
+      return builder_.constant(constant);
+    }
+    const Overload* overload = limit_of(target.elementary);
+    if (overload == nullptr) return value;
+    const std::uint64_t mask = mask_of_width(core::rep_bytes(core::rep_of(target.elementary)));
+    Constant bound;
+    bound.type = ref_of(target.elementary);
+    bound.bits = static_cast<std::uint64_t>(target.lower) & mask;
+    const ValueId lower = builder_.constant(bound);
+    bound.bits = static_cast<std::uint64_t>(target.upper) & mask;
+    const ValueId upper = builder_.constant(bound);
+    const std::array<ValueId, 3> args{lower, value, upper};
+    return builder_.call_overload(*overload, args, to);
+  }
+
+  Builder& builder_;
+  const What& what_;
+};
+
+template <class What>
+std::optional<ValueId> convert_with(Builder& builder, const Operand& operand, TypeRef to, const What& what) {
+  return Converter<What>(builder, what).convert(operand, to);
+}
+
+/// Assignable as a whole: instances hold time and edges of their own, a copy of one would be a second device.
+bool holds_instance(const TypeTable& types, TypeRef ref) {
+  const Type& type = types[ref];
+  if (type.kind == TypeKind::kArray) return holds_instance(types, type.element);
+  if (type.kind == TypeKind::kStruct) {
+    return std::any_of(type.fields.begin(), type.fields.end(),
+                       [&](const TypeField& f) { return holds_instance(types, f.type); });
+  }
+  return type.kind == TypeKind::kBlock || type.kind == TypeKind::kPou;
+}
+
+/// One call by name: arguments classified, overload resolved, problems named by pin.
+class NamedCall {
+ public:
+  NamedCall(Builder& builder, std::string_view name, std::span<const Operand> args, const SourceRef& at,
+            std::optional<TypeRef> expected, std::span<const std::string> pins)
+      : builder_(builder), name_(core::uppered(name)), args_(args), at_(at), expected_(expected), pins_(pins) {}
+
+  std::optional<ValueId> make() {
+    if (!classify()) return std::nullopt;
+    std::optional<TypeId> expected_id;
+    if (expected_) expected_id = types().elementary_of(*expected_);
+    const stdlib::Resolution found = stdlib::resolve(name_, known_, expected_id);
+    if (found.status != stdlib::Resolution::Status::kFound) {
+      explain(found);
+      return std::nullopt;
+    }
+    const Overload& overload = *found.overload;
+    std::vector<ValueId> values;
+    values.reserve(args_.size());
+    for (std::size_t i = 0; i < args_.size(); ++i) {
+      const auto value = argument(i, overload.param_type(i));
+      if (!value) return std::nullopt;
+      values.push_back(*value);
+    }
+    if (const auto logic = boolean(overload, values)) return logic;
+    return call_or_fold(builder_, overload, values, result_type(overload, values));
+  }
+
+ private:
+  TypeTable& types() { return builder_.module().types; }
+  std::string quoted_pin(std::size_t i) const {
+    if (i < pins_.size() && !pins_[i].empty()) return '"' + pins_[i] + '"';
+    const auto named = stdlib::overloads_named(name_);
+    return '"' + (named.empty() ? fmt::format("IN{}", i + 1) : stdlib::pin_name(*named.front().spec, i)) + '"';
+  }
+  std::string input(std::size_t i) const { return fmt::format("input {} of {}", quoted_pin(i), name_); }
+  SourceRef place_of(std::size_t i) const { return args_[i].at.line != 0 ? args_[i].at : at_; }
+
+  bool classify() {
+    bool fine = true;
+    if (stdlib::overloads_named(name_).empty()) {
+      builder_.report(Code::P4102, at_, fmt::format("there is no function {}", name_),
+                      "check the spelling; function blocks need an instance");
+      return false;
+    }
+    for (std::size_t i = 0; i < args_.size(); ++i) {
+      stdlib::Arg arg;
+      switch (args_[i].kind) {
+        case Operand::Kind::kUnconnected:
+          builder_.report(Code::P4106, place_of(i), fmt::format("{} is not connected", input(i)),
+                          "wire it or give it a value");
+          fine = false;
+          break;
+        case Operand::Kind::kIntLiteral:
+          arg = literal_arg(args_[i]);
+          break;
+        case Operand::Kind::kRealLiteral:
+          arg.kind = stdlib::Arg::Kind::kRealLiteral;
+          break;
+        case Operand::Kind::kValue: {
+          const TypeRef type = builder_.type_of(args_[i].value);
+          const auto id = types().elementary_of(type);
+          if (id) {
+            arg.type = *id;
+            break;
+          }
+          builder_.report(Code::P4103, place_of(i), fmt::format("{} has type {}", input(i), types().name_of(type)),
+                          "give it one element or member");
+          fine = false;
+          break;
+        }
+      }
+      known_.push_back(arg);
+    }
+    return fine;
+  }
+
+  std::optional<ValueId> argument(std::size_t i, TypeId type) {
+    const Operand& operand = args_[i];
+    // Strings of any capacity are passed as they are.
+    if (operand.kind == Operand::Kind::kValue && known_[i].type == type) return operand.value;
+    return convert_with(builder_, operand, ref_of(type), [&] { return input(i); });
+  }
+
+  /// BOOL functions that look-up tables can hold.
+  std::optional<ValueId> boolean(const Overload& overload, std::span<const ValueId> v) {
+    if (v.empty()) return std::nullopt;
+    if (name_ == "MOVE" && v.size() == 1) return v[0];
+    if (overload.spec->t_categories == 0 || overload.t != TypeId::kBool) return std::nullopt;
+    if (name_ == "NOT") return builder_.not_(v[0]);
+    const bool pair = v.size() == 2;
+    if (name_ == "EQ" && pair) return builder_.not_(builder_.logic(Op::kXor, v[0], v[1]));
+    if (name_ == "NE" && pair) return builder_.logic(Op::kXor, v[0], v[1]);
+    if (name_ == "SEL" && v.size() == 3) {
+      const ValueId low = builder_.logic(Op::kAnd, builder_.not_(v[0]), v[1]);
+      return builder_.logic(Op::kOr, low, builder_.logic(Op::kAnd, v[0], v[2]));
+    }
+    Op op = Op::kAnd;
+    if (name_ == "OR") {
+      op = Op::kOr;
+    } else if (name_ == "XOR") {
+      op = Op::kXor;
+    } else if (name_ != "AND") {
+      return std::nullopt;
+    }
+    ValueId value = v[0];
+    for (std::size_t i = 1; i < v.size(); ++i) value = builder_.logic(op, value, v[i]);
+    return value;
+  }
+
+  TypeRef result_type(const Overload& overload, std::span<const ValueId> values) {
+    const TypeId id = overload.result_type();
+    if (id == TypeId::kString || id == TypeId::kWstring) return types().string(id, result_capacity(id, values));
+    // Choosing among values of one enumeration or subrange gives one of them.
+    static constexpr std::array<std::string_view, 5> kChoices{"SEL", "MUX", "MIN", "MAX", "LIMIT"};
+    if (overload.spec->result.kind == stdlib::ParamType::Kind::kT &&
+        std::find(kChoices.begin(), kChoices.end(), name_) != kChoices.end()) {
+      const TypeRef last = builder_.type_of(values.back());
+      bool same = true;
+      for (std::size_t i = 0; i < values.size(); ++i) {
+        const std::size_t declared = std::min<std::size_t>(i, overload.spec->param_count - 1u);
+        const bool chosen = overload.spec->params[declared].type.kind == stdlib::ParamType::Kind::kT;
+        same = same && (!chosen || builder_.type_of(values[i]) == last);
+      }
+      if (same) return last;
+    }
+    return ref_of(id);
+  }
+
+  /// Large enough for what the arguments can hold: cutting belongs to the assignment that asks for less.
+  std::uint16_t result_capacity(TypeId id, std::span<const ValueId> values) {
+    const bool joins = name_ == "CONCAT" || name_ == "INSERT" || name_ == "REPLACE";
+    std::uint32_t sum = 0;
+    std::uint32_t most = core::kDefaultStringCapacity;
+    for (const ValueId value : values) {
+      const Type& type = types()[builder_.type_of(value)];
+      if (type.kind != TypeKind::kString || type.elementary != id) continue;
+      sum += type.capacity;
+      most = std::max<std::uint32_t>(most, type.capacity);
+    }
+    if (joins) most = std::max(most, sum);
+    return static_cast<std::uint16_t>(std::min<std::uint32_t>(most, core::kMaxStringCapacity));
+  }
+
+  std::string type_text(std::size_t i) {
+    const stdlib::Arg& arg = known_[i];
+    if (arg.kind == stdlib::Arg::Kind::kIntLiteral) return "literal " + text_of(args_[i]);
+    if (arg.kind == stdlib::Arg::Kind::kRealLiteral) return "literal " + text_of(args_[i]);
+    return types().name_of(builder_.type_of(args_[i].value));
+  }
+
+  void explain(const stdlib::Resolution& found) {
+    const stdlib::FunctionSpec& spec = *stdlib::overloads_named(name_).front().spec;
+    switch (found.status) {
+      case stdlib::Resolution::Status::kWrongCount: {
+        std::string inputs;
+        for (std::size_t i = 0; i < spec.param_count; ++i) inputs += (i ? ", " : "") + stdlib::pin_name(spec, i);
+        builder_.report(
+            Code::P4105, at_,
+            fmt::format("{} takes {} input{} ({}{}), {} given", name_, spec.param_count,
+                        spec.param_count == 1 ? "" : "s", inputs, spec.extensible ? ", .." : "", args_.size()));
+        return;
+      }
+      case stdlib::Resolution::Status::kAmbiguous:
+        builder_.report(Code::P4104, at_,
+                        fmt::format("call of {} fits {} and {}", name_, stdlib::key_of(*found.overload),
+                                    stdlib::key_of(*found.rival)),
+                        "give a literal its type, for example INT#1");
+        return;
+      default:
+        explain_mismatch();
+    }
+  }
+
+  /// Names the first input that no overload takes, or else the one that differs from what the others agree on.
+  void explain_mismatch() {
+    const auto candidates = stdlib::overloads_named(name_);
+    for (std::size_t i = 0; i < args_.size(); ++i) {
+      const bool taken = std::any_of(candidates.begin(), candidates.end(), [&](const Overload& o) {
+        const TypeId want = o.param_type(i);
+        if (known_[i].kind == stdlib::Arg::Kind::kTyped) return stdlib::widens(known_[i].type, want);
+        if (known_[i].kind == stdlib::Arg::Kind::kRealLiteral) return core::in_category(want, core::kAnyReal);
+        return stdlib::literal_fits(known_[i], want);
+      });
+      if (taken) continue;
+      builder_.report(Code::P4103, place_of(i),
+                      fmt::format("{} has type {}, which {} does not take", input(i), type_text(i), name_),
+                      "candidates: " + candidate_list());
+      return;
+    }
+    const std::optional<std::size_t> reference = commonest();
+    std::size_t odd = args_.size();
+    for (std::size_t i = 0; reference && i < args_.size() && odd == args_.size(); ++i) {
+      if (!agrees(known_[i], known_[*reference].type)) odd = i;
+    }
+    if (odd == args_.size()) {
+      builder_.report(Code::P4103, at_, fmt::format("{} does not take these inputs", name_),
+                      "candidates: " + candidate_list());
+      return;
+    }
+    std::string help = "candidates: " + candidate_list();
+    if (known_[odd].kind == stdlib::Arg::Kind::kTyped &&
+        conversion(known_[odd].type, known_[*reference].type) != nullptr) {
+      help = fmt::format("convert it with {}_TO_{}", core::name_of(known_[odd].type),
+                         core::name_of(known_[*reference].type));
+    }
+    const bool several = args_.size() > 2;
+    builder_.report(
+        Code::P4103, place_of(odd),
+        fmt::format("{} has type {}, {} {}", input(odd), type_text(odd),
+                    several ? std::string("other inputs are") : fmt::format("input {} is", quoted_pin(*reference)),
+                    type_text(*reference)),
+        std::move(help));
+  }
+
+  /// The first input whose type most inputs share.
+  std::optional<std::size_t> commonest() const {
+    std::optional<std::size_t> best;
+    std::size_t most = 0;
+    for (std::size_t i = 0; i < known_.size(); ++i) {
+      if (known_[i].kind != stdlib::Arg::Kind::kTyped) continue;
+      const auto alike =
+          static_cast<std::size_t>(std::count_if(known_.begin(), known_.end(), [&](const stdlib::Arg& o) {
+            return o.kind == stdlib::Arg::Kind::kTyped && o.type == known_[i].type;
+          }));
+      if (alike > most) {
+        most = alike;
+        best = i;
+      }
+    }
+    return best;
+  }
+
+  static bool agrees(const stdlib::Arg& arg, TypeId type) {
+    if (arg.kind == stdlib::Arg::Kind::kTyped) return arg.type == type;
+    if (arg.kind == stdlib::Arg::Kind::kRealLiteral) return core::in_category(type, core::kAnyReal);
+    return stdlib::literal_fits(arg, type);
+  }
+
+  std::string candidate_list() const {
+    constexpr std::size_t kShown = 6;
+    std::string list;
+    std::size_t shown = 0;
+    const auto candidates = stdlib::overloads_named(name_);
+    for (const Overload& o : candidates) {
+      if (shown++ == kShown) return list + ", ..";
+      list += (list.empty() ? "" : ", ") + std::string(o.name) + "(";
+      for (std::size_t i = 0; i < o.spec->param_count; ++i) {
+        list += (i ? ", " : "") + std::string(core::name_of(o.param_type(i)));
+      }
+      list += ")";
+    }
+    return list;
+  }
+
+  Builder& builder_;
+  std::string name_;
+  std::span<const Operand> args_;
+  const SourceRef& at_;
+  std::optional<TypeRef> expected_;
+  std::span<const std::string> pins_;
+  std::vector<stdlib::Arg> known_;
+};
+
+}  // namespace
+
+std::optional<ValueId> Builder::convert(const Operand& operand, TypeRef to, std::string_view what) {
+  return convert_with(*this, operand, to, [&] { return what; });
+}
+
+bool Builder::assign(PlaceId place, const Operand& operand, std::string_view what) {
+  const TypeRef type = type_of(place);
+  if (!module_.types.rep_of(type)) {
+    if (operand.kind != Operand::Kind::kValue || type_of(operand.value) != type) {
+      const std::string given =
+          operand.kind == Operand::Kind::kValue ? module_.types.name_of(type_of(operand.value)) : text_of(operand);
+      report(Code::P4101, operand.at, fmt::format("{} needs {}, not {}", what, module_.types.name_of(type), given));
+      return false;
+    }
+    if (holds_instance(module_.types, type)) {
+      report(Code::P4109, operand.at, fmt::format("{} holds a function block instance and cannot be assigned", what),
+             "assign its members, or pass the instance to a VAR_IN_OUT");
+      return false;
+    }
+    store(place, operand.value);
+    return true;
+  }
+  const auto value = convert(operand, type, what);
+  if (!value) return false;
+  store(place, *value);
+  return true;
+}
+
+std::optional<ValueId> Builder::call(std::string_view name, std::span<const Operand> args, const SourceRef& at,
+                                     std::optional<TypeRef> expected, std::span<const std::string> pins) {
+  return NamedCall(*this, name, args, at, expected, pins).make();
+}
+
+std::optional<ValueId> Builder::settle(const Operand& operand, std::optional<TypeRef> expected) {
+  const auto what = [] { return std::string_view("this place"); };
+  switch (operand.kind) {
+    case Operand::Kind::kUnconnected:
+      return std::nullopt;
+    case Operand::Kind::kValue:
+      return operand.value;
+    case Operand::Kind::kRealLiteral: {
+      const bool wanted = expected && module_.types[*expected].kind == TypeKind::kElementary &&
+                          core::in_category(module_.types[*expected].elementary, core::kAnyReal);
+      return convert_with(*this, operand, wanted ? *expected : ref_of(TypeId::kLreal), what);
+    }
+    case Operand::Kind::kIntLiteral:
+      break;
+  }
+  const stdlib::Arg arg = literal_arg(operand);
+  if (expected && module_.types[*expected].kind == TypeKind::kElementary &&
+      stdlib::literal_fits(arg, module_.types[*expected].elementary)) {
+    return convert_with(*this, operand, *expected, what);
+  }
+  for (const TypeId id : {TypeId::kDint, TypeId::kLint, TypeId::kUlint}) {
+    if (stdlib::literal_fits(arg, id)) return convert_with(*this, operand, ref_of(id), what);
+  }
+  return convert_with(*this, operand, ref_of(TypeId::kDint), what);
+}
+
+}  // namespace plc::ir

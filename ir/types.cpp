@@ -1,0 +1,152 @@
+#include "ir/types.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+namespace plc::ir {
+namespace {
+
+bool is_string(TypeId id) { return id == TypeId::kString || id == TypeId::kWstring; }
+
+}  // namespace
+
+TypeTable::TypeTable() {
+  types_.reserve(core::kTypeCount + 64);
+  for (std::size_t i = 0; i < core::kTypeCount; ++i) {
+    Type type;
+    type.elementary = static_cast<TypeId>(i);
+    if (is_string(type.elementary)) {
+      type.kind = TypeKind::kString;
+      type.capacity = core::kDefaultStringCapacity;
+    }
+    const TypeRef ref = add(std::move(type));
+    if (types_[ref.index].kind == TypeKind::kString) {
+      interned_.emplace(fmt::format("S{}:{}", i, core::kDefaultStringCapacity), ref);
+    }
+  }
+}
+
+TypeRef TypeTable::add(Type type) {
+  types_.push_back(std::move(type));
+  return {static_cast<std::uint32_t>(types_.size() - 1)};
+}
+
+TypeRef TypeTable::intern(const std::string& key, Type type) {
+  const auto it = interned_.find(key);
+  if (it != interned_.end()) return it->second;
+  const TypeRef ref = add(std::move(type));
+  interned_.emplace(key, ref);
+  return ref;
+}
+
+TypeRef TypeTable::string(TypeId string_or_wstring, std::uint16_t capacity) {
+  Type type;
+  type.kind = TypeKind::kString;
+  type.elementary = string_or_wstring;
+  type.capacity = capacity;
+  return intern(fmt::format("S{}:{}", static_cast<unsigned>(string_or_wstring), capacity), std::move(type));
+}
+
+TypeRef TypeTable::array(TypeRef element, std::int64_t lower, std::int64_t upper) {
+  Type type;
+  type.kind = TypeKind::kArray;
+  type.element = element;
+  type.lower = lower;
+  type.upper = upper;
+  return intern(fmt::format("A{}:{}:{}", element.index, lower, upper), std::move(type));
+}
+
+TypeRef TypeTable::reference(TypeRef target) {
+  Type type;
+  type.kind = TypeKind::kReference;
+  type.element = target;
+  return intern(fmt::format("R{}", target.index), std::move(type));
+}
+
+TypeRef TypeTable::block(const stdlib::BlockSpec& block) {
+  Type type;
+  type.kind = TypeKind::kBlock;
+  type.name = std::string(block.name);
+  type.block = &block;
+  return intern(fmt::format("B{}", block.name), std::move(type));
+}
+
+TypeRef TypeTable::pou(std::uint32_t pou_index, std::string_view name) {
+  Type type;
+  type.kind = TypeKind::kPou;
+  type.name = std::string(name);
+  type.pou = pou_index;
+  const TypeRef ref = intern(fmt::format("P{}", pou_index), std::move(type));
+  by_name_.emplace(std::string(name), ref);
+  return ref;
+}
+
+bool TypeTable::declare(std::string_view name, Type type) {
+  if (core::type_named(name) || by_name_.find(name) != by_name_.end()) return false;
+  type.name = std::string(name);
+  const TypeRef ref = add(std::move(type));
+  by_name_.emplace(std::string(name), ref);
+  return true;
+}
+
+bool TypeTable::declare_alias(std::string_view name, TypeRef target) {
+  if (core::type_named(name)) return false;
+  return by_name_.emplace(std::string(name), target).second;
+}
+
+std::optional<TypeRef> TypeTable::find(std::string_view name) {
+  // A project's own declaration hides a standard block of the same name: real projects bring their own "CTU" or "RTC".
+  const auto it = by_name_.find(name);
+  if (it != by_name_.end()) return it->second;
+  if (const auto id = core::type_named(name)) return ref_of(*id);
+  if (const stdlib::BlockSpec* spec = stdlib::block_named(name)) return block(*spec);
+  return std::nullopt;
+}
+
+std::string TypeTable::name_of(TypeRef ref) const {
+  if (!ref.valid()) return "nothing";
+  const Type& type = types_[ref.index];
+  if (!type.name.empty()) return type.name;
+  switch (type.kind) {
+    case TypeKind::kString:
+      return fmt::format("{}[{}]", core::name_of(type.elementary), type.capacity);
+    case TypeKind::kArray: {
+      std::string bounds = fmt::format("{}..{}", type.lower, type.upper);
+      TypeRef element = type.element;
+      while (types_[element.index].kind == TypeKind::kArray && types_[element.index].name.empty()) {
+        const Type& inner = types_[element.index];
+        bounds += fmt::format(", {}..{}", inner.lower, inner.upper);
+        element = inner.element;
+      }
+      return fmt::format("ARRAY [{}] OF {}", bounds, name_of(element));
+    }
+    case TypeKind::kReference:
+      return "REF_TO " + name_of(type.element);
+    case TypeKind::kSubrange:
+      return fmt::format("{} ({}..{})", core::name_of(type.elementary), type.lower, type.upper);
+    default:
+      return std::string(core::name_of(type.elementary));
+  }
+}
+
+std::optional<Rep> TypeTable::rep_of(TypeRef ref) const {
+  if (types_[ref.index].kind == TypeKind::kReference) return Rep::kRef;
+  if (const auto id = elementary_of(ref)) return core::rep_of(*id);
+  return std::nullopt;
+}
+
+std::optional<TypeId> TypeTable::elementary_of(TypeRef ref) const {
+  const Type& type = types_[ref.index];
+  switch (type.kind) {
+    case TypeKind::kElementary:
+    case TypeKind::kString:
+    case TypeKind::kEnum:
+    case TypeKind::kSubrange:
+      return type.elementary;
+    default:
+      return std::nullopt;
+  }
+}
+
+}  // namespace plc::ir
