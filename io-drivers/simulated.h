@@ -1,0 +1,58 @@
+// SimulatedDriver: inputs scripted in a CSV file, for simulation and tests.
+//
+// In: "time_ms,path,path,..." and rows of values in ascending time; time_ms may be fractional, an empty cell keeps the
+// value,
+// '' or "" in quotes is the empty string. Out: variables written at the first release instant at or after each row's
+// time, through Access, so normalised. All values are checked when the script is loaded: a script that loads never
+// fails later. Problems are "file:line:column: ..." with P72xx codes. Does not belong here: real devices.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/result.h"
+#include "runtime/access.h"
+#include "runtime/sched/simulation.h"
+
+namespace plc::io {
+
+class SimulatedDriver {
+ public:
+  /// Parses `text`; `file` names it in problems.
+  static core::Result<SimulatedDriver> parse(std::string_view text, std::string_view file, runtime::Resource& resource);
+  /// Reads and parses a file.
+  static core::Result<SimulatedDriver> load(const std::string& path, runtime::Resource& resource);
+
+  /// Applies every row that is due at `now_ns` and was not applied yet.
+  void apply(core::TimeNs now_ns);
+  /// Applies rows at each instant of `simulation`; the driver must outlive it.
+  void attach(runtime::Simulation& simulation);
+  [[nodiscard]] std::size_t rows() const { return rows_.size(); }
+  /// Time of the last row, 0 without rows.
+  [[nodiscard]] core::TimeNs end_ns() const { return rows_.empty() ? 0 : rows_.back().time_ns; }
+
+ private:
+  struct Value {
+    std::uint32_t column = 0;
+    std::string text;
+  };
+  struct Row {
+    core::TimeNs time_ns = 0;
+    std::vector<Value> values;
+  };
+  explicit SimulatedDriver(runtime::Resource& resource) : access_(resource) {}
+  runtime::Access access_;
+  std::vector<runtime::Place> places_;
+  std::vector<Row> rows_;
+  std::size_t next_ = 0;
+};
+
+/// Milliseconds as decimal text, with up to six digits after the point ("12.5"), as ns; nothing when it is not such a
+/// number.
+std::optional<core::TimeNs> parse_time_ms(std::string_view text);
+/// ns as milliseconds in the shortest decimal form ("12.5").
+void append_time_ms(std::string& out, core::TimeNs time_ns);
+
+}  // namespace plc::io

@@ -1,0 +1,62 @@
+// Access: variables by path and as text, for tools, traces and stimuli. Never in a cycle.
+//
+// In: a resource and paths in any letter case: "Main.Motor.Run", "Conveyor.Timer.Q" (program instance, then fields),
+// "Level", "GVL.Level" (global), "Arr[3]", "Matrix[1,2]", "%IX0.0" (global at that address), "Task.Main.Motor" (when
+// two tasks have instances of one name). Out: typed places, values as text. Writing normalises: BOOL is 0 or 1, ranges
+// and subranges are checked, strings fit their capacity. Threads: globals any thread; task variables only between
+// cycles of that task. Text: BOOL 0/1, integers and enumerations decimal, REAL/LREAL shortest form that reads back the
+// same, durations and dates in ns, strings in single quotes with $-escapes (IEC 61131-3, 6.3.3), CHAR as a string of
+// one.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/result.h"
+#include "runtime/resource.h"
+
+namespace plc::runtime {
+
+/// A place of a resource: a variable, or any part of one.
+struct Place {
+  static constexpr std::uint32_t kGlobal = 0xffffffffu;
+  std::uint32_t task = kGlobal;  ///< whose table, or kGlobal: the global table
+  std::uint32_t offset = 0;      ///< bytes from the start of that table
+  std::uint32_t type = 0;        ///< index into Image::types
+  bool constant = false;         ///< declared CONSTANT: not written
+};
+
+class Access {
+ public:
+  explicit Access(Resource& resource) : resource_(resource) {}
+
+  /// The place called `path`, or P7101 with the nearest known name as help.
+  [[nodiscard]] core::Result<Place> find(std::string_view path) const;
+  /// As find(), but refuses (P7102) what is not a scalar or a string.
+  [[nodiscard]] core::Result<Place> find_leaf(std::string_view path) const;
+  /// Paths of all scalars and strings that match `pattern` in declaration order: '*' any characters, '?' one, letter
+  /// case ignored; hidden ones only when the pattern has a '#'. At most `limit`.
+  [[nodiscard]] std::vector<std::string> list(std::string_view pattern = "*", std::size_t limit = 1'000'000) const;
+
+  /// Value of a leaf as text; arrays and structures come out as "[a, b]" and "(x := a, y := b)".
+  [[nodiscard]] std::string read(const Place& place) const;
+  /// Appends to `out` instead: no allocation once `out` is large enough.
+  void read_to(const Place& place, std::string& out) const;
+  /// Value of a scalar as an integer (BOOL 0/1); nothing for reals and strings.
+  [[nodiscard]] std::optional<std::int64_t> read_integer(const Place& place) const;
+
+  /// Writes a leaf from text. Besides what read() gives: TRUE/FALSE, 16#..., 2#..., 8#..., '_' between digits,
+  /// enumeration member names, T#1s500ms, strings without quotes. Returns nothing, or the problem (P7103 not a value of
+  /// the type, P7104 out of range, P7105 too long, P7106 cannot be written).
+  std::optional<core::Problem> write(const Place& place, std::string_view text);
+
+  [[nodiscard]] Resource& resource() const { return resource_; }
+
+ private:
+  Resource& resource_;
+};
+
+}  // namespace plc::runtime

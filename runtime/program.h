@@ -1,0 +1,102 @@
+// Program: the executable form of one task of a verified image. Handles become addresses here, before the first run.
+//
+// In: VerifiedImage, GlobalTable. Out: execute(), one scan of the task: imports, programs, exports as its body says.
+// Threads: a Program belongs to one thread at a time; only the global table is shared, and only by relaxed atomics.
+// Events stop nothing and are counted with their drawn element; a fault ends the scan (docs/guides/events.md).
+// Does not belong here: when a task runs (sched/), names of variables (access.h).
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "bytecode/image.h"
+#include "core/clock.h"
+#include "core/result.h"
+#include "core/source_ref.h"
+#include "runtime/memory/table.h"
+#include "stdlib/library.h"
+
+namespace plc::runtime {
+
+/// What a scan is told from outside. Taken once per cycle.
+struct CycleContext {
+  core::TimeNs now_ns = 0;
+};
+
+enum class FaultKind : std::uint8_t { kNone, kLoopBudget };
+
+/// A scan that could not end regularly. Nothing was exported by the instructions after it.
+struct Fault {
+  FaultKind kind = FaultKind::kNone;
+  std::uint32_t pou = 0;   ///< index into Image::pous
+  std::uint32_t word = 0;  ///< code word of the instruction in that POU
+  explicit operator bool() const { return kind != FaultKind::kNone; }
+};
+/// The diagnostics code of a fault kind ("R1001").
+core::Code fault_code(FaultKind kind);
+
+/// The place in the user's files that code word `word` of POU `pou` came from.
+core::SourceRef source_of(const bytecode::Image& image, std::uint32_t pou, std::uint32_t word);
+
+/// How often one instruction raised an event.
+struct EventCount {
+  std::uint32_t pou = 0;
+  std::uint32_t word = 0;
+  stdlib::Event last = stdlib::Event::kNone;
+  std::uint64_t count = 0;
+};
+
+struct ProgramOptions {
+  std::uint32_t loop_budget = bytecode::kDefaultLoopBudget;  ///< LOOP_JUMPs that one scan may take
+  bool huge_pages = false;
+};
+
+class Program {
+ public:
+  /// Resolves task `task` of the image. Refuses (P71xx) tables that cannot be addressed and images that were made for
+  /// another standard library. The image must outlive the program; `globals` too.
+  static core::Result<std::unique_ptr<Program>> link(const bytecode::VerifiedImage& image, std::uint32_t task,
+                                                     GlobalTable& globals, const ProgramOptions& options = {});
+  ~Program();
+  Program(const Program&) = delete;
+  Program& operator=(const Program&) = delete;
+
+  /// One scan. RT: noexcept, no allocation, no lock, no system call.
+  Fault execute(const CycleContext& context) noexcept;
+
+  [[nodiscard]] const bytecode::Image& image() const;
+  [[nodiscard]] const bytecode::ImageTask& task() const;
+  [[nodiscard]] std::uint32_t task_index() const;
+  [[nodiscard]] TaskTable& table();
+  [[nodiscard]] const TaskTable& table() const;
+
+  /// Instructions that raised events since the start, in no particular order. May be read while the task runs: counts
+  /// are relaxed atomics. At most kEventSlots instructions are told apart; the rest is in other_events().
+  [[nodiscard]] std::vector<EventCount> events() const;
+  [[nodiscard]] std::uint64_t other_events() const;
+  [[nodiscard]] std::uint64_t event_total() const;
+  static constexpr std::size_t kEventSlots = 256;
+
+  /// Cold start: initial values again, events forgotten. Not while the task runs.
+  void reset();
+
+  /// How the linker resolved the boolean runs and bodies; for `explain`, tests and benchmarks.
+  struct LinkReport {
+    std::uint32_t fixed_bodies = 0;     ///< POUs with one instance: absolute operands
+    std::uint32_t relative_bodies = 0;  ///< POUs with several instances: operands relative to the current one
+    std::uint64_t short4_records = 0;   ///< BOOL_RUN records of 16 bytes, at most four inputs
+    std::uint64_t short5_records = 0;   ///< BOOL_RUN records of 16 bytes, five inputs
+    std::uint64_t wide_records = 0;     ///< BOOL_RUN records with 32-bit offsets
+    std::uint64_t mixed_records = 0;    ///< BOOL_RUN records of relative bodies that mix instance and other memory
+    std::uint64_t code_bytes = 0;       ///< resolved code of the task
+  };
+  [[nodiscard]] const LinkReport& link_report() const;
+
+ private:
+  struct State;
+  explicit Program(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace plc::runtime

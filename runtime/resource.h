@@ -1,0 +1,35 @@
+// Resource: a verified image made ready to run: the global table and one Program per task (IEC 61131-3, 6.8: a
+// resource).
+//
+// In: VerifiedImage. Out: linked programs that schedulers (sched/) run and tools (access.h) look into.
+// Does not belong here: threads, clocks, drivers.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "runtime/program.h"
+
+namespace plc::runtime {
+
+class Resource {
+ public:
+  /// Links every task. Takes the image: programs point into it.
+  static core::Result<std::unique_ptr<Resource>> load(bytecode::VerifiedImage image,
+                                                      const ProgramOptions& options = {});
+
+  [[nodiscard]] const bytecode::Image& image() const { return image_.image(); }
+  [[nodiscard]] GlobalTable& globals() { return globals_; }
+  [[nodiscard]] const GlobalTable& globals() const { return globals_; }
+  [[nodiscard]] std::size_t task_count() const { return programs_.size(); }
+  [[nodiscard]] Program& program(std::size_t task) { return *programs_[task]; }
+  [[nodiscard]] const Program& program(std::size_t task) const { return *programs_[task]; }
+
+ private:
+  explicit Resource(bytecode::VerifiedImage image) : image_(std::move(image)), globals_(image_.image()) {}
+  bytecode::VerifiedImage image_;
+  GlobalTable globals_;
+  std::vector<std::unique_ptr<Program>> programs_;
+};
+
+}  // namespace plc::runtime

@@ -1,0 +1,34 @@
+// CycleListener: who wants to act at the exchange points of a task's cycle: drivers, traces, stimuli.
+//
+// In: calls from a scheduler at the start and the end of each scan and at stop. Out: whatever the listener moves
+// between its device and the global table. Threads: called on the task's own thread; a listener that serves several
+// tasks is called by several threads. Does not belong here: what a driver is (io-drivers/driver.h).
+#pragma once
+
+#include <cstdint>
+
+#include "core/clock.h"
+
+namespace plc::runtime {
+
+/// One release of one task.
+struct ReleaseContext {
+  std::uint32_t task = 0;       ///< index into Image::tasks
+  std::uint64_t cycle = 0;      ///< scans of this task before this one
+  core::TimeNs now_ns = 0;      ///< the cycle's `now`
+  core::TimeNs release_ns = 0;  ///< the instant on the task's release grid
+};
+
+class CycleListener {
+ public:
+  virtual ~CycleListener() = default;
+  /// Before the scan: inputs into the global table. RT: bounded.
+  virtual void before_scan(const ReleaseContext& context) noexcept = 0;
+  /// After the scan: outputs from the global table. RT: bounded.
+  virtual void after_scan(const ReleaseContext& context) noexcept = 0;
+  /// All outputs into their declared safe state; the scheduler stops, or `task` faulted under such a policy. Called
+  /// once per reason, after the last after_scan() of the tasks concerned.
+  virtual void safe_state() noexcept = 0;
+};
+
+}  // namespace plc::runtime
