@@ -1,0 +1,184 @@
+// Arithmetic on IEC values: the one place where raw integer and real arithmetic is written (docs/guides/values.md).
+//
+// In: operands. Out: results, defined for every operand: integers wrap, shifts are bounded, divisions by zero and
+// conversions out of range report an Event, every NaN is the canonical one. Kernels and the interpreter share these.
+// Does not belong here: text, tables, opcodes.
+#pragma once
+
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <type_traits>
+
+#include "stdlib/library.h"
+
+namespace plc::stdlib {
+
+/// Unsigned type of at least 32 bits that holds T: small types would be promoted to int, whose overflow is undefined.
+template <class T>
+using WideUnsigned = std::conditional_t<sizeof(T) <= 4, std::uint32_t, std::uint64_t>;
+
+// ---- integers: two's complement, modulo 2^width -----------------------------------------------------------------
+
+template <class T>
+constexpr T wrap_add(T a, T b) noexcept {
+  return static_cast<T>(static_cast<WideUnsigned<T>>(a) + static_cast<WideUnsigned<T>>(b));
+}
+template <class T>
+constexpr T wrap_sub(T a, T b) noexcept {
+  return static_cast<T>(static_cast<WideUnsigned<T>>(a) - static_cast<WideUnsigned<T>>(b));
+}
+template <class T>
+constexpr T wrap_mul(T a, T b) noexcept {
+  return static_cast<T>(static_cast<WideUnsigned<T>>(a) * static_cast<WideUnsigned<T>>(b));
+}
+template <class T>
+constexpr T wrap_neg(T a) noexcept {
+  return wrap_sub(T{}, a);
+}
+/// Truncates toward zero. Division by zero is 0 with an event; the least value divided by -1 wraps to itself.
+template <class T>
+constexpr T div_wrap(T a, T b, Event& event) noexcept {
+  if (b == 0) {
+    event = Event::kDivideByZero;
+    return 0;
+  }
+  if constexpr (std::is_signed_v<T>) {
+    if (b == -1) return wrap_neg(a);
+  }
+  return static_cast<T>(a / b);
+}
+/// Sign of the dividend; 0 for a zero divisor (the standard's own rule, so no event).
+template <class T>
+constexpr T mod_wrap(T a, T b) noexcept {
+  if (b == 0) return 0;
+  if constexpr (std::is_signed_v<T>) {
+    if (b == -1) return 0;
+  }
+  return static_cast<T>(a % b);
+}
+
+// ---- reals: IEEE 754, one NaN -----------------------------------------------------------------------------------
+
+/// `v`, or the canonical quiet NaN (positive, 0x7fc00000 or 0x7ff8000000000000) if it is any NaN.
+constexpr float canonical(float v) noexcept { return v != v ? std::bit_cast<float>(0x7fc00000u) : v; }
+constexpr double canonical(double v) noexcept { return v != v ? std::bit_cast<double>(0x7ff8000000000000ull) : v; }
+
+/// Nearest integer, ties to even, as the double that holds it; independent of the rounding mode. Infinities and NaN stay.
+constexpr double round_half_even(double v) noexcept {
+  constexpr double kAllIntegers = 4503599627370496.0;  // from 2^52 on every double is an integer
+  if (!(v > -kAllIntegers && v < kAllIntegers)) return v;
+  const auto whole = static_cast<std::int64_t>(v);
+  const double rest = v - static_cast<double>(whole);
+  const bool odd = (whole & 1) != 0;
+  if (rest > 0.5 || (rest == 0.5 && odd)) return static_cast<double>(whole + 1);
+  if (rest < -0.5 || (rest == -0.5 && odd)) return static_cast<double>(whole - 1);
+  return static_cast<double>(whole);
+}
+/// The integer part of `v` held within T: out of range saturates and NaN is 0, both with an event.
+template <class T>
+constexpr T saturate_cast(double v, Event& event) noexcept {
+  constexpr double kAbove = 2.0 * static_cast<double>(std::numeric_limits<T>::max() / 2 + 1);
+  constexpr double kLeast = static_cast<double>(std::numeric_limits<T>::min());
+  if (v != v) {
+    event = Event::kOutOfRange;
+    return 0;
+  }
+  if (v >= kAbove) {
+    event = Event::kOutOfRange;
+    return std::numeric_limits<T>::max();
+  }
+  if (v <= kLeast - 1.0 || v < kLeast) {
+    // A fraction below the least value still truncates to it; whole values below do not.
+    if (v <= kLeast - 1.0) event = Event::kOutOfRange;
+    return std::numeric_limits<T>::min();
+  }
+  return static_cast<T>(v);
+}
+/// REAL to integer: rounds half to even, saturates with an event, NaN gives 0 with an event.
+template <class T>
+constexpr T real_to_int(double v, Event& event) noexcept {
+  return saturate_cast<T>(round_half_even(v), event);
+}
+
+// ---- either: what the rows and the opcodes call -----------------------------------------------------------------
+
+template <class T>
+constexpr T add(T a, T b) noexcept {
+  if constexpr (std::is_floating_point_v<T>) {
+    return canonical(a + b);
+  } else {
+    return wrap_add(a, b);
+  }
+}
+template <class T>
+constexpr T sub(T a, T b) noexcept {
+  if constexpr (std::is_floating_point_v<T>) {
+    return canonical(a - b);
+  } else {
+    return wrap_sub(a, b);
+  }
+}
+template <class T>
+constexpr T mul(T a, T b) noexcept {
+  if constexpr (std::is_floating_point_v<T>) {
+    return canonical(a * b);
+  } else {
+    return wrap_mul(a, b);
+  }
+}
+/// Integers as div_wrap; reals as IEEE 754 (x / 0 is an infinity or NaN, no event).
+template <class T>
+constexpr T div(T a, T b, Event& event) noexcept {
+  if constexpr (std::is_floating_point_v<T>) {
+    return canonical(a / b);
+  } else {
+    return div_wrap(a, b, event);
+  }
+}
+template <class T>
+constexpr T neg(T a) noexcept {
+  if constexpr (std::is_floating_point_v<T>) {
+    return canonical(-a);
+  } else {
+    return wrap_neg(a);
+  }
+}
+/// Magnitude; the least integer wraps to itself.
+template <class T>
+constexpr T abs(T a) noexcept {
+  if constexpr (std::is_floating_point_v<T>) {
+    return canonical(a < 0 || std::bit_cast<std::conditional_t<sizeof(T) == 4, std::int32_t, std::int64_t>>(a) < 0 ? -a : a);
+  } else if constexpr (std::is_signed_v<T>) {
+    return a < 0 ? wrap_neg(a) : a;
+  } else {
+    return a;
+  }
+}
+
+// ---- bit strings ------------------------------------------------------------------------------------------------
+
+template <class T>
+inline constexpr unsigned kBits = sizeof(T) * 8;
+
+/// Shifts fill with zeros; by the width or more the result is 0.
+template <class T>
+constexpr T shift_left(T v, std::uint64_t n) noexcept {
+  return n >= kBits<T> ? T{} : static_cast<T>(static_cast<std::uint64_t>(v) << n);
+}
+template <class T>
+constexpr T shift_right(T v, std::uint64_t n) noexcept {
+  return n >= kBits<T> ? T{} : static_cast<T>(static_cast<std::uint64_t>(v) >> n);
+}
+/// Rotations count modulo the width.
+template <class T>
+constexpr T rotate_left(T v, std::uint64_t n) noexcept {
+  return std::rotl(v, static_cast<int>(n % kBits<T>));
+}
+template <class T>
+constexpr T rotate_right(T v, std::uint64_t n) noexcept {
+  return std::rotr(v, static_cast<int>(n % kBits<T>));
+}
+
+}  // namespace plc::stdlib

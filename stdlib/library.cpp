@@ -1,0 +1,144 @@
+// The only translation unit that expands the rows over their types: at compile time, into constant tables.
+#include "stdlib/library.h"
+
+#include <algorithm>
+#include <array>
+
+#include "core/text.h"
+#include "stdlib/functions/arithmetic.h"
+#include "stdlib/row.h"
+
+namespace plc::stdlib {
+namespace {
+
+template <class... R>
+struct Rows {};
+using Library = Rows<rows::Add, rows::Sub, rows::Mul, rows::Div, rows::Mod, rows::Neg, rows::Abs>;
+
+struct TypePair {
+  TypeId t;
+  TypeId u;
+};
+
+/// Calls `f(t, u)` for every choice of types the row accepts; one call with BOOL for a type variable it does not have.
+template <class Row, class F>
+constexpr void each_pair(F f) {
+  constexpr const FunctionSpec& spec = Row::spec;
+  const std::size_t t_end = spec.t_categories == 0 ? 1 : core::kTypeCount;
+  const std::size_t u_end = spec.u_categories == 0 ? 1 : core::kTypeCount;
+  for (std::size_t ti = 0; ti < t_end; ++ti) {
+    const auto t = static_cast<TypeId>(ti);
+    if (spec.t_categories != 0 && !core::in_category(t, spec.t_categories)) continue;
+    for (std::size_t ui = 0; ui < u_end; ++ui) {
+      const auto u = static_cast<TypeId>(ui);
+      if (spec.u_categories != 0 && !core::in_category(u, spec.u_categories)) continue;
+      if constexpr (requires { Row::accepts(t, u); }) {
+        if (!Row::accepts(t, u)) continue;
+      }
+      f(t, u);
+    }
+  }
+}
+template <class Row>
+constexpr std::size_t kPairCount = [] {
+  std::size_t n = 0;
+  each_pair<Row>([&n](TypeId, TypeId) { ++n; });
+  return n;
+}();
+template <class Row>
+constexpr std::array<TypePair, kPairCount<Row>> kPairs = [] {
+  std::array<TypePair, kPairCount<Row>> out{};
+  std::size_t n = 0;
+  each_pair<Row>([&](TypeId t, TypeId u) { out[n++] = {t, u}; });
+  return out;
+}();
+
+template <class Row, TypeId T, TypeId U>
+constexpr Overload overload() {
+  std::string_view name = Row::spec.name;
+  if constexpr (requires { Row::template name<T, U>; }) name = Row::template name<T, U>;
+  return {&Row::spec, name, T, U, Row::template kernel<T, U>};
+}
+template <class Row, std::size_t... I>
+constexpr void emit(Overload*& out, std::index_sequence<I...>) {
+  ((*out++ = overload<Row, kPairs<Row>[I].t, kPairs<Row>[I].u>()), ...);
+}
+
+template <class... R>
+constexpr std::size_t count_of(Rows<R...>) {
+  return (kPairCount<R> + ...);
+}
+constexpr std::size_t kCount = count_of(Library{});
+
+/// A run of overloads with one name.
+struct Run {
+  std::string_view name;
+  std::uint32_t first = 0;
+  std::uint32_t count = 0;
+};
+
+constexpr bool folded_less(std::string_view a, std::string_view b) {
+  const std::size_t n = std::min(a.size(), b.size());
+  for (std::size_t i = 0; i < n; ++i) {
+    const char x = core::fold(a[i]), y = core::fold(b[i]);
+    if (x != y) return x < y;
+  }
+  return a.size() < b.size();
+}
+
+struct Table {
+  std::array<Overload, kCount> overloads{};
+  std::array<Run, kCount> names{};
+  std::size_t name_count = 0;
+};
+
+template <class... R>
+constexpr Table expand(Rows<R...>) {
+  std::array<Overload, kCount> all{};
+  Overload* out = all.data();
+  (emit<R>(out, std::make_index_sequence<kPairCount<R>>{}), ...);
+
+  std::array<Run, kCount> runs{};
+  std::size_t run_count = 0;
+  for (std::uint32_t i = 0; i < kCount; ++i) {
+    if (run_count == 0 || runs[run_count - 1].name != all[i].name) runs[run_count++] = {all[i].name, i, 0};
+    ++runs[run_count - 1].count;
+  }
+  std::sort(runs.begin(), runs.begin() + run_count, [](const Run& a, const Run& b) {
+    return a.name == b.name ? a.first < b.first : folded_less(a.name, b.name);
+  });
+
+  Table table;
+  std::uint32_t n = 0;
+  for (std::size_t r = 0; r < run_count; ++r) {
+    if (table.name_count == 0 || table.names[table.name_count - 1].name != runs[r].name) {
+      table.names[table.name_count++] = {runs[r].name, n, 0};
+    }
+    table.names[table.name_count - 1].count += runs[r].count;
+    for (std::uint32_t i = 0; i < runs[r].count; ++i) table.overloads[n++] = all[runs[r].first + i];
+  }
+  return table;
+}
+constexpr Table kTable = expand(Library{});
+
+template <class... R>
+constexpr auto specs_of(Rows<R...>) {
+  return std::array<const FunctionSpec*, sizeof...(R)>{&R::spec...};
+}
+constexpr auto kSpecs = specs_of(Library{});
+
+}  // namespace
+
+std::span<const Overload> overloads() { return kTable.overloads; }
+
+std::span<const Overload> overloads_named(std::string_view name) {
+  const auto end = kTable.names.begin() + kTable.name_count;
+  const auto it = std::lower_bound(kTable.names.begin(), end, name,
+                                   [](const Run& run, std::string_view key) { return folded_less(run.name, key); });
+  if (it == end || !core::iequals(it->name, name)) return {};
+  return overloads().subspan(it->first, it->count);
+}
+
+std::span<const FunctionSpec* const> function_specs() { return kSpecs; }
+
+}  // namespace plc::stdlib
