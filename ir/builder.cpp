@@ -7,6 +7,8 @@
 #include <cassert>
 #include <utility>
 
+#include "ir/text.h"
+
 namespace plc::ir {
 
 Builder::Builder(Module& module, std::uint32_t pou_index, core::Diagnostics& diagnostics)
@@ -138,37 +140,7 @@ std::optional<PlaceId> Builder::member(PlaceId parent, std::string_view name) {
   }
 }
 
-std::string Builder::describe(PlaceId place) {
-  const Place p = body().places[place.index];
-  switch (p.kind) {
-    case Place::Kind::kGlobal: {
-      const Global& g = module_.globals[p.index];
-      return g.list.empty() ? g.variable.name : g.list + "." + g.variable.name;
-    }
-    case Place::Kind::kInstance:
-    case Place::Kind::kFrame:
-      return pou().variables[p.index].name;
-    case Place::Kind::kDeref: {
-      const Inst& inst = body().insts[p.index];
-      if (inst.op == Op::kLoad || inst.op == Op::kMakeRef) return describe(PlaceId{inst.a});
-      if (inst.op == Op::kIndexRef) return describe(PlaceId{inst.a}) + "[..]";
-      return "referenced value";
-    }
-    case Place::Kind::kField: {
-      const Type& type = module_.types[type_of(p.parent)];
-      std::string name;
-      if (type.kind == TypeKind::kStruct) name = type.fields[p.index].name;
-      if (type.kind == TypeKind::kBlock) name = std::string(type.block->fields[p.index].name);
-      if (type.kind == TypeKind::kPou) name = module_.pous[type.pou].variables[p.index].name;
-      return describe(p.parent) + "." + name;
-    }
-    case Place::Kind::kElement: {
-      const Type& type = module_.types[type_of(p.parent)];
-      return fmt::format("{}[{}]", describe(p.parent), type.lower + static_cast<std::int64_t>(p.index));
-    }
-  }
-  return {};
-}
+std::string Builder::describe(PlaceId place) { return place_text(module_, pou(), place); }
 
 std::uint32_t Builder::hidden(std::string_view hint, TypeRef type) {
   Pou& p = pou();
