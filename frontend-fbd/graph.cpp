@@ -20,8 +20,10 @@ bool wants_power(const Element& reader, const Pin& pin) {
     case ElementKind::kCoil:
     case ElementKind::kRightRail:
     case ElementKind::kJump:
-    case ElementKind::kReturn: return true;
-    default: return is_enable_name(pin.name);
+    case ElementKind::kReturn:
+      return true;
+    default:
+      return is_enable_name(pin.name);
   }
 }
 
@@ -42,7 +44,8 @@ struct Resolver {
         }
       }
       for (std::size_t i = 0; i < block.in_outs.size(); ++i) {
-        if (core::iequals(block.in_outs[i].name, name)) return {OutRef::Kind::kInOut, static_cast<std::uint16_t>(i), from};
+        if (core::iequals(block.in_outs[i].name, name))
+          return {OutRef::Kind::kInOut, static_cast<std::uint16_t>(i), from};
       }
       if (is_eno_name(name)) return {OutRef::Kind::kEno, 0, from};
     }
@@ -62,8 +65,9 @@ struct Resolver {
     }
     if (!name.empty() || plain > 1) {
       diagnostics.report(Code::P3002, connection.at, pou,
-                         name.empty() ? "wire from block " + block.text + " names none of its outputs"
-                                      : "wire names output \"" + name + "\", which block " + block.text + " does not have",
+                         name.empty()
+                             ? "wire from block " + block.text + " names none of its outputs"
+                             : "wire names output \"" + name + "\", which block " + block.text + " does not have",
                          power ? "read as ENO (or the first output without one); name the pin in formalParameter"
                                : "read as the first output; name the pin in formalParameter");
     }
@@ -76,10 +80,10 @@ struct Resolver {
     for (const plcopen::Connection& connection : pin.connections) {
       const auto it = by_id.find(connection.ref_local_id);
       if (it == by_id.end()) {
-        diagnostics.report(Code::P3001, connection.at, pou,
-                           "wire comes from localId " + std::to_string(connection.ref_local_id) +
-                               ", which is not drawn in this body",
-                           "the pin counts as unconnected; redraw the wire");
+        diagnostics.report(
+            Code::P3001, connection.at, pou,
+            "wire comes from localId " + std::to_string(connection.ref_local_id) + ", which is not drawn in this body",
+            "the pin counts as unconnected; redraw the wire");
         continue;
       }
       const ElementKind kind = body.elements[it->second].kind;

@@ -1,7 +1,8 @@
 // Graph of one drawn body: which output every wire leads from. Built once per body; order and lowering read it.
 //
 // In: plcopen::Body. Out: nodes (one per element), inputs with their sources, dangling wires reported. Connectors are
-// wires: a continuation's source is the connector of its name. Does not belong here: types, values, meaning of elements.
+// wires: a continuation's source is the connector of its name. Does not belong here: types, values, meaning of
+// elements.
 #pragma once
 
 #include <cstdint>

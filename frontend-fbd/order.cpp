@@ -23,15 +23,20 @@ bool has_effect(const Element& element) {
     case ElementKind::kConnector:
     case ElementKind::kContinuation:
     case ElementKind::kLeftRail:
-    case ElementKind::kRightRail: return false;
-    default: return true;
+    case ElementKind::kRightRail:
+      return false;
+    default:
+      return true;
   }
 }
 
 class Orderer {
  public:
   Orderer(Graph& graph, std::string_view pou, core::Diagnostics& diagnostics)
-      : graph_(graph), pou_(pou), diagnostics_(diagnostics), placed_(graph.nodes.size(), false),
+      : graph_(graph),
+        pou_(pou),
+        diagnostics_(diagnostics),
+        placed_(graph.nodes.size(), false),
         network_of_(graph.nodes.size(), 0) {
     const auto& elements = graph.body->elements;
     positioned_ = std::any_of(elements.begin(), elements.end(), [](const Element& e) { return e.x != 0 || e.y != 0; });
@@ -101,7 +106,8 @@ class Orderer {
         if (!is_rail(graph_.element(wire.from.node).kind)) parent_[root(n)] = root(wire.from.node);
       });
     }
-    using NetworkKey = std::tuple<std::uint32_t, std::int32_t, std::int32_t, NodeId>;  // title group, then the top-most corner
+    using NetworkKey =
+        std::tuple<std::uint32_t, std::int32_t, std::int32_t, NodeId>;  // title group, then the top-most corner
     constexpr NetworkKey kLast{0xffffffffu, INT32_MAX, INT32_MAX, kNoNode};
     std::vector<NetworkKey> keys(count, kLast);
     for (NodeId n = 0; n < count; ++n) {
@@ -379,12 +385,18 @@ class Orderer {
 
 std::string_view reason_text(Reason reason) {
   switch (reason) {
-    case Reason::kExecutionOrderId: return "executionOrderId";
-    case Reason::kFeedsOrdered: return "feeds an element with executionOrderId";
-    case Reason::kPosition: return "position";
-    case Reason::kDataFlow: return "data flow: after what feeds it";
-    case Reason::kDocument: return "document order";
-    case Reason::kFeedback: return "first of a loop: its feedback wires carry the previous scan";
+    case Reason::kExecutionOrderId:
+      return "executionOrderId";
+    case Reason::kFeedsOrdered:
+      return "feeds an element with executionOrderId";
+    case Reason::kPosition:
+      return "position";
+    case Reason::kDataFlow:
+      return "data flow: after what feeds it";
+    case Reason::kDocument:
+      return "document order";
+    case Reason::kFeedback:
+      return "first of a loop: its feedback wires carry the previous scan";
   }
   return "";
 }

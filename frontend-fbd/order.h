@@ -37,7 +37,8 @@ struct Sequence {
   std::uint32_t network_count = 0;
 };
 
-/// Orders all nodes by the given rule and marks feedback wires in `graph`. Loops without a block or an inOutVariable are errors (P3006).
+/// Orders all nodes by the given rule and marks feedback wires in `graph`. Loops without a block or an inOutVariable
+/// are errors (P3006).
 Sequence order(Graph& graph, core::Order rule, std::string_view pou, core::Diagnostics& diagnostics);
 
 }  // namespace plc::fbd

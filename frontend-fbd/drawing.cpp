@@ -1,0 +1,427 @@
+#include "frontend-fbd/drawing.h"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include "frontend-fbd/ports.h"
+#include "frontend-st/text.h"
+
+namespace plc::fbd {
+namespace {
+
+using core::Code;
+using core::ElementKind;
+using ir::Op;
+using ir::Operand;
+using ir::PlaceId;
+using ir::ValueId;
+using plcopen::Edge;
+using plcopen::Storage;
+
+/// Outputs of an element as slots: a block's pins, its in-outs, its ENO; one for everything else.
+std::uint32_t slot_count(const plcopen::Element& e) {
+  return e.kind == ElementKind::kBlock ? static_cast<std::uint32_t>(e.outputs.size() + e.in_outs.size() + 1) : 1;
+}
+
+}  // namespace
+
+Drawing::Drawing(ir::Builder& builder, const Graph& graph, const core::CompileOptions& options)
+    : builder_(builder), graph_(graph), options_(options) {
+  first_slot_.reserve(graph.nodes.size() + 1);
+  std::uint32_t next = 0;
+  for (const Node& node : graph.nodes) {
+    first_slot_.push_back(next);
+    next += slot_count(*node.element);
+  }
+  first_slot_.push_back(next);
+  slots_.resize(next);
+  for (const Wire& wire : graph.wires) slots_[slot_index(wire.from)].read = true;
+}
+
+std::span<const Input> Drawing::inputs(NodeId node) const {
+  const Node& n = graph_.nodes[node];
+  return {graph_.inputs.data() + n.first_input, n.input_count};
+}
+
+std::uint32_t Drawing::slot_index(const OutRef& out) const {
+  const plcopen::Element& e = graph_.element(out.node);
+  switch (out.kind) {
+    case OutRef::Kind::kFlow:
+      return first_slot_[out.node];
+    case OutRef::Kind::kPin:
+      return first_slot_[out.node] + out.pin;
+    case OutRef::Kind::kInOut:
+      return first_slot_[out.node] + static_cast<std::uint32_t>(e.outputs.size()) + out.pin;
+    case OutRef::Kind::kEno:
+      return first_slot_[out.node + 1] - 1;
+  }
+  return first_slot_[out.node];
+}
+
+bool Drawing::has_reader(const OutRef& out) const { return slots_[slot_index(out)].read; }
+
+void Drawing::report(Code code, NodeId node, std::string message, std::string help) {
+  builder_.report(code, element(node).at, std::move(message), std::move(help));
+}
+
+std::optional<ValueId> Drawing::evaluate_afresh(NodeId) { return std::nullopt; }
+
+// ---- publishing ---------------------------------------------------------------------------------------------------
+
+void Drawing::publish(const OutRef& out, ValueId value, ValueId executed) {
+  Slot& slot = slots_[slot_index(out)];
+  slot.state = Slot::State::kValue;
+  slot.value = value;
+  slot.executed = executed;
+  if (slot.kept != kNoKept) {
+    const PlaceId kept = builder_.variable(slot.kept);
+    if (builder_.type_of(kept) == builder_.type_of(value)) {
+      builder_.store(kept, value);
+    } else {
+      builder_.assign(kept, Operand::of(value, element(out.node).at),
+                      "the feedback wire of \"" + element(out.node).text + "\"");
+    }
+  }
+}
+
+void Drawing::publish(const OutRef& out, const Operand& operand) {
+  if (operand.kind == Operand::Kind::kValue) return publish(out, operand.value);
+  Slot& slot = slots_[slot_index(out)];
+  slot.state = Slot::State::kLiteral;
+  slot.literal = static_cast<std::uint32_t>(literals_.size());
+  literals_.push_back(operand);
+}
+
+void Drawing::publish_poison(const OutRef& out) { slots_[slot_index(out)].state = Slot::State::kPoison; }
+
+// ---- reading ------------------------------------------------------------------------------------------------------
+
+Incoming Drawing::read_wire(const Wire& wire) {
+  if (wire.feedback) return read_feedback(wire.from);
+  const Slot& slot = slots_[slot_index(wire.from)];
+  Incoming in;
+  in.state = Incoming::State::kValue;
+  switch (slot.state) {
+    case Slot::State::kPending:
+    case Slot::State::kPoison:
+      in.state = Incoming::State::kPoison;
+      return in;
+    case Slot::State::kLiteral:
+      in.operand = literals_[slot.literal];
+      return in;
+    case Slot::State::kValue:
+      break;
+  }
+  in.operand = Operand::of(slot.value, wire.at);
+  in.executed = slot.executed;
+  if (options_.compat == core::Compat::kBeremiz && wire.from.kind == OutRef::Kind::kFlow) {
+    if (const auto fresh = evaluate_afresh(wire.from.node)) in.operand.value = *fresh;
+  }
+  return in;
+}
+
+Incoming Drawing::read_feedback(const OutRef& out) {
+  Incoming in;
+  const plcopen::Element& e = element(out.node);
+  std::optional<PlaceId> place;
+  if (e.kind == ElementKind::kInOutVariable) {
+    place = st::lower_place(e.text, e.text_at, builder_, false);
+    if (!place) {
+      in.state = Incoming::State::kPoison;
+      return in;
+    }
+  } else if (e.kind == ElementKind::kBlock && out.kind == OutRef::Kind::kPin && out.pin < e.outputs.size() &&
+             !e.outputs[out.pin].negated && e.outputs[out.pin].edge == Edge::kNone &&
+             e.outputs[out.pin].storage == Storage::kNone) {
+    place = instance_output(builder_, e, out.pin);  // outputs of instances are memory already
+  }
+  if (!place) {
+    Slot& slot = slots_[slot_index(out)];
+    if (slot.kept == kNoKept) {
+      const auto type = infer_type(out, 0);
+      if (!type) {
+        report(Code::P3007, out.node, "type of the feedback wire from \"" + e.text + "\" cannot be told",
+               "give the loop a variable: an inOutVariable, or an outVariable read by an inVariable");
+        in.state = Incoming::State::kPoison;
+        return in;
+      }
+      slot.kept = builder_.hidden("feedback." + std::to_string(e.at.local_id), *type);
+    }
+    place = builder_.variable(slot.kept);
+  }
+  ValueId value = builder_.load(*place);
+  if (e.kind == ElementKind::kInOutVariable && e.negated_out && builder_.type_of(value) == ir::kBoolType) {
+    value = builder_.not_(value);
+  }
+  in.state = Incoming::State::kValue;
+  in.operand = Operand::of(value, e.at);
+  return in;
+}
+
+/// Type that an output will have, told from what feeds its block without lowering it.
+std::optional<ir::TypeRef> Drawing::infer_type(const OutRef& out, unsigned depth) {
+  constexpr unsigned kMaxDepth = 64;
+  if (depth > kMaxDepth) return std::nullopt;
+  const plcopen::Element& e = element(out.node);
+  switch (e.kind) {
+    case ElementKind::kContact:
+    case ElementKind::kCoil:
+    case ElementKind::kLeftRail:
+      return ir::kBoolType;
+    case ElementKind::kInVariable:
+    case ElementKind::kInOutVariable: {
+      if (const ir::Variable* v = builder_.pou().find(e.text)) {
+        return v->role == ir::Role::kInOut ? builder_.module().types[v->type].element : v->type;
+      }
+      core::Diagnostics quiet;
+      ir::Body saved = builder_.body();
+      std::optional<ir::TypeRef> type;
+      {
+        ir::Builder probe(builder_.module(), builder_.pou_index(), quiet);
+        const auto operand = st::lower_expression(e.text, e.text_at, probe);
+        if (operand && operand->kind == Operand::Kind::kValue) type = probe.type_of(operand->value);
+      }
+      builder_.body() = std::move(saved);
+      return type;
+    }
+    case ElementKind::kConnector:
+    case ElementKind::kContinuation:
+      for (const Input& input : inputs(out.node)) {
+        for (std::uint32_t w = 0; w < input.wire_count; ++w) {
+          if (const auto type = infer_type(graph_.wires[input.first_wire + w].from, depth + 1)) return type;
+        }
+      }
+      return std::nullopt;
+    case ElementKind::kBlock:
+      break;
+    default:
+      return std::nullopt;
+  }
+  if (out.kind == OutRef::Kind::kEno) return ir::kBoolType;
+  if (out.kind == OutRef::Kind::kPin) {
+    if (const auto place = instance_output(builder_, e, out.pin)) return builder_.type_of(*place);
+  }
+  if (const auto pou = builder_.module().pou_by_name.find(e.text); pou != builder_.module().pou_by_name.end()) {
+    return builder_.module().pous[pou->second].return_type;
+  }
+  const auto candidates = stdlib::overloads_named(e.text);
+  if (candidates.empty()) return std::nullopt;
+  if (candidates[0].spec->result.kind == stdlib::ParamType::Kind::kFixed)
+    return ir::ref_of(candidates[0].result_type());
+  if (candidates.size() == 1) return ir::ref_of(candidates[0].result_type());
+  std::optional<ir::TypeRef> widest;
+  std::size_t index = 0;
+  for (const Input& input : inputs(out.node)) {
+    if (is_enable_name(input.pin->name)) continue;
+    const auto& param =
+        candidates[0].spec->params[std::min<std::size_t>(index++, candidates[0].spec->param_count - 1u)];
+    if (param.type.kind != candidates[0].spec->result.kind) continue;
+    for (std::uint32_t w = 0; w < input.wire_count; ++w) {
+      const Wire& wire = graph_.wires[input.first_wire + w];
+      if (wire.feedback && wire.from.node == out.node) continue;
+      const Slot& slot = slots_[slot_index(wire.from)];
+      std::optional<ir::TypeRef> type;
+      if (slot.state == Slot::State::kValue) {
+        type = builder_.type_of(slot.value);
+      } else if (slot.state == Slot::State::kPending) {
+        type = infer_type(wire.from, depth + 1);
+      }
+      const auto own = type ? builder_.module().types.elementary_of(*type) : std::nullopt;
+      const auto best = widest ? builder_.module().types.elementary_of(*widest) : std::nullopt;
+      if (own && (!best || stdlib::widens(*best, *own))) widest = type;
+    }
+  }
+  return widest;
+}
+
+bool Drawing::is_bool(const Operand& operand) {
+  return operand.kind == Operand::Kind::kValue && builder_.type_of(operand.value) == ir::kBoolType;
+}
+
+Incoming Drawing::read(const Input& input) {
+  const plcopen::Pin& pin = *input.pin;
+  Incoming in;
+  if (input.wire_count == 1) {
+    in = read_wire(graph_.wires[input.first_wire]);
+  } else if (input.wire_count > 1) {
+    std::optional<ValueId> flow;
+    bool typed = true;
+    for (std::uint32_t w = 0; w < input.wire_count; ++w) {
+      const Wire& wire = graph_.wires[input.first_wire + w];
+      const Incoming one = read_wire(wire);
+      if (!one.is_value()) continue;
+      if (one.operand.kind == Operand::Kind::kValue && builder_.type_of(one.operand.value) != ir::kBoolType) {
+        if (typed) {
+          builder_.report(Code::P3013, wire.at,
+                          "several wires meet at a pin, and one of them has type " +
+                              builder_.module().types.name_of(builder_.type_of(one.operand.value)),
+                          "wires that meet are OR of BOOL; use a SEL, MUX or ADD block for numbers");
+        }
+        typed = false;
+        continue;
+      }
+      const auto value = is_bool(one.operand) ? std::optional(one.operand.value)
+                                              : builder_.convert(one.operand, ir::kBoolType, "joined wires");
+      if (!value) continue;
+      flow = flow ? builder_.logic(Op::kOr, *flow, *value) : *value;
+    }
+    in.state = flow && typed ? Incoming::State::kValue : Incoming::State::kPoison;
+    if (flow) in.operand = Operand::of(*flow, graph_.wires[input.first_wire].at);
+  } else if (!pin.expression.empty()) {
+    const auto operand = st::lower_expression(pin.expression, pin.at, builder_);
+    in.state = operand ? Incoming::State::kValue : Incoming::State::kPoison;
+    if (operand) in.operand = *operand;
+  }
+  if (!in.is_value() || (!pin.negated && pin.edge == Edge::kNone && pin.storage == Storage::kNone)) return in;
+  const auto flow = builder_.convert(in.operand, ir::kBoolType, "pin \"" + pin.name + "\" with a modifier");
+  if (!flow) {
+    in.state = Incoming::State::kPoison;
+    return in;
+  }
+  in.operand =
+      Operand::of(modify(*flow, pin.negated, pin.edge, pin.storage, pin.name.empty() ? "pin" : pin.name), pin.at);
+  return in;
+}
+
+std::optional<ValueId> Drawing::read_bool(const Input& input, NodeId reader) {
+  const Incoming in = read(input);
+  if (!in.is_value()) return std::nullopt;
+  if (is_bool(in.operand)) return in.operand.value;
+  const plcopen::Element& e = element(reader);
+  return builder_.convert(in.operand, ir::kBoolType,
+                          "power flow into " + std::string(core::element_word(e.kind)) + " \"" + e.text + "\"");
+}
+
+std::optional<PlaceId> Drawing::place_behind(const OutRef& out) {
+  const plcopen::Element& e = element(out.node);
+  switch (e.kind) {
+    case ElementKind::kInVariable:
+    case ElementKind::kInOutVariable:
+      if (!st::is_variable_text(e.text)) return std::nullopt;
+      return st::lower_place(e.text, e.text_at, builder_, true);
+    case ElementKind::kConnector:
+    case ElementKind::kContinuation:
+      for (const Input& input : inputs(out.node)) {
+        if (input.wire_count == 1) return place_behind(graph_.wires[input.first_wire].from);
+      }
+      return std::nullopt;
+    case ElementKind::kBlock: {
+      // The right side of an in-out pin is the variable on its left side.
+      const std::string* name = out.kind == OutRef::Kind::kInOut ? &e.in_outs[out.pin].name
+                                : out.kind == OutRef::Kind::kPin ? &e.outputs[out.pin].name
+                                                                 : nullptr;
+      if (name == nullptr) return std::nullopt;
+      for (const Input& input : inputs(out.node)) {
+        if (core::iequals(input.pin->name, *name) && input.wire_count == 1) {
+          return place_behind(graph_.wires[input.first_wire].from);
+        }
+      }
+      return std::nullopt;
+    }
+    default:
+      return std::nullopt;
+  }
+}
+
+// ---- modifiers ----------------------------------------------------------------------------------------------------
+
+ValueId Drawing::edge_of(ValueId value, Edge edge, std::string_view hint) {
+  if (edge == Edge::kNone) return value;
+  // The memory starts FALSE: a rising edge can happen in the first scan, a falling one cannot
+  // (docs/guides/first-scan.md).
+  const std::uint32_t index = builder_.hidden(std::string("edge.") + std::string(hint), ir::kBoolType);
+  const PlaceId memory = builder_.variable(index);
+  const ValueId before = builder_.load(memory);
+  const ValueId result = edge == Edge::kRising ? builder_.logic(Op::kAnd, value, builder_.not_(before))
+                                               : builder_.logic(Op::kAnd, builder_.not_(value), before);
+  builder_.store(memory, value);
+  return result;
+}
+
+ValueId Drawing::modify(ValueId value, bool negated, Edge edge, Storage storage, std::string_view hint) {
+  if (negated) value = builder_.not_(value);
+  value = edge_of(value, edge, hint);
+  if (storage == Storage::kNone) return value;
+  const PlaceId latch = builder_.variable(builder_.hidden(std::string("latch.") + std::string(hint), ir::kBoolType));
+  write_bool(latch, value, storage);
+  return builder_.load(latch);
+}
+
+void Drawing::write_bool(PlaceId place, ValueId value, Storage storage) {
+  switch (storage) {
+    case Storage::kNone:
+      builder_.store(place, value);
+      return;
+    case Storage::kSet:
+      builder_.store(place, builder_.logic(Op::kOr, builder_.load(place), value));
+      return;
+    case Storage::kReset:
+      builder_.store(place, builder_.logic(Op::kAnd, builder_.load(place), builder_.not_(value)));
+      return;
+  }
+}
+
+void Drawing::note_write(PlaceId place, NodeId node, bool plain_coil) { writes_.push_back({place, node, plain_coil}); }
+
+// ---- closing the body ---------------------------------------------------------------------------------------------
+
+void Drawing::finish() {
+  for (const auto& [name, state] : labels_) {
+    if (!state.bound) {
+      report(Code::P3015, state.first_jump, "jump to label \"" + name + "\", which is not drawn in this body",
+             "draw the label, or correct the name");
+    }
+  }
+  warn_double_writes();
+  warn_order_of_writes();
+}
+
+void Drawing::warn_double_writes() {
+  std::map<std::uint32_t, std::vector<NodeId>> coils;
+  for (const Write& write : writes_) {
+    if (write.plain_coil) coils[write.place.index].push_back(write.node);
+  }
+  for (const auto& [place, nodes] : coils) {
+    if (nodes.size() < 2) continue;
+    std::string list;
+    for (NodeId n : nodes) {
+      if (!list.empty()) list += ", ";
+      list += std::to_string(element(n).at.local_id) + " (line " + std::to_string(element(n).at.line) + ")";
+    }
+    report(
+        Code::P2002, nodes.back(),
+        "coil \"" + element(nodes.back()).text + "\" is driven by " + std::to_string(nodes.size()) + " coils: " + list,
+        "the last one in execution order wins; join the rungs, or use set and reset coils");
+  }
+}
+
+void Drawing::warn_order_of_writes() {
+  std::map<std::uint32_t, std::vector<std::size_t>> by_place;  // indices into writes_, in execution order
+  for (std::size_t i = 0; i < writes_.size(); ++i) by_place[writes_[i].place.index].push_back(i);
+  std::erase_if(by_place, [](const auto& entry) { return entry.second.size() < 2; });
+  if (by_place.empty()) return;
+  Graph other = graph_;
+  for (Wire& wire : other.wires) wire.feedback = false;
+  core::Diagnostics quiet;
+  const bool drawing = options_.order == core::Order::kDrawing;
+  const Sequence sequence = order(other, drawing ? core::Order::kDocument : core::Order::kDrawing, {}, quiet);
+  std::vector<std::uint32_t> position(graph_.nodes.size(), 0);
+  for (std::uint32_t i = 0; i < sequence.steps.size(); ++i) position[sequence.steps[i].node] = i;
+  for (const auto& [place, indices] : by_place) {
+    for (std::size_t i = 0; i + 1 < indices.size(); ++i) {
+      const NodeId first = writes_[indices[i]].node;
+      const NodeId second = writes_[indices[i + 1]].node;
+      if (position[first] <= position[second]) continue;
+      report(Code::P3018, second,
+             "\"" + element(second).text + "\" is written by " + std::string(core::element_word(element(first).kind)) +
+                 " " + std::to_string(element(first).at.local_id) + " and then " +
+                 std::string(core::element_word(element(second).kind)) + " " +
+                 std::to_string(element(second).at.local_id) + "; in " + (drawing ? "document" : "drawing") +
+                 " order it is the other way round",
+             "see `plc explain FILE POU`; choose with --order, or give the elements an executionOrderId");
+    }
+  }
+}
+
+}  // namespace plc::fbd

@@ -1,0 +1,140 @@
+// Drawing: the state while one drawn body is lowered: the values on its wires, pin modifiers, writes seen so far.
+//
+// In: Graph and Sequence. Out: IR through ir::Builder. frontend-ld derives from it to add contacts, coils and rails.
+// An element is evaluated once, at its place; what it computed is published per output and never changes in this scan.
+// Does not belong here: order (order.h), texts (frontend-st).
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+#include "core/options.h"
+#include "frontend-fbd/graph.h"
+#include "frontend-fbd/order.h"
+#include "ir/builder.h"
+
+namespace plc::fbd {
+
+/// What arrives at an input.
+struct Incoming {
+  enum class State : std::uint8_t {
+    kUnconnected,
+    kPoison,  ///< its source had an error (reported) or is a stub: readers stay quiet
+    kValue,
+  } state = State::kUnconnected;
+  ir::Operand operand;
+  /// BOOL: the block behind this single wire executed in this scan (its EN was TRUE); invalid = always.
+  ir::ValueId executed{};
+  [[nodiscard]] bool is_value() const { return state == State::kValue; }
+};
+
+class Drawing {
+ public:
+  Drawing(ir::Builder& builder, const Graph& graph, const core::CompileOptions& options);
+  virtual ~Drawing() = default;
+  Drawing(const Drawing&) = delete;
+  Drawing& operator=(const Drawing&) = delete;
+
+  /// Lowers one element of the kinds block, in/out/inOutVariable, connector, continuation, jump, label, return.
+  void lower_element(NodeId node);
+  /// After the last element: jumps without label, bodies that do nothing, order of double writes.
+  void finish();
+
+  [[nodiscard]] ir::Builder& builder() { return builder_; }
+  [[nodiscard]] const Graph& graph() const { return graph_; }
+  [[nodiscard]] const core::CompileOptions& options() const { return options_; }
+  [[nodiscard]] const plcopen::Element& element(NodeId node) const { return graph_.element(node); }
+  /// Inputs of a node, in-outs last.
+  [[nodiscard]] std::span<const Input> inputs(NodeId node) const;
+
+  // ---- wires ----
+
+  /// What arrives at `input`: the OR of its wires, the text in the connection point, pin modifiers applied.
+  Incoming read(const Input& input);
+  /// The same as BOOL: nothing when unconnected or poisoned. Messages name the reader.
+  std::optional<ir::ValueId> read_bool(const Input& input, NodeId reader);
+  /// True when the operand is a BOOL value already (the common case: no message needs to be made ready).
+  [[nodiscard]] bool is_bool(const ir::Operand& operand);
+  void publish(const OutRef& out, ir::ValueId value, ir::ValueId executed = {});
+  void publish(const OutRef& out, const ir::Operand& operand);
+  void publish_poison(const OutRef& out);
+  [[nodiscard]] bool has_reader(const OutRef& out) const;
+  /// The place behind an output that is a variable (inVariable, inOutVariable, in-out pin), for in-out connections.
+  std::optional<ir::PlaceId> place_behind(const OutRef& out);
+
+  // ---- modifiers: the memory they need is hidden ----
+
+  /// BOOL `value` with negation, then edge, then storage applied. `hint` names the memory.
+  ir::ValueId modify(ir::ValueId value, bool negated, plcopen::Edge edge, plcopen::Storage storage,
+                     std::string_view hint);
+  ir::ValueId edge_of(ir::ValueId value, plcopen::Edge edge, std::string_view hint);
+  /// place := value, set or reset by it; counts as a write for the warnings about double writes.
+  void write_bool(ir::PlaceId place, ir::ValueId value, plcopen::Storage storage);
+  void note_write(ir::PlaceId place, NodeId node, bool plain_coil);
+
+  /// --compat=beremiz: the value of a contact or variable computed afresh for each reader; nothing = use the published
+  /// one.
+  virtual std::optional<ir::ValueId> evaluate_afresh(NodeId node);
+
+ protected:
+  void report(core::Code code, NodeId node, std::string message, std::string help = {});
+
+ private:
+  struct Slot {
+    enum class State : std::uint8_t { kPending, kPoison, kValue, kLiteral } state = State::kPending;
+    bool read = false;  ///< some wire leads from here
+    ir::ValueId value{};
+    ir::ValueId executed{};
+    std::uint32_t literal = 0;     ///< into literals_
+    std::uint32_t kept = kNoKept;  ///< hidden variable with the value of the previous scan, once a feedback wire asked
+  };
+  static constexpr std::uint32_t kNoKept = 0xffffffffu;
+  struct Write {
+    ir::PlaceId place;
+    NodeId node;
+    bool plain_coil;
+  };
+  struct LabelState {
+    ir::LabelId label;
+    NodeId first_jump = kNoNode;
+    bool bound = false;
+  };
+
+  // drawing.cpp
+  [[nodiscard]] std::uint32_t slot_index(const OutRef& out) const;
+  Incoming read_wire(const Wire& wire);
+  Incoming read_feedback(const OutRef& out);
+  std::optional<ir::TypeRef> infer_type(const OutRef& out, unsigned depth);
+  void warn_double_writes();
+  void warn_order_of_writes();
+
+  // lower_fbd.cpp
+  void lower_in_variable(NodeId node);
+  void lower_out_variable(NodeId node);
+  void lower_in_out_variable(NodeId node);
+  void lower_passage(NodeId node);  // connector, continuation
+  void lower_jump(NodeId node);
+  void lower_label(NodeId node);
+  void lower_return(NodeId node);
+
+  // lower_block.cpp, lower_call.cpp
+  struct Enable;
+  friend struct BlockLowering;
+  void lower_block(NodeId node);
+
+  ir::Builder& builder_;
+  const Graph& graph_;
+  const core::CompileOptions& options_;
+  std::vector<std::uint32_t> first_slot_;  ///< per node, and one past the end
+  std::vector<Slot> slots_;
+  std::vector<ir::Operand> literals_;
+  std::vector<Write> writes_;
+  std::unordered_map<std::string, LabelState, core::NameHash, core::NameEqual> labels_;
+};
+
+}  // namespace plc::fbd

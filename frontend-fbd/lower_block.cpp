@@ -1,0 +1,520 @@
+// Blocks of a drawn body: standard functions, functions and function blocks of the project, standard function blocks,
+// EXECUTE boxes; EN and ENO around all of them.
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "core/text.h"
+#include "frontend-fbd/drawing.h"
+#include "frontend-fbd/ports.h"
+#include "frontend-st/text.h"
+
+namespace plc::fbd {
+
+using core::Code;
+using ir::Operand;
+using ir::PlaceId;
+using ir::ValueId;
+using plcopen::Edge;
+using plcopen::Element;
+using plcopen::Storage;
+using stdlib::Direction;
+
+/// One block while it is lowered.
+struct BlockLowering {
+  Drawing& d;
+  NodeId node;
+  const Element& e;
+  ir::Builder& b;
+  std::optional<ValueId> enable{};  ///< EN, when wired
+  ir::LabelId skip{};               ///< behind the body, when EN is wired
+  bool watch_events = false;        ///< ENO depends on events
+  PlaceId eno_place{};              ///< ENO across the skipped body
+
+  BlockLowering(Drawing& drawing, NodeId n) : d(drawing), node(n), e(drawing.element(n)), b(drawing.builder_) {}
+
+  [[nodiscard]] std::string title() const {
+    return e.instance_name.empty() ? e.text : e.text + " \"" + e.instance_name + "\"";
+  }
+
+  // ---- EN and ENO ----
+
+  /// Reads EN. False when its wire is poisoned.
+  bool read_enable() {
+    for (const Input& input : d.inputs(node)) {
+      if (!is_enable_name(input.pin->name)) continue;
+      const Incoming in = d.read(input);
+      if (in.state == Incoming::State::kPoison) return false;
+      if (!in.is_value()) continue;  // unconnected EN is TRUE
+      const auto value = b.convert(in.operand, ir::kBoolType, "input \"EN\" of " + title());
+      if (!value) return false;
+      enable = *value;
+    }
+    return true;
+  }
+
+  /// Opens the part that EN guards. `may_event`: ENO also turns FALSE on an event inside.
+  void open(bool may_event) {
+    watch_events = may_event && d.has_reader(eno());
+    if (watch_events) {
+      eno_place = b.variable(b.hidden("eno." + std::to_string(e.at.local_id), ir::kBoolType));
+      b.store(eno_place, b.constant_bool(false));
+    }
+    if (enable) {
+      skip = b.new_label();
+      b.jump_if_not(*enable, skip);
+    }
+    if (watch_events) b.clear_event();
+  }
+
+  void close() {
+    if (watch_events) b.store(eno_place, b.eno());
+    if (skip.valid()) b.bind(skip);
+  }
+
+  void publish_eno() {
+    if (!d.has_reader(eno())) return;
+    const ValueId value = watch_events ? b.load(eno_place) : enable ? *enable : b.constant_bool(true);
+    d.publish(eno(), value);
+    for (std::uint16_t i = 0; i < e.outputs.size(); ++i) {
+      if (is_eno_name(e.outputs[i].name)) d.publish({OutRef::Kind::kPin, i, node}, value);
+    }
+  }
+
+  [[nodiscard]] OutRef eno() const { return {OutRef::Kind::kEno, 0, node}; }
+
+  void poison() {
+    for (std::uint16_t i = 0; i < e.outputs.size(); ++i) d.publish_poison({OutRef::Kind::kPin, i, node});
+    for (std::uint16_t i = 0; i < e.in_outs.size(); ++i) d.publish_poison({OutRef::Kind::kInOut, i, node});
+    d.publish_poison(eno());
+  }
+
+  /// Publishes output `pin`, its modifiers applied. `executed` = EN, so that outVariables keep their values.
+  void publish_output(std::uint16_t pin, ValueId value) {
+    const plcopen::Pin& p = e.outputs[pin];
+    if (p.negated || p.edge != Edge::kNone || p.storage != Storage::kNone) {
+      if (b.type_of(value) != ir::kBoolType) {
+        b.report(Code::P3023, e.at,
+                 "output \"" + p.name + "\" of " + title() + " has a modifier but type " +
+                     b.module().types.name_of(b.type_of(value)),
+                 "negation, edges and storage need BOOL");
+        return d.publish_poison({OutRef::Kind::kPin, pin, node});
+      }
+      value = d.modify(value, p.negated, p.edge, p.storage, p.name);
+    }
+    d.publish({OutRef::Kind::kPin, pin, node}, value, enable.value_or(ValueId{}));
+  }
+
+  [[nodiscard]] bool output_wanted(std::uint16_t pin) const {
+    const plcopen::Pin& p = e.outputs[pin];
+    return !is_eno_name(p.name) &&
+           (d.has_reader({OutRef::Kind::kPin, pin, node}) || p.edge != Edge::kNone || p.storage != Storage::kNone);
+  }
+
+  /// A value computed inside the guarded part as seen behind it: with EN it lives in memory and keeps while EN is
+  /// FALSE.
+  PlaceId keep(ValueId value, std::string_view pin) {
+    const PlaceId place =
+        b.variable(b.hidden("kept." + std::to_string(e.at.local_id) + "." + std::string(pin), b.type_of(value)));
+    b.store(place, value);
+    return place;
+  }
+
+  // ---- function blocks ----
+
+  void lower_instance(PlaceId instance) {
+    const auto ports = ports_of(b.module(), b.type_of(instance));
+    struct Assignment {
+      const Port* port;
+      const plcopen::Pin* pin;
+      Incoming in;
+    };
+    std::vector<Assignment> assignments;
+    std::vector<std::pair<const Port*, PlaceId>> in_outs;
+    std::size_t position = 0;
+    bool good = read_enable();
+    for (const Input& input : d.inputs(node)) {
+      if (is_enable_name(input.pin->name)) continue;
+      const Port* port = named_in_out(ports, input);
+      if (port == nullptr) port = find_port(ports, Direction::kInput, input.pin->name, position++);
+      if (port == nullptr) {
+        b.report(Code::P3011, input.pin->at, title() + " has no input \"" + input.pin->name + "\"",
+                 "inputs are " + list(ports, Direction::kInput));
+        good = false;
+      } else if (port->direction == Direction::kInOut) {
+        if (const auto place = in_out_place(input, *port)) {
+          in_outs.emplace_back(port, *place);
+        } else {
+          good = false;
+        }
+      } else {
+        Incoming in = d.read(input);
+        if (in.is_value()) assignments.push_back({port, input.pin, std::move(in)});
+      }
+    }
+    good = all_in_outs_wired(ports, in_outs) && good;
+    if (!good) return poison();
+
+    open(false);
+    for (const auto& [port, place] : in_outs) b.store(b.field(instance, port->index), b.make_ref(place));
+    for (const Assignment& a : assignments) {
+      b.assign(b.field(instance, a.port->index), a.in.operand,
+               "input \"" + std::string(a.port->name) + "\" of " + title());
+    }
+    b.run(instance);
+    close();
+
+    for (std::uint16_t i = 0; i < e.outputs.size(); ++i) {
+      if (!output_wanted(i)) continue;
+      const Port* port = find_port(ports, Direction::kInOut, e.outputs[i].name, ports.size());
+      if (port == nullptr) port = find_port(ports, Direction::kOutput, e.outputs[i].name, output_position(e, i));
+      if (port == nullptr) {
+        b.report(Code::P3011, e.outputs[i].at, title() + " has no output \"" + e.outputs[i].name + "\"",
+                 "outputs are " + list(ports, Direction::kOutput));
+        d.publish_poison({OutRef::Kind::kPin, i, node});
+      } else if (port->direction == Direction::kInOut) {
+        publish_output(i, b.load(wired_to(in_outs, port)));
+      } else {
+        publish_output(i, b.load(b.field(instance, port->index)));
+      }
+    }
+    publish_in_outs(ports, in_outs);
+    publish_eno();
+  }
+
+  [[nodiscard]] const Port* named_in_out(const std::vector<Port>& ports, const Input& input) const {
+    for (const Port& port : ports) {
+      if (port.direction == Direction::kInOut && core::iequals(port.name, input.pin->name)) return &port;
+    }
+    const bool drawn_as_in_out = input.pin >= e.in_outs.data() && input.pin < e.in_outs.data() + e.in_outs.size();
+    if (!drawn_as_in_out) return nullptr;
+    return find_port(ports, Direction::kInOut, {}, static_cast<std::size_t>(input.pin - e.in_outs.data()));
+  }
+
+  std::optional<PlaceId> in_out_place(const Input& input, const Port& port) {
+    const std::string what = "in-out \"" + std::string(port.name) + "\" of " + title();
+    std::optional<PlaceId> place;
+    if (input.wire_count == 1) place = d.place_behind(d.graph().wires[input.first_wire].from);
+    if (input.wire_count == 0 && !input.pin->expression.empty()) {
+      place = st::lower_place(input.pin->expression, input.pin->at, b, true);
+    }
+    if (!place) {
+      b.report(Code::P3012, input.pin->at, what + " is not wired to a variable",
+               "an in-out works on a variable of the caller: wire an inVariable or inOutVariable that names one");
+      return std::nullopt;
+    }
+    if (b.type_of(*place) != port.type) {
+      b.report(Code::P3007, input.pin->at,
+               what + " has type " + b.module().types.name_of(port.type) + ", the variable wired to it has type " +
+                   b.module().types.name_of(b.type_of(*place)),
+               "an in-out needs a variable of exactly its type");
+      return std::nullopt;
+    }
+    return place;
+  }
+
+  bool all_in_outs_wired(const std::vector<Port>& ports, const std::vector<std::pair<const Port*, PlaceId>>& wired) {
+    bool good = true;
+    for (const Port& port : ports) {
+      if (port.direction != Direction::kInOut) continue;
+      if (std::any_of(wired.begin(), wired.end(), [&](const auto& w) { return w.first == &port; })) continue;
+      if (std::any_of(d.inputs(node).begin(), d.inputs(node).end(),
+                      [&](const Input& input) { return named_in_out(ports, input) == &port; })) {
+        continue;  // drawn and reported already
+      }
+      b.report(Code::P3012, e.at, "in-out \"" + std::string(port.name) + "\" of " + title() + " is not drawn",
+               "wire it to a variable of type " + b.module().types.name_of(port.type));
+      good = false;
+    }
+    return good;
+  }
+
+  static PlaceId wired_to(const std::vector<std::pair<const Port*, PlaceId>>& wired, const Port* port) {
+    for (const auto& [p, place] : wired) {
+      if (p == port) return place;
+    }
+    return {};
+  }
+
+  void publish_in_outs(const std::vector<Port>& ports, const std::vector<std::pair<const Port*, PlaceId>>& wired) {
+    for (std::uint16_t i = 0; i < e.in_outs.size(); ++i) {
+      const OutRef out{OutRef::Kind::kInOut, i, node};
+      if (!d.has_reader(out)) continue;
+      const Port* port = find_port(ports, Direction::kInOut, e.in_outs[i].name, i);
+      const PlaceId place = wired_to(wired, port);
+      if (place.valid()) {
+        d.publish(out, b.load(place), enable.value_or(ValueId{}));
+      } else {
+        d.publish_poison(out);
+      }
+    }
+  }
+
+  static std::string list(const std::vector<Port>& ports, Direction direction) {
+    std::string out;
+    for (const Port& port : ports) {
+      if (port.direction != direction) continue;
+      out += (out.empty() ? "" : ", ") + std::string(port.name);
+    }
+    return out.empty() ? "none" : out;
+  }
+
+  // ---- functions ----
+
+  void lower_function_pou(std::uint32_t pou_index) {
+    const ir::Pou& callee = b.module().pous[pou_index];
+    const auto ports = ports_of_function(b.module(), callee);
+    std::vector<ir::CallArg> args;
+    std::vector<std::pair<const Port*, PlaceId>> in_outs;
+    struct Waiting {
+      const Port* port;
+      Incoming in;
+    };
+    std::vector<Waiting> waiting;
+    bool good = read_enable();
+    std::size_t position = 0;
+    for (const Input& input : d.inputs(node)) {
+      if (is_enable_name(input.pin->name)) continue;
+      const Port* port = named_in_out(ports, input);
+      if (port == nullptr) port = find_port(ports, Direction::kInput, input.pin->name, position++);
+      if (port == nullptr) {
+        b.report(Code::P3011, input.pin->at, title() + " has no input \"" + input.pin->name + "\"",
+                 "inputs are " + list(ports, Direction::kInput));
+        good = false;
+      } else if (port->direction == Direction::kInOut) {
+        const auto place = in_out_place(input, *port);
+        if (place) in_outs.emplace_back(port, *place);
+        good = good && place.has_value();
+      } else {
+        Incoming in = d.read(input);
+        good = good && in.state != Incoming::State::kPoison;
+        if (in.is_value()) waiting.push_back({port, std::move(in)});  // an unconnected pin takes its default
+      }
+    }
+    good = all_in_outs_wired(ports, in_outs) && good;
+    if (!good) return poison();
+
+    open(true);
+    for (const Waiting& w : waiting) {
+      const auto value =
+          b.convert(w.in.operand, w.port->type, "input \"" + std::string(w.port->name) + "\" of " + title());
+      if (!value) good = false;
+      if (value) args.push_back({ir::CallArg::Kind::kInput, w.port->index, *value, {}});
+    }
+    for (const auto& [port, place] : in_outs) {
+      args.push_back({ir::CallArg::Kind::kInOut, port->index, b.make_ref(place), {}});
+    }
+    std::vector<std::pair<std::uint16_t, PlaceId>> outputs;
+    std::optional<std::uint16_t> result_pin;
+    for (std::uint16_t i = 0; i < e.outputs.size(); ++i) {
+      if (!output_wanted(i)) continue;
+      const Port* port = find_port(ports, Direction::kOutput, e.outputs[i].name, output_position(e, i));
+      if (port == nullptr) {
+        b.report(Code::P3011, e.outputs[i].at, title() + " has no output \"" + e.outputs[i].name + "\"",
+                 "outputs are " + list(ports, Direction::kOutput));
+        good = false;
+      } else if (callee.variables[port->index].role == ir::Role::kReturnValue) {
+        result_pin = i;
+      } else {
+        const PlaceId place =
+            b.variable(b.hidden("out." + std::to_string(e.at.local_id) + "." + std::string(port->name), port->type));
+        args.push_back({ir::CallArg::Kind::kOutput, port->index, {}, place});
+        outputs.emplace_back(i, place);
+      }
+    }
+    ValueId result = b.call_pou(pou_index, args);
+    if (result_pin && result.valid() && enable) outputs.emplace_back(*result_pin, keep(result, callee.name));
+    close();
+    if (!good) return poison();
+    if (result_pin && result.valid() && !enable) publish_output(*result_pin, result);
+    for (const auto& [pin, place] : outputs) publish_output(pin, b.load(place));
+    publish_in_outs(ports, in_outs);
+    publish_eno();
+  }
+
+  void lower_standard_function() {
+    const auto candidates = stdlib::overloads_named(e.text);
+    const stdlib::FunctionSpec& spec = *candidates[0].spec;
+    std::vector<Operand> operands;
+    std::vector<std::string> pins;
+    bool good = read_enable();
+    std::size_t drawn = 0;
+    std::vector<std::pair<std::size_t, const Input*>> order;  // parameter position, input
+    for (const Input& input : d.inputs(node)) {
+      if (!is_enable_name(input.pin->name)) order.emplace_back(drawn++, &input);
+    }
+    place_by_name(spec, order);
+    for (const auto& [position, input] : order) {
+      Incoming in = d.read(*input);
+      if (in.state == Incoming::State::kPoison) {
+        good = false;
+      } else if (in.is_value()) {
+        operands.push_back(std::move(in.operand));
+        pins.push_back(input->pin->name.empty() ? stdlib::pin_name(spec, position) : input->pin->name);
+      } else if (!spec.extensible || order.size() <= spec.param_count) {
+        b.report(Code::P3010, input->pin->at, "input \"" + input->pin->name + "\" of " + title() + " is not connected",
+                 "a function needs all its inputs: wire it, or give it a constant");
+        good = false;
+      }  // else: an extensible function takes the pins that are wired
+    }
+    if (good && operands.size() < spec.param_count) {
+      b.report(Code::P3010, e.at,
+               title() + " needs " + std::to_string(spec.param_count) + " inputs, " + std::to_string(operands.size()) +
+                   " are connected",
+               "draw and wire the missing inputs");
+      good = false;
+    }
+    if (!good) return poison();
+    const bool may_event =
+        std::any_of(candidates.begin(), candidates.end(), [](const stdlib::Overload& o) { return o.spec->may_event; });
+    std::optional<std::uint16_t> result_pin;
+    for (std::uint16_t i = 0; i < e.outputs.size() && !result_pin; ++i) {
+      if (!is_eno_name(e.outputs[i].name)) result_pin = i;
+    }
+    open(may_event);
+    numbers_from_bool(operands, pins);
+    const auto result = b.call(e.text, operands, e.at, std::nullopt, pins);
+    std::optional<PlaceId> kept;
+    if (result && enable && result_pin && output_wanted(*result_pin)) kept = keep(*result, "OUT");
+    close();
+    if (!result) return poison();
+    if (result_pin) {
+      if (kept) {
+        publish_output(*result_pin, b.load(*kept));
+      } else if (!enable) {
+        publish_output(*result_pin, *result);
+      }
+    }
+    publish_eno();
+  }
+
+  /// Drawn pins go to the parameters they name, if all names are known and different; else by position.
+  static void place_by_name(const stdlib::FunctionSpec& spec,
+                            std::vector<std::pair<std::size_t, const Input*>>& order) {
+    std::vector<std::pair<std::size_t, const Input*>> named;
+    for (const auto& [position, input] : order) {
+      for (std::size_t i = 0; i < order.size(); ++i) {
+        if (!core::iequals(stdlib::pin_name(spec, i), input->pin->name)) continue;
+        named.emplace_back(i, input);
+        break;
+      }
+    }
+    std::sort(named.begin(), named.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    const bool distinct = std::adjacent_find(named.begin(), named.end(), [](const auto& a, const auto& b) {
+                            return a.first == b.first;
+                          }) == named.end();
+    if (named.size() == order.size() && distinct) order = std::move(named);
+  }
+
+  /// Real projects wire BOOL into EQ, ADD and the like next to integers: FALSE counts as 0, TRUE as 1, with a warning.
+  void numbers_from_bool(std::vector<Operand>& operands, const std::vector<std::string>& pins) {
+    std::optional<core::TypeId> number;
+    bool has_bool = false;
+    for (const Operand& o : operands) {
+      if (o.kind != Operand::Kind::kValue) continue;
+      const auto type = b.module().types.elementary_of(b.type_of(o.value));
+      if (type && core::in_category(*type, core::kAnyNum)) {
+        if (!number || stdlib::widens(*number, *type)) number = type;
+      }
+      has_bool = has_bool || type == core::TypeId::kBool;
+    }
+    if (!number || !has_bool) return;
+    std::vector<stdlib::Arg> args;
+    for (const Operand& o : operands) {
+      stdlib::Arg arg;
+      if (o.kind == Operand::Kind::kValue) {
+        const auto type = b.module().types.elementary_of(b.type_of(o.value));
+        if (!type) return;
+        arg.type = *type;
+      } else {
+        arg.kind =
+            o.kind == Operand::Kind::kIntLiteral ? stdlib::Arg::Kind::kIntLiteral : stdlib::Arg::Kind::kRealLiteral;
+        arg.int_value = o.int_value;
+        arg.int_is_unsigned = o.int_is_unsigned;
+      }
+      args.push_back(arg);
+    }
+    if (stdlib::resolve(e.text, args).status != stdlib::Resolution::Status::kNoMatch) return;
+    for (std::size_t i = 0; i < operands.size(); ++i) {
+      if (operands[i].kind != Operand::Kind::kValue || b.type_of(operands[i].value) != ir::kBoolType) continue;
+      const std::string conversion = "BOOL_TO_" + std::string(core::name_of(*number));
+      const auto value = b.call(conversion, std::span(&operands[i], 1), e.at);
+      if (!value) return;
+      b.report(Code::P3019, e.at,
+               "input \"" + pins[i] + "\" of " + title() + " is BOOL, other inputs are " +
+                   std::string(core::name_of(*number)),
+               "read as 0 and 1; draw a " + conversion + " block to say so");
+      operands[i].value = *value;
+    }
+  }
+
+  // ---- EXECUTE boxes ----
+
+  void lower_execute() {
+    if (!read_enable()) return poison();
+    open(true);
+    const bool good = st::lower_statements(e.code, e.code_at, b);
+    close();
+    if (!good) return poison();
+    publish_eno();
+    const ValueId value = d.has_reader(eno()) || !watch_events ? (watch_events ? b.load(eno_place)
+                                                                  : enable     ? *enable
+                                                                               : b.constant_bool(true))
+                                                               : b.constant_bool(true);
+    for (std::uint16_t i = 0; i < e.outputs.size(); ++i) {
+      if (d.has_reader({OutRef::Kind::kPin, i, node})) d.publish({OutRef::Kind::kPin, i, node}, value);
+    }
+  }
+
+  // ---- what the block is ----
+
+  void lower() {
+    if (e.has_code) return lower_execute();
+    ir::Module& module = b.module();
+    const auto pou = module.pou_by_name.find(e.text);
+    const bool is_function = pou != module.pou_by_name.end() && module.pous[pou->second].kind == ir::PouKind::kFunction;
+    const bool is_block = (pou != module.pou_by_name.end() && !is_function) || stdlib::block_named(e.text) != nullptr;
+    if (is_function) return lower_function_pou(pou->second);
+    if (is_block) return lower_block_instance();
+    if (!stdlib::overloads_named(e.text).empty()) return lower_standard_function();
+    missing();
+  }
+
+  void lower_block_instance() {
+    if (e.instance_name.empty()) {
+      b.report(Code::P3009, e.at, "function block " + e.text + " has no instance name",
+               "declare a variable of type " + e.text + " and put its name above the block");
+      return poison();
+    }
+    const auto instance = st::lower_place(e.instance_name, e.at, b, false);
+    if (!instance) return poison();
+    const auto wanted = b.module().types.find(e.text);
+    const ir::TypeRef found = b.type_of(*instance);
+    if (!wanted || *wanted != found) {
+      if (b.module().types[found].stub) return poison();
+      b.report(Code::P3024, e.at,
+               "block is a " + e.text + ", but \"" + e.instance_name + "\" is declared as " +
+                   b.module().types.name_of(found),
+               "declare the instance with the type of the block");
+      return poison();
+    }
+    lower_instance(*instance);
+  }
+
+  void missing() {
+    const std::string supply =
+        "it is neither in this file nor in the standard library: export it with the project, or load the library that "
+        "has it";
+    if (d.options_.stub_missing) {
+      b.report(Code::P3020, e.at, "block " + title() + " is missing and replaced by a stub that does nothing", supply);
+    } else {
+      b.report(Code::P3008, e.at, "block " + title() + " is not known",
+               supply + "; --stub-missing runs the rest without it");
+    }
+    poison();
+  }
+};
+
+void Drawing::lower_block(NodeId node) { BlockLowering(*this, node).lower(); }
+
+}  // namespace plc::fbd

@@ -1,0 +1,185 @@
+// Variables, connectors, jumps, labels and returns of a drawn body. Blocks are in lower_block.cpp.
+#include <string>
+
+#include "frontend-fbd/drawing.h"
+#include "frontend-st/text.h"
+
+namespace plc::fbd {
+
+using core::Code;
+using core::ElementKind;
+using ir::Operand;
+using ir::PlaceId;
+using ir::ValueId;
+using plcopen::Edge;
+using plcopen::Element;
+using plcopen::Storage;
+
+void Drawing::lower_element(NodeId node) {
+  builder_.set_source(element(node).at);
+  switch (element(node).kind) {
+    case ElementKind::kBlock:
+      return lower_block(node);
+    case ElementKind::kInVariable:
+      return lower_in_variable(node);
+    case ElementKind::kOutVariable:
+      return lower_out_variable(node);
+    case ElementKind::kInOutVariable:
+      return lower_in_out_variable(node);
+    case ElementKind::kConnector:
+    case ElementKind::kContinuation:
+      return lower_passage(node);
+    case ElementKind::kJump:
+      return lower_jump(node);
+    case ElementKind::kLabel:
+      return lower_label(node);
+    case ElementKind::kReturn:
+      return lower_return(node);
+    default:
+      report(Code::P3021, node, std::string(core::element_word(element(node).kind)) + " in a body drawn in LD or FBD",
+             "only sequential function charts know this element");
+  }
+}
+
+void Drawing::lower_in_variable(NodeId node) {
+  const Element& e = element(node);
+  const OutRef out{OutRef::Kind::kFlow, 0, node};
+  const auto operand = st::lower_expression(e.text, e.text_at, builder_);
+  if (!operand) return publish_poison(out);
+  if (!e.negated && e.edge == Edge::kNone && e.storage == Storage::kNone) return publish(out, *operand);
+  const auto value = builder_.convert(*operand, ir::kBoolType, "inVariable \"" + e.text + "\" with a modifier");
+  if (!value) return publish_poison(out);
+  // Like a contact: the edge is that of the variable, negation comes after it.
+  const ValueId edged = edge_of(*value, e.edge, e.text);
+  publish(out, modify(edged, e.negated, Edge::kNone, e.storage, e.text));
+}
+
+void Drawing::lower_out_variable(NodeId node) {
+  const Element& e = element(node);
+  const OutRef out{OutRef::Kind::kFlow, 0, node};
+  const auto own = inputs(node);
+  const Incoming in = own.empty() ? Incoming{} : read(own[0]);
+  if (in.state == Incoming::State::kUnconnected) {
+    report(Code::P3022, node, "outVariable \"" + e.text + "\" is not connected",
+           "it keeps its value; wire it, or delete it");
+    return publish_poison(out);
+  }
+  if (!in.is_value()) return publish_poison(out);
+  // What an EN that was FALSE left out must not be written: the variable keeps its value (IEC 61131-3:2013, 6.6.1.7).
+  ir::LabelId skip;
+  if (in.executed.valid()) {
+    skip = builder_.new_label();
+    builder_.jump_if_not(in.executed, skip);
+  }
+  const auto place = st::lower_place(e.text, e.text_at, builder_, true);
+  if (place) {
+    const std::string what = "outVariable \"" + e.text + "\"";
+    if (e.negated || e.edge != Edge::kNone || e.storage != Storage::kNone) {
+      if (builder_.type_of(*place) != ir::kBoolType) {
+        report(Code::P3023, node,
+               what + " has a modifier but type " + builder_.module().types.name_of(builder_.type_of(*place)),
+               "negation, edges and storage need BOOL");
+      } else if (const auto value = builder_.convert(in.operand, ir::kBoolType, what)) {
+        write_bool(*place, modify(*value, e.negated, e.edge, Storage::kNone, e.text), e.storage);
+      }
+    } else {
+      builder_.assign(*place, in.operand, what);
+    }
+    note_write(*place, node, false);
+  }
+  if (skip.valid()) builder_.bind(skip);
+  if (has_reader(out)) publish(out, in.operand);
+}
+
+void Drawing::lower_in_out_variable(NodeId node) {
+  const Element& e = element(node);
+  const OutRef out{OutRef::Kind::kFlow, 0, node};
+  const auto own = inputs(node);
+  const Incoming in = own.empty() ? Incoming{} : read(own[0]);
+  if (in.state == Incoming::State::kPoison) return publish_poison(out);
+  const bool writes = in.is_value();
+  const auto place = st::lower_place(e.text, e.text_at, builder_, writes);
+  if (!place) return publish_poison(out);
+  const std::string what = "inOutVariable \"" + e.text + "\"";
+  const bool is_bool = builder_.type_of(*place) == ir::kBoolType;
+  const bool modified = e.negated || e.negated_out || e.edge != Edge::kNone || e.edge_out != Edge::kNone ||
+                        e.storage != Storage::kNone || e.storage_out != Storage::kNone;
+  if (modified && !is_bool) {
+    report(Code::P3023, node,
+           what + " has a modifier but type " + builder_.module().types.name_of(builder_.type_of(*place)),
+           "negation, edges and storage need BOOL");
+    return publish_poison(out);
+  }
+  if (writes) {
+    ir::LabelId skip;
+    if (in.executed.valid()) {
+      skip = builder_.new_label();
+      builder_.jump_if_not(in.executed, skip);
+    }
+    if (modified) {
+      if (const auto value = builder_.convert(in.operand, ir::kBoolType, what)) {
+        write_bool(*place, modify(*value, e.negated, e.edge, Storage::kNone, e.text), e.storage);
+      }
+    } else {
+      builder_.assign(*place, in.operand, what);
+    }
+    if (skip.valid()) builder_.bind(skip);
+    note_write(*place, node, false);
+  }
+  if (!has_reader(out)) return;
+  const ValueId value = builder_.load(*place);
+  publish(out, is_bool ? modify(value, e.negated_out, e.edge_out, e.storage_out, e.text) : value);
+}
+
+void Drawing::lower_passage(NodeId node) {
+  const OutRef out{OutRef::Kind::kFlow, 0, node};
+  const auto own = inputs(node);
+  const Incoming in = own.empty() ? Incoming{} : read(own[0]);
+  if (in.state == Incoming::State::kUnconnected) {
+    report(Code::P3014, node, "connector \"" + element(node).text + "\" is not connected",
+           "wire its input, or delete it with its continuations");
+  }
+  if (!in.is_value()) return publish_poison(out);
+  if (in.operand.kind == Operand::Kind::kValue) return publish(out, in.operand.value, in.executed);
+  publish(out, in.operand);
+}
+
+void Drawing::lower_jump(NodeId node) {
+  const Element& e = element(node);
+  const auto own = inputs(node);
+  const auto [it, fresh] = labels_.try_emplace(e.text);
+  if (fresh) {
+    it->second.label = builder_.new_label();
+    it->second.first_jump = node;
+  }
+  if (own.empty() || own[0].wire_count == 0) return builder_.jump(it->second.label);
+  if (const auto condition = read_bool(own[0], node)) builder_.jump_if(*condition, it->second.label);
+}
+
+void Drawing::lower_label(NodeId node) {
+  const Element& e = element(node);
+  const auto [it, fresh] = labels_.try_emplace(e.text);
+  if (fresh) {
+    it->second.label = builder_.new_label();
+    it->second.first_jump = node;
+  }
+  if (it->second.bound) {
+    return report(Code::P3015, node, "label \"" + e.text + "\" is drawn twice in this body",
+                  "give each label a name of its own");
+  }
+  it->second.bound = true;
+  builder_.bind(it->second.label);
+}
+
+void Drawing::lower_return(NodeId node) {
+  const auto own = inputs(node);
+  if (own.empty() || own[0].wire_count == 0) return builder_.ret();
+  const auto condition = read_bool(own[0], node);
+  if (!condition) return;
+  const ir::LabelId skip = builder_.new_label();
+  builder_.jump_if_not(*condition, skip);
+  builder_.ret();
+  builder_.bind(skip);
+}
+
+}  // namespace plc::fbd

@@ -1,0 +1,39 @@
+// Ports of what a block stands for: which declared input, output or in-out a drawn pin means.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "ir/builder.h"
+#include "plcopen/project.h"
+
+namespace plc::fbd {
+
+struct Port {
+  std::string_view name;
+  std::string_view alias;  ///< second name seen in exports, or empty
+  stdlib::Direction direction = stdlib::Direction::kInput;
+  std::uint32_t index = 0;  ///< field of the instance, or variable of the POU
+  ir::TypeRef type{};       ///< for in-outs the type referred to
+};
+
+/// Inputs, outputs and in-outs of an instance type (standard block or POU), in declared order.
+std::vector<Port> ports_of(const ir::Module& module, ir::TypeRef type);
+/// The same of a function POU; the result is the first output.
+std::vector<Port> ports_of_function(const ir::Module& module, const ir::Pou& pou);
+
+/// The port a drawn pin means: by name or alias, case-insensitive; else the `position`-th of that direction. Null when
+/// there is none.
+const Port* find_port(const std::vector<Port>& ports, stdlib::Direction direction, std::string_view pin,
+                      std::size_t position);
+
+/// Position of an output pin among the drawn outputs, ENO and in-outs drawn again not counted.
+std::size_t output_position(const plcopen::Element& block, std::size_t pin);
+
+/// The memory behind output `pin` of a drawn function block instance; nothing for functions and unknown blocks (no
+/// report).
+std::optional<ir::PlaceId> instance_output(ir::Builder& builder, const plcopen::Element& block, std::size_t pin);
+
+}  // namespace plc::fbd

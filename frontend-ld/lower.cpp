@@ -1,0 +1,240 @@
+#include "frontend-ld/lower.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "frontend-fbd/drawing.h"
+#include "frontend-fbd/graph.h"
+#include "frontend-st/text.h"
+
+namespace plc::ld {
+namespace {
+
+using core::Code;
+using core::ElementKind;
+using fbd::Graph;
+using fbd::NodeId;
+using fbd::OutRef;
+using ir::ValueId;
+using plcopen::Edge;
+using plcopen::Element;
+using plcopen::Storage;
+
+/// Adds power flow to a drawing: left rails are TRUE, contacts AND, joined wires OR, coils are transparent.
+class Ladder final : public fbd::Drawing {
+ public:
+  using Drawing::Drawing;
+
+  void lower(NodeId node) {
+    switch (element(node).kind) {
+      case ElementKind::kLeftRail:
+        builder().set_source(element(node).at);
+        return publish(flow_of(node), builder().constant_bool(true));
+      case ElementKind::kRightRail:
+        return;  // only closes the picture
+      case ElementKind::kContact:
+        return lower_contact(node);
+      case ElementKind::kCoil:
+        return lower_coil(node);
+      case ElementKind::kActionBlock:
+        return report(Code::P2004, node, "action block in a body drawn in LD or FBD",
+                      "actions belong to steps of a sequential function chart; use coils or call the action's POU");
+      default:
+        return lower_element(node);
+    }
+  }
+
+  /// Beremiz writes the expression of a contact anew for each coil it feeds; edges keep their one evaluation there too.
+  std::optional<ValueId> evaluate_afresh(NodeId node) override {
+    const Element& e = element(node);
+    if (e.edge != Edge::kNone || e.storage != Storage::kNone) return std::nullopt;
+    if (e.kind == ElementKind::kContact) {
+      const auto flow = power_into(node, false);
+      const auto state = contact_state(node);
+      if (!flow || !state) return std::nullopt;
+      return builder().logic(ir::Op::kAnd, *flow, *state);
+    }
+    if (e.kind == ElementKind::kCoil) return power_into(node, false);
+    if (e.kind == ElementKind::kInVariable && !e.negated) {
+      const auto operand = st::lower_expression(e.text, e.text_at, builder());
+      if (operand && operand->kind == ir::Operand::Kind::kValue) return operand->value;
+    }
+    return std::nullopt;
+  }
+
+ private:
+  static OutRef flow_of(NodeId node) { return {OutRef::Kind::kFlow, 0, node}; }
+
+  [[nodiscard]] bool is_connected(NodeId node) const {
+    return std::any_of(inputs(node).begin(), inputs(node).end(),
+                       [](const fbd::Input& i) { return i.wire_count != 0 || !i.pin->expression.empty(); });
+  }
+
+  /// Power arriving at the connection points of a contact or coil; nothing when unconnected or poisoned.
+  std::optional<ValueId> power_into(NodeId node, bool warn) {
+    if (!is_connected(node)) {
+      if (warn) {
+        report(Code::P2001, node,
+               std::string(core::element_word(element(node).kind)) + " \"" + element(node).text + "\" is not connected",
+               "it does nothing; wire it to a left power rail, or delete it");
+      }
+      return std::nullopt;
+    }
+    std::optional<ValueId> flow;
+    for (const fbd::Input& input : inputs(node)) {
+      const auto one = read_bool(input, node);
+      if (one) flow = flow ? builder().logic(ir::Op::kOr, *flow, *one) : *one;
+    }
+    return flow;
+  }
+
+  /// State of the contact's variable: its value, edge, negation and storage, evaluated whether there is power or not.
+  std::optional<ValueId> contact_state(NodeId node) {
+    const Element& e = element(node);
+    if (e.text.empty()) {
+      report(Code::P3014, node, "contact names no variable", "write the variable above the contact");
+      return std::nullopt;
+    }
+    const auto operand = st::lower_expression(e.text, e.text_at, builder(), ir::kBoolType);
+    if (!operand) return std::nullopt;
+    if (operand->kind == ir::Operand::Kind::kValue && builder().type_of(operand->value) != ir::kBoolType) {
+      report(Code::P2003, node,
+             "contact \"" + e.text + "\" has type " +
+                 builder().module().types.name_of(builder().type_of(operand->value)) + ", a contact is BOOL",
+             "compare the value with a block, or test one bit of it");
+      return std::nullopt;
+    }
+    const auto value = is_bool(*operand) ? std::optional(operand->value)
+                                         : builder().convert(*operand, ir::kBoolType, "contact \"" + e.text + "\"");
+    if (!value) return std::nullopt;
+    return modify(edge_of(*value, e.edge, e.text), e.negated, Edge::kNone, e.storage, e.text);
+  }
+
+  void lower_contact(NodeId node) {
+    builder().set_source(element(node).at);
+    if (!is_connected(node)) {
+      power_into(node, true);
+      return publish(flow_of(node), builder().constant_bool(false));
+    }
+    const auto state = contact_state(node);
+    const auto flow = power_into(node, true);
+    if (!state || !flow) return publish_poison(flow_of(node));
+    publish(flow_of(node), builder().logic(ir::Op::kAnd, *flow, *state));
+  }
+
+  void lower_coil(NodeId node) {
+    const Element& e = element(node);
+    builder().set_source(e.at);
+    if (!is_connected(node)) {
+      power_into(node, true);
+      return publish(flow_of(node), builder().constant_bool(false));
+    }
+    const auto flow = power_into(node, true);
+    if (!flow) return publish_poison(flow_of(node));
+    publish(flow_of(node), *flow);  // a coil is transparent: the flow behind it is the flow in front of it
+    if (e.text.empty()) {
+      return report(Code::P3014, node, "coil names no variable", "write the variable above the coil");
+    }
+    const auto place = st::lower_place(e.text, e.text_at, builder(), true);
+    if (!place) return;
+    if (builder().type_of(*place) != ir::kBoolType) {
+      return report(Code::P2003, node,
+                    "coil \"" + e.text + "\" has type " + builder().module().types.name_of(builder().type_of(*place)) +
+                        ", a coil is BOOL",
+                    "use an outVariable behind a block for numbers");
+    }
+    const ValueId value = modify(*flow, e.negated, e.edge, Storage::kNone, e.text);
+    write_bool(*place, value, e.storage);
+    note_write(*place, node, e.storage == Storage::kNone);
+  }
+};
+
+bool draws_something(const plcopen::Body& body) {
+  return std::any_of(body.elements.begin(), body.elements.end(), [](const Element& e) {
+    return e.kind != ElementKind::kLeftRail && e.kind != ElementKind::kRightRail && e.kind != ElementKind::kNone;
+  });
+}
+
+/// True when the body writes something a user can see, runs a block or jumps.
+bool does_something(const ir::Module& module, std::uint32_t pou_index) {
+  const ir::Pou& pou = module.pous[pou_index];
+  const auto visible = [&](std::uint32_t place) {
+    const ir::Place* p = &pou.body.places[place];
+    while (p->parent.valid()) p = &pou.body.places[p->parent.index];
+    const bool own = p->kind == ir::Place::Kind::kInstance || p->kind == ir::Place::Kind::kFrame;
+    return !own || pou.variables[p->index].role != ir::Role::kHidden;
+  };
+  return std::any_of(pou.body.insts.begin(), pou.body.insts.end(), [&](const ir::Inst& inst) {
+    switch (inst.op) {
+      case ir::Op::kStore:
+      case ir::Op::kCopy:
+        return visible(inst.a);
+      case ir::Op::kRun:
+      case ir::Op::kCallPou:
+      case ir::Op::kLabel:
+      case ir::Op::kJump:
+      case ir::Op::kJumpIf:
+      case ir::Op::kJumpIfNot:
+      case ir::Op::kReturn:
+        return true;
+      default:
+        return false;
+    }
+  });
+}
+
+}  // namespace
+
+bool lower_body(const plcopen::Pou& pou, ir::Module& module, std::uint32_t pou_index, core::Diagnostics& diagnostics) {
+  const std::size_t errors_before = diagnostics.error_count();
+  ir::Builder builder(module, pou_index, diagnostics);
+  bool drawn = false;
+  bool connected = true;
+  for (const plcopen::Body& body : pou.bodies) {
+    if (body.language != plcopen::Language::kLd && body.language != plcopen::Language::kFbd) continue;
+    drawn = drawn || draws_something(body);
+    Graph graph = fbd::build_graph(body, pou.name, diagnostics);
+    const fbd::Sequence sequence = fbd::order(graph, module.options.order, pou.name, diagnostics);
+    Ladder ladder(builder, graph, module.options);
+    for (const fbd::Step& step : sequence.steps) ladder.lower(step.node);
+    ladder.finish();
+    connected = connected && !graph.wires.empty();
+  }
+  const bool good = diagnostics.error_count() == errors_before;
+  if (good && !drawn) {
+    diagnostics.report(Code::P3017, pou.at, pou.name, "body of " + pou.name + " draws nothing: it compiles to nothing");
+  } else if (good && !does_something(module, pou_index)) {
+    diagnostics.report(Code::P3016, pou.at, pou.name,
+                       "body of " + pou.name + " draws elements, but none of them writes a variable or runs a block",
+                       connected ? "wire the blocks to coils, outVariables or function blocks"
+                                 : "nothing is wired: connect the elements");
+    return false;
+  }
+  module.pous[pou_index].compiled = good;
+  return good;
+}
+
+std::vector<OrderLine> explain_order(const plcopen::Body& body, core::Order rule) {
+  core::Diagnostics quiet;
+  Graph graph = fbd::build_graph(body, {}, quiet);
+  const fbd::Sequence sequence = fbd::order(graph, rule, {}, quiet);
+  std::vector<OrderLine> lines;
+  lines.reserve(sequence.steps.size());
+  for (const fbd::Step& step : sequence.steps) {
+    const Element& e = graph.element(step.node);
+    OrderLine line{step.network, e.at, e.text, step.reason, {}};
+    if (!e.instance_name.empty()) line.text += " " + e.instance_name;
+    const fbd::Node& node = graph.nodes[step.node];
+    for (std::uint32_t i = node.first_input; i < node.first_input + node.input_count; ++i) {
+      const fbd::Input& input = graph.inputs[i];
+      for (std::uint32_t w = 0; w < input.wire_count; ++w) {
+        const fbd::Wire& wire = graph.wires[input.first_wire + w];
+        if (wire.feedback) line.feedback_from.push_back(graph.element(wire.from.node).at.local_id);
+      }
+    }
+    lines.push_back(std::move(line));
+  }
+  return lines;
+}
+
+}  // namespace plc::ld

@@ -1,0 +1,32 @@
+// ld::lower_body: a body drawn in LD or FBD -> IR. Both languages share all elements in real files, so one function
+// lowers both: contacts, coils and rails here, everything else through frontend-fbd.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/diagnostics.h"
+#include "core/options.h"
+#include "frontend-fbd/order.h"
+#include "ir/ir.h"
+#include "plcopen/project.h"
+
+namespace plc::ld {
+
+/// Lowers all drawn bodies of `pou` into module.pous[pou_index].body, in the order of SEMANTICS /
+/// docs/guides/execution-order.md. Reports every problem; true (and Pou::compiled set) when there was no error.
+bool lower_body(const plcopen::Pou& pou, ir::Module& module, std::uint32_t pou_index, core::Diagnostics& diagnostics);
+
+/// One line of `plc explain`: an element at its place in the execution order.
+struct OrderLine {
+  std::uint32_t network = 0;  ///< 1-based
+  core::SourceRef at;         ///< kind and localId name the element
+  std::string text;           ///< variable, expression, or block type and instance
+  fbd::Reason reason = fbd::Reason::kPosition;
+  std::vector<std::int64_t> feedback_from;  ///< localIds whose previous value arrives here
+};
+/// The execution order of one drawn body by `rule`.
+std::vector<OrderLine> explain_order(const plcopen::Body& body, core::Order rule);
+
+}  // namespace plc::ld
