@@ -1,0 +1,168 @@
+#include "tools/command_line.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <iostream>
+#include <iterator>
+#include <map>
+
+#include "core/text.h"
+
+namespace plc::tools {
+namespace {
+
+constexpr const char* kCompileGroup = "Compile options (stored in the image)";
+
+template <class Enum>
+void add_choice(CLI::App& app, const std::string& name, Enum& target, const std::map<std::string, Enum>& choices,
+                const std::string& help) {
+  app.add_option(name, target, help)
+      ->transform(CLI::CheckedTransformer(choices, CLI::ignore_case).description(""))
+      ->group(kCompileGroup);
+}
+
+struct Unit {
+  std::string_view name;
+  double ns;
+};
+constexpr Unit kUnits[] = {{"ns", 1},    {"us", 1e3}, {"ms", 1e6}, {"min", 60e9}, {"m", 60e9},
+                           {"s", 1e9},   {"h", 3600e9}, {"d", 86400e9}};
+
+}  // namespace
+
+void add_compile_options(CLI::App& app, core::CompileOptions& options, bool with_pou) {
+  add_choice<core::Order>(app, "--order", options.order,
+                          {{"drawing", core::Order::kDrawing}, {"document", core::Order::kDocument}},
+                          "drawing: top to bottom as drawn (default). document: as the file lists the elements");
+  add_choice<core::Compat>(app, "--compat", options.compat,
+                           {{"none", core::Compat::kNone}, {"beremiz", core::Compat::kBeremiz}},
+                           "none: one value per wire (default). beremiz: contacts are read again for every coil");
+  add_choice<core::AddressProfile>(
+      app, "--profile", options.profile,
+      {{"separate", core::AddressProfile::kSeparate}, {"overlay", core::AddressProfile::kOverlay}},
+      "separate: %IX, %IB, %IW are independent (default). overlay: %IW0 contains %IX0.0 to %IX1.7");
+  app.add_flag("--stub-missing", options.stub_missing,
+               "POUs, blocks and types that cannot be compiled become stubs that do nothing; each is named")
+      ->group(kCompileGroup);
+  if (with_pou) {
+    app.add_option("--pou", options.pou,
+                   "run this program or function block alone in a 20 ms task, its instance named like it")
+        ->type_name("NAME")
+        ->group(kCompileGroup);
+  }
+}
+
+bool has_compile_options(const CLI::App& app) {
+  for (const char* name : {"--order", "--compat", "--profile", "--stub-missing", "--pou"}) {
+    const CLI::Option* option = app.get_option_no_throw(name);
+    if (option != nullptr && option->count() > 0) return true;
+  }
+  return false;
+}
+
+std::optional<int> parse(CLI::App& app, int argc, char** argv) {
+  try {
+    app.parse(argc, argv);
+    return std::nullopt;
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
+      app.exit(error, std::cout, std::cerr);
+      return kExitOk;
+    }
+    const CLI::App* deepest = &app;
+    while (!deepest->get_subcommands().empty()) deepest = deepest->get_subcommands().front();
+    std::string command = app.get_name();
+    if (deepest != &app) command += " " + deepest->get_name();
+    complain(command, error.what(), fmt::format("{} --help shows every flag with examples", command));
+    return kExitUsage;
+  }
+}
+
+std::optional<int> open_or_explain(const CLI::App& app, const Request& request, Compilation& compilation) {
+  if (is_image_path(request.path) && has_compile_options(app)) {
+    complain(app.get_name(), fmt::format("{} is an image: its compile options are stored in it", request.path),
+             "compile the project file again with other options, or leave the options away");
+    return kExitUsage;
+  }
+  open(request, compilation);
+  compilation.diagnostics.render(std::cerr);
+  if (!compilation.readable) return kExitUsage;
+  if (!compilation.ok()) return kExitErrors;
+  return std::nullopt;
+}
+
+void complain(std::string_view command, std::string_view message, std::string_view help) {
+  std::cerr << command << ": " << message << '\n';
+  if (!help.empty()) std::cerr << "  help: " << help << '\n';
+}
+
+void complain(const core::Problem& problem) {
+  std::cerr << "error " << core::info(problem.code).name << ": " << problem.message << '\n';
+  if (!problem.help.empty()) std::cerr << "  help: " << problem.help << '\n';
+}
+
+std::optional<std::int64_t> parse_duration_ns(std::string_view text) {
+  text = core::trimmed(text);
+  if (text.size() > 2 && core::iequals(text.substr(0, 2), "T#")) text.remove_prefix(2);
+  if (text.empty()) return std::nullopt;
+  double total_ns = 0;
+  while (!text.empty()) {
+    std::size_t digits = 0;
+    while (digits < text.size() && (std::isdigit(static_cast<unsigned char>(text[digits])) || text[digits] == '.')) {
+      ++digits;
+    }
+    if (digits == 0) return std::nullopt;
+    char* end = nullptr;
+    const std::string number(text.substr(0, digits));
+    const double value = std::strtod(number.c_str(), &end);
+    if (end != number.c_str() + number.size()) return std::nullopt;
+    text.remove_prefix(digits);
+    double factor = text.empty() ? 1e9 : 0;
+    for (const Unit& unit : kUnits) {
+      if (factor == 0 && text.size() >= unit.name.size() && core::iequals(text.substr(0, unit.name.size()), unit.name)) {
+        factor = unit.ns;
+        text.remove_prefix(unit.name.size());
+      }
+    }
+    if (factor == 0) return std::nullopt;
+    total_ns += value * factor;
+  }
+  if (total_ns > 9e18) return std::nullopt;
+  return static_cast<std::int64_t>(std::llround(total_ns));
+}
+
+std::string duration_text(double ns) {
+  constexpr Unit kShown[] = {{"s", 1e9}, {"ms", 1e6}, {"us", 1e3}};
+  for (const Unit& unit : kShown) {
+    if (ns >= unit.ns) return fmt::format("{:.4g}{}", ns / unit.ns, unit.name);
+  }
+  return fmt::format("{:.4g}ns", ns);
+}
+
+bool write_file(const std::string& path, std::string_view bytes, std::string& why) {
+  // WHY not rename for what is no plain file: /dev/stdout and pipes are written in place.
+  const bool in_place = path.rfind("/dev/", 0) == 0;
+  const std::string target = in_place ? path : fmt::format("{}.{}.tmp", path, ::getpid());
+  std::FILE* file = std::fopen(target.c_str(), "wb");
+  if (file == nullptr) {
+    why = std::strerror(errno);
+    return false;
+  }
+  bool good = std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size();
+  good = std::fflush(file) == 0 && good;
+  if (!good) why = std::strerror(errno);
+  std::fclose(file);
+  if (good && !in_place && std::rename(target.c_str(), path.c_str()) != 0) {
+    why = std::strerror(errno);
+    good = false;
+  }
+  if (!good && !in_place) std::remove(target.c_str());
+  return good;
+}
+
+}  // namespace plc::tools

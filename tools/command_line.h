@@ -1,0 +1,51 @@
+// What the commands share: exit codes, compile options as flags, durations, reading and writing of whole files.
+//
+// In: CLI11 applications. Out: options filled in. Does not belong here: what a command does.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "core/options.h"
+#include "core/result.h"
+#include "tools/pipeline.h"
+
+namespace plc::tools {
+
+/// Exit codes, the same for every command.
+inline constexpr int kExitOk = 0;
+inline constexpr int kExitErrors = 1;  ///< the input has errors, or a program faulted
+inline constexpr int kExitUsage = 2;   ///< wrong flags, or a file that cannot be opened or written
+
+/// Adds --order, --compat, --profile, --stub-missing and, where one POU can run alone, --pou. The options must outlive
+/// the parsing.
+void add_compile_options(CLI::App& app, core::CompileOptions& options, bool with_pou = true);
+
+/// True when any compile option was given: an image carries its own.
+bool has_compile_options(const CLI::App& app);
+
+/// Parses argv; prints help or what was wrong. The exit code when the program should end now.
+std::optional<int> parse(CLI::App& app, int argc, char** argv);
+
+/// compile() or load with all diagnostics on stderr. Refuses compile options for an image. The exit code when there is
+/// nothing to go on with.
+std::optional<int> open_or_explain(const CLI::App& app, const Request& request, Compilation& compilation);
+
+/// Prints "command: message" and "help: ..." on stderr.
+void complain(std::string_view command, std::string_view message, std::string_view help = {});
+/// A problem of set-up code, as diagnostics look: "error P7101: message".
+void complain(const core::Problem& problem);
+
+/// "20s", "500ms", "1.5min", "2h", "T#1m30s"; a plain number is seconds. Nothing when it is not a duration.
+std::optional<std::int64_t> parse_duration_ns(std::string_view text);
+/// "20ms", "1.5us", "2s": at most four significant digits.
+std::string duration_text(double ns);
+
+/// Replaces the file by `bytes` in one step; false, with errno's words in `why`, when that fails.
+bool write_file(const std::string& path, std::string_view bytes, std::string& why);
+
+}  // namespace plc::tools

@@ -1,0 +1,205 @@
+#include "tools/pipeline.h"
+
+#include <fmt/format.h>
+#include <malloc.h>
+#include <sys/stat.h>
+
+#include <fstream>
+#include <iterator>
+#include <utility>
+
+#include "bytecode/codegen/generate.h"
+#include "core/text.h"
+#include "frontend-fbd/lower.h"
+#include "frontend-ld/lower.h"
+#include "frontend-st/declare.h"
+#include "ir/check.h"
+#include "plcopen/reader.h"
+
+namespace plc::tools {
+namespace {
+
+using core::Code;
+using core::Severity;
+
+/// True when the file can be opened for reading; reports otherwise.
+bool can_open(const std::string& path, Compilation& compilation) {
+  struct stat status {};
+  if (::stat(path.c_str(), &status) == 0 && !S_ISDIR(status.st_mode) && std::ifstream(path)) return true;
+  core::SourceRef at;
+  at.file = compilation.diagnostics.add_file(path);
+  compilation.diagnostics.report(Code::P7001, at, {}, "file cannot be opened for reading",
+                                 "give the path of a PLCopen XML file or of an image made by plc compile");
+  compilation.readable = false;
+  return false;
+}
+
+/// The language of a POU's bodies; the first that is not empty decides.
+plcopen::Language language_of(const plcopen::Pou& pou) {
+  for (const plcopen::Body& body : pou.bodies) {
+    if (body.language != plcopen::Language::kNone) return body.language;
+  }
+  return plcopen::Language::kNone;
+}
+
+class Lowering {
+ public:
+  Lowering(const Request& request, Compilation& compilation) : request_(request), compilation_(compilation) {}
+
+  void lower_all() {
+    plcopen::Project& project = *compilation_.project;
+    for (std::uint32_t i = 0; i < project.pous.size(); ++i) {
+      lower(project.pous[i], i);
+      // WHY: a large drawing takes more memory than the program it becomes; release it body by body.
+      project.pous[i].bodies = {};
+    }
+    if (drawn_ == 0 && texts_ == 0) {
+      core::SourceRef at;
+      at.line = 1;
+      at.file = project.file;
+      compilation_.diagnostics.report(Code::P5103, at, {}, "project compiles to nothing: no POU has a body with elements",
+                                      "draw something, or export the project again with its bodies");
+    }
+  }
+
+ private:
+  void lower(const plcopen::Pou& pou, std::uint32_t index) {
+    ir::Module& module = *compilation_.module;
+    for (const plcopen::Body& body : pou.bodies) drawn_ += body.drawn_elements;
+    fbd::OrderReport* report = nullptr;
+    switch (language_of(pou)) {
+      case plcopen::Language::kNone:
+        module.pous[index].compiled = true;
+        return;
+      case plcopen::Language::kLd:
+        report = add_order(pou.name);
+        module.pous[index].compiled = ld::lower_body(pou, module, index, compilation_.diagnostics, report);
+        return;
+      case plcopen::Language::kFbd:
+        report = add_order(pou.name);
+        module.pous[index].compiled = fbd::lower_body(pou, module, index, compilation_.diagnostics, report);
+        return;
+      case plcopen::Language::kSt:
+      case plcopen::Language::kIl:
+      case plcopen::Language::kSfc:
+        ++texts_;
+        not_compiled(pou, module.pous[index]);
+        return;
+    }
+  }
+
+  fbd::OrderReport* add_order(const std::string& pou) {
+    if (!request_.keep_orders) return nullptr;
+    compilation_.orders.push_back({pou, {}});
+    return &compilation_.orders.back().report;
+  }
+
+  void not_compiled(const plcopen::Pou& pou, ir::Pou& lowered) {
+    core::SourceRef at = pou.bodies.empty() ? pou.at : pou.bodies.front().at;
+    if (at.line == 0) at = pou.at;
+    const char* language = plcopen::language_name(language_of(pou));
+    if (request_.options.stub_missing) {
+      lowered.stub = true;
+      compilation_.diagnostics.report(
+          Code::P5102, at, pou.name,
+          fmt::format("{} \"{}\" is written in {}: a stub that does nothing runs in its place",
+                      plcopen::pou_kind_name(pou.kind), pou.name, language));
+      return;
+    }
+    compilation_.diagnostics.report(
+        Code::P5101, at, pou.name,
+        fmt::format("{} \"{}\" is written in {}, which is not compiled yet", plcopen::pou_kind_name(pou.kind), pou.name,
+                    language),
+        "redraw it in LD or FBD, or run the rest with --stub-missing");
+  }
+
+  const Request& request_;
+  Compilation& compilation_;
+  std::uint64_t drawn_ = 0;
+  std::uint64_t texts_ = 0;
+};
+
+bool runs_anything(const ir::Module& module) {
+  for (const ir::Task& task : module.tasks) {
+    if (!task.programs.empty()) return true;
+  }
+  return false;
+}
+
+void report_nothing_to_run(const plcopen::Project& project, core::Diagnostics& diagnostics) {
+  std::string choices;
+  for (const plcopen::Pou& pou : project.pous) {
+    if (pou.kind == plcopen::PouKind::kFunction) continue;
+    if (!choices.empty()) choices += ", ";
+    choices += "--pou " + pou.name;
+  }
+  core::SourceRef at;
+  at.line = 1;
+  at.file = project.file;
+  diagnostics.report(Code::P5104, at, {}, "no task runs a program: the file has no instance of any POU",
+                     choices.empty() ? std::string("add a task with a program instance to the configuration")
+                                     : "run one alone in a 20 ms task: " + choices);
+}
+
+void load_image(const std::string& path, Compilation& compilation) {
+  core::SourceRef at;
+  at.file = compilation.diagnostics.add_file(path);
+  std::ifstream in(path, std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(in), {}};
+  core::Result<bytecode::Image> image = bytecode::load(std::as_bytes(std::span(bytes)));
+  if (!image) {
+    compilation.diagnostics.report(image.error().code, at, {}, image.error().message, image.error().help);
+    return;
+  }
+  compilation.image = bytecode::verify(std::move(*image), compilation.diagnostics);
+}
+
+}  // namespace
+
+bool is_image_path(const std::string& path) {
+  return path.size() >= 4 && core::iequals(std::string_view(path).substr(path.size() - 4), ".pbc");
+}
+
+void compile(const Request& request, Compilation& compilation) {
+  if (!can_open(request.path, compilation)) return;
+  core::Diagnostics& diagnostics = compilation.diagnostics;
+  compilation.project = plcopen::read(request.path, diagnostics);
+  if (!compilation.project || request.goal == Goal::kRead) return;
+
+  compilation.module = st::declare(*compilation.project, request.options, diagnostics);
+  if (!compilation.module) return;
+  Lowering(request, compilation).lower_all();
+  ir::check(*compilation.module, diagnostics);
+  if (diagnostics.has_errors()) return;
+
+  if (!runs_anything(*compilation.module)) {
+    if (request.goal == Goal::kRun) report_nothing_to_run(*compilation.project, diagnostics);
+    return;
+  }
+  std::optional<bytecode::Image> image = bytecode::generate(*compilation.module, diagnostics);
+  compilation.module.reset();
+  if (!image) return;
+  compilation.image = bytecode::verify(std::move(*image), diagnostics);
+  // WHY: the IR of 100,000 rungs is several times its image; a runtime that stays up for years gives that back.
+  ::malloc_trim(0);
+}
+
+void open(const Request& request, Compilation& compilation) {
+  if (!is_image_path(request.path)) {
+    compile(request, compilation);
+  } else if (can_open(request.path, compilation)) {
+    load_image(request.path, compilation);
+  }
+}
+
+std::string describe(const core::CompileOptions& options) {
+  std::string text = fmt::format("order={} compat={} profile={} stub-missing={}",
+                                 options.order == core::Order::kDrawing ? "drawing" : "document",
+                                 options.compat == core::Compat::kNone ? "none" : "beremiz",
+                                 options.profile == core::AddressProfile::kSeparate ? "separate" : "overlay",
+                                 options.stub_missing ? "yes" : "no");
+  if (!options.pou.empty()) text += " pou=" + options.pou;
+  return text;
+}
+
+}  // namespace plc::tools

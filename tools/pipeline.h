@@ -1,0 +1,66 @@
+// The steps in order: read, declare, lower every body, check, generate, verify. Each step takes one structure and makes
+// the next; this is the only place that knows all of them.
+//
+// In: a PLCopen XML file, or an image made earlier, and the compile options. Out: a Compilation with everything asked
+// for, and every problem found on the way. Does not belong here: printing, command lines, running.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bytecode/image.h"
+#include "core/diagnostics.h"
+#include "core/options.h"
+#include "frontend-fbd/report.h"
+#include "ir/ir.h"
+#include "plcopen/project.h"
+
+namespace plc::tools {
+
+/// How far to go.
+enum class Goal : std::uint8_t {
+  kRead,      ///< the Project only
+  kCheck,     ///< everything that can be compiled is; a file without instances is fine
+  kRun,       ///< an image to run: without any instance that is an error
+};
+
+struct Request {
+  std::string path;
+  core::CompileOptions options;
+  Goal goal = Goal::kCheck;
+  bool keep_orders = false;  ///< fill Compilation::orders
+};
+
+/// Execution order of one drawn body.
+struct BodyOrder {
+  std::string pou;
+  fbd::OrderReport report;
+};
+
+struct Compilation {
+  core::Diagnostics diagnostics;
+  bool readable = true;  ///< false: the file could not be opened at all
+  std::unique_ptr<plcopen::Project> project;  ///< bodies are released once lowered; null for images
+  std::unique_ptr<ir::Module> module;         ///< null for images and after code generation
+  std::vector<BodyOrder> orders;
+  std::optional<bytecode::VerifiedImage> image;
+
+  [[nodiscard]] bool ok() const { return readable && !diagnostics.has_errors(); }
+};
+
+/// True when the path names a compiled image (by its ".pbc").
+bool is_image_path(const std::string& path);
+
+/// Runs the steps as far as the request says; stops after a step whose result cannot be worked on.
+void compile(const Request& request, Compilation& compilation);
+
+/// Compiles a project file or loads an image, by its name.
+void open(const Request& request, Compilation& compilation);
+
+/// "order=drawing compat=none profile=separate stub-missing=no"
+std::string describe(const core::CompileOptions& options);
+
+}  // namespace plc::tools

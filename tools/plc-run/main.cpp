@@ -1,0 +1,253 @@
+// plc-run: runs a project or an image in real time until it is told to stop.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "io-drivers/csv.h"
+#include "io-drivers/simulated.h"
+#include "runtime/sched/realtime.h"
+#include "tools/command_line.h"
+#include "tools/plc-run/listeners.h"
+#include "tools/plc-run/watch.h"
+#include "tools/statistics.h"
+#include "tools/version.h"
+
+namespace plc::tools {
+namespace {
+
+struct Run {
+  std::string file, duration, stimulus;
+  std::vector<std::string> watch;
+  std::uint64_t cycles = 0;
+  bool stats = false;
+  runtime::FaultPolicy on_fault = runtime::FaultPolicy::kSafeState;
+  core::CompileOptions options;
+};
+
+constexpr core::TimeNs kRedrawNs = 200'000'000;
+constexpr core::TimeNs kPollNs = 20'000'000;
+
+/// The scheduler that signals stop; set before the handlers are.
+std::atomic<runtime::RealtimeScheduler*> running{nullptr};
+
+void on_signal(int) {
+  runtime::RealtimeScheduler* scheduler = running.load(std::memory_order_relaxed);
+  if (scheduler != nullptr) scheduler->request_stop();
+}
+
+void handle_signals() {
+  struct sigaction action {};
+  action.sa_handler = on_signal;
+  ::sigaction(SIGINT, &action, nullptr);
+  ::sigaction(SIGTERM, &action, nullptr);
+}
+
+std::uint32_t fastest_task(const bytecode::Image& image) {
+  std::uint32_t fastest = 0;
+  for (std::uint32_t i = 1; i < image.tasks.size(); ++i) {
+    if (runtime::grid_period(image.tasks[i]) < runtime::grid_period(image.tasks[fastest])) fastest = i;
+  }
+  return fastest;
+}
+
+/// The task whose cycle may write every column of the stimulus: the one whose variables it names, else the fastest.
+/// Nothing when it names variables of several tasks.
+std::optional<std::uint32_t> stimulus_task(const std::string& path, runtime::Resource& resource) {
+  std::ifstream in(path, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  const auto rows = io::parse_csv(text, path);
+  std::uint32_t task = runtime::Place::kGlobal;
+  if (rows && !rows->empty()) {
+    const runtime::Access access(resource);
+    for (const io::CsvCell& cell : rows->front()) {
+      const auto place = access.find_leaf(cell.text);
+      if (!place || place->task == runtime::Place::kGlobal) continue;
+      if (task != runtime::Place::kGlobal && task != place->task) return std::nullopt;
+      task = place->task;
+    }
+  }
+  return task == runtime::Place::kGlobal ? fastest_task(resource.image()) : task;
+}
+
+void print_start(const Run& run, const bytecode::Image& image, core::TimeNs load_ns) {
+  std::cout << fmt::format("{}: {} with {} tasks, ready in {}\n", kVersionText, run.file, image.tasks.size(),
+                           duration_text(static_cast<double>(load_ns)));
+  std::cout << "options: " << describe(image.options) << '\n';
+  for (const bytecode::ImageTask& task : image.tasks) {
+    std::cout << fmt::format("task {}: {}, priority {}\n", task.name,
+                             !task.single.empty()    ? "on " + task.single
+                             : task.period_ns == 0 ? std::string("freewheeling")
+                                                     : "every " + duration_text(static_cast<double>(task.period_ns)),
+                             task.priority);
+  }
+}
+
+void print_end(const bytecode::Image& image, const runtime::RealtimeScheduler& scheduler) {
+  std::vector<std::vector<std::string>> rows = {{"task", "cycles", "period", "scan min", "mean", "p99", "max",
+                                                 "jitter mean", "p99", "max", "overruns", "missed"}};
+  for (std::uint32_t i = 0; i < image.tasks.size(); ++i) {
+    const runtime::TaskStatistics& s = scheduler.statistics(i);
+    const auto ns = [](auto value) { return duration_text(static_cast<double>(value)); };
+    rows.push_back({image.tasks[i].name, std::to_string(s.scans.load()), ns(image.tasks[i].period_ns),
+                    ns(s.scan_time.count() ? s.scan_time.min_ns() : 0), ns(s.scan_time.mean_ns()),
+                    ns(s.scan_time.percentile_ns(0.99)), ns(s.scan_time.max_ns()), ns(s.jitter.mean_ns()),
+                    ns(s.jitter.percentile_ns(0.99)), ns(s.jitter.max_ns()), std::to_string(s.overruns.load()),
+                    std::to_string(s.missed.load())});
+  }
+  std::cout << '\n';
+  print_table(rows, std::cout);
+}
+
+int run_resource(const Run& run, runtime::Resource& resource, std::int64_t duration_ns, core::TimeNs load_ns) {
+  const bytecode::Image& image = resource.image();
+  runtime::RealtimeOptions realtime;
+  realtime.on_fault = run.on_fault;
+  runtime::RealtimeScheduler scheduler(resource, realtime);
+
+  std::unique_ptr<io::SimulatedDriver> driver;
+  std::unique_ptr<RealtimeStimulus> stimulus;
+  if (!run.stimulus.empty()) {
+    auto loaded = io::SimulatedDriver::load(run.stimulus, resource);
+    if (!loaded) return complain(loaded.error()), kExitUsage;
+    const auto task = stimulus_task(run.stimulus, resource);
+    if (!task) {
+      complain("plc-run", run.stimulus + " names variables of several tasks",
+               "in real time a stimulus writes globals, or variables of one task; plc sim takes any");
+      return kExitUsage;
+    }
+    driver = std::make_unique<io::SimulatedDriver>(std::move(*loaded));
+    stimulus = std::make_unique<RealtimeStimulus>(*driver, *task);
+    scheduler.add_listener(*stimulus);
+  }
+  LiveView view(run.watch, resource, ::isatty(STDOUT_FILENO) == 1);
+  if (!run.watch.empty() && view.empty()) {
+    complain("plc-run", "no variable matches --watch", "--watch '*' shows all of them");
+    return kExitUsage;
+  }
+  if (!view.empty()) scheduler.add_listener(view);
+  CycleLimit limit(scheduler, fastest_task(image), run.cycles);
+  if (run.cycles != 0) scheduler.add_listener(limit);
+
+  print_start(run, image, load_ns);
+  running.store(&scheduler, std::memory_order_relaxed);
+  handle_signals();
+  core::MonotonicClock clock;
+  const core::TimeNs begin = clock.now_ns();
+  const runtime::RealtimeReport& report = scheduler.start();
+  for (const std::string& refused : report.refused) std::cout << "real time: " << refused << '\n';
+  if (report.refused.empty()) std::cout << "real time: SCHED_FIFO priorities and locked memory\n";
+  std::cout << std::endl;
+
+  std::size_t faults_shown = 0;
+  core::TimeNs next_view = begin;
+  while (!scheduler.stop_requested()) {
+    const core::TimeNs now = clock.now_ns();
+    if (duration_ns != 0 && now - begin >= duration_ns) break;
+    if (!view.empty() && now >= next_view) {
+      view.show(now - begin, kRedrawNs / 2);
+      next_view += kRedrawNs * (1 + (now - next_view) / kRedrawNs);
+    }
+    const std::vector<runtime::TaskFault> faults = scheduler.faults();
+    for (; faults_shown < faults.size(); ++faults_shown) print_fault(image, faults[faults_shown], std::cerr);
+    const core::TimeNs end = duration_ns == 0 ? now + kPollNs : std::min(now + kPollNs, begin + duration_ns);
+    clock.sleep_until_ns(end);
+  }
+  scheduler.request_stop();
+  scheduler.join();
+  running.store(nullptr, std::memory_order_relaxed);
+
+  const std::vector<runtime::TaskFault> faults = scheduler.faults();
+  for (; faults_shown < faults.size(); ++faults_shown) print_fault(image, faults[faults_shown], std::cerr);
+  print_events(resource, std::cerr);
+  print_end(image, scheduler);
+  if (run.stats) {
+    print_link_report(resource, std::cout);
+    print_memory(std::cout);
+  }
+  return faults.empty() ? kExitOk : kExitErrors;
+}
+
+int main_(int argc, char** argv) {
+  CLI::App app{
+      "Runs a PLC project in real time, one thread per task, until SIGINT or SIGTERM; then outputs go to their safe state.\n"
+      "\n"
+      "Examples:\n"
+      "  plc-run plant.xml                                  run until Ctrl-C\n"
+      "  plc-run plant.pbc --duration 10s --watch 'Main.*'  ten seconds, with live values\n"
+      "  plc-run plant.xml --cycles 1000 --stats            a thousand cycles of the fastest task\n"
+      "  plc-run plant.xml --stimulus in.csv                with inputs from a script\n"
+      "\n"
+      "SCHED_FIFO and locked memory need privileges: run as root, or allow them in a service\n"
+      "(LimitRTPRIO=99, LimitMEMLOCK=infinity). Without them it runs, and says so.\n"
+      "\n"
+      "Exit codes: 0 all is well, 1 the project has errors or a task faulted, 2 wrong flags or a file that cannot be opened.",
+      "plc-run"};
+  Run run;
+  app.set_version_flag("--version", kVersionText);
+  app.add_option("FILE", run.file, "PLCopen XML file, or image made by plc compile")->required();
+  app.add_option("--cycles", run.cycles, "stop after N scans of the fastest task")
+      ->type_name("N")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--duration", run.duration, "stop after this time: 500ms, 20s, 1h")->type_name("T");
+  app.add_option("--stimulus", run.stimulus, "inputs as CSV, as plc sim takes it; time 0 is the first cycle")
+      ->type_name("in.csv");
+  app.add_option("--watch", run.watch, "show these variables live; * and ? match; may be repeated")
+      ->type_name("PATTERN")
+      ->take_all()
+      ->allow_extra_args(false);
+  app.add_option("--on-fault", run.on_fault,
+                 "what a task fault does: continue, safe-state (the task stops, outputs go safe; default), stop")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, runtime::FaultPolicy>{{"continue", runtime::FaultPolicy::kContinue},
+                                           {"safe-state", runtime::FaultPolicy::kSafeState},
+                                           {"stop", runtime::FaultPolicy::kStop}},
+                                          CLI::ignore_case)
+                      .description(""))
+      ->type_name("POLICY");
+  app.add_flag("--stats", run.stats, "also print memory and code sizes at the end");
+  add_compile_options(app, run.options);
+  if (const auto code = parse(app, argc, argv)) return *code;
+
+  std::int64_t duration_ns = 0;
+  if (!run.duration.empty()) {
+    const auto parsed = parse_duration_ns(run.duration);
+    if (!parsed || *parsed <= 0) {
+      complain("plc-run", "--duration " + run.duration + " is not a duration", "write 500ms, 20s, 1.5min or 1h");
+      return kExitUsage;
+    }
+    duration_ns = *parsed;
+  }
+  const core::MonotonicClock clock;
+  const core::TimeNs begin = clock.now_ns();
+  std::unique_ptr<runtime::Resource> resource;
+  {
+    Compilation compilation;
+    if (const auto code = open_or_explain(app, {run.file, run.options, Goal::kRun, false}, compilation)) return *code;
+    auto loaded = runtime::Resource::load(std::move(*compilation.image));
+    if (!loaded) return complain(loaded.error()), kExitErrors;
+    resource = std::move(*loaded);
+  }
+  return run_resource(run, *resource, duration_ns, clock.now_ns() - begin);
+}
+
+}  // namespace
+}  // namespace plc::tools
+
+int main(int argc, char** argv) {
+  try {
+    return plc::tools::main_(argc, argv);
+  } catch (const std::exception& error) {
+    plc::tools::complain("plc-run", std::string("internal error P9001: ") + error.what(),
+                         "please report this with the file that caused it");
+    return plc::tools::kExitErrors;
+  }
+}

@@ -1,0 +1,53 @@
+// plc compile: project file to image file.
+#include <fmt/format.h>
+
+#include <iostream>
+#include <string>
+
+#include "tools/command_line.h"
+#include "tools/plc/commands.h"
+
+namespace plc::tools {
+namespace {
+
+struct Compile {
+  std::string file, output;
+  core::CompileOptions options;
+};
+
+int run(const CLI::App& app, const Compile& compile) {
+  Compilation compilation;
+  if (is_image_path(compile.file)) {
+    complain("plc compile", compile.file + " is an image already", "give the PLCopen XML file it was made from");
+    return kExitUsage;
+  }
+  if (const auto code = open_or_explain(app, {compile.file, compile.options, Goal::kRun, false}, compilation)) {
+    return *code;
+  }
+  const std::vector<std::byte> bytes = bytecode::save(compilation.image->image());
+  std::string why;
+  if (!write_file(compile.output, {reinterpret_cast<const char*>(bytes.data()), bytes.size()}, why)) {
+    complain("plc compile", fmt::format("{} cannot be written: {}", compile.output, why));
+    return kExitUsage;
+  }
+  std::cout << fmt::format("{}: {} bytes, {}\n", compile.output, bytes.size(), describe(compile.options));
+  return kExitOk;
+}
+
+}  // namespace
+
+void add_compile(CLI::App& app, int& exit_code) {
+  static Compile compile;
+  CLI::App* command =
+      app.add_subcommand("compile",
+                         "Compiles a project into an image, which plc-run and plc sim load without compiling.\n"
+                         "\n"
+                         "Example:\n"
+                         "  plc compile plant.xml -o plant.pbc && plc-run plant.pbc");
+  command->add_option("FILE", compile.file, "PLCopen XML file")->required();
+  command->add_option("-o,--output", compile.output, "image to write")->type_name("X.pbc")->required();
+  add_compile_options(*command, compile.options);
+  command->callback([&exit_code, command] { exit_code = run(*command, compile); });
+}
+
+}  // namespace plc::tools

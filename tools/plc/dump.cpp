@@ -1,0 +1,38 @@
+// plc dump: the listing of an image.
+#include <iostream>
+#include <string>
+
+#include "tools/command_line.h"
+#include "tools/plc/commands.h"
+
+namespace plc::tools {
+namespace {
+
+struct Dump {
+  std::string file;
+  core::CompileOptions options;
+};
+
+int run(const CLI::App& app, const Dump& dump) {
+  Compilation compilation;
+  if (const auto code = open_or_explain(app, {dump.file, dump.options, Goal::kRun, false}, compilation)) return *code;
+  std::cout << bytecode::disassemble(compilation.image->image());
+  return kExitOk;
+}
+
+}  // namespace
+
+void add_dump(CLI::App& app, int& exit_code) {
+  static Dump dump;
+  CLI::App* command = app.add_subcommand("dump",
+                                         "Prints the instructions and tables of an image, or of what a project compiles to.\n"
+                                         "\n"
+                                         "Examples:\n"
+                                         "  plc dump plant.pbc\n"
+                                         "  plc dump plant.xml --pou Mixer");
+  command->add_option("FILE", dump.file, "image, or PLCopen XML file")->required();
+  add_compile_options(*command, dump.options);
+  command->callback([&exit_code, command] { exit_code = run(*command, dump); });
+}
+
+}  // namespace plc::tools

@@ -1,0 +1,91 @@
+// plc report: what became of every element of a project file.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iostream>
+#include <string>
+#include <vector>
+
+#include "tools/command_line.h"
+#include "tools/plc/commands.h"
+
+namespace plc::tools {
+namespace {
+
+using plcopen::Fate;
+
+const char* version_text(plcopen::Version version) {
+  switch (version) {
+    case plcopen::Version::kUnknown:
+      return "an unknown namespace, read by element names";
+    case plcopen::Version::kTc6v101:
+      return "PLCopen TC6 1.01";
+    case plcopen::Version::kTc6v200:
+      return "PLCopen TC6 2.00";
+    case plcopen::Version::kTc6v201:
+      return "PLCopen TC6 2.01";
+    case plcopen::Version::kIec61131_10:
+      return "IEC 61131-10";
+  }
+  return "";
+}
+
+void print_rows(const plcopen::Project& project, Fate fate, const char* heading) {
+  std::vector<const plcopen::ReportRow*> rows;
+  for (const plcopen::ReportRow& row : project.report) {
+    if (row.fate == fate) rows.push_back(&row);
+  }
+  if (rows.empty()) return;
+  std::sort(rows.begin(), rows.end(), [](const auto* a, const auto* b) { return a->first_line < b->first_line; });
+  std::cout << fmt::format("\n{}\n", heading);
+  std::cout << fmt::format("  {:>7} {:>8}  {}\n", "count", "line", "element");
+  for (const plcopen::ReportRow* row : rows) {
+    std::cout << fmt::format("  {:>7} {:>8}  {}", row->count, row->first_line, row->element);
+    if (!row->reason.empty()) std::cout << ": " << row->reason;
+    std::cout << '\n';
+  }
+}
+
+int run(const std::string& file) {
+  Compilation compilation;
+  open({file, {}, Goal::kRead, false}, compilation);
+  compilation.diagnostics.render(std::cerr);
+  if (!compilation.readable) return kExitUsage;
+  if (!compilation.project) return kExitErrors;
+  const plcopen::Project& project = *compilation.project;
+  std::cout << fmt::format("{}: {}", file, version_text(project.version));
+  if (!project.product.empty()) std::cout << fmt::format(", written by {}", project.product);
+  if (!project.name.empty()) std::cout << fmt::format(", project \"{}\"", project.name);
+  std::cout << fmt::format("\n\nPOUs\n");
+  for (const plcopen::Pou& pou : project.pous) {
+    std::size_t elements = 0;
+    std::string language = "none";
+    for (const plcopen::Body& body : pou.bodies) {
+      elements += body.drawn_elements;
+      if (body.language != plcopen::Language::kNone) language = plcopen::language_name(body.language);
+    }
+    std::cout << fmt::format("  {:<14} {:<5} {:>6} elements  {}  (line {})\n", plcopen::pou_kind_name(pou.kind), language,
+                             elements, pou.name, pou.at.line);
+  }
+  print_rows(project, Fate::kUsed, "Used");
+  print_rows(project, Fate::kPreserved, "Preserved: read and kept, without meaning for the program");
+  print_rows(project, Fate::kIgnored, "Ignored");
+  print_rows(project, Fate::kRefused, "Refused");
+  return compilation.ok() ? kExitOk : kExitErrors;
+}
+
+}  // namespace
+
+void add_report(CLI::App& app, int& exit_code) {
+  static std::string file;
+  CLI::App* command = app.add_subcommand("report",
+                                         "Prints what became of every XML element of a file: used, preserved, ignored\n"
+                                         "(and why) or refused.\n"
+                                         "\n"
+                                         "Example:\n"
+                                         "  plc report plant.xml");
+  command->add_option("FILE", file, "PLCopen XML file")->required();
+  command->callback([&exit_code] { exit_code = run(file); });
+}
+
+}  // namespace plc::tools

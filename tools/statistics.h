@@ -1,0 +1,30 @@
+// Printing of what a run measured: tables per task, memory, events and faults with their drawn elements.
+//
+// In: a resource and statistics. Out: text. Does not belong here: measuring.
+#pragma once
+
+#include <iosfwd>
+#include <string>
+#include <vector>
+
+#include "runtime/resource.h"
+#include "runtime/sched/task.h"
+
+namespace plc::tools {
+
+/// "plant.xml:12:3 [POU Mixer, block 14]": the drawn element behind a code word.
+std::string place_text(const bytecode::Image& image, std::uint32_t pou, std::uint32_t word);
+
+/// One line per instruction that raised events.
+void print_events(const runtime::Resource& resource, std::ostream& out);
+/// One fault as a diagnostic line.
+void print_fault(const bytecode::Image& image, const runtime::TaskFault& fault, std::ostream& out);
+/// "memory: 12.3 MB resident, 40.1 MB at most": VmRSS and VmHWM of this process.
+void print_memory(std::ostream& out);
+/// Number of variables, code size and how boolean runs were linked, per task.
+void print_link_report(const runtime::Resource& resource, std::ostream& out);
+
+/// Aligned columns: the first row is the heading; the first column is left aligned, all others right aligned.
+void print_table(const std::vector<std::vector<std::string>>& rows, std::ostream& out);
+
+}  // namespace plc::tools
