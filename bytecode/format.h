@@ -1,0 +1,45 @@
+// The layout of an image file, shared by image_save.cpp and image_load.cpp.
+//
+//   header   8 bytes magic, u32 format version, u32 number of sections, u64 XXH3-64 of every byte after the header
+//   section  u32 id, u64 size, `size` bytes; every section of the list below once, in its order, nothing behind the
+//   last
+// Numbers are little-endian. Text stands once in the string pool; records refer to it by index.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace plc::bytecode::format {
+
+inline constexpr std::array<unsigned char, 8> kMagic = {'P', 'I', 'C', 'A', 'R', 'D', 0x1a, '\n'};
+inline constexpr std::size_t kVersionAt = 8;
+inline constexpr std::size_t kSectionCountAt = 12;
+inline constexpr std::size_t kChecksumAt = 16;
+inline constexpr std::size_t kHeaderBytes = 24;
+inline constexpr std::size_t kSectionHeaderBytes = 12;
+
+enum class Section : std::uint32_t { kStrings = 1, kProject, kTypes, kTables, kPous, kLibrary, kTasks };
+inline constexpr std::uint32_t kSectionCount = 7;
+
+/// Longest text in the pool, bytes.
+inline constexpr std::uint32_t kMaxTextBytes = 65535;
+/// Records may name a text again and again; all copies together may be this many times as large as the file.
+inline constexpr std::uint64_t kTextExpansion = 64;
+
+// Smallest sizes of records, bytes: what a count is checked against before memory is reserved.
+inline constexpr std::size_t kTextRecord = 4;
+inline constexpr std::size_t kTypeRecord = 49;
+inline constexpr std::size_t kFieldRecord = 14;
+inline constexpr std::size_t kMemberRecord = 12;
+inline constexpr std::size_t kGlobalRecord = 12;
+inline constexpr std::size_t kPouRecord = 29;
+inline constexpr std::size_t kDebugRecord = 23;
+inline constexpr std::size_t kBlockRecord = 16;
+inline constexpr std::size_t kTaskRecord = 24;
+
+// Bits of a field's flags.
+inline constexpr std::uint8_t kFieldRetain = 1;
+inline constexpr std::uint8_t kFieldConstant = 2;
+
+}  // namespace plc::bytecode::format

@@ -1,0 +1,189 @@
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include <cstring>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+
+#include "bytecode/byte_io.h"
+#include "bytecode/format.h"
+#include "bytecode/image.h"
+
+namespace plc::bytecode {
+
+namespace {
+
+using format::Section;
+
+// Sections are written in the order of use; the pool, which comes first in the file, fills meanwhile.
+class Saver {
+ public:
+  explicit Saver(const Image& image) : image_(image) {}
+
+  std::vector<std::byte> run() {
+    ByteWriter project, types, tables, pous, library, tasks;
+    put_project(project);
+    put_types(types);
+    put_tables(tables);
+    put_pous(pous);
+    put_library(library);
+    put_tasks(tasks);
+    ByteWriter strings;
+    strings.put(static_cast<std::uint32_t>(pool_.size()));
+    for (const std::string_view text : pool_) {
+      strings.put(static_cast<std::uint32_t>(text.size()));
+      strings.put_bytes(std::as_bytes(std::span(text)));
+    }
+
+    ByteWriter out;
+    out.put_bytes(std::as_bytes(std::span(format::kMagic)));
+    out.put(kFormatVersion);
+    out.put(format::kSectionCount);
+    out.put(std::uint64_t{0});
+    put_section(out, Section::kStrings, strings);
+    put_section(out, Section::kProject, project);
+    put_section(out, Section::kTypes, types);
+    put_section(out, Section::kTables, tables);
+    put_section(out, Section::kPous, pous);
+    put_section(out, Section::kLibrary, library);
+    put_section(out, Section::kTasks, tasks);
+    reseal(out.bytes());
+    return std::move(out.bytes());
+  }
+
+ private:
+  static void put_section(ByteWriter& out, Section id, ByteWriter& content) {
+    out.put(static_cast<std::uint32_t>(id));
+    out.put(static_cast<std::uint64_t>(content.size()));
+    out.put_bytes(content.bytes());
+  }
+
+  void put_text(ByteWriter& out, std::string_view text) {
+    const auto [it, added] = index_.emplace(text, static_cast<std::uint32_t>(pool_.size()));
+    if (added) pool_.push_back(text);
+    out.put(it->second);
+  }
+  static void put_count(ByteWriter& out, std::size_t count) { out.put(static_cast<std::uint32_t>(count)); }
+  static void put_block(ByteWriter& out, std::span<const std::byte> bytes) {
+    put_count(out, bytes.size());
+    out.put_bytes(bytes);
+  }
+
+  void put_project(ByteWriter& out) {
+    out.put(static_cast<std::uint8_t>(image_.options.order));
+    out.put(static_cast<std::uint8_t>(image_.options.compat));
+    out.put(static_cast<std::uint8_t>(image_.options.profile));
+    out.put(static_cast<std::uint8_t>(image_.options.stub_missing));
+    put_text(out, image_.options.pou);
+    put_text(out, image_.project);
+    put_text(out, image_.product);
+    put_count(out, image_.files.size());
+    for (const std::string& file : image_.files) put_text(out, file);
+  }
+
+  void put_types(ByteWriter& out) {
+    put_count(out, image_.types.size());
+    for (const ImageType& type : image_.types) {
+      out.put(static_cast<std::uint8_t>(type.kind));
+      out.put(static_cast<std::uint8_t>(type.elementary));
+      out.put(static_cast<std::uint8_t>(type.limited));
+      put_text(out, type.name);
+      out.put(type.size);
+      out.put(type.align);
+      out.put(type.capacity);
+      out.put(type.element);
+      out.put(type.count);
+      out.put(type.lower);
+      out.put(type.upper);
+      put_count(out, type.members.size());
+      for (std::size_t i = 0; i < type.members.size(); ++i) {
+        put_text(out, type.members[i]);
+        out.put(i < type.member_values.size() ? type.member_values[i] : std::int64_t{0});
+      }
+      put_count(out, type.fields.size());
+      for (const ImageField& field : type.fields) {
+        put_text(out, field.name);
+        out.put(field.type);
+        out.put(field.offset);
+        out.put(static_cast<std::uint8_t>(field.role));
+        out.put(static_cast<std::uint8_t>((field.retain ? format::kFieldRetain : 0) |
+                                          (field.constant ? format::kFieldConstant : 0)));
+      }
+    }
+  }
+
+  void put_tables(ByteWriter& out) {
+    out.put(image_.global_type);
+    out.put(image_.const_type);
+    put_count(out, image_.globals.size());
+    for (const ImageGlobal& global : image_.globals) {
+      put_text(out, global.list);
+      put_text(out, global.address);
+      out.put(global.writers);
+    }
+    put_block(out, image_.global_initial);
+    put_block(out, image_.const_bytes);
+  }
+
+  void put_pous(ByteWriter& out) {
+    put_count(out, image_.pous.size());
+    for (const ImagePou& pou : image_.pous) {
+      put_text(out, pou.name);
+      out.put(static_cast<std::uint8_t>(pou.kind));
+      out.put(pou.instance_type);
+      out.put(pou.frame_type);
+      put_block(out, pou.instance_initial);
+      put_block(out, pou.frame_initial);
+      put_count(out, pou.code.size());
+      out.put_words(pou.code);
+      put_count(out, pou.debug.size());
+      for (const DebugEntry& entry : pou.debug) {
+        out.put(entry.word);
+        out.put(entry.at.line);
+        out.put(entry.at.column);
+        out.put(entry.at.local_id);
+        out.put(entry.at.file);
+        out.put(static_cast<std::uint8_t>(entry.at.kind));
+      }
+    }
+  }
+
+  void put_library(ByteWriter& out) {
+    put_count(out, image_.blocks.size());
+    for (const ImageBlock& block : image_.blocks) {
+      put_text(out, block.name);
+      out.put(block.layout_hash);
+      out.put(block.type);
+    }
+    put_count(out, image_.functions.size());
+    for (const std::string& function : image_.functions) put_text(out, function);
+  }
+
+  void put_tasks(ByteWriter& out) {
+    put_count(out, image_.tasks.size());
+    for (const ImageTask& task : image_.tasks) {
+      put_text(out, task.name);
+      out.put(task.period_ns);
+      out.put(task.priority);
+      put_text(out, task.single);
+      out.put(task.body);
+    }
+  }
+
+  const Image& image_;
+  std::vector<std::string_view> pool_;
+  std::unordered_map<std::string_view, std::uint32_t> index_;
+};
+
+}  // namespace
+
+std::vector<std::byte> save(const Image& image) { return Saver(image).run(); }
+
+void reseal(std::span<std::byte> bytes) {
+  if (bytes.size() < format::kHeaderBytes) return;
+  const auto rest = bytes.subspan(format::kHeaderBytes);
+  store_le(bytes.data() + format::kChecksumAt, static_cast<std::uint64_t>(XXH3_64bits(rest.data(), rest.size())));
+}
+
+}  // namespace plc::bytecode

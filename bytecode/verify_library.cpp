@@ -1,0 +1,70 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+
+#include "bytecode/verifier.h"
+
+namespace plc::bytecode {
+
+namespace {
+
+/// Characters that the string port at `field` of a fresh instance holds.
+std::uint16_t capacity_of(const stdlib::BlockSpec& spec, const stdlib::Field& field) {
+  core::StringHeader header;
+  if (spec.initial == nullptr || field.offset + sizeof header > spec.size) return 0;
+  std::memcpy(&header, static_cast<const std::byte*>(spec.initial) + field.offset, sizeof header);
+  return header.capacity;
+}
+
+bool same_port(const Image& image, const ImageField& field, const stdlib::BlockSpec& spec, const stdlib::Field& port) {
+  const ImageType& type = image.types[field.type];
+  if (field.offset != port.offset || field.name != port.name || type.elementary != port.type || type.limited)
+    return false;
+  const core::Rep rep = core::rep_of(port.type);
+  if (rep == core::Rep::kStr || rep == core::Rep::kWstr) {
+    return type.kind == TypeKind::kString && type.capacity == capacity_of(spec, port);
+  }
+  return type.kind == TypeKind::kScalar;
+}
+
+bool same_ports(const Image& image, const ImageType& type, const stdlib::BlockSpec& spec) {
+  if (type.kind != TypeKind::kStruct || type.size != spec.size || type.align != spec.align ||
+      type.fields.size() != spec.fields.size()) {
+    return false;
+  }
+  std::vector<const stdlib::Field*> ports;
+  for (const stdlib::Field& port : spec.fields) ports.push_back(&port);
+  std::sort(ports.begin(), ports.end(), [](auto a, auto b) { return a->offset < b->offset; });
+  for (std::size_t i = 0; i < ports.size(); ++i) {
+    if (!same_port(image, type.fields[i], spec, *ports[i])) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+void verify_library(const Image& image, Report& report) {
+  for (const ImageBlock& block : image.blocks) {
+    if (report.full()) return;
+    const stdlib::BlockSpec* spec = stdlib::block_named(block.name);
+    if (spec == nullptr) {
+      report.broken(Rule::kV501, fmt::format("block {}", block.name));
+      continue;
+    }
+    if (block.layout_hash != stdlib::layout_hash(*spec)) {
+      report.broken(Rule::kV502, fmt::format("block {} has layout {:016x}, the library's {:016x}", block.name,
+                                             block.layout_hash, stdlib::layout_hash(*spec)));
+    }
+    if (block.type >= image.types.size() || !same_ports(image, image.types[block.type], *spec)) {
+      report.broken(Rule::kV503, fmt::format("block {}", block.name));
+    }
+  }
+  for (const std::string& function : image.functions) {
+    if (report.full()) return;
+    if (stdlib::overload_with_key(function) == nullptr)
+      report.broken(Rule::kV504, fmt::format("function {}", function));
+  }
+}
+
+}  // namespace plc::bytecode
