@@ -6,6 +6,8 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
+#include <string_view>
 #include <vector>
 
 #include "bytecode/image.h"
@@ -51,8 +53,8 @@ class ReleaseGrid {
 core::TimeNs grid_period(const bytecode::ImageTask& task);
 /// Task indices in the order in which tasks due together run: priority 0 first, ties as declared.
 std::vector<std::uint32_t> priority_order(const bytecode::Image& image);
-/// Byte offset in the global table of the BOOL that releases an event task; the linker refused images where there is
-/// none.
-std::uint32_t trigger_offset(const bytecode::Image& image, const bytecode::ImageTask& task);
+/// Byte offset in the global table of the BOOL global called `path` ("Name", "List.Name" or its address), if there is
+/// one: what releases an event task. Resource::load refuses images where it is missing.
+std::optional<std::uint32_t> find_trigger(const bytecode::Image& image, std::string_view path);
 
 }  // namespace plc::runtime

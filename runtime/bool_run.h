@@ -1,0 +1,52 @@
+// Boolean logic as data: the loops over the look-up records of a BOOL_RUN.
+//
+// A record is a truth table over up to five BOOLs; evaluating one takes no branch, so the cost is flat in the size of
+// the program and in how its inputs change. Records run in order and may read what earlier ones wrote. Short records
+// (16 bytes) hold offsets within a 64 KiB window; the linker cuts runs into windows and picks the four-input loop for
+// stretches whose tables ignore the fifth input: the loops are bound by loads, and it makes two fewer. Measured and
+// rejected: unrolling by 2 or 4 (no gain), fetching a record as two 64-bit words (20 % slower).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+
+namespace plc::runtime {
+
+struct ShortRecord {
+  std::uint32_t truth = 0;
+  std::uint16_t out = 0;
+  std::uint16_t in[5] = {};
+};
+static_assert(sizeof(ShortRecord) == 16);
+
+/// Operands are resolved operand words (link.h).
+struct GeneralRecord {
+  std::uint32_t truth = 0;
+  std::uint32_t out = 0;
+  std::uint32_t in[5] = {};
+};
+static_assert(sizeof(GeneralRecord) == 28);
+
+inline constexpr std::uint32_t kShortRecordWords = sizeof(ShortRecord) / 4;
+inline constexpr std::uint32_t kGeneralRecordWords = sizeof(GeneralRecord) / 4;
+
+/// True when a five-input truth table does not depend on its last input.
+constexpr bool ignores_last_input(std::uint32_t truth) { return (truth >> 16) == (truth & 0xffffu); }
+
+/// Runs `count` short records at `records` (4-byte aligned) on the BOOLs at `window`. RT.
+template <int kInputs>
+inline void run_short(std::uint8_t* window, const std::uint32_t* records, std::uint32_t count) noexcept {
+  const auto* at = reinterpret_cast<const unsigned char*>(records);
+  for (const unsigned char* const end = at + std::size_t{count} * sizeof(ShortRecord); at != end;
+       at += sizeof(ShortRecord)) {
+    ShortRecord r;
+    std::memcpy(&r, at, sizeof r);
+    // The sums become three lea instructions; ORs of shifts would be twice as many.
+    std::uint32_t index = window[r.in[0]] + 2u * window[r.in[1]] + 4u * (window[r.in[2]] + 2u * window[r.in[3]]);
+    if constexpr (kInputs == 5) index += 16u * window[r.in[4]];
+    window[r.out] = static_cast<std::uint8_t>((r.truth >> (index & 31u)) & 1u);
+  }
+}
+
+}  // namespace plc::runtime

@@ -1,0 +1,536 @@
+#include "runtime/link.h"
+
+#include <algorithm>
+#include <cstring>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "bytecode/type_map.h"
+#include "runtime/handle.h"
+#include "runtime/link_bool.h"
+#include "runtime/operations.h"
+#include "stdlib/library.h"
+
+namespace plc::runtime {
+namespace {
+
+using bytecode::Image;
+using bytecode::ImagePou;
+using bytecode::ImageType;
+using bytecode::Opcode;
+using bytecode::OperandKind;
+using bytecode::Space;
+using bytecode::TypeKind;
+
+/// One instruction of an image.
+struct Decoded {
+  Opcode opcode = Opcode::kReturn;
+  std::uint32_t word = 0;   ///< where it starts
+  std::uint32_t items = 0;  ///< of its list
+  const std::uint32_t* operands = nullptr;
+  const std::uint32_t* list = nullptr;
+  std::uint32_t next = 0;
+};
+
+Decoded decode(const std::vector<std::uint32_t>& code, std::uint32_t word) {
+  Decoded d;
+  d.opcode = static_cast<Opcode>(code[word] & 0xffffu);
+  d.word = word;
+  d.items = code[word] >> 16;
+  d.operands = code.data() + word + 1;
+  const bytecode::Operands& operands = bytecode::info(d.opcode).operands;
+  std::uint32_t plain = 0;
+  std::uint32_t per_item = 0;
+  for (std::uint32_t i = 0; i < operands.count; ++i) {
+    switch (operands.specs[i].kind) {
+      case OperandKind::kRecords:
+        per_item = bytecode::kRecordWords;
+        break;
+      case OperandKind::kStdArgs:
+        per_item = 1;
+        break;
+      case OperandKind::kFnArgs:
+        per_item = 2;
+        break;
+      default:
+        ++plain;
+        break;
+    }
+  }
+  d.list = d.operands + plain;
+  d.next = word + 1 + plain + d.items * per_item;
+  return d;
+}
+
+/// Calls `visit` with every instruction of a body.
+template <class Visit>
+void for_each_instruction(const ImagePou& pou, Visit visit) {
+  for (std::uint32_t word = 0; word < pou.code.size();) {
+    const Decoded d = decode(pou.code, word);
+    visit(d);
+    word = d.next;
+  }
+}
+
+bool calls_pou(Opcode opcode) {
+  return opcode == Opcode::kCallPou || opcode == Opcode::kCallRef || opcode == Opcode::kCallFn;
+}
+
+/// Bytes of a value of `type` that a null reference reads as: zeros, with string capacities in place.
+void fill_zeros(const Image& image, std::uint32_t type, std::byte* to) {
+  const ImageType& t = image.types[type];
+  switch (t.kind) {
+    case TypeKind::kScalar:
+    case TypeKind::kRef:
+      std::memset(to, 0, t.size);
+      return;
+    case TypeKind::kString:
+      std::memset(to, 0, t.size);
+      store(to, core::StringHeader{t.capacity, 0});
+      return;
+    case TypeKind::kArray:
+      for (std::uint32_t i = 0; i < t.count; ++i)
+        fill_zeros(image, t.element, to + std::size_t{i} * image.types[t.element].size);
+      return;
+    case TypeKind::kStruct:
+      std::memset(to, 0, t.size);
+      for (const bytecode::ImageField& field : t.fields) fill_zeros(image, field.type, to + field.offset);
+      return;
+  }
+}
+
+class Linker {
+ public:
+  Linker(const Image& image, const std::vector<std::uint32_t>& pous, const TaskLayout& layout, Exchange& exchange)
+      : image_(image),
+        pous_(pous),
+        layout_(layout),
+        exchange_(exchange),
+        bindings_(image.pous.size()),
+        entries_(image.pous.size()) {
+    for (std::size_t op = 0; op < kOps; ++op) {
+      handlers_[0][op] = handler_word(Addressing::kFixed, static_cast<ResolvedOp>(op));
+      handlers_[1][op] = handler_word(Addressing::kRelative, static_cast<ResolvedOp>(op));
+    }
+  }
+
+  core::Result<LinkedCode> link(std::uint32_t body) {
+    bind(body);
+    for (const std::uint32_t pou : pous_) link_body(pou);
+    if (problem_) return *problem_;
+    for (const auto& [position, callee] : call_patches_) stream_[position] = entries_[callee];
+    result_.words = TableMemory(stream_.size() * sizeof(std::uint32_t));
+    std::memcpy(result_.words.data(), stream_.data(), stream_.size() * sizeof(std::uint32_t));
+    result_.entry = entries_[body];
+    result_.report.code_bytes = stream_.size() * sizeof(std::uint32_t);
+    return std::move(result_);
+  }
+
+ private:
+  static constexpr std::size_t kOps = static_cast<std::size_t>(ResolvedOp::kCount);
+
+  void join(std::uint32_t callee, std::optional<std::uint32_t> instance) {
+    Binding& b = bindings_[callee];
+    if (!instance || (b.instances == Binding::Instances::kOne && b.instance != *instance)) {
+      b.instances = Binding::Instances::kMany;
+    } else if (b.instances == Binding::Instances::kNone) {
+      b = {Binding::Instances::kOne, *instance};
+    }
+  }
+  /// Offset of a place as seen by a body with one instance; nothing when it depends on the instance.
+  std::optional<std::uint32_t> absolute(std::uint32_t pou, std::uint32_t operand) const {
+    const std::uint32_t offset = bytecode::offset_of(operand);
+    switch (bytecode::space_of(operand)) {
+      case Space::kGlobal:
+        return offset;
+      case Space::kConst:
+        return layout_.constants + offset;
+      case Space::kFrame:
+        return layout_.frames[pou] + offset;
+      case Space::kInstance:
+        break;
+    }
+    if (bindings_[pou].instances == Binding::Instances::kMany) return std::nullopt;
+    return bindings_[pou].instance + offset;
+  }
+  /// Callers come before callees, so each POU's instances are known when its calls are looked at.
+  void bind(std::uint32_t body) {
+    join(body, layout_.instance);
+    for (const std::uint32_t pou : pous_) {
+      for_each_instruction(image_.pous[pou], [&](const Decoded& d) {
+        if (d.opcode == Opcode::kCallPou) join(d.operands[0], absolute(pou, d.operands[1]));
+        if (d.opcode == Opcode::kCallRef) join(d.operands[0], std::nullopt);
+        if (d.opcode == Opcode::kCallFn) join(d.operands[0], 0);
+      });
+      if (bindings_[pou].addressing() == Addressing::kFixed) {
+        ++result_.report.fixed_bodies;
+      } else {
+        ++result_.report.relative_bodies;
+      }
+    }
+  }
+
+  [[nodiscard]] std::uint32_t resolve(std::uint32_t operand) const {
+    const auto offset = absolute(pou_, operand);
+    return offset ? *offset : (kRelativeBit | bytecode::offset_of(operand));
+  }
+  [[nodiscard]] std::uint32_t position() const { return static_cast<std::uint32_t>(stream_.size()); }
+  void put(std::uint32_t word) { stream_.push_back(word); }
+  void put_operand(std::uint32_t operand) { put(resolve(operand)); }
+  void put_handler(ResolvedOp op) {
+    put(handlers_[bindings_[pou_].addressing() == Addressing::kFixed ? 0 : 1][static_cast<std::size_t>(op)]);
+  }
+  template <class T>
+  void put_pointer(T pointer) {
+    std::uint32_t words[2];
+    static_assert(sizeof pointer == sizeof words);
+    std::memcpy(words, &pointer, sizeof words);
+    put(words[0]);
+    put(words[1]);
+  }
+  void put_target(std::uint32_t word) {
+    jump_patches_.emplace_back(position(), word);
+    put(0);
+  }
+  void put_entry(std::uint32_t callee) {
+    call_patches_.emplace_back(position(), callee);
+    put(0);
+  }
+  void refuse(std::string message) {
+    if (!problem_) {
+      problem_ = core::Problem{core::Code::P7111, std::move(message), "compile the project again with this version"};
+    }
+  }
+
+  /// Types that are equal have one number in handles.
+  std::uint32_t canonical(std::uint32_t type) {
+    if (const auto known = canonical_.find(type); known != canonical_.end()) return known->second;
+    std::uint32_t first = type;
+    for (const std::uint32_t representative : representatives_) {
+      if (bytecode::same_type(image_, representative, type)) {
+        first = representative;
+        break;
+      }
+    }
+    if (first == type) representatives_.push_back(type);
+    canonical_.emplace(type, first);
+    return first;
+  }
+
+  /// Type of the string leaf that an operand names.
+  const ImageType& string_type(std::uint32_t operand) const {
+    const Space space = bytecode::space_of(operand);
+    const std::uint32_t root = space == Space::kGlobal     ? image_.global_type
+                               : space == Space::kConst    ? image_.const_type
+                               : space == Space::kInstance ? image_.pous[pou_].instance_type
+                                                           : image_.pous[pou_].frame_type;
+    return image_.types[*bytecode::leaf_at(image_, root, bytecode::offset_of(operand))];
+  }
+  static std::uint32_t capacities(std::uint16_t to, std::uint16_t from) { return to | std::uint32_t{from} << 16; }
+
+  void link_body(std::uint32_t pou) {
+    pou_ = pou;
+    const ImagePou& source = image_.pous[pou];
+    std::vector<std::uint32_t> positions(source.code.size(), 0);
+    std::vector<std::uint8_t> is_target(source.code.size(), 0);
+    for_each_instruction(source, [&](const Decoded& d) {
+      if (d.opcode == Opcode::kJump || d.opcode == Opcode::kLoopJump) is_target[d.operands[0]] = 1;
+      if (d.opcode == Opcode::kCondJump) is_target[d.operands[1]] = 1;
+    });
+    jump_patches_.clear();
+    entries_[pou] = position();
+    for (std::uint32_t word = 0; word < source.code.size();) {
+      Decoded d = decode(source.code, word);
+      positions[word] = position();
+      result_.marks.push_back({position(), pou, word});
+      if (d.opcode == Opcode::kBoolRun) {
+        // Runs that follow each other are one run, unless somebody jumps between them.
+        std::vector<GeneralRecord> records;
+        for (;;) {
+          append_records(d, records);
+          word = d.next;
+          if (word >= source.code.size() || is_target[word] != 0) break;
+          d = decode(source.code, word);
+          if (d.opcode != Opcode::kBoolRun) break;
+        }
+        put_records(records);
+      } else {
+        put_instruction(d);
+        word = d.next;
+      }
+    }
+    for (const auto& [at, word] : jump_patches_) stream_[at] = positions[word];
+  }
+
+  void append_records(const Decoded& d, std::vector<GeneralRecord>& records) const {
+    for (std::uint32_t i = 0; i < d.items; ++i) {
+      const std::uint32_t* const words = d.list + std::size_t{i} * bytecode::kRecordWords;
+      GeneralRecord record;
+      record.truth = words[0];
+      record.out = resolve(words[1]);
+      for (std::size_t input = 0; input < 5; ++input) record.in[input] = resolve(words[2 + input]);
+      records.push_back(record);
+    }
+  }
+
+  void put_records(const std::vector<GeneralRecord>& records) {
+    for (const BoolSegment& segment : cut_into_segments(records)) {
+      const std::span<const GeneralRecord> part = std::span(records).subspan(segment.first, segment.count);
+      if (segment.form == BoolSegment::Form::kGeneral) {
+        put_handler(ResolvedOp::kBoolRun);
+        put(segment.count);
+        const std::size_t at = stream_.size();
+        stream_.resize(at + part.size() * kGeneralRecordWords);
+        std::memcpy(stream_.data() + at, part.data(), part.size_bytes());
+        auto& report = result_.report;
+        (bindings_[pou_].addressing() == Addressing::kFixed ? report.wide_records : report.mixed_records) +=
+            segment.count;
+        continue;
+      }
+      const bool four = segment.form == BoolSegment::Form::kShort4;
+      put_handler(four ? ResolvedOp::kBoolRun4 : ResolvedOp::kBoolRun5);
+      put(segment.count);
+      put(segment.window);
+      // A record must not lie across two cache lines.
+      const std::uint32_t first = (position() + 1 + kShortRecordWords - 1) / kShortRecordWords * kShortRecordWords;
+      put(first);
+      stream_.resize(first + part.size() * kShortRecordWords, 0);
+      for (std::size_t i = 0; i < part.size(); ++i) {
+        const ShortRecord record = shorten(part[i], segment.window);
+        std::memcpy(stream_.data() + first + i * kShortRecordWords, &record, sizeof record);
+      }
+      (four ? result_.report.short4_records : result_.report.short5_records) += segment.count;
+    }
+  }
+
+  void put_instruction(const Decoded& d) {
+    switch (d.opcode) {
+      case Opcode::kMoveStr:
+      case Opcode::kMoveWstr:
+        put_plain(d);
+        put(capacities(string_type(d.operands[0]).capacity, string_type(d.operands[1]).capacity));
+        return;
+      case Opcode::kCopy:
+        put_handler(ResolvedOp::kCopy);
+        put_operand(d.operands[0]);
+        put_operand(d.operands[1]);
+        put(image_.types[d.operands[2]].size);
+        return;
+      case Opcode::kRunTb:
+        put_handler(ResolvedOp::kRunTb);
+        put_step(d.operands[0]);
+        put_operand(d.operands[1]);
+        return;
+      case Opcode::kRunRef:
+        put_handler(ResolvedOp::kRunRef);
+        put_step(d.operands[0]);
+        put_operand(d.operands[1]);
+        put(canonical(image_.blocks[d.operands[0]].type));
+        return;
+      case Opcode::kCallPou:
+        if (bindings_[d.operands[0]].addressing() == Addressing::kFixed) {
+          put_handler(ResolvedOp::kCallPouFixed);
+          put_entry(d.operands[0]);
+        } else {
+          put_handler(ResolvedOp::kCallPou);
+          put_entry(d.operands[0]);
+          put_operand(d.operands[1]);
+        }
+        return;
+      case Opcode::kCallRef:
+        put_handler(ResolvedOp::kCallRef);
+        put_entry(d.operands[0]);
+        put_operand(d.operands[1]);
+        put(canonical(image_.pous[d.operands[0]].instance_type));
+        return;
+      case Opcode::kCallFn:
+        put_function_call(d);
+        return;
+      case Opcode::kCallStd: {
+        put_handler(ResolvedOp::kCallStd);
+        const std::string& key = image_.functions[d.operands[0]];
+        const stdlib::Overload* const overload = stdlib::overload_with_key(key);
+        if (overload == nullptr) refuse("standard function \"" + key + "\" is not in this library");
+        put_pointer(overload == nullptr ? stdlib::Kernel{} : overload->kernel);
+        put(d.items - 1);
+        for (std::uint32_t i = 0; i < d.items; ++i) put_operand(d.list[i]);
+        return;
+      }
+      case Opcode::kMakeRef:
+        put_handler(ResolvedOp::kMakeRef);
+        put_operand(d.operands[0]);
+        put_operand(d.operands[1]);
+        put(canonical(d.operands[2]));
+        return;
+      case Opcode::kIndexRef: {
+        const ImageType& array = image_.types[d.operands[3]];
+        put_handler(ResolvedOp::kIndexRef);
+        for (std::uint32_t i = 0; i < 3; ++i) put_operand(d.operands[i]);
+        put(canonical(d.operands[3]));
+        put(canonical(array.element));
+        put(image_.types[array.element].size);
+        put(array.count);
+        put_pointer(array.lower);
+        return;
+      }
+      case Opcode::kFieldRef: {
+        const bytecode::ImageField& field = image_.types[d.operands[2]].fields[d.operands[3]];
+        put_handler(ResolvedOp::kFieldRef);
+        put_operand(d.operands[0]);
+        put_operand(d.operands[1]);
+        put(canonical(d.operands[2]));
+        put(canonical(field.type));
+        put(field.offset);
+        return;
+      }
+      case Opcode::kCopyFrom:
+        put_handler(ResolvedOp::kCopyFrom);
+        put_operand(d.operands[0]);
+        put_operand(d.operands[1]);
+        put(canonical(d.operands[2]));
+        put(image_.types[d.operands[2]].size);
+        put_pointer(zeros(d.operands[2]));
+        return;
+      case Opcode::kCopyTo:
+        put_handler(ResolvedOp::kCopyTo);
+        put_operand(d.operands[0]);
+        put_operand(d.operands[1]);
+        put(canonical(d.operands[2]));
+        put(image_.types[d.operands[2]].size);
+        return;
+      case Opcode::kReadN:
+      case Opcode::kWriteN:
+      case Opcode::kWriteChangedN:
+        put_handler(static_cast<ResolvedOp>(d.opcode));
+        put(exchange_.add_range(d.operands[0], d.operands[1], d.opcode == Opcode::kWriteChangedN));
+        return;
+      default:
+        put_plain(d);
+        return;
+    }
+  }
+
+  /// An instruction whose operands are leaves and targets.
+  void put_plain(const Decoded& d) {
+    put_handler(static_cast<ResolvedOp>(d.opcode));
+    const bytecode::Operands& operands = bytecode::info(d.opcode).operands;
+    for (std::uint32_t i = 0; i < operands.count; ++i) {
+      if (operands.specs[i].kind == OperandKind::kTarget) {
+        put_target(d.operands[i]);
+      } else {
+        put_operand(d.operands[i]);
+      }
+    }
+  }
+
+  void put_step(std::uint32_t block) {
+    const bytecode::ImageBlock& wanted = image_.blocks[block];
+    const stdlib::BlockSpec* const spec = stdlib::block_named(wanted.name);
+    if (spec == nullptr) {
+      refuse("function block \"" + wanted.name + "\" is not in this library");
+    } else if (stdlib::layout_hash(*spec) != wanted.layout_hash) {
+      refuse("function block \"" + wanted.name + "\" has other ports in this library than in the image");
+    }
+    put_pointer(spec == nullptr ? stdlib::Step{} : spec->step);
+  }
+
+  const std::byte* zeros(std::uint32_t type) {
+    auto bytes = std::make_unique<std::byte[]>(std::max<std::uint32_t>(image_.types[type].size, 1));
+    fill_zeros(image_, type, bytes.get());
+    result_.constants.push_back(std::move(bytes));
+    return result_.constants.back().get();
+  }
+
+  void put_function_call(const Decoded& d) {
+    const std::uint32_t callee = d.operands[0];
+    const ImagePou& function = image_.pous[callee];
+    const std::uint32_t frame = layout_.frames[callee];
+    put_handler(ResolvedOp::kCallFn);
+    put(frame);
+    put(static_cast<std::uint32_t>(function.frame_initial.size()));
+    put_pointer(function.frame_initial.empty() ? &kNoBytes : function.frame_initial.data());
+    put_entry(callee);
+    const std::uint32_t counts = position();
+    put(0);
+    put(0);
+    for (const bool inputs : {true, false}) {
+      for (std::uint32_t i = 0; i < d.items; ++i) {
+        const bytecode::ImageField& parameter = image_.types[function.frame_type].fields[d.list[2 * i]];
+        const bool is_input =
+            parameter.role == bytecode::FieldRole::kInput || parameter.role == bytecode::FieldRole::kInOut;
+        if (is_input != inputs) continue;
+        ++stream_[counts + (inputs ? 0 : 1)];
+        put_argument(frame + parameter.offset, image_.types[parameter.type], d.list[2 * i + 1], inputs);
+      }
+    }
+  }
+  void put_argument(std::uint32_t parameter, const ImageType& type, std::uint32_t operand, bool input) {
+    const std::uint32_t outside = resolve(operand);
+    put(input ? parameter : outside);
+    put(input ? outside : parameter);
+    if (type.kind == TypeKind::kString) {
+      const std::uint16_t other = string_type(operand).capacity;
+      put(bytecode::rep_of(type) == core::Rep::kStr ? kPassStr : kPassWstr);
+      put(input ? capacities(type.capacity, other) : capacities(other, type.capacity));
+    } else {
+      put(type.size);
+      put(0);
+    }
+  }
+
+  static constexpr std::byte kNoBytes{};
+
+  const Image& image_;
+  const std::vector<std::uint32_t>& pous_;
+  const TaskLayout& layout_;
+  Exchange& exchange_;
+  std::vector<Binding> bindings_;
+  std::vector<std::uint32_t> entries_;
+  std::uint32_t handlers_[2][kOps] = {};
+  std::vector<std::uint32_t> stream_;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> jump_patches_;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> call_patches_;
+  std::map<std::uint32_t, std::uint32_t> canonical_;
+  std::vector<std::uint32_t> representatives_;
+  std::optional<core::Problem> problem_;
+  std::uint32_t pou_ = 0;
+  LinkedCode result_;
+};
+
+}  // namespace
+
+std::vector<std::uint32_t> reached_pous(const Image& image, std::uint32_t body) {
+  // Depth first without recursion; the verifier has refused cycles. Reverse post-order puts callers first.
+  std::vector<std::vector<std::uint32_t>> callees(image.pous.size());
+  std::vector<std::uint8_t> seen(image.pous.size(), 0);
+  std::vector<std::pair<std::uint32_t, std::size_t>> path;
+  std::vector<std::uint32_t> order;
+  const auto enter = [&](std::uint32_t pou) {
+    seen[pou] = 1;
+    for_each_instruction(image.pous[pou], [&](const Decoded& d) {
+      if (calls_pou(d.opcode)) callees[pou].push_back(d.operands[0]);
+    });
+    path.emplace_back(pou, 0);
+  };
+  enter(body);
+  while (!path.empty()) {
+    const std::uint32_t pou = path.back().first;
+    if (path.back().second == callees[pou].size()) {
+      order.push_back(pou);
+      path.pop_back();
+      continue;
+    }
+    const std::uint32_t callee = callees[pou][path.back().second++];
+    if (seen[callee] == 0) enter(callee);
+  }
+  std::reverse(order.begin(), order.end());
+  return order;
+}
+
+core::Result<LinkedCode> link_task(const Image& image, std::uint32_t body, const std::vector<std::uint32_t>& pous,
+                                   const TaskLayout& layout, Exchange& exchange) {
+  return Linker(image, pous, layout, exchange).link(body);
+}
+
+}  // namespace plc::runtime

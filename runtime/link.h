@@ -1,0 +1,51 @@
+// Linker: the code of one task, handles resolved to addresses (paper, 3.2.4), before the first run.
+//
+// In: a verified image, a task, the layout of its table. Out: one stream of 32-bit words for all POUs the task reaches:
+//   handler word (distance of the handler's address, interpreter.h), then operands
+//   operand: byte offset from the start of the task's table; in relative bodies, with kRelativeBit, from the instance
+//   targets and entries: positions in the stream; pointers (kernels, steps) in two words
+// A POU that the task has one instance of is fixed: its operands are final. Others are relative: one body for all
+// instances. Does not belong here: running (interpreter.h), checking images (bytecode::verify).
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "bytecode/image.h"
+#include "core/result.h"
+#include "runtime/interpreter.h"
+#include "runtime/memory/exchange.h"
+#include "runtime/memory/table.h"
+#include "runtime/program.h"
+
+namespace plc::runtime {
+
+/// How one POU is bound in one task.
+struct Binding {
+  enum class Instances : std::uint8_t { kNone, kOne, kMany } instances = Instances::kNone;
+  std::uint32_t instance = 0;  ///< kOne: its offset in the table
+  [[nodiscard]] Addressing addressing() const {
+    return instances == Instances::kMany ? Addressing::kRelative : Addressing::kFixed;
+  }
+};
+
+/// The POUs that a task reaches, callers before callees.
+std::vector<std::uint32_t> reached_pous(const bytecode::Image& image, std::uint32_t body);
+
+struct LinkedCode {
+  TableMemory words;  ///< 64-byte aligned, so that records lie as the linker placed them
+  std::vector<CodeMark> marks;
+  std::uint32_t entry = 0;                              ///< of the task's body
+  std::vector<std::unique_ptr<std::byte[]>> constants;  ///< zeros of types, pointed into by the code
+  Program::LinkReport report;
+  [[nodiscard]] const std::uint32_t* data() const { return reinterpret_cast<const std::uint32_t*>(words.data()); }
+};
+
+/// Resolves everything the task reaches. Registers its exchange ranges. P7111 when a function or block is not in this
+/// build's library.
+core::Result<LinkedCode> link_task(const bytecode::Image& image, std::uint32_t body,
+                                   const std::vector<std::uint32_t>& pous, const TaskLayout& layout,
+                                   Exchange& exchange);
+
+}  // namespace plc::runtime

@@ -1,0 +1,109 @@
+// What the interpreter's handlers share: typed loads and stores, strings, handles, events and faults.
+//
+// In: addresses inside one task's table. Out: the effect an instruction has beyond plain arithmetic. Everything here is
+// RT. Does not belong here: dispatch (interpreter.cpp).
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+
+#include "core/types.h"
+#include "runtime/handle.h"
+#include "runtime/interpreter.h"
+
+namespace plc::runtime {
+
+template <class T>
+inline T load(const void* from) noexcept {
+  T value;
+  std::memcpy(&value, from, sizeof value);
+  return value;
+}
+template <class T>
+inline void store(std::byte* to, T value) noexcept {
+  std::memcpy(to, &value, sizeof value);
+}
+/// A pointer that takes two words of resolved code.
+template <class T>
+inline T load_pointer(const std::uint32_t* words) noexcept {
+  static_assert(sizeof(T) == 8);
+  return load<T>(words);
+}
+
+/// Code word of the instruction at `pc`, for events and faults.
+inline const CodeMark& mark_at(const Machine& m, const std::uint32_t* pc) noexcept {
+  const auto position = static_cast<std::uint32_t>(pc - m.code);
+  const auto after = std::upper_bound(m.marks.begin(), m.marks.end(), position,
+                                      [](std::uint32_t p, const CodeMark& mark) { return p < mark.position; });
+  return *(after - 1);
+}
+
+[[gnu::noinline, gnu::cold]] inline void raise(Machine& m, const std::uint32_t* pc, stdlib::Event event) noexcept {
+  ++m.event_count;
+  const CodeMark& mark = mark_at(m, pc);
+  m.events->record(mark.pou, mark.word, event);
+}
+
+[[gnu::noinline, gnu::cold]] inline void fail(Machine& m, const std::uint32_t* pc, FaultKind kind) noexcept {
+  const CodeMark& mark = mark_at(m, pc);
+  m.fault = {kind, mark.pou, mark.word};
+}
+
+/// Copies a string of `width`-byte characters; `capacities` = that of the destination | that of the source << 16, from
+/// the type map: headers are clamped to them. False when it was cut.
+inline bool copy_string(std::byte* to, const std::byte* from, std::uint32_t capacities, std::uint32_t width) noexcept {
+  const auto capacity = static_cast<std::uint16_t>(capacities);
+  const auto available = static_cast<std::uint16_t>(capacities >> 16);
+  const std::uint16_t length = std::min(load<core::StringHeader>(from).length, available);
+  const std::uint16_t kept = std::min(length, capacity);
+  std::memmove(to + sizeof(core::StringHeader), from + sizeof(core::StringHeader), std::size_t{kept} * width);
+  store(to, core::StringHeader{capacity, kept});
+  return kept == length;
+}
+
+/// The third word of an argument of CALL_FN when it is not a number of bytes.
+inline constexpr std::uint32_t kPassStr = 0xffffffffu;
+inline constexpr std::uint32_t kPassWstr = 0xfffffffeu;
+
+/// Moves one argument of CALL_FN. False when a string was cut.
+inline bool pass(std::byte* to, const std::byte* from, std::uint32_t bytes, std::uint32_t capacities) noexcept {
+  switch (bytes) {
+    case 1:
+      store(to, load<std::uint8_t>(from));
+      return true;
+    case 2:
+      store(to, load<std::uint16_t>(from));
+      return true;
+    case 4:
+      store(to, load<std::uint32_t>(from));
+      return true;
+    case 8:
+      store(to, load<std::uint64_t>(from));
+      return true;
+    case kPassStr:
+      return copy_string(to, from, capacities, 1);
+    case kPassWstr:
+      return copy_string(to, from, capacities, 2);
+    default:
+      std::memmove(to, from, bytes);
+      return true;
+  }
+}
+
+inline Handle handle_of(const Machine& m, std::uint32_t offset, std::uint32_t type) noexcept {
+  return Handle::make(offset < m.global_bytes ? Handle::kGlobalTag : m.task_tag, type, offset);
+}
+
+enum class Use : std::uint8_t { kRead, kWrite };
+
+/// The place of type `type` that `handle` names in this task, or null.
+inline std::byte* target(const Machine& m, Handle handle, std::uint32_t type, Use use) noexcept {
+  const bool here = handle.tag() == Handle::kGlobalTag || handle.tag() == m.task_tag;
+  if (!here || handle.type() != type) return nullptr;
+  const std::uint32_t offset = handle.offset();
+  if (use == Use::kWrite && offset >= m.constants_begin && offset < m.constants_end) return nullptr;
+  return m.table + offset;
+}
+
+}  // namespace plc::runtime

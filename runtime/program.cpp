@@ -1,0 +1,115 @@
+#include "runtime/program.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "runtime/events.h"
+#include "runtime/handle.h"
+#include "runtime/interpreter.h"
+#include "runtime/link.h"
+#include "runtime/memory/exchange.h"
+#include "runtime/sched/task.h"
+
+namespace plc::runtime {
+
+struct Program::State {
+  State(const bytecode::Image& image_in, std::uint32_t index_in, GlobalTable& globals, TaskLayout layout,
+        const ProgramOptions& options_in)
+      : image(image_in),
+        index(index_in),
+        options(options_in),
+        table(image_in, image_in.tasks[index_in].body, std::move(layout), options_in.huge_pages),
+        exchange(image_in, globals, table.data()) {}
+
+  const bytecode::Image& image;
+  std::uint32_t index;
+  ProgramOptions options;
+  TaskTable table;
+  Exchange exchange;
+  EventTable events;
+  LinkedCode code;
+  Machine machine;
+};
+
+core::Code fault_code(FaultKind kind) {
+  switch (kind) {
+    case FaultKind::kLoopBudget:
+      return core::Code::R1001;
+    case FaultKind::kNone:
+      break;
+  }
+  return core::Code::P9001;
+}
+
+core::SourceRef source_of(const bytecode::Image& image, std::uint32_t pou, std::uint32_t word) {
+  const std::vector<bytecode::DebugEntry>& debug = image.pous[pou].debug;
+  const auto after =
+      std::upper_bound(debug.begin(), debug.end(), word,
+                       [](std::uint32_t w, const bytecode::DebugEntry& entry) { return w < entry.word; });
+  return after == debug.begin() ? core::SourceRef{} : (after - 1)->at;
+}
+
+Program::Program(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Program::~Program() = default;
+
+core::Result<std::unique_ptr<Program>> Program::link(const bytecode::VerifiedImage& verified, std::uint32_t task,
+                                                     GlobalTable& globals, const ProgramOptions& options) {
+  const bytecode::Image& image = verified.image();
+  const bytecode::ImageTask& entry = image.tasks[task];
+  if (task >= Handle::kMaxTasks || image.types.size() > Handle::kMaxTypes) {
+    return core::Problem{core::Code::P7110, "image has more tasks or types than references can name", {}};
+  }
+  const std::vector<std::uint32_t> pous = reached_pous(image, entry.body);
+  std::vector<std::uint8_t> reached(image.pous.size(), 0);
+  for (const std::uint32_t pou : pous) reached[pou] = 1;
+  TaskLayout layout = lay_out(image, entry.body, reached);
+  if (layout.total >= kRelativeBit) {
+    return core::Problem{core::Code::P7110,
+                         "memory of task \"" + entry.name + "\" would take " + std::to_string(layout.total) + " bytes",
+                         "at most 2 GiB can be addressed; make arrays smaller or split the project"};
+  }
+  auto state = std::make_unique<State>(image, task, globals, std::move(layout), options);
+  auto code = link_task(image, entry.body, pous, state->table.layout(), state->exchange);
+  if (!code) return code.error();
+  state->code = std::move(*code);
+
+  Machine& m = state->machine;
+  m.table = state->table.data();
+  m.code = state->code.data();
+  m.marks = state->code.marks;
+  m.exchange = &state->exchange;
+  m.events = &state->events;
+  m.task_tag = Handle::task_tag(task);
+  m.global_bytes = state->table.layout().global_bytes;
+  m.constants_begin = state->table.layout().constants;
+  m.constants_end = m.constants_begin + static_cast<std::uint32_t>(image.const_bytes.size());
+  return std::unique_ptr<Program>(new Program(std::move(state)));
+}
+
+// RT:
+Fault Program::execute(const CycleContext& context) noexcept {
+  State& s = *state_;
+  s.machine.step.now_ns = context.now_ns;
+  s.machine.loops_left = s.options.loop_budget;
+  s.machine.fault = {};
+  run_body(s.machine, Addressing::kFixed, s.code.entry, s.table.layout().instance);
+  return s.machine.fault;
+}
+
+const bytecode::Image& Program::image() const { return state_->image; }
+const bytecode::ImageTask& Program::task() const { return state_->image.tasks[state_->index]; }
+std::uint32_t Program::task_index() const { return state_->index; }
+TaskTable& Program::table() { return state_->table; }
+const TaskTable& Program::table() const { return state_->table; }
+std::vector<EventCount> Program::events() const { return state_->events.counts(); }
+std::uint64_t Program::other_events() const { return state_->events.other(); }
+std::uint64_t Program::event_total() const { return state_->events.total(); }
+const Program::LinkReport& Program::link_report() const { return state_->code.report; }
+
+void Program::reset() {
+  state_->table.reset(state_->image, task().body);
+  state_->exchange.reset();
+  state_->events.clear();
+}
+
+}  // namespace plc::runtime
