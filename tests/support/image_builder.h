@@ -229,6 +229,9 @@ class ImageBuilder {
                                                                : FieldRole::kState;
       t.fields.push_back(std::move(field));
     }
+    // Specifications list ports by pin order, images by offset.
+    std::sort(t.fields.begin(), t.fields.end(),
+              [](const ImageField& x, const ImageField& y) { return x.offset < y.offset; });
     bytecode::ImageBlock entry;
     entry.name = spec->name;
     entry.layout_hash = stdlib::layout_hash(*spec);
