@@ -56,6 +56,8 @@ struct Type {
   std::int64_t initial = 0;           ///< kEnum, kSubrange: initial value
   const stdlib::BlockSpec* block = nullptr;  ///< kBlock: standard function block
   std::uint32_t pou = 0;                     ///< kPou: index of the program or function block in Module::pous
+  /// kStruct without fields that stands for a type the project does not bring (--stub-missing). Values of it do nothing.
+  bool stub = false;
   SourceRef at;
 };
 

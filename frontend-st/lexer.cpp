@@ -1,0 +1,184 @@
+#include "frontend-st/lexer.h"
+
+#include "core/text.h"
+#include "frontend-st/literals.h"
+
+namespace plc::st {
+
+bool is_identifier(std::string_view text) {
+  if (text.empty() || !is_identifier_start(text[0])) return false;
+  for (char c : text) {
+    if (!is_identifier_char(c)) return false;
+  }
+  return true;
+}
+
+Token Lexer::make(TokenKind kind, std::size_t begin) {
+  return {kind, static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(position_)};
+}
+
+// Skips blanks, comments and pragmas. False, with `bad` filled, when a comment does not end.
+bool Lexer::skip_blanks(Token& bad) {
+  for (;;) {
+    const char c = at(position_);
+    if (position_ >= text_.size()) return true;
+    if (c == ' ' || c == '\t' || c == '\r' || c == '\n' || c == '\f' || c == '\v') {
+      ++position_;
+      continue;
+    }
+    const char next = at(position_ + 1);
+    const std::size_t begin = position_;
+    if (c == '/' && next == '/') {
+      const std::size_t end = text_.find('\n', position_);
+      position_ = end == std::string_view::npos ? text_.size() : end + 1;
+      continue;
+    }
+    if ((c == '(' || c == '/') && next == '*') {
+      const char close = c == '(' ? ')' : '/';
+      std::uint32_t depth = 1;
+      position_ += 2;
+      while (depth > 0 && position_ < text_.size()) {
+        if (at(position_) == '*' && at(position_ + 1) == close) {
+          --depth;
+          position_ += 2;
+        } else if (at(position_) == c && at(position_ + 1) == '*') {
+          ++depth;
+          position_ += 2;
+        } else {
+          ++position_;
+        }
+      }
+      if (depth == 0) continue;
+      position_ = text_.size();
+      bad = make(TokenKind::kUnterminatedComment, begin);
+      return false;
+    }
+    if (c == '{') {
+      const std::size_t end = text_.find('}', position_);
+      if (end != std::string_view::npos) {
+        position_ = end + 1;
+        continue;
+      }
+      position_ = text_.size();
+      bad = make(TokenKind::kUnterminatedComment, begin);
+      return false;
+    }
+    return true;
+  }
+}
+
+Token Lexer::number(std::size_t begin) {
+  const auto digits = [this] {
+    while (is_digit(at(position_)) || at(position_) == '_') ++position_;
+  };
+  digits();
+  TokenKind kind = TokenKind::kInteger;
+  if (at(position_) == '#') {
+    ++position_;
+    while (is_identifier_char(at(position_))) ++position_;
+    return make(kind, begin);
+  }
+  if (at(position_) == '.' && is_digit(at(position_ + 1))) {
+    kind = TokenKind::kReal;
+    ++position_;
+    digits();
+  }
+  if (core::fold(at(position_)) == 'e') {
+    const char sign = at(position_ + 1);
+    const std::size_t first = position_ + (sign == '+' || sign == '-' ? 2 : 1);
+    if (is_digit(at(first))) {
+      kind = TokenKind::kReal;
+      position_ = first;
+      digits();
+    }
+  }
+  if (is_identifier_start(at(position_))) {
+    while (is_identifier_char(at(position_))) ++position_;
+    kind = TokenKind::kBadNumber;
+  }
+  return make(kind, begin);
+}
+
+Token Lexer::quoted(std::size_t begin, TokenKind kind) {
+  const char quote = at(position_);
+  ++position_;
+  while (position_ < text_.size()) {
+    const char c = at(position_++);
+    if (c == quote) return make(kind, begin);
+    if (c == '$' && position_ < text_.size()) ++position_;
+  }
+  return make(TokenKind::kUnterminatedString, begin);
+}
+
+// Behind `prefix#`: position_ stands on the '#'.
+Token Lexer::prefixed(std::size_t begin, std::string_view prefix) {
+  ++position_;
+  const std::optional<core::TypeId> type = literal_prefix(prefix);
+  if (!type) {
+    while (is_identifier_char(at(position_))) ++position_;
+    return make(TokenKind::kEnumValue, begin);
+  }
+  if (at(position_) == '\'' || at(position_) == '"') return quoted(begin, TokenKind::kTyped);
+  const bool date = core::in_category(*type, core::kAnyDate);
+  const bool real = core::in_category(*type, core::kAnyReal);
+  if (at(position_) == '+' || at(position_) == '-') ++position_;
+  for (char last = '\0';; last = at(position_), ++position_) {
+    const char c = at(position_);
+    if (is_identifier_char(c) || (c == '#' && last != '\0')) continue;
+    const bool digit_follows = is_digit(at(position_ + 1));
+    if (c == '.' && digit_follows) continue;
+    if (date && (c == '-' || c == ':') && digit_follows) continue;
+    if (real && (c == '-' || c == '+') && core::fold(last) == 'e' && digit_follows) continue;
+    return make(TokenKind::kTyped, begin);
+  }
+}
+
+Token Lexer::direct(std::size_t begin) {
+  ++position_;
+  while (is_identifier_char(at(position_)) || at(position_) == '*' ||
+         (at(position_) == '.' && is_digit(at(position_ + 1)))) {
+    ++position_;
+  }
+  return make(TokenKind::kDirect, begin);
+}
+
+Token Lexer::next() {
+  Token bad;
+  if (!skip_blanks(bad)) return bad;
+  const std::size_t begin = position_;
+  if (begin >= text_.size()) return make(TokenKind::kEnd, begin);
+  const char c = at(begin);
+  if (is_identifier_start(c)) {
+    while (is_identifier_char(at(position_))) ++position_;
+    if (at(position_) == '#') return prefixed(begin, text_.substr(begin, position_ - begin));
+    return make(TokenKind::kIdentifier, begin);
+  }
+  if (is_digit(c)) return number(begin);
+  if (c == '\'') return quoted(begin, TokenKind::kString);
+  if (c == '"') return quoted(begin, TokenKind::kWstring);
+  if (c == '%') return direct(begin);
+  const char second = at(begin + 1);
+  struct Pair {
+    char first, second;
+    TokenKind kind;
+  };
+  static constexpr Pair kPairs[] = {
+      {':', '=', TokenKind::kAssign},    {'=', '>', TokenKind::kOutput},       {'*', '*', TokenKind::kPower},
+      {'<', '>', TokenKind::kNotEqual},  {'<', '=', TokenKind::kLessEqual},    {'>', '=', TokenKind::kGreaterEqual},
+      {'.', '.', TokenKind::kRange},     {'=', '\0', TokenKind::kEqual},       {'<', '\0', TokenKind::kLess},
+      {'>', '\0', TokenKind::kGreater},  {'+', '\0', TokenKind::kPlus},        {'-', '\0', TokenKind::kMinus},
+      {'*', '\0', TokenKind::kStar},     {'/', '\0', TokenKind::kSlash},       {'&', '\0', TokenKind::kAnd},
+      {'(', '\0', TokenKind::kLeftParen}, {')', '\0', TokenKind::kRightParen}, {'[', '\0', TokenKind::kLeftBracket},
+      {']', '\0', TokenKind::kRightBracket}, {'.', '\0', TokenKind::kDot},     {',', '\0', TokenKind::kComma},
+      {';', '\0', TokenKind::kSemicolon}, {':', '\0', TokenKind::kColon},      {'^', '\0', TokenKind::kCaret},
+  };
+  for (const Pair& pair : kPairs) {
+    if (c != pair.first || (pair.second != '\0' && second != pair.second)) continue;
+    position_ += pair.second == '\0' ? 1 : 2;
+    return make(pair.kind, begin);
+  }
+  ++position_;
+  return make(TokenKind::kUnknown, begin);
+}
+
+}  // namespace plc::st

@@ -1,0 +1,85 @@
+// Lexer of Structured Text: characters -> tokens, on demand. Comments and pragmas are blanks.
+//
+// In: a text. Out: tokens as byte ranges of it. Does not belong here: values of literals (literals.h), grammar (parser.h).
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+namespace plc::st {
+
+enum class TokenKind : std::uint8_t {
+  kEnd,
+  kIdentifier,  ///< also keywords: the grammar tells them apart
+  kInteger,     ///< 12, 16#FF, 1_000
+  kReal,        ///< 1.5, 1.0E-3
+  kTyped,       ///< elementary prefix and value: INT#5, T#1s, D#2024-01-31, STRING#'a'
+  kEnumValue,   ///< Color#Red
+  kString,      ///< 'text'
+  kWstring,     ///< "text"
+  kDirect,      ///< %IX0.0
+  kAssign,      ///< :=
+  kOutput,      ///< =>
+  kPower,       ///< **
+  kEqual,
+  kNotEqual,
+  kLess,
+  kLessEqual,
+  kGreater,
+  kGreaterEqual,
+  kPlus,
+  kMinus,
+  kStar,
+  kSlash,
+  kAnd,  ///< &
+  kLeftParen,
+  kRightParen,
+  kLeftBracket,
+  kRightBracket,
+  kDot,
+  kRange,  ///< ..
+  kComma,
+  kSemicolon,
+  kColon,
+  kCaret,
+  kUnterminatedString,
+  kUnterminatedComment,
+  kBadNumber,  ///< digits run into letters: 12ab
+  kUnknown,    ///< a character that begins no token
+};
+
+struct Token {
+  TokenKind kind = TokenKind::kEnd;
+  std::uint32_t begin = 0;  ///< byte offsets into the text
+  std::uint32_t end = 0;
+};
+
+class Lexer {
+ public:
+  explicit Lexer(std::string_view text) : text_(text) {}
+  /// The next token; kEnd for ever after the last.
+  Token next();
+
+ private:
+  [[nodiscard]] char at(std::size_t i) const { return i < text_.size() ? text_[i] : '\0'; }
+  Token make(TokenKind kind, std::size_t begin);
+  bool skip_blanks(Token& bad);
+  Token number(std::size_t begin);
+  Token quoted(std::size_t begin, TokenKind kind);
+  Token prefixed(std::size_t begin, std::string_view prefix);
+  Token direct(std::size_t begin);
+
+  std::string_view text_;
+  std::size_t position_ = 0;
+};
+
+/// Characters of identifiers. Bytes above 127 count as letters: some tools allow names in any script.
+constexpr bool is_identifier_start(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || static_cast<unsigned char>(c) >= 0x80;
+}
+constexpr bool is_digit(char c) { return c >= '0' && c <= '9'; }
+constexpr bool is_identifier_char(char c) { return is_identifier_start(c) || is_digit(c); }
+/// True when all of `text` is one identifier.
+bool is_identifier(std::string_view text);
+
+}  // namespace plc::st

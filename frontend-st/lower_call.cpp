@@ -1,0 +1,404 @@
+// Calls: function POUs, standard functions, function block instances; arguments by position or by name, EN and ENO.
+#include "core/text.h"
+#include "frontend-st/lowering.h"
+
+namespace plc::st {
+
+using core::Code;
+using ir::Operand;
+using ir::PlaceId;
+using ir::Role;
+using ir::TypeKind;
+using ir::TypeRef;
+using ir::ValueId;
+
+namespace {
+std::string quoted(std::string_view text) { return '"' + std::string(text) + '"'; }
+}  // namespace
+
+std::vector<Lowering::Parameter> Lowering::parameters_of_pou(std::uint32_t pou) {
+  std::vector<Parameter> out;
+  const std::vector<ir::Variable>& variables = builder_.module().pous[pou].variables;
+  for (std::uint32_t i = 0; i < variables.size(); ++i) {
+    const ir::Variable& v = variables[i];
+    if (v.role != Role::kInput && v.role != Role::kOutput && v.role != Role::kInOut) continue;
+    const TypeRef type = v.role == Role::kInOut ? types()[v.type].element : v.type;
+    out.push_back({v.name, v.role, i, type});
+  }
+  return out;
+}
+
+std::vector<Lowering::Parameter> Lowering::parameters_of_block(const stdlib::BlockSpec& block) {
+  std::vector<Parameter> out;
+  for (std::uint32_t i = 0; i < block.fields.size(); ++i) {
+    const stdlib::Field& field = block.fields[i];
+    Role role = Role::kInput;
+    switch (field.direction) {
+      case stdlib::Direction::kInput: break;
+      case stdlib::Direction::kOutput: role = Role::kOutput; break;
+      case stdlib::Direction::kInOut: role = Role::kInOut; break;
+      case stdlib::Direction::kState: continue;
+    }
+    out.push_back({std::string(field.name), role, i, ir::ref_of(field.type)});
+  }
+  return out;
+}
+
+Lowering::Arguments Lowering::bind_arguments(NodeId call, const std::vector<Parameter>& parameters, std::string_view callee) {
+  Arguments out;
+  std::vector<bool> taken(parameters.size(), false);
+  bool named_seen = false;
+  std::size_t position = 0;
+  const auto refuse = [&](NodeId argument, std::string message, std::string help = {}) {
+    report(Code::P4010, at(argument), std::move(message), std::move(help));
+    out.fine = false;
+  };
+  for (NodeId id = node(call).b; id != kNoNode; id = node(id).next) {
+    const Node& argument = node(id);
+    if (argument.argument == ArgumentKind::kPositional) {
+      if (named_seen) {
+        refuse(id, "an argument without name follows arguments with names", "name all arguments or none");
+        continue;
+      }
+      while (position < parameters.size() && parameters[position].role == Role::kOutput) ++position;
+      if (position == parameters.size()) {
+        refuse(id, "call of " + std::string(callee) + " has more arguments than it has inputs");
+        continue;
+      }
+      taken[position] = true;
+      out.bound.push_back({static_cast<std::uint32_t>(position++), id});
+      continue;
+    }
+    named_seen = true;
+    const std::string_view name = name_text(id);
+    const bool is_input = argument.argument == ArgumentKind::kInput;
+    std::size_t found = parameters.size();
+    for (std::size_t i = 0; i < parameters.size(); ++i) {
+      if (core::iequals(parameters[i].name, name)) found = i;
+    }
+    if (found == parameters.size()) {
+      if (is_input && core::iequals(name, "EN")) {
+        out.en = argument.a;
+        continue;
+      }
+      if (!is_input && core::iequals(name, "ENO")) {
+        out.eno = argument.a == kNoNode ? kNoNode : id;
+        continue;
+      }
+      Guess guess(name);
+      for (const Parameter& p : parameters) guess.offer(p.name);
+      refuse(id, std::string(callee) + " has no parameter " + quoted(name), guess.help());
+      continue;
+    }
+    if (is_input == (parameters[found].role == Role::kOutput)) {
+      refuse(id, quoted(name) + " of " + std::string(callee) + (is_input ? " is an output" : " is not an output"),
+             is_input ? "outputs are taken with =>" : "inputs are given with :=");
+      continue;
+    }
+    if (taken[found]) {
+      refuse(id, quoted(name) + " of " + std::string(callee) + " is given twice");
+      continue;
+    }
+    taken[found] = true;
+    if (argument.a != kNoNode) out.bound.push_back({static_cast<std::uint32_t>(found), id});
+  }
+  return out;
+}
+
+std::optional<ValueId> Lowering::condition(NodeId id, std::string_view what) {
+  const auto given = value(id, ir::kBoolType);
+  if (!given) return std::nullopt;
+  return builder_.convert(*given, ir::kBoolType, what);
+}
+
+// Stores `value` where an output argument points.
+bool Lowering::deliver(NodeId argument, ValueId value) {
+  const NodeId target = node(argument).a;
+  const auto where = place(target, true);
+  if (!where) return stub_used_;
+  Operand given = operand(value, argument);
+  given.text = std::string(name_text(argument));
+  if (node(argument).argument == ArgumentKind::kNegatedOutput) {
+    const auto inverted = builder_.call("NOT", std::span(&given, 1), at(argument));
+    if (!inverted) return false;
+    given.value = *inverted;
+  }
+  return builder_.assign(*where, given, "variable " + quoted(text(target)));
+}
+
+void Lowering::report_unknown_function(NodeId id, std::string_view name) {
+  Guess guess(name);
+  for (const ir::Pou& pou : builder_.module().pous) {
+    if (pou.kind == ir::PouKind::kFunction) guess.offer(pou.name);
+  }
+  for (const stdlib::FunctionSpec* spec : stdlib::function_specs()) guess.offer(spec->name);
+  report(Code::P4009, at(id), "there is no function " + quoted(name), guess.help());
+}
+
+std::optional<Operand> Lowering::call(NodeId id, Expected expected, bool as_statement) {
+  const NodeId callee = node(id).a;
+  if (node(callee).kind != NodeKind::kName) {
+    report(Code::P4009, at(id), quoted(text(callee)) + " is not the name of a function",
+           "call a function block instance as a statement of its own and read its outputs");
+    return std::nullopt;
+  }
+  const std::string_view name = name_text(callee);
+  ir::Module& module = builder_.module();
+  const auto pou = module.pou_by_name.find(name);
+  if (pou != module.pou_by_name.end() && module.pous[pou->second].kind == ir::PouKind::kFunction) {
+    return call_function(id, pou->second, as_statement);
+  }
+  const Named named = find_name(module, builder_.pou(), name);
+  if (named.kind != Named::Kind::kNothing) {
+    report(Code::P4009, at(id), quoted(name) + " is a variable and is called in an expression",
+           "call function block instances as a statement of their own and read " + std::string(name) + ".<output>");
+    return std::nullopt;
+  }
+  if (!stdlib::overloads_named(name).empty()) return call_standard(id, name, expected);
+  if (core::iequals(name, "REF") || core::iequals(name, "ADR")) return take_reference(id);
+  if (const auto type = types().find(name)) {
+    const TypeKind kind = types()[*type].kind;
+    if (kind == TypeKind::kBlock || kind == TypeKind::kPou) {
+      report(Code::P4009, at(id), quoted(name) + " is a function block, and calling it needs an instance",
+             "declare a variable of type " + std::string(name) + " and call that");
+      return std::nullopt;
+    }
+  }
+  if (module.options.stub_missing) {
+    warn_stub(at(id), "function " + quoted(name));
+    stub_used_ = false;
+    return stub_value(id, expected);
+  }
+  report_unknown_function(id, name);
+  return std::nullopt;
+}
+
+std::optional<Operand> Lowering::take_reference(NodeId id) {
+  const NodeId argument = node(id).b;
+  if (argument == kNoNode || node(argument).next != kNoNode || node(argument).argument != ArgumentKind::kPositional) {
+    report(Code::P4010, at(id), std::string(name_text(node(id).a)) + " takes one variable");
+    return std::nullopt;
+  }
+  const auto where = place(node(argument).a, false);
+  if (!where) return std::nullopt;
+  return operand(builder_.make_ref(*where), id);
+}
+
+std::optional<Operand> Lowering::call_standard(NodeId id, std::string_view name, Expected expected) {
+  const stdlib::Overload& first = stdlib::overloads_named(name).front();
+  const stdlib::FunctionSpec& spec = *first.spec;
+  // Room for every argument written: too many of them are builder_.call's to report, which lists what would fit.
+  std::size_t count = spec.param_count;
+  std::size_t written = 0;
+  for (NodeId a = node(id).b; a != kNoNode; a = node(a).next) ++written;
+  const bool named = written != 0 && node(node(id).b).argument != ArgumentKind::kPositional;
+  if (spec.extensible || !named) count = std::max(count, written);
+  std::vector<Parameter> parameters;
+  count = std::min(count, stdlib::kMaxArguments);
+  for (std::uint32_t i = 0; i < count; ++i) parameters.push_back({stdlib::pin_name(spec, i), Role::kInput, i, {}});
+  const Arguments arguments = bind_arguments(id, parameters, name);
+  if (!arguments.fine) return std::nullopt;
+
+  std::optional<ValueId> enable;
+  bool fine = true;
+  if (arguments.en != kNoNode) {
+    enable = condition(arguments.en, "input \"EN\" of " + std::string(name));
+    fine = enable.has_value();
+  }
+  std::size_t used = 0;
+  for (const Bound& b : arguments.bound) used = std::max<std::size_t>(used, b.parameter + 1u);
+  std::vector<Operand> operands(used);
+  for (Operand& o : operands) o.at = at(id);
+  const bool wants_enum = expected && types()[*expected].kind == TypeKind::kEnum;
+  const auto lower_arguments = [&] {
+    for (const Bound& b : arguments.bound) {
+      const auto given = value(node(b.argument).a, wants_enum ? expected : std::nullopt);
+      fine = fine && given.has_value();
+      if (given) operands[b.parameter] = *given;
+    }
+    return fine;
+  };
+  if (!enable && arguments.eno == kNoNode) {
+    if (!lower_arguments()) return std::nullopt;
+    const auto result = builder_.call(name, operands, at(id), expected);
+    if (!result) return std::nullopt;
+    return operand(*result, id);
+  }
+  if (!fine) return std::nullopt;
+  const ir::LabelId skip = builder_.new_label();
+  const ir::LabelId done = builder_.new_label();
+  if (enable) builder_.jump_if_not(*enable, skip);
+  if (!lower_arguments()) return std::nullopt;
+  builder_.clear_event();
+  const auto result = builder_.call(name, operands, at(id), expected);
+  if (!result) return std::nullopt;
+  const std::uint32_t kept = builder_.hidden("en", builder_.type_of(*result));
+  const ValueId eno = builder_.eno();
+  builder_.store(builder_.variable(kept), *result);
+  if (arguments.eno != kNoNode && !deliver(arguments.eno, eno)) return std::nullopt;
+  builder_.jump(done);
+  builder_.bind(skip);
+  if (arguments.eno != kNoNode && enable && !deliver(arguments.eno, builder_.constant_bool(false))) return std::nullopt;
+  builder_.bind(done);
+  return operand(builder_.load(builder_.variable(kept)), id);
+}
+
+std::optional<Operand> Lowering::call_function(NodeId id, std::uint32_t pou, bool as_statement) {
+  const std::string name = builder_.module().pous[pou].name;
+  const TypeRef result_type = builder_.module().pous[pou].return_type;
+  const std::vector<Parameter> parameters = parameters_of_pou(pou);
+  if (!result_type.valid() && !as_statement) {
+    report(Code::P4009, at(id), "function " + quoted(name) + " has no result to use in an expression");
+    return std::nullopt;
+  }
+  const Arguments arguments = bind_arguments(id, parameters, name);
+  bool fine = arguments.fine;
+  std::optional<ValueId> enable;
+  const bool bracketed = arguments.en != kNoNode || arguments.eno != kNoNode;
+  const ir::LabelId skip = bracketed ? builder_.new_label() : ir::LabelId{};
+  const ir::LabelId done = bracketed ? builder_.new_label() : ir::LabelId{};
+  if (arguments.en != kNoNode) {
+    enable = condition(arguments.en, "input \"EN\" of " + name);
+    fine = fine && enable.has_value();
+    if (enable) builder_.jump_if_not(*enable, skip);
+  }
+  std::vector<ir::CallArg> args;
+  std::vector<std::pair<NodeId, std::uint32_t>> deliveries;  ///< outputs whose target has another type: argument, hidden variable
+  std::vector<bool> given(parameters.size(), false);
+  for (const Bound& bound : arguments.bound) {
+    const Parameter& parameter = parameters[bound.parameter];
+    given[bound.parameter] = true;
+    const NodeId written = node(bound.argument).a;
+    ir::CallArg arg;
+    arg.variable = parameter.index;
+    if (parameter.role == Role::kInput) {
+      const auto operand_given = value(written, parameter.type);
+      const auto converted =
+          operand_given ? builder_.convert(*operand_given, parameter.type, "input " + quoted(parameter.name) + " of " + name)
+                        : std::nullopt;
+      if (!converted) {
+        fine = false;
+        continue;
+      }
+      arg.kind = ir::CallArg::Kind::kInput;
+      arg.value = *converted;
+    } else if (parameter.role == Role::kInOut) {
+      const auto where = place(written, true);
+      if (!where) {
+        fine = false;
+        continue;
+      }
+      if (builder_.type_of(*where) != parameter.type) {
+        report(Code::P4010, at(written),
+               "in-out " + quoted(parameter.name) + " of " + name + " needs a variable of type " + types().name_of(parameter.type) +
+                   ", " + quoted(text(written)) + " is " + types().name_of(builder_.type_of(*where)),
+               "in-outs take variables of exactly their type");
+        fine = false;
+        continue;
+      }
+      arg.kind = ir::CallArg::Kind::kInOut;
+      arg.value = builder_.make_ref(*where);
+    } else {
+      arg.kind = ir::CallArg::Kind::kOutput;
+      const std::uint32_t kept = builder_.hidden("out", parameter.type);
+      arg.place = builder_.variable(kept);
+      deliveries.emplace_back(bound.argument, kept);
+    }
+    args.push_back(arg);
+  }
+  for (std::size_t i = 0; i < parameters.size() && arguments.fine; ++i) {
+    if (given[i] || parameters[i].role != Role::kInOut) continue;
+    report(Code::P4010, at(id), "in-out " + quoted(parameters[i].name) + " of " + name + " is not given");
+    fine = false;
+  }
+  if (!fine) return std::nullopt;
+  if (bracketed) builder_.clear_event();
+  const ValueId result = builder_.call_pou(pou, args);
+  const std::optional<ValueId> eno = bracketed ? std::optional(builder_.eno()) : std::nullopt;
+  std::optional<std::uint32_t> kept;
+  if (bracketed && result_type.valid()) {
+    kept = builder_.hidden("en", result_type);
+    builder_.store(builder_.variable(*kept), result);
+  }
+  for (const auto& [argument, variable] : deliveries) {
+    fine = deliver(argument, builder_.load(builder_.variable(variable))) && fine;
+  }
+  if (bracketed) {
+    if (arguments.eno != kNoNode) fine = deliver(arguments.eno, *eno) && fine;
+    builder_.jump(done);
+    builder_.bind(skip);
+    if (arguments.eno != kNoNode && enable) fine = deliver(arguments.eno, builder_.constant_bool(false)) && fine;
+    builder_.bind(done);
+  }
+  if (!fine) return std::nullopt;
+  if (!result_type.valid()) return Operand{};
+  return operand(kept ? builder_.load(builder_.variable(*kept)) : result, id);
+}
+
+// instance(IN := x, Q => y);
+bool Lowering::call_block(NodeId id) {
+  const NodeId callee = node(id).a;
+  const auto instance = place(callee, false);
+  if (!instance) return stub_used_;
+  const TypeRef type = builder_.type_of(*instance);
+  const ir::Type copy = types()[type];
+  if (copy.stub || (copy.kind == TypeKind::kPou && builder_.module().pous[copy.pou].stub)) {
+    warn_stub(at(id), quoted(text(callee)) + " of type " + types().name_of(type));
+    return true;
+  }
+  if (copy.kind != TypeKind::kBlock && copy.kind != TypeKind::kPou) {
+    report(Code::P4009, at(id), quoted(text(callee)) + " has type " + types().name_of(type) + " and cannot be called");
+    return false;
+  }
+  const bool is_pou = copy.kind == TypeKind::kPou;
+  const std::vector<Parameter> parameters = is_pou ? parameters_of_pou(copy.pou) : parameters_of_block(*copy.block);
+  const std::string name = types().name_of(type);
+  const Arguments arguments = bind_arguments(id, parameters, name);
+  bool fine = arguments.fine;
+  const bool bracketed = arguments.en != kNoNode;
+  const ir::LabelId skip = bracketed ? builder_.new_label() : ir::LabelId{};
+  std::optional<ValueId> enable;
+  if (bracketed) {
+    enable = condition(arguments.en, "input \"EN\" of " + name);
+    if (!enable) return false;
+    if (arguments.eno != kNoNode) fine = deliver(arguments.eno, *enable) && fine;
+    builder_.jump_if_not(*enable, skip);
+  } else if (arguments.eno != kNoNode) {
+    fine = deliver(arguments.eno, builder_.constant_bool(true)) && fine;
+  }
+  for (const Bound& bound : arguments.bound) {
+    const Parameter& parameter = parameters[bound.parameter];
+    const NodeId written = node(bound.argument).a;
+    const PlaceId port = builder_.field(*instance, parameter.index);
+    if (parameter.role == Role::kInput) {
+      const auto given = value(written, parameter.type);
+      fine = given && builder_.assign(port, *given, "input " + quoted(parameter.name) + " of " + name) && fine;
+    } else if (parameter.role == Role::kInOut) {
+      const auto where = place(written, true);
+      if (!where) {
+        fine = false;
+        continue;
+      }
+      if (builder_.type_of(*where) != parameter.type) {
+        report(Code::P4010, at(written),
+               "in-out " + quoted(parameter.name) + " of " + name + " needs a variable of type " + types().name_of(parameter.type) +
+                   ", " + quoted(text(written)) + " is " + types().name_of(builder_.type_of(*where)),
+               "in-outs take variables of exactly their type");
+        fine = false;
+        continue;
+      }
+      builder_.store(port, builder_.make_ref(*where));
+    }
+  }
+  if (!fine) return false;
+  builder_.run(*instance);
+  for (const Bound& bound : arguments.bound) {
+    const Parameter& parameter = parameters[bound.parameter];
+    if (parameter.role != Role::kOutput) continue;
+    fine = deliver(bound.argument, builder_.load(builder_.field(*instance, parameter.index))) && fine;
+  }
+  if (bracketed) builder_.bind(skip);
+  return fine;
+}
+
+}  // namespace plc::st

@@ -1,0 +1,413 @@
+// Expressions: literals, names, operators. A plain variable name, the text of most contacts and pins, takes the short way
+// through lower_expression: one look-up, no tokens, no tree.
+#include <bit>
+
+#include "core/text.h"
+#include "frontend-st/lexer.h"
+#include "frontend-st/literals.h"
+#include "frontend-st/lowering.h"
+#include "frontend-st/parser.h"
+#include "frontend-st/text.h"
+
+namespace plc::st {
+
+using core::Code;
+using core::TypeId;
+using ir::Operand;
+using ir::TypeKind;
+using ir::TypeRef;
+
+namespace {
+
+std::string quoted(std::string_view text) { return '"' + std::string(text) + '"'; }
+
+bool is_comparison(Operator op) { return op >= Operator::kEqual && op <= Operator::kGreaterEqual; }
+
+std::string_view function_of(Operator op) {
+  switch (op) {
+    case Operator::kOr: return "OR";
+    case Operator::kXor: return "XOR";
+    case Operator::kAnd: return "AND";
+    case Operator::kEqual: return "EQ";
+    case Operator::kNotEqual: return "NE";
+    case Operator::kLess: return "LT";
+    case Operator::kLessEqual: return "LE";
+    case Operator::kGreater: return "GT";
+    case Operator::kGreaterEqual: return "GE";
+    case Operator::kAdd: return "ADD";
+    case Operator::kSubtract: return "SUB";
+    case Operator::kMultiply: return "MUL";
+    case Operator::kDivide: return "DIV";
+    case Operator::kModulo: return "MOD";
+    case Operator::kPower: return "EXPT";
+    case Operator::kNegate: return "NEG";
+    case Operator::kNot: return "NOT";
+    case Operator::kPlus:
+    case Operator::kNone: break;
+  }
+  return "";
+}
+
+/// Untyped integers stay untyped through + - * / MOD, so that "2*3" still takes the type of its place.
+std::optional<std::int64_t> fold_integers(Operator op, std::int64_t a, std::int64_t b) {
+  std::int64_t out = 0;
+  switch (op) {
+    case Operator::kAdd: return __builtin_add_overflow(a, b, &out) ? std::nullopt : std::optional(out);
+    case Operator::kSubtract: return __builtin_sub_overflow(a, b, &out) ? std::nullopt : std::optional(out);
+    case Operator::kMultiply: return __builtin_mul_overflow(a, b, &out) ? std::nullopt : std::optional(out);
+    case Operator::kDivide:
+    case Operator::kModulo:
+      if (b == 0 || (a == INT64_MIN && b == -1)) return std::nullopt;
+      return op == Operator::kDivide ? a / b : a % b;
+    default: return std::nullopt;
+  }
+}
+
+}  // namespace
+
+Operand Lowering::operand(ir::ValueId value, NodeId id) {
+  Operand out = Operand::of(value, at(id));
+  out.text = std::string(text(id));
+  return out;
+}
+
+void Lowering::warn_stub(const core::SourceRef& where, const std::string& what) {
+  stub_used_ = true;
+  const std::string message = what + " is a stub and does nothing";
+  for (const core::Diagnostic& d : builder_.diagnostics().all()) {
+    if (d.code == Code::P4015 && d.message == message && d.pou == builder_.pou().name) return;
+  }
+  report(Code::P4015, where, message, "bring its library into the project, or write a POU or type of this name");
+}
+
+Operand Lowering::stub_value(NodeId id, Expected expected) {
+  const std::uint32_t variable = builder_.hidden("stub", expected.value_or(ir::kBoolType));
+  return operand(builder_.load(builder_.variable(variable)), id);
+}
+
+std::optional<Operand> Lowering::value(NodeId id, Expected expected) {
+  switch (node(id).kind) {
+    case NodeKind::kLiteral: return literal(id, expected);
+    case NodeKind::kEnumValue: return enum_value(id);
+    case NodeKind::kBit: return bit_value(id);
+    case NodeKind::kUnary: return unary(id, expected);
+    case NodeKind::kBinary: return binary(id, expected);
+    case NodeKind::kCall: return call(id, expected, false);
+    default: return name_value(id, expected);
+  }
+}
+
+std::optional<Operand> Lowering::literal(NodeId id, Expected expected) {
+  std::string problem;
+  const std::string_view written = name_text(id);
+  const auto parsed = parse_literal(written, problem);
+  if (!parsed) {
+    report(Code::P4003, at(id), problem);
+    return std::nullopt;
+  }
+  Operand out;
+  out.at = at(id);
+  out.text = std::string(written);
+  ir::Constant constant;
+  switch (parsed->kind) {
+    case Literal::Kind::kInt:
+      out.kind = Operand::Kind::kIntLiteral;
+      out.int_value = parsed->int_value;
+      out.int_is_unsigned = parsed->int_is_unsigned;
+      // CODESYS and Beremiz users write 0 and 1 for BOOL.
+      return out;
+    case Literal::Kind::kReal:
+      out.kind = Operand::Kind::kRealLiteral;
+      out.real_value = parsed->real_value;
+      return out;
+    case Literal::Kind::kScalar:
+      constant.type = ir::ref_of(parsed->type);
+      constant.bits = parsed->bits;
+      break;
+    case Literal::Kind::kText: {
+      const bool wide = parsed->type == TypeId::kWstring || parsed->type == TypeId::kWchar;
+      const std::size_t length = parsed->text.size() / (wide ? 2u : 1u);
+      const TypeId character = wide ? TypeId::kWchar : TypeId::kChar;
+      const bool as_character = core::in_category(parsed->type, core::kAnyChar) ||
+                                (expected && length == 1 && *expected == ir::ref_of(character));
+      if (as_character) {
+        constant.type = ir::ref_of(character);
+        for (std::size_t i = parsed->text.size(); i-- > 0;) {
+          constant.bits = (constant.bits << 8) | static_cast<unsigned char>(parsed->text[i]);
+        }
+      } else {
+        constant.type = types().string(parsed->type, static_cast<std::uint16_t>(length == 0 ? 1 : length));
+        constant.text = parsed->text;
+      }
+      break;
+    }
+  }
+  out.kind = Operand::Kind::kValue;
+  out.value = builder_.constant(constant);
+  return out;
+}
+
+Operand Lowering::enum_constant(const EnumValueRef& value, NodeId id) {
+  ir::Constant constant;
+  constant.type = value.type;
+  constant.bits = truncate_bits(static_cast<std::uint64_t>(value.value), core::rep_of(types()[value.type].elementary));
+  return operand(builder_.constant(constant), id);
+}
+
+// Type#Name
+std::optional<Operand> Lowering::enum_value(NodeId id) {
+  const std::string_view written = name_text(id);
+  const std::size_t hash = written.find('#');
+  const std::string_view type_name = written.substr(0, hash);
+  const std::string_view member = written.substr(hash + 1);
+  const auto type = types().find(type_name);
+  if (!type || types()[*type].kind != TypeKind::kEnum) {
+    report(Code::P4004, at(id), "there is no enumeration " + quoted(type_name),
+           "a prefix before # is an elementary type or an enumeration of the project");
+    return std::nullopt;
+  }
+  const EnumValueRef found = find_enum_value(types(), *type, member);
+  if (!found.type.valid()) {
+    Guess guess(member);
+    for (const ir::EnumMember& m : types()[*type].members) guess.offer(m.name);
+    report(Code::P4005, at(id), "enumeration " + types().name_of(*type) + " has no value " + quoted(member), guess.help());
+    return std::nullopt;
+  }
+  return enum_constant(found, id);
+}
+
+bool Lowering::is_unresolved_name(NodeId id) {
+  return node(id).kind == NodeKind::kName &&
+         find_name(builder_.module(), builder_.pou(), name_text(id)).kind == Named::Kind::kNothing;
+}
+
+// A variable, or the name of an enumeration value: "Red" or "Color.Red".
+std::optional<Operand> Lowering::name_value(NodeId id, Expected expected) {
+  if (is_unresolved_name(id)) {
+    const std::string_view name = name_text(id);
+    if (expected) {
+      const EnumValueRef wanted = find_enum_value(types(), *expected, name);
+      if (wanted.type.valid()) return enum_constant(wanted, id);
+      if (core::iequals(name, "NULL") && types()[*expected].kind == TypeKind::kReference) {
+        ir::Constant null;
+        null.type = *expected;
+        return operand(builder_.constant(null), id);
+      }
+    }
+    const std::vector<EnumValueRef> found = find_enum_values(types(), name);
+    if (found.size() == 1) return enum_constant(found[0], id);
+    if (found.size() > 1) {
+      report(Code::P4011, at(id),
+             quoted(name) + " is a value of " + types().name_of(found[0].type) + " and of " + types().name_of(found[1].type),
+             "write " + types().name_of(found[0].type) + "#" + std::string(name));
+      return std::nullopt;
+    }
+  }
+  if (node(id).kind == NodeKind::kMember && is_unresolved_name(node(id).a)) {
+    const auto type = types().find(name_text(node(id).a));
+    if (type && types()[*type].kind == TypeKind::kEnum) {
+      const EnumValueRef found = find_enum_value(types(), *type, name_text(id));
+      if (found.type.valid()) return enum_constant(found, id);
+    }
+  }
+  const auto where = place(id, false);
+  if (!where) {
+    if (!stub_used_) return std::nullopt;
+    return stub_value(id, expected);
+  }
+  if (types()[builder_.type_of(*where)].stub && !(expected && *expected == builder_.type_of(*where))) {
+    warn_stub(at(id), quoted(text(id)) + " of type " + types().name_of(builder_.type_of(*where)));
+    return stub_value(id, expected);
+  }
+  return operand(builder_.load(*where), id);
+}
+
+// Bit of a word: w.3, w.%X3. ST has no shifts, so it is masked and compared.
+std::optional<Operand> Lowering::bit_value(NodeId id) {
+  auto base = value(node(id).a, std::nullopt);
+  if (!base) return std::nullopt;
+  std::string_view digits = name_text(id);
+  if (digits.size() > 2 && digits[0] == '%' && core::upper(digits[1]) == 'X') digits.remove_prefix(2);
+  std::string problem;
+  const auto bit = parse_literal(digits, problem);
+  const auto type = base->kind == Operand::Kind::kValue ? types().elementary_of(builder_.type_of(base->value)) : std::nullopt;
+  const bool word = type && core::in_category(*type, core::kAnyBit) && *type != TypeId::kBool;
+  if (!word || !bit || bit->kind != Literal::Kind::kInt) {
+    report(Code::P4005, name_at(id), quoted(text(node(id).a)) + " has no bit " + quoted(name_text(id)),
+           "bits are taken from BYTE, WORD, DWORD and LWORD, as in w.3");
+    return std::nullopt;
+  }
+  const std::int64_t width = static_cast<std::int64_t>(core::rep_bytes(core::rep_of(*type))) * 8;
+  if (bit->int_value < 0 || bit->int_value >= width) {
+    report(Code::P4008, name_at(id), "bit " + std::string(digits) + " of a " + std::string(core::name_of(*type)),
+           "its bits are 0 to " + std::to_string(width - 1));
+    return std::nullopt;
+  }
+  ir::Constant mask;
+  mask.type = ir::ref_of(*type);
+  mask.bits = std::uint64_t{1} << bit->int_value;
+  ir::Constant zero;
+  zero.type = mask.type;
+  const Operand masked[] = {*base, Operand::of(builder_.constant(mask), at(id))};
+  const auto and_value = builder_.call("AND", masked, at(id));
+  if (!and_value) return std::nullopt;
+  const Operand compared[] = {Operand::of(*and_value, at(id)), Operand::of(builder_.constant(zero), at(id))};
+  const auto result = builder_.call("NE", compared, at(id));
+  if (!result) return std::nullopt;
+  return operand(*result, id);
+}
+
+// ---- operators ------------------------------------------------------------------------------------------------
+
+// A sign before a literal belongs to the literal: -5 takes INT, -T#5s is a TIME.
+std::optional<Operand> Lowering::negated(NodeId id, Operand inner, Expected expected) {
+  const std::string written(text(id));
+  if (inner.kind == Operand::Kind::kIntLiteral) {
+    if (inner.int_is_unsigned && inner.int_value != INT64_MIN) {
+      report(Code::P4003, at(id), "integer " + written + " needs more than 64 bits");
+      return std::nullopt;
+    }
+    const bool becomes_unsigned = !inner.int_is_unsigned && inner.int_value == INT64_MIN;
+    if (inner.int_value != INT64_MIN) inner.int_value = -inner.int_value;
+    inner.int_is_unsigned = becomes_unsigned;
+    inner.text = written;
+    return inner;
+  }
+  if (inner.kind == Operand::Kind::kRealLiteral) {
+    inner.real_value = -inner.real_value;
+    inner.text = written;
+    return inner;
+  }
+  const ir::Inst inst = builder_.body().insts[inner.value.index];
+  const ir::Type& type = types()[inst.type];
+  if (inst.op == ir::Op::kConst && type.kind == TypeKind::kElementary) {
+    ir::Constant constant = builder_.body().constants[inst.a];
+    const core::Rep rep = core::rep_of(type.elementary);
+    const std::int64_t old = signed_value(constant.bits, rep);
+    if (core::in_category(type.elementary, core::kAnySigned | core::kAnyDuration) && old != INT64_MIN &&
+        (type.elementary == TypeId::kTime || type.elementary == TypeId::kLtime || int_fits(-old, false, type.elementary))) {
+      constant.bits = truncate_bits(static_cast<std::uint64_t>(-old), rep);
+      return operand(builder_.constant(constant), id);
+    }
+    if (rep == core::Rep::kF32 || rep == core::Rep::kF64) {
+      constant.bits ^= std::uint64_t{1} << (rep == core::Rep::kF32 ? 31 : 63);
+      return operand(builder_.constant(constant), id);
+    }
+  }
+  const auto result = builder_.call("NEG", std::span(&inner, 1), at(id), expected);
+  if (!result) return std::nullopt;
+  return operand(*result, id);
+}
+
+std::optional<Operand> Lowering::unary(NodeId id, Expected expected) {
+  const Node n = node(id);
+  const auto inner = value(n.a, expected);
+  if (!inner) return std::nullopt;
+  if (n.op == Operator::kNegate) return negated(id, *inner, expected);
+  if (n.op == Operator::kPlus) {
+    const auto type = inner->kind == Operand::Kind::kValue ? types().elementary_of(builder_.type_of(inner->value)) : TypeId::kInt;
+    if (type && core::in_category(*type, core::kAnyMagnitude)) return inner;
+    report(Code::P4001, at(id), "sign before " + quoted(text(n.a)) + ", which is no number");
+    return std::nullopt;
+  }
+  if (inner->kind == Operand::Kind::kValue && builder_.type_of(inner->value) == ir::kBoolType) {
+    return operand(builder_.not_(inner->value), id);
+  }
+  const auto result = builder_.call("NOT", std::span(&*inner, 1), at(id), expected);
+  if (!result) return std::nullopt;
+  return operand(*result, id);
+}
+
+std::optional<Operand> Lowering::combine(NodeId id, const Operand& left, const Operand& right, Expected expected) {
+  const Operator op = node(id).op;
+  const auto is_plain = [](const Operand& o) { return o.kind == Operand::Kind::kIntLiteral && !o.int_is_unsigned; };
+  if (is_plain(left) && is_plain(right)) {
+    if (const auto folded = fold_integers(op, left.int_value, right.int_value)) {
+      Operand out = left;
+      out.int_value = *folded;
+      out.text = std::string(text(id));
+      return out;
+    }
+  }
+  const auto is_bool = [this](const Operand& o) {
+    return o.kind == Operand::Kind::kValue && builder_.type_of(o.value) == ir::kBoolType;
+  };
+  if (is_bool(left) && is_bool(right)) {
+    if (op == Operator::kAnd) return operand(builder_.logic(ir::Op::kAnd, left.value, right.value), id);
+    if (op == Operator::kOr) return operand(builder_.logic(ir::Op::kOr, left.value, right.value), id);
+    if (op == Operator::kXor) return operand(builder_.logic(ir::Op::kXor, left.value, right.value), id);
+  }
+  const Operand both[] = {left, right};
+  const auto result = builder_.call(function_of(op), both, at(id), is_comparison(op) ? std::nullopt : expected);
+  if (!result) return std::nullopt;
+  return operand(*result, id);
+}
+
+// Chains lean to the left without limit, so the left spine is walked in a loop.
+std::optional<Operand> Lowering::binary(NodeId id, Expected expected) {
+  struct Level {
+    NodeId id;
+    Expected expected;
+  };
+  std::vector<Level> spine;
+  NodeId leaf = id;
+  while (node(leaf).kind == NodeKind::kBinary) {
+    spine.push_back({leaf, expected});
+    if (is_comparison(node(leaf).op)) expected.reset();
+    leaf = node(leaf).a;
+  }
+  std::optional<Operand> left;
+  std::optional<Operand> first_right;
+  if (is_comparison(node(spine.back().id).op) && is_unresolved_name(leaf)) {
+    // "Idle = State": the name takes its type from the other side.
+    first_right = value(node(spine.back().id).b, std::nullopt);
+    if (first_right && first_right->kind == Operand::Kind::kValue) expected = builder_.type_of(first_right->value);
+  }
+  left = value(leaf, expected);
+  bool fine = left.has_value();
+  for (std::size_t i = spine.size(); i-- > 0;) {
+    Expected hint = spine[i].expected;
+    if (is_comparison(node(spine[i].id).op)) {
+      hint.reset();
+      if (left && left->kind == Operand::Kind::kValue) hint = builder_.type_of(left->value);
+    }
+    const bool taken = i + 1 == spine.size() && first_right;
+    const auto right = taken ? first_right : value(node(spine[i].id).b, hint);
+    fine = fine && right.has_value();
+    // After an error the rest is still read, for the errors it has of its own.
+    if (!fine) continue;
+    left = combine(spine[i].id, *left, *right, spine[i].expected);
+    fine = left.has_value();
+  }
+  return fine ? left : std::nullopt;
+}
+
+// ---- entries --------------------------------------------------------------------------------------------------
+
+std::optional<Operand> lower_expression(std::string_view text, const core::SourceRef& at, ir::Builder& builder,
+                                        std::optional<TypeRef> expected) {
+  const std::string_view plain = core::trimmed(text);
+  if (is_identifier(plain)) {
+    const Named named = find_name(builder.module(), builder.pou(), plain);
+    if (named.kind != Named::Kind::kNothing) {
+      const ir::PlaceId place =
+          named.kind == Named::Kind::kVariable ? builder.variable(named.index) : builder.global(named.index);
+      if (!builder.module().types[builder.type_of(place)].stub) {
+        Operand out = Operand::of(builder.load(place), at);
+        out.text = std::string(plain);
+        return out;
+      }
+    }
+  }
+  if (text.size() > kMaxTextBytes) {
+    builder.report(Code::P4002, at, "the text is longer than " + std::to_string(kMaxTextBytes) + " bytes");
+    return std::nullopt;
+  }
+  const SourceText source(text, at);
+  Parser parser(source, builder.diagnostics(), builder.pou().name);
+  const NodeId root = parser.parse_expression();
+  if (root == kNoNode) return std::nullopt;
+  return Lowering(builder, source, parser.ast()).value(root, expected);
+}
+
+}  // namespace plc::st

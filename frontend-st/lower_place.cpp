@@ -1,0 +1,309 @@
+// Places: variables, members, elements, direct addresses. A plain variable name takes the short way in lower_place.
+#include "core/text.h"
+#include "frontend-st/addresses.h"
+#include "frontend-st/lexer.h"
+#include "frontend-st/literals.h"
+#include "frontend-st/lowering.h"
+#include "frontend-st/parser.h"
+#include "frontend-st/text.h"
+
+namespace plc::st {
+
+using core::Code;
+using ir::Operand;
+using ir::PlaceId;
+using ir::Role;
+using ir::TypeKind;
+using ir::TypeRef;
+
+namespace {
+
+std::string quoted(std::string_view text) { return '"' + std::string(text) + '"'; }
+
+/// What keeps `variable` from being written, or empty.
+std::string write_obstacle(const ir::Module& module, const ir::Variable& variable) {
+  const bool external = variable.role == Role::kExternal;
+  if (variable.constant || (external && module.globals[variable.global].variable.constant)) return "a constant";
+  if (variable.role == Role::kInput) return "an input of this POU";
+  return {};
+}
+
+}  // namespace
+
+bool Lowering::check_writable(const ir::Variable& variable, const core::SourceRef& where) {
+  const std::string obstacle = write_obstacle(builder_.module(), variable);
+  if (obstacle.empty()) return true;
+  report(Code::P4007, where, quoted(variable.name) + " is " + obstacle + " and is written here",
+         variable.role == Role::kInput ? "write to a local variable or an output" : "");
+  return false;
+}
+
+void Lowering::report_unknown_name(NodeId id) {
+  const std::string_view name = name_text(id);
+  const ir::Module& module = builder_.module();
+  std::string lists;
+  std::string first;
+  for (const ir::Global& global : module.globals) {
+    if (global.list.empty() || !core::iequals(global.variable.name, name)) continue;
+    if (first.empty()) first = global.list + "." + global.variable.name;
+    lists += (lists.empty() ? "" : " and ") + global.list;
+  }
+  if (!first.empty()) {
+    report(Code::P4011, at(id), quoted(name) + " is declared in the lists " + lists, "write " + first);
+    return;
+  }
+  Guess guess(name);
+  for (const ir::Variable& variable : builder_.pou().variables) guess.offer(variable.name);
+  for (const ir::Global& global : module.globals) guess.offer(global.variable.name);
+  if (const auto type = types().find(name)) {
+    report(Code::P4004, at(id), quoted(name) + " is a type, not a variable", "declare a variable of this type and name it here");
+    return;
+  }
+  if (module.pou_by_name.find(name) != module.pou_by_name.end()) {
+    report(Code::P4004, at(id), quoted(name) + " is a POU, not a variable", "a function is called with parentheses");
+    return;
+  }
+  report(Code::P4004, at(id), "there is no variable " + quoted(name), guess.help());
+}
+
+std::optional<PlaceId> Lowering::direct_place(NodeId id) {
+  std::string problem;
+  const std::string_view written = name_text(id);
+  const auto address = parse_address(written, problem);
+  if (!address || address->unlocated) {
+    report(Code::P4023, at(id), "address " + quoted(written) + ": " + (address ? "names no place" : problem),
+           "write it like %IX0.0, %QW3 or %MD10");
+    return std::nullopt;
+  }
+  ir::Module& module = builder_.module();
+  const std::string normal = address->text();
+  const auto known = module.global_by_name.find(normal);
+  if (known != module.global_by_name.end()) return builder_.global(known->second);
+  ir::Global global;
+  global.variable.name = normal;
+  global.variable.type = ir::ref_of(address->type());
+  global.variable.address = normal;
+  global.variable.at = at(id);
+  const auto index = static_cast<std::uint32_t>(module.globals.size());
+  module.globals.push_back(std::move(global));
+  module.global_by_name.emplace(normal, index);
+  return builder_.global(index);
+}
+
+std::optional<PlaceId> Lowering::root_place(NodeId id, bool for_writing) {
+  const Named named = find_name(builder_.module(), builder_.pou(), name_text(id));
+  if (named.kind == Named::Kind::kNothing) {
+    report_unknown_name(id);
+    return std::nullopt;
+  }
+  const bool local = named.kind == Named::Kind::kVariable;
+  if (for_writing) {
+    const ir::Variable& variable =
+        local ? builder_.pou().variables[named.index] : builder_.module().globals[named.index].variable;
+    if (!check_writable(variable, at(id))) return std::nullopt;
+  }
+  return local ? builder_.variable(named.index) : builder_.global(named.index);
+}
+
+std::optional<PlaceId> Lowering::member_place(PlaceId parent, NodeId id, bool for_writing) {
+  const std::string_view name = name_text(id);
+  const TypeRef parent_type = builder_.type_of(parent);
+  const auto found = builder_.member(parent, name);
+  if (found) {
+    const ir::Place place = builder_.body().places[found->index];
+    const ir::Type& type = types()[parent_type];
+    bool output = false;
+    bool in_out = false;
+    if (type.kind == TypeKind::kBlock) {
+      output = type.block->fields[place.index].direction == stdlib::Direction::kOutput;
+    } else if (type.kind == TypeKind::kPou) {
+      const Role role = builder_.module().pous[type.pou].variables[place.index].role;
+      output = role == Role::kOutput;
+      in_out = role == Role::kInOut;
+    }
+    if (output && for_writing) {
+      report(Code::P4007, name_at(id), quoted(text(id)) + " is an output of " + types().name_of(parent_type) + " and is written here",
+             "outputs are written by the block itself");
+      return std::nullopt;
+    }
+    return in_out ? builder_.deref(builder_.load(*found)) : *found;
+  }
+  const ir::Type& type = types()[parent_type];
+  if (type.stub) {
+    warn_stub(name_at(id), quoted(builder_.describe(parent)) + " of type " + types().name_of(parent_type));
+    return std::nullopt;
+  }
+  Guess guess(name);
+  std::string help;
+  switch (type.kind) {
+    case TypeKind::kStruct:
+      for (const ir::TypeField& field : type.fields) guess.offer(field.name);
+      break;
+    case TypeKind::kBlock:
+      for (const stdlib::Field& field : type.block->fields) {
+        if (field.direction != stdlib::Direction::kState) guess.offer(field.name);
+      }
+      break;
+    case TypeKind::kPou: {
+      const ir::Pou& pou = builder_.module().pous[type.pou];
+      if (pou.stub) {
+        warn_stub(name_at(id), quoted(builder_.describe(parent)) + " of type " + types().name_of(parent_type));
+        return std::nullopt;
+      }
+      for (const ir::Variable& variable : pou.variables) {
+        if (variable.role == Role::kInput || variable.role == Role::kOutput || variable.role == Role::kInOut) {
+          guess.offer(variable.name);
+        }
+      }
+      if (pou.find(name) != nullptr) help = "only inputs, outputs and in-outs are seen from outside: make it a VAR_OUTPUT";
+      break;
+    }
+    case TypeKind::kReference: help = "write ^ to reach what a reference points at"; break;
+    default: break;
+  }
+  if (help.empty()) help = guess.help();
+  report(Code::P4005, name_at(id),
+         quoted(text(node(id).a)) + " has type " + types().name_of(parent_type) + ", which has no member " + quoted(name), help);
+  return std::nullopt;
+}
+
+std::optional<PlaceId> Lowering::element_place(PlaceId array, NodeId index) {
+  const TypeRef array_ref = builder_.type_of(array);
+  if (types()[array_ref].kind != TypeKind::kArray) {
+    report(Code::P4008, at(index), "index into " + quoted(builder_.describe(array)) + ", which has type " + types().name_of(array_ref),
+           "give as many indices as the array has dimensions");
+    return std::nullopt;
+  }
+  const std::int64_t lower = types()[array_ref].lower;
+  const std::int64_t upper = types()[array_ref].upper;
+  const auto given = value(index, std::nullopt);
+  if (!given) return std::nullopt;
+  std::optional<std::int64_t> known;
+  bool integer = true;
+  if (given->kind == Operand::Kind::kIntLiteral) {
+    known = given->int_is_unsigned ? INT64_MAX : given->int_value;
+  } else if (given->kind == Operand::Kind::kValue) {
+    const auto type = types().elementary_of(builder_.type_of(given->value));
+    integer = type && core::in_category(*type, core::kAnyInt | core::kAnyBit) && *type != core::TypeId::kBool;
+    const ir::Inst& inst = builder_.body().insts[given->value.index];
+    if (integer && inst.op == ir::Op::kConst) {
+      known = signed_value(builder_.body().constants[inst.a].bits, core::rep_of(*type));
+    }
+  } else {
+    integer = false;
+  }
+  if (!integer) {
+    report(Code::P4008, at(index), "index " + quoted(text(index)) + " is not an integer");
+    return std::nullopt;
+  }
+  if (!known) return builder_.deref(builder_.index_ref(array, given->value));
+  if (*known < lower || *known > upper) {
+    report(Code::P4008, at(index), "index " + std::string(text(index)) + " is outside of " + types().name_of(array_ref),
+           "indices go from " + std::to_string(lower) + " to " + std::to_string(upper));
+    return std::nullopt;
+  }
+  return builder_.element(array, static_cast<std::uint32_t>(*known - lower));
+}
+
+std::optional<PlaceId> Lowering::index_place(PlaceId array, NodeId id) {
+  std::optional<PlaceId> where = array;
+  for (NodeId index = node(id).b; where && index != kNoNode; index = node(index).next) where = element_place(*where, index);
+  return where;
+}
+
+std::optional<PlaceId> Lowering::place(NodeId id, bool for_writing) {
+  stub_used_ = false;
+  std::vector<NodeId> path;
+  NodeId root = id;
+  for (;;) {
+    const NodeKind kind = node(root).kind;
+    if (kind != NodeKind::kMember && kind != NodeKind::kIndex && kind != NodeKind::kDeref) break;
+    path.push_back(root);
+    root = node(root).a;
+  }
+  std::optional<PlaceId> where;
+  // Only the last block on the way, and what comes behind the last ^, decides whether writing is allowed.
+  bool checked_root = for_writing;
+  for (NodeId step : path) checked_root = checked_root && node(step).kind != NodeKind::kDeref;
+  if (node(root).kind == NodeKind::kDirect) {
+    where = direct_place(root);
+  } else if (node(root).kind != NodeKind::kName) {
+    if (node(root).kind == NodeKind::kBit) {
+      report(Code::P4006, at(root), "bit " + quoted(text(root)) + " stands where a whole variable is needed",
+             "single bits can be read; to write one, use a BOOL or AND and OR with a mask");
+    } else {
+      report(Code::P4006, at(root), quoted(text(root)) + " is not a variable");
+    }
+    return std::nullopt;
+  } else {
+    if (!path.empty() && node(path.back()).kind == NodeKind::kMember && is_unresolved_name(root)) {
+      const std::string qualified = std::string(name_text(root)) + "." + std::string(name_text(path.back()));
+      const auto global = builder_.module().global_by_name.find(qualified);
+      if (global != builder_.module().global_by_name.end()) {
+        if (checked_root && !check_writable(builder_.module().globals[global->second].variable, at(root))) return std::nullopt;
+        where = builder_.global(global->second);
+        path.pop_back();
+      }
+    }
+    if (!where) where = root_place(root, checked_root);
+  }
+  for (std::size_t i = path.size(); where && i-- > 0;) {
+    const NodeId step = path[i];
+    switch (node(step).kind) {
+      case NodeKind::kMember: where = member_place(*where, step, for_writing); break;
+      case NodeKind::kIndex: where = index_place(*where, step); break;
+      default: {
+        const TypeRef type = builder_.type_of(*where);
+        if (types()[type].kind != TypeKind::kReference) {
+          report(Code::P4006, at(step), quoted(text(node(step).a)) + " has type " + types().name_of(type) + " and is no reference");
+          return std::nullopt;
+        }
+        where = builder_.deref(builder_.load(*where));
+      }
+    }
+  }
+  return where;
+}
+
+// ---- entries --------------------------------------------------------------------------------------------------
+
+std::optional<PlaceId> lower_place(std::string_view text, const core::SourceRef& at, ir::Builder& builder, bool for_writing) {
+  const std::string_view plain = core::trimmed(text);
+  if (is_identifier(plain)) {
+    const Named named = find_name(builder.module(), builder.pou(), plain);
+    if (named.kind == Named::Kind::kVariable) {
+      const ir::Variable& variable = builder.pou().variables[named.index];
+      if (!for_writing || write_obstacle(builder.module(), variable).empty()) return builder.variable(named.index);
+    } else if (named.kind == Named::Kind::kGlobal) {
+      if (!for_writing || !builder.module().globals[named.index].variable.constant) return builder.global(named.index);
+    }
+  }
+  if (text.size() > kMaxTextBytes) {
+    builder.report(Code::P4002, at, "the text is longer than " + std::to_string(kMaxTextBytes) + " bytes");
+    return std::nullopt;
+  }
+  const SourceText source(text, at);
+  Parser parser(source, builder.diagnostics(), builder.pou().name);
+  const NodeId root = parser.parse_expression();
+  if (root == kNoNode) return std::nullopt;
+  return Lowering(builder, source, parser.ast()).place(root, for_writing);
+}
+
+bool is_variable_text(std::string_view text) {
+  if (text.size() > kMaxTextBytes) return false;
+  const std::string_view plain = core::trimmed(text);
+  if (is_identifier(plain)) return !core::iequals(plain, "TRUE") && !core::iequals(plain, "FALSE");
+  const SourceText source(text, {});
+  core::Diagnostics ignored;
+  Parser parser(source, ignored, {});
+  NodeId id = parser.parse_expression();
+  if (id == kNoNode) return false;
+  const Ast& ast = parser.ast();
+  while (ast[id].kind == NodeKind::kMember || ast[id].kind == NodeKind::kIndex || ast[id].kind == NodeKind::kDeref) {
+    id = ast[id].a;
+  }
+  // "(a)" and "a + b" begin elsewhere than their first name, or are no name.
+  return (ast[id].kind == NodeKind::kName || ast[id].kind == NodeKind::kDirect) && ast[id].begin == ast[id].name;
+}
+
+}  // namespace plc::st

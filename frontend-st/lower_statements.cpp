@@ -1,0 +1,87 @@
+// Statements of EXECUTE boxes: assignments, calls, IF, RETURN.
+#include "frontend-st/lowering.h"
+#include "frontend-st/parser.h"
+#include "frontend-st/text.h"
+
+namespace plc::st {
+
+using core::Code;
+using ir::TypeKind;
+
+bool Lowering::assign(NodeId id) {
+  const Node n = node(id);
+  const auto where = place(n.a, true);
+  const bool target_is_stub = !where && stub_used_;
+  // The right side is read even if the left one is wrong: its errors are its own.
+  const auto given = value(n.b, where ? std::optional(builder_.type_of(*where)) : std::nullopt);
+  if (target_is_stub) return given.has_value();
+  if (!where || !given) return false;
+  if (types()[builder_.type_of(*where)].stub) {
+    warn_stub(at(n.a), '"' + std::string(text(n.a)) + "\" of type " + types().name_of(builder_.type_of(*where)));
+    return true;
+  }
+  return builder_.assign(*where, *given, "variable \"" + std::string(text(n.a)) + '"');
+}
+
+bool Lowering::if_chain(NodeId id) {
+  const ir::LabelId end = builder_.new_label();
+  bool fine = true;
+  for (NodeId part = id; part != kNoNode; part = node(part).c) {
+    if (node(part).kind == NodeKind::kElse) {
+      fine = statements(node(part).b) && fine;
+      break;
+    }
+    builder_.set_source(at(part));
+    const auto taken = condition(node(part).a, "condition of IF");
+    const ir::LabelId next = builder_.new_label();
+    if (taken) builder_.jump_if_not(*taken, next);
+    fine = taken.has_value() && fine;
+    fine = statements(node(part).b) && fine;
+    if (node(part).c != kNoNode) builder_.jump(end);
+    builder_.bind(next);
+  }
+  builder_.bind(end);
+  return fine;
+}
+
+bool Lowering::statement(NodeId id) {
+  builder_.set_source(at(id));
+  switch (node(id).kind) {
+    case NodeKind::kAssign: return assign(id);
+    case NodeKind::kIf: return if_chain(id);
+    case NodeKind::kReturn: builder_.ret(); return true;
+    case NodeKind::kCallStatement: {
+      const NodeId call_id = node(id).a;
+      const NodeId callee = node(call_id).a;
+      const ir::Module& module = builder_.module();
+      if (node(callee).kind == NodeKind::kName) {
+        const auto pou = module.pou_by_name.find(name_text(callee));
+        const bool function = pou != module.pou_by_name.end() && module.pous[pou->second].kind == ir::PouKind::kFunction;
+        if (function || is_unresolved_name(callee)) return call(call_id, std::nullopt, true).has_value();
+      }
+      return call_block(call_id);
+    }
+    default: return false;
+  }
+}
+
+bool Lowering::statements(NodeId first) {
+  bool fine = true;
+  for (NodeId id = first; id != kNoNode; id = node(id).next) fine = statement(id) && fine;
+  return fine;
+}
+
+bool lower_statements(std::string_view text, const core::SourceRef& at, ir::Builder& builder) {
+  if (text.size() > kMaxTextBytes) {
+    builder.report(Code::P4002, at, "the text is longer than " + std::to_string(kMaxTextBytes) + " bytes");
+    return false;
+  }
+  const SourceText source(text, at);
+  Parser parser(source, builder.diagnostics(), builder.pou().name);
+  const NodeId first = parser.parse_statements();
+  const bool lowered = Lowering(builder, source, parser.ast()).statements(first);
+  builder.set_source(at);
+  return lowered && !parser.failed();
+}
+
+}  // namespace plc::st

@@ -1,0 +1,115 @@
+// Lowering: syntax tree of one text -> IR through the Builder of its POU. Shared by expressions, places, calls and
+// statements; what each file adds stands in its own .cpp (lower_expression, lower_place, lower_call, lower_statements).
+//
+// In: Ast and SourceText of one text. Out: instructions, operands, places. Does not belong here: syntax, declarations.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "frontend-st/ast.h"
+#include "frontend-st/names.h"
+#include "frontend-st/source_text.h"
+#include "ir/builder.h"
+
+namespace plc::st {
+
+class Lowering {
+ public:
+  Lowering(ir::Builder& builder, const SourceText& source, const Ast& ast)
+      : builder_(builder), source_(source), ast_(ast) {}
+
+  std::optional<ir::Operand> value(NodeId id, std::optional<ir::TypeRef> expected);
+  /// Nothing after an error, and for members of stubs (which are warnings; see stub_used).
+  std::optional<ir::PlaceId> place(NodeId id, bool for_writing);
+  /// Lowers the list that begins with `first`. False when any statement had an error.
+  bool statements(NodeId first);
+  /// True when the last place() failed without an error because a stub is in its way.
+  [[nodiscard]] bool stub_used() const { return stub_used_; }
+
+ private:
+  using Expected = std::optional<ir::TypeRef>;
+
+  /// A parameter of a function POU, function block or standard function, copied: tables grow while arguments are lowered.
+  struct Parameter {
+    std::string name;
+    ir::Role role = ir::Role::kInput;
+    std::uint32_t index = 0;  ///< into the callee's variables or fields
+    ir::TypeRef type{};       ///< in-outs: the declared type, not the reference
+  };
+  /// Arguments of one call, EN and ENO taken out; `parameter` numbers an entry of the parameter list.
+  struct Bound {
+    std::uint32_t parameter = 0;
+    NodeId argument = kNoNode;
+  };
+  struct Arguments {
+    std::vector<Bound> bound;
+    NodeId en = kNoNode;   ///< value of EN
+    NodeId eno = kNoNode;  ///< place that takes ENO
+    bool fine = true;
+  };
+
+  // helpers
+  [[nodiscard]] const Node& node(NodeId id) const { return ast_[id]; }
+  [[nodiscard]] std::string_view text(NodeId id) const { return source_.slice(node(id).begin, node(id).end); }
+  [[nodiscard]] std::string_view name_text(NodeId id) const { return source_.slice(node(id).name, node(id).name_end); }
+  [[nodiscard]] core::SourceRef at(NodeId id) const { return source_.locate(node(id).begin); }
+  [[nodiscard]] core::SourceRef name_at(NodeId id) const { return source_.locate(node(id).name); }
+  void report(core::Code code, const core::SourceRef& where, std::string message, std::string help = {}) {
+    builder_.report(code, where, std::move(message), std::move(help));
+  }
+  ir::TypeTable& types() { return builder_.module().types; }
+  ir::Operand operand(ir::ValueId value, NodeId id);
+  /// The value a stub gives: a variable of the expected type (or BOOL) that nobody writes.
+  ir::Operand stub_value(NodeId id, Expected expected);
+  void warn_stub(const core::SourceRef& where, const std::string& what);
+
+  // lower_expression.cpp
+  std::optional<ir::Operand> literal(NodeId id, Expected expected);
+  std::optional<ir::Operand> enum_value(NodeId id);
+  std::optional<ir::Operand> name_value(NodeId id, Expected expected);
+  ir::Operand enum_constant(const EnumValueRef& value, NodeId id);
+  std::optional<ir::Operand> bit_value(NodeId id);
+  std::optional<ir::Operand> unary(NodeId id, Expected expected);
+  std::optional<ir::Operand> binary(NodeId id, Expected expected);
+  std::optional<ir::Operand> combine(NodeId id, const ir::Operand& left, const ir::Operand& right, Expected expected);
+  std::optional<ir::Operand> negated(NodeId id, ir::Operand operand, Expected expected);
+  bool is_unresolved_name(NodeId id);
+
+  // lower_place.cpp
+  std::optional<ir::PlaceId> root_place(NodeId id, bool for_writing);
+  std::optional<ir::PlaceId> direct_place(NodeId id);
+  std::optional<ir::PlaceId> member_place(ir::PlaceId parent, NodeId id, bool for_writing);
+  std::optional<ir::PlaceId> index_place(ir::PlaceId array, NodeId id);
+  std::optional<ir::PlaceId> element_place(ir::PlaceId array, NodeId index);
+  bool check_writable(const ir::Variable& variable, const core::SourceRef& where);
+  void report_unknown_name(NodeId id);
+
+  // lower_call.cpp
+  std::optional<ir::Operand> call(NodeId id, Expected expected, bool as_statement);
+  std::optional<ir::Operand> call_function(NodeId id, std::uint32_t pou, bool as_statement);
+  std::optional<ir::Operand> call_standard(NodeId id, std::string_view name, Expected expected);
+  std::optional<ir::Operand> take_reference(NodeId id);
+  bool call_block(NodeId id);
+  std::vector<Parameter> parameters_of_pou(std::uint32_t pou);
+  std::vector<Parameter> parameters_of_block(const stdlib::BlockSpec& block);
+  Arguments bind_arguments(NodeId call, const std::vector<Parameter>& parameters, std::string_view callee);
+  std::optional<ir::ValueId> condition(NodeId id, std::string_view what);
+  bool deliver(NodeId argument, ir::ValueId value);
+  void report_unknown_function(NodeId id, std::string_view name);
+
+  // lower_statements.cpp
+  bool statement(NodeId id);
+  bool assign(NodeId id);
+  bool if_chain(NodeId id);
+
+  ir::Builder& builder_;
+  const SourceText& source_;
+  const Ast& ast_;
+  bool stub_used_ = false;
+};
+
+}  // namespace plc::st

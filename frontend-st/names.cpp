@@ -1,0 +1,61 @@
+#include "frontend-st/names.h"
+
+#include <algorithm>
+
+#include "core/text.h"
+
+namespace plc::st {
+
+Named find_name(const ir::Module& module, const ir::Pou& pou, std::string_view name) {
+  const auto local = pou.by_name.find(name);
+  if (local != pou.by_name.end()) return {Named::Kind::kVariable, local->second};
+  const auto global = module.global_by_name.find(name);
+  if (global != module.global_by_name.end()) return {Named::Kind::kGlobal, global->second};
+  return {};
+}
+
+EnumValueRef find_enum_value(const ir::TypeTable& types, ir::TypeRef type, std::string_view name) {
+  const ir::Type& t = types[type];
+  if (t.kind != ir::TypeKind::kEnum) return {};
+  for (const ir::EnumMember& member : t.members) {
+    if (core::iequals(member.name, name)) return {type, member.value};
+  }
+  return {};
+}
+
+std::vector<EnumValueRef> find_enum_values(const ir::TypeTable& types, std::string_view name) {
+  std::vector<EnumValueRef> out;
+  for (std::uint32_t i = 0; i < types.size(); ++i) {
+    const EnumValueRef one = find_enum_value(types, {i}, name);
+    if (one.type.valid()) out.push_back(one);
+  }
+  return out;
+}
+
+void Guess::offer(std::string_view candidate) {
+  const std::size_t limit = wrong_.size() <= 3 ? 1 : wrong_.size() <= 8 ? 2 : 3;
+  if (candidate.empty() || candidate.find('#') != std::string_view::npos) return;
+  const std::size_t longer = std::max(candidate.size(), wrong_.size());
+  constexpr std::size_t kMaxLength = 64;
+  if (longer > kMaxLength || longer - std::min(candidate.size(), wrong_.size()) > limit) return;
+  std::size_t row[kMaxLength + 1];
+  for (std::size_t j = 0; j <= candidate.size(); ++j) row[j] = j;
+  for (std::size_t i = 1; i <= wrong_.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= candidate.size(); ++j) {
+      const std::size_t change = diagonal + (core::fold(wrong_[i - 1]) == core::fold(candidate[j - 1]) ? 0 : 1);
+      diagonal = row[j];
+      row[j] = std::min({change, row[j] + 1, row[j - 1] + 1});
+    }
+  }
+  const std::size_t distance = row[candidate.size()];
+  if (distance > limit || distance >= longer || (found_ && distance >= distance_)) return;
+  best_ = std::string(candidate);
+  distance_ = distance;
+  found_ = true;
+}
+
+std::string Guess::help() const { return found_ ? "did you mean \"" + best_ + "\"?" : std::string{}; }
+
+}  // namespace plc::st

@@ -1,0 +1,504 @@
+#include "frontend-st/parser.h"
+
+#include <utility>
+
+#include "core/text.h"
+
+namespace plc::st {
+namespace {
+
+using core::Code;
+
+struct Infix {
+  Operator op = Operator::kNone;
+  int power = 0;  ///< binding power, 0 = no infix operator
+};
+
+// Equal powers associate to the left (IEC 61131-3:2013, 7.3.2).
+constexpr int kUnaryPower = 9;
+
+Infix infix_of(const Token& token, std::string_view text) {
+  switch (token.kind) {
+    case TokenKind::kPower: return {Operator::kPower, 8};
+    case TokenKind::kStar: return {Operator::kMultiply, 7};
+    case TokenKind::kSlash: return {Operator::kDivide, 7};
+    case TokenKind::kPlus: return {Operator::kAdd, 6};
+    case TokenKind::kMinus: return {Operator::kSubtract, 6};
+    case TokenKind::kLess: return {Operator::kLess, 5};
+    case TokenKind::kLessEqual: return {Operator::kLessEqual, 5};
+    case TokenKind::kGreater: return {Operator::kGreater, 5};
+    case TokenKind::kGreaterEqual: return {Operator::kGreaterEqual, 5};
+    case TokenKind::kEqual: return {Operator::kEqual, 4};
+    case TokenKind::kNotEqual: return {Operator::kNotEqual, 4};
+    case TokenKind::kAnd: return {Operator::kAnd, 3};
+    case TokenKind::kIdentifier:
+      if (core::iequals(text, "MOD")) return {Operator::kModulo, 7};
+      if (core::iequals(text, "AND")) return {Operator::kAnd, 3};
+      if (core::iequals(text, "XOR")) return {Operator::kXor, 2};
+      if (core::iequals(text, "OR")) return {Operator::kOr, 1};
+      return {};
+    default: return {};
+  }
+}
+
+// Words that cannot be names inside an expression or begin a statement as one.
+constexpr std::string_view kReserved[] = {
+    "AND",   "OR",    "XOR",     "MOD",      "NOT",    "IF",         "THEN",    "ELSE",       "ELSIF",      "END_IF", "CASE",
+    "OF",    "FOR",   "TO",      "BY",       "DO",     "WHILE",      "REPEAT",  "UNTIL",      "RETURN",     "EXIT",   "CONTINUE",
+    "END_CASE", "END_FOR", "END_WHILE", "END_REPEAT"};
+
+bool is_reserved(std::string_view word) {
+  for (std::string_view r : kReserved) {
+    if (core::iequals(word, r)) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+Parser::Parser(const SourceText& source, core::Diagnostics& diagnostics, std::string_view pou)
+    : source_(source), diagnostics_(diagnostics), pou_(pou), lexer_(source.text()) {
+  advance();
+}
+
+void Parser::advance() {
+  last_end_ = token_.end;
+  if (has_peeked_) {
+    token_ = peeked_;
+    has_peeked_ = false;
+  } else {
+    token_ = lexer_.next();
+  }
+}
+
+bool Parser::at_keyword(std::string_view keyword) const {
+  return token_.kind == TokenKind::kIdentifier && core::iequals(text_of(token_), keyword);
+}
+
+bool Parser::accept(TokenKind kind) {
+  if (token_.kind != kind) return false;
+  advance();
+  return true;
+}
+
+NodeId Parser::fail(Code code, const Token& token, std::string message, std::string help) {
+  if (!in_error_) {
+    diagnostics_.report(code, source_.locate(token.begin), pou_, std::move(message), std::move(help));
+  }
+  in_error_ = true;
+  failed_ = true;
+  return kNoNode;
+}
+
+NodeId Parser::fail_unexpected(std::string_view wanted) {
+  const std::string found(text_of(token_));
+  switch (token_.kind) {
+    case TokenKind::kEnd:
+      return fail(Code::P4001, token_, "the text ends where " + std::string(wanted) + " should follow");
+    case TokenKind::kUnterminatedString:
+      return fail(Code::P4003, token_, "string without end", "close it with the quote that opened it; a quote inside is $' or $\"");
+    case TokenKind::kUnterminatedComment: return fail(Code::P4001, token_, "comment or pragma without end");
+    case TokenKind::kBadNumber:
+      return fail(Code::P4003, token_, "\"" + found + "\" is neither a number nor a name",
+                  "names begin with a letter; durations are written T#5s");
+    default: break;
+  }
+  return fail(Code::P4001, token_, "found \"" + found + "\" where " + std::string(wanted) + " should stand");
+}
+
+bool Parser::enter() {
+  if (++depth_ <= kMaxDepth) return true;
+  fail(Code::P4002, token_, "nested more than " + std::to_string(kMaxDepth) + " levels deep", "split it with variables for the parts");
+  return false;
+}
+
+// ---- expressions ----------------------------------------------------------------------------------------------
+
+NodeId Parser::parse_expression() {
+  if (token_.kind == TokenKind::kEnd) return fail(Code::P4001, token_, "the text is empty where an expression should stand");
+  const NodeId root = expression(1);
+  if (root == kNoNode) return root;
+  if (token_.kind != TokenKind::kEnd) return fail_unexpected("an operator or the end of the expression");
+  return root;
+}
+
+NodeId Parser::expression(int min_power) {
+  NodeId left = unary();
+  while (left != kNoNode) {
+    const Infix infix = infix_of(token_, token_.kind == TokenKind::kIdentifier ? text_of(token_) : std::string_view{});
+    if (infix.power < min_power || infix.power == 0) return left;
+    advance();
+    const NodeId right = expression(infix.power + 1);
+    if (right == kNoNode) return kNoNode;
+    Node node;
+    node.kind = NodeKind::kBinary;
+    node.op = infix.op;
+    node.begin = ast_[left].begin;
+    node.end = ast_[right].end;
+    node.a = left;
+    node.b = right;
+    left = ast_.add(node);
+  }
+  return left;
+}
+
+NodeId Parser::unary() {
+  Operator op = Operator::kNone;
+  if (token_.kind == TokenKind::kMinus) op = Operator::kNegate;
+  if (token_.kind == TokenKind::kPlus) op = Operator::kPlus;
+  if (at_keyword("NOT")) op = Operator::kNot;
+  if (op == Operator::kNone) return primary();
+  const std::uint32_t begin = token_.begin;
+  if (!enter()) return kNoNode;
+  advance();
+  const NodeId operand = expression(kUnaryPower);
+  leave();
+  if (operand == kNoNode) return kNoNode;
+  Node node;
+  node.kind = NodeKind::kUnary;
+  node.op = op;
+  node.begin = begin;
+  node.end = ast_[operand].end;
+  node.a = operand;
+  return ast_.add(node);
+}
+
+NodeId Parser::primary() {
+  Node node;
+  node.begin = node.name = token_.begin;
+  node.end = node.name_end = token_.end;
+  switch (token_.kind) {
+    case TokenKind::kInteger:
+    case TokenKind::kReal:
+    case TokenKind::kTyped:
+    case TokenKind::kString:
+    case TokenKind::kWstring: node.kind = NodeKind::kLiteral; break;
+    case TokenKind::kEnumValue: node.kind = NodeKind::kEnumValue; break;
+    case TokenKind::kDirect: node.kind = NodeKind::kDirect; break;
+    case TokenKind::kIdentifier:
+      if (is_reserved(text_of(token_))) return fail_unexpected("a value");
+      node.kind = at_keyword("TRUE") || at_keyword("FALSE") ? NodeKind::kLiteral : NodeKind::kName;
+      break;
+    case TokenKind::kLeftParen: {
+      const std::uint32_t begin = token_.begin;
+      if (!enter()) return kNoNode;
+      advance();
+      const NodeId inner = expression(1);
+      leave();
+      if (inner == kNoNode) return kNoNode;
+      if (token_.kind != TokenKind::kRightParen) return fail_unexpected("an operator or \")\"");
+      advance();
+      ast_.nodes[inner].begin = begin;
+      ast_.nodes[inner].end = last_end_;
+      return postfix(inner);
+    }
+    default: return fail_unexpected("a value");
+  }
+  advance();
+  return postfix(ast_.add(node));
+}
+
+NodeId Parser::postfix(NodeId base) {
+  while (base != kNoNode) {
+    switch (token_.kind) {
+      case TokenKind::kDot: {
+        advance();
+        Node node;
+        node.kind = NodeKind::kMember;
+        if (token_.kind == TokenKind::kInteger || token_.kind == TokenKind::kDirect) {
+          node.kind = NodeKind::kBit;
+        } else if (token_.kind != TokenKind::kIdentifier) {
+          return fail_unexpected("the name of a member");
+        }
+        node.begin = ast_[base].begin;
+        node.end = token_.end;
+        node.name = token_.begin;
+        node.name_end = token_.end;
+        node.a = base;
+        advance();
+        base = ast_.add(node);
+        break;
+      }
+      case TokenKind::kLeftBracket: base = indices(base); break;
+      case TokenKind::kLeftParen: base = arguments(base); break;
+      case TokenKind::kCaret: {
+        advance();
+        Node node;
+        node.kind = NodeKind::kDeref;
+        node.begin = ast_[base].begin;
+        node.end = last_end_;
+        node.a = base;
+        base = ast_.add(node);
+        break;
+      }
+      default: return base;
+    }
+  }
+  return base;
+}
+
+NodeId Parser::indices(NodeId base) {
+  if (!enter()) return kNoNode;
+  Node node;
+  node.kind = NodeKind::kIndex;
+  node.begin = ast_[base].begin;
+  node.a = base;
+  NodeId last = kNoNode;
+  do {
+    advance();
+    const NodeId index = expression(1);
+    if (index == kNoNode) return kNoNode;
+    (last == kNoNode ? node.b : ast_.nodes[last].next) = index;
+    last = index;
+  } while (token_.kind == TokenKind::kComma);
+  leave();
+  if (token_.kind != TokenKind::kRightBracket) return fail_unexpected("\",\" or \"]\"");
+  advance();
+  node.end = last_end_;
+  return ast_.add(node);
+}
+
+NodeId Parser::arguments(NodeId callee) {
+  if (!enter()) return kNoNode;
+  Node node;
+  node.kind = NodeKind::kCall;
+  node.begin = ast_[callee].begin;
+  node.a = callee;
+  NodeId last = kNoNode;
+  advance();
+  if (token_.kind != TokenKind::kRightParen) {
+    for (;;) {
+      const NodeId one = argument();
+      if (one == kNoNode) return kNoNode;
+      (last == kNoNode ? node.b : ast_.nodes[last].next) = one;
+      last = one;
+      if (!accept(TokenKind::kComma)) break;
+    }
+  }
+  leave();
+  if (token_.kind != TokenKind::kRightParen) return fail_unexpected("\",\" or \")\"");
+  advance();
+  node.end = last_end_;
+  return ast_.add(node);
+}
+
+NodeId Parser::argument() {
+  Node node;
+  node.kind = NodeKind::kArgument;
+  node.begin = token_.begin;
+  bool negated = false;
+  if (token_.kind == TokenKind::kIdentifier) {
+    if (at_keyword("NOT")) {
+      // "NOT Q => x" negates an output; anything else behind NOT is an expression. Two tokens decide.
+      Lexer ahead = lexer_;
+      negated = ahead.next().kind == TokenKind::kIdentifier && ahead.next().kind == TokenKind::kOutput;
+      if (negated) advance();
+    }
+    peeked_ = lexer_.next();
+    has_peeked_ = true;
+    if (peeked_.kind == TokenKind::kAssign || peeked_.kind == TokenKind::kOutput) {
+      node.argument = peeked_.kind == TokenKind::kAssign ? ArgumentKind::kInput
+                      : negated                          ? ArgumentKind::kNegatedOutput
+                                                         : ArgumentKind::kOutput;
+      node.name = token_.begin;
+      node.name_end = token_.end;
+      advance();
+      advance();
+      // "Q =>" and "IN :=" with nothing behind are unconnected (matiec and CODESYS write them).
+      if (token_.kind == TokenKind::kComma || token_.kind == TokenKind::kRightParen) {
+        node.end = last_end_;
+        return ast_.add(node);
+      }
+    }
+  }
+  node.a = expression(1);
+  if (node.a == kNoNode) return kNoNode;
+  node.end = ast_[node.a].end;
+  return ast_.add(node);
+}
+
+// ---- statements -----------------------------------------------------------------------------------------------
+
+NodeId Parser::parse_statements() {
+  NodeId first = kNoNode;
+  NodeId last = kNoNode;
+  for (;;) {
+    const NodeId list = statement_list();
+    if (list != kNoNode) {
+      (last == kNoNode ? first : ast_.nodes[last].next) = list;
+      last = list;
+      while (ast_[last].next != kNoNode) last = ast_[last].next;
+    }
+    if (token_.kind == TokenKind::kEnd) return first;
+    // A part of an IF without the IF: say so and go on behind it.
+    in_error_ = false;
+    fail(Code::P4013, token_, "\"" + std::string(text_of(token_)) + "\" without its IF");
+    advance();
+    accept(TokenKind::kSemicolon);
+  }
+}
+
+bool Parser::at_list_end() const {
+  if (token_.kind == TokenKind::kEnd) return true;
+  if (token_.kind != TokenKind::kIdentifier) return false;
+  return at_keyword("ELSIF") || at_keyword("ELSE") || at_keyword("END_IF");
+}
+
+NodeId Parser::statement_list() {
+  NodeId first = kNoNode;
+  NodeId last = kNoNode;
+  while (!at_list_end()) {
+    if (accept(TokenKind::kSemicolon)) continue;
+    in_error_ = false;
+    const std::uint32_t depth = depth_;
+    const NodeId one = statement();
+    depth_ = depth;
+    if (one == kNoNode) {
+      if (in_error_) skip_statement();
+      continue;
+    }
+    (last == kNoNode ? first : ast_.nodes[last].next) = one;
+    last = one;
+    if (accept(TokenKind::kSemicolon)) continue;
+    // The last statement of a text may stand without its semicolon: EXECUTE boxes are often one assignment.
+    if (token_.kind == TokenKind::kEnd) break;
+    in_error_ = false;
+    fail(Code::P4013, token_, "\";\" is missing before \"" + std::string(text_of(token_)) + "\"");
+    if (!at_list_end() && (token_.kind != TokenKind::kIdentifier || is_reserved(text_of(token_)))) skip_statement();
+  }
+  in_error_ = false;
+  return first;
+}
+
+// Behind an error: to the end of the statement it stands in, nested ones included.
+void Parser::skip_statement() {
+  std::uint32_t nested = 0;
+  for (;;) {
+    if (token_.kind == TokenKind::kEnd) return;
+    if (nested == 0 && accept(TokenKind::kSemicolon)) return;
+    if (token_.kind == TokenKind::kIdentifier) {
+      if (nested == 0 && at_list_end()) return;
+      if (at_keyword("IF")) ++nested;
+      if (at_keyword("END_IF") && nested > 0) --nested;
+    }
+    advance();
+  }
+}
+
+NodeId Parser::refuse_compound(std::string_view keyword, std::string_view end_keyword) {
+  fail(Code::P4012, token_, std::string(keyword) + " stands in a text where assignments, calls, IF and RETURN are supported",
+       "write it with IF, or as a function block POU");
+  std::uint32_t nested = 0;
+  while (token_.kind != TokenKind::kEnd) {
+    if (at_keyword(keyword)) ++nested;
+    const bool closes = at_keyword(end_keyword);
+    advance();
+    if (closes && --nested == 0) break;
+  }
+  accept(TokenKind::kSemicolon);
+  in_error_ = false;
+  return kNoNode;
+}
+
+NodeId Parser::statement() {
+  if (token_.kind == TokenKind::kIdentifier) {
+    if (at_keyword("IF")) return if_statement();
+    if (at_keyword("RETURN")) {
+      Node node;
+      node.kind = NodeKind::kReturn;
+      node.begin = token_.begin;
+      node.end = token_.end;
+      advance();
+      return ast_.add(node);
+    }
+    static constexpr std::pair<std::string_view, std::string_view> kCompound[] = {
+        {"CASE", "END_CASE"}, {"FOR", "END_FOR"}, {"WHILE", "END_WHILE"}, {"REPEAT", "END_REPEAT"}};
+    for (const auto& [keyword, end] : kCompound) {
+      if (at_keyword(keyword)) return refuse_compound(keyword, end);
+    }
+    if (at_keyword("EXIT") || at_keyword("CONTINUE")) {
+      return fail(Code::P4013, token_, core::uppered(text_of(token_)) + " stands outside of a loop");
+    }
+  }
+  Node node;
+  node.begin = token_.begin;
+  if (token_.kind != TokenKind::kIdentifier && token_.kind != TokenKind::kDirect) return fail_unexpected("a statement");
+  const NodeId target = primary();
+  if (target == kNoNode) return kNoNode;
+  if (token_.kind == TokenKind::kAssign) {
+    advance();
+    node.kind = NodeKind::kAssign;
+    node.a = target;
+    node.b = expression(1);
+    if (node.b == kNoNode) return kNoNode;
+    node.end = ast_[node.b].end;
+    return ast_.add(node);
+  }
+  if (ast_[target].kind != NodeKind::kCall) {
+    if (token_.kind == TokenKind::kEqual) {
+      return fail(Code::P4013, token_, "\"=\" compares and is no statement", "assignments are written with :=");
+    }
+    return fail_unexpected("\":=\" or \"(\"");
+  }
+  node.kind = NodeKind::kCallStatement;
+  node.a = target;
+  node.end = ast_[target].end;
+  return ast_.add(node);
+}
+
+NodeId Parser::if_statement() {
+  if (!enter()) return kNoNode;
+  const Token if_token = token_;
+  NodeId first = kNoNode;
+  NodeId last = kNoNode;
+  const auto link = [&](NodeId part) {
+    (last == kNoNode ? first : ast_.nodes[last].c) = part;
+    last = part;
+  };
+  bool conditions_good = true;
+  while (at_keyword("IF") || at_keyword("ELSIF")) {
+    Node node;
+    node.kind = NodeKind::kIf;
+    node.begin = token_.begin;
+    advance();
+    const std::uint32_t depth = depth_;
+    node.a = expression(1);
+    depth_ = depth;
+    if (node.a != kNoNode && !at_keyword("THEN")) {
+      fail_unexpected("an operator or THEN");
+      node.a = kNoNode;
+    }
+    if (node.a == kNoNode) {
+      conditions_good = false;
+      // A condition that cannot be read does not hide errors of its branches: go on behind THEN if there is one.
+      while (token_.kind != TokenKind::kEnd && token_.kind != TokenKind::kSemicolon && !at_keyword("THEN")) advance();
+    }
+    if (at_keyword("THEN")) advance();
+    node.b = statement_list();
+    node.end = last_end_;
+    link(ast_.add(node));
+  }
+  if (at_keyword("ELSE")) {
+    Node node;
+    node.kind = NodeKind::kElse;
+    node.begin = token_.begin;
+    advance();
+    node.b = statement_list();
+    node.end = last_end_;
+    link(ast_.add(node));
+  }
+  leave();
+  if (!at_keyword("END_IF")) {
+    in_error_ = false;
+    if (token_.kind == TokenKind::kEnd) return fail(Code::P4013, if_token, "IF without END_IF");
+    return fail_unexpected("END_IF");
+  }
+  advance();
+  if (!conditions_good) {
+    accept(TokenKind::kSemicolon);
+    return kNoNode;
+  }
+  return first;
+}
+
+}  // namespace plc::st

@@ -1,0 +1,29 @@
+#include "frontend-st/source_text.h"
+
+#include <algorithm>
+
+namespace plc::st {
+
+SourceText::SourceText(std::string_view text, const core::SourceRef& at) : text_(text), at_(at) {
+  for (std::size_t i = text.find('\n'); i != std::string_view::npos; i = text.find('\n', i + 1)) {
+    line_starts_.push_back(static_cast<std::uint32_t>(i + 1));
+  }
+}
+
+core::SourceRef SourceText::locate(std::uint32_t offset) const {
+  core::SourceRef out = at_;
+  if (at_.line == 0) return out;
+  const auto after = std::upper_bound(line_starts_.begin(), line_starts_.end(), offset);
+  const auto lines = static_cast<std::uint32_t>(after - line_starts_.begin());
+  const std::uint32_t start = lines == 0 ? 0 : line_starts_[lines - 1];
+  if (lines == 0 && at_.column == 0) return out;
+  std::uint32_t characters = 0;
+  for (std::uint32_t i = start; i < offset && i < text_.size(); ++i) {
+    if ((static_cast<unsigned char>(text_[i]) & 0xc0u) != 0x80u) ++characters;
+  }
+  out.line = at_.line + lines;
+  out.column = (lines == 0 ? at_.column : 1) + characters;
+  return out;
+}
+
+}  // namespace plc::st
