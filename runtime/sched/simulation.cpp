@@ -1,0 +1,103 @@
+#include "runtime/sched/simulation.h"
+
+#include <algorithm>
+
+#include "runtime/memory/exchange.h"
+
+namespace plc::runtime {
+
+Simulation::Simulation(Resource& resource, SimulationOptions options)
+    : resource_(resource), options_(options), order_(priority_order(resource.image())) {
+  const bytecode::Image& image = resource.image();
+  for (const bytecode::ImageTask& task : image.tasks) {
+    SimulatedTask t{ReleaseGrid(0, grid_period(task)), {}, false, false, false, 0};
+    if (!task.single.empty()) t.trigger = find_trigger(image, task.single);
+    tasks_.push_back(t);
+  }
+  ran_.reserve(tasks_.size());
+}
+
+std::optional<core::TimeNs> Simulation::next_instant_ns() const {
+  if (stopped_) return std::nullopt;
+  std::optional<core::TimeNs> next;
+  for (const SimulatedTask& task : tasks_) {
+    if (task.trigger || task.halted) continue;
+    if (!next || task.grid.next_ns() < *next) next = task.grid.next_ns();
+  }
+  if (next) return next;
+  // Only event tasks, or only halted ones: time still goes on, so that stimuli and triggers are looked at.
+  return cycle_ == 0 ? 0 : clock_.now_ns() + kFreewheelNs;
+}
+
+void Simulation::look_at_triggers() {
+  for (SimulatedTask& task : tasks_) {
+    if (!task.trigger) continue;
+    std::byte value{};
+    copy_from_shared(&value, resource_.globals().data() + *task.trigger, 1);
+    const bool now = value != std::byte{0};
+    if (now && !task.trigger_was && !task.halted) task.due = true;
+    task.trigger_was = now;
+  }
+}
+
+void Simulation::run_task(std::uint32_t index) {
+  SimulatedTask& task = tasks_[index];
+  const ReleaseContext context{index, task.scans, clock_.now_ns(), clock_.now_ns()};
+  task.due = false;
+  for (CycleListener* const listener : listeners_) listener->before_scan(context);
+  const Fault fault = resource_.program(index).execute({clock_.now_ns()});
+  ++task.scans;
+  for (CycleListener* const listener : listeners_) listener->after_scan(context);
+  ran_.push_back(index);
+  if (!fault) return;
+  ++fault_count_;
+  if (faults_.size() < kMaxFaultsKept) faults_.push_back({index, context.cycle, context.now_ns, fault});
+  if (options_.on_fault == FaultPolicy::kContinue) return;
+  task.halted = true;
+  stopped_ = stopped_ || options_.on_fault == FaultPolicy::kStop;
+  for (CycleListener* const listener : listeners_) listener->safe_state();
+}
+
+bool Simulation::step() {
+  const auto next = next_instant_ns();
+  if (!next) return false;
+  clock_.sleep_until_ns(*next);
+  ran_.clear();
+  for (const Hook& hook : before_) hook({cycle_, clock_.now_ns(), {}});
+  for (SimulatedTask& task : tasks_) {
+    if (task.trigger || task.halted || task.grid.next_ns() > clock_.now_ns()) continue;
+    task.due = true;
+    task.grid.advance(clock_.now_ns());
+  }
+  look_at_triggers();
+  // A task may release another by its exports: the most urgent one due is looked for anew after each scan. An event task runs
+  // once per instant at most, since its trigger has to fall in between.
+  for (;;) {
+    const auto due = std::find_if(order_.begin(), order_.end(), [this](std::uint32_t t) {
+      return tasks_[t].due && std::find(ran_.begin(), ran_.end(), t) == ran_.end();
+    });
+    if (due == order_.end() || stopped_) break;
+    run_task(*due);
+    look_at_triggers();
+  }
+  for (const Hook& hook : after_) hook({cycle_, clock_.now_ns(), ran_});
+  ++cycle_;
+  return true;
+}
+
+std::uint64_t Simulation::run_cycles(std::uint64_t count) {
+  std::uint64_t done = 0;
+  while (done < count && step()) ++done;
+  return done;
+}
+
+std::uint64_t Simulation::run_until(core::TimeNs end_ns) {
+  std::uint64_t done = 0;
+  for (;;) {
+    const auto next = next_instant_ns();
+    if (!next || *next >= end_ns || !step()) return done;
+    ++done;
+  }
+}
+
+}  // namespace plc::runtime
