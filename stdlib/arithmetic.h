@@ -65,7 +65,8 @@ constexpr T mod_wrap(T a, T b) noexcept {
 constexpr float canonical(float v) noexcept { return v != v ? std::bit_cast<float>(0x7fc00000u) : v; }
 constexpr double canonical(double v) noexcept { return v != v ? std::bit_cast<double>(0x7ff8000000000000ull) : v; }
 
-/// Nearest integer, ties to even, as the double that holds it; independent of the rounding mode. Infinities and NaN stay.
+/// Nearest integer, ties to even, as the double that holds it; independent of the rounding mode. Infinities and NaN
+/// stay.
 constexpr double round_half_even(double v) noexcept {
   constexpr double kAllIntegers = 4503599627370496.0;  // from 2^52 on every double is an integer
   if (!(v > -kAllIntegers && v < kAllIntegers)) return v;
@@ -149,7 +150,8 @@ constexpr T neg(T a) noexcept {
 template <class T>
 constexpr T abs(T a) noexcept {
   if constexpr (std::is_floating_point_v<T>) {
-    return canonical(a < 0 || std::bit_cast<std::conditional_t<sizeof(T) == 4, std::int32_t, std::int64_t>>(a) < 0 ? -a : a);
+    return canonical(a < 0 || std::bit_cast<std::conditional_t<sizeof(T) == 4, std::int32_t, std::int64_t>>(a) < 0 ? -a
+                                                                                                                   : a);
   } else if constexpr (std::is_signed_v<T>) {
     return a < 0 ? wrap_neg(a) : a;
   } else {

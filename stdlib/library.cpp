@@ -6,14 +6,25 @@
 
 #include "core/text.h"
 #include "stdlib/functions/arithmetic.h"
+#include "stdlib/functions/bits.h"
+#include "stdlib/functions/comparison.h"
+#include "stdlib/functions/durations.h"
+#include "stdlib/functions/numeric.h"
+#include "stdlib/functions/selection.h"
+#include "stdlib/functions/strings.h"
 #include "stdlib/row.h"
 
 namespace plc::stdlib {
 namespace {
 
-template <class... R>
-struct Rows {};
-using Library = Rows<rows::Add, rows::Sub, rows::Mul, rows::Div, rows::Mod, rows::Neg, rows::Abs>;
+template <class... A>
+Rows<A...> concat(Rows<A...>);
+template <class... A, class... B, class... Rest>
+auto concat(Rows<A...>, Rows<B...>, Rest... rest) {
+  return concat(Rows<A..., B...>{}, rest...);
+}
+using Library = decltype(concat(rows::ArithmeticRows{}, rows::NumericRows{}, rows::ComparisonRows{}, rows::BitRows{},
+                                rows::SelectionRows{}, rows::StringRows{}, rows::DurationRows{}));
 
 struct TypePair {
   TypeId t;

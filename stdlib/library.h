@@ -53,16 +53,16 @@ inline constexpr std::size_t kMaxArguments = 255;
 
 /// One function row.
 struct FunctionSpec {
-  std::string_view name;                 ///< upper case; conversions are rows per pair family, see below
-  std::uint16_t t_categories = 0;        ///< types that T ranges over, 0 = no T
-  std::uint16_t u_categories = 0;        ///< types that U ranges over, 0 = no U
+  std::string_view name;           ///< upper case; conversions are rows per pair family, see below
+  std::uint16_t t_categories = 0;  ///< types that T ranges over, 0 = no T
+  std::uint16_t u_categories = 0;  ///< types that U ranges over, 0 = no U
   Param params[kMaxParams];
-  std::uint8_t param_count = 0;          ///< declared parameters
-  bool extensible = false;               ///< the last declared parameter may be repeated (IN1, IN2, IN3 ..)
+  std::uint8_t param_count = 0;  ///< declared parameters
+  bool extensible = false;       ///< the last declared parameter may be repeated (IN1, IN2, IN3 ..)
   ParamType result{};
-  bool foldable = true;                  ///< constants may be folded at compile time: exact functions only
+  bool foldable = true;  ///< constants may be folded at compile time: exact functions only
   bool may_event = false;
-  std::string_view clause;               ///< "IEC 61131-3:2013, table 28"
+  std::string_view clause;  ///< "IEC 61131-3:2013, table 28"
   std::string_view summary;
   std::span<const Example> examples;
 };
@@ -120,7 +120,13 @@ bool widens(TypeId from, TypeId to);
 bool literal_fits(const Arg& literal, TypeId to);
 
 struct Resolution {
-  enum class Status : std::uint8_t { kFound, kUnknownName, kNoMatch, kAmbiguous, kWrongCount } status = Status::kUnknownName;
+  enum class Status : std::uint8_t {
+    kFound,
+    kUnknownName,
+    kNoMatch,
+    kAmbiguous,
+    kWrongCount
+  } status = Status::kUnknownName;
   const Overload* overload = nullptr;
   const Overload* rival = nullptr;  ///< kAmbiguous: the other winner
 };
@@ -139,6 +145,7 @@ struct Field {
   TypeId type = TypeId::kBool;
   std::uint32_t offset = 0;  ///< bytes from the start of the port struct
   std::string_view summary;
+  std::string_view alias{};  ///< another name drawings use for the pin ("LOAD" for LD), or empty
 };
 
 struct StepContext {
@@ -150,7 +157,7 @@ using Step = void (*)(void* ports, const StepContext& context) noexcept;
 struct BlockSpec {
   std::string_view name;  ///< "TON", "CTU_DINT"
   std::span<const Field> fields;
-  std::uint32_t size = 0;   ///< bytes of the port struct
+  std::uint32_t size = 0;  ///< bytes of the port struct
   std::uint32_t align = 1;
   const void* initial = nullptr;  ///< `size` bytes: a fresh instance
   Step step = nullptr;
@@ -161,6 +168,8 @@ struct BlockSpec {
 std::span<const BlockSpec> blocks();
 /// The block called `name` (any letter case) or null.
 const BlockSpec* block_named(std::string_view name);
+/// The field called `name`, or else the one with that alias, or null (any letter case).
+const Field* field_named(const BlockSpec& block, std::string_view name);
 /// Hash of name, field names, types and offsets: an image made for another layout is refused.
 std::uint64_t layout_hash(const BlockSpec& block);
 

@@ -50,9 +50,8 @@ struct Sub {
 };
 
 struct Mul {
-  static constexpr Example examples[] = {{"DINT", "MUL(2, 3, 4)", "24"},
-                                         {"INT", "MUL(256, 128)", "-32768"},
-                                         {"REAL", "MUL(0.5, -4.0)", "-2.0"}};
+  static constexpr Example examples[] = {
+      {"DINT", "MUL(2, 3, 4)", "24"}, {"INT", "MUL(256, 128)", "-32768"}, {"REAL", "MUL(0.5, -4.0)", "-2.0"}};
   static constexpr FunctionSpec spec{.name = "MUL",
                                      .t_categories = core::kAnyNum,
                                      .params = {{"IN1", kT}, {"IN2", kT}},
@@ -82,8 +81,9 @@ struct Div {
                                      .result = kT,
                                      .may_event = true,
                                      .clause = "IEC 61131-3:2013, table 29",
-                                     .summary = "IN1 divided by IN2, integers toward zero; an integer divided by zero is 0 "
-                                                "with an event, reals follow IEEE 754.",
+                                     .summary =
+                                         "IN1 divided by IN2, integers toward zero; an integer divided by zero is 0 "
+                                         "with an event, reals follow IEEE 754.",
                                      .examples = examples};
   template <class V>
   static V eval(V a, V b, Event& event) noexcept {
@@ -114,7 +114,8 @@ struct Mod {
 
 /// Unary minus of ST: no name of the standard's, so users do not draw it.
 struct Neg {
-  static constexpr Example examples[] = {{"DINT", "NEG(5)", "-5"}, {"INT", "NEG(-32768)", "-32768"}, {"REAL", "NEG(1.5)", "-1.5"}};
+  static constexpr Example examples[] = {
+      {"DINT", "NEG(5)", "-5"}, {"INT", "NEG(-32768)", "-32768"}, {"REAL", "NEG(1.5)", "-1.5"}};
   static constexpr FunctionSpec spec{.name = "NEG",
                                      .t_categories = core::kAnyMagnitude,
                                      .params = {{"IN", kT}},
@@ -132,7 +133,8 @@ struct Neg {
 };
 
 struct Abs {
-  static constexpr Example examples[] = {{"DINT", "ABS(-5)", "5"}, {"SINT", "ABS(-128)", "-128"}, {"REAL", "ABS(-1.5)", "1.5"}};
+  static constexpr Example examples[] = {
+      {"DINT", "ABS(-5)", "5"}, {"SINT", "ABS(-128)", "-128"}, {"REAL", "ABS(-1.5)", "1.5"}};
   static constexpr FunctionSpec spec{.name = "ABS",
                                      .t_categories = core::kAnyNum,
                                      .params = {{"IN", kT}},
@@ -148,5 +150,7 @@ struct Abs {
   template <TypeId T, TypeId>
   static constexpr Kernel kernel = &unary<Abs, ValueOf<T>>;
 };
+
+using ArithmeticRows = Rows<Add, Sub, Mul, Div, Mod, Neg, Abs>;
 
 }  // namespace plc::stdlib::rows

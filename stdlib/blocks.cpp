@@ -1,0 +1,93 @@
+// The table of function blocks, expanded from the rows at compile time.
+#include <algorithm>
+#include <array>
+#include <type_traits>
+
+#include "core/text.h"
+#include "stdlib/blocks/bistable.h"
+#include "stdlib/blocks/counters.h"
+#include "stdlib/blocks/timers.h"
+#include "stdlib/library.h"
+#include "stdlib/row.h"
+
+namespace plc::stdlib {
+namespace {
+
+template <class Row>
+void step(void* ports, const StepContext& context) noexcept {
+  Row::step(*static_cast<typename Row::Ports*>(ports), context);
+}
+template <class Ports>
+constexpr Ports kFresh{};
+
+template <class Row>
+constexpr BlockSpec block() {
+  using Ports = typename Row::Ports;
+  static_assert(std::is_standard_layout_v<Ports> && std::is_trivially_copyable_v<Ports>, "ports are memory");
+  return {Row::name,
+          Row::fields,
+          static_cast<std::uint32_t>(sizeof(Ports)),
+          static_cast<std::uint32_t>(alignof(Ports)),
+          &kFresh<Ports>,
+          &step<Row>,
+          Row::clause,
+          Row::summary};
+}
+
+constexpr bool folded_less(std::string_view a, std::string_view b) {
+  return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end(),
+                                      [](char x, char y) { return core::fold(x) < core::fold(y); });
+}
+
+template <class... A, class... B, class... C>
+constexpr auto expand(Rows<A...>, Rows<B...>, Rows<C...>) {
+  std::array all{block<A>()..., block<B>()..., block<C>()...};
+  std::sort(all.begin(), all.end(), [](const BlockSpec& x, const BlockSpec& y) { return folded_less(x.name, y.name); });
+  return all;
+}
+constexpr auto kBlocks = expand(fb::BistableRows{}, fb::CounterRows{}, fb::TimerRows{});
+
+}  // namespace
+
+std::span<const BlockSpec> blocks() { return kBlocks; }
+
+const BlockSpec* block_named(std::string_view name) {
+  const auto it =
+      std::lower_bound(kBlocks.begin(), kBlocks.end(), name,
+                       [](const BlockSpec& block, std::string_view key) { return folded_less(block.name, key); });
+  return it != kBlocks.end() && core::iequals(it->name, name) ? &*it : nullptr;
+}
+
+const Field* field_named(const BlockSpec& block, std::string_view name) {
+  for (const Field& field : block.fields) {
+    if (core::iequals(field.name, name)) return &field;
+  }
+  for (const Field& field : block.fields) {
+    if (!field.alias.empty() && core::iequals(field.alias, name)) return &field;
+  }
+  return nullptr;
+}
+
+std::uint64_t layout_hash(const BlockSpec& block) {
+  std::uint64_t hash = 14695981039346656037ull;
+  const auto byte = [&hash](std::uint64_t b) { hash = (hash ^ (b & 0xff)) * 1099511628211ull; };
+  const auto number = [&byte](std::uint64_t n) {
+    for (unsigned shift = 0; shift < 64; shift += 8) byte(n >> shift);
+  };
+  const auto text = [&](std::string_view s) {
+    number(s.size());
+    for (const char c : s) byte(static_cast<unsigned char>(c));
+  };
+  text(block.name);
+  number(block.size);
+  number(block.fields.size());
+  for (const Field& field : block.fields) {
+    text(field.name);
+    number(static_cast<std::uint64_t>(field.direction));
+    number(static_cast<std::uint64_t>(field.type));
+    number(field.offset);
+  }
+  return hash;
+}
+
+}  // namespace plc::stdlib

@@ -1,0 +1,125 @@
+// Blocks: timers (IEC 61131-3:2013, table 46 and figure 15), at the resolution of the cycle.
+//
+// Time is StepContext::now_ns, which stands still within a cycle; a timer that is not executed goes on measuring. PT is
+// read at every execution, so a change takes effect while the time runs; once it has run out, ET and Q keep what they
+// have until IN changes. A negative PT counts as 0. A TRUE at IN in the first scan starts at once.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+
+#include "stdlib/arithmetic.h"
+#include "stdlib/row.h"
+
+namespace plc::stdlib::fb {
+
+inline constexpr std::string_view kTimerClause = "IEC 61131-3:2013, table 46";
+
+struct TimerPorts {
+  enum State : std::uint8_t { kIdle, kArmed, kRunning, kDone };
+
+  std::uint8_t in = 0, q = 0, m = 0, state = kIdle;
+  std::int64_t pt = 0, et = 0, start = 0;
+
+  /// The time since the start has run to PT; ET follows it. A clock behind the start counts as no time.
+  bool has_run_out(core::TimeNs now) noexcept {
+    const std::int64_t whole = std::max<std::int64_t>(pt, 0);
+    et = std::min(std::max<std::int64_t>(wrap_sub(now, start), 0), whole);
+    return et == whole;
+  }
+  void begin(core::TimeNs now) noexcept {
+    state = kRunning;
+    start = now;
+  }
+};
+
+template <TypeId T>
+inline constexpr Field kTimerFields[] = {
+    {"IN", Direction::kInput, TypeId::kBool, offsetof(TimerPorts, in), "starts the time"},
+    {"PT", Direction::kInput, T, offsetof(TimerPorts, pt), "preset time"},
+    {"Q", Direction::kOutput, TypeId::kBool, offsetof(TimerPorts, q), "timer output"},
+    {"ET", Direction::kOutput, T, offsetof(TimerPorts, et), "elapsed time, 0 .. PT"},
+    {"STATE", Direction::kState, TypeId::kUsint, offsetof(TimerPorts, state), "0 idle, 1 armed, 2 running, 3 run out"},
+    {"M", Direction::kState, TypeId::kBool, offsetof(TimerPorts, m), "IN at the last execution"},
+    {"START", Direction::kState, T, offsetof(TimerPorts, start), "clock when the time began"}};
+
+struct OnDelay {
+  using Ports = TimerPorts;
+  static constexpr std::string_view clause = kTimerClause;
+  static constexpr std::string_view summary = "On-delay: Q when IN has been TRUE for PT.";
+  static void step(Ports& p, const StepContext& context) noexcept {
+    p.m = p.in;
+    if (p.in == 0) {
+      p.state = Ports::kIdle;
+      p.q = 0;
+      p.et = 0;
+      return;
+    }
+    if (p.state == Ports::kIdle) p.begin(context.now_ns);
+    if (p.state == Ports::kRunning && p.has_run_out(context.now_ns)) {
+      p.state = Ports::kDone;
+      p.q = 1;
+    }
+  }
+};
+
+struct OffDelay {
+  using Ports = TimerPorts;
+  static constexpr std::string_view clause = kTimerClause;
+  static constexpr std::string_view summary = "Off-delay: Q with IN, and for PT after it.";
+  static void step(Ports& p, const StepContext& context) noexcept {
+    p.m = p.in;
+    if (p.in != 0) {
+      p.state = Ports::kArmed;
+      p.q = 1;
+      p.et = 0;
+      return;
+    }
+    if (p.state == Ports::kArmed) p.begin(context.now_ns);
+    if (p.state == Ports::kRunning && p.has_run_out(context.now_ns)) {
+      p.state = Ports::kDone;
+      p.q = 0;
+    }
+  }
+};
+
+struct Pulse {
+  using Ports = TimerPorts;
+  static constexpr std::string_view clause = kTimerClause;
+  static constexpr std::string_view summary =
+      "Pulse: Q for PT from a rising edge of IN on, whatever IN does meanwhile.";
+  static void step(Ports& p, const StepContext& context) noexcept {
+    const bool edge = p.in != 0 && p.m == 0;
+    p.m = p.in;
+    if (edge && p.state != Ports::kRunning) p.begin(context.now_ns);
+    if (p.state == Ports::kRunning) {
+      const bool over = p.has_run_out(context.now_ns);
+      p.q = !over;
+      if (over) p.state = Ports::kDone;
+    }
+    if (p.state == Ports::kDone && p.in == 0) {
+      p.state = Ports::kIdle;
+      p.et = 0;
+    }
+  }
+};
+
+#define PLC_TIMER(Row, Base, iec, T)                                             \
+  struct Row : Base {                                                            \
+    static constexpr std::string_view name = iec;                                \
+    static constexpr std::span<const Field> fields = kTimerFields<TypeId::k##T>; \
+  };
+PLC_TIMER(Tp, Pulse, "TP", Time)
+PLC_TIMER(TpTime, Pulse, "TP_TIME", Time)
+PLC_TIMER(TpLtime, Pulse, "TP_LTIME", Ltime)
+PLC_TIMER(Ton, OnDelay, "TON", Time)
+PLC_TIMER(TonTime, OnDelay, "TON_TIME", Time)
+PLC_TIMER(TonLtime, OnDelay, "TON_LTIME", Ltime)
+PLC_TIMER(Tof, OffDelay, "TOF", Time)
+PLC_TIMER(TofTime, OffDelay, "TOF_TIME", Time)
+PLC_TIMER(TofLtime, OffDelay, "TOF_LTIME", Ltime)
+#undef PLC_TIMER
+
+using TimerRows = Rows<Tp, TpTime, TpLtime, Ton, TonTime, TonLtime, Tof, TofTime, TofLtime>;
+
+}  // namespace plc::stdlib::fb

@@ -1,0 +1,124 @@
+// Rows: functions of one real, ATAN2 and EXPT (IEC 61131-3:2013, tables 28 and 29).
+//
+// REAL results are computed in double precision by the C library and rounded once, so they are within 1 ulp and usually
+// exact. The last bit may differ between C libraries: nothing here but SQRT is folded at compile time. Outside its
+// domain a function gives NaN or an infinity as IEEE 754 says, without an event.
+#pragma once
+
+#include "stdlib/arithmetic.h"
+#include "stdlib/row.h"
+
+namespace plc::stdlib::rows {
+
+inline constexpr std::string_view kNumericClause = "IEC 61131-3:2013, table 28";
+
+/// One row per function of one real: name, C function, whether it is exact, summary, examples.
+#define PLC_REAL_FUNCTION(Row, iec, function, exact, text)                \
+  struct Row {                                                            \
+    static constexpr FunctionSpec spec{.name = iec,                       \
+                                       .t_categories = core::kAnyReal,    \
+                                       .params = {{"IN", kT}},            \
+                                       .param_count = 1,                  \
+                                       .result = kT,                      \
+                                       .foldable = exact,                 \
+                                       .clause = kNumericClause,          \
+                                       .summary = text,                   \
+                                       .examples = Row##Examples::list};  \
+    template <class V>                                                    \
+    static V eval(V v, Event&) noexcept {                                 \
+      return canonical(static_cast<V>(function(static_cast<double>(v)))); \
+    }                                                                     \
+    template <TypeId T, TypeId>                                           \
+    static constexpr Kernel kernel = &unary<Row, ValueOf<T>>;             \
+  }
+
+struct SqrtExamples {
+  static constexpr Example list[] = {{"REAL", "SQRT(2.25)", "1.5"}, {"LREAL", "SQRT(-1.0)", "NaN"}};
+};
+struct LnExamples {
+  static constexpr Example list[] = {{"REAL", "LN(1.0)", "0.0"}};
+};
+struct LogExamples {
+  static constexpr Example list[] = {{"LREAL", "LOG(1000.0)", "3.0"}};
+};
+struct ExpExamples {
+  static constexpr Example list[] = {{"REAL", "EXP(0.0)", "1.0"}};
+};
+struct SinExamples {
+  static constexpr Example list[] = {{"REAL", "SIN(0.0)", "0.0"}};
+};
+struct CosExamples {
+  static constexpr Example list[] = {{"REAL", "COS(0.0)", "1.0"}};
+};
+struct TanExamples {
+  static constexpr Example list[] = {{"REAL", "TAN(0.0)", "0.0"}};
+};
+struct AsinExamples {
+  static constexpr Example list[] = {{"REAL", "ASIN(0.0)", "0.0"}, {"REAL", "ASIN(2.0)", "NaN"}};
+};
+struct AcosExamples {
+  static constexpr Example list[] = {{"REAL", "ACOS(1.0)", "0.0"}};
+};
+struct AtanExamples {
+  static constexpr Example list[] = {{"REAL", "ATAN(1.0)", "0.7853981634"}};
+};
+
+// The double square root of a float, rounded to float, is the exact float square root: 53 >= 2 * 24 + 2 bits.
+PLC_REAL_FUNCTION(Sqrt, "SQRT", std::sqrt, true, "Square root of IN; NaN below zero.");
+PLC_REAL_FUNCTION(Ln, "LN", std::log, false, "Natural logarithm of IN.");
+PLC_REAL_FUNCTION(Log, "LOG", std::log10, false, "Logarithm of IN to base 10.");
+PLC_REAL_FUNCTION(Exp, "EXP", std::exp, false, "e to the power IN.");
+PLC_REAL_FUNCTION(Sin, "SIN", std::sin, false, "Sine of IN in radians.");
+PLC_REAL_FUNCTION(Cos, "COS", std::cos, false, "Cosine of IN in radians.");
+PLC_REAL_FUNCTION(Tan, "TAN", std::tan, false, "Tangent of IN in radians.");
+PLC_REAL_FUNCTION(Asin, "ASIN", std::asin, false, "Principal arc sine of IN, in radians.");
+PLC_REAL_FUNCTION(Acos, "ACOS", std::acos, false, "Principal arc cosine of IN, in radians.");
+PLC_REAL_FUNCTION(Atan, "ATAN", std::atan, false, "Principal arc tangent of IN, in radians.");
+
+#undef PLC_REAL_FUNCTION
+
+struct Atan2 {
+  static constexpr Example examples[] = {{"LREAL", "ATAN2(0.0, 1.0)", "0.0"},
+                                         {"REAL", "ATAN2(1.0, 0.0)", "1.5707963268"}};
+  static constexpr FunctionSpec spec{.name = "ATAN2",
+                                     .t_categories = core::kAnyReal,
+                                     .params = {{"Y", kT}, {"X", kT}},
+                                     .param_count = 2,
+                                     .result = kT,
+                                     .foldable = false,
+                                     .clause = kNumericClause,
+                                     .summary = "Angle between the X axis and the point (X, Y), in radians, -pi .. pi.",
+                                     .examples = examples};
+  template <class V>
+  static V eval(V y, V x, Event&) noexcept {
+    return canonical(static_cast<V>(std::atan2(static_cast<double>(y), static_cast<double>(x))));
+  }
+  template <TypeId T, TypeId>
+  static constexpr Kernel kernel = &binary<Atan2, ValueOf<T>>;
+};
+
+struct Expt {
+  static constexpr Example examples[] = {{"REAL,INT", "EXPT(2.0, 10)", "1024.0"},
+                                         {"LREAL,LREAL", "EXPT(2.25, 0.5)", "1.5"},
+                                         {"REAL,DINT", "EXPT(2.0, -1)", "0.5"}};
+  static constexpr FunctionSpec spec{.name = "EXPT",
+                                     .t_categories = core::kAnyReal,
+                                     .u_categories = core::kAnyNum,
+                                     .params = {{"IN1", kT}, {"IN2", kU}},
+                                     .param_count = 2,
+                                     .result = kT,
+                                     .foldable = false,
+                                     .clause = "IEC 61131-3:2013, table 29",
+                                     .summary = "IN1 to the power IN2.",
+                                     .examples = examples};
+  template <class V, class W>
+  static V eval(V base, W exponent, Event&) noexcept {
+    return canonical(static_cast<V>(std::pow(static_cast<double>(base), static_cast<double>(exponent))));
+  }
+  template <TypeId T, TypeId U>
+  static constexpr Kernel kernel = &binary<Expt, ValueOf<T>, ValueOf<U>>;
+};
+
+using NumericRows = Rows<Sqrt, Ln, Log, Exp, Sin, Cos, Tan, Asin, Acos, Atan, Atan2, Expt>;
+
+}  // namespace plc::stdlib::rows
