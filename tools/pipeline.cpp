@@ -6,11 +6,11 @@
 
 #include <fstream>
 #include <iterator>
+#include <span>
 #include <utility>
 
 #include "bytecode/codegen/generate.h"
 #include "core/text.h"
-#include "frontend-fbd/lower.h"
 #include "frontend-ld/lower.h"
 #include "frontend-st/declare.h"
 #include "ir/check.h"
@@ -20,7 +20,6 @@ namespace plc::tools {
 namespace {
 
 using core::Code;
-using core::Severity;
 
 /// True when the file can be opened for reading; reports otherwise.
 bool can_open(const std::string& path, Compilation& compilation) {
@@ -66,18 +65,13 @@ class Lowering {
   void lower(const plcopen::Pou& pou, std::uint32_t index) {
     ir::Module& module = *compilation_.module;
     for (const plcopen::Body& body : pou.bodies) drawn_ += body.drawn_elements;
-    fbd::OrderReport* report = nullptr;
     switch (language_of(pou)) {
       case plcopen::Language::kNone:
         module.pous[index].compiled = true;
         return;
       case plcopen::Language::kLd:
-        report = add_order(pou.name);
-        module.pous[index].compiled = ld::lower_body(pou, module, index, compilation_.diagnostics, report);
-        return;
       case plcopen::Language::kFbd:
-        report = add_order(pou.name);
-        module.pous[index].compiled = fbd::lower_body(pou, module, index, compilation_.diagnostics, report);
+        ld::lower_body(pou, module, index, compilation_.diagnostics);
         return;
       case plcopen::Language::kSt:
       case plcopen::Language::kIl:
@@ -86,12 +80,6 @@ class Lowering {
         not_compiled(pou, module.pous[index]);
         return;
     }
-  }
-
-  fbd::OrderReport* add_order(const std::string& pou) {
-    if (!request_.keep_orders) return nullptr;
-    compilation_.orders.push_back({pou, {}});
-    return &compilation_.orders.back().report;
   }
 
   void not_compiled(const plcopen::Pou& pou, ir::Pou& lowered) {

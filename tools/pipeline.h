@@ -9,12 +9,10 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "bytecode/image.h"
 #include "core/diagnostics.h"
 #include "core/options.h"
-#include "frontend-fbd/report.h"
 #include "ir/ir.h"
 #include "plcopen/project.h"
 
@@ -31,13 +29,6 @@ struct Request {
   std::string path;
   core::CompileOptions options;
   Goal goal = Goal::kCheck;
-  bool keep_orders = false;  ///< fill Compilation::orders
-};
-
-/// Execution order of one drawn body.
-struct BodyOrder {
-  std::string pou;
-  fbd::OrderReport report;
 };
 
 struct Compilation {
@@ -45,7 +36,6 @@ struct Compilation {
   bool readable = true;  ///< false: the file could not be opened at all
   std::unique_ptr<plcopen::Project> project;  ///< bodies are released once lowered; null for images
   std::unique_ptr<ir::Module> module;         ///< null for images and after code generation
-  std::vector<BodyOrder> orders;
   std::optional<bytecode::VerifiedImage> image;
 
   [[nodiscard]] bool ok() const { return readable && !diagnostics.has_errors(); }

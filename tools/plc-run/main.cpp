@@ -9,6 +9,7 @@
 #include <fstream>
 #include <iostream>
 #include <iterator>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -177,7 +178,7 @@ int run_resource(const Run& run, runtime::Resource& resource, std::int64_t durat
   return faults.empty() ? kExitOk : kExitErrors;
 }
 
-int main_(int argc, char** argv) {
+int run_command(int argc, char** argv) {
   CLI::App app{
       "Runs a PLC project in real time, one thread per task, until SIGINT or SIGTERM; then outputs go to their safe state.\n"
       "\n"
@@ -231,7 +232,7 @@ int main_(int argc, char** argv) {
   std::unique_ptr<runtime::Resource> resource;
   {
     Compilation compilation;
-    if (const auto code = open_or_explain(app, {run.file, run.options, Goal::kRun, false}, compilation)) return *code;
+    if (const auto code = open_or_explain(app, {run.file, run.options, Goal::kRun}, compilation)) return *code;
     auto loaded = runtime::Resource::load(std::move(*compilation.image));
     if (!loaded) return complain(loaded.error()), kExitErrors;
     resource = std::move(*loaded);
@@ -244,7 +245,7 @@ int main_(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   try {
-    return plc::tools::main_(argc, argv);
+    return plc::tools::run_command(argc, argv);
   } catch (const std::exception& error) {
     plc::tools::complain("plc-run", std::string("internal error P9001: ") + error.what(),
                          "please report this with the file that caused it");

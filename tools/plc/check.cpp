@@ -69,7 +69,7 @@ int run(const Check& check) {
   int exit_code = kExitOk;
   for (const std::string& file : check.files) {
     Compilation compilation;
-    open({file, check.options, Goal::kCheck, false}, compilation);
+    open({file, check.options, Goal::kCheck}, compilation);
     exit_code = std::max(exit_code, compilation.ok() ? kExitOk : compilation.readable ? kExitErrors : kExitUsage);
     if (!check.json) {
       compilation.diagnostics.render(std::cerr);

@@ -21,7 +21,7 @@ int run(const CLI::App& app, const Compile& compile) {
     complain("plc compile", compile.file + " is an image already", "give the PLCopen XML file it was made from");
     return kExitUsage;
   }
-  if (const auto code = open_or_explain(app, {compile.file, compile.options, Goal::kRun, false}, compilation)) {
+  if (const auto code = open_or_explain(app, {compile.file, compile.options, Goal::kRun}, compilation)) {
     return *code;
   }
   const std::vector<std::byte> bytes = bytecode::save(compilation.image->image());

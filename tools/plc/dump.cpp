@@ -15,7 +15,7 @@ struct Dump {
 
 int run(const CLI::App& app, const Dump& dump) {
   Compilation compilation;
-  if (const auto code = open_or_explain(app, {dump.file, dump.options, Goal::kRun, false}, compilation)) return *code;
+  if (const auto code = open_or_explain(app, {dump.file, dump.options, Goal::kRun}, compilation)) return *code;
   std::cout << bytecode::disassemble(compilation.image->image());
   return kExitOk;
 }

@@ -48,7 +48,7 @@ void print_rows(const plcopen::Project& project, Fate fate, const char* heading)
 
 int run(const std::string& file) {
   Compilation compilation;
-  open({file, {}, Goal::kRead, false}, compilation);
+  open({file, {}, Goal::kRead}, compilation);
   compilation.diagnostics.render(std::cerr);
   if (!compilation.readable) return kExitUsage;
   if (!compilation.project) return kExitErrors;

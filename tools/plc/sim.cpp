@@ -71,7 +71,7 @@ std::vector<std::string> watched_paths(const std::vector<std::string>& patterns,
 
 int run(const CLI::App& app, const Sim& sim) {
   Compilation compilation;
-  if (const auto code = open_or_explain(app, {sim.file, sim.options, Goal::kRun, false}, compilation)) return *code;
+  if (const auto code = open_or_explain(app, {sim.file, sim.options, Goal::kRun}, compilation)) return *code;
   auto loaded = runtime::Resource::load(std::move(*compilation.image));
   if (!loaded) return complain(loaded.error()), kExitErrors;
   runtime::Resource& resource = **loaded;

@@ -1,0 +1,135 @@
+// plc explain: the execution order of drawn bodies, or the page of a problem code.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+#include <string>
+
+#include "core/text.h"
+#include "frontend-ld/lower.h"
+#include "tools/command_line.h"
+#include "tools/plc/commands.h"
+#include "tools/problem_pages.h"
+
+namespace plc::tools {
+namespace {
+
+struct Explain {
+  std::string subject, pou;
+  core::CompileOptions options;
+};
+
+/// "P3007", "r1001": a letter and four digits.
+bool is_code(const std::string& text) {
+  if (text.size() != 5 || (core::upper(text[0]) != 'P' && core::upper(text[0]) != 'R')) return false;
+  return std::all_of(text.begin() + 1, text.end(), [](char c) { return c >= '0' && c <= '9'; });
+}
+
+int explain_code(const std::string& code) {
+  for (const ProblemPage& page : problem_pages()) {
+    if (core::iequals(page.code, code)) {
+      std::cout << page.text;
+      return kExitOk;
+    }
+  }
+  complain("plc explain", "there is no problem code " + code, "codes stand in the messages of plc check, like P4001");
+  return kExitUsage;
+}
+
+std::string element_text(const ld::OrderLine& line) {
+  std::string text{core::element_word(line.at.kind)};
+  if (line.at.local_id >= 0) text += fmt::format(" {}", line.at.local_id);
+  return text;
+}
+
+std::string why_text(const ld::OrderLine& line) {
+  std::string why{fbd::reason_text(line.reason)};
+  if (!line.feedback_from.empty()) {
+    why += "; value of the previous scan from";
+    for (const std::int64_t id : line.feedback_from) why += fmt::format(" {}", id);
+  }
+  return why;
+}
+
+void print_body(const plcopen::Body& body, core::Order rule) {
+  const std::vector<ld::OrderLine> lines = ld::explain_order(body, rule);
+  std::size_t element_width = 0, text_width = 0;
+  for (const ld::OrderLine& line : lines) {
+    element_width = std::max(element_width, element_text(line).size());
+    text_width = std::min<std::size_t>(40, std::max(text_width, line.text.size()));
+  }
+  std::uint32_t network = 0;
+  std::size_t position = 0;
+  for (const ld::OrderLine& line : lines) {
+    if (line.network != network) {
+      network = line.network;
+      std::cout << fmt::format("  network {}\n", network);
+    }
+    std::cout << fmt::format("  {:>5}  {:<{}}  {:<{}}  line {:<6}  {}\n", ++position, element_text(line), element_width,
+                             line.text, text_width, line.at.line, why_text(line));
+  }
+}
+
+int explain_file(const Explain& explain) {
+  Compilation compilation;
+  if (is_image_path(explain.subject)) {
+    complain("plc explain", explain.subject + " is an image: the drawing is not in it",
+             "give the PLCopen XML file it was made from, or use plc dump");
+    return kExitUsage;
+  }
+  open({explain.subject, explain.options, Goal::kRead}, compilation);
+  compilation.diagnostics.render(std::cerr);
+  if (!compilation.readable) return kExitUsage;
+  if (!compilation.project) return kExitErrors;
+
+  std::cout << fmt::format("order={}\n", explain.options.order == core::Order::kDrawing ? "drawing" : "document");
+  bool found = false;
+  std::string names;
+  for (const plcopen::Pou& pou : compilation.project->pous) {
+    names += (names.empty() ? "" : ", ") + pou.name;
+    if (!explain.pou.empty() && !core::iequals(pou.name, explain.pou)) continue;
+    found = true;
+    for (const plcopen::Body& body : pou.bodies) {
+      std::cout << fmt::format("\n{} {} ({})\n", plcopen::pou_kind_name(pou.kind), pou.name,
+                               plcopen::language_name(body.language));
+      if (body.language == plcopen::Language::kLd || body.language == plcopen::Language::kFbd) {
+        print_body(body, explain.options.order);
+      } else if (body.language != plcopen::Language::kNone) {
+        std::cout << "  executes as written: only drawings need an order\n";
+      }
+    }
+  }
+  if (!found && !explain.pou.empty()) {
+    complain("plc explain", fmt::format("{} has no POU \"{}\"", explain.subject, explain.pou), "it has: " + names);
+    return kExitErrors;
+  }
+  return compilation.ok() ? kExitOk : kExitErrors;
+}
+
+int run(const Explain& explain) {
+  if (is_code(explain.subject) && !std::filesystem::exists(explain.subject)) return explain_code(explain.subject);
+  return explain_file(explain);
+}
+
+}  // namespace
+
+void add_explain(CLI::App& app, int& exit_code) {
+  static Explain explain;
+  CLI::App* command = app.add_subcommand(
+      "explain",
+      "Prints the execution order of a project's drawings, with localIds and the reason for each place;\n"
+      "or the page of a problem code.\n"
+      "\n"
+      "Examples:\n"
+      "  plc explain plant.xml                    all POUs\n"
+      "  plc explain plant.xml Main               one POU\n"
+      "  plc explain plant.xml --order=document   the order under the other rule\n"
+      "  plc explain P3007                        what a code means, with a wrong and a right example");
+  command->add_option("SUBJECT", explain.subject, "PLCopen XML file, or problem code")->required();
+  command->add_option("POU", explain.pou, "only this POU");
+  add_compile_options(*command, explain.options, false);
+  command->callback([&exit_code] { exit_code = run(explain); });
+}
+
+}  // namespace plc::tools
