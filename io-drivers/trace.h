@@ -5,7 +5,9 @@
 // (tools).
 #pragma once
 
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -42,6 +44,7 @@ class TraceWriter {
   std::string name_;
   runtime::Access access_;
   std::vector<runtime::Place> places_;
+  std::vector<std::uint8_t> may_need_quotes_;  ///< per place: text
   std::string buffer_;
 };
 

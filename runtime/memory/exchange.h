@@ -16,7 +16,7 @@
 
 namespace plc::runtime {
 
-/// Copies [from, from + bytes) out of or into shared memory. Both addresses are congruent modulo 8. RT.
+/// Copies `bytes` out of or into shared memory, in words as the shared address is aligned. RT.
 void copy_from_shared(std::byte* to, const std::byte* shared, std::size_t bytes) noexcept;
 void copy_to_shared(std::byte* shared, const std::byte* from, std::size_t bytes) noexcept;
 

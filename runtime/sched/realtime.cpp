@@ -78,8 +78,8 @@ void RealtimeScheduler::set_priority(TaskRun& task) {
   const int error = pthread_setschedparam(task.thread.native_handle(), SCHED_FIFO, &parameter);
   if (error == 0) return;
   report_.realtime_priority = false;
-  report_.refused.push_back("task \"" + resource_.program(task.index).task().name + "\" runs without real-time priority (" +
-                            error_text(error) + "): other load may delay it");
+  report_.refused.push_back("task \"" + resource_.program(task.index).task().name +
+                            "\" runs without real-time priority (" + error_text(error) + "): other load may delay it");
 }
 
 void RealtimeScheduler::set_cpu(TaskRun& task) {

@@ -70,8 +70,8 @@ bool Simulation::step() {
     task.grid.advance(clock_.now_ns());
   }
   look_at_triggers();
-  // A task may release another by its exports: the most urgent one due is looked for anew after each scan. An event task runs
-  // once per instant at most, since its trigger has to fall in between.
+  // A task may release another by its exports: the most urgent one due is looked for anew after each scan. An event
+  // task runs once per instant at most, since its trigger has to fall in between.
   for (;;) {
     const auto due = std::find_if(order_.begin(), order_.end(), [this](std::uint32_t t) {
       return tasks_[t].due && std::find(ran_.begin(), ran_.end(), t) == ran_.end();

@@ -46,7 +46,8 @@ double Histogram::mean_ns() const noexcept {
 std::int64_t Histogram::percentile_ns(double p) const noexcept {
   const std::uint64_t n = count();
   if (n == 0) return 0;
-  const auto wanted = std::clamp<std::uint64_t>(static_cast<std::uint64_t>(std::ceil(p * static_cast<double>(n))), 1, n);
+  const auto wanted =
+      std::clamp<std::uint64_t>(static_cast<std::uint64_t>(std::ceil(p * static_cast<double>(n))), 1, n);
   std::uint64_t seen = 0;
   for (std::size_t bucket = 0; bucket < kBuckets; ++bucket) {
     seen += buckets_[bucket].load(std::memory_order_relaxed);

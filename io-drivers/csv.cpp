@@ -1,0 +1,85 @@
+#include "io-drivers/csv.h"
+
+namespace plc::io {
+
+core::Result<std::vector<CsvRow>> parse_csv(std::string_view text, std::string_view file) {
+  std::vector<CsvRow> rows;
+  std::uint32_t line = 1;
+  std::size_t line_start = 0;
+  std::size_t at = 0;
+  const auto column = [&] { return static_cast<std::uint32_t>(at - line_start + 1); };
+  const auto problem = [&](std::uint32_t l, std::uint32_t c, std::string message) {
+    return core::Problem{
+        core::Code::P7201,
+        std::string(file) + ":" + std::to_string(l) + ":" + std::to_string(c) + ": " + std::move(message),
+        "cells with commas, quotes or line ends stand in double quotes, quotes inside are doubled"};
+  };
+  const auto end_of_line = [&] { return at < text.size() && (text[at] == '\n' || text[at] == '\r'); };
+  const auto next_line = [&] {
+    at += text.substr(at).starts_with("\r\n") ? 2 : 1;
+    ++line;
+    line_start = at;
+  };
+  if (text.starts_with("\xef\xbb\xbf")) at = line_start = 3;
+  while (at < text.size()) {
+    if (end_of_line()) {
+      next_line();
+      continue;
+    }
+    if (text[at] == '#') {
+      while (at < text.size() && !end_of_line()) ++at;
+      continue;
+    }
+    CsvRow row;
+    for (;;) {
+      CsvCell cell;
+      cell.line = line;
+      cell.column = column();
+      if (at < text.size() && text[at] == '"') {
+        cell.quoted = true;
+        ++at;
+        for (;;) {
+          if (at == text.size()) return problem(cell.line, cell.column, "quoted cell has no end");
+          if (text[at] == '"') {
+            if (!text.substr(at).starts_with("\"\"")) break;
+            ++at;
+          } else if (text[at] == '\n') {
+            ++line;
+            line_start = at + 1;
+          }
+          cell.text += text[at++];
+        }
+        ++at;
+        if (at < text.size() && text[at] != ',' && !end_of_line()) {
+          return problem(line, column(), "text after a quoted cell");
+        }
+      } else {
+        while (at < text.size() && text[at] != ',' && !end_of_line()) {
+          if (text[at] == '"') return problem(line, column(), "quote inside a cell that is not quoted");
+          cell.text += text[at++];
+        }
+      }
+      row.push_back(std::move(cell));
+      if (at == text.size() || text[at] != ',') break;
+      ++at;
+    }
+    rows.push_back(std::move(row));
+    if (at < text.size()) next_line();
+  }
+  return rows;
+}
+
+void append_csv(std::string& out, std::string_view cell) {
+  if (cell.find_first_of(",\"\r\n") == std::string_view::npos) {
+    out += cell;
+    return;
+  }
+  out += '"';
+  for (const char c : cell) {
+    if (c == '"') out += '"';
+    out += c;
+  }
+  out += '"';
+}
+
+}  // namespace plc::io

@@ -1,0 +1,25 @@
+// Values of leaves as text and back. Text is what runtime/access.h describes.
+//
+// In: a leaf type and bytes of its size, or text. Out: text, or normalised bytes. Does not belong here: where values
+// live.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "bytecode/image.h"
+#include "core/result.h"
+
+namespace plc::runtime {
+
+/// Appends the value at `bytes` (of type.size bytes) of a scalar, string or reference.
+void append_value(const bytecode::ImageType& type, const std::byte* bytes, std::string& out);
+
+/// Stores the value that `text` stands for into `to` (type.size bytes); P7103, P7104 or P7105 when there is none.
+std::optional<core::Problem> parse_value(const bytecode::ImageType& type, std::string_view text,
+                                         std::span<std::byte> to);
+
+}  // namespace plc::runtime
