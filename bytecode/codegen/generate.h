@@ -9,8 +9,8 @@
 
 namespace plc::bytecode {
 
-/// Generates the image of a module without errors. Only what the tasks reach is in it. Reports P5xxx and returns nothing
-/// when a limit of the format is passed (table size, call depth).
+/// Generates the image of a module without errors. Only what the tasks reach is in it. Reports P5xxx and returns
+/// nothing when a limit of the format is passed (table size, call depth).
 std::optional<Image> generate(const ir::Module& module, core::Diagnostics& diagnostics);
 
 }  // namespace plc::bytecode

@@ -1,0 +1,450 @@
+#include "bytecode/codegen/layout.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+#include <utility>
+
+namespace plc::bytecode {
+namespace {
+
+std::uint64_t aligned(std::uint64_t at, std::uint32_t align) { return (at + align - 1) / align * align; }
+
+FieldRole role_of(ir::Role role) {
+  switch (role) {
+    case ir::Role::kInput:
+      return FieldRole::kInput;
+    case ir::Role::kOutput:
+      return FieldRole::kOutput;
+    case ir::Role::kInOut:
+      return FieldRole::kInOut;
+    case ir::Role::kTemp:
+      return FieldRole::kTemp;
+    case ir::Role::kReturnValue:
+      return FieldRole::kReturnValue;
+    case ir::Role::kHidden:
+      return FieldRole::kHidden;
+    default:
+      return FieldRole::kLocal;
+  }
+}
+
+FieldRole role_of(stdlib::Direction direction) {
+  switch (direction) {
+    case stdlib::Direction::kInput:
+      return FieldRole::kInput;
+    case stdlib::Direction::kOutput:
+      return FieldRole::kOutput;
+    case stdlib::Direction::kInOut:
+      return FieldRole::kInOut;
+    default:
+      return FieldRole::kState;
+  }
+}
+
+/// Largest numbers that 64-bit limits of a representation may name.
+std::pair<std::int64_t, std::int64_t> widest(core::Rep rep) {
+  const std::uint32_t bits = core::rep_bytes(rep) * 8;
+  const bool is_signed =
+      rep == core::Rep::kI8 || rep == core::Rep::kI16 || rep == core::Rep::kI32 || rep == core::Rep::kI64;
+  if (bits == 64) {
+    return {is_signed ? std::numeric_limits<std::int64_t>::min() : 0, std::numeric_limits<std::int64_t>::max()};
+  }
+  if (is_signed) return {-(std::int64_t{1} << (bits - 1)), (std::int64_t{1} << (bits - 1)) - 1};
+  return {0, (std::int64_t{1} << bits) - 1};
+}
+
+}  // namespace
+
+// ---- structures ---------------------------------------------------------------------------------------------------
+
+std::uint32_t StructBuilder::add(const Image& image, ImageField field) {
+  const ImageType& type = image.types[field.type];
+  const std::uint64_t at = aligned(end_, type.align);
+  end_ = at + type.size;
+  align_ = std::max(align_, type.align);
+  field.offset = static_cast<std::uint32_t>(std::min<std::uint64_t>(at, kMaxTableBytes));
+  fields_.push_back(std::move(field));
+  return static_cast<std::uint32_t>(fields_.size() - 1);
+}
+
+ImageType StructBuilder::finish(std::string name) {
+  ImageType type;
+  type.kind = TypeKind::kStruct;
+  type.name = std::move(name);
+  type.align = align_;
+  type.size = static_cast<std::uint32_t>(std::min<std::uint64_t>(aligned(end_, align_), kMaxTableBytes));
+  type.fields = std::move(fields_);
+  return type;
+}
+
+// ---- types --------------------------------------------------------------------------------------------------------
+
+std::uint32_t Layout::add(ImageType type) {
+  image_.types.push_back(std::move(type));
+  return static_cast<std::uint32_t>(image_.types.size() - 1);
+}
+
+std::uint32_t Layout::empty_struct() {
+  if (empty_ == kNoIndex) empty_ = add(StructBuilder{}.finish(""));
+  return empty_;
+}
+
+std::uint32_t Layout::type(ir::TypeRef ref) {
+  if (by_ref_.size() < module_.types.size()) {
+    by_ref_.resize(module_.types.size(), kNoIndex);
+    block_fields_.resize(module_.types.size());
+  }
+  if (by_ref_[ref.index] == kNoIndex) {
+    const std::uint32_t made = make(ref);
+    by_ref_[ref.index] = made;
+  }
+  return by_ref_[ref.index];
+}
+
+std::uint32_t Layout::make(ir::TypeRef ref) {
+  const ir::Type& type = module_.types[ref];
+  switch (type.kind) {
+    case ir::TypeKind::kElementary:
+    case ir::TypeKind::kEnum:
+    case ir::TypeKind::kSubrange:
+      return make_scalar(type);
+    case ir::TypeKind::kString:
+      return make_string(type.elementary, type.capacity);
+    case ir::TypeKind::kArray:
+      return make_array(type);
+    case ir::TypeKind::kStruct:
+      return make_struct(type);
+    case ir::TypeKind::kBlock: {
+      const std::uint32_t made = make_block(*type.block);
+      std::vector<std::uint32_t>& fields = block_fields_[ref.index];
+      for (const stdlib::Field& port : type.block->fields) {
+        const std::vector<ImageField>& all = image_.types[made].fields;
+        const auto it =
+            std::find_if(all.begin(), all.end(), [&](const ImageField& f) { return f.offset == port.offset; });
+        fields.push_back(static_cast<std::uint32_t>(it - all.begin()));
+      }
+      return made;
+    }
+    case ir::TypeKind::kPou:
+      return make_instance(type.pou);
+    case ir::TypeKind::kReference: {
+      ImageType image_type;
+      image_type.kind = TypeKind::kRef;
+      image_type.size = image_type.align = core::rep_bytes(core::Rep::kRef);
+      const std::uint32_t made = add(std::move(image_type));
+      // The target may hold this reference: it is made when nothing else is under construction.
+      pending_.push_back({made, type.element});
+      return made;
+    }
+  }
+  return empty_struct();
+}
+
+void Layout::finish() {
+  while (!pending_.empty()) {
+    const Pending p = pending_.back();
+    pending_.pop_back();
+    const std::uint32_t target = type(p.target);
+    image_.types[p.image_type].element = target;
+  }
+}
+
+std::uint32_t Layout::make_scalar(const ir::Type& type) {
+  ImageType out;
+  out.kind = TypeKind::kScalar;
+  out.elementary = type.elementary;
+  out.name = type.name;
+  const core::Rep rep = core::rep_of(type.elementary);
+  out.size = out.align = core::rep_bytes(rep);
+  if (type.kind == ir::TypeKind::kSubrange) {
+    out.limited = true;
+    out.lower = type.lower;
+    out.upper = type.upper;
+  }
+  if (type.kind == ir::TypeKind::kEnum && !type.members.empty()) {
+    out.limited = true;
+    out.lower = out.upper = type.members.front().value;
+    for (const ir::EnumMember& member : type.members) {
+      out.lower = std::min(out.lower, member.value);
+      out.upper = std::max(out.upper, member.value);
+      out.members.push_back(member.name);
+      out.member_values.push_back(member.value);
+    }
+  }
+  if (out.limited) {
+    const auto [least, most] = widest(rep);
+    out.lower = std::max(out.lower, least);
+    out.upper = std::min(out.upper, most);
+  }
+  return add(std::move(out));
+}
+
+std::uint32_t Layout::make_string(core::TypeId id, std::uint16_t capacity) {
+  const auto [it, fresh] = strings_.try_emplace({id, capacity}, kNoIndex);
+  if (fresh) {
+    ImageType out;
+    out.kind = TypeKind::kString;
+    out.elementary = id;
+    out.capacity = capacity;
+    out.align = 2;
+    const std::uint32_t width = id == core::TypeId::kWstring ? 2 : 1;
+    out.size = static_cast<std::uint32_t>(aligned(sizeof(core::StringHeader) + std::uint64_t{capacity} * width, 2));
+    it->second = add(std::move(out));
+  }
+  return it->second;
+}
+
+std::uint32_t Layout::make_array(const ir::Type& type) {
+  const std::uint32_t element = this->type(type.element);
+  const ImageType& e = image_.types[element];
+  ImageType out;
+  out.kind = TypeKind::kArray;
+  out.name = type.name;
+  out.element = element;
+  out.lower = type.lower;
+  out.align = e.align;
+  const std::uint64_t count = static_cast<std::uint64_t>(type.upper) - static_cast<std::uint64_t>(type.lower) + 1;
+  const bool fits =
+      type.upper >= type.lower && count - 1 < kMaxTableBytes && (e.size == 0 || count <= kMaxTableBytes / e.size);
+  too_large_ = too_large_ || !fits;
+  out.count = fits ? static_cast<std::uint32_t>(count) : 1;
+  out.size = out.count * e.size;
+  return add(std::move(out));
+}
+
+std::uint32_t Layout::make_struct(const ir::Type& type) {
+  StructBuilder builder;
+  for (const ir::TypeField& field : type.fields) {
+    ImageField f;
+    f.name = field.name;
+    f.type = this->type(field.type);
+    builder.add(image_, std::move(f));
+  }
+  too_large_ = too_large_ || builder.too_large();
+  return add(builder.finish(type.name));
+}
+
+std::uint32_t Layout::make_block(const stdlib::BlockSpec& spec) {
+  ImageType out;
+  out.kind = TypeKind::kStruct;
+  out.name = std::string(spec.name);
+  out.size = spec.size;
+  out.align = spec.align;
+  for (const stdlib::Field& port : spec.fields) {
+    ImageField f;
+    f.name = std::string(port.name);
+    f.offset = port.offset;
+    f.role = role_of(port.direction);
+    const core::Rep rep = core::rep_of(port.type);
+    if (rep == core::Rep::kStr || rep == core::Rep::kWstr) {
+      core::StringHeader header;
+      header.capacity = core::kDefaultStringCapacity;
+      if (spec.initial != nullptr) {
+        std::memcpy(&header, static_cast<const std::byte*>(spec.initial) + port.offset, sizeof header);
+      }
+      f.type = make_string(port.type, header.capacity);
+    } else {
+      f.type = type(ir::ref_of(port.type));
+    }
+    out.fields.push_back(std::move(f));
+  }
+  std::sort(out.fields.begin(), out.fields.end(),
+            [](const ImageField& a, const ImageField& b) { return a.offset < b.offset; });
+  return add(std::move(out));
+}
+
+std::uint32_t Layout::make_instance(std::uint32_t index) {
+  if (pous_.size() < module_.pous.size()) pous_.resize(module_.pous.size());
+  const ir::Pou& pou = module_.pous[index];
+  PouLayout layout;
+  layout.offset.assign(pou.variables.size(), kNoIndex);
+  layout.field.assign(pou.variables.size(), kNoIndex);
+  StructBuilder builder;
+  // Hidden ones last: adding an edge to a drawing moves no declared variable.
+  for (const bool hidden : {false, true}) {
+    for (std::uint32_t i = 0; i < pou.variables.size(); ++i) {
+      const ir::Variable& v = pou.variables[i];
+      if (v.in_frame || v.role == ir::Role::kExternal || (v.role == ir::Role::kHidden) != hidden) continue;
+      ImageField f;
+      f.name = v.name;
+      f.type = type(v.type);
+      f.role = role_of(v.role);
+      f.retain = v.retain || v.persistent;
+      f.constant = v.constant;
+      layout.field[i] = builder.add(image_, std::move(f));
+      layout.offset[i] = builder.offset(layout.field[i]);
+    }
+  }
+  too_large_ = too_large_ || builder.too_large();
+  layout.instance_type = add(builder.finish(pou.name));
+  const std::uint32_t made = layout.instance_type;
+  pous_[index] = std::move(layout);
+  return made;
+}
+
+// ---- POUs ---------------------------------------------------------------------------------------------------------
+
+const PouLayout& Layout::pou(std::uint32_t index) {
+  if (pous_.size() < module_.pous.size()) pous_.resize(module_.pous.size());
+  if (pous_[index]) return *pous_[index];
+  const ir::Pou& pou = module_.pous[index];
+  if (pou.instance_type.valid()) {
+    type(pou.instance_type);
+  } else {
+    PouLayout layout;
+    layout.offset.assign(pou.variables.size(), kNoIndex);
+    layout.field.assign(pou.variables.size(), kNoIndex);
+    layout.instance_type = empty_struct();
+    pous_[index] = std::move(layout);
+  }
+  return *pous_[index];
+}
+
+void Layout::lay_out_frame(std::uint32_t index, StructBuilder& frame) {
+  pou(index);
+  PouLayout& layout = *pous_[index];
+  const ir::Pou& p = module_.pous[index];
+  for (std::uint32_t i = 0; i < p.variables.size(); ++i) {
+    const ir::Variable& v = p.variables[i];
+    if (!v.in_frame || v.role == ir::Role::kExternal) continue;
+    ImageField f;
+    f.name = v.name;
+    f.type = type(v.type);
+    f.role = role_of(v.role);
+    layout.field[i] = frame.add(image_, std::move(f));
+    layout.offset[i] = frame.offset(layout.field[i]);
+  }
+}
+
+std::uint32_t Layout::field_index(ir::TypeRef ref, std::uint32_t index) {
+  const ir::Type& t = module_.types[ref];
+  type(ref);
+  if (t.kind == ir::TypeKind::kPou) return pou(t.pou).field[index];
+  if (t.kind == ir::TypeKind::kBlock) return block_fields_[ref.index][index];
+  return index;
+}
+
+std::uint32_t Layout::field_offset(ir::TypeRef ref, std::uint32_t index) {
+  const std::uint32_t struct_type = type(ref);
+  return image_.types[struct_type].fields[field_index(ref, index)].offset;
+}
+
+// ---- initial values -----------------------------------------------------------------------------------------------
+
+void Layout::write_constant(const ir::Constant& constant, ir::TypeRef as, std::byte* to) const {
+  const ir::Type& type = module_.types[as];
+  if (type.kind == ir::TypeKind::kString) {
+    const std::size_t width = type.elementary == core::TypeId::kWstring ? 2 : 1;
+    core::StringHeader header;
+    header.capacity = type.capacity;
+    header.length = static_cast<std::uint16_t>(std::min<std::size_t>(constant.text.size() / width, type.capacity));
+    std::memcpy(to, &header, sizeof header);
+    std::memcpy(to + sizeof header, constant.text.data(), header.length * width);
+    return;
+  }
+  if (const auto rep = module_.types.rep_of(as)) std::memcpy(to, &constant.bits, core::rep_bytes(*rep));
+}
+
+void Layout::initialise_raw(std::uint32_t image_type, std::byte* to) const {
+  const ImageType& t = image_.types[image_type];
+  switch (t.kind) {
+    case TypeKind::kString: {
+      core::StringHeader header;
+      header.capacity = t.capacity;
+      std::memcpy(to, &header, sizeof header);
+      return;
+    }
+    case TypeKind::kArray:
+      for (std::uint32_t i = 0; i < t.count; ++i) {
+        initialise_raw(t.element, to + std::size_t{i} * image_.types[t.element].size);
+      }
+      return;
+    case TypeKind::kStruct:
+      for (const ImageField& f : t.fields) initialise_raw(f.type, to + f.offset);
+      return;
+    case TypeKind::kScalar:
+      if (t.limited && (t.lower > 0 || t.upper < 0)) std::memcpy(to, &t.lower, t.size);
+      return;
+    case TypeKind::kRef:
+      return;
+  }
+}
+
+void Layout::initialise(ir::TypeRef ref, std::byte* to) {
+  const ir::Type& t = module_.types[ref];
+  const std::uint32_t made = type(ref);
+  switch (t.kind) {
+    case ir::TypeKind::kElementary:
+    case ir::TypeKind::kReference:
+      return;
+    case ir::TypeKind::kString:
+      initialise_raw(made, to);
+      return;
+    case ir::TypeKind::kEnum:
+    case ir::TypeKind::kSubrange: {
+      const ImageType& image_type = image_.types[made];
+      const std::int64_t value =
+          image_type.limited ? std::clamp(t.initial, image_type.lower, image_type.upper) : t.initial;
+      std::memcpy(to, &value, image_type.size);
+      return;
+    }
+    case ir::TypeKind::kArray: {
+      const std::uint32_t count = image_.types[made].count;
+      const std::uint32_t stride = image_.types[image_.types[made].element].size;
+      initialise(t.element, to);
+      for (std::uint32_t i = 1; i < count; ++i) std::memcpy(to + std::size_t{i} * stride, to, stride);
+      return;
+    }
+    case ir::TypeKind::kStruct:
+      for (std::uint32_t i = 0; i < t.fields.size(); ++i) initialise(t.fields[i].type, to + field_offset(ref, i));
+      return;
+    case ir::TypeKind::kBlock:
+      if (t.block->initial != nullptr) std::memcpy(to, t.block->initial, t.block->size);
+      return;
+    case ir::TypeKind::kPou: {
+      const std::vector<std::byte>& fresh = instance_initial(t.pou);
+      if (!fresh.empty()) std::memcpy(to, fresh.data(), fresh.size());
+      return;
+    }
+  }
+}
+
+void Layout::initialise(const ir::Variable& variable, std::byte* to) {
+  initialise(variable.type, to);
+  for (const ir::InitItem& item : variable.initial) {
+    ir::TypeRef at = variable.type;
+    std::byte* leaf = to;
+    for (const std::uint32_t step : item.path) {
+      const ir::Type& t = module_.types[at];
+      if (t.kind == ir::TypeKind::kArray) {
+        leaf += std::size_t{step} * image_.types[type(t.element)].size;
+        at = t.element;
+        continue;
+      }
+      leaf += field_offset(at, step);
+      if (t.kind == ir::TypeKind::kStruct) at = t.fields[step].type;
+      if (t.kind == ir::TypeKind::kBlock) at = ir::ref_of(t.block->fields[step].type);
+      if (t.kind == ir::TypeKind::kPou) at = module_.pous[t.pou].variables[step].type;
+    }
+    write_constant(item.value, at, leaf);
+  }
+}
+
+const std::vector<std::byte>& Layout::instance_initial(std::uint32_t index) {
+  if (instance_initial_.size() < module_.pous.size()) instance_initial_.resize(module_.pous.size());
+  if (instance_initial_[index]) return *instance_initial_[index];
+  const PouLayout& layout = pou(index);
+  std::vector<std::byte> bytes(image_.types[layout.instance_type].size);
+  const ir::Pou& p = module_.pous[index];
+  for (std::uint32_t i = 0; i < p.variables.size(); ++i) {
+    if (!p.variables[i].in_frame && layout.offset[i] != kNoIndex)
+      initialise(p.variables[i], bytes.data() + layout.offset[i]);
+  }
+  instance_initial_[index] = std::move(bytes);
+  return *instance_initial_[index];
+}
+
+}  // namespace plc::bytecode

@@ -1,0 +1,104 @@
+// Layout: IR types -> the image's types, with natural alignment; where every variable lies; initial bytes.
+//
+// In: a Module whose bodies are complete (hidden variables are part of the layout). Out: Image::types and offsets for
+// body generation. Does not belong here: instructions, order of globals (tasks.h decides, lay_out_globals places).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "bytecode/image.h"
+#include "ir/ir.h"
+
+namespace plc::bytecode {
+
+inline constexpr std::uint32_t kNoIndex = 0xffffffffu;
+
+/// A structure that grows field by field at natural alignment.
+class StructBuilder {
+ public:
+  /// Adds a field; returns its index. Sizes beyond kMaxTableBytes stick: see too_large().
+  std::uint32_t add(const Image& image, ImageField field);
+  [[nodiscard]] std::uint32_t offset(std::uint32_t field) const { return fields_[field].offset; }
+  [[nodiscard]] bool too_large() const { return end_ > kMaxTableBytes; }
+  /// The finished structure.
+  ImageType finish(std::string name);
+
+ private:
+  std::vector<ImageField> fields_;
+  std::uint64_t end_ = 0;
+  std::uint32_t align_ = 1;
+};
+
+/// Where the variables of one POU lie. Both vectors are indexed like Pou::variables.
+struct PouLayout {
+  std::vector<std::uint32_t> offset;  ///< in the instance or the frame; kNoIndex for externals
+  std::vector<std::uint32_t> field;   ///< field index there
+  std::uint32_t instance_type = kNoIndex;
+};
+
+class Layout {
+ public:
+  Layout(const ir::Module& module, Image& image) : module_(module), image_(image) {}
+
+  /// The image type of `ref`, made at first use.
+  std::uint32_t type(ir::TypeRef ref);
+  /// A structure without fields, for functions and tasks without memory.
+  std::uint32_t empty_struct();
+  /// Instance layout of a POU; frame variables (functions, VAR_TEMP) get places when lay_out_frame is called.
+  const PouLayout& pou(std::uint32_t index);
+  /// Adds the frame variables of `index` to `frame`.
+  void lay_out_frame(std::uint32_t index, StructBuilder& frame);
+  /// Makes the targets of references that were only named so far. Call when no type will be asked for any more.
+  void finish();
+
+  /// Field index in the image of field (or POU variable) `index` of structure, block or POU type `ref`.
+  std::uint32_t field_index(ir::TypeRef ref, std::uint32_t index);
+  std::uint32_t field_offset(ir::TypeRef ref, std::uint32_t index);
+
+  /// Writes a fresh value of `ref` to `to` (type(ref).size bytes, zeroed).
+  void initialise(ir::TypeRef ref, std::byte* to);
+  /// The same with the overrides of a variable.
+  void initialise(const ir::Variable& variable, std::byte* to);
+  /// A fresh value as far as the image's types know it: capacities of strings, lowest legal numbers.
+  void initialise_raw(std::uint32_t image_type, std::byte* to) const;
+  /// Writes the bits or characters of a constant.
+  void write_constant(const ir::Constant& constant, ir::TypeRef as, std::byte* to) const;
+  /// Fresh bytes of an instance of a POU.
+  const std::vector<std::byte>& instance_initial(std::uint32_t pou);
+
+  /// A type or instance grew beyond what a table holds.
+  [[nodiscard]] bool too_large() const { return too_large_; }
+
+ private:
+  std::uint32_t add(ImageType type);
+  std::uint32_t make(ir::TypeRef ref);
+  std::uint32_t make_scalar(const ir::Type& type);
+  std::uint32_t make_string(core::TypeId id, std::uint16_t capacity);
+  std::uint32_t make_array(const ir::Type& type);
+  std::uint32_t make_struct(const ir::Type& type);
+  std::uint32_t make_block(const stdlib::BlockSpec& spec);
+  std::uint32_t make_instance(std::uint32_t pou);
+
+  const ir::Module& module_;
+  Image& image_;
+  std::vector<std::uint32_t> by_ref_;
+  std::vector<std::vector<std::uint32_t>> block_fields_;  ///< by TypeRef: image field of each port (blocks only)
+  struct Pending {
+    std::uint32_t image_type;
+    ir::TypeRef target;
+  };
+  std::vector<Pending> pending_;
+  std::vector<std::optional<PouLayout>> pous_;
+  std::vector<std::optional<std::vector<std::byte>>> instance_initial_;
+  std::map<std::pair<core::TypeId, std::uint16_t>, std::uint32_t> strings_;
+  std::uint32_t empty_ = kNoIndex;
+  bool too_large_ = false;
+};
+
+}  // namespace plc::bytecode
