@@ -1,0 +1,98 @@
+// plc-bench: what loading and scanning ladders costs, side by side with xmllint and with C compiled by -O2.
+#include "bench/bench.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <iostream>
+#include <stdexcept>
+
+namespace plc::bench {
+
+Scratch::Scratch() {
+  std::string name = (std::filesystem::temp_directory_path() / "plc-bench-XXXXXX").string();
+  if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
+  path_ = name;
+}
+Scratch::~Scratch() {
+  std::error_code ignored;
+  std::filesystem::remove_all(path_, ignored);
+}
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+std::string limit_text(double value, double limit, Verdict& verdict) {
+  const bool within = value <= limit;
+  verdict.within_limits = verdict.within_limits && within;
+  return fmt::format("{} {}", within ? "within" : "MISSED", limit);
+}
+
+namespace {
+
+constexpr double kPlainLimit = 2.5;
+constexpr double kNestedLimit = 4;
+
+Verdict scans(std::uint64_t seed, std::uint32_t batches) {
+  Verdict verdict;
+  std::cout << "Scan: interpreter against the same logic as C (-O2, barrier after each rung), interleaved batches\n";
+  for (const bool nested : {false, true}) {
+    for (const std::uint32_t rungs : {1'000u, 10'000u}) {
+      verdict.merge(measure_scan({{rungs, nested, seed}, nested ? kNestedLimit : kPlainLimit, 1000, batches}));
+    }
+  }
+  return verdict;
+}
+
+}  // namespace
+}  // namespace plc::bench
+
+int main(int argc, char** argv) {
+  using namespace plc::bench;
+  CLI::App app{"Measures loading and scanning of ladders as ratios, and checks every result.\n"
+               "\n"
+               "Examples:\n"
+               "  plc-bench            everything, about four minutes\n"
+               "  plc-bench scan       interpreter against C\n"
+               "  plc-bench load       file to first scan against xmllint\n"
+               "  plc-bench check      small ladders, results only\n"
+               "\n"
+               "Exit codes: 0 results right and all ratios within their limits, 1 a limit missed, 2 a result wrong.",
+               "plc-bench"};
+  std::uint64_t seed = 1;
+  std::uint32_t repetitions = 7, batches = 200;
+  app.add_option("--seed", seed, "of the ladders")->capture_default_str();
+  app.add_option("--repetitions", repetitions, "of each load, interleaved; medians are printed")->capture_default_str();
+  app.add_option("--batches", batches, "of scans per side, interleaved; medians are printed")->capture_default_str();
+  CLI::App* scan = app.add_subcommand("scan", "interpreter against C");
+  CLI::App* load = app.add_subcommand("load", "file to first scan against xmllint, memory");
+  CLI::App* check = app.add_subcommand("check", "small ladders from several seeds, results only");
+  app.require_subcommand(0, 1);
+  CLI11_PARSE(app, argc, argv);
+  try {
+    Verdict verdict;
+    if (check->parsed()) {
+      for (std::uint64_t i = 0; i < 3; ++i) {
+        verdict.merge(measure_scan({{200, false, seed + i}, 0, 200, 0}));
+        verdict.merge(measure_scan({{300, true, seed + i}, 0, 200, 0}));
+      }
+    } else {
+      if (!load->parsed()) verdict.merge(scans(seed, batches));
+      if (!scan->parsed()) {
+        std::cout << "Load: project file to the end of the first scan, against xmllint --noout, interleaved\n";
+        verdict.merge(measure_load({seed, repetitions, true}));
+      }
+    }
+    return !verdict.correct ? 2 : verdict.within_limits ? 0 : 1;
+  } catch (const std::exception& error) {
+    std::cerr << "plc-bench: " << error.what() << '\n';
+    return 2;
+  }
+}

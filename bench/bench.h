@@ -1,0 +1,58 @@
+// The measurements of plc-bench. Every figure is a ratio of two things measured interleaved in the same run, and every
+// speed comes with a check that the results are right.
+//
+// In: what to measure. Out: rows on stdout and a Verdict. Does not belong here: making ladders (ladder.h).
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "bench/ladder.h"
+
+namespace plc::bench {
+
+struct Verdict {
+  bool correct = true;        ///< every result was right
+  bool within_limits = true;  ///< every ratio is within its limit
+  void merge(const Verdict& other) {
+    correct = correct && other.correct;
+    within_limits = within_limits && other.within_limits;
+  }
+};
+
+/// A temporary folder that is removed with its content.
+class Scratch {
+ public:
+  Scratch();
+  ~Scratch();
+  Scratch(const Scratch&) = delete;
+  Scratch& operator=(const Scratch&) = delete;
+  [[nodiscard]] std::string file(const std::string& name) const { return path_ + "/" + name; }
+
+ private:
+  std::string path_;
+};
+
+double median(std::vector<double> values);
+/// "within 2.5" or "MISSED 2.5".
+std::string limit_text(double value, double limit, Verdict& verdict);
+
+struct ScanPlan {
+  Shape shape;
+  double limit = 0;             ///< most that interpreter / C may be; 0 = no limit
+  std::uint32_t scans = 1000;   ///< checked scans, one input changing per scan
+  std::uint32_t batches = 200;  ///< timed batches of each side, interleaved; 0 = check only
+};
+/// Interpreter against the same logic as C compiled with -O2, in one process, on one set of changing inputs.
+Verdict measure_scan(const ScanPlan& plan);
+
+struct LoadPlan {
+  std::uint64_t seed = 1;
+  std::uint32_t repetitions = 7;
+  bool large = true;  ///< also 100,000 rungs: marginal cost and resident memory
+};
+/// From file to the end of the first scan (`plc sim --cycles 1`) against `xmllint --noout` on the same file.
+Verdict measure_load(const LoadPlan& plan);
+
+}  // namespace plc::bench

@@ -1,0 +1,150 @@
+// From project file to the end of the first scan, against xmllint on the same file; memory of large projects.
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <string>
+
+#include "bench/bench.h"
+#include "core/clock.h"
+
+extern char** environ;
+
+namespace plc::bench {
+namespace {
+
+/// What one run of a program took.
+struct Cost {
+  bool ok = false;
+  double wall_ms = 0;
+  double peak_mb = 0;
+  std::string output;  ///< stdout
+};
+
+Cost run(const std::vector<std::string>& arguments) {
+  std::vector<char*> argv;
+  for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
+  argv.push_back(nullptr);
+  std::array<int, 2> pipe{};
+  if (::pipe(pipe.data()) != 0) return {};
+  posix_spawn_file_actions_t actions;
+  ::posix_spawn_file_actions_init(&actions);
+  ::posix_spawn_file_actions_adddup2(&actions, pipe[1], STDOUT_FILENO);
+  ::posix_spawn_file_actions_addclose(&actions, pipe[0]);
+  ::posix_spawn_file_actions_addclose(&actions, pipe[1]);
+  const core::MonotonicClock clock;
+  const core::TimeNs begin = clock.now_ns();
+  pid_t child = 0;
+  const int spawned = ::posix_spawnp(&child, argv[0], &actions, nullptr, argv.data(), environ);
+  ::posix_spawn_file_actions_destroy(&actions);
+  ::close(pipe[1]);
+  Cost cost;
+  std::array<char, 4096> buffer{};
+  for (ssize_t got = 0; spawned == 0 && (got = ::read(pipe[0], buffer.data(), buffer.size())) > 0;) {
+    cost.output.append(buffer.data(), static_cast<std::size_t>(got));
+  }
+  ::close(pipe[0]);
+  if (spawned != 0) return cost;
+  int status = 0;
+  struct rusage usage {};
+  ::wait4(child, &status, 0, &usage);
+  cost.wall_ms = static_cast<double>(clock.now_ns() - begin) / 1e6;
+  cost.peak_mb = static_cast<double>(usage.ru_maxrss) / 1024;
+  cost.ok = WIFEXITED(status) && WEXITSTATUS(status) == 0;
+  return cost;
+}
+
+/// The number in front of " MB resident" in what `plc sim --stats` prints; 0 when it is not there.
+double resident_mb(const std::string& output) {
+  const std::size_t end = output.find(" MB resident");
+  if (end == std::string::npos) return 0;
+  const std::size_t begin = output.rfind(' ', end - 1);
+  return std::stod(output.substr(begin + 1, end - begin - 1));
+}
+
+struct Size {
+  std::uint32_t rungs = 0;
+  std::string path;
+  double file_mb = 0;
+  std::vector<double> plc_ms, xmllint_ms, ratios;
+  double peak_mb = 0, resident_mb = 0;
+};
+
+Size make_size(std::uint32_t rungs, std::uint64_t seed, const Scratch& scratch) {
+  Size size;
+  size.rungs = rungs;
+  size.path = scratch.file(fmt::format("plain_{}.xml", rungs));
+  {
+    std::ofstream out(size.path, std::ios::binary);
+    write_plcopen(make_ladder({rungs, false, seed}), out);
+  }
+  size.file_mb = static_cast<double>(std::filesystem::file_size(size.path)) / 1e6;
+  return size;
+}
+
+bool repeat(Size& size, bool with_xmllint) {
+  const Cost plc = run({PLC_TOOL, "sim", size.path, "--cycles", "1", "--stats"});
+  size.plc_ms.push_back(plc.wall_ms);
+  size.peak_mb = std::max(size.peak_mb, plc.peak_mb);
+  size.resident_mb = std::max(size.resident_mb, resident_mb(plc.output));
+  if (!plc.ok) std::cerr << fmt::format("plc sim {} failed\n", size.path);
+  if (!with_xmllint) return plc.ok;
+  const Cost xmllint = run({"xmllint", "--noout", size.path});
+  if (!xmllint.ok) std::cerr << "xmllint failed: is libxml2-utils installed?\n";
+  size.xmllint_ms.push_back(xmllint.wall_ms);
+  size.ratios.push_back(plc.wall_ms / xmllint.wall_ms);
+  return plc.ok && xmllint.ok;
+}
+
+void print(const Size& size) {
+  std::cout << fmt::format("{:>7} rungs plain, {:.1f} MB: to the end of the first scan {:.1f} ms, peak {:.0f} MB", size.rungs,
+                           size.file_mb, median(size.plc_ms), size.peak_mb);
+  if (!size.xmllint_ms.empty()) {
+    std::cout << fmt::format("; xmllint {:.1f} ms, ratio {:.2f}", median(size.xmllint_ms), median(size.ratios));
+  }
+  std::cout << fmt::format("; resident {:.0f} MB\n", size.resident_mb);
+}
+
+}  // namespace
+
+Verdict measure_load(const LoadPlan& plan) {
+  constexpr double kXmllintLimit = 4, kPeakLimitMb = 200, kMarginalLimit = 1.2, kResidentLimitMb = 200;
+  Verdict verdict;
+  const Scratch scratch;
+  Size small = make_size(1'000, plan.seed, scratch);
+  Size middle = make_size(10'000, plan.seed, scratch);
+  for (std::uint32_t i = 0; i < plan.repetitions && verdict.correct; ++i) {
+    verdict.correct = repeat(small, true) && repeat(middle, true);
+  }
+  print(small);
+  print(middle);
+  std::cout << fmt::format("  ratio to xmllint at 10,000 rungs {:.2f}, {}; peak {:.0f} MB, {}\n", median(middle.ratios),
+                           limit_text(median(middle.ratios), kXmllintLimit, verdict), middle.peak_mb,
+                           limit_text(middle.peak_mb, kPeakLimitMb, verdict));
+  if (!plan.large || !verdict.correct) return verdict;
+
+  Size large = make_size(100'000, plan.seed, scratch);
+  // Interleaved again: the marginal costs are compared within these rounds.
+  std::vector<double> marginal;
+  const std::uint32_t rounds = std::max(3u, plan.repetitions / 2);
+  for (std::uint32_t i = 0; i < rounds && verdict.correct; ++i) {
+    verdict.correct = repeat(small, false) && repeat(middle, false) && repeat(large, false);
+    const double upper = (large.plc_ms.back() - middle.plc_ms.back()) / (large.rungs - middle.rungs);
+    const double lower = (middle.plc_ms.back() - small.plc_ms.back()) / (middle.rungs - small.rungs);
+    marginal.push_back(upper / lower);
+  }
+  print(large);
+  std::cout << fmt::format("  marginal cost 10k..100k to 1k..10k {:.2f}, {}; resident {:.0f} MB at 100,000 rungs, {}\n",
+                           median(marginal), limit_text(median(marginal), kMarginalLimit, verdict), large.resident_mb,
+                           limit_text(large.resident_mb, kResidentLimitMb, verdict));
+  return verdict;
+}
+
+}  // namespace plc::bench
