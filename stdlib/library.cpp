@@ -8,6 +8,7 @@
 #include "stdlib/functions/arithmetic.h"
 #include "stdlib/functions/bits.h"
 #include "stdlib/functions/comparison.h"
+#include "stdlib/functions/conversion.h"
 #include "stdlib/functions/durations.h"
 #include "stdlib/functions/numeric.h"
 #include "stdlib/functions/selection.h"
@@ -23,8 +24,9 @@ template <class... A, class... B, class... Rest>
 auto concat(Rows<A...>, Rows<B...>, Rest... rest) {
   return concat(Rows<A..., B...>{}, rest...);
 }
-using Library = decltype(concat(rows::ArithmeticRows{}, rows::NumericRows{}, rows::ComparisonRows{}, rows::BitRows{},
-                                rows::SelectionRows{}, rows::StringRows{}, rows::DurationRows{}));
+using Library =
+    decltype(concat(rows::ArithmeticRows{}, rows::NumericRows{}, rows::ComparisonRows{}, rows::BitRows{},
+                    rows::SelectionRows{}, rows::StringRows{}, rows::DurationRows{}, rows::ConversionRows{}));
 
 struct TypePair {
   TypeId t;
@@ -64,15 +66,26 @@ constexpr std::array<TypePair, kPairCount<Row>> kPairs = [] {
   return out;
 }();
 
-template <class Row, TypeId T, TypeId U>
-constexpr Overload overload() {
-  std::string_view name = Row::spec.name;
-  if constexpr (requires { Row::template name<T, U>; }) name = Row::template name<T, U>;
-  return {&Row::spec, name, T, U, Row::template kernel<T, U>};
-}
+/// Rows with a table of kernels give `kernel_of(t, u)`, the others a template `kernel<T, U>`.
 template <class Row, std::size_t... I>
 constexpr void emit(Overload*& out, std::index_sequence<I...>) {
-  ((*out++ = overload<Row, kPairs<Row>[I].t, kPairs<Row>[I].u>()), ...);
+  const auto name = [](TypeId t, TypeId u) {
+    if constexpr (requires { Row::name_of(t, u); }) {
+      return Row::name_of(t, u);
+    } else {
+      static_cast<void>(t), static_cast<void>(u);
+      return Row::spec.name;
+    }
+  };
+  if constexpr (requires { Row::kernel_of(TypeId{}, TypeId{}); }) {
+    for (const auto [t, u] : kPairs<Row>) *out++ = {&Row::spec, name(t, u), t, u, Row::kernel_of(t, u)};
+  } else {
+    constexpr Kernel kKernels[] = {Row::template kernel<kPairs<Row>[I].t, kPairs<Row>[I].u>...};
+    for (std::size_t i = 0; i < sizeof...(I); ++i) {
+      const auto [t, u] = kPairs<Row>[i];
+      *out++ = {&Row::spec, name(t, u), t, u, kKernels[i]};
+    }
+  }
 }
 
 template <class... R>

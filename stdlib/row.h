@@ -3,7 +3,8 @@
 //
 // A row is a struct with `static constexpr FunctionSpec spec`, the meaning (`eval`, a template over the value type) and
 // `template <TypeId T, TypeId U> static constexpr Kernel kernel`, which picks the adapter. Optional: `accepts(t, u)`
-// narrows the product of the categories, `name<T, U>` gives conversions their names. Only library.cpp expands rows.
+// narrows the product of the categories, `name_of(t, u)` and `kernel_of(t, u)` serve conversions. Only library.cpp
+// expands rows.
 // Values are C++ values; strings are views into the table, so a kernel may return one of its arguments.
 #pragma once
 
@@ -33,11 +34,6 @@ using ValueOf =
     std::conditional_t<core::rep_of(Id) == Rep::kStr, std::string_view,
                        std::conditional_t<core::rep_of(Id) == Rep::kWstr, std::u16string_view, core::cpp_of<Id>>>;
 
-/// Name of a type as conversions and typed blocks spell it: the short one of dates and times of day ("TOD").
-template <TypeId Id>
-inline constexpr std::string_view kShortName = core::info(Id).alias.size() > 1 && core::info(Id).alias != "LD"
-                                                   ? core::info(Id).alias
-                                                   : core::name_of(Id);
 /// The parts one behind the other, as a constant.
 template <const std::string_view&... Parts>
 struct Joined {
