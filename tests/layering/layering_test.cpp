@@ -1,0 +1,149 @@
+// The layers, by reading #include lines: a folder may include only what stands in its row. Changing a row is an
+// architectural decision (ARCHITECTURE.md, "Layers").
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kRoot = PLC_SOURCE_DIR;
+
+/// Folders a file of the folder may include from, itself understood. "bytecode/codegen" is a folder of its own: the
+/// runtime links the other half only.
+const std::map<std::string, std::set<std::string>> kAllowed = {
+    {"core", {}},
+    {"stdlib", {"core"}},
+    {"plcopen", {"core"}},
+    {"ir", {"core", "stdlib"}},
+    {"bytecode", {"core", "stdlib"}},
+    {"bytecode/codegen", {"core", "stdlib", "ir", "bytecode"}},
+    {"frontend-st", {"core", "stdlib", "ir", "plcopen"}},
+    {"frontend-fbd", {"core", "stdlib", "ir", "plcopen", "frontend-st"}},
+    {"frontend-ld", {"core", "stdlib", "ir", "plcopen", "frontend-st", "frontend-fbd"}},
+    {"runtime", {"core", "stdlib", "bytecode"}},
+    {"io-drivers", {"core", "stdlib", "bytecode", "runtime"}},
+    {"tools",
+     {"core", "stdlib", "plcopen", "ir", "bytecode", "bytecode/codegen", "frontend-st", "frontend-fbd", "frontend-ld",
+      "runtime", "io-drivers"}},
+    {"bench", {"core", "stdlib", "bytecode", "runtime", "tools"}},
+};
+
+/// Foreign headers that belong to one place: prefix of the include, folders that may use it, and whether in headers too.
+struct Foreign {
+  std::string prefix;
+  std::set<std::string> folders;
+  bool in_headers;
+};
+const std::vector<Foreign> kForeign = {
+    {"libxml/", {"plcopen"}, false},
+    {"fmt/", {}, false},  // any folder
+    {"CLI/", {"tools", "bench"}, true},
+    {"nlohmann/", {"tools"}, false},
+    {"xxhash", {"bytecode"}, false},
+};
+
+struct Include {
+  fs::path file;  ///< relative to the root
+  int line = 0;
+  std::string target;
+  bool ours = false;  ///< in quotes
+};
+
+std::string folder_of(const std::string& path) {
+  if (path.rfind("bytecode/codegen/", 0) == 0) return "bytecode/codegen";
+  return path.substr(0, path.find('/'));
+}
+
+bool is_header(const fs::path& file) { return file.extension() == ".h" || file.extension() == ".def"; }
+
+std::vector<Include> includes_of(const fs::path& folder) {
+  std::vector<Include> includes;
+  for (const auto& entry : fs::recursive_directory_iterator(kRoot / folder)) {
+    const std::string extension = entry.path().extension().string();
+    if (extension != ".h" && extension != ".cpp" && extension != ".def") continue;
+    std::ifstream in(entry.path());
+    std::string line;
+    for (int number = 1; std::getline(in, line); ++number) {
+      if (line.rfind("#include ", 0) != 0 || line.size() < 11) continue;
+      const bool ours = line[9] == '"';
+      const std::size_t end = line.find(ours ? '"' : '>', 10);
+      includes.push_back({fs::relative(entry.path(), kRoot), number, line.substr(10, end - 10), ours});
+    }
+  }
+  return includes;
+}
+
+TEST(Layering, IncludesFollowTheFlow) {
+  std::size_t seen = 0;
+  for (const auto& [folder, allowed] : kAllowed) {
+    if (folder.find('/') != std::string::npos) continue;
+    ASSERT_TRUE(fs::is_directory(kRoot / folder)) << folder << " has a row here but does not exist";
+    for (const Include& include : includes_of(folder)) {
+      if (!include.ours) continue;
+      ++seen;
+      const std::string from = folder_of(include.file.generic_string());
+      const std::string to = folder_of(include.target);
+      EXPECT_TRUE(to == from || kAllowed.at(from).count(to) == 1)
+          << include.file.string() << ':' << include.line << ": " << from << " includes \"" << include.target
+          << "\", but it may only include itself and what its row in this test lists";
+      const bool generated = include.target == "tools/version.h";
+      EXPECT_TRUE(generated || fs::exists(kRoot / include.target))
+          << include.file.string() << ':' << include.line << ": \"" << include.target
+          << "\" is not a path from the root";
+    }
+  }
+  EXPECT_GT(seen, 100u) << "no include lines found: is the source folder right?";
+}
+
+TEST(Layering, ForeignLibrariesStayInTheirFolders) {
+  for (const auto& [folder, allowed] : kAllowed) {
+    if (folder.find('/') != std::string::npos) continue;
+    for (const Include& include : includes_of(folder)) {
+      if (include.ours) continue;
+      for (const Foreign& foreign : kForeign) {
+        if (include.target.rfind(foreign.prefix, 0) != 0) continue;
+        EXPECT_TRUE(foreign.folders.empty() || foreign.folders.count(folder) == 1)
+            << include.file.string() << ':' << include.line << ": <" << include.target << "> in " << folder;
+        EXPECT_TRUE(foreign.in_headers || !is_header(include.file))
+            << include.file.string() << ':' << include.line << ": <" << include.target << "> in a header";
+      }
+    }
+  }
+}
+
+TEST(Layering, EveryFolderWithSourcesHasARow) {
+  const std::set<std::string> without_row = {"tests"};  // tests may include anything
+  for (const auto& entry : fs::directory_iterator(kRoot)) {
+    const std::string name = entry.path().filename().string();
+    if (!entry.is_directory() || name.front() == '.' || name.rfind("build", 0) == 0 || without_row.count(name)) continue;
+    bool has_sources = false;
+    for (const auto& file : fs::recursive_directory_iterator(entry.path())) {
+      has_sources = has_sources || file.path().extension() == ".cpp" || file.path().extension() == ".h";
+    }
+    EXPECT_TRUE(!has_sources || kAllowed.count(name) == 1) << name << " has sources but no row in this test";
+  }
+}
+
+TEST(Layering, HeadersSayWhatTheyAre) {
+  for (const auto& [folder, allowed] : kAllowed) {
+    if (folder.find('/') != std::string::npos) continue;
+    for (const auto& entry : fs::recursive_directory_iterator(kRoot / folder)) {
+      if (entry.path().extension() != ".h") continue;
+      std::ifstream in(entry.path());
+      std::string first;
+      std::getline(in, first);
+      EXPECT_EQ(first.substr(0, 3), "// ") << fs::relative(entry.path(), kRoot)
+                                           << " opens without a comment that says what it is";
+    }
+  }
+}
+
+}  // namespace

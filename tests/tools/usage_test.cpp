@@ -1,0 +1,82 @@
+// Wrong flags, absent files, help; and the small functions behind them.
+#include <gtest/gtest.h>
+
+#include "tests/tools/fixture.h"
+#include "tools/command_line.h"
+
+namespace plc::test {
+namespace {
+
+using tools::duration_text;
+using tools::parse_duration_ns;
+
+TEST(Usage, UnknownFlagsAndCommandsExitWith2AndHelp) {
+  for (const std::vector<std::string>& command :
+       {std::vector<std::string>{PLC_TOOL}, {PLC_TOOL, "chekc", tank()}, {PLC_TOOL, "check"},
+        {PLC_TOOL, "check", tank(), "--jsn"}, {PLC_TOOL, "sim", tank(), "--order=sideways"},
+        {PLC_TOOL, "sim", tank(), "--cycles", "many"}, {PLC_TOOL, "compile", tank()}, {PLC_RUN_TOOL}, {PLC_RUN_TOOL, tank(), "--fast"}}) {
+    const auto result = run_tool(command);
+    EXPECT_EQ(result.code, 2) << command_line(command);
+    EXPECT_NE(result.err.find("--help"), std::string::npos) << command_line(command) << "\n" << result.err;
+    EXPECT_EQ(result.out, "") << command_line(command);
+  }
+}
+
+TEST(Usage, FilesThatCannotBeOpenedExitWith2) {
+  const ScratchFolder scratch;
+  const std::string absent = scratch.file("absent.xml"), image = scratch.file("absent.pbc"), folder = scratch.file(".");
+  for (const std::vector<std::string>& command :
+       {std::vector<std::string>{PLC_TOOL, "check", absent}, {PLC_TOOL, "sim", absent}, {PLC_TOOL, "sim", image},
+        {PLC_TOOL, "dump", image}, {PLC_TOOL, "explain", absent}, {PLC_TOOL, "report", absent}, {PLC_TOOL, "check", folder},
+        {PLC_TOOL, "sim", tank(), "--stimulus", scratch.file("no.csv")}, {PLC_RUN_TOOL, absent}}) {
+    EXPECT_EQ(run_tool(command).code, 2) << command_line(command);
+  }
+}
+
+TEST(Usage, HelpTeachesWithExamples) {
+  for (const std::vector<std::string>& command :
+       {std::vector<std::string>{PLC_TOOL, "--help"}, {PLC_TOOL, "check", "--help"}, {PLC_TOOL, "compile", "--help"},
+        {PLC_TOOL, "dump", "--help"}, {PLC_TOOL, "explain", "--help"}, {PLC_TOOL, "sim", "--help"},
+        {PLC_TOOL, "report", "--help"}, {PLC_RUN_TOOL, "--help"}}) {
+    const auto result = run_tool(command);
+    EXPECT_EQ(result.code, 0) << command_line(command);
+    EXPECT_NE(result.out.find("Example"), std::string::npos) << command_line(command);
+  }
+}
+
+TEST(Usage, ExplainPrintsThePageOfACode) {
+  const auto result = run_tool({PLC_TOOL, "explain", "p5101"});
+  EXPECT_EQ(result.code, 0);
+  EXPECT_EQ(result.out.substr(0, 8), "# P5101:");
+  EXPECT_EQ(run_tool({PLC_TOOL, "explain", "P0000"}).code, 2);
+}
+
+TEST(Usage, ExplainPrintsTheOrderWithReasons) {
+  const auto result = run_tool({PLC_TOOL, "explain", tank(), "signals"});
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_NE(result.out.find("order=drawing"), std::string::npos);
+  EXPECT_NE(result.out.find("TON Pause"), std::string::npos) << result.out;
+  EXPECT_NE(result.out.find("value of the previous scan from"), std::string::npos) << result.out;
+  EXPECT_EQ(result.out.find("LimitAlarm"), std::string::npos) << "only the POU asked for";
+  EXPECT_EQ(run_tool({PLC_TOOL, "explain", tank(), "Nowhere"}).code, 1);
+}
+
+TEST(Durations, AreReadWithUnits) {
+  EXPECT_EQ(parse_duration_ns("20s"), 20'000'000'000);
+  EXPECT_EQ(parse_duration_ns("1.5"), 1'500'000'000);
+  EXPECT_EQ(parse_duration_ns("500ms"), 500'000'000);
+  EXPECT_EQ(parse_duration_ns("2min"), 120'000'000'000);
+  EXPECT_EQ(parse_duration_ns("T#1m30s"), 90'000'000'000);
+  EXPECT_EQ(parse_duration_ns("1h"), 3'600'000'000'000);
+  for (const char* wrong : {"", "s", "5x", "1..2s", "-1s", "T#"}) EXPECT_EQ(parse_duration_ns(wrong), std::nullopt) << wrong;
+}
+
+TEST(Durations, AreWrittenShort) {
+  EXPECT_EQ(duration_text(20e6), "20ms");
+  EXPECT_EQ(duration_text(1500), "1.5us");
+  EXPECT_EQ(duration_text(2e9), "2s");
+  EXPECT_EQ(duration_text(12), "12ns");
+}
+
+}  // namespace
+}  // namespace plc::test
