@@ -1,0 +1,217 @@
+// Real project files, read where they lie beside the project: nothing of them is kept here. Each is compiled and run,
+// or named in full where it cannot be yet; some have scenarios worked out by reading the drawing
+// (corpus/<nn>/README.md).
+//
+// Does not belong here: the files themselves. Without the folder every test says that it is skipped and why.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "tests/support/csv_table.h"
+#include "tests/support/run_tool.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using plc::test::command_line;
+using plc::test::CsvTable;
+using plc::test::run_tool;
+using plc::test::same_value;
+using plc::test::ScratchFolder;
+using plc::test::ToolResult;
+
+const char* const kTool = PLC_TOOL;
+const char* const kScenarios = PLC_SCENARIOS;
+
+fs::path corpus() {
+  const char* chosen = std::getenv("PLC_CORPUS");
+  return chosen != nullptr ? fs::path(chosen) : fs::path(PLC_CORPUS_DEFAULT);
+}
+
+class Corpus : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!fs::is_directory(corpus())) {
+      GTEST_SKIP() << "no folder " << corpus() << ": real projects are not part of this repository (set PLC_CORPUS)";
+    }
+  }
+
+  static std::string file(const std::string& name) { return (corpus() / name).string(); }
+
+  /// `plc sim` for `cycles`; returns its result. The trace goes to a scratch file.
+  static ToolResult simulate(const std::string& name, unsigned cycles, const std::vector<std::string>& options = {}) {
+    const ScratchFolder scratch;
+    std::vector<std::string> arguments = {kTool, "sim", file(name), "--cycles", std::to_string(cycles)};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    ToolResult result = run_tool(arguments, 120);
+    result.err = command_line(arguments) + "\n" + result.err;
+    return result;
+  }
+};
+
+/// Lines of `text` that hold every one of `parts`.
+bool line_with(const std::string& text, const std::vector<std::string>& parts) {
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) {
+    if (std::all_of(parts.begin(), parts.end(),
+                    [&](const std::string& part) { return line.find(part) != std::string::npos; })) {
+      return true;
+    }
+  }
+  return false;
+}
+
+// ---- files that run as they are ---------------------------------------------------------------------------------
+
+struct Runnable {
+  const char* file;
+  std::vector<std::string> options;
+};
+
+class Runs : public Corpus, public ::testing::WithParamInterface<Runnable> {};
+
+TEST_P(Runs, TenThousandCycles) {
+  const ToolResult result = simulate(GetParam().file, 10'000, GetParam().options);
+  EXPECT_EQ(result.code, 0) << result.all();
+}
+
+std::string file_number(const std::string& file) { return "file_" + file.substr(0, 2); }
+
+INSTANTIATE_TEST_SUITE_P(
+    Corpus, Runs,
+    ::testing::Values(Runnable{"01_openplc_ld_xor_xnor.xml", {}}, Runnable{"02_openplc_ld_mixer_timers.xml", {}},
+                      Runnable{"03_openplc_ld_swat.xml", {}}, Runnable{"04_openplc_ld_sail_plant.xml", {}},
+                      Runnable{"08_openplc_v4_ld_relay.xml", {}},
+                      Runnable{"14_beremiz_fbd_toggle_switch.xml", {"--pou", "Toggle_Switch_4x"}},
+                      Runnable{"15_beremiz_fbd_bending_machine.xml", {"--pou", "Bending_Machine_Control"}},
+                      Runnable{"16_beremiz_fbd_execution_order.xml", {"--pou", "TC005"}},
+                      Runnable{"17_twincat_ld_execute.xml", {}},
+                      Runnable{"18_twincat_fbd_networks.xml", {"--pou", "POU"}}),
+    [](const auto& param) { return file_number(param.param.file); });
+
+TEST_F(Corpus, AnInstanceOfAMissingProgramNamesThePouThatExists) {
+  const ToolResult result = run_tool({kTool, "check", file("18_twincat_fbd_networks.xml")});
+  EXPECT_EQ(result.code, 1) << result.all();
+  EXPECT_TRUE(line_with(result.all(), {"18_twincat_fbd_networks.xml:33:", "MAIN"})) << result.all();
+  EXPECT_TRUE(line_with(result.all(), {"POU"})) << result.all();
+}
+
+TEST_F(Corpus, AnEmptyLadderCompilesToNothingAndSaysSo) {
+  const ToolResult result = run_tool({kTool, "check", file("20_plcopeneditor2007_v101_ld.xml")});
+  EXPECT_EQ(result.code, 0) << result.all();
+  EXPECT_TRUE(line_with(result.all(), {"20_plcopeneditor2007_v101_ld.xml:", "warning", "MAIN_TEST"})) << result.all();
+  const ToolResult run = simulate("20_plcopeneditor2007_v101_ld.xml", 100);
+  EXPECT_EQ(run.code, 0) << run.all();
+}
+
+// ---- files with parts that cannot be compiled yet ----------------------------------------------------------------
+
+/// A file, the messages it must draw (every text in one line each), and the options with which it runs as stubs.
+struct Partial {
+  const char* file;
+  std::vector<std::vector<std::string>> messages;
+  std::vector<std::string> stub_options;
+};
+
+class NamesWhatIsMissing : public Corpus, public ::testing::WithParamInterface<Partial> {};
+
+TEST_P(NamesWhatIsMissing, WithLineAndRunsWithStubs) {
+  const Partial& partial = GetParam();
+  const ToolResult check = run_tool({kTool, "check", file(partial.file)});
+  EXPECT_EQ(check.code, 1) << check.all();
+  for (const std::vector<std::string>& message : partial.messages) {
+    EXPECT_TRUE(line_with(check.all(), message)) << "no line with: " << command_line(message) << "\n" << check.all();
+  }
+  std::vector<std::string> options = {"--stub-missing"};
+  options.insert(options.end(), partial.stub_options.begin(), partial.stub_options.end());
+  const ToolResult run = simulate(partial.file, 1000, options);
+  EXPECT_EQ(run.code, 0) << run.all();
+  for (const std::vector<std::string>& message : partial.messages) {
+    EXPECT_TRUE(line_with(run.all(), {message.back()})) << "not named as a stub: " << message.back() << "\n"
+                                                        << run.all();
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Corpus, NamesWhatIsMissing,
+    ::testing::Values(
+        Partial{"05_openplc_ld_st_vc999.xml", {{"ST", "TP_WITH_RESET"}}, {}},
+        Partial{"06_openplc_ld_calls_st_fb.xml", {{"ST", "ADC2Celsius"}}, {}},
+        Partial{"07_openplc_fbd_pid_motor.xml", {{"ST", "Hysterese2"}, {":2476:", "PID"}}, {}},
+        Partial{"09_beremiz_all_languages_first_steps.xml",
+                {{"ST", "AverageVal"}, {"ST", "CounterST"}, {"SFC", "CounterSFC"}, {"IL", "CounterIL"}},
+                {}},
+        Partial{"10_beremiz_fbd_logging.xml", {{":234:", "LOGGER"}, {":40:", "LOGLEVEL"}}, {}},
+        Partial{"11_beremiz_fbd_connectors_langtest.xml", {{"ST", "CONVERSION_TEST"}, {":1128:", "LOGGER"}}, {}},
+        Partial{"12_beremiz_fbd_st_modbus.xml", {{"ST", "Generator"}}, {}},
+        Partial{"13_phoenix_grid_tc001.xml",
+                {{"IL", "functionBlock0"}, {"ST", "functionBlock2"}, {"SFC", "functionBlock4"}},
+                {"--pou", "functionBlock3"}},
+        Partial{"19_openplc_oscat_fbd_st_arith.xml",
+                {{"ST", "T_PLC_MS"}, {"ST", "FT_RMP"}, {"ST", "_FB_LINEAR_INT"}, {"ST", "DELAY"}, {"ST", "F_POLY"}},
+                {}}),
+    [](const auto& param) { return file_number(param.param.file); });
+
+// ---- scenarios ---------------------------------------------------------------------------------------------------
+
+class Scenario : public Corpus, public ::testing::WithParamInterface<std::string> {};
+
+TEST_P(Scenario, RowsEqualTheHandWorkedTable) {
+  const fs::path folder = fs::path(kScenarios) / GetParam();
+  std::string project;
+  std::vector<std::string> options;
+  std::ifstream in(folder / "case.txt");
+  for (std::string line; std::getline(in, line);) {
+    std::istringstream words(line);
+    std::string key;
+    words >> key;
+    for (std::string word; words >> word;) {
+      if (key == "file:") project = word;
+      if (key == "options:") options.push_back(word);
+    }
+  }
+  const CsvTable expected = plc::test::read_csv((folder / "expected.csv").string());
+  ASSERT_FALSE(expected.rows.empty());
+  const ScratchFolder scratch;
+  std::vector<std::string> arguments = {kTool,
+                                        "sim",
+                                        file(project),
+                                        "--cycles",
+                                        expected.rows.back()[0],
+                                        "--stimulus",
+                                        (folder / "stimulus.csv").string(),
+                                        "--trace",
+                                        scratch.file("trace.csv")};
+  for (std::size_t c = 2; c < expected.header.size(); ++c) {
+    arguments.insert(arguments.end(), {"--watch", expected.header[c]});
+  }
+  arguments.insert(arguments.end(), options.begin(), options.end());
+  const ToolResult result = run_tool(arguments);
+  ASSERT_EQ(result.code, 0) << command_line(arguments) << "\n" << result.all();
+
+  const CsvTable actual = plc::test::read_csv(scratch.file("trace.csv"));
+  for (std::size_t r = 0; r < expected.rows.size(); ++r) {
+    const std::vector<std::string>& row = expected.rows[r];
+    const std::size_t cycle = std::stoul(row[0]);
+    ASSERT_LE(cycle, actual.rows.size());
+    for (std::size_t c = 0; c < expected.header.size(); ++c) {
+      if (row[c].empty()) continue;
+      const std::size_t column = actual.column(expected.header[c]);
+      ASSERT_LT(column, actual.header.size()) << "the trace has no column " << expected.header[c];
+      EXPECT_TRUE(same_value(row[c], actual.rows[cycle - 1][column]))
+          << "expected.csv:" << expected.lines[r] << ": " << expected.header[c] << " in cycle " << cycle << " is "
+          << actual.rows[cycle - 1][column] << ", should be " << row[c];
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Corpus, Scenario, ::testing::Values("01", "02", "03", "04", "08", "14", "16", "17", "18"),
+                         [](const auto& param) { return "file_" + param.param; });
+
+}  // namespace
