@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "bytecode/opcode.h"
+#include "bytecode/rules.h"
 #include "core/diagnostics.h"
 #include "core/types.h"
 #include "stdlib/library.h"
@@ -155,6 +156,17 @@ std::string library_page() {
   return out.str();
 }
 
+std::string verifier_page() {
+  std::ostringstream out;
+  out << fmt::format(kGenerated, "bytecode/rules.def")
+      << "# Rules of the verifier\n\nAn image runs only when every rule holds (docs/adr/0006). A broken rule is reported by its number.\n\n"
+         "| rule | reported as | what must hold |\n| --- | --- | --- |\n";
+  for (const bytecode::RuleInfo& rule : bytecode::rules()) {
+    out << fmt::format("| {0} | [{1}](../problems/{1}.md) | {2} |\n", rule.id, core::info(rule.code).name, rule.meaning);
+  }
+  return out.str();
+}
+
 std::string problems_page() {
   std::ostringstream out;
   out << fmt::format(kGenerated, "core/diagnostics.def")
@@ -179,7 +191,8 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
 
   const std::pair<const char*, std::string> pages[] = {
-      {"opcodes.md", opcodes_page()}, {"library.md", library_page()}, {"problems.md", problems_page()}};
+      {"opcodes.md", opcodes_page()}, {"library.md", library_page()}, {"problems.md", problems_page()},
+      {"verifier.md", verifier_page()}};
   int exit_code = 0;
   for (const auto& [name, text] : pages) {
     const std::filesystem::path path = std::filesystem::path(folder) / name;
