@@ -1,0 +1,359 @@
+// LD and FBD bodies of TC6 files.
+#include "plcopen/reader_body.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+
+#include "core/text.h"
+#include "plcopen/reader_pou.h"
+#include "plcopen/reader_types.h"
+
+namespace plc::plcopen {
+
+namespace {
+
+/// TwinCAT and CODESYS number FBD elements as network * 10^10 + n.
+constexpr std::int64_t kIdsPerNetwork = 10'000'000'000;
+constexpr std::int64_t kMaxNetwork = 1'000'000;
+constexpr std::int64_t kMaxId = std::numeric_limits<std::int64_t>::max();
+
+BodyFrame& frame(Reader& r) { return *r.bodies.back(); }
+Element& element(Reader& r) { return r.bodies.back()->element; }
+
+std::int64_t local_id(Reader& r, const Tag& tag) {
+  if (core::trimmed(tag.attributes.get(Attr::kLocalId)).empty()) {
+    r.report(core::Code::P1009, tag.at, fmt::format("element \"{}\" has no localId", tag.name));
+    return -1;
+  }
+  return r.integer(tag, Attr::kLocalId, -1, kMaxId);
+}
+
+template <ElementKind kKind>
+void start(Reader& r, const Tag& tag) {
+  Element& e = open_element(r, tag, kKind, local_id(r, tag));
+  e.negated = r.flag(tag, Attr::kNegated);
+  e.edge = r.edge(tag, Attr::kEdge);
+  e.storage = r.storage(tag, Attr::kStorage);
+}
+
+void start_in_out_variable(Reader& r, const Tag& tag) {
+  Element& e = open_element(r, tag, ElementKind::kInOutVariable, local_id(r, tag));
+  e.negated = r.flag(tag, Attr::kNegatedIn);
+  e.edge = r.edge(tag, Attr::kEdgeIn);
+  e.storage = r.storage(tag, Attr::kStorageIn);
+  e.negated_out = r.flag(tag, Attr::kNegatedOut);
+  e.edge_out = r.edge(tag, Attr::kEdgeOut);
+  e.storage_out = r.storage(tag, Attr::kStorageOut);
+}
+
+/// Elements whose text is an attribute: a name (connector, continuation) or a label (label, jump).
+template <ElementKind kKind, Attr kText>
+void start_named(Reader& r, const Tag& tag) {
+  Element& e = open_element(r, tag, kKind, local_id(r, tag));
+  e.text = core::trimmed(tag.attributes.get(kText));
+  e.text_at = e.at;
+  if (e.text.empty()) {
+    r.report(core::Code::P1009, e.at, fmt::format("element \"{}\" has no {}", tag.name, attribute_name(kText)));
+  }
+}
+
+void start_block(Reader& r, const Tag& tag) {
+  Element& e = open_element(r, tag, ElementKind::kBlock, local_id(r, tag));
+  e.text = r.required_name(tag, Attr::kTypeName);
+  e.text_at = e.at;
+  e.instance_name = core::trimmed(tag.attributes.get(Attr::kInstanceName));
+  e.inputs.reserve(4);
+}
+
+void start_vendor_element(Reader& r, const Tag& tag) {
+  frame(r).network_title = false;
+  open_element(r, tag, ElementKind::kNone, r.integer(tag, Attr::kLocalId, -1, kMaxId));
+}
+
+void end_vendor_element(Reader& r) {
+  BodyFrame& f = frame(r);
+  f.element_open = false;
+  if (f.network_title) {
+    ++f.network;
+  } else if (!f.element.inputs.empty() || !f.element.outputs.empty() || !f.element.in_outs.empty()) {
+    ++f.body.drawn_elements;
+    r.report(core::Code::P1017, f.element.at, "vendorElement with pins is not known; the diagram is incomplete",
+             "replace the element by a block of the standard");
+  }
+}
+
+void element_type(Reader& r) {
+  const std::string type = r.take_text();
+  if (!r.bodies.empty() && frame(r).element_open) {
+    frame(r).network_title = core::iequals(type, "networktitle");
+  }
+}
+
+void start_element_text(Reader& r, const Tag& tag) {
+  element(r).text_at = r.element_place(tag.at);
+  r.begin_text();
+}
+
+void element_text(Reader& r) {
+  Element& e = element(r);
+  e.text = r.take_text(&e.text_at);
+  e.text_at = r.element_place(e.text_at);
+}
+
+enum class PinList : std::uint8_t { kIn, kInOut, kOut };
+template <PinList kList>
+void start_pin(Reader& r, const Tag& tag) {
+  Element& e = element(r);
+  Pin& pin = (kList == PinList::kIn ? e.inputs : kList == PinList::kInOut ? e.in_outs : e.outputs).emplace_back();
+  pin.name = r.optional_name(tag, Attr::kFormalParameter);
+  pin.negated = r.flag(tag, Attr::kNegated);
+  pin.edge = r.edge(tag, Attr::kEdge);
+  pin.storage = r.storage(tag, Attr::kStorage);
+  pin.hidden = r.flag(tag, Attr::kHidden);
+  pin.at = r.element_place(tag.at);
+  frame(r).pin = &pin;
+}
+
+void start_connection(Reader& r, const Tag& tag) {
+  Connection& connection = add_connection(r, tag);
+  if (core::trimmed(tag.attributes.get(Attr::kRefLocalId)).empty()) {
+    r.report(core::Code::P1009, connection.at, "connection has no refLocalId");
+    return;
+  }
+  connection.ref_local_id = r.integer(tag, Attr::kRefLocalId, -1, kMaxId);
+  connection.formal_parameter = core::trimmed(tag.attributes.get(Attr::kFormalParameter));
+}
+
+void start_action(Reader& r, const Tag& tag) {
+  ActionLink& action = element(r).actions.emplace_back();
+  action.qualifier = core::trimmed(tag.attributes.get(Attr::kQualifier));
+  action.duration = core::trimmed(tag.attributes.get(Attr::kDuration));
+  action.indicator = core::trimmed(tag.attributes.get(Attr::kIndicator));
+  action.at = r.element_place(tag.at);
+}
+
+void action_reference(Reader& r, const Tag& tag) { element(r).actions.back().name = r.required_name(tag, Attr::kName); }
+
+void action_code(Reader& r) {
+  ActionLink& action = element(r).actions.back();
+  action.text = r.take_text(&action.text_at);
+}
+
+void refuse_action_language(Reader& r, const Tag& tag) {
+  r.report(core::Code::P1017, r.element_place(tag.at),
+           fmt::format("action drawn in {} cannot be read; only ST is", tag.name), "write the action as ST");
+}
+
+constexpr Rule drawn(std::string_view name, StartHandler handler) {
+  return used(State::kDrawing, name, State::kElement, handler, close_element);
+}
+
+constexpr Rule refused_drawn() {
+  Rule rule = refused(State::kDrawing, "*", "not an element of LD or FBD (P1017)", unknown_element);
+  return rule;
+}
+
+constexpr Rule kRules[] = {
+    drawn("leftPowerRail", start<ElementKind::kLeftRail>),
+    drawn("rightPowerRail", start<ElementKind::kRightRail>),
+    drawn("contact", start<ElementKind::kContact>),
+    drawn("coil", start<ElementKind::kCoil>),
+    drawn("block", start_block),
+    drawn("inVariable", start<ElementKind::kInVariable>),
+    drawn("outVariable", start<ElementKind::kOutVariable>),
+    drawn("inOutVariable", start_in_out_variable),
+    drawn("connector", start_named<ElementKind::kConnector, Attr::kName>),
+    drawn("continuation", start_named<ElementKind::kContinuation, Attr::kName>),
+    drawn("label", start_named<ElementKind::kLabel, Attr::kLabel>),
+    drawn("jump", start_named<ElementKind::kJump, Attr::kLabel>),
+    drawn("return", start<ElementKind::kReturn>),
+    drawn("actionBlock", start<ElementKind::kActionBlock>),
+    used(State::kDrawing, "vendorElement", State::kElement, start_vendor_element, end_vendor_element),
+    ignored(State::kDrawing, "comment", kReasonComment),
+    ignored(State::kDrawing, "error", kReasonEditor),
+    refused_drawn(),
+
+    used(State::kElement, "position", State::kLeaf, element_position),
+    used(State::kElement, "connectionPointIn", State::kPointIn, own_point_in, close_pin),
+    used(State::kElement, "connectionPointOut", State::kPointOut, own_point_out, close_pin),
+    used(State::kElement, "variable", State::kText, start_element_text, element_text),
+    used(State::kElement, "expression", State::kText, start_element_text, element_text),
+    used(State::kElement, "inputVariables", State::kInputPins),
+    used(State::kElement, "inOutVariables", State::kInOutPins),
+    used(State::kElement, "outputVariables", State::kOutputPins),
+    used(State::kElement, "action", State::kAction, start_action),
+    used(State::kElement, "addData", State::kAddData),
+    ignored(State::kElement, "documentation", kReasonNote),
+    ignored(State::kElement, "alternativeText", kReasonEditor),
+
+    used(State::kAction, "reference", State::kLeaf, action_reference),
+    used(State::kAction, "inline", State::kActionText),
+    ignored(State::kAction, "relPosition", kReasonLayout),
+    ignored(State::kAction, "connectionPointOut", kReasonLayout),
+    ignored(State::kAction, "documentation", kReasonNote),
+    used(State::kAction, "addData", State::kAddData),
+    used(State::kActionText, "ST", State::kFormatted, start_text, action_code),
+    refused(State::kActionText, "IL", "only ST actions are read (P1017)", refuse_action_language),
+    refused(State::kActionText, "LD", "only ST actions are read (P1017)", refuse_action_language),
+    refused(State::kActionText, "FBD", "only ST actions are read (P1017)", refuse_action_language),
+    refused(State::kActionText, "SFC", "only ST actions are read (P1017)", refuse_action_language),
+
+    used(State::kInputPins, "variable", State::kPin, start_pin<PinList::kIn>, close_pin),
+    used(State::kInOutPins, "variable", State::kPin, start_pin<PinList::kInOut>, close_pin),
+    used(State::kOutputPins, "variable", State::kPin, start_pin<PinList::kOut>, close_pin),
+    used(State::kPin, "connectionPointIn", State::kPointIn, pin_point_in),
+    used(State::kPin, "connectionPointOut", State::kPointOut, pin_point_out),
+    used(State::kPin, "addData", State::kAddData),
+    ignored(State::kPin, "documentation", kReasonNote),
+
+    used(State::kPointIn, "connection", State::kConnection, start_connection),
+    used(State::kPointIn, "expression", State::kText, start_text, point_expression),
+    ignored(State::kPointIn, "relPosition", kReasonLayout),
+    used(State::kPointIn, "addData", State::kAddData),
+    used(State::kPointOut, "expression", State::kText, start_text, point_expression),
+    ignored(State::kPointOut, "relPosition", kReasonLayout),
+    used(State::kPointOut, "addData", State::kAddData),
+    ignored(State::kConnection, "position", kReasonLayout),
+    used(State::kConnection, "addData", State::kAddData),
+
+    used(State::kVendor, "ElementType", State::kText, start_text, element_type),
+};
+
+void check_duplicates(Reader& r, const Body& body) {
+  std::vector<std::uint32_t> order;
+  order.reserve(body.elements.size());
+  bool ascending = true;
+  std::int64_t last = -1;
+  for (std::uint32_t i = 0; i < body.elements.size(); ++i) {
+    const std::int64_t id = body.elements[i].at.local_id;
+    if (id < 0) continue;
+    ascending = ascending && id > last;
+    last = id;
+    order.push_back(i);
+  }
+  if (ascending) return;
+  const auto id = [&](std::uint32_t i) { return body.elements[i].at.local_id; };
+  std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return id(a) < id(b); });
+  for (std::size_t i = 1; i < order.size(); ++i) {
+    if (id(order[i]) != id(order[i - 1])) continue;
+    const SourceRef& first = body.elements[order[i - 1]].at;
+    const SourceRef& second = body.elements[order[i]].at;
+    r.report(core::Code::P1008, second,
+             fmt::format("localId {} is used twice, also at line {} column {} by a {}", second.local_id, first.line,
+                         first.column, core::element_word(first.kind)),
+             "renumber one of the elements and its wires");
+  }
+}
+
+}  // namespace
+
+Element& open_element(Reader& r, const Tag& tag, ElementKind kind, std::int64_t id) {
+  BodyFrame& f = frame(r);
+  f.element = Element{};
+  f.element_open = true;
+  f.pin = nullptr;
+  f.connection = nullptr;
+  Element& e = f.element;
+  e.kind = kind;
+  e.at = tag.at;
+  e.at.kind = kind;
+  e.at.local_id = id;
+  e.width = r.coordinate(tag, Attr::kWidth);
+  e.height = r.coordinate(tag, Attr::kHeight);
+  e.execution_order =
+      static_cast<std::uint32_t>(r.integer(tag, Attr::kExecutionOrderId, 0, std::numeric_limits<std::uint32_t>::max()));
+  e.network = f.network;
+  if (id >= kIdsPerNetwork && id / kIdsPerNetwork <= kMaxNetwork && f.body.language == Language::kFbd) {
+    e.network = static_cast<std::uint32_t>(id / kIdsPerNetwork);
+  }
+  return e;
+}
+
+void close_element(Reader& r) {
+  BodyFrame& f = frame(r);
+  f.element_open = false;
+  f.pin = nullptr;
+  f.body.elements.push_back(std::move(f.element));
+  ++f.body.drawn_elements;
+}
+
+void unknown_element(Reader& r, const Tag& tag) {
+  ++frame(r).body.drawn_elements;
+  SourceRef at = tag.at;
+  at.local_id = r.integer(tag, Attr::kLocalId, -1, kMaxId);
+  r.report(core::Code::P1017, at,
+           fmt::format("element \"{}\" in a {} body is not known; the diagram is incomplete", tag.name.substr(0, 60),
+                       language_name(frame(r).body.language)),
+           "remove the element or write that part in another language");
+}
+
+void element_position(Reader& r, const Tag& tag) {
+  Element& e = element(r);
+  e.has_position = true;
+  e.x = r.coordinate(tag, Attr::kX);
+  e.y = r.coordinate(tag, Attr::kY);
+}
+
+void own_point_in(Reader& r, const Tag& tag) {
+  Pin& pin = element(r).inputs.emplace_back();
+  pin.has_point_in = true;
+  pin.at = r.element_place(tag.at);
+  frame(r).pin = &pin;
+}
+
+void own_point_out(Reader& r, const Tag& tag) {
+  Pin& pin = element(r).outputs.emplace_back();
+  pin.has_point_out = true;
+  pin.name = core::trimmed(tag.attributes.get(Attr::kFormalParameter));
+  pin.at = r.element_place(tag.at);
+  frame(r).pin = &pin;
+}
+
+void pin_point_in(Reader& r, const Tag&) { frame(r).pin->has_point_in = true; }
+void pin_point_out(Reader& r, const Tag&) { frame(r).pin->has_point_out = true; }
+void close_pin(Reader& r) { frame(r).pin = nullptr; }
+
+void point_expression(Reader& r) { frame(r).pin->expression = r.take_text(); }
+
+Connection& add_connection(Reader& r, const Tag& tag) {
+  Connection& connection = frame(r).pin->connections.emplace_back();
+  connection.at = r.element_place(tag.at);
+  return connection;
+}
+
+void element_code(Reader& r) {
+  SourceRef at;
+  std::string code = r.take_text(&at);
+  if (r.bodies.empty() || !frame(r).element_open) return;
+  Element& e = element(r);
+  e.code_at = r.element_place(at.line == 0 ? e.at : at);
+  e.has_code = true;
+  e.code = std::move(code);
+}
+
+void finish_body(Reader& r) {
+  BodyFrame& f = frame(r);
+  if (!std::is_sorted(f.orders.begin(), f.orders.end())) {
+    // Networks in evaluation order; their numbers follow.
+    std::vector<std::uint32_t> order(f.orders.size());
+    std::iota(order.begin(), order.end(), 0u);
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::uint32_t a, std::uint32_t b) { return f.orders[a] < f.orders[b]; });
+    std::vector<std::uint32_t> number(order.size() + 1, 0);
+    for (std::uint32_t i = 0; i < order.size(); ++i) number[order[i] + 1] = i + 1;
+    for (Element& e : f.body.elements) e.network = number[e.network];
+    std::stable_sort(f.body.elements.begin(), f.body.elements.end(),
+                     [](const Element& a, const Element& b) { return a.network < b.network; });
+  }
+  check_duplicates(r, f.body);
+  if (r.pous.empty()) return;
+  r.pous.back()->pou.bodies.push_back(std::move(f.body));
+  r.pous.back()->body_orders.push_back(f.order);
+}
+
+std::span<const Rule> body_rules() { return kRules; }
+
+}  // namespace plc::plcopen

@@ -1,0 +1,27 @@
+// Handlers for drawn elements that both spellings (TC6 and IEC 61131-10) share.
+#pragma once
+
+#include "plcopen/reader_state.h"
+
+namespace plc::plcopen {
+
+/// Begins an element of `kind`; its place carries the localId. Returns it for further attributes.
+Element& open_element(Reader& r, const Tag& tag, ElementKind kind, std::int64_t local_id);
+/// Adds the open element to the body.
+void close_element(Reader& r);
+/// P1017 for an element of a drawing nobody knows; it counts as drawn.
+void unknown_element(Reader& r, const Tag& tag);
+
+void element_position(Reader& r, const Tag& tag);
+/// A connection point in or out directly under the element: a pin of its own.
+void own_point_in(Reader& r, const Tag& tag);
+void own_point_out(Reader& r, const Tag& tag);
+void pin_point_in(Reader& r, const Tag& tag);
+void pin_point_out(Reader& r, const Tag& tag);
+void close_pin(Reader& r);
+void point_expression(Reader& r);
+/// Adds a wire to the open pin.
+Connection& add_connection(Reader& r, const Tag& tag);
+void element_code(Reader& r);
+
+}  // namespace plc::plcopen

@@ -1,0 +1,192 @@
+// POUs: heads, interfaces, textual bodies, charts.
+#include "plcopen/reader_pou.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <numeric>
+
+#include "core/text.h"
+#include "plcopen/reader_types.h"
+
+namespace plc::plcopen {
+
+namespace {
+
+Body& body(Reader& r) { return r.bodies.back()->body; }
+
+void start_body(Reader& r, const Tag& tag) {
+  open_body(r, tag);
+  body(r).name = r.optional_name(tag, Attr::kWorksheetName);
+}
+
+template <Language kLanguage>
+void start_drawing(Reader& r, const Tag& tag) {
+  set_language(r, tag, kLanguage);
+}
+
+void start_chart(Reader& r, const Tag& tag) {
+  set_language(r, tag, Language::kSfc);
+  report_chart(r, tag);
+}
+
+void chart_element(Reader& r, const Tag&) { ++body(r).drawn_elements; }
+
+template <Language kLanguage>
+void start_code(Reader& r, const Tag& tag) {
+  set_language(r, tag, kLanguage);
+  body(r).text_at = tag.at;
+  body(r).text_at.kind = ElementKind::kText;
+  r.begin_text();
+}
+
+void action(Reader& r, const Tag& tag) {
+  if (r.pous.empty()) return;
+  r.pous.back()->pou.has_actions = true;
+  report_chart(r, tag);
+}
+
+void pou_note(Reader& r) { r.pous.back()->pou.documentation = r.take_text(); }
+
+Rule chart_row(std::string_view name) {
+  Rule rule = refused(State::kSfc, name, kReasonSfc, chart_element);
+  return rule;
+}
+
+constexpr std::string_view kChartElements[] = {
+    "step", "macroStep", "jumpStep", "transition", "selectionDivergence", "selectionConvergence",
+    "simultaneousDivergence", "simultaneousConvergence", "actionBlock", "block", "inVariable", "outVariable",
+    "inOutVariable", "contact", "coil", "leftPowerRail", "rightPowerRail", "connector", "continuation", "label", "jump",
+    "return", "vendorElement"};
+
+constexpr Rule kRules[] = {
+    anchored(State::kPous, "pou", State::kPou, start_pou, close_pou),
+    used(State::kPou, "interface", State::kInterface),
+    used(State::kPou, "actions", State::kActions),
+    used(State::kPou, "transitions", State::kActions),
+    anchored(State::kPou, "body", State::kBody, start_body, close_body),
+    used(State::kPou, "addData", State::kAddData),
+    preserved(State::kPou, "documentation", State::kFormatted, kReasonKept, start_text, pou_note),
+
+    used(State::kInterface, "returnType", State::kType, push_return_type, pop_type),
+    used(State::kInterface, "inputVars", State::kVarList, start_pou_list<Section::kInput>, end_var_list),
+    used(State::kInterface, "outputVars", State::kVarList, start_pou_list<Section::kOutput>, end_var_list),
+    used(State::kInterface, "inOutVars", State::kVarList, start_pou_list<Section::kInOut>, end_var_list),
+    used(State::kInterface, "localVars", State::kVarList, start_pou_list<Section::kLocal>, end_var_list),
+    used(State::kInterface, "tempVars", State::kVarList, start_pou_list<Section::kTemp>, end_var_list),
+    used(State::kInterface, "externalVars", State::kVarList, start_pou_list<Section::kExternal>, end_var_list),
+    used(State::kInterface, "globalVars", State::kVarList, start_pou_list<Section::kGlobal>, end_var_list),
+    used(State::kInterface, "accessVars", State::kVarList, start_pou_list<Section::kAccess>, end_var_list),
+    used(State::kInterface, "addData", State::kAddData),
+    ignored(State::kInterface, "documentation", kReasonNote),
+
+    refused(State::kActions, "action", kReasonSfc, action),
+    refused(State::kActions, "transition", kReasonSfc, action),
+
+    used(State::kBody, "LD", State::kDrawing, start_drawing<Language::kLd>),
+    used(State::kBody, "FBD", State::kDrawing, start_drawing<Language::kFbd>),
+    used(State::kBody, "ST", State::kFormatted, start_code<Language::kSt>, end_code),
+    used(State::kBody, "IL", State::kFormatted, start_code<Language::kIl>, end_code),
+    used(State::kBody, "SFC", State::kSfc, start_chart),
+    used(State::kBody, "addData", State::kAddData),
+    ignored(State::kBody, "documentation", kReasonNote),
+
+    ignored(State::kSfc, "comment", kReasonComment),
+    ignored(State::kSfc, "error", kReasonEditor),
+};
+
+}  // namespace
+
+void start_pou(Reader& r, const Tag& tag) {
+  open_pou(r, tag, PouKind::kProgram);
+  const std::string_view kind = core::trimmed(tag.attributes.get(Attr::kPouType));
+  for (const PouKind known : {PouKind::kProgram, PouKind::kFunctionBlock, PouKind::kFunction}) {
+    if (core::iequals(kind, pou_kind_name(known))) {
+      r.pous.back()->pou.kind = known;
+      return;
+    }
+  }
+  if (kind.empty()) {
+    r.report(core::Code::P1009, tag.at, "element \"pou\" has no pouType");
+  } else {
+    r.report(core::Code::P1010, tag.at,
+             fmt::format("pouType is none of program, functionBlock, function: \"{}\"", kind.substr(0, 60)));
+  }
+}
+
+void open_pou(Reader& r, const Tag& tag, PouKind kind) {
+  std::string name = r.required_name(tag, Attr::kName);
+  auto frame = std::make_unique<PouFrame>();
+  frame->pou.name = std::move(name);
+  frame->pou.kind = kind;
+  frame->pou.at = tag.at;
+  r.pous.push_back(std::move(frame));
+}
+
+void close_pou(Reader& r) {
+  PouFrame& frame = *r.pous.back();
+  if (!frame.body_seen) {
+    r.report(core::Code::P1011, frame.pou.at,
+             fmt::format("{} \"{}\" has no body", pou_kind_name(frame.pou.kind), frame.pou.name),
+             "export the POU with its body, or remove it");
+  }
+  if (!std::is_sorted(frame.body_orders.begin(), frame.body_orders.end())) {
+    std::vector<std::size_t> order(frame.pou.bodies.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return frame.body_orders[a] < frame.body_orders[b]; });
+    std::vector<Body> sorted;
+    sorted.reserve(order.size());
+    for (const std::size_t i : order) sorted.push_back(std::move(frame.pou.bodies[i]));
+    frame.pou.bodies = std::move(sorted);
+  }
+  r.project.pous.push_back(std::move(frame.pou));
+  r.pous.pop_back();
+}
+
+void open_body(Reader& r, const Tag& tag) {
+  auto frame = std::make_unique<BodyFrame>();
+  frame->body.at = tag.at;
+  r.bodies.push_back(std::move(frame));
+  if (!r.pous.empty()) r.pous.back()->body_seen = true;
+}
+
+void close_body(Reader& r) {
+  finish_body(r);
+  r.bodies.pop_back();
+}
+
+void set_language(Reader& r, const Tag& tag, Language language) {
+  BodyFrame& frame = *r.bodies.back();
+  if (frame.body.language != Language::kNone) {
+    // A second language in one body element: a worksheet of its own.
+    std::string name = frame.body.name;
+    finish_body(r);
+    frame = BodyFrame{};
+    frame.body.at = tag.at;
+    frame.body.name = std::move(name);
+  }
+  frame.body.language = language;
+}
+
+void report_chart(Reader& r, const Tag& tag) {
+  if (r.pous.empty() || std::exchange(r.pous.back()->chart_reported, true)) return;
+  r.report(core::Code::P1016, tag.at, "sequential function chart, its steps, actions and transitions are not executed",
+           "write the sequence as ST or as a diagram");
+}
+
+void end_code(Reader& r) {
+  Body& b = body(r);
+  b.text = r.take_text(&b.text_at);
+}
+
+std::span<const Rule> pou_rules() {
+  static const std::vector<Rule> kAll = [] {
+    std::vector<Rule> all(std::begin(kRules), std::end(kRules));
+    for (const std::string_view name : kChartElements) all.push_back(chart_row(name));
+    return all;
+  }();
+  return kAll;
+}
+
+}  // namespace plc::plcopen

@@ -1,0 +1,115 @@
+// What tools hide in addData: TwinCAT and CODESYS keep resources, tasks, variable lists and POUs there.
+#include <cctype>
+
+#include "core/text.h"
+#include "plcopen/reader_body.h"
+#include "plcopen/reader_configuration.h"
+#include "plcopen/reader_pou.h"
+#include "plcopen/reader_types.h"
+
+namespace plc::plcopen {
+
+namespace {
+
+void task_settings(Reader& r, const Tag& tag) {
+  if (r.tasks.empty()) return;
+  Task& task = *r.tasks.back();
+  task.kind = core::trimmed(tag.attributes.get(Attr::kKindOfTask));
+  const std::string_view event = core::trimmed(tag.attributes.get(Attr::kEvent));
+  if (task.single.empty()) task.single = event;
+  const std::string_view interval = core::trimmed(tag.attributes.get(Attr::kSettingsInterval));
+  if (interval.empty()) return;
+  task.interval = interval;
+  // "t#20ms" carries its unit; a bare number needs the one beside it.
+  task.interval_unit.clear();
+  if (std::isdigit(static_cast<unsigned char>(interval.back())) != 0) {
+    task.interval_unit = core::trimmed(tag.attributes.get(Attr::kSettingsIntervalUnit));
+  }
+}
+
+void plain_declaration(Reader& r) {
+  PlainDeclaration declaration;
+  if (!r.var_lists.empty() && r.var_lists.back().section == Section::kGlobal) {
+    declaration.owner = r.var_lists.back().list;
+  } else if (!r.pous.empty()) {
+    declaration.owner = r.pous.back()->pou.name;
+  }
+  declaration.text = r.take_text(&declaration.at);
+  r.project.declarations.push_back(std::move(declaration));
+}
+
+void object_oriented(Reader& r, const Tag& tag) {
+  r.report(core::Code::P1015, tag.at, "methods, properties, interfaces and inheritance are not executed",
+           "write the method as a function block or a function");
+}
+
+void vendor_action(Reader& r, const Tag& tag) {
+  if (r.pous.empty()) return;
+  r.pous.back()->pou.has_actions = true;
+  report_chart(r, tag);
+}
+
+constexpr Rule editor_data(std::string_view ending) {
+  Rule rule = ignored(State::kAddData, "data", kReasonEditor);
+  rule.variant = ending;
+  return rule;
+}
+
+constexpr Rule vendor_data(std::string_view ending) {
+  return used_variant(State::kAddData, "data", ending, State::kVendor);
+}
+
+constexpr Rule kRules[] = {
+    ignored(State::kAddData, "data", "vendor data; POUs, types, resources and variables in it are read", State::kVendor),
+    vendor_data("/application"),
+    vendor_data("/resource"),
+    vendor_data("/pou"),
+    vendor_data("/datatype"),
+    vendor_data("/globalvars"),
+    vendor_data("/tasksettings"),
+    vendor_data("/stcode"),
+    vendor_data("/interfaceasplaintext"),
+    vendor_data("/fbdelementtype"),
+    vendor_data("/method"),
+    vendor_data("/property"),
+    vendor_data("/interface"),
+    vendor_data("/pouinheritance"),
+    vendor_data("/action"),
+    editor_data("/objectid"),
+    editor_data("/projectstructure"),
+    editor_data("/projectinformation"),
+    editor_data("/libraries"),
+    editor_data("/buildproperties"),
+    editor_data("/attributes"),
+    editor_data("/fbdcalltype"),
+    editor_data("/inputparamtypes"),
+    editor_data("/outputparamtypes"),
+    editor_data("/implementationattributes"),
+    editor_data("/ldbranchid"),
+    editor_data("/www.phoenixcontact-software.com"),
+
+    anchored(State::kVendor, "pou", State::kPou, start_pou, close_pou),
+    anchored(State::kVendor, "resource", State::kResource, start_resource, end_resource),
+    used(State::kVendor, "task", State::kTask, start_task, end_task),
+    used(State::kVendor, "globalVars", State::kVarList, start_globals, end_var_list),
+    anchored(State::kVendor, "dataType", State::kDataType, start_data_type, end_data_type),
+    used(State::kVendor, "addData", State::kAddData),
+    used(State::kVendor, "TaskSettings", State::kVendor, task_settings),
+    used(State::kVendor, "STCode", State::kFormatted, start_text, element_code),
+    preserved(State::kVendor, "InterfaceAsPlainText", State::kFormatted, "kept as text, the typed interface counts",
+              start_text, plain_declaration),
+    refused(State::kVendor, "Method", kReasonOop, object_oriented),
+    refused(State::kVendor, "Property", kReasonOop, object_oriented),
+    refused(State::kVendor, "Interface", kReasonOop, object_oriented),
+    refused(State::kVendor, "Inheritance", kReasonOop, object_oriented),
+    refused(State::kVendor, "action", kReasonSfc, vendor_action),
+    refused(State::kVendor, "Action", kReasonSfc, vendor_action),
+    ignored(State::kVendor, "Watchdog", "the runtime has its own watchdog", State::kVendor),
+    ignored(State::kVendor, "*", kReasonEditor, State::kVendor),
+};
+
+}  // namespace
+
+std::span<const Rule> vendor_rules() { return kRules; }
+
+}  // namespace plc::plcopen
