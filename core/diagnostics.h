@@ -44,6 +44,7 @@ class Diagnostics {
  public:
   /// Names an input file; the returned index goes into SourceRef::file.
   std::uint16_t add_file(std::string name);
+  [[nodiscard]] std::size_t file_count() const { return files_.size(); }
   [[nodiscard]] const std::string& file_name(std::uint16_t file) const { return files_[file]; }
 
   void report(Code code, const SourceRef& at, std::string_view pou, std::string message, std::string help = {});

@@ -67,7 +67,8 @@ void add_global_use(const Module& module, std::uint32_t pou, GlobalUse& use) {
     const Place& root = root_of(body, PlaceId{place});
     if (root.kind != Place::Kind::kGlobal) return;
     if (read) use.read[root.index] = true;
-    if (written) use.written[root.index] = true;
+    // A handle of a constant is read through, never written.
+    if (written && !module.globals[root.index].variable.constant) use.written[root.index] = true;
   };
   for (const Inst& inst : body.insts) {
     switch (inst.op) {

@@ -29,7 +29,7 @@ class Analyser {
       if (place.parent.valid()) {
         out_.places[p] = out_.places[place.parent.index];
       } else {
-        out_.places[p] = {p, place.kind == Place::Kind::kDeref ? place.index : kNever};
+        out_.places[p] = {p, place.kind == Place::Kind::kDeref ? place.index : kUnset};
       }
     }
   }
@@ -37,7 +37,7 @@ class Analyser {
   // ---- aliases, labels ----
 
   void forward() {
-    out_.label_at.assign(body_.label_count, kNever);
+    out_.label_at.assign(body_.label_count, kUnset);
     for (std::uint32_t i = 0; i < body_.insts.size(); ++i) {
       const Inst& inst = body_.insts[i];
       ValueInfo& v = out_.values[i];
@@ -96,8 +96,8 @@ class Analyser {
   // ---- uses, hazards ----
 
   void backward() {
-    next_whole_.assign(body_.places.size(), kNever);
-    next_any_.assign(body_.places.size(), kNever);
+    next_whole_.assign(body_.places.size(), kUnset);
+    next_any_.assign(body_.places.size(), kUnset);
     mark_loops();
     for (std::uint32_t i = static_cast<std::uint32_t>(body_.insts.size()); i-- > 0;) {
       const Inst& inst = body_.insts[i];
@@ -105,6 +105,7 @@ class Analyser {
       v.live = is_live(inst, v);
       if (!v.live) continue;
       v.pinned = next_loop_ <= v.evaluated;
+      v.crosses_label = next_label_ <= v.last_use;
       if (inst.op == Op::kLoad || inst.op == Op::kStore) v.hazard = next_write(inst.a);
       use_operands(i, inst);
       write(i, inst);
@@ -153,7 +154,7 @@ class Analyser {
   }
 
   void use_place(std::uint32_t user, const Inst& inst, std::uint32_t place) {
-    if (out_.places[place].reference != kNever) use(user, inst, out_.places[place].reference);
+    if (out_.places[place].reference != kUnset) use(user, inst, out_.places[place].reference);
   }
 
   void use_operands(std::uint32_t i, const Inst& inst) {
@@ -207,10 +208,10 @@ class Analyser {
   /// First instruction known so far (that is, later than the current one) that may write into `place`.
   std::uint32_t next_write(std::uint32_t place) const {
     const Place& p = body_.places[place];
-    if (p.kind == Place::Kind::kDeref) return kNever;
+    if (p.kind == Place::Kind::kDeref) return kUnset;
     // The handle of an in-out stays the same while the body runs.
     const bool variable = p.kind == Place::Kind::kInstance || p.kind == Place::Kind::kFrame;
-    if (variable && pou_.variables[p.index].role == ir::Role::kInOut) return kNever;
+    if (variable && pou_.variables[p.index].role == ir::Role::kInOut) return kUnset;
     std::uint32_t next = next_world_;
     if (!module_.types.rep_of(p.type)) next = std::min(next, next_any_[out_.places[place].root]);
     for (ir::PlaceId at{place}; at.valid(); at = body_.places[at.index].parent) {
@@ -220,7 +221,7 @@ class Analyser {
   }
 
   void write_place(std::uint32_t i, std::uint32_t place) {
-    if (out_.places[place].reference != kNever) {
+    if (out_.places[place].reference != kUnset) {
       next_world_ = i;  // a reference may point at any variable
       return;
     }
@@ -247,6 +248,7 @@ class Analyser {
       case Op::kLabel:
         // What follows runs again without what stands before.
         if (loop_head_[inst.a]) next_world_ = next_loop_ = i;
+        next_label_ = i;
         break;
       default:
         break;
@@ -260,8 +262,9 @@ class Analyser {
   std::vector<std::uint32_t> next_whole_;  ///< by place: next write of the whole place
   std::vector<std::uint32_t> next_any_;    ///< by root place: next write of any part
   std::vector<bool> loop_head_;
-  std::uint32_t next_world_ = kNever;  ///< next instruction that may write anything
-  std::uint32_t next_loop_ = kNever;   ///< next label that a later jump goes back to
+  std::uint32_t next_world_ = kUnset;  ///< next instruction that may write anything
+  std::uint32_t next_loop_ = kUnset;   ///< next label that a later jump goes back to
+  std::uint32_t next_label_ = kUnset;
 };
 
 }  // namespace

@@ -130,17 +130,23 @@ std::uint32_t Layout::make(ir::TypeRef ref) {
     }
     case ir::TypeKind::kPou:
       return make_instance(type.pou);
-    case ir::TypeKind::kReference: {
-      ImageType image_type;
-      image_type.kind = TypeKind::kRef;
-      image_type.size = image_type.align = core::rep_bytes(core::Rep::kRef);
-      const std::uint32_t made = add(std::move(image_type));
-      // The target may hold this reference: it is made when nothing else is under construction.
-      pending_.push_back({made, type.element});
-      return made;
-    }
+    case ir::TypeKind::kReference:
+      return reference(type.element);
   }
   return empty_struct();
+}
+
+std::uint32_t Layout::reference(ir::TypeRef target) {
+  const auto [it, fresh] = references_.try_emplace(target.index, kNoIndex);
+  if (fresh) {
+    ImageType out;
+    out.kind = TypeKind::kRef;
+    out.size = out.align = core::rep_bytes(core::Rep::kRef);
+    it->second = add(std::move(out));
+    // The target may hold this reference: it is made when nothing else is under construction.
+    pending_.push_back({it->second, target});
+  }
+  return it->second;
 }
 
 void Layout::finish() {

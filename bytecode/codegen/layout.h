@@ -48,6 +48,8 @@ class Layout {
 
   /// The image type of `ref`, made at first use.
   std::uint32_t type(ir::TypeRef ref);
+  /// The image type of references to `target`, whether a source names it or not.
+  std::uint32_t reference(ir::TypeRef target);
   /// A structure without fields, for functions and tasks without memory.
   std::uint32_t empty_struct();
   /// Instance layout of a POU; frame variables (functions, VAR_TEMP) get places when lay_out_frame is called.
@@ -97,6 +99,7 @@ class Layout {
   std::vector<std::optional<PouLayout>> pous_;
   std::vector<std::optional<std::vector<std::byte>>> instance_initial_;
   std::map<std::pair<core::TypeId, std::uint16_t>, std::uint32_t> strings_;
+  std::map<std::uint32_t, std::uint32_t> references_;  ///< by TypeRef index of the target
   std::uint32_t empty_ = kNoIndex;
   bool too_large_ = false;
 };

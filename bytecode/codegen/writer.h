@@ -31,7 +31,7 @@ class CodeWriter {
 
   /// One look-up record: out := piece.
   void record(std::uint32_t out, const Piece& piece) {
-    if (run_ == kNever || records_ == kMaxListItems) {
+    if (run_ == kUnset || records_ == kMaxListItems) {
       close_run();
       run_ = static_cast<std::uint32_t>(code_.size());
       note();
@@ -57,9 +57,9 @@ class CodeWriter {
 
  private:
   void close_run() {
-    if (run_ == kNever) return;
+    if (run_ == kUnset) return;
     code_[run_] = opcode_word(Opcode::kBoolRun, records_);
-    run_ = kNever;
+    run_ = kUnset;
     records_ = 0;
   }
   void note() {
@@ -75,7 +75,7 @@ class CodeWriter {
   std::vector<std::uint32_t>& code_;
   std::vector<DebugEntry>& debug_;
   const core::SourceRef* at_ = nullptr;
-  std::uint32_t run_ = kNever;
+  std::uint32_t run_ = kUnset;
   std::uint32_t records_ = 0;
 };
 

@@ -1,0 +1,157 @@
+#include "bytecode/codegen/tasks.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+#include <numeric>
+#include <tuple>
+#include <utility>
+
+#include "bytecode/codegen/writer.h"
+
+namespace plc::bytecode {
+
+GlobalPlan plan_globals(const ir::Module& module) {
+  GlobalPlan plan;
+  const std::size_t globals = module.globals.size();
+  for (const ir::Task& task : module.tasks) plan.use.push_back(ir::global_use(module, task));
+
+  // Two bit sets a global, most significant: how many write it, so that the ranges of single writers lie together.
+  std::vector<std::tuple<std::uint32_t, std::string, std::string>> key(globals);
+  for (std::size_t g = 0; g < globals; ++g) {
+    auto& [count, writers, readers] = key[g];
+    for (std::size_t t = 0; t < plan.use.size(); ++t) {
+      const bool written = plan.use[t].written[g];
+      count += written ? 1 : 0;
+      // '0' before '1': the first task's exports come first.
+      writers += written ? '0' : '1';
+      readers += plan.use[t].read[g] ? '0' : '1';
+    }
+  }
+  plan.order.resize(globals);
+  std::iota(plan.order.begin(), plan.order.end(), 0u);
+  std::stable_sort(plan.order.begin(), plan.order.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return key[a] < key[b]; });
+  for (const std::uint32_t g : plan.order) plan.writers.push_back(std::get<0>(key[g]));
+  return plan;
+}
+
+void lay_out_globals(Shared& shared, const GlobalPlan& plan) {
+  Image& image = shared.image;
+  StructBuilder fields;
+  shared.global_offset.assign(shared.module.globals.size(), 0);
+  for (std::size_t f = 0; f < plan.order.size(); ++f) {
+    const ir::Global& g = shared.module.globals[plan.order[f]];
+    ImageField field;
+    field.name = g.variable.name.empty() ? g.variable.address : g.variable.name;
+    field.type = shared.layout.type(g.variable.type);
+    field.retain = g.variable.retain || g.variable.persistent;
+    field.constant = g.variable.constant;
+    shared.global_offset[plan.order[f]] = fields.offset(fields.add(image, std::move(field)));
+    image.globals.push_back({g.list, g.variable.address, plan.writers[f]});
+  }
+  image.types.push_back(fields.finish("#globals"));
+  image.global_type = static_cast<std::uint32_t>(image.types.size() - 1);
+  if (fields.too_large() || shared.layout.too_large()) return;
+  image.global_initial.assign(image.types[image.global_type].size, std::byte{0});
+  for (const std::uint32_t g : plan.order) {
+    shared.layout.initialise(shared.module.globals[g].variable, image.global_initial.data() + shared.global_offset[g]);
+  }
+}
+
+namespace {
+
+/// Calls `range(first, count)` for each longest run of fields that `wanted` holds for.
+template <class Wanted, class Range>
+void for_each_range(std::size_t fields, Wanted wanted, Range range) {
+  for (std::size_t f = 0; f < fields;) {
+    const std::size_t first = f;
+    while (f < fields && wanted(f)) ++f;
+    if (f != first) range(static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(f - first));
+    if (f < fields && !wanted(f)) ++f;
+  }
+}
+
+class TaskGenerator {
+ public:
+  TaskGenerator(Shared& shared, const GlobalPlan& plan, std::uint32_t task)
+      : shared_(shared), plan_(plan), task_(shared.module.tasks[task]), use_(plan.use[task]) {}
+
+  ImagePou run() {
+    ImagePou out;
+    out.name = task_.name;
+    out.kind = PouKind::kTask;
+    lay_out(out);
+    CodeWriter writer(out.code, out.debug);
+    writer.source(task_.at);
+    const std::size_t fields = plan_.order.size();
+    const auto reads = [&](std::size_t f) { return use_.read[plan_.order[f]] || use_.written[plan_.order[f]]; };
+    for_each_range(fields, reads, [&](std::uint32_t first, std::uint32_t count) {
+      writer.op(Opcode::kReadN, {first, count});
+    });
+    for (std::size_t p = 0; p < task_.programs.size(); ++p) {
+      writer.source(task_.programs[p].at);
+      writer.op(Opcode::kCallPou,
+                {shared_.image_pou[task_.programs[p].pou], operand_word(Space::kInstance, offsets_[p])});
+    }
+    writer.source(task_.at);
+    const auto exports = [&](bool alone) {
+      return [this, alone](std::size_t f) { return use_.written[plan_.order[f]] && (plan_.writers[f] == 1) == alone; };
+    };
+    for_each_range(fields, exports(true), [&](std::uint32_t first, std::uint32_t count) {
+      writer.op(Opcode::kWriteN, {first, count});
+    });
+    for_each_range(fields, exports(false), [&](std::uint32_t first, std::uint32_t count) {
+      writer.op(Opcode::kWriteChangedN, {first, count});
+    });
+    writer.op(Opcode::kReturn, {});
+    return out;
+  }
+
+ private:
+  void lay_out(ImagePou& out) {
+    StructBuilder fields;
+    for (const ir::ProgramInstance& program : task_.programs) {
+      ImageField field;
+      field.name = program.name;
+      field.type = shared_.layout.pou(program.pou).instance_type;
+      offsets_.push_back(fields.offset(fields.add(shared_.image, std::move(field))));
+    }
+    out.frame_type = shared_.layout.empty_struct();
+    const bool fits = !fields.too_large() && !shared_.layout.too_large();
+    ImageType instance = fields.finish(task_.name);
+    out.instance_initial.resize(fits ? instance.size : 0);
+    shared_.image.types.push_back(std::move(instance));
+    out.instance_type = static_cast<std::uint32_t>(shared_.image.types.size() - 1);
+    for (std::size_t p = 0; p < task_.programs.size() && fits; ++p) {
+      const std::vector<std::byte>& fresh = shared_.layout.instance_initial(task_.programs[p].pou);
+      if (!fresh.empty()) std::memcpy(out.instance_initial.data() + offsets_[p], fresh.data(), fresh.size());
+    }
+  }
+
+  Shared& shared_;
+  const GlobalPlan& plan_;
+  const ir::Task& task_;
+  const ir::GlobalUse& use_;
+  std::vector<std::uint32_t> offsets_;
+};
+
+}  // namespace
+
+void generate_tasks(Shared& shared, const GlobalPlan& plan) {
+  for (std::uint32_t t = 0; t < shared.module.tasks.size(); ++t) {
+    const ir::Task& task = shared.module.tasks[t];
+    ImagePou body = TaskGenerator(shared, plan, t).run();
+    ImageTask out;
+    out.name = task.name;
+    out.period_ns = task.period_ns;
+    out.priority = task.priority;
+    out.single = task.single;
+    out.body = static_cast<std::uint32_t>(shared.image.pous.size());
+    shared.image.pous.push_back(std::move(body));
+    shared.image.tasks.push_back(std::move(out));
+  }
+}
+
+}  // namespace plc::bytecode
