@@ -1,0 +1,157 @@
+// A small image that uses every part of the format: all kinds of types, tables and POUs, and every group of
+// instructions. Tests break it, save it, list it and mutate it.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "tests/support/image_builder.h"
+
+namespace plc::test {
+
+struct Sample {
+  Image image;
+  std::uint32_t boolean = 0, integer = 0, dint = 0, lint = 0, real = 0, colour = 0, line = 0, point = 0,
+                label = 0;                                            // types
+  std::uint32_t max2 = 0, motor = 0, main = 0;                        // POUs
+  Word go = 0, level = 0, limit = 0, total = 0, title = 0, gain = 0;  // globals
+  Word one = 0;                                                       // constant
+  Word line_ref = 0, motor_ref = 0;                                   // Main
+};
+
+inline Sample sample_image() {
+  Sample s;
+  ImageBuilder b;
+  b.image.files = {"sample.xml"};
+  s.boolean = b.boolean();
+  s.integer = b.type(TypeId::kInt);
+  s.dint = b.type(TypeId::kDint);
+  s.lint = b.type(TypeId::kLint);
+  s.real = b.type(TypeId::kReal);
+  s.colour = b.limited(TypeId::kInt, 1, 3, "Colour");
+  b.image.types[s.colour].members = {"Red", "Green", "Blue"};
+  b.image.types[s.colour].member_values = {1, 2, 3};
+  s.line = b.array(s.dint, 4, 1);
+  s.point = b.structure("Point", {{"x", s.dint}, {"y", s.dint}});
+  s.label = b.string(20);
+  const std::uint32_t wide = b.string(6, TypeId::kWstring);
+  const std::uint32_t dint_ref = b.ref(s.dint);
+
+  s.go = b.global("go", s.boolean);
+  s.level = b.global("level", s.integer, bytes_of(std::int16_t{-7}));
+  s.limit = b.global("limit", s.integer, bytes_of(std::int16_t{100}), {.constant = true});
+  b.global("sensor", s.boolean, {}, {.input = true, .list = "IO", .address = "%IX0.0"});
+  s.total = b.global("total", s.dint);
+  s.title = b.global("title", s.label);
+  b.global("wide", wide);
+  b.global("colour", s.colour);
+  s.gain = b.global("gain", s.real, bytes_of(std::numeric_limits<float>::quiet_NaN()));
+  b.global("sum", b.type(TypeId::kLreal), bytes_of(0.1));
+  s.one = b.constant<std::int16_t>(TypeId::kInt, 1);
+  const Word index = b.constant<std::int64_t>(TypeId::kLint, 2);
+  const Word name = b.text("say \"hi\"; \\ \n");
+
+  PouBuilder max2 = b.pou("Max2", PouKind::kFunction);
+  const Word a = max2.frame("a", s.dint, FieldRole::kInput);
+  const Word c = max2.frame("c", s.dint, FieldRole::kInput);
+  const Word result = max2.frame("Max2", s.dint, FieldRole::kReturnValue);
+  const Word at = max2.frame("at", dint_ref, FieldRole::kInOut);
+  max2.frame("where", s.point, FieldRole::kInput);
+  max2.frame("text", s.label, FieldRole::kInput);
+  const Word less = max2.frame("t#0", s.boolean, FieldRole::kHidden);
+  max2.op(Opcode::kMove32, {result, a});
+  max2.op(Opcode::kLtI32, {less, a, c});
+  const std::uint32_t skip = max2.jump(Opcode::kCondJump, {less});
+  max2.op(Opcode::kMove32, {result, c});
+  max2.land(skip);
+  max2.op(Opcode::kCopyTo, {at, result, s.dint});
+  s.max2 = max2.finish();
+
+  PouBuilder motor = b.pou("Motor", PouKind::kFunctionBlock);
+  const Word run = motor.variable("run", s.boolean, FieldRole::kInput);
+  const Word speed = motor.variable("speed", s.integer, FieldRole::kOutput);
+  const Word ton = motor.variable("ton", b.block_type("TON"));
+  motor.record(0x2, ton, {run, s.go});
+  motor.op(Opcode::kRunTb, {b.block("TON"), ton});
+  motor.op(Opcode::kAdd16, {speed, speed, s.one});
+  s.motor = motor.finish();
+
+  PouBuilder main = b.pou("Main", PouKind::kProgram);
+  const Word motor1 = main.instance_of("motor", s.motor);
+  const Word line = main.variable("line", s.line);
+  const Word backup = main.variable("backup", s.line);
+  const Word at_point = main.variable("point", s.point);
+  const Word point_ref = main.variable("r_point", b.ref(s.point));
+  s.line_ref = main.variable("r_line", b.ref(s.line));
+  s.motor_ref = main.variable("r_motor", b.ref(b.image.pous[s.motor].instance_type));
+  const Word element_ref = main.frame("r#0", dint_ref);
+  const Word timer_ref = main.frame("r#1", b.ref(b.block_type("TON")));
+  const Word ok = main.frame("ok", s.boolean);
+  const Word i = main.frame("i", s.integer);
+  main.op(Opcode::kAdd16, {s.level, s.level, s.one});
+  main.op(Opcode::kMoveStr, {s.title, name});
+  main.op(Opcode::kCallPou, {s.motor, motor1});
+  main.op(Opcode::kCopy, {backup, line, s.line});
+  main.op(Opcode::kMakeRef, {s.line_ref, line, s.line});
+  main.op(Opcode::kIndexRef, {element_ref, s.line_ref, index, s.line});
+  main.op(Opcode::kCopyFrom, {s.total, element_ref, s.dint});
+  main.op(Opcode::kMakeRef, {point_ref, at_point, s.point});
+  main.op(Opcode::kFieldRef, {element_ref, point_ref, s.point, 1});
+  main.op(Opcode::kMoveRef, {element_ref, element_ref});
+  main.op(Opcode::kMakeRef, {s.motor_ref, motor1, b.image.pous[s.motor].instance_type});
+  main.op(Opcode::kCallRef, {s.motor, s.motor_ref});
+  main.op(Opcode::kMakeRef, {timer_ref, motor1 + bytecode::offset_of(ton), b.block_type("TON")});
+  main.op(Opcode::kRunRef, {b.block("TON"), timer_ref});
+  main.list(Opcode::kCallFn, 5, {s.max2, 0, s.total, 1, s.total, 2, s.total, 3, element_ref, 4, at_point});
+  main.op(Opcode::kClearEvent);
+  main.call_std("ADD:INT", i, {s.level, s.one});
+  main.op(Opcode::kEno, {ok});
+  const std::uint32_t again = main.here();
+  main.op(Opcode::kAdd16, {i, i, s.one});
+  main.op(Opcode::kLtI16, {ok, i, s.limit});
+  const std::uint32_t out = main.jump(Opcode::kCondJump, {ok});
+  main.op(Opcode::kLoopJump, {again});
+  main.land(out);
+  s.main = main.finish();
+  bytecode::DebugEntry entry;
+  entry.at = {12, 3, 10'000'000'001, 0, core::ElementKind::kBlock};
+  b.image.pous[s.main].debug.push_back(entry);
+  entry.word = 4;
+  entry.at = {13, 5, 4, 0, core::ElementKind::kContact};
+  b.image.pous[s.main].debug.push_back(entry);
+
+  b.task("Fast", 10'000'000, {s.main});
+  s.image = b.build();
+  return s;
+}
+
+/// Word index of the `nth` instruction with this opcode.
+inline std::size_t find_op(const ImagePou& pou, Opcode opcode, std::size_t nth = 0) {
+  for (std::size_t at = 0; at < pou.code.size();) {
+    const auto found = static_cast<Opcode>(pou.code[at] & 0xffffu);
+    if (found == opcode && nth-- == 0) return at;
+    const bytecode::Operands& operands = bytecode::info(found).operands;
+    const std::uint32_t items = pou.code[at] >> 16;
+    ++at;
+    for (std::uint8_t i = 0; i < operands.count; ++i) {
+      switch (operands.specs[i].kind) {
+        case bytecode::OperandKind::kRecords:
+          at += std::size_t{items} * bytecode::kRecordWords;
+          break;
+        case bytecode::OperandKind::kStdArgs:
+          at += items;
+          break;
+        case bytecode::OperandKind::kFnArgs:
+          at += std::size_t{items} * 2;
+          break;
+        default:
+          ++at;
+      }
+    }
+  }
+  return pou.code.size();
+}
+
+}  // namespace plc::test
