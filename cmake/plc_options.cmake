@@ -15,6 +15,10 @@ target_include_directories(plc_options INTERFACE ${PROJECT_SOURCE_DIR})
 target_compile_options(plc_options INTERFACE
   -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wnon-virtual-dtor -Werror
   -ffp-contract=off)
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
+  # WHY: gcc 12 warns about its own std::string when texts are concatenated (gcc bug 105651).
+  target_compile_options(plc_options INTERFACE -Wno-restrict)
+endif()
 if(PLC_SANITIZE)
   target_compile_options(plc_options INTERFACE -fsanitize=${PLC_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
   target_link_options(plc_options INTERFACE -fsanitize=${PLC_SANITIZE})
