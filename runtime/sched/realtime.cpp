@@ -96,8 +96,7 @@ void RealtimeScheduler::set_cpu(TaskRun& task) {
 // RT: everything from the first release on.
 void RealtimeScheduler::run(TaskRun& task, core::TimeNs start_ns) noexcept {
   const bytecode::ImageTask& declared = resource_.program(task.index).task();
-  const std::optional<std::uint32_t> trigger =
-      declared.single.empty() ? std::nullopt : find_trigger(resource_.image(), declared.single);
+  const std::optional<std::uint32_t> trigger = trigger_of(resource_.image(), declared);
   const bool freewheeling = !trigger && declared.period_ns <= 0;
   ReleaseGrid grid(start_ns, grid_period(declared));
   bool trigger_was = false;

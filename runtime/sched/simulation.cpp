@@ -10,9 +10,7 @@ Simulation::Simulation(Resource& resource, SimulationOptions options)
     : resource_(resource), options_(options), order_(priority_order(resource.image())) {
   const bytecode::Image& image = resource.image();
   for (const bytecode::ImageTask& task : image.tasks) {
-    SimulatedTask t{ReleaseGrid(0, grid_period(task)), {}, false, false, false, 0};
-    if (!task.single.empty()) t.trigger = find_trigger(image, task.single);
-    tasks_.push_back(t);
+    tasks_.push_back({ReleaseGrid(0, grid_period(task)), trigger_of(image, task), false, false, false, 0});
   }
   ran_.reserve(tasks_.size());
 }

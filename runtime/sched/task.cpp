@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "core/text.h"
+#include "bytecode/paths.h"
 
 namespace plc::runtime {
 
@@ -29,18 +29,9 @@ std::vector<std::uint32_t> priority_order(const bytecode::Image& image) {
   return order;
 }
 
-std::optional<std::uint32_t> find_trigger(const bytecode::Image& image, std::string_view path) {
-  const std::vector<bytecode::ImageField>& fields = image.types[image.global_type].fields;
-  for (std::size_t i = 0; i < fields.size(); ++i) {
-    const bytecode::ImageGlobal& global = image.globals[i];
-    const bool named = core::iequals(path, fields[i].name) || core::iequals(path, global.list + "." + fields[i].name) ||
-                       (!global.address.empty() && core::iequals(path, global.address));
-    const bytecode::ImageType& type = image.types[fields[i].type];
-    if (named && type.kind == bytecode::TypeKind::kScalar && type.elementary == core::TypeId::kBool) {
-      return fields[i].offset;
-    }
-  }
-  return std::nullopt;
+std::optional<std::uint32_t> trigger_of(const bytecode::Image& image, const bytecode::ImageTask& task) {
+  if (task.single.empty()) return std::nullopt;
+  return bytecode::find_global(image, task.single)->offset;
 }
 
 }  // namespace plc::runtime

@@ -7,7 +7,6 @@
 
 #include <cstdint>
 #include <optional>
-#include <string_view>
 #include <vector>
 
 #include "bytecode/image.h"
@@ -53,8 +52,7 @@ class ReleaseGrid {
 core::TimeNs grid_period(const bytecode::ImageTask& task);
 /// Task indices in the order in which tasks due together run: priority 0 first, ties as declared.
 std::vector<std::uint32_t> priority_order(const bytecode::Image& image);
-/// Byte offset in the global table of the BOOL global called `path` ("Name", "List.Name" or its address), if there is
-/// one: what releases an event task. Resource::load refuses images where it is missing.
-std::optional<std::uint32_t> find_trigger(const bytecode::Image& image, std::string_view path);
+/// Event tasks: byte offset in the global table of the BOOL that releases them (it is there: verifier, rule V414).
+std::optional<std::uint32_t> trigger_of(const bytecode::Image& image, const bytecode::ImageTask& task);
 
 }  // namespace plc::runtime
