@@ -80,22 +80,24 @@ constexpr double round_half_even(double v) noexcept {
 /// The integer part of `v` held within T: out of range saturates and NaN is 0, both with an event.
 template <class T>
 constexpr T saturate_cast(double v, Event& event) noexcept {
+  constexpr double kAllIntegers = 4503599627370496.0;
   constexpr double kAbove = 2.0 * static_cast<double>(std::numeric_limits<T>::max() / 2 + 1);
   constexpr double kLeast = static_cast<double>(std::numeric_limits<T>::min());
   if (v != v) {
     event = Event::kOutOfRange;
     return 0;
   }
-  if (v >= kAbove) {
+  const bool has_fraction = v > -kAllIntegers && v < kAllIntegers;
+  const double whole = has_fraction ? static_cast<double>(static_cast<std::int64_t>(v)) : v;
+  if (whole >= kAbove) {
     event = Event::kOutOfRange;
     return std::numeric_limits<T>::max();
   }
-  if (v <= kLeast - 1.0 || v < kLeast) {
-    // A fraction below the least value still truncates to it; whole values below do not.
-    if (v <= kLeast - 1.0) event = Event::kOutOfRange;
+  if (whole < kLeast) {
+    event = Event::kOutOfRange;
     return std::numeric_limits<T>::min();
   }
-  return static_cast<T>(v);
+  return static_cast<T>(whole);
 }
 /// REAL to integer: rounds half to even, saturates with an event, NaN gives 0 with an event.
 template <class T>
@@ -150,8 +152,8 @@ constexpr T neg(T a) noexcept {
 template <class T>
 constexpr T abs(T a) noexcept {
   if constexpr (std::is_floating_point_v<T>) {
-    return canonical(a < 0 || std::bit_cast<std::conditional_t<sizeof(T) == 4, std::int32_t, std::int64_t>>(a) < 0 ? -a
-                                                                                                                   : a);
+    using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
+    return canonical(std::bit_cast<T>(static_cast<Bits>(std::bit_cast<Bits>(a) & (static_cast<Bits>(-1) >> 1))));
   } else if constexpr (std::is_signed_v<T>) {
     return a < 0 ? wrap_neg(a) : a;
   } else {

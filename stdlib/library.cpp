@@ -18,15 +18,17 @@
 namespace plc::stdlib {
 namespace {
 
+template <class... List>
+struct Concat;
 template <class... A>
-Rows<A...> concat(Rows<A...>);
+struct Concat<Rows<A...>> {
+  using Type = Rows<A...>;
+};
 template <class... A, class... B, class... Rest>
-auto concat(Rows<A...>, Rows<B...>, Rest... rest) {
-  return concat(Rows<A..., B...>{}, rest...);
-}
-using Library =
-    decltype(concat(rows::ArithmeticRows{}, rows::NumericRows{}, rows::ComparisonRows{}, rows::BitRows{},
-                    rows::SelectionRows{}, rows::StringRows{}, rows::DurationRows{}, rows::ConversionRows{}));
+struct Concat<Rows<A...>, Rows<B...>, Rest...> : Concat<Rows<A..., B...>, Rest...> {};
+
+using Library = Concat<rows::ArithmeticRows, rows::NumericRows, rows::ComparisonRows, rows::BitRows,
+                       rows::SelectionRows, rows::StringRows, rows::DurationRows, rows::ConversionRows>::Type;
 
 struct TypePair {
   TypeId t;

@@ -34,17 +34,15 @@ using ValueOf =
     std::conditional_t<core::rep_of(Id) == Rep::kStr, std::string_view,
                        std::conditional_t<core::rep_of(Id) == Rep::kWstr, std::u16string_view, core::cpp_of<Id>>>;
 
-/// The parts one behind the other, as a constant.
-template <const std::string_view&... Parts>
-struct Joined {
-  static constexpr std::size_t kSize = (Parts.size() + ... + 0);
+/// `Base` and the name of a type, as a constant: "CTU_" and DINT.
+template <const std::string_view& Base, TypeId T>
+struct TypedName {
+  static constexpr std::size_t kSize = Base.size() + core::name_of(T).size();
   static constexpr std::array<char, kSize> kText = [] {
     std::array<char, kSize> out{};
     std::size_t n = 0;
-    auto append = [&](std::string_view part) {
-      for (const char c : part) out[n++] = c;
-    };
-    (append(Parts), ...);
+    for (const char c : Base) out[n++] = c;
+    for (const char c : core::name_of(T)) out[n++] = c;
     return out;
   }();
   static constexpr std::string_view value{kText.data(), kSize};

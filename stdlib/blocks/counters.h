@@ -15,7 +15,7 @@ template <const std::string_view& Base, TypeId T, bool Typed>
 constexpr std::string_view counter_name() {
   static_assert(core::in_category(T, core::kAnyInt));
   if constexpr (Typed) {
-    return Joined<Base, core::kTypes[static_cast<std::size_t>(T)].iec>::value;
+    return TypedName<Base, T>::value;
   } else {
     return Base.substr(0, Base.size() - 1);
   }
