@@ -23,21 +23,31 @@ std::string Address::text() const {
 
 std::uint32_t Address::bits() const {
   switch (size) {
-    case 'B': return 8;
-    case 'W': return 16;
-    case 'D': return 32;
-    case 'L': return 64;
-    default: return 1;
+    case 'B':
+      return 8;
+    case 'W':
+      return 16;
+    case 'D':
+      return 32;
+    case 'L':
+      return 64;
+    default:
+      return 1;
   }
 }
 
 core::TypeId Address::type() const {
   switch (size) {
-    case 'B': return core::TypeId::kByte;
-    case 'W': return core::TypeId::kWord;
-    case 'D': return core::TypeId::kDword;
-    case 'L': return core::TypeId::kLword;
-    default: return core::TypeId::kBool;
+    case 'B':
+      return core::TypeId::kByte;
+    case 'W':
+      return core::TypeId::kWord;
+    case 'D':
+      return core::TypeId::kDword;
+    case 'L':
+      return core::TypeId::kLword;
+    default:
+      return core::TypeId::kBool;
   }
 }
 

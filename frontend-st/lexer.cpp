@@ -163,14 +163,14 @@ Token Lexer::next() {
     TokenKind kind;
   };
   static constexpr Pair kPairs[] = {
-      {':', '=', TokenKind::kAssign},    {'=', '>', TokenKind::kOutput},       {'*', '*', TokenKind::kPower},
-      {'<', '>', TokenKind::kNotEqual},  {'<', '=', TokenKind::kLessEqual},    {'>', '=', TokenKind::kGreaterEqual},
-      {'.', '.', TokenKind::kRange},     {'=', '\0', TokenKind::kEqual},       {'<', '\0', TokenKind::kLess},
-      {'>', '\0', TokenKind::kGreater},  {'+', '\0', TokenKind::kPlus},        {'-', '\0', TokenKind::kMinus},
-      {'*', '\0', TokenKind::kStar},     {'/', '\0', TokenKind::kSlash},       {'&', '\0', TokenKind::kAnd},
-      {'(', '\0', TokenKind::kLeftParen}, {')', '\0', TokenKind::kRightParen}, {'[', '\0', TokenKind::kLeftBracket},
-      {']', '\0', TokenKind::kRightBracket}, {'.', '\0', TokenKind::kDot},     {',', '\0', TokenKind::kComma},
-      {';', '\0', TokenKind::kSemicolon}, {':', '\0', TokenKind::kColon},      {'^', '\0', TokenKind::kCaret},
+      {':', '=', TokenKind::kAssign},        {'=', '>', TokenKind::kOutput},      {'*', '*', TokenKind::kPower},
+      {'<', '>', TokenKind::kNotEqual},      {'<', '=', TokenKind::kLessEqual},   {'>', '=', TokenKind::kGreaterEqual},
+      {'.', '.', TokenKind::kRange},         {'=', '\0', TokenKind::kEqual},      {'<', '\0', TokenKind::kLess},
+      {'>', '\0', TokenKind::kGreater},      {'+', '\0', TokenKind::kPlus},       {'-', '\0', TokenKind::kMinus},
+      {'*', '\0', TokenKind::kStar},         {'/', '\0', TokenKind::kSlash},      {'&', '\0', TokenKind::kAnd},
+      {'(', '\0', TokenKind::kLeftParen},    {')', '\0', TokenKind::kRightParen}, {'[', '\0', TokenKind::kLeftBracket},
+      {']', '\0', TokenKind::kRightBracket}, {'.', '\0', TokenKind::kDot},        {',', '\0', TokenKind::kComma},
+      {';', '\0', TokenKind::kSemicolon},    {':', '\0', TokenKind::kColon},      {'^', '\0', TokenKind::kCaret},
   };
   for (const Pair& pair : kPairs) {
     if (c != pair.first || (pair.second != '\0' && second != pair.second)) continue;

@@ -1,6 +1,7 @@
 // Lexer of Structured Text: characters -> tokens, on demand. Comments and pragmas are blanks.
 //
-// In: a text. Out: tokens as byte ranges of it. Does not belong here: values of literals (literals.h), grammar (parser.h).
+// In: a text. Out: tokens as byte ranges of it. Does not belong here: values of literals (literals.h), grammar
+// (parser.h).
 #pragma once
 
 #include <cstdint>

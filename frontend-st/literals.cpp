@@ -133,9 +133,9 @@ std::optional<Literal> parse_number_of(TypeId type, std::string_view text, std::
   const auto magnitude = parse_magnitude(digits, problem);
   if (!magnitude) return std::nullopt;
   const std::uint64_t limit = std::uint64_t{1} << 63;
-  const bool fits = negative ? magnitude->value <= limit &&
-                                   int_fits(static_cast<std::int64_t>(0 - magnitude->value), false, type)
-                             : int_fits(static_cast<std::int64_t>(magnitude->value), magnitude->value >= limit, type);
+  const bool fits =
+      negative ? magnitude->value <= limit && int_fits(static_cast<std::int64_t>(0 - magnitude->value), false, type)
+               : int_fits(static_cast<std::int64_t>(magnitude->value), magnitude->value >= limit, type);
   if (!fits) return fail(problem, std::string(text) + " does not fit into " + std::string(core::name_of(type)));
   out.bits = truncate_bits(negative ? 0 - magnitude->value : magnitude->value, core::rep_of(type));
   return out;
@@ -206,15 +206,32 @@ std::optional<Literal> parse_quoted(std::string_view text, std::string& problem)
     }
     const char c = i + 1 < inner.size() ? core::upper(inner[i + 1]) : '\0';
     switch (c) {
-      case '$': put('$'); break;
-      case '\'': put('\''); break;
-      case '"': put('"'); break;
-      case 'L': put('\n'); break;
-      case 'N': put('\n'); break;
-      case 'P': put('\f'); break;
-      case 'R': put('\r'); break;
-      case 'T': put('\t'); break;
-      default: return fail(problem, "unknown escape $" + std::string(c == '\0' ? "" : std::string(1, inner[i + 1])));
+      case '$':
+        put('$');
+        break;
+      case '\'':
+        put('\'');
+        break;
+      case '"':
+        put('"');
+        break;
+      case 'L':
+        put('\n');
+        break;
+      case 'N':
+        put('\n');
+        break;
+      case 'P':
+        put('\f');
+        break;
+      case 'R':
+        put('\r');
+        break;
+      case 'T':
+        put('\t');
+        break;
+      default:
+        return fail(problem, "unknown escape $" + std::string(c == '\0' ? "" : std::string(1, inner[i + 1])));
     }
     i += 2;
   }
@@ -370,15 +387,24 @@ bool int_fits(std::int64_t value, bool is_unsigned, TypeId type) {
   if (rep == Rep::kU64) return is_unsigned || value >= 0;
   if (is_unsigned) return false;
   switch (rep) {
-    case Rep::kBool: return value == 0 || value == 1;
-    case Rep::kI8: return value >= INT8_MIN && value <= INT8_MAX;
-    case Rep::kU8: return value >= 0 && value <= UINT8_MAX;
-    case Rep::kI16: return value >= INT16_MIN && value <= INT16_MAX;
-    case Rep::kU16: return value >= 0 && value <= UINT16_MAX;
-    case Rep::kI32: return value >= INT32_MIN && value <= INT32_MAX;
-    case Rep::kU32: return value >= 0 && value <= UINT32_MAX;
-    case Rep::kI64: return true;
-    default: return false;
+    case Rep::kBool:
+      return value == 0 || value == 1;
+    case Rep::kI8:
+      return value >= INT8_MIN && value <= INT8_MAX;
+    case Rep::kU8:
+      return value >= 0 && value <= UINT8_MAX;
+    case Rep::kI16:
+      return value >= INT16_MIN && value <= INT16_MAX;
+    case Rep::kU16:
+      return value >= 0 && value <= UINT16_MAX;
+    case Rep::kI32:
+      return value >= INT32_MIN && value <= INT32_MAX;
+    case Rep::kU32:
+      return value >= 0 && value <= UINT32_MAX;
+    case Rep::kI64:
+      return true;
+    default:
+      return false;
   }
 }
 
@@ -389,10 +415,14 @@ std::uint64_t truncate_bits(std::uint64_t bits, Rep rep) {
 
 std::int64_t signed_value(std::uint64_t bits, Rep rep) {
   switch (rep) {
-    case Rep::kI8: return static_cast<std::int8_t>(bits);
-    case Rep::kI16: return static_cast<std::int16_t>(bits);
-    case Rep::kI32: return static_cast<std::int32_t>(bits);
-    default: return static_cast<std::int64_t>(bits);
+    case Rep::kI8:
+      return static_cast<std::int8_t>(bits);
+    case Rep::kI16:
+      return static_cast<std::int16_t>(bits);
+    case Rep::kI32:
+      return static_cast<std::int32_t>(bits);
+    default:
+      return static_cast<std::int64_t>(bits);
   }
 }
 
@@ -404,7 +434,7 @@ std::optional<std::int64_t> parse_duration(std::string_view text, std::string& p
     std::int64_t ns;
   };
   // Longer names first: "ms" is not minutes.
-  static constexpr Unit kUnits[] = {{"ms", 1'000'000}, {"us", 1'000}, {"ns", 1},           {"d", kDay},
+  static constexpr Unit kUnits[] = {{"ms", 1'000'000},     {"us", 1'000},       {"ns", 1},     {"d", kDay},
                                     {"h", 3600 * kSecond}, {"m", 60 * kSecond}, {"s", kSecond}};
   std::int64_t total = 0;
   std::int64_t last_unit = INT64_MAX;
@@ -491,7 +521,8 @@ std::optional<Literal> parse_literal(std::string_view text, std::string& problem
   const auto magnitude = parse_magnitude(digits, problem);
   if (!magnitude) return std::nullopt;
   const std::uint64_t limit = std::uint64_t{1} << 63;
-  if (negative && magnitude->value > limit) return fail(problem, "integer " + std::string(text) + " needs more than 64 bits");
+  if (negative && magnitude->value > limit)
+    return fail(problem, "integer " + std::string(text) + " needs more than 64 bits");
   out.int_value = static_cast<std::int64_t>(negative ? 0 - magnitude->value : magnitude->value);
   out.int_is_unsigned = !negative && magnitude->value >= limit;
   return out;

@@ -20,12 +20,12 @@ struct Literal {
     kScalar,  ///< `type` and `bits`
     kText,    ///< STRING, WSTRING, CHAR or WCHAR in `type`; characters in `text`
   } kind = Kind::kInt;
-  std::int64_t int_value = 0;     ///< kInt; the bits of a value above 2^63-1 when int_is_unsigned
+  std::int64_t int_value = 0;  ///< kInt; the bits of a value above 2^63-1 when int_is_unsigned
   bool int_is_unsigned = false;
-  double real_value = 0;          ///< kReal
+  double real_value = 0;  ///< kReal
   core::TypeId type = core::TypeId::kBool;
-  std::uint64_t bits = 0;         ///< kScalar: zero-extended; REAL in the low 32
-  std::string text;               ///< kText: bytes; WSTRING and WCHAR: UTF-16LE code units as bytes
+  std::uint64_t bits = 0;  ///< kScalar: zero-extended; REAL in the low 32
+  std::string text;        ///< kText: bytes; WSTRING and WCHAR: UTF-16LE code units as bytes
 };
 
 /// The value of a literal, sign included ("-5", "INT#-5", "T#1h2m", "'a$N'", "TRUE"). Nothing, and why in `problem`, if

@@ -1,4 +1,6 @@
 // Calls: function POUs, standard functions, function block instances; arguments by position or by name, EN and ENO.
+#include <algorithm>
+
 #include "core/text.h"
 #include "frontend-st/lowering.h"
 
@@ -23,7 +25,7 @@ std::vector<Lowering::Parameter> Lowering::parameters_of_pou(std::uint32_t pou) 
     const ir::Variable& v = variables[i];
     if (v.role != Role::kInput && v.role != Role::kOutput && v.role != Role::kInOut) continue;
     const TypeRef type = v.role == Role::kInOut ? types()[v.type].element : v.type;
-    out.push_back({v.name, v.role, i, type});
+    out.push_back({v.name, v.role, i, type, {}});
   }
   return out;
 }
@@ -34,17 +36,24 @@ std::vector<Lowering::Parameter> Lowering::parameters_of_block(const stdlib::Blo
     const stdlib::Field& field = block.fields[i];
     Role role = Role::kInput;
     switch (field.direction) {
-      case stdlib::Direction::kInput: break;
-      case stdlib::Direction::kOutput: role = Role::kOutput; break;
-      case stdlib::Direction::kInOut: role = Role::kInOut; break;
-      case stdlib::Direction::kState: continue;
+      case stdlib::Direction::kInput:
+        break;
+      case stdlib::Direction::kOutput:
+        role = Role::kOutput;
+        break;
+      case stdlib::Direction::kInOut:
+        role = Role::kInOut;
+        break;
+      case stdlib::Direction::kState:
+        continue;
     }
-    out.push_back({std::string(field.name), role, i, ir::ref_of(field.type)});
+    out.push_back({std::string(field.name), role, i, ir::ref_of(field.type), std::string(field.alias)});
   }
   return out;
 }
 
-Lowering::Arguments Lowering::bind_arguments(NodeId call, const std::vector<Parameter>& parameters, std::string_view callee) {
+Lowering::Arguments Lowering::bind_arguments(NodeId call, const std::vector<Parameter>& parameters,
+                                             std::string_view callee) {
   Arguments out;
   std::vector<bool> taken(parameters.size(), false);
   bool named_seen = false;
@@ -75,6 +84,8 @@ Lowering::Arguments Lowering::bind_arguments(NodeId call, const std::vector<Para
     std::size_t found = parameters.size();
     for (std::size_t i = 0; i < parameters.size(); ++i) {
       if (core::iequals(parameters[i].name, name)) found = i;
+      if (found == parameters.size() && !parameters[i].alias.empty() && core::iequals(parameters[i].alias, name))
+        found = i;
     }
     if (found == parameters.size()) {
       if (is_input && core::iequals(name, "EN")) {
@@ -195,7 +206,7 @@ std::optional<Operand> Lowering::call_standard(NodeId id, std::string_view name,
   if (spec.extensible || !named) count = std::max(count, written);
   std::vector<Parameter> parameters;
   count = std::min(count, stdlib::kMaxArguments);
-  for (std::uint32_t i = 0; i < count; ++i) parameters.push_back({stdlib::pin_name(spec, i), Role::kInput, i, {}});
+  for (std::uint32_t i = 0; i < count; ++i) parameters.push_back({stdlib::pin_name(spec, i), Role::kInput, i, {}, {}});
   const Arguments arguments = bind_arguments(id, parameters, name);
   if (!arguments.fine) return std::nullopt;
 
@@ -263,7 +274,8 @@ std::optional<Operand> Lowering::call_function(NodeId id, std::uint32_t pou, boo
     if (enable) builder_.jump_if_not(*enable, skip);
   }
   std::vector<ir::CallArg> args;
-  std::vector<std::pair<NodeId, std::uint32_t>> deliveries;  ///< outputs whose target has another type: argument, hidden variable
+  std::vector<std::pair<NodeId, std::uint32_t>>
+      deliveries;  ///< outputs whose target has another type: argument, hidden variable
   std::vector<bool> given(parameters.size(), false);
   for (const Bound& bound : arguments.bound) {
     const Parameter& parameter = parameters[bound.parameter];
@@ -273,9 +285,9 @@ std::optional<Operand> Lowering::call_function(NodeId id, std::uint32_t pou, boo
     arg.variable = parameter.index;
     if (parameter.role == Role::kInput) {
       const auto operand_given = value(written, parameter.type);
-      const auto converted =
-          operand_given ? builder_.convert(*operand_given, parameter.type, "input " + quoted(parameter.name) + " of " + name)
-                        : std::nullopt;
+      const auto converted = operand_given ? builder_.convert(*operand_given, parameter.type,
+                                                              "input " + quoted(parameter.name) + " of " + name)
+                                           : std::nullopt;
       if (!converted) {
         fine = false;
         continue;
@@ -290,8 +302,9 @@ std::optional<Operand> Lowering::call_function(NodeId id, std::uint32_t pou, boo
       }
       if (builder_.type_of(*where) != parameter.type) {
         report(Code::P4010, at(written),
-               "in-out " + quoted(parameter.name) + " of " + name + " needs a variable of type " + types().name_of(parameter.type) +
-                   ", " + quoted(text(written)) + " is " + types().name_of(builder_.type_of(*where)),
+               "in-out " + quoted(parameter.name) + " of " + name + " needs a variable of type " +
+                   types().name_of(parameter.type) + ", " + quoted(text(written)) + " is " +
+                   types().name_of(builder_.type_of(*where)),
                "in-outs take variables of exactly their type");
         fine = false;
         continue;
@@ -381,8 +394,9 @@ bool Lowering::call_block(NodeId id) {
       }
       if (builder_.type_of(*where) != parameter.type) {
         report(Code::P4010, at(written),
-               "in-out " + quoted(parameter.name) + " of " + name + " needs a variable of type " + types().name_of(parameter.type) +
-                   ", " + quoted(text(written)) + " is " + types().name_of(builder_.type_of(*where)),
+               "in-out " + quoted(parameter.name) + " of " + name + " needs a variable of type " +
+                   types().name_of(parameter.type) + ", " + quoted(text(written)) + " is " +
+                   types().name_of(builder_.type_of(*where)),
                "in-outs take variables of exactly their type");
         fine = false;
         continue;

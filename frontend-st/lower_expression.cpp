@@ -1,5 +1,5 @@
-// Expressions: literals, names, operators. A plain variable name, the text of most contacts and pins, takes the short way
-// through lower_expression: one look-up, no tokens, no tree.
+// Expressions: literals, names, operators. A plain variable name, the text of most contacts and pins, takes the short
+// way through lower_expression: one look-up, no tokens, no tree.
 #include <bit>
 
 #include "core/text.h"
@@ -25,25 +25,43 @@ bool is_comparison(Operator op) { return op >= Operator::kEqual && op <= Operato
 
 std::string_view function_of(Operator op) {
   switch (op) {
-    case Operator::kOr: return "OR";
-    case Operator::kXor: return "XOR";
-    case Operator::kAnd: return "AND";
-    case Operator::kEqual: return "EQ";
-    case Operator::kNotEqual: return "NE";
-    case Operator::kLess: return "LT";
-    case Operator::kLessEqual: return "LE";
-    case Operator::kGreater: return "GT";
-    case Operator::kGreaterEqual: return "GE";
-    case Operator::kAdd: return "ADD";
-    case Operator::kSubtract: return "SUB";
-    case Operator::kMultiply: return "MUL";
-    case Operator::kDivide: return "DIV";
-    case Operator::kModulo: return "MOD";
-    case Operator::kPower: return "EXPT";
-    case Operator::kNegate: return "NEG";
-    case Operator::kNot: return "NOT";
+    case Operator::kOr:
+      return "OR";
+    case Operator::kXor:
+      return "XOR";
+    case Operator::kAnd:
+      return "AND";
+    case Operator::kEqual:
+      return "EQ";
+    case Operator::kNotEqual:
+      return "NE";
+    case Operator::kLess:
+      return "LT";
+    case Operator::kLessEqual:
+      return "LE";
+    case Operator::kGreater:
+      return "GT";
+    case Operator::kGreaterEqual:
+      return "GE";
+    case Operator::kAdd:
+      return "ADD";
+    case Operator::kSubtract:
+      return "SUB";
+    case Operator::kMultiply:
+      return "MUL";
+    case Operator::kDivide:
+      return "DIV";
+    case Operator::kModulo:
+      return "MOD";
+    case Operator::kPower:
+      return "EXPT";
+    case Operator::kNegate:
+      return "NEG";
+    case Operator::kNot:
+      return "NOT";
     case Operator::kPlus:
-    case Operator::kNone: break;
+    case Operator::kNone:
+      break;
   }
   return "";
 }
@@ -52,14 +70,18 @@ std::string_view function_of(Operator op) {
 std::optional<std::int64_t> fold_integers(Operator op, std::int64_t a, std::int64_t b) {
   std::int64_t out = 0;
   switch (op) {
-    case Operator::kAdd: return __builtin_add_overflow(a, b, &out) ? std::nullopt : std::optional(out);
-    case Operator::kSubtract: return __builtin_sub_overflow(a, b, &out) ? std::nullopt : std::optional(out);
-    case Operator::kMultiply: return __builtin_mul_overflow(a, b, &out) ? std::nullopt : std::optional(out);
+    case Operator::kAdd:
+      return __builtin_add_overflow(a, b, &out) ? std::nullopt : std::optional(out);
+    case Operator::kSubtract:
+      return __builtin_sub_overflow(a, b, &out) ? std::nullopt : std::optional(out);
+    case Operator::kMultiply:
+      return __builtin_mul_overflow(a, b, &out) ? std::nullopt : std::optional(out);
     case Operator::kDivide:
     case Operator::kModulo:
       if (b == 0 || (a == INT64_MIN && b == -1)) return std::nullopt;
       return op == Operator::kDivide ? a / b : a % b;
-    default: return std::nullopt;
+    default:
+      return std::nullopt;
   }
 }
 
@@ -87,13 +109,20 @@ Operand Lowering::stub_value(NodeId id, Expected expected) {
 
 std::optional<Operand> Lowering::value(NodeId id, Expected expected) {
   switch (node(id).kind) {
-    case NodeKind::kLiteral: return literal(id, expected);
-    case NodeKind::kEnumValue: return enum_value(id);
-    case NodeKind::kBit: return bit_value(id);
-    case NodeKind::kUnary: return unary(id, expected);
-    case NodeKind::kBinary: return binary(id, expected);
-    case NodeKind::kCall: return call(id, expected, false);
-    default: return name_value(id, expected);
+    case NodeKind::kLiteral:
+      return literal(id, expected);
+    case NodeKind::kEnumValue:
+      return enum_value(id);
+    case NodeKind::kBit:
+      return bit_value(id);
+    case NodeKind::kUnary:
+      return unary(id, expected);
+    case NodeKind::kBinary:
+      return binary(id, expected);
+    case NodeKind::kCall:
+      return call(id, expected, false);
+    default:
+      return name_value(id, expected);
   }
 }
 
@@ -170,7 +199,8 @@ std::optional<Operand> Lowering::enum_value(NodeId id) {
   if (!found.type.valid()) {
     Guess guess(member);
     for (const ir::EnumMember& m : types()[*type].members) guess.offer(m.name);
-    report(Code::P4005, at(id), "enumeration " + types().name_of(*type) + " has no value " + quoted(member), guess.help());
+    report(Code::P4005, at(id), "enumeration " + types().name_of(*type) + " has no value " + quoted(member),
+           guess.help());
     return std::nullopt;
   }
   return enum_constant(found, id);
@@ -198,7 +228,8 @@ std::optional<Operand> Lowering::name_value(NodeId id, Expected expected) {
     if (found.size() == 1) return enum_constant(found[0], id);
     if (found.size() > 1) {
       report(Code::P4011, at(id),
-             quoted(name) + " is a value of " + types().name_of(found[0].type) + " and of " + types().name_of(found[1].type),
+             quoted(name) + " is a value of " + types().name_of(found[0].type) + " and of " +
+                 types().name_of(found[1].type),
              "write " + types().name_of(found[0].type) + "#" + std::string(name));
       return std::nullopt;
     }
@@ -230,7 +261,8 @@ std::optional<Operand> Lowering::bit_value(NodeId id) {
   if (digits.size() > 2 && digits[0] == '%' && core::upper(digits[1]) == 'X') digits.remove_prefix(2);
   std::string problem;
   const auto bit = parse_literal(digits, problem);
-  const auto type = base->kind == Operand::Kind::kValue ? types().elementary_of(builder_.type_of(base->value)) : std::nullopt;
+  const auto type =
+      base->kind == Operand::Kind::kValue ? types().elementary_of(builder_.type_of(base->value)) : std::nullopt;
   const bool word = type && core::in_category(*type, core::kAnyBit) && *type != TypeId::kBool;
   if (!word || !bit || bit->kind != Literal::Kind::kInt) {
     report(Code::P4005, name_at(id), quoted(text(node(id).a)) + " has no bit " + quoted(name_text(id)),
@@ -285,7 +317,8 @@ std::optional<Operand> Lowering::negated(NodeId id, Operand inner, Expected expe
     const core::Rep rep = core::rep_of(type.elementary);
     const std::int64_t old = signed_value(constant.bits, rep);
     if (core::in_category(type.elementary, core::kAnySigned | core::kAnyDuration) && old != INT64_MIN &&
-        (type.elementary == TypeId::kTime || type.elementary == TypeId::kLtime || int_fits(-old, false, type.elementary))) {
+        (type.elementary == TypeId::kTime || type.elementary == TypeId::kLtime ||
+         int_fits(-old, false, type.elementary))) {
       constant.bits = truncate_bits(static_cast<std::uint64_t>(-old), rep);
       return operand(builder_.constant(constant), id);
     }
@@ -305,7 +338,8 @@ std::optional<Operand> Lowering::unary(NodeId id, Expected expected) {
   if (!inner) return std::nullopt;
   if (n.op == Operator::kNegate) return negated(id, *inner, expected);
   if (n.op == Operator::kPlus) {
-    const auto type = inner->kind == Operand::Kind::kValue ? types().elementary_of(builder_.type_of(inner->value)) : TypeId::kInt;
+    const auto type =
+        inner->kind == Operand::Kind::kValue ? types().elementary_of(builder_.type_of(inner->value)) : TypeId::kInt;
     if (type && core::in_category(*type, core::kAnyMagnitude)) return inner;
     report(Code::P4001, at(id), "sign before " + quoted(text(n.a)) + ", which is no number");
     return std::nullopt;

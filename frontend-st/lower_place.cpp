@@ -56,7 +56,8 @@ void Lowering::report_unknown_name(NodeId id) {
   for (const ir::Variable& variable : builder_.pou().variables) guess.offer(variable.name);
   for (const ir::Global& global : module.globals) guess.offer(global.variable.name);
   if (const auto type = types().find(name)) {
-    report(Code::P4004, at(id), quoted(name) + " is a type, not a variable", "declare a variable of this type and name it here");
+    report(Code::P4004, at(id), quoted(name) + " is a type, not a variable",
+           "declare a variable of this type and name it here");
     return;
   }
   if (module.pou_by_name.find(name) != module.pou_by_name.end()) {
@@ -64,6 +65,21 @@ void Lowering::report_unknown_name(NodeId id) {
     return;
   }
   report(Code::P4004, at(id), "there is no variable " + quoted(name), guess.help());
+}
+
+// "GVL.x" where the list exists and the variable does not.
+bool Lowering::report_unknown_in_list(NodeId root, NodeId member) {
+  const std::string_view list = name_text(root);
+  Guess guess(name_text(member));
+  bool found = false;
+  for (const ir::Global& global : builder_.module().globals) {
+    if (!core::iequals(global.list, list)) continue;
+    found = true;
+    guess.offer(global.variable.name);
+  }
+  if (!found) return false;
+  report(Code::P4004, at(root), "list " + quoted(list) + " has no variable " + quoted(name_text(member)), guess.help());
+  return true;
 }
 
 std::optional<PlaceId> Lowering::direct_place(NodeId id) {
@@ -122,7 +138,8 @@ std::optional<PlaceId> Lowering::member_place(PlaceId parent, NodeId id, bool fo
       in_out = role == Role::kInOut;
     }
     if (output && for_writing) {
-      report(Code::P4007, name_at(id), quoted(text(id)) + " is an output of " + types().name_of(parent_type) + " and is written here",
+      report(Code::P4007, name_at(id),
+             quoted(text(id)) + " is an output of " + types().name_of(parent_type) + " and is written here",
              "outputs are written by the block itself");
       return std::nullopt;
     }
@@ -155,22 +172,29 @@ std::optional<PlaceId> Lowering::member_place(PlaceId parent, NodeId id, bool fo
           guess.offer(variable.name);
         }
       }
-      if (pou.find(name) != nullptr) help = "only inputs, outputs and in-outs are seen from outside: make it a VAR_OUTPUT";
+      if (pou.find(name) != nullptr)
+        help = "only inputs, outputs and in-outs are seen from outside: make it a VAR_OUTPUT";
       break;
     }
-    case TypeKind::kReference: help = "write ^ to reach what a reference points at"; break;
-    default: break;
+    case TypeKind::kReference:
+      help = "write ^ to reach what a reference points at";
+      break;
+    default:
+      break;
   }
   if (help.empty()) help = guess.help();
-  report(Code::P4005, name_at(id),
-         quoted(text(node(id).a)) + " has type " + types().name_of(parent_type) + ", which has no member " + quoted(name), help);
+  report(
+      Code::P4005, name_at(id),
+      quoted(text(node(id).a)) + " has type " + types().name_of(parent_type) + ", which has no member " + quoted(name),
+      help);
   return std::nullopt;
 }
 
 std::optional<PlaceId> Lowering::element_place(PlaceId array, NodeId index) {
   const TypeRef array_ref = builder_.type_of(array);
   if (types()[array_ref].kind != TypeKind::kArray) {
-    report(Code::P4008, at(index), "index into " + quoted(builder_.describe(array)) + ", which has type " + types().name_of(array_ref),
+    report(Code::P4008, at(index),
+           "index into " + quoted(builder_.describe(array)) + ", which has type " + types().name_of(array_ref),
            "give as many indices as the array has dimensions");
     return std::nullopt;
   }
@@ -207,7 +231,8 @@ std::optional<PlaceId> Lowering::element_place(PlaceId array, NodeId index) {
 
 std::optional<PlaceId> Lowering::index_place(PlaceId array, NodeId id) {
   std::optional<PlaceId> where = array;
-  for (NodeId index = node(id).b; where && index != kNoNode; index = node(index).next) where = element_place(*where, index);
+  for (NodeId index = node(id).b; where && index != kNoNode; index = node(index).next)
+    where = element_place(*where, index);
   return where;
 }
 
@@ -240,22 +265,30 @@ std::optional<PlaceId> Lowering::place(NodeId id, bool for_writing) {
       const std::string qualified = std::string(name_text(root)) + "." + std::string(name_text(path.back()));
       const auto global = builder_.module().global_by_name.find(qualified);
       if (global != builder_.module().global_by_name.end()) {
-        if (checked_root && !check_writable(builder_.module().globals[global->second].variable, at(root))) return std::nullopt;
+        if (checked_root && !check_writable(builder_.module().globals[global->second].variable, at(root)))
+          return std::nullopt;
         where = builder_.global(global->second);
         path.pop_back();
       }
     }
+    if (!where && !path.empty() && is_unresolved_name(root) && report_unknown_in_list(root, path.back()))
+      return std::nullopt;
     if (!where) where = root_place(root, checked_root);
   }
   for (std::size_t i = path.size(); where && i-- > 0;) {
     const NodeId step = path[i];
     switch (node(step).kind) {
-      case NodeKind::kMember: where = member_place(*where, step, for_writing); break;
-      case NodeKind::kIndex: where = index_place(*where, step); break;
+      case NodeKind::kMember:
+        where = member_place(*where, step, for_writing);
+        break;
+      case NodeKind::kIndex:
+        where = index_place(*where, step);
+        break;
       default: {
         const TypeRef type = builder_.type_of(*where);
         if (types()[type].kind != TypeKind::kReference) {
-          report(Code::P4006, at(step), quoted(text(node(step).a)) + " has type " + types().name_of(type) + " and is no reference");
+          report(Code::P4006, at(step),
+                 quoted(text(node(step).a)) + " has type " + types().name_of(type) + " and is no reference");
           return std::nullopt;
         }
         where = builder_.deref(builder_.load(*where));
@@ -267,7 +300,8 @@ std::optional<PlaceId> Lowering::place(NodeId id, bool for_writing) {
 
 // ---- entries --------------------------------------------------------------------------------------------------
 
-std::optional<PlaceId> lower_place(std::string_view text, const core::SourceRef& at, ir::Builder& builder, bool for_writing) {
+std::optional<PlaceId> lower_place(std::string_view text, const core::SourceRef& at, ir::Builder& builder,
+                                   bool for_writing) {
   const std::string_view plain = core::trimmed(text);
   if (is_identifier(plain)) {
     const Named named = find_name(builder.module(), builder.pou(), plain);

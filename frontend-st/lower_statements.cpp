@@ -47,21 +47,27 @@ bool Lowering::if_chain(NodeId id) {
 bool Lowering::statement(NodeId id) {
   builder_.set_source(at(id));
   switch (node(id).kind) {
-    case NodeKind::kAssign: return assign(id);
-    case NodeKind::kIf: return if_chain(id);
-    case NodeKind::kReturn: builder_.ret(); return true;
+    case NodeKind::kAssign:
+      return assign(id);
+    case NodeKind::kIf:
+      return if_chain(id);
+    case NodeKind::kReturn:
+      builder_.ret();
+      return true;
     case NodeKind::kCallStatement: {
       const NodeId call_id = node(id).a;
       const NodeId callee = node(call_id).a;
       const ir::Module& module = builder_.module();
       if (node(callee).kind == NodeKind::kName) {
         const auto pou = module.pou_by_name.find(name_text(callee));
-        const bool function = pou != module.pou_by_name.end() && module.pous[pou->second].kind == ir::PouKind::kFunction;
+        const bool function =
+            pou != module.pou_by_name.end() && module.pous[pou->second].kind == ir::PouKind::kFunction;
         if (function || is_unresolved_name(callee)) return call(call_id, std::nullopt, true).has_value();
       }
       return call_block(call_id);
     }
-    default: return false;
+    default:
+      return false;
   }
 }
 

@@ -33,12 +33,14 @@ class Lowering {
  private:
   using Expected = std::optional<ir::TypeRef>;
 
-  /// A parameter of a function POU, function block or standard function, copied: tables grow while arguments are lowered.
+  /// A parameter of a function POU, function block or standard function, copied: tables grow while arguments are
+  /// lowered.
   struct Parameter {
     std::string name;
     ir::Role role = ir::Role::kInput;
     std::uint32_t index = 0;  ///< into the callee's variables or fields
     ir::TypeRef type{};       ///< in-outs: the declared type, not the reference
+    std::string alias{};      ///< another name drawings and texts use for it, or empty
   };
   /// Arguments of one call, EN and ENO taken out; `parameter` numbers an entry of the parameter list.
   struct Bound {
@@ -87,6 +89,7 @@ class Lowering {
   std::optional<ir::PlaceId> element_place(ir::PlaceId array, NodeId index);
   bool check_writable(const ir::Variable& variable, const core::SourceRef& where);
   void report_unknown_name(NodeId id);
+  bool report_unknown_in_list(NodeId root, NodeId member);
 
   // lower_call.cpp
   std::optional<ir::Operand> call(NodeId id, Expected expected, bool as_statement);

@@ -19,33 +19,46 @@ constexpr int kUnaryPower = 9;
 
 Infix infix_of(const Token& token, std::string_view text) {
   switch (token.kind) {
-    case TokenKind::kPower: return {Operator::kPower, 8};
-    case TokenKind::kStar: return {Operator::kMultiply, 7};
-    case TokenKind::kSlash: return {Operator::kDivide, 7};
-    case TokenKind::kPlus: return {Operator::kAdd, 6};
-    case TokenKind::kMinus: return {Operator::kSubtract, 6};
-    case TokenKind::kLess: return {Operator::kLess, 5};
-    case TokenKind::kLessEqual: return {Operator::kLessEqual, 5};
-    case TokenKind::kGreater: return {Operator::kGreater, 5};
-    case TokenKind::kGreaterEqual: return {Operator::kGreaterEqual, 5};
-    case TokenKind::kEqual: return {Operator::kEqual, 4};
-    case TokenKind::kNotEqual: return {Operator::kNotEqual, 4};
-    case TokenKind::kAnd: return {Operator::kAnd, 3};
+    case TokenKind::kPower:
+      return {Operator::kPower, 8};
+    case TokenKind::kStar:
+      return {Operator::kMultiply, 7};
+    case TokenKind::kSlash:
+      return {Operator::kDivide, 7};
+    case TokenKind::kPlus:
+      return {Operator::kAdd, 6};
+    case TokenKind::kMinus:
+      return {Operator::kSubtract, 6};
+    case TokenKind::kLess:
+      return {Operator::kLess, 5};
+    case TokenKind::kLessEqual:
+      return {Operator::kLessEqual, 5};
+    case TokenKind::kGreater:
+      return {Operator::kGreater, 5};
+    case TokenKind::kGreaterEqual:
+      return {Operator::kGreaterEqual, 5};
+    case TokenKind::kEqual:
+      return {Operator::kEqual, 4};
+    case TokenKind::kNotEqual:
+      return {Operator::kNotEqual, 4};
+    case TokenKind::kAnd:
+      return {Operator::kAnd, 3};
     case TokenKind::kIdentifier:
       if (core::iequals(text, "MOD")) return {Operator::kModulo, 7};
       if (core::iequals(text, "AND")) return {Operator::kAnd, 3};
       if (core::iequals(text, "XOR")) return {Operator::kXor, 2};
       if (core::iequals(text, "OR")) return {Operator::kOr, 1};
       return {};
-    default: return {};
+    default:
+      return {};
   }
 }
 
 // Words that cannot be names inside an expression or begin a statement as one.
-constexpr std::string_view kReserved[] = {
-    "AND",   "OR",    "XOR",     "MOD",      "NOT",    "IF",         "THEN",    "ELSE",       "ELSIF",      "END_IF", "CASE",
-    "OF",    "FOR",   "TO",      "BY",       "DO",     "WHILE",      "REPEAT",  "UNTIL",      "RETURN",     "EXIT",   "CONTINUE",
-    "END_CASE", "END_FOR", "END_WHILE", "END_REPEAT"};
+constexpr std::string_view kReserved[] = {"AND",      "OR",       "XOR",     "MOD",       "NOT",       "IF",     "THEN",
+                                          "ELSE",     "ELSIF",    "END_IF",  "CASE",      "OF",        "FOR",    "TO",
+                                          "BY",       "DO",       "WHILE",   "REPEAT",    "UNTIL",     "RETURN", "EXIT",
+                                          "CONTINUE", "END_CASE", "END_FOR", "END_WHILE", "END_REPEAT"};
 
 bool is_reserved(std::string_view word) {
   for (std::string_view r : kReserved) {
@@ -96,26 +109,31 @@ NodeId Parser::fail_unexpected(std::string_view wanted) {
     case TokenKind::kEnd:
       return fail(Code::P4001, token_, "the text ends where " + std::string(wanted) + " should follow");
     case TokenKind::kUnterminatedString:
-      return fail(Code::P4003, token_, "string without end", "close it with the quote that opened it; a quote inside is $' or $\"");
-    case TokenKind::kUnterminatedComment: return fail(Code::P4001, token_, "comment or pragma without end");
+      return fail(Code::P4003, token_, "string without end",
+                  "close it with the quote that opened it; a quote inside is $' or $\"");
+    case TokenKind::kUnterminatedComment:
+      return fail(Code::P4001, token_, "comment or pragma without end");
     case TokenKind::kBadNumber:
       return fail(Code::P4003, token_, "\"" + found + "\" is neither a number nor a name",
                   "names begin with a letter; durations are written T#5s");
-    default: break;
+    default:
+      break;
   }
   return fail(Code::P4001, token_, "found \"" + found + "\" where " + std::string(wanted) + " should stand");
 }
 
 bool Parser::enter() {
   if (++depth_ <= kMaxDepth) return true;
-  fail(Code::P4002, token_, "nested more than " + std::to_string(kMaxDepth) + " levels deep", "split it with variables for the parts");
+  fail(Code::P4002, token_, "nested more than " + std::to_string(kMaxDepth) + " levels deep",
+       "split it with variables for the parts");
   return false;
 }
 
 // ---- expressions ----------------------------------------------------------------------------------------------
 
 NodeId Parser::parse_expression() {
-  if (token_.kind == TokenKind::kEnd) return fail(Code::P4001, token_, "the text is empty where an expression should stand");
+  if (token_.kind == TokenKind::kEnd)
+    return fail(Code::P4001, token_, "the text is empty where an expression should stand");
   const NodeId root = expression(1);
   if (root == kNoNode) return root;
   if (token_.kind != TokenKind::kEnd) return fail_unexpected("an operator or the end of the expression");
@@ -172,9 +190,15 @@ NodeId Parser::primary() {
     case TokenKind::kReal:
     case TokenKind::kTyped:
     case TokenKind::kString:
-    case TokenKind::kWstring: node.kind = NodeKind::kLiteral; break;
-    case TokenKind::kEnumValue: node.kind = NodeKind::kEnumValue; break;
-    case TokenKind::kDirect: node.kind = NodeKind::kDirect; break;
+    case TokenKind::kWstring:
+      node.kind = NodeKind::kLiteral;
+      break;
+    case TokenKind::kEnumValue:
+      node.kind = NodeKind::kEnumValue;
+      break;
+    case TokenKind::kDirect:
+      node.kind = NodeKind::kDirect;
+      break;
     case TokenKind::kIdentifier:
       if (is_reserved(text_of(token_))) return fail_unexpected("a value");
       node.kind = at_keyword("TRUE") || at_keyword("FALSE") ? NodeKind::kLiteral : NodeKind::kName;
@@ -192,7 +216,8 @@ NodeId Parser::primary() {
       ast_.nodes[inner].end = last_end_;
       return postfix(inner);
     }
-    default: return fail_unexpected("a value");
+    default:
+      return fail_unexpected("a value");
   }
   advance();
   return postfix(ast_.add(node));
@@ -219,8 +244,12 @@ NodeId Parser::postfix(NodeId base) {
         base = ast_.add(node);
         break;
       }
-      case TokenKind::kLeftBracket: base = indices(base); break;
-      case TokenKind::kLeftParen: base = arguments(base); break;
+      case TokenKind::kLeftBracket:
+        base = indices(base);
+        break;
+      case TokenKind::kLeftParen:
+        base = arguments(base);
+        break;
       case TokenKind::kCaret: {
         advance();
         Node node;
@@ -231,7 +260,8 @@ NodeId Parser::postfix(NodeId base) {
         base = ast_.add(node);
         break;
       }
-      default: return base;
+      default:
+        return base;
     }
   }
   return base;
@@ -386,7 +416,8 @@ void Parser::skip_statement() {
 }
 
 NodeId Parser::refuse_compound(std::string_view keyword, std::string_view end_keyword) {
-  fail(Code::P4012, token_, std::string(keyword) + " stands in a text where assignments, calls, IF and RETURN are supported",
+  fail(Code::P4012, token_,
+       std::string(keyword) + " stands in a text where assignments, calls, IF and RETURN are supported",
        "write it with IF, or as a function block POU");
   std::uint32_t nested = 0;
   while (token_.kind != TokenKind::kEnd) {

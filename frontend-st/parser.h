@@ -1,5 +1,5 @@
-// Parser of ST texts: expressions by operator precedence (IEC 61131-3:2013, table 71), and the statements an EXECUTE box
-// holds. Syntax only: nothing is looked up.
+// Parser of ST texts: expressions by operator precedence (IEC 61131-3:2013, table 71), and the statements an EXECUTE
+// box holds. Syntax only: nothing is looked up.
 //
 // In: a SourceText. Out: an Ast. Errors are reported once per expression, or once per statement, and parsing goes on
 // behind the statement. Does not belong here: names, types, IR.
@@ -57,8 +57,8 @@ class Parser {
   std::string_view pou_;
   Lexer lexer_;
   Ast ast_;
-  Token token_;      ///< the current token
-  Token peeked_;     ///< the one behind it, if has_peeked_
+  Token token_;   ///< the current token
+  Token peeked_;  ///< the one behind it, if has_peeked_
   bool has_peeked_ = false;
   std::uint32_t last_end_ = 0;  ///< end of the token before the current one
   std::uint32_t depth_ = 0;

@@ -21,8 +21,8 @@ std::optional<ir::Operand> lower_expression(std::string_view text, const core::S
 std::optional<ir::PlaceId> lower_place(std::string_view text, const core::SourceRef& at, ir::Builder& builder,
                                        bool for_writing);
 
-/// Lowers a statement list (EXECUTE box): assignments, calls, IF, RETURN. Recovers at statement ends: every independent error is
-/// reported once. False when any was.
+/// Lowers a statement list (EXECUTE box): assignments, calls, IF, RETURN. Recovers at statement ends: every independent
+/// error is reported once. False when any was.
 bool lower_statements(std::string_view text, const core::SourceRef& at, ir::Builder& builder);
 
 /// True when the text is one plain variable name or path (no operators, no literal): what may be written.

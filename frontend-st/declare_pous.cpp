@@ -1,0 +1,374 @@
+// POU interfaces, globals, externals and located variables.
+#include <algorithm>
+#include <utility>
+
+#include "core/text.h"
+#include "frontend-st/declare.h"
+#include "frontend-st/declarer.h"
+#include "frontend-st/names.h"
+
+namespace plc::st {
+
+using core::Code;
+using ir::Role;
+using ir::TypeKind;
+using ir::TypeRef;
+using plcopen::Section;
+
+namespace {
+
+std::string quoted(std::string_view text) { return '"' + std::string(text) + '"'; }
+
+Role role_of(Section section) {
+  switch (section) {
+    case Section::kInput:
+      return Role::kInput;
+    case Section::kOutput:
+      return Role::kOutput;
+    case Section::kInOut:
+      return Role::kInOut;
+    case Section::kTemp:
+      return Role::kTemp;
+    case Section::kExternal:
+    case Section::kGlobal:
+      return Role::kExternal;
+    default:
+      return Role::kLocal;
+  }
+}
+
+ir::PouKind kind_of(plcopen::PouKind kind) {
+  switch (kind) {
+    case plcopen::PouKind::kFunction:
+      return ir::PouKind::kFunction;
+    case plcopen::PouKind::kFunctionBlock:
+      return ir::PouKind::kFunctionBlock;
+    default:
+      return ir::PouKind::kProgram;
+  }
+}
+
+}  // namespace
+
+Declarer::Declarer(const plcopen::Project& project, const core::CompileOptions& options, core::Diagnostics& diagnostics,
+                   ir::Module& module)
+    : project_(project), options_(options), diagnostics_(diagnostics), module_(module) {}
+
+void Declarer::run() {
+  module_.options = options_;
+  module_.name = project_.name;
+  declare_pou_names();
+  for (const plcopen::Configuration& configuration : project_.configurations) {
+    const auto collect = [&](const std::vector<plcopen::Variable>& globals) {
+      for (const plcopen::Variable& v : globals) {
+        if (!v.constant) continue;
+        global_constants_.emplace(v.name, &v);
+        if (!v.list.empty()) global_constants_.emplace(v.list + "." + v.name, &v);
+      }
+    };
+    collect(configuration.globals);
+    for (const plcopen::Resource& resource : configuration.resources) collect(resource.globals);
+  }
+  declare_data_types();
+  declare_globals();
+  for (std::uint32_t i = 0; i < project_.pous.size(); ++i) declare_interface(i);
+  initialize_all();
+  declare_configuration();
+}
+
+std::unique_ptr<ir::Module> declare(const plcopen::Project& project, const core::CompileOptions& options,
+                                    core::Diagnostics& diagnostics) {
+  auto module = std::make_unique<ir::Module>();
+  Declarer(project, options, diagnostics, *module).run();
+  return module;
+}
+
+// Every POU has its type before any variable is typed: POUs may name each other in any order.
+void Declarer::declare_pou_names() {
+  for (std::uint32_t i = 0; i < project_.pous.size(); ++i) {
+    const plcopen::Pou& from = project_.pous[i];
+    ir::Pou pou;
+    pou.name = from.name;
+    pou.kind = kind_of(from.kind);
+    pou.at = from.at;
+    const bool first = module_.pou_by_name.emplace(from.name, i).second;
+    if (!first) {
+      report(Code::P4018, from.at, from.name, "POU " + quoted(from.name) + " is declared twice", "rename one of them");
+    } else if (!stdlib::overloads_named(from.name).empty() || stdlib::block_named(from.name) != nullptr) {
+      report(Code::P4019, from.at, from.name,
+             std::string(plcopen::pou_kind_name(from.kind)) + " " + quoted(from.name) + " hides the standard " +
+                 (stdlib::block_named(from.name) != nullptr ? "function block" : "function") + " of this name",
+             "rename it if the standard one is meant");
+    } else if (core::type_named(from.name)) {
+      report(Code::P4018, from.at, from.name, "POU " + quoted(from.name) + " has the name of an elementary type");
+    }
+    if (pou.kind != ir::PouKind::kFunction) pou.instance_type = types().pou(i, from.name);
+    module_.pous.push_back(std::move(pou));
+  }
+}
+
+// ---- globals --------------------------------------------------------------------------------------------------
+
+void Declarer::declare_globals() {
+  for (const plcopen::Configuration& configuration : project_.configurations) {
+    for (const plcopen::Variable& v : configuration.globals) declare_global(v);
+    for (const plcopen::Resource& resource : configuration.resources) {
+      for (const plcopen::Variable& v : resource.globals) declare_global(v);
+    }
+  }
+  for (std::uint32_t i = 0; i < project_.pous.size(); ++i) {
+    for (const plcopen::Variable& v : project_.pous[i].variables) {
+      if (v.section == Section::kGlobal) declare_global(v);
+    }
+  }
+  publish_global_names();
+}
+
+void Declarer::declare_global(const plcopen::Variable& variable) {
+  const Owner owner{{}, variable.name, variable.at};
+  const std::string qualified = variable.list.empty() ? variable.name : variable.list + "." + variable.name;
+  if (module_.global_by_name.find(qualified) != module_.global_by_name.end()) {
+    report(Code::P4018, variable.at, {}, "global variable " + quoted(qualified) + " is declared twice");
+    return;
+  }
+  const auto type = resolve(variable.type, owner);
+  if (!type) return;
+  ir::Global global;
+  ir::Variable& out = global.variable;
+  out.name = variable.name;
+  out.type = *type;
+  out.constant = variable.constant;
+  out.retain = variable.retain;
+  out.persistent = variable.persistent;
+  out.at = variable.at;
+  global.list = variable.list;
+  const auto index = static_cast<std::uint32_t>(module_.globals.size());
+  if (!variable.address.empty()) {
+    const auto address = address_of(variable, *type, owner);
+    if (address) out.address = address->text();
+    if (address && !address->unlocated) {
+      const auto [known, fresh] = module_.global_by_name.emplace(out.address, index);
+      const ir::Global* other = fresh ? nullptr : &module_.globals[known->second];
+      if (other != nullptr && other->variable.type == *type) {
+        // Two names for one place.
+        module_.global_by_name.emplace(qualified, known->second);
+        if (!variable.list.empty()) module_.global_by_name.emplace(variable.name, known->second);
+        return;
+      }
+      if (other != nullptr && address->area != 'I') {
+        report(Code::P4032, variable.at, {},
+               quoted(variable.name) + " of type " + types().name_of(*type) + " and " + quoted(other->variable.name) +
+                   " of type " + types().name_of(other->variable.type) + " are both at " + out.address,
+               "give variables at one address one type");
+      }
+    }
+  }
+  module_.global_by_name.emplace(qualified, index);
+  module_.globals.push_back(std::move(global));
+  pending_.push_back({&variable, kNoPou, index});
+}
+
+// "X" names a variable of a list when only one list has an X; a global outside of lists wins.
+void Declarer::publish_global_names() {
+  NameMap<std::uint32_t> count;
+  for (const ir::Global& g : module_.globals) {
+    if (!g.list.empty()) ++count[g.variable.name];
+  }
+  for (std::uint32_t i = 0; i < module_.globals.size(); ++i) {
+    const ir::Global& g = module_.globals[i];
+    if (!g.list.empty() && count[g.variable.name] == 1) module_.global_by_name.emplace(g.variable.name, i);
+  }
+}
+
+std::optional<Address> Declarer::address_of(const plcopen::Variable& variable, TypeRef type, const Owner& owner) {
+  std::string problem;
+  auto address = parse_address(core::trimmed(variable.address), problem);
+  if (!address) {
+    report(Code::P4023, variable.at, owner.pou,
+           "address " + quoted(variable.address) + " of " + quoted(variable.name) + ": " + problem,
+           "write it like %IX0.0, %QW3 or %MD10");
+    return std::nullopt;
+  }
+  if (address->unlocated) return address;
+  TypeRef scalar = type;
+  while (types()[scalar].kind == TypeKind::kArray) scalar = types()[scalar].element;
+  if (types()[scalar].stub) return address;
+  const auto rep = types().rep_of(scalar);
+  const bool has_bits = rep && *rep != core::Rep::kStr && *rep != core::Rep::kWstr && *rep != core::Rep::kRef;
+  const std::uint32_t bits = !has_bits ? 0 : *rep == core::Rep::kBool ? 1 : core::rep_bytes(*rep) * 8;
+  // Strings and structures begin at a byte or word and are as long as they are.
+  const bool fits = bits == 0 ? address->size != 'X' : bits == address->bits();
+  if (fits) return address;
+  report(Code::P4024, variable.at, owner.pou,
+         quoted(variable.name) + " of type " + types().name_of(type) + " is at " + address->text() + ", which has " +
+             std::to_string(address->bits()) + (address->bits() == 1 ? " bit" : " bits"),
+         "X is one bit, B 8, W 16, D 32 and L 64 bits");
+  return std::nullopt;
+}
+
+// ---- interfaces -----------------------------------------------------------------------------------------------
+
+void Declarer::declare_interface(std::uint32_t index) {
+  const plcopen::Pou& from = project_.pous[index];
+  local_constants_.clear();
+  for (const plcopen::Variable& v : from.variables) {
+    if (v.constant) local_constants_.emplace(v.name, &v);
+  }
+  if (from.kind == plcopen::PouKind::kFunction && from.return_type.kind != plcopen::TypeSpec::Kind::kMissing) {
+    const auto type = resolve(from.return_type, {from.name, from.name, from.at});
+    if (type) {
+      ir::Pou& pou = module_.pous[index];
+      pou.return_type = *type;
+      ir::Variable result;
+      result.name = from.name;
+      result.type = *type;
+      result.role = Role::kReturnValue;
+      result.in_frame = true;
+      result.at = from.at;
+      pou.by_name.emplace(result.name, 0u);
+      pou.variables.push_back(std::move(result));
+    }
+  }
+  for (const plcopen::Variable& v : from.variables) {
+    if (v.section != Section::kAccess && v.section != Section::kConfig) declare_variable(index, v);
+  }
+  local_constants_.clear();
+}
+
+bool Declarer::holds_instance(TypeRef type) {
+  for (std::uint32_t depth = 0; depth < 64 && types()[type].kind == TypeKind::kArray; ++depth)
+    type = types()[type].element;
+  const ir::Type& t = types()[type];
+  if (t.kind == TypeKind::kBlock || t.kind == TypeKind::kPou) return true;
+  if (t.kind != TypeKind::kStruct) return false;
+  return std::any_of(t.fields.begin(), t.fields.end(),
+                     [this](const ir::TypeField& f) { return holds_instance(f.type); });
+}
+
+void Declarer::declare_variable(std::uint32_t pou_index, const plcopen::Variable& variable) {
+  const std::string& pou_name = project_.pous[pou_index].name;
+  const bool in_function = project_.pous[pou_index].kind == plcopen::PouKind::kFunction;
+  const Owner owner{pou_name, variable.name, variable.at};
+  if (module_.pous[pou_index].by_name.find(variable.name) != module_.pous[pou_index].by_name.end()) {
+    report(Code::P4018, variable.at, pou_name, "variable " + quoted(variable.name) + " is declared twice");
+    return;
+  }
+  ir::Variable out;
+  out.name = variable.name;
+  out.role = role_of(variable.section);
+  out.constant = variable.constant;
+  out.retain = variable.retain;
+  out.persistent = variable.persistent;
+  out.at = variable.at;
+  if (variable.section == Section::kExternal || variable.section == Section::kGlobal) {
+    if (!bind_external(out, variable, owner)) return;
+  } else {
+    const auto type = resolve(variable.type, owner);
+    if (!type) return;
+    out.type = *type;
+    out.in_frame = in_function || out.role == Role::kTemp;
+    if (out.role == Role::kInOut) {
+      out.type = types().reference(*type);
+    } else if (out.in_frame && holds_instance(*type)) {
+      report(
+          Code::P4033, variable.at, pou_name,
+          quoted(variable.name) + " of type " + types().name_of(*type) +
+              " is declared where nothing is kept from call to call",
+          in_function ? "pass the instance as VAR_IN_OUT, or make the function a function block" : "declare it as VAR");
+      return;
+    }
+    if (!variable.address.empty()) {
+      if (out.in_frame || out.role == Role::kInOut) {
+        report(Code::P4023, variable.at, pou_name,
+               quoted(variable.name) + " has an address, but lives only while its POU runs",
+               "declare it as a global variable");
+        return;
+      }
+      if (!bind_located(out, variable, owner)) return;
+    }
+  }
+  ir::Pou& pou = module_.pous[pou_index];
+  const auto index = static_cast<std::uint32_t>(pou.variables.size());
+  pou.by_name.emplace(out.name, index);
+  pou.variables.push_back(std::move(out));
+  pending_.push_back({&variable, pou_index, index});
+}
+
+bool Declarer::bind_external(ir::Variable& out, const plcopen::Variable& variable, const Owner& owner) {
+  auto found = module_.global_by_name.find(variable.name);
+  if (found == module_.global_by_name.end() && !variable.list.empty()) {
+    found = module_.global_by_name.find(variable.list + "." + variable.name);
+  }
+  if (found == module_.global_by_name.end()) {
+    Guess guess(variable.name);
+    for (const ir::Global& g : module_.globals) guess.offer(g.variable.name);
+    std::string help = guess.help();
+    if (help.empty()) help = "declare it in a globalVars list of the configuration or resource";
+    report(Code::P4021, variable.at, owner.pou,
+           "external variable " + quoted(variable.name) + " has no global variable", help);
+    // It stays usable, so that every use of it is not an error of its own.
+    if (variable.type.kind == plcopen::TypeSpec::Kind::kMissing) return false;
+    const auto type = resolve(variable.type, owner);
+    if (!type) return false;
+    out.type = *type;
+    out.role = Role::kLocal;
+    return true;
+  }
+  const ir::Variable& global = module_.globals[found->second].variable;
+  const TypeRef global_type = global.type;
+  out.role = Role::kExternal;
+  out.global = found->second;
+  out.address = global.address;
+  out.constant = out.constant || global.constant;
+  out.type = global_type;
+  if (variable.section == Section::kGlobal || variable.type.kind == plcopen::TypeSpec::Kind::kMissing) return true;
+  const auto type = resolve(variable.type, owner);
+  if (type && *type != global_type && !types()[*type].stub) {
+    report(Code::P4022, variable.at, owner.pou,
+           "external variable " + quoted(variable.name) + " has type " + types().name_of(*type) +
+               ", the global variable " + types().name_of(global_type),
+           "give both one type");
+  }
+  return true;
+}
+
+// A located variable of a POU is a global place; all variables at one address share it.
+bool Declarer::bind_located(ir::Variable& out, const plcopen::Variable& variable, const Owner& owner) {
+  const auto address = address_of(variable, out.type, owner);
+  if (!address) return false;
+  const std::string normal = address->text();
+  const std::string own_name = std::string(owner.pou) + "." + variable.name;
+  out.address = normal;
+  out.role = Role::kExternal;
+  const auto known = address->unlocated ? module_.global_by_name.end() : module_.global_by_name.find(normal);
+  if (known != module_.global_by_name.end()) {
+    ir::Global& global = module_.globals[known->second];
+    if (global.variable.type == out.type) {
+      out.global = known->second;
+      if (owned_by_one_pou_.erase(known->second) != 0) global.variable.name = normal;
+      global.variable.retain = global.variable.retain || out.retain;
+      global.variable.persistent = global.variable.persistent || out.persistent;
+      module_.global_by_name.emplace(own_name, known->second);
+      return true;
+    }
+    if (address->area != 'I') {
+      report(Code::P4032, variable.at, owner.pou,
+             quoted(variable.name) + " of type " + types().name_of(out.type) + " and " + quoted(global.variable.name) +
+                 " of type " + types().name_of(global.variable.type) + " are both at " + normal,
+             "give variables at one address one type");
+      return false;
+    }
+  }
+  ir::Global global;
+  global.variable = out;
+  global.variable.name = own_name;
+  global.variable.role = Role::kLocal;
+  const auto index = static_cast<std::uint32_t>(module_.globals.size());
+  if (!address->unlocated && module_.global_by_name.emplace(normal, index).second) owned_by_one_pou_.insert(index);
+  module_.global_by_name.emplace(own_name, index);
+  module_.globals.push_back(std::move(global));
+  out.global = index;
+  return true;
+}
+
+}  // namespace plc::st

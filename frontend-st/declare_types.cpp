@@ -1,0 +1,419 @@
+// Data types: structures, enumerations, subranges, arrays, aliases, in any order, nested and anonymous.
+#include <utility>
+
+#include "core/text.h"
+#include "frontend-st/declarer.h"
+#include "frontend-st/lexer.h"
+#include "frontend-st/literals.h"
+#include "frontend-st/names.h"
+
+namespace plc::st {
+
+using core::Code;
+using core::SourceRef;
+using ir::TypeKind;
+using ir::TypeRef;
+using plcopen::TypeSpec;
+
+namespace {
+
+/// Elements of one array, all dimensions. Larger ones cannot be laid out in a table.
+constexpr std::int64_t kMaxElements = std::int64_t{1} << 28;
+constexpr std::uint32_t kMaxTypeNesting = 64;
+
+std::string quoted(std::string_view text) { return '"' + std::string(text) + '"'; }
+
+/// Who is known to bring a type that projects use without bringing it.
+std::string supplier_of(std::string_view name) {
+  struct Known {
+    std::string_view prefix, supplier;
+  };
+  static constexpr Known kKnown[] = {
+      {"LOGGER", "the Beremiz target library brings it"}, {"LOGLEVEL", "the Beremiz target library brings it"},
+      {"HMI_", "the Beremiz SVGHMI extension brings it"}, {"python_", "the Beremiz Python extension brings it"},
+      {"MC_", "a PLCopen motion library brings it"},      {"AXIS_REF", "a PLCopen motion library brings it"},
+      {"FB_", "probably a vendor library of the tool"},
+  };
+  for (const Known& k : kKnown) {
+    if (name.size() >= k.prefix.size() && core::iequals(name.substr(0, k.prefix.size()), k.prefix)) {
+      return std::string(k.supplier);
+    }
+  }
+  return "neither the file nor the standard library declares it";
+}
+
+}  // namespace
+
+void Declarer::declare_data_types() {
+  for (const plcopen::DataType& type : project_.data_types) {
+    if (core::type_named(type.name) || module_.types.find(type.name).has_value()) {
+      const bool hides = !core::type_named(type.name) && stdlib::block_named(type.name) != nullptr &&
+                         module_.pou_by_name.find(type.name) == module_.pou_by_name.end();
+      if (hides) {
+        report(Code::P4019, type.at, {},
+               "data type " + quoted(type.name) + " hides the standard function block of this name");
+      } else {
+        report(Code::P4018, type.at, {}, "data type " + quoted(type.name) + " has the name of another type");
+        continue;
+      }
+    }
+    if (!user_type_by_name_.emplace(type.name, static_cast<std::uint32_t>(user_types_.size())).second) {
+      report(Code::P4018, type.at, {}, "data type " + quoted(type.name) + " is declared twice");
+      continue;
+    }
+    UserType entry;
+    entry.declaration = &type;
+    user_types_.push_back(std::move(entry));
+  }
+  for (std::uint32_t i = 0; i < user_types_.size(); ++i) {
+    const plcopen::DataType& type = *user_types_[i].declaration;
+    resolve_user_type(i, type.at, {{}, type.name, type.at});
+  }
+}
+
+std::optional<TypeRef> Declarer::resolve_user_type(std::uint32_t index, const SourceRef& at, const Owner& owner) {
+  if (user_types_[index].state == State::kDone) return user_types_[index].type;
+  const plcopen::DataType& declaration = *user_types_[index].declaration;
+  if (user_types_[index].state == State::kInProgress) {
+    // A pointer to a type that is still being read closes a list or a tree; anything else would be infinitely large.
+    if (pointers_ > user_types_[index].pointer_depth && user_types_[index].type) return user_types_[index].type;
+    std::string path;
+    bool inside = false;
+    for (std::uint32_t step : resolving_) {
+      inside = inside || step == index;
+      if (inside) path += user_types_[step].declaration->name + " > ";
+    }
+    report(Code::P4016, at, owner.pou,
+           "type " + quoted(declaration.name) + " contains itself: " + path + declaration.name,
+           "break the circle with REF_TO");
+    return std::nullopt;
+  }
+  user_types_[index].state = State::kInProgress;
+  user_types_[index].pointer_depth = pointers_;
+  resolving_.push_back(index);
+  const Owner self{{}, declaration.name, declaration.at};
+  std::optional<TypeRef> result;
+  const TypeSpec& spec = declaration.type;
+  switch (spec.kind) {
+    case TypeSpec::Kind::kStruct: {
+      ir::Type type;
+      type.kind = TypeKind::kStruct;
+      type.at = declaration.at;
+      types().declare(declaration.name, std::move(type));
+      user_types_[index].type = types().find(declaration.name);
+      fill_struct(*user_types_[index].type, spec, self);
+      result = user_types_[index].type;
+      break;
+    }
+    case TypeSpec::Kind::kEnum:
+    case TypeSpec::Kind::kSubrange: {
+      auto type = spec.kind == TypeSpec::Kind::kEnum ? make_enum(spec, self) : make_subrange(spec, self);
+      if (!type) break;
+      type->at = declaration.at;
+      types().declare(declaration.name, std::move(*type));
+      result = types().find(declaration.name);
+      if (declaration.initial.kind != plcopen::InitialValue::Kind::kSimple) break;
+      const auto value = evaluate_constant(declaration.initial.text, place(declaration.initial.at, self), types(),
+                                           *this, diagnostics_, {}, result);
+      std::string problem;
+      const auto constant = value ? constant_as(*value, *result, types(), problem) : std::nullopt;
+      if (constant) {
+        types().mutable_type(*result).initial = signed_value(constant->bits, core::rep_of(types()[*result].elementary));
+      } else if (value) {
+        report(Code::P4020, place(declaration.initial.at, self), {},
+               "initial value of type " + quoted(declaration.name) + ": " + problem);
+      }
+      break;
+    }
+    default:
+      result = resolve(spec, self);
+      if (result) types().declare_alias(declaration.name, *result);
+      break;
+  }
+  resolving_.pop_back();
+  user_types_[index].state = State::kDone;
+  user_types_[index].type = result;
+  return result;
+}
+
+std::optional<TypeRef> Declarer::unknown_type(std::string_view name, const SourceRef& at, const Owner& owner) {
+  const std::string where =
+      owner.pou.empty() ? quoted(owner.name) : quoted(owner.name) + " of POU " + std::string(owner.pou);
+  if (options_.stub_missing) {
+    report(Code::P4031, at, owner.pou, quoted(owner.name) + " has the unknown type " + quoted(name) + " and is a stub");
+    ir::Type type;
+    type.kind = TypeKind::kStruct;
+    type.stub = true;
+    type.at = at;
+    types().declare(name, std::move(type));
+    return types().find(name);
+  }
+  Guess guess(name);
+  for (const UserType& type : user_types_) guess.offer(type.declaration->name);
+  for (const stdlib::BlockSpec& block : stdlib::blocks()) guess.offer(block.name);
+  for (const core::TypeInfo& info : core::kTypes) guess.offer(info.iec);
+  std::string help = guess.help();
+  if (help.empty()) help = supplier_of(name) + "; add it to the project, or run with --stub-missing";
+  report(Code::P4014, at, owner.pou, where + " has the unknown type " + quoted(name), help);
+  return std::nullopt;
+}
+
+std::optional<TypeRef> Declarer::resolve_name(std::string_view name, const SourceRef& at, const Owner& owner) {
+  name = core::trimmed(name);
+  const auto user = user_type_by_name_.find(name);
+  if (user != user_type_by_name_.end()) return resolve_user_type(user->second, at, owner);
+  const auto known = types().find(name);
+  if (!known) {
+    // Types of libraries are written with their namespace: "Tc2_Standard.TON".
+    const std::size_t dot = name.rfind('.');
+    if (dot != std::string_view::npos && stdlib::block_named(name.substr(dot + 1)) != nullptr) {
+      return types().find(name.substr(dot + 1));
+    }
+    return unknown_type(name, at, owner);
+  }
+  const ir::Type& type = types()[*known];
+  if (type.stub)
+    report(Code::P4031, at, owner.pou, quoted(owner.name) + " has the unknown type " + quoted(name) + " and is a stub");
+  if (type.kind == TypeKind::kPou && module_.pous[type.pou].kind == ir::PouKind::kProgram) {
+    report(Code::P4014, at, owner.pou, quoted(owner.name) + " has the program " + quoted(name) + " as its type",
+           "programs are instantiated by tasks; make it a function block to use it as a variable");
+    return std::nullopt;
+  }
+  return known;
+}
+
+std::optional<TypeRef> Declarer::resolve(const TypeSpec& spec, const Owner& owner) {
+  const SourceRef& at = place(spec.at, owner);
+  if (++nesting_ > kMaxTypeNesting) {
+    --nesting_;
+    report(
+        Code::P4017, at, owner.pou,
+        "type of " + quoted(owner.name) + " is nested more than " + std::to_string(kMaxTypeNesting) + " levels deep");
+    return std::nullopt;
+  }
+  std::optional<TypeRef> result;
+  switch (spec.kind) {
+    case TypeSpec::Kind::kNamed:
+      result = resolve_name(spec.name, at, owner);
+      break;
+    case TypeSpec::Kind::kString:
+      result = resolve_string(spec, owner);
+      break;
+    case TypeSpec::Kind::kArray:
+      result = resolve_array(spec, owner);
+      break;
+    case TypeSpec::Kind::kStruct: {
+      ir::Type type;
+      type.kind = TypeKind::kStruct;
+      type.at = at;
+      result = anonymous(std::move(type), owner, "struct");
+      if (result) fill_struct(*result, spec, owner);
+      break;
+    }
+    case TypeSpec::Kind::kEnum: {
+      auto type = make_enum(spec, owner);
+      if (type) result = anonymous(std::move(*type), owner, "enum");
+      break;
+    }
+    case TypeSpec::Kind::kSubrange: {
+      auto type = make_subrange(spec, owner);
+      if (type) result = anonymous(std::move(*type), owner, "range");
+      break;
+    }
+    case TypeSpec::Kind::kPointer: {
+      if (!spec.base) break;
+      ++pointers_;
+      const auto target = resolve(*spec.base, owner);
+      --pointers_;
+      if (target) result = types().reference(*target);
+      break;
+    }
+    case TypeSpec::Kind::kMissing:
+      report(Code::P4014, at, owner.pou, quoted(owner.name) + " has no type");
+      break;
+  }
+  --nesting_;
+  return result;
+}
+
+// Anonymous types are equal to nothing but themselves; their names contain a blank, which no source can spell.
+std::optional<TypeRef> Declarer::anonymous(ir::Type type, const Owner& owner, std::string_view kind) {
+  std::string name =
+      std::string(kind) + " of " + (owner.pou.empty() ? "" : std::string(owner.pou) + ".") + std::string(owner.name);
+  while (types().find(name))
+    name = std::string(kind) + " " + std::to_string(++anonymous_count_) + " of " + std::string(owner.name);
+  types().declare(name, std::move(type));
+  return types().find(name);
+}
+
+bool Declarer::fill_struct(TypeRef type, const TypeSpec& spec, const Owner& owner) {
+  std::vector<ir::TypeField> fields;
+  bool fine = true;
+  for (const plcopen::Variable& member : spec.members) {
+    bool twice = false;
+    for (const ir::TypeField& field : fields) twice = twice || core::iequals(field.name, member.name);
+    if (twice) {
+      report(Code::P4018, place(member.at, owner), owner.pou,
+             "member " + quoted(member.name) + " of " + quoted(owner.name) + " is declared twice");
+      fine = false;
+      continue;
+    }
+    const std::string path = std::string(owner.name) + "." + member.name;
+    const Owner self{owner.pou, path, place(member.at, owner)};
+    const auto member_type = resolve(member.type, self);
+    fine = fine && member_type.has_value();
+    // A member without a usable type keeps its place, so that later members keep theirs.
+    fields.push_back({member.name, member_type.value_or(ir::kBoolType)});
+  }
+  types().mutable_type(type).fields = std::move(fields);
+  return fine;
+}
+
+std::optional<std::int64_t> Declarer::integer_constant(std::string_view text, const SourceRef& at, const Owner& owner,
+                                                       std::string_view what) {
+  const auto value = evaluate_constant(text, at, types(), *this, diagnostics_, owner.pou);
+  if (!value) return std::nullopt;
+  if (value->kind == ConstantValue::Kind::kTyped && types()[value->constant.type].kind == TypeKind::kEnum) {
+    return signed_value(value->constant.bits, core::rep_of(types()[value->constant.type].elementary));
+  }
+  if (value->kind != ConstantValue::Kind::kInt || value->is_unsigned) {
+    report(Code::P4017, at, owner.pou,
+           std::string(what) + " of " + quoted(owner.name) + ", " + quoted(text) + ", is not an integer");
+    return std::nullopt;
+  }
+  return value->int_value;
+}
+
+std::optional<TypeRef> Declarer::resolve_string(const TypeSpec& spec, const Owner& owner) {
+  const bool wide = core::iequals(core::trimmed(spec.name), "WSTRING");
+  const core::TypeId id = wide ? core::TypeId::kWstring : core::TypeId::kString;
+  if (core::trimmed(spec.length).empty()) return types().string(id, core::kDefaultStringCapacity);
+  const auto length = integer_constant(spec.length, place(spec.at, owner), owner, "length");
+  if (!length) return std::nullopt;
+  if (*length < 1 || *length > core::kMaxStringCapacity) {
+    report(Code::P4017, place(spec.at, owner), owner.pou,
+           "length " + std::to_string(*length) + " of " + quoted(owner.name) + " is not 1 to " +
+               std::to_string(core::kMaxStringCapacity));
+    return std::nullopt;
+  }
+  return types().string(id, static_cast<std::uint16_t>(*length));
+}
+
+std::optional<TypeRef> Declarer::resolve_array(const TypeSpec& spec, const Owner& owner) {
+  const SourceRef& at = place(spec.at, owner);
+  if (!spec.base || spec.dimensions.empty()) {
+    report(Code::P4017, at, owner.pou,
+           "array " + quoted(owner.name) + " has no " + (spec.base ? "dimensions" : "element type"));
+    return std::nullopt;
+  }
+  const auto element = resolve(*spec.base, owner);
+  std::vector<std::pair<std::int64_t, std::int64_t>> bounds;
+  std::int64_t total = 1;
+  bool fine = element.has_value();
+  for (const plcopen::Dimension& dimension : spec.dimensions) {
+    const auto lower = integer_constant(dimension.lower, at, owner, "lower bound");
+    const auto upper = integer_constant(dimension.upper, at, owner, "upper bound");
+    if (!lower || !upper) {
+      fine = false;
+      continue;
+    }
+    std::int64_t count = 0;
+    const bool huge = *upper >= *lower &&
+                      (__builtin_sub_overflow(*upper, *lower, &count) || __builtin_add_overflow(count, 1, &count) ||
+                       __builtin_mul_overflow(total, count, &total) || total > kMaxElements);
+    if (*lower > *upper || huge) {
+      report(Code::P4017, at, owner.pou,
+             "array " + quoted(owner.name) + " with bounds " + std::to_string(*lower) + ".." + std::to_string(*upper) +
+                 (huge ? " has more than " + std::to_string(kMaxElements) + " elements" : " has no elements"),
+             huge ? "" : "the lower bound comes first");
+      return std::nullopt;
+    }
+    bounds.emplace_back(*lower, *upper);
+  }
+  if (!fine) return std::nullopt;
+  TypeRef type = *element;
+  for (std::size_t i = bounds.size(); i-- > 0;) type = types().array(type, bounds[i].first, bounds[i].second);
+  return type;
+}
+
+std::optional<ir::Type> Declarer::make_enum(const TypeSpec& spec, const Owner& owner) {
+  ir::Type out;
+  out.kind = TypeKind::kEnum;
+  out.elementary = core::TypeId::kInt;
+  out.at = place(spec.at, owner);
+  bool fixed_base = false;
+  if (spec.base && spec.base->kind != TypeSpec::Kind::kMissing) {
+    const auto base = resolve(*spec.base, owner);
+    if (!base) return std::nullopt;
+    const auto id = types().is_elementary(*base) ? types().elementary_of(*base) : std::nullopt;
+    if (!id || !core::in_category(*id, core::kAnyInt | core::kAnyBit) || *id == core::TypeId::kBool) {
+      report(Code::P4017, out.at, owner.pou,
+             "enumeration " + quoted(owner.name) + " is based on " + types().name_of(*base) +
+                 ", which is no integer type");
+      return std::nullopt;
+    }
+    out.elementary = *id;
+    fixed_base = true;
+  }
+  if (spec.values.empty()) {
+    report(Code::P4017, out.at, owner.pou, "enumeration " + quoted(owner.name) + " has no values");
+    return std::nullopt;
+  }
+  earlier_values_.clear();
+  std::int64_t next = 0;
+  for (const plcopen::EnumValue& value : spec.values) {
+    const SourceRef& at = place(value.at, owner);
+    if (!core::trimmed(value.value).empty()) {
+      const auto given = integer_constant(value.value, at, owner, "a value");
+      if (given) next = *given;
+    }
+    if (!int_fits(next, false, out.elementary) && !fixed_base) {
+      // Values tell the size when no base type is declared.
+      out.elementary = int_fits(next, false, core::TypeId::kDint) ? core::TypeId::kDint : core::TypeId::kLint;
+    }
+    if (!int_fits(next, false, out.elementary)) {
+      report(Code::P4017, at, owner.pou,
+             "value " + std::to_string(next) + " of " + quoted(value.name) + " does not fit into " +
+                 std::string(core::name_of(out.elementary)));
+    }
+    if (!earlier_values_.emplace(value.name, next).second) {
+      report(Code::P4018, at, owner.pou,
+             "value " + quoted(value.name) + " of " + quoted(owner.name) + " is declared twice");
+      continue;
+    }
+    out.members.push_back({value.name, next});
+    if (next != INT64_MAX) ++next;
+  }
+  earlier_values_.clear();
+  out.initial = out.members.front().value;
+  return out;
+}
+
+std::optional<ir::Type> Declarer::make_subrange(const TypeSpec& spec, const Owner& owner) {
+  ir::Type out;
+  out.kind = TypeKind::kSubrange;
+  out.at = place(spec.at, owner);
+  const auto base = spec.base ? resolve(*spec.base, owner) : std::nullopt;
+  if (spec.base && !base) return std::nullopt;
+  const auto id = base ? types().elementary_of(*base) : std::nullopt;
+  if (!id || !core::in_category(*id, core::kAnyInt) || spec.dimensions.empty()) {
+    report(Code::P4017, out.at, owner.pou, "subrange " + quoted(owner.name) + " is not a range of an integer type");
+    return std::nullopt;
+  }
+  out.elementary = *id;
+  const auto lower = integer_constant(spec.dimensions[0].lower, out.at, owner, "lower limit");
+  const auto upper = integer_constant(spec.dimensions[0].upper, out.at, owner, "upper limit");
+  if (!lower || !upper) return std::nullopt;
+  if (*lower > *upper || !int_fits(*lower, false, *id) || !int_fits(*upper, false, *id)) {
+    report(Code::P4017, out.at, owner.pou,
+           "range " + std::to_string(*lower) + ".." + std::to_string(*upper) + " of " + quoted(owner.name) +
+               " does not lie in " + std::string(core::name_of(*id)));
+    return std::nullopt;
+  }
+  out.lower = *lower;
+  out.upper = *upper;
+  out.initial = *lower;
+  return out;
+}
+
+}  // namespace plc::st

@@ -1,0 +1,152 @@
+// Declarer: one pass of declare() over a project. Split by what is declared: declare_types (data types), declare_pous
+// (interfaces, globals, externals, located variables), initial_values, declare_configuration (tasks and instances).
+//
+// In: Project. Out: the symbols of an ir::Module. Does not belong here: bodies.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <unordered_set>
+#include <vector>
+
+#include "core/diagnostics.h"
+#include "core/options.h"
+#include "frontend-st/addresses.h"
+#include "frontend-st/constants.h"
+#include "ir/ir.h"
+#include "plcopen/project.h"
+
+namespace plc::st {
+
+template <class T>
+using NameMap = std::unordered_map<std::string, T, core::NameHash, core::NameEqual>;
+
+class Declarer final : public ConstantScope {
+ public:
+  Declarer(const plcopen::Project& project, const core::CompileOptions& options, core::Diagnostics& diagnostics,
+           ir::Module& module);
+  void run();
+  std::optional<ConstantValue> constant_named(std::string_view name) override;
+
+ private:
+  using Items = std::vector<ir::InitItem>;
+
+  /// Whose declaration is being read, for messages: a POU (or empty) and a variable, member or type.
+  struct Owner {
+    std::string_view pou;
+    std::string_view name;
+    core::SourceRef at;
+  };
+  enum class State : std::uint8_t { kNew, kInProgress, kDone };
+  struct UserType {
+    const plcopen::DataType* declaration = nullptr;
+    State state = State::kNew;
+    std::optional<ir::TypeRef> type;
+    std::uint32_t pointer_depth = 0;  ///< pointers_ when its resolution began: more means a legal cycle
+    bool has_defaults = false;
+    Items defaults;  ///< initial values of members, beyond zero
+  };
+
+  void report(core::Code code, const core::SourceRef& at, std::string_view pou, std::string message,
+              std::string help = {}) {
+    diagnostics_.report(code, at, pou, std::move(message), std::move(help));
+  }
+  ir::TypeTable& types() { return module_.types; }
+  [[nodiscard]] core::SourceRef whole_file() const {
+    core::SourceRef at;
+    at.file = project_.file;
+    return at;
+  }
+  [[nodiscard]] const core::SourceRef& place(const core::SourceRef& preferred, const Owner& owner) const {
+    return preferred.line != 0 ? preferred : owner.at;
+  }
+
+  // declare_types.cpp
+  void declare_data_types();
+  std::optional<ir::TypeRef> resolve_user_type(std::uint32_t index, const core::SourceRef& at, const Owner& owner);
+  std::optional<ir::TypeRef> resolve(const plcopen::TypeSpec& spec, const Owner& owner);
+  std::optional<ir::TypeRef> resolve_name(std::string_view name, const core::SourceRef& at, const Owner& owner);
+  std::optional<ir::TypeRef> unknown_type(std::string_view name, const core::SourceRef& at, const Owner& owner);
+  std::optional<ir::TypeRef> resolve_array(const plcopen::TypeSpec& spec, const Owner& owner);
+  std::optional<ir::TypeRef> resolve_string(const plcopen::TypeSpec& spec, const Owner& owner);
+  std::optional<ir::TypeRef> anonymous(ir::Type type, const Owner& owner, std::string_view kind);
+  bool fill_struct(ir::TypeRef type, const plcopen::TypeSpec& spec, const Owner& owner);
+  std::optional<ir::Type> make_enum(const plcopen::TypeSpec& spec, const Owner& owner);
+  std::optional<ir::Type> make_subrange(const plcopen::TypeSpec& spec, const Owner& owner);
+  std::optional<std::int64_t> integer_constant(std::string_view text, const core::SourceRef& at, const Owner& owner,
+                                               std::string_view what);
+
+  // initial_values.cpp
+  const Items& defaults_of(std::uint32_t user_type);
+  Items spec_defaults(const plcopen::TypeSpec& spec, ir::TypeRef type, const Owner& owner);
+  bool add_items(const plcopen::InitialValue& value, ir::TypeRef type, std::vector<std::uint32_t>& path, Items& out,
+                 const Owner& owner);
+  bool add_array_items(const plcopen::InitialValue& value, ir::TypeRef type, std::vector<std::uint32_t>& path,
+                       Items& out, const Owner& owner);
+  bool add_struct_items(const plcopen::InitialValue& value, ir::TypeRef type, std::vector<std::uint32_t>& path,
+                        Items& out, const Owner& owner);
+  Items initial_of(const plcopen::Variable& variable, ir::TypeRef type, const Owner& owner);
+  void initialize_all();
+
+  // declare_pous.cpp
+  void declare_pou_names();
+  void declare_globals();
+  void declare_global(const plcopen::Variable& variable);
+  void publish_global_names();
+  void declare_interface(std::uint32_t pou);
+  void declare_variable(std::uint32_t pou, const plcopen::Variable& variable);
+  bool bind_external(ir::Variable& out, const plcopen::Variable& variable, const Owner& owner);
+  bool bind_located(ir::Variable& out, const plcopen::Variable& variable, const Owner& owner);
+  std::optional<Address> address_of(const plcopen::Variable& variable, ir::TypeRef type, const Owner& owner);
+  bool holds_instance(ir::TypeRef type);
+
+  // declare_configuration.cpp
+  void declare_configuration();
+  void declare_task(const plcopen::Task& task, const std::string& resource);
+  void declare_instances(const plcopen::Resource& resource, std::size_t first_task);
+  std::optional<ir::ProgramInstance> instance(const plcopen::PouInstance& instance);
+  void declare_single_pou();
+  std::string pou_list(bool function_blocks) const;
+  /// The path of the BOOL variable that `name` means as the trigger of a task, as Task::single spells it.
+  std::optional<std::string> resolve_trigger(std::string_view name);
+
+  /// A variable whose initial value is still to be computed, once all types and constants are known.
+  struct Pending {
+    const plcopen::Variable* declaration;
+    std::uint32_t pou;       ///< kNoPou for globals
+    std::uint32_t variable;  ///< into the POU's variables or Module::globals
+  };
+  static constexpr std::uint32_t kNoPou = 0xffffffffu;
+
+  const plcopen::Project& project_;
+  const core::CompileOptions& options_;
+  core::Diagnostics& diagnostics_;
+  ir::Module& module_;
+
+  std::vector<UserType> user_types_;
+  NameMap<std::uint32_t> user_type_by_name_;
+  std::vector<std::uint32_t> resolving_;  ///< user types in progress, outermost first
+  std::uint32_t pointers_ = 0;
+  std::uint32_t nesting_ = 0;
+  std::uint32_t anonymous_count_ = 0;
+  NameMap<std::int64_t> earlier_values_;  ///< values of the enumeration being declared
+
+  NameMap<const plcopen::Variable*> global_constants_;
+  NameMap<const plcopen::Variable*> local_constants_;  ///< of the POU being declared
+  std::map<const plcopen::Variable*, std::optional<ConstantValue>> constant_values_;
+
+  std::vector<Pending> pending_;
+  std::unordered_set<std::uint32_t> owned_by_one_pou_;  ///< located globals made for one POU: named POU.variable
+  bool instance_failed_ = false;
+};
+
+/// Nanoseconds of a task interval, in every spelling tools use: T#20ms, PT0.02S, 00:00:00.1, 10ms, or a number with
+/// `unit`
+/// ("us", "ms"). Nothing, and why in `problem`, when it is none of these.
+std::optional<std::int64_t> parse_interval(std::string_view text, std::string_view unit, std::string& problem);
+
+}  // namespace plc::st

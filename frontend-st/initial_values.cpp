@@ -1,0 +1,352 @@
+// Initial values: constants, arrays with repetition, structures, instances; defaults that come with types.
+#include <algorithm>
+#include <utility>
+
+#include "core/text.h"
+#include "frontend-st/declarer.h"
+
+namespace plc::st {
+
+using core::Code;
+using ir::TypeKind;
+using ir::TypeRef;
+using plcopen::InitialValue;
+using plcopen::TypeSpec;
+
+namespace {
+
+/// Scalars that initial values of one variable may set one by one.
+constexpr std::size_t kMaxItems = std::size_t{1} << 20;
+
+std::string quoted(std::string_view text) { return '"' + std::string(text) + '"'; }
+
+std::size_t element_count(const ir::Type& array) { return static_cast<std::size_t>(array.upper - array.lower + 1); }
+
+/// Later items win; the result has one item a path, in path order.
+void keep_last(std::vector<ir::InitItem>& items) {
+  std::stable_sort(items.begin(), items.end(),
+                   [](const ir::InitItem& a, const ir::InitItem& b) { return a.path < b.path; });
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    if (i + 1 < items.size() && items[i].path == items[i + 1].path) continue;
+    if (kept != i) items[kept] = std::move(items[i]);
+    ++kept;
+  }
+  items.resize(kept);
+}
+
+}  // namespace
+
+const Declarer::Items& Declarer::defaults_of(std::uint32_t user_type) {
+  UserType& entry = user_types_[user_type];
+  if (entry.has_defaults) return entry.defaults;
+  entry.has_defaults = true;  // before the work: types that contain themselves were reported
+  if (!entry.type) return entry.defaults;
+  const plcopen::DataType& declaration = *entry.declaration;
+  const TypeRef type = *entry.type;
+  const Owner owner{{}, declaration.name, declaration.at};
+  Items items = spec_defaults(declaration.type, type, owner);
+  const TypeKind kind = types()[type].kind;
+  const bool in_type =
+      (kind == TypeKind::kEnum || kind == TypeKind::kSubrange) &&
+      (declaration.type.kind == TypeSpec::Kind::kEnum || declaration.type.kind == TypeSpec::Kind::kSubrange);
+  if (declaration.initial.kind != InitialValue::Kind::kNone && !in_type) {
+    std::vector<std::uint32_t> path;
+    add_items(declaration.initial, type, path, items, owner);
+    keep_last(items);
+  }
+  user_types_[user_type].defaults = std::move(items);
+  return user_types_[user_type].defaults;
+}
+
+// Initial values that `spec` brings along: those of the members of its structures and of its named types.
+Declarer::Items Declarer::spec_defaults(const TypeSpec& spec, TypeRef type, const Owner& owner) {
+  Items out;
+  switch (spec.kind) {
+    case TypeSpec::Kind::kNamed: {
+      const auto user = user_type_by_name_.find(core::trimmed(spec.name));
+      if (user != user_type_by_name_.end()) out = defaults_of(user->second);
+      break;
+    }
+    case TypeSpec::Kind::kArray: {
+      if (!spec.base) break;
+      TypeRef element = type;
+      std::size_t count = 1;
+      std::vector<std::size_t> sizes;
+      for (std::size_t i = 0; i < spec.dimensions.size() && types()[element].kind == TypeKind::kArray; ++i) {
+        sizes.push_back(element_count(types()[element]));
+        count *= sizes.back();
+        element = types()[element].element;
+      }
+      const Items inner = spec_defaults(*spec.base, element, owner);
+      if (inner.empty()) break;
+      if (count > kMaxItems / inner.size()) {
+        report(Code::P4020, place(spec.at, owner), owner.pou,
+               "array " + quoted(owner.name) + " would need more than " + std::to_string(kMaxItems) + " initial values",
+               "initialise it in a first cycle instead of in its type");
+        break;
+      }
+      for (std::size_t i = 0; i < count; ++i) {
+        std::vector<std::uint32_t> prefix(sizes.size());
+        std::size_t rest = i;
+        for (std::size_t d = sizes.size(); d-- > 0;) {
+          prefix[d] = static_cast<std::uint32_t>(rest % sizes[d]);
+          rest /= sizes[d];
+        }
+        for (const ir::InitItem& item : inner) {
+          ir::InitItem placed{prefix, item.value};
+          placed.path.insert(placed.path.end(), item.path.begin(), item.path.end());
+          out.push_back(std::move(placed));
+        }
+      }
+      break;
+    }
+    case TypeSpec::Kind::kStruct: {
+      const std::vector<ir::TypeField> fields = types()[type].fields;
+      std::uint32_t index = 0;
+      for (const plcopen::Variable& member : spec.members) {
+        if (index >= fields.size() || !core::iequals(fields[index].name, member.name)) continue;
+        const std::string name = std::string(owner.name) + "." + member.name;
+        for (ir::InitItem& item : initial_of(member, fields[index].type, {owner.pou, name, place(member.at, owner)})) {
+          item.path.insert(item.path.begin(), index);
+          out.push_back(std::move(item));
+        }
+        ++index;
+      }
+      break;
+    }
+    default:
+      break;
+  }
+  return out;
+}
+
+Declarer::Items Declarer::initial_of(const plcopen::Variable& variable, TypeRef type, const Owner& owner) {
+  Items items = spec_defaults(variable.type, type, owner);
+  if (variable.initial.kind == InitialValue::Kind::kNone) return items;
+  const bool had_defaults = !items.empty();
+  std::vector<std::uint32_t> path;
+  add_items(variable.initial, type, path, items, owner);
+  if (had_defaults) keep_last(items);
+  return items;
+}
+
+bool Declarer::add_items(const InitialValue& value, TypeRef type, std::vector<std::uint32_t>& path, Items& out,
+                         const Owner& owner) {
+  const core::SourceRef& at = place(value.at, owner);
+  const ir::Type& target = types()[type];
+  if (target.stub) return true;
+  if (out.size() > kMaxItems) {
+    report(Code::P4020, at, owner.pou,
+           "initial value of " + quoted(owner.name) + " sets more than " + std::to_string(kMaxItems) + " elements");
+    return false;
+  }
+  switch (value.kind) {
+    case InitialValue::Kind::kNone:
+      return true;
+    case InitialValue::Kind::kArray:
+      return add_array_items(value, type, path, out, owner);
+    case InitialValue::Kind::kStruct:
+      return add_struct_items(value, type, path, out, owner);
+    case InitialValue::Kind::kSimple:
+      break;
+  }
+  if (core::trimmed(value.text).empty()) return true;
+  if (!types().rep_of(type)) {
+    report(Code::P4020, at, owner.pou,
+           "initial value " + quoted(value.text) + " of " + quoted(owner.name) + ", which has type " +
+               types().name_of(type),
+           target.kind == TypeKind::kArray ? "arrays take a list of values" : "structures take values by member");
+    return false;
+  }
+  const auto result = evaluate_constant(value.text, at, types(), *this, diagnostics_, owner.pou, type);
+  if (!result) return false;
+  std::string problem;
+  auto constant = constant_as(*result, type, types(), problem);
+  if (!constant) {
+    report(Code::P4020, at, owner.pou,
+           "initial value " + quoted(core::trimmed(value.text)) + " of " + quoted(owner.name) + ": " + problem);
+    return false;
+  }
+  // References are born as NULL.
+  if (types()[type].kind != TypeKind::kReference) out.push_back({path, std::move(*constant)});
+  return true;
+}
+
+// Values fill an array in order. Several dimensions may be written nested or as one flat list (IEC
+// 61131-3:2013, 6.4.4.5).
+bool Declarer::add_array_items(const InitialValue& value, TypeRef type, std::vector<std::uint32_t>& path, Items& out,
+                               const Owner& owner) {
+  const core::SourceRef& at = place(value.at, owner);
+  if (types()[type].kind != TypeKind::kArray) {
+    report(Code::P4020, at, owner.pou,
+           "list of values for " + quoted(owner.name) + ", which has type " + types().name_of(type));
+    return false;
+  }
+  std::vector<std::size_t> sizes{element_count(types()[type])};
+  TypeRef element = types()[type].element;
+  const bool nested = std::any_of(value.values.begin(), value.values.end(),
+                                  [](const InitialValue& v) { return v.kind == InitialValue::Kind::kArray; });
+  while (!nested && types()[element].kind == TypeKind::kArray) {
+    sizes.push_back(element_count(types()[element]));
+    element = types()[element].element;
+  }
+  std::size_t total = 1;
+  for (std::size_t size : sizes) total *= size;
+  std::size_t position = 0;
+  bool fine = true;
+  for (const InitialValue& one : value.values) {
+    std::int64_t repetition = 1;
+    if (!core::trimmed(one.repetition).empty()) {
+      const auto count = integer_constant(one.repetition, place(one.at, owner), owner, "repetition");
+      if (!count) return false;
+      repetition = *count;
+    }
+    if (repetition < 0 || static_cast<std::uint64_t>(repetition) > total - position) {
+      report(Code::P4020, place(one.at, owner), owner.pou,
+             "more initial values than the " + std::to_string(total) + " elements of " + quoted(owner.name));
+      return false;
+    }
+    const std::size_t first = out.size();
+    for (std::int64_t r = 0; r < repetition; ++r, ++position) {
+      const std::size_t depth = path.size();
+      path.resize(depth + sizes.size());
+      std::size_t rest = position;
+      for (std::size_t d = sizes.size(); d-- > 0;) {
+        path[depth + d] = static_cast<std::uint32_t>(rest % sizes[d]);
+        rest /= sizes[d];
+      }
+      // A repeated value is evaluated, and its errors reported, once.
+      if (r == 0) {
+        fine = add_items(one, element, path, out, owner) && fine;
+      } else {
+        const std::size_t last = first + (out.size() - first) / static_cast<std::size_t>(r);
+        for (std::size_t i = first; i < last; ++i) {
+          ir::InitItem copy = out[i];
+          std::copy(path.begin(), path.end(), copy.path.begin());
+          out.push_back(std::move(copy));
+        }
+      }
+      path.resize(depth);
+      if (!fine) return false;
+      if (out.size() > kMaxItems) {
+        report(Code::P4020, at, owner.pou,
+               "initial value of " + quoted(owner.name) + " sets more than " + std::to_string(kMaxItems) + " elements");
+        return false;
+      }
+      if (r == 0 && out.size() == first) {
+        position += static_cast<std::size_t>(repetition);
+        break;
+      }
+    }
+  }
+  return fine;
+}
+
+bool Declarer::add_struct_items(const InitialValue& value, TypeRef type, std::vector<std::uint32_t>& path, Items& out,
+                                const Owner& owner) {
+  bool fine = true;
+  for (const InitialValue& one : value.values) {
+    const ir::Type& target = types()[type];
+    std::optional<std::uint32_t> index;
+    TypeRef member_type{};
+    if (target.kind == TypeKind::kStruct) {
+      for (std::uint32_t i = 0; i < target.fields.size(); ++i) {
+        if (!core::iequals(target.fields[i].name, one.member)) continue;
+        index = i;
+        member_type = target.fields[i].type;
+      }
+    } else if (target.kind == TypeKind::kPou) {
+      const ir::Pou& pou = module_.pous[target.pou];
+      const auto found = pou.by_name.find(one.member);
+      if (found != pou.by_name.end() && pou.variables[found->second].role != ir::Role::kExternal) {
+        index = found->second;
+        member_type = pou.variables[*index].type;
+      }
+    } else if (target.kind == TypeKind::kBlock) {
+      const stdlib::Field* field = stdlib::field_named(*target.block, one.member);
+      if (field != nullptr && field->direction != stdlib::Direction::kState) {
+        index = static_cast<std::uint32_t>(field - target.block->fields.data());
+        member_type = ir::ref_of(field->type);
+      }
+    }
+    if (!index) {
+      report(Code::P4020, place(one.at, owner), owner.pou,
+             "initial value for member " + quoted(one.member) + " of " + quoted(owner.name) + ", which type " +
+                 types().name_of(type) + " does not have");
+      fine = false;
+      continue;
+    }
+    path.push_back(*index);
+    fine = add_items(one, member_type, path, out, owner) && fine;
+    path.pop_back();
+  }
+  return fine;
+}
+
+// ---- constants ------------------------------------------------------------------------------------------------
+
+std::optional<ConstantValue> Declarer::constant_named(std::string_view name) {
+  const auto earlier = earlier_values_.find(name);
+  if (earlier != earlier_values_.end()) {
+    ConstantValue value;
+    value.int_value = earlier->second;
+    return value;
+  }
+  const plcopen::Variable* variable = nullptr;
+  const auto local = local_constants_.find(name);
+  const auto global = global_constants_.find(name);
+  if (local != local_constants_.end()) {
+    variable = local->second;
+  } else if (global != global_constants_.end()) {
+    variable = global->second;
+  }
+  if (variable == nullptr || variable->initial.kind != InitialValue::Kind::kSimple) return std::nullopt;
+  const auto [entry, fresh] = constant_values_.try_emplace(variable, std::nullopt);
+  // A constant that needs itself finds no value here; its own errors are reported where it is declared.
+  if (!fresh) return entry->second;
+  core::Diagnostics quiet;
+  const auto value = evaluate_constant(variable->initial.text, variable->initial.at, types(), *this, quiet, {});
+  constant_values_[variable] = value;
+  return value;
+}
+
+void Declarer::initialize_all() {
+  std::uint32_t pou = kNoPou;
+  for (std::uint32_t i = 0; i < user_types_.size(); ++i) defaults_of(i);
+  for (const Pending& pending : pending_) {
+    if (pending.pou != pou) {
+      pou = pending.pou;
+      local_constants_.clear();
+      if (pou != kNoPou) {
+        for (const plcopen::Variable& v : project_.pous[pou].variables) {
+          if (v.constant) local_constants_.emplace(v.name, &v);
+        }
+      }
+    }
+    const bool global = pending.pou == kNoPou;
+    const auto target = [&]() -> ir::Variable& {
+      return global ? module_.globals[pending.variable].variable
+                    : module_.pous[pending.pou].variables[pending.variable];
+    };
+    const std::string pou_name = global ? std::string{} : module_.pous[pending.pou].name;
+    ir::Variable& first = target();
+    if (first.role == ir::Role::kExternal) {
+      // A located variable lives in its global. An external takes the global's own value.
+      if (pending.declaration->section == plcopen::Section::kExternal) continue;
+      const std::uint32_t index = first.global;
+      if (!module_.globals[index].variable.initial.empty()) continue;
+      Items items =
+          initial_of(*pending.declaration, first.type, {pou_name, pending.declaration->name, pending.declaration->at});
+      module_.globals[index].variable.initial = std::move(items);
+      continue;
+    }
+    if (first.role == ir::Role::kInOut) continue;
+    Items items =
+        initial_of(*pending.declaration, first.type, {pou_name, pending.declaration->name, pending.declaration->at});
+    target().initial = std::move(items);
+  }
+  local_constants_.clear();
+}
+
+}  // namespace plc::st
