@@ -40,40 +40,78 @@ constexpr std::int64_t earlier_in_day(std::int64_t t, std::int64_t by) noexcept 
     template <TypeId, TypeId>                                                                                  \
     static constexpr Kernel kernel = &binary<Row, std::int64_t>;                                               \
   };
-// clang-format off
-PLC_TIME_ROW(AddTime,  "ADD_TIME",  Time,  Time,  Time,  later,   "Sum of two durations.",        {"", "ADD_TIME(T#1s, T#2s)", "T#3s"})
-PLC_TIME_ROW(AddLtime, "ADD_LTIME", Ltime, Ltime, Ltime, later,   "Sum of two durations.",        {"", "ADD_LTIME(LTIME#1s, LTIME#2ns)", "LTIME#1s2ns"})
-PLC_TIME_ROW(SubTime,  "SUB_TIME",  Time,  Time,  Time,  earlier, "Difference of two durations.", {"", "SUB_TIME(T#1s, T#2s)", "T#-1s"})
-PLC_TIME_ROW(SubLtime, "SUB_LTIME", Ltime, Ltime, Ltime, earlier, "Difference of two durations.", {"", "SUB_LTIME(LTIME#1us, LTIME#1ns)", "LTIME#999ns"})
-PLC_TIME_ROW(TodAddTime, "ADD", Tod, Time, Tod, later_in_day, "Time of day after a duration, past midnight from 0 again.", {"", "ADD(TOD#23:59:59, T#2s)", "TOD#00:00:01"})
-PLC_TIME_ROW(TodAddTimeTyped, "ADD_TOD_TIME", Tod, Time, Tod, later_in_day, "Time of day after a duration, past midnight from 0 again.", {"", "ADD_TOD_TIME(TOD#23:59:59, T#2s)", "TOD#00:00:01"})
-PLC_TIME_ROW(DtAddTime, "ADD", Dt, Time, Dt, later, "Date and time after a duration.", {"", "ADD(DT#2024-02-28-23:59:59, T#2s)", "DT#2024-02-29-00:00:01"})
-PLC_TIME_ROW(DtAddTimeTyped, "ADD_DT_TIME", Dt, Time, Dt, later, "Date and time after a duration.", {"", "ADD_DT_TIME(DT#2024-02-28-23:59:59, T#2s)", "DT#2024-02-29-00:00:01"})
-PLC_TIME_ROW(TodSubTime, "SUB", Tod, Time, Tod, earlier_in_day, "Time of day before a duration, before midnight from the end of the day again.", {"", "SUB(TOD#00:00:01, T#2s)", "TOD#23:59:59"})
-PLC_TIME_ROW(TodSubTimeTyped, "SUB_TOD_TIME", Tod, Time, Tod, earlier_in_day, "Time of day before a duration, before midnight from the end of the day again.", {"", "SUB_TOD_TIME(TOD#00:00:01, T#2s)", "TOD#23:59:59"})
-PLC_TIME_ROW(DtSubTime, "SUB", Dt, Time, Dt, earlier, "Date and time before a duration.", {"", "SUB(DT#1970-01-02-00:00:00, T#1s)", "DT#1970-01-01-23:59:59"})
-PLC_TIME_ROW(DtSubTimeTyped, "SUB_DT_TIME", Dt, Time, Dt, earlier, "Date and time before a duration.", {"", "SUB_DT_TIME(DT#1970-01-02-00:00:00, T#1s)", "DT#1970-01-01-23:59:59"})
-PLC_TIME_ROW(DateSub, "SUB", Date, Date, Time, earlier, "Duration between two dates.", {"", "SUB(DATE#2024-03-01, DATE#2024-02-28)", "T#2d"})
-PLC_TIME_ROW(DateSubTyped, "SUB_DATE_DATE", Date, Date, Time, earlier, "Duration between two dates.", {"", "SUB_DATE_DATE(DATE#2024-03-01, DATE#2024-02-28)", "T#2d"})
-PLC_TIME_ROW(TodSub, "SUB", Tod, Tod, Time, earlier, "Duration between two times of day.", {"", "SUB(TOD#10:00:00, TOD#11:00:00)", "T#-1h"})
-PLC_TIME_ROW(TodSubTyped, "SUB_TOD_TOD", Tod, Tod, Time, earlier, "Duration between two times of day.", {"", "SUB_TOD_TOD(TOD#10:00:00, TOD#11:00:00)", "T#-1h"})
-PLC_TIME_ROW(DtSub, "SUB", Dt, Dt, Time, earlier, "Duration between two dates and times.", {"", "SUB(DT#2024-01-01-12:00:00, DT#2024-01-01-00:00:00)", "T#12h"})
-PLC_TIME_ROW(DtSubTyped, "SUB_DT_DT", Dt, Dt, Time, earlier, "Duration between two dates and times.", {"", "SUB_DT_DT(DT#2024-01-01-12:00:00, DT#2024-01-01-00:00:00)", "T#12h"})
-PLC_TIME_ROW(LtodAddTime, "ADD", Ltod, Ltime, Ltod, later_in_day, "Time of day after a duration, past midnight from 0 again.", {"", "ADD(LTOD#23:59:59, LTIME#2s)", "LTOD#00:00:01"})
-PLC_TIME_ROW(LtodAddTimeTyped, "ADD_LTOD_LTIME", Ltod, Ltime, Ltod, later_in_day, "Time of day after a duration, past midnight from 0 again.", {"", "ADD_LTOD_LTIME(LTOD#23:59:59, LTIME#2s)", "LTOD#00:00:01"})
-PLC_TIME_ROW(LdtAddTime, "ADD", Ldt, Ltime, Ldt, later, "Date and time after a duration.", {"", "ADD(LDT#2024-02-28-23:59:59, LTIME#2s)", "LDT#2024-02-29-00:00:01"})
-PLC_TIME_ROW(LdtAddTimeTyped, "ADD_LDT_LTIME", Ldt, Ltime, Ldt, later, "Date and time after a duration.", {"", "ADD_LDT_LTIME(LDT#2024-02-28-23:59:59, LTIME#2s)", "LDT#2024-02-29-00:00:01"})
-PLC_TIME_ROW(LtodSubTime, "SUB", Ltod, Ltime, Ltod, earlier_in_day, "Time of day before a duration, before midnight from the end of the day again.", {"", "SUB(LTOD#00:00:01, LTIME#2s)", "LTOD#23:59:59"})
-PLC_TIME_ROW(LtodSubTimeTyped, "SUB_LTOD_LTIME", Ltod, Ltime, Ltod, earlier_in_day, "Time of day before a duration, before midnight from the end of the day again.", {"", "SUB_LTOD_LTIME(LTOD#00:00:01, LTIME#2s)", "LTOD#23:59:59"})
-PLC_TIME_ROW(LdtSubTime, "SUB", Ldt, Ltime, Ldt, earlier, "Date and time before a duration.", {"", "SUB(LDT#1970-01-02-00:00:00, LTIME#1s)", "LDT#1970-01-01-23:59:59"})
-PLC_TIME_ROW(LdtSubTimeTyped, "SUB_LDT_LTIME", Ldt, Ltime, Ldt, earlier, "Date and time before a duration.", {"", "SUB_LDT_LTIME(LDT#1970-01-02-00:00:00, LTIME#1s)", "LDT#1970-01-01-23:59:59"})
-PLC_TIME_ROW(LdateSub, "SUB", Ldate, Ldate, Ltime, earlier, "Duration between two dates.", {"", "SUB(LDATE#2024-03-01, LDATE#2024-02-28)", "LTIME#2d"})
-PLC_TIME_ROW(LdateSubTyped, "SUB_LDATE_LDATE", Ldate, Ldate, Ltime, earlier, "Duration between two dates.", {"", "SUB_LDATE_LDATE(LDATE#2024-03-01, LDATE#2024-02-28)", "LTIME#2d"})
-PLC_TIME_ROW(LtodSub, "SUB", Ltod, Ltod, Ltime, earlier, "Duration between two times of day.", {"", "SUB(LTOD#10:00:00, LTOD#11:00:00)", "LTIME#-1h"})
-PLC_TIME_ROW(LtodSubTyped, "SUB_LTOD_LTOD", Ltod, Ltod, Ltime, earlier, "Duration between two times of day.", {"", "SUB_LTOD_LTOD(LTOD#10:00:00, LTOD#11:00:00)", "LTIME#-1h"})
-PLC_TIME_ROW(LdtSub, "SUB", Ldt, Ldt, Ltime, earlier, "Duration between two dates and times.", {"", "SUB(LDT#2024-01-01-12:00:00, LDT#2024-01-01-00:00:00)", "LTIME#12h"})
-PLC_TIME_ROW(LdtSubTyped, "SUB_LDT_LDT", Ldt, Ldt, Ltime, earlier, "Duration between two dates and times.", {"", "SUB_LDT_LDT(LDT#2024-01-01-12:00:00, LDT#2024-01-01-00:00:00)", "LTIME#12h"})
-// clang-format on
+PLC_TIME_ROW(AddTime, "ADD_TIME", Time, Time, Time, later, "Sum of two durations.",
+             {"", "ADD_TIME(T#1s, T#2s)", "T#3s"})
+PLC_TIME_ROW(AddLtime, "ADD_LTIME", Ltime, Ltime, Ltime, later, "Sum of two durations.",
+             {"", "ADD_LTIME(LTIME#1s, LTIME#2ns)", "LTIME#1s2ns"})
+PLC_TIME_ROW(SubTime, "SUB_TIME", Time, Time, Time, earlier, "Difference of two durations.",
+             {"", "SUB_TIME(T#1s, T#2s)", "T#-1s"})
+PLC_TIME_ROW(SubLtime, "SUB_LTIME", Ltime, Ltime, Ltime, earlier, "Difference of two durations.",
+             {"", "SUB_LTIME(LTIME#1us, LTIME#1ns)", "LTIME#999ns"})
+PLC_TIME_ROW(TodAddTime, "ADD", Tod, Time, Tod, later_in_day,
+             "Time of day after a duration, past midnight from 0 again.",
+             {"", "ADD(TOD#23:59:59, T#2s)", "TOD#00:00:01"})
+PLC_TIME_ROW(TodAddTimeTyped, "ADD_TOD_TIME", Tod, Time, Tod, later_in_day,
+             "Time of day after a duration, past midnight from 0 again.",
+             {"", "ADD_TOD_TIME(TOD#23:59:59, T#2s)", "TOD#00:00:01"})
+PLC_TIME_ROW(DtAddTime, "ADD", Dt, Time, Dt, later, "Date and time after a duration.",
+             {"", "ADD(DT#2024-02-28-23:59:59, T#2s)", "DT#2024-02-29-00:00:01"})
+PLC_TIME_ROW(DtAddTimeTyped, "ADD_DT_TIME", Dt, Time, Dt, later, "Date and time after a duration.",
+             {"", "ADD_DT_TIME(DT#2024-02-28-23:59:59, T#2s)", "DT#2024-02-29-00:00:01"})
+PLC_TIME_ROW(TodSubTime, "SUB", Tod, Time, Tod, earlier_in_day,
+             "Time of day before a duration, before midnight from the end of the day again.",
+             {"", "SUB(TOD#00:00:01, T#2s)", "TOD#23:59:59"})
+PLC_TIME_ROW(TodSubTimeTyped, "SUB_TOD_TIME", Tod, Time, Tod, earlier_in_day,
+             "Time of day before a duration, before midnight from the end of the day again.",
+             {"", "SUB_TOD_TIME(TOD#00:00:01, T#2s)", "TOD#23:59:59"})
+PLC_TIME_ROW(DtSubTime, "SUB", Dt, Time, Dt, earlier, "Date and time before a duration.",
+             {"", "SUB(DT#1970-01-02-00:00:00, T#1s)", "DT#1970-01-01-23:59:59"})
+PLC_TIME_ROW(DtSubTimeTyped, "SUB_DT_TIME", Dt, Time, Dt, earlier, "Date and time before a duration.",
+             {"", "SUB_DT_TIME(DT#1970-01-02-00:00:00, T#1s)", "DT#1970-01-01-23:59:59"})
+PLC_TIME_ROW(DateSub, "SUB", Date, Date, Time, earlier, "Duration between two dates.",
+             {"", "SUB(DATE#2024-03-01, DATE#2024-02-28)", "T#2d"})
+PLC_TIME_ROW(DateSubTyped, "SUB_DATE_DATE", Date, Date, Time, earlier, "Duration between two dates.",
+             {"", "SUB_DATE_DATE(DATE#2024-03-01, DATE#2024-02-28)", "T#2d"})
+PLC_TIME_ROW(TodSub, "SUB", Tod, Tod, Time, earlier, "Duration between two times of day.",
+             {"", "SUB(TOD#10:00:00, TOD#11:00:00)", "T#-1h"})
+PLC_TIME_ROW(TodSubTyped, "SUB_TOD_TOD", Tod, Tod, Time, earlier, "Duration between two times of day.",
+             {"", "SUB_TOD_TOD(TOD#10:00:00, TOD#11:00:00)", "T#-1h"})
+PLC_TIME_ROW(DtSub, "SUB", Dt, Dt, Time, earlier, "Duration between two dates and times.",
+             {"", "SUB(DT#2024-01-01-12:00:00, DT#2024-01-01-00:00:00)", "T#12h"})
+PLC_TIME_ROW(DtSubTyped, "SUB_DT_DT", Dt, Dt, Time, earlier, "Duration between two dates and times.",
+             {"", "SUB_DT_DT(DT#2024-01-01-12:00:00, DT#2024-01-01-00:00:00)", "T#12h"})
+PLC_TIME_ROW(LtodAddTime, "ADD", Ltod, Ltime, Ltod, later_in_day,
+             "Time of day after a duration, past midnight from 0 again.",
+             {"", "ADD(LTOD#23:59:59, LTIME#2s)", "LTOD#00:00:01"})
+PLC_TIME_ROW(LtodAddTimeTyped, "ADD_LTOD_LTIME", Ltod, Ltime, Ltod, later_in_day,
+             "Time of day after a duration, past midnight from 0 again.",
+             {"", "ADD_LTOD_LTIME(LTOD#23:59:59, LTIME#2s)", "LTOD#00:00:01"})
+PLC_TIME_ROW(LdtAddTime, "ADD", Ldt, Ltime, Ldt, later, "Date and time after a duration.",
+             {"", "ADD(LDT#2024-02-28-23:59:59, LTIME#2s)", "LDT#2024-02-29-00:00:01"})
+PLC_TIME_ROW(LdtAddTimeTyped, "ADD_LDT_LTIME", Ldt, Ltime, Ldt, later, "Date and time after a duration.",
+             {"", "ADD_LDT_LTIME(LDT#2024-02-28-23:59:59, LTIME#2s)", "LDT#2024-02-29-00:00:01"})
+PLC_TIME_ROW(LtodSubTime, "SUB", Ltod, Ltime, Ltod, earlier_in_day,
+             "Time of day before a duration, before midnight from the end of the day again.",
+             {"", "SUB(LTOD#00:00:01, LTIME#2s)", "LTOD#23:59:59"})
+PLC_TIME_ROW(LtodSubTimeTyped, "SUB_LTOD_LTIME", Ltod, Ltime, Ltod, earlier_in_day,
+             "Time of day before a duration, before midnight from the end of the day again.",
+             {"", "SUB_LTOD_LTIME(LTOD#00:00:01, LTIME#2s)", "LTOD#23:59:59"})
+PLC_TIME_ROW(LdtSubTime, "SUB", Ldt, Ltime, Ldt, earlier, "Date and time before a duration.",
+             {"", "SUB(LDT#1970-01-02-00:00:00, LTIME#1s)", "LDT#1970-01-01-23:59:59"})
+PLC_TIME_ROW(LdtSubTimeTyped, "SUB_LDT_LTIME", Ldt, Ltime, Ldt, earlier, "Date and time before a duration.",
+             {"", "SUB_LDT_LTIME(LDT#1970-01-02-00:00:00, LTIME#1s)", "LDT#1970-01-01-23:59:59"})
+PLC_TIME_ROW(LdateSub, "SUB", Ldate, Ldate, Ltime, earlier, "Duration between two dates.",
+             {"", "SUB(LDATE#2024-03-01, LDATE#2024-02-28)", "LTIME#2d"})
+PLC_TIME_ROW(LdateSubTyped, "SUB_LDATE_LDATE", Ldate, Ldate, Ltime, earlier, "Duration between two dates.",
+             {"", "SUB_LDATE_LDATE(LDATE#2024-03-01, LDATE#2024-02-28)", "LTIME#2d"})
+PLC_TIME_ROW(LtodSub, "SUB", Ltod, Ltod, Ltime, earlier, "Duration between two times of day.",
+             {"", "SUB(LTOD#10:00:00, LTOD#11:00:00)", "LTIME#-1h"})
+PLC_TIME_ROW(LtodSubTyped, "SUB_LTOD_LTOD", Ltod, Ltod, Ltime, earlier, "Duration between two times of day.",
+             {"", "SUB_LTOD_LTOD(LTOD#10:00:00, LTOD#11:00:00)", "LTIME#-1h"})
+PLC_TIME_ROW(LdtSub, "SUB", Ldt, Ldt, Ltime, earlier, "Duration between two dates and times.",
+             {"", "SUB(LDT#2024-01-01-12:00:00, LDT#2024-01-01-00:00:00)", "LTIME#12h"})
+PLC_TIME_ROW(LdtSubTyped, "SUB_LDT_LDT", Ldt, Ldt, Ltime, earlier, "Duration between two dates and times.",
+             {"", "SUB_LDT_LDT(LDT#2024-01-01-12:00:00, LDT#2024-01-01-00:00:00)", "LTIME#12h"})
 #undef PLC_TIME_ROW
 
 template <class U>
@@ -124,16 +162,31 @@ constexpr std::int64_t divide(std::int64_t t, U divisor, Event& event) noexcept 
     template <TypeId, TypeId U>                                              \
     static constexpr Kernel kernel = &binary<Row, std::int64_t, ValueOf<U>>; \
   };
-// clang-format off
-PLC_SCALE_ROW(MulDuration, "MUL", core::kAnyDuration, kT, scale, "A duration times a number; integers wrap, reals round half to even and saturate with an event.", {"TIME,INT", "MUL(T#1s, 3)", "T#3s"}, {"TIME,REAL", "MUL(T#1s, 0.5)", "T#500ms"})
-PLC_SCALE_ROW(DivDuration, "DIV", core::kAnyDuration, kT, divide, "A duration divided by a number, integers toward zero; 0 with an event if the number is 0.", {"TIME,INT", "DIV(T#1s, -4)", "T#-250ms"}, {"TIME,LREAL", "DIV(T#1s, 0.0)", "event:divide_by_zero T#0s"})
-PLC_SCALE_ROW(MulTime, "MUL_TIME", 0, fixed(TypeId::kTime), scale, "A duration times a number; integers wrap, reals round half to even and saturate with an event.", {"INT", "MUL_TIME(T#1s, 3)", "T#3s"}, {"REAL", "MUL_TIME(T#1s, 0.5)", "T#500ms"})
-PLC_SCALE_ROW(MulTimeSecond, "MULTIME", 0, fixed(TypeId::kTime), scale, "A duration times a number; integers wrap, reals round half to even and saturate with an event.", {"INT", "MULTIME(T#1s, 3)", "T#3s"}, {"REAL", "MULTIME(T#1s, 0.5)", "T#500ms"})
-PLC_SCALE_ROW(MulLtime, "MUL_LTIME", 0, fixed(TypeId::kLtime), scale, "A duration times a number; integers wrap, reals round half to even and saturate with an event.", {"INT", "MUL_LTIME(LTIME#1s, 3)", "LTIME#3s"}, {"REAL", "MUL_LTIME(LTIME#1s, 0.5)", "LTIME#500ms"})
-PLC_SCALE_ROW(DivTime, "DIV_TIME", 0, fixed(TypeId::kTime), divide, "A duration divided by a number, integers toward zero; 0 with an event if the number is 0.", {"INT", "DIV_TIME(T#1s, -4)", "T#-250ms"}, {"LREAL", "DIV_TIME(T#1s, 0.0)", "event:divide_by_zero T#0s"})
-PLC_SCALE_ROW(DivTimeSecond, "DIVTIME", 0, fixed(TypeId::kTime), divide, "A duration divided by a number, integers toward zero; 0 with an event if the number is 0.", {"INT", "DIVTIME(T#1s, -4)", "T#-250ms"}, {"LREAL", "DIVTIME(T#1s, 0.0)", "event:divide_by_zero T#0s"})
-PLC_SCALE_ROW(DivLtime, "DIV_LTIME", 0, fixed(TypeId::kLtime), divide, "A duration divided by a number, integers toward zero; 0 with an event if the number is 0.", {"INT", "DIV_LTIME(LTIME#1s, -4)", "LTIME#-250ms"}, {"LREAL", "DIV_LTIME(LTIME#1s, 0.0)", "event:divide_by_zero LTIME#0s"})
-// clang-format on
+PLC_SCALE_ROW(MulDuration, "MUL", core::kAnyDuration, kT, scale,
+              "A duration times a number; integers wrap, reals round half to even and saturate with an event.",
+              {"TIME,INT", "MUL(T#1s, 3)", "T#3s"}, {"TIME,REAL", "MUL(T#1s, 0.5)", "T#500ms"})
+PLC_SCALE_ROW(DivDuration, "DIV", core::kAnyDuration, kT, divide,
+              "A duration divided by a number, integers toward zero; 0 with an event if the number is 0.",
+              {"TIME,INT", "DIV(T#1s, -4)", "T#-250ms"}, {"TIME,LREAL", "DIV(T#1s, 0.0)", "event:divide_by_zero T#0s"})
+PLC_SCALE_ROW(MulTime, "MUL_TIME", 0, fixed(TypeId::kTime), scale,
+              "A duration times a number; integers wrap, reals round half to even and saturate with an event.",
+              {"INT", "MUL_TIME(T#1s, 3)", "T#3s"}, {"REAL", "MUL_TIME(T#1s, 0.5)", "T#500ms"})
+PLC_SCALE_ROW(MulTimeSecond, "MULTIME", 0, fixed(TypeId::kTime), scale,
+              "A duration times a number; integers wrap, reals round half to even and saturate with an event.",
+              {"INT", "MULTIME(T#1s, 3)", "T#3s"}, {"REAL", "MULTIME(T#1s, 0.5)", "T#500ms"})
+PLC_SCALE_ROW(MulLtime, "MUL_LTIME", 0, fixed(TypeId::kLtime), scale,
+              "A duration times a number; integers wrap, reals round half to even and saturate with an event.",
+              {"INT", "MUL_LTIME(LTIME#1s, 3)", "LTIME#3s"}, {"REAL", "MUL_LTIME(LTIME#1s, 0.5)", "LTIME#500ms"})
+PLC_SCALE_ROW(DivTime, "DIV_TIME", 0, fixed(TypeId::kTime), divide,
+              "A duration divided by a number, integers toward zero; 0 with an event if the number is 0.",
+              {"INT", "DIV_TIME(T#1s, -4)", "T#-250ms"}, {"LREAL", "DIV_TIME(T#1s, 0.0)", "event:divide_by_zero T#0s"})
+PLC_SCALE_ROW(DivTimeSecond, "DIVTIME", 0, fixed(TypeId::kTime), divide,
+              "A duration divided by a number, integers toward zero; 0 with an event if the number is 0.",
+              {"INT", "DIVTIME(T#1s, -4)", "T#-250ms"}, {"LREAL", "DIVTIME(T#1s, 0.0)", "event:divide_by_zero T#0s"})
+PLC_SCALE_ROW(DivLtime, "DIV_LTIME", 0, fixed(TypeId::kLtime), divide,
+              "A duration divided by a number, integers toward zero; 0 with an event if the number is 0.",
+              {"INT", "DIV_LTIME(LTIME#1s, -4)", "LTIME#-250ms"},
+              {"LREAL", "DIV_LTIME(LTIME#1s, 0.0)", "event:divide_by_zero LTIME#0s"})
 #undef PLC_SCALE_ROW
 
 using DurationRows =

@@ -13,6 +13,7 @@ namespace {
 using stdlib::Event;
 using stdlib::Overload;
 __extension__ using Wide = __int128;
+__extension__ using UnsignedWide = unsigned __int128;
 
 bool is_integer(TypeId id) { return core::in_category(id, core::kAnyInt | core::kAnyBit | core::kAnyDuration); }
 unsigned width(TypeId id) { return id == TypeId::kBool ? 1 : 8 * core::rep_bytes(core::rep_of(id)); }
@@ -83,7 +84,9 @@ void sweep_binary(std::string_view name, const Oracle& oracle) {
 TEST(Arithmetic, IntegersWrapInEveryWidth) {
   sweep_binary("ADD", [](TypeId, Wide a, Wide b) { return Outcome{a + b}; });
   sweep_binary("SUB", [](TypeId, Wide a, Wide b) { return Outcome{a - b}; });
-  sweep_binary("MUL", [](TypeId, Wide a, Wide b) { return Outcome{a * b}; });
+  sweep_binary("MUL", [](TypeId, Wide a, Wide b) {
+    return Outcome{static_cast<Wide>(static_cast<UnsignedWide>(a) * static_cast<UnsignedWide>(b))};
+  });
 }
 TEST(Arithmetic, DivisionTruncatesAndZeroIsAnEvent) {
   sweep_binary("DIV", [](TypeId, Wide a, Wide b) {
