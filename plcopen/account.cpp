@@ -19,8 +19,10 @@ const Rule* find_rule(State parent, std::string_view name, std::string_view vari
     if (rule.parent != parent) continue;
     if (rule.name == "*") any = &rule;
     if (rule.name != name) continue;
-    if (rule.variant.empty()) plain = &rule;
-    else if (rule.variant.front() == '/' ? variant.ends_with(rule.variant) : variant == rule.variant) return &rule;
+    if (rule.variant.empty())
+      plain = &rule;
+    else if (rule.variant.front() == '/' ? variant.ends_with(rule.variant) : variant == rule.variant)
+      return &rule;
   }
   return plain != nullptr ? plain : any;
 }
@@ -51,7 +53,8 @@ Account::Account() : slots_(4 * kMaxNodes) {
 
 Account::NodeId Account::enter(NodeId parent, const char* name, std::string_view variant, std::uint32_t line) {
   const std::size_t mask = slots_.size() - 1;
-  std::size_t i = ((reinterpret_cast<std::uintptr_t>(name) >> 3) * 0x9E3779B1u + parent * std::size_t{0x85EBCA77u}) & mask;
+  std::size_t i =
+      ((reinterpret_cast<std::uintptr_t>(name) >> 3) * 0x9E3779B1u + parent * std::size_t{0x85EBCA77u}) & mask;
   while (slots_[i].name != nullptr && (slots_[i].name != name || slots_[i].parent != parent)) i = (i + 1) & mask;
   NodeId id = slots_[i].child;
   if (slots_[i].name == nullptr) {

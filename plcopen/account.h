@@ -1,7 +1,7 @@
 // The account of a file's elements: every element belongs to exactly one row of the import report.
 //
-// In: (open element, name of the child). Out: the rule for the child and its row. Lookups are cached per pair, so that an
-// element costs one hash probe. Does not belong here: what handlers do.
+// In: (open element, name of the child). Out: the rule for the child and its row. Lookups are cached per pair, so that
+// an element costs one hash probe. Does not belong here: what handlers do.
 #pragma once
 
 #include <cstddef>

@@ -81,10 +81,10 @@ Encoding detect_encoding(std::string_view bytes) {
   };
   // A declared UTF-16 whose bytes are not (a .NET StringWriter saved as UTF-8) is what its bytes are.
   static constexpr Known kKnown[] = {
-      {"utf-8", Kind::kUtf8},          {"utf8", Kind::kUtf8},         {"us-ascii", Kind::kUtf8},
-      {"ascii", Kind::kUtf8},          {"utf-16", Kind::kUtf8},       {"unicode", Kind::kUtf8},
-      {"iso-8859-1", Kind::kLatin1},   {"iso8859-1", Kind::kLatin1},  {"iso_8859-1", Kind::kLatin1},
-      {"latin1", Kind::kLatin1},       {"latin-1", Kind::kLatin1},    {"windows-1252", Kind::kWindows1252},
+      {"utf-8", Kind::kUtf8},         {"utf8", Kind::kUtf8},        {"us-ascii", Kind::kUtf8},
+      {"ascii", Kind::kUtf8},         {"utf-16", Kind::kUtf8},      {"unicode", Kind::kUtf8},
+      {"iso-8859-1", Kind::kLatin1},  {"iso8859-1", Kind::kLatin1}, {"iso_8859-1", Kind::kLatin1},
+      {"latin1", Kind::kLatin1},      {"latin-1", Kind::kLatin1},   {"windows-1252", Kind::kWindows1252},
       {"cp1252", Kind::kWindows1252},
   };
   std::string name = declared_encoding(bytes);

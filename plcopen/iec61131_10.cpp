@@ -100,12 +100,23 @@ constexpr Rule chart_body(std::string_view variant) {
 constexpr Rule type_spec(State parent, std::string_view name, std::string_view variant, TypeSpec::Kind kind) {
   StartHandler start = nullptr;
   switch (kind) {
-    case TypeSpec::Kind::kArray: start = type_kind<TypeSpec::Kind::kArray>; break;
-    case TypeSpec::Kind::kEnum: start = type_kind<TypeSpec::Kind::kEnum>; break;
-    case TypeSpec::Kind::kSubrange: start = type_kind<TypeSpec::Kind::kSubrange>; break;
-    case TypeSpec::Kind::kPointer: start = type_kind<TypeSpec::Kind::kPointer>; break;
-    case TypeSpec::Kind::kString: start = string_spec; break;
-    default: break;
+    case TypeSpec::Kind::kArray:
+      start = type_kind<TypeSpec::Kind::kArray>;
+      break;
+    case TypeSpec::Kind::kEnum:
+      start = type_kind<TypeSpec::Kind::kEnum>;
+      break;
+    case TypeSpec::Kind::kSubrange:
+      start = type_kind<TypeSpec::Kind::kSubrange>;
+      break;
+    case TypeSpec::Kind::kPointer:
+      start = type_kind<TypeSpec::Kind::kPointer>;
+      break;
+    case TypeSpec::Kind::kString:
+      start = string_spec;
+      break;
+    default:
+      break;
   }
   return used_variant(parent, name, variant, State::kXTypeSpec, start);
 }

@@ -62,7 +62,8 @@ void start_plain(Reader& r, const Tag& tag) {
 
 void start_jump(Reader& r, const Tag& tag) {
   Element& e = open_object(r, tag, ElementKind::kJump);
-  e.text = core::trimmed(tag.attributes.get(tag.attributes.has(Attr::kTargetLabel) ? Attr::kTargetLabel : Attr::kLabel));
+  e.text =
+      core::trimmed(tag.attributes.get(tag.attributes.has(Attr::kTargetLabel) ? Attr::kTargetLabel : Attr::kLabel));
   e.text_at = e.at;
 }
 
@@ -156,9 +157,8 @@ void evaluation_priority(Reader& r, const Tag& tag) {
 void connect(const BodyFrame& f, std::vector<Pin>& pins) {
   for (Pin& pin : pins) {
     for (Connection& connection : pin.connections) {
-      const auto found =
-          std::lower_bound(f.out_points.begin(), f.out_points.end(), connection.ref_local_id,
-                           [](const OutPoint& point, std::int64_t id) { return point.id < id; });
+      const auto found = std::lower_bound(f.out_points.begin(), f.out_points.end(), connection.ref_local_id,
+                                          [](const OutPoint& point, std::int64_t id) { return point.id < id; });
       if (found == f.out_points.end() || found->id != connection.ref_local_id) {
         connection.ref_local_id = -1;
         continue;
@@ -167,7 +167,8 @@ void connect(const BodyFrame& f, std::vector<Pin>& pins) {
       const Element& source = f.body.elements[found->element];
       if (source.kind != ElementKind::kBlock) continue;
       const bool in_out = (found->pin & kInOutPin) != 0;
-      connection.formal_parameter = in_out ? source.in_outs[found->pin & ~kInOutPin].name : source.outputs[found->pin].name;
+      connection.formal_parameter =
+          in_out ? source.in_outs[found->pin & ~kInOutPin].name : source.outputs[found->pin].name;
     }
   }
 }

@@ -27,7 +27,8 @@ core::SourceRef place_in(std::string_view text, std::size_t offset, std::uint16_
 }
 
 bool is_name_start(char c) {
-  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || c == ':' || static_cast<unsigned char>(c) >= 0x80;
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || c == ':' ||
+         static_cast<unsigned char>(c) >= 0x80;
 }
 
 /// Attributes of the start tag that begins at `open`, counted up to `limit` + 1.
@@ -204,9 +205,12 @@ bool InputText::check_markup(std::uint16_t file, core::Diagnostics& diagnostics,
   while (i != std::string_view::npos) {
     const std::string_view rest = all.substr(i);
     std::string_view closing;
-    if (rest.starts_with("<!--")) closing = "-->";
-    else if (rest.starts_with("<![CDATA[")) closing = "]]>";
-    else if (rest.starts_with("<?")) closing = "?>";
+    if (rest.starts_with("<!--"))
+      closing = "-->";
+    else if (rest.starts_with("<![CDATA["))
+      closing = "]]>";
+    else if (rest.starts_with("<?"))
+      closing = "?>";
     if (!closing.empty()) {
       const std::size_t end = all.find(closing, i + 2);
       if (end == std::string_view::npos) return true;

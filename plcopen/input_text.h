@@ -1,8 +1,8 @@
 // The bytes of a project file as one zero-terminated UTF-8 buffer, and places in it.
 //
-// In: a path or bytes in UTF-8, UTF-16, ISO 8859-1 or Windows-1252, with or without byte order mark. Out: UTF-8 text that
-// is safe to hand to the XML parser: no zero byte, no internal DTD subset, no tag with an absurd number of attributes.
-// Does not belong here: XML events (xml_stream.h).
+// In: a path or bytes in UTF-8, UTF-16, ISO 8859-1 or Windows-1252, with or without byte order mark. Out: UTF-8 text
+// that is safe to hand to the XML parser: no zero byte, no internal DTD subset, no tag with an absurd number of
+// attributes. Does not belong here: XML events (xml_stream.h).
 #pragma once
 
 #include <cstddef>
@@ -39,8 +39,8 @@ class PlaceFinder {
 class InputText {
  public:
   /// Null after reporting P1001, P1005, P1006 or P1014 for `file`.
-  static std::unique_ptr<InputText> from_file(const std::string& path, std::uint16_t file, core::Diagnostics& diagnostics,
-                                              const ReadLimits& limits);
+  static std::unique_ptr<InputText> from_file(const std::string& path, std::uint16_t file,
+                                              core::Diagnostics& diagnostics, const ReadLimits& limits);
   static std::unique_ptr<InputText> from_memory(std::string_view bytes, std::uint16_t file,
                                                 core::Diagnostics& diagnostics, const ReadLimits& limits);
 

@@ -1,7 +1,8 @@
 // Project: what a PLCopen XML file says, typed, in file order, without interpretation. Front ends read it; nothing
 // here knows what a drawing means. Texts are UTF-8, trimmed where the schema allows blanks around them.
 //
-// In: filled by plcopen/reader.cpp. Out: read by frontend-*. Does not belong here: name resolution, types' sizes, order.
+// In: filled by plcopen/reader.cpp. Out: read by frontend-*. Does not belong here: name resolution, types' sizes,
+// order.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +17,8 @@ namespace plc::plcopen {
 using core::ElementKind;
 using core::SourceRef;
 
-/// Spelling the file uses (docs: plcopen/SUPPORT.md). kUnknown = an unknown namespace, read by local names with a warning.
+/// Spelling the file uses (docs: plcopen/SUPPORT.md). kUnknown = an unknown namespace, read by local names with a
+/// warning.
 enum class Version : std::uint8_t { kUnknown, kTc6v101, kTc6v200, kTc6v201, kIec61131_10 };
 
 // ---- types and values as written ------------------------------------------------------------------------------
@@ -66,8 +68,8 @@ struct InitialValue {
   SourceRef at;
 };
 
-/// kAccess: `name` is the alias, `address` the instance path, `constant` = read only. kConfig (VAR_CONFIG): `name` is the
-/// instance path.
+/// kAccess: `name` is the alias, `address` the instance path, `constant` = read only. kConfig (VAR_CONFIG): `name` is
+/// the instance path.
 enum class Section : std::uint8_t { kInput, kOutput, kInOut, kLocal, kTemp, kExternal, kGlobal, kAccess, kConfig };
 
 struct Variable {
@@ -111,8 +113,8 @@ struct Pin {
   Edge edge = Edge::kNone;
   Storage storage = Storage::kNone;
   bool hidden = false;
-  bool has_point_in = false;   ///< a connectionPointIn is drawn
-  bool has_point_out = false;  ///< a connectionPointOut is drawn
+  bool has_point_in = false;            ///< a connectionPointIn is drawn
+  bool has_point_out = false;           ///< a connectionPointOut is drawn
   std::vector<Connection> connections;  ///< inputs: wires that meet at the pin (several = OR for BOOL)
   std::string expression;               ///< text given inside the connection point instead of a wire, or empty
   SourceRef at;
@@ -139,8 +141,8 @@ struct Element {
   Edge edge_out = Edge::kNone;       ///< inOutVariable: edgeOut
   Storage storage_out = Storage::kNone;
   bool has_position = false;
-  bool has_code = false;         ///< an EXECUTE box: `code` holds its ST, even if empty
-  std::int32_t x = 0, y = 0;     ///< position as drawn, in the file's units
+  bool has_code = false;      ///< an EXECUTE box: `code` holds its ST, even if empty
+  std::int32_t x = 0, y = 0;  ///< position as drawn, in the file's units
   std::int32_t width = 0, height = 0;
   std::uint32_t execution_order = 0;  ///< executionOrderId, 0 = none
   /// Group inside the body that a network title or separator opens (TwinCAT/CODESYS); 0 when the file has none.
@@ -153,7 +155,8 @@ struct Element {
   std::string instance_name;  ///< block: instanceName, or empty
   std::string code;           ///< block: ST of an EXECUTE box
   SourceRef code_at;
-  std::vector<Pin> inputs;   ///< contact, coil, outVariable, connector, jump, return, right rail: the connection points in order
+  std::vector<Pin>
+      inputs;  ///< contact, coil, outVariable, connector, jump, return, right rail: the connection points in order
   std::vector<Pin> in_outs;
   std::vector<Pin> outputs;  ///< left rail, continuation, contact, coil, inVariable: the connection points out in order
   std::vector<ActionLink> actions;  ///< actionBlock
@@ -165,12 +168,12 @@ const char* language_name(Language language);
 
 struct Body {
   Language language = Language::kNone;
-  std::string name;               ///< IEC 61131-10 worksheets; usually empty
-  std::vector<Element> elements;  ///< LD, FBD: document order. SFC: not stored yet, see drawn_elements
+  std::string name;                  ///< IEC 61131-10 worksheets; usually empty
+  std::vector<Element> elements;     ///< LD, FBD: document order. SFC: not stored yet, see drawn_elements
   std::uint32_t drawn_elements = 0;  ///< elements drawn, comments excluded, whatever the language
-  std::string text;               ///< ST, IL
+  std::string text;                  ///< ST, IL
   SourceRef at;
-  SourceRef text_at;              ///< first character of `text`
+  SourceRef text_at;  ///< first character of `text`
 };
 
 enum class PouKind : std::uint8_t { kProgram, kFunctionBlock, kFunction };
@@ -180,7 +183,7 @@ const char* pou_kind_name(PouKind kind);
 struct Pou {
   std::string name;
   PouKind kind = PouKind::kProgram;
-  TypeSpec return_type;  ///< functions; kMissing otherwise
+  TypeSpec return_type;             ///< functions; kMissing otherwise
   std::vector<Variable> variables;  ///< all sections, in file order
   std::vector<Body> bodies;         ///< usually one
   bool has_actions = false;         ///< actions or transitions of SFC are present
@@ -236,7 +239,8 @@ struct ReportRow {
   std::string reason;  ///< for kPreserved, kIgnored and kRefused
 };
 
-/// A declaration kept as the tool's own text (TwinCAT/CODESYS interfaceasplaintext); the typed interface is what counts.
+/// A declaration kept as the tool's own text (TwinCAT/CODESYS interfaceasplaintext); the typed interface is what
+/// counts.
 struct PlainDeclaration {
   std::string owner;  ///< POU or globalVars list it belongs to
   std::string text;
@@ -253,7 +257,7 @@ struct Project {
   std::vector<Configuration> configurations;
   std::vector<PlainDeclaration> declarations;
   std::vector<ReportRow> report;  ///< counts add up to the number of XML elements of the file
-  std::uint16_t file = 0;  ///< index into Diagnostics' files
+  std::uint16_t file = 0;         ///< index into Diagnostics' files
 };
 
 }  // namespace plc::plcopen

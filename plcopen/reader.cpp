@@ -43,36 +43,43 @@ std::unique_ptr<Project> read_with(const std::string& name, core::Diagnostics& d
 
 const char* language_name(Language language) {
   switch (language) {
-    case Language::kNone: return "none";
-    case Language::kLd: return "LD";
-    case Language::kFbd: return "FBD";
-    case Language::kSt: return "ST";
-    case Language::kIl: return "IL";
-    case Language::kSfc: return "SFC";
+    case Language::kNone:
+      return "none";
+    case Language::kLd:
+      return "LD";
+    case Language::kFbd:
+      return "FBD";
+    case Language::kSt:
+      return "ST";
+    case Language::kIl:
+      return "IL";
+    case Language::kSfc:
+      return "SFC";
   }
   return "none";
 }
 
 const char* pou_kind_name(PouKind kind) {
   switch (kind) {
-    case PouKind::kProgram: return "program";
-    case PouKind::kFunctionBlock: return "functionBlock";
-    case PouKind::kFunction: return "function";
+    case PouKind::kProgram:
+      return "program";
+    case PouKind::kFunctionBlock:
+      return "functionBlock";
+    case PouKind::kFunction:
+      return "function";
   }
   return "program";
 }
 
 std::unique_ptr<Project> read(const std::string& path, core::Diagnostics& diagnostics, const ReadLimits& limits) {
-  return read_with(path, diagnostics, limits, [&](std::uint16_t file) {
-    return InputText::from_file(path, file, diagnostics, limits);
-  });
+  return read_with(path, diagnostics, limits,
+                   [&](std::uint16_t file) { return InputText::from_file(path, file, diagnostics, limits); });
 }
 
 std::unique_ptr<Project> read_memory(std::string_view xml, const std::string& name, core::Diagnostics& diagnostics,
                                      const ReadLimits& limits) {
-  return read_with(name, diagnostics, limits, [&](std::uint16_t file) {
-    return InputText::from_memory(xml, file, diagnostics, limits);
-  });
+  return read_with(name, diagnostics, limits,
+                   [&](std::uint16_t file) { return InputText::from_memory(xml, file, diagnostics, limits); });
 }
 
 }  // namespace plc::plcopen

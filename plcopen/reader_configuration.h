@@ -1,4 +1,7 @@
 // Handlers for configurations that both spellings (TC6 and IEC 61131-10) share.
+//
+// In: tags of configurations, resources, tasks and instances. Out: Project::configurations. Does not belong here: the
+// meaning of intervals and priorities.
 #pragma once
 
 #include "plcopen/reader_state.h"

@@ -53,11 +53,29 @@ Rule chart_row(std::string_view name) {
   return rule;
 }
 
-constexpr std::string_view kChartElements[] = {
-    "step", "macroStep", "jumpStep", "transition", "selectionDivergence", "selectionConvergence",
-    "simultaneousDivergence", "simultaneousConvergence", "actionBlock", "block", "inVariable", "outVariable",
-    "inOutVariable", "contact", "coil", "leftPowerRail", "rightPowerRail", "connector", "continuation", "label", "jump",
-    "return", "vendorElement"};
+constexpr std::string_view kChartElements[] = {"step",
+                                               "macroStep",
+                                               "jumpStep",
+                                               "transition",
+                                               "selectionDivergence",
+                                               "selectionConvergence",
+                                               "simultaneousDivergence",
+                                               "simultaneousConvergence",
+                                               "actionBlock",
+                                               "block",
+                                               "inVariable",
+                                               "outVariable",
+                                               "inOutVariable",
+                                               "contact",
+                                               "coil",
+                                               "leftPowerRail",
+                                               "rightPowerRail",
+                                               "connector",
+                                               "continuation",
+                                               "label",
+                                               "jump",
+                                               "return",
+                                               "vendorElement"};
 
 constexpr Rule kRules[] = {
     anchored(State::kPous, "pou", State::kPou, start_pou, close_pou),

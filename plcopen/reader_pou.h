@@ -1,4 +1,7 @@
 // Handlers for POUs and bodies that both spellings (TC6 and IEC 61131-10) share.
+//
+// In: tags, while a pou or body is open in the Reader. Out: Project::pous. Does not belong here: drawn elements
+// (reader_body.h), types and variables (reader_types.h).
 #pragma once
 
 #include "plcopen/reader_state.h"

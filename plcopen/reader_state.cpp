@@ -54,7 +54,8 @@ void Reader::start_element(const char* name, std::string_view uri, const Attribu
   frames_.push_back({id, rule == nullptr ? nullptr : rule->end});
   if (rule == nullptr) {
     if (unknown_.size() < kMaxUnknownNames && unknown_.emplace(tag.name).second) {
-      report(core::Code::P1013, tag.at, fmt::format("element \"{}\" is not known here and is ignored", shown(tag.name)));
+      report(core::Code::P1013, tag.at,
+             fmt::format("element \"{}\" is not known here and is ignored", shown(tag.name)));
     }
   } else if (rule->start != nullptr) {
     rule->start(*this, tag);
@@ -108,8 +109,9 @@ bool Reader::open_document(std::string_view name, std::string_view uri, const So
   }
   if (project.version == Version::kUnknown) {
     report(core::Code::P1004, at,
-           uri.empty() ? std::string("project has no namespace; elements are read by their local names")
-                       : fmt::format("namespace \"{}\" is not known; elements are read by their local names", shown(uri)));
+           uri.empty()
+               ? std::string("project has no namespace; elements are read by their local names")
+               : fmt::format("namespace \"{}\" is not known; elements are read by their local names", shown(uri)));
     if (name == "Project") project.version = Version::kUnknown;
   }
   return true;
@@ -173,7 +175,8 @@ std::int32_t Reader::coordinate(const Tag& tag, Attr attribute) {
   if (real_error == std::errc() && real_end == last && std::abs(value) <= kMost) {
     return static_cast<std::int32_t>(std::lround(value));
   }
-  report(core::Code::P1010, tag.at, fmt::format("{} is not a coordinate: \"{}\"", attribute_name(attribute), shown(text)));
+  report(core::Code::P1010, tag.at,
+         fmt::format("{} is not a coordinate: \"{}\"", attribute_name(attribute), shown(text)));
   return 0;
 }
 

@@ -1,5 +1,5 @@
-// Reader: what is under construction while a file is read. Handlers of the rules (reader_*.cpp, iec61131_10*.cpp) work on
-// it; everything unfinished lies on stacks, so that elements may nest in any order without a dangling reference.
+// Reader: what is under construction while a file is read. Handlers of the rules (reader_*.cpp, iec61131_10*.cpp) work
+// on it; everything unfinished lies on stacks, so that elements may nest in any order without a dangling reference.
 //
 // In: events of xml_stream. Out: Project. Does not belong here: the meaning of single elements (the handlers).
 #pragma once
@@ -53,11 +53,11 @@ struct BodyFrame {
   Pin* pin = nullptr;
   Connection* connection = nullptr;
   std::uint32_t network = 0;
-  std::int32_t order = 0;              ///< evaluationOrder of the body (IEC 61131-10), 0 = none
-  std::uint32_t network_begin = 0;     ///< first element of the open network (IEC 61131-10)
-  std::int64_t network_order = 0;      ///< evaluationOrder of the open network
-  std::vector<std::int64_t> orders;    ///< evaluationOrder of each network seen, by its number - 1
-  std::vector<OutPoint> out_points;    ///< of the open network
+  std::int32_t order = 0;            ///< evaluationOrder of the body (IEC 61131-10), 0 = none
+  std::uint32_t network_begin = 0;   ///< first element of the open network (IEC 61131-10)
+  std::int64_t network_order = 0;    ///< evaluationOrder of the open network
+  std::vector<std::int64_t> orders;  ///< evaluationOrder of each network seen, by its number - 1
+  std::vector<OutPoint> out_points;  ///< of the open network
 };
 
 struct PouFrame {

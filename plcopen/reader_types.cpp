@@ -33,10 +33,11 @@ void string_type(Reader& r, const Tag& tag) {
 }
 
 constexpr std::string_view kElementary[] = {
-    "BOOL", "BYTE", "WORD", "DWORD", "LWORD", "SINT", "INT", "DINT", "LINT", "USINT", "UINT", "UDINT", "ULINT", "REAL",
-    "LREAL", "TIME", "DATE", "DT", "TOD", "ANY", "ANY_DERIVED", "ANY_ELEMENTARY", "ANY_MAGNITUDE", "ANY_NUM", "ANY_REAL",
-    "ANY_INT", "ANY_BIT", "ANY_STRING", "ANY_DATE", "LTIME", "LDATE", "LDT", "LTOD", "CHAR", "WCHAR", "DATE_AND_TIME",
-    "TIME_OF_DAY", "LDATE_AND_TIME", "LTIME_OF_DAY", "BIT"};
+    "BOOL",     "BYTE",    "WORD",    "DWORD",         "LWORD",       "SINT",           "INT",           "DINT",
+    "LINT",     "USINT",   "UINT",    "UDINT",         "ULINT",       "REAL",           "LREAL",         "TIME",
+    "DATE",     "DT",      "TOD",     "ANY",           "ANY_DERIVED", "ANY_ELEMENTARY", "ANY_MAGNITUDE", "ANY_NUM",
+    "ANY_REAL", "ANY_INT", "ANY_BIT", "ANY_STRING",    "ANY_DATE",    "LTIME",          "LDATE",         "LDT",
+    "LTOD",     "CHAR",    "WCHAR",   "DATE_AND_TIME", "TIME_OF_DAY", "LDATE_AND_TIME", "LTIME_OF_DAY",  "BIT"};
 
 constexpr Rule kRules[] = {
     anchored(State::kDataTypes, "dataType", State::kDataType, start_data_type, end_data_type),

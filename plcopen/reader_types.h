@@ -1,4 +1,7 @@
 // Handlers for types, values and variables that both spellings (TC6 and IEC 61131-10) share.
+//
+// In: tags, while a variable, data type or POU is open in the Reader. Out: TypeSpec, InitialValue, Variable as written.
+// Does not belong here: resolving names, sizes.
 #pragma once
 
 #include <string_view>

@@ -60,7 +60,8 @@ constexpr Rule vendor_data(std::string_view ending) {
 }
 
 constexpr Rule kRules[] = {
-    ignored(State::kAddData, "data", "vendor data; POUs, types, resources and variables in it are read", State::kVendor),
+    ignored(State::kAddData, "data", "vendor data; POUs, types, resources and variables in it are read",
+            State::kVendor),
     vendor_data("/application"),
     vendor_data("/resource"),
     vendor_data("/pou"),

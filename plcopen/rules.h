@@ -17,86 +17,86 @@ namespace plc::plcopen {
 class Reader;
 
 /// Where in a project the reader is: decides what an element name means. The texts head the tables of SUPPORT.md.
-#define PLC_READER_STATES(X)                                            \
-  X(Document, "the file")                                               \
-  X(Project, "project")                                                 \
-  X(ContentHeader, "contentHeader")                                     \
-  X(Types, "types")                                                     \
-  X(DataTypes, "dataTypes")                                             \
-  X(DataType, "dataType")                                               \
-  X(Type, "a type (type, baseType, returnType)")                        \
-  X(Array, "array")                                                     \
-  X(Enum, "enum")                                                       \
-  X(EnumValues, "enum/values")                                          \
-  X(Struct, "struct")                                                   \
-  X(Subrange, "subrangeSigned, subrangeUnsigned")                       \
-  X(Pointer, "pointer")                                                 \
-  X(Value, "a value (initialValue, value)")                             \
-  X(Values, "arrayValue, structValue")                                  \
-  X(Pous, "pous")                                                       \
-  X(Pou, "pou")                                                         \
-  X(Interface, "interface")                                             \
-  X(VarList, "a variable list (localVars, inputVars, globalVars, ..)")  \
-  X(AccessVars, "accessVars")                                           \
-  X(ConfigVars, "configVars")                                           \
-  X(Variable, "variable")                                               \
-  X(Actions, "actions, transitions")                                    \
-  X(Body, "body")                                                       \
-  X(Drawing, "LD, FBD")                                                 \
-  X(Sfc, "SFC")                                                         \
-  X(Element, "a drawn element")                                         \
-  X(Action, "actionBlock/action")                                       \
-  X(ActionText, "actionBlock/action/inline")                            \
-  X(InputPins, "block/inputVariables")                                  \
-  X(InOutPins, "block/inOutVariables")                                  \
-  X(OutputPins, "block/outputVariables")                                \
-  X(Pin, "a pin (block/../variable)")                                   \
-  X(PointIn, "connectionPointIn")                                       \
-  X(PointOut, "connectionPointOut")                                     \
-  X(Connection, "connection")                                           \
-  X(Instances, "instances")                                             \
-  X(Configurations, "configurations")                                   \
-  X(Configuration, "configuration")                                     \
-  X(Resource, "resource")                                               \
-  X(Task, "task")                                                       \
-  X(PouInstance, "pouInstance")                                         \
-  X(AddData, "addData")                                                 \
-  X(Vendor, "addData/data, at any depth")                               \
-  X(XProject, "Project (IEC 61131-10)")                                 \
-  X(XContentHeader, "ContentHeader (IEC 61131-10)")                     \
-  X(XTypes, "Types (IEC 61131-10)")                                     \
-  X(XNamespace, "GlobalNamespace, NamespaceDecl (IEC 61131-10)")        \
-  X(XDataType, "DataTypeDecl (IEC 61131-10)")                           \
-  X(XTypeSpec, "a type specification (IEC 61131-10)")                   \
-  X(XDimension, "DimensionSpec (IEC 61131-10)")                         \
-  X(XTypeRef, "Type, BaseType, ResultType (IEC 61131-10)")              \
-  X(XValue, "InitialValue, Value (IEC 61131-10)")                       \
-  X(XValues, "ArrayValue, StructValue (IEC 61131-10)")                  \
-  X(XPou, "Program, FunctionBlock, Function (IEC 61131-10)")            \
-  X(XParameters, "Parameters (IEC 61131-10)")                           \
-  X(XVarList, "a variable list (IEC 61131-10)")                         \
-  X(XAccessVars, "AccessVars (IEC 61131-10)")                           \
-  X(XConfigVars, "ConfigVars (IEC 61131-10)")                           \
-  X(XVariable, "Variable, Member (IEC 61131-10)")                       \
-  X(XMainBody, "MainBody (IEC 61131-10)")                               \
-  X(XDrawing, "BodyContent with LD, FBD (IEC 61131-10)")                \
-  X(XText, "BodyContent with ST, IL (IEC 61131-10)")                    \
-  X(XNetwork, "Rung, Network (IEC 61131-10)")                           \
-  X(XObject, "LdObject, FbdObject, CommonObject (IEC 61131-10)")        \
-  X(XCode, "an inline ST object (IEC 61131-10)")                        \
+#define PLC_READER_STATES(X)                                                 \
+  X(Document, "the file")                                                    \
+  X(Project, "project")                                                      \
+  X(ContentHeader, "contentHeader")                                          \
+  X(Types, "types")                                                          \
+  X(DataTypes, "dataTypes")                                                  \
+  X(DataType, "dataType")                                                    \
+  X(Type, "a type (type, baseType, returnType)")                             \
+  X(Array, "array")                                                          \
+  X(Enum, "enum")                                                            \
+  X(EnumValues, "enum/values")                                               \
+  X(Struct, "struct")                                                        \
+  X(Subrange, "subrangeSigned, subrangeUnsigned")                            \
+  X(Pointer, "pointer")                                                      \
+  X(Value, "a value (initialValue, value)")                                  \
+  X(Values, "arrayValue, structValue")                                       \
+  X(Pous, "pous")                                                            \
+  X(Pou, "pou")                                                              \
+  X(Interface, "interface")                                                  \
+  X(VarList, "a variable list (localVars, inputVars, globalVars, ..)")       \
+  X(AccessVars, "accessVars")                                                \
+  X(ConfigVars, "configVars")                                                \
+  X(Variable, "variable")                                                    \
+  X(Actions, "actions, transitions")                                         \
+  X(Body, "body")                                                            \
+  X(Drawing, "LD, FBD")                                                      \
+  X(Sfc, "SFC")                                                              \
+  X(Element, "a drawn element")                                              \
+  X(Action, "actionBlock/action")                                            \
+  X(ActionText, "actionBlock/action/inline")                                 \
+  X(InputPins, "block/inputVariables")                                       \
+  X(InOutPins, "block/inOutVariables")                                       \
+  X(OutputPins, "block/outputVariables")                                     \
+  X(Pin, "a pin (block/../variable)")                                        \
+  X(PointIn, "connectionPointIn")                                            \
+  X(PointOut, "connectionPointOut")                                          \
+  X(Connection, "connection")                                                \
+  X(Instances, "instances")                                                  \
+  X(Configurations, "configurations")                                        \
+  X(Configuration, "configuration")                                          \
+  X(Resource, "resource")                                                    \
+  X(Task, "task")                                                            \
+  X(PouInstance, "pouInstance")                                              \
+  X(AddData, "addData")                                                      \
+  X(Vendor, "addData/data, at any depth")                                    \
+  X(XProject, "Project (IEC 61131-10)")                                      \
+  X(XContentHeader, "ContentHeader (IEC 61131-10)")                          \
+  X(XTypes, "Types (IEC 61131-10)")                                          \
+  X(XNamespace, "GlobalNamespace, NamespaceDecl (IEC 61131-10)")             \
+  X(XDataType, "DataTypeDecl (IEC 61131-10)")                                \
+  X(XTypeSpec, "a type specification (IEC 61131-10)")                        \
+  X(XDimension, "DimensionSpec (IEC 61131-10)")                              \
+  X(XTypeRef, "Type, BaseType, ResultType (IEC 61131-10)")                   \
+  X(XValue, "InitialValue, Value (IEC 61131-10)")                            \
+  X(XValues, "ArrayValue, StructValue (IEC 61131-10)")                       \
+  X(XPou, "Program, FunctionBlock, Function (IEC 61131-10)")                 \
+  X(XParameters, "Parameters (IEC 61131-10)")                                \
+  X(XVarList, "a variable list (IEC 61131-10)")                              \
+  X(XAccessVars, "AccessVars (IEC 61131-10)")                                \
+  X(XConfigVars, "ConfigVars (IEC 61131-10)")                                \
+  X(XVariable, "Variable, Member (IEC 61131-10)")                            \
+  X(XMainBody, "MainBody (IEC 61131-10)")                                    \
+  X(XDrawing, "BodyContent with LD, FBD (IEC 61131-10)")                     \
+  X(XText, "BodyContent with ST, IL (IEC 61131-10)")                         \
+  X(XNetwork, "Rung, Network (IEC 61131-10)")                                \
+  X(XObject, "LdObject, FbdObject, CommonObject (IEC 61131-10)")             \
+  X(XCode, "an inline ST object (IEC 61131-10)")                             \
   X(XPins, "InputVariables, InOutVariables, OutputVariables (IEC 61131-10)") \
-  X(XPin, "a pin (IEC 61131-10)")                                       \
-  X(XPointIn, "ConnectionPointIn (IEC 61131-10)")                       \
-  X(XPointOut, "ConnectionPointOut (IEC 61131-10)")                     \
-  X(XInstances, "Instances (IEC 61131-10)")                             \
-  X(XConfiguration, "Configuration (IEC 61131-10)")                     \
-  X(XResource, "Resource (IEC 61131-10)")                               \
-  X(XTask, "Task, ProgramInstance (IEC 61131-10)")                      \
-  X(XAddData, "AddData (IEC 61131-10)")                                 \
-  X(XVendor, "AddData/Data, at any depth (IEC 61131-10)")               \
-  X(Formatted, "a text with markup")                                    \
-  X(Text, "a plain text")                                               \
-  X(Leaf, "an element without content")                                 \
+  X(XPin, "a pin (IEC 61131-10)")                                            \
+  X(XPointIn, "ConnectionPointIn (IEC 61131-10)")                            \
+  X(XPointOut, "ConnectionPointOut (IEC 61131-10)")                          \
+  X(XInstances, "Instances (IEC 61131-10)")                                  \
+  X(XConfiguration, "Configuration (IEC 61131-10)")                          \
+  X(XResource, "Resource (IEC 61131-10)")                                    \
+  X(XTask, "Task, ProgramInstance (IEC 61131-10)")                           \
+  X(XAddData, "AddData (IEC 61131-10)")                                      \
+  X(XVendor, "AddData/Data, at any depth (IEC 61131-10)")                    \
+  X(Formatted, "a text with markup")                                         \
+  X(Text, "a plain text")                                                    \
+  X(Leaf, "an element without content")                                      \
   X(Skip, "an element that is not read")
 
 enum class State : std::uint8_t {
@@ -125,8 +125,8 @@ struct Rule {
   std::string_view reason;  ///< for SUPPORT.md and the import report
   StartHandler start = nullptr;
   EndHandler end = nullptr;
-  bool anchor = false;        ///< paths in the import report begin here
-  bool inherit = false;       ///< fate and reason come from the parent ("*" rows)
+  bool anchor = false;   ///< paths in the import report begin here
+  bool inherit = false;  ///< fate and reason come from the parent ("*" rows)
 };
 
 constexpr Rule used(State parent, std::string_view name, State state, StartHandler start = nullptr,
@@ -145,15 +145,26 @@ constexpr Rule anchored(State parent, std::string_view name, State state, StartH
 }
 constexpr Rule preserved(State parent, std::string_view name, State state, std::string_view reason, StartHandler start,
                          EndHandler end) {
-  return {.parent = parent, .name = name, .variant = {}, .state = state, .fate = Fate::kPreserved, .reason = reason,
-          .start = start, .end = end};
+  return {.parent = parent,
+          .name = name,
+          .variant = {},
+          .state = state,
+          .fate = Fate::kPreserved,
+          .reason = reason,
+          .start = start,
+          .end = end};
 }
 constexpr Rule ignored(State parent, std::string_view name, std::string_view reason, State state = State::kSkip) {
   return {.parent = parent, .name = name, .variant = {}, .state = state, .fate = Fate::kIgnored, .reason = reason};
 }
 constexpr Rule refused(State parent, std::string_view name, std::string_view reason, StartHandler start) {
-  return {.parent = parent, .name = name, .variant = {}, .state = State::kSkip, .fate = Fate::kRefused,
-          .reason = reason, .start = start};
+  return {.parent = parent,
+          .name = name,
+          .variant = {},
+          .state = State::kSkip,
+          .fate = Fate::kRefused,
+          .reason = reason,
+          .start = start};
 }
 constexpr Rule inherited(State parent, State state) {
   return {.parent = parent, .name = "*", .variant = {}, .state = state, .reason = {}, .inherit = true};

@@ -8,7 +8,8 @@ namespace plc::plcopen {
 
 namespace {
 
-/// What follows `word` at the start of `text` (any letter case, blanks or a bracket behind it), trimmed; null if absent.
+/// What follows `word` at the start of `text` (any letter case, blanks or a bracket behind it), trimmed; null if
+/// absent.
 std::optional<std::string_view> after_word(std::string_view text, std::string_view word) {
   if (text.size() <= word.size() || !core::iequals(text.substr(0, word.size()), word)) return std::nullopt;
   const char next = text[word.size()];
@@ -69,8 +70,8 @@ void parse_type_text(std::string_view text, const SourceRef& at, TypeSpec& resul
       type->kind = TypeSpec::Kind::kArray;
     } else {
       rest.reset();
-      for (const std::string_view word : {std::string_view("REF_TO"), std::string_view("POINTER TO"),
-                                          std::string_view("REFERENCE TO")}) {
+      for (const std::string_view word :
+           {std::string_view("REF_TO"), std::string_view("POINTER TO"), std::string_view("REFERENCE TO")}) {
         if (!rest) rest = after_word(text, word);
       }
       if (!rest) break;

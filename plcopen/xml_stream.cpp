@@ -139,7 +139,8 @@ struct XmlParser::Callbacks {
 
   static void error_report(void* data, xmlError* error) {
     guarded(data, [&](XmlParser& p) {
-      if (error->code == XML_ERR_USER_STOP || p.failed_) return;
+      // Warnings are about namespaces that are no absolute URIs, as the one of IEC 61131-10 is.
+      if (error->code == XML_ERR_USER_STOP || error->level == XML_ERR_WARNING || p.failed_) return;
       std::string message = error->message == nullptr ? "not well-formed" : error->message;
       while (!message.empty() && (message.back() == '\n' || message.back() == ' ')) message.pop_back();
       if (error->level == XML_ERR_FATAL) {

@@ -57,8 +57,8 @@ class XmlHandler {
   virtual void text(std::string_view piece) = 0;
 };
 
-/// Runs over the whole text. False when it is not well-formed or exceeds a limit (reported). `stop()` may be called by the
-/// handler to end early; the result is then false as well.
+/// Runs over the whole text. False when it is not well-formed or exceeds a limit (reported). `stop()` may be called by
+/// the handler to end early; the result is then false as well.
 class XmlParser {
  public:
   XmlParser(const InputText& input, std::uint16_t file, core::Diagnostics& diagnostics, const ReadLimits& limits)

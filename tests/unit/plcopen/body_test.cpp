@@ -1,0 +1,189 @@
+// Drawn elements of TC6 bodies: every attribute that means something arrives.
+#include "tests/unit/plcopen/fixture.h"
+
+namespace plc::plcopen {
+namespace {
+
+TEST(Body, ContactWithModifiersPositionAndWires) {
+  const auto r = read_clean(ladder(R"(
+<leftPowerRail localId="1"><position x="4" y="5"/><connectionPointOut formalParameter="none"/><connectionPointOut formalParameter=""/></leftPowerRail>
+<contact localId="2" negated="true" edge="rising" storage="none" width="21" height="20.6" executionOrderId="7" globalId="x"><position x="-10" y="12.5"/>
+  <connectionPointIn><relPosition x="0" y="8"/><connection refLocalId="1"/><connection refLocalId="9" formalParameter="Q"/></connectionPointIn>
+  <connectionPointOut><relPosition x="21" y="8"/></connectionPointOut><variable> A AND GVL.x </variable></contact>)"));
+  const Body& body = body_of(r);
+  ASSERT_EQ(body.elements.size(), 2u);
+  EXPECT_EQ(body.language, Language::kLd);
+  EXPECT_EQ(body.drawn_elements, 2u);
+  const Element& rail = body.elements[0];
+  EXPECT_EQ(rail.kind, ElementKind::kLeftRail);
+  ASSERT_EQ(rail.outputs.size(), 2u);
+  EXPECT_EQ(rail.outputs[0].name, "none");
+  EXPECT_TRUE(rail.outputs[1].has_point_out);
+  const Element& contact = body.elements[1];
+  EXPECT_EQ(contact.kind, ElementKind::kContact);
+  EXPECT_EQ(contact.at.local_id, 2);
+  EXPECT_EQ(contact.at.kind, ElementKind::kContact);
+  EXPECT_TRUE(contact.negated);
+  EXPECT_EQ(contact.edge, Edge::kRising);
+  EXPECT_EQ(contact.storage, Storage::kNone);
+  EXPECT_EQ(contact.execution_order, 7u);
+  EXPECT_TRUE(contact.has_position);
+  EXPECT_EQ(contact.x, -10);
+  EXPECT_EQ(contact.y, 13);
+  EXPECT_EQ(contact.width, 21);
+  EXPECT_EQ(contact.height, 21);
+  EXPECT_EQ(contact.text, "A AND GVL.x");
+  ASSERT_EQ(contact.inputs.size(), 1u);
+  ASSERT_EQ(contact.inputs[0].connections.size(), 2u);
+  EXPECT_EQ(contact.inputs[0].connections[0].ref_local_id, 1);
+  EXPECT_EQ(contact.inputs[0].connections[1].ref_local_id, 9);
+  EXPECT_EQ(contact.inputs[0].connections[1].formal_parameter, "Q");
+  EXPECT_EQ(contact.inputs[0].connections[1].at.local_id, 2);
+  ASSERT_EQ(contact.outputs.size(), 1u);
+}
+
+TEST(Body, BlockWithAllPinLists) {
+  const auto r =
+      read_clean(program(R"(<FBD><block localId="14" typeName="MyFb" instanceName="fb[1]" width="1" height="2">
+<inputVariables><variable formalParameter="IN" negated="true" edge="falling" storage="set" hidden="true"><connectionPointIn>
+<expression> a + 1 </expression></connectionPointIn></variable><variable formalParameter="PT"/></inputVariables>
+<inOutVariables><variable formalParameter="IO"><connectionPointIn><connection refLocalId="3"/></connectionPointIn><connectionPointOut/></variable></inOutVariables>
+<outputVariables><variable formalParameter="Q" negated="1"><connectionPointOut/></variable></outputVariables></block></FBD>)"));
+  const Element& block = body_of(r).elements.at(0);
+  EXPECT_EQ(block.text, "MyFb");
+  EXPECT_EQ(block.instance_name, "fb[1]");
+  ASSERT_EQ(block.inputs.size(), 2u);
+  EXPECT_EQ(block.inputs[0].name, "IN");
+  EXPECT_TRUE(block.inputs[0].negated);
+  EXPECT_EQ(block.inputs[0].edge, Edge::kFalling);
+  EXPECT_EQ(block.inputs[0].storage, Storage::kSet);
+  EXPECT_TRUE(block.inputs[0].hidden);
+  EXPECT_TRUE(block.inputs[0].has_point_in);
+  EXPECT_EQ(block.inputs[0].expression, "a + 1");
+  EXPECT_FALSE(block.inputs[1].has_point_in);
+  ASSERT_EQ(block.in_outs.size(), 1u);
+  EXPECT_TRUE(block.in_outs[0].has_point_in && block.in_outs[0].has_point_out);
+  ASSERT_EQ(block.outputs.size(), 1u);
+  EXPECT_TRUE(block.outputs[0].negated);
+  EXPECT_TRUE(block.outputs[0].has_point_out);
+}
+
+TEST(Body, VariablesJumpsLabelsReturnsAndConnectors) {
+  const auto r = read_clean(program(R"(<FBD>
+<inVariable localId="1" negated="true" edge="rising" storage="reset"><connectionPointOut/><expression>T#500ms</expression></inVariable>
+<outVariable localId="2" storage="set"><connectionPointIn/><expression>b</expression></outVariable>
+<inOutVariable localId="3" negatedIn="true" edgeIn="falling" storageIn="set" negatedOut="true" edgeOut="rising" storageOut="reset">
+<connectionPointIn/><connectionPointOut/><expression>c</expression></inOutVariable>
+<connector localId="4" name="C1"><connectionPointIn/></connector><continuation localId="5" name="C1"><connectionPointOut/></continuation>
+<label localId="6" label="Again"/><jump localId="7" label="Again"><connectionPointIn/></jump><return localId="8"><connectionPointIn/></return></FBD>)"));
+  const std::vector<Element>& e = body_of(r).elements;
+  ASSERT_EQ(e.size(), 8u);
+  EXPECT_TRUE(e[0].negated && e[0].edge == Edge::kRising && e[0].storage == Storage::kReset);
+  EXPECT_EQ(e[0].text, "T#500ms");
+  EXPECT_EQ(e[1].storage, Storage::kSet);
+  EXPECT_TRUE(e[2].negated && e[2].negated_out);
+  EXPECT_TRUE(e[2].edge == Edge::kFalling && e[2].edge_out == Edge::kRising);
+  EXPECT_TRUE(e[2].storage == Storage::kSet && e[2].storage_out == Storage::kReset);
+  EXPECT_TRUE(e[2].inputs.size() == 1 && e[2].outputs.size() == 1);
+  EXPECT_EQ(e[3].text, "C1");
+  EXPECT_EQ(e[4].kind, ElementKind::kContinuation);
+  EXPECT_EQ(e[5].text, "Again");
+  EXPECT_EQ(e[6].kind, ElementKind::kJump);
+  EXPECT_EQ(e[7].kind, ElementKind::kReturn);
+}
+
+TEST(Body, CoilsKeepEdgeAndStorage) {
+  const auto r = read_clean(ladder(R"(<coil localId="1" storage="set"><connectionPointIn/><variable>a</variable></coil>
+<coil localId="2" edge="falling" negated="false"><connectionPointIn/><variable>b</variable></coil>
+<rightPowerRail localId="3"><connectionPointIn/><connectionPointIn/></rightPowerRail>)"));
+  const std::vector<Element>& e = body_of(r).elements;
+  EXPECT_EQ(e.at(0).storage, Storage::kSet);
+  EXPECT_EQ(e.at(1).edge, Edge::kFalling);
+  EXPECT_EQ(e.at(2).inputs.size(), 2u);
+}
+
+TEST(Body, ActionBlockInALadder) {
+  const auto r = read_clean(ladder(R"(<actionBlock localId="5"><connectionPointIn/>
+<action localId="6" qualifier="L" duration="T#2s" indicator="done"><reference name="Motor"/></action>
+<action localId="7" qualifier="N"><inline><ST><xhtml:p>x := 1;</xhtml:p></ST></inline></action></actionBlock>)"));
+  const Element& e = body_of(r).elements.at(0);
+  EXPECT_EQ(e.kind, ElementKind::kActionBlock);
+  ASSERT_EQ(e.actions.size(), 2u);
+  EXPECT_EQ(e.actions[0].qualifier, "L");
+  EXPECT_EQ(e.actions[0].duration, "T#2s");
+  EXPECT_EQ(e.actions[0].indicator, "done");
+  EXPECT_EQ(e.actions[0].name, "Motor");
+  EXPECT_EQ(e.actions[1].text, "x := 1;");
+}
+
+TEST(Body, CommentsAreNotDrawnElements) {
+  const auto r = read_clean(ladder(
+      R"(<comment localId="1" height="1" width="1"><position x="0" y="0"/><content><xhtml:p>hello</xhtml:p></content></comment>)"));
+  EXPECT_EQ(body_of(r).drawn_elements, 0u);
+  EXPECT_TRUE(body_of(r).elements.empty());
+  ASSERT_NE(r.row("body/LD/comment"), nullptr);
+  EXPECT_EQ(r.row("body/LD/comment")->fate, Fate::kIgnored);
+}
+
+TEST(Body, UnknownDrawnElementIsAnErrorAndCounts) {
+  const auto r = read_text(ladder(R"(<spinner localId="3"/>)"));
+  EXPECT_EQ(r.codes(), "P1017");
+  ASSERT_NE(r.project, nullptr);
+  EXPECT_EQ(body_of(r).drawn_elements, 1u);
+  EXPECT_EQ(r.row("body/LD/spinner")->fate, Fate::kRefused);
+}
+
+TEST(Body, VendorElementWithPinsIsAnError) {
+  const auto r = read_text(ladder(
+      R"(<vendorElement localId="3"><alternativeText/><inputVariables><variable formalParameter="a"/></inputVariables></vendorElement>)"));
+  EXPECT_EQ(r.codes(), "P1017");
+  EXPECT_EQ(body_of(r).drawn_elements, 1u);
+}
+
+TEST(Body, DuplicateLocalIdNamesBothPlaces) {
+  const std::string xml = ladder(
+      "\n<contact localId=\"4\"><variable>a</variable></contact>\n<coil localId=\"5\"><variable>b</variable></coil>\n"
+      "  <coil localId=\"4\"><variable>c</variable></coil>");
+  const auto r = read_text(xml);
+  ASSERT_EQ(r.codes(), "P1008");
+  const core::Diagnostic& d = r.diagnostics.all()[0];
+  EXPECT_EQ(place(d.at), place_of(xml, "<coil localId=\"4\""));
+  const std::string first = place_of(xml, "<contact localId=\"4\"");
+  EXPECT_NE(d.message.find("line " + first.substr(0, first.find(':')) + " column 1"), std::string::npos) << d.message;
+  EXPECT_EQ(d.pou, "Main");
+}
+
+TEST(Body, SfcIsCountedAndReportedOnce) {
+  const auto r = read_text(
+      program(R"(<SFC><step localId="1" name="s" initialStep="true"/><transition localId="2"><condition><inline name="">
+<ST><xhtml:p>TRUE</xhtml:p></ST></inline></condition></transition><comment localId="9" width="1" height="1"/></SFC>)"));
+  EXPECT_EQ(r.codes(), "P1016");
+  EXPECT_EQ(body_of(r).language, Language::kSfc);
+  EXPECT_EQ(body_of(r).drawn_elements, 2u);
+  EXPECT_EQ(r.row("body/SFC/step")->fate, Fate::kRefused);
+}
+
+TEST(Body, ActionsAndTransitionsAreNoted) {
+  const auto r = read_text(tc6(R"(<pous><pou name="P" pouType="program"><interface/>
+<actions><action name="a"><body><ST/></body></action></actions><body><ST/></body></pou></pous>)"));
+  EXPECT_EQ(r.codes(), "P1016");
+  EXPECT_TRUE(r.project->pous.at(0).has_actions);
+  const auto none = read_clean(tc6(
+      R"(<pous><pou name="P" pouType="program"><interface/><actions/><transitions/><body><ST/></body></pou></pous>)"));
+  EXPECT_FALSE(none.project->pous.at(0).has_actions);
+}
+
+TEST(Body, TwoLanguagesInOneBodyAreTwoBodies) {
+  const auto r = read_clean(program("<ST>a := 1;</ST><FBD><label localId=\"1\" label=\"x\"/></FBD>"));
+  ASSERT_EQ(r.project->pous.at(0).bodies.size(), 2u);
+  EXPECT_EQ(r.project->pous[0].bodies[0].language, Language::kSt);
+  EXPECT_EQ(r.project->pous[0].bodies[1].elements.size(), 1u);
+}
+
+TEST(Body, EmptyBodyHasNoLanguage) {
+  const auto r = read_clean(program(""));
+  EXPECT_EQ(body_of(r).language, Language::kNone);
+}
+
+}  // namespace
+}  // namespace plc::plcopen
