@@ -26,7 +26,7 @@ struct RealtimeOptions {
   FaultPolicy on_fault = FaultPolicy::kSafeState;
   bool realtime_priority = true;  ///< SCHED_FIFO, kHighestPriority for IEC priority 0, one less for each step down
   bool lock_memory = true;        ///< mlockall(MCL_CURRENT | MCL_FUTURE)
-  std::vector<int> cpus;          ///< CPU of each task; empty or -1 = any
+  std::vector<int> cpus{};        ///< CPU of each task; empty or -1 = any
   /// Called on each task's thread after it is set up and before its first cycle (tests install their guards here).
   void (*on_thread_start)(std::uint32_t task) = nullptr;
 };

@@ -61,7 +61,8 @@ void expect_as_model(runtime::Resource& r, const Net& net, std::uint32_t bools, 
   for (int scan = 0; scan < 5; ++scan) {
     ASSERT_FALSE(r.program(0).execute({}));
     evaluate(net, model);
-    for (std::uint32_t i = 0; i < bools; ++i) ASSERT_EQ(access.read_integer(places[i]), model[i]) << "scan " << scan << ", " << paths[i];
+    for (std::uint32_t i = 0; i < bools; ++i)
+      ASSERT_EQ(access.read_integer(places[i]), model[i]) << "scan " << scan << ", " << paths[i];
   }
 }
 

@@ -140,8 +140,9 @@ TEST(Interpreter, FaultKeepsTheScanFromExporting) {
   OneProgram p;
   const Word g = p.b.global("g", p.b.type(TypeId::kDint));
   const Word one = p.b.constant<std::int32_t>(TypeId::kDint, 1);
+  const std::uint32_t top = p.main.here();
   p.main.op(Opcode::kAdd32, {g, g, one});
-  p.main.op(Opcode::kLoopJump, {p.main.here()});
+  p.main.op(Opcode::kLoopJump, {top});
   auto r = p.load({.loop_budget = 3});
   ASSERT_NE(r, nullptr);
   EXPECT_TRUE(r->program(0).execute({}));

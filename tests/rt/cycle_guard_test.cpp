@@ -1,0 +1,326 @@
+// The cycle allocates nothing and makes no system call but to sleep and to read the clock: every instruction runs on
+// the scheduler's own thread with malloc watched and all other system calls forbidden by the kernel. Planted violations
+// prove that the guards bite. Each case runs in a child process, since the kernel's answer to a violation is to kill
+// it.
+#include <gtest/gtest.h>
+#include <linux/filter.h>
+#include <linux/seccomp.h>
+#include <sys/prctl.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <csignal>
+#include <cstddef>
+#include <cstdlib>
+#include <functional>
+#include <set>
+#include <sstream>
+
+#include "bytecode/image.h"
+#include "runtime/resource.h"
+#include "runtime/sched/realtime.h"
+#include "tests/support/image_builder.h"
+
+namespace {
+thread_local bool armed = false;
+std::atomic<bool> allocated{false};
+}  // namespace
+
+// glibc's own entry points, so that every allocation of the process passes here.
+extern "C" {
+void* __libc_malloc(std::size_t size);
+void* __libc_calloc(std::size_t count, std::size_t size);
+void* __libc_realloc(void* block, std::size_t size);
+void __libc_free(void* block);
+void* malloc(std::size_t size) {
+  if (armed) allocated = true;
+  return __libc_malloc(size);
+}
+void* calloc(std::size_t count, std::size_t size) {
+  if (armed) allocated = true;
+  return __libc_calloc(count, size);
+}
+void* realloc(void* block, std::size_t size) {
+  if (armed) allocated = true;
+  return __libc_realloc(block, size);
+}
+void free(void* block) {
+  if (armed && block != nullptr) allocated = true;
+  __libc_free(block);
+}
+}
+
+namespace plc::test {
+namespace {
+
+using bytecode::OperandKind;
+using core::Rep;
+
+constexpr int kExitClean = 0;
+constexpr int kExitAllocated = 3;
+constexpr int kExitStuck = 4;
+constexpr int kExitNoFilter = 77;
+
+/// Forbids the calling thread every system call but two; the kernel kills the process at the first other one.
+bool forbid_system_calls() {
+  sock_filter program[] = {
+      BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
+      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_clock_nanosleep, 2, 0),
+      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_clock_gettime, 1, 0),
+      BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_KILL_PROCESS),
+      BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW),
+  };
+  const sock_fprog filter{static_cast<unsigned short>(std::size(program)), program};
+  return prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 && prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &filter) == 0;
+}
+
+void guard_thread(std::uint32_t) {
+  if (!forbid_system_calls()) _exit(kExitNoFilter);
+  armed = true;
+}
+
+TypeId type_with(Rep rep) {
+  constexpr TypeId kIds[] = {TypeId::kBool,  TypeId::kSint, TypeId::kUsint, TypeId::kInt,  TypeId::kUint, TypeId::kDint,
+                             TypeId::kUdint, TypeId::kLint, TypeId::kUlint, TypeId::kReal, TypeId::kLreal};
+  return kIds[static_cast<std::size_t>(rep)];
+}
+
+/// A program with every instruction of opcodes.def, in a fixed and in a relative body.
+struct EveryInstruction {
+  ImageBuilder b;
+
+  EveryInstruction() {
+    const std::uint32_t dint = b.type(TypeId::kDint);
+    b.global("shared", dint);
+    PouBuilder leaf = b.pou("Leaf", PouKind::kFunctionBlock);
+    const Word n = leaf.variable("n", dint);
+    leaf.op(Opcode::kAdd32, {n, n, b.constant<std::int32_t>(TypeId::kDint, 1)});
+    const std::uint32_t leaf_pou = leaf.finish();
+    PouBuilder function = b.pou("Fn", PouKind::kFunction);
+    const Word in = function.frame("in", dint, FieldRole::kInput);
+    const Word out = function.frame("Fn", dint, FieldRole::kReturnValue);
+    function.op(Opcode::kMove32, {out, in});
+    const std::uint32_t function_pou = function.finish();
+
+    PouBuilder all = b.pou("All", PouKind::kFunctionBlock);
+    plain(all);
+    references(all, leaf_pou);
+    const Word value = all.variable("value", dint);
+    all.list(Opcode::kCallFn, 2, {function_pou, 0, value, 1, value});
+    all.call_std("LIMIT:DINT", value, {value, value, value});
+    const Word text = all.variable("text", b.string(3));
+    all.op(Opcode::kMoveStr, {text, b.text("longer")});
+    const Word wide = all.variable("wide", b.string(3, TypeId::kWstring));
+    all.op(Opcode::kMoveWstr, {wide, wide});
+    const Word timer = all.variable("timer", b.block_type("TON"));
+    all.op(Opcode::kRunTb, {b.block("TON"), timer});
+    control(all);
+    const std::uint32_t all_pou = all.finish();
+
+    PouBuilder main = b.pou("Main", PouKind::kProgram);
+    const Word first = main.instance_of("first", all_pou);
+    const Word second = main.instance_of("second", all_pou);
+    main.op(Opcode::kCallPou, {all_pou, first});
+    main.op(Opcode::kCallPou, {all_pou, second});
+    plain(main);
+    const std::uint32_t main_pou = main.finish();
+    PouBuilder other = b.pou("Other", PouKind::kProgram);
+    plain(other);
+    const std::uint32_t other_pou = other.finish();
+    b.task("Cyclic", 1'000'000, {main_pou});
+    b.task("Second", 1'000'000, {other_pou});
+    bytecode::Image image = b.build();
+    // One task exports everything, the other what it changed.
+    for (bytecode::ImagePou& pou : image.pous) {
+      if (pou.kind != PouKind::kTask || pou.name != "Second") continue;
+      for (std::uint32_t& word : pou.code) {
+        if (word == bytecode::opcode_word(Opcode::kWriteChangedN)) word = bytecode::opcode_word(Opcode::kWriteN);
+      }
+    }
+    b.image = image;
+  }
+
+  /// Every row whose operands are only leaves of numbers and BOOLs, and records in two shapes.
+  void plain(PouBuilder& pou) {
+    std::array<Word, 11> places{};
+    for (std::size_t rep = 0; rep < places.size(); ++rep) {
+      places[rep] = pou.variable("v" + std::to_string(rep), b.type(type_with(static_cast<Rep>(rep))));
+    }
+    for (std::size_t code = 0; code < bytecode::opcodes().size(); ++code) {
+      const auto opcode = static_cast<Opcode>(code);
+      const bytecode::Operands& operands = bytecode::info(opcode).operands;
+      std::vector<Word> words;
+      for (std::uint8_t i = 0; i < operands.count; ++i) {
+        const bytecode::OperandSpec& spec = operands.specs[i];
+        const bool leaf = spec.kind == OperandKind::kIn || spec.kind == OperandKind::kOut;
+        for (std::size_t rep = 0; leaf && rep < places.size(); ++rep) {
+          if ((spec.reps >> rep & 1u) == 0) continue;
+          words.push_back(places[rep]);
+          break;
+        }
+      }
+      const bool complete = words.size() == operands.count;
+      if (complete && opcode != Opcode::kReturn) pou.list(opcode, 0, words);
+    }
+    pou.record(0x00010001u, places[0], {places[0]});
+    pou.record(0x12345678u, places[0], {places[0]});
+  }
+
+  void references(PouBuilder& pou, std::uint32_t fb) {
+    const std::uint32_t dint = b.type(TypeId::kDint);
+    const std::uint32_t array = b.array(dint, 3);
+    const std::uint32_t record = b.structure("R", {{"f", dint}});
+    const std::uint32_t fb_type = b.image.pous[fb].instance_type;
+    const std::uint32_t ton_type = b.block_type("TON");
+    const Word a = pou.variable("a", array);
+    const Word r = pou.variable("r", record);
+    const Word x = pou.variable("x", dint);
+    const Word i = pou.variable("i", b.type(TypeId::kLint));
+    const Word instance = pou.instance_of("instance", fb);
+    const Word ton = pou.variable("ton", ton_type);
+    const Word to_array = pou.variable("to_array", b.ref(array));
+    const Word to_record = pou.variable("to_record", b.ref(record));
+    const Word to_dint = pou.variable("to_dint", b.ref(dint));
+    const Word to_null = pou.variable("to_null", b.ref(dint));
+    const Word to_fb = pou.variable("to_fb", b.ref(fb_type));
+    const Word to_ton = pou.variable("to_ton", b.ref(ton_type));
+    pou.op(Opcode::kMakeRef, {to_array, a, array});
+    pou.op(Opcode::kIndexRef, {to_dint, to_array, i, array});
+    pou.op(Opcode::kCopyFrom, {x, to_dint, dint});
+    pou.op(Opcode::kMakeRef, {to_record, r, record});
+    pou.op(Opcode::kFieldRef, {to_dint, to_record, record, 0});
+    pou.op(Opcode::kMoveRef, {to_dint, to_dint});
+    pou.op(Opcode::kCopyTo, {to_dint, x, dint});
+    pou.op(Opcode::kCopyFrom, {x, to_null, dint});
+    pou.op(Opcode::kMakeRef, {to_fb, instance, fb_type});
+    pou.op(Opcode::kCallRef, {fb, to_fb});
+    pou.op(Opcode::kMakeRef, {to_ton, ton, ton_type});
+    pou.op(Opcode::kRunRef, {b.block("TON"), to_ton});
+    pou.op(Opcode::kCopy, {a, a, array});
+  }
+
+  void control(PouBuilder& pou) {
+    const std::uint32_t lint = b.type(TypeId::kLint);
+    const Word i = pou.variable("loop", lint);
+    const Word go = pou.variable("go", b.boolean());
+    const Word three = b.constant<std::int64_t>(TypeId::kLint, 3);
+    pou.op(Opcode::kMove64, {i, b.constant<std::int64_t>(TypeId::kLint, 0)});
+    const std::uint32_t top = pou.here();
+    pou.op(Opcode::kAdd64, {i, i, b.constant<std::int64_t>(TypeId::kLint, 1)});
+    pou.op(Opcode::kLtI64, {go, i, three});
+    const std::uint32_t out = pou.jump(Opcode::kCondJump, {go});
+    pou.op(Opcode::kLoopJump, {top});
+    pou.land(out);
+    const std::uint32_t on = pou.jump(Opcode::kJump);
+    pou.land(on);
+  }
+};
+
+std::unique_ptr<runtime::Resource> load_every_instruction() {
+  EveryInstruction every;
+  core::Diagnostics diagnostics;
+  auto verified = bytecode::verify(every.b.image, diagnostics);
+  std::ostringstream text;
+  diagnostics.render(text);
+  EXPECT_TRUE(verified.has_value()) << text.str();
+  if (!verified) return nullptr;
+  auto resource = runtime::Resource::load(std::move(*verified));
+  EXPECT_TRUE(resource.has_value());
+  return resource ? std::move(*resource) : nullptr;
+}
+
+/// Runs 50 guarded scans of both tasks in a child; `plant` acts in the cycle. Returns the child's wait status.
+int guarded_run(runtime::CycleListener* plant) {
+  const pid_t child = fork();
+  if (child == 0) {
+    auto resource = load_every_instruction();
+    if (resource == nullptr) _exit(kExitStuck);
+    runtime::RealtimeOptions options;
+    options.realtime_priority = false;
+    options.lock_memory = false;
+    options.on_thread_start = guard_thread;
+    runtime::RealtimeScheduler scheduler(*resource, options);
+    if (plant != nullptr) scheduler.add_listener(*plant);
+    scheduler.start();
+    for (int i = 0; i < 20'000; ++i) {
+      if (scheduler.statistics(0).scans >= 50 && scheduler.statistics(1).scans >= 50) {
+        // Without joining: leaving a thread needs calls that its filter forbids.
+        _exit(allocated ? kExitAllocated : kExitClean);
+      }
+      usleep(1000);
+    }
+    _exit(kExitStuck);
+  }
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  return status;
+}
+
+struct Plant : runtime::CycleListener {
+  explicit Plant(void (*act_in)()) : act(act_in) {}
+  void before_scan(const runtime::ReleaseContext&) noexcept override {}
+  void after_scan(const runtime::ReleaseContext&) noexcept override { act(); }
+  void safe_state() noexcept override {}
+  void (*act)();
+};
+
+TEST(CycleGuard, TheImageHasEveryInstruction) {
+  auto resource = load_every_instruction();
+  ASSERT_NE(resource, nullptr);
+  std::set<std::uint32_t> used;
+  for (const bytecode::ImagePou& pou : resource->image().pous) {
+    for (std::size_t at = 0; at < pou.code.size();) {
+      const auto opcode = static_cast<Opcode>(pou.code[at] & 0xffffu);
+      const std::uint32_t items = pou.code[at] >> 16;
+      used.insert(pou.code[at] & 0xffffu);
+      const bytecode::Operands& operands = bytecode::info(opcode).operands;
+      ++at;
+      for (std::uint8_t i = 0; i < operands.count; ++i) {
+        const OperandKind kind = operands.specs[i].kind;
+        at += kind == OperandKind::kRecords   ? items * bytecode::kRecordWords
+              : kind == OperandKind::kStdArgs ? items
+              : kind == OperandKind::kFnArgs  ? items * 2
+                                              : 1;
+      }
+    }
+  }
+  for (std::uint32_t code = 0; code < bytecode::opcodes().size(); ++code) {
+    EXPECT_EQ(used.count(code), 1u) << bytecode::opcodes()[code].mnemonic;
+  }
+}
+
+TEST(CycleGuard, TheCycleIsClean) {
+  const int status = guarded_run(nullptr);
+  if (WIFEXITED(status) && WEXITSTATUS(status) == kExitNoFilter) GTEST_SKIP() << "seccomp filters are not available";
+  ASSERT_TRUE(WIFEXITED(status)) << "killed by signal " << WTERMSIG(status);
+  EXPECT_EQ(WEXITSTATUS(status), kExitClean);
+}
+
+TEST(CycleGuard, APlantedAllocationIsSeen) {
+  Plant plant([] {
+    void* volatile block = std::malloc(16);
+    std::free(block);
+  });
+  const int status = guarded_run(&plant);
+  if (WIFEXITED(status) && WEXITSTATUS(status) == kExitNoFilter) GTEST_SKIP() << "seccomp filters are not available";
+  ASSERT_TRUE(WIFEXITED(status) || WTERMSIG(status) == SIGSYS);  // a thread's first allocation may map memory
+  if (WIFEXITED(status)) {
+    EXPECT_EQ(WEXITSTATUS(status), kExitAllocated);
+  }
+}
+
+TEST(CycleGuard, APlantedSystemCallIsSeen) {
+  Plant plant([] { syscall(SYS_getppid); });
+  const int status = guarded_run(&plant);
+  if (WIFEXITED(status) && WEXITSTATUS(status) == kExitNoFilter) GTEST_SKIP() << "seccomp filters are not available";
+  ASSERT_TRUE(WIFSIGNALED(status)) << WEXITSTATUS(status);
+  EXPECT_EQ(WTERMSIG(status), SIGSYS);
+}
+
+}  // namespace
+}  // namespace plc::test

@@ -1,0 +1,131 @@
+#include "runtime/access.h"
+
+#include "tests/unit/runtime/run_support.h"
+
+namespace plc::test {
+namespace {
+
+using core::Code;
+using runtime::Access;
+
+struct Plant : OneProgram {
+  Plant() {
+    b.global("Level", b.type(TypeId::kInt), {}, {.list = "Tank", .address = "%IW3"});
+    b.global("Level", b.type(TypeId::kInt), {}, {.list = "Boiler"});
+    b.global("Only", b.type(TypeId::kReal), {}, {.list = "Tank"});
+    b.global("Fixed", b.type(TypeId::kInt), bytes_of<std::int16_t>(9), {.constant = true});
+    const std::uint32_t row = b.array(b.type(TypeId::kInt), 3, -1);
+    main.variable("grid", b.array(row, 2, 1));
+    main.variable("name", b.string(5));
+    main.variable("wide", b.string(4, TypeId::kWstring));
+    main.variable("delay", b.type(TypeId::kTime));
+    main.variable("percent", b.limited(TypeId::kUsint, 0, 100, "Percent"));
+    main.variable("big", b.type(TypeId::kUlint));
+    main.variable("r", b.type(TypeId::kLreal));
+    main.variable("c", b.type(TypeId::kChar));
+    main.variable("flag", b.boolean());
+    main.variable("hidden#1", b.boolean());
+  }
+  /// Result of a write: "" or the code's name.
+  static std::string put(runtime::Resource& r, std::string_view path, std::string_view text) {
+    Access access(r);
+    const auto place = access.find_leaf(path);
+    if (!place) return std::string(core::info(place.error().code).name);
+    const auto problem = access.write(*place, text);
+    return problem ? std::string(core::info(problem->code).name) : std::string{};
+  }
+};
+
+TEST(Access, PathsInAnyLetterCase) {
+  Plant p;
+  auto r = p.load();
+  ASSERT_NE(r, nullptr);
+  EXPECT_EQ(Plant::put(*r, "tank.LEVEL", "5"), "");
+  EXPECT_EQ(Plant::put(*r, "Boiler.Level", "6"), "");
+  EXPECT_EQ(value_of(*r, "%iw3"), "5");
+  EXPECT_EQ(Plant::put(*r, "only", "1.5"), "");
+  EXPECT_EQ(value_of(*r, "Tank.Only"), "1.5");
+  EXPECT_EQ(Plant::put(*r, "main0.GRID[2,1]", "-7"), "");
+  EXPECT_EQ(value_of(*r, "Main0.grid[2][1]"), "-7");
+  EXPECT_EQ(value_of(*r, "Cyclic.Main0.grid"), "[[0, 0, 0], [0, 0, -7]]");
+}
+
+TEST(Access, WrongPathsSayWhatIsNear) {
+  Plant p;
+  auto r = p.load();
+  ASSERT_NE(r, nullptr);
+  const Access access(*r);
+  const auto typo = access.find("Main0.delai");
+  ASSERT_FALSE(typo);
+  EXPECT_EQ(typo.error().code, Code::P7101);
+  EXPECT_NE(typo.error().help.find("delay"), std::string::npos);
+  EXPECT_FALSE(access.find("Level"));  // in two lists
+  for (const char* path : {"", ".", "Main0.", "Main0.grid[3,0]", "Main0.grid[1,2]", "Main0.grid[1", "Main0.flag[0]",
+                           "[1]", "Main0.grid[]", "Main0.grid[99999999999999999999]", "%QX0.0", "nothing"}) {
+    EXPECT_FALSE(access.find(path)) << path;
+  }
+  EXPECT_EQ(access.find_leaf("Main0.grid").error().code, Code::P7102);
+}
+
+TEST(Access, ListMatchesGlobs) {
+  Plant p;
+  auto r = p.load();
+  ASSERT_NE(r, nullptr);
+  const Access access(*r);
+  EXPECT_EQ(access.list("*level"), (std::vector<std::string>{"Tank.Level", "Boiler.Level"}));
+  EXPECT_EQ(access.list("main0.grid[?]*").size(), 6u);
+  EXPECT_EQ(access.list("Main0.*", 2).size(), 2u);
+  EXPECT_TRUE(access.list("Main0.hidden").empty());
+  EXPECT_EQ(access.list("*#*"), (std::vector<std::string>{"Main0.hidden#1"}));
+  for (const std::string& path : access.list()) EXPECT_TRUE(access.find_leaf(path)) << path;
+}
+
+TEST(Access, WritingNormalises) {
+  Plant p;
+  auto r = p.load();
+  ASSERT_NE(r, nullptr);
+  EXPECT_EQ(Plant::put(*r, "Main0.flag", "2"), "P7103");
+  EXPECT_EQ(Plant::put(*r, "Main0.flag", "true"), "");
+  EXPECT_EQ(Plant::put(*r, "Main0.percent", "101"), "P7104");
+  EXPECT_EQ(Plant::put(*r, "Main0.percent", "-1"), "P7104");
+  EXPECT_EQ(Plant::put(*r, "Main0.percent", "16#64"), "");
+  EXPECT_EQ(value_of(*r, "Main0.percent"), "100");
+  EXPECT_EQ(Plant::put(*r, "Tank.Level", "32768"), "P7104");
+  EXPECT_EQ(Plant::put(*r, "Tank.Level", "-32_768"), "");
+  EXPECT_EQ(Plant::put(*r, "Tank.Level", "12a"), "P7103");
+  EXPECT_EQ(Plant::put(*r, "Tank.Level", ""), "P7103");
+  EXPECT_EQ(Plant::put(*r, "Main0.big", "18446744073709551615"), "");
+  EXPECT_EQ(value_of(*r, "Main0.big"), "18446744073709551615");
+  EXPECT_EQ(Plant::put(*r, "Main0.big", "18446744073709551616"), "P7104");
+  EXPECT_EQ(Plant::put(*r, "Main0.name", "'toolong'"), "P7105");
+  EXPECT_EQ(Plant::put(*r, "Fixed", "1"), "P7106");
+  EXPECT_EQ(value_of(*r, "Fixed"), "9");
+}
+
+TEST(Access, TextOfValuesReadsBack) {
+  Plant p;
+  auto r = p.load();
+  ASSERT_NE(r, nullptr);
+  const std::pair<const char*, const char*> cases[] = {
+      {"Main0.name", "'a$'$N$$'"}, {"Main0.name", "'$80$00'"}, {"Main0.wide", "\"$263A'\""},
+      {"Main0.c", "'x'"},          {"Main0.r", "0.1"},         {"Main0.r", "1e+300"},
+      {"Main0.r", "-0"},           {"Main0.r", "nan"},         {"Main0.r", "-inf"},
+      {"Main0.delay", "-1"},       {"Only", "3.4028235e+38"}};
+  for (const auto& [path, text] : cases) {
+    EXPECT_EQ(Plant::put(*r, path, text), "") << path << " " << text;
+    EXPECT_EQ(value_of(*r, path), text);
+  }
+  EXPECT_EQ(Plant::put(*r, "Only", "1e39"), "P7104");
+  EXPECT_EQ(Plant::put(*r, "Main0.name", "bare"), "");
+  EXPECT_EQ(value_of(*r, "Main0.name"), "'bare'");
+  EXPECT_EQ(Plant::put(*r, "Main0.name", "'$Z'"), "P7103");
+  EXPECT_EQ(Plant::put(*r, "Main0.delay", "T#1s500ms"), "");
+  EXPECT_EQ(value_of(*r, "Main0.delay"), "1500000000");
+  EXPECT_EQ(Plant::put(*r, "Main0.delay", "t#-2.5ms"), "");
+  EXPECT_EQ(value_of(*r, "Main0.delay"), "-2500000");
+  EXPECT_EQ(Plant::put(*r, "Main0.delay", "T#1ms1s"), "P7103");
+  EXPECT_EQ(Plant::put(*r, "Main0.delay", "T#999999999d"), "P7104");
+}
+
+}  // namespace
+}  // namespace plc::test
