@@ -197,8 +197,9 @@ class Assembler {
   // ---- tables
 
   void open_table(std::uint32_t type, std::vector<std::byte>& bytes) {
-    bytes = listing::default_bytes(image_, type);
-    if (bytes.size() != type_at(type).size) fail(fmt::format("type {} cannot be laid out", type));
+    auto fresh = listing::default_bytes(image_, type);
+    if (!fresh) fail(fmt::format("type {} cannot be laid out", type));
+    bytes = std::move(*fresh);
     table_type_ = type;
     table_bytes_ = &bytes;
   }

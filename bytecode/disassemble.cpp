@@ -152,9 +152,12 @@ class Disassembler {
   // ---- initial bytes
 
   void put_bytes(std::string_view word, std::uint32_t type, std::span<const std::byte> bytes) {
-    const std::vector<std::byte> fresh = sound_ ? listing::default_bytes(image_, type) : std::vector<std::byte>{};
     const std::size_t start = out_.size();
-    if (fresh.size() == bytes.size() && put_values(word, type, type, 0, bytes, fresh)) return;
+    // A table that is larger than its bytes is not worth laying out.
+    if (sound_ && type < image_.types.size() && image_.types[type].size == bytes.size()) {
+      const auto fresh = listing::default_bytes(image_, type);
+      if (fresh && put_values(word, type, type, 0, bytes, *fresh)) return;
+    }
     out_.resize(start);
     constexpr std::size_t kPerLine = 32;
     for (std::size_t at = 0; at < bytes.size(); at += kPerLine) {

@@ -127,10 +127,10 @@ std::optional<Names::Place> Names::find(std::uint32_t type, std::string_view pat
   return place;
 }
 
-std::vector<std::byte> default_bytes(const Image& image, std::uint32_t type) {
-  if (type >= image.types.size() || image.types[type].size > kMaxTableBytes) return {};
+std::optional<std::vector<std::byte>> default_bytes(const Image& image, std::uint32_t type) {
+  if (type >= image.types.size() || image.types[type].size > kMaxTableBytes) return std::nullopt;
   std::vector<std::byte> bytes(image.types[type].size);
-  if (!fill_capacities(image, type, bytes)) return {};
+  if (!fill_capacities(image, type, bytes)) return std::nullopt;
   return bytes;
 }
 

@@ -55,7 +55,7 @@ class Names {
 };
 
 /// Zeros with the capacities of strings in place; nothing when the type does not make sense.
-std::vector<std::byte> default_bytes(const Image& image, std::uint32_t type);
+std::optional<std::vector<std::byte>> default_bytes(const Image& image, std::uint32_t type);
 
 /// Text in double quotes; quotes, backslashes and control characters as \xx.
 std::string quoted(std::string_view text);

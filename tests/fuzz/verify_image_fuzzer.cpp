@@ -1,0 +1,113 @@
+// Fuzzes the loader, the verifier, the listing and the runtime: whatever the bytes are, they are refused with a message
+// or run without harm.
+//
+// Input: an image file, or assembler text (the seeds). The mutator works on the structure and makes the checksum right
+// again, so that about half of the mutants reach the runtime. At the end it prints executions, accepted images, scans
+// and the rules hit; docs/guides/fuzzing.md tells how to run it.
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <set>
+#include <string>
+#include <string_view>
+
+#include "bytecode/image.h"
+#include "bytecode/rules.h"
+#include "tests/fuzz/image_mutator.h"
+#include "tests/fuzz/run_image.h"
+
+extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
+
+namespace {
+
+using namespace plc;
+
+struct Tally {
+  std::uint64_t executions = 0, loaded = 0, accepted = 0, scans = 0;
+  std::set<std::string> rules;
+};
+Tally& tally() {
+  static Tally t;
+  return t;
+}
+void print_tally() {
+  const Tally& t = tally();
+  std::fprintf(stderr,
+               "verify_image: %llu executions, %llu loaded, %llu accepted (%.0f %%), %llu scans, %zu of %zu rules hit:",
+               static_cast<unsigned long long>(t.executions), static_cast<unsigned long long>(t.loaded),
+               static_cast<unsigned long long>(t.accepted),
+               t.executions == 0 ? 0.0 : 100.0 * static_cast<double>(t.accepted) / static_cast<double>(t.executions),
+               static_cast<unsigned long long>(t.scans), t.rules.size(), bytecode::rules().size());
+  for (const std::string& rule : t.rules) std::fprintf(stderr, " %s", rule.c_str());
+  std::fprintf(stderr, "\n");
+}
+
+bool is_text(const std::uint8_t* data, std::size_t size) { return size > 5 && std::memcmp(data, "image", 5) == 0; }
+
+core::Result<bytecode::Image> read(const std::uint8_t* data, std::size_t size) {
+  if (is_text(data, size)) return bytecode::assemble({reinterpret_cast<const char*>(data), size});
+  return bytecode::load({reinterpret_cast<const std::byte*>(data), size});
+}
+
+[[noreturn]] void fail(const char* what) {
+  std::fprintf(stderr, "%s\n", what);
+  std::abort();
+}
+
+void note_rules(const core::Diagnostics& diagnostics) {
+  for (const core::Diagnostic& d : diagnostics.all()) {
+    const std::size_t at = d.message.find("(rule V");
+    if (at != std::string::npos) tally().rules.insert(d.message.substr(at + 6, 4));
+  }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerInitialize(int*, char***) {
+  tally();
+  std::atexit(print_tally);
+  return 0;
+}
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  Tally& t = tally();
+  ++t.executions;
+  auto image = read(data, size);
+  if (!image) return 0;
+  ++t.loaded;
+  core::Diagnostics diagnostics;
+  auto verified = bytecode::verify(*image, diagnostics);
+  if (!verified) {
+    if (!diagnostics.has_errors()) fail("refused without a reason");
+    note_rules(diagnostics);
+    if (t.executions % 16 == 0) bytecode::disassemble(*image);
+    return 0;
+  }
+  ++t.accepted;
+  if (t.executions % 16 == 0) {
+    const auto again = bytecode::assemble(bytecode::disassemble(*image));
+    if (!again) fail(again.error().message.c_str());
+    if (bytecode::save(*again) != bytecode::save(*image)) fail("the listing does not say what the image says");
+  }
+  t.scans += test::run_image(std::move(*verified), 3);
+  return 0;
+}
+
+extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t max_size,
+                                               unsigned int seed) {
+  auto image = read(data, size);
+  if (!image || seed % 16 == 0) {
+    size = LLVMFuzzerMutate(data, size, max_size);
+    if (!is_text(data, size)) bytecode::reseal({reinterpret_cast<std::byte*>(data), size});
+    return size;
+  }
+  test::ImageMutator mutator(*image, seed);
+  const std::size_t changes = 1 + mutator.below(4);
+  for (std::size_t i = 0; i < changes; ++i) mutator.gentle();
+  if (mutator.below(3) == 0) mutator.rough();
+  const std::vector<std::byte> bytes = bytecode::save(*image);
+  if (bytes.size() > max_size) return size;
+  std::memcpy(data, bytes.data(), bytes.size());
+  return bytes.size();
+}
