@@ -314,9 +314,9 @@ class ImageBuilder {
     return constant_bytes(type(id), bytes_of(value));
   }
   Word constant_bytes(std::uint32_t type_index, std::vector<std::byte> value) {
-    return bytecode::operand_word(Space::kConst,
-                                  constants_.add(image, "c#" + std::to_string(constants_.type.fields.size()),
-                                                 type_index, FieldRole::kHidden, value, true));
+    return bytecode::operand_word(
+        Space::kConst, constants_.add(image, "c#" + std::to_string(constants_.type.fields.size()), type_index,
+                                      FieldRole::kHidden, value, true));
   }
   /// A STRING constant of exactly the text's length.
   Word text(std::string_view value) {
