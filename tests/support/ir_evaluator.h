@@ -95,6 +95,7 @@ class IrEvaluator {
           const ir::Type& array = module_.types[p.body.places[inst.a].type];
           const auto index = signed_value(p.body.insts[inst.b].type, values[inst.b].bits);
           const std::string base = path(p, instance, values, inst.a);
+          result.target.clear();
           if (!base.empty() && index >= array.lower && index <= array.upper) {
             result.target = base + "[" + std::to_string(index) + "]";
           }
