@@ -41,6 +41,7 @@ struct ExpectedWarning {
 
 struct CaseFile {
   std::vector<Simulation> runs;
+  std::vector<std::string> order;  ///< localIds as `plc explain` must list them, whatever stands between
   std::vector<ExpectedWarning> warnings;
 };
 
@@ -61,6 +62,8 @@ CaseFile read_case(const fs::path& folder) {
       ADD_FAILURE() << "case.txt: line without a value: " << line;
     } else if (parts[0] == "run:") {
       result.runs.push_back({parts[1], {parts.begin() + 2, parts.end()}});
+    } else if (parts[0] == "order:") {
+      result.order.assign(parts.begin() + 1, parts.end());
     } else if (parts[0] == "warning:") {
       result.warnings.push_back({parts[1], {parts.begin() + 2, parts.end()}});
     } else {
@@ -179,6 +182,12 @@ TEST_P(Case, TraceEqualsTheHandWorkedTable) {
     ASSERT_EQ(compiled.code, 0) << command_line(compile) << "\n" << compiled.all();
     simulate(folder, image, {}, run.expected, nullptr);
   }
+  if (the_case.order.empty()) return;
+  const ToolResult explained = run_tool({kTool, "explain", project});
+  EXPECT_EQ(explained.code, 0) << explained.all();
+  EXPECT_TRUE(plc::test::in_sequence(the_case.order, plc::test::explained_order(explained.out)))
+      << "explain should list " << command_line(the_case.order) << " in this order:\n"
+      << explained.out;
 }
 
 INSTANTIATE_TEST_SUITE_P(Cases, Case, ::testing::ValuesIn(case_names()), test_name);

@@ -110,6 +110,13 @@ TEST_F(Corpus, AnEmptyLadderCompilesToNothingAndSaysSo) {
   EXPECT_EQ(run.code, 0) << run.all();
 }
 
+TEST_F(Corpus, ExplicitExecutionOrderIsPrinted) {
+  const ToolResult result = run_tool({kTool, "explain", file("16_beremiz_fbd_execution_order.xml")});
+  EXPECT_EQ(result.code, 0) << result.all();
+  EXPECT_TRUE(plc::test::in_sequence({"1", "12", "3", "7", "8", "9"}, plc::test::explained_order(result.out)))
+      << result.out;
+}
+
 // ---- files with parts that cannot be compiled yet ----------------------------------------------------------------
 
 /// A file, the messages it must draw (every text in one line each), and the options with which it runs as stubs.

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <regex>
 #include <sstream>
 #include <stdexcept>
 
@@ -40,6 +41,25 @@ std::string command_line(const std::vector<std::string>& arguments) {
     line += argument;
   }
   return line;
+}
+
+std::vector<std::string> explained_order(const std::string& output) {
+  static const std::regex kLine(R"(^ +[0-9]+  [A-Za-z ]*[A-Za-z] ([0-9]+) )");
+  std::vector<std::string> order;
+  std::istringstream in(output);
+  for (std::string line; std::getline(in, line);) {
+    std::smatch match;
+    if (std::regex_search(line, match, kLine)) order.push_back(match[1]);
+  }
+  return order;
+}
+
+bool in_sequence(const std::vector<std::string>& ids, const std::vector<std::string>& order) {
+  std::size_t next = 0;
+  for (const std::string& id : order) {
+    if (next < ids.size() && id == ids[next]) ++next;
+  }
+  return next == ids.size();
 }
 
 ToolResult run_tool(const std::vector<std::string>& arguments, unsigned seconds) {
