@@ -4,7 +4,7 @@
 // the program and in how its inputs change. Records run in order and may read what earlier ones wrote. Short records
 // (16 bytes) hold offsets within a 64 KiB window; the linker cuts runs into windows and picks the four-input loop for
 // stretches whose tables ignore the fifth input: the loops are bound by loads, and it makes two fewer. Measured and
-// rejected: unrolling by 2 or 4 (no gain), fetching a record as two 64-bit words (20 % slower).
+// rejected: unrolling by 2 or 4 (no gain), fetching a record as two 64-bit words (15 to 20 % slower).
 #pragma once
 
 #include <cstddef>
@@ -34,18 +34,30 @@ inline constexpr std::uint32_t kGeneralRecordWords = sizeof(GeneralRecord) / 4;
 /// True when a five-input truth table does not depend on its last input.
 constexpr bool ignores_last_input(std::uint32_t truth) { return (truth >> 16) == (truth & 0xffffu); }
 
+template <class T>
+inline T load_field(const unsigned char* at) noexcept {
+  T value;
+  std::memcpy(&value, at, sizeof value);
+  return value;
+}
+
 /// Runs `count` short records at `records` (4-byte aligned) on the BOOLs at `window`. RT.
 template <int kInputs>
 inline void run_short(std::uint8_t* window, const std::uint32_t* records, std::uint32_t count) noexcept {
   const auto* at = reinterpret_cast<const unsigned char*>(records);
   for (const unsigned char* const end = at + std::size_t{count} * sizeof(ShortRecord); at != end;
        at += sizeof(ShortRecord)) {
-    ShortRecord r;
-    std::memcpy(&r, at, sizeof r);
-    // The sums become three lea instructions; ORs of shifts would be twice as many.
-    std::uint32_t index = window[r.in[0]] + 2u * window[r.in[1]] + 4u * (window[r.in[2]] + 2u * window[r.in[3]]);
-    if constexpr (kInputs == 5) index += 16u * window[r.in[4]];
-    window[r.out] = static_cast<std::uint8_t>((r.truth >> (index & 31u)) & 1u);
+    // Field by field: a copy of the whole record becomes two 64-bit loads and shifts, which is slower.
+    const auto bool_at = [window, at](std::size_t field) -> std::uint32_t {
+      return window[load_field<std::uint16_t>(at + field)];
+    };
+    constexpr std::size_t kIn = offsetof(ShortRecord, in);
+    // The sums become lea instructions; ORs of shifts would be twice as many.
+    std::uint32_t index = bool_at(kIn) + 2 * bool_at(kIn + 2) + 4 * (bool_at(kIn + 4) + 2 * bool_at(kIn + 6));
+    if constexpr (kInputs == 5) index += 16 * bool_at(kIn + 8);
+    const auto truth = load_field<std::uint32_t>(at + offsetof(ShortRecord, truth));
+    window[load_field<std::uint16_t>(at + offsetof(ShortRecord, out))] =
+        static_cast<std::uint8_t>((truth >> (index & 31u)) & 1u);
   }
 }
 
