@@ -212,6 +212,28 @@ TEST_F(Generate, ChainedSumsMayEndInTheirOwnArgument) {
   EXPECT_EQ(r.read("Main.x"), "23");
 }
 
+TEST_F(Generate, ValueStoredOnOneWayOnlyIsKnownOnTheOther) {
+  std::vector<std::uint32_t> in;
+  for (int i = 0; i < 7; ++i) in.push_back(m.variable(main, "i" + std::to_string(i), ir::kBoolType));
+  const auto skip = m.variable(main, "skip", ir::kBoolType);
+  const auto x = m.variable(main, "x", ir::kBoolType);
+  const auto y = m.variable(main, "y", ir::kBoolType);
+  auto b = m.body(main);
+  auto v = b.load(b.variable(in[0]));
+  for (int i = 1; i < 7; ++i) v = b.logic(Op::kOr, v, b.load(b.variable(in[static_cast<std::size_t>(i)])));
+  const auto label = b.new_label();
+  b.jump_if(b.load(b.variable(skip)), label);
+  b.store(b.variable(x), v);
+  b.bind(label);
+  b.store(b.variable(y), v);
+  Running r(m);
+  r.write("Main.skip", "1");
+  r.write("Main.i5", "1");
+  r.scan();
+  EXPECT_EQ(r.read("Main.x"), "0");
+  EXPECT_EQ(r.read("Main.y"), "1");
+}
+
 TEST_F(Generate, SourcesOfRecordsAreTheirElements) {
   const auto x = m.variable(main, "x", ir::kBoolType);
   const auto y = m.variable(main, "y", ir::kBoolType);
