@@ -159,13 +159,14 @@ std::optional<Operand> Lowering::call(NodeId id, Expected expected, bool as_stat
   if (pou != module.pou_by_name.end() && module.pous[pou->second].kind == ir::PouKind::kFunction) {
     return call_function(id, pou->second, as_statement);
   }
+  // A variable called like a standard function ("Limit", "Max") does not hide it where it is called.
+  if (!stdlib::overloads_named(name).empty()) return call_standard(id, name, expected);
   const Named named = find_name(module, builder_.pou(), name);
   if (named.kind != Named::Kind::kNothing) {
     report(Code::P4009, at(id), quoted(name) + " is a variable and is called in an expression",
            "call function block instances as a statement of their own and read " + std::string(name) + ".<output>");
     return std::nullopt;
   }
-  if (!stdlib::overloads_named(name).empty()) return call_standard(id, name, expected);
   if (core::iequals(name, "REF") || core::iequals(name, "ADR")) return take_reference(id);
   if (const auto type = types().find(name)) {
     const TypeKind kind = types()[*type].kind;

@@ -88,8 +88,12 @@ std::optional<std::int64_t> fold_integers(Operator op, std::int64_t a, std::int6
 }  // namespace
 
 Operand Lowering::operand(ir::ValueId value, NodeId id) {
+  // Texts are for messages: a long chain must not be copied once for each of its operators.
+  constexpr std::size_t kShown = 60;
   Operand out = Operand::of(value, at(id));
-  out.text = std::string(text(id));
+  const std::string_view written = text(id);
+  out.text = std::string(written.substr(0, kShown));
+  if (written.size() > kShown) out.text += "..";
   return out;
 }
 
@@ -359,7 +363,7 @@ std::optional<Operand> Lowering::combine(NodeId id, const Operand& left, const O
     if (const auto folded = fold_integers(op, left.int_value, right.int_value)) {
       Operand out = left;
       out.int_value = *folded;
-      out.text = std::string(text(id));
+      out.text = std::to_string(*folded);
       return out;
     }
   }

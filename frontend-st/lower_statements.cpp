@@ -44,6 +44,15 @@ bool Lowering::if_chain(NodeId id) {
   return fine;
 }
 
+bool Lowering::is_standard_call(NodeId callee) {
+  if (stdlib::overloads_named(name_text(callee)).empty()) return false;
+  const Named named = find_name(builder_.module(), builder_.pou(), name_text(callee));
+  if (named.kind == Named::Kind::kNothing) return true;
+  const ir::TypeRef type = named.kind == Named::Kind::kVariable ? builder_.pou().variables[named.index].type
+                                                                : builder_.module().globals[named.index].variable.type;
+  return types().rep_of(type).has_value();
+}
+
 bool Lowering::statement(NodeId id) {
   builder_.set_source(at(id));
   switch (node(id).kind) {
@@ -62,7 +71,8 @@ bool Lowering::statement(NodeId id) {
         const auto pou = module.pou_by_name.find(name_text(callee));
         const bool function =
             pou != module.pou_by_name.end() && module.pous[pou->second].kind == ir::PouKind::kFunction;
-        if (function || is_unresolved_name(callee)) return call(call_id, std::nullopt, true).has_value();
+        if (function || is_unresolved_name(callee) || is_standard_call(callee))
+          return call(call_id, std::nullopt, true).has_value();
       }
       return call_block(call_id);
     }

@@ -108,6 +108,8 @@ class Lowering {
   bool statement(NodeId id);
   bool assign(NodeId id);
   bool if_chain(NodeId id);
+  /// A standard function that a variable of the same name does not hide, because the variable cannot be called.
+  bool is_standard_call(NodeId callee);
 
   ir::Builder& builder_;
   const SourceText& source_;

@@ -17,9 +17,15 @@ core::SourceRef SourceText::locate(std::uint32_t offset) const {
   const auto lines = static_cast<std::uint32_t>(after - line_starts_.begin());
   const std::uint32_t start = lines == 0 ? 0 : line_starts_[lines - 1];
   if (lines == 0 && at_.column == 0) return out;
-  std::uint32_t characters = 0;
-  for (std::uint32_t i = start; i < offset && i < text_.size(); ++i) {
+  const bool resume = counted_line_ == lines && counted_offset_ >= start && counted_offset_ <= offset;
+  std::uint32_t characters = resume ? counted_characters_ : 0;
+  for (std::uint32_t i = resume ? counted_offset_ : start; i < offset && i < text_.size(); ++i) {
     if ((static_cast<unsigned char>(text_[i]) & 0xc0u) != 0x80u) ++characters;
+  }
+  if (offset > counted_offset_) {
+    counted_offset_ = offset;
+    counted_line_ = lines;
+    counted_characters_ = characters;
   }
   out.line = at_.line + lines;
   out.column = (lines == 0 ? at_.column : 1) + characters;

@@ -29,6 +29,10 @@ class SourceText {
   std::string_view text_;
   core::SourceRef at_;
   std::vector<std::uint32_t> line_starts_;  ///< offsets of the second, third .. line
+  // Columns are counted on from the furthest place asked for: long lines are mostly read from left to right.
+  mutable std::uint32_t counted_offset_ = 0;
+  mutable std::uint32_t counted_line_ = 0;
+  mutable std::uint32_t counted_characters_ = 0;
 };
 
 }  // namespace plc::st

@@ -1,0 +1,168 @@
+#include "tests/unit/frontend-st/fixture.h"
+
+namespace plc::st::test {
+namespace {
+
+using core::Code;
+
+struct StatementsTest : ::testing::Test {
+  World world;
+  void SetUp() override {
+    world.project.pous.push_back(
+        pou("Scale", plcopen::PouKind::kFunctionBlock,
+            {variable("IN", named("INT"), Section::kInput), variable("ACC", named("INT"), Section::kInOut),
+             variable("OUT", named("INT"), Section::kOutput), variable("inner", named("INT"))}));
+    world.project.pous.push_back(
+        pou("Split", plcopen::PouKind::kFunction,
+            {variable("IN", named("INT"), Section::kInput), variable("HI", named("INT"), Section::kOutput)}));
+    world.project.pous.back().return_type = named("INT");
+    world.program("Main", {variable("a", named("INT")), variable("b", named("INT")), variable("c", named("INT")),
+                           variable("x", named("BOOL")), variable("y", named("BOOL")), variable("T1", named("TON")),
+                           variable("S1", named("Scale")), variable("d", named("DINT")),
+                           variable("arr", array_of(named("INT"), {{"0", "2"}}))});
+    world.declare_cleanly();
+  }
+  bool lower(std::string_view text) {
+    ir::Builder b(*world.module, 2, world.diagnostics);
+    return lower_statements(text, at_line(10, 5), b);
+  }
+  std::map<std::string, std::uint64_t> run(std::string_view text, std::map<std::string, std::uint64_t> cells = {}) {
+    world.module->pous[2].body = {};
+    EXPECT_TRUE(lower(text)) << text << "\n" << world.rendered();
+    Machine machine(*world.module, world.module->pous[2]);
+    machine.cells = std::move(cells);
+    machine.run();
+    runs = machine.runs;
+    return machine.cells;
+  }
+  std::vector<std::string> runs;
+};
+
+TEST_F(StatementsTest, Assignments) {
+  const auto cells = run("a := 5; b := a + 1;\n; (* empty *) c := -b");
+  EXPECT_EQ(cells.at("a"), 5u);
+  EXPECT_EQ(cells.at("b"), 6u);
+  EXPECT_EQ(cells.at("c"), 0xfffau);
+}
+
+TEST_F(StatementsTest, ElementsByVariableIndex) { EXPECT_EQ(run("arr[a + 1] := 9;", {{"a", 1}}).at("arr[2]"), 9u); }
+
+TEST_F(StatementsTest, IfChainsTakeOneBranch) {
+  const std::string_view text =
+      "IF a > 10 THEN b := 1; ELSIF a > 5 THEN b := 2; ELSIF a > 3 THEN b := 3; ELSE b := 4; END_IF; c := 1;";
+  for (const auto& [a, b] : std::map<std::uint64_t, std::uint64_t>{{11, 1}, {6, 2}, {4, 3}, {0, 4}}) {
+    const auto cells = run(text, {{"a", a}});
+    EXPECT_EQ(cells.at("b"), b);
+    EXPECT_EQ(cells.at("c"), 1u);
+  }
+}
+
+TEST_F(StatementsTest, NestedIfAndReturn) {
+  const std::string_view text = "IF x THEN IF y THEN RETURN; END_IF; a := 1; END_IF a := a + 10;";
+  EXPECT_FALSE(lower(text));
+  EXPECT_EQ(world.count(Code::P4013), 1u) << world.rendered();
+  const std::string_view good = "if x then if y then return; end_if; a := 1; end_if; a := a + 10;";
+  EXPECT_EQ(run(good, {{"x", 1}, {"y", 0}}).at("a"), 11u);
+  EXPECT_EQ(run(good, {{"x", 1}, {"y", 1}, {"a", 3}}).at("a"), 3u);
+  EXPECT_EQ(run(good, {{"x", 0}, {"a", 3}}).at("a"), 13u);
+}
+
+TEST_F(StatementsTest, BlockCalls) {
+  const auto cells = run("T1(IN := x, PT := T#2s, Q => y);", {{"x", 1}});
+  ASSERT_EQ(runs, std::vector<std::string>{"T1"});
+  EXPECT_EQ(cells.count("y"), 1u);
+  std::size_t durations = 0;
+  for (const auto& [path, bits] : cells) durations += bits == 2'000'000'000u ? 1u : 0u;
+  EXPECT_EQ(durations, 1u);
+  EXPECT_EQ(run("S1(IN := 3, ACC := b, OUT => c);").at("S1.0"), 3u);
+}
+
+TEST_F(StatementsTest, SkippedBlockCallRunsNothing) {
+  run("T1(EN := x, IN := TRUE, PT := T#1s);", {{"x", 0}});
+  EXPECT_TRUE(runs.empty());
+}
+
+TEST_F(StatementsTest, FunctionCallsWithOutputs) {
+  EXPECT_TRUE(lower("a := Split(IN := b, HI => d);")) << world.rendered();
+  EXPECT_TRUE(lower("Split(b);")) << world.rendered();
+  EXPECT_FALSE(lower("a := Split(IN := b, HI => x);"));
+  EXPECT_EQ(world.count(Code::P4101), 1u) << world.rendered();
+}
+
+TEST_F(StatementsTest, WrongCalls) {
+  EXPECT_FALSE(lower("T1(INN := x);"));
+  EXPECT_FALSE(lower("T1(IN => x);"));
+  EXPECT_FALSE(lower("S1(IN := 1, ACC := d);"));
+  EXPECT_FALSE(lower("T1(IN := x, x);"));
+  EXPECT_EQ(world.count(Code::P4010), 4u) << world.rendered();
+  EXPECT_FALSE(lower("a(1);"));
+  EXPECT_FALSE(lower("TON(IN := x);"));
+  EXPECT_FALSE(lower("nothing(1);"));
+  EXPECT_EQ(world.count(Code::P4009), 3u) << world.rendered();
+  EXPECT_FALSE(lower("S1.inner := 3;"));
+  EXPECT_EQ(world.count(Code::P4005), 1u) << world.rendered();
+}
+
+TEST_F(StatementsTest, EveryIndependentErrorOnceAndTheRestIsLowered) {
+  EXPECT_FALSE(lower("a := ;\nb := wrong1;\nIF wrong2 THEN c := wrong3; END_IF;\na = 5;\nx := 5 + ;\nb := 2;"));
+  EXPECT_EQ(world.diagnostics.error_count(), 6u) << world.rendered();
+  std::vector<std::uint32_t> lines;
+  for (const auto& d : world.diagnostics.all()) {
+    if (d.severity == core::Severity::kError) lines.push_back(d.at.line);
+  }
+  std::sort(lines.begin(), lines.end());
+  EXPECT_EQ(lines, (std::vector<std::uint32_t>{10, 11, 12, 12, 13, 14}));
+}
+
+TEST_F(StatementsTest, PlacesOfErrors) {
+  EXPECT_FALSE(lower("a := 1;\n  b := nope;"));
+  const core::Diagnostic* d = world.first(Code::P4004);
+  ASSERT_NE(d, nullptr);
+  EXPECT_EQ(d->at.line, 11u);
+  EXPECT_EQ(d->at.column, 8u);
+  EXPECT_FALSE(lower("nope := 1;"));
+  EXPECT_EQ(world.diagnostics.all().back().at.line, 10u);
+  EXPECT_EQ(world.diagnostics.all().back().at.column, 5u);
+}
+
+TEST_F(StatementsTest, LoopsAreRefusedOnceEach) {
+  EXPECT_FALSE(
+      lower("FOR a := 1 TO 3 DO FOR b := 1 TO 2 DO c := nope; END_FOR; END_FOR; WHILE x DO a := 1; END_WHILE;"
+            " CASE a OF 1: b := 1; END_CASE; b := 2;"));
+  EXPECT_EQ(world.count(Code::P4012), 3u);
+  EXPECT_EQ(world.diagnostics.error_count(), 3u) << world.rendered();
+}
+
+TEST_F(StatementsTest, StrayAndMissingKeywords) {
+  EXPECT_FALSE(lower("IF x THEN a := 1;"));
+  EXPECT_EQ(world.diagnostics.error_count(), 1u) << world.rendered();
+  EXPECT_FALSE(lower("END_IF; a := 1;"));
+  EXPECT_EQ(world.diagnostics.error_count(), 2u) << world.rendered();
+  EXPECT_FALSE(lower("IF x a := 1; END_IF; b := nope;"));
+  EXPECT_EQ(world.diagnostics.error_count(), 4u) << world.rendered();
+}
+
+TEST_F(StatementsTest, WritesThatAreNotAllowed) {
+  EXPECT_FALSE(lower("T1.Q := TRUE;"));
+  EXPECT_EQ(world.count(Code::P4007), 1u);
+  EXPECT_FALSE(lower("a := x;"));
+  EXPECT_FALSE(lower("a := 100000;"));
+  EXPECT_EQ(world.count(Code::P4101) + world.count(Code::P4107), 2u) << world.rendered();
+}
+
+TEST_F(StatementsTest, DeepIfsAreAnError) {
+  std::string text;
+  for (int i = 0; i < 20'000; ++i) text += "IF x THEN ";
+  EXPECT_FALSE(lower(text));
+  EXPECT_GE(world.count(Code::P4002), 1u);
+  EXPECT_LE(world.diagnostics.error_count(), 1000u);
+}
+
+TEST_F(StatementsTest, EmptyTextIsNothing) {
+  EXPECT_TRUE(lower(""));
+  EXPECT_TRUE(lower("  // only a comment"));
+  EXPECT_TRUE(world.module->pous[2].body.insts.empty());
+}
+
+}  // namespace
+}  // namespace plc::st::test
