@@ -75,6 +75,7 @@ int main(int argc, char** argv) {
   CLI::App* load = app.add_subcommand("load", "file to first scan against xmllint, memory");
   CLI::App* check = app.add_subcommand("check", "small ladders from several seeds, results only");
   app.require_subcommand(0, 1);
+  for (CLI::App* command : {scan, load, check}) command->fallthrough();
   CLI11_PARSE(app, argc, argv);
   try {
     Verdict verdict;

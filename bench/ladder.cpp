@@ -24,7 +24,8 @@ class Dice {
 Net contact(Dice& dice, std::uint32_t variables) {
   Net net;
   net.variable = dice.below(variables);
-  net.negated = dice.chance(30);
+  // WHY half: a ladder of plain contacts goes all FALSE after a few scans and would compare nothing.
+  net.negated = dice.chance(50);
   return net;
 }
 
@@ -320,7 +321,7 @@ Ladder make_ladder(const Shape& shape) {
   ladder.shape = shape;
   Dice dice(shape.seed);
   // Plain: every coil has a variable of its own beside the inputs. Nested: half as many variables as rungs, some of them
-  // latches that several rungs set and reset; a variable has at most one normal coil as long as variables last.
+  // latches that several rungs set and reset; the others have one normal or negated coil.
   ladder.variables = shape.nested ? std::max(16u, shape.rungs / 2) : shape.rungs + std::max(8u, shape.rungs / 8);
   ladder.inputs = shape.nested ? std::max(4u, ladder.variables / 16) : ladder.variables - shape.rungs;
   const std::uint32_t outputs = ladder.variables - ladder.inputs;
@@ -336,9 +337,9 @@ Ladder make_ladder(const Shape& shape) {
     } else {
       rung.net = random_net(dice, 1 + dice.below(kMaxContacts), false, kMaxNesting, ladder.variables);
       const std::uint32_t kind = dice.below(100);
-      if (kind < 40) {
+      if (kind < 40 && next_normal < normals) {
         rung.coil = dice.chance(20) ? Coil::kNegated : Coil::kNormal;
-        rung.target = ladder.inputs + next_normal++ % normals;
+        rung.target = ladder.inputs + next_normal++;
       } else {
         rung.coil = kind < 70 ? Coil::kSet : Coil::kReset;
         rung.target = ladder.inputs + normals + dice.below(latches);

@@ -63,8 +63,10 @@ class Interpreted {
     }
     tools::Compilation compilation;
     tools::compile({path, {}, tools::Goal::kRun}, compilation);
-    compilation.diagnostics.render(std::cerr);
-    if (!compilation.ok()) return;
+    if (!compilation.ok()) {
+      compilation.diagnostics.render(std::cerr);
+      return;
+    }
     auto loaded = runtime::Resource::load(std::move(*compilation.image));
     if (!loaded) {
       std::cerr << loaded.error().message << '\n';

@@ -48,14 +48,17 @@ ordered_json to_json(const core::Diagnostics& diagnostics, const core::Diagnosti
   return row;
 }
 
+/// "1 error", "3 errors".
+std::string counted(std::size_t count, const char* word) { return fmt::format("{} {}{}", count, word, count == 1 ? "" : "s"); }
+
 std::string summary(const std::string& file, const Compilation& compilation) {
   const std::size_t errors = compilation.diagnostics.error_count();
   const std::size_t warnings = compilation.diagnostics.warning_count();
-  std::string text = fmt::format("{}: {}", file, compilation.ok() ? "ok" : fmt::format("{} errors", errors));
-  if (warnings != 0) text += fmt::format(", {} warnings", warnings);
-  if (compilation.project) text += fmt::format(", {} POUs", compilation.project->pous.size());
+  std::string text = fmt::format("{}: {}", file, compilation.ok() ? "ok" : counted(errors, "error"));
+  if (warnings != 0) text += ", " + counted(warnings, "warning");
+  if (compilation.project) text += ", " + counted(compilation.project->pous.size(), "POU");
   if (compilation.image) {
-    text += fmt::format(", {} tasks", compilation.image->image().tasks.size());
+    text += ", " + counted(compilation.image->image().tasks.size(), "task");
   } else if (compilation.ok()) {
     text += ", no task runs a program";
   }
