@@ -234,6 +234,24 @@ TEST_F(Generate, ValueStoredOnOneWayOnlyIsKnownOnTheOther) {
   EXPECT_EQ(r.read("Main.y"), "1");
 }
 
+TEST_F(Generate, ListingOfARungAndAComparison) {
+  const auto x = m.variable(main, "x", ir::kBoolType);
+  const auto y = m.variable(main, "y", ir::kBoolType);
+  const auto n = m.variable(main, "n", dint);
+  auto b = m.body(main);
+  b.store(b.variable(y), b.logic(Op::kAnd, b.load(b.variable(x)), b.not_(b.load(b.variable(y)))));
+  const std::vector<Operand> large{Operand::of(b.load(b.variable(n))), literal(3)};
+  b.store(b.variable(x), *b.call("GT", large, {}));
+  const auto image = bytecode::generate(m.module, m.diagnostics);
+  const std::string listing = bytecode::disassemble(*image);
+  EXPECT_NE(listing.find("    BOOL_RUN\n"
+                         "      | 0x22222222 i:y, i:x, i:y, i:x, i:x, i:x\n"
+                         "    GT_I32 i:x, i:n, c:#c0\n"
+                         "    RETURN\n"),
+            std::string::npos)
+      << listing;
+}
+
 TEST_F(Generate, SourcesOfRecordsAreTheirElements) {
   const auto x = m.variable(main, "x", ir::kBoolType);
   const auto y = m.variable(main, "y", ir::kBoolType);
