@@ -37,6 +37,19 @@ Drawing::Drawing(ir::Builder& builder, const Graph& graph, const core::CompileOp
   first_slot_.push_back(next);
   slots_.resize(next);
   for (const Wire& wire : graph.wires) slots_[slot_index(wire.from)].read = true;
+  feeds_known_.resize(graph.nodes.size());
+  for (NodeId n = 0; n < graph.nodes.size(); ++n) {
+    const plcopen::Element& e = element(n);
+    if (e.kind == ElementKind::kBlock && is_missing(e)) continue;
+    for (const Input& input : inputs(n)) {
+      for (std::uint32_t w = 0; w < input.wire_count; ++w) feeds_known_[graph.wires[input.first_wire + w].from.node] = true;
+    }
+  }
+}
+
+bool Drawing::is_missing(const plcopen::Element& e) {
+  return !e.has_code && builder_.module().pou_by_name.count(e.text) == 0 && stdlib::block_named(e.text) == nullptr &&
+         stdlib::overloads_named(e.text).empty();
 }
 
 std::span<const Input> Drawing::inputs(NodeId node) const {

@@ -126,12 +126,15 @@ class Drawing {
   struct Enable;
   friend struct BlockLowering;
   void lower_block(NodeId node);
+  /// True for a block that neither the project nor the standard library supplies.
+  [[nodiscard]] bool is_missing(const plcopen::Element& e);
 
   ir::Builder& builder_;
   const Graph& graph_;
   const core::CompileOptions& options_;
   std::vector<std::uint32_t> first_slot_;  ///< per node, and one past the end
   std::vector<Slot> slots_;
+  std::vector<bool> feeds_known_;          ///< per node: some reader is not a missing block
   std::vector<ir::Operand> literals_;
   std::vector<Write> writes_;
   std::unordered_map<std::string, LabelState, core::NameHash, core::NameEqual> labels_;

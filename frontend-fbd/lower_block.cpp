@@ -470,14 +470,14 @@ struct BlockLowering {
 
   void lower() {
     if (e.has_code) return lower_execute();
+    if (d.is_missing(e)) return missing();
     ir::Module& module = b.module();
     const auto pou = module.pou_by_name.find(e.text);
     const bool is_function = pou != module.pou_by_name.end() && module.pous[pou->second].kind == ir::PouKind::kFunction;
     const bool is_block = (pou != module.pou_by_name.end() && !is_function) || stdlib::block_named(e.text) != nullptr;
     if (is_function) return lower_function_pou(pou->second);
     if (is_block) return lower_block_instance();
-    if (!stdlib::overloads_named(e.text).empty()) return lower_standard_function();
-    missing();
+    lower_standard_function();
   }
 
   void lower_block_instance() {

@@ -44,6 +44,8 @@ void Drawing::lower_element(NodeId node) {
 void Drawing::lower_in_variable(NodeId node) {
   const Element& e = element(node);
   const OutRef out{OutRef::Kind::kFlow, 0, node};
+  // What only feeds missing blocks may name values of missing types; the block is reported, that is enough.
+  if (has_reader(out) && !feeds_known_[node]) return publish_poison(out);
   const auto operand = st::lower_expression(e.text, e.text_at, builder_);
   if (!operand) return publish_poison(out);
   if (!e.negated && e.edge == Edge::kNone && e.storage == Storage::kNone) return publish(out, *operand);
