@@ -4,8 +4,6 @@
 // to bytecode/assemble.cpp. Does not belong here: what the words mean.
 #pragma once
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -59,12 +57,12 @@ class Line {
   }
   void expect(std::string_view wanted) {
     const std::string_view found = word();
-    if (found != wanted) fail(fmt::format("\"{}\" where \"{}\" belongs", found, wanted));
+    if (found != wanted) fail(quoted(found) + " where " + quoted(wanted) + " belongs");
   }
   std::string text() {
     const std::string_view found = word();
     auto text = unquoted(found);
-    if (!text) fail(fmt::format("{} is not a text in quotes", found));
+    if (!text) fail(std::string(found) + " is not a text in quotes");
     return std::move(*text);
   }
   template <class T>
@@ -74,7 +72,7 @@ class Line {
   /// A number behind `letter`: "t12".
   std::uint32_t index(char letter) {
     const std::string_view found = word();
-    if (found.size() < 2 || found[0] != letter) fail(fmt::format("\"{}\" where {}<number> belongs", found, letter));
+    if (found.size() < 2 || found[0] != letter) fail(quoted(found) + " where " + letter + "<number> belongs");
     return to_number<std::uint32_t>(found.substr(1));
   }
   /// The position of the next word among `words`, as an enumerator.
@@ -82,11 +80,11 @@ class Line {
   E one_of(const std::array<std::string_view, kCount>& words) {
     const std::string_view found = word();
     const auto it = std::find(words.begin(), words.end(), found);
-    if (it == words.end()) fail(fmt::format("\"{}\" is unknown here", found));
+    if (it == words.end()) fail(quoted(found) + " is unknown here");
     return static_cast<E>(it - words.begin());
   }
   void end() const {
-    if (!rest_.empty()) fail(fmt::format("\"{}\" is too much", rest_));
+    if (!rest_.empty()) fail(quoted(rest_) + " is too much");
   }
 
   template <class T>
@@ -101,7 +99,7 @@ class Line {
     } else {
       result = std::from_chars(text.data() + (hex ? 2 : 0), end, value, hex ? 16 : 10);
     }
-    if (result.ec != std::errc{} || result.ptr != end) fail(fmt::format("\"{}\" is not a number that fits here", text));
+    if (result.ec != std::errc{} || result.ptr != end) fail(quoted(text) + " is not a number that fits here");
     return value;
   }
 

@@ -20,7 +20,7 @@ TEST(Check, ErrorsGoToStderrWithPlaceAndElement) {
   write_text(file, small_project(true, kUnknownVariableBody));
   const auto result = run_tool({PLC_TOOL, "check", file});
   EXPECT_EQ(result.code, 1);
-  EXPECT_NE(result.err.find(file + ":10:"), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find(file + ":11:"), std::string::npos) << result.err;
   EXPECT_NE(result.err.find("Nowhere"), std::string::npos) << result.err;
   EXPECT_NE(result.err.find("[POU Main, contact 2]"), std::string::npos) << result.err;
 }
@@ -51,7 +51,7 @@ TEST(Check, JsonIsOneDocumentOnStdout) {
     for (const char* key : {"file", "line", "column", "code", "severity", "pou", "element", "localId", "message", "help"}) {
       EXPECT_TRUE(row.contains(key)) << key;
     }
-    found = found || (row["severity"] == "error" && row["line"] == 10 && row["pou"] == "Main" && row["localId"] == 2 &&
+    found = found || (row["severity"] == "error" && row["line"] == 11 && row["pou"] == "Main" && row["localId"] == 2 &&
                       row["element"] == "contact");
   }
   EXPECT_TRUE(found) << result.out;
