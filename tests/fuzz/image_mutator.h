@@ -42,7 +42,27 @@ class ImageMutator {
     if (image_.pous.empty() || image_.types.empty()) return;
     ImagePou& pou = image_.pous[below(image_.pous.size())];
     ImageType& type = image_.types[below(image_.types.size())];
-    switch (below(14)) {
+    switch (below(22)) {
+      case 14:
+        return rough_library();
+      case 15:
+        if (!image_.tasks.empty()) image_.tasks[below(image_.tasks.size())].single = below(2) == 0 ? "level" : "go";
+        return;
+      case 16:
+        if (!image_.tasks.empty()) image_.tasks[below(image_.tasks.size())].period_ns = -1;
+        return;
+      case 17:
+        if (!image_.globals.empty()) image_.globals.pop_back();
+        return;
+      case 18:
+        if (!pou.debug.empty()) pou.debug[below(pou.debug.size())].word = word();
+        return;
+      case 19:
+        type.lower = static_cast<std::int64_t>(word());
+        return;
+      case 20:
+      case 21:
+        return rough_list(pou);
       case 0:
         if (!pou.code.empty()) pou.code[below(pou.code.size())] = word();
         return;
@@ -91,6 +111,37 @@ class ImageMutator {
   std::size_t below(std::size_t n) { return random_() % n; }
 
  private:
+  void rough_library() {
+    if (!image_.blocks.empty()) {
+      bytecode::ImageBlock& block = image_.blocks[below(image_.blocks.size())];
+      if (below(3) == 0) block.name = "NOPE";
+      if (below(3) == 0) block.layout_hash ^= 1;
+      if (below(3) == 0) block.type = word();
+    }
+    if (!image_.functions.empty() && below(2) == 0) {
+      image_.functions[below(image_.functions.size())] = below(2) == 0 ? "NOPE:INT" : "LIMIT:INT";
+    }
+  }
+
+  /// One item more or less in a list.
+  void rough_list(ImagePou& pou) {
+    const std::vector<std::size_t> starts = starts_of(pou);
+    std::vector<std::size_t> lists;
+    for (const std::size_t at : starts) {
+      if (pou.code[at] >> 16 != 0) lists.push_back(at);
+    }
+    if (lists.empty()) return;
+    const std::size_t at = lists[below(lists.size())];
+    const auto end = static_cast<std::ptrdiff_t>(at + length_of(pou, at));
+    if (below(2) == 0) {
+      pou.code[at] += 1u << 16;
+      pou.code.insert(pou.code.begin() + end, pou.code[static_cast<std::size_t>(end) - 1]);
+    } else {
+      pou.code[at] -= 1u << 16;
+      pou.code.erase(pou.code.begin() + end - 1);
+    }
+  }
+
   struct Leaf {
     Word word;
     core::Rep rep;
@@ -259,7 +310,7 @@ class ImageMutator {
     std::vector<std::byte>& table = *tables[static_cast<std::size_t>(bytecode::space_of(leaf.word))];
     const std::size_t at = bytecode::offset_of(leaf.word);
     const ImageType& type = image_.types[leaf.type];
-    if (type.kind != TypeKind::kScalar || at + type.size > table.size()) return;
+    if (type.kind != TypeKind::kScalar || type.size == 0 || at + type.size > table.size()) return;
     constexpr std::int64_t kEdges[] = {0, 1, -1, INT64_MAX, INT64_MIN, INT32_MIN, INT16_MIN, 127, -128};
     std::int64_t value = below(2) == 0 ? kEdges[below(std::size(kEdges))] : static_cast<std::int64_t>(random_());
     if (leaf.rep == core::Rep::kBool) value &= 1;
