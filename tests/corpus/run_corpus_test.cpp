@@ -154,7 +154,7 @@ INSTANTIATE_TEST_SUITE_P(
         Partial{"09_beremiz_all_languages_first_steps.xml",
                 {{"ST", "AverageVal"}, {"ST", "CounterST"}, {"SFC", "CounterSFC"}, {"IL", "CounterIL"}},
                 {}},
-        Partial{"10_beremiz_fbd_logging.xml", {{":234:", "LOGGER"}, {":40:", "LOGLEVEL"}}, {}},
+        Partial{"10_beremiz_fbd_logging.xml", {{":234:", "LOGGER"}, {":39:", "LOGLEVEL"}}, {}},
         Partial{"11_beremiz_fbd_connectors_langtest.xml", {{"ST", "CONVERSION_TEST"}, {":1128:", "LOGGER"}}, {}},
         Partial{"12_beremiz_fbd_st_modbus.xml", {{"ST", "Generator"}}, {}},
         Partial{"13_phoenix_grid_tc001.xml",
