@@ -24,6 +24,7 @@ namespace {
 struct Cost {
   bool ok = false;
   double wall_ms = 0;
+  double cpu_ms = 0;  ///< user and system
   double peak_mb = 0;
   std::string output;  ///< stdout
 };
@@ -56,6 +57,8 @@ Cost run(const std::vector<std::string>& arguments) {
   struct rusage usage {};
   ::wait4(child, &status, 0, &usage);
   cost.wall_ms = static_cast<double>(clock.now_ns() - begin) / 1e6;
+  const auto ms = [](const timeval& t) { return static_cast<double>(t.tv_sec) * 1e3 + static_cast<double>(t.tv_usec) / 1e3; };
+  cost.cpu_ms = ms(usage.ru_utime) + ms(usage.ru_stime);
   cost.peak_mb = static_cast<double>(usage.ru_maxrss) / 1024;
   cost.ok = WIFEXITED(status) && WEXITSTATUS(status) == 0;
   return cost;
@@ -73,7 +76,7 @@ struct Size {
   std::uint32_t rungs = 0;
   std::string path;
   double file_mb = 0;
-  std::vector<double> plc_ms, xmllint_ms, ratios;
+  std::vector<double> plc_ms, plc_cpu_ms, xmllint_ms, ratios;
   double peak_mb = 0, resident_mb = 0;
 };
 
@@ -92,6 +95,7 @@ Size make_size(std::uint32_t rungs, std::uint64_t seed, const Scratch& scratch) 
 bool repeat(Size& size, bool with_xmllint) {
   const Cost plc = run({PLC_TOOL, "sim", size.path, "--cycles", "1", "--stats"});
   size.plc_ms.push_back(plc.wall_ms);
+  size.plc_cpu_ms.push_back(plc.cpu_ms);
   size.peak_mb = std::max(size.peak_mb, plc.peak_mb);
   size.resident_mb = std::max(size.resident_mb, resident_mb(plc.output));
   if (!plc.ok) std::cerr << fmt::format("plc sim {} failed\n", size.path);
@@ -104,8 +108,8 @@ bool repeat(Size& size, bool with_xmllint) {
 }
 
 void print(const Size& size) {
-  std::cout << fmt::format("{:>7} rungs plain, {:.1f} MB: to the end of the first scan {:.1f} ms, peak {:.0f} MB", size.rungs,
-                           size.file_mb, median(size.plc_ms), size.peak_mb);
+  std::cout << fmt::format("{:>7} rungs plain, {:.1f} MB: to the end of the first scan {:.1f} ms ({:.1f} ms CPU), peak {:.0f} MB",
+                           size.rungs, size.file_mb, median(size.plc_ms), median(size.plc_cpu_ms), size.peak_mb);
   if (!size.xmllint_ms.empty()) {
     std::cout << fmt::format("; xmllint {:.1f} ms, ratio {:.2f}", median(size.xmllint_ms), median(size.ratios));
   }
@@ -131,13 +135,14 @@ Verdict measure_load(const LoadPlan& plan) {
   if (!plan.large || !verdict.correct) return verdict;
 
   Size large = make_size(100'000, plan.seed, scratch);
-  // Interleaved again: the marginal costs are compared within these rounds.
+  // Interleaved again: the marginal costs are compared within these rounds. WHY processor time: the sizes take from
+  // milliseconds to seconds, so that other work on the machine would hit them unequally.
   std::vector<double> marginal;
   const std::uint32_t rounds = std::max(3u, plan.repetitions / 2);
   for (std::uint32_t i = 0; i < rounds && verdict.correct; ++i) {
     verdict.correct = repeat(small, false) && repeat(middle, false) && repeat(large, false);
-    const double upper = (large.plc_ms.back() - middle.plc_ms.back()) / (large.rungs - middle.rungs);
-    const double lower = (middle.plc_ms.back() - small.plc_ms.back()) / (middle.rungs - small.rungs);
+    const double upper = (large.plc_cpu_ms.back() - middle.plc_cpu_ms.back()) / (large.rungs - middle.rungs);
+    const double lower = (middle.plc_cpu_ms.back() - small.plc_cpu_ms.back()) / (middle.rungs - small.rungs);
     marginal.push_back(upper / lower);
   }
   print(large);
