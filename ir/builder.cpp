@@ -54,16 +54,25 @@ PlaceId Builder::intern(const Place& place) {
   return it->second;
 }
 
+PlaceId Builder::plain_variable(std::uint32_t index) {
+  if (index >= variable_places_.size()) variable_places_.resize(pou().variables.size());
+  PlaceId& known = variable_places_[index];
+  if (!known.valid()) {
+    const Variable& v = pou().variables[index];
+    Place place;
+    place.kind = v.in_frame ? Place::Kind::kFrame : Place::Kind::kInstance;
+    place.index = index;
+    place.type = v.type;
+    known = intern(place);
+  }
+  return known;
+}
+
 PlaceId Builder::variable(std::uint32_t index) {
   const Variable& v = pou().variables[index];
   if (v.role == Role::kExternal) return global(v.global);
-  Place place;
-  place.kind = v.in_frame ? Place::Kind::kFrame : Place::Kind::kInstance;
-  place.index = index;
-  place.type = v.type;
-  const bool in_out = v.role == Role::kInOut;
-  const PlaceId id = intern(place);
-  return in_out ? deref(load(id)) : id;
+  const PlaceId id = plain_variable(index);
+  return v.role == Role::kInOut ? deref(load(id)) : id;
 }
 
 PlaceId Builder::global(std::uint32_t index) {
