@@ -1,5 +1,6 @@
 #include "plcopen/account.h"
 
+#include <array>
 #include <utility>
 
 namespace plc::plcopen {
@@ -12,17 +13,28 @@ constexpr std::string_view kStateTitles[] = {
 #undef PLC_STATE
 };
 
+constexpr std::size_t kStateCount = std::size(kStateTitles);
+
+const std::vector<const Rule*>& rules_of(State parent) {
+  static const auto kByState = [] {
+    std::array<std::vector<const Rule*>, kStateCount> by_state;
+    for (const Rule& rule : all_rules()) by_state[static_cast<std::size_t>(rule.parent)].push_back(&rule);
+    return by_state;
+  }();
+  return kByState[static_cast<std::size_t>(parent)];
+}
+
 const Rule* find_rule(State parent, std::string_view name, std::string_view variant) {
   const Rule* plain = nullptr;
   const Rule* any = nullptr;
-  for (const Rule& rule : all_rules()) {
-    if (rule.parent != parent) continue;
-    if (rule.name == "*") any = &rule;
-    if (rule.name != name) continue;
-    if (rule.variant.empty())
-      plain = &rule;
-    else if (rule.variant.front() == '/' ? variant.ends_with(rule.variant) : variant == rule.variant)
-      return &rule;
+  for (const Rule* rule : rules_of(parent)) {
+    if (rule->name == "*") any = rule;
+    if (rule->name != name) continue;
+    if (rule->variant.empty()) {
+      plain = rule;
+    } else if (rule->variant.front() == '/' ? variant.ends_with(rule->variant) : variant == rule->variant) {
+      return rule;
+    }
   }
   return plain != nullptr ? plain : any;
 }
@@ -98,9 +110,8 @@ Account::NodeId Account::make(NodeId parent, std::string_view name, std::string_
     node.fate = rule->inherit ? nodes_[parent].fate : rule->fate;
     reason = rule->inherit ? std::string_view(rows_[nodes_[parent].row].reason) : rule->reason;
   }
-  const bool full = nodes_.size() >= kMaxNodes;
   std::string path;
-  if (full) {
+  if (nodes_.size() >= kMaxNodes) {
     path = "(other elements)";
     // One node per rule is enough to go on reading correctly; the account no longer tells the places apart.
     for (NodeId id = static_cast<NodeId>(kMaxNodes); id < nodes_.size(); ++id) {

@@ -133,13 +133,14 @@ void start_declared_string(Reader& r, const Tag& tag) {
   push_data_type_type(r, tag);
   string_spec(r, tag);
 }
-void start_declared_struct(Reader& r, const Tag& tag) {
-  push_data_type_type(r, tag);
+/// A member brings its own list: specifications of other kinds may contain one by mistake.
+void start_member(Reader& r, const Tag& tag) {
   start_struct(r, tag);
+  start_variable(r, tag);
 }
-void end_declared_struct(Reader& r) {
+void end_member(Reader& r) {
+  end_variable(r);
   end_var_list(r);
-  pop_type(r);
 }
 
 constexpr Rule declared(std::string_view variant, StartHandler start, EndHandler end = pop_type) {
@@ -178,7 +179,7 @@ constexpr Rule kRules[] = {
     declared("ArrayTypeSpec", start_declared<Kind::kArray>),
     declared("EnumTypeSpec", start_declared<Kind::kEnum>),
     declared("EnumTypeWithNamedValueSpec", start_declared<Kind::kEnum>),
-    declared("StructTypeSpec", start_declared_struct, end_declared_struct),
+    declared("StructTypeSpec", start_declared<Kind::kStruct>),
     declared("SubrangeTypeSpec", start_declared<Kind::kSubrange>),
     declared("RefTypeSpec", start_declared<Kind::kPointer>),
     declared("ReferenceTypeSpec", start_declared<Kind::kPointer>),
@@ -204,7 +205,7 @@ constexpr Rule kRules[] = {
     used(State::kXTypeSpec, "Range", State::kLeaf, dimension),
     used(State::kXTypeSpec, "IndexRange", State::kLeaf, dimension),
     used(State::kXTypeSpec, "Enumerator", State::kLeaf, enum_value),
-    used(State::kXTypeSpec, "Member", State::kXVariable, start_variable, end_variable),
+    used(State::kXTypeSpec, "Member", State::kXVariable, start_member, end_member),
     used(State::kXTypeSpec, "AddData", State::kXAddData),
     ignored(State::kXTypeSpec, "Documentation", kReasonNote),
     used(State::kXDimension, "IndexRange", State::kLeaf, dimension),

@@ -31,10 +31,10 @@ bool is_name_start(char c) {
          static_cast<unsigned char>(c) >= 0x80;
 }
 
-/// Attributes of the start tag that begins at `open`, counted up to `limit` + 1.
-std::size_t count_attributes(std::string_view text, std::size_t open, std::size_t limit) {
+/// Attributes of the start tag at the begin of `text`, counted up to `limit` + 1.
+std::size_t count_attributes(std::string_view text, std::size_t limit) {
   std::size_t count = 0;
-  std::size_t i = open + 1;
+  std::size_t i = 1;
   while (count <= limit) {
     i = text.find_first_of("\"'>", i);
     if (i == std::string_view::npos || text[i] == '>') break;
@@ -46,12 +46,12 @@ std::size_t count_attributes(std::string_view text, std::size_t open, std::size_
   return count;
 }
 
-/// True when the DOCTYPE at `open` has an internal subset.
+/// True when the DOCTYPE at `open` has an internal subset. Only quoted texts may contain a '<'.
 bool has_internal_subset(std::string_view text, std::size_t open) {
-  std::size_t i = open;
-  while ((i = text.find_first_of("\"'>[", i)) != std::string_view::npos) {
+  std::size_t i = open + 1;
+  while ((i = text.find_first_of("\"'<>[", i)) != std::string_view::npos) {
     if (text[i] == '[') return true;
-    if (text[i] == '>') return false;
+    if (text[i] == '>' || text[i] == '<') return false;
     i = text.find(text[i], i + 1);
     if (i == std::string_view::npos) return false;
     ++i;
@@ -226,7 +226,7 @@ bool InputText::check_markup(std::uint16_t file, core::Diagnostics& diagnostics,
     const std::size_t length = (next == std::string_view::npos ? all.size() : next) - i;
     // An attribute takes at least four bytes, so that nearly every tag is short enough to need no count.
     if (length / 4 > limits.max_attributes && is_name_start(all[i + 1]) &&
-        count_attributes(all, i, limits.max_attributes) > limits.max_attributes) {
+        count_attributes(rest.substr(0, length), limits.max_attributes) > limits.max_attributes) {
       diagnostics.report(core::Code::P1006, place_in(all, i, file), {},
                          fmt::format("element has more than {} attributes", limits.max_attributes));
       return false;

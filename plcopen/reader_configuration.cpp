@@ -1,6 +1,8 @@
 // Configurations, resources, tasks and instances of TC6 files.
 #include "plcopen/reader_configuration.h"
 
+#include <unordered_map>
+
 #include "core/text.h"
 #include "plcopen/reader_types.h"
 
@@ -69,16 +71,13 @@ void start_resource(Reader& r, const Tag& tag) {
 void end_resource(Reader& r) {
   ResourceFrame& frame = *r.resources.back();
   // IEC 61131-10 names the task at the instance, which may come before the task.
+  std::unordered_map<std::string_view, Task*, core::NameHash, core::NameEqual> tasks;
+  for (Task& task : frame.resource.tasks) tasks.try_emplace(task.name, &task);
   std::vector<PouInstance> beside;
   for (std::size_t i = 0; i < frame.resource.instances.size(); ++i) {
-    Task* task = nullptr;
-    for (Task& candidate : frame.resource.tasks) {
-      if (i < frame.instance_tasks.size() && !frame.instance_tasks[i].empty() &&
-          core::iequals(candidate.name, frame.instance_tasks[i])) {
-        task = &candidate;
-      }
-    }
-    (task == nullptr ? beside : task->instances).push_back(std::move(frame.resource.instances[i]));
+    const std::string& name = frame.instance_tasks[i];
+    const auto task = name.empty() ? tasks.end() : tasks.find(name);
+    (task == tasks.end() ? beside : task->second->instances).push_back(std::move(frame.resource.instances[i]));
   }
   frame.resource.instances = std::move(beside);
   Configuration& owner = r.configurations.empty() ? r.outside() : *r.configurations.back();

@@ -20,8 +20,8 @@ constexpr std::string_view kAttributeNames[] = {
     "xsi:type",
 };
 
-/// Names a file may have altogether; real ones have some hundreds of bytes.
-constexpr std::size_t kMaxNameBytes = std::size_t{4} << 20;
+/// Bytes of all different names of a file; real ones have some hundreds. The table behind them is slow when crowded.
+constexpr std::size_t kMaxNameBytes = std::size_t{512} << 10;
 
 std::string_view view(const xmlChar* text) {
   return text == nullptr ? std::string_view() : std::string_view(reinterpret_cast<const char*>(text));
@@ -141,6 +141,11 @@ struct XmlParser::Callbacks {
     guarded(data, [&](XmlParser& p) {
       // Warnings are about namespaces that are no absolute URIs, as the one of IEC 61131-10 is.
       if (error->code == XML_ERR_USER_STOP || error->level == XML_ERR_WARNING || p.failed_) return;
+      if (error->code == XML_ERR_NO_MEMORY) {
+        p.problem(core::Code::P1006, p.offset(),
+                  fmt::format("file has more than {} bytes of different names, or memory is short", kMaxNameBytes));
+        return;
+      }
       std::string message = error->message == nullptr ? "not well-formed" : error->message;
       while (!message.empty() && (message.back() == '\n' || message.back() == ' ')) message.pop_back();
       if (error->level == XML_ERR_FATAL) {

@@ -149,6 +149,13 @@ TEST(Iec10, InterfaceAndTypes) {
   EXPECT_EQ(f.bodies.at(0).text, "F := 1.0;");
 }
 
+TEST(Iec10, MemberOutsideAStructure) {
+  const auto r = read_clean(project(
+      "<DataTypeDecl name=\"T\"><UserDefinedTypeSpec><Member name=\"m\"/></UserDefinedTypeSpec></DataTypeDecl>"));
+  EXPECT_EQ(r.project->data_types.at(0).type.kind, TypeSpec::Kind::kStruct);
+  EXPECT_EQ(r.project->data_types[0].type.members.size(), 1u);
+}
+
 TEST(Iec10, ConfigurationJoinsInstancesToTheirTasks) {
   const auto r = read_clean(project(
       "",
