@@ -29,9 +29,14 @@ std::string supplier_of(std::string_view name) {
     std::string_view prefix, supplier;
   };
   static constexpr Known kKnown[] = {
-      {"LOGGER", "the Beremiz target library brings it"}, {"LOGLEVEL", "the Beremiz target library brings it"},
-      {"HMI_", "the Beremiz SVGHMI extension brings it"}, {"python_", "the Beremiz Python extension brings it"},
-      {"MC_", "a PLCopen motion library brings it"},      {"AXIS_REF", "a PLCopen motion library brings it"},
+      {"LOGGER", "the Beremiz target library brings it"},
+      {"LOGLEVEL", "the Beremiz target library brings it"},
+      {"HMI_", "the Beremiz SVGHMI extension brings it"},
+      {"python_", "the Beremiz Python extension brings it"},
+      {"PID", "the additional library of OpenPLC and Beremiz brings it"},
+      {"RTC", "the additional library of OpenPLC and Beremiz brings it"},
+      {"MC_", "a PLCopen motion library brings it"},
+      {"AXIS_REF", "a PLCopen motion library brings it"},
       {"FB_", "probably a vendor library of the tool"},
   };
   for (const Known& k : kKnown) {
