@@ -26,8 +26,9 @@ std::uint32_t slot_count(const plcopen::Element& e) {
 
 }  // namespace
 
-Drawing::Drawing(ir::Builder& builder, const Graph& graph, const core::CompileOptions& options)
-    : builder_(builder), graph_(graph), options_(options) {
+Drawing::Drawing(ir::Builder& builder, const Graph& graph, const Sequence& sequence,
+                 const core::CompileOptions& options)
+    : builder_(builder), graph_(graph), sequence_(sequence), options_(options) {
   first_slot_.reserve(graph.nodes.size() + 1);
   std::uint32_t next = 0;
   for (const Node& node : graph.nodes) {
@@ -40,16 +41,23 @@ Drawing::Drawing(ir::Builder& builder, const Graph& graph, const core::CompileOp
   feeds_known_.resize(graph.nodes.size());
   for (NodeId n = 0; n < graph.nodes.size(); ++n) {
     const plcopen::Element& e = element(n);
-    if (e.kind == ElementKind::kBlock && is_missing(e)) continue;
-    for (const Input& input : inputs(n)) {
-      for (std::uint32_t w = 0; w < input.wire_count; ++w) feeds_known_[graph.wires[input.first_wire + w].from.node] = true;
+    const bool missing = e.kind == ElementKind::kBlock && is_missing(e);
+    const Node& node = graph.nodes[n];
+    for (std::uint32_t i = node.first_input; i < node.first_input + node.input_count; ++i) {
+      for (std::uint32_t w = 0; w < graph.inputs[i].wire_count; ++w) {
+        const OutRef& from = graph.wires[graph.inputs[i].first_wire + w].from;
+        if (!missing) feeds_known_[from.node] = true;
+        // Types spread backwards only into blocks: power flow is BOOL anyway.
+        if (element(from.node).kind == ElementKind::kBlock) readers_.push_back({slot_index(from), n, i});
+      }
     }
   }
+  std::stable_sort(readers_.begin(), readers_.end(), [](const Reader& a, const Reader& b) { return a.slot < b.slot; });
 }
 
 bool Drawing::is_missing(const plcopen::Element& e) {
   return !e.has_code && builder_.module().pou_by_name.count(e.text) == 0 && stdlib::block_named(e.text) == nullptr &&
-         stdlib::overloads_named(e.text).empty();
+         stdlib::overloads_named(e.text).empty() && !is_delay(e);
 }
 
 std::span<const Input> Drawing::inputs(NodeId node) const {
@@ -132,120 +140,6 @@ Incoming Drawing::read_wire(const Wire& wire) {
     if (const auto fresh = evaluate_afresh(wire.from.node)) in.operand.value = *fresh;
   }
   return in;
-}
-
-Incoming Drawing::read_feedback(const OutRef& out) {
-  Incoming in;
-  const plcopen::Element& e = element(out.node);
-  std::optional<PlaceId> place;
-  if (e.kind == ElementKind::kInOutVariable) {
-    place = st::lower_place(e.text, e.text_at, builder_, false);
-    if (!place) {
-      in.state = Incoming::State::kPoison;
-      return in;
-    }
-  } else if (e.kind == ElementKind::kBlock && out.kind == OutRef::Kind::kPin && out.pin < e.outputs.size() &&
-             !e.outputs[out.pin].negated && e.outputs[out.pin].edge == Edge::kNone &&
-             e.outputs[out.pin].storage == Storage::kNone) {
-    place = instance_output(builder_, e, out.pin);  // outputs of instances are memory already
-  }
-  if (!place) {
-    Slot& slot = slots_[slot_index(out)];
-    if (slot.kept == kNoKept) {
-      const auto type = infer_type(out, 0);
-      if (!type) {
-        report(Code::P3007, out.node, "type of the feedback wire from \"" + e.text + "\" cannot be told",
-               "give the loop a variable: an inOutVariable, or an outVariable read by an inVariable");
-        in.state = Incoming::State::kPoison;
-        return in;
-      }
-      slot.kept = builder_.hidden("feedback." + std::to_string(e.at.local_id), *type);
-    }
-    place = builder_.variable(slot.kept);
-  }
-  ValueId value = builder_.load(*place);
-  if (e.kind == ElementKind::kInOutVariable && e.negated_out && builder_.type_of(value) == ir::kBoolType) {
-    value = builder_.not_(value);
-  }
-  in.state = Incoming::State::kValue;
-  in.operand = Operand::of(value, e.at);
-  return in;
-}
-
-/// Type that an output will have, told from what feeds its block without lowering it.
-std::optional<ir::TypeRef> Drawing::infer_type(const OutRef& out, unsigned depth) {
-  constexpr unsigned kMaxDepth = 64;
-  if (depth > kMaxDepth) return std::nullopt;
-  const plcopen::Element& e = element(out.node);
-  switch (e.kind) {
-    case ElementKind::kContact:
-    case ElementKind::kCoil:
-    case ElementKind::kLeftRail:
-      return ir::kBoolType;
-    case ElementKind::kInVariable:
-    case ElementKind::kInOutVariable: {
-      if (const ir::Variable* v = builder_.pou().find(e.text)) {
-        return v->role == ir::Role::kInOut ? builder_.module().types[v->type].element : v->type;
-      }
-      core::Diagnostics quiet;
-      ir::Body saved = builder_.body();
-      std::optional<ir::TypeRef> type;
-      {
-        ir::Builder probe(builder_.module(), builder_.pou_index(), quiet);
-        const auto operand = st::lower_expression(e.text, e.text_at, probe);
-        if (operand && operand->kind == Operand::Kind::kValue) type = probe.type_of(operand->value);
-      }
-      builder_.body() = std::move(saved);
-      return type;
-    }
-    case ElementKind::kConnector:
-    case ElementKind::kContinuation:
-      for (const Input& input : inputs(out.node)) {
-        for (std::uint32_t w = 0; w < input.wire_count; ++w) {
-          if (const auto type = infer_type(graph_.wires[input.first_wire + w].from, depth + 1)) return type;
-        }
-      }
-      return std::nullopt;
-    case ElementKind::kBlock:
-      break;
-    default:
-      return std::nullopt;
-  }
-  if (out.kind == OutRef::Kind::kEno) return ir::kBoolType;
-  if (out.kind == OutRef::Kind::kPin) {
-    if (const auto place = instance_output(builder_, e, out.pin)) return builder_.type_of(*place);
-  }
-  if (const auto pou = builder_.module().pou_by_name.find(e.text); pou != builder_.module().pou_by_name.end()) {
-    return builder_.module().pous[pou->second].return_type;
-  }
-  const auto candidates = stdlib::overloads_named(e.text);
-  if (candidates.empty()) return std::nullopt;
-  if (candidates[0].spec->result.kind == stdlib::ParamType::Kind::kFixed)
-    return ir::ref_of(candidates[0].result_type());
-  if (candidates.size() == 1) return ir::ref_of(candidates[0].result_type());
-  std::optional<ir::TypeRef> widest;
-  std::size_t index = 0;
-  for (const Input& input : inputs(out.node)) {
-    if (is_enable_name(input.pin->name)) continue;
-    const auto& param =
-        candidates[0].spec->params[std::min<std::size_t>(index++, candidates[0].spec->param_count - 1u)];
-    if (param.type.kind != candidates[0].spec->result.kind) continue;
-    for (std::uint32_t w = 0; w < input.wire_count; ++w) {
-      const Wire& wire = graph_.wires[input.first_wire + w];
-      if (wire.feedback && wire.from.node == out.node) continue;
-      const Slot& slot = slots_[slot_index(wire.from)];
-      std::optional<ir::TypeRef> type;
-      if (slot.state == Slot::State::kValue) {
-        type = builder_.type_of(slot.value);
-      } else if (slot.state == Slot::State::kPending) {
-        type = infer_type(wire.from, depth + 1);
-      }
-      const auto own = type ? builder_.module().types.elementary_of(*type) : std::nullopt;
-      const auto best = widest ? builder_.module().types.elementary_of(*widest) : std::nullopt;
-      if (own && (!best || stdlib::widens(*best, *own))) widest = type;
-    }
-  }
-  return widest;
 }
 
 bool Drawing::is_bool(const Operand& operand) {
@@ -377,6 +271,12 @@ void Drawing::write_bool(PlaceId place, ValueId value, Storage storage) {
 
 void Drawing::note_write(PlaceId place, NodeId node, bool plain_coil) { writes_.push_back({place, node, plain_coil}); }
 
+void Drawing::note_read(const Operand& operand, NodeId node) {
+  if (operand.kind != Operand::Kind::kValue) return;
+  const ir::Inst& inst = builder_.body().insts[operand.value.index];
+  if (inst.op == Op::kLoad) reads_.push_back({PlaceId{inst.a}, node});
+}
+
 // ---- closing the body ---------------------------------------------------------------------------------------------
 
 void Drawing::finish() {
@@ -410,28 +310,52 @@ void Drawing::warn_double_writes() {
 }
 
 void Drawing::warn_order_of_writes() {
-  std::map<std::uint32_t, std::vector<std::size_t>> by_place;  // indices into writes_, in execution order
-  for (std::size_t i = 0; i < writes_.size(); ++i) by_place[writes_[i].place.index].push_back(i);
-  std::erase_if(by_place, [](const auto& entry) { return entry.second.size() < 2; });
-  if (by_place.empty()) return;
+  // Where everything that acts already stands in document order, the two rules agree.
+  std::vector<std::uint32_t> here(graph_.nodes.size(), 0);
+  bool same = true;
+  NodeId last = 0;
+  for (std::uint32_t i = 0; i < sequence_.steps.size(); ++i) {
+    const NodeId n = sequence_.steps[i].node;
+    here[n] = i;
+    if (!has_effect(element(n))) continue;
+    same = same && n >= last;
+    last = n;
+  }
+  if (same || writes_.empty()) return;
   Graph other = graph_;
   for (Wire& wire : other.wires) wire.feedback = false;
   core::Diagnostics quiet;
   const bool drawing = options_.order == core::Order::kDrawing;
   const Sequence sequence = order(other, drawing ? core::Order::kDocument : core::Order::kDrawing, {}, quiet);
-  std::vector<std::uint32_t> position(graph_.nodes.size(), 0);
-  for (std::uint32_t i = 0; i < sequence.steps.size(); ++i) position[sequence.steps[i].node] = i;
-  for (const auto& [place, indices] : by_place) {
-    for (std::size_t i = 0; i + 1 < indices.size(); ++i) {
-      const NodeId first = writes_[indices[i]].node;
-      const NodeId second = writes_[indices[i + 1]].node;
-      if (position[first] <= position[second]) continue;
-      report(Code::P3018, second,
-             "\"" + element(second).text + "\" is written by " + std::string(core::element_word(element(first).kind)) +
-                 " " + std::to_string(element(first).at.local_id) + " and then " +
-                 std::string(core::element_word(element(second).kind)) + " " +
-                 std::to_string(element(second).at.local_id) + "; in " + (drawing ? "document" : "drawing") +
-                 " order it is the other way round",
+  std::vector<std::uint32_t> there(graph_.nodes.size(), 0);
+  for (std::uint32_t i = 0; i < sequence.steps.size(); ++i) there[sequence.steps[i].node] = i;
+
+  struct Access {
+    NodeId node;
+    bool writes;
+  };
+  std::map<std::uint32_t, std::vector<Access>> by_place;  // in execution order
+  for (const Write& write : writes_) by_place[write.place.index].push_back({write.node, true});
+  for (const Read& read : reads_) {
+    const auto it = by_place.find(read.place.index);
+    if (it != by_place.end()) it->second.push_back({read.node, false});
+  }
+  for (auto& [place, accesses] : by_place) {
+    std::stable_sort(accesses.begin(), accesses.end(),
+                     [&](const Access& a, const Access& b) { return here[a.node] < here[b.node]; });
+    for (std::size_t i = 0; i + 1 < accesses.size(); ++i) {
+      const Access& first = accesses[i];
+      const Access& second = accesses[i + 1];
+      if ((!first.writes && !second.writes) || first.node == second.node) continue;
+      if (there[first.node] <= there[second.node]) continue;
+      const auto phrase = [&](const Access& a) {
+        return std::string(a.writes ? "written by " : "read by ") +
+               std::string(core::element_word(element(a.node).kind)) + " " +
+               std::to_string(element(a.node).at.local_id);
+      };
+      report(Code::P3018, second.node,
+             "\"" + element(second.node).text + "\" is " + phrase(first) + " and then " + phrase(second) + "; in " +
+                 (drawing ? "document" : "drawing") + " order it is the other way round",
              "see `plc explain FILE POU`; choose with --order, or give the elements an executionOrderId");
     }
   }

@@ -35,7 +35,7 @@ struct Incoming {
 
 class Drawing {
  public:
-  Drawing(ir::Builder& builder, const Graph& graph, const core::CompileOptions& options);
+  Drawing(ir::Builder& builder, const Graph& graph, const Sequence& sequence, const core::CompileOptions& options);
   virtual ~Drawing() = default;
   Drawing(const Drawing&) = delete;
   Drawing& operator=(const Drawing&) = delete;
@@ -76,6 +76,10 @@ class Drawing {
   /// place := value, set or reset by it; counts as a write for the warnings about double writes.
   void write_bool(ir::PlaceId place, ir::ValueId value, plcopen::Storage storage);
   void note_write(ir::PlaceId place, NodeId node, bool plain_coil);
+  /// Notes that `node` read the variable behind `operand`, if it is one: for the warnings about order.
+  void note_read(const ir::Operand& operand, NodeId node);
+  /// The type that the readers of an output need, where the drawing tells it.
+  std::optional<ir::TypeRef> expected_type(const OutRef& out) { return expected_type(out, 0); }
 
   /// --compat=beremiz: the value of a contact or variable computed afresh for each reader; nothing = use the published
   /// one.
@@ -99,6 +103,15 @@ class Drawing {
     NodeId node;
     bool plain_coil;
   };
+  struct Read {
+    ir::PlaceId place;
+    NodeId node;
+  };
+  struct Reader {
+    std::uint32_t slot;
+    NodeId node;
+    std::uint32_t input;  ///< into Graph::inputs
+  };
   struct LabelState {
     ir::LabelId label;
     NodeId first_jump = kNoNode;
@@ -110,6 +123,10 @@ class Drawing {
   Incoming read_wire(const Wire& wire);
   Incoming read_feedback(const OutRef& out);
   std::optional<ir::TypeRef> infer_type(const OutRef& out, unsigned depth);
+  std::optional<ir::TypeRef> expected_type(const OutRef& out, unsigned depth);
+  std::optional<ir::TypeRef> type_of_text(const plcopen::Element& e);
+  std::optional<ir::TypeRef> type_of_input(NodeId node, const Input& input, unsigned depth);
+  std::uint32_t keep_for_feedback(const OutRef& out, ir::TypeRef type);
   void warn_double_writes();
   void warn_order_of_writes();
 
@@ -121,6 +138,7 @@ class Drawing {
   void lower_jump(NodeId node);
   void lower_label(NodeId node);
   void lower_return(NodeId node);
+  void lower_delay(NodeId node);
 
   // lower_block.cpp, lower_call.cpp
   struct Enable;
@@ -131,12 +149,15 @@ class Drawing {
 
   ir::Builder& builder_;
   const Graph& graph_;
+  const Sequence& sequence_;
   const core::CompileOptions& options_;
   std::vector<std::uint32_t> first_slot_;  ///< per node, and one past the end
   std::vector<Slot> slots_;
-  std::vector<bool> feeds_known_;          ///< per node: some reader is not a missing block
+  std::vector<bool> feeds_known_;  ///< per node: some reader is not a missing block
   std::vector<ir::Operand> literals_;
   std::vector<Write> writes_;
+  std::vector<Read> reads_;
+  std::vector<Reader> readers_;  ///< sorted by slot
   std::unordered_map<std::string, LabelState, core::NameHash, core::NameEqual> labels_;
 };
 

@@ -18,6 +18,7 @@ bool wants_power(const Element& reader, const Pin& pin) {
   switch (reader.kind) {
     case ElementKind::kContact:
     case ElementKind::kCoil:
+    case ElementKind::kActionBlock:
     case ElementKind::kRightRail:
     case ElementKind::kJump:
     case ElementKind::kReturn:
@@ -130,6 +131,12 @@ Graph build_graph(const plcopen::Body& body, std::string_view pou, core::Diagnos
         diagnostics.report(Code::P3004, element.at, pou, "connector \"" + element.text + "\" is drawn twice",
                            "give each connector a name of its own");
       }
+    }
+  }
+  for (NodeId i = 0; i < body.elements.size(); ++i) {
+    // Actions have connection points and ids of their own; elements win.
+    for (const plcopen::ActionLink& action : body.elements[i].actions) {
+      if (action.local_id >= 0) resolver.by_id.emplace(action.local_id, i);
     }
   }
   for (NodeId i = 0; i < body.elements.size(); ++i) {

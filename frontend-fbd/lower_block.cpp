@@ -116,7 +116,7 @@ struct BlockLowering {
   PlaceId keep(ValueId value, std::string_view pin) {
     const PlaceId place =
         b.variable(b.hidden("kept." + std::to_string(e.at.local_id) + "." + std::string(pin), b.type_of(value)));
-    b.store(place, value);
+    b.assign(place, Operand::of(value, e.at), "output of " + title());
     return place;
   }
 
@@ -373,7 +373,11 @@ struct BlockLowering {
     }
     open(may_event);
     numbers_from_bool(operands, pins);
-    const auto result = b.call(e.text, operands, e.at, std::nullopt, pins);
+    const bool literals = std::none_of(operands.begin(), operands.end(),
+                                       [](const Operand& o) { return o.kind == Operand::Kind::kValue; });
+    const auto expected =
+        literals && result_pin ? d.expected_type({OutRef::Kind::kPin, *result_pin, node}) : std::nullopt;
+    const auto result = is_whole_move(operands) ? operands[0].value : b.call(e.text, operands, e.at, expected, pins);
     std::optional<PlaceId> kept;
     if (result && enable && result_pin && output_wanted(*result_pin)) kept = keep(*result, "OUT");
     close();
@@ -386,6 +390,12 @@ struct BlockLowering {
       }
     }
     publish_eno();
+  }
+
+  /// MOVE is ANY: structures and arrays pass as they are.
+  bool is_whole_move(const std::vector<Operand>& operands) {
+    return core::iequals(e.text, "MOVE") && operands[0].kind == Operand::Kind::kValue &&
+           !b.module().types.elementary_of(b.type_of(operands[0].value));
   }
 
   /// Drawn pins go to the parameters they name, if all names are known and different; else by position.
@@ -477,6 +487,7 @@ struct BlockLowering {
     const bool is_block = (pou != module.pou_by_name.end() && !is_function) || stdlib::block_named(e.text) != nullptr;
     if (is_function) return lower_function_pou(pou->second);
     if (is_block) return lower_block_instance();
+    if (is_delay(e)) return d.lower_delay(node);
     lower_standard_function();
   }
 

@@ -6,6 +6,8 @@
 #include <tuple>
 #include <utility>
 
+#include "core/text.h"
+
 namespace plc::fbd {
 namespace {
 
@@ -14,21 +16,6 @@ using core::ElementKind;
 using plcopen::Element;
 
 bool is_rail(ElementKind kind) { return kind == ElementKind::kLeftRail || kind == ElementKind::kRightRail; }
-
-/// Elements that do something by themselves; the others only carry values to them.
-bool has_effect(const Element& element) {
-  switch (element.kind) {
-    case ElementKind::kContact:
-    case ElementKind::kInVariable:
-    case ElementKind::kConnector:
-    case ElementKind::kContinuation:
-    case ElementKind::kLeftRail:
-    case ElementKind::kRightRail:
-      return false;
-    default:
-      return true;
-  }
-}
 
 class Orderer {
  public:
@@ -261,8 +248,8 @@ class Orderer {
     return positioned_ ? Reason::kPosition : Reason::kDocument;
   }
 
-  /// Marks feedback wires until the members' wires form no loop: in each loop the wires from an inOutVariable into its
-  /// first reader, or without one the wires into the first element of the loop.
+  /// Marks feedback wires until the members' wires form no loop: in each loop the wires from an inOutVariable or DELAY
+  /// into its first reader, or without one the wires into the first element of the loop.
   void break_loops(const std::vector<NodeId>& members) {
     if (inside_.empty()) {
       inside_.resize(graph_.nodes.size(), 0);
@@ -288,7 +275,8 @@ class Orderer {
     }
     const auto from_variable = [&](const Wire& wire) {
       return !wire.feedback && inside_[wire.from.node] == stamp_ &&
-             graph_.element(wire.from.node).kind == ElementKind::kInOutVariable;
+             (graph_.element(wire.from.node).kind == ElementKind::kInOutVariable ||
+              is_delay(graph_.element(wire.from.node)));
     };
     NodeId first = kNoNode;
     NodeId first_reader = kNoNode;
@@ -382,6 +370,24 @@ class Orderer {
 };
 
 }  // namespace
+
+bool has_effect(const Element& element) {
+  switch (element.kind) {
+    case ElementKind::kContact:
+    case ElementKind::kInVariable:
+    case ElementKind::kConnector:
+    case ElementKind::kContinuation:
+    case ElementKind::kLeftRail:
+    case ElementKind::kRightRail:
+      return false;
+    default:
+      return true;
+  }
+}
+
+bool is_delay(const Element& element) {
+  return element.kind == ElementKind::kBlock && element.instance_name.empty() && core::iequals(element.text, "DELAY");
+}
 
 std::string_view reason_text(Reason reason) {
   switch (reason) {

@@ -37,6 +37,12 @@ struct Sequence {
   std::uint32_t network_count = 0;
 };
 
+/// True for elements that do something by themselves; the others only carry values to them.
+bool has_effect(const plcopen::Element& element);
+
+/// True for a DELAY block: its output is what its input was in the previous scan, so it opens every loop through it.
+bool is_delay(const plcopen::Element& element);
+
 /// Orders all nodes by the given rule and marks feedback wires in `graph`. Loops without a block or an inOutVariable
 /// are errors (P3006).
 Sequence order(Graph& graph, core::Order rule, std::string_view pou, core::Diagnostics& diagnostics);

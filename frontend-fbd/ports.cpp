@@ -80,6 +80,28 @@ std::size_t output_position(const plcopen::Element& block, std::size_t pin) {
   return position;
 }
 
+std::size_t input_position(const plcopen::Element& block, const plcopen::Pin& pin) {
+  std::size_t position = 0;
+  for (const plcopen::Pin& p : block.inputs) {
+    if (&p == &pin) break;
+    if (!is_enable_name(p.name)) ++position;
+  }
+  return position;
+}
+
+std::optional<ir::TypeRef> type_of_pin(ir::Builder& builder, const plcopen::Element& block, const plcopen::Pin& pin) {
+  const ir::Module& module = builder.module();
+  std::vector<Port> ports;
+  if (const ir::Variable* instance = builder.pou().find(block.instance_name)) {
+    ports = ports_of(module, instance->type);
+  } else if (const auto pou = module.pou_by_name.find(block.text); pou != module.pou_by_name.end()) {
+    ports = ports_of_function(module, module.pous[pou->second]);
+  }
+  const Port* port = find_port(ports, Direction::kInput, pin.name, input_position(block, pin));
+  if (port == nullptr) return std::nullopt;
+  return port->type;
+}
+
 std::optional<ir::PlaceId> instance_output(ir::Builder& builder, const plcopen::Element& block, std::size_t pin) {
   const auto variable = builder.pou().by_name.find(block.instance_name);
   if (variable == builder.pou().by_name.end()) return std::nullopt;

@@ -32,6 +32,12 @@ const Port* find_port(const std::vector<Port>& ports, stdlib::Direction directio
 /// Position of an output pin among the drawn outputs, ENO and in-outs drawn again not counted.
 std::size_t output_position(const plcopen::Element& block, std::size_t pin);
 
+/// Position of an input pin among the drawn inputs, EN not counted.
+std::size_t input_position(const plcopen::Element& block, const plcopen::Pin& pin);
+
+/// Declared type of an input pin of a drawn function block instance or function POU; nothing for others (no report).
+std::optional<ir::TypeRef> type_of_pin(ir::Builder& builder, const plcopen::Element& block, const plcopen::Pin& pin);
+
 /// The memory behind output `pin` of a drawn function block instance; nothing for functions and unknown blocks (no
 /// report).
 std::optional<ir::PlaceId> instance_output(ir::Builder& builder, const plcopen::Element& block, std::size_t pin);

@@ -5,6 +5,7 @@
 
 #include "frontend-fbd/drawing.h"
 #include "frontend-fbd/graph.h"
+#include "frontend-ld/action_block.h"
 #include "frontend-st/text.h"
 
 namespace plc::ld {
@@ -37,8 +38,7 @@ class Ladder final : public fbd::Drawing {
       case ElementKind::kCoil:
         return lower_coil(node);
       case ElementKind::kActionBlock:
-        return report(Code::P2004, node, "action block in a body drawn in LD or FBD",
-                      "actions belong to steps of a sequential function chart; use coils or call the action's POU");
+        return lower_action_block(node);
       default:
         return lower_element(node);
     }
@@ -74,8 +74,9 @@ class Ladder final : public fbd::Drawing {
   std::optional<ValueId> power_into(NodeId node, bool warn) {
     if (!is_connected(node)) {
       if (warn) {
-        report(Code::P2001, node,
-               std::string(core::element_word(element(node).kind)) + " \"" + element(node).text + "\" is not connected",
+        const Element& e = element(node);
+        const std::string name = e.kind == ElementKind::kActionBlock ? action_summary(e) : e.text;
+        report(Code::P2001, node, std::string(core::element_word(e.kind)) + " \"" + name + "\" is not connected",
                "it does nothing; wire it to a left power rail, or delete it");
       }
       return std::nullopt;
@@ -97,6 +98,7 @@ class Ladder final : public fbd::Drawing {
     }
     const auto operand = st::lower_expression(e.text, e.text_at, builder(), ir::kBoolType);
     if (!operand) return std::nullopt;
+    note_read(*operand, node);
     if (operand->kind == ir::Operand::Kind::kValue && builder().type_of(operand->value) != ir::kBoolType) {
       report(Code::P2003, node,
              "contact \"" + e.text + "\" has type " +
@@ -147,6 +149,17 @@ class Ladder final : public fbd::Drawing {
     write_bool(*place, value, e.storage);
     note_write(*place, node, e.storage == Storage::kNone);
   }
+
+  void lower_action_block(NodeId node) {
+    builder().set_source(element(node).at);
+    const auto flow = power_into(node, true);
+    if (!is_connected(node)) return publish(flow_of(node), builder().constant_bool(false));
+    if (!flow) return publish_poison(flow_of(node));
+    publish(flow_of(node), *flow);  // transparent like a coil, also to wires from its actions
+    actions_.lower(node, *flow);
+  }
+
+  ActionBlocks actions_{*this};
 };
 
 bool draws_something(const plcopen::Body& body) {
@@ -195,7 +208,7 @@ bool lower_body(const plcopen::Pou& pou, ir::Module& module, std::uint32_t pou_i
     drawn = drawn || draws_something(body);
     Graph graph = fbd::build_graph(body, pou.name, diagnostics);
     const fbd::Sequence sequence = fbd::order(graph, module.options.order, pou.name, diagnostics);
-    Ladder ladder(builder, graph, module.options);
+    Ladder ladder(builder, graph, sequence, module.options);
     for (const fbd::Step& step : sequence.steps) ladder.lower(step.node);
     ladder.finish();
     connected = connected && !graph.wires.empty();
@@ -224,6 +237,7 @@ std::vector<OrderLine> explain_order(const plcopen::Body& body, core::Order rule
     const Element& e = graph.element(step.node);
     OrderLine line{step.network, e.at, e.text, step.reason, {}};
     if (!e.instance_name.empty()) line.text += " " + e.instance_name;
+    if (e.kind == ElementKind::kActionBlock) line.text = action_summary(e);
     const fbd::Node& node = graph.nodes[step.node];
     for (std::uint32_t i = node.first_input; i < node.first_input + node.input_count; ++i) {
       const fbd::Input& input = graph.inputs[i];
