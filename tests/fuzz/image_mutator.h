@@ -2,7 +2,8 @@
 //
 // In: an image and random numbers. Out: the image with one change. Gentle changes keep the rules (another leaf of the
 // same representation, another value, another truth table, an instruction twice); rough ones overwrite any number of
-// the structure. Does not belong here: files, checksums.
+// the structure; excesses pass one limit of the verifier that single steps would hardly come to. Does not belong here:
+// files, checksums.
 #pragma once
 
 #include <cstdint>
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include "bytecode/image.h"
+#include "bytecode/rules.h"
 #include "tests/support/sample_image.h"
 
 namespace plc::test {
@@ -108,9 +110,113 @@ class ImageMutator {
     }
   }
 
+  /// Passes one of the limits. Never by little where the amount is work: what is just below the limit would be
+  /// accepted, and running it would take minutes.
+  void excess() {
+    if (image_.pous.empty() || image_.tasks.empty() || image_.types.empty() || is_large()) return;
+    switch (below(7)) {
+      case 0:
+        return nest_types(60 + below(8));
+      case 1:
+        return refer_to_constant();
+      case 2:
+        return add_chain(1 + below(4), 1, true);
+      case 3:
+        return add_chain(66 + below(8), 1, false);
+      case 4:
+        return add_chain(60, 8, false);
+      case 5:
+        image_.tasks.resize(bytecode::kMaxTasks + 1 + below(4), image_.tasks[0]);
+        return;
+      default:
+        // Both numbers count: the file is smallest (650 kB) when tasks and variables take about the same room.
+        if (below(2) == 0) return;
+        enlarge_globals(310'000);
+        image_.tasks.resize(14'000, image_.tasks[0]);
+        return;
+    }
+  }
+
   std::size_t below(std::size_t n) { return random_() % n; }
 
  private:
+  /// So large that an excess came before, or nearly.
+  bool is_large() const { return image_.pous.size() > 40 || image_.types.size() > 300 || image_.tasks.size() > 40; }
+
+  void nest_types(std::size_t depth) {
+    for (std::size_t i = 0; i < depth; ++i) {
+      ImageType type;
+      type.kind = TypeKind::kArray;
+      type.element = static_cast<std::uint32_t>(image_.types.size() - 1);
+      type.count = 1;
+      type.size = image_.types.back().size;
+      type.align = image_.types.back().align;
+      image_.types.push_back(std::move(type));
+    }
+  }
+
+  void enlarge_globals(std::uint32_t bytes) {
+    if (image_.global_type >= image_.types.size() || image_.types[image_.global_type].kind != TypeKind::kStruct) return;
+    ImageType element;
+    element.elementary = TypeId::kUsint;
+    element.size = 1;
+    ImageType array;
+    array.kind = TypeKind::kArray;
+    array.element = static_cast<std::uint32_t>(image_.types.size());
+    array.count = array.size = bytes;
+    // A structure is built from types below it: the table gets a new one.
+    ImageType table = image_.types[image_.global_type];
+    ImageField field;
+    field.name = "large#";
+    field.type = array.element + 1;
+    field.offset = table.size;
+    table.fields.push_back(std::move(field));
+    table.size = (table.size + bytes + 63) & ~63u;
+    image_.global_type = array.element + 2;
+    image_.types.insert(image_.types.end(), {std::move(element), std::move(array)});
+    image_.global_initial.resize(table.size);
+    image_.types.push_back(std::move(table));
+    image_.globals.emplace_back();
+  }
+
+  /// Functions that each call the one before `times` times, the last called by a task. Closed, the first calls the
+  /// last.
+  void add_chain(std::size_t length, std::size_t times, bool closed) {
+    const auto nothing = static_cast<std::uint32_t>(image_.types.size());
+    image_.types.emplace_back().kind = TypeKind::kStruct;
+    const auto first = static_cast<std::uint32_t>(image_.pous.size());
+    const auto last = static_cast<std::uint32_t>(first + length - 1);
+    for (std::uint32_t i = first; i <= last; ++i) {
+      ImagePou f;
+      f.name = "chain#";
+      f.kind = PouKind::kFunction;
+      f.instance_type = f.frame_type = nothing;
+      for (std::size_t n = 0; n < times && (i != first || closed); ++n) {
+        f.code.insert(f.code.end(), {bytecode::opcode_word(Opcode::kCallFn), i == first ? last : i - 1});
+      }
+      f.code.push_back(bytecode::opcode_word(Opcode::kReturn));
+      image_.pous.push_back(std::move(f));
+    }
+    const std::uint32_t body = image_.tasks[0].body;
+    if (body < first) insert(image_.pous[body], 0, {bytecode::opcode_word(Opcode::kCallFn), last});
+  }
+
+  void refer_to_constant() {
+    std::vector<Leaf> constants;
+    collect(image_.const_type, Space::kConst, 0, constants);
+    if (constants.empty()) return;
+    const Leaf& constant = constants[below(constants.size())];
+    // Any POU will do that has a reference.
+    const std::size_t start = below(image_.pous.size());
+    for (std::size_t i = 0; i < image_.pous.size(); ++i) {
+      ImagePou& pou = image_.pous[(start + i) % image_.pous.size()];
+      for (const Leaf& leaf : leaves_of(pou)) {
+        if (leaf.rep != core::Rep::kRef) continue;
+        return insert(pou, 0, {bytecode::opcode_word(Opcode::kMakeRef), leaf.word, constant.word, constant.type});
+      }
+    }
+  }
+
   void rough_library() {
     if (!image_.blocks.empty()) {
       bytecode::ImageBlock& block = image_.blocks[below(image_.blocks.size())];
@@ -280,13 +386,19 @@ class ImageMutator {
   void double_instruction() {
     ImagePou& pou = image_.pous[below(image_.pous.size())];
     const std::vector<std::size_t> starts = starts_of(pou);
-    if (starts.empty() || pou.code.size() > 2000) return;
+    // Calls doubled along a chain of functions would take minutes to run.
+    if (starts.empty() || pou.code.size() > 2000 || is_large()) return;
     const std::size_t at = starts[below(starts.size())];
     const std::size_t length = length_of(pou, at);
     const std::vector<Word> copy(pou.code.begin() + static_cast<std::ptrdiff_t>(at),
                                  pou.code.begin() + static_cast<std::ptrdiff_t>(at + length));
-    move_targets(pou, at, static_cast<std::ptrdiff_t>(length));
-    pou.code.insert(pou.code.begin() + static_cast<std::ptrdiff_t>(at), copy.begin(), copy.end());
+    insert(pou, at, copy);
+  }
+
+  /// A jump to the instruction at `at` goes to what is inserted there.
+  void insert(ImagePou& pou, std::size_t at, const std::vector<Word>& words) {
+    move_targets(pou, at, static_cast<std::ptrdiff_t>(words.size()));
+    pou.code.insert(pou.code.begin() + static_cast<std::ptrdiff_t>(at), words.begin(), words.end());
   }
 
   void drop_instruction() {

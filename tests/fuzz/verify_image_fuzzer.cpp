@@ -3,7 +3,8 @@
 //
 // Input: an image file, or assembler text (the seeds). The mutator works on the structure and makes the checksum right
 // again, so that at least a fifth of the executions reach the runtime. At the end it prints executions, accepted
-// images, scans and the rules hit.
+// images, scans and the rules hit. Needs -max_len=1000000: the limit on memory takes a file of 650 kB to pass.
+#include <algorithm>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -25,6 +26,8 @@ extern "C" __attribute__((weak)) std::size_t LLVMFuzzerMutate(std::uint8_t* data
 namespace {
 
 using namespace plc;
+
+constexpr std::size_t kExcess = 150;  ///< one mutation in so many passes a limit; there are seven
 
 struct Tally {
   std::uint64_t executions = 0, loaded = 0, accepted = 0, scans = 0;
@@ -75,6 +78,12 @@ bool is_accepted(const core::Result<bytecode::Image>& image) {
   return image && bytecode::verify(*image, ignored).has_value();
 }
 
+std::size_t mutate_bytes(std::uint8_t* data, std::size_t size, std::size_t max_size) {
+  size = LLVMFuzzerMutate(data, size, max_size);
+  if (!is_text(data, size)) bytecode::reseal({reinterpret_cast<std::byte*>(data), size});
+  return size;
+}
+
 void note_rules(const core::Diagnostics& diagnostics) {
   for (const core::Diagnostic& d : diagnostics.all()) {
     const std::size_t at = d.message.find("(rule V");
@@ -117,19 +126,24 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 
 extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t max_size,
                                                unsigned int seed) {
-  auto image = read(data, size);
+  // Room for the images that pass a limit; everything else stays quick to run.
+  constexpr std::size_t kUsual = 20'000;
   std::vector<bytecode::Image>& pool = tally().pool;
+  if (seed % 64 == 1 && size <= kUsual) return mutate_bytes(data, size, std::min(max_size, kUsual));
   // What is broken stays broken under most changes: go on from an accepted image instead.
-  if (seed % 8 != 0 && !pool.empty() && !is_accepted(image)) image = pool[seed / 8 % pool.size()];
-  if (!image || seed % 64 == 1) {
-    size = LLVMFuzzerMutate(data, size, max_size);
-    if (!is_text(data, size)) bytecode::reseal({reinterpret_cast<std::byte*>(data), size});
-    return size;
-  }
+  const auto pooled = [&] { return core::Result<bytecode::Image>(pool[seed / 8 % pool.size()]); };
+  const bool large = size > kUsual && !pool.empty();
+  auto image = large ? pooled() : read(data, size);
+  if (!large && seed % 8 != 0 && !pool.empty() && !is_accepted(image)) image = pooled();
+  if (!image) return mutate_bytes(data, size, std::min(max_size, std::max(size, kUsual)));
   test::ImageMutator mutator(*image, seed);
-  const std::size_t changes = 1 + mutator.below(3);
-  for (std::size_t i = 0; i < changes; ++i) mutator.gentle();
-  if (mutator.below(8) == 0) mutator.rough();
+  if (mutator.below(kExcess) == 0) {
+    mutator.excess();
+  } else {
+    const std::size_t changes = 1 + mutator.below(3);
+    for (std::size_t i = 0; i < changes; ++i) mutator.gentle();
+    if (mutator.below(8) == 0) mutator.rough();
+  }
   const std::vector<std::byte> bytes = bytecode::save(*image);
   if (bytes.size() > max_size) return size;
   std::memcpy(data, bytes.data(), bytes.size());
