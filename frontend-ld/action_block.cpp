@@ -28,7 +28,9 @@ std::string key_of(const ActionLink& action) {
   return key;
 }
 
-std::string title(const ActionLink& action) { return action.name.empty() ? "action" : "action \"" + action.name + "\""; }
+std::string title(const ActionLink& action) {
+  return action.name.empty() ? "action" : "action \"" + action.name + "\"";
+}
 
 }  // namespace
 
@@ -132,8 +134,7 @@ std::optional<PlaceId> ActionBlocks::variable(const ActionLink& action) {
   }
   const std::string not_bool = title(action) + " of the action block is not a BOOL variable";
   const bool plain = action.name.find_first_of(".[%^") == std::string::npos;
-  const bool known =
-      !plain || st::find_name(b_.module(), b_.pou(), action.name).kind != st::Named::Kind::kNothing;
+  const bool known = !plain || st::find_name(b_.module(), b_.pou(), action.name).kind != st::Named::Kind::kNothing;
   if (!known || !st::is_variable_text(action.name)) {
     report(action, not_bool,
            "declare the variable; actions of sequential function charts are not available in a ladder");
@@ -242,8 +243,8 @@ void ActionBlocks::lower_action(const ActionId& id, ValueId flow) {
     return report(one, "qualifier \"" + one.qualifier + "\" of " + title(one) + " is not known",
                   "qualifiers are N, R, S, L, D, P, P0, P1, SD, DS and SL");
   }
-  const bool remembers = *qualifier != Qualifier::kN && *qualifier != Qualifier::kR &&
-                         (*qualifier != Qualifier::kS || has_text(one));
+  const bool remembers =
+      *qualifier != Qualifier::kN && *qualifier != Qualifier::kR && (*qualifier != Qualifier::kS || has_text(one));
   if (remembers && b_.pou().kind == ir::PouKind::kFunction) {
     return report(one,
                   title(one) + " with qualifier " + one.qualifier + " stands in a function, which remembers nothing",

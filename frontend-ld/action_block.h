@@ -1,8 +1,9 @@
-// ActionBlocks: action blocks drawn in LD and FBD bodies. Power flow takes the place of a step's activity; qualifiers mean
-// what they mean in IEC 61131-3:2013, 6.7.4, except that each action takes effect at its place, like a coil.
+// ActionBlocks: action blocks drawn in LD and FBD bodies. Power flow takes the place of a step's activity; qualifiers
+// mean what they mean in IEC 61131-3:2013, 6.7.4, except that each action takes effect at its place, like a coil.
 //
-// In: Element::actions and the flow into the block. Out: IR through the Builder of the drawing; timers and stored actions
-// are hidden variables. Does not belong here: actions of sequential function charts, the flow itself (lower.cpp).
+// In: Element::actions and the flow into the block. Out: IR through the Builder of the drawing; timers and stored
+// actions are hidden variables. Does not belong here: actions of sequential function charts, the flow itself
+// (lower.cpp).
 #pragma once
 
 #include <cstdint>
@@ -62,10 +63,10 @@ class ActionBlocks {
   fbd::Drawing& d_;
   ir::Builder& b_;
   std::map<ActionId, Memory> memories_;
-  bool searched_ = false;                               ///< the two below are filled
+  bool searched_ = false;                                ///< the two below are filled
   std::map<std::string, std::vector<ActionId>> stored_;  ///< by name: what an R of the name has to forget
-  std::set<std::string> texts_;                         ///< names of actions written as ST
-  std::map<std::string, ir::ValueId> written_;          ///< by name: what this block wrote so far like a normal coil
+  std::set<std::string> texts_;                          ///< names of actions written as ST
+  std::map<std::string, ir::ValueId> written_;           ///< by name: what this block wrote so far like a normal coil
 };
 
 /// The actions of a block for `plc explain`: "N Motor, L Lamp".

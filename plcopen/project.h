@@ -122,11 +122,12 @@ struct Pin {
 
 /// One action of an action block.
 struct ActionLink {
-  std::string qualifier;  ///< "N", "S", "P0", ...; empty = N
-  std::string name;       ///< action or variable referred to, or empty
-  std::string text;       ///< inline ST, or empty
-  std::string duration;   ///< as written, or empty
-  std::string indicator;  ///< indicator variable, or empty
+  std::string qualifier;       ///< "N", "S", "P0", ...; empty = N
+  std::string name;            ///< action or variable referred to, or empty
+  std::string text;            ///< inline ST, or empty
+  std::string duration;        ///< as written, or empty
+  std::string indicator;       ///< indicator variable, or empty
+  std::int64_t local_id = -1;  ///< its own, beside that of its block
   SourceRef at;
   SourceRef text_at;
 };
@@ -149,7 +150,8 @@ struct Element {
   std::uint32_t network = 0;
   SourceRef at;
   /// contact/coil: the <variable> text. in/out/inOutVariable: the expression. block: typeName. connector, continuation,
-  /// label, jump: the name. comment-like elements are not stored.
+  /// label, jump: the name. actionBlock: the names its actions refer to, for messages. comment-like elements are not
+  /// stored.
   std::string text;
   SourceRef text_at;          ///< where `text` stands in the file
   std::string instance_name;  ///< block: instanceName, or empty

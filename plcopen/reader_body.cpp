@@ -133,13 +133,20 @@ void start_action(Reader& r, const Tag& tag) {
   action.duration = core::trimmed(tag.attributes.get(Attr::kDuration));
   action.indicator = core::trimmed(tag.attributes.get(Attr::kIndicator));
   action.at = r.element_place(tag.at);
+  action.local_id = r.integer(tag, Attr::kLocalId, -1, kMaxId);
 }
 
-void action_reference(Reader& r, const Tag& tag) { element(r).actions.back().name = r.required_name(tag, Attr::kName); }
+void action_reference(Reader& r, const Tag& tag) {
+  Element& e = element(r);
+  e.actions.back().name = r.required_name(tag, Attr::kName);
+  if (!e.text.empty()) e.text += ", ";
+  e.text += e.actions.back().name;
+}
 
 void action_code(Reader& r) {
   ActionLink& action = element(r).actions.back();
   action.text = r.take_text(&action.text_at);
+  action.text_at = r.element_place(action.text_at);
 }
 
 void refuse_action_language(Reader& r, const Tag& tag) {

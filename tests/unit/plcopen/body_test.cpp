@@ -113,7 +113,22 @@ TEST(Body, ActionBlockInALadder) {
   EXPECT_EQ(e.actions[0].duration, "T#2s");
   EXPECT_EQ(e.actions[0].indicator, "done");
   EXPECT_EQ(e.actions[0].name, "Motor");
+  EXPECT_EQ(e.actions[0].local_id, 6);
+  EXPECT_EQ(e.actions[0].at.local_id, 5);
   EXPECT_EQ(e.actions[1].text, "x := 1;");
+  EXPECT_EQ(e.actions[1].text_at.local_id, 5);
+  EXPECT_EQ(e.actions[1].text_at.line, e.actions[1].at.line);
+  EXPECT_EQ(e.text, "Motor");
+}
+
+TEST(Body, ActionBlockNamesItsVariables) {
+  const auto r = read_clean(ladder(R"(<actionBlock localId="5" negated="true"><connectionPointIn/>
+<action localId="6" qualifier="S"><reference name="Motor"/></action>
+<action localId="7"><reference name=" Lamp "/></action></actionBlock>)"));
+  const Element& e = body_of(r).elements.at(0);
+  EXPECT_TRUE(e.negated);
+  EXPECT_EQ(e.text, "Motor, Lamp");
+  EXPECT_EQ(e.actions.at(1).qualifier, "");
 }
 
 TEST(Body, CommentsAreNotDrawnElements) {
