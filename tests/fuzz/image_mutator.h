@@ -6,6 +6,7 @@
 // files, checksums.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <random>
@@ -44,7 +45,11 @@ class ImageMutator {
     if (image_.pous.empty() || image_.types.empty()) return;
     ImagePou& pou = image_.pous[below(image_.pous.size())];
     ImageType& type = image_.types[below(image_.types.size())];
-    switch (below(22)) {
+    switch (below(24)) {
+      case 22:
+        return rough_value(type);
+      case 23:
+        return rough_code(pou);
       case 14:
         return rough_library();
       case 15:
@@ -226,6 +231,65 @@ class ImageMutator {
     }
     if (!image_.functions.empty() && below(2) == 0) {
       image_.functions[below(image_.functions.size())] = below(2) == 0 ? "NOPE:INT" : "LIMIT:INT";
+    }
+  }
+
+  /// Names, limits, members, and values that only some types forbid.
+  void rough_value(ImageType& any) {
+    std::vector<Leaf> leaves, chosen;
+    collect(image_.global_type, Space::kGlobal, 0, leaves);
+    for (const Leaf& leaf : leaves) {
+      const bool real = leaf.rep == core::Rep::kF32 || leaf.rep == core::Rep::kF64;
+      if (real || image_.types[leaf.type].limited) chosen.push_back(leaf);
+    }
+    if (chosen.empty()) return;
+    const Leaf& leaf = chosen[below(chosen.size())];
+    ImageType& type = image_.types[leaf.type];
+    switch (below(5)) {
+      case 4:
+        any.name = "\x1b";
+        return;
+      case 0:
+        any.limited = !any.limited;
+        return;
+      case 1:
+        type.upper = type.lower - 1;
+        return;
+      case 2:
+        if (!type.member_values.empty()) type.member_values.pop_back();
+        return;
+      default: {
+        // A NaN with a payload, and beyond any limits that are not those of the type.
+        const std::uint64_t bits = leaf.rep == core::Rep::kF32 ? 0x7fc00001u : 0x7ff8000000007f01u;
+        const std::size_t at = bytecode::offset_of(leaf.word);
+        if (at + type.size > image_.global_initial.size()) return;
+        std::memcpy(image_.global_initial.data() + at, &bits, std::min<std::size_t>(type.size, sizeof bits));
+        return;
+      }
+    }
+  }
+
+  /// Operands and instructions that are right elsewhere.
+  void rough_code(ImagePou& any) {
+    if (below(3) == 0) return insert(any, 0, {bytecode::opcode_word(Opcode::kReadN), 0, 1});
+    const bool in_function = below(2) == 0;
+    std::vector<Word*> operands;
+    for (ImagePou& pou : image_.pous) {
+      if (in_function && pou.kind != PouKind::kFunction) continue;
+      for (const std::size_t at : starts_of(pou)) {
+        const bool call = (pou.code[at] & 0xffffu) == static_cast<Word>(Opcode::kCallStd);
+        if (!in_function && !call) continue;
+        // The first operand of a call is the function.
+        for (std::size_t i = call ? 2 : 1; i < length_of(pou, at); ++i) operands.push_back(&pou.code[at + i]);
+      }
+    }
+    if (operands.empty()) return;
+    Word& operand = *operands[below(operands.size())];
+    if (in_function) {
+      operand = bytecode::operand_word(Space::kInstance, 0);
+    } else {
+      const std::vector<Leaf> leaves = leaves_of(image_.pous[0]);
+      if (!leaves.empty()) operand = leaves[below(leaves.size())].word;
     }
   }
 
