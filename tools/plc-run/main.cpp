@@ -199,7 +199,9 @@ int run_command(int argc, char** argv) {
   app.add_option("--cycles", run.cycles, "stop after N scans of the fastest task")
       ->type_name("N")
       ->check(CLI::PositiveNumber);
-  app.add_option("--duration", run.duration, "stop after this time: 500ms, 20s, 1h")->type_name("T");
+  app.add_option("--duration", run.duration, "stop after this time: 500ms, 20s, 1h; given twice, the last counts")
+      ->type_name("T")
+      ->take_last();
   app.add_option("--stimulus", run.stimulus, "inputs as CSV, as plc sim takes it; time 0 is the first cycle")
       ->type_name("in.csv");
   app.add_option("--watch", run.watch, "show these variables live; * and ? match; may be repeated")
