@@ -373,8 +373,8 @@ struct BlockLowering {
     }
     open(may_event);
     numbers_from_bool(operands, pins);
-    const bool literals = std::none_of(operands.begin(), operands.end(),
-                                       [](const Operand& o) { return o.kind == Operand::Kind::kValue; });
+    const bool literals = std::any_of(operands.begin(), operands.end(),
+                                      [](const Operand& o) { return o.kind != Operand::Kind::kValue; });
     const auto expected =
         literals && result_pin ? d.expected_type({OutRef::Kind::kPin, *result_pin, node}) : std::nullopt;
     const auto result = is_whole_move(operands) ? operands[0].value : b.call(e.text, operands, e.at, expected, pins);
