@@ -33,6 +33,7 @@ class Orderer {
   Sequence run(core::Order rule) {
     find_networks();
     place_rails(ElementKind::kLeftRail);
+    place_by_execution_order_id();
     if (rule == core::Order::kDocument) {
       for (NodeId n = 0; n < graph_.nodes.size(); ++n) {
         if (!placed_[n] && has_effect(graph_.element(n))) pull(n, Reason::kDocument, Reason::kDocument);
@@ -41,7 +42,6 @@ class Orderer {
         if (!placed_[n] && !is_rail(graph_.element(n).kind)) pull(n, Reason::kDocument, Reason::kDocument);
       }
     } else {
-      place_by_execution_order_id();
       place_networks();
     }
     place_rails(ElementKind::kRightRail);

@@ -55,6 +55,7 @@ TEST(Order, ExecutionOrderIdsComeFirstAndEqualIdsKeepDocumentOrder) {
   out(3, 1, 90);
   out(4, 0, 0);
   EXPECT_EQ(ordered(b.body()).ids, (Ids{3, 103, 1, 101, 2, 102, 4, 104}));
+  EXPECT_EQ(ordered(b.body(), Order::kDocument).ids, (Ids{3, 103, 1, 101, 2, 102, 4, 104}));
 }
 
 TEST(Order, NetworksGoTopToBottomThenLeftToRightWhateverTheDocumentOrder) {
