@@ -114,7 +114,7 @@ Account::NodeId Account::make(NodeId parent, std::string_view name, std::string_
   if (nodes_.size() >= kMaxNodes) {
     path = "(other elements)";
     // One node per rule is enough to go on reading correctly; the account no longer tells the places apart.
-    for (NodeId id = static_cast<NodeId>(kMaxNodes); id < nodes_.size(); ++id) {
+    for (auto id = static_cast<NodeId>(kMaxNodes); id < nodes_.size(); ++id) {
       if (nodes_[id].rule == rule && nodes_[id].fate == node.fate) return id;
     }
     reason = "too many kinds of elements to list";

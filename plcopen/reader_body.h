@@ -1,7 +1,7 @@
 // Handlers for drawn elements that both spellings (TC6 and IEC 61131-10) share.
 //
-// In: tags, while a body is open in the Reader. Out: Body::elements. Does not belong here: what a drawing means, wires by
-// output point (iec61131_10_body.cpp).
+// In: tags, while a body is open in the Reader. Out: Body::elements. Does not belong here: what a drawing means, wires
+// by output point (iec61131_10_body.cpp).
 #pragma once
 
 #include "plcopen/reader_state.h"

@@ -95,12 +95,12 @@ std::string Reader::take_text(SourceRef* at) {
   capturing_ = false;
   text_.resize(core::trimmed(text_).size());
   if (at != nullptr && text_at_.line != 0) *at = text_at_;
-  return std::string(text_);
+  return text_;
 }
 
 bool Reader::open_document(std::string_view name, std::string_view uri, const SourceRef& at) {
   if (name != "project" && name != "Project") {
-    report(core::Code::P1003, at, fmt::format("root element is \"{}\", not \"project\"", shown(name)),
+    report(core::Code::P1003, at, fmt::format(R"(root element is "{}", not "project")", shown(name)),
            "export the project as PLCopen XML");
     return false;
   }
@@ -112,7 +112,6 @@ bool Reader::open_document(std::string_view name, std::string_view uri, const So
            uri.empty()
                ? std::string("project has no namespace; elements are read by their local names")
                : fmt::format("namespace \"{}\" is not known; elements are read by their local names", shown(uri)));
-    if (name == "Project") project.version = Version::kUnknown;
   }
   return true;
 }
@@ -125,7 +124,7 @@ void Reader::report(core::Code code, const SourceRef& at, std::string message, s
 bool Reader::check_name(std::string_view name, const Tag& tag, Attr attribute) {
   const auto refuse = [&](const std::string& why) {
     report(core::Code::P1007, tag.at,
-           fmt::format("{} of element \"{}\" {}: \"{}\"", attribute_name(attribute), tag.name, why, shown(name)),
+           fmt::format(R"({} of element "{}" {}: "{}")", attribute_name(attribute), tag.name, why, shown(name)),
            "use letters, digits and underscores");
     return false;
   };

@@ -74,7 +74,7 @@ struct ResourceFrame {
 
 class Reader final : public XmlHandler {
  public:
-  Reader(Project& project, core::Diagnostics& diagnostics, const ReadLimits& limits, XmlParser& parser);
+  Reader(Project& target, core::Diagnostics& diagnostics, const ReadLimits& limits, XmlParser& parser);
 
   void start_element(const char* name, std::string_view uri, const Attributes& attributes, Place place) override;
   void end_element() override;

@@ -17,8 +17,8 @@ void push_return_type(Reader& r, const Tag& tag);
 void push_base_type(Reader& r, const Tag& tag);
 void pop_type(Reader& r);
 
-/// Fills `type` from a type as text: "INT", "STRING[20]", "ARRAY [0..9, 1..2] OF Lib\Point", "REF_TO T".
-void parse_type_text(std::string_view text, const SourceRef& at, TypeSpec& type);
+/// Fills `result` from a type as text: "INT", "STRING[20]", "ARRAY [0..9, 1..2] OF Lib\Point", "REF_TO T".
+void parse_type_text(std::string_view text, const SourceRef& at, TypeSpec& result);
 
 void push_variable_value(Reader& r, const Tag& tag);
 void push_data_type_value(Reader& r, const Tag& tag);

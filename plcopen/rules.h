@@ -118,24 +118,33 @@ using EndHandler = void (*)(Reader&);
 
 struct Rule {
   State parent;
+  State state;  ///< state for the children
+  Fate fate = Fate::kUsed;
+  bool anchor = false;       ///< paths in the import report begin here
+  bool inherit = false;      ///< fate and reason come from the parent ("*" rows)
   std::string_view name;     ///< local name; "*" = any other name
   std::string_view variant;  ///< "/..": end of data's name; else local part of xsi:type; empty = any
-  State state;               ///< state for the children
-  Fate fate = Fate::kUsed;
-  std::string_view reason;  ///< for SUPPORT.md and the import report
+  std::string_view reason;   ///< for SUPPORT.md and the import report
   StartHandler start = nullptr;
   EndHandler end = nullptr;
-  bool anchor = false;   ///< paths in the import report begin here
-  bool inherit = false;  ///< fate and reason come from the parent ("*" rows)
 };
 
+constexpr Rule make_rule(State parent, std::string_view name, State state, Fate fate, std::string_view reason,
+                         StartHandler start, EndHandler end) {
+  Rule rule{.parent = parent, .state = state, .fate = fate, .name = name, .variant = {}, .reason = reason};
+  rule.start = start;
+  rule.end = end;
+  return rule;
+}
 constexpr Rule used(State parent, std::string_view name, State state, StartHandler start = nullptr,
                     EndHandler end = nullptr) {
-  return {.parent = parent, .name = name, .variant = {}, .state = state, .reason = {}, .start = start, .end = end};
+  return make_rule(parent, name, state, Fate::kUsed, {}, start, end);
 }
 constexpr Rule used_variant(State parent, std::string_view name, std::string_view variant, State state,
                             StartHandler start = nullptr, EndHandler end = nullptr) {
-  return {.parent = parent, .name = name, .variant = variant, .state = state, .reason = {}, .start = start, .end = end};
+  Rule rule = used(parent, name, state, start, end);
+  rule.variant = variant;
+  return rule;
 }
 constexpr Rule anchored(State parent, std::string_view name, State state, StartHandler start = nullptr,
                         EndHandler end = nullptr) {
@@ -145,29 +154,18 @@ constexpr Rule anchored(State parent, std::string_view name, State state, StartH
 }
 constexpr Rule preserved(State parent, std::string_view name, State state, std::string_view reason, StartHandler start,
                          EndHandler end) {
-  return {.parent = parent,
-          .name = name,
-          .variant = {},
-          .state = state,
-          .fate = Fate::kPreserved,
-          .reason = reason,
-          .start = start,
-          .end = end};
+  return make_rule(parent, name, state, Fate::kPreserved, reason, start, end);
 }
 constexpr Rule ignored(State parent, std::string_view name, std::string_view reason, State state = State::kSkip) {
-  return {.parent = parent, .name = name, .variant = {}, .state = state, .fate = Fate::kIgnored, .reason = reason};
+  return make_rule(parent, name, state, Fate::kIgnored, reason, nullptr, nullptr);
 }
 constexpr Rule refused(State parent, std::string_view name, std::string_view reason, StartHandler start) {
-  return {.parent = parent,
-          .name = name,
-          .variant = {},
-          .state = State::kSkip,
-          .fate = Fate::kRefused,
-          .reason = reason,
-          .start = start};
+  return make_rule(parent, name, State::kSkip, Fate::kRefused, reason, start, nullptr);
 }
 constexpr Rule inherited(State parent, State state) {
-  return {.parent = parent, .name = "*", .variant = {}, .state = state, .reason = {}, .inherit = true};
+  Rule rule = used(parent, "*", state);
+  rule.inherit = true;
+  return rule;
 }
 
 inline constexpr std::string_view kReasonLayout = "layout only";
