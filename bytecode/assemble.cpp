@@ -69,6 +69,8 @@ class Assembler {
       take_type(line);
     } else if (word == "field") {
       take_field(line);
+    } else if (word == "alias") {
+      take_alias(line);
     } else if (word == "globals") {
       image_.global_type = line.number<std::uint32_t>();
       image_.globals.resize(type_at(image_.global_type).fields.size());
@@ -192,6 +194,16 @@ class Assembler {
     field.retain = line.accept("retain");
     field.constant = line.accept("constant");
     image_.types.back().fields.push_back(std::move(field));
+  }
+
+  void take_alias(Line& line) {
+    if (image_.types.empty() || image_.types.back().kind != TypeKind::kStruct) fail("an alias without a structure");
+    if (table_bytes_ != nullptr) fail("an alias behind the tables");
+    ImageAlias alias;
+    alias.name = line.text();
+    line.expect("global");
+    alias.global = line.number<std::uint32_t>();
+    image_.types.back().aliases.push_back(std::move(alias));
   }
 
   // ---- tables

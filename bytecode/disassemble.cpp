@@ -147,6 +147,7 @@ class Disassembler {
            listing::kRoles[static_cast<std::size_t>(field.role)], field.retain ? " retain" : "",
            field.constant ? " constant" : "");
     }
+    for (const ImageAlias& alias : type.aliases) line("  alias {} global {}", quoted(alias.name), alias.global);
   }
 
   // ---- initial bytes

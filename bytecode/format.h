@@ -29,8 +29,9 @@ inline constexpr std::uint64_t kTextExpansion = 64;
 
 // Smallest sizes of records, bytes: what a count is checked against before memory is reserved.
 inline constexpr std::size_t kTextRecord = 4;
-inline constexpr std::size_t kTypeRecord = 49;
+inline constexpr std::size_t kTypeRecord = 53;
 inline constexpr std::size_t kFieldRecord = 14;
+inline constexpr std::size_t kAliasRecord = 8;
 inline constexpr std::size_t kMemberRecord = 12;
 inline constexpr std::size_t kGlobalRecord = 12;
 inline constexpr std::size_t kPouRecord = 29;

@@ -43,6 +43,13 @@ struct ImageField {
   bool constant = false;
 };
 
+/// A variable of a POU that lives in the global table (VAR_EXTERNAL, or located by AT), under its name in the POU. For
+/// access by path only: code names the global table itself.
+struct ImageAlias {
+  std::string name;
+  std::uint32_t global = 0;  ///< field of Image::global_type
+};
+
 struct ImageType {
   TypeKind kind = TypeKind::kScalar;
   core::TypeId elementary = core::TypeId::kBool;  ///< kScalar, kString: for display and normalisation
@@ -58,6 +65,7 @@ struct ImageType {
   std::vector<std::string> members;    ///< kScalar enumerations: names in the order of member_values
   std::vector<std::int64_t> member_values;
   std::vector<ImageField> fields;      ///< kStruct, ascending offsets
+  std::vector<ImageAlias> aliases;     ///< kStruct of instances, in declaration order
 };
 
 struct DebugEntry {

@@ -143,6 +143,13 @@ class Loader {
         field.retain = (flags & format::kFieldRetain) != 0;
         field.constant = (flags & format::kFieldConstant) != 0;
       }
+      const std::uint32_t aliases = in.count(format::kAliasRecord);
+      type.aliases.reserve(aliases);
+      for (std::uint32_t a = 0; a < aliases && !in.failed(); ++a) {
+        ImageAlias& alias = type.aliases.emplace_back();
+        alias.name = get_text(in);
+        alias.global = in.get<std::uint32_t>();
+      }
     }
   }
 

@@ -110,6 +110,11 @@ class Saver {
         out.put(static_cast<std::uint8_t>((field.retain ? format::kFieldRetain : 0) |
                                           (field.constant ? format::kFieldConstant : 0)));
       }
+      put_count(out, type.aliases.size());
+      for (const ImageAlias& alias : type.aliases) {
+        put_text(out, alias.name);
+        out.put(alias.global);
+      }
     }
   }
 

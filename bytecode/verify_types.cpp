@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <limits>
+#include <string_view>
+#include <unordered_set>
 
 #include "bytecode/verifier.h"
+#include "core/text.h"
 
 namespace plc::bytecode {
 
@@ -93,7 +96,7 @@ class TypeVerifier {
                     (array || type.kind == TypeKind::kRef || type.element == 0) && (array || type.count == 0) &&
                     (array || type.limited || type.lower == 0) && (type.limited || type.upper == 0) &&
                     (scalar || !type.limited) && (scalar || (type.members.empty() && type.member_values.empty())) &&
-                    (type.kind == TypeKind::kStruct || type.fields.empty());
+                    (type.kind == TypeKind::kStruct || (type.fields.empty() && type.aliases.empty()));
     if (!ok) broken(Rule::kV113, "has a part that its kind does not use");
   }
 
@@ -172,6 +175,22 @@ class TypeVerifier {
     }
     if (type.fields.empty() && type.size != 0) broken(Rule::kV107, fmt::format("{} bytes without a field", type.size));
     check_depth();
+    check_aliases(type);
+  }
+
+  // The list of globals has one entry per field of the global table (V208).
+  void check_aliases(const ImageType& type) {
+    if (type.aliases.empty()) return;
+    std::unordered_set<std::string_view, core::NameHash, core::NameEqual> names;
+    for (const ImageField& field : type.fields) names.insert(field.name);
+    for (const ImageAlias& alias : type.aliases) {
+      if (report_.full()) return;
+      if (alias.name.empty() || !is_name(alias.name)) broken(Rule::kV114, "an alias has no proper name");
+      if (!names.insert(alias.name).second) broken(Rule::kV114, fmt::format("a second \"{}\"", alias.name));
+      if (alias.global >= image_.globals.size()) {
+        broken(Rule::kV114, fmt::format("alias \"{}\" of global {}", alias.name, alias.global));
+      }
+    }
   }
 
   const Image& image_;

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cstring>
 #include <numeric>
+#include <unordered_set>
 
 #include "core/text.h"
 #include "runtime/memory/exchange.h"
@@ -14,6 +15,7 @@ namespace plc::runtime {
 namespace {
 
 using bytecode::Image;
+using bytecode::ImageAlias;
 using bytecode::ImageField;
 using bytecode::ImageType;
 using bytecode::TypeKind;
@@ -22,16 +24,17 @@ using core::Problem;
 
 bool is_leaf(const ImageType& type) { return type.kind == TypeKind::kScalar || type.kind == TypeKind::kString; }
 
-/// "a.b[1].c" cut into names and indices.
+/// A part of "a.b[1].c": a name or an index.
 struct Step {
   std::string_view name;  ///< empty for an index
   std::int64_t index = 0;
 };
 
-std::optional<std::vector<Step>> parse_path(std::string_view path) {
+/// The parts of "a.b[1].c", or of the ".b[1].c" behind a name.
+std::optional<std::vector<Step>> parse_path(std::string_view path, bool behind_name = false) {
   std::vector<Step> steps;
   std::size_t at = 0;
-  bool name_next = true;
+  bool name_next = !behind_name;
   while (at < path.size()) {
     if (name_next) {
       std::size_t end = path.find_first_of(".[", at);
@@ -61,7 +64,7 @@ std::optional<std::vector<Step>> parse_path(std::string_view path) {
       return std::nullopt;
     }
   }
-  if (steps.empty() || name_next) return std::nullopt;
+  if ((steps.empty() && !behind_name) || name_next) return std::nullopt;
   return steps;
 }
 
@@ -99,13 +102,19 @@ class Nearest {
   std::string name_;
 };
 
-/// Follows `steps` from `place`. On failure `problem` says where; the deepest failure of several attempts counts.
+Place global_place(const Image& image, std::size_t index) {
+  const ImageField& field = image.types[image.global_type].fields[index];
+  return {Place::kGlobal, field.offset, field.type, field.constant};
+}
+
+/// Why a path leads nowhere; the deepest failure of several attempts counts.
 struct Failure {
   std::size_t depth = 0;
   std::string message;
   std::string help;
 };
 
+/// Follows `steps` from `place`; an alias leads over to the global table.
 bool descend(const Image& image, std::span<const Step> steps, std::size_t done, Place& place, Failure& failure) {
   const auto fail = [&](std::size_t depth, std::string message, std::string help) {
     if (depth < failure.depth) return;
@@ -134,9 +143,18 @@ bool descend(const Image& image, std::span<const Step> steps, std::size_t done, 
     }
     const auto field = std::find_if(type.fields.begin(), type.fields.end(),
                                     [&step](const ImageField& f) { return core::iequals(f.name, step.name); });
+    if (type.kind == TypeKind::kStruct && field == type.fields.end()) {
+      const auto alias = std::find_if(type.aliases.begin(), type.aliases.end(),
+                                      [&step](const ImageAlias& a) { return core::iequals(a.name, step.name); });
+      if (alias != type.aliases.end()) {
+        place = global_place(image, alias->global);
+        continue;
+      }
+    }
     if (type.kind != TypeKind::kStruct || field == type.fields.end()) {
       Nearest nearest(step.name);
       for (const ImageField& f : type.fields) nearest.offer(f.name);
+      for (const ImageAlias& a : type.aliases) nearest.offer(a.name);
       fail(i, "no \"" + std::string(step.name) + "\" here", nearest.help());
       return false;
     }
@@ -147,9 +165,9 @@ bool descend(const Image& image, std::span<const Step> steps, std::size_t done, 
   return true;
 }
 
-Place global_place(const Image& image, std::size_t index) {
-  const ImageField& field = image.types[image.global_type].fields[index];
-  return {Place::kGlobal, field.offset, field.type, field.constant};
+/// False for a global that was made for located variables of POUs: it is called "Pou.Variable" or by its address.
+bool is_declared(const ImageField& global) {
+  return !global.name.starts_with('%') && global.name.find('.') == std::string::npos;
 }
 
 bool glob_match(std::string_view pattern, std::string_view text) {
@@ -175,20 +193,38 @@ bool glob_match(std::string_view pattern, std::string_view text) {
   return p == pattern.size();
 }
 
-/// Walks all leaves below a place.
+/// Collects the paths of leaves.
 class Lister {
  public:
   Lister(const Image& image, std::string_view pattern, std::size_t limit)
-      : image_(image), pattern_(pattern), limit_(limit), hidden_(pattern.find('#') != std::string_view::npos) {}
+      : image_(image),
+        globals_(image.types[image.global_type].fields),
+        pattern_(pattern),
+        limit_(limit),
+        hidden_(pattern.find('#') != std::string_view::npos),
+        everything_(!pattern.empty() && pattern.find_first_not_of('*') == std::string_view::npos),
+        listed_(globals_.size()) {}
 
-  void walk(std::string& path, std::uint32_t type_index) {
+  [[nodiscard]] bool shows(const std::string& name) const { return hidden_ || name.find('#') == std::string::npos; }
+
+  void add_global(std::size_t index) {
+    if (!shows(globals_[index].name) || (everything_ && listed_[index])) return;
+    listed_[index] = true;
+    const std::string& list = image_.globals[index].list;
+    std::string path = list.empty() ? globals_[index].name : list + "." + globals_[index].name;
+    walk(path, globals_[index].type, false);
+  }
+
+  /// Adds the leaves of `type_index` at `path`. Aliases that only aliases lead to stay out: they may go round in
+  /// circles.
+  void walk(std::string& path, std::uint32_t type_index, bool behind_alias) {
     if (found_.size() >= limit_) return;
     const ImageType& type = image_.types[type_index];
     const std::size_t length = path.size();
     switch (type.kind) {
       case TypeKind::kScalar:
       case TypeKind::kString:
-        if (glob_match(pattern_, path)) found_.push_back(path);
+        if (glob_match(pattern_, path) && known_.insert(path).second) found_.push_back(path);
         return;
       case TypeKind::kRef:
         return;
@@ -197,17 +233,16 @@ class Lister {
           path += '[';
           path += std::to_string(type.lower + static_cast<std::int64_t>(i));
           path += ']';
-          walk(path, type.element);
+          walk(path, type.element, behind_alias);
           path.resize(length);
         }
         return;
       case TypeKind::kStruct:
-        for (const ImageField& field : type.fields) {
-          if (!hidden_ && field.name.find('#') != std::string::npos) continue;
-          if (!path.empty()) path += '.';
-          path += field.name;
-          walk(path, field.type);
-          path.resize(length);
+        for (const ImageField& field : type.fields) walk_named(path, field.name, field.type, behind_alias);
+        if (behind_alias) return;
+        for (const ImageAlias& alias : type.aliases) {
+          if (everything_ && !takes_over(alias)) continue;
+          walk_named(path, alias.name, globals_[alias.global].type, true);
         }
         return;
     }
@@ -215,11 +250,31 @@ class Lister {
   std::vector<std::string> take() { return std::move(found_); }
 
  private:
+  void walk_named(std::string& path, const std::string& name, std::uint32_t type, bool behind_alias) {
+    if (!shows(name)) return;
+    const std::size_t length = path.size();
+    if (!path.empty()) path += '.';
+    path += name;
+    walk(path, type, behind_alias);
+    path.resize(length);
+  }
+
+  /// True when the global is listed under this alias instead of its own name.
+  bool takes_over(const ImageAlias& alias) {
+    if (is_declared(globals_[alias.global]) || listed_[alias.global] || !shows(alias.name)) return false;
+    listed_[alias.global] = true;
+    return true;
+  }
+
   const Image& image_;
+  const std::vector<ImageField>& globals_;
   std::string_view pattern_;
   std::size_t limit_;
   bool hidden_;
+  bool everything_;           // each variable once, otherwise under every path that matches
+  std::vector<bool> listed_;  // by global
   std::vector<std::string> found_;
+  std::unordered_set<std::string, core::NameHash, core::NameEqual> known_;
 };
 
 /// True when a program instance of this name is in more than one task.
@@ -235,78 +290,139 @@ bool in_several_tasks(const Image& image, std::string_view name) {
   return tasks > 1;
 }
 
+/// Looks for a path in the tables. One text may name several places (an instance and a global of one name): the first
+/// that exists counts, and a single value before the others when one is wanted.
+class Finder {
+ public:
+  Finder(const Resource& resource, std::string_view path, bool wants_leaf)
+      : resource_(resource), image_(resource.image()), path_(path), wants_leaf_(wants_leaf) {}
+
+  core::Result<Place> run() {
+    if (path_.starts_with('%')) {
+      if (among_full_names(true)) return *found_;
+      if (failure_.depth == 0) failure_.message = "no variable at this address";
+      return result();
+    }
+    const auto steps = parse_path(path_);
+    if (!steps || steps->front().name.empty()) {
+      return Problem{Code::P7101, "\"" + std::string(path_) + "\" is not a path",
+                     "write it as Instance.Variable, Global or Array[3]"};
+    }
+    steps_ = *steps;
+    if (among_instances() || among_lists() || among_globals() || among_full_names(false) || among_tasks()) {
+      return *found_;
+    }
+    if (failure_.depth == 0) {
+      failure_.message = "no instance or global of this name";
+      failure_.help = nearest();
+    }
+    return result();
+  }
+
+ private:
+  [[nodiscard]] const std::vector<ImageField>& globals() const { return image_.types[image_.global_type].fields; }
+  [[nodiscard]] const bytecode::ImagePou& body(std::size_t task) const { return image_.pous[image_.tasks[task].body]; }
+  [[nodiscard]] Place task_place(std::uint32_t task) const {
+    return {task, resource_.program(task).table().layout().instance, body(task).instance_type, false};
+  }
+
+  /// Follows the steps from the `done`th on; true ends the search.
+  bool accept(Place place, std::span<const Step> steps, std::size_t done) {
+    if (!descend(image_, steps, done, place, failure_)) return false;
+    const bool last = !wants_leaf_ || is_leaf(image_.types[place.type]);
+    if (last || !found_) found_ = place;
+    return last;
+  }
+  core::Result<Place> result() const {
+    if (found_) return *found_;
+    return Problem{Code::P7101, "\"" + std::string(path_) + "\": " + failure_.message, failure_.help};
+  }
+
+  bool among_instances() {
+    if (in_several_tasks(image_, steps_[0].name)) {
+      failure_ = {1, "instances of this name are in several tasks", "put the task's name in front"};
+      return false;
+    }
+    for (std::uint32_t task = 0; task < image_.tasks.size(); ++task) {
+      if (accept(task_place(task), steps_, 0)) return true;
+    }
+    return false;
+  }
+  // "List.Name" before "Name", so that a variable called as a list does not hide the list.
+  bool among_lists() {
+    for (std::size_t i = 0; i < globals().size() && steps_.size() > 1; ++i) {
+      const std::string& list = image_.globals[i].list;
+      if (list.empty() || !core::iequals(list, steps_[0].name) || !core::iequals(globals()[i].name, steps_[1].name)) {
+        continue;
+      }
+      if (accept(global_place(image_, i), steps_, 2)) return true;
+    }
+    return false;
+  }
+  bool among_globals() {
+    std::vector<std::size_t> named;
+    for (std::size_t i = 0; i < globals().size(); ++i) {
+      if (core::iequals(globals()[i].name, steps_[0].name)) named.push_back(i);
+    }
+    for (const std::size_t i : named) {
+      if (named.size() > 1 && !image_.globals[i].list.empty()) {
+        failure_ = {1, "variables of this name are in several lists",
+                    "write \"" + image_.globals[i].list + "." + globals()[i].name + "\""};
+        continue;
+      }
+      if (accept(global_place(image_, i), steps_, 1)) return true;
+    }
+    return false;
+  }
+  /// Names and addresses that hold dots themselves: "Pou.Variable" of a located variable, "%IX0.0".
+  bool among_full_names(bool addresses) {
+    for (std::size_t i = 0; i < globals().size(); ++i) {
+      if (!is_declared(globals()[i]) && accept_behind(globals()[i].name, i)) return true;
+    }
+    for (std::size_t i = 0; i < globals().size() && addresses; ++i) {
+      if (!image_.globals[i].address.empty() && accept_behind(image_.globals[i].address, i)) return true;
+    }
+    return false;
+  }
+  bool accept_behind(std::string_view name, std::size_t global) {
+    if (path_.size() < name.size() || !core::iequals(path_.substr(0, name.size()), name)) return false;
+    const auto steps = parse_path(path_.substr(name.size()), true);
+    return steps && accept(global_place(image_, global), *steps, 0);
+  }
+  bool among_tasks() {
+    for (std::uint32_t task = 0; task < image_.tasks.size(); ++task) {
+      if (core::iequals(image_.tasks[task].name, steps_[0].name) && accept(task_place(task), steps_, 1)) return true;
+    }
+    return false;
+  }
+
+  [[nodiscard]] std::string nearest() const {
+    Nearest nearest(steps_[0].name);
+    for (const ImageField& field : globals()) nearest.offer(field.name);
+    for (const bytecode::ImageGlobal& global : image_.globals) nearest.offer(global.list);
+    for (std::size_t task = 0; task < image_.tasks.size(); ++task) {
+      for (const ImageField& field : image_.types[body(task).instance_type].fields) nearest.offer(field.name);
+    }
+    return nearest.help();
+  }
+
+  const Resource& resource_;
+  const Image& image_;
+  std::string_view path_;
+  bool wants_leaf_;
+  std::vector<Step> steps_;
+  Failure failure_;
+  std::optional<Place> found_;
+};
+
 }  // namespace
 
 core::Result<Place> Access::find(std::string_view path) const {
-  const Image& image = resource_.image();
-  path = core::trimmed(path);
-  const auto& globals = image.types[image.global_type].fields;
-  if (path.starts_with('%')) {
-    for (std::size_t i = 0; i < globals.size(); ++i) {
-      if (core::iequals(image.globals[i].address, path)) return global_place(image, i);
-    }
-    return Problem{Code::P7101, "no variable at address \"" + std::string(path) + "\"", {}};
-  }
-  const auto steps = parse_path(path);
-  if (!steps || steps->front().name.empty()) {
-    return Problem{Code::P7101, "\"" + std::string(path) + "\" is not a path",
-                   "write it as Instance.Variable, Global or Array[3]"};
-  }
-  const std::string_view first = steps->front().name;
-  Failure failure;
-  Place place;
-  if (in_several_tasks(image, first)) {
-    failure = {1, "instances of this name are in several tasks", "put the task's name in front"};
-  } else {
-    for (std::uint32_t task = 0; task < image.tasks.size(); ++task) {
-      const std::uint32_t body = image.tasks[task].body;
-      const std::uint32_t base = resource_.program(task).table().layout().instance;
-      place = {task, base, image.pous[body].instance_type, false};
-      if (descend(image, *steps, 0, place, failure)) return place;
-    }
-  }
-  // "List.Name" before "Name", so that a variable called as a list does not hide the list.
-  for (std::size_t i = 0; i < globals.size(); ++i) {
-    if (steps->size() < 2 || image.globals[i].list.empty() || !core::iequals(image.globals[i].list, first) ||
-        !core::iequals(globals[i].name, (*steps)[1].name)) {
-      continue;
-    }
-    place = global_place(image, i);
-    if (descend(image, *steps, 2, place, failure)) return place;
-  }
-  std::size_t named = 0;
-  for (std::size_t i = 0; i < globals.size(); ++i) named += core::iequals(globals[i].name, first) ? 1 : 0;
-  for (std::size_t i = 0; i < globals.size(); ++i) {
-    if (!core::iequals(globals[i].name, first)) continue;
-    if (named > 1 && !image.globals[i].list.empty()) {
-      failure = {1, "variables of this name are in several lists",
-                 "write \"" + image.globals[i].list + "." + globals[i].name + "\""};
-      continue;
-    }
-    place = global_place(image, i);
-    if (descend(image, *steps, 1, place, failure)) return place;
-  }
-  for (std::uint32_t task = 0; task < image.tasks.size(); ++task) {
-    if (!core::iequals(image.tasks[task].name, first)) continue;
-    place = {task, resource_.program(task).table().layout().instance, image.pous[image.tasks[task].body].instance_type,
-             false};
-    if (descend(image, *steps, 1, place, failure)) return place;
-  }
-  if (failure.depth == 0) {
-    Nearest nearest(first);
-    for (const ImageField& field : globals) nearest.offer(field.name);
-    for (const bytecode::ImageGlobal& global : image.globals) nearest.offer(global.list);
-    for (const bytecode::ImageTask& task : image.tasks) {
-      for (const ImageField& field : image.types[image.pous[task.body].instance_type].fields) nearest.offer(field.name);
-    }
-    failure.message = "no instance or global of this name";
-    failure.help = nearest.help();
-  }
-  return Problem{Code::P7101, "\"" + std::string(path) + "\": " + failure.message, failure.help};
+  return Finder(resource_, core::trimmed(path), false).run();
 }
 
 core::Result<Place> Access::find_leaf(std::string_view path) const {
-  auto place = find(path);
+  auto place = Finder(resource_, core::trimmed(path), true).run();
   if (place && !is_leaf(resource_.image().types[place->type])) {
     return Problem{Code::P7102, "\"" + std::string(path) + "\" is not a single value",
                    "name one element or field of it"};
@@ -317,19 +433,18 @@ core::Result<Place> Access::find_leaf(std::string_view path) const {
 std::vector<std::string> Access::list(std::string_view pattern, std::size_t limit) const {
   const Image& image = resource_.image();
   Lister lister(image, pattern, limit);
-  const bool hidden = pattern.find('#') != std::string_view::npos;
   for (const bytecode::ImageTask& task : image.tasks) {
     for (const ImageField& field : image.types[image.pous[task.body].instance_type].fields) {
-      if (!hidden && field.name.find('#') != std::string::npos) continue;
+      if (!lister.shows(field.name)) continue;
       std::string path = in_several_tasks(image, field.name) ? task.name + "." + field.name : field.name;
-      lister.walk(path, field.type);
+      lister.walk(path, field.type, false);
     }
   }
   const auto& globals = image.types[image.global_type].fields;
-  for (std::size_t i = 0; i < globals.size(); ++i) {
-    if (!hidden && globals[i].name.find('#') != std::string::npos) continue;
-    std::string path = image.globals[i].list.empty() ? globals[i].name : image.globals[i].list + "." + globals[i].name;
-    lister.walk(path, globals[i].type);
+  for (const bool declared : {true, false}) {
+    for (std::size_t i = 0; i < globals.size(); ++i) {
+      if (is_declared(globals[i]) == declared) lister.add_global(i);
+    }
   }
   return lister.take();
 }

@@ -2,11 +2,12 @@
 //
 // In: a resource and paths in any letter case: "Main.Motor.Run", "Conveyor.Timer.Q" (program instance, then fields),
 // "Level", "GVL.Level" (global), "Arr[3]", "Matrix[1,2]", "%IX0.0" (global at that address), "Task.Main.Motor" (when
-// two tasks have instances of one name). Out: typed places, values as text. Writing normalises: BOOL is 0 or 1, ranges
-// and subranges are checked, strings fit their capacity. Threads: globals any thread; task variables only between
-// cycles of that task. Text: BOOL 0/1, integers and enumerations decimal, REAL/LREAL shortest form that reads back the
-// same, durations and dates in ns, strings in single quotes with $-escapes (IEC 61131-3, 6.3.3), CHAR as a string of
-// one.
+// two tasks have instances of one name). Located and external variables of a POU have paths below its instances too:
+// "Main.Sensor" is the global, and so is what is written there. Out: typed places, values as text. Writing normalises:
+// BOOL is 0 or 1, ranges and subranges are checked, strings fit their capacity. Threads: globals any thread; task
+// variables only between cycles of that task. Text: BOOL 0/1, integers and enumerations decimal, REAL/LREAL shortest
+// form that reads back the same, durations and dates in ns, strings in single quotes with $-escapes (IEC
+// 61131-3, 6.3.3), CHAR as a string of one.
 #pragma once
 
 #include <cstdint>
@@ -33,12 +34,16 @@ class Access {
  public:
   explicit Access(Resource& resource) : resource_(resource) {}
 
-  /// The place called `path`, or P7101 with the nearest known name as help.
+  /// The place called `path`, or P7101 with the nearest known name as help. Where an instance and a global share a
+  /// name, the instance counts.
   [[nodiscard]] core::Result<Place> find(std::string_view path) const;
-  /// As find(), but refuses (P7102) what is not a scalar or a string.
+  /// As find(), but passes over what is not a scalar or a string, and refuses (P7102) when nothing else is called so.
   [[nodiscard]] core::Result<Place> find_leaf(std::string_view path) const;
-  /// Paths of all scalars and strings that match `pattern` in declaration order: '*' any characters, '?' one, letter
-  /// case ignored; hidden ones only when the pattern has a '#'. At most `limit`.
+  /// Paths of scalars and strings that match `pattern`, each once, instances before globals, in declaration order: '*'
+  /// any characters, '?' one, letter case ignored; hidden ones only when the pattern has a '#'. At most `limit`. "*"
+  /// lists every variable under one path: a global that was declared as one under its own, a located variable of a POU
+  /// under the first instance that has it. Other patterns list every path that matches. find_leaf() finds what is
+  /// listed.
   [[nodiscard]] std::vector<std::string> list(std::string_view pattern = "*", std::size_t limit = 1'000'000) const;
 
   /// Value of a leaf as text; arrays and structures come out as "[a, b]" and "(x := a, y := b)".

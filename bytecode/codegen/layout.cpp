@@ -285,7 +285,11 @@ std::uint32_t Layout::make_instance(std::uint32_t index) {
     }
   }
   too_large_ = too_large_ || builder.too_large();
-  layout.instance_type = add(builder.finish(pou.name));
+  ImageType instance = builder.finish(pou.name);
+  for (const ir::Variable& v : pou.variables) {
+    if (v.role == ir::Role::kExternal && !v.in_frame) instance.aliases.push_back({v.name, global_fields_[v.global]});
+  }
+  layout.instance_type = add(std::move(instance));
   const std::uint32_t made = layout.instance_type;
   pous_[index] = std::move(layout);
   return made;

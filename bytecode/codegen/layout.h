@@ -10,6 +10,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "bytecode/image.h"
@@ -45,6 +46,9 @@ struct PouLayout {
 class Layout {
  public:
   Layout(const ir::Module& module, Image& image) : module_(module), image_(image) {}
+
+  /// Says which field of the global table each global is; before any type of an instance is made.
+  void place_globals(std::vector<std::uint32_t> fields) { global_fields_ = std::move(fields); }
 
   /// The image type of `ref`, made at first use.
   std::uint32_t type(ir::TypeRef ref);
@@ -100,6 +104,7 @@ class Layout {
   std::vector<std::optional<std::vector<std::byte>>> instance_initial_;
   std::map<std::pair<core::TypeId, std::uint16_t>, std::uint32_t> strings_;
   std::map<std::uint32_t, std::uint32_t> references_;  ///< by TypeRef index of the target
+  std::vector<std::uint32_t> global_fields_;           ///< by index into Module::globals
   std::uint32_t empty_ = kNoIndex;
   bool too_large_ = false;
 };

@@ -40,6 +40,9 @@ GlobalPlan plan_globals(const ir::Module& module) {
 void lay_out_globals(Shared& shared, const GlobalPlan& plan) {
   Image& image = shared.image;
   StructBuilder fields;
+  std::vector<std::uint32_t> field_of(plan.order.size());
+  for (std::uint32_t f = 0; f < plan.order.size(); ++f) field_of[plan.order[f]] = f;
+  shared.layout.place_globals(std::move(field_of));
   shared.global_offset.assign(shared.module.globals.size(), 0);
   for (std::size_t f = 0; f < plan.order.size(); ++f) {
     const ir::Global& g = shared.module.globals[plan.order[f]];

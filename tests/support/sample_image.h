@@ -73,6 +73,7 @@ inline Sample sample_image() {
   const Word run = motor.variable("run", s.boolean, FieldRole::kInput);
   const Word speed = motor.variable("speed", s.integer, FieldRole::kOutput);
   const Word ton = motor.variable("ton", b.block_type("TON"));
+  motor.alias("sensor", 3);
   motor.record(0x2, ton, {run, s.go});
   motor.op(Opcode::kRunTb, {b.block("TON"), ton});
   motor.op(Opcode::kAdd16, {speed, speed, s.one});

@@ -32,6 +32,7 @@ TEST(Assembler, TheListingNamesPlaces) {
   EXPECT_NE(text.find("| 0x00000002 i:ton.IN, i:run, g:go, i:run, i:run, i:run\n"), std::string::npos);
   EXPECT_NE(text.find("  init level = -7\n"), std::string::npos);
   EXPECT_NE(text.find("  init gain = nan\n"), std::string::npos);
+  EXPECT_NE(text.find("  alias \"sensor\" global 3\n"), std::string::npos);
   EXPECT_NE(text.find("COND_JUMP f:t#0, L13\n"), std::string::npos);
 }
 

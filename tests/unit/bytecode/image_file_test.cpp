@@ -29,6 +29,10 @@ TEST(ImageFile, RoundTripKeepsEveryByte) {
   EXPECT_EQ(loaded->types[s.colour].members, s.image.types[s.colour].members);
   EXPECT_EQ(loaded->types[s.colour].member_values, s.image.types[s.colour].member_values);
   EXPECT_TRUE(loaded->types[loaded->global_type].fields[2].constant);
+  const auto& aliases = loaded->types[loaded->pous[s.motor].instance_type].aliases;
+  ASSERT_EQ(aliases.size(), 1u);
+  EXPECT_EQ(aliases[0].name, "sensor");
+  EXPECT_EQ(aliases[0].global, 3u);
   EXPECT_EQ(loaded->global_initial, s.image.global_initial);
   EXPECT_EQ(loaded->pous[s.main].code, s.image.pous[s.main].code);
   EXPECT_EQ(loaded->pous[s.main].debug[0].at, s.image.pous[s.main].debug[0].at);

@@ -33,6 +33,9 @@ std::uint32_t body(const Sample& s) { return s.image.tasks[0].body; }
 void put(std::vector<std::byte>& bytes, Word at, const std::vector<std::byte>& value) {
   std::memcpy(bytes.data() + bytecode::offset_of(at), value.data(), value.size());
 }
+std::vector<bytecode::ImageAlias>& aliases(Sample& s) {
+  return s.image.types[s.image.pous[s.motor].instance_type].aliases;
+}
 /// A chain of functions, each calling the next `times` times.
 Image chain(std::uint32_t length, std::uint32_t times) {
   ImageBuilder b;
@@ -109,6 +112,12 @@ const std::vector<Case>& cases() {
       {Rule::kV112, "a field without a name", [](Sample& s) { s.image.types[s.point].fields[0].name.clear(); }},
       {Rule::kV112, "a name that would clear the terminal", [](Sample& s) { s.image.types[s.point].name = "\x1b[2J"; }},
       {Rule::kV113, "a scalar with elements", [](Sample& s) { s.image.types[s.integer].count = 1; }},
+      {Rule::kV113, "an array with an alias", [](Sample& s) { s.image.types[s.line].aliases = {{"a", 0}}; }},
+      {Rule::kV114, "an alias of no global", [](Sample& s) { aliases(s)[0].global = 10; }},
+      {Rule::kV114, "an alias without a name", [](Sample& s) { aliases(s)[0].name.clear(); }},
+      {Rule::kV114, "an alias that rings the bell", [](Sample& s) { aliases(s)[0].name = "\a"; }},
+      {Rule::kV114, "an alias called like a field", [](Sample& s) { aliases(s)[0].name = "RUN"; }},
+      {Rule::kV114, "two aliases of one name", [](Sample& s) { aliases(s).push_back({"Sensor", 0}); }},
 
       {Rule::kV201, "a number as global table", [](Sample& s) { s.image.global_type = s.integer; }},
       {Rule::kV201, "a frame of no type", [](Sample& s) { s.image.pous[s.main].frame_type = 9999; }},

@@ -80,6 +80,36 @@ TEST_F(Generate, InitialValuesReachNestedInstances) {
   EXPECT_EQ(r.read("Main.text"), "'ab'");
 }
 
+TEST_F(Generate, VariablesInTheGlobalTableKeepTheirNamesInThePou) {
+  const auto external = [this](std::uint32_t pou, const char* name, std::uint32_t global) {
+    const auto v = m.variable(pou, name, m.module.globals[global].variable.type, Role::kExternal);
+    m.module.pous[pou].variables[v].global = global;
+    return v;
+  };
+  const auto level = m.global("Level", dint);
+  const auto lamp = m.global("Fb.Lamp", ir::kBoolType);
+  m.module.globals[lamp].variable.address = "%QX0.0";
+  m.global("Other", dint);
+  const auto fb = m.pou("Fb", ir::PouKind::kFunctionBlock);
+  const auto coil = external(fb, "Lamp", lamp);
+  {
+    auto b = m.body(fb);
+    b.store(b.variable(coil), b.constant_bool(true));
+  }
+  const auto f = m.variable(main, "f", m.module.pous[fb].instance_type);
+  const auto own = external(main, "lvl", level);
+  auto b = m.body(main);
+  b.store(b.variable(own), *b.convert(literal(5), dint, ""));
+  b.run(b.variable(f));
+  Running r(m);
+  r.scan();
+  for (const char* path : {"Main.lvl", "Level"}) EXPECT_EQ(r.read(path), "5") << path;
+  for (const char* path : {"Main.f.Lamp", "Fb.Lamp", "%QX0.0"}) EXPECT_EQ(r.read(path), "1") << path;
+  r.write("Main.lvl", "6");
+  EXPECT_EQ(r.read("Level"), "6");
+  EXPECT_EQ(runtime::Access(*r.resource).list(), (std::vector<std::string>{"Main.f.Lamp", "Other", "Level"}));
+}
+
 TEST_F(Generate, FunctionCallsPassEveryKindOfParameter) {
   const auto f = m.pou("F", ir::PouKind::kFunction);
   const auto in = m.variable(f, "IN", dint, Role::kInput);

@@ -80,6 +80,125 @@ TEST(Access, ListMatchesGlobs) {
   for (const std::string& path : access.list()) EXPECT_TRUE(access.find_leaf(path)) << path;
 }
 
+/// Two instances of a program with located, external and own variables, one of them inside a function block.
+struct Aliases : testing::Test {
+  ImageBuilder b;
+  std::unique_ptr<runtime::Resource> r;
+
+  Aliases() {
+    b.global("Level", b.type(TypeId::kInt));                                                 // 0: declared
+    b.global("Logic.Lamp", b.boolean(), {}, {.address = "%QX0.0"});                          // 1: located in Logic
+    b.global("%QW4", b.array(b.type(TypeId::kInt), 2, 1), {}, {.address = "%QW4"});          // 2: located twice
+    b.global("Unused.Spare", b.boolean(), {}, {.input = true, .address = "%IX7.0"});         // 3: no instance has it
+    b.global("Fixed", b.type(TypeId::kInt), bytes_of<std::int16_t>(9), {.constant = true});  // 4
+    PouBuilder fb = b.pou("Fb", PouKind::kFunctionBlock);
+    fb.variable("own", b.boolean());
+    fb.alias("row", 2);
+    fb.alias("Level", 0);
+    const std::uint32_t fb_pou = fb.finish();
+    PouBuilder logic = b.pou("Logic", PouKind::kProgram);
+    logic.variable("own", b.boolean());
+    logic.instance_of("fb", fb_pou);
+    logic.alias("Lamp", 1);
+    logic.alias("table", 2);
+    logic.alias("lvl", 0);
+    logic.alias("Fixed", 4);
+    logic.alias("edge#1", 1);
+    const std::uint32_t pou = logic.finish();
+    b.task("T", 10'000'000, {pou, pou});
+    r = load(b);
+  }
+};
+
+TEST_F(Aliases, AreTheGlobalsTheyName) {
+  ASSERT_NE(r, nullptr);
+  EXPECT_EQ(Plant::put(*r, "logic0.LAMP", "1"), "");
+  for (const char* path : {"Logic1.Lamp", "Logic.Lamp", "%qx0.0", "T.Logic1.Lamp"}) EXPECT_EQ(value_of(*r, path), "1");
+  EXPECT_EQ(Plant::put(*r, "Logic1.fb.row[2]", "-3"), "");
+  for (const char* path : {"Logic0.table", "%QW4"}) EXPECT_EQ(value_of(*r, path), "[0, -3]") << path;
+  EXPECT_EQ(value_of(*r, "%QW4[2]"), "-3");
+  EXPECT_EQ(Plant::put(*r, "Level", "5"), "");
+  EXPECT_EQ(value_of(*r, "Logic1.lvl"), "5");
+  EXPECT_EQ(value_of(*r, "Logic0.fb.level"), "5");
+  EXPECT_EQ(Plant::put(*r, "Logic0.Fixed", "1"), "P7106");
+  const auto place = Access(*r).find("Logic0.lvl");
+  ASSERT_TRUE(place);
+  EXPECT_EQ(place->task, runtime::Place::kGlobal);
+}
+
+TEST_F(Aliases, ValuesCrossACycle) {
+  ASSERT_NE(r, nullptr);
+  EXPECT_EQ(Plant::put(*r, "Logic0.lvl", "7"), "");
+  EXPECT_FALSE(r->program(0).execute({0}));
+  EXPECT_EQ(value_of(*r, "Logic0.lvl"), "7");
+}
+
+TEST_F(Aliases, EverythingIsListedOnce) {
+  ASSERT_NE(r, nullptr);
+  const Access access(*r);
+  const std::vector<std::string> expected = {"Logic0.own",  "Logic0.fb.own", "Logic0.fb.row[1]", "Logic0.fb.row[2]",
+                                             "Logic0.Lamp", "Logic1.own",    "Logic1.fb.own",    "Level",
+                                             "Fixed",       "Unused.Spare"};
+  EXPECT_EQ(access.list(), expected);
+  EXPECT_EQ(access.list("**"), expected);
+  for (const std::string& path : access.list()) EXPECT_TRUE(access.find_leaf(path)) << path;
+}
+
+TEST_F(Aliases, PatternsListEveryPathThatMatches) {
+  ASSERT_NE(r, nullptr);
+  const Access access(*r);
+  EXPECT_EQ(access.list("*lamp"), (std::vector<std::string>{"Logic0.Lamp", "Logic1.Lamp", "Logic.Lamp"}));
+  EXPECT_EQ(access.list("*l"),
+            (std::vector<std::string>{"Logic0.fb.Level", "Logic0.lvl", "Logic1.fb.Level", "Logic1.lvl", "Level"}));
+  EXPECT_EQ(access.list("%*"), (std::vector<std::string>{"%QW4[1]", "%QW4[2]"}));
+  EXPECT_EQ(access.list("Logic1.*edge#*"), (std::vector<std::string>{"Logic1.edge#1"}));
+  for (const char* pattern : {"*e*", "*o*", "*#*"}) {
+    for (const std::string& path : access.list(pattern)) EXPECT_TRUE(access.find_leaf(path)) << path;
+  }
+}
+
+TEST_F(Aliases, WrongNamesAreNearAliases) {
+  ASSERT_NE(r, nullptr);
+  const auto typo = Access(*r).find("Logic0.Lmap");
+  ASSERT_FALSE(typo);
+  EXPECT_NE(typo.error().help.find("Lamp"), std::string::npos);
+  EXPECT_FALSE(Access(*r).find("Logic0.Lamp.x"));
+  EXPECT_FALSE(Access(*r).find("Logic.Lamps"));
+  EXPECT_FALSE(Access(*r).find("%QW4[3]"));
+}
+
+TEST(Access, ABlockWhoseAliasIsItselfIsListedToAnEnd) {
+  ImageBuilder b;
+  PouBuilder fb = b.pou("Fb", PouKind::kFunctionBlock);
+  fb.variable("x", b.boolean());
+  fb.alias("me", 0);
+  const std::uint32_t pou = fb.finish();
+  b.global("One", b.image.pous[pou].instance_type);
+  PouBuilder main = b.pou("Main", PouKind::kProgram);
+  main.alias("one", 0);
+  b.task("T", 10'000'000, {main.finish()});
+  auto r = load(b);
+  ASSERT_NE(r, nullptr);
+  const Access access(*r);
+  EXPECT_EQ(access.list(), (std::vector<std::string>{"One.x"}));
+  EXPECT_EQ(access.list("*x"), (std::vector<std::string>{"Main0.one.x", "One.x", "One.me.x"}));
+  EXPECT_TRUE(access.find_leaf("Main0.one.me.me.x"));
+}
+
+TEST(Access, AGlobalCalledLikeAnInstanceIsFoundAsAValue) {
+  OneProgram p;
+  p.b.global("Main0", p.b.type(TypeId::kInt));
+  p.main.variable("x", p.b.boolean());
+  auto r = p.load();
+  ASSERT_NE(r, nullptr);
+  const Access access(*r);
+  EXPECT_EQ(access.list(), (std::vector<std::string>{"Main0.x", "Main0"}));
+  const auto place = access.find_leaf("Main0");
+  ASSERT_TRUE(place);
+  EXPECT_EQ(place->task, runtime::Place::kGlobal);
+  EXPECT_EQ(access.find("Main0")->task, 0u);
+}
+
 TEST(Access, WritingNormalises) {
   Plant p;
   auto r = p.load();

@@ -41,6 +41,7 @@ type 18 struct size 40 align 8 name "Motor"
   field "run" t0 at 0 input
   field "speed" t1 at 2 output
   field "ton" t17 at 8 local
+  alias "sensor" global 3
 type 19 struct size 0 align 1 name "Motor#frame"
 type 20 ref t7
 type 21 ref t6
