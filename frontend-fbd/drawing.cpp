@@ -24,6 +24,10 @@ std::uint32_t slot_count(const plcopen::Element& e) {
   return e.kind == ElementKind::kBlock ? static_cast<std::uint32_t>(e.outputs.size() + e.in_outs.size() + 1) : 1;
 }
 
+std::string place_in_list(const core::SourceRef& at) {
+  return std::to_string(at.local_id) + " (line " + std::to_string(at.line) + ")";
+}
+
 }  // namespace
 
 Drawing::Drawing(ir::Builder& builder, const Graph& graph, const Sequence& sequence,
@@ -291,21 +295,24 @@ void Drawing::finish() {
 }
 
 void Drawing::warn_double_writes() {
-  std::map<std::uint32_t, std::vector<NodeId>> coils;
+  std::vector<const Write*> coils;
   for (const Write& write : writes_) {
-    if (write.plain_coil) coils[write.place.index].push_back(write.node);
+    if (write.plain_coil) coils.push_back(&write);
   }
-  for (const auto& [place, nodes] : coils) {
-    if (nodes.size() < 2) continue;
+  std::stable_sort(coils.begin(), coils.end(),
+                   [](const Write* a, const Write* b) { return a->place.index < b->place.index; });
+  for (std::size_t i = 0, end = 0; i < coils.size(); i = end) {
     std::string list;
-    for (NodeId n : nodes) {
-      if (!list.empty()) list += ", ";
-      list += std::to_string(element(n).at.local_id) + " (line " + std::to_string(element(n).at.line) + ")";
+    for (end = i; end < coils.size() && coils[end]->place == coils[i]->place; ++end) {
+      if (end == i) continue;
+      if (end == i + 1) list = place_in_list(element(coils[i]->node).at);
+      list += ", " + place_in_list(element(coils[end]->node).at);
     }
-    report(
-        Code::P2002, nodes.back(),
-        "coil \"" + element(nodes.back()).text + "\" is driven by " + std::to_string(nodes.size()) + " coils: " + list,
-        "the last one in execution order wins; join the rungs, or use set and reset coils");
+    if (end - i < 2) continue;
+    const NodeId last = coils[end - 1]->node;
+    report(Code::P2002, last,
+           "coil \"" + element(last).text + "\" is driven by " + std::to_string(end - i) + " coils: " + list,
+           "the last one in execution order wins; join the rungs, or use set and reset coils");
   }
 }
 

@@ -54,25 +54,24 @@ PlaceId Builder::intern(const Place& place) {
   return it->second;
 }
 
-PlaceId Builder::plain_variable(std::uint32_t index) {
-  if (index >= variable_places_.size()) variable_places_.resize(pou().variables.size());
-  PlaceId& known = variable_places_[index];
-  if (!known.valid()) {
-    const Variable& v = pou().variables[index];
+PlaceId Builder::variable(std::uint32_t index) {
+  if (index < variable_places_.size() && variable_places_[index].valid()) return variable_places_[index];
+  const Variable& v = pou().variables[index];
+  PlaceId id;
+  if (v.role == Role::kExternal) {
+    id = global(v.global);
+  } else {
     Place place;
     place.kind = v.in_frame ? Place::Kind::kFrame : Place::Kind::kInstance;
     place.index = index;
     place.type = v.type;
-    known = intern(place);
+    id = intern(place);
+    // What an in-out refers to may change from call to call, so its reference is loaded each time.
+    if (v.role == Role::kInOut) return deref(load(id));
   }
-  return known;
-}
-
-PlaceId Builder::variable(std::uint32_t index) {
-  const Variable& v = pou().variables[index];
-  if (v.role == Role::kExternal) return global(v.global);
-  const PlaceId id = plain_variable(index);
-  return v.role == Role::kInOut ? deref(load(id)) : id;
+  if (index >= variable_places_.size()) variable_places_.resize(pou().variables.size());
+  variable_places_[index] = id;
+  return id;
 }
 
 PlaceId Builder::global(std::uint32_t index) {

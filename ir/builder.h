@@ -112,7 +112,6 @@ class Builder {
  private:
   std::uint32_t emit(Op op, TypeRef type, std::uint32_t a = 0, std::uint32_t b = 0, std::uint16_t count = 0);
   PlaceId intern(const Place& place);
-  PlaceId plain_variable(std::uint32_t index);
 
   Module& module_;
   std::uint32_t pou_index_;
@@ -129,7 +128,7 @@ class Builder {
     }
   };
   std::unordered_map<Place, PlaceId, PlaceHash, PlaceEqual> interned_;
-  std::vector<PlaceId> variable_places_;  ///< by variable index: most places are plain variables, and need no hash
+  std::vector<PlaceId> variable_places_;  ///< by variable index, in-outs left out: most places need no hash
 };
 
 }  // namespace plc::ir
