@@ -89,6 +89,7 @@ std::optional<TypeRef> Drawing::infer_type(const OutRef& out, unsigned depth) {
   switch (e.kind) {
     case ElementKind::kContact:
     case ElementKind::kCoil:
+    case ElementKind::kActionBlock:
     case ElementKind::kLeftRail:
       return ir::kBoolType;
     case ElementKind::kInVariable:
@@ -168,6 +169,7 @@ std::optional<TypeRef> Drawing::expected_type(const OutRef& out, unsigned depth)
         break;
       case ElementKind::kContact:
       case ElementKind::kCoil:
+      case ElementKind::kActionBlock:
       case ElementKind::kJump:
       case ElementKind::kReturn:
         return ir::kBoolType;
