@@ -213,6 +213,10 @@ class Lister {
     const std::string& list = image_.globals[index].list;
     std::string path = list.empty() ? globals_[index].name : list + "." + globals_[index].name;
     walk(path, globals_[index].type, false);
+    if (pattern_.starts_with('%') && !image_.globals[index].address.empty()) {
+      path = image_.globals[index].address;
+      walk(path, globals_[index].type, false);
+    }
   }
 
   /// Adds the leaves of `type_index` at `path`. Aliases that only aliases lead to stay out: they may go round in

@@ -42,8 +42,8 @@ class Access {
   /// Paths of scalars and strings that match `pattern`, each once, instances before globals, in declaration order: '*'
   /// any characters, '?' one, letter case ignored; hidden ones only when the pattern has a '#'. At most `limit`. "*"
   /// lists every variable under one path: a global that was declared as one under its own, a located variable of a POU
-  /// under the first instance that has it. Other patterns list every path that matches. find_leaf() finds what is
-  /// listed.
+  /// under the first instance that has it. Other patterns list every path that matches, addresses too when they begin
+  /// with '%'. find_leaf() finds what is listed.
   [[nodiscard]] std::vector<std::string> list(std::string_view pattern = "*", std::size_t limit = 1'000'000) const;
 
   /// Value of a leaf as text; arrays and structures come out as "[a, b]" and "(x := a, y := b)".

@@ -45,7 +45,9 @@ class ImageMutator {
     if (image_.pous.empty() || image_.types.empty()) return;
     ImagePou& pou = image_.pous[below(image_.pous.size())];
     ImageType& type = image_.types[below(image_.types.size())];
-    switch (below(24)) {
+    switch (below(25)) {
+      case 24:
+        return rough_alias();
       case 22:
         return rough_value(type);
       case 23:
@@ -219,6 +221,19 @@ class ImageMutator {
         if (leaf.rep != core::Rep::kRef) continue;
         return insert(pou, 0, {bytecode::opcode_word(Opcode::kMakeRef), leaf.word, constant.word, constant.type});
       }
+    }
+  }
+
+  /// An alias of any structure that has one: another global, or a name that a field has.
+  void rough_alias() {
+    for (ImageType& type : image_.types) {
+      if (type.aliases.empty() || below(3) == 0) continue;
+      if (below(2) == 0) {
+        type.aliases.front().global = word();
+      } else {
+        type.aliases.front().name = type.fields.empty() ? "" : type.fields.front().name;
+      }
+      return;
     }
   }
 

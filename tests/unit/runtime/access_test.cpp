@@ -150,7 +150,8 @@ TEST_F(Aliases, PatternsListEveryPathThatMatches) {
   EXPECT_EQ(access.list("*lamp"), (std::vector<std::string>{"Logic0.Lamp", "Logic1.Lamp", "Logic.Lamp"}));
   EXPECT_EQ(access.list("*l"),
             (std::vector<std::string>{"Logic0.fb.Level", "Logic0.lvl", "Logic1.fb.Level", "Logic1.lvl", "Level"}));
-  EXPECT_EQ(access.list("%*"), (std::vector<std::string>{"%QW4[1]", "%QW4[2]"}));
+  EXPECT_EQ(access.list("%*"), (std::vector<std::string>{"%QX0.0", "%QW4[1]", "%QW4[2]", "%IX7.0"}));
+  EXPECT_EQ(access.list("%qx0.0"), (std::vector<std::string>{"%QX0.0"}));
   EXPECT_EQ(access.list("Logic1.*edge#*"), (std::vector<std::string>{"Logic1.edge#1"}));
   for (const char* pattern : {"*e*", "*o*", "*#*"}) {
     for (const std::string& path : access.list(pattern)) EXPECT_TRUE(access.find_leaf(path)) << path;
