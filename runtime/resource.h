@@ -8,6 +8,7 @@
 #include <memory>
 #include <vector>
 
+#include "runtime/memory/process_image.h"
 #include "runtime/program.h"
 
 namespace plc::runtime {
@@ -21,14 +22,18 @@ class Resource {
   [[nodiscard]] const bytecode::Image& image() const { return image_.image(); }
   [[nodiscard]] GlobalTable& globals() { return globals_; }
   [[nodiscard]] const GlobalTable& globals() const { return globals_; }
+  /// Overlapping direct addresses; schedulers sync it around each scan.
+  [[nodiscard]] ProcessImage& process_image() { return process_image_; }
   [[nodiscard]] std::size_t task_count() const { return programs_.size(); }
   [[nodiscard]] Program& program(std::size_t task) { return *programs_[task]; }
   [[nodiscard]] const Program& program(std::size_t task) const { return *programs_[task]; }
 
  private:
-  explicit Resource(bytecode::VerifiedImage image) : image_(std::move(image)), globals_(image_.image()) {}
+  explicit Resource(bytecode::VerifiedImage image)
+      : image_(std::move(image)), globals_(image_.image()), process_image_(image_.image(), globals_) {}
   bytecode::VerifiedImage image_;
   GlobalTable globals_;
+  ProcessImage process_image_;
   std::vector<std::unique_ptr<Program>> programs_;
 };
 

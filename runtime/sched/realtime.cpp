@@ -138,7 +138,9 @@ void RealtimeScheduler::run(TaskRun& task, core::TimeNs start_ns) noexcept {
 // RT: false when the task must not be released again.
 bool RealtimeScheduler::scan(TaskRun& task, const ReleaseContext& context) noexcept {
   for (CycleListener* const listener : listeners_) listener->before_scan(context);
+  resource_.process_image().sync();
   const Fault fault = resource_.program(task.index).execute({context.now_ns});
+  resource_.process_image().sync();
   for (CycleListener* const listener : listeners_) listener->after_scan(context);
   task.statistics.scans.fetch_add(1, std::memory_order_relaxed);
   if (!fault) return true;

@@ -43,7 +43,9 @@ void Simulation::run_task(std::uint32_t index) {
   const ReleaseContext context{index, task.scans, clock_.now_ns(), clock_.now_ns()};
   task.due = false;
   for (CycleListener* const listener : listeners_) listener->before_scan(context);
+  resource_.process_image().sync();
   const Fault fault = resource_.program(index).execute({clock_.now_ns()});
+  resource_.process_image().sync();
   ++task.scans;
   for (CycleListener* const listener : listeners_) listener->after_scan(context);
   ran_.push_back(index);

@@ -1,0 +1,173 @@
+#include "runtime/memory/process_image.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cstring>
+#include <numeric>
+#include <optional>
+#include <string_view>
+#include <tuple>
+
+#include "runtime/memory/exchange.h"
+
+namespace plc::runtime {
+namespace {
+
+/// A location of one of the three areas, in bits from the area's start.
+struct Span {
+  char area = 'I';
+  std::uint64_t first_bit = 0;
+  std::uint32_t bits = 1;
+  std::uint32_t global = 0;
+  std::uint32_t bytes = 1;
+};
+
+constexpr std::uint64_t kMaxAreaBits = std::uint64_t{1} << 24;  // 2 MB an area; beyond it a location stands alone
+
+/// "%IX1.3", "%QW4" -> where its bits lie. Nothing for unlocated (%I*) and hierarchical addresses: they overlap
+/// nothing.
+std::optional<Span> parse(std::string_view address) {
+  if (address.size() < 4 || address[0] != '%') return std::nullopt;
+  Span span;
+  span.area = address[1];
+  switch (address[2]) {
+    case 'X':
+      span.bits = 1;
+      break;
+    case 'B':
+      span.bits = 8;
+      break;
+    case 'W':
+      span.bits = 16;
+      break;
+    case 'D':
+      span.bits = 32;
+      break;
+    case 'L':
+      span.bits = 64;
+      break;
+    default:
+      return std::nullopt;
+  }
+  std::uint64_t numbers[2] = {0, 0};
+  std::size_t count = 0;
+  const char* at = address.data() + 3;
+  const char* const end = address.data() + address.size();
+  while (at < end && count < 2) {
+    const auto [next, error] = std::from_chars(at, end, numbers[count]);
+    if (error != std::errc{}) return std::nullopt;
+    ++count;
+    at = next;
+    if (at < end && *at++ != '.') return std::nullopt;
+  }
+  if (at < end || count == 0 || numbers[0] >= kMaxAreaBits) return std::nullopt;
+  if (span.bits == 1) {
+    if (count == 2 && numbers[1] > 7) return std::nullopt;
+    span.first_bit = count == 2 ? numbers[0] * 8 + numbers[1] : numbers[0];
+  } else {
+    if (count == 2) return std::nullopt;
+    span.first_bit = numbers[0] * span.bits;
+  }
+  if (span.first_bit + span.bits > kMaxAreaBits) return std::nullopt;
+  return span;
+}
+
+/// Which spans share bits with another one; the others need no work.
+std::vector<bool> overlapping(const std::vector<Span>& spans) {
+  std::vector<std::size_t> order(spans.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return std::tie(spans[a].area, spans[a].first_bit) < std::tie(spans[b].area, spans[b].first_bit);
+  });
+  std::vector<bool> shared(spans.size(), false);
+  std::uint64_t end_bit = 0;  // of all spans of the area so far
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const Span& span = spans[order[i]];
+    if (i == 0 || spans[order[i - 1]].area != span.area) end_bit = 0;
+    const bool before = span.first_bit < end_bit;
+    const bool after = i + 1 < order.size() && spans[order[i + 1]].area == span.area &&
+                       spans[order[i + 1]].first_bit < span.first_bit + span.bits;
+    shared[order[i]] = before || after;
+    end_bit = std::max(end_bit, span.first_bit + span.bits);
+  }
+  return shared;
+}
+
+}  // namespace
+
+ProcessImage::ProcessImage(const bytecode::Image& image, GlobalTable& globals) : globals_(globals) {
+  if (image.options.profile != core::AddressProfile::kOverlay) return;
+  const bytecode::ImageType& table = image.types[image.global_type];
+  std::vector<Span> spans;
+  for (std::size_t i = 0; i < image.globals.size(); ++i) {
+    const auto span = parse(image.globals[i].address);
+    const bytecode::ImageType& type = image.types[table.fields[i].type];
+    if (!span || type.kind != bytecode::TypeKind::kScalar) continue;
+    const bool is_bool = bytecode::rep_of(type) == core::Rep::kBool;
+    if (is_bool ? span->bits != 1 : type.size * 8 != span->bits) continue;
+    spans.push_back(*span);
+    spans.back().global = table.fields[i].offset;
+    spans.back().bytes = type.size;
+  }
+  const std::vector<bool> shared = overlapping(spans);
+  std::uint32_t base = 0;
+  for (const char area : {'I', 'Q', 'M'}) {
+    std::uint64_t end_bit = 0;
+    for (std::size_t i = 0; i < spans.size(); ++i) {
+      const Span& span = spans[i];
+      if (span.area != area || !shared[i]) continue;
+      locations_.push_back({span.global, span.bytes, base + static_cast<std::uint32_t>(span.first_bit), span.bits});
+      end_bit = std::max(end_bit, span.first_bit + span.bits);
+    }
+    base += static_cast<std::uint32_t>((end_bit + 63) / 64 * 64);
+  }
+  packed_.resize(base / 8);
+  next_.resize(packed_.size());
+}
+
+std::uint64_t ProcessImage::load(const Location& location) const noexcept {
+  std::byte bytes[8] = {};
+  copy_from_shared(bytes, globals_.data() + location.global, location.bytes);
+  std::uint64_t value = 0;
+  std::memcpy(&value, bytes, sizeof value);
+  return value;
+}
+
+std::uint64_t ProcessImage::packed(const Location& location) const noexcept {
+  if (location.bits == 1) return (packed_[location.first_bit / 8] >> (location.first_bit % 8)) & 1u;
+  std::uint64_t value = 0;
+  std::memcpy(&value, packed_.data() + location.first_bit / 8, location.bits / 8);
+  return value;
+}
+
+void ProcessImage::pack(const Location& location, std::uint64_t value) noexcept {
+  std::uint8_t& byte = next_[location.first_bit / 8];
+  if (location.bits == 1) {
+    const auto mask = static_cast<std::uint8_t>(1u << (location.first_bit % 8));
+    byte = static_cast<std::uint8_t>(value != 0 ? byte | mask : byte & ~mask);
+  } else {
+    std::memcpy(&byte, &value, location.bits / 8);
+  }
+}
+
+// RT:
+void ProcessImage::sync() noexcept {
+  if (locations_.empty() || busy_.test_and_set(std::memory_order_acquire)) return;
+  // Changes are found against the image as it was, so that what one location brings does not look like another's
+  // change.
+  for (const Location& location : locations_) {
+    const std::uint64_t value = load(location);
+    if (value != packed(location)) pack(location, value);
+  }
+  std::copy(next_.begin(), next_.end(), packed_.begin());
+  for (const Location& location : locations_) {
+    const std::uint64_t value = packed(location);
+    if (value == load(location)) continue;
+    std::byte bytes[8];
+    std::memcpy(bytes, &value, sizeof bytes);
+    copy_to_shared(globals_.data() + location.global, bytes, location.bytes);
+  }
+  busy_.clear(std::memory_order_release);
+}
+
+}  // namespace plc::runtime
