@@ -136,10 +136,8 @@ struct BlockLowering {
     for (const Input& input : d.inputs(node)) {
       if (is_enable_name(input.pin->name)) continue;
       const Port* port = named_in_out(ports, input);
-      if (port == nullptr) port = find_port(ports, Direction::kInput, input.pin->name, position++);
+      if (port == nullptr) port = input_port(ports, input, position++);
       if (port == nullptr) {
-        b.report(Code::P3011, input.pin->at, title() + " has no input \"" + input.pin->name + "\"",
-                 "inputs are " + list(ports, Direction::kInput));
         good = false;
       } else if (port->direction == Direction::kInOut) {
         if (const auto place = in_out_place(input, *port)) {
@@ -168,6 +166,7 @@ struct BlockLowering {
       if (!output_wanted(i)) continue;
       const Port* port = find_port(ports, Direction::kInOut, e.outputs[i].name, ports.size());
       if (port == nullptr) port = find_port(ports, Direction::kOutput, e.outputs[i].name, output_position(e, i));
+      if (port != nullptr) warn_of_place(*port, e.outputs[i], "output");
       if (port == nullptr) {
         b.report(Code::P3011, e.outputs[i].at, title() + " has no output \"" + e.outputs[i].name + "\"",
                  "outputs are " + list(ports, Direction::kOutput));
@@ -180,6 +179,36 @@ struct BlockLowering {
     }
     publish_in_outs(ports, in_outs);
     publish_eno();
+  }
+
+  /// The input port of a drawn pin. Nothing, and reported, when its place is beyond the last one or another pin has it.
+  const Port* input_port(const std::vector<Port>& ports, const Input& input, std::size_t position) {
+    const plcopen::Pin& pin = *input.pin;
+    const Port* port = find_port(ports, Direction::kInput, pin.name, position);
+    const bool named = port != nullptr && is_named(*port, pin.name);
+    const auto drawn = std::find_if(e.inputs.begin(), e.inputs.end(), [&](const auto& p) { return &p == &pin; });
+    const bool taken = port != nullptr && std::any_of(e.inputs.begin(), named ? drawn : e.inputs.end(),
+                                                      [&](const auto& p) { return is_named(*port, p.name); });
+    if (taken && named) {
+      b.report(Code::P3011, pin.at, "input \"" + pin.name + "\" of " + title() + " is drawn twice",
+               "delete one of the pins");
+      return nullptr;
+    }
+    if (port == nullptr || taken) {
+      b.report(Code::P3011, pin.at, title() + " has no input \"" + pin.name + "\"",
+               "inputs are " + list(ports, Direction::kInput));
+      return nullptr;
+    }
+    if (input.wire_count > 0) warn_of_place(*port, pin, "input");
+    return port;
+  }
+
+  void warn_of_place(const Port& port, const plcopen::Pin& pin, const std::string& what) {
+    if (pin.name.empty() || is_named(port, pin.name)) return;
+    b.report(Code::P3025, pin.at,
+             title() + " has no " + what + " \"" + pin.name + "\"; by its place it is read as \"" +
+                 std::string(port.name) + "\"",
+             "the block was changed after it was drawn, or the name is mistyped: correct the pin");
   }
 
   [[nodiscard]] const Port* named_in_out(const std::vector<Port>& ports, const Input& input) const {
@@ -276,10 +305,8 @@ struct BlockLowering {
     for (const Input& input : d.inputs(node)) {
       if (is_enable_name(input.pin->name)) continue;
       const Port* port = named_in_out(ports, input);
-      if (port == nullptr) port = find_port(ports, Direction::kInput, input.pin->name, position++);
+      if (port == nullptr) port = input_port(ports, input, position++);
       if (port == nullptr) {
-        b.report(Code::P3011, input.pin->at, title() + " has no input \"" + input.pin->name + "\"",
-                 "inputs are " + list(ports, Direction::kInput));
         good = false;
       } else if (port->direction == Direction::kInOut) {
         const auto place = in_out_place(input, *port);
@@ -401,6 +428,7 @@ struct BlockLowering {
   /// Drawn pins go to the parameters they name, if all names are known and different; else by position.
   static void place_by_name(const stdlib::FunctionSpec& spec,
                             std::vector<std::pair<std::size_t, const Input*>>& order) {
+    if (order.size() > stdlib::kMaxArguments) return;  // refused by the call
     std::vector<std::pair<std::size_t, const Input*>> named;
     for (const auto& [position, input] : order) {
       for (std::size_t i = 0; i < order.size(); ++i) {

@@ -60,10 +60,14 @@ std::vector<Port> ports_of_function(const ir::Module& module, const ir::Pou& pou
   return ports;
 }
 
+bool is_named(const Port& port, std::string_view pin) {
+  if (pin.empty()) return false;
+  return core::iequals(port.name, pin) || (!port.alias.empty() && core::iequals(port.alias, pin));
+}
+
 const Port* find_port(const std::vector<Port>& ports, Direction direction, std::string_view pin, std::size_t position) {
   for (const Port& port : ports) {
-    if (port.direction != direction || pin.empty()) continue;
-    if (core::iequals(port.name, pin) || (!port.alias.empty() && core::iequals(port.alias, pin))) return &port;
+    if (port.direction == direction && is_named(port, pin)) return &port;
   }
   std::size_t seen = 0;
   for (const Port& port : ports) {

@@ -24,6 +24,9 @@ std::vector<Port> ports_of(const ir::Module& module, ir::TypeRef type);
 /// The same of a function POU; the result is the first output.
 std::vector<Port> ports_of_function(const ir::Module& module, const ir::Pou& pou);
 
+/// Whether a drawn pin has the name or the alias of `port`, in any letter case.
+bool is_named(const Port& port, std::string_view pin);
+
 /// The port a drawn pin means: by name or alias, case-insensitive; else the `position`-th of that direction. Null when
 /// there is none.
 const Port* find_port(const std::vector<Port>& ports, stdlib::Direction direction, std::string_view pin,
