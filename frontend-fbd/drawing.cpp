@@ -288,6 +288,7 @@ void Drawing::finish() {
     if (!state.bound) {
       report(Code::P3015, state.first_jump, "jump to label \"" + name + "\", which is not drawn in this body",
              "draw the label, or correct the name");
+      builder_.bind(state.label);  // reported here, not once more by the check of the IR
     }
   }
   warn_double_writes();
