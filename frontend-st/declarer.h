@@ -83,6 +83,8 @@ class Declarer final : public ConstantScope {
   // initial_values.cpp
   const Items& defaults_of(std::uint32_t user_type);
   Items spec_defaults(const plcopen::TypeSpec& spec, ir::TypeRef type, const Owner& owner);
+  std::optional<ConstantValue> evaluate_text(std::string_view text, const core::SourceRef& at, ir::TypeRef type,
+                                             const Owner& owner);
   bool add_items(const plcopen::InitialValue& value, ir::TypeRef type, std::vector<std::uint32_t>& path, Items& out,
                  const Owner& owner);
   bool add_array_items(const plcopen::InitialValue& value, ir::TypeRef type, std::vector<std::uint32_t>& path,

@@ -131,6 +131,20 @@ Declarer::Items Declarer::initial_of(const plcopen::Variable& variable, TypeRef 
   return items;
 }
 
+// Beremiz and OpenPLC Editor keep string values as typed, and add the quotes when they generate code.
+std::optional<ConstantValue> Declarer::evaluate_text(std::string_view text, const core::SourceRef& at, TypeRef type,
+                                                     const Owner& owner) {
+  if (text.find_first_of("'\"") == std::string_view::npos) {
+    core::Diagnostics unheard;
+    std::string problem;
+    const auto value = evaluate_constant(text, at, types(), *this, unheard, owner.pou, type);
+    if (value && constant_as(*value, type, types(), problem)) return value;
+    const std::string quote = types()[type].elementary == core::TypeId::kString ? "'" : "\"";
+    return evaluate_constant(quote + std::string(text) + quote, at, types(), *this, diagnostics_, owner.pou, type);
+  }
+  return evaluate_constant(text, at, types(), *this, diagnostics_, owner.pou, type);
+}
+
 bool Declarer::add_items(const InitialValue& value, TypeRef type, std::vector<std::uint32_t>& path, Items& out,
                          const Owner& owner) {
   const core::SourceRef& at = place(value.at, owner);
@@ -159,7 +173,9 @@ bool Declarer::add_items(const InitialValue& value, TypeRef type, std::vector<st
            target.kind == TypeKind::kArray ? "arrays take a list of values" : "structures take values by member");
     return false;
   }
-  const auto result = evaluate_constant(value.text, at, types(), *this, diagnostics_, owner.pou, type);
+  const auto result = target.kind == TypeKind::kString ? evaluate_text(value.text, at, type, owner)
+                                                       : evaluate_constant(value.text, at, types(), *this, diagnostics_,
+                                                                           owner.pou, type);
   if (!result) return false;
   std::string problem;
   auto constant = constant_as(*result, type, types(), problem);

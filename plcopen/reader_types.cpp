@@ -238,9 +238,16 @@ void drop_text(Reader& r) { static_cast<void>(r.take_text()); }
 void variable_note(Reader& r) { r.variables.back().documentation = r.take_text(); }
 
 std::span<const Rule> type_rules() {
+  // Files written by hand and by converters have <bool/>; type names are case-insensitive in the language.
+  static const std::vector<std::string> kLowerCase = [] {
+    std::vector<std::string> all;
+    for (const std::string_view name : kElementary) all.push_back(core::folded(name));
+    return all;
+  }();
   static const std::vector<Rule> kAll = [] {
     std::vector<Rule> all(std::begin(kRules), std::end(kRules));
     for (const std::string_view name : kElementary) all.push_back(used(State::kType, name, State::kLeaf, named_type));
+    for (const std::string& name : kLowerCase) all.push_back(used(State::kType, name, State::kLeaf, named_type));
     return all;
   }();
   return kAll;
