@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -30,8 +31,8 @@ struct Unit {
   std::string_view name;
   double ns;
 };
-constexpr Unit kUnits[] = {{"ns", 1},    {"us", 1e3}, {"ms", 1e6}, {"min", 60e9}, {"m", 60e9},
-                           {"s", 1e9},   {"h", 3600e9}, {"d", 86400e9}};
+constexpr Unit kUnits[] = {{"ns", 1},   {"us", 1e3}, {"ms", 1e6},   {"min", 60e9},
+                           {"m", 60e9}, {"s", 1e9},  {"h", 3600e9}, {"d", 86400e9}};
 
 }  // namespace
 
@@ -63,6 +64,18 @@ bool has_compile_options(const CLI::App& app) {
     if (option != nullptr && option->count() > 0) return true;
   }
   return false;
+}
+
+const CLI::Validator& count_validator() {
+  static const CLI::Validator kCount(
+      [](const std::string& text) {
+        std::uint64_t value = 0;
+        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+        const bool good = error == std::errc{} && end == text.data() + text.size() && value > 0;
+        return good ? std::string() : "\"" + text + "\" is not a whole number above 0";
+      },
+      "");
+  return kCount;
 }
 
 std::optional<int> parse(CLI::App& app, int argc, char** argv) {
@@ -124,7 +137,8 @@ std::optional<std::int64_t> parse_duration_ns(std::string_view text) {
     text.remove_prefix(digits);
     double factor = text.empty() ? 1e9 : 0;
     for (const Unit& unit : kUnits) {
-      if (factor == 0 && text.size() >= unit.name.size() && core::iequals(text.substr(0, unit.name.size()), unit.name)) {
+      if (factor == 0 && text.size() >= unit.name.size() &&
+          core::iequals(text.substr(0, unit.name.size()), unit.name)) {
         factor = unit.ns;
         text.remove_prefix(unit.name.size());
       }

@@ -28,6 +28,9 @@ void add_compile_options(CLI::App& app, core::CompileOptions& options, bool with
 /// True when any compile option was given: an image carries its own.
 bool has_compile_options(const CLI::App& app);
 
+/// Accepts 1, 2, 3, .. up to 64 bits, and says so otherwise.
+const CLI::Validator& count_validator();
+
 /// Parses argv; prints help or what was wrong. The exit code when the program should end now.
 std::optional<int> parse(CLI::App& app, int argc, char** argv);
 

@@ -21,10 +21,14 @@ namespace {
 
 using core::Code;
 
-/// True when the file can be opened for reading; reports otherwise.
+/// Larger images cannot come from a file that the reader takes.
+constexpr off_t kMaxImageBytes = off_t{512} << 20;
+
+/// True when the file can be opened for reading; reports otherwise. A pipe or a device is not opened: that may block, or
+/// never come to an end.
 bool can_open(const std::string& path, Compilation& compilation) {
   struct stat status {};
-  if (::stat(path.c_str(), &status) == 0 && !S_ISDIR(status.st_mode) && std::ifstream(path)) return true;
+  if (::stat(path.c_str(), &status) == 0 && S_ISREG(status.st_mode) && std::ifstream(path)) return true;
   core::SourceRef at;
   at.file = compilation.diagnostics.add_file(path);
   compilation.diagnostics.report(Code::P7001, at, {}, "file cannot be opened for reading",
@@ -132,6 +136,12 @@ void report_nothing_to_run(const plcopen::Project& project, core::Diagnostics& d
 void load_image(const std::string& path, Compilation& compilation) {
   core::SourceRef at;
   at.file = compilation.diagnostics.add_file(path);
+  struct stat status {};
+  if (::stat(path.c_str(), &status) != 0 || status.st_size > kMaxImageBytes) {
+    compilation.diagnostics.report(Code::P6001, at, {},
+                                   fmt::format("file has {} bytes, an image at most {}", status.st_size, kMaxImageBytes));
+    return;
+  }
   std::ifstream in(path, std::ios::binary);
   const std::string bytes{std::istreambuf_iterator<char>(in), {}};
   core::Result<bytecode::Image> image = bytecode::load(std::as_bytes(std::span(bytes)));

@@ -198,7 +198,7 @@ int run_command(int argc, char** argv) {
   app.add_option("FILE", run.file, "PLCopen XML file, or image made by plc compile")->required();
   app.add_option("--cycles", run.cycles, "stop after N scans of the fastest task")
       ->type_name("N")
-      ->check(CLI::PositiveNumber);
+      ->check(count_validator());
   app.add_option("--duration", run.duration, "stop after this time: 500ms, 20s, 1h; given twice, the last counts")
       ->type_name("T")
       ->take_last();

@@ -148,7 +148,7 @@ void add_sim(CLI::App& app, int& exit_code) {
       ->add_option("--cycles", sim.cycles,
                    fmt::format("release instants to run; default: until the stimulus ends, else {}", kDefaultCycles))
       ->type_name("N")
-      ->check(CLI::PositiveNumber);
+      ->check(count_validator());
   command->add_option("--stimulus", sim.stimulus, "inputs, as CSV")->type_name("in.csv");
   command->add_option("--trace", sim.trace, "write the values of every cycle as CSV; - is stdout")->type_name("out.csv");
   command
