@@ -1,4 +1,6 @@
 // Data types: structures, enumerations, subranges, arrays, aliases, in any order, nested and anonymous.
+#include <algorithm>
+#include <unordered_set>
 #include <utility>
 
 #include "core/text.h"
@@ -187,13 +189,23 @@ std::optional<TypeRef> Declarer::resolve_name(std::string_view name, const Sourc
   return known;
 }
 
+void Declarer::report_depth(const SourceRef& at, const Owner& owner) {
+  report(Code::P4017, at, owner.pou,
+         "type of " + quoted(owner.name) + " is nested more than " + std::to_string(kMaxTypeNesting) + " levels deep");
+}
+
+std::uint32_t Declarer::depth_of(TypeRef type) const { return type.index < depth_.size() ? depth_[type.index] : 0; }
+
+void Declarer::set_depth(TypeRef type, std::uint32_t depth) {
+  if (type.index >= depth_.size()) depth_.resize(types().size());
+  depth_[type.index] = depth;
+}
+
 std::optional<TypeRef> Declarer::resolve(const TypeSpec& spec, const Owner& owner) {
   const SourceRef& at = place(spec.at, owner);
   if (++nesting_ > kMaxTypeNesting) {
     --nesting_;
-    report(
-        Code::P4017, at, owner.pou,
-        "type of " + quoted(owner.name) + " is nested more than " + std::to_string(kMaxTypeNesting) + " levels deep");
+    report_depth(at, owner);
     return std::nullopt;
   }
   std::optional<TypeRef> result;
@@ -253,11 +265,11 @@ std::optional<TypeRef> Declarer::anonymous(ir::Type type, const Owner& owner, st
 
 bool Declarer::fill_struct(TypeRef type, const TypeSpec& spec, const Owner& owner) {
   std::vector<ir::TypeField> fields;
+  std::unordered_set<std::string_view, core::NameHash, core::NameEqual> names;
+  std::uint32_t deepest = 0;
   bool fine = true;
   for (const plcopen::Variable& member : spec.members) {
-    bool twice = false;
-    for (const ir::TypeField& field : fields) twice = twice || core::iequals(field.name, member.name);
-    if (twice) {
+    if (!names.insert(member.name).second) {
       report(Code::P4018, place(member.at, owner), owner.pou,
              "member " + quoted(member.name) + " of " + quoted(owner.name) + " is declared twice");
       fine = false;
@@ -265,12 +277,18 @@ bool Declarer::fill_struct(TypeRef type, const TypeSpec& spec, const Owner& owne
     }
     const std::string path = std::string(owner.name) + "." + member.name;
     const Owner self{owner.pou, path, place(member.at, owner)};
-    const auto member_type = resolve(member.type, self);
+    auto member_type = resolve(member.type, self);
+    if (member_type && depth_of(*member_type) >= kMaxTypeNesting) {
+      report_depth(self.at, self);
+      member_type.reset();
+    }
+    if (member_type) deepest = std::max(deepest, depth_of(*member_type));
     fine = fine && member_type.has_value();
     // A member without a usable type keeps its place, so that later members keep theirs.
     fields.push_back({member.name, member_type.value_or(ir::kBoolType)});
   }
   types().mutable_type(type).fields = std::move(fields);
+  set_depth(type, deepest + 1);
   return fine;
 }
 
@@ -337,7 +355,15 @@ std::optional<TypeRef> Declarer::resolve_array(const TypeSpec& spec, const Owner
   }
   if (!fine) return std::nullopt;
   TypeRef type = *element;
-  for (std::size_t i = bounds.size(); i-- > 0;) type = types().array(type, bounds[i].first, bounds[i].second);
+  if (bounds.size() > kMaxTypeNesting - std::min(depth_of(type), kMaxTypeNesting)) {
+    report_depth(at, owner);
+    return std::nullopt;
+  }
+  for (std::size_t i = bounds.size(); i-- > 0;) {
+    const std::uint32_t depth = depth_of(type) + 1;
+    type = types().array(type, bounds[i].first, bounds[i].second);
+    set_depth(type, depth);
+  }
   return type;
 }
 

@@ -72,6 +72,9 @@ class Declarer final : public ConstantScope {
   std::optional<ir::TypeRef> resolve_name(std::string_view name, const core::SourceRef& at, const Owner& owner);
   std::optional<ir::TypeRef> unknown_type(std::string_view name, const core::SourceRef& at, const Owner& owner);
   std::optional<ir::TypeRef> resolve_array(const plcopen::TypeSpec& spec, const Owner& owner);
+  void report_depth(const core::SourceRef& at, const Owner& owner);
+  [[nodiscard]] std::uint32_t depth_of(ir::TypeRef type) const;
+  void set_depth(ir::TypeRef type, std::uint32_t depth);
   std::optional<ir::TypeRef> resolve_string(const plcopen::TypeSpec& spec, const Owner& owner);
   std::optional<ir::TypeRef> anonymous(ir::Type type, const Owner& owner, std::string_view kind);
   bool fill_struct(ir::TypeRef type, const plcopen::TypeSpec& spec, const Owner& owner);
@@ -134,6 +137,7 @@ class Declarer final : public ConstantScope {
   std::vector<std::uint32_t> resolving_;  ///< user types in progress, outermost first
   std::uint32_t pointers_ = 0;
   std::uint32_t nesting_ = 0;
+  std::vector<std::uint32_t> depth_;  ///< levels of arrays and structures, by type
   std::uint32_t anonymous_count_ = 0;
   NameMap<std::int64_t> earlier_values_;  ///< values of the enumeration being declared
 

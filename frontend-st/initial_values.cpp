@@ -65,7 +65,8 @@ Declarer::Items Declarer::spec_defaults(const TypeSpec& spec, TypeRef type, cons
   switch (spec.kind) {
     case TypeSpec::Kind::kNamed: {
       const auto user = user_type_by_name_.find(core::trimmed(spec.name));
-      if (user != user_type_by_name_.end()) out = defaults_of(user->second);
+      // Where resolving gave up, the place has another type: following the names would not end.
+      if (user != user_type_by_name_.end() && user_types_[user->second].type == type) out = defaults_of(user->second);
       break;
     }
     case TypeSpec::Kind::kArray: {

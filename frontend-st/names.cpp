@@ -25,8 +25,8 @@ EnumValueRef find_enum_value(const ir::TypeTable& types, ir::TypeRef type, std::
 
 std::vector<EnumValueRef> find_enum_values(const ir::TypeTable& types, std::string_view name) {
   std::vector<EnumValueRef> out;
-  for (std::uint32_t i = 0; i < types.size(); ++i) {
-    const EnumValueRef one = find_enum_value(types, {i}, name);
+  for (const ir::TypeRef type : types.enumerations()) {
+    const EnumValueRef one = find_enum_value(types, type, name);
     if (one.type.valid()) out.push_back(one);
   }
   return out;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <unordered_set>
 #include <vector>
 
 #include "ir/reach.h"
@@ -89,21 +90,26 @@ std::vector<bool> find_cycles(const Module& module, core::Diagnostics& diagnosti
   return CycleSearch<Next>(module, diagnostics, code, what, std::move(next)).run();
 }
 
-/// POUs whose instances are part of a value of `ref`.
-void add_contained(const TypeTable& types, TypeRef ref, std::vector<std::uint32_t>& out) {
+/// POUs whose instances are part of a value of `ref`. Types in `seen` are done: two members of one type each, nested
+/// sixty deep, have 2^60 leaves.
+void add_contained(const TypeTable& types, TypeRef ref, std::unordered_set<std::uint32_t>& seen,
+                   std::vector<std::uint32_t>& out) {
   if (!ref.valid()) return;
   const Type& type = types[ref];
-  if (type.kind == TypeKind::kArray) add_contained(types, type.element, out);
+  const bool has_parts = type.kind == TypeKind::kArray || type.kind == TypeKind::kStruct || type.kind == TypeKind::kPou;
+  if (!has_parts || !seen.insert(ref.index).second) return;
+  if (type.kind == TypeKind::kArray) add_contained(types, type.element, seen, out);
   if (type.kind == TypeKind::kStruct) {
-    for (const TypeField& field : type.fields) add_contained(types, field.type, out);
+    for (const TypeField& field : type.fields) add_contained(types, field.type, seen, out);
   }
   if (type.kind == TypeKind::kPou) out.push_back(type.pou);
 }
 
 std::vector<std::uint32_t> contained(const Module& module, std::uint32_t pou) {
   std::vector<std::uint32_t> out;
+  std::unordered_set<std::uint32_t> seen;
   for (const Variable& v : module.pous[pou].variables) {
-    if (v.role != Role::kExternal) add_contained(module.types, v.type, out);
+    if (v.role != Role::kExternal) add_contained(module.types, v.type, seen, out);
   }
   return out;
 }

@@ -28,8 +28,10 @@ TypeTable::TypeTable() {
 }
 
 TypeRef TypeTable::add(Type type) {
+  const TypeRef ref{static_cast<std::uint32_t>(types_.size())};
+  if (type.kind == TypeKind::kEnum) enumerations_.push_back(ref);
   types_.push_back(std::move(type));
-  return {static_cast<std::uint32_t>(types_.size() - 1)};
+  return ref;
 }
 
 TypeRef TypeTable::intern(const std::string& key, Type type) {

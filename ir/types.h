@@ -68,6 +68,8 @@ class TypeTable {
   [[nodiscard]] const Type& operator[](TypeRef ref) const { return types_[ref.index]; }
   [[nodiscard]] Type& mutable_type(TypeRef ref) { return types_[ref.index]; }
   [[nodiscard]] std::size_t size() const { return types_.size(); }
+  /// All enumerations: few, where instance types of POUs may be many.
+  [[nodiscard]] const std::vector<TypeRef>& enumerations() const { return enumerations_; }
 
   TypeRef string(TypeId string_or_wstring, std::uint16_t capacity);
   TypeRef array(TypeRef element, std::int64_t lower, std::int64_t upper);
@@ -95,6 +97,7 @@ class TypeTable {
   TypeRef add(Type type);
   TypeRef intern(const std::string& key, Type type);
   std::vector<Type> types_;
+  std::vector<TypeRef> enumerations_;
   std::unordered_map<std::string, TypeRef> interned_;  ///< anonymous types by structure, blocks and POUs by identity
   std::unordered_map<std::string, TypeRef, core::NameHash, core::NameEqual> by_name_;
 };
