@@ -4,6 +4,19 @@
 #include <utility>
 
 namespace plc::core {
+namespace {
+
+/// Messages quote the file, where a name or a literal may have a megabyte. Cut between characters, not inside one.
+void shorten(std::string& text) {
+  constexpr std::size_t kMaxBytes = 2000;
+  if (text.size() <= kMaxBytes) return;
+  std::size_t end = kMaxBytes;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0u) == 0x80u) --end;
+  text.resize(end);
+  text += "...";
+}
+
+}  // namespace
 
 const std::vector<CodeInfo>& all_codes() {
   static const std::vector<CodeInfo> kCodes = {
@@ -25,6 +38,8 @@ void Diagnostics::report(Code code, const SourceRef& at, std::string_view pou, s
   if (severity == Severity::kError) ++errors_;
   if (severity == Severity::kWarning) ++warnings_;
   if (all_.size() >= kMaxKept && !(severity == Severity::kError && errors_ == 1)) return;
+  shorten(message);
+  shorten(help);
   all_.push_back({code, severity, at, std::string(pou), std::move(message), std::move(help)});
 }
 
