@@ -1,5 +1,7 @@
 #include "io-drivers/simulated.h"
 
+#include <sys/stat.h>
+
 #include <cerrno>
 #include <fstream>
 #include <limits>
@@ -121,6 +123,11 @@ core::Result<SimulatedDriver> SimulatedDriver::parse(std::string_view text, std:
 }
 
 core::Result<SimulatedDriver> SimulatedDriver::load(const std::string& path, runtime::Resource& resource) {
+  // A pipe or a device may block, or never come to an end.
+  struct stat status {};
+  if (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode)) {
+    return core::Problem{core::Code::P7001, path + ": not a regular file", "give a CSV file"};
+  }
   std::ifstream in(path, std::ios::binary);
   std::ostringstream text;
   if (in) text << in.rdbuf();

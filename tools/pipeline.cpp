@@ -24,8 +24,8 @@ using core::Code;
 /// Larger images cannot come from a file that the reader takes.
 constexpr off_t kMaxImageBytes = off_t{512} << 20;
 
-/// True when the file can be opened for reading; reports otherwise. A pipe or a device is not opened: that may block, or
-/// never come to an end.
+/// True when the file can be opened for reading; reports otherwise. A pipe or a device is not opened: that may block,
+/// or never come to an end.
 bool can_open(const std::string& path, Compilation& compilation) {
   struct stat status {};
   if (::stat(path.c_str(), &status) == 0 && S_ISREG(status.st_mode) && std::ifstream(path)) return true;
@@ -60,7 +60,8 @@ class Lowering {
       core::SourceRef at;
       at.line = 1;
       at.file = project.file;
-      compilation_.diagnostics.report(Code::P5103, at, {}, "project compiles to nothing: no POU has a body with elements",
+      compilation_.diagnostics.report(Code::P5103, at, {},
+                                      "project compiles to nothing: no POU has a body with elements",
                                       "draw something, or export the project again with its bodies");
     }
   }
@@ -98,11 +99,10 @@ class Lowering {
                       plcopen::pou_kind_name(pou.kind), pou.name, language));
       return;
     }
-    compilation_.diagnostics.report(
-        Code::P5101, at, pou.name,
-        fmt::format("{} \"{}\" is written in {}, which is not compiled yet", plcopen::pou_kind_name(pou.kind), pou.name,
-                    language),
-        "redraw it in LD or FBD, or run the rest with --stub-missing");
+    compilation_.diagnostics.report(Code::P5101, at, pou.name,
+                                    fmt::format("{} \"{}\" is written in {}, which is not compiled yet",
+                                                plcopen::pou_kind_name(pou.kind), pou.name, language),
+                                    "redraw it in LD or FBD, or run the rest with --stub-missing");
   }
 
   const Request& request_;
@@ -138,8 +138,8 @@ void load_image(const std::string& path, Compilation& compilation) {
   at.file = compilation.diagnostics.add_file(path);
   struct stat status {};
   if (::stat(path.c_str(), &status) != 0 || status.st_size > kMaxImageBytes) {
-    compilation.diagnostics.report(Code::P6001, at, {},
-                                   fmt::format("file has {} bytes, an image at most {}", status.st_size, kMaxImageBytes));
+    compilation.diagnostics.report(
+        Code::P6001, at, {}, fmt::format("file has {} bytes, an image at most {}", status.st_size, kMaxImageBytes));
     return;
   }
   std::ifstream in(path, std::ios::binary);
@@ -191,11 +191,10 @@ void open(const Request& request, Compilation& compilation) {
 }
 
 std::string describe(const core::CompileOptions& options) {
-  std::string text = fmt::format("order={} compat={} profile={} stub-missing={}",
-                                 options.order == core::Order::kDrawing ? "drawing" : "document",
-                                 options.compat == core::Compat::kNone ? "none" : "beremiz",
-                                 options.profile == core::AddressProfile::kSeparate ? "separate" : "overlay",
-                                 options.stub_missing ? "yes" : "no");
+  std::string text = fmt::format(
+      "order={} compat={} profile={} stub-missing={}", options.order == core::Order::kDrawing ? "drawing" : "document",
+      options.compat == core::Compat::kNone ? "none" : "beremiz",
+      options.profile == core::AddressProfile::kSeparate ? "separate" : "overlay", options.stub_missing ? "yes" : "no");
   if (!options.pou.empty()) text += " pou=" + options.pou;
   return text;
 }
