@@ -30,6 +30,10 @@ std::string place_in_list(const core::SourceRef& at) {
 
 }  // namespace
 
+bool computes(const plcopen::Element& e) {
+  return e.kind == ElementKind::kInVariable && e.text.find_first_of("(*/+") != std::string::npos;
+}
+
 Drawing::Drawing(ir::Builder& builder, const Graph& graph, const Sequence& sequence,
                  const core::CompileOptions& options)
     : builder_(builder), graph_(graph), sequence_(sequence), options_(options) {
@@ -51,8 +55,9 @@ Drawing::Drawing(ir::Builder& builder, const Graph& graph, const Sequence& seque
       for (std::uint32_t w = 0; w < graph.inputs[i].wire_count; ++w) {
         const OutRef& from = graph.wires[graph.inputs[i].first_wire + w].from;
         if (!missing) feeds_known_[from.node] = true;
-        // Types spread backwards only into blocks: power flow is BOOL anyway.
-        if (element(from.node).kind == ElementKind::kBlock) readers_.push_back({slot_index(from), n, i});
+        // Types spread backwards only into blocks and what is computed in a text: power flow is BOOL anyway.
+        const plcopen::Element& source = element(from.node);
+        if (source.kind == ElementKind::kBlock || computes(source)) readers_.push_back({slot_index(from), n, i});
       }
     }
   }

@@ -33,6 +33,9 @@ struct Incoming {
   [[nodiscard]] bool is_value() const { return state == State::kValue; }
 };
 
+/// True for an inVariable whose text may be an expression over literals only, which takes its type from its reader.
+bool computes(const plcopen::Element& e);
+
 class Drawing {
  public:
   Drawing(ir::Builder& builder, const Graph& graph, const Sequence& sequence, const core::CompileOptions& options);
@@ -124,6 +127,7 @@ class Drawing {
   Incoming read_feedback(const OutRef& out);
   std::optional<ir::TypeRef> infer_type(const OutRef& out, unsigned depth);
   std::optional<ir::TypeRef> expected_type(const OutRef& out, unsigned depth);
+  std::optional<ir::TypeRef> expected_by_readers(const OutRef& out, unsigned depth);
   std::optional<ir::TypeRef> type_of_text(const plcopen::Element& e);
   std::optional<ir::TypeRef> type_of_input(NodeId node, const Input& input, unsigned depth);
   std::uint32_t keep_for_feedback(const OutRef& out, ir::TypeRef type);
@@ -158,6 +162,8 @@ class Drawing {
   std::vector<Write> writes_;
   std::vector<Read> reads_;
   std::vector<Reader> readers_;  ///< sorted by slot
+  unsigned type_steps_ = 0;  ///< of the question infer_type() or expected_type() answers now
+  std::unordered_map<std::uint32_t, std::optional<ir::TypeRef>> expected_seen_;  ///< by slot, of the same question
   std::unordered_map<std::string, LabelState, core::NameHash, core::NameEqual> labels_;
 };
 

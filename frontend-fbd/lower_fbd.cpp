@@ -46,7 +46,8 @@ void Drawing::lower_in_variable(NodeId node) {
   const OutRef out{OutRef::Kind::kFlow, 0, node};
   // What only feeds missing blocks may name values of missing types; the block is reported, that is enough.
   if (has_reader(out) && !feeds_known_[node]) return publish_poison(out);
-  const auto operand = st::lower_expression(e.text, e.text_at, builder_);
+  const auto operand =
+      st::lower_expression(e.text, e.text_at, builder_, computes(e) ? expected_type(out) : std::nullopt);
   if (!operand) return publish_poison(out);
   note_read(*operand, node);
   if (!e.negated && e.edge == Edge::kNone && e.storage == Storage::kNone) return publish(out, *operand);

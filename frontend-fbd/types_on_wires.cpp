@@ -19,6 +19,8 @@ using plcopen::Storage;
 using stdlib::Direction;
 
 constexpr unsigned kMaxDepth = 64;
+/// Outputs looked at for one question: in crossing loops the number of paths doubles with every block.
+constexpr unsigned kMaxSteps = 1000;
 
 }  // namespace
 
@@ -84,7 +86,11 @@ std::optional<TypeRef> Drawing::type_of_text(const plcopen::Element& e) {
 
 /// Type that an output will have, told from what feeds its block; failing that, from what reads it.
 std::optional<TypeRef> Drawing::infer_type(const OutRef& out, unsigned depth) {
-  if (depth > kMaxDepth) return std::nullopt;
+  if (depth == 0) {
+    type_steps_ = 0;
+    expected_seen_.clear();
+  }
+  if (depth > kMaxDepth || ++type_steps_ > kMaxSteps) return std::nullopt;
   const plcopen::Element& e = element(out.node);
   switch (e.kind) {
     case ElementKind::kContact:
@@ -154,7 +160,20 @@ std::optional<TypeRef> Drawing::type_of_input(NodeId node, const Input& input, u
 }
 
 std::optional<TypeRef> Drawing::expected_type(const OutRef& out, unsigned depth) {
+  if (depth == 0) {
+    type_steps_ = 0;
+    expected_seen_.clear();
+  }
+  // Seen before on another path: what it told, or nothing if it is being asked or told nothing.
   if (depth > kMaxDepth) return std::nullopt;
+  const auto [seen, fresh] = expected_seen_.emplace(slot_index(out), std::nullopt);
+  if (!fresh) return seen->second;
+  const auto found = expected_by_readers(out, depth);
+  expected_seen_[slot_index(out)] = found;
+  return found;
+}
+
+std::optional<TypeRef> Drawing::expected_by_readers(const OutRef& out, unsigned depth) {
   const std::uint32_t slot = slot_index(out);
   auto it = std::lower_bound(readers_.begin(), readers_.end(), slot,
                              [](const Reader& r, std::uint32_t s) { return r.slot < s; });
