@@ -119,6 +119,19 @@ void complain(const core::Problem& problem) {
   if (!problem.help.empty()) std::cerr << "  help: " << problem.help << '\n';
 }
 
+int exit_code_of(const core::Problem& problem) {
+  const bool file = problem.code == core::Code::P7001 || problem.code == core::Code::P7203;
+  return file ? kExitUsage : kExitErrors;
+}
+
+int close_output(std::string_view command, int code) {
+  std::cout.flush();
+  const bool lost = !std::cout || std::fflush(stdout) != 0;
+  if (!lost) return code;
+  complain(command, "standard output cannot be written");
+  return kExitUsage;
+}
+
 std::optional<std::int64_t> parse_duration_ns(std::string_view text) {
   text = core::trimmed(text);
   if (text.size() > 2 && core::iequals(text.substr(0, 2), "T#")) text.remove_prefix(2);

@@ -43,6 +43,11 @@ void complain(std::string_view command, std::string_view message, std::string_vi
 /// A problem of set-up code, as diagnostics look: "error P7101: message".
 void complain(const core::Problem& problem);
 
+/// kExitUsage for a file that cannot be opened or written, kExitErrors for one with wrong contents.
+int exit_code_of(const core::Problem& problem);
+/// Flushes stdout; complains and returns kExitUsage when something written there was lost, else `code`.
+int close_output(std::string_view command, int code);
+
 /// "20s", "500ms", "1.5min", "2h", "T#1m30s"; a plain number is seconds. Nothing when it is not a duration.
 std::optional<std::int64_t> parse_duration_ns(std::string_view text);
 /// "20ms", "1.5us", "2s": at most four significant digits.

@@ -73,12 +73,28 @@ TEST_F(Sim, AWrongStimulusIsToldWithItsPlace) {
   const std::string stimulus = scratch_.file("in.csv");
   write_text(stimulus, "time_ms,main.In\n0,0\n10,maybe\n");
   const auto result = run_tool({PLC_TOOL, "sim", project_, "--stimulus", stimulus});
-  EXPECT_EQ(result.code, 2);
+  EXPECT_EQ(result.code, 1);
   EXPECT_NE(result.err.find("in.csv:3:"), std::string::npos) << result.err;
   write_text(stimulus, "time_ms,main.Inn\n0,0\n");
   const auto unknown = run_tool({PLC_TOOL, "sim", project_, "--stimulus", stimulus});
-  EXPECT_EQ(unknown.code, 2);
+  EXPECT_EQ(unknown.code, 1);
   EXPECT_NE(unknown.err.find("main.In"), std::string::npos) << unknown.err;
+}
+
+TEST_F(Sim, AStimulusThatCannotBeOpenedIsAnIoProblem) {
+  const auto result = run_tool({PLC_TOOL, "sim", project_, "--stimulus", scratch_.file("none.csv")});
+  EXPECT_EQ(result.code, 2);
+}
+
+TEST_F(Sim, AnImageNeverReplacesItsProject) {
+  const auto result = run_tool({PLC_TOOL, "compile", project_, "-o", project_});
+  EXPECT_EQ(result.code, 2);
+  EXPECT_EQ(run_tool({PLC_TOOL, "check", project_}).code, 0);
+}
+
+TEST_F(Sim, LostOutputIsNotSuccess) {
+  const auto result = run_tool({"/bin/sh", "-c", std::string(PLC_TOOL) + " dump " + project_ + " > /dev/full"});
+  EXPECT_EQ(result.code, 2);
 }
 
 TEST_F(Sim, AnUnknownWatchIsTold) {

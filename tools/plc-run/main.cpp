@@ -11,6 +11,7 @@
 #include <iterator>
 #include <map>
 #include <memory>
+#include <new>
 #include <string>
 #include <vector>
 
@@ -51,6 +52,9 @@ void handle_signals() {
   action.sa_handler = on_signal;
   ::sigaction(SIGINT, &action, nullptr);
   ::sigaction(SIGTERM, &action, nullptr);
+  ::sigaction(SIGHUP, &action, nullptr);
+  // WHY: a reader that goes away (plc-run .. | head) must not take the outputs' safe state with it.
+  ::signal(SIGPIPE, SIG_IGN);
 }
 
 std::uint32_t fastest_task(const bytecode::Image& image) {
@@ -86,9 +90,9 @@ void print_start(const Run& run, const bytecode::Image& image, core::TimeNs load
   std::cout << "options: " << describe(image.options) << '\n';
   for (const bytecode::ImageTask& task : image.tasks) {
     std::cout << fmt::format("task {}: {}, priority {}\n", task.name,
-                             !task.single.empty()    ? "on " + task.single
+                             !task.single.empty()  ? "on " + task.single
                              : task.period_ns == 0 ? std::string("freewheeling")
-                                                     : "every " + duration_text(static_cast<double>(task.period_ns)),
+                                                   : "every " + duration_text(static_cast<double>(task.period_ns)),
                              task.priority);
   }
 }
@@ -119,7 +123,7 @@ int run_resource(const Run& run, runtime::Resource& resource, std::int64_t durat
   std::unique_ptr<RealtimeStimulus> stimulus;
   if (!run.stimulus.empty()) {
     auto loaded = io::SimulatedDriver::load(run.stimulus, resource);
-    if (!loaded) return complain(loaded.error()), kExitUsage;
+    if (!loaded) return complain(loaded.error()), exit_code_of(loaded.error());
     const auto task = stimulus_task(run.stimulus, resource);
     if (!task) {
       complain("plc-run", run.stimulus + " names variables of several tasks",
@@ -180,7 +184,8 @@ int run_resource(const Run& run, runtime::Resource& resource, std::int64_t durat
 
 int run_command(int argc, char** argv) {
   CLI::App app{
-      "Runs a PLC project in real time, one thread per task, until SIGINT or SIGTERM; then outputs go to their safe state.\n"
+      "Runs a PLC project in real time, one thread per task, until SIGINT or SIGTERM; then outputs go to their safe "
+      "state.\n"
       "\n"
       "Examples:\n"
       "  plc-run plant.xml                                  run until Ctrl-C\n"
@@ -191,7 +196,8 @@ int run_command(int argc, char** argv) {
       "SCHED_FIFO and locked memory need privileges: run as root, or allow them in a service\n"
       "(LimitRTPRIO=99, LimitMEMLOCK=infinity). Without them it runs, and says so.\n"
       "\n"
-      "Exit codes: 0 all is well, 1 the project has errors or a task faulted, 2 wrong flags or a file that cannot be opened.",
+      "Exit codes: 0 all is well, 1 the project has errors or a task faulted, 2 wrong flags or a file that cannot be "
+      "opened.",
       "plc-run"};
   Run run;
   app.set_version_flag("--version", kVersionText);
@@ -210,10 +216,11 @@ int run_command(int argc, char** argv) {
       ->allow_extra_args(false);
   app.add_option("--on-fault", run.on_fault,
                  "what a task fault does: continue, safe-state (the task stops, outputs go safe; default), stop")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, runtime::FaultPolicy>{{"continue", runtime::FaultPolicy::kContinue},
-                                           {"safe-state", runtime::FaultPolicy::kSafeState},
-                                           {"stop", runtime::FaultPolicy::kStop}},
-                                          CLI::ignore_case)
+      ->transform(CLI::CheckedTransformer(
+                      std::map<std::string, runtime::FaultPolicy>{{"continue", runtime::FaultPolicy::kContinue},
+                                                                  {"safe-state", runtime::FaultPolicy::kSafeState},
+                                                                  {"stop", runtime::FaultPolicy::kStop}},
+                      CLI::ignore_case)
                       .description(""))
       ->type_name("POLICY");
   app.add_flag("--stats", run.stats, "also print memory and code sizes at the end");
@@ -221,10 +228,10 @@ int run_command(int argc, char** argv) {
   if (const auto code = parse(app, argc, argv)) return *code;
 
   std::int64_t duration_ns = 0;
-  if (!run.duration.empty()) {
+  if (app.count("--duration") != 0) {
     const auto parsed = parse_duration_ns(run.duration);
     if (!parsed || *parsed <= 0) {
-      complain("plc-run", "--duration " + run.duration + " is not a duration", "write 500ms, 20s, 1.5min or 1h");
+      complain("plc-run", "--duration \"" + run.duration + "\" is not a duration", "write 500ms, 20s, 1.5min or 1h");
       return kExitUsage;
     }
     duration_ns = *parsed;
@@ -248,6 +255,10 @@ int run_command(int argc, char** argv) {
 int main(int argc, char** argv) {
   try {
     return plc::tools::run_command(argc, argv);
+  } catch (const std::bad_alloc&) {
+    plc::tools::complain("plc-run", "error P5001: the project needs more memory than this machine gives",
+                         "look for arrays and instances of great size: plc explain P5001");
+    return plc::tools::kExitErrors;
   } catch (const std::exception& error) {
     plc::tools::complain("plc-run", std::string("internal error P9001: ") + error.what(),
                          "please report this with the file that caused it");

@@ -1,8 +1,10 @@
 // plc compile: project file to image file.
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <iostream>
 #include <string>
+#include <system_error>
 
 #include "tools/command_line.h"
 #include "tools/plc/commands.h"
@@ -19,6 +21,12 @@ int run(const CLI::App& app, const Compile& compile) {
   Compilation compilation;
   if (is_image_path(compile.file)) {
     complain("plc compile", compile.file + " is an image already", "give the PLCopen XML file it was made from");
+    return kExitUsage;
+  }
+  std::error_code ignored;
+  if (std::filesystem::equivalent(compile.file, compile.output, ignored)) {
+    complain("plc compile", "-o " + compile.output + " would overwrite the project",
+             "give the image a name of its own: X.pbc");
     return kExitUsage;
   }
   if (const auto code = open_or_explain(app, {compile.file, compile.options, Goal::kRun}, compilation)) {

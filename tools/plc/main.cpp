@@ -1,5 +1,6 @@
 // plc: checks, compiles, explains and simulates PLC projects on the engineer's machine. plc-run runs them on the plant.
 #include <exception>
+#include <new>
 
 #include "tools/command_line.h"
 #include "tools/plc/commands.h"
@@ -29,10 +30,15 @@ int main(int argc, char** argv) {
   add_sim(app, exit_code);
   add_report(app, exit_code);
   try {
-    if (const auto code = parse(app, argc, argv)) return *code;
-    return exit_code;
+    const auto code = parse(app, argc, argv);
+    return close_output("plc", code.value_or(exit_code));
+  } catch (const std::bad_alloc&) {
+    complain("plc", "error P5001: the project needs more memory than this machine gives",
+             "look for arrays and instances of great size: plc explain P5001");
+    return kExitErrors;
   } catch (const std::exception& error) {
-    complain("plc", std::string("internal error P9001: ") + error.what(), "please report this with the file that caused it");
+    complain("plc", std::string("internal error P9001: ") + error.what(),
+             "please report this with the file that caused it");
     return kExitErrors;
   }
 }

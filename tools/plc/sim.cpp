@@ -80,7 +80,7 @@ int run(const CLI::App& app, const Sim& sim) {
   std::unique_ptr<io::SimulatedDriver> stimulus;
   if (!sim.stimulus.empty()) {
     auto driver = io::SimulatedDriver::load(sim.stimulus, resource);
-    if (!driver) return complain(driver.error()), kExitUsage;
+    if (!driver) return complain(driver.error()), exit_code_of(driver.error());
     stimulus = std::make_unique<io::SimulatedDriver>(std::move(*driver));
     stimulus->attach(simulation);
   }
@@ -92,7 +92,7 @@ int run(const CLI::App& app, const Sim& sim) {
       return kExitUsage;
     }
     auto writer = io::TraceWriter::open(sim.trace.empty() ? "-" : sim.trace, paths, resource);
-    if (!writer) return complain(writer.error()), kExitUsage;
+    if (!writer) return complain(writer.error()), exit_code_of(writer.error());
     trace = std::move(*writer);
     trace->attach(simulation);
   }
@@ -110,14 +110,15 @@ int run(const CLI::App& app, const Sim& sim) {
   // WHY not stdout when the trace goes there: it stays one clean CSV.
   const bool trace_on_stdout = trace != nullptr && (sim.trace.empty() || sim.trace == "-");
   std::ostream& out = trace_on_stdout ? std::cerr : std::cout;
-  out << fmt::format("{} cycles, {} of virtual time, {} events, {} faults; {}\n", ran,
-                     duration_text(static_cast<double>(simulation.now_ns())),
-                     [&] {
-                       std::uint64_t events = 0;
-                       for (std::size_t i = 0; i < resource.task_count(); ++i) events += resource.program(i).event_total();
-                       return events;
-                     }(),
-                     simulation.fault_count(), describe(resource.image().options));
+  out << fmt::format(
+      "{} cycles, {} of virtual time, {} events, {} faults; {}\n", ran,
+      duration_text(static_cast<double>(simulation.now_ns())),
+      [&] {
+        std::uint64_t events = 0;
+        for (std::size_t i = 0; i < resource.task_count(); ++i) events += resource.program(i).event_total();
+        return events;
+      }(),
+      simulation.fault_count(), describe(resource.image().options));
   if (sim.stats) {
     times.print(resource.image(), out);
     print_link_report(resource, out);
@@ -150,10 +151,12 @@ void add_sim(CLI::App& app, int& exit_code) {
       ->type_name("N")
       ->check(count_validator());
   command->add_option("--stimulus", sim.stimulus, "inputs, as CSV")->type_name("in.csv");
-  command->add_option("--trace", sim.trace, "write the values of every cycle as CSV; - is stdout")->type_name("out.csv");
+  command->add_option("--trace", sim.trace, "write the values of every cycle as CSV; - is stdout")
+      ->type_name("out.csv");
   command
-      ->add_option("--watch", sim.watch,
-                   "variables to trace, * and ? match; may be repeated; default all. Without --trace the trace goes to stdout")
+      ->add_option(
+          "--watch", sim.watch,
+          "variables to trace, * and ? match; may be repeated; default all. Without --trace the trace goes to stdout")
       ->type_name("PATTERN")
       ->take_all()
       ->allow_extra_args(false);
