@@ -272,6 +272,11 @@ class Orderer {
     for (NodeId n : loop) inside_[n] = stamp_;
     if (std::none_of(loop.begin(), loop.end(), [&](NodeId n) { return can_hold(n); })) {
       report_loop(*std::min_element(loop.begin(), loop.end()));
+      // An error: no order is right, and looking for one loop after the other would take a large net forever.
+      for (NodeId n : loop) {
+        for_each_wire(n, [&](Wire& wire) { wire.feedback = wire.feedback || inside_[wire.from.node] == stamp_; });
+      }
+      return;
     }
     const auto from_variable = [&](const Wire& wire) {
       return !wire.feedback && inside_[wire.from.node] == stamp_ &&

@@ -139,6 +139,16 @@ TEST(Order, PowerFlowThatDependsOnItselfIsAnError) {
   EXPECT_EQ(ordered(b.body(), Order::kDocument).errors, 1u);
 }
 
+TEST(Order, ALargeNetThatDependsOnItselfIsOneError) {
+  BodyBuilder b(plcopen::Language::kLd);
+  constexpr std::int64_t kContacts = 20'000;
+  for (std::int64_t id = 0; id < kContacts; ++id) {
+    BodyBuilder::feed(b.add(ElementKind::kContact, id, "A", static_cast<std::int32_t>(id), 0),
+                      {(id + kContacts - 1) % kContacts, (id + 1) % kContacts});
+  }
+  EXPECT_EQ(ordered(b.body()).errors, 1u);
+}
+
 TEST(Order, DanglingWiresAndSelfConnectionsAreHandled) {
   BodyBuilder b(plcopen::Language::kFbd);
   auto& block = b.add(ElementKind::kBlock, 1, "ADD", 0, 0);
