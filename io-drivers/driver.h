@@ -1,27 +1,79 @@
 // Driver: what moves values between a device and the global table.
 //
-// In: the exchange points of a task's cycle (runtime/sched/cycle_listener.h). Out: global variables and device outputs.
-// A driver declares how long its calls may take. Threads: exchange points run on the task's thread.
-// Does not belong here: the mapping of addresses to devices (plc.toml, tools).
+// In: the channels a configuration binds to it, the exchange points of a task's cycle (runtime/sched/cycle_listener.h).
+// Out: inputs published as one snapshot (runtime::GlobalInputs), device outputs. A bounded driver works on the thread of
+// the task it is attached to: before_scan() reads the device, after_scan() writes it. A threaded one has a thread of its
+// own; its exchange points only copy.
+// Life: make -> open() -> [fork: the guardian keeps a copy] -> exchange points and service() -> safe_state() -> close().
+// Does not belong here: the mapping of addresses to channels (config/), what a task is.
 #pragma once
 
+#include <cstdint>
+#include <optional>
+#include <string>
 #include <string_view>
+#include <vector>
 
+#include "core/result.h"
 #include "runtime/sched/cycle_listener.h"
 
 namespace plc::io {
 
 /// How a driver keeps the cycle bounded.
 enum class Timing : std::uint8_t {
-  kBounded,   ///< works in the cycle, with a listed, bounded system call at most
+  kBounded,   ///< works in the cycle, with a listed, bounded number of system calls
   kThreaded,  ///< works on a thread of its own; the exchange points only copy
-  kOffline,   ///< simulation only: files, allocation
+  kOffline,   ///< simulation and demonstration only: allocation in the cycle
+};
+
+/// What an input's present value is worth.
+enum class Quality : std::uint8_t {
+  kNever,  ///< not read yet: the initial value
+  kGood,   ///< read at the last exchange
+  kLost,   ///< the device is gone; the value is what `on_loss` says
+};
+/// "never", "good", "lost".
+std::string_view quality_word(Quality quality);
+
+struct InputStatus {
+  std::string_view variable;
+  Quality quality = Quality::kNever;
+  core::TimeNs age_ns = 0;  ///< since the value was last read from the device; 0 when never
+};
+
+struct DriverStatus {
+  bool connected = false;
+  std::uint64_t losses = 0;      ///< times the device went away since open()
+  std::uint64_t recoveries = 0;  ///< times it came back
+  std::uint64_t exchanges = 0;   ///< device reads and writes that succeeded
+  std::string problem;           ///< why it is not connected, or empty
 };
 
 class Driver : public runtime::CycleListener {
  public:
+  /// As in plc.toml: "panel".
   [[nodiscard]] virtual std::string_view name() const = 0;
   [[nodiscard]] virtual Timing timing() const = 0;
+  /// The task whose cycle it serves, index into Image::tasks; bounded drivers ignore the calls of others.
+  [[nodiscard]] virtual std::uint32_t task() const = 0;
+
+  /// Takes the device: outputs to their initial values, first read of the inputs. On a problem (P74xx) nothing was
+  /// touched, or what was is as before. Before any task runs; never twice.
+  virtual std::optional<core::Problem> open() = 0;
+  /// What cannot be done in a cycle: notices loss, tries to come back. Called about every 100 ms from a thread that is not
+  /// a task's. Returns sentences for the operator: what changed since the last call ("panel: gpiochip0 is gone: ...").
+  virtual std::vector<std::string> service(core::TimeNs now_ns) = 0;
+  /// Any thread.
+  [[nodiscard]] virtual DriverStatus status() const = 0;
+  [[nodiscard]] virtual std::vector<InputStatus> inputs(core::TimeNs now_ns) const = 0;
+
+  /// Drives the declared safe values, with whatever still works; also called by the guardian, in another process than the
+  /// one that ran, when that one died (docs/adr/0014). True when every output is known to have its safe value. Not RT.
+  virtual bool drive_safe() noexcept = 0;
+  /// True when it drives outputs that a guardian must outlive.
+  [[nodiscard]] virtual bool has_outputs() const = 0;
+  /// Gives the device back, outputs in their safe state.
+  virtual void close() noexcept = 0;
 };
 
 }  // namespace plc::io

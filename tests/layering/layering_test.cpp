@@ -48,6 +48,9 @@ const std::vector<Foreign> kForeign = {
     {"CLI/", {"tools", "bench"}, true},
     {"nlohmann/", {"tools"}, false},
     {"xxhash", {"bytecode"}, false},
+    {"toml++/", {"io-drivers"}, false},
+    {"boost/", {"io-drivers"}, false},
+    {"gpiod", {"io-drivers"}, false},
 };
 
 struct Include {

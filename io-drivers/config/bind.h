@@ -1,0 +1,43 @@
+// bind(): a configuration against a loaded project: every variable becomes a place in the global table.
+//
+// In: Configuration, Resource. Out: per driver its channels with offsets, types and values as bytes; or diagnostics
+// (P73xx) with the place in plc.toml: unknown variable, not a BOOL where the driver has lines, an input that a program
+// writes, an output nobody writes, unmapped %Q (warning), two keys for one variable. Nothing is opened here.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "io-drivers/config/configuration.h"
+#include "runtime/resource.h"
+
+namespace plc::io {
+
+/// One variable and its channel.
+struct BoundChannel {
+  const ChannelConfig* config = nullptr;
+  std::uint32_t field = 0;         ///< of Image::global_type
+  std::uint32_t offset = 0;        ///< of the leaf, in the global table
+  std::uint32_t type = 0;          ///< of the leaf
+  std::vector<std::byte> safe;     ///< outputs: as many bytes as the type has, as the program means them (before invert)
+  std::vector<std::byte> initial;  ///< outputs
+};
+
+struct BoundDriver {
+  const DriverConfig* config = nullptr;
+  std::uint32_t task = 0;          ///< index into Image::tasks
+  std::vector<BoundChannel> inputs;
+  std::vector<BoundChannel> outputs;
+  std::optional<BoundChannel> ok;  ///< DriverConfig::ok; also claimed as an input
+};
+
+/// Points into the configuration, which must outlive it.
+struct Binding {
+  std::vector<BoundDriver> drivers;  ///< in the order of the file; those without channels as well
+};
+
+std::optional<Binding> bind(const Configuration& configuration, runtime::Resource& resource,
+                            core::Diagnostics& diagnostics);
+
+}  // namespace plc::io

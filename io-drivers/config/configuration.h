@@ -1,0 +1,129 @@
+// Configuration: what plc.toml says about this machine: drivers, which variable is which channel, Modbus, guardian.
+//
+// In: TOML text (read_configuration.cpp, the only user of toml++). Out: plain data in which every entry knows its place
+// in the file; nothing is resolved against a project yet (bind.h does that). Keys, their types, defaults and
+// documentation are declared once, in config/keys.def; `plc config init`, the checker and docs/reference/configuration.md
+// come from there. Does not belong here: devices, images.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/clock.h"
+#include "core/diagnostics.h"
+
+namespace plc::io {
+
+/// A text with its place in the file.
+struct Placed {
+  std::string text;
+  core::SourceRef at;
+};
+
+enum class DriverKind : std::uint8_t { kGpio, kSimulated };
+enum class OnLoss : std::uint8_t { kHold, kZero };  ///< inputs of a lost device: last value, or FALSE / 0
+
+/// [drivers.NAME]
+struct DriverConfig {
+  std::string name;
+  core::SourceRef at;
+  DriverKind kind = DriverKind::kSimulated;
+  Placed task;                 ///< name of the task it serves; empty = the fastest
+  OnLoss on_loss = OnLoss::kHold;
+  core::TimeNs retry_ns = 1'000'000'000;  ///< between attempts to come back
+  Placed ok;                   ///< BOOL global that is TRUE while the device answers, or empty
+  // kind = "gpio"
+  Placed chip;                 ///< "gpiochip0", a label, or "/dev/gpiochip0"
+  // kind = "simulated"
+  Placed stimulus;             ///< CSV file, relative to plc.toml; empty = inputs keep their initial values
+};
+
+enum class Bias : std::uint8_t { kAsIs, kDisabled, kPullUp, kPullDown };
+enum class Drive : std::uint8_t { kPushPull, kOpenDrain, kOpenSource };
+enum class Latch : std::uint8_t { kNone, kRising, kFalling };  ///< an edge between two cycles is seen as one cycle TRUE / FALSE
+
+/// One line of [inputs] or [outputs]:  "%IX0.0" = { driver = "panel", channel = 17, invert = true }
+struct ChannelConfig {
+  Placed variable;             ///< address, global or path as the key has it
+  Placed driver;
+  Placed channel;              ///< gpio: line offset ("17") or line name; simulated: ignored, may be empty
+  bool invert = false;         ///< TRUE in the program is FALSE at the device
+  // outputs
+  Placed safe;                 ///< value at stop, fault, death; empty = FALSE / 0
+  Placed initial;              ///< value from open() to the end of the first cycle; empty = safe
+  // gpio
+  bool active_low = false;     ///< done by the kernel; together with invert they cancel out
+  Bias bias = Bias::kAsIs;
+  Drive drive = Drive::kPushPull;  ///< outputs
+  Latch latch = Latch::kNone;      ///< inputs
+};
+
+/// Which 16-bit word of a value comes first (and which byte in it): 123.456 = 42F6 E979 is ABCD.
+enum class WordOrder : std::uint8_t { kAbcd, kCdab, kBadc, kDcba };
+std::string_view word_order_text(WordOrder order);
+
+enum class ModbusTable : std::uint8_t { kCoils, kDiscreteInputs, kInputRegisters, kHoldingRegisters };
+/// "coils", "discrete-inputs", "input-registers", "holding-registers".
+std::string_view modbus_table_text(ModbusTable table);
+
+/// One [[modbus.range]]: what holds for addresses first..last of one table. Later ranges count before earlier ones.
+struct ModbusRange {
+  core::SourceRef at;
+  ModbusTable table = ModbusTable::kHoldingRegisters;
+  std::uint16_t first = 0;
+  std::uint16_t last = 65535;
+  std::optional<bool> writable;
+  std::optional<WordOrder> word_order;
+};
+
+/// [modbus]; the defaults are what plc-run does without a configuration.
+struct ModbusConfig {
+  core::SourceRef at;
+  bool enabled = true;
+  std::string address = "127.0.0.1";       ///< to listen on; IPv4 or IPv6 literal
+  std::uint16_t port = 502;                ///< 0 = any free one (tests)
+  bool read_only = false;                  ///< writing functions are answered with exception 1
+  std::vector<Placed> writable;            ///< path patterns that may be written; empty = everything writable in the map
+  std::vector<Placed> exported = {{"*", {}}};  ///< path patterns of unlocated globals that get automatic addresses
+  WordOrder word_order = WordOrder::kAbcd;
+  std::vector<ModbusRange> ranges;
+  bool strict_gaps = false;                ///< exception 2 for addresses without a variable, instead of 0
+  std::optional<std::uint8_t> unit_id;     ///< answer only this one; nothing = all
+  bool unit_exception = false;             ///< other unit ids: exception 11 instead of silence
+  std::uint32_t max_clients = 64;
+  std::uint32_t max_clients_per_address = 0;   ///< 0 = max_clients
+  core::TimeNs frame_timeout_ns = 5'000'000'000;   ///< for the rest of a frame that has begun
+  core::TimeNs idle_timeout_ns = 0;        ///< connections without a request; 0 = never closed (TCP keep-alive finds dead ones)
+  Placed lock_file;                        ///< automatic addresses, relative to plc.toml; empty = beside the project: NAME.modbus.csv
+  Placed client_seen;                      ///< BOOL global: a request was answered within client_timeout_ns; empty = none
+  core::TimeNs client_timeout_ns = 5'000'000'000;
+};
+
+/// [guardian]
+struct GuardianConfig {
+  core::SourceRef at;
+  bool enabled = true;                     ///< only ever started when a driver has outputs
+  core::TimeNs hang_timeout_ns = 1'000'000'000;  ///< without a completed cycle of a task that serves outputs; 0 = deaths only. Slower tasks get three periods
+};
+
+struct Configuration {
+  std::string file;                        ///< as given; relative files in it are relative to its folder
+  std::vector<DriverConfig> drivers;
+  std::vector<ChannelConfig> inputs;
+  std::vector<ChannelConfig> outputs;
+  ModbusConfig modbus;
+  GuardianConfig guardian;
+
+  [[nodiscard]] const DriverConfig* driver(std::string_view name) const;
+};
+
+/// Reads TOML text. Reports every problem it finds (P73xx: syntax, unknown keys, wrong types, values out of range,
+/// unknown drivers, double use of a variable or channel), each with line and column; nothing when there was an error.
+/// Syntax errors stop at the first, as toml++ does.
+std::optional<Configuration> read_configuration(std::string_view text, std::string_view file,
+                                                core::Diagnostics& diagnostics);
+
+}  // namespace plc::io

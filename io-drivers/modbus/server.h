@@ -1,0 +1,49 @@
+// Server: Modbus/TCP on one I/O thread (Boost.Asio), away from the tasks.
+//
+// In: AddressMap, the global table, [modbus]. Out: functions 1-6, 15, 16, 22, 23, 43/14 for any number of clients up to the
+// limit. A read request sees one snapshot per owner; a write request goes in as one batch. Rules of the wire: see
+// docs/guides/modbus.md. Threads: start() and stop() belong to one owner thread; counters any thread.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "core/result.h"
+#include "io-drivers/modbus/address_map.h"
+#include "runtime/resource.h"
+
+namespace plc::modbus {
+
+struct ServerStatistics {
+  std::uint64_t accepted = 0;
+  std::uint64_t refused = 0;     ///< connections over the limit
+  std::uint64_t requests = 0;
+  std::uint64_t exceptions = 0;  ///< requests answered with one
+  std::uint64_t dropped = 0;     ///< connections closed for bad framing or a time-out
+  std::uint32_t clients = 0;     ///< connected now
+};
+
+class Server {
+ public:
+  /// Set-up only (it registers as a reader of the table). Map, resource and config must outlive it.
+  Server(runtime::Resource& resource, const AddressMap& map, const io::ModbusConfig& config);
+  ~Server();
+  Server(const Server&) = delete;
+  Server& operator=(const Server&) = delete;
+
+  /// Binds, listens and starts the thread. P7510 when the address cannot be had.
+  std::optional<core::Problem> start();
+  /// Closes all connections and joins. start() may follow.
+  void stop();
+  /// The port listened on, also when 0 was asked for.
+  [[nodiscard]] std::uint16_t port() const;
+  [[nodiscard]] ServerStatistics statistics() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace plc::modbus
