@@ -38,18 +38,20 @@ struct Point {
   core::TypeId elementary = core::TypeId::kBool;
   Table table = Table::kHoldingRegisters;
   std::uint16_t address = 0;    ///< PDU address, from 0
-  std::uint16_t registers = 0;  ///< 1, 2 or 4; 0 = a bit
+  std::uint16_t registers = 0;  ///< 1, 2 or 4; 0 = a bit (BOOL)
   bool writable = false;
   bool automatic = false;
   io::WordOrder word_order = io::WordOrder::kAbcd;
 };
 
-/// What stands at one bit or register of a table: part of a point, or of several (overlay).
+/// What stands at one bit or register of a table: part of a point, or of several (overlay). Word order is already in it:
+/// under BADC and DCBA a register is two cells of eight bits. An 8-bit value alone in a register is a cell of 16 bits:
+/// readers extend values by their type (SINT keeps its sign), writers take the bits that the value has.
 struct Cell {
   std::uint32_t point = 0;    ///< index into points()
   std::uint8_t value_bit = 0; ///< first bit of the value that shows here (0 = least significant)
   std::uint8_t cell_bit = 0;  ///< first bit of the register it shows at; 0 in bit tables
-  std::uint8_t bits = 16;     ///< how many
+  std::uint8_t bits = 16;     ///< how many; cells of one register share no bit
 };
 
 /// Automatic addresses given before: path -> (table, address). Kept in a file so that a recompile moves nothing.
