@@ -57,6 +57,9 @@ class Driver : public runtime::CycleListener {
   /// The task whose cycle it serves, index into Image::tasks; bounded drivers ignore the calls of others.
   [[nodiscard]] virtual std::uint32_t task() const = 0;
 
+  /// Everything open() can find out without touching the device: names, lines in use. All drivers are asked before the
+  /// first is opened, so that a mistake in one leaves the outputs of the others alone.
+  virtual std::optional<core::Problem> check() { return std::nullopt; }
   /// Takes the device: outputs to their initial values, first read of the inputs. On a problem (P74xx) nothing was
   /// touched, or what was is as before. Before any task runs; never twice.
   virtual std::optional<core::Problem> open() = 0;
@@ -70,6 +73,9 @@ class Driver : public runtime::CycleListener {
   /// Drives the declared safe values, with whatever still works; also called by the guardian, in another process than the
   /// one that ran, when that one died (docs/adr/0014). True when every output is known to have its safe value. Not RT.
   virtual bool drive_safe() noexcept = 0;
+  /// Guardian only, a few times a second: lets go of a handle whose device is gone. WHY: the kernel gives the name of a
+  /// device to the next one only when the last process has let go.
+  virtual void release_if_gone() noexcept {}
   /// True when it drives outputs that a guardian must outlive.
   [[nodiscard]] virtual bool has_outputs() const = 0;
   /// Gives the device back, outputs in their safe state.

@@ -26,9 +26,11 @@ class CycleListener {
   virtual void before_scan(const ReleaseContext& context) noexcept = 0;
   /// After the scan: outputs from the global table. RT: bounded.
   virtual void after_scan(const ReleaseContext& context) noexcept = 0;
-  /// All outputs into their declared safe state; the scheduler stops, or `task` faulted under such a policy. Called
-  /// once per reason, after the last after_scan() of the tasks concerned.
+  /// All outputs into their declared safe state: every task has ended. Called once, after the last after_scan().
   virtual void safe_state() noexcept = 0;
+  /// `task` faulted under a policy that does not release it again; the others go on. On its thread, after its last
+  /// after_scan(); safe_state() comes all the same when the scheduler stops. RT: bounded.
+  virtual void task_stopped(std::uint32_t /*task*/) noexcept { safe_state(); }
 };
 
 }  // namespace plc::runtime

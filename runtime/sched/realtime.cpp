@@ -152,7 +152,7 @@ bool RealtimeScheduler::scan(TaskRun& task, const ReleaseContext& context) noexc
   }
   if (options_.on_fault == FaultPolicy::kContinue) return true;
   if (options_.on_fault == FaultPolicy::kStop) request_stop();
-  for (CycleListener* const listener : listeners_) listener->safe_state();
+  for (CycleListener* const listener : listeners_) listener->task_stopped(context.task);
   return false;
 }
 
