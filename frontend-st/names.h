@@ -1,13 +1,13 @@
-// Looking up names the way ST does, and guessing what a misspelt one was meant to be.
+// Looking up names the way ST does.
 //
-// In: a Builder's module and POU. Out: what a name stands for; help lines. Does not belong here: syntax, IR.
+// In: a Builder's module and POU. Out: what a name stands for. Does not belong here: syntax, IR.
 #pragma once
 
 #include <cstdint>
-#include <string>
 #include <string_view>
 #include <vector>
 
+#include "core/guess.h"
 #include "ir/ir.h"
 
 namespace plc::st {
@@ -29,19 +29,6 @@ std::vector<EnumValueRef> find_enum_values(const ir::TypeTable& types, std::stri
 /// The value `name` of enumeration `type`; invalid type if it has none.
 EnumValueRef find_enum_value(const ir::TypeTable& types, ir::TypeRef type, std::string_view name);
 
-/// Collects candidates and keeps the one nearest to a misspelt name.
-class Guess {
- public:
-  explicit Guess(std::string_view wrong) : wrong_(wrong) {}
-  void offer(std::string_view candidate);
-  /// "did you mean \"Start\"?", or empty when nothing is near.
-  [[nodiscard]] std::string help() const;
-
- private:
-  std::string_view wrong_;
-  std::string best_;
-  std::size_t distance_ = 0;
-  bool found_ = false;
-};
+using core::Guess;
 
 }  // namespace plc::st

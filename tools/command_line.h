@@ -10,6 +10,7 @@
 #include <string>
 #include <string_view>
 
+#include "core/duration.h"
 #include "core/options.h"
 #include "core/result.h"
 #include "tools/pipeline.h"
@@ -48,8 +49,7 @@ int exit_code_of(const core::Problem& problem);
 /// Flushes stdout; complains and returns kExitUsage when something written there was lost, else `code`.
 int close_output(std::string_view command, int code);
 
-/// "20s", "500ms", "1.5min", "2h", "T#1m30s"; a plain number is seconds. Nothing when it is not a duration.
-std::optional<std::int64_t> parse_duration_ns(std::string_view text);
+using core::parse_duration_ns;
 /// "20ms", "1.5us", "2s": at most four significant digits.
 std::string duration_text(double ns);
 
