@@ -1,0 +1,357 @@
+#include "io-drivers/modbus/server.h"
+
+#include <pthread.h>
+#include <sched.h>
+#include <signal.h>
+
+#include <algorithm>
+#include <atomic>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/address.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <chrono>
+#include <exception>
+#include <thread>
+#include <vector>
+
+#include "io-drivers/modbus/connection.h"
+#include "io-drivers/modbus/pdu.h"
+#include "runtime/access.h"
+
+namespace plc::modbus {
+namespace {
+
+namespace asio = boost::asio;
+using asio::ip::tcp;
+using boost::system::error_code;
+
+constexpr std::chrono::milliseconds kSweep{100};
+/// Without descriptors or memory for another connection, accepting rests for so long.
+constexpr std::chrono::milliseconds kAcceptPause{100};
+/// A connection that was of use once gives way to a new one after so long without a request.
+constexpr core::TimeNs kGivesWayAfterNs = 60'000'000'000;
+/// Share of the connections that only addresses without one may take.
+constexpr std::uint32_t kReserveShare = 8;
+
+Identification identification_of(const bytecode::Image& image) {
+  return {"PICARD", "PICARD-PLC", PLC_VERSION, "", "PICARD soft-PLC", "IEC 61131-3", image.project};
+}
+
+/// The thread gets nothing from its maker that is meant for tasks: no signals, no real-time priority.
+class IoThread {
+ public:
+  template <class Run>
+  void start(Run run) {
+    sigset_t all, before;
+    sigfillset(&all);
+    pthread_sigmask(SIG_SETMASK, &all, &before);
+    thread_ = std::thread([run] {
+      const sched_param ordinary{};
+      pthread_setschedparam(pthread_self(), SCHED_OTHER, &ordinary);
+      pthread_setname_np(pthread_self(), "plc-modbus");
+      run();
+    });
+    pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  }
+  void join() {
+    if (thread_.joinable()) thread_.join();
+  }
+
+ private:
+  std::thread thread_;
+};
+
+/// The BOOL that says whether somebody is there.
+class ClientSeen {
+ public:
+  ClientSeen(runtime::Resource& resource, const io::ModbusConfig& config)
+      : globals_(resource.globals()), timeout_ns_(config.client_timeout_ns) {
+    if (config.client_seen.text.empty()) return;
+    const std::string help = "name a BOOL global that is no constant and no input of a driver";
+    const auto place = runtime::Access(resource).find_leaf(config.client_seen.text);
+    if (!place) {
+      problem_ = core::Problem{core::Code::P7511, place.error().message, place.error().help};
+    } else if (!is_writable_bool(*place, resource.image())) {
+      problem_ = core::Problem{core::Code::P7511,
+                               "modbus.client_seen is \"" + config.client_seen.text +
+                                   "\", which is no BOOL global that the server may write",
+                               help};
+    } else {
+      place_ = *place;
+    }
+  }
+  [[nodiscard]] const std::optional<core::Problem>& problem() const { return problem_; }
+
+  void answered(core::TimeNs now_ns) {
+    last_ns_ = now_ns;
+    if (!seen_) write(true);
+  }
+  void sweep(core::TimeNs now_ns) {
+    if (seen_ && now_ns - last_ns_ > timeout_ns_) write(false);
+  }
+  void reset() {
+    if (seen_) write(false);
+  }
+
+ private:
+  [[nodiscard]] bool is_writable_bool(const runtime::Place& place, const bytecode::Image& image) const {
+    const bytecode::ImageType& type = image.types[place.type];
+    if (place.task != runtime::Place::kGlobal || type.kind != bytecode::TypeKind::kScalar ||
+        core::rep_of(type.elementary) != core::Rep::kBool) {
+      return false;
+    }
+    const auto& fields = image.types[image.global_type].fields;
+    const auto after = std::find_if(fields.begin(), fields.end(),
+                                    [&](const bytecode::ImageField& field) { return field.offset > place.offset; });
+    return after != fields.begin() && globals_.writable(static_cast<std::uint32_t>(after - fields.begin() - 1));
+  }
+  /// Busy is tried again: at the next answer, or the next sweep.
+  void write(bool seen) {
+    if (!place_) return;
+    const std::byte value{seen};
+    const runtime::GlobalWrite change{place_->offset, place_->type, &value, nullptr};
+    if (globals_.write({&change, 1}) == runtime::WriteResult::kDone) seen_ = seen;
+  }
+
+  runtime::GlobalTable& globals_;
+  core::TimeNs timeout_ns_;
+  std::optional<runtime::Place> place_;
+  std::optional<core::Problem> problem_;
+  core::TimeNs last_ns_ = 0;
+  bool seen_ = false;
+};
+
+}  // namespace
+
+struct Server::State final : Connection::Owner {
+  State(runtime::Resource& resource, const AddressMap& map, const io::ModbusConfig& modbus)
+      : config(modbus),
+        data(resource, map),
+        handler(data, identification_of(resource.image()), modbus.read_only),
+        client_seen(resource, modbus) {}
+
+  std::size_t answer(std::span<const std::uint8_t> frame, std::span<std::uint8_t, kMaxFrame> answer) override;
+  void closed(Connection& connection, bool dropped) override;
+
+  error_code listen();
+  void accept();
+  void admit(tcp::socket socket, const asio::ip::address& peer);
+  [[nodiscard]] bool make_room(const asio::ip::address& peer);
+  [[nodiscard]] Connection* least_useful(const asio::ip::address* peer) const;
+  void sweep();
+  void run() noexcept;
+
+  /// What one start() needs and one stop() ends. Declared in the order of construction: connections go first.
+  struct Session {
+    asio::io_context io{1};
+    tcp::acceptor acceptor{io};
+    asio::steady_timer sweep_timer{io};
+    asio::steady_timer accept_timer{io};
+    tcp::endpoint peer;  ///< of the connection that is accepted next
+    std::vector<std::shared_ptr<Connection>> connections;
+  };
+  struct Counters {
+    std::atomic<std::uint64_t> accepted{0}, refused{0}, requests{0}, exceptions{0}, dropped{0};
+    std::atomic<std::uint32_t> clients{0};
+  };
+
+  const io::ModbusConfig& config;
+  ProcessData data;
+  PduHandler handler;
+  ClientSeen client_seen;
+  Counters counters;
+  std::unique_ptr<Session> session;
+  IoThread thread;
+  std::uint16_t port = 0;
+};
+
+std::size_t Server::State::answer(std::span<const std::uint8_t> frame, std::span<std::uint8_t, kMaxFrame> answer) {
+  const std::uint8_t unit = frame[kFrameHead - 1];
+  std::size_t size = 0;
+  const auto pdu = answer.subspan<kFrameHead, kMaxPdu>();
+  if (config.unit_id && unit != *config.unit_id) {
+    if (!config.unit_exception) return 0;
+    pdu[0] = static_cast<std::uint8_t>(frame[kFrameHead] | 0x80);
+    pdu[1] = static_cast<std::uint8_t>(Exception::kWrongUnit);
+    size = 2;
+  } else {
+    size = handler.handle(frame.subspan(kFrameHead), pdu);
+  }
+  std::copy_n(frame.begin(), 4, answer.begin());  // transaction and protocol
+  answer[4] = static_cast<std::uint8_t>((size + 1) >> 8);
+  answer[5] = static_cast<std::uint8_t>(size + 1);
+  answer[6] = unit;
+  counters.requests.fetch_add(1, std::memory_order_relaxed);
+  if ((pdu[0] & 0x80) != 0) {
+    counters.exceptions.fetch_add(1, std::memory_order_relaxed);
+  } else {
+    client_seen.answered(connection_clock_ns());
+  }
+  return kFrameHead + size;
+}
+
+void Server::State::closed(Connection& connection, bool dropped) {
+  if (dropped) counters.dropped.fetch_add(1, std::memory_order_relaxed);
+  auto& all = session->connections;
+  const auto at = std::find_if(all.begin(), all.end(), [&](const auto& other) { return other.get() == &connection; });
+  if (at == all.end()) return;
+  std::iter_swap(at, all.end() - 1);
+  all.pop_back();
+  counters.clients.store(static_cast<std::uint32_t>(all.size()), std::memory_order_relaxed);
+}
+
+error_code Server::State::listen() {
+  error_code error;
+  const asio::ip::address address = asio::ip::make_address(config.address, error);
+  if (error) return error;
+  tcp::acceptor& acceptor = session->acceptor;
+  const tcp::endpoint endpoint(address, config.port);
+  acceptor.open(endpoint.protocol(), error);
+  if (!error) acceptor.set_option(asio::socket_base::reuse_address(true), error);
+  if (!error) acceptor.bind(endpoint, error);
+  if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
+  if (!error) port = acceptor.local_endpoint(error).port();
+  return error;
+}
+
+void Server::State::accept() {
+  session->acceptor.async_accept(session->peer, [this](const error_code& error, tcp::socket socket) {
+    if (error == asio::error::operation_aborted) return;
+    if (!error) {
+      const asio::ip::address peer = session->peer.address();
+      accept();
+      return admit(std::move(socket), peer);
+    }
+    // No descriptor, or no memory in the kernel: the client waits in the queue, and trying at once would only spin.
+    session->accept_timer.expires_after(kAcceptPause);
+    session->accept_timer.async_wait([this](const error_code& stopped) {
+      if (!stopped) accept();
+    });
+  });
+}
+
+void Server::State::admit(tcp::socket socket, const asio::ip::address& peer) {
+  if (!make_room(peer)) {
+    counters.refused.fetch_add(1, std::memory_order_relaxed);
+    return;  // the socket closes
+  }
+  auto& all = session->connections;
+  all.push_back(std::make_shared<Connection>(std::move(socket), peer, *this));
+  counters.accepted.fetch_add(1, std::memory_order_relaxed);
+  counters.clients.store(static_cast<std::uint32_t>(all.size()), std::memory_order_relaxed);
+  const std::shared_ptr<Connection> connection = all.back();
+  connection->start();
+}
+
+/// A flood from one address takes neither the places of others nor, once it is silent, all of its own: who never asked
+/// anything gives way first.
+bool Server::State::make_room(const asio::ip::address& peer) {
+  const auto& all = session->connections;
+  const auto from_peer = static_cast<std::uint32_t>(
+      std::count_if(all.begin(), all.end(), [&](const auto& connection) { return connection->peer() == peer; }));
+  const std::uint32_t per_address =
+      config.max_clients_per_address == 0 ? config.max_clients : config.max_clients_per_address;
+  const std::uint32_t reserve = from_peer == 0 ? 0 : config.max_clients / kReserveShare;
+  Connection* gives_way = nullptr;
+  if (from_peer >= per_address || (from_peer != 0 && all.size() + reserve >= config.max_clients)) {
+    gives_way = least_useful(&peer);
+  } else if (all.size() >= config.max_clients) {
+    gives_way = least_useful(nullptr);
+  } else {
+    return true;
+  }
+  if (gives_way == nullptr) return false;
+  gives_way->close(true);
+  return true;
+}
+
+/// Of all, or of those from `peer`: the one silent longest among those that never asked, else among those that have not
+/// for kGivesWayAfterNs; nothing when all are in use.
+Connection* Server::State::least_useful(const asio::ip::address* peer) const {
+  const core::TimeNs now_ns = connection_clock_ns();
+  Connection* least = nullptr;
+  for (const auto& connection : session->connections) {
+    if (peer != nullptr && connection->peer() != *peer) continue;
+    if (connection->has_requested() && now_ns - connection->last_request_ns() < kGivesWayAfterNs) continue;
+    const bool less = least == nullptr || (connection->has_requested() != least->has_requested()
+                                               ? !connection->has_requested()
+                                               : connection->last_request_ns() < least->last_request_ns());
+    if (less) least = connection.get();
+  }
+  return least;
+}
+
+void Server::State::sweep() {
+  const core::TimeNs now_ns = connection_clock_ns();
+  auto& all = session->connections;
+  for (std::size_t i = all.size(); i-- > 0;) {
+    const std::shared_ptr<Connection> connection = all[i];
+    const core::TimeNs owing_ns = connection->owing_since_ns();
+    const bool owes = owing_ns != 0 && now_ns - owing_ns > config.frame_timeout_ns;
+    const bool idle = config.idle_timeout_ns != 0 && now_ns - connection->last_request_ns() > config.idle_timeout_ns;
+    if (owes || idle) connection->close(true);
+  }
+  client_seen.sweep(now_ns);
+  session->sweep_timer.expires_after(kSweep);
+  session->sweep_timer.async_wait([this](const error_code& stopped) {
+    if (!stopped) sweep();
+  });
+}
+
+void Server::State::run() noexcept {
+  for (;;) {
+    try {
+      session->io.run();
+      return;
+    } catch (const std::exception&) {
+      // Out of memory: what was under way is lost, the other connections go on.
+    }
+  }
+}
+
+Server::Server(runtime::Resource& resource, const AddressMap& map, const io::ModbusConfig& config)
+    : state_(std::make_unique<State>(resource, map, config)) {}
+
+Server::~Server() { stop(); }
+
+std::optional<core::Problem> Server::start() {
+  State& state = *state_;
+  if (state.session) return std::nullopt;
+  if (state.client_seen.problem()) return state.client_seen.problem();
+  state.session = std::make_unique<State::Session>();
+  if (const error_code error = state.listen(); error) {
+    state.session.reset();
+    return core::Problem{core::Code::P7510,
+                         "cannot listen for Modbus clients on " + state.config.address + " port " +
+                             std::to_string(state.config.port) + ": " + error.message(),
+                         "another server may have the port, or it needs a privilege: ports below 1024 do; set "
+                         "modbus.port and modbus.address in plc.toml"};
+  }
+  state.accept();
+  state.sweep();
+  state.thread.start([&state] { state.run(); });
+  return std::nullopt;
+}
+
+void Server::stop() {
+  State& state = *state_;
+  if (!state.session) return;
+  state.session->io.stop();
+  state.thread.join();
+  state.session->connections.clear();
+  state.session.reset();
+  state.counters.clients.store(0, std::memory_order_relaxed);
+  state.client_seen.reset();
+}
+
+std::uint16_t Server::port() const { return state_->port; }
+
+ServerStatistics Server::statistics() const {
+  const State::Counters& counters = state_->counters;
+  const auto value = [](const auto& counter) { return counter.load(std::memory_order_relaxed); };
+  return {value(counters.accepted),   value(counters.refused), value(counters.requests),
+          value(counters.exceptions), value(counters.dropped), value(counters.clients)};
+}
+
+}  // namespace plc::modbus
