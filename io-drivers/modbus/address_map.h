@@ -3,12 +3,13 @@
 // In: a resource, [modbus] of plc.toml, frozen automatic addresses. Out: points, sorted; lookup by table and address.
 // Located variables follow OpenPLC: %QXb.i coil 8b+i (0..8191), %MXb.i coil 8192+8b+i, %IXb.i discrete input 8b+i,
 // %IWn input register n (0..1023), %IDn 2048+2n and %ILn 4096+4n there, %QWn holding n (0..1023), %MWn 1024+n,
-// %MDn 2048+2n, %MLn 4096+4n (n 0..1023); bytes %IBn/%QBn/%MBn, %QDn and %QLn have no place in that map and get automatic
-// addresses like unlocated variables. Automatic area: from 16384 on in every table, aligned to the size: BOOLs that
-// nobody outside may write as discrete inputs, other BOOLs as coils, constants and driver inputs as input registers, the
-// rest as holding registers. Scalars and arrays of scalars, also inside structures; strings are not mapped. Under
-// --profile=overlay the located areas are one bit field per %I, %Q, %M: a register shows whatever located variables share
-// its bits. Immutable once built, any thread. Does not belong here: values, protocol.
+// %MDn 2048+2n, %MLn 4096+4n (n 0..1023); bytes %IBn/%QBn/%MBn, %QDn and %QLn have no place in that map and get
+// automatic addresses like unlocated variables. Automatic area: from 16384 on in every table, aligned to the size:
+// BOOLs that nobody outside may write as discrete inputs, other BOOLs as coils, constants and driver inputs as input
+// registers, the rest as holding registers. Scalars and arrays of scalars, also inside structures; strings are not
+// mapped. Under
+// --profile=overlay the located areas are one bit field per %I, %Q, %M: a register shows whatever located variables
+// share its bits. Immutable once built, any thread. Does not belong here: values, protocol.
 #pragma once
 
 #include <cstdint>
@@ -44,14 +45,14 @@ struct Point {
   io::WordOrder word_order = io::WordOrder::kAbcd;
 };
 
-/// What stands at one bit or register of a table: part of a point, or of several (overlay). Word order is already in it:
-/// under BADC and DCBA a register is two cells of eight bits. An 8-bit value alone in a register is a cell of 16 bits:
-/// readers extend values by their type (SINT keeps its sign), writers take the bits that the value has.
+/// What stands at one bit or register of a table: part of a point, or of several (overlay). Word order is already in
+/// it: under BADC and DCBA a register is two cells of eight bits. An 8-bit value alone in a register is a cell of 16
+/// bits: readers extend values by their type (SINT keeps its sign), writers take the bits that the value has.
 struct Cell {
-  std::uint32_t point = 0;    ///< index into points()
-  std::uint8_t value_bit = 0; ///< first bit of the value that shows here (0 = least significant)
-  std::uint8_t cell_bit = 0;  ///< first bit of the register it shows at; 0 in bit tables
-  std::uint8_t bits = 16;     ///< how many; cells of one register share no bit
+  std::uint32_t point = 0;     ///< index into points()
+  std::uint8_t value_bit = 0;  ///< first bit of the value that shows here (0 = least significant)
+  std::uint8_t cell_bit = 0;   ///< first bit of the register it shows at; 0 in bit tables
+  std::uint8_t bits = 16;      ///< how many; cells of one register share no bit
 };
 
 /// Automatic addresses given before: path -> (table, address). Kept in a file so that a recompile moves nothing.
@@ -67,8 +68,8 @@ struct FrozenAddresses {
 
 class AddressMap {
  public:
-  /// Reports (P75xx) areas that are full, a lock file that contradicts itself, patterns that match nothing. Nothing on an
-  /// error. `frozen` gets an entry for every variable with an automatic address.
+  /// Reports (P75xx) areas that are full, a lock file that contradicts itself, patterns that match nothing. Nothing on
+  /// an error. `frozen` gets an entry for every variable with an automatic address.
   static std::optional<AddressMap> build(runtime::Resource& resource, const io::ModbusConfig& config,
                                          FrozenAddresses& frozen, core::Diagnostics& diagnostics);
 
@@ -76,7 +77,8 @@ class AddressMap {
   [[nodiscard]] std::span<const Point> points() const { return points_; }
   /// What shows at a bit or register; empty for a gap. At most 16 cells.
   [[nodiscard]] std::span<const Cell> at(Table table, std::uint16_t address) const;
-  /// True when the address is inside the map, with a variable or as a gap that reads 0: 0..8191 of each bit table (coils
+  /// True when the address is inside the map, with a variable or as a gap that reads 0: 0..8191 of each bit table
+  /// (coils
   /// ..16383), registers 0..8191 of holding, 0..1023 of input registers (more with %ID, %IL), automatic area up to its
   /// last variable. Under strict_gaps only where a variable is.
   [[nodiscard]] bool contains(Table table, std::uint16_t address) const;
@@ -94,7 +96,7 @@ class AddressMap {
 };
 
 /// The lock file: CSV "path,table,address,type". P75xx on a file that is none.
-core::Result<FrozenAddresses> read_frozen(const std::string& path);   ///< a missing file is an empty one
+core::Result<FrozenAddresses> read_frozen(const std::string& path);  ///< a missing file is an empty one
 std::string frozen_text(const FrozenAddresses& frozen);
 
 }  // namespace plc::modbus

@@ -1,0 +1,367 @@
+#include "io-drivers/modbus/address_map.h"
+
+#include <algorithm>
+#include <tuple>
+#include <unordered_map>
+#include <unordered_set>
+#include <utility>
+
+#include "core/text.h"
+#include "io-drivers/modbus/automatic_area.h"
+#include "io-drivers/modbus/cells.h"
+#include "io-drivers/modbus/location.h"
+#include "runtime/access.h"
+
+namespace plc::modbus {
+namespace {
+
+using bytecode::Image;
+using bytecode::ImageType;
+using bytecode::TypeKind;
+using core::Code;
+using core::TypeId;
+
+constexpr std::uint16_t registers_of(TypeId type) {
+  const std::uint32_t bytes = core::rep_bytes(core::rep_of(type));
+  return static_cast<std::uint16_t>(type == TypeId::kBool ? 0 : (bytes + 1) / 2);
+}
+/// Cells of its table that a value takes.
+constexpr std::uint32_t width_of(TypeId type) { return std::max<std::uint32_t>(registers_of(type), 1); }
+
+bool is_input(Table table) { return table == Table::kDiscreteInputs || table == Table::kInputRegisters; }
+
+/// "M[1][2]" -> "M": the array that an element belongs to.
+std::string_view without_indices(std::string_view path) {
+  while (path.ends_with(']')) path = path.substr(0, path.rfind('['));
+  return path;
+}
+
+/// One scalar of the global table.
+struct Leaf {
+  std::string path;
+  std::uint32_t offset = 0;
+  std::uint32_t type = 0;
+  std::uint32_t field = 0;  ///< of the global table
+  TypeId elementary = TypeId::kBool;
+};
+
+class Builder {
+ public:
+  Builder(runtime::Resource& resource, const io::ModbusConfig& config, FrozenAddresses& frozen,
+          core::Diagnostics& diagnostics)
+      : resource_(resource),
+        image_(resource.image()),
+        config_(config),
+        frozen_(frozen),
+        diagnostics_(diagnostics),
+        overlay_(image_.options.profile == core::AddressProfile::kOverlay) {
+    for (const auto& [path, entry] : frozen_.entries) known_paths_.emplace(path, path);
+  }
+
+  std::vector<Point> run() {
+    collect_leaves();
+    std::vector<std::size_t> unplaced;
+    for (std::size_t i = 0; i < leaves_.size();) {
+      std::size_t end = i + 1;
+      while (end < leaves_.size() && leaves_[end].field == leaves_[i].field) ++end;
+      if (!place_located(i, end)) {
+        for (; i < end; ++i) unplaced.push_back(i);
+      }
+      i = end;
+    }
+    place_automatic(unplaced);
+    apply_rights();
+    std::sort(points_.begin(), points_.end(), [](const Point& a, const Point& b) {
+      return std::tie(a.table, a.address, a.path) < std::tie(b.table, b.address, b.path);
+    });
+    return std::move(points_);
+  }
+
+  [[nodiscard]] io::WordOrder order_at(Table table, std::uint32_t address) const {
+    io::WordOrder order = config_.word_order;
+    for (const io::ModbusRange& range : config_.ranges) {
+      if (range.word_order && range.table == table && range.first <= address && address <= range.last) {
+        order = *range.word_order;
+      }
+    }
+    return order;
+  }
+
+  /// Calls visit(point index, location) for every point that lies in the bit field of an area.
+  template <class Visit>
+  void each_in_overlay(std::span<const Point> points, const Visit& visit) const {
+    if (!overlay_) return;
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> by_offset;  // declaration order
+    for (std::uint32_t i = 0; i < points.size(); ++i) by_offset.emplace_back(points[i].offset, i);
+    std::sort(by_offset.begin(), by_offset.end());
+    for (const auto& [offset, index] : by_offset) {
+      const auto location = parse_location(points[index].iec_address);
+      if (location && location->bits == bits_of(points[index].elementary)) visit(index, *location);
+    }
+  }
+
+ private:
+  static std::uint32_t bits_of(TypeId type) {
+    return type == TypeId::kBool ? 1 : core::rep_bytes(core::rep_of(type)) * 8;
+  }
+  [[nodiscard]] const std::vector<bytecode::ImageField>& fields() const {
+    return image_.types[image_.global_type].fields;
+  }
+
+  // In declaration order, each variable under the path that Access lists it by.
+  void collect_leaves() {
+    const runtime::Access access(resource_);
+    for (std::string& path : access.list("*")) {
+      const auto place = access.find_leaf(path);
+      if (!place || place->task != runtime::Place::kGlobal) continue;
+      const ImageType& type = image_.types[place->type];
+      if (type.kind != TypeKind::kScalar) continue;
+      const auto field = std::upper_bound(fields().begin(), fields().end(), place->offset,
+                                          [](std::uint32_t offset, const auto& f) { return offset < f.offset; });
+      leaves_.push_back({std::move(path), place->offset, place->type,
+                         static_cast<std::uint32_t>(field - fields().begin() - 1), type.elementary});
+    }
+    std::sort(leaves_.begin(), leaves_.end(), [](const Leaf& a, const Leaf& b) { return a.offset < b.offset; });
+  }
+
+  void add_point(const Leaf& leaf, Table table, std::uint32_t address, std::string iec_address, bool automatic) {
+    Point point;
+    point.path = leaf.path;
+    point.iec_address = std::move(iec_address);
+    point.offset = leaf.offset;
+    point.type = leaf.type;
+    point.elementary = leaf.elementary;
+    point.table = table;
+    point.address = static_cast<std::uint16_t>(address);
+    point.registers = registers_of(leaf.elementary);
+    point.automatic = automatic;
+    if (point.registers > 1) point.word_order = order_at(table, address);
+    points_.push_back(std::move(point));
+  }
+
+  /// Structures have no layout that the two sides would agree on; their members are placed one by one.
+  [[nodiscard]] bool is_array_of_scalars(std::uint32_t type) const {
+    while (image_.types[type].kind == TypeKind::kArray) type = image_.types[type].element;
+    return image_.types[type].kind == TypeKind::kScalar;
+  }
+
+  [[nodiscard]] std::optional<Location> location_of(const Leaf& leaf) const {
+    return is_array_of_scalars(fields()[leaf.field].type) ? parse_location(image_.globals[leaf.field].address)
+                                                          : std::nullopt;
+  }
+
+  /// The leaves begin..end of one field at their place in OpenPLC's map. False when they have none there, all of them.
+  bool place_located(std::size_t begin, std::size_t end) {
+    const auto location = location_of(leaves_[begin]);
+    const View* const view = location ? view_of(*location) : nullptr;
+    const TypeId type = leaves_[begin].elementary;
+    if (view == nullptr || (view->bits == 1) != (type == TypeId::kBool)) return false;
+    const std::uint64_t unit = location->first_bit / location->bits;
+    if (unit >= view->count) return false;
+    const std::uint32_t stride = std::max(view->width(), width_of(type));
+    const std::uint32_t first = view->base + static_cast<std::uint32_t>(unit) * view->width();
+    const auto count = static_cast<std::uint32_t>(end - begin);
+    if (count > (view->end() - first) / stride) return false;
+    std::vector<bool>& taken = located_taken_[static_cast<std::size_t>(view->table)];
+    const auto from = taken.begin() + static_cast<std::ptrdiff_t>(first);
+    const auto to = from + static_cast<std::ptrdiff_t>(count * stride);
+    // Two variables at one address are two values, unless their bits are one (overlay): the first declared is there.
+    if (!overlay_ && std::find(from, to, true) != to) return false;
+    std::fill(from, to, true);
+    for (std::uint32_t i = 0; i < count; ++i) {
+      add_point(leaves_[begin + i], view->table, first + i * stride, location_text(*location, i), false);
+    }
+    return true;
+  }
+
+  [[nodiscard]] bool accepts_writes(const Leaf& leaf) const {
+    const std::string& address = image_.globals[leaf.field].address;
+    return !address.starts_with("%I") && resource_.globals().writable(leaf.field);
+  }
+
+  [[nodiscard]] Table table_of(const Leaf& leaf) const {
+    if (leaf.elementary == TypeId::kBool) return accepts_writes(leaf) ? Table::kCoils : Table::kDiscreteInputs;
+    return accepts_writes(leaf) ? Table::kHoldingRegisters : Table::kInputRegisters;
+  }
+
+  [[nodiscard]] std::string automatic_iec_address(const Leaf& leaf) const {
+    const bytecode::ImageField& field = fields()[leaf.field];
+    const auto location = location_of(leaf);
+    if (location) return location_text(*location, (leaf.offset - field.offset) / image_.types[leaf.type].size);
+    return field.type == leaf.type ? image_.globals[leaf.field].address : std::string{};
+  }
+
+  void place_automatic(const std::vector<std::size_t>& unplaced) {
+    const std::vector<bool> exported = matching(config_.exported, unplaced);
+    std::vector<std::size_t> fresh;
+    for (std::size_t i = 0; i < unplaced.size(); ++i) {
+      if (!exported[i]) continue;
+      const Leaf& leaf = leaves_[unplaced[i]];
+      const auto known = known_paths_.find(leaf.path);
+      FrozenAddresses::Entry* const entry =
+          known == known_paths_.end() ? nullptr : &frozen_.entries.find(known->second)->second;
+      if (entry != nullptr && registers_of(entry->elementary) == registers_of(leaf.elementary)) {
+        frozen_.changed = frozen_.changed || entry->elementary != leaf.elementary;
+        entry->elementary = leaf.elementary;
+        add_point(leaf, entry->table, entry->address, automatic_iec_address(leaf), true);
+        continue;
+      }
+      if (entry != nullptr) frozen_.entries.erase(known->second);
+      fresh.push_back(unplaced[i]);
+    }
+    AutomaticArea area;
+    for (const auto& [path, entry] : frozen_.entries) {
+      if (area.reserve(entry.table, entry.address, width_of(entry.elementary))) continue;
+      diagnostics_.report(Code::P7502, {}, {},
+                          "the frozen address of \"" + path + "\", " + std::string(io::modbus_table_text(entry.table)) +
+                              " " + std::to_string(entry.address) +
+                              ", is outside the automatic area or belongs to another variable",
+                          "delete one of the lines of the lock file");
+    }
+    allocate(fresh, area);
+  }
+
+  // An array lies in sequence, so that a client reads it in one request.
+  void allocate(const std::vector<std::size_t>& fresh, AutomaticArea& area) {
+    std::size_t left_out[4] = {};
+    const Leaf* first_left_out[4] = {};
+    for (std::size_t i = 0; i < fresh.size();) {
+      const Leaf& leaf = leaves_[fresh[i]];
+      const std::string_view array = without_indices(leaf.path);
+      std::size_t end = i + 1;
+      while (end < fresh.size() && array.size() != leaf.path.size() && leaves_[fresh[end]].type == leaf.type &&
+             without_indices(leaves_[fresh[end]].path) == array) {
+        ++end;
+      }
+      const Table table = table_of(leaf);
+      const auto t = static_cast<std::size_t>(table);
+      const std::uint32_t width = width_of(leaf.elementary);
+      const auto address = area.allocate(table, width, static_cast<std::uint32_t>(end - i));
+      if (!address) {
+        left_out[t] += end - i;
+        if (first_left_out[t] == nullptr) first_left_out[t] = &leaf;
+      }
+      for (std::size_t n = 0; address && n < end - i; ++n) {
+        const Leaf& element = leaves_[fresh[i + n]];
+        const auto at = static_cast<std::uint16_t>(*address + n * width);
+        frozen_.entries[element.path] = {table, at, element.elementary};
+        frozen_.changed = true;
+        add_point(element, table, at, automatic_iec_address(element), true);
+      }
+      i = end;
+    }
+    for (std::size_t t = 0; t < 4; ++t) {
+      if (left_out[t] == 0) continue;
+      diagnostics_.report(Code::P7504, config_.at, {},
+                          "no Modbus address is left for " + std::to_string(left_out[t]) +
+                              " variables, the first is \"" + first_left_out[t]->path + "\": the automatic area of " +
+                              std::string(io::modbus_table_text(static_cast<Table>(t))) + " is full",
+                          "name the variables that clients need in [modbus] export");
+    }
+  }
+
+  /// Which of the leaves one of the patterns matches, under any of their paths. Warns of patterns that match none.
+  std::vector<bool> matching(const std::vector<io::Placed>& patterns, const std::vector<std::size_t>& leaves) {
+    std::vector<bool> result(leaves.size());
+    const runtime::Access access(resource_);
+    for (const io::Placed& pattern : patterns) {
+      if (pattern.text.find_first_not_of('*') == std::string::npos) return std::vector<bool>(leaves.size(), true);
+      std::unordered_set<std::uint32_t> offsets;
+      for (const std::string& path : access.list(pattern.text)) {
+        const auto place = access.find_leaf(path);
+        if (place && place->task == runtime::Place::kGlobal) offsets.insert(place->offset);
+      }
+      bool any = false;
+      for (std::size_t i = 0; i < leaves.size(); ++i) {
+        if (offsets.count(leaves_[leaves[i]].offset) == 0) continue;
+        result[i] = any = true;
+      }
+      if (any) continue;
+      diagnostics_.report(Code::P7503, pattern.at, {},
+                          "pattern \"" + pattern.text + "\" matches no variable of the map",
+                          "plc map shows the paths; '*' stands for any characters");
+    }
+    return result;
+  }
+
+  void apply_rights() {
+    std::unordered_map<std::uint32_t, std::size_t> leaf_at;  // by offset
+    for (std::size_t i = 0; i < leaves_.size(); ++i) leaf_at.emplace(leaves_[i].offset, i);
+    std::vector<std::size_t> mapped;
+    for (const Point& point : points_) mapped.push_back(leaf_at.at(point.offset));
+    std::vector<bool> named(points_.size(), true);
+    if (!config_.writable.empty()) named = matching(config_.writable, mapped);
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      Point& point = points_[i];
+      bool writable = named[i];
+      for (const io::ModbusRange& range : config_.ranges) {
+        if (range.writable && range.table == point.table && range.first <= point.address &&
+            point.address <= range.last) {
+          writable = *range.writable;
+        }
+      }
+      point.writable = writable && !config_.read_only && !is_input(point.table) && accepts_writes(leaves_[mapped[i]]);
+    }
+  }
+
+  runtime::Resource& resource_;
+  const Image& image_;
+  const io::ModbusConfig& config_;
+  FrozenAddresses& frozen_;
+  core::Diagnostics& diagnostics_;
+  const bool overlay_;
+  std::unordered_map<std::string, std::string, core::NameHash, core::NameEqual>
+      known_paths_;  // as the lock file spells it
+  std::vector<Leaf> leaves_;
+  std::vector<Point> points_;
+  std::vector<bool> located_taken_[4] = {std::vector<bool>(kAutomaticFirst), std::vector<bool>(kAutomaticFirst),
+                                         std::vector<bool>(kAutomaticFirst), std::vector<bool>(kAutomaticFirst)};
+};
+
+}  // namespace
+
+std::optional<AddressMap> AddressMap::build(runtime::Resource& resource, const io::ModbusConfig& config,
+                                            FrozenAddresses& frozen, core::Diagnostics& diagnostics) {
+  const std::size_t errors = diagnostics.error_count();
+  Builder builder(resource, config, frozen, diagnostics);
+  AddressMap map;
+  map.points_ = builder.run();
+  if (diagnostics.error_count() != errors) return std::nullopt;
+  map.strict_gaps_ = config.strict_gaps;
+
+  // %ID and %IL are an extension of the map: their area is there only when something is in it.
+  CellMaker cells;
+  for (std::uint32_t i = 0; i < map.points_.size(); ++i) cells.add_point(i, map.points_[i]);
+  const auto order_at = [&](Table table, std::uint32_t address) { return builder.order_at(table, address); };
+  for (const View& view : kViews) {
+    const auto t = static_cast<std::size_t>(view.table);
+    const bool has_point = std::any_of(map.points_.begin(), map.points_.end(), [&](const Point& p) {
+      return p.table == view.table && view.base <= p.address && p.address < view.end();
+    });
+    if (view.table == Table::kInputRegisters && view.bits > 16 && !has_point) continue;
+    map.areas_[t].push_back({view.base, view.end()});
+    builder.each_in_overlay(map.points_, [&](std::uint32_t index, const Location& location) {
+      if (location.area == view.area) cells.add_view(index, location, view, order_at);
+    });
+  }
+  map.cells_ = cells.finish(map.cell_begin_);
+  for (std::size_t t = 0; t < 4; ++t) {
+    const auto end = static_cast<std::uint32_t>(map.cell_begin_[t].size() - 1);
+    if (end > kAutomaticFirst) map.areas_[t].push_back({kAutomaticFirst, end});
+  }
+  return map;
+}
+
+std::span<const Cell> AddressMap::at(Table table, std::uint16_t address) const {
+  const std::vector<std::uint32_t>& begin = cell_begin_[static_cast<std::size_t>(table)];
+  if (std::size_t{address} + 1 >= begin.size()) return {};
+  return std::span(cells_).subspan(begin[address], begin[address + 1u] - begin[address]);
+}
+
+bool AddressMap::contains(Table table, std::uint16_t address) const {
+  if (strict_gaps_) return !at(table, address).empty();
+  const std::vector<Area>& areas = areas_[static_cast<std::size_t>(table)];
+  return std::any_of(areas.begin(), areas.end(), [&](const Area& a) { return a.first <= address && address < a.end; });
+}
+
+}  // namespace plc::modbus
