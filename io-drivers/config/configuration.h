@@ -116,14 +116,25 @@ struct Configuration {
   std::vector<ChannelConfig> outputs;
   ModbusConfig modbus;
   GuardianConfig guardian;
+  core::SourceRef at;                      ///< the file itself, without a line
+  core::SourceRef outputs_at;              ///< [outputs], or the file
 
   [[nodiscard]] const DriverConfig* driver(std::string_view name) const;
 };
+
+/// "127.0.0.1:502", "[::1]:502", or "off", which has an empty address; nothing for anything else.
+struct ListenText {
+  std::string address;
+  std::uint16_t port = 0;
+};
+std::optional<ListenText> parse_listen(std::string_view text);
 
 /// Reads TOML text. Reports every problem it finds (P73xx: syntax, unknown keys, wrong types, values out of range,
 /// unknown drivers, double use of a variable or channel), each with line and column; nothing when there was an error.
 /// Syntax errors stop at the first, as toml++ does.
 std::optional<Configuration> read_configuration(std::string_view text, std::string_view file,
                                                 core::Diagnostics& diagnostics);
+/// Reads the file, at most 4 MB, and then its text. P7001 when it cannot be opened.
+std::optional<Configuration> load_configuration(const std::string& path, core::Diagnostics& diagnostics);
 
 }  // namespace plc::io
