@@ -81,8 +81,12 @@ class Interpreted {
         resource_.reset();
         return;
       }
-      std::byte* table = place->task == runtime::Place::kGlobal ? resource_->globals().data()
-                                                                : resource_->program(place->task).table().data();
+      if (place->task == runtime::Place::kGlobal) {
+        std::cerr << variable_name(i) << " is global, where the benchmark cannot set it\n";
+        resource_.reset();
+        return;
+      }
+      std::byte* table = resource_->program(place->task).table().data();
       variables_.push_back(reinterpret_cast<unsigned char*>(table + place->offset));
     }
   }

@@ -7,7 +7,6 @@
 #include <unordered_set>
 
 #include "core/text.h"
-#include "runtime/memory/exchange.h"
 #include "runtime/operations.h"
 #include "runtime/value_text.h"
 
@@ -488,7 +487,7 @@ void Access::read_to(const Place& place, std::string& out) const {
     large.resize(type.size);
     to = large.data();
   }
-  copy_from_shared(to, resource_.globals().data() + place.offset, type.size);
+  resource_.globals().read(place.offset, type.size, to);
   append_value(type, to, out);
 }
 
@@ -503,7 +502,7 @@ std::optional<std::int64_t> Access::read_integer(const Place& place) const {
   if (type.kind != TypeKind::kScalar || type.size > sizeof(std::int64_t)) return std::nullopt;
   alignas(8) std::byte value[8];
   if (place.task == Place::kGlobal) {
-    copy_from_shared(value, resource_.globals().data() + place.offset, type.size);
+    resource_.globals().read(place.offset, type.size, value);
   } else {
     std::memcpy(value, resource_.program(place.task).table().data() + place.offset, type.size);
   }
@@ -537,7 +536,16 @@ std::optional<Problem> Access::write(const Place& place, std::string_view text) 
   std::vector<std::byte> value(type.size);
   if (auto problem = parse_value(type, text, value)) return problem;
   if (place.task == Place::kGlobal) {
-    copy_to_shared(resource_.globals().data() + place.offset, value.data(), type.size);
+    const GlobalWrite write{place.offset, place.type, value.data(), nullptr};
+    switch (resource_.globals().write({&write, 1})) {
+      case WriteResult::kDone:
+        break;
+      case WriteResult::kBusy:
+        return Problem{Code::P7107, "its task has not started for long and too many writes are waiting for it",
+                       "is the task stopped by a fault, or its period very long?"};
+      case WriteResult::kRefused:
+        return Problem{Code::P7106, "the variable is an input of a driver", "take it out of [inputs] in plc.toml"};
+    }
   } else {
     std::memcpy(resource_.program(place.task).table().data() + place.offset, value.data(), type.size);
   }

@@ -55,7 +55,8 @@ class Access {
 
   /// Writes a leaf from text. Besides what read() gives: TRUE/FALSE, 16#..., 2#..., 8#..., '_' between digits,
   /// enumeration member names, T#1s500ms, strings without quotes. Returns nothing, or the problem (P7103 not a value of
-  /// the type, P7104 out of range, P7105 too long, P7106 cannot be written).
+  /// the type, P7104 out of range, P7105 too long, P7106 cannot be written, P7107 busy). A global that
+  /// a task exports changes at that task's next scan (memory/global_table.h).
   std::optional<core::Problem> write(const Place& place, std::string_view text);
 
   [[nodiscard]] Resource& resource() const { return resource_; }

@@ -340,11 +340,11 @@ op_ReadN : {
   PLC_NEXT(2);
 }
 op_WriteN : {
-  m.exchange->export_all(pc[1]);
+  m.exchange->export_range(pc[1]);
   PLC_NEXT(2);
 }
 op_WriteChangedN : {
-  m.exchange->export_changed(pc[1]);
+  m.exchange->export_range(pc[1]);
   PLC_NEXT(2);
 }
 }

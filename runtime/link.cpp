@@ -73,6 +73,8 @@ void for_each_instruction(const ImagePou& pou, Visit visit) {
   }
 }
 
+bool is_export(Opcode opcode) { return opcode == Opcode::kWriteN || opcode == Opcode::kWriteChangedN; }
+
 bool calls_pou(Opcode opcode) {
   return opcode == Opcode::kCallPou || opcode == Opcode::kCallRef || opcode == Opcode::kCallFn;
 }
@@ -403,7 +405,7 @@ class Linker {
       case Opcode::kWriteN:
       case Opcode::kWriteChangedN:
         put_handler(static_cast<ResolvedOp>(d.opcode));
-        put(exchange_.add_range(d.operands[0], d.operands[1], d.opcode == Opcode::kWriteChangedN));
+        put(exchange_.add_range(d.operands[0], d.operands[1], d.opcode != Opcode::kReadN));
         return;
       default:
         put_plain(d);
@@ -526,6 +528,14 @@ std::vector<std::uint32_t> reached_pous(const Image& image, std::uint32_t body) 
   }
   std::reverse(order.begin(), order.end());
   return order;
+}
+
+std::vector<FieldRange> exported_ranges(const Image& image, std::uint32_t body) {
+  std::vector<FieldRange> ranges;
+  for_each_instruction(image.pous[body], [&](const Decoded& d) {
+    if (is_export(d.opcode)) ranges.push_back({d.operands[0], d.operands[1]});
+  });
+  return ranges;
 }
 
 core::Result<LinkedCode> link_task(const Image& image, std::uint32_t body, const std::vector<std::uint32_t>& pous,

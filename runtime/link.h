@@ -33,6 +33,14 @@ struct Binding {
 /// The POUs that a task reaches, callers before callees.
 std::vector<std::uint32_t> reached_pous(const bytecode::Image& image, std::uint32_t body);
 
+/// Fields of the global table from `first` on.
+struct FieldRange {
+  std::uint32_t first = 0;
+  std::uint32_t count = 0;
+};
+/// What the task body `body` exports, in the order of its instructions.
+std::vector<FieldRange> exported_ranges(const bytecode::Image& image, std::uint32_t body);
+
 struct LinkedCode {
   TableMemory words;  ///< 64-byte aligned, so that records lie as the linker placed them
   std::vector<CodeMark> marks;

@@ -19,7 +19,7 @@ struct Program::State {
         index(index_in),
         options(options_in),
         table(image_in, image_in.tasks[index_in].body, std::move(layout), options_in.huge_pages),
-        exchange(image_in, globals, table.data()) {}
+        exchange(globals, index_in, table.data()) {}
 
   const bytecode::Image& image;
   std::uint32_t index;
@@ -72,6 +72,7 @@ core::Result<std::unique_ptr<Program>> Program::link(const bytecode::VerifiedIma
   auto code = link_task(image, entry.body, pous, state->table.layout(), state->exchange);
   if (!code) return code.error();
   state->code = std::move(*code);
+  state->exchange.prepare();
 
   Machine& m = state->machine;
   m.table = state->table.data();
@@ -92,9 +93,14 @@ Fault Program::execute(const CycleContext& context) noexcept {
   s.machine.step.now_ns = context.now_ns;
   s.machine.loops_left = s.options.loop_budget;
   s.machine.fault = {};
+  s.exchange.begin();
   run_body(s.machine, Addressing::kFixed, s.code.entry, s.table.layout().instance);
+  s.exchange.end();
   return s.machine.fault;
 }
+
+// RT:
+bool Program::read_global_bool(std::uint32_t offset) noexcept { return state_->exchange.read_bool(offset); }
 
 const bytecode::Image& Program::image() const { return state_->image; }
 const bytecode::ImageTask& Program::task() const { return state_->image.tasks[state_->index]; }

@@ -1,7 +1,7 @@
 // Program: the executable form of one task of a verified image. Handles become addresses here, before the first run.
 //
 // In: VerifiedImage, GlobalTable. Out: execute(), one scan of the task: imports, programs, exports as its body says.
-// Threads: a Program belongs to one thread at a time; only the global table is shared, and only by relaxed atomics.
+// Threads: a Program belongs to one thread at a time; only the global table is shared (memory/exchange.h).
 // Events stop nothing and are counted with their drawn element; a fault ends the scan (docs/guides/events.md).
 // Does not belong here: when a task runs (sched/), names of variables (access.h).
 #pragma once
@@ -14,6 +14,7 @@
 #include "core/clock.h"
 #include "core/result.h"
 #include "core/source_ref.h"
+#include "runtime/memory/global_table.h"
 #include "runtime/memory/table.h"
 #include "stdlib/library.h"
 
@@ -64,6 +65,9 @@ class Program {
 
   /// One scan. RT: noexcept, no allocation, no lock, no system call.
   Fault execute(const CycleContext& context) noexcept;
+
+  /// A BOOL of the global table as published now: what releases an event task. Between scans. RT.
+  [[nodiscard]] bool read_global_bool(std::uint32_t offset) noexcept;
 
   [[nodiscard]] const bytecode::Image& image() const;
   [[nodiscard]] const bytecode::ImageTask& task() const;

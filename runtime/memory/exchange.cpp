@@ -1,5 +1,6 @@
 #include "runtime/memory/exchange.h"
 
+#include <algorithm>
 #include <atomic>
 #include <bit>
 #include <cstring>
@@ -68,93 +69,162 @@ void copy_to_shared(std::byte* shared, const std::byte* from, std::size_t bytes)
   move_words<true>(const_cast<std::byte*>(from), shared, bytes);
 }
 
-Exchange::Exchange(const bytecode::Image& image, GlobalTable& globals, std::byte* local)
-    : image_(image), globals_(globals), local_(local) {}
-
-void Exchange::add_leaves(std::uint32_t type, std::uint32_t offset) {
-  const bytecode::ImageType& t = image_.types[type];
-  const auto leaf_bytes = [this](std::uint32_t leaf) -> std::uint32_t {
-    const bytecode::TypeKind kind = image_.types[leaf].kind;
-    const bool whole = kind != bytecode::TypeKind::kArray && kind != bytecode::TypeKind::kStruct;
-    return whole ? image_.types[leaf].size : 0;
-  };
-  switch (t.kind) {
-    case bytecode::TypeKind::kScalar:
-    case bytecode::TypeKind::kString:
-    case bytecode::TypeKind::kRef:
-      if (!leaves_.empty() && leaves_.back().bytes == t.size && ranges_.back().first_leaves < leaves_.size() &&
-          leaves_.back().offset + leaves_.back().bytes * leaves_.back().count == offset) {
-        ++leaves_.back().count;
-      } else {
-        leaves_.push_back({offset, t.size, 1});
-      }
-      return;
-    case bytecode::TypeKind::kArray:
-      if (leaf_bytes(t.element) != 0) {
-        leaves_.push_back({offset, leaf_bytes(t.element), t.count});
-        return;
-      }
-      for (std::uint32_t i = 0; i < t.count; ++i) add_leaves(t.element, offset + i * image_.types[t.element].size);
-      return;
-    case bytecode::TypeKind::kStruct:
-      for (const bytecode::ImageField& field : t.fields) add_leaves(field.type, offset + field.offset);
-      return;
-  }
+Exchange::Exchange(GlobalTable& globals, std::uint32_t task, std::byte* local)
+    : globals_(globals), task_(task), local_(local) {
+  globals_.attach(*this);
 }
 
-std::uint32_t Exchange::add_range(std::uint32_t first, std::uint32_t count, bool changed) {
-  const std::vector<bytecode::ImageField>& fields = image_.types[image_.global_type].fields;
+Exchange::~Exchange() { globals_.detach(*this); }
+
+std::uint32_t Exchange::add_range(std::uint32_t first, std::uint32_t count, bool exports) {
   Range range;
-  if (count != 0) {
-    const bytecode::ImageField& last = fields[first + count - 1];
-    range.begin = fields[first].offset;
-    range.end = last.offset + image_.types[last.type].size;
+  range.first = first;
+  range.count = count;
+  range.exports = exports;
+  ranges_.push_back(std::move(range));
+  return static_cast<std::uint32_t>(ranges_.size() - 1);
+}
+
+void Exchange::prepare() {
+  held_.assign(globals_.owners_.size(), nullptr);
+  sources_.clear();
+  const auto reads = [this](std::uint32_t owner) {
+    if (std::find(sources_.begin(), sources_.end(), owner) == sources_.end()) sources_.push_back(owner);
+  };
+  std::size_t exports = 0;
+  bool by_leaf = false;
+  for (Range& range : ranges_) {
+    range.stretches.clear();
+    range.leaves.clear();
+    bool neighbour = false;  // the field before this one is the end of the last stretch
+    for (std::uint32_t f = range.first; f < range.first + range.count; ++f) {
+      const GlobalTable::Field& field = globals_.fields_[f];
+      if (field.begin == field.end) continue;
+      const bool owned = field.kind == GlobalTable::Kind::kOwned;
+      if (owned && (field.owner == task_) == range.exports) {
+        if (!range.exports) reads(field.owner);
+        if (neighbour && range.stretches.back().owner == field.owner) {
+          range.stretches.back().end = field.end;
+        } else {
+          range.stretches.push_back({field.owner, field.begin, field.end});
+        }
+      }
+      neighbour = owned && (field.owner == task_) == range.exports;
+      if (owned || field.kind == GlobalTable::Kind::kConstant) continue;
+      by_leaf = true;
+      for (std::uint32_t l = field.first_leaves; l < field.last_leaves; ++l) {
+        range.leaves.push_back(l);
+        const GlobalTable::Leaves& leaves = globals_.leaves_[l];
+        for (std::uint32_t c = leaves.first_copy; c < leaves.last_copy; ++c) reads(globals_.copies_[c].owner);
+      }
+    }
+    exports += range.exports ? 1 : 0;
   }
-  range.first_leaves = static_cast<std::uint32_t>(leaves_.size());
-  ranges_.push_back(range);
-  if (changed) {
-    for (std::uint32_t i = first; i < first + count; ++i) add_leaves(fields[i].type, fields[i].offset);
-    if (shadow_.size() == 0) {
-      shadow_ = TableMemory(globals_.size());
-      std::memcpy(shadow_.data(), local_, globals_.size());
+  in_parts_ = exports > 1;
+  if (by_leaf && shadow_.size() == 0) shadow_ = TableMemory(globals_.size());
+  reset();
+}
+
+void Exchange::reset() {
+  if (shadow_.size() != 0) std::memcpy(shadow_.data(), local_, globals_.size());
+}
+
+// RT:
+void Exchange::apply(const Journal::Entry& entry, const std::byte* value, const std::byte* mask) noexcept {
+  globals_.merge(local_ + entry.offset, entry.type, value, mask);
+}
+
+// RT:
+void Exchange::begin() noexcept {
+  writing_ = nullptr;
+  stamp_ = 0;
+  globals_.owners_[task_].journal->drain([this](const Journal::Entry& entry, const std::byte* value,
+                                                const std::byte* mask) noexcept { apply(entry, value, mask); });
+  for (const std::uint32_t owner : sources_) held_[owner] = globals_.owners_[owner].snapshot->acquire(task_);
+}
+
+// RT:
+void Exchange::import_leaves(const GlobalTable::Leaves& leaves) noexcept {
+  const std::size_t total = std::size_t{leaves.bytes} * leaves.count;
+  std::byte* const to = local_ + leaves.offset;
+  if (leaves.first_copy == leaves.last_copy) {
+    copy_from_shared(to, globals_.overlapping_.data() + leaves.offset, total);
+  } else {
+    for (std::uint32_t i = 0; i < leaves.count; ++i) {
+      globals_.read_shared(held_, leaves, i, to + std::size_t{leaves.bytes} * i);
     }
   }
-  ranges_.back().last_leaves = static_cast<std::uint32_t>(leaves_.size());
-  return static_cast<std::uint32_t>(ranges_.size() - 1);
+  std::memcpy(shadow_.data() + leaves.offset, to, total);
 }
 
 // RT:
 void Exchange::import(std::uint32_t range) noexcept {
   const Range& r = ranges_[range];
-  copy_from_shared(local_ + r.begin, globals_.data() + r.begin, r.end - r.begin);
-  if (shadow_.size() != 0 && r.end != r.begin) std::memcpy(shadow_.data() + r.begin, local_ + r.begin, r.end - r.begin);
+  for (const Stretch& s : r.stretches) {
+    std::memcpy(local_ + s.begin, held_[s.owner] + (s.begin - globals_.owners_[s.owner].begin), s.end - s.begin);
+  }
+  for (const std::uint32_t l : r.leaves) import_leaves(globals_.leaves_[l]);
 }
 
 // RT:
-void Exchange::export_all(std::uint32_t range) noexcept {
-  const Range& r = ranges_[range];
-  copy_to_shared(globals_.data() + r.begin, local_ + r.begin, r.end - r.begin);
+void Exchange::open_snapshot() noexcept {
+  Snapshot& snapshot = *globals_.owners_[task_].snapshot;
+  writing_ = snapshot.begin_write();
+  // A body that leaves a range out this time publishes that range as it was.
+  if (in_parts_) std::memcpy(writing_, snapshot.published(), globals_.owners_[task_].shared_at);
 }
 
 // RT:
-void Exchange::export_changed(std::uint32_t range) noexcept {
-  const Range& r = ranges_[range];
-  std::byte* const shadow = shadow_.data();
-  for (std::uint32_t i = r.first_leaves; i < r.last_leaves; ++i) {
-    const Leaves& leaves = leaves_[i];
-    const std::size_t total = std::size_t{leaves.bytes} * leaves.count;
-    if (std::memcmp(local_ + leaves.offset, shadow + leaves.offset, total) == 0) continue;
-    for (std::uint32_t n = 0; n < leaves.count; ++n) {
-      const std::uint32_t at = leaves.offset + n * leaves.bytes;
-      if (std::memcmp(local_ + at, shadow + at, leaves.bytes) == 0) continue;
-      copy_to_shared(globals_.data() + at, local_ + at, leaves.bytes);
-      std::memcpy(shadow + at, local_ + at, leaves.bytes);
+void Exchange::export_leaves(const GlobalTable::Leaves& leaves) noexcept {
+  std::byte* const local = local_ + leaves.offset;
+  std::byte* const shadow = shadow_.data() + leaves.offset;
+  if (std::memcmp(local, shadow, std::size_t{leaves.bytes} * leaves.count) == 0) return;
+  for (std::uint32_t i = 0; i < leaves.count; ++i) {
+    const std::size_t at = std::size_t{leaves.bytes} * i;
+    if (std::memcmp(local + at, shadow + at, leaves.bytes) == 0) continue;
+    if (leaves.first_copy == leaves.last_copy) {
+      copy_to_shared(globals_.overlapping_.data() + leaves.offset + at, local + at, leaves.bytes);
+    } else {
+      if (writing_ == nullptr) open_snapshot();
+      if (stamp_ == 0) stamp_ = globals_.next_stamp();
+      const GlobalTable::Stamped place = globals_.stamped(task_, leaves, i);
+      std::memcpy(place.value, local + at, leaves.bytes);
+      std::memcpy(place.stamp, &stamp_, sizeof stamp_);
     }
+    std::memcpy(shadow + at, local + at, leaves.bytes);
   }
 }
 
-void Exchange::reset() {
-  if (shadow_.size() != 0) std::memcpy(shadow_.data(), local_, globals_.size());
+// RT:
+void Exchange::export_range(std::uint32_t range) noexcept {
+  const Range& r = ranges_[range];
+  if (!r.stretches.empty() && writing_ == nullptr) open_snapshot();
+  for (const Stretch& s : r.stretches) {
+    std::memcpy(writing_ + (s.begin - globals_.owners_[task_].begin), local_ + s.begin, s.end - s.begin);
+  }
+  for (const std::uint32_t l : r.leaves) export_leaves(globals_.leaves_[l]);
+}
+
+// RT:
+void Exchange::end() noexcept {
+  GlobalTable::Owner& own = globals_.owners_[task_];
+  if (writing_ != nullptr) {
+    const std::size_t shared = own.snapshot->bytes() - own.shared_at;
+    if (shared != 0) std::memcpy(writing_ + own.shared_at, own.image.data() + own.shared_at, shared);
+    own.snapshot->publish();
+  }
+  for (const std::uint32_t owner : sources_) globals_.owners_[owner].snapshot->release(task_);
+}
+
+// RT:
+bool Exchange::read_bool(std::uint32_t offset) noexcept {
+  for (std::size_t owner = 0; owner < held_.size(); ++owner) {
+    held_[owner] = globals_.owners_[owner].snapshot->acquire(task_);
+  }
+  std::byte value{};
+  globals_.read_held(held_, offset, 1, &value);
+  globals_.let_go(task_);
+  return value != std::byte{0};
 }
 
 }  // namespace plc::runtime

@@ -17,6 +17,7 @@ class GlobalReader {
  public:
   /// Set-up only: not while tasks run.
   explicit GlobalReader(GlobalTable& table);
+  ~GlobalReader();
   GlobalReader(const GlobalReader&) = delete;
   GlobalReader& operator=(const GlobalReader&) = delete;
 
@@ -30,6 +31,7 @@ class GlobalReader {
  private:
   GlobalTable& table_;
   std::uint32_t slot_;
+  GlobalTable::Held held_;
 };
 
 /// Globals that a driver owns: its inputs. Nobody else writes them from then on.

@@ -82,5 +82,91 @@ class GlobalTable {
   friend class GlobalReader;
   friend class GlobalInputs;
   friend class ProcessImage;
+
+  enum class Kind : std::uint8_t { kConstant, kOwned, kShared, kOverlapping };
+  /// A field of the table and how it changes.
+  struct Field {
+    std::uint32_t begin = 0;
+    std::uint32_t end = 0;
+    Kind kind = Kind::kOwned;
+    std::uint32_t owner = 0;    ///< kOwned, and kOverlapping when a driver claimed it
+    std::uint32_t first_leaves = 0;  ///< into leaves_
+    std::uint32_t last_leaves = 0;   ///< kOwned and kConstant: none
+    std::vector<std::uint32_t> exporters;
+  };
+  /// `count` leaves of `bytes` each side by side: parts of a shared or overlapping field.
+  struct Leaves {
+    std::uint32_t offset = 0;
+    std::uint32_t bytes = 0;
+    std::uint32_t count = 0;
+    std::uint32_t first_copy = 0;  ///< into copies_; shared only
+    std::uint32_t last_copy = 0;
+  };
+  /// One owner's values and stamps of shared leaves, as places in its snapshot.
+  struct Copy {
+    std::uint32_t owner = 0;
+    std::size_t values = 0;
+    std::size_t stamps = 0;  ///< 8 bytes a leaf; 0 = never written
+  };
+  /// Who publishes: the tasks by index, the outside, then drivers.
+  struct Owner {
+    std::uint32_t begin = 0;       ///< the snapshot starts with these bytes of the table
+    std::uint32_t end = 0;
+    std::uint32_t shared_at = 0;   ///< where its copies of shared leaves start in the snapshot
+    TableMemory image;             ///< of the next snapshot; tasks use only the part from shared_at on
+    std::unique_ptr<Snapshot> snapshot;
+    std::unique_ptr<Journal> journal;  ///< tasks only
+  };
+  /// What one reader holds of one owner.
+  using Held = std::vector<const std::byte*>;
+
+  [[nodiscard]] std::uint32_t outside() const { return task_count_; }
+  /// The field that `offset` lies in.
+  [[nodiscard]] const Field& field_at(std::uint32_t offset) const noexcept;
+  /// The leaves of `field` that `offset` lies in.
+  [[nodiscard]] const Leaves& leaves_at(const Field& field, std::uint32_t offset) const noexcept;
+  void add_leaves(std::uint32_t type, std::uint32_t offset);
+  /// Snapshots and images anew, with these values of the whole table; tells the exchanges.
+  void rebuild(const std::vector<std::byte>& values);
+  /// A reader's slot; `held` is kept as long as there are owners.
+  std::uint32_t add_reader(Held& held);
+  void remove_reader(Held& held) { std::erase(reader_held_, &held); }
+  std::uint32_t claim(std::span<const std::uint32_t> fields);
+  void attach(Exchange& exchange) { exchanges_.push_back(&exchange); }
+  void detach(Exchange& exchange) { std::erase(exchanges_, &exchange); }
+
+  void hold(std::uint32_t reader, Held& held) const noexcept;
+  void let_go(std::uint32_t reader) const noexcept;
+  /// Copies what [offset, offset + bytes) is in the snapshots held. RT.
+  void read_held(const Held& held, std::uint32_t offset, std::uint32_t bytes, std::byte* to) const noexcept;
+  /// Copies the newest of leaf `index` of `leaves`. RT.
+  void read_shared(const Held& held, const Leaves& leaves, std::uint32_t index, std::byte* to) const noexcept;
+  /// Where leaf `index` of `leaves` is in the image of `owner`, which has a copy of it. RT.
+  struct Stamped {
+    std::byte* value;
+    std::byte* stamp;
+  };
+  [[nodiscard]] Stamped stamped(std::uint32_t owner, const Leaves& leaves, std::uint32_t index) noexcept;
+  void publish_image(std::uint32_t owner) noexcept;
+  /// Puts a value, where `mask` has bits, into place; false when the result is outside its limits. RT.
+  bool merge(std::byte* place, std::uint32_t type, const std::byte* value, const std::byte* mask) const noexcept;
+  void write_overlapping(const GlobalWrite& write) noexcept;
+  [[nodiscard]] std::uint64_t next_stamp() noexcept { return stamp_.fetch_add(1, std::memory_order_relaxed) + 1; }
+
+  const bytecode::Image& image_;
+  std::size_t size_;
+  std::uint32_t task_count_;
+  std::uint32_t reader_count_;       ///< tasks, the outside, then GlobalReaders
+  std::vector<Field> fields_;        ///< parallel to those of Image::global_type
+  std::vector<Leaves> leaves_;
+  std::vector<Copy> copies_;
+  std::vector<Owner> owners_;
+  std::vector<Exchange*> exchanges_;
+  TableMemory overlapping_;          ///< values of overlapping leaves, at their offsets
+  std::atomic<std::uint64_t> stamp_{0};
+  mutable std::mutex outside_mutex_;
+  mutable Held outside_held_;
+  std::vector<Held*> reader_held_;   ///< of GlobalReaders
 };
+
 }  // namespace plc::runtime

@@ -18,6 +18,7 @@ struct Span {
   char area = 'I';
   std::uint64_t first_bit = 0;
   std::uint32_t bits = 1;
+  std::size_t field = 0;
   std::uint32_t global = 0;
   std::uint32_t bytes = 1;
 };
@@ -93,12 +94,11 @@ std::vector<bool> overlapping(const std::vector<Span>& spans) {
   return shared;
 }
 
-}  // namespace
-
-ProcessImage::ProcessImage(const bytecode::Image& image, GlobalTable& globals) : globals_(globals) {
-  if (image.options.profile != core::AddressProfile::kOverlay) return;
-  const bytecode::ImageType& table = image.types[image.global_type];
+/// The locations that can overlap, by declaration.
+std::vector<Span> located(const bytecode::Image& image) {
   std::vector<Span> spans;
+  if (image.options.profile != core::AddressProfile::kOverlay) return spans;
+  const bytecode::ImageType& table = image.types[image.global_type];
   for (std::size_t i = 0; i < image.globals.size(); ++i) {
     const auto span = parse(image.globals[i].address);
     const bytecode::ImageType& type = image.types[table.fields[i].type];
@@ -106,9 +106,25 @@ ProcessImage::ProcessImage(const bytecode::Image& image, GlobalTable& globals) :
     const bool is_bool = bytecode::rep_of(type) == core::Rep::kBool;
     if (is_bool ? span->bits != 1 : type.size * 8 != span->bits) continue;
     spans.push_back(*span);
+    spans.back().field = i;
     spans.back().global = table.fields[i].offset;
     spans.back().bytes = type.size;
   }
+  return spans;
+}
+
+}  // namespace
+
+std::vector<bool> overlapping_globals(const bytecode::Image& image) {
+  std::vector<bool> fields(image.globals.size(), false);
+  const std::vector<Span> spans = located(image);
+  const std::vector<bool> shared = overlapping(spans);
+  for (std::size_t i = 0; i < spans.size(); ++i) fields[spans[i].field] = shared[i];
+  return fields;
+}
+
+ProcessImage::ProcessImage(const bytecode::Image& image, GlobalTable& globals) : globals_(globals) {
+  const std::vector<Span> spans = located(image);
   const std::vector<bool> shared = overlapping(spans);
   std::uint32_t base = 0;
   for (const char area : {'I', 'Q', 'M'}) {
@@ -127,7 +143,7 @@ ProcessImage::ProcessImage(const bytecode::Image& image, GlobalTable& globals) :
 
 std::uint64_t ProcessImage::load(const Location& location) const noexcept {
   std::byte bytes[8] = {};
-  copy_from_shared(bytes, globals_.data() + location.global, location.bytes);
+  copy_from_shared(bytes, globals_.overlapping_.data() + location.global, location.bytes);
   std::uint64_t value = 0;
   std::memcpy(&value, bytes, sizeof value);
   return value;
@@ -165,7 +181,7 @@ void ProcessImage::sync() noexcept {
     if (value == load(location)) continue;
     std::byte bytes[8];
     std::memcpy(bytes, &value, sizeof bytes);
-    copy_to_shared(globals_.data() + location.global, bytes, location.bytes);
+    copy_to_shared(globals_.overlapping_.data() + location.global, bytes, location.bytes);
   }
   busy_.clear(std::memory_order_release);
 }

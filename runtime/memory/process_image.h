@@ -13,9 +13,12 @@
 #include <vector>
 
 #include "bytecode/image.h"
-#include "runtime/memory/table.h"
+#include "runtime/memory/global_table.h"
 
 namespace plc::runtime {
+
+/// By field of Image::global_type: shares bits with another one. All false under --profile=separate.
+std::vector<bool> overlapping_globals(const bytecode::Image& image);
 
 class ProcessImage {
  public:

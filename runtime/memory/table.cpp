@@ -59,11 +59,6 @@ TableMemory& TableMemory::operator=(TableMemory&& other) noexcept {
   return *this;
 }
 
-GlobalTable::GlobalTable(const bytecode::Image& image)
-    : memory_(image.global_initial.size()), size_(image.global_initial.size()) {
-  copy_bytes(memory_.data(), image.global_initial);
-}
-
 TaskLayout lay_out(const bytecode::Image& image, std::uint32_t body, std::span<const std::uint8_t> reached) {
   TaskLayout layout;
   std::uint64_t next = 0;

@@ -1,9 +1,9 @@
-// The memory that programs run on: aligned blocks of bytes, their layout per task, and the global variable table (GVT).
+// The memory that programs run on: aligned blocks of bytes and their layout per task.
 //
 // In: sizes from a verified image. Out: stable addresses, 64-byte aligned, on huge pages when asked and available.
 // A task's table holds [copy of the global table][constants][task instance][one static frame per POU it reaches];
 // recursion is impossible, so frames never move. Does not belong here: what the bytes mean (access.h), when they are
-// copied (exchange.h).
+// copied (exchange.h), the global table itself (global_table.h).
 #pragma once
 
 #include <cstddef>
@@ -38,20 +38,6 @@ class TableMemory {
   std::byte* data_ = nullptr;
   std::size_t size_ = 0;
   std::size_t mapped_ = 0;
-};
-
-/// The global variable table: one per resource, shared by all tasks. Accessed only through exchange.h and access.h once
-/// tasks run: every access is a relaxed atomic of the leaf's size.
-class GlobalTable {
- public:
-  explicit GlobalTable(const bytecode::Image& image);
-  [[nodiscard]] std::byte* data() { return memory_.data(); }
-  [[nodiscard]] const std::byte* data() const { return memory_.data(); }
-  [[nodiscard]] std::size_t size() const { return size_; }
-
- private:
-  TableMemory memory_;
-  std::size_t size_;
 };
 
 /// Byte offsets of the parts of one task's table.

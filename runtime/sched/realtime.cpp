@@ -9,7 +9,6 @@
 #include <string>
 #include <system_error>
 
-#include "runtime/memory/exchange.h"
 
 namespace plc::runtime {
 namespace {
@@ -27,12 +26,6 @@ std::string error_text(int error) { return std::system_category().message(error)
 [[gnu::noinline]] void prefault_stack() {
   volatile unsigned char pages[kStackPrefault];
   for (std::size_t i = 0; i < sizeof pages; i += 4096) pages[i] = 0;
-}
-
-bool trigger_level(const GlobalTable& globals, std::uint32_t offset) noexcept {
-  std::byte value{};
-  copy_from_shared(&value, globals.data() + offset, 1);
-  return value != std::byte{0};
 }
 
 }  // namespace
@@ -114,7 +107,7 @@ void RealtimeScheduler::run(TaskRun& task, core::TimeNs start_ns) noexcept {
     if (stop_requested()) return;
     bool released = true;
     if (trigger) {
-      const bool level = trigger_level(resource_.globals(), *trigger);
+      const bool level = resource_.program(task.index).read_global_bool(*trigger);
       released = level && !trigger_was;
       trigger_was = level;
     }

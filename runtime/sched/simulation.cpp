@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "runtime/memory/exchange.h"
 
 namespace plc::runtime {
 
@@ -31,7 +30,7 @@ void Simulation::look_at_triggers() {
   for (SimulatedTask& task : tasks_) {
     if (!task.trigger) continue;
     std::byte value{};
-    copy_from_shared(&value, resource_.globals().data() + *task.trigger, 1);
+    resource_.globals().read(*task.trigger, 1, &value);
     const bool now = value != std::byte{0};
     if (now && !task.trigger_was && !task.halted) task.due = true;
     task.trigger_was = now;

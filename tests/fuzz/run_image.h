@@ -72,7 +72,9 @@ inline std::uint64_t run_image(bytecode::VerifiedImage verified, unsigned scans)
         expect_well_typed(image, image.pous[pou].frame_type, table + layout.frames[pou]);
       }
     }
-    expect_well_typed(image, image.global_type, resource.globals().data());
+    std::vector<std::byte> globals(resource.globals().size());
+    resource.globals().copy(globals.data());
+    expect_well_typed(image, image.global_type, globals.data());
   }
   return done;
 }

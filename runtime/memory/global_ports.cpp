@@ -1,0 +1,38 @@
+#include "runtime/memory/global_ports.h"
+
+#include <cstring>
+
+#include "runtime/memory/exchange.h"
+
+namespace plc::runtime {
+
+GlobalReader::GlobalReader(GlobalTable& table) : table_(table), slot_(table.add_reader(held_)) {}
+GlobalReader::~GlobalReader() { table_.remove_reader(held_); }
+
+// RT:
+void GlobalReader::begin() noexcept { table_.hold(slot_, held_); }
+void GlobalReader::end() noexcept { table_.let_go(slot_); }
+
+// RT:
+void GlobalReader::read(std::uint32_t offset, std::uint32_t bytes, std::byte* to) const noexcept {
+  table_.read_held(held_, offset, bytes, to);
+}
+
+GlobalInputs::GlobalInputs(GlobalTable& table, std::span<const std::uint32_t> fields)
+    : table_(table), owner_(table.claim(fields)) {}
+
+// RT:
+void GlobalInputs::set(std::uint32_t offset, std::uint32_t type, const std::byte* value) noexcept {
+  const GlobalTable::Field& field = table_.field_at(offset);
+  if (field.kind == GlobalTable::Kind::kOverlapping) {
+    table_.write_overlapping({offset, type, value, nullptr});
+    return;
+  }
+  GlobalTable::Owner& own = table_.owners_[owner_];
+  table_.merge(own.image.data() + (offset - own.begin), type, value, nullptr);
+}
+
+// RT:
+void GlobalInputs::publish() noexcept { table_.publish_image(owner_); }
+
+}  // namespace plc::runtime

@@ -1,0 +1,414 @@
+#include "runtime/memory/global_table.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "runtime/link.h"
+#include "runtime/memory/exchange.h"
+#include "runtime/memory/process_image.h"
+#include "runtime/operations.h"
+#include "stdlib/arithmetic.h"
+
+namespace plc::runtime {
+namespace {
+
+using bytecode::ImageField;
+using bytecode::ImageType;
+using bytecode::TypeKind;
+using core::Rep;
+
+/// Room for some thousand writes of a value each between two starts of a task; strings of any size fit once.
+constexpr std::size_t kJournalBytes = 64 * 1024;
+
+bool is_leaf(const ImageType& type) { return type.kind != TypeKind::kArray && type.kind != TypeKind::kStruct; }
+
+std::uint32_t aligned(std::uint32_t bytes, std::uint32_t to) { return (bytes + to - 1) / to * to; }
+
+template <class T>
+bool within(const ImageType& type, const std::byte* value) noexcept {
+  const auto v = static_cast<std::int64_t>(load<T>(value));
+  return !type.limited || (v >= type.lower && v <= type.upper);
+}
+
+template <class T>
+void canonical_in_place(std::byte* value) noexcept {
+  store(value, stdlib::canonical(load<T>(value)));
+}
+
+void clamp_string(const ImageType& type, std::byte* value) noexcept {
+  const auto header = load<core::StringHeader>(value);
+  store(value, core::StringHeader{type.capacity, std::min(header.length, type.capacity)});
+}
+
+}  // namespace
+
+// RT:
+bool normalise(const ImageType& type, std::byte* value) noexcept {
+  switch (bytecode::rep_of(type)) {
+    case Rep::kBool:
+      store<std::uint8_t>(value, load<std::uint8_t>(value) != 0 ? 1 : 0);
+      return true;
+    case Rep::kI8:
+      return within<std::int8_t>(type, value);
+    case Rep::kU8:
+      return within<std::uint8_t>(type, value);
+    case Rep::kI16:
+      return within<std::int16_t>(type, value);
+    case Rep::kU16:
+      return within<std::uint16_t>(type, value);
+    case Rep::kI32:
+      return within<std::int32_t>(type, value);
+    case Rep::kU32:
+      return within<std::uint32_t>(type, value);
+    case Rep::kI64:
+    case Rep::kU64:
+      return within<std::int64_t>(type, value);
+    case Rep::kF32:
+      canonical_in_place<float>(value);
+      return true;
+    case Rep::kF64:
+      canonical_in_place<double>(value);
+      return true;
+    case Rep::kStr:
+    case Rep::kWstr:
+      clamp_string(type, value);
+      return true;
+    case Rep::kRef:
+      break;
+  }
+  return false;
+}
+
+GlobalTable::GlobalTable(const bytecode::Image& image)
+    : image_(image),
+      size_(image.global_initial.size()),
+      task_count_(static_cast<std::uint32_t>(image.tasks.size())),
+      reader_count_(task_count_ + 1),
+      owners_(task_count_ + 1) {
+  const std::vector<ImageField>& declared = image.types[image.global_type].fields;
+  const std::vector<bool> overlapping = overlapping_globals(image);
+  fields_.resize(declared.size());
+  for (std::uint32_t task = 0; task < task_count_; ++task) {
+    for (const FieldRange& range : exported_ranges(image, image.tasks[task].body)) {
+      for (std::uint32_t f = range.first; f < range.first + range.count; ++f) {
+        std::vector<std::uint32_t>& exporters = fields_[f].exporters;
+        if (exporters.empty() || exporters.back() != task) exporters.push_back(task);
+      }
+    }
+  }
+  for (std::size_t f = 0; f < fields_.size(); ++f) {
+    Field& field = fields_[f];
+    field.begin = declared[f].offset;
+    field.end = field.begin + image.types[declared[f].type].size;
+    field.owner = field.exporters.size() == 1 ? field.exporters.front() : outside();
+    field.kind = declared[f].constant            ? Kind::kConstant
+                 : overlapping[f]                ? Kind::kOverlapping
+                 : field.exporters.size() > 1    ? Kind::kShared
+                                                 : Kind::kOwned;
+    field.first_leaves = static_cast<std::uint32_t>(leaves_.size());
+    if (field.kind == Kind::kShared || field.kind == Kind::kOverlapping) add_leaves(declared[f].type, field.begin);
+    field.last_leaves = static_cast<std::uint32_t>(leaves_.size());
+  }
+  if (std::find(overlapping.begin(), overlapping.end(), true) != overlapping.end()) overlapping_ = TableMemory(size_);
+  reset();
+}
+
+void GlobalTable::add_leaves(std::uint32_t type, std::uint32_t offset) {
+  const ImageType& t = image_.types[type];
+  if (t.kind == TypeKind::kStruct) {
+    for (const ImageField& field : t.fields) add_leaves(field.type, offset + field.offset);
+  } else if (t.kind == TypeKind::kArray && !is_leaf(image_.types[t.element])) {
+    for (std::uint32_t i = 0; i < t.count; ++i) add_leaves(t.element, offset + i * image_.types[t.element].size);
+  } else if (t.kind == TypeKind::kArray) {
+    leaves_.push_back({offset, image_.types[t.element].size, t.count, 0, 0});
+  } else {
+    leaves_.push_back({offset, t.size, 1, 0, 0});
+  }
+}
+
+void GlobalTable::rebuild(const std::vector<std::byte>& values) {
+  for (Owner& owner : owners_) owner.begin = owner.end = 0;
+  for (const Field& field : fields_) {
+    if (field.kind != Kind::kOwned || field.begin == field.end) continue;
+    Owner& owner = owners_[field.owner];
+    const bool first = owner.begin == owner.end;
+    owner.begin = first ? field.begin : std::min(owner.begin, field.begin);
+    owner.end = first ? field.end : std::max(owner.end, field.end);
+  }
+  std::vector<std::size_t> bytes;
+  for (Owner& owner : owners_) {
+    // Places in a snapshot are aligned as those in the table.
+    owner.begin -= owner.begin % static_cast<std::uint32_t>(kTableAlign);
+    owner.shared_at = aligned(owner.end - owner.begin, kTableAlign);
+    bytes.push_back(owner.shared_at);
+  }
+  copies_.clear();
+  for (const Field& field : fields_) {
+    if (field.kind != Kind::kShared) continue;
+    for (std::uint32_t l = field.first_leaves; l < field.last_leaves; ++l) {
+      Leaves& leaves = leaves_[l];
+      leaves.first_copy = static_cast<std::uint32_t>(copies_.size());
+      const auto add_copy = [&](std::uint32_t owner) {
+        const std::size_t stamps = bytes[owner];
+        const std::size_t at = stamps + std::size_t{8} * leaves.count;
+        copies_.push_back({owner, at, stamps});
+        bytes[owner] = at + (std::size_t{leaves.bytes} * leaves.count + 7) / 8 * 8;
+      };
+      for (const std::uint32_t task : field.exporters) add_copy(task);
+      add_copy(outside());
+      leaves.last_copy = static_cast<std::uint32_t>(copies_.size());
+    }
+  }
+  for (std::uint32_t o = 0; o < owners_.size(); ++o) {
+    Owner& owner = owners_[o];
+    owner.image = TableMemory(bytes[o]);
+    owner.snapshot = std::make_unique<Snapshot>(bytes[o], reader_count_);
+    if (owner.begin != owner.end) {
+      std::memcpy(owner.image.data(), values.data() + owner.begin, owner.end - owner.begin);
+    }
+    if (o < task_count_) {
+      const std::size_t largest = 2 * std::size_t{owner.end - owner.begin};
+      owner.journal = std::make_unique<Journal>(std::max(kJournalBytes, 4 * largest));
+    }
+  }
+  for (const Leaves& leaves : leaves_) {
+    for (std::uint32_t c = leaves.first_copy; c < leaves.last_copy; ++c) {
+      std::memcpy(owners_[copies_[c].owner].image.data() + copies_[c].values, values.data() + leaves.offset,
+                  std::size_t{leaves.bytes} * leaves.count);
+    }
+  }
+  for (std::uint32_t o = 0; o < owners_.size(); ++o) publish_image(o);
+  outside_held_.assign(owners_.size(), nullptr);
+  for (Held* const held : reader_held_) held->assign(owners_.size(), nullptr);
+  for (Exchange* const exchange : exchanges_) exchange->prepare();
+}
+
+void GlobalTable::reset() {
+  if (overlapping_.size() != 0) std::memcpy(overlapping_.data(), image_.global_initial.data(), size_);
+  rebuild(image_.global_initial);
+}
+
+std::uint32_t GlobalTable::add_reader(Held& held) {
+  reader_held_.push_back(&held);
+  std::vector<std::byte> values(size_);
+  copy(values.data());
+  ++reader_count_;
+  rebuild(values);
+  return reader_count_ - 1;
+}
+
+std::uint32_t GlobalTable::claim(std::span<const std::uint32_t> fields) {
+  std::vector<std::byte> values(size_);
+  copy(values.data());
+  const auto owner = static_cast<std::uint32_t>(owners_.size());
+  owners_.emplace_back();
+  for (const std::uint32_t field : fields) fields_[field].owner = owner;
+  rebuild(values);
+  return owner;
+}
+
+const GlobalTable::Field& GlobalTable::field_at(std::uint32_t offset) const noexcept {
+  const auto after = std::upper_bound(fields_.begin(), fields_.end(), offset,
+                                      [](std::uint32_t o, const Field& field) { return o < field.begin; });
+  return *(after - 1);
+}
+
+const GlobalTable::Leaves& GlobalTable::leaves_at(const Field& field, std::uint32_t offset) const noexcept {
+  const auto begin = leaves_.begin() + field.first_leaves;
+  const auto after = std::upper_bound(begin, leaves_.begin() + field.last_leaves, offset,
+                                      [](std::uint32_t o, const Leaves& leaves) { return o < leaves.offset; });
+  return *(after == begin ? begin : after - 1);
+}
+
+void GlobalTable::hold(std::uint32_t reader, Held& held) const noexcept {
+  for (std::size_t o = 0; o < owners_.size(); ++o) held[o] = owners_[o].snapshot->acquire(reader);
+}
+
+void GlobalTable::let_go(std::uint32_t reader) const noexcept {
+  for (const Owner& owner : owners_) owner.snapshot->release(reader);
+}
+
+// RT:
+void GlobalTable::read_shared(const Held& held, const Leaves& leaves, std::uint32_t index,
+                              std::byte* to) const noexcept {
+  const std::byte* newest = nullptr;
+  std::uint64_t stamp = 0;
+  for (std::uint32_t c = leaves.first_copy; c < leaves.last_copy; ++c) {
+    const std::byte* const snapshot = held[copies_[c].owner];
+    const auto written = load<std::uint64_t>(snapshot + copies_[c].stamps + std::size_t{8} * index);
+    if (newest != nullptr && written <= stamp) continue;
+    newest = snapshot + copies_[c].values + std::size_t{leaves.bytes} * index;
+    stamp = written;
+  }
+  std::memcpy(to, newest, leaves.bytes);
+}
+
+// RT:
+void GlobalTable::read_held(const Held& held, std::uint32_t offset, std::uint32_t bytes, std::byte* to) const noexcept {
+  const std::uint32_t end = offset + bytes;
+  for (const Field* field = &field_at(offset); field < fields_.data() + fields_.size() && field->begin < end; ++field) {
+    const std::uint32_t first = std::max(field->begin, offset);
+    const std::uint32_t last = std::min(field->end, end);
+    if (first >= last) continue;
+    std::byte* const out = to + (first - offset);
+    switch (field->kind) {
+      case Kind::kConstant:
+        std::memcpy(out, image_.global_initial.data() + first, last - first);
+        break;
+      case Kind::kOwned:
+        std::memcpy(out, held[field->owner] + (first - owners_[field->owner].begin), last - first);
+        break;
+      case Kind::kOverlapping:
+        copy_from_shared(out, overlapping_.data() + first, last - first);
+        break;
+      case Kind::kShared:
+        for (const Leaves* leaves = &leaves_at(*field, first);
+             leaves < leaves_.data() + field->last_leaves && leaves->offset < last; ++leaves) {
+          const std::uint32_t begin = std::max(leaves->offset, first);
+          for (std::uint32_t i = (begin - leaves->offset) / leaves->bytes;
+               i < leaves->count && leaves->offset + i * leaves->bytes < last; ++i) {
+            read_shared(held, *leaves, i, to + (leaves->offset + i * leaves->bytes - offset));
+          }
+        }
+        break;
+    }
+  }
+}
+
+// RT:
+GlobalTable::Stamped GlobalTable::stamped(std::uint32_t owner, const Leaves& leaves, std::uint32_t index) noexcept {
+  std::uint32_t c = leaves.first_copy;
+  while (copies_[c].owner != owner) ++c;
+  std::byte* const image = owners_[owner].image.data();
+  return {image + copies_[c].values + std::size_t{leaves.bytes} * index,
+          image + copies_[c].stamps + std::size_t{8} * index};
+}
+
+void GlobalTable::publish_image(std::uint32_t o) noexcept {
+  Owner& owner = owners_[o];
+  if (owner.image.size() == 0) return;
+  std::memcpy(owner.snapshot->begin_write(), owner.image.data(), owner.snapshot->bytes());
+  owner.snapshot->publish();
+}
+
+void GlobalTable::read(std::uint32_t offset, std::uint32_t bytes, std::byte* to) const {
+  const std::lock_guard lock(outside_mutex_);
+  const Field& field = field_at(offset);
+  if (field.kind == Kind::kOwned) {
+    // The usual case: one snapshot.
+    Snapshot& snapshot = *owners_[field.owner].snapshot;
+    outside_held_[field.owner] = snapshot.acquire(outside());
+    read_held(outside_held_, offset, bytes, to);
+    snapshot.release(outside());
+    return;
+  }
+  hold(outside(), outside_held_);
+  read_held(outside_held_, offset, bytes, to);
+  let_go(outside());
+}
+
+void GlobalTable::copy(std::byte* to) const {
+  const std::lock_guard lock(outside_mutex_);
+  if (size_ == 0) return;
+  std::memcpy(to, image_.global_initial.data(), size_);  // what lies between fields
+  hold(outside(), outside_held_);
+  read_held(outside_held_, 0, static_cast<std::uint32_t>(size_), to);
+  let_go(outside());
+}
+
+// RT:
+bool GlobalTable::merge(std::byte* place, std::uint32_t type, const std::byte* value,
+                        const std::byte* mask) const noexcept {
+  const ImageType& t = image_.types[type];
+  if (mask == nullptr && t.kind == TypeKind::kString) {
+    std::memcpy(place, value, t.size);
+    return normalise(t, place);
+  }
+  std::byte merged[8];
+  for (std::uint32_t i = 0; i < t.size; ++i) {
+    merged[i] = mask == nullptr ? value[i] : (place[i] & ~mask[i]) | (value[i] & mask[i]);
+  }
+  if (!normalise(t, merged)) return false;
+  std::memcpy(place, merged, t.size);
+  return true;
+}
+
+void GlobalTable::write_overlapping(const GlobalWrite& write) noexcept {
+  const std::uint32_t bytes = image_.types[write.type].size;
+  std::byte* const shared = overlapping_.data() + write.offset;
+  std::byte value[8];
+  copy_from_shared(value, shared, bytes);
+  if (merge(value, write.type, write.value, write.mask)) copy_to_shared(shared, value, bytes);
+}
+
+WriteResult GlobalTable::write(std::span<const GlobalWrite> batch) {
+  const std::lock_guard lock(outside_mutex_);
+  struct Wanted {
+    std::size_t room = 0;
+    std::size_t largest = 0;
+  };
+  std::vector<Wanted> wanted(task_count_);
+  const auto entry_of = [this](const GlobalWrite& w) {
+    return Journal::Entry{w.offset, w.type, image_.types[w.type].size, w.mask != nullptr};
+  };
+  for (const GlobalWrite& w : batch) {
+    const Field& field = field_at(w.offset);
+    if (!writable(static_cast<std::uint32_t>(&field - fields_.data()))) return WriteResult::kRefused;
+    if (image_.types[w.type].kind == TypeKind::kRef) return WriteResult::kRefused;
+    if (field.kind != Kind::kOwned || field.owner >= task_count_) continue;
+    const std::size_t room = Journal::room_for(entry_of(w));
+    wanted[field.owner].room += room;
+    wanted[field.owner].largest = std::max(wanted[field.owner].largest, room);
+  }
+  for (std::uint32_t task = 0; task < task_count_; ++task) {
+    if (wanted[task].room != 0 && !owners_[task].journal->fits(wanted[task].room, wanted[task].largest)) {
+      return WriteResult::kBusy;
+    }
+  }
+  Owner& own = owners_[outside()];
+  const std::uint64_t before = stamp_.load(std::memory_order_relaxed);
+  bool published = false;
+  bool holding = false;
+  for (const GlobalWrite& w : batch) {
+    const Field& field = field_at(w.offset);
+    if (field.kind == Kind::kOverlapping) {
+      write_overlapping(w);
+    } else if (field.kind == Kind::kShared) {
+      if (!holding) hold(outside(), outside_held_);
+      holding = true;
+      const Leaves& leaves = leaves_at(field, w.offset);
+      const std::uint32_t index = (w.offset - leaves.offset) / leaves.bytes;
+      const Stamped place = stamped(outside(), leaves, index);
+      // A masked write changes the newest value, or what this batch has made of it.
+      if (load<std::uint64_t>(place.stamp) <= before) read_shared(outside_held_, leaves, index, place.value);
+      if (merge(place.value, w.type, w.value, w.mask)) store(place.stamp, next_stamp());
+      published = true;
+    } else if (field.owner == outside()) {
+      merge(own.image.data() + (w.offset - own.begin), w.type, w.value, w.mask);
+      published = true;
+    } else {
+      owners_[field.owner].journal->append(entry_of(w), w.value, w.mask);
+    }
+  }
+  if (holding) let_go(outside());
+  for (std::uint32_t task = 0; task < task_count_; ++task) {
+    if (wanted[task].room != 0) owners_[task].journal->commit();
+  }
+  if (published) publish_image(outside());
+  return WriteResult::kDone;
+}
+
+bool GlobalTable::writable(std::uint32_t field) const {
+  const Field& f = fields_[field];
+  return f.kind != Kind::kConstant && f.owner <= outside();
+}
+
+bool GlobalTable::claimable(std::uint32_t field) const {
+  const Field& f = fields_[field];
+  return f.kind != Kind::kConstant && f.exporters.empty() && f.owner == outside();
+}
+
+std::vector<std::uint32_t> GlobalTable::exporters(std::uint32_t field) const { return fields_[field].exporters; }
+
+}  // namespace plc::runtime
