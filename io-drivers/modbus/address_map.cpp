@@ -256,7 +256,7 @@ class Builder {
                           "no Modbus address is left for " + std::to_string(left_out[t]) +
                               " variables, the first is \"" + first_left_out[t]->path + "\": the automatic area of " +
                               std::string(io::modbus_table_text(static_cast<Table>(t))) + " is full",
-                          "name the variables that clients need in [modbus] export");
+                          "name the variables that clients need in [modbus] exported");
     }
   }
 
