@@ -16,6 +16,7 @@
 #include <cstdint>
 #include <cstring>
 #include <initializer_list>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -296,6 +297,7 @@ class ImageBuilder {
     bool input = false;  ///< no task exports it
     std::string list{};
     std::string address{};
+    std::optional<std::uint32_t> owner{};  ///< the only task that exports it; otherwise all do
   };
   /// A global variable; `initial` empty = default. Returns its operand word.
   Word global(std::string name, std::uint32_t type_index, std::vector<std::byte> initial = {}) {
@@ -308,6 +310,7 @@ class ImageBuilder {
     entry.address = std::move(options.address);
     image.globals.push_back(std::move(entry));
     exported_.push_back(!options.constant && !options.input);
+    owner_.push_back(options.owner);
     return bytecode::operand_word(Space::kGlobal, globals_.add(image, std::move(name), type_index, FieldRole::kMember,
                                                                initial, options.constant));
   }
@@ -351,8 +354,10 @@ class ImageBuilder {
     image.const_type = add_type(constants_.type);
     image.const_bytes = constants_.bytes;
     for (std::size_t i = 0; i < exported_.size(); ++i) {
-      image.globals[i].writers = exported_[i] ? static_cast<std::uint32_t>(tasks_.size()) : 0;
+      const auto all = static_cast<std::uint32_t>(tasks_.size());
+      image.globals[i].writers = !exported_[i] ? 0 : owner_[i] ? 1 : all;
     }
+    std::uint32_t index = 0;
     for (const PendingTask& t : tasks_) {
       PouBuilder body = pou(t.name, PouKind::kTask);
       const auto count = static_cast<std::uint32_t>(exported_.size());
@@ -361,13 +366,19 @@ class ImageBuilder {
         const Word at = body.instance_of(image.pous[t.programs[i]].name + std::to_string(i), t.programs[i]);
         body.op(Opcode::kCallPou, {t.programs[i], at});
       }
-      const Opcode write = tasks_.size() > 1 ? Opcode::kWriteChangedN : Opcode::kWriteN;
-      for (std::uint32_t first = 0; first < count;) {
-        std::uint32_t last = first;
-        while (last < count && exported_[last]) ++last;
-        if (last > first) body.op(write, {first, last - first});
-        first = std::max(last, first + 1);
+      for (const bool alone : {true, false}) {
+        const auto exports = [&](std::uint32_t f) {
+          const bool mine = exported_[f] && owner_[f].value_or(index) == index;
+          return mine && (image.globals[f].writers == 1) == alone;
+        };
+        for (std::uint32_t first = 0; first < count;) {
+          std::uint32_t last = first;
+          while (last < count && exports(last)) ++last;
+          if (last > first) body.op(alone ? Opcode::kWriteN : Opcode::kWriteChangedN, {first, last - first});
+          first = std::max(last, first + 1);
+        }
       }
+      ++index;
       bytecode::ImageTask entry;
       entry.name = t.name;
       entry.period_ns = t.period_ns;
@@ -395,6 +406,7 @@ class ImageBuilder {
   GrowingStruct globals_;
   GrowingStruct constants_;
   std::vector<bool> exported_;
+  std::vector<std::optional<std::uint32_t>> owner_;
   std::vector<PendingTask> tasks_;
 };
 

@@ -26,12 +26,13 @@ struct Plant : OneProgram {
     main.variable("flag", b.boolean());
     main.variable("hidden#1", b.boolean());
   }
-  /// Result of a write: "" or the code's name.
+  /// Result of a write: "" or the code's name. The tasks run once, so that a variable they export has changed.
   static std::string put(runtime::Resource& r, std::string_view path, std::string_view text) {
     Access access(r);
     const auto place = access.find_leaf(path);
     if (!place) return std::string(core::info(place.error().code).name);
     const auto problem = access.write(*place, text);
+    for (std::size_t task = 0; task < r.task_count(); ++task) r.program(task).execute({0});
     return problem ? std::string(core::info(problem->code).name) : std::string{};
   }
 };

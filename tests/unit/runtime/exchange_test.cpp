@@ -1,0 +1,461 @@
+// The exchange between tasks, the outside and drivers: who sees what when, and that nobody ever sees half of it.
+#include "runtime/memory/exchange.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <thread>
+
+#include "runtime/link.h"
+#include "runtime/memory/global_ports.h"
+#include "runtime/memory/process_image.h"
+#include "tests/unit/runtime/run_support.h"
+
+namespace plc::test {
+namespace {
+
+using runtime::Exchange;
+using runtime::GlobalInputs;
+using runtime::GlobalReader;
+using runtime::GlobalTable;
+using runtime::GlobalWrite;
+using runtime::WriteResult;
+
+/// A task without code: its local copy of the table is in the hands of the test.
+class HandTask {
+ public:
+  HandTask(GlobalTable& globals, std::uint32_t task)
+      : memory_(globals.size() + 64), exchange_(globals, task, memory_.data()) {
+    const bytecode::Image& image = globals.image();
+    std::memcpy(memory_.data(), image.global_initial.data(), globals.size());
+    const auto all = static_cast<std::uint32_t>(image.globals.size());
+    in_ = exchange_.add_range(0, all, false);
+    for (const runtime::FieldRange& range : runtime::exported_ranges(image, image.tasks[task].body)) {
+      out_.push_back(exchange_.add_range(range.first, range.count, true));
+    }
+    exchange_.prepare();
+  }
+  void begin() {
+    exchange_.begin();
+    exchange_.import(in_);
+  }
+  void end() {
+    for (const std::uint32_t range : out_) exchange_.export_range(range);
+    exchange_.end();
+  }
+  template <class T>
+  T get(std::uint32_t offset) const {
+    T value;
+    std::memcpy(&value, memory_.data() + offset, sizeof value);
+    return value;
+  }
+  template <class T>
+  void put(std::uint32_t offset, T value) {
+    std::memcpy(memory_.data() + offset, &value, sizeof value);
+  }
+
+ private:
+  runtime::TableMemory memory_;
+  Exchange exchange_;
+  std::uint32_t in_ = 0;
+  std::vector<std::uint32_t> out_;
+};
+
+/// Two tasks without code and a table made by the test.
+struct Tables {
+  ImageBuilder b;
+  std::optional<bytecode::VerifiedImage> verified;
+  std::unique_ptr<GlobalTable> globals;
+
+  std::uint32_t global(const std::string& name, std::uint32_t type, ImageBuilder::GlobalOptions options = {}) {
+    return bytecode::offset_of(b.global(name, type, {}, std::move(options)));
+  }
+  GlobalTable& build(std::size_t tasks = 2) {
+    for (std::size_t i = 0; i < tasks; ++i) {
+      PouBuilder program = b.pou("P" + std::to_string(i), PouKind::kProgram);
+      b.task("T" + std::to_string(i), 1'000'000, {program.finish()});
+    }
+    core::Diagnostics diagnostics;
+    verified = bytecode::verify(b.build(), diagnostics);
+    std::ostringstream text;
+    diagnostics.render(text);
+    EXPECT_TRUE(verified.has_value()) << text.str();
+    globals = std::make_unique<GlobalTable>(verified->image());
+    return *globals;
+  }
+  template <class T>
+  T read(std::uint32_t offset) const {
+    T value;
+    globals->read(offset, sizeof value, reinterpret_cast<std::byte*>(&value));
+    return value;
+  }
+  template <class T>
+  WriteResult write(std::uint32_t offset, std::uint32_t type, T value, std::optional<T> mask = {}) {
+    const GlobalWrite write{offset, type, reinterpret_cast<const std::byte*>(&value),
+                            mask ? reinterpret_cast<const std::byte*>(&*mask) : nullptr};
+    return globals->write({&write, 1});
+  }
+};
+
+TEST(Exchange, AnExportIsSeenAtTheReadersNextStart) {
+  Tables t;
+  const std::uint32_t dint = t.b.type(TypeId::kDint);
+  const std::uint32_t x = t.global("x", dint, {.owner = 0});
+  GlobalTable& globals = t.build();
+  HandTask writer(globals, 0);
+  HandTask reader(globals, 1);
+  reader.begin();
+  writer.begin();
+  writer.put<std::int32_t>(x, 7);
+  EXPECT_EQ(t.read<std::int32_t>(x), 0) << "published before the end of the cycle";
+  writer.end();
+  EXPECT_EQ(t.read<std::int32_t>(x), 7);
+  EXPECT_EQ(reader.get<std::int32_t>(x), 0) << "a running cycle saw a change";
+  reader.end();
+  EXPECT_EQ(t.read<std::int32_t>(x), 7) << "a reader exported what it does not own";
+  reader.begin();
+  EXPECT_EQ(reader.get<std::int32_t>(x), 7);
+  reader.end();
+}
+
+TEST(Exchange, AReaderKeepsItsSnapshotWhileTheWriterGoesOn) {
+  Tables t;
+  const std::uint32_t x = t.global("x", t.b.type(TypeId::kDint), {.owner = 0});
+  GlobalTable& globals = t.build();
+  HandTask writer(globals, 0);
+  GlobalReader reader(globals);
+  reader.begin();
+  for (std::int32_t i = 1; i <= 20; ++i) {
+    writer.begin();
+    writer.put(x, i);
+    writer.end();
+    std::int32_t seen = -1;
+    reader.read(x, sizeof seen, reinterpret_cast<std::byte*>(&seen));
+    EXPECT_EQ(seen, 0);
+  }
+  reader.end();
+  reader.begin();
+  std::int32_t seen = -1;
+  reader.read(x, sizeof seen, reinterpret_cast<std::byte*>(&seen));
+  EXPECT_EQ(seen, 20);
+  reader.end();
+}
+
+TEST(Exchange, OutsideWritesWaitForTheExportersNextStart) {
+  Tables t;
+  const std::uint32_t dint = t.b.type(TypeId::kDint);
+  const std::uint32_t x = t.global("x", dint, {.owner = 0});
+  GlobalTable& globals = t.build();
+  HandTask owner(globals, 0);
+  owner.begin();
+  EXPECT_EQ(t.write<std::int32_t>(x, dint, 5), WriteResult::kDone);
+  owner.end();
+  EXPECT_EQ(t.read<std::int32_t>(x), 0) << "the running cycle published a write it had not seen";
+  owner.begin();
+  EXPECT_EQ(owner.get<std::int32_t>(x), 5);
+  owner.end();
+  EXPECT_EQ(t.read<std::int32_t>(x), 5);
+}
+
+TEST(Exchange, MasksApplyAtTheOwnerOneAfterTheOther) {
+  Tables t;
+  const std::uint32_t dword = t.b.type(TypeId::kDword);
+  const std::uint32_t owned = t.global("owned", dword, {.owner = 0});
+  const std::uint32_t outside = t.global("outside", dword, {.input = true});
+  const std::uint32_t shared = t.global("shared", dword);
+  GlobalTable& globals = t.build();
+  HandTask owner(globals, 0);
+  for (const std::uint32_t x : {owned, outside, shared}) {
+    EXPECT_EQ(t.write<std::uint32_t>(x, dword, 0x12345678u, 0xffff0000u), WriteResult::kDone);
+    EXPECT_EQ(t.write<std::uint32_t>(x, dword, 0x12345678u, 0x0000ff00u), WriteResult::kDone);
+    const std::uint32_t bits = 0x000000f1u;
+    const std::uint32_t mask = 0x00000001u;
+    const GlobalWrite twice[] = {
+        {x, dword, reinterpret_cast<const std::byte*>(&bits), reinterpret_cast<const std::byte*>(&mask)},
+        {x, dword, reinterpret_cast<const std::byte*>(&bits), reinterpret_cast<const std::byte*>(&bits)},
+    };
+    EXPECT_EQ(globals.write(twice), WriteResult::kDone);
+  }
+  owner.begin();
+  for (const std::uint32_t x : {owned, outside, shared}) EXPECT_EQ(owner.get<std::uint32_t>(x), 0x123456f1u);
+  owner.end();
+  for (const std::uint32_t x : {owned, outside, shared}) EXPECT_EQ(t.read<std::uint32_t>(x), 0x123456f1u);
+}
+
+TEST(Exchange, WritesAreNormalised) {
+  Tables t;
+  const std::uint32_t boolean = t.b.boolean();
+  const std::uint32_t percent = t.b.limited(TypeId::kInt, 0, 100);
+  const std::uint32_t real = t.b.type(TypeId::kReal);
+  const std::uint32_t text = t.b.string(3);
+  const std::uint32_t a = t.global("a", boolean, {.input = true});
+  const std::uint32_t p = t.global("p", percent, {.input = true});
+  const std::uint32_t r = t.global("r", real, {.input = true});
+  const std::uint32_t s = t.global("s", text, {.input = true});
+  GlobalTable& globals = t.build(1);
+  EXPECT_EQ(t.write<std::uint8_t>(a, boolean, 0x40), WriteResult::kDone);
+  EXPECT_EQ(t.read<std::uint8_t>(a), 1);
+  t.write<std::int16_t>(p, percent, 100);
+  t.write<std::int16_t>(p, percent, 101);
+  EXPECT_EQ(t.read<std::int16_t>(p), 100) << "outside the subrange";
+  t.write<std::int16_t>(p, percent, 0x100, std::int16_t{0x100});
+  EXPECT_EQ(t.read<std::int16_t>(p), 100) << "a masked write led outside the subrange";
+  t.write<std::uint32_t>(r, real, 0xffc12345u);
+  EXPECT_EQ(t.read<std::uint32_t>(r), 0x7fc00000u) << "not the one NaN";
+  struct Text {
+    std::uint16_t capacity = 9;
+    std::uint16_t length = 9;
+    char bytes[4] = {'a', 'b', 'c', 'd'};
+  } forged;
+  const GlobalWrite write{s, text, reinterpret_cast<const std::byte*>(&forged), nullptr};
+  EXPECT_EQ(globals.write({&write, 1}), WriteResult::kDone);
+  EXPECT_EQ(t.read<core::StringHeader>(s).capacity, 3);
+  EXPECT_EQ(t.read<core::StringHeader>(s).length, 3);
+}
+
+TEST(Exchange, ConstantsAndDriverInputsAreRefused) {
+  Tables t;
+  const std::uint32_t dint = t.b.type(TypeId::kDint);
+  const std::uint32_t fixed = t.global("fixed", dint, {.constant = true});
+  const std::uint32_t in = t.global("in", dint, {.input = true});
+  const std::uint32_t out = t.global("out", dint, {.owner = 0});
+  GlobalTable& globals = t.build(1);
+  EXPECT_FALSE(globals.claimable(0));
+  EXPECT_TRUE(globals.claimable(1));
+  EXPECT_FALSE(globals.claimable(2)) << "a task exports it";
+  HandTask task(globals, 0);
+  const std::uint32_t fields[] = {1};
+  GlobalInputs inputs(globals, fields);
+  EXPECT_FALSE(globals.claimable(1)) << "claimed twice";
+  EXPECT_EQ(t.write<std::int32_t>(fixed, dint, 1), WriteResult::kRefused);
+  EXPECT_EQ(t.write<std::int32_t>(in, dint, 1), WriteResult::kRefused);
+  const std::int32_t one = 1;
+  const auto* const bytes = reinterpret_cast<const std::byte*>(&one);
+  const GlobalWrite mixed[] = {{out, dint, bytes, nullptr}, {in, dint, bytes, nullptr}};
+  EXPECT_EQ(globals.write(mixed), WriteResult::kRefused);
+  task.begin();
+  EXPECT_EQ(task.get<std::int32_t>(out), 0) << "half of a refused batch was written";
+  task.end();
+  inputs.set(in, dint, bytes);
+  EXPECT_EQ(t.read<std::int32_t>(in), 0);
+  inputs.publish();
+  task.begin();
+  EXPECT_EQ(task.get<std::int32_t>(in), 1);
+  task.end();
+}
+
+TEST(Exchange, AFullJournalIsBusyAndRecovers) {
+  Tables t;
+  const std::uint32_t lint = t.b.type(TypeId::kLint);
+  const std::uint32_t x = t.global("x", lint, {.owner = 0});
+  GlobalTable& globals = t.build(1);
+  HandTask task(globals, 0);
+  for (int round = 0; round < 3; ++round) {
+    std::int64_t written = 0;
+    while (t.write<std::int64_t>(x, lint, written + 1) == WriteResult::kDone) ++written;
+    EXPECT_GT(written, 500);
+    EXPECT_LT(written, 100'000);
+    task.begin();
+    EXPECT_EQ(task.get<std::int64_t>(x), written);
+    task.end();
+  }
+}
+
+TEST(Exchange, OfSeveralWritersTheLastChangeCounts) {
+  Tables t;
+  const std::uint32_t dint = t.b.type(TypeId::kDint);
+  const std::uint32_t text = t.b.string(20);
+  const std::uint32_t x = t.global("x", dint);
+  const std::uint32_t y = t.global("y", dint);
+  const std::uint32_t s = t.global("s", text);
+  GlobalTable& globals = t.build();
+  HandTask a(globals, 0);
+  HandTask b(globals, 1);
+  a.begin();
+  b.begin();
+  a.put<std::int32_t>(x, 1);
+  b.put<std::int32_t>(y, 2);
+  b.put(s, core::StringHeader{20, 7});
+  a.end();
+  b.end();
+  EXPECT_EQ(t.read<std::int32_t>(x), 1) << "a task that did not change a value published it";
+  EXPECT_EQ(t.read<std::int32_t>(y), 2);
+  EXPECT_EQ(t.read<core::StringHeader>(s).length, 7);
+  b.begin();
+  EXPECT_EQ(b.get<std::int32_t>(x), 1);
+  b.put<std::int32_t>(x, 3);
+  b.end();
+  EXPECT_EQ(t.read<std::int32_t>(x), 3);
+  EXPECT_EQ(t.write<std::int32_t>(x, dint, 4), WriteResult::kDone);
+  EXPECT_EQ(t.read<std::int32_t>(x), 4) << "the outside publishes shared values at once";
+  a.begin();
+  EXPECT_EQ(a.get<std::int32_t>(x), 4);
+  a.put<std::int32_t>(x, 5);
+  a.end();
+  EXPECT_EQ(t.read<std::int32_t>(x), 5);
+}
+
+TEST(Exchange, OverlappingAddressesAreSingleValues) {
+  Tables t;
+  t.b.image.options.profile = core::AddressProfile::kOverlay;
+  const std::uint32_t word = t.b.type(TypeId::kWord);
+  const std::uint32_t bit = t.global("bit", t.b.boolean(), {.address = "%QX0.3", .owner = 0});
+  const std::uint32_t whole = t.global("whole", word, {.address = "%QW0", .owner = 1});
+  GlobalTable& globals = t.build();
+  HandTask a(globals, 0);
+  HandTask b(globals, 1);
+  runtime::ProcessImage image(globals.image(), globals);
+  a.begin();
+  a.put<std::uint8_t>(bit, 1);
+  a.end();
+  image.sync();
+  b.begin();
+  EXPECT_EQ(b.get<std::uint16_t>(whole), 8);
+  b.put<std::uint16_t>(whole, 0x8000);
+  b.end();
+  image.sync();
+  EXPECT_EQ(t.read<std::uint8_t>(bit), 0);
+  EXPECT_EQ(t.write<std::uint16_t>(whole, word, 0x0008, std::uint16_t{0x0008}), WriteResult::kDone);
+  image.sync();
+  EXPECT_EQ(t.read<std::uint8_t>(bit), 1);
+  EXPECT_EQ(t.read<std::uint16_t>(whole), 0x8008);
+}
+
+/// Exchanges per size of group; PLC_EXCHANGES raises it for longer runs.
+std::uint64_t exchanges() {
+  const char* const text = std::getenv("PLC_EXCHANGES");
+  return text == nullptr ? 60'000 : std::strtoull(text, nullptr, 10);
+}
+
+/// Two tasks that own a group each, a reader and a writer from outside, all as fast as they can, on two cores. Every
+/// publication fills its group with one number, so any mixture of two shows.
+class Consistency : public testing::TestWithParam<std::uint32_t> {};
+
+TEST_P(Consistency, NothingTearsAndNothingMixes) {
+  const std::uint32_t size = GetParam();
+  Tables t;
+  const std::uint32_t lint = t.b.type(TypeId::kLint);
+  const std::uint32_t text = t.b.string(29);
+  const std::uint32_t group = t.b.array(lint, size);
+  const std::uint32_t first = t.global("first", group, {.owner = 0});
+  const std::uint32_t second = t.global("second", group, {.owner = 1});
+  const std::uint32_t outside = t.global("outside", group, {.input = true});
+  const std::uint32_t asked = t.global("asked", t.b.array(lint, 3), {.owner = 0});
+  const std::uint32_t shared = t.global("shared", text);
+  GlobalTable& globals = t.build();
+  HandTask a(globals, 0);
+  HandTask b(globals, 1);
+  GlobalReader reader(globals);
+  constexpr std::int64_t kStop = -1;
+  const std::uint64_t rounds = std::max<std::uint64_t>(exchanges() / (1 + size / 100), 50);
+  std::atomic<std::uint64_t> done{0};
+  std::atomic<std::uint64_t> bad{0};
+  std::atomic<bool> stop{false};
+
+  // The number a group is filled with, or kStop when it is not one number.
+  const auto number = [](const std::byte* values, std::uint32_t count) {
+    std::int64_t head;
+    std::memcpy(&head, values, sizeof head);
+    for (std::uint32_t i = 1; i < count; ++i) {
+      if (std::memcmp(values, values + 8u * i, 8) != 0) return kStop;
+    }
+    return head;
+  };
+  const auto expect = [&bad](bool good) {
+    if (!good) bad.fetch_add(1, std::memory_order_relaxed);
+  };
+  // A string whose characters are all its length: "", "\1", "\2\2", ..
+  const auto string_is_whole = [](const std::byte* value) {
+    core::StringHeader header;
+    std::memcpy(&header, value, sizeof header);
+    for (std::uint16_t i = 0; i < header.length; ++i) {
+      if (std::to_integer<std::uint16_t>(value[sizeof header + i]) != header.length) return false;
+    }
+    return header.length <= 29 && header.capacity == 29;
+  };
+  const auto cycle = [&](HandTask& task, std::uint32_t mine, std::uint32_t theirs) {
+    std::vector<std::byte> copy(8u * size);
+    std::int64_t newest = 0;
+    std::int64_t newest_outside = 0;
+    for (std::uint64_t round = 1; round <= rounds; ++round) {
+      task.begin();
+      for (std::uint32_t i = 0; i < size; ++i) {
+        const auto value = task.get<std::int64_t>(theirs + 8 * i);
+        std::memcpy(copy.data() + 8u * i, &value, 8);
+      }
+      const std::int64_t seen = number(copy.data(), size);
+      expect(seen >= newest);
+      newest = seen;
+      for (std::uint32_t i = 0; i < size; ++i) {
+        const auto value = task.get<std::int64_t>(outside + 8 * i);
+        std::memcpy(copy.data() + 8u * i, &value, 8);
+      }
+      const std::int64_t from_outside = number(copy.data(), size);
+      expect(from_outside >= newest_outside);
+      newest_outside = from_outside;
+      if (mine == first) {
+        expect(task.get<std::int64_t>(asked) == task.get<std::int64_t>(asked + 8) &&
+               task.get<std::int64_t>(asked) == task.get<std::int64_t>(asked + 16));
+      }
+      struct {
+        std::byte bytes[33];
+      } string = task.get<decltype(string)>(shared);
+      expect(string_is_whole(string.bytes));
+      const auto length = static_cast<std::uint16_t>(round % 30);
+      const core::StringHeader header{29, length};
+      std::memcpy(string.bytes, &header, sizeof header);
+      for (std::uint16_t i = 0; i < length; ++i) string.bytes[sizeof header + i] = static_cast<std::byte>(length);
+      task.put(shared, string);
+      for (std::uint32_t i = 0; i < size; ++i) task.put<std::int64_t>(mine + 8 * i, static_cast<std::int64_t>(round));
+      task.end();
+      done.fetch_add(1, std::memory_order_relaxed);
+    }
+  };
+  std::thread one([&] { cycle(a, first, second); });
+  std::thread two([&] { cycle(b, second, first); });
+  std::thread three([&] {
+    std::vector<std::byte> copy(8u * size);
+    std::byte string[33];
+    while (!stop) {
+      reader.begin();
+      for (const std::uint32_t where : {first, second, outside}) {
+        reader.read(where, 8 * size, copy.data());
+        expect(number(copy.data(), size) >= 0);
+      }
+      reader.read(shared, sizeof string, string);
+      expect(string_is_whole(string));
+      reader.end();
+      done.fetch_add(1, std::memory_order_relaxed);
+    }
+  });
+  std::thread four([&] {
+    std::vector<std::byte> table(globals.size());
+    for (std::int64_t round = 1; !stop; ++round) {
+      std::vector<GlobalWrite> batch;
+      const auto* const value = reinterpret_cast<const std::byte*>(&round);
+      for (std::uint32_t i = 0; i < size; ++i) batch.push_back({outside + 8 * i, lint, value, nullptr});
+      for (std::uint32_t i = 0; i < 3; ++i) batch.push_back({asked + 8 * i, lint, value, nullptr});
+      const WriteResult result = globals.write(batch);
+      expect(result != WriteResult::kRefused);
+      if (result == WriteResult::kBusy) std::this_thread::yield();
+      globals.copy(table.data());
+      expect(number(table.data() + first, size) >= 0 && number(table.data() + outside, size) >= 0);
+      expect(number(table.data() + asked, 3) >= 0 && string_is_whole(table.data() + shared));
+      done.fetch_add(1, std::memory_order_relaxed);
+    }
+  });
+  one.join();
+  two.join();
+  stop = true;
+  three.join();
+  four.join();
+  EXPECT_EQ(bad, 0u);
+  EXPECT_GE(done, 2 * rounds);
+  RecordProperty("exchanges", std::to_string(done));
+}
+
+INSTANTIATE_TEST_SUITE_P(Groups, Consistency, testing::Values(1u, 10u, 100u, 1'000u, 10'000u));
+
+}  // namespace
+}  // namespace plc::test
