@@ -103,6 +103,13 @@ class Reader {
 
 }  // namespace
 
+std::string lock_file_of(const io::Configuration& configuration, const std::string& project) {
+  namespace fs = std::filesystem;
+  const std::string& own = configuration.modbus.lock_file.text;
+  if (!own.empty()) return (fs::path(configuration.file).parent_path() / own).string();
+  return fs::path(project).replace_extension(".modbus.csv").string();
+}
+
 core::Result<FrozenAddresses> read_frozen(const std::string& path) {
   std::error_code unknown;
   const auto status = std::filesystem::status(path, unknown);

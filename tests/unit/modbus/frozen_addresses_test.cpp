@@ -147,6 +147,18 @@ TEST_F(LockFile, NonsenseIsRefusedWithItsLine) {
   EXPECT_FALSE(modbus::read_frozen(std::filesystem::temp_directory_path().string())) << "a folder";
 }
 
+TEST_F(LockFile, LiesBesideTheProjectOrWherePlcTomlSays) {
+  io::Configuration configuration;
+  EXPECT_EQ(modbus::lock_file_of(configuration, "plants/tank.xml"), "plants/tank.modbus.csv");
+  EXPECT_EQ(modbus::lock_file_of(configuration, "tank.pbc"), "tank.modbus.csv");
+  configuration.file = "etc/plc.toml";
+  EXPECT_EQ(modbus::lock_file_of(configuration, "plants/tank.xml"), "plants/tank.modbus.csv");
+  configuration.modbus.lock_file.text = "frozen.csv";
+  EXPECT_EQ(modbus::lock_file_of(configuration, "plants/tank.xml"), "etc/frozen.csv");
+  configuration.modbus.lock_file.text = "/var/lib/frozen.csv";
+  EXPECT_EQ(modbus::lock_file_of(configuration, "plants/tank.xml"), "/var/lib/frozen.csv");
+}
+
 TEST_F(LockFile, EntriesThatOverlapGiveNoMap) {
   MapFixture f;
   f.variable("A", TypeId::kReal);
