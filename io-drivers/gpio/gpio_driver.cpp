@@ -274,7 +274,7 @@ DriverStatus GpioDriver::status() const {
 
 std::vector<InputStatus> GpioDriver::inputs(core::TimeNs now_ns) const {
   const core::TimeNs read_at = read_at_ns_.load(std::memory_order_relaxed);
-  const Quality quality = read_at == 0                                 ? Quality::kNever
+  const Quality quality = read_at < 0                                  ? Quality::kNever
                           : connected_.load(std::memory_order_relaxed) ? Quality::kGood
                                                                        : Quality::kLost;
   std::vector<InputStatus> all;

@@ -105,7 +105,7 @@ class GpioDriver final : public Driver {
   // Told by the cycle, read by anyone.
   std::atomic<int> error_{0};
   std::atomic<bool> connected_{false};
-  std::atomic<core::TimeNs> read_at_ns_{0};  ///< 0 = never
+  std::atomic<core::TimeNs> read_at_ns_{-1};  ///< -1 = never
   std::atomic<std::uint64_t> losses_{0}, recoveries_{0}, exchanges_{0};
 
   // service(), status(), drive_safe() and close(); never the cycle.
