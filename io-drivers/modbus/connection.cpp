@@ -19,6 +19,9 @@ constexpr int kKeepAliveIdle_s = 60;
 constexpr int kKeepAliveInterval_s = 10;
 constexpr int kKeepAliveCount = 3;
 
+/// What the kernel may hold for one client in either direction: some hundred answers, not its default of megabytes.
+constexpr int kSocketBuffer = 64 * 1024;
+
 /// Transaction, protocol and length: what is needed to know the size of a frame.
 constexpr std::size_t kLengthEnd = 6;
 constexpr std::size_t kMinLength = 2;  ///< unit and function
@@ -28,6 +31,8 @@ void set_options(asio::ip::tcp::socket& socket) {
   error_code ignored;  // a socket whose peer is gone already tells so when it is read
   socket.non_blocking(true, ignored);
   socket.set_option(asio::ip::tcp::no_delay(true), ignored);
+  socket.set_option(asio::socket_base::send_buffer_size(kSocketBuffer), ignored);
+  socket.set_option(asio::socket_base::receive_buffer_size(kSocketBuffer), ignored);
   socket.set_option(asio::socket_base::keep_alive(true), ignored);
   ::setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_KEEPIDLE, &kKeepAliveIdle_s, sizeof kKeepAliveIdle_s);
   ::setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_KEEPINTVL, &kKeepAliveInterval_s, sizeof kKeepAliveInterval_s);
