@@ -31,6 +31,8 @@ class SimulatedDriver {
   /// Applies rows at each instant of `simulation`; the driver must outlive it.
   void attach(runtime::Simulation& simulation);
   [[nodiscard]] std::size_t rows() const { return rows_.size(); }
+  /// The variables of its columns.
+  [[nodiscard]] const std::vector<runtime::Place>& places() const { return places_; }
   /// Time of the last row, 0 without rows.
   [[nodiscard]] core::TimeNs end_ns() const { return rows_.empty() ? 0 : rows_.back().time_ns; }
 

@@ -16,7 +16,8 @@
 #include <vector>
 
 #include "io-drivers/csv.h"
-#include "io-drivers/simulated.h"
+#include "io-drivers/machine/machine.h"
+#include "io-drivers/machine/simulated_device.h"
 #include "runtime/sched/realtime.h"
 #include "tools/command_line.h"
 #include "tools/plc-run/listeners.h"
@@ -28,21 +29,26 @@ namespace plc::tools {
 namespace {
 
 struct Run {
-  std::string file, duration, stimulus;
+  std::string file, duration, stimulus, configuration, modbus;
   std::vector<std::string> watch;
   std::uint64_t cycles = 0;
   bool stats = false;
   runtime::FaultPolicy on_fault = runtime::FaultPolicy::kSafeState;
   core::CompileOptions options;
+  std::optional<io::ListenText> listen;  ///< --modbus
 };
 
 constexpr core::TimeNs kRedrawNs = 200'000'000;
 constexpr core::TimeNs kPollNs = 20'000'000;
 
-/// The scheduler that signals stop; set before the handlers are.
+constexpr core::TimeNs kServiceNs = 100'000'000;
+
+/// The scheduler that signals stop, once there is one.
 std::atomic<runtime::RealtimeScheduler*> running{nullptr};
+std::atomic<bool> signalled{false};
 
 void on_signal(int) {
+  signalled.store(true, std::memory_order_relaxed);
   runtime::RealtimeScheduler* scheduler = running.load(std::memory_order_relaxed);
   if (scheduler != nullptr) scheduler->request_stop();
 }
@@ -57,31 +63,19 @@ void handle_signals() {
   ::signal(SIGPIPE, SIG_IGN);
 }
 
-std::uint32_t fastest_task(const bytecode::Image& image) {
-  std::uint32_t fastest = 0;
-  for (std::uint32_t i = 1; i < image.tasks.size(); ++i) {
-    if (runtime::grid_period(image.tasks[i]) < runtime::grid_period(image.tasks[fastest])) fastest = i;
-  }
-  return fastest;
-}
-
-/// The task whose cycle may write every column of the stimulus: the one whose variables it names, else the fastest.
-/// Nothing when it names variables of several tasks.
-std::optional<std::uint32_t> stimulus_task(const std::string& path, runtime::Resource& resource) {
+/// The task whose cycle applies the stimulus: the first one whose variables it names, else the fastest.
+std::uint32_t stimulus_task(const std::string& path, runtime::Resource& resource) {
   std::ifstream in(path, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(in), {}};
   const auto rows = io::parse_csv(text, path);
-  std::uint32_t task = runtime::Place::kGlobal;
   if (rows && !rows->empty()) {
     const runtime::Access access(resource);
     for (const io::CsvCell& cell : rows->front()) {
       const auto place = access.find_leaf(cell.text);
-      if (!place || place->task == runtime::Place::kGlobal) continue;
-      if (task != runtime::Place::kGlobal && task != place->task) return std::nullopt;
-      task = place->task;
+      if (place && place->task != runtime::Place::kGlobal) return place->task;
     }
   }
-  return task == runtime::Place::kGlobal ? fastest_task(resource.image()) : task;
+  return io::fastest_task(resource.image());
 }
 
 void print_start(const Run& run, const bytecode::Image& image, core::TimeNs load_ns) {
@@ -113,39 +107,59 @@ void print_end(const bytecode::Image& image, const runtime::RealtimeScheduler& s
   print_table(rows, std::cout);
 }
 
+void print_devices(const io::Machine& machine, const std::vector<std::string>& notes) {
+  for (const auto& driver : machine.drivers()) {
+    const auto inputs = driver->inputs(0).size();
+    std::cout << fmt::format("driver {}: {}{}{}\n", driver->name(),
+                             driver->timing() == io::Timing::kOffline ? "simulated" : "open",
+                             inputs != 0 ? fmt::format(", {} inputs", inputs) : "",
+                             driver->has_outputs() ? ", with outputs" : "");
+  }
+  if (machine.guarded()) std::cout << "guardian: drives the safe values should the runtime die or hang\n";
+  for (const std::string& note : notes) std::cout << note << '\n';
+}
+
+void print_modbus(const modbus::ServerStatistics& s) {
+  std::cout << fmt::format(
+      "modbus: {} requests, {} of them answered with an exception, {} connections, {} refused, {} dropped\n", s.requests,
+      s.exceptions, s.accepted, s.refused, s.dropped);
+}
+
 int run_resource(const Run& run, runtime::Resource& resource, std::int64_t duration_ns, core::TimeNs load_ns) {
   const bytecode::Image& image = resource.image();
   runtime::RealtimeOptions realtime;
   realtime.on_fault = run.on_fault;
-  runtime::RealtimeScheduler scheduler(resource, realtime);
-
-  std::unique_ptr<io::SimulatedDriver> driver;
-  std::unique_ptr<RealtimeStimulus> stimulus;
-  if (!run.stimulus.empty()) {
-    auto loaded = io::SimulatedDriver::load(run.stimulus, resource);
-    if (!loaded) return complain(loaded.error()), exit_code_of(loaded.error());
-    const auto task = stimulus_task(run.stimulus, resource);
-    if (!task) {
-      complain("plc-run", run.stimulus + " names variables of several tasks",
-               "in real time a stimulus writes globals, or variables of one task; plc sim takes any");
-      return kExitUsage;
+  core::Diagnostics diagnostics;
+  const auto machine = io::Machine::configure({run.file, run.configuration, run.listen}, resource, diagnostics);
+  diagnostics.render(std::cerr);
+  if (machine == nullptr) {
+    for (const core::Diagnostic& d : diagnostics.all()) {
+      if (d.code == core::Code::P7001) return kExitUsage;
     }
-    driver = std::make_unique<io::SimulatedDriver>(std::move(*loaded));
-    stimulus = std::make_unique<RealtimeStimulus>(*driver, *task);
-    scheduler.add_listener(*stimulus);
+    return kExitErrors;
+  }
+  if (!run.stimulus.empty()) {
+    auto device = std::make_unique<io::SimulatedDevice>("--stimulus", run.stimulus,
+                                                        stimulus_task(run.stimulus, resource), resource);
+    if (const auto problem = machine->add(std::move(device))) return complain(*problem), exit_code_of(*problem);
   }
   LiveView view(run.watch, resource, ::isatty(STDOUT_FILENO) == 1);
   if (!run.watch.empty() && view.empty()) {
     complain("plc-run", "no variable matches --watch", "--watch '*' shows all of them");
     return kExitUsage;
   }
-  if (!view.empty()) scheduler.add_listener(view);
-  CycleLimit limit(scheduler, fastest_task(image), run.cycles);
-  if (run.cycles != 0) scheduler.add_listener(limit);
-
   print_start(run, image, load_ns);
-  running.store(&scheduler, std::memory_order_relaxed);
   handle_signals();
+  // From here on this may be the guardian's child: no thread before.
+  if (const auto problem = machine->open()) return complain(*problem), kExitErrors;
+  runtime::RealtimeScheduler scheduler(resource, realtime);
+  std::vector<std::string> notes;
+  if (const auto problem = machine->start(scheduler, notes)) return complain(*problem), kExitErrors;
+  if (!view.empty()) scheduler.add_listener(view);
+  CycleLimit limit(scheduler, io::fastest_task(image), run.cycles);
+  if (run.cycles != 0) scheduler.add_listener(limit);
+  print_devices(*machine, notes);
+  running.store(&scheduler, std::memory_order_relaxed);
   core::MonotonicClock clock;
   const core::TimeNs begin = clock.now_ns();
   const runtime::RealtimeReport& report = scheduler.start();
@@ -155,8 +169,13 @@ int run_resource(const Run& run, runtime::Resource& resource, std::int64_t durat
 
   std::size_t faults_shown = 0;
   core::TimeNs next_view = begin;
-  while (!scheduler.stop_requested()) {
+  core::TimeNs next_service = begin;
+  while (!scheduler.stop_requested() && !signalled.load(std::memory_order_relaxed)) {
     const core::TimeNs now = clock.now_ns();
+    if (now >= next_service) {
+      for (const std::string& sentence : machine->service(now)) std::cerr << "plc-run: " << sentence << std::endl;
+      next_service = now + kServiceNs;
+    }
     if (duration_ns != 0 && now - begin >= duration_ns) break;
     if (!view.empty() && now >= next_view) {
       view.show(now - begin, kRedrawNs / 2);
@@ -167,8 +186,10 @@ int run_resource(const Run& run, runtime::Resource& resource, std::int64_t durat
     const core::TimeNs end = duration_ns == 0 ? now + kPollNs : std::min(now + kPollNs, begin + duration_ns);
     clock.sleep_until_ns(end);
   }
+  machine->stopping();
   scheduler.request_stop();
   scheduler.join();
+  machine->stop();
   running.store(nullptr, std::memory_order_relaxed);
 
   const std::vector<runtime::TaskFault> faults = scheduler.faults();
@@ -176,6 +197,7 @@ int run_resource(const Run& run, runtime::Resource& resource, std::int64_t durat
   print_events(resource, std::cerr);
   print_end(image, scheduler);
   if (run.stats) {
+    if (const auto modbus = machine->modbus_statistics()) print_modbus(*modbus);
     print_link_report(resource, std::cout);
     print_memory(std::cout);
   }
@@ -192,6 +214,8 @@ int run_command(int argc, char** argv) {
       "  plc-run plant.pbc --duration 10s --watch 'Main.*'  ten seconds, with live values\n"
       "  plc-run plant.xml --cycles 1000 --stats            a thousand cycles of the fastest task\n"
       "  plc-run plant.xml --stimulus in.csv                with inputs from a script\n"
+      "  plc-run plant.xml --config plc.toml                with the inputs and outputs of this machine\n"
+      "  plc-run plant.xml --modbus 0.0.0.0:502             HMIs of the network may connect (default: this machine's)\n"
       "\n"
       "SCHED_FIFO and locked memory need privileges: run as root, or allow them in a service\n"
       "(LimitRTPRIO=99, LimitMEMLOCK=infinity). Without them it runs, and says so.\n"
@@ -210,6 +234,12 @@ int run_command(int argc, char** argv) {
       ->take_last();
   app.add_option("--stimulus", run.stimulus, "inputs as CSV, as plc sim takes it; time 0 is the first cycle")
       ->type_name("in.csv");
+  app.add_option("--config", run.configuration,
+                 "drivers, channels, Modbus and guardian of this machine; plc config init writes one")
+      ->type_name("plc.toml");
+  app.add_option("--modbus", run.modbus,
+                 "where HMIs connect, in place of what the configuration says; default 127.0.0.1:502 if it can be had")
+      ->type_name("ADDR:PORT|off");
   app.add_option("--watch", run.watch, "show these variables live; * and ? match; may be repeated")
       ->type_name("PATTERN")
       ->take_all()
@@ -227,6 +257,14 @@ int run_command(int argc, char** argv) {
   add_compile_options(app, run.options);
   if (const auto code = parse(app, argc, argv)) return *code;
 
+  if (app.count("--modbus") != 0) {
+    run.listen = io::parse_listen(run.modbus);
+    if (!run.listen) {
+      complain("plc-run", "--modbus \"" + run.modbus + "\" is not an address and a port",
+               "write 127.0.0.1:502, 0.0.0.0:502, [::1]:502 or off");
+      return kExitUsage;
+    }
+  }
   std::int64_t duration_ns = 0;
   if (app.count("--duration") != 0) {
     const auto parsed = parse_duration_ns(run.duration);

@@ -1,0 +1,160 @@
+#include "io-drivers/machine/machine.h"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "io-drivers/gpio/gpio_driver.h"
+#include "io-drivers/machine/simulated_device.h"
+
+namespace plc::io {
+namespace {
+
+/// A file named in plc.toml, seen from its folder.
+std::string beside(const std::string& configuration, const std::string& file) {
+  if (file.empty()) return file;
+  return (std::filesystem::path(configuration).parent_path() / file).string();
+}
+
+std::unique_ptr<Driver> make_driver(const BoundDriver& bound, const std::string& configuration,
+                                    runtime::Resource& resource) {
+  switch (bound.config->kind) {
+    case DriverKind::kGpio:
+      return make_gpio_driver(bound, resource);
+    case DriverKind::kSimulated:
+      break;
+  }
+  return std::make_unique<SimulatedDevice>(bound.config->name, beside(configuration, bound.config->stimulus.text),
+                                           bound.task, resource);
+}
+
+void report(core::Diagnostics& diagnostics, const core::SourceRef& at, const core::Problem& problem) {
+  diagnostics.report(problem.code, at, {}, problem.message, problem.help);
+}
+
+}  // namespace
+
+Machine::~Machine() { stop(); }
+
+std::unique_ptr<Machine> Machine::configure(const MachineOptions& options, runtime::Resource& resource,
+                                            core::Diagnostics& diagnostics) {
+  std::unique_ptr<Machine> machine(new Machine(resource));
+  if (!options.configuration.empty()) {
+    auto configuration = load_configuration(options.configuration, diagnostics);
+    if (!configuration) return nullptr;
+    machine->configuration_ = std::move(*configuration);
+    machine->modbus_asked_for_ = machine->configuration_.modbus.at.line != 0;
+  }
+  if (options.modbus) {
+    ModbusConfig& modbus = machine->configuration_.modbus;
+    modbus.enabled = !options.modbus->address.empty();
+    modbus.address = options.modbus->address;
+    modbus.port = options.modbus->port;
+    machine->modbus_asked_for_ = true;
+  }
+  auto binding = bind(machine->configuration_, resource, diagnostics);
+  if (!binding) return nullptr;
+  machine->binding_ = std::move(*binding);
+  for (const BoundDriver& bound : machine->binding_.drivers) {
+    auto driver = make_driver(bound, options.configuration, resource);
+    if (const auto problem = driver->check()) report(diagnostics, bound.config->at, *problem);
+    machine->drivers_.push_back(std::move(driver));
+  }
+  // After the drivers: what they have claimed cannot be written over Modbus.
+  if (machine->configuration_.modbus.enabled && !machine->make_map(options, diagnostics)) return nullptr;
+  if (diagnostics.has_errors()) return nullptr;
+  return machine;
+}
+
+bool Machine::make_map(const MachineOptions& options, core::Diagnostics& diagnostics) {
+  auto frozen = modbus::read_frozen(modbus::lock_file_of(configuration_, options.project));
+  if (!frozen) {
+    report(diagnostics, configuration_.modbus.at, frozen.error());
+    return false;
+  }
+  map_ = modbus::AddressMap::build(resource_, configuration_.modbus, *frozen, diagnostics);
+  if (!map_) return false;
+  addresses_frozen_ = !frozen->changed;
+  server_ = std::make_unique<modbus::Server>(resource_, *map_, configuration_.modbus);
+  return true;
+}
+
+std::optional<core::Problem> Machine::add(std::unique_ptr<Driver> driver) {
+  auto problem = driver->check();
+  if (!problem) drivers_.push_back(std::move(driver));
+  return problem;
+}
+
+std::optional<core::Problem> Machine::open() {
+  for (std::size_t i = 0; i < drivers_.size(); ++i) {
+    auto problem = drivers_[i]->open();
+    if (!problem) continue;
+    while (i-- > 0) drivers_[i]->close();
+    return problem;
+  }
+  GuardianOptions options;
+  options.hang_timeout_ns = configuration_.guardian.hang_timeout_ns;
+  std::vector<Driver*> guarded;
+  for (const auto& driver : drivers_) {
+    if (!driver->has_outputs()) continue;
+    guarded.push_back(driver.get());
+    const bytecode::ImageTask& task = resource_.image().tasks[driver->task()];
+    const auto known = [&](const WatchedTask& w) { return w.task == driver->task(); };
+    if (!task.single.empty() || std::any_of(options.watched.begin(), options.watched.end(), known)) continue;
+    options.watched.push_back({driver->task(), task.name, runtime::grid_period(task)});
+  }
+  if (guarded.empty() || !configuration_.guardian.enabled) return std::nullopt;
+  auto pulse = start_guardian(options, guarded);
+  if (!pulse) {
+    for (const auto& driver : drivers_) driver->close();
+    return pulse.error();
+  }
+  pulse_ = std::move(*pulse);
+  return std::nullopt;
+}
+
+std::optional<core::Problem> Machine::start(runtime::RealtimeScheduler& scheduler, std::vector<std::string>& notes) {
+  for (const auto& driver : drivers_) scheduler.add_listener(*driver);
+  if (pulse_) scheduler.add_listener(*pulse_);
+  if (!server_) {
+    notes.push_back("modbus: off");
+    return std::nullopt;
+  }
+  if (auto problem = server_->start()) {
+    if (modbus_asked_for_) return problem;
+    notes.push_back("modbus: off: " + problem->message + " (--modbus 127.0.0.1:PORT takes another one)");
+    return std::nullopt;
+  }
+  const bool six = configuration_.modbus.address.find(':') != std::string::npos;
+  notes.push_back("modbus: listening on " + (six ? "[" + configuration_.modbus.address + "]" : configuration_.modbus.address) +
+                  ":" + std::to_string(server_->port()) + ", " + std::to_string(map_->points().size()) +
+                  " values (plc map lists them)");
+  if (!addresses_frozen_) {
+    notes.push_back("modbus: automatic addresses are not frozen and may move with the next change: plc map FILE --freeze");
+  }
+  return std::nullopt;
+}
+
+std::vector<std::string> Machine::service(core::TimeNs now_ns) {
+  std::vector<std::string> sentences;
+  for (const auto& driver : drivers_) {
+    for (std::string& sentence : driver->service(now_ns)) sentences.push_back(std::move(sentence));
+  }
+  return sentences;
+}
+
+void Machine::stopping() {
+  if (pulse_) pulse_->stopping();
+}
+
+void Machine::stop() {
+  if (server_) server_->stop();
+  for (const auto& driver : drivers_) driver->close();
+  if (pulse_) pulse_->finished();
+}
+
+std::optional<modbus::ServerStatistics> Machine::modbus_statistics() const {
+  if (!server_) return std::nullopt;
+  return server_->statistics();
+}
+
+}  // namespace plc::io

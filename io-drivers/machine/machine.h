@@ -1,0 +1,78 @@
+// Machine: what plc.toml makes of this computer for one project: drivers, Modbus server, guardian, in the order in which
+// they must come and go.
+//
+// In: a loaded resource, a configuration (or none: Modbus on the loopback, no devices). Out: listeners for the scheduler,
+// sentences for the operator. Life: configure() -> open() -> start(scheduler) -> service() .. -> stop() after the
+// scheduler's join(). Threads: the owner's alone. Does not belong here: command lines, printing.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/diagnostics.h"
+#include "io-drivers/config/bind.h"
+#include "io-drivers/driver.h"
+#include "io-drivers/guardian/guardian.h"
+#include "io-drivers/modbus/address_map.h"
+#include "io-drivers/modbus/server.h"
+#include "runtime/sched/realtime.h"
+
+namespace plc::io {
+
+struct MachineOptions {
+  std::string project;        ///< the project's file: the lock file of automatic addresses lies beside it
+  std::string configuration;  ///< plc.toml, or empty
+  /// --modbus: replaces what the configuration says; an empty address is "off".
+  std::optional<ListenText> modbus;
+};
+
+class Machine {
+ public:
+  /// Reads and binds the configuration, makes the address map and the drivers, and asks every driver whether it could
+  /// open. Nothing is touched. Problems are in `diagnostics`; nothing after an error.
+  static std::unique_ptr<Machine> configure(const MachineOptions& options, runtime::Resource& resource,
+                                            core::Diagnostics& diagnostics);
+  ~Machine();
+  Machine(const Machine&) = delete;
+  Machine& operator=(const Machine&) = delete;
+
+  /// A driver of the command line's own. Before open().
+  std::optional<core::Problem> add(std::unique_ptr<Driver> driver);
+
+  /// Takes the devices, then splits off the guardian when there are outputs: from here on this is the child. On a problem
+  /// every device is given back as it was.
+  std::optional<core::Problem> open();
+  /// Adds the listeners and starts the server. A port that cannot be had is a problem only when it was asked for;
+  /// otherwise it is one of the sentences in `notes`.
+  std::optional<core::Problem> start(runtime::RealtimeScheduler& scheduler, std::vector<std::string>& notes);
+  /// What changed at the devices since the last call. About every 100 ms.
+  std::vector<std::string> service(core::TimeNs now_ns);
+  /// An orderly stop begins; before RealtimeScheduler::join().
+  void stopping();
+  /// Server down, devices given back in their safe state, guardian told. After join().
+  void stop();
+
+  [[nodiscard]] const std::vector<std::unique_ptr<Driver>>& drivers() const { return drivers_; }
+  [[nodiscard]] const modbus::AddressMap* address_map() const { return map_ ? &*map_ : nullptr; }
+  /// Nothing while Modbus is off.
+  [[nodiscard]] std::optional<modbus::ServerStatistics> modbus_statistics() const;
+  [[nodiscard]] bool guarded() const { return pulse_ != nullptr; }
+
+ private:
+  explicit Machine(runtime::Resource& resource) : resource_(resource) {}
+  bool make_map(const MachineOptions& options, core::Diagnostics& diagnostics);
+
+  runtime::Resource& resource_;
+  Configuration configuration_;
+  bool modbus_asked_for_ = false;
+  Binding binding_;
+  std::optional<modbus::AddressMap> map_;
+  bool addresses_frozen_ = true;
+  std::vector<std::unique_ptr<Driver>> drivers_;
+  std::unique_ptr<modbus::Server> server_;
+  std::unique_ptr<Pulse> pulse_;
+};
+
+}  // namespace plc::io

@@ -1,0 +1,50 @@
+// SimulatedDevice: a driver whose inputs come from a CSV file instead of wires: kind = "simulated" in plc.toml, and
+// plc-run --stimulus.
+//
+// In: a stimulus (simulated.h); time 0 is the first release of its task. Out: variables written before the scans of that
+// task. It owns nothing: a stimulus may name any variable of its task and any global that may be written. Offline: it
+// allocates in the cycle. Does not belong here: virtual time (SimulatedDriver::attach).
+#pragma once
+
+#include <atomic>
+#include <optional>
+#include <string>
+
+#include "io-drivers/driver.h"
+#include "io-drivers/simulated.h"
+
+namespace plc::io {
+
+class SimulatedDevice final : public Driver {
+ public:
+  /// `stimulus` empty: inputs keep their initial values. Variables of tasks other than `task` are refused by open().
+  SimulatedDevice(std::string name, std::string stimulus, std::uint32_t task, runtime::Resource& resource)
+      : name_(std::move(name)), stimulus_(std::move(stimulus)), task_(task), resource_(resource) {}
+
+  [[nodiscard]] std::string_view name() const override { return name_; }
+  [[nodiscard]] Timing timing() const override { return Timing::kOffline; }
+  [[nodiscard]] std::uint32_t task() const override { return task_; }
+  [[nodiscard]] bool has_outputs() const override { return false; }
+  std::optional<core::Problem> check() override;
+  std::optional<core::Problem> open() override { return std::nullopt; }
+  std::vector<std::string> service(core::TimeNs) override { return {}; }
+  [[nodiscard]] DriverStatus status() const override;
+  [[nodiscard]] std::vector<InputStatus> inputs(core::TimeNs) const override { return {}; }
+  bool drive_safe() noexcept override { return true; }
+  void close() noexcept override {}
+
+  void before_scan(const runtime::ReleaseContext& context) noexcept override;
+  void after_scan(const runtime::ReleaseContext&) noexcept override {}
+  void safe_state() noexcept override {}
+
+ private:
+  std::string name_;
+  std::string stimulus_;
+  std::uint32_t task_;
+  runtime::Resource& resource_;
+  std::optional<SimulatedDriver> script_;
+  core::TimeNs first_release_ns_ = 0;
+  std::atomic<std::uint64_t> exchanges_{0};
+};
+
+}  // namespace plc::io
