@@ -130,6 +130,10 @@ int close_output(std::string_view command, int code) {
   return kExitUsage;
 }
 
+std::string counted(std::size_t count, const char* word) {
+  return fmt::format("{} {}{}", count, word, count == 1 ? "" : "s");
+}
+
 std::string duration_text(double ns) {
   constexpr Unit kShown[] = {{"s", 1e9}, {"ms", 1e6}, {"us", 1e3}};
   for (const Unit& unit : kShown) {

@@ -50,6 +50,8 @@ int exit_code_of(const core::Problem& problem);
 int close_output(std::string_view command, int code);
 
 using core::parse_duration_ns;
+/// "1 error", "3 errors".
+std::string counted(std::size_t count, const char* word);
 /// "20ms", "1.5us", "2s": at most four significant digits.
 std::string duration_text(double ns);
 

@@ -49,8 +49,8 @@ const KeyInfo* find_key(TableId table, std::string_view name) {
 std::string applies_text(Applies applies) {
   std::string text;
   const auto add = [&text](std::string_view part) { text += (text.empty() ? "" : ", ") + std::string(part); };
-  if ((applies & kSimulatedBit) == 0) add("kind = \"gpio\" only");
-  if ((applies & kGpioBit) == 0) add("kind = \"simulated\" only");
+  if ((applies & kSimulatedBit) == 0) add("gpio only");
+  if ((applies & kGpioBit) == 0) add("simulated only");
   if ((applies & kInputBit) == 0) add("outputs only");
   if ((applies & kOutputBit) == 0) add("inputs only");
   return text;

@@ -37,7 +37,7 @@ inline constexpr Applies kInputsOnly = kAlways & ~kOutputBit;
 inline constexpr Applies kOutputsOnly = kAlways & ~kInputBit;
 /// Whether a key with `applies` belongs to an entry with these bits.
 constexpr bool belongs(Applies applies, Applies entry) { return (applies & entry) == entry; }
-/// "kind = \"gpio\", outputs only", or empty.
+/// "gpio only, outputs only", or empty.
 std::string applies_text(Applies applies);
 
 struct KeyType {

@@ -468,8 +468,7 @@ std::optional<Configuration> read_configuration(std::string_view text, std::stri
   SourceRef at;
   at.file = diagnostics.add_file(std::string(file));
   if (text.size() > kMaxConfigurationBytes) {
-    diagnostics.report(Code::P7302, at, {},
-                       fmt::format("file has more than {} bytes", kMaxConfigurationBytes));
+    diagnostics.report(Code::P7302, at, {}, fmt::format("file has more than {} bytes", kMaxConfigurationBytes));
     return std::nullopt;
   }
   if (const auto deep = too_deep(text)) {

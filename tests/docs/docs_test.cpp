@@ -81,17 +81,22 @@ void expect_documented(const std::vector<std::string>& command, const fs::path& 
   }
 }
 
+/// `plc` with each of its commands.
+const std::vector<std::vector<std::string>> kCommands = {
+    {PLC_TOOL, "check"},           {PLC_TOOL, "compile"}, {PLC_TOOL, "config", "init"},
+    {PLC_TOOL, "config", "check"}, {PLC_TOOL, "dump"},    {PLC_TOOL, "explain"},
+    {PLC_TOOL, "sim"},             {PLC_TOOL, "report"}};
+
 TEST(Manuals, MentionEveryFlag) {
-  for (const char* command : {"check", "compile", "dump", "explain", "sim", "report"}) {
-    expect_documented({PLC_TOOL, command}, kRoot / "docs/man/plc.1");
-  }
+  for (const auto& command : kCommands) expect_documented(command, kRoot / "docs/man/plc.1");
   expect_documented({PLC_RUN_TOOL}, kRoot / "docs/man/plc-run.1");
 }
 
 TEST(Manuals, MentionNoFlagThatDoesNotExist) {
   std::set<std::string> known = {"--help", "--version"};
-  for (const char* command : {"check", "compile", "dump", "explain", "sim", "report"}) {
-    known.merge(flags_in(run_tool({PLC_TOOL, command, "--help"}).out));
+  for (std::vector<std::string> command : kCommands) {
+    command.push_back("--help");
+    known.merge(flags_in(run_tool(command).out));
   }
   const std::set<std::string> run_flags = flags_in(run_tool({PLC_RUN_TOOL, "--help"}).out);
   const auto manual = [](const char* name) {

@@ -2,54 +2,21 @@
 #include <fmt/format.h>
 
 #include <iostream>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "tools/command_line.h"
 #include "tools/plc/commands.h"
+#include "tools/plc/json.h"
 
 namespace plc::tools {
 namespace {
-
-using nlohmann::ordered_json;
 
 struct Check {
   std::vector<std::string> files;
   bool json = false;
   core::CompileOptions options;
 };
-
-const char* severity_word(core::Severity severity) {
-  switch (severity) {
-    case core::Severity::kNote:
-      return "note";
-    case core::Severity::kWarning:
-      return "warning";
-    case core::Severity::kError:
-      return "error";
-  }
-  return "";
-}
-
-ordered_json to_json(const core::Diagnostics& diagnostics, const core::Diagnostic& diagnostic) {
-  const core::SourceRef& at = diagnostic.at;
-  ordered_json row;
-  row["file"] = diagnostics.file_name(at.file);
-  row["line"] = at.line;
-  row["column"] = at.column;
-  row["code"] = core::info(diagnostic.code).name;
-  row["severity"] = severity_word(diagnostic.severity);
-  row["pou"] = diagnostic.pou;
-  row["element"] = core::element_word(at.kind);
-  row["localId"] = at.local_id < 0 ? ordered_json() : ordered_json(at.local_id);
-  row["message"] = diagnostic.message;
-  row["help"] = diagnostic.help;
-  return row;
-}
-
-/// "1 error", "3 errors".
-std::string counted(std::size_t count, const char* word) { return fmt::format("{} {}{}", count, word, count == 1 ? "" : "s"); }
 
 std::string summary(const std::string& file, const Compilation& compilation) {
   const std::size_t errors = compilation.diagnostics.error_count();
@@ -66,9 +33,7 @@ std::string summary(const std::string& file, const Compilation& compilation) {
 }
 
 int run(const Check& check) {
-  ordered_json document;
-  document["files"] = ordered_json::array();
-  document["diagnostics"] = ordered_json::array();
+  std::vector<CheckedFile> checked;
   int exit_code = kExitOk;
   for (const std::string& file : check.files) {
     Compilation compilation;
@@ -79,18 +44,9 @@ int run(const Check& check) {
       if (compilation.readable) std::cout << summary(file, compilation) << std::endl;
       continue;
     }
-    document["files"].push_back({{"file", file},
-                                 {"ok", compilation.ok()},
-                                 {"errors", compilation.diagnostics.error_count()},
-                                 {"warnings", compilation.diagnostics.warning_count()}});
-    for (const core::Diagnostic& diagnostic : compilation.diagnostics.all()) {
-      document["diagnostics"].push_back(to_json(compilation.diagnostics, diagnostic));
-    }
+    checked.push_back({file, compilation.ok(), std::move(compilation.diagnostics)});
   }
-  if (check.json) {
-    // WHY replace: a broken file may put bytes into a message that are no UTF-8; the document stays valid JSON.
-    std::cout << document.dump(2, ' ', false, ordered_json::error_handler_t::replace) << '\n';
-  }
+  if (check.json) std::cout << diagnostics_json(checked);
   return exit_code;
 }
 

@@ -9,8 +9,10 @@ namespace plc::tools {
 
 void add_check(CLI::App& app, int& exit_code);
 void add_compile(CLI::App& app, int& exit_code);
+void add_config(CLI::App& app, int& exit_code);
 void add_dump(CLI::App& app, int& exit_code);
 void add_explain(CLI::App& app, int& exit_code);
+void add_map(CLI::App& app, int& exit_code);
 void add_sim(CLI::App& app, int& exit_code);
 void add_report(CLI::App& app, int& exit_code);
 

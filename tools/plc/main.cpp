@@ -17,6 +17,8 @@ int main(int argc, char** argv) {
       "  plc explain P3007                            what a problem code means, with a wrong and a right example\n"
       "  plc sim plant.xml --cycles 500 --trace -     run it in virtual time, all variables as CSV\n"
       "  plc compile plant.xml -o plant.pbc           an image for plc-run\n"
+      "  plc config init plant.xml -o plc.toml        devices and Modbus of this machine: a file to fill in\n"
+      "  plc map plant.xml                            which Modbus address each variable has; files for HMIs\n"
       "\n"
       "Exit codes: 0 all is well, 1 the project has errors, 2 wrong flags or a file that cannot be opened.",
       "plc"};
@@ -25,8 +27,10 @@ int main(int argc, char** argv) {
   int exit_code = kExitOk;
   add_check(app, exit_code);
   add_compile(app, exit_code);
+  add_config(app, exit_code);
   add_dump(app, exit_code);
   add_explain(app, exit_code);
+  add_map(app, exit_code);
   add_sim(app, exit_code);
   add_report(app, exit_code);
   try {

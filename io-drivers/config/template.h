@@ -1,0 +1,18 @@
+// The plc.toml that `plc config init` writes: every key with its default and documentation, every located variable of
+// the project with a line that would connect it, all commented out.
+//
+// In: a resource. Out: text that read_configuration() and bind() accept, as it is and with every setting uncommented.
+// Does not belong here: files.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "runtime/resource.h"
+
+namespace plc::io {
+
+/// `project` is the file's name, for the comments at the top.
+std::string configuration_template(runtime::Resource& resource, std::string_view project);
+
+}  // namespace plc::io

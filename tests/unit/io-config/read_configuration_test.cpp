@@ -1,0 +1,267 @@
+#include <gtest/gtest.h>
+
+#include <set>
+#include <string>
+
+#include "io-drivers/config/configuration.h"
+#include "io-drivers/config/keys.h"
+
+namespace plc::io {
+namespace {
+
+/// The configuration of a text that has no problems.
+Configuration good(std::string_view text) {
+  core::Diagnostics diagnostics;
+  auto configuration = read_configuration(text, "plc.toml", diagnostics);
+  for (const core::Diagnostic& d : diagnostics.all()) ADD_FAILURE() << diagnostics.render_one(d);
+  return configuration.value_or(Configuration{});
+}
+
+TEST(ReadConfiguration, ACompleteFile) {
+  const Configuration c = good(R"(
+[drivers.panel]
+kind = "gpio"
+chip = "gpiochip0"
+task = "Fast"
+on_loss = "zero"
+retry = "2.5s"
+ok = "PanelOk"
+[drivers.bench]
+kind = "simulated"
+stimulus = "in.csv"
+[inputs]
+"%IX0.0" = { driver = "panel", channel = 17, bias = "pull-up", invert = true, latch = "falling", active_low = true }
+StartButton = { driver = "panel", channel = "START" }
+"Tank.Level" = { driver = "bench" }
+[outputs]
+"%QX0.0" = { driver = "panel", channel = 22, safe = true, initial = false, drive = "open-drain" }
+Speed = { driver = "bench", safe = -12, initial = 0.5 }
+Text = { driver = "bench", safe = "idle" }
+[modbus]
+listen = "[::1]:1502"
+read_only = true
+writable = ["Main.*", "Level"]
+exported = []
+word_order = "CDAB"
+strict_gaps = true
+unit_id = 7
+unit_exception = true
+max_clients = 5
+max_clients_per_address = 2
+frame_timeout = "100ms"
+idle_timeout = "1h"
+lock_file = "addresses.csv"
+client_seen = "Seen"
+client_timeout = "3s"
+[[modbus.range]]
+table = "input-registers"
+first = 10
+last = 20
+word_order = "DCBA"
+[[modbus.range]]
+table = "coils"
+writable = false
+[guardian]
+enabled = false
+hang_timeout = "0s"
+)");
+  EXPECT_EQ(c.file, "plc.toml");
+  ASSERT_EQ(c.drivers.size(), 2u);
+  const DriverConfig& panel = c.drivers[0];
+  EXPECT_EQ(panel.name, "panel");
+  EXPECT_EQ(panel.kind, DriverKind::kGpio);
+  EXPECT_EQ(panel.chip.text, "gpiochip0");
+  EXPECT_EQ(panel.task.text, "Fast");
+  EXPECT_EQ(panel.task.at.line, 5u);
+  EXPECT_EQ(panel.task.at.column, 8u);
+  EXPECT_EQ(panel.on_loss, OnLoss::kZero);
+  EXPECT_EQ(panel.retry_ns, 2'500'000'000);
+  EXPECT_EQ(panel.ok.text, "PanelOk");
+  EXPECT_EQ(c.drivers[1].name, "bench");  // in the order of the file, not of the alphabet
+  EXPECT_EQ(c.drivers[1].kind, DriverKind::kSimulated);
+  EXPECT_EQ(c.drivers[1].stimulus.text, "in.csv");
+  EXPECT_EQ(c.driver("bench"), &c.drivers[1]);
+  EXPECT_EQ(c.driver("Bench"), nullptr);
+
+  ASSERT_EQ(c.inputs.size(), 3u);
+  EXPECT_EQ(c.inputs[0].variable.text, "%IX0.0");
+  EXPECT_EQ(c.inputs[0].variable.at.line, 13u);
+  EXPECT_EQ(c.inputs[0].channel.text, "17");
+  EXPECT_EQ(c.inputs[0].bias, Bias::kPullUp);
+  EXPECT_EQ(c.inputs[0].latch, Latch::kFalling);
+  EXPECT_TRUE(c.inputs[0].invert);
+  EXPECT_TRUE(c.inputs[0].active_low);
+  EXPECT_EQ(c.inputs[1].channel.text, "START");
+  EXPECT_EQ(c.inputs[2].variable.text, "Tank.Level");
+  EXPECT_EQ(c.inputs[2].driver.text, "bench");
+  EXPECT_EQ(c.inputs[2].channel.text, "");
+
+  ASSERT_EQ(c.outputs.size(), 3u);
+  EXPECT_EQ(c.outputs[0].safe.text, "TRUE");
+  EXPECT_EQ(c.outputs[0].initial.text, "FALSE");
+  EXPECT_EQ(c.outputs[0].drive, Drive::kOpenDrain);
+  EXPECT_EQ(c.outputs[1].safe.text, "-12");
+  EXPECT_EQ(c.outputs[1].initial.text, "0.5");
+  EXPECT_EQ(c.outputs[2].safe.text, "idle");
+  EXPECT_EQ(c.outputs_at.line, 16u);
+
+  EXPECT_TRUE(c.modbus.enabled);
+  EXPECT_EQ(c.modbus.address, "::1");
+  EXPECT_EQ(c.modbus.port, 1502);
+  EXPECT_TRUE(c.modbus.read_only);
+  ASSERT_EQ(c.modbus.writable.size(), 2u);
+  EXPECT_EQ(c.modbus.writable[1].text, "Level");
+  EXPECT_EQ(c.modbus.writable[1].at.line, 23u);
+  EXPECT_EQ(c.modbus.writable[1].at.column, 23u);
+  EXPECT_TRUE(c.modbus.exported.empty());
+  EXPECT_EQ(c.modbus.word_order, WordOrder::kCdab);
+  EXPECT_TRUE(c.modbus.strict_gaps);
+  EXPECT_EQ(c.modbus.unit_id, 7);
+  EXPECT_TRUE(c.modbus.unit_exception);
+  EXPECT_EQ(c.modbus.max_clients, 5u);
+  EXPECT_EQ(c.modbus.max_clients_per_address, 2u);
+  EXPECT_EQ(c.modbus.frame_timeout_ns, 100'000'000);
+  EXPECT_EQ(c.modbus.idle_timeout_ns, 3'600'000'000'000);
+  EXPECT_EQ(c.modbus.lock_file.text, "addresses.csv");
+  EXPECT_EQ(c.modbus.client_seen.text, "Seen");
+  EXPECT_EQ(c.modbus.client_timeout_ns, 3'000'000'000);
+  ASSERT_EQ(c.modbus.ranges.size(), 2u);
+  EXPECT_EQ(c.modbus.ranges[0].table, ModbusTable::kInputRegisters);
+  EXPECT_EQ(c.modbus.ranges[0].first, 10);
+  EXPECT_EQ(c.modbus.ranges[0].last, 20);
+  EXPECT_EQ(c.modbus.ranges[0].word_order, WordOrder::kDcba);
+  EXPECT_EQ(c.modbus.ranges[0].writable, std::nullopt);
+  EXPECT_EQ(c.modbus.ranges[1].table, ModbusTable::kCoils);
+  EXPECT_EQ(c.modbus.ranges[1].last, 65535);
+  EXPECT_EQ(c.modbus.ranges[1].writable, false);
+  EXPECT_FALSE(c.guardian.enabled);
+  EXPECT_EQ(c.guardian.hang_timeout_ns, 0);
+}
+
+TEST(ReadConfiguration, AnEmptyFileIsTheDefaults) {
+  const Configuration c = good("");
+  EXPECT_TRUE(c.drivers.empty());
+  EXPECT_EQ(c.modbus.address, "127.0.0.1");
+  EXPECT_EQ(c.modbus.exported.size(), 1u);
+}
+
+TEST(ReadConfiguration, ModbusOff) {
+  const Configuration c = good("[modbus]\nlisten = \"off\"\n");
+  EXPECT_FALSE(c.modbus.enabled);
+}
+
+TEST(ReadConfiguration, HeadersInsteadOfInlineTables) {
+  const Configuration c =
+      good("[inputs.\"%IX0.0\"]\ndriver = \"a\"\nchannel = 3\n[drivers]\na = { kind = \"gpio\", chip = \"c\" }\n");
+  ASSERT_EQ(c.inputs.size(), 1u);
+  EXPECT_EQ(c.inputs[0].channel.text, "3");
+}
+
+TEST(ReadConfiguration, WindowsLineEndsAndByteOrderMark) {
+  EXPECT_EQ(good("\xef\xbb\xbf[modbus]\r\nmax_clients = 3\r\n").modbus.max_clients, 3u);
+}
+
+/// Every documented default, written out: it must change nothing. Also shows that the default has the key's type.
+TEST(Keys, DefaultsAreThoseOfTheStructures) {
+  std::string modbus = "[modbus]\n", guardian = "[guardian]\n", gpio, simulated, input, output, range;
+  const auto entry = [](std::string& line, const KeyInfo& key) {
+    line += (line.empty() ? "" : ", ") + std::string(key.name) + " = " + std::string(key.fallback.toml);
+  };
+  for (const KeyInfo& key : config_keys()) {
+    if (key.fallback.kind != KeyDefault::Kind::kValue) continue;
+    const std::string line = std::string(key.name) + " = " + std::string(key.fallback.toml) + "\n";
+    if (key.table == TableId::kModbus) modbus += line;
+    if (key.table == TableId::kGuardian) guardian += line;
+    if (key.table == TableId::kModbusRange) range += line;
+    if (key.table == TableId::kDriver && belongs(key.applies, kGpioBit)) gpio += line;
+    if (key.table == TableId::kDriver && belongs(key.applies, kSimulatedBit)) simulated += line;
+    if (key.table == TableId::kChannel && belongs(key.applies, kGpioBit | kInputBit)) entry(input, key);
+    if (key.table == TableId::kChannel && belongs(key.applies, kGpioBit | kOutputBit)) entry(output, key);
+  }
+  const Configuration c = good(
+      "[drivers.g]\nkind = \"gpio\"\nchip = \"c\"\n" + gpio + "[drivers.s]\nkind = \"simulated\"\n" + simulated +
+      "[inputs]\nX = { driver = \"g\", channel = 1, " + input + " }\n[outputs]\nY = { driver = \"g\", channel = 2, " +
+      output + " }\n" + modbus + "[[modbus.range]]\ntable = \"holding-registers\"\n" + range + guardian);
+  const DriverConfig driver;
+  ASSERT_EQ(c.drivers.size(), 2u);
+  for (const DriverConfig& d : c.drivers) {
+    EXPECT_EQ(d.task.text, driver.task.text);
+    EXPECT_EQ(d.on_loss, driver.on_loss);
+    EXPECT_EQ(d.retry_ns, driver.retry_ns);
+    EXPECT_EQ(d.ok.text, driver.ok.text);
+    EXPECT_EQ(d.stimulus.text, driver.stimulus.text);
+  }
+  const ChannelConfig channel;
+  for (const ChannelConfig* one : {&c.inputs.at(0), &c.outputs.at(0)}) {
+    EXPECT_EQ(one->invert, channel.invert);
+    EXPECT_EQ(one->safe.text, channel.safe.text);
+    EXPECT_EQ(one->initial.text, channel.initial.text);
+    EXPECT_EQ(one->active_low, channel.active_low);
+    EXPECT_EQ(one->bias, channel.bias);
+    EXPECT_EQ(one->drive, channel.drive);
+    EXPECT_EQ(one->latch, channel.latch);
+  }
+  const ModbusConfig m;
+  EXPECT_EQ(c.modbus.enabled, m.enabled);
+  EXPECT_EQ(c.modbus.address, m.address);
+  EXPECT_EQ(c.modbus.port, m.port);
+  EXPECT_EQ(c.modbus.read_only, m.read_only);
+  EXPECT_EQ(c.modbus.writable.size(), m.writable.size());
+  ASSERT_EQ(c.modbus.exported.size(), m.exported.size());
+  EXPECT_EQ(c.modbus.exported[0].text, m.exported[0].text);
+  EXPECT_EQ(c.modbus.word_order, m.word_order);
+  EXPECT_EQ(c.modbus.strict_gaps, m.strict_gaps);
+  EXPECT_EQ(c.modbus.unit_id, m.unit_id);
+  EXPECT_EQ(c.modbus.unit_exception, m.unit_exception);
+  EXPECT_EQ(c.modbus.max_clients, m.max_clients);
+  EXPECT_EQ(c.modbus.max_clients_per_address, m.max_clients_per_address);
+  EXPECT_EQ(c.modbus.frame_timeout_ns, m.frame_timeout_ns);
+  EXPECT_EQ(c.modbus.idle_timeout_ns, m.idle_timeout_ns);
+  EXPECT_EQ(c.modbus.lock_file.text, m.lock_file.text);
+  EXPECT_EQ(c.modbus.client_seen.text, m.client_seen.text);
+  EXPECT_EQ(c.modbus.client_timeout_ns, m.client_timeout_ns);
+  const ModbusRange r;
+  EXPECT_EQ(c.modbus.ranges.at(0).first, r.first);
+  EXPECT_EQ(c.modbus.ranges.at(0).last, r.last);
+  EXPECT_EQ(c.modbus.ranges.at(0).writable, r.writable);
+  EXPECT_EQ(c.modbus.ranges.at(0).word_order, r.word_order);
+  EXPECT_EQ(c.guardian.enabled, GuardianConfig{}.enabled);
+  EXPECT_EQ(c.guardian.hang_timeout_ns, GuardianConfig{}.hang_timeout_ns);
+}
+
+/// The choices stand in the order of the enumerators.
+TEST(Keys, ChoicesAreInOrder) {
+  const KeyType& orders = find_key(TableId::kModbus, "word_order")->type;
+  for (const WordOrder order : {WordOrder::kAbcd, WordOrder::kCdab, WordOrder::kBadc, WordOrder::kDcba}) {
+    EXPECT_EQ(choice_index(orders, word_order_text(order)), static_cast<int>(order));
+  }
+  const KeyType& tables = find_key(TableId::kModbusRange, "table")->type;
+  for (const ModbusTable table : {ModbusTable::kCoils, ModbusTable::kDiscreteInputs, ModbusTable::kInputRegisters,
+                                  ModbusTable::kHoldingRegisters}) {
+    EXPECT_EQ(choice_index(tables, modbus_table_text(table)), static_cast<int>(table));
+  }
+}
+
+TEST(Keys, AreDocumentedOnce) {
+  std::set<std::string> seen;
+  for (const KeyInfo& key : config_keys()) {
+    EXPECT_TRUE(seen.insert(std::to_string(static_cast<int>(key.table)) + std::string(key.name)).second) << key.name;
+    EXPECT_FALSE(key.documentation.empty()) << key.name;
+    EXPECT_EQ(key.documentation.back(), '.') << key.name;
+  }
+}
+
+TEST(Listen, Texts) {
+  EXPECT_EQ(parse_listen("0.0.0.0:502")->address, "0.0.0.0");
+  EXPECT_EQ(parse_listen("[::]:0")->address, "::");
+  EXPECT_EQ(parse_listen("[::]:0")->port, 0);
+  EXPECT_EQ(parse_listen("[::ffff:10.0.0.1]:65535")->port, 65535);
+  EXPECT_EQ(parse_listen("off")->address, "");
+  for (const char* wrong : {"", ":", ":502", "1.2.3.4", "1.2.3:502", "1.2.3.4:", "1.2.3.4:5x", "[1.2.3.4]:502",
+                            "::1:502", "[::1]", "OFF", " 1.2.3.4:502", "256.0.0.1:502", "[::1%lo]:502"}) {
+    EXPECT_FALSE(parse_listen(wrong).has_value()) << wrong;
+  }
+}
+
+}  // namespace
+}  // namespace plc::io

@@ -1,0 +1,169 @@
+// plc config: writes a plc.toml for a project, and checks one against it.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <string>
+#include <system_error>
+
+#include "io-drivers/config/bind.h"
+#include "io-drivers/config/template.h"
+#include "tools/command_line.h"
+#include "tools/plc/commands.h"
+#include "tools/plc/json.h"
+
+namespace plc::tools {
+namespace {
+
+struct Init {
+  std::string file, output;
+  bool force = false;
+  core::CompileOptions options;
+};
+
+struct Check {
+  std::string configuration, file;
+  bool json = false;
+  core::CompileOptions options;
+};
+
+std::unique_ptr<runtime::Resource> load(Compilation& compilation) {
+  auto resource = runtime::Resource::load(std::move(*compilation.image));
+  if (resource) return std::move(*resource);
+  const core::Problem& problem = resource.error();
+  compilation.diagnostics.report(problem.code, {}, {}, problem.message, problem.help);
+  return nullptr;
+}
+
+int init(const CLI::App& app, const Init& init) {
+  std::error_code ignored;
+  if (std::filesystem::equivalent(init.file, init.output, ignored)) {
+    complain("plc config init", "-o " + init.output + " would overwrite the project", "call it plc.toml");
+    return kExitUsage;
+  }
+  // A symbolic link is something that exists, wherever it leads.
+  const auto present = std::filesystem::symlink_status(init.output, ignored);
+  const bool plain =
+      present.type() == std::filesystem::file_type::regular || present.type() == std::filesystem::file_type::symlink;
+  if (!init.output.empty() && plain && !init.force) {
+    complain("plc config init", init.output + " exists", "give another name to -o, or --force to replace it");
+    return kExitUsage;
+  }
+  Compilation compilation;
+  if (const auto code = open_or_explain(app, {init.file, init.options, Goal::kRun}, compilation)) return *code;
+  const auto resource = load(compilation);
+  if (resource == nullptr) {
+    compilation.diagnostics.render(std::cerr);
+    return kExitErrors;
+  }
+  const std::string text = io::configuration_template(*resource, init.file);
+  if (init.output.empty()) {
+    std::cout << text;
+    return kExitOk;
+  }
+  std::string why;
+  if (!write_file(init.output, text, why)) {
+    complain("plc config init", fmt::format("{} cannot be written: {}", init.output, why));
+    return kExitUsage;
+  }
+  std::cout << fmt::format("{}: every setting is commented out; what is uncommented counts\n", init.output);
+  return kExitOk;
+}
+
+/// "plc.toml: ok, 2 drivers, 5 inputs, 6 outputs mapped, 0 warnings".
+std::string summary(const Check& check, const core::Diagnostics& diagnostics,
+                    const std::optional<io::Binding>& binding) {
+  const std::string warnings = counted(diagnostics.warning_count(), "warning");
+  if (!binding)
+    return fmt::format("{}: {}, {}", check.configuration, counted(diagnostics.error_count(), "error"), warnings);
+  std::size_t inputs = 0, outputs = 0;
+  for (const io::BoundDriver& driver : binding->drivers) {
+    inputs += driver.inputs.size();
+    outputs += driver.outputs.size();
+  }
+  return fmt::format("{}: ok, {}, {}, {} mapped, {}", check.configuration, counted(binding->drivers.size(), "driver"),
+                     counted(inputs, "input"), counted(outputs, "output"), warnings);
+}
+
+int check(const CLI::App& app, const Check& check) {
+  if (is_image_path(check.file) && has_compile_options(app)) {
+    complain("plc config check", fmt::format("{} is an image: its compile options are stored in it", check.file),
+             "compile the project file again with other options, or leave the options away");
+    return kExitUsage;
+  }
+  Compilation compilation;
+  core::Diagnostics& diagnostics = compilation.diagnostics;
+  open({check.file, check.options, Goal::kRun}, compilation);
+  const bool project_good = compilation.ok();
+  const auto configuration = io::load_configuration(check.configuration, diagnostics);
+
+  std::unique_ptr<runtime::Resource> resource;
+  std::optional<io::Binding> binding;
+  if (project_good && configuration) resource = load(compilation);
+  if (resource != nullptr) binding = io::bind(*configuration, *resource, diagnostics);
+
+  const bool readable = std::none_of(diagnostics.all().begin(), diagnostics.all().end(),
+                                     [](const core::Diagnostic& d) { return d.code == core::Code::P7001; });
+  const int exit_code = binding ? kExitOk : readable ? kExitErrors : kExitUsage;
+  if (check.json) {
+    std::vector<CheckedFile> files;
+    files.push_back({check.configuration, binding.has_value(), std::move(diagnostics)});
+    std::cout << diagnostics_json(files);
+    return exit_code;
+  }
+  diagnostics.render(std::cerr);
+  if (readable) std::cout << summary(check, diagnostics, binding) << std::endl;
+  return exit_code;
+}
+
+void add_init(CLI::App& config, int& exit_code) {
+  static Init options;
+  CLI::App* command = config.add_subcommand(
+      "init",
+      "Writes a plc.toml for a project: every key with its default and what it means, every variable at an address\n"
+      "with a line that would connect it. All settings are commented out.\n"
+      "\n"
+      "Examples:\n"
+      "  plc config init plant.xml                    on standard output\n"
+      "  plc config init plant.xml -o plc.toml        never overwrites a file without --force");
+  command->add_option("FILE", options.file, "PLCopen XML file, or image")->required();
+  command->add_option("-o,--output", options.output, "file to write instead of standard output")->type_name("PLC.TOML");
+  command->add_flag("--force", options.force, "replace the file when it exists");
+  add_compile_options(*command, options.options);
+  command->callback([&exit_code, command] { exit_code = init(*command, options); });
+}
+
+void add_config_check(CLI::App& config, int& exit_code) {
+  static Check options;
+  CLI::App* command = config.add_subcommand(
+      "check",
+      "Checks a plc.toml against a project and reports every problem with line and column; opens no device.\n"
+      "\n"
+      "Examples:\n"
+      "  plc config check plc.toml plant.xml\n"
+      "  plc config check --json plc.toml plant.pbc > problems.json");
+  command->add_option("PLC.TOML", options.configuration, "the configuration")->required();
+  command->add_option("FILE", options.file, "PLCopen XML file, or image")->required();
+  command->add_flag("--json", options.json, "one JSON document on stdout instead of text on stderr");
+  add_compile_options(*command, options.options);
+  command->callback([&exit_code, command] { exit_code = check(*command, options); });
+}
+
+}  // namespace
+
+void add_config(CLI::App& app, int& exit_code) {
+  CLI::App* config = app.add_subcommand("config",
+                                        "Writes and checks plc.toml: which device is which variable, Modbus/TCP, the "
+                                        "guardian.\n"
+                                        "\n"
+                                        "Examples:\n"
+                                        "  plc config init plant.xml -o plc.toml\n"
+                                        "  plc config check plc.toml plant.xml");
+  config->require_subcommand(1);
+  add_init(*config, exit_code);
+  add_config_check(*config, exit_code);
+}
+
+}  // namespace plc::tools
