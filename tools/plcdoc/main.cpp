@@ -1,4 +1,5 @@
-// plcdoc: reference pages from the tables: instruction set, library, problem codes. A test compares them with docs/reference.
+// plcdoc: reference pages from the tables: instruction set, library, problem codes, plc.toml. A test compares them with
+// docs/reference.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -13,6 +14,7 @@
 #include "bytecode/opcode.h"
 #include "core/diagnostics.h"
 #include "core/types.h"
+#include "io-drivers/config/keys.h"
 #include "stdlib/library.h"
 
 namespace {
@@ -177,6 +179,38 @@ std::string problems_page() {
   return out.str();
 }
 
+std::string default_text(const io::KeyInfo& key) {
+  switch (key.fallback.kind) {
+    case io::KeyDefault::Kind::kValue:
+      return fmt::format("`{}`", key.fallback.toml);
+    case io::KeyDefault::Kind::kNothing:
+      return "none";
+    case io::KeyDefault::Kind::kRequired:
+      return key.fallback.required_for == io::kAlways ? "required" : "required, " + io::applies_text(key.fallback.required_for);
+  }
+  return "";
+}
+
+std::string configuration_page() {
+  std::ostringstream out;
+  out << fmt::format(kGenerated, "io-drivers/config/keys.def")
+      << "# Configuration: plc.toml\n\n"
+         "What is connected to a machine, in [TOML](https://toml.io/en/v1.0.0). `plc config init` writes a file for a project,\n"
+         "`plc config check` checks one; the [guide](../guides/configuration.md) has an example. Unknown keys are errors. Durations\n"
+         "are texts: `\"500ms\"`, `\"5s\"`, `\"1.5min\"`.\n";
+  for (const io::TableInfo& table : io::config_tables()) {
+    out << fmt::format("\n## {}\n\n{}\n\n| key | takes | default | |\n| --- | --- | --- | --- |\n", table.heading,
+                       table.documentation);
+    for (const io::KeyInfo& key : io::config_keys()) {
+      if (key.table != table.id) continue;
+      const std::string applies = io::applies_text(key.applies);
+      out << fmt::format("| `{}` | {}{} | {} | {} |\n", key.name, io::type_text(key.type),
+                         applies.empty() ? "" : "; " + applies, default_text(key), key.documentation);
+    }
+  }
+  return out.str();
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -188,7 +222,8 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
 
   const std::pair<const char*, std::string> pages[] = {
-      {"opcodes.md", opcodes_page()}, {"library.md", library_page()}, {"problems.md", problems_page()}};
+      {"opcodes.md", opcodes_page()}, {"library.md", library_page()}, {"problems.md", problems_page()},
+      {"configuration.md", configuration_page()}};
   int exit_code = 0;
   for (const auto& [name, text] : pages) {
     const std::filesystem::path path = std::filesystem::path(folder) / name;
