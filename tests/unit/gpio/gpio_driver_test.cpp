@@ -4,14 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
-#include <iostream>
 #include <new>
 #include <thread>
 
-#include "bytecode/image.h"
-#include "runtime/access.h"
-#include "runtime/sched/simulation.h"
-#include "tests/support/image_builder.h"
+#include "tests/support/gpio_rig.h"
 #include "tests/unit/gpio/fake_chip.h"
 
 namespace {
@@ -38,61 +34,18 @@ using io::LineEdge;
 using io::Quality;
 constexpr core::TimeNs kMs = 1'000'000;
 
-/// A resource whose programs copy input i to output i, and a driver for them as `toml` says. Tasks are 10 ms apart.
-class Rig {
- public:
-  explicit Rig(const std::string& toml, int points = 4, int tasks = 1) {
-    ImageBuilder b;
-    const auto at = [](int i) { return std::to_string(i / 8) + "." + std::to_string(i % 8); };
-    std::vector<Word> in, out;
-    for (int i = 0; i < points; ++i) {
-      in.push_back(b.global("in" + std::to_string(i), b.boolean(), {}, {.input = true, .address = "%IX" + at(i)}));
-    }
-    b.global("ok", b.boolean(), {}, {.input = true});
-    for (int i = 0; i < points; ++i) {
-      out.push_back(b.global("out" + std::to_string(i), b.boolean(), {}, {.address = "%QX" + at(i)}));
-    }
-    for (int task = 0; task < tasks; ++task) {
-      PouBuilder pou = b.pou("P" + std::to_string(task), PouKind::kProgram);
-      for (int i = 0; task == 0 && i < points; ++i) pou.record(0xaaaaaaaau, out[std::size_t(i)], {in[std::size_t(i)]});
-      b.task("Task" + std::to_string(task), 10 * kMs, {pou.finish()});
-    }
-    core::Diagnostics diagnostics;
-    auto verified = bytecode::verify(b.build(), diagnostics);
-    stop_at(verified.has_value(), diagnostics);
-    resource = std::move(*runtime::Resource::load(std::move(*verified)));
-    configuration = io::read_configuration(toml, "plc.toml", diagnostics);
-    std::optional<io::Binding> binding;
-    if (configuration) binding = io::bind(*configuration, *resource, diagnostics);
-    stop_at(binding.has_value(), diagnostics);
-    driver = std::make_unique<GpioDriver>(binding->drivers.at(0), *resource, chip.access());
-    simulation = std::make_unique<runtime::Simulation>(*resource);
-    simulation->add_listener(*driver);
-  }
-
-  [[nodiscard]] std::string value(const std::string& path) const {
-    const runtime::Access access(*resource);
-    return access.read(*access.find(path));
-  }
-  void cycles(std::uint64_t count = 1) { simulation->run_cycles(count); }
-  [[nodiscard]] core::TimeNs now() const { return simulation->now_ns(); }
-  std::string serve() {
-    std::string all;
-    for (const std::string& line : driver->service(now())) all += line + "\n";
-    return all;
-  }
-
-  static void stop_at(bool good, const core::Diagnostics& diagnostics) {
-    if (good) return;
-    diagnostics.render(std::cerr);
-    std::abort();
-  }
+/// A GpioRig on a chip in memory.
+struct FakeRig {
+  explicit FakeRig(const std::string& toml, int points = 4, int tasks = 1)
+      : rig(toml, chip.access(), points, tasks), driver(rig.drivers.at(0).get()) {}
+  [[nodiscard]] std::string value(const std::string& path) const { return rig.value(path); }
+  void cycles(std::uint64_t count = 1) { rig.simulation->run_cycles(count); }
+  [[nodiscard]] core::TimeNs now() const { return rig.simulation->now_ns(); }
+  std::string serve() { return rig.serve(); }
 
   FakeChip chip;
-  std::unique_ptr<runtime::Resource> resource;
-  std::optional<io::Configuration> configuration;
-  std::unique_ptr<GpioDriver> driver;
-  std::unique_ptr<runtime::Simulation> simulation;
+  GpioRig rig;
+  GpioDriver* driver;
 };
 
 std::string panel(const std::string& channels, const std::string& more = "") {
@@ -109,7 +62,7 @@ const char* const kTwoByTwo = R"(
 )";
 
 TEST(GpioDriver, ReadsBeforeAndWritesAfterTheScan) {
-  Rig rig(panel(kTwoByTwo));
+  FakeRig rig(panel(kTwoByTwo));
   ASSERT_FALSE(rig.driver->check());
   ASSERT_FALSE(rig.driver->open());
   EXPECT_TRUE(rig.driver->has_outputs());
@@ -129,7 +82,7 @@ TEST(GpioDriver, ReadsBeforeAndWritesAfterTheScan) {
 }
 
 TEST(GpioDriver, FirstReadAndInitialValuesAreThereBeforeTheFirstCycle) {
-  Rig rig(panel(R"(
+  FakeRig rig(panel(R"(
 [inputs]
 "%IX0.0" = { driver = "panel", channel = 4 }
 [outputs]
@@ -148,7 +101,7 @@ TEST(GpioDriver, FirstReadAndInitialValuesAreThereBeforeTheFirstCycle) {
 }
 
 TEST(GpioDriver, InvertsWhatTheProgramMeans) {
-  Rig rig(panel(R"(
+  FakeRig rig(panel(R"(
 [inputs]
 "%IX0.0" = { driver = "panel", channel = 4, invert = true }
 [outputs]
@@ -171,7 +124,7 @@ TEST(GpioDriver, InvertsWhatTheProgramMeans) {
 }
 
 TEST(GpioDriver, ALatchShowsAPulseForOneCycle) {
-  Rig rig(panel(R"(
+  FakeRig rig(panel(R"(
 [inputs]
 "%IX0.0" = { driver = "panel", channel = 1, latch = "rising" }
 "%IX0.1" = { driver = "panel", channel = 2, latch = "falling" }
@@ -203,7 +156,7 @@ TEST(GpioDriver, ManyLinesKeepTheirOrder) {
     inputs += "\"%IX" + at + "\" = { driver = \"panel\", channel = " + std::to_string((i * 7) % 150) + " }\n";
     outputs += "\"%QX" + at + "\" = { driver = \"panel\", channel = " + std::to_string(200 + (i * 11) % 150) + " }\n";
   }
-  Rig rig(panel(inputs + outputs), 150);
+  FakeRig rig(panel(inputs + outputs), 150);
   ASSERT_FALSE(rig.driver->open());
   for (const int only : {0, 63, 64, 127, 128, 149}) {
     rig.chip.level = {{std::to_string((only * 7) % 150), true}};
@@ -216,7 +169,7 @@ TEST(GpioDriver, ManyLinesKeepTheirOrder) {
 }
 
 TEST(GpioDriver, UnchangedOutputsAreWrittenNowAndThen) {
-  Rig rig(panel(kTwoByTwo));
+  FakeRig rig(panel(kTwoByTwo));
   ASSERT_FALSE(rig.driver->open());
   rig.cycles();
   EXPECT_EQ(rig.chip.writes, 1);
@@ -232,7 +185,7 @@ TEST(GpioDriver, UnchangedOutputsAreWrittenNowAndThen) {
 }
 
 TEST(GpioDriver, CyclesOfOtherTasksAreNotItsBusiness) {
-  Rig rig(panel(kTwoByTwo), 4, 2);
+  FakeRig rig(panel(kTwoByTwo), 4, 2);
   ASSERT_FALSE(rig.driver->open());
   const int reads = rig.chip.reads;
   rig.driver->before_scan({1, 0, 0, 0});
@@ -242,7 +195,7 @@ TEST(GpioDriver, CyclesOfOtherTasksAreNotItsBusiness) {
 }
 
 TEST(GpioDriver, AProblemAtOpenTouchesNothing) {
-  Rig rig(panel(kTwoByTwo));
+  FakeRig rig(panel(kTwoByTwo));
   rig.chip.busy = {"11"};
   const auto found = rig.driver->check();
   ASSERT_TRUE(found);
@@ -259,7 +212,7 @@ TEST(GpioDriver, AProblemAtOpenTouchesNothing) {
 }
 
 TEST(GpioDriver, LossHoldsInputsAndReturnIsNoticed) {
-  Rig rig(panel(kTwoByTwo, "ok = \"ok\""));
+  FakeRig rig(panel(kTwoByTwo, "ok = \"ok\""));
   rig.chip.level["4"] = true;
   ASSERT_FALSE(rig.driver->open());
   EXPECT_EQ(rig.value("ok"), "1");
@@ -296,12 +249,12 @@ TEST(GpioDriver, LossHoldsInputsAndReturnIsNoticed) {
 }
 
 TEST(GpioDriver, LossCanMakeInputsFalse) {
-  Rig rig(panel(R"(
+  FakeRig rig(panel(R"(
 [inputs]
 "%IX0.0" = { driver = "panel", channel = 4 }
 "%IX0.1" = { driver = "panel", channel = 5, invert = true }
 )",
-                "on_loss = \"zero\""));
+                    "on_loss = \"zero\""));
   rig.chip.level["4"] = true;
   ASSERT_FALSE(rig.driver->open());
   rig.cycles();
@@ -314,7 +267,7 @@ TEST(GpioDriver, LossCanMakeInputsFalse) {
 }
 
 TEST(GpioDriver, AChipWithOutputsOnlyIsMissedWithinTheRefresh) {
-  Rig rig(panel("[outputs]\n\"%QX0.0\" = { driver = \"panel\", channel = 10 }\n", "ok = \"ok\""));
+  FakeRig rig(panel("[outputs]\n\"%QX0.0\" = { driver = \"panel\", channel = 10 }\n", "ok = \"ok\""));
   ASSERT_FALSE(rig.driver->open());
   rig.cycles();
   EXPECT_EQ(rig.value("ok"), "1");
@@ -325,7 +278,7 @@ TEST(GpioDriver, AChipWithOutputsOnlyIsMissedWithinTheRefresh) {
 }
 
 TEST(GpioDriver, AHiccupKeepsTheLines) {
-  Rig rig(panel(kTwoByTwo));
+  FakeRig rig(panel(kTwoByTwo));
   ASSERT_FALSE(rig.driver->open());
   rig.cycles();
   rig.chip.error = EIO;
@@ -342,7 +295,7 @@ TEST(GpioDriver, AHiccupKeepsTheLines) {
 }
 
 TEST(GpioDriver, AStoppedTaskLeavesItsOutputsSafe) {
-  Rig rig(panel(kTwoByTwo), 4, 2);
+  FakeRig rig(panel(kTwoByTwo), 4, 2);
   ASSERT_FALSE(rig.driver->open());
   rig.chip.level["4"] = true;
   rig.cycles();
@@ -353,7 +306,7 @@ TEST(GpioDriver, AStoppedTaskLeavesItsOutputsSafe) {
 }
 
 TEST(GpioDriver, OutputsThatAnotherTaskWroteBecomeSafeInTheNextCycle) {
-  Rig rig(panel(kTwoByTwo), 4, 2);  // both tasks export the outputs
+  FakeRig rig(panel(kTwoByTwo), 4, 2);  // both tasks export the outputs
   ASSERT_FALSE(rig.driver->open());
   rig.chip.level["4"] = true;
   rig.cycles();
@@ -367,7 +320,7 @@ TEST(GpioDriver, OutputsThatAnotherTaskWroteBecomeSafeInTheNextCycle) {
 }
 
 TEST(GpioDriver, StoppingLeavesSafeValuesAndFreeLines) {
-  Rig rig(panel(kTwoByTwo));
+  FakeRig rig(panel(kTwoByTwo));
   rig.chip.level["4"] = true;
   ASSERT_FALSE(rig.driver->open());
   rig.cycles();
@@ -383,7 +336,7 @@ TEST(GpioDriver, StoppingLeavesSafeValuesAndFreeLines) {
 }
 
 TEST(GpioDriver, SafeValuesGoOverAFreshRequestWhenTheHandleIsDead) {
-  Rig rig(panel(kTwoByTwo));
+  FakeRig rig(panel(kTwoByTwo));
   ASSERT_FALSE(rig.driver->open());
   rig.cycles();
   rig.chip.replug();
@@ -397,7 +350,7 @@ TEST(GpioDriver, SafeValuesGoOverAFreshRequestWhenTheHandleIsDead) {
 }
 
 TEST(GpioDriver, SafeValuesOverLinesThatWereLostForAMoment) {
-  Rig rig(panel(kTwoByTwo));
+  FakeRig rig(panel(kTwoByTwo));
   ASSERT_FALSE(rig.driver->open());
   rig.chip.error = EIO;
   rig.cycles();
@@ -409,7 +362,7 @@ TEST(GpioDriver, SafeValuesOverLinesThatWereLostForAMoment) {
 }
 
 TEST(GpioDriver, TheGuardianLetsGoOfADeadHandleOnly) {
-  Rig rig(panel(kTwoByTwo));
+  FakeRig rig(panel(kTwoByTwo));
   ASSERT_FALSE(rig.driver->open());
   rig.driver->release_if_gone();
   EXPECT_EQ(rig.chip.handles, 1);
@@ -420,7 +373,7 @@ TEST(GpioDriver, TheGuardianLetsGoOfADeadHandleOnly) {
 }
 
 TEST(GpioDriver, TheCycleAllocatesNothing) {
-  Rig rig(panel(kTwoByTwo, "ok = \"ok\""));
+  FakeRig rig(panel(kTwoByTwo, "ok = \"ok\""));
   ASSERT_FALSE(rig.driver->open());
   rig.cycles();
   const auto scan = [&](std::uint64_t cycle) {
@@ -441,7 +394,7 @@ TEST(GpioDriver, TheCycleAllocatesNothing) {
 }
 
 TEST(GpioDriver, CycleAndServiceNeverUseTheLinesAtOnce) {
-  Rig rig(panel(kTwoByTwo, "on_loss = \"zero\""));
+  FakeRig rig(panel(kTwoByTwo, "on_loss = \"zero\""));
   ASSERT_FALSE(rig.driver->open());
   std::atomic<bool> end{false};
   std::atomic<std::uint64_t> back{0};
