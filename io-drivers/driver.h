@@ -74,7 +74,7 @@ class Driver : public runtime::CycleListener {
   /// one that ran, when that one died (docs/adr/0014). True when every output is known to have its safe value. Not RT.
   virtual bool drive_safe() noexcept = 0;
   /// Guardian only, a few times a second: lets go of a handle whose device is gone. WHY: the kernel gives the name of a
-  /// device to the next one only when the last process has let go.
+  /// device to the next one only when the last process has let go (Linux 6.1 not even then).
   virtual void release_if_gone() noexcept {}
   /// True when it drives outputs that a guardian must outlive.
   [[nodiscard]] virtual bool has_outputs() const = 0;

@@ -93,17 +93,19 @@ std::optional<core::Problem> Machine::open() {
   }
   GuardianOptions options;
   options.hang_timeout_ns = configuration_.guardian.hang_timeout_ns;
-  std::vector<Driver*> guarded;
+  bool outputs = false;
+  std::vector<Driver*> all;  // also those with inputs only: the guardian shares their handles, and lets go of dead ones
   for (const auto& driver : drivers_) {
+    all.push_back(driver.get());
     if (!driver->has_outputs()) continue;
-    guarded.push_back(driver.get());
+    outputs = true;
     const bytecode::ImageTask& task = resource_.image().tasks[driver->task()];
     const auto known = [&](const WatchedTask& w) { return w.task == driver->task(); };
     if (!task.single.empty() || std::any_of(options.watched.begin(), options.watched.end(), known)) continue;
     options.watched.push_back({driver->task(), task.name, runtime::grid_period(task)});
   }
-  if (guarded.empty() || !configuration_.guardian.enabled) return std::nullopt;
-  auto pulse = start_guardian(options, guarded);
+  if (!outputs || !configuration_.guardian.enabled) return std::nullopt;
+  auto pulse = start_guardian(options, all);
   if (!pulse) {
     for (const auto& driver : drivers_) driver->close();
     return pulse.error();
