@@ -1,0 +1,205 @@
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/support/golden.h"
+#include "tests/tools/fixture.h"
+
+namespace plc::test {
+namespace {
+
+using nlohmann::json;
+
+std::string belt() { return PLC_EXAMPLES "/hmi/hmi.xml"; }
+std::string belt_configuration() { return PLC_EXAMPLES "/hmi/plc.toml"; }
+
+/// plc map of the example as it is configured.
+ToolResult map_as(const std::string& format) {
+  return run_tool({PLC_TOOL, "map", belt(), "--config", belt_configuration(), "--format", format});
+}
+
+class MapFormats : public testing::TestWithParam<std::pair<const char*, const char*>> {};
+
+TEST_P(MapFormats, OfTheExample) {
+  const auto [format, file] = GetParam();
+  const auto result = map_as(format);
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(result.err, "");
+  expect_golden(std::string("tests/golden/map/") + file, result.out);
+  EXPECT_EQ(map_as(format).out, result.out) << "equal inputs, equal output";
+}
+
+INSTANTIATE_TEST_SUITE_P(All, MapFormats,
+                         testing::Values(std::pair{"table", "table.txt"}, std::pair{"csv", "variables.csv"},
+                                         std::pair{"json", "variables.json"}, std::pair{"fuxa", "fuxa.json"},
+                                         std::pair{"nodered", "nodered.json"}, std::pair{"scadalts", "scadalts.json"},
+                                         std::pair{"ignition", "ignition.json"}),
+                         [](const auto& format) { return std::string(format.param.first); });
+
+/// The tag of a variable in FUXA's file.
+json fuxa_tag(const json& devices, const std::string& name) {
+  for (const json& tag : devices.at(0).at("tags")) {
+    if (tag.at("name") == name) return tag;
+  }
+  return {};
+}
+
+TEST(Map, FuxaCountsAddressesFromOne) {
+  const json devices = json::parse(map_as("fuxa").out);
+  const json real = fuxa_tag(devices, "SetTemperature");
+  EXPECT_EQ(real.at("type"), "Float32");
+  EXPECT_EQ(real.at("memaddress"), "400000");
+  EXPECT_EQ(real.at("address"), "2049");
+  EXPECT_EQ(fuxa_tag(devices, "PriceOfMwh").at("type"), "Float64");
+  EXPECT_EQ(fuxa_tag(devices, "LevelRaw").at("memaddress"), "300000");
+  EXPECT_EQ(fuxa_tag(devices, "DoorOpen").at("memaddress"), "100000");
+  EXPECT_EQ(fuxa_tag(devices, "Lamp").at("memaddress"), "000000");
+  EXPECT_EQ(devices.at(0).at("property").at("address"), "127.0.0.1:1502");
+}
+
+TEST(Map, NodeRedReadsEverythingInFewRequests) {
+  const json flow = json::parse(map_as("nodered").out);
+  std::size_t requests = 0;
+  for (const json& node : flow) {
+    if (node.contains("z")) {
+      EXPECT_TRUE(node.contains("x") && node.contains("y")) << node.at("id") << ": Node-RED takes it for configuration";
+    }
+    if (node.at("type") != "modbus-read") continue;
+    ++requests;
+    const bool bits = node.at("dataType") == "Coil" || node.at("dataType") == "Input";
+    EXPECT_LE(node.at("quantity"), bits ? 2000 : 125);
+  }
+  EXPECT_LE(requests, 12u);
+}
+
+TEST(Map, HostAndPortForTheHmi) {
+  const auto result = run_tool({PLC_TOOL, "map", belt(), "--config", belt_configuration(), "--format", "json", "--host",
+                                "192.168.7.2", "--port", "5020"});
+  const json document = json::parse(result.out);
+  EXPECT_EQ(document.at("host"), "192.168.7.2");
+  EXPECT_EQ(document.at("port"), 5020);
+}
+
+TEST(Map, WithoutAConfigurationTheDefaultsHold) {
+  const ScratchFolder scratch;
+  write_text(scratch.file("belt.xml"), read_text(belt()));
+  const auto result = run_tool({PLC_TOOL, "map", scratch.file("belt.xml"), "--format", "json"});
+  EXPECT_EQ(result.code, 0) << result.err;
+  const json document = json::parse(result.out);
+  EXPECT_EQ(document.at("port"), 502);
+  for (const json& variable : document.at("variables")) {
+    if (variable.at("name") == "Fahrenheit") {
+      EXPECT_EQ(variable.at("access"), "rw");
+    }
+  }
+}
+
+TEST(Map, FreezingKeepsAddressesWhenTheProjectChanges) {
+  const ScratchFolder scratch;
+  const std::string project = scratch.file("belt.xml"), lock = scratch.file("belt.modbus.csv");
+  write_text(project, read_text(belt()));
+  const auto loose = run_tool({PLC_TOOL, "map", project, "--format", "csv"});
+  EXPECT_NE(loose.err.find("9 automatic addresses are not frozen"), std::string::npos) << loose.err;
+  EXPECT_NE(loose.err.find("plc map --freeze"), std::string::npos) << loose.err;
+
+  const auto frozen = run_tool({PLC_TOOL, "map", project, "--format", "csv", "--freeze"});
+  EXPECT_EQ(frozen.code, 0) << frozen.err;
+  EXPECT_EQ(frozen.err, lock + ": 9 variables, 9 new\n");
+  EXPECT_EQ(frozen.out, loose.out);
+  const std::string kept = read_text(lock);
+  EXPECT_NE(kept.find("\nLampTest,coils,16384,BOOL\n"), std::string::npos) << kept;
+
+  std::string text = read_text(project);
+  const std::string before = "<variable name=\"LampTest\">";
+  const std::size_t declaration = text.rfind(before);
+  ASSERT_NE(declaration, std::string::npos);
+  text.insert(declaration, "<variable name=\"Newcomer\"><type><BOOL/></type></variable>");
+  write_text(project, text);
+  const auto changed = run_tool({PLC_TOOL, "map", project, "--format", "csv"});
+  EXPECT_NE(changed.out.find("LampTest,BOOL,,coils,16384,"), std::string::npos) << changed.out;
+  EXPECT_NE(changed.out.find("Newcomer,BOOL,,coils,16385,"), std::string::npos) << changed.out;
+  EXPECT_NE(changed.err.find("1 automatic addresses"), std::string::npos) << changed.err;
+  EXPECT_EQ(read_text(lock), kept) << "only --freeze writes it";
+}
+
+TEST(Map, AnImageHasTheLockFileOfItsProject) {
+  const ScratchFolder scratch;
+  write_text(scratch.file("belt.xml"), read_text(belt()));
+  ASSERT_EQ(run_tool({PLC_TOOL, "compile", scratch.file("belt.xml"), "-o", scratch.file("belt.pbc")}).code, 0);
+  ASSERT_EQ(run_tool({PLC_TOOL, "map", scratch.file("belt.xml"), "--freeze"}).code, 0);
+  const auto image = run_tool({PLC_TOOL, "map", scratch.file("belt.pbc")});
+  EXPECT_EQ(image.code, 0);
+  EXPECT_EQ(image.err, "");
+  EXPECT_EQ(image.out, run_tool({PLC_TOOL, "map", scratch.file("belt.xml")}).out);
+}
+
+TEST(Map, ADamagedLockFileIsNamedWithItsLine) {
+  const ScratchFolder scratch;
+  write_text(scratch.file("belt.xml"), read_text(belt()));
+  const std::string damaged = "path,table,address,type\nA,coils,16384,BOOL\nB,coils,16384,BOOL\n";
+  write_text(scratch.file("belt.modbus.csv"), damaged);
+  const auto result = run_tool({PLC_TOOL, "map", scratch.file("belt.xml"), "--freeze"});
+  EXPECT_EQ(result.code, 1);
+  EXPECT_EQ(result.out, "");
+  EXPECT_NE(result.err.find("P7502: " + scratch.file("belt.modbus.csv") + ":3:"), std::string::npos) << result.err;
+  EXPECT_EQ(read_text(scratch.file("belt.modbus.csv")), damaged);
+}
+
+TEST(Map, InputsOfDevicesAreReadOnly) {
+  const ScratchFolder scratch;
+  write_text(scratch.file("plc.toml"),
+             "[drivers.sim]\nkind = \"simulated\"\n[inputs]\nLampTest = { driver = \"sim\" }\n");
+  const auto result = run_tool({PLC_TOOL, "map", belt(), "--config", scratch.file("plc.toml"), "--format", "csv"});
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_NE(result.out.find("LampTest,BOOL,,coils,16384,16385,0,0,,r,"), std::string::npos)
+      << "the lock file beside the project has its address: " << result.out;
+}
+
+TEST(Map, WhatAnHmiHasNoTypeForIsLeftOutAndSaid) {
+  const ScratchFolder scratch;
+  write_text(scratch.file("plc.toml"), "[modbus]\nword_order = \"BADC\"\n");
+  for (const char* format : {"fuxa", "scadalts", "ignition"}) {
+    const auto result = run_tool({PLC_TOOL, "map", belt(), "--config", scratch.file("plc.toml"), "--format", format});
+    EXPECT_EQ(result.code, 0) << result.err;
+    EXPECT_NE(result.err.find("8 variables left out, the first is \"SetTemperature\""), std::string::npos)
+        << result.err;
+    EXPECT_EQ(result.out.find("SetTemperature"), std::string::npos) << format;
+    EXPECT_NE(result.out.find("SetSpeed"), std::string::npos) << format;
+  }
+}
+
+TEST(Map, LowWordFirst) {
+  const ScratchFolder scratch;
+  write_text(scratch.file("plc.toml"), "[modbus]\nword_order = \"CDAB\"\n");
+  const auto with = [&](const char* format) {
+    return run_tool({PLC_TOOL, "map", belt(), "--config", scratch.file("plc.toml"), "--format", format});
+  };
+  const json devices = json::parse(with("fuxa").out);
+  EXPECT_EQ(fuxa_tag(devices, "SetTemperature").at("type"), "Float32MLE");
+  EXPECT_EQ(fuxa_tag(devices, "SetPieces").at("type"), "Int32MLE");
+  EXPECT_EQ(fuxa_tag(devices, "SetPrice"), json()) << "FUXA has no 64-bit type of that order";
+  EXPECT_NE(with("scadalts").out.find("EIGHT_BYTE_FLOAT_SWAPPED"), std::string::npos);
+}
+
+TEST(Map, WritesAFileButNeverWhatItIsMadeFrom) {
+  const ScratchFolder scratch;
+  write_text(scratch.file("belt.xml"), read_text(belt()));
+  ASSERT_EQ(run_tool({PLC_TOOL, "map", scratch.file("belt.xml"), "--freeze", "-o", scratch.file("map.txt")}).code, 0);
+  EXPECT_NE(read_text(scratch.file("map.txt")).find("SetSpeed"), std::string::npos);
+  for (const char* name : {"belt.xml", "belt.modbus.csv"}) {
+    const std::string before = read_text(scratch.file(name));
+    EXPECT_EQ(run_tool({PLC_TOOL, "map", scratch.file("belt.xml"), "-o", scratch.file(name)}).code, 2) << name;
+    EXPECT_EQ(read_text(scratch.file(name)), before) << name;
+  }
+  EXPECT_EQ(run_tool({PLC_TOOL, "map", scratch.file("belt.xml"), "-o", scratch.file("no/such/map.txt")}).code, 2);
+}
+
+TEST(Map, WrongFlagsAndFiles) {
+  EXPECT_EQ(run_tool({PLC_TOOL, "map", belt(), "--format", "excel"}).code, 2);
+  EXPECT_EQ(run_tool({PLC_TOOL, "map", belt(), "--port", "0"}).code, 2);
+  EXPECT_EQ(run_tool({PLC_TOOL, "map", belt(), "--config", "no-such.toml"}).code, 2);
+  EXPECT_EQ(run_tool({PLC_TOOL, "map", "no-such.xml"}).code, 2);
+}
+
+}  // namespace
+}  // namespace plc::test
