@@ -40,9 +40,9 @@ LOG=$CACHE/prepare.log
 exec 9>"$CACHE/lock"; flock 9
 SUDO=(); [ "$(id -u)" = 0 ] || SUDO=(sudo -n)
 apt_get() {
-  [ $APT = 1 ] || die "missing, and --no-apt given: $*"
   "${SUDO[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -qq -o Dpkg::Use-Pty=0 "$@" >>"$LOG" 2>&1; }
 if [ ${#missing[@]} -gt 0 ]; then
+  [ $APT = 1 ] || die "missing, and --no-apt given: ${missing[*]}"
   apt_get update
   apt_get install -y --no-install-recommends "${missing[@]}" || die "cannot install ${missing[*]} (rights, network?), see $LOG"
 fi
@@ -51,6 +51,7 @@ lap packages
 # ---- 2. kernel image and gpio-sim.ko, once for each kernel --------------------------------------
 # Debian's kernels have GPIOLIB but not gpio-sim: that one module is built from Debian's own kernel source.
 if [ ! -e "$KERNEL/ok" ]; then
+  [ $APT = 1 ] || die "no kernel in $KERNEL, and --no-apt given"
   apt_get update
   IMAGE=$(apt-cache depends linux-image-$FLAVOUR | awk '$1=="Depends:"{print $2; exit}')
   [ -n "$IMAGE" ] || die "apt does not know linux-image-$FLAVOUR"
