@@ -471,10 +471,16 @@ std::optional<Configuration> read_configuration(std::string_view text, std::stri
     diagnostics.report(Code::P7302, at, {}, fmt::format("file has more than {} bytes", kMaxConfigurationBytes));
     return std::nullopt;
   }
-  if (const auto deep = too_deep(text)) {
-    at.line = deep->line;
-    at.column = deep->column;
-    diagnostics.report(Code::P7302, at, {}, fmt::format("nested more than {} deep", kMaxConfigurationDepth));
+  if (const auto unsafe = find_unsafe(text)) {
+    at.line = unsafe->line;
+    at.column = unsafe->column;
+    if (unsafe->kind == TextProblem::Kind::kTooDeep) {
+      diagnostics.report(Code::P7302, at, {}, fmt::format("nested more than {} deep", kMaxConfigurationDepth));
+    } else {
+      diagnostics.report(Code::P7301, at, {},
+                         "a character that stands only in quotes or comments, or a quote inside a word",
+                         "texts, and names with other than letters, digits, _ and -, stand in quotes as a whole");
+    }
     return std::nullopt;
   }
   Findings findings;

@@ -29,6 +29,12 @@ constexpr Wrong kWrong[] = {
     {"NoUtf8", "[modbus]\n# \xff\xfe\n", "2:2 P7301"},
     {"NumberOfMoreThan64Bits", "[modbus]\nmax_clients = 99999999999999999999\n", "2:35 P7301"},
     {"XmlInstead", "<?xml version=\"1.0\"?>\n<project/>\n", "1:1 P7301"},
+    {"NotAsciiOutsideOfQuotes", "[drivers.k\xd2\x93]\n", "1:11 P7301"},
+    {"NotAsciiAsAValue", "[modbus]\nlisten = \xc2\xa7\n", "2:10 P7301"},
+    {"ControlCharacterInAHeader", "[modbus\x01]\n", "1:8 P7301"},
+    {"QuoteInsideAWord", "[modbus]\nunit_id = 5\"\n", "2:12 P7301"},
+    {"QuoteInsideAName", "[inputs]\nArr[\"1\"] = {}\n", "2:5 P7301"},
+    {"NotAsciiBehindAJoinedLine", "[drivers.a]\nkind = \"\"\"\\\n \xc2\xa7\"\"\"\n", "3:2 P7301"},
     {"OnlyTheFirstSyntaxError", "a = \nb = \n", "1:5 P7301"},
     // Unknown names.
     {"UnknownTable", "[modbuss]\n", "1:2 P7303"},
@@ -209,6 +215,24 @@ TEST(ConfigurationLimits, DepthIsBounded) {
   EXPECT_EQ(first_problem("# " + dotted + "\n[modbus]\nwritable = [\"" + dotted + "\", '" + std::string(99, '[') +
                           "', \"\"\"" + dotted + "\"\"\"\"\"]\n"),
             "");
+}
+
+TEST(ConfigurationLimits, NamesInOtherAlphabets) {
+  EXPECT_EQ(first_problem("\xef\xbb\xbf# \xc3\xa9\n[drivers.a]\nkind = \"simulated\"\ntask = '\xc3\xa9'\n[inputs]\n"
+                          "\"P\xc3\xa9.\xd2\x93\" = { driver = \"a\" }\n\"\"\"no key\"\"\" = 1\n"),
+            "plc.toml:7:1: error P7301: in a key: multi-line strings are prohibited in keys");
+  EXPECT_EQ(first_problem("[inputs]\n\"P\xc3\xa9.\xd2\x93\" = { driver = \"a\" }\n").substr(0, 15), "plc.toml:2:21: ")
+      << "columns count characters, not bytes";
+}
+
+TEST(ConfigurationLimits, EveryFormOfTomlPasses) {
+  EXPECT_EQ(
+      first_problem("[drivers.a] # \xc3\xa9\nkind=\"simulated\"\n[inputs]\n'x'.driver=\"a\"\nx1 . \"driver\" = 'a'\n"
+                    "\"\xc3\xa9\" = {driver=\"a\",channel=\"\\\"\xc3\xa9\"}#\"\n"
+                    "[outputs.\"\xc3\xa9.1\"]\n\"driver\"='''a'''\nsafe = 1.5\n"
+                    "[modbus]\nexported=[\"\"\"\xc3\xa9\"\"\",\n'\xc3\xa9' , #\xc3\xa9\n\"a\" ]\nread_only=true\n"
+                    "[[ modbus . \"range\" ]]\n\"table\" = \"coils\"\n[guardian]\nenabled=true\t#'\n"),
+      "");
 }
 
 TEST(ConfigurationLimits, SizeIsBounded) {
