@@ -1,4 +1,5 @@
-// plc-bench: what loading and scanning ladders costs, side by side with xmllint and with C compiled by -O2.
+// plc-bench: what loading and scanning ladders costs, side by side with xmllint and with C compiled by -O2; what
+// clients of the Modbus server get, side by side with libmodbus.
 #include "bench/bench.h"
 
 #include <fmt/format.h>
@@ -56,16 +57,18 @@ Verdict scans(std::uint64_t seed, std::uint32_t batches) {
 
 int main(int argc, char** argv) {
   using namespace plc::bench;
-  CLI::App app{"Measures loading and scanning of ladders as ratios, and checks every result.\n"
-               "\n"
-               "Examples:\n"
-               "  plc-bench            everything, about four minutes\n"
-               "  plc-bench scan       interpreter against C\n"
-               "  plc-bench load       file to first scan against xmllint\n"
-               "  plc-bench check      small ladders, results only\n"
-               "\n"
-               "Exit codes: 0 results right and all ratios within their limits, 1 a limit missed, 2 a result wrong.",
-               "plc-bench"};
+  CLI::App app{
+      "Measures loading and scanning of ladders, and the Modbus server, as ratios, and checks every result.\n"
+      "\n"
+      "Examples:\n"
+      "  plc-bench            everything, about four minutes\n"
+      "  plc-bench scan       interpreter against C\n"
+      "  plc-bench load       file to first scan against xmllint\n"
+      "  plc-bench modbus     100 clients against the Modbus server, two minutes\n"
+      "  plc-bench check      small ladders, results only\n"
+      "\n"
+      "Exit codes: 0 results right and all ratios within their limits, 1 a limit missed, 2 a result wrong.",
+      "plc-bench"};
   std::uint64_t seed = 1;
   std::uint32_t repetitions = 7, batches = 200;
   app.add_option("--seed", seed, "of the ladders")->capture_default_str();
@@ -73,9 +76,14 @@ int main(int argc, char** argv) {
   app.add_option("--batches", batches, "of scans per side, interleaved; medians are printed")->capture_default_str();
   CLI::App* scan = app.add_subcommand("scan", "interpreter against C");
   CLI::App* load = app.add_subcommand("load", "file to first scan against xmllint, memory");
+  ModbusPlan modbus_plan;
+  CLI::App* modbus = app.add_subcommand("modbus", "clients as fast as they can, against libmodbus");
+  modbus->add_option("--seconds", modbus_plan.seconds, "of load")->capture_default_str();
+  modbus->add_option("--connections", modbus_plan.connections, "at a time")->capture_default_str();
+  modbus->add_option("--torture", modbus_plan.torture, "tool that plays hostile clients")->default_val(PLC_TORTURE);
   CLI::App* check = app.add_subcommand("check", "small ladders from several seeds, results only");
   app.require_subcommand(0, 1);
-  for (CLI::App* command : {scan, load, check}) command->fallthrough();
+  for (CLI::App* command : {scan, load, modbus, check}) command->fallthrough();
   CLI11_PARSE(app, argc, argv);
   try {
     Verdict verdict;
@@ -84,6 +92,8 @@ int main(int argc, char** argv) {
         verdict.merge(measure_scan({{200, false, seed + i}, 0, 200, 0}));
         verdict.merge(measure_scan({{300, true, seed + i}, 0, 200, 0}));
       }
+    } else if (modbus->parsed()) {
+      verdict.merge(measure_modbus(modbus_plan));
     } else {
       if (!load->parsed()) verdict.merge(scans(seed, batches));
       if (!scan->parsed()) {

@@ -55,4 +55,17 @@ struct LoadPlan {
 /// From file to the end of the first scan (`plc sim --cycles 1`) against `xmllint --noout` on the same file.
 Verdict measure_load(const LoadPlan& plan);
 
+
+/// Most that the scan's p99.9 may grow while clients are served, and the resident memory in kB.
+inline constexpr double kModbusScanLimit = 3;
+inline constexpr double kModbusGrowthKb = 512;
+
+struct ModbusPlan {
+  double seconds = 60;         ///< of load; a sixth of it for each of the other phases
+  unsigned connections = 100;
+  std::string torture;         ///< tool that plays hostile clients; a file that is not there is said to be so
+};
+/// The Modbus server: torn values, speed against libmodbus's own server in the same run, memory, and what the scan notices.
+Verdict measure_modbus(const ModbusPlan& plan);
+
 }  // namespace plc::bench

@@ -111,14 +111,12 @@ class Builder {
   // In declaration order, each variable under the path that Access lists it by.
   void collect_leaves() {
     const runtime::Access access(resource_);
-    for (std::string& path : access.list("*")) {
-      const auto place = access.find_leaf(path);
-      if (!place || place->task != runtime::Place::kGlobal) continue;
-      const ImageType& type = image_.types[place->type];
-      if (type.kind != TypeKind::kScalar) continue;
-      const auto field = std::upper_bound(fields().begin(), fields().end(), place->offset,
+    for (runtime::Listed& listed : access.list_places("*")) {
+      const ImageType& type = image_.types[listed.place.type];
+      if (listed.place.task != runtime::Place::kGlobal || type.kind != TypeKind::kScalar) continue;
+      const auto field = std::upper_bound(fields().begin(), fields().end(), listed.place.offset,
                                           [](std::uint32_t offset, const auto& f) { return offset < f.offset; });
-      leaves_.push_back({std::move(path), place->offset, place->type,
+      leaves_.push_back({std::move(listed.path), listed.place.offset, listed.place.type,
                          static_cast<std::uint32_t>(field - fields().begin() - 1), type.elementary});
     }
     std::sort(leaves_.begin(), leaves_.end(), [](const Leaf& a, const Leaf& b) { return a.offset < b.offset; });
@@ -267,9 +265,8 @@ class Builder {
     for (const io::Placed& pattern : patterns) {
       if (pattern.text.find_first_not_of('*') == std::string::npos) return std::vector<bool>(leaves.size(), true);
       std::unordered_set<std::uint32_t> offsets;
-      for (const std::string& path : access.list(pattern.text)) {
-        const auto place = access.find_leaf(path);
-        if (place && place->task == runtime::Place::kGlobal) offsets.insert(place->offset);
+      for (const runtime::Listed& listed : access.list_places(pattern.text)) {
+        if (listed.place.task == runtime::Place::kGlobal) offsets.insert(listed.place.offset);
       }
       bool any = false;
       for (std::size_t i = 0; i < leaves.size(); ++i) {
@@ -350,12 +347,6 @@ std::optional<AddressMap> AddressMap::build(runtime::Resource& resource, const i
     if (end > kAutomaticFirst) map.areas_[t].push_back({kAutomaticFirst, end});
   }
   return map;
-}
-
-std::span<const Cell> AddressMap::at(Table table, std::uint16_t address) const {
-  const std::vector<std::uint32_t>& begin = cell_begin_[static_cast<std::size_t>(table)];
-  if (std::size_t{address} + 1 >= begin.size()) return {};
-  return std::span(cells_).subspan(begin[address], begin[address + 1u] - begin[address]);
 }
 
 bool AddressMap::contains(Table table, std::uint16_t address) const {

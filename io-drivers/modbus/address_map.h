@@ -76,7 +76,11 @@ class AddressMap {
   /// By table, then address, then path.
   [[nodiscard]] std::span<const Point> points() const { return points_; }
   /// What shows at a bit or register; empty for a gap. At most 16 cells.
-  [[nodiscard]] std::span<const Cell> at(Table table, std::uint16_t address) const;
+  [[nodiscard]] std::span<const Cell> at(Table table, std::uint16_t address) const {
+    const std::vector<std::uint32_t>& begin = cell_begin_[static_cast<std::size_t>(table)];
+    if (std::size_t{address} + 1 >= begin.size()) return {};
+    return std::span(cells_).subspan(begin[address], begin[address + 1u] - begin[address]);
+  }
   /// True when the address is inside the map, with a variable or as a gap that reads 0: 0..8191 of each bit table
   /// (coils
   /// ..16383), registers 0..8191 of holding, 0..1023 of input registers (more with %ID, %IL), automatic area up to its

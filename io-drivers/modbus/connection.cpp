@@ -2,10 +2,10 @@
 
 #include <netinet/tcp.h>
 #include <sys/socket.h>
+#include <time.h>
 
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/post.hpp>
-#include <chrono>
 #include <cstring>
 
 namespace plc::modbus {
@@ -27,7 +27,7 @@ constexpr std::size_t kLengthEnd = 6;
 constexpr std::size_t kMinLength = 2;  ///< unit and function
 constexpr std::size_t kMaxLength = kMaxPdu + 1;
 
-void set_options(asio::ip::tcp::socket& socket) {
+void set_options(Socket& socket) {
   error_code ignored;  // a socket whose peer is gone already tells so when it is read
   socket.non_blocking(true, ignored);
   socket.set_option(asio::ip::tcp::no_delay(true), ignored);
@@ -42,8 +42,9 @@ void set_options(asio::ip::tcp::socket& socket) {
 }  // namespace
 
 core::TimeNs connection_clock_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
-      .count();
+  timespec now{};
+  ::clock_gettime(CLOCK_MONOTONIC_COARSE, &now);
+  return core::TimeNs{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
 }
 
 FrameScan scan_frame(std::span<const std::uint8_t> stream) {
@@ -55,7 +56,7 @@ FrameScan scan_frame(std::span<const std::uint8_t> stream) {
   return {FrameScan::State::kWhole, kLengthEnd + length};
 }
 
-Connection::Connection(asio::ip::tcp::socket socket, asio::ip::address peer, Owner& owner)
+Connection::Connection(Socket socket, asio::ip::address peer, Owner& owner)
     : socket_(std::move(socket)), peer_(std::move(peer)), owner_(owner), last_request_ns_(connection_clock_ns()) {}
 
 void Connection::start() {
@@ -66,9 +67,10 @@ void Connection::start() {
 void Connection::close(bool dropped) {
   if (closed_) return;
   closed_ = true;
+  const auto self = shared_from_this();
+  owner_.closed(*this, dropped);  // first, so that whoever sees the end of the connection sees it counted
   error_code ignored;
   socket_.close(ignored);
-  owner_.closed(*this, dropped);
 }
 
 core::TimeNs Connection::owing_since_ns() const {

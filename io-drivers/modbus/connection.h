@@ -7,6 +7,7 @@
 #pragma once
 
 #include <array>
+#include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <cstddef>
 #include <cstdint>
@@ -34,8 +35,12 @@ struct FrameScan {
 };
 FrameScan scan_frame(std::span<const std::uint8_t> stream);
 
-/// Now, on the clock that all times of connections are of.
+/// Now, on the clock that all times of connections are of: to some milliseconds, which time-outs can do with.
 core::TimeNs connection_clock_ns();
+
+/// With the executor that is always meant, instead of one that hides which.
+using Executor = boost::asio::io_context::executor_type;
+using Socket = boost::asio::basic_stream_socket<boost::asio::ip::tcp, Executor>;
 
 class Connection : public std::enable_shared_from_this<Connection> {
  public:
@@ -43,7 +48,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
    public:
     /// Writes the answer to a whole frame into `answer` and returns its size, 0 for silence.
     virtual std::size_t answer(std::span<const std::uint8_t> frame, std::span<std::uint8_t, kMaxFrame> answer) = 0;
-    /// `connection` closed its socket; `dropped` when it was the server that gave up.
+    /// `connection` is about to close its socket; `dropped` when it was the server that gave up.
     virtual void closed(Connection& connection, bool dropped) = 0;
 
    protected:
@@ -51,7 +56,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   };
   static constexpr unsigned kRequestsPerTurn = 32;
 
-  Connection(boost::asio::ip::tcp::socket socket, boost::asio::ip::address peer, Owner& owner);
+  Connection(Socket socket, boost::asio::ip::address peer, Owner& owner);
 
   /// Sets the socket's options and begins to read.
   void start();
@@ -77,7 +82,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   bool flush();
   void go_on();
 
-  boost::asio::ip::tcp::socket socket_;
+  Socket socket_;
   boost::asio::ip::address peer_;
   Owner& owner_;
   std::array<std::uint8_t, kMaxFrame + kReadChunk> in_;

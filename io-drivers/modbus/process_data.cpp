@@ -1,5 +1,6 @@
 #include "io-drivers/modbus/process_data.h"
 
+#include <algorithm>
 #include <bit>
 #include <cstring>
 
@@ -14,6 +15,7 @@ constexpr std::uint64_t low_bits(unsigned count) {
 
 bool is_bit_table(Table table) { return table == Table::kCoils || table == Table::kDiscreteInputs; }
 
+constexpr std::uint32_t kAddresses = 65536;
 /// More values than an FC15 over plain coils can touch; an overlay may need more once and then keeps it.
 constexpr std::size_t kUsualChanges = 2048;
 
@@ -25,32 +27,78 @@ ProcessData::ProcessData(runtime::Resource& resource, const AddressMap& map)
   for (const Point& point : map.points()) {
     const core::Rep rep = core::rep_of(point.elementary);
     const auto bytes = static_cast<std::uint8_t>(core::rep_bytes(rep));
-    layouts_.push_back(
-        {bytes, static_cast<std::uint8_t>(rep == core::Rep::kBool ? 1 : 8 * bytes), rep == core::Rep::kI8});
+    layouts_.push_back({point.offset, bytes, static_cast<std::uint8_t>(rep == core::Rep::kBool ? 1 : 8 * bytes),
+                        rep == core::Rep::kI8});
+  }
+  for (std::size_t table = 0; table < 4; ++table) {
+    std::vector<Run>& runs = inside_[table];
+    for (std::uint32_t address = 0; address < kAddresses; ++address) {
+      if (!map.contains(static_cast<Table>(table), static_cast<std::uint16_t>(address))) continue;
+      if (runs.empty() || runs.back().end != address) runs.push_back({address, address});
+      ++runs.back().end;
+      if (is_bit_table(static_cast<Table>(table)) ||
+          map.at(static_cast<Table>(table), static_cast<std::uint16_t>(address)).empty())
+        continue;
+      sources_[table].resize(address + 1, kGap);
+      sources_[table][address] = make_source(static_cast<Table>(table), address);
+    }
   }
   changed_.reserve(kUsualChanges);
   batch_.reserve(kUsualChanges);
 }
 
 bool ProcessData::contains(Table table, std::uint32_t first, std::uint32_t count) const {
-  if (first + count > 65536) return false;
-  for (std::uint32_t i = 0; i < count; ++i) {
-    if (!map_.contains(table, static_cast<std::uint16_t>(first + i))) return false;
-  }
-  return true;
+  const std::vector<Run>& runs = inside_[static_cast<std::size_t>(table)];
+  const auto after =
+      std::upper_bound(runs.begin(), runs.end(), first, [](std::uint32_t a, const Run& run) { return a < run.first; });
+  return after != runs.begin() && first + count <= (after - 1)->end;
+}
+
+std::uint32_t ProcessData::make_source(Table table, std::uint32_t address) const {
+  const std::span<const Cell> cells = map_.at(table, static_cast<std::uint16_t>(address));
+  const Cell& cell = cells[0];
+  const Layout& layout = layouts_[cell.point];
+  const bool plain = cells.size() == 1 && cell.bits == 16 && cell.value_bit + 16u <= 8u * layout.bytes;
+  return plain ? layout.offset + cell.value_bit / 8 : kComposed;
+}
+
+/// Neighbours in the map are mostly neighbours in the table: one copy from the first value to the last one instead of
+/// one for each. What is elsewhere is read on its own.
+void ProcessData::fetch(Table table, std::uint32_t first, std::uint32_t count) {
+  ++request_;
+  std::uint32_t begin = UINT32_MAX, end = 0;
+  const auto include = [&](std::uint32_t address) {
+    const std::span<const Cell> cells = map_.at(table, static_cast<std::uint16_t>(address));
+    for (const Cell& cell : cells) {
+      begin = std::min(begin, layouts_[cell.point].offset);
+      end = std::max(end, layouts_[cell.point].offset + layouts_[cell.point].bytes);
+    }
+    return !cells.empty();
+  };
+  std::uint32_t low = first, high = first + count;
+  while (low < high && !include(low)) ++low;
+  while (high > low && !include(high - 1)) --high;
+  block_begin_ = begin;
+  block_bytes_ = begin < end && end - begin <= block_.size() - sizeof(std::uint64_t) ? end - begin : 0;
+  if (block_bytes_ != 0) reader_.read(block_begin_, block_bytes_, block_.data());
 }
 
 /// A value is read once per request: its registers cannot be of two publications.
 std::uint64_t ProcessData::value_of(std::uint32_t point) {
-  Slot& slot = slots_[point];
-  if (slot.request != request_) {
-    const Layout& layout = layouts_[point];
-    slot.request = request_;
-    slot.value = 0;
-    reader_.read(map_.points()[point].offset, layout.bytes, reinterpret_cast<std::byte*>(&slot.value));
-    if (layout.sign_extended && (slot.value & 0x80) != 0) slot.value |= 0xff00;
+  const Layout& layout = layouts_[point];
+  std::uint64_t value = 0;
+  if (layout.offset - block_begin_ < block_bytes_) {
+    std::memcpy(&value, block_.data() + (layout.offset - block_begin_), sizeof value);
+    value &= low_bits(8u * layout.bytes);
+  } else {
+    Slot& slot = slots_[point];
+    if (slot.request != request_) {
+      slot = {request_, 0, 0};
+      reader_.read(layout.offset, layout.bytes, reinterpret_cast<std::byte*>(&slot.value));
+    }
+    value = slot.value;
   }
-  return slot.value;
+  return layout.sign_extended && (value & 0x80) != 0 ? value | 0xff00 : value;
 }
 
 std::uint16_t ProcessData::cell_value(Table table, std::uint32_t address) {
@@ -64,9 +112,9 @@ std::uint16_t ProcessData::cell_value(Table table, std::uint32_t address) {
 }
 
 void ProcessData::read_bits(Table table, std::uint32_t first, std::span<std::uint8_t> bytes, std::uint32_t count) {
-  ++request_;
   std::memset(bytes.data(), 0, bytes.size());
   reader_.begin();
+  fetch(table, first, count);
   for (std::uint32_t i = 0; i < count; ++i) {
     const auto bit = static_cast<std::uint8_t>(cell_value(table, first + i) << i % 8);
     bytes[i / 8] = static_cast<std::uint8_t>(bytes[i / 8] | bit);
@@ -75,10 +123,17 @@ void ProcessData::read_bits(Table table, std::uint32_t first, std::span<std::uin
 }
 
 void ProcessData::read_registers(Table table, std::uint32_t first, std::span<std::uint8_t> bytes) {
-  ++request_;
+  const auto count = static_cast<std::uint32_t>(bytes.size() / 2);
   reader_.begin();
-  for (std::uint32_t i = 0; i < bytes.size() / 2; ++i) {
-    const std::uint16_t value = cell_value(table, first + i);
+  fetch(table, first, count);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const std::uint32_t from = source(table, first + i);
+    std::uint16_t value = 0;
+    if (from - block_begin_ < block_bytes_) {
+      std::memcpy(&value, block_.data() + (from - block_begin_), sizeof value);
+    } else if (from != kGap) {
+      value = cell_value(table, first + i);
+    }
     bytes[2 * i] = static_cast<std::uint8_t>(value >> 8);
     bytes[2 * i + 1] = static_cast<std::uint8_t>(value);
   }

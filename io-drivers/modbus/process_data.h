@@ -6,6 +6,8 @@
 // request. Does not belong here: function codes, frames.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -48,26 +50,52 @@ class ProcessData {
   Exception commit();
 
  private:
-  /// What the present request knows of a point. Values are little-endian as in the table, in a register at least.
+  /// What the present request knows of a point: its value when that is not in the block, or what is to become of it.
   struct Slot {
     std::uint64_t request = 0;  ///< the one it is of
     std::uint64_t value = 0;
     std::uint64_t mask = 0;
   };
   struct Layout {
+    std::uint32_t offset = 0;     ///< in the table
     std::uint8_t bytes = 0;       ///< in the table
     std::uint8_t value_bits = 0;  ///< that mean something: 1 for BOOL
     bool sign_extended = false;   ///< SINT in a register of its own
   };
 
+  /// Addresses first .. end - 1 of a table, all inside the map.
+  struct Run {
+    std::uint32_t first = 0;
+    std::uint32_t end = 0;
+  };
+
+  /// A register that is just two bytes of the table, low one first, has their offset as its source; others one of
+  /// these.
+  static constexpr std::uint32_t kGap = 0xffffffffu;
+  static constexpr std::uint32_t kComposed = 0xfffffffeu;  ///< of its cells
+
+  [[nodiscard]] std::uint32_t make_source(Table table, std::uint32_t address) const;
+  [[nodiscard]] std::uint32_t source(Table table, std::uint32_t address) const {
+    const std::vector<std::uint32_t>& of_table = sources_[static_cast<std::size_t>(table)];
+    return address < of_table.size() ? of_table[address] : kGap;
+  }
+  /// Takes the part of the table that the request reads as one block.
+  void fetch(Table table, std::uint32_t first, std::uint32_t count);
   std::uint64_t value_of(std::uint32_t point);
   std::uint16_t cell_value(Table table, std::uint32_t address);
 
   runtime::GlobalTable& globals_;
   const AddressMap& map_;
   runtime::GlobalReader reader_;
-  std::vector<Layout> layouts_;  ///< parallel to map_.points()
-  std::vector<Slot> slots_;      ///< parallel to map_.points()
+  std::vector<Run> inside_[4];             ///< by table, ascending
+  std::vector<std::uint32_t> sources_[4];  ///< by table and address, up to the last that is no gap; bit tables: none
+  std::vector<Layout> layouts_;            ///< parallel to map_.points()
+  std::vector<Slot> slots_;                ///< parallel to map_.points()
+  /// The part of the table that the present request reads, when it is small; 8 bytes more, so that any value can be
+  /// loaded.
+  std::array<std::byte, 2048 + 8> block_;
+  std::uint32_t block_begin_ = 0;
+  std::uint32_t block_bytes_ = 0;
   std::uint64_t request_ = 0;
   std::vector<std::uint32_t> changed_;  ///< points
   std::vector<runtime::GlobalWrite> batch_;

@@ -25,6 +25,9 @@ namespace {
 namespace asio = boost::asio;
 using asio::ip::tcp;
 using boost::system::error_code;
+using Acceptor = asio::basic_socket_acceptor<tcp, Executor>;
+using Timer =
+    asio::basic_waitable_timer<std::chrono::steady_clock, asio::wait_traits<std::chrono::steady_clock>, Executor>;
 
 constexpr std::chrono::milliseconds kSweep{100};
 /// Without descriptors or memory for another connection, accepting rests for so long.
@@ -83,8 +86,9 @@ class ClientSeen {
   }
   [[nodiscard]] const std::optional<core::Problem>& problem() const { return problem_; }
 
-  void answered(core::TimeNs now_ns) {
-    last_ns_ = now_ns;
+  void answered() {
+    if (!place_) return;
+    last_ns_ = connection_clock_ns();
     if (!seen_) write(true);
   }
   void sweep(core::TimeNs now_ns) {
@@ -108,7 +112,6 @@ class ClientSeen {
   }
   /// Busy is tried again: at the next answer, or the next sweep.
   void write(bool seen) {
-    if (!place_) return;
     const std::byte value{seen};
     const runtime::GlobalWrite change{place_->offset, place_->type, &value, nullptr};
     if (globals_.write({&change, 1}) == runtime::WriteResult::kDone) seen_ = seen;
@@ -136,7 +139,7 @@ struct Server::State final : Connection::Owner {
 
   error_code listen();
   void accept();
-  void admit(tcp::socket socket, const asio::ip::address& peer);
+  void admit(Socket socket, const asio::ip::address& peer);
   [[nodiscard]] bool make_room(const asio::ip::address& peer);
   [[nodiscard]] Connection* least_useful(const asio::ip::address* peer) const;
   void sweep();
@@ -144,10 +147,10 @@ struct Server::State final : Connection::Owner {
 
   /// What one start() needs and one stop() ends. Declared in the order of construction: connections go first.
   struct Session {
-    asio::io_context io{1};
-    tcp::acceptor acceptor{io};
-    asio::steady_timer sweep_timer{io};
-    asio::steady_timer accept_timer{io};
+    asio::io_context io{BOOST_ASIO_CONCURRENCY_HINT_UNSAFE_IO};  // one thread; stop() may come from another
+    Acceptor acceptor{io.get_executor()};
+    Timer sweep_timer{io.get_executor()};
+    Timer accept_timer{io.get_executor()};
     tcp::endpoint peer;  ///< of the connection that is accepted next
     std::vector<std::shared_ptr<Connection>> connections;
   };
@@ -186,7 +189,7 @@ std::size_t Server::State::answer(std::span<const std::uint8_t> frame, std::span
   if ((pdu[0] & 0x80) != 0) {
     counters.exceptions.fetch_add(1, std::memory_order_relaxed);
   } else {
-    client_seen.answered(connection_clock_ns());
+    client_seen.answered();
   }
   return kFrameHead + size;
 }
@@ -205,7 +208,7 @@ error_code Server::State::listen() {
   error_code error;
   const asio::ip::address address = asio::ip::make_address(config.address, error);
   if (error) return error;
-  tcp::acceptor& acceptor = session->acceptor;
+  Acceptor& acceptor = session->acceptor;
   const tcp::endpoint endpoint(address, config.port);
   acceptor.open(endpoint.protocol(), error);
   if (!error) acceptor.set_option(asio::socket_base::reuse_address(true), error);
@@ -216,7 +219,7 @@ error_code Server::State::listen() {
 }
 
 void Server::State::accept() {
-  session->acceptor.async_accept(session->peer, [this](const error_code& error, tcp::socket socket) {
+  session->acceptor.async_accept(session->peer, [this](const error_code& error, Socket socket) {
     if (error == asio::error::operation_aborted) return;
     if (!error) {
       const asio::ip::address peer = session->peer.address();
@@ -231,7 +234,7 @@ void Server::State::accept() {
   });
 }
 
-void Server::State::admit(tcp::socket socket, const asio::ip::address& peer) {
+void Server::State::admit(Socket socket, const asio::ip::address& peer) {
   if (!make_room(peer)) {
     counters.refused.fetch_add(1, std::memory_order_relaxed);
     return;  // the socket closes
