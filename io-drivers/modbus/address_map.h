@@ -47,7 +47,8 @@ struct Point {
 
 /// What stands at one bit or register of a table: part of a point, or of several (overlay). Word order is already in
 /// it: under BADC and DCBA a register is two cells of eight bits. An 8-bit value alone in a register is a cell of 16
-/// bits: readers extend values by their type (SINT keeps its sign), writers take the bits that the value has.
+/// bits: readers extend values by their type (SINT keeps its sign), and refuse a written register that no value of it
+/// gives.
 struct Cell {
   std::uint32_t point = 0;     ///< index into points()
   std::uint8_t value_bit = 0;  ///< first bit of the value that shows here (0 = least significant)

@@ -325,11 +325,12 @@ std::optional<core::Problem> Server::start() {
   state.session = std::make_unique<State::Session>();
   if (const error_code error = state.listen(); error) {
     state.session.reset();
-    return core::Problem{core::Code::P7510,
-                         "cannot listen for Modbus clients on " + state.config.address + " port " +
-                             std::to_string(state.config.port) + ": " + error.message(),
-                         "another server may have the port, or it needs a privilege: ports below 1024 do; set "
-                         "modbus.port and modbus.address in plc.toml"};
+    return core::Problem{
+        core::Code::P7510,
+        "cannot listen for Modbus clients on " + state.config.address + " port " + std::to_string(state.config.port) +
+            ": " + error.message(),
+        "another server may have the port, or it needs a privilege: ports below 1024 do; listen in [modbus] of "
+        "plc.toml, or --modbus, takes another one"};
   }
   state.accept();
   state.sweep();
