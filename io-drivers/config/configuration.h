@@ -37,6 +37,7 @@ struct DriverConfig {
   Placed ok;                   ///< BOOL global that is TRUE while the device answers, or empty
   // kind = "gpio"
   Placed chip;                 ///< "gpiochip0", a label, or "/dev/gpiochip0"
+  std::optional<core::TimeNs> poll_ns;  ///< exchanged with on a thread of its own, this often; nothing = in the cycle
   // kind = "simulated"
   Placed stimulus;             ///< CSV file, relative to plc.toml; empty = inputs keep their initial values
 };

@@ -391,8 +391,10 @@ class Reader {
       const toml::table* one = node.as_table();
       const std::string name{core::trimmed(key.str())};
       if (one == nullptr) {
+        std::string help = home_of(name);
+        if (help.empty()) help = "write { driver = \"panel\", channel = 17 }";
         problem(Code::P7304, place(node), fmt::format("{} \"{}\" is {}; it is a table", word, name, type_word(node)),
-                "write { driver = \"panel\", channel = 17 }");
+                std::move(help));
         continue;
       }
       if (name.empty()) problem(Code::P7305, place(key), fmt::format("the name of an {} is empty", word));

@@ -83,7 +83,7 @@ class Template {
 
     out_ += '\n';
     table(TableId::kModbus);
-    out_ += "[modbus]\n";
+    out_ += "#[modbus]\n";
     keys(TableId::kModbus, 0);
     out_ += '\n';
     table(TableId::kModbusRange);
@@ -91,7 +91,7 @@ class Template {
     keys(TableId::kModbusRange, 0);
     out_ += '\n';
     table(TableId::kGuardian);
-    out_ += "[guardian]\n";
+    out_ += "#[guardian]\n";
     keys(TableId::kGuardian, 0);
     return std::move(out_);
   }

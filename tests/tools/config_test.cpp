@@ -126,6 +126,33 @@ TEST(ConfigCheck, FilesThatCannotBeOpened) {
   EXPECT_EQ(run_tool({PLC_TOOL, "config", "check", file, scratch.file("absent.xml")}).code, 2);
 }
 
+TEST(ConfigCheck, FilesThatItNamesAreChecked) {
+  const ScratchFolder scratch;
+  const std::string file = scratch.file("plc.toml");
+  const auto check = [&](const std::string& text) {
+    write_text(file, text);
+    return run_tool({PLC_TOOL, "config", "check", file, tank()});
+  };
+  const std::string driver = "[drivers.plant]\nkind = \"simulated\"\nstimulus = \"in.csv\"\n";
+  const auto absent = check(driver);
+  EXPECT_EQ(absent.code, 1);
+  EXPECT_NE(absent.err.find(file + ":3:12: error P7001"), std::string::npos) << absent.err;
+  write_text(scratch.file("in.csv"), "time_ms,Nowhere\n0,1\n");
+  const auto wrong = check(driver);
+  EXPECT_EQ(wrong.code, 1);
+  EXPECT_NE(wrong.err.find(file + ":3:12: error P7101"), std::string::npos) << wrong.err;
+  write_text(scratch.file("in.csv"), "time_ms,StartButton\n0,1\n");
+  EXPECT_EQ(check(driver).code, 0);
+
+  const auto pattern = check("[modbus]\nexported = [\"Nowhere*\"]\n");
+  EXPECT_EQ(pattern.code, 0);
+  EXPECT_NE(pattern.err.find(file + ":2:13: warning P7503"), std::string::npos) << pattern.err;
+  write_text(scratch.file("lock.csv"), "nonsense\n");
+  const auto lock = check("[modbus]\nlock_file = \"lock.csv\"\n");
+  EXPECT_EQ(lock.code, 1);
+  EXPECT_NE(lock.err.find(file + ":2:13: error P7501"), std::string::npos) << lock.err;
+}
+
 TEST(ConfigCheck, TakesImages) {
   const ScratchFolder scratch;
   const std::string image = scratch.file("tank.pbc");

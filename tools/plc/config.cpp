@@ -10,6 +10,8 @@
 
 #include "io-drivers/config/bind.h"
 #include "io-drivers/config/template.h"
+#include "io-drivers/modbus/address_map.h"
+#include "io-drivers/simulated.h"
 #include "tools/command_line.h"
 #include "tools/plc/commands.h"
 #include "tools/plc/json.h"
@@ -87,6 +89,27 @@ std::string summary(const Check& check, const core::Diagnostics& diagnostics,
                      counted(inputs, "input"), counted(outputs, "output"), warnings);
 }
 
+/// What plc-run would find in the files that plc.toml names.
+void check_files(const Check& check, const io::Configuration& configuration, runtime::Resource& resource,
+                 core::Diagnostics& diagnostics) {
+  const auto report = [&](const core::SourceRef& at, const core::Problem& problem) {
+    diagnostics.report(problem.code, at.line != 0 ? at : configuration.at, {}, problem.message, problem.help);
+  };
+  const std::filesystem::path folder = std::filesystem::path(check.configuration).parent_path();
+  for (const io::DriverConfig& driver : configuration.drivers) {
+    if (driver.stimulus.text.empty()) continue;
+    const auto stimulus = io::SimulatedDriver::load((folder / driver.stimulus.text).string(), resource);
+    if (!stimulus) report(driver.stimulus.at, stimulus.error());
+  }
+  if (!configuration.modbus.enabled) return;
+  auto frozen = modbus::read_frozen(modbus::lock_file_of(configuration, check.file));
+  if (!frozen) {
+    report(configuration.modbus.lock_file.at, frozen.error());
+    return;
+  }
+  static_cast<void>(modbus::AddressMap::build(resource, configuration.modbus, *frozen, diagnostics));
+}
+
 int check(const CLI::App& app, const Check& check) {
   if (is_image_path(check.file) && has_compile_options(app)) {
     complain("plc config check", fmt::format("{} is an image: its compile options are stored in it", check.file),
@@ -103,9 +126,12 @@ int check(const CLI::App& app, const Check& check) {
   std::optional<io::Binding> binding;
   if (project_good && configuration) resource = load(compilation);
   if (resource != nullptr) binding = io::bind(*configuration, *resource, diagnostics);
+  if (binding) check_files(check, *configuration, *resource, diagnostics);
+  if (diagnostics.has_errors()) binding.reset();
 
-  const bool readable = std::none_of(diagnostics.all().begin(), diagnostics.all().end(),
-                                     [](const core::Diagnostic& d) { return d.code == core::Code::P7001; });
+  const bool readable = std::none_of(diagnostics.all().begin(), diagnostics.all().end(), [](const core::Diagnostic& d) {
+    return d.code == core::Code::P7001 && d.at.line == 0;
+  });
   const int exit_code = binding ? kExitOk : readable ? kExitErrors : kExitUsage;
   if (check.json) {
     std::vector<CheckedFile> files;

@@ -197,6 +197,9 @@ TEST(ConfigurationHelp, SaysHowToMendIt) {
   EXPECT_EQ(first_problem("[inputs]\n%IX0.0 = { driver = \"a\" }\n").substr(0, 27), "plc.toml:2:1: error P7301: ");
   EXPECT_NE(first_problem("[inputs]\n%IX0.0 = { driver = \"a\" }\n").find("help: addresses stand in quotes"),
             std::string::npos);
+  EXPECT_NE(first_problem("[outputs]\nlisten = \"off\"\n").find("help: \"listen\" belongs to [modbus]"),
+            std::string::npos)
+      << "its heading is still commented out";
   EXPECT_NE(first_problem("[modbus]\nmax_clients = 2000\n").find("a whole number from 1 to 1024"), std::string::npos);
   EXPECT_NE(first_problem("[inputs]\nMain.Start = { driver = \"a\" }\n").find("\"Main.Start\" = { driver = .. }"),
             std::string::npos);
