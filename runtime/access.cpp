@@ -211,23 +211,23 @@ class Lister {
     listed_[index] = true;
     const std::string& list = image_.globals[index].list;
     std::string path = list.empty() ? globals_[index].name : list + "." + globals_[index].name;
-    walk(path, globals_[index].type, false);
+    walk(path, global_place(image_, index), false);
     if (pattern_.starts_with('%') && !image_.globals[index].address.empty()) {
       path = image_.globals[index].address;
-      walk(path, globals_[index].type, false);
+      walk(path, global_place(image_, index), false);
     }
   }
 
-  /// Adds the leaves of `type_index` at `path`. Aliases that only aliases lead to stay out: they may go round in
+  /// Adds the leaves of `place`, which is called `path`. Aliases that only aliases lead to stay out: they may go round in
   /// circles.
-  void walk(std::string& path, std::uint32_t type_index, bool behind_alias) {
+  void walk(std::string& path, const Place& place, bool behind_alias) {
     if (found_.size() >= limit_) return;
-    const ImageType& type = image_.types[type_index];
+    const ImageType& type = image_.types[place.type];
     const std::size_t length = path.size();
     switch (type.kind) {
       case TypeKind::kScalar:
       case TypeKind::kString:
-        if (glob_match(pattern_, path) && known_.insert(path).second) found_.push_back(path);
+        if (glob_match(pattern_, path) && known_.insert(path).second) found_.push_back({path, place});
         return;
       case TypeKind::kRef:
         return;
@@ -236,29 +236,35 @@ class Lister {
           path += '[';
           path += std::to_string(type.lower + static_cast<std::int64_t>(i));
           path += ']';
-          walk(path, type.element, behind_alias);
+          Place element = place;
+          element.offset += i * image_.types[type.element].size;
+          element.type = type.element;
+          walk(path, element, behind_alias);
           path.resize(length);
         }
         return;
       case TypeKind::kStruct:
-        for (const ImageField& field : type.fields) walk_named(path, field.name, field.type, behind_alias);
+        for (const ImageField& field : type.fields) {
+          const Place member = {place.task, place.offset + field.offset, field.type, place.constant || field.constant};
+          walk_named(path, field.name, member, behind_alias);
+        }
         if (behind_alias) return;
         for (const ImageAlias& alias : type.aliases) {
           if (everything_ && !takes_over(alias)) continue;
-          walk_named(path, alias.name, globals_[alias.global].type, true);
+          walk_named(path, alias.name, global_place(image_, alias.global), true);
         }
         return;
     }
   }
-  std::vector<std::string> take() { return std::move(found_); }
+  std::vector<Listed> take() { return std::move(found_); }
 
  private:
-  void walk_named(std::string& path, const std::string& name, std::uint32_t type, bool behind_alias) {
+  void walk_named(std::string& path, const std::string& name, const Place& place, bool behind_alias) {
     if (!shows(name)) return;
     const std::size_t length = path.size();
     if (!path.empty()) path += '.';
     path += name;
-    walk(path, type, behind_alias);
+    walk(path, place, behind_alias);
     path.resize(length);
   }
 
@@ -276,7 +282,7 @@ class Lister {
   bool hidden_;
   bool everything_;           // each variable once, otherwise under every path that matches
   std::vector<bool> listed_;  // by global
-  std::vector<std::string> found_;
+  std::vector<Listed> found_;
   std::unordered_set<std::string, core::NameHash, core::NameEqual> known_;
 };
 
@@ -433,14 +439,16 @@ core::Result<Place> Access::find_leaf(std::string_view path) const {
   return place;
 }
 
-std::vector<std::string> Access::list(std::string_view pattern, std::size_t limit) const {
+std::vector<Listed> Access::list_places(std::string_view pattern, std::size_t limit) const {
   const Image& image = resource_.image();
   Lister lister(image, pattern, limit);
-  for (const bytecode::ImageTask& task : image.tasks) {
+  for (std::uint32_t t = 0; t < image.tasks.size(); ++t) {
+    const bytecode::ImageTask& task = image.tasks[t];
+    const std::uint32_t instances = resource_.program(t).table().layout().instance;
     for (const ImageField& field : image.types[image.pous[task.body].instance_type].fields) {
       if (!lister.shows(field.name)) continue;
       std::string path = in_several_tasks(image, field.name) ? task.name + "." + field.name : field.name;
-      lister.walk(path, field.type, false);
+      lister.walk(path, {t, instances + field.offset, field.type, field.constant}, false);
     }
   }
   const auto& globals = image.types[image.global_type].fields;
@@ -450,6 +458,12 @@ std::vector<std::string> Access::list(std::string_view pattern, std::size_t limi
     }
   }
   return lister.take();
+}
+
+std::vector<std::string> Access::list(std::string_view pattern, std::size_t limit) const {
+  std::vector<std::string> paths;
+  for (Listed& listed : list_places(pattern, limit)) paths.push_back(std::move(listed.path));
+  return paths;
 }
 
 void Access::read_to(const Place& place, std::string& out) const {

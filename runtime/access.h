@@ -30,6 +30,12 @@ struct Place {
   bool constant = false;         ///< declared CONSTANT: not written
 };
 
+/// A variable that a pattern matched.
+struct Listed {
+  std::string path;
+  Place place;
+};
+
 class Access {
  public:
   explicit Access(Resource& resource) : resource_(resource) {}
@@ -45,6 +51,8 @@ class Access {
   /// under the first instance that has it. Other patterns list every path that matches, addresses too when they begin
   /// with '%'. find_leaf() finds what is listed.
   [[nodiscard]] std::vector<std::string> list(std::string_view pattern = "*", std::size_t limit = 1'000'000) const;
+  /// The same, with the place that each path has.
+  [[nodiscard]] std::vector<Listed> list_places(std::string_view pattern = "*", std::size_t limit = 1'000'000) const;
 
   /// Value of a leaf as text; arrays and structures come out as "[a, b]" and "(x := a, y := b)".
   [[nodiscard]] std::string read(const Place& place) const;

@@ -159,6 +159,29 @@ TEST_F(Aliases, PatternsListEveryPathThatMatches) {
   }
 }
 
+void expect_listed_where_found(runtime::Resource& r, std::string_view pattern) {
+  const Access access(r);
+  const auto listed = access.list_places(pattern);
+  EXPECT_FALSE(listed.empty()) << pattern;
+  for (const auto& [path, place] : listed) {
+    const auto found = access.find_leaf(path);
+    ASSERT_TRUE(found) << path;
+    EXPECT_EQ(place.task, found->task) << path;
+    EXPECT_EQ(place.offset, found->offset) << path;
+    EXPECT_EQ(place.type, found->type) << path;
+    EXPECT_EQ(place.constant, found->constant) << path;
+  }
+}
+
+TEST_F(Aliases, AreListedWhereTheyAreFound) {
+  ASSERT_NE(r, nullptr);
+  for (const char* pattern : {"*", "%*", "*#*", "logic?.*", "*[2]"}) expect_listed_where_found(*r, pattern);
+  Plant p;
+  const auto plant = p.load();
+  ASSERT_NE(plant, nullptr);
+  for (const char* pattern : {"*", "%*", "*grid*", "*Level"}) expect_listed_where_found(*plant, pattern);
+}
+
 TEST_F(Aliases, WrongNamesAreNearAliases) {
   ASSERT_NE(r, nullptr);
   const auto typo = Access(*r).find("Logic0.Lmap");
