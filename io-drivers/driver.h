@@ -3,8 +3,9 @@
 // In: the channels a configuration binds to it, the exchange points of a task's cycle (runtime/sched/cycle_listener.h).
 // Out: inputs published as one snapshot (runtime::GlobalInputs), device outputs. A bounded driver works on the thread of
 // the task it is attached to: before_scan() reads the device, after_scan() writes it. A threaded one has a thread of its
-// own; its exchange points only copy.
-// Life: make -> open() -> [fork: the guardian keeps a copy] -> exchange points and service() -> safe_state() -> close().
+// own and meets the tasks in the global table only.
+// Life: make -> check() -> open() -> [fork: the guardian keeps a copy] -> start() -> exchange points and service() ->
+// safe_state() -> close().
 // Does not belong here: the mapping of addresses to channels (config/), what a task is.
 #pragma once
 
@@ -22,7 +23,7 @@ namespace plc::io {
 /// How a driver keeps the cycle bounded.
 enum class Timing : std::uint8_t {
   kBounded,   ///< works in the cycle, with a listed, bounded number of system calls
-  kThreaded,  ///< works on a thread of its own; the exchange points only copy
+  kThreaded,  ///< works on a thread of its own (threaded.h); the exchange points do nothing
   kOffline,   ///< simulation and demonstration only: allocation in the cycle
 };
 
@@ -63,6 +64,8 @@ class Driver : public runtime::CycleListener {
   /// Takes the device: outputs to their initial values, first read of the inputs. On a problem (P74xx) nothing was
   /// touched, or what was is as before. Before any task runs; never twice.
   virtual std::optional<core::Problem> open() = 0;
+  /// From here on the process is the one that runs the tasks: threads may be made. Before any task runs.
+  virtual void start() {}
   /// What cannot be done in a cycle: notices loss, tries to come back. Called about every 100 ms from a thread that is not
   /// a task's. Returns sentences for the operator: what changed since the last call ("panel: gpiochip0 is gone: ...").
   virtual std::vector<std::string> service(core::TimeNs now_ns) = 0;

@@ -5,6 +5,7 @@
 
 #include "io-drivers/gpio/gpio_driver.h"
 #include "io-drivers/machine/simulated_device.h"
+#include "io-drivers/threaded.h"
 
 namespace plc::io {
 namespace {
@@ -18,8 +19,11 @@ std::string beside(const std::string& configuration, const std::string& file) {
 std::unique_ptr<Driver> make_driver(const BoundDriver& bound, const std::string& configuration,
                                     runtime::Resource& resource) {
   switch (bound.config->kind) {
-    case DriverKind::kGpio:
-      return make_gpio_driver(bound, resource);
+    case DriverKind::kGpio: {
+      auto driver = make_gpio_driver(bound, resource);
+      if (!bound.config->poll_ns) return driver;
+      return std::make_unique<ThreadedDriver>(std::move(driver), *bound.config->poll_ns);
+    }
     case DriverKind::kSimulated:
       break;
   }
@@ -115,7 +119,10 @@ std::optional<core::Problem> Machine::open() {
 }
 
 std::optional<core::Problem> Machine::start(runtime::RealtimeScheduler& scheduler, std::vector<std::string>& notes) {
-  for (const auto& driver : drivers_) scheduler.add_listener(*driver);
+  for (const auto& driver : drivers_) {
+    driver->start();
+    scheduler.add_listener(*driver);
+  }
   if (pulse_) scheduler.add_listener(*pulse_);
   if (!server_) {
     notes.push_back("modbus: off");

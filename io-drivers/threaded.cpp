@@ -1,0 +1,62 @@
+#include "io-drivers/threaded.h"
+
+#include <pthread.h>
+#include <signal.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "core/clock.h"
+
+namespace plc::io {
+
+ThreadedDriver::ThreadedDriver(std::unique_ptr<Driver> driver, core::TimeNs poll_ns)
+    : driver_(std::move(driver)), poll_ns_(poll_ns) {}
+
+ThreadedDriver::~ThreadedDriver() { stop(); }
+
+void ThreadedDriver::start() {
+  if (thread_.joinable()) return;
+  // Signals are for the main thread.
+  sigset_t all, before;
+  sigfillset(&all);
+  pthread_sigmask(SIG_SETMASK, &all, &before);
+  thread_ = std::thread([this] { run(); });
+  pthread_sigmask(SIG_SETMASK, &before, nullptr);
+}
+
+void ThreadedDriver::run() noexcept {
+  pthread_setname_np(pthread_self(), "plc-driver");
+  core::MonotonicClock clock;
+  runtime::ReleaseContext context;
+  context.task = driver_->task();
+  context.release_ns = clock.now_ns();
+  while (!stop_.load(std::memory_order_relaxed)) {
+    context.now_ns = clock.now_ns();
+    driver_->before_scan(context);
+    driver_->after_scan(context);
+    ++context.cycle;
+    // A device that is slower than asked for is exchanged with as fast as it goes.
+    context.release_ns = std::max(context.release_ns + poll_ns_, clock.now_ns());
+    clock.sleep_until_ns(context.release_ns);
+  }
+}
+
+void ThreadedDriver::stop() noexcept {
+  stop_.store(true, std::memory_order_relaxed);
+  if (thread_.joinable()) thread_.join();
+}
+
+void ThreadedDriver::safe_state() noexcept {
+  stop();
+  driver_->safe_state();
+}
+
+bool ThreadedDriver::drive_safe() noexcept { return driver_->drive_safe(); }
+
+void ThreadedDriver::close() noexcept {
+  stop();
+  driver_->close();
+}
+
+}  // namespace plc::io
