@@ -50,6 +50,7 @@ class Walk {
       return;
     }
     const bool bracket = c == '[' || c == '{';
+    const bool second_equals = c == '=' && in_value_;
     if (bracket || c == ']' || c == '}' || c == '=' || c == ',' || c == '\n') dots_ = 0;
     if (bracket) {
       ++depth_;
@@ -65,7 +66,7 @@ class Walk {
     } else if ((c == ',' && in_table) || (c == '\n' && depth_ == 0)) {
       in_value_ = false;
     }
-    in_word_ = !is_blank(c) && c != ']' && c != '}' && c != '=' && c != ',';
+    in_word_ = !is_blank(c) && c != ']' && c != '}' && c != ',' && (c != '=' || second_equals);
   }
 
   void step() {
