@@ -9,7 +9,7 @@
 #include "core/text.h"
 #include "io-drivers/modbus/automatic_area.h"
 #include "io-drivers/modbus/cells.h"
-#include "io-drivers/modbus/location.h"
+#include "io-drivers/modbus/views.h"
 #include "runtime/access.h"
 
 namespace plc::modbus {
@@ -95,7 +95,7 @@ class Builder {
     for (std::uint32_t i = 0; i < points.size(); ++i) by_offset.emplace_back(points[i].offset, i);
     std::sort(by_offset.begin(), by_offset.end());
     for (const auto& [offset, index] : by_offset) {
-      const auto location = parse_location(points[index].iec_address);
+      const auto location = runtime::parse_location(points[index].iec_address);
       if (location && location->bits == bits_of(points[index].elementary)) visit(index, *location);
     }
   }
@@ -143,8 +143,8 @@ class Builder {
     return image_.types[type].kind == TypeKind::kScalar;
   }
 
-  [[nodiscard]] std::optional<Location> location_of(const Leaf& leaf) const {
-    return is_array_of_scalars(fields()[leaf.field].type) ? parse_location(image_.globals[leaf.field].address)
+  [[nodiscard]] std::optional<runtime::Location> location_of(const Leaf& leaf) const {
+    return is_array_of_scalars(fields()[leaf.field].type) ? runtime::parse_location(image_.globals[leaf.field].address)
                                                           : std::nullopt;
   }
 
@@ -167,7 +167,7 @@ class Builder {
     if (!overlay_ && std::find(from, to, true) != to) return false;
     std::fill(from, to, true);
     for (std::uint32_t i = 0; i < count; ++i) {
-      add_point(leaves_[begin + i], view->table, first + i * stride, location_text(*location, i), false);
+      add_point(leaves_[begin + i], view->table, first + i * stride, runtime::location_text(*location, i), false);
     }
     return true;
   }
@@ -185,7 +185,7 @@ class Builder {
   [[nodiscard]] std::string automatic_iec_address(const Leaf& leaf) const {
     const bytecode::ImageField& field = fields()[leaf.field];
     const auto location = location_of(leaf);
-    if (location) return location_text(*location, (leaf.offset - field.offset) / image_.types[leaf.type].size);
+    if (location) return runtime::location_text(*location, (leaf.offset - field.offset) / image_.types[leaf.type].size);
     return field.type == leaf.type ? image_.globals[leaf.field].address : std::string{};
   }
 
@@ -337,7 +337,7 @@ std::optional<AddressMap> AddressMap::build(runtime::Resource& resource, const i
     });
     if (view.table == Table::kInputRegisters && view.bits > 16 && !has_point) continue;
     map.areas_[t].push_back({view.base, view.end()});
-    builder.each_in_overlay(map.points_, [&](std::uint32_t index, const Location& location) {
+    builder.each_in_overlay(map.points_, [&](std::uint32_t index, const runtime::Location& location) {
       if (location.area == view.area) cells.add_view(index, location, view, order_at);
     });
   }

@@ -100,8 +100,8 @@ class AddressMap {
   bool strict_gaps_ = false;
 };
 
-/// Where the lock file of a project is: [modbus] lock_file from the folder of plc.toml on, else NAME.modbus.csv beside the
-/// project file or image.
+/// Where the lock file of a project is: [modbus] lock_file from the folder of plc.toml on, else NAME.modbus.csv beside
+/// the project file or image.
 std::string lock_file_of(const io::Configuration& configuration, const std::string& project);
 /// The lock file: CSV "path,table,address,type". P75xx on a file that is none.
 core::Result<FrozenAddresses> read_frozen(const std::string& path);  ///< a missing file is an empty one

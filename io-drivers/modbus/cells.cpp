@@ -46,7 +46,8 @@ void CellMaker::add_point(std::uint32_t index, const Point& point) {
   for (std::uint32_t bit = 0; bit < point.registers * 16u; bit += 8) add_to_unit(index, bit, unit, bit, 8);
 }
 
-void CellMaker::add_view(std::uint32_t index, const Location& location, const View& view, const OrderAt& order_at) {
+void CellMaker::add_view(std::uint32_t index, const runtime::Location& location, const View& view,
+                         const OrderAt& order_at) {
   const std::uint32_t step = view.bits == 1 ? 1 : std::min(location.bits, 8u);
   for (std::uint32_t bit = 0; bit < location.bits; bit += step) {
     const std::uint64_t at = location.first_bit + bit;

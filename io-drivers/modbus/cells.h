@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "io-drivers/modbus/address_map.h"
-#include "io-drivers/modbus/location.h"
+#include "io-drivers/modbus/views.h"
 
 namespace plc::modbus {
 
@@ -21,7 +21,7 @@ class CellMaker {
   /// The point at its own address. What was added first keeps its bits: own addresses come before views.
   void add_point(std::uint32_t index, const Point& point);
   /// Those bits of a located point that show in `view` and are not covered yet.
-  void add_view(std::uint32_t index, const Location& location, const View& view, const OrderAt& order_at);
+  void add_view(std::uint32_t index, const runtime::Location& location, const View& view, const OrderAt& order_at);
   /// Cells by table and address. Those of an address are begin[table][address] .. begin[table][address + 1]; `begin`
   /// ends behind the last address that has any.
   std::vector<Cell> finish(std::vector<std::uint32_t> (&begin)[4]);

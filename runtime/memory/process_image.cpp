@@ -1,77 +1,24 @@
 #include "runtime/memory/process_image.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cstring>
 #include <numeric>
-#include <optional>
-#include <string_view>
 #include <tuple>
 
 #include "runtime/memory/exchange.h"
+#include "runtime/memory/location.h"
 
 namespace plc::runtime {
 namespace {
 
-/// A location of one of the three areas, in bits from the area's start.
-struct Span {
-  char area = 'I';
-  std::uint64_t first_bit = 0;
-  std::uint32_t bits = 1;
+/// A scalar of the global table at an address.
+struct Span : Location {
   std::size_t field = 0;
   std::uint32_t global = 0;
   std::uint32_t bytes = 1;
 };
 
 constexpr std::uint64_t kMaxAreaBits = std::uint64_t{1} << 24;  // 2 MB an area; beyond it a location stands alone
-
-/// "%IX1.3", "%QW4" -> where its bits lie. Nothing for unlocated (%I*) and hierarchical addresses: they overlap
-/// nothing.
-std::optional<Span> parse(std::string_view address) {
-  if (address.size() < 4 || address[0] != '%') return std::nullopt;
-  Span span;
-  span.area = address[1];
-  switch (address[2]) {
-    case 'X':
-      span.bits = 1;
-      break;
-    case 'B':
-      span.bits = 8;
-      break;
-    case 'W':
-      span.bits = 16;
-      break;
-    case 'D':
-      span.bits = 32;
-      break;
-    case 'L':
-      span.bits = 64;
-      break;
-    default:
-      return std::nullopt;
-  }
-  std::uint64_t numbers[2] = {0, 0};
-  std::size_t count = 0;
-  const char* at = address.data() + 3;
-  const char* const end = address.data() + address.size();
-  while (at < end && count < 2) {
-    const auto [next, error] = std::from_chars(at, end, numbers[count]);
-    if (error != std::errc{}) return std::nullopt;
-    ++count;
-    at = next;
-    if (at < end && *at++ != '.') return std::nullopt;
-  }
-  if (at < end || count == 0 || numbers[0] >= kMaxAreaBits) return std::nullopt;
-  if (span.bits == 1) {
-    if (count == 2 && numbers[1] > 7) return std::nullopt;
-    span.first_bit = count == 2 ? numbers[0] * 8 + numbers[1] : numbers[0];
-  } else {
-    if (count == 2) return std::nullopt;
-    span.first_bit = numbers[0] * span.bits;
-  }
-  if (span.first_bit + span.bits > kMaxAreaBits) return std::nullopt;
-  return span;
-}
 
 /// Which spans share bits with another one; the others need no work.
 std::vector<bool> overlapping(const std::vector<Span>& spans) {
@@ -100,15 +47,13 @@ std::vector<Span> located(const bytecode::Image& image) {
   if (image.options.profile != core::AddressProfile::kOverlay) return spans;
   const bytecode::ImageType& table = image.types[image.global_type];
   for (std::size_t i = 0; i < image.globals.size(); ++i) {
-    const auto span = parse(image.globals[i].address);
+    const auto location = parse_location(image.globals[i].address);
     const bytecode::ImageType& type = image.types[table.fields[i].type];
-    if (!span || type.kind != bytecode::TypeKind::kScalar) continue;
+    if (!location || type.kind != bytecode::TypeKind::kScalar) continue;
+    if (location->first_bit + location->bits > kMaxAreaBits) continue;
     const bool is_bool = bytecode::rep_of(type) == core::Rep::kBool;
-    if (is_bool ? span->bits != 1 : type.size * 8 != span->bits) continue;
-    spans.push_back(*span);
-    spans.back().field = i;
-    spans.back().global = table.fields[i].offset;
-    spans.back().bytes = type.size;
+    if (is_bool ? location->bits != 1 : type.size * 8 != location->bits) continue;
+    spans.push_back({*location, i, table.fields[i].offset, type.size});
   }
   return spans;
 }

@@ -1,10 +1,8 @@
-#include "io-drivers/modbus/location.h"
+#include "runtime/memory/location.h"
 
-#include <algorithm>
 #include <charconv>
-#include <iterator>
 
-namespace plc::modbus {
+namespace plc::runtime {
 
 std::optional<Location> parse_location(std::string_view address) {
   constexpr std::string_view kSizes = "XBWDL";
@@ -51,11 +49,4 @@ std::string location_text(const Location& location, std::uint32_t index) {
   }
 }
 
-const View* view_of(const Location& location) {
-  const auto* const view = std::find_if(std::begin(kViews), std::end(kViews), [&](const View& v) {
-    return v.area == location.area && v.bits == location.bits;
-  });
-  return view == std::end(kViews) ? nullptr : view;
-}
-
-}  // namespace plc::modbus
+}  // namespace plc::runtime

@@ -1,30 +1,15 @@
-// Location: a direct address as bits of its area, and the views in which Modbus shows the areas (OpenPLC's map).
+// Views: where Modbus shows the areas %I, %Q and %M (OpenPLC's map).
 //
-// In: addresses as images have them: "%QX0.3", "%MW7". Out: Location, kViews. Does not belong here: variables, rights,
+// In: locations. Out: the table and the addresses that each kind of them has. Does not belong here: variables, rights,
 // automatic addresses.
 #pragma once
 
 #include <cstdint>
-#include <optional>
-#include <string>
-#include <string_view>
 
 #include "io-drivers/config/configuration.h"
+#include "runtime/memory/location.h"
 
 namespace plc::modbus {
-
-/// One location, or the first of an array.
-struct Location {
-  char area = 'I';              ///< 'I', 'Q' or 'M'
-  std::uint32_t bits = 1;       ///< of one element: 1, 8, 16, 32 or 64
-  std::uint64_t first_bit = 0;  ///< from the start of the area, a multiple of `bits`
-  bool dotted = false;          ///< bits: written with a byte, "%QX1.3", not "%QX11"
-};
-
-/// Nothing for unlocated ("%I*") and hierarchical addresses ("%IW0.0.1"): they have no number in the area.
-std::optional<Location> parse_location(std::string_view address);
-/// Address of the element `index` places behind: "%QX1.7" + 1 is "%QX2.0".
-std::string location_text(const Location& location, std::uint32_t index);
 
 /// One area cut into units of one size, from `base` on in a table: unit n begins at base + n * registers().
 struct View {
@@ -52,6 +37,6 @@ inline constexpr View kViews[] = {
 };
 
 /// The view in which locations of this size have their place; null for bytes, %QD and %QL.
-const View* view_of(const Location& location);
+const View* view_of(const runtime::Location& location);
 
 }  // namespace plc::modbus
