@@ -378,8 +378,8 @@ class Reader {
       const auto kind = (*one)["kind"].value<std::string_view>();
       const int known = kind ? choice_index(find_key(TableId::kDriver, "kind")->type, *kind) : -1;
       const Applies bit = known < 0 ? 0 : known == static_cast<int>(DriverKind::kGpio) ? kGpioBit : kSimulatedBit;
-      kinds_[driver.name] = bit;
       read_table(*one, driver, bit, driver.at, fmt::format("driver \"{}\"", name));
+      drivers_[driver.name] = {bit, driver.poll_ns.has_value()};
     }
     std::sort(drivers.begin(), drivers.end(),
               [](const DriverConfig& a, const DriverConfig& b) { return before(a.at, b.at); });
@@ -406,15 +406,21 @@ class Reader {
       ChannelConfig& channel = channels.emplace_back();
       channel.variable = {name, place(key)};
       Applies entry = direction;
+      bool polled = false;
       if (const auto driver = (*one)["driver"].value<std::string_view>()) {
-        const auto known = kinds_.find(*driver);
-        if (known != kinds_.end()) {
-          entry |= known->second;
+        const auto known = drivers_.find(*driver);
+        if (known != drivers_.end()) {
+          entry |= known->second.kind;
+          polled = known->second.polled;
         } else if (!core::trimmed(*driver).empty()) {
           unknown_driver(*driver, place(*one, "driver"));
         }
       }
       read_table(*one, channel, entry, channel.variable.at, fmt::format("{} \"{}\"", word, name));
+      if (polled && channel.latch != Latch::kNone) {
+        problem(Code::P7311, place(*one, "latch"),
+                fmt::format("driver \"{}\" has \"poll\", which does not go with \"latch\"", channel.driver.text));
+      }
     }
     std::sort(channels.begin(), channels.end(),
               [](const ChannelConfig& a, const ChannelConfig& b) { return before(a.variable.at, b.variable.at); });
@@ -424,7 +430,7 @@ class Reader {
     core::Guess guess(name);
     // Not for a file of mistakes: every one of them would be compared with every driver.
     if (findings_.size() < core::Diagnostics::kMaxKept) {
-      for (const auto& [known, kind] : kinds_) guess.offer(known);
+      for (const auto& [known, what] : drivers_) guess.offer(known);
     }
     std::string help = guess.help();
     if (help.empty()) help = fmt::format("declare it: [drivers.{}]", name);
@@ -432,7 +438,11 @@ class Reader {
   }
 
   SourceRef file_at_;
-  std::map<std::string, Applies, std::less<>> kinds_;  ///< of the drivers, 0 while not known
+  struct Known {
+    Applies kind = 0;  ///< 0 while not known
+    bool polled = false;
+  };
+  std::map<std::string, Known, std::less<>> drivers_;
   Findings& findings_;
 };
 

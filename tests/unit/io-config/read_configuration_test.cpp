@@ -26,6 +26,10 @@ task = "Fast"
 on_loss = "zero"
 retry = "2.5s"
 ok = "PanelOk"
+[drivers.slow]
+kind = "gpio"
+chip = "expander"
+poll = "5ms"
 [drivers.bench]
 kind = "simulated"
 stimulus = "in.csv"
@@ -66,7 +70,7 @@ enabled = false
 hang_timeout = "0s"
 )");
   EXPECT_EQ(c.file, "plc.toml");
-  ASSERT_EQ(c.drivers.size(), 2u);
+  ASSERT_EQ(c.drivers.size(), 3u);
   const DriverConfig& panel = c.drivers[0];
   EXPECT_EQ(panel.name, "panel");
   EXPECT_EQ(panel.kind, DriverKind::kGpio);
@@ -77,15 +81,17 @@ hang_timeout = "0s"
   EXPECT_EQ(panel.on_loss, OnLoss::kZero);
   EXPECT_EQ(panel.retry_ns, 2'500'000'000);
   EXPECT_EQ(panel.ok.text, "PanelOk");
-  EXPECT_EQ(c.drivers[1].name, "bench");  // in the order of the file, not of the alphabet
-  EXPECT_EQ(c.drivers[1].kind, DriverKind::kSimulated);
-  EXPECT_EQ(c.drivers[1].stimulus.text, "in.csv");
-  EXPECT_EQ(c.driver("bench"), &c.drivers[1]);
+  EXPECT_EQ(panel.poll_ns, std::nullopt);
+  EXPECT_EQ(c.drivers[1].poll_ns, 5'000'000);
+  EXPECT_EQ(c.drivers[2].name, "bench");  // in the order of the file, not of the alphabet
+  EXPECT_EQ(c.drivers[2].kind, DriverKind::kSimulated);
+  EXPECT_EQ(c.drivers[2].stimulus.text, "in.csv");
+  EXPECT_EQ(c.driver("bench"), &c.drivers[2]);
   EXPECT_EQ(c.driver("Bench"), nullptr);
 
   ASSERT_EQ(c.inputs.size(), 3u);
   EXPECT_EQ(c.inputs[0].variable.text, "%IX0.0");
-  EXPECT_EQ(c.inputs[0].variable.at.line, 13u);
+  EXPECT_EQ(c.inputs[0].variable.at.line, 17u);
   EXPECT_EQ(c.inputs[0].channel.text, "17");
   EXPECT_EQ(c.inputs[0].bias, Bias::kPullUp);
   EXPECT_EQ(c.inputs[0].latch, Latch::kFalling);
@@ -103,7 +109,7 @@ hang_timeout = "0s"
   EXPECT_EQ(c.outputs[1].safe.text, "-12");
   EXPECT_EQ(c.outputs[1].initial.text, "0.5");
   EXPECT_EQ(c.outputs[2].safe.text, "idle");
-  EXPECT_EQ(c.outputs_at.line, 16u);
+  EXPECT_EQ(c.outputs_at.line, 20u);
 
   EXPECT_TRUE(c.modbus.enabled);
   EXPECT_EQ(c.modbus.address, "::1");
@@ -111,7 +117,7 @@ hang_timeout = "0s"
   EXPECT_TRUE(c.modbus.read_only);
   ASSERT_EQ(c.modbus.writable.size(), 2u);
   EXPECT_EQ(c.modbus.writable[1].text, "Level");
-  EXPECT_EQ(c.modbus.writable[1].at.line, 23u);
+  EXPECT_EQ(c.modbus.writable[1].at.line, 27u);
   EXPECT_EQ(c.modbus.writable[1].at.column, 23u);
   EXPECT_TRUE(c.modbus.exported.empty());
   EXPECT_EQ(c.modbus.word_order, WordOrder::kCdab);
@@ -188,6 +194,7 @@ TEST(Keys, DefaultsAreThoseOfTheStructures) {
     EXPECT_EQ(d.task.text, driver.task.text);
     EXPECT_EQ(d.on_loss, driver.on_loss);
     EXPECT_EQ(d.retry_ns, driver.retry_ns);
+    EXPECT_EQ(d.poll_ns, driver.poll_ns);
     EXPECT_EQ(d.ok.text, driver.ok.text);
     EXPECT_EQ(d.stimulus.text, driver.stimulus.text);
   }

@@ -145,6 +145,10 @@ constexpr Wrong kWrong[] = {
      "9:31 P7310"},
     {"RangeBackwards", "[[modbus.range]]\ntable = \"coils\"\nfirst = 100\nlast = 10\n", "4:8 P7311"},
     {"WritableInputRegisters", "[[modbus.range]]\ntable = \"input-registers\"\nwritable = true\n", "3:12 P7311"},
+    {"LatchOfAPolledDriver",
+     "[inputs]\nX = { driver = \"a\", channel = 1, latch = \"rising\" }\n[drivers.a]\nkind = \"gpio\"\nchip = \"c\"\n"
+     "poll = \"5ms\"\n",
+     "2:42 P7311"},
     {"MoreClientsOfOneThanOfAll", "[modbus]\nmax_clients = 4\nmax_clients_per_address = 5\n", "3:27 P7311"},
     {"ExceptionForNoUnit", "[modbus]\nunit_exception = true\n", "2:18 P7311"},
     // Several at once, from top to bottom, whatever the order of TOML's tables.
