@@ -7,9 +7,8 @@
 // automatic addresses like unlocated variables. Automatic area: from 16384 on in every table, aligned to the size:
 // BOOLs that nobody outside may write as discrete inputs, other BOOLs as coils, constants and driver inputs as input
 // registers, the rest as holding registers. Scalars and arrays of scalars, also inside structures; strings are not
-// mapped. Under
-// --profile=overlay the located areas are one bit field per %I, %Q, %M: a register shows whatever located variables
-// share its bits. Immutable once built, any thread. Does not belong here: values, protocol.
+// mapped. Under --profile=overlay the located areas are one bit field per %I, %Q, %M: a register shows whatever located
+// variables share its bits. Immutable once built, any thread. Does not belong here: values, protocol.
 #pragma once
 
 #include <cstdint>
@@ -82,9 +81,8 @@ class AddressMap {
     if (std::size_t{address} + 1 >= begin.size()) return {};
     return std::span(cells_).subspan(begin[address], begin[address + 1u] - begin[address]);
   }
-  /// True when the address is inside the map, with a variable or as a gap that reads 0: 0..8191 of each bit table
-  /// (coils
-  /// ..16383), registers 0..8191 of holding, 0..1023 of input registers (more with %ID, %IL), automatic area up to its
+  /// True when the address is inside the map, with a variable or as a gap that reads 0: coils 0..16383, discrete inputs
+  /// 0..8191, holding registers 0..8191, input registers 0..1023 (more with %ID, %IL), the automatic area up to its
   /// last variable. Under strict_gaps only where a variable is.
   [[nodiscard]] bool contains(Table table, std::uint16_t address) const;
 
