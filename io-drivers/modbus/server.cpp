@@ -166,7 +166,7 @@ struct Server::State final : Connection::Owner {
   Counters counters;
   std::unique_ptr<Session> session;
   IoThread thread;
-  std::uint16_t port = 0;
+  std::atomic<std::uint16_t> port{0};  ///< any thread may ask
 };
 
 std::size_t Server::State::answer(std::span<const std::uint8_t> frame, std::span<std::uint8_t, kMaxFrame> answer) {

@@ -257,6 +257,24 @@ TEST(ModbusPdu, StrictGapsHaveNoAddress) {
   EXPECT_EQ(pdu.exception(pdu_of(3, {kWords, 100})), 0);
 }
 
+TEST(ModbusPdu, InAnOverlayCoilsAreBitsOfWords) {
+  ImageBuilder b;
+  b.image.options.profile = core::AddressProfile::kOverlay;
+  b.global("Level", b.type(TypeId::kDint), {}, {false, true, {}, "%QD1"});  // coils 32..63, holding registers 2 and 3
+  PouBuilder main = b.pou("Main", PouKind::kProgram);
+  b.task("Task", 1'000'000, {main.finish()});
+  PlantPdu pdu({}, b.build());
+  ASSERT_EQ(pdu.exception(pdu_of(5, {32 + 3, 0xff00})), 0);
+  ASSERT_EQ(pdu.exception(write_coils(32 + 14, 4, {0x0f})), 0);
+  EXPECT_EQ(pdu.plant.value<std::uint32_t>("Level"), 0x0003'c008u);
+  ASSERT_EQ(pdu.exception(pdu_of(5, {32 + 3, 0})), 0);
+  EXPECT_EQ(pdu.ask(pdu_of(1, {32, 32})), (Pdu{1, 4, 0x00, 0xc0, 0x03, 0x00}));
+  Registers shown = pdu.holding(2, 2);
+  EXPECT_EQ(shown, (Registers{0xc000, 0x0003}));
+  ASSERT_EQ(pdu.exception(pdu_of(6, {3, 0x1234})), 0);
+  EXPECT_EQ(pdu.plant.value<std::uint32_t>("Level"), 0x1234'c000u);
+}
+
 TEST(ModbusPdu, DeviceIdentification) {
   PlantPdu pdu;
   const Pdu basic = pdu.ask({43, 14, 1, 0});
