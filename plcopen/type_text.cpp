@@ -42,6 +42,27 @@ bool take_dimensions(std::string_view& text, std::vector<Dimension>& dimensions)
   return true;
 }
 
+/// Takes "ARRAY [a..b] OF" off the text; false if it is none.
+bool take_array(std::string_view& text, std::vector<Dimension>& dimensions) {
+  const std::optional<std::string_view> rest = after_word(text, "ARRAY");
+  std::string_view behind = rest.value_or(std::string_view{});
+  if (!take_dimensions(behind, dimensions)) return false;
+  text = behind;
+  return true;
+}
+
+/// Takes "REF_TO" and its older spellings off the text; false if there is none.
+bool take_pointer(std::string_view& text) {
+  for (const std::string_view word :
+       {std::string_view("REF_TO"), std::string_view("POINTER TO"), std::string_view("REFERENCE TO")}) {
+    const std::optional<std::string_view> rest = after_word(text, word);
+    if (!rest) continue;
+    text = *rest;
+    return true;
+  }
+  return false;
+}
+
 /// "STRING[20]", "WSTRING(20)".
 bool string_text(std::string_view text, TypeSpec& type) {
   for (const std::string_view name : {std::string_view("STRING"), std::string_view("WSTRING")}) {
@@ -65,19 +86,13 @@ void parse_type_text(std::string_view text, const SourceRef& at, TypeSpec& resul
   text = core::trimmed(text);
   for (int nesting = 0; nesting < kMaxNesting; ++nesting) {
     type->at = at;
-    std::optional<std::string_view> rest = after_word(text, "ARRAY");
-    if (rest && take_dimensions(*rest, type->dimensions)) {
+    if (take_array(text, type->dimensions)) {
       type->kind = TypeSpec::Kind::kArray;
-    } else {
-      rest.reset();
-      for (const std::string_view word :
-           {std::string_view("REF_TO"), std::string_view("POINTER TO"), std::string_view("REFERENCE TO")}) {
-        if (!rest) rest = after_word(text, word);
-      }
-      if (!rest) break;
+    } else if (take_pointer(text)) {
       type->kind = TypeSpec::Kind::kPointer;
+    } else {
+      break;
     }
-    text = *rest;
     type->base = std::make_shared<TypeSpec>();
     type = type->base.get();
   }

@@ -259,6 +259,18 @@ class Binder {
 
 }  // namespace
 
+std::vector<std::uint32_t> claimed_fields(const Binding& binding) {
+  std::vector<std::uint32_t> fields;
+  for (const BoundDriver& driver : binding.drivers) {
+    if (driver.ok) fields.push_back(driver.ok->field);
+    if (driver.config->kind == DriverKind::kSimulated) continue;
+    for (const BoundChannel& input : driver.inputs) fields.push_back(input.field);
+  }
+  std::sort(fields.begin(), fields.end());
+  fields.erase(std::unique(fields.begin(), fields.end()), fields.end());
+  return fields;
+}
+
 std::uint32_t fastest_task(const Image& image) {
   // Tasks with an interval come before freewheeling ones, those before tasks that wait for an event.
   const auto rank = [](const ImageTask& task) {

@@ -27,8 +27,10 @@ std::unique_ptr<Driver> make_driver(const BoundDriver& bound, const std::string&
     case DriverKind::kSimulated:
       break;
   }
-  return std::make_unique<SimulatedDevice>(bound.config->name, beside(configuration, bound.config->stimulus.text),
-                                           bound.task, resource);
+  auto device = std::make_unique<SimulatedDevice>(
+      bound.config->name, beside(configuration, bound.config->stimulus.text), bound.task, resource);
+  if (bound.ok) device->claim_ok(*bound.ok);
+  return device;
 }
 
 void report(core::Diagnostics& diagnostics, const core::SourceRef& at, const core::Problem& problem) {

@@ -19,6 +19,20 @@ std::optional<core::Problem> SimulatedDevice::check() {
   return std::nullopt;
 }
 
+void SimulatedDevice::claim_ok(const BoundChannel& ok) {
+  ok_ = ok;
+  ok_owner_.emplace(resource_.globals(), std::span(&ok.field, 1));
+}
+
+std::optional<core::Problem> SimulatedDevice::open() {
+  if (ok_owner_) {
+    const std::byte yes{1};
+    ok_owner_->set(ok_->offset, ok_->type, &yes);
+    ok_owner_->publish();
+  }
+  return std::nullopt;
+}
+
 DriverStatus SimulatedDevice::status() const {
   DriverStatus status;
   status.connected = true;

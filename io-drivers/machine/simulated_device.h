@@ -2,31 +2,35 @@
 // plc-run --stimulus.
 //
 // In: a stimulus (simulated.h); time 0 is the first release of its task. Out: variables written before the scans of that
-// task. It owns nothing: a stimulus may name any variable of its task and any global that may be written. Offline: it
-// allocates in the cycle. Does not belong here: virtual time (SimulatedDriver::attach).
+// task. It owns none of them: a stimulus may name any variable of its task and any global that may be written, and so may
+// an HMI. Offline: it allocates in the cycle. Does not belong here: virtual time (SimulatedDriver::attach).
 #pragma once
 
 #include <atomic>
 #include <optional>
 #include <string>
 
+#include "io-drivers/config/bind.h"
 #include "io-drivers/driver.h"
 #include "io-drivers/simulated.h"
+#include "runtime/memory/global_ports.h"
 
 namespace plc::io {
 
 class SimulatedDevice final : public Driver {
  public:
-  /// `stimulus` empty: inputs keep their initial values. Variables of tasks other than `task` are refused by open().
+  /// `stimulus` empty: inputs keep their initial values. Variables of tasks other than `task` are refused by check().
   SimulatedDevice(std::string name, std::string stimulus, std::uint32_t task, runtime::Resource& resource)
       : name_(std::move(name)), stimulus_(std::move(stimulus)), task_(task), resource_(resource) {}
+  /// Claims the variable that says whether the device answers: this one always does.
+  void claim_ok(const BoundChannel& ok);
 
   [[nodiscard]] std::string_view name() const override { return name_; }
   [[nodiscard]] Timing timing() const override { return Timing::kOffline; }
   [[nodiscard]] std::uint32_t task() const override { return task_; }
   [[nodiscard]] bool has_outputs() const override { return false; }
   std::optional<core::Problem> check() override;
-  std::optional<core::Problem> open() override { return std::nullopt; }
+  std::optional<core::Problem> open() override;
   std::vector<std::string> service(core::TimeNs) override { return {}; }
   [[nodiscard]] DriverStatus status() const override;
   [[nodiscard]] std::vector<InputStatus> inputs(core::TimeNs) const override { return {}; }
@@ -43,6 +47,8 @@ class SimulatedDevice final : public Driver {
   std::uint32_t task_;
   runtime::Resource& resource_;
   std::optional<SimulatedDriver> script_;
+  std::optional<BoundChannel> ok_;
+  std::optional<runtime::GlobalInputs> ok_owner_;
   core::TimeNs first_release_ns_ = 0;
   std::atomic<std::uint64_t> exchanges_{0};
 };

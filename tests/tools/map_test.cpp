@@ -148,7 +148,7 @@ TEST(Map, ADamagedLockFileIsNamedWithItsLine) {
 TEST(Map, InputsOfDevicesAreReadOnly) {
   const ScratchFolder scratch;
   write_text(scratch.file("plc.toml"),
-             "[drivers.sim]\nkind = \"simulated\"\n[inputs]\nLampTest = { driver = \"sim\" }\n");
+             "[drivers.panel]\nkind = \"gpio\"\nchip = \"gpiochip0\"\n[inputs]\nLampTest = { driver = \"panel\", channel = 3 }\n");
   const auto result = run_tool({PLC_TOOL, "map", belt(), "--config", scratch.file("plc.toml"), "--format", "csv"});
   EXPECT_EQ(result.code, 0) << result.err;
   EXPECT_NE(result.out.find("LampTest,BOOL,,coils,16384,16385,0,0,,r,"), std::string::npos)

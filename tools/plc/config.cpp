@@ -12,6 +12,7 @@
 #include "io-drivers/config/template.h"
 #include "io-drivers/modbus/address_map.h"
 #include "io-drivers/simulated.h"
+#include "runtime/memory/global_ports.h"
 #include "tools/command_line.h"
 #include "tools/plc/commands.h"
 #include "tools/plc/json.h"
@@ -90,8 +91,8 @@ std::string summary(const Check& check, const core::Diagnostics& diagnostics,
 }
 
 /// What plc-run would find in the files that plc.toml names.
-void check_files(const Check& check, const io::Configuration& configuration, runtime::Resource& resource,
-                 core::Diagnostics& diagnostics) {
+void check_files(const Check& check, const io::Configuration& configuration, const io::Binding& binding,
+                 runtime::Resource& resource, core::Diagnostics& diagnostics) {
   const auto report = [&](const core::SourceRef& at, const core::Problem& problem) {
     diagnostics.report(problem.code, at.line != 0 ? at : configuration.at, {}, problem.message, problem.help);
   };
@@ -107,6 +108,9 @@ void check_files(const Check& check, const io::Configuration& configuration, run
     report(configuration.modbus.lock_file.at, frozen.error());
     return;
   }
+  const std::vector<std::uint32_t> claimed = io::claimed_fields(binding);
+  std::optional<runtime::GlobalInputs> inputs;
+  if (!claimed.empty()) inputs.emplace(resource.globals(), claimed);
   static_cast<void>(modbus::AddressMap::build(resource, configuration.modbus, *frozen, diagnostics));
 }
 
@@ -126,7 +130,7 @@ int check(const CLI::App& app, const Check& check) {
   std::optional<io::Binding> binding;
   if (project_good && configuration) resource = load(compilation);
   if (resource != nullptr) binding = io::bind(*configuration, *resource, diagnostics);
-  if (binding) check_files(check, *configuration, *resource, diagnostics);
+  if (binding) check_files(check, *configuration, *binding, *resource, diagnostics);
   if (diagnostics.has_errors()) binding.reset();
 
   const bool readable = std::none_of(diagnostics.all().begin(), diagnostics.all().end(), [](const core::Diagnostic& d) {

@@ -27,19 +27,6 @@ struct Map {
   core::CompileOptions options;
 };
 
-/// The fields that drivers and the server claim as inputs: clients cannot write them.
-std::vector<std::uint32_t> claimed_fields(const io::Binding& binding) {
-  std::vector<std::uint32_t> fields;
-  for (const io::BoundDriver& driver : binding.drivers) {
-    for (const io::BoundChannel& input : driver.inputs) fields.push_back(input.field);
-    if (driver.ok) fields.push_back(driver.ok->field);
-  }
-  if (binding.client_seen) fields.push_back(binding.client_seen->field);
-  std::sort(fields.begin(), fields.end());
-  fields.erase(std::unique(fields.begin(), fields.end()), fields.end());
-  return fields;
-}
-
 /// Where HMIs connect to: what was asked for, else where the server listens.
 std::string host_of(const Map& map, const io::ModbusConfig& config) {
   if (!map.host.empty()) return map.host;
@@ -101,7 +88,7 @@ int run(const CLI::App& app, const Map& map) {
     return readable ? kExitErrors : kExitUsage;
   };
   if (!configuration || !binding) return give_up();
-  const std::vector<std::uint32_t> claimed = claimed_fields(*binding);
+  const std::vector<std::uint32_t> claimed = io::claimed_fields(*binding);
   std::unique_ptr<runtime::GlobalInputs> inputs;
   if (!claimed.empty()) inputs = std::make_unique<runtime::GlobalInputs>(resource.globals(), claimed);
 

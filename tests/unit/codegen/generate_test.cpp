@@ -89,7 +89,7 @@ TEST_F(Generate, VariablesInTheGlobalTableKeepTheirNamesInThePou) {
   const auto level = m.global("Level", dint);
   const auto lamp = m.global("Fb.Lamp", ir::kBoolType);
   m.module.globals[lamp].variable.address = "%QX0.0";
-  m.global("Other", dint);
+  const auto other = m.global("Other", dint);
   const auto fb = m.pou("Fb", ir::PouKind::kFunctionBlock);
   const auto coil = external(fb, "Lamp", lamp);
   {
@@ -98,6 +98,7 @@ TEST_F(Generate, VariablesInTheGlobalTableKeepTheirNamesInThePou) {
   }
   const auto f = m.variable(main, "f", m.module.pous[fb].instance_type);
   const auto own = external(main, "lvl", level);
+  external(main, "spare", other);
   auto b = m.body(main);
   b.store(b.variable(own), *b.convert(literal(5), dint, ""));
   b.run(b.variable(f));
@@ -105,8 +106,8 @@ TEST_F(Generate, VariablesInTheGlobalTableKeepTheirNamesInThePou) {
   r.scan();
   for (const char* path : {"Main.lvl", "Level"}) EXPECT_EQ(r.read(path), "5") << path;
   for (const char* path : {"Main.f.Lamp", "Fb.Lamp", "%QX0.0"}) EXPECT_EQ(r.read(path), "1") << path;
-  r.write("Main.lvl", "6");
-  EXPECT_EQ(r.read("Level"), "6");
+  r.write("Main.spare", "6");
+  EXPECT_EQ(r.read("Other"), "6");
   EXPECT_EQ(runtime::Access(*r.resource).list(), (std::vector<std::string>{"Main.f.Lamp", "Other", "Level"}));
 }
 
