@@ -57,7 +57,7 @@ Verdict measure_load(const LoadPlan& plan);
 
 
 /// Most that the scan's p99.9 may grow while clients are served, and the resident memory in kB.
-inline constexpr double kModbusScanLimit = 3;
+inline constexpr double kModbusScanLimit = 1.3;
 inline constexpr double kModbusGrowthKb = 512;
 
 struct ModbusPlan {
