@@ -74,6 +74,7 @@ class Builder {
     std::sort(points_.begin(), points_.end(), [](const Point& a, const Point& b) {
       return std::tie(a.table, a.address, a.path) < std::tie(b.table, b.address, b.path);
     });
+    refuse_split_values();
     return std::move(points_);
   }
 
@@ -264,23 +265,59 @@ class Builder {
     const runtime::Access access(resource_);
     for (const io::Placed& pattern : patterns) {
       if (pattern.text.find_first_not_of('*') == std::string::npos) return std::vector<bool>(leaves.size(), true);
-      std::unordered_set<std::uint32_t> offsets;
-      for (const runtime::Listed& listed : access.list_places(pattern.text)) {
-        if (listed.place.task == runtime::Place::kGlobal) offsets.insert(listed.place.offset);
-      }
       bool any = false;
-      for (std::size_t i = 0; i < leaves.size(); ++i) {
-        if (offsets.count(leaves_[leaves[i]].offset) == 0) continue;
-        result[i] = any = true;
-      }
+      for (const std::size_t i : matches(access, pattern.text, leaves)) result[i] = any = true;
       if (any) continue;
-      diagnostics_.report(Code::P7503, pattern.at, {},
-                          "pattern \"" + pattern.text + "\" matches no variable of the map",
-                          "plc map shows the paths; '*' stands for any characters");
+      // "Recipe" and "Recipe.*" are what one writes for the elements of an array.
+      const std::string wider = pattern.text.substr(0, pattern.text.find_last_not_of(".*") + 1) + "*";
+      const bool would_match = wider != "*" && !matches(access, wider, leaves).empty();
+      diagnostics_.report(
+          Code::P7503, pattern.at, {}, "pattern \"" + pattern.text + "\" matches no variable of the map",
+          "plc map shows the paths; '*' stands for any characters, '?' for one, all others for themselves" +
+              (would_match ? "; \"" + wider + "\" would match" : std::string{}));
     }
     return result;
   }
 
+  /// Positions in `leaves` of those that one pattern matches.
+  [[nodiscard]] std::vector<std::size_t> matches(const runtime::Access& access, const std::string& pattern,
+                                                 const std::vector<std::size_t>& leaves) const {
+    std::unordered_set<std::uint32_t> offsets;
+    for (const runtime::Listed& listed : access.list_places(pattern)) {
+      if (listed.place.task == runtime::Place::kGlobal) offsets.insert(listed.place.offset);
+    }
+    std::vector<std::size_t> found;
+    for (std::size_t i = 0; i < leaves.size(); ++i) {
+      if (offsets.count(leaves_[leaves[i]].offset) != 0) found.push_back(i);
+    }
+    return found;
+  }
+
+  /// Half a value has neither rights nor a word order of its own: a range that ends inside of one would be without
+  /// effect on it.
+  void refuse_split_values() {
+    for (const io::ModbusRange& range : config_.ranges) {
+      if (!range.writable && !range.word_order) continue;
+      const Point* split = nullptr;
+      std::size_t count = 0;
+      std::uint32_t first = range.first, last = range.last;
+      for (const Point& point : points_) {
+        const std::uint32_t end = point.address + std::max<std::uint32_t>(point.registers, 1) - 1;
+        const bool touches = point.table == range.table && point.address <= range.last && end >= range.first;
+        if (!touches || (range.first <= point.address && end <= range.last)) continue;
+        if (count++ == 0) split = &point;
+        first = std::min<std::uint32_t>(first, point.address);
+        last = std::max(last, end);
+      }
+      if (split == nullptr) continue;
+      diagnostics_.report(Code::P7505, range.at, {},
+                          "range splits \"" + split->path + "\" (" + std::to_string(split->address) + ".." +
+                              std::to_string(split->address + split->registers - 1) + ")" +
+                              (count > 1 ? " and " + std::to_string(count - 1) + " more" : std::string{}),
+                          "a range holds for whole values: first = " + std::to_string(first) +
+                              ", last = " + std::to_string(last) + " has them inside");
+    }
+  }
   void apply_rights() {
     std::unordered_map<std::uint32_t, std::size_t> leaf_at;  // by offset
     for (std::size_t i = 0; i < leaves_.size(); ++i) leaf_at.emplace(leaves_[i].offset, i);

@@ -68,8 +68,8 @@ struct FrozenAddresses {
 
 class AddressMap {
  public:
-  /// Reports (P75xx) areas that are full, a lock file that contradicts itself, patterns that match nothing. Nothing on
-  /// an error. `frozen` gets an entry for every variable with an automatic address.
+  /// Reports (P75xx) areas that are full, a lock file that contradicts itself, patterns that match nothing, ranges that
+  /// split a value. Nothing on an error. `frozen` gets an entry for every variable with an automatic address.
   static std::optional<AddressMap> build(runtime::Resource& resource, const io::ModbusConfig& config,
                                          FrozenAddresses& frozen, core::Diagnostics& diagnostics);
 

@@ -208,6 +208,59 @@ TEST(AddressMap, PatternsThatMatchNothingAreNamed) {
   EXPECT_EQ(f.diagnostics.all().size(), 2u);
 }
 
+TEST(AddressMap, APatternThatMissesTheElementsSaysWhatWouldMatch) {
+  for (const char* pattern : {"Recipe", "Recipe.*"}) {
+    MapFixture f;
+    f.array("Recipe", TypeId::kInt, 3);
+    f.config.writable = {{pattern, {3, 11}}};
+    f.build();
+    EXPECT_NE(f.said().find("\"Recipe*\" would match"), std::string::npos) << pattern << ": " << f.said();
+    EXPECT_NE(f.said().find("'?' for one"), std::string::npos) << f.said();
+  }
+  for (const char* pattern : {"Recipe[*]", "Recipe*", "recipe[?]"}) {
+    MapFixture f;
+    f.array("Recipe", TypeId::kInt, 3);
+    f.config.writable = {{pattern, {3, 11}}};
+    f.build();
+    EXPECT_EQ(f.said(), "") << pattern;
+    EXPECT_TRUE(f.point("Recipe[1]")->writable) << pattern;
+  }
+}
+
+TEST(AddressMap, ARangeThatSplitsAValueIsAnError) {
+  const auto said = [](std::uint16_t first, std::uint16_t last, bool rights) {
+    MapFixture f;
+    f.variable("Before", TypeId::kInt, "%MW1023");
+    f.variable("Level", TypeId::kReal, "%MD0");
+    f.variable("Next", TypeId::kReal, "%MD1");
+    f.variable("Total", TypeId::kLint);
+    io::ModbusRange range;
+    range.at = {7, 1};
+    range.first = first;
+    range.last = last;
+    if (rights) {
+      range.writable = false;
+    } else {
+      range.word_order = WordOrder::kCdab;
+    }
+    f.config.ranges = {range};
+    f.build();
+    EXPECT_EQ(f.map.has_value(), f.said().empty());
+    return f.said();
+  };
+  for (const bool rights : {true, false}) {
+    EXPECT_EQ(said(2048, 2049, rights), "");
+    EXPECT_EQ(said(2047, 2051, rights), "");
+    EXPECT_EQ(said(2052, 4095, rights), "") << "a gap";
+    const std::string text = said(2049, 2049, rights);
+    EXPECT_NE(text.find("plc.toml:7:1: error P7505: range splits \"Level\" (2048..2049)"), std::string::npos) << text;
+    EXPECT_NE(text.find("first = 2048, last = 2049"), std::string::npos) << text;
+    EXPECT_NE(said(0, 2048, rights).find("splits \"Level\" (2048..2049)"), std::string::npos);
+    EXPECT_NE(said(2049, 2050, rights).find("splits \"Level\" (2048..2049) and 1 more"), std::string::npos);
+    EXPECT_NE(said(16385, 16386, rights).find("splits \"Total\" (16384..16387)"), std::string::npos);
+  }
+}
+
 TEST(AddressMap, RightsByPatternThenByRange) {
   MapFixture f;
   f.variable("SetA", TypeId::kInt, "%MW0");
@@ -289,7 +342,8 @@ TEST(Cells, WordOrderPerRange) {
   f.variable("A", TypeId::kReal, "%MD0");
   f.variable("B", TypeId::kReal, "%MD1");
   io::ModbusRange range;
-  range.first = range.last = 2050;
+  range.first = 2050;
+  range.last = 2051;
   range.word_order = WordOrder::kCdab;
   f.config.ranges = {range};
   f.build();
