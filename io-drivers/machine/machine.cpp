@@ -79,7 +79,10 @@ bool Machine::make_map(const MachineOptions& options, core::Diagnostics& diagnos
   }
   map_ = modbus::AddressMap::build(resource_, configuration_.modbus, *frozen, diagnostics);
   if (!map_) return false;
-  addresses_frozen_ = !frozen->changed;
+  if (frozen->changed) {
+    freeze_command_ = "plc map " + options.project +
+                      (options.configuration.empty() ? "" : " --config " + options.configuration) + " --freeze";
+  }
   server_ = std::make_unique<modbus::Server>(resource_, *map_, configuration_.modbus);
   return true;
 }
@@ -139,8 +142,8 @@ std::optional<core::Problem> Machine::start(runtime::RealtimeScheduler& schedule
   notes.push_back("modbus: listening on " + (six ? "[" + configuration_.modbus.address + "]" : configuration_.modbus.address) +
                   ":" + std::to_string(server_->port()) + ", " + std::to_string(map_->points().size()) +
                   " values (plc map lists them)");
-  if (!addresses_frozen_) {
-    notes.push_back("modbus: automatic addresses are not frozen and may move with the next change: plc map FILE --freeze");
+  if (!freeze_command_.empty()) {
+    notes.push_back("modbus: automatic addresses are not frozen and may move with the next change: " + freeze_command_);
   }
   return std::nullopt;
 }

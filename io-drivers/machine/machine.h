@@ -69,7 +69,7 @@ class Machine {
   bool modbus_asked_for_ = false;
   Binding binding_;
   std::optional<modbus::AddressMap> map_;
-  bool addresses_frozen_ = true;
+  std::string freeze_command_;  ///< empty when all automatic addresses are frozen
   std::vector<std::unique_ptr<Driver>> drivers_;
   std::unique_ptr<modbus::Server> server_;
   std::unique_ptr<Pulse> pulse_;
