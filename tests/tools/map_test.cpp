@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "tests/support/golden.h"
@@ -100,11 +101,17 @@ TEST(Map, FreezingKeepsAddressesWhenTheProjectChanges) {
   write_text(project, read_text(belt()));
   const auto loose = run_tool({PLC_TOOL, "map", project, "--format", "csv"});
   EXPECT_NE(loose.err.find("9 automatic addresses are not frozen"), std::string::npos) << loose.err;
-  EXPECT_NE(loose.err.find("plc map --freeze"), std::string::npos) << loose.err;
+  EXPECT_NE(loose.err.find("LampTest, "), std::string::npos) << loose.err;
+  EXPECT_NE(loose.err.find("plc map " + project + " --freeze keeps them"), std::string::npos) << loose.err;
+  write_text(scratch.file("plc.toml"), "");
+  const auto configured = run_tool({PLC_TOOL, "map", project, "--config", scratch.file("plc.toml")});
+  EXPECT_NE(configured.err.find("plc map " + project + " --config " + scratch.file("plc.toml") + " --freeze"),
+            std::string::npos)
+      << configured.err;
 
   const auto frozen = run_tool({PLC_TOOL, "map", project, "--format", "csv", "--freeze"});
   EXPECT_EQ(frozen.code, 0) << frozen.err;
-  EXPECT_EQ(frozen.err, lock + ": 9 variables, 9 new\n");
+  EXPECT_EQ(frozen.err.find(lock + ": 9 variables, 9 new: LampTest, "), 0u) << frozen.err;
   EXPECT_EQ(frozen.out, loose.out);
   const std::string kept = read_text(lock);
   EXPECT_NE(kept.find("\nLampTest,coils,16384,BOOL\n"), std::string::npos) << kept;
@@ -118,8 +125,86 @@ TEST(Map, FreezingKeepsAddressesWhenTheProjectChanges) {
   const auto changed = run_tool({PLC_TOOL, "map", project, "--format", "csv"});
   EXPECT_NE(changed.out.find("LampTest,BOOL,,coils,16384,"), std::string::npos) << changed.out;
   EXPECT_NE(changed.out.find("Newcomer,BOOL,,coils,16385,"), std::string::npos) << changed.out;
-  EXPECT_NE(changed.err.find("1 automatic addresses"), std::string::npos) << changed.err;
+  EXPECT_NE(changed.err.find("1 automatic addresses are not frozen and may move when the project changes: Newcomer\n"),
+            std::string::npos)
+      << changed.err;
   EXPECT_EQ(read_text(lock), kept) << "only --freeze writes it";
+}
+
+TEST(Map, FreezingSaysWhatIsNewGoneOrUnchanged) {
+  const ScratchFolder scratch;
+  const std::string project = scratch.file("belt.xml"), lock = scratch.file("belt.modbus.csv");
+  write_text(project, read_text(belt()));
+  ASSERT_EQ(run_tool({PLC_TOOL, "map", project, "--freeze"}).code, 0);
+  EXPECT_EQ(run_tool({PLC_TOOL, "map", project, "--freeze"}).err, lock + ": unchanged, 9 variables\n");
+
+  write_text(lock, read_text(lock) + "Before,coils,16400,BOOL\n");
+  const auto gone = run_tool({PLC_TOOL, "map", project});
+  EXPECT_EQ(gone.code, 0);
+  EXPECT_NE(gone.err.find("has 1 variable that the map does not have: Before\n"), std::string::npos) << gone.err;
+
+  std::filesystem::remove(lock);
+  std::string text = read_text(project);
+  const std::size_t declaration = text.rfind("<variable name=\"LampTest\">");
+  ASSERT_NE(declaration, std::string::npos);
+  for (const char* name : {"ZetaA", "ZetaB"}) {
+    text.insert(declaration, std::string("<variable name=\"") + name + "\"><type><BOOL/></type></variable>");
+  }
+  write_text(project, text);
+  const auto many = run_tool({PLC_TOOL, "map", project});
+  EXPECT_NE(many.err.find(", ZetaA and 1 more\n"), std::string::npos) << many.err;
+}
+
+TEST(Map, FreezingNothingWritesNothing) {
+  const ScratchFolder scratch;
+  write_text(scratch.file("belt.xml"), read_text(belt()));
+  write_text(scratch.file("plc.toml"), "[modbus]\nexported = []\n");
+  const auto result =
+      run_tool({PLC_TOOL, "map", scratch.file("belt.xml"), "--config", scratch.file("plc.toml"), "--freeze"});
+  EXPECT_EQ(result.code, 0);
+  EXPECT_EQ(result.err, "nothing to freeze: no variable has an automatic address\n");
+  EXPECT_FALSE(std::filesystem::exists(scratch.file("belt.modbus.csv")));
+}
+
+TEST(Map, NothingIsFrozenWhenTheOutputCannotBeWritten) {
+  const ScratchFolder scratch;
+  write_text(scratch.file("belt.xml"), read_text(belt()));
+  for (const char* output : {"no/such/map.txt", "belt.modbus.csv"}) {
+    const auto result = run_tool({PLC_TOOL, "map", scratch.file("belt.xml"), "--freeze", "-o", scratch.file(output)});
+    EXPECT_EQ(result.code, 2) << output;
+    EXPECT_FALSE(std::filesystem::exists(scratch.file("belt.modbus.csv"))) << output;
+  }
+}
+
+TEST(Map, WhereAnHmiFindsTheServer) {
+  struct Row {
+    const char* listen;
+    const char* address;  ///< in FUXA's file
+    const char* said;     ///< part of it
+  };
+  const Row rows[] = {{"[::1]:1502", "[::1]:1502", ""},
+                      {"192.168.7.2:502", "192.168.7.2:502", ""},
+                      {"0.0.0.0:1502", "127.0.0.1:1502", "--host NAME for HMIs on other machines"},
+                      {"[::]:1502", "127.0.0.1:1502", "--host NAME for HMIs on other machines"},
+                      {"127.0.0.1:0", "127.0.0.1:502", "port 0"},
+                      {"off", "127.0.0.1:502", "listen is \"off\""}};
+  const ScratchFolder scratch;
+  write_text(scratch.file("belt.xml"), read_text(belt()));
+  ASSERT_EQ(run_tool({PLC_TOOL, "map", scratch.file("belt.xml"), "--freeze"}).code, 0);
+  for (const Row& row : rows) {
+    write_text(scratch.file("plc.toml"), std::string("[modbus]\nlisten = \"") + row.listen + "\"\n");
+    const auto with = [&](const std::string& format) {
+      return run_tool(
+          {PLC_TOOL, "map", scratch.file("belt.xml"), "--config", scratch.file("plc.toml"), "--format", format});
+    };
+    const auto fuxa = with("fuxa");
+    EXPECT_EQ(json::parse(fuxa.out).at(0).at("property").at("address"), row.address) << row.listen;
+    EXPECT_EQ(fuxa.err.empty(), row.said[0] == '\0') << row.listen << ": " << fuxa.err;
+    EXPECT_NE(fuxa.err.find(row.said), std::string::npos) << row.listen << ": " << fuxa.err;
+    EXPECT_EQ(with("table").err, "") << "names no server";
+  }
+  const auto six = run_tool({PLC_TOOL, "map", scratch.file("belt.xml"), "--format", "json", "--host", "[fe80::1]"});
+  EXPECT_EQ(json::parse(six.out).at("host"), "fe80::1");
 }
 
 TEST(Map, AnImageHasTheLockFileOfItsProject) {
@@ -148,7 +233,8 @@ TEST(Map, ADamagedLockFileIsNamedWithItsLine) {
 TEST(Map, InputsOfDevicesAreReadOnly) {
   const ScratchFolder scratch;
   write_text(scratch.file("plc.toml"),
-             "[drivers.panel]\nkind = \"gpio\"\nchip = \"gpiochip0\"\n[inputs]\nLampTest = { driver = \"panel\", channel = 3 }\n");
+             "[drivers.panel]\nkind = \"gpio\"\nchip = \"gpiochip0\"\n[inputs]\nLampTest = { driver = \"panel\", "
+             "channel = 3 }\n");
   const auto result = run_tool({PLC_TOOL, "map", belt(), "--config", scratch.file("plc.toml"), "--format", "csv"});
   EXPECT_EQ(result.code, 0) << result.err;
   EXPECT_NE(result.out.find("LampTest,BOOL,,coils,16384,16385,0,0,,r,"), std::string::npos)

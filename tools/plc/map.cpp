@@ -7,8 +7,10 @@
 #include <iterator>
 #include <memory>
 #include <string>
+#include <unordered_set>
 #include <vector>
 
+#include "core/text.h"
 #include "io-drivers/config/bind.h"
 #include "io-drivers/modbus/address_map.h"
 #include "runtime/memory/global_ports.h"
@@ -27,37 +29,102 @@ struct Map {
   core::CompileOptions options;
 };
 
-/// Where HMIs connect to: what was asked for, else where the server listens.
+bool listens_everywhere(const io::ModbusConfig& config) {
+  return config.address == "0.0.0.0" || config.address == "::";
+}
+
+/// Where HMIs connect to: what was asked for, else where the server listens. IPv6 without brackets.
 std::string host_of(const Map& map, const io::ModbusConfig& config) {
+  if (map.host.starts_with('[') && map.host.ends_with(']')) return map.host.substr(1, map.host.size() - 2);
   if (!map.host.empty()) return map.host;
-  const bool everywhere = config.address == "0.0.0.0" || config.address == "::";
-  return everywhere ? "127.0.0.1" : config.address;
+  return listens_everywhere(config) ? "127.0.0.1" : config.address;
+}
+
+/// Says what the file tells HMIs when plc.toml does not say where they find the server.
+void note_guesses(const Map& map, const io::ModbusConfig& config) {
+  if (map.host.empty() && config.enabled && listens_everywhere(config)) {
+    complain("plc map", "the file says 127.0.0.1: the server listens on every address of its machine",
+             "--host NAME for HMIs on other machines");
+  }
+  if (!config.enabled) complain("plc map", "[modbus] listen is \"off\": plc-run serves nothing of this");
+  if (config.enabled && config.port == 0 && map.port == 0) {
+    complain("plc map", "the file says port 502: with port 0 in [modbus] listen the server takes any free one",
+             "--port N for the one it takes, or give it one");
+  }
 }
 
 bool would_overwrite(const Map& map, const std::string& lock_file) {
   const std::string sources[] = {map.file, map.configuration, lock_file};
   return std::any_of(std::begin(sources), std::end(sources), [&](const std::string& source) {
     std::error_code ignored;
-    return !source.empty() && std::filesystem::equivalent(source, map.output, ignored);
+    if (source.empty() || map.output.empty()) return false;
+    return std::filesystem::equivalent(source, map.output, ignored) ||
+           std::filesystem::weakly_canonical(source, ignored) ==
+               std::filesystem::weakly_canonical(map.output, ignored);  // neither exists yet
   });
 }
 
+/// "A, B", at most ten, then "and N more".
+std::string listed(const std::vector<std::string>& paths) {
+  constexpr std::size_t kShown = 10;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(paths.size(), kShown); ++i) text += (i == 0 ? "" : ", ") + paths[i];
+  if (paths.size() > kShown) text += fmt::format(" and {} more", paths.size() - kShown);
+  return text;
+}
+
+/// What the lock file does not have as the map has it, and what only the lock file has.
+struct Changes {
+  std::vector<std::string> fresh, gone;
+};
+Changes changes_of(const modbus::FrozenAddresses& before, const modbus::FrozenAddresses& after,
+                   const modbus::AddressMap& map) {
+  std::unordered_set<std::string, core::NameHash, core::NameEqual> mapped;
+  for (const modbus::Point& point : map.points()) {
+    if (point.automatic) mapped.insert(point.path);
+  }
+  Changes changes;
+  for (const auto& [path, entry] : after.entries) {
+    const auto known = before.entries.find(path);
+    const bool same = known != before.entries.end() && known->second.address == entry.address &&
+                      known->second.table == entry.table && known->second.elementary == entry.elementary;
+    if (!same) changes.fresh.push_back(path);
+    if (mapped.count(path) == 0) changes.gone.push_back(path);
+  }
+  return changes;
+}
+
 /// Writes the lock file, or says that it should be. kExitOk, or the exit code to end with.
-int keep(const Map& map, const std::string& lock_file, const modbus::FrozenAddresses& frozen, std::size_t fresh) {
+int keep(const Map& map, const std::string& lock_file, const modbus::FrozenAddresses& frozen, const Changes& changes) {
+  if (!changes.gone.empty()) {
+    complain("plc map",
+             fmt::format("{} has {} that the map does not have: {}", lock_file,
+                         counted(changes.gone.size(), "variable"), listed(changes.gone)),
+             "their addresses stay taken; delete the lines to give them back");
+  }
   if (!map.freeze) {
     if (frozen.changed) {
       complain("plc map",
-               fmt::format("{} automatic addresses are not frozen: they may move when the project changes", fresh),
-               "plc map --freeze keeps them in " + lock_file);
+               fmt::format("{} automatic addresses are not frozen and may move when the project changes: {}",
+                           changes.fresh.size(), listed(changes.fresh)),
+               fmt::format("plc map {}{} --freeze keeps them in {}", map.file,
+                           map.configuration.empty() ? "" : " --config " + map.configuration, lock_file));
     }
     return kExitOk;
   }
+  if (!frozen.changed) {
+    std::cerr << (frozen.entries.empty()
+                      ? "nothing to freeze: no variable has an automatic address\n"
+                      : fmt::format("{}: unchanged, {}\n", lock_file, counted(frozen.entries.size(), "variable")));
+    return kExitOk;
+  }
   std::string why;
-  if (frozen.changed && !write_file(lock_file, modbus::frozen_text(frozen), why)) {
+  if (!write_file(lock_file, modbus::frozen_text(frozen), why)) {
     complain("plc map", fmt::format("{} cannot be written: {}", lock_file, why));
     return kExitUsage;
   }
-  std::cerr << fmt::format("{}: {}, {} new\n", lock_file, counted(frozen.entries.size(), "variable"), fresh);
+  std::cerr << fmt::format("{}: {}, {} new: {}\n", lock_file, counted(frozen.entries.size(), "variable"),
+                           changes.fresh.size(), listed(changes.fresh));
   return kExitOk;
 }
 
@@ -127,22 +194,15 @@ int run(const CLI::App& app, const Map& map) {
                          counted(text.left_out.size(), "variable"), text.left_out.front(), map.format),
              "set [modbus] word_order = \"ABCD\" in plc.toml");
   }
-  const auto fresh =
-      static_cast<std::size_t>(std::count_if(frozen->entries.begin(), frozen->entries.end(), [&](const auto& entry) {
-        const auto known = before.entries.find(entry.first);
-        return known == before.entries.end() || known->second.address != entry.second.address ||
-               known->second.table != entry.second.table || known->second.elementary != entry.second.elementary;
-      }));
-  if (const int code = keep(map, lock_file, *frozen, fresh); code != kExitOk) return code;
-  if (map.output.empty()) {
-    std::cout << text.text;
-    return kExitOk;
-  }
+  if (format->names_host) note_guesses(map, configuration->modbus);
+  // The lock file last: nothing is frozen by a command that failed.
   std::string why;
-  if (!write_file(map.output, text.text, why)) {
+  if (!map.output.empty() && !write_file(map.output, text.text, why)) {
     complain("plc map", fmt::format("{} cannot be written: {}", map.output, why));
     return kExitUsage;
   }
+  if (const int code = keep(map, lock_file, *frozen, changes_of(before, *frozen, *built)); code != kExitOk) return code;
+  if (map.output.empty()) std::cout << text.text;
   return kExitOk;
 }
 

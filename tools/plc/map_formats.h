@@ -22,7 +22,7 @@ struct MapSource {
   const modbus::AddressMap& map;
   const bytecode::Image& image;
   std::string name;  ///< of the project
-  std::string host;
+  std::string host;  ///< IPv6 without brackets
   std::uint16_t port = 502;
   std::uint8_t unit_id = 1;
 };
@@ -35,6 +35,7 @@ struct MapText {
 struct MapFormat {
   std::string_view name;  ///< as after --format
   MapText (*write)(const MapSource&);
+  bool names_host = false;  ///< the text says where the server is
 };
 
 MapText map_as_table(const MapSource& source);
@@ -54,10 +55,10 @@ MapText map_as_ignition(const MapSource& source);
 
 inline constexpr std::array<MapFormat, 7> kMapFormats = {{{"table", map_as_table},
                                                           {"csv", map_as_csv},
-                                                          {"json", map_as_json},
-                                                          {"fuxa", map_as_fuxa},
-                                                          {"nodered", map_as_nodered},
-                                                          {"scadalts", map_as_scadalts},
+                                                          {"json", map_as_json, true},
+                                                          {"fuxa", map_as_fuxa, true},
+                                                          {"nodered", map_as_nodered, true},
+                                                          {"scadalts", map_as_scadalts, true},
                                                           {"ignition", map_as_ignition}}};
 
 /// What a client has to know of a value: how it is coded, not what it is called in the program.

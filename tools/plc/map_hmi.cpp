@@ -55,6 +55,12 @@ std::optional<std::string> fuxa_type(const Point& point) {
   return std::nullopt;
 }
 
+/// "127.0.0.1:502", "[::1]:502".
+std::string endpoint(const MapSource& source) {
+  const bool six = source.host.find(':') != std::string::npos;
+  return fmt::format("{}{}{}:{}", six ? "[" : "", source.host, six ? "]" : "", source.port);
+}
+
 const char* fuxa_memory(Table table) {
   constexpr const char* kMemory[] = {"000000", "100000", "300000", "400000"};
   return kMemory[static_cast<std::size_t>(table)];
@@ -155,7 +161,7 @@ MapText map_as_fuxa(const MapSource& source) {
                                {"enabled", true},
                                {"polling", 500},
                                {"property",
-                                {{"address", fmt::format("{}:{}", source.host, source.port)},
+                                {{"address", endpoint(source)},
                                  {"slaveid", std::to_string(source.unit_id)},
                                  {"connectionOption", "TcpPort"},
                                  {"options", false},
