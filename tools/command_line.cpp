@@ -23,7 +23,7 @@ template <class Enum>
 void add_choice(CLI::App& app, const std::string& name, Enum& target, const std::map<std::string, Enum>& choices,
                 const std::string& help) {
   app.add_option(name, target, help)
-      ->transform(CLI::CheckedTransformer(choices, CLI::ignore_case).description(""))
+      ->transform(choice_validator(choices))
       ->group(kCompileGroup);
 }
 
@@ -87,8 +87,7 @@ std::optional<int> parse(CLI::App& app, int argc, char** argv) {
     }
     const CLI::App* deepest = &app;
     while (!deepest->get_subcommands().empty()) deepest = deepest->get_subcommands().front();
-    std::string command = app.get_name();
-    if (deepest != &app) command += " " + deepest->get_name();
+    const std::string command = command_name(*deepest);
     complain(command, error.what(), fmt::format("{} --help shows every flag with examples", command));
     return kExitUsage;
   }
@@ -96,7 +95,7 @@ std::optional<int> parse(CLI::App& app, int argc, char** argv) {
 
 std::optional<int> open_or_explain(const CLI::App& app, const Request& request, Compilation& compilation) {
   if (is_image_path(request.path) && has_compile_options(app)) {
-    complain(app.get_name(), fmt::format("{} is an image: its compile options are stored in it", request.path),
+    complain(command_name(app), fmt::format("{} is an image: its compile options are stored in it", request.path),
              "compile the project file again with other options, or leave the options away");
     return kExitUsage;
   }
@@ -105,6 +104,14 @@ std::optional<int> open_or_explain(const CLI::App& app, const Request& request, 
   if (!compilation.readable) return kExitUsage;
   if (!compilation.ok()) return kExitErrors;
   return std::nullopt;
+}
+
+std::string command_name(const CLI::App& app) {
+  std::string name = app.get_name();
+  for (const CLI::App* parent = app.get_parent(); parent != nullptr; parent = parent->get_parent()) {
+    name = parent->get_name() + " " + name;
+  }
+  return name;
 }
 
 void complain(std::string_view command, std::string_view message, std::string_view help) {

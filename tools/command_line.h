@@ -6,13 +6,16 @@
 #include <CLI/CLI.hpp>
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "core/duration.h"
 #include "core/options.h"
 #include "core/result.h"
+#include "core/text.h"
 #include "tools/pipeline.h"
 
 namespace plc::tools {
@@ -29,6 +32,24 @@ void add_compile_options(CLI::App& app, core::CompileOptions& options, bool with
 /// True when any compile option was given: an image carries its own.
 bool has_compile_options(const CLI::App& app);
 
+/// Words for the values of an enumeration, in any letter case; says which there are otherwise.
+template <class Enum>
+CLI::Validator choice_validator(std::map<std::string, Enum> choices) {
+  return CLI::Validator(
+      [choices = std::move(choices)](std::string& text) {
+        std::string all;
+        for (const auto& [word, value] : choices) {
+          if (core::iequals(word, text)) {
+            text = std::to_string(static_cast<int>(value));
+            return std::string();
+          }
+          all += (all.empty() ? "" : ", ") + word;
+        }
+        return text + " is not one of " + all;
+      },
+      "");
+}
+
 /// Accepts 1, 2, 3, .. up to 64 bits, and says so otherwise.
 const CLI::Validator& count_validator();
 
@@ -39,6 +60,8 @@ std::optional<int> parse(CLI::App& app, int argc, char** argv);
 /// nothing to go on with.
 std::optional<int> open_or_explain(const CLI::App& app, const Request& request, Compilation& compilation);
 
+/// "plc config check": the command with those it belongs to.
+std::string command_name(const CLI::App& app);
 /// Prints "command: message" and "help: ..." on stderr.
 void complain(std::string_view command, std::string_view message, std::string_view help = {});
 /// A problem of set-up code, as diagnostics look: "error P7101: message".

@@ -88,11 +88,12 @@ class Binder {
     return chosen;
   }
 
-  /// The global that a key means, once for each.
-  std::optional<BoundChannel> resolve(const Placed& variable) {
+  /// The global that a key means, once for each. `help`: for one that is not there.
+  std::optional<BoundChannel> resolve(const Placed& variable, std::string_view help = {}) {
     const core::Result<runtime::Place> place = access_.find_leaf(variable.text);
     if (!place) {
-      findings_.add(Code::P7320, variable.at, place.error().message, place.error().help);
+      findings_.add(Code::P7320, variable.at, place.error().message,
+                    place.error().help.empty() ? std::string(help) : place.error().help);
       return std::nullopt;
     }
     if (place->task != runtime::Place::kGlobal) {
@@ -108,8 +109,11 @@ class Binder {
     const auto [first, fresh] = used_.emplace(place->offset, &variable);
     if (!fresh) {
       findings_.add(Code::P7309, variable.at,
-                    fmt::format("\"{}\" is the same variable as \"{}\" in line {}", variable.text, first->second->text,
-                                first->second->at.line),
+                    core::iequals(variable.text, first->second->text)
+                        ? fmt::format("\"{}\" is configured twice, first at line {}", variable.text,
+                                      first->second->at.line)
+                        : fmt::format("\"{}\" is the same variable as \"{}\" in line {}", variable.text,
+                                      first->second->text, first->second->at.line),
                     "one variable has one channel");
       return std::nullopt;
     }
@@ -122,13 +126,21 @@ class Binder {
     return channel;
   }
 
+  /// Whether the variable has an address in this area: 'I', 'Q' or 'M'.
+  [[nodiscard]] bool is_at(const BoundChannel& channel, char area) const {
+    const std::string& address = image_.globals[channel.field].address;
+    return address.size() >= 2 && core::upper(address[1]) == area;
+  }
+
   /// Whether the variable can be an input of `owner`: a driver, or null for the Modbus server.
   bool claim(const Placed& variable, const BoundChannel& channel, const DriverConfig* owner) {
     const std::vector<std::uint32_t> writers = resource_.globals().exporters(channel.field);
     if (!writers.empty()) {
       findings_.add(Code::P7323, variable.at,
                     fmt::format("\"{}\" is written by task \"{}\"", variable.text, image_.tasks[writers.front()].name),
-                    "an input has one source: take another variable, or the writing out of the program");
+                    is_at(channel, 'Q') ? "it is an output: [outputs]"
+                                        : "an input has one source: take another variable, or the writing out of the "
+                                          "program");
       return false;
     }
     if (!resource_.globals().claimable(channel.field)) {
@@ -151,7 +163,7 @@ class Binder {
   }
 
   std::optional<BoundChannel> bind_flag(std::string_view key, const Placed& variable, const DriverConfig* owner) {
-    auto channel = resolve(variable);
+    auto channel = resolve(variable, "declare it in the project: a global of type BOOL");
     if (!channel) return std::nullopt;
     if (!is_bool(image_.types[channel->type])) {
       findings_.add(Code::P7322, variable.at,
@@ -202,7 +214,7 @@ class Binder {
     mapped_.push_back(channel->field);
     if (resource_.globals().exporters(channel->field).empty()) {
       findings_.add(Code::P7325, config.variable.at, fmt::format("no task writes \"{}\"", config.variable.text),
-                    "name a variable that the program writes");
+                    is_at(*channel, 'I') ? "it is an input: [inputs]" : "name a variable that the program writes");
     }
     const ImageType& type = image_.types[channel->type];
     auto safe = value_of("safe", config.safe, config.variable, type);
@@ -234,16 +246,28 @@ class Binder {
 
   void find_unmapped_outputs() {
     std::sort(mapped_.begin(), mapped_.end());
+    std::vector<std::string> unmapped;
     for (std::uint32_t field = 0; field < globals().size(); ++field) {
       const std::string& address = image_.globals[field].address;
       if (address.size() < 2 || core::upper(address[1]) != 'Q') continue;
       if (std::binary_search(mapped_.begin(), mapped_.end(), field)) continue;
+      if (resource_.globals().exporters(field).empty()) continue;
       const std::string& name = globals()[field].name;
-      findings_.add(Code::P7326, configuration_.outputs_at,
-                    name == address ? fmt::format("output {} leads to no channel", address)
-                                    : fmt::format("output {} ({}) leads to no channel", address, name),
-                    "add it to [outputs]");
+      unmapped.push_back(name == address ? address : fmt::format("{} ({})", address, name));
     }
+    constexpr std::size_t kOneByOne = 3, kListed = 10;
+    if (unmapped.size() <= kOneByOne) {
+      for (const std::string& output : unmapped) {
+        findings_.add(Code::P7326, configuration_.outputs_at, fmt::format("output {} leads to no channel", output),
+                      "add it to [outputs]");
+      }
+      return;
+    }
+    std::string list;
+    for (std::size_t i = 0; i < std::min(unmapped.size(), kListed); ++i) list += (i == 0 ? "" : ", ") + unmapped[i];
+    if (unmapped.size() > kListed) list += fmt::format(" and {} more", unmapped.size() - kListed);
+    findings_.add(Code::P7326, configuration_.outputs_at,
+                  fmt::format("{} outputs lead to no channel: {}", unmapped.size(), list), "add them to [outputs]");
   }
 
   const Configuration& configuration_;

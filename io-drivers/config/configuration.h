@@ -84,6 +84,7 @@ struct ModbusRange {
 struct ModbusConfig {
   core::SourceRef at;
   bool enabled = true;
+  core::SourceRef listen_at;               ///< of `listen`; no line when it is not there
   std::string address = "127.0.0.1";       ///< to listen on; IPv4 or IPv6 literal
   std::uint16_t port = 502;                ///< 0 = any free one (tests)
   bool read_only = false;                  ///< writing functions are answered with exception 1

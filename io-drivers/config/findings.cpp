@@ -54,7 +54,7 @@ void check_double_use(const Configuration& configuration, Findings& findings) {
     const auto [first, fresh] = variables.emplace(channel->variable.text, channel);
     if (!fresh) {
       findings.add(core::Code::P7309, channel->variable.at,
-                   fmt::format("variable \"{}\" has an entry already, in line {}", channel->variable.text,
+                   fmt::format("\"{}\" is configured twice, first at line {}", channel->variable.text,
                                first->second->variable.at.line));
     }
     const auto driver = drivers.find(channel->driver.text);

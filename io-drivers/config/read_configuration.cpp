@@ -19,11 +19,12 @@ namespace {
 using core::Code;
 using core::SourceRef;
 
-/// The three fields behind `listen`.
+/// The fields behind `listen`.
 struct Listen {
   bool& enabled;
   std::string& address;
   std::uint16_t& port;
+  SourceRef& at;
 };
 
 std::string_view type_word(const toml::node& node) {
@@ -75,6 +76,7 @@ void put(const Value& value, bool& to) { to = value.node.as_boolean()->get(); }
 void put(const Value& value, Placed& to) { to = {scalar_text(value.node), value.at}; }
 void put(const Value& value, Listen to) {
   const auto text = parse_listen(value.node.as_string()->get());
+  to.at = value.at;
   to.enabled = !text->address.empty();
   if (to.enabled) to.address = text->address;
   if (to.enabled) to.port = text->port;
@@ -458,7 +460,8 @@ std::string syntax_help(std::string_view text, const toml::parse_error& error) {
   if (line.starts_with('%')) return "addresses stand in quotes: \"%IX0.0\" = { driver = \"panel\", channel = 17 }";
   const std::string_view what = error.description();
   if (what.find("could not determine value type") != std::string_view::npos) return "texts stand in quotes";
-  if (what.find("decimal integer") != std::string_view::npos) return "durations stand in quotes: \"500ms\"";
+  if (what.find("representable") != std::string_view::npos) return "the number is too great for any key";
+  if (what.find("decimal integer") != std::string_view::npos) return "a number with a unit stands in quotes: \"500ms\"";
   if (what.find("inline table") != std::string_view::npos) return "from { to } is one line";
   return {};
 }

@@ -33,6 +33,12 @@ std::unique_ptr<Driver> make_driver(const BoundDriver& bound, const std::string&
   return device;
 }
 
+/// Where plc.toml says which device it is.
+const core::SourceRef& place_of_device(const DriverConfig& driver) {
+  const core::SourceRef& at = driver.kind == DriverKind::kGpio ? driver.chip.at : driver.stimulus.at;
+  return at.line != 0 ? at : driver.at;
+}
+
 void report(core::Diagnostics& diagnostics, const core::SourceRef& at, const core::Problem& problem) {
   diagnostics.report(problem.code, at, {}, problem.message, problem.help);
 }
@@ -48,13 +54,14 @@ std::unique_ptr<Machine> Machine::configure(const MachineOptions& options, runti
     auto configuration = load_configuration(options.configuration, diagnostics);
     if (!configuration) return nullptr;
     machine->configuration_ = std::move(*configuration);
-    machine->modbus_asked_for_ = machine->configuration_.modbus.at.line != 0;
+    machine->modbus_asked_for_ = machine->configuration_.modbus.listen_at.line != 0;
   }
   if (options.modbus) {
     ModbusConfig& modbus = machine->configuration_.modbus;
     modbus.enabled = !options.modbus->address.empty();
     modbus.address = options.modbus->address;
     modbus.port = options.modbus->port;
+    modbus.listen_at = {};
     machine->modbus_asked_for_ = true;
   }
   auto binding = bind(machine->configuration_, resource, diagnostics);
@@ -62,7 +69,7 @@ std::unique_ptr<Machine> Machine::configure(const MachineOptions& options, runti
   machine->binding_ = std::move(*binding);
   for (const BoundDriver& bound : machine->binding_.drivers) {
     auto driver = make_driver(bound, options.configuration, resource);
-    if (const auto problem = driver->check()) report(diagnostics, bound.config->at, *problem);
+    if (const auto problem = driver->check()) report(diagnostics, place_of_device(*bound.config), *problem);
     machine->drivers_.push_back(std::move(driver));
   }
   // After the drivers: what they have claimed cannot be written over Modbus.
@@ -74,7 +81,8 @@ std::unique_ptr<Machine> Machine::configure(const MachineOptions& options, runti
 bool Machine::make_map(const MachineOptions& options, core::Diagnostics& diagnostics) {
   auto frozen = modbus::read_frozen(modbus::lock_file_of(configuration_, options.project));
   if (!frozen) {
-    report(diagnostics, configuration_.modbus.at, frozen.error());
+    const core::SourceRef& at = configuration_.modbus.lock_file.at;
+    report(diagnostics, at.line != 0 ? at : configuration_.at, frozen.error());
     return false;
   }
   map_ = modbus::AddressMap::build(resource_, configuration_.modbus, *frozen, diagnostics);

@@ -58,6 +58,8 @@ class Machine {
   [[nodiscard]] const modbus::AddressMap* address_map() const { return map_ ? &*map_ : nullptr; }
   /// Nothing while Modbus is off.
   [[nodiscard]] std::optional<modbus::ServerStatistics> modbus_statistics() const;
+  /// `listen` in plc.toml; no line when it comes from elsewhere.
+  [[nodiscard]] core::SourceRef listen_at() const { return configuration_.modbus.listen_at; }
   [[nodiscard]] bool guarded() const { return pulse_ != nullptr; }
 
  private:

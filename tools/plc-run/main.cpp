@@ -79,8 +79,8 @@ std::uint32_t stimulus_task(const std::string& path, runtime::Resource& resource
 }
 
 void print_start(const Run& run, const bytecode::Image& image, core::TimeNs load_ns) {
-  std::cout << fmt::format("{}: {} with {} tasks, ready in {}\n", kVersionText, run.file, image.tasks.size(),
-                           duration_text(static_cast<double>(load_ns)));
+  std::cout << fmt::format("{}: {} with {}, ready in {}\n", kVersionText, run.file,
+                           counted(image.tasks.size(), "task"), duration_text(static_cast<double>(load_ns)));
   std::cout << "options: " << describe(image.options) << '\n';
   for (const bytecode::ImageTask& task : image.tasks) {
     std::cout << fmt::format("task {}: {}, priority {}\n", task.name,
@@ -125,6 +125,15 @@ void print_modbus(const modbus::ServerStatistics& s) {
       s.exceptions, s.accepted, s.refused, s.dropped);
 }
 
+/// At its line of plc.toml, when it has one.
+void complain_at(const std::string& file, core::SourceRef at, const core::Problem& problem) {
+  if (at.line == 0) return complain(problem);
+  core::Diagnostics diagnostics;
+  at.file = diagnostics.add_file(file);
+  diagnostics.report(problem.code, at, {}, problem.message, problem.help);
+  diagnostics.render(std::cerr);
+}
+
 int run_resource(const Run& run, runtime::Resource& resource, std::int64_t duration_ns, core::TimeNs load_ns) {
   const bytecode::Image& image = resource.image();
   runtime::RealtimeOptions realtime;
@@ -134,7 +143,7 @@ int run_resource(const Run& run, runtime::Resource& resource, std::int64_t durat
   diagnostics.render(std::cerr);
   if (machine == nullptr) {
     for (const core::Diagnostic& d : diagnostics.all()) {
-      if (d.code == core::Code::P7001) return kExitUsage;
+      if (d.code == core::Code::P7001 && d.at.line == 0) return kExitUsage;
     }
     return kExitErrors;
   }
@@ -151,10 +160,15 @@ int run_resource(const Run& run, runtime::Resource& resource, std::int64_t durat
   print_start(run, image, load_ns);
   handle_signals();
   // From here on this may be the guardian's child: no thread before.
-  if (const auto problem = machine->open()) return complain(*problem), kExitErrors;
+  const auto failed = [&](const core::Problem& problem) {
+    const bool listening = problem.code == core::Code::P7510;
+    complain_at(run.configuration, listening ? machine->listen_at() : core::SourceRef{}, problem);
+    return kExitErrors;
+  };
+  if (const auto problem = machine->open()) return failed(*problem);
   runtime::RealtimeScheduler scheduler(resource, realtime);
   std::vector<std::string> notes;
-  if (const auto problem = machine->start(scheduler, notes)) return complain(*problem), kExitErrors;
+  if (const auto problem = machine->start(scheduler, notes)) return failed(*problem);
   if (!view.empty()) scheduler.add_listener(view);
   CycleLimit limit(scheduler, io::fastest_task(image), run.cycles);
   if (run.cycles != 0) scheduler.add_listener(limit);
@@ -206,8 +220,8 @@ int run_resource(const Run& run, runtime::Resource& resource, std::int64_t durat
 
 int run_command(int argc, char** argv) {
   CLI::App app{
-      "Runs a PLC project in real time, one thread per task, until SIGINT or SIGTERM; then outputs go to their safe "
-      "state.\n"
+      "Runs a PLC project in real time, one thread per task, until SIGINT, SIGTERM or SIGHUP; then outputs go to "
+      "their safe state.\n"
       "\n"
       "Examples:\n"
       "  plc-run plant.xml                                  run until Ctrl-C\n"
@@ -221,7 +235,7 @@ int run_command(int argc, char** argv) {
       "(LimitRTPRIO=99, LimitMEMLOCK=infinity). Without them it runs, and says so.\n"
       "\n"
       "Exit codes: 0 all is well, 1 the project has errors or a task faulted, 2 wrong flags or a file that cannot be "
-      "opened.",
+      "opened, 3 the runtime died or hung and the guardian drove the safe values.",
       "plc-run"};
   Run run;
   app.set_version_flag("--version", kVersionText);
@@ -229,7 +243,8 @@ int run_command(int argc, char** argv) {
   app.add_option("--cycles", run.cycles, "stop after N scans of the fastest task")
       ->type_name("N")
       ->check(count_validator());
-  app.add_option("--duration", run.duration, "stop after this time: 500ms, 20s, 1h; given twice, the last counts")
+  app.add_option("--duration", run.duration,
+                 "stop after this time: 500ms, 20s, 1h, a plain number is seconds; given twice, the last counts")
       ->type_name("T")
       ->take_last();
   app.add_option("--stimulus", run.stimulus, "inputs as CSV, as plc sim takes it; time 0 is the first cycle")
@@ -246,12 +261,9 @@ int run_command(int argc, char** argv) {
       ->allow_extra_args(false);
   app.add_option("--on-fault", run.on_fault,
                  "what a task fault does: continue, safe-state (the task stops, outputs go safe; default), stop")
-      ->transform(CLI::CheckedTransformer(
-                      std::map<std::string, runtime::FaultPolicy>{{"continue", runtime::FaultPolicy::kContinue},
-                                                                  {"safe-state", runtime::FaultPolicy::kSafeState},
-                                                                  {"stop", runtime::FaultPolicy::kStop}},
-                      CLI::ignore_case)
-                      .description(""))
+      ->transform(choice_validator<runtime::FaultPolicy>({{"continue", runtime::FaultPolicy::kContinue},
+                                                          {"safe-state", runtime::FaultPolicy::kSafeState},
+                                                          {"stop", runtime::FaultPolicy::kStop}}))
       ->type_name("POLICY");
   app.add_flag("--stats", run.stats, "also print memory and code sizes at the end");
   add_compile_options(app, run.options);

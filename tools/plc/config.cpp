@@ -76,11 +76,11 @@ int init(const CLI::App& app, const Init& init) {
 }
 
 /// "plc.toml: ok, 2 drivers, 5 inputs, 6 outputs mapped, 0 warnings".
-std::string summary(const Check& check, const core::Diagnostics& diagnostics,
+std::string summary(const Check& check, const core::Diagnostics& diagnostics, std::size_t errors,
                     const std::optional<io::Binding>& binding) {
   const std::string warnings = counted(diagnostics.warning_count(), "warning");
   if (!binding)
-    return fmt::format("{}: {}, {}", check.configuration, counted(diagnostics.error_count(), "error"), warnings);
+    return fmt::format("{}: {}, {}", check.configuration, counted(errors, "error"), warnings);
   std::size_t inputs = 0, outputs = 0;
   for (const io::BoundDriver& driver : binding->drivers) {
     inputs += driver.inputs.size();
@@ -124,6 +124,7 @@ int check(const CLI::App& app, const Check& check) {
   core::Diagnostics& diagnostics = compilation.diagnostics;
   open({check.file, check.options, Goal::kRun}, compilation);
   const bool project_good = compilation.ok();
+  const std::size_t project_errors = diagnostics.error_count();
   const auto configuration = io::load_configuration(check.configuration, diagnostics);
 
   std::unique_ptr<runtime::Resource> resource;
@@ -144,7 +145,9 @@ int check(const CLI::App& app, const Check& check) {
     return exit_code;
   }
   diagnostics.render(std::cerr);
-  if (readable) std::cout << summary(check, diagnostics, binding) << std::endl;
+  if (!readable) return exit_code;
+  if (project_errors != 0) std::cout << fmt::format("{}: {}\n", check.file, counted(project_errors, "error"));
+  std::cout << summary(check, diagnostics, diagnostics.error_count() - project_errors, binding) << std::endl;
   return exit_code;
 }
 
