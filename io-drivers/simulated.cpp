@@ -137,13 +137,17 @@ core::Result<SimulatedDriver> SimulatedDriver::load(const std::string& path, run
   return parse(text.str(), path, resource);
 }
 
-void SimulatedDriver::apply(core::TimeNs now_ns) {
+void SimulatedDriver::apply(core::TimeNs now_ns, const Sink& sink) {
   for (; next_ < rows_.size() && rows_[next_].time_ns <= now_ns; ++next_) {
-    for (const Value& value : rows_[next_].values) {
-      // Checked by parse(), so there is nothing to report.
-      static_cast<void>(access_.write(places_[value.column], value.text));
-    }
+    for (const Value& value : rows_[next_].values) sink(places_[value.column], value.text);
   }
+}
+
+void SimulatedDriver::apply(core::TimeNs now_ns) {
+  apply(now_ns, [this](const runtime::Place& place, std::string_view text) {
+    // Checked by parse(), so there is nothing to report.
+    static_cast<void>(access_.write(place, text));
+  });
 }
 
 void SimulatedDriver::attach(runtime::Simulation& simulation) {

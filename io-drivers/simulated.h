@@ -8,6 +8,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -26,7 +27,11 @@ class SimulatedDriver {
   /// Reads and parses a file.
   static core::Result<SimulatedDriver> load(const std::string& path, runtime::Resource& resource);
 
-  /// Applies every row that is due at `now_ns` and was not applied yet.
+  /// Takes a value of a row: text that stands for a value of the place's type.
+  using Sink = std::function<void(const runtime::Place&, std::string_view)>;
+  /// Hands on every row that is due at `now_ns` and was not handed on yet.
+  void apply(core::TimeNs now_ns, const Sink& sink);
+  /// The same, into the variables.
   void apply(core::TimeNs now_ns);
   /// Applies rows at each instant of `simulation`; the driver must outlive it.
   void attach(runtime::Simulation& simulation);

@@ -38,7 +38,8 @@ class ThreadedDriver final : public Driver {
   void before_scan(const runtime::ReleaseContext&) noexcept override {}
   void after_scan(const runtime::ReleaseContext&) noexcept override {}
   void safe_state() noexcept override;
-  void task_stopped(std::uint32_t task) noexcept override { driver_->task_stopped(task); }
+  /// Left to the thread, which has the device.
+  void task_stopped(std::uint32_t task) noexcept override;
 
  private:
   void run() noexcept;
@@ -47,6 +48,7 @@ class ThreadedDriver final : public Driver {
   std::unique_ptr<Driver> driver_;
   core::TimeNs poll_ns_;
   std::atomic<bool> stop_{false};
+  std::atomic<std::uint64_t> stopped_tasks_{0};  ///< a bit each; the last one stands for all from 63 on
   std::thread thread_;
 };
 

@@ -287,9 +287,9 @@ std::vector<std::uint32_t> claimed_fields(const Binding& binding) {
   std::vector<std::uint32_t> fields;
   for (const BoundDriver& driver : binding.drivers) {
     if (driver.ok) fields.push_back(driver.ok->field);
-    if (driver.config->kind == DriverKind::kSimulated) continue;
     for (const BoundChannel& input : driver.inputs) fields.push_back(input.field);
   }
+  if (binding.client_seen) fields.push_back(binding.client_seen->field);
   std::sort(fields.begin(), fields.end());
   fields.erase(std::unique(fields.begin(), fields.end()), fields.end());
   return fields;

@@ -38,8 +38,7 @@ struct Binding {
   std::optional<BoundChannel> client_seen;  ///< ModbusConfig::client_seen; an input of the server (config is null)
 };
 
-/// The fields that drivers own while they run, ascending: Modbus clients cannot write them. Inputs of a simulated driver
-/// are not among them: a person may play the plant as well.
+/// The fields that drivers and the server own while they run, ascending: Modbus clients cannot write them.
 std::vector<std::uint32_t> claimed_fields(const Binding& binding);
 
 /// The task that a driver serves when it names none: the one with the shortest interval.

@@ -85,18 +85,23 @@ std::optional<core::Problem> GpioDriver::check() {
 
 std::optional<core::Problem> GpioDriver::open() {
   const std::scoped_lock lock(mutex_);
-  auto lines = access_.open(request_);
+  // Safe values first: when a later step fails, what was taken already is given back safe.
+  auto lines = access_.open(request(true));
   if (!lines) {
     core::Problem problem = lines.error();
     problem.message = config_->name + ": " + problem.message;
     return problem;
   }
   if (const int error = (*lines)->read(read_); error != 0) {
+    (*lines)->write(safe_values_);
     return core::Problem{
         core::Code::P7406,
         fmt::format("{}: the lines of {} cannot be read: {}", config_->name, config_->chip.text, std::strerror(error)),
         "see what the kernel says about the chip: dmesg"};
   }
+  std::vector<std::uint8_t> initial;
+  for (const auto& output : request_.outputs) initial.push_back(output.initial ? 1 : 0);
+  if (!initial.empty() && initial != safe_values_) (*lines)->write(initial);
   // An edge from before the first read is none.
   for (LineInput& input : read_) input.edge = false;
   take_inputs();
@@ -114,7 +119,8 @@ void GpioDriver::before_scan(const runtime::ReleaseContext& context) noexcept {
   const int error = lines == nullptr ? 0 : lines->read(read_);
   if (lines == nullptr || error != 0) {
     if (lines != nullptr) lose(lines, error);
-    if (inputs_good_) lose_inputs();
+    // Without an error somebody else has the lines for a moment, or they are lost already.
+    if (inputs_good_ && !connected_.load(std::memory_order_relaxed)) lose_inputs();
     return;
   }
   give_back(lines);

@@ -79,8 +79,12 @@ std::string seconds(core::TimeNs ns) { return fmt::format("{:.3g} s", static_cas
 sigset_t guarded_signals() {
   sigset_t set;
   sigemptyset(&set);
-  for (const int signal : {SIGTERM, SIGINT, SIGHUP, SIGQUIT, SIGCHLD, SIGTSTP, SIGTTIN, SIGTTOU})
+  for (const int signal : {SIGTERM, SIGINT, SIGHUP, SIGQUIT, SIGCHLD, SIGTSTP, SIGTTIN, SIGTTOU}) {
+    // What whoever started us wants ignored (nohup) asks nobody to stop.
+    struct sigaction now {};
+    if (::sigaction(signal, nullptr, &now) == 0 && now.sa_handler == SIG_IGN) continue;
     sigaddset(&set, signal);
+  }
   return set;
 }
 

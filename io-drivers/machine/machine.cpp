@@ -29,7 +29,7 @@ std::unique_ptr<Driver> make_driver(const BoundDriver& bound, const std::string&
   }
   auto device = std::make_unique<SimulatedDevice>(
       bound.config->name, beside(configuration, bound.config->stimulus.text), bound.task, resource);
-  if (bound.ok) device->claim_ok(*bound.ok);
+  device->claim(bound);
   return device;
 }
 
@@ -72,7 +72,10 @@ std::unique_ptr<Machine> Machine::configure(const MachineOptions& options, runti
     if (const auto problem = driver->check()) report(diagnostics, place_of_device(*bound.config), *problem);
     machine->drivers_.push_back(std::move(driver));
   }
-  // After the drivers: what they have claimed cannot be written over Modbus.
+  if (const auto& seen = machine->binding_.client_seen; seen && machine->configuration_.modbus.enabled) {
+    machine->client_seen_.emplace(resource.globals(), std::span(&seen->field, 1));
+  }
+  // After what was claimed, which cannot be written over Modbus.
   if (machine->configuration_.modbus.enabled && !machine->make_map(options, diagnostics)) return nullptr;
   if (diagnostics.has_errors()) return nullptr;
   return machine;
@@ -91,7 +94,9 @@ bool Machine::make_map(const MachineOptions& options, core::Diagnostics& diagnos
     freeze_command_ = "plc map " + options.project +
                       (options.configuration.empty() ? "" : " --config " + options.configuration) + " --freeze";
   }
-  server_ = std::make_unique<modbus::Server>(resource_, *map_, configuration_.modbus);
+  std::optional<modbus::SeenFlag> seen;
+  if (client_seen_) seen = {&*client_seen_, binding_.client_seen->offset, binding_.client_seen->type};
+  server_ = std::make_unique<modbus::Server>(resource_, *map_, configuration_.modbus, seen);
   return true;
 }
 
@@ -102,6 +107,10 @@ std::optional<core::Problem> Machine::add(std::unique_ptr<Driver> driver) {
 }
 
 std::optional<core::Problem> Machine::open() {
+  // A port that somebody else has is found before an output moves.
+  if (server_ && modbus_asked_for_) {
+    if (auto problem = server_->check()) return problem;
+  }
   for (std::size_t i = 0; i < drivers_.size(); ++i) {
     auto problem = drivers_[i]->open();
     if (!problem) continue;

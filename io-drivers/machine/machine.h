@@ -70,6 +70,7 @@ class Machine {
   Configuration configuration_;
   bool modbus_asked_for_ = false;
   Binding binding_;
+  std::optional<runtime::GlobalInputs> client_seen_;
   std::optional<modbus::AddressMap> map_;
   std::string freeze_command_;  ///< empty when all automatic addresses are frozen
   std::vector<std::unique_ptr<Driver>> drivers_;

@@ -1,6 +1,9 @@
 #include "io-drivers/machine/simulated_device.h"
 
+#include <algorithm>
 #include <utility>
+
+#include "runtime/value_text.h"
 
 namespace plc::io {
 
@@ -9,6 +12,11 @@ std::optional<core::Problem> SimulatedDevice::check() {
   auto loaded = SimulatedDriver::load(stimulus_, resource_);
   if (!loaded) return loaded.error();
   for (const runtime::Place& place : loaded->places()) {
+    const bool global = place.task == runtime::Place::kGlobal;
+    if (global && !owns(place) && !resource_.globals().writable(resource_.globals().field_of(place.offset))) {
+      return core::Problem{core::Code::P7205, stimulus_ + " names an input of another driver",
+                           "an input has one driver: take it out of [inputs] in plc.toml, or out of the stimulus"};
+    }
     if (place.task == runtime::Place::kGlobal || place.task == task_) continue;
     return core::Problem{core::Code::P7205,
                          stimulus_ + " names variables of task \"" + resource_.image().tasks[place.task].name +
@@ -19,18 +27,37 @@ std::optional<core::Problem> SimulatedDevice::check() {
   return std::nullopt;
 }
 
-void SimulatedDevice::claim_ok(const BoundChannel& ok) {
-  ok_ = ok;
-  ok_owner_.emplace(resource_.globals(), std::span(&ok.field, 1));
+void SimulatedDevice::claim(const BoundDriver& bound) {
+  for (const BoundChannel& input : bound.inputs) {
+    claimed_.push_back(input.field);
+    variables_.push_back(input.config->variable.text);
+  }
+  ok_ = bound.ok;
+  if (ok_) claimed_.push_back(ok_->field);
+  std::sort(claimed_.begin(), claimed_.end());
+  claimed_.erase(std::unique(claimed_.begin(), claimed_.end()), claimed_.end());
+  if (!claimed_.empty()) inputs_.emplace(resource_.globals(), claimed_);
+}
+
+bool SimulatedDevice::owns(const runtime::Place& place) const {
+  return place.task == runtime::Place::kGlobal &&
+         std::binary_search(claimed_.begin(), claimed_.end(), resource_.globals().field_of(place.offset));
 }
 
 std::optional<core::Problem> SimulatedDevice::open() {
-  if (ok_owner_) {
+  if (ok_) {
     const std::byte yes{1};
-    ok_owner_->set(ok_->offset, ok_->type, &yes);
-    ok_owner_->publish();
+    inputs_->set(ok_->offset, ok_->type, &yes);
+    inputs_->publish();
   }
   return std::nullopt;
+}
+
+std::vector<InputStatus> SimulatedDevice::inputs(core::TimeNs) const {
+  std::vector<InputStatus> inputs;
+  const Quality quality = exchanges_.load(std::memory_order_relaxed) != 0 ? Quality::kGood : Quality::kNever;
+  for (const std::string_view variable : variables_) inputs.push_back({variable, quality, 0});
+  return inputs;
 }
 
 DriverStatus SimulatedDevice::status() const {
@@ -43,7 +70,16 @@ DriverStatus SimulatedDevice::status() const {
 void SimulatedDevice::before_scan(const runtime::ReleaseContext& context) noexcept {
   if (context.task != task_ || !script_) return;
   if (context.cycle == 0) first_release_ns_ = context.release_ns;
-  script_->apply(context.release_ns - first_release_ns_);
+  bool changed = false;
+  script_->apply(context.release_ns - first_release_ns_, [&](const runtime::Place& place, std::string_view text) {
+    if (!owns(place)) return static_cast<void>(access_.write(place, text));
+    const bytecode::ImageType& type = resource_.image().types[place.type];
+    std::vector<std::byte> value(type.size);
+    if (runtime::parse_value(type, text, value)) return;
+    inputs_->set(place.offset, place.type, value.data());
+    changed = true;
+  });
+  if (changed) inputs_->publish();
   exchanges_.fetch_add(1, std::memory_order_relaxed);
 }
 

@@ -2,13 +2,14 @@
 // plc-run --stimulus.
 //
 // In: a stimulus (simulated.h); time 0 is the first release of its task. Out: variables written before the scans of that
-// task. It owns none of them: a stimulus may name any variable of its task and any global that may be written, and so may
-// an HMI. Offline: it allocates in the cycle. Does not belong here: virtual time (SimulatedDriver::attach).
+// task. It owns the inputs that plc.toml gives it, as any driver does; its stimulus may name other variables of its task
+// and globals too. Offline: it allocates in the cycle. Does not belong here: virtual time (SimulatedDriver::attach).
 #pragma once
 
 #include <atomic>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "io-drivers/config/bind.h"
 #include "io-drivers/driver.h"
@@ -22,8 +23,8 @@ class SimulatedDevice final : public Driver {
   /// `stimulus` empty: inputs keep their initial values. Variables of tasks other than `task` are refused by check().
   SimulatedDevice(std::string name, std::string stimulus, std::uint32_t task, runtime::Resource& resource)
       : name_(std::move(name)), stimulus_(std::move(stimulus)), task_(task), resource_(resource) {}
-  /// Claims the variable that says whether the device answers: this one always does.
-  void claim_ok(const BoundChannel& ok);
+  /// Claims its inputs and the variable that says whether it answers, which it always does. Before any task runs.
+  void claim(const BoundDriver& bound);
 
   [[nodiscard]] std::string_view name() const override { return name_; }
   [[nodiscard]] Timing timing() const override { return Timing::kOffline; }
@@ -33,7 +34,7 @@ class SimulatedDevice final : public Driver {
   std::optional<core::Problem> open() override;
   std::vector<std::string> service(core::TimeNs) override { return {}; }
   [[nodiscard]] DriverStatus status() const override;
-  [[nodiscard]] std::vector<InputStatus> inputs(core::TimeNs) const override { return {}; }
+  [[nodiscard]] std::vector<InputStatus> inputs(core::TimeNs now_ns) const override;
   bool drive_safe() noexcept override { return true; }
   void close() noexcept override {}
 
@@ -42,15 +43,19 @@ class SimulatedDevice final : public Driver {
   void safe_state() noexcept override {}
 
  private:
+  [[nodiscard]] bool owns(const runtime::Place& place) const;
   std::string name_;
   std::string stimulus_;
   std::uint32_t task_;
   runtime::Resource& resource_;
   std::optional<SimulatedDriver> script_;
+  runtime::Access access_{resource_};
+  std::vector<std::uint32_t> claimed_;  ///< fields, ascending
   std::optional<BoundChannel> ok_;
-  std::optional<runtime::GlobalInputs> ok_owner_;
+  std::optional<runtime::GlobalInputs> inputs_;
   core::TimeNs first_release_ns_ = 0;
   std::atomic<std::uint64_t> exchanges_{0};
+  std::vector<std::string_view> variables_;  ///< of its inputs, as plc.toml has them
 };
 
 }  // namespace plc::io

@@ -17,7 +17,6 @@
 
 #include "io-drivers/modbus/connection.h"
 #include "io-drivers/modbus/pdu.h"
-#include "runtime/access.h"
 
 namespace plc::modbus {
 namespace {
@@ -68,76 +67,74 @@ class IoThread {
 /// The BOOL that says whether somebody is there.
 class ClientSeen {
  public:
-  ClientSeen(runtime::Resource& resource, const io::ModbusConfig& config)
-      : globals_(resource.globals()), timeout_ns_(config.client_timeout_ns) {
-    if (config.client_seen.text.empty()) return;
-    const std::string help = "name a BOOL global that is no constant and no input of a driver";
-    const auto place = runtime::Access(resource).find_leaf(config.client_seen.text);
-    if (!place) {
-      problem_ = core::Problem{core::Code::P7511, place.error().message, place.error().help};
-    } else if (!is_writable_bool(*place, resource.image())) {
-      problem_ = core::Problem{core::Code::P7511,
-                               "modbus.client_seen is \"" + config.client_seen.text +
-                                   "\", which is no BOOL global that the server may write",
-                               help};
-    } else {
-      place_ = *place;
-    }
-  }
-  [[nodiscard]] const std::optional<core::Problem>& problem() const { return problem_; }
+  ClientSeen(const std::optional<SeenFlag>& flag, core::TimeNs timeout_ns) : flag_(flag), timeout_ns_(timeout_ns) {}
 
   void answered() {
-    if (!place_) return;
+    if (!flag_) return;
     last_ns_ = connection_clock_ns();
-    if (!seen_) write(true);
+    if (!seen_) publish(true);
   }
   void sweep(core::TimeNs now_ns) {
-    if (seen_ && now_ns - last_ns_ > timeout_ns_) write(false);
+    if (seen_ && now_ns - last_ns_ > timeout_ns_) publish(false);
   }
   void reset() {
-    if (seen_) write(false);
+    if (seen_) publish(false);
   }
 
  private:
-  [[nodiscard]] bool is_writable_bool(const runtime::Place& place, const bytecode::Image& image) const {
-    const bytecode::ImageType& type = image.types[place.type];
-    if (place.task != runtime::Place::kGlobal || type.kind != bytecode::TypeKind::kScalar ||
-        core::rep_of(type.elementary) != core::Rep::kBool) {
-      return false;
-    }
-    const auto& fields = image.types[image.global_type].fields;
-    const auto after = std::find_if(fields.begin(), fields.end(),
-                                    [&](const bytecode::ImageField& field) { return field.offset > place.offset; });
-    return after != fields.begin() && globals_.writable(static_cast<std::uint32_t>(after - fields.begin() - 1));
-  }
-  /// Busy is tried again: at the next answer, or the next sweep.
-  void write(bool seen) {
+  void publish(bool seen) {
     const std::byte value{seen};
-    const runtime::GlobalWrite change{place_->offset, place_->type, &value, nullptr};
-    if (globals_.write({&change, 1}) == runtime::WriteResult::kDone) seen_ = seen;
+    flag_->owner->set(flag_->offset, flag_->type, &value);
+    flag_->owner->publish();
+    seen_ = seen;
   }
 
-  runtime::GlobalTable& globals_;
+  std::optional<SeenFlag> flag_;
   core::TimeNs timeout_ns_;
-  std::optional<runtime::Place> place_;
-  std::optional<core::Problem> problem_;
   core::TimeNs last_ns_ = 0;
   bool seen_ = false;
 };
 
+error_code listen(Acceptor& acceptor, const io::ModbusConfig& config) {
+  error_code error;
+  const asio::ip::address address = asio::ip::make_address(config.address, error);
+  if (error) return error;
+  const tcp::endpoint endpoint(address, config.port);
+  acceptor.open(endpoint.protocol(), error);
+  if (!error) acceptor.set_option(asio::socket_base::reuse_address(true), error);
+  if (!error) acceptor.bind(endpoint, error);
+  if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
+  return error;
+}
+
+core::Problem cannot_listen(const io::ModbusConfig& config, const error_code& error) {
+  const char* help = "see [modbus] listen in plc.toml, or --modbus";
+  if (error == asio::error::address_in_use) {
+    help = "another server has the port, perhaps another plc-run: take another one, --modbus 127.0.0.1:1502";
+  } else if (error == asio::error::access_denied) {
+    help = "ports below 1024 need a privilege (CAP_NET_BIND_SERVICE): have it granted, or take 1502";
+  } else if (error == boost::system::errc::address_not_available) {
+    help = "this machine has no such address: 0.0.0.0 means all it has";
+  }
+  return {core::Code::P7510,
+          "cannot listen for Modbus clients on " + config.address + " port " + std::to_string(config.port) + ": " +
+              error.message(),
+          help};
+}
+
 }  // namespace
 
 struct Server::State final : Connection::Owner {
-  State(runtime::Resource& resource, const AddressMap& map, const io::ModbusConfig& modbus)
+  State(runtime::Resource& resource, const AddressMap& map, const io::ModbusConfig& modbus,
+        const std::optional<SeenFlag>& seen)
       : config(modbus),
         data(resource, map),
         handler(data, identification_of(resource.image()), modbus.read_only),
-        client_seen(resource, modbus) {}
+        client_seen(seen, modbus.client_timeout_ns) {}
 
   std::size_t answer(std::span<const std::uint8_t> frame, std::span<std::uint8_t, kMaxFrame> answer) override;
   void closed(Connection& connection, bool dropped) override;
 
-  error_code listen();
   void accept();
   void admit(Socket socket, const asio::ip::address& peer);
   [[nodiscard]] bool make_room(const asio::ip::address& peer);
@@ -202,20 +199,6 @@ void Server::State::closed(Connection& connection, bool dropped) {
   std::iter_swap(at, all.end() - 1);
   all.pop_back();
   counters.clients.store(static_cast<std::uint32_t>(all.size()), std::memory_order_relaxed);
-}
-
-error_code Server::State::listen() {
-  error_code error;
-  const asio::ip::address address = asio::ip::make_address(config.address, error);
-  if (error) return error;
-  Acceptor& acceptor = session->acceptor;
-  const tcp::endpoint endpoint(address, config.port);
-  acceptor.open(endpoint.protocol(), error);
-  if (!error) acceptor.set_option(asio::socket_base::reuse_address(true), error);
-  if (!error) acceptor.bind(endpoint, error);
-  if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
-  if (!error) port = acceptor.local_endpoint(error).port();
-  return error;
 }
 
 void Server::State::accept() {
@@ -313,24 +296,29 @@ void Server::State::run() noexcept {
   }
 }
 
-Server::Server(runtime::Resource& resource, const AddressMap& map, const io::ModbusConfig& config)
-    : state_(std::make_unique<State>(resource, map, config)) {}
+Server::Server(runtime::Resource& resource, const AddressMap& map, const io::ModbusConfig& config,
+               const std::optional<SeenFlag>& seen)
+    : state_(std::make_unique<State>(resource, map, config, seen)) {}
 
 Server::~Server() { stop(); }
+
+std::optional<core::Problem> Server::check() const {
+  asio::io_context io;
+  Acceptor acceptor(io.get_executor());
+  const error_code error = listen(acceptor, state_->config);
+  if (error) return cannot_listen(state_->config, error);
+  return std::nullopt;
+}
 
 std::optional<core::Problem> Server::start() {
   State& state = *state_;
   if (state.session) return std::nullopt;
-  if (state.client_seen.problem()) return state.client_seen.problem();
   state.session = std::make_unique<State::Session>();
-  if (const error_code error = state.listen(); error) {
+  error_code error = listen(state.session->acceptor, state.config);
+  if (!error) state.port = state.session->acceptor.local_endpoint(error).port();
+  if (error) {
     state.session.reset();
-    return core::Problem{
-        core::Code::P7510,
-        "cannot listen for Modbus clients on " + state.config.address + " port " + std::to_string(state.config.port) +
-            ": " + error.message(),
-        "another server may have the port, or it needs a privilege: ports below 1024 do; listen in [modbus] of "
-        "plc.toml, or --modbus, takes another one"};
+    return cannot_listen(state.config, error);
   }
   state.accept();
   state.sweep();

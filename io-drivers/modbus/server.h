@@ -12,6 +12,7 @@
 
 #include "core/result.h"
 #include "io-drivers/modbus/address_map.h"
+#include "runtime/memory/global_ports.h"
 #include "runtime/resource.h"
 
 namespace plc::modbus {
@@ -25,14 +26,25 @@ struct ServerStatistics {
   std::uint32_t clients = 0;     ///< connected now
 };
 
+/// A BOOL that the server sets while clients are answered ([modbus] client_seen); claimed before the map is built, so that
+/// clients cannot write it.
+struct SeenFlag {
+  runtime::GlobalInputs* owner = nullptr;
+  std::uint32_t offset = 0;  ///< in the global table
+  std::uint32_t type = 0;
+};
+
 class Server {
  public:
-  /// Set-up only (it registers as a reader of the table). Map, resource and config must outlive it.
-  Server(runtime::Resource& resource, const AddressMap& map, const io::ModbusConfig& config);
+  /// Set-up only (it registers as a reader of the table). Map, resource, config and the owner of `seen` must outlive it.
+  Server(runtime::Resource& resource, const AddressMap& map, const io::ModbusConfig& config,
+         const std::optional<SeenFlag>& seen = std::nullopt);
   ~Server();
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
 
+  /// Whether the address can be had: binds and lets go. Before anything is touched that start() would find out too late.
+  [[nodiscard]] std::optional<core::Problem> check() const;
   /// Binds, listens and starts the thread. P7510 when the address cannot be had.
   std::optional<core::Problem> start();
   /// Closes all connections and joins. start() may follow.

@@ -69,6 +69,27 @@ void copy_to_shared(std::byte* shared, const std::byte* from, std::size_t bytes)
   move_words<true>(const_cast<std::byte*>(from), shared, bytes);
 }
 
+// RT:
+bool replace_shared(std::byte* shared, const std::byte* expected, const std::byte* value, std::size_t bytes) noexcept {
+  const auto replace = [&]<class T>(T old) {
+    T wanted;
+    std::memcpy(&old, expected, sizeof old);
+    std::memcpy(&wanted, value, sizeof wanted);
+    return std::atomic_ref<T>(*reinterpret_cast<T*>(shared))
+        .compare_exchange_strong(old, wanted, std::memory_order_relaxed);
+  };
+  switch (bytes) {
+    case 1:
+      return replace(std::uint8_t{});
+    case 2:
+      return replace(std::uint16_t{});
+    case 4:
+      return replace(std::uint32_t{});
+    default:
+      return replace(std::uint64_t{});
+  }
+}
+
 Exchange::Exchange(GlobalTable& globals, std::uint32_t task, std::byte* local)
     : globals_(globals), task_(task), local_(local) {
   globals_.attach(*this);
@@ -99,14 +120,17 @@ void Exchange::prepare() {
     bool neighbour = false;  // the field before this one is the end of the last stretch
     for (std::uint32_t f = range.first; f < range.first + range.count; ++f) {
       const GlobalTable::Field& field = globals_.fields_[f];
-      if (field.begin == field.end) continue;
+      if (field.begin == field.end) {
+        neighbour = false;
+        continue;
+      }
       const bool owned = field.kind == GlobalTable::Kind::kOwned;
       if (owned && (field.owner == task_) == range.exports) {
         if (!range.exports) reads(field.owner);
         if (neighbour && range.stretches.back().owner == field.owner) {
           range.stretches.back().end = field.end;
         } else {
-          range.stretches.push_back({field.owner, field.begin, field.end});
+          range.stretches.push_back({field.owner, field.begin, field.end, field.at});
         }
       }
       neighbour = owned && (field.owner == task_) == range.exports;
@@ -127,6 +151,7 @@ void Exchange::prepare() {
 
 void Exchange::reset() {
   if (shadow_.size() != 0) std::memcpy(shadow_.data(), local_, globals_.size());
+  imported_.assign(globals_.leaves_.size(), kNotImported);
 }
 
 // RT:
@@ -144,26 +169,35 @@ void Exchange::begin() noexcept {
 }
 
 // RT:
-void Exchange::import_leaves(const GlobalTable::Leaves& leaves) noexcept {
+void Exchange::import_leaves(std::uint32_t index) noexcept {
+  const GlobalTable::Leaves& leaves = globals_.leaves_[index];
   const std::size_t total = std::size_t{leaves.bytes} * leaves.count;
   std::byte* const to = local_ + leaves.offset;
+  std::byte* const shadow = shadow_.data() + leaves.offset;
   if (leaves.first_copy == leaves.last_copy) {
     copy_from_shared(to, globals_.overlapping_.data() + leaves.offset, total);
-  } else {
-    for (std::uint32_t i = 0; i < leaves.count; ++i) {
-      globals_.read_shared(held_, leaves, i, to + std::size_t{leaves.bytes} * i);
-    }
+    std::memcpy(shadow, to, total);
+    return;
   }
-  std::memcpy(shadow_.data() + leaves.offset, to, total);
+  const std::uint64_t version = globals_.version(held_, leaves);
+  if (version == imported_[index]) {
+    std::memcpy(to, shadow, total);  // what a cycle that faulted changed and did not export is undone
+    return;
+  }
+  for (std::uint32_t i = 0; i < leaves.count; ++i) {
+    globals_.read_shared(held_, leaves, i, to + std::size_t{leaves.bytes} * i);
+  }
+  std::memcpy(shadow, to, total);
+  imported_[index] = version;
 }
 
 // RT:
 void Exchange::import(std::uint32_t range) noexcept {
   const Range& r = ranges_[range];
   for (const Stretch& s : r.stretches) {
-    std::memcpy(local_ + s.begin, held_[s.owner] + (s.begin - globals_.owners_[s.owner].begin), s.end - s.begin);
+    std::memcpy(local_ + s.begin, held_[s.owner] + s.at, s.end - s.begin);
   }
-  for (const std::uint32_t l : r.leaves) import_leaves(globals_.leaves_[l]);
+  for (const std::uint32_t l : r.leaves) import_leaves(l);
 }
 
 // RT:
@@ -190,6 +224,7 @@ void Exchange::export_leaves(const GlobalTable::Leaves& leaves) noexcept {
       const GlobalTable::Stamped place = globals_.stamped(task_, leaves, i);
       std::memcpy(place.value, local + at, leaves.bytes);
       std::memcpy(place.stamp, &stamp_, sizeof stamp_);
+      std::memcpy(place.newest, &stamp_, sizeof stamp_);
     }
     std::memcpy(shadow + at, local + at, leaves.bytes);
   }
@@ -200,7 +235,7 @@ void Exchange::export_range(std::uint32_t range) noexcept {
   const Range& r = ranges_[range];
   if (!r.stretches.empty() && writing_ == nullptr) open_snapshot();
   for (const Stretch& s : r.stretches) {
-    std::memcpy(writing_ + (s.begin - globals_.owners_[task_].begin), local_ + s.begin, s.end - s.begin);
+    std::memcpy(writing_ + s.at, local_ + s.begin, s.end - s.begin);
   }
   for (const std::uint32_t l : r.leaves) export_leaves(globals_.leaves_[l]);
 }
@@ -210,7 +245,7 @@ void Exchange::end() noexcept {
   GlobalTable::Owner& own = globals_.owners_[task_];
   if (writing_ != nullptr) {
     const std::size_t shared = own.snapshot->bytes() - own.shared_at;
-    if (shared != 0) std::memcpy(writing_ + own.shared_at, own.image.data() + own.shared_at, shared);
+    if (shared != 0) std::memcpy(writing_ + own.shared_at, own.image.data(), shared);
     own.snapshot->publish();
   }
   for (const std::uint32_t owner : sources_) globals_.owners_[owner].snapshot->release(task_);

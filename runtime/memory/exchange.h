@@ -20,6 +20,8 @@ namespace plc::runtime {
 /// aligned: a naturally aligned value of up to 8 bytes never tears. RT.
 void copy_from_shared(std::byte* to, const std::byte* shared, std::size_t bytes) noexcept;
 void copy_to_shared(std::byte* shared, const std::byte* from, std::size_t bytes) noexcept;
+/// Stores one value of 1, 2, 4 or 8 bytes there unless it is no longer `expected`; whether it did. RT.
+bool replace_shared(std::byte* shared, const std::byte* expected, const std::byte* value, std::size_t bytes) noexcept;
 
 class Exchange {
  public:
@@ -54,6 +56,7 @@ class Exchange {
     std::uint32_t owner = 0;
     std::uint32_t begin = 0;
     std::uint32_t end = 0;
+    std::size_t at = 0;  ///< where they start in its snapshot
   };
   struct Range {
     std::uint32_t first = 0;
@@ -62,7 +65,7 @@ class Exchange {
     std::vector<Stretch> stretches;     ///< to import: owned by others; to export: owned by this task
     std::vector<std::uint32_t> leaves;  ///< shared and overlapping: into GlobalTable::leaves_
   };
-  void import_leaves(const GlobalTable::Leaves& leaves) noexcept;
+  void import_leaves(std::uint32_t index) noexcept;
   void export_leaves(const GlobalTable::Leaves& leaves) noexcept;
   void open_snapshot() noexcept;
   void apply(const Journal::Entry& entry, const std::byte* value, const std::byte* mask) noexcept;
@@ -73,6 +76,8 @@ class Exchange {
   std::vector<Range> ranges_;
   std::vector<std::uint32_t> sources_;  ///< owners it reads
   GlobalTable::Held held_;
+  static constexpr std::uint64_t kNotImported = ~std::uint64_t{0};
+  std::vector<std::uint64_t> imported_; ///< per GlobalTable::leaves_: its version at the last import
   TableMemory shadow_;                  ///< shared and overlapping leaves as imported; size 0 without any
   bool in_parts_ = false;               ///< several ranges make up what it publishes
   std::byte* writing_ = nullptr;        ///< the snapshot of this cycle, once something was exported

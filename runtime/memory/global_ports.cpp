@@ -7,7 +7,7 @@
 namespace plc::runtime {
 
 GlobalReader::GlobalReader(GlobalTable& table) : table_(table), slot_(table.add_reader(held_)) {}
-GlobalReader::~GlobalReader() { table_.remove_reader(held_); }
+GlobalReader::~GlobalReader() { table_.remove_reader(held_, slot_); }
 
 // RT:
 void GlobalReader::begin() noexcept { table_.hold(slot_, held_); }
@@ -29,7 +29,7 @@ void GlobalInputs::set(std::uint32_t offset, std::uint32_t type, const std::byte
     return;
   }
   GlobalTable::Owner& own = table_.owners_[owner_];
-  table_.merge(own.image.data() + (offset - own.begin), type, value, nullptr);
+  table_.merge(own.next(field.at + (offset - field.begin)), type, value, nullptr);
 }
 
 // RT:

@@ -23,7 +23,7 @@ constexpr std::size_t kJournalBytes = 64 * 1024;
 
 bool is_leaf(const ImageType& type) { return type.kind != TypeKind::kArray && type.kind != TypeKind::kStruct; }
 
-std::uint32_t aligned(std::uint32_t bytes, std::uint32_t to) { return (bytes + to - 1) / to * to; }
+std::size_t aligned(std::size_t bytes, std::size_t to) { return (bytes + to - 1) / to * to; }
 
 template <class T>
 bool within(const ImageType& type, const std::byte* value) noexcept {
@@ -87,7 +87,9 @@ GlobalTable::GlobalTable(const bytecode::Image& image)
       reader_count_(task_count_ + 1),
       owners_(task_count_ + 1) {
   const std::vector<ImageField>& declared = image.types[image.global_type].fields;
-  const std::vector<bool> overlapping = overlapping_globals(image);
+  overlapping_bits_ = overlapping_globals(image);
+  std::vector<bool> overlapping(declared.size(), false);
+  for (const FieldBits& bits : overlapping_bits_) overlapping[bits.field] = true;
   fields_.resize(declared.size());
   for (std::uint32_t task = 0; task < task_count_; ++task) {
     for (const FieldRange& range : exported_ranges(image, image.tasks[task].body)) {
@@ -110,7 +112,10 @@ GlobalTable::GlobalTable(const bytecode::Image& image)
     if (field.kind == Kind::kShared || field.kind == Kind::kOverlapping) add_leaves(declared[f].type, field.begin);
     field.last_leaves = static_cast<std::uint32_t>(leaves_.size());
   }
-  if (std::find(overlapping.begin(), overlapping.end(), true) != overlapping.end()) overlapping_ = TableMemory(size_);
+  if (!overlapping_bits_.empty()) overlapping_ = TableMemory(size_);
+  for (std::uint32_t task = 0; task < task_count_; ++task) {
+    owners_[task].stopped = std::make_unique<std::atomic<bool>>(false);
+  }
   reset();
 }
 
@@ -127,22 +132,24 @@ void GlobalTable::add_leaves(std::uint32_t type, std::uint32_t offset) {
   }
 }
 
-void GlobalTable::rebuild(const std::vector<std::byte>& values) {
-  for (Owner& owner : owners_) owner.begin = owner.end = 0;
-  for (const Field& field : fields_) {
-    if (field.kind != Kind::kOwned || field.begin == field.end) continue;
-    Owner& owner = owners_[field.owner];
-    const bool first = owner.begin == owner.end;
-    owner.begin = first ? field.begin : std::min(owner.begin, field.begin);
-    owner.end = first ? field.end : std::max(owner.end, field.end);
+// What an owner has stands close together in its snapshot, so that publishing costs what it owns and not what lies
+// between. Neighbours in the table are neighbours there: they are copied in one piece.
+void GlobalTable::place_owned(std::vector<std::size_t>& bytes) {
+  const Field* before = nullptr;
+  for (Field& field : fields_) {
+    const bool owned = field.kind == Kind::kOwned;
+    if (owned && before != nullptr && before->owner == field.owner) {
+      field.at = before->at + (field.begin - before->begin);
+    } else if (owned) {
+      // Aligned as in the table.
+      field.at = aligned(bytes[field.owner], kTableAlign) + field.begin % kTableAlign;
+    }
+    if (owned) bytes[field.owner] = field.at + (field.end - field.begin);
+    before = owned ? &field : nullptr;
   }
-  std::vector<std::size_t> bytes;
-  for (Owner& owner : owners_) {
-    // Places in a snapshot are aligned as those in the table.
-    owner.begin -= owner.begin % static_cast<std::uint32_t>(kTableAlign);
-    owner.shared_at = aligned(owner.end - owner.begin, kTableAlign);
-    bytes.push_back(owner.shared_at);
-  }
+}
+
+void GlobalTable::place_shared(std::vector<std::size_t>& bytes) {
   copies_.clear();
   for (const Field& field : fields_) {
     if (field.kind != Kind::kShared) continue;
@@ -150,35 +157,53 @@ void GlobalTable::rebuild(const std::vector<std::byte>& values) {
       Leaves& leaves = leaves_[l];
       leaves.first_copy = static_cast<std::uint32_t>(copies_.size());
       const auto add_copy = [&](std::uint32_t owner) {
-        const std::size_t stamps = bytes[owner];
-        const std::size_t at = stamps + std::size_t{8} * leaves.count;
-        copies_.push_back({owner, at, stamps});
-        bytes[owner] = at + (std::size_t{leaves.bytes} * leaves.count + 7) / 8 * 8;
+        const std::size_t stamps = bytes[owner] + 8;
+        const std::size_t values = stamps + std::size_t{8} * leaves.count;
+        copies_.push_back({owner, values, stamps});
+        bytes[owner] = aligned(values + std::size_t{leaves.bytes} * leaves.count, 8);
       };
       for (const std::uint32_t task : field.exporters) add_copy(task);
       add_copy(outside());
       leaves.last_copy = static_cast<std::uint32_t>(copies_.size());
     }
   }
+}
+
+void GlobalTable::rebuild(const std::vector<std::byte>& values) {
+  std::vector<std::size_t> bytes(owners_.size(), 0);
+  place_owned(bytes);
+  for (std::size_t o = 0; o < owners_.size(); ++o) owners_[o].shared_at = bytes[o] = aligned(bytes[o], kTableAlign);
+  place_shared(bytes);
+  std::size_t largest = 8;
+  for (const ImageType& type : image_.types) {
+    if (type.kind == TypeKind::kString) largest = std::max<std::size_t>(largest, type.size);
+  }
   for (std::uint32_t o = 0; o < owners_.size(); ++o) {
     Owner& owner = owners_[o];
-    owner.image = TableMemory(bytes[o]);
+    owner.image_from = o < task_count_ ? owner.shared_at : 0;
+    owner.image = TableMemory(bytes[o] - owner.image_from);
     owner.snapshot = std::make_unique<Snapshot>(bytes[o], reader_count_);
-    if (owner.begin != owner.end) {
-      std::memcpy(owner.image.data(), values.data() + owner.begin, owner.end - owner.begin);
-    }
-    if (o < task_count_) {
-      const std::size_t largest = 2 * std::size_t{owner.end - owner.begin};
-      owner.journal = std::make_unique<Journal>(std::max(kJournalBytes, 4 * largest));
-    }
+    if (o < task_count_) owner.journal = std::make_unique<Journal>(std::max(kJournalBytes, 4 * largest));
   }
   for (const Leaves& leaves : leaves_) {
     for (std::uint32_t c = leaves.first_copy; c < leaves.last_copy; ++c) {
-      std::memcpy(owners_[copies_[c].owner].image.data() + copies_[c].values, values.data() + leaves.offset,
+      std::memcpy(owners_[copies_[c].owner].next(copies_[c].values), values.data() + leaves.offset,
                   std::size_t{leaves.bytes} * leaves.count);
     }
   }
-  for (std::uint32_t o = 0; o < owners_.size(); ++o) publish_image(o);
+  for (Owner& owner : owners_) {
+    if (owner.snapshot->bytes() == 0) continue;
+    std::byte* const first = owner.snapshot->begin_write();
+    for (const Field& field : fields_) {
+      if (field.kind != Kind::kOwned || &owners_[field.owner] != &owner) continue;
+      std::memcpy(first + field.at, values.data() + field.begin, field.end - field.begin);
+    }
+    if (owner.image_from == 0) std::memcpy(owner.image.data(), first, owner.shared_at);
+    if (owner.snapshot->bytes() != owner.shared_at) {
+      std::memcpy(first + owner.shared_at, owner.next(owner.shared_at), owner.snapshot->bytes() - owner.shared_at);
+    }
+    owner.snapshot->publish();
+  }
   outside_held_.assign(owners_.size(), nullptr);
   for (Held* const held : reader_held_) held->assign(owners_.size(), nullptr);
   for (Exchange* const exchange : exchanges_) exchange->prepare();
@@ -186,11 +211,22 @@ void GlobalTable::rebuild(const std::vector<std::byte>& values) {
 
 void GlobalTable::reset() {
   if (overlapping_.size() != 0) std::memcpy(overlapping_.data(), image_.global_initial.data(), size_);
+  for (std::uint32_t task = 0; task < task_count_; ++task) owners_[task].stopped->store(false);
   rebuild(image_.global_initial);
+}
+
+void GlobalTable::task_stopped(std::uint32_t task) noexcept {
+  owners_[task].stopped->store(true, std::memory_order_relaxed);
 }
 
 std::uint32_t GlobalTable::add_reader(Held& held) {
   reader_held_.push_back(&held);
+  if (!free_readers_.empty()) {
+    const std::uint32_t slot = free_readers_.back();
+    free_readers_.pop_back();
+    held.assign(owners_.size(), nullptr);
+    return slot;
+  }
   std::vector<std::byte> values(size_);
   copy(values.data());
   ++reader_count_;
@@ -203,7 +239,11 @@ std::uint32_t GlobalTable::claim(std::span<const std::uint32_t> fields) {
   copy(values.data());
   const auto owner = static_cast<std::uint32_t>(owners_.size());
   owners_.emplace_back();
-  for (const std::uint32_t field : fields) fields_[field].owner = owner;
+  for (const std::uint32_t field : fields) {
+    fields_[field].owner = owner;
+    // A write to what shares its bits would be a write to it.
+    for_each_overlapping(field, [&](std::uint32_t other) { fields_[other].owner = owner; });
+  }
   rebuild(values);
   return owner;
 }
@@ -219,6 +259,18 @@ const GlobalTable::Leaves& GlobalTable::leaves_at(const Field& field, std::uint3
   const auto after = std::upper_bound(begin, leaves_.begin() + field.last_leaves, offset,
                                       [](std::uint32_t o, const Leaves& leaves) { return o < leaves.offset; });
   return *(after == begin ? begin : after - 1);
+}
+
+template <class Visit>
+void GlobalTable::for_each_overlapping(std::uint32_t field, Visit visit) const {
+  for (const FieldBits& own : overlapping_bits_) {
+    if (own.field != field) continue;
+    for (const FieldBits& other : overlapping_bits_) {
+      const bool meets = other.area == own.area && other.first_bit < own.first_bit + own.bits &&
+                         own.first_bit < other.first_bit + other.bits;
+      if (meets && other.field != field) visit(other.field);
+    }
+  }
 }
 
 void GlobalTable::hold(std::uint32_t reader, Held& held) const noexcept {
@@ -256,7 +308,9 @@ void GlobalTable::read_held(const Held& held, std::uint32_t offset, std::uint32_
       case Kind::kConstant:
         std::memcpy(out, image_.global_initial.data() + first, last - first);
         break;
-      case Kind::kOwned:
+      case Kind::kOwned: {
+        const std::byte* const piece = held[field->owner] + field->at;
+        const std::uint32_t begin = field->begin;
         // Neighbours of the same owner in one piece: what drivers and servers read is mostly side by side.
         for (const Field* next = field + 1; next < fields_.data() + fields_.size() && next->begin < end &&
                                             next->kind == Kind::kOwned && next->owner == field->owner;
@@ -264,17 +318,19 @@ void GlobalTable::read_held(const Held& held, std::uint32_t offset, std::uint32_
           last = std::max(last, std::min(next->end, end));
           field = next;
         }
-        std::memcpy(out, held[field->owner] + (first - owners_[field->owner].begin), last - first);
+        std::memcpy(out, piece + (first - begin), last - first);
         break;
+      }
       case Kind::kOverlapping:
         copy_from_shared(out, overlapping_.data() + first, last - first);
         break;
       case Kind::kShared:
+        // Whole leaves only: parts of one are not read.
         for (const Leaves* leaves = &leaves_at(*field, first);
              leaves < leaves_.data() + field->last_leaves && leaves->offset < last; ++leaves) {
-          const std::uint32_t begin = std::max(leaves->offset, first);
-          for (std::uint32_t i = (begin - leaves->offset) / leaves->bytes;
-               i < leaves->count && leaves->offset + i * leaves->bytes < last; ++i) {
+          const std::uint32_t skipped = first > leaves->offset ? first - leaves->offset : 0;
+          for (std::uint32_t i = (skipped + leaves->bytes - 1) / leaves->bytes;
+               i < leaves->count && leaves->offset + (i + 1) * leaves->bytes <= last; ++i) {
             read_shared(held, *leaves, i, to + (leaves->offset + i * leaves->bytes - offset));
           }
         }
@@ -287,9 +343,19 @@ void GlobalTable::read_held(const Held& held, std::uint32_t offset, std::uint32_
 GlobalTable::Stamped GlobalTable::stamped(std::uint32_t owner, const Leaves& leaves, std::uint32_t index) noexcept {
   std::uint32_t c = leaves.first_copy;
   while (copies_[c].owner != owner) ++c;
-  std::byte* const image = owners_[owner].image.data();
-  return {image + copies_[c].values + std::size_t{leaves.bytes} * index,
-          image + copies_[c].stamps + std::size_t{8} * index};
+  Owner& own = owners_[owner];
+  return {own.next(copies_[c].values + std::size_t{leaves.bytes} * index),
+          own.next(copies_[c].stamps + std::size_t{8} * index), own.next(copies_[c].stamps - 8)};
+}
+
+// RT:
+std::uint64_t GlobalTable::version(const Held& held, const Leaves& leaves) const noexcept {
+  // A sum, not the highest: an owner may publish a change after others published later ones. None ever falls.
+  std::uint64_t version = 0;
+  for (std::uint32_t c = leaves.first_copy; c < leaves.last_copy; ++c) {
+    version += load<std::uint64_t>(held[copies_[c].owner] + copies_[c].stamps - 8);
+  }
+  return version;
 }
 
 void GlobalTable::publish_image(std::uint32_t o) noexcept {
@@ -344,9 +410,16 @@ bool GlobalTable::merge(std::byte* place, std::uint32_t type, const std::byte* v
 void GlobalTable::write_overlapping(const GlobalWrite& write) noexcept {
   const std::uint32_t bytes = image_.types[write.type].size;
   std::byte* const shared = overlapping_.data() + write.offset;
+  std::byte before[8];
   std::byte value[8];
-  copy_from_shared(value, shared, bytes);
-  if (merge(value, write.type, write.value, write.mask)) copy_to_shared(shared, value, bytes);
+  // A task may export the value meanwhile; some rounds later it is this write's turn in any case.
+  for (int round = 0; round < 16; ++round) {
+    copy_from_shared(before, shared, bytes);
+    std::memcpy(value, before, sizeof value);
+    if (!merge(value, write.type, write.value, write.mask)) return;
+    if (replace_shared(shared, before, value, bytes)) return;
+  }
+  copy_to_shared(shared, value, bytes);
 }
 
 WriteResult GlobalTable::write(std::span<const GlobalWrite> batch) {
@@ -364,6 +437,7 @@ WriteResult GlobalTable::write(std::span<const GlobalWrite> batch) {
     if (!writable(static_cast<std::uint32_t>(&field - fields_.data()))) return WriteResult::kRefused;
     if (image_.types[w.type].kind == TypeKind::kRef) return WriteResult::kRefused;
     if (field.kind != Kind::kOwned || field.owner >= task_count_) continue;
+    if (owners_[field.owner].stopped->load(std::memory_order_relaxed)) return WriteResult::kBusy;
     const std::size_t room = Journal::room_for(entry_of(w));
     wanted[field.owner].room += room;
     wanted[field.owner].largest = std::max(wanted[field.owner].largest, room);
@@ -389,10 +463,14 @@ WriteResult GlobalTable::write(std::span<const GlobalWrite> batch) {
       const Stamped place = stamped(outside(), leaves, index);
       // A masked write changes the newest value, or what this batch has made of it.
       if (load<std::uint64_t>(place.stamp) <= before) read_shared(outside_held_, leaves, index, place.value);
-      if (merge(place.value, w.type, w.value, w.mask)) store(place.stamp, next_stamp());
+      if (merge(place.value, w.type, w.value, w.mask)) {
+        const std::uint64_t stamp = next_stamp();
+        store(place.stamp, stamp);
+        store(place.newest, stamp);
+      }
       published = true;
     } else if (field.owner == outside()) {
-      merge(own.image.data() + (w.offset - own.begin), w.type, w.value, w.mask);
+      merge(own.next(field.at + (w.offset - field.begin)), w.type, w.value, w.mask);
       published = true;
     } else {
       owners_[field.owner].journal->append(entry_of(w), w.value, w.mask);
@@ -413,7 +491,10 @@ bool GlobalTable::writable(std::uint32_t field) const {
 
 bool GlobalTable::claimable(std::uint32_t field) const {
   const Field& f = fields_[field];
-  return f.kind != Kind::kConstant && f.exporters.empty() && f.owner == outside();
+  bool free = f.kind != Kind::kConstant && f.exporters.empty() && f.owner == outside();
+  // Whoever writes what shares its bits writes it.
+  for_each_overlapping(field, [&](std::uint32_t other) { free = free && fields_[other].exporters.empty(); });
+  return free;
 }
 
 std::vector<std::uint32_t> GlobalTable::exporters(std::uint32_t field) const { return fields_[field].exporters; }

@@ -31,6 +31,14 @@ namespace plc::runtime {
 
 class Exchange;
 
+/// Where the bits of a located variable are, when it shares some with another one (process_image.h).
+struct FieldBits {
+  std::uint32_t field = 0;      ///< of Image::global_type
+  char area = 'I';
+  std::uint64_t first_bit = 0;  ///< from the start of the area
+  std::uint32_t bits = 1;
+};
+
 /// One value that somebody outside the tasks wants written: a scalar or a whole string.
 struct GlobalWrite {
   std::uint32_t offset = 0;           ///< of a leaf in the global table
@@ -41,7 +49,7 @@ struct GlobalWrite {
 
 enum class WriteResult : std::uint8_t {
   kDone,     ///< published, or in the journal of the task that exports it
-  kBusy,     ///< a journal is full: the task has not started for long; nothing was written
+  kBusy,     ///< the task that exports it has stopped, or not started for long; nothing was written
   kRefused,  ///< a constant, or an input of a driver; nothing was written
 };
 
@@ -65,15 +73,21 @@ class GlobalTable {
   /// The whole table as published now: of each owner one snapshot. `to` has size() bytes. Not for tasks.
   void copy(std::byte* to) const;
   /// Writes all or nothing. Values are normalised; one that cannot be is left out (the caller checks limits first when it
-  /// wants to say so). Not for tasks.
+  /// wants to say so). Allocates. Not for tasks.
   WriteResult write(std::span<const GlobalWrite> batch);
   /// Whether write() would ever accept `field` (of Image::global_type).
   [[nodiscard]] bool writable(std::uint32_t field) const;
   /// Whether a driver may claim `field` as its input: no task exports it, no other driver has it.
   [[nodiscard]] bool claimable(std::uint32_t field) const;
+  /// The field that `offset` lies in.
+  [[nodiscard]] std::uint32_t field_of(std::uint32_t offset) const noexcept {
+    return static_cast<std::uint32_t>(&field_at(offset) - fields_.data());
+  }
   /// Tasks that export `field`, ascending.
   [[nodiscard]] std::vector<std::uint32_t> exporters(std::uint32_t field) const;
 
+  /// `task` will not start again: writes to what it exports are answered kBusy from now on. Any thread; RT.
+  void task_stopped(std::uint32_t task) noexcept;
   /// Cold start: initial values, empty journals. Not while tasks run.
   void reset();
 
@@ -89,7 +103,8 @@ class GlobalTable {
     std::uint32_t begin = 0;
     std::uint32_t end = 0;
     Kind kind = Kind::kOwned;
-    std::uint32_t owner = 0;    ///< kOwned, and kOverlapping when a driver claimed it
+    std::uint32_t owner = 0;    ///< kOwned, and kOverlapping when a driver claimed it or what shares its bits
+    std::size_t at = 0;         ///< kOwned: where it is in its owner's snapshot
     std::uint32_t first_leaves = 0;  ///< into leaves_
     std::uint32_t last_leaves = 0;   ///< kOwned and kConstant: none
     std::vector<std::uint32_t> exporters;
@@ -101,21 +116,24 @@ class GlobalTable {
     std::uint32_t count = 0;
     std::uint32_t first_copy = 0;  ///< into copies_; shared only
     std::uint32_t last_copy = 0;
+    std::uint32_t end() const { return offset + bytes * count; }
   };
   /// One owner's values and stamps of shared leaves, as places in its snapshot.
   struct Copy {
     std::uint32_t owner = 0;
     std::size_t values = 0;
-    std::size_t stamps = 0;  ///< 8 bytes a leaf; 0 = never written
+    std::size_t stamps = 0;  ///< 8 bytes a leaf; 0 = never written. Before them the highest of them
   };
   /// Who publishes: the tasks by index, the outside, then drivers.
   struct Owner {
-    std::uint32_t begin = 0;       ///< the snapshot starts with these bytes of the table
-    std::uint32_t end = 0;
-    std::uint32_t shared_at = 0;   ///< where its copies of shared leaves start in the snapshot
-    TableMemory image;             ///< of the next snapshot; tasks use only the part from shared_at on
+    std::size_t shared_at = 0;   ///< where its copies of shared leaves start in the snapshot; before them what it owns
+    std::size_t image_from = 0;  ///< where `image` starts in the snapshot: tasks keep what they own in their local copy
+    TableMemory image;           ///< the next snapshot, from image_from on
     std::unique_ptr<Snapshot> snapshot;
-    std::unique_ptr<Journal> journal;  ///< tasks only
+    std::unique_ptr<Journal> journal;   ///< tasks only
+    std::unique_ptr<std::atomic<bool>> stopped;  ///< tasks only: it will not start again
+    /// What place `at` of the next snapshot has.
+    std::byte* next(std::size_t at) { return image.data() + (at - image_from); }
   };
   /// What one reader holds of one owner.
   using Held = std::vector<const std::byte*>;
@@ -126,11 +144,19 @@ class GlobalTable {
   /// The leaves of `field` that `offset` lies in.
   [[nodiscard]] const Leaves& leaves_at(const Field& field, std::uint32_t offset) const noexcept;
   void add_leaves(std::uint32_t type, std::uint32_t offset);
+  void place_owned(std::vector<std::size_t>& bytes);
+  void place_shared(std::vector<std::size_t>& bytes);
+  /// Calls visit(field) for the other fields that share bits with `field`.
+  template <class Visit>
+  void for_each_overlapping(std::uint32_t field, Visit visit) const;
   /// Snapshots and images anew, with these values of the whole table; tells the exchanges.
   void rebuild(const std::vector<std::byte>& values);
   /// A reader's slot; `held` is kept as long as there are owners.
   std::uint32_t add_reader(Held& held);
-  void remove_reader(Held& held) { std::erase(reader_held_, &held); }
+  void remove_reader(Held& held, std::uint32_t slot) {
+    std::erase(reader_held_, &held);
+    free_readers_.push_back(slot);
+  }
   std::uint32_t claim(std::span<const std::uint32_t> fields);
   void attach(Exchange& exchange) { exchanges_.push_back(&exchange); }
   void detach(Exchange& exchange) { std::erase(exchanges_, &exchange); }
@@ -145,18 +171,23 @@ class GlobalTable {
   struct Stamped {
     std::byte* value;
     std::byte* stamp;
+    std::byte* newest;  ///< highest stamp of all leaves of the copy
   };
   [[nodiscard]] Stamped stamped(std::uint32_t owner, const Leaves& leaves, std::uint32_t index) noexcept;
   void publish_image(std::uint32_t owner) noexcept;
   /// Puts a value, where `mask` has bits, into place; false when the result is outside its limits. RT.
   bool merge(std::byte* place, std::uint32_t type, const std::byte* value, const std::byte* mask) const noexcept;
   void write_overlapping(const GlobalWrite& write) noexcept;
+  /// Another number whenever a copy of `leaves` in the snapshots held is another one. RT.
+  [[nodiscard]] std::uint64_t version(const Held& held, const Leaves& leaves) const noexcept;
   [[nodiscard]] std::uint64_t next_stamp() noexcept { return stamp_.fetch_add(1, std::memory_order_relaxed) + 1; }
 
   const bytecode::Image& image_;
   std::size_t size_;
   std::uint32_t task_count_;
   std::uint32_t reader_count_;       ///< tasks, the outside, then GlobalReaders
+  std::vector<std::uint32_t> free_readers_;
+  std::vector<FieldBits> overlapping_bits_;  ///< of every kOverlapping field
   std::vector<Field> fields_;        ///< parallel to those of Image::global_type
   std::vector<Leaves> leaves_;
   std::vector<Copy> copies_;

@@ -60,11 +60,14 @@ std::vector<Span> located(const bytecode::Image& image) {
 
 }  // namespace
 
-std::vector<bool> overlapping_globals(const bytecode::Image& image) {
-  std::vector<bool> fields(image.globals.size(), false);
+std::vector<FieldBits> overlapping_globals(const bytecode::Image& image) {
+  std::vector<FieldBits> fields;
   const std::vector<Span> spans = located(image);
   const std::vector<bool> shared = overlapping(spans);
-  for (std::size_t i = 0; i < spans.size(); ++i) fields[spans[i].field] = shared[i];
+  for (std::size_t i = 0; i < spans.size(); ++i) {
+    if (!shared[i]) continue;
+    fields.push_back({static_cast<std::uint32_t>(spans[i].field), spans[i].area, spans[i].first_bit, spans[i].bits});
+  }
   return fields;
 }
 
@@ -84,6 +87,7 @@ ProcessImage::ProcessImage(const bytecode::Image& image, GlobalTable& globals) :
   }
   packed_.resize(base / 8);
   next_.resize(packed_.size());
+  found_.resize(locations_.size());
 }
 
 std::uint64_t ProcessImage::load(const Location& location) const noexcept {
@@ -116,17 +120,19 @@ void ProcessImage::sync() noexcept {
   if (locations_.empty() || busy_.test_and_set(std::memory_order_acquire)) return;
   // Changes are found against the image as it was, so that what one location brings does not look like another's
   // change.
-  for (const Location& location : locations_) {
-    const std::uint64_t value = load(location);
-    if (value != packed(location)) pack(location, value);
+  for (std::size_t i = 0; i < locations_.size(); ++i) {
+    found_[i] = load(locations_[i]);
+    if (found_[i] != packed(locations_[i])) pack(locations_[i], found_[i]);
   }
   std::copy(next_.begin(), next_.end(), packed_.begin());
-  for (const Location& location : locations_) {
-    const std::uint64_t value = packed(location);
-    if (value == load(location)) continue;
-    std::byte bytes[8];
-    std::memcpy(bytes, &value, sizeof bytes);
-    copy_to_shared(globals_.overlapping_.data() + location.global, bytes, location.bytes);
+  for (std::size_t i = 0; i < locations_.size(); ++i) {
+    const std::uint64_t value = packed(locations_[i]);
+    if (value == found_[i]) continue;
+    // What somebody has written meanwhile stays: the next sync finds it changed.
+    std::byte before[8], after[8];
+    std::memcpy(before, &found_[i], sizeof before);
+    std::memcpy(after, &value, sizeof after);
+    replace_shared(globals_.overlapping_.data() + locations_[i].global, before, after, locations_[i].bytes);
   }
   busy_.clear(std::memory_order_release);
 }

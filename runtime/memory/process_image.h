@@ -17,8 +17,8 @@
 
 namespace plc::runtime {
 
-/// By field of Image::global_type: shares bits with another one. All false under --profile=separate.
-std::vector<bool> overlapping_globals(const bytecode::Image& image);
+/// The fields of Image::global_type that share bits with another one; none under --profile=separate.
+std::vector<FieldBits> overlapping_globals(const bytecode::Image& image);
 
 class ProcessImage {
  public:
@@ -45,6 +45,7 @@ class ProcessImage {
   std::vector<Location> locations_;
   std::vector<std::uint8_t> packed_;  ///< as the last sync left it
   std::vector<std::uint8_t> next_;    ///< equal to packed_ outside sync()
+  std::vector<std::uint64_t> found_;  ///< by location: what sync() found there
   std::atomic_flag busy_ = ATOMIC_FLAG_INIT;
 };
 

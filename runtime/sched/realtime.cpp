@@ -145,6 +145,7 @@ bool RealtimeScheduler::scan(TaskRun& task, const ReleaseContext& context) noexc
   }
   if (options_.on_fault == FaultPolicy::kContinue) return true;
   if (options_.on_fault == FaultPolicy::kStop) request_stop();
+  resource_.globals().task_stopped(context.task);
   for (CycleListener* const listener : listeners_) listener->task_stopped(context.task);
   return false;
 }

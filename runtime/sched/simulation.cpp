@@ -54,6 +54,7 @@ void Simulation::run_task(std::uint32_t index) {
   if (options_.on_fault == FaultPolicy::kContinue) return;
   task.halted = true;
   stopped_ = stopped_ || options_.on_fault == FaultPolicy::kStop;
+  resource_.globals().task_stopped(index);
   for (CycleListener* const listener : listeners_) listener->task_stopped(index);
 }
 

@@ -56,9 +56,12 @@ void on_signal(int) {
 void handle_signals() {
   struct sigaction action {};
   action.sa_handler = on_signal;
-  ::sigaction(SIGINT, &action, nullptr);
-  ::sigaction(SIGTERM, &action, nullptr);
-  ::sigaction(SIGHUP, &action, nullptr);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    struct sigaction before {};
+    ::sigaction(signal, nullptr, &before);
+    // What whoever started us wants ignored (nohup) stays so.
+    if (before.sa_handler != SIG_IGN) ::sigaction(signal, &action, nullptr);
+  }
   // WHY: a reader that goes away (plc-run .. | head) must not take the outputs' safe state with it.
   ::signal(SIGPIPE, SIG_IGN);
 }

@@ -1,8 +1,11 @@
 #include "tools/plc-run/watch.h"
 
 #include <fmt/format.h>
+#include <poll.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <climits>
 #include <cstdio>
 
 #include "core/clock.h"
@@ -12,6 +15,19 @@ namespace {
 
 constexpr std::size_t kMostItems = 200;
 constexpr core::TimeNs kPollNs = 500'000;
+
+/// Prints as much as the reader takes at once: one that stalls must not hold up who looks after the devices.
+void print_without_waiting(std::string_view text) {
+  std::fflush(stdout);
+  while (!text.empty()) {
+    pollfd out{STDOUT_FILENO, POLLOUT, 0};
+    if (::poll(&out, 1, 0) != 1 || (out.revents & POLLOUT) == 0) return;
+    // A pipe that can be written to takes this much.
+    const ssize_t written = ::write(STDOUT_FILENO, text.data(), std::min<std::size_t>(text.size(), PIPE_BUF));
+    if (written <= 0) return;
+    text.remove_prefix(static_cast<std::size_t>(written));
+  }
+}
 
 }  // namespace
 
@@ -93,8 +109,7 @@ void LiveView::print_terminal(core::TimeNs since_start_ns) {
     }
   }
   drawn_lines_ = items_.size() + 1;
-  std::fwrite(out.data(), 1, out.size(), stdout);
-  std::fflush(stdout);
+  print_without_waiting(out);
 }
 
 void LiveView::print_lines(core::TimeNs since_start_ns) {
@@ -110,8 +125,7 @@ void LiveView::print_lines(core::TimeNs since_start_ns) {
   }
   if (changes.empty()) return;
   const std::string line = fmt::format("{:8.1f} s {}\n", static_cast<double>(since_start_ns) / 1e9, changes);
-  std::fwrite(line.data(), 1, line.size(), stdout);
-  std::fflush(stdout);
+  print_without_waiting(line);
 }
 
 }  // namespace plc::tools

@@ -553,11 +553,17 @@ TEST(ModbusWire, B12ReadOnlyAndAllowList) {
 
 TEST(ModbusWire, ClientSeen) {
   io::ModbusConfig config;
-  config.client_seen = {"Seen", {}};
   config.client_timeout_ns = 300'000'000;
-  PlantServer plant(config);
-  const auto seen = [&] { return plant.plant.value<std::uint8_t>("Seen"); };
-  ModbusClient client = plant.client();
+  config.port = 0;
+  Plant plant(config);
+  runtime::GlobalTable& globals = plant.resource->globals();
+  const runtime::Place place = *runtime::Access(*plant.resource).find_leaf("Seen");
+  const std::uint32_t field = globals.field_of(place.offset);
+  runtime::GlobalInputs owner(globals, std::span(&field, 1));
+  modbus::Server server(*plant.resource, plant.map, plant.config, modbus::SeenFlag{&owner, place.offset, place.type});
+  ASSERT_FALSE(server.start().has_value());
+  const auto seen = [&] { return plant.value<std::uint8_t>("Seen"); };
+  ModbusClient client(server.port());
   std::this_thread::sleep_for(50ms);
   EXPECT_EQ(seen(), 0) << "a connection alone is nobody";
   EXPECT_EQ(client.ask(pdu_of(8, {0, 0})).exception(), 1);
@@ -570,21 +576,8 @@ TEST(ModbusWire, ClientSeen) {
   EXPECT_TRUE(eventually([&] { return seen() == 0; }, 1000ms));
   EXPECT_TRUE(client.ask(kRead).is_normal());
   EXPECT_EQ(seen(), 1);
-  plant.server.stop();
+  server.stop();
   EXPECT_EQ(seen(), 0);
-}
-
-TEST(ModbusWire, ClientSeenMustBeAWritableBool) {
-  for (const char* const wrong : {"Percent", "Fixed", "Nothing", "Coils"}) {
-    io::ModbusConfig config;
-    config.client_seen = {wrong, {}};
-    config.port = 0;
-    Plant plant(config);
-    modbus::Server server(*plant.resource, plant.map, plant.config);
-    const auto problem = server.start();
-    ASSERT_TRUE(problem) << wrong;
-    EXPECT_EQ(problem->code, core::Code::P7511);
-  }
 }
 
 TEST(ModbusWire, TheThreadIsAnOrdinaryOne) {
