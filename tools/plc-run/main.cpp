@@ -59,8 +59,9 @@ void handle_signals() {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     struct sigaction before {};
     ::sigaction(signal, nullptr, &before);
-    // What whoever started us wants ignored (nohup) stays so.
-    if (before.sa_handler != SIG_IGN) ::sigaction(signal, &action, nullptr);
+    // A hang-up that whoever started us wants ignored (nohup) stays so; SIGINT, which shells ignore for what they run in
+    // the background, is a request to stop all the same.
+    if (signal != SIGHUP || before.sa_handler != SIG_IGN) ::sigaction(signal, &action, nullptr);
   }
   // WHY: a reader that goes away (plc-run .. | head) must not take the outputs' safe state with it.
   ::signal(SIGPIPE, SIG_IGN);
