@@ -41,9 +41,14 @@ class HandTask {
     exchange_.import(in_);
   }
   void end() {
-    for (const std::uint32_t range : out_) exchange_.export_range(range);
-    exchange_.end();
+    export_only();
+    finish();
   }
+  /// The two halves of end().
+  void export_only() {
+    for (const std::uint32_t range : out_) exchange_.export_range(range);
+  }
+  void finish() { exchange_.end(); }
   template <class T>
   T get(std::uint32_t offset) const {
     T value;
@@ -324,6 +329,84 @@ TEST(Exchange, OverlappingAddressesAreSingleValues) {
   image.sync();
   EXPECT_EQ(t.read<std::uint8_t>(bit), 1);
   EXPECT_EQ(t.read<std::uint16_t>(whole), 0x8008);
+}
+
+TEST(Exchange, AClaimCoversWhatSharesItsBits) {
+  Tables t;
+  t.b.image.options.profile = core::AddressProfile::kOverlay;
+  const std::uint32_t word = t.b.type(TypeId::kWord);
+  t.global("bit", t.b.boolean(), {.input = true, .address = "%MX0.3"});
+  const std::uint32_t whole = t.global("whole", word, {.input = true, .address = "%MW0"});
+  t.global("out", t.b.boolean(), {.address = "%QX0.0", .owner = 0});
+  t.global("outs", word, {.input = true, .address = "%QW0"});
+  GlobalTable& globals = t.build(1);
+  EXPECT_FALSE(globals.claimable(3)) << "a task exports a bit of it";
+  const std::uint32_t bit_field[] = {0};
+  GlobalInputs inputs(globals, bit_field);
+  EXPECT_FALSE(globals.writable(1));
+  EXPECT_EQ(t.write<std::uint16_t>(whole, word, 8), WriteResult::kRefused);
+}
+
+TEST(Exchange, AnExportBetweenTwoSyncsIsNotUndone) {
+  Tables t;
+  t.b.image.options.profile = core::AddressProfile::kOverlay;
+  const std::uint32_t bit = t.global("bit", t.b.boolean(), {.address = "%QX0.0", .owner = 0});
+  t.global("whole", t.b.type(TypeId::kWord), {.input = true, .address = "%QW0"});
+  GlobalTable& globals = t.build(1);
+  HandTask task(globals, 0);
+  runtime::ProcessImage image(globals.image(), globals);
+  std::atomic<bool> stop{false};
+  std::thread other([&] {
+    while (!stop) image.sync();
+  });
+  std::uint64_t undone = 0;
+  for (int round = 0; round < 20'000; ++round) {
+    const auto wanted = static_cast<std::uint8_t>(round % 2);
+    task.begin();
+    task.put(bit, wanted);
+    task.end();
+    image.sync();
+    if (t.read<std::uint8_t>(bit) != wanted) ++undone;
+  }
+  stop = true;
+  other.join();
+  EXPECT_EQ(undone, 0u);
+}
+
+TEST(Exchange, AStoppedTaskTakesNoWrites) {
+  Tables t;
+  const std::uint32_t dint = t.b.type(TypeId::kDint);
+  const std::uint32_t x = t.global("x", dint, {.owner = 0});
+  GlobalTable& globals = t.build(1);
+  EXPECT_EQ(t.write<std::int32_t>(x, dint, 1), WriteResult::kDone);
+  globals.task_stopped(0);
+  EXPECT_EQ(t.write<std::int32_t>(x, dint, 2), WriteResult::kBusy);
+  globals.reset();
+  EXPECT_EQ(t.write<std::int32_t>(x, dint, 3), WriteResult::kDone);
+}
+
+TEST(Exchange, ALateStampIsSeen) {
+  // The change with the lower stamp is published after the one with the higher: both must arrive.
+  Tables t;
+  const std::uint32_t pair = t.global("pair", t.b.array(t.b.type(TypeId::kDint), 2));
+  GlobalTable& globals = t.build(3);
+  HandTask early(globals, 0);
+  HandTask late(globals, 1);
+  HandTask reader(globals, 2);
+  early.begin();
+  early.put<std::int32_t>(pair, 1);
+  early.export_only();
+  late.begin();
+  late.put<std::int32_t>(pair + 4, 2);
+  late.end();
+  reader.begin();
+  EXPECT_EQ(reader.get<std::int32_t>(pair + 4), 2);
+  reader.end();
+  early.finish();
+  reader.begin();
+  EXPECT_EQ(reader.get<std::int32_t>(pair), 1);
+  EXPECT_EQ(reader.get<std::int32_t>(pair + 4), 2);
+  reader.end();
 }
 
 /// Exchanges per size of group; PLC_EXCHANGES raises it for longer runs.
