@@ -18,7 +18,7 @@ namespace plc::test {
 namespace {
 
 constexpr int kStart = 0, kPulse = 1, kLamp = 8, kEcho = 9, kFull = 10, kAlive = 11, kSeen = 12;
-const char* const kProject = "/root/panel.xml";
+const char* const kProject = "/srv/panel.xml";
 const char* const kConfiguration = "/tmp/plc.toml";
 const char* const kOutput = "/tmp/plc-run.out";
 
