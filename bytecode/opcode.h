@@ -29,7 +29,8 @@ inline constexpr RepMask kMBool = mask_of(Rep::kBool), kMI8 = mask_of(Rep::kI8),
                          kMU32 = mask_of(Rep::kU32), kMI64 = mask_of(Rep::kI64), kMU64 = mask_of(Rep::kU64),
                          kMF32 = mask_of(Rep::kF32), kMF64 = mask_of(Rep::kF64), kMStr = mask_of(Rep::kStr),
                          kMWstr = mask_of(Rep::kWstr), kMRef = mask_of(Rep::kRef), kM8 = kMI8 | kMU8,
-                         kM16 = kMI16 | kMU16, kM32 = kMI32 | kMU32, kM64 = kMI64 | kMU64;
+                         kM16 = kMI16 | kMU16, kM32 = kMI32 | kMU32, kM64 = kMI64 | kMU64,
+                         kMWord = kM8 | kM16 | kM32 | kM64, kMPart = kMBool | kMU8 | kMU16 | kMU32;
 
 /// What one word after the opcode word means.
 enum class OperandKind : std::uint8_t {

@@ -22,7 +22,9 @@ struct Instruction {
   std::uint32_t out_target = kNone;
   std::uint32_t field = kNone;  // imm()
   std::uint32_t first_global = kNone;
-  bool indexes = false;  // an integer leaf beside a reference
+  bool indexes = false;                 // an integer leaf beside a reference
+  std::array<std::uint32_t, 3> bits{};  // widths of its leaves
+  std::size_t leaves = 0;
 };
 
 class CodeVerifier {
@@ -123,6 +125,7 @@ class CodeVerifier {
       word += length;
     }
     check_references();
+    check_part(static_cast<Opcode>(opcode_of(code_[at])));
     facts_.work += word - at;
     return word;
   }
@@ -239,6 +242,8 @@ class CodeVerifier {
     const bool written = spec.kind == OperandKind::kOut;
     const auto rep = check_leaf_word(word, spec.reps, written);
     if (!rep) return;
+    if (here_.leaves < here_.bits.size()) here_.bits[here_.leaves] = *rep == Rep::kBool ? 1 : core::rep_bytes(*rep) * 8;
+    ++here_.leaves;
     if (*rep == Rep::kRef) {
       (written ? here_.out_target : here_.in_target) = target_of(word);
     } else if (here_.in_target != kNone) {
@@ -394,6 +399,18 @@ class CodeVerifier {
     }
     if (!same_type(image_, here_.out_target, made)) {
       broken(Rule::kV313, fmt::format("type {}, not {}", here_.out_target, made));
+    }
+  }
+
+  void check_part(Opcode opcode) {
+    if (opcode != Opcode::kExtract && opcode != Opcode::kInsert) return;
+    const bool insert = opcode == Opcode::kInsert;
+    if (here_.leaves != (insert ? 3u : 2u)) return;  // reported
+    const std::uint32_t word = here_.bits[1];
+    const std::uint32_t part = here_.bits[insert ? 2 : 0];
+    const bool inside = part < word && here_.field < word && here_.field % part == 0;
+    if (!inside || (insert && here_.bits[0] != word)) {
+      broken(Rule::kV315, fmt::format("{} bits at bit {} of {}", part, here_.field, word));
     }
   }
 

@@ -220,7 +220,7 @@ std::optional<PlaceId> Lowering::element_place(PlaceId array, NodeId index) {
     report(Code::P4008, at(index), "index " + quoted(text(index)) + " is not an integer");
     return std::nullopt;
   }
-  if (!known) return builder_.deref(builder_.index_ref(array, given->value));
+  if (!known) return builder_.element_at(array, given->value);
   if (*known < lower || *known > upper) {
     report(Code::P4008, at(index), "index " + std::string(text(index)) + " is outside of " + types().name_of(array_ref),
            "indices go from " + std::to_string(lower) + " to " + std::to_string(upper));

@@ -113,6 +113,15 @@ PlaceId Builder::element(PlaceId parent, std::uint32_t zero_based_index) {
   return intern(place);
 }
 
+PlaceId Builder::element_at(PlaceId array, ValueId index) {
+  Place place;
+  place.kind = Place::Kind::kElementAt;
+  place.index = index.index;
+  place.parent = array;
+  place.type = module_.types[type_of(array)].element;
+  return intern(place);
+}
+
 PlaceId Builder::deref(ValueId reference) {
   Place place;
   place.kind = Place::Kind::kDeref;
@@ -205,9 +214,29 @@ ValueId Builder::make_ref(PlaceId place) {
   return {emit(Op::kMakeRef, module_.types.reference(type_of(place)), place.index)};
 }
 
-ValueId Builder::index_ref(PlaceId array, ValueId index) {
-  const TypeRef element = module_.types[type_of(array)].element;
-  return {emit(Op::kIndexRef, module_.types.reference(element), array.index, index.index)};
+ValueId Builder::extract(ValueId word, TypeRef part, unsigned bit_offset) {
+  assert(part_fits(type_of(word), part, bit_offset));
+  return {emit(Op::kExtract, part, word.index, bit_offset)};
+}
+
+ValueId Builder::insert(ValueId word, ValueId part, unsigned bit_offset) {
+  assert(part_fits(type_of(word), type_of(part), bit_offset));
+  return {emit(Op::kInsert, type_of(word), word.index, part.index, static_cast<std::uint16_t>(bit_offset))};
+}
+
+ValueId Builder::range(ValueId value, TypeRef subrange) {
+  assert(module_.types[subrange].kind == TypeKind::kSubrange);
+  assert(module_.types.elementary_of(type_of(value)) == module_.types[subrange].elementary);
+  return {emit(Op::kRange, subrange, value.index)};
+}
+
+bool Builder::part_fits(TypeRef word, TypeRef part, unsigned bit_offset) const {
+  const auto bits_of = [this](TypeRef type) {
+    const auto rep = module_.types.rep_of(type);
+    return !rep ? 0u : *rep == Rep::kBool ? 1u : core::rep_bytes(*rep) * 8u;
+  };
+  const unsigned width = bits_of(part);
+  return width != 0 && width < bits_of(word) && bit_offset % width == 0 && bit_offset < bits_of(word);
 }
 
 void Builder::clear_event() { emit(Op::kClearEvent, {}); }

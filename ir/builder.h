@@ -57,6 +57,8 @@ class Builder {
   PlaceId global(std::uint32_t index);
   PlaceId field(PlaceId parent, std::uint32_t index);
   PlaceId element(PlaceId parent, std::uint32_t zero_based_index);
+  /// Element at a value of any integer or bit string type, as declared (lower bound included).
+  PlaceId element_at(PlaceId array, ValueId index);
   PlaceId deref(ValueId reference);
   /// Field or port of `parent` by name (struct field; port of a standard block; input, output, in-out variable of a POU
   /// instance). Nothing when there is none.
@@ -78,7 +80,13 @@ class Builder {
   void copy(PlaceId to, PlaceId from);       ///< aggregates of one type
   void run(PlaceId instance);                ///< standard block or function block POU
   ValueId make_ref(PlaceId place);
-  ValueId index_ref(PlaceId array, ValueId index);  ///< index as declared, any integer type
+  /// Bits of `word` (an integer or bit string) from `bit_offset` on, as `part`: BOOL is one bit; BYTE, WORD and DWORD are
+  /// narrower than the word and stand at multiples of their width.
+  ValueId extract(ValueId word, TypeRef part, unsigned bit_offset);
+  /// `word` with the bits from `bit_offset` on replaced by `part`.
+  ValueId insert(ValueId word, ValueId part, unsigned bit_offset);
+  /// `value` (of the base type) held inside `subrange`; outside it is an event.
+  ValueId range(ValueId value, TypeRef subrange);
   void clear_event();
   ValueId eno();
 
@@ -112,6 +120,7 @@ class Builder {
  private:
   std::uint32_t emit(Op op, TypeRef type, std::uint32_t a = 0, std::uint32_t b = 0, std::uint16_t count = 0);
   PlaceId intern(const Place& place);
+  [[nodiscard]] bool part_fits(TypeRef word, TypeRef part, unsigned bit_offset) const;
 
   Module& module_;
   std::uint32_t pou_index_;

@@ -103,13 +103,6 @@ const Overload* conversion(TypeId from, TypeId to) {
   return nullptr;
 }
 
-const Overload* limit_of(TypeId type) {
-  for (const Overload& o : stdlib::overloads_named("LIMIT")) {
-    if (o.result_type() == type) return &o;
-  }
-  return nullptr;
-}
-
 bool in_limits(const Type& subrange, std::int64_t value) {
   if (is_unsigned(core::rep_of(subrange.elementary))) {
     return static_cast<std::uint64_t>(value) >= static_cast<std::uint64_t>(subrange.lower) &&
@@ -216,7 +209,7 @@ class Converter {
     return std::nullopt;
   }
 
-  /// Constants outside a subrange are errors; other values are held inside at run time.
+  /// Constants outside a subrange are errors; other values are held inside at run time, with an event.
   std::optional<ValueId> limit(const Operand& operand, ValueId value, TypeRef to, const Type& target) {
     if (const Constant* known = constant_of(builder_, value)) {
       Constant constant = *known;
@@ -226,17 +219,7 @@ class Converter {
       constant.type = to;
       return builder_.constant(constant);
     }
-    const Overload* overload = limit_of(target.elementary);
-    if (overload == nullptr) return value;
-    const std::uint64_t mask = mask_of_width(core::rep_bytes(core::rep_of(target.elementary)));
-    Constant bound;
-    bound.type = ref_of(target.elementary);
-    bound.bits = static_cast<std::uint64_t>(target.lower) & mask;
-    const ValueId lower = builder_.constant(bound);
-    bound.bits = static_cast<std::uint64_t>(target.upper) & mask;
-    const ValueId upper = builder_.constant(bound);
-    const std::array<ValueId, 3> args{lower, value, upper};
-    return builder_.call_overload(*overload, args, to);
+    return builder_.range(value, to);
   }
 
   Builder& builder_;

@@ -36,7 +36,7 @@ struct PlaceId {
   friend bool operator==(PlaceId, PlaceId) = default;
 };
 
-/// A place in memory: a root, or a field or constant element of another place. Interned: equal places have equal ids.
+/// A place in memory: a root, or a field or element of another place. Interned: equal places have equal ids.
 struct Place {
   enum class Kind : std::uint8_t {
     kGlobal,    ///< Module::globals[index]
@@ -45,6 +45,9 @@ struct Place {
     kDeref,     ///< what the reference value `index` (a ValueId) points at
     kField,     ///< field `index` of `parent`: struct field, block port, or variable of a function block instance
     kElement,   ///< element `index` (0-based) of array `parent`
+    kElementAt, ///< element of array `parent` at the value `index` (a ValueId) of any integer or bit string type, lower
+                ///< bound included. Outside the bounds: reads give the type's zero value, writes do nothing, handles are
+                ///< null, runs do not happen; each access is one event
   };
   Kind kind = Kind::kGlobal;
   std::uint32_t index = 0;
@@ -81,9 +84,11 @@ enum class Op : std::uint8_t {
   kClearEvent, ///< forgets events
   kEno,        ///< BOOL value := no event since the last kClearEvent
   kMakeRef,    ///< REF value := handle of place a
-  kIndexRef,   ///< REF value := handle of element (LINT/any integer value b, as declared, lower bound included) of the array place a
+  kExtract,    ///< value := the part of its type that begins at bit b of value a
+  kInsert,     ///< value := value a with the part that begins at bit `count` replaced by value b
+  kRange,      ///< value of a subrange := value a of its base, outside the limits the nearest of them with an event
 };
-inline constexpr std::size_t kOpCount = 20;
+inline constexpr std::size_t kOpCount = 22;
 
 struct Inst {
   Op op = Op::kReturn;

@@ -8,7 +8,19 @@
 
 namespace plc::ir {
 
-std::string place_text(const Module& module, const Pou& pou, PlaceId place) {
+namespace {
+
+/// An index as it may have been written.
+std::string index_text(const Module& module, const Pou& pou, ValueId index) {
+  const Inst& inst = pou.body.insts[index.index];
+  if (inst.op == Op::kLoad) return place_text(module, pou, PlaceId{inst.a});
+  if (inst.op == Op::kConst) return constant_text(module.types, pou.body.constants[inst.a]);
+  return "..";
+}
+
+}  // namespace
+
+std::string place_text(const Module& module, const Pou& pou, PlaceId place, bool value_ids) {
   const Place& p = pou.body.places[place.index];
   switch (p.kind) {
     case Place::Kind::kGlobal: {
@@ -21,8 +33,7 @@ std::string place_text(const Module& module, const Pou& pou, PlaceId place) {
       return pou.variables[p.index].name;
     case Place::Kind::kDeref: {
       const Inst& inst = pou.body.insts[p.index];
-      if (inst.op == Op::kLoad || inst.op == Op::kMakeRef) return place_text(module, pou, PlaceId{inst.a});
-      if (inst.op == Op::kIndexRef) return place_text(module, pou, PlaceId{inst.a}) + "[..]";
+      if (inst.op == Op::kLoad || inst.op == Op::kMakeRef) return place_text(module, pou, PlaceId{inst.a}, value_ids);
       return "referenced value";
     }
     case Place::Kind::kField: {
@@ -31,12 +42,16 @@ std::string place_text(const Module& module, const Pou& pou, PlaceId place) {
       if (type.kind == TypeKind::kStruct) name = type.fields[p.index].name;
       if (type.kind == TypeKind::kBlock) name = std::string(type.block->fields[p.index].name);
       if (type.kind == TypeKind::kPou) name = module.pous[type.pou].variables[p.index].name;
-      return place_text(module, pou, p.parent) + "." + name;
+      return place_text(module, pou, p.parent, value_ids) + "." + name;
     }
     case Place::Kind::kElement: {
       const Type& type = module.types[pou.body.places[p.parent.index].type];
-      return fmt::format("{}[{}]", place_text(module, pou, p.parent), type.lower + static_cast<std::int64_t>(p.index));
+      return fmt::format("{}[{}]", place_text(module, pou, p.parent, value_ids),
+                         type.lower + static_cast<std::int64_t>(p.index));
     }
+    case Place::Kind::kElementAt:
+      return fmt::format("{}[{}]", place_text(module, pou, p.parent, value_ids),
+                         value_ids ? fmt::format("%{}", p.index) : index_text(module, pou, ValueId{p.index}));
   }
   return {};
 }
@@ -159,7 +174,7 @@ class Printer {
   }
 
   std::string operation(const Pou& p, const Inst& inst) {
-    const auto place = [&](std::uint32_t id) { return place_text(module_, p, PlaceId{id}); };
+    const auto place = [&](std::uint32_t id) { return place_text(module_, p, PlaceId{id}, true); };
     switch (inst.op) {
       case Op::kConst:
         return constant_text(module_.types, p.body.constants[inst.a]);
@@ -199,8 +214,12 @@ class Printer {
         return "eno";
       case Op::kMakeRef:
         return "ref " + place(inst.a);
-      case Op::kIndexRef:
-        return fmt::format("ref {}[%{}]", place(inst.a), inst.b);
+      case Op::kExtract:
+        return fmt::format("extract %{} bit {} as {}", inst.a, inst.b, module_.types.name_of(inst.type));
+      case Op::kInsert:
+        return fmt::format("insert %{} bit {} := %{}", inst.a, inst.count, inst.b);
+      case Op::kRange:
+        return fmt::format("range %{} in {}", inst.a, module_.types.name_of(inst.type));
     }
     return {};
   }
@@ -219,8 +238,9 @@ class Printer {
       const CallArg& arg = p.body.call_args[inst.b + i];
       const std::string& name = module_.pous[inst.a].variables[arg.variable].name;
       text += i ? ", " : "";
-      text += arg.kind == CallArg::Kind::kOutput ? fmt::format("{} => {}", name, place_text(module_, p, arg.place))
-                                                 : fmt::format("{} := %{}", name, arg.value.index);
+      text += arg.kind == CallArg::Kind::kOutput
+                  ? fmt::format("{} => {}", name, place_text(module_, p, arg.place, true))
+                  : fmt::format("{} := %{}", name, arg.value.index);
     }
     return text + ")";
   }

@@ -85,7 +85,6 @@ void add_global_use(const Module& module, std::uint32_t pou, GlobalUse& use) {
         break;
       case Op::kRun:
       case Op::kMakeRef:
-      case Op::kIndexRef:
         mark(inst.a, true, true);
         break;
       case Op::kCallPou:

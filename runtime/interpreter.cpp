@@ -116,6 +116,19 @@ PLC_ONE_COPY bool interpret(Machine& m, const std::uint32_t* pc, std::uint32_t i
   Macro(Name##I8, std::int8_t) Macro(Name##U8, std::uint8_t) Macro(Name##I16, std::int16_t)          \
       Macro(Name##U16, std::uint16_t) Macro(Name##I32, std::int32_t) Macro(Name##U32, std::uint32_t) \
           Macro(Name##I64, std::int64_t) Macro(Name##U64, std::uint64_t)
+#define PLC_RANGE(Name, T)                                \
+  op_##Name : {                                           \
+    const T value = load<T>(at(pc[2]));                   \
+    const T lower = load<T>(at(pc[3]));                   \
+    const T upper = load<T>(at(pc[4]));                   \
+    if (value < lower || value > upper) [[unlikely]] {    \
+      store<T>(at(pc[1]), value < lower ? lower : upper); \
+      raise(m, pc, Event::kOutOfRange);                   \
+    } else {                                              \
+      store<T>(at(pc[1]), value);                         \
+    }                                                     \
+    PLC_NEXT(5);                                          \
+  }
 #define PLC_MODULO(Name, T) PLC_BINARY(Name, T, T, stdlib::mod_wrap(a, b))
 
   PLC_NEXT(0);
@@ -333,6 +346,20 @@ op_CopyTo : {
   PLC_INTS(And, a & b)
   PLC_INTS(Or, a | b)
   PLC_INTS(Xor, a ^ b)
+
+  // ---- parts of integers and bit strings, subranges
+op_Extract : {
+  // Words: out, the byte that holds the bit, bit in it. Wider parts are moves.
+  *bytes_at(pc[1]) = static_cast<std::uint8_t>((*bytes_at(pc[2]) >> pc[3]) & 1u);
+  PLC_NEXT(4);
+}
+op_Insert : {
+  // Words: the byte that holds the bit, part, bit in it.
+  std::uint8_t* const byte = bytes_at(pc[1]);
+  *byte = static_cast<std::uint8_t>((*byte & ~(1u << pc[3])) | (std::uint32_t{*bytes_at(pc[2])} << pc[3]));
+  PLC_NEXT(4);
+}
+  PLC_INTEGER_TYPES(PLC_RANGE, Range)
 
   // ---- exchange
 op_ReadN : {

@@ -1,6 +1,7 @@
 #include "runtime/link.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 #include <map>
 #include <optional>
@@ -220,8 +221,8 @@ class Linker {
     return first;
   }
 
-  /// Type of the string leaf that an operand names.
-  const ImageType& string_type(std::uint32_t operand) const {
+  /// Type of the leaf that an operand names.
+  const ImageType& leaf_type(std::uint32_t operand) const {
     const Space space = bytecode::space_of(operand);
     const std::uint32_t root = space == Space::kGlobal     ? image_.global_type
                                : space == Space::kConst    ? image_.const_type
@@ -311,7 +312,7 @@ class Linker {
       case Opcode::kMoveStr:
       case Opcode::kMoveWstr:
         put_plain(d);
-        put(capacities(string_type(d.operands[0]).capacity, string_type(d.operands[1]).capacity));
+        put(capacities(leaf_type(d.operands[0]).capacity, leaf_type(d.operands[1]).capacity));
         return;
       case Opcode::kCopy:
         put_handler(ResolvedOp::kCopy);
@@ -401,6 +402,12 @@ class Linker {
         put(canonical(d.operands[2]));
         put(image_.types[d.operands[2]].size);
         return;
+      case Opcode::kExtract:
+        put_extract(d);
+        return;
+      case Opcode::kInsert:
+        put_insert(d);
+        return;
       case Opcode::kReadN:
       case Opcode::kWriteN:
       case Opcode::kWriteChangedN:
@@ -411,6 +418,36 @@ class Linker {
         put_plain(d);
         return;
     }
+  }
+
+  static ResolvedOp move_of(std::uint32_t bytes) {
+    return bytes == 1   ? ResolvedOp::kMove8
+           : bytes == 2 ? ResolvedOp::kMove16
+           : bytes == 4 ? ResolvedOp::kMove32
+                        : ResolvedOp::kMove64;
+  }
+  // Words are little-endian: a wide part is a value of its own inside the word, a bit is one of a byte.
+  static_assert(std::endian::native == std::endian::little);
+  void put_extract(const Decoded& d) {
+    const ImageType& part = leaf_type(d.operands[0]);
+    const bool bit = bytecode::rep_of(part) == core::Rep::kBool;
+    put_handler(bit ? ResolvedOp::kExtract : move_of(part.size));
+    put_operand(d.operands[0]);
+    put(resolve(d.operands[1]) + d.operands[2] / 8);
+    if (bit) put(d.operands[2] % 8);
+  }
+  void put_insert(const Decoded& d) {
+    if (resolve(d.operands[0]) != resolve(d.operands[1])) {
+      put_handler(move_of(leaf_type(d.operands[0]).size));
+      put_operand(d.operands[0]);
+      put_operand(d.operands[1]);
+    }
+    const ImageType& part = leaf_type(d.operands[2]);
+    const bool bit = bytecode::rep_of(part) == core::Rep::kBool;
+    put_handler(bit ? ResolvedOp::kInsert : move_of(part.size));
+    put(resolve(d.operands[0]) + d.operands[3] / 8);
+    put_operand(d.operands[2]);
+    if (bit) put(d.operands[3] % 8);
   }
 
   /// An instruction whose operands are leaves and targets.
@@ -472,7 +509,7 @@ class Linker {
     put(input ? parameter : outside);
     put(input ? outside : parameter);
     if (type.kind == TypeKind::kString) {
-      const std::uint16_t other = string_type(operand).capacity;
+      const std::uint16_t other = leaf_type(operand).capacity;
       put(bytecode::rep_of(type) == core::Rep::kStr ? kPassStr : kPassWstr);
       put(input ? capacities(type.capacity, other) : capacities(other, type.capacity));
     } else {

@@ -28,8 +28,10 @@ class Analyser {
       const Place& place = body_.places[p];
       if (place.parent.valid()) {
         out_.places[p] = out_.places[place.parent.index];
+        if (place.kind == Place::Kind::kElementAt && out_.places[p].array == kUnset)
+          out_.places[p].array = place.parent.index;
       } else {
-        out_.places[p] = {p, place.kind == Place::Kind::kDeref ? place.index : kUnset};
+        out_.places[p] = {p, place.kind == Place::Kind::kDeref ? place.index : kUnset, kUnset};
       }
     }
   }
@@ -131,6 +133,8 @@ class Analyser {
       case Op::kXor:
       case Op::kNot:
       case Op::kMakeRef:
+      case Op::kExtract:
+      case Op::kInsert:
       case Op::kEno:
         return v.uses != 0;
       case Op::kCall:
@@ -154,7 +158,12 @@ class Analyser {
   }
 
   void use_place(std::uint32_t user, const Inst& inst, std::uint32_t place) {
-    if (out_.places[place].reference != kUnset) use(user, inst, out_.places[place].reference);
+    const PlaceInfo& info = out_.places[place];
+    if (info.reference != kUnset) use(user, inst, info.reference);
+    if (info.array == kUnset) return;
+    for (ir::PlaceId at{place}; at.index != info.array; at = body_.places[at.index].parent) {
+      if (body_.places[at.index].kind == Place::Kind::kElementAt) use(user, inst, body_.places[at.index].index);
+    }
   }
 
   void use_operands(std::uint32_t i, const Inst& inst) {
@@ -172,8 +181,12 @@ class Analyser {
       case Op::kMakeRef:
         use_place(i, inst, inst.a);
         break;
-      case Op::kIndexRef:
-        use_place(i, inst, inst.a);
+      case Op::kExtract:
+      case Op::kRange:
+        use(i, inst, inst.a);
+        break;
+      case Op::kInsert:
+        use(i, inst, inst.a);
         use(i, inst, inst.b);
         break;
       case Op::kAnd:
@@ -208,7 +221,8 @@ class Analyser {
   /// First instruction known so far (that is, later than the current one) that may write into `place`.
   std::uint32_t next_write(std::uint32_t place) const {
     const Place& p = body_.places[place];
-    if (p.kind == Place::Kind::kDeref) return kUnset;
+    // Copied where it stands.
+    if (!out_.places[place].is_static()) return kUnset;
     // The handle of an in-out stays the same while the body runs.
     const bool variable = p.kind == Place::Kind::kInstance || p.kind == Place::Kind::kFrame;
     if (variable && pou_.variables[p.index].role == ir::Role::kInOut) return kUnset;
@@ -225,7 +239,9 @@ class Analyser {
       next_world_ = i;  // a reference may point at any variable
       return;
     }
-    next_whole_[place] = i;
+    // One element that only the running program knows: any of them.
+    const std::uint32_t array = out_.places[place].array;
+    next_whole_[array == kUnset ? place : array] = i;
     next_any_[out_.places[place].root] = i;
   }
 

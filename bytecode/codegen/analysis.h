@@ -46,6 +46,9 @@ struct ValueInfo {
 struct PlaceInfo {
   std::uint32_t root = 0;            ///< place id
   std::uint32_t reference = kUnset;  ///< value id of the reference the root dereferences, or kUnset
+  std::uint32_t array = kUnset;      ///< place id of the outermost array that is indexed by a value, or kUnset
+  /// Its address is known: a leaf of a table.
+  [[nodiscard]] bool is_static() const { return reference == kUnset && array == kUnset; }
 };
 
 struct Analysis {

@@ -88,7 +88,7 @@ class BodyGenerator final : private RecordSink {
 
   // ---- memory -----------------------------------------------------------------------------------------------------
 
-  /// Operand words of all places that do not hang on a reference.
+  /// Operand words of all places whose address is known.
   void place_words() {
     place_words_.assign(body_.places.size(), kUnset);
     const PouLayout& layout = shared_.layout.pou(pou_index_);
@@ -117,11 +117,13 @@ class BodyGenerator final : private RecordSink {
             place_words_[p] = place_words_[place.parent.index] + place.index * size_of(image_type(place.type));
           }
           break;
+        case Place::Kind::kElementAt:
+          break;
       }
     }
   }
 
-  bool is_static(std::uint32_t place) const { return analysis_.places[place].reference == kUnset; }
+  bool is_static(std::uint32_t place) const { return analysis_.places[place].is_static(); }
   std::uint32_t image_type(ir::TypeRef type) { return shared_.layout.type(type); }
   std::uint32_t size_of(std::uint32_t type) const { return shared_.image.types[type].size; }
   ir::TypeRef type_of_place(std::uint32_t place) const { return body_.places[place].type; }
@@ -371,8 +373,12 @@ class BodyGenerator final : private RecordSink {
       return made;
     }
     std::vector<std::uint32_t> path;
-    for (ir::PlaceId at{place}; at.valid(); at = body_.places[at.index].parent) path.push_back(at.index);
-    std::uint32_t word = operand(analysis_.places[place].reference);
+    for (ir::PlaceId at{place}; at.valid(); at = body_.places[at.index].parent) {
+      path.push_back(at.index);
+      if (is_static(at.index)) break;
+    }
+    std::uint32_t word =
+        is_static(path.back()) ? reference_to(path.back()) : operand(analysis_.places[place].reference);
     for (std::size_t k = path.size() - 1; k-- > 0;) {
       const Place& step = body_.places[path[k]];
       const ir::TypeRef parent = body_.places[path[k + 1]].type;
@@ -380,8 +386,10 @@ class BodyGenerator final : private RecordSink {
       if (step.kind == Place::Kind::kField) {
         writer_.op(Opcode::kFieldRef, {made, word, image_type(parent), shared_.layout.field_index(parent, step.index)});
       } else {
-        const std::int64_t index = types_[parent].lower + static_cast<std::int64_t>(step.index);
-        writer_.op(Opcode::kIndexRef, {made, word, lint(index), image_type(parent)});
+        const std::uint32_t index = step.kind == Place::Kind::kElementAt
+                                        ? index_operand(step.index)
+                                        : lint(types_[parent].lower + static_cast<std::int64_t>(step.index));
+        writer_.op(Opcode::kIndexRef, {made, word, index, image_type(parent)});
       }
       word = made;
     }
@@ -477,12 +485,20 @@ class BodyGenerator final : private RecordSink {
       case Op::kMakeRef:
         reference_to(inst.a, destination(true));
         break;
-      case Op::kIndexRef: {
-        const std::uint32_t array = reference_to(inst.a);
-        const std::uint32_t index = index_operand(inst.b);
-        writer_.op(Opcode::kIndexRef, {destination(true), array, index, image_type(type_of_place(inst.a))});
+      case Op::kExtract: {
+        const std::uint32_t word = operand(inst.a);
+        writer_.op(Opcode::kExtract, {destination(false), word, inst.b});
         break;
       }
+      case Op::kInsert: {
+        const std::uint32_t word = operand(inst.a);
+        const std::uint32_t part = operand(inst.b);
+        writer_.op(Opcode::kInsert, {destination(false), word, part, inst.count});
+        break;
+      }
+      case Op::kRange:
+        range(inst);
+        break;
     }
   }
 
@@ -536,6 +552,20 @@ class BodyGenerator final : private RecordSink {
     } else {
       writer_.op(Opcode::kCopyTo, {reference_to(inst.a), from, image_type(type)});
     }
+  }
+
+  void range(const Inst& inst) {
+    const ir::Type& limits = types_[inst.type];
+    const auto bound = [&](std::int64_t value) {
+      ir::Constant constant;
+      constant.type = ir::ref_of(limits.elementary);
+      constant.bits = static_cast<std::uint64_t>(value);
+      return shared_.constants.word(constant);
+    };
+    const std::uint32_t value = operand(inst.a);
+    const std::uint32_t lower = bound(limits.lower);
+    const std::uint32_t upper = bound(limits.upper);
+    writer_.op(range_for(core::rep_of(limits.elementary)), {destination(false), value, lower, upper});
   }
 
   void call(const Inst& inst) {

@@ -79,4 +79,25 @@ Opcode move_for(core::Rep rep) {
   return Opcode::kMoveRef;
 }
 
+Opcode range_for(core::Rep rep) {
+  switch (rep) {
+    case Rep::kI8:
+      return Opcode::kRangeI8;
+    case Rep::kU8:
+      return Opcode::kRangeU8;
+    case Rep::kI16:
+      return Opcode::kRangeI16;
+    case Rep::kU16:
+      return Opcode::kRangeU16;
+    case Rep::kI32:
+      return Opcode::kRangeI32;
+    case Rep::kU32:
+      return Opcode::kRangeU32;
+    case Rep::kI64:
+      return Opcode::kRangeI64;
+    default:
+      return Opcode::kRangeU64;
+  }
+}
+
 }  // namespace plc::bytecode

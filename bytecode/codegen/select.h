@@ -12,5 +12,7 @@ namespace plc::bytecode {
 std::optional<Opcode> opcode_for(const stdlib::Overload& overload);
 /// The opcode that copies a scalar or string of this representation.
 Opcode move_for(core::Rep rep);
+/// The RANGE opcode of an integer representation.
+Opcode range_for(core::Rep rep);
 
 }  // namespace plc::bytecode

@@ -1,10 +1,12 @@
 // Evaluator of IR, the slow and obvious way: what generated code is compared with. Every instruction is executed where
 // it stands, values are kept, memory is a map from paths to numbers.
 //
-// In: a module whose bodies use scalars, BOOL logic, standard functions of scalars, references, function block POUs and
-// jumps. Out: memory after a scan. Does not belong here: strings, standard blocks, layout.
+// In: a module whose bodies use scalars, BOOL logic, standard functions of scalars, parts of words, subranges, arrays,
+// references, function block POUs and jumps. Out: memory after a scan. Does not belong here: strings, standard blocks,
+// layout.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <map>
@@ -28,6 +30,7 @@ class IrEvaluator {
   /// never written is 0.
   std::map<std::string, Value> memory;
   std::uint64_t steps = 0;
+  std::uint64_t events = 0;
 
   /// One execution of the body of `pou` on instance `instance`. False when it took too many steps.
   bool run(std::uint32_t pou, const std::string& instance) {
@@ -49,11 +52,13 @@ class IrEvaluator {
         case ir::Op::kLoad: {
           const std::string from = path(p, instance, values, inst.a);
           result = from.empty() ? Value{} : memory[from];
+          if (from.empty()) ++events;
           break;
         }
         case ir::Op::kStore: {
           const std::string to = path(p, instance, values, inst.a);
           if (!to.empty()) memory[to] = values[inst.b];
+          if (to.empty()) ++events;
           break;
         }
         case ir::Op::kAnd:
@@ -74,6 +79,7 @@ class IrEvaluator {
         case ir::Op::kRun: {
           const std::string fb = path(p, instance, values, inst.a);
           const ir::Type& type = module_.types[p.body.places[inst.a].type];
+          if (fb.empty()) ++events;
           if (!fb.empty() && !run(type.pou, fb)) return false;
           break;
         }
@@ -90,15 +96,22 @@ class IrEvaluator {
           return true;
         case ir::Op::kMakeRef:
           result.target = path(p, instance, values, inst.a);
+          if (result.target.empty()) ++events;
           break;
-        case ir::Op::kIndexRef: {
-          const ir::Type& array = module_.types[p.body.places[inst.a].type];
-          const auto index = signed_value(p.body.insts[inst.b].type, values[inst.b].bits);
-          const std::string base = path(p, instance, values, inst.a);
-          result.target.clear();
-          if (!base.empty() && index >= array.lower && index <= array.upper) {
-            result.target = base + "[" + std::to_string(index) + "]";
-          }
+        case ir::Op::kExtract:
+          result.bits = (values[inst.a].bits >> inst.b) & mask_of(inst.type);
+          break;
+        case ir::Op::kInsert: {
+          const std::uint64_t mask = mask_of(p.body.insts[inst.b].type);
+          result.bits = (values[inst.a].bits & ~(mask << inst.count)) | (values[inst.b].bits & mask) << inst.count;
+          break;
+        }
+        case ir::Op::kRange: {
+          const ir::Type& limits = module_.types[inst.type];
+          const std::int64_t value = signed_value(inst.type, values[inst.a].bits);
+          const std::int64_t held = std::clamp(value, limits.lower, limits.upper);
+          if (held != value) ++events;
+          result.bits = static_cast<std::uint64_t>(held);
           break;
         }
         default:
@@ -116,14 +129,20 @@ class IrEvaluator {
     return is_signed ? static_cast<std::int64_t>(bits << shift) >> shift : static_cast<std::int64_t>(bits);
   }
 
-  std::uint64_t call(const ir::Pou& p, const ir::Inst& inst, const std::vector<Value>& values) const {
+  std::uint64_t mask_of(ir::TypeRef type) const {
+    const auto rep = *module_.types.rep_of(type);
+    const unsigned width = rep == core::Rep::kBool ? 1 : core::rep_bytes(rep) * 8;
+    return width >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << width) - 1;
+  }
+
+  std::uint64_t call(const ir::Pou& p, const ir::Inst& inst, const std::vector<Value>& values) {
     const stdlib::Overload& overload = *p.body.functions[inst.a];
     std::vector<std::uint64_t> bits;
     std::vector<const void*> pointers;
     for (std::uint32_t i = 0; i < inst.count; ++i) bits.push_back(values[p.body.args[inst.b + i].index].bits);
     for (const std::uint64_t& b : bits) pointers.push_back(&b);
     std::uint64_t result = 0;
-    overload.kernel(&result, pointers.data(), inst.count);
+    if (overload.kernel(&result, pointers.data(), inst.count) != stdlib::Event::kNone) ++events;
     return result;
   }
 
@@ -140,6 +159,7 @@ class IrEvaluator {
         return values[at.index].target;
       case ir::Place::Kind::kField:
       case ir::Place::Kind::kElement:
+      case ir::Place::Kind::kElementAt:
         break;
     }
     const std::string base = path(p, instance, values, at.parent.index);
@@ -147,6 +167,10 @@ class IrEvaluator {
     const ir::Type& type = module_.types[p.body.places[at.parent.index].type];
     if (at.kind == ir::Place::Kind::kElement) {
       return base + "[" + std::to_string(type.lower + static_cast<std::int64_t>(at.index)) + "]";
+    }
+    if (at.kind == ir::Place::Kind::kElementAt) {
+      const std::int64_t index = signed_value(p.body.insts[at.index].type, values[at.index].bits);
+      return index < type.lower || index > type.upper ? std::string() : base + "[" + std::to_string(index) + "]";
     }
     const std::string& field =
         type.kind == ir::TypeKind::kPou ? module_.pous[type.pou].variables[at.index].name : type.fields[at.index].name;

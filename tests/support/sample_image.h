@@ -109,6 +109,9 @@ inline Sample sample_image() {
   main.op(Opcode::kClearEvent);
   main.call_std("ADD:INT", i, {s.level, s.one});
   main.op(Opcode::kEno, {ok});
+  main.op(Opcode::kExtract, {ok, s.level, 3});
+  main.op(Opcode::kInsert, {s.level, s.level, ok, 15});
+  main.op(Opcode::kRangeI16, {i, s.level, s.one, s.limit});
   const std::uint32_t again = main.here();
   main.op(Opcode::kAdd16, {i, i, s.one});
   main.op(Opcode::kLtI16, {ok, i, s.limit});

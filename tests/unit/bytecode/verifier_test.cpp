@@ -214,6 +214,9 @@ const std::vector<Case>& cases() {
                                         bytecode::operand_word(Space::kFrame, offset), s.one, s.integer});
        }},
 
+      {Rule::kV315, "bit 16 of an INT", [](Sample& s) { operand(s, s.main, Opcode::kExtract, 2) = 16; }},
+      {Rule::kV315, "a bit of an INT put into a DINT", [](Sample& s) { operand(s, s.main, Opcode::kInsert, 0) = s.total; }},
+
       {Rule::kV401, "a function called as a function block",
        [](Sample& s) { operand(s, s.main, Opcode::kCallPou, 0) = s.max2; }},
       {Rule::kV401, "a function block called as a function",

@@ -159,7 +159,7 @@ TEST_F(Generate, StructuresGoThroughInOutsAndCopies) {
   {
     auto b = m.body(fb);
     const auto at = *b.member(b.variable(io), "At");
-    const auto element = b.deref(b.index_ref(at, b.load(b.variable(i))));
+    const auto element = b.element_at(at, b.load(b.variable(i)));
     const std::vector<Operand> sum{Operand::of(b.load(element)), literal(5)};
     b.store(element, *b.call("ADD", sum, {}));
     b.store(b.element(*b.member(b.variable(io), "At"), 0), *b.convert(literal(1), dint, ""));
@@ -187,7 +187,7 @@ TEST_F(Generate, IndexOutOfBoundsIsAnEventAndNothingElse) {
   const auto ok = m.variable(main, "ok", ir::kBoolType);
   auto b = m.body(main);
   b.clear_event();
-  b.store(b.deref(b.index_ref(b.variable(a), b.load(b.variable(i)))), *b.convert(literal(9), dint, ""));
+  b.store(b.element_at(b.variable(a), b.load(b.variable(i))), *b.convert(literal(9), dint, ""));
   b.store(b.variable(ok), b.eno());
   Running r(m);
   r.write("Main.i", "3");

@@ -126,11 +126,11 @@ class RandomBody {
 
   void indexed() {
     const auto array = arrays_[random_() % arrays_.size()];
-    const auto reference = b_.index_ref(array, int_value());
+    const auto element = b_.element_at(array, int_value());
     if (chance(2)) {
-      bools_.push_back(b_.load(b_.deref(reference)));
+      bools_.push_back(b_.load(element));
     } else {
-      b_.store(b_.deref(reference), bool_value());
+      b_.store(element, bool_value());
     }
   }
 

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 #include <memory>
 #include <sstream>
@@ -250,11 +251,24 @@ class Machine {
         case ir::Op::kMakeRef:
           out.path = path_of({inst.a});
           break;
-        case ir::Op::kIndexRef: {
-          const ir::Type& array = module_.types[body.places[inst.a].type];
-          const auto rep = module_.types.rep_of(body.insts[inst.b].type);
-          const std::int64_t index = signed_value(values_[inst.b].bits, *rep) - array.lower;
-          out.path = path_of({inst.a}) + "[" + std::to_string(index) + "]";
+        case ir::Op::kExtract: {
+          const unsigned width = width_of(inst.type);
+          out.bits = (values_[inst.a].bits >> inst.b) & ((std::uint64_t{1} << width) - 1);
+          break;
+        }
+        case ir::Op::kInsert: {
+          const unsigned width = width_of(body.insts[inst.b].type);
+          const std::uint64_t mask = ((std::uint64_t{1} << width) - 1) << inst.count;
+          out.bits = (values_[inst.a].bits & ~mask) | (values_[inst.b].bits << inst.count & mask);
+          break;
+        }
+        case ir::Op::kRange: {
+          const ir::Type& limits = module_.types[inst.type];
+          const auto rep = core::rep_of(limits.elementary);
+          const std::int64_t value = signed_value(values_[inst.a].bits, rep);
+          const std::int64_t held = std::clamp(value, limits.lower, limits.upper);
+          event = event || held != value;
+          out.bits = truncate_bits(static_cast<std::uint64_t>(held), rep);
           break;
         }
         case ir::Op::kLabel:
@@ -281,6 +295,12 @@ class Machine {
         return path_of(place.parent) + "." + std::to_string(place.index);
       case ir::Place::Kind::kElement:
         return path_of(place.parent) + "[" + std::to_string(place.index) + "]";
+      case ir::Place::Kind::kElementAt: {
+        const ir::Type& array = module_.types[pou_.body.places[place.parent.index].type];
+        const auto rep = module_.types.rep_of(pou_.body.insts[place.index].type);
+        const std::int64_t index = signed_value(values_[place.index].bits, *rep) - array.lower;
+        return path_of(place.parent) + "[" + std::to_string(index) + "]";
+      }
     }
     return {};
   }
@@ -290,6 +310,10 @@ class Machine {
     std::uint64_t bits = 0;
     std::string path;
   };
+  [[nodiscard]] unsigned width_of(ir::TypeRef type) const {
+    const auto rep = *module_.types.rep_of(type);
+    return rep == core::Rep::kBool ? 1 : core::rep_bytes(rep) * 8;
+  }
   [[nodiscard]] std::size_t label(std::uint32_t wanted) const {
     for (std::size_t i = 0; i < pou_.body.insts.size(); ++i) {
       if (pou_.body.insts[i].op == ir::Op::kLabel && pou_.body.insts[i].a == wanted) return i;

@@ -152,6 +152,14 @@ pou "All" program instance t14 frame t15
     XOR_16 i:i16, i:i16, i:i16
     XOR_32 i:i32, i:i32, i:i32
     XOR_64 i:i64, i:i64, i:i64
+    RANGE_I8 i:i8, i:i8, i:i8, i:i8
+    RANGE_U8 i:u8, i:u8, i:u8, i:u8
+    RANGE_I16 i:i16, i:i16, i:i16, i:i16
+    RANGE_U16 i:u16, i:u16, i:u16, i:u16
+    RANGE_I32 i:i32, i:i32, i:i32, i:i32
+    RANGE_U32 i:u32, i:u32, i:u32, i:u32
+    RANGE_I64 i:i64, i:i64, i:i64, i:i64
+    RANGE_U64 i:u64, i:u64, i:u64, i:u64
     RETURN
 pou "T" task instance t18 frame t19
     CALL_POU p0, i:All0  ; "All"

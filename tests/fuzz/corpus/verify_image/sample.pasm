@@ -134,12 +134,15 @@ pou "Main" program instance t24 frame t25
     CLEAR_EVENT
     CALL_STD s0, f:i, g:level, c:c#0  ; "ADD:INT"
     ENO f:ok
-L73:
+    EXTRACT f:ok, g:level, 3
+    INSERT g:level, g:level, f:ok, 15
+    RANGE_I16 f:i, g:level, c:c#0, g:limit
+L87:
     ADD_16 f:i, f:i, c:c#0
     LT_I16 f:ok, f:i, g:limit
-    COND_JUMP f:ok, L86
-    LOOP_JUMP L73
-L86:
+    COND_JUMP f:ok, L100
+    LOOP_JUMP L87
+L100:
     RETURN
 pou "Fast" task instance t28 frame t29
     READ_N 0, 10
