@@ -311,7 +311,7 @@ std::optional<TypeRef> Declarer::resolve_string(const TypeSpec& spec, const Owne
   const bool wide = core::iequals(core::trimmed(spec.name), "WSTRING");
   const core::TypeId id = wide ? core::TypeId::kWstring : core::TypeId::kString;
   if (core::trimmed(spec.length).empty()) return types().string(id, core::kDefaultStringCapacity);
-  const auto length = integer_constant(spec.length, place(spec.at, owner), owner, "length");
+  const auto length = integer_constant(spec.length, place(spec.length_at, spec.at, owner), owner, "length");
   if (!length) return std::nullopt;
   if (*length < 1 || *length > core::kMaxStringCapacity) {
     report(Code::P4017, place(spec.at, owner), owner.pou,
@@ -334,8 +334,10 @@ std::optional<TypeRef> Declarer::resolve_array(const TypeSpec& spec, const Owner
   std::int64_t total = 1;
   bool fine = element.has_value();
   for (const plcopen::Dimension& dimension : spec.dimensions) {
-    const auto lower = integer_constant(dimension.lower, at, owner, "lower bound");
-    const auto upper = integer_constant(dimension.upper, at, owner, "upper bound");
+    const auto lower =
+        integer_constant(dimension.lower, place(dimension.lower_at, spec.at, owner), owner, "lower bound");
+    const auto upper =
+        integer_constant(dimension.upper, place(dimension.upper_at, spec.at, owner), owner, "upper bound");
     if (!lower || !upper) {
       fine = false;
       continue;
@@ -395,7 +397,7 @@ std::optional<ir::Type> Declarer::make_enum(const TypeSpec& spec, const Owner& o
   for (const plcopen::EnumValue& value : spec.values) {
     const SourceRef& at = place(value.at, owner);
     if (!core::trimmed(value.value).empty()) {
-      const auto given = integer_constant(value.value, at, owner, "a value");
+      const auto given = integer_constant(value.value, place(value.value_at, value.at, owner), owner, "a value");
       if (given) next = *given;
     }
     if (!int_fits(next, false, out.elementary) && !fixed_base) {
@@ -432,8 +434,9 @@ std::optional<ir::Type> Declarer::make_subrange(const TypeSpec& spec, const Owne
     return std::nullopt;
   }
   out.elementary = *id;
-  const auto lower = integer_constant(spec.dimensions[0].lower, out.at, owner, "lower limit");
-  const auto upper = integer_constant(spec.dimensions[0].upper, out.at, owner, "upper limit");
+  const plcopen::Dimension& limits = spec.dimensions[0];
+  const auto lower = integer_constant(limits.lower, place(limits.lower_at, spec.at, owner), owner, "lower limit");
+  const auto upper = integer_constant(limits.upper, place(limits.upper_at, spec.at, owner), owner, "upper limit");
   if (!lower || !upper) return std::nullopt;
   if (*lower > *upper || !int_fits(*lower, false, *id) || !int_fits(*upper, false, *id)) {
     report(Code::P4017, out.at, owner.pou,

@@ -64,6 +64,10 @@ class Declarer final : public ConstantScope {
   [[nodiscard]] const core::SourceRef& place(const core::SourceRef& preferred, const Owner& owner) const {
     return preferred.line != 0 ? preferred : owner.at;
   }
+  [[nodiscard]] const core::SourceRef& place(const core::SourceRef& exact, const core::SourceRef& preferred,
+                                             const Owner& owner) const {
+    return exact.line != 0 ? exact : place(preferred, owner);
+  }
 
   // declare_types.cpp
   void declare_data_types();

@@ -174,9 +174,9 @@ bool Declarer::add_items(const InitialValue& value, TypeRef type, std::vector<st
            target.kind == TypeKind::kArray ? "arrays take a list of values" : "structures take values by member");
     return false;
   }
-  const auto result = target.kind == TypeKind::kString ? evaluate_text(value.text, at, type, owner)
-                                                       : evaluate_constant(value.text, at, types(), *this, diagnostics_,
-                                                                           owner.pou, type);
+  const auto result = target.kind == TypeKind::kString
+                          ? evaluate_text(value.text, at, type, owner)
+                          : evaluate_constant(value.text, at, types(), *this, diagnostics_, owner.pou, type);
   if (!result) return false;
   std::string problem;
   auto constant = constant_as(*result, type, types(), problem);
@@ -215,7 +215,7 @@ bool Declarer::add_array_items(const InitialValue& value, TypeRef type, std::vec
   for (const InitialValue& one : value.values) {
     std::int64_t repetition = 1;
     if (!core::trimmed(one.repetition).empty()) {
-      const auto count = integer_constant(one.repetition, place(one.at, owner), owner, "repetition");
+      const auto count = integer_constant(one.repetition, place(one.repetition_at, one.at, owner), owner, "repetition");
       if (!count) return false;
       repetition = *count;
     }

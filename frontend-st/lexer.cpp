@@ -57,6 +57,7 @@ bool Lexer::skip_blanks(Token& bad) {
       const std::size_t end = text_.find('}', position_);
       if (end != std::string_view::npos) {
         position_ = end + 1;
+        if (pragmas_ != nullptr) pragmas_->push_back(make(TokenKind::kUnknown, begin));
         continue;
       }
       position_ = text_.size();
@@ -102,7 +103,8 @@ Token Lexer::number(std::size_t begin) {
 Token Lexer::quoted(std::size_t begin, TokenKind kind) {
   const char quote = at(position_);
   ++position_;
-  while (position_ < text_.size()) {
+  // A line end stands as $N in a text: a forgotten quote spoils its line, not the rest of the file.
+  while (position_ < text_.size() && at(position_) != '\n') {
     const char c = at(position_++);
     if (c == quote) return make(kind, begin);
     if (c == '$' && position_ < text_.size()) ++position_;

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <string_view>
+#include <vector>
 
 namespace plc::st {
 
@@ -57,7 +58,8 @@ struct Token {
 
 class Lexer {
  public:
-  explicit Lexer(std::string_view text) : text_(text) {}
+  /// Pragmas passed over are added to `pragmas`, if given.
+  explicit Lexer(std::string_view text, std::vector<Token>* pragmas = nullptr) : text_(text), pragmas_(pragmas) {}
   /// The next token; kEnd for ever after the last.
   Token next();
 
@@ -71,6 +73,7 @@ class Lexer {
   Token direct(std::size_t begin);
 
   std::string_view text_;
+  std::vector<Token>* pragmas_;
   std::size_t position_ = 0;
 };
 

@@ -1,8 +1,8 @@
-// Project: what a PLCopen XML file says, typed, in file order, without interpretation. Front ends read it; nothing
-// here knows what a drawing means. Texts are UTF-8, trimmed where the schema allows blanks around them.
+// Project: what a PLCopen XML or ST file says, typed, in file order, without interpretation. Front ends read it;
+// nothing here knows what a drawing means. Texts are UTF-8, trimmed where the schema allows blanks around them.
 //
-// In: filled by plcopen/reader.cpp. Out: read by frontend-*. Does not belong here: name resolution, types' sizes,
-// order.
+// In: filled by plcopen/reader.cpp and frontend-st/read.cpp. Out: read by frontend-*. Does not belong here: name
+// resolution, types' sizes, order.
 #pragma once
 
 #include <cstdint>
@@ -18,8 +18,8 @@ using core::ElementKind;
 using core::SourceRef;
 
 /// Spelling the file uses (docs: plcopen/SUPPORT.md). kUnknown = an unknown namespace, read by local names with a
-/// warning.
-enum class Version : std::uint8_t { kUnknown, kTc6v101, kTc6v200, kTc6v201, kIec61131_10 };
+/// warning. kText = no XML but declarations and bodies as text (docs/guides/structured-text.md).
+enum class Version : std::uint8_t { kUnknown, kTc6v101, kTc6v200, kTc6v201, kIec61131_10, kText };
 
 // ---- types and values as written ------------------------------------------------------------------------------
 
@@ -29,11 +29,14 @@ struct TypeSpec;
 struct Dimension {
   std::string lower;
   std::string upper;
+  SourceRef lower_at = {};  ///< where the texts stand, if known more exactly than the type
+  SourceRef upper_at = {};
 };
 struct EnumValue {
   std::string name;
   std::string value;  ///< as written, empty = previous + 1
   SourceRef at;
+  SourceRef value_at = {};  ///< where `value` stands, if known more exactly
 };
 struct Variable;
 
@@ -56,6 +59,7 @@ struct TypeSpec {
   std::vector<Variable> members;
   std::shared_ptr<TypeSpec> base;
   SourceRef at;
+  SourceRef length_at;  ///< where `length` stands, if known more exactly
 };
 
 struct InitialValue {
@@ -66,11 +70,25 @@ struct InitialValue {
   std::string repetition;            ///< repetition count inside a kArray parent, as written; empty = 1
   std::vector<InitialValue> values;  ///< kArray elements or kStruct members, in order
   SourceRef at;
+  SourceRef repetition_at;  ///< where `repetition` stands, if known more exactly
 };
 
 /// kAccess: `name` is the alias, `address` the instance path, `constant` = read only. kConfig (VAR_CONFIG): `name` is
-/// the instance path.
-enum class Section : std::uint8_t { kInput, kOutput, kInOut, kLocal, kTemp, kExternal, kGlobal, kAccess, kConfig };
+/// the instance path. kInstance (VAR_INST): kept from call to call, as kLocal of function blocks and programs is.
+enum class Section : std::uint8_t {
+  kInput,
+  kOutput,
+  kInOut,
+  kLocal,
+  kTemp,
+  kExternal,
+  kGlobal,
+  kAccess,
+  kConfig,
+  kInstance,
+};
+
+enum class Edge : std::uint8_t { kNone, kRising, kFalling };
 
 struct Variable {
   std::string name;
@@ -83,6 +101,7 @@ struct Variable {
   bool retain = false;
   bool nonretain = false;
   bool persistent = false;
+  Edge edge = Edge::kNone;  ///< kInput of type BOOL: R_EDGE, F_EDGE; the body sees the edge, not the level
   std::string documentation;
   SourceRef at;
 };
@@ -96,7 +115,6 @@ struct DataType {
 
 // ---- drawings -------------------------------------------------------------------------------------------------
 
-enum class Edge : std::uint8_t { kNone, kRising, kFalling };
 enum class Storage : std::uint8_t { kNone, kSet, kReset };
 
 /// One <connection> of an input: the wire to the element (and pin) that feeds it.
@@ -189,16 +207,27 @@ struct Pou {
   std::vector<Variable> variables;  ///< all sections, in file order
   std::vector<Body> bodies;         ///< usually one
   bool has_actions = false;         ///< actions or transitions of SFC are present
+  bool from_library = false;        ///< brought by --lib: compiled when something uses it, not looked at by lint
   std::string documentation;
   SourceRef at;
 };
 
 // ---- configuration --------------------------------------------------------------------------------------------
 
+/// One element of PROGRAM p : T (In := x, Out => y).
+struct InstanceConnection {
+  std::string variable;  ///< of the program
+  std::string other;     ///< what it is connected to, as written: a constant, a global variable or an address
+  bool output = false;   ///< =>
+  SourceRef at;
+  SourceRef other_at;
+};
 struct PouInstance {
   std::string name;
   std::string type_name;  ///< as written; empty = "the type is named like the instance"
   SourceRef at;
+  bool retain = false;  ///< PROGRAM RETAIN p
+  std::vector<InstanceConnection> connections = {};
 };
 
 struct Task {
@@ -241,10 +270,17 @@ struct ReportRow {
   std::string reason;  ///< for kPreserved, kIgnored and kRefused
 };
 
-/// A declaration kept as the tool's own text (TwinCAT/CODESYS interfaceasplaintext); the typed interface is what
-/// counts.
+/// A declaration kept as the tool's own text (TwinCAT/CODESYS interfaceasplaintext): the typed interface is what
+/// counts, where there is one.
 struct PlainDeclaration {
-  std::string owner;  ///< POU or globalVars list it belongs to
+  std::string owner;     ///< POU or globalVars list it belongs to
+  bool of_list = false;  ///< owner is a globalVars list
+  std::string text;
+  SourceRef at;
+};
+
+/// A pragma, "{attribute 'qualified_only'}", kept as written; none has a meaning for the program.
+struct Pragma {
   std::string text;
   SourceRef at;
 };
@@ -258,7 +294,8 @@ struct Project {
   std::vector<Pou> pous;
   std::vector<Configuration> configurations;
   std::vector<PlainDeclaration> declarations;
-  std::vector<ReportRow> report;  ///< counts add up to the number of XML elements of the file
+  std::vector<Pragma> pragmas;
+  std::vector<ReportRow> report;  ///< XML: counts add up to the number of elements of the file
   std::uint16_t file = 0;         ///< index into Diagnostics' files
 };
 

@@ -31,6 +31,7 @@ void plain_declaration(Reader& r) {
   PlainDeclaration declaration;
   if (!r.var_lists.empty() && r.var_lists.back().section == Section::kGlobal) {
     declaration.owner = r.var_lists.back().list;
+    declaration.of_list = true;
   } else if (!r.pous.empty()) {
     declaration.owner = r.pous.back()->pou.name;
   }

@@ -13,8 +13,11 @@
 #include "core/text.h"
 #include "frontend-ld/lower.h"
 #include "frontend-st/declare.h"
+#include "frontend-st/read.h"
 #include "ir/check.h"
+#include "ir/reach.h"
 #include "plcopen/reader.h"
+#include "tools/libraries.h"
 
 namespace plc::tools {
 namespace {
@@ -32,7 +35,7 @@ bool can_open(const std::string& path, Compilation& compilation) {
   core::SourceRef at;
   at.file = compilation.diagnostics.add_file(path);
   compilation.diagnostics.report(Code::P7001, at, {}, "file cannot be opened for reading",
-                                 "give the path of a PLCopen XML file or of an image made by plc compile");
+                                 "give the path of a PLCopen XML file, an ST file or an image made by plc compile");
   compilation.readable = false;
   return false;
 }
@@ -50,11 +53,20 @@ class Lowering {
   Lowering(const Request& request, Compilation& compilation) : request_(request), compilation_(compilation) {}
 
   void lower_all() {
-    plcopen::Project& project = *compilation_.project;
+    const plcopen::Project& project = *compilation_.project;
+    const ir::Module& module = *compilation_.module;
+    done_.resize(project.pous.size());
     for (std::uint32_t i = 0; i < project.pous.size(); ++i) {
-      lower(project.pous[i], i);
-      // WHY: a large drawing takes more memory than the program it becomes; release it body by body.
-      project.pous[i].bodies = {};
+      if (!project.pous[i].from_library) lower(i);
+    }
+    // What a library has beyond that is not compiled, and its problems are nobody's.
+    for (const ir::Task& task : module.tasks) {
+      for (const ir::ProgramInstance& program : task.programs) lower(program.pou);
+    }
+    while (!reached_.empty()) {
+      const std::uint32_t pou = reached_.back();
+      reached_.pop_back();
+      for (const std::uint32_t callee : ir::callees(module, pou)) lower(callee);
     }
     if (drawn_ == 0 && texts_ == 0) {
       core::SourceRef at;
@@ -67,7 +79,17 @@ class Lowering {
   }
 
  private:
-  void lower(const plcopen::Pou& pou, std::uint32_t index) {
+  void lower(std::uint32_t index) {
+    if (done_[index]) return;
+    done_[index] = true;
+    reached_.push_back(index);
+    plcopen::Pou& pou = compilation_.project->pous[index];
+    lower_bodies(pou, index);
+    // WHY: a large drawing takes more memory than the program it becomes; release it body by body.
+    pou.bodies = {};
+  }
+
+  void lower_bodies(const plcopen::Pou& pou, std::uint32_t index) {
     ir::Module& module = *compilation_.module;
     for (const plcopen::Body& body : pou.bodies) drawn_ += body.drawn_elements;
     switch (language_of(pou)) {
@@ -107,6 +129,8 @@ class Lowering {
 
   const Request& request_;
   Compilation& compilation_;
+  std::vector<bool> done_;
+  std::vector<std::uint32_t> reached_;  ///< lowered, what they call not yet looked at
   std::uint64_t drawn_ = 0;
   std::uint64_t texts_ = 0;
 };
@@ -152,17 +176,53 @@ void load_image(const std::string& path, Compilation& compilation) {
   compilation.image = bytecode::verify(std::move(*image), compilation.diagnostics);
 }
 
+bool has_extension(std::string_view path, std::string_view extension) {
+  return path.size() >= extension.size() && core::iequals(path.substr(path.size() - extension.size()), extension);
+}
+
+/// True when the file is to be read as ST. Files named neither way are looked into.
+bool is_text_path(const std::string& path) {
+  if (has_extension(path, ".st") || has_extension(path, ".iecst")) return true;
+  if (has_extension(path, ".xml")) return false;
+  constexpr std::size_t kLookedAt = 65536;
+  std::string bytes(kLookedAt, '\0');
+  std::ifstream in(path, std::ios::binary);
+  in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  bytes.resize(static_cast<std::size_t>(in.gcount()));
+  return st::looks_like_text(bytes);
+}
+
+void read_libraries(const Request& request, Compilation& compilation) {
+  core::Diagnostics& diagnostics = compilation.diagnostics;
+  for (const std::string& path : request.libraries) {
+    if (is_image_path(path)) {
+      core::SourceRef at;
+      at.file = diagnostics.add_file(path);
+      diagnostics.report(Code::P5111, at, {}, "image as a library: it has no declarations any more",
+                         "give the ST or PLCopen XML file it was made from");
+      continue;
+    }
+    if (!can_open(path, compilation)) continue;
+    if (auto library = read_project(path, diagnostics)) {
+      add_library(*compilation.project, std::move(*library), diagnostics);
+    }
+  }
+}
+
 }  // namespace
 
-bool is_image_path(const std::string& path) {
-  return path.size() >= 4 && core::iequals(std::string_view(path).substr(path.size() - 4), ".pbc");
+bool is_image_path(const std::string& path) { return has_extension(path, ".pbc"); }
+
+std::unique_ptr<plcopen::Project> read_project(const std::string& path, core::Diagnostics& diagnostics) {
+  return is_text_path(path) ? st::read(path, diagnostics) : plcopen::read(path, diagnostics);
 }
 
 void compile(const Request& request, Compilation& compilation) {
   if (!can_open(request.path, compilation)) return;
   core::Diagnostics& diagnostics = compilation.diagnostics;
-  compilation.project = plcopen::read(request.path, diagnostics);
-  if (!compilation.project || request.goal == Goal::kRead) return;
+  compilation.project = read_project(request.path, diagnostics);
+  if (compilation.project) read_libraries(request, compilation);
+  if (!compilation.readable || !compilation.project || request.goal == Goal::kRead) return;
 
   compilation.module = st::declare(*compilation.project, request.options, diagnostics);
   if (!compilation.module) return;

@@ -1,14 +1,16 @@
 // The steps in order: read, declare, lower every body, check, generate, verify. Each step takes one structure and makes
 // the next; this is the only place that knows all of them.
 //
-// In: a PLCopen XML file, or an image made earlier, and the compile options. Out: a Compilation with everything asked
-// for, and every problem found on the way. Does not belong here: printing, command lines, running.
+// In: a PLCopen XML or ST file and libraries, or an image made earlier, and the compile options. Out: a Compilation
+// with everything asked for, and every problem found on the way. Does not belong here: printing, command lines,
+// running.
 #pragma once
 
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "bytecode/image.h"
 #include "core/diagnostics.h"
@@ -20,20 +22,21 @@ namespace plc::tools {
 
 /// How far to go.
 enum class Goal : std::uint8_t {
-  kRead,      ///< the Project only
-  kCheck,     ///< everything that can be compiled is; a file without instances is fine
-  kRun,       ///< an image to run: without any instance that is an error
+  kRead,   ///< the Project only
+  kCheck,  ///< everything that can be compiled is; a file without instances is fine
+  kRun,    ///< an image to run: without any instance that is an error
 };
 
 struct Request {
   std::string path;
   core::CompileOptions options;
   Goal goal = Goal::kCheck;
+  std::vector<std::string> libraries = {};  ///< files whose data types, POUs and globals join the project
 };
 
 struct Compilation {
   core::Diagnostics diagnostics;
-  bool readable = true;  ///< false: the file could not be opened at all
+  bool readable = true;                       ///< false: the file could not be opened at all
   std::unique_ptr<plcopen::Project> project;  ///< bodies are released once lowered; null for images
   std::unique_ptr<ir::Module> module;         ///< null for images and after code generation
   std::optional<bytecode::VerifiedImage> image;
@@ -43,6 +46,10 @@ struct Compilation {
 
 /// True when the path names a compiled image (by its ".pbc").
 bool is_image_path(const std::string& path);
+
+/// Reads a project or library file: ST by its ".st" or ".iecst" or because its text begins no XML, else PLCopen XML.
+/// Null when it cannot be read.
+std::unique_ptr<plcopen::Project> read_project(const std::string& path, core::Diagnostics& diagnostics);
 
 /// Runs the steps as far as the request says; stops after a step whose result cannot be worked on.
 void compile(const Request& request, Compilation& compilation);

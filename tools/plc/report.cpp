@@ -26,6 +26,8 @@ const char* version_text(plcopen::Version version) {
       return "PLCopen TC6 2.01";
     case plcopen::Version::kIec61131_10:
       return "IEC 61131-10";
+    case plcopen::Version::kText:
+      return "Structured Text, IEC 61131-3";
   }
   return "";
 }

@@ -1,0 +1,190 @@
+// DeclarationReader: one pass over a text of declarations, by recursive descent. Split by what is read: read_types,
+// read_variables, read_pous, read_configuration; the tokens and recovery from errors are in declaration_reader.cpp.
+//
+// In: SourceText. Out: a Project grows. Errors recover at the `;` of a declaration and at the END_ of what is open.
+// Does not belong here: files (read.cpp), names, types, statements.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/diagnostics.h"
+#include "frontend-st/lexer.h"
+#include "frontend-st/source_text.h"
+#include "plcopen/project.h"
+
+namespace plc::st {
+
+/// Words that give a text its structure. Others, as AT and OF, are looked at where they may stand.
+enum class Word : std::uint8_t {
+  kNone,
+  kType,
+  kEndType,
+  kStruct,
+  kEndStruct,
+  kUnion,
+  kEndUnion,
+  kFunction,
+  kEndFunction,
+  kFunctionBlock,
+  kEndFunctionBlock,
+  kProgram,
+  kEndProgram,
+  kConfiguration,
+  kEndConfiguration,
+  kResource,
+  kEndResource,
+  kTask,
+  kVar,
+  kVarInput,
+  kVarOutput,
+  kVarInOut,
+  kVarTemp,
+  kVarExternal,
+  kVarGlobal,
+  kVarAccess,
+  kVarConfig,
+  kVarInst,
+  kVarStat,
+  kEndVar,
+  kClass,
+  kEndClass,
+  kInterface,
+  kEndInterface,
+  kNamespace,
+  kEndNamespace,
+  kMethod,
+  kEndMethod,
+  kProperty,
+  kEndProperty,
+  kUsing,
+  kAction,
+  kEndAction,
+  kStep,
+  kEndStep,
+  kInitialStep,
+  kTransition,
+  kEndTransition,
+};
+
+class DeclarationReader {
+ public:
+  DeclarationReader(const SourceText& source, plcopen::Project& project, core::Diagnostics& diagnostics);
+
+  /// Everything that may stand in a file.
+  void read_file();
+  /// A POU's head and variable sections without body and END_: the interface of `pou`. Its name stays.
+  void read_interface(plcopen::Pou& pou);
+  /// VAR_GLOBAL sections alone.
+  void read_globals(std::vector<plcopen::Variable>& out, const std::string& list);
+
+ private:
+  /// A part of the text, blanks and comments at its ends removed.
+  struct Piece {
+    std::string text;
+    core::SourceRef at;
+  };
+  /// What a section of variables belongs to.
+  enum class Owner : std::uint8_t { kFile, kConfiguration, kResource, kFunction, kFunctionBlock, kProgram };
+
+  // declaration_reader.cpp: tokens
+  void advance();
+  const Token& peek(std::size_t ahead);  ///< the token `ahead` behind the current one, 1 to 3
+  [[nodiscard]] std::string_view text_of(const Token& token) const { return source_.slice(token.begin, token.end); }
+  [[nodiscard]] Word word_of(const Token& token) const;
+  [[nodiscard]] bool at(TokenKind kind) const { return token_.kind == kind; }
+  [[nodiscard]] bool at_text(std::string_view word) const;
+  [[nodiscard]] bool is_text(const Token& token, std::string_view word) const;
+  bool accept(TokenKind kind);
+  bool accept_text(std::string_view word);
+  [[nodiscard]] core::SourceRef place(std::uint32_t offset, core::ElementKind kind = core::ElementKind::kNone) const;
+  [[nodiscard]] std::string shown(const Token& token) const;
+
+  // declaration_reader.cpp: errors, always with result false
+  bool fail(core::Code code, const Token& token, std::string message, std::string help = {});
+  bool fail_expected(std::string_view wanted);
+  /// `what`, opened at `opener`, has no `end`.
+  bool fail_unclosed(std::string_view what, const Token& opener, std::string_view end);
+  bool require(TokenKind kind, std::string_view wanted);
+  bool enter(const Token& token);
+  void leave() { --depth_; }
+  void skip_declaration();
+  void skip_to(Word end);
+  void skip_to_opener();
+  bool end_declaration();
+  void refuse(Word opener, Word end, std::string_view what);
+  void count(std::string element, plcopen::Fate fate, const core::SourceRef& at, std::string_view reason = {});
+  void keep_pragmas();
+
+  // declaration_reader.cpp: what all declarations have
+  bool name(std::string& out, std::string_view what);
+  Piece expression();
+  Piece dotted_path();
+  plcopen::Configuration& outside();
+
+  // read_types.cpp
+  void type_block();
+  bool type_declaration();
+  bool type_spec(plcopen::TypeSpec& out);
+  bool type_spec_inner(plcopen::TypeSpec& out);
+  bool array_spec(plcopen::TypeSpec& out);
+  bool struct_spec(plcopen::TypeSpec& out);
+  bool named_spec(plcopen::TypeSpec& out);
+  bool string_length(plcopen::TypeSpec& out);
+  bool enumeration(plcopen::TypeSpec& out);
+  bool subrange(plcopen::TypeSpec& out);
+  bool initial_value(plcopen::InitialValue& out);
+  bool value(plcopen::InitialValue& out);
+  bool array_value(plcopen::InitialValue& out);
+  bool array_element(plcopen::InitialValue& list);
+  bool struct_value(plcopen::InitialValue& out);
+
+  // read_variables.cpp
+  [[nodiscard]] static bool is_section(Word word);
+  void section(Owner owner, std::vector<plcopen::Variable>& out);
+  bool variables(const plcopen::Variable& model, std::vector<plcopen::Variable>& out);
+  bool access_variable(std::vector<plcopen::Variable>& out);
+  bool config_variable(std::vector<plcopen::Variable>& out);
+  bool qualifier(plcopen::Variable& model, const Token& opener);
+  [[nodiscard]] bool section_may_stand(Word word, Owner owner, const Token& opener);
+  bool begins_statement();
+  bool pay(std::size_t things, std::size_t copied_bytes = 0);
+
+  // read_pous.cpp
+  void pou(Word opener_word);
+  bool pou_head(plcopen::Pou& pou, Word opener_word);
+  void body(plcopen::Pou& pou, const Token& opener, Word opener_word);
+  bool opens_another();
+  plcopen::Language language();
+
+  // read_configuration.cpp
+  void configuration();
+  void resource(plcopen::Configuration& configuration);
+  bool resource_part(plcopen::Resource& resource);
+  bool task(plcopen::Resource& resource);
+  bool task_parameters(plcopen::Task& task);
+  bool program_instance(plcopen::Resource& resource);
+  bool connection(plcopen::PouInstance& instance);
+
+  const SourceText& source_;
+  plcopen::Project& project_;
+  core::Diagnostics& diagnostics_;
+  Lexer lexer_;
+  std::vector<Token> pragmas_;  ///< passed over and not yet kept
+  Token token_;                 ///< the current one
+  std::array<Token, 4> ahead_;  ///< those behind it
+  std::size_t ahead_count_ = 0;
+  std::uint32_t last_end_ = 0;  ///< end of the token before the current one
+  std::uint32_t depth_ = 0;
+  std::size_t declared_ = 0;      ///< variables, members and values read
+  std::size_t copied_bytes_ = 0;  ///< text of declarations read several times, for `a, b : T`
+  bool exhausted_ = false;        ///< a limit on the whole text was reported
+  std::string pou_;               ///< name of the open POU, for messages
+  plcopen::Configuration outside_;
+  bool has_outside_ = false;
+};
+
+}  // namespace plc::st

@@ -1,0 +1,146 @@
+#include "frontend-st/read.h"
+
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <new>
+
+#include "core/text.h"
+#include "frontend-st/declaration_reader.h"
+#include "plcopen/encoding.h"
+
+namespace plc::st {
+
+using core::Code;
+
+namespace {
+
+/// Well-formed enough: every lead byte has its continuation bytes.
+bool is_utf8(std::string_view bytes) {
+  for (std::size_t i = 0; i < bytes.size();) {
+    const auto lead = static_cast<unsigned char>(bytes[i]);
+    const std::size_t length = lead < 0x80   ? 1
+                               : lead < 0xC2 ? 0
+                               : lead < 0xE0 ? 2
+                               : lead < 0xF0 ? 3
+                               : lead < 0xF5 ? 4
+                                             : 0;
+    if (length == 0 || bytes.size() - i < length) return false;
+    for (std::size_t k = 1; k < length; ++k) {
+      if ((static_cast<unsigned char>(bytes[i + k]) & 0xC0u) != 0x80u) return false;
+    }
+    i += length;
+  }
+  return true;
+}
+
+/// The text as UTF-8; `converted` owns it where the file is none.
+std::string_view to_text(std::string_view bytes, std::string& converted) {
+  using Kind = plcopen::Encoding::Kind;
+  Kind kind = Kind::kUtf8;
+  if (bytes.starts_with("\xEF\xBB\xBF")) {
+    bytes.remove_prefix(3);
+  } else if (bytes.starts_with("\xFF\xFE") || bytes.starts_with("\xFE\xFF")) {
+    kind = bytes[0] == '\xFF' ? Kind::kUtf16Le : Kind::kUtf16Be;
+    bytes.remove_prefix(2);
+  }
+  if (kind == Kind::kUtf8 && is_utf8(bytes)) return bytes;
+  if (kind == Kind::kUtf8) kind = Kind::kWindows1252;
+  converted.resize(plcopen::utf8_size(bytes, kind));
+  plcopen::to_utf8(bytes, kind, converted.data());
+  return converted;
+}
+
+std::string_view file_stem(std::string_view path) {
+  const std::size_t slash = path.rfind('/');
+  if (slash != std::string_view::npos) path.remove_prefix(slash + 1);
+  return path.substr(0, path.rfind('.'));
+}
+
+/// {attribute 'qualified_only'} in a file of globals: CODESYS and TwinCAT name the list like the file.
+void name_lists(plcopen::Project& project, std::string_view path) {
+  for (const plcopen::Pragma& pragma : project.pragmas) {
+    if (pragma.text.find("'qualified_only'") == std::string::npos) continue;
+    for (plcopen::Configuration& configuration : project.configurations) {
+      if (!configuration.name.empty()) continue;
+      for (plcopen::Variable& variable : configuration.globals) variable.list = file_stem(path);
+    }
+    return;
+  }
+}
+
+std::unique_ptr<plcopen::Project> read_bytes(std::string_view bytes, const std::string& name, std::uint16_t file,
+                                             core::Diagnostics& diagnostics) {
+  core::SourceRef at;
+  at.file = file;
+  const auto refuse = [&](Code code, std::string message, std::string help) {
+    diagnostics.report(code, at, {}, std::move(message), std::move(help));
+    return nullptr;
+  };
+  if (bytes.size() > kMaxFileBytes) {
+    return refuse(Code::P1006, "file is longer than " + std::to_string(kMaxFileBytes >> 20) + " MiB",
+                  "split it; libraries are given with --lib");
+  }
+  std::string converted;
+  const std::string_view text = to_text(bytes, converted);
+  if (text.find('\0') != std::string_view::npos || text.size() > kMaxTextBytes) {
+    return refuse(Code::P4047, "file contains zero bytes: it is no text",
+                  "give a file of Structured Text, or PLCopen XML");
+  }
+  auto project = std::make_unique<plcopen::Project>();
+  project->path = name;
+  project->name = file_stem(name);
+  project->file = file;
+  project->version = plcopen::Version::kText;
+  at.line = 1;
+  at.column = 1;
+  const SourceText source(text, at);
+  DeclarationReader(source, *project, diagnostics).read_file();
+  name_lists(*project, name);
+  return project;
+}
+
+}  // namespace
+
+std::unique_ptr<plcopen::Project> read(const std::string& path, core::Diagnostics& diagnostics) {
+  const std::uint16_t file = diagnostics.add_file(path);
+  core::SourceRef at;
+  at.file = file;
+  std::ifstream in(path, std::ios::binary);
+  struct stat status {};
+  if (!in || ::stat(path.c_str(), &status) != 0) {
+    diagnostics.report(Code::P1001, at, {}, std::string("file cannot be read: ") + std::strerror(errno));
+    return nullptr;
+  }
+  try {
+    std::string bytes;
+    bytes.reserve(std::min(static_cast<std::size_t>(status.st_size), kMaxFileBytes) + 1);
+    // One byte more than allowed is enough to refuse a file that grows while it is read.
+    std::string block(std::size_t{1} << 16, '\0');
+    while (bytes.size() <= kMaxFileBytes && in) {
+      in.read(block.data(), static_cast<std::streamsize>(block.size()));
+      bytes.append(block, 0, static_cast<std::size_t>(in.gcount()));
+    }
+    return read_bytes(bytes, path, file, diagnostics);
+  } catch (const std::bad_alloc&) {
+    diagnostics.report(Code::P1001, at, {}, "not enough memory to read the file");
+    return nullptr;
+  }
+}
+
+std::unique_ptr<plcopen::Project> read_memory(std::string_view bytes, const std::string& name,
+                                              core::Diagnostics& diagnostics) {
+  return read_bytes(bytes, name, diagnostics.add_file(name), diagnostics);
+}
+
+bool looks_like_text(std::string_view bytes) {
+  std::string converted;
+  const std::string_view text = core::trimmed(to_text(bytes, converted));
+  return !text.empty() && text.front() != '<';
+}
+
+}  // namespace plc::st

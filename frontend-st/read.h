@@ -1,0 +1,32 @@
+// Declarations as text: .st files -> Project, the same structure that PLCopen XML makes; bodies stay text.
+//
+// In: a file or its text. Out: Project with places; diagnostics P1001, P1006, P4040 to P4047. Does not belong here:
+// what names and types mean (declare.h), statements (text.h).
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "core/diagnostics.h"
+#include "plcopen/project.h"
+
+namespace plc::st {
+
+/// Files beyond this are refused.
+inline constexpr std::size_t kMaxFileBytes = std::size_t{64} << 20;
+
+/// Reads declarations of IEC 61131-3 (third edition, annex A): data types, functions, function blocks, programs,
+/// globals, configurations. The text is UTF-8, or UTF-16 with a byte order mark, else Windows-1252. Reports every
+/// problem once and goes on behind it. Null when the file cannot be read at all.
+std::unique_ptr<plcopen::Project> read(const std::string& path, core::Diagnostics& diagnostics);
+
+/// The same from memory; `name` appears in messages.
+std::unique_ptr<plcopen::Project> read_memory(std::string_view bytes, const std::string& name,
+                                              core::Diagnostics& diagnostics);
+
+/// True when the first character that is no blank begins no XML.
+bool looks_like_text(std::string_view bytes);
+
+}  // namespace plc::st

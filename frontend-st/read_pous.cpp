@@ -1,0 +1,196 @@
+// POUs: heads and bodies. A body stays text, from its first token to its last; what cannot stand in it is blanked out,
+// so that the places of the rest stay true.
+#include <algorithm>
+#include <utility>
+
+#include "core/text.h"
+#include "frontend-st/declaration_reader.h"
+
+namespace plc::st {
+
+using core::Code;
+using plcopen::Fate;
+using plcopen::Language;
+using plcopen::PouKind;
+
+namespace {
+
+Word end_of(Word opener) {
+  return opener == Word::kFunction        ? Word::kEndFunction
+         : opener == Word::kFunctionBlock ? Word::kEndFunctionBlock
+                                          : Word::kEndProgram;
+}
+const char* text_of_word(Word opener) {
+  return opener == Word::kFunction ? "FUNCTION" : opener == Word::kFunctionBlock ? "FUNCTION_BLOCK" : "PROGRAM";
+}
+bool ends_pou(Word word) {
+  return word == Word::kEndFunction || word == Word::kEndFunctionBlock || word == Word::kEndProgram;
+}
+
+void blank(std::string& text, std::size_t begin, std::size_t end) {
+  for (std::size_t i = begin; i < end; ++i) {
+    if (text[i] != '\n') text[i] = ' ';
+  }
+}
+
+}  // namespace
+
+void DeclarationReader::pou(Word opener_word) {
+  const Token opener = token_;
+  plcopen::Pou out;
+  const bool named = pou_head(out, opener_word);
+  pou_ = out.name;
+  if (!named) {
+    // What follows up to the sections belongs to the head.
+    while (!at(TokenKind::kEnd) && !is_section(word_of(token_)) && !ends_pou(word_of(token_)) && !opens_another()) {
+      advance();
+    }
+  }
+  const Owner owner = opener_word == Word::kFunction        ? Owner::kFunction
+                      : opener_word == Word::kFunctionBlock ? Owner::kFunctionBlock
+                                                            : Owner::kProgram;
+  while (is_section(word_of(token_))) section(owner, out.variables);
+  body(out, opener, opener_word);
+  count(text_of_word(opener_word), Fate::kUsed, place(opener.begin));
+  pou_.clear();
+  if (!out.name.empty()) project_.pous.push_back(std::move(out));
+}
+
+bool DeclarationReader::pou_head(plcopen::Pou& out, Word opener_word) {
+  const char* const what = text_of_word(opener_word);
+  out.kind = opener_word == Word::kFunction        ? PouKind::kFunction
+             : opener_word == Word::kFunctionBlock ? PouKind::kFunctionBlock
+                                                   : PouKind::kProgram;
+  out.at = place(token_.begin);
+  advance();
+  while ((at_text("FINAL") || at_text("ABSTRACT") || at_text("PUBLIC") || at_text("INTERNAL")) &&
+         peek(1).kind == TokenKind::kIdentifier) {
+    fail(Code::P4041, token_, shown(token_) + " belongs to object orientation, which is not supported", "remove it");
+    advance();
+  }
+  const std::uint32_t at_name = token_.begin;
+  if (!name(out.name, std::string("the name of the ") + what)) return false;
+  out.at = place(at_name);
+  pou_ = out.name;
+  bool reported = false;
+  while (at_text("EXTENDS") || at_text("IMPLEMENTS")) {
+    if (!std::exchange(reported, true)) {
+      fail(Code::P4041, token_,
+           std::string(what) + " \"" + out.name + "\" " + core::uppered(text_of(token_)) +
+               ": inheritance belongs to object orientation, which is not supported",
+           "declare an instance of the other block as a variable");
+    }
+    advance();
+    dotted_path();
+    while (accept(TokenKind::kComma)) dotted_path();
+  }
+  while (at_text("USING")) {
+    fail(Code::P4041, token_, "USING belongs to namespaces, which are not supported", "remove it");
+    while (!at(TokenKind::kEnd) && !accept(TokenKind::kSemicolon)) advance();
+  }
+  if (at(TokenKind::kColon)) {
+    if (opener_word != Word::kFunction) return fail_expected("a section of variables or a statement");
+    advance();
+    if (!type_spec(out.return_type)) return false;
+  }
+  accept(TokenKind::kSemicolon);
+  return true;
+}
+
+/// True at a word that opens another POU or part of a file: the END_ of the open POU is missing.
+bool DeclarationReader::opens_another() {
+  const Word word = word_of(token_);
+  const bool opens = word == Word::kFunction || word == Word::kFunctionBlock || word == Word::kProgram ||
+                     word == Word::kConfiguration || word == Word::kType || word == Word::kClass ||
+                     word == Word::kInterface || word == Word::kNamespace;
+  return opens && peek(1).kind == TokenKind::kIdentifier;
+}
+
+/// The language of the body that begins at the current token, by its first words. A name behind a name is no ST.
+Language DeclarationReader::language() {
+  const Word word = word_of(token_);
+  const TokenKind next = peek(1).kind;
+  const bool chart =
+      word == Word::kInitialStep || word == Word::kStep || word == Word::kTransition || word == Word::kAction;
+  if (chart && (next == TokenKind::kIdentifier || (word == Word::kTransition && next == TokenKind::kLeftParen))) {
+    return Language::kSfc;
+  }
+  if (!at(TokenKind::kIdentifier)) return Language::kSt;
+  const bool label = next == TokenKind::kColon;
+  const Token instruction = label ? peek(2) : token_;
+  const Token operand = label ? peek(3) : peek(1);
+  static constexpr std::string_view kInstructions[] = {"LD",    "LDN", "ST",   "STN",   "CAL", "CALC",
+                                                       "CALCN", "JMP", "JMPC", "JMPCN", "S",   "R"};
+  const bool known = std::any_of(std::begin(kInstructions), std::end(kInstructions),
+                                 [&](std::string_view one) { return is_text(instruction, one); });
+  const TokenKind kind = operand.kind;
+  const bool value = kind == TokenKind::kIdentifier || kind == TokenKind::kInteger || kind == TokenKind::kReal ||
+                     kind == TokenKind::kTyped || kind == TokenKind::kEnumValue || kind == TokenKind::kString ||
+                     kind == TokenKind::kWstring || kind == TokenKind::kDirect;
+  return known && value ? Language::kIl : Language::kSt;
+}
+
+void DeclarationReader::body(plcopen::Pou& out, const Token& opener, Word opener_word) {
+  const std::string label = std::string(text_of_word(opener_word)) + (out.name.empty() ? "" : " \"" + out.name + '"');
+  const Word end = end_of(opener_word);
+  plcopen::Body& body = out.bodies.emplace_back();
+  const std::uint32_t begin = token_.begin;
+  std::uint32_t text_end = begin;
+  body.language = language();
+  body.at = body.text_at = place(begin, core::ElementKind::kText);
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> blanks;
+  bool misplaced = false;
+  bool closed = false;
+  TokenKind before = TokenKind::kEnd;
+  while (!at(TokenKind::kEnd)) {
+    const Word word = before == TokenKind::kDot ? Word::kNone : word_of(token_);
+    if (ends_pou(word)) {
+      closed = true;
+      if (word != end) {
+        const std::string wanted = std::string("END_") + text_of_word(opener_word);
+        fail(Code::P4042, token_, label + " ends with " + core::uppered(text_of(token_)), "write " + wanted);
+      }
+      advance();
+      accept(TokenKind::kSemicolon);
+      break;
+    }
+    if (word != Word::kNone && opens_another()) break;
+    const std::uint32_t here = token_.begin;
+    const bool names = peek(1).kind == TokenKind::kIdentifier;
+    if (is_section(word)) {
+      if (!std::exchange(misplaced, true)) {
+        fail(Code::P4045, token_, "variables are declared behind the first statement of " + label,
+             "move the section in front of the statements");
+      }
+      skip_to(Word::kEndVar);
+    } else if (names && word == Word::kMethod) {
+      refuse(Word::kMethod, Word::kEndMethod, "METHOD");
+    } else if (names && word == Word::kProperty) {
+      refuse(Word::kProperty, Word::kEndProperty, "PROPERTY");
+    } else if (names && word == Word::kAction && body.language == Language::kSt) {
+      out.has_actions = true;
+      fail(Code::P4043, token_, "ACTION in " + label + " is not supported", "write the action as a function block");
+      skip_to(Word::kEndAction);
+    } else {
+      before = token_.kind;
+      text_end = token_.end;
+      advance();
+      continue;
+    }
+    before = TokenKind::kEnd;
+    blanks.emplace_back(here, last_end_);
+    text_end = last_end_;
+  }
+  body.text = source_.slice(begin, text_end);
+  for (const auto& [first, last] : blanks) blank(body.text, first - begin, last - begin);
+  if (body.language == Language::kSfc) {
+    out.has_actions = true;
+    body.drawn_elements = 1;
+    diagnostics_.report(Code::P1016, body.at, out.name,
+                        "sequential function chart, its steps, actions and transitions are not executed",
+                        "write the sequence as ST or as a diagram");
+  }
+  if (!closed) fail_unclosed(label, opener, std::string("END_") + text_of_word(opener_word));
+}
+
+}  // namespace plc::st

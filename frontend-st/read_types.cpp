@@ -1,0 +1,299 @@
+// Data types and initial values.
+#include <utility>
+
+#include "core/text.h"
+#include "core/types.h"
+#include "frontend-st/declaration_reader.h"
+
+namespace plc::st {
+
+using core::Code;
+using core::ElementKind;
+using plcopen::Fate;
+using plcopen::InitialValue;
+using plcopen::TypeSpec;
+
+void DeclarationReader::type_block() {
+  const Token opener = token_;
+  advance();
+  while (!at(TokenKind::kEnd)) {
+    const Word word = word_of(token_);
+    if (word == Word::kEndType) {
+      advance();
+      accept(TokenKind::kSemicolon);
+      return;
+    }
+    if (accept(TokenKind::kSemicolon)) continue;
+    if (word == Word::kEndStruct || word == Word::kEndUnion) {  // left over from a declaration that failed
+      advance();
+      continue;
+    }
+    if (word != Word::kNone && peek(1).kind != TokenKind::kColon) break;
+    if (!type_declaration()) skip_declaration();
+  }
+  fail_unclosed("TYPE", opener, "END_TYPE");
+}
+
+bool DeclarationReader::type_declaration() {
+  plcopen::DataType type;
+  const std::uint32_t at_name = token_.begin;
+  if (!name(type.name, "the name of a data type")) return false;
+  type.at = place(at_name, ElementKind::kType);
+  if (at_text("EXTENDS")) {
+    fail(Code::P4041, token_,
+         "data type \"" + type.name +
+             "\" EXTENDS another: inheritance belongs to object orientation, which is not "
+             "supported",
+         "give the structure a member of the other type");
+    advance();
+    accept(TokenKind::kIdentifier);
+  }
+  if (!require(TokenKind::kColon, "\":\"")) return false;
+  const bool fine = type_spec(type.type) && (!accept(TokenKind::kAssign) || initial_value(type.initial));
+  if (!fine) return false;
+  count("data type", Fate::kUsed, type.at);
+  // Tools leave the ";" behind END_STRUCT away.
+  const bool structure = type.type.kind == TypeSpec::Kind::kStruct && type.initial.kind == InitialValue::Kind::kNone;
+  project_.data_types.push_back(std::move(type));
+  if (structure && !at(TokenKind::kSemicolon)) return true;
+  end_declaration();
+  return true;
+}
+
+bool DeclarationReader::type_spec(TypeSpec& out) {
+  out.at = place(token_.begin, ElementKind::kType);
+  const bool fine = enter(token_) && type_spec_inner(out);
+  leave();
+  return fine;
+}
+
+bool DeclarationReader::type_spec_inner(TypeSpec& out) {
+  const Word word = word_of(token_);
+  if (word == Word::kStruct) return struct_spec(out);
+  if (word == Word::kUnion) {
+    fail(Code::P4043, token_, "UNION is not supported", "use a structure, or partial access as in w.%B0");
+    skip_to(Word::kEndUnion);
+    return false;
+  }
+  if (at_text("ARRAY")) return array_spec(out);
+  if (at(TokenKind::kLeftParen)) return enumeration(out);
+  const bool two_words = (at_text("POINTER") || at_text("REFERENCE")) && is_text(peek(1), "TO");
+  if (at_text("REF_TO") || two_words) {
+    advance();
+    if (two_words) advance();
+    out.kind = TypeSpec::Kind::kPointer;
+    out.base = std::make_shared<TypeSpec>();
+    return type_spec(*out.base);
+  }
+  return named_spec(out);
+}
+
+bool DeclarationReader::array_spec(TypeSpec& out) {
+  advance();
+  out.kind = TypeSpec::Kind::kArray;
+  if (!require(TokenKind::kLeftBracket, "\"[\"")) return false;
+  do {
+    if (at(TokenKind::kStar)) {
+      return fail(Code::P4043, token_, "arrays of variable length are not supported", "write the bounds as in [0..9]");
+    }
+    Piece lower = expression();
+    if (lower.text.empty()) return fail_expected("the lower bound of an array");
+    if (!require(TokenKind::kRange, "\"..\"")) return false;
+    Piece upper = expression();
+    if (upper.text.empty()) return fail_expected("the upper bound of an array");
+    out.dimensions.push_back({std::move(lower.text), std::move(upper.text), lower.at, upper.at});
+  } while (accept(TokenKind::kComma));
+  if (!require(TokenKind::kRightBracket, "\"]\"")) return false;
+  if (!accept_text("OF")) return fail_expected("OF");
+  out.base = std::make_shared<TypeSpec>();
+  return type_spec(*out.base);
+}
+
+bool DeclarationReader::struct_spec(TypeSpec& out) {
+  const Token opener = token_;
+  advance();
+  out.kind = TypeSpec::Kind::kStruct;
+  if (at_text("OVERLAP") && peek(1).kind == TokenKind::kIdentifier) {
+    fail(Code::P4043, token_, "structures with OVERLAP are not supported", "use partial access as in w.%B0");
+    advance();
+  }
+  while (!at(TokenKind::kEnd)) {
+    const Word word = word_of(token_);
+    if (word == Word::kEndStruct) {
+      advance();
+      return true;
+    }
+    if (accept(TokenKind::kSemicolon)) continue;
+    if (word != Word::kNone && peek(1).kind != TokenKind::kColon && peek(1).kind != TokenKind::kComma) break;
+    // A wrong member is one error; those behind it are read.
+    plcopen::Variable model;
+    if (!variables(model, out.members)) skip_declaration();
+  }
+  return fail_unclosed("STRUCT", opener, "END_STRUCT");
+}
+
+bool DeclarationReader::named_spec(TypeSpec& out) {
+  std::string type_name;
+  const Token first = token_;
+  if (!name(type_name, "a type")) return false;
+  while (at(TokenKind::kDot) && peek(1).kind == TokenKind::kIdentifier) {
+    advance();
+    type_name += '.' + std::string(text_of(token_));
+    advance();
+  }
+  if (core::iequals(type_name, "STRING") || core::iequals(type_name, "WSTRING")) {
+    out.kind = TypeSpec::Kind::kString;
+    out.name = core::uppered(type_name);
+    return string_length(out);
+  }
+  if (!at(TokenKind::kLeftParen)) {
+    out.kind = TypeSpec::Kind::kNamed;
+    out.name = std::move(type_name);
+    return true;
+  }
+  out.base = std::make_shared<TypeSpec>();
+  out.base->kind = TypeSpec::Kind::kNamed;
+  out.base->name = std::move(type_name);
+  out.base->at = out.at;
+  const TokenKind behind = peek(2).kind;
+  const bool names = peek(1).kind == TokenKind::kIdentifier &&
+                     (behind == TokenKind::kComma || behind == TokenKind::kRightParen || behind == TokenKind::kAssign);
+  if (!names) return subrange(out);
+  if (behind == TokenKind::kAssign && !core::type_named(out.base->name)) {
+    return fail(Code::P4043, first, "arguments of a function block's declaration are not supported",
+                "initial values are written as in: fb : T := (In := 1);");
+  }
+  return enumeration(out);
+}
+
+bool DeclarationReader::string_length(TypeSpec& out) {
+  const bool bracket = at(TokenKind::kLeftBracket);
+  if (!bracket && !at(TokenKind::kLeftParen)) return true;
+  advance();
+  Piece length = expression();
+  if (length.text.empty()) return fail_expected("the length of a string");
+  out.length = std::move(length.text);
+  out.length_at = length.at;
+  return bracket ? require(TokenKind::kRightBracket, "\"]\"") : require(TokenKind::kRightParen, "\")\"");
+}
+
+bool DeclarationReader::enumeration(TypeSpec& out) {
+  out.kind = TypeSpec::Kind::kEnum;
+  advance();
+  do {
+    if (at(TokenKind::kRightParen) && !out.values.empty()) break;
+    if (!pay(1)) return false;
+    plcopen::EnumValue value;
+    value.at = place(token_.begin);
+    if (!name(value.name, "the name of an enumeration value")) return false;
+    if (accept(TokenKind::kAssign)) {
+      Piece number = expression();
+      if (number.text.empty()) return fail_expected("the value of \"" + value.name + '"');
+      value.value = std::move(number.text);
+      value.value_at = number.at;
+    }
+    out.values.push_back(std::move(value));
+  } while (accept(TokenKind::kComma));
+  if (!require(TokenKind::kRightParen, "\",\" or \")\"")) return false;
+  // CODESYS writes the base type behind the values.
+  if (out.base == nullptr && at(TokenKind::kIdentifier) && core::type_named(text_of(token_))) {
+    out.base = std::make_shared<TypeSpec>();
+    return type_spec(*out.base);
+  }
+  return true;
+}
+
+bool DeclarationReader::subrange(TypeSpec& out) {
+  out.kind = TypeSpec::Kind::kSubrange;
+  advance();
+  Piece lower = expression();
+  if (lower.text.empty()) return fail_expected("the lower limit of a range");
+  if (!require(TokenKind::kRange, "\"..\"")) return false;
+  Piece upper = expression();
+  if (upper.text.empty()) return fail_expected("the upper limit of a range");
+  out.dimensions.push_back({std::move(lower.text), std::move(upper.text), lower.at, upper.at});
+  return require(TokenKind::kRightParen, "\")\"");
+}
+
+// ---- initial values -------------------------------------------------------------------------------------------
+
+/// The value of a declaration. Older tools write lists without brackets: "ARRAY [1..3] OF INT := 1, 2(0)".
+bool DeclarationReader::initial_value(InitialValue& out) {
+  const Token first = token_;
+  const bool repetition = at(TokenKind::kInteger) && peek(1).kind == TokenKind::kLeftParen;
+  if (!repetition && !value(out)) return false;
+  if (!repetition && !at(TokenKind::kComma)) return true;
+  InitialValue list;
+  list.kind = InitialValue::Kind::kArray;
+  list.at = place(first.begin);
+  if (!repetition) {
+    list.values.push_back(std::move(out));
+    advance();
+  }
+  do {
+    if (!array_element(list)) return false;
+  } while (accept(TokenKind::kComma));
+  out = std::move(list);
+  return true;
+}
+
+bool DeclarationReader::value(InitialValue& out) {
+  out.at = place(token_.begin, ElementKind::kText);
+  if (!pay(1)) return false;
+  const bool list = at(TokenKind::kLeftBracket);
+  const bool structure =
+      at(TokenKind::kLeftParen) && peek(1).kind == TokenKind::kIdentifier && peek(2).kind == TokenKind::kAssign;
+  if (list || structure) {
+    const bool fine = enter(token_) && (list ? array_value(out) : struct_value(out));
+    leave();
+    return fine;
+  }
+  Piece text = expression();
+  if (text.text.empty()) return fail_expected("a value");
+  out.kind = InitialValue::Kind::kSimple;
+  out.text = std::move(text.text);
+  return true;
+}
+
+bool DeclarationReader::array_value(InitialValue& out) {
+  out.kind = InitialValue::Kind::kArray;
+  advance();
+  if (accept(TokenKind::kRightBracket)) return true;
+  do {
+    if (!array_element(out)) return false;
+  } while (accept(TokenKind::kComma));
+  return require(TokenKind::kRightBracket, "\",\" or \"]\"");
+}
+
+/// One element, or `n(value)`, or `n()`, which leaves the defaults.
+bool DeclarationReader::array_element(InitialValue& list) {
+  InitialValue& element = list.values.emplace_back();
+  const bool counted = (at(TokenKind::kInteger) || at(TokenKind::kIdentifier) || at(TokenKind::kTyped)) &&
+                       peek(1).kind == TokenKind::kLeftParen;
+  if (!counted) return value(element);
+  const Token number = token_;
+  advance();
+  advance();
+  element.at = place(number.begin);
+  bool fine = true;
+  if (!at(TokenKind::kRightParen)) fine = value(element);
+  element.repetition = text_of(number);
+  element.repetition_at = place(number.begin, ElementKind::kText);
+  return fine && require(TokenKind::kRightParen, "\")\"");
+}
+
+bool DeclarationReader::struct_value(InitialValue& out) {
+  out.kind = InitialValue::Kind::kStruct;
+  advance();
+  do {
+    InitialValue& member = out.values.emplace_back();
+    std::string member_name;
+    if (!name(member_name, "the name of a member") || !require(TokenKind::kAssign, "\":=\"")) return false;
+    const bool fine = value(member);
+    member.member = std::move(member_name);
+    if (!fine) return false;
+  } while (accept(TokenKind::kComma));
+  return require(TokenKind::kRightParen, "\",\" or \")\"");
+}
+
+}  // namespace plc::st
