@@ -410,6 +410,9 @@ class Assembler {
         case OperandKind::kStdArgs:
           for (; !line.empty(); add_item(pou, at)) pou.code.push_back(place(pou, line.word()));
           break;
+        case OperandKind::kPath:
+          for (; !line.empty(); add_item(pou, at)) take_step(pou, line.word());
+          break;
         case OperandKind::kFnArgs:
           for (; !line.empty(); add_item(pou, at)) {
             const std::string_view pair = line.word();
@@ -424,6 +427,16 @@ class Assembler {
           break;
       }
     }
+  }
+  /// ".3" a field, "[3]" an element, "[f:i]" an element whose index is in a leaf.
+  void take_step(ImagePou& pou, std::string_view text) {
+    const bool element = text.size() > 2 && text.front() == '[' && text.back() == ']';
+    if (!element && (text.size() < 2 || text.front() != '.')) fail(fmt::format("\"{}\" is no step of a path", text));
+    const std::string_view inside = text.substr(1, text.size() - (element ? 2 : 1));
+    const bool number = inside.front() >= '0' && inside.front() <= '9';
+    const PathStep step = !element ? PathStep::kField : number ? PathStep::kElement : PathStep::kIndex;
+    pou.code.push_back(static_cast<std::uint32_t>(step));
+    pou.code.push_back(step == PathStep::kIndex ? place(pou, inside) : Line::to_number<std::uint32_t>(inside));
   }
   static void add_item(ImagePou& pou, std::size_t at) {
     if (pou.code[at] >> 16 == kMaxListItems) fail("the list is too long for one instruction");

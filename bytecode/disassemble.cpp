@@ -254,13 +254,9 @@ class Disassembler {
     const std::uint32_t opcode = code[at] & 0xffffu;
     const std::uint32_t items = code[at] >> 16;
     if (opcode >= opcodes().size()) return 0;
-    std::size_t length = 1;
-    bool list = false;
-    for (std::uint8_t i = 0; i < opcodes()[opcode].operands.count; ++i) {
-      const std::uint32_t item = listing::words_per_item(opcodes()[opcode].operands.specs[i].kind);
-      length += item == 0 ? 1 : std::size_t{item} * items;
-      list = list || item != 0;
-    }
+    const Operands& operands = opcodes()[opcode].operands;
+    const std::size_t length = words_of(operands, items);
+    const bool list = length != words_of(operands, 0);
     return length > code.size() - at || (items != 0 && !list) ? 0 : length;
   }
 
@@ -295,15 +291,16 @@ class Disassembler {
     const OpcodeInfo& op = info(static_cast<Opcode>(words[0] & 0xffffu));
     const std::uint32_t items = words[0] >> 16;
     put("    {}", op.mnemonic);
-    wanted_ = kNone;
+    wanted_ = executed_ = end_ = kNone;
     comment_.clear();
     std::size_t word = 1;
     for (std::uint8_t i = 0; i < op.operands.count; ++i) {
       if (op.operands.specs[i].kind == OperandKind::kType) wanted_ = words[1 + i];
+      if (op.operands.specs[i].kind == OperandKind::kPath) end_ = end_of(words.subspan(words_of(op.operands, 0)));
     }
     for (std::uint8_t i = 0; i < op.operands.count; ++i) {
       const OperandKind kind = op.operands.specs[i].kind;
-      const std::uint32_t item = listing::words_per_item(kind);
+      const std::uint32_t item = words_per_item(kind);
       if (kind == OperandKind::kRecords) {
         put_records(words.subspan(word));
         return;
@@ -315,12 +312,31 @@ class Disassembler {
       for (std::uint32_t n = 0; n < items; ++n, word += item) {
         if (kind == OperandKind::kFnArgs) {
           put(", {}={}", words[word], operand(words[word + 1], kNone));
+        } else if (kind == OperandKind::kPath) {
+          put(", {}", step_text(words[word], words[word + 1]));
         } else {
           put(", {}", operand(words[word], kNone));
         }
       }
     }
     line("{}", comment_.empty() ? "" : "  ; " + comment_);
+  }
+
+  /// Type where the path ends that `items` are, or kNone.
+  std::uint32_t end_of(std::span<const std::uint32_t> items) const {
+    if (!sound_ || wanted_ >= image_.types.size()) return kNone;
+    std::uint32_t type = wanted_;
+    for (; !items.empty(); items = items.subspan(kPathWords)) {
+      const auto next = follow_path(image_, type, items[0], items[1]);
+      if (!next) return kNone;
+      type = next->type;
+    }
+    return type;
+  }
+  std::string step_text(std::uint32_t step, std::uint32_t number) {
+    if (step == static_cast<std::uint32_t>(PathStep::kField)) return fmt::format(".{}", number);
+    if (step == static_cast<std::uint32_t>(PathStep::kElement)) return fmt::format("[{}]", number);
+    return fmt::format("[{}]", operand(number, kNone));
   }
 
   void put_records(std::span<const std::uint32_t> words) {
@@ -339,21 +355,27 @@ class Disassembler {
         return operand(word, kNone);
       case OperandKind::kPlaceIn:
       case OperandKind::kPlaceOut:
-      case OperandKind::kPlaceInOut:
+      case OperandKind::kBaseIn:
+      case OperandKind::kBaseOut:
         return operand(word, wanted_);
+      case OperandKind::kPlaceInOut:
+        return operand(word, executed_);
+      case OperandKind::kValueIn:
+      case OperandKind::kValueOut:
+        return operand(word, end_);
       case OperandKind::kTarget:
         return word < labels_.size() && starts_[word] ? fmt::format("L{}", word) : fmt::format("@{}", word);
       case OperandKind::kType:
         return fmt::format("t{}", word);
       case OperandKind::kPou:
         if (word < image_.pous.size()) {
-          wanted_ = image_.pous[word].instance_type;
+          executed_ = image_.pous[word].instance_type;
           comment_ = quoted(image_.pous[word].name);
         }
         return fmt::format("p{}", word);
       case OperandKind::kBlock:
         if (word < image_.blocks.size()) {
-          wanted_ = image_.blocks[word].type;
+          executed_ = image_.blocks[word].type;
           comment_ = quoted(image_.blocks[word].name);
         }
         return fmt::format("b{}", word);
@@ -371,7 +393,9 @@ class Disassembler {
   std::string out_;
   std::array<std::uint32_t, 4> roots_{};
   std::vector<bool> labels_, starts_;
-  std::uint32_t wanted_ = kNone;  // type of the instruction's places
+  std::uint32_t wanted_ = kNone;    // type of the instruction's places, or where its path starts
+  std::uint32_t end_ = kNone;       // type where its path ends
+  std::uint32_t executed_ = kNone;  // type of its block or POU
   std::string comment_;
 };
 

@@ -26,14 +26,6 @@ inline constexpr std::array<std::string_view, 2> kProfiles = {"separate", "overl
 /// First letters of operands, by Space: globals, instance, frame, constants.
 inline constexpr std::array<char, 4> kSpaces = {'g', 'i', 'f', 'c'};
 
-/// Words of one item of the list `kind`; 0 for operands that have a word of their own.
-constexpr std::uint32_t words_per_item(OperandKind kind) {
-  return kind == OperandKind::kRecords   ? kRecordWords
-         : kind == OperandKind::kStdArgs ? 1
-         : kind == OperandKind::kFnArgs  ? 2
-                                         : 0;
-}
-
 /// Paths inside structures, exact in letter case: "motor.speed", "line[2].count" (array indices from 0). Only names of
 /// letters, digits, '_' and '#' that are the first of their structure appear in paths; other places go by offset.
 class Names {

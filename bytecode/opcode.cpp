@@ -31,6 +31,11 @@ constexpr OperandSpec function() { return {OperandKind::kFunction, 0}; }
 constexpr OperandSpec global() { return {OperandKind::kGlobal, 0}; }
 constexpr OperandSpec count() { return {OperandKind::kCount, 0}; }
 constexpr OperandSpec imm() { return {OperandKind::kImm, 0}; }
+constexpr OperandSpec base_in() { return {OperandKind::kBaseIn, 0}; }
+constexpr OperandSpec base_out() { return {OperandKind::kBaseOut, 0}; }
+constexpr OperandSpec value_in() { return {OperandKind::kValueIn, 0}; }
+constexpr OperandSpec value_out() { return {OperandKind::kValueOut, 0}; }
+constexpr OperandSpec path() { return {OperandKind::kPath, 0}; }
 constexpr OperandSpec records() { return {OperandKind::kRecords, 0}; }
 constexpr OperandSpec std_args() { return {OperandKind::kStdArgs, 0}; }
 constexpr OperandSpec fn_args() { return {OperandKind::kFnArgs, 0}; }

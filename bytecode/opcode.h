@@ -4,6 +4,7 @@
 // then one word per operand of the row, then the list, if the row has one:
 //   records()   count x 7 words: truth table, out, in0..in4 (out and in are BOOL leaves; unused inputs repeat in0 and the
 //               table ignores them)
+//   path()      count x 2 words: PathStep, then a field number, an element number from 0, or the leaf of an index
 //   std_args()  count words: the result leaf, then the arguments
 //   fn_args()   count x 2 words: variable index in the callee, leaf or place of the caller (inputs: read; outputs and the
 //               return value: written; in-outs: a REF leaf)
@@ -11,6 +12,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string_view>
@@ -39,6 +41,10 @@ enum class OperandKind : std::uint8_t {
   kPlaceIn,     ///< value of the instruction's type() operand, read
   kPlaceOut,    ///< value of the instruction's type() operand, written
   kPlaceInOut,  ///< instance or port struct that belongs to the block() or pou() operand before it
+  kBaseIn,      ///< value of the instruction's type() operand, where its path starts; read
+  kBaseOut,     ///< the same, written
+  kValueIn,     ///< leaf or place of the type where the path ends, read
+  kValueOut,    ///< leaf or place of the type where the path ends, written
   kTarget,      ///< word index in the same body
   kType,        ///< index into Image::types
   kPou,         ///< index into Image::pous
@@ -47,6 +53,7 @@ enum class OperandKind : std::uint8_t {
   kGlobal,      ///< field index in the global table
   kCount,       ///< plain number
   kImm,         ///< plain number
+  kPath,        ///< no word of its own: the list of steps from the type() operand to a part of it
   kRecords,     ///< no word of its own: the list of a BOOL_RUN
   kStdArgs,     ///< no word of its own: the list of a CALL_STD
   kFnArgs,      ///< no word of its own: the list of a CALL_FN
@@ -79,7 +86,33 @@ std::span<const OpcodeInfo> opcodes();
 const OpcodeInfo& info(Opcode opcode);
 
 inline constexpr std::uint32_t kRecordWords = 7;
+inline constexpr std::uint32_t kPathWords = 2;
 inline constexpr std::uint32_t kMaxListItems = 0xffff;
+
+/// Words of one item of the list `kind`; 0 for operands that have a word of their own.
+constexpr std::uint32_t words_per_item(OperandKind kind) {
+  return kind == OperandKind::kRecords   ? kRecordWords
+         : kind == OperandKind::kStdArgs ? 1
+         : kind == OperandKind::kFnArgs  ? 2
+         : kind == OperandKind::kPath    ? kPathWords
+                                         : 0;
+}
+/// Words of an instruction of this row with `items` list items, the opcode word included.
+constexpr std::size_t words_of(const Operands& operands, std::uint32_t items) {
+  std::size_t words = 1;
+  for (std::uint8_t i = 0; i < operands.count; ++i) {
+    const std::uint32_t item = words_per_item(operands.specs[i].kind);
+    words += item == 0 ? 1 : std::size_t{item} * items;
+  }
+  return words;
+}
+
+/// The first word of an item of path().
+enum class PathStep : std::uint32_t {
+  kField,    ///< to the field of this number of a structure
+  kElement,  ///< to the element of this number, from 0, of an array
+  kIndex,    ///< to the element of an array whose index, as declared, is in this leaf: an integer or bit string
+};
 
 constexpr std::uint32_t opcode_word(Opcode opcode, std::uint32_t list_items = 0) {
   return static_cast<std::uint32_t>(opcode) | (list_items << 16);

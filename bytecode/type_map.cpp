@@ -123,6 +123,29 @@ bool place_at(const Image& image, std::uint32_t type, std::uint32_t offset, std:
   return find_place(image, type, offset, wanted).has_value();
 }
 
+std::optional<PathTarget> follow_path(const Image& image, std::uint32_t type, std::uint32_t step,
+                                      std::uint32_t number) {
+  const ImageType& t = image.types[type];
+  if (t.kind == TypeKind::kStruct && step == static_cast<std::uint32_t>(PathStep::kField)) {
+    if (number >= t.fields.size()) return std::nullopt;
+    return PathTarget{t.fields[number].type, t.fields[number].offset, t.fields[number].constant};
+  }
+  if (t.kind != TypeKind::kArray) return std::nullopt;
+  if (step == static_cast<std::uint32_t>(PathStep::kIndex)) return PathTarget{t.element, 0, false};
+  if (step != static_cast<std::uint32_t>(PathStep::kElement) || number >= t.count) return std::nullopt;
+  return PathTarget{t.element, number * image.types[t.element].size, false};
+}
+
+bool leaf_fits(const Image& image, const ImageType& given, const ImageType& wanted) {
+  const core::Rep rep = rep_of(wanted);
+  if (rep == core::Rep::kRef) return given.kind == TypeKind::kRef && same_type(image, given.element, wanted.element);
+  RepMask reps = mask_of(rep);
+  for (const RepMask width : {kM8, kM16, kM32, kM64}) {
+    if ((width & reps) != 0) reps = width;
+  }
+  return (mask_of(rep_of(given)) & reps) != 0;
+}
+
 // Fills one map. A structure that occurs again is copied: the work is bounded by the table's bytes and the types'
 // fields, however often a structure with many empty fields occurs.
 class LeafMap::Filler {

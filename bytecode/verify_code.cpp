@@ -13,16 +13,17 @@ constexpr std::uint32_t kNone = 0xffffffffu;
 
 /// One instruction under check: what its operands name, for the rules that relate operands to each other.
 struct Instruction {
-  std::size_t word = 0;        // of the opcode
-  std::uint32_t items = 0;     // of its list
-  std::uint32_t type = kNone;  // type(), or the type of block() or pou(): what it works on
+  std::size_t word = 0;            // of the opcode
+  std::uint32_t items = 0;         // of its list
+  std::uint32_t type = kNone;      // type(): what it works on, or where its path starts
+  std::uint32_t end = kNone;       // type where its path ends
+  std::uint32_t executed = kNone;  // type of block() or pou()
   std::uint32_t pou = kNone;
   const stdlib::Overload* function = nullptr;
   std::uint32_t in_target = kNone;  // types that its references refer to
   std::uint32_t out_target = kNone;
-  std::uint32_t field = kNone;  // imm()
+  std::uint32_t bit = 0;  // imm()
   std::uint32_t first_global = kNone;
-  bool indexes = false;                 // an integer leaf beside a reference
   std::array<std::uint32_t, 3> bits{};  // widths of its leaves
   std::size_t leaves = 0;
 };
@@ -53,18 +54,6 @@ class CodeVerifier {
   void broken(Rule rule, const std::string& what) { report_.broken(rule, pou_, here_.word, what); }
 
   static std::uint32_t opcode_of(std::uint32_t word) { return word & 0xffffu; }
-  static std::uint32_t words_per_item(OperandKind kind) {
-    switch (kind) {
-      case OperandKind::kRecords:
-        return kRecordWords;
-      case OperandKind::kStdArgs:
-        return 1;
-      case OperandKind::kFnArgs:
-        return 2;
-      default:
-        return 0;
-    }
-  }
 
   /// Finds the starts of instructions; everything after relies on each being whole.
   void find_starts() {
@@ -130,13 +119,37 @@ class CodeVerifier {
     return word;
   }
 
-  /// A place may stand before the type() operand that names its type.
+  /// A place may stand before the type() operand that names its type, a value before the path that leads to its type.
   void type_before_places(const OpcodeInfo& op) {
     for (std::uint8_t i = 0; i < op.operands.count; ++i) {
       if (op.operands.specs[i].kind != OperandKind::kType) continue;
       const std::uint32_t type = code_[here_.word + 1 + i];
       if (type < image_.types.size()) here_.type = type;
     }
+    if (op.operands.count != 0 && op.operands.specs[op.operands.count - 1].kind == OperandKind::kPath) walk_path(op);
+  }
+
+  /// Finds where the path of the instruction ends; reports steps that lead nowhere.
+  void walk_path(const OpcodeInfo& op) {
+    if (here_.type == kNone) return;  // reported as an operand
+    bool written = false;
+    for (std::uint8_t i = 0; i < op.operands.count; ++i) {
+      const OperandKind kind = op.operands.specs[i].kind;
+      written = written || kind == OperandKind::kBaseOut || kind == OperandKind::kValueIn ||
+                kind == OperandKind::kBlock || kind == OperandKind::kPou;
+    }
+    const std::uint32_t* item = &code_[here_.word] + words_of(op.operands, 0);
+    std::uint32_t type = here_.type;
+    for (std::uint32_t i = 0; i < here_.items; ++i, item += kPathWords) {
+      const auto next = follow_path(image_, type, item[0], item[1]);
+      if (!next) return broken(Rule::kV316, fmt::format("step {} to {} of type {}", item[0], item[1], type));
+      if (item[0] == static_cast<std::uint32_t>(PathStep::kIndex)) check_leaf_word(item[1], kMWord, false);
+      if (written && next->constant) broken(Rule::kV309, fmt::format("field {} of type {}", item[1], type));
+      type = next->type;
+    }
+    here_.end = type;
+    // The copy of a value costs its bytes.
+    facts_.work += image_.types[type].size / 8;
   }
 
   void check_operand(const OpcodeInfo& op, const OperandSpec& spec, std::uint32_t word) {
@@ -155,7 +168,17 @@ class CodeVerifier {
         check_place(word, here_.type, true);
         return;
       case OperandKind::kPlaceInOut:
+        check_place(word, here_.executed, true);
+        return;
+      case OperandKind::kBaseIn:
+        check_place(word, here_.type, false);
+        return;
+      case OperandKind::kBaseOut:
         check_place(word, here_.type, true);
+        return;
+      case OperandKind::kValueIn:
+      case OperandKind::kValueOut:
+        if (here_.end != kNone) check_value(word, here_.end, spec.kind == OperandKind::kValueOut, Rule::kV317);
         return;
       case OperandKind::kTarget:
         check_target(op, word);
@@ -166,12 +189,12 @@ class CodeVerifier {
       case OperandKind::kPou:
         if (word >= image_.pous.size()) return broken(Rule::kV310, fmt::format("POU {}", word));
         here_.pou = word;
-        here_.type = image_.pous[word].instance_type;
+        here_.executed = image_.pous[word].instance_type;
         check_callee(op, word);
         return;
       case OperandKind::kBlock:
         if (word >= image_.blocks.size()) return broken(Rule::kV310, fmt::format("block {}", word));
-        here_.type = image_.blocks[word].type;
+        here_.executed = image_.blocks[word].type;
         return;
       case OperandKind::kFunction:
         if (word >= functions_.size()) return broken(Rule::kV310, fmt::format("function {}", word));
@@ -185,8 +208,9 @@ class CodeVerifier {
         check_globals(op, word);
         return;
       case OperandKind::kImm:
-        here_.field = word;
+        here_.bit = word;
         return;
+      case OperandKind::kPath:
       case OperandKind::kRecords:
       case OperandKind::kStdArgs:
       case OperandKind::kFnArgs:
@@ -244,11 +268,7 @@ class CodeVerifier {
     if (!rep) return;
     if (here_.leaves < here_.bits.size()) here_.bits[here_.leaves] = *rep == Rep::kBool ? 1 : core::rep_bytes(*rep) * 8;
     ++here_.leaves;
-    if (*rep == Rep::kRef) {
-      (written ? here_.out_target : here_.in_target) = target_of(word);
-    } else if (here_.in_target != kNone) {
-      here_.indexes = true;
-    }
+    if (*rep == Rep::kRef) (written ? here_.out_target : here_.in_target) = target_of(word);
   }
 
   /// Checks a place of type `wanted`; kNone was reported already.
@@ -352,54 +372,34 @@ class CodeVerifier {
     const ImageType& type = image_.types[parameter.type];
     facts_.work += type.size / 8;
     const bool written = parameter.role == FieldRole::kOutput || parameter.role == FieldRole::kReturnValue;
+    if (parameter.role == FieldRole::kInOut && type.kind != TypeKind::kRef) {
+      return broken(Rule::kV404, fmt::format("{} for {}", describe(word), parameter.name));
+    }
+    check_value(word, parameter.type, written, Rule::kV404);
+  }
+  /// A leaf or place that is read or written as one of type `wanted`.
+  void check_value(std::uint32_t word, std::uint32_t wanted, bool written, Rule rule) {
     if (!check_space(word, written)) return;
+    const ImageType& type = image_.types[wanted];
     const bool aggregate = type.kind == TypeKind::kStruct || type.kind == TypeKind::kArray;
-    const auto found = aggregate ? find_place(image_, root_of(word), offset_of(word), parameter.type)
+    const auto found = aggregate ? find_place(image_, root_of(word), offset_of(word), wanted)
                                  : find_leaf(image_, root_of(word), offset_of(word));
-    const bool fits = found && (aggregate || leaf_fits(image_.types[found->type], type));
-    const bool handle = parameter.role != FieldRole::kInOut || type.kind == TypeKind::kRef;
-    if (!fits || !handle) return broken(Rule::kV404, fmt::format("{} for {}", describe(word), parameter.name));
+    const bool fits = found && (aggregate || leaf_fits(image_, image_.types[found->type], type));
+    if (!fits) return broken(rule, fmt::format("{} for type {}", describe(word), wanted));
     if (written && found->constant) broken(Rule::kV309, describe(word));
   }
-  bool leaf_fits(const ImageType& given, const ImageType& wanted) const {
-    const Rep rep = rep_of(wanted);
-    if (rep == Rep::kRef) return given.kind == TypeKind::kRef && same_type(image_, given.element, wanted.element);
-    constexpr std::array<RepMask, 4> kWidths = {kM8, kM16, kM32, kM64};
-    RepMask reps = mask_of(rep);
-    for (const RepMask width : kWidths) {
-      if ((width & reps) != 0) reps = width;
-    }
-    return (mask_of(rep_of(given)) & reps) != 0;
-  }
-
   /// What the references of the instruction refer to follows from the other operands it has.
   void check_references() {
-    if (here_.in_target == kNone && here_.out_target == kNone) return;
-    if (here_.type == kNone) {  // a := b
-      if (here_.in_target != kNone && here_.out_target != kNone &&
-          !same_type(image_, here_.in_target, here_.out_target)) {
-        broken(Rule::kV313, fmt::format("type {} from type {}", here_.out_target, here_.in_target));
-      }
+    if (here_.type == kNone || here_.end == kNone) {
+      if (here_.in_target != kNone && here_.out_target != kNone) expect_same(here_.out_target, here_.in_target);
       return;
     }
-    if (here_.in_target != kNone && !same_type(image_, here_.in_target, here_.type)) {
-      broken(Rule::kV313, fmt::format("type {}, not {}", here_.in_target, here_.type));
-    }
-    if (here_.out_target == kNone) return;
-    std::uint32_t made = here_.type;
-    const ImageType& type = image_.types[here_.type];
-    if (here_.field != kNone) {
-      if (type.kind != TypeKind::kStruct || here_.field >= type.fields.size()) {
-        return broken(Rule::kV310, fmt::format("field {} of type {}", here_.field, here_.type));
-      }
-      made = type.fields[here_.field].type;
-    } else if (here_.indexes) {
-      if (type.kind != TypeKind::kArray) return broken(Rule::kV313, fmt::format("type {} is no array", here_.type));
-      made = type.element;
-    }
-    if (!same_type(image_, here_.out_target, made)) {
-      broken(Rule::kV313, fmt::format("type {}, not {}", here_.out_target, made));
-    }
+    if (here_.in_target != kNone) expect_same(here_.in_target, here_.type);
+    if (here_.out_target != kNone) expect_same(here_.out_target, here_.end);
+    if (here_.executed != kNone) expect_same(here_.end, here_.executed);
+  }
+  void expect_same(std::uint32_t found, std::uint32_t wanted) {
+    if (!same_type(image_, found, wanted)) broken(Rule::kV313, fmt::format("type {}, not {}", found, wanted));
   }
 
   void check_part(Opcode opcode) {
@@ -408,9 +408,9 @@ class CodeVerifier {
     if (here_.leaves != (insert ? 3u : 2u)) return;  // reported
     const std::uint32_t word = here_.bits[1];
     const std::uint32_t part = here_.bits[insert ? 2 : 0];
-    const bool inside = part < word && here_.field < word && here_.field % part == 0;
+    const bool inside = part < word && here_.bit < word && here_.bit % part == 0;
     if (!inside || (insert && here_.bits[0] != word)) {
-      broken(Rule::kV315, fmt::format("{} bits at bit {} of {}", part, here_.field, word));
+      broken(Rule::kV315, fmt::format("{} bits at bit {} of {}", part, here_.bit, word));
     }
   }
 

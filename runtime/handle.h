@@ -2,8 +2,8 @@
 // can be copied, moved and saved.
 //
 // Bits 0..30 byte offset in the table, 31..52 type index, 53..63 tag: 0 = null, 1 = in the copy of the global table
-// (the same place in every task), 2 + n = in the rest of the table of task n. Only MAKE_REF, INDEX_REF and FIELD_REF
-// make handles, from verified places, so tag and type together prove the offset; a handle that travelled to another
+// (the same place in every task), 2 + n = in the rest of the table of task n. Only REF_AT and REF_VIA make
+// handles, from verified places, so tag and type together prove the offset; a handle that travelled to another
 // task is null there.
 #pragma once
 

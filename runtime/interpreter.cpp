@@ -58,6 +58,39 @@ PLC_ONE_COPY bool interpret(Machine& m, const std::uint32_t* pc, std::uint32_t i
   const auto at = [&](std::uint32_t operand) -> std::byte* { return table + offset_of(operand); };
   const auto bytes_at = [&](std::uint32_t operand) { return reinterpret_cast<std::uint8_t*>(at(operand)); };
 
+  // The part that a path leads to; null after an event.
+  const auto follow = [&](std::byte* base, const std::uint32_t* path) -> std::byte* {
+    base += path[0];
+    const std::uint32_t* index = path + 2;
+    for (const std::uint32_t* const end = path + path_words(path); index != end; index += kIndexWords) {
+      const std::uint64_t element = element_of(index, at(index[0]));
+      if (element >= index[1]) return nullptr;
+      base += element * index[2];
+    }
+    return base;
+  };
+  const auto part_at = [&](const std::uint32_t* pc_now, std::uint32_t place, const std::uint32_t* path) {
+    std::byte* const part = follow(at(place), path);
+    if (part == nullptr) [[unlikely]]
+      raise(m, pc_now, Event::kBadIndex);
+    return part;
+  };
+  const auto part_via = [&](const std::uint32_t* pc_now, std::uint32_t ref, std::uint32_t type, Use use,
+                            const std::uint32_t* path) -> std::byte* {
+    std::byte* const whole = target(m, load<Handle>(at(ref)), type, use);
+    std::byte* const part = whole == nullptr ? nullptr : follow(whole, path);
+    if (part == nullptr) [[unlikely]]
+      raise(m, pc_now, whole == nullptr ? Event::kNullReference : Event::kBadIndex);
+    return part;
+  };
+  const auto element_i16 = [&](const std::uint32_t* index) {
+    return static_cast<std::uint64_t>(load<std::int16_t>(at(index[0]))) - load<std::uint64_t>(index + 3);
+  };
+  const auto element_i32 = [&](const std::uint32_t* index) {
+    return static_cast<std::uint64_t>(load<std::int32_t>(at(index[0]))) - load<std::uint64_t>(index + 3);
+  };
+  const auto element_any = [&](const std::uint32_t* index) { return element_of(index, at(index[0])); };
+
 #define PLC_NEXT(words)                                                            \
   do {                                                                             \
     pc += (words);                                                                 \
@@ -129,6 +162,56 @@ PLC_ONE_COPY bool interpret(Machine& m, const std::uint32_t* pc, std::uint32_t i
     }                                                     \
     PLC_NEXT(5);                                          \
   }
+// Parts of values: the access itself, then where it goes to.
+#define PLC_LOAD(T, place)  \
+  T value{};                \
+  if (fine) [[likely]]      \
+    value = load<T>(place); \
+  store<T>(at(pc[1]), value);
+#define PLC_STORE(T, place) \
+  if (fine) [[likely]]      \
+    store<T>(place, load<T>(at(pc[1])));
+// Words: value, place, index (6).
+#define PLC_ACCESS_AT(Name, T, element_at, Access)      \
+  op_##Name : {                                         \
+    const std::uint64_t element = element_at(pc + 3);   \
+    const bool fine = element < pc[4];                  \
+    if (!fine) [[unlikely]]                             \
+      raise(m, pc, Event::kBadIndex);                   \
+    Access(T, at(pc[2]) + element * pc[5]) PLC_NEXT(9); \
+  }
+// Words: value, ref, type, offset, index (6).
+#define PLC_ACCESS_VIA(Name, T, element_at, Access)                                       \
+  op_##Name : {                                                                           \
+    std::byte* const whole = target(m, load<Handle>(at(pc[2])), pc[3], PLC_USE_##Access); \
+    const std::uint64_t element = element_at(pc + 5);                                     \
+    const bool fine = whole != nullptr && element < pc[6];                                \
+    if (!fine) [[unlikely]]                                                               \
+      raise(m, pc, whole == nullptr ? Event::kNullReference : Event::kBadIndex);          \
+    Access(T, whole + pc[4] + element * pc[7]) PLC_NEXT(11);                              \
+  }
+// Words: value, ref, type, offset.
+#define PLC_SCALAR_VIA(Name, T, Access)                                                   \
+  op_##Name : {                                                                           \
+    std::byte* const whole = target(m, load<Handle>(at(pc[2])), pc[3], PLC_USE_##Access); \
+    const bool fine = whole != nullptr;                                                   \
+    if (!fine) [[unlikely]]                                                               \
+      raise(m, pc, Event::kNullReference);                                                \
+    Access(T, whole + pc[4]) PLC_NEXT(5);                                                 \
+  }
+#define PLC_USE_PLC_LOAD Use::kRead
+#define PLC_USE_PLC_STORE Use::kWrite
+#define PLC_LOAD_SCALAR_VIA(Name, T) PLC_SCALAR_VIA(Name, T, PLC_LOAD)
+#define PLC_STORE_SCALAR_VIA(Name, T) PLC_SCALAR_VIA(Name, T, PLC_STORE)
+#define PLC_SIZES(Macro, Name)                                                               \
+  Macro(Name##8, std::uint8_t) Macro(Name##16, std::uint16_t) Macro(Name##32, std::uint32_t) \
+      Macro(Name##64, std::uint64_t)
+#define PLC_INDICES(Macro, Name, T) \
+  Macro(Name##I16, T, element_i16) Macro(Name##I32, T, element_i32) Macro(Name##Any, T, element_any)
+#define PLC_INDEX_FORMS(Macro, Name)                                                      \
+  PLC_INDICES(Macro, Name##8, std::uint8_t)                                               \
+  PLC_INDICES(Macro, Name##16, std::uint16_t) PLC_INDICES(Macro, Name##32, std::uint32_t) \
+      PLC_INDICES(Macro, Name##64, std::uint64_t)
 #define PLC_MODULO(Name, T) PLC_BINARY(Name, T, T, stdlib::mod_wrap(a, b))
 
   PLC_NEXT(0);
@@ -210,15 +293,6 @@ op_RunTb : {
   load_pointer<stdlib::Step>(pc + 1)(at(pc[3]), m.step);
   PLC_NEXT(4);
 }
-op_RunRef : {
-  std::byte* const ports = target(m, load<Handle>(at(pc[3])), pc[4], Use::kWrite);
-  if (ports != nullptr) [[likely]] {
-    load_pointer<stdlib::Step>(pc + 1)(ports, m.step);
-  } else {
-    raise(m, pc, Event::kNullReference);
-  }
-  PLC_NEXT(5);
-}
 op_CallPouFixed : {
   if (!interpret<Addressing::kFixed>(m, code + pc[1], 0, nullptr)) [[unlikely]]
     return false;
@@ -228,17 +302,6 @@ op_CallPou : {
   if (!interpret<Addressing::kRelative>(m, code + pc[1], offset_of(pc[2]), nullptr)) [[unlikely]]
     return false;
   PLC_NEXT(3);
-}
-op_CallRef : {
-  const std::byte* const place = target(m, load<Handle>(at(pc[2])), pc[3], Use::kWrite);
-  if (place != nullptr) [[likely]] {
-    const auto callee = static_cast<std::uint32_t>(place - table);
-    if (!interpret<Addressing::kRelative>(m, code + pc[1], callee, nullptr)) [[unlikely]]
-      return false;
-  } else {
-    raise(m, pc, Event::kNullReference);
-  }
-  PLC_NEXT(4);
 }
 op_CallFn : {
   // Words: frame, frame bytes, initial bytes (2), entry, inputs, outputs, then 4 per argument: to, from, bytes or kind,
@@ -276,55 +339,92 @@ op_Eno : {
   PLC_NEXT(2);
 }
 
-  // ---- checked references
-op_MakeRef : {
-  store<Handle>(at(pc[1]), handle_of(m, offset_of(pc[2]), pc[3]));
-  PLC_NEXT(4);
-}
-op_IndexRef : {
-  // Words: out, ref, index, array type, element type, element bytes, count, lower bound (2).
-  const Handle array = load<Handle>(at(pc[2]));
-  const std::uint64_t element = load<std::uint64_t>(at(pc[3])) - load<std::uint64_t>(pc + 8);
-  Handle result{};
-  if (target(m, array, pc[4], Use::kRead) == nullptr) [[unlikely]] {
-    raise(m, pc, Event::kNullReference);
-  } else if (element >= pc[7]) [[unlikely]] {
-    raise(m, pc, Event::kBadIndex);
-  } else {
-    result = Handle::make(array.tag(), pc[5], array.offset() + static_cast<std::uint32_t>(element) * pc[6]);
-  }
-  store<Handle>(at(pc[1]), result);
-  PLC_NEXT(10);
-}
-op_FieldRef : {
-  // Words: out, ref, structure type, field type, field offset.
-  const Handle structure = load<Handle>(at(pc[2]));
-  Handle result{};
-  if (target(m, structure, pc[3], Use::kRead) != nullptr) {
-    result = Handle::make(structure.tag(), pc[4], structure.offset() + pc[5]);
-  }
-  store<Handle>(at(pc[1]), result);
-  PLC_NEXT(6);
-}
-op_CopyFrom : {
-  // Words: to, ref, type, bytes, zeros of the type (2).
-  const std::byte* from = target(m, load<Handle>(at(pc[2])), pc[3], Use::kRead);
-  if (from == nullptr) [[unlikely]] {
+// ---- parts of values: one index at most
+#define PLC_LOAD_AT(Name, T, element_at) PLC_ACCESS_AT(Name, T, element_at, PLC_LOAD)
+#define PLC_STORE_AT(Name, T, element_at) PLC_ACCESS_AT(Name, T, element_at, PLC_STORE)
+#define PLC_LOAD_VIA(Name, T, element_at) PLC_ACCESS_VIA(Name, T, element_at, PLC_LOAD)
+#define PLC_STORE_VIA(Name, T, element_at) PLC_ACCESS_VIA(Name, T, element_at, PLC_STORE)
+  PLC_INDEX_FORMS(PLC_LOAD_AT, LoadAt)
+  PLC_INDEX_FORMS(PLC_STORE_AT, StoreAt)
+  PLC_INDEX_FORMS(PLC_LOAD_VIA, LoadVia)
+  PLC_INDEX_FORMS(PLC_STORE_VIA, StoreVia)
+  PLC_SIZES(PLC_LOAD_SCALAR_VIA, LoadVia)
+  PLC_SIZES(PLC_STORE_SCALAR_VIA, StoreVia)
+
+  // ---- parts of values: any path
+op_LoadAt : {
+  // Words: out, place, bytes, capacities, zeros (2), path.
+  const std::byte* from = part_at(pc, pc[2], pc + 7);
+  if (from == nullptr) [[unlikely]]
     from = load_pointer<const std::byte*>(pc + 5);
-    raise(m, pc, Event::kNullReference);
-  }
-  std::memmove(at(pc[1]), from, pc[4]);
-  PLC_NEXT(7);
+  if (!pass(at(pc[1]), from, pc[3], pc[4])) [[unlikely]]
+    raise(m, pc, Event::kTruncated);
+  PLC_NEXT(7 + path_words(pc + 7));
 }
-op_CopyTo : {
-  // Words: ref, from, type, bytes.
-  std::byte* const to = target(m, load<Handle>(at(pc[1])), pc[3], Use::kWrite);
-  if (to != nullptr) [[likely]] {
-    std::memmove(to, at(pc[2]), pc[4]);
-  } else {
-    raise(m, pc, Event::kNullReference);
-  }
-  PLC_NEXT(5);
+op_StoreAt : {
+  // Words: in, place, bytes, capacities, path.
+  std::byte* const to = part_at(pc, pc[2], pc + 5);
+  if (to != nullptr && !pass(to, at(pc[1]), pc[3], pc[4])) [[unlikely]]
+    raise(m, pc, Event::kTruncated);
+  PLC_NEXT(5 + path_words(pc + 5));
+}
+op_RefAt : {
+  // Words: out, place, type of the part, path.
+  const std::byte* const part = part_at(pc, pc[2], pc + 4);
+  store<Handle>(at(pc[1]), part == nullptr ? Handle{} : handle_of(m, part, pc[3]));
+  PLC_NEXT(4 + path_words(pc + 4));
+}
+op_RunAt : {
+  // Words: step (2), place, path.
+  std::byte* const ports = part_at(pc, pc[3], pc + 4);
+  if (ports != nullptr) [[likely]]
+    load_pointer<stdlib::Step>(pc + 1)(ports, m.step);
+  PLC_NEXT(4 + path_words(pc + 4));
+}
+op_CallAt : {
+  // Words: entry, place, path.
+  const std::byte* const callee = part_at(pc, pc[2], pc + 3);
+  if (callee != nullptr && !interpret<Addressing::kRelative>(
+                               m, code + pc[1], static_cast<std::uint32_t>(callee - table), nullptr)) [[unlikely]]
+    return false;
+  PLC_NEXT(3 + path_words(pc + 3));
+}
+op_LoadVia : {
+  // Words: out, ref, type, bytes, capacities, zeros (2), path.
+  const std::byte* from = part_via(pc, pc[2], pc[3], Use::kRead, pc + 8);
+  if (from == nullptr) [[unlikely]]
+    from = load_pointer<const std::byte*>(pc + 6);
+  if (!pass(at(pc[1]), from, pc[4], pc[5])) [[unlikely]]
+    raise(m, pc, Event::kTruncated);
+  PLC_NEXT(8 + path_words(pc + 8));
+}
+op_StoreVia : {
+  // Words: in, ref, type, bytes, capacities, path.
+  std::byte* const to = part_via(pc, pc[2], pc[3], Use::kWrite, pc + 6);
+  if (to != nullptr && !pass(to, at(pc[1]), pc[4], pc[5])) [[unlikely]]
+    raise(m, pc, Event::kTruncated);
+  PLC_NEXT(6 + path_words(pc + 6));
+}
+op_RefVia : {
+  // Words: out, ref, type, type of the part, path.
+  const std::byte* const part = part_via(pc, pc[2], pc[3], Use::kRead, pc + 5);
+  store<Handle>(at(pc[1]), part == nullptr ? Handle{} : handle_of(m, part, pc[4]));
+  PLC_NEXT(5 + path_words(pc + 5));
+}
+op_RunVia : {
+  // Words: step (2), ref, type, path.
+  std::byte* const ports = part_via(pc, pc[3], pc[4], Use::kWrite, pc + 5);
+  if (ports != nullptr) [[likely]]
+    load_pointer<stdlib::Step>(pc + 1)(ports, m.step);
+  PLC_NEXT(5 + path_words(pc + 5));
+}
+op_CallVia : {
+  // Words: entry, ref, type, path.
+  const std::byte* const callee = part_via(pc, pc[2], pc[3], Use::kWrite, pc + 4);
+  if (callee != nullptr && !interpret<Addressing::kRelative>(
+                               m, code + pc[1], static_cast<std::uint32_t>(callee - table), nullptr)) [[unlikely]]
+    return false;
+  PLC_NEXT(4 + path_words(pc + 4));
 }
 
   // ---- arithmetic, comparison, bit strings

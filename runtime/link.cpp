@@ -8,8 +8,10 @@
 #include <utility>
 
 #include "bytecode/type_map.h"
+#include "runtime/decoded.h"
 #include "runtime/handle.h"
 #include "runtime/link_bool.h"
+#include "runtime/link_path.h"
 #include "runtime/operations.h"
 #include "stdlib/library.h"
 
@@ -23,62 +25,6 @@ using bytecode::Opcode;
 using bytecode::OperandKind;
 using bytecode::Space;
 using bytecode::TypeKind;
-
-/// One instruction of an image.
-struct Decoded {
-  Opcode opcode = Opcode::kReturn;
-  std::uint32_t word = 0;   ///< where it starts
-  std::uint32_t items = 0;  ///< of its list
-  const std::uint32_t* operands = nullptr;
-  const std::uint32_t* list = nullptr;
-  std::uint32_t next = 0;
-};
-
-Decoded decode(const std::vector<std::uint32_t>& code, std::uint32_t word) {
-  Decoded d;
-  d.opcode = static_cast<Opcode>(code[word] & 0xffffu);
-  d.word = word;
-  d.items = code[word] >> 16;
-  d.operands = code.data() + word + 1;
-  const bytecode::Operands& operands = bytecode::info(d.opcode).operands;
-  std::uint32_t plain = 0;
-  std::uint32_t per_item = 0;
-  for (std::uint32_t i = 0; i < operands.count; ++i) {
-    switch (operands.specs[i].kind) {
-      case OperandKind::kRecords:
-        per_item = bytecode::kRecordWords;
-        break;
-      case OperandKind::kStdArgs:
-        per_item = 1;
-        break;
-      case OperandKind::kFnArgs:
-        per_item = 2;
-        break;
-      default:
-        ++plain;
-        break;
-    }
-  }
-  d.list = d.operands + plain;
-  d.next = word + 1 + plain + d.items * per_item;
-  return d;
-}
-
-/// Calls `visit` with every instruction of a body.
-template <class Visit>
-void for_each_instruction(const ImagePou& pou, Visit visit) {
-  for (std::uint32_t word = 0; word < pou.code.size();) {
-    const Decoded d = decode(pou.code, word);
-    visit(d);
-    word = d.next;
-  }
-}
-
-bool is_export(Opcode opcode) { return opcode == Opcode::kWriteN || opcode == Opcode::kWriteChangedN; }
-
-bool calls_pou(Opcode opcode) {
-  return opcode == Opcode::kCallPou || opcode == Opcode::kCallRef || opcode == Opcode::kCallFn;
-}
 
 /// Bytes of a value of `type` that a null reference reads as: zeros, with string capacities in place.
 void fill_zeros(const Image& image, std::uint32_t type, std::byte* to) {
@@ -163,7 +109,7 @@ class Linker {
     for (const std::uint32_t pou : pous_) {
       for_each_instruction(image_.pous[pou], [&](const Decoded& d) {
         if (d.opcode == Opcode::kCallPou) join(d.operands[0], absolute(pou, d.operands[1]));
-        if (d.opcode == Opcode::kCallRef) join(d.operands[0], std::nullopt);
+        if (d.opcode == Opcode::kCallAt || d.opcode == Opcode::kCallVia) join(d.operands[0], std::nullopt);
         if (d.opcode == Opcode::kCallFn) join(d.operands[0], 0);
       });
       if (bindings_[pou].addressing() == Addressing::kFixed) {
@@ -325,12 +271,6 @@ class Linker {
         put_step(d.operands[0]);
         put_operand(d.operands[1]);
         return;
-      case Opcode::kRunRef:
-        put_handler(ResolvedOp::kRunRef);
-        put_step(d.operands[0]);
-        put_operand(d.operands[1]);
-        put(canonical(image_.blocks[d.operands[0]].type));
-        return;
       case Opcode::kCallPou:
         if (bindings_[d.operands[0]].addressing() == Addressing::kFixed) {
           put_handler(ResolvedOp::kCallPouFixed);
@@ -340,12 +280,6 @@ class Linker {
           put_entry(d.operands[0]);
           put_operand(d.operands[1]);
         }
-        return;
-      case Opcode::kCallRef:
-        put_handler(ResolvedOp::kCallRef);
-        put_entry(d.operands[0]);
-        put_operand(d.operands[1]);
-        put(canonical(image_.pous[d.operands[0]].instance_type));
         return;
       case Opcode::kCallFn:
         put_function_call(d);
@@ -360,47 +294,21 @@ class Linker {
         for (std::uint32_t i = 0; i < d.items; ++i) put_operand(d.list[i]);
         return;
       }
-      case Opcode::kMakeRef:
-        put_handler(ResolvedOp::kMakeRef);
-        put_operand(d.operands[0]);
-        put_operand(d.operands[1]);
-        put(canonical(d.operands[2]));
+      case Opcode::kLoadAt:
+      case Opcode::kStoreAt:
+      case Opcode::kLoadVia:
+      case Opcode::kStoreVia:
+        put_access(d);
         return;
-      case Opcode::kIndexRef: {
-        const ImageType& array = image_.types[d.operands[3]];
-        put_handler(ResolvedOp::kIndexRef);
-        for (std::uint32_t i = 0; i < 3; ++i) put_operand(d.operands[i]);
-        put(canonical(d.operands[3]));
-        put(canonical(array.element));
-        put(image_.types[array.element].size);
-        put(array.count);
-        put_pointer(array.lower);
+      case Opcode::kRefAt:
+      case Opcode::kRefVia:
+        put_ref(d);
         return;
-      }
-      case Opcode::kFieldRef: {
-        const bytecode::ImageField& field = image_.types[d.operands[2]].fields[d.operands[3]];
-        put_handler(ResolvedOp::kFieldRef);
-        put_operand(d.operands[0]);
-        put_operand(d.operands[1]);
-        put(canonical(d.operands[2]));
-        put(canonical(field.type));
-        put(field.offset);
-        return;
-      }
-      case Opcode::kCopyFrom:
-        put_handler(ResolvedOp::kCopyFrom);
-        put_operand(d.operands[0]);
-        put_operand(d.operands[1]);
-        put(canonical(d.operands[2]));
-        put(image_.types[d.operands[2]].size);
-        put_pointer(zeros(d.operands[2]));
-        return;
-      case Opcode::kCopyTo:
-        put_handler(ResolvedOp::kCopyTo);
-        put_operand(d.operands[0]);
-        put_operand(d.operands[1]);
-        put(canonical(d.operands[2]));
-        put(image_.types[d.operands[2]].size);
+      case Opcode::kRunAt:
+      case Opcode::kRunVia:
+      case Opcode::kCallAt:
+      case Opcode::kCallVia:
+        put_execution(d);
         return;
       case Opcode::kExtract:
         put_extract(d);
@@ -450,6 +358,107 @@ class Linker {
     if (bit) put(d.operands[3] % 8);
   }
 
+  // ---- parts of values (link_path.h)
+
+  static bool is_via(Opcode opcode) { return opcode >= Opcode::kLoadVia && opcode <= Opcode::kCallVia; }
+  ResolvedPath path_of(const Decoded& d) const {
+    const std::uint32_t spaces[] = {image_.global_type, image_.pous[pou_].instance_type, image_.pous[pou_].frame_type,
+                                    image_.const_type};
+    return resolve_path(image_, spaces, d.operands[2], {d.list, std::size_t{d.items} * bytecode::kPathWords});
+  }
+  void put_index(const PathIndex& index) {
+    put_operand(index.operand);
+    put(index.count);
+    put(index.stride);
+    put_pointer(index.lower);
+    put(static_cast<std::uint32_t>(index.rep));
+  }
+  void put_path(const ResolvedPath& path) {
+    put(path.offset);
+    put(static_cast<std::uint32_t>(path.indices.size()));
+    for (const PathIndex& index : path.indices) put_index(index);
+  }
+
+  void put_access(const Decoded& d) {
+    const ResolvedPath path = path_of(d);
+    const bool via = is_via(d.opcode);
+    const bool load = d.opcode == Opcode::kLoadAt || d.opcode == Opcode::kLoadVia;
+    const std::uint32_t base = d.operands[load ? 1 : 0];
+    const std::uint32_t value = d.operands[load ? 0 : 1];
+    const ImageType& part = image_.types[path.type];
+    if (!via && path.indices.empty()) return put_known_access(path, base, value, load);
+    if (const auto quick = quick_access(image_, path, load, via)) {
+      put_handler(*quick);
+      put_operand(value);
+      if (via) {
+        put_operand(base);
+        put(canonical(d.operands[2]));
+        put(path.offset);
+      } else {
+        put(resolve(base) + path.offset);
+      }
+      if (!path.indices.empty()) put_index(path.indices.front());
+      return;
+    }
+    put_handler(static_cast<ResolvedOp>(d.opcode));
+    put_operand(value);
+    put_operand(base);
+    if (via) put(canonical(d.operands[2]));
+    put_bytes(part, value, load);
+    if (load) put_pointer(zeros(path.type));
+    put_path(path);
+  }
+  /// The two words that say how pass() moves a value of type `type` to (or from) the leaf or place `outside`.
+  void put_bytes(const ImageType& type, std::uint32_t outside, bool to_outside) {
+    if (type.kind != TypeKind::kString) {
+      put(type.size);
+      put(0);
+      return;
+    }
+    const std::uint16_t other = leaf_type(outside).capacity;
+    put(bytecode::rep_of(type) == core::Rep::kStr ? kPassStr : kPassWstr);
+    put(to_outside ? capacities(other, type.capacity) : capacities(type.capacity, other));
+  }
+  /// An access whose path leads to one place is a move.
+  void put_known_access(const ResolvedPath& path, std::uint32_t base, std::uint32_t value, bool load) {
+    const ImageType& part = image_.types[path.type];
+    const std::uint32_t inside = resolve(base) + path.offset;
+    const bool string = part.kind == TypeKind::kString;
+    const bool scalar = part.kind == TypeKind::kScalar || part.kind == TypeKind::kRef;
+    put_handler(string   ? (bytecode::rep_of(part) == core::Rep::kStr ? ResolvedOp::kMoveStr : ResolvedOp::kMoveWstr)
+                : scalar ? move_of(part.size)
+                         : ResolvedOp::kCopy);
+    put(load ? resolve(value) : inside);
+    put(load ? inside : resolve(value));
+    if (string) {
+      const std::uint16_t other = leaf_type(value).capacity;
+      put(load ? capacities(other, part.capacity) : capacities(part.capacity, other));
+    } else if (!scalar) {
+      put(part.size);
+    }
+  }
+  void put_ref(const Decoded& d) {
+    const ResolvedPath path = path_of(d);
+    put_handler(static_cast<ResolvedOp>(d.opcode));
+    put_operand(d.operands[0]);
+    put_operand(d.operands[1]);
+    if (d.opcode == Opcode::kRefVia) put(canonical(d.operands[2]));
+    put(canonical(path.type));
+    put_path(path);
+  }
+  void put_execution(const Decoded& d) {
+    const ResolvedPath path = path_of(d);
+    put_handler(static_cast<ResolvedOp>(d.opcode));
+    if (d.opcode == Opcode::kRunAt || d.opcode == Opcode::kRunVia) {
+      put_step(d.operands[0]);
+    } else {
+      put_entry(d.operands[0]);
+    }
+    put_operand(d.operands[1]);
+    if (is_via(d.opcode)) put(canonical(d.operands[2]));
+    put_path(path);
+  }
+
   /// An instruction whose operands are leaves and targets.
   void put_plain(const Decoded& d) {
     put_handler(static_cast<ResolvedOp>(d.opcode));
@@ -474,11 +483,14 @@ class Linker {
     put_pointer(spec == nullptr ? stdlib::Step{} : spec->step);
   }
 
+  /// Zeros of a type, one block for all that need them.
   const std::byte* zeros(std::uint32_t type) {
+    const auto [known, fresh] = zeros_.try_emplace(type, nullptr);
+    if (!fresh) return known->second;
     auto bytes = std::make_unique<std::byte[]>(std::max<std::uint32_t>(image_.types[type].size, 1));
     fill_zeros(image_, type, bytes.get());
     result_.constants.push_back(std::move(bytes));
-    return result_.constants.back().get();
+    return known->second = result_.constants.back().get();
   }
 
   void put_function_call(const Decoded& d) {
@@ -508,14 +520,7 @@ class Linker {
     const std::uint32_t outside = resolve(operand);
     put(input ? parameter : outside);
     put(input ? outside : parameter);
-    if (type.kind == TypeKind::kString) {
-      const std::uint16_t other = leaf_type(operand).capacity;
-      put(bytecode::rep_of(type) == core::Rep::kStr ? kPassStr : kPassWstr);
-      put(input ? capacities(type.capacity, other) : capacities(other, type.capacity));
-    } else {
-      put(type.size);
-      put(0);
-    }
+    put_bytes(type, operand, !input);
   }
 
   static constexpr std::byte kNoBytes{};
@@ -531,6 +536,7 @@ class Linker {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> jump_patches_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> call_patches_;
   std::map<std::uint32_t, std::uint32_t> canonical_;
+  std::map<std::uint32_t, const std::byte*> zeros_;
   std::vector<std::uint32_t> representatives_;
   std::optional<core::Problem> problem_;
   std::uint32_t pou_ = 0;
@@ -538,42 +544,6 @@ class Linker {
 };
 
 }  // namespace
-
-std::vector<std::uint32_t> reached_pous(const Image& image, std::uint32_t body) {
-  // Depth first without recursion; the verifier has refused cycles. Reverse post-order puts callers first.
-  std::vector<std::vector<std::uint32_t>> callees(image.pous.size());
-  std::vector<std::uint8_t> seen(image.pous.size(), 0);
-  std::vector<std::pair<std::uint32_t, std::size_t>> path;
-  std::vector<std::uint32_t> order;
-  const auto enter = [&](std::uint32_t pou) {
-    seen[pou] = 1;
-    for_each_instruction(image.pous[pou], [&](const Decoded& d) {
-      if (calls_pou(d.opcode)) callees[pou].push_back(d.operands[0]);
-    });
-    path.emplace_back(pou, 0);
-  };
-  enter(body);
-  while (!path.empty()) {
-    const std::uint32_t pou = path.back().first;
-    if (path.back().second == callees[pou].size()) {
-      order.push_back(pou);
-      path.pop_back();
-      continue;
-    }
-    const std::uint32_t callee = callees[pou][path.back().second++];
-    if (seen[callee] == 0) enter(callee);
-  }
-  std::reverse(order.begin(), order.end());
-  return order;
-}
-
-std::vector<FieldRange> exported_ranges(const Image& image, std::uint32_t body) {
-  std::vector<FieldRange> ranges;
-  for_each_instruction(image.pous[body], [&](const Decoded& d) {
-    if (is_export(d.opcode)) ranges.push_back({d.operands[0], d.operands[1]});
-  });
-  return ranges;
-}
 
 core::Result<LinkedCode> link_task(const Image& image, std::uint32_t body, const std::vector<std::uint32_t>& pous,
                                    const TaskLayout& layout, Exchange& exchange) {

@@ -91,8 +91,41 @@ inline bool pass(std::byte* to, const std::byte* from, std::uint32_t bytes, std:
   }
 }
 
-inline Handle handle_of(const Machine& m, std::uint32_t offset, std::uint32_t type) noexcept {
+inline Handle handle_of(const Machine& m, const std::byte* place, std::uint32_t type) noexcept {
+  const auto offset = static_cast<std::uint32_t>(place - m.table);
   return Handle::make(offset < m.global_bytes ? Handle::kGlobalTag : m.task_tag, type, offset);
+}
+
+/// Words of one index in resolved code: operand, count, stride, lower bound (2), Rep.
+inline constexpr std::uint32_t kIndexWords = 6;
+/// Words of a path in resolved code: distance in bytes, number of indices, indices.
+inline std::uint32_t path_words(const std::uint32_t* path) noexcept { return 2 + path[1] * kIndexWords; }
+
+/// Number of the element, from 0, whose index is the leaf at `leaf`; one beyond every array when it is below the lower
+/// bound. Wraps: the upper bound is a 64-bit number (rule V104), so no index of a wrong sign comes out inside the
+/// array.
+inline std::uint64_t element_of(const std::uint32_t* index, const std::byte* leaf) noexcept {
+  const auto lower = load<std::uint64_t>(index + 3);
+  switch (static_cast<core::Rep>(index[5])) {
+    case core::Rep::kI8:
+      return static_cast<std::uint64_t>(load<std::int8_t>(leaf)) - lower;
+    case core::Rep::kU8:
+      return std::uint64_t{load<std::uint8_t>(leaf)} - lower;
+    case core::Rep::kI16:
+      return static_cast<std::uint64_t>(load<std::int16_t>(leaf)) - lower;
+    case core::Rep::kU16:
+      return std::uint64_t{load<std::uint16_t>(leaf)} - lower;
+    case core::Rep::kI32:
+      return static_cast<std::uint64_t>(load<std::int32_t>(leaf)) - lower;
+    case core::Rep::kU32:
+      return std::uint64_t{load<std::uint32_t>(leaf)} - lower;
+    case core::Rep::kU64: {
+      const auto value = load<std::uint64_t>(leaf);
+      return value >> 63 != 0 ? ~std::uint64_t{0} : value - lower;
+    }
+    default:
+      return load<std::uint64_t>(leaf) - lower;
+  }
 }
 
 enum class Use : std::uint8_t { kRead, kWrite };

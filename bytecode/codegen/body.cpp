@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cstring>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "bytecode/codegen/frame.h"
@@ -358,77 +359,79 @@ class BodyGenerator final : private RecordSink {
     writer_.record(to, piece);
   }
 
-  // ---- references -------------------------------------------------------------------------------------------------
+  // ---- parts of values that only the running program can find ------------------------------------------------------
 
-  std::uint32_t reference_word(std::uint32_t ref_type) { return intermediate_of(ref_type, now_); }
-
-  /// A handle of `place`, made on the way if it is not one already. `to` receives it if given.
-  std::uint32_t reference_to(std::uint32_t place, std::uint32_t to = kUnset) {
-    const auto result = [&](ir::TypeRef target, bool last) {
-      return last && to != kUnset ? to : reference_word(reference_type(target));
-    };
-    if (is_static(place)) {
-      const std::uint32_t made = result(type_of_place(place), true);
-      writer_.op(Opcode::kMakeRef, {made, place_words_[place], image_type(type_of_place(place))});
-      return made;
-    }
+  /// How an instruction reaches a place: its path from a place of known address, or from what a reference refers to.
+  struct Access {
+    bool via = false;
+    std::uint32_t base = 0;  ///< operand: the place, or the reference
+    std::uint32_t type = 0;  ///< image type where the path starts
     std::vector<std::uint32_t> path;
-    for (ir::PlaceId at{place}; at.valid(); at = body_.places[at.index].parent) {
-      path.push_back(at.index);
-      if (is_static(at.index)) break;
+    [[nodiscard]] std::uint32_t items() const { return static_cast<std::uint32_t>(path.size()) / kPathWords; }
+    /// The member of a family of instructions.
+    [[nodiscard]] Opcode pick(Opcode at_place, Opcode via_reference) const { return via ? via_reference : at_place; }
+  };
+
+  Access access(std::uint32_t place) {
+    Access found;
+    std::vector<std::uint32_t> steps;
+    ir::PlaceId at{place};
+    for (; !is_static(at.index) && body_.places[at.index].parent.valid(); at = body_.places[at.index].parent) {
+      steps.push_back(at.index);
     }
-    std::uint32_t word =
-        is_static(path.back()) ? reference_to(path.back()) : operand(analysis_.places[place].reference);
-    for (std::size_t k = path.size() - 1; k-- > 0;) {
-      const Place& step = body_.places[path[k]];
-      const ir::TypeRef parent = body_.places[path[k + 1]].type;
-      const std::uint32_t made = result(step.type, k == 0);
-      if (step.kind == Place::Kind::kField) {
-        writer_.op(Opcode::kFieldRef, {made, word, image_type(parent), shared_.layout.field_index(parent, step.index)});
+    found.via = !is_static(at.index);
+    found.base = found.via ? operand(body_.places[at.index].index) : place_words_[at.index];
+    found.type = image_type(type_of_place(at.index));
+    const auto step = [&](PathStep kind, std::uint32_t number) {
+      found.path.push_back(static_cast<std::uint32_t>(kind));
+      found.path.push_back(number);
+    };
+    for (; !steps.empty(); steps.pop_back()) {
+      const Place& to = body_.places[steps.back()];
+      const ir::TypeRef from = type_of_place(to.parent.index);
+      if (to.kind == Place::Kind::kField) {
+        step(PathStep::kField, shared_.layout.field_index(from, to.index));
+      } else if (const auto element = known_element(to)) {
+        step(PathStep::kElement, *element);
       } else {
-        const std::uint32_t index = step.kind == Place::Kind::kElementAt
-                                        ? index_operand(step.index)
-                                        : lint(types_[parent].lower + static_cast<std::int64_t>(step.index));
-        writer_.op(Opcode::kIndexRef, {made, word, index, image_type(parent)});
+        step(PathStep::kIndex, operand(to.index));
       }
-      word = made;
     }
-    if (to != kUnset && word != to) {
-      writer_.op(Opcode::kMoveRef, {to, word});
-      word = to;
-    }
-    return word;
+    return found;
   }
 
-  /// The image type of references to `target`; intermediates need one even if no source names it.
-  std::uint32_t reference_type(ir::TypeRef target) { return shared_.layout.reference(target); }
-
-  std::uint32_t lint(std::int64_t value) {
-    ir::Constant constant;
-    constant.type = ir::ref_of(core::TypeId::kLint);
-    constant.bits = static_cast<std::uint64_t>(value);
-    return shared_.constants.word(constant);
+  /// Number of the element, from 0, when it is known and inside the bounds.
+  std::optional<std::uint32_t> known_element(const Place& place) {
+    if (place.kind == Place::Kind::kElement) return place.index;
+    const Inst& index = body_.insts[place.index];
+    if (index.op != Op::kConst) return std::nullopt;
+    const ir::Type& array = types_[type_of_place(place.parent.index)];
+    const core::Rep rep = types_.rep_of(index.type).value_or(core::Rep::kI64);
+    const std::uint64_t bits = body_.constants[index.a].bits;
+    const unsigned shift = 64 - core::rep_bytes(rep) * 8;
+    const bool is_signed = rep == core::Rep::kI8 || rep == core::Rep::kI16 || rep == core::Rep::kI32;
+    const auto value = is_signed ? static_cast<std::int64_t>(bits << shift) >> shift : static_cast<std::int64_t>(bits);
+    if (value < array.lower || value > array.upper || (rep == core::Rep::kU64 && value < 0)) return std::nullopt;
+    return static_cast<std::uint32_t>(value - array.lower);
   }
 
-  /// An index of any integer type as LINT.
-  std::uint32_t index_operand(std::uint32_t value) {
-    const Inst& inst = body_.insts[value];
-    const auto id = types_.elementary_of(inst.type).value_or(core::TypeId::kLint);
-    const core::Rep rep = core::rep_of(id);
-    if (inst.op == Op::kConst) {
-      const std::uint64_t bits = body_.constants[inst.a].bits;
-      const unsigned shift = 64 - core::rep_bytes(rep) * 8;
-      const bool is_signed = rep == core::Rep::kI8 || rep == core::Rep::kI16 || rep == core::Rep::kI32;
-      return lint(is_signed ? static_cast<std::int64_t>(bits << shift) >> shift : static_cast<std::int64_t>(bits));
+  void access_op(Opcode opcode, std::initializer_list<std::uint32_t> words, const Access& access) {
+    writer_.op(opcode, words, access.path, access.items());
+  }
+  void load_part(std::uint32_t to, const Access& from) {
+    access_op(from.pick(Opcode::kLoadAt, Opcode::kLoadVia), {to, from.base, from.type}, from);
+  }
+  void store_part(const Access& to, std::uint32_t from) {
+    access_op(to.pick(Opcode::kStoreAt, Opcode::kStoreVia), {to.base, from, to.type}, to);
+  }
+
+  void make_ref(const Inst& inst) {
+    const Access place = access(inst.a);
+    if (place.via && place.path.empty()) {
+      move(inst.type, destination(true), place.base);
+    } else {
+      access_op(place.pick(Opcode::kRefAt, Opcode::kRefVia), {destination(true), place.base, place.type}, place);
     }
-    const std::uint32_t word = operand(value);
-    if (rep == core::Rep::kI64) return word;
-    const auto conversions = stdlib::overloads_named(std::string(core::name_of(id)) + "_TO_LINT");
-    assert(!conversions.empty());
-    const std::uint32_t wide = intermediate_of(image_type(ir::ref_of(core::TypeId::kLint)), now_);
-    const std::uint32_t list[] = {wide, word};
-    writer_.op(Opcode::kCallStd, {shared_.function(conversions.front())}, list, 2);
-    return wide;
   }
 
   // ---- instructions -----------------------------------------------------------------------------------------------
@@ -483,7 +486,7 @@ class BodyGenerator final : private RecordSink {
         writer_.op(Opcode::kEno, {destination(false)});
         break;
       case Op::kMakeRef:
-        reference_to(inst.a, destination(true));
+        make_ref(inst);
         break;
       case Op::kExtract: {
         const std::uint32_t word = operand(inst.a);
@@ -505,8 +508,8 @@ class BodyGenerator final : private RecordSink {
   void load(const Inst& inst) {
     ValueInfo& v = values()[now_];
     if (!is_static(inst.a)) {
-      const std::uint32_t from = reference_to(inst.a);
-      writer_.op(Opcode::kCopyFrom, {destination(true), from, image_type(inst.type)});
+      const Access from = access(inst.a);
+      load_part(destination(!types_.rep_of(inst.type)), from);
       return;
     }
     if (v.last_use <= v.hazard) return;  // read where it is used
@@ -525,9 +528,8 @@ class BodyGenerator final : private RecordSink {
     if (!logic_value && v.link == now_) return;  // written by the instruction that made the value
     const ir::TypeRef type = type_of_place(inst.a);
     if (!is_static(inst.a)) {
-      const std::uint32_t to = reference_to(inst.a);
-      const std::uint32_t value = operand_as(inst.b, type);
-      writer_.op(Opcode::kCopyTo, {to, value, image_type(type)});
+      const Access to = access(inst.a);
+      store_part(to, types_.rep_of(type) ? operand(inst.b) : operand_as(inst.b, type));
       return;
     }
     if (type == ir::kBoolType) {
@@ -543,14 +545,13 @@ class BodyGenerator final : private RecordSink {
     if (is_static(inst.b)) {
       from = place_words_[inst.b];
     } else {
-      const std::uint32_t reference = reference_to(inst.b);
       from = is_static(inst.a) ? place_words_[inst.a] : intermediate_of(image_type(type), now_);
-      writer_.op(Opcode::kCopyFrom, {from, reference, image_type(type)});
+      load_part(from, access(inst.b));
     }
     if (is_static(inst.a)) {
       move(type, place_words_[inst.a], from);
     } else {
-      writer_.op(Opcode::kCopyTo, {reference_to(inst.a), from, image_type(type)});
+      store_part(access(inst.a), from);
     }
   }
 
@@ -623,7 +624,7 @@ class BodyGenerator final : private RecordSink {
     }
     writer_.op(Opcode::kCallFn, {shared_.image_pou[inst.a]}, list, static_cast<std::uint32_t>(list.size() / 2));
     for (const Late& l : late) {
-      writer_.op(Opcode::kCopyTo, {reference_to(l.place), l.word, image_type(type_of_place(l.place))});
+      store_part(access(l.place), l.word);
     }
   }
 
@@ -634,8 +635,10 @@ class BodyGenerator final : private RecordSink {
     if (is_static(inst.a)) {
       writer_.op(pou ? Opcode::kCallPou : Opcode::kRunTb, {what, place_words_[inst.a]});
     } else {
-      const std::uint32_t reference = reference_to(inst.a);
-      writer_.op(pou ? Opcode::kCallRef : Opcode::kRunRef, {what, reference});
+      const Access instance = access(inst.a);
+      const Opcode opcode =
+          pou ? instance.pick(Opcode::kCallAt, Opcode::kCallVia) : instance.pick(Opcode::kRunAt, Opcode::kRunVia);
+      access_op(opcode, {what, instance.base, instance.type}, instance);
     }
   }
 

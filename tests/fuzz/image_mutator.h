@@ -45,7 +45,12 @@ class ImageMutator {
     if (image_.pous.empty() || image_.types.empty()) return;
     ImagePou& pou = image_.pous[below(image_.pous.size())];
     ImageType& type = image_.types[below(image_.types.size())];
-    switch (below(25)) {
+    switch (below(29)) {
+      case 25:
+      case 26:
+      case 27:
+      case 28:
+        return rough_path(pou);
       case 24:
         return rough_alias();
       case 22:
@@ -219,7 +224,7 @@ class ImageMutator {
       ImagePou& pou = image_.pous[(start + i) % image_.pous.size()];
       for (const Leaf& leaf : leaves_of(pou)) {
         if (leaf.rep != core::Rep::kRef) continue;
-        return insert(pou, 0, {bytecode::opcode_word(Opcode::kMakeRef), leaf.word, constant.word, constant.type});
+        return insert(pou, 0, {bytecode::opcode_word(Opcode::kRefAt), leaf.word, constant.word, constant.type});
       }
     }
   }
@@ -308,6 +313,54 @@ class ImageMutator {
     }
   }
 
+  /// A path that leads elsewhere, starts elsewhere, is longer or shorter, or whose value is another leaf.
+  void rough_path(ImagePou& pou) {
+    std::vector<std::size_t> paths;
+    for (const std::size_t at : starts_of(pou)) {
+      const bytecode::Operands& operands = bytecode::opcodes()[pou.code[at] & 0xffffu].operands;
+      const bool path = operands.count != 0 && operands.specs[operands.count - 1].kind == bytecode::OperandKind::kPath;
+      if (path) paths.push_back(at);
+    }
+    if (paths.empty()) return;
+    const std::size_t at = paths[below(paths.size())];
+    const std::size_t list = at + 4;
+    const std::size_t items = pou.code[at] >> 16;
+    const std::vector<Leaf> leaves = leaves_of(pou);
+    switch (below(6)) {
+      case 0:  // another type to start from
+        pou.code[at + 3] = static_cast<Word>(below(image_.types.size() + 1));
+        return;
+      case 1:  // another value, reference or base
+        if (!leaves.empty()) pou.code[at + 1 + below(2)] = leaves[below(leaves.size())].word;
+        return;
+      case 2:  // a step of another kind
+        if (items != 0) pou.code[list + bytecode::kPathWords * below(items)] = static_cast<Word>(below(4));
+        return;
+      case 3:  // a step to another number or leaf
+        if (items == 0) return;
+        pou.code[list + bytecode::kPathWords * below(items) + 1] =
+            below(2) == 0 || leaves.empty() ? static_cast<Word>(below(5)) : leaves[below(leaves.size())].word;
+        return;
+      case 4: {  // a step more
+        const Word number = below(2) == 0 || leaves.empty() ? 0 : leaves[below(leaves.size())].word;
+        const std::size_t end = list + bytecode::kPathWords * items;
+        move_targets(pou, end - 1, bytecode::kPathWords);
+        pou.code[at] += 1u << 16;
+        pou.code.insert(pou.code.begin() + static_cast<std::ptrdiff_t>(end), {static_cast<Word>(below(3)), number});
+        return;
+      }
+      default: {  // a step less
+        if (items == 0) return;
+        const std::size_t last = list + bytecode::kPathWords * (items - 1);
+        move_targets(pou, last, -static_cast<std::ptrdiff_t>(bytecode::kPathWords));
+        pou.code[at] -= 1u << 16;
+        pou.code.erase(pou.code.begin() + static_cast<std::ptrdiff_t>(last),
+                       pou.code.begin() + static_cast<std::ptrdiff_t>(last + bytecode::kPathWords));
+        return;
+      }
+    }
+  }
+
   /// One item more or less in a list.
   void rough_list(ImagePou& pou) {
     const std::vector<std::size_t> starts = starts_of(pou);
@@ -384,17 +437,7 @@ class ImageMutator {
     return starts;
   }
   static std::size_t length_of(const ImagePou& pou, std::size_t at) {
-    const bytecode::Operands& operands = bytecode::opcodes()[pou.code[at] & 0xffffu].operands;
-    const std::size_t items = pou.code[at] >> 16;
-    std::size_t length = 1;
-    for (std::uint8_t i = 0; i < operands.count; ++i) {
-      const bytecode::OperandKind kind = operands.specs[i].kind;
-      length += kind == bytecode::OperandKind::kRecords   ? items * bytecode::kRecordWords
-                : kind == bytecode::OperandKind::kStdArgs ? items
-                : kind == bytecode::OperandKind::kFnArgs  ? items * 2
-                                                          : 1;
-    }
-    return length;
+    return bytecode::words_of(bytecode::opcodes()[pou.code[at] & 0xffffu].operands, pou.code[at] >> 16);
   }
 
   /// Another leaf of the representation that the old one has.

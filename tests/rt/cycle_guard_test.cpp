@@ -196,19 +196,54 @@ struct EveryInstruction {
     const Word to_null = pou.variable("to_null", b.ref(dint));
     const Word to_fb = pou.variable("to_fb", b.ref(fb_type));
     const Word to_ton = pou.variable("to_ton", b.ref(ton_type));
-    pou.op(Opcode::kMakeRef, {to_array, a, array});
-    pou.op(Opcode::kIndexRef, {to_dint, to_array, i, array});
-    pou.op(Opcode::kCopyFrom, {x, to_dint, dint});
-    pou.op(Opcode::kMakeRef, {to_record, r, record});
-    pou.op(Opcode::kFieldRef, {to_dint, to_record, record, 0});
+    pou.path(Opcode::kRefAt, {to_array, a, array}, {});
+    pou.path(Opcode::kRefVia, {to_dint, to_array, array}, {{PathStep::kIndex, i}});
+    pou.path(Opcode::kLoadVia, {x, to_dint, dint}, {});
+    pou.path(Opcode::kRefAt, {to_record, r, record}, {});
+    pou.path(Opcode::kRefVia, {to_dint, to_record, record}, {{PathStep::kField, 0}});
     pou.op(Opcode::kMoveRef, {to_dint, to_dint});
-    pou.op(Opcode::kCopyTo, {to_dint, x, dint});
-    pou.op(Opcode::kCopyFrom, {x, to_null, dint});
-    pou.op(Opcode::kMakeRef, {to_fb, instance, fb_type});
-    pou.op(Opcode::kCallRef, {fb, to_fb});
-    pou.op(Opcode::kMakeRef, {to_ton, ton, ton_type});
-    pou.op(Opcode::kRunRef, {b.block("TON"), to_ton});
+    pou.path(Opcode::kStoreVia, {to_dint, x, dint}, {});
+    pou.path(Opcode::kLoadVia, {x, to_null, dint}, {});
+    pou.path(Opcode::kRefAt, {to_fb, instance, fb_type}, {});
+    pou.path(Opcode::kCallVia, {fb, to_fb, fb_type}, {});
+    pou.path(Opcode::kCallAt, {fb, instance, fb_type}, {});
+    pou.path(Opcode::kRefAt, {to_ton, ton, ton_type}, {});
+    pou.path(Opcode::kRunVia, {b.block("TON"), to_ton, ton_type}, {});
+    pou.path(Opcode::kRunAt, {b.block("TON"), ton, ton_type}, {});
     pou.op(Opcode::kCopy, {a, a, array});
+    elements(pou);
+    const Word word = pou.variable("word", b.type(TypeId::kWord));
+    const Word bit = pou.variable("bit", b.boolean());
+    pou.op(Opcode::kExtract, {bit, word, 15});
+    pou.op(Opcode::kInsert, {word, word, bit, 0});
+  }
+
+  /// Accesses in all the forms that the linker has for them; the last two indices are out of bounds.
+  void elements(PouBuilder& pou) {
+    for (const TypeId element : {TypeId::kUsint, TypeId::kInt, TypeId::kDint, TypeId::kLint}) {
+      const std::uint32_t array = b.array(b.type(element), 3);
+      const std::string name(core::name_of(element));
+      const Word values = pou.variable("a" + name, array);
+      const Word value = pou.variable("x" + name, b.type(element));
+      const Word ref = pou.variable("r" + name, b.ref(array));
+      pou.path(Opcode::kRefAt, {ref, values, array}, {});
+      for (const TypeId index : {TypeId::kInt, TypeId::kDint, TypeId::kUsint}) {
+        const Word i = pou.variable("i" + name + std::string(core::name_of(index)), b.type(index));
+        pou.path(Opcode::kLoadAt, {value, values, array}, {{PathStep::kIndex, i}});
+        pou.path(Opcode::kStoreAt, {values, value, array}, {{PathStep::kIndex, i}});
+        pou.path(Opcode::kLoadVia, {value, ref, array}, {{PathStep::kIndex, i}});
+        pou.path(Opcode::kStoreVia, {ref, value, array}, {{PathStep::kIndex, i}});
+      }
+      const Word bad = pou.variable("bad" + name, b.type(TypeId::kInt), FieldRole::kLocal, bytes_of<std::int16_t>(9));
+      pou.path(Opcode::kLoadAt, {value, values, array}, {{PathStep::kIndex, bad}});
+    }
+    const std::uint32_t texts = b.array(b.string(4), 2);
+    const std::uint32_t grid = b.array(texts, 2);
+    const Word values = pou.variable("grid", grid);
+    const Word text = pou.variable("line", b.string(9));
+    const Word i = pou.variable("row", b.type(TypeId::kInt));
+    pou.path(Opcode::kLoadAt, {text, values, grid}, {{PathStep::kIndex, i}, {PathStep::kIndex, i}});
+    pou.path(Opcode::kStoreAt, {values, text, grid}, {{PathStep::kIndex, i}, {PathStep::kIndex, i}});
   }
 
   void control(PouBuilder& pou) {
@@ -320,15 +355,7 @@ TEST(CycleGuard, TheImageHasEveryInstruction) {
       const auto opcode = static_cast<Opcode>(pou.code[at] & 0xffffu);
       const std::uint32_t items = pou.code[at] >> 16;
       used.insert(pou.code[at] & 0xffffu);
-      const bytecode::Operands& operands = bytecode::info(opcode).operands;
-      ++at;
-      for (std::uint8_t i = 0; i < operands.count; ++i) {
-        const OperandKind kind = operands.specs[i].kind;
-        at += kind == OperandKind::kRecords   ? items * bytecode::kRecordWords
-              : kind == OperandKind::kStdArgs ? items
-              : kind == OperandKind::kFnArgs  ? items * 2
-                                              : 1;
-      }
+      at += bytecode::words_of(bytecode::info(opcode).operands, items);
     }
   }
   for (std::uint32_t code = 0; code < bytecode::opcodes().size(); ++code) {

@@ -33,6 +33,7 @@ using bytecode::ImageField;
 using bytecode::ImagePou;
 using bytecode::ImageType;
 using bytecode::Opcode;
+using bytecode::PathStep;
 using bytecode::PouKind;
 using bytecode::Space;
 using bytecode::TypeKind;
@@ -103,6 +104,15 @@ class PouBuilder {
     code.push_back(bytecode::opcode_word(opcode, items));
     code.insert(code.end(), words.begin(), words.end());
     return *this;
+  }
+  struct Step {
+    PathStep step;
+    Word number;  ///< a field, an element from 0, or the leaf of an index
+  };
+  /// Appends an instruction with a path.
+  PouBuilder& path(Opcode opcode, std::vector<Word> words, const std::vector<Step>& steps) {
+    for (const Step& s : steps) words.insert(words.end(), {static_cast<Word>(s.step), s.number});
+    return list(opcode, static_cast<std::uint32_t>(steps.size()), std::move(words));
   }
   /// One BOOL_RUN record; unused inputs repeat the first.
   PouBuilder& record(std::uint32_t table, Word out, std::vector<Word> in) {

@@ -14,7 +14,7 @@ namespace plc::test {
 struct Sample {
   Image image;
   std::uint32_t boolean = 0, integer = 0, dint = 0, lint = 0, real = 0, colour = 0, line = 0, point = 0,
-                label = 0;                                            // types
+                label = 0, grid = 0, motors = 0;                      // types
   std::uint32_t max2 = 0, motor = 0, main = 0;                        // POUs
   Word go = 0, level = 0, limit = 0, total = 0, title = 0, gain = 0;  // globals
   Word one = 0;                                                       // constant
@@ -50,7 +50,6 @@ inline Sample sample_image() {
   s.gain = b.global("gain", s.real, bytes_of(std::numeric_limits<float>::quiet_NaN()));
   b.global("sum", b.type(TypeId::kLreal), bytes_of(0.1));
   s.one = b.constant<std::int16_t>(TypeId::kInt, 1);
-  const Word index = b.constant<std::int64_t>(TypeId::kLint, 2);
   const Word name = b.text("say \"hi\"; \\ \n");
 
   PouBuilder max2 = b.pou("Max2", PouKind::kFunction);
@@ -66,7 +65,7 @@ inline Sample sample_image() {
   const std::uint32_t skip = max2.jump(Opcode::kCondJump, {less});
   max2.op(Opcode::kMove32, {result, c});
   max2.land(skip);
-  max2.op(Opcode::kCopyTo, {at, result, s.dint});
+  max2.path(Opcode::kStoreVia, {at, result, s.dint}, {});
   s.max2 = max2.finish();
 
   PouBuilder motor = b.pou("Motor", PouKind::kFunctionBlock);
@@ -80,13 +79,18 @@ inline Sample sample_image() {
   s.motor = motor.finish();
 
   PouBuilder main = b.pou("Main", PouKind::kProgram);
+  const std::uint32_t motor_type = b.image.pous[s.motor].instance_type;
+  s.motors = b.array(motor_type, 2, 1);
+  s.grid = b.array(s.point, 3, -1);
   const Word motor1 = main.instance_of("motor", s.motor);
+  const Word motors = main.variable("motors", s.motors);
+  const Word grid = main.variable("grid", s.grid);
   const Word line = main.variable("line", s.line);
   const Word backup = main.variable("backup", s.line);
   const Word at_point = main.variable("point", s.point);
   const Word point_ref = main.variable("r_point", b.ref(s.point));
   s.line_ref = main.variable("r_line", b.ref(s.line));
-  s.motor_ref = main.variable("r_motor", b.ref(b.image.pous[s.motor].instance_type));
+  s.motor_ref = main.variable("r_motor", b.ref(motor_type));
   const Word element_ref = main.frame("r#0", dint_ref);
   const Word timer_ref = main.frame("r#1", b.ref(b.block_type("TON")));
   const Word ok = main.frame("ok", s.boolean);
@@ -95,16 +99,20 @@ inline Sample sample_image() {
   main.op(Opcode::kMoveStr, {s.title, name});
   main.op(Opcode::kCallPou, {s.motor, motor1});
   main.op(Opcode::kCopy, {backup, line, s.line});
-  main.op(Opcode::kMakeRef, {s.line_ref, line, s.line});
-  main.op(Opcode::kIndexRef, {element_ref, s.line_ref, index, s.line});
-  main.op(Opcode::kCopyFrom, {s.total, element_ref, s.dint});
-  main.op(Opcode::kMakeRef, {point_ref, at_point, s.point});
-  main.op(Opcode::kFieldRef, {element_ref, point_ref, s.point, 1});
+  main.path(Opcode::kRefAt, {s.line_ref, line, s.line}, {});
+  main.path(Opcode::kRefVia, {element_ref, s.line_ref, s.line}, {{PathStep::kIndex, i}});
+  main.path(Opcode::kLoadVia, {s.total, s.line_ref, s.line}, {{PathStep::kElement, 3}});
+  main.path(Opcode::kRefAt, {point_ref, at_point, s.point}, {});
+  main.path(Opcode::kRefVia, {element_ref, point_ref, s.point}, {{PathStep::kField, 1}});
   main.op(Opcode::kMoveRef, {element_ref, element_ref});
-  main.op(Opcode::kMakeRef, {s.motor_ref, motor1, b.image.pous[s.motor].instance_type});
-  main.op(Opcode::kCallRef, {s.motor, s.motor_ref});
-  main.op(Opcode::kMakeRef, {timer_ref, motor1 + bytecode::offset_of(ton), b.block_type("TON")});
-  main.op(Opcode::kRunRef, {b.block("TON"), timer_ref});
+  main.path(Opcode::kRefAt, {s.motor_ref, motor1, motor_type}, {});
+  main.path(Opcode::kCallVia, {s.motor, s.motor_ref, motor_type}, {});
+  main.path(Opcode::kRefAt, {timer_ref, motor1, motor_type}, {{PathStep::kField, 2}});
+  main.path(Opcode::kRunVia, {b.block("TON"), timer_ref, b.block_type("TON")}, {});
+  main.path(Opcode::kLoadAt, {s.total, grid, s.grid}, {{PathStep::kIndex, s.level}, {PathStep::kField, 1}});
+  main.path(Opcode::kStoreAt, {grid, s.total, s.grid}, {{PathStep::kElement, 1}, {PathStep::kField, 0}});
+  main.path(Opcode::kCallAt, {s.motor, motors, s.motors}, {{PathStep::kIndex, i}});
+  main.path(Opcode::kRunAt, {b.block("TON"), motors, s.motors}, {{PathStep::kIndex, i}, {PathStep::kField, 2}});
   main.list(Opcode::kCallFn, 5, {s.max2, 0, s.total, 1, s.total, 2, s.total, 3, element_ref, 4, at_point});
   main.op(Opcode::kClearEvent);
   main.call_std("ADD:INT", i, {s.level, s.one});
@@ -136,24 +144,7 @@ inline std::size_t find_op(const ImagePou& pou, Opcode opcode, std::size_t nth =
   for (std::size_t at = 0; at < pou.code.size();) {
     const auto found = static_cast<Opcode>(pou.code[at] & 0xffffu);
     if (found == opcode && nth-- == 0) return at;
-    const bytecode::Operands& operands = bytecode::info(found).operands;
-    const std::uint32_t items = pou.code[at] >> 16;
-    ++at;
-    for (std::uint8_t i = 0; i < operands.count; ++i) {
-      switch (operands.specs[i].kind) {
-        case bytecode::OperandKind::kRecords:
-          at += std::size_t{items} * bytecode::kRecordWords;
-          break;
-        case bytecode::OperandKind::kStdArgs:
-          at += items;
-          break;
-        case bytecode::OperandKind::kFnArgs:
-          at += std::size_t{items} * 2;
-          break;
-        default:
-          ++at;
-      }
-    }
+    at += bytecode::words_of(bytecode::info(found).operands, pou.code[at] >> 16);
   }
   return pou.code.size();
 }

@@ -48,6 +48,14 @@ std::string operand_text(const bytecode::OperandSpec& operand) {
       return "out place";
     case OperandKind::kPlaceInOut:
       return "inout place";
+    case OperandKind::kBaseIn:
+      return "place";
+    case OperandKind::kBaseOut:
+      return "inout place";
+    case OperandKind::kValueIn:
+      return "value";
+    case OperandKind::kValueOut:
+      return "out value";
     case OperandKind::kTarget:
       return "target";
     case OperandKind::kType:
@@ -64,6 +72,8 @@ std::string operand_text(const bytecode::OperandSpec& operand) {
       return "count";
     case OperandKind::kImm:
       return "number";
+    case OperandKind::kPath:
+      return "path..";
     case OperandKind::kRecords:
       return "records..";
     case OperandKind::kStdArgs:

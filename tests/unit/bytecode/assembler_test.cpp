@@ -90,7 +90,7 @@ struct Wrong {
 
 TEST(Assembler, MistakesAreToldWithTheirLine) {
   const std::string head =
-      "image 1\n"                                  // 1
+      "image 2\n"                                  // 1
       "type 0 scalar INT\n"                        // 2
       "type 1 struct size 2 align 2\n"             // 3
       "  field \"x\" t0 at 0 member\n"             // 4
@@ -109,6 +109,11 @@ TEST(Assembler, MistakesAreToldWithTheirLine) {
       {"instance x = 99999", "line 8: \"99999\" is not a number that fits here"},
       {"instance y = 1", "line 8: \"y\" is not in the table"},
       {"instance hex 1 0000", "line 8: the bytes do not fit the table"},
+      {"LOAD_AT g:x, g:x, t0, 1", "line 8: \"1\" is no step of a path"},
+      {"LOAD_AT g:x, g:x, t0, [", "line 8: \"[\" is no step of a path"},
+      {"LOAD_AT g:x, g:x, t0, []", "line 8: \"[]\" is no step of a path"},
+      {"LOAD_AT g:x, g:x, t0, .x", "line 8: \"x\" is not a number that fits here"},
+      {"LOAD_AT g:x, g:x, t0, [g:y]", "line 8: \"g:y\" names nothing"},
       {"task \"T", "line 8: the quotes are not closed"},
   };
   for (const Wrong& wrong : wrongs) {
@@ -117,7 +122,7 @@ TEST(Assembler, MistakesAreToldWithTheirLine) {
     EXPECT_EQ(image.error().message, wrong.message);
     EXPECT_EQ(image.error().code, core::Code::P6020);
   }
-  const auto unknown = assemble("image 1\ntype 0 scalar FLOAT\n");
+  const auto unknown = assemble("image 2\ntype 0 scalar FLOAT\n");
   ASSERT_FALSE(unknown);
   EXPECT_EQ(unknown.error().message, "line 2: \"FLOAT\" is no elementary type");
 }

@@ -192,7 +192,6 @@ const std::vector<Case>& cases() {
       {Rule::kV310, "a type that is not there", [](Sample& s) { operand(s, s.main, Opcode::kCopy, 2) = 9999; }},
       {Rule::kV310, "a POU that is not there", [](Sample& s) { operand(s, s.main, Opcode::kCallPou, 0) = 9999; }},
       {Rule::kV310, "a function that is not there", [](Sample& s) { operand(s, s.main, Opcode::kCallStd, 0) = 9999; }},
-      {Rule::kV310, "a field that is not there", [](Sample& s) { operand(s, s.main, Opcode::kFieldRef, 3) = 2; }},
       {Rule::kV311, "a function that looks into an instance",
        [](Sample& s) { operand(s, s.max2, Opcode::kMove32, 1) = bytecode::operand_word(Space::kInstance, 0); }},
       {Rule::kV312, "debug entries the wrong way round", [](Sample& s) { s.image.pous[s.main].debug[0].word = 5; }},
@@ -204,18 +203,61 @@ const std::vector<Case>& cases() {
          operand(s, s.main, Opcode::kMoveRef, 1) = s.motor_ref;
        }},
       {Rule::kV313, "a call of something else",
-       [](Sample& s) { operand(s, s.main, Opcode::kCallRef, 1) = s.line_ref; }},
-      {Rule::kV313, "an index into a structure", [](Sample& s) { operand(s, s.main, Opcode::kIndexRef, 3) = s.point; }},
+       [](Sample& s) { operand(s, s.main, Opcode::kCallVia, 1) = s.line_ref; }},
+      {Rule::kV313, "a path from another type", [](Sample& s) { operand(s, s.main, Opcode::kRefVia, 2) = s.grid; }},
+      {Rule::kV313, "a reference to something else than the path's end",
+       [](Sample& s) { operand(s, s.main, Opcode::kRefAt, 0) = s.motor_ref; }},
+      {Rule::kV313, "a run of something that is no timer",
+       [](Sample& s) { operand(s, s.main, Opcode::kRunAt, 6) = 0; }},
       {Rule::kV314, "a reference to a literal",
        [](Sample& s) {
          ImagePou& p = s.image.pous[s.max2];
          Word& offset = s.image.types[p.frame_type].fields[3].offset;
-         p.code.insert(p.code.begin(), {bytecode::opcode_word(Opcode::kMakeRef),
+         p.code.insert(p.code.begin(), {bytecode::opcode_word(Opcode::kRefAt),
                                         bytecode::operand_word(Space::kFrame, offset), s.one, s.integer});
        }},
 
       {Rule::kV315, "bit 16 of an INT", [](Sample& s) { operand(s, s.main, Opcode::kExtract, 2) = 16; }},
       {Rule::kV315, "a bit of an INT put into a DINT", [](Sample& s) { operand(s, s.main, Opcode::kInsert, 0) = s.total; }},
+
+      {Rule::kV316, "a step of no kind", [](Sample& s) { operand(s, s.main, Opcode::kLoadAt, 3) = 3; }},
+      {Rule::kV316, "a field of an array", [](Sample& s) { operand(s, s.main, Opcode::kLoadAt, 3) = 0; }},
+      {Rule::kV316, "an index into a structure", [](Sample& s) { operand(s, s.main, Opcode::kLoadAt, 5) = 2; }},
+      {Rule::kV316, "an element of a structure", [](Sample& s) { operand(s, s.main, Opcode::kLoadAt, 5) = 1; }},
+      {Rule::kV316, "a field that is not there", [](Sample& s) { operand(s, s.main, Opcode::kLoadAt, 6) = 2; }},
+      {Rule::kV316, "the element behind the last", [](Sample& s) { operand(s, s.main, Opcode::kStoreAt, 4) = 3; }},
+      {Rule::kV316, "a path that goes on behind a number",
+       [](Sample& s) { operand(s, s.main, Opcode::kLoadAt, 2) = s.line; }},
+      {Rule::kV316, "the element behind the last of what a reference refers to",
+       [](Sample& s) { operand(s, s.main, Opcode::kLoadVia, 4) = 4; }},
+      {Rule::kV307, "a BOOL as index", [](Sample& s) { operand(s, s.main, Opcode::kLoadAt, 4) = s.go; }},
+      {Rule::kV307, "a REAL as index", [](Sample& s) { operand(s, s.main, Opcode::kRefVia, 4) = s.gain; }},
+      {Rule::kV307, "half a number as index", [](Sample& s) { ++operand(s, s.main, Opcode::kLoadAt, 4); }},
+      {Rule::kV308, "a path from the middle of an array", [](Sample& s) { operand(s, s.main, Opcode::kLoadAt, 1) += 8; }},
+      {Rule::kV308, "a path from another place",
+       [](Sample& s) { operand(s, s.main, Opcode::kStoreAt, 0) = bytecode::operand_word(Space::kInstance, 0); }},
+      {Rule::kV309, "a path that writes into the constants",
+       [](Sample& s) {
+         ImagePou& p = s.image.pous[s.main];
+         p.code.insert(p.code.end() - 1, {bytecode::opcode_word(Opcode::kStoreAt), s.one, s.level, s.integer});
+       }},
+      {Rule::kV309, "a path that writes a constant field",
+       [](Sample& s) { s.image.types[s.point].fields[0].constant = true; }},
+      {Rule::kV309, "a value read into a literal", [](Sample& s) { operand(s, s.main, Opcode::kLoadAt, 0) = s.one; }},
+      {Rule::kV317, "a DINT read into an INT", [](Sample& s) { operand(s, s.main, Opcode::kLoadVia, 0) = s.level; }},
+      {Rule::kV317, "an INT stored in a DINT", [](Sample& s) { operand(s, s.main, Opcode::kStoreAt, 1) = s.level; }},
+      {Rule::kV317, "a REAL stored through a reference to a DINT",
+       [](Sample& s) { operand(s, s.max2, Opcode::kStoreVia, 1) = s.gain; }},
+      {Rule::kV317, "a whole structure read into a number",
+       [](Sample& s) {
+         ImagePou& p = s.image.pous[s.main];
+         const std::size_t at = find_op(p, Opcode::kLoadAt);
+         p.code[at] = bytecode::opcode_word(Opcode::kLoadAt, 1);
+         p.code.erase(p.code.begin() + static_cast<std::ptrdiff_t>(at) + 6,
+                      p.code.begin() + static_cast<std::ptrdiff_t>(at) + 8);
+         operand(s, s.main, Opcode::kCondJump, 1) -= 2;
+         operand(s, s.main, Opcode::kLoopJump, 0) -= 2;
+       }},
 
       {Rule::kV401, "a function called as a function block",
        [](Sample& s) { operand(s, s.main, Opcode::kCallPou, 0) = s.max2; }},

@@ -25,19 +25,7 @@ Counts count(const std::vector<std::uint32_t>& code) {
   for (std::size_t at = 0; at < code.size();) {
     const auto opcode = static_cast<Opcode>(code[at] & 0xffffu);
     const std::uint32_t items = code[at] >> 16;
-    ++at;
-    for (std::size_t i = 0; i < bytecode::info(opcode).operands.count; ++i) {
-      const auto kind = bytecode::info(opcode).operands.specs[i].kind;
-      if (kind == bytecode::OperandKind::kRecords) {
-        at += std::size_t{items} * bytecode::kRecordWords;
-      } else if (kind == bytecode::OperandKind::kStdArgs) {
-        at += items;
-      } else if (kind == bytecode::OperandKind::kFnArgs) {
-        at += std::size_t{items} * 2;
-      } else {
-        ++at;
-      }
-    }
+    at += bytecode::words_of(bytecode::info(opcode).operands, items);
     if (opcode == Opcode::kBoolRun) {
       ++c.runs;
       c.records += items;

@@ -1,4 +1,4 @@
-image 1
+image 2
 project "test"
 product "PICARD test"
 options drawing none separate ""

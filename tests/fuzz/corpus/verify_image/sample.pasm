@@ -1,4 +1,4 @@
-image 1
+image 2
 project "test"
 product "PICARD test"
 options drawing none separate ""
@@ -43,24 +43,28 @@ type 18 struct size 40 align 8 name "Motor"
   field "ton" t17 at 8 local
   alias "sensor" global 3
 type 19 struct size 0 align 1 name "Motor#frame"
-type 20 ref t7
-type 21 ref t6
-type 22 ref t18
-type 23 ref t17
-type 24 struct size 104 align 8 name "Main"
+type 20 array t18 2 from 1
+type 21 array t7 3 from -1
+type 22 ref t7
+type 23 ref t6
+type 24 ref t18
+type 25 ref t17
+type 26 struct size 208 align 8 name "Main"
   field "motor" t18 at 0 local
-  field "line" t6 at 40 local
-  field "backup" t6 at 56 local
-  field "point" t7 at 72 local
-  field "r_point" t20 at 80 local
-  field "r_line" t21 at 88 local
-  field "r_motor" t22 at 96 local
-type 25 struct size 24 align 8 name "Main#frame"
+  field "motors" t20 at 40 local
+  field "grid" t21 at 120 local
+  field "line" t6 at 144 local
+  field "backup" t6 at 160 local
+  field "point" t7 at 176 local
+  field "r_point" t22 at 184 local
+  field "r_line" t23 at 192 local
+  field "r_motor" t24 at 200 local
+type 27 struct size 24 align 8 name "Main#frame"
   field "r#0" t10 at 0 temp
-  field "r#1" t23 at 8 temp
+  field "r#1" t25 at 8 temp
   field "ok" t0 at 16 temp
   field "i" t1 at 18 temp
-type 26 struct size 72 align 8 name "globals"
+type 28 struct size 72 align 8 name "globals"
   field "go" t0 at 0 member
   field "level" t1 at 2 member
   field "limit" t1 at 4 member constant
@@ -71,14 +75,13 @@ type 26 struct size 72 align 8 name "globals"
   field "colour" t5 at 52 member
   field "gain" t4 at 56 member
   field "sum" t11 at 64 member
-type 27 struct size 40 align 8 name "constants"
+type 29 struct size 20 align 2 name "constants"
   field "c#0" t1 at 0 hidden constant
-  field "c#1" t3 at 8 hidden constant
-  field "c#2" t12 at 16 hidden constant
-type 28 struct size 104 align 8 name "Fast"
-  field "Main0" t24 at 0 local
-type 29 struct size 0 align 1 name "Fast#frame"
-globals 26
+  field "c#1" t12 at 2 hidden constant
+type 30 struct size 208 align 8 name "Fast"
+  field "Main0" t26 at 0 local
+type 31 struct size 0 align 1 name "Fast#frame"
+globals 28
   global 0 "" "" 1
   global 1 "" "" 1
   global 3 "IO" "%IX0.0" 0
@@ -93,10 +96,9 @@ globals 26
   init colour = 1
   init gain = nan
   init sum = 0.1
-constants 27
+constants 29
   init c#0 = 1
-  init c#1 = 2
-  init c#2 = "say \22hi\22; \5c \0a"
+  init c#1 = "say \22hi\22; \5c \0a"
 block "TON" 0xc04cc7e3df6a691c t17
 function "ADD:INT"
 pou "Max2" function instance t13 frame t14
@@ -105,7 +107,7 @@ pou "Max2" function instance t13 frame t14
     COND_JUMP f:t#0, L13
     MOVE_32 f:Max2, f:c
 L13:
-    COPY_TO f:at, f:Max2, t2
+    STORE_VIA f:at, f:Max2, t2
     RETURN
 pou "Motor" block instance t18 frame t19
     BOOL_RUN
@@ -113,23 +115,27 @@ pou "Motor" block instance t18 frame t19
     RUNTB b0, i:ton  ; "TON"
     ADD_16 i:speed, i:speed, c:c#0
     RETURN
-pou "Main" program instance t24 frame t25
+pou "Main" program instance t26 frame t27
   debug 0 file 0 line 12 column 3 id 10000000001 kind 3
     ADD_16 g:level, g:level, c:c#0
   debug 4 file 0 line 13 column 5 id 4 kind 1
-    MOVE_STR g:title, c:c#2
+    MOVE_STR g:title, c:c#1
     CALL_POU p1, i:motor  ; "Motor"
     COPY i:backup, i:line, t6
-    MAKE_REF i:r_line, i:line, t6
-    INDEX_REF f:r#0, i:r_line, c:c#1, t6
-    COPY_FROM g:total, f:r#0, t2
-    MAKE_REF i:r_point, i:point, t7
-    FIELD_REF f:r#0, i:r_point, t7, 1
+    REF_AT i:r_line, i:line, t6
+    REF_VIA f:r#0, i:r_line, t6, [f:i]
+    LOAD_VIA g:total, i:r_line, t6, [3]
+    REF_AT i:r_point, i:point, t7
+    REF_VIA f:r#0, i:r_point, t7, .1
     MOVE_REF f:r#0, f:r#0
-    MAKE_REF i:r_motor, i:motor, t18
-    CALL_REF p1, i:r_motor  ; "Motor"
-    MAKE_REF f:r#1, i:motor.ton, t17
-    RUN_REF b0, f:r#1  ; "TON"
+    REF_AT i:r_motor, i:motor, t18
+    CALL_VIA p1, i:r_motor, t18  ; "Motor"
+    REF_AT f:r#1, i:motor, t18, .2
+    RUN_VIA b0, f:r#1, t17  ; "TON"
+    LOAD_AT g:total, i:grid, t21, [g:level], .1
+    STORE_AT i:grid, g:total, t21, [1], .0
+    CALL_AT p1, i:motors, t20, [f:i]  ; "Motor"
+    RUN_AT b0, i:motors, t20, [f:i], .2  ; "TON"
     CALL_FN p0, 0=g:total, 1=g:total, 2=g:total, 3=f:r#0, 4=i:point.x  ; "Max2"
     CLEAR_EVENT
     CALL_STD s0, f:i, g:level, c:c#0  ; "ADD:INT"
@@ -137,14 +143,14 @@ pou "Main" program instance t24 frame t25
     EXTRACT f:ok, g:level, 3
     INSERT g:level, g:level, f:ok, 15
     RANGE_I16 f:i, g:level, c:c#0, g:limit
-L87:
+L125:
     ADD_16 f:i, f:i, c:c#0
     LT_I16 f:ok, f:i, g:limit
-    COND_JUMP f:ok, L100
-    LOOP_JUMP L87
-L100:
+    COND_JUMP f:ok, L138
+    LOOP_JUMP L125
+L138:
     RETURN
-pou "Fast" task instance t28 frame t29
+pou "Fast" task instance t30 frame t31
     READ_N 0, 10
     CALL_POU p2, i:Main0  ; "Main"
     WRITE_N 0, 2

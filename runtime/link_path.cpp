@@ -1,0 +1,50 @@
+#include "runtime/link_path.h"
+
+#include <bit>
+
+#include "bytecode/type_map.h"
+
+namespace plc::runtime {
+
+using bytecode::ImageType;
+using bytecode::PathStep;
+using bytecode::TypeKind;
+
+ResolvedPath resolve_path(const bytecode::Image& image, std::span<const std::uint32_t, 4> spaces, std::uint32_t root,
+                          std::span<const std::uint32_t> path) {
+  ResolvedPath resolved;
+  resolved.type = root;
+  for (; !path.empty(); path = path.subspan(bytecode::kPathWords)) {
+    const auto next = bytecode::follow_path(image, resolved.type, path[0], path[1]);
+    if (path[0] == static_cast<std::uint32_t>(PathStep::kIndex)) {
+      const ImageType& array = image.types[resolved.type];
+      const std::uint32_t space = spaces[static_cast<std::size_t>(bytecode::space_of(path[1]))];
+      const auto leaf = bytecode::leaf_at(image, space, bytecode::offset_of(path[1]));
+      resolved.indices.push_back(
+          {path[1], bytecode::rep_of(image.types[*leaf]), array.lower, array.count, image.types[array.element].size});
+    }
+    resolved.offset += next->offset;
+    resolved.type = next->type;
+  }
+  return resolved;
+}
+
+std::optional<ResolvedOp> quick_access(const bytecode::Image& image, const ResolvedPath& path, bool load, bool via) {
+  const ImageType& part = image.types[path.type];
+  const bool scalar = part.kind == TypeKind::kScalar || part.kind == TypeKind::kRef;
+  if (!scalar || path.indices.size() > 1) return std::nullopt;
+  // Forms of a family stand in a row by size: 1, 2, 4, 8 bytes.
+  const auto size = static_cast<unsigned>(std::countr_zero(part.size));
+  if (path.indices.empty()) {
+    if (!via) return std::nullopt;
+    const ResolvedOp first = load ? ResolvedOp::kLoadVia8 : ResolvedOp::kStoreVia8;
+    return static_cast<ResolvedOp>(static_cast<unsigned>(first) + size);
+  }
+  const ResolvedOp first = load ? (via ? ResolvedOp::kLoadVia8I16 : ResolvedOp::kLoadAt8I16)
+                                : (via ? ResolvedOp::kStoreVia8I16 : ResolvedOp::kStoreAt8I16);
+  const core::Rep rep = path.indices.front().rep;
+  const unsigned index = rep == core::Rep::kI16 ? 0 : rep == core::Rep::kI32 ? 1 : 2;
+  return static_cast<ResolvedOp>(static_cast<unsigned>(first) + 3 * size + index);
+}
+
+}  // namespace plc::runtime
