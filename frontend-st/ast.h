@@ -35,6 +35,8 @@ enum class Operator : std::uint8_t {
   kNegate,
   kPlus,
   kNot,
+  kAndThen,  ///< AND that leaves its right side alone when the left one is FALSE (CODESYS)
+  kOrElse,   ///< OR that leaves its right side alone when the left one is TRUE (CODESYS)
 };
 
 enum class NodeKind : std::uint8_t {
@@ -56,6 +58,14 @@ enum class NodeKind : std::uint8_t {
   kCallStatement,  ///< a is the kCall
   kIf,             ///< IF a THEN b .. ; c is the next kIf (ELSIF), or kElse
   kElse,           ///< b ..
+  kCase,           ///< CASE a OF; c is the first kBranch or kElse
+  kBranch,         ///< labels a .. : b ..; c is the next kBranch or kElse
+  kRange,          ///< label a .. b
+  kFor,            ///< FOR a := c (three expressions: initial, final, increment or kNoNode) DO b ..
+  kWhile,          ///< WHILE a DO b ..
+  kRepeat,         ///< REPEAT b .. UNTIL a
+  kExit,
+  kContinue,
   kReturn,
 };
 

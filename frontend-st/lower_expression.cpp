@@ -21,6 +21,8 @@ namespace {
 
 std::string quoted(std::string_view text) { return '"' + std::string(text) + '"'; }
 
+bool is_short_circuit(Operator op) { return op == Operator::kAndThen || op == Operator::kOrElse; }
+
 bool is_comparison(Operator op) { return op >= Operator::kEqual && op <= Operator::kGreaterEqual; }
 
 std::string_view function_of(Operator op) {
@@ -59,6 +61,8 @@ std::string_view function_of(Operator op) {
       return "NEG";
     case Operator::kNot:
       return "NOT";
+    case Operator::kAndThen:
+    case Operator::kOrElse:
     case Operator::kPlus:
     case Operator::kNone:
       break;
@@ -112,6 +116,7 @@ Operand Lowering::stub_value(NodeId id, Expected expected) {
 }
 
 std::optional<Operand> Lowering::value(NodeId id, Expected expected) {
+  if (id == kNoNode) return std::nullopt;  // not readable, and said so
   switch (node(id).kind) {
     case NodeKind::kLiteral:
       return literal(id, expected);
@@ -381,6 +386,24 @@ std::optional<Operand> Lowering::combine(NodeId id, const Operand& left, const O
   return operand(*result, id);
 }
 
+// a AND_THEN b: the right side is computed only when the left one does not decide.
+std::optional<Operand> Lowering::short_circuit(NodeId id, const std::optional<Operand>& left) {
+  const bool is_and = node(id).op == Operator::kAndThen;
+  const std::string what = std::string("input of ") + (is_and ? "AND_THEN" : "OR_ELSE");
+  const auto first = left ? builder_.convert(*left, ir::kBoolType, what) : std::nullopt;
+  const ir::PlaceId kept = builder_.variable(builder_.hidden("short", ir::kBoolType));
+  const ir::LabelId decided = builder_.new_label();
+  if (first) {
+    builder_.store(kept, *first);
+    is_and ? builder_.jump_if_not(*first, decided) : builder_.jump_if(*first, decided);
+  }
+  const auto second = condition(node(id).b, what);
+  if (second) builder_.store(kept, *second);
+  builder_.bind(decided);
+  if (!first || !second) return std::nullopt;
+  return operand(builder_.load(kept), id);
+}
+
 // Chains lean to the left without limit, so the left spine is walked in a loop.
 std::optional<Operand> Lowering::binary(NodeId id, Expected expected) {
   struct Level {
@@ -408,6 +431,11 @@ std::optional<Operand> Lowering::binary(NodeId id, Expected expected) {
     if (is_comparison(node(spine[i].id).op)) {
       hint.reset();
       if (left && left->kind == Operand::Kind::kValue) hint = builder_.type_of(left->value);
+    }
+    if (is_short_circuit(node(spine[i].id).op)) {
+      left = short_circuit(spine[i].id, left);
+      fine = left.has_value();
+      continue;
     }
     const bool taken = i + 1 == spine.size() && first_right;
     const auto right = taken ? first_right : value(node(spine[i].id).b, hint);

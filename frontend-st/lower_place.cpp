@@ -24,7 +24,6 @@ std::string quoted(std::string_view text) { return '"' + std::string(text) + '"'
 std::string write_obstacle(const ir::Module& module, const ir::Variable& variable) {
   const bool external = variable.role == Role::kExternal;
   if (variable.constant || (external && module.globals[variable.global].variable.constant)) return "a constant";
-  if (variable.role == Role::kInput) return "an input of this POU";
   return {};
 }
 
@@ -32,10 +31,16 @@ std::string write_obstacle(const ir::Module& module, const ir::Variable& variabl
 
 bool Lowering::check_writable(const ir::Variable& variable, const core::SourceRef& where) {
   const std::string obstacle = write_obstacle(builder_.module(), variable);
-  if (obstacle.empty()) return true;
-  report(Code::P4007, where, quoted(variable.name) + " is " + obstacle + " and is written here",
-         variable.role == Role::kInput ? "write to a local variable or an output" : "");
-  return false;
+  if (!obstacle.empty()) {
+    report(Code::P4007, where, quoted(variable.name) + " is " + obstacle + " and is written here");
+    return false;
+  }
+  // Widespread libraries do it, and every tool takes it: an input is the POU's own copy.
+  if (variable.role == Role::kInput) {
+    report(Code::P4073, where, quoted(variable.name) + " is an input of this POU and is written here",
+           "the caller's variable keeps its value; a local variable would say so");
+  }
+  return true;
 }
 
 void Lowering::report_unknown_name(NodeId id) {
@@ -307,7 +312,8 @@ std::optional<PlaceId> lower_place(std::string_view text, const core::SourceRef&
     const Named named = find_name(builder.module(), builder.pou(), plain);
     if (named.kind == Named::Kind::kVariable) {
       const ir::Variable& variable = builder.pou().variables[named.index];
-      if (!for_writing || write_obstacle(builder.module(), variable).empty()) return builder.variable(named.index);
+      if (!for_writing || (write_obstacle(builder.module(), variable).empty() && variable.role != Role::kInput))
+        return builder.variable(named.index);
     } else if (named.kind == Named::Kind::kGlobal) {
       if (!for_writing || !builder.module().globals[named.index].variable.constant) return builder.global(named.index);
     }

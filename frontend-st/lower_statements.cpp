@@ -1,4 +1,4 @@
-// Statements of EXECUTE boxes: assignments, calls, IF, RETURN.
+// Statements: assignments, calls, IF, RETURN; entries for whole bodies and for the texts of EXECUTE boxes.
 #include "frontend-st/lowering.h"
 #include "frontend-st/parser.h"
 #include "frontend-st/text.h"
@@ -53,29 +53,41 @@ bool Lowering::is_standard_call(NodeId callee) {
   return types().rep_of(type).has_value();
 }
 
+bool Lowering::call_statement(NodeId call_id) {
+  const NodeId callee = node(call_id).a;
+  if (node(callee).kind == NodeKind::kName) {
+    const ir::Module& module = builder_.module();
+    const auto pou = module.pou_by_name.find(name_text(callee));
+    const bool function = pou != module.pou_by_name.end() && module.pous[pou->second].kind == ir::PouKind::kFunction;
+    if (function || is_unresolved_name(callee) || is_standard_call(callee))
+      return call(call_id, std::nullopt, true).has_value();
+  }
+  return call_block(call_id);
+}
+
 bool Lowering::statement(NodeId id) {
   builder_.set_source(at(id));
   switch (node(id).kind) {
     case NodeKind::kAssign:
       return assign(id);
+    case NodeKind::kCallStatement:
+      return call_statement(node(id).a);
     case NodeKind::kIf:
       return if_chain(id);
+    case NodeKind::kCase:
+      return case_of(id);
+    case NodeKind::kFor:
+      return for_loop(id);
+    case NodeKind::kWhile:
+      return while_loop(id);
+    case NodeKind::kRepeat:
+      return repeat_loop(id);
+    case NodeKind::kExit:
+    case NodeKind::kContinue:
+      return leave_loop(id);
     case NodeKind::kReturn:
       builder_.ret();
       return true;
-    case NodeKind::kCallStatement: {
-      const NodeId call_id = node(id).a;
-      const NodeId callee = node(call_id).a;
-      const ir::Module& module = builder_.module();
-      if (node(callee).kind == NodeKind::kName) {
-        const auto pou = module.pou_by_name.find(name_text(callee));
-        const bool function =
-            pou != module.pou_by_name.end() && module.pous[pou->second].kind == ir::PouKind::kFunction;
-        if (function || is_unresolved_name(callee) || is_standard_call(callee))
-          return call(call_id, std::nullopt, true).has_value();
-      }
-      return call_block(call_id);
-    }
     default:
       return false;
   }
@@ -98,6 +110,17 @@ bool lower_statements(std::string_view text, const core::SourceRef& at, ir::Buil
   const bool lowered = Lowering(builder, source, parser.ast()).statements(first);
   builder.set_source(at);
   return lowered && !parser.failed();
+}
+
+bool lower_body(const plcopen::Pou& pou, ir::Module& module, std::uint32_t pou_index, core::Diagnostics& diagnostics) {
+  ir::Builder builder(module, pou_index, diagnostics);
+  bool good = true;
+  for (const plcopen::Body& body : pou.bodies) {
+    if (body.language != plcopen::Language::kSt) continue;
+    good = lower_statements(body.text, body.text_at.line != 0 ? body.text_at : body.at, builder) && good;
+  }
+  module.pous[pou_index].compiled = good;
+  return good;
 }
 
 }  // namespace plc::st

@@ -1,9 +1,12 @@
 // Lowering: syntax tree of one text -> IR through the Builder of its POU. Shared by expressions, places, calls and
-// statements; what each file adds stands in its own .cpp (lower_expression, lower_place, lower_call, lower_statements).
+// statements; what each file adds stands in its own .cpp (lower_expression, lower_place, lower_call, lower_statements,
+// lower_case, lower_loops).
 //
 // In: Ast and SourceText of one text. Out: instructions, operands, places. Does not belong here: syntax, declarations.
 #pragma once
 
+#include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -16,6 +19,16 @@
 #include "ir/builder.h"
 
 namespace plc::st {
+
+/// Values that the labels of one CASE took so far.
+class LabelRanges {
+ public:
+  /// Takes `low` to `high`. False when all of it was taken before.
+  bool take(std::int64_t low, std::int64_t high);
+
+ private:
+  std::map<std::int64_t, std::int64_t> ranges_;  ///< first value -> last value, apart from each other
+};
 
 class Lowering {
  public:
@@ -78,6 +91,7 @@ class Lowering {
   std::optional<ir::Operand> unary(NodeId id, Expected expected);
   std::optional<ir::Operand> binary(NodeId id, Expected expected);
   std::optional<ir::Operand> combine(NodeId id, const ir::Operand& left, const ir::Operand& right, Expected expected);
+  std::optional<ir::Operand> short_circuit(NodeId id, const std::optional<ir::Operand>& left);
   std::optional<ir::Operand> negated(NodeId id, ir::Operand operand, Expected expected);
   bool is_unresolved_name(NodeId id);
 
@@ -108,13 +122,38 @@ class Lowering {
   bool statement(NodeId id);
   bool assign(NodeId id);
   bool if_chain(NodeId id);
+  bool call_statement(NodeId call_id);
   /// A standard function that a variable of the same name does not hide, because the variable cannot be called.
   bool is_standard_call(NodeId callee);
+
+  // lower_case.cpp
+  bool case_of(NodeId id);
+  std::optional<ir::ValueId> case_label(NodeId label, ir::ValueId selector, LabelRanges& taken);
+  std::optional<std::int64_t> label_number(ir::ValueId label);
+  /// The constant value of a label as an operand of the selector's type.
+  std::optional<ir::ValueId> label_value(NodeId id, ir::TypeRef selector);
+  std::optional<ir::ValueId> compare(std::string_view function, ir::ValueId a, ir::ValueId b, NodeId where);
+
+  // lower_loops.cpp
+  /// Where EXIT and CONTINUE of the innermost loop go.
+  struct Loop {
+    ir::LabelId exit;
+    ir::LabelId again;
+  };
+  bool for_loop(NodeId id);
+  bool for_known_step(NodeId id, ir::PlaceId control, ir::ValueId initial, ir::ValueId final_value, std::int64_t step);
+  bool for_any_step(NodeId id, ir::PlaceId control, ir::ValueId final_value, ir::ValueId step);
+  bool while_loop(NodeId id);
+  bool repeat_loop(NodeId id);
+  bool loop_body(NodeId id, Loop loop);
+  bool leave_loop(NodeId id);
+  ir::ValueId integer(ir::TypeRef type, std::int64_t value);
 
   ir::Builder& builder_;
   const SourceText& source_;
   const Ast& ast_;
   bool stub_used_ = false;
+  std::vector<Loop> loops_;  ///< around the statement being lowered, innermost last
 };
 
 }  // namespace plc::st

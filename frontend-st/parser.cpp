@@ -17,7 +17,7 @@ struct Infix {
 // Equal powers associate to the left (IEC 61131-3:2013, 7.3.2).
 constexpr int kUnaryPower = 9;
 
-Infix infix_of(const Token& token, std::string_view text) {
+Infix infix_of(const Token& token, Keyword keyword) {
   switch (token.kind) {
     case TokenKind::kPower:
       return {Operator::kPower, 8};
@@ -43,28 +43,25 @@ Infix infix_of(const Token& token, std::string_view text) {
       return {Operator::kNotEqual, 4};
     case TokenKind::kAnd:
       return {Operator::kAnd, 3};
-    case TokenKind::kIdentifier:
-      if (core::iequals(text, "MOD")) return {Operator::kModulo, 7};
-      if (core::iequals(text, "AND")) return {Operator::kAnd, 3};
-      if (core::iequals(text, "XOR")) return {Operator::kXor, 2};
-      if (core::iequals(text, "OR")) return {Operator::kOr, 1};
-      return {};
+    default:
+      break;
+  }
+  switch (keyword) {
+    case Keyword::kMod:
+      return {Operator::kModulo, 7};
+    case Keyword::kAnd:
+      return {Operator::kAnd, 3};
+    case Keyword::kAndThen:
+      return {Operator::kAndThen, 3};
+    case Keyword::kXor:
+      return {Operator::kXor, 2};
+    case Keyword::kOr:
+      return {Operator::kOr, 1};
+    case Keyword::kOrElse:
+      return {Operator::kOrElse, 1};
     default:
       return {};
   }
-}
-
-// Words that cannot be names inside an expression or begin a statement as one.
-constexpr std::string_view kReserved[] = {"AND",      "OR",       "XOR",     "MOD",       "NOT",       "IF",     "THEN",
-                                          "ELSE",     "ELSIF",    "END_IF",  "CASE",      "OF",        "FOR",    "TO",
-                                          "BY",       "DO",       "WHILE",   "REPEAT",    "UNTIL",     "RETURN", "EXIT",
-                                          "CONTINUE", "END_CASE", "END_FOR", "END_WHILE", "END_REPEAT"};
-
-bool is_reserved(std::string_view word) {
-  for (std::string_view r : kReserved) {
-    if (core::iequals(word, r)) return true;
-  }
-  return false;
 }
 
 }  // namespace
@@ -82,10 +79,7 @@ void Parser::advance() {
   } else {
     token_ = lexer_.next();
   }
-}
-
-bool Parser::at_keyword(std::string_view keyword) const {
-  return token_.kind == TokenKind::kIdentifier && core::iequals(text_of(token_), keyword);
+  keyword_ = token_.kind == TokenKind::kIdentifier ? keyword_of(text_of(token_)) : Keyword::kNone;
 }
 
 bool Parser::accept(TokenKind kind) {
@@ -143,7 +137,7 @@ NodeId Parser::parse_expression() {
 NodeId Parser::expression(int min_power) {
   NodeId left = unary();
   while (left != kNoNode) {
-    const Infix infix = infix_of(token_, token_.kind == TokenKind::kIdentifier ? text_of(token_) : std::string_view{});
+    const Infix infix = infix_of(token_, keyword_);
     if (infix.power < min_power || infix.power == 0) return left;
     advance();
     const NodeId right = expression(infix.power + 1);
@@ -164,7 +158,7 @@ NodeId Parser::unary() {
   Operator op = Operator::kNone;
   if (token_.kind == TokenKind::kMinus) op = Operator::kNegate;
   if (token_.kind == TokenKind::kPlus) op = Operator::kPlus;
-  if (at_keyword("NOT")) op = Operator::kNot;
+  if (at_keyword(Keyword::kNot)) op = Operator::kNot;
   if (op == Operator::kNone) return primary();
   const std::uint32_t begin = token_.begin;
   if (!enter()) return kNoNode;
@@ -200,8 +194,8 @@ NodeId Parser::primary() {
       node.kind = NodeKind::kDirect;
       break;
     case TokenKind::kIdentifier:
-      if (is_reserved(text_of(token_))) return fail_unexpected("a value");
-      node.kind = at_keyword("TRUE") || at_keyword("FALSE") ? NodeKind::kLiteral : NodeKind::kName;
+      node.kind = at_keyword(Keyword::kTrue) || at_keyword(Keyword::kFalse) ? NodeKind::kLiteral : NodeKind::kName;
+      if (node.kind == NodeKind::kName && keyword_ != Keyword::kNone) return fail_unexpected("a value");
       break;
     case TokenKind::kLeftParen: {
       const std::uint32_t begin = token_.begin;
@@ -318,7 +312,7 @@ NodeId Parser::argument() {
   node.begin = token_.begin;
   bool negated = false;
   if (token_.kind == TokenKind::kIdentifier) {
-    if (at_keyword("NOT")) {
+    if (at_keyword(Keyword::kNot)) {
       // "NOT Q => x" negates an output; anything else behind NOT is an expression. Two tokens decide.
       Lexer ahead = lexer_;
       negated = ahead.next().kind == TokenKind::kIdentifier && ahead.next().kind == TokenKind::kOutput;
@@ -345,191 +339,6 @@ NodeId Parser::argument() {
   if (node.a == kNoNode) return kNoNode;
   node.end = ast_[node.a].end;
   return ast_.add(node);
-}
-
-// ---- statements -----------------------------------------------------------------------------------------------
-
-NodeId Parser::parse_statements() {
-  NodeId first = kNoNode;
-  NodeId last = kNoNode;
-  for (;;) {
-    const NodeId list = statement_list();
-    if (list != kNoNode) {
-      (last == kNoNode ? first : ast_.nodes[last].next) = list;
-      last = list;
-      while (ast_[last].next != kNoNode) last = ast_[last].next;
-    }
-    if (token_.kind == TokenKind::kEnd) return first;
-    // A part of an IF without the IF: say so and go on behind it.
-    in_error_ = false;
-    fail(Code::P4013, token_, "\"" + std::string(text_of(token_)) + "\" without its IF");
-    advance();
-    accept(TokenKind::kSemicolon);
-  }
-}
-
-bool Parser::at_list_end() const {
-  if (token_.kind == TokenKind::kEnd) return true;
-  if (token_.kind != TokenKind::kIdentifier) return false;
-  return at_keyword("ELSIF") || at_keyword("ELSE") || at_keyword("END_IF");
-}
-
-NodeId Parser::statement_list() {
-  NodeId first = kNoNode;
-  NodeId last = kNoNode;
-  while (!at_list_end()) {
-    if (accept(TokenKind::kSemicolon)) continue;
-    in_error_ = false;
-    const std::uint32_t depth = depth_;
-    const NodeId one = statement();
-    depth_ = depth;
-    if (one == kNoNode) {
-      if (in_error_) skip_statement();
-      continue;
-    }
-    (last == kNoNode ? first : ast_.nodes[last].next) = one;
-    last = one;
-    if (accept(TokenKind::kSemicolon)) continue;
-    // The last statement of a text may stand without its semicolon: EXECUTE boxes are often one assignment.
-    if (token_.kind == TokenKind::kEnd) break;
-    in_error_ = false;
-    fail(Code::P4013, token_, "\";\" is missing before \"" + std::string(text_of(token_)) + "\"");
-    if (!at_list_end() && (token_.kind != TokenKind::kIdentifier || is_reserved(text_of(token_)))) skip_statement();
-  }
-  in_error_ = false;
-  return first;
-}
-
-// Behind an error: to the end of the statement it stands in, nested ones included.
-void Parser::skip_statement() {
-  std::uint32_t nested = 0;
-  for (;;) {
-    if (token_.kind == TokenKind::kEnd) return;
-    if (nested == 0 && accept(TokenKind::kSemicolon)) return;
-    if (token_.kind == TokenKind::kIdentifier) {
-      if (nested == 0 && at_list_end()) return;
-      if (at_keyword("IF")) ++nested;
-      if (at_keyword("END_IF") && nested > 0) --nested;
-    }
-    advance();
-  }
-}
-
-NodeId Parser::refuse_compound(std::string_view keyword, std::string_view end_keyword) {
-  fail(Code::P4012, token_,
-       std::string(keyword) + " stands in a text where assignments, calls, IF and RETURN are supported",
-       "write it with IF, or as a function block POU");
-  std::uint32_t nested = 0;
-  while (token_.kind != TokenKind::kEnd) {
-    if (at_keyword(keyword)) ++nested;
-    const bool closes = at_keyword(end_keyword);
-    advance();
-    if (closes && --nested == 0) break;
-  }
-  accept(TokenKind::kSemicolon);
-  in_error_ = false;
-  return kNoNode;
-}
-
-NodeId Parser::statement() {
-  if (token_.kind == TokenKind::kIdentifier) {
-    if (at_keyword("IF")) return if_statement();
-    if (at_keyword("RETURN")) {
-      Node node;
-      node.kind = NodeKind::kReturn;
-      node.begin = token_.begin;
-      node.end = token_.end;
-      advance();
-      return ast_.add(node);
-    }
-    static constexpr std::pair<std::string_view, std::string_view> kCompound[] = {
-        {"CASE", "END_CASE"}, {"FOR", "END_FOR"}, {"WHILE", "END_WHILE"}, {"REPEAT", "END_REPEAT"}};
-    for (const auto& [keyword, end] : kCompound) {
-      if (at_keyword(keyword)) return refuse_compound(keyword, end);
-    }
-    if (at_keyword("EXIT") || at_keyword("CONTINUE")) {
-      return fail(Code::P4013, token_, core::uppered(text_of(token_)) + " stands outside of a loop");
-    }
-  }
-  Node node;
-  node.begin = token_.begin;
-  if (token_.kind != TokenKind::kIdentifier && token_.kind != TokenKind::kDirect) return fail_unexpected("a statement");
-  const NodeId target = primary();
-  if (target == kNoNode) return kNoNode;
-  if (token_.kind == TokenKind::kAssign) {
-    advance();
-    node.kind = NodeKind::kAssign;
-    node.a = target;
-    node.b = expression(1);
-    if (node.b == kNoNode) return kNoNode;
-    node.end = ast_[node.b].end;
-    return ast_.add(node);
-  }
-  if (ast_[target].kind != NodeKind::kCall) {
-    if (token_.kind == TokenKind::kEqual) {
-      return fail(Code::P4013, token_, "\"=\" compares and is no statement", "assignments are written with :=");
-    }
-    return fail_unexpected("\":=\" or \"(\"");
-  }
-  node.kind = NodeKind::kCallStatement;
-  node.a = target;
-  node.end = ast_[target].end;
-  return ast_.add(node);
-}
-
-NodeId Parser::if_statement() {
-  if (!enter()) return kNoNode;
-  const Token if_token = token_;
-  NodeId first = kNoNode;
-  NodeId last = kNoNode;
-  const auto link = [&](NodeId part) {
-    (last == kNoNode ? first : ast_.nodes[last].c) = part;
-    last = part;
-  };
-  bool conditions_good = true;
-  while (at_keyword("IF") || at_keyword("ELSIF")) {
-    Node node;
-    node.kind = NodeKind::kIf;
-    node.begin = token_.begin;
-    advance();
-    const std::uint32_t depth = depth_;
-    node.a = expression(1);
-    depth_ = depth;
-    if (node.a != kNoNode && !at_keyword("THEN")) {
-      fail_unexpected("an operator or THEN");
-      node.a = kNoNode;
-    }
-    if (node.a == kNoNode) {
-      conditions_good = false;
-      // A condition that cannot be read does not hide errors of its branches: go on behind THEN if there is one.
-      while (token_.kind != TokenKind::kEnd && token_.kind != TokenKind::kSemicolon && !at_keyword("THEN")) advance();
-    }
-    if (at_keyword("THEN")) advance();
-    node.b = statement_list();
-    node.end = last_end_;
-    link(ast_.add(node));
-  }
-  if (at_keyword("ELSE")) {
-    Node node;
-    node.kind = NodeKind::kElse;
-    node.begin = token_.begin;
-    advance();
-    node.b = statement_list();
-    node.end = last_end_;
-    link(ast_.add(node));
-  }
-  leave();
-  if (!at_keyword("END_IF")) {
-    in_error_ = false;
-    if (token_.kind == TokenKind::kEnd) return fail(Code::P4013, if_token, "IF without END_IF");
-    return fail_unexpected("END_IF");
-  }
-  advance();
-  if (!conditions_good) {
-    accept(TokenKind::kSemicolon);
-    return kNoNode;
-  }
-  return first;
 }
 
 }  // namespace plc::st

@@ -1,8 +1,8 @@
-// Parser of ST texts: expressions by operator precedence (IEC 61131-3:2013, table 71), and the statements an EXECUTE
-// box holds. Syntax only: nothing is looked up.
+// Parser of ST texts: expressions by operator precedence (IEC 61131-3:2013, table 71) and statements (table 72). Syntax
+// only: nothing is looked up. Expressions stand in parser.cpp, statements in parser_statements.cpp.
 //
 // In: a SourceText. Out: an Ast. Errors are reported once per expression, or once per statement, and parsing goes on
-// behind the statement. Does not belong here: names, types, IR.
+// behind the statement. Does not belong here: names, types, IR, declarations.
 #pragma once
 
 #include <string>
@@ -10,6 +10,7 @@
 
 #include "core/diagnostics.h"
 #include "frontend-st/ast.h"
+#include "frontend-st/keywords.h"
 #include "frontend-st/lexer.h"
 #include "frontend-st/source_text.h"
 
@@ -21,7 +22,8 @@ class Parser {
 
   /// The whole text as one expression; kNoNode when it is none.
   NodeId parse_expression();
-  /// The whole text as statements; the first one, linked by next. Statements with syntax errors are left out.
+  /// The whole text as statements; the first one, linked by next. Statements with syntax errors are left out; compound
+  /// ones whose head has one keep their statements, and kNoNode stands for what could not be read of the head.
   NodeId parse_statements();
   [[nodiscard]] const Ast& ast() const { return ast_; }
   [[nodiscard]] bool failed() const { return failed_; }
@@ -29,7 +31,7 @@ class Parser {
  private:
   void advance();
   [[nodiscard]] std::string_view text_of(const Token& token) const { return source_.slice(token.begin, token.end); }
-  [[nodiscard]] bool at_keyword(std::string_view keyword) const;
+  [[nodiscard]] bool at_keyword(Keyword keyword) const { return keyword_ == keyword; }
   bool accept(TokenKind kind);
   /// Reports unless an error of the same statement was reported already; always returns kNoNode.
   NodeId fail(core::Code code, const Token& token, std::string message, std::string help = {});
@@ -47,10 +49,21 @@ class Parser {
 
   NodeId statement_list();
   NodeId statement();
+  NodeId assignment_or_call();
   NodeId if_statement();
-  [[nodiscard]] bool at_list_end() const;
+  NodeId case_statement();
+  NodeId for_statement();
+  NodeId while_statement();
+  NodeId repeat_statement();
+  NodeId word_statement(NodeKind kind);
+  /// The expression of a statement's head and the keyword behind it. After an error reading goes on behind that keyword,
+  /// and the statement is kept without it: a head that cannot be read does not hide errors of the statements inside.
+  NodeId head_expression(Keyword behind, std::string_view word);
+  NodeId case_label();
+  [[nodiscard]] bool at_case_label();
+  [[nodiscard]] bool at_list_end();
+  bool end_compound(Keyword end, std::string_view word, const Token& begin, std::string_view what);
   void skip_statement();
-  NodeId refuse_compound(std::string_view keyword, std::string_view end_keyword);
 
   const SourceText& source_;
   core::Diagnostics& diagnostics_;
@@ -58,10 +71,12 @@ class Parser {
   Lexer lexer_;
   Ast ast_;
   Token token_;   ///< the current token
+  Keyword keyword_ = Keyword::kNone;  ///< what the current token spells
   Token peeked_;  ///< the one behind it, if has_peeked_
   bool has_peeked_ = false;
   std::uint32_t last_end_ = 0;  ///< end of the token before the current one
   std::uint32_t depth_ = 0;
+  bool in_case_ = false;   ///< statements of a CASE branch: a label ends them
   bool in_error_ = false;  ///< an error of the current statement was reported
   bool failed_ = false;
 };

@@ -1,4 +1,4 @@
-// Lowering of texts: expressions in contacts, coils, pins and variables; statements of EXECUTE boxes.
+// Lowering of texts: bodies in ST; expressions in contacts, coils, pins and variables; statements of EXECUTE boxes.
 //
 // In: a text with its place in the file, the Builder of the POU it stands in. Out: IR through the Builder. Errors P4xxx
 // name the line and column inside the XML file. Does not belong here: drawings, declarations (declare.h).
@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "ir/builder.h"
+#include "plcopen/project.h"
 
 namespace plc::st {
 
@@ -21,9 +22,12 @@ std::optional<ir::Operand> lower_expression(std::string_view text, const core::S
 std::optional<ir::PlaceId> lower_place(std::string_view text, const core::SourceRef& at, ir::Builder& builder,
                                        bool for_writing);
 
-/// Lowers a statement list (EXECUTE box): assignments, calls, IF, RETURN. Recovers at statement ends: every independent
-/// error is reported once. False when any was.
+/// Lowers a statement list (IEC 61131-3:2013, 7.3.3). Recovers at statement ends: every independent error is reported
+/// once. False when any was.
 bool lower_statements(std::string_view text, const core::SourceRef& at, ir::Builder& builder);
+
+/// Lowers the ST bodies of a POU. False when any statement had an error.
+bool lower_body(const plcopen::Pou& pou, ir::Module& module, std::uint32_t pou_index, core::Diagnostics& diagnostics);
 
 /// True when the text is one plain variable name or path (no operators, no literal): what may be written.
 bool is_variable_text(std::string_view text);

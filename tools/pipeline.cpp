@@ -14,6 +14,7 @@
 #include "frontend-ld/lower.h"
 #include "frontend-st/declare.h"
 #include "frontend-st/read.h"
+#include "frontend-st/text.h"
 #include "ir/check.h"
 #include "ir/reach.h"
 #include "plcopen/reader.h"
@@ -101,6 +102,9 @@ class Lowering {
         ld::lower_body(pou, module, index, compilation_.diagnostics);
         return;
       case plcopen::Language::kSt:
+        ++texts_;
+        st::lower_body(pou, module, index, compilation_.diagnostics);
+        return;
       case plcopen::Language::kIl:
       case plcopen::Language::kSfc:
         ++texts_;

@@ -59,8 +59,7 @@ TEST_F(StatementsTest, IfChainsTakeOneBranch) {
 
 TEST_F(StatementsTest, NestedIfAndReturn) {
   const std::string_view text = "IF x THEN IF y THEN RETURN; END_IF; a := 1; END_IF a := a + 10;";
-  EXPECT_FALSE(lower(text));
-  EXPECT_EQ(world.count(Code::P4013), 1u) << world.rendered();
+  EXPECT_EQ(run(text, {{"x", 1}}).at("a"), 11u);  // many tools take END_IF without a semicolon
   const std::string_view good = "if x then if y then return; end_if; a := 1; end_if; a := a + 10;";
   EXPECT_EQ(run(good, {{"x", 1}, {"y", 0}}).at("a"), 11u);
   EXPECT_EQ(run(good, {{"x", 1}, {"y", 1}, {"a", 3}}).at("a"), 3u);
@@ -125,12 +124,105 @@ TEST_F(StatementsTest, PlacesOfErrors) {
   EXPECT_EQ(world.diagnostics.all().back().at.column, 5u);
 }
 
-TEST_F(StatementsTest, LoopsAreRefusedOnceEach) {
-  EXPECT_FALSE(
-      lower("FOR a := 1 TO 3 DO FOR b := 1 TO 2 DO c := nope; END_FOR; END_FOR; WHILE x DO a := 1; END_WHILE;"
-            " CASE a OF 1: b := 1; END_CASE; b := 2;"));
-  EXPECT_EQ(world.count(Code::P4012), 3u);
-  EXPECT_EQ(world.diagnostics.error_count(), 3u) << world.rendered();
+TEST_F(StatementsTest, ForCountsUpAndDown) {
+  const auto up = run("b := 0; FOR a := 1 TO 5 DO b := b + a; END_FOR;");
+  EXPECT_EQ(up.at("b"), 15u);
+  EXPECT_EQ(up.at("a"), 6u);
+  const auto down = run("b := 0; FOR a := 5 TO 1 BY -2 DO b := b * 10 + a; END_FOR");
+  EXPECT_EQ(down.at("b"), 531u);
+  EXPECT_EQ(down.at("a"), 0xffffu);
+  EXPECT_EQ(run("b := 7; FOR a := 5 TO 1 DO b := 0; END_FOR;").at("b"), 7u);
+  EXPECT_EQ(run("b := 0; FOR a := 1 TO c BY 4 DO b := b + 1; END_FOR;", {{"c", 13}}).at("b"), 4u);
+  EXPECT_EQ(run("b := 0; FOR a := 1 TO c BY 4 DO b := b + 1; END_FOR;", {{"c", 12}}).at("b"), 3u);
+}
+
+TEST_F(StatementsTest, ForEndsAtTheLimitsOfItsType) {
+  EXPECT_EQ(run("b := 0; FOR a := 32766 TO 32767 DO b := b + 1; END_FOR;").at("b"), 2u);
+  EXPECT_EQ(run("b := 0; FOR a := -32767 TO -32768 BY -1 DO b := b + 1; END_FOR;").at("b"), 2u);
+  EXPECT_EQ(run("b := 0; FOR a := 30000 TO c BY 5000 DO b := b + 1; END_FOR;", {{"c", 32767}}).at("b"), 1u);
+  EXPECT_EQ(run("b := 0; FOR a := -32768 TO c BY 5000 DO b := b + 1; END_FOR;", {{"c", 0x8000}}).at("b"), 1u);
+  EXPECT_EQ(run("b := 0; FOR a := 32000 TO 32767 BY c DO b := b + 1; END_FOR;", {{"c", 500}}).at("b"), 2u);
+}
+
+TEST_F(StatementsTest, ForWithAStepThatIsKnownWhenItRuns) {
+  EXPECT_EQ(run("b := 0; FOR a := 1 TO 7 BY c DO b := b * 10 + a; END_FOR;", {{"c", 3}}).at("b"), 147u);
+  EXPECT_EQ(run("b := 0; FOR a := 7 TO 1 BY c DO b := b * 10 + a; END_FOR;", {{"c", 0xfffd}}).at("b"), 741u);
+  EXPECT_EQ(run("b := 0; FOR a := 1 TO 7 BY c DO b := b * 10 + a; END_FOR;", {{"c", 0xfffd}}).at("b"), 0u);
+}
+
+TEST_F(StatementsTest, TheBoundsOfForAreComputedOnce) {
+  const auto cells = run("c := 3; b := 0; FOR a := 1 TO c DO c := 100; b := b + 1; END_FOR;");
+  EXPECT_EQ(cells.at("b"), 3u);
+}
+
+TEST_F(StatementsTest, WhileAndRepeat) {
+  EXPECT_EQ(run("a := 10; b := 0; WHILE a > 3 DO a := a - 2; b := b + 1; END_WHILE;").at("b"), 4u);
+  EXPECT_EQ(run("b := 0; WHILE FALSE DO b := 1; END_WHILE;").at("b"), 0u);
+  EXPECT_EQ(run("a := 10; b := 0; REPEAT a := a - 2; b := b + 1; UNTIL a <= 3 END_REPEAT;").at("b"), 4u);
+  EXPECT_EQ(run("b := 0; REPEAT b := b + 1; UNTIL TRUE; END_REPEAT").at("b"), 1u);
+}
+
+TEST_F(StatementsTest, ExitAndContinueMeanTheInnermostLoop) {
+  const auto cells = run("d := 0; FOR a := 1 TO 3 DO FOR b := 1 TO 10 DO IF b = 2 THEN CONTINUE; END_IF;"
+                         " IF b > 4 THEN EXIT; END_IF; d := d + 1; END_FOR; END_FOR;");
+  EXPECT_EQ(cells.at("d"), 9u);
+  EXPECT_EQ(run("a := 0; b := 0; WHILE TRUE DO a := a + 1; IF a > 5 THEN EXIT; END_IF; IF a = 2 THEN CONTINUE; END_IF;"
+                " b := b + a; END_WHILE;").at("b"), 13u);
+  EXPECT_EQ(run("a := 0; REPEAT a := a + 1; IF a < 4 THEN CONTINUE; END_IF; EXIT; UNTIL a > 9 END_REPEAT;").at("a"), 4u);
+}
+
+TEST_F(StatementsTest, CaseTakesTheFirstBranchThatFits) {
+  const std::string_view text =
+      "CASE a OF 1: b := 10; 2, 3: b := 20; -5..-3, 7..9: b := 30; 11: ; ELSE b := 99; END_CASE; c := 1;";
+  const std::map<std::uint64_t, std::uint64_t> expected{{1, 10},      {2, 20},      {3, 20}, {0xfffb, 30}, {0xfffd, 30},
+                                                        {0xfffa, 99}, {0xfffe, 99}, {7, 30}, {9, 30},      {10, 99},
+                                                        {11, 5}};
+  for (const auto& [a, b] : expected) {
+    const auto cells = run(text, {{"a", a}, {"b", 5}});
+    EXPECT_EQ(cells.at("b"), b) << a;
+    EXPECT_EQ(cells.at("c"), 1u);
+  }
+  EXPECT_EQ(run("CASE a + 1 OF 4: CASE b OF 1: c := 1; ELSE c := 2; END_CASE 5: c := 3; END_CASE", {{"a", 3}}).at("c"),
+            2u);
+}
+
+TEST_F(StatementsTest, CaseLabelsAreConstantAndUnique) {
+  EXPECT_FALSE(lower("CASE a OF b: c := 1; END_CASE;"));
+  EXPECT_FALSE(lower("CASE a OF 5..1: c := 1; END_CASE;"));
+  EXPECT_EQ(world.count(Code::P4070), 2u) << world.rendered();
+  EXPECT_TRUE(lower("CASE a OF 1..5: c := 1; 3: c := 2; 4..6: c := 3; END_CASE;"));
+  EXPECT_EQ(world.count(Code::P4072), 1u) << world.rendered();
+  EXPECT_FALSE(lower("CASE a OF 100000: c := 1; TRUE: c := 2; END_CASE;"));
+  EXPECT_EQ(world.diagnostics.error_count(), 4u) << world.rendered();
+}
+
+TEST_F(StatementsTest, ForRefusesWhatCannotCount) {
+  EXPECT_FALSE(lower("FOR x := 1 TO 3 DO a := nope; END_FOR;"));
+  EXPECT_EQ(world.count(Code::P4071), 1u);
+  EXPECT_EQ(world.count(Code::P4004), 1u) << world.rendered();
+  EXPECT_FALSE(lower("FOR a := 1 TO 3 BY 0 DO b := 1; END_FOR;"));
+  EXPECT_EQ(world.count(Code::P4071), 2u);
+  EXPECT_FALSE(lower("FOR a := 1 TO 100000 DO b := 1; END_FOR; FOR a := 1 TO 3 BY 40000 DO b := 1; END_FOR;"));
+  EXPECT_EQ(world.count(Code::P4107), 2u) << world.rendered();
+}
+
+TEST_F(StatementsTest, ErrorsInHeadsDoNotHideTheRest) {
+  EXPECT_FALSE(lower("FOR a = 1 TO 3 DO b := nope1; END_FOR; WHILE a > DO b := nope2; END_WHILE; CASE OF 1: b := nope3;"
+                     " END_CASE; REPEAT b := nope4; UNTIL END_REPEAT; b := nope5;"));
+  EXPECT_EQ(world.count(Code::P4001), 4u) << world.rendered();
+  EXPECT_EQ(world.count(Code::P4004), 5u) << world.rendered();
+  EXPECT_EQ(world.diagnostics.error_count(), 9u) << world.rendered();
+}
+
+TEST_F(StatementsTest, ShortCircuit) {
+  const std::string_view text = "x := a <> 0 AND_THEN 10 / a > 4; y := a = 0 OR_ELSE 10 / a > 4;";
+  const auto zero = run(text, {{"a", 0}});
+  EXPECT_EQ(zero.at("x"), 0u);
+  EXPECT_EQ(zero.at("y"), 1u);
+  const auto two = run(text, {{"a", 2}});
+  EXPECT_EQ(two.at("x"), 1u);
+  EXPECT_EQ(two.at("y"), 1u);
+  EXPECT_EQ(run(text, {{"a", 5}}).at("y"), 0u);
 }
 
 TEST_F(StatementsTest, StrayAndMissingKeywords) {

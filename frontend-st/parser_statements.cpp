@@ -1,0 +1,438 @@
+// Statements. An error is reported once per statement; reading goes on behind it, inside compound statements too.
+#include <utility>
+
+#include "core/text.h"
+#include "frontend-st/parser.h"
+
+namespace plc::st {
+namespace {
+
+using core::Code;
+
+/// The statement that a keyword belongs to, for words that stand without it.
+std::string_view opener_of(Keyword keyword) {
+  switch (keyword) {
+    case Keyword::kElsif:
+    case Keyword::kElse:
+    case Keyword::kEndIf:
+      return "IF";
+    case Keyword::kEndCase:
+      return "CASE";
+    case Keyword::kEndFor:
+      return "FOR";
+    case Keyword::kEndWhile:
+      return "WHILE";
+    case Keyword::kUntil:
+    case Keyword::kEndRepeat:
+      return "REPEAT";
+    default:
+      return {};
+  }
+}
+
+bool opens(Keyword keyword) {
+  return keyword == Keyword::kIf || keyword == Keyword::kCase || keyword == Keyword::kFor ||
+         keyword == Keyword::kWhile || keyword == Keyword::kRepeat;
+}
+
+bool closes(Keyword keyword) {
+  return keyword == Keyword::kEndIf || keyword == Keyword::kEndCase || keyword == Keyword::kEndFor ||
+         keyword == Keyword::kEndWhile || keyword == Keyword::kEndRepeat;
+}
+
+}  // namespace
+
+NodeId Parser::parse_statements() {
+  NodeId first = kNoNode;
+  NodeId last = kNoNode;
+  for (;;) {
+    const NodeId list = statement_list();
+    if (list != kNoNode) {
+      (last == kNoNode ? first : ast_.nodes[last].next) = list;
+      last = list;
+      while (ast_[last].next != kNoNode) last = ast_[last].next;
+    }
+    if (token_.kind == TokenKind::kEnd) return first;
+    // A part of a compound statement without its head: say so and go on behind it.
+    in_error_ = false;
+    fail(Code::P4013, token_, "\"" + std::string(text_of(token_)) + "\" without its " + std::string(opener_of(keyword_)));
+    advance();
+    accept(TokenKind::kSemicolon);
+  }
+}
+
+// At the first token of a label of a CASE branch. Literals and parentheses begin no statement; a name is a label when
+// what follows it and its members is ":", "," or "..", or an operator.
+bool Parser::at_case_label() {
+  switch (token_.kind) {
+    case TokenKind::kInteger:
+    case TokenKind::kTyped:
+    case TokenKind::kEnumValue:
+    case TokenKind::kString:
+    case TokenKind::kMinus:
+    case TokenKind::kPlus:
+    case TokenKind::kLeftParen:
+      return true;
+    case TokenKind::kIdentifier:
+      break;
+    default:
+      return false;
+  }
+  if (keyword_ != Keyword::kNone) return keyword_ == Keyword::kTrue || keyword_ == Keyword::kFalse;
+  Lexer ahead = lexer_;
+  for (;;) {
+    switch (ahead.next().kind) {
+      case TokenKind::kDot:
+        if (ahead.next().kind != TokenKind::kIdentifier) return false;
+        break;
+      case TokenKind::kColon:
+      case TokenKind::kComma:
+      case TokenKind::kRange:
+      case TokenKind::kPlus:
+      case TokenKind::kMinus:
+      case TokenKind::kStar:
+        return true;
+      default:
+        return false;
+    }
+  }
+}
+
+bool Parser::at_list_end() {
+  if (token_.kind == TokenKind::kEnd) return true;
+  return !opener_of(keyword_).empty() || (in_case_ && at_case_label());
+}
+
+NodeId Parser::statement_list() {
+  NodeId first = kNoNode;
+  NodeId last = kNoNode;
+  while (!at_list_end()) {
+    if (accept(TokenKind::kSemicolon)) continue;
+    in_error_ = false;
+    const std::uint32_t depth = depth_;
+    const bool in_case = std::exchange(in_case_, false);
+    const bool compound = opens(keyword_);
+    const NodeId one = statement();
+    depth_ = depth;
+    in_case_ = in_case;
+    if (one == kNoNode) {
+      if (in_error_) skip_statement();
+      continue;
+    }
+    (last == kNoNode ? first : ast_.nodes[last].next) = one;
+    last = one;
+    // END_IF and its like end a statement by themselves: many tools take them without a semicolon.
+    if (accept(TokenKind::kSemicolon) || compound) continue;
+    // The last statement of a text may stand without its semicolon: EXECUTE boxes are often one assignment.
+    if (token_.kind == TokenKind::kEnd) break;
+    in_error_ = false;
+    fail(Code::P4013, token_, "\";\" is missing before \"" + std::string(text_of(token_)) + "\"");
+    const bool begins_statement = token_.kind == TokenKind::kIdentifier && (keyword_ == Keyword::kNone || opens(keyword_));
+    if (!at_list_end() && !begins_statement) skip_statement();
+  }
+  in_error_ = false;
+  return first;
+}
+
+// Behind an error: to the end of the statement it stands in, nested ones included.
+void Parser::skip_statement() {
+  std::uint32_t nested = 0;
+  for (;;) {
+    if (token_.kind == TokenKind::kEnd) return;
+    if (nested == 0 && accept(TokenKind::kSemicolon)) return;
+    if (nested == 0 && !opener_of(keyword_).empty()) return;
+    if (opens(keyword_)) ++nested;
+    if (closes(keyword_) && nested > 0) --nested;
+    advance();
+  }
+}
+
+NodeId Parser::statement() {
+  switch (keyword_) {
+    case Keyword::kIf:
+      return if_statement();
+    case Keyword::kCase:
+      return case_statement();
+    case Keyword::kFor:
+      return for_statement();
+    case Keyword::kWhile:
+      return while_statement();
+    case Keyword::kRepeat:
+      return repeat_statement();
+    case Keyword::kExit:
+      return word_statement(NodeKind::kExit);
+    case Keyword::kContinue:
+      return word_statement(NodeKind::kContinue);
+    case Keyword::kReturn:
+      return word_statement(NodeKind::kReturn);
+    default:
+      return assignment_or_call();
+  }
+}
+
+NodeId Parser::word_statement(NodeKind kind) {
+  Node node;
+  node.kind = kind;
+  node.begin = token_.begin;
+  node.end = token_.end;
+  advance();
+  return ast_.add(node);
+}
+
+NodeId Parser::assignment_or_call() {
+  Node node;
+  node.begin = token_.begin;
+  if (token_.kind != TokenKind::kIdentifier && token_.kind != TokenKind::kDirect) return fail_unexpected("a statement");
+  const NodeId target = primary();
+  if (target == kNoNode) return kNoNode;
+  if (token_.kind == TokenKind::kAssign) {
+    advance();
+    node.kind = NodeKind::kAssign;
+    node.a = target;
+    node.b = expression(1);
+    if (node.b == kNoNode) return kNoNode;
+    node.end = ast_[node.b].end;
+    return ast_.add(node);
+  }
+  if (ast_[target].kind != NodeKind::kCall) {
+    if (token_.kind == TokenKind::kEqual) {
+      return fail(Code::P4013, token_, "\"=\" compares and is no statement", "assignments are written with :=");
+    }
+    return fail_unexpected("\":=\" or \"(\"");
+  }
+  node.kind = NodeKind::kCallStatement;
+  node.a = target;
+  node.end = ast_[target].end;
+  return ast_.add(node);
+}
+
+NodeId Parser::head_expression(Keyword behind, std::string_view word) {
+  const std::uint32_t depth = depth_;
+  NodeId head = expression(1);
+  depth_ = depth;
+  if (head != kNoNode && !at_keyword(behind)) {
+    fail_unexpected("an operator or " + std::string(word));
+    head = kNoNode;
+  }
+  if (head == kNoNode) {
+    while (token_.kind != TokenKind::kEnd && token_.kind != TokenKind::kSemicolon && !at_keyword(behind)) advance();
+  }
+  if (at_keyword(behind)) advance();
+  return head;
+}
+
+// The keyword that ends the compound statement `what`, which began at `begin`.
+bool Parser::end_compound(Keyword end, std::string_view word, const Token& begin, std::string_view what) {
+  if (at_keyword(end)) {
+    advance();
+    return true;
+  }
+  in_error_ = false;
+  if (token_.kind == TokenKind::kEnd) {
+    fail(Code::P4013, begin, std::string(what) + " without " + std::string(word));
+  } else {
+    fail_unexpected(word);
+  }
+  return false;
+}
+
+NodeId Parser::if_statement() {
+  if (!enter()) return kNoNode;
+  const Token begin = token_;
+  NodeId first = kNoNode;
+  NodeId last = kNoNode;
+  const auto link = [&](const Node& part) {
+    const NodeId id = ast_.add(part);
+    (last == kNoNode ? first : ast_.nodes[last].c) = id;
+    last = id;
+  };
+  do {
+    Node node;
+    node.kind = NodeKind::kIf;
+    node.begin = token_.begin;
+    advance();
+    node.a = head_expression(Keyword::kThen, "THEN");
+    node.b = statement_list();
+    node.end = last_end_;
+    link(node);
+  } while (at_keyword(Keyword::kElsif));
+  if (at_keyword(Keyword::kElse)) {
+    Node node;
+    node.kind = NodeKind::kElse;
+    node.begin = token_.begin;
+    advance();
+    node.b = statement_list();
+    node.end = last_end_;
+    link(node);
+  }
+  leave();
+  return end_compound(Keyword::kEndIf, "END_IF", begin, "IF") ? first : kNoNode;
+}
+
+NodeId Parser::case_label() {
+  const NodeId from = expression(1);
+  if (from == kNoNode || !accept(TokenKind::kRange)) return from;
+  const NodeId to = expression(1);
+  if (to == kNoNode) return kNoNode;
+  Node node;
+  node.kind = NodeKind::kRange;
+  node.begin = ast_[from].begin;
+  node.end = ast_[to].end;
+  node.a = from;
+  node.b = to;
+  return ast_.add(node);
+}
+
+NodeId Parser::case_statement() {
+  if (!enter()) return kNoNode;
+  const Token begin = token_;
+  Node node;
+  node.kind = NodeKind::kCase;
+  node.begin = token_.begin;
+  advance();
+  node.a = head_expression(Keyword::kOf, "OF");
+  NodeId last = kNoNode;
+  const auto link = [&](const Node& part) {
+    const NodeId id = ast_.add(part);
+    (last == kNoNode ? node.c : ast_.nodes[last].c) = id;
+    last = id;
+  };
+  while (accept(TokenKind::kSemicolon)) {
+  }
+  while (token_.kind != TokenKind::kEnd && opener_of(keyword_).empty()) {
+    Node branch;
+    branch.kind = NodeKind::kBranch;
+    branch.begin = token_.begin;
+    in_error_ = false;
+    NodeId last_label = kNoNode;
+    bool labels_good = true;
+    do {
+      const NodeId label = case_label();
+      labels_good = labels_good && label != kNoNode;
+      if (!labels_good) break;
+      (last_label == kNoNode ? branch.a : ast_.nodes[last_label].next) = label;
+      last_label = label;
+    } while (accept(TokenKind::kComma));
+    if (labels_good && token_.kind != TokenKind::kColon) {
+      fail_unexpected("\",\", \"..\" or \":\"");
+      labels_good = false;
+    }
+    if (!labels_good) {
+      while (token_.kind != TokenKind::kEnd && token_.kind != TokenKind::kColon &&
+             token_.kind != TokenKind::kSemicolon && opener_of(keyword_).empty()) {
+        advance();
+      }
+    }
+    if (!accept(TokenKind::kColon)) accept(TokenKind::kSemicolon);
+    in_case_ = true;
+    branch.b = statement_list();
+    in_case_ = false;
+    branch.end = last_end_;
+    link(branch);
+  }
+  if (at_keyword(Keyword::kElse)) {
+    Node other;
+    other.kind = NodeKind::kElse;
+    other.begin = token_.begin;
+    advance();
+    accept(TokenKind::kColon);  // some tools write "ELSE:"
+    other.b = statement_list();
+    other.end = last_end_;
+    link(other);
+  }
+  leave();
+  if (!end_compound(Keyword::kEndCase, "END_CASE", begin, "CASE")) return kNoNode;
+  node.end = last_end_;
+  return ast_.add(node);
+}
+
+NodeId Parser::for_statement() {
+  if (!enter()) return kNoNode;
+  const Token begin = token_;
+  Node node;
+  node.kind = NodeKind::kFor;
+  node.begin = token_.begin;
+  advance();
+  const auto head = [&] {
+    if (token_.kind != TokenKind::kIdentifier) {
+      fail_unexpected("the control variable");
+      return false;
+    }
+    node.a = primary();
+    if (node.a == kNoNode) return false;
+    if (!accept(TokenKind::kAssign)) {
+      fail_unexpected("\":=\"");
+      return false;
+    }
+    node.c = expression(1);
+    if (node.c == kNoNode) return false;
+    if (!at_keyword(Keyword::kTo)) {
+      fail_unexpected("an operator or TO");
+      return false;
+    }
+    advance();
+    const NodeId final_value = expression(1);
+    if (final_value == kNoNode) return false;
+    ast_.nodes[node.c].next = final_value;
+    if (at_keyword(Keyword::kBy)) {
+      advance();
+      const NodeId increment = expression(1);
+      if (increment == kNoNode) return false;
+      ast_.nodes[final_value].next = increment;
+    }
+    if (at_keyword(Keyword::kDo)) return true;
+    fail_unexpected("an operator, BY or DO");
+    return false;
+  };
+  const std::uint32_t depth = depth_;
+  const bool good = head();
+  depth_ = depth;
+  if (!good) {
+    while (token_.kind != TokenKind::kEnd && token_.kind != TokenKind::kSemicolon && !at_keyword(Keyword::kDo)) advance();
+  }
+  if (at_keyword(Keyword::kDo)) advance();
+  node.b = statement_list();
+  leave();
+  if (!end_compound(Keyword::kEndFor, "END_FOR", begin, "FOR")) return kNoNode;
+  node.end = last_end_;
+  return ast_.add(node);
+}
+
+NodeId Parser::while_statement() {
+  if (!enter()) return kNoNode;
+  const Token begin = token_;
+  Node node;
+  node.kind = NodeKind::kWhile;
+  node.begin = token_.begin;
+  advance();
+  node.a = head_expression(Keyword::kDo, "DO");
+  node.b = statement_list();
+  leave();
+  if (!end_compound(Keyword::kEndWhile, "END_WHILE", begin, "WHILE")) return kNoNode;
+  node.end = last_end_;
+  return ast_.add(node);
+}
+
+NodeId Parser::repeat_statement() {
+  if (!enter()) return kNoNode;
+  const Token begin = token_;
+  Node node;
+  node.kind = NodeKind::kRepeat;
+  node.begin = token_.begin;
+  advance();
+  node.b = statement_list();
+  leave();
+  if (!end_compound(Keyword::kUntil, "UNTIL", begin, "REPEAT")) return kNoNode;
+  const std::uint32_t depth = depth_;
+  node.a = expression(1);
+  depth_ = depth;
+  if (node.a == kNoNode) {
+    while (token_.kind != TokenKind::kEnd && opener_of(keyword_).empty()) advance();
+  }
+  accept(TokenKind::kSemicolon);
+  if (!end_compound(Keyword::kEndRepeat, "END_REPEAT", begin, "REPEAT")) return kNoNode;
+  node.end = last_end_;
+  return ast_.add(node);
+}
+
+}  // namespace plc::st
