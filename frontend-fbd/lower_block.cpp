@@ -232,6 +232,11 @@ struct BlockLowering {
                "an in-out works on a variable of the caller: wire an inVariable or inOutVariable that names one");
       return std::nullopt;
     }
+    if (b.is_part(*place)) {
+      b.report(Code::P3012, input.pin->at, what + " is wired to a part of a variable",
+               "copy the part to a variable of its own");
+      return std::nullopt;
+    }
     if (b.type_of(*place) != port.type) {
       b.report(Code::P3007, input.pin->at,
                what + " has type " + b.module().types.name_of(port.type) + ", the variable wired to it has type " +

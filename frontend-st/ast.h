@@ -46,7 +46,7 @@ enum class NodeKind : std::uint8_t {
   kEnumValue,  ///< Type#Name
   kDirect,     ///< %IX0.0
   kMember,     ///< a . [name, end)
-  kBit,        ///< a . [name, end): bit number of a word, as in w.3 or w.%X3
+  kBit,        ///< a . [name, end): part of a word, as in w.3, w.%X3 or w.%B1
   kIndex,      ///< a [ b .. ]: b is the first index, linked by next
   kDeref,      ///< a ^
   kUnary,      ///< op a

@@ -116,6 +116,40 @@ Lowering::Arguments Lowering::bind_arguments(NodeId call, const std::vector<Para
   return out;
 }
 
+// The handle of a variable given to an in-out.
+std::optional<ValueId> Lowering::in_out(NodeId written, const Parameter& parameter, std::string_view callee) {
+  const auto where = place(written, true);
+  if (!where) return std::nullopt;
+  const std::string what = "in-out " + quoted(parameter.name) + " of " + std::string(callee);
+  if (builder_.is_part(*where)) {
+    report(Code::P4010, at(written), what + " needs a whole variable, " + quoted(text(written)) + " is a part of one",
+           "copy the part to a variable of its own");
+    return std::nullopt;
+  }
+  if (builder_.type_of(*where) != parameter.type) {
+    report(Code::P4010, at(written),
+           what + " needs a variable of type " + types().name_of(parameter.type) + ", " + quoted(text(written)) + " is " +
+               types().name_of(builder_.type_of(*where)),
+           "in-outs take variables of exactly their type");
+    return std::nullopt;
+  }
+  return builder_.make_ref(*where);
+}
+
+bool Lowering::all_in_outs_given(NodeId call, const std::vector<Parameter>& parameters, const Arguments& arguments,
+                                 std::string_view callee) {
+  if (!arguments.fine) return false;
+  std::vector<bool> given(parameters.size(), false);
+  for (const Bound& bound : arguments.bound) given[bound.parameter] = true;
+  bool fine = true;
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    if (given[i] || parameters[i].role != Role::kInOut) continue;
+    report(Code::P4010, at(call), "in-out " + quoted(parameters[i].name) + " of " + std::string(callee) + " is not given");
+    fine = false;
+  }
+  return fine;
+}
+
 std::optional<ValueId> Lowering::condition(NodeId id, std::string_view what) {
   const auto given = value(id, ir::kBoolType);
   if (!given) return std::nullopt;
@@ -193,6 +227,10 @@ std::optional<Operand> Lowering::take_reference(NodeId id) {
   }
   const auto where = place(node(argument).a, false);
   if (!where) return std::nullopt;
+  if (builder_.is_part(*where)) {
+    report(Code::P4010, at(argument), quoted(text(argument)) + " is a part of a variable and has no reference");
+    return std::nullopt;
+  }
   return operand(builder_.make_ref(*where), id);
 }
 
@@ -277,10 +315,8 @@ std::optional<Operand> Lowering::call_function(NodeId id, std::uint32_t pou, boo
   std::vector<ir::CallArg> args;
   std::vector<std::pair<NodeId, std::uint32_t>>
       deliveries;  ///< outputs whose target has another type: argument, hidden variable
-  std::vector<bool> given(parameters.size(), false);
   for (const Bound& bound : arguments.bound) {
     const Parameter& parameter = parameters[bound.parameter];
-    given[bound.parameter] = true;
     const NodeId written = node(bound.argument).a;
     ir::CallArg arg;
     arg.variable = parameter.index;
@@ -296,22 +332,13 @@ std::optional<Operand> Lowering::call_function(NodeId id, std::uint32_t pou, boo
       arg.kind = ir::CallArg::Kind::kInput;
       arg.value = *converted;
     } else if (parameter.role == Role::kInOut) {
-      const auto where = place(written, true);
-      if (!where) {
-        fine = false;
-        continue;
-      }
-      if (builder_.type_of(*where) != parameter.type) {
-        report(Code::P4010, at(written),
-               "in-out " + quoted(parameter.name) + " of " + name + " needs a variable of type " +
-                   types().name_of(parameter.type) + ", " + quoted(text(written)) + " is " +
-                   types().name_of(builder_.type_of(*where)),
-               "in-outs take variables of exactly their type");
+      const auto handle = in_out(written, parameter, name);
+      if (!handle) {
         fine = false;
         continue;
       }
       arg.kind = ir::CallArg::Kind::kInOut;
-      arg.value = builder_.make_ref(*where);
+      arg.value = *handle;
     } else {
       arg.kind = ir::CallArg::Kind::kOutput;
       const std::uint32_t kept = builder_.hidden("out", parameter.type);
@@ -320,11 +347,7 @@ std::optional<Operand> Lowering::call_function(NodeId id, std::uint32_t pou, boo
     }
     args.push_back(arg);
   }
-  for (std::size_t i = 0; i < parameters.size() && arguments.fine; ++i) {
-    if (given[i] || parameters[i].role != Role::kInOut) continue;
-    report(Code::P4010, at(id), "in-out " + quoted(parameters[i].name) + " of " + name + " is not given");
-    fine = false;
-  }
+  fine = all_in_outs_given(id, parameters, arguments, name) && fine;
   if (!fine) return std::nullopt;
   if (bracketed) builder_.clear_event();
   const ValueId result = builder_.call_pou(pou, args);
@@ -388,23 +411,12 @@ bool Lowering::call_block(NodeId id) {
       const auto given = value(written, parameter.type);
       fine = given && builder_.assign(port, *given, "input " + quoted(parameter.name) + " of " + name) && fine;
     } else if (parameter.role == Role::kInOut) {
-      const auto where = place(written, true);
-      if (!where) {
-        fine = false;
-        continue;
-      }
-      if (builder_.type_of(*where) != parameter.type) {
-        report(Code::P4010, at(written),
-               "in-out " + quoted(parameter.name) + " of " + name + " needs a variable of type " +
-                   types().name_of(parameter.type) + ", " + quoted(text(written)) + " is " +
-                   types().name_of(builder_.type_of(*where)),
-               "in-outs take variables of exactly their type");
-        fine = false;
-        continue;
-      }
-      builder_.store(port, builder_.make_ref(*where));
+      const auto handle = in_out(written, parameter, name);
+      fine = fine && handle;
+      if (handle) builder_.store(port, *handle);
     }
   }
+  fine = all_in_outs_given(id, parameters, arguments, name) && fine;
   if (!fine) return false;
   builder_.run(*instance);
   for (const Bound& bound : arguments.bound) {

@@ -123,7 +123,7 @@ std::optional<Operand> Lowering::value(NodeId id, Expected expected) {
     case NodeKind::kEnumValue:
       return enum_value(id);
     case NodeKind::kBit:
-      return bit_value(id);
+      return part_value(id);
     case NodeKind::kUnary:
       return unary(id, expected);
     case NodeKind::kBinary:
@@ -259,43 +259,37 @@ std::optional<Operand> Lowering::name_value(NodeId id, Expected expected) {
     warn_stub(at(id), quoted(text(id)) + " of type " + types().name_of(builder_.type_of(*where)));
     return stub_value(id, expected);
   }
+  if (const auto known = known_constant(*where)) return operand(builder_.constant(*known), id);
   return operand(builder_.load(*where), id);
 }
 
-// Bit of a word: w.3, w.%X3. ST has no shifts, so it is masked and compared.
-std::optional<Operand> Lowering::bit_value(NodeId id) {
-  auto base = value(node(id).a, std::nullopt);
+/// The value of a scalar declared CONSTANT: array indices, CASE labels and folding know it.
+std::optional<ir::Constant> Lowering::known_constant(ir::PlaceId where) {
+  const ir::Place& place = builder_.body().places[where.index];
+  const ir::Variable* variable = nullptr;
+  if (place.kind == ir::Place::Kind::kGlobal) variable = &builder_.module().globals[place.index].variable;
+  if (place.kind == ir::Place::Kind::kInstance || place.kind == ir::Place::Kind::kFrame) {
+    variable = &builder_.pou().variables[place.index];
+  }
+  if (variable == nullptr || !variable->constant || variable->role == ir::Role::kInput || !variable->address.empty()) {
+    return std::nullopt;
+  }
+  const auto elementary = types().elementary_of(place.type);
+  if (!elementary || core::in_category(*elementary, core::kAnyString)) return std::nullopt;
+  if (variable->initial.size() != 1 || !variable->initial[0].path.empty()) return std::nullopt;
+  ir::Constant constant = variable->initial[0].value;
+  constant.type = place.type;
+  return constant;
+}
+
+// Part of a value: w.3, w.%X3, w.%B1 (IEC 61131-3:2013, table 17).
+std::optional<Operand> Lowering::part_value(NodeId id) {
+  const auto base = value(node(id).a, std::nullopt);
   if (!base) return std::nullopt;
-  std::string_view digits = name_text(id);
-  if (digits.size() > 2 && digits[0] == '%' && core::upper(digits[1]) == 'X') digits.remove_prefix(2);
-  std::string problem;
-  const auto bit = parse_literal(digits, problem);
-  const auto type =
-      base->kind == Operand::Kind::kValue ? types().elementary_of(builder_.type_of(base->value)) : std::nullopt;
-  const bool word = type && core::in_category(*type, core::kAnyBit) && *type != TypeId::kBool;
-  if (!word || !bit || bit->kind != Literal::Kind::kInt) {
-    report(Code::P4005, name_at(id), quoted(text(node(id).a)) + " has no bit " + quoted(name_text(id)),
-           "bits are taken from BYTE, WORD, DWORD and LWORD, as in w.3");
-    return std::nullopt;
-  }
-  const std::int64_t width = static_cast<std::int64_t>(core::rep_bytes(core::rep_of(*type))) * 8;
-  if (bit->int_value < 0 || bit->int_value >= width) {
-    report(Code::P4008, name_at(id), "bit " + std::string(digits) + " of a " + std::string(core::name_of(*type)),
-           "its bits are 0 to " + std::to_string(width - 1));
-    return std::nullopt;
-  }
-  ir::Constant mask;
-  mask.type = ir::ref_of(*type);
-  mask.bits = std::uint64_t{1} << bit->int_value;
-  ir::Constant zero;
-  zero.type = mask.type;
-  const Operand masked[] = {*base, Operand::of(builder_.constant(mask), at(id))};
-  const auto and_value = builder_.call("AND", masked, at(id));
-  if (!and_value) return std::nullopt;
-  const Operand compared[] = {Operand::of(*and_value, at(id)), Operand::of(builder_.constant(zero), at(id))};
-  const auto result = builder_.call("NE", compared, at(id));
-  if (!result) return std::nullopt;
-  return operand(*result, id);
+  const auto word = builder_.settle(*base);
+  const auto part = word ? part_of(id, builder_.type_of(*word)) : std::nullopt;
+  if (!part) return std::nullopt;
+  return operand(builder_.extract(*word, part->type, part->bit), id);
 }
 
 // ---- operators ------------------------------------------------------------------------------------------------

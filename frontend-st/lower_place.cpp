@@ -234,6 +234,57 @@ std::optional<PlaceId> Lowering::element_place(PlaceId array, NodeId index) {
   return builder_.element(array, static_cast<std::uint32_t>(*known - lower));
 }
 
+std::optional<Lowering::Part> Lowering::part_of(NodeId id, TypeRef word) {
+  std::string_view digits = name_text(id);
+  core::TypeId part = core::TypeId::kBool;
+  if (digits.size() > 2 && digits[0] == '%') {
+    switch (core::upper(digits[1])) {
+      case 'X':
+        break;
+      case 'B':
+        part = core::TypeId::kByte;
+        break;
+      case 'W':
+        part = core::TypeId::kWord;
+        break;
+      case 'D':
+        part = core::TypeId::kDword;
+        break;
+      default:
+        part = core::TypeId::kLword;
+        break;
+    }
+    digits.remove_prefix(2);
+  }
+  std::string problem;
+  const auto number = parse_literal(digits, problem);
+  const auto elementary = types().elementary_of(word);
+  const bool has_parts = elementary && core::in_category(*elementary, core::kAnyBit | core::kAnyInt) &&
+                         *elementary != core::TypeId::kBool && types()[word].kind == TypeKind::kElementary;
+  if (!has_parts || !number || number->kind != Literal::Kind::kInt) {
+    report(Code::P4005, name_at(id), quoted(text(node(id).a)) + " has no part " + quoted(name_text(id)),
+           "parts are taken from integers and BYTE, WORD, DWORD, LWORD, as in w.3, w.%X3 and w.%B1");
+    return std::nullopt;
+  }
+  const auto bits = [](core::TypeId type) {
+    return type == core::TypeId::kBool ? 1u : core::rep_bytes(core::rep_of(type)) * 8u;
+  };
+  const std::int64_t count = part == core::TypeId::kLword ? 0 : bits(*elementary) / bits(part);
+  if (count < 2 || number->int_value < 0 || number->int_value >= count) {
+    report(Code::P4008, name_at(id),
+           quoted(text(node(id).a)) + " of type " + types().name_of(word) + " has no part " + quoted(name_text(id)),
+           count < 2 ? "a part is smaller than the whole" : "its parts of this size are 0 to " + std::to_string(count - 1));
+    return std::nullopt;
+  }
+  return Part{ir::ref_of(part), static_cast<unsigned>(number->int_value) * bits(part)};
+}
+
+std::optional<PlaceId> Lowering::part_place(PlaceId word, NodeId id) {
+  const auto part = part_of(id, builder_.type_of(word));
+  if (!part) return std::nullopt;
+  return builder_.part(word, part->type, part->bit);
+}
+
 std::optional<PlaceId> Lowering::index_place(PlaceId array, NodeId id) {
   std::optional<PlaceId> where = array;
   for (NodeId index = node(id).b; where && index != kNoNode; index = node(index).next)
@@ -247,7 +298,8 @@ std::optional<PlaceId> Lowering::place(NodeId id, bool for_writing) {
   NodeId root = id;
   for (;;) {
     const NodeKind kind = node(root).kind;
-    if (kind != NodeKind::kMember && kind != NodeKind::kIndex && kind != NodeKind::kDeref) break;
+    const bool part = kind == NodeKind::kBit && root == id;  // nothing comes behind a part
+    if (!part && kind != NodeKind::kMember && kind != NodeKind::kIndex && kind != NodeKind::kDeref) break;
     path.push_back(root);
     root = node(root).a;
   }
@@ -258,12 +310,7 @@ std::optional<PlaceId> Lowering::place(NodeId id, bool for_writing) {
   if (node(root).kind == NodeKind::kDirect) {
     where = direct_place(root);
   } else if (node(root).kind != NodeKind::kName) {
-    if (node(root).kind == NodeKind::kBit) {
-      report(Code::P4006, at(root), "bit " + quoted(text(root)) + " stands where a whole variable is needed",
-             "single bits can be read; to write one, use a BOOL or AND and OR with a mask");
-    } else {
-      report(Code::P4006, at(root), quoted(text(root)) + " is not a variable");
-    }
+    report(Code::P4006, at(root), quoted(text(root)) + " is not a variable");
     return std::nullopt;
   } else {
     if (!path.empty() && node(path.back()).kind == NodeKind::kMember && is_unresolved_name(root)) {
@@ -288,6 +335,9 @@ std::optional<PlaceId> Lowering::place(NodeId id, bool for_writing) {
         break;
       case NodeKind::kIndex:
         where = index_place(*where, step);
+        break;
+      case NodeKind::kBit:
+        where = part_place(*where, step);
         break;
       default: {
         const TypeRef type = builder_.type_of(*where);
@@ -339,7 +389,8 @@ bool is_variable_text(std::string_view text) {
   NodeId id = parser.parse_expression();
   if (id == kNoNode) return false;
   const Ast& ast = parser.ast();
-  while (ast[id].kind == NodeKind::kMember || ast[id].kind == NodeKind::kIndex || ast[id].kind == NodeKind::kDeref) {
+  while (ast[id].kind == NodeKind::kMember || ast[id].kind == NodeKind::kIndex || ast[id].kind == NodeKind::kDeref ||
+         ast[id].kind == NodeKind::kBit) {
     id = ast[id].a;
   }
   // "(a)" and "a + b" begin elsewhere than their first name, or are no name.

@@ -87,7 +87,8 @@ class Lowering {
   std::optional<ir::Operand> enum_value(NodeId id);
   std::optional<ir::Operand> name_value(NodeId id, Expected expected);
   ir::Operand enum_constant(const EnumValueRef& value, NodeId id);
-  std::optional<ir::Operand> bit_value(NodeId id);
+  std::optional<ir::Operand> part_value(NodeId id);
+  std::optional<ir::Constant> known_constant(ir::PlaceId where);
   std::optional<ir::Operand> unary(NodeId id, Expected expected);
   std::optional<ir::Operand> binary(NodeId id, Expected expected);
   std::optional<ir::Operand> combine(NodeId id, const ir::Operand& left, const ir::Operand& right, Expected expected);
@@ -99,6 +100,13 @@ class Lowering {
   std::optional<ir::PlaceId> root_place(NodeId id, bool for_writing);
   std::optional<ir::PlaceId> direct_place(NodeId id);
   std::optional<ir::PlaceId> member_place(ir::PlaceId parent, NodeId id, bool for_writing);
+  struct Part {
+    ir::TypeRef type;
+    unsigned bit;
+  };
+  /// What "3", "%X3" or "%B1" behind a value of type `word` names.
+  std::optional<Part> part_of(NodeId id, ir::TypeRef word);
+  std::optional<ir::PlaceId> part_place(ir::PlaceId word, NodeId id);
   std::optional<ir::PlaceId> index_place(ir::PlaceId array, NodeId id);
   std::optional<ir::PlaceId> element_place(ir::PlaceId array, NodeId index);
   bool check_writable(const ir::Variable& variable, const core::SourceRef& where);
@@ -114,6 +122,9 @@ class Lowering {
   std::vector<Parameter> parameters_of_pou(std::uint32_t pou);
   std::vector<Parameter> parameters_of_block(const stdlib::BlockSpec& block);
   Arguments bind_arguments(NodeId call, const std::vector<Parameter>& parameters, std::string_view callee);
+  std::optional<ir::ValueId> in_out(NodeId written, const Parameter& parameter, std::string_view callee);
+  bool all_in_outs_given(NodeId call, const std::vector<Parameter>& parameters, const Arguments& arguments,
+                         std::string_view callee);
   std::optional<ir::ValueId> condition(NodeId id, std::string_view what);
   bool deliver(NodeId argument, ir::ValueId value);
   void report_unknown_function(NodeId id, std::string_view name);

@@ -130,6 +130,16 @@ PlaceId Builder::deref(ValueId reference) {
   return intern(place);
 }
 
+PlaceId Builder::part(PlaceId word, TypeRef part, unsigned bit_offset) {
+  assert(part_fits(type_of(word), part, bit_offset));
+  Place place;
+  place.kind = Place::Kind::kPart;
+  place.index = bit_offset;
+  place.parent = word;
+  place.type = part;
+  return intern(place);
+}
+
 std::optional<PlaceId> Builder::member(PlaceId parent, std::string_view name) {
   const Type& type = module_.types[type_of(parent)];
   switch (type.kind) {
@@ -186,7 +196,11 @@ ValueId Builder::constant_bool(bool value) {
   return constant(c);
 }
 
-ValueId Builder::load(PlaceId place) { return {emit(Op::kLoad, type_of(place), place.index)}; }
+ValueId Builder::load(PlaceId place) {
+  const Place at = body().places[place.index];
+  if (at.kind == Place::Kind::kPart) return extract(load(at.parent), at.type, at.index);
+  return {emit(Op::kLoad, at.type, place.index)};
+}
 
 ValueId Builder::logic(Op and_or_xor, ValueId a, ValueId b) {
   assert(type_of(a) == kBoolType && type_of(b) == kBoolType);
@@ -200,6 +214,8 @@ ValueId Builder::not_(ValueId a) {
 
 void Builder::store(PlaceId place, ValueId value) {
   assert(module_.types.elementary_of(type_of(place)) == module_.types.elementary_of(type_of(value)));
+  const Place at = body().places[place.index];
+  if (at.kind == Place::Kind::kPart) return store(at.parent, insert(load(at.parent), value, at.index));
   emit(Op::kStore, {}, place.index, value.index);
 }
 
@@ -211,6 +227,7 @@ void Builder::copy(PlaceId to, PlaceId from) {
 void Builder::run(PlaceId instance) { emit(Op::kRun, {}, instance.index); }
 
 ValueId Builder::make_ref(PlaceId place) {
+  assert(!is_part(place));
   return {emit(Op::kMakeRef, module_.types.reference(type_of(place)), place.index)};
 }
 

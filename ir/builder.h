@@ -60,6 +60,10 @@ class Builder {
   /// Element at a value of any integer or bit string type, as declared (lower bound included).
   PlaceId element_at(PlaceId array, ValueId index);
   PlaceId deref(ValueId reference);
+  /// Bits of the integer or bit string `word` from `bit_offset` on, as for extract(). Loaded and stored like any place;
+  /// it has no handle.
+  PlaceId part(PlaceId word, TypeRef part, unsigned bit_offset);
+  [[nodiscard]] bool is_part(PlaceId place) { return body().places[place.index].kind == Place::Kind::kPart; }
   /// Field or port of `parent` by name (struct field; port of a standard block; input, output, in-out variable of a POU
   /// instance). Nothing when there is none.
   std::optional<PlaceId> member(PlaceId parent, std::string_view name);
@@ -133,7 +137,7 @@ class Builder {
   };
   struct PlaceEqual {
     bool operator()(const Place& a, const Place& b) const {
-      return a.kind == b.kind && a.index == b.index && a.parent == b.parent;
+      return a.kind == b.kind && a.index == b.index && a.parent == b.parent && a.type == b.type;
     }
   };
   std::unordered_map<Place, PlaceId, PlaceHash, PlaceEqual> interned_;

@@ -48,6 +48,8 @@ struct Place {
     kElementAt, ///< element of array `parent` at the value `index` (a ValueId) of any integer or bit string type, lower
                 ///< bound included. Outside the bounds: reads give the type's zero value, writes do nothing, handles are
                 ///< null, runs do not happen; each access is one event
+    kPart,      ///< the part of integer or bit string `parent` that begins at bit `index` (w.3, w.%B1). Only the builder
+                ///< sees it: loads and stores of it become kExtract and kInsert
   };
   Kind kind = Kind::kGlobal;
   std::uint32_t index = 0;

@@ -49,6 +49,13 @@ std::string place_text(const Module& module, const Pou& pou, PlaceId place, bool
       return fmt::format("{}[{}]", place_text(module, pou, p.parent, value_ids),
                          type.lower + static_cast<std::int64_t>(p.index));
     }
+    case Place::Kind::kPart: {
+      const auto rep = module.types.rep_of(p.type).value_or(core::Rep::kBool);
+      const std::string word = place_text(module, pou, p.parent, value_ids);
+      if (rep == core::Rep::kBool) return fmt::format("{}.{}", word, p.index);
+      const std::uint32_t bits = core::rep_bytes(rep) * 8;
+      return fmt::format("{}.%{}{}", word, bits == 8 ? 'B' : bits == 16 ? 'W' : 'D', p.index / bits);
+    }
     case Place::Kind::kElementAt:
       return fmt::format("{}[{}]", place_text(module, pou, p.parent, value_ids),
                          value_ids ? fmt::format("%{}", p.index) : index_text(module, pou, ValueId{p.index}));

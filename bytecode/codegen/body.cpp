@@ -118,6 +118,7 @@ class BodyGenerator final : private RecordSink {
             place_words_[p] = place_words_[place.parent.index] + place.index * size_of(image_type(place.type));
           }
           break;
+        case Place::Kind::kPart:
         case Place::Kind::kElementAt:
           break;
       }

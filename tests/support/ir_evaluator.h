@@ -161,6 +161,8 @@ class IrEvaluator {
       case ir::Place::Kind::kElement:
       case ir::Place::Kind::kElementAt:
         break;
+      case ir::Place::Kind::kPart:
+        return {};
     }
     const std::string base = path(p, instance, values, at.parent.index);
     if (base.empty()) return base;

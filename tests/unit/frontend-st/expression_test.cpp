@@ -173,7 +173,7 @@ TEST_F(ExpressionTest, BitsOfWords) {
   EXPECT_EQ(value("w.3", {{"w", 8}}), 1u);
   EXPECT_EQ(value("w.%X2", {{"w", 8}}), 0u);
   EXPECT_EQ(error("w.16").code, Code::P4008);
-  EXPECT_EQ(error("i.3").code, Code::P4005);
+  EXPECT_EQ(error("r.3").code, Code::P4005);
 }
 
 TEST_F(ExpressionTest, BlockOutputs) {
@@ -307,8 +307,8 @@ TEST_F(ExpressionTest, Places) {
   EXPECT_EQ(world.diagnostics.error_count(), 0u) << world.rendered();
   EXPECT_FALSE(where("Limit", true));
   EXPECT_EQ(world.diagnostics.all().back().code, Code::P4007);
-  EXPECT_FALSE(where("In", true));
-  EXPECT_EQ(world.diagnostics.all().back().code, Code::P4007);
+  EXPECT_TRUE(where("In", true)) << "with a warning";
+  EXPECT_EQ(world.diagnostics.all().back().code, Code::P4073);
   EXPECT_FALSE(where("TON1.Q", true));
   EXPECT_EQ(world.diagnostics.all().back().code, Code::P4007);
   EXPECT_FALSE(where("A AND B", false));

@@ -295,6 +295,8 @@ class Machine {
         return path_of(place.parent) + "." + std::to_string(place.index);
       case ir::Place::Kind::kElement:
         return path_of(place.parent) + "[" + std::to_string(place.index) + "]";
+      case ir::Place::Kind::kPart:
+        break;
       case ir::Place::Kind::kElementAt: {
         const ir::Type& array = module_.types[pou_.body.places[place.parent.index].type];
         const auto rep = module_.types.rep_of(pou_.body.insts[place.index].type);

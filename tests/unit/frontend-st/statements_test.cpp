@@ -19,8 +19,14 @@ struct StatementsTest : ::testing::Test {
     world.program("Main", {variable("a", named("INT")), variable("b", named("INT")), variable("c", named("INT")),
                            variable("x", named("BOOL")), variable("y", named("BOOL")), variable("T1", named("TON")),
                            variable("S1", named("Scale")), variable("d", named("DINT")),
+                           variable("w", named("DWORD")), constant("cTwo", "INT", "2"),
                            variable("arr", array_of(named("INT"), {{"0", "2"}}))});
     world.declare_cleanly();
+  }
+  static plcopen::Variable constant(std::string name, std::string type, std::string value) {
+    plcopen::Variable v = variable(std::move(name), named(std::move(type)), Section::kLocal, simple(std::move(value)));
+    v.constant = true;
+    return v;
   }
   bool lower(std::string_view text) {
     ir::Builder b(*world.module, 2, world.diagnostics);
@@ -212,6 +218,32 @@ TEST_F(StatementsTest, ErrorsInHeadsDoNotHideTheRest) {
   EXPECT_EQ(world.count(Code::P4001), 4u) << world.rendered();
   EXPECT_EQ(world.count(Code::P4004), 5u) << world.rendered();
   EXPECT_EQ(world.diagnostics.error_count(), 9u) << world.rendered();
+}
+
+TEST_F(StatementsTest, PartsAreWritten) {
+  EXPECT_EQ(run("w.3 := x; w.%X0 := TRUE; w.%B1 := 16#AB; w.%W1 := 16#1234;", {{"x", 1}}).at("w"), 0x1234ab09u);
+  EXPECT_EQ(run("w.3 := x;", {{"w", 0xffffffff}}).at("w"), 0xfffffff7u);
+  EXPECT_EQ(run("arr[a].0 := TRUE; b := arr[a];", {{"a", 1}, {"arr[1]", 4}}).at("b"), 5u);
+  EXPECT_EQ(run("T1(IN := x, PT := T#1s, Q => w.31);", {{"x", 1}, {"w", 0xffffffff}}).at("w"), 0x7fffffffu);
+  EXPECT_FALSE(lower("w.32 := x;"));
+  EXPECT_FALSE(lower("w.%B4 := 1;"));
+  EXPECT_FALSE(lower("w.%D0 := 1;"));
+  EXPECT_EQ(world.count(Code::P4008), 3u) << world.rendered();
+  EXPECT_FALSE(lower("S1(IN := 1, ACC := w.%W0);"));
+  EXPECT_EQ(world.count(Code::P4010), 1u) << world.rendered();
+}
+
+TEST_F(StatementsTest, ConstantsAreKnown) {
+  EXPECT_EQ(run("CASE a OF cTwo: b := 1; cTwo + 1: b := 2; END_CASE;", {{"a", 3}}).at("b"), 2u);
+  EXPECT_EQ(run("arr[cTwo] := 7;").at("arr[2]"), 7u);
+  EXPECT_FALSE(lower("cTwo := 3;"));
+  EXPECT_FALSE(lower("b := arr[cTwo + 1];"));
+  EXPECT_EQ(world.count(Code::P4008), 1u) << world.rendered();
+}
+
+TEST_F(StatementsTest, InOutsAreGivenInEveryCall) {
+  EXPECT_FALSE(lower("S1(IN := 3);"));
+  EXPECT_EQ(world.count(Code::P4010), 1u) << world.rendered();
 }
 
 TEST_F(StatementsTest, ShortCircuit) {
