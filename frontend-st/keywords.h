@@ -1,7 +1,7 @@
 // Keywords of statements and expressions (IEC 61131-3:2013, 7.3): what cannot be a name inside a body.
 //
-// In: the text of an identifier token. Out: which keyword it is, if any. Does not belong here: keywords of declarations,
-// which are ordinary names inside a body.
+// In: the text of an identifier token. Out: which keyword it is, if any. Does not belong here: keywords of
+// declarations, which are ordinary names inside a body.
 #pragma once
 
 #include <cstdint>

@@ -128,8 +128,8 @@ std::optional<ValueId> Lowering::in_out(NodeId written, const Parameter& paramet
   }
   if (builder_.type_of(*where) != parameter.type) {
     report(Code::P4010, at(written),
-           what + " needs a variable of type " + types().name_of(parameter.type) + ", " + quoted(text(written)) + " is " +
-               types().name_of(builder_.type_of(*where)),
+           what + " needs a variable of type " + types().name_of(parameter.type) + ", " + quoted(text(written)) +
+               " is " + types().name_of(builder_.type_of(*where)),
            "in-outs take variables of exactly their type");
     return std::nullopt;
   }
@@ -144,7 +144,8 @@ bool Lowering::all_in_outs_given(NodeId call, const std::vector<Parameter>& para
   bool fine = true;
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     if (given[i] || parameters[i].role != Role::kInOut) continue;
-    report(Code::P4010, at(call), "in-out " + quoted(parameters[i].name) + " of " + std::string(callee) + " is not given");
+    report(Code::P4010, at(call),
+           "in-out " + quoted(parameters[i].name) + " of " + std::string(callee) + " is not given");
     fine = false;
   }
   return fine;

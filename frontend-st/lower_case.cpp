@@ -65,8 +65,7 @@ std::optional<std::int64_t> Lowering::label_number(ValueId label) {
   const auto elementary = types().elementary_of(builder_.type_of(label));
   if (!elementary || core::in_category(*elementary, core::kAnyString | core::kAnyReal)) return std::nullopt;
   const core::Rep rep = core::rep_of(*elementary);
-  const std::int64_t number =
-      signed_value(builder_.body().constants[builder_.body().insts[label.index].a].bits, rep);
+  const std::int64_t number = signed_value(builder_.body().constants[builder_.body().insts[label.index].a].bits, rep);
   return rep == core::Rep::kU64 ? static_cast<std::int64_t>(static_cast<std::uint64_t>(number) ^ (1ull << 63)) : number;
 }
 
@@ -100,8 +99,7 @@ bool Lowering::case_of(NodeId id) {
   std::optional<ValueId> selector = settled;
   if (settled && !types().elementary_of(builder_.type_of(*settled))) {
     report(Code::P4070, at(node(id).a),
-           "selector " + quoted(text(node(id).a)) + " of CASE has type " +
-               types().name_of(builder_.type_of(*settled)),
+           "selector " + quoted(text(node(id).a)) + " of CASE has type " + types().name_of(builder_.type_of(*settled)),
            "select by a value of an elementary type or of an enumeration");
     selector.reset();
   }

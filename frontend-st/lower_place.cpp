@@ -273,7 +273,8 @@ std::optional<Lowering::Part> Lowering::part_of(NodeId id, TypeRef word) {
   if (count < 2 || number->int_value < 0 || number->int_value >= count) {
     report(Code::P4008, name_at(id),
            quoted(text(node(id).a)) + " of type " + types().name_of(word) + " has no part " + quoted(name_text(id)),
-           count < 2 ? "a part is smaller than the whole" : "its parts of this size are 0 to " + std::to_string(count - 1));
+           count < 2 ? "a part is smaller than the whole"
+                     : "its parts of this size are 0 to " + std::to_string(count - 1));
     return std::nullopt;
   }
   return Part{ir::ref_of(part), static_cast<unsigned>(number->int_value) * bits(part)};

@@ -56,8 +56,9 @@ class Parser {
   NodeId while_statement();
   NodeId repeat_statement();
   NodeId word_statement(NodeKind kind);
-  /// The expression of a statement's head and the keyword behind it. After an error reading goes on behind that keyword,
-  /// and the statement is kept without it: a head that cannot be read does not hide errors of the statements inside.
+  /// The expression of a statement's head and the keyword behind it. After an error reading goes on behind that
+  /// keyword, and the statement is kept without it: a head that cannot be read does not hide errors of the statements
+  /// inside.
   NodeId head_expression(Keyword behind, std::string_view word);
   NodeId case_label();
   [[nodiscard]] bool at_case_label();
@@ -70,9 +71,9 @@ class Parser {
   std::string_view pou_;
   Lexer lexer_;
   Ast ast_;
-  Token token_;   ///< the current token
+  Token token_;                       ///< the current token
   Keyword keyword_ = Keyword::kNone;  ///< what the current token spells
-  Token peeked_;  ///< the one behind it, if has_peeked_
+  Token peeked_;                      ///< the one behind it, if has_peeked_
   bool has_peeked_ = false;
   std::uint32_t last_end_ = 0;  ///< end of the token before the current one
   std::uint32_t depth_ = 0;

@@ -55,7 +55,8 @@ NodeId Parser::parse_statements() {
     if (token_.kind == TokenKind::kEnd) return first;
     // A part of a compound statement without its head: say so and go on behind it.
     in_error_ = false;
-    fail(Code::P4013, token_, "\"" + std::string(text_of(token_)) + "\" without its " + std::string(opener_of(keyword_)));
+    fail(Code::P4013, token_,
+         "\"" + std::string(text_of(token_)) + "\" without its " + std::string(opener_of(keyword_)));
     advance();
     accept(TokenKind::kSemicolon);
   }
@@ -127,7 +128,8 @@ NodeId Parser::statement_list() {
     if (token_.kind == TokenKind::kEnd) break;
     in_error_ = false;
     fail(Code::P4013, token_, "\";\" is missing before \"" + std::string(text_of(token_)) + "\"");
-    const bool begins_statement = token_.kind == TokenKind::kIdentifier && (keyword_ == Keyword::kNone || opens(keyword_));
+    const bool begins_statement =
+        token_.kind == TokenKind::kIdentifier && (keyword_ == Keyword::kNone || opens(keyword_));
     if (!at_list_end() && !begins_statement) skip_statement();
   }
   in_error_ = false;
@@ -388,7 +390,8 @@ NodeId Parser::for_statement() {
   const bool good = head();
   depth_ = depth;
   if (!good) {
-    while (token_.kind != TokenKind::kEnd && token_.kind != TokenKind::kSemicolon && !at_keyword(Keyword::kDo)) advance();
+    while (token_.kind != TokenKind::kEnd && token_.kind != TokenKind::kSemicolon && !at_keyword(Keyword::kDo))
+      advance();
   }
   if (at_keyword(Keyword::kDo)) advance();
   node.b = statement_list();

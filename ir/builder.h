@@ -19,10 +19,10 @@ namespace plc::ir {
 /// (IEC 61131-3, 6.3.2: "a literal without prefix takes the pin's type").
 struct Operand {
   enum class Kind : std::uint8_t { kUnconnected, kValue, kIntLiteral, kRealLiteral } kind = Kind::kUnconnected;
-  ValueId value{};                ///< kValue
-  std::int64_t int_value = 0;     ///< kIntLiteral; bits of a value above 2^63-1 when int_is_unsigned
+  ValueId value{};             ///< kValue
+  std::int64_t int_value = 0;  ///< kIntLiteral; bits of a value above 2^63-1 when int_is_unsigned
   bool int_is_unsigned = false;
-  double real_value = 0;          ///< kRealLiteral
+  double real_value = 0;  ///< kRealLiteral
   SourceRef at;
   std::string text;  ///< as written, for messages
 
@@ -53,7 +53,8 @@ class Builder {
   void report(core::Code code, const SourceRef& at, std::string message, std::string help = {});
 
   // ---- places (interned) ----
-  PlaceId variable(std::uint32_t index);  ///< instance or frame variable; an external becomes its global, an in-out is dereferenced
+  PlaceId variable(
+      std::uint32_t index);  ///< instance or frame variable; an external becomes its global, an in-out is dereferenced
   PlaceId global(std::uint32_t index);
   PlaceId field(PlaceId parent, std::uint32_t index);
   PlaceId element(PlaceId parent, std::uint32_t zero_based_index);
@@ -84,8 +85,8 @@ class Builder {
   void copy(PlaceId to, PlaceId from);       ///< aggregates of one type
   void run(PlaceId instance);                ///< standard block or function block POU
   ValueId make_ref(PlaceId place);
-  /// Bits of `word` (an integer or bit string) from `bit_offset` on, as `part`: BOOL is one bit; BYTE, WORD and DWORD are
-  /// narrower than the word and stand at multiples of their width.
+  /// Bits of `word` (an integer or bit string) from `bit_offset` on, as `part`: BOOL is one bit; BYTE, WORD and DWORD
+  /// are narrower than the word and stand at multiples of their width.
   ValueId extract(ValueId word, TypeRef part, unsigned bit_offset);
   /// `word` with the bits from `bit_offset` on replaced by `part`.
   ValueId insert(ValueId word, ValueId part, unsigned bit_offset);
@@ -114,11 +115,12 @@ class Builder {
   std::optional<ValueId> convert(const Operand& operand, TypeRef to, std::string_view what);
   /// store(place, convert(operand)): also copies aggregates, fits strings, checks constants against subranges.
   bool assign(PlaceId place, const Operand& operand, std::string_view what);
-  /// Resolves and calls the standard function `name`; BOOL AND/OR/XOR/NOT become logic ops, constants are folded where the
-  /// row allows. Messages list candidates. `pins` name the arguments when the drawing does (else empty).
+  /// Resolves and calls the standard function `name`; BOOL AND/OR/XOR/NOT become logic ops, constants are folded where
+  /// the row allows. Messages list candidates. `pins` name the arguments when the drawing does (else empty).
   std::optional<ValueId> call(std::string_view name, std::span<const Operand> args, const SourceRef& at,
                               std::optional<TypeRef> expected = std::nullopt, std::span<const std::string> pins = {});
-  /// The operand as a value of the type it has by itself (an untyped integer is DINT or LINT, a real is LREAL or `expected`).
+  /// The operand as a value of the type it has by itself (an untyped integer is DINT or LINT, a real is LREAL or
+  /// `expected`).
   std::optional<ValueId> settle(const Operand& operand, std::optional<TypeRef> expected = std::nullopt);
 
  private:

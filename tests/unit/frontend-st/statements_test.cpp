@@ -18,9 +18,8 @@ struct StatementsTest : ::testing::Test {
     world.project.pous.back().return_type = named("INT");
     world.program("Main", {variable("a", named("INT")), variable("b", named("INT")), variable("c", named("INT")),
                            variable("x", named("BOOL")), variable("y", named("BOOL")), variable("T1", named("TON")),
-                           variable("S1", named("Scale")), variable("d", named("DINT")),
-                           variable("w", named("DWORD")), constant("cTwo", "INT", "2"),
-                           variable("arr", array_of(named("INT"), {{"0", "2"}}))});
+                           variable("S1", named("Scale")), variable("d", named("DINT")), variable("w", named("DWORD")),
+                           constant("cTwo", "INT", "2"), variable("arr", array_of(named("INT"), {{"0", "2"}}))});
     world.declare_cleanly();
   }
   static plcopen::Variable constant(std::string name, std::string type, std::string value) {
@@ -169,20 +168,24 @@ TEST_F(StatementsTest, WhileAndRepeat) {
 }
 
 TEST_F(StatementsTest, ExitAndContinueMeanTheInnermostLoop) {
-  const auto cells = run("d := 0; FOR a := 1 TO 3 DO FOR b := 1 TO 10 DO IF b = 2 THEN CONTINUE; END_IF;"
-                         " IF b > 4 THEN EXIT; END_IF; d := d + 1; END_FOR; END_FOR;");
+  const auto cells =
+      run("d := 0; FOR a := 1 TO 3 DO FOR b := 1 TO 10 DO IF b = 2 THEN CONTINUE; END_IF;"
+          " IF b > 4 THEN EXIT; END_IF; d := d + 1; END_FOR; END_FOR;");
   EXPECT_EQ(cells.at("d"), 9u);
   EXPECT_EQ(run("a := 0; b := 0; WHILE TRUE DO a := a + 1; IF a > 5 THEN EXIT; END_IF; IF a = 2 THEN CONTINUE; END_IF;"
-                " b := b + a; END_WHILE;").at("b"), 13u);
-  EXPECT_EQ(run("a := 0; REPEAT a := a + 1; IF a < 4 THEN CONTINUE; END_IF; EXIT; UNTIL a > 9 END_REPEAT;").at("a"), 4u);
+                " b := b + a; END_WHILE;")
+                .at("b"),
+            13u);
+  EXPECT_EQ(run("a := 0; REPEAT a := a + 1; IF a < 4 THEN CONTINUE; END_IF; EXIT; UNTIL a > 9 END_REPEAT;").at("a"),
+            4u);
 }
 
 TEST_F(StatementsTest, CaseTakesTheFirstBranchThatFits) {
   const std::string_view text =
       "CASE a OF 1: b := 10; 2, 3: b := 20; -5..-3, 7..9: b := 30; 11: ; ELSE b := 99; END_CASE; c := 1;";
-  const std::map<std::uint64_t, std::uint64_t> expected{{1, 10},      {2, 20},      {3, 20}, {0xfffb, 30}, {0xfffd, 30},
-                                                        {0xfffa, 99}, {0xfffe, 99}, {7, 30}, {9, 30},      {10, 99},
-                                                        {11, 5}};
+  const std::map<std::uint64_t, std::uint64_t> expected{{1, 10},      {2, 20},      {3, 20},      {0xfffb, 30},
+                                                        {0xfffd, 30}, {0xfffa, 99}, {0xfffe, 99}, {7, 30},
+                                                        {9, 30},      {10, 99},     {11, 5}};
   for (const auto& [a, b] : expected) {
     const auto cells = run(text, {{"a", a}, {"b", 5}});
     EXPECT_EQ(cells.at("b"), b) << a;
@@ -213,8 +216,9 @@ TEST_F(StatementsTest, ForRefusesWhatCannotCount) {
 }
 
 TEST_F(StatementsTest, ErrorsInHeadsDoNotHideTheRest) {
-  EXPECT_FALSE(lower("FOR a = 1 TO 3 DO b := nope1; END_FOR; WHILE a > DO b := nope2; END_WHILE; CASE OF 1: b := nope3;"
-                     " END_CASE; REPEAT b := nope4; UNTIL END_REPEAT; b := nope5;"));
+  EXPECT_FALSE(
+      lower("FOR a = 1 TO 3 DO b := nope1; END_FOR; WHILE a > DO b := nope2; END_WHILE; CASE OF 1: b := nope3;"
+            " END_CASE; REPEAT b := nope4; UNTIL END_REPEAT; b := nope5;"));
   EXPECT_EQ(world.count(Code::P4001), 4u) << world.rendered();
   EXPECT_EQ(world.count(Code::P4004), 5u) << world.rendered();
   EXPECT_EQ(world.diagnostics.error_count(), 9u) << world.rendered();
