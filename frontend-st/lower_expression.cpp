@@ -355,6 +355,18 @@ std::optional<Operand> Lowering::unary(NodeId id, Expected expected) {
   return operand(*result, id);
 }
 
+std::optional<Operand> Lowering::compare_references(NodeId id, const Operand& left, const Operand& right) {
+  if (builder_.type_of(left.value) != builder_.type_of(right.value)) {
+    report(Code::P4101, at(id),
+           quoted(left.text) + " has type " + types().name_of(builder_.type_of(left.value)) + ", " + quoted(right.text) +
+               " has type " + types().name_of(builder_.type_of(right.value)),
+           "only references to one type can be equal");
+    return std::nullopt;
+  }
+  const ir::ValueId same = builder_.same_ref(left.value, right.value);
+  return operand(node(id).op == Operator::kEqual ? same : builder_.not_(same), id);
+}
+
 std::optional<Operand> Lowering::combine(NodeId id, const Operand& left, const Operand& right, Expected expected) {
   const Operator op = node(id).op;
   const auto is_plain = [](const Operand& o) { return o.kind == Operand::Kind::kIntLiteral && !o.int_is_unsigned; };
@@ -373,6 +385,12 @@ std::optional<Operand> Lowering::combine(NodeId id, const Operand& left, const O
     if (op == Operator::kAnd) return operand(builder_.logic(ir::Op::kAnd, left.value, right.value), id);
     if (op == Operator::kOr) return operand(builder_.logic(ir::Op::kOr, left.value, right.value), id);
     if (op == Operator::kXor) return operand(builder_.logic(ir::Op::kXor, left.value, right.value), id);
+  }
+  const auto is_reference = [this](const Operand& o) {
+    return o.kind == Operand::Kind::kValue && types()[builder_.type_of(o.value)].kind == TypeKind::kReference;
+  };
+  if ((op == Operator::kEqual || op == Operator::kNotEqual) && is_reference(left) && is_reference(right)) {
+    return compare_references(id, left, right);
   }
   const Operand both[] = {left, right};
   const auto result = builder_.call(function_of(op), both, at(id), is_comparison(op) ? std::nullopt : expected);

@@ -91,6 +91,7 @@ class Lowering {
   std::optional<ir::Constant> known_constant(ir::PlaceId where);
   std::optional<ir::Operand> unary(NodeId id, Expected expected);
   std::optional<ir::Operand> binary(NodeId id, Expected expected);
+  std::optional<ir::Operand> compare_references(NodeId id, const ir::Operand& left, const ir::Operand& right);
   std::optional<ir::Operand> combine(NodeId id, const ir::Operand& left, const ir::Operand& right, Expected expected);
   std::optional<ir::Operand> short_circuit(NodeId id, const std::optional<ir::Operand>& left);
   std::optional<ir::Operand> negated(NodeId id, ir::Operand operand, Expected expected);

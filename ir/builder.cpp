@@ -231,6 +231,11 @@ ValueId Builder::make_ref(PlaceId place) {
   return {emit(Op::kMakeRef, module_.types.reference(type_of(place)), place.index)};
 }
 
+ValueId Builder::same_ref(ValueId a, ValueId b) {
+  assert(type_of(a) == type_of(b) && module_.types[type_of(a)].kind == TypeKind::kReference);
+  return {emit(Op::kSameRef, kBoolType, a.index, b.index)};
+}
+
 ValueId Builder::extract(ValueId word, TypeRef part, unsigned bit_offset) {
   assert(part_fits(type_of(word), part, bit_offset));
   return {emit(Op::kExtract, part, word.index, bit_offset)};

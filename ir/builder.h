@@ -85,6 +85,7 @@ class Builder {
   void copy(PlaceId to, PlaceId from);       ///< aggregates of one type
   void run(PlaceId instance);                ///< standard block or function block POU
   ValueId make_ref(PlaceId place);
+  ValueId same_ref(ValueId a, ValueId b);  ///< references of one type
   /// Bits of `word` (an integer or bit string) from `bit_offset` on, as `part`: BOOL is one bit; BYTE, WORD and DWORD
   /// are narrower than the word and stand at multiples of their width.
   ValueId extract(ValueId word, TypeRef part, unsigned bit_offset);

@@ -88,9 +88,10 @@ enum class Op : std::uint8_t {
   kMakeRef,    ///< REF value := handle of place a
   kExtract,    ///< value := the part of its type that begins at bit b of value a
   kInsert,     ///< value := value a with the part that begins at bit `count` replaced by value b
+  kSameRef,    ///< BOOL value := reference values a and b refer to one variable, or both to none
   kRange,      ///< value of a subrange := value a of its base, outside the limits the nearest of them with an event
 };
-inline constexpr std::size_t kOpCount = 22;
+inline constexpr std::size_t kOpCount = 23;
 
 struct Inst {
   Op op = Op::kReturn;

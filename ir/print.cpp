@@ -221,6 +221,8 @@ class Printer {
         return "eno";
       case Op::kMakeRef:
         return "ref " + place(inst.a);
+      case Op::kSameRef:
+        return fmt::format("same reference %{} %{}", inst.a, inst.b);
       case Op::kExtract:
         return fmt::format("extract %{} bit {} as {}", inst.a, inst.b, module_.types.name_of(inst.type));
       case Op::kInsert:

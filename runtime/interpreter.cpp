@@ -437,6 +437,7 @@ op_CallVia : {
   PLC_INTEGER_TYPES(PLC_DIVISION, Div)
   PLC_REALS(Div, stdlib::canonical(a / b))
   PLC_INTEGER_TYPES(PLC_MODULO, Mod)
+  PLC_BINARY(SameRef, std::uint64_t, std::uint8_t, a == b)
   PLC_EQUALS(Eq, a == b)
   PLC_EQUALS(Ne, a != b)
   PLC_ORDERS(Lt, a < b)

@@ -135,6 +135,7 @@ class Analyser {
       case Op::kMakeRef:
       case Op::kExtract:
       case Op::kInsert:
+      case Op::kSameRef:
       case Op::kEno:
         return v.uses != 0;
       case Op::kCall:
@@ -186,6 +187,7 @@ class Analyser {
         use(i, inst, inst.a);
         break;
       case Op::kInsert:
+      case Op::kSameRef:
         use(i, inst, inst.a);
         use(i, inst, inst.b);
         break;

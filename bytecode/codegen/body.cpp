@@ -500,6 +500,12 @@ class BodyGenerator final : private RecordSink {
         writer_.op(Opcode::kInsert, {destination(false), word, part, inst.count});
         break;
       }
+      case Op::kSameRef: {
+        const std::uint32_t a = operand(inst.a);
+        const std::uint32_t b = operand(inst.b);
+        writer_.op(Opcode::kSameRef, {destination(false), a, b});
+        break;
+      }
       case Op::kRange:
         range(inst);
         break;

@@ -202,6 +202,8 @@ struct EveryInstruction {
     pou.path(Opcode::kRefAt, {to_record, r, record}, {});
     pou.path(Opcode::kRefVia, {to_dint, to_record, record}, {{PathStep::kField, 0}});
     pou.op(Opcode::kMoveRef, {to_dint, to_dint});
+    const Word same = pou.variable("same", b.boolean());
+    pou.op(Opcode::kSameRef, {same, to_dint, to_null});
     pou.path(Opcode::kStoreVia, {to_dint, x, dint}, {});
     pou.path(Opcode::kLoadVia, {x, to_null, dint}, {});
     pou.path(Opcode::kRefAt, {to_fb, instance, fb_type}, {});

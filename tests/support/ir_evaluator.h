@@ -98,6 +98,9 @@ class IrEvaluator {
           result.target = path(p, instance, values, inst.a);
           if (result.target.empty()) ++events;
           break;
+        case ir::Op::kSameRef:
+          result.bits = values[inst.a].target == values[inst.b].target ? 1 : 0;
+          break;
         case ir::Op::kExtract:
           result.bits = (values[inst.a].bits >> inst.b) & mask_of(inst.type);
           break;

@@ -105,6 +105,7 @@ inline Sample sample_image() {
   main.path(Opcode::kRefAt, {point_ref, at_point, s.point}, {});
   main.path(Opcode::kRefVia, {element_ref, point_ref, s.point}, {{PathStep::kField, 1}});
   main.op(Opcode::kMoveRef, {element_ref, element_ref});
+  main.op(Opcode::kSameRef, {ok, element_ref, point_ref});
   main.path(Opcode::kRefAt, {s.motor_ref, motor1, motor_type}, {});
   main.path(Opcode::kCallVia, {s.motor, s.motor_ref, motor_type}, {});
   main.path(Opcode::kRefAt, {timer_ref, motor1, motor_type}, {{PathStep::kField, 2}});

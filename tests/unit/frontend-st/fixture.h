@@ -251,6 +251,9 @@ class Machine {
         case ir::Op::kMakeRef:
           out.path = path_of({inst.a});
           break;
+        case ir::Op::kSameRef:
+          out.bits = values_[inst.a].path == values_[inst.b].path ? 1 : 0;
+          break;
         case ir::Op::kExtract: {
           const unsigned width = width_of(inst.type);
           out.bits = (values_[inst.a].bits >> inst.b) & ((std::uint64_t{1} << width) - 1);

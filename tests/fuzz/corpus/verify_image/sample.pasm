@@ -128,6 +128,7 @@ pou "Main" program instance t26 frame t27
     REF_AT i:r_point, i:point, t7
     REF_VIA f:r#0, i:r_point, t7, .1
     MOVE_REF f:r#0, f:r#0
+    SAME_REF f:ok, f:r#0, i:r_point
     REF_AT i:r_motor, i:motor, t18
     CALL_VIA p1, i:r_motor, t18  ; "Motor"
     REF_AT f:r#1, i:motor, t18, .2
@@ -143,12 +144,12 @@ pou "Main" program instance t26 frame t27
     EXTRACT f:ok, g:level, 3
     INSERT g:level, g:level, f:ok, 15
     RANGE_I16 f:i, g:level, c:c#0, g:limit
-L125:
+L129:
     ADD_16 f:i, f:i, c:c#0
     LT_I16 f:ok, f:i, g:limit
-    COND_JUMP f:ok, L138
-    LOOP_JUMP L125
-L138:
+    COND_JUMP f:ok, L142
+    LOOP_JUMP L129
+L142:
     RETURN
 pou "Fast" task instance t30 frame t31
     READ_N 0, 10
