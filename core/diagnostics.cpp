@@ -29,6 +29,7 @@ const std::vector<CodeInfo>& all_codes() {
 const CodeInfo& info(Code code) { return all_codes()[static_cast<std::size_t>(code)]; }
 
 std::uint16_t Diagnostics::add_file(std::string name) {
+  stamps_.push_back(stamp_of(name));
   files_.push_back(std::move(name));
   return static_cast<std::uint16_t>(files_.size() - 1);
 }
@@ -43,7 +44,7 @@ void Diagnostics::report(Code code, const SourceRef& at, std::string_view pou, s
   all_.push_back({code, severity, at, std::string(pou), std::move(message), std::move(help)});
 }
 
-std::string Diagnostics::render_one(const Diagnostic& d) const {
+std::string Diagnostics::message_line(const Diagnostic& d) const {
   static constexpr std::string_view kWords[] = {"note", "warning", "error"};
   std::string out;
   if (d.at.file < files_.size()) {
@@ -68,12 +69,29 @@ std::string Diagnostics::render_one(const Diagnostic& d) const {
     where += ' ' + std::to_string(d.at.local_id);
   }
   if (!where.empty()) out += " [" + where + "]";
-  if (!d.help.empty()) out += "\n  help: " + d.help;
   return out;
+}
+
+std::string Diagnostics::render_one(const Diagnostic& d) const {
+  return d.help.empty() ? message_line(d) : message_line(d) + "\n  help: " + d.help;
 }
 
 void Diagnostics::render(std::ostream& out) const {
   for (const Diagnostic& d : all_) out << render_one(d) << '\n';
+  render_rest(out);
+}
+
+void Diagnostics::render_with_lines(std::ostream& out) const {
+  Excerpts excerpts;
+  for (const Diagnostic& d : all_) {
+    out << message_line(d) << '\n';
+    if (d.at.file < files_.size()) out << excerpts.of(files_[d.at.file], stamps_[d.at.file], d.at.line, d.at.column);
+    if (!d.help.empty()) out << "  help: " << d.help << '\n';
+  }
+  render_rest(out);
+}
+
+void Diagnostics::render_rest(std::ostream& out) const {
   if (errors_ + warnings_ > all_.size()) {
     out << "note: " << (errors_ + warnings_ - all_.size()) << " further problems are counted but not shown\n";
   }

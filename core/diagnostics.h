@@ -1,4 +1,5 @@
-// Coded problems: collecting, counting, rendering. The collector knows wording and places; it never decides control flow.
+// Coded problems: collecting, counting, rendering. The collector knows wording and places; it never decides control
+// flow.
 //
 // A message describes what was found ("input "IN2" of LIMIT has type REAL, other inputs are DINT"), lower case, no full
 // stop; the help line says how to mend it. Not thread-safe; never used in a cycle.
@@ -11,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/excerpt.h"
 #include "core/source_ref.h"
 
 namespace plc::core {
@@ -58,10 +60,17 @@ class Diagnostics {
 
   /// `motor.xml:212:9: error P3007: message [POU Fill, block 14]` and a help line; in file order as reported.
   void render(std::ostream& out) const;
+  /// The same with the line of the file and a caret between message and help, where the file is as it was when it was
+  /// named.
+  void render_with_lines(std::ostream& out) const;
   [[nodiscard]] std::string render_one(const Diagnostic& diagnostic) const;
 
  private:
+  [[nodiscard]] std::string message_line(const Diagnostic& diagnostic) const;
+  void render_rest(std::ostream& out) const;
+
   std::vector<std::string> files_;
+  std::vector<FileStamp> stamps_;  ///< of the files, when they were named
   std::vector<Diagnostic> all_;
   std::size_t errors_ = 0;
   std::size_t warnings_ = 0;

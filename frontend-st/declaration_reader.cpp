@@ -410,6 +410,11 @@ void DeclarationReader::read_interface(plcopen::Pou& target) {
   if (!at(TokenKind::kEnd)) fail_expected("a section of variables");
 }
 
+void DeclarationReader::read_pragmas() {
+  // What does not end is another reader's problem: nothing of this text counts.
+  while (!at(TokenKind::kEnd) && peek(1).kind != TokenKind::kUnterminatedComment) advance();
+}
+
 void DeclarationReader::read_globals(std::vector<plcopen::Variable>& out, const std::string& list) {
   const std::size_t first = out.size();
   while (word_of(token_) == Word::kVarGlobal) section(Owner::kFile, out);

@@ -80,6 +80,8 @@ class DeclarationReader {
   void read_interface(plcopen::Pou& pou);
   /// VAR_GLOBAL sections alone.
   void read_globals(std::vector<plcopen::Variable>& out, const std::string& list);
+  /// Nothing but the pragmas.
+  void read_pragmas();
 
  private:
   /// A part of the text, blanks and comments at its ends removed.

@@ -209,7 +209,9 @@ std::optional<ir::ProgramInstance> Declarer::instance(const plcopen::PouInstance
         return std::nullopt;
       }
     }
-    return ir::ProgramInstance{from.name, found->second, from.at};
+    ir::ProgramInstance out{from.name, found->second, from.at, from.retain};
+    for (const plcopen::InstanceConnection& connection : from.connections) connect(out, connection);
+    return out;
   }
   instance_failed_ = true;
   const std::string programs = pou_list(false);
@@ -331,24 +333,7 @@ void Declarer::declare_configuration() {
       for (const plcopen::Task& task : resource.tasks) declare_task(task, resource.name);
       declare_instances(resource, first);
     }
-    // VAR_CONFIG gives "%I*" variables of instances their addresses: Resource.Instance.Variable.
-    for (const plcopen::Variable& entry : configuration.configs) {
-      const std::size_t last = entry.name.rfind('.');
-      if (last == std::string::npos || core::trimmed(entry.address).empty()) continue;
-      const std::size_t before = last == 0 ? std::string::npos : entry.name.rfind('.', last - 1);
-      const std::size_t first = before == std::string::npos ? 0 : before + 1;
-      const std::string_view instance_name = std::string_view(entry.name).substr(first, last - first);
-      for (const ir::Task& task : module_.tasks) {
-        for (const ir::ProgramInstance& one : task.programs) {
-          if (!core::iequals(one.name, instance_name)) continue;
-          const auto global = module_.global_by_name.find(module_.pous[one.pou].name + entry.name.substr(last));
-          if (global == module_.global_by_name.end()) continue;
-          ir::Variable& variable = module_.globals[global->second].variable;
-          const auto address = address_of(entry, variable.type, {{}, entry.name, entry.at});
-          if (address) variable.address = address->text();
-        }
-      }
-    }
+    for (const plcopen::Variable& entry : configuration.configs) configure_variable(entry);
   }
   std::size_t programs = 0;
   for (ir::Task& task : module_.tasks) {

@@ -6,6 +6,7 @@
 #include "frontend-st/declare.h"
 #include "frontend-st/declarer.h"
 #include "frontend-st/names.h"
+#include "ir/builder.h"
 
 namespace plc::st {
 
@@ -73,6 +74,7 @@ void Declarer::run() {
   declare_globals();
   for (std::uint32_t i = 0; i < project_.pous.size(); ++i) declare_interface(i);
   initialize_all();
+  for (std::uint32_t i = 0; i < project_.pous.size(); ++i) detect_edges(i);
   declare_configuration();
 }
 
@@ -91,6 +93,7 @@ void Declarer::declare_pou_names() {
     pou.name = from.name;
     pou.kind = kind_of(from.kind);
     pou.at = from.at;
+    pou.from_library = from.from_library;
     const bool first = module_.pou_by_name.emplace(from.name, i).second;
     if (!first) {
       report(Code::P4018, from.at, from.name, "POU " + quoted(from.name) + " is declared twice", "rename one of them");
@@ -142,6 +145,7 @@ void Declarer::declare_global(const plcopen::Variable& variable) {
   out.persistent = variable.persistent;
   out.at = variable.at;
   global.list = variable.list;
+  global.from_library = variable.at.file != project_.file;
   const auto index = static_cast<std::uint32_t>(module_.globals.size());
   if (!variable.address.empty()) {
     const auto address = address_of(variable, *type, owner);
@@ -267,6 +271,11 @@ void Declarer::declare_variable(std::uint32_t pou_index, const plcopen::Variable
     if (!type) return;
     out.type = *type;
     out.in_frame = in_function || out.role == Role::kTemp;
+    if (in_function && variable.section == Section::kInstance) {
+      report(Code::P4045, variable.at, pou_name,
+             quoted(variable.name) + " is VAR_INST in a function, which keeps nothing from call to call",
+             "make the function a function block, or pass the variable as VAR_IN_OUT");
+    }
     if (out.role == Role::kInOut) {
       out.type = types().reference(*type);
     } else if (out.in_frame && holds_instance(*type)) {
@@ -292,6 +301,37 @@ void Declarer::declare_variable(std::uint32_t pou_index, const plcopen::Variable
   pou.by_name.emplace(out.name, index);
   pou.variables.push_back(std::move(out));
   pending_.push_back({&variable, pou_index, index});
+}
+
+// An edge input is an R_TRIG or F_TRIG at the beginning of the body, whose output the body sees by the input's name
+// (IEC 61131-3:2013, 6.6.3.2).
+void Declarer::detect_edges(std::uint32_t index) {
+  for (const plcopen::Variable& variable : project_.pous[index].variables) {
+    if (variable.edge == plcopen::Edge::kNone) continue;
+    ir::Pou& pou = module_.pous[index];
+    const auto found = pou.by_name.find(variable.name);
+    if (found == pou.by_name.end()) continue;
+    const std::uint32_t input = found->second;
+    const ir::Variable& declared = pou.variables[input];
+    if (declared.role != Role::kInput || declared.type != ir::kBoolType || pou.kind == ir::PouKind::kFunction) {
+      report(Code::P4046, variable.at, pou.name,
+             quoted(variable.name) + " has an edge, but is no BOOL input of a function block or program",
+             "call R_TRIG or F_TRIG in the body");
+      continue;
+    }
+    const char* const block = variable.edge == plcopen::Edge::kRising ? "R_TRIG" : "F_TRIG";
+    const stdlib::BlockSpec* const spec = stdlib::block_named(block);
+    if (spec == nullptr) continue;
+    ir::Builder builder(module_, index, diagnostics_);
+    builder.set_source(variable.at);
+    const std::uint32_t trigger = builder.hidden("edge", types().block(*spec));
+    const std::uint32_t edge = builder.hidden("edge", ir::kBoolType);
+    const ir::PlaceId instance = builder.variable(trigger);
+    builder.store(*builder.member(instance, "CLK"), builder.load(builder.variable(input)));
+    builder.run(instance);
+    builder.store(builder.variable(edge), builder.load(*builder.member(instance, "Q")));
+    module_.pous[index].variables[input].edge = edge;
+  }
 }
 
 bool Declarer::bind_external(ir::Variable& out, const plcopen::Variable& variable, const Owner& owner) {

@@ -108,16 +108,20 @@ class Declarer final : public ConstantScope {
   void publish_global_names();
   void declare_interface(std::uint32_t pou);
   void declare_variable(std::uint32_t pou, const plcopen::Variable& variable);
+  void detect_edges(std::uint32_t pou);
   bool bind_external(ir::Variable& out, const plcopen::Variable& variable, const Owner& owner);
   bool bind_located(ir::Variable& out, const plcopen::Variable& variable, const Owner& owner);
   std::optional<Address> address_of(const plcopen::Variable& variable, ir::TypeRef type, const Owner& owner);
   bool holds_instance(ir::TypeRef type);
 
-  // declare_configuration.cpp
+  // declare_configuration.cpp and declare_instances.cpp
   void declare_configuration();
   void declare_task(const plcopen::Task& task, const std::string& resource);
   void declare_instances(const plcopen::Resource& resource, std::size_t first_task);
   std::optional<ir::ProgramInstance> instance(const plcopen::PouInstance& instance);
+  void connect(ir::ProgramInstance& instance, const plcopen::InstanceConnection& connection);
+  std::optional<std::uint32_t> global_at(std::string_view name, ir::TypeRef type, const core::SourceRef& at);
+  void configure_variable(const plcopen::Variable& entry);
   void declare_single_pou();
   std::string pou_list(bool function_blocks) const;
   /// The path of the BOOL variable that `name` means as the trigger of a task, as Task::single spells it.

@@ -6,7 +6,10 @@ namespace plc::st {
 
 Named find_name(const ir::Module& module, const ir::Pou& pou, std::string_view name) {
   const auto local = pou.by_name.find(name);
-  if (local != pou.by_name.end()) return {Named::Kind::kVariable, local->second};
+  if (local != pou.by_name.end()) {
+    const std::uint32_t edge = pou.variables[local->second].edge;
+    return {Named::Kind::kVariable, edge == ir::Variable::kNoEdge ? local->second : edge};
+  }
   const auto global = module.global_by_name.find(name);
   if (global != module.global_by_name.end()) return {Named::Kind::kGlobal, global->second};
   return {};

@@ -8,6 +8,8 @@
 #include <fstream>
 #include <iterator>
 #include <new>
+#include <unordered_map>
+#include <unordered_set>
 
 #include "core/text.h"
 #include "frontend-st/declaration_reader.h"
@@ -135,6 +137,42 @@ std::unique_ptr<plcopen::Project> read(const std::string& path, core::Diagnostic
 std::unique_ptr<plcopen::Project> read_memory(std::string_view bytes, const std::string& name,
                                               core::Diagnostics& diagnostics) {
   return read_bytes(bytes, name, diagnostics.add_file(name), diagnostics);
+}
+
+void read_plain_declarations(plcopen::Project& project, core::Diagnostics& diagnostics) {
+  std::unordered_set<std::string, core::NameHash, core::NameEqual> lists;
+  const auto add_lists = [&](const std::vector<plcopen::Variable>& globals) {
+    for (const plcopen::Variable& variable : globals) {
+      if (!variable.list.empty()) lists.insert(variable.list);
+    }
+  };
+  for (const plcopen::Configuration& configuration : project.configurations) {
+    add_lists(configuration.globals);
+    for (const plcopen::Resource& resource : configuration.resources) add_lists(resource.globals);
+  }
+  std::unordered_map<std::string_view, plcopen::Pou*, core::NameHash, core::NameEqual> pous;
+  for (plcopen::Pou& pou : project.pous) pous.try_emplace(pou.name, &pou);
+  for (const plcopen::PlainDeclaration& declaration : project.declarations) {
+    if (declaration.text.size() > kMaxTextBytes) continue;
+    const SourceText source(declaration.text, declaration.at);
+    DeclarationReader reader(source, project, diagnostics);
+    if (declaration.of_list) {
+      if (!lists.insert(declaration.owner).second) {
+        reader.read_pragmas();
+        continue;
+      }
+      plcopen::Configuration outside;
+      reader.read_globals(outside.globals, declaration.owner);
+      project.configurations.push_back(std::move(outside));
+      continue;
+    }
+    const auto pou = pous.find(declaration.owner);
+    if (pou != pous.end() && pou->second->variables.empty()) {
+      reader.read_interface(*pou->second);
+    } else {
+      reader.read_pragmas();
+    }
+  }
 }
 
 bool looks_like_text(std::string_view bytes) {

@@ -139,12 +139,17 @@ struct Variable {
   std::string address;           ///< located: "%IX0.0" as written; or empty
   std::uint32_t global = 0;      ///< kExternal: index into Module::globals
   std::vector<InitItem> initial; ///< overrides of the type's defaults
+  /// kInput with R_EDGE or F_EDGE: the hidden BOOL that the POU's own body reads by this name; else kNoEdge.
+  std::uint32_t edge = kNoEdge;
   SourceRef at;
+
+  static constexpr std::uint32_t kNoEdge = 0xffffffffu;
 };
 
 struct Global {
   Variable variable;
   std::string list;  ///< name of its list for qualified access ("GVL"), or empty
+  bool from_library = false;  ///< brought by --lib
 };
 
 enum class PouKind : std::uint8_t { kProgram, kFunctionBlock, kFunction };
@@ -159,6 +164,7 @@ struct Pou {
   Body body;
   bool compiled = false;  ///< a front end lowered its body without error
   bool stub = false;      ///< --stub-missing: does nothing
+  bool from_library = false;  ///< brought by --lib: lint does not look at it
   SourceRef at;
 
   [[nodiscard]] const Variable* find(std::string_view variable) const {
@@ -167,10 +173,21 @@ struct Pou {
   }
 };
 
+/// A variable of a program instance that is connected to a global of the same type: an input takes its value before the
+/// program runs, an output gives its value afterwards.
+struct InstanceWire {
+  std::uint32_t variable = 0;  ///< into the program's variables
+  std::uint32_t global = 0;    ///< into Module::globals
+  bool output = false;
+};
+
 struct ProgramInstance {
   std::string name;
   std::uint32_t pou = 0;
   SourceRef at;
+  bool retain = false;
+  std::vector<InstanceWire> wires = {};
+  std::vector<InitItem> initial = {};  ///< overrides of the program's initial values; paths begin at its variables
 };
 
 struct Task {

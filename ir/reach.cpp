@@ -105,6 +105,9 @@ GlobalUse global_use(const Module& module, const Task& task) {
   use.read.resize(module.globals.size());
   use.written.resize(module.globals.size());
   for (const std::uint32_t pou : reached_pous(module, task)) add_global_use(module, pou, use);
+  for (const ProgramInstance& program : task.programs) {
+    for (const InstanceWire& wire : program.wires) (wire.output ? use.written : use.read)[wire.global] = true;
+  }
   return use;
 }
 

@@ -22,9 +22,7 @@ constexpr const char* kCompileGroup = "Compile options (stored in the image)";
 template <class Enum>
 void add_choice(CLI::App& app, const std::string& name, Enum& target, const std::map<std::string, Enum>& choices,
                 const std::string& help) {
-  app.add_option(name, target, help)
-      ->transform(choice_validator(choices))
-      ->group(kCompileGroup);
+  app.add_option(name, target, help)->transform(choice_validator(choices))->group(kCompileGroup);
 }
 
 struct Unit {
@@ -56,8 +54,19 @@ void add_compile_options(CLI::App& app, core::CompileOptions& options, bool with
   }
 }
 
+void add_library_option(CLI::App& app, std::vector<std::string>& libraries) {
+  app.add_option(
+         "--lib", libraries,
+         "ST or PLCopen XML file whose data types, POUs and globals join the project; may be repeated. What the "
+         "project declares itself counts")
+      ->type_name("FILE")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->allow_extra_args(false);
+}
+
 bool has_compile_options(const CLI::App& app) {
-  for (const char* name : {"--order", "--compat", "--profile", "--stub-missing", "--pou"}) {
+  for (const char* name : {"--order", "--compat", "--profile", "--stub-missing", "--pou", "--lib"}) {
     const CLI::Option* option = app.get_option_no_throw(name);
     if (option != nullptr && option->count() > 0) return true;
   }
@@ -95,12 +104,13 @@ std::optional<int> parse(CLI::App& app, int argc, char** argv) {
 
 std::optional<int> open_or_explain(const CLI::App& app, const Request& request, Compilation& compilation) {
   if (is_image_path(request.path) && has_compile_options(app)) {
-    complain(command_name(app), fmt::format("{} is an image: its compile options are stored in it", request.path),
+    complain(command_name(app),
+             fmt::format("{} is an image: its compile options and libraries are stored in it", request.path),
              "compile the project file again with other options, or leave the options away");
     return kExitUsage;
   }
   open(request, compilation);
-  compilation.diagnostics.render(std::cerr);
+  compilation.diagnostics.render_with_lines(std::cerr);
   if (!compilation.readable) return kExitUsage;
   if (!compilation.ok()) return kExitErrors;
   return std::nullopt;

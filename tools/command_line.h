@@ -4,13 +4,13 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
-
 #include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "core/duration.h"
 #include "core/options.h"
@@ -29,7 +29,10 @@ inline constexpr int kExitUsage = 2;   ///< wrong flags, or a file that cannot b
 /// the parsing.
 void add_compile_options(CLI::App& app, core::CompileOptions& options, bool with_pou = true);
 
-/// True when any compile option was given: an image carries its own.
+/// Adds --lib, which may be repeated. The list must outlive the parsing.
+void add_library_option(CLI::App& app, std::vector<std::string>& libraries);
+
+/// True when any compile option or library was given: an image carries its own.
 bool has_compile_options(const CLI::App& app);
 
 /// Words for the values of an enumeration, in any letter case; says which there are otherwise.

@@ -218,7 +218,10 @@ void read_libraries(const Request& request, Compilation& compilation) {
 bool is_image_path(const std::string& path) { return has_extension(path, ".pbc"); }
 
 std::unique_ptr<plcopen::Project> read_project(const std::string& path, core::Diagnostics& diagnostics) {
-  return is_text_path(path) ? st::read(path, diagnostics) : plcopen::read(path, diagnostics);
+  if (is_text_path(path)) return st::read(path, diagnostics);
+  auto project = plcopen::read(path, diagnostics);
+  if (project) st::read_plain_declarations(*project, diagnostics);
+  return project;
 }
 
 void compile(const Request& request, Compilation& compilation) {

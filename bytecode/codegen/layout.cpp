@@ -424,8 +424,12 @@ void Layout::initialise(ir::TypeRef ref, std::byte* to) {
 
 void Layout::initialise(const ir::Variable& variable, std::byte* to) {
   initialise(variable.type, to);
-  for (const ir::InitItem& item : variable.initial) {
-    ir::TypeRef at = variable.type;
+  override_values(variable.type, variable.initial, to);
+}
+
+void Layout::override_values(ir::TypeRef ref, std::span<const ir::InitItem> items, std::byte* to) {
+  for (const ir::InitItem& item : items) {
+    ir::TypeRef at = ref;
     std::byte* leaf = to;
     for (const std::uint32_t step : item.path) {
       const ir::Type& t = module_.types[at];

@@ -71,6 +71,8 @@ class Layout {
   void initialise(ir::TypeRef ref, std::byte* to);
   /// The same with the overrides of a variable.
   void initialise(const ir::Variable& variable, std::byte* to);
+  /// Writes single parts of a value of `ref`.
+  void override_values(ir::TypeRef ref, std::span<const ir::InitItem> items, std::byte* to);
   /// A fresh value as far as the image's types know it: capacities of strings, lowest legal numbers.
   void initialise_raw(std::uint32_t image_type, std::byte* to) const;
   /// Writes the bits or characters of a constant.

@@ -95,8 +95,10 @@ class TaskGenerator {
     });
     for (std::size_t p = 0; p < task_.programs.size(); ++p) {
       writer.source(task_.programs[p].at);
+      connect(writer, p, false);
       writer.op(Opcode::kCallPou,
                 {shared_.image_pou[task_.programs[p].pou], operand_word(Space::kInstance, offsets_[p])});
+      connect(writer, p, true);
     }
     writer.source(task_.at);
     const auto exports = [&](bool alone) {
@@ -113,11 +115,25 @@ class TaskGenerator {
   }
 
  private:
+  /// Inputs take the values of their globals, or outputs give theirs.
+  void connect(CodeWriter& writer, std::size_t p, bool outputs) {
+    const ir::ProgramInstance& program = task_.programs[p];
+    for (const ir::InstanceWire& wire : program.wires) {
+      if (wire.output != outputs) continue;
+      const std::uint32_t type = shared_.layout.type(shared_.module.globals[wire.global].variable.type);
+      const std::uint32_t own =
+          operand_word(Space::kInstance, offsets_[p] + shared_.layout.pou(program.pou).offset[wire.variable]);
+      const std::uint32_t other = operand_word(Space::kGlobal, shared_.global_offset[wire.global]);
+      writer.op(Opcode::kCopy, {outputs ? other : own, outputs ? own : other, type});
+    }
+  }
+
   void lay_out(ImagePou& out) {
     StructBuilder fields;
     for (const ir::ProgramInstance& program : task_.programs) {
       ImageField field;
       field.name = program.name;
+      field.retain = program.retain;
       field.type = shared_.layout.pou(program.pou).instance_type;
       offsets_.push_back(fields.offset(fields.add(shared_.image, std::move(field))));
     }
@@ -129,7 +145,10 @@ class TaskGenerator {
     out.instance_type = static_cast<std::uint32_t>(shared_.image.types.size() - 1);
     for (std::size_t p = 0; p < task_.programs.size() && fits; ++p) {
       const std::vector<std::byte>& fresh = shared_.layout.instance_initial(task_.programs[p].pou);
-      if (!fresh.empty()) std::memcpy(out.instance_initial.data() + offsets_[p], fresh.data(), fresh.size());
+      std::byte* const to = out.instance_initial.data() + offsets_[p];
+      if (!fresh.empty()) std::memcpy(to, fresh.data(), fresh.size());
+      shared_.layout.override_values(shared_.module.pous[task_.programs[p].pou].instance_type,
+                                     task_.programs[p].initial, to);
     }
   }
 

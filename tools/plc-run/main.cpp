@@ -35,6 +35,7 @@ struct Run {
   bool stats = false;
   runtime::FaultPolicy on_fault = runtime::FaultPolicy::kSafeState;
   core::CompileOptions options;
+  std::vector<std::string> libraries;
   std::optional<io::ListenText> listen;  ///< --modbus
 };
 
@@ -135,7 +136,7 @@ void complain_at(const std::string& file, core::SourceRef at, const core::Proble
   core::Diagnostics diagnostics;
   at.file = diagnostics.add_file(file);
   diagnostics.report(problem.code, at, {}, problem.message, problem.help);
-  diagnostics.render(std::cerr);
+  diagnostics.render_with_lines(std::cerr);
 }
 
 int run_resource(const Run& run, runtime::Resource& resource, std::int64_t duration_ns, core::TimeNs load_ns) {
@@ -144,7 +145,7 @@ int run_resource(const Run& run, runtime::Resource& resource, std::int64_t durat
   realtime.on_fault = run.on_fault;
   core::Diagnostics diagnostics;
   const auto machine = io::Machine::configure({run.file, run.configuration, run.listen}, resource, diagnostics);
-  diagnostics.render(std::cerr);
+  diagnostics.render_with_lines(std::cerr);
   if (machine == nullptr) {
     for (const core::Diagnostic& d : diagnostics.all()) {
       if (d.code == core::Code::P7001 && d.at.line == 0) return kExitUsage;
@@ -243,7 +244,7 @@ int run_command(int argc, char** argv) {
       "plc-run"};
   Run run;
   app.set_version_flag("--version", kVersionText);
-  app.add_option("FILE", run.file, "PLCopen XML file, or image made by plc compile")->required();
+  app.add_option("FILE", run.file, "PLCopen XML or ST file, or image made by plc compile")->required();
   app.add_option("--cycles", run.cycles, "stop after N scans of the fastest task")
       ->type_name("N")
       ->check(count_validator());
@@ -270,6 +271,7 @@ int run_command(int argc, char** argv) {
                                                           {"stop", runtime::FaultPolicy::kStop}}))
       ->type_name("POLICY");
   app.add_flag("--stats", run.stats, "also print memory and code sizes at the end");
+  add_library_option(app, run.libraries);
   add_compile_options(app, run.options);
   if (const auto code = parse(app, argc, argv)) return *code;
 
@@ -295,7 +297,7 @@ int run_command(int argc, char** argv) {
   std::unique_ptr<runtime::Resource> resource;
   {
     Compilation compilation;
-    if (const auto code = open_or_explain(app, {run.file, run.options, Goal::kRun}, compilation)) return *code;
+    if (const auto code = open_or_explain(app, {run.file, run.options, Goal::kRun, run.libraries}, compilation)) return *code;
     auto loaded = runtime::Resource::load(std::move(*compilation.image));
     if (!loaded) return complain(loaded.error()), kExitErrors;
     resource = std::move(*loaded);

@@ -16,6 +16,7 @@ struct Check {
   std::vector<std::string> files;
   bool json = false;
   core::CompileOptions options;
+  std::vector<std::string> libraries;
 };
 
 std::string summary(const std::string& file, const Compilation& compilation) {
@@ -37,10 +38,10 @@ int run(const Check& check) {
   int exit_code = kExitOk;
   for (const std::string& file : check.files) {
     Compilation compilation;
-    open({file, check.options, Goal::kCheck}, compilation);
+    open({file, check.options, Goal::kCheck, check.libraries}, compilation);
     exit_code = std::max(exit_code, compilation.ok() ? kExitOk : compilation.readable ? kExitErrors : kExitUsage);
     if (!check.json) {
-      compilation.diagnostics.render(std::cerr);
+      compilation.diagnostics.render_with_lines(std::cerr);
       if (compilation.readable) std::cout << summary(file, compilation) << std::endl;
       continue;
     }
@@ -60,10 +61,12 @@ void add_check(CLI::App& app, int& exit_code) {
       "\n"
       "Examples:\n"
       "  plc check plant.xml\n"
+      "  plc check plant.st --lib drives.st           with the data types, POUs and globals of a library\n"
       "  plc check --json *.xml > problems.json       one JSON document, for editors and scripts\n"
       "  plc check --stub-missing plant.xml           what would be missing, as warnings");
-  command->add_option("FILE", check.files, "PLCopen XML files, or images")->required();
+  command->add_option("FILE", check.files, "PLCopen XML or ST files, or images")->required();
   command->add_flag("--json", check.json, "one JSON document on stdout instead of text on stderr");
+  add_library_option(*command, check.libraries);
   add_compile_options(*command, check.options);
   command->callback([&exit_code] { exit_code = run(check); });
 }

@@ -15,12 +15,13 @@ namespace {
 struct Compile {
   std::string file, output;
   core::CompileOptions options;
+  std::vector<std::string> libraries;
 };
 
 int run(const CLI::App& app, const Compile& compile) {
   Compilation compilation;
   if (is_image_path(compile.file)) {
-    complain("plc compile", compile.file + " is an image already", "give the PLCopen XML file it was made from");
+    complain("plc compile", compile.file + " is an image already", "give the file it was made from");
     return kExitUsage;
   }
   std::error_code ignored;
@@ -29,7 +30,7 @@ int run(const CLI::App& app, const Compile& compile) {
              "give the image a name of its own: X.pbc");
     return kExitUsage;
   }
-  if (const auto code = open_or_explain(app, {compile.file, compile.options, Goal::kRun}, compilation)) {
+  if (const auto code = open_or_explain(app, {compile.file, compile.options, Goal::kRun, compile.libraries}, compilation)) {
     return *code;
   }
   const std::vector<std::byte> bytes = bytecode::save(compilation.image->image());
@@ -52,8 +53,9 @@ void add_compile(CLI::App& app, int& exit_code) {
                          "\n"
                          "Example:\n"
                          "  plc compile plant.xml -o plant.pbc && plc-run plant.pbc");
-  command->add_option("FILE", compile.file, "PLCopen XML file")->required();
+  command->add_option("FILE", compile.file, "PLCopen XML or ST file")->required();
   command->add_option("-o,--output", compile.output, "image to write")->type_name("X.pbc")->required();
+  add_library_option(*command, compile.libraries);
   add_compile_options(*command, compile.options);
   command->callback([&exit_code, command] { exit_code = run(*command, compile); });
 }

@@ -24,12 +24,14 @@ struct Init {
   std::string file, output;
   bool force = false;
   core::CompileOptions options;
+  std::vector<std::string> libraries;
 };
 
 struct Check {
   std::string configuration, file;
   bool json = false;
   core::CompileOptions options;
+  std::vector<std::string> libraries;
 };
 
 std::unique_ptr<runtime::Resource> load(Compilation& compilation) {
@@ -55,10 +57,10 @@ int init(const CLI::App& app, const Init& init) {
     return kExitUsage;
   }
   Compilation compilation;
-  if (const auto code = open_or_explain(app, {init.file, init.options, Goal::kRun}, compilation)) return *code;
+  if (const auto code = open_or_explain(app, {init.file, init.options, Goal::kRun, init.libraries}, compilation)) return *code;
   const auto resource = load(compilation);
   if (resource == nullptr) {
-    compilation.diagnostics.render(std::cerr);
+    compilation.diagnostics.render_with_lines(std::cerr);
     return kExitErrors;
   }
   const std::string text = io::configuration_template(*resource, init.file);
@@ -122,7 +124,7 @@ int check(const CLI::App& app, const Check& check) {
   }
   Compilation compilation;
   core::Diagnostics& diagnostics = compilation.diagnostics;
-  open({check.file, check.options, Goal::kRun}, compilation);
+  open({check.file, check.options, Goal::kRun, check.libraries}, compilation);
   const bool project_good = compilation.ok();
   const std::size_t project_errors = diagnostics.error_count();
   const auto configuration = io::load_configuration(check.configuration, diagnostics);
@@ -144,7 +146,7 @@ int check(const CLI::App& app, const Check& check) {
     std::cout << diagnostics_json(files);
     return exit_code;
   }
-  diagnostics.render(std::cerr);
+  diagnostics.render_with_lines(std::cerr);
   if (!readable) return exit_code;
   if (project_errors != 0) std::cout << fmt::format("{}: {}\n", check.file, counted(project_errors, "error"));
   std::cout << summary(check, diagnostics, diagnostics.error_count() - project_errors, binding) << std::endl;
@@ -161,9 +163,10 @@ void add_init(CLI::App& config, int& exit_code) {
       "Examples:\n"
       "  plc config init plant.xml                    on standard output\n"
       "  plc config init plant.xml -o plc.toml        never overwrites a file without --force");
-  command->add_option("FILE", options.file, "PLCopen XML file, or image")->required();
+  command->add_option("FILE", options.file, "PLCopen XML or ST file, or image")->required();
   command->add_option("-o,--output", options.output, "file to write instead of standard output")->type_name("PLC.TOML");
   command->add_flag("--force", options.force, "replace the file when it exists");
+  add_library_option(*command, options.libraries);
   add_compile_options(*command, options.options);
   command->callback([&exit_code, command] { exit_code = init(*command, options); });
 }
@@ -178,8 +181,9 @@ void add_config_check(CLI::App& config, int& exit_code) {
       "  plc config check plc.toml plant.xml\n"
       "  plc config check --json plc.toml plant.pbc > problems.json");
   command->add_option("PLC.TOML", options.configuration, "the configuration")->required();
-  command->add_option("FILE", options.file, "PLCopen XML file, or image")->required();
+  command->add_option("FILE", options.file, "PLCopen XML or ST file, or image")->required();
   command->add_flag("--json", options.json, "one JSON document on stdout instead of text on stderr");
+  add_library_option(*command, options.libraries);
   add_compile_options(*command, options.options);
   command->callback([&exit_code, command] { exit_code = check(*command, options); });
 }

@@ -11,11 +11,12 @@ namespace {
 struct Dump {
   std::string file;
   core::CompileOptions options;
+  std::vector<std::string> libraries;
 };
 
 int run(const CLI::App& app, const Dump& dump) {
   Compilation compilation;
-  if (const auto code = open_or_explain(app, {dump.file, dump.options, Goal::kRun}, compilation)) return *code;
+  if (const auto code = open_or_explain(app, {dump.file, dump.options, Goal::kRun, dump.libraries}, compilation)) return *code;
   std::cout << bytecode::disassemble(compilation.image->image());
   return kExitOk;
 }
@@ -30,7 +31,8 @@ void add_dump(CLI::App& app, int& exit_code) {
                                          "Examples:\n"
                                          "  plc dump plant.pbc\n"
                                          "  plc dump plant.xml --pou Mixer");
-  command->add_option("FILE", dump.file, "image, or PLCopen XML file")->required();
+  command->add_option("FILE", dump.file, "image, or PLCopen XML or ST file")->required();
+  add_library_option(*command, dump.libraries);
   add_compile_options(*command, dump.options);
   command->callback([&exit_code, command] { exit_code = run(*command, dump); });
 }

@@ -75,11 +75,11 @@ int explain_file(const Explain& explain) {
   Compilation compilation;
   if (is_image_path(explain.subject)) {
     complain("plc explain", explain.subject + " is an image: the drawing is not in it",
-             "give the PLCopen XML file it was made from, or use plc dump");
+             "give the file it was made from, or use plc dump");
     return kExitUsage;
   }
   open({explain.subject, explain.options, Goal::kRead}, compilation);
-  compilation.diagnostics.render(std::cerr);
+  compilation.diagnostics.render_with_lines(std::cerr);
   if (!compilation.readable) return kExitUsage;
   if (!compilation.project) return kExitErrors;
 
@@ -126,7 +126,7 @@ void add_explain(CLI::App& app, int& exit_code) {
       "  plc explain plant.xml Main               one POU\n"
       "  plc explain plant.xml --order=document   the order under the other rule\n"
       "  plc explain P3007                        what a code means, with a wrong and a right example");
-  command->add_option("SUBJECT", explain.subject, "PLCopen XML file, or problem code")->required();
+  command->add_option("SUBJECT", explain.subject, "PLCopen XML or ST file, or problem code")->required();
   command->add_option("POU", explain.pou, "only this POU");
   add_compile_options(*command, explain.options, false);
   command->callback([&exit_code] { exit_code = run(explain); });

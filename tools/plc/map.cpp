@@ -27,6 +27,7 @@ struct Map {
   std::uint16_t port = 0;
   bool freeze = false;
   core::CompileOptions options;
+  std::vector<std::string> libraries;
 };
 
 bool listens_everywhere(const io::ModbusConfig& config) {
@@ -130,7 +131,7 @@ int keep(const Map& map, const std::string& lock_file, const modbus::FrozenAddre
 
 int run(const CLI::App& app, const Map& map) {
   Compilation compilation;
-  if (const auto code = open_or_explain(app, {map.file, map.options, Goal::kRun}, compilation)) return *code;
+  if (const auto code = open_or_explain(app, {map.file, map.options, Goal::kRun, map.libraries}, compilation)) return *code;
   auto loaded = runtime::Resource::load(std::move(*compilation.image));
   if (!loaded) {
     complain(loaded.error());
@@ -148,7 +149,7 @@ int run(const CLI::App& app, const Map& map) {
     diagnostics.add_file(map.file);
   }
   const auto give_up = [&] {
-    diagnostics.render(std::cerr);
+    diagnostics.render_with_lines(std::cerr);
     const auto& all = diagnostics.all();
     const bool readable =
         std::none_of(all.begin(), all.end(), [](const core::Diagnostic& d) { return d.code == core::Code::P7001; });
@@ -172,7 +173,7 @@ int run(const CLI::App& app, const Map& map) {
   const modbus::FrozenAddresses before = *frozen;
   const auto built = modbus::AddressMap::build(resource, configuration->modbus, *frozen, diagnostics);
   if (!built) return give_up();
-  diagnostics.render(std::cerr);
+  diagnostics.render_with_lines(std::cerr);
 
   std::string name = resource.image().project;
   if (name.empty()) name = std::filesystem::path(map.file).stem().string();
@@ -220,7 +221,7 @@ void add_map(CLI::App& app, int& exit_code) {
       "on\n"
       "  plc map plant.xml --format csv -o plant.csv\n"
       "  plc map plant.xml --format fuxa --host 192.168.1.20 --port 1502 -o fuxa.json");
-  command->add_option("FILE", map.file, "PLCopen XML file, or image")->required();
+  command->add_option("FILE", map.file, "PLCopen XML or ST file, or image")->required();
   command->add_option("--config", map.configuration, "configuration with [modbus]; without it, the defaults")
       ->type_name("PLC.TOML");
   std::vector<std::string> names;
@@ -232,6 +233,7 @@ void add_map(CLI::App& app, int& exit_code) {
   command->add_option("--port", map.port, "and on which port")->check(CLI::Range(1, 65535));
   command->add_flag("--freeze", map.freeze, "keep automatic addresses in the lock file");
   command->add_option("-o,--output", map.output, "file to write instead of standard output")->type_name("OUT");
+  add_library_option(*command, map.libraries);
   add_compile_options(*command, map.options);
   command->callback([&exit_code, command] { exit_code = run(*command, map); });
 }

@@ -51,7 +51,7 @@ void print_rows(const plcopen::Project& project, Fate fate, const char* heading)
 int run(const std::string& file) {
   Compilation compilation;
   open({file, {}, Goal::kRead}, compilation);
-  compilation.diagnostics.render(std::cerr);
+  compilation.diagnostics.render_with_lines(std::cerr);
   if (!compilation.readable) return kExitUsage;
   if (!compilation.project) return kExitErrors;
   const plcopen::Project& project = *compilation.project;
@@ -86,7 +86,7 @@ void add_report(CLI::App& app, int& exit_code) {
                                          "\n"
                                          "Example:\n"
                                          "  plc report plant.xml");
-  command->add_option("FILE", file, "PLCopen XML file")->required();
+  command->add_option("FILE", file, "PLCopen XML or ST file")->required();
   command->callback([&exit_code] { exit_code = run(file); });
 }
 

@@ -25,6 +25,7 @@ struct Sim {
   std::uint64_t cycles = 0;
   bool stats = false;
   core::CompileOptions options;
+  std::vector<std::string> libraries;
 };
 constexpr std::uint64_t kDefaultCycles = 1000;
 
@@ -71,7 +72,7 @@ std::vector<std::string> watched_paths(const std::vector<std::string>& patterns,
 
 int run(const CLI::App& app, const Sim& sim) {
   Compilation compilation;
-  if (const auto code = open_or_explain(app, {sim.file, sim.options, Goal::kRun}, compilation)) return *code;
+  if (const auto code = open_or_explain(app, {sim.file, sim.options, Goal::kRun, sim.libraries}, compilation)) return *code;
   auto loaded = runtime::Resource::load(std::move(*compilation.image));
   if (!loaded) return complain(loaded.error()), kExitErrors;
   runtime::Resource& resource = **loaded;
@@ -144,7 +145,7 @@ void add_sim(CLI::App& app, int& exit_code) {
       "Stimulus: 'time_ms,path,path' and rows of values in ascending time; a row is applied at the first release\n"
       "at or after its time, an empty cell keeps the value. Trace: 'cycle,time_ms,path,..', a row per release\n"
       "instant. Paths are INSTANCE.VAR, INSTANCE.FB.Q or GLOBAL, in any letter case.");
-  command->add_option("FILE", sim.file, "PLCopen XML file, or image")->required();
+  command->add_option("FILE", sim.file, "PLCopen XML or ST file, or image")->required();
   command
       ->add_option("--cycles", sim.cycles,
                    fmt::format("release instants to run; default: until the stimulus ends, else {}", kDefaultCycles))
@@ -161,6 +162,7 @@ void add_sim(CLI::App& app, int& exit_code) {
       ->take_all()
       ->allow_extra_args(false);
   command->add_flag("--stats", sim.stats, "per task: scans, scan time min, median and p99 in ns; memory");
+  add_library_option(*command, sim.libraries);
   add_compile_options(*command, sim.options);
   command->callback([&exit_code, command] { exit_code = run(*command, sim); });
 }
