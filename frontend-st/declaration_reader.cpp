@@ -191,6 +191,8 @@ void DeclarationReader::skip_declaration() {
   std::uint32_t structures = 0;
   for (; !at(TokenKind::kEnd); advance()) {
     if (structures == 0 && accept(TokenKind::kSemicolon)) return;
+    // A text without its quote took the ";" along.
+    if (structures == 0 && accept(TokenKind::kUnterminatedString)) return;
     const Word word = word_of(token_);
     if (word == Word::kStruct) {
       ++structures;

@@ -182,13 +182,11 @@ void DeclarationReader::body(plcopen::Pou& out, const Token& opener, Word opener
     text_end = last_end_;
   }
   body.text = source_.slice(begin, text_end);
+  if (body.text.empty()) body.language = Language::kNone;
   for (const auto& [first, last] : blanks) blank(body.text, first - begin, last - begin);
   if (body.language == Language::kSfc) {
     out.has_actions = true;
     body.drawn_elements = 1;
-    diagnostics_.report(Code::P1016, body.at, out.name,
-                        "sequential function chart, its steps, actions and transitions are not executed",
-                        "write the sequence as ST or as a diagram");
   }
   if (!closed) fail_unclosed(label, opener, std::string("END_") + text_of_word(opener_word));
 }

@@ -67,9 +67,11 @@ Expected read_expected(const fs::path& path) {
   return result;
 }
 
-/// One rendered message with its help lines: `name.xml:12:5: error P3008: text`.
+/// One rendered message with its help lines: `name.xml:12:5: error P3008: text`; and the line of the file with a caret
+/// below it, ` 12 | x` and `    | ^`.
 struct Rendered {
   std::string line, column, code, text;
+  std::vector<std::string> excerpt;
 };
 
 std::vector<Rendered> parse(const std::string& output, const std::string& file_name) {
@@ -80,6 +82,11 @@ std::vector<Rendered> parse(const std::string& output, const std::string& file_n
     const std::size_t warning = row.find("warning ");
     const std::size_t severity = std::min(error, warning);
     const std::size_t name = row.find(file_name);
+    const std::size_t bar = row.find_first_not_of(" 0123456789");
+    if (!result.empty() && row.starts_with(' ') && bar != std::string::npos && row.compare(bar, 2, "| ") == 0) {
+      result.back().excerpt.push_back(row);
+      continue;
+    }
     if (severity != std::string::npos && (name == std::string::npos || name < severity)) {
       Rendered message;
       if (name != std::string::npos) {
@@ -149,6 +156,13 @@ TEST_P(Diagnostics, NamePlaceCodeAndWords) {
                               [&](const Rendered& actual) { return matches(message, actual); }))
           << "missing: " << message.written << "\noutput:\n"
           << result.all();
+    }
+    for (const Rendered& one : rendered) {
+      if (one.column.empty() || one.column == " ") continue;
+      ASSERT_EQ(one.excerpt.size(), 2u) << one.text;
+      EXPECT_EQ(one.excerpt[0].rfind(" " + one.line + " | ", 0), 0u) << one.excerpt[0];
+      EXPECT_EQ(one.excerpt[1].find_first_not_of(" |\t"), one.excerpt[1].size() - 1) << one.excerpt[1];
+      EXPECT_EQ(one.excerpt[1].back(), '^');
     }
   }
 }
