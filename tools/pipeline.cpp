@@ -69,13 +69,15 @@ class Lowering {
       reached_.pop_back();
       for (const std::uint32_t callee : ir::callees(module, pou)) lower(callee);
     }
-    if (drawn_ == 0 && texts_ == 0) {
+    // A text of types and globals alone is a library.
+    const bool declares_only = project.version == plcopen::Version::kText && project.pous.empty();
+    if (drawn_ == 0 && texts_ == 0 && !declares_only) {
       core::SourceRef at;
       at.line = 1;
       at.file = project.file;
       compilation_.diagnostics.report(Code::P5103, at, {},
-                                      "project compiles to nothing: no POU has a body with elements",
-                                      "draw something, or export the project again with its bodies");
+                                      "project compiles to nothing: no POU has a body with elements or statements",
+                                      "draw or write something, or export the project again with its bodies");
     }
   }
 

@@ -68,8 +68,8 @@ TEST(Check, JsonSurvivesBytesThatAreNoText) {
 
 TEST(Check, BodiesInOtherLanguagesAreNamedEach) {
   const ScratchFolder scratch;
-  const std::string file = scratch.file("st.xml");
-  write_text(file, small_project(true, kStBody));
+  const std::string file = scratch.file("il.xml");
+  write_text(file, small_project(true, kIlBody));
   const auto result = run_tool({PLC_TOOL, "check", file});
   EXPECT_EQ(result.code, 1);
   EXPECT_NE(result.err.find("P5101"), std::string::npos) << result.err;

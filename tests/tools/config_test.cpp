@@ -95,6 +95,7 @@ TEST(ConfigCheck, ProblemsHaveTheUsualForm) {
   const auto result = run_tool({PLC_TOOL, "config", "check", file, tank()});
   EXPECT_EQ(result.code, 1);
   EXPECT_NE(result.err.find(file + ":5:1: error P7320: \"StratButton\": no instance or global of this name\n"
+                                   " 5 | StratButton = { driver = \"panel\", channel = 17 }\n   | ^\n"
                                    "  help: did you mean \"StartButton\"?\n"),
             std::string::npos)
       << result.err;

@@ -47,8 +47,9 @@ inline std::string small_project(bool instance = true, std::string_view body = {
 }
 
 /// A body in ST, which the drawings' compiler names but does not compile.
-constexpr std::string_view kStBody =
-    R"(<ST><xhtml xmlns="http://www.w3.org/1999/xhtml">Out := In;</xhtml></ST>)";
+constexpr std::string_view kIlBody =
+    R"(<IL><xhtml xmlns="http://www.w3.org/1999/xhtml">LD In
+ST Out</xhtml></IL>)";
 /// A rung whose contact names a variable that is not declared.
 constexpr std::string_view kUnknownVariableBody = R"(<LD>
 <leftPowerRail localId="1"><position x="0" y="0"/><connectionPointOut formalParameter=""/></leftPowerRail>

@@ -61,13 +61,16 @@ int run(const std::string& file) {
   std::cout << fmt::format("\n\nPOUs\n");
   for (const plcopen::Pou& pou : project.pous) {
     std::size_t elements = 0;
+    std::size_t lines = 0;
     std::string language = "none";
     for (const plcopen::Body& body : pou.bodies) {
       elements += body.drawn_elements;
+      const auto ends = std::count(body.text.begin(), body.text.end(), '\n');
+      if (!body.text.empty()) lines += static_cast<std::size_t>(ends) + 1;
       if (body.language != plcopen::Language::kNone) language = plcopen::language_name(body.language);
     }
-    std::cout << fmt::format("  {:<14} {:<5} {:>6} elements  {}  (line {})\n", plcopen::pou_kind_name(pou.kind), language,
-                             elements, pou.name, pou.at.line);
+    std::cout << fmt::format("  {:<14} {:<5} {:>6} {:<8}  {}  (line {})\n", plcopen::pou_kind_name(pou.kind), language,
+                             lines != 0 ? lines : elements, lines != 0 ? "lines" : "elements", pou.name, pou.at.line);
   }
   print_rows(project, Fate::kUsed, "Used");
   print_rows(project, Fate::kPreserved, "Preserved: read and kept, without meaning for the program");
@@ -81,7 +84,7 @@ int run(const std::string& file) {
 void add_report(CLI::App& app, int& exit_code) {
   static std::string file;
   CLI::App* command = app.add_subcommand("report",
-                                         "Prints what became of every XML element of a file: used, preserved, ignored\n"
+                                         "Prints what became of every XML element or declaration of a file: used, preserved, ignored\n"
                                          "(and why) or refused.\n"
                                          "\n"
                                          "Example:\n"

@@ -1,0 +1,54 @@
+// What follows reading, for fuzzers: declare, lower, check, generate, verify. Nothing may crash; what was compiled
+// without an error must pass the verifier.
+//
+// In: a Project whose bodies are drawn or ST. Out: nothing; aborts when a step breaks its promise.
+#pragma once
+
+#include <cstdint>
+#include <cstdlib>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "bytecode/codegen/generate.h"
+#include "bytecode/image.h"
+#include "core/diagnostics.h"
+#include "frontend-ld/lower.h"
+#include "frontend-st/declare.h"
+#include "frontend-st/text.h"
+#include "ir/check.h"
+#include "plcopen/project.h"
+
+namespace plc::test {
+
+inline void compile_project(const plcopen::Project& project, core::Diagnostics& diagnostics) {
+  const std::unique_ptr<ir::Module> module = st::declare(project, {}, diagnostics);
+  if (module == nullptr || module->pous.size() != project.pous.size()) std::abort();
+  for (std::uint32_t i = 0; i < project.pous.size(); ++i) {
+    bool drawn = false, text = false;
+    for (const plcopen::Body& body : project.pous[i].bodies) {
+      drawn = drawn || body.language == plcopen::Language::kLd || body.language == plcopen::Language::kFbd;
+      text = text || body.language == plcopen::Language::kSt;
+    }
+    const std::size_t before = diagnostics.error_count();
+    const bool good = drawn  ? ld::lower_body(project.pous[i], *module, i, diagnostics)
+                      : text ? st::lower_body(project.pous[i], *module, i, diagnostics)
+                             : true;
+    if (!good && text && !drawn && diagnostics.error_count() == before) std::abort();
+  }
+  ir::check(*module, diagnostics);
+  for (const core::Diagnostic& d : diagnostics.all()) static_cast<void>(diagnostics.render_one(d));
+  if (diagnostics.has_errors()) return;
+  std::optional<bytecode::Image> image = bytecode::generate(*module, diagnostics);
+  if (!image) {
+    if (!diagnostics.has_errors()) std::abort();
+    return;
+  }
+  if (!bytecode::verify(std::move(*image), diagnostics)) {
+    diagnostics.render(std::cerr);
+    std::abort();
+  }
+}
+
+}  // namespace plc::test
