@@ -46,10 +46,9 @@ inline std::string small_project(bool instance = true, std::string_view body = {
   return text + "</configurations></instances>\n</project>\n";
 }
 
-/// A body in ST, which the drawings' compiler names but does not compile.
+/// A body in IL, which is named but not compiled.
 constexpr std::string_view kIlBody =
-    R"(<IL><xhtml xmlns="http://www.w3.org/1999/xhtml">LD In
-ST Out</xhtml></IL>)";
+    R"(<IL><xhtml xmlns="http://www.w3.org/1999/xhtml">LD In ST Out</xhtml></IL>)";
 /// A rung whose contact names a variable that is not declared.
 constexpr std::string_view kUnknownVariableBody = R"(<LD>
 <leftPowerRail localId="1"><position x="0" y="0"/><connectionPointOut formalParameter=""/></leftPowerRail>

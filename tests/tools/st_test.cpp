@@ -89,8 +89,8 @@ END_PROGRAM
   ASSERT_EQ(sim.code, 0) << sim.all();
   // F_TRIG of the standard sees a falling edge in its first call.
   EXPECT_EQ(read_text(trace),
-            "cycle,time_ms,Main.c.up,Main.c.ups,Main.c.downs\n"
-            "0,0,0,0,1\n1,20,0,0,1\n2,40,1,1,1\n3,60,1,1,1\n4,80,1,1,1\n5,100,1,1,1\n6,120,0,1,2\n7,140,0,1,2\n");
+            "cycle,time_ms,Main.c.ups,Main.c.downs,Main.c.up\n"
+            "0,0,0,1,0\n1,20,0,1,0\n2,40,1,1,1\n3,60,1,1,1\n4,80,1,1,1\n5,100,1,1,1\n6,120,1,2,0\n7,140,1,2,0\n");
 }
 
 TEST(StructuredText, IsKnownByItsNameOrItsContent) {
