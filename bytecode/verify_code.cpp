@@ -285,7 +285,8 @@ class CodeVerifier {
     if (word >= code_.size() || !starts_[word])
       return broken(Rule::kV304, fmt::format("{} to word {}", op.mnemonic, word));
     const bool backward = op.events == Events::kBudget;
-    if (backward ? word >= here_.word : word <= here_.word) {
+    // An empty endless loop is a jump to itself.
+    if (backward ? word > here_.word : word <= here_.word) {
       broken(Rule::kV305, fmt::format("{} to word {}", op.mnemonic, word));
     }
   }

@@ -108,6 +108,15 @@ PLC_ONE_COPY bool interpret(Machine& m, const std::uint32_t* pc, std::uint32_t i
     store<Result>(at(pc[1]), static_cast<Result>(expression)); \
     PLC_NEXT(4);                                               \
   }
+#define PLC_COMPARE_JUMP(Name, T, expression, sense)      \
+  op_##Name : {                                           \
+    const T a = load<T>(at(pc[2]));                       \
+    const T b = load<T>(at(pc[3]));                       \
+    const bool result = expression;                       \
+    *bytes_at(pc[1]) = static_cast<std::uint8_t>(result); \
+    pc = sense result ? code + pc[4] : pc + 5;            \
+    PLC_NEXT(0);                                          \
+  }
 #define PLC_DIVISION(Name, T)                      \
   op_##Name : {                                    \
     const T a = load<T>(at(pc[2]));                \
@@ -208,10 +217,10 @@ PLC_ONE_COPY bool interpret(Machine& m, const std::uint32_t* pc, std::uint32_t i
       Macro(Name##64, std::uint64_t)
 #define PLC_INDICES(Macro, Name, T) \
   Macro(Name##I16, T, element_i16) Macro(Name##I32, T, element_i32) Macro(Name##Any, T, element_any)
-#define PLC_INDEX_FORMS(Macro, Name)                                                      \
-  PLC_INDICES(Macro, Name##8, std::uint8_t)                                               \
-  PLC_INDICES(Macro, Name##16, std::uint16_t) PLC_INDICES(Macro, Name##32, std::uint32_t) \
-      PLC_INDICES(Macro, Name##64, std::uint64_t)
+#define PLC_INDEX_FORMS(Macro, Name)          \
+  PLC_INDICES(Macro, Name##8, std::uint8_t)   \
+  PLC_INDICES(Macro, Name##16, std::uint16_t) \
+  PLC_INDICES(Macro, Name##32, std::uint32_t) PLC_INDICES(Macro, Name##64, std::uint64_t)
 #define PLC_MODULO(Name, T) PLC_BINARY(Name, T, T, stdlib::mod_wrap(a, b))
 
   PLC_NEXT(0);
@@ -227,6 +236,10 @@ op_CondJump : {
   pc = *bytes_at(pc[1]) != 0 ? pc + 3 : code + pc[2];
   PLC_NEXT(0);
 }
+op_JumpIf : {
+  pc = *bytes_at(pc[1]) != 0 ? code + pc[2] : pc + 3;
+  PLC_NEXT(0);
+}
 op_LoopJump : {
   if (m.loops_left == 0) [[unlikely]] {
     fail(m, pc, FaultKind::kLoopBudget);
@@ -236,6 +249,10 @@ op_LoopJump : {
   pc = code + pc[1];
   PLC_NEXT(0);
 }
+
+#define PLC_FUSED_JUMP(Name, T, expression) \
+  PLC_COMPARE_JUMP(Name##Unless, T, expression, !) PLC_COMPARE_JUMP(Name##If, T, expression, )
+#include "runtime/fused_jumps.def"
 
   // ---- data
   PLC_MOVE(MoveBool, std::uint8_t)

@@ -26,29 +26,6 @@ using bytecode::OperandKind;
 using bytecode::Space;
 using bytecode::TypeKind;
 
-/// Bytes of a value of `type` that a null reference reads as: zeros, with string capacities in place.
-void fill_zeros(const Image& image, std::uint32_t type, std::byte* to) {
-  const ImageType& t = image.types[type];
-  switch (t.kind) {
-    case TypeKind::kScalar:
-    case TypeKind::kRef:
-      std::memset(to, 0, t.size);
-      return;
-    case TypeKind::kString:
-      std::memset(to, 0, t.size);
-      store(to, core::StringHeader{t.capacity, 0});
-      return;
-    case TypeKind::kArray:
-      for (std::uint32_t i = 0; i < t.count; ++i)
-        fill_zeros(image, t.element, to + std::size_t{i} * image.types[t.element].size);
-      return;
-    case TypeKind::kStruct:
-      std::memset(to, 0, t.size);
-      for (const bytecode::ImageField& field : t.fields) fill_zeros(image, field.type, to + field.offset);
-      return;
-  }
-}
-
 class Linker {
  public:
   Linker(const Image& image, const std::vector<std::uint32_t>& pous, const TaskLayout& layout, Exchange& exchange)
@@ -184,8 +161,10 @@ class Linker {
     std::vector<std::uint32_t> positions(source.code.size(), 0);
     std::vector<std::uint8_t> is_target(source.code.size(), 0);
     for_each_instruction(source, [&](const Decoded& d) {
-      if (d.opcode == Opcode::kJump || d.opcode == Opcode::kLoopJump) is_target[d.operands[0]] = 1;
-      if (d.opcode == Opcode::kCondJump) is_target[d.operands[1]] = 1;
+      const bytecode::Operands& operands = bytecode::info(d.opcode).operands;
+      for (std::uint32_t i = 0; i < operands.count; ++i) {
+        if (operands.specs[i].kind == OperandKind::kTarget) is_target[d.operands[i]] = 1;
+      }
     });
     jump_patches_.clear();
     entries_[pou] = position();
@@ -204,12 +183,41 @@ class Linker {
           if (d.opcode != Opcode::kBoolRun) break;
         }
         put_records(records);
+      } else if (const auto jump = jump_behind(source, is_target, d)) {
+        put_handler(jump->op);
+        for (std::uint32_t i = 0; i < 3; ++i) put_operand(d.operands[i]);
+        put_target(jump->target);
+        word = jump->next;
       } else {
         put_instruction(d);
         word = d.next;
       }
     }
     for (const auto& [at, word] : jump_patches_) stream_[at] = positions[word];
+  }
+
+  struct FusedJump {
+    ResolvedOp op = ResolvedOp::kReturn;
+    std::uint32_t target = 0, next = 0;
+  };
+  /// The conditional jump behind comparison `d` on its result, if one instruction can do both.
+  static std::optional<FusedJump> jump_behind(const ImagePou& source, const std::vector<std::uint8_t>& is_target,
+                                              const Decoded& d) {
+    if (d.next >= source.code.size() || is_target[d.next] != 0) return std::nullopt;
+    const Decoded jump = decode(source.code, d.next);
+    const bool unless = jump.opcode == Opcode::kCondJump;
+    if ((!unless && jump.opcode != Opcode::kJumpIf) || jump.operands[0] != d.operands[0]) return std::nullopt;
+    const auto fused = [&](ResolvedOp when_false, ResolvedOp when_true) {
+      return FusedJump{unless ? when_false : when_true, jump.operands[1], jump.next};
+    };
+    switch (d.opcode) {
+#define PLC_FUSED_JUMP(Name, T, expression) \
+  case Opcode::k##Name:                     \
+    return fused(ResolvedOp::k##Name##Unless, ResolvedOp::k##Name##If);
+#include "runtime/fused_jumps.def"
+      default:
+        return std::nullopt;
+    }
   }
 
   void append_records(const Decoded& d, std::vector<GeneralRecord>& records) const {

@@ -1,8 +1,10 @@
 #include "runtime/link_path.h"
 
 #include <bit>
+#include <cstring>
 
 #include "bytecode/type_map.h"
+#include "runtime/operations.h"
 
 namespace plc::runtime {
 
@@ -27,6 +29,28 @@ ResolvedPath resolve_path(const bytecode::Image& image, std::span<const std::uin
     resolved.type = next->type;
   }
   return resolved;
+}
+
+void fill_zeros(const bytecode::Image& image, std::uint32_t type, std::byte* to) {
+  const ImageType& t = image.types[type];
+  switch (t.kind) {
+    case TypeKind::kScalar:
+    case TypeKind::kRef:
+      std::memset(to, 0, t.size);
+      return;
+    case TypeKind::kString:
+      std::memset(to, 0, t.size);
+      store(to, core::StringHeader{t.capacity, 0});
+      return;
+    case TypeKind::kArray:
+      for (std::uint32_t i = 0; i < t.count; ++i)
+        fill_zeros(image, t.element, to + std::size_t{i} * image.types[t.element].size);
+      return;
+    case TypeKind::kStruct:
+      std::memset(to, 0, t.size);
+      for (const bytecode::ImageField& field : t.fields) fill_zeros(image, field.type, to + field.offset);
+      return;
+  }
 }
 
 std::optional<ResolvedOp> quick_access(const bytecode::Image& image, const ResolvedPath& path, bool load, bool via) {

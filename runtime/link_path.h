@@ -4,6 +4,7 @@
 // Internal to the linker. Does not belong here: operands as addresses (link.cpp).
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -31,6 +32,9 @@ struct ResolvedPath {
 /// `spaces`: structure of each bytecode::Space, to find the representation of indices.
 ResolvedPath resolve_path(const bytecode::Image& image, std::span<const std::uint32_t, 4> spaces, std::uint32_t root,
                           std::span<const std::uint32_t> path);
+
+/// The value of `type` that an access leading nowhere reads: zeros, with the capacities of strings in place.
+void fill_zeros(const bytecode::Image& image, std::uint32_t type, std::byte* to);
 
 /// The form for scalars and references behind at most one index, or nothing.
 std::optional<ResolvedOp> quick_access(const bytecode::Image& image, const ResolvedPath& path, bool load, bool via);

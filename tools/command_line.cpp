@@ -85,6 +85,14 @@ const CLI::Validator& count_validator() {
   return kCount;
 }
 
+void add_loop_budget(CLI::App& app, runtime::ProgramOptions& options) {
+  app.add_option("--loop-budget", options.loop_budget,
+                 fmt::format("turns of all loops that one scan of a task may take before it faults; default {}",
+                             bytecode::kDefaultLoopBudget))
+      ->type_name("N")
+      ->check(count_validator());
+}
+
 std::optional<int> parse(CLI::App& app, int argc, char** argv) {
   try {
     app.parse(argc, argv);

@@ -16,6 +16,7 @@
 #include "core/options.h"
 #include "core/result.h"
 #include "core/text.h"
+#include "runtime/program.h"
 #include "tools/pipeline.h"
 
 namespace plc::tools {
@@ -55,6 +56,9 @@ CLI::Validator choice_validator(std::map<std::string, Enum> choices) {
 
 /// Accepts 1, 2, 3, .. up to 64 bits, and says so otherwise.
 const CLI::Validator& count_validator();
+
+/// Adds --loop-budget. The options must outlive the parsing.
+void add_loop_budget(CLI::App& app, runtime::ProgramOptions& options);
 
 /// Parses argv; prints help or what was wrong. The exit code when the program should end now.
 std::optional<int> parse(CLI::App& app, int argc, char** argv);

@@ -668,17 +668,22 @@ class BodyGenerator final : private RecordSink {
       return;
     }
     if (label_words_[label] == kUnset) {
-      const std::uint32_t word = bool_operand(condition);
-      writer_.op(Opcode::kCondJump, {word, 0});
-      patches_.push_back({writer_.last_word(), label});
+      patches_.push_back({forward_jump(condition), label});
       return;
     }
     // Conditional jumps go forward: step over the jump back.
-    const std::uint32_t word = bool_operand(condition ^ 1u);
-    writer_.op(Opcode::kCondJump, {word, 0});
-    const std::uint32_t over = writer_.last_word();
+    const std::uint32_t over = forward_jump(condition ^ 1u);
     writer_.op(Opcode::kLoopJump, {label_words_[label]});
     writer_.patch(over, writer_.here());
+  }
+  /// A jump forward when the literal is FALSE; returns the word that takes its target. A value that has a place is
+  /// tested as it is, rather than negated into another place.
+  std::uint32_t forward_jump(Literal condition) {
+    const std::uint32_t v = value_of(condition);
+    const bool as_it_is = is_inverted(condition) && (values()[v].word != kUnset || !is_logic(body_.insts[v].op));
+    const std::uint32_t word = bool_operand(as_it_is ? condition ^ 1u : condition);
+    writer_.op(as_it_is ? Opcode::kJumpIf : Opcode::kCondJump, {word, 0});
+    return writer_.last_word();
   }
 
   Shared& shared_;

@@ -260,6 +260,8 @@ struct EveryInstruction {
     const std::uint32_t out = pou.jump(Opcode::kCondJump, {go});
     pou.op(Opcode::kLoopJump, {top});
     pou.land(out);
+    const std::uint32_t off = pou.jump(Opcode::kJumpIf, {go});
+    pou.land(off);
     const std::uint32_t on = pou.jump(Opcode::kJump);
     pou.land(on);
   }

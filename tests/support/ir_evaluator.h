@@ -19,9 +19,12 @@ namespace plc::test {
 
 class IrEvaluator {
  public:
+  struct Value;
+  using Parts = std::map<std::string, Value>;
   struct Value {
     std::uint64_t bits = 0;
     std::string target;  ///< of references; empty = null
+    Parts parts;         ///< of aggregates, by the rest of the path: ".N", "[2]"
   };
 
   explicit IrEvaluator(const ir::Module& module) : module_(module) {}
@@ -51,13 +54,22 @@ class IrEvaluator {
           break;
         case ir::Op::kLoad: {
           const std::string from = path(p, instance, values, inst.a);
-          result = from.empty() ? Value{} : memory[from];
           if (from.empty()) ++events;
+          if (module_.types.rep_of(inst.type)) {
+            result = from.empty() ? Value{} : memory[from];
+          } else {
+            result.parts = from.empty() ? Parts{} : parts_of(from);
+          }
           break;
         }
         case ir::Op::kStore: {
           const std::string to = path(p, instance, values, inst.a);
-          if (!to.empty()) memory[to] = values[inst.b];
+          if (!to.empty() && module_.types.rep_of(p.body.insts[inst.b].type)) {
+            memory[to] = values[inst.b];
+          } else if (!to.empty()) {
+            for (const auto& part : parts_of(to)) memory.erase(to + part.first);
+            for (const auto& part : values[inst.b].parts) memory[to + part.first] = part.second;
+          }
           if (to.empty()) ++events;
           break;
         }
@@ -125,6 +137,16 @@ class IrEvaluator {
   }
 
  private:
+  /// Everything below `path`, by the rest of the path.
+  Parts parts_of(const std::string& path) const {
+    Parts parts;
+    for (auto it = memory.lower_bound(path); it != memory.end() && it->first.compare(0, path.size(), path) == 0; ++it) {
+      const char next = it->first.size() > path.size() ? it->first[path.size()] : '\0';
+      if (next == '.' || next == '[') parts.emplace(it->first.substr(path.size()), it->second);
+    }
+    return parts;
+  }
+
   std::int64_t signed_value(ir::TypeRef type, std::uint64_t bits) const {
     const auto rep = module_.types.rep_of(type).value_or(core::Rep::kI64);
     const unsigned shift = 64 - core::rep_bytes(rep) * 8;

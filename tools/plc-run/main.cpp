@@ -34,6 +34,7 @@ struct Run {
   std::uint64_t cycles = 0;
   bool stats = false;
   runtime::FaultPolicy on_fault = runtime::FaultPolicy::kSafeState;
+  runtime::ProgramOptions program;
   core::CompileOptions options;
   std::vector<std::string> libraries;
   std::optional<io::ListenText> listen;  ///< --modbus
@@ -270,6 +271,7 @@ int run_command(int argc, char** argv) {
                                                           {"safe-state", runtime::FaultPolicy::kSafeState},
                                                           {"stop", runtime::FaultPolicy::kStop}}))
       ->type_name("POLICY");
+  add_loop_budget(app, run.program);
   app.add_flag("--stats", run.stats, "also print memory and code sizes at the end");
   add_library_option(app, run.libraries);
   add_compile_options(app, run.options);
@@ -298,7 +300,7 @@ int run_command(int argc, char** argv) {
   {
     Compilation compilation;
     if (const auto code = open_or_explain(app, {run.file, run.options, Goal::kRun, run.libraries}, compilation)) return *code;
-    auto loaded = runtime::Resource::load(std::move(*compilation.image));
+    auto loaded = runtime::Resource::load(std::move(*compilation.image), run.program);
     if (!loaded) return complain(loaded.error()), kExitErrors;
     resource = std::move(*loaded);
   }

@@ -24,6 +24,7 @@ struct Sim {
   std::vector<std::string> watch;
   std::uint64_t cycles = 0;
   bool stats = false;
+  runtime::ProgramOptions program;
   core::CompileOptions options;
   std::vector<std::string> libraries;
 };
@@ -73,7 +74,7 @@ std::vector<std::string> watched_paths(const std::vector<std::string>& patterns,
 int run(const CLI::App& app, const Sim& sim) {
   Compilation compilation;
   if (const auto code = open_or_explain(app, {sim.file, sim.options, Goal::kRun, sim.libraries}, compilation)) return *code;
-  auto loaded = runtime::Resource::load(std::move(*compilation.image));
+  auto loaded = runtime::Resource::load(std::move(*compilation.image), sim.program);
   if (!loaded) return complain(loaded.error()), kExitErrors;
   runtime::Resource& resource = **loaded;
   runtime::Simulation simulation(resource);
@@ -161,6 +162,7 @@ void add_sim(CLI::App& app, int& exit_code) {
       ->type_name("PATTERN")
       ->take_all()
       ->allow_extra_args(false);
+  add_loop_budget(*command, sim.program);
   command->add_flag("--stats", sim.stats, "per task: scans, scan time min, median and p99 in ns; memory");
   add_library_option(*command, sim.libraries);
   add_compile_options(*command, sim.options);

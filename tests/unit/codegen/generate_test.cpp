@@ -3,8 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "ir/check.h"
@@ -27,7 +29,7 @@ using test::type;
 struct Running {
   std::unique_ptr<runtime::Resource> resource;
 
-  explicit Running(ModuleBuilder& m) {
+  explicit Running(ModuleBuilder& m, const runtime::ProgramOptions& options = {}) {
     EXPECT_TRUE(ir::check(m.module, m.diagnostics)) << first(m.diagnostics);
     auto image = bytecode::generate(m.module, m.diagnostics);
     EXPECT_TRUE(image.has_value()) << first(m.diagnostics);
@@ -37,7 +39,7 @@ struct Running {
     auto verified = bytecode::verify(std::move(*image), verdict);
     EXPECT_TRUE(verified.has_value()) << first(verdict) << "\n" << listing;
     if (!verified) return;
-    auto loaded = runtime::Resource::load(std::move(*verified));
+    auto loaded = runtime::Resource::load(std::move(*verified), options);
     EXPECT_TRUE(loaded.has_value());
     if (loaded) resource = std::move(*loaded);
   }
@@ -181,6 +183,124 @@ TEST_F(Generate, StructuresGoThroughInOutsAndCopies) {
   EXPECT_EQ(r.read("Main.c.Name"), "'pump'");  // cut to the capacity
 }
 
+TEST_F(Generate, AnIndexedElementIsOneInstruction) {
+  const auto a = m.variable(main, "a", m.module.types.array(dint, 1, 3));
+  const auto x = m.variable(main, "x", dint);
+  const auto i = m.variable(main, "i", type(TypeId::kInt));
+  auto b = m.body(main);
+  b.store(b.variable(x), b.load(b.element_at(b.variable(a), b.load(b.variable(i)))));
+  const auto image = bytecode::generate(m.module, m.diagnostics);
+  ASSERT_TRUE(image);
+  const std::string listing = bytecode::disassemble(*image);
+  EXPECT_NE(listing.find("    LOAD_AT i:x, i:a, t"), std::string::npos) << listing;
+  const auto body =
+      std::find_if(image->pous.begin(), image->pous.end(), [](const auto& p) { return p.name == "Main"; });
+  ASSERT_NE(body, image->pous.end());
+  EXPECT_EQ(body->code.size(), 7u);  // LOAD_AT, three operands, one step; RETURN
+}
+
+TEST_F(Generate, AnEndlessLoopFaultsItsTaskAtItsLineAndTheOtherGoesOn) {
+  const auto other = m.pou("Other");
+  const auto n = m.variable(other, "n", dint);
+  {
+    auto b = m.body(main);
+    const auto head = b.new_label();
+    b.bind(head);
+    core::SourceRef at;
+    at.line = 17;
+    b.set_source(at);
+    b.jump(head);
+  }
+  {
+    // 100 turns, far below the budget of one scan.
+    auto b = m.body(other);
+    const auto head = b.new_label();
+    b.bind(head);
+    const std::vector<Operand> sum{Operand::of(b.load(b.variable(n))), literal(1)};
+    b.store(b.variable(n), *b.call("ADD", sum, {}));
+    const std::vector<Operand> rest{Operand::of(b.load(b.variable(n))), literal(100)};
+    const std::vector<Operand> more{Operand::of(*b.call("MOD", rest, {})), literal(0)};
+    b.jump_if(*b.call("NE", more, {}), head);
+  }
+  m.task("Good", other, "Other");
+  Running r(m, {.loop_budget = 1000});
+  for (int scan = 1; scan <= 20; ++scan) {
+    const runtime::Fault fault = r.resource->program(0).execute({});
+    EXPECT_EQ(fault.kind, runtime::FaultKind::kLoopBudget);
+    EXPECT_EQ(runtime::source_of(r.resource->image(), fault.pou, fault.word).line, 17u);
+    // 99 turns a scan: the budget is of one scan, so ten scans and more do not use it up.
+    EXPECT_FALSE(r.resource->program(1).execute({}));
+    EXPECT_EQ(r.read("Other.n"), std::to_string(100 * scan));
+  }
+}
+
+TEST_F(Generate, ComparisonsBeforeJumpsKeepTheirResult) {
+  for (const TypeId id : {TypeId::kInt, TypeId::kDint, TypeId::kReal, TypeId::kLint}) {
+    for (const char* name : {"LT", "LE", "GT", "GE", "EQ", "NE"}) {
+      for (const bool when : {false, true}) {
+        test::ModuleBuilder fresh;
+        const auto pou = fresh.pou("Main");
+        const auto x = fresh.variable(pou, "x", type(id));
+        const auto y = fresh.variable(pou, "y", type(id));
+        const auto q = fresh.variable(pou, "q", ir::kBoolType);
+        const auto passed = fresh.variable(pou, "passed", dint);
+        auto b = fresh.body(pou);
+        const std::vector<Operand> args{Operand::of(b.load(b.variable(x))), Operand::of(b.load(b.variable(y)))};
+        const auto result = *b.call(name, args, {});
+        b.store(b.variable(q), result);
+        const auto over = b.new_label();
+        when ? b.jump_if(result, over) : b.jump_if_not(result, over);
+        const std::vector<Operand> sum{Operand::of(b.load(b.variable(passed))), literal(1)};
+        b.store(b.variable(passed), *b.call("ADD", sum, {}));
+        b.bind(over);
+        fresh.task("T", pou, "Main");
+        Running r(fresh);
+        int expected = 0;
+        for (const auto& [left, right] : {std::pair(1, 2), std::pair(2, 2), std::pair(3, 2)}) {
+          r.write("Main.x", std::to_string(left));
+          r.write("Main.y", std::to_string(right));
+          r.scan();
+          const std::string op = name;
+          const bool holds = op == "LT"   ? left < right
+                             : op == "LE" ? left <= right
+                             : op == "GT" ? left > right
+                             : op == "GE" ? left >= right
+                             : op == "EQ" ? left == right
+                                          : left != right;
+          expected += holds == when ? 0 : 1;
+          EXPECT_EQ(r.read("Main.q"), holds ? "1" : "0") << name << " " << left << " " << right;
+          EXPECT_EQ(r.read("Main.passed"), std::to_string(expected)) << name << " " << left << " " << right;
+        }
+      }
+    }
+  }
+}
+
+TEST_F(Generate, ASubrangeHoldsItsValueWithAnEvent) {
+  ir::Type percent;
+  percent.kind = ir::TypeKind::kSubrange;
+  percent.elementary = TypeId::kInt;
+  percent.upper = 100;
+  m.module.types.declare("Percent", percent);
+  const auto i = m.variable(main, "i", type(TypeId::kInt));
+  const auto p = m.variable(main, "p", *m.module.types.find("Percent"));
+  const auto ok = m.variable(main, "ok", ir::kBoolType);
+  auto b = m.body(main);
+  b.clear_event();
+  ASSERT_TRUE(b.assign(b.variable(p), Operand::of(b.load(b.variable(i))), "p"));
+  b.store(b.variable(ok), b.eno());
+  Running r(m);
+  r.write("Main.i", "100");
+  r.scan();
+  EXPECT_EQ(r.read("Main.p"), "100");
+  EXPECT_EQ(r.read("Main.ok"), "1");
+  r.write("Main.i", "101");
+  r.scan();
+  EXPECT_EQ(r.read("Main.p"), "100");
+  EXPECT_EQ(r.read("Main.ok"), "0");
+  EXPECT_EQ(r.resource->program(0).event_total(), 1u);
+}
+
 TEST_F(Generate, IndexOutOfBoundsIsAnEventAndNothingElse) {
   const auto a = m.variable(main, "a", m.module.types.array(dint, 1, 3));
   const auto i = m.variable(main, "i", type(TypeId::kUsint));
@@ -197,7 +317,7 @@ TEST_F(Generate, IndexOutOfBoundsIsAnEventAndNothingElse) {
   r.write("Main.i", "4");
   r.scan();
   EXPECT_EQ(r.read("Main.ok"), "0");
-  EXPECT_GT(r.resource->program(0).event_total(), 0u);
+  EXPECT_EQ(r.resource->program(0).event_total(), 1u);
 }
 
 TEST_F(Generate, TempsStartAnewInEveryScan) {
