@@ -1,5 +1,5 @@
-// plc-bench: what loading and scanning ladders costs, side by side with xmllint and with C compiled by -O2; what
-// clients of the Modbus server get, side by side with libmodbus.
+// plc-bench: what loading and scanning ladders costs, side by side with xmllint and with C compiled by -O2; what ST
+// costs to compile and to run; what clients of the Modbus server get, side by side with libmodbus.
 #include "bench/bench.h"
 
 #include <fmt/format.h>
@@ -58,14 +58,17 @@ Verdict scans(std::uint64_t seed, std::uint32_t batches) {
 int main(int argc, char** argv) {
   using namespace plc::bench;
   CLI::App app{
-      "Measures loading and scanning of ladders, and the Modbus server, as ratios, and checks every result.\n"
+      "Measures loading and scanning of ladders, compiling and running ST, and the Modbus server, and checks every "
+      "result.\n"
       "\n"
       "Examples:\n"
-      "  plc-bench            everything, about four minutes\n"
+      "  plc-bench            everything but modbus, about five minutes\n"
       "  plc-bench scan       interpreter against C\n"
       "  plc-bench load       file to first scan against xmllint\n"
+      "  plc-bench st         the programs that PLCs are compared with, against C\n"
+      "  plc-bench compile    100,000 lines of ST to image, 10 MB of garbage to errors\n"
       "  plc-bench modbus     100 clients against the Modbus server, two minutes\n"
-      "  plc-bench check      small ladders, results only\n"
+      "  plc-bench check      small ladders and programs, results only\n"
       "\n"
       "Exit codes: 0 results right and all ratios within their limits, 1 a limit missed, 2 a result wrong.",
       "plc-bench"};
@@ -81,13 +84,23 @@ int main(int argc, char** argv) {
   modbus->add_option("--seconds", modbus_plan.seconds, "of load")->capture_default_str();
   modbus->add_option("--connections", modbus_plan.connections, "at a time")->capture_default_str();
   modbus->add_option("--torture", modbus_plan.torture, "tool that plays hostile clients")->default_val(PLC_TORTURE);
-  CLI::App* check = app.add_subcommand("check", "small ladders from several seeds, results only");
+  CLI::App* st = app.add_subcommand("st", "the programs that PLCs are compared with, against C");
+  CLI::App* compile = app.add_subcommand("compile", "ST to image, garbage to errors");
+  CompilePlan compile_plan;
+  compile->add_option("--lines", compile_plan.lines, "of the project")->capture_default_str();
+  compile->add_option("--garbage-mb", compile_plan.garbage_mb, "of each kind")->capture_default_str();
+  CLI::App* check = app.add_subcommand("check", "small ladders and programs, results only");
   app.require_subcommand(0, 1);
-  for (CLI::App* command : {scan, load, modbus, check}) command->fallthrough();
+  for (CLI::App* command : {scan, load, st, compile, modbus, check}) command->fallthrough();
   CLI11_PARSE(app, argc, argv);
+  compile_plan.seed = seed;
+  compile_plan.repetitions = repetitions;
+  const bool everything = app.get_subcommands().empty();
   try {
     Verdict verdict;
     if (check->parsed()) {
+      verdict.merge(measure_st({0}));
+      verdict.merge(measure_compile({seed, 3000, 1, 1, false}));
       for (std::uint64_t i = 0; i < 3; ++i) {
         verdict.merge(measure_scan({{200, false, seed + i}, 0, 200, 0}));
         verdict.merge(measure_scan({{300, true, seed + i}, 0, 200, 0}));
@@ -95,10 +108,18 @@ int main(int argc, char** argv) {
     } else if (modbus->parsed()) {
       verdict.merge(measure_modbus(modbus_plan));
     } else {
-      if (!load->parsed()) verdict.merge(scans(seed, batches));
-      if (!scan->parsed()) {
+      if (everything || scan->parsed()) verdict.merge(scans(seed, batches));
+      if (everything || load->parsed()) {
         std::cout << "Load: project file to the end of the first scan, against xmllint --noout, interleaved\n";
         verdict.merge(measure_load({seed, repetitions, true}));
+      }
+      if (everything || st->parsed()) {
+        std::cout << "ST: interpreter against the same program as C (-O2), interleaved\n";
+        verdict.merge(measure_st({batches}));
+      }
+      if (everything || compile->parsed()) {
+        std::cout << "Compile: plc compile and plc check on .st files\n";
+        verdict.merge(measure_compile(compile_plan));
       }
     }
     return !verdict.correct ? 2 : verdict.within_limits ? 0 : 1;

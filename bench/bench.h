@@ -55,6 +55,22 @@ struct LoadPlan {
 /// From file to the end of the first scan (`plc sim --cycles 1`) against `xmllint --noout` on the same file.
 Verdict measure_load(const LoadPlan& plan);
 
+struct StPlan {
+  std::uint32_t batches = 200;  ///< timed scans of each side, interleaved; 0 = check only
+};
+/// The programs that PLCs are compared with, as ST and as C compiled with -O2: 100,000 REAL multiplications with
+/// conversion, bubble sort of 1,000 elements in reverse order.
+Verdict measure_st(const StPlan& plan);
+
+struct CompilePlan {
+  std::uint64_t seed = 1;
+  std::uint32_t lines = 100'000;
+  std::uint32_t garbage_mb = 10;
+  std::uint32_t repetitions = 7;
+  bool limits = true;  ///< false: only that programs compile and garbage is refused
+};
+/// From .st file to verified image, and how fast garbage is refused.
+Verdict measure_compile(const CompilePlan& plan);
 
 /// Most that the scan's p99.9 may grow while clients are served, and the resident memory in kB.
 inline constexpr double kModbusScanLimit = 1.3;

@@ -1,0 +1,68 @@
+// What compiling ST costs: a large project to its image, and garbage to its errors.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <iostream>
+#include <vector>
+
+#include "bench/bench.h"
+#include "bench/process.h"
+#include "bench/st_source.h"
+
+namespace plc::bench {
+namespace {
+
+constexpr double kSecondsLimit = 2;
+constexpr double kPeakLimitMb = 500;
+
+void write(const std::string& path, const std::string& text) { std::ofstream(path, std::ios::binary) << text; }
+
+}  // namespace
+
+Verdict measure_compile(const CompilePlan& plan) {
+  Verdict verdict;
+  const Scratch scratch;
+  const std::string project = make_project(plan.lines, plan.seed);
+  const std::string path = scratch.file("project.st");
+  write(path, project);
+  std::vector<double> seconds;
+  double peak_mb = 0;
+  for (std::uint32_t i = 0; i < std::max(1u, plan.repetitions) && verdict.correct; ++i) {
+    const Cost cost = run({PLC_TOOL, "compile", path, "-o", scratch.file("project.pbc")});
+    verdict.correct = cost.ok;
+    seconds.push_back(cost.wall_ms / 1e3);
+    peak_mb = std::max(peak_mb, cost.peak_mb);
+  }
+  std::string line =
+      fmt::format("{} lines, {:.1f} MB of ST to image: ", std::count(project.begin(), project.end(), '\n'),
+                  static_cast<double>(project.size()) / 1e6);
+  if (!verdict.correct) {
+    line += "DOES NOT COMPILE";
+  } else if (plan.limits) {
+    line += fmt::format("{:.2f} s, {}; peak {:.0f} MB, {}", median(seconds),
+                        limit_text(median(seconds), kSecondsLimit, verdict), peak_mb,
+                        limit_text(peak_mb, kPeakLimitMb, verdict));
+  } else {
+    line += "compiles";
+  }
+  std::cout << line << std::endl;
+  for (int kind = 0; kind < kGarbageCount; ++kind) {
+    const std::string garbage = scratch.file("garbage.st");
+    write(garbage, make_garbage(static_cast<Garbage>(kind), std::size_t{plan.garbage_mb} * 1'000'000, plan.seed));
+    const Cost cost = run({PLC_TOOL, "check", garbage});
+    // 1: problems were found and reported. Anything else is a crash or garbage taken for a program.
+    const bool refused = cost.exit_code == 1;
+    verdict.correct = verdict.correct && refused;
+    line = fmt::format("{} MB, {}: {}", plan.garbage_mb, garbage_name(static_cast<Garbage>(kind)),
+                       refused ? "refused" : fmt::format("EXIT CODE {}", cost.exit_code));
+    if (plan.limits) {
+      line += fmt::format(" in {:.2f} s, {}; peak {:.0f} MB", cost.wall_ms / 1e3,
+                          limit_text(cost.wall_ms / 1e3, kSecondsLimit, verdict), cost.peak_mb);
+    }
+    std::cout << line << std::endl;
+  }
+  return verdict;
+}
+
+}  // namespace plc::bench

@@ -1,0 +1,24 @@
+// Runs a program and tells what that cost.
+//
+// In: a command line. Out: time, peak memory, output. Does not belong here: what the figures mean.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace plc::bench {
+
+/// What one run of a program took.
+struct Cost {
+  bool ok = false;     ///< it ended by itself with exit code 0
+  int exit_code = -1;  ///< -1: it did not end by itself
+  double wall_ms = 0;
+  double cpu_ms = 0;  ///< user and system
+  double peak_mb = 0;
+  std::string output;  ///< stdout
+};
+
+/// Starts `arguments[0]`, found in PATH, and waits for its end.
+Cost run(const std::vector<std::string>& arguments);
+
+}  // namespace plc::bench
