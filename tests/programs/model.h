@@ -85,6 +85,9 @@ struct Type {
   [[nodiscard]] const Type& plain() const { return kind == Kind::kSubrange ? *base : *this; }
 };
 
+/// Function block instances are not assigned, passed by value or global.
+bool holds_instance(const Type& type);
+
 /// C statements that give `place` the initial value of its type.
 std::string initialisation(const Type& type, const std::string& place);
 /// The same for a variable: its own initial value counts more.

@@ -6,15 +6,6 @@
 namespace plc::programs {
 namespace {
 
-bool holds_instance(const Type& type) {
-  if (type.kind == Kind::kBlock) return true;
-  if (type.kind == Kind::kArray) return holds_instance(*type.base);
-  for (const Variable& member : type.members) {
-    if (type.kind == Kind::kStruct && holds_instance(*member.type)) return true;
-  }
-  return false;
-}
-
 void print(const std::vector<Stmt>& body, bool st, int indent, std::string& out) {
   bool any = false;
   for (const Stmt& statement : body) {

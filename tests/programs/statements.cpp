@@ -67,7 +67,7 @@ Stmt Generator::assignment() {
   const Type* type = &random_type();
   std::optional<Place> to;
   for (int i = 0; i < 5 && !to; ++i, type = &random_type()) {
-    if (type->kind == Kind::kRef) continue;
+    if (type->kind == Kind::kRef || holds_instance(*type)) continue;
     to = place(type->plain(), Use::kWrite, 2);
   }
   if (!to) return simple(";", "");

@@ -493,6 +493,15 @@ void Generator::initial_value(Variable& variable) {
   variable.initial_c = made->second;
 }
 
+bool holds_instance(const Type& type) {
+  if (type.kind == Kind::kBlock) return true;
+  if (type.kind == Kind::kArray) return holds_instance(*type.base);
+  for (const Variable& member : type.members) {
+    if (type.kind == Kind::kStruct && holds_instance(*member.type)) return true;
+  }
+  return false;
+}
+
 std::string initialisation(const Type& type, const std::string& place) {
   switch (type.kind) {
     case Kind::kArray:
