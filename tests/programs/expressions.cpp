@@ -29,6 +29,7 @@ Expr Generator::binary(const Type& result, const char* op, Power power, const st
   out.power = power;
   out.st = fmt::format("{} {} {}", inside(a, power), op, inside(b, power + 1));
   out.pre = a.pre + b.pre;
+  out.constant = a.constant && b.constant;
   out.c = temp(result, fmt::format("{}({}, {})", function, a.c, b.c), out.pre);
   return out;
 }
@@ -38,6 +39,7 @@ Expr Generator::prefix(const Type& result, const char* op, const std::string& fu
   out.type = &result;
   out.power = kUnary;
   out.st = op + inside(a, kUnary);
+  out.constant = a.constant;
   out.pre = a.pre;
   out.c = temp(result, fmt::format("{}({})", function, a.c), out.pre);
   return out;
@@ -54,6 +56,7 @@ Expr Generator::call(const Type& result, const std::string& name, const std::str
     st += comma + (named ? pins[i] + " := " : "") + arguments[i].st;
     c += comma + arguments[i].c;
     out.pre += arguments[i].pre;
+    out.constant = (i == 0 || out.constant) && arguments[i].constant;
   }
   out.st = fmt::format("{}({})", cased(name), st);
   out.c = temp(result, fmt::format("{}({})", function, c), out.pre);
@@ -123,7 +126,7 @@ Expr Generator::assignable(const Type& type, int depth) {
   if (type.kind == Kind::kString) {
     out.c = temp(type, fmt::format("str_fit({}, {})", out.c, type.capacity), out.pre);
   } else if (type.kind == Kind::kSubrange && out.subrange != &type) {
-    if (out.untyped) out = integer_literal(type, edge_value(type), true);
+    if (out.constant) out = integer_literal(type, edge_value(type), true);
     out.c = temp(type, fmt::format("limit_{}({}, {}, {})", plain.c, type.lower, out.c, type.upper), out.pre);
   }
   out.type = &type;

@@ -104,6 +104,7 @@ struct Expr {
   std::string pre;
   std::string c;
   bool untyped = false;            ///< literal that takes its type from where it stands
+  bool constant = false;           ///< made of literals alone: the compiler knows its value
   const Type* subrange = nullptr;  ///< read from a variable of this subrange: within it already
 };
 

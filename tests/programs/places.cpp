@@ -52,12 +52,13 @@ void Generator::step(Place& place, const Type& wanted, Use use, int depth) {
       std::string list, condition, element = "e";
       for (std::size_t i = 0; i < type.bounds.size(); ++i) {
         const auto [lower, upper] = type.bounds[i];
+        const Type& of = *any_int();
         Expr index;
-        if (depth <= 0 || random_.chance(35)) {
+        if (depth > 0 && random_.chance(65)) index = typed(of, depth - 1);
+        // The compiler refuses an index outside when it knows it.
+        if (index.st.empty() || index.constant) {
           index = integer_literal(*dint_, random_.between(lower, upper), true);
         } else {
-          const Type& of = *any_int();
-          index = typed(of, depth - 1);
           const bool tame = random_.chance(85);
           if (tame && of.bits > 8) {
             // Within the bounds: MOD keeps the sign, so ABS comes first.

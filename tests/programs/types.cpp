@@ -271,6 +271,7 @@ std::int64_t Generator::edge_value(const Type& type) {
 
 Expr Generator::integer_literal(const Type& type, std::int64_t value, bool may_be_untyped) {
   Expr out;
+  out.constant = true;
   out.type = &type.plain();
   const Type& plain = type.plain();
   out.c = c_integer(value, plain.c);
@@ -287,6 +288,7 @@ Expr Generator::integer_literal(const Type& type, std::int64_t value, bool may_b
 
 Expr Generator::real_literal(const Type& type, bool may_be_untyped) {
   Expr out;
+  out.constant = true;
   out.type = &type;
   std::string digits;
   if (random_.chance(10)) {
@@ -300,10 +302,10 @@ Expr Generator::real_literal(const Type& type, bool may_be_untyped) {
   out.untyped = may_be_untyped && random_.chance(70);
   out.power = negative && out.untyped ? kUnary : kPrimary;
   out.c = fmt::format("({}{}{}{})", negative ? "-" : "", digits, exponent, type.bits == 32 ? "f" : "");
-  out.st = fmt::format("{}{}{}{}", out.untyped ? "" : type.st + "#", negative ? "-" : "",
-                       with_underscores(digits, random_), exponent);
-  const std::size_t wrong = std::min(out.st.find("_."), out.st.find("._"));
-  if (wrong != std::string::npos) out.st.erase(out.st[wrong] == '_' ? wrong : wrong + 1, 1);
+  const std::size_t point = digits.find('.');
+  out.st = fmt::format("{}{}{}.{}{}", out.untyped ? "" : type.st + "#", negative ? "-" : "",
+                       with_underscores(digits.substr(0, point), random_),
+                       with_underscores(digits.substr(point + 1), random_), exponent);
   return out;
 }
 
@@ -336,6 +338,7 @@ Expr Generator::duration_literal(const Type& type) {
   const std::vector<std::string> prefixes =
       type.is_long ? std::vector<std::string>{"LTIME#", "LT#", "lt#"} : std::vector<std::string>{"T#", "TIME#", "t#"};
   Expr out;
+  out.constant = true;
   out.type = &type;
   out.st = random_.pick(prefixes) + (negative ? "-" : "") + text;
   out.c = c_integer(total, "i64");
@@ -355,6 +358,7 @@ Expr Generator::date_literal(const Type& type) {
   const bool brief = random_.chance(50);
   const std::string l = type.is_long ? "L" : "";
   Expr out;
+  out.constant = true;
   out.type = &type;
   switch (type.kind) {
     case Kind::kDate:
@@ -390,6 +394,7 @@ Expr Generator::string_literal(const Type& type) {
     units += fmt::format("{}{}", units.empty() ? "" : ",", code);
   }
   Expr out;
+  out.constant = true;
   out.type = type.is_long ? wstring_ : string_;
   out.st = st + quote;
   out.c = length == 0 ? "(str){0}" : fmt::format("str_of({}, (const u16[]){{{}}})", length, units);
@@ -399,6 +404,7 @@ Expr Generator::string_literal(const Type& type) {
 Expr Generator::enum_literal(const Type& type) {
   const auto& [name, number] = random_.pick(type.values);
   Expr out;
+  out.constant = true;
   out.type = &type;
   out.st = name == "Shared" || random_.chance(50) ? type.st + "#" + name : name;
   out.c = c_integer(number, type.c);
@@ -407,6 +413,7 @@ Expr Generator::enum_literal(const Type& type) {
 
 Expr Generator::literal(const Type& type, bool may_be_untyped) {
   Expr out;
+  out.constant = true;
   switch (type.kind) {
     case Kind::kBool: {
       const bool on = random_.chance(50);
