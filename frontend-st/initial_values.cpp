@@ -364,6 +364,13 @@ void Declarer::initialize_all() {
     target().initial = std::move(items);
   }
   local_constants_.clear();
+  // A function's result begins with what its type begins with.
+  for (std::uint32_t i = 0; i < module_.pous.size() && i < project_.pous.size(); ++i) {
+    if (!module_.pous[i].return_type.valid()) continue;
+    ir::Variable& result = module_.pous[i].variables[0];
+    const std::string pou_name = project_.pous[i].name;
+    result.initial = spec_defaults(project_.pous[i].return_type, result.type, {pou_name, pou_name, project_.pous[i].at});
+  }
 }
 
 }  // namespace plc::st

@@ -221,6 +221,9 @@ Value random_input(const Type& type, Random& random) {
     case Kind::kSubrange:
       value.bits = static_cast<std::uint64_t>(random.between(type.lower, type.upper));
       break;
+    case Kind::kDate:
+      value.bits = random.below(40'000) * 86'400'000'000'000ull;
+      return value;
     case Kind::kTod:
       value.bits = random.bits() % 86'400'000'000'000ull;
       return value;
