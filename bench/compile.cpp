@@ -50,7 +50,7 @@ Verdict measure_compile(const CompilePlan& plan) {
   for (int kind = 0; kind < kGarbageCount; ++kind) {
     const std::string garbage = scratch.file("garbage.st");
     write(garbage, make_garbage(static_cast<Garbage>(kind), std::size_t{plan.garbage_mb} * 1'000'000, plan.seed));
-    const Cost cost = run({PLC_TOOL, "check", garbage});
+    const Cost cost = run({PLC_TOOL, "check", garbage}, true);
     // 1: problems were found and reported. Anything else is a crash or garbage taken for a program.
     const bool refused = cost.exit_code == 1;
     verdict.correct = verdict.correct && refused;

@@ -1,5 +1,6 @@
 #include "bench/process.h"
 
+#include <fcntl.h>
 #include <spawn.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -13,7 +14,7 @@ extern char** environ;
 
 namespace plc::bench {
 
-Cost run(const std::vector<std::string>& arguments) {
+Cost run(const std::vector<std::string>& arguments, bool quiet) {
   std::vector<char*> argv;
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
@@ -24,6 +25,7 @@ Cost run(const std::vector<std::string>& arguments) {
   ::posix_spawn_file_actions_adddup2(&actions, pipe[1], STDOUT_FILENO);
   ::posix_spawn_file_actions_addclose(&actions, pipe[0]);
   ::posix_spawn_file_actions_addclose(&actions, pipe[1]);
+  if (quiet) ::posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
   const core::MonotonicClock clock;
   const core::TimeNs begin = clock.now_ns();
   pid_t child = 0;

@@ -18,7 +18,7 @@ struct Cost {
   std::string output;  ///< stdout
 };
 
-/// Starts `arguments[0]`, found in PATH, and waits for its end.
-Cost run(const std::vector<std::string>& arguments);
+/// Starts `arguments[0]`, found in PATH, and waits for its end. `quiet`: what it writes to stderr is dropped.
+Cost run(const std::vector<std::string>& arguments, bool quiet = false);
 
 }  // namespace plc::bench

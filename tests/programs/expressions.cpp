@@ -127,7 +127,7 @@ Expr Generator::assignable(const Type& type, int depth) {
     out.c = temp(type, fmt::format("str_fit({}, {})", out.c, type.capacity), out.pre);
   } else if (type.kind == Kind::kSubrange && out.subrange != &type) {
     if (out.constant) out = integer_literal(type, edge_value(type), true);
-    out.c = temp(type, fmt::format("limit_{}({}, {}, {})", plain.c, type.lower, out.c, type.upper), out.pre);
+    out.c = temp(type, fmt::format("range_{}({}, {}, {})", plain.c, type.lower, out.c, type.upper), out.pre);
   }
   out.type = &type;
   return out;

@@ -85,7 +85,8 @@ REALS(f64)
   static inline T min_##T(T a, T b) { return b < a ? b : a; }                            \
   static inline T max_##T(T a, T b) { return b > a ? b : a; }                            \
   static inline T limit_##T(T lo, T v, T hi) { return min_##T(max_##T(v, lo), hi); }     \
-  static inline T sel_##T(u8 g, T a, T b) { return g ? b : a; }
+  static inline T sel_##T(u8 g, T a, T b) { return g ? b : a; }                          \
+  static inline T range_##T(T lo, T v, T hi) { return v < lo ? (ev = 1, lo) : v > hi ? (ev = 1, hi) : v; }
 ORDERED(i8)
 ORDERED(i16)
 ORDERED(i32)
