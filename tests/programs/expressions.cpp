@@ -1,4 +1,4 @@
-// Random expressions of a wanted type. Rules that decide types and order: docs/guides/structured-text.md.
+// Random expressions of a wanted type. Rules that decide types and order: docs/guides/statements.md.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -192,7 +192,17 @@ Expr Generator::boolean(int depth) {
     const Expr a = value(*bool_, depth - 1);
     return binary(*bool_, op, power, function, a, value(*bool_, depth - 1));
   };
-  switch (random_.below(10)) {
+  switch (random_.below(11)) {
+    case 10: {
+      const bool is_and = random_.chance(50);
+      const Expr a = value(*bool_, depth - 1);
+      const Expr b = value(*bool_, depth - 1);
+      Expr out = binary(*bool_, is_and ? "AND_THEN" : "OR_ELSE", is_and ? kAnd : kOr, "", a, b);
+      out.pre = a.pre;
+      out.c = temp(*bool_, a.c, out.pre);
+      out.pre += fmt::format("if ({}{}) {{\n{}{} = {};\n}}\n", is_and ? "" : "!", out.c, b.pre, out.c, b.c);
+      return out;
+    }
     case 0:
       return prefix(*bool_, "NOT ", "not_bool", typed(*bool_, depth - 1));
     case 1:
@@ -393,7 +403,14 @@ Expr Generator::text(const Type& type, int depth) {
     if (const auto found = place(type, Use::kRead, 0)) return load(*found);
     return literal(type, true);
   };
-  const auto number = [&] { return typed(*any_int(), depth - 2); };
+  const auto number = [&] {
+    const Type& of = *any_int();
+    Expr n = typed(of, depth - 2);
+    if (of.kind == Kind::kUnsigned && of.bits == 64) {
+      n.c = temp(of, fmt::format("{0} > INT64_MAX ? INT64_MAX : {0}", n.c), n.pre);
+    }
+    return n;
+  };
   const auto small = [&] { return integer_literal(*int_, random_.between(random_.chance(20) ? -1 : 0, 9), true); };
   const auto count = [&] { return random_.chance(70) ? small() : number(); };
   const Expr a = depth > 1 ? value(type, depth - 2) : brief();
@@ -469,7 +486,7 @@ std::optional<Expr> Generator::partial_read(const Type& type, int depth) {
   const unsigned width = type.kind == Kind::kBool ? 1 : type.bits;
   std::vector<const Type*> wider;
   for (const Type* of : elementary_) {
-    if (of->kind == Kind::kBits && of->bits > width) wider.push_back(of);
+    if ((of->kind == Kind::kBits || of->is_int()) && of->bits > width) wider.push_back(of);
   }
   const Type& of = *random_.pick(wider);
   const auto found = place(of, Use::kRead, depth);
@@ -478,7 +495,7 @@ std::optional<Expr> Generator::partial_read(const Type& type, int depth) {
   const auto index = random_.below(of.bits / width);
   const char letter = width == 1 ? 'X' : width == 8 ? 'B' : width == 16 ? 'W' : 'D';
   out.st += width == 1 && random_.chance(50) ? fmt::format(".{}", index) : fmt::format(".%{}{}", letter, index);
-  out.c = temp(type, fmt::format("({})get_{}({}, {}, {})", type.c, of.c, out.c, index * width, width), out.pre);
+  out.c = temp(type, fmt::format("({})get_u{}({}, {}, {})", type.c, of.bits, out.c, index * width, width), out.pre);
   out.type = &type;
   return out;
 }

@@ -1,5 +1,5 @@
 /* What the C translation of a generated program stands on: IEC 61131-3 arithmetic as docs/guides/values.md,
-   conversions.md, events.md and structured-text.md define it, written anew from those pages. Nothing of the project is
+   conversions.md, events.md and statements.md define it, written anew from those pages. Nothing of the project is
    included here: a mistake in the compiler, the library or the interpreter must not be repeated by what judges them.
    In: operands. Out: results, and `ev` set to 1 where the pages say that an event is counted. C11, -fwrapv. */
 #include <math.h>

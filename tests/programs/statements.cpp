@@ -88,7 +88,7 @@ Stmt Generator::assignment() {
 }
 
 Stmt Generator::partial_write() {
-  const Type& of = *elementary_[9 + random_.below(4)];
+  const Type& of = *elementary_[1 + random_.below(12)];
   const auto to = place(of, Use::kWrite, 2);
   if (!to || to->type != &of) return assignment();
   const unsigned widths[] = {1, 1, 8, 16, 32};
@@ -106,7 +106,7 @@ Stmt Generator::partial_write() {
   const Expr old = load({to->type, to->st, "", to->c, to->checked, true});
   return simple(fmt::format("{}.{} := {};", to->st, suffix, from.st),
                 to->pre + from.pre + old.pre +
-                    store(*to, fmt::format("put_{}({}, {}, {}, {})", of.c, old.c, index * width, width, from.c)));
+                    store(*to, fmt::format("put_u{}({}, {}, {}, {})", of.bits, old.c, index * width, width, from.c)));
 }
 
 Stmt Generator::reference_assignment() {
@@ -332,7 +332,11 @@ std::optional<Generator::Call> Generator::arguments(const Pou& callee, int depth
           out.pre += fmt::format("{} {};\n", parameter.type->c, given) + initialisation(parameter, given);
         } else {
           Expr value;
-          if (parameter.type->is_scalar()) {
+          if (parameter.type->kind == Kind::kString && instance.empty()) {
+            // Cut when the call takes it: the event is one of the call.
+            value = typed(*parameter.type, depth);
+            value.c = fmt::format("str_fit({}, {})", value.c, parameter.type->capacity);
+          } else if (parameter.type->is_scalar()) {
             value = assignable(*parameter.type, depth);
           } else {
             const auto whole = place(*parameter.type, Use::kRead, depth);
@@ -374,14 +378,16 @@ std::optional<Generator::Call> Generator::arguments(const Pou& callee, int depth
         if (!with_outputs || positional || random_.chance(40)) break;
         const auto to = place(*parameter.type, Use::kExact, 1);
         if (!to) break;
-        out.st += fmt::format("{}{} => {}", comma, cased(parameter.name), to->st);
+        const bool negated = parameter.type == bool_ && random_.chance(30);
+        const std::string inverse = negated ? "1 ^ " : "";
+        out.st += fmt::format("{}{}{} => {}", comma, negated ? "NOT " : "", cased(parameter.name), to->st);
         if (instance.empty()) {
-          out.after += to->pre + store(*to, source);
+          out.after += to->pre + store(*to, inverse + source);
         } else {
           const Expr taken = load(
               {parameter.type, "", "", fmt::format("({0} ? &{0}->{1} : 0)", instance, parameter.name), true, true});
           std::string pre = taken.pre;
-          out.after += to->pre + pre + store(*to, taken.c);
+          out.after += to->pre + pre + store(*to, inverse + taken.c);
         }
         break;
       }
