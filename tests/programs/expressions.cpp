@@ -490,7 +490,7 @@ std::optional<Expr> Generator::partial_read(const Type& type, int depth) {
   }
   const Type& of = *random_.pick(wider);
   const auto found = place(of, Use::kRead, depth);
-  if (!found) return std::nullopt;
+  if (!found || found->type != &of) return std::nullopt;
   Expr out = load(*found);
   const auto index = random_.below(of.bits / width);
   const char letter = width == 1 ? 'X' : width == 8 ? 'B' : width == 16 ? 'W' : 'D';
