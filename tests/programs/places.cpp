@@ -118,8 +118,10 @@ void Generator::step(Place& place, const Type& wanted, Use use, int depth) {
       const Variable& member = *random_.pick(fitting);
       place.st += "." + cased(member.name);
       if (place.checked) {
+        // To name a part of what a null reference does not refer to is an event already.
         const std::string name = fmt::format("p{}", ++temps_);
-        place.pre += fmt::format("{0}* {1} = {2} ? &{2}->{3} : ({0}*)0;\n", member.type->c, name, place.c, member.name);
+        place.pre += fmt::format("{0}* {1} = {2} ? &{2}->{3} : (ev = 1, ({0}*)0);\n", member.type->c, name, place.c,
+                                 member.name);
         place.c = name;
       } else {
         place.c += "." + member.name;
