@@ -1,24 +1,30 @@
-// Runs every folder cases/<area>/<case>: simulates project.xml from the file and again from its image, and compares the
-// trace with what was worked out by hand from the drawing (README.md of the case).
+// Runs every folder cases/<area>/<case>: simulates the project from its file and again from its image, and compares the
+// trace with what was worked out by hand (README.md of the case).
 //
 // Form of a case: docs in cases/README.md. Does not belong here: any knowledge of a single case.
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
-#include <fstream>
+#include <map>
 #include <sstream>
 #include <string>
 #include <vector>
 
+#include "tests/cases/case_file.h"
 #include "tests/support/csv_table.h"
 #include "tests/support/run_tool.h"
 
 namespace {
 
 namespace fs = std::filesystem;
+using plc::test::CaseFile;
+using plc::test::CaseRun;
 using plc::test::command_line;
 using plc::test::CsvTable;
+using plc::test::ExpectedFault;
+using plc::test::ExpectedWarning;
 using plc::test::run_tool;
 using plc::test::same_value;
 using plc::test::ScratchFolder;
@@ -27,72 +33,25 @@ using plc::test::ToolResult;
 const char* const kTool = PLC_TOOL;
 const char* const kCases = PLC_CASES;
 
-/// One simulation of the project: the options it takes and the table its trace must equal.
-struct Simulation {
-  std::string expected;
-  std::vector<std::string> options;
-};
+bool contains(const std::string& line, const std::string& text) { return line.find(text) != std::string::npos; }
 
-/// A warning that must be printed: its code ("?" = any) and texts that must stand in the same message.
-struct ExpectedWarning {
-  std::string code;
-  std::vector<std::string> texts;
-};
-
-struct CaseFile {
-  std::vector<Simulation> runs;
-  std::vector<std::string> order;  ///< localIds as `plc explain` must list them, whatever stands between
-  std::vector<ExpectedWarning> warnings;
-};
-
-std::vector<std::string> words(const std::string& line) {
-  std::istringstream in(line);
-  std::vector<std::string> result;
-  for (std::string word; in >> word;) result.push_back(word);
-  return result;
-}
-
-CaseFile read_case(const fs::path& folder) {
-  CaseFile result;
-  std::ifstream in(folder / "case.txt");
-  for (std::string line; std::getline(in, line);) {
-    const std::vector<std::string> parts = words(line);
-    if (parts.empty() || parts[0].front() == '#') continue;
-    if (parts.size() < 2) {
-      ADD_FAILURE() << "case.txt: line without a value: " << line;
-    } else if (parts[0] == "run:") {
-      result.runs.push_back({parts[1], {parts.begin() + 2, parts.end()}});
-    } else if (parts[0] == "order:") {
-      result.order.assign(parts.begin() + 1, parts.end());
-    } else if (parts[0] == "warning:") {
-      result.warnings.push_back({parts[1], {parts.begin() + 2, parts.end()}});
-    } else {
-      ADD_FAILURE() << "case.txt: unknown key: " << line;
-    }
-  }
-  if (result.runs.empty()) result.runs.push_back({"expected.csv", {}});
-  return result;
-}
-
-/// Lines of the tool's output that report a warning.
-std::vector<std::string> warning_lines(const std::string& text) {
+std::vector<std::string> lines_of(const std::string& text) {
   std::vector<std::string> result;
   std::istringstream in(text);
-  for (std::string line; std::getline(in, line);) {
-    if (line.find(": warning ") != std::string::npos) result.push_back(line);
-  }
+  for (std::string line; std::getline(in, line);) result.push_back(line);
   return result;
 }
 
 bool matches(const ExpectedWarning& expected, const std::string& line) {
-  if (expected.code != "?" && line.find(" " + expected.code) == std::string::npos) return false;
+  if (expected.code != "?" && !contains(line, " " + expected.code)) return false;
   return std::all_of(expected.texts.begin(), expected.texts.end(),
-                     [&](const std::string& text) { return line.find(text) != std::string::npos; });
+                     [&](const std::string& text) { return contains(line, text); });
 }
 
 /// Every expected warning is printed, and nothing warns that the case does not expect.
 void check_warnings(const CaseFile& the_case, const std::string& output) {
-  const std::vector<std::string> lines = warning_lines(output);
+  std::vector<std::string> lines = lines_of(output);
+  std::erase_if(lines, [](const std::string& line) { return !contains(line, ": warning "); });
   for (const ExpectedWarning& expected : the_case.warnings) {
     EXPECT_TRUE(
         std::any_of(lines.begin(), lines.end(), [&](const std::string& line) { return matches(expected, line); }))
@@ -103,6 +62,36 @@ void check_warnings(const CaseFile& the_case, const std::string& output) {
     EXPECT_TRUE(std::any_of(the_case.warnings.begin(), the_case.warnings.end(),
                             [&](const ExpectedWarning& expected) { return matches(expected, line); }))
         << "unexpected: " << line;
+  }
+}
+
+/// Counts the lines "event: <kind> at <place>, <n> times" by kind.
+std::map<std::string, std::uint64_t> events_of(const std::string& output) {
+  std::map<std::string, std::uint64_t> result;
+  for (const std::string& line : lines_of(output)) {
+    const std::vector<std::string> parts = plc::test::words(line);
+    if (parts.size() < 4 || parts[0] != "event:") continue;
+    result[parts[1]] += std::strtoull(parts[parts.size() - 2].c_str(), nullptr, 10);
+  }
+  return result;
+}
+
+/// Events and faults of a simulation are those that the case names, no more and no less.
+void check_run(const CaseFile& the_case, const ToolResult& result) {
+  EXPECT_EQ(events_of(result.all()), the_case.events) << result.all();
+  EXPECT_EQ(result.code, the_case.faults.empty() ? 0 : 1) << result.all();
+  std::vector<std::string> lines = lines_of(result.all());
+  std::erase_if(lines, [](const std::string& line) { return line.rfind("fault ", 0) != 0; });
+  EXPECT_EQ(lines.size(), the_case.faults.size()) << result.all();
+  for (const ExpectedFault& fault : the_case.faults) {
+    EXPECT_TRUE(std::any_of(lines.begin(), lines.end(),
+                            [&](const std::string& line) {
+                              return contains(line, "fault " + fault.code + ":") &&
+                                     contains(line, " task " + fault.task + ",") &&
+                                     contains(line, " cycle " + fault.cycle + ",");
+                            }))
+        << "missing fault " << fault.code << " in task " << fault.task << ", cycle " << fault.cycle << "\n"
+        << result.all();
   }
 }
 
@@ -121,9 +110,9 @@ void compare(const CsvTable& expected, const std::string& expected_name, const C
   }
 }
 
-/// `plc sim source`; `options` only where the source is the XML (an image carries its own).
-void simulate(const fs::path& folder, const std::string& source, const std::vector<std::string>& options,
-              const std::string& expected_name, const CaseFile* warnings_of) {
+/// `plc sim source`; `options` only where the source is the project (an image carries its own).
+void simulate(const fs::path& folder, const CaseFile& the_case, const std::string& source,
+              const std::vector<std::string>& options, const std::string& expected_name, bool with_warnings) {
   SCOPED_TRACE(source);
   const CsvTable expected = plc::test::read_csv((folder / expected_name).string());
   ASSERT_GE(expected.header.size(), 3U) << expected_name << ": columns are cycle, time_ms and at least one path";
@@ -139,20 +128,10 @@ void simulate(const fs::path& folder, const std::string& source, const std::vect
   arguments.insert(arguments.end(), options.begin(), options.end());
   const ToolResult result = run_tool(arguments);
   SCOPED_TRACE(command_line(arguments));
-  ASSERT_EQ(result.code, 0) << result.all();
-  if (warnings_of != nullptr) check_warnings(*warnings_of, result.all());
+  ASSERT_TRUE(fs::exists(scratch.file("trace.csv"))) << result.all();
+  check_run(the_case, result);
+  if (with_warnings) check_warnings(the_case, result.all());
   compare(expected, expected_name, plc::test::read_csv(scratch.file("trace.csv")));
-}
-
-std::vector<std::string> case_names() {
-  std::vector<std::string> names;
-  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(kCases)) {
-    if (entry.path().filename() == "project.xml") {
-      names.push_back(fs::relative(entry.path().parent_path(), kCases).generic_string());
-    }
-  }
-  std::sort(names.begin(), names.end());
-  return names;
 }
 
 std::string test_name(const ::testing::TestParamInfo<std::string>& param) {
@@ -167,20 +146,24 @@ class Case : public ::testing::TestWithParam<std::string> {};
 TEST_P(Case, TraceEqualsTheHandWorkedTable) {
   const fs::path folder = fs::path(kCases) / GetParam();
   ASSERT_TRUE(fs::exists(folder / "README.md")) << "a case says why its numbers prove its point";
-  const CaseFile the_case = read_case(folder);
-  const std::string project = (folder / "project.xml").string();
+  const CaseFile the_case = plc::test::read_case(folder);
+  const std::string project = plc::test::project_of(folder).string();
   for (std::size_t i = 0; i < the_case.runs.size(); ++i) {
-    const Simulation& run = the_case.runs[i];
+    const CaseRun& run = the_case.runs[i];
     SCOPED_TRACE("run " + run.expected + " " + command_line(run.options));
-    simulate(folder, project, run.options, run.expected, i == 0 ? &the_case : nullptr);
+    std::vector<std::string> options = run.options;
+    for (const std::string& library : the_case.libraries) {
+      options.insert(options.end(), {"--lib", (folder / library).string()});
+    }
+    simulate(folder, the_case, project, options, run.expected, i == 0);
 
     const ScratchFolder scratch;
     const std::string image = scratch.file("project.pbc");
     std::vector<std::string> compile = {kTool, "compile", project, "-o", image};
-    compile.insert(compile.end(), run.options.begin(), run.options.end());
+    compile.insert(compile.end(), options.begin(), options.end());
     const ToolResult compiled = run_tool(compile);
     ASSERT_EQ(compiled.code, 0) << command_line(compile) << "\n" << compiled.all();
-    simulate(folder, image, {}, run.expected, nullptr);
+    simulate(folder, the_case, image, {}, run.expected, false);
   }
   if (the_case.order.empty()) return;
   const ToolResult explained = run_tool({kTool, "explain", project});
@@ -190,6 +173,6 @@ TEST_P(Case, TraceEqualsTheHandWorkedTable) {
       << explained.out;
 }
 
-INSTANTIATE_TEST_SUITE_P(Cases, Case, ::testing::ValuesIn(case_names()), test_name);
+INSTANTIATE_TEST_SUITE_P(Cases, Case, ::testing::ValuesIn(plc::test::case_names(kCases)), test_name);
 
 }  // namespace

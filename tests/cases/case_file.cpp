@@ -1,0 +1,71 @@
+#include "tests/cases/case_file.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+
+namespace plc::test {
+
+namespace fs = std::filesystem;
+
+std::vector<std::string> words(const std::string& line) {
+  std::istringstream in(line);
+  std::vector<std::string> result;
+  for (std::string word; in >> word;) result.push_back(word);
+  return result;
+}
+
+CaseFile read_case(const fs::path& folder) {
+  CaseFile result;
+  std::ifstream in(folder / "case.txt");
+  for (std::string line; std::getline(in, line);) {
+    const std::vector<std::string> parts = words(line);
+    if (parts.empty() || parts[0].front() == '#') continue;
+    const std::string& key = parts[0];
+    if (parts.size() < 2) {
+      ADD_FAILURE() << "case.txt: line without a value: " << line;
+    } else if (key == "run:") {
+      result.runs.push_back({parts[1], {parts.begin() + 2, parts.end()}});
+    } else if (key == "order:") {
+      result.order.assign(parts.begin() + 1, parts.end());
+    } else if (key == "warning:") {
+      result.warnings.push_back({parts[1], {parts.begin() + 2, parts.end()}});
+    } else if (key == "event:" && parts.size() == 3) {
+      result.events[parts[1]] += std::strtoull(parts[2].c_str(), nullptr, 10);
+    } else if (key == "fault:" && parts.size() == 4) {
+      result.faults.push_back({parts[1], parts[2], parts[3]});
+    } else if (key == "lib:") {
+      result.libraries.insert(result.libraries.end(), parts.begin() + 1, parts.end());
+    } else if (key == "tables:") {
+      result.tables.insert(result.tables.end(), parts.begin() + 1, parts.end());
+    } else if (key == "only:" && parts.size() > 2) {
+      result.only = line.substr(line.find(parts[1]));
+    } else {
+      ADD_FAILURE() << "case.txt: line that is not understood: " << line;
+    }
+  }
+  if (result.runs.empty()) result.runs.push_back({"expected.csv", {}});
+  return result;
+}
+
+fs::path project_of(const fs::path& folder) {
+  const fs::path text = folder / "project.st";
+  return fs::exists(text) ? text : folder / "project.xml";
+}
+
+std::vector<std::string> case_names(const fs::path& root) {
+  std::vector<std::string> names;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(root)) {
+    const std::string name = entry.path().filename().string();
+    if (name == "project.xml" || name == "project.st") {
+      names.push_back(fs::relative(entry.path().parent_path(), root).generic_string());
+    }
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+}  // namespace plc::test
