@@ -1,5 +1,6 @@
 #include "core/diagnostics.h"
 
+#include <algorithm>
 #include <ostream>
 #include <utility>
 
@@ -34,8 +35,13 @@ std::uint16_t Diagnostics::add_file(std::string name) {
   return static_cast<std::uint16_t>(files_.size() - 1);
 }
 
+void Diagnostics::mute(Code code) {
+  if (info(code).severity != Severity::kError) muted_.push_back(code);
+}
+
 void Diagnostics::report(Code code, const SourceRef& at, std::string_view pou, std::string message, std::string help) {
   const Severity severity = info(code).severity;
+  if (std::find(muted_.begin(), muted_.end(), code) != muted_.end()) return;
   if (severity == Severity::kError) ++errors_;
   if (severity == Severity::kWarning) ++warnings_;
   if (all_.size() >= kMaxKept && !(severity == Severity::kError && errors_ == 1)) return;

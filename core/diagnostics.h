@@ -49,6 +49,8 @@ class Diagnostics {
   [[nodiscard]] std::size_t file_count() const { return files_.size(); }
   [[nodiscard]] const std::string& file_name(std::uint16_t file) const { return files_[file]; }
 
+  /// Warnings of this code are neither kept nor counted from now on; errors cannot be muted.
+  void mute(Code code);
   void report(Code code, const SourceRef& at, std::string_view pou, std::string message, std::string help = {});
 
   [[nodiscard]] bool has_errors() const { return errors_ != 0; }
@@ -72,6 +74,7 @@ class Diagnostics {
   std::vector<std::string> files_;
   std::vector<FileStamp> stamps_;  ///< of the files, when they were named
   std::vector<Diagnostic> all_;
+  std::vector<Code> muted_;
   std::size_t errors_ = 0;
   std::size_t warnings_ = 0;
 };

@@ -550,6 +550,7 @@ struct BlockLowering {
         "it is neither in this file nor in the standard library: export it with the project, or load the library that "
         "has it";
     if (d.options_.stub_missing) {
+      b.pou().partial = true;
       b.report(Code::P3020, e.at, "block " + title() + " is missing and replaced by a stub that does nothing", supply);
     } else {
       b.report(Code::P3008, e.at, "block " + title() + " is not known",

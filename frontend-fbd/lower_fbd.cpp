@@ -66,6 +66,7 @@ void Drawing::lower_out_variable(NodeId node) {
   if (in.state == Incoming::State::kUnconnected) {
     report(Code::P3022, node, "outVariable \"" + e.text + "\" is not connected",
            "it keeps its value; wire it, or delete it");
+    builder_.pou().partial = true;
     return publish_poison(out);
   }
   if (!in.is_value()) return publish_poison(out);

@@ -78,6 +78,7 @@ class Ladder final : public fbd::Drawing {
         const std::string name = e.kind == ElementKind::kActionBlock ? action_summary(e) : e.text;
         report(Code::P2001, node, std::string(core::element_word(e.kind)) + " \"" + name + "\" is not connected",
                "it does nothing; wire it to a left power rail, or delete it");
+        builder().pou().partial = true;
       }
       return std::nullopt;
     }

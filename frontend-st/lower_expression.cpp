@@ -103,6 +103,7 @@ Operand Lowering::operand(ir::ValueId value, NodeId id) {
 
 void Lowering::warn_stub(const core::SourceRef& where, const std::string& what) {
   stub_used_ = true;
+  builder_.pou().partial = true;
   const std::string message = what + " is a stub and does nothing";
   for (const core::Diagnostic& d : builder_.diagnostics().all()) {
     if (d.code == Code::P4015 && d.message == message && d.pou == builder_.pou().name) return;

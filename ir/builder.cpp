@@ -34,6 +34,7 @@ std::uint32_t Builder::emit(Op op, TypeRef type, std::uint32_t a, std::uint32_t 
   Body& target = body();
   Inst inst;
   inst.op = op;
+  inst.part = part_;
   inst.count = count;
   inst.type = type;
   inst.a = a;

@@ -49,6 +49,8 @@ class Builder {
 
   /// Instructions made from now on come from `at`.
   void set_source(const SourceRef& at);
+  /// Instructions made from now on are this part of a statement.
+  void set_part(Part part) { part_ = part; }
   /// Reports with the POU's name at `at`.
   void report(core::Code code, const SourceRef& at, std::string message, std::string help = {});
 
@@ -133,6 +135,7 @@ class Builder {
   std::uint32_t pou_index_;
   core::Diagnostics& diagnostics_;
   std::uint32_t source_ = 0;
+  Part part_ = Part::kPlain;
   struct PlaceHash {
     std::size_t operator()(const Place& p) const {
       return (static_cast<std::size_t>(p.kind) * 1000003u + p.index) * 1000003u + p.parent.index;

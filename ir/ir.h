@@ -93,8 +93,17 @@ enum class Op : std::uint8_t {
 };
 inline constexpr std::size_t kOpCount = 23;
 
+/// What an instruction belongs to where nobody wrote it as such: lint leaves the comparisons and stores out that a loop
+/// or CASE implies. Code generation does not look at it.
+enum class Part : std::uint8_t {
+  kPlain,
+  kCaseLabel,   ///< compares the selector of a CASE (the first argument) with a label, or jumps past the branch
+  kForControl,  ///< compares, counts or stores the control variable of a FOR, or jumps because of it
+};
+
 struct Inst {
   Op op = Op::kReturn;
+  Part part = Part::kPlain;
   std::uint16_t count = 0;
   TypeRef type{};  ///< of the value, if the op makes one
   std::uint32_t a = 0, b = 0;
@@ -165,6 +174,7 @@ struct Pou {
   bool compiled = false;  ///< a front end lowered its body without error
   bool stub = false;      ///< --stub-missing: does nothing
   bool from_library = false;  ///< brought by --lib: lint does not look at it
+  bool partial = false;   ///< parts of its body are left out (stubs, unconnected elements), with what they would read and write
   SourceRef at;
 
   [[nodiscard]] const Variable* find(std::string_view variable) const {

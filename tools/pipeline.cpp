@@ -229,6 +229,7 @@ std::unique_ptr<plcopen::Project> read_project(const std::string& path, core::Di
 void compile(const Request& request, Compilation& compilation) {
   if (!can_open(request.path, compilation)) return;
   core::Diagnostics& diagnostics = compilation.diagnostics;
+  if (request.lint) ir::mute_others(*request.lint, diagnostics);
   compilation.project = read_project(request.path, diagnostics);
   if (compilation.project) read_libraries(request, compilation);
   if (!compilation.readable || !compilation.project || request.goal == Goal::kRead) return;
@@ -238,6 +239,7 @@ void compile(const Request& request, Compilation& compilation) {
   Lowering(request, compilation).lower_all();
   ir::check(*compilation.module, diagnostics);
   if (diagnostics.has_errors()) return;
+  if (request.lint) ir::lint(*compilation.module, *request.lint, diagnostics);
 
   if (!runs_anything(*compilation.module)) {
     if (request.goal == Goal::kRun) report_nothing_to_run(*compilation.project, diagnostics);

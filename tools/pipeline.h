@@ -16,6 +16,7 @@
 #include "core/diagnostics.h"
 #include "core/options.h"
 #include "ir/ir.h"
+#include "ir/lint.h"
 #include "plcopen/project.h"
 
 namespace plc::tools {
@@ -32,6 +33,7 @@ struct Request {
   core::CompileOptions options;
   Goal goal = Goal::kCheck;
   std::vector<std::string> libraries = {};  ///< files whose data types, POUs and globals join the project
+  std::optional<ir::LintOptions> lint{};  ///< lint a project that has no errors; lints that are off stay silent
 };
 
 struct Compilation {

@@ -1,10 +1,11 @@
-// plc check: compiles files without writing anything.
+// plc check: compiles files without writing anything, and lints what compiles.
 #include <fmt/format.h>
 
 #include <iostream>
 #include <string>
 #include <vector>
 
+#include "ir/lint.h"
 #include "tools/command_line.h"
 #include "tools/plc/commands.h"
 #include "tools/plc/json.h"
@@ -15,6 +16,8 @@ namespace {
 struct Check {
   std::vector<std::string> files;
   bool json = false;
+  bool werror = false;
+  std::vector<std::string> lints;
   core::CompileOptions options;
   std::vector<std::string> libraries;
 };
@@ -33,13 +36,33 @@ std::string summary(const std::string& file, const Compilation& compilation) {
   return text;
 }
 
+/// The lints by name, for the help: "unused-variable (P4301)   declared, but ..", off ones marked.
+std::string list_of_lints() {
+  std::string text = "Lints (--lint):\n";
+  for (const ir::LintInfo& row : ir::lints()) {
+    text += fmt::format("  {:<20} {} {}{}\n", row.name, core::info(row.code).name, row.summary,
+                        row.on ? "" : " (off by default)");
+  }
+  return text + "plc explain CODE shows the page of one, with a wrong and a right example.";
+}
+
 int run(const Check& check) {
   std::vector<CheckedFile> checked;
+  ir::LintOptions lint;
+  for (const std::string& list : check.lints) {
+    const core::Result<ir::LintOptions> changed = lint.with(list);
+    if (!changed) {
+      complain("plc check", changed.error().message, changed.error().help);
+      return kExitUsage;
+    }
+    lint = *changed;
+  }
   int exit_code = kExitOk;
   for (const std::string& file : check.files) {
     Compilation compilation;
-    open({file, check.options, Goal::kCheck, check.libraries}, compilation);
-    exit_code = std::max(exit_code, compilation.ok() ? kExitOk : compilation.readable ? kExitErrors : kExitUsage);
+    open({file, check.options, Goal::kCheck, check.libraries, lint}, compilation);
+    const bool good = compilation.ok() && !(check.werror && compilation.diagnostics.warning_count() != 0);
+    exit_code = std::max(exit_code, good ? kExitOk : compilation.readable ? kExitErrors : kExitUsage);
     if (!check.json) {
       compilation.diagnostics.render_with_lines(std::cerr);
       if (compilation.readable) std::cout << summary(file, compilation) << std::endl;
@@ -57,16 +80,27 @@ void add_check(CLI::App& app, int& exit_code) {
   static Check check;
   CLI::App* command = app.add_subcommand(
       "check",
-      "Compiles files and reports every problem found, writes nothing.\n"
+      "Compiles files and reports every problem found, writes nothing. Files without errors are linted: what\n"
+      "compiles, but is hardly meant, is a warning.\n"
       "\n"
       "Examples:\n"
       "  plc check plant.xml\n"
       "  plc check plant.st --lib drives.st           with the data types, POUs and globals of a library\n"
       "  plc check --json *.xml > problems.json       one JSON document, for editors and scripts\n"
-      "  plc check --stub-missing plant.xml           what would be missing, as warnings");
+      "  plc check --stub-missing plant.xml           what would be missing, as warnings\n"
+      "  plc check --lint=-shadowed-name plant.xml    the usual lints but one\n"
+      "  plc check --lint=none,double-coil plant.xml  one lint only\n"
+      "  plc check --werror plant.xml                 exit code 1 when there is any warning");
   command->add_option("FILE", check.files, "PLCopen XML or ST files, or images")->required();
   command->add_flag("--json", check.json, "one JSON document on stdout instead of text on stderr");
   add_library_option(*command, check.libraries);
+  command
+      ->add_option("--lint", check.lints,
+                   "which lints: all, none, NAME, -NAME, separated by commas, applied from left to right to those "
+                   "that are on by default")
+      ->type_name("LIST");
+  command->add_flag("--werror", check.werror, "warnings make the exit code 1, as errors do");
+  command->footer(list_of_lints());
   add_compile_options(*command, check.options);
   command->callback([&exit_code] { exit_code = run(check); });
 }
