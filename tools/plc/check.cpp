@@ -98,7 +98,8 @@ void add_check(CLI::App& app, int& exit_code) {
       ->add_option("--lint", check.lints,
                    "which lints: all, none, NAME, -NAME, separated by commas, applied from left to right to those "
                    "that are on by default")
-      ->type_name("LIST");
+      ->type_name("LIST")
+      ->allow_extra_args(false);
   command->add_flag("--werror", check.werror, "warnings make the exit code 1, as errors do");
   command->footer(list_of_lints());
   add_compile_options(*command, check.options);

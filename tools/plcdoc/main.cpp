@@ -1,4 +1,4 @@
-// plcdoc: reference pages from the tables: instruction set, library, problem codes, plc.toml. A test compares them with
+// plcdoc: reference pages from the tables: instruction set, library, problem codes, lints, plc.toml. A test compares them with
 // docs/reference.
 #include <fmt/format.h>
 
@@ -15,6 +15,7 @@
 #include "core/diagnostics.h"
 #include "core/types.h"
 #include "io-drivers/config/keys.h"
+#include "ir/lint.h"
 #include "stdlib/library.h"
 
 namespace {
@@ -189,6 +190,18 @@ std::string problems_page() {
   return out.str();
 }
 
+std::string lint_page() {
+  std::ostringstream out;
+  out << fmt::format(kGenerated, "ir/lints.def")
+      << "# Lints\n\nWhat `plc check` looks for in projects without errors; `--lint=NAME` and `--lint=-NAME` switch one on or off. The\n"
+         "[guide](../guides/lint.md) says how to choose.\n\n| lint | code | default | finds |\n| --- | --- | --- | --- |\n";
+  for (const ir::LintInfo& row : ir::lints()) {
+    out << fmt::format("| `{0}` | [{1}](../problems/{1}.md) | {2} | {3} |\n", row.name, core::info(row.code).name,
+                       row.on ? "on" : "off", row.summary);
+  }
+  return out.str();
+}
+
 std::string default_text(const io::KeyInfo& key) {
   switch (key.fallback.kind) {
     case io::KeyDefault::Kind::kValue:
@@ -233,6 +246,7 @@ int main(int argc, char** argv) {
 
   const std::pair<const char*, std::string> pages[] = {
       {"opcodes.md", opcodes_page()}, {"library.md", library_page()}, {"problems.md", problems_page()},
+      {"lint.md", lint_page()},
       {"configuration.md", configuration_page()}};
   int exit_code = 0;
   for (const auto& [name, text] : pages) {
