@@ -58,6 +58,7 @@ Declarer::Declarer(const plcopen::Project& project, const core::CompileOptions& 
 void Declarer::run() {
   module_.options = options_;
   module_.name = project_.name;
+  module_.file = project_.file;
   declare_pou_names();
   for (const plcopen::Configuration& configuration : project_.configurations) {
     const auto collect = [&](const std::vector<plcopen::Variable>& globals) {

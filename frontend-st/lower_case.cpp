@@ -71,6 +71,7 @@ std::optional<std::int64_t> Lowering::label_number(ValueId label) {
 
 /// BOOL: the selector has the value, or lies in the range, of `label`.
 std::optional<ValueId> Lowering::case_label(NodeId label, ValueId selector, LabelRanges& taken) {
+  const ir::PartScope part(builder_, ir::Part::kCaseLabel);
   const TypeRef type = builder_.type_of(selector);
   const bool range = node(label).kind == NodeKind::kRange;
   const auto low = label_value(range ? node(label).a : label, type);
@@ -119,9 +120,15 @@ bool Lowering::case_of(NodeId id) {
       if (one) taken = taken ? builder_.logic(ir::Op::kOr, *taken, *one) : *one;
     }
     const ir::LabelId next = builder_.new_label();
-    if (taken) builder_.jump_if_not(*taken, next);
+    if (taken) {
+      const ir::PartScope part(builder_, ir::Part::kCaseLabel);
+      builder_.jump_if_not(*taken, next);
+    }
     fine = statements(node(branch).b) && fine;
-    if (node(branch).c != kNoNode) builder_.jump(end);
+    if (node(branch).c != kNoNode) {
+      const ir::PartScope part(builder_, ir::Part::kCaseLabel);
+      builder_.jump(end);
+    }
     builder_.bind(next);
   }
   builder_.bind(end);

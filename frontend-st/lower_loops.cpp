@@ -40,6 +40,7 @@ ValueId Lowering::integer(TypeRef type, std::int64_t value) {
 
 bool Lowering::loop_body(NodeId id, Loop loop) {
   loops_.push_back(loop);
+  const ir::PartScope plain(builder_, ir::Part::kPlain);
   const bool fine = statements(node(id).b);
   loops_.pop_back();
   builder_.set_source(at(id));
@@ -139,6 +140,7 @@ bool Lowering::for_loop(NodeId id) {
     builder_.bind(unused.exit);
     return false;
   }
+  const ir::PartScope counting(builder_, ir::Part::kForControl);
   builder_.store(*control, *initial);
   return known_step ? for_known_step(id, *control, *initial, *final_value, *known_step)
                     : for_any_step(id, *control, *final_value, *step);

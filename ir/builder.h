@@ -9,6 +9,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "core/diagnostics.h"
 #include "ir/ir.h"
@@ -49,8 +50,8 @@ class Builder {
 
   /// Instructions made from now on come from `at`.
   void set_source(const SourceRef& at);
-  /// Instructions made from now on are this part of a statement.
-  void set_part(Part part) { part_ = part; }
+  /// Instructions made from now on are this part of a statement; returns what they were before.
+  Part set_part(Part part) { return std::exchange(part_, part); }
   /// Reports with the POU's name at `at`.
   void report(core::Code code, const SourceRef& at, std::string message, std::string help = {});
 
@@ -148,6 +149,19 @@ class Builder {
   };
   std::unordered_map<Place, PlaceId, PlaceHash, PlaceEqual> interned_;
   std::vector<PlaceId> variable_places_;  ///< by variable index, in-outs left out: most places need no hash
+};
+
+/// Instructions made while it lives belong to `part`.
+class PartScope {
+ public:
+  PartScope(Builder& builder, Part part) : builder_(builder), before_(builder.set_part(part)) {}
+  ~PartScope() { builder_.set_part(before_); }
+  PartScope(const PartScope&) = delete;
+  PartScope& operator=(const PartScope&) = delete;
+
+ private:
+  Builder& builder_;
+  Part before_;
 };
 
 }  // namespace plc::ir

@@ -203,6 +203,9 @@ class Statements {
     const auto look_at_write = [&](std::uint32_t index, std::uint32_t place) {
       const auto found = loops.find(place);
       if (found == loops.end()) return;
+      // An inner loop on the same variable is one finding, where it sets it.
+      if (std::any_of(found->second.begin(), found->second.end(), [&](const Loop& l) { return l.end == index; }))
+        return;
       for (const Loop& loop : found->second) {
         if (index <= loop.begin || index >= loop.end) continue;
         return add(Lint::kLoopVariable, index,

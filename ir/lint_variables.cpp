@@ -110,8 +110,9 @@ class VariableLints {
     bool whole = true;  // nothing is left out, so what is not seen does not happen
     for (std::uint32_t p = 0; p < module_.pous.size(); ++p) {
       const Pou& pou = module_.pous[p];
-      whole = whole && pou.compiled && !pou.stub && !pou.partial;
-      if (!is_linted(pou) || pou.partial || pou.body.insts.empty()) continue;
+      const bool unused_library = pou.at.file != module_.file && !pou.compiled;
+      whole = whole && (unused_library || (pou.compiled && !pou.stub && !pou.partial));
+      if (!is_linted(module_, pou) || pou.partial || pou.body.insts.empty()) continue;
       for (std::uint32_t v = 0; v < pou.variables.size(); ++v) {
         if (is_visible(pou.variables[v])) look_at_variable(p, v);
       }
@@ -202,7 +203,8 @@ class VariableLints {
   void look_at_global(std::uint32_t index) {
     const Global& global = module_.globals[index];
     const Variable& v = global.variable;
-    if (!is_visible(v) || v.constant || !v.address.empty()) return;
+    const bool from_library = v.at.file != module_.file;
+    if (from_library || !is_visible(v) || v.constant || !v.address.empty()) return;
     const Use use = usage_.global(index);
     const std::string name = quoted(global.list.empty() ? v.name : global.list + "." + v.name);
     if (use == 0) {
@@ -242,16 +244,29 @@ class VariableLints {
       for (const Variable& v : pou.variables) mark_instances(v.type, seen, used);
     }
     for (const Global& global : module_.globals) mark_instances(global.variable.type, seen, used);
+    constexpr std::size_t kNamed = 8;
+    const Pou* first = nullptr;
+    std::string names;
+    std::size_t count = 0;
     for (std::uint32_t p = 0; p < module_.pous.size(); ++p) {
       const Pou& pou = module_.pous[p];
-      if (used[p] || !is_linted(pou)) continue;
-      static constexpr std::string_view kWords[] = {"program", "function block", "function"};
-      const bool program = pou.kind == PouKind::kProgram;
-      findings_.add(Lint::kUnusedPou, pou.at, pou.name,
-                    fmt::format("{} {} is not {}", kWords[static_cast<std::size_t>(pou.kind)], quoted(pou.name),
-                                program ? "run by any task" : "used by any POU"),
-                    program ? "give a task an instance of it, or delete it" : "delete it, or move it to a library");
+      if (used[p] || !is_linted(module_, pou)) continue;
+      if (pou.kind == PouKind::kProgram) {
+        findings_.add(Lint::kUnusedPou, pou.at, pou.name, fmt::format("no task runs program {}", quoted(pou.name)),
+                      "give a task an instance of it, or delete it");
+        continue;
+      }
+      if (first == nullptr) first = &pou;
+      if (++count <= kNamed) names += (names.empty() ? "" : ", ") + pou.name;
     }
+    if (first == nullptr) return;
+    // One finding for all: projects carry libraries in their own file, of which they use a few POUs.
+    if (count > kNamed) names += fmt::format(" and {} more", count - kNamed);
+    findings_.add(
+        Lint::kUnusedPou, first->at, first->name,
+        count == 1 ? fmt::format("nothing uses {}", names)
+                   : fmt::format("nothing uses {} functions and function blocks: {}", count, names),
+        count == 1 ? "delete it, or move it to a library (--lib)" : "delete them, or move them to a library (--lib)");
   }
 
   void mark_instances(TypeRef ref, std::vector<bool>& seen, std::vector<bool>& used) {

@@ -48,7 +48,8 @@ TEST(Check, JsonIsOneDocumentOnStdout) {
   EXPECT_TRUE(document["files"][1]["ok"]);
   bool found = false;
   for (const auto& row : document["diagnostics"]) {
-    for (const char* key : {"file", "line", "column", "code", "severity", "pou", "element", "localId", "message", "help"}) {
+    for (const char* key :
+         {"file", "line", "column", "code", "severity", "pou", "element", "localId", "message", "help"}) {
       EXPECT_TRUE(row.contains(key)) << key;
     }
     found = found || (row["severity"] == "error" && row["line"] == 11 && row["pou"] == "Main" && row["localId"] == 2 &&
@@ -95,6 +96,117 @@ TEST(Check, AFileWithoutInstancesIsFine) {
   const auto result = run_tool({PLC_TOOL, "check", file});
   EXPECT_EQ(result.code, 0) << result.err;
   EXPECT_NE(result.out.find("no task runs a program"), std::string::npos) << result.out;
+}
+
+/// A project with one finding of lint: a variable that is not used.
+constexpr std::string_view kUnusedLocal = R"(PROGRAM Main
+VAR
+  In AT %IX0.0 : BOOL;
+  Out AT %QX0.0 : BOOL;
+  Spare : BOOL;
+END_VAR
+  Out := In;
+END_PROGRAM
+CONFIGURATION C
+  RESOURCE R ON PLC
+    TASK T(INTERVAL := T#10ms, PRIORITY := 0);
+    PROGRAM main WITH T : Main;
+  END_RESOURCE
+END_CONFIGURATION
+)";
+
+TEST(Lint, FindingsAreWarningsWithPlaceAndHelp) {
+  const ScratchFolder scratch;
+  const std::string file = scratch.file("spare.st");
+  write_text(file, kUnusedLocal);
+  const auto result = run_tool({PLC_TOOL, "check", file});
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(result.err, file + ":5:3: warning P4301: variable \"Spare\" is not used [POU Main]\n  help: delete it\n");
+  EXPECT_NE(result.out.find("ok, 1 warning"), std::string::npos) << result.out;
+  const auto document = nlohmann::json::parse(run_tool({PLC_TOOL, "check", "--json", file}).out);
+  ASSERT_EQ(document["diagnostics"].size(), 1u);
+  EXPECT_EQ(document["diagnostics"][0]["code"], "P4301");
+  EXPECT_EQ(document["diagnostics"][0]["line"], 5);
+}
+
+TEST(Lint, SwitchesChooseByNameAndFlagsMayRepeat) {
+  const ScratchFolder scratch;
+  const std::string file = scratch.file("spare.st");
+  write_text(file, kUnusedLocal);
+  const auto says = [&](std::vector<std::string> flags) {
+    flags.insert(flags.begin(), {PLC_TOOL, "check"});
+    flags.push_back(file);
+    const auto result = run_tool(flags);
+    EXPECT_EQ(result.code, 0) << command_line(flags) << "\n" << result.all();
+    return result.err.find("P4301") != std::string::npos;
+  };
+  EXPECT_TRUE(says({"--lint=all"}));
+  EXPECT_TRUE(says({"--lint", "none,unused-variable"}));
+  EXPECT_TRUE(says({"--lint=-double-coil"}));
+  EXPECT_FALSE(says({"--lint=none"}));
+  EXPECT_FALSE(says({"--lint=-unused-variable"}));
+  EXPECT_FALSE(says({"--lint=all", "--lint=-P4301"}));
+}
+
+TEST(Lint, SwitchesApplyToWhatTheCompilerFindsToo) {
+  const ScratchFolder scratch;
+  const std::string file = scratch.file("coils.xml");
+  const std::string coil =
+      R"(<connectionPointIn><connection refLocalId="1"/></connectionPointIn><variable>Out</variable></coil>)";
+  write_text(file, small_project(true, R"(<LD>
+<leftPowerRail localId="1"><position x="0" y="0"/><connectionPointOut formalParameter=""/></leftPowerRail>
+<coil localId="3"><position x="100" y="0"/>)" +
+                                           coil + R"(<coil localId="4"><position x="100" y="50"/>)" + coil + "</LD>"));
+  EXPECT_NE(run_tool({PLC_TOOL, "check", "--lint=none,double-coil", file}).err.find("P2002"), std::string::npos);
+  EXPECT_EQ(run_tool({PLC_TOOL, "check", "--lint=none", file}).err, "");
+  EXPECT_NE(run_tool({PLC_TOOL, "sim", "--cycles", "1", file}).err.find("P2002"), std::string::npos);
+}
+
+TEST(Lint, UnknownNamesAreUsageErrorsWithAGuess) {
+  const auto result = run_tool({PLC_TOOL, "check", "--lint=unused-variables", tank()});
+  EXPECT_EQ(result.code, 2);
+  EXPECT_NE(result.err.find("\"unused-variables\""), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find("did you mean \"unused-variable\"?"), std::string::npos) << result.err;
+}
+
+TEST(Lint, HelpListsEveryOneOfThem) {
+  const auto help = run_tool({PLC_TOOL, "check", "--help"});
+#define PLC_LINT(name, word, code, on, summary)              \
+  EXPECT_NE(help.out.find(word), std::string::npos) << word; \
+  EXPECT_NE(help.out.find(summary), std::string::npos) << word;
+#include "ir/lints.def"
+}
+
+TEST(Lint, WarningsFailTheCheckOnRequest) {
+  const ScratchFolder scratch;
+  const std::string file = scratch.file("spare.st");
+  write_text(file, kUnusedLocal);
+  EXPECT_EQ(run_tool({PLC_TOOL, "check", "--werror", file}).code, 1);
+  EXPECT_EQ(run_tool({PLC_TOOL, "check", "--werror", "--lint=none", file}).code, 0);
+  EXPECT_EQ(run_tool({PLC_TOOL, "check", "--werror", tank()}).code, 0);
+}
+
+TEST(Lint, NeitherCompilingNorRunningLints) {
+  const ScratchFolder scratch;
+  const std::string file = scratch.file("spare.st");
+  write_text(file, kUnusedLocal);
+  EXPECT_EQ(run_tool({PLC_TOOL, "compile", file, "-o", scratch.file("x.pbc")}).err.find("P4301"), std::string::npos);
+  EXPECT_EQ(run_tool({PLC_TOOL, "sim", "--cycles", "1", file}).err, "");
+}
+
+TEST(Lint, LibrariesAreLeftOut) {
+  const ScratchFolder scratch;
+  const std::string library = scratch.file("library.st"), file = scratch.file("plant.st");
+  write_text(library,
+             "FUNCTION Twice : INT VAR_INPUT A : INT; END_VAR VAR Spare : INT; END_VAR Twice := 2 * A; END_FUNCTION\n"
+             "FUNCTION Unused : INT Unused := 1; END_FUNCTION\n");
+  std::string text(kUnusedLocal);
+  text.replace(text.find("Spare : BOOL"), 12, "Spare : INT := 1");
+  text.replace(text.find("Out := In;"), 10, "Out := In; Spare := Twice(Spare);");
+  write_text(file, text);
+  const auto result = run_tool({PLC_TOOL, "check", "--lib", library, file});
+  EXPECT_EQ(result.code, 0);
+  EXPECT_EQ(result.err, "");
 }
 
 TEST(Check, ReportAccountsForElements) {
