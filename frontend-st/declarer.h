@@ -154,7 +154,8 @@ class Declarer final : public ConstantScope {
   std::map<const plcopen::Variable*, std::optional<ConstantValue>> constant_values_;
 
   std::vector<Pending> pending_;
-  std::unordered_set<std::uint32_t> owned_by_one_pou_;  ///< located globals made for one POU: named POU.variable
+  std::vector<ir::ReferenceInit>* references_ = nullptr;  ///< takes REF(x) of the variable being initialised
+  std::unordered_set<std::uint32_t> owned_by_one_pou_;    ///< located globals made for one POU: named POU.variable
   bool instance_failed_ = false;
 };
 

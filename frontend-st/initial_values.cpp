@@ -174,6 +174,11 @@ bool Declarer::add_items(const InitialValue& value, TypeRef type, std::vector<st
            target.kind == TypeKind::kArray ? "arrays take a list of values" : "structures take values by member");
     return false;
   }
+  if (target.kind == TypeKind::kReference && !core::iequals(core::trimmed(value.text), "NULL") &&
+      references_ != nullptr) {
+    references_->push_back({path, value.text, at});
+    return true;
+  }
   const auto result = target.kind == TypeKind::kString
                           ? evaluate_text(value.text, at, type, owner)
                           : evaluate_constant(value.text, at, types(), *this, diagnostics_, owner.pou, type);
@@ -359,9 +364,13 @@ void Declarer::initialize_all() {
       continue;
     }
     if (first.role == ir::Role::kInOut) continue;
+    std::vector<ir::ReferenceInit> references;
+    references_ = global ? nullptr : &references;
     Items items =
         initial_of(*pending.declaration, first.type, {pou_name, pending.declaration->name, pending.declaration->at});
+    references_ = nullptr;
     target().initial = std::move(items);
+    target().references = std::move(references);
   }
   local_constants_.clear();
   // A function's result begins with what its type begins with.
@@ -369,7 +378,8 @@ void Declarer::initialize_all() {
     if (!module_.pous[i].return_type.valid()) continue;
     ir::Variable& result = module_.pous[i].variables[0];
     const std::string pou_name = project_.pous[i].name;
-    result.initial = spec_defaults(project_.pous[i].return_type, result.type, {pou_name, pou_name, project_.pous[i].at});
+    result.initial =
+        spec_defaults(project_.pous[i].return_type, result.type, {pou_name, pou_name, project_.pous[i].at});
   }
 }
 

@@ -56,6 +56,15 @@ Lowering::Arguments Lowering::bind_arguments(NodeId call, const std::vector<Para
                                              std::string_view callee) {
   Arguments out;
   std::vector<bool> taken(parameters.size(), false);
+  // Without names all parameters are given in the order of their declaration, outputs too (IEC
+  // 61131-3:2013, 6.6.1.4.2); shorter calls leave the outputs out.
+  std::size_t unnamed = 0;
+  for (NodeId id = node(call).b; id != kNoNode; id = node(id).next) {
+    if (node(id).argument == ArgumentKind::kPositional) ++unnamed;
+  }
+  const auto inputs = static_cast<std::size_t>(
+      std::count_if(parameters.begin(), parameters.end(), [](const Parameter& p) { return p.role != Role::kOutput; }));
+  const bool with_outputs = unnamed > inputs;
   bool named_seen = false;
   std::size_t position = 0;
   const auto refuse = [&](NodeId argument, std::string message, std::string help = {}) {
@@ -69,9 +78,9 @@ Lowering::Arguments Lowering::bind_arguments(NodeId call, const std::vector<Para
         refuse(id, "an argument without name follows arguments with names", "name all arguments or none");
         continue;
       }
-      while (position < parameters.size() && parameters[position].role == Role::kOutput) ++position;
+      while (!with_outputs && position < parameters.size() && parameters[position].role == Role::kOutput) ++position;
       if (position == parameters.size()) {
-        refuse(id, "call of " + std::string(callee) + " has more arguments than it has inputs");
+        refuse(id, "call of " + std::string(callee) + " has more arguments than it has parameters");
         continue;
       }
       taken[position] = true;

@@ -359,8 +359,8 @@ std::optional<Operand> Lowering::unary(NodeId id, Expected expected) {
 std::optional<Operand> Lowering::compare_references(NodeId id, const Operand& left, const Operand& right) {
   if (builder_.type_of(left.value) != builder_.type_of(right.value)) {
     report(Code::P4101, at(id),
-           quoted(left.text) + " has type " + types().name_of(builder_.type_of(left.value)) + ", " + quoted(right.text) +
-               " has type " + types().name_of(builder_.type_of(right.value)),
+           quoted(left.text) + " has type " + types().name_of(builder_.type_of(left.value)) + ", " +
+               quoted(right.text) + " has type " + types().name_of(builder_.type_of(right.value)),
            "only references to one type can be equal");
     return std::nullopt;
   }

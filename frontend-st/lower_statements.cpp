@@ -112,9 +112,41 @@ bool lower_statements(std::string_view text, const core::SourceRef& at, ir::Buil
   return lowered && !parser.failed();
 }
 
+void lower_reference_initials(ir::Builder& builder) {
+  const auto make = [&](std::uint32_t index) {
+    const std::vector<ir::ReferenceInit> references = builder.pou().variables[index].references;
+    for (const ir::ReferenceInit& one : references) {
+      builder.set_source(one.at);
+      ir::PlaceId where = builder.variable(index);
+      for (const std::uint32_t step : one.path) {
+        const bool array = builder.module().types[builder.type_of(where)].kind == TypeKind::kArray;
+        where = array ? builder.element(where, step) : builder.field(where, step);
+      }
+      const auto given = lower_expression(one.text, one.at, builder, builder.type_of(where));
+      const std::string& name = builder.pou().variables[index].name;
+      if (given) builder.assign(where, *given, "initial value of \"" + name + '"');
+    }
+  };
+  std::vector<std::uint32_t> once;
+  for (std::uint32_t i = 0; i < builder.pou().variables.size(); ++i) {
+    const ir::Variable& variable = builder.pou().variables[i];
+    if (variable.references.empty()) continue;
+    variable.in_frame ? make(i) : once.push_back(i);
+  }
+  if (once.empty()) return;
+  const ir::PlaceId made = builder.variable(builder.hidden("refs", ir::kBoolType));
+  const ir::LabelId after = builder.new_label();
+  builder.jump_if(builder.load(made), after);
+  for (const std::uint32_t index : once) make(index);
+  builder.store(made, builder.constant_bool(true));
+  builder.bind(after);
+}
+
 bool lower_body(const plcopen::Pou& pou, ir::Module& module, std::uint32_t pou_index, core::Diagnostics& diagnostics) {
+  const std::size_t errors_before = diagnostics.error_count();
   ir::Builder builder(module, pou_index, diagnostics);
-  bool good = true;
+  lower_reference_initials(builder);
+  bool good = diagnostics.error_count() == errors_before;
   for (const plcopen::Body& body : pou.bodies) {
     if (body.language != plcopen::Language::kSt) continue;
     good = lower_statements(body.text, body.text_at.line != 0 ? body.text_at : body.at, builder) && good;

@@ -137,6 +137,13 @@ struct InitItem {
   Constant value;
 };
 
+/// A reference that is made when its variable is first used: `path` leads from the variable to it, `text` is the expression.
+struct ReferenceInit {
+  std::vector<std::uint32_t> path;
+  std::string text;
+  SourceRef at;
+};
+
 struct Variable {
   std::string name;    ///< as declared; hidden ones have a name with a '#', which no source can spell
   TypeRef type{};      ///< kInOut: a reference to the declared type
@@ -148,6 +155,7 @@ struct Variable {
   std::string address;           ///< located: "%IX0.0" as written; or empty
   std::uint32_t global = 0;      ///< kExternal: index into Module::globals
   std::vector<InitItem> initial; ///< overrides of the type's defaults
+  std::vector<ReferenceInit> references;  ///< initial values REF(x): tables hold no handles before a task runs
   /// kInput with R_EDGE or F_EDGE: the hidden BOOL that the POU's own body reads by this name; else kNoEdge.
   std::uint32_t edge = kNoEdge;
   SourceRef at;

@@ -88,6 +88,7 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(Runnable{"01_openplc_ld_xor_xnor.xml", {}}, Runnable{"02_openplc_ld_mixer_timers.xml", {}},
                       Runnable{"03_openplc_ld_swat.xml", {}}, Runnable{"04_openplc_ld_sail_plant.xml", {}},
                       Runnable{"05_openplc_ld_st_vc999.xml", {}}, Runnable{"06_openplc_ld_calls_st_fb.xml", {}},
+                      Runnable{"07_openplc_fbd_pid_motor.xml", {"--lib", PLC_SCENARIOS "/pid.st"}},
                       Runnable{"08_openplc_v4_ld_relay.xml", {}}, Runnable{"12_beremiz_fbd_st_modbus.xml", {}},
                       Runnable{"19_openplc_oscat_fbd_st_arith.xml", {}},
                       Runnable{"14_beremiz_fbd_toggle_switch.xml", {"--pou", "Toggle_Switch_4x"}},
