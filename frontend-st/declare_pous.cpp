@@ -58,7 +58,6 @@ Declarer::Declarer(const plcopen::Project& project, const core::CompileOptions& 
 void Declarer::run() {
   module_.options = options_;
   module_.name = project_.name;
-  module_.file = project_.file;
   declare_pou_names();
   for (const plcopen::Configuration& configuration : project_.configurations) {
     const auto collect = [&](const std::vector<plcopen::Variable>& globals) {
@@ -146,6 +145,7 @@ void Declarer::declare_global(const plcopen::Variable& variable) {
   out.persistent = variable.persistent;
   out.at = variable.at;
   global.list = variable.list;
+  global.from_library = variable.at.file != project_.file;
   global.from_library = variable.at.file != project_.file;
   const auto index = static_cast<std::uint32_t>(module_.globals.size());
   if (!variable.address.empty()) {

@@ -166,6 +166,7 @@ struct Variable {
 struct Global {
   Variable variable;
   std::string list;  ///< name of its list for qualified access ("GVL"), or empty
+  bool from_library = false;  ///< brought by --lib: lint does not look at it
   bool from_library = false;  ///< brought by --lib
 };
 
@@ -221,7 +222,6 @@ struct Task {
 struct Module {
   core::CompileOptions options;
   std::string name;  ///< of the project
-  std::uint16_t file = 0;  ///< the project's own file; what stands in others comes from libraries
   TypeTable types;
   std::vector<Global> globals;
   std::unordered_map<std::string, std::uint32_t, core::NameHash, core::NameEqual> global_by_name;  ///< "X" and "GVL.X"

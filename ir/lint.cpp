@@ -75,9 +75,7 @@ void Findings::report(core::Diagnostics& diagnostics) {
   }
 }
 
-bool is_linted(const Module& module, const Pou& pou) {
-  return pou.compiled && !pou.stub && pou.at.file == module.file;
-}
+bool is_linted(const Pou& pou) { return pou.compiled && !pou.stub && !pou.from_library; }
 
 void lint(const Module& module, const LintOptions& options, core::Diagnostics& diagnostics) {
   Findings findings(options);
@@ -85,7 +83,7 @@ void lint(const Module& module, const LintOptions& options, core::Diagnostics& d
   lint_names(module, findings);
   lint_coils(module, findings);
   for (const Pou& pou : module.pous) {
-    if (!is_linted(module, pou) || pou.body.insts.empty()) continue;
+    if (!is_linted(pou) || pou.body.insts.empty()) continue;
     const BodyFlow flow(pou.body);
     const LintBody body{module, pou, flow};
     lint_expressions(body, findings);

@@ -43,7 +43,7 @@ struct LintBody {
 };
 
 /// True for a POU whose declarations and body the user wrote here, whole.
-bool is_linted(const Module& module, const Pou& pou);
+bool is_linted(const Pou& pou);
 /// True for a name that the source spells.
 inline bool is_visible(const Variable& variable) {
   return !variable.name.empty() && variable.name.find('#') == std::string::npos;

@@ -110,9 +110,9 @@ class VariableLints {
     bool whole = true;  // nothing is left out, so what is not seen does not happen
     for (std::uint32_t p = 0; p < module_.pous.size(); ++p) {
       const Pou& pou = module_.pous[p];
-      const bool unused_library = pou.at.file != module_.file && !pou.compiled;
+      const bool unused_library = pou.from_library && !pou.compiled;
       whole = whole && (unused_library || (pou.compiled && !pou.stub && !pou.partial));
-      if (!is_linted(module_, pou) || pou.partial || pou.body.insts.empty()) continue;
+      if (!is_linted(pou) || pou.partial || pou.body.insts.empty()) continue;
       for (std::uint32_t v = 0; v < pou.variables.size(); ++v) {
         if (is_visible(pou.variables[v])) look_at_variable(p, v);
       }
@@ -203,8 +203,7 @@ class VariableLints {
   void look_at_global(std::uint32_t index) {
     const Global& global = module_.globals[index];
     const Variable& v = global.variable;
-    const bool from_library = v.at.file != module_.file;
-    if (from_library || !is_visible(v) || v.constant || !v.address.empty()) return;
+    if (global.from_library || !is_visible(v) || v.constant || !v.address.empty()) return;
     const Use use = usage_.global(index);
     const std::string name = quoted(global.list.empty() ? v.name : global.list + "." + v.name);
     if (use == 0) {
@@ -250,7 +249,7 @@ class VariableLints {
     std::size_t count = 0;
     for (std::uint32_t p = 0; p < module_.pous.size(); ++p) {
       const Pou& pou = module_.pous[p];
-      if (used[p] || !is_linted(module_, pou)) continue;
+      if (used[p] || !is_linted(pou)) continue;
       if (pou.kind == PouKind::kProgram) {
         findings_.add(Lint::kUnusedPou, pou.at, pou.name, fmt::format("no task runs program {}", quoted(pou.name)),
                       "give a task an instance of it, or delete it");

@@ -196,6 +196,21 @@ TEST(Lint, NeitherCompilingNorRunningLints) {
   EXPECT_EQ(run_tool({PLC_TOOL, "sim", "--cycles", "1", file}).err, "");
 }
 
+TEST(Lint, LibrariesAreLeftOut) {
+  const ScratchFolder scratch;
+  const std::string library = scratch.file("library.st"), file = scratch.file("plant.st");
+  write_text(library,
+             "FUNCTION Twice : INT VAR_INPUT A : INT; END_VAR VAR Spare : INT; END_VAR Twice := 2 * A; END_FUNCTION\n"
+             "FUNCTION Unused : INT Unused := 1; END_FUNCTION\n");
+  std::string text(kUnusedLocal);
+  text.replace(text.find("Spare : BOOL"), 12, "Spare : INT := 1");
+  text.replace(text.find("Out := In;"), 10, "Out := In; Spare := Twice(Spare);");
+  write_text(file, text);
+  const auto result = run_tool({PLC_TOOL, "check", "--lib", library, file});
+  EXPECT_EQ(result.code, 0);
+  EXPECT_EQ(result.err, "");
+}
+
 TEST(Check, ReportAccountsForElements) {
   const auto result = run_tool({PLC_TOOL, "report", tank()});
   EXPECT_EQ(result.code, 0) << result.err;
