@@ -146,7 +146,6 @@ void Declarer::declare_global(const plcopen::Variable& variable) {
   out.at = variable.at;
   global.list = variable.list;
   global.from_library = variable.at.file != project_.file;
-  global.from_library = variable.at.file != project_.file;
   const auto index = static_cast<std::uint32_t>(module_.globals.size());
   if (!variable.address.empty()) {
     const auto address = address_of(variable, *type, owner);

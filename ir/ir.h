@@ -167,7 +167,6 @@ struct Global {
   Variable variable;
   std::string list;  ///< name of its list for qualified access ("GVL"), or empty
   bool from_library = false;  ///< brought by --lib: lint does not look at it
-  bool from_library = false;  ///< brought by --lib
 };
 
 enum class PouKind : std::uint8_t { kProgram, kFunctionBlock, kFunction };
