@@ -69,7 +69,7 @@ constexpr std::pair<std::string_view, Word> kWords[] = {
 };
 
 /// Words that no declared thing can be called. Those of later editions and of charts are names in older texts.
-bool is_reserved(Word word) {
+bool is_reserved_word(Word word) {
   return word != Word::kNone && word != Word::kTask && word != Word::kResource && word != Word::kUnion &&
          (word < Word::kClass || word == Word::kEndClass);
 }
@@ -110,6 +110,8 @@ const Token& DeclarationReader::peek(std::size_t ahead) {
   while (ahead_count_ < ahead) ahead_[ahead_count_++] = lexer_.next();
   return ahead_[ahead - 1];
 }
+
+bool DeclarationReader::is_reserved(Word word) { return is_reserved_word(word); }
 
 Word DeclarationReader::word_of(const Token& token) const {
   static const auto kTable = [] {
@@ -202,6 +204,12 @@ void DeclarationReader::skip_declaration() {
       return;
     }
   }
+}
+
+/// Behind a declaration that failed and began at `begin`. Always makes progress.
+void DeclarationReader::recover(std::uint32_t begin) {
+  skip_declaration();
+  if (token_.begin == begin) advance();
 }
 
 /// Behind `end`, passing over inner constructs of the same kind by their own `end`.

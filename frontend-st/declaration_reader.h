@@ -97,6 +97,8 @@ class DeclarationReader {
   const Token& peek(std::size_t ahead);  ///< the token `ahead` behind the current one, 1 to 3
   [[nodiscard]] std::string_view text_of(const Token& token) const { return source_.slice(token.begin, token.end); }
   [[nodiscard]] Word word_of(const Token& token) const;
+  /// Words that no declared thing can be called.
+  [[nodiscard]] static bool is_reserved(Word word);
   [[nodiscard]] bool at(TokenKind kind) const { return token_.kind == kind; }
   [[nodiscard]] bool at_text(std::string_view word) const;
   [[nodiscard]] bool is_text(const Token& token, std::string_view word) const;
@@ -114,6 +116,7 @@ class DeclarationReader {
   bool enter(const Token& token);
   void leave() { --depth_; }
   void skip_declaration();
+  void recover(std::uint32_t begin);
   void skip_to(Word end);
   void skip_to_opener();
   bool end_declaration();

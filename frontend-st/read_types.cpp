@@ -28,8 +28,9 @@ void DeclarationReader::type_block() {
       advance();
       continue;
     }
-    if (word != Word::kNone && peek(1).kind != TokenKind::kColon) break;
-    if (!type_declaration()) skip_declaration();
+    if (is_reserved(word) || (word != Word::kNone && peek(1).kind != TokenKind::kColon)) break;
+    const std::uint32_t begin = token_.begin;
+    if (!type_declaration()) recover(begin);
   }
   fail_unclosed("TYPE", opener, "END_TYPE");
 }
@@ -124,10 +125,12 @@ bool DeclarationReader::struct_spec(TypeSpec& out) {
       return true;
     }
     if (accept(TokenKind::kSemicolon)) continue;
-    if (word != Word::kNone && peek(1).kind != TokenKind::kColon && peek(1).kind != TokenKind::kComma) break;
+    const TokenKind next = peek(1).kind;
+    if (is_reserved(word) || (word != Word::kNone && next != TokenKind::kColon && next != TokenKind::kComma)) break;
     // A wrong member is one error; those behind it are read.
     plcopen::Variable model;
-    if (!variables(model, out.members)) skip_declaration();
+    const std::uint32_t begin = token_.begin;
+    if (!variables(model, out.members)) recover(begin);
   }
   return fail_unclosed("STRUCT", opener, "END_STRUCT");
 }

@@ -123,12 +123,15 @@ void DeclarationReader::section(Owner owner, std::vector<Variable>& out) {
       return;
     }
     if (accept(TokenKind::kSemicolon)) continue;
-    const bool opens = inner != Word::kNone && peek(1).kind != TokenKind::kColon && peek(1).kind != TokenKind::kComma;
+    const TokenKind next = peek(1).kind;
+    const bool named = next == TokenKind::kColon || next == TokenKind::kComma;
+    const bool opens = is_reserved(inner) || (inner != Word::kNone && !named);
+    const std::uint32_t begin = token_.begin;
     if (opens || (word != Word::kVarConfig && begins_statement())) break;
     const bool fine = word == Word::kVarAccess   ? access_variable(target)
                       : word == Word::kVarConfig ? config_variable(target)
                                                  : variables(model, target);
-    if (!fine) skip_declaration();
+    if (!fine) recover(begin);
   }
   fail_unclosed(core::uppered(text_of(opener)), opener, "END_VAR");
 }

@@ -375,6 +375,21 @@ TEST(ReadErrors, MissingEndsNameWhatIsOpen) {
   EXPECT_EQ(Reading("PROGRAM P END_PROGRAM (* open").places(), Places{"1:23 P4040"});
 }
 
+TEST(ReadErrors, KeywordsInPlaceOfNamesDoNotStopTheReader) {
+  for (const char* word : {"TYPE", "END_TYPE", "VAR", "END_VAR", "STRUCT", "END_STRUCT", "PROGRAM", "END_PROGRAM",
+                           "CONFIGURATION", "TASK", "RESOURCE", "CLASS", "METHOD", "UNION", "END_UNION", "ACTION"}) {
+    for (const char* behind : {" : INT;", ", x : INT;", ";", " x", "", " := 1;", "(a)"}) {
+      const std::string text = std::string(word) + behind;
+      static_cast<void>(Reading(text));
+      static_cast<void>(Reading("TYPE " + text + " END_TYPE"));
+      static_cast<void>(Reading("TYPE S : STRUCT " + text + " END_STRUCT; END_TYPE"));
+      static_cast<void>(Reading("PROGRAM P VAR " + text + " END_VAR END_PROGRAM"));
+      static_cast<void>(Reading("CONFIGURATION C " + text + " RESOURCE R ON X " + text + " END_RESOURCE"));
+      static_cast<void>(Reading("VAR_CONFIG " + text + " END_VAR VAR_ACCESS " + text));
+    }
+  }
+}
+
 TEST(ReadErrors, ObjectOrientationIsRefusedOnceAConstruct) {
   const Reading r(
       "CLASS C METHOD m END_METHOD END_CLASS\n"
