@@ -114,7 +114,7 @@ TEST(CaseTables, TheListOfCasesIsUpToDate) {
       out += " |\n";
     }
   }
-  plc::test::expect_golden("tests/cases/tables.md", out);
+  plc::test::expect_golden((fs::path(kCases) / "tables.md").string(), out);
 }
 
 }  // namespace
