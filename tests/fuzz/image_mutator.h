@@ -45,7 +45,9 @@ class ImageMutator {
     if (image_.pous.empty() || image_.types.empty()) return;
     ImagePou& pou = image_.pous[below(image_.pous.size())];
     ImageType& type = image_.types[below(image_.types.size())];
-    switch (below(29)) {
+    switch (below(30)) {
+      case 29:
+        return rough_part(pou);
       case 25:
       case 26:
       case 27:
@@ -358,6 +360,15 @@ class ImageMutator {
                        pou.code.begin() + static_cast<std::ptrdiff_t>(last + bytecode::kPathWords));
         return;
       }
+    }
+  }
+
+  /// Another bit of EXTRACT or INSERT.
+  void rough_part(ImagePou& pou) {
+    for (const std::size_t at : starts_of(pou)) {
+      const auto opcode = static_cast<Opcode>(pou.code[at] & 0xffffu);
+      if (opcode == Opcode::kExtract) pou.code[at + 3] = static_cast<Word>(below(70));
+      if (opcode == Opcode::kInsert && below(2) == 0) pou.code[at + 4] = static_cast<Word>(below(70));
     }
   }
 

@@ -68,6 +68,48 @@ TEST(StructuredText, ConnectionsAndConfiguredValuesReachTheInstance) {
             "1,10,4,3,1,0,9,1\n");
 }
 
+constexpr const char* kLoops = R"(PROGRAM Bad
+VAR n : DINT; END_VAR
+  WHILE TRUE DO
+    n := n + 1;
+  END_WHILE;
+END_PROGRAM
+PROGRAM Good
+VAR i, n : DINT; END_VAR
+  FOR i := 1 TO 50 DO n := n + 1; END_FOR;
+END_PROGRAM
+CONFIGURATION Plant
+  RESOURCE Cell ON PLC
+    TASK First (INTERVAL := T#10ms, PRIORITY := 0);
+    TASK Second (INTERVAL := T#10ms, PRIORITY := 1);
+    PROGRAM B WITH First : Bad;
+    PROGRAM G WITH Second : Good;
+  END_RESOURCE
+END_CONFIGURATION
+)";
+
+TEST(StructuredText, AnEndlessLoopStopsItsTaskAtItsLineAndTheOtherGoesOn) {
+  const ScratchFolder scratch;
+  const std::string file = scratch.file("loops.st");
+  write_text(file, kLoops);
+  for (const char* budget : {"100", "70000"}) {
+    const auto sim = run_tool({PLC_TOOL, "sim", file, "--loop-budget", budget, "--cycles", "3", "--watch", "*.n"});
+    EXPECT_EQ(sim.code, 1) << sim.all();
+    EXPECT_NE(sim.err.find("fault R1001: loop budget exhausted in task First, cycle 0, at "), std::string::npos)
+        << sim.err;
+    EXPECT_NE(sim.err.find("loops.st:3"), std::string::npos) << sim.err;
+    EXPECT_NE(sim.out.find("2,20," + std::string(budget) + ",150"), std::string::npos) << sim.out;
+  }
+  const auto run = run_tool({PLC_RUN_TOOL, file, "--loop-budget", "100", "--duration", "100ms", "--modbus", "off"});
+  EXPECT_EQ(run.code, 1) << run.all();
+  EXPECT_NE(run.err.find("fault R1001"), std::string::npos) << run.err;
+  // The loop of the other task is too long for this one.
+  const auto both = run_tool({PLC_TOOL, "sim", file, "--loop-budget", "10", "--cycles", "1"});
+  EXPECT_NE(both.err.find("in task Second"), std::string::npos) << both.err;
+  EXPECT_EQ(run_tool({PLC_TOOL, "sim", file, "--loop-budget", "0"}).code, 2);
+  EXPECT_EQ(run_tool({PLC_TOOL, "sim", file, "--loop-budget", "5000000000"}).code, 2);
+}
+
 // Table 53 of the third edition: the body sees the edge, once, also when the input is not given again.
 TEST(StructuredText, EdgeInputsAreTrueForOneCall) {
   const ScratchFolder scratch;

@@ -9,9 +9,9 @@ namespace {
 
 using stdlib::Event;
 
-std::vector<Event> kinds(const runtime::Resource& r, std::size_t task = 0) {
+std::vector<Event> kinds(runtime::Resource& r, std::size_t task = 0) {
   std::vector<Event> found;
-  for (const auto& e : const_cast<runtime::Resource&>(r).program(task).events()) found.push_back(e.last);
+  for (const auto& e : r.program(task).events()) found.push_back(e.last);
   return found;
 }
 
