@@ -202,7 +202,7 @@ bool does_something(const ir::Module& module, std::uint32_t pou_index) {
 bool lower_body(const plcopen::Pou& pou, ir::Module& module, std::uint32_t pou_index, core::Diagnostics& diagnostics) {
   const std::size_t errors_before = diagnostics.error_count();
   ir::Builder builder(module, pou_index, diagnostics);
-  st::lower_reference_initials(builder);
+  st::lower_prologue(builder);
   bool drawn = false;
   bool connected = true;
   for (const plcopen::Body& body : pou.bodies) {

@@ -112,7 +112,32 @@ bool lower_statements(std::string_view text, const core::SourceRef& at, ir::Buil
   return lowered && !parser.failed();
 }
 
-void lower_reference_initials(ir::Builder& builder) {
+namespace {
+
+/// EN and ENO that the POU declares itself.
+void lower_declared_enable(ir::Builder& builder) {
+  const auto declared = [&](std::string_view name, ir::Role role) -> std::optional<ir::PlaceId> {
+    const auto it = builder.pou().by_name.find(name);
+    if (it == builder.pou().by_name.end()) return std::nullopt;
+    const ir::Variable& variable = builder.pou().variables[it->second];
+    if (variable.role != role || variable.type != ir::kBoolType) return std::nullopt;
+    return builder.variable(it->second);
+  };
+  const auto en = declared("EN", ir::Role::kInput);
+  const auto eno = declared("ENO", ir::Role::kOutput);
+  if (en && eno) builder.store(*eno, builder.load(*en));
+  if (eno && !en) builder.store(*eno, builder.constant_bool(true));
+  if (!en) return;
+  const ir::LabelId enabled = builder.new_label();
+  builder.jump_if(builder.load(*en), enabled);
+  builder.ret();
+  builder.bind(enabled);
+}
+
+}  // namespace
+
+void lower_prologue(ir::Builder& builder) {
+  lower_declared_enable(builder);
   const auto make = [&](std::uint32_t index) {
     const std::vector<ir::ReferenceInit> references = builder.pou().variables[index].references;
     for (const ir::ReferenceInit& one : references) {
@@ -145,7 +170,7 @@ void lower_reference_initials(ir::Builder& builder) {
 bool lower_body(const plcopen::Pou& pou, ir::Module& module, std::uint32_t pou_index, core::Diagnostics& diagnostics) {
   const std::size_t errors_before = diagnostics.error_count();
   ir::Builder builder(module, pou_index, diagnostics);
-  lower_reference_initials(builder);
+  lower_prologue(builder);
   bool good = diagnostics.error_count() == errors_before;
   for (const plcopen::Body& body : pou.bodies) {
     if (body.language != plcopen::Language::kSt) continue;

@@ -175,6 +175,16 @@ NodeId Parser::unary() {
   return ast_.add(node);
 }
 
+// AND(a, b): where a value is expected, an operator in front of a parenthesis is the function of this name.
+bool Parser::at_operator_name() {
+  if (keyword_ != Keyword::kAnd && keyword_ != Keyword::kOr && keyword_ != Keyword::kXor && keyword_ != Keyword::kMod) {
+    return false;
+  }
+  if (!has_peeked_) peeked_ = lexer_.next();
+  has_peeked_ = true;
+  return peeked_.kind == TokenKind::kLeftParen;
+}
+
 NodeId Parser::primary() {
   Node node;
   node.begin = node.name = token_.begin;
@@ -195,7 +205,9 @@ NodeId Parser::primary() {
       break;
     case TokenKind::kIdentifier:
       node.kind = at_keyword(Keyword::kTrue) || at_keyword(Keyword::kFalse) ? NodeKind::kLiteral : NodeKind::kName;
-      if (node.kind == NodeKind::kName && keyword_ != Keyword::kNone) return fail_unexpected("a value");
+      if (node.kind == NodeKind::kName && keyword_ != Keyword::kNone && !at_operator_name()) {
+        return fail_unexpected("a value");
+      }
       break;
     case TokenKind::kLeftParen: {
       const std::uint32_t begin = token_.begin;

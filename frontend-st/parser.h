@@ -41,6 +41,7 @@ class Parser {
 
   NodeId expression(int min_power);
   NodeId unary();
+  [[nodiscard]] bool at_operator_name();
   NodeId primary();
   NodeId postfix(NodeId base);
   NodeId indices(NodeId base);
