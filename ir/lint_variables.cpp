@@ -25,6 +25,7 @@ class Usage {
     for (const Task& task : module.tasks) {
       const auto single = module.global_by_name.find(task.single.substr(0, task.single.find('.')));
       if (single != module.global_by_name.end()) globals_[single->second] |= kRead;
+      for (const ProgramInstance& program : task.programs) add_instance(program);
     }
   }
 
@@ -37,6 +38,20 @@ class Usage {
   }
 
  private:
+  /// What the configuration connects and initializes.
+  void add_instance(const ProgramInstance& program) {
+    for (const InstanceWire& wire : program.wires) globals_[wire.global] |= wire.output ? kWritten : kRead;
+    for (const InitItem& item : program.initial) {
+      std::uint32_t pou = program.pou;
+      for (const std::uint32_t step : item.path) {
+        variables_[pou][step] |= kWritten;
+        const Type& type = module_.types[module_.pous[pou].variables[step].type];
+        if (type.kind != TypeKind::kPou) break;
+        pou = type.pou;
+      }
+    }
+  }
+
   void add_body(std::uint32_t pou) {
     const Body& body = module_.pous[pou].body;
     std::vector<Use> uses(body.places.size());

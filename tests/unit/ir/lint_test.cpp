@@ -155,6 +155,17 @@ TEST(Lint, ExternalVariablesAndGlobals) {
             "");
 }
 
+TEST(Lint, ConnectionsOfProgramsAndVarConfigCountAsUse) {
+  EXPECT_EQ(lint("none,unused-variable,never-written,one-way-global",
+                 "PROGRAM Main VAR_INPUT A : INT; END_VAR VAR_OUTPUT B : INT; END_VAR VAR n : INT; END_VAR\n"
+                 "B := A + n; END_PROGRAM\n"
+                 "CONFIGURATION C VAR_GLOBAL g, h : INT; END_VAR RESOURCE R ON PLC TASK T(INTERVAL := T#10ms, PRIORITY "
+                 ":= 0);\n"
+                 "PROGRAM m WITH T : Main(A := g, B => h); PROGRAM n WITH T : Main(A := h, B => g); END_RESOURCE\n"
+                 "VAR_CONFIG R.m.n : INT := 3; END_VAR END_CONFIGURATION"),
+            "");
+}
+
 TEST(Lint, NeverWritten) {
   EXPECT_EQ(lint_statements("never-written", "a : INT;\nb : INT;\nc : INT := 0;", "b := a + c;"), "Main:2");
   EXPECT_EQ(lint("none,never-written",
