@@ -178,17 +178,22 @@ bool Lowering::for_known_step(NodeId id, PlaceId control, ValueId initial, Value
   builder_.jump_if_not(*first, loop.exit);
   builder_.bind(body);
   const bool fine = loop_body(id, loop);
-  const ValueId now = builder_.load(control);
-  const auto more = compare(up ? "LT" : "GT", now, limit, head);
-  const auto next = compare(up ? "ADD" : "SUB", now, integer(base, less + 1), head);
-  if (!more || !next) return false;
-  if (types()[type].kind == TypeKind::kSubrange) {
-    builder_.jump_if_not(*more, loop.exit);
-    builder_.store(control, *next);
-    builder_.jump(body);
-  } else {
-    builder_.store(control, *next);
-    builder_.jump_if(*more, body);
+  // The jump directly behind its comparison is one step of the interpreter; so the way out counts for itself.
+  const auto more = compare(up ? "LT" : "GT", builder_.load(control), limit, head);
+  if (!more) return false;
+  const auto count = [&] {
+    const auto next = compare(up ? "ADD" : "SUB", builder_.load(control), integer(base, less + 1), head);
+    if (next) builder_.store(control, *next);
+    return next.has_value();
+  };
+  const bool keeps_last = types()[type].kind == TypeKind::kSubrange;
+  const ir::LabelId last = keeps_last ? loop.exit : builder_.new_label();
+  builder_.jump_if_not(*more, last);
+  if (!count()) return false;
+  builder_.jump(body);
+  if (!keeps_last) {
+    builder_.bind(last);
+    if (!count()) return false;
   }
   builder_.bind(loop.exit);
   return fine;

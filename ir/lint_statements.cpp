@@ -188,6 +188,8 @@ class Statements {
   struct Loop {
     std::uint32_t place, begin, end;  ///< from the first instruction of the body to the counting store
   };
+  /// Behind the jump back the loop counts once more: label, load, constant, sum, store.
+  static constexpr std::uint32_t kLastCount = 6;
 
   void look_at_loops() {
     std::unordered_map<std::uint32_t, std::vector<Loop>> loops;  // by place
@@ -204,8 +206,12 @@ class Statements {
       const auto found = loops.find(place);
       if (found == loops.end()) return;
       // An inner loop on the same variable is one finding, where it sets it.
-      if (std::any_of(found->second.begin(), found->second.end(), [&](const Loop& l) { return l.end == index; }))
+      const bool counts = insts_[index].part == Part::kForControl;
+      if (counts && std::any_of(found->second.begin(), found->second.end(), [&](const Loop& l) {
+            return l.end == index || (l.end < index && index <= l.end + kLastCount);
+          })) {
         return;
+      }
       for (const Loop& loop : found->second) {
         if (index <= loop.begin || index >= loop.end) continue;
         return add(Lint::kLoopVariable, index,
