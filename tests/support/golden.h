@@ -14,7 +14,7 @@
 namespace plc::test {
 
 /// The root of the source tree.
-inline std::filesystem::path source_root() { return std::filesystem::path(__FILE__).parent_path() / "../.."; }
+inline std::filesystem::path source_root() { return PLC_SOURCE_ROOT; }
 
 /// Expects `path` (relative to the source tree) to hold `text`.
 inline void expect_golden(const std::string& path, const std::string& text) {

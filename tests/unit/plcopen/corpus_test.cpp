@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "tests/unit/plcopen/fixture.h"
+#include "tests/support/golden.h"
 
 namespace plc::plcopen {
 namespace {
@@ -26,7 +27,7 @@ std::size_t count_elements(std::string_view text) {
 }
 
 TEST(Corpus, EveryFileIsReadAndAccountedFor) {
-  const fs::path folder = fs::path(__FILE__).parent_path() / "../../../../shared/corpus";
+  const fs::path folder = test::source_root() / "../shared/corpus";
   if (!fs::is_directory(folder)) GTEST_SKIP() << "the collected project files are not here: " << folder;
   std::size_t files = 0;
   for (const auto& entry : fs::directory_iterator(folder)) {

@@ -11,14 +11,14 @@
 #include <string>
 
 #include "plcopen/rules.h"
+#include "tests/support/golden.h"
 
 namespace plc::plcopen {
 namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path kPage =
-    fs::path(__FILE__).parent_path().parent_path().parent_path().parent_path() / "plcopen/SUPPORT.md";
+const fs::path kPage = test::source_root() / "plcopen/SUPPORT.md";
 constexpr std::string_view kMarker =
     "<!-- generated: tables of known elements, PLC_UPDATE=1 test_plcopen writes them -->\n";
 
