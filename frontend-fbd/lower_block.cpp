@@ -442,9 +442,9 @@ struct BlockLowering {
         break;
       }
     }
-    std::sort(named.begin(), named.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-    const bool distinct = std::adjacent_find(named.begin(), named.end(), [](const auto& a, const auto& b) {
-                            return a.first == b.first;
+    std::sort(named.begin(), named.end(), [](const auto& x, const auto& y) { return x.first < y.first; });
+    const bool distinct = std::adjacent_find(named.begin(), named.end(), [](const auto& x, const auto& y) {
+                            return x.first == y.first;
                           }) == named.end();
     if (named.size() == order.size() && distinct) order = std::move(named);
   }

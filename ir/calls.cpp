@@ -283,8 +283,7 @@ class NamedCall {
   bool classify() {
     bool fine = true;
     if (stdlib::overloads_named(name_).empty()) {
-      builder_.report(Code::P4102, at_, fmt::format("there is no function {}", name_),
-                      "check the spelling; function blocks need an instance");
+      builder_.report(Code::P9001, at_, fmt::format("no front end looked for the function {}", name_));
       return false;
     }
     for (std::size_t i = 0; i < args_.size(); ++i) {
@@ -406,10 +405,10 @@ class NamedCall {
         return;
       }
       case stdlib::Resolution::Status::kAmbiguous:
-        builder_.report(Code::P4104, at_,
+        builder_.report(Code::P9001, at_,
                         fmt::format("call of {} fits {} and {}", name_, stdlib::key_of(*found.overload),
                                     stdlib::key_of(*found.rival)),
-                        "give a literal its type, for example INT#1");
+                        "give each literal its type, for example INT#1");
         return;
       default:
         explain_mismatch();

@@ -122,8 +122,8 @@ void check_labels(const Pou& pou, core::Diagnostics& diagnostics) {
   for (const Inst& inst : pou.body.insts) {
     const bool jumps = inst.op == Op::kJump || inst.op == Op::kJumpIf || inst.op == Op::kJumpIfNot;
     if (!jumps || bound[inst.a]) continue;
-    diagnostics.report(Code::P4203, pou.body.sources[inst.source], pou.name,
-                       "jump to a label that this body does not have", "draw the label, or remove the jump");
+    diagnostics.report(Code::P9001, pou.body.sources[inst.source], pou.name,
+                       "a front end let pass a jump to a label that this body does not have");
   }
 }
 

@@ -24,9 +24,8 @@ struct GlobalUse {
   std::vector<bool> read;     ///< by global index
   std::vector<bool> written;  ///< by global index
 };
-/// Adds the globals that the body of `pou` itself reads and writes.
-void add_global_use(const Module& module, std::uint32_t pou, GlobalUse& use);
-/// The globals used by everything that `task` reaches.
+/// The globals used by everything that `task` reaches, by name or through a reference: a REF_TO may refer to any global of
+/// its type of which REF() is taken, in whatever task, if references to that type stand in globals at all.
 GlobalUse global_use(const Module& module, const Task& task);
 
 }  // namespace plc::ir

@@ -192,7 +192,7 @@ TEST_F(BuilderTest, MismatchNamesThePin) {
 
 TEST_F(BuilderTest, UnknownFunctionsAndCountsAreNamed) {
   EXPECT_FALSE(b.call("FROB", {}, {}));
-  EXPECT_EQ(m.diagnostics.all().back().code, core::Code::P4102);
+  EXPECT_EQ(m.diagnostics.all().back().code, core::Code::P9001);
   const std::vector<Operand> one{read("a", ir::kBoolType)};
   EXPECT_FALSE(b.call("SEL", one, {}));
   EXPECT_EQ(m.diagnostics.all().back().code, core::Code::P4105);

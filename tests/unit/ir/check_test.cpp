@@ -59,7 +59,7 @@ TEST(Check, UnboundLabelIsReported) {
   auto b = m.body(m.pou("Main"));
   b.jump(b.new_label());
   EXPECT_FALSE(ir::check(m.module, m.diagnostics));
-  EXPECT_TRUE(has(m, Code::P4203, "label"));
+  EXPECT_TRUE(has(m, Code::P9001, "label"));
 }
 
 TEST(Check, TwoWritingTasksAreNamedInAWarning) {
