@@ -8,8 +8,12 @@ namespace plc::bytecode {
 
 namespace {
 
+/// Rules that a sound program breaks by its size alone.
+constexpr bool is_limit(std::string_view id) { return id == "V209" || id == "V407" || id == "V415"; }
+
 /// The code of a rule follows from its hundred.
 constexpr core::Code code_of(std::string_view id) {
+  if (is_limit(id)) return core::Code::P5001;
   switch (id[1]) {
     case '1':
       return core::Code::P6010;
@@ -39,7 +43,8 @@ void Report::report(Rule rule, const core::SourceRef& at, std::string_view pou, 
   const RuleInfo& broken = info(rule);
   std::string message = fmt::format("{} (rule {}: {})", what, broken.id, broken.meaning);
   diagnostics_.report(broken.code, at, pou, std::move(message),
-                      "compile the project again with this version of PICARD");
+                      is_limit(broken.id) ? "make arrays smaller, or split the project"
+                                          : "compile the project again with this version of PICARD");
 }
 
 void Report::broken(Rule rule, const std::string& what) { report(rule, {}, {}, what); }
@@ -48,8 +53,23 @@ void Report::broken(Rule rule, const ImagePou& pou, std::size_t word, const std:
   const auto after = std::upper_bound(pou.debug.begin(), pou.debug.end(), word,
                                       [](std::size_t at, const DebugEntry& entry) { return at < entry.word; });
   core::SourceRef at;
-  if (after != pou.debug.begin() && (after - 1)->at.file < image_.files.size()) at = (after - 1)->at;
-  report(rule, at, pou.name, fmt::format("word {}: {}", word, what));
+  std::string place;
+  if (after != pou.debug.begin() && (after - 1)->at.file < image_.files.size()) {
+    const core::SourceRef& drawn = (after - 1)->at;
+    // The image numbers its files itself.
+    const std::string& name = image_.files[drawn.file];
+    for (std::uint16_t f = 0; f < diagnostics_.file_count() && at.line == 0; ++f) {
+      if (diagnostics_.file_name(f) != name) continue;
+      at = drawn;
+      at.file = f;
+    }
+    if (at.line == 0) {
+      at.kind = drawn.kind;
+      at.local_id = drawn.local_id;
+      if (drawn.line != 0) place = fmt::format(" ({}:{}:{})", name, drawn.line, drawn.column);
+    }
+  }
+  report(rule, at, pou.name, fmt::format("word {}{}: {}", word, place, what));
 }
 
 std::optional<VerifiedImage> verify(Image image, core::Diagnostics& diagnostics) {

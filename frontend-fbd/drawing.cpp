@@ -177,6 +177,7 @@ Incoming Drawing::read(const Input& input) {
         typed = false;
         continue;
       }
+      if (!typed) continue;  // said once for the pin
       const auto value = is_bool(one.operand) ? std::optional(one.operand.value)
                                               : builder_.convert(one.operand, ir::kBoolType, "joined wires");
       if (!value) continue;

@@ -79,12 +79,13 @@ struct Resolver {
   void add_input(Graph& graph, const Element& element, const Pin& pin) const {
     Input input{&pin, static_cast<std::uint32_t>(graph.wires.size()), 0};
     for (const plcopen::Connection& connection : pin.connections) {
+      if (connection.refused) continue;
       const auto it = by_id.find(connection.ref_local_id);
       if (it == by_id.end()) {
         diagnostics.report(
             Code::P3001, connection.at, pou,
             "wire comes from localId " + std::to_string(connection.ref_local_id) + ", which is not drawn in this body",
-            "the pin counts as unconnected; redraw the wire");
+            "the wire is left out; draw it again");
         continue;
       }
       const ElementKind kind = body.elements[it->second].kind;
@@ -97,7 +98,7 @@ struct Resolver {
           diagnostics.report(Code::P3003, connection.at, pou,
                              "wire comes from " + std::string(core::element_word(kind)) + " " +
                                  std::to_string(connection.ref_local_id) + ", which has no output",
-                             "the pin counts as unconnected; redraw the wire");
+                             "the wire is left out; draw it again");
           continue;
         }
       }

@@ -297,6 +297,7 @@ struct BlockLowering {
 
   void lower_function_pou(std::uint32_t pou_index) {
     const ir::Pou& callee = b.module().pous[pou_index];
+    if (!callee.refused.empty()) return poison();  // its pins are not all known
     const auto ports = ports_of_function(b.module(), callee);
     std::vector<ir::CallArg> args;
     std::vector<std::pair<const Port*, PlaceId>> in_outs;
@@ -542,10 +543,13 @@ struct BlockLowering {
                "declare the instance with the type of the block");
       return poison();
     }
+    const ir::Type& type = b.module().types[found];
+    if (type.kind == ir::TypeKind::kPou && !b.module().pous[type.pou].refused.empty()) return poison();
     lower_instance(*instance);
   }
 
   void missing() {
+    if (e.text.empty()) return poison();  // the reader said so
     const std::string supply =
         "it is neither in this file nor in the standard library: export it with the project, or load the library that "
         "has it";

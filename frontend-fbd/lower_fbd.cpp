@@ -36,8 +36,9 @@ void Drawing::lower_element(NodeId node) {
     case ElementKind::kReturn:
       return lower_return(node);
     default:
-      report(Code::P3021, node, std::string(core::element_word(element(node).kind)) + " in a body drawn in LD or FBD",
-             "only sequential function charts know this element");
+      report(Code::P9001, node,
+             std::string("a reader let pass a ") + std::string(core::element_word(element(node).kind)) +
+                 " in a body drawn in LD or FBD");
   }
 }
 
@@ -140,7 +141,8 @@ void Drawing::lower_passage(NodeId node) {
   const OutRef out{OutRef::Kind::kFlow, 0, node};
   const auto own = inputs(node);
   const Incoming in = own.empty() ? Incoming{} : read(own[0]);
-  if (in.state == Incoming::State::kUnconnected) {
+  // A continuation without connector was reported when the drawing was read.
+  if (in.state == Incoming::State::kUnconnected && element(node).kind == ElementKind::kConnector) {
     report(Code::P3014, node, "connector \"" + element(node).text + "\" is not connected",
            "wire its input, or delete it with its continuations");
   }

@@ -279,7 +279,8 @@ void Declarer::declare_instances(const plcopen::Resource& resource, std::size_t 
   const std::size_t tasks = module_.tasks.size() - first_task;
   if (tasks == 0) {
     report(Code::P4030, at, {},
-           "resource " + quoted(resource.name) + " has program instances and no task; they run every 20 ms",
+           (resource.name.empty() ? "configuration" : "resource " + quoted(resource.name)) +
+               " has program instances and no task; they run every 20 ms",
            "declare a task with an interval");
     ir::Task task;
     task.name = "main";
@@ -288,8 +289,9 @@ void Declarer::declare_instances(const plcopen::Resource& resource, std::size_t 
     module_.tasks.push_back(std::move(task));
   } else if (tasks > 1) {
     report(Code::P4030, at, {},
-           "program instances stand beside the tasks of resource " + quoted(resource.name) + "; the first task, " +
-               quoted(module_.tasks[first_task].name) + ", runs them",
+           "program instances stand beside the tasks of " +
+               (resource.name.empty() ? "the configuration" : "resource " + quoted(resource.name)) +
+               "; the first task, " + quoted(module_.tasks[first_task].name) + ", runs them",
            "move them into the task that shall run them");
   }
   for (const plcopen::PouInstance& one : resource.instances) {
@@ -325,6 +327,7 @@ void Declarer::declare_single_pou() {
 void Declarer::declare_configuration() {
   if (!options_.pou.empty()) {
     declare_single_pou();
+    locate_instances();
     return;
   }
   for (const plcopen::Configuration& configuration : project_.configurations) {
@@ -335,6 +338,7 @@ void Declarer::declare_configuration() {
     }
     for (const plcopen::Variable& entry : configuration.configs) configure_variable(entry);
   }
+  locate_instances();
   std::size_t programs = 0;
   for (ir::Task& task : module_.tasks) {
     programs += task.programs.size();

@@ -1,4 +1,5 @@
 // What a configuration says of one program instance: connections of its inputs and outputs, VAR_CONFIG.
+#include <charconv>
 #include <utility>
 
 #include "core/text.h"
@@ -22,6 +23,16 @@ std::vector<std::string_view> split_path(std::string_view path) {
     path.remove_prefix(dot + 1);
   }
   out.push_back(path);
+  return out;
+}
+
+/// The texts between brackets: "a[1,2][3]" has 1, 2 and 3.
+std::vector<std::string_view> indices_of(std::string_view element) {
+  std::vector<std::string_view> out;
+  for (std::size_t at = element.find_first_of("[,"); at != std::string_view::npos; at = element.find_first_of("[,")) {
+    element.remove_prefix(at + 1);
+    out.push_back(core::trimmed(element.substr(0, element.find_first_of(",]"))));
+  }
   return out;
 }
 
@@ -116,11 +127,15 @@ void Declarer::configure_variable(const plcopen::Variable& entry) {
   };
   const std::vector<std::string_view> path = split_path(entry.name);
   ir::ProgramInstance* instance = nullptr;
+  InstanceRoot root;
   std::size_t next = 0;
   for (std::size_t i = 0; i + 1 < path.size() && i < 3 && instance == nullptr; ++i) {
-    for (ir::Task& task : module_.tasks) {
-      for (ir::ProgramInstance& one : task.programs) {
-        if (instance == nullptr && core::iequals(one.name, path[i])) instance = &one;
+    for (std::uint32_t t = 0; t < module_.tasks.size(); ++t) {
+      for (std::uint32_t p = 0; p < module_.tasks[t].programs.size() && instance == nullptr; ++p) {
+        ir::ProgramInstance& one = module_.tasks[t].programs[p];
+        if (!core::iequals(one.name, path[i])) continue;
+        instance = &one;
+        root = {t, p};
       }
     }
     next = i + 1;
@@ -133,11 +148,12 @@ void Declarer::configure_variable(const plcopen::Variable& entry) {
   TypeRef type = module_.pous[instance->pou].instance_type;
   const ir::Variable* variable = nullptr;
   for (; next < path.size(); ++next) {
+    const std::string_view name = path[next].substr(0, path[next].find('['));
     const ir::Type& t = types()[type];
     std::optional<std::uint32_t> step;
     if (t.kind == TypeKind::kPou) {
       const ir::Pou& pou = module_.pous[t.pou];
-      const auto found = pou.by_name.find(path[next]);
+      const auto found = pou.by_name.find(name);
       if (found != pou.by_name.end()) {
         step = found->second;
         variable = &pou.variables[*step];
@@ -145,27 +161,42 @@ void Declarer::configure_variable(const plcopen::Variable& entry) {
       }
     } else if (t.kind == TypeKind::kStruct) {
       for (std::uint32_t i = 0; i < t.fields.size() && !step; ++i) {
-        if (core::iequals(t.fields[i].name, path[next])) step = i;
+        if (core::iequals(t.fields[i].name, name)) step = i;
       }
       if (step) type = t.fields[*step].type;
     }
     if (!step) {
-      refuse("there is no " + quoted(path[next]) + " in " + types().name_of(type));
+      refuse("there is no " + quoted(name) + " in " + types().name_of(type));
       return;
     }
     steps.push_back(*step);
-    // What is located, or another's, lies outside of the instance.
+    for (const std::string_view index : indices_of(path[next])) {
+      const ir::Type& array = types()[type];
+      std::int64_t at = 0;
+      const auto [end, error] = std::from_chars(index.data(), index.data() + index.size(), at);
+      if (error != std::errc{} || end != index.data() + index.size() || array.kind != TypeKind::kArray ||
+          at < array.lower || at > array.upper) {
+        refuse("there is no element [" + std::string(index) + "] in " + types().name_of(type));
+        return;
+      }
+      steps.push_back(static_cast<std::uint32_t>(at - array.lower));
+      type = array.element;
+    }
+    // What is located at an address, or another's, lies outside of the instance.
     if (variable->role == ir::Role::kExternal && next + 1 < path.size()) {
-      refuse(quoted(path[next]) + " does not lie in the instance");
+      refuse(quoted(name) + " does not lie in the instance");
       return;
     }
   }
-  const bool located = variable->role == ir::Role::kExternal && variable->address.ends_with('*');
+  const bool located = variable->role != ir::Role::kExternal && !variable->address.empty() && type == variable->type;
   const std::string_view given = core::trimmed(entry.address);
-  if (!given.empty() && (!located || steps.size() != 1)) {
-    refuse(located ? "addresses are given to variables of programs only, not of function blocks in them"
-                   : "the variable has no address to be filled in, such as %Q*");
-    return;
+  if (!given.empty()) {
+    if (!located) {
+      refuse("the variable has no address to be filled in, such as %Q*");
+      return;
+    }
+    const auto address = address_of(entry, type, {{}, entry.name, entry.at});
+    if (address) given_addresses_[{root, steps}] = address->text();
   }
   if (variable->role != ir::Role::kExternal) {
     Items items;
@@ -174,10 +205,6 @@ void Declarer::configure_variable(const plcopen::Variable& entry) {
     return;
   }
   ir::Variable& global = module_.globals[variable->global].variable;
-  if (!given.empty()) {
-    const auto address = address_of(entry, global.type, {{}, entry.name, entry.at});
-    if (address) global.address = address->text();
-  }
   if (entry.initial.kind != plcopen::InitialValue::Kind::kNone) {
     steps.clear();
     Items items;

@@ -96,7 +96,13 @@ void Declarer::declare_pou_names() {
     pou.from_library = from.from_library;
     const bool first = module_.pou_by_name.emplace(from.name, i).second;
     if (!first) {
-      report(Code::P4018, from.at, from.name, "POU " + quoted(from.name) + " is declared twice", "rename one of them");
+      // The XML reader says so of two POUs of its file (P1012).
+      const bool said = from.at.line != 0 && project_.version != plcopen::Version::kText &&
+                        module_.pous[module_.pou_by_name.find(from.name)->second].at.file == from.at.file;
+      if (!said) {
+        report(Code::P4018, from.at, from.name, "POU " + quoted(from.name) + " is declared twice",
+               "rename one of them");
+      }
     } else if (!stdlib::overloads_named(from.name).empty() || stdlib::block_named(from.name) != nullptr) {
       report(Code::P4019, from.at, from.name,
              std::string(plcopen::pou_kind_name(from.kind)) + " " + quoted(from.name) + " hides the standard " +
@@ -134,8 +140,12 @@ void Declarer::declare_global(const plcopen::Variable& variable) {
     report(Code::P4018, variable.at, {}, "global variable " + quoted(qualified) + " is declared twice");
     return;
   }
-  const auto type = resolve(variable.type, owner);
-  if (!type) return;
+  const auto type = variable.refused ? std::nullopt : resolve(variable.type, owner);
+  if (!type) {
+    module_.refused.insert(qualified);
+    module_.refused.insert(variable.name);
+    return;
+  }
   ir::Global global;
   ir::Variable& out = global.variable;
   out.name = variable.name;
@@ -257,6 +267,10 @@ void Declarer::declare_variable(std::uint32_t pou_index, const plcopen::Variable
     report(Code::P4018, variable.at, pou_name, "variable " + quoted(variable.name) + " is declared twice");
     return;
   }
+  if (variable.refused) {
+    module_.pous[pou_index].refused.insert(variable.name);
+    return;
+  }
   ir::Variable out;
   out.name = variable.name;
   out.role = role_of(variable.section);
@@ -265,10 +279,16 @@ void Declarer::declare_variable(std::uint32_t pou_index, const plcopen::Variable
   out.persistent = variable.persistent;
   out.at = variable.at;
   if (variable.section == Section::kExternal || variable.section == Section::kGlobal) {
-    if (!bind_external(out, variable, owner)) return;
+    if (!bind_external(out, variable, owner)) {
+      module_.pous[pou_index].refused.insert(variable.name);
+      return;
+    }
   } else {
     const auto type = resolve(variable.type, owner);
-    if (!type) return;
+    if (!type) {
+      module_.pous[pou_index].refused.insert(variable.name);
+      return;
+    }
     out.type = *type;
     out.in_frame = in_function || out.role == Role::kTemp;
     if (in_function && variable.section == Section::kInstance) {
@@ -284,16 +304,15 @@ void Declarer::declare_variable(std::uint32_t pou_index, const plcopen::Variable
           quoted(variable.name) + " of type " + types().name_of(*type) +
               " is declared where nothing is kept from call to call",
           in_function ? "pass the instance as VAR_IN_OUT, or make the function a function block" : "declare it as VAR");
-      return;
     }
     if (!variable.address.empty()) {
       if (out.in_frame || out.role == Role::kInOut) {
         report(Code::P4023, variable.at, pou_name,
                quoted(variable.name) + " has an address, but lives only while its POU runs",
                "declare it as a global variable");
-        return;
+      } else if (!bind_located(out, variable, owner)) {
+        out.address.clear();  // it stays a variable, so that its uses are no errors of their own
       }
-      if (!bind_located(out, variable, owner)) return;
     }
   }
   ir::Pou& pou = module_.pous[pou_index];
@@ -316,7 +335,8 @@ void Declarer::detect_edges(std::uint32_t index) {
     if (declared.role != Role::kInput || declared.type != ir::kBoolType || pou.kind == ir::PouKind::kFunction) {
       report(Code::P4046, variable.at, pou.name,
              quoted(variable.name) + " has an edge, but is no BOOL input of a function block or program",
-             "call R_TRIG or F_TRIG in the body");
+             pou.kind == ir::PouKind::kFunction ? "keep the edge in a function block, and give the function its output"
+                                                : "call R_TRIG or F_TRIG in the body");
       continue;
     }
     const char* const block = variable.edge == plcopen::Edge::kRising ? "R_TRIG" : "F_TRIG";
@@ -343,7 +363,9 @@ bool Declarer::bind_external(ir::Variable& out, const plcopen::Variable& variabl
     Guess guess(variable.name);
     for (const ir::Global& g : module_.globals) guess.offer(g.variable.name);
     std::string help = guess.help();
-    if (help.empty()) help = "declare it in a globalVars list of the configuration or resource";
+    if (help.empty()) help = project_.version == plcopen::Version::kText
+                                   ? "declare it in VAR_GLOBAL of the configuration or resource"
+                                   : "declare it in a globalVars list of the configuration or resource";
     report(Code::P4021, variable.at, owner.pou,
            "external variable " + quoted(variable.name) + " has no global variable", help);
     // It stays usable, so that every use of it is not an error of its own.
@@ -369,45 +391,6 @@ bool Declarer::bind_external(ir::Variable& out, const plcopen::Variable& variabl
                ", the global variable " + types().name_of(global_type),
            "give both one type");
   }
-  return true;
-}
-
-// A located variable of a POU is a global place; all variables at one address share it.
-bool Declarer::bind_located(ir::Variable& out, const plcopen::Variable& variable, const Owner& owner) {
-  const auto address = address_of(variable, out.type, owner);
-  if (!address) return false;
-  const std::string normal = address->text();
-  const std::string own_name = std::string(owner.pou) + "." + variable.name;
-  out.address = normal;
-  out.role = Role::kExternal;
-  const auto known = address->unlocated ? module_.global_by_name.end() : module_.global_by_name.find(normal);
-  if (known != module_.global_by_name.end()) {
-    ir::Global& global = module_.globals[known->second];
-    if (global.variable.type == out.type) {
-      out.global = known->second;
-      if (owned_by_one_pou_.erase(known->second) != 0) global.variable.name = normal;
-      global.variable.retain = global.variable.retain || out.retain;
-      global.variable.persistent = global.variable.persistent || out.persistent;
-      module_.global_by_name.emplace(own_name, known->second);
-      return true;
-    }
-    if (address->area != 'I') {
-      report(Code::P4032, variable.at, owner.pou,
-             quoted(variable.name) + " of type " + types().name_of(out.type) + " and " + quoted(global.variable.name) +
-                 " of type " + types().name_of(global.variable.type) + " are both at " + normal,
-             "give variables at one address one type");
-      return false;
-    }
-  }
-  ir::Global global;
-  global.variable = out;
-  global.variable.name = own_name;
-  global.variable.role = Role::kLocal;
-  const auto index = static_cast<std::uint32_t>(module_.globals.size());
-  if (!address->unlocated && module_.global_by_name.emplace(normal, index).second) owned_by_one_pou_.insert(index);
-  module_.global_by_name.emplace(own_name, index);
-  module_.globals.push_back(std::move(global));
-  out.global = index;
   return true;
 }
 

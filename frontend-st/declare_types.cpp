@@ -438,7 +438,13 @@ std::optional<ir::Type> Declarer::make_subrange(const TypeSpec& spec, const Owne
   const auto lower = integer_constant(limits.lower, place(limits.lower_at, spec.at, owner), owner, "lower limit");
   const auto upper = integer_constant(limits.upper, place(limits.upper_at, spec.at, owner), owner, "upper limit");
   if (!lower || !upper) return std::nullopt;
-  if (*lower > *upper || !int_fits(*lower, false, *id) || !int_fits(*upper, false, *id)) {
+  if (*lower > *upper) {
+    report(Code::P4017, out.at, owner.pou,
+           "range " + std::to_string(*lower) + ".." + std::to_string(*upper) + " of " + quoted(owner.name) +
+               " begins behind its end");
+    return std::nullopt;
+  }
+  if (!int_fits(*lower, false, *id) || !int_fits(*upper, false, *id)) {
     report(Code::P4017, out.at, owner.pou,
            "range " + std::to_string(*lower) + ".." + std::to_string(*upper) + " of " + quoted(owner.name) +
                " does not lie in " + std::string(core::name_of(*id)));

@@ -1,5 +1,5 @@
 // Declarer: one pass of declare() over a project. Split by what is declared: declare_types (data types), declare_pous
-// (interfaces, globals, externals, located variables), initial_values, declare_configuration (tasks and instances).
+// (interfaces, globals, externals), declare_located, initial_values, declare_configuration (tasks and instances).
 //
 // In: Project. Out: the symbols of an ir::Module. Does not belong here: bodies.
 #pragma once
@@ -110,9 +110,24 @@ class Declarer final : public ConstantScope {
   void declare_variable(std::uint32_t pou, const plcopen::Variable& variable);
   void detect_edges(std::uint32_t pou);
   bool bind_external(ir::Variable& out, const plcopen::Variable& variable, const Owner& owner);
-  bool bind_located(ir::Variable& out, const plcopen::Variable& variable, const Owner& owner);
   std::optional<Address> address_of(const plcopen::Variable& variable, ir::TypeRef type, const Owner& owner);
   bool holds_instance(ir::TypeRef type);
+
+  // declare_located.cpp
+  /// What an instance lies in: a program of a task, or a global.
+  struct InstanceRoot {
+    static constexpr std::uint32_t kGlobal = 0xffffffffu;
+    std::uint32_t task = kGlobal;
+    std::uint32_t index = 0;  ///< of the program in the task, or of the global
+    friend auto operator<=>(const InstanceRoot&, const InstanceRoot&) = default;
+  };
+  bool bind_located(ir::Variable& out, const plcopen::Variable& variable, const Owner& owner);
+  bool holds_located(ir::TypeRef type);
+  void locate_instances();
+  void locate_parts(const InstanceRoot& root, ir::TypeRef type, const std::string& name,
+                    std::vector<std::uint32_t>& path, std::vector<ir::LocatedPart>& out);
+  ir::LocatedPart locate(const InstanceRoot& root, const ir::Variable& variable, const std::string& name,
+                         const std::vector<std::uint32_t>& path);
 
   // declare_configuration.cpp and declare_instances.cpp
   void declare_configuration();
@@ -156,6 +171,9 @@ class Declarer final : public ConstantScope {
   std::vector<Pending> pending_;
   std::vector<ir::ReferenceInit>* references_ = nullptr;  ///< takes REF(x) of the variable being initialised
   std::unordered_set<std::uint32_t> owned_by_one_pou_;    ///< located globals made for one POU: named POU.variable
+  std::vector<std::uint8_t> holds_located_;               ///< by type: not known yet, no, yes
+  /// Addresses that VAR_CONFIG gives to variables of instances.
+  std::map<std::pair<InstanceRoot, std::vector<std::uint32_t>>, std::string> given_addresses_;
   bool instance_failed_ = false;
 };
 

@@ -458,7 +458,8 @@ std::optional<std::int64_t> parse_duration(std::string_view text, std::string& p
       }
       ++i;
     }
-    if (count == 0) return bad("a number is missing");
+    constexpr const char* kUnitNames = "units are d, h, m, s, ms, us and ns";
+    if (count == 0) return bad(any && text[0] != '.' ? kUnitNames : "a number is missing");
     if (fraction_seen) return bad("only the last part may have a fraction");
     std::string_view fraction;
     if (i < text.size() && text[i] == '.') {
@@ -476,7 +477,7 @@ std::optional<std::int64_t> parse_duration(std::string_view text, std::string& p
         break;
       }
     }
-    if (unit == 0) return bad("units are d, h, m, s, ms, us and ns");
+    if (unit == 0) return bad(kUnitNames);
     if (unit >= last_unit) return bad("units go from large to small");
     last_unit = unit;
     any = true;

@@ -206,7 +206,8 @@ std::optional<Operand> Lowering::call(NodeId id, Expected expected, bool as_stat
   // A variable called like a standard function ("Limit", "Max") does not hide it where it is called.
   if (!stdlib::overloads_named(name).empty()) return call_standard(id, name, expected);
   const Named named = find_name(module, builder_.pou(), name);
-  if (named.kind != Named::Kind::kNothing) {
+  if (named.kind == Named::Kind::kRefused) return std::nullopt;
+  if (named.is_place()) {
     report(Code::P4009, at(id), quoted(name) + " is a variable and is called in an expression",
            "call function block instances as a statement of their own and read " + std::string(name) + ".<output>");
     return std::nullopt;
@@ -304,12 +305,17 @@ std::optional<Operand> Lowering::call_standard(NodeId id, std::string_view name,
 }
 
 std::optional<Operand> Lowering::call_function(NodeId id, std::uint32_t pou, bool as_statement) {
+  if (!builder_.module().pous[pou].refused.empty()) return std::nullopt;  // its parameters are not all known
   const std::string name = builder_.module().pous[pou].name;
   const TypeRef result_type = builder_.module().pous[pou].return_type;
   const std::vector<Parameter> parameters = parameters_of_pou(pou);
   if (!result_type.valid() && !as_statement) {
     report(Code::P4009, at(id), "function " + quoted(name) + " has no result to use in an expression");
     return std::nullopt;
+  }
+  if (builder_.module().pous[pou].stub) {
+    warn_stub(at(id), "function " + quoted(name));
+    return stub_value(id, result_type.valid() ? Expected(result_type) : std::nullopt);
   }
   const Arguments arguments = bind_arguments(id, parameters, name);
   bool fine = arguments.fine;
@@ -398,6 +404,7 @@ bool Lowering::call_block(NodeId id) {
     return false;
   }
   const bool is_pou = copy.kind == TypeKind::kPou;
+  if (is_pou && !builder_.module().pous[copy.pou].refused.empty()) return false;  // its parameters are not all known
   const std::vector<Parameter> parameters = is_pou ? parameters_of_pou(copy.pou) : parameters_of_block(*copy.block);
   const std::string name = types().name_of(type);
   const Arguments arguments = bind_arguments(id, parameters, name);

@@ -468,7 +468,7 @@ std::optional<Operand> lower_expression(std::string_view text, const core::Sourc
   const std::string_view plain = core::trimmed(text);
   if (is_identifier(plain)) {
     const Named named = find_name(builder.module(), builder.pou(), plain);
-    if (named.kind != Named::Kind::kNothing) {
+    if (named.is_place()) {
       const ir::PlaceId place =
           named.kind == Named::Kind::kVariable ? builder.variable(named.index) : builder.global(named.index);
       if (!builder.module().types[builder.type_of(place)].stub) {

@@ -69,6 +69,10 @@ void Lowering::report_unknown_name(NodeId id) {
     report(Code::P4004, at(id), quoted(name) + " is a POU, not a variable", "a function is called with parentheses");
     return;
   }
+  if (!stdlib::overloads_named(name).empty()) {
+    report(Code::P4004, at(id), quoted(name) + " is a function, not a variable", "a function is called with parentheses");
+    return;
+  }
   report(Code::P4004, at(id), "there is no variable " + quoted(name), guess.help());
 }
 
@@ -113,8 +117,8 @@ std::optional<PlaceId> Lowering::direct_place(NodeId id) {
 
 std::optional<PlaceId> Lowering::root_place(NodeId id, bool for_writing) {
   const Named named = find_name(builder_.module(), builder_.pou(), name_text(id));
-  if (named.kind == Named::Kind::kNothing) {
-    report_unknown_name(id);
+  if (!named.is_place()) {
+    if (named.kind == Named::Kind::kNothing) report_unknown_name(id);
     return std::nullopt;
   }
   const bool local = named.kind == Named::Kind::kVariable;
@@ -168,6 +172,7 @@ std::optional<PlaceId> Lowering::member_place(PlaceId parent, NodeId id, bool fo
       break;
     case TypeKind::kPou: {
       const ir::Pou& pou = builder_.module().pous[type.pou];
+      if (pou.refused.contains(name)) return std::nullopt;
       if (pou.stub) {
         warn_stub(name_at(id), quoted(builder_.describe(parent)) + " of type " + types().name_of(parent_type));
         return std::nullopt;

@@ -47,7 +47,7 @@ bool Lowering::if_chain(NodeId id) {
 bool Lowering::is_standard_call(NodeId callee) {
   if (stdlib::overloads_named(name_text(callee)).empty()) return false;
   const Named named = find_name(builder_.module(), builder_.pou(), name_text(callee));
-  if (named.kind == Named::Kind::kNothing) return true;
+  if (!named.is_place()) return named.kind == Named::Kind::kNothing;
   const ir::TypeRef type = named.kind == Named::Kind::kVariable ? builder_.pou().variables[named.index].type
                                                                 : builder_.module().globals[named.index].variable.type;
   return types().rep_of(type).has_value();

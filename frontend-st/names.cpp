@@ -10,9 +10,10 @@ Named find_name(const ir::Module& module, const ir::Pou& pou, std::string_view n
     const std::uint32_t edge = pou.variables[local->second].edge;
     return {Named::Kind::kVariable, edge == ir::Variable::kNoEdge ? local->second : edge};
   }
+  if (pou.refused.contains(name)) return {Named::Kind::kRefused};
   const auto global = module.global_by_name.find(name);
   if (global != module.global_by_name.end()) return {Named::Kind::kGlobal, global->second};
-  return {};
+  return {module.refused.contains(name) ? Named::Kind::kRefused : Named::Kind::kNothing};
 }
 
 EnumValueRef find_enum_value(const ir::TypeTable& types, ir::TypeRef type, std::string_view name) {

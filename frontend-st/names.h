@@ -14,8 +14,14 @@ namespace plc::st {
 
 /// What a plain name stands for: variables of the POU hide globals.
 struct Named {
-  enum class Kind : std::uint8_t { kNothing, kVariable, kGlobal } kind = Kind::kNothing;
+  enum class Kind : std::uint8_t {
+    kNothing,
+    kVariable,
+    kGlobal,
+    kRefused,  ///< a variable whose declaration was reported as wrong: nothing more is said of it
+  } kind = Kind::kNothing;
   std::uint32_t index = 0;  ///< into Pou::variables or Module::globals
+  [[nodiscard]] bool is_place() const { return kind == Kind::kVariable || kind == Kind::kGlobal; }
 };
 Named find_name(const ir::Module& module, const ir::Pou& pou, std::string_view name);
 

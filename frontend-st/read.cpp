@@ -83,13 +83,15 @@ std::unique_ptr<plcopen::Project> read_bytes(std::string_view bytes, const std::
     diagnostics.report(code, at, {}, std::move(message), std::move(help));
     return nullptr;
   };
-  if (bytes.size() > kMaxFileBytes) {
+  const auto too_long = [&] {
     return refuse(Code::P1006, "file is longer than " + std::to_string(kMaxFileBytes >> 20) + " MiB",
                   "split it; libraries are given with --lib");
-  }
+  };
+  if (bytes.size() > kMaxFileBytes) return too_long();
   std::string converted;
   const std::string_view text = to_text(bytes, converted);
-  if (text.find('\0') != std::string_view::npos || text.size() > kMaxTextBytes) {
+  if (text.size() > kMaxTextBytes) return too_long();
+  if (text.find('\0') != std::string_view::npos) {
     return refuse(Code::P4047, "file contains zero bytes: it is no text",
                   "give a file of Structured Text, or PLCopen XML");
   }

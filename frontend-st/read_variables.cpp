@@ -165,21 +165,31 @@ bool DeclarationReader::variables(const Variable& model, std::vector<Variable>& 
   const std::uint32_t begin = token_.begin;
   Variable first = model;
   std::vector<Token> names;
+  // The names stay known, so that their uses are no errors of their own.
+  const auto refuse = [&] {
+    for (const Token& token : names) {
+      Variable& variable = out.emplace_back(model);
+      variable.name = text_of(token);
+      variable.at = place(token.begin, ElementKind::kVariable);
+      variable.refused = true;
+    }
+    return false;
+  };
   while (!at_text("AT") || names.size() != 0 || peek(1).kind != TokenKind::kDirect) {
     const Token token = token_;
     std::string text;
-    if (!name(text, "the name of a variable")) return false;
+    if (!name(text, "the name of a variable")) return refuse();
     names.push_back(token);
     if (!accept(TokenKind::kComma)) break;
   }
   if (accept_text("AT")) {
-    if (!at(TokenKind::kDirect)) return fail_expected("an address such as %IX0.0");
+    if (!at(TokenKind::kDirect)) return fail_expected("an address such as %IX0.0") || refuse();
     if (names.empty()) names.push_back(token_);  // a location without a name
     first.address = text_of(token_);
-    if (names.size() > 1) return fail(Code::P4040, token_, "several variables have one address");
+    if (names.size() > 1) return fail(Code::P4040, token_, "several variables have one address") || refuse();
     advance();
   }
-  if (!require(TokenKind::kColon, "\":\"") || !type_spec(first.type)) return false;
+  if (!require(TokenKind::kColon, "\":\"") || !type_spec(first.type)) return refuse();
   const Token edge = token_;
   const bool rising = accept_text("R_EDGE");
   if (rising || accept_text("F_EDGE")) {
@@ -189,7 +199,7 @@ bool DeclarationReader::variables(const Variable& model, std::vector<Variable>& 
       first.edge = plcopen::Edge::kNone;
     }
   }
-  if (accept(TokenKind::kAssign) && !initial_value(first.initial)) return false;
+  if (accept(TokenKind::kAssign) && !initial_value(first.initial)) return refuse();
   if (!pay(names.size(), (names.size() - 1) * (last_end_ - begin))) return true;
   for (std::size_t i = 0; i < names.size(); ++i) {
     Variable& variable = i + 1 == names.size() ? out.emplace_back(std::move(first)) : out.emplace_back(first);

@@ -137,6 +137,18 @@ core::Result<SimulatedDriver> SimulatedDriver::load(const std::string& path, run
   return parse(text.str(), path, resource);
 }
 
+std::optional<core::Problem> SimulatedDriver::check_real_time(std::string_view name, std::uint32_t task) const {
+  const auto& tasks = resource_->image().tasks;
+  for (const runtime::Place& place : places_) {
+    if (place.task == runtime::Place::kGlobal || place.task == task) continue;
+    return core::Problem{core::Code::P7205,
+                         std::string(name) + " names variables of task \"" + tasks[place.task].name +
+                             "\", and is applied by task \"" + tasks[task].name + "\"",
+                         "in real time a stimulus writes globals, or variables of one task; plc sim takes any"};
+  }
+  return std::nullopt;
+}
+
 void SimulatedDriver::apply(core::TimeNs now_ns, const Sink& sink) {
   for (; next_ < rows_.size() && rows_[next_].time_ns <= now_ns; ++next_) {
     for (const Value& value : rows_[next_].values) sink(places_[value.column], value.text);

@@ -38,6 +38,9 @@ class SimulatedDriver {
   [[nodiscard]] std::size_t rows() const { return rows_.size(); }
   /// The variables of its columns.
   [[nodiscard]] const std::vector<runtime::Place>& places() const { return places_; }
+  /// In real time a stimulus is applied by `task`, and names globals and variables of that task only: P7205 otherwise.
+  /// `name` is the stimulus, for the message.
+  [[nodiscard]] std::optional<core::Problem> check_real_time(std::string_view name, std::uint32_t task) const;
   /// Time of the last row, 0 without rows.
   [[nodiscard]] core::TimeNs end_ns() const { return rows_.empty() ? 0 : rows_.back().time_ns; }
 
@@ -50,7 +53,8 @@ class SimulatedDriver {
     core::TimeNs time_ns = 0;
     std::vector<Value> values;
   };
-  explicit SimulatedDriver(runtime::Resource& resource) : access_(resource) {}
+  explicit SimulatedDriver(runtime::Resource& resource) : resource_(&resource), access_(resource) {}
+  const runtime::Resource* resource_;
   runtime::Access access_;
   std::vector<runtime::Place> places_;
   std::vector<Row> rows_;

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <string>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 #include "core/options.h"
@@ -17,6 +18,8 @@
 #include "stdlib/library.h"
 
 namespace plc::ir {
+
+using NameSet = std::unordered_set<std::string, core::NameHash, core::NameEqual>;
 
 /// Index of the instruction that computes the value.
 struct ValueId {
@@ -182,6 +185,8 @@ struct Pou {
   bool compiled = false;  ///< a front end lowered its body without error
   bool stub = false;      ///< --stub-missing: does nothing
   bool from_library = false;  ///< brought by --lib: lint does not look at it
+  /// Names whose declaration was reported as wrong: their uses are no errors of their own.
+  NameSet refused = {};
   bool partial = false;   ///< parts of its body are left out (stubs, unconnected elements), with what they would read and write
   SourceRef at;
 
@@ -199,6 +204,17 @@ struct InstanceWire {
   bool output = false;
 };
 
+/// A variable "AT %I*", "%Q*" or "%M*" of an instance. Each has a global of its own, with the address that VAR_CONFIG gives
+/// or the name that the machine's configuration binds. It is copied into the instance before the task's programs run,
+/// and, unless it is an input, back when they have run.
+struct LocatedPart {
+  std::string name;                 ///< "main.valves[2].coil"
+  std::vector<std::uint32_t> path;  ///< from the instance to the variable: fields, variables, 0-based elements
+  std::uint32_t global = 0;         ///< into Module::globals
+  bool output = false;              ///< %Q, %M
+  bool begins = true;               ///< the global begins with the initial value of the part
+};
+
 struct ProgramInstance {
   std::string name;
   std::uint32_t pou = 0;
@@ -206,6 +222,7 @@ struct ProgramInstance {
   bool retain = false;
   std::vector<InstanceWire> wires = {};
   std::vector<InitItem> initial = {};  ///< overrides of the program's initial values; paths begin at its variables
+  std::vector<LocatedPart> located = {};
 };
 
 struct Task {
@@ -217,7 +234,12 @@ struct Task {
   SourceRef at;
 };
 
-/// A location used by some variable: several variables with one address are one place.
+/// A located variable of an instance that is itself a global, or a part of one.
+struct LocatedInGlobal {
+  std::uint32_t root = 0;  ///< the global that holds the instance
+  LocatedPart part;
+};
+
 struct Module {
   core::CompileOptions options;
   std::string name;  ///< of the project
@@ -227,6 +249,8 @@ struct Module {
   std::vector<Pou> pous;
   std::unordered_map<std::string, std::uint32_t, core::NameHash, core::NameEqual> pou_by_name;
   std::vector<Task> tasks;
+  std::vector<LocatedInGlobal> located;
+  NameSet refused;  ///< globals whose declaration was reported as wrong
 };
 
 }  // namespace plc::ir

@@ -181,6 +181,11 @@ void add_global_use(const Module& module, const Pou& pou, const SharedReferences
   });
 }
 
+void add_located(const LocatedPart& part, GlobalUse& use) {
+  use.read[part.global] = true;
+  if (part.output) use.written[part.global] = true;
+}
+
 }  // namespace
 
 GlobalUse global_use(const Module& module, const Task& task) {
@@ -191,6 +196,10 @@ GlobalUse global_use(const Module& module, const Task& task) {
   for (const std::uint32_t pou : reached_pous(module, task)) add_global_use(module, module.pous[pou], shared, use);
   for (const ProgramInstance& program : task.programs) {
     for (const InstanceWire& wire : program.wires) (wire.output ? use.written : use.read)[wire.global] = true;
+    for (const LocatedPart& part : program.located) add_located(part, use);
+  }
+  for (const LocatedInGlobal& located : module.located) {
+    if (use.read[located.root] || use.written[located.root]) add_located(located.part, use);
   }
   return use;
 }

@@ -101,6 +101,7 @@ struct Variable {
   bool retain = false;
   bool nonretain = false;
   bool persistent = false;
+  bool refused = false;     ///< the rest of its declaration could not be read, and was reported
   Edge edge = Edge::kNone;  ///< kInput of type BOOL: R_EDGE, F_EDGE; the body sees the edge, not the level
   std::string documentation;
   SourceRef at;
@@ -122,6 +123,7 @@ struct Connection {
   std::int64_t ref_local_id = -1;
   std::string formal_parameter;  ///< output pin named at the far end, or empty
   SourceRef at;
+  bool refused = false;  ///< where it comes from could not be read, and was reported
 };
 
 /// A pin of an element: name and modifiers, and for inputs what is wired to it.

@@ -121,6 +121,7 @@ void start_connection(Reader& r, const Tag& tag) {
   Connection& connection = add_connection(r, tag);
   if (core::trimmed(tag.attributes.get(Attr::kRefLocalId)).empty()) {
     r.report(core::Code::P1009, connection.at, "connection has no refLocalId");
+    connection.refused = true;
     return;
   }
   connection.ref_local_id = r.integer(tag, Attr::kRefLocalId, -1, kMaxId);

@@ -248,12 +248,14 @@ class Lister {
           const Place member = {place.task, place.offset + field.offset, field.type, place.constant || field.constant};
           walk_named(path, field.name, member, behind_alias);
         }
-        if (behind_alias) return;
-        for (const ImageAlias& alias : type.aliases) {
-          if (everything_ && !takes_over(alias)) continue;
-          walk_named(path, alias.name, global_place(image_, alias.global), true);
-        }
+        if (!behind_alias) walk_aliases(path, type);
         return;
+    }
+  }
+  void walk_aliases(std::string& path, const ImageType& type) {
+    for (const ImageAlias& alias : type.aliases) {
+      if (everything_ && !takes_over(alias)) continue;
+      walk_named(path, alias.name, global_place(image_, alias.global), true);
     }
   }
   std::vector<Listed> take() { return std::move(found_); }
@@ -354,6 +356,9 @@ class Finder {
     }
     for (std::uint32_t task = 0; task < image_.tasks.size(); ++task) {
       if (accept(task_place(task), steps_, 0)) return true;
+      for (const ImageAlias& alias : image_.types[body(task).instance_type].aliases) {
+        if (accept_behind(alias.name, alias.global)) return true;
+      }
     }
     return false;
   }
@@ -445,11 +450,14 @@ std::vector<Listed> Access::list_places(std::string_view pattern, std::size_t li
   for (std::uint32_t t = 0; t < image.tasks.size(); ++t) {
     const bytecode::ImageTask& task = image.tasks[t];
     const std::uint32_t instances = resource_.program(t).table().layout().instance;
-    for (const ImageField& field : image.types[image.pous[task.body].instance_type].fields) {
+    const ImageType& whole = image.types[image.pous[task.body].instance_type];
+    for (const ImageField& field : whole.fields) {
       if (!lister.shows(field.name)) continue;
       std::string path = in_several_tasks(image, field.name) ? task.name + "." + field.name : field.name;
       lister.walk(path, {t, instances + field.offset, field.type, field.constant}, false);
     }
+    std::string path;
+    lister.walk_aliases(path, whole);  // located variables of the instances have whole paths
   }
   const auto& globals = image.types[image.global_type].fields;
   for (const bool declared : {true, false}) {

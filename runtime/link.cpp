@@ -125,7 +125,7 @@ class Linker {
   }
   void refuse(std::string message) {
     if (!problem_) {
-      problem_ = core::Problem{core::Code::P7111, std::move(message), "compile the project again with this version"};
+      problem_ = core::Problem{core::Code::P9001, std::move(message), "compile the project again with this version"};
     }
   }
 

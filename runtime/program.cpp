@@ -57,14 +57,14 @@ core::Result<std::unique_ptr<Program>> Program::link(const bytecode::VerifiedIma
   const bytecode::Image& image = verified.image();
   const bytecode::ImageTask& entry = image.tasks[task];
   if (task >= Handle::kMaxTasks || image.types.size() > Handle::kMaxTypes) {
-    return core::Problem{core::Code::P7110, "image has more tasks or types than references can name", {}};
+    return core::Problem{core::Code::P9001, "image has more tasks or types than references can name", {}};
   }
   const std::vector<std::uint32_t> pous = reached_pous(image, entry.body);
   std::vector<std::uint8_t> reached(image.pous.size(), 0);
   for (const std::uint32_t pou : pous) reached[pou] = 1;
   TaskLayout layout = lay_out(image, entry.body, reached);
   if (layout.total >= kRelativeBit) {
-    return core::Problem{core::Code::P7110,
+    return core::Problem{core::Code::P9001,
                          "memory of task \"" + entry.name + "\" would take " + std::to_string(layout.total) + " bytes",
                          "at most 2 GiB can be addressed; make arrays smaller or split the project"};
   }

@@ -55,7 +55,7 @@ struct ProgramOptions {
 
 class Program {
  public:
-  /// Resolves task `task` of the image. Refuses (P7110, P7111) tables that cannot be addressed and images that
+  /// Resolves task `task` of the image. Refuses (P9001) tables that cannot be addressed and images that
   /// were made for another standard library. The image must outlive the program; `globals` too.
   static core::Result<std::unique_ptr<Program>> link(const bytecode::VerifiedImage& image, std::uint32_t task,
                                                      GlobalTable& globals, const ProgramOptions& options = {});

@@ -70,6 +70,11 @@ void append_string(const std::byte* characters, std::size_t length, unsigned wid
 }
 
 std::string type_name(const ImageType& type) {
+  // A range that is declared with its variable has a name that no source can spell.
+  if (type.name.find(' ') != std::string::npos) {
+    return std::string(core::name_of(type.elementary)) +
+           (type.limited ? " (" + std::to_string(type.lower) + ".." + std::to_string(type.upper) + ")" : "");
+  }
   return type.name.empty() ? std::string(core::name_of(type.elementary)) : type.name;
 }
 Problem no_value(const ImageType& type, std::string_view text) {

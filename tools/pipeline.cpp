@@ -55,8 +55,13 @@ class Lowering {
 
   void lower_all() {
     const plcopen::Project& project = *compilation_.project;
-    const ir::Module& module = *compilation_.module;
+    ir::Module& module = *compilation_.module;
     done_.resize(project.pous.size());
+    // Before any body: whoever uses a stub is told so, wherever it stands.
+    for (std::uint32_t i = 0; i < project.pous.size() && request_.options.stub_missing; ++i) {
+      const plcopen::Language language = language_of(project.pous[i]);
+      module.pous[i].stub = language == plcopen::Language::kIl || language == plcopen::Language::kSfc;
+    }
     for (std::uint32_t i = 0; i < project.pous.size(); ++i) {
       if (!project.pous[i].from_library) lower(i);
     }
@@ -110,27 +115,27 @@ class Lowering {
       case plcopen::Language::kIl:
       case plcopen::Language::kSfc:
         ++texts_;
-        not_compiled(pou, module.pous[index]);
+        not_compiled(pou);
         return;
     }
   }
 
-  void not_compiled(const plcopen::Pou& pou, ir::Pou& lowered) {
+  void not_compiled(const plcopen::Pou& pou) {
     core::SourceRef at = pou.bodies.empty() ? pou.at : pou.bodies.front().at;
     if (at.line == 0) at = pou.at;
     const char* language = plcopen::language_name(language_of(pou));
     if (request_.options.stub_missing) {
-      lowered.stub = true;
       compilation_.diagnostics.report(
           Code::P5102, at, pou.name,
           fmt::format("{} \"{}\" is written in {}: a stub that does nothing runs in its place",
-                      plcopen::pou_kind_name(pou.kind), pou.name, language));
+                      plcopen::pou_kind_name(pou.kind), pou.name, language),
+          "write it in LD, FBD or ST before it runs a plant");
       return;
     }
     compilation_.diagnostics.report(Code::P5101, at, pou.name,
                                     fmt::format("{} \"{}\" is written in {}, which is not compiled yet",
                                                 plcopen::pou_kind_name(pou.kind), pou.name, language),
-                                    "redraw it in LD or FBD, or run the rest with --stub-missing");
+                                    "write it in LD, FBD or ST, or run the rest with --stub-missing");
   }
 
   const Request& request_;

@@ -275,10 +275,12 @@ std::uint32_t Layout::make_instance(std::uint32_t index) {
       const ir::Variable& v = pou.variables[i];
       if (v.in_frame || v.role == ir::Role::kExternal || (v.role == ir::Role::kHidden) != hidden) continue;
       ImageField f;
-      f.name = v.name;
+      // The outside sees the global that belongs to it, under the same path.
+      const bool located = !v.address.empty();
+      f.name = located ? v.name + "#" : v.name;
       f.type = type(v.type);
       f.role = role_of(v.role);
-      f.retain = v.retain || v.persistent;
+      f.retain = (v.retain || v.persistent) && !located;
       f.constant = v.constant;
       layout.field[i] = builder.add(image_, std::move(f));
       layout.offset[i] = builder.offset(layout.field[i]);
@@ -430,21 +432,28 @@ void Layout::initialise(const ir::Variable& variable, std::byte* to) {
 void Layout::override_values(ir::TypeRef ref, std::span<const ir::InitItem> items, std::byte* to) {
   for (const ir::InitItem& item : items) {
     ir::TypeRef at = ref;
-    std::byte* leaf = to;
-    for (const std::uint32_t step : item.path) {
-      const ir::Type& t = module_.types[at];
-      if (t.kind == ir::TypeKind::kArray) {
-        leaf += std::size_t{step} * image_.types[type(t.element)].size;
-        at = t.element;
-        continue;
-      }
-      leaf += field_offset(at, step);
-      if (t.kind == ir::TypeKind::kStruct) at = t.fields[step].type;
-      if (t.kind == ir::TypeKind::kBlock) at = ir::ref_of(t.block->fields[step].type);
-      if (t.kind == ir::TypeKind::kPou) at = module_.pous[t.pou].variables[step].type;
-    }
+    std::byte* const leaf = to + walk(at, item.path);
     write_constant(item.value, at, leaf);
   }
+}
+
+std::uint32_t Layout::offset_of(ir::TypeRef ref, std::span<const std::uint32_t> path) { return walk(ref, path); }
+
+std::uint32_t Layout::walk(ir::TypeRef& at, std::span<const std::uint32_t> path) {
+  std::uint32_t offset = 0;
+  for (const std::uint32_t step : path) {
+    const ir::Type& t = module_.types[at];
+    if (t.kind == ir::TypeKind::kArray) {
+      offset += step * image_.types[type(t.element)].size;
+      at = t.element;
+      continue;
+    }
+    offset += field_offset(at, step);
+    if (t.kind == ir::TypeKind::kStruct) at = t.fields[step].type;
+    if (t.kind == ir::TypeKind::kBlock) at = ir::ref_of(t.block->fields[step].type);
+    if (t.kind == ir::TypeKind::kPou) at = module_.pous[t.pou].variables[step].type;
+  }
+  return offset;
 }
 
 const std::vector<std::byte>& Layout::instance_initial(std::uint32_t index) {

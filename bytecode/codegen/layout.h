@@ -67,12 +67,17 @@ class Layout {
   std::uint32_t field_index(ir::TypeRef ref, std::uint32_t index);
   std::uint32_t field_offset(ir::TypeRef ref, std::uint32_t index);
 
+  /// Field index in the global table of global `index` of the module.
+  [[nodiscard]] std::uint32_t global_field(std::uint32_t index) const { return global_fields_[index]; }
+
   /// Writes a fresh value of `ref` to `to` (type(ref).size bytes, zeroed).
   void initialise(ir::TypeRef ref, std::byte* to);
   /// The same with the overrides of a variable.
   void initialise(const ir::Variable& variable, std::byte* to);
   /// Writes single parts of a value of `ref`.
   void override_values(ir::TypeRef ref, std::span<const ir::InitItem> items, std::byte* to);
+  /// Where the part that `path` leads to (fields, variables, 0-based elements) begins in a value of type `ref`.
+  std::uint32_t offset_of(ir::TypeRef ref, std::span<const std::uint32_t> path);
   /// A fresh value as far as the image's types know it: capacities of strings, lowest legal numbers.
   void initialise_raw(std::uint32_t image_type, std::byte* to) const;
   /// Writes the bits or characters of a constant.
@@ -84,6 +89,8 @@ class Layout {
   [[nodiscard]] bool too_large() const { return too_large_; }
 
  private:
+  /// The same; `at` becomes the type of the part.
+  std::uint32_t walk(ir::TypeRef& at, std::span<const std::uint32_t> path);
   std::uint32_t add(ImageType type);
   std::uint32_t make(ir::TypeRef ref);
   std::uint32_t make_scalar(const ir::Type& type);

@@ -61,6 +61,15 @@ void lay_out_globals(Shared& shared, const GlobalPlan& plan) {
   for (const std::uint32_t g : plan.order) {
     shared.layout.initialise(shared.module.globals[g].variable, image.global_initial.data() + shared.global_offset[g]);
   }
+  for (const ir::LocatedInGlobal& located : shared.module.located) {
+    if (!located.part.begins) continue;
+    const ir::Variable& whole = shared.module.globals[located.root].variable;
+    const std::uint32_t type = shared.layout.type(shared.module.globals[located.part.global].variable.type);
+    std::memcpy(image.global_initial.data() + shared.global_offset[located.part.global],
+                image.global_initial.data() + shared.global_offset[located.root] +
+                    shared.layout.offset_of(whole.type, located.part.path),
+                image.types[type].size);
+  }
 }
 
 namespace {
@@ -93,6 +102,7 @@ class TaskGenerator {
     for_each_range(fields, reads, [&](std::uint32_t first, std::uint32_t count) {
       writer.op(Opcode::kReadN, {first, count});
     });
+    connect_globals(writer, false);
     for (std::size_t p = 0; p < task_.programs.size(); ++p) {
       writer.source(task_.programs[p].at);
       connect(writer, p, false);
@@ -101,6 +111,7 @@ class TaskGenerator {
       connect(writer, p, true);
     }
     writer.source(task_.at);
+    connect_globals(writer, true);
     const auto exports = [&](bool alone) {
       return [this, alone](std::size_t f) { return use_.written[plan_.order[f]] && (plan_.writers[f] == 1) == alone; };
     };
@@ -126,6 +137,35 @@ class TaskGenerator {
       const std::uint32_t other = operand_word(Space::kGlobal, shared_.global_offset[wire.global]);
       writer.op(Opcode::kCopy, {outputs ? other : own, outputs ? own : other, type});
     }
+    const ir::TypeRef type = shared_.module.pous[program.pou].instance_type;
+    for (const ir::LocatedPart& part : program.located) copy_located(writer, part, type, offsets_[p], outputs);
+  }
+
+  /// The same for located variables of instances that are globals.
+  void connect_globals(CodeWriter& writer, bool outputs) {
+    for (const ir::LocatedInGlobal& located : shared_.module.located) {
+      if (!use_.read[located.root] && !use_.written[located.root]) continue;
+      const ir::TypeRef type = shared_.module.globals[located.root].variable.type;
+      copy_located(writer, located.part, type, shared_.global_offset[located.root], outputs, Space::kGlobal);
+    }
+  }
+
+  /// `whole` of type `type` holds the part.
+  void copy_located(CodeWriter& writer, const ir::LocatedPart& part, ir::TypeRef type, std::uint32_t whole, bool outputs,
+                    Space space = Space::kInstance) {
+    if (outputs && !part.output) return;
+    const std::uint32_t own = operand_word(space, whole + shared_.layout.offset_of(type, part.path));
+    const std::uint32_t other = operand_word(Space::kGlobal, shared_.global_offset[part.global]);
+    writer.op(Opcode::kCopy, {outputs ? other : own, outputs ? own : other,
+                              shared_.layout.type(shared_.module.globals[part.global].variable.type)});
+  }
+
+  /// The global of a located variable begins with what the variable begins with.
+  void initialise_located(const ir::LocatedPart& part, ir::TypeRef type, const std::byte* whole) {
+    if (!part.begins) return;
+    const std::uint32_t image_type = shared_.layout.type(shared_.module.globals[part.global].variable.type);
+    std::memcpy(shared_.image.global_initial.data() + shared_.global_offset[part.global],
+                whole + shared_.layout.offset_of(type, part.path), shared_.image.types[image_type].size);
   }
 
   void lay_out(ImagePou& out) {
@@ -140,6 +180,11 @@ class TaskGenerator {
     out.frame_type = shared_.layout.empty_struct();
     const bool fits = !fields.too_large() && !shared_.layout.too_large();
     ImageType instance = fields.finish(task_.name);
+    for (const ir::ProgramInstance& program : task_.programs) {
+      for (const ir::LocatedPart& part : program.located) {
+        instance.aliases.push_back({part.name, shared_.layout.global_field(part.global)});
+      }
+    }
     out.instance_initial.resize(fits ? instance.size : 0);
     shared_.image.types.push_back(std::move(instance));
     out.instance_type = static_cast<std::uint32_t>(shared_.image.types.size() - 1);
@@ -147,8 +192,9 @@ class TaskGenerator {
       const std::vector<std::byte>& fresh = shared_.layout.instance_initial(task_.programs[p].pou);
       std::byte* const to = out.instance_initial.data() + offsets_[p];
       if (!fresh.empty()) std::memcpy(to, fresh.data(), fresh.size());
-      shared_.layout.override_values(shared_.module.pous[task_.programs[p].pou].instance_type,
-                                     task_.programs[p].initial, to);
+      const ir::TypeRef type = shared_.module.pous[task_.programs[p].pou].instance_type;
+      shared_.layout.override_values(type, task_.programs[p].initial, to);
+      for (const ir::LocatedPart& part : task_.programs[p].located) initialise_located(part, type, to);
     }
   }
 

@@ -154,8 +154,9 @@ class Template {
   /// Located variables of POUs have no name among the globals; the path below the first instance is theirs.
   void find_aliases() {
     for (const bytecode::ImageTask& task : image_.tasks) {
-      const auto& instances = image_.types[image_.pous[task.body].instance_type].fields;
-      for (const ImageField& instance : instances) find_aliases(instance.name, image_.types[instance.type]);
+      const ImageType& whole = image_.types[image_.pous[task.body].instance_type];
+      for (const bytecode::ImageAlias& alias : whole.aliases) aliases_.emplace(alias.global, alias.name);
+      for (const ImageField& instance : whole.fields) find_aliases(instance.name, image_.types[instance.type]);
     }
   }
   void find_aliases(const std::string& path, const ImageType& type) {

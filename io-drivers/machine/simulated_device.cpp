@@ -17,12 +17,8 @@ std::optional<core::Problem> SimulatedDevice::check() {
       return core::Problem{core::Code::P7205, stimulus_ + " names an input of another driver",
                            "an input has one driver: take it out of [inputs] in plc.toml, or out of the stimulus"};
     }
-    if (place.task == runtime::Place::kGlobal || place.task == task_) continue;
-    return core::Problem{core::Code::P7205,
-                         stimulus_ + " names variables of task \"" + resource_.image().tasks[place.task].name +
-                             "\", and is applied by task \"" + resource_.image().tasks[task_].name + "\"",
-                         "in real time a stimulus writes globals, or variables of one task; plc sim takes any"};
   }
+  if (auto problem = loaded->check_real_time(stimulus_, task_)) return problem;
   script_.emplace(std::move(*loaded));
   return std::nullopt;
 }

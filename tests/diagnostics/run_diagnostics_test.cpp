@@ -2,7 +2,8 @@
 // and texts. Also that the same answer as JSON can be parsed.
 //
 // expected.txt: `exit N`, `options ..`, and one line per message that must appear: `line:col code [texts that the
-// message holds]`; `?` stands for any line, column or code. Does not belong here: knowledge of a single project.
+// message holds]`; `?` stands for any line, column or code. `only`: nothing else is reported. Does not belong here:
+// knowledge of a single project.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -33,6 +34,7 @@ struct Message {
 
 struct Expected {
   int exit = 1;
+  bool only = false;  ///< nothing else is reported
   std::vector<std::string> options;
   std::vector<Message> messages;
 };
@@ -47,6 +49,8 @@ Expected read_expected(const fs::path& path) {
     words >> first;
     if (first == "exit") {
       words >> result.exit;
+    } else if (first == "only") {
+      result.only = true;
     } else if (first == "options") {
       for (std::string word; words >> word;) result.options.push_back(word);
     } else {
@@ -158,6 +162,9 @@ TEST_P(Diagnostics, NamePlaceCodeAndWords) {
           << result.all();
     }
     for (const Rendered& one : rendered) {
+      EXPECT_TRUE(!expected.only || std::any_of(expected.messages.begin(), expected.messages.end(),
+                                                [&](const Message& message) { return matches(message, one); }))
+          << "unexpected: " << one.text;
       if (one.column.empty() || one.column == " ") continue;
       ASSERT_EQ(one.excerpt.size(), 2u) << one.text;
       EXPECT_EQ(one.excerpt[0].rfind(" " + one.line + " | ", 0), 0u) << one.excerpt[0];

@@ -99,10 +99,13 @@ void check_files(const Check& check, const io::Configuration& configuration, con
     diagnostics.report(problem.code, at.line != 0 ? at : configuration.at, {}, problem.message, problem.help);
   };
   const std::filesystem::path folder = std::filesystem::path(check.configuration).parent_path();
-  for (const io::DriverConfig& driver : configuration.drivers) {
-    if (driver.stimulus.text.empty()) continue;
-    const auto stimulus = io::SimulatedDriver::load((folder / driver.stimulus.text).string(), resource);
-    if (!stimulus) report(driver.stimulus.at, stimulus.error());
+  for (const io::BoundDriver& driver : binding.drivers) {
+    const auto& named = driver.config->stimulus;
+    if (named.text.empty()) continue;
+    const std::string path = (folder / named.text).string();
+    const auto stimulus = io::SimulatedDriver::load(path, resource);
+    const auto problem = stimulus ? stimulus->check_real_time(path, driver.task) : stimulus.error();
+    if (problem) report(named.at, *problem);
   }
   if (!configuration.modbus.enabled) return;
   auto frozen = modbus::read_frozen(modbus::lock_file_of(configuration, check.file));

@@ -288,7 +288,8 @@ TEST(DeclarePous, LocatedVariablesShareOnePlace) {
   EXPECT_EQ(m.globals[var(m, "P", "start").global].variable.name, "%IX0.0");
   EXPECT_EQ(m.globals[var(m, "P", "start").global].variable.address, "%IX0.0");
   EXPECT_EQ(m.globals[var(m, "P", "lamp").global].variable.name, "P.lamp");
-  EXPECT_EQ(m.globals[var(m, "P", "any").global].variable.name, "P.any");
+  EXPECT_EQ(var(m, "P", "any").role, Role::kLocal);  // one for each instance
+  EXPECT_EQ(var(m, "P", "any").address, "%I*");
   EXPECT_EQ(m.globals[var(m, "P", "deep").global].variable.address, "%IW0.0.1.0");
   ir::Builder b(m, 1, w.diagnostics);
   const auto direct = lower_place("%QX0.0", at_line(1), b, true);

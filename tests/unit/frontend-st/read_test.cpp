@@ -361,7 +361,9 @@ TEST(ReadErrors, EachOnceAndWhatFollowsIsRead) {
   EXPECT_EQ(r.places(), (Places{"3:5 P4040", "5:3 P4040", "5:14 P4040", "6:13 P4040", "7:7 P4040", "11:1 P4040"}))
       << r.rendered();
   ASSERT_EQ(r.project->pous.size(), 2u);
-  EXPECT_EQ(r.project->pous[0].variables.size(), 2u);  // b and f
+  std::string known;
+  for (const plcopen::Variable& v : r.project->pous[0].variables) known += v.name + (v.refused ? "! " : " ");
+  EXPECT_EQ(known, "a! b c! d! e! f ");
 }
 
 TEST(ReadErrors, MissingEndsNameWhatIsOpen) {
@@ -562,13 +564,18 @@ TEST(DeclareText, VarConfigGivesAddressesAndInitialValues) {
                            "PROGRAM p WITH t : Filler; END_RESOURCE\nVAR_CONFIG ";
   const Declared d(head + "R.p.valve AT %QX3.0 : BOOL := TRUE; p.i.k : INT := 7; END_VAR END_CONFIGURATION");
   ASSERT_EQ(d.diagnostics.error_count(), 0u) << d.rendered();
-  const ir::Global& valve = d.module->globals[d.module->global_by_name.at("Filler.valve")];
+  const ir::Global& valve = d.module->globals[d.module->global_by_name.at("p.valve")];
   EXPECT_EQ(valve.variable.address, "%QX3.0");
-  EXPECT_EQ(valve.variable.initial.size(), 1u);
   const ir::ProgramInstance& p = d.module->tasks.at(0).programs.at(0);
-  ASSERT_EQ(p.initial.size(), 1u);
-  EXPECT_EQ(p.initial[0].value.bits, 7u);
-  EXPECT_EQ(p.initial[0].path.size(), 2u);
+  ASSERT_EQ(p.located.size(), 1u);
+  EXPECT_TRUE(p.located[0].output);
+  EXPECT_TRUE(p.located[0].begins);
+  EXPECT_EQ(d.module->globals[p.located[0].global].variable.name, "p.valve");
+  ASSERT_EQ(p.initial.size(), 2u);
+  EXPECT_EQ(p.initial[0].path, p.located[0].path);
+  EXPECT_EQ(p.initial[0].value.bits, 1u);
+  EXPECT_EQ(p.initial[1].value.bits, 7u);
+  EXPECT_EQ(p.initial[1].path.size(), 2u);
   EXPECT_EQ(Declared(head + "R.q.valve AT %QX3.0 : BOOL; R.p.none AT %QX3.0 : BOOL; R.p.Full AT %QX3.0 : BOOL;"
                             " END_VAR END_CONFIGURATION")
                 .places()
