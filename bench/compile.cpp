@@ -18,26 +18,23 @@ constexpr double kPeakLimitMb = 500;
 
 void write(const std::string& path, const std::string& text) { std::ofstream(path, std::ios::binary) << text; }
 
-}  // namespace
-
-Verdict measure_compile(const CompilePlan& plan) {
-  Verdict verdict;
-  const Scratch scratch;
-  const std::string project = make_project(plan.lines, plan.seed);
+/// Compiles `text` to an image and prints what it cost.
+void measure(const CompilePlan& plan, const Scratch& scratch, const std::string& text, Verdict& verdict) {
   const std::string path = scratch.file("project.st");
-  write(path, project);
+  write(path, text);
   std::vector<double> seconds;
   double peak_mb = 0;
-  for (std::uint32_t i = 0; i < std::max(1u, plan.repetitions) && verdict.correct; ++i) {
+  bool compiles = true;
+  for (std::uint32_t i = 0; i < std::max(1u, plan.repetitions) && compiles; ++i) {
     const Cost cost = run({PLC_TOOL, "compile", path, "-o", scratch.file("project.pbc")});
-    verdict.correct = cost.ok;
+    compiles = cost.ok;
     seconds.push_back(cost.wall_ms / 1e3);
     peak_mb = std::max(peak_mb, cost.peak_mb);
   }
-  std::string line =
-      fmt::format("{} lines, {:.1f} MB of ST to image: ", std::count(project.begin(), project.end(), '\n'),
-                  static_cast<double>(project.size()) / 1e6);
-  if (!verdict.correct) {
+  verdict.correct = verdict.correct && compiles;
+  std::string line = fmt::format("{} lines, {:.1f} MB of ST to image: ", std::count(text.begin(), text.end(), '\n'),
+                                 static_cast<double>(text.size()) / 1e6);
+  if (!compiles) {
     line += "DOES NOT COMPILE";
   } else if (plan.limits) {
     line += fmt::format("{:.2f} s, {}; peak {:.0f} MB, {}", median(seconds),
@@ -47,6 +44,16 @@ Verdict measure_compile(const CompilePlan& plan) {
     line += "compiles";
   }
   std::cout << line << std::endl;
+}
+
+}  // namespace
+
+Verdict measure_compile(const CompilePlan& plan) {
+  Verdict verdict;
+  const Scratch scratch;
+  measure(plan, scratch, make_project(plan.lines, plan.seed), verdict);
+  measure(plan, scratch, make_statements(std::size_t{plan.garbage_mb} * 1'000'000, plan.seed), verdict);
+  std::string line;
   for (int kind = 0; kind < kGarbageCount; ++kind) {
     const std::string garbage = scratch.file("garbage.st");
     write(garbage, make_garbage(static_cast<Garbage>(kind), std::size_t{plan.garbage_mb} * 1'000'000, plan.seed));

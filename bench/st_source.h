@@ -12,6 +12,9 @@ namespace plc::bench {
 /// sixty lines that call each other, a program with an instance of each, a configuration.
 std::string make_project(std::uint32_t lines, std::uint64_t seed);
 
+/// One program of at least `bytes` bytes of statements, which compiles.
+std::string make_statements(std::size_t bytes, std::uint64_t seed);
+
 enum class Garbage : std::uint8_t {
   kBytes,
   kTokens,

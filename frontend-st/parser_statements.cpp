@@ -43,6 +43,8 @@ bool closes(Keyword keyword) {
 }  // namespace
 
 NodeId Parser::parse_statements() {
+  // Short names and operators take two bytes a node. Pages that stay empty are never touched.
+  ast_.nodes.reserve(source_.text().size() / 2);
   NodeId first = kNoNode;
   NodeId last = kNoNode;
   for (;;) {

@@ -10,11 +10,23 @@ SourceText::SourceText(std::string_view text, const core::SourceRef& at) : text_
   }
 }
 
+// Places are mostly asked for from the beginning to the end: on the line counted last, or soon behind it.
+std::uint32_t SourceText::line_of(std::uint32_t offset) const {
+  constexpr std::uint32_t kNear = 4;
+  const auto count = static_cast<std::uint32_t>(line_starts_.size());
+  if (counted_line_ == 0 || line_starts_[counted_line_ - 1] <= offset) {
+    for (std::uint32_t line = counted_line_; line <= counted_line_ + kNear; ++line) {
+      if (line == count || offset < line_starts_[line]) return line;
+    }
+  }
+  const auto after = std::upper_bound(line_starts_.begin(), line_starts_.end(), offset);
+  return static_cast<std::uint32_t>(after - line_starts_.begin());
+}
+
 core::SourceRef SourceText::locate(std::uint32_t offset) const {
   core::SourceRef out = at_;
   if (at_.line == 0) return out;
-  const auto after = std::upper_bound(line_starts_.begin(), line_starts_.end(), offset);
-  const auto lines = static_cast<std::uint32_t>(after - line_starts_.begin());
+  const std::uint32_t lines = line_of(offset);
   const std::uint32_t start = lines == 0 ? 0 : line_starts_[lines - 1];
   if (lines == 0 && at_.column == 0) return out;
   const bool resume = counted_line_ == lines && counted_offset_ >= start && counted_offset_ <= offset;

@@ -26,6 +26,8 @@ class SourceText {
   [[nodiscard]] core::SourceRef locate(std::uint32_t offset) const;
 
  private:
+  /// Lines that begin at or before `offset`, the first one not counted.
+  [[nodiscard]] std::uint32_t line_of(std::uint32_t offset) const;
   std::string_view text_;
   core::SourceRef at_;
   std::vector<std::uint32_t> line_starts_;  ///< offsets of the second, third .. line

@@ -72,13 +72,15 @@ std::optional<Constant> fold(Builder& builder, const Overload& overload, std::sp
                              TypeRef result_type) {
   if (!overload.spec->foldable || overload.kernel == nullptr) return std::nullopt;
   if (!is_scalar(core::rep_of(overload.result_type()))) return std::nullopt;
+  for (std::size_t i = 0; i < args.size(); ++i) {
+    if (constant_of(builder, args[i]) == nullptr || !is_scalar(core::rep_of(overload.param_type(i))))
+      return std::nullopt;
+  }
   std::vector<std::uint64_t> values(args.size());
   std::vector<const void*> pointers(args.size());
   for (std::size_t i = 0; i < args.size(); ++i) {
-    const Constant* constant = constant_of(builder, args[i]);
-    if (constant == nullptr || !is_scalar(core::rep_of(overload.param_type(i)))) return std::nullopt;
     // Little-endian: the low bytes of the 64-bit image are the value of any narrower representation.
-    values[i] = constant->bits;
+    values[i] = constant_of(builder, args[i])->bits;
     pointers[i] = &values[i];
   }
   static_assert(std::endian::native == std::endian::little, "constants are kept little-endian");

@@ -202,22 +202,29 @@ class Statements {
       loops[insts_[i].a].push_back({insts_[i].a, b_.flow.target(b_.body(), jump), i});
     }
     if (loops.empty()) return;
+    std::unordered_map<std::uint32_t, std::vector<Loop>> outermost;  // by place; they do not overlap
+    for (const auto& [place, all] : loops) {
+      std::vector<Loop>& kept = outermost[place];
+      for (auto loop = all.rbegin(); loop != all.rend(); ++loop) {
+        if (kept.empty() || loop->begin < kept.back().begin) kept.push_back(*loop);
+      }
+    }
     const auto look_at_write = [&](std::uint32_t index, std::uint32_t place) {
       const auto found = loops.find(place);
       if (found == loops.end()) return;
       // An inner loop on the same variable is one finding, where it sets it.
-      const bool counts = insts_[index].part == Part::kForControl;
-      if (counts && std::any_of(found->second.begin(), found->second.end(), [&](const Loop& l) {
-            return l.end == index || (l.end < index && index <= l.end + kLastCount);
-          })) {
-        return;
-      }
-      for (const Loop& loop : found->second) {
-        if (index <= loop.begin || index >= loop.end) continue;
-        return add(Lint::kLoopVariable, index,
-                   fmt::format("{} counts the FOR around it and is written here", quoted(text_of(place))),
-                   "leave the loop with EXIT, or count with another variable");
-      }
+      const std::vector<Loop>& all = found->second;
+      const auto after = std::upper_bound(all.begin(), all.end(), index,
+                                          [](std::uint32_t at, const Loop& loop) { return at < loop.end; });
+      const bool counted = after != all.begin() && index - (after - 1)->end <= kLastCount;
+      if (insts_[index].part == Part::kForControl && counted) return;
+      const std::vector<Loop>& around = outermost[place];
+      const auto first = std::lower_bound(around.begin(), around.end(), index,
+                                          [](const Loop& loop, std::uint32_t at) { return loop.begin >= at; });
+      if (first == around.end() || index >= first->end) return;
+      add(Lint::kLoopVariable, index,
+          fmt::format("{} counts the FOR around it and is written here", quoted(text_of(place))),
+          "leave the loop with EXIT, or count with another variable");
     };
     for (std::uint32_t i = 0; i < insts_.size(); ++i) {
       if (insts_[i].op == Op::kStore) look_at_write(i, insts_[i].a);

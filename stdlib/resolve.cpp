@@ -191,6 +191,7 @@ Resolution resolve(std::string_view name, std::span<const Arg> args, std::option
     if (best.status == Status::kWrongCount) best.status = Status::kNoMatch;
     Cost cost;
     if (!cost_of(candidate, args, expected, cost)) continue;
+    if (cost == Cost{}) return {Status::kFound, &candidate, nullptr};  // nothing fits better
     if (best.overload == nullptr || cost < best_cost) {
       best = {Status::kFound, &candidate, nullptr};
       best_cost = cost;

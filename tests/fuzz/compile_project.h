@@ -31,11 +31,10 @@ inline void compile_project(const plcopen::Project& project, core::Diagnostics& 
       drawn = drawn || body.language == plcopen::Language::kLd || body.language == plcopen::Language::kFbd;
       text = text || body.language == plcopen::Language::kSt;
     }
-    const std::size_t before = diagnostics.error_count();
     const bool good = drawn  ? ld::lower_body(project.pous[i], *module, i, diagnostics)
                       : text ? st::lower_body(project.pous[i], *module, i, diagnostics)
                              : true;
-    if (!good && text && !drawn && diagnostics.error_count() == before) std::abort();
+    if (!good && text && !drawn && !diagnostics.has_errors()) std::abort();
   }
   ir::check(*module, diagnostics);
   for (const core::Diagnostic& d : diagnostics.all()) static_cast<void>(diagnostics.render_one(d));
