@@ -43,8 +43,9 @@ void Report::report(Rule rule, const core::SourceRef& at, std::string_view pou, 
   const RuleInfo& broken = info(rule);
   std::string message = fmt::format("{} (rule {}: {})", what, broken.id, broken.meaning);
   diagnostics_.report(broken.code, at, pou, std::move(message),
-                      is_limit(broken.id) ? "make arrays smaller, or split the project"
-                                          : "compile the project again with this version of PICARD");
+                      rule == Rule::kV415   ? "let programs of one interval and priority run in one task"
+                      : is_limit(broken.id) ? "make arrays smaller, or split the project"
+                                            : "compile the project again with this version of PICARD");
 }
 
 void Report::broken(Rule rule, const std::string& what) { report(rule, {}, {}, what); }
