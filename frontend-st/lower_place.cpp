@@ -202,6 +202,7 @@ std::optional<PlaceId> Lowering::member_place(PlaceId parent, NodeId id, bool fo
 
 std::optional<PlaceId> Lowering::element_place(PlaceId array, NodeId index) {
   const TypeRef array_ref = builder_.type_of(array);
+  if (types()[array_ref].kind == TypeKind::kString) return character_place(array, index);
   if (types()[array_ref].kind != TypeKind::kArray) {
     report(Code::P4008, at(index),
            "index into " + quoted(builder_.describe(array)) + ", which has type " + types().name_of(array_ref),
@@ -237,6 +238,31 @@ std::optional<PlaceId> Lowering::element_place(PlaceId array, NodeId index) {
     return std::nullopt;
   }
   return builder_.element(array, static_cast<std::uint32_t>(*known - lower));
+}
+
+// s[2]: the second character of a string (IEC 61131-3:2013, 6.4.2.2).
+std::optional<PlaceId> Lowering::character_place(PlaceId string, NodeId index) {
+  const auto given = value(index, std::nullopt);
+  if (!given) return std::nullopt;
+  std::optional<ir::ValueId> position;
+  if (given->kind == Operand::Kind::kIntLiteral) {
+    const ir::Type& type = types()[builder_.type_of(string)];
+    if (given->int_is_unsigned || given->int_value < 1 || given->int_value > type.capacity) {
+      report(Code::P4008, at(index),
+             "position " + std::string(text(index)) + " is outside of " + types().name_of(builder_.type_of(string)),
+             "positions go from 1 to " + std::to_string(type.capacity));
+      return std::nullopt;
+    }
+    position = builder_.convert(*given, ir::ref_of(core::TypeId::kInt), "position");
+  } else if (given->kind == Operand::Kind::kValue) {
+    const auto type = types().elementary_of(builder_.type_of(given->value));
+    if (type && core::in_category(*type, core::kAnyInt)) position = given->value;
+  }
+  if (!position) {
+    report(Code::P4008, at(index), "position " + quoted(text(index)) + " is not an integer");
+    return std::nullopt;
+  }
+  return builder_.character(string, *position);
 }
 
 std::optional<Lowering::Part> Lowering::part_of(NodeId id, TypeRef word) {

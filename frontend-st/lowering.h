@@ -109,6 +109,7 @@ class Lowering {
   std::optional<Part> part_of(NodeId id, ir::TypeRef word);
   std::optional<ir::PlaceId> part_place(ir::PlaceId word, NodeId id);
   std::optional<ir::PlaceId> index_place(ir::PlaceId array, NodeId id);
+  std::optional<ir::PlaceId> character_place(ir::PlaceId string, NodeId index);
   std::optional<ir::PlaceId> element_place(ir::PlaceId array, NodeId index);
   bool check_writable(const ir::Variable& variable, const core::SourceRef& where);
   void report_unknown_name(NodeId id);

@@ -141,6 +141,16 @@ PlaceId Builder::part(PlaceId word, TypeRef part, unsigned bit_offset) {
   return intern(place);
 }
 
+PlaceId Builder::character(PlaceId string, ValueId position) {
+  const bool wide = module_.types[type_of(string)].elementary == core::TypeId::kWstring;
+  Place place;
+  place.kind = Place::Kind::kCharacter;
+  place.index = position.index;
+  place.parent = string;
+  place.type = ref_of(wide ? core::TypeId::kWchar : core::TypeId::kChar);
+  return intern(place);
+}
+
 std::optional<PlaceId> Builder::member(PlaceId parent, std::string_view name) {
   const Type& type = module_.types[type_of(parent)];
   switch (type.kind) {
@@ -200,6 +210,7 @@ ValueId Builder::constant_bool(bool value) {
 ValueId Builder::load(PlaceId place) {
   const Place at = body().places[place.index];
   if (at.kind == Place::Kind::kPart) return extract(load(at.parent), at.type, at.index);
+  if (at.kind == Place::Kind::kCharacter) return character_of(load(at.parent), ValueId{at.index});
   return {emit(Op::kLoad, at.type, place.index)};
 }
 
@@ -217,6 +228,9 @@ void Builder::store(PlaceId place, ValueId value) {
   assert(module_.types.elementary_of(type_of(place)) == module_.types.elementary_of(type_of(value)));
   const Place at = body().places[place.index];
   if (at.kind == Place::Kind::kPart) return store(at.parent, insert(load(at.parent), value, at.index));
+  if (at.kind == Place::Kind::kCharacter) {
+    return store(at.parent, with_character(load(at.parent), value, ValueId{at.index}));
+  }
   emit(Op::kStore, {}, place.index, value.index);
 }
 

@@ -67,7 +67,13 @@ class Builder {
   /// Bits of the integer or bit string `word` from `bit_offset` on, as for extract(). Loaded and stored like any place;
   /// it has no handle.
   PlaceId part(PlaceId word, TypeRef part, unsigned bit_offset);
-  [[nodiscard]] bool is_part(PlaceId place) { return body().places[place.index].kind == Place::Kind::kPart; }
+  /// The character of a string at a position of any integer type, from 1 on, as CHAR or WCHAR. Loaded and stored like
+  /// any place; it has no handle. Outside of the string it is 0 and is not written, each with an event.
+  PlaceId character(PlaceId string, ValueId position);
+  [[nodiscard]] bool is_part(PlaceId place) {
+    const Place::Kind kind = body().places[place.index].kind;
+    return kind == Place::Kind::kPart || kind == Place::Kind::kCharacter;
+  }
   /// Field or port of `parent` by name (struct field; port of a standard block; input, output, in-out variable of a POU
   /// instance). Nothing when there is none.
   std::optional<PlaceId> member(PlaceId parent, std::string_view name);
@@ -100,6 +106,8 @@ class Builder {
   ValueId eno();
 
   /// A call of a standard function whose arguments have the exact types of the overload.
+  ValueId character_of(ValueId string, ValueId position);
+  ValueId with_character(ValueId string, ValueId character, ValueId position);
   ValueId call_overload(const stdlib::Overload& overload, std::span<const ValueId> args, TypeRef result_type);
   /// A call of a function POU. The value is the result; invalid for functions without one.
   ValueId call_pou(std::uint32_t pou, std::span<const CallArg> args);

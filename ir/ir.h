@@ -53,6 +53,8 @@ struct Place {
                 ///< null, runs do not happen; each access is one event
     kPart,      ///< the part of integer or bit string `parent` that begins at bit `index` (w.3, w.%B1). Only the builder
                 ///< sees it: loads and stores of it become kExtract and kInsert
+    kCharacter, ///< character of string `parent` at position `index` (a ValueId of an integer type, from 1). Only the
+                ///< builder sees it: loads and stores of it become calls of MID and REPLACE
   };
   Kind kind = Kind::kGlobal;
   std::uint32_t index = 0;

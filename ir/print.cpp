@@ -56,6 +56,7 @@ std::string place_text(const Module& module, const Pou& pou, PlaceId place, bool
       const std::uint32_t bits = core::rep_bytes(rep) * 8;
       return fmt::format("{}.%{}{}", word, bits == 8 ? 'B' : bits == 16 ? 'W' : 'D', p.index / bits);
     }
+    case Place::Kind::kCharacter:
     case Place::Kind::kElementAt:
       return fmt::format("{}[{}]", place_text(module, pou, p.parent, value_ids),
                          value_ids ? fmt::format("%{}", p.index) : index_text(module, pou, ValueId{p.index}));

@@ -184,6 +184,8 @@ Resolution resolve(std::string_view name, std::span<const Arg> args, std::option
   using Status = Resolution::Status;
   const auto candidates = overloads_named(name);
   if (candidates.empty()) return {Status::kUnknownName};
+  const bool exact =
+      std::any_of(args.begin(), args.end(), [](const Arg& arg) { return arg.kind == Arg::Kind::kTyped; });
   Resolution best{Status::kWrongCount};
   Cost best_cost;
   for (const Overload& candidate : candidates) {
@@ -191,7 +193,7 @@ Resolution resolve(std::string_view name, std::span<const Arg> args, std::option
     if (best.status == Status::kWrongCount) best.status = Status::kNoMatch;
     Cost cost;
     if (!cost_of(candidate, args, expected, cost)) continue;
-    if (cost == Cost{}) return {Status::kFound, &candidate, nullptr};  // nothing fits better
+    if (exact && cost == Cost{}) return {Status::kFound, &candidate, nullptr};  // nothing fits better
     if (best.overload == nullptr || cost < best_cost) {
       best = {Status::kFound, &candidate, nullptr};
       best_cost = cost;

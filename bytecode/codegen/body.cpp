@@ -119,6 +119,7 @@ class BodyGenerator final : private RecordSink {
           }
           break;
         case Place::Kind::kPart:
+        case Place::Kind::kCharacter:
         case Place::Kind::kElementAt:
           break;
       }

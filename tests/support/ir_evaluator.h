@@ -187,6 +187,7 @@ class IrEvaluator {
       case ir::Place::Kind::kElementAt:
         break;
       case ir::Place::Kind::kPart:
+      case ir::Place::Kind::kCharacter:
         return {};
     }
     const std::string base = path(p, instance, values, at.parent.index);

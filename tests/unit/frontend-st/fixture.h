@@ -299,6 +299,7 @@ class Machine {
       case ir::Place::Kind::kElement:
         return path_of(place.parent) + "[" + std::to_string(place.index) + "]";
       case ir::Place::Kind::kPart:
+      case ir::Place::Kind::kCharacter:
         break;
       case ir::Place::Kind::kElementAt: {
         const ir::Type& array = module_.types[pou_.body.places[place.parent.index].type];
