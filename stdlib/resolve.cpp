@@ -1,4 +1,5 @@
 // Overload resolution, and the names of overloads and pins.
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <tuple>
