@@ -59,15 +59,22 @@ std::optional<NamedPlace> find_path(const Image& image, std::uint32_t type, std:
 }
 
 std::optional<NamedPlace> find_global(const Image& image, std::string_view path) {
+  if (image.global_type >= image.types.size()) return std::nullopt;
+  const ImageType& globals = image.types[image.global_type];
+  for (std::size_t i = 0; i < globals.fields.size() && i < image.globals.size(); ++i) {
+    const ImageField& field = globals.fields[i];
+    // Addresses, and names of located variables, hold dots themselves.
+    if (core::iequals(field.name, path) || (!path.empty() && core::iequals(image.globals[i].address, path))) {
+      return NamedPlace{field.offset, field.type};
+    }
+  }
   if (const auto place = find_path(image, image.global_type, path)) return place;
   const std::string_view list = take_name(path);
   if (path.empty() || path.front() != '.') return std::nullopt;
   path.remove_prefix(1);
   const std::string_view name = take_name(path);
-  if (image.global_type >= image.types.size()) return std::nullopt;
-  const ImageType& table = image.types[image.global_type];
-  for (std::size_t i = 0; i < table.fields.size() && i < image.globals.size(); ++i) {
-    const ImageField& field = table.fields[i];
+  for (std::size_t i = 0; i < globals.fields.size() && i < image.globals.size(); ++i) {
+    const ImageField& field = globals.fields[i];
     if (core::iequals(image.globals[i].list, list) && core::iequals(field.name, name)) {
       return follow(image, {field.offset, field.type}, path);
     }

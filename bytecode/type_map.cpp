@@ -81,6 +81,19 @@ core::Rep rep_of(const ImageType& type) {
   return type.kind == TypeKind::kRef ? core::Rep::kRef : core::rep_of(type.elementary);
 }
 
+std::uint64_t parts_of(const ImageType& type, std::span<const std::uint64_t> known) {
+  constexpr std::uint64_t kEnough = std::uint64_t{1} << 62;
+  const auto of = [known](std::uint32_t part) { return part < known.size() ? known[part] : 1; };
+  std::uint64_t parts = 1;
+  if (type.kind == TypeKind::kArray) {
+    if (__builtin_mul_overflow(std::uint64_t{type.count}, of(type.element), &parts)) return kEnough;
+  } else if (type.kind == TypeKind::kStruct && !type.fields.empty()) {
+    parts = 0;
+    for (const ImageField& field : type.fields) parts = std::min(kEnough, parts + of(field.type));
+  }
+  return std::min(kEnough, parts);
+}
+
 bool same_type(const Image& image, std::uint32_t a, std::uint32_t b) {
   Targets targets;
   if (!same_but_targets(image, a, b, &targets)) return false;

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "bytecode/image.h"
@@ -21,6 +22,10 @@ inline constexpr std::uint32_t kMaxTypeDepth = 64;
 /// target that is itself a reference, or an array of references, is equal to its own index only.
 bool same_type(const Image& image, std::uint32_t a, std::uint32_t b);
 
+/// Places that a walk through a value of `type` comes to: leaves, and structures without fields. `known` has those of
+/// the types before it. Stops counting far above what a table may hold.
+std::uint64_t parts_of(const ImageType& type, std::span<const std::uint64_t> known);
+
 /// What place_at() found on its way.
 struct Found {
   std::uint32_t type = 0;
@@ -31,16 +36,16 @@ std::optional<Found> find_leaf(const Image& image, std::uint32_t type, std::uint
 /// The value of exactly type `wanted` at byte `offset` of `type`. A value without bytes is found at any offset.
 std::optional<Found> find_place(const Image& image, std::uint32_t type, std::uint32_t offset, std::uint32_t wanted);
 
-/// Where one item of a path leads from `type`; nothing when the type has no such part. What is in the leaf of an index is
-/// not looked at.
+/// Where one item of a path leads from `type`; nothing when the type has no such part. What is in the leaf of an index
+/// is not looked at.
 struct PathTarget {
   std::uint32_t type = 0;
   std::uint32_t offset = 0;  ///< of the part, 0 for an index
   bool constant = false;     ///< a field marked constant
 };
 std::optional<PathTarget> follow_path(const Image& image, std::uint32_t type, std::uint32_t step, std::uint32_t number);
-/// True when a leaf of type `given` can be read or written as one of type `wanted`: the same width and kind (strings of any
-/// capacity), or a reference to the same type.
+/// True when a leaf of type `given` can be read or written as one of type `wanted`: the same width and kind (strings of
+/// any capacity), or a reference to the same type.
 bool leaf_fits(const Image& image, const ImageType& given, const ImageType& wanted);
 
 /// One byte per byte of a table: 0, or 1 + Rep where a leaf starts, plus kConstantLeaf. Built from verified types only.

@@ -129,10 +129,16 @@ class CodeVerifier {
     if (op.operands.count != 0 && op.operands.specs[op.operands.count - 1].kind == OperandKind::kPath) walk_path(op);
   }
 
+  [[nodiscard]] bool makes_reference() const {
+    const auto opcode = static_cast<Opcode>(code_[here_.word] & 0xffffu);
+    return opcode == Opcode::kRefAt || opcode == Opcode::kRefVia;
+  }
+
   /// Finds where the path of the instruction ends; reports steps that lead nowhere.
   void walk_path(const OpcodeInfo& op) {
     if (here_.type == kNone) return;  // reported as an operand
-    bool written = false;
+    // What a reference is made to may be written through it.
+    bool written = makes_reference();
     for (std::uint8_t i = 0; i < op.operands.count; ++i) {
       const OperandKind kind = op.operands.specs[i].kind;
       written = written || kind == OperandKind::kBaseOut || kind == OperandKind::kValueIn ||
@@ -277,8 +283,7 @@ class CodeVerifier {
     const auto found = find_place(image_, root_of(word), offset_of(word), wanted);
     if (!found) return broken(Rule::kV308, fmt::format("{} for type {}", describe(word), wanted));
     if (written && found->constant) return broken(Rule::kV309, describe(word));
-    // A reference could be written through.
-    if (here_.out_target != kNone && space_of(word) == Space::kConst) broken(Rule::kV314, describe(word));
+    if (makes_reference() && (found->constant || space_of(word) == Space::kConst)) broken(Rule::kV314, describe(word));
   }
 
   void check_target(const OpcodeInfo& op, std::uint32_t word) {

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <unordered_set>
 
+#include "bytecode/type_map.h"
 #include "bytecode/verifier.h"
 #include "core/text.h"
 
@@ -52,7 +53,12 @@ class TypeVerifier {
 
   void run() {
     depth_.resize(image_.types.size());
-    for (index_ = 0; index_ < image_.types.size() && !report_.full(); ++index_) check(image_.types[index_]);
+    for (index_ = 0; index_ < image_.types.size() && !report_.full(); ++index_) {
+      const ImageType& type = image_.types[index_];
+      parts_.push_back(parts_of(type, parts_));
+      if (parts_.back() > kMaxTableBytes) broken(Rule::kV109, "too many parts");
+      check(type);
+    }
   }
 
  private:
@@ -196,6 +202,7 @@ class TypeVerifier {
   const Image& image_;
   Report& report_;
   std::uint32_t index_ = 0;
+  std::vector<std::uint64_t> parts_;  ///< by type
   std::vector<std::uint32_t> depth_;
 };
 

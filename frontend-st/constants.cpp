@@ -2,6 +2,7 @@
 
 #include <bit>
 #include <cmath>
+#include <compare>
 #include <vector>
 
 #include "core/text.h"
@@ -69,12 +70,29 @@ ConstantValue from_literal(const Literal& literal, ir::TypeTable& types) {
   }
   const Rep rep = core::rep_of(literal.type);
   if (core::in_category(literal.type, core::kAnyReal)) {
-    return real(rep == Rep::kF32 ? static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(literal.bits)))
-                                 : std::bit_cast<double>(literal.bits));
+    return constant_of_type(
+        real(rep == Rep::kF32 ? static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(literal.bits)))
+                              : std::bit_cast<double>(literal.bits)),
+        literal.type);
   }
   const bool number = core::in_category(literal.type, core::kAnyInt | core::kAnyBit) && literal.type != TypeId::kBool;
   if (!number) return typed(ir::ref_of(literal.type), literal.bits);
-  return integer(signed_value(literal.bits, rep), rep == Rep::kU64);
+  return constant_of_type(integer(signed_value(literal.bits, rep), rep == Rep::kU64), literal.type);
+}
+
+/// The type in which the two are computed on, as in statements: the wider of their types; a literal takes the other's.
+std::optional<TypeId> common_type(const ConstantValue& a, const ConstantValue& b) {
+  if (!a.type || !b.type) {
+    const ConstantValue& known = a.type ? a : b;
+    const ConstantValue& literal = a.type ? b : a;
+    if (!known.type) return std::nullopt;
+    const bool is_real = core::in_category(*known.type, core::kAnyReal);
+    const bool fits =
+        is_real || (literal.kind == Kind::kInt && int_fits(literal.int_value, literal.is_unsigned, *known.type));
+    return fits ? known.type : std::nullopt;
+  }
+  if (stdlib::widens(*b.type, *a.type)) return a.type;
+  return stdlib::widens(*a.type, *b.type) ? b.type : std::nullopt;
 }
 
 class Evaluator {
@@ -172,8 +190,18 @@ class Evaluator {
   std::optional<ConstantValue> unary(Operator op, const ConstantValue& v) {
     if (op == Operator::kPlus && is_number(v)) return v;
     if (op == Operator::kNot && is_typed(v, TypeId::kBool)) return typed(ir::kBoolType, v.constant.bits ^ 1u);
+    if (op == Operator::kNot && v.kind == Kind::kInt && v.type && core::in_category(*v.type, core::kAnyBit)) {
+      return wrapped(~static_cast<std::uint64_t>(v.int_value), *v.type);
+    }
     if (op == Operator::kNegate) {
-      if (v.kind == Kind::kReal) return real(-v.real_value);
+      if (v.type && v.kind == Kind::kInt) {
+        return wrapped(std::uint64_t{0} - static_cast<std::uint64_t>(v.int_value), *v.type);
+      }
+      if (v.kind == Kind::kReal) {
+        ConstantValue negative = v;
+        negative.real_value = -v.real_value;
+        return negative;
+      }
       if (v.kind == Kind::kInt && v.is_unsigned && v.int_value == INT64_MIN) return integer(INT64_MIN);
       if (v.kind == Kind::kInt && !v.is_unsigned && v.int_value != INT64_MIN) return integer(-v.int_value);
       const auto ns = static_cast<std::int64_t>(v.constant.bits);
@@ -200,9 +228,16 @@ class Evaluator {
       return typed(a.constant.type, static_cast<std::uint64_t>(result->int_value));
     }
     if (!is_number(a) || !is_number(b)) return fail("operator does not take these values");
-    if (a.kind == Kind::kInt && b.kind == Kind::kInt && !a.is_unsigned && !b.is_unsigned && op != Operator::kPower) {
-      return integers(op, a.int_value, b.int_value);
-    }
+    const std::optional<TypeId> type = common_type(a, b);
+    const bool both_int = a.kind == Kind::kInt && b.kind == Kind::kInt && op != Operator::kPower;
+    if (both_int && type) return typed_integers(op, a, b, *type);
+    if (both_int && !a.is_unsigned && !b.is_unsigned) return integers(op, a.int_value, b.int_value);
+    const auto result = reals(op, a, b);
+    const bool is_real = type && core::in_category(*type, core::kAnyReal);
+    return result && is_real ? constant_of_type(*result, *type) : result;
+  }
+
+  std::optional<ConstantValue> reals(Operator op, const ConstantValue& a, const ConstantValue& b) {
     const double x = as_double(a);
     const double y = as_double(b);
     switch (op) {
@@ -220,6 +255,42 @@ class Evaluator {
         const bool whole = a.kind == Kind::kInt && b.kind == Kind::kInt && y >= 0 && std::fabs(power) < 9e15;
         return whole ? integer(static_cast<std::int64_t>(power)) : real(power);
       }
+      default:
+        return fail("operator does not take these values");
+    }
+  }
+
+  static ConstantValue wrapped(std::uint64_t bits, TypeId type) {
+    const Rep rep = core::rep_of(type);
+    return constant_of_type(integer(signed_value(truncate_bits(bits, rep), rep), rep == Rep::kU64), type);
+  }
+
+  /// Arithmetic of one type, which wraps.
+  std::optional<ConstantValue> typed_integers(Operator op, const ConstantValue& a, const ConstantValue& b,
+                                              TypeId type) {
+    const auto x = static_cast<std::uint64_t>(a.int_value);
+    const auto y = static_cast<std::uint64_t>(b.int_value);
+    switch (op) {
+      case Operator::kAdd:
+        return wrapped(x + y, type);
+      case Operator::kSubtract:
+        return wrapped(x - y, type);
+      case Operator::kMultiply:
+        return wrapped(x * y, type);
+      case Operator::kDivide:
+      case Operator::kModulo:
+        if (y == 0) return fail("division by zero");
+        if (core::rep_of(type) == Rep::kU64) return wrapped(op == Operator::kDivide ? x / y : x % y, type);
+        if (b.int_value == -1) return wrapped(op == Operator::kDivide ? std::uint64_t{0} - x : 0, type);
+        return wrapped(
+            static_cast<std::uint64_t>(op == Operator::kDivide ? a.int_value / b.int_value : a.int_value % b.int_value),
+            type);
+      case Operator::kAnd:
+        return wrapped(x & y, type);
+      case Operator::kOr:
+        return wrapped(x | y, type);
+      case Operator::kXor:
+        return wrapped(x ^ y, type);
       default:
         return fail("operator does not take these values");
     }
@@ -260,41 +331,66 @@ class Evaluator {
     return integer(out);
   }
 
+  /// Orders 64-bit numbers with and without sign.
+  static std::pair<bool, std::uint64_t> sign_and_size(const ConstantValue& v) {
+    return {v.is_unsigned || v.int_value >= 0, static_cast<std::uint64_t>(v.int_value)};
+  }
+
+  /// Bytes of a STRING, UTF-16 units of a WSTRING: strings compare by them.
+  std::u16string units_of(const ir::Constant& text) const {
+    const std::size_t width = types_[text.type].elementary == TypeId::kWstring ? 2 : 1;
+    std::u16string out;
+    for (std::size_t i = 0; i + width <= text.text.size(); i += width) {
+      const auto byte = [&](std::size_t k) {
+        return static_cast<unsigned>(static_cast<unsigned char>(text.text[i + k]));
+      };
+      out += static_cast<char16_t>(width == 2 ? byte(0) | byte(1) << 8 : byte(0));
+    }
+    return out;
+  }
+
   std::optional<ConstantValue> compare(Operator op, const ConstantValue& a, const ConstantValue& b) {
-    double x = 0;
-    double y = 0;
-    if (a.kind == Kind::kInt && b.kind == Kind::kInt && !a.is_unsigned && !b.is_unsigned) {
-      x = a.int_value < b.int_value ? -1 : a.int_value > b.int_value ? 1 : 0;
+    std::partial_ordering order = std::partial_ordering::equivalent;
+    if (a.kind == Kind::kInt && b.kind == Kind::kInt) {
+      order = sign_and_size(a) <=> sign_and_size(b);
     } else if (is_number(a) && is_number(b)) {
-      x = as_double(a);
-      y = as_double(b);
-    } else if (a.kind == Kind::kTyped && b.kind == Kind::kTyped && a.constant.type == b.constant.type &&
-               a.constant.text.empty()) {
-      const auto p = static_cast<std::int64_t>(a.constant.bits);
-      const auto q = static_cast<std::int64_t>(b.constant.bits);
-      x = p < q ? -1 : p > q ? 1 : 0;
+      order = as_double(a) <=> as_double(b);
+    } else if (a.kind == Kind::kTyped && b.kind == Kind::kTyped &&
+               types_[a.constant.type].kind == types_[b.constant.type].kind &&
+               types_[a.constant.type].elementary == types_[b.constant.type].elementary) {
+      const ir::Type& type = types_[a.constant.type];
+      const auto id = types_.elementary_of(a.constant.type);
+      if (type.kind == ir::TypeKind::kString) {
+        order = units_of(a.constant) <=> units_of(b.constant);
+      } else if (a.constant.type != b.constant.type) {
+        return fail("these values cannot be compared");
+      } else if (id && core::in_category(*id, core::kAnyUnsigned | core::kAnyBit)) {
+        order = a.constant.bits <=> b.constant.bits;
+      } else {
+        order = static_cast<std::int64_t>(a.constant.bits) <=> static_cast<std::int64_t>(b.constant.bits);
+      }
     } else {
       return fail("these values cannot be compared");
     }
     bool result = false;
     switch (op) {
       case Operator::kEqual:
-        result = x == y;
+        result = order == 0;
         break;
       case Operator::kNotEqual:
-        result = x != y;
+        result = order != 0;
         break;
       case Operator::kLess:
-        result = x < y;
+        result = order < 0;
         break;
       case Operator::kLessEqual:
-        result = x <= y;
+        result = order <= 0;
         break;
       case Operator::kGreater:
-        result = x > y;
+        result = order > 0;
         break;
       default:
-        result = x >= y;
+        result = order >= 0;
         break;
     }
     return typed(ir::kBoolType, result ? 1 : 0);
@@ -325,6 +421,19 @@ std::string shown(const ConstantValue& v, const ir::TypeTable& types) {
 }
 
 }  // namespace
+
+ConstantValue constant_of_type(ConstantValue value, TypeId id) {
+  if (!is_number(value)) return value;
+  const bool is_real = core::in_category(id, core::kAnyReal);
+  if (is_real) {
+    const double number = as_double(value);
+    value = real(core::rep_of(id) == Rep::kF32 ? static_cast<double>(static_cast<float>(number)) : number);
+  } else if (value.kind != Kind::kInt || !int_fits(value.int_value, value.is_unsigned, id)) {
+    return value;  // reported where it is declared
+  }
+  value.type = id;
+  return value;
+}
 
 std::optional<ConstantValue> evaluate_constant(std::string_view text, const core::SourceRef& at, ir::TypeTable& types,
                                                ConstantScope& scope, core::Diagnostics& diagnostics,

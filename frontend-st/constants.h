@@ -24,8 +24,13 @@ struct ConstantValue {
   std::int64_t int_value = 0;
   bool is_unsigned = false;  ///< int_value is the bits of a value above 2^63-1
   double real_value = 0;
+  /// kInt, kReal: the type in which it is computed on; none for literals, which are exact.
+  std::optional<core::TypeId> type = std::nullopt;
   ir::Constant constant;
 };
+
+/// `value` as a constant of type `id` is computed on: integers become reals, reals are rounded.
+ConstantValue constant_of_type(ConstantValue value, core::TypeId id);
 
 /// Names that constant expressions may use.
 class ConstantScope {

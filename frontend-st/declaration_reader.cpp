@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/text.h"
+#include "frontend-st/keywords.h"
 
 namespace plc::st {
 
@@ -156,7 +157,7 @@ std::string DeclarationReader::shown(const Token& token) const {
   while (!text.empty() && text.size() == kMaxShown && (static_cast<unsigned char>(text.back()) & 0x80u) != 0) {
     text.pop_back();
   }
-  return '"' + text + '"';
+  return shown_token(text);
 }
 
 // ---- errors ---------------------------------------------------------------------------------------------------
@@ -288,7 +289,7 @@ void DeclarationReader::keep_pragmas() {
 bool DeclarationReader::name(std::string& out, std::string_view what) {
   constexpr std::size_t kMaxName = 1024;
   if (!at(TokenKind::kIdentifier)) return fail_expected(what);
-  if (is_reserved(word_of(token_))) {
+  if (is_reserved(word_of(token_)) || keyword_of(text_of(token_)) != Keyword::kNone) {
     return fail(Code::P4040, token_, shown(token_) + " is a keyword, where " + std::string(what) + " is expected");
   }
   if (token_.end - token_.begin > kMaxName) {

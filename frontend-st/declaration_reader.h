@@ -94,7 +94,7 @@ class DeclarationReader {
 
   // declaration_reader.cpp: tokens
   void advance();
-  const Token& peek(std::size_t ahead);  ///< the token `ahead` behind the current one, 1 to 3
+  const Token& peek(std::size_t ahead);  ///< the token `ahead` behind the current one, 1 to 4
   [[nodiscard]] std::string_view text_of(const Token& token) const { return source_.slice(token.begin, token.end); }
   [[nodiscard]] Word word_of(const Token& token) const;
   /// Words that no declared thing can be called.

@@ -181,18 +181,24 @@ std::optional<std::string> Declarer::resolve_trigger(std::string_view name) {
   const std::size_t last = name.rfind('.');
   if (last == std::string_view::npos) return std::nullopt;
   const std::string_view variable_name = name.substr(last + 1);
-  if (global_named(variable_name)) return std::string(variable_name);
   const std::string_view owner = name.substr(0, last);
   const std::size_t before = owner.rfind('.');
   const std::string_view instance_name = before == std::string_view::npos ? owner : owner.substr(before + 1);
   for (const ir::Task& task : module_.tasks) {
     for (const ir::ProgramInstance& one : task.programs) {
       if (!core::iequals(one.name, instance_name)) continue;
+      // Only what lies in the global table can release a task: a variable at an address.
       const ir::Variable* variable = module_.pous[one.pou].find(variable_name);
-      if (variable == nullptr || variable->type != ir::kBoolType) return std::nullopt;
-      return one.name + "." + variable->name;
+      if (variable == nullptr || variable->type != ir::kBoolType || variable->address.empty()) return std::nullopt;
+      if (variable->role == ir::Role::kExternal) return variable->address;
+      const std::string path = one.name + "." + variable->name;
+      for (const ir::LocatedPart& part : one.located) {
+        if (core::iequals(part.name, path)) return module_.globals[part.global].variable.name;
+      }
+      return std::nullopt;
     }
   }
+  if (global_named(variable_name)) return std::string(variable_name);
   return std::nullopt;
 }
 
@@ -349,7 +355,7 @@ void Declarer::declare_configuration() {
     }
     report(Code::P4026, task.at, {},
            "task " + quoted(task.name) + " waits for " + quoted(task.single) + ", which is no BOOL variable",
-           "name a global BOOL variable or a bit address");
+           "name a global BOOL variable, a bit address, or a variable of a program that has an address");
   }
   const std::string runnable = pou_list(true);
   if (programs == 0 && !instance_failed_ && !runnable.empty()) {

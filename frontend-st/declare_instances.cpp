@@ -188,6 +188,15 @@ void Declarer::configure_variable(const plcopen::Variable& entry) {
       return;
     }
   }
+  if (entry.type.kind != plcopen::TypeSpec::Kind::kMissing) {
+    const auto declared = resolve(entry.type, {{}, entry.name, entry.at});
+    if (!declared) return;
+    if (*declared != type) {
+      refuse("it has type " + types().name_of(*declared) + " here, and " + types().name_of(type) + " in its POU",
+             "give it the type that it has in its POU");
+      return;
+    }
+  }
   const bool located = variable->role != ir::Role::kExternal && !variable->address.empty() && type == variable->type;
   const std::string_view given = core::trimmed(entry.address);
   if (!given.empty()) {
@@ -196,7 +205,19 @@ void Declarer::configure_variable(const plcopen::Variable& entry) {
       return;
     }
     const auto address = address_of(entry, type, {{}, entry.name, entry.at});
-    if (address) given_addresses_[{root, steps}] = address->text();
+    if (address && address->unlocated) {
+      refuse("address " + quoted(given) + " names no place", "write it like %QX0.0");
+      return;
+    }
+    if (address && address->area != variable->address[1]) {
+      refuse("the variable is at " + variable->address + ", and gets the address " + address->text(),
+             "give it an address of its own area");
+      return;
+    }
+    if (address && !given_addresses_.emplace(std::pair{root, steps}, address->text()).second) {
+      refuse("the variable gets an address twice");
+      return;
+    }
   }
   if (variable->role != ir::Role::kExternal) {
     Items items;

@@ -15,6 +15,9 @@ using ir::TypeRef;
 
 namespace {
 
+/// An image's types nest at most 64 deep; tasks and the global table add their own.
+constexpr std::uint32_t kMaxInstanceNesting = 60;
+
 std::string quoted(std::string_view text) { return '"' + std::string(text) + '"'; }
 
 /// Whether `v` is a variable that its instance itself holds.
@@ -121,10 +124,19 @@ ir::LocatedPart Declarer::locate(const InstanceRoot& root, const ir::Variable& v
   const auto given = given_addresses_.find({root, path});
   const std::string address = given == given_addresses_.end() ? v.address : given->second;
   const auto known = module_.global_by_name.find(address);
-  if (known != module_.global_by_name.end() && module_.globals[known->second].variable.type == v.type) {
-    part.global = known->second;
-    part.begins = module_.globals[known->second].variable.initial.empty();
-    return part;
+  if (known != module_.global_by_name.end()) {
+    const ir::Variable& other = module_.globals[known->second].variable;
+    if (other.type == v.type) {
+      part.global = known->second;
+      part.begins = other.initial.empty();
+      return part;
+    }
+    if (part.output) {
+      report(Code::P4032, v.at, {},
+             quoted(name) + " of type " + types().name_of(v.type) + " and " + quoted(other.name) + " of type " +
+                 types().name_of(other.type) + " are both at " + address,
+             "give variables at one address one type");
+    }
   }
   ir::Global global;
   global.variable = v;
@@ -140,7 +152,67 @@ ir::LocatedPart Declarer::locate(const InstanceRoot& root, const ir::Variable& v
   return part;
 }
 
+// Instances lie in each other by value; everything behind this walks through them.
+bool Declarer::check_nesting() {
+  enum : std::uint32_t { kUnknown = 0, kOpen = 0xffffffffu };
+  std::vector<std::uint32_t> levels(types().size(), kUnknown);
+  std::vector<TypeRef> parts;
+  const auto collect = [&](TypeRef type) {
+    const ir::Type& t = types()[type];
+    parts.clear();
+    if (t.kind == TypeKind::kArray) parts.push_back(t.element);
+    for (const ir::TypeField& field : t.fields) parts.push_back(field.type);
+    if (t.kind != TypeKind::kPou) return;
+    for (const ir::Variable& v : module_.pous[t.pou].variables) {
+      if (lies_in_instance(v)) parts.push_back(v.type);
+    }
+  };
+  bool fine = true;
+  std::vector<TypeRef> open;
+  for (const ir::Pou& pou : module_.pous) {
+    if (!pou.instance_type.valid()) continue;
+    open.push_back(pou.instance_type);
+    while (!open.empty()) {
+      const TypeRef type = open.back();
+      std::uint32_t& own = levels[type.index];
+      const bool second = own == kOpen;
+      if (own != kUnknown && !second) {
+        open.pop_back();
+        continue;
+      }
+      own = kOpen;
+      collect(type);
+      std::uint32_t deepest = 0;
+      bool waits = false;
+      for (const TypeRef part : parts) {
+        const std::uint32_t level = levels[part.index];
+        if (level == kUnknown) {
+          open.push_back(part);
+          waits = true;
+        } else if (level == kOpen) {
+          fine = false;  // contains itself: ir::check reports it
+        } else {
+          deepest = std::max(deepest, level);
+        }
+      }
+      if (waits) continue;
+      own = deepest + 1;
+      open.pop_back();
+      const ir::Type& t = types()[type];
+      if (own != kMaxInstanceNesting + 1 || t.kind != TypeKind::kPou) continue;
+      const ir::Pou& deep = module_.pous[t.pou];
+      report(Code::P4017, deep.at, deep.name,
+             "instances in " + quoted(deep.name) + " are nested more than " + std::to_string(kMaxInstanceNesting) +
+                 " levels deep",
+             "pass some of them as VAR_IN_OUT");
+      fine = false;
+    }
+  }
+  return fine;
+}
+
 void Declarer::locate_instances() {
+  if (!check_nesting()) return;
   std::vector<std::uint32_t> path;
   for (std::uint32_t t = 0; t < module_.tasks.size(); ++t) {
     for (std::uint32_t p = 0; p < module_.tasks[t].programs.size(); ++p) {

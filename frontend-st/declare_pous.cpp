@@ -226,7 +226,7 @@ void Declarer::declare_interface(std::uint32_t index) {
   const plcopen::Pou& from = project_.pous[index];
   local_constants_.clear();
   for (const plcopen::Variable& v : from.variables) {
-    if (v.constant) local_constants_.emplace(v.name, &v);
+    if (v.constant && v.section != Section::kExternal) local_constants_.emplace(v.name, &v);
   }
   if (from.kind == plcopen::PouKind::kFunction && from.return_type.kind != plcopen::TypeSpec::Kind::kMissing) {
     const auto type = resolve(from.return_type, {from.name, from.name, from.at});
@@ -247,16 +247,6 @@ void Declarer::declare_interface(std::uint32_t index) {
     if (v.section != Section::kAccess && v.section != Section::kConfig) declare_variable(index, v);
   }
   local_constants_.clear();
-}
-
-bool Declarer::holds_instance(TypeRef type) {
-  for (std::uint32_t depth = 0; depth < 64 && types()[type].kind == TypeKind::kArray; ++depth)
-    type = types()[type].element;
-  const ir::Type& t = types()[type];
-  if (t.kind == TypeKind::kBlock || t.kind == TypeKind::kPou) return true;
-  if (t.kind != TypeKind::kStruct) return false;
-  return std::any_of(t.fields.begin(), t.fields.end(),
-                     [this](const ir::TypeField& f) { return holds_instance(f.type); });
 }
 
 void Declarer::declare_variable(std::uint32_t pou_index, const plcopen::Variable& variable) {
@@ -298,7 +288,7 @@ void Declarer::declare_variable(std::uint32_t pou_index, const plcopen::Variable
     }
     if (out.role == Role::kInOut) {
       out.type = types().reference(*type);
-    } else if (out.in_frame && holds_instance(*type)) {
+    } else if (out.in_frame && types().holds_instance(*type)) {
       report(
           Code::P4033, variable.at, pou_name,
           quoted(variable.name) + " of type " + types().name_of(*type) +
@@ -363,9 +353,10 @@ bool Declarer::bind_external(ir::Variable& out, const plcopen::Variable& variabl
     Guess guess(variable.name);
     for (const ir::Global& g : module_.globals) guess.offer(g.variable.name);
     std::string help = guess.help();
-    if (help.empty()) help = project_.version == plcopen::Version::kText
-                                   ? "declare it in VAR_GLOBAL of the configuration or resource"
-                                   : "declare it in a globalVars list of the configuration or resource";
+    if (help.empty())
+      help = project_.version == plcopen::Version::kText
+                 ? "declare it in VAR_GLOBAL of the configuration or resource"
+                 : "declare it in a globalVars list of the configuration or resource";
     report(Code::P4021, variable.at, owner.pou,
            "external variable " + quoted(variable.name) + " has no global variable", help);
     // It stays usable, so that every use of it is not an error of its own.

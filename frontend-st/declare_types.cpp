@@ -39,7 +39,7 @@ std::string supplier_of(std::string_view name) {
       {"RTC", "the additional library of OpenPLC and Beremiz brings it"},
       {"MC_", "a PLCopen motion library brings it"},
       {"AXIS_REF", "a PLCopen motion library brings it"},
-      {"FB_", "probably a vendor library of the tool"},
+      {"FB_", "probably a library of the tool brings it"},
   };
   for (const Known& k : kKnown) {
     if (name.size() >= k.prefix.size() && core::iequals(name.substr(0, k.prefix.size()), k.prefix)) {

@@ -111,7 +111,6 @@ class Declarer final : public ConstantScope {
   void detect_edges(std::uint32_t pou);
   bool bind_external(ir::Variable& out, const plcopen::Variable& variable, const Owner& owner);
   std::optional<Address> address_of(const plcopen::Variable& variable, ir::TypeRef type, const Owner& owner);
-  bool holds_instance(ir::TypeRef type);
 
   // declare_located.cpp
   /// What an instance lies in: a program of a task, or a global.
@@ -124,6 +123,7 @@ class Declarer final : public ConstantScope {
   bool bind_located(ir::Variable& out, const plcopen::Variable& variable, const Owner& owner);
   bool holds_located(ir::TypeRef type);
   void locate_instances();
+  bool check_nesting();
   void locate_parts(const InstanceRoot& root, ir::TypeRef type, const std::string& name,
                     std::vector<std::uint32_t>& path, std::vector<ir::LocatedPart>& out);
   ir::LocatedPart locate(const InstanceRoot& root, const ir::Variable& variable, const std::string& name,
@@ -160,6 +160,7 @@ class Declarer final : public ConstantScope {
   std::vector<std::uint32_t> resolving_;  ///< user types in progress, outermost first
   std::uint32_t pointers_ = 0;
   std::uint32_t nesting_ = 0;
+  std::uint32_t chain_ = 0;           ///< constants that are being computed because another one needs them
   std::vector<std::uint32_t> depth_;  ///< levels of arrays and structures, by type
   std::uint32_t anonymous_count_ = 0;
   NameMap<std::int64_t> earlier_values_;  ///< values of the enumeration being declared

@@ -327,8 +327,25 @@ std::optional<ConstantValue> Declarer::constant_named(std::string_view name) {
   const auto [entry, fresh] = constant_values_.try_emplace(variable, std::nullopt);
   // A constant that needs itself finds no value here; its own errors are reported where it is declared.
   if (!fresh) return entry->second;
+  // A chain of constants is followed only so far: each takes its part of the stack.
+  constexpr std::uint32_t kMaxChain = 256;
+  if (chain_ == kMaxChain) return std::nullopt;
+  ++chain_;
+  // A global constant knows nothing of the POU that asks for it.
+  const bool is_local = local != local_constants_.end();
+  NameMap<const plcopen::Variable*> hidden;
+  if (!is_local) std::swap(hidden, local_constants_);
   core::Diagnostics quiet;
-  const auto value = evaluate_constant(variable->initial.text, variable->initial.at, types(), *this, quiet, {});
+  auto value = evaluate_constant(variable->initial.text, variable->initial.at, types(), *this, quiet, {});
+  if (value && variable->type.kind == plcopen::TypeSpec::Kind::kNamed) {
+    const auto type = types().find(variable->type.name);
+    const auto id = type ? types().elementary_of(*type) : std::nullopt;
+    const bool number =
+        id && *id != core::TypeId::kBool && core::in_category(*id, core::kAnyInt | core::kAnyBit | core::kAnyReal);
+    if (number && types()[*type].kind != TypeKind::kEnum) value = constant_of_type(*value, *id);
+  }
+  if (!is_local) std::swap(hidden, local_constants_);
+  --chain_;
   constant_values_[variable] = value;
   return value;
 }
@@ -342,7 +359,7 @@ void Declarer::initialize_all() {
       local_constants_.clear();
       if (pou != kNoPou) {
         for (const plcopen::Variable& v : project_.pous[pou].variables) {
-          if (v.constant) local_constants_.emplace(v.name, &v);
+          if (v.constant && v.section != plcopen::Section::kExternal) local_constants_.emplace(v.name, &v);
         }
       }
     }

@@ -1,6 +1,7 @@
 #include "frontend-st/lexer.h"
 
 #include "core/text.h"
+#include "core/utf8.h"
 #include "frontend-st/literals.h"
 
 namespace plc::st {
@@ -11,6 +12,34 @@ bool is_identifier(std::string_view text) {
     if (!is_identifier_char(c)) return false;
   }
   return true;
+}
+
+std::size_t stray_character(std::string_view text) {
+  if (text.size() < 2 || static_cast<unsigned char>(text[0]) < 0xc2) return 0;
+  std::size_t end = 0;
+  const char32_t point = core::decode_utf8(text, end);
+  const bool blank = point == 0xa0 || (point >= 0x2000 && point <= 0x200f) || (point >= 0x2028 && point <= 0x202f) ||
+                     point == 0x2060 || point == 0x3000 || point == 0xfeff;
+  const bool mark = (point >= 0x2010 && point <= 0x2027) || point == 0xab || point == 0xbb || point == 0x2212;
+  return blank || mark ? end : 0;
+}
+
+std::string shown_token(std::string_view text) {
+  std::string out = '"' + std::string(text) + '"';
+  if (stray_character(text) == 0) return out;
+  std::size_t end = 0;
+  const auto point = static_cast<std::uint32_t>(core::decode_utf8(text, end));
+  constexpr std::string_view kDigits = "0123456789ABCDEF";
+  out += " (U+";
+  for (int shift = 12; shift >= 0; shift -= 4) out += kDigits[(point >> shift) & 0xfu];
+  return out + ")";
+}
+
+void Lexer::skip_identifier() {
+  while (is_identifier_char(at(position_))) {
+    if (static_cast<unsigned char>(at(position_)) >= 0xc2 && stray_character(text_.substr(position_)) != 0) return;
+    ++position_;
+  }
 }
 
 Token Lexer::make(TokenKind kind, std::size_t begin) {
@@ -151,7 +180,11 @@ Token Lexer::next() {
   if (begin >= text_.size()) return make(TokenKind::kEnd, begin);
   const char c = at(begin);
   if (is_identifier_start(c)) {
-    while (is_identifier_char(at(position_))) ++position_;
+    skip_identifier();
+    if (position_ == begin) {
+      position_ += stray_character(text_.substr(begin));
+      return make(TokenKind::kUnknown, begin);
+    }
     if (at(position_) == '#') return prefixed(begin, text_.substr(begin, position_ - begin));
     return make(TokenKind::kIdentifier, begin);
   }

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -67,6 +68,7 @@ class Lexer {
   [[nodiscard]] char at(std::size_t i) const { return i < text_.size() ? text_[i] : '\0'; }
   Token make(TokenKind kind, std::size_t begin);
   bool skip_blanks(Token& bad);
+  void skip_identifier();
   Token number(std::size_t begin);
   Token quoted(std::size_t begin, TokenKind kind);
   Token prefixed(std::size_t begin, std::string_view prefix);
@@ -83,6 +85,11 @@ constexpr bool is_identifier_start(char c) {
 }
 constexpr bool is_digit(char c) { return c >= '0' && c <= '9'; }
 constexpr bool is_identifier_char(char c) { return is_identifier_start(c) || is_digit(c); }
+/// Bytes of the blank, quote or dash in front of `text` that word processors put where ASCII is meant; 0 for anything
+/// else. Such a character is no part of a name.
+std::size_t stray_character(std::string_view text);
+/// A token for messages: in quotes, and with its code point when it is such a character.
+std::string shown_token(std::string_view text);
 /// True when all of `text` is one identifier.
 bool is_identifier(std::string_view text);
 

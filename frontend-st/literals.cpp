@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/text.h"
+#include "core/utf8.h"
 #include "frontend-st/lexer.h"
 
 namespace plc::st {
@@ -153,18 +154,6 @@ void append_unit(std::string& out, std::uint32_t unit) {
   out += static_cast<char>(unit >> 8);
 }
 
-/// Reads one UTF-8 character at `i`; a broken one counts as one byte.
-std::uint32_t decode_utf8(std::string_view text, std::size_t& i) {
-  const auto byte = [&](std::size_t k) { return static_cast<std::uint32_t>(static_cast<unsigned char>(text[k])); };
-  const std::uint32_t lead = byte(i);
-  const std::size_t extra = lead >= 0xf0 ? 3 : lead >= 0xe0 ? 2 : lead >= 0xc0 ? 1 : 0;
-  if (extra == 0 || i + extra >= text.size()) return byte(i++);
-  std::uint32_t point = lead & (0x3fu >> extra);
-  for (std::size_t k = 1; k <= extra; ++k) point = (point << 6) | (byte(i + k) & 0x3fu);
-  i += extra + 1;
-  return point;
-}
-
 // 'text' or "text" with the quotes.
 std::optional<Literal> parse_quoted(std::string_view text, std::string& problem) {
   const char quote = text[0];
@@ -183,11 +172,16 @@ std::optional<Literal> parse_quoted(std::string_view text, std::string& problem)
   };
   for (std::size_t i = 0; i < inner.size();) {
     if (inner[i] != '$') {
+      const std::size_t begin = i;
+      const std::uint32_t point = core::decode_utf8(inner, i);
       if (!wide) {
-        out.text += inner[i++];
+        if (point > 0xff) {
+          return fail(problem, "STRING has no character \"" + std::string(inner.substr(begin, i - begin)) +
+                                   "\", only those of ISO 8859-1; WSTRING has it");
+        }
+        out.text += static_cast<char>(point);
         continue;
       }
-      const std::uint32_t point = decode_utf8(inner, i);
       if (point < 0x10000) {
         append_unit(out.text, point);
       } else {

@@ -3,6 +3,7 @@
 
 #include "core/text.h"
 #include "frontend-st/lowering.h"
+#include "ir/reach.h"
 
 namespace plc::st {
 
@@ -53,18 +54,21 @@ std::vector<Lowering::Parameter> Lowering::parameters_of_block(const stdlib::Blo
 }
 
 Lowering::Arguments Lowering::bind_arguments(NodeId call, const std::vector<Parameter>& parameters,
-                                             std::string_view callee) {
+                                             std::string_view callee, bool is_block) {
   Arguments out;
   std::vector<bool> taken(parameters.size(), false);
   // Without names all parameters are given in the order of their declaration, outputs too (IEC
   // 61131-3:2013, 6.6.1.4.2); shorter calls leave the outputs out.
   std::size_t unnamed = 0;
+  std::size_t given = 0;
   for (NodeId id = node(call).b; id != kNoNode; id = node(id).next) {
     if (node(id).argument == ArgumentKind::kPositional) ++unnamed;
+    ++given;
   }
   const auto inputs = static_cast<std::size_t>(
       std::count_if(parameters.begin(), parameters.end(), [](const Parameter& p) { return p.role != Role::kOutput; }));
   const bool with_outputs = unnamed > inputs;
+  const bool some_named = unnamed != given;
   bool named_seen = false;
   std::size_t position = 0;
   const auto refuse = [&](NodeId argument, std::string message, std::string help = {}) {
@@ -74,6 +78,18 @@ Lowering::Arguments Lowering::bind_arguments(NodeId call, const std::vector<Para
   for (NodeId id = node(call).b; id != kNoNode; id = node(id).next) {
     const Node& argument = node(id);
     if (argument.argument == ArgumentKind::kPositional) {
+      // "Start = Start" for "Start := Start" would give its truth value to the first parameter.
+      const Node& written = node(argument.a);
+      const bool equals = written.kind == NodeKind::kBinary && written.op == Operator::kEqual &&
+                          node(written.a).kind == NodeKind::kName;
+      if (equals && (is_block || some_named) &&
+          std::any_of(parameters.begin(), parameters.end(),
+                      [&](const Parameter& p) { return core::iequals(p.name, name_text(written.a)); })) {
+        const std::string parameter(name_text(written.a));
+        refuse(id, quoted(text(argument.a)) + " compares, and is no argument for " + quoted(parameter),
+               "write " + parameter + " := ..; put a comparison that is meant in parentheses");
+        continue;
+      }
       if (named_seen) {
         refuse(id, "an argument without name follows arguments with names", "name all arguments or none");
         continue;
@@ -215,6 +231,11 @@ std::optional<Operand> Lowering::call(NodeId id, Expected expected, bool as_stat
   if (core::iequals(name, "REF") || core::iequals(name, "ADR")) return take_reference(id);
   if (const auto type = types().find(name)) {
     const TypeKind kind = types()[*type].kind;
+    if (kind == TypeKind::kPou && module.pous[types()[*type].pou].kind == ir::PouKind::kProgram) {
+      report(Code::P4009, at(id), quoted(name) + " is a program, which a task runs and nobody calls",
+             "give it to a task, or make it a function block and call an instance");
+      return std::nullopt;
+    }
     if (kind == TypeKind::kBlock || kind == TypeKind::kPou) {
       report(Code::P4009, at(id), quoted(name) + " is a function block, and calling it needs an instance",
              "declare a variable of type " + std::string(name) + " and call that");
@@ -242,6 +263,14 @@ std::optional<Operand> Lowering::take_reference(NodeId id) {
     report(Code::P4010, at(argument), quoted(text(argument)) + " is a part of a variable and has no reference");
     return std::nullopt;
   }
+  const ir::Place& root = ir::root_of(builder_.body(), *where);
+  const bool own = root.kind == ir::Place::Kind::kInstance || root.kind == ir::Place::Kind::kFrame;
+  if ((own && builder_.pou().variables[root.index].constant) ||
+      (root.kind == ir::Place::Kind::kGlobal && builder_.module().globals[root.index].variable.constant)) {
+    report(Code::P4007, at(argument), quoted(text(argument)) + " is a constant, which a reference could write",
+           "copy it to a variable, and refer to that");
+    return std::nullopt;
+  }
   return operand(builder_.make_ref(*where), id);
 }
 
@@ -257,7 +286,7 @@ std::optional<Operand> Lowering::call_standard(NodeId id, std::string_view name,
   std::vector<Parameter> parameters;
   count = std::min(count, stdlib::kMaxArguments);
   for (std::uint32_t i = 0; i < count; ++i) parameters.push_back({stdlib::pin_name(spec, i), Role::kInput, i, {}, {}});
-  const Arguments arguments = bind_arguments(id, parameters, name);
+  const Arguments arguments = bind_arguments(id, parameters, name, false);
   if (!arguments.fine) return std::nullopt;
 
   std::optional<ValueId> enable;
@@ -317,7 +346,7 @@ std::optional<Operand> Lowering::call_function(NodeId id, std::uint32_t pou, boo
     warn_stub(at(id), "function " + quoted(name));
     return stub_value(id, result_type.valid() ? Expected(result_type) : std::nullopt);
   }
-  const Arguments arguments = bind_arguments(id, parameters, name);
+  const Arguments arguments = bind_arguments(id, parameters, name, false);
   bool fine = arguments.fine;
   std::optional<ValueId> enable;
   const bool bracketed = arguments.en != kNoNode || arguments.eno != kNoNode;
@@ -403,11 +432,18 @@ bool Lowering::call_block(NodeId id) {
     report(Code::P4009, at(id), quoted(text(callee)) + " has type " + types().name_of(type) + " and cannot be called");
     return false;
   }
+  const ir::Place& root = ir::root_of(builder_.body(), *instance);
+  const bool own = root.kind == ir::Place::Kind::kInstance || root.kind == ir::Place::Kind::kFrame;
+  if ((own && builder_.pou().variables[root.index].constant) ||
+      (root.kind == ir::Place::Kind::kGlobal && builder_.module().globals[root.index].variable.constant)) {
+    report(Code::P4007, at(id), quoted(text(callee)) + " is a constant and is called here");
+    return false;
+  }
   const bool is_pou = copy.kind == TypeKind::kPou;
   if (is_pou && !builder_.module().pous[copy.pou].refused.empty()) return false;  // its parameters are not all known
   const std::vector<Parameter> parameters = is_pou ? parameters_of_pou(copy.pou) : parameters_of_block(*copy.block);
   const std::string name = types().name_of(type);
-  const Arguments arguments = bind_arguments(id, parameters, name);
+  const Arguments arguments = bind_arguments(id, parameters, name, true);
   bool fine = arguments.fine;
   const bool bracketed = arguments.en != kNoNode;
   const ir::LabelId skip = bracketed ? builder_.new_label() : ir::LabelId{};
@@ -415,10 +451,7 @@ bool Lowering::call_block(NodeId id) {
   if (bracketed) {
     enable = condition(arguments.en, "input \"EN\" of " + name);
     if (!enable) return false;
-    if (arguments.eno != kNoNode) fine = deliver(arguments.eno, *enable) && fine;
     builder_.jump_if_not(*enable, skip);
-  } else if (arguments.eno != kNoNode) {
-    fine = deliver(arguments.eno, builder_.constant_bool(true)) && fine;
   }
   for (const Bound& bound : arguments.bound) {
     const Parameter& parameter = parameters[bound.parameter];
@@ -435,13 +468,25 @@ bool Lowering::call_block(NodeId id) {
   }
   fine = all_in_outs_given(id, parameters, arguments, name) && fine;
   if (!fine) return false;
+  const bool asks = arguments.eno != kNoNode;
+  if (asks) builder_.clear_event();
   builder_.run(*instance);
+  const ValueId eno = asks ? builder_.eno() : ValueId{};
   for (const Bound& bound : arguments.bound) {
     const Parameter& parameter = parameters[bound.parameter];
     if (parameter.role != Role::kOutput) continue;
     fine = deliver(bound.argument, builder_.load(builder_.field(*instance, parameter.index))) && fine;
   }
-  if (bracketed) builder_.bind(skip);
+  if (asks) fine = deliver(arguments.eno, eno) && fine;
+  if (bracketed && asks) {
+    const ir::LabelId done = builder_.new_label();
+    builder_.jump(done);
+    builder_.bind(skip);
+    fine = deliver(arguments.eno, builder_.constant_bool(false)) && fine;
+    builder_.bind(done);
+  } else if (bracketed) {
+    builder_.bind(skip);
+  }
   return fine;
 }
 

@@ -1,4 +1,6 @@
 // Places: variables, members, elements, direct addresses. A plain variable name takes the short way in lower_place.
+#include <algorithm>
+
 #include "core/text.h"
 #include "frontend-st/addresses.h"
 #include "frontend-st/lexer.h"
@@ -70,7 +72,8 @@ void Lowering::report_unknown_name(NodeId id) {
     return;
   }
   if (!stdlib::overloads_named(name).empty()) {
-    report(Code::P4004, at(id), quoted(name) + " is a function, not a variable", "a function is called with parentheses");
+    report(Code::P4004, at(id), quoted(name) + " is a function, not a variable",
+           "a function is called with parentheses");
     return;
   }
   report(Code::P4004, at(id), "there is no variable " + quoted(name), guess.help());
@@ -211,58 +214,51 @@ std::optional<PlaceId> Lowering::element_place(PlaceId array, NodeId index) {
   }
   const std::int64_t lower = types()[array_ref].lower;
   const std::int64_t upper = types()[array_ref].upper;
-  const auto given = value(index, std::nullopt);
+  const auto given = index_of(index, core::kAnyInt | core::kAnyBit);
   if (!given) return std::nullopt;
-  std::optional<std::int64_t> known;
-  bool integer = true;
-  if (given->kind == Operand::Kind::kIntLiteral) {
-    known = given->int_is_unsigned ? INT64_MAX : given->int_value;
-  } else if (given->kind == Operand::Kind::kValue) {
-    const auto type = types().elementary_of(builder_.type_of(given->value));
-    integer = type && core::in_category(*type, core::kAnyInt | core::kAnyBit) && *type != core::TypeId::kBool;
-    const ir::Inst& inst = builder_.body().insts[given->value.index];
-    if (integer && inst.op == ir::Op::kConst) {
-      known = signed_value(builder_.body().constants[inst.a].bits, core::rep_of(*type));
-    }
-  } else {
-    integer = false;
-  }
-  if (!integer) {
-    report(Code::P4008, at(index), "index " + quoted(text(index)) + " is not an integer");
-    return std::nullopt;
-  }
-  if (!known) return builder_.element_at(array, given->value);
-  if (*known < lower || *known > upper) {
+  if (!given->known) return builder_.element_at(array, given->value);
+  if (*given->known < lower || *given->known > upper) {
     report(Code::P4008, at(index), "index " + std::string(text(index)) + " is outside of " + types().name_of(array_ref),
            "indices go from " + std::to_string(lower) + " to " + std::to_string(upper));
     return std::nullopt;
   }
-  return builder_.element(array, static_cast<std::uint32_t>(*known - lower));
+  return builder_.element(array, static_cast<std::uint32_t>(*given->known - lower));
 }
 
 // s[2]: the second character of a string (IEC 61131-3:2013, 6.4.2.2).
 std::optional<PlaceId> Lowering::character_place(PlaceId string, NodeId index) {
-  const auto given = value(index, std::nullopt);
+  const auto given = index_of(index, core::kAnyInt);
   if (!given) return std::nullopt;
-  std::optional<ir::ValueId> position;
-  if (given->kind == Operand::Kind::kIntLiteral) {
-    const ir::Type& type = types()[builder_.type_of(string)];
-    if (given->int_is_unsigned || given->int_value < 1 || given->int_value > type.capacity) {
-      report(Code::P4008, at(index),
-             "position " + std::string(text(index)) + " is outside of " + types().name_of(builder_.type_of(string)),
-             "positions go from 1 to " + std::to_string(type.capacity));
-      return std::nullopt;
-    }
-    position = builder_.convert(*given, ir::ref_of(core::TypeId::kInt), "position");
-  } else if (given->kind == Operand::Kind::kValue) {
-    const auto type = types().elementary_of(builder_.type_of(given->value));
-    if (type && core::in_category(*type, core::kAnyInt)) position = given->value;
-  }
-  if (!position) {
-    report(Code::P4008, at(index), "position " + quoted(text(index)) + " is not an integer");
+  if (!given->known) return builder_.character(string, given->value);
+  const TypeRef type = builder_.type_of(string);
+  const std::uint16_t capacity = types()[type].capacity;
+  if (*given->known < 1 || *given->known > capacity) {
+    report(Code::P4008, at(index), "position " + std::string(text(index)) + " is outside of " + types().name_of(type),
+           "positions go from 1 to " + std::to_string(capacity));
     return std::nullopt;
   }
-  return builder_.character(string, *position);
+  ir::Constant position;
+  position.type = ir::ref_of(core::TypeId::kInt);
+  position.bits = static_cast<std::uint64_t>(*given->known);
+  return builder_.character(string, builder_.constant(position));
+}
+
+std::optional<Lowering::Index> Lowering::index_of(NodeId index, std::uint16_t categories) {
+  const auto given = value(index, std::nullopt);
+  if (!given) return std::nullopt;
+  if (given->kind == Operand::Kind::kIntLiteral) {
+    return Index{given->int_is_unsigned ? INT64_MAX : given->int_value, {}};
+  }
+  if (given->kind == Operand::Kind::kValue) {
+    const auto type = types().elementary_of(builder_.type_of(given->value));
+    if (type && core::in_category(*type, categories) && *type != core::TypeId::kBool) {
+      const ir::Inst& inst = builder_.body().insts[given->value.index];
+      if (inst.op != ir::Op::kConst) return Index{std::nullopt, given->value};
+      return Index{signed_value(builder_.body().constants[inst.a].bits, core::rep_of(*type)), given->value};
+    }
+  }
+  report(Code::P4008, at(index), "index " + quoted(text(index)) + " is not an integer");
+  return std::nullopt;
 }
 
 std::optional<Lowering::Part> Lowering::part_of(NodeId id, TypeRef word) {
@@ -319,8 +315,15 @@ std::optional<PlaceId> Lowering::part_place(PlaceId word, NodeId id) {
 
 std::optional<PlaceId> Lowering::index_place(PlaceId array, NodeId id) {
   std::optional<PlaceId> where = array;
-  for (NodeId index = node(id).b; where && index != kNoNode; index = node(index).next)
+  for (NodeId index = node(id).b; where && index != kNoNode; index = node(index).next) {
+    const bool character = types()[builder_.type_of(*where)].kind == TypeKind::kString;
+    if (character && (index != node(id).b || node(index).next != kNoNode)) {
+      report(Code::P4008, at(index), quoted(text(index)) + " is one index too many",
+             "a character of a string has brackets of its own: s[1][2]");
+      return std::nullopt;
+    }
     where = element_place(*where, index);
+  }
   return where;
 }
 
@@ -359,11 +362,15 @@ std::optional<PlaceId> Lowering::place(NodeId id, bool for_writing) {
       return std::nullopt;
     if (!where) where = root_place(root, checked_root);
   }
+  const auto last_deref = std::find_if(path.begin(), path.end(), [this](NodeId step) {
+    return node(step).kind == NodeKind::kDeref;  // the last one on the way is the first in the list
+  });
+  const auto behind = static_cast<std::size_t>(last_deref - path.begin());
   for (std::size_t i = path.size(); where && i-- > 0;) {
     const NodeId step = path[i];
     switch (node(step).kind) {
       case NodeKind::kMember:
-        where = member_place(*where, step, for_writing);
+        where = member_place(*where, step, for_writing && i < behind);
         break;
       case NodeKind::kIndex:
         where = index_place(*where, step);

@@ -53,13 +53,25 @@ bool Lowering::is_standard_call(NodeId callee) {
   return types().rep_of(type).has_value();
 }
 
+bool Lowering::names_instance(NodeId callee) {
+  const Named named = find_name(builder_.module(), builder_.pou(), name_text(callee));
+  if (!named.is_place()) return false;
+  const bool local = named.kind == Named::Kind::kVariable;
+  const ir::Variable& variable =
+      local ? builder_.pou().variables[named.index] : builder_.module().globals[named.index].variable;
+  const bool in_out = local && variable.role == ir::Role::kInOut;
+  const ir::TypeKind kind = types()[in_out ? types()[variable.type].element : variable.type].kind;
+  return kind == ir::TypeKind::kBlock || kind == ir::TypeKind::kPou;
+}
+
 bool Lowering::call_statement(NodeId call_id) {
   const NodeId callee = node(call_id).a;
   if (node(callee).kind == NodeKind::kName) {
     const ir::Module& module = builder_.module();
     const auto pou = module.pou_by_name.find(name_text(callee));
     const bool function = pou != module.pou_by_name.end() && module.pous[pou->second].kind == ir::PouKind::kFunction;
-    if (function || is_unresolved_name(callee) || is_standard_call(callee))
+    // An instance hides a function of its name.
+    if ((function && !names_instance(callee)) || is_unresolved_name(callee) || is_standard_call(callee))
       return call(call_id, std::nullopt, true).has_value();
   }
   return call_block(call_id);

@@ -109,6 +109,12 @@ class Lowering {
   std::optional<Part> part_of(NodeId id, ir::TypeRef word);
   std::optional<ir::PlaceId> part_place(ir::PlaceId word, NodeId id);
   std::optional<ir::PlaceId> index_place(ir::PlaceId array, NodeId id);
+  /// An index: its number, where it is known, and its value, where it is no untyped literal.
+  struct Index {
+    std::optional<std::int64_t> known;
+    ir::ValueId value{};
+  };
+  std::optional<Index> index_of(NodeId index, std::uint16_t categories);
   std::optional<ir::PlaceId> character_place(ir::PlaceId string, NodeId index);
   std::optional<ir::PlaceId> element_place(ir::PlaceId array, NodeId index);
   bool check_writable(const ir::Variable& variable, const core::SourceRef& where);
@@ -123,7 +129,8 @@ class Lowering {
   bool call_block(NodeId id);
   std::vector<Parameter> parameters_of_pou(std::uint32_t pou);
   std::vector<Parameter> parameters_of_block(const stdlib::BlockSpec& block);
-  Arguments bind_arguments(NodeId call, const std::vector<Parameter>& parameters, std::string_view callee);
+  Arguments bind_arguments(NodeId call, const std::vector<Parameter>& parameters, std::string_view callee,
+                           bool is_block);
   std::optional<ir::ValueId> in_out(NodeId written, const Parameter& parameter, std::string_view callee);
   bool all_in_outs_given(NodeId call, const std::vector<Parameter>& parameters, const Arguments& arguments,
                          std::string_view callee);
@@ -137,6 +144,7 @@ class Lowering {
   bool if_chain(NodeId id);
   bool call_statement(NodeId call_id);
   /// A standard function that a variable of the same name does not hide, because the variable cannot be called.
+  bool names_instance(NodeId callee);
   bool is_standard_call(NodeId callee);
 
   // lower_case.cpp

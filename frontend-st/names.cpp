@@ -19,10 +19,8 @@ Named find_name(const ir::Module& module, const ir::Pou& pou, std::string_view n
 EnumValueRef find_enum_value(const ir::TypeTable& types, ir::TypeRef type, std::string_view name) {
   const ir::Type& t = types[type];
   if (t.kind != ir::TypeKind::kEnum) return {};
-  for (const ir::EnumMember& member : t.members) {
-    if (core::iequals(member.name, name)) return {type, member.value};
-  }
-  return {};
+  const auto position = types.position_of(type, name);
+  return position ? EnumValueRef{type, t.members[*position].value} : EnumValueRef{};
 }
 
 std::vector<EnumValueRef> find_enum_values(const ir::TypeTable& types, std::string_view name) {

@@ -67,7 +67,7 @@ Infix infix_of(const Token& token, Keyword keyword) {
 }  // namespace
 
 Parser::Parser(const SourceText& source, core::Diagnostics& diagnostics, std::string_view pou)
-    : source_(source), diagnostics_(diagnostics), pou_(pou), lexer_(source.text()) {
+    : source_(source), diagnostics_(diagnostics), pou_(pou), lexer_(source.text(), &pragmas_) {
   advance();
 }
 
@@ -113,7 +113,8 @@ NodeId Parser::fail_unexpected(std::string_view wanted) {
     default:
       break;
   }
-  return fail(Code::P4001, token_, "found \"" + found + "\" where " + std::string(wanted) + " should stand");
+  return fail(Code::P4001, token_, "found " + shown_token(found) + " where " + std::string(wanted) + " should stand",
+              stray_character(found) != 0 ? "write blanks, quotes and signs as they are on the keyboard" : "");
 }
 
 bool Parser::enter() {

@@ -29,6 +29,7 @@ class Parser {
   [[nodiscard]] bool failed() const { return failed_; }
 
  private:
+  void refuse_conditional_pragmas();
   void advance();
   [[nodiscard]] std::string_view text_of(const Token& token) const { return source_.slice(token.begin, token.end); }
   [[nodiscard]] bool at_keyword(Keyword keyword) const { return keyword_ == keyword; }
@@ -70,6 +71,7 @@ class Parser {
   const SourceText& source_;
   core::Diagnostics& diagnostics_;
   std::string_view pou_;
+  std::vector<Token> pragmas_;  ///< passed over
   Lexer lexer_;
   Ast ast_;
   Token token_;                       ///< the current token

@@ -1,4 +1,5 @@
 // Statements. An error is reported once per statement; reading goes on behind it, inside compound statements too.
+#include <set>
 #include <utility>
 
 #include "core/text.h"
@@ -42,6 +43,21 @@ bool closes(Keyword keyword) {
 
 }  // namespace
 
+// {IF defined(..)} .. {ELSE} .. {END_IF}: what stands in both branches would run.
+void Parser::refuse_conditional_pragmas() {
+  // Looking ahead passes some of them twice.
+  std::set<std::uint32_t> seen;
+  for (const Token& pragma : pragmas_) {
+    if (!seen.insert(pragma.begin).second) continue;
+    std::string_view inner = core::trimmed(text_of(pragma).substr(1, pragma.end - pragma.begin - 2));
+    inner = inner.substr(0, inner.find_first_of(" \t\r\n("));
+    if (!core::iequals(inner, "IF")) continue;
+    in_error_ = false;
+    fail(Code::P4013, pragma, "pragmas do not choose what is compiled: both branches would run",
+         "keep the branch that is meant");
+  }
+}
+
 NodeId Parser::parse_statements() {
   // Short names and operators take two bytes a node. Pages that stay empty are never touched.
   ast_.nodes.reserve(source_.text().size() / 2);
@@ -54,7 +70,10 @@ NodeId Parser::parse_statements() {
       last = list;
       while (ast_[last].next != kNoNode) last = ast_[last].next;
     }
-    if (token_.kind == TokenKind::kEnd) return first;
+    if (token_.kind == TokenKind::kEnd) {
+      refuse_conditional_pragmas();
+      return first;
+    }
     // A part of a compound statement without its head: say so and go on behind it.
     in_error_ = false;
     fail(Code::P4013, token_,
@@ -129,7 +148,7 @@ NodeId Parser::statement_list() {
     // The last statement of a text may stand without its semicolon: EXECUTE boxes are often one assignment.
     if (token_.kind == TokenKind::kEnd) break;
     in_error_ = false;
-    fail(Code::P4013, token_, "\";\" is missing before \"" + std::string(text_of(token_)) + "\"");
+    fail(Code::P4013, token_, "\";\" is missing before " + shown_token(text_of(token_)));
     const bool begins_statement =
         token_.kind == TokenKind::kIdentifier && (keyword_ == Keyword::kNone || opens(keyword_));
     if (!at_list_end() && !begins_statement) skip_statement();

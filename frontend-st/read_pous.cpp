@@ -127,7 +127,11 @@ Language DeclarationReader::language() {
   const bool value = kind == TokenKind::kIdentifier || kind == TokenKind::kInteger || kind == TokenKind::kReal ||
                      kind == TokenKind::kTyped || kind == TokenKind::kEnumValue || kind == TokenKind::kString ||
                      kind == TokenKind::kWstring || kind == TokenKind::kDirect;
-  return known && value ? Language::kIl : Language::kSt;
+  // The next instruction stands behind the operand, or its members; in ST something that goes on with the statement.
+  const TokenKind then = peek(label ? 4 : 2).kind;
+  const bool ends = then == TokenKind::kIdentifier || then == TokenKind::kEnd || then == TokenKind::kDot ||
+                    then == TokenKind::kLeftBracket || then == TokenKind::kLeftParen || then == TokenKind::kComma;
+  return known && value && ends ? Language::kIl : Language::kSt;
 }
 
 void DeclarationReader::body(plcopen::Pou& out, const Token& opener, Word opener_word) {

@@ -155,9 +155,7 @@ std::optional<PlaceId> Builder::member(PlaceId parent, std::string_view name) {
   const Type& type = module_.types[type_of(parent)];
   switch (type.kind) {
     case TypeKind::kStruct:
-      for (std::uint32_t i = 0; i < type.fields.size(); ++i) {
-        if (core::iequals(type.fields[i].name, name)) return field(parent, i);
-      }
+      if (const auto position = module_.types.position_of(type_of(parent), name)) return field(parent, *position);
       return std::nullopt;
     case TypeKind::kBlock:
       for (std::uint32_t i = 0; i < type.block->fields.size(); ++i) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstring>
 #include <utility>
 
@@ -189,6 +190,10 @@ class Converter {
     Constant constant;
     constant.type = to;
     constant.bits = literal_bits(operand, id);
+    const double real = operand.kind == Operand::Kind::kRealLiteral ? operand.real_value : 0;
+    if (core::rep_of(id) == Rep::kF32 && std::isinf(static_cast<float>(real)) && !std::isinf(real)) {
+      return literal_misfit(operand, to);
+    }
     if (target.kind == TypeKind::kSubrange && !in_limits(target, integer_value(constant.bits, core::rep_of(id)))) {
       return outside(operand, to, target);
     }
@@ -234,16 +239,6 @@ std::optional<ValueId> convert_with(Builder& builder, const Operand& operand, Ty
 }
 
 /// Assignable as a whole: instances hold time and edges of their own, a copy of one would be a second device.
-bool holds_instance(const TypeTable& types, TypeRef ref) {
-  const Type& type = types[ref];
-  if (type.kind == TypeKind::kArray) return holds_instance(types, type.element);
-  if (type.kind == TypeKind::kStruct) {
-    return std::any_of(type.fields.begin(), type.fields.end(),
-                       [&](const TypeField& f) { return holds_instance(types, f.type); });
-  }
-  return type.kind == TypeKind::kBlock || type.kind == TypeKind::kPou;
-}
-
 /// One call by name: arguments classified, overload resolved, problems named by pin.
 class NamedCall {
  public:
@@ -522,7 +517,7 @@ bool Builder::assign(PlaceId place, const Operand& operand, std::string_view wha
       report(Code::P4101, operand.at, fmt::format("{} needs {}, not {}", what, module_.types.name_of(type), given));
       return false;
     }
-    if (holds_instance(module_.types, type)) {
+    if (module_.types.holds_instance(type)) {
       report(Code::P4109, operand.at, fmt::format("{} holds a function block instance and cannot be assigned", what),
              "assign its members, or pass the instance to a VAR_IN_OUT");
       return false;

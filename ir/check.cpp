@@ -129,9 +129,10 @@ void check_labels(const Pou& pou, core::Diagnostics& diagnostics) {
 
 void check_writers(const Module& module, core::Diagnostics& diagnostics) {
   if (module.tasks.size() < 2) return;
+  const SharedReferences shared = shared_references(module);
   std::vector<std::vector<std::uint32_t>> writers(module.globals.size());
   for (std::uint32_t t = 0; t < module.tasks.size(); ++t) {
-    const GlobalUse use = global_use(module, module.tasks[t]);
+    const GlobalUse use = global_use(module, module.tasks[t], shared);
     for (std::size_t g = 0; g < use.written.size(); ++g) {
       if (use.written[g]) writers[g].push_back(t);
     }

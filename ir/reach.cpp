@@ -1,6 +1,8 @@
 #include "ir/reach.h"
 
 #include <algorithm>
+#include <set>
+#include <utility>
 
 namespace plc::ir {
 
@@ -96,14 +98,6 @@ void for_each_access(const Body& body, Visit&& visit) {
   }
 }
 
-/// References that stand in globals, where other tasks find them: what they may refer to.
-struct SharedReferences {
-  std::vector<bool> targets;                        ///< by type: some global holds a REF_TO it
-  std::vector<std::vector<std::uint32_t>> globals;  ///< by type: those of which REF() is taken somewhere
-
-  [[nodiscard]] bool any() const { return std::find(targets.begin(), targets.end(), true) != targets.end(); }
-};
-
 void add_targets(const Module& module, TypeRef type, std::vector<bool>& seen, std::vector<bool>& targets) {
   if (seen[type.index]) return;
   seen[type.index] = true;
@@ -113,93 +107,94 @@ void add_targets(const Module& module, TypeRef type, std::vector<bool>& seen, st
   for (const TypeField& field : t.fields) add_targets(module, field.type, seen, targets);
   if (t.kind != TypeKind::kPou) return;
   for (const Variable& v : module.pous[t.pou].variables) {
-    if (v.role != Role::kExternal && v.role != Role::kInOut) add_targets(module, v.type, seen, targets);
+    if (v.role != Role::kExternal) add_targets(module, v.type, seen, targets);
   }
 }
 
-/// By value: whether it is a handle for a VAR_IN_OUT, which never leaves its task.
-std::vector<bool> in_out_handles(const Module& module, const Body& body) {
-  std::vector<bool> found(body.insts.size());
-  for (const CallArg& arg : body.call_args) {
-    if (arg.kind == CallArg::Kind::kInOut) found[arg.value.index] = true;
-  }
-  for (const Inst& inst : body.insts) {
-    if (inst.op != Op::kStore) continue;
-    const Place& place = body.places[inst.a];
-    if (place.kind != Place::Kind::kField) continue;
-    const Type& owner = module.types[body.places[place.parent.index].type];
-    if (owner.kind == TypeKind::kPou && module.pous[owner.pou].variables[place.index].role == Role::kInOut)
-      found[inst.b] = true;
-  }
-  return found;
-}
-
-SharedReferences shared_references(const Module& module) {
-  SharedReferences shared;
-  shared.targets.resize(module.types.size());
-  std::vector<bool> seen(module.types.size());
-  for (const Global& global : module.globals) add_targets(module, global.variable.type, seen, shared.targets);
-  if (!shared.any()) return shared;
-  shared.globals.resize(module.types.size());
-  for (const Pou& pou : module.pous) {
-    const std::vector<bool> in_out = in_out_handles(module, pou.body);
-    for (std::size_t i = 0; i < pou.body.insts.size(); ++i) {
-      const Inst& inst = pou.body.insts[i];
-      if (inst.op != Op::kMakeRef || in_out[i]) continue;
-      const Place& root = root_of(pou.body, PlaceId{inst.a});
-      const TypeRef target = pou.body.places[inst.a].type;
-      if (root.kind != Place::Kind::kGlobal || !shared.targets[target.index]) continue;
-      std::vector<std::uint32_t>& globals = shared.globals[target.index];
-      if (std::find(globals.begin(), globals.end(), root.index) == globals.end()) globals.push_back(root.index);
-    }
-  }
-  return shared;
-}
-
-/// Whether `place` is what a REF_TO refers to, and not what the POU got as VAR_IN_OUT.
-bool is_referred(const Pou& pou, const Place& place) {
-  if (place.kind != Place::Kind::kDeref) return false;
+/// Whether `place` is what a variable of the POU got as VAR_IN_OUT: its caller, in the same task, has named it.
+bool is_in_out(const Pou& pou, const Place& place) {
   const Inst& made = pou.body.insts[place.index];
-  if (made.op != Op::kLoad) return true;
+  if (made.op != Op::kLoad) return false;
   const Place& from = pou.body.places[made.a];
   const bool variable = from.kind == Place::Kind::kInstance || from.kind == Place::Kind::kFrame;
-  return !variable || pou.variables[from.index].role != Role::kInOut;
+  return variable && pou.variables[from.index].role == Role::kInOut;
 }
 
 /// Adds the globals that the body of `pou` reads and writes, by name or through a reference.
-void add_global_use(const Module& module, const Pou& pou, const SharedReferences& shared, GlobalUse& use) {
+void add_global_use(const Module& module, const Pou& pou, const SharedReferences& shared, GlobalUse& use,
+                    GlobalUse& through) {
   const auto mark = [&](std::uint32_t global, bool read, bool written) {
     if (read) use.read[global] = true;
-    // A handle of a constant is read through, never written.
     if (written && !module.globals[global].variable.constant) use.written[global] = true;
   };
   for_each_access(pou.body, [&](std::uint32_t place, bool read, bool written) {
     const Place& root = root_of(pou.body, PlaceId{place});
     if (root.kind == Place::Kind::kGlobal) mark(root.index, read, written);
-    if (shared.globals.empty() || !is_referred(pou, root)) return;
-    for (const std::uint32_t global : shared.globals[root.type.index]) mark(global, read, written);
+    if (root.kind != Place::Kind::kDeref || shared.globals.empty() || is_in_out(pou, root)) return;
+    const std::uint32_t type = root.type.index;
+    if (!(read && !through.read[type]) && !(written && !through.written[type])) return;
+    through.read[type] = through.read[type] || read;
+    through.written[type] = through.written[type] || written;
+    for (const std::uint32_t global : shared.globals[type]) mark(global, read, written);
   });
 }
 
-void add_located(const LocatedPart& part, GlobalUse& use) {
+void add_located(const LocatedPart& part, bool written, GlobalUse& use) {
   use.read[part.global] = true;
-  if (part.output) use.written[part.global] = true;
+  if (written) use.written[part.global] = true;
 }
 
 }  // namespace
 
-GlobalUse global_use(const Module& module, const Task& task) {
-  GlobalUse use;
-  use.read.resize(module.globals.size());
-  use.written.resize(module.globals.size());
-  const SharedReferences shared = shared_references(module);
-  for (const std::uint32_t pou : reached_pous(module, task)) add_global_use(module, module.pous[pou], shared, use);
+SharedReferences shared_references(const Module& module) {
+  SharedReferences shared;
+  std::vector<bool> targets(module.types.size());
+  std::vector<bool> seen(module.types.size());
+  for (const Global& global : module.globals) add_targets(module, global.variable.type, seen, targets);
+  if (std::find(targets.begin(), targets.end(), true) == targets.end()) return shared;
+
+  // By type: the globals that some handle of this type refers to, or to a part of. A part of what a handle refers to
+  // has all globals of that handle.
+  std::vector<std::set<std::uint32_t>> reached(module.types.size());
+  std::set<std::pair<std::uint32_t, std::uint32_t>> parts;  // type of the whole, type of the part
+  for (const Pou& pou : module.pous) {
+    for (const Inst& inst : pou.body.insts) {
+      if (inst.op != Op::kMakeRef) continue;
+      const Place& root = root_of(pou.body, PlaceId{inst.a});
+      const std::uint32_t target = pou.body.places[inst.a].type.index;
+      if (root.kind == Place::Kind::kGlobal) reached[target].insert(root.index);
+      if (root.kind == Place::Kind::kDeref && root.type.index != target) parts.emplace(root.type.index, target);
+    }
+  }
+  for (bool grows = true; grows;) {
+    grows = false;
+    for (const auto& [whole, part] : parts) {
+      const std::size_t before = reached[part].size();
+      reached[part].insert(reached[whole].begin(), reached[whole].end());
+      grows = grows || reached[part].size() != before;
+    }
+  }
+  shared.globals.resize(module.types.size());
+  for (std::size_t type = 0; type < targets.size(); ++type) {
+    if (targets[type]) shared.globals[type].assign(reached[type].begin(), reached[type].end());
+  }
+  return shared;
+}
+
+GlobalUse global_use(const Module& module, const Task& task, const SharedReferences& shared) {
+  GlobalUse use{std::vector<bool>(module.globals.size()), std::vector<bool>(module.globals.size())};
+  std::vector<bool> none(shared.globals.size());
+  GlobalUse through{none, none};  // by type: accesses through references that are marked already
+  for (const std::uint32_t pou : reached_pous(module, task)) {
+    add_global_use(module, module.pous[pou], shared, use, through);
+  }
   for (const ProgramInstance& program : task.programs) {
     for (const InstanceWire& wire : program.wires) (wire.output ? use.written : use.read)[wire.global] = true;
-    for (const LocatedPart& part : program.located) add_located(part, use);
+    for (const LocatedPart& part : program.located) add_located(part, part.output, use);
   }
   for (const LocatedInGlobal& located : module.located) {
-    if (use.read[located.root] || use.written[located.root]) add_located(located.part, use);
+    const bool written = use.written[located.root];
+    if (use.read[located.root] || written) add_located(located.part, written && located.part.output, use);
   }
   return use;
 }

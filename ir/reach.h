@@ -1,7 +1,7 @@
 // What a task reaches: POUs called or run, and globals read and written by each of them.
 //
 // In: a Module. Out: read by ir::check (several writers) and by code generation (import and export lists).
-// Conservative: a global whose handle is passed as VAR_IN_OUT counts as read and written.
+// Conservative: a global of which a handle is made counts as read and written.
 #pragma once
 
 #include <cstdint>
@@ -24,8 +24,15 @@ struct GlobalUse {
   std::vector<bool> read;     ///< by global index
   std::vector<bool> written;  ///< by global index
 };
-/// The globals used by everything that `task` reaches, by name or through a reference: a REF_TO may refer to any global of
-/// its type of which REF() is taken, in whatever task, if references to that type stand in globals at all.
-GlobalUse global_use(const Module& module, const Task& task);
+/// What references that stand in globals, where every task finds them, may refer to.
+struct SharedReferences {
+  /// By type: every global of which, or of a part of which, a handle of this type is made anywhere. Empty for types to
+  /// which no global holds a reference or in-out; without any such type the list itself is empty.
+  std::vector<std::vector<std::uint32_t>> globals;
+};
+SharedReferences shared_references(const Module& module);
+/// The globals used by everything that `task` reaches, by name or through references, which may refer to any global
+/// that `shared` has for their type.
+GlobalUse global_use(const Module& module, const Task& task, const SharedReferences& shared);
 
 }  // namespace plc::ir

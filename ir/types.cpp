@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <unordered_set>
 #include <utility>
 
 namespace plc::ir {
@@ -149,6 +150,45 @@ std::optional<TypeId> TypeTable::elementary_of(TypeRef ref) const {
     default:
       return std::nullopt;
   }
+}
+
+std::optional<std::uint32_t> TypeTable::position_of(TypeRef ref, std::string_view name) const {
+  const Type& type = types_[ref.index];
+  const bool fields = type.kind == TypeKind::kStruct;
+  const std::size_t count = fields ? type.fields.size() : type.members.size();
+  const auto name_at = [&](std::size_t i) -> const std::string& {
+    return fields ? type.fields[i].name : type.members[i].name;
+  };
+  constexpr std::size_t kMany = 32;
+  if (count < kMany) {
+    for (std::size_t i = 0; i < count; ++i) {
+      if (core::iequals(name_at(i), name)) return static_cast<std::uint32_t>(i);
+    }
+    return std::nullopt;
+  }
+  Positions& positions = positions_[ref.index];
+  // A type under construction may have grown; the first of two equal names counts.
+  for (std::size_t i = positions.size(); i < count && positions.size() < count; ++i) {
+    positions.emplace(name_at(i), static_cast<std::uint32_t>(i));
+  }
+  const auto found = positions.find(name);
+  return found == positions.end() ? std::nullopt : std::optional(found->second);
+}
+
+bool TypeTable::holds_instance(TypeRef ref) const {
+  // Each type once: two members of one type each, nested sixty deep, have 2^60 leaves.
+  std::vector<TypeRef> open = {ref};
+  std::unordered_set<std::uint32_t> seen;
+  while (!open.empty()) {
+    const Type& type = types_[open.back().index];
+    const bool fresh = seen.insert(open.back().index).second;
+    open.pop_back();
+    if (type.kind == TypeKind::kBlock || type.kind == TypeKind::kPou) return true;
+    if (!fresh) continue;
+    if (type.kind == TypeKind::kArray) open.push_back(type.element);
+    for (const TypeField& field : type.fields) open.push_back(field.type);
+  }
+  return false;
 }
 
 }  // namespace plc::ir

@@ -22,7 +22,8 @@ using core::Rep;
 using core::SourceRef;
 using core::TypeId;
 
-/// Strong index into a TypeTable. The elementary types (but STRING/WSTRING, which carry a capacity) are at their TypeId.
+/// Strong index into a TypeTable. The elementary types (but STRING/WSTRING, which carry a capacity) are at their
+/// TypeId.
 struct TypeRef {
   std::uint32_t index = kNone;
   static constexpr std::uint32_t kNone = 0xffffffffu;
@@ -33,7 +34,17 @@ constexpr TypeRef ref_of(TypeId id) { return {static_cast<std::uint32_t>(id)}; }
 /// BOOL, the type most asked for.
 inline constexpr TypeRef kBoolType = ref_of(TypeId::kBool);
 
-enum class TypeKind : std::uint8_t { kElementary, kString, kArray, kStruct, kEnum, kSubrange, kBlock, kPou, kReference };
+enum class TypeKind : std::uint8_t {
+  kElementary,
+  kString,
+  kArray,
+  kStruct,
+  kEnum,
+  kSubrange,
+  kBlock,
+  kPou,
+  kReference
+};
 
 struct TypeField {
   std::string name;
@@ -56,7 +67,8 @@ struct Type {
   std::int64_t initial = 0;           ///< kEnum, kSubrange: initial value
   const stdlib::BlockSpec* block = nullptr;  ///< kBlock: standard function block
   std::uint32_t pou = 0;                     ///< kPou: index of the program or function block in Module::pous
-  /// kStruct without fields that stands for a type the project does not bring (--stub-missing). Values of it do nothing.
+  /// kStruct without fields that stands for a type the project does not bring (--stub-missing). Values of it do
+  /// nothing.
   bool stub = false;
   SourceRef at;
 };
@@ -87,6 +99,10 @@ class TypeTable {
   /// Name for messages: "DINT", "STRING[20]", "ARRAY [1..3] OF REAL", "TON".
   [[nodiscard]] std::string name_of(TypeRef ref) const;
   [[nodiscard]] bool is_elementary(TypeRef ref) const { return types_[ref.index].kind == TypeKind::kElementary; }
+  /// The field of a structure or the value of an enumeration with this name: its position in Type::fields or members.
+  [[nodiscard]] std::optional<std::uint32_t> position_of(TypeRef ref, std::string_view name) const;
+  /// True when a function block instance, standard or not, is part of a value of this type.
+  [[nodiscard]] bool holds_instance(TypeRef ref) const;
   /// Machine representation of a scalar (elementary, enum, subrange, string, reference); nothing for aggregates.
   [[nodiscard]] std::optional<Rep> rep_of(TypeRef ref) const;
   /// The elementary type an operand of this type counts as in a call: itself, an enumeration's or subrange's base,
@@ -97,6 +113,8 @@ class TypeTable {
   TypeRef add(Type type);
   TypeRef intern(const std::string& key, Type type);
   std::vector<Type> types_;
+  using Positions = std::unordered_map<std::string, std::uint32_t, core::NameHash, core::NameEqual>;
+  mutable std::unordered_map<std::uint32_t, Positions> positions_;  ///< of types with many names, when first asked for
   std::vector<TypeRef> enumerations_;
   std::unordered_map<std::string, TypeRef> interned_;  ///< anonymous types by structure, blocks and POUs by identity
   std::unordered_map<std::string, TypeRef, core::NameHash, core::NameEqual> by_name_;

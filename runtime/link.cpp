@@ -132,14 +132,12 @@ class Linker {
   /// Types that are equal have one number in handles.
   std::uint32_t canonical(std::uint32_t type) {
     if (const auto known = canonical_.find(type); known != canonical_.end()) return known->second;
+    // The same in every task of the image: handles go from one to the other.
     std::uint32_t first = type;
-    for (const std::uint32_t representative : representatives_) {
-      if (bytecode::same_type(image_, representative, type)) {
-        first = representative;
-        break;
-      }
+    const TypeKind kind = image_.types[type].kind;
+    for (std::uint32_t t = 0; kind != TypeKind::kStruct && t < type && first == type; ++t) {
+      if (image_.types[t].kind == kind && bytecode::same_type(image_, t, type)) first = t;
     }
-    if (first == type) representatives_.push_back(type);
     canonical_.emplace(type, first);
     return first;
   }
@@ -545,7 +543,6 @@ class Linker {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> call_patches_;
   std::map<std::uint32_t, std::uint32_t> canonical_;
   std::map<std::uint32_t, const std::byte*> zeros_;
-  std::vector<std::uint32_t> representatives_;
   std::optional<core::Problem> problem_;
   std::uint32_t pou_ = 0;
   LinkedCode result_;

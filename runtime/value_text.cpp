@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/text.h"
+#include "core/utf8.h"
 #include "runtime/operations.h"
 #include "stdlib/arithmetic.h"
 
@@ -262,15 +263,30 @@ std::optional<std::u16string> parse_characters(std::string_view text, unsigned w
   const bool quoted = text.size() >= 2 && text.front() == quote && text.back() == quote;
   std::u16string characters;
   const auto add = [&characters](unsigned c) { characters += static_cast<char16_t>(c); };
+  // A STRING has the characters of ISO 8859-1, a WSTRING units of UTF-16.
+  const auto add_plain = [&](std::size_t& i) {
+    const char32_t point = core::decode_utf8(text, i);
+    if (point > (width == 1 ? 0xffu : 0x10ffffu)) return false;
+    if (point > 0xffff) {
+      add(0xd800u + ((static_cast<unsigned>(point) - 0x10000u) >> 10));
+      add(0xdc00u + ((static_cast<unsigned>(point) - 0x10000u) & 0x3ffu));
+    } else {
+      add(static_cast<unsigned>(point));
+    }
+    return true;
+  };
   if (!quoted) {
-    for (const char c : text) add(static_cast<unsigned char>(c));
+    for (std::size_t i = 0; i < text.size();) {
+      if (!add_plain(i)) return std::nullopt;
+    }
     return characters;
   }
   text = text.substr(1, text.size() - 2);
   for (std::size_t i = 0; i < text.size(); ++i) {
     if (text[i] == quote) return std::nullopt;
     if (text[i] != '$') {
-      add(static_cast<unsigned char>(text[i]));
+      if (!add_plain(i)) return std::nullopt;
+      --i;
       continue;
     }
     if (++i == text.size()) return std::nullopt;

@@ -7,6 +7,8 @@
 #include <limits>
 #include <utility>
 
+#include "bytecode/type_map.h"
+
 namespace plc::bytecode {
 namespace {
 
@@ -84,6 +86,8 @@ ImageType StructBuilder::finish(std::string name) {
 
 std::uint32_t Layout::add(ImageType type) {
   image_.types.push_back(std::move(type));
+  while (parts_.size() < image_.types.size()) parts_.push_back(parts_of(image_.types[parts_.size()], parts_));
+  too_large_ = too_large_ || parts_.back() > kMaxTableBytes;
   return static_cast<std::uint32_t>(image_.types.size() - 1);
 }
 
@@ -281,7 +285,7 @@ std::uint32_t Layout::make_instance(std::uint32_t index) {
       f.type = type(v.type);
       f.role = role_of(v.role);
       f.retain = (v.retain || v.persistent) && !located;
-      f.constant = v.constant;
+      f.constant = v.constant && v.references.empty();  // a reference is made when the POU first runs
       layout.field[i] = builder.add(image_, std::move(f));
       layout.offset[i] = builder.offset(layout.field[i]);
     }

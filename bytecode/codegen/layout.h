@@ -102,6 +102,7 @@ class Layout {
 
   const ir::Module& module_;
   Image& image_;
+  std::vector<std::uint64_t> parts_;  ///< by image type: parts_of()
   std::vector<std::uint32_t> by_ref_;
   std::vector<std::vector<std::uint32_t>> block_fields_;  ///< by TypeRef: image field of each port (blocks only)
   struct Pending {

@@ -15,7 +15,8 @@ namespace plc::bytecode {
 GlobalPlan plan_globals(const ir::Module& module) {
   GlobalPlan plan;
   const std::size_t globals = module.globals.size();
-  for (const ir::Task& task : module.tasks) plan.use.push_back(ir::global_use(module, task));
+  const ir::SharedReferences shared = ir::shared_references(module);
+  for (const ir::Task& task : module.tasks) plan.use.push_back(ir::global_use(module, task, shared));
 
   // Two bit sets a global, most significant: how many write it, so that the ranges of single writers lie together.
   std::vector<std::tuple<std::uint32_t, std::string, std::string>> key(globals);
@@ -144,15 +145,15 @@ class TaskGenerator {
   /// The same for located variables of instances that are globals.
   void connect_globals(CodeWriter& writer, bool outputs) {
     for (const ir::LocatedInGlobal& located : shared_.module.located) {
-      if (!use_.read[located.root] && !use_.written[located.root]) continue;
+      if (!use_.written[located.root] && (outputs || !use_.read[located.root])) continue;
       const ir::TypeRef type = shared_.module.globals[located.root].variable.type;
       copy_located(writer, located.part, type, shared_.global_offset[located.root], outputs, Space::kGlobal);
     }
   }
 
   /// `whole` of type `type` holds the part.
-  void copy_located(CodeWriter& writer, const ir::LocatedPart& part, ir::TypeRef type, std::uint32_t whole, bool outputs,
-                    Space space = Space::kInstance) {
+  void copy_located(CodeWriter& writer, const ir::LocatedPart& part, ir::TypeRef type, std::uint32_t whole,
+                    bool outputs, Space space = Space::kInstance) {
     if (outputs && !part.output) return;
     const std::uint32_t own = operand_word(space, whole + shared_.layout.offset_of(type, part.path));
     const std::uint32_t other = operand_word(Space::kGlobal, shared_.global_offset[part.global]);

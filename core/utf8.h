@@ -1,0 +1,12 @@
+// Characters of UTF-8 text.
+#pragma once
+
+#include <cstddef>
+#include <string_view>
+
+namespace plc::core {
+
+/// The character that begins at byte `i`, which moves behind it. A byte that begins none counts as its own value.
+char32_t decode_utf8(std::string_view text, std::size_t& i);
+
+}  // namespace plc::core
