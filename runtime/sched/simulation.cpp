@@ -16,13 +16,15 @@ Simulation::Simulation(Resource& resource, SimulationOptions options)
 
 std::optional<core::TimeNs> Simulation::next_instant_ns() const {
   if (stopped_) return std::nullopt;
-  std::optional<core::TimeNs> next;
+  // When all cyclic tasks have halted, time goes on as they would.
+  std::optional<core::TimeNs> next, halted;
   for (const SimulatedTask& task : tasks_) {
-    if (task.trigger || task.halted) continue;
-    if (!next || task.grid.next_ns() < *next) next = task.grid.next_ns();
+    if (task.trigger) continue;
+    std::optional<core::TimeNs>& earliest = task.halted ? halted : next;
+    if (!earliest || task.grid.next_ns() < *earliest) earliest = task.grid.next_ns();
   }
-  if (next) return next;
-  // Only event tasks, or only halted ones: time still goes on, so that stimuli and triggers are looked at.
+  if (next || halted) return next ? next : halted;
+  // Only event tasks: time still goes on, so that stimuli and triggers are looked at.
   return cycle_ == 0 ? 0 : clock_.now_ns() + kFreewheelNs;
 }
 
@@ -65,8 +67,8 @@ bool Simulation::step() {
   ran_.clear();
   for (const Hook& hook : before_) hook({cycle_, clock_.now_ns(), {}});
   for (SimulatedTask& task : tasks_) {
-    if (task.trigger || task.halted || task.grid.next_ns() > clock_.now_ns()) continue;
-    task.due = true;
+    if (task.trigger || task.grid.next_ns() > clock_.now_ns()) continue;
+    task.due = !task.halted;
     task.grid.advance(clock_.now_ns());
   }
   look_at_triggers();

@@ -111,6 +111,28 @@ TEST(StructuredText, AnEndlessLoopStopsItsTaskAtItsLineAndTheOtherGoesOn) {
 }
 
 // Table 53 of the third edition: the body sees the edge, once, also when the input is not given again.
+TEST(StructuredText, AfterTheOnlyTaskFaultedRunsEndAndTimeGoesOnAsItWould) {
+  const ScratchFolder scratch;
+  const std::string file = scratch.file("only.st");
+  std::ofstream(file) << R"(PROGRAM Main
+VAR n : INT; END_VAR
+n := n + 1;
+WHILE n = 3 DO ; END_WHILE;
+END_PROGRAM
+CONFIGURATION C
+  TASK T(INTERVAL := T#50ms, PRIORITY := 1);
+  PROGRAM main WITH T : Main;
+END_CONFIGURATION
+)";
+  const auto sim = run_tool({PLC_TOOL, "sim", file, "--loop-budget", "100", "--cycles", "5", "--watch", "main.n"});
+  EXPECT_EQ(sim.code, 1) << sim.all();
+  EXPECT_EQ(sim.out, "cycle,time_ms,main.n\n0,0,1\n1,50,2\n2,100,3\n3,150,3\n4,200,3\n") << sim.all();
+  // Without its task the run has nothing left to count.
+  const auto run = run_tool({PLC_RUN_TOOL, file, "--loop-budget", "100", "--cycles", "1000000", "--modbus", "off"});
+  EXPECT_EQ(run.code, 1) << run.all();
+  EXPECT_NE(run.err.find("fault R1001"), std::string::npos) << run.err;
+}
+
 TEST(StructuredText, EdgeInputsAreTrueForOneCall) {
   const ScratchFolder scratch;
   write_text(scratch.file("edges.st"), R"(FUNCTION_BLOCK Count

@@ -10,7 +10,7 @@
 
 namespace plc::tools {
 
-/// Asks the scheduler to stop after the task's N-th scan.
+/// Asks the scheduler to stop after the task's N-th scan, or when the task faults for good.
 class CycleLimit final : public runtime::CycleListener {
  public:
   CycleLimit(runtime::RealtimeScheduler& scheduler, std::uint32_t task, std::uint64_t cycles)
@@ -20,6 +20,10 @@ class CycleLimit final : public runtime::CycleListener {
     if (context.task == task_ && context.cycle + 1 >= cycles_) scheduler_.request_stop();
   }
   void safe_state() noexcept override {}
+  /// The scans that are missing will not come.
+  void task_stopped(std::uint32_t task) noexcept override {
+    if (task == task_) scheduler_.request_stop();
+  }
 
  private:
   runtime::RealtimeScheduler& scheduler_;
