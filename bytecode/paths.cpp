@@ -64,7 +64,9 @@ std::optional<NamedPlace> find_global(const Image& image, std::string_view path)
   for (std::size_t i = 0; i < globals.fields.size() && i < image.globals.size(); ++i) {
     const ImageField& field = globals.fields[i];
     // Addresses, and names of located variables, hold dots themselves.
-    if (core::iequals(field.name, path) || (!path.empty() && core::iequals(image.globals[i].address, path))) {
+    const std::string& address = image.globals[i].address;
+    const bool at_address = !address.empty() && !address.ends_with('*') && core::iequals(address, path);
+    if (core::iequals(field.name, path) || at_address) {
       return NamedPlace{field.offset, field.type};
     }
   }

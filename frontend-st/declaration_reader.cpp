@@ -168,7 +168,8 @@ bool DeclarationReader::fail(Code code, const Token& token, std::string message,
 }
 
 bool DeclarationReader::fail_expected(std::string_view wanted) {
-  return fail(Code::P4040, token_, shown(token_) + " where " + std::string(wanted) + " is expected");
+  return fail(Code::P4040, token_, shown(token_) + " where " + std::string(wanted) + " is expected",
+              stray_character(text_of(token_)) != 0 ? kStrayHelp : "");
 }
 
 bool DeclarationReader::fail_unclosed(std::string_view what, const Token& opener, std::string_view end) {
@@ -279,6 +280,10 @@ void DeclarationReader::keep_pragmas() {
   for (const Token& pragma : pragmas_) {
     const SourceRef at = place(pragma.begin);
     count("pragma", plcopen::Fate::kPreserved, at, "kept as text");
+    if (!in_body_ && is_conditional_pragma(text_of(pragma))) {
+      fail(Code::P4043, pragma, "pragmas do not choose what is compiled: both branches would be declared",
+           "keep the branch that is meant");
+    }
     project_.pragmas.push_back({std::string(text_of(pragma)), at});
   }
   pragmas_.clear();

@@ -178,6 +178,7 @@ class DeclarationReader {
   plcopen::Project& project_;
   core::Diagnostics& diagnostics_;
   Lexer lexer_;
+  bool in_body_ = false;        ///< whose parser looks at its pragmas itself
   std::vector<Token> pragmas_;  ///< passed over and not yet kept
   Token token_;                 ///< the current one
   std::array<Token, 4> ahead_;  ///< those behind it

@@ -189,8 +189,12 @@ std::optional<std::string> Declarer::resolve_trigger(std::string_view name) {
       if (!core::iequals(one.name, instance_name)) continue;
       // Only what lies in the global table can release a task: a variable at an address.
       const ir::Variable* variable = module_.pous[one.pou].find(variable_name);
-      if (variable == nullptr || variable->type != ir::kBoolType || variable->address.empty()) return std::nullopt;
-      if (variable->role == ir::Role::kExternal) return variable->address;
+      if (variable == nullptr || variable->type != ir::kBoolType) return std::nullopt;
+      if (variable->role == ir::Role::kExternal) {
+        const ir::Global& global = module_.globals[variable->global];
+        if (!variable->address.empty()) return variable->address;
+        return global.list.empty() ? global.variable.name : global.list + "." + global.variable.name;
+      }
       const std::string path = one.name + "." + variable->name;
       for (const ir::LocatedPart& part : one.located) {
         if (core::iequals(part.name, path)) return module_.globals[part.global].variable.name;

@@ -191,7 +191,10 @@ void Declarer::configure_variable(const plcopen::Variable& entry) {
   if (entry.type.kind != plcopen::TypeSpec::Kind::kMissing) {
     const auto declared = resolve(entry.type, {{}, entry.name, entry.at});
     if (!declared) return;
-    if (*declared != type) {
+    // Anonymous ranges and enumerations are equal to nothing but themselves.
+    const bool anonymous = entry.type.kind != plcopen::TypeSpec::Kind::kNamed &&
+                           types().elementary_of(*declared) == types().elementary_of(type);
+    if (*declared != type && !anonymous) {
       refuse("it has type " + types().name_of(*declared) + " here, and " + types().name_of(type) + " in its POU",
              "give it the type that it has in its POU");
       return;

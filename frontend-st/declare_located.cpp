@@ -18,6 +18,9 @@ namespace {
 /// An image's types nest at most 64 deep; tasks and the global table add their own.
 constexpr std::uint32_t kMaxInstanceNesting = 60;
 
+/// Each takes a global of its own.
+constexpr std::size_t kMaxLocated = 100'000;
+
 std::string quoted(std::string_view text) { return '"' + std::string(text) + '"'; }
 
 /// Whether `v` is a variable that its instance itself holds.
@@ -89,7 +92,7 @@ bool Declarer::holds_located(TypeRef type) {
 
 void Declarer::locate_parts(const InstanceRoot& root, TypeRef type, const std::string& name,
                             std::vector<std::uint32_t>& path, std::vector<ir::LocatedPart>& out) {
-  if (!holds_located(type)) return;
+  if (!holds_located(type) || out.size() > kMaxLocated) return;
   const ir::Type t = types()[type];
   const auto descend = [&](std::uint32_t step, TypeRef part, const std::string& part_name) {
     path.push_back(step);
@@ -97,7 +100,8 @@ void Declarer::locate_parts(const InstanceRoot& root, TypeRef type, const std::s
     path.pop_back();
   };
   if (t.kind == TypeKind::kArray) {
-    for (std::int64_t i = t.lower; i <= t.upper && i - t.lower <= std::numeric_limits<std::uint32_t>::max(); ++i) {
+    for (std::int64_t i = t.lower;
+         i <= t.upper && out.size() <= kMaxLocated && i - t.lower <= std::numeric_limits<std::uint32_t>::max(); ++i) {
       descend(static_cast<std::uint32_t>(i - t.lower), t.element, name + "[" + std::to_string(i) + "]");
     }
   }
@@ -111,6 +115,15 @@ void Declarer::locate_parts(const InstanceRoot& root, TypeRef type, const std::s
     if (v.address.empty()) {
       descend(i, v.type, name + "." + v.name);
       continue;
+    }
+    if (out.size() == kMaxLocated) {
+      report(Code::P4017, v.at, {},
+             "more than " + std::to_string(kMaxLocated) + " variables at %I*, %Q* and %M* in one instance",
+             "use arrays");
+    }
+    if (out.size() >= kMaxLocated) {
+      out.push_back({});
+      return;
     }
     path.push_back(i);
     out.push_back(locate(root, v, name + "." + v.name, path));
@@ -167,7 +180,7 @@ bool Declarer::check_nesting() {
       if (lies_in_instance(v)) parts.push_back(v.type);
     }
   };
-  bool fine = true;
+  bool fine = true, reported = false;
   std::vector<TypeRef> open;
   for (const ir::Pou& pou : module_.pous) {
     if (!pou.instance_type.valid()) continue;
@@ -199,13 +212,15 @@ bool Declarer::check_nesting() {
       own = deepest + 1;
       open.pop_back();
       const ir::Type& t = types()[type];
-      if (own != kMaxInstanceNesting + 1 || t.kind != TypeKind::kPou) continue;
+      if (own <= kMaxInstanceNesting) continue;
+      fine = false;
+      if (t.kind != TypeKind::kPou || reported) continue;
+      reported = true;
       const ir::Pou& deep = module_.pous[t.pou];
       report(Code::P4017, deep.at, deep.name,
              "instances in " + quoted(deep.name) + " are nested more than " + std::to_string(kMaxInstanceNesting) +
                  " levels deep",
              "pass some of them as VAR_IN_OUT");
-      fine = false;
     }
   }
   return fine;

@@ -241,6 +241,8 @@ void Declarer::declare_interface(std::uint32_t index) {
       result.at = from.at;
       pou.by_name.emplace(result.name, 0u);
       pou.variables.push_back(std::move(result));
+    } else {
+      module_.pous[index].refused.insert(from.name);
     }
   }
   for (const plcopen::Variable& v : from.variables) {

@@ -98,6 +98,8 @@ class Declarer final : public ConstantScope {
                        Items& out, const Owner& owner);
   bool add_struct_items(const plcopen::InitialValue& value, ir::TypeRef type, std::vector<std::uint32_t>& path,
                         Items& out, const Owner& owner);
+  std::optional<ConstantValue> constant_value(const plcopen::Variable* variable, bool is_local);
+  std::optional<core::TypeId> number_behind(const plcopen::TypeSpec& spec, std::uint32_t depth);
   Items initial_of(const plcopen::Variable& variable, ir::TypeRef type, const Owner& owner);
   void initialize_all();
 
@@ -160,8 +162,9 @@ class Declarer final : public ConstantScope {
   std::vector<std::uint32_t> resolving_;  ///< user types in progress, outermost first
   std::uint32_t pointers_ = 0;
   std::uint32_t nesting_ = 0;
-  std::uint32_t chain_ = 0;           ///< constants that are being computed because another one needs them
-  std::vector<std::uint32_t> depth_;  ///< levels of arrays and structures, by type
+  std::uint32_t chain_ = 0;  ///< constants that are being computed because another one needs them
+  std::pair<const plcopen::Variable*, bool> too_deep_{};  ///< where a chain was given up, and whether that is local
+  std::vector<std::uint32_t> depth_;                      ///< levels of arrays and structures, by type
   std::uint32_t anonymous_count_ = 0;
   NameMap<std::int64_t> earlier_values_;  ///< values of the enumeration being declared
 

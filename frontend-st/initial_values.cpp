@@ -108,7 +108,15 @@ Declarer::Items Declarer::spec_defaults(const TypeSpec& spec, TypeRef type, cons
       for (const plcopen::Variable& member : spec.members) {
         if (index >= fields.size() || !core::iequals(fields[index].name, member.name)) continue;
         const std::string name = std::string(owner.name) + "." + member.name;
-        for (ir::InitItem& item : initial_of(member, fields[index].type, {owner.pou, name, place(member.at, owner)})) {
+        Items inner = initial_of(member, fields[index].type, {owner.pou, name, place(member.at, owner)});
+        if (inner.size() + out.size() > kMaxItems) {
+          report(Code::P4020, place(member.at, owner), owner.pou,
+                 "structure " + quoted(owner.name) + " would need more than " + std::to_string(kMaxItems) +
+                     " initial values",
+                 "initialise it in a first cycle instead of in its type");
+          return {};
+        }
+        for (ir::InitItem& item : inner) {
           item.path.insert(item.path.begin(), index);
           out.push_back(std::move(item));
         }
@@ -324,33 +332,70 @@ std::optional<ConstantValue> Declarer::constant_named(std::string_view name) {
     variable = global->second;
   }
   if (variable == nullptr || variable->initial.kind != InitialValue::Kind::kSimple) return std::nullopt;
+  const bool is_local = local != local_constants_.end();
+  if (chain_ != 0) return constant_value(variable, is_local);
+  // What lies too deep for the stack is computed first, and the rest begun anew.
+  std::vector<std::pair<const plcopen::Variable*, bool>> open = {{variable, is_local}};
+  std::optional<ConstantValue> value;
+  while (!open.empty()) {
+    too_deep_ = {};
+    value = constant_value(open.back().first, open.back().second);
+    if (too_deep_.first != nullptr) {
+      open.push_back(too_deep_);
+    } else {
+      open.pop_back();
+    }
+  }
+  return value;
+}
+
+std::optional<ConstantValue> Declarer::constant_value(const plcopen::Variable* variable, bool is_local) {
   const auto [entry, fresh] = constant_values_.try_emplace(variable, std::nullopt);
   // A constant that needs itself finds no value here; its own errors are reported where it is declared.
   if (!fresh) return entry->second;
-  // A chain of constants is followed only so far: each takes its part of the stack.
   constexpr std::uint32_t kMaxChain = 256;
-  if (chain_ == kMaxChain) return std::nullopt;
+  if (chain_ == kMaxChain) {
+    constant_values_.erase(variable);
+    too_deep_ = {variable, is_local};
+    return std::nullopt;
+  }
   ++chain_;
   // A global constant knows nothing of the POU that asks for it.
-  const bool is_local = local != local_constants_.end();
   NameMap<const plcopen::Variable*> hidden;
   if (!is_local) std::swap(hidden, local_constants_);
   core::Diagnostics quiet;
   auto value = evaluate_constant(variable->initial.text, variable->initial.at, types(), *this, quiet, {});
-  if (value && variable->type.kind == plcopen::TypeSpec::Kind::kNamed) {
-    const auto type = types().find(variable->type.name);
-    const auto id = type ? types().elementary_of(*type) : std::nullopt;
-    const bool number =
-        id && *id != core::TypeId::kBool && core::in_category(*id, core::kAnyInt | core::kAnyBit | core::kAnyReal);
-    if (number && types()[*type].kind != TypeKind::kEnum) value = constant_of_type(*value, *id);
-  }
   if (!is_local) std::swap(hidden, local_constants_);
   --chain_;
+  if (too_deep_.first != nullptr) {
+    constant_values_.erase(variable);
+    return std::nullopt;
+  }
+  const auto id = number_behind(variable->type, 0);
+  if (value && id) value = constant_of_type(*value, *id);
   constant_values_[variable] = value;
   return value;
 }
 
+// The number type that a declaration comes down to. Types need not be resolved yet.
+std::optional<core::TypeId> Declarer::number_behind(const plcopen::TypeSpec& spec, std::uint32_t depth) {
+  constexpr std::uint32_t kMaxAliases = 64;
+  if (depth == kMaxAliases) return std::nullopt;
+  if (spec.kind == plcopen::TypeSpec::Kind::kSubrange && spec.base) return number_behind(*spec.base, depth + 1);
+  if (spec.kind != plcopen::TypeSpec::Kind::kNamed) return std::nullopt;
+  if (const auto id = core::type_named(core::trimmed(spec.name))) {
+    const bool number =
+        *id != core::TypeId::kBool && core::in_category(*id, core::kAnyInt | core::kAnyBit | core::kAnyReal);
+    return number ? id : std::nullopt;
+  }
+  const auto user = user_type_by_name_.find(core::trimmed(spec.name));
+  if (user == user_type_by_name_.end()) return std::nullopt;
+  return number_behind(user_types_[user->second].declaration->type, depth + 1);
+}
+
 void Declarer::initialize_all() {
+  constexpr std::size_t kMaxTotalItems = 8 * kMaxItems;
+  std::size_t total = 0;
   std::uint32_t pou = kNoPou;
   for (std::uint32_t i = 0; i < user_types_.size(); ++i) defaults_of(i);
   for (const Pending& pending : pending_) {
@@ -386,6 +431,13 @@ void Declarer::initialize_all() {
     Items items =
         initial_of(*pending.declaration, first.type, {pou_name, pending.declaration->name, pending.declaration->at});
     references_ = nullptr;
+    total += items.size();
+    if (total > kMaxTotalItems) {
+      report(Code::P4020, pending.declaration->at, pou_name,
+             "the project sets more than " + std::to_string(kMaxTotalItems) + " initial values",
+             "initialise large arrays in a first cycle");
+      break;
+    }
     target().initial = std::move(items);
     target().references = std::move(references);
   }

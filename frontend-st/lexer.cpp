@@ -8,8 +8,8 @@ namespace plc::st {
 
 bool is_identifier(std::string_view text) {
   if (text.empty() || !is_identifier_start(text[0])) return false;
-  for (char c : text) {
-    if (!is_identifier_char(c)) return false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (!is_identifier_char(text[i]) || stray_character(text.substr(i)) != 0) return false;
   }
   return true;
 }
@@ -22,6 +22,13 @@ std::size_t stray_character(std::string_view text) {
                      point == 0x2060 || point == 0x3000 || point == 0xfeff;
   const bool mark = (point >= 0x2010 && point <= 0x2027) || point == 0xab || point == 0xbb || point == 0x2212;
   return blank || mark ? end : 0;
+}
+
+bool is_conditional_pragma(std::string_view pragma) {
+  if (pragma.size() < 2) return false;
+  std::string_view word = core::trimmed(pragma.substr(1, pragma.size() - 2));
+  word = word.substr(0, word.find_first_of(" \t\r\n("));
+  return core::iequals(word, "IF");
 }
 
 std::string shown_token(std::string_view text) {

@@ -88,8 +88,11 @@ constexpr bool is_identifier_char(char c) { return is_identifier_start(c) || is_
 /// Bytes of the blank, quote or dash in front of `text` that word processors put where ASCII is meant; 0 for anything
 /// else. Such a character is no part of a name.
 std::size_t stray_character(std::string_view text);
+inline constexpr const char* kStrayHelp = "write blanks, quotes and signs as they are on the keyboard";
 /// A token for messages: in quotes, and with its code point when it is such a character.
 std::string shown_token(std::string_view text);
+/// "{IF defined(..)}", which would choose what is compiled.
+bool is_conditional_pragma(std::string_view pragma);
 /// True when all of `text` is one identifier.
 bool is_identifier(std::string_view text);
 

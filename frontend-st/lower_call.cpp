@@ -81,13 +81,14 @@ Lowering::Arguments Lowering::bind_arguments(NodeId call, const std::vector<Para
       // "Start = Start" for "Start := Start" would give its truth value to the first parameter.
       const Node& written = node(argument.a);
       const bool equals = written.kind == NodeKind::kBinary && written.op == Operator::kEqual &&
-                          node(written.a).kind == NodeKind::kName;
+                          node(written.a).kind == NodeKind::kName && !text(argument.a).starts_with('(');
       if (equals && (is_block || some_named) &&
           std::any_of(parameters.begin(), parameters.end(),
                       [&](const Parameter& p) { return core::iequals(p.name, name_text(written.a)); })) {
         const std::string parameter(name_text(written.a));
         refuse(id, quoted(text(argument.a)) + " compares, and is no argument for " + quoted(parameter),
                "write " + parameter + " := ..; put a comparison that is meant in parentheses");
+        ++position;
         continue;
       }
       if (named_seen) {

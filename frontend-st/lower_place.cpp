@@ -60,8 +60,11 @@ void Lowering::report_unknown_name(NodeId id) {
     return;
   }
   Guess guess(name);
-  for (const ir::Variable& variable : builder_.pou().variables) guess.offer(variable.name);
-  for (const ir::Global& global : module.globals) guess.offer(global.variable.name);
+  // Nobody reads what comes behind the thousandth error.
+  if (builder_.diagnostics().error_count() < core::Diagnostics::kMaxKept) {
+    for (const ir::Variable& variable : builder_.pou().variables) guess.offer(variable.name);
+    for (const ir::Global& global : module.globals) guess.offer(global.variable.name);
+  }
   if (const auto type = types().find(name)) {
     report(Code::P4004, at(id), quoted(name) + " is a type, not a variable",
            "declare a variable of this type and name it here");

@@ -114,7 +114,7 @@ NodeId Parser::fail_unexpected(std::string_view wanted) {
       break;
   }
   return fail(Code::P4001, token_, "found " + shown_token(found) + " where " + std::string(wanted) + " should stand",
-              stray_character(found) != 0 ? "write blanks, quotes and signs as they are on the keyboard" : "");
+              stray_character(found) != 0 ? kStrayHelp : "");
 }
 
 bool Parser::enter() {

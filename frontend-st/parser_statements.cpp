@@ -49,9 +49,7 @@ void Parser::refuse_conditional_pragmas() {
   std::set<std::uint32_t> seen;
   for (const Token& pragma : pragmas_) {
     if (!seen.insert(pragma.begin).second) continue;
-    std::string_view inner = core::trimmed(text_of(pragma).substr(1, pragma.end - pragma.begin - 2));
-    inner = inner.substr(0, inner.find_first_of(" \t\r\n("));
-    if (!core::iequals(inner, "IF")) continue;
+    if (!is_conditional_pragma(text_of(pragma))) continue;
     in_error_ = false;
     fail(Code::P4013, pragma, "pragmas do not choose what is compiled: both branches would run",
          "keep the branch that is meant");
@@ -88,9 +86,11 @@ NodeId Parser::parse_statements() {
 bool Parser::at_case_label() {
   switch (token_.kind) {
     case TokenKind::kInteger:
+    case TokenKind::kReal:
     case TokenKind::kTyped:
     case TokenKind::kEnumValue:
     case TokenKind::kString:
+    case TokenKind::kWstring:
     case TokenKind::kMinus:
     case TokenKind::kPlus:
     case TokenKind::kLeftParen:
@@ -148,7 +148,8 @@ NodeId Parser::statement_list() {
     // The last statement of a text may stand without its semicolon: EXECUTE boxes are often one assignment.
     if (token_.kind == TokenKind::kEnd) break;
     in_error_ = false;
-    fail(Code::P4013, token_, "\";\" is missing before " + shown_token(text_of(token_)));
+    fail(Code::P4013, token_, "\";\" is missing before " + shown_token(text_of(token_)),
+         stray_character(text_of(token_)) != 0 ? kStrayHelp : "");
     const bool begins_statement =
         token_.kind == TokenKind::kIdentifier && (keyword_ == Keyword::kNone || opens(keyword_));
     if (!at_list_end() && !begins_statement) skip_statement();

@@ -140,6 +140,7 @@ void DeclarationReader::body(plcopen::Pou& out, const Token& opener, Word opener
   plcopen::Body& body = out.bodies.emplace_back();
   const std::uint32_t begin = token_.begin;
   std::uint32_t text_end = begin;
+  in_body_ = true;
   body.language = language();
   body.at = body.text_at = place(begin, core::ElementKind::kText);
   std::vector<std::pair<std::uint32_t, std::uint32_t>> blanks;
@@ -185,6 +186,7 @@ void DeclarationReader::body(plcopen::Pou& out, const Token& opener, Word opener
     blanks.emplace_back(here, last_end_);
     text_end = last_end_;
   }
+  in_body_ = false;
   body.text = source_.slice(begin, text_end);
   if (body.text.empty()) body.language = Language::kNone;
   for (const auto& [first, last] : blanks) blank(body.text, first - begin, last - begin);

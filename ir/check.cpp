@@ -164,7 +164,10 @@ bool check(const Module& module, core::Diagnostics& diagnostics) {
     if (self_contained[pou]) std::erase_if(next, [&](std::uint32_t to) { return self_contained[to]; });
     return next;
   });
-  for (const Pou& pou : module.pous) check_labels(pou, diagnostics);
+  // A body with errors was given up somewhere.
+  if (!diagnostics.has_errors()) {
+    for (const Pou& pou : module.pous) check_labels(pou, diagnostics);
+  }
   if (diagnostics.error_count() == before) check_writers(module, diagnostics);
   return diagnostics.error_count() == before;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <set>
+#include <tuple>
 #include <utility>
 
 namespace plc::ir {
@@ -120,6 +121,27 @@ bool is_in_out(const Pou& pou, const Place& place) {
   return variable && pou.variables[from.index].role == Role::kInOut;
 }
 
+/// By value: whether it is a handle for a VAR_IN_OUT that ends with the call. Those of instances that other tasks may
+/// see stay.
+std::vector<bool> passing_handles(const Module& module, const Pou& pou) {
+  const Body& body = pou.body;
+  std::vector<bool> found(body.insts.size());
+  for (const CallArg& arg : body.call_args) {
+    if (arg.kind == CallArg::Kind::kInOut) found[arg.value.index] = true;
+  }
+  for (const Inst& inst : body.insts) {
+    if (inst.op != Op::kStore) continue;
+    const Place& place = body.places[inst.a];
+    if (place.kind != Place::Kind::kField) continue;
+    const Type& owner = module.types[body.places[place.parent.index].type];
+    const Place& root = root_of(body, PlaceId{inst.a});
+    const bool own = root.kind == Place::Kind::kInstance || root.kind == Place::Kind::kFrame;
+    if (own && owner.kind == TypeKind::kPou && module.pous[owner.pou].variables[place.index].role == Role::kInOut)
+      found[inst.b] = true;
+  }
+  return found;
+}
+
 /// Adds the globals that the body of `pou` reads and writes, by name or through a reference.
 void add_global_use(const Module& module, const Pou& pou, const SharedReferences& shared, GlobalUse& use,
                     GlobalUse& through) {
@@ -153,30 +175,39 @@ SharedReferences shared_references(const Module& module) {
   for (const Global& global : module.globals) add_targets(module, global.variable.type, seen, targets);
   if (std::find(targets.begin(), targets.end(), true) == targets.end()) return shared;
 
-  // By type: the globals that some handle of this type refers to, or to a part of. A part of what a handle refers to
-  // has all globals of that handle.
-  std::vector<std::set<std::uint32_t>> reached(module.types.size());
-  std::set<std::pair<std::uint32_t, std::uint32_t>> parts;  // type of the whole, type of the part
+  // By type: the globals that references of this type refer to, or to a part of; the same for in-outs, which end with
+  // their call. A handle that is made from another one has all globals of that.
+  enum Kind : std::uint8_t { kReference, kInOut };
+  std::vector<std::set<std::uint32_t>> reached[2];
+  for (auto& of_kind : reached) of_kind.resize(module.types.size());
+  std::set<std::tuple<Kind, std::uint32_t, Kind, std::uint32_t>> derived;  // kind and type of the whole, of the part
   for (const Pou& pou : module.pous) {
-    for (const Inst& inst : pou.body.insts) {
+    const std::vector<bool> passing = passing_handles(module, pou);
+    for (std::size_t i = 0; i < pou.body.insts.size(); ++i) {
+      const Inst& inst = pou.body.insts[i];
       if (inst.op != Op::kMakeRef) continue;
       const Place& root = root_of(pou.body, PlaceId{inst.a});
+      const Kind kind = passing[i] ? kInOut : kReference;
       const std::uint32_t target = pou.body.places[inst.a].type.index;
-      if (root.kind == Place::Kind::kGlobal) reached[target].insert(root.index);
-      if (root.kind == Place::Kind::kDeref && root.type.index != target) parts.emplace(root.type.index, target);
+      if (root.kind == Place::Kind::kGlobal) reached[kind][target].insert(root.index);
+      if (root.kind != Place::Kind::kDeref) continue;
+      derived.emplace(is_in_out(pou, root) ? kInOut : kReference, root.type.index, kind, target);
     }
   }
   for (bool grows = true; grows;) {
     grows = false;
-    for (const auto& [whole, part] : parts) {
-      const std::size_t before = reached[part].size();
-      reached[part].insert(reached[whole].begin(), reached[whole].end());
-      grows = grows || reached[part].size() != before;
+    for (const auto& [from, whole, to, part] : derived) {
+      std::set<std::uint32_t>& all = reached[to][part];
+      const std::size_t before = all.size();
+      const std::set<std::uint32_t> more = reached[from][whole];
+      all.insert(more.begin(), more.end());
+      grows = grows || all.size() != before;
     }
   }
   shared.globals.resize(module.types.size());
   for (std::size_t type = 0; type < targets.size(); ++type) {
-    if (targets[type]) shared.globals[type].assign(reached[type].begin(), reached[type].end());
+    const std::set<std::uint32_t>& all = reached[kReference][type];
+    if (targets[type]) shared.globals[type].assign(all.begin(), all.end());
   }
   return shared;
 }

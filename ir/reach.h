@@ -26,8 +26,9 @@ struct GlobalUse {
 };
 /// What references that stand in globals, where every task finds them, may refer to.
 struct SharedReferences {
-  /// By type: every global of which, or of a part of which, a handle of this type is made anywhere. Empty for types to
-  /// which no global holds a reference or in-out; without any such type the list itself is empty.
+  /// By type: every global of which, or of a part of which, a reference of this type is made anywhere; handles that are
+  /// passed as VAR_IN_OUT count where a reference is made from them. Empty for types to which no global holds a
+  /// reference or in-out; without any such type the list itself is empty.
   std::vector<std::vector<std::uint32_t>> globals;
 };
 SharedReferences shared_references(const Module& module);

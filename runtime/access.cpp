@@ -218,8 +218,8 @@ class Lister {
     }
   }
 
-  /// Adds the leaves of `place`, which is called `path`. Aliases that only aliases lead to stay out: they may go round in
-  /// circles.
+  /// Adds the leaves of `place`, which is called `path`. Aliases that only aliases lead to stay out: they may go round
+  /// in circles.
   void walk(std::string& path, const Place& place, bool behind_alias) {
     if (found_.size() >= limit_) return;
     const ImageType& type = image_.types[place.type];
@@ -394,7 +394,9 @@ class Finder {
       if (!is_declared(globals()[i]) && accept_behind(globals()[i].name, i)) return true;
     }
     for (std::size_t i = 0; i < globals().size() && addresses; ++i) {
-      if (!image_.globals[i].address.empty() && accept_behind(image_.globals[i].address, i)) return true;
+      const std::string& address = image_.globals[i].address;
+      // "%I*" is no address: many variables have it.
+      if (!address.empty() && !address.ends_with('*') && accept_behind(address, i)) return true;
     }
     return false;
   }

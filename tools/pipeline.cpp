@@ -26,7 +26,6 @@ namespace {
 using core::Code;
 
 /// Larger images cannot come from a file that the reader takes.
-constexpr off_t kMaxImageBytes = off_t{512} << 20;
 
 /// True when the file can be opened for reading; reports otherwise. A pipe or a device is not opened: that may block,
 /// or never come to an end.
@@ -172,7 +171,7 @@ void load_image(const std::string& path, Compilation& compilation) {
   core::SourceRef at;
   at.file = compilation.diagnostics.add_file(path);
   struct stat status {};
-  if (::stat(path.c_str(), &status) != 0 || status.st_size > kMaxImageBytes) {
+  if (::stat(path.c_str(), &status) != 0 || status.st_size > static_cast<off_t>(kMaxImageBytes)) {
     compilation.diagnostics.report(
         Code::P6001, at, {}, fmt::format("file has {} bytes, an image at most {}", status.st_size, kMaxImageBytes));
     return;

@@ -21,6 +21,9 @@
 
 namespace plc::tools {
 
+/// Larger images are neither written nor read.
+inline constexpr std::size_t kMaxImageBytes = std::size_t{512} << 20;
+
 /// How far to go.
 enum class Goal : std::uint8_t {
   kRead,   ///< the Project only
@@ -33,7 +36,7 @@ struct Request {
   core::CompileOptions options;
   Goal goal = Goal::kCheck;
   std::vector<std::string> libraries = {};  ///< files whose data types, POUs and globals join the project
-  std::optional<ir::LintOptions> lint{};  ///< lint a project that has no errors; lints that are off stay silent
+  std::optional<ir::LintOptions> lint{};    ///< lint a project that has no errors; lints that are off stay silent
 };
 
 struct Compilation {

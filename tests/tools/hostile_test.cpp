@@ -48,8 +48,8 @@ TEST(Hostile, StructuresNestedThousandsDeepInAnyOrder) {
 TEST(Hostile, TwoMembersOfEachTypeDoNotDoubleTheWork) {
   const ScratchFolder scratch;
   std::string types;
-  for (int i = 0; i < 60; ++i) types += structure(i, member("x", i + 1) + member("y", i + 1));
-  types += "<dataType name=\"T60\"><baseType><BOOL/></baseType></dataType>";
+  for (int i = 0; i < 50; ++i) types += structure(i, member("x", i + 1) + member("y", i + 1));
+  types += "<dataType name=\"T50\"><baseType><BOOL/></baseType></dataType>";
   std::string project = with_types(types);
   project.replace(project.find("<localVars>"), 11, "<localVars>" + member("big", 0));
   const auto result = check(scratch, project);

@@ -30,10 +30,17 @@ int run(const CLI::App& app, const Compile& compile) {
              "give the image a name of its own: X.pbc");
     return kExitUsage;
   }
-  if (const auto code = open_or_explain(app, {compile.file, compile.options, Goal::kRun, compile.libraries}, compilation)) {
+  if (const auto code =
+          open_or_explain(app, {compile.file, compile.options, Goal::kRun, compile.libraries}, compilation)) {
     return *code;
   }
   const std::vector<std::byte> bytes = bytecode::save(compilation.image->image());
+  if (bytes.size() > kMaxImageBytes) {
+    complain("plc compile",
+             fmt::format("the image would have {} bytes, at most {} are loaded", bytes.size(), kMaxImageBytes),
+             "make arrays smaller");
+    return kExitErrors;
+  }
   std::string why;
   if (!write_file(compile.output, {reinterpret_cast<const char*>(bytes.data()), bytes.size()}, why)) {
     complain("plc compile", fmt::format("{} cannot be written: {}", compile.output, why));
