@@ -154,7 +154,7 @@ class BodyGenerator final : private RecordSink {
     if (pou_.kind == ir::PouKind::kFunction) return;
     for (std::uint32_t i = 0; i < pou_.variables.size(); ++i) {
       const ir::Variable& v = pou_.variables[i];
-      if (!v.in_frame || v.role == ir::Role::kExternal || types_[v.type].kind == ir::TypeKind::kReference) continue;
+      if (!v.in_frame || v.role == ir::Role::kExternal) continue;
       const std::uint32_t type = image_type(v.type);
       std::vector<std::byte> bytes(size_of(type));
       shared_.layout.initialise(v, bytes.data());
