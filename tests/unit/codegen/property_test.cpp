@@ -26,7 +26,7 @@ using test::ModuleBuilder;
 class RandomBody {
  public:
   RandomBody(ModuleBuilder& m, std::uint32_t pou, std::mt19937& random)
-      : m_(m), b_(m.body(pou)), pou_(pou), random_(random) {}
+      : b_(m.body(pou)), random_(random) {}
 
   void add_bool(ir::PlaceId p) { bool_places_.push_back(p); }
   void add_int(ir::PlaceId p) { int_places_.push_back(p); }
@@ -305,9 +305,7 @@ class RandomBody {
     }
   }
 
-  ModuleBuilder& m_;
   ir::Builder b_;
-  std::uint32_t pou_;
   std::mt19937& random_;
   std::vector<ir::PlaceId> bool_places_, int_places_, arrays_, tables_, counters_, blocks_;
   ir::TypeRef subrange_{};
