@@ -113,34 +113,23 @@ std::string make_statements(std::size_t bytes, std::uint64_t seed) {
   std::string out =
       "PROGRAM Main\nVAR\n  a, b, c : DINT;\n  r, s : REAL;\n  f : BOOL;\n  list : ARRAY[0..9] OF INT;\n"
       "  delay : TON;\nEND_VAR\n";
+  // '?' stands for a digit.
+  static constexpr std::string_view kStatements[] = {
+      "a := b * ? + c MOD 7;\n",
+      "r := s * ?.5 - r / 3.0;\n",
+      "IF a > ? AND NOT f THEN b := b + 1; END_IF;\n",
+      "list[?] := list[c MOD 10] + 1;\n",
+      "delay(IN := f, PT := T#?ms); f := delay.Q OR f;\n",
+      "c := SEL(f, a, MAX(b, ?));\n",
+      "FOR a := 0 TO ? DO c := c + a; END_FOR;\n",
+      "s := DINT_TO_REAL(a) + r;\n",
+  };
   while (out.size() < bytes) {
-    const auto n = below(random, 10);
-    switch (below(random, 8)) {
-      case 0:
-        out += fmt::format("a := b * {} + c MOD 7;\n", n);
-        break;
-      case 1:
-        out += fmt::format("r := s * {}.5 - r / 3.0;\n", n);
-        break;
-      case 2:
-        out += fmt::format("IF a > {} AND NOT f THEN b := b + 1; END_IF;\n", n);
-        break;
-      case 3:
-        out += fmt::format("list[{}] := list[c MOD 10] + 1;\n", n);
-        break;
-      case 4:
-        out += fmt::format("delay(IN := f, PT := T#{}ms); f := delay.Q OR f;\n", n);
-        break;
-      case 5:
-        out += fmt::format("c := SEL(f, a, MAX(b, {}));\n", n);
-        break;
-      case 6:
-        out += fmt::format("FOR a := 0 TO {} DO c := c + a; END_FOR;\n", n);
-        break;
-      default:
-        out += "s := DINT_TO_REAL(a) + r;\n";
-        break;
+    std::string statement(kStatements[below(random, std::size(kStatements))]);
+    for (char& c : statement) {
+      if (c == '?') c = static_cast<char>('0' + below(random, 10));
     }
+    out += statement;
   }
   return out +
          "END_PROGRAM\n\nCONFIGURATION Plant\n  TASK Cycle(INTERVAL := T#10ms, PRIORITY := 0);\n"

@@ -8,6 +8,7 @@
 #include "core/text.h"
 #include "frontend-st/literals.h"
 #include "frontend-st/names.h"
+#include "frontend-st/operators.h"
 #include "frontend-st/parser.h"
 
 namespace plc::st {
@@ -190,18 +191,11 @@ class Evaluator {
   std::optional<ConstantValue> unary(Operator op, const ConstantValue& v) {
     if (op == Operator::kPlus && is_number(v)) return v;
     if (op == Operator::kNot && is_typed(v, TypeId::kBool)) return typed(ir::kBoolType, v.constant.bits ^ 1u);
-    if (op == Operator::kNot && v.kind == Kind::kInt && v.type && core::in_category(*v.type, core::kAnyBit)) {
-      return wrapped(~static_cast<std::uint64_t>(v.int_value), *v.type);
+    if (is_number(v) && v.type) {
+      if (const stdlib::Overload* const of_type = overload(op, *v.type)) return computed(*of_type, *v.type, {&v});
     }
     if (op == Operator::kNegate) {
-      if (v.type && v.kind == Kind::kInt) {
-        return wrapped(std::uint64_t{0} - static_cast<std::uint64_t>(v.int_value), *v.type);
-      }
-      if (v.kind == Kind::kReal) {
-        ConstantValue negative = v;
-        negative.real_value = -v.real_value;
-        return negative;
-      }
+      if (v.kind == Kind::kReal) return real(-v.real_value);
       if (v.kind == Kind::kInt && v.is_unsigned && v.int_value == INT64_MIN) return integer(INT64_MIN);
       if (v.kind == Kind::kInt && !v.is_unsigned && v.int_value != INT64_MIN) return integer(-v.int_value);
       const auto ns = static_cast<std::int64_t>(v.constant.bits);
@@ -213,7 +207,7 @@ class Evaluator {
   bool is_duration(const ConstantValue& v) const { return is_typed(v, TypeId::kTime) || is_typed(v, TypeId::kLtime); }
 
   std::optional<ConstantValue> binary(Operator op, const ConstantValue& a, const ConstantValue& b) {
-    if (op >= Operator::kEqual && op <= Operator::kGreaterEqual) return compare(op, a, b);
+    if (is_comparison(op)) return compare(op, a, b);
     if (is_typed(a, TypeId::kBool) && is_typed(b, TypeId::kBool)) {
       if (op == Operator::kAnd) return typed(ir::kBoolType, a.constant.bits & b.constant.bits);
       if (op == Operator::kOr) return typed(ir::kBoolType, a.constant.bits | b.constant.bits);
@@ -229,12 +223,14 @@ class Evaluator {
     }
     if (!is_number(a) || !is_number(b)) return fail("operator does not take these values");
     const std::optional<TypeId> type = common_type(a, b);
-    const bool both_int = a.kind == Kind::kInt && b.kind == Kind::kInt && op != Operator::kPower;
-    if (both_int && type) return typed_integers(op, a, b, *type);
-    if (both_int && !a.is_unsigned && !b.is_unsigned) return integers(op, a.int_value, b.int_value);
+    const bool is_power = op == Operator::kPower;  // its kernel is not exact, and not folded
+    const stdlib::Overload* const of_type = type && !is_power ? overload(op, *type) : nullptr;
+    if (of_type != nullptr) return computed(*of_type, *type, {&a, &b});
+    if (a.kind == Kind::kInt && b.kind == Kind::kInt && !a.is_unsigned && !b.is_unsigned && !is_power) {
+      return integers(op, a.int_value, b.int_value);
+    }
     const auto result = reals(op, a, b);
-    const bool is_real = type && core::in_category(*type, core::kAnyReal);
-    return result && is_real ? constant_of_type(*result, *type) : result;
+    return result && type && core::in_category(*type, core::kAnyReal) ? constant_of_type(*result, *type) : result;
   }
 
   std::optional<ConstantValue> reals(Operator op, const ConstantValue& a, const ConstantValue& b) {
@@ -260,40 +256,30 @@ class Evaluator {
     }
   }
 
-  static ConstantValue wrapped(std::uint64_t bits, TypeId type) {
-    const Rep rep = core::rep_of(type);
-    return constant_of_type(integer(signed_value(truncate_bits(bits, rep), rep), rep == Rep::kU64), type);
+  /// Computes in `type` as statements do; nothing when the library has no such function.
+  const stdlib::Overload* overload(Operator op, TypeId type) const {
+    return stdlib::overload_with_key(std::string(function_of(op)) + ':' + std::string(core::name_of(type)));
   }
-
-  /// Arithmetic of one type, which wraps.
-  std::optional<ConstantValue> typed_integers(Operator op, const ConstantValue& a, const ConstantValue& b,
-                                              TypeId type) {
-    const auto x = static_cast<std::uint64_t>(a.int_value);
-    const auto y = static_cast<std::uint64_t>(b.int_value);
-    switch (op) {
-      case Operator::kAdd:
-        return wrapped(x + y, type);
-      case Operator::kSubtract:
-        return wrapped(x - y, type);
-      case Operator::kMultiply:
-        return wrapped(x * y, type);
-      case Operator::kDivide:
-      case Operator::kModulo:
-        if (y == 0) return fail("division by zero");
-        if (core::rep_of(type) == Rep::kU64) return wrapped(op == Operator::kDivide ? x / y : x % y, type);
-        if (b.int_value == -1) return wrapped(op == Operator::kDivide ? std::uint64_t{0} - x : 0, type);
-        return wrapped(
-            static_cast<std::uint64_t>(op == Operator::kDivide ? a.int_value / b.int_value : a.int_value % b.int_value),
-            type);
-      case Operator::kAnd:
-        return wrapped(x & y, type);
-      case Operator::kOr:
-        return wrapped(x | y, type);
-      case Operator::kXor:
-        return wrapped(x ^ y, type);
-      default:
-        return fail("operator does not take these values");
-    }
+  std::optional<ConstantValue> computed(const stdlib::Overload& overload, TypeId type,
+                                        std::initializer_list<const ConstantValue*> operands) {
+    std::vector<std::uint64_t> bits;
+    for (const ConstantValue* operand : operands) bits.push_back(bits_of(*operand, core::rep_of(type)));
+    std::vector<const void*> arguments;
+    for (const std::uint64_t& one : bits) arguments.push_back(&one);
+    Literal result;
+    result.kind = Literal::Kind::kScalar;
+    result.type = type;
+    const stdlib::Event event =
+        overload.kernel(&result.bits, arguments.data(), static_cast<std::uint32_t>(arguments.size()));
+    if (event == stdlib::Event::kDivideByZero) return fail("division by zero");
+    if (event != stdlib::Event::kNone) return fail("the operator does not take these values");
+    result.bits = truncate_bits(result.bits, core::rep_of(type));
+    return from_literal(result, types_);
+  }
+  static std::uint64_t bits_of(const ConstantValue& v, Rep rep) {
+    if (rep == Rep::kF32) return std::bit_cast<std::uint32_t>(static_cast<float>(as_double(v)));
+    if (rep == Rep::kF64) return std::bit_cast<std::uint64_t>(as_double(v));
+    return truncate_bits(static_cast<std::uint64_t>(v.int_value), rep);
   }
 
   std::optional<ConstantValue> integers(Operator op, std::int64_t a, std::int64_t b) {

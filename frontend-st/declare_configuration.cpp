@@ -337,7 +337,7 @@ void Declarer::declare_single_pou() {
 void Declarer::declare_configuration() {
   if (!options_.pou.empty()) {
     declare_single_pou();
-    locate_instances();
+    if (check_nesting()) locate_instances();
     return;
   }
   for (const plcopen::Configuration& configuration : project_.configurations) {
@@ -348,7 +348,7 @@ void Declarer::declare_configuration() {
     }
     for (const plcopen::Variable& entry : configuration.configs) configure_variable(entry);
   }
-  locate_instances();
+  if (check_nesting()) locate_instances();
   std::size_t programs = 0;
   for (ir::Task& task : module_.tasks) {
     programs += task.programs.size();

@@ -1,5 +1,4 @@
 // Located variables of POUs: those at an address are one global place, those at %I*, %Q* or %M* one for each instance.
-#include <limits>
 #include <utility>
 
 #include "core/text.h"
@@ -100,9 +99,9 @@ void Declarer::locate_parts(const InstanceRoot& root, TypeRef type, const std::s
     path.pop_back();
   };
   if (t.kind == TypeKind::kArray) {
-    for (std::int64_t i = t.lower;
-         i <= t.upper && out.size() <= kMaxLocated && i - t.lower <= std::numeric_limits<std::uint32_t>::max(); ++i) {
-      descend(static_cast<std::uint32_t>(i - t.lower), t.element, name + "[" + std::to_string(i) + "]");
+    const std::uint64_t count = static_cast<std::uint64_t>(t.upper) - static_cast<std::uint64_t>(t.lower) + 1;
+    for (std::uint32_t i = 0; i < count && out.size() <= kMaxLocated; ++i) {
+      descend(i, t.element, name + "[" + std::to_string(t.lower + static_cast<std::int64_t>(i)) + "]");
     }
   }
   for (std::uint32_t i = 0; t.kind == TypeKind::kStruct && i < t.fields.size(); ++i) {
@@ -165,7 +164,7 @@ ir::LocatedPart Declarer::locate(const InstanceRoot& root, const ir::Variable& v
   return part;
 }
 
-// Instances lie in each other by value; everything behind this walks through them.
+// Instances lie in each other by value; whatever walks through them counts on an end.
 bool Declarer::check_nesting() {
   enum : std::uint32_t { kUnknown = 0, kOpen = 0xffffffffu };
   std::vector<std::uint32_t> levels(types().size(), kUnknown);
@@ -227,7 +226,6 @@ bool Declarer::check_nesting() {
 }
 
 void Declarer::locate_instances() {
-  if (!check_nesting()) return;
   std::vector<std::uint32_t> path;
   for (std::uint32_t t = 0; t < module_.tasks.size(); ++t) {
     for (std::uint32_t p = 0; p < module_.tasks[t].programs.size(); ++p) {

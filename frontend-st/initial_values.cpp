@@ -1,5 +1,6 @@
 // Initial values: constants, arrays with repetition, structures, instances; defaults that come with types.
 #include <algorithm>
+#include <set>
 #include <utility>
 
 #include "core/text.h"
@@ -337,13 +338,16 @@ std::optional<ConstantValue> Declarer::constant_named(std::string_view name) {
   // What lies too deep for the stack is computed first, and the rest begun anew.
   std::vector<std::pair<const plcopen::Variable*, bool>> open = {{variable, is_local}};
   std::optional<ConstantValue> value;
+  std::set<const plcopen::Variable*> waiting = {variable};
   while (!open.empty()) {
     too_deep_ = {};
     value = constant_value(open.back().first, open.back().second);
-    if (too_deep_.first != nullptr) {
+    if (too_deep_.first == nullptr) {
+      open.pop_back();
+    } else if (waiting.insert(too_deep_.first).second) {
       open.push_back(too_deep_);
     } else {
-      open.pop_back();
+      constant_values_[too_deep_.first] = std::nullopt;  // it needs itself
     }
   }
   return value;

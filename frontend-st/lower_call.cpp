@@ -252,6 +252,13 @@ std::optional<Operand> Lowering::call(NodeId id, Expected expected, bool as_stat
   return std::nullopt;
 }
 
+bool Lowering::is_constant(PlaceId place) {
+  const ir::Place& root = ir::root_of(builder_.body(), place);
+  const bool own = root.kind == ir::Place::Kind::kInstance || root.kind == ir::Place::Kind::kFrame;
+  return (own && builder_.pou().variables[root.index].constant) ||
+         (root.kind == ir::Place::Kind::kGlobal && builder_.module().globals[root.index].variable.constant);
+}
+
 std::optional<Operand> Lowering::take_reference(NodeId id) {
   const NodeId argument = node(id).b;
   if (argument == kNoNode || node(argument).next != kNoNode || node(argument).argument != ArgumentKind::kPositional) {
@@ -264,10 +271,7 @@ std::optional<Operand> Lowering::take_reference(NodeId id) {
     report(Code::P4010, at(argument), quoted(text(argument)) + " is a part of a variable and has no reference");
     return std::nullopt;
   }
-  const ir::Place& root = ir::root_of(builder_.body(), *where);
-  const bool own = root.kind == ir::Place::Kind::kInstance || root.kind == ir::Place::Kind::kFrame;
-  if ((own && builder_.pou().variables[root.index].constant) ||
-      (root.kind == ir::Place::Kind::kGlobal && builder_.module().globals[root.index].variable.constant)) {
+  if (is_constant(*where)) {
     report(Code::P4007, at(argument), quoted(text(argument)) + " is a constant, which a reference could write",
            "copy it to a variable, and refer to that");
     return std::nullopt;
@@ -433,10 +437,7 @@ bool Lowering::call_block(NodeId id) {
     report(Code::P4009, at(id), quoted(text(callee)) + " has type " + types().name_of(type) + " and cannot be called");
     return false;
   }
-  const ir::Place& root = ir::root_of(builder_.body(), *instance);
-  const bool own = root.kind == ir::Place::Kind::kInstance || root.kind == ir::Place::Kind::kFrame;
-  if ((own && builder_.pou().variables[root.index].constant) ||
-      (root.kind == ir::Place::Kind::kGlobal && builder_.module().globals[root.index].variable.constant)) {
+  if (is_constant(*instance)) {
     report(Code::P4007, at(id), quoted(text(callee)) + " is a constant and is called here");
     return false;
   }

@@ -6,6 +6,7 @@
 #include "frontend-st/lexer.h"
 #include "frontend-st/literals.h"
 #include "frontend-st/lowering.h"
+#include "frontend-st/operators.h"
 #include "frontend-st/parser.h"
 #include "frontend-st/text.h"
 
@@ -22,53 +23,6 @@ namespace {
 std::string quoted(std::string_view text) { return '"' + std::string(text) + '"'; }
 
 bool is_short_circuit(Operator op) { return op == Operator::kAndThen || op == Operator::kOrElse; }
-
-bool is_comparison(Operator op) { return op >= Operator::kEqual && op <= Operator::kGreaterEqual; }
-
-std::string_view function_of(Operator op) {
-  switch (op) {
-    case Operator::kOr:
-      return "OR";
-    case Operator::kXor:
-      return "XOR";
-    case Operator::kAnd:
-      return "AND";
-    case Operator::kEqual:
-      return "EQ";
-    case Operator::kNotEqual:
-      return "NE";
-    case Operator::kLess:
-      return "LT";
-    case Operator::kLessEqual:
-      return "LE";
-    case Operator::kGreater:
-      return "GT";
-    case Operator::kGreaterEqual:
-      return "GE";
-    case Operator::kAdd:
-      return "ADD";
-    case Operator::kSubtract:
-      return "SUB";
-    case Operator::kMultiply:
-      return "MUL";
-    case Operator::kDivide:
-      return "DIV";
-    case Operator::kModulo:
-      return "MOD";
-    case Operator::kPower:
-      return "EXPT";
-    case Operator::kNegate:
-      return "NEG";
-    case Operator::kNot:
-      return "NOT";
-    case Operator::kAndThen:
-    case Operator::kOrElse:
-    case Operator::kPlus:
-    case Operator::kNone:
-      break;
-  }
-  return "";
-}
 
 /// Untyped integers stay untyped through + - * / MOD, so that "2*3" still takes the type of its place.
 std::optional<std::int64_t> fold_integers(Operator op, std::int64_t a, std::int64_t b) {

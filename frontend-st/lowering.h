@@ -122,6 +122,8 @@ class Lowering {
   bool report_unknown_in_list(NodeId root, NodeId member);
 
   // lower_call.cpp
+  /// Whether the place belongs to a variable declared CONSTANT.
+  bool is_constant(ir::PlaceId place);
   std::optional<ir::Operand> call(NodeId id, Expected expected, bool as_statement);
   std::optional<ir::Operand> call_function(NodeId id, std::uint32_t pou, bool as_statement);
   std::optional<ir::Operand> call_standard(NodeId id, std::string_view name, Expected expected);

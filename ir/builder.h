@@ -106,8 +106,6 @@ class Builder {
   ValueId eno();
 
   /// A call of a standard function whose arguments have the exact types of the overload.
-  ValueId character_of(ValueId string, ValueId position);
-  ValueId with_character(ValueId string, ValueId character, ValueId position);
   ValueId call_overload(const stdlib::Overload& overload, std::span<const ValueId> args, TypeRef result_type);
   /// A call of a function POU. The value is the result; invalid for functions without one.
   ValueId call_pou(std::uint32_t pou, std::span<const CallArg> args);
@@ -136,6 +134,9 @@ class Builder {
   std::optional<ValueId> settle(const Operand& operand, std::optional<TypeRef> expected = std::nullopt);
 
  private:
+  /// What loads and stores of a character become.
+  ValueId character_of(ValueId string, ValueId position);
+  ValueId with_character(ValueId string, ValueId character, ValueId position);
   std::uint32_t emit(Op op, TypeRef type, std::uint32_t a = 0, std::uint32_t b = 0, std::uint16_t count = 0);
   PlaceId intern(const Place& place);
   [[nodiscard]] bool part_fits(TypeRef word, TypeRef part, unsigned bit_offset) const;

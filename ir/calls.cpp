@@ -238,7 +238,6 @@ std::optional<ValueId> convert_with(Builder& builder, const Operand& operand, Ty
   return Converter<What>(builder, what).convert(operand, to);
 }
 
-/// Assignable as a whole: instances hold time and edges of their own, a copy of one would be a second device.
 /// One call by name: arguments classified, overload resolved, problems named by pin.
 class NamedCall {
  public:
@@ -517,6 +516,7 @@ bool Builder::assign(PlaceId place, const Operand& operand, std::string_view wha
       report(Code::P4101, operand.at, fmt::format("{} needs {}, not {}", what, module_.types.name_of(type), given));
       return false;
     }
+    // Instances hold time and edges of their own: a copy of one would be a second device.
     if (module_.types.holds_instance(type)) {
       report(Code::P4109, operand.at, fmt::format("{} holds a function block instance and cannot be assigned", what),
              "assign its members, or pass the instance to a VAR_IN_OUT");

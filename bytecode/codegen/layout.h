@@ -89,7 +89,7 @@ class Layout {
   [[nodiscard]] bool too_large() const { return too_large_; }
 
  private:
-  /// The same; `at` becomes the type of the part.
+  /// offset_of(); `at` becomes the type of the part.
   std::uint32_t walk(ir::TypeRef& at, std::span<const std::uint32_t> path);
   std::uint32_t add(ImageType type);
   std::uint32_t make(ir::TypeRef ref);

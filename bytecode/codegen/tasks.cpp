@@ -38,6 +38,18 @@ GlobalPlan plan_globals(const ir::Module& module) {
   return plan;
 }
 
+namespace {
+
+/// The global of a located variable begins with what the variable begins with in `whole`, an instance of type `type`.
+void initialise_located(Shared& shared, const ir::LocatedPart& part, ir::TypeRef type, const std::byte* whole) {
+  if (!part.begins) return;
+  const std::uint32_t image_type = shared.layout.type(shared.module.globals[part.global].variable.type);
+  std::memcpy(shared.image.global_initial.data() + shared.global_offset[part.global],
+              whole + shared.layout.offset_of(type, part.path), shared.image.types[image_type].size);
+}
+
+}  // namespace
+
 void lay_out_globals(Shared& shared, const GlobalPlan& plan) {
   Image& image = shared.image;
   StructBuilder fields;
@@ -63,13 +75,8 @@ void lay_out_globals(Shared& shared, const GlobalPlan& plan) {
     shared.layout.initialise(shared.module.globals[g].variable, image.global_initial.data() + shared.global_offset[g]);
   }
   for (const ir::LocatedInGlobal& located : shared.module.located) {
-    if (!located.part.begins) continue;
-    const ir::Variable& whole = shared.module.globals[located.root].variable;
-    const std::uint32_t type = shared.layout.type(shared.module.globals[located.part.global].variable.type);
-    std::memcpy(image.global_initial.data() + shared.global_offset[located.part.global],
-                image.global_initial.data() + shared.global_offset[located.root] +
-                    shared.layout.offset_of(whole.type, located.part.path),
-                image.types[type].size);
+    initialise_located(shared, located.part, shared.module.globals[located.root].variable.type,
+                       image.global_initial.data() + shared.global_offset[located.root]);
   }
 }
 
@@ -161,14 +168,6 @@ class TaskGenerator {
                               shared_.layout.type(shared_.module.globals[part.global].variable.type)});
   }
 
-  /// The global of a located variable begins with what the variable begins with.
-  void initialise_located(const ir::LocatedPart& part, ir::TypeRef type, const std::byte* whole) {
-    if (!part.begins) return;
-    const std::uint32_t image_type = shared_.layout.type(shared_.module.globals[part.global].variable.type);
-    std::memcpy(shared_.image.global_initial.data() + shared_.global_offset[part.global],
-                whole + shared_.layout.offset_of(type, part.path), shared_.image.types[image_type].size);
-  }
-
   void lay_out(ImagePou& out) {
     StructBuilder fields;
     for (const ir::ProgramInstance& program : task_.programs) {
@@ -195,7 +194,7 @@ class TaskGenerator {
       if (!fresh.empty()) std::memcpy(to, fresh.data(), fresh.size());
       const ir::TypeRef type = shared_.module.pous[task_.programs[p].pou].instance_type;
       shared_.layout.override_values(type, task_.programs[p].initial, to);
-      for (const ir::LocatedPart& part : task_.programs[p].located) initialise_located(part, type, to);
+      for (const ir::LocatedPart& part : task_.programs[p].located) initialise_located(shared_, part, type, to);
     }
   }
 

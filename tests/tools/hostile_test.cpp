@@ -57,6 +57,22 @@ TEST(Hostile, TwoMembersOfEachTypeDoNotDoubleTheWork) {
   EXPECT_NE(result.err.find("P5001"), std::string::npos) << result.err.substr(0, 500);
 }
 
+TEST(Hostile, ThousandsOfConstantsThatNeedEachOther) {
+  constexpr int kConstants = 5000;
+  for (const bool circle : {false, true}) {
+    const ScratchFolder scratch;
+    const std::string file = scratch.file("constants.st");
+    std::ofstream out(file);
+    out << "CONFIGURATION C\nVAR_GLOBAL CONSTANT\n";
+    for (int i = 0; i < kConstants; ++i) out << "c" << i << " : INT := c" << i + 1 << ";\n";
+    out << "c" << kConstants << " : INT := " << (circle ? "c0" : "1") << ";\nEND_VAR\nEND_CONFIGURATION\n";
+    out.close();
+    const auto result = run_tool({PLC_TOOL, "check", file});
+    EXPECT_EQ(result.code, circle ? 1 : 0) << result.all().substr(0, 500);
+    EXPECT_EQ(result.err.find("P4034") != std::string::npos, circle) << result.all().substr(0, 500);
+  }
+}
+
 TEST(Hostile, ArrayOfAHundredThousandDimensions) {
   const ScratchFolder scratch;
   std::string type = "<dataType name=\"T\"><baseType><array>";
