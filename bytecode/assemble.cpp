@@ -538,7 +538,8 @@ core::Result<Image> assemble(std::string_view text) {
     }
     return assembler.finish();
   } catch (const Mistake& mistake) {
-    return Problem{Code::P6020, fmt::format("line {}: {}", assembler.line(), mistake.what),
+    // WHY this code: assembler text is written by disassemble() and by tests, never by a user.
+    return Problem{Code::P9001, fmt::format("line {}: {}", assembler.line(), mistake.what),
                    "docs/reference/assembler.md describes the text form"};
   }
 }

@@ -156,10 +156,15 @@ void SimulatedDriver::apply(core::TimeNs now_ns, const Sink& sink) {
 }
 
 void SimulatedDriver::apply(core::TimeNs now_ns) {
-  apply(now_ns, [this](const runtime::Place& place, std::string_view text) {
-    // Checked by parse(), so there is nothing to report.
-    static_cast<void>(access_.write(place, text));
-  });
+  apply(now_ns, [&](const runtime::Place& place, std::string_view text) { write(place, text, now_ns); });
+}
+
+void SimulatedDriver::write(const runtime::Place& place, std::string_view text, core::TimeNs now_ns) {
+  const auto problem = access_.write(place, text);
+  if (!problem || lost_.values++ != 0) return;
+  std::string at;
+  append_time_ms(at, now_ns);
+  lost_.first = core::Problem{problem->code, "at " + at + " ms: " + problem->message, problem->help};
 }
 
 void SimulatedDriver::attach(runtime::Simulation& simulation) {

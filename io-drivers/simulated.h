@@ -3,8 +3,9 @@
 // In: "time_ms,path,path,..." and rows of values in ascending time; time_ms may be fractional, an empty cell keeps the
 // value,
 // '' or "" in quotes is the empty string. Out: variables written at the first release instant at or after each row's
-// time, through Access, so normalised. All values are checked when the script is loaded: a script that loads never
-// fails later. Problems are "file:line:column: ..." with P72xx codes. Does not belong here: real devices.
+// time, through Access, so normalised. All values are checked when the script is loaded: later a value is lost only
+// when its task does not take writes any more (lost()). Problems are "file:line:column: ..." with P72xx codes. Does not
+// belong here: real devices.
 #pragma once
 
 #include <cstdint>
@@ -31,8 +32,16 @@ class SimulatedDriver {
   using Sink = std::function<void(const runtime::Place&, std::string_view)>;
   /// Hands on every row that is due at `now_ns` and was not handed on yet.
   void apply(core::TimeNs now_ns, const Sink& sink);
-  /// The same, into the variables.
+  /// The same, into the variables; what cannot be written is counted.
   void apply(core::TimeNs now_ns);
+  /// Writes one value, or counts it as lost; `now_ns` is for the message.
+  void write(const runtime::Place& place, std::string_view text, core::TimeNs now_ns);
+  /// Values that could not be written, and why the first could not (P7107).
+  struct Lost {
+    std::uint64_t values = 0;
+    std::optional<core::Problem> first;
+  };
+  [[nodiscard]] const Lost& lost() const { return lost_; }
   /// Applies rows at each instant of `simulation`; the driver must outlive it.
   void attach(runtime::Simulation& simulation);
   [[nodiscard]] std::size_t rows() const { return rows_.size(); }
@@ -59,6 +68,7 @@ class SimulatedDriver {
   std::vector<runtime::Place> places_;
   std::vector<Row> rows_;
   std::size_t next_ = 0;
+  Lost lost_;
 };
 
 /// Milliseconds as decimal text, with up to six digits after the point ("12.5"), as ns; nothing when it is not such a

@@ -14,6 +14,8 @@
 #include <map>
 #include <tuple>
 
+#include "core/clock.h"
+
 namespace plc::io {
 namespace {
 
@@ -237,14 +239,19 @@ class KernelLines final : public GpioLines {
         inputs[group.members[i]] = {static_cast<std::uint8_t>(values[i]), false};
       }
     }
-    for (const EdgeLine& line : edges_) {
+    for (EdgeLine& line : edges_) {
       // WHY value before events: an edge between the two shows now, and not once more in the next cycle.
       const int value = gpiod_line_get_value(line.line);
       if (value < 0) return errno;
+      const core::TimeNs seen_before = line.seen_ns;
+      if (value == line.level) line.seen_ns = core::MonotonicClock().now_ns();
       std::array<gpiod_line_event, kEventsKept> events;
       const int count = gpiod_line_event_read_fd_multiple(line.fd, events.data(), kEventsKept);
       if (count < 0 && errno != EAGAIN) return errno;
-      inputs[line.member] = {static_cast<std::uint8_t>(value), count > 0};
+      // WHY times: the kernel hands out events from a thread of its own, so the level can be seen before its event.
+      // That event, arriving when the level has gone again, would be a second pulse.
+      const bool fresh = count > 0 && time_of(events[static_cast<std::size_t>(count) - 1]) > seen_before;
+      inputs[line.member] = {static_cast<std::uint8_t>(value), fresh};
     }
     return 0;
   }
@@ -281,7 +288,13 @@ class KernelLines final : public GpioLines {
     gpiod_line* line = nullptr;
     int fd = -1;
     std::uint32_t member = 0;
+    int level = 1;             ///< behind the edge asked for
+    core::TimeNs seen_ns = 0;  ///< when this level was last read
   };
+  /// When the kernel saw the edge, CLOCK_MONOTONIC.
+  static core::TimeNs time_of(const gpiod_line_event& event) noexcept {
+    return event.ts.tv_sec * 1'000'000'000 + event.ts.tv_nsec;
+  }
 
   Problem refused(const std::string& variables, const std::string& lines, int error) const {
     return {Code::P7406,
@@ -306,7 +319,7 @@ class KernelLines final : public GpioLines {
     if (flags < 0 || ::fcntl(fd, F_SETFL, flags | O_NONBLOCK) != 0) {
       return refused(spec.variable, std::to_string(offset), errno);
     }
-    edges_.push_back({line, fd, member});
+    edges_.push_back({line, fd, member, spec.edge == LineEdge::kRising ? 1 : 0});
     return std::nullopt;
   }
 

@@ -56,6 +56,14 @@ std::vector<InputStatus> SimulatedDevice::inputs(core::TimeNs) const {
   return inputs;
 }
 
+std::vector<std::string> SimulatedDevice::service(core::TimeNs) {
+  if (told_ || !losing_.load(std::memory_order_acquire)) return {};
+  told_ = true;
+  const core::Problem& first = *script_->lost().first;
+  return {name_ + ": error " + std::string(core::info(first.code).name) + ": values are lost, the first " +
+          first.message};
+}
+
 DriverStatus SimulatedDevice::status() const {
   DriverStatus status;
   status.connected = true;
@@ -68,7 +76,7 @@ void SimulatedDevice::before_scan(const runtime::ReleaseContext& context) noexce
   if (context.cycle == 0) first_release_ns_ = context.release_ns;
   bool changed = false;
   script_->apply(context.release_ns - first_release_ns_, [&](const runtime::Place& place, std::string_view text) {
-    if (!owns(place)) return static_cast<void>(access_.write(place, text));
+    if (!owns(place)) return script_->write(place, text, context.release_ns - first_release_ns_);
     const bytecode::ImageType& type = resource_.image().types[place.type];
     std::vector<std::byte> value(type.size);
     if (runtime::parse_value(type, text, value)) return;
@@ -76,6 +84,7 @@ void SimulatedDevice::before_scan(const runtime::ReleaseContext& context) noexce
     changed = true;
   });
   if (changed) inputs_->publish();
+  if (script_->lost().values != 0) losing_.store(true, std::memory_order_release);
   exchanges_.fetch_add(1, std::memory_order_relaxed);
 }
 

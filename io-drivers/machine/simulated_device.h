@@ -1,9 +1,10 @@
 // SimulatedDevice: a driver whose inputs come from a CSV file instead of wires: kind = "simulated" in plc.toml, and
 // plc-run --stimulus.
 //
-// In: a stimulus (simulated.h); time 0 is the first release of its task. Out: variables written before the scans of that
-// task. It owns the inputs that plc.toml gives it, as any driver does; its stimulus may name other variables of its task
-// and globals too. Offline: it allocates in the cycle. Does not belong here: virtual time (SimulatedDriver::attach).
+// In: a stimulus (simulated.h); time 0 is the first release of its task. Out: variables written before the scans of
+// that task. It owns the inputs that plc.toml gives it, as any driver does; its stimulus may name other variables of
+// its task and globals too. Offline: it allocates in the cycle. Does not belong here: virtual time
+// (SimulatedDriver::attach).
 #pragma once
 
 #include <atomic>
@@ -32,7 +33,8 @@ class SimulatedDevice final : public Driver {
   [[nodiscard]] bool has_outputs() const override { return false; }
   std::optional<core::Problem> check() override;
   std::optional<core::Problem> open() override;
-  std::vector<std::string> service(core::TimeNs) override { return {}; }
+  /// Says once that values of the stimulus are lost.
+  std::vector<std::string> service(core::TimeNs now_ns) override;
   [[nodiscard]] DriverStatus status() const override;
   [[nodiscard]] std::vector<InputStatus> inputs(core::TimeNs now_ns) const override;
   bool drive_safe() noexcept override { return true; }
@@ -55,6 +57,8 @@ class SimulatedDevice final : public Driver {
   std::optional<runtime::GlobalInputs> inputs_;
   core::TimeNs first_release_ns_ = 0;
   std::atomic<std::uint64_t> exchanges_{0};
+  std::atomic<bool> losing_{false};  ///< from here on script_->lost().first stays as it is
+  bool told_ = false;
   std::vector<std::string_view> variables_;  ///< of its inputs, as plc.toml has them
 };
 

@@ -12,8 +12,8 @@
 #   --no-apt         never call apt-get; exit with 126 when something is missing
 #   -v               times and the guest's kernel messages to stderr
 #
-# Kernel and module are kept in $GPIO_VM_CACHE (~/.cache/picard/gpio-vm), 10 MB a kernel. In the guest: configfs at
-# /sys/kernel/config with gpio-sim, tracefs at /sys/kernel/tracing. Exit codes: the program's own; 124 time is up; 125 the
+# Kernel and modules are kept in $GPIO_VM_CACHE (~/.cache/picard/gpio-vm), 10 MB a kernel. In the guest: configfs at
+# /sys/kernel/config with gpio-sim, an I2C bus without devices whose expanders (pcf8574 at 0x20) can be added, tracefs at /sys/kernel/tracing. Exit codes: the program's own; 124 time is up; 125 the
 # guest died or gave no result; 126 this machine cannot prepare the guest (packages, rights, network), with the reason.
 set -u
 LC_ALL=C; export LC_ALL
@@ -31,7 +31,7 @@ lap() { [ $VERBOSE = 0 ] || echo "gpio-vm: $1 after $(echo "$(date +%s.%N) $T0" 
 # ---- 1. packages -------------------------------------------------------------------------------
 [ "$(uname -m)" = x86_64 ] || die "only prepared for x86_64 machines, this is $(uname -m)"
 command -v dpkg-query >/dev/null || die "needs Debian's packages, and this is not Debian"
-KERNEL=$CACHE/$FLAVOUR
+KERNEL=$CACHE/$FLAVOUR-2  # the number changes with what is kept
 missing=()
 for p in qemu-system-x86 busybox-static cpio $([ -e "$KERNEL/ok" ] || echo gcc make xz-utils); do
   [ "$(dpkg-query -W -f '${db:Status-Abbrev}' "$p" 2>/dev/null)" = "ii " ] || missing+=("$p"); done
@@ -48,8 +48,8 @@ if [ ${#missing[@]} -gt 0 ]; then
 fi
 lap packages
 
-# ---- 2. kernel image and gpio-sim.ko, once for each kernel --------------------------------------
-# Debian's kernels have GPIOLIB but not gpio-sim: that one module is built from Debian's own kernel source.
+# ---- 2. kernel image and modules, once for each kernel -------------------------------------------
+# Debian's kernels have GPIOLIB but neither gpio-sim nor expanders: those modules are built from Debian's kernel source.
 if [ ! -e "$KERNEL/ok" ]; then
   [ $APT = 1 ] || die "no kernel in $KERNEL, and --no-apt given"
   apt_get update
@@ -59,25 +59,25 @@ if [ ! -e "$KERNEL/ok" ]; then
   W=$(mktemp -d "$CACHE/build.XXXX"); mkdir "$W/img" "$W/src" "$W/mod" "$W/new"
   # The image is unpacked, not installed: no initramfs, no boot loader, little disk.
   ( cd "$W" && apt-get -qq download "$IMAGE" && dpkg-deb --fsys-tarfile "$IMAGE"*.deb |
-      tar -x -C img --wildcards './boot/vmlinuz-*' '*/fs/configfs/configfs.ko*' ) >>"$LOG" 2>&1 || die "cannot fetch $IMAGE, see $LOG"
+      tar -x -C img --wildcards './boot/vmlinuz-*' '*/fs/configfs/configfs.ko*' '*/i2c/i2c-stub.ko*' ) >>"$LOG" 2>&1 || die "cannot fetch $IMAGE, see $LOG"
   apt_get install -y --no-install-recommends "linux-headers-$VERSION" "linux-source-$SERIES" ||
     die "cannot install headers and source of $VERSION (rights, network?), see $LOG"
   have=$(dpkg-deb -f "$W/$IMAGE"*.deb Version) headers=$(dpkg-query -W -f '${Version}' "linux-headers-$VERSION")
   [ "$have" = "$headers" ] || die "the image is $have but the headers are $headers"
   tar -x -J -C "$W/src" -f "/usr/src/linux-source-$SERIES.tar.xz" --strip-components=1 --wildcards --no-wildcards-match-slash \
-    '*/drivers/gpio/gpio-sim.c' '*/drivers/gpio/gpiolib.h' '*/kernel/irq/irq_sim.c' || die "cannot unpack linux-source-$SERIES"
+    '*/drivers/gpio/gpio-sim.c' '*/drivers/gpio/gpio-pcf857x.c' '*/drivers/gpio/gpiolib.h' '*/kernel/irq/irq_sim.c' || die "cannot unpack linux-source-$SERIES"
   # irq_sim.c is a built-in that Debian leaves out, and irq_to_desc() is not exported to modules.
-  cp "$W/src/drivers/gpio/gpio-sim.c" "$W/mod/sim_main.c"; cp "$W/src/drivers/gpio/gpiolib.h" "$W/mod/"
+  cp "$W/src/drivers/gpio/gpio-sim.c" "$W/mod/sim_main.c"; cp "$W/src/drivers/gpio/gpiolib.h" "$W/src/drivers/gpio/gpio-pcf857x.c" "$W/mod/"
   sed 's/handle_simple_irq(irq_to_desc(\([a-z_]*\)))/generic_handle_irq(\1)/' "$W/src/kernel/irq/irq_sim.c" >"$W/mod/irq_sim.c"
-  printf 'obj-m := gpio-sim.o\ngpio-sim-y := sim_main.o irq_sim.o\n' >"$W/mod/Makefile"
-  make -C "/usr/src/linux-headers-$VERSION" "M=$W/mod" modules >>"$LOG" 2>&1 || die "gpio-sim did not build, see $LOG"
+  printf 'obj-m := gpio-sim.o gpio-pcf857x.o\ngpio-sim-y := sim_main.o irq_sim.o\n' >"$W/mod/Makefile"
+  make -C "/usr/src/linux-headers-$VERSION" "M=$W/mod" modules >>"$LOG" 2>&1 || die "the modules did not build, see $LOG"
   find "$W/img" -name '*.ko' -exec cp {} "$W/new/" \;
   cp "$W"/img/boot/vmlinuz-* "$W/new/vmlinuz"
-  strip -g -o "$W/new/gpio-sim.ko" "$W/mod/gpio-sim.ko"; echo "$VERSION" >"$W/new/ok"
+  for m in gpio-sim gpio-pcf857x; do strip -g -o "$W/new/$m.ko" "$W/mod/$m.ko"; done; echo "$VERSION" >"$W/new/ok"
   rm -rf "$KERNEL"; mv "$W/new" "$KERNEL"; rm -rf "$W"
 fi
 flock -u 9
-lap "kernel $(cat "$KERNEL/ok") and module"
+lap "kernel $(cat "$KERNEL/ok") and modules"
 [ $MODE != prepare ] || { echo "gpio-vm: kernel $(cat "$KERNEL/ok") in $KERNEL"; exit 0; }
 
 # ---- 3. initramfs -------------------------------------------------------------------------------
@@ -95,7 +95,7 @@ put() { # SRC DST: a file with its shared libraries, or a directory
   ldd "$1" 2>/dev/null | awk '$2=="=>" && $3 ~ /^\//{print $3} $1 ~ /^\//{print $1}' | while read -r library; do
     [ -e "$R/$library" ] || { mkdir -p "$R/$(dirname "$library")"; cp -L "$library" "$R/$library"; }; done; }
 cp /bin/busybox "$R/usr/bin/busybox"
-cp "$KERNEL/configfs.ko" "$KERNEL/gpio-sim.ko" "$R/usr/lib/modules/"
+cp "$KERNEL"/*.ko "$R/usr/lib/modules/"
 for a in ${ADD[@]+"${ADD[@]}"}; do s=${a%%:*}; d=${a#*:}; [ -e "$s" ] || die "--add: no $s"; put "$s" "${d#/}"; done
 printf 'root:x:0:0:root:/root:/bin/sh\n' >"$R/etc/passwd"; printf 'root:x:0:\n' >"$R/etc/group"
 P=$(command -v -- "$1") || die "no program $1"; shift
@@ -108,6 +108,7 @@ mount -t proc p /proc; mount -t sysfs s /sys; mount -t devtmpfs d /dev; mount -t
 mkdir -p /dev/shm /dev/pts; mount -t tmpfs t /dev/shm; mount -t devpts d /dev/pts; ifconfig lo 127.0.0.1 up
 stty -F /dev/ttyS1 raw 2>/dev/null; stty -F /dev/ttyS2 raw 2>/dev/null
 insmod /lib/modules/configfs.ko; insmod /lib/modules/gpio-sim.ko || echo "gpio-sim.ko did not load"
+insmod /lib/modules/i2c-stub.ko chip_addr=0x20; insmod /lib/modules/gpio-pcf857x.ko
 mount -t configfs c /sys/kernel/config; mount -t tracefs t /sys/kernel/tracing
 echo "guest ready after $(cut -d' ' -f1 /proc/uptime) s"
 cd /tmp

@@ -73,7 +73,8 @@ std::vector<std::string> watched_paths(const std::vector<std::string>& patterns,
 
 int run(const CLI::App& app, const Sim& sim) {
   Compilation compilation;
-  if (const auto code = open_or_explain(app, {sim.file, sim.options, Goal::kRun, sim.libraries}, compilation)) return *code;
+  if (const auto code = open_or_explain(app, {sim.file, sim.options, Goal::kRun, sim.libraries}, compilation))
+    return *code;
   auto loaded = runtime::Resource::load(std::move(*compilation.image), sim.program);
   if (!loaded) return complain(loaded.error()), kExitErrors;
   runtime::Resource& resource = **loaded;
@@ -109,6 +110,13 @@ int run(const CLI::App& app, const Sim& sim) {
   }
   for (const runtime::TaskFault& fault : simulation.faults()) print_fault(resource.image(), fault, std::cerr);
   print_events(resource, std::cerr);
+  const bool lost = stimulus != nullptr && stimulus->lost().values != 0;
+  if (lost) {
+    core::Problem problem = *stimulus->lost().first;
+    problem.message =
+        fmt::format("{}: {} values are lost, the first {}", sim.stimulus, stimulus->lost().values, problem.message);
+    complain(problem);
+  }
   // WHY not stdout when the trace goes there: it stays one clean CSV.
   const bool trace_on_stdout = trace != nullptr && (sim.trace.empty() || sim.trace == "-");
   std::ostream& out = trace_on_stdout ? std::cerr : std::cout;
@@ -126,7 +134,7 @@ int run(const CLI::App& app, const Sim& sim) {
     print_link_report(resource, out);
     print_memory(out);
   }
-  return simulation.fault_count() == 0 ? kExitOk : kExitErrors;
+  return simulation.fault_count() == 0 && !lost ? kExitOk : kExitErrors;
 }
 
 }  // namespace

@@ -78,7 +78,7 @@ TEST(Assembler, EveryTruncatedTextIsReadOrRefused) {
   for (std::size_t size = 0; size < text.size(); size += 7) {
     const auto image = assemble(std::string_view(text).substr(0, size));
     if (!image) {
-      EXPECT_EQ(image.error().code, core::Code::P6020);
+      EXPECT_EQ(image.error().code, core::Code::P9001);
     }
   }
 }
@@ -120,7 +120,7 @@ TEST(Assembler, MistakesAreToldWithTheirLine) {
     const auto image = assemble(head + wrong.text + "\n");
     ASSERT_FALSE(image) << wrong.text;
     EXPECT_EQ(image.error().message, wrong.message);
-    EXPECT_EQ(image.error().code, core::Code::P6020);
+    EXPECT_EQ(image.error().code, core::Code::P9001);
   }
   const auto unknown = assemble("image 2\ntype 0 scalar FLOAT\n");
   ASSERT_FALSE(unknown);
