@@ -398,16 +398,16 @@ struct BlockLowering {
       good = false;
     }
     if (!good) return poison();
-    const bool may_event =
-        std::any_of(candidates.begin(), candidates.end(), [](const stdlib::Overload& o) { return o.spec->may_event; });
+    const bool may_event = std::any_of(candidates.begin(), candidates.end(),
+                                       [](const stdlib::Overload& o) { return !o.spec->events.empty(); });
     std::optional<std::uint16_t> result_pin;
     for (std::uint16_t i = 0; i < e.outputs.size() && !result_pin; ++i) {
       if (!is_eno_name(e.outputs[i].name)) result_pin = i;
     }
     open(may_event);
     numbers_from_bool(operands, pins);
-    const bool literals = std::any_of(operands.begin(), operands.end(),
-                                      [](const Operand& o) { return o.kind != Operand::Kind::kValue; });
+    const bool literals =
+        std::any_of(operands.begin(), operands.end(), [](const Operand& o) { return o.kind != Operand::Kind::kValue; });
     const auto expected =
         literals && result_pin ? d.expected_type({OutRef::Kind::kPin, *result_pin, node}) : std::nullopt;
     const auto result = is_whole_move(operands) ? operands[0].value : b.call(e.text, operands, e.at, expected, pins);

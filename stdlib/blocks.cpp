@@ -21,6 +21,15 @@ template <class Ports>
 constexpr Ports kFresh{};
 
 template <class Row>
+constexpr std::span<const BlockExample> examples_of() {
+  if constexpr (requires { Row::examples; }) {
+    return Row::examples;
+  } else {
+    return {};
+  }
+}
+
+template <class Row>
 constexpr BlockSpec block() {
   using Ports = typename Row::Ports;
   static_assert(std::is_standard_layout_v<Ports> && std::is_trivially_copyable_v<Ports>, "ports are memory");
@@ -31,7 +40,8 @@ constexpr BlockSpec block() {
           &kFresh<Ports>,
           &step<Row>,
           Row::clause,
-          Row::summary};
+          Row::summary,
+          examples_of<Row>()};
 }
 
 constexpr bool folded_less(std::string_view a, std::string_view b) {

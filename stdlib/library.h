@@ -25,6 +25,19 @@ using core::TypeId;
 enum class Event : std::uint8_t { kNone, kDivideByZero, kOutOfRange, kTruncated, kBadIndex, kNullReference, kInvalid };
 std::string_view event_name(Event event);
 
+/// The events that a function can report.
+struct EventSet {
+  std::uint8_t bits = 0;
+  [[nodiscard]] constexpr bool empty() const { return bits == 0; }
+  [[nodiscard]] constexpr bool contains(Event event) const {
+    return event == Event::kNone || (bits >> static_cast<unsigned>(event) & 1u) != 0;
+  }
+};
+template <class... E>
+constexpr EventSet events(E... event) {
+  return {static_cast<std::uint8_t>(((1u << static_cast<unsigned>(event)) | ...))};
+}
+
 /// One call of a function: `args` are pointers to `count` typed values, `result` to the typed result. Result and
 /// arguments may be the same variable: kernels read all inputs before they write. Strings point at core::StringHeader.
 /// RT: noexcept, bounded, no allocation.
@@ -60,8 +73,8 @@ struct FunctionSpec {
   std::uint8_t param_count = 0;  ///< declared parameters
   bool extensible = false;       ///< the last declared parameter may be repeated (IN1, IN2, IN3 ..)
   ParamType result{};
-  bool foldable = true;  ///< constants may be folded at compile time: exact functions only
-  bool may_event = false;
+  bool foldable = true;     ///< constants may be folded at compile time: exact functions only
+  EventSet events{};        ///< that calls can report; strings in T: kTruncated only where a result is a string
   std::string_view clause;  ///< "IEC 61131-3:2013, table 28"
   std::string_view summary;
   std::span<const Example> examples;
@@ -154,6 +167,15 @@ struct StepContext {
 /// One execution of a block on its port struct. RT: noexcept, bounded.
 using Step = void (*)(void* ports, const StepContext& context) noexcept;
 
+/// What a block does, scan by scan, in a form that tests run and pages show. The first line names the columns: "at",
+/// inputs, "|", outputs. Each further line is one scan: the time of it as a TIME, input values as ST literals, "|", the
+/// outputs after it. "." leaves an input as it is, and says nothing of an output. Reals count within 1e-6 of what
+/// stands there, relative to values beyond 1.
+struct BlockExample {
+  std::string_view title;  ///< "PT changed while the time runs"
+  std::string_view table;
+};
+
 struct BlockSpec {
   std::string_view name;  ///< "TON", "CTU_DINT"
   std::span<const Field> fields;
@@ -163,6 +185,7 @@ struct BlockSpec {
   Step step = nullptr;
   std::string_view clause;
   std::string_view summary;
+  std::span<const BlockExample> examples;
 };
 
 std::span<const BlockSpec> blocks();

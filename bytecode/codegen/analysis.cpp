@@ -139,7 +139,7 @@ class Analyser {
       case Op::kEno:
         return v.uses != 0;
       case Op::kCall:
-        return v.uses != 0 || body_.functions[inst.a]->spec->may_event;
+        return v.uses != 0 || !body_.functions[inst.a]->spec->events.empty();
       default:
         return true;
     }

@@ -79,7 +79,7 @@ struct Div {
                                      .params = {{"IN1", kT}, {"IN2", kT}},
                                      .param_count = 2,
                                      .result = kT,
-                                     .may_event = true,
+                                     .events = events(Event::kDivideByZero),
                                      .clause = "IEC 61131-3:2013, table 29",
                                      .summary =
                                          "IN1 divided by IN2, integers toward zero; an integer divided by zero is 0 "

@@ -111,25 +111,25 @@ Event shifted(void* result, const void* const* args, std::uint32_t) noexcept {
   }
 }
 
-#define PLC_SHIFT(Row, iec, function, rotates, text)                      \
-  struct Row {                                                            \
-    static constexpr bool kRotates = rotates;                             \
-    static constexpr FunctionSpec spec{.name = iec,                       \
-                                       .t_categories = core::kAnyBit,     \
-                                       .u_categories = core::kAnyInt,     \
-                                       .params = {{"IN", kT}, {"N", kU}}, \
-                                       .param_count = 2,                  \
-                                       .result = kT,                      \
-                                       .may_event = true,                 \
-                                       .clause = kShiftClause,            \
-                                       .summary = text,                   \
-                                       .examples = Row##Examples::list};  \
-    template <class V>                                                    \
-    static V eval(V v, std::uint64_t n) noexcept {                        \
-      return function(v, n);                                              \
-    }                                                                     \
-    template <TypeId T, TypeId U>                                         \
-    static constexpr Kernel kernel = &shifted<Row, T, U>;                 \
+#define PLC_SHIFT(Row, iec, function, rotates, text)                         \
+  struct Row {                                                               \
+    static constexpr bool kRotates = rotates;                                \
+    static constexpr FunctionSpec spec{.name = iec,                          \
+                                       .t_categories = core::kAnyBit,        \
+                                       .u_categories = core::kAnyInt,        \
+                                       .params = {{"IN", kT}, {"N", kU}},    \
+                                       .param_count = 2,                     \
+                                       .result = kT,                         \
+                                       .events = events(Event::kOutOfRange), \
+                                       .clause = kShiftClause,               \
+                                       .summary = text,                      \
+                                       .examples = Row##Examples::list};     \
+    template <class V>                                                       \
+    static V eval(V v, std::uint64_t n) noexcept {                           \
+      return function(v, n);                                                 \
+    }                                                                        \
+    template <TypeId T, TypeId U>                                            \
+    static constexpr Kernel kernel = &shifted<Row, T, U>;                    \
   }
 
 struct ShlExamples {

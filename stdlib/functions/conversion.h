@@ -330,7 +330,7 @@ struct Convert {
                                      .params = {{"IN", kT}},
                                      .param_count = 1,
                                      .result = kU,
-                                     .may_event = true,
+                                     .events = events(Event::kOutOfRange, Event::kTruncated, Event::kInvalid),
                                      .clause = kConversionClause,
                                      .summary = "IN as a value of the other type (docs/guides/conversions.md).",
                                      .examples = examples};
@@ -349,7 +349,7 @@ struct ConvertLongName {
                                      .params = {{"IN", kT}},
                                      .param_count = 1,
                                      .result = kU,
-                                     .may_event = true,
+                                     .events = events(Event::kOutOfRange, Event::kTruncated, Event::kInvalid),
                                      .clause = "IEC 61131-3:2003, table 30",
                                      .summary = "As DT_TO_TOD and its like, names written out.",
                                      .examples = examples};
@@ -371,7 +371,7 @@ struct ConvertOverloaded {
                                      .params = {{"IN", kT}},
                                      .param_count = 1,
                                      .result = kU,
-                                     .may_event = true,
+                                     .events = events(Event::kOutOfRange, Event::kTruncated, Event::kInvalid),
                                      .clause = kConversionClause,
                                      .summary = "IN as a value of the named type, as A_TO_B does.",
                                      .examples = examples};
@@ -397,7 +397,7 @@ struct Truncate {
                                        .params = {{"IN", kT}},                                            \
                                        .param_count = 1,                                                  \
                                        .result = kU,                                                      \
-                                       .may_event = true,                                                 \
+                                       .events = events(Event::kOutOfRange),                              \
                                        .clause = "IEC 61131-3:2013, table 22",                            \
                                        .summary =                                                         \
                                            "The integer part of IN, toward zero; out of range saturates " \

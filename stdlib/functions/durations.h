@@ -141,8 +141,11 @@ constexpr std::int64_t divide(std::int64_t t, U divisor, Event& event) noexcept 
   }
 }
 
+inline constexpr EventSet kScaleEvents = events(Event::kOutOfRange);
+inline constexpr EventSet kDivideEvents = events(Event::kDivideByZero, Event::kOutOfRange);
+
 /// Rows of a duration by a number. T is a type variable in the overloaded ones and fixed in the typed ones.
-#define PLC_SCALE_ROW(Row, iec, categories, A, function, text, ...)          \
+#define PLC_SCALE_ROW(Row, iec, categories, A, function, reports, text, ...) \
   struct Row {                                                               \
     static constexpr Example examples[] = {__VA_ARGS__};                     \
     static constexpr FunctionSpec spec{.name = iec,                          \
@@ -151,7 +154,7 @@ constexpr std::int64_t divide(std::int64_t t, U divisor, Event& event) noexcept 
                                        .params = {{"IN1", A}, {"IN2", kU}},  \
                                        .param_count = 2,                     \
                                        .result = A,                          \
-                                       .may_event = true,                    \
+                                       .events = reports,                    \
                                        .clause = kDurationClause,            \
                                        .summary = text,                      \
                                        .examples = examples};                \
@@ -162,28 +165,28 @@ constexpr std::int64_t divide(std::int64_t t, U divisor, Event& event) noexcept 
     template <TypeId, TypeId U>                                              \
     static constexpr Kernel kernel = &binary<Row, std::int64_t, ValueOf<U>>; \
   };
-PLC_SCALE_ROW(MulDuration, "MUL", core::kAnyDuration, kT, scale,
+PLC_SCALE_ROW(MulDuration, "MUL", core::kAnyDuration, kT, scale, kScaleEvents,
               "A duration times a number; integers wrap, reals round half to even and saturate with an event.",
               {"TIME,INT", "MUL(T#1s, 3)", "T#3s"}, {"TIME,REAL", "MUL(T#1s, 0.5)", "T#500ms"})
-PLC_SCALE_ROW(DivDuration, "DIV", core::kAnyDuration, kT, divide,
+PLC_SCALE_ROW(DivDuration, "DIV", core::kAnyDuration, kT, divide, kDivideEvents,
               "A duration divided by a number, integers toward zero; 0 with an event if the number is 0.",
               {"TIME,INT", "DIV(T#1s, -4)", "T#-250ms"}, {"TIME,LREAL", "DIV(T#1s, 0.0)", "event:divide_by_zero T#0s"})
-PLC_SCALE_ROW(MulTime, "MUL_TIME", 0, fixed(TypeId::kTime), scale,
+PLC_SCALE_ROW(MulTime, "MUL_TIME", 0, fixed(TypeId::kTime), scale, kScaleEvents,
               "A duration times a number; integers wrap, reals round half to even and saturate with an event.",
               {"INT", "MUL_TIME(T#1s, 3)", "T#3s"}, {"REAL", "MUL_TIME(T#1s, 0.5)", "T#500ms"})
-PLC_SCALE_ROW(MulTimeSecond, "MULTIME", 0, fixed(TypeId::kTime), scale,
+PLC_SCALE_ROW(MulTimeSecond, "MULTIME", 0, fixed(TypeId::kTime), scale, kScaleEvents,
               "A duration times a number; integers wrap, reals round half to even and saturate with an event.",
               {"INT", "MULTIME(T#1s, 3)", "T#3s"}, {"REAL", "MULTIME(T#1s, 0.5)", "T#500ms"})
-PLC_SCALE_ROW(MulLtime, "MUL_LTIME", 0, fixed(TypeId::kLtime), scale,
+PLC_SCALE_ROW(MulLtime, "MUL_LTIME", 0, fixed(TypeId::kLtime), scale, kScaleEvents,
               "A duration times a number; integers wrap, reals round half to even and saturate with an event.",
               {"INT", "MUL_LTIME(LTIME#1s, 3)", "LTIME#3s"}, {"REAL", "MUL_LTIME(LTIME#1s, 0.5)", "LTIME#500ms"})
-PLC_SCALE_ROW(DivTime, "DIV_TIME", 0, fixed(TypeId::kTime), divide,
+PLC_SCALE_ROW(DivTime, "DIV_TIME", 0, fixed(TypeId::kTime), divide, kDivideEvents,
               "A duration divided by a number, integers toward zero; 0 with an event if the number is 0.",
               {"INT", "DIV_TIME(T#1s, -4)", "T#-250ms"}, {"LREAL", "DIV_TIME(T#1s, 0.0)", "event:divide_by_zero T#0s"})
-PLC_SCALE_ROW(DivTimeSecond, "DIVTIME", 0, fixed(TypeId::kTime), divide,
+PLC_SCALE_ROW(DivTimeSecond, "DIVTIME", 0, fixed(TypeId::kTime), divide, kDivideEvents,
               "A duration divided by a number, integers toward zero; 0 with an event if the number is 0.",
               {"INT", "DIVTIME(T#1s, -4)", "T#-250ms"}, {"LREAL", "DIVTIME(T#1s, 0.0)", "event:divide_by_zero T#0s"})
-PLC_SCALE_ROW(DivLtime, "DIV_LTIME", 0, fixed(TypeId::kLtime), divide,
+PLC_SCALE_ROW(DivLtime, "DIV_LTIME", 0, fixed(TypeId::kLtime), divide, kDivideEvents,
               "A duration divided by a number, integers toward zero; 0 with an event if the number is 0.",
               {"INT", "DIV_LTIME(LTIME#1s, -4)", "LTIME#-250ms"},
               {"LREAL", "DIV_LTIME(LTIME#1s, 0.0)", "event:divide_by_zero LTIME#0s"})

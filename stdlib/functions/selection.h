@@ -16,7 +16,7 @@ struct Move {
                                      .params = {{"IN", kT}},
                                      .param_count = 1,
                                      .result = kT,
-                                     .may_event = true,
+                                     .events = events(Event::kTruncated),
                                      .clause = kSelectionClause,
                                      .summary = "IN; a string longer than the result is cut with an event.",
                                      .examples = examples};
@@ -37,7 +37,7 @@ struct Sel {
                                      .params = {{"G", fixed(TypeId::kBool)}, {"IN0", kT}, {"IN1", kT}},
                                      .param_count = 3,
                                      .result = kT,
-                                     .may_event = true,
+                                     .events = events(Event::kTruncated),
                                      .clause = kSelectionClause,
                                      .summary = "IN0 if G is FALSE, IN1 if G is TRUE.",
                                      .examples = examples};
@@ -59,7 +59,7 @@ struct Max {
       .param_count = 2,
       .extensible = true,
       .result = kT,
-      .may_event = true,
+      .events = events(Event::kTruncated),
       .clause = kSelectionClause,
       .summary = "The greatest input, the first of equal ones; a NaN behind another input is passed over.",
       .examples = examples};
@@ -81,7 +81,7 @@ struct Min {
       .param_count = 2,
       .extensible = true,
       .result = kT,
-      .may_event = true,
+      .events = events(Event::kTruncated),
       .clause = kSelectionClause,
       .summary = "The least input, the first of equal ones; a NaN behind another input is passed over.",
       .examples = examples};
@@ -103,7 +103,7 @@ struct Limit {
       .params = {{"MN", kT}, {"IN", kT}, {"MX", kT}},
       .param_count = 3,
       .result = kT,
-      .may_event = true,
+      .events = events(Event::kTruncated),
       .clause = kSelectionClause,
       .summary = "IN held within MN .. MX: MIN(MAX(IN, MN), MX), so MX wins when MN is greater.",
       .examples = examples};
@@ -127,7 +127,7 @@ struct Mux {
       .param_count = 3,
       .extensible = true,
       .result = kT,
-      .may_event = true,
+      .events = events(Event::kBadIndex, Event::kTruncated),
       .clause = kSelectionClause,
       .summary = "The input numbered K, counted from 0; outside, the first or last one with an event.",
       .examples = examples};

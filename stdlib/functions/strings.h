@@ -73,7 +73,7 @@ struct Left {
                                      .params = {{"IN", kT}, {"L", kU}},
                                      .param_count = 2,
                                      .result = kT,
-                                     .may_event = true,
+                                     .events = events(Event::kOutOfRange, Event::kTruncated),
                                      .clause = kStringClause,
                                      .summary = "The first L characters of IN.",
                                      .examples = examples};
@@ -94,7 +94,7 @@ struct Right {
                                      .params = {{"IN", kT}, {"L", kU}},
                                      .param_count = 2,
                                      .result = kT,
-                                     .may_event = true,
+                                     .events = events(Event::kOutOfRange, Event::kTruncated),
                                      .clause = kStringClause,
                                      .summary = "The last L characters of IN.",
                                      .examples = examples};
@@ -116,7 +116,7 @@ struct Mid {
                                      .params = {{"IN", kT}, {"L", kU}, {"P", kU}},
                                      .param_count = 3,
                                      .result = kT,
-                                     .may_event = true,
+                                     .events = events(Event::kOutOfRange, Event::kTruncated),
                                      .clause = kStringClause,
                                      .summary = "L characters of IN from position P on.",
                                      .examples = examples};
@@ -139,7 +139,7 @@ struct Concat {
                                      .param_count = 2,
                                      .extensible = true,
                                      .result = kT,
-                                     .may_event = true,
+                                     .events = events(Event::kTruncated),
                                      .clause = kStringClause,
                                      .summary = "The inputs one behind the other.",
                                      .examples = examples};
@@ -172,7 +172,7 @@ struct Insert {
                                      .params = {{"IN1", kT}, {"IN2", kT}, {"P", kU}},
                                      .param_count = 3,
                                      .result = kT,
-                                     .may_event = true,
+                                     .events = events(Event::kOutOfRange, Event::kTruncated),
                                      .clause = kStringClause,
                                      .summary = "IN2 put into IN1 behind position P; P = 0 puts it in front.",
                                      .examples = examples};
@@ -198,7 +198,7 @@ struct Delete {
                                      .params = {{"IN", kT}, {"L", kU}, {"P", kU}},
                                      .param_count = 3,
                                      .result = kT,
-                                     .may_event = true,
+                                     .events = events(Event::kOutOfRange, Event::kTruncated),
                                      .clause = kStringClause,
                                      .summary = "IN without L characters from position P on.",
                                      .examples = examples};
@@ -225,7 +225,7 @@ struct Replace {
                                      .params = {{"IN1", kT}, {"IN2", kT}, {"L", kU}, {"P", kU}},
                                      .param_count = 4,
                                      .result = kT,
-                                     .may_event = true,
+                                     .events = events(Event::kOutOfRange, Event::kTruncated),
                                      .clause = kStringClause,
                                      .summary = "IN1 with L characters from position P on replaced by IN2.",
                                      .examples = examples};
