@@ -50,6 +50,19 @@ void Diagnostics::report(Code code, const SourceRef& at, std::string_view pou, s
   all_.push_back({code, severity, at, std::string(pou), std::move(message), std::move(help)});
 }
 
+void Diagnostics::drop_repeated(std::size_t first) {
+  const auto earlier = static_cast<std::ptrdiff_t>(std::min(first, all_.size()));
+  const auto repeated = [&](const Diagnostic& d) {
+    const bool found = std::any_of(all_.begin(), all_.begin() + earlier, [&](const Diagnostic& e) {
+      return e.code == d.code && e.at == d.at && e.message == d.message;
+    });
+    if (found && d.severity == Severity::kError) --errors_;
+    if (found && d.severity == Severity::kWarning) --warnings_;
+    return found;
+  };
+  all_.erase(std::remove_if(all_.begin() + earlier, all_.end(), repeated), all_.end());
+}
+
 std::string Diagnostics::message_line(const Diagnostic& d) const {
   static constexpr std::string_view kWords[] = {"note", "warning", "error"};
   std::string out;

@@ -53,6 +53,10 @@ class Diagnostics {
   void mute(Code code);
   void report(Code code, const SourceRef& at, std::string_view pou, std::string message, std::string help = {});
 
+  /// Takes out again what was reported from the `first` diagnostic on and stood there before, with the same code, place
+  /// and words: text that is read more than once has the same mistakes.
+  void drop_repeated(std::size_t first);
+
   [[nodiscard]] bool has_errors() const { return errors_ != 0; }
   [[nodiscard]] std::size_t error_count() const { return errors_; }
   [[nodiscard]] std::size_t warning_count() const { return warnings_; }

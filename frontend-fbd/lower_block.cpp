@@ -8,6 +8,7 @@
 #include "frontend-fbd/drawing.h"
 #include "frontend-fbd/ports.h"
 #include "frontend-st/text.h"
+#include "ir/generic.h"
 
 namespace plc::fbd {
 
@@ -295,7 +296,71 @@ struct BlockLowering {
 
   // ---- functions ----
 
+  /// The function made from a generic one for the arrays that are wired to it. Nothing, and reported, when they do not
+  /// fit.
+  std::optional<std::uint32_t> function_for(std::uint32_t pou_index) {
+    const auto ports = ports_of_function(b.module(), b.module().pous[pou_index]);
+    std::vector<ir::OpenArgument> open;
+    std::size_t position = 0;
+    std::size_t wanted = 0;
+    for (const Port& port : ports) wanted += b.module().types[port.type].open ? 1 : 0;
+    for (const Input& input : d.inputs(node)) {
+      if (is_enable_name(input.pin->name)) continue;
+      const Port* port = named_in_out(ports, input);
+      if (port == nullptr) port = find_port(ports, Direction::kInput, input.pin->name, position++);
+      if (port == nullptr || !b.module().types[port->type].open) continue;
+      const Incoming in = d.read(input);
+      if (in.state == Incoming::State::kPoison) return std::nullopt;
+      if (!in.is_value() || in.operand.kind != Operand::Kind::kValue) continue;
+      const ir::TypeRef type = b.type_of(in.operand.value);
+      if (!ir::fits_open(b.module().types, port->type, type)) {
+        b.report(Code::P3007, input.pin->at,
+                 "\"" + std::string(port->name) + "\" of " + title() + " has type " +
+                     b.module().types.name_of(port->type) + ", what is wired to it has type " +
+                     b.module().types.name_of(type),
+                 "the elements and the number of dimensions are those of the declaration");
+        return std::nullopt;
+      }
+      open.push_back({port->index, type});
+    }
+    if (open.size() != wanted) {
+      b.report(Code::P3010, e.at, title() + " has inputs ARRAY [*] that are not wired to an array",
+               "an ARRAY [*] has no value of its own: wire it");
+      return std::nullopt;
+    }
+    std::sort(open.begin(), open.end(), [](const auto& x, const auto& y) { return x.variable < y.variable; });
+    return ir::specialize(b.module(), pou_index, open);
+  }
+
+  /// LOWER_BOUND and UPPER_BOUND: an array and the number of a dimension.
+  void lower_array_bound(ir::Bound bound) {
+    std::vector<Incoming> in;
+    bool good = read_enable();
+    for (const Input& input : d.inputs(node)) {
+      if (is_enable_name(input.pin->name)) continue;
+      in.push_back(d.read(input));
+      good = good && in.back().is_value();
+    }
+    if (good && (in.size() != 2 || in[0].operand.kind != Operand::Kind::kValue)) {
+      b.report(Code::P3010, e.at, title() + " needs an array and the number of a dimension",
+               "wire ARR to an array variable and DIM to a number");
+      good = false;
+    }
+    std::optional<ValueId> result;
+    if (good) result = ir::array_bound(b, bound, b.type_of(in[0].operand.value), in[1].operand, e.at);
+    if (!result) return poison();
+    for (std::uint16_t i = 0; i < e.outputs.size(); ++i) {
+      if (output_wanted(i)) publish_output(i, *result);
+    }
+    publish_eno();
+  }
+
   void lower_function_pou(std::uint32_t pou_index) {
+    if (b.module().pous[pou_index].generic) {
+      const auto made = function_for(pou_index);
+      if (!made) return poison();
+      pou_index = *made;
+    }
     const ir::Pou& callee = b.module().pous[pou_index];
     if (!callee.refused.empty()) return poison();  // its pins are not all known
     const auto ports = ports_of_function(b.module(), callee);
@@ -410,7 +475,7 @@ struct BlockLowering {
         std::any_of(operands.begin(), operands.end(), [](const Operand& o) { return o.kind != Operand::Kind::kValue; });
     const auto expected =
         literals && result_pin ? d.expected_type({OutRef::Kind::kPin, *result_pin, node}) : std::nullopt;
-    const auto result = is_whole_move(operands) ? operands[0].value : b.call(e.text, operands, e.at, expected, pins);
+    const auto result = b.call(e.text, operands, e.at, expected, pins);
     std::optional<PlaceId> kept;
     if (result && enable && result_pin && output_wanted(*result_pin)) kept = keep(*result, "OUT");
     close();
@@ -423,12 +488,6 @@ struct BlockLowering {
       }
     }
     publish_eno();
-  }
-
-  /// MOVE is ANY: structures and arrays pass as they are.
-  bool is_whole_move(const std::vector<Operand>& operands) {
-    return core::iequals(e.text, "MOVE") && operands[0].kind == Operand::Kind::kValue &&
-           !b.module().types.elementary_of(b.type_of(operands[0].value));
   }
 
   /// Drawn pins go to the parameters they name, if all names are known and different; else by position.
@@ -522,6 +581,7 @@ struct BlockLowering {
     if (is_function) return lower_function_pou(pou->second);
     if (is_block) return lower_block_instance();
     if (is_delay(e)) return d.lower_delay(node);
+    if (const auto bound = ir::array_bound_named(e.text)) return lower_array_bound(*bound);
     lower_standard_function();
   }
 

@@ -203,6 +203,7 @@ void Declarer::set_depth(TypeRef type, std::uint32_t depth) {
 
 std::optional<TypeRef> Declarer::resolve(const TypeSpec& spec, const Owner& owner) {
   const SourceRef& at = place(spec.at, owner);
+  const bool open_allowed = std::exchange(open_allowed_, false);
   if (++nesting_ > kMaxTypeNesting) {
     --nesting_;
     report_depth(at, owner);
@@ -217,7 +218,7 @@ std::optional<TypeRef> Declarer::resolve(const TypeSpec& spec, const Owner& owne
       result = resolve_string(spec, owner);
       break;
     case TypeSpec::Kind::kArray:
-      result = resolve_array(spec, owner);
+      result = resolve_array(spec, owner, open_allowed);
       break;
     case TypeSpec::Kind::kStruct: {
       ir::Type type;
@@ -322,7 +323,7 @@ std::optional<TypeRef> Declarer::resolve_string(const TypeSpec& spec, const Owne
   return types().string(id, static_cast<std::uint16_t>(*length));
 }
 
-std::optional<TypeRef> Declarer::resolve_array(const TypeSpec& spec, const Owner& owner) {
+std::optional<TypeRef> Declarer::resolve_array(const TypeSpec& spec, const Owner& owner, bool open_allowed) {
   const SourceRef& at = place(spec.at, owner);
   if (!spec.base || spec.dimensions.empty()) {
     report(Code::P4017, at, owner.pou,
@@ -330,6 +331,19 @@ std::optional<TypeRef> Declarer::resolve_array(const TypeSpec& spec, const Owner
     return std::nullopt;
   }
   const auto element = resolve(*spec.base, owner);
+  const auto open = [](const plcopen::Dimension& d) { return core::trimmed(d.lower) == "*"; };
+  const auto stars = std::count_if(spec.dimensions.begin(), spec.dimensions.end(), open);
+  if (stars != 0) {
+    if (!open_allowed || stars != static_cast<std::ptrdiff_t>(spec.dimensions.size())) {
+      report(Code::P4043, at, owner.pou, quoted(owner.name) + " is an array of variable length",
+             open_allowed ? "write [*] for all dimensions or for none"
+                          : "VAR_INPUT and VAR_IN_OUT of functions may be ARRAY [*]; elsewhere write the bounds");
+      return std::nullopt;
+    }
+    std::optional<TypeRef> type = element;
+    for (auto i = stars; type && i > 0; --i) type = types().open_array(*type);
+    return type;
+  }
   std::vector<std::pair<std::int64_t, std::int64_t>> bounds;
   std::int64_t total = 1;
   bool fine = element.has_value();

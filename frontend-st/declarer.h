@@ -75,7 +75,7 @@ class Declarer final : public ConstantScope {
   std::optional<ir::TypeRef> resolve(const plcopen::TypeSpec& spec, const Owner& owner);
   std::optional<ir::TypeRef> resolve_name(std::string_view name, const core::SourceRef& at, const Owner& owner);
   std::optional<ir::TypeRef> unknown_type(std::string_view name, const core::SourceRef& at, const Owner& owner);
-  std::optional<ir::TypeRef> resolve_array(const plcopen::TypeSpec& spec, const Owner& owner);
+  std::optional<ir::TypeRef> resolve_array(const plcopen::TypeSpec& spec, const Owner& owner, bool open_allowed);
   void report_depth(const core::SourceRef& at, const Owner& owner);
   [[nodiscard]] std::uint32_t depth_of(ir::TypeRef type) const;
   void set_depth(ir::TypeRef type, std::uint32_t depth);
@@ -162,6 +162,7 @@ class Declarer final : public ConstantScope {
   std::vector<std::uint32_t> resolving_;  ///< user types in progress, outermost first
   std::uint32_t pointers_ = 0;
   std::uint32_t nesting_ = 0;
+  bool open_allowed_ = false;  ///< the type that is resolved next may be ARRAY [*]
   std::uint32_t chain_ = 0;  ///< constants that are being computed because another one needs them
   std::pair<const plcopen::Variable*, bool> too_deep_{};  ///< where a chain was given up, and whether that is local
   std::vector<std::uint32_t> depth_;                      ///< levels of arrays and structures, by type

@@ -142,9 +142,10 @@ Lowering::Arguments Lowering::bind_arguments(NodeId call, const std::vector<Para
   return out;
 }
 
-// The handle of a variable given to an in-out.
-std::optional<ValueId> Lowering::in_out(NodeId written, const Parameter& parameter, std::string_view callee) {
-  const auto where = place(written, true);
+// The handle of a variable given to an in-out; `known` when its place was looked up before.
+std::optional<ValueId> Lowering::in_out(NodeId written, const Parameter& parameter, std::string_view callee,
+                                        std::optional<PlaceId> known) {
+  const auto where = known ? known : place(written, true);
   if (!where) return std::nullopt;
   const std::string what = "in-out " + quoted(parameter.name) + " of " + std::string(callee);
   if (builder_.is_part(*where)) {
@@ -204,6 +205,8 @@ void Lowering::report_unknown_function(NodeId id, std::string_view name) {
     if (pou.kind == ir::PouKind::kFunction) guess.offer(pou.name);
   }
   for (const stdlib::FunctionSpec* spec : stdlib::function_specs()) guess.offer(spec->name);
+  guess.offer("LOWER_BOUND");
+  guess.offer("UPPER_BOUND");
   report(Code::P4009, at(id), "there is no function " + quoted(name), guess.help());
 }
 
@@ -220,6 +223,7 @@ std::optional<Operand> Lowering::call(NodeId id, Expected expected, bool as_stat
   if (pou != module.pou_by_name.end() && module.pous[pou->second].kind == ir::PouKind::kFunction) {
     return call_function(id, pou->second, as_statement);
   }
+  if (const auto bound = ir::array_bound_named(name)) return call_array_bound(id, *bound);
   // A variable called like a standard function ("Limit", "Max") does not hide it where it is called.
   if (!stdlib::overloads_named(name).empty()) return call_standard(id, name, expected);
   const Named named = find_name(module, builder_.pou(), name);
@@ -338,11 +342,77 @@ std::optional<Operand> Lowering::call_standard(NodeId id, std::string_view name,
   return operand(builder_.load(builder_.variable(kept)), id);
 }
 
+// LOWER_BOUND(array, dimension), UPPER_BOUND(array, dimension).
+std::optional<Operand> Lowering::call_array_bound(NodeId id, ir::Bound bound) {
+  const std::vector<Parameter> parameters{{"ARR", Role::kInput, 0, {}, {}}, {"DIM", Role::kInput, 1, {}, {}}};
+  const std::string name(name_text(node(id).a));
+  const Arguments arguments = bind_arguments(id, parameters, name, false);
+  if (!arguments.fine) return std::nullopt;
+  if (arguments.bound.size() != parameters.size() || arguments.en != kNoNode || arguments.eno != kNoNode) {
+    report(Code::P4010, at(id), name + " takes an array and the number of a dimension",
+           "write " + name + "(values, 1)");
+    return std::nullopt;
+  }
+  const Bound& first = arguments.bound[arguments.bound[0].parameter == 0 ? 0 : 1];
+  const Bound& second = arguments.bound[arguments.bound[0].parameter == 0 ? 1 : 0];
+  const auto array = place(node(first.argument).a, false);
+  const auto dimension = value(node(second.argument).a, std::nullopt);
+  if (!array || !dimension) return std::nullopt;
+  const auto result = ir::array_bound(builder_, bound, builder_.type_of(*array), *dimension, at(id));
+  if (!result) return std::nullopt;
+  return operand(*result, id);
+}
+
+// Looks at the arrays that a call of a generic function passes, and gives the function made for them. What was lowered
+// for that is kept in `given`, by argument.
+std::optional<std::uint32_t> Lowering::function_for(NodeId id, std::uint32_t pou, const Arguments& arguments,
+                                                    const std::vector<Parameter>& parameters, Given& given) {
+  std::vector<ir::OpenArgument> open;
+  bool fine = true;
+  for (std::uint32_t p = 0; p < parameters.size(); ++p) {
+    const Parameter& parameter = parameters[p];
+    if (!types()[parameter.type].open) continue;
+    const auto bound =
+        std::find_if(arguments.bound.begin(), arguments.bound.end(), [&](const Bound& b) { return b.parameter == p; });
+    const std::string what = quoted(parameter.name) + " of " + builder_.module().pous[pou].name;
+    if (bound == arguments.bound.end()) {
+      report(Code::P4010, at(id), what + " is not given", "an ARRAY [*] has no value of its own");
+      fine = false;
+      continue;
+    }
+    const NodeId written = node(bound->argument).a;
+    TypeRef type{};
+    if (parameter.role == Role::kInOut) {
+      const auto where = place(written, true);
+      if (where) given.places.emplace(bound->argument, *where);
+      if (where) type = builder_.type_of(*where);
+    } else {
+      const auto operand_given = value(written, std::nullopt);
+      if (operand_given) given.values.emplace(bound->argument, *operand_given);
+      if (operand_given && operand_given->kind == Operand::Kind::kValue) type = builder_.type_of(operand_given->value);
+      if (operand_given && !type.valid()) type = ir::kBoolType;
+    }
+    fine = fine && type.valid();
+    if (!type.valid()) continue;
+    if (!ir::fits_open(types(), parameter.type, type)) {
+      report(Code::P4010, at(written),
+             what + " needs " + types().name_of(parameter.type) + ", " + quoted(text(written)) + " is " +
+                 types().name_of(type),
+             "the elements and the number of dimensions are those of the declaration");
+      fine = false;
+      continue;
+    }
+    open.push_back({parameter.index, type});
+  }
+  if (!fine) return std::nullopt;
+  return ir::specialize(builder_.module(), pou, open);
+}
+
 std::optional<Operand> Lowering::call_function(NodeId id, std::uint32_t pou, bool as_statement) {
   if (!builder_.module().pous[pou].refused.empty()) return std::nullopt;  // its parameters are not all known
   const std::string name = builder_.module().pous[pou].name;
   const TypeRef result_type = builder_.module().pous[pou].return_type;
-  const std::vector<Parameter> parameters = parameters_of_pou(pou);
+  std::vector<Parameter> parameters = parameters_of_pou(pou);
   if (!result_type.valid() && !as_statement) {
     report(Code::P4009, at(id), "function " + quoted(name) + " has no result to use in an expression");
     return std::nullopt;
@@ -362,6 +432,13 @@ std::optional<Operand> Lowering::call_function(NodeId id, std::uint32_t pou, boo
     fine = fine && enable.has_value();
     if (enable) builder_.jump_if_not(*enable, skip);
   }
+  Given given;
+  if (fine && builder_.module().pous[pou].generic) {
+    const auto made = function_for(id, pou, arguments, parameters, given);
+    if (!made) return std::nullopt;
+    pou = *made;
+    parameters = parameters_of_pou(pou);
+  }
   std::vector<ir::CallArg> args;
   std::vector<std::pair<NodeId, std::uint32_t>>
       deliveries;  ///< outputs whose target has another type: argument, hidden variable
@@ -371,7 +448,9 @@ std::optional<Operand> Lowering::call_function(NodeId id, std::uint32_t pou, boo
     ir::CallArg arg;
     arg.variable = parameter.index;
     if (parameter.role == Role::kInput) {
-      const auto operand_given = value(written, parameter.type);
+      const auto known = given.values.find(bound.argument);
+      const auto operand_given =
+          known != given.values.end() ? std::optional(known->second) : value(written, parameter.type);
       const auto converted = operand_given ? builder_.convert(*operand_given, parameter.type,
                                                               "input " + quoted(parameter.name) + " of " + name)
                                            : std::nullopt;
@@ -382,7 +461,9 @@ std::optional<Operand> Lowering::call_function(NodeId id, std::uint32_t pou, boo
       arg.kind = ir::CallArg::Kind::kInput;
       arg.value = *converted;
     } else if (parameter.role == Role::kInOut) {
-      const auto handle = in_out(written, parameter, name);
+      const auto known = given.places.find(bound.argument);
+      const auto handle =
+          in_out(written, parameter, name, known != given.places.end() ? std::optional(known->second) : std::nullopt);
       if (!handle) {
         fine = false;
         continue;

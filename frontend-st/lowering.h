@@ -17,6 +17,7 @@
 #include "frontend-st/names.h"
 #include "frontend-st/source_text.h"
 #include "ir/builder.h"
+#include "ir/generic.h"
 
 namespace plc::st {
 
@@ -126,6 +127,14 @@ class Lowering {
   bool is_constant(ir::PlaceId place);
   std::optional<ir::Operand> call(NodeId id, Expected expected, bool as_statement);
   std::optional<ir::Operand> call_function(NodeId id, std::uint32_t pou, bool as_statement);
+  /// Arguments that were lowered to find out which function is called, by their node.
+  struct Given {
+    std::map<NodeId, ir::PlaceId> places;
+    std::map<NodeId, ir::Operand> values;
+  };
+  std::optional<std::uint32_t> function_for(NodeId id, std::uint32_t pou, const Arguments& arguments,
+                                            const std::vector<Parameter>& parameters, Given& given);
+  std::optional<ir::Operand> call_array_bound(NodeId id, ir::Bound bound);
   std::optional<ir::Operand> call_standard(NodeId id, std::string_view name, Expected expected);
   std::optional<ir::Operand> take_reference(NodeId id);
   bool call_block(NodeId id);
@@ -133,7 +142,8 @@ class Lowering {
   std::vector<Parameter> parameters_of_block(const stdlib::BlockSpec& block);
   Arguments bind_arguments(NodeId call, const std::vector<Parameter>& parameters, std::string_view callee,
                            bool is_block);
-  std::optional<ir::ValueId> in_out(NodeId written, const Parameter& parameter, std::string_view callee);
+  std::optional<ir::ValueId> in_out(NodeId written, const Parameter& parameter, std::string_view callee,
+                                    std::optional<ir::PlaceId> known = std::nullopt);
   bool all_in_outs_given(NodeId call, const std::vector<Parameter>& parameters, const Arguments& arguments,
                          std::string_view callee);
   std::optional<ir::ValueId> condition(NodeId id, std::string_view what);

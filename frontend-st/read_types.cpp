@@ -94,8 +94,9 @@ bool DeclarationReader::array_spec(TypeSpec& out) {
   out.kind = TypeSpec::Kind::kArray;
   if (!require(TokenKind::kLeftBracket, "\"[\"")) return false;
   do {
-    if (at(TokenKind::kStar)) {
-      return fail(Code::P4043, token_, "arrays of variable length are not supported", "write the bounds as in [0..9]");
+    if (accept(TokenKind::kStar)) {
+      out.dimensions.push_back({"*", "*"});
+      continue;
     }
     Piece lower = expression();
     if (lower.text.empty()) return fail_expected("the lower bound of an array");

@@ -246,6 +246,7 @@ class NamedCall {
       : builder_(builder), name_(core::uppered(name)), args_(args), at_(at), expected_(expected), pins_(pins) {}
 
   std::optional<ValueId> make() {
+    if (const auto type = whole_type()) return choose(*type);
     if (!classify()) return std::nullopt;
     std::optional<TypeId> expected_id;
     if (expected_) expected_id = types().elementary_of(*expected_);
@@ -274,6 +275,73 @@ class NamedCall {
     return '"' + (named.empty() ? fmt::format("IN{}", i + 1) : stdlib::pin_name(*named.front().spec, i)) + '"';
   }
   std::string input(std::size_t i) const { return fmt::format("input {} of {}", quoted_pin(i), name_); }
+  /// The first of the inputs that the result is one of.
+  std::size_t first_choice() const { return name_ == "MOVE" ? 0 : 1; }
+  /// The type of structures, arrays or references among what stands to choose: no row has them, and moving them is the
+  /// same for all. Nothing when there are none.
+  std::optional<TypeRef> whole_type() {
+    if (name_ != "MOVE" && name_ != "SEL" && name_ != "MUX") return std::nullopt;
+    for (std::size_t i = first_choice(); i < args_.size(); ++i) {
+      if (args_[i].kind != Operand::Kind::kValue) continue;
+      const TypeRef type = builder_.type_of(args_[i].value);
+      if (!types().elementary_of(type)) return type;
+    }
+    return std::nullopt;
+  }
+  /// MOVE, SEL and MUX are of ANY (IEC 61131-3:2013, table 32).
+  std::optional<ValueId> choose(TypeRef type) {
+    const std::size_t first = first_choice();
+    const stdlib::FunctionSpec& spec = *stdlib::overloads_named(name_).front().spec;
+    if (spec.extensible ? args_.size() < spec.param_count : args_.size() != spec.param_count) {
+      explain({stdlib::Resolution::Status::kWrongCount});
+      return std::nullopt;
+    }
+    for (std::size_t i = first; i < args_.size(); ++i) {
+      if (!builder_.convert(args_[i], type, input(i))) return std::nullopt;
+    }
+    if (types().holds_instance(type)) {
+      builder_.report(
+          Code::P4109, at_,
+          fmt::format("{} has type {}, which holds a function block instance", input(first), types().name_of(type)),
+          "assign its members, or pass the instance to a VAR_IN_OUT");
+      return std::nullopt;
+    }
+    if (name_ == "MOVE") return args_[0].value;
+    const PlaceId chosen = builder_.variable(builder_.hidden("chosen", type));
+    builder_.store(chosen, args_[first].value);
+    return name_ == "SEL" ? choose_by_condition(chosen) : choose_by_number(chosen);
+  }
+  std::optional<ValueId> choose_by_condition(PlaceId chosen) {
+    const auto condition = builder_.convert(args_[0], kBoolType, input(0));
+    if (!condition) return std::nullopt;
+    const LabelId end = builder_.new_label();
+    builder_.jump_if_not(*condition, end);
+    builder_.store(chosen, args_[2].value);
+    builder_.bind(end);
+    return builder_.load(chosen);
+  }
+  /// The MUX of the numbers 0, 1, .. knows what a number outside does.
+  std::optional<ValueId> choose_by_number(PlaceId chosen) {
+    std::vector<Operand> numbers{args_[0]};
+    for (std::size_t i = 1; i < args_.size(); ++i) numbers.push_back(number(i - 1));
+    const auto index = builder_.call("MUX", numbers, at_, ref_of(TypeId::kDint));
+    if (!index) return std::nullopt;
+    for (std::size_t i = 2; i < args_.size(); ++i) {
+      const std::array<Operand, 2> pair{Operand::of(*index, at_), number(i - 1)};
+      const LabelId next = builder_.new_label();
+      builder_.jump_if_not(*builder_.call("EQ", pair, at_), next);
+      builder_.store(chosen, args_[i].value);
+      builder_.bind(next);
+    }
+    return builder_.load(chosen);
+  }
+  Operand number(std::size_t value) const {
+    Operand operand;
+    operand.kind = Operand::Kind::kIntLiteral;
+    operand.int_value = static_cast<std::int64_t>(value);
+    operand.at = at_;
+    return operand;
+  }
   SourceRef place_of(std::size_t i) const { return args_[i].at.line != 0 ? args_[i].at : at_; }
 
   bool classify() {

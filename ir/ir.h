@@ -7,6 +7,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <string>
 #include <unordered_map>
 #include <unordered_set>
@@ -189,8 +190,14 @@ struct Pou {
   bool from_library = false;  ///< brought by --lib: lint does not look at it
   /// Names whose declaration was reported as wrong: their uses are no errors of their own.
   NameSet refused = {};
+  bool generic = false;   ///< has parameters ARRAY [*]: calls call what is made from it (generic.h), and it has no body itself
+  bool has_made = false;  ///< functions were made from it
+  /// The generic function that this one is made from; else kDeclared.
+  std::uint32_t made_from = kDeclared;
   bool partial = false;   ///< parts of its body are left out (stubs, unconnected elements), with what they would read and write
   SourceRef at;
+
+  static constexpr std::uint32_t kDeclared = 0xffffffffu;
 
   [[nodiscard]] const Variable* find(std::string_view variable) const {
     const auto it = by_name.find(variable);
@@ -250,6 +257,7 @@ struct Module {
   std::unordered_map<std::string, std::uint32_t, core::NameHash, core::NameEqual> global_by_name;  ///< "X" and "GVL.X"
   std::vector<Pou> pous;
   std::unordered_map<std::string, std::uint32_t, core::NameHash, core::NameEqual> pou_by_name;
+  std::map<std::vector<std::uint32_t>, std::uint32_t> specialized;  ///< generic function and argument types -> what was made
   std::vector<Task> tasks;
   std::vector<LocatedInGlobal> located;
   NameSet refused;  ///< globals whose declaration was reported as wrong

@@ -126,7 +126,7 @@ class VariableLints {
     for (std::uint32_t p = 0; p < module_.pous.size(); ++p) {
       const Pou& pou = module_.pous[p];
       const bool unused_library = pou.from_library && !pou.compiled;
-      whole = whole && (unused_library || (pou.compiled && !pou.stub && !pou.partial));
+      whole = whole && (unused_library || pou.generic || (pou.compiled && !pou.stub && !pou.partial));
       if (!is_linted(pou) || pou.partial || pou.body.insts.empty()) continue;
       for (std::uint32_t v = 0; v < pou.variables.size(); ++v) {
         if (is_visible(pou.variables[v])) look_at_variable(p, v);

@@ -60,6 +60,15 @@ TypeRef TypeTable::array(TypeRef element, std::int64_t lower, std::int64_t upper
   return intern(fmt::format("A{}:{}:{}", element.index, lower, upper), std::move(type));
 }
 
+TypeRef TypeTable::open_array(TypeRef element) {
+  Type type;
+  type.kind = TypeKind::kArray;
+  type.element = element;
+  type.lower = 1;
+  type.open = true;
+  return intern(fmt::format("A{}:*", element.index), std::move(type));
+}
+
 TypeRef TypeTable::reference(TypeRef target) {
   Type type;
   type.kind = TypeKind::kReference;
@@ -115,11 +124,14 @@ std::string TypeTable::name_of(TypeRef ref) const {
     case TypeKind::kString:
       return fmt::format("{}[{}]", core::name_of(type.elementary), type.capacity);
     case TypeKind::kArray: {
-      std::string bounds = fmt::format("{}..{}", type.lower, type.upper);
+      const auto bounds_of = [](const Type& array) {
+        return array.open ? std::string("*") : fmt::format("{}..{}", array.lower, array.upper);
+      };
+      std::string bounds = bounds_of(type);
       TypeRef element = type.element;
       while (types_[element.index].kind == TypeKind::kArray && types_[element.index].name.empty()) {
         const Type& inner = types_[element.index];
-        bounds += fmt::format(", {}..{}", inner.lower, inner.upper);
+        bounds += ", " + bounds_of(inner);
         element = inner.element;
       }
       return fmt::format("ARRAY [{}] OF {}", bounds, name_of(element));

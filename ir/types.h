@@ -70,6 +70,7 @@ struct Type {
   /// kStruct without fields that stands for a type the project does not bring (--stub-missing). Values of it do
   /// nothing.
   bool stub = false;
+  bool open = false;  ///< kArray [*]: the type of a parameter of a generic function, of no value
   SourceRef at;
 };
 
@@ -85,6 +86,8 @@ class TypeTable {
 
   TypeRef string(TypeId string_or_wstring, std::uint16_t capacity);
   TypeRef array(TypeRef element, std::int64_t lower, std::int64_t upper);
+  /// ARRAY [*] OF element.
+  TypeRef open_array(TypeRef element);
   TypeRef reference(TypeRef target);
   TypeRef block(const stdlib::BlockSpec& block);
   /// The instance type of a program or function block POU.

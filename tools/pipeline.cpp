@@ -16,6 +16,7 @@
 #include "frontend-st/read.h"
 #include "frontend-st/text.h"
 #include "ir/check.h"
+#include "ir/generic.h"
 #include "ir/reach.h"
 #include "plcopen/reader.h"
 #include "tools/libraries.h"
@@ -68,11 +69,13 @@ class Lowering {
     for (const ir::Task& task : module.tasks) {
       for (const ir::ProgramInstance& program : task.programs) lower(program.pou);
     }
-    while (!reached_.empty()) {
-      const std::uint32_t pou = reached_.back();
-      reached_.pop_back();
-      for (const std::uint32_t callee : ir::callees(module, pou)) lower(callee);
+    lower_reached();
+    // Nobody calls them: their bodies are checked all the same.
+    for (std::uint32_t i = 0; i < project.pous.size(); ++i) {
+      const ir::Pou& pou = module.pous[i];
+      if (pou.generic && !pou.has_made && !pou.from_library) lower(ir::specialize_for_check(module, i));
     }
+    lower_reached();
     // A text of types and globals alone is a library.
     const bool declares_only = project.version == plcopen::Version::kText && project.pous.empty();
     if (drawn_ == 0 && texts_ == 0 && !declares_only) {
@@ -86,12 +89,29 @@ class Lowering {
   }
 
  private:
+  void lower_reached() {
+    while (!reached_.empty()) {
+      const std::uint32_t pou = reached_.back();
+      reached_.pop_back();
+      for (const std::uint32_t callee : ir::callees(*compilation_.module, pou)) lower(callee);
+    }
+  }
+
   void lower(std::uint32_t index) {
+    if (done_.size() <= index) done_.resize(index + 1);
     if (done_[index]) return;
     done_[index] = true;
+    const ir::Pou& made = compilation_.module->pous[index];
+    if (made.generic) return;  // what is made from it has its body
     reached_.push_back(index);
-    plcopen::Pou& pou = compilation_.project->pous[index];
+    const bool declared = made.made_from == ir::Pou::kDeclared;
+    plcopen::Pou& pou = compilation_.project->pous[declared ? index : made.made_from];
+    const std::size_t problems = compilation_.diagnostics.all().size();
     lower_bodies(pou, index);
+    if (!declared) {
+      compilation_.diagnostics.drop_repeated(problems);
+      return;
+    }
     // WHY: a large drawing takes more memory than the program it becomes; release it body by body.
     pou.bodies = {};
   }
