@@ -6,10 +6,13 @@
 
 #include "core/text.h"
 #include "stdlib/functions/arithmetic.h"
+#include "stdlib/functions/bcd.h"
 #include "stdlib/functions/bits.h"
 #include "stdlib/functions/comparison.h"
 #include "stdlib/functions/conversion.h"
+#include "stdlib/functions/dates.h"
 #include "stdlib/functions/durations.h"
+#include "stdlib/functions/endianness.h"
 #include "stdlib/functions/numeric.h"
 #include "stdlib/functions/selection.h"
 #include "stdlib/functions/strings.h"
@@ -28,7 +31,8 @@ template <class... A, class... B, class... Rest>
 struct Concat<Rows<A...>, Rows<B...>, Rest...> : Concat<Rows<A..., B...>, Rest...> {};
 
 using Library = Concat<rows::ArithmeticRows, rows::NumericRows, rows::ComparisonRows, rows::BitRows,
-                       rows::SelectionRows, rows::StringRows, rows::DurationRows, rows::ConversionRows>::Type;
+                       rows::SelectionRows, rows::StringRows, rows::DurationRows, rows::DateRows, rows::ConversionRows,
+                       rows::BcdRows, rows::EndianRows>::Type;
 
 struct TypePair {
   TypeId t;
@@ -153,11 +157,7 @@ constexpr auto specs_of(Rows<R...>) {
 }
 constexpr auto kSpecs = specs_of(Library{});
 
-}  // namespace
-
-std::span<const Overload> overloads() { return kTable.overloads; }
-
-std::span<const Overload> overloads_named(std::string_view name) {
+std::span<const Overload> rows_named(std::string_view name) {
   const auto end = kTable.names.begin() + kTable.name_count;
   const auto it = std::lower_bound(kTable.names.begin(), end, name,
                                    [](const Run& run, std::string_view key) { return folded_less(run.name, key); });
@@ -165,6 +165,43 @@ std::span<const Overload> overloads_named(std::string_view name) {
   return overloads().subspan(it->first, it->count);
 }
 
+/// "ADD" and INT of "ADD_INT". Rows whose names say their types already (conversions) have no typed names; D and LD end
+/// too many names of users to be read as types here.
+std::span<const Overload> rows_of_typed_name(std::string_view name) {
+  for (std::size_t at = name.rfind('_'); at != std::string_view::npos && at != 0; at = name.rfind('_', at - 1)) {
+    const std::string_view suffix = name.substr(at + 1);
+    const auto type = core::type_named(suffix);
+    if (!type || core::iequals(suffix, "D") || core::iequals(suffix, "LD")) continue;
+    const auto rows = rows_named(name.substr(0, at));
+    const auto of_type = [&](const Overload& o) {
+      return o.spec->t_categories != 0 && o.t == *type && o.name == o.spec->name;
+    };
+    const auto first = std::find_if(rows.begin(), rows.end(), of_type);
+    if (first != rows.end()) return {first, std::find_if_not(first, rows.end(), of_type)};
+  }
+  return {};
+}
+
+}  // namespace
+
+std::span<const Overload> overloads() { return kTable.overloads; }
+
+std::span<const Overload> overloads_named(std::string_view name) {
+  const auto rows = rows_named(name);
+  return rows.empty() ? rows_of_typed_name(name) : rows;
+}
+
 std::span<const FunctionSpec* const> function_specs() { return kSpecs; }
+
+std::span<const BundleSpec> bundles() { return rows::kDateBundles; }
+
+const BundleSpec* bundle_named(std::string_view name) {
+  for (const BundleSpec& bundle : bundles()) {
+    if (core::iequals(bundle.name, name)) return &bundle;
+  }
+  return nullptr;
+}
+
+bool is_function(std::string_view name) { return !overloads_named(name).empty() || bundle_named(name) != nullptr; }
 
 }  // namespace plc::stdlib

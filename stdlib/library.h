@@ -60,7 +60,7 @@ struct Example {
   std::string_view result;  ///< literal, or "event:divide_by_zero 0"
 };
 
-inline constexpr std::size_t kMaxParams = 4;
+inline constexpr std::size_t kMaxParams = 7;  // CONCAT_DT
 /// Arguments of one call of an extensible function.
 inline constexpr std::size_t kMaxArguments = 255;
 
@@ -100,7 +100,9 @@ struct Overload {
 
 /// Every overload, sorted by folded name; overloads of one name are adjacent.
 std::span<const Overload> overloads();
-/// The overloads called `name` (any letter case); empty when there is none.
+/// The overloads called `name` (any letter case); empty when there is none. A typed name, "ADD_INT" or "SHL_WORD",
+/// means the overloads of that function whose T is the type (IEC 61131-3:2013, table 21); a row of that very name goes
+/// first.
 std::span<const Overload> overloads_named(std::string_view name);
 /// Every function row.
 std::span<const FunctionSpec* const> function_specs();
@@ -111,6 +113,29 @@ std::string pin_name(const FunctionSpec& spec, std::size_t i);
 /// Stable name of an overload in images: "ADD:DINT", "SEL:REAL", "SHL:WORD,INT". Found again by overload_with_key.
 std::string key_of(const Overload& overload);
 const Overload* overload_with_key(std::string_view key);
+
+// ---- functions of several outputs
+// ------------------------------------------------------------------------------------
+
+/// A function of one input and several outputs, without a result: SPLIT_DATE. Each output is a function of its own on
+/// the same input, whose name, "SPLIT_DATE.YEAR", no text and no drawing can spell.
+struct BundleSpec {
+  std::string_view name;
+  Param input;  ///< of fixed type
+  std::span<const FunctionSpec* const> outputs;
+  std::string_view clause;
+  std::string_view summary;
+  std::string_view example;  ///< a call as an ST statement
+};
+std::span<const BundleSpec> bundles();
+/// The bundle called `name` (any letter case) or null.
+const BundleSpec* bundle_named(std::string_view name);
+/// True for the rows that are outputs of bundles.
+constexpr bool is_bundle_output(const FunctionSpec& spec) { return spec.name.find('.') != std::string_view::npos; }
+/// Pin name of such a row: "YEAR".
+constexpr std::string_view output_name(const FunctionSpec& spec) { return spec.name.substr(spec.name.find('.') + 1); }
+/// True when overloads or a bundle have this name.
+bool is_function(std::string_view name);
 
 // ---- overload resolution ---------------------------------------------------------------------------------------
 

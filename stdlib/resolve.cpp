@@ -241,6 +241,7 @@ const Overload* overload_with_key(std::string_view key) {
     rest.remove_prefix(end);
   }
   for (const Overload& overload : overloads_named(key.substr(0, colon))) {
+    if (!core::iequals(overload.name, key.substr(0, colon))) return nullptr;  // a typed name: keys have their types
     std::size_t n = 0;
     bool same = true;
     each_key_type(overload, [&](TypeId id) {

@@ -7,6 +7,7 @@
 
 #include "core/text.h"
 #include "stdlib/arithmetic.h"
+#include "stdlib/calendar.h"
 
 namespace plc::stdlib {
 namespace {
@@ -39,30 +40,6 @@ class Writer {
 
 constexpr std::uint64_t magnitude(std::int64_t v) noexcept {
   return v < 0 ? wrap_sub(std::uint64_t{0}, static_cast<std::uint64_t>(v)) : static_cast<std::uint64_t>(v);
-}
-
-/// Civil date of a day count since 1970-01-01, proleptic Gregorian, after the usual era arithmetic (400-year periods).
-struct Civil {
-  std::int64_t year;
-  unsigned month, day;
-};
-constexpr Civil civil_of(std::int64_t days) noexcept {
-  const std::int64_t z = days + 719468;  // from 0000-03-01
-  const std::int64_t era = (z >= 0 ? z : z - 146096) / 146097;
-  const auto doe = static_cast<unsigned>(z - era * 146097);
-  const unsigned yoe = (doe - doe / 1460 + doe / 36524 - doe / 146096) / 365;
-  const unsigned doy = doe - (365 * yoe + yoe / 4 - yoe / 100);
-  const unsigned mp = (5 * doy + 2) / 153;
-  const unsigned month = mp < 10 ? mp + 3 : mp - 9;
-  return {static_cast<std::int64_t>(yoe) + era * 400 + (month <= 2 ? 1 : 0), month, doy - (153 * mp + 2) / 5 + 1};
-}
-constexpr std::int64_t days_of(Civil c) noexcept {
-  const std::int64_t y = c.month <= 2 ? c.year - 1 : c.year;
-  const std::int64_t era = (y >= 0 ? y : y - 399) / 400;
-  const auto yoe = static_cast<unsigned>(y - era * 400);
-  const unsigned doy = (153 * (c.month > 2 ? c.month - 3 : c.month + 9) + 2) / 5 + c.day - 1;
-  const unsigned doe = yoe * 365 + yoe / 4 - yoe / 100 + doy;
-  return era * 146097 + static_cast<std::int64_t>(doe) - 719468;
 }
 
 void put_fraction(Writer& w, std::uint64_t ns) noexcept {
@@ -236,11 +213,10 @@ bool parse_civil(Reader& r, std::int64_t& days) noexcept {
       !r.number(10, day, overflow)) {
     return false;
   }
-  constexpr unsigned kDays[] = {31, 28, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31};
   if (overflow || year > 9999 || month < 1 || month > 12) return false;
-  const bool leap = (year % 4 == 0 && year % 100 != 0) || year % 400 == 0;
-  if (day < 1 || day > kDays[month - 1] + (leap && month == 2 ? 1 : 0)) return false;
-  days = days_of({static_cast<std::int64_t>(year), static_cast<unsigned>(month), static_cast<unsigned>(day)});
+  const Civil date{static_cast<std::int64_t>(year), static_cast<unsigned>(month), static_cast<unsigned>(day)};
+  if (day < 1 || day > days_in_month(date.year, date.month)) return false;
+  days = days_of(date);
   return true;
 }
 bool parse_day_time(Reader& r, std::int64_t& ns) noexcept {
@@ -308,10 +284,8 @@ std::size_t format_duration(std::int64_t ns, std::string_view prefix, ValueText&
 }
 
 std::size_t format_date(std::int64_t ns, TypeId type, ValueText& out) noexcept {
-  constexpr auto kDay = static_cast<std::int64_t>(kNsPerDay);
-  const std::int64_t rest = ns % kDay;
-  const auto in_day = static_cast<std::uint64_t>(rest < 0 ? rest + kDay : rest);
-  const std::int64_t days = ns / kDay - (rest < 0 ? 1 : 0);
+  const auto in_day = static_cast<std::uint64_t>(within_day(ns));
+  const std::int64_t days = day_of(ns);
   Writer w(out);
   w.put(core::info(type).alias);
   w.put('#');
@@ -437,13 +411,11 @@ std::int64_t parse_date(std::string_view text, TypeId type, Event& event) noexce
     event = Event::kInvalid;
     return 0;
   }
-  // Nanoseconds in 64 bits reach from 1677 to 2262.
-  constexpr std::int64_t kMostDays = 106'751;
   if (days > kMostDays || days < -kMostDays) {
     event = Event::kOutOfRange;
     days = days < 0 ? -kMostDays : kMostDays;
   }
-  return days * static_cast<std::int64_t>(kNsPerDay) + (event == Event::kNone ? ns : 0);
+  return days * kDayNs + (event == Event::kNone ? ns : 0);
 }
 
 }  // namespace plc::stdlib

@@ -244,7 +244,7 @@ constexpr Kernel conversion() {
 
 /// Kernels and names of all pairs as plain tables: thousands of template instances for them take the compiler too long.
 struct PairTables {
-  enum Style : std::uint8_t { kShort, kLong, kTo, kTruncTo, kTruncFromTo };
+  enum Style : std::uint8_t { kShort, kLong, kTo, kTruncTo, kTruncFromTo, kFromBcd, kBcdTo, kToBcd, kToBcdOverloaded };
   static constexpr std::size_t kPairs = core::kTypeCount * core::kTypeCount;
   static constexpr std::size_t kLongestName = 40;
   struct Name {
@@ -267,8 +267,9 @@ struct PairTables {
     for (std::size_t i = 0; i < kPairs; ++i) {
       const auto t = static_cast<TypeId>(i / core::kTypeCount);
       const auto u = static_cast<TypeId>(i % core::kTypeCount);
-      if (style != kTo && style != kTruncTo) names[i].append(spelled(t, style));
-      constexpr std::string_view kBetween[] = {"_TO_", "_TO_", "TO_", "TRUNC_", "_TRUNC_"};
+      constexpr std::string_view kBetween[] = {"_TO_",     "_TO_",    "TO_",      "TRUNC_", "_TRUNC_",
+                                               "_BCD_TO_", "BCD_TO_", "_TO_BCD_", "TO_BCD_"};
+      if (kBetween[style].front() == '_') names[i].append(spelled(t, style));
       names[i].append(kBetween[style]);
       names[i].append(spelled(u, style));
     }

@@ -5,17 +5,13 @@
 #pragma once
 
 #include "stdlib/arithmetic.h"
+#include "stdlib/calendar.h"
 #include "stdlib/row.h"
 
 namespace plc::stdlib::rows {
 
 inline constexpr std::string_view kDurationClause = "IEC 61131-3:2013, table 35";
-inline constexpr std::int64_t kDayNs = 86'400'000'000'000;
 
-constexpr std::int64_t within_day(std::int64_t tod) noexcept {
-  const std::int64_t rest = tod % kDayNs;
-  return rest < 0 ? rest + kDayNs : rest;
-}
 constexpr std::int64_t later(std::int64_t t, std::int64_t by) noexcept { return wrap_add(t, by); }
 constexpr std::int64_t earlier(std::int64_t t, std::int64_t by) noexcept { return wrap_sub(t, by); }
 constexpr std::int64_t later_in_day(std::int64_t t, std::int64_t by) noexcept {

@@ -1,4 +1,4 @@
-// Rows: functions of one real, ATAN2 and EXPT (IEC 61131-3:2013, tables 28 and 29).
+// Rows: functions of one real, ATAN2, EXPT and IS_VALID (IEC 61131-3:2013, tables 28, 29 and 39).
 //
 // REAL results are computed in double precision by the C library and rounded once, so they are within 1 ulp and usually
 // exact. The last bit may differ between C libraries: nothing here but SQRT is folded at compile time. Outside its
@@ -119,6 +119,24 @@ struct Expt {
   static constexpr Kernel kernel = &binary<Expt, ValueOf<T>, ValueOf<U>>;
 };
 
-using NumericRows = Rows<Sqrt, Ln, Log, Exp, Sin, Cos, Tan, Asin, Acos, Atan, Atan2, Expt>;
+struct IsValid {
+  static constexpr Example examples[] = {{"REAL", "IS_VALID(1.5)", "TRUE"}, {"LREAL", "IS_VALID(NaN)", "FALSE"}};
+  static constexpr FunctionSpec spec{.name = "IS_VALID",
+                                     .t_categories = core::kAnyReal,
+                                     .params = {{"IN", kT}},
+                                     .param_count = 1,
+                                     .result = fixed(TypeId::kBool),
+                                     .clause = "IEC 61131-3:2013, table 39",
+                                     .summary = "TRUE if IN is a number, FALSE if it is NaN or infinite.",
+                                     .examples = examples};
+  template <class V>
+  static std::uint8_t eval(V in, Event&) noexcept {
+    return in - in == V{0} ? 1 : 0;  // infinity minus itself is NaN
+  }
+  template <TypeId T, TypeId>
+  static constexpr Kernel kernel = &unary<IsValid, ValueOf<T>>;
+};
+
+using NumericRows = Rows<Sqrt, Ln, Log, Exp, Sin, Cos, Tan, Asin, Acos, Atan, Atan2, Expt, IsValid>;
 
 }  // namespace plc::stdlib::rows

@@ -212,6 +212,7 @@ TEST(Reals, EveryNanResultIsTheCanonicalOne) {
         o.name == "LIMIT" || o.name.starts_with("TO_")) {
       continue;
     }
+    if (o.name.ends_with("_ENDIAN")) continue;  // bytes to send, or as they came
     std::vector<Value> args;
     bool has_real = false;
     for (std::size_t i = 0; i < o.spec->param_count; ++i) {
