@@ -430,6 +430,65 @@ struct BlockLowering {
     publish_eno();
   }
 
+  /// SPLIT_DATE and its like: the input once, then one function of it for each output that is read.
+  void lower_bundle(const stdlib::BundleSpec& bundle) {
+    const auto ports = ports_of_bundle(bundle);
+    bool good = read_enable();
+    std::optional<Operand> given;
+    std::size_t position = 0;
+    for (const Input& input : d.inputs(node)) {
+      if (is_enable_name(input.pin->name)) continue;
+      if (input_port(ports, input, position++) == nullptr) {
+        good = false;
+        continue;
+      }
+      Incoming in = d.read(input);
+      good = good && in.state != Incoming::State::kPoison;
+      if (in.is_value()) given = std::move(in.operand);
+    }
+    const std::string in_name = "input \"" + std::string(bundle.input.name) + "\" of " + title();
+    if (good && !given) {
+      b.report(Code::P3010, e.at, in_name + " is not connected",
+               "a function needs all its inputs: wire it, or give it a constant");
+      good = false;
+    }
+    if (!good) return poison();
+
+    open(false);
+    const auto value = b.convert(*given, ports[0].type, in_name);
+    if (!value) {
+      close();
+      return poison();
+    }
+    const Operand argument = Operand::of(*value, e.at);
+    std::vector<std::pair<std::uint16_t, ValueId>> results;
+    std::vector<std::pair<std::uint16_t, PlaceId>> kept;
+    for (std::uint16_t i = 0; i < e.outputs.size(); ++i) {
+      if (!output_wanted(i)) continue;
+      const Port* port = find_port(ports, Direction::kOutput, e.outputs[i].name, output_position(e, i));
+      if (port == nullptr) {
+        b.report(Code::P3011, e.outputs[i].at, title() + " has no output \"" + e.outputs[i].name + "\"",
+                 "outputs are " + list(ports, Direction::kOutput));
+        good = false;
+        continue;
+      }
+      warn_of_place(*port, e.outputs[i], "output");
+      const auto result = b.call(bundle.outputs[port->index]->name, std::span(&argument, 1), e.at);
+      if (!result) {
+        good = false;
+      } else if (enable) {
+        kept.emplace_back(i, keep(*result, port->name));
+      } else {
+        results.emplace_back(i, *result);
+      }
+    }
+    close();
+    if (!good) return poison();
+    for (const auto& [pin, result] : results) publish_output(pin, result);
+    for (const auto& [pin, place] : kept) publish_output(pin, b.load(place));
+    publish_eno();
+  }
+
   void lower_standard_function() {
     const auto candidates = stdlib::overloads_named(e.text);
     const stdlib::FunctionSpec& spec = *candidates[0].spec;
@@ -582,6 +641,7 @@ struct BlockLowering {
     if (is_block) return lower_block_instance();
     if (is_delay(e)) return d.lower_delay(node);
     if (const auto bound = ir::array_bound_named(e.text)) return lower_array_bound(*bound);
+    if (const stdlib::BundleSpec* bundle = stdlib::bundle_named(e.text)) return lower_bundle(*bundle);
     lower_standard_function();
   }
 

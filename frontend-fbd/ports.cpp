@@ -60,6 +60,15 @@ std::vector<Port> ports_of_function(const ir::Module& module, const ir::Pou& pou
   return ports;
 }
 
+std::vector<Port> ports_of_bundle(const stdlib::BundleSpec& bundle) {
+  std::vector<Port> ports{{bundle.input.name, {}, Direction::kInput, 0, ir::ref_of(bundle.input.type.fixed)}};
+  for (std::uint32_t i = 0; i < bundle.outputs.size(); ++i) {
+    const stdlib::FunctionSpec& output = *bundle.outputs[i];
+    ports.push_back({stdlib::output_name(output), {}, Direction::kOutput, i, ir::ref_of(output.result.fixed)});
+  }
+  return ports;
+}
+
 bool is_named(const Port& port, std::string_view pin) {
   if (pin.empty()) return false;
   return core::iequals(port.name, pin) || (!port.alias.empty() && core::iequals(port.alias, pin));
@@ -100,6 +109,8 @@ std::optional<ir::TypeRef> type_of_pin(ir::Builder& builder, const plcopen::Elem
     ports = ports_of(module, instance->type);
   } else if (const auto pou = module.pou_by_name.find(block.text); pou != module.pou_by_name.end()) {
     ports = ports_of_function(module, module.pous[pou->second]);
+  } else if (const stdlib::BundleSpec* bundle = stdlib::bundle_named(block.text)) {
+    ports = ports_of_bundle(*bundle);
   }
   const Port* port = find_port(ports, Direction::kInput, pin.name, input_position(block, pin));
   if (port == nullptr) return std::nullopt;

@@ -24,6 +24,9 @@ std::vector<Port> ports_of(const ir::Module& module, ir::TypeRef type);
 /// The same of a function POU; the result is the first output.
 std::vector<Port> ports_of_function(const ir::Module& module, const ir::Pou& pou);
 
+/// The same of a standard function of several outputs; `index` counts its outputs.
+std::vector<Port> ports_of_bundle(const stdlib::BundleSpec& bundle);
+
 /// Whether a drawn pin has the name or the alias of `port`, in any letter case.
 bool is_named(const Port& port, std::string_view pin);
 
@@ -38,7 +41,8 @@ std::size_t output_position(const plcopen::Element& block, std::size_t pin);
 /// Position of an input pin among the drawn inputs, EN not counted.
 std::size_t input_position(const plcopen::Element& block, const plcopen::Pin& pin);
 
-/// Declared type of an input pin of a drawn function block instance or function POU; nothing for others (no report).
+/// Declared type of an input pin of a drawn function block instance, function POU or standard function of several
+/// outputs; nothing for others (no report).
 std::optional<ir::TypeRef> type_of_pin(ir::Builder& builder, const plcopen::Element& block, const plcopen::Pin& pin);
 
 /// The memory behind output `pin` of a drawn function block instance; nothing for functions and unknown blocks (no

@@ -22,6 +22,13 @@ constexpr unsigned kMaxDepth = 64;
 /// Outputs looked at for one question: in crossing loops the number of paths doubles with every block.
 constexpr unsigned kMaxSteps = 1000;
 
+/// Whether all overloads, which a typed name (SHL_WORD) may have left of many, have one type at this place.
+template <class TypeOf>
+bool agree(std::span<const stdlib::Overload> candidates, TypeOf type_of) {
+  return std::all_of(candidates.begin(), candidates.end(),
+                     [&](const stdlib::Overload& o) { return type_of(o) == type_of(candidates[0]); });
+}
+
 }  // namespace
 
 std::uint32_t Drawing::keep_for_feedback(const OutRef& out, TypeRef type) {
@@ -119,12 +126,19 @@ std::optional<TypeRef> Drawing::infer_type(const OutRef& out, unsigned depth) {
   if (const auto pou = builder_.module().pou_by_name.find(e.text); pou != builder_.module().pou_by_name.end()) {
     return builder_.module().pous[pou->second].return_type;
   }
+  if (const stdlib::BundleSpec* bundle = stdlib::bundle_named(e.text)) {
+    const auto ports = ports_of_bundle(*bundle);
+    const Port* port = find_port(ports, Direction::kOutput, e.outputs[out.pin].name, output_position(e, out.pin));
+    return port == nullptr ? std::nullopt : std::optional(port->type);
+  }
   const auto candidates = stdlib::overloads_named(e.text);
   std::optional<TypeRef> widest;
   if (!candidates.empty()) {
     const stdlib::FunctionSpec& spec = *candidates[0].spec;
-    if (spec.result.kind == stdlib::ParamType::Kind::kFixed || candidates.size() == 1) {
-      return ir::ref_of(candidates[0].result_type());
+    const core::TypeId result = candidates[0].result_type();
+    if (spec.result.kind == stdlib::ParamType::Kind::kFixed ||
+        agree(candidates, [](const stdlib::Overload& o) { return o.result_type(); })) {
+      return ir::ref_of(result);
     }
     std::size_t index = 0;
     for (const Input& input : inputs(out.node)) {
@@ -202,6 +216,8 @@ std::optional<TypeRef> Drawing::expected_by_readers(const OutRef& out, unsigned 
         const std::size_t position = input_position(reader, pin);
         const auto& param = spec.params[std::min<std::size_t>(position, spec.param_count - 1u)];
         if (param.type.kind == stdlib::ParamType::Kind::kFixed) return ir::ref_of(param.type.fixed);
+        const auto type_here = [&](const stdlib::Overload& o) { return o.param_type(position); };
+        if (agree(candidates, type_here)) return ir::ref_of(type_here(candidates[0]));
         if (param.type.kind != spec.result.kind) break;
         for (std::uint16_t i = 0; i < reader.outputs.size(); ++i) {
           if (is_eno_name(reader.outputs[i].name)) continue;

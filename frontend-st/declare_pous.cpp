@@ -103,7 +103,7 @@ void Declarer::declare_pou_names() {
         report(Code::P4018, from.at, from.name, "POU " + quoted(from.name) + " is declared twice",
                "rename one of them");
       }
-    } else if (!stdlib::overloads_named(from.name).empty() || stdlib::block_named(from.name) != nullptr) {
+    } else if (stdlib::is_function(from.name) || stdlib::block_named(from.name) != nullptr) {
       report(Code::P4019, from.at, from.name,
              std::string(plcopen::pou_kind_name(from.kind)) + " " + quoted(from.name) + " hides the standard " +
                  (stdlib::block_named(from.name) != nullptr ? "function block" : "function") + " of this name",

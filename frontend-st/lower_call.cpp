@@ -204,7 +204,10 @@ void Lowering::report_unknown_function(NodeId id, std::string_view name) {
   for (const ir::Pou& pou : builder_.module().pous) {
     if (pou.kind == ir::PouKind::kFunction) guess.offer(pou.name);
   }
-  for (const stdlib::FunctionSpec* spec : stdlib::function_specs()) guess.offer(spec->name);
+  for (const stdlib::FunctionSpec* spec : stdlib::function_specs()) {
+    if (!stdlib::is_bundle_output(*spec)) guess.offer(spec->name);
+  }
+  for (const stdlib::BundleSpec& bundle : stdlib::bundles()) guess.offer(bundle.name);
   guess.offer("LOWER_BOUND");
   guess.offer("UPPER_BOUND");
   report(Code::P4009, at(id), "there is no function " + quoted(name), guess.help());
@@ -226,6 +229,7 @@ std::optional<Operand> Lowering::call(NodeId id, Expected expected, bool as_stat
   if (const auto bound = ir::array_bound_named(name)) return call_array_bound(id, *bound);
   // A variable called like a standard function ("Limit", "Max") does not hide it where it is called.
   if (!stdlib::overloads_named(name).empty()) return call_standard(id, name, expected);
+  if (const stdlib::BundleSpec* bundle = stdlib::bundle_named(name)) return call_bundle(id, *bundle, as_statement);
   const Named named = find_name(module, builder_.pou(), name);
   if (named.kind == Named::Kind::kRefused) return std::nullopt;
   if (named.is_place()) {
@@ -406,6 +410,69 @@ std::optional<std::uint32_t> Lowering::function_for(NodeId id, std::uint32_t pou
   }
   if (!fine) return std::nullopt;
   return ir::specialize(builder_.module(), pou, open);
+}
+
+// SPLIT_DATE(IN := d, YEAR => y): all outputs are computed before the first is delivered, whose variable may be read by
+// the place of another.
+std::optional<Operand> Lowering::call_bundle(NodeId id, const stdlib::BundleSpec& bundle, bool as_statement) {
+  const std::string name(bundle.name);
+  if (!as_statement) {
+    report(Code::P4009, at(id), "function " + quoted(name) + " has no result to use in an expression",
+           "call it as a statement of its own and take its outputs with =>");
+    return std::nullopt;
+  }
+  std::vector<Parameter> parameters{
+      {std::string(bundle.input.name), Role::kInput, 0, ir::ref_of(bundle.input.type.fixed), {}}};
+  for (std::uint32_t i = 0; i < bundle.outputs.size(); ++i) {
+    const stdlib::FunctionSpec& output = *bundle.outputs[i];
+    parameters.push_back(
+        {std::string(stdlib::output_name(output)), Role::kOutput, i, ir::ref_of(output.result.fixed), {}});
+  }
+  const Arguments arguments = bind_arguments(id, parameters, name, false);
+  if (!arguments.fine) return std::nullopt;
+  std::optional<ValueId> enable;
+  ir::LabelId skip{};
+  ir::LabelId done{};
+  if (arguments.en != kNoNode) {
+    enable = condition(arguments.en, "input \"EN\" of " + name);
+    if (!enable) return std::nullopt;
+    skip = builder_.new_label();
+    done = builder_.new_label();
+    builder_.jump_if_not(*enable, skip);
+  }
+  Operand given;
+  given.at = at(id);
+  for (const Bound& bound : arguments.bound) {
+    if (parameters[bound.parameter].role != Role::kInput) continue;
+    const auto written = value(node(bound.argument).a, parameters[0].type);
+    if (!written) return std::nullopt;
+    given = *written;
+  }
+  const auto input = builder_.convert(given, parameters[0].type, "input " + quoted(parameters[0].name) + " of " + name);
+  if (!input) return std::nullopt;
+  if (arguments.eno != kNoNode) builder_.clear_event();
+  const Operand argument = operand(*input, id);
+  std::vector<std::pair<NodeId, ValueId>> deliveries;
+  for (const Bound& bound : arguments.bound) {
+    const Parameter& parameter = parameters[bound.parameter];
+    if (parameter.role != Role::kOutput) continue;
+    const auto result = builder_.call(bundle.outputs[parameter.index]->name, std::span(&argument, 1), at(id));
+    if (!result) return std::nullopt;
+    deliveries.emplace_back(bound.argument, *result);
+  }
+  std::optional<ValueId> eno;
+  if (arguments.eno != kNoNode) eno = builder_.eno();
+  bool fine = true;
+  for (const auto& [target, result] : deliveries) fine = deliver(target, result) && fine;
+  if (eno) fine = deliver(arguments.eno, *eno) && fine;
+  if (enable) {
+    builder_.jump(done);
+    builder_.bind(skip);
+    if (eno) fine = deliver(arguments.eno, builder_.constant_bool(false)) && fine;
+    builder_.bind(done);
+  }
+  if (!fine) return std::nullopt;
+  return Operand{};
 }
 
 std::optional<Operand> Lowering::call_function(NodeId id, std::uint32_t pou, bool as_statement) {

@@ -74,7 +74,7 @@ void Lowering::report_unknown_name(NodeId id) {
     report(Code::P4004, at(id), quoted(name) + " is a POU, not a variable", "a function is called with parentheses");
     return;
   }
-  if (!stdlib::overloads_named(name).empty()) {
+  if (stdlib::is_function(name)) {
     report(Code::P4004, at(id), quoted(name) + " is a function, not a variable",
            "a function is called with parentheses");
     return;

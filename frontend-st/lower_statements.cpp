@@ -45,7 +45,7 @@ bool Lowering::if_chain(NodeId id) {
 }
 
 bool Lowering::is_standard_call(NodeId callee) {
-  if (stdlib::overloads_named(name_text(callee)).empty()) return false;
+  if (!stdlib::is_function(name_text(callee))) return false;
   const Named named = find_name(builder_.module(), builder_.pou(), name_text(callee));
   if (!named.is_place()) return named.kind == Named::Kind::kNothing;
   const ir::TypeRef type = named.kind == Named::Kind::kVariable ? builder_.pou().variables[named.index].type

@@ -136,6 +136,7 @@ class Lowering {
                                             const std::vector<Parameter>& parameters, Given& given);
   std::optional<ir::Operand> call_array_bound(NodeId id, ir::Bound bound);
   std::optional<ir::Operand> call_standard(NodeId id, std::string_view name, Expected expected);
+  std::optional<ir::Operand> call_bundle(NodeId id, const stdlib::BundleSpec& bundle, bool as_statement);
   std::optional<ir::Operand> take_reference(NodeId id);
   bool call_block(NodeId id);
   std::vector<Parameter> parameters_of_pou(std::uint32_t pou);

@@ -392,22 +392,23 @@ class NamedCall {
   /// BOOL functions that look-up tables can hold.
   std::optional<ValueId> boolean(const Overload& overload, std::span<const ValueId> v) {
     if (v.empty()) return std::nullopt;
-    if (name_ == "MOVE" && v.size() == 1) return v[0];
+    const std::string_view function = overload.name;  // "AND" where AND_BOOL is called
+    if (function == "MOVE" && v.size() == 1) return v[0];
     if (overload.spec->t_categories == 0 || overload.t != TypeId::kBool) return std::nullopt;
-    if (name_ == "NOT") return builder_.not_(v[0]);
+    if (function == "NOT") return builder_.not_(v[0]);
     const bool pair = v.size() == 2;
-    if (name_ == "EQ" && pair) return builder_.not_(builder_.logic(Op::kXor, v[0], v[1]));
-    if (name_ == "NE" && pair) return builder_.logic(Op::kXor, v[0], v[1]);
-    if (name_ == "SEL" && v.size() == 3) {
+    if (function == "EQ" && pair) return builder_.not_(builder_.logic(Op::kXor, v[0], v[1]));
+    if (function == "NE" && pair) return builder_.logic(Op::kXor, v[0], v[1]);
+    if (function == "SEL" && v.size() == 3) {
       const ValueId low = builder_.logic(Op::kAnd, builder_.not_(v[0]), v[1]);
       return builder_.logic(Op::kOr, low, builder_.logic(Op::kAnd, v[0], v[2]));
     }
     Op op = Op::kAnd;
-    if (name_ == "OR") {
+    if (function == "OR") {
       op = Op::kOr;
-    } else if (name_ == "XOR") {
+    } else if (function == "XOR") {
       op = Op::kXor;
-    } else if (name_ != "AND") {
+    } else if (function != "AND") {
       return std::nullopt;
     }
     ValueId value = v[0];
@@ -417,11 +418,13 @@ class NamedCall {
 
   TypeRef result_type(const Overload& overload, std::span<const ValueId> values) {
     const TypeId id = overload.result_type();
-    if (id == TypeId::kString || id == TypeId::kWstring) return types().string(id, result_capacity(id, values));
+    if (id == TypeId::kString || id == TypeId::kWstring) {
+      return types().string(id, result_capacity(overload, values));
+    }
     // Choosing among values of one enumeration or subrange gives one of them.
     static constexpr std::array<std::string_view, 5> kChoices{"SEL", "MUX", "MIN", "MAX", "LIMIT"};
     if (overload.spec->result.kind == stdlib::ParamType::Kind::kT &&
-        std::find(kChoices.begin(), kChoices.end(), name_) != kChoices.end()) {
+        std::find(kChoices.begin(), kChoices.end(), overload.name) != kChoices.end()) {
       const TypeRef last = builder_.type_of(values.back());
       bool same = true;
       for (std::size_t i = 0; i < values.size(); ++i) {
@@ -435,8 +438,9 @@ class NamedCall {
   }
 
   /// Large enough for what the arguments can hold: cutting belongs to the assignment that asks for less.
-  std::uint16_t result_capacity(TypeId id, std::span<const ValueId> values) {
-    const bool joins = name_ == "CONCAT" || name_ == "INSERT" || name_ == "REPLACE";
+  std::uint16_t result_capacity(const Overload& overload, std::span<const ValueId> values) {
+    const TypeId id = overload.result_type();
+    const bool joins = overload.name == "CONCAT" || overload.name == "INSERT" || overload.name == "REPLACE";
     std::uint32_t sum = 0;
     std::uint32_t most = core::kDefaultStringCapacity;
     for (const ValueId value : values) {

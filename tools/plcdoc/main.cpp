@@ -124,11 +124,15 @@ std::string param_type_text(stdlib::ParamType type) {
 
 std::string library_page() {
   std::ostringstream out;
-  out << fmt::format(kGenerated, "stdlib/") << "# Standard library\n\n## Functions\n";
+  out << fmt::format(kGenerated, "stdlib/") << "# Standard library\n\n## Functions\n\n"
+         "Where a function has a type variable T, a typed name chooses it: ADD_INT, SHL_WORD, SEL_TIME.\n";
   // Overloads that callers write under a name of their own (conversions) are listed with their row.
   std::map<std::string, std::pair<const stdlib::FunctionSpec*, std::vector<std::string_view>>> rows;
-  for (const stdlib::FunctionSpec* spec : stdlib::function_specs()) rows[std::string(spec->name)].first = spec;
+  for (const stdlib::FunctionSpec* spec : stdlib::function_specs()) {
+    if (!stdlib::is_bundle_output(*spec)) rows[std::string(spec->name)].first = spec;
+  }
   for (const stdlib::Overload& overload : stdlib::overloads()) {
+    if (stdlib::is_bundle_output(*overload.spec)) continue;
     auto& names = rows[std::string(overload.spec->name)].second;
     if (overload.name != overload.spec->name && (names.empty() || names.back() != overload.name)) {
       names.push_back(overload.name);
@@ -159,6 +163,15 @@ std::string library_page() {
       out << fmt::format("\n    {} = {}    ({})\n", example.call, example.result, example.types);
     }
     if (!spec.clause.empty()) out << fmt::format("\n{}\n", spec.clause);
+  }
+  out << "\n## Functions of several outputs\n\nThey have no result: ST calls them as statements, drawings show their outputs as pins.\n";
+  for (const stdlib::BundleSpec& bundle : stdlib::bundles()) {
+    out << fmt::format("\n### {}\n\n{}\n\n| pin | direction | type | |\n| --- | --- | --- | --- |\n", bundle.name, bundle.summary);
+    out << fmt::format("| {} | in | {} | |\n", bundle.input.name, param_type_text(bundle.input.type));
+    for (const stdlib::FunctionSpec* output : bundle.outputs) {
+      out << fmt::format("| {} | out | {} | {} |\n", stdlib::output_name(*output), param_type_text(output->result), output->summary);
+    }
+    out << fmt::format("\n    {}\n\n{}\n", bundle.example, bundle.clause);
   }
   out << "\n## Function blocks\n";
   std::map<std::string, const stdlib::BlockSpec*> blocks;

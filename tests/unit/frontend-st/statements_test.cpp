@@ -52,6 +52,39 @@ TEST_F(StatementsTest, Assignments) {
 
 TEST_F(StatementsTest, ElementsByVariableIndex) { EXPECT_EQ(run("arr[a + 1] := 9;", {{"a", 1}}).at("arr[2]"), 9u); }
 
+TEST_F(StatementsTest, FunctionsOfSeveralOutputs) {
+  const auto cells = run("SPLIT_DATE(D#2024-02-29, a, b, c);");
+  EXPECT_EQ(cells.at("a"), 2024u);
+  EXPECT_EQ(cells.at("b"), 2u);
+  EXPECT_EQ(cells.at("c"), 29u);
+  const auto some = run("split_tod(IN := TOD#01:02:03, SECOND => d, ENO => x);");
+  EXPECT_EQ(some.at("d"), 3u);
+  EXPECT_EQ(some.at("x"), 1u);
+  const auto skipped = run("SPLIT_DATE(EN := y, IN := D#2024-02-29, YEAR => a, ENO => x);", {{"a", 7}, {"x", 1}});
+  EXPECT_EQ(skipped.at("a"), 7u);
+  EXPECT_EQ(skipped.at("x"), 0u);
+}
+
+TEST_F(StatementsTest, FunctionsOfSeveralOutputsAreRefusedWhereTheyDoNotFit) {
+  const std::pair<const char*, Code> cases[] = {
+      {"a := SPLIT_DATE(D#2024-02-29);", Code::P4009},
+      {"SPLIT_DATE(YEAR => a);", Code::P4106},
+      {"SPLIT_DATE(T#1s, a);", Code::P4101},
+      {"SPLIT_DATE(IN := D#2024-02-29, HOUR => a);", Code::P4010},
+      {"SPLIT_DATE(IN := D#2024-02-29, YEAR := a);", Code::P4010},
+      {"SPLIT_DATE(IN := D#2024-02-29, YEAR => a, YEAR => b);", Code::P4010},
+      {"SPLIT_DATE(D#2024-02-29, a, b, c, d);", Code::P4010},
+      {"SPLIT_DATES(D#2024-02-29);", Code::P4009},
+  };
+  for (const auto& [text, code] : cases) {
+    world.diagnostics = {};
+    EXPECT_FALSE(lower(text)) << text;
+    ASSERT_EQ(world.diagnostics.error_count(), 1u) << text << "\n" << world.rendered();
+    EXPECT_EQ(world.diagnostics.all().front().code, code) << text << "\n" << world.rendered();
+  }
+  EXPECT_NE(world.diagnostics.all().front().help.find("SPLIT_DATE"), std::string::npos);
+}
+
 TEST_F(StatementsTest, IfChainsTakeOneBranch) {
   const std::string_view text =
       "IF a > 10 THEN b := 1; ELSIF a > 5 THEN b := 2; ELSIF a > 3 THEN b := 3; ELSE b := 4; END_IF; c := 1;";
