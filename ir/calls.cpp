@@ -555,7 +555,7 @@ class NamedCall {
     const auto candidates = stdlib::overloads_named(name_);
     for (const Overload& o : candidates) {
       if (shown++ == kShown) return list + ", ..";
-      list += (list.empty() ? "" : ", ") + std::string(o.name) + "(";
+      list += (list.empty() ? "" : ", ") + name_ + "(";
       for (std::size_t i = 0; i < o.spec->param_count; ++i) {
         list += (i ? ", " : "") + std::string(core::name_of(o.param_type(i)));
       }
