@@ -4,8 +4,11 @@
 #include <type_traits>
 
 #include "core/text.h"
+#include "stdlib/blocks/analog.h"
 #include "stdlib/blocks/bistable.h"
+#include "stdlib/blocks/control.h"
 #include "stdlib/blocks/counters.h"
+#include "stdlib/blocks/signals.h"
 #include "stdlib/blocks/timers.h"
 #include "stdlib/library.h"
 #include "stdlib/row.h"
@@ -21,15 +24,6 @@ template <class Ports>
 constexpr Ports kFresh{};
 
 template <class Row>
-constexpr std::span<const BlockExample> examples_of() {
-  if constexpr (requires { Row::examples; }) {
-    return Row::examples;
-  } else {
-    return {};
-  }
-}
-
-template <class Row>
 constexpr BlockSpec block() {
   using Ports = typename Row::Ports;
   static_assert(std::is_standard_layout_v<Ports> && std::is_trivially_copyable_v<Ports>, "ports are memory");
@@ -41,7 +35,7 @@ constexpr BlockSpec block() {
           &step<Row>,
           Row::clause,
           Row::summary,
-          examples_of<Row>()};
+          Row::examples};
 }
 
 constexpr bool folded_less(std::string_view a, std::string_view b) {
@@ -49,13 +43,20 @@ constexpr bool folded_less(std::string_view a, std::string_view b) {
                                       [](char x, char y) { return core::fold(x) < core::fold(y); });
 }
 
-template <class... A, class... B, class... C>
-constexpr auto expand(Rows<A...>, Rows<B...>, Rows<C...>) {
-  std::array all{block<A>()..., block<B>()..., block<C>()...};
+template <class... Row>
+constexpr auto table_of(Rows<Row...>) {
+  return std::array{block<Row>()...};
+}
+template <std::size_t... N>
+constexpr auto joined(const std::array<BlockSpec, N>&... tables) {
+  std::array<BlockSpec, (N + ...)> all{};
+  std::size_t n = 0;
+  ((std::copy(tables.begin(), tables.end(), all.begin() + n), n += N), ...);
   std::sort(all.begin(), all.end(), [](const BlockSpec& x, const BlockSpec& y) { return folded_less(x.name, y.name); });
   return all;
 }
-constexpr auto kBlocks = expand(fb::BistableRows{}, fb::CounterRows{}, fb::TimerRows{});
+constexpr auto kBlocks = joined(table_of(fb::BistableRows{}), table_of(fb::CounterRows{}), table_of(fb::TimerRows{}),
+                                table_of(fb::ControlRows{}), table_of(fb::AnalogRows{}), table_of(fb::SignalRows{}));
 
 }  // namespace
 

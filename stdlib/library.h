@@ -60,7 +60,7 @@ struct Example {
   std::string_view result;  ///< literal, or "event:divide_by_zero 0"
 };
 
-inline constexpr std::size_t kMaxParams = 7;  // CONCAT_DT
+inline constexpr std::size_t kMaxParams = 8;  // PACK
 /// Arguments of one call of an extensible function.
 inline constexpr std::size_t kMaxArguments = 255;
 

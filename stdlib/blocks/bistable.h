@@ -1,4 +1,4 @@
-// Blocks: bistables and edge detection (IEC 61131-3:2013, tables 43 and 44).
+// Blocks: bistables and edge detection (IEC 61131-3:2013, tables 43 and 44), and the semaphore of earlier editions.
 #pragma once
 
 #include <cstddef>
@@ -19,6 +19,14 @@ struct Sr {
       {"S1", Direction::kInput, TypeId::kBool, offsetof(Ports, s1), "sets Q1, whatever R", "SET1"},
       {"R", Direction::kInput, TypeId::kBool, offsetof(Ports, r), "resets Q1", "RESET"},
       {"Q1", Direction::kOutput, TypeId::kBool, offsetof(Ports, q1), "state"}};
+  static constexpr BlockExample examples[] = {{"S1 wins", R"(
+at     S1 R | Q1
+T#0ms  0  0 | 0
+T#10ms 1  0 | 1
+T#20ms 0  0 | 1
+T#30ms 1  1 | 1
+T#40ms 0  1 | 0
+)"}};
   static void step(Ports& p, const StepContext&) noexcept {
     p.q1 = p.s1 | (p.q1 & static_cast<std::uint8_t>(p.r ^ 1u));
   }
@@ -36,6 +44,14 @@ struct Rs {
       {"S", Direction::kInput, TypeId::kBool, offsetof(Ports, s), "sets Q1 unless R1", "SET"},
       {"R1", Direction::kInput, TypeId::kBool, offsetof(Ports, r1), "resets Q1, whatever S", "RESET1"},
       {"Q1", Direction::kOutput, TypeId::kBool, offsetof(Ports, q1), "state"}};
+  static constexpr BlockExample examples[] = {{"R1 wins", R"(
+at     S R1 | Q1
+T#0ms  0 0  | 0
+T#10ms 1 0  | 1
+T#20ms 0 0  | 1
+T#30ms 1 1  | 0
+T#40ms 1 0  | 1
+)"}};
   static void step(Ports& p, const StepContext&) noexcept {
     p.q1 = (p.s | p.q1) & static_cast<std::uint8_t>(p.r1 ^ 1u);
   }
@@ -54,6 +70,19 @@ struct RTrig {
       {"CLK", Direction::kInput, TypeId::kBool, offsetof(Ports, clk), "signal"},
       {"Q", Direction::kOutput, TypeId::kBool, offsetof(Ports, q), "rising edge"},
       {"M", Direction::kState, TypeId::kBool, offsetof(Ports, m), "CLK at the last execution"}};
+  static constexpr BlockExample examples[] = {{"One scan for each edge", R"(
+at     CLK | Q
+T#0ms  0   | 0
+T#10ms 1   | 1
+T#20ms 1   | 0
+T#30ms 0   | 0
+T#40ms 1   | 1
+)"},
+                                              {"TRUE in the first scan is an edge", R"(
+at     CLK | Q
+T#0ms  1   | 1
+T#10ms 1   | 0
+)"}};
   static void step(Ports& p, const StepContext&) noexcept {
     p.q = p.clk & static_cast<std::uint8_t>(p.m ^ 1u);
     p.m = p.clk;
@@ -71,6 +100,19 @@ struct FTrig {
       {"CLK", Direction::kInput, TypeId::kBool, offsetof(Ports, clk), "signal"},
       {"Q", Direction::kOutput, TypeId::kBool, offsetof(Ports, q), "falling edge"},
       {"M", Direction::kState, TypeId::kBool, offsetof(Ports, m), "NOT CLK at the last execution"}};
+  static constexpr BlockExample examples[] = {{"One scan for each edge", R"(
+at     CLK | Q
+T#0ms  1   | 0
+T#10ms 0   | 1
+T#20ms 0   | 0
+T#30ms 1   | 0
+T#40ms 0   | 1
+)"},
+                                              {"FALSE in the first scan is an edge", R"(
+at     CLK | Q
+T#0ms  0   | 1
+T#10ms 0   | 0
+)"}};
   static void step(Ports& p, const StepContext&) noexcept {
     const auto low = static_cast<std::uint8_t>(p.clk ^ 1u);
     p.q = low & static_cast<std::uint8_t>(p.m ^ 1u);
@@ -78,6 +120,42 @@ struct FTrig {
   }
 };
 
-using BistableRows = Rows<Sr, Rs, RTrig, FTrig>;
+/// Within one task only: other tasks see a global instance as a snapshot, so that two of them could claim it at once.
+struct Sema {
+  struct Ports {
+    std::uint8_t claim = 0, release = 0, busy = 0, x = 0;
+  };
+  static constexpr std::string_view name = "SEMA";
+  static constexpr std::string_view clause = "not in the third edition; IEC 61131-3:1993, table 34";
+  static constexpr std::string_view summary =
+      "Semaphore: BUSY says whether it was claimed before this execution; CLAIM claims it, RELEASE alone gives it "
+      "back. "
+      "Who claims and gets BUSY = FALSE has it. It guards what the programs of one task share, not what several do.";
+  static constexpr Field fields[] = {
+      {"CLAIM", Direction::kInput, TypeId::kBool, offsetof(Ports, claim), "claims it"},
+      {"RELEASE", Direction::kInput, TypeId::kBool, offsetof(Ports, release), "gives it back, without CLAIM"},
+      {"BUSY", Direction::kOutput, TypeId::kBool, offsetof(Ports, busy), "was claimed already"},
+      {"X", Direction::kState, TypeId::kBool, offsetof(Ports, x), "is claimed"}};
+  static constexpr BlockExample examples[] = {{"The second claim finds it taken", R"(
+at     CLAIM RELEASE | BUSY
+T#0ms  1     0       | 0
+T#10ms 1     0       | 1
+T#20ms 0     0       | 1
+T#30ms 0     1       | 0
+T#40ms 1     1       | 0
+T#50ms 0     0       | 1
+)"}};
+  static void step(Ports& p, const StepContext&) noexcept {
+    p.busy = p.x;
+    if (p.claim != 0) {
+      p.x = 1;
+    } else if (p.release != 0) {
+      p.busy = 0;
+      p.x = 0;
+    }
+  }
+};
+
+using BistableRows = Rows<Sr, Rs, RTrig, FTrig, Sema>;
 
 }  // namespace plc::stdlib::fb

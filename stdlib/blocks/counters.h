@@ -46,6 +46,23 @@ struct Ctu {
       {"Q", Direction::kOutput, TypeId::kBool, offsetof(Ports, q), "CV >= PV"},
       {"CV", Direction::kOutput, T, offsetof(Ports, cv), "counter value"},
       {"CU_M", Direction::kState, TypeId::kBool, offsetof(Ports, cu_m), "CU at the last execution"}};
+  static constexpr BlockExample examples[] = {{"Counts edges, also beyond PV; R dominates and takes its edge away", R"(
+at     CU R PV | Q CV
+T#0ms  0  0 2  | 0 0
+T#10ms 1  0 .  | 0 1
+T#20ms 1  0 .  | 0 1
+T#30ms 0  0 .  | 0 1
+T#40ms 1  0 .  | 1 2
+T#50ms 0  0 .  | 1 2
+T#60ms 1  0 .  | 1 3
+T#70ms 0  0 .  | 1 3
+T#80ms 1  1 .  | 0 0
+T#90ms 1  0 .  | 0 0
+)"},
+                                              {"TRUE in the first scan counts", R"(
+at     CU R PV | Q CV
+T#0ms  1  0 1  | 1 1
+)"}};
   static void step(Ports& p, const StepContext&) noexcept {
     const bool up = rising(p.cu, p.cu_m);
     if (p.r != 0) {
@@ -74,6 +91,21 @@ struct Ctd {
       {"Q", Direction::kOutput, TypeId::kBool, offsetof(Ports, q), "CV <= 0"},
       {"CV", Direction::kOutput, T, offsetof(Ports, cv), "counter value"},
       {"CD_M", Direction::kState, TypeId::kBool, offsetof(Ports, cd_m), "CD at the last execution"}};
+  static constexpr BlockExample examples[] = {{"LD loads PV and dominates; edges count down from there", R"(
+at     CD LD PV | Q CV
+T#0ms  0  1  2  | 0 2
+T#10ms 1  1  .  | 0 2
+T#20ms 1  0  .  | 0 2
+T#30ms 0  0  .  | 0 2
+T#40ms 1  0  .  | 0 1
+T#50ms 1  0  .  | 0 1
+T#60ms 0  0  .  | 0 1
+T#70ms 1  0  .  | 1 0
+)"},
+                                              {"Not loaded it is at 0", R"(
+at     CD LD PV | Q CV
+T#0ms  0  0  5  | 1 0
+)"}};
   static void step(Ports& p, const StepContext&) noexcept {
     const bool down = rising(p.cd, p.cd_m);
     if (p.ld != 0) {
@@ -107,6 +139,20 @@ struct Ctud {
       {"CV", Direction::kOutput, T, offsetof(Ports, cv), "counter value"},
       {"CU_M", Direction::kState, TypeId::kBool, offsetof(Ports, cu_m), "CU at the last execution"},
       {"CD_M", Direction::kState, TypeId::kBool, offsetof(Ports, cd_m), "CD at the last execution"}};
+  static constexpr BlockExample examples[] = {{"Up, down, and both at once", R"(
+at     CU CD R LD PV | QU QD CV
+T#0ms  0  0  0 1  3  | 1  0  3
+T#10ms 1  0  0 0  .  | 1  0  4
+T#20ms 0  1  0 0  .  | 1  0  3
+T#30ms 0  0  0 0  .  | 1  0  3
+T#40ms 0  1  0 0  .  | 0  0  2
+T#50ms 0  0  0 0  .  | 0  0  2
+T#60ms 1  1  0 0  .  | 0  0  2
+)"},
+                                              {"R dominates LD", R"(
+at     CU CD R LD PV | QU QD CV
+T#0ms  0  0  1 1  3  | 0  1  0
+)"}};
   static void step(Ports& p, const StepContext&) noexcept {
     const bool up = rising(p.cu, p.cu_m);
     const bool down = rising(p.cd, p.cd_m);

@@ -47,6 +47,24 @@ struct OnDelay {
   using Ports = TimerPorts;
   static constexpr std::string_view clause = kTimerClause;
   static constexpr std::string_view summary = "On-delay: Q when IN has been TRUE for PT.";
+  static constexpr BlockExample examples[] = {{"Q follows IN late, and a short IN not at all", R"(
+at      IN PT      | Q ET
+T#0ms   0  T#100ms | 0 T#0ms
+T#50ms  1  .       | 0 T#0ms
+T#90ms  1  .       | 0 T#40ms
+T#150ms 1  .       | 1 T#100ms
+T#900ms 1  .       | 1 T#100ms
+T#910ms 0  .       | 0 T#0ms
+T#920ms 1  .       | 0 T#0ms
+T#990ms 0  .       | 0 T#0ms
+)"},
+                                              {"PT changed while the time runs", R"(
+at      IN PT      | Q ET
+T#0ms   1  T#100ms | 0 T#0ms
+T#40ms  1  T#50ms  | 0 T#40ms
+T#60ms  1  .       | 1 T#50ms
+T#70ms  1  T#200ms | 1 T#50ms
+)"}};
   static void step(Ports& p, const StepContext& context) noexcept {
     p.m = p.in;
     if (p.in == 0) {
@@ -67,6 +85,22 @@ struct OffDelay {
   using Ports = TimerPorts;
   static constexpr std::string_view clause = kTimerClause;
   static constexpr std::string_view summary = "Off-delay: Q with IN, and for PT after it.";
+  static constexpr BlockExample examples[] = {{"Q outlasts IN; IN again starts the time anew", R"(
+at      IN PT      | Q ET
+T#0ms   1  T#100ms | 1 T#0ms
+T#50ms  0  .       | 1 T#0ms
+T#90ms  0  .       | 1 T#40ms
+T#100ms 1  .       | 1 T#0ms
+T#110ms 0  .       | 1 T#0ms
+T#209ms 0  .       | 1 T#99ms
+T#210ms 0  .       | 0 T#100ms
+T#900ms 0  .       | 0 T#100ms
+)"},
+                                              {"Never TRUE, never timed", R"(
+at      IN PT      | Q ET
+T#0ms   0  T#100ms | 0 T#0ms
+T#500ms 0  .       | 0 T#0ms
+)"}};
   static void step(Ports& p, const StepContext& context) noexcept {
     p.m = p.in;
     if (p.in != 0) {
@@ -88,6 +122,18 @@ struct Pulse {
   static constexpr std::string_view clause = kTimerClause;
   static constexpr std::string_view summary =
       "Pulse: Q for PT from a rising edge of IN on, whatever IN does meanwhile.";
+  static constexpr BlockExample examples[] = {{"A pulse of PT for each edge, but none while one runs", R"(
+at      IN PT      | Q ET
+T#0ms   0  T#100ms | 0 T#0ms
+T#10ms  1  .       | 1 T#0ms
+T#20ms  0  .       | 1 T#10ms
+T#30ms  1  .       | 1 T#20ms
+T#109ms 1  .       | 1 T#99ms
+T#110ms 1  .       | 0 T#100ms
+T#500ms 1  .       | 0 T#100ms
+T#510ms 0  .       | 0 T#0ms
+T#520ms 1  .       | 1 T#0ms
+)"}};
   static void step(Ports& p, const StepContext& context) noexcept {
     const bool edge = p.in != 0 && p.m == 0;
     p.m = p.in;

@@ -160,6 +160,34 @@ PLC_SHIFT(Ror, "ROR", rotate_right, true,
 
 #undef PLC_SHIFT
 
-using BitRows = Rows<And, Or, Xor, Not, Shl, Shr, Rol, Ror>;
+/// The block UNPACK is the way back.
+struct Pack {
+  static constexpr Example examples[] = {{"", "PACK(TRUE, FALSE, TRUE, FALSE, FALSE, FALSE, FALSE, TRUE)", "16#85"},
+                                         {"", "PACK(FALSE, TRUE, FALSE, FALSE, FALSE, FALSE, FALSE, FALSE)", "16#02"}};
+  static constexpr ParamType kBit = fixed(TypeId::kBool);
+  static constexpr FunctionSpec spec{.name = "PACK",
+                                     .params = {{"B0", kBit},
+                                                {"B1", kBit},
+                                                {"B2", kBit},
+                                                {"B3", kBit},
+                                                {"B4", kBit},
+                                                {"B5", kBit},
+                                                {"B6", kBit},
+                                                {"B7", kBit}},
+                                     .param_count = 8,
+                                     .result = fixed(TypeId::kByte),
+                                     .clause = "not in the standard; as in CODESYS",
+                                     .summary = "The byte of eight bits, B0 the lowest.",
+                                     .examples = examples};
+  static Event pack(void* result, const void* const* args, std::uint32_t count) noexcept {
+    unsigned bits = 0;
+    for (std::uint32_t i = 0; i < count; ++i) bits |= static_cast<unsigned>(load<std::uint8_t>(args[i])) << i;
+    return store(result, static_cast<std::uint8_t>(bits));
+  }
+  template <TypeId, TypeId>
+  static constexpr Kernel kernel = &pack;
+};
+
+using BitRows = Rows<And, Or, Xor, Not, Shl, Shr, Rol, Ror, Pack>;
 
 }  // namespace plc::stdlib::rows

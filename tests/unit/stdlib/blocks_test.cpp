@@ -1,58 +1,19 @@
-// Function blocks, driven as the runtime drives them: through the port struct and its fields, one call a cycle.
+// Function blocks: the table of them, and bistables, edges, counters and timers feature by feature.
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cstring>
 #include <set>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "core/text.h"
-#include "stdlib/library.h"
+#include "tests/unit/stdlib/block_table.h"
 
 namespace plc::test {
 namespace {
 
-using core::TypeId;
 using stdlib::BlockSpec;
 using stdlib::Direction;
 using stdlib::Field;
-
-constexpr std::int64_t kMs = 1'000'000;
-
-/// An instance in memory that is no larger than the block says, with a canary behind it.
-class Instance {
- public:
-  explicit Instance(std::string_view name) : spec_(stdlib::block_named(name)) {
-    if (spec_ == nullptr) throw std::runtime_error("no block " + std::string(name));
-    memory_.assign(spec_->size / 8 + 2, 0xa5a5a5a5a5a5a5a5ull);
-    std::memcpy(memory_.data(), spec_->initial, spec_->size);
-  }
-  void set(std::string_view field, std::int64_t value) { std::memcpy(at(field), &value, bytes(field)); }
-  [[nodiscard]] std::int64_t get(std::string_view field) {
-    std::uint64_t raw = 0;
-    std::memcpy(&raw, at(field), bytes(field));
-    const unsigned w = 8 * static_cast<unsigned>(bytes(field));
-    const TypeId type = stdlib::field_named(*spec_, field)->type;
-    const bool negative = core::in_category(type, core::kAnySigned) && w < 64 && (raw >> (w - 1)) != 0;
-    return static_cast<std::int64_t>(negative ? raw | ~0ull << w : raw);
-  }
-  void step(std::int64_t now_ms = 0) { spec_->step(memory_.data(), stdlib::StepContext{now_ms * kMs}); }
-  [[nodiscard]] bool canary_is_whole() const { return memory_.back() == 0xa5a5a5a5a5a5a5a5ull; }
-
- private:
-  std::byte* at(std::string_view field) {
-    const Field* f = stdlib::field_named(*spec_, field);
-    if (f == nullptr) throw std::runtime_error("no field " + std::string(field));
-    return reinterpret_cast<std::byte*>(memory_.data()) + f->offset;
-  }
-  std::size_t bytes(std::string_view field) const {
-    return core::rep_bytes(core::rep_of(stdlib::field_named(*spec_, field)->type));
-  }
-  const BlockSpec* spec_;
-  std::vector<std::uint64_t> memory_;
-};
 
 // ---- the table --------------------------------------------------------------------------------------------------
 
@@ -60,8 +21,9 @@ TEST(Blocks, AreFoundInAnyCaseAndOnlyThose) {
   for (const BlockSpec& block : stdlib::blocks()) {
     EXPECT_EQ(stdlib::block_named(core::folded(block.name)), &block);
   }
-  for (const char* name : {"SR", "RS", "R_TRIG", "F_TRIG", "CTU", "CTD", "CTUD", "CTU_INT", "CTU_DINT", "CTD_LINT",
-                           "CTUD_UDINT", "CTU_ULINT", "TP", "TON", "TOF", "TON_TIME", "TOF_LTIME"}) {
+  for (const char* name : {"SR",      "RS",       "R_TRIG",    "F_TRIG",     "CTU",       "CTD", "CTUD",
+                           "CTU_INT", "CTU_DINT", "CTD_LINT",  "CTUD_UDINT", "CTU_ULINT", "TP",  "TON",
+                           "TOF",     "TON_TIME", "TOF_LTIME", "SEMA",       "RTC",       "PID"}) {
     EXPECT_NE(stdlib::block_named(name), nullptr) << name;
   }
   EXPECT_EQ(stdlib::block_named("TO"), nullptr);
@@ -139,6 +101,16 @@ TEST(Blocks, PinsAreFoundByTheirOtherNames) {
   EXPECT_EQ(offset("CTU", "LOAD"), -1);
 }
 
+/// A block, what is shown of it, and a table as in stdlib::BlockExample.
+struct Feature {
+  std::vector<const char*> blocks;
+  const char* title;
+  const char* table;
+};
+void run(const Feature& feature) {
+  for (const char* block : feature.blocks) run_table(block, feature.title, feature.table);
+}
+
 // ---- bistables and edges ----------------------------------------------------------------------------------------
 
 TEST(Bistable, SetOrResetDominates) {
@@ -156,81 +128,172 @@ TEST(Bistable, SetOrResetDominates) {
   }
 }
 
-std::string trace(std::string_view block, std::string_view input, std::string_view output, std::string_view signal) {
-  Instance instance(block);
-  std::string out;
-  for (const char c : signal) {
-    instance.set(input, c == '1');
-    instance.step();
-    out += instance.get(output) != 0 ? '1' : '0';
-  }
-  return out;
-}
-TEST(Edges, LastOneExecution) {
-  EXPECT_EQ(trace("R_TRIG", "CLK", "Q", "0011101"), "0010001");
-  EXPECT_EQ(trace("F_TRIG", "CLK", "Q", "1100010"), "0010001");
-}
-TEST(Edges, FirstExecutionIsAsTheStandardWritesIt) {
-  EXPECT_EQ(trace("R_TRIG", "CLK", "Q", "11"), "10");
-  EXPECT_EQ(trace("F_TRIG", "CLK", "Q", "00"), "10");
-  EXPECT_EQ(trace("F_TRIG", "CLK", "Q", "10"), "01");
+TEST(Edges, EverySequenceOfTwoScans) {
+  const Feature kFeatures[] = {{{"R_TRIG"}, "first scan TRUE, then each change and none", R"(
+at     CLK | Q
+T#0ms  1   | 1
+T#1ms  1   | 0
+T#2ms  0   | 0
+T#3ms  0   | 0
+T#4ms  1   | 1
+T#5ms  0   | 0
+T#6ms  1   | 1
+)"},
+                               {{"R_TRIG"}, "first scan FALSE", R"(
+at     CLK | Q
+T#0ms  0   | 0
+T#1ms  1   | 1
+)"},
+                               {{"F_TRIG"}, "first scan FALSE is an edge, as the standard writes it", R"(
+at     CLK | Q
+T#0ms  0   | 1
+T#1ms  0   | 0
+T#2ms  1   | 0
+T#3ms  1   | 0
+T#4ms  0   | 1
+T#5ms  1   | 0
+T#6ms  0   | 1
+)"},
+                               {{"F_TRIG"}, "first scan TRUE", R"(
+at     CLK | Q
+T#0ms  1   | 0
+T#1ms  0   | 1
+)"}};
+  for (const Feature& feature : kFeatures) run(feature);
 }
 
 // ---- counters ---------------------------------------------------------------------------------------------------
 
-TEST(Counters, UpCountsRisingEdgesToThePreset) {
-  Instance c("CTU");
-  c.set("PV", 2);
-  std::string q;
-  for (const char cu : std::string_view("1101001")) {
-    c.set("CU", cu == '1');
-    c.step();
-    q += c.get("Q") != 0 ? '1' : '0';
-  }
-  EXPECT_EQ(c.get("CV"), 3);
-  EXPECT_EQ(q, "0001111");
-  c.set("R", 1), c.set("CU", 0), c.step();
-  EXPECT_EQ(c.get("CV"), 0);
-  c.set("CU", 1), c.step();
-  EXPECT_EQ(c.get("CV"), 0) << "reset dominates";
-  c.set("R", 0), c.step();
-  EXPECT_EQ(c.get("CV"), 0) << "the edge under reset is gone";
-}
+const std::vector<const char*> kUp = {"CTU", "CTU_INT", "CTU_DINT", "CTU_LINT", "CTU_UINT", "CTU_UDINT", "CTU_ULINT"};
+const std::vector<const char*> kDown = {"CTD", "CTD_INT", "CTD_DINT", "CTD_LINT", "CTD_UINT", "CTD_UDINT", "CTD_ULINT"};
+const std::vector<const char*> kBoth = {"CTUD",      "CTUD_INT",   "CTUD_DINT", "CTUD_LINT",
+                                        "CTUD_UINT", "CTUD_UDINT", "CTUD_ULINT"};
+const std::vector<const char*> kBothSigned = {"CTUD", "CTUD_INT", "CTUD_DINT", "CTUD_LINT"};
 
-TEST(Counters, DownCountsRisingEdgesToo) {
-  Instance c("CTD");
-  c.set("PV", 2), c.set("LD", 1), c.step();
-  EXPECT_EQ(c.get("CV"), 2);
-  EXPECT_EQ(c.get("Q"), 0);
-  c.set("LD", 0), c.set("CD", 1), c.step(), c.step(), c.step();
-  EXPECT_EQ(c.get("CV"), 1) << "held TRUE counts once";
-  c.set("CD", 0), c.step(), c.set("CD", 1), c.step();
-  EXPECT_EQ(c.get("CV"), 0);
-  EXPECT_EQ(c.get("Q"), 1);
-}
-
-TEST(Counters, FreshOnesAreAtZero) {
-  Instance up("CTU"), down("CTD"), both("CTUD");
-  up.step(), down.step(), both.step();
-  EXPECT_EQ(up.get("Q"), 1) << "0 >= 0";
-  EXPECT_EQ(down.get("Q"), 1);
-  EXPECT_EQ(both.get("QU"), 1);
-  EXPECT_EQ(both.get("QD"), 1);
-}
-
-TEST(Counters, UpAndDownAtOnceCancelAndResetDominatesLoad) {
-  Instance c("CTUD_DINT");
-  c.set("PV", 5), c.set("LD", 1), c.step();
-  EXPECT_EQ(c.get("CV"), 5);
-  c.set("R", 1), c.step();
-  EXPECT_EQ(c.get("CV"), 0);
-  c.set("R", 0), c.set("LD", 0), c.set("CU", 1), c.set("CD", 1), c.step();
-  EXPECT_EQ(c.get("CV"), 0);
-  c.set("CU", 0), c.set("CD", 0), c.step(), c.set("CU", 1), c.step();
-  EXPECT_EQ(c.get("CV"), 1);
-  c.set("CD", 1), c.step(), c.set("CD", 0), c.step(), c.set("CD", 1), c.step();
-  EXPECT_EQ(c.get("CV"), -1);
-  EXPECT_EQ(c.get("QD"), 1);
+TEST(Counters, FeatureByFeature) {
+  const Feature kFeatures[] = {{kUp, "rising edges only: not levels, not falling edges", R"(
+at     CU R PV | Q CV
+T#0ms  0  0 2  | 0 0
+T#1ms  1  . .  | 0 1
+T#2ms  1  . .  | 0 1
+T#3ms  0  . .  | 0 1
+T#4ms  0  . .  | 0 1
+T#5ms  1  . .  | 1 2
+)"},
+                               {kUp, "TRUE in the first scan is an edge", R"(
+at     CU R PV | Q CV
+T#0ms  1  0 5  | 0 1
+T#1ms  1  . .  | 0 1
+)"},
+                               {kUp, "goes on beyond the preset", R"(
+at     CU R PV | Q CV
+T#0ms  1  0 1  | 1 1
+T#1ms  0  . .  | 1 1
+T#2ms  1  . .  | 1 2
+)"},
+                               {kUp, "Q follows a changed preset at once", R"(
+at     CU R PV | Q CV
+T#0ms  1  0 1  | 1 1
+T#1ms  .  . 2  | 0 1
+T#2ms  .  . 1  | 1 1
+T#3ms  .  . 0  | 1 1
+)"},
+                               {kUp, "a fresh one with preset 0 has reached it", R"(
+at     CU R PV | Q CV
+T#0ms  0  0 0  | 1 0
+)"},
+                               {kUp, "R dominates, and the edge under it is gone", R"(
+at     CU R PV | Q CV
+T#0ms  1  0 1  | 1 1
+T#1ms  0  1 .  | 0 0
+T#2ms  1  1 .  | 0 0
+T#3ms  1  0 .  | 0 0
+T#4ms  0  0 .  | 0 0
+T#5ms  1  0 .  | 1 1
+)"},
+                               {kUp, "R in the first scan, with CU", R"(
+at     CU R PV | Q CV
+T#0ms  1  1 1  | 0 0
+T#1ms  1  0 .  | 0 0
+)"},
+                               {kDown, "rising edges only: not levels, not falling edges", R"(
+at     CD LD PV | Q CV
+T#0ms  0  1  3  | 0 3
+T#1ms  0  0  .  | 0 3
+T#2ms  1  .  .  | 0 2
+T#3ms  1  .  .  | 0 2
+T#4ms  0  .  .  | 0 2
+T#5ms  1  .  .  | 0 1
+T#6ms  0  .  .  | 0 1
+T#7ms  1  .  .  | 1 0
+)"},
+                               {kDown, "not loaded it is at 0", R"(
+at     CD LD PV | Q CV
+T#0ms  0  0  3  | 1 0
+)"},
+                               {kDown, "LD is a level, dominates, and the edge under it is gone", R"(
+at     CD LD PV | Q CV
+T#0ms  0  1  3  | 0 3
+T#1ms  1  1  .  | 0 3
+T#2ms  1  0  .  | 0 3
+T#3ms  0  1  5  | 0 5
+T#4ms  0  1  4  | 0 4
+)"},
+                               {kDown, "a preset changed without LD does nothing", R"(
+at     CD LD PV | Q CV
+T#0ms  0  1  3  | 0 3
+T#1ms  0  0  9  | 0 3
+)"},
+                               {kDown, "TRUE in the first scan is an edge, unless LD", R"(
+at     CD LD PV | Q CV
+T#0ms  1  1  3  | 0 3
+T#1ms  1  0  .  | 0 3
+)"},
+                               {kBoth, "up and down", R"(
+at     CU CD R LD PV | QU QD CV
+T#0ms  0  0  0 0  2  | 0  1  0
+T#1ms  1  0  . .  .  | 0  0  1
+T#2ms  0  0  . .  .  | 0  0  1
+T#3ms  1  0  . .  .  | 1  0  2
+T#4ms  1  1  . .  .  | 0  0  1
+T#5ms  1  0  . .  .  | 0  0  1
+T#6ms  1  1  . .  .  | 0  1  0
+)"},
+                               {kBoth, "both edges at once cancel, also in the first scan", R"(
+at     CU CD R LD PV | QU QD CV
+T#0ms  1  1  0 0  2  | 0  1  0
+T#1ms  0  0  0 1  .  | 1  0  2
+T#2ms  1  1  0 0  .  | 1  0  2
+T#3ms  1  1  . .  .  | 1  0  2
+T#4ms  0  1  . .  .  | 1  0  2
+T#5ms  1  1  . .  .  | 1  0  3
+)"},
+                               {kBoth, "R dominates LD, LD dominates counting; edges under them are gone", R"(
+at     CU CD R LD PV | QU QD CV
+T#0ms  0  0  0 1  5  | 1  0  5
+T#1ms  1  0  0 1  .  | 1  0  5
+T#2ms  1  0  1 1  .  | 0  1  0
+T#3ms  1  1  1 0  .  | 0  1  0
+T#4ms  1  1  0 0  .  | 0  1  0
+T#5ms  0  0  0 1  4  | 1  0  4
+T#6ms  0  1  0 1  .  | 1  0  4
+T#7ms  0  1  0 0  .  | 1  0  4
+)"},
+                               {kBoth, "a preset of 0 is reached and left", R"(
+at     CU CD R LD PV | QU QD CV
+T#0ms  0  0  0 0  0  | 1  1  0
+T#1ms  1  0  . .  .  | 1  0  1
+)"},
+                               {kBothSigned, "below zero, and presets below zero", R"(
+at     CU CD R LD PV | QU QD CV
+T#0ms  0  1  0 0  -2 | 1  1  -1
+T#1ms  0  0  . .  .  | 1  1  -1
+T#2ms  0  1  . .  .  | 1  1  -2
+T#3ms  0  0  . .  .  | 1  1  -2
+T#4ms  0  1  . .  .  | 0  1  -3
+T#5ms  0  0  0 1  -7 | 1  1  -7
+)"}};
+  for (const Feature& feature : kFeatures) run(feature);
 }
 
 TEST(Counters, StopAtTheEndsOfTheirType) {
@@ -243,107 +306,210 @@ TEST(Counters, StopAtTheEndsOfTheirType) {
                                                     : w == 64 ? ~0ull
                                                               : (1ull << w) - 1);
     const auto least = is_signed ? static_cast<std::int64_t>(~0ull << (w - 1)) : 0;
-    if (block.name.starts_with("CTU")) {
+    // One below the end it counts once more, at the end it stays.
+    const auto counts = [&](const char* input, std::int64_t from, std::int64_t to) {
       Instance c(block.name);
-      c.set("CV", greatest), c.set("CU", 1), c.step();
-      EXPECT_EQ(c.get("CV"), greatest) << block.name;
-    }
-    if (!block.name.starts_with("CTU_") && block.name != "CTU") {
-      Instance c(block.name);
-      c.set("CV", least), c.set("CD", 1), c.step();
-      EXPECT_EQ(c.get("CV"), least) << block.name;
-    }
+      c.set("CV", from), c.set(input, 1), c.step();
+      EXPECT_EQ(c.get("CV"), to) << block.name;
+      c.set(input, 0), c.step(), c.set(input, 1), c.step();
+      EXPECT_EQ(c.get("CV"), to) << block.name;
+    };
+    if (stdlib::field_named(block, "CU") != nullptr) counts("CU", greatest - 1, greatest);
+    if (stdlib::field_named(block, "CD") != nullptr) counts("CD", least + 1, least);
   }
 }
 
 // ---- timers -----------------------------------------------------------------------------------------------------
 
-/// One line per execution: time, IN, PT in ms; then Q and ET in ms.
-struct Tick {
-  std::int64_t now;
-  int in;
-  std::int64_t pt;
-  int q;
-  std::int64_t et;
-};
-void run(std::string_view block, const std::vector<Tick>& ticks) {
-  Instance t(block);
-  for (const Tick& tick : ticks) {
-    t.set("IN", tick.in);
-    t.set("PT", tick.pt * kMs);
-    t.step(tick.now);
-    EXPECT_EQ(t.get("Q"), tick.q) << block << " at " << tick.now << " ms";
-    EXPECT_EQ(t.get("ET"), tick.et * kMs) << block << " at " << tick.now << " ms";
-  }
-}
+const std::vector<const char*> kOn = {"TON", "TON_TIME", "TON_LTIME"};
+const std::vector<const char*> kOff = {"TOF", "TOF_TIME", "TOF_LTIME"};
+const std::vector<const char*> kPulse = {"TP", "TP_TIME", "TP_LTIME"};
 
-TEST(Timers, OnDelay) {
-  for (const char* block : {"TON", "TON_TIME", "TON_LTIME"}) {
-    run(block, {{100, 0, 30, 0, 0},
-                {110, 1, 30, 0, 0},
-                {120, 1, 30, 0, 10},
-                {139, 1, 30, 0, 29},
-                {140, 1, 30, 1, 30},
-                {500, 1, 30, 1, 30},
-                {510, 0, 30, 0, 0},
-                {520, 1, 30, 0, 0},
-                {530, 1, 30, 0, 10},
-                {540, 0, 30, 0, 0},
-                {550, 1, 30, 0, 0},
-                {600, 1, 30, 1, 30}});
-  }
-}
-TEST(Timers, OffDelay) {
-  for (const char* block : {"TOF", "TOF_TIME", "TOF_LTIME"}) {
-    run(block, {{0, 0, 30, 0, 0},
-                {10, 1, 30, 1, 0},
-                {20, 0, 30, 1, 0},
-                {40, 0, 30, 1, 20},
-                {50, 0, 30, 0, 30},
-                {90, 0, 30, 0, 30},
-                {100, 1, 30, 1, 0},
-                {110, 0, 30, 1, 0},
-                {120, 1, 30, 1, 0},
-                {130, 0, 30, 1, 0},
-                {170, 0, 30, 0, 30}});
-  }
-}
-TEST(Timers, Pulse) {
-  for (const char* block : {"TP", "TP_TIME", "TP_LTIME"}) {
-    run(block, {{0, 0, 30, 0, 0},
-                {10, 1, 30, 1, 0},
-                {20, 0, 30, 1, 10},  // IN does not matter meanwhile
-                {30, 1, 30, 1, 20},  // nor does another edge
-                {40, 1, 30, 0, 30},
-                {50, 1, 30, 0, 30},  // ET is held while IN is
-                {60, 0, 30, 0, 0},
-                {70, 1, 30, 1, 0},
-                {80, 0, 30, 1, 10},
-                {100, 0, 30, 0, 0},  // over with IN FALSE: ET back at once
-                {110, 1, 30, 1, 0}});
-  }
-}
-TEST(Timers, TrueInTheFirstScanStartsAtOnce) {
-  run("TON", {{7000, 1, 20, 0, 0}, {7020, 1, 20, 1, 20}});
-  run("TP", {{7000, 1, 20, 1, 0}, {7020, 1, 20, 0, 20}});
-  run("TOF", {{7000, 1, 20, 1, 0}, {7001, 0, 20, 1, 0}, {7021, 0, 20, 0, 20}});
-  run("TOF", {{7000, 0, 20, 0, 0}, {7100, 0, 20, 0, 0}});
-}
-TEST(Timers, ZeroAndNegativePresetsRunOutAtOnce) {
-  for (const std::int64_t pt : {0, -5}) {
-    run("TON", {{5, 0, pt, 0, 0}, {10, 1, pt, 1, 0}, {20, 0, pt, 0, 0}});
-    run("TOF", {{10, 1, pt, 1, 0}, {20, 0, pt, 0, 0}});
-    run("TP", {{10, 1, pt, 0, 0}, {20, 0, pt, 0, 0}});
-  }
-}
-TEST(Timers, ChangedPresetTakesEffectWhileTheTimeRuns) {
-  run("TON", {{0, 1, 100, 0, 0}, {40, 1, 100, 0, 40}, {50, 1, 50, 1, 50}, {60, 1, 200, 1, 50}, {70, 0, 200, 0, 0}});
-  run("TON", {{0, 1, 30, 0, 0}, {20, 1, 80, 0, 20}, {40, 1, 80, 0, 40}, {80, 1, 80, 1, 80}});
-  run("TOF", {{0, 1, 100, 1, 0}, {10, 0, 100, 1, 0}, {40, 0, 20, 0, 20}});
-  run("TP", {{0, 1, 100, 1, 0}, {40, 1, 20, 0, 20}});
-}
-TEST(Timers, ClockBehindTheStartCountsAsNoTime) {
-  run("TON", {{1000, 1, 50, 0, 0}, {10, 1, 50, 0, 0}, {1049, 1, 50, 0, 49}, {1050, 1, 50, 1, 50}});
+TEST(Timers, FeatureByFeature) {
+  const Feature kFeatures[] = {{kOn, "Q when IN has been TRUE for PT; ET stays there", R"(
+at      IN PT     | Q ET
+T#100ms 0  T#30ms | 0 T#0ms
+T#110ms 1  .      | 0 T#0ms
+T#120ms 1  .      | 0 T#10ms
+T#139ms 1  .      | 0 T#29ms
+T#140ms 1  .      | 1 T#30ms
+T#500ms 1  .      | 1 T#30ms
+T#510ms 0  .      | 0 T#0ms
+)"},
+                               {kOn, "IN gone before PT starts from zero", R"(
+at      IN PT     | Q ET
+T#0ms   1  T#30ms | 0 T#0ms
+T#29ms  0  .      | 0 T#0ms
+T#30ms  1  .      | 0 T#0ms
+T#59ms  1  .      | 0 T#29ms
+T#60ms  1  .      | 1 T#30ms
+)"},
+                               {kOn, "a scan that comes late holds ET at PT", R"(
+at      IN PT     | Q ET
+T#0ms   1  T#30ms | 0 T#0ms
+T#9s    1  .      | 1 T#30ms
+)"},
+                               {kOn, "several executions in one instant are as one", R"(
+at      IN PT     | Q ET
+T#0ms   1  T#30ms | 0 T#0ms
+T#0ms   1  .      | 0 T#0ms
+T#30ms  1  .      | 1 T#30ms
+T#30ms  0  .      | 0 T#0ms
+T#30ms  1  .      | 0 T#0ms
+)"},
+                               {kOn, "PT shorter while it runs: over at once when passed", R"(
+at      IN PT      | Q ET
+T#0ms   1  T#100ms | 0 T#0ms
+T#40ms  1  .       | 0 T#40ms
+T#50ms  1  T#50ms  | 1 T#50ms
+T#60ms  1  T#200ms | 1 T#50ms
+T#70ms  0  .       | 0 T#0ms
+T#80ms  1  .       | 0 T#0ms
+)"},
+                               {kOn, "PT longer while it runs", R"(
+at      IN PT      | Q ET
+T#0ms   1  T#30ms  | 0 T#0ms
+T#20ms  1  T#80ms  | 0 T#20ms
+T#40ms  1  .       | 0 T#40ms
+T#80ms  1  .       | 1 T#80ms
+)"},
+                               {kOn, "PT 0: Q is IN", R"(
+at      IN PT     | Q ET
+T#5ms   0  T#0ms  | 0 T#0ms
+T#10ms  1  .      | 1 T#0ms
+T#20ms  0  .      | 0 T#0ms
+)"},
+                               {kOn, "PT below 0 is as 0", R"(
+at      IN PT     | Q ET
+T#5ms   0  T#-5ms | 0 T#0ms
+T#10ms  1  .      | 1 T#0ms
+T#20ms  0  .      | 0 T#0ms
+)"},
+                               {kOn, "TRUE in the first scan starts at once", R"(
+at      IN PT     | Q ET
+T#7s    1  T#20ms | 0 T#0ms
+T#7s20ms 1 .      | 1 T#20ms
+)"},
+                               {kOn, "a clock behind the start counts as no time", R"(
+at      IN PT     | Q ET
+T#1s    1  T#50ms | 0 T#0ms
+T#10ms  1  .      | 0 T#0ms
+T#1s49ms 1 .      | 0 T#49ms
+T#1s50ms 1 .      | 1 T#50ms
+)"},
+                               {kOff, "Q with IN, and PT longer", R"(
+at      IN PT     | Q ET
+T#0ms   0  T#30ms | 0 T#0ms
+T#10ms  1  .      | 1 T#0ms
+T#20ms  0  .      | 1 T#0ms
+T#49ms  0  .      | 1 T#29ms
+T#50ms  0  .      | 0 T#30ms
+T#90ms  0  .      | 0 T#30ms
+T#100ms 1  .      | 1 T#0ms
+)"},
+                               {kOff, "IN again before PT: the time starts anew", R"(
+at      IN PT     | Q ET
+T#0ms   1  T#30ms | 1 T#0ms
+T#10ms  0  .      | 1 T#0ms
+T#39ms  1  .      | 1 T#0ms
+T#40ms  0  .      | 1 T#0ms
+T#69ms  0  .      | 1 T#29ms
+T#70ms  0  .      | 0 T#30ms
+)"},
+                               {kOff, "FALSE in the first scan times nothing", R"(
+at      IN PT     | Q ET
+T#7s    0  T#20ms | 0 T#0ms
+T#8s    0  .      | 0 T#0ms
+)"},
+                               {kOff, "TRUE in the first scan", R"(
+at      IN PT     | Q ET
+T#7s    1  T#20ms | 1 T#0ms
+T#7s1ms 0  .      | 1 T#0ms
+T#7s21ms 0 .      | 0 T#20ms
+)"},
+                               {kOff, "PT changed while it runs, and after", R"(
+at      IN PT      | Q ET
+T#0ms   1  T#100ms | 1 T#0ms
+T#10ms  0  .       | 1 T#0ms
+T#40ms  0  T#60ms  | 1 T#30ms
+T#50ms  0  T#20ms  | 0 T#20ms
+T#60ms  0  T#500ms | 0 T#20ms
+)"},
+                               {kOff, "PT 0: Q is IN", R"(
+at      IN PT     | Q ET
+T#10ms  1  T#0ms  | 1 T#0ms
+T#20ms  0  .      | 0 T#0ms
+T#30ms  1  .      | 1 T#0ms
+)"},
+                               {kOff, "PT below 0 is as 0", R"(
+at      IN PT     | Q ET
+T#10ms  1  T#-1s  | 1 T#0ms
+T#20ms  0  .      | 0 T#0ms
+)"},
+                               {kOff, "a clock behind the start counts as no time", R"(
+at      IN PT     | Q ET
+T#1s    1  T#50ms | 1 T#0ms
+T#2s    0  .      | 1 T#0ms
+T#1s    0  .      | 1 T#0ms
+T#2s50ms 0 .      | 0 T#50ms
+)"},
+                               {kPulse, "PT long whatever IN does; ET is held while IN is", R"(
+at      IN PT     | Q ET
+T#0ms   0  T#30ms | 0 T#0ms
+T#10ms  1  .      | 1 T#0ms
+T#20ms  0  .      | 1 T#10ms
+T#30ms  1  .      | 1 T#20ms
+T#40ms  1  .      | 0 T#30ms
+T#50ms  1  .      | 0 T#30ms
+T#60ms  0  .      | 0 T#0ms
+T#70ms  1  .      | 1 T#0ms
+)"},
+                               {kPulse, "over with IN FALSE: ET back at once", R"(
+at      IN PT     | Q ET
+T#0ms   1  T#30ms | 1 T#0ms
+T#10ms  0  .      | 1 T#10ms
+T#30ms  0  .      | 0 T#0ms
+T#40ms  1  .      | 1 T#0ms
+)"},
+                               {kPulse, "an edge in the scan in which it runs out is not seen", R"(
+at      IN PT     | Q ET
+T#0ms   1  T#30ms | 1 T#0ms
+T#10ms  0  .      | 1 T#10ms
+T#30ms  1  .      | 0 T#30ms
+T#40ms  1  .      | 0 T#30ms
+T#50ms  0  .      | 0 T#0ms
+T#60ms  1  .      | 1 T#0ms
+)"},
+                               {kPulse, "PT changed while it runs, and after", R"(
+at      IN PT      | Q ET
+T#0ms   1  T#100ms | 1 T#0ms
+T#40ms  1  T#80ms  | 1 T#40ms
+T#50ms  1  T#20ms  | 0 T#20ms
+T#60ms  1  T#500ms | 0 T#20ms
+)"},
+                               {kPulse, "PT 0: no pulse", R"(
+at      IN PT     | Q ET
+T#10ms  1  T#0ms  | 0 T#0ms
+T#20ms  0  .      | 0 T#0ms
+)"},
+                               {kPulse, "PT below 0 is as 0", R"(
+at      IN PT     | Q ET
+T#10ms  1  T#-5ms | 0 T#0ms
+T#20ms  1  .      | 0 T#0ms
+T#30ms  0  .      | 0 T#0ms
+)"},
+                               {kPulse, "TRUE in the first scan starts at once", R"(
+at      IN PT     | Q ET
+T#7s    1  T#20ms | 1 T#0ms
+T#7s20ms 1 .      | 0 T#20ms
+)"},
+                               {kPulse, "a clock behind the start counts as no time", R"(
+at      IN PT     | Q ET
+T#1s    1  T#50ms | 1 T#0ms
+T#0ms   1  .      | 1 T#0ms
+T#1s50ms 1 .      | 0 T#50ms
+)"}};
+  for (const Feature& feature : kFeatures) run(feature);
 }
 
 }  // namespace
