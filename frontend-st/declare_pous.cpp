@@ -103,7 +103,7 @@ void Declarer::declare_pou_names() {
         report(Code::P4018, from.at, from.name, "POU " + quoted(from.name) + " is declared twice",
                "rename one of them");
       }
-    } else if (stdlib::is_function(from.name) || stdlib::block_named(from.name) != nullptr) {
+    } else if (is_standard(from.name)) {
       report(Code::P4019, from.at, from.name,
              std::string(plcopen::pou_kind_name(from.kind)) + " " + quoted(from.name) + " hides the standard " +
                  (stdlib::block_named(from.name) != nullptr ? "function block" : "function") + " of this name",
@@ -347,6 +347,15 @@ void Declarer::detect_edges(std::uint32_t index) {
     builder.store(builder.variable(edge), builder.load(*builder.member(instance, "Q")));
     module_.pous[index].variables[input].edge = edge;
   }
+}
+
+bool Declarer::is_standard(std::string_view name) {
+  const stdlib::BlockSpec* const block = stdlib::block_named(name);
+  const std::span<const stdlib::Overload> functions = stdlib::overloads_named(name);
+  const std::string_view clause = block != nullptr     ? block->clause
+                                  : !functions.empty() ? functions.front().spec->clause
+                                                       : std::string_view{};
+  return clause.starts_with("IEC 61131-3");
 }
 
 bool Declarer::bind_external(ir::Variable& out, const plcopen::Variable& variable, const Owner& owner) {

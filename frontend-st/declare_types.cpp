@@ -31,14 +31,9 @@ std::string supplier_of(std::string_view name) {
     std::string_view prefix, supplier;
   };
   static constexpr Known kKnown[] = {
-      {"LOGGER", "the Beremiz target library brings it"},
-      {"LOGLEVEL", "the Beremiz target library brings it"},
-      {"HMI_", "the Beremiz SVGHMI extension brings it"},
-      {"python_", "the Beremiz Python extension brings it"},
-      {"PID", "the additional library of OpenPLC and Beremiz brings it"},
-      {"RTC", "the additional library of OpenPLC and Beremiz brings it"},
-      {"MC_", "a PLCopen motion library brings it"},
-      {"AXIS_REF", "a PLCopen motion library brings it"},
+      {"LOGGER", "the Beremiz target library brings it"},  {"LOGLEVEL", "the Beremiz target library brings it"},
+      {"HMI_", "the Beremiz SVGHMI extension brings it"},  {"python_", "the Beremiz Python extension brings it"},
+      {"MC_", "a PLCopen motion library brings it"},       {"AXIS_REF", "a PLCopen motion library brings it"},
       {"FB_", "probably a library of the tool brings it"},
   };
   for (const Known& k : kKnown) {
@@ -57,8 +52,9 @@ void Declarer::declare_data_types() {
       const bool hides = !core::type_named(type.name) && stdlib::block_named(type.name) != nullptr &&
                          module_.pou_by_name.find(type.name) == module_.pou_by_name.end();
       if (hides) {
-        report(Code::P4019, type.at, {},
-               "data type " + quoted(type.name) + " hides the standard function block of this name");
+        if (is_standard(type.name))
+          report(Code::P4019, type.at, {},
+                 "data type " + quoted(type.name) + " hides the standard function block of this name");
       } else {
         report(Code::P4018, type.at, {}, "data type " + quoted(type.name) + " has the name of another type");
         continue;

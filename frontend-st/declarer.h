@@ -35,6 +35,10 @@ class Declarer final : public ConstantScope {
  private:
   using Items = std::vector<ir::InitItem>;
 
+  /// The third edition has a function or block of this name, so that hiding it deserves a warning. What else the
+  /// library has ("SCALE", "RAMP") gives way to a project's own without a word.
+  static bool is_standard(std::string_view name);
+
   /// Whose declaration is being read, for messages: a POU (or empty) and a variable, member or type.
   struct Owner {
     std::string_view pou;

@@ -31,7 +31,7 @@ bool all_finite(V... values) noexcept {
 inline double within_real(double v) noexcept { return std::clamp(v, -kMostReal, kMostReal); }
 inline float to_real(double v) noexcept { return static_cast<float>(within_real(v)); }
 
-inline double to_seconds(std::int64_t ns) noexcept { return static_cast<double>(ns) * 1e-9; }
+inline double to_seconds(std::int64_t ns) noexcept { return static_cast<double>(ns) / 1e9; }
 
 /// Measures the time from one execution to the next.
 struct Stopwatch {
