@@ -2,7 +2,6 @@
 // from our code: random inputs, time that stands still, creeps and leaps, 100,000 executions of each block.
 #include <gtest/gtest.h>
 
-#include <functional>
 #include <limits>
 #include <random>
 
