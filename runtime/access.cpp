@@ -6,6 +6,7 @@
 #include <numeric>
 #include <unordered_set>
 
+#include "core/glob.h"
 #include "core/text.h"
 #include "runtime/operations.h"
 #include "runtime/value_text.h"
@@ -169,29 +170,6 @@ bool is_declared(const ImageField& global) {
   return !global.name.starts_with('%') && global.name.find('.') == std::string::npos;
 }
 
-bool glob_match(std::string_view pattern, std::string_view text) {
-  std::size_t p = 0;
-  std::size_t t = 0;
-  std::size_t star = std::string_view::npos;
-  std::size_t resume = 0;
-  while (t < text.size()) {
-    if (p < pattern.size() && pattern[p] == '*') {
-      star = p++;
-      resume = t;
-    } else if (p < pattern.size() && (pattern[p] == '?' || core::fold(pattern[p]) == core::fold(text[t]))) {
-      ++p;
-      ++t;
-    } else if (star != std::string_view::npos) {
-      p = star + 1;
-      t = ++resume;
-    } else {
-      return false;
-    }
-  }
-  while (p < pattern.size() && pattern[p] == '*') ++p;
-  return p == pattern.size();
-}
-
 /// Collects the paths of leaves.
 class Lister {
  public:
@@ -227,7 +205,7 @@ class Lister {
     switch (type.kind) {
       case TypeKind::kScalar:
       case TypeKind::kString:
-        if (glob_match(pattern_, path) && known_.insert(path).second) found_.push_back({path, place});
+        if (core::glob_match(pattern_, path) && known_.insert(path).second) found_.push_back({path, place});
         return;
       case TypeKind::kRef:
         return;

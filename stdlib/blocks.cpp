@@ -1,6 +1,7 @@
 // The table of function blocks, expanded from the rows at compile time.
 #include <algorithm>
 #include <array>
+#include <tuple>
 #include <type_traits>
 
 #include "core/text.h"
@@ -43,30 +44,52 @@ constexpr bool folded_less(std::string_view a, std::string_view b) {
                                       [](char x, char y) { return core::fold(x) < core::fold(y); });
 }
 
-template <class... Row>
-constexpr auto table_of(Rows<Row...>) {
-  return std::array{block<Row>()...};
+/// The lists of rows in the order in which people read them, and the titles they have for them.
+constexpr std::tuple kLists{Titled<fb::BistableRows>{"Bistables and edges"}, Titled<fb::CounterRows>{"Counters"},
+                            Titled<fb::TimerRows>{"Timers"}, Titled<fb::ControlRows>{"Control"},
+                            Titled<fb::AnalogRows>{"Analog values"}, Titled<fb::SignalRows>{"Signals and clocks"}};
+
+template <class... R>
+constexpr auto specs_of(Titled<Rows<R...>>) {
+  return std::tuple{block<R>()...};
 }
-template <std::size_t... N>
-constexpr auto joined(const std::array<BlockSpec, N>&... tables) {
-  std::array<BlockSpec, (N + ...)> all{};
-  std::size_t n = 0;
-  ((std::copy(tables.begin(), tables.end(), all.begin() + n), n += N), ...);
-  std::sort(all.begin(), all.end(), [](const BlockSpec& x, const BlockSpec& y) { return folded_less(x.name, y.name); });
+constexpr auto kBlocks = std::apply(
+    [](auto... list) {
+      return std::apply([](auto... spec) { return std::array{spec...}; }, std::tuple_cat(specs_of(list)...));
+    },
+    kLists);
+
+/// Each list as a run of kBlocks.
+constexpr auto kGroups = std::apply(
+    [](const auto&... list) {
+      std::size_t begin = 0;
+      const auto run = [&begin](std::string_view title, std::size_t count) {
+        const BlockGroup group{title, std::span(kBlocks).subspan(begin, count)};
+        begin += count;
+        return group;
+      };
+      return std::array{run(list.title, list.kCount)...};
+    },
+    kLists);
+
+constexpr auto kByName = [] {
+  std::array<const BlockSpec*, kBlocks.size()> all{};
+  for (std::size_t i = 0; i < all.size(); ++i) all[i] = &kBlocks[i];
+  std::sort(all.begin(), all.end(),
+            [](const BlockSpec* x, const BlockSpec* y) { return folded_less(x->name, y->name); });
   return all;
-}
-constexpr auto kBlocks = joined(table_of(fb::BistableRows{}), table_of(fb::CounterRows{}), table_of(fb::TimerRows{}),
-                                table_of(fb::ControlRows{}), table_of(fb::AnalogRows{}), table_of(fb::SignalRows{}));
+}();
 
 }  // namespace
 
 std::span<const BlockSpec> blocks() { return kBlocks; }
+std::span<const BlockGroup> block_groups() { return kGroups; }
 
 const BlockSpec* block_named(std::string_view name) {
   const auto it =
-      std::lower_bound(kBlocks.begin(), kBlocks.end(), name,
-                       [](const BlockSpec& block, std::string_view key) { return folded_less(block.name, key); });
-  return it != kBlocks.end() && core::iequals(it->name, name) ? &*it : nullptr;
+      std::lower_bound(kByName.begin(), kByName.end(), name,
+                       [](const BlockSpec* block, std::string_view key) { return folded_less(block->name, key); });
+  return it != kByName.end() && core::iequals((*it)->name, name) ? *it : nullptr;
 }
 
 const Field* field_named(const BlockSpec& block, std::string_view name) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <tuple>
 
 #include "core/text.h"
 #include "stdlib/functions/arithmetic.h"
@@ -30,9 +31,17 @@ struct Concat<Rows<A...>> {
 template <class... A, class... B, class... Rest>
 struct Concat<Rows<A...>, Rows<B...>, Rest...> : Concat<Rows<A..., B...>, Rest...> {};
 
-using Library = Concat<rows::ArithmeticRows, rows::NumericRows, rows::ComparisonRows, rows::BitRows,
-                       rows::SelectionRows, rows::StringRows, rows::DurationRows, rows::DateRows, rows::ConversionRows,
-                       rows::BcdRows, rows::EndianRows>::Type;
+/// The lists of rows in the order in which people read them, and the titles they have for them.
+constexpr std::tuple kLists{
+    Titled<rows::ArithmeticRows>{"Arithmetic"},    Titled<rows::NumericRows>{"Functions of real numbers"},
+    Titled<rows::ComparisonRows>{"Comparison"},    Titled<rows::BitRows>{"Bit strings"},
+    Titled<rows::SelectionRows>{"Selection"},      Titled<rows::StringRows>{"Strings"},
+    Titled<rows::DurationRows>{"Times and dates"}, Titled<rows::DateRows>{"Dates put together and taken apart"},
+    Titled<rows::ConversionRows>{"Conversions"}, Titled<rows::BcdRows>{"BCD"}, Titled<rows::EndianRows>{"Order of bytes"}};
+
+template <class... List>
+Concat<List...> concat(const std::tuple<Titled<List>...>&);
+using Library = decltype(concat(kLists))::Type;
 
 struct TypePair {
   TypeId t;
@@ -157,6 +166,19 @@ constexpr auto specs_of(Rows<R...>) {
 }
 constexpr auto kSpecs = specs_of(Library{});
 
+/// Each list as a run of kSpecs.
+constexpr auto kGroups = std::apply(
+    [](const auto&... list) {
+      std::size_t begin = 0;
+      const auto run = [&begin](std::string_view title, std::size_t count) {
+        const FunctionGroup group{title, std::span(kSpecs).subspan(begin, count)};
+        begin += count;
+        return group;
+      };
+      return std::array{run(list.title, list.kCount)...};
+    },
+    kLists);
+
 std::span<const Overload> rows_named(std::string_view name) {
   const auto end = kTable.names.begin() + kTable.name_count;
   const auto it = std::lower_bound(kTable.names.begin(), end, name,
@@ -192,6 +214,7 @@ std::span<const Overload> overloads_named(std::string_view name) {
 }
 
 std::span<const FunctionSpec* const> function_specs() { return kSpecs; }
+std::span<const FunctionGroup> function_groups() { return kGroups; }
 
 std::span<const BundleSpec> bundles() { return rows::kDateBundles; }
 

@@ -104,8 +104,15 @@ std::span<const Overload> overloads();
 /// means the overloads of that function whose T is the type (IEC 61131-3:2013, table 21); a row of that very name goes
 /// first.
 std::span<const Overload> overloads_named(std::string_view name);
-/// Every function row.
+/// Every function row, in the order of the groups.
 std::span<const FunctionSpec* const> function_specs();
+
+/// Functions that people look for in one place.
+struct FunctionGroup {
+  std::string_view title;  ///< "Comparison"
+  std::span<const FunctionSpec* const> specs;
+};
+std::span<const FunctionGroup> function_groups();
 
 /// Name of pin `i` of the function as drawn: declared names, then the last one counted on ("IN3", "IN4", ..).
 std::string pin_name(const FunctionSpec& spec, std::size_t i);
@@ -213,7 +220,15 @@ struct BlockSpec {
   std::span<const BlockExample> examples;
 };
 
+/// Every block, in the order of the groups.
 std::span<const BlockSpec> blocks();
+
+/// Blocks that people look for in one place.
+struct BlockGroup {
+  std::string_view title;  ///< "Counters"
+  std::span<const BlockSpec> blocks;
+};
+std::span<const BlockGroup> block_groups();
 /// The block called `name` (any letter case) or null.
 const BlockSpec* block_named(std::string_view name);
 /// The field called `name`, or else the one with that alias, or null (any letter case).

@@ -28,6 +28,15 @@ constexpr ParamType fixed(TypeId type) { return {ParamType::Kind::kFixed, type};
 template <class... R>
 struct Rows {};
 
+/// A list of rows under a title for people: "Comparison".
+template <class List>
+struct Titled;
+template <class... R>
+struct Titled<Rows<R...>> {
+  static constexpr std::size_t kCount = sizeof...(R);
+  std::string_view title;
+};
+
 /// What `eval` sees of a value of type `Id`.
 template <TypeId Id>
 using ValueOf =

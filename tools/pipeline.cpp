@@ -13,6 +13,7 @@
 #include "core/text.h"
 #include "frontend-ld/lower.h"
 #include "frontend-st/declare.h"
+#include "frontend-st/library_declarations.h"
 #include "frontend-st/read.h"
 #include "frontend-st/text.h"
 #include "ir/check.h"
@@ -51,7 +52,9 @@ plcopen::Language language_of(const plcopen::Pou& pou) {
 
 class Lowering {
  public:
-  Lowering(const Request& request, Compilation& compilation) : request_(request), compilation_(compilation) {}
+  /// `declares_library`: POUs of the project were declarations of what the library has.
+  Lowering(const Request& request, Compilation& compilation, bool declares_library)
+      : request_(request), compilation_(compilation), declares_library_(declares_library) {}
 
   void lower_all() {
     const plcopen::Project& project = *compilation_.project;
@@ -76,8 +79,9 @@ class Lowering {
       if (pou.generic && !pou.has_made && !pou.from_library) lower(ir::specialize_for_check(module, i));
     }
     lower_reached();
-    // A text of types and globals alone is a library.
-    const bool declares_only = project.version == plcopen::Version::kText && project.pous.empty();
+    // A text of types and globals alone is a library, and so is what plc lib --xml writes.
+    const bool declares_only =
+        project.pous.empty() && (project.version == plcopen::Version::kText || declares_library_);
     if (drawn_ == 0 && texts_ == 0 && !declares_only) {
       core::SourceRef at;
       at.line = 1;
@@ -159,6 +163,7 @@ class Lowering {
 
   const Request& request_;
   Compilation& compilation_;
+  bool declares_library_;
   std::vector<bool> done_;
   std::vector<std::uint32_t> reached_;  ///< lowered, what they call not yet looked at
   std::uint64_t drawn_ = 0;
@@ -258,9 +263,10 @@ void compile(const Request& request, Compilation& compilation) {
   if (compilation.project) read_libraries(request, compilation);
   if (!compilation.readable || !compilation.project || request.goal == Goal::kRead) return;
 
+  const bool declares_library = st::drop_library_declarations(*compilation.project) != 0;
   compilation.module = st::declare(*compilation.project, request.options, diagnostics);
   if (!compilation.module) return;
-  Lowering(request, compilation).lower_all();
+  Lowering(request, compilation, declares_library).lower_all();
   ir::check(*compilation.module, diagnostics);
   if (diagnostics.has_errors()) return;
   if (request.lint) ir::lint(*compilation.module, *request.lint, diagnostics);

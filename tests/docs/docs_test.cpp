@@ -84,8 +84,8 @@ void expect_documented(const std::vector<std::string>& command, const fs::path& 
 /// `plc` with each of its commands.
 const std::vector<std::vector<std::string>> kCommands = {
     {PLC_TOOL, "check"},           {PLC_TOOL, "compile"}, {PLC_TOOL, "config", "init"},
-    {PLC_TOOL, "config", "check"}, {PLC_TOOL, "dump"},    {PLC_TOOL, "explain"},    {PLC_TOOL, "map"},
-    {PLC_TOOL, "sim"},             {PLC_TOOL, "report"}};
+    {PLC_TOOL, "config", "check"}, {PLC_TOOL, "dump"},    {PLC_TOOL, "explain"},    {PLC_TOOL, "lib"},
+    {PLC_TOOL, "map"},             {PLC_TOOL, "sim"},     {PLC_TOOL, "report"}};
 
 TEST(Manuals, MentionEveryFlag) {
   for (const auto& command : kCommands) expect_documented(command, kRoot / "docs/man/plc.1");

@@ -36,7 +36,7 @@ TEST(Usage, FilesThatCannotBeOpenedExitWith2) {
 TEST(Usage, HelpTeachesWithExamples) {
   for (const std::vector<std::string>& command :
        {std::vector<std::string>{PLC_TOOL, "--help"}, {PLC_TOOL, "check", "--help"}, {PLC_TOOL, "compile", "--help"},
-        {PLC_TOOL, "dump", "--help"}, {PLC_TOOL, "explain", "--help"}, {PLC_TOOL, "sim", "--help"},
+        {PLC_TOOL, "dump", "--help"}, {PLC_TOOL, "explain", "--help"}, {PLC_TOOL, "lib", "--help"}, {PLC_TOOL, "sim", "--help"},
         {PLC_TOOL, "report", "--help"}, {PLC_RUN_TOOL, "--help"}}) {
     const auto result = run_tool(command);
     EXPECT_EQ(result.code, 0) << command_line(command);

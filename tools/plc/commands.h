@@ -12,6 +12,7 @@ void add_compile(CLI::App& app, int& exit_code);
 void add_config(CLI::App& app, int& exit_code);
 void add_dump(CLI::App& app, int& exit_code);
 void add_explain(CLI::App& app, int& exit_code);
+void add_lib(CLI::App& app, int& exit_code);
 void add_map(CLI::App& app, int& exit_code);
 void add_sim(CLI::App& app, int& exit_code);
 void add_report(CLI::App& app, int& exit_code);

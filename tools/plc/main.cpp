@@ -15,6 +15,7 @@ int main(int argc, char** argv) {
       "  plc check plant.xml                          does it compile? all problems, with line and element\n"
       "  plc explain plant.xml Main                   in which order the elements execute, and why\n"
       "  plc explain P3007                            what a problem code means, with a wrong and a right example\n"
+      "  plc lib TON                                  what a function or block of the library means, with examples\n"
       "  plc sim plant.xml --cycles 500 --trace -     run it in virtual time, all variables as CSV\n"
       "  plc compile plant.xml -o plant.pbc           an image for plc-run\n"
       "  plc config init plant.xml -o plc.toml        devices and Modbus of this machine: a file to fill in\n"
@@ -30,6 +31,7 @@ int main(int argc, char** argv) {
   add_config(app, exit_code);
   add_dump(app, exit_code);
   add_explain(app, exit_code);
+  add_lib(app, exit_code);
   add_map(app, exit_code);
   add_sim(app, exit_code);
   add_report(app, exit_code);

@@ -1,0 +1,80 @@
+#include "frontend-st/library_declarations.h"
+
+#include <algorithm>
+
+#include "core/text.h"
+#include "frontend-st/lexer.h"
+#include "stdlib/library.h"
+
+namespace plc::st {
+namespace {
+
+using plcopen::Section;
+using stdlib::Direction;
+
+/// Comments are no statements.
+bool is_empty(const plcopen::Body& body) {
+  if (body.drawn_elements != 0) return false;
+  return Lexer(body.text).next().kind == TokenKind::kEnd;
+}
+
+bool is_direction(Section section, Direction direction) {
+  switch (section) {
+    case Section::kInput:
+      return direction == Direction::kInput;
+    case Section::kOutput:
+      return direction == Direction::kOutput;
+    case Section::kInOut:
+      return direction == Direction::kInOut;
+    default:
+      return false;
+  }
+}
+
+bool declares(const plcopen::Pou& pou, const stdlib::BlockSpec& block) {
+  const auto pins = std::count_if(block.fields.begin(), block.fields.end(),
+                                  [](const stdlib::Field& field) { return field.direction != Direction::kState; });
+  if (pou.variables.size() != static_cast<std::size_t>(pins)) return false;
+  return std::all_of(pou.variables.begin(), pou.variables.end(), [&block](const plcopen::Variable& variable) {
+    const stdlib::Field* field = stdlib::field_named(block, variable.name);
+    return field != nullptr && is_direction(variable.section, field->direction) &&
+           core::type_named(variable.type.name) == field->type;
+  });
+}
+
+/// Types are not compared: those of an overloaded function are generic, and each editor has a way to say so.
+bool declares(const plcopen::Pou& pou, const stdlib::FunctionSpec& function) {
+  if (pou.variables.size() < function.param_count) return false;
+  return std::all_of(pou.variables.begin(), pou.variables.end(), [&](const plcopen::Variable& variable) {
+    if (variable.section != Section::kInput) return false;
+    for (std::size_t i = 0; i < pou.variables.size(); ++i) {
+      if ((i < function.param_count || function.extensible) &&
+          core::iequals(variable.name, stdlib::pin_name(function, i))) {
+        return true;
+      }
+    }
+    return false;
+  });
+}
+
+bool is_library_declaration(const plcopen::Pou& pou) {
+  if (pou.has_actions || !std::all_of(pou.bodies.begin(), pou.bodies.end(), is_empty)) return false;
+  if (pou.kind == plcopen::PouKind::kFunctionBlock) {
+    const stdlib::BlockSpec* block = stdlib::block_named(pou.name);
+    return block != nullptr && declares(pou, *block);
+  }
+  if (pou.kind == plcopen::PouKind::kFunction) {
+    const auto overloads = stdlib::overloads_named(pou.name);
+    return std::any_of(overloads.begin(), overloads.end(),
+                       [&pou](const stdlib::Overload& overload) { return declares(pou, *overload.spec); });
+  }
+  return false;
+}
+
+}  // namespace
+
+std::size_t drop_library_declarations(plcopen::Project& project) {
+  return std::erase_if(project.pous, is_library_declaration);
+}
+
+}  // namespace plc::st

@@ -1,0 +1,20 @@
+// POUs that only declare what the standard library has.
+//
+// Editors need the interface of a block to draw it, so `plc lib --xml` gives them POUs without statements; projects drawn
+// with them come back with these POUs inside. What they name is the library's own.
+//
+// In: Project. Out: the same without such POUs. Does not belong here: POUs of other libraries (tools/libraries.h).
+#pragma once
+
+#include <cstddef>
+
+#include "plcopen/project.h"
+
+namespace plc::st {
+
+/// Removes every function and function block that has the name of one in the library, exactly its pins (those of
+/// blocks of the same types and directions), no variables of its own and not one statement or drawn element. Returns how many.
+/// Anything else of a library's name is meant as it stands, and hides the library's (P4019).
+std::size_t drop_library_declarations(plcopen::Project& project);
+
+}  // namespace plc::st

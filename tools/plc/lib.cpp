@@ -1,0 +1,285 @@
+// plc lib: the standard library for people: what there is, and what one function or block means; as JSON for scripts,
+// and as a PLCopen XML library for editors.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "core/glob.h"
+#include "core/guess.h"
+#include "core/text.h"
+#include "tools/command_line.h"
+#include "tools/library_text.h"
+#include "tools/library_xml.h"
+#include "tools/plc/commands.h"
+
+namespace plc::tools {
+namespace {
+
+using nlohmann::ordered_json;
+
+struct Lib {
+  std::string name;
+  bool json = false;
+  bool xml = false;
+  std::string output;
+};
+
+/// Names in front of summaries; longer lists stand in a line of their own.
+constexpr std::size_t kNameWidth = 24;
+
+bool is_pattern(std::string_view name) { return name.find_first_of("*?") != std::string_view::npos; }
+
+/// Functions and blocks that were asked for.
+struct Selection {
+  std::vector<LibraryFunction> functions;
+  std::vector<const stdlib::BlockSpec*> blocks;
+  [[nodiscard]] bool empty() const { return functions.empty() && blocks.empty(); }
+};
+
+Selection everything() {
+  Selection all;
+  for (const stdlib::FunctionSpec* spec : stdlib::function_specs()) all.functions.push_back(library_function(*spec));
+  for (const stdlib::BlockSpec& block : stdlib::blocks()) all.blocks.push_back(&block);
+  return all;
+}
+
+Selection named(std::string_view name) {
+  Selection found{functions_named(name), {}};
+  if (const stdlib::BlockSpec* block = stdlib::block_named(name)) found.blocks.push_back(block);
+  return found;
+}
+
+/// All names that match, members of families too; one row under one name.
+Selection matching(std::string_view pattern) {
+  Selection found;
+  std::string_view last;
+  for (const stdlib::Overload& overload : stdlib::overloads()) {
+    if (overload.name == last || !core::glob_match(pattern, overload.name)) continue;
+    last = overload.name;
+    for (LibraryFunction& function : functions_named(last)) found.functions.push_back(std::move(function));
+  }
+  for (const stdlib::BlockSpec& block : stdlib::blocks()) {
+    if (core::glob_match(pattern, block.name)) found.blocks.push_back(&block);
+  }
+  return found;
+}
+
+// ---- text -----------------------------------------------------------------------------------------------------
+
+/// Names, then the summary beside or below them.
+void print_line(const std::string& names, std::string_view summary) {
+  if (names.size() > kNameWidth) {
+    std::cout << fmt::format("  {}\n  {:{}}  {}\n", names, "", kNameWidth, summary);
+  } else {
+    std::cout << fmt::format("  {:<{}}  {}\n", names, kNameWidth, summary);
+  }
+}
+
+void print_overview() {
+  std::string_view group;
+  for (const LibraryTopic& topic : library_topics()) {
+    if (topic.group != group) {
+      std::cout << (group.empty() ? "" : "\n") << topic.group << '\n';
+      group = topic.group;
+    }
+    print_line(joined(topic.names()), topic.summary());
+  }
+  std::cout << "\nplc lib NAME tells more: plc lib LIMIT, plc lib TON, plc lib DINT_TO_REAL, plc lib '*_TO_STRING'\n";
+}
+
+void print_matches(const Selection& found) {
+  for (const LibraryFunction& function : found.functions) std::cout << fmt::format("  {}\n", function.signature());
+  for (const stdlib::BlockSpec* block : found.blocks) print_line(std::string(block->name), block->summary);
+}
+
+/// Lines of cells as columns, two blanks apart, below `indent` blanks.
+void print_columns(const std::vector<std::vector<std::string>>& lines, std::size_t indent) {
+  std::vector<std::size_t> widths;
+  for (const auto& cells : lines) {
+    widths.resize(std::max(widths.size(), cells.size()));
+    for (std::size_t i = 0; i < cells.size(); ++i) widths[i] = std::max(widths[i], cells[i].size());
+  }
+  for (const auto& cells : lines) {
+    std::string line(indent, ' ');
+    for (std::size_t i = 0; i < cells.size(); ++i) line += fmt::format("{:<{}}  ", cells[i], widths[i]);
+    std::cout << line.substr(0, line.find_last_not_of(' ') + 1) << '\n';
+  }
+}
+
+void print_function(const LibraryFunction& function) {
+  std::cout << fmt::format("{}\n  {}\n\n", function.signature(), function.spec->summary);
+  for (const std::string& line : function.type_lines()) std::cout << fmt::format("  {}\n", line);
+  std::cout << fmt::format("  events: {}\n  source: {}\n", events_text(function.events()), function.spec->clause);
+  std::vector<std::vector<std::string>> lines;
+  for (const stdlib::Example& example : function.examples()) {
+    const std::string types = function.name == function.spec->name ? example_types(*function.spec, example) : "";
+    lines.push_back({std::string(example.call), "= " + example_result(example), types});
+  }
+  if (!lines.empty()) std::cout << "\n";
+  print_columns(lines, 2);
+}
+
+void print_block(const stdlib::BlockSpec& block) {
+  std::cout << fmt::format("{}\n  {}\n\n", block.name, block.summary);
+  std::vector<std::vector<std::string>> lines;
+  for (const stdlib::Field& field : block.fields) {
+    lines.push_back({std::string(direction_word(field.direction)), std::string(field.name),
+                     std::string(core::name_of(field.type)), std::string(field.summary),
+                     field.alias.empty() ? "" : fmt::format("(also {})", field.alias)});
+  }
+  print_columns(lines, 2);
+  std::cout << fmt::format("\n  source: {}\n", block.clause);
+  for (const stdlib::BlockExample& example : block.examples) {
+    std::cout << fmt::format("\n  {}\n", example.title);
+    print_columns(example_cells(example), 4);
+  }
+}
+
+void print_details(const Selection& found, std::string_view name) {
+  bool first = true;
+  const auto part = [&first] {
+    if (!first) std::cout << '\n';
+    first = false;
+  };
+  for (const LibraryFunction& function : found.functions) {
+    part();
+    print_function(function);
+  }
+  for (const stdlib::BlockSpec* block : found.blocks) {
+    part();
+    print_block(*block);
+  }
+  std::vector<std::string_view> related;
+  if (found.functions.empty() || !is_family(*found.functions.front().spec)) {
+    related = related_names(name);
+  } else if (found.functions.front().name != found.functions.front().spec->name) {
+    related = {found.functions.front().spec->name};
+  }
+  if (!related.empty()) std::cout << fmt::format("\nSee also: {}\n", joined(related));
+}
+
+// ---- JSON -----------------------------------------------------------------------------------------------------
+
+ordered_json to_json(const LibraryFunction& function) {
+  const stdlib::FunctionSpec& spec = *function.spec;
+  ordered_json row{{"name", function.name}, {"signature", function.signature()}, {"types", function.type_lines()}};
+  row["extensible"] = spec.extensible;
+  row["summary"] = spec.summary;
+  row["events"] = ordered_json::array();
+  for (const std::string_view event : event_names(function.events())) row["events"].push_back(event);
+  row["clause"] = spec.clause;
+  row["examples"] = ordered_json::array();
+  for (const stdlib::Example& example : function.examples()) {
+    row["examples"].push_back({{"types", example.types}, {"call", example.call}, {"result", example.result}});
+  }
+  return row;
+}
+
+ordered_json to_json(const stdlib::BlockSpec& block) {
+  ordered_json row{{"name", block.name}, {"summary", block.summary}, {"clause", block.clause}};
+  row["fields"] = ordered_json::array();
+  for (const stdlib::Field& field : block.fields) {
+    row["fields"].push_back({{"name", field.name},
+                             {"direction", direction_word(field.direction)},
+                             {"type", core::name_of(field.type)},
+                             {"alias", field.alias},
+                             {"summary", field.summary}});
+  }
+  row["examples"] = ordered_json::array();
+  for (const stdlib::BlockExample& example : block.examples) {
+    row["examples"].push_back({{"title", example.title}, {"table", example_cells(example)}});
+  }
+  return row;
+}
+
+std::string json_text(const Selection& found) {
+  ordered_json document{{"functions", ordered_json::array()}, {"blocks", ordered_json::array()}};
+  for (const LibraryFunction& function : found.functions) document["functions"].push_back(to_json(function));
+  for (const stdlib::BlockSpec* block : found.blocks) document["blocks"].push_back(to_json(*block));
+  return document.dump(2) + '\n';
+}
+
+// ---- XML ------------------------------------------------------------------------------------------------------
+
+std::string xml_text(const Selection& found) {
+  std::vector<const stdlib::FunctionSpec*> functions;
+  for (const LibraryFunction& function : found.functions) {
+    if (function.name == function.spec->name) functions.push_back(function.spec);
+  }
+  return library_xml(functions, found.blocks);
+}
+
+/// Writes a document to the file asked for, or to standard output.
+int write(const Lib& lib, const std::string& text) {
+  std::string why;
+  if (lib.output.empty()) {
+    std::cout << text;
+  } else if (!write_file(lib.output, text, why)) {
+    complain("plc lib", fmt::format("{} cannot be written: {}", lib.output, why));
+    return kExitUsage;
+  }
+  return kExitOk;
+}
+
+int unknown(const std::string& name) {
+  if (is_pattern(name)) {
+    complain("plc lib", fmt::format("no function or function block matches \"{}\"", name), "plc lib lists all of them");
+    return kExitErrors;
+  }
+  core::Guess guess(name);
+  for (const stdlib::BlockSpec& block : stdlib::blocks()) guess.offer(block.name);
+  for (const stdlib::Overload& overload : stdlib::overloads()) guess.offer(overload.name);
+  const std::string help = guess.help();
+  complain("plc lib", fmt::format("there is no function or function block \"{}\"", name),
+           help.empty() ? "plc lib lists all of them" : help);
+  return kExitErrors;
+}
+
+int run(const Lib& lib) {
+  Selection found = lib.name.empty() ? everything() : named(lib.name);
+  const bool by_pattern = found.empty() && is_pattern(lib.name);
+  if (by_pattern) found = matching(lib.name);
+  if (found.empty()) return unknown(lib.name);
+  if (lib.xml) return write(lib, lib.name.empty() ? library_xml() : xml_text(found));
+  if (lib.json) return write(lib, json_text(found));
+  if (lib.name.empty()) {
+    print_overview();
+  } else if (by_pattern) {
+    print_matches(found);
+  } else {
+    print_details(found, lib.name);
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+void add_lib(CLI::App& app, int& exit_code) {
+  static Lib lib;
+  CLI::App* command = app.add_subcommand(
+      "lib",
+      "Prints the functions and function blocks of the library, or what one of them means: inputs, types, events,\n"
+      "examples.\n"
+      "\n"
+      "Examples:\n"
+      "  plc lib                            everything, in groups\n"
+      "  plc lib LIMIT                      one function\n"
+      "  plc lib TON                        one function block, with what it does scan by scan\n"
+      "  plc lib DINT_TO_REAL               one conversion of the family *_TO_*\n"
+      "  plc lib '*_TO_STRING'              all names that match\n"
+      "  plc lib --xml -o picard.xml        blocks beyond the standard, as a library for editors\n"
+      "  plc lib --xml 'CTU_*' -o ctu.xml   the same of other blocks");
+  command->add_option("NAME", lib.name, "function or block in any letter case, or a pattern with * and ?");
+  CLI::Option* json = command->add_flag("--json", lib.json, "one JSON document on standard output");
+  command->add_flag("--xml", lib.xml, "a PLCopen XML library: interfaces to draw with, the runtime has the bodies")
+      ->excludes(json);
+  command->add_option("-o,--output", lib.output, "--json, --xml: file to write instead of standard output")
+      ->type_name("FILE");
+  command->callback([&exit_code] { exit_code = run(lib); });
+}
+
+}  // namespace plc::tools

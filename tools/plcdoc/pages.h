@@ -1,0 +1,29 @@
+// The reference pages, one function each: Markdown from tables. main.cpp writes or compares them.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tools/feature_tables.h"
+
+namespace plc::tools {
+
+/// A file below docs/reference.
+struct Page {
+  std::string name;  ///< "opcodes.md", "library/timers.md"
+  std::string text;
+};
+
+/// First line of a page: what it was made from, and how to make it again.
+std::string generated_from(const std::string& source);
+/// Text of a cell of a Markdown table.
+std::string cell(std::string text);
+
+/// library.md, the index, and library/<group>.md for every group.
+std::vector<Page> library_pages();
+/// conformance.md: features of the standard with their evidence, and what it leaves to the implementer.
+Page conformance_page(const FeatureTables& features);
+/// File of the page about the group with this title: "library/bit-strings.md".
+std::string page_of_group(std::string_view title);
+
+}  // namespace plc::tools
