@@ -69,10 +69,6 @@ std::vector<std::string> quoted_names(std::string_view text) {
   return names;
 }
 
-bool in_library(const std::string& name) {
-  return !functions_named(name).empty() || stdlib::block_named(name) != nullptr;
-}
-
 class Reader {
  public:
   explicit Reader(const fs::path& folder) : folder_(folder), cases_(cases_by_feature(folder)) {}
@@ -124,7 +120,9 @@ class Reader {
     feature.of_library = true;
     std::vector<std::string_view> missing;
     for (const std::string& name : names) {
-      if (!in_library(name)) missing.push_back(name);
+      const std::string_view group = group_of(name);
+      if (group.empty()) missing.push_back(name);
+      if (feature.group.empty()) feature.group = group;
     }
     if (missing.empty()) return;
     feature.answer = missing.size() == names.size() ? Answer::kNo : Answer::kPartly;

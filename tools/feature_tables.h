@@ -7,6 +7,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace plc::tools {
@@ -20,6 +21,7 @@ struct Feature {
   std::string note;                ///< what is missing and why; never empty for kPartly and kNo
   std::vector<std::string> cases;  ///< folders that prove it: "st/case"
   bool of_library = false;         ///< names functions or blocks, whose examples are tests
+  std::string_view group;          ///< of_library: title of the group of the first that is there
 };
 
 /// A table of the standard.

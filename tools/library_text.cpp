@@ -97,6 +97,21 @@ std::vector<LibraryTopic> library_topics() {
   return topics;
 }
 
+std::string_view group_of(std::string_view name) {
+  const std::vector<LibraryFunction> functions = functions_named(name);
+  for (const stdlib::FunctionGroup& group : stdlib::function_groups()) {
+    for (const stdlib::FunctionSpec* spec : group.specs) {
+      if (!functions.empty() && functions.front().spec == spec) return group.title;
+    }
+  }
+  for (const stdlib::BlockGroup& group : stdlib::block_groups()) {
+    for (const stdlib::BlockSpec& block : group.blocks) {
+      if (core::iequals(block.name, name)) return group.title;
+    }
+  }
+  return {};
+}
+
 bool is_family(const stdlib::FunctionSpec& spec) { return spec.name.find('*') != std::string_view::npos; }
 
 bool is_standard(std::string_view clause) {

@@ -27,6 +27,9 @@ struct LibraryTopic {
 /// Everything there is: groups of functions, then of blocks, each in its own order.
 std::vector<LibraryTopic> library_topics();
 
+/// Title of the group of the function or block called `name`, in any letter case; empty when there is none.
+std::string_view group_of(std::string_view name);
+
 /// True for the name of a family, whose overloads have names of their own: "*_TO_*".
 bool is_family(const stdlib::FunctionSpec& spec);
 /// True for rows from a table of the standard, which every editor knows; false for those of annex F and PICARD's own.

@@ -7,6 +7,7 @@
 
 #include "tests/support/golden.h"
 #include "tests/tools/fixture.h"
+#include "tools/library_text.h"
 
 namespace plc::test {
 namespace {
@@ -59,6 +60,30 @@ TEST(Lib, PrintsJson) {
   EXPECT_EQ(div[0]["events"], nlohmann::json({"divide_by_zero"}));
   const auto ton = nlohmann::json::parse(run_tool({PLC_TOOL, "lib", "TON", "--json"}).out)["blocks"];
   EXPECT_EQ(ton[0]["fields"][1]["name"], "PT");
+}
+
+// ---- words ------------------------------------------------------------------------------------------------------
+
+TEST(LibraryText, NamesTheFewestGenericTypes) {
+  using core::TypeId;
+  EXPECT_EQ(tools::generic_text({TypeId::kReal, TypeId::kLreal}), "ANY_REAL");
+  EXPECT_EQ(tools::generic_text({TypeId::kBool, TypeId::kReal, TypeId::kLreal}), "ANY_REAL, BOOL");
+  EXPECT_EQ(tools::generic_text({TypeId::kInt}), "INT");
+}
+
+TEST(LibraryText, ReadsTheTableOfABlock) {
+  constexpr stdlib::BlockExample kExample = {"title", "at IN | Q\n\nT#0s  TRUE | .\n"};
+  EXPECT_EQ(tools::example_cells(kExample),
+            (std::vector<std::vector<std::string>>{{"at", "IN", "|", "Q"}, {"T#0s", "TRUE", "|", "."}}));
+}
+
+TEST(LibraryText, TellsTheStandardsRowsFromOthers) {
+  EXPECT_TRUE(tools::is_standard("IEC 61131-3:2013, table 29"));
+  EXPECT_FALSE(tools::is_standard("IEC 61131-3:2003, annex F"));
+  EXPECT_FALSE(tools::is_standard("not in the standard; as in CODESYS Util"));
+  EXPECT_EQ(tools::group_of("ton_ltime"), "Timers");
+  EXPECT_EQ(tools::group_of("real_to_int"), "Conversions");
+  EXPECT_EQ(tools::group_of("nothing"), "");
 }
 
 // ---- the library for editors ------------------------------------------------------------------------------------

@@ -41,7 +41,7 @@ std::string evidence(const Feature& feature) {
   for (const std::string& name : feature.cases) {
     text += fmt::format("{}[{}]({}{}/README.md)", text.empty() ? "" : ", ", name, kCases, name);
   }
-  if (text.empty() && feature.of_library && feature.answer != Answer::kNo) text = "[examples](library.md)";
+  if (text.empty() && !feature.group.empty()) text = fmt::format("[examples]({})", page_of_group(feature.group));
   return text;
 }
 
@@ -175,7 +175,8 @@ Page conformance_page(const FeatureTables& features) {
              "the tests run too. What the standard leaves open stands [below](#parameters-of-the-implementer).\n",
              sum.yes, sum.partly, sum.no);
   for (const FeatureTable& table : features.tables) {
-    out << "\n## Table " << table.title << "\n\n| feature | what | here | shown by | note |\n| --- | --- | --- | --- | --- |\n";
+    out << "\n## Table " << table.title
+        << "\n\n| feature | what | here | shown by | note |\n| --- | --- | --- | --- | --- |\n";
     for (const Feature& feature : table.features) {
       out << fmt::format("| {} | {} | {} | {} | {} |\n", feature.number, cell(feature.text),
                          answer_word(feature.answer), evidence(feature), cell(feature.note));
