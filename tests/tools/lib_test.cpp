@@ -48,6 +48,7 @@ TEST(Lib, AnUnknownNameExitsWith1AndTheNearest) {
   EXPECT_NE(result.err.find("\"LIMTI\""), std::string::npos) << result.err;
   EXPECT_NE(result.err.find("did you mean \"LIMIT\"?"), std::string::npos) << result.err;
   EXPECT_EQ(run_tool({PLC_TOOL, "lib", "XYZ*"}).code, 1);
+  EXPECT_EQ(run_tool({PLC_TOOL, "lib", "INT_TO_REAL", "--xml"}).code, 1) << "no row of its own";
   EXPECT_EQ(run_tool({PLC_TOOL, "lib", "ADD", "--json", "--xml"}).code, 2);
 }
 
@@ -99,7 +100,7 @@ TEST(LibXml, IsValidAgainstTheSchemaOfPlcopen) {
     std::vector<std::string> command = {PLC_TOOL, "lib", "--xml", "-o", scratch.file("library.xml")};
     if (*name != '\0') command.emplace_back(name);
     ASSERT_EQ(run_tool(command).code, 0);
-    const auto lint = run_tool({"xmllint", "--noout", "--schema", schema, scratch.file("library.xml")});
+    const auto lint = run_tool({"/usr/bin/env", "xmllint", "--noout", "--schema", schema, scratch.file("library.xml")});
     EXPECT_EQ(lint.code, 0) << lint.err;
   }
 }

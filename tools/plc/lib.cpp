@@ -203,15 +203,7 @@ std::string json_text(const Selection& found) {
   return document.dump(2) + '\n';
 }
 
-// ---- XML ------------------------------------------------------------------------------------------------------
-
-std::string xml_text(const Selection& found) {
-  std::vector<const stdlib::FunctionSpec*> functions;
-  for (const LibraryFunction& function : found.functions) {
-    if (function.name == function.spec->name) functions.push_back(function.spec);
-  }
-  return library_xml(functions, found.blocks);
-}
+// ---- documents ------------------------------------------------------------------------------------------------
 
 /// Writes a document to the file asked for, or to standard output.
 int write(const Lib& lib, const std::string& text) {
@@ -223,6 +215,21 @@ int write(const Lib& lib, const std::string& text) {
     return kExitUsage;
   }
   return kExitOk;
+}
+
+int write_xml(const Lib& lib, const Selection& found) {
+  if (lib.name.empty()) return write(lib, library_xml());
+  std::vector<const stdlib::FunctionSpec*> functions;
+  for (const LibraryFunction& function : found.functions) {
+    if (!is_family(*function.spec)) functions.push_back(function.spec);
+  }
+  if (functions.empty() && found.blocks.empty()) {
+    complain("plc lib",
+             fmt::format("{} is of the family {}, which has no POU", lib.name, found.functions.front().spec->name),
+             "editors know conversions and draw them");
+    return kExitErrors;
+  }
+  return write(lib, library_xml(functions, found.blocks));
 }
 
 int unknown(const std::string& name) {
@@ -244,7 +251,11 @@ int run(const Lib& lib) {
   const bool by_pattern = found.empty() && is_pattern(lib.name);
   if (by_pattern) found = matching(lib.name);
   if (found.empty()) return unknown(lib.name);
-  if (lib.xml) return write(lib, lib.name.empty() ? library_xml() : xml_text(found));
+  if (!lib.output.empty() && !lib.json && !lib.xml) {
+    complain("plc lib", "-o writes documents", "add --json or --xml");
+    return kExitUsage;
+  }
+  if (lib.xml) return write_xml(lib, found);
   if (lib.json) return write(lib, json_text(found));
   if (lib.name.empty()) {
     print_overview();
