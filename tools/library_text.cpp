@@ -119,7 +119,7 @@ bool is_standard(std::string_view clause) {
 }
 
 LibraryFunction library_function(const stdlib::FunctionSpec& spec) {
-  LibraryFunction function{&spec, spec.name, {}};
+  LibraryFunction function{&spec, std::string(spec.name), {}};
   for (const stdlib::Overload& overload : stdlib::overloads()) {
     if (overload.spec == &spec) function.overloads.push_back(&overload);
   }
@@ -134,7 +134,9 @@ std::vector<LibraryFunction> functions_named(std::string_view name) {
   if (!functions.empty()) return functions;
   for (const stdlib::Overload& overload : stdlib::overloads_named(name)) {
     if (functions.empty() || functions.back().spec != overload.spec) {
-      functions.push_back({overload.spec, overload.name, {}});
+      // A row that is no family has its own name under any other: it is called as it was asked for.
+      functions.push_back(
+          {overload.spec, is_family(*overload.spec) ? std::string(overload.name) : core::uppered(name), {}});
     }
     functions.back().overloads.push_back(&overload);
   }
@@ -142,8 +144,7 @@ std::vector<LibraryFunction> functions_named(std::string_view name) {
 }
 
 std::string LibraryFunction::signature() const {
-  std::string text{name};
-  text += '(';
+  std::string text = name + '(';
   for (std::size_t i = 0; i < spec->param_count; ++i) {
     text += fmt::format("{}{}: {}", i == 0 ? "" : ", ", spec->params[i].name, type_text(*this, spec->params[i].type));
   }

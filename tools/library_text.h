@@ -38,7 +38,7 @@ bool is_standard(std::string_view clause);
 /// A function row as callers meet it under one name: the name of the row, or that of one member of a family.
 struct LibraryFunction {
   const stdlib::FunctionSpec* spec = nullptr;
-  std::string_view name;                           ///< "ADD", "*_TO_*", "DINT_TO_REAL"
+  std::string name;                                ///< "ADD", "*_TO_*", "DINT_TO_REAL"
   std::vector<const stdlib::Overload*> overloads;  ///< of this row under this name, at least one
 
   /// "LIMIT(MN: T, IN: T, MX: T) : T", "DINT_TO_REAL(IN: DINT) : REAL".
