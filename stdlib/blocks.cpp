@@ -45,9 +45,12 @@ constexpr bool folded_less(std::string_view a, std::string_view b) {
 }
 
 /// The lists of rows in the order in which people read them, and the titles they have for them.
-constexpr std::tuple kLists{Titled<fb::BistableRows>{"Bistables and edges"}, Titled<fb::CounterRows>{"Counters"},
-                            Titled<fb::TimerRows>{"Timers"}, Titled<fb::ControlRows>{"Control"},
-                            Titled<fb::AnalogRows>{"Analog values"}, Titled<fb::SignalRows>{"Signals and clocks"}};
+constexpr std::tuple kLists{Titled<fb::BistableRows>{"Bistables and edges"},
+                            Titled<fb::CounterRows>{"Counters"},
+                            Titled<fb::TimerRows>{"Timers"},
+                            Titled<fb::ControlRows>{"Control"},
+                            Titled<fb::AnalogRows>{"Analog values"},
+                            Titled<fb::SignalRows>{"Signals and clocks"}};
 
 template <class... R>
 constexpr auto specs_of(Titled<Rows<R...>>) {

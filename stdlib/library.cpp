@@ -37,7 +37,8 @@ constexpr std::tuple kLists{
     Titled<rows::ComparisonRows>{"Comparison"},    Titled<rows::BitRows>{"Bit strings"},
     Titled<rows::SelectionRows>{"Selection"},      Titled<rows::StringRows>{"Strings"},
     Titled<rows::DurationRows>{"Times and dates"}, Titled<rows::DateRows>{"Dates put together and taken apart"},
-    Titled<rows::ConversionRows>{"Conversions"}, Titled<rows::BcdRows>{"BCD"}, Titled<rows::EndianRows>{"Order of bytes"}};
+    Titled<rows::ConversionRows>{"Conversions"},   Titled<rows::BcdRows>{"BCD"},
+    Titled<rows::EndianRows>{"Order of bytes"}};
 
 template <class... List>
 Concat<List...> concat(const std::tuple<Titled<List>...>&);

@@ -111,6 +111,12 @@ std::span<const FunctionSpec* const> function_specs();
 struct FunctionGroup {
   std::string_view title;  ///< "Comparison"
   std::span<const FunctionSpec* const> specs;
+  [[nodiscard]] bool contains(const FunctionSpec& row) const {
+    for (const FunctionSpec* spec : specs) {
+      if (spec == &row) return true;
+    }
+    return false;
+  }
 };
 std::span<const FunctionGroup> function_groups();
 

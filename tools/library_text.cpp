@@ -68,12 +68,14 @@ std::string_view type_text(const LibraryFunction& function, stdlib::ParamType ty
 }  // namespace
 
 std::string_view LibraryTopic::summary() const {
-  return functions.empty() ? blocks.front()->summary : functions.front()->summary;
+  if (!functions.empty()) return functions.front()->summary;
+  return bundles.empty() ? blocks.front()->summary : bundles.front()->summary;
 }
 
 std::vector<std::string_view> LibraryTopic::names() const {
   std::vector<std::string_view> names;
   for (const stdlib::FunctionSpec* spec : functions) add_once(names, spec->name);
+  for (const stdlib::BundleSpec* bundle : bundles) add_once(names, bundle->name);
   for (const stdlib::BlockSpec* block : blocks) add_once(names, block->name);
   return names;
 }
@@ -84,11 +86,16 @@ std::vector<LibraryTopic> library_topics() {
   const auto topic = [&](std::string_view group, std::string_view summary) -> LibraryTopic& {
     const auto found = std::find_if(topics.begin() + static_cast<std::ptrdiff_t>(first), topics.end(),
                                     [summary](const LibraryTopic& t) { return t.summary() == summary; });
-    return found != topics.end() ? *found : topics.emplace_back(LibraryTopic{group, {}, {}});
+    return found != topics.end() ? *found : topics.emplace_back(LibraryTopic{group, {}, {}, {}});
   };
   for (const stdlib::FunctionGroup& group : stdlib::function_groups()) {
     first = topics.size();
-    for (const stdlib::FunctionSpec* spec : group.specs) topic(group.title, spec->summary).functions.push_back(spec);
+    for (const stdlib::FunctionSpec* spec : group.specs) {
+      if (!stdlib::is_bundle_output(*spec)) topic(group.title, spec->summary).functions.push_back(spec);
+    }
+    for (const stdlib::BundleSpec& bundle : stdlib::bundles()) {
+      if (group.contains(*bundle.outputs.front())) topic(group.title, bundle.summary).bundles.push_back(&bundle);
+    }
   }
   for (const stdlib::BlockGroup& group : stdlib::block_groups()) {
     first = topics.size();
@@ -99,10 +106,12 @@ std::vector<LibraryTopic> library_topics() {
 
 std::string_view group_of(std::string_view name) {
   const std::vector<LibraryFunction> functions = functions_named(name);
+  const stdlib::BundleSpec* const bundle = stdlib::bundle_named(name);
+  const stdlib::FunctionSpec* const row = !functions.empty()  ? functions.front().spec
+                                          : bundle != nullptr ? bundle->outputs.front()
+                                                              : nullptr;
   for (const stdlib::FunctionGroup& group : stdlib::function_groups()) {
-    for (const stdlib::FunctionSpec* spec : group.specs) {
-      if (!functions.empty() && functions.front().spec == spec) return group.title;
-    }
+    if (row != nullptr && group.contains(*row)) return group.title;
   }
   for (const stdlib::BlockGroup& group : stdlib::block_groups()) {
     for (const stdlib::BlockSpec& block : group.blocks) {
@@ -116,6 +125,14 @@ bool is_family(const stdlib::FunctionSpec& spec) { return spec.name.find('*') !=
 
 bool is_standard(std::string_view clause) {
   return clause.starts_with("IEC 61131-3:") && clause.find("table") != std::string_view::npos;
+}
+
+std::string signature(const stdlib::BundleSpec& bundle) {
+  std::string text = fmt::format("{}({}: {}", bundle.name, bundle.input.name, core::name_of(bundle.input.type.fixed));
+  for (const stdlib::FunctionSpec* output : bundle.outputs) {
+    text += fmt::format(", {} => {}", stdlib::output_name(*output), core::name_of(output->result.fixed));
+  }
+  return text + ")";
 }
 
 LibraryFunction library_function(const stdlib::FunctionSpec& spec) {
@@ -257,8 +274,9 @@ std::vector<std::string_view> related_names(std::string_view name) {
     if (core::iequals(stem(other), stem(name)) && !core::iequals(other, name)) add_once(names, other);
   };
   for (const stdlib::FunctionSpec* spec : stdlib::function_specs()) {
-    if (!is_family(*spec)) offer(spec->name);
+    if (!is_family(*spec) && !stdlib::is_bundle_output(*spec)) offer(spec->name);
   }
+  for (const stdlib::BundleSpec& bundle : stdlib::bundles()) offer(bundle.name);
   for (const stdlib::BlockSpec& block : stdlib::blocks()) offer(block.name);
   return names;
 }

@@ -13,10 +13,11 @@
 namespace plc::tools {
 
 /// Rows of one group with one summary: a function with its typed forms (ADD_TIME, ADD_LTIME), a block with its own
-/// (TON, TON_TIME). Either functions or blocks.
+/// (TON, TON_TIME). Either functions, functions of several outputs, or blocks.
 struct LibraryTopic {
   std::string_view group;  ///< title of the group
   std::vector<const stdlib::FunctionSpec*> functions;
+  std::vector<const stdlib::BundleSpec*> bundles;
   std::vector<const stdlib::BlockSpec*> blocks;
 
   [[nodiscard]] std::string_view summary() const;
@@ -51,6 +52,8 @@ struct LibraryFunction {
   [[nodiscard]] std::vector<stdlib::Example> examples() const;
 };
 LibraryFunction library_function(const stdlib::FunctionSpec& spec);
+/// "SPLIT_DATE(IN: DATE, YEAR => INT, MONTH => INT, DAY => INT)".
+std::string signature(const stdlib::BundleSpec& bundle);
 /// The rows behind `name` in any letter case: of this name, the family with this pattern, or families with such a
 /// member.
 std::vector<LibraryFunction> functions_named(std::string_view name);

@@ -137,31 +137,36 @@ struct IsValid {
   static constexpr Kernel kernel = &unary<IsValid, ValueOf<T>>;
 };
 
-struct DeadBand {
-  static constexpr Example examples[] = {{"REAL", "DEAD_BAND(3.0, 2.0)", "1.0"},
-                                         {"REAL", "DEAD_BAND(-1.5, 2.0)", "0.0"},
-                                         {"LREAL", "DEAD_BAND(-5.0, 2.0)", "-3.0"}};
-  static constexpr FunctionSpec spec{.name = "DEAD_BAND",
-                                     .t_categories = core::kAnyReal,
-                                     .params = {{"X", kT}, {"L", kT}},
-                                     .param_count = 2,
-                                     .result = kT,
-                                     .clause = "not in the standard; as in OSCAT",
-                                     .summary =
-                                         "X without its band around 0: 0 from -L to L, and X - L or X + L beyond "
-                                         "them, so without a step. An L below 0 counts as 0.",
-                                     .examples = examples};
-  template <class V>
-  static V eval(V x, V l, Event&) noexcept {
-    const V width = l < V{0} ? V{0} : l;
-    if (x > width) return sub(x, width);
-    if (x < -width) return add(x, width);
-    return x != x || l != l ? canonical(x + l) : V{0};
-  }
-  template <TypeId T, TypeId>
-  static constexpr Kernel kernel = &binary<DeadBand, ValueOf<T>>;
-};
+/// Under the name most tools have for it, and under OSCAT's.
+#define PLC_DEADBAND(Row, iec)                                                                                        \
+  struct Row {                                                                                                        \
+    static constexpr Example examples[] = {                                                                           \
+        {"REAL", iec "(3.0, 2.0)", "1.0"}, {"REAL", iec "(-1.5, 2.0)", "0.0"}, {"LREAL", iec "(-5.0, 2.0)", "-3.0"}}; \
+    static constexpr FunctionSpec spec{                                                                               \
+        .name = iec,                                                                                                  \
+        .t_categories = core::kAnyReal,                                                                               \
+        .params = {{"X", kT}, {"L", kT}},                                                                             \
+        .param_count = 2,                                                                                             \
+        .result = kT,                                                                                                 \
+        .clause = "not in the standard; as in OSCAT",                                                                 \
+        .summary =                                                                                                    \
+            "X without its band around 0: 0 from -L to L, and X - L or X + L beyond them, so "                        \
+            "without a step. An L below 0 counts as 0.",                                                              \
+        .examples = examples};                                                                                        \
+    template <class V>                                                                                                \
+    static V eval(V x, V l, Event&) noexcept {                                                                        \
+      const V width = l < V{0} ? V{0} : l;                                                                            \
+      if (x > width) return sub(x, width);                                                                            \
+      if (x < -width) return add(x, width);                                                                           \
+      return x != x || l != l ? canonical(x + l) : V{0};                                                              \
+    }                                                                                                                 \
+    template <TypeId T, TypeId>                                                                                       \
+    static constexpr Kernel kernel = &binary<Row, ValueOf<T>>;                                                        \
+  };
+PLC_DEADBAND(Deadband, "DEADBAND")
+PLC_DEADBAND(DeadBand, "DEAD_BAND")
+#undef PLC_DEADBAND
 
-using NumericRows = Rows<Sqrt, Ln, Log, Exp, Sin, Cos, Tan, Asin, Acos, Atan, Atan2, Expt, IsValid, DeadBand>;
+using NumericRows = Rows<Sqrt, Ln, Log, Exp, Sin, Cos, Tan, Asin, Acos, Atan, Atan2, Expt, IsValid, Deadband, DeadBand>;
 
 }  // namespace plc::stdlib::rows

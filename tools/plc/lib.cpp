@@ -36,19 +36,24 @@ bool is_pattern(std::string_view name) { return name.find_first_of("*?") != std:
 /// Functions and blocks that were asked for.
 struct Selection {
   std::vector<LibraryFunction> functions;
+  std::vector<const stdlib::BundleSpec*> bundles;
   std::vector<const stdlib::BlockSpec*> blocks;
-  [[nodiscard]] bool empty() const { return functions.empty() && blocks.empty(); }
+  [[nodiscard]] bool empty() const { return functions.empty() && bundles.empty() && blocks.empty(); }
 };
 
 Selection everything() {
   Selection all;
-  for (const stdlib::FunctionSpec* spec : stdlib::function_specs()) all.functions.push_back(library_function(*spec));
+  for (const stdlib::FunctionSpec* spec : stdlib::function_specs()) {
+    if (!stdlib::is_bundle_output(*spec)) all.functions.push_back(library_function(*spec));
+  }
+  for (const stdlib::BundleSpec& bundle : stdlib::bundles()) all.bundles.push_back(&bundle);
   for (const stdlib::BlockSpec& block : stdlib::blocks()) all.blocks.push_back(&block);
   return all;
 }
 
 Selection named(std::string_view name) {
-  Selection found{functions_named(name), {}};
+  Selection found{functions_named(name), {}, {}};
+  if (const stdlib::BundleSpec* bundle = stdlib::bundle_named(name)) found.bundles.push_back(bundle);
   if (const stdlib::BlockSpec* block = stdlib::block_named(name)) found.blocks.push_back(block);
   return found;
 }
@@ -58,9 +63,13 @@ Selection matching(std::string_view pattern) {
   Selection found;
   std::string_view last;
   for (const stdlib::Overload& overload : stdlib::overloads()) {
-    if (overload.name == last || !core::glob_match(pattern, overload.name)) continue;
+    if (overload.name == last || stdlib::is_bundle_output(*overload.spec)) continue;
+    if (!core::glob_match(pattern, overload.name)) continue;
     last = overload.name;
     for (LibraryFunction& function : functions_named(last)) found.functions.push_back(std::move(function));
+  }
+  for (const stdlib::BundleSpec& bundle : stdlib::bundles()) {
+    if (core::glob_match(pattern, bundle.name)) found.bundles.push_back(&bundle);
   }
   for (const stdlib::BlockSpec& block : stdlib::blocks()) {
     if (core::glob_match(pattern, block.name)) found.blocks.push_back(&block);
@@ -93,6 +102,7 @@ void print_overview() {
 
 void print_matches(const Selection& found) {
   for (const LibraryFunction& function : found.functions) std::cout << fmt::format("  {}\n", function.signature());
+  for (const stdlib::BundleSpec* bundle : found.bundles) std::cout << fmt::format("  {}\n", signature(*bundle));
   for (const stdlib::BlockSpec* block : found.blocks) print_line(std::string(block->name), block->summary);
 }
 
@@ -123,6 +133,16 @@ void print_function(const LibraryFunction& function) {
   print_columns(lines, 2);
 }
 
+void print_bundle(const stdlib::BundleSpec& bundle) {
+  std::cout << fmt::format("{}\n  {}\n\n", signature(bundle), bundle.summary);
+  std::vector<std::vector<std::string>> lines;
+  for (const stdlib::FunctionSpec* output : bundle.outputs) {
+    lines.push_back({std::string(stdlib::output_name(*output)), std::string(output->summary)});
+  }
+  print_columns(lines, 2);
+  std::cout << fmt::format("\n  source: {}\n\n  {}\n", bundle.clause, bundle.example);
+}
+
 void print_block(const stdlib::BlockSpec& block) {
   std::cout << fmt::format("{}\n  {}\n\n", block.name, block.summary);
   std::vector<std::vector<std::string>> lines;
@@ -148,6 +168,10 @@ void print_details(const Selection& found, std::string_view name) {
   for (const LibraryFunction& function : found.functions) {
     part();
     print_function(function);
+  }
+  for (const stdlib::BundleSpec* bundle : found.bundles) {
+    part();
+    print_bundle(*bundle);
   }
   for (const stdlib::BlockSpec* block : found.blocks) {
     part();
@@ -179,6 +203,16 @@ ordered_json to_json(const LibraryFunction& function) {
   return row;
 }
 
+ordered_json to_json(const stdlib::BundleSpec& bundle) {
+  ordered_json row{{"name", bundle.name}, {"signature", signature(bundle)}, {"types", ordered_json::array()}};
+  row["extensible"] = false;
+  row["summary"] = bundle.summary;
+  row["events"] = ordered_json::array();
+  row["clause"] = bundle.clause;
+  row["examples"] = ordered_json::array({{{"types", ""}, {"call", bundle.example}, {"result", ""}}});
+  return row;
+}
+
 ordered_json to_json(const stdlib::BlockSpec& block) {
   ordered_json row{{"name", block.name}, {"summary", block.summary}, {"clause", block.clause}};
   row["fields"] = ordered_json::array();
@@ -199,6 +233,7 @@ ordered_json to_json(const stdlib::BlockSpec& block) {
 std::string json_text(const Selection& found) {
   ordered_json document{{"functions", ordered_json::array()}, {"blocks", ordered_json::array()}};
   for (const LibraryFunction& function : found.functions) document["functions"].push_back(to_json(function));
+  for (const stdlib::BundleSpec* bundle : found.bundles) document["functions"].push_back(to_json(*bundle));
   for (const stdlib::BlockSpec* block : found.blocks) document["blocks"].push_back(to_json(*block));
   return document.dump(2) + '\n';
 }
@@ -224,9 +259,10 @@ int write_xml(const Lib& lib, const Selection& found) {
     if (!is_family(*function.spec)) functions.push_back(function.spec);
   }
   if (functions.empty() && found.blocks.empty()) {
-    complain("plc lib",
-             fmt::format("{} is of the family {}, which has no POU", lib.name, found.functions.front().spec->name),
-             "editors know conversions and draw them");
+    const std::string what = found.functions.empty() ? lib.name + " has several outputs and"
+                                                     : fmt::format("{} is of the family {}, which", lib.name,
+                                                                   found.functions.front().spec->name);
+    complain("plc lib", what + " has no POU", "editors that know the standard's third edition draw it");
     return kExitErrors;
   }
   return write(lib, library_xml(functions, found.blocks));
@@ -239,7 +275,10 @@ int unknown(const std::string& name) {
   }
   core::Guess guess(name);
   for (const stdlib::BlockSpec& block : stdlib::blocks()) guess.offer(block.name);
-  for (const stdlib::Overload& overload : stdlib::overloads()) guess.offer(overload.name);
+  for (const stdlib::BundleSpec& bundle : stdlib::bundles()) guess.offer(bundle.name);
+  for (const stdlib::Overload& overload : stdlib::overloads()) {
+    if (!stdlib::is_bundle_output(*overload.spec)) guess.offer(overload.name);
+  }
   const std::string help = guess.help();
   complain("plc lib", fmt::format("there is no function or function block \"{}\"", name),
            help.empty() ? "plc lib lists all of them" : help);

@@ -61,6 +61,17 @@ void write_functions(std::ostream& out, const LibraryTopic& topic) {
   out << "\nEvents: " << events_text(first.events()) << ".\n\n" << first.spec->clause << '\n';
 }
 
+void write_bundles(std::ostream& out, const LibraryTopic& topic) {
+  for (const stdlib::BundleSpec* bundle : topic.bundles) {
+    out << "\n```\n" << signature(*bundle) << "\n```\n\n    " << bundle->example << '\n';
+  }
+  std::vector<std::vector<std::string>> rows;
+  for (const stdlib::FunctionSpec* output : topic.bundles.front()->outputs) {
+    rows.push_back({quoted(stdlib::output_name(*output)), std::string(output->summary)});
+  }
+  out << '\n' << table({"output", ""}, rows) << '\n' << topic.bundles.front()->clause << '\n';
+}
+
 /// "PV, CV: DINT" for the pins of `other` whose types differ from those of `block`.
 std::string differences(const stdlib::BlockSpec& block, const stdlib::BlockSpec& other) {
   std::string names;
@@ -112,10 +123,12 @@ std::string group_page(std::string_view title, const std::vector<const LibraryTo
         << "\n\n"
         << topic->summary() << '\n';
     if (names.size() > 1) out << "\nAlso " << quoted_list({names.begin() + 1, names.end()}) << ".\n";
-    if (topic->functions.empty()) {
-      write_blocks(out, *topic);
-    } else {
+    if (!topic->functions.empty()) {
       write_functions(out, *topic);
+    } else if (!topic->bundles.empty()) {
+      write_bundles(out, *topic);
+    } else {
+      write_blocks(out, *topic);
     }
   }
   return out.str();
