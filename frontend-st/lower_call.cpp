@@ -4,6 +4,7 @@
 #include "core/text.h"
 #include "frontend-st/lowering.h"
 #include "ir/reach.h"
+#include "stdlib/specials.h"
 
 namespace plc::st {
 
@@ -208,8 +209,7 @@ void Lowering::report_unknown_function(NodeId id, std::string_view name) {
     if (!stdlib::is_bundle_output(*spec)) guess.offer(spec->name);
   }
   for (const stdlib::BundleSpec& bundle : stdlib::bundles()) guess.offer(bundle.name);
-  guess.offer("LOWER_BOUND");
-  guess.offer("UPPER_BOUND");
+  for (const stdlib::SpecialSpec& special : stdlib::specials()) guess.offer(special.name);
   report(Code::P4009, at(id), "there is no function " + quoted(name), guess.help());
 }
 

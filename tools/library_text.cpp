@@ -69,7 +69,8 @@ std::string_view type_text(const LibraryFunction& function, stdlib::ParamType ty
 
 std::string_view LibraryTopic::summary() const {
   if (!functions.empty()) return functions.front()->summary;
-  return bundles.empty() ? blocks.front()->summary : bundles.front()->summary;
+  if (!bundles.empty()) return bundles.front()->summary;
+  return blocks.empty() ? specials.front()->summary : blocks.front()->summary;
 }
 
 std::vector<std::string_view> LibraryTopic::names() const {
@@ -77,6 +78,7 @@ std::vector<std::string_view> LibraryTopic::names() const {
   for (const stdlib::FunctionSpec* spec : functions) add_once(names, spec->name);
   for (const stdlib::BundleSpec* bundle : bundles) add_once(names, bundle->name);
   for (const stdlib::BlockSpec* block : blocks) add_once(names, block->name);
+  for (const stdlib::SpecialSpec* special : specials) add_once(names, special->name);
   return names;
 }
 
@@ -86,7 +88,7 @@ std::vector<LibraryTopic> library_topics() {
   const auto topic = [&](std::string_view group, std::string_view summary) -> LibraryTopic& {
     const auto found = std::find_if(topics.begin() + static_cast<std::ptrdiff_t>(first), topics.end(),
                                     [summary](const LibraryTopic& t) { return t.summary() == summary; });
-    return found != topics.end() ? *found : topics.emplace_back(LibraryTopic{group, {}, {}, {}});
+    return found != topics.end() ? *found : topics.emplace_back(LibraryTopic{group, {}, {}, {}, {}});
   };
   for (const stdlib::FunctionGroup& group : stdlib::function_groups()) {
     first = topics.size();
@@ -96,6 +98,10 @@ std::vector<LibraryTopic> library_topics() {
     for (const stdlib::BundleSpec& bundle : stdlib::bundles()) {
       if (group.contains(*bundle.outputs.front())) topic(group.title, bundle.summary).bundles.push_back(&bundle);
     }
+  }
+  first = topics.size();
+  for (const stdlib::SpecialSpec& special : stdlib::specials()) {
+    topic(stdlib::kSpecialsTitle, special.summary).specials.push_back(&special);
   }
   for (const stdlib::BlockGroup& group : stdlib::block_groups()) {
     first = topics.size();
@@ -112,6 +118,9 @@ std::string_view group_of(std::string_view name) {
                                                               : nullptr;
   for (const stdlib::FunctionGroup& group : stdlib::function_groups()) {
     if (row != nullptr && group.contains(*row)) return group.title;
+  }
+  for (const stdlib::SpecialSpec& special : stdlib::specials()) {
+    if (core::iequals(special.name, name)) return stdlib::kSpecialsTitle;
   }
   for (const stdlib::BlockGroup& group : stdlib::block_groups()) {
     for (const stdlib::BlockSpec& block : group.blocks) {
@@ -277,6 +286,7 @@ std::vector<std::string_view> related_names(std::string_view name) {
     if (!is_family(*spec) && !stdlib::is_bundle_output(*spec)) offer(spec->name);
   }
   for (const stdlib::BundleSpec& bundle : stdlib::bundles()) offer(bundle.name);
+  for (const stdlib::SpecialSpec& special : stdlib::specials()) offer(special.name);
   for (const stdlib::BlockSpec& block : stdlib::blocks()) offer(block.name);
   return names;
 }

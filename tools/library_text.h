@@ -9,23 +9,25 @@
 #include <vector>
 
 #include "stdlib/library.h"
+#include "stdlib/specials.h"
 
 namespace plc::tools {
 
 /// Rows of one group with one summary: a function with its typed forms (ADD_TIME, ADD_LTIME), a block with its own
-/// (TON, TON_TIME). Either functions, functions of several outputs, or blocks.
+/// (TON, TON_TIME). Of one kind only.
 struct LibraryTopic {
   std::string_view group;  ///< title of the group
   std::vector<const stdlib::FunctionSpec*> functions;
   std::vector<const stdlib::BundleSpec*> bundles;
   std::vector<const stdlib::BlockSpec*> blocks;
+  std::vector<const stdlib::SpecialSpec*> specials;
 
   [[nodiscard]] std::string_view summary() const;
   /// As people write them, each once; families by their pattern ("*_TO_*").
   [[nodiscard]] std::vector<std::string_view> names() const;
 };
 
-/// Everything there is: groups of functions, then of blocks, each in its own order.
+/// Everything there is: groups of functions, then what the front ends know by name, then groups of blocks.
 std::vector<LibraryTopic> library_topics();
 
 /// Title of the group of the function or block called `name`, in any letter case; empty when there is none.

@@ -38,7 +38,10 @@ struct Selection {
   std::vector<LibraryFunction> functions;
   std::vector<const stdlib::BundleSpec*> bundles;
   std::vector<const stdlib::BlockSpec*> blocks;
-  [[nodiscard]] bool empty() const { return functions.empty() && bundles.empty() && blocks.empty(); }
+  std::vector<const stdlib::SpecialSpec*> specials;
+  [[nodiscard]] bool empty() const {
+    return functions.empty() && bundles.empty() && blocks.empty() && specials.empty();
+  }
 };
 
 Selection everything() {
@@ -47,12 +50,16 @@ Selection everything() {
     if (!stdlib::is_bundle_output(*spec)) all.functions.push_back(library_function(*spec));
   }
   for (const stdlib::BundleSpec& bundle : stdlib::bundles()) all.bundles.push_back(&bundle);
+  for (const stdlib::SpecialSpec& special : stdlib::specials()) all.specials.push_back(&special);
   for (const stdlib::BlockSpec& block : stdlib::blocks()) all.blocks.push_back(&block);
   return all;
 }
 
 Selection named(std::string_view name) {
-  Selection found{functions_named(name), {}, {}};
+  Selection found{functions_named(name), {}, {}, {}};
+  for (const stdlib::SpecialSpec& special : stdlib::specials()) {
+    if (core::iequals(special.name, name)) found.specials.push_back(&special);
+  }
   if (const stdlib::BundleSpec* bundle = stdlib::bundle_named(name)) found.bundles.push_back(bundle);
   if (const stdlib::BlockSpec* block = stdlib::block_named(name)) found.blocks.push_back(block);
   return found;
@@ -73,6 +80,9 @@ Selection matching(std::string_view pattern) {
   }
   for (const stdlib::BlockSpec& block : stdlib::blocks()) {
     if (core::glob_match(pattern, block.name)) found.blocks.push_back(&block);
+  }
+  for (const stdlib::SpecialSpec& special : stdlib::specials()) {
+    if (core::glob_match(pattern, special.name)) found.specials.push_back(&special);
   }
   return found;
 }
@@ -103,6 +113,7 @@ void print_overview() {
 void print_matches(const Selection& found) {
   for (const LibraryFunction& function : found.functions) std::cout << fmt::format("  {}\n", function.signature());
   for (const stdlib::BundleSpec* bundle : found.bundles) std::cout << fmt::format("  {}\n", signature(*bundle));
+  for (const stdlib::SpecialSpec* special : found.specials) std::cout << fmt::format("  {}\n", special->signature);
   for (const stdlib::BlockSpec* block : found.blocks) print_line(std::string(block->name), block->summary);
 }
 
@@ -173,6 +184,11 @@ void print_details(const Selection& found, std::string_view name) {
     part();
     print_bundle(*bundle);
   }
+  for (const stdlib::SpecialSpec* special : found.specials) {
+    part();
+    std::cout << fmt::format("{}\n  {}\n\n  source: {}\n\n  {}\n", special->signature, special->summary,
+                             special->clause, special->example);
+  }
   for (const stdlib::BlockSpec* block : found.blocks) {
     part();
     print_block(*block);
@@ -213,6 +229,16 @@ ordered_json to_json(const stdlib::BundleSpec& bundle) {
   return row;
 }
 
+ordered_json to_json(const stdlib::SpecialSpec& special) {
+  ordered_json row{{"name", special.name}, {"signature", special.signature}, {"types", ordered_json::array()}};
+  row["extensible"] = false;
+  row["summary"] = special.summary;
+  row["events"] = ordered_json::array();
+  row["clause"] = special.clause;
+  row["examples"] = ordered_json::array({{{"types", ""}, {"call", special.example}, {"result", ""}}});
+  return row;
+}
+
 ordered_json to_json(const stdlib::BlockSpec& block) {
   ordered_json row{{"name", block.name}, {"summary", block.summary}, {"clause", block.clause}};
   row["fields"] = ordered_json::array();
@@ -234,6 +260,7 @@ std::string json_text(const Selection& found) {
   ordered_json document{{"functions", ordered_json::array()}, {"blocks", ordered_json::array()}};
   for (const LibraryFunction& function : found.functions) document["functions"].push_back(to_json(function));
   for (const stdlib::BundleSpec* bundle : found.bundles) document["functions"].push_back(to_json(*bundle));
+  for (const stdlib::SpecialSpec* special : found.specials) document["functions"].push_back(to_json(*special));
   for (const stdlib::BlockSpec* block : found.blocks) document["blocks"].push_back(to_json(*block));
   return document.dump(2) + '\n';
 }
@@ -259,6 +286,10 @@ int write_xml(const Lib& lib, const Selection& found) {
     if (!is_family(*function.spec)) functions.push_back(function.spec);
   }
   if (functions.empty() && found.blocks.empty()) {
+    if (!found.specials.empty()) {
+      complain("plc lib", lib.name + " is of variables, and has no POU", "write it in ST");
+      return kExitErrors;
+    }
     const std::string what = found.functions.empty() ? lib.name + " has several outputs and"
                                                      : fmt::format("{} is of the family {}, which", lib.name,
                                                                    found.functions.front().spec->name);
@@ -276,6 +307,7 @@ int unknown(const std::string& name) {
   core::Guess guess(name);
   for (const stdlib::BlockSpec& block : stdlib::blocks()) guess.offer(block.name);
   for (const stdlib::BundleSpec& bundle : stdlib::bundles()) guess.offer(bundle.name);
+  for (const stdlib::SpecialSpec& special : stdlib::specials()) guess.offer(special.name);
   for (const stdlib::Overload& overload : stdlib::overloads()) {
     if (!stdlib::is_bundle_output(*overload.spec)) guess.offer(overload.name);
   }

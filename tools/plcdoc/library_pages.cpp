@@ -127,6 +127,12 @@ std::string group_page(std::string_view title, const std::vector<const LibraryTo
       write_functions(out, *topic);
     } else if (!topic->bundles.empty()) {
       write_bundles(out, *topic);
+    } else if (!topic->specials.empty()) {
+      for (const stdlib::SpecialSpec* special : topic->specials) {
+        out << "\n```\n"
+            << special->signature << "\n```\n\n    " << special->example << "\n\n"
+            << special->clause << '\n';
+      }
     } else {
       write_blocks(out, *topic);
     }

@@ -1,0 +1,35 @@
+// Functions that no row can be, because they are of variables and not of values: the front ends know them by name.
+//
+// Listed here for people: plc lib, the pages, guesses at mistyped names. Does not belong here: what they do
+// (ir/generic.h, frontend-st).
+#pragma once
+
+#include <span>
+#include <string_view>
+
+namespace plc::stdlib {
+
+struct SpecialSpec {
+  std::string_view name;
+  std::string_view signature;  ///< as people read it
+  std::string_view summary;
+  std::string_view clause;
+  std::string_view example;  ///< an ST statement
+};
+inline constexpr SpecialSpec kSpecials[] = {
+    {"LOWER_BOUND", "LOWER_BOUND(ARR: any array, DIM: ANY_INT) : DINT",
+     "The least index of an array in dimension DIM, counted from 1. A computed DIM that does not exist is an event.",
+     "IEC 61131-3:2013, table 15", "FOR i := LOWER_BOUND(values, 1) TO UPPER_BOUND(values, 1) DO .. END_FOR;"},
+    {"UPPER_BOUND", "UPPER_BOUND(ARR: any array, DIM: ANY_INT) : DINT",
+     "The greatest index of an array in dimension DIM, counted from 1. A computed DIM that does not exist is an event.",
+     "IEC 61131-3:2013, table 15", "FOR i := LOWER_BOUND(values, 1) TO UPPER_BOUND(values, 1) DO .. END_FOR;"},
+    {"REF", "REF(a variable) : REF_TO its type", "A reference to the variable.", "IEC 61131-3:2013, table 12",
+     "r := REF(level);"},
+    {"ADR", "ADR(a variable) : REF_TO its type", "REF under the name that CODESYS and TwinCAT have for it.",
+     "not in the standard; as in CODESYS", "r := ADR(level);"},
+};
+constexpr std::span<const SpecialSpec> specials() { return kSpecials; }
+/// What people read above their list.
+inline constexpr std::string_view kSpecialsTitle = "Of arrays and variables";
+
+}  // namespace plc::stdlib
