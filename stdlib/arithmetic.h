@@ -65,6 +65,8 @@ constexpr T mod_wrap(T a, T b) noexcept {
 constexpr float canonical(float v) noexcept { return v != v ? std::bit_cast<float>(0x7fc00000u) : v; }
 constexpr double canonical(double v) noexcept { return v != v ? std::bit_cast<double>(0x7ff8000000000000ull) : v; }
 
+constexpr bool is_finite(double v) noexcept { return v - v == 0; }
+
 /// Nearest integer, ties to even, as the double that holds it; independent of the rounding mode. Infinities and NaN
 /// stay.
 constexpr double round_half_even(double v) noexcept {
@@ -103,6 +105,78 @@ constexpr T saturate_cast(double v, Event& event) noexcept {
 template <class T>
 constexpr T real_to_int(double v, Event& event) noexcept {
   return saturate_cast<T>(round_half_even(v), event);
+}
+
+// ---- counts times and by reals: exact, then rounded once ----------------------------------------------------------
+
+__extension__ using WideBits = unsigned __int128;
+
+/// A finite number taken apart: (-1)^negative * mantissa * 2^exponent, mantissa < 2^53.
+struct RealParts {
+  bool negative;
+  std::uint64_t mantissa;
+  int exponent;
+};
+constexpr RealParts parts_of(double v) noexcept {
+  constexpr std::uint64_t kImplicit = std::uint64_t{1} << 52;
+  const auto bits = std::bit_cast<std::uint64_t>(v);
+  const auto biased = static_cast<int>(bits >> 52 & 0x7ff);
+  const std::uint64_t fraction = bits & (kImplicit - 1);
+  return {bits >> 63 != 0, biased == 0 ? fraction : fraction | kImplicit, (biased == 0 ? 1 : biased) - 1075};
+}
+constexpr std::uint64_t magnitude(std::int64_t v) noexcept {
+  return v < 0 ? std::uint64_t{0} - static_cast<std::uint64_t>(v) : static_cast<std::uint64_t>(v);
+}
+/// (-1)^negative * n / d * 2^exponent to the nearest integer, half to even; out of 64 bits the nearest with an event.
+/// For n < 2^117 and 0 < d < 2^53: there everything is exact in 128 bits, or the result is known without them.
+constexpr std::int64_t round_ratio(bool negative, WideBits n, WideBits d, int exponent, Event& event) noexcept {
+  constexpr auto bits_of = [](WideBits v) {
+    const auto high = static_cast<std::uint64_t>(v >> 64);
+    return high != 0 ? 64 + static_cast<int>(std::bit_width(high))
+                     : static_cast<int>(std::bit_width(static_cast<std::uint64_t>(v)));
+  };
+  constexpr int kRoom = 126;
+  if (n == 0 || (exponent < 0 && bits_of(d) - exponent > kRoom)) return 0;
+  const bool beyond = exponent > 0 && bits_of(n) + exponent > kRoom;
+  if (exponent < 0) {
+    d <<= -exponent;
+  } else if (!beyond) {
+    n <<= exponent;
+  }
+  const WideBits rest = n % d;
+  const WideBits whole = n / d;
+  const WideBits rounded = whole + (rest > d - rest || (rest == d - rest && (whole & 1) != 0) ? 1 : 0);
+  const std::uint64_t limit = magnitude(std::numeric_limits<std::int64_t>::min()) - (negative ? 0 : 1);
+  if (beyond || rounded > limit) {
+    event = Event::kOutOfRange;
+    return negative ? std::numeric_limits<std::int64_t>::min() : std::numeric_limits<std::int64_t>::max();
+  }
+  const auto count = static_cast<std::int64_t>(static_cast<std::uint64_t>(rounded));
+  return negative ? wrap_neg(count) : count;
+}
+/// The product, exact before it is rounded half to even; saturates with an event, NaN is 0 with an event.
+constexpr std::int64_t multiply_rounded(std::int64_t count, double factor, Event& event) noexcept {
+  if (!is_finite(factor)) return real_to_int<std::int64_t>(static_cast<double>(count) * factor, event);
+  const RealParts f = parts_of(factor);
+  return round_ratio((count < 0) != f.negative, WideBits{magnitude(count)} * f.mantissa, 1, f.exponent, event);
+}
+/// The quotient by a divisor other than 0, as multiply_rounded.
+constexpr std::int64_t divide_rounded(std::int64_t count, double divisor, Event& event) noexcept {
+  if (!is_finite(divisor)) return real_to_int<std::int64_t>(static_cast<double>(count) / divisor, event);
+  const RealParts d = parts_of(divisor);
+  return round_ratio((count < 0) != d.negative, magnitude(count), d.mantissa, -d.exponent, event);
+}
+/// `count` / `divisor` as the nearest real: the quotient has 63 bits, of which the last stands for all that follow, and
+/// is rounded once. For divisors from 2^19 to 2^20.
+template <class Real>
+Real nearest_ratio(std::int64_t count, std::uint64_t divisor) noexcept {
+  if (count == 0) return 0;
+  const int shift = 83 - static_cast<int>(std::bit_width(magnitude(count)));
+  const WideBits scaled = WideBits{magnitude(count)} << shift;
+  const auto quotient = static_cast<std::uint64_t>(scaled / divisor);
+  const bool is_cut = WideBits{quotient} * divisor != scaled;
+  const Real size = std::ldexp(static_cast<Real>(quotient | (is_cut ? 1u : 0u)), -shift);
+  return count < 0 ? -size : size;
 }
 
 // ---- either: what the rows and the opcodes call -----------------------------------------------------------------

@@ -38,10 +38,6 @@ class Writer {
   std::size_t size_ = 0;
 };
 
-constexpr std::uint64_t magnitude(std::int64_t v) noexcept {
-  return v < 0 ? wrap_sub(std::uint64_t{0}, static_cast<std::uint64_t>(v)) : static_cast<std::uint64_t>(v);
-}
-
 void put_fraction(Writer& w, std::uint64_t ns) noexcept {
   if (ns == 0) return;
   unsigned width = 9;
@@ -186,8 +182,10 @@ T parse_any_real(std::string_view text, Event& event) noexcept {
   if (core::iequals(r.rest, "inf")) return sign * std::numeric_limits<T>::infinity();
   char digits[128];
   std::size_t n = 0;
+  const auto is_digit = [&](std::size_t i) { return i < r.rest.size() && r.rest[i] >= '0' && r.rest[i] <= '9'; };
   for (std::size_t i = 0; i < r.rest.size() && n < sizeof digits; ++i) {
-    if (r.rest[i] != '_') digits[n++] = r.rest[i];
+    const bool between = r.rest[i] == '_' && i > 0 && is_digit(i - 1) && is_digit(i + 1);
+    if (!between) digits[n++] = r.rest[i];
   }
   T value{};
   const auto [end, error] = std::from_chars(digits, digits + n, value);
@@ -357,11 +355,13 @@ std::int64_t parse_duration(std::string_view text, Event& event) noexcept {
   // Longer names first: "ms" before "m".
   constexpr Unit kUnits[] = {{"ms", 1'000'000},        {"us", 1'000},         {"ns", 1},           {"d", kNsPerDay},
                              {"h", 3'600'000'000'000}, {"m", 60'000'000'000}, {"s", 1'000'000'000}};
-  constexpr std::uint64_t kLimit = std::numeric_limits<std::int64_t>::max();
   Reader r(text);
   r.skip_prefix();
   const bool negative = r.take('-');
   if (!negative) r.take('+');
+  const std::int64_t end =
+      negative ? std::numeric_limits<std::int64_t>::min() : std::numeric_limits<std::int64_t>::max();
+  const std::uint64_t limit = magnitude(end);
   std::uint64_t total = 0;
   bool overflow = false, any = false;
   while (!r.rest.empty()) {
@@ -382,7 +382,7 @@ std::int64_t parse_duration(std::string_view text, Event& event) noexcept {
     // A fraction of a day is 86400 seconds of billionths: split so that the product fits.
     const std::uint64_t part =
         unit->ns >= 1'000'000'000 ? fraction * (unit->ns / 1'000'000'000) : fraction * unit->ns / 1'000'000'000;
-    if (whole > (kLimit - part) / unit->ns || total > kLimit - part - whole * unit->ns) {
+    if (whole > (limit - part) / unit->ns || total > limit - part - whole * unit->ns) {
       overflow = true;
     } else {
       total += whole * unit->ns + part;
@@ -390,9 +390,10 @@ std::int64_t parse_duration(std::string_view text, Event& event) noexcept {
     if (r.rest.empty()) {
       if (overflow) {
         event = Event::kOutOfRange;
-        return negative ? std::numeric_limits<std::int64_t>::min() : std::numeric_limits<std::int64_t>::max();
+        return end;
       }
-      return negative ? -static_cast<std::int64_t>(total) : static_cast<std::int64_t>(total);
+      const auto count = static_cast<std::int64_t>(total);
+      return negative ? wrap_neg(count) : count;
     }
   }
   event = Event::kInvalid;
@@ -411,11 +412,13 @@ std::int64_t parse_date(std::string_view text, TypeId type, Event& event) noexce
     event = Event::kInvalid;
     return 0;
   }
-  if (days > kMostDays || days < -kMostDays) {
-    event = Event::kOutOfRange;
-    days = days < 0 ? -kMostDays : kMostDays;
-  }
-  return days * kDayNs + (event == Event::kNone ? ns : 0);
+  // Nanoseconds in 64 bits reach from 1677-09-21 to 2262-04-11, and to the ends of neither: a date is a whole day.
+  __extension__ using Wide = __int128;
+  const Wide least = has_time ? std::numeric_limits<std::int64_t>::min() : -kMostDays * kDayNs;
+  const Wide most = has_time ? std::numeric_limits<std::int64_t>::max() : kMostDays * kDayNs;
+  const Wide total = Wide{days} * kDayNs + ns;
+  if (total < least || total > most) event = Event::kOutOfRange;
+  return static_cast<std::int64_t>(std::clamp(total, least, most));
 }
 
 }  // namespace plc::stdlib

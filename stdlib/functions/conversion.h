@@ -75,13 +75,13 @@ Event convert_number(void* result, const void* const* args, std::uint32_t) noexc
     if (is_nan) event = Event::kOutOfRange;
     out = static_cast<To>(!is_nan && in != ValueOf<T>{0});
   } else if constexpr (T == kTime && is_real(U)) {
-    out = static_cast<To>(static_cast<double>(in) / static_cast<double>(kMsNs));
+    out = nearest_ratio<To>(in, kMsNs);
   } else if constexpr (T == kTime && U == kLint) {
     out = in / kMsNs;
   } else if constexpr (T == kTime) {
     out = static_cast<To>(in / kMsNs);
   } else if constexpr (U == kTime && is_real(T)) {
-    out = real_to_int<std::int64_t>(static_cast<double>(in) * static_cast<double>(kMsNs), event);
+    out = multiply_rounded(kMsNs, static_cast<double>(in), event);
   } else if constexpr (U == kTime) {
     out = wrap_mul(static_cast<std::int64_t>(in), kMsNs);
   } else if constexpr (is_real(U)) {
@@ -100,10 +100,12 @@ Event copy_value(void* result, const void* const* args, std::uint32_t) noexcept 
   return store(result, load<ValueOf<T>>(args[0]));
 }
 
-/// Part of a date and time.
+/// Part of a date and time. The first day of 64 bits begins before they do: the day after it, with an event.
 inline Event date_part(void* result, const void* const* args, std::uint32_t) noexcept {
+  constexpr std::int64_t kFirstDay = -kMostDays * kDayNs;
   const auto in = load<std::int64_t>(args[0]);
-  return store(result, wrap_sub(in, within_day(in)));
+  const bool before = in < kFirstDay;
+  return either(before ? Event::kOutOfRange : Event::kNone, store(result, before ? kFirstDay : in - within_day(in)));
 }
 inline Event time_part(void* result, const void* const* args, std::uint32_t) noexcept {
   return store(result, within_day(load<std::int64_t>(args[0])));

@@ -113,7 +113,7 @@ PLC_TIME_ROW(LdtSubTyped, "SUB_LDT_LDT", Ldt, Ldt, Ltime, earlier, "Duration bet
 template <class U>
 constexpr std::int64_t scale(std::int64_t t, U factor, Event& event) noexcept {
   if constexpr (std::is_floating_point_v<U>) {
-    return real_to_int<std::int64_t>(static_cast<double>(t) * static_cast<double>(factor), event);
+    return multiply_rounded(t, static_cast<double>(factor), event);
   } else {
     return wrap_mul(t, static_cast<std::int64_t>(factor));
   }
@@ -126,7 +126,7 @@ constexpr std::int64_t divide(std::int64_t t, U divisor, Event& event) noexcept 
     return 0;
   }
   if constexpr (std::is_floating_point_v<U>) {
-    return real_to_int<std::int64_t>(static_cast<double>(t) / static_cast<double>(divisor), event);
+    return divide_rounded(t, static_cast<double>(divisor), event);
   } else if constexpr (std::is_same_v<U, std::uint64_t>) {
     // From 2^63 on only the least duration, of magnitude 2^63, is not smaller than the divisor.
     constexpr std::uint64_t kTop = 0x8000000000000000ull;

@@ -63,10 +63,13 @@ struct AtanExamples {
   static constexpr Example list[] = {{"REAL", "ATAN(1.0)", "0.7853981634"}};
 };
 
+/// WHY long double: the C library's log10 of a double is up to 2 ulp off.
+inline double log10_of(double v) noexcept { return static_cast<double>(std::log10(static_cast<long double>(v))); }
+
 // The double square root of a float, rounded to float, is the exact float square root: 53 >= 2 * 24 + 2 bits.
 PLC_REAL_FUNCTION(Sqrt, "SQRT", std::sqrt, true, "Square root of IN; NaN below zero.");
 PLC_REAL_FUNCTION(Ln, "LN", std::log, false, "Natural logarithm of IN.");
-PLC_REAL_FUNCTION(Log, "LOG", std::log10, false, "Logarithm of IN to base 10.");
+PLC_REAL_FUNCTION(Log, "LOG", log10_of, false, "Logarithm of IN to base 10.");
 PLC_REAL_FUNCTION(Exp, "EXP", std::exp, false, "e to the power IN.");
 PLC_REAL_FUNCTION(Sin, "SIN", std::sin, false, "Sine of IN in radians.");
 PLC_REAL_FUNCTION(Cos, "COS", std::cos, false, "Cosine of IN in radians.");
@@ -113,7 +116,9 @@ struct Expt {
                                      .examples = examples};
   template <class V, class W>
   static V eval(V base, W exponent, Event&) noexcept {
-    return canonical(static_cast<V>(std::pow(static_cast<double>(base), static_cast<double>(exponent))));
+    // WHY long double: a double rounds a 64-bit exponent, and with it whether the exponent is odd.
+    using Exact = std::conditional_t<std::is_integral_v<W> && sizeof(W) == 8, long double, double>;
+    return canonical(static_cast<V>(std::pow(static_cast<Exact>(base), static_cast<Exact>(exponent))));
   }
   template <TypeId T, TypeId U>
   static constexpr Kernel kernel = &binary<Expt, ValueOf<T>, ValueOf<U>>;
