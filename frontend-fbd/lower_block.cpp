@@ -532,8 +532,8 @@ struct BlockLowering {
     numbers_from_bool(operands, pins);
     const bool literals =
         std::any_of(operands.begin(), operands.end(), [](const Operand& o) { return o.kind != Operand::Kind::kValue; });
-    const auto expected =
-        literals && result_pin ? d.expected_type({OutRef::Kind::kPin, *result_pin, node}) : std::nullopt;
+    const bool asks = result_pin && (literals || stdlib::result_is_open(spec));
+    const auto expected = asks ? d.expected_type({OutRef::Kind::kPin, *result_pin, node}) : std::nullopt;
     const auto result = b.call(e.text, operands, e.at, expected, pins);
     std::optional<PlaceId> kept;
     if (result && enable && result_pin && output_wanted(*result_pin)) kept = keep(*result, "OUT");

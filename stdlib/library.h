@@ -152,6 +152,9 @@ bool is_function(std::string_view name);
 
 // ---- overload resolution ---------------------------------------------------------------------------------------
 
+/// True when no input tells the type of the result (TRUNC): what is expected does.
+bool result_is_open(const FunctionSpec& spec);
+
 /// Type of one argument as the caller knows it.
 struct Arg {
   enum class Kind : std::uint8_t {

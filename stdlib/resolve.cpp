@@ -108,12 +108,6 @@ struct Cost {
 bool count_fits(const FunctionSpec& spec, std::size_t count) {
   return spec.extensible ? count >= spec.param_count && count <= kMaxArguments : count == spec.param_count;
 }
-bool mentions(const FunctionSpec& spec, ParamType::Kind kind) {
-  for (std::size_t i = 0; i < spec.param_count; ++i) {
-    if (spec.params[i].type.kind == kind) return true;
-  }
-  return false;
-}
 
 /// False when an argument does not fit.
 bool cost_of(const Overload& overload, std::span<const Arg> args, std::optional<TypeId> expected, Cost& cost) {
@@ -144,10 +138,7 @@ bool cost_of(const Overload& overload, std::span<const Arg> args, std::optional<
     const std::uint8_t step = kWidening[index_of(overload.result_type())][index_of(*expected)];
     cost.expected = step == kNever ? kUnrelated : step;
   }
-  const ParamType result = overload.spec->result;
-  if (result.kind != ParamType::Kind::kFixed && !mentions(*overload.spec, result.kind)) {
-    cost.result = kLiteralCost[index_of(overload.result_type())];
-  }
+  if (result_is_open(*overload.spec)) cost.result = kLiteralCost[index_of(overload.result_type())];
   return true;
 }
 
@@ -167,6 +158,12 @@ std::string_view event_name(Event event) {
   constexpr std::string_view kNames[] = {"none",      "divide_by_zero", "out_of_range", "truncated",
                                          "bad_index", "null_reference", "invalid"};
   return kNames[static_cast<std::size_t>(event)];
+}
+
+bool result_is_open(const FunctionSpec& spec) {
+  const ParamType::Kind kind = spec.result.kind;
+  return kind != ParamType::Kind::kFixed &&
+         std::none_of(spec.params, spec.params + spec.param_count, [&](const Param& p) { return p.type.kind == kind; });
 }
 
 bool widens(TypeId from, TypeId to) { return kWidening[index_of(from)][index_of(to)] != kNever; }
