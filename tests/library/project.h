@@ -1,0 +1,72 @@
+// Projects that call the library as users do: text with calls in ST and PLCopen XML with drawn blocks, compiled by the
+// whole pipeline and run cycle by cycle.
+//
+// In: declarations, statements, blocks to draw. Out: a running resource whose variables are read and written by path.
+// Does not belong here: which functions are called, what they should give.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "runtime/access.h"
+#include "runtime/resource.h"
+#include "tests/library/values.h"
+
+namespace plc::test {
+
+struct Declaration {
+  std::string name;
+  std::string type;       ///< as ST writes it: "DINT", "STRING", "TON"
+  std::string initial{};  ///< constant expression, or empty
+};
+
+/// A drawn block with a variable at each pin.
+struct DrawnBlock {
+  struct Pin {
+    std::string name;
+    std::string variable;
+  };
+  std::string type;        ///< "ADD", "TON"
+  std::string instance{};  ///< of a function block
+  std::vector<Pin> inputs{};
+  std::vector<Pin> outputs{};
+};
+
+/// One PROGRAM, in text or drawn.
+struct ProgramText {
+  std::vector<Declaration> variables{};
+  std::vector<std::string> statements{};  ///< ST
+  std::vector<DrawnBlock> blocks{};       ///< FBD; order of execution as they stand here
+};
+
+/// Programs P0, P1, .. of one task, instances "p0", "p1", ..
+std::string structured_text(const std::vector<ProgramText>& programs);
+std::string plcopen_xml(const std::vector<ProgramText>& programs);
+
+/// A project compiled and ready to run.
+class Project {
+ public:
+  /// `file_name` tells the language: "calls.st", "calls.xml".
+  Project(const std::string& file_name, const std::string& text);
+  /// Why it did not compile; empty when it did.
+  [[nodiscard]] const std::string& problem() const { return problem_; }
+
+  [[nodiscard]] Value read(const std::string& path, TypeId type);
+  void write(const std::string& path, const Value& value);
+  /// One cycle. False when it ended with a fault.
+  [[nodiscard]] bool scan(core::TimeNs now_ns) { return !resource_->program(0).execute({now_ns}); }
+  void restart() { resource_->program(0).reset(); }
+
+ private:
+  std::byte* place(const std::string& path);
+
+  std::string problem_;
+  std::unique_ptr<runtime::Resource> resource_;
+  std::map<std::string, std::byte*> places_;
+};
+
+}  // namespace plc::test
