@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "ir/builder.h"
+#include "stdlib/arithmetic.h"
 
 namespace plc::ir {
 namespace {
@@ -67,8 +68,20 @@ const Constant* constant_of(Builder& builder, ValueId value) {
 
 bool is_scalar(Rep rep) { return rep != Rep::kStr && rep != Rep::kWstr && rep != Rep::kRef; }
 
-/// Runs the kernel on constants. Nothing when an argument is not constant, a string is involved, or an event happens
-/// (an event has to be counted where the program runs).
+/// The bits of a NaN that is not the canonical one: a REAL whose bytes were reversed may be one.
+bool is_foreign_nan(std::uint64_t bits, Rep rep) {
+  if (rep == Rep::kF32) {
+    const auto real = std::bit_cast<float>(static_cast<std::uint32_t>(bits));
+    return std::isnan(real) &&
+           std::bit_cast<std::uint32_t>(stdlib::canonical(real)) != static_cast<std::uint32_t>(bits);
+  }
+  if (rep != Rep::kF64) return false;
+  const auto real = std::bit_cast<double>(bits);
+  return std::isnan(real) && std::bit_cast<std::uint64_t>(stdlib::canonical(real)) != bits;
+}
+
+/// Runs the kernel on constants. Nothing when an argument is not constant, a string is involved, an event happens (an
+/// event has to be counted where the program runs), or the result is none that images hold as a constant.
 std::optional<Constant> fold(Builder& builder, const Overload& overload, std::span<const ValueId> args,
                              TypeRef result_type) {
   if (!overload.spec->foldable || overload.kernel == nullptr) return std::nullopt;
@@ -88,9 +101,11 @@ std::optional<Constant> fold(Builder& builder, const Overload& overload, std::sp
   alignas(8) std::uint64_t result = 0;
   const stdlib::Event event = overload.kernel(&result, pointers.data(), static_cast<std::uint32_t>(args.size()));
   if (event != stdlib::Event::kNone) return std::nullopt;
+  const Rep rep = core::rep_of(overload.result_type());
+  if (is_foreign_nan(result, rep)) return std::nullopt;
   Constant folded;
   folded.type = result_type;
-  folded.bits = result & mask_of_width(core::rep_bytes(core::rep_of(overload.result_type())));
+  folded.bits = result & mask_of_width(core::rep_bytes(rep));
   return folded;
 }
 
