@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 #include <optional>
+#include <set>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -53,6 +54,8 @@ std::vector<std::vector<std::string>> cells_of(std::string_view table) {
   std::vector<std::vector<std::string>> rows;
   std::istringstream lines{std::string(table)};
   for (std::string line; std::getline(lines, line);) {
+    const std::size_t bar = line.find('|');
+    if (bar != std::string::npos) line.replace(bar, 1, " | ");
     std::istringstream words(line);
     std::vector<std::string> row;
     for (std::string word; words >> word;) row.push_back(word);
@@ -66,19 +69,26 @@ class Literals {
  public:
   /// The place of a literal among those of value().
   std::size_t add(const std::string& literal, TypeId type) {
-    program_.variables.push_back({fmt::format("c{}", types_.size()), std::string(core::name_of(type)), literal});
+    const bool is_nan = literal == "NaN";  // which no literal of ST says
+    program_.variables.push_back(
+        {fmt::format("c{}", types_.size()), std::string(core::name_of(type)), is_nan ? "" : literal});
     types_.push_back(type);
+    if (is_nan) not_numbers_.insert(types_.size() - 1);
     return types_.size() - 1;
   }
   [[nodiscard]] std::string read() {
     project_.emplace("literals.st", structured_text({program_}));
     return project_->problem();
   }
-  Value value(std::size_t i) { return project_->read(fmt::format("p0.c{}", i), types_[i]); }
+  Value value(std::size_t i) {
+    if (not_numbers_.count(i) != 0) return real_value(types_[i], std::nan(""));
+    return project_->read(fmt::format("p0.c{}", i), types_[i]);
+  }
 
  private:
   ProgramText program_;
   std::vector<TypeId> types_;
+  std::set<std::size_t> not_numbers_;
   std::optional<Project> project_;
 };
 

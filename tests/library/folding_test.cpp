@@ -2,6 +2,8 @@
 // and without an event, and nothing else.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "tests/library/values.h"
 #include "tests/support/module_builder.h"
 
@@ -35,6 +37,12 @@ bool is_logic(const Overload& overload) {
   return false;
 }
 
+/// TO_BIG_ENDIAN makes NaNs of other bits than the one NaN that images hold.
+bool is_foreign_nan(const Value& value) {
+  return core::in_category(value.type, core::kAnyReal) && std::isnan(real_of(value)) &&
+         value != real_value(value.type, real_of(value));
+}
+
 TEST(Folding, GivesWhatTheKernelGivesWhereItIsExactAndWithoutEvent) {
   for (const Overload& overload : stdlib::overloads()) {
     const std::size_t count = overload.spec->param_count;
@@ -47,7 +55,7 @@ TEST(Folding, GivesWhatTheKernelGivesWhereItIsExactAndWithoutEvent) {
       const std::vector<Value> arguments = values_of(list);
       const Outcome kernel = call_kernel(overload, arguments);
       const auto got = folded(overload, arguments, builder);
-      const bool computes = overload.spec->foldable && kernel.event == Event::kNone;
+      const bool computes = overload.spec->foldable && kernel.event == Event::kNone && !is_foreign_nan(kernel.result);
       ASSERT_EQ(got.has_value(), computes) << stdlib::key_of(overload) << shown(arguments);
       if (!got) continue;
       ASSERT_EQ(*got, kernel.result.bits) << stdlib::key_of(overload) << shown(arguments);

@@ -67,6 +67,15 @@ Expected written(TypeId type, const Value& in);
 /// A text as value of another type.
 Expected read(TypeId type, const Value& text);
 
+// oracle_dates.cpp: calendar and clock of the C library.
+/// CONCAT_DATE .. CONCAT_LDT.
+Expected date_of_parts(TypeId type, std::span<const Value> parts);
+/// YEAR .. MILLISECOND of SPLIT_..
+Expected part_of_date(TypeId type, std::string_view part, const Value& in);
+Expected day_of_week(TypeId type, const Value& in);
+/// A date or time as text: "D#2024-02-29".
+std::string date_text(const Value& in);
+
 // oracle_conversions.cpp
 /// A_TO_B and TO_B.
 Expected converted(TypeId type, const Value& in);

@@ -4,7 +4,6 @@
 #include <cerrno>
 #include <cmath>
 #include <cstdlib>
-#include <ctime>
 #include <limits>
 #include <string>
 
@@ -65,34 +64,6 @@ std::string duration(Wide ns) {
     ns %= unit;
   }
   return out;
-}
-
-/// By the C library: days and seconds of gmtime_r, then the fraction of the second without zeros behind.
-std::string date(TypeId type, Wide ns) {
-  using enum TypeId;
-  constexpr Wide kSecondNs = 1'000'000'000;
-  const Wide fraction = (ns % kSecondNs + kSecondNs) % kSecondNs;
-  const auto seconds = static_cast<std::time_t>((ns - fraction) / kSecondNs);
-  std::tm parts{};
-  ::gmtime_r(&seconds, &parts);
-  char day[32], time[32];
-  static_cast<void>(std::strftime(day, sizeof day, "%Y-%m-%d", &parts));
-  static_cast<void>(std::strftime(time, sizeof time, "%H:%M:%S", &parts));
-  std::string tail = fmt::format(".{:09}", static_cast<std::int64_t>(fraction));
-  tail.erase(tail.find_last_not_of('0') + 1);
-  if (tail == ".") tail.clear();
-  switch (type) {
-    case kDate:
-      return std::string("D#") + day;
-    case kLdate:
-      return std::string("LD#") + day;
-    case kTod:
-      return std::string("TOD#") + time + tail;
-    case kLtod:
-      return std::string("LTOD#") + time + tail;
-    default:
-      return std::string(type == kDt ? "DT#" : "LDT#") + day + "-" + time + tail;
-  }
 }
 
 // ---- texts as values --------------------------------------------------------------------------------------------
@@ -184,7 +155,7 @@ Expected written(TypeId type, const Value& in) {
   if (core::in_category(in.type, core::kAnyReal)) return {Expected::As::kShortestText, in};
   if (core::in_category(in.type, core::kAnyBit)) return text(fmt::format("16#{:0{}X}", in.bits, width_of(in.type) / 4));
   if (core::in_category(in.type, core::kAnyInt)) return text(decimal(wide_of(in)));
-  if (core::in_category(in.type, core::kAnyDate)) return text(date(in.type, wide_of(in)));
+  if (core::in_category(in.type, core::kAnyDate)) return text(date_text(in));
   return text((in.type == TypeId::kTime ? "T#" : "LTIME#") + duration(wide_of(in)));
 }
 

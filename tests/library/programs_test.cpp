@@ -46,6 +46,21 @@ std::string in_program(std::size_t call, const std::string& name) {
   return fmt::format("p{}.{}", call / kCallsPerProgram, name);
 }
 
+/// What callers write: outputs of a bundle are taken by name from the bundle.
+std::string name_of(const Overload& overload) {
+  const std::string_view name = overload.name;
+  return std::string(name.substr(0, name.find('.')));
+}
+std::string output_pin(const Overload& overload) {
+  return stdlib::is_bundle_output(*overload.spec) ? std::string(stdlib::output_name(*overload.spec)) : "OUT";
+}
+std::string statement(const Overload& overload, const std::string& result, const std::vector<std::string>& arguments) {
+  if (stdlib::is_bundle_output(*overload.spec)) {
+    return fmt::format("{}({}, {} => {});", name_of(overload), arguments[0], output_pin(overload), result);
+  }
+  return fmt::format("{} := {}({});", result, name_of(overload), fmt::join(arguments, ", "));
+}
+
 ProgramText& program_of(std::vector<ProgramText>& programs, std::size_t call) {
   if (programs.size() <= call / kCallsPerProgram) programs.emplace_back();
   return programs[call / kCallsPerProgram];
@@ -100,9 +115,9 @@ void run(Project& project, bool with_eno) {
 TEST(Programs, EveryOverloadIsCalledInStructuredText) {
   std::vector<ProgramText> programs = with_variables();
   for (std::size_t k = 0; k < calls().size(); ++k) {
-    std::string statement = result(k) + " := " + std::string(calls()[k].overload->name) + "(";
-    for (std::size_t i = 0; i < calls()[k].count; ++i) statement += (i == 0 ? "" : ", ") + input(k, i);
-    program_of(programs, k).statements.push_back(statement + ");");
+    std::vector<std::string> arguments;
+    for (std::size_t i = 0; i < calls()[k].count; ++i) arguments.push_back(input(k, i));
+    program_of(programs, k).statements.push_back(statement(*calls()[k].overload, result(k), arguments));
   }
   Project project("calls.st", structured_text(programs));
   ASSERT_EQ(project.problem(), "");
@@ -115,11 +130,11 @@ TEST(Programs, EveryOverloadIsDrawnAsABlock) {
     ProgramText& program = program_of(programs, k);
     program.variables.push_back({eno(k), "BOOL"});
     DrawnBlock block;
-    block.type = std::string(calls()[k].overload->name);
+    block.type = name_of(*calls()[k].overload);
     for (std::size_t i = 0; i < calls()[k].count; ++i) {
       block.inputs.push_back({stdlib::pin_name(*calls()[k].overload->spec, i), input(k, i)});
     }
-    block.outputs = {{"OUT", result(k)}, {"ENO", eno(k)}};
+    block.outputs = {{output_pin(*calls()[k].overload), result(k)}, {"ENO", eno(k)}};
     program.blocks.push_back(std::move(block));
   }
   Project project("blocks.xml", plcopen_xml(programs));
@@ -142,11 +157,11 @@ TEST(Programs, ConstantsGiveWhatVariablesGive) {
       const bool written =
           std::all_of(lists[i].begin(), lists[i].end(), [](const Sample* sample) { return !sample->st.empty(); });
       if (!written) continue;
-      std::string statement = fmt::format("r{} := {}(", cases.size(), calls()[k].overload->name);
-      for (std::size_t n = 0; n < lists[i].size(); ++n) statement += (n == 0 ? "" : ", ") + lists[i][n]->st;
+      std::vector<std::string> arguments;
+      for (const Sample* sample : lists[i]) arguments.push_back(sample->st);
       ProgramText& program = program_of(programs, cases.size());
       program.variables.push_back({result(cases.size()), type_of(calls()[k].overload->result_type())});
-      program.statements.push_back(statement + ");");
+      program.statements.push_back(statement(*calls()[k].overload, result(cases.size()), arguments));
       cases.push_back({k, &lists[i]});
     }
   }

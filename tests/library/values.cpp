@@ -18,7 +18,8 @@ constexpr std::uint64_t mask_of(TypeId type) {
 
 // ---- samples ----------------------------------------------------------------------------------------------------
 
-/// Every edge of every narrower or equally wide type, counts and positions of strings, shifts by a width.
+/// Every edge of every narrower or equally wide type, counts and positions of strings, shifts by a width, parts of
+/// dates.
 std::vector<Sample> integers(TypeId type) {
   std::vector<Sample> out;
   const bool is_signed = core::in_category(type, core::kAnySigned);
@@ -33,7 +34,9 @@ std::vector<Sample> integers(TypeId type) {
     }
     out.push_back({value, fmt::format("{}#{}{}", core::name_of(type), negative ? "-" : "", magnitude)});
   };
-  for (const std::uint64_t small : {0, 1, 2, 3, 8, 10, 16, 64, 80, 81}) add(small, false);
+  for (const std::uint64_t small : {0, 1, 2, 3, 8, 10, 12, 16, 23, 29, 31, 59, 64, 80, 81, 99, 100, 999, 1970, 2024}) {
+    add(small, false);
+  }
   add(1, true);
   for (const unsigned bits : {7u, 8u, 15u, 16u, 31u, 32u, 53u, 63u}) {
     const std::uint64_t power = std::uint64_t{1} << bits;
