@@ -1,8 +1,9 @@
 // Rows: functions of one real, ATAN2, EXPT and IS_VALID (IEC 61131-3:2013, tables 28, 29 and 39).
 //
-// REAL results are computed in double precision by the C library and rounded once, so they are within 1 ulp and usually
-// exact. The last bit may differ between C libraries: nothing here but SQRT is folded at compile time. Outside its
-// domain a function gives NaN or an infinity as IEEE 754 says, without an event.
+// Results are computed by the C library, in double precision or where that is not enough in long double, and rounded
+// once, so they are within 1 ulp; those of REAL are usually exact. The last bit may differ between C libraries: what is
+// not exact is not folded at compile time. Outside its domain a function gives NaN or an infinity as IEEE 754 says,
+// without an event.
 #pragma once
 
 #include "stdlib/arithmetic.h"

@@ -41,12 +41,17 @@ Expected sum(const Overload& o, std::span<const Value> a, char symbol) {
 Expected add(const Overload& o, std::span<const Value> a) { return sum(o, a, '+'); }
 Expected subtract(const Overload& o, std::span<const Value> a) { return sum(o, a, '-'); }
 
+/// Of two values without sign the product needs all 128 bits; only the low ones count.
+Value product(TypeId type, const Value& a, const Value& b) {
+  __extension__ using Bits = unsigned __int128;
+  return wrapped(type, static_cast<Wide>(static_cast<Bits>(wide_of(a)) * static_cast<Bits>(wide_of(b))));
+}
 Expected multiply(const Overload& o, std::span<const Value> a) {
   const TypeId type = o.result_type();
   if (is_duration(type) && is_real(a[1].type)) return scaled(type, '*', wide_of(a[0]), a[1]);
   Value value = a[0];
   for (const Value& next : a.subspan(1)) {
-    value = is_real(type) ? real_arithmetic('*', value, next) : wrapped(type, wide_of(value) * wide_of(next));
+    value = is_real(type) ? real_arithmetic('*', value, next) : product(type, value, next);
   }
   return exactly(value);
 }
