@@ -319,6 +319,7 @@ const std::map<std::string_view, Oracle> kOracles = {
     {"ATAN2", arc_tangent_2},
     {"EXPT", raise},
     {"IS_VALID", valid_real},
+    {"DEADBAND", dead_band},
     {"DEAD_BAND", dead_band},
     {"CONCAT_DATE_TOD", date_and_time},
     {"CONCAT_DATE_LTOD", date_and_time},

@@ -421,7 +421,6 @@ TEST(ReadErrors, SectionsThatCannotStand) {
 }
 
 TEST(ReadErrors, WhatIsNotSupportedIsNamed) {
-  EXPECT_EQ(Reading("TYPE A : ARRAY [*] OF INT; B : INT; END_TYPE").places(), Places{"1:17 P4043"});
   EXPECT_EQ(Reading("TYPE A : UNION a : INT; b : REAL; END_UNION; B : INT; END_TYPE").places(), Places{"1:10 P4043"});
   EXPECT_EQ(Reading("PROGRAM P VAR f : Fb(a := 1); END_VAR END_PROGRAM").places(), Places{"1:19 P4043"});
 }
