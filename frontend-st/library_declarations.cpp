@@ -12,10 +12,13 @@ namespace {
 using plcopen::Section;
 using stdlib::Direction;
 
-/// Comments are no statements.
+/// Comments are no statements, and semicolons, which make an editor take the body, are empty ones.
 bool is_empty(const plcopen::Body& body) {
   if (body.drawn_elements != 0) return false;
-  return Lexer(body.text).next().kind == TokenKind::kEnd;
+  Lexer lexer(body.text);
+  TokenKind kind = lexer.next().kind;
+  while (kind == TokenKind::kSemicolon) kind = lexer.next().kind;
+  return kind == TokenKind::kEnd;
 }
 
 bool is_direction(Section section, Direction direction) {

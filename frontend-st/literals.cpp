@@ -7,6 +7,7 @@
 #include "core/text.h"
 #include "core/utf8.h"
 #include "frontend-st/lexer.h"
+#include "stdlib/calendar.h"
 
 namespace plc::st {
 namespace {
@@ -265,35 +266,25 @@ bool take(std::string_view& text, char c) {
   return true;
 }
 
-// Days since 1970-01-01 of a date of the Gregorian calendar (Howard Hinnant's public-domain formula).
-std::int64_t days_from_civil(std::int64_t y, std::int64_t m, std::int64_t d) {
-  y -= m <= 2 ? 1 : 0;
-  const std::int64_t era = (y >= 0 ? y : y - 399) / 400;
-  const std::int64_t year_of_era = y - era * 400;
-  const std::int64_t day_of_year = (153 * (m > 2 ? m - 3 : m + 9) + 2) / 5 + d - 1;
-  return era * 146097 + year_of_era * 365 + year_of_era / 4 - year_of_era / 100 + day_of_year - 719468;
-}
-
 // "2024-01-31"; nanoseconds since 1970.
 std::optional<std::int64_t> take_date(std::string_view& text, std::string& problem) {
   const auto year = digits_of(text, 4, 4);
   const auto month = year && take(text, '-') ? digits_of(text, 1, 2) : std::nullopt;
   const auto day = month && take(text, '-') ? digits_of(text, 1, 2) : std::nullopt;
-  static constexpr int kDays[] = {31, 28, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31};
   if (!day) {
     problem = "a date is written year-month-day, as in 2024-01-31";
     return std::nullopt;
   }
-  const bool leap = *year % 4 == 0 && (*year % 100 != 0 || *year % 400 == 0);
-  if (*month < 1 || *month > 12 || *day < 1 || *day > kDays[*month - 1] + (*month == 2 && leap ? 1 : 0)) {
+  if (*month < 1 || *month > 12 || *day < 1 || *day > stdlib::days_in_month(*year, static_cast<unsigned>(*month))) {
     problem = "there is no such day in the calendar";
     return std::nullopt;
   }
-  if (*year < 1678 || *year > 2261) {
-    problem = "dates outside 1678 to 2261 have no 64-bit nanosecond value";
+  const std::int64_t days = stdlib::days_of({*year, static_cast<unsigned>(*month), static_cast<unsigned>(*day)});
+  if (days < -stdlib::kMostDays || days > stdlib::kMostDays) {
+    problem = "dates before 1677-09-22 and after 2262-04-11 have no 64-bit nanosecond value";
     return std::nullopt;
   }
-  return days_from_civil(*year, *month, *day) * kDay;
+  return days * kDay;
 }
 
 // "12:30:05.25"; nanoseconds since midnight. Seconds may be left out.
@@ -306,10 +297,14 @@ std::optional<std::int64_t> take_time_of_day(std::string_view& text, std::string
     second = digits_of(text, 1, 2);
     if (second && take(text, '.')) {
       std::int64_t unit = kSecond;
-      while (!text.empty() && is_digit(text[0])) {
+      const auto is_part = [&text] {
+        const bool between = text.size() > 1 && text[0] == '_' && is_digit(text[1]);
+        return !text.empty() && (is_digit(text[0]) || between);
+      };
+      for (bool first = true; is_part() && !(first && text[0] == '_'); first = false, text.remove_prefix(1)) {
+        if (text[0] == '_') continue;
         unit /= 10;
         fraction += (text[0] - '0') * unit;
-        text.remove_prefix(1);
       }
     }
   }
@@ -333,7 +328,9 @@ std::optional<Literal> parse_date_of(TypeId type, std::string_view text, std::st
   if (has_time) {
     const auto time = take_time_of_day(text, problem);
     if (!time) return std::nullopt;
-    value += *time;
+    if (__builtin_add_overflow(value, *time, &value)) {
+      return fail(problem, "times behind 2262-04-11-23:47:16.854775807 have no 64-bit nanosecond value");
+    }
   }
   if (!text.empty()) return fail(problem, "\"" + std::string(text) + "\" is left over");
   Literal out;

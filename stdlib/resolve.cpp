@@ -137,6 +137,8 @@ bool cost_of(const Overload& overload, std::span<const Arg> args, std::optional<
   if (expected) {
     const std::uint8_t step = kWidening[index_of(overload.result_type())][index_of(*expected)];
     cost.expected = step == kNever ? kUnrelated : step;
+    // Where nothing but the context tells the result, a narrower one that would be widened loses values for nothing.
+    if (result_is_open(*overload.spec) && step != 0) cost.expected = kUnrelated;
   }
   if (result_is_open(*overload.spec)) cost.result = kLiteralCost[index_of(overload.result_type())];
   return true;

@@ -102,8 +102,9 @@ struct Average {
   static constexpr std::string_view summary = "Moving average: the mean of the last N samples, one in each execution.";
   static constexpr Field fields[] = {
       {"IN", Direction::kInput, TypeId::kReal, offsetof(Ports, in), "value; NaN and infinities are no samples"},
-      {"E", Direction::kInput, TypeId::kBool, offsetof(Ports, e), "takes samples; FALSE holds AVG"},
-      {"N", Direction::kInput, TypeId::kInt, offsetof(Ports, n), "samples that count, 1 .. 32; the nearest of these"},
+      {"E", Direction::kInput, TypeId::kBool, offsetof(Ports, e), "takes samples, TRUE at first; FALSE holds AVG"},
+      {"N", Direction::kInput, TypeId::kInt, offsetof(Ports, n),
+       "samples that count, 1 .. 32, 16 at first; the nearest of these"},
       {"RST", Direction::kInput, TypeId::kBool, offsetof(Ports, rst), "forgets all samples, and AVG is IN; dominant"},
       {"AVG", Direction::kOutput, TypeId::kReal, offsetof(Ports, avg), "mean of the samples there are, up to N"},
       {"COUNT", Direction::kState, TypeId::kUsint, offsetof(Ports, count), "samples there are"},
@@ -156,7 +157,7 @@ struct Lag1 {
   static constexpr Field fields[] = {
       {"IN", Direction::kInput, TypeId::kReal, offsetof(Ports, in), "value"},
       {"T", Direction::kInput, TypeId::kTime, offsetof(Ports, t), "time constant; 0 or less: OUT is K * IN"},
-      {"K", Direction::kInput, TypeId::kReal, offsetof(Ports, k), "gain"},
+      {"K", Direction::kInput, TypeId::kReal, offsetof(Ports, k), "gain, 1.0 at first"},
       {"OUT", Direction::kOutput, TypeId::kReal, offsetof(Ports, out), "filtered value"},
       {"Y", Direction::kState, TypeId::kLreal, offsetof(Ports, y), "OUT, with all its digits"},
       {"LAST", Direction::kState, TypeId::kLtime, offsetof(Ports, watch.last), "clock at the last execution"},

@@ -42,7 +42,7 @@ T#1s     .   .  .    .   | 1 2.0
 T#1s500ms .  .  .    .   | 1 3.0
 T#2s     .   .  -1.0 .   | 1 2.5
 T#3s     0   .  .    .   | 1 2.5
-T#4s     1   1  .    10.0| 0 10.0
+T#4s     1   1  .    10.0 | 0 10.0
 T#5s     .   0  .    .   | 1 9.0
 )"}};
   static void step(Ports& p, const StepContext& context) noexcept {
@@ -135,7 +135,8 @@ struct Pid {
       {"PV", Direction::kInput, TypeId::kReal, offsetof(Ports, pv), "process value"},
       {"SP", Direction::kInput, TypeId::kReal, offsetof(Ports, sp), "set-point"},
       {"X0", Direction::kInput, TypeId::kReal, offsetof(Ports, x0), "output in manual"},
-      {"KP", Direction::kInput, TypeId::kReal, offsetof(Ports, kp), "gain; below 0 where more output raises PV"},
+      {"KP", Direction::kInput, TypeId::kReal, offsetof(Ports, kp),
+       "gain, 1.0 at first; below 0 where more output raises PV"},
       {"TR", Direction::kInput, TypeId::kReal, offsetof(Ports, tr), "reset time in s; 0 or less: no integral part"},
       {"TD", Direction::kInput, TypeId::kReal, offsetof(Ports, td), "derivative time in s; 0 or less: no such part"},
       {"CYCLE", Direction::kInput, TypeId::kTime, offsetof(Ports, cycle), kCycleSummary},
@@ -178,7 +179,7 @@ T#2s   .    51.0 .    .   .   | 12.0
 )"},
       {"A broken sensor holds the output", R"(
 at     AUTO PV   SP   KP  TR  | XOUT
-T#0s   1    60.0 50.0 1.0 10.0| 10.0
+T#0s   1    60.0 50.0 1.0 10.0 | 10.0
 T#1s   .    NaN  .    .   .   | 10.0
 T#9s   .    .    .    .   .   | 10.0
 T#10s  .    60.0 .    .   .   | 11.0
@@ -192,7 +193,8 @@ T#10s  .    60.0 .    .   .   | 11.0
     const double high = limited ? within_real(p.xmax) : kMostReal;
     if (p.automatic == 0) {
       p.mode = kManual;
-      p.slope.forget();
+      // Sampled in manual too: the derivative part is there at the switch, and the integral part takes it up.
+      if (all_finite(p.pv)) p.slope.take(p.pv, context.now_ns);
       if (all_finite(p.x0)) p.xout = to_real(std::clamp<double>(p.x0, low, high));
       return;
     }

@@ -34,6 +34,12 @@ constexpr bool converts(TypeId t, TypeId u) {
     return core::in_category(other, core::kAnyInt | core::kAnyBit) && other != kBool;
   }
   if (is_text(t) || is_text(u)) return true;
+  const auto is_count = [](TypeId id) { return core::in_category(id, core::kAnyInt | core::kAnyBit) && id != kBool; };
+  const auto is_date = [](TypeId id) { return core::in_category(id, core::kAnyDate); };
+  if ((is_date(t) && is_count(u)) || (is_date(u) && is_count(t))) return true;
+  const auto is_time_of_day = [](TypeId id) { return id == kTod || id == kLtod; };
+  const auto is_duration = [](TypeId id) { return core::in_category(id, core::kAnyDuration); };
+  if ((is_time_of_day(t) && is_duration(u)) || (is_time_of_day(u) && is_duration(t))) return true;
   constexpr std::uint16_t kCounts = kNumeric | core::kAnyDuration;
   if (core::in_category(t, kCounts) && core::in_category(u, kCounts)) return true;
   const auto kind = [](TypeId id) { return id == kDate || id == kLdate ? 1 : id == kTod || id == kLtod ? 2 : 3; };
@@ -56,10 +62,26 @@ constexpr TypeId meaning_of(TypeId id) {
     case kLword:
       return kUlint;
     case kLtime:
+    case kLdt:
       return kLint;
     default:
       return id;
   }
+}
+/// Nanoseconds in one unit of the numbers that a type counts as: TIME and TOD in milliseconds, DATE and DT in seconds,
+/// as CODESYS and TwinCAT have them.
+constexpr std::int64_t unit_of(TypeId id) {
+  using enum TypeId;
+  if (id == kTime || id == kTod) return kMsNs;
+  return id == kDate || id == kDt ? 1'000'000'000 : 1;
+}
+
+/// The midnight before `ns`. The first day of 64 bits begins before they do: the day after it, with an event.
+inline std::int64_t midnight(std::int64_t ns, Event& event) noexcept {
+  constexpr std::int64_t kFirstDay = -kMostDays * kDayNs;
+  if (ns >= kFirstDay) return ns - within_day(ns);
+  event = Event::kOutOfRange;
+  return kFirstDay;
 }
 
 /// A number, BOOL or duration to another. `T` and `U` are meanings.
@@ -76,10 +98,12 @@ Event convert_number(void* result, const void* const* args, std::uint32_t) noexc
     out = static_cast<To>(!is_nan && in != ValueOf<T>{0});
   } else if constexpr (T == kTime && is_real(U)) {
     out = nearest_ratio<To>(in, kMsNs);
-  } else if constexpr (T == kTime && U == kLint) {
-    out = in / kMsNs;
-  } else if constexpr (T == kTime) {
-    out = static_cast<To>(in / kMsNs);
+  } else if constexpr (core::in_category(T, core::kAnyDuration | core::kAnyDate)) {
+    out = static_cast<To>(in / unit_of(T));
+  } else if constexpr (core::in_category(U, core::kAnyDate)) {
+    out = wrap_mul(static_cast<std::int64_t>(in), unit_of(U));
+    if constexpr (U == kDate || U == kLdate) out = midnight(out, event);
+    if constexpr (U == kTod || U == kLtod) out = within_day(out);
   } else if constexpr (U == kTime && is_real(T)) {
     out = multiply_rounded(kMsNs, static_cast<double>(in), event);
   } else if constexpr (U == kTime) {
@@ -100,12 +124,11 @@ Event copy_value(void* result, const void* const* args, std::uint32_t) noexcept 
   return store(result, load<ValueOf<T>>(args[0]));
 }
 
-/// Part of a date and time. The first day of 64 bits begins before they do: the day after it, with an event.
+/// Part of a date and time.
 inline Event date_part(void* result, const void* const* args, std::uint32_t) noexcept {
-  constexpr std::int64_t kFirstDay = -kMostDays * kDayNs;
-  const auto in = load<std::int64_t>(args[0]);
-  const bool before = in < kFirstDay;
-  return either(before ? Event::kOutOfRange : Event::kNone, store(result, before ? kFirstDay : in - within_day(in)));
+  Event event = Event::kNone;
+  const std::int64_t day = midnight(load<std::int64_t>(args[0]), event);
+  return either(event, store(result, day));
 }
 inline Event time_part(void* result, const void* const* args, std::uint32_t) noexcept {
   return store(result, within_day(load<std::int64_t>(args[0])));
@@ -203,6 +226,12 @@ Event transcode(void* result, const void* const* args, std::uint32_t) noexcept {
   detail::set_text<To>(result, header, n);
   return event;
 }
+/// As transcode does with each of a string.
+inline Event narrow_character(void* result, const void* const* args, std::uint32_t) noexcept {
+  const auto in = load<ValueOf<TypeId::kWchar>>(args[0]);
+  const bool fits = in <= 0xff;
+  return either(fits ? Event::kNone : Event::kInvalid, store(result, static_cast<std::uint8_t>(fits ? in : '?')));
+}
 /// A character as a string of one, and the first character of a string (0 of an empty one, with an event).
 template <TypeId T, TypeId U>
 Event char_and_text(void* result, const void* const* args, std::uint32_t) noexcept {
@@ -233,10 +262,16 @@ constexpr Kernel conversion() {
     return &to_text<T, U>;
   } else if constexpr (is_text(T)) {
     return &from_text<T, U>;
-  } else if constexpr (core::in_category(T, core::kAnyDate)) {
+  } else if constexpr (core::in_category(T, core::kAnyDate) && core::in_category(U, core::kAnyDate)) {
     if constexpr (U == TypeId::kDate || U == TypeId::kLdate) return &date_part;
     if constexpr (U == TypeId::kTod || U == TypeId::kLtod) return &time_part;
     return &copy_value<T>;
+  } else if constexpr (core::in_category(T, kDurationOrDate) && core::in_category(U, core::kAnyDuration)) {
+    return &copy_value<T>;
+  } else if constexpr (core::in_category(T, core::kAnyDuration) && core::in_category(U, core::kAnyDate)) {
+    return &time_part;
+  } else if constexpr (T == TypeId::kWchar && U == TypeId::kChar) {
+    return &narrow_character;
   } else if constexpr (kSameMeaning) {
     return &copy_value<meaning_of(T)>;
   } else {
@@ -315,6 +350,10 @@ struct Convert {
       {"TIME,DINT", "TIME_TO_DINT(T#2500ms)", "2500"},
       {"DINT,TIME", "DINT_TO_TIME(1500)", "T#1500ms"},
       {"LTIME,LINT", "LTIME_TO_LINT(LTIME#3us)", "3000"},
+      {"DATE_AND_TIME,UDINT", "DT_TO_UDINT(DT#1970-01-02-00:00:01)", "86401"},
+      {"UDINT,DATE", "UDINT_TO_DATE(172799)", "D#1970-01-02"},
+      {"TIME_OF_DAY,DINT", "TOD_TO_DINT(TOD#00:00:02)", "2000"},
+      {"TIME,TIME_OF_DAY", "TIME_TO_TOD(T#1d1h)", "TOD#01:00:00"},
       {"TIME,REAL", "TIME_TO_REAL(T#1500us)", "1.5"},
       {"REAL,TIME", "REAL_TO_TIME(1.5)", "T#1500us"},
       {"DATE_AND_TIME,DATE", "DT_TO_DATE(DT#2024-02-29-12:00:00)", "D#2024-02-29"},

@@ -11,6 +11,12 @@ Expected exactly(Value value, Event event = Event::kNone) {
   return {Expected::As::kExactly, std::move(value), {}, event};
 }
 
+/// Nanoseconds of what DATE, DT and TOD count as numbers; the long forms count them themselves.
+std::int64_t date_unit(TypeId type) {
+  if (type == TypeId::kTod) return kMillisecondNs;
+  return type == TypeId::kDate || type == TypeId::kDt ? 1'000'000'000 : 1;
+}
+
 /// Its day of a date and time; the time of day that is left.
 Expected part_of_stamp(TypeId type, const Value& in) {
   constexpr Wide kDayNs = Wide{86'400} * 1'000'000'000;
@@ -41,7 +47,19 @@ Expected converted(TypeId type, const Value& in) {
   if (is(type, core::kAnyString)) return written(type, in);
   if (from_text) return read(type, in);
   if (is(in.type, core::kAnyReal)) return from_real(type, in);
-  if (is(in.type, core::kAnyDate)) {
+  if (in.type == kWchar && type == kChar) {
+    const bool fits = wide_of(in) <= 0xff;
+    return exactly(wrapped(type, fits ? wide_of(in) : '?'), fits ? Event::kNone : Event::kInvalid);
+  }
+  const bool from_date = is(in.type, core::kAnyDate), to_date = is(type, core::kAnyDate);
+  if (from_date && is(type, core::kAnyDuration)) return exactly(wrapped(type, wide_of(in)));
+  if (to_date && is(in.type, core::kAnyDuration)) return part_of_stamp(type, in);
+  if (from_date && !to_date) return exactly(wrapped(type, wide_of(in) / date_unit(in.type)));
+  if (to_date && !from_date) {
+    const Value stamp = wrapped(kLdt, wide_of(wrapped(kLint, wide_of(in))) * date_unit(type));
+    return type == kDt || type == kLdt ? exactly(wrapped(type, wide_of(stamp))) : part_of_stamp(type, stamp);
+  }
+  if (from_date) {
     const bool whole_stamp = in.type == kDt || in.type == kLdt;
     const bool to_stamp = type == kDt || type == kLdt;
     return whole_stamp && !to_stamp ? part_of_stamp(type, in) : exactly(wrapped(type, wide_of(in)));

@@ -134,7 +134,9 @@ void print_columns(const std::vector<std::vector<std::string>>& lines, std::size
 void print_function(const LibraryFunction& function) {
   std::cout << fmt::format("{}\n  {}\n\n", function.signature(), function.spec->summary);
   for (const std::string& line : function.type_lines()) std::cout << fmt::format("  {}\n", line);
-  std::cout << fmt::format("  events: {}\n  source: {}\n", events_text(function.events()), function.spec->clause);
+  std::cout << fmt::format("  events{}: {}\n  source: {}\n",
+                           is_family(*function.spec) ? " of " + std::string(function.spec->name) : "",
+                           events_text(function.events()), function.spec->clause);
   std::vector<std::vector<std::string>> lines;
   for (const stdlib::Example& example : function.examples()) {
     const std::string types = function.name == function.spec->name ? example_types(*function.spec, example) : "";

@@ -164,9 +164,9 @@ void add_sim(CLI::App& app, int& exit_code) {
   command->add_option("--trace", sim.trace, "write the values of every cycle as CSV; - is stdout")
       ->type_name("out.csv");
   command
-      ->add_option(
-          "--watch", sim.watch,
-          "variables to trace, * and ? match; may be repeated; default all. Without --trace the trace goes to stdout")
+      ->add_option("--watch", sim.watch,
+                   "variables to trace, * and ? match; may be repeated (--watch a --watch b). Without --trace the "
+                   "trace goes to stdout; with it, all are traced by default")
       ->type_name("PATTERN")
       ->take_all()
       ->allow_extra_args(false);
