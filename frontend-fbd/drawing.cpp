@@ -211,7 +211,9 @@ std::optional<ValueId> Drawing::read_bool(const Input& input, NodeId reader) {
                           "power flow into " + std::string(core::element_word(e.kind)) + " \"" + e.text + "\"");
 }
 
-std::optional<PlaceId> Drawing::place_behind(const OutRef& out) {
+std::optional<PlaceId> Drawing::place_behind(const OutRef& out, std::size_t steps) {
+  // In-outs wired to themselves, at once or around, lead to no variable.
+  if (steps > graph_.nodes.size()) return std::nullopt;
   const plcopen::Element& e = element(out.node);
   switch (e.kind) {
     case ElementKind::kInVariable:
@@ -221,7 +223,7 @@ std::optional<PlaceId> Drawing::place_behind(const OutRef& out) {
     case ElementKind::kConnector:
     case ElementKind::kContinuation:
       for (const Input& input : inputs(out.node)) {
-        if (input.wire_count == 1) return place_behind(graph_.wires[input.first_wire].from);
+        if (input.wire_count == 1) return place_behind(graph_.wires[input.first_wire].from, steps + 1);
       }
       return std::nullopt;
     case ElementKind::kBlock: {
@@ -232,7 +234,7 @@ std::optional<PlaceId> Drawing::place_behind(const OutRef& out) {
       if (name == nullptr) return std::nullopt;
       for (const Input& input : inputs(out.node)) {
         if (core::iequals(input.pin->name, *name) && input.wire_count == 1) {
-          return place_behind(graph_.wires[input.first_wire].from);
+          return place_behind(graph_.wires[input.first_wire].from, steps + 1);
         }
       }
       return std::nullopt;

@@ -68,7 +68,8 @@ class Drawing {
   void publish_poison(const OutRef& out);
   [[nodiscard]] bool has_reader(const OutRef& out) const;
   /// The place behind an output that is a variable (inVariable, inOutVariable, in-out pin), for in-out connections.
-  std::optional<ir::PlaceId> place_behind(const OutRef& out);
+  /// `steps`: outputs passed on the way here.
+  std::optional<ir::PlaceId> place_behind(const OutRef& out, std::size_t steps = 0);
 
   // ---- modifiers: the memory they need is hidden ----
 
@@ -162,7 +163,7 @@ class Drawing {
   std::vector<Write> writes_;
   std::vector<Read> reads_;
   std::vector<Reader> readers_;  ///< sorted by slot
-  unsigned type_steps_ = 0;  ///< of the question infer_type() or expected_type() answers now
+  unsigned type_steps_ = 0;      ///< of the question infer_type() or expected_type() answers now
   std::unordered_map<std::uint32_t, std::optional<ir::TypeRef>> expected_seen_;  ///< by slot, of the same question
   std::unordered_map<std::string, LabelState, core::NameHash, core::NameEqual> labels_;
 };

@@ -329,7 +329,9 @@ struct BlockLowering {
       return std::nullopt;
     }
     std::sort(open.begin(), open.end(), [](const auto& x, const auto& y) { return x.variable < y.variable; });
-    return ir::specialize(b.module(), pou_index, open);
+    const auto made = ir::specialize(b.module(), pou_index, open);
+    if (!made) b.report(Code::P5001, e.at, title() + " " + std::string(ir::kTooManyMade));
+    return made;
   }
 
   /// LOWER_BOUND and UPPER_BOUND: an array and the number of a dimension.
@@ -346,11 +348,14 @@ struct BlockLowering {
                "wire ARR to an array variable and DIM to a number");
       good = false;
     }
-    std::optional<ValueId> result;
+    std::optional<Operand> result;
     if (good) result = ir::array_bound(b, bound, b.type_of(in[0].operand.value), in[1].operand, e.at);
     if (!result) return poison();
     for (std::uint16_t i = 0; i < e.outputs.size(); ++i) {
-      if (output_wanted(i)) publish_output(i, *result);
+      if (!output_wanted(i)) continue;
+      const auto value = b.settle(*result, d.expected_type({OutRef::Kind::kPin, i, node}));
+      if (!value) return poison();
+      publish_output(i, *value);
     }
     publish_eno();
   }

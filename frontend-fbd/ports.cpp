@@ -102,18 +102,23 @@ std::size_t input_position(const plcopen::Element& block, const plcopen::Pin& pi
   return position;
 }
 
+std::optional<std::vector<Port>> ports_of_block(ir::Builder& builder, const plcopen::Element& block) {
+  const ir::Module& module = builder.module();
+  if (const auto pou = module.pou_by_name.find(block.text); pou != module.pou_by_name.end()) {
+    return ports_of_function(module, module.pous[pou->second]);
+  }
+  if (const stdlib::BundleSpec* bundle = stdlib::bundle_named(block.text)) return ports_of_bundle(*bundle);
+  return std::nullopt;
+}
+
 std::optional<ir::TypeRef> type_of_pin(ir::Builder& builder, const plcopen::Element& block, const plcopen::Pin& pin) {
   const ir::Module& module = builder.module();
-  std::vector<Port> ports;
-  if (const ir::Variable* instance = builder.pou().find(block.instance_name)) {
-    ports = ports_of(module, instance->type);
-  } else if (const auto pou = module.pou_by_name.find(block.text); pou != module.pou_by_name.end()) {
-    ports = ports_of_function(module, module.pous[pou->second]);
-  } else if (const stdlib::BundleSpec* bundle = stdlib::bundle_named(block.text)) {
-    ports = ports_of_bundle(*bundle);
-  }
-  const Port* port = find_port(ports, Direction::kInput, pin.name, input_position(block, pin));
-  if (port == nullptr) return std::nullopt;
+  const ir::Variable* const instance = builder.pou().find(block.instance_name);
+  const auto ports =
+      instance != nullptr ? std::optional(ports_of(module, instance->type)) : ports_of_block(builder, block);
+  if (!ports) return std::nullopt;
+  const Port* port = find_port(*ports, Direction::kInput, pin.name, input_position(block, pin));
+  if (port == nullptr || module.types[port->type].open) return std::nullopt;
   return port->type;
 }
 

@@ -41,6 +41,9 @@ std::size_t output_position(const plcopen::Element& block, std::size_t pin);
 /// Position of an input pin among the drawn inputs, EN not counted.
 std::size_t input_position(const plcopen::Element& block, const plcopen::Pin& pin);
 
+/// Ports of the POU, or of the function of several outputs, that a block stands for by its name; nothing for others.
+std::optional<std::vector<Port>> ports_of_block(ir::Builder& builder, const plcopen::Element& block);
+
 /// Declared type of an input pin of a drawn function block instance, function POU or standard function of several
 /// outputs; nothing for others (no report).
 std::optional<ir::TypeRef> type_of_pin(ir::Builder& builder, const plcopen::Element& block, const plcopen::Pin& pin);

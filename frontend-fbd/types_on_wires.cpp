@@ -123,14 +123,15 @@ std::optional<TypeRef> Drawing::infer_type(const OutRef& out, unsigned depth) {
   if (out.kind == OutRef::Kind::kPin) {
     if (const auto place = instance_output(builder_, e, out.pin)) return builder_.type_of(*place);
   }
-  if (const auto pou = builder_.module().pou_by_name.find(e.text); pou != builder_.module().pou_by_name.end()) {
-    return builder_.module().pous[pou->second].return_type;
+  if (const auto ports = ports_of_block(builder_, e)) {
+    const bool in_out = out.kind == OutRef::Kind::kInOut;
+    const Port* port =
+        in_out ? find_port(*ports, Direction::kInOut, e.in_outs[out.pin].name, out.pin)
+               : find_port(*ports, Direction::kOutput, e.outputs[out.pin].name, output_position(e, out.pin));
+    const bool known = port != nullptr && port->type.valid() && !builder_.module().types[port->type].open;
+    return known ? std::optional(port->type) : std::nullopt;
   }
-  if (const stdlib::BundleSpec* bundle = stdlib::bundle_named(e.text)) {
-    const auto ports = ports_of_bundle(*bundle);
-    const Port* port = find_port(ports, Direction::kOutput, e.outputs[out.pin].name, output_position(e, out.pin));
-    return port == nullptr ? std::nullopt : std::optional(port->type);
-  }
+  if (out.kind == OutRef::Kind::kInOut) return std::nullopt;  // standard functions have none
   const auto candidates = stdlib::overloads_named(e.text);
   std::optional<TypeRef> widest;
   if (!candidates.empty()) {

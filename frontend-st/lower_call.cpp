@@ -362,9 +362,9 @@ std::optional<Operand> Lowering::call_array_bound(NodeId id, ir::Bound bound) {
   const auto array = place(node(first.argument).a, false);
   const auto dimension = value(node(second.argument).a, std::nullopt);
   if (!array || !dimension) return std::nullopt;
-  const auto result = ir::array_bound(builder_, bound, builder_.type_of(*array), *dimension, at(id));
-  if (!result) return std::nullopt;
-  return operand(*result, id);
+  auto result = ir::array_bound(builder_, bound, builder_.type_of(*array), *dimension, at(id));
+  if (result) result->text = std::string(text(id));
+  return result;
 }
 
 // Looks at the arrays that a call of a generic function passes, and gives the function made for them. What was lowered
@@ -409,7 +409,10 @@ std::optional<std::uint32_t> Lowering::function_for(NodeId id, std::uint32_t pou
     open.push_back({parameter.index, type});
   }
   if (!fine) return std::nullopt;
-  return ir::specialize(builder_.module(), pou, open);
+  const auto made = ir::specialize(builder_.module(), pou, open);
+  if (!made)
+    report(Code::P5001, at(id), quoted(builder_.module().pous[pou].name) + " " + std::string(ir::kTooManyMade));
+  return made;
 }
 
 // SPLIT_DATE(IN := d, YEAR => y): all outputs are computed before the first is delivered, whose variable may be read by

@@ -221,6 +221,13 @@ std::optional<PlaceId> Lowering::element_place(PlaceId array, NodeId index) {
   if (!given) return std::nullopt;
   if (!given->known) return builder_.element_at(array, given->value);
   if (*given->known < lower || *given->known > upper) {
+    // Of an ARRAY [*] other calls may have the element, and this one may never come here.
+    if (ir::is_given_array(builder_.module(), builder_.pou(), array_ref)) {
+      const auto position = value(index, ir::ref_of(core::TypeId::kLint));
+      const auto number =
+          position ? builder_.convert(*position, ir::ref_of(core::TypeId::kLint), "an index") : std::nullopt;
+      return number ? std::optional(builder_.element_at(array, *number)) : std::nullopt;
+    }
     report(Code::P4008, at(index), "index " + std::string(text(index)) + " is outside of " + types().name_of(array_ref),
            "indices go from " + std::to_string(lower) + " to " + std::to_string(upper));
     return std::nullopt;

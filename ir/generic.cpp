@@ -35,9 +35,10 @@ bool fits_open(const TypeTable& types, TypeRef open, TypeRef given) {
   return open == given;
 }
 
-std::uint32_t specialize(Module& module, std::uint32_t pou, std::span<const OpenArgument> arguments) {
+std::optional<std::uint32_t> specialize(Module& module, std::uint32_t pou, std::span<const OpenArgument> arguments) {
   std::vector<std::uint32_t> key{pou};
   for (const OpenArgument& argument : arguments) key.push_back(argument.type.index);
+  if (module.specialized.size() >= kMostMade && module.specialized.count(key) == 0) return std::nullopt;
   const auto [known, fresh] = module.specialized.emplace(key, static_cast<std::uint32_t>(module.pous.size()));
   if (!fresh) return known->second;
   Pou made = module.pous[pou];
@@ -54,7 +55,20 @@ std::uint32_t specialize(Module& module, std::uint32_t pou, std::span<const Open
   return known->second;
 }
 
-std::uint32_t specialize_for_check(Module& module, std::uint32_t pou) {
+bool is_given_array(const Module& module, const Pou& pou, TypeRef array) {
+  if (pou.made_from == Pou::kDeclared) return false;
+  const std::vector<Variable>& declared = module.pous[pou.made_from].variables;
+  for (std::size_t i = 0; i < declared.size(); ++i) {
+    TypeRef open = declared_type(module.types, declared[i]);
+    TypeRef given = declared_type(module.types, pou.variables[i]);
+    for (; is_open(module.types, open); open = module.types[open].element, given = module.types[given].element) {
+      if (given == array) return true;
+    }
+  }
+  return false;
+}
+
+std::optional<std::uint32_t> specialize_for_check(Module& module, std::uint32_t pou) {
   std::vector<OpenArgument> arguments;
   for (std::uint32_t i = 0; i < module.pous[pou].variables.size(); ++i) {
     TypeRef type = declared_type(module.types, module.pous[pou].variables[i]);
@@ -73,7 +87,7 @@ std::optional<Bound> array_bound_named(std::string_view name) {
   return std::nullopt;
 }
 
-std::optional<ValueId> array_bound(Builder& builder, Bound bound, TypeRef array, const Operand& dimension,
+std::optional<Operand> array_bound(Builder& builder, Bound bound, TypeRef array, const Operand& dimension,
                                    const SourceRef& at) {
   const TypeTable& types = builder.module().types;
   const std::string name = bound == Bound::kLower ? "LOWER_BOUND" : "UPPER_BOUND";
@@ -95,7 +109,11 @@ std::optional<ValueId> array_bound(Builder& builder, Bound bound, TypeRef array,
   };
   if (dimension.kind == Operand::Kind::kIntLiteral) {
     if (dimension.int_value >= 1 && dimension.int_value <= static_cast<std::int64_t>(bounds.size())) {
-      return constant(bounds[static_cast<std::size_t>(dimension.int_value) - 1]);
+      Operand literal;
+      literal.kind = Operand::Kind::kIntLiteral;
+      literal.int_value = bounds[static_cast<std::size_t>(dimension.int_value) - 1];
+      literal.at = at;
+      return literal;
     }
     builder.report(Code::P4008, dimension.at.line != 0 ? dimension.at : at,
                    fmt::format("{} has no dimension {}", types.name_of(array), dimension.int_value),
@@ -118,7 +136,9 @@ std::optional<ValueId> array_bound(Builder& builder, Bound bound, TypeRef array,
   }
   std::vector<Operand> inputs{Operand::of(*index, at)};
   for (const std::int64_t value : bounds) inputs.push_back(Operand::of(constant(value), at));
-  return builder.call("MUX", inputs, at);
+  const auto value = builder.call("MUX", inputs, at);
+  if (!value) return std::nullopt;
+  return Operand::of(*value, at);
 }
 
 }  // namespace plc::ir

@@ -21,20 +21,28 @@ struct OpenArgument {
   std::uint32_t variable = 0;  ///< of the function
   TypeRef type{};              ///< of the array; fits_open holds
 };
+/// Functions made in one project: generic ones that call each other with more arrays each would not come to an end.
+inline constexpr std::size_t kMostMade = 4096;
 /// The function made from the generic `pou` for these arguments, in the order of its variables: an index into
-/// Module::pous, at whose end it is added when it is new. Its body is lowered as that of `pou` is.
-std::uint32_t specialize(Module& module, std::uint32_t pou, std::span<const OpenArgument> arguments);
+/// Module::pous, at whose end it is added when it is new. Its body is lowered as that of `pou` is. Nothing beyond
+/// kMostMade, which is the caller's to report (P5001, kTooManyMade).
+std::optional<std::uint32_t> specialize(Module& module, std::uint32_t pou, std::span<const OpenArgument> arguments);
+inline constexpr std::string_view kTooManyMade =
+    "is called with more sets of array bounds than a project may have, 4096";
+/// Whether a function made from a generic one got arrays of this type, or with parts of it, for its ARRAY [*].
+bool is_given_array(const Module& module, const Pou& pou, TypeRef array);
 /// The same for arrays that nobody passes, so that the body of a function that is never called is checked too.
-std::uint32_t specialize_for_check(Module& module, std::uint32_t pou);
+std::optional<std::uint32_t> specialize_for_check(Module& module, std::uint32_t pou);
 
 /// LOWER_BOUND and UPPER_BOUND: functions of an array and the number of a dimension, which no row of the library can
 /// be.
 enum class Bound : std::uint8_t { kLower, kUpper };
 /// Which of them `name` is, in any letter case.
 std::optional<Bound> array_bound_named(std::string_view name);
-/// The bound of `array` in dimension `dimension` (1 is the first), a DINT, or LINT where it needs one. A dimension that
-/// is computed and does not exist is an event. Nothing and reported when it is a constant and does not exist.
-std::optional<ValueId> array_bound(Builder& builder, Bound bound, TypeRef array, const Operand& dimension,
+/// The bound of `array` in dimension `dimension` (1 is the first): a literal, which takes any integer type that it
+/// fits; where the dimension is computed a DINT, or LINT where it needs one, and an event if there is no such
+/// dimension. Nothing and reported when it is a constant and does not exist.
+std::optional<Operand> array_bound(Builder& builder, Bound bound, TypeRef array, const Operand& dimension,
                                    const SourceRef& at);
 
 }  // namespace plc::ir

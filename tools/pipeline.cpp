@@ -76,7 +76,8 @@ class Lowering {
     // Nobody calls them: their bodies are checked all the same.
     for (std::uint32_t i = 0; i < project.pous.size(); ++i) {
       const ir::Pou& pou = module.pous[i];
-      if (pou.generic && !pou.has_made && !pou.from_library) lower(ir::specialize_for_check(module, i));
+      if (!pou.generic || pou.has_made || pou.from_library) continue;
+      if (const auto made = ir::specialize_for_check(module, i)) lower(*made);
     }
     lower_reached();
     // A text of types and globals alone is a library, and so is what plc lib --xml writes.

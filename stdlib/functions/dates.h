@@ -116,7 +116,8 @@ Event dt_of_parts(void* result, const void* const* args, std::uint32_t) noexcept
   Event event = Event::kNone;
   const std::int64_t days = days_from(load<V>(args[0]), load<V>(args[1]), load<V>(args[2]), event);
   const std::int64_t tod = time_of_day(load<V>(args[3]), load<V>(args[4]), load<V>(args[5]), load<V>(args[6]), event);
-  return either(event, store(result, instant(days, tod, event)));
+  const std::int64_t sum = instant(days, tod, event);
+  return either(event, store(result, sum));
 }
 #define PLC_CONCAT_TOD(Row, iec, R, ...)                                                                          \
   struct Row {                                                                                                    \
