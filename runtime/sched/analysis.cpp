@@ -56,17 +56,14 @@ struct Response {
 /// The fixed point of `queued` + preemption, from `finish` on, which must not be beyond it. False when out of steps or
 /// of bits; `finish` is then too low.
 bool iterate(const std::vector<Demand>& higher, TimeNs queued, TimeNs& finish, std::uint32_t& steps) {
-  for (;;) {
+  while (finish <= kLongest && steps != 0) {
     TimeNs next = queued;
     for (const Demand& h : higher) next = add(next, multiply(h.releases_before(finish), h.execution));
-    if (next > kLongest || steps == 0) {
-      finish = next;
-      return false;
-    }
     if (next == finish) return true;
     finish = next;
     --steps;
   }
+  return false;
 }
 
 /// Longest response over the busy period that begins with everything released at once. A job's place in the queue is

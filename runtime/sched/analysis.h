@@ -47,7 +47,8 @@ struct TaskLoad {
 enum class Verdict : std::uint8_t {
   kFits,        ///< no offsets and no execution times within the given ones make it miss its deadline
   kDoesNotFit,  ///< there are such that do
-  kUnknown,     ///< a task that precedes it (or itself) has unknown releases, or the work needed exceeds kMaxSteps
+  kUnknown,     ///< a task that precedes it (or itself) has unknown releases, or the answer is beyond kMaxSteps or 146
+                ///< years
   kNoDeadline,  ///< freewheeling: it takes what is left
 };
 
@@ -79,8 +80,8 @@ struct CpuTiming {
   /// freewheeling or unknown above or beside a task with a period.
   bool bounds_apply = true;
   /// Largest factor (in steps of 1e-6, up to 1e6) by which all execution times may be multiplied so that all still
-  /// fits; below 1 when it does not fit as it is. Blocking stays. Nothing when the verdict is unknown or no task has a
-  /// deadline.
+  /// fits (with what kMaxSteps can tell); below 1 when it does not fit as it is. Blocking stays. Nothing when the
+  /// verdict is unknown or no task has a deadline.
   std::optional<double> breakdown_factor;
 };
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <random>
 #include <tuple>
@@ -236,7 +237,7 @@ struct Scenario {
   std::vector<TimeNs> offsets;        ///< by task; empty = all 0
   std::size_t loses_ties = SIZE_MAX;  ///< the task that queues last among those released together
   TimeNs blocker = 0;                 ///< what runs first from 0 on, whatever is released
-  std::mt19937* jitter = nullptr;     ///< random up to jitter_ns for every job; otherwise none
+  std::function<TimeNs(std::size_t task, TimeNs arrival)> late{};  ///< from arrival to release; none = 0
   TimeNs horizon = 0;
   bool stop_at_miss = false;
 };
@@ -263,9 +264,7 @@ Simulated simulate(const std::vector<TaskLoad>& tasks, const Scenario& scenario)
   for (TimeNs now = 0; now < scenario.horizon && !(scenario.stop_at_miss && result.missed); ++now) {
     for (std::size_t i = 0; i < tasks.size(); ++i) {
       if (next[i] != now) continue;
-      const TimeNs late = scenario.jitter == nullptr || tasks[i].jitter_ns == 0
-                              ? 0
-                              : std::uniform_int_distribution<TimeNs>(0, tasks[i].jitter_ns)(*scenario.jitter);
+      const TimeNs late = scenario.late ? scenario.late(i, now) : 0;
       jobs.push_back({i, now, now + late, tasks[i].execution_ns});
       next[i] += tasks[i].period_ns;
     }
@@ -359,7 +358,9 @@ TEST(AnalysisAgainstSimulation, WhatFitsNeverMisses) {
       for (const TaskLoad& t : tasks)
         scenario.offsets.push_back(k == 0 ? 0 : static_cast<TimeNs>(random()) % t.period_ns);
       scenario.loses_ties = random() % tasks.size();
-      scenario.jitter = &random;
+      scenario.late = [&](std::size_t t, TimeNs) {
+        return std::uniform_int_distribution<TimeNs>(0, tasks[t].jitter_ns)(random);
+      };
       scenario.horizon = 3 * kHyperperiod;
       const Simulated run = simulate(tasks, scenario);
       for (std::size_t t = 0; t < tasks.size(); ++t) {
@@ -422,6 +423,31 @@ TEST(AnalysisAgainstSimulation, BlockingAtTheStartOfABusyPeriod) {
     const Simulated run = simulate(tasks, scenario);
     ASSERT_EQ(timing.response_ns, run.longest[static_cast<std::size_t>(self - tasks.begin())]) << "set " << i;
   }
+}
+
+// All jobs of the task as late as they may be; the others as late as it takes to come together with its first one, and
+// from then on in time.
+TEST(AnalysisAgainstSimulation, JitterAtItsWorst) {
+  std::mt19937 random(6);
+  int compared = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const std::vector<TaskLoad> tasks = random_set(random, {.jitter = true});
+    if (demand(tasks) >= kHyperperiod) continue;  // jitter of a full processor is never made up for
+    const Schedulability s = analyze_schedule(tasks);
+    TimeNs together = 0;
+    for (const TaskLoad& t : tasks) together = std::max(together, t.jitter_ns);
+    Scenario scenario;
+    for (const TaskLoad& t : tasks) scenario.offsets.push_back(together - t.jitter_ns);
+    scenario.horizon = 10 * kHyperperiod;
+    for (std::size_t own = 0; own < tasks.size(); ++own) {
+      scenario.late = [&](std::size_t t, TimeNs arrival) {
+        return t == own ? tasks[t].jitter_ns : std::max<TimeNs>(together - arrival, 0);
+      };
+      ASSERT_EQ(s.tasks[own].response_ns, simulate(tasks, scenario).longest[own]) << "set " << i;
+      ++compared;
+    }
+  }
+  EXPECT_GT(compared, 500);
 }
 
 // What the breakdown factor says fits does, and a little more does not.
