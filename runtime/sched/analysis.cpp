@@ -87,7 +87,7 @@ Response longest_response(const Level& level, bool stop_at_miss) {
     }
     finish = std::max(finish, queued);
     const bool found = iterate(level.higher, queued, finish, steps);
-    if (finish > at) result.longest = std::max(result.longest, add(finish - at, level.own.jitter));
+    result.longest = std::max(result.longest, add(finish - at, level.own.jitter));
     if (!found || steps == 0) return result;
     if (stop_at_miss && result.longest > level.deadline) return result;
     if (next >= finish) break;

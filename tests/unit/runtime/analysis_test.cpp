@@ -106,6 +106,7 @@ TEST(Analysis, BlockingDelaysItsTaskOnly) {
   const std::vector<TaskLoad> tasks{task(0, 40, 100, 0, 20), task(1, 40, 150, 0, 10), task(2, 100, 350)};
   EXPECT_EQ(responses(tasks), (Times{60, 90, 300}));
   const Schedulability s = analyze_schedule(tasks);
+  EXPECT_EQ(responses({task(0, 4, 20, 0, 3), task(0, 5, 20)}), (Times{12, 12}));  // unless they share a queue
   EXPECT_NEAR(s.tasks[0].level_load, 0.4 + 0.2, 1e-9);
   EXPECT_NEAR(s.tasks[1].level_load, 0.4 + 40.0 / 150 + 10.0 / 150, 1e-9);
 }
@@ -188,6 +189,7 @@ TEST(Analysis, FreewheelingTakesWhatIsLeft) {
   const Schedulability above = analyze_schedule(std::vector{task(1, 200'000, 2'000'000), task(0, 900'000, 0)});
   EXPECT_EQ(above.tasks[0].response_ns, 200'000 + 2 * 900'000);
   EXPECT_FALSE(above.cpus[0].bounds_apply);
+  EXPECT_FALSE(analyze_schedule(std::vector{task(0, 6, 10), task(0, 1, 0)}).cpus[0].bounds_apply);
   const Schedulability longer = analyze_schedule(std::vector{task(1, 200'000, 2'000'000), task(0, 1'900'000, 0)});
   EXPECT_EQ(longer.tasks[0].verdict, Verdict::kUnknown);
   EXPECT_EQ(longer.cpus[0].verdict, Verdict::kUnknown);
