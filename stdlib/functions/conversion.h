@@ -44,7 +44,7 @@ constexpr bool converts(TypeId t, TypeId u) {
   if (core::in_category(t, kCounts) && core::in_category(u, kCounts)) return true;
   const auto kind = [](TypeId id) { return id == kDate || id == kLdate ? 1 : id == kTod || id == kLtod ? 2 : 3; };
   return core::in_category(t, core::kAnyDate) && core::in_category(u, core::kAnyDate) &&
-         (kind(t) == kind(u) || kind(t) == 3);
+         (kind(t) == kind(u) || kind(t) == 3 || (kind(t) == 1 && kind(u) == 3));
 }
 
 /// Types of one machine value and meaning share their kernels: BYTE is USINT, LTIME a LINT of nanoseconds.
