@@ -4,6 +4,7 @@
 // once, at the end of a section. Does not belong here: what the numbers mean.
 #pragma once
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -39,9 +40,11 @@ class ByteWriter {
   }
   void put_bytes(std::span<const std::byte> bytes) { bytes_.insert(bytes_.end(), bytes.begin(), bytes.end()); }
   void put_words(std::span<const std::uint32_t> words) {
-    const std::size_t at = bytes_.size();
-    bytes_.resize(at + words.size() * 4);
-    for (std::size_t i = 0; i < words.size(); ++i) store_le(bytes_.data() + at + i * 4, words[i]);
+    if constexpr (std::endian::native == std::endian::little) {
+      put_bytes(std::as_bytes(words));
+    } else {
+      for (const std::uint32_t word : words) put(word);
+    }
   }
   [[nodiscard]] std::size_t size() const { return bytes_.size(); }
   [[nodiscard]] std::vector<std::byte>& bytes() { return bytes_; }

@@ -36,7 +36,11 @@ class Saver {
       strings.put_bytes(std::as_bytes(std::span(text)));
     }
 
+    std::size_t bytes = 0;
+    for (const ByteWriter* part : {&strings, &project, &types, &tables, &pous, &library, &tasks}) bytes += part->size();
     ByteWriter out;
+    constexpr std::size_t kAllHeads = 256;
+    out.bytes().reserve(bytes + kAllHeads);
     out.put_bytes(std::as_bytes(std::span(format::kMagic)));
     out.put(kFormatVersion);
     out.put(format::kSectionCount);

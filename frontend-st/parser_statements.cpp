@@ -63,15 +63,13 @@ NodeId Parser::parse_statements() {
   NodeId last = kNoNode;
   for (;;) {
     const NodeId list = statement_list();
-    if (list != kNoNode) {
-      (last == kNoNode ? first : ast_.nodes[last].next) = list;
-      last = list;
-      while (ast_[last].next != kNoNode) last = ast_[last].next;
-    }
+    if (list != kNoNode) (last == kNoNode ? first : ast_.nodes[last].next) = list;
     if (token_.kind == TokenKind::kEnd) {
       refuse_conditional_pragmas();
       return first;
     }
+    if (list != kNoNode) last = list;
+    while (last != kNoNode && ast_[last].next != kNoNode) last = ast_[last].next;
     // A part of a compound statement without its head: say so and go on behind it.
     in_error_ = false;
     fail(Code::P4013, token_,

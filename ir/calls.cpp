@@ -365,6 +365,7 @@ class NamedCall {
       builder_.report(Code::P9001, at_, fmt::format("no front end looked for the function {}", name_));
       return false;
     }
+    known_.reserve(args_.size());
     for (std::size_t i = 0; i < args_.size(); ++i) {
       stdlib::Arg arg;
       switch (args_[i].kind) {

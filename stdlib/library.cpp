@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <tuple>
 
 #include "core/text.h"
@@ -126,10 +127,22 @@ constexpr bool folded_less(std::string_view a, std::string_view b) {
   return a.size() < b.size();
 }
 
+/// Of a name, whatever its letter case (FNV-1a).
+constexpr std::uint32_t hash_of(std::string_view name) {
+  std::uint32_t hash = 2166136261u;
+  for (const char c : name) hash = (hash ^ static_cast<unsigned char>(core::fold(c))) * 16777619u;
+  return hash ^ hash >> 15;
+}
+
 struct Table {
+  static constexpr std::size_t kSlots = std::bit_ceil(4 * kCount);
+
   std::array<Overload, kCount> overloads{};
   std::array<Run, kCount> names{};
   std::size_t name_count = 0;
+  /// Names by hash, for look-ups: 1 + index, 0 = none; a taken slot leads to the next.
+  std::array<std::uint16_t, kSlots> slots{};
+  static_assert(kCount < 0xffff);
 };
 
 template <class... R>
@@ -157,6 +170,11 @@ constexpr Table expand(Rows<R...>) {
     table.names[table.name_count - 1].count += runs[r].count;
     for (std::uint32_t i = 0; i < runs[r].count; ++i) table.overloads[n++] = all[runs[r].first + i];
   }
+  for (std::size_t i = 0; i < table.name_count; ++i) {
+    std::size_t slot = hash_of(table.names[i].name) % Table::kSlots;
+    while (table.slots[slot] != 0) slot = (slot + 1) % Table::kSlots;
+    table.slots[slot] = static_cast<std::uint16_t>(i + 1);
+  }
   return table;
 }
 constexpr Table kTable = expand(Library{});
@@ -181,11 +199,11 @@ constexpr auto kGroups = std::apply(
     kLists);
 
 std::span<const Overload> rows_named(std::string_view name) {
-  const auto end = kTable.names.begin() + kTable.name_count;
-  const auto it = std::lower_bound(kTable.names.begin(), end, name,
-                                   [](const Run& run, std::string_view key) { return folded_less(run.name, key); });
-  if (it == end || !core::iequals(it->name, name)) return {};
-  return overloads().subspan(it->first, it->count);
+  for (std::size_t slot = hash_of(name) % Table::kSlots; kTable.slots[slot] != 0; slot = (slot + 1) % Table::kSlots) {
+    const Run& run = kTable.names[kTable.slots[slot] - 1u];
+    if (core::iequals(run.name, name)) return overloads().subspan(run.first, run.count);
+  }
+  return {};
 }
 
 /// "ADD" and INT of "ADD_INT". Rows whose names say their types already (conversions) have no typed names; D and LD end

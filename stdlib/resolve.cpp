@@ -186,6 +186,20 @@ Resolution resolve(std::string_view name, std::span<const Arg> args, std::option
   if (candidates.empty()) return {Status::kUnknownName};
   const bool exact =
       std::any_of(args.begin(), args.end(), [](const Arg& arg) { return arg.kind == Arg::Kind::kTyped; });
+  // Most calls fit exactly: types are compared before costs are counted.
+  const auto is_exact = [args](const Overload& candidate) {
+    for (std::size_t i = 0; i < args.size(); ++i) {
+      if (args[i].kind == Arg::Kind::kTyped && args[i].type != candidate.param_type(i)) return false;
+    }
+    return true;
+  };
+  if (exact) {
+    for (const Overload& candidate : candidates) {
+      if (!count_fits(*candidate.spec, args.size()) || !is_exact(candidate)) continue;
+      Cost cost;
+      if (cost_of(candidate, args, expected, cost) && cost == Cost{}) return {Status::kFound, &candidate, nullptr};
+    }
+  }
   Resolution best{Status::kWrongCount};
   Cost best_cost;
   for (const Overload& candidate : candidates) {
@@ -193,7 +207,6 @@ Resolution resolve(std::string_view name, std::span<const Arg> args, std::option
     if (best.status == Status::kWrongCount) best.status = Status::kNoMatch;
     Cost cost;
     if (!cost_of(candidate, args, expected, cost)) continue;
-    if (exact && cost == Cost{}) return {Status::kFound, &candidate, nullptr};  // nothing fits better
     if (best.overload == nullptr || cost < best_cost) {
       best = {Status::kFound, &candidate, nullptr};
       best_cost = cost;
