@@ -164,6 +164,20 @@ TEST(PidLoop, ManualToAutomaticGoesOnWhereItWas) {
   }
 }
 
+TEST(PidLoop, ManualToAutomaticIsSmoothWhilePvMovesWithTd) {
+  Loop loop;
+  loop.pid.set_real("TD", 3);
+  loop.pid.set("AUTO", 0), loop.pid.set_real("X0", 80);
+  loop.run(10);  // heating up: PV rises by about 1.5 degrees a second
+  loop.pid.set("AUTO", 1);
+  double before = loop.out();
+  for (int i = 0; i < 5; ++i) {
+    loop.cycle();
+    EXPECT_LT(std::fabs(loop.out() - before), 2.5) << "the derivative part alone is 20 and more, in scan " << i;
+    before = loop.out();
+  }
+}
+
 TEST(PidLoop, AutomaticToManualIsWhatX0IsAndWithoutAJumpWhereX0FollowsXout) {
   Loop loop;
   for (int i = 0; i < 600; ++i) {
