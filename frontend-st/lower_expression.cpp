@@ -280,10 +280,6 @@ std::optional<Operand> Lowering::negated(NodeId id, Operand inner, Expected expe
       constant.bits = truncate_bits(static_cast<std::uint64_t>(-old), rep);
       return operand(builder_.constant(constant), id);
     }
-    if (rep == core::Rep::kF32 || rep == core::Rep::kF64) {
-      constant.bits ^= std::uint64_t{1} << (rep == core::Rep::kF32 ? 31 : 63);
-      return operand(builder_.constant(constant), id);
-    }
   }
   const auto result = builder_.call("NEG", std::span(&inner, 1), at(id), expected);
   if (!result) return std::nullopt;
