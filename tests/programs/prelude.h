@@ -150,16 +150,28 @@ static inline u8 real_to_bool(f64 v) { return isnan(v) ? (ev = 1, 0) : v != 0; }
 /* ---- durations and times of day, in ns */
 #define MS 1000000ll
 static inline i64 ms_of(i64 t) { return t / MS; }
-static inline f32 time_to_f32(i64 t) { return (f32)((f64)t / 1e6); }
-static inline f64 time_to_f64(i64 t) { return (f64)t / 1e6; }
+/* Exact to 113 bits, where the library is exact: half to even, then saturated. */
+static inline i64 rounded(__float128 v) {
+  if (v != v) return (ev = 1, 0);
+  if (v >= (__float128)0x1p63 - 0.5) return (ev = 1, INT64_MAX);
+  if (v < -(__float128)0x1p63 - 0.5) return (ev = 1, INT64_MIN);
+  if (v <= -(__float128)0x1p63) return INT64_MIN;
+  const i64 whole = (i64)v;
+  const __float128 rest = v - whole;
+  if (rest > 0.5 || (rest == 0.5 && whole % 2 != 0)) return whole + 1;
+  if (rest < -0.5 || (rest == -0.5 && whole % 2 != 0)) return whole - 1;
+  return whole;
+}
+static inline f32 time_to_f32(i64 t) { return (f32)((__float128)t / MS); }
+static inline f64 time_to_f64(i64 t) { return (f64)((__float128)t / MS); }
 static inline i64 time_of(i64 ms) { return ms * MS; }
-static inline i64 time_of_real(f64 ms) { return real_to_i64(ms * 1e6); }
+static inline i64 time_of_real(f64 ms) { return rounded((__float128)ms * MS); }
 #define DAY 86400000000000ll
 static inline i64 in_day(i64 t) { return (t % DAY + DAY) % DAY; }
 static inline i64 tod_add(i64 t, i64 by) { return in_day(in_day(t) + by % DAY); }
 static inline i64 tod_sub(i64 t, i64 by) { return in_day(in_day(t) - by % DAY); }
-static inline i64 time_mul_real(i64 t, f64 by) { return real_to_i64((f64)t * by); }
-static inline i64 time_div_real(i64 t, f64 by) { return by == 0 ? (ev = 1, 0) : real_to_i64((f64)t / by); }
+static inline i64 time_mul_real(i64 t, f64 by) { return rounded((__float128)t * by); }
+static inline i64 time_div_real(i64 t, f64 by) { return by == 0 ? (ev = 1, 0) : rounded((__float128)t / by); }
 static inline i64 time_div_u64(i64 t, u64 by) {
   if (by == 0) return (ev = 1, 0);
   const u64 magnitude = t < 0 ? 0 - (u64)t : (u64)t;
