@@ -257,9 +257,6 @@ std::unique_ptr<plcopen::Project> read_project(const std::string& path, core::Di
 }
 
 void compile(const Request& request, Compilation& compilation) {
-  // WHY: giving memory back and taking it again between two steps costs more than the steps' own allocations.
-  ::mallopt(M_TRIM_THRESHOLD, 1 << 30);
-  ::mallopt(M_TOP_PAD, 16 << 20);
   if (!can_open(request.path, compilation)) return;
   core::Diagnostics& diagnostics = compilation.diagnostics;
   if (request.lint) ir::mute_others(*request.lint, diagnostics);
