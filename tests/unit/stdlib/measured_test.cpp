@@ -31,7 +31,8 @@ TEST(MeasuredBlocks, NoInputMakesAnOutputInfinite) {
           const auto bits = static_cast<std::int64_t>(odd ? kOdd[random() % std::size(kOdd)] : random());
           instance.set(field.name, field.type == TypeId::kBool ? bits & 1 : bits);
         }
-        now += static_cast<std::int64_t>(random() % 4 == 0 ? random() >> (random() % 64) : random() % (20 * kMs));
+        const std::uint64_t step = random() % 4 == 0 ? random() >> (random() % 64) : random() % (20 * kMs);
+        now = static_cast<std::int64_t>(static_cast<std::uint64_t>(now) + step);
         if (now < 0 || random() % 50 == 0) now = 0;
         instance.step_ns(now);
         for (const stdlib::Field& field : block.fields) {
