@@ -105,6 +105,7 @@ class Assembler {
     options.order = line.one_of<core::Order>(listing::kOrders);
     options.compat = line.one_of<core::Compat>(listing::kCompats);
     options.profile = line.one_of<core::AddressProfile>(listing::kProfiles);
+    options.coherence = line.one_of<core::Coherence>(listing::kCoherences);
     options.pou = line.text();
     options.stub_missing = line.accept("stub-missing");
   }

@@ -80,9 +80,10 @@ class Disassembler {
     line("project {}", quoted(image_.project));
     line("product {}", quoted(image_.product));
     const core::CompileOptions& options = image_.options;
-    line("options {} {} {} {}{}", listing::kOrders[static_cast<std::size_t>(options.order)],
+    line("options {} {} {} {} {}{}", listing::kOrders[static_cast<std::size_t>(options.order)],
          listing::kCompats[static_cast<std::size_t>(options.compat)],
-         listing::kProfiles[static_cast<std::size_t>(options.profile)], quoted(options.pou),
+         listing::kProfiles[static_cast<std::size_t>(options.profile)],
+         listing::kCoherences[static_cast<std::size_t>(options.coherence)], quoted(options.pou),
          options.stub_missing ? " stub-missing" : "");
     for (const std::string& file : image_.files) line("file {}", quoted(file));
     for (std::size_t i = 0; i < image_.types.size(); ++i) put_type(i, image_.types[i]);

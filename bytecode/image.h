@@ -23,7 +23,7 @@
 
 namespace plc::bytecode {
 
-inline constexpr std::uint32_t kFormatVersion = 2;
+inline constexpr std::uint32_t kFormatVersion = 3;
 /// Nesting of CALL_POU / CALL_FN that an image may need.
 inline constexpr std::uint32_t kMaxCallDepth = 64;
 /// Loop iterations (LOOP_JUMP) one execution of a task may take unless plc.toml says otherwise.

@@ -98,6 +98,7 @@ class Loader {
     image_.options.order = get_enum(in, core::Order::kDocument);
     image_.options.compat = get_enum(in, core::Compat::kBeremiz);
     image_.options.profile = get_enum(in, core::AddressProfile::kOverlay);
+    image_.options.coherence = get_enum(in, core::Coherence::kGlobalLock);
     image_.options.stub_missing = get_bool(in);
     image_.options.pou = get_text(in);
     image_.project = get_text(in);

@@ -78,6 +78,7 @@ class Saver {
     out.put(static_cast<std::uint8_t>(image_.options.order));
     out.put(static_cast<std::uint8_t>(image_.options.compat));
     out.put(static_cast<std::uint8_t>(image_.options.profile));
+    out.put(static_cast<std::uint8_t>(image_.options.coherence));
     out.put(static_cast<std::uint8_t>(image_.options.stub_missing));
     put_text(out, image_.options.pou);
     put_text(out, image_.project);

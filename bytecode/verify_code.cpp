@@ -113,6 +113,7 @@ class CodeVerifier {
       }
       word += length;
     }
+    check_critical(op);
     check_references();
     check_part(static_cast<Opcode>(opcode_of(code_[at])));
     facts_.work += word - at;
@@ -314,6 +315,12 @@ class CodeVerifier {
     facts_.calls.push_back({callee, 1});
   }
 
+  void check_critical(const OpcodeInfo& op) {
+    const auto opcode = static_cast<Opcode>(opcode_of(code_[here_.word]));
+    const bool critical = opcode == Opcode::kReschedule || opcode == Opcode::kLock || opcode == Opcode::kUnlock;
+    if (critical && pou_.kind != PouKind::kTask) broken(Rule::kV408, fmt::format("{} in {}", op.mnemonic, pou_.name));
+  }
+
   void check_globals(const OpcodeInfo& op, std::uint32_t count) {
     const std::uint64_t first = here_.first_global;
     if (first + count > image_.globals.size() || count == 0) {
@@ -322,7 +329,8 @@ class CodeVerifier {
     const auto& fields = image_.types[image_.global_type].fields;
     const ImageField& last = fields[first + count - 1];
     facts_.work += (last.offset + std::uint64_t{image_.types[last.type].size} - fields[first].offset) / 8;
-    if (static_cast<Opcode>(opcode_of(code_[here_.word])) != Opcode::kReadN) facts_.exports.push_back({first, count});
+    const auto opcode = static_cast<Opcode>(opcode_of(code_[here_.word]));
+    if (opcode == Opcode::kWriteN || opcode == Opcode::kWriteChangedN) facts_.exports.push_back({first, count});
   }
 
   void check_list(OperandKind kind, std::span<const std::uint32_t> words) {

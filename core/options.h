@@ -13,11 +13,18 @@ enum class Order : std::uint8_t { kDrawing, kDocument };
 enum class Compat : std::uint8_t { kNone, kBeremiz };
 /// How direct addresses relate: kSeparate = %IX, %IB, %IW .. are independent (OpenPLC); kOverlay = %IW0 contains %IX0.0..%IX1.7.
 enum class AddressProfile : std::uint8_t { kSeparate, kOverlay };
+/// How tasks exchange globals at the ends of their cycles (docs/guides/coherence.md).
+enum class Coherence : std::uint8_t {
+  kWaitFree,         ///< one snapshot per writing task, nobody waits
+  kPriorityCeiling,  ///< groups of globals copied at raised priority (paper, 3.2.3); all tasks on one processor
+  kGlobalLock,       ///< one lock around every copy (Chimera)
+};
 
 struct CompileOptions {
   Order order = Order::kDrawing;
   Compat compat = Compat::kNone;
   AddressProfile profile = AddressProfile::kSeparate;
+  Coherence coherence = Coherence::kWaitFree;
   bool stub_missing = false;  ///< POUs, blocks and types that cannot be compiled become stubs that do nothing, loudly
   std::string pou;            ///< --pou: instantiate this program or function block alone in a 20 ms task; empty = the file's configuration
   friend bool operator==(const CompileOptions&, const CompileOptions&) = default;

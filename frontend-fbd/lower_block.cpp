@@ -166,11 +166,9 @@ struct BlockLowering {
     for (std::uint16_t i = 0; i < e.outputs.size(); ++i) {
       if (!output_wanted(i)) continue;
       const Port* port = find_port(ports, Direction::kInOut, e.outputs[i].name, ports.size());
-      if (port == nullptr) port = find_port(ports, Direction::kOutput, e.outputs[i].name, output_position(e, i));
+      if (port == nullptr) port = output_port(ports, i);
       if (port != nullptr) warn_of_place(*port, e.outputs[i], "output");
       if (port == nullptr) {
-        b.report(Code::P3011, e.outputs[i].at, title() + " has no output \"" + e.outputs[i].name + "\"",
-                 "outputs are " + list(ports, Direction::kOutput));
         d.publish_poison({OutRef::Kind::kPin, i, node});
       } else if (port->direction == Direction::kInOut) {
         publish_output(i, b.load(wired_to(in_outs, port)));
@@ -201,6 +199,17 @@ struct BlockLowering {
       return nullptr;
     }
     if (input.wire_count > 0) warn_of_place(*port, pin, "input");
+    return port;
+  }
+
+  /// The output port of a drawn pin. Nothing, and reported, when its place is beyond the last one.
+  const Port* output_port(const std::vector<Port>& ports, std::uint16_t pin) {
+    const plcopen::Pin& drawn = e.outputs[pin];
+    const Port* port = find_port(ports, Direction::kOutput, drawn.name, output_position(e, pin));
+    if (port == nullptr) {
+      b.report(Code::P3011, drawn.at, title() + " has no output \"" + drawn.name + "\"",
+               "outputs are " + list(ports, Direction::kOutput));
+    }
     return port;
   }
 
@@ -335,7 +344,7 @@ struct BlockLowering {
   }
 
   /// LOWER_BOUND and UPPER_BOUND: an array and the number of a dimension.
-  void lower_array_bound(ir::Bound bound) {
+  void lower_array_bound(ir::ArrayBound bound) {
     std::vector<Incoming> in;
     bool good = read_enable();
     for (const Input& input : d.inputs(node)) {
@@ -411,14 +420,13 @@ struct BlockLowering {
     std::optional<std::uint16_t> result_pin;
     for (std::uint16_t i = 0; i < e.outputs.size(); ++i) {
       if (!output_wanted(i)) continue;
-      const Port* port = find_port(ports, Direction::kOutput, e.outputs[i].name, output_position(e, i));
+      const Port* port = output_port(ports, i);
       if (port == nullptr) {
-        b.report(Code::P3011, e.outputs[i].at, title() + " has no output \"" + e.outputs[i].name + "\"",
-                 "outputs are " + list(ports, Direction::kOutput));
         good = false;
       } else if (callee.variables[port->index].role == ir::Role::kReturnValue) {
-        result_pin = i;
+        result_pin = i;  // editors call it OUT, or nothing
       } else {
+        warn_of_place(*port, e.outputs[i], "output");
         const PlaceId place =
             b.variable(b.hidden("out." + std::to_string(e.at.local_id) + "." + std::string(port->name), port->type));
         args.push_back({ir::CallArg::Kind::kOutput, port->index, {}, place});
@@ -470,10 +478,8 @@ struct BlockLowering {
     std::vector<std::pair<std::uint16_t, PlaceId>> kept;
     for (std::uint16_t i = 0; i < e.outputs.size(); ++i) {
       if (!output_wanted(i)) continue;
-      const Port* port = find_port(ports, Direction::kOutput, e.outputs[i].name, output_position(e, i));
+      const Port* port = output_port(ports, i);
       if (port == nullptr) {
-        b.report(Code::P3011, e.outputs[i].at, title() + " has no output \"" + e.outputs[i].name + "\"",
-                 "outputs are " + list(ports, Direction::kOutput));
         good = false;
         continue;
       }

@@ -355,7 +355,7 @@ bool Declarer::is_standard(std::string_view name) {
   const std::string_view clause = block != nullptr     ? block->clause
                                   : !functions.empty() ? functions.front().spec->clause
                                                        : std::string_view{};
-  return clause.starts_with("IEC 61131-3");
+  return stdlib::is_standard(clause);
 }
 
 bool Declarer::bind_external(ir::Variable& out, const plcopen::Variable& variable, const Owner& owner) {

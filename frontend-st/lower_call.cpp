@@ -347,7 +347,7 @@ std::optional<Operand> Lowering::call_standard(NodeId id, std::string_view name,
 }
 
 // LOWER_BOUND(array, dimension), UPPER_BOUND(array, dimension).
-std::optional<Operand> Lowering::call_array_bound(NodeId id, ir::Bound bound) {
+std::optional<Operand> Lowering::call_array_bound(NodeId id, ir::ArrayBound bound) {
   const std::vector<Parameter> parameters{{"ARR", Role::kInput, 0, {}, {}}, {"DIM", Role::kInput, 1, {}, {}}};
   const std::string name(name_text(node(id).a));
   const Arguments arguments = bind_arguments(id, parameters, name, false);

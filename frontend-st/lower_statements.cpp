@@ -118,8 +118,11 @@ bool lower_statements(std::string_view text, const core::SourceRef& at, ir::Buil
   }
   const SourceText source(text, at);
   Parser parser(source, builder.diagnostics(), builder.pou().name);
-  const NodeId first = parser.parse_statements();
-  const bool lowered = Lowering(builder, source, parser.ast()).statements(first);
+  Lowering lowering(builder, source, parser.ast());
+  bool lowered = true;
+  for (NodeId one = parser.next_statement(); one != kNoNode; one = parser.next_statement()) {
+    lowered = lowering.statements(one) && lowered;
+  }
   builder.set_source(at);
   return lowered && !parser.failed();
 }

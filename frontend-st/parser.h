@@ -22,9 +22,10 @@ class Parser {
 
   /// The whole text as one expression; kNoNode when it is none.
   NodeId parse_expression();
-  /// The whole text as statements; the first one, linked by next. Statements with syntax errors are left out; compound
-  /// ones whose head has one keep their statements, and kNoNode stands for what could not be read of the head.
-  NodeId parse_statements();
+  /// The next statement of the text, kNoNode behind the last one. The nodes of those before are gone: a text may be long.
+  /// Statements with syntax errors are left out; compound ones whose head has one keep their statements, and kNoNode
+  /// stands for what could not be read of the head.
+  NodeId next_statement();
   [[nodiscard]] const Ast& ast() const { return ast_; }
   [[nodiscard]] bool failed() const { return failed_; }
 
@@ -50,6 +51,7 @@ class Parser {
   NodeId argument();
 
   NodeId statement_list();
+  NodeId listed_statement();
   NodeId statement();
   NodeId assignment_or_call();
   NodeId if_statement();

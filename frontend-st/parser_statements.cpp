@@ -56,20 +56,14 @@ void Parser::refuse_conditional_pragmas() {
   }
 }
 
-NodeId Parser::parse_statements() {
-  // Short names and operators take two bytes a node. Pages that stay empty are never touched.
-  ast_.nodes.reserve(source_.text().size() / 2);
-  NodeId first = kNoNode;
-  NodeId last = kNoNode;
-  for (;;) {
-    const NodeId list = statement_list();
-    if (list != kNoNode) (last == kNoNode ? first : ast_.nodes[last].next) = list;
-    if (token_.kind == TokenKind::kEnd) {
-      refuse_conditional_pragmas();
-      return first;
+NodeId Parser::next_statement() {
+  ast_.nodes.clear();
+  while (token_.kind != TokenKind::kEnd) {
+    if (!at_list_end()) {
+      const NodeId one = listed_statement();
+      if (one != kNoNode) return one;
+      continue;
     }
-    if (list != kNoNode) last = list;
-    while (last != kNoNode && ast_[last].next != kNoNode) last = ast_[last].next;
     // A part of a compound statement without its head: say so and go on behind it.
     in_error_ = false;
     fail(Code::P4013, token_,
@@ -77,6 +71,8 @@ NodeId Parser::parse_statements() {
     advance();
     accept(TokenKind::kSemicolon);
   }
+  refuse_conditional_pragmas();
+  return kNoNode;
 }
 
 // At the first token of a label of a CASE branch. Literals and parentheses begin no statement; a name is a label when
@@ -127,33 +123,40 @@ NodeId Parser::statement_list() {
   NodeId first = kNoNode;
   NodeId last = kNoNode;
   while (!at_list_end()) {
-    if (accept(TokenKind::kSemicolon)) continue;
-    in_error_ = false;
-    const std::uint32_t depth = depth_;
-    const bool in_case = std::exchange(in_case_, false);
-    const bool compound = opens(keyword_);
-    const NodeId one = statement();
-    depth_ = depth;
-    in_case_ = in_case;
-    if (one == kNoNode) {
-      if (in_error_) skip_statement();
-      continue;
-    }
+    const NodeId one = listed_statement();
+    if (one == kNoNode) continue;
     (last == kNoNode ? first : ast_.nodes[last].next) = one;
     last = one;
-    // END_IF and its like end a statement by themselves: many tools take them without a semicolon.
-    if (accept(TokenKind::kSemicolon) || compound) continue;
-    // The last statement of a text may stand without its semicolon: EXECUTE boxes are often one assignment.
-    if (token_.kind == TokenKind::kEnd) break;
-    in_error_ = false;
-    fail(Code::P4013, token_, "\";\" is missing before " + shown_token(text_of(token_)),
-         stray_character(text_of(token_)) != 0 ? kStrayHelp : "");
-    const bool begins_statement =
-        token_.kind == TokenKind::kIdentifier && (keyword_ == Keyword::kNone || opens(keyword_));
-    if (!at_list_end() && !begins_statement) skip_statement();
   }
   in_error_ = false;
   return first;
+}
+
+// One statement and its semicolon. kNoNode for a semicolon alone, and behind an error.
+NodeId Parser::listed_statement() {
+  if (accept(TokenKind::kSemicolon)) return kNoNode;
+  in_error_ = false;
+  const std::uint32_t depth = depth_;
+  const bool in_case = std::exchange(in_case_, false);
+  const bool compound = opens(keyword_);
+  const NodeId one = statement();
+  depth_ = depth;
+  in_case_ = in_case;
+  if (one == kNoNode) {
+    if (in_error_) skip_statement();
+    return kNoNode;
+  }
+  // END_IF and its like end a statement by themselves: many tools take them without a semicolon.
+  if (accept(TokenKind::kSemicolon) || compound) return one;
+  // The last statement of a text may stand without its semicolon: EXECUTE boxes are often one assignment.
+  if (token_.kind == TokenKind::kEnd) return one;
+  in_error_ = false;
+  fail(Code::P4013, token_, "\";\" is missing before " + shown_token(text_of(token_)),
+       stray_character(text_of(token_)) != 0 ? kStrayHelp : "");
+  const bool begins_statement =
+      token_.kind == TokenKind::kIdentifier && (keyword_ == Keyword::kNone || opens(keyword_));
+  if (!at_list_end() && !begins_statement) skip_statement();
+  return one;
 }
 
 // Behind an error: to the end of the statement it stands in, nested ones included.

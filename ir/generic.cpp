@@ -81,16 +81,16 @@ std::optional<std::uint32_t> specialize_for_check(Module& module, std::uint32_t 
   return specialize(module, pou, arguments);
 }
 
-std::optional<Bound> array_bound_named(std::string_view name) {
-  if (core::iequals(name, "LOWER_BOUND")) return Bound::kLower;
-  if (core::iequals(name, "UPPER_BOUND")) return Bound::kUpper;
+std::optional<ArrayBound> array_bound_named(std::string_view name) {
+  if (core::iequals(name, "LOWER_BOUND")) return ArrayBound::kLower;
+  if (core::iequals(name, "UPPER_BOUND")) return ArrayBound::kUpper;
   return std::nullopt;
 }
 
-std::optional<Operand> array_bound(Builder& builder, Bound bound, TypeRef array, const Operand& dimension,
+std::optional<Operand> array_bound(Builder& builder, ArrayBound bound, TypeRef array, const Operand& dimension,
                                    const SourceRef& at) {
   const TypeTable& types = builder.module().types;
-  const std::string name = bound == Bound::kLower ? "LOWER_BOUND" : "UPPER_BOUND";
+  const std::string name = bound == ArrayBound::kLower ? "LOWER_BOUND" : "UPPER_BOUND";
   if (types[array].kind != TypeKind::kArray) {
     builder.report(Code::P4103, at, fmt::format("input \"ARR\" of {} has type {}", name, types.name_of(array)),
                    "give it an array");
@@ -99,7 +99,7 @@ std::optional<Operand> array_bound(Builder& builder, Bound bound, TypeRef array,
   std::vector<std::int64_t> bounds;
   bool small = true;
   for (TypeRef type = array; types[type].kind == TypeKind::kArray; type = types[type].element) {
-    bounds.push_back(bound == Bound::kLower ? types[type].lower : types[type].upper);
+    bounds.push_back(bound == ArrayBound::kLower ? types[type].lower : types[type].upper);
     small = small && bounds.back() >= std::numeric_limits<std::int32_t>::min() &&
             bounds.back() <= std::numeric_limits<std::int32_t>::max();
   }

@@ -36,13 +36,13 @@ std::optional<std::uint32_t> specialize_for_check(Module& module, std::uint32_t 
 
 /// LOWER_BOUND and UPPER_BOUND: functions of an array and the number of a dimension, which no row of the library can
 /// be.
-enum class Bound : std::uint8_t { kLower, kUpper };
+enum class ArrayBound : std::uint8_t { kLower, kUpper };
 /// Which of them `name` is, in any letter case.
-std::optional<Bound> array_bound_named(std::string_view name);
+std::optional<ArrayBound> array_bound_named(std::string_view name);
 /// The bound of `array` in dimension `dimension` (1 is the first): a literal, which takes any integer type that it
 /// fits; where the dimension is computed a DINT, or LINT where it needs one, and an event if there is no such
 /// dimension. Nothing and reported when it is a constant and does not exist.
-std::optional<Operand> array_bound(Builder& builder, Bound bound, TypeRef array, const Operand& dimension,
+std::optional<Operand> array_bound(Builder& builder, ArrayBound bound, TypeRef array, const Operand& dimension,
                                    const SourceRef& at);
 
 }  // namespace plc::ir

@@ -492,6 +492,22 @@ op_WriteChangedN : {
   m.exchange->export_range(pc[1]);
   PLC_NEXT(2);
 }
+op_RaisePriority : {
+  m.exchange->raise(pc[1]);
+  PLC_NEXT(2);
+}
+op_Reschedule : {
+  m.exchange->reschedule();
+  PLC_NEXT(1);
+}
+op_Lock : {
+  m.exchange->lock();
+  PLC_NEXT(1);
+}
+op_Unlock : {
+  m.exchange->unlock();
+  PLC_NEXT(1);
+}
 }
 
 Labels labels_of(Addressing addressing) {

@@ -328,6 +328,10 @@ class Linker {
         put_handler(static_cast<ResolvedOp>(d.opcode));
         put(exchange_.add_range(d.operands[0], d.operands[1], d.opcode != Opcode::kReadN));
         return;
+      case Opcode::kRaisePriority:
+        put_handler(static_cast<ResolvedOp>(d.opcode));
+        put(exchange_.add_group(d.operands[0], d.operands[1]));
+        return;
       default:
         put_plain(d);
         return;

@@ -98,6 +98,12 @@ struct Overload {
   [[nodiscard]] TypeId result_type() const { return type_of(spec->result); }
 };
 
+/// True for the clause of a row from a table of the standard, which every editor knows; false for those of annex F, of
+/// other systems and PICARD's own.
+constexpr bool is_standard(std::string_view clause) {
+  return clause.starts_with("IEC 61131-3:") && clause.find("table") != std::string_view::npos;
+}
+
 /// Every overload, sorted by folded name; overloads of one name are adjacent.
 std::span<const Overload> overloads();
 /// The overloads called `name` (any letter case); empty when there is none. A typed name, "ADD_INT" or "SHL_WORD",

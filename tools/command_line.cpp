@@ -12,6 +12,7 @@
 #include <iterator>
 #include <map>
 
+#include "core/guess.h"
 #include "core/text.h"
 
 namespace plc::tools {
@@ -43,6 +44,13 @@ void add_compile_options(CLI::App& app, core::CompileOptions& options, bool with
       app, "--profile", options.profile,
       {{"separate", core::AddressProfile::kSeparate}, {"overlay", core::AddressProfile::kOverlay}},
       "separate: %IX, %IB, %IW are independent (default). overlay: %IW0 contains %IX0.0 to %IX1.7");
+  add_choice<core::Coherence>(
+      app, "--coherence", options.coherence,
+      {{"wait-free", core::Coherence::kWaitFree},
+       {"priority-ceiling", core::Coherence::kPriorityCeiling},
+       {"global-lock", core::Coherence::kGlobalLock}},
+      "how tasks exchange globals. wait-free: nobody waits (default). priority-ceiling: group by group at raised "
+      "priority, all tasks on one processor. global-lock: one lock around every exchange");
   app.add_flag("--stub-missing", options.stub_missing,
                "POUs, blocks and types that cannot be compiled become stubs that do nothing; each is named")
       ->group(kCompileGroup);
@@ -66,7 +74,7 @@ void add_library_option(CLI::App& app, std::vector<std::string>& libraries) {
 }
 
 bool has_compile_options(const CLI::App& app) {
-  for (const char* name : {"--order", "--compat", "--profile", "--stub-missing", "--pou", "--lib"}) {
+  for (const char* name : {"--order", "--compat", "--profile", "--coherence", "--stub-missing", "--pou", "--lib"}) {
     const CLI::Option* option = app.get_option_no_throw(name);
     if (option != nullptr && option->count() > 0) return true;
   }
@@ -105,6 +113,15 @@ std::optional<int> parse(CLI::App& app, int argc, char** argv) {
     const CLI::App* deepest = &app;
     while (!deepest->get_subcommands().empty()) deepest = deepest->get_subcommands().front();
     const std::string command = command_name(*deepest);
+    const auto commands = deepest->get_subcommands([](const CLI::App*) { return true; });
+    if (!commands.empty() && argc > 1 && argv[1][0] != '-') {
+      core::Guess guess(argv[1]);
+      for (const CLI::App* known : commands) guess.offer(known->get_name());
+      const std::string help = guess.help();
+      complain(command, fmt::format("there is no command \"{}\"", argv[1]),
+               help.empty() ? fmt::format("{} --help lists them", command) : help);
+      return kExitUsage;
+    }
     complain(command, error.what(), fmt::format("{} --help shows every flag with examples", command));
     return kExitUsage;
   }

@@ -26,7 +26,7 @@ inline constexpr int kExitOk = 0;
 inline constexpr int kExitErrors = 1;  ///< the input has errors, or a program faulted
 inline constexpr int kExitUsage = 2;   ///< wrong flags, or a file that cannot be opened or written
 
-/// Adds --order, --compat, --profile, --stub-missing and, where one POU can run alone, --pou. The options must outlive
+/// Adds --order, --compat, --profile, --coherence, --stub-missing and, where one POU can run alone, --pou. The options must outlive
 /// the parsing.
 void add_compile_options(CLI::App& app, core::CompileOptions& options, bool with_pou = true);
 

@@ -132,10 +132,6 @@ std::string_view group_of(std::string_view name) {
 
 bool is_family(const stdlib::FunctionSpec& spec) { return spec.name.find('*') != std::string_view::npos; }
 
-bool is_standard(std::string_view clause) {
-  return clause.starts_with("IEC 61131-3:") && clause.find("table") != std::string_view::npos;
-}
-
 std::string signature(const stdlib::BundleSpec& bundle) {
   std::string text = fmt::format("{}({}: {}", bundle.name, bundle.input.name, core::name_of(bundle.input.type.fixed));
   for (const stdlib::FunctionSpec* output : bundle.outputs) {

@@ -35,8 +35,6 @@ std::string_view group_of(std::string_view name);
 
 /// True for the name of a family, whose overloads have names of their own: "*_TO_*".
 bool is_family(const stdlib::FunctionSpec& spec);
-/// True for rows from a table of the standard, which every editor knows; false for those of annex F and PICARD's own.
-bool is_standard(std::string_view clause);
 
 /// A function row as callers meet it under one name: the name of the row, or that of one member of a family.
 struct LibraryFunction {

@@ -166,11 +166,11 @@ std::string library_xml(std::span<const stdlib::FunctionSpec* const> functions,
 std::string library_xml() {
   std::vector<const stdlib::FunctionSpec*> functions;
   for (const stdlib::FunctionSpec* spec : stdlib::function_specs()) {
-    if (!is_standard(spec->clause) && !stdlib::is_bundle_output(*spec)) functions.push_back(spec);
+    if (!stdlib::is_standard(spec->clause) && !stdlib::is_bundle_output(*spec)) functions.push_back(spec);
   }
   std::vector<const stdlib::BlockSpec*> blocks;
   for (const stdlib::BlockSpec& block : stdlib::blocks()) {
-    if (!is_standard(block.clause)) blocks.push_back(&block);
+    if (!stdlib::is_standard(block.clause)) blocks.push_back(&block);
   }
   return library_xml(functions, blocks);
 }

@@ -62,7 +62,7 @@ void compile(const Request& request, Compilation& compilation);
 /// Compiles a project file or loads an image, by its name.
 void open(const Request& request, Compilation& compilation);
 
-/// "order=drawing compat=none profile=separate stub-missing=no"
+/// "order=drawing compat=none profile=separate coherence=wait-free stub-missing=no"
 std::string describe(const core::CompileOptions& options);
 
 }  // namespace plc::tools

@@ -14,6 +14,7 @@
 
 #include "core/clock.h"
 #include "core/diagnostics.h"
+#include "runtime/sched/task_plan.h"
 
 namespace plc::io {
 
@@ -104,6 +105,32 @@ struct ModbusConfig {
   core::TimeNs client_timeout_ns = 5'000'000'000;
 };
 
+enum class Priorities : std::uint8_t { kProject, kRateMonotonic };
+enum class Unfit : std::uint8_t { kRefuse, kRun };  ///< tasks that cannot meet their deadlines
+
+/// [scheduler]
+struct SchedulerConfig {
+  core::SourceRef at;
+  Priorities priorities = Priorities::kProject;
+  std::optional<std::uint32_t> cpu;        ///< of tasks that name none; nothing = any
+  Placed calibration;                      ///< file, relative to plc.toml; empty = built-in times
+  Unfit unfit = Unfit::kRefuse;
+};
+
+/// [tasks.NAME]
+struct TaskConfig {
+  std::string name;
+  core::SourceRef at;
+  std::optional<std::uint32_t> priority;   ///< 0 is the most urgent
+  std::optional<std::uint32_t> cpu;
+  core::TimeNs offset_ns = 0;
+  std::optional<core::TimeNs> deadline_ns;   ///< nothing = the interval
+  std::optional<core::TimeNs> execution_ns;  ///< measured; nothing = estimated
+  core::TimeNs watchdog_ns = 0;              ///< 0 = none
+  runtime::OverrunPolicy overrun = runtime::OverrunPolicy::kSkip;
+  std::optional<runtime::FaultPolicy> on_fault;  ///< nothing = as the command line says
+};
+
 /// [guardian]
 struct GuardianConfig {
   core::SourceRef at;
@@ -116,6 +143,8 @@ struct Configuration {
   std::vector<DriverConfig> drivers;
   std::vector<ChannelConfig> inputs;
   std::vector<ChannelConfig> outputs;
+  SchedulerConfig scheduler;
+  std::vector<TaskConfig> tasks;           ///< in the order of the file
   ModbusConfig modbus;
   GuardianConfig guardian;
   core::SourceRef at;                      ///< the file itself, without a line

@@ -56,7 +56,7 @@ struct KeyDefault {
   Applies required_for = kAlways;
 };
 
-enum class TableId : std::uint8_t { kModbus, kModbusRange, kDriver, kChannel, kGuardian };
+enum class TableId : std::uint8_t { kDriver, kChannel, kScheduler, kTask, kModbus, kModbusRange, kGuardian };
 
 struct TableInfo {
   TableId id;

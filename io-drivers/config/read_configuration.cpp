@@ -113,6 +113,10 @@ inline constexpr TableId kTableOf<DriverConfig> = TableId::kDriver;
 template <>
 inline constexpr TableId kTableOf<ChannelConfig> = TableId::kChannel;
 template <>
+inline constexpr TableId kTableOf<SchedulerConfig> = TableId::kScheduler;
+template <>
+inline constexpr TableId kTableOf<TaskConfig> = TableId::kTask;
+template <>
 inline constexpr TableId kTableOf<GuardianConfig> = TableId::kGuardian;
 
 /// Puts the value where the key's row says.
@@ -131,7 +135,8 @@ class Reader {
 
   void read(const toml::table& root, Configuration& configuration) {
     configuration.at = configuration.outputs_at = file_at_;
-    static constexpr std::string_view kNames[] = {"drivers", "inputs", "outputs", "modbus", "guardian"};
+    static constexpr std::string_view kNames[] = {"drivers", "inputs", "outputs", "scheduler",
+                                                  "tasks",   "modbus", "guardian"};
     for (const auto& [key, node] : root) {
       if (std::find(std::begin(kNames), std::end(kNames), key.str()) == std::end(kNames)) {
         core::Guess guess(key.str());
@@ -145,6 +150,11 @@ class Reader {
       }
     }
     if (const auto* table = root["modbus"].as_table()) read_modbus(*table, configuration.modbus);
+    if (const auto* table = root["scheduler"].as_table()) {
+      configuration.scheduler.at = place(*table);
+      read_table(*table, configuration.scheduler, 0, configuration.scheduler.at, "[scheduler]");
+    }
+    if (const auto* table = root["tasks"].as_table()) read_tasks(*table, configuration.tasks);
     if (const auto* table = root["guardian"].as_table()) {
       configuration.guardian.at = place(*table);
       read_table(*table, configuration.guardian, 0, configuration.guardian.at, "[guardian]");
@@ -355,6 +365,23 @@ class Reader {
               fmt::format("{} have no word order", modbus_table_text(to.table)),
               "only registers have one: take it out");
     }
+  }
+
+  void read_tasks(const toml::table& table, std::vector<TaskConfig>& tasks) {
+    for (const auto& [key, node] : table) {
+      const std::string_view name = key.str();
+      const toml::table* one = node.as_table();
+      if (one == nullptr) {
+        problem(Code::P7304, place(key), fmt::format("task \"{}\" is {}; it is a table", name, type_word(node)),
+                fmt::format("write [tasks.{}]", name));
+        continue;
+      }
+      TaskConfig& task = tasks.emplace_back();
+      task.name = name;
+      task.at = place(key);
+      read_table(*one, task, 0, task.at, fmt::format("task \"{}\"", name));
+    }
+    std::sort(tasks.begin(), tasks.end(), [](const TaskConfig& a, const TaskConfig& b) { return before(a.at, b.at); });
   }
 
   void read_drivers(const toml::table& table, std::vector<DriverConfig>& drivers) {

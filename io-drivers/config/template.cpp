@@ -82,6 +82,13 @@ class Template {
     memory();
 
     out_ += '\n';
+    table(TableId::kScheduler);
+    out_ += "#[scheduler]\n";
+    keys(TableId::kScheduler, 0);
+    out_ += '\n';
+    table(TableId::kTask);
+    tasks();
+    out_ += '\n';
     table(TableId::kModbus);
     out_ += "#[modbus]\n";
     keys(TableId::kModbus, 0);
@@ -149,6 +156,18 @@ class Template {
     out_ += fmt::format("#[drivers.{}]\n", name);
     keys(TableId::kDriver, bit, kind);
     out_ += '\n';
+  }
+
+  /// Every key for the first task; the others are named.
+  void tasks() {
+    for (const bytecode::ImageTask& task : image_.tasks) {
+      const bool bare = !task.name.empty() && std::all_of(task.name.begin(), task.name.end(), [](char c) {
+        const char f = core::fold(c);
+        return (f >= 'a' && f <= 'z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
+      });
+      out_ += fmt::format("#[tasks.{}]\n", bare ? task.name : quoted(task.name));
+      if (&task == &image_.tasks.front()) keys(TableId::kTask, 0);
+    }
   }
 
   /// Located variables of POUs have no name among the globals; the path below the first instance is theirs.

@@ -44,6 +44,11 @@ class Exchange {
   void import(std::uint32_t range) noexcept;
   /// Marks the range for publication; shared values only where they differ from what was imported. RT.
   void export_range(std::uint32_t range) noexcept;
+  void raise(std::uint32_t /*group*/) noexcept {}
+  void reschedule() noexcept {}
+  void lock() noexcept {}
+  void unlock() noexcept {}
+  std::uint32_t add_group(std::uint32_t, std::uint32_t) { return 0; }
   /// End of a cycle: publishes what was exported, gives the snapshots back. RT.
   void end() noexcept;
 

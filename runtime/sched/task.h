@@ -12,19 +12,13 @@
 #include "bytecode/image.h"
 #include "core/clock.h"
 #include "runtime/program.h"
+#include "runtime/sched/task_plan.h"
 
 namespace plc::runtime {
 
 /// Shortest distance between two scans of a freewheeling task, and the poll distance of event tasks that have no other
 /// release instants to be looked at (simulation and real time alike).
 inline constexpr core::TimeNs kFreewheelNs = 1'000'000;
-
-/// What to do about a task that faulted; the other tasks go on unless it says kStop.
-enum class FaultPolicy : std::uint8_t {
-  kContinue,   ///< release it again at its next instant
-  kSafeState,  ///< it stays stopped and the outputs go to their safe state
-  kStop,       ///< everything stops, outputs in their safe state
-};
 
 /// A fault with its task and time; schedulers keep them for their owner to report.
 struct TaskFault {

@@ -79,9 +79,9 @@ TEST(LibraryText, ReadsTheTableOfABlock) {
 }
 
 TEST(LibraryText, TellsTheStandardsRowsFromOthers) {
-  EXPECT_TRUE(tools::is_standard("IEC 61131-3:2013, table 29"));
-  EXPECT_FALSE(tools::is_standard("IEC 61131-3:2003, annex F"));
-  EXPECT_FALSE(tools::is_standard("not in the standard; as in CODESYS Util"));
+  EXPECT_TRUE(stdlib::is_standard("IEC 61131-3:2013, table 29"));
+  EXPECT_FALSE(stdlib::is_standard("IEC 61131-3:2003, annex F"));
+  EXPECT_FALSE(stdlib::is_standard("not in the standard; as in CODESYS Util"));
   EXPECT_EQ(tools::group_of("ton_ltime"), "Timers");
   EXPECT_EQ(tools::group_of("real_to_int"), "Conversions");
   EXPECT_EQ(tools::group_of("nothing"), "");

@@ -1,5 +1,6 @@
 // plc-run: runs a project or an image in real time until it is told to stop.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -61,8 +62,8 @@ void handle_signals() {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     struct sigaction before {};
     ::sigaction(signal, nullptr, &before);
-    // A hang-up that whoever started us wants ignored (nohup) stays so; SIGINT, which shells ignore for what they run in
-    // the background, is a request to stop all the same.
+    // A hang-up that whoever started us wants ignored (nohup) stays so; SIGINT, which shells ignore for what they run
+    // in the background, is a request to stop all the same.
     if (signal != SIGHUP || before.sa_handler != SIG_IGN) ::sigaction(signal, &action, nullptr);
   }
   // WHY: a reader that goes away (plc-run .. | head) must not take the outputs' safe state with it.
@@ -85,8 +86,8 @@ std::uint32_t stimulus_task(const std::string& path, runtime::Resource& resource
 }
 
 void print_start(const Run& run, const bytecode::Image& image, core::TimeNs load_ns) {
-  std::cout << fmt::format("{}: {} with {}, ready in {}\n", kVersionText, run.file,
-                           counted(image.tasks.size(), "task"), duration_text(static_cast<double>(load_ns)));
+  std::cout << fmt::format("{}: {} with {}, ready in {}\n", kVersionText, run.file, counted(image.tasks.size(), "task"),
+                           duration_text(static_cast<double>(load_ns)));
   std::cout << "options: " << describe(image.options) << '\n';
   for (const bytecode::ImageTask& task : image.tasks) {
     std::cout << fmt::format("task {}: {}, priority {}\n", task.name,
@@ -116,10 +117,9 @@ void print_end(const bytecode::Image& image, const runtime::RealtimeScheduler& s
 void print_devices(const io::Machine& machine, const std::vector<std::string>& notes) {
   for (const auto& driver : machine.drivers()) {
     const auto inputs = driver->inputs(0).size();
-    std::cout << fmt::format("driver {}: {}{}{}\n", driver->name(),
-                             driver->timing() == io::Timing::kOffline ? "simulated" : "open",
-                             inputs != 0 ? fmt::format(", {} inputs", inputs) : "",
-                             driver->has_outputs() ? ", with outputs" : "");
+    std::cout << fmt::format(
+        "driver {}: {}{}{}\n", driver->name(), driver->timing() == io::Timing::kOffline ? "simulated" : "open",
+        inputs != 0 ? fmt::format(", {} inputs", inputs) : "", driver->has_outputs() ? ", with outputs" : "");
   }
   if (machine.guarded()) std::cout << "guardian: drives the safe values should the runtime die or hang\n";
   for (const std::string& note : notes) std::cout << note << '\n';
@@ -127,8 +127,8 @@ void print_devices(const io::Machine& machine, const std::vector<std::string>& n
 
 void print_modbus(const modbus::ServerStatistics& s) {
   std::cout << fmt::format(
-      "modbus: {} requests, {} of them answered with an exception, {} connections, {} refused, {} dropped\n", s.requests,
-      s.exceptions, s.accepted, s.refused, s.dropped);
+      "modbus: {} requests, {} of them answered with an exception, {} connections, {} refused, {} dropped\n",
+      s.requests, s.exceptions, s.accepted, s.refused, s.dropped);
 }
 
 /// At its line of plc.toml, when it has one.
@@ -160,7 +160,8 @@ int run_resource(const Run& run, runtime::Resource& resource, std::int64_t durat
   }
   LiveView view(run.watch, resource, ::isatty(STDOUT_FILENO) == 1);
   if (!run.watch.empty() && view.empty()) {
-    complain("plc-run", "no variable matches --watch", "--watch '*' shows all of them");
+    complain("plc-run", fmt::format("no variable matches --watch {}", fmt::join(run.watch, " --watch ")),
+             "paths begin with the name of a program instance or a global: --watch '*' shows all of them");
     return kExitUsage;
   }
   print_start(run, image, load_ns);
@@ -299,7 +300,8 @@ int run_command(int argc, char** argv) {
   std::unique_ptr<runtime::Resource> resource;
   {
     Compilation compilation;
-    if (const auto code = open_or_explain(app, {run.file, run.options, Goal::kRun, run.libraries}, compilation)) return *code;
+    if (const auto code = open_or_explain(app, {run.file, run.options, Goal::kRun, run.libraries}, compilation))
+      return *code;
     auto loaded = runtime::Resource::load(std::move(*compilation.image), run.program);
     if (!loaded) return complain(loaded.error()), kExitErrors;
     resource = std::move(*loaded);

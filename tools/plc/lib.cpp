@@ -277,6 +277,8 @@ int write(const Lib& lib, const std::string& text) {
   } else if (!write_file(lib.output, text, why)) {
     complain("plc lib", fmt::format("{} cannot be written: {}", lib.output, why));
     return kExitUsage;
+  } else {
+    std::cout << fmt::format("{}: {} bytes\n", lib.output, text.size());
   }
   return kExitOk;
 }

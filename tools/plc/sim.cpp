@@ -1,5 +1,6 @@
 // plc sim: runs a project in virtual time.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <chrono>
@@ -91,7 +92,8 @@ int run(const CLI::App& app, const Sim& sim) {
   if (!sim.trace.empty() || !sim.watch.empty()) {
     const std::vector<std::string> paths = watched_paths(sim.watch, resource);
     if (paths.empty()) {
-      complain("plc sim", "no variable matches --watch", "* stands for any characters: --watch '*' lists all of them");
+      complain("plc sim", fmt::format("no variable matches --watch {}", fmt::join(sim.watch, " --watch ")),
+               "paths begin with the name of a program instance or a global: --watch '*' lists all of them");
       return kExitUsage;
     }
     auto writer = io::TraceWriter::open(sim.trace.empty() ? "-" : sim.trace, paths, resource);

@@ -1,0 +1,135 @@
+#include "io-drivers/config/plan_tasks.h"
+
+#include <fmt/format.h>
+#include <sched.h>
+
+#include <algorithm>
+
+#include "core/guess.h"
+#include "core/text.h"
+
+namespace plc::io {
+namespace {
+
+using core::Code;
+using runtime::TaskPlan;
+
+std::string cpu_list(std::span<const int> cpus) {
+  std::string text;
+  for (std::size_t i = 0; i < cpus.size();) {
+    const std::size_t first = i;
+    while (i + 1 < cpus.size() && cpus[i + 1] == cpus[i] + 1) ++i;
+    text += text.empty() ? "" : ", ";
+    text += first == i ? std::to_string(cpus[i]) : fmt::format("{} to {}", cpus[first], cpus[i]);
+    ++i;
+  }
+  return text;
+}
+
+class Planner {
+ public:
+  Planner(const Configuration& configuration, const bytecode::Image& image, std::span<const int> cpus,
+          core::Diagnostics& diagnostics)
+      : configuration_(configuration), image_(image), cpus_(cpus), diagnostics_(diagnostics) {}
+
+  std::vector<TaskPlan> run(runtime::FaultPolicy on_fault) {
+    std::vector<TaskPlan> plan = runtime::default_plan(image_);
+    if (configuration_.scheduler.priorities == Priorities::kRateMonotonic) runtime::make_rate_monotonic(image_, plan);
+    if (configuration_.scheduler.cpu) check_cpu(*configuration_.scheduler.cpu, configuration_.scheduler.at);
+    for (TaskPlan& task : plan) {
+      task.on_fault = on_fault;
+      if (configuration_.scheduler.cpu) task.cpu = static_cast<int>(*configuration_.scheduler.cpu);
+    }
+    for (const TaskConfig& task : configuration_.tasks) {
+      if (const auto index = find(task)) apply(task, plan[*index]);
+    }
+    if (image_.options.coherence == core::Coherence::kPriorityCeiling) use_one_cpu(plan);
+    return plan;
+  }
+
+ private:
+  void problem(Code code, const core::SourceRef& at, std::string message, std::string help) {
+    diagnostics_.report(code, at, {}, std::move(message), std::move(help));
+  }
+
+  std::optional<std::size_t> find(const TaskConfig& task) {
+    core::Guess guess(task.name);
+    for (std::size_t t = 0; t < image_.tasks.size(); ++t) {
+      if (core::iequals(image_.tasks[t].name, task.name)) return t;
+      guess.offer(image_.tasks[t].name);
+    }
+    std::string help = guess.help();
+    if (help.empty()) {
+      for (const bytecode::ImageTask& known : image_.tasks) help += (help.empty() ? "it has: " : ", ") + known.name;
+    }
+    problem(Code::P7601, task.at, fmt::format("the project has no task \"{}\"", task.name), std::move(help));
+    return std::nullopt;
+  }
+
+  void apply(const TaskConfig& task, TaskPlan& to) {
+    if (task.priority) to.priority = static_cast<std::int32_t>(*task.priority);
+    if (task.cpu) {
+      check_cpu(*task.cpu, task.at);
+      to.cpu = static_cast<int>(*task.cpu);
+    }
+    to.offset_ns = task.offset_ns;
+    to.deadline_ns = task.deadline_ns.value_or(0);
+    to.execution_ns = task.execution_ns;
+    to.watchdog_ns = task.watchdog_ns;
+    to.overrun = task.overrun;
+    if (task.on_fault) to.on_fault = *task.on_fault;
+  }
+
+  void check_cpu(std::uint32_t cpu, const core::SourceRef& at) {
+    if (std::find(cpus_.begin(), cpus_.end(), static_cast<int>(cpu)) != cpus_.end()) return;
+    problem(Code::P7602, at, fmt::format("processor {} is not available", cpu),
+            fmt::format("this process may use: {}", cpu_list(cpus_)));
+  }
+
+  // Raising the own priority keeps others off one processor only.
+  void use_one_cpu(std::vector<TaskPlan>& plan) {
+    int cpu = -1;
+    for (const TaskPlan& task : plan) {
+      if (task.cpu < 0) continue;
+      if (cpu >= 0 && task.cpu != cpu) {
+        return problem(Code::P7603, configuration_.scheduler.at.line != 0 ? configuration_.scheduler.at : configuration_.at,
+                       fmt::format("tasks are bound to processors {} and {}, but --coherence=priority-ceiling keeps tasks "
+                                   "of one processor apart",
+                                   cpu, task.cpu),
+                       "bind all tasks to one processor ([scheduler] cpu = ..), or compile with --coherence=wait-free");
+      }
+      cpu = task.cpu;
+    }
+    if (cpu < 0 && !cpus_.empty()) cpu = cpus_.front();
+    for (TaskPlan& task : plan) task.cpu = cpu;
+  }
+
+  const Configuration& configuration_;
+  const bytecode::Image& image_;
+  std::span<const int> cpus_;
+  core::Diagnostics& diagnostics_;
+};
+
+}  // namespace
+
+std::vector<int> available_cpus() {
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  std::vector<int> cpus;
+  if (::sched_getaffinity(0, sizeof set, &set) != 0) return cpus;
+  for (int cpu = 0; cpu < CPU_SETSIZE; ++cpu) {
+    if (CPU_ISSET(static_cast<unsigned>(cpu), &set)) cpus.push_back(cpu);
+  }
+  return cpus;
+}
+
+std::optional<std::vector<TaskPlan>> plan_tasks(const Configuration& configuration, const bytecode::Image& image,
+                                                std::span<const int> cpus, runtime::FaultPolicy on_fault,
+                                                core::Diagnostics& diagnostics) {
+  const std::size_t errors = diagnostics.error_count();
+  std::vector<TaskPlan> plan = Planner(configuration, image, cpus, diagnostics).run(on_fault);
+  if (diagnostics.error_count() != errors) return std::nullopt;
+  return plan;
+}
+
+}  // namespace plc::io
