@@ -241,11 +241,14 @@ op_JumpIf : {
   PLC_NEXT(0);
 }
 op_LoopJump : {
-  if (m.loops_left == 0) [[unlikely]] {
+  // One writer but for those who set it to 0: load and store instead of a locked subtraction.
+  const std::uint32_t left = m.loops_left.load(std::memory_order_relaxed);
+  m.place.store(static_cast<std::uint32_t>(pc - code), std::memory_order_relaxed);
+  if (left == 0) [[unlikely]] {
     fail(m, pc, FaultKind::kLoopBudget);
     return false;
   }
-  --m.loops_left;
+  m.loops_left.store(left - 1, std::memory_order_relaxed);
   pc = code + pc[1];
   PLC_NEXT(0);
 }
@@ -311,6 +314,7 @@ op_RunTb : {
   PLC_NEXT(4);
 }
 op_CallPouFixed : {
+  m.place.store(static_cast<std::uint32_t>(pc - code), std::memory_order_relaxed);
   if (!interpret<Addressing::kFixed>(m, code + pc[1], 0, nullptr)) [[unlikely]]
     return false;
   PLC_NEXT(2);

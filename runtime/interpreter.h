@@ -5,6 +5,7 @@
 // where the operand's top bit says so. Does not belong here: images, names, threads.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -54,7 +55,10 @@ struct Machine {
   std::uint32_t global_bytes = 0;
   std::uint32_t constants_begin = 0;  ///< nothing is written through a handle that points into the constants
   std::uint32_t constants_end = 0;
-  std::uint32_t loops_left = 0;
+  /// LOOP_JUMPs this scan may still take. Others may set it to 0 again and again until the scan ends.
+  std::atomic<std::uint32_t> loops_left{0};
+  /// Position in the code of the last loop jump or program call: where a scan is that does not end.
+  std::atomic<std::uint32_t> place{0};
   Fault fault;
 };
 

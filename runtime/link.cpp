@@ -326,11 +326,12 @@ class Linker {
       case Opcode::kWriteN:
       case Opcode::kWriteChangedN:
         put_handler(static_cast<ResolvedOp>(d.opcode));
-        put(exchange_.add_range(d.operands[0], d.operands[1], d.opcode != Opcode::kReadN));
+        put(exchange_.add_range(d.operands[0], d.operands[1],
+                                d.opcode == Opcode::kReadN ? Exchange::Use::kImport : Exchange::Use::kExport));
         return;
       case Opcode::kRaisePriority:
         put_handler(static_cast<ResolvedOp>(d.opcode));
-        put(exchange_.add_group(d.operands[0], d.operands[1]));
+        put(exchange_.add_range(d.operands[0], d.operands[1], Exchange::Use::kRaise));
         return;
       default:
         put_plain(d);

@@ -37,9 +37,10 @@ std::vector<std::uint32_t> reached_pous(const bytecode::Image& image, std::uint3
 struct FieldRange {
   std::uint32_t first = 0;
   std::uint32_t count = 0;
+  bool exported = false;
 };
-/// What the task body `body` exports, in the order of its instructions.
-std::vector<FieldRange> exported_ranges(const bytecode::Image& image, std::uint32_t body);
+/// What the task body `body` imports and exports, in the order of its instructions.
+std::vector<FieldRange> exchanged_ranges(const bytecode::Image& image, std::uint32_t body);
 
 struct LinkedCode {
   TableMemory words;  ///< 64-byte aligned, so that records lie as the linker placed them

@@ -48,10 +48,11 @@ std::vector<std::uint32_t> reached_pous(const Image& image, std::uint32_t body) 
   return order;
 }
 
-std::vector<FieldRange> exported_ranges(const Image& image, std::uint32_t body) {
+std::vector<FieldRange> exchanged_ranges(const Image& image, std::uint32_t body) {
   std::vector<FieldRange> ranges;
   for_each_instruction(image.pous[body], [&](const Decoded& d) {
-    if (is_export(d.opcode)) ranges.push_back({d.operands[0], d.operands[1]});
+    if (d.opcode != Opcode::kReadN && !is_export(d.opcode)) return;
+    ranges.push_back({d.operands[0], d.operands[1], is_export(d.opcode)});
   });
   return ranges;
 }

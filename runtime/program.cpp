@@ -7,7 +7,7 @@
 #include "runtime/handle.h"
 #include "runtime/interpreter.h"
 #include "runtime/link.h"
-#include "runtime/memory/exchange.h"
+#include "runtime/operations.h"
 #include "runtime/sched/task.h"
 
 namespace plc::runtime {
@@ -19,13 +19,13 @@ struct Program::State {
         index(index_in),
         options(options_in),
         table(image_in, image_in.tasks[index_in].body, std::move(layout), options_in.huge_pages),
-        exchange(globals, index_in, table.data()) {}
+        exchange(make_exchange(image_in.options.coherence, globals, index_in, table.data())) {}
 
   const bytecode::Image& image;
   std::uint32_t index;
   ProgramOptions options;
   TaskTable table;
-  Exchange exchange;
+  std::unique_ptr<Exchange> exchange;
   EventTable events;
   LinkedCode code;
   Machine machine;
@@ -35,6 +35,10 @@ core::Code fault_code(FaultKind kind) {
   switch (kind) {
     case FaultKind::kLoopBudget:
       return core::Code::R1001;
+    case FaultKind::kWatchdog:
+      return core::Code::R1002;
+    case FaultKind::kOverrun:
+      return core::Code::R1003;
     case FaultKind::kNone:
       break;
   }
@@ -69,16 +73,16 @@ core::Result<std::unique_ptr<Program>> Program::link(const bytecode::VerifiedIma
                          "at most 2 GiB can be addressed; make arrays smaller or split the project"};
   }
   auto state = std::make_unique<State>(image, task, globals, std::move(layout), options);
-  auto code = link_task(image, entry.body, pous, state->table.layout(), state->exchange);
+  auto code = link_task(image, entry.body, pous, state->table.layout(), *state->exchange);
   if (!code) return code.error();
   state->code = std::move(*code);
-  state->exchange.prepare();
+  state->exchange->prepare();
 
   Machine& m = state->machine;
   m.table = state->table.data();
   m.code = state->code.data();
   m.marks = state->code.marks;
-  m.exchange = &state->exchange;
+  m.exchange = state->exchange.get();
   m.events = &state->events;
   m.task_tag = Handle::task_tag(task);
   m.global_bytes = state->table.layout().global_bytes;
@@ -91,16 +95,36 @@ core::Result<std::unique_ptr<Program>> Program::link(const bytecode::VerifiedIma
 Fault Program::execute(const CycleContext& context) noexcept {
   State& s = *state_;
   s.machine.step.now_ns = context.now_ns;
-  s.machine.loops_left = s.options.loop_budget;
+  s.machine.loops_left.store(s.options.loop_budget, std::memory_order_relaxed);
+  s.machine.place.store(s.code.entry, std::memory_order_relaxed);
   s.machine.fault = {};
-  s.exchange.begin();
+  s.exchange->begin();
   run_body(s.machine, Addressing::kFixed, s.code.entry, s.table.layout().instance);
-  s.exchange.end();
+  if (!s.exchange->end()) {
+    // A scan that was cut short knows its place better than whoever looked from outside.
+    if (!s.machine.fault) s.machine.fault = place(FaultKind::kWatchdog);
+    s.machine.fault.kind = FaultKind::kWatchdog;
+  }
   return s.machine.fault;
 }
 
 // RT:
-bool Program::read_global_bool(std::uint32_t offset) noexcept { return state_->exchange.read_bool(offset); }
+Fault Program::place(FaultKind kind) const noexcept {
+  const Machine& m = state_->machine;
+  const CodeMark& mark = mark_at(m, m.code + m.place.load(std::memory_order_relaxed));
+  return {kind, mark.pou, mark.word};
+}
+
+// RT:
+void Program::cut_loops() noexcept { state_->machine.loops_left.store(0, std::memory_order_relaxed); }
+// RT:
+bool Program::revoke() noexcept { return state_->exchange->revoke(); }
+// RT:
+void Program::publish_safe(std::span<const GlobalWrite> values) noexcept { state_->exchange->publish_safe(values); }
+void Program::set_priority_change(SetPriority set) { state_->exchange->set_priority_change(set); }
+
+// RT:
+bool Program::read_global_bool(std::uint32_t offset) noexcept { return state_->exchange->read_bool(offset); }
 
 const bytecode::Image& Program::image() const { return state_->image; }
 const bytecode::ImageTask& Program::task() const { return state_->image.tasks[state_->index]; }
@@ -114,7 +138,7 @@ const Program::LinkReport& Program::link_report() const { return state_->code.re
 
 void Program::reset() {
   state_->table.reset(state_->image, task().body);
-  state_->exchange.reset();
+  state_->exchange->reset();
   state_->events.clear();
 }
 

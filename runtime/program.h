@@ -8,12 +8,14 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "bytecode/image.h"
 #include "core/clock.h"
 #include "core/result.h"
 #include "core/source_ref.h"
+#include "runtime/memory/exchange.h"
 #include "runtime/memory/global_table.h"
 #include "runtime/memory/table.h"
 #include "stdlib/library.h"
@@ -25,7 +27,12 @@ struct CycleContext {
   core::TimeNs now_ns = 0;
 };
 
-enum class FaultKind : std::uint8_t { kNone, kLoopBudget };
+enum class FaultKind : std::uint8_t {
+  kNone,
+  kLoopBudget,  ///< R1001
+  kWatchdog,    ///< R1002: longer than the task's watchdog time
+  kOverrun,     ///< R1003: ended after the next release, where that is a fault
+};
 
 /// A scan that could not end regularly. Nothing was exported by the instructions after it.
 struct Fault {
@@ -51,6 +58,7 @@ struct EventCount {
 struct ProgramOptions {
   std::uint32_t loop_budget = bytecode::kDefaultLoopBudget;  ///< LOOP_JUMPs that one scan may take
   bool huge_pages = false;
+  std::vector<std::int32_t> priorities{};  ///< of the tasks, 0 the most urgent; empty = as the image declares
 };
 
 class Program {
@@ -65,6 +73,19 @@ class Program {
 
   /// One scan. RT: noexcept, no allocation, no lock, no system call.
   Fault execute(const CycleContext& context) noexcept;
+
+  /// Where a running scan is, roughly: at its last loop jump or program call. Any thread; RT.
+  [[nodiscard]] Fault place(FaultKind kind) const noexcept;
+  /// Ends a running scan at its next loop jump, if there is one. May have to be said again. Any thread; RT.
+  void cut_loops() noexcept;
+  /// Takes the right to publish from a running scan: execute() will return kWatchdog, without effect on the global table.
+  /// False when it is exporting already, or does not run. Any thread; RT.
+  bool revoke() noexcept;
+  /// Publishes these values of globals that the task exports, all else as published last. Between scans, or by whoever
+  /// revoked it. RT.
+  void publish_safe(std::span<const GlobalWrite> values) noexcept;
+  /// How the task's thread changes its priority under --coherence=priority-ceiling; null = it does not. Between scans.
+  void set_priority_change(SetPriority set);
 
   /// A BOOL of the global table as published now: what releases an event task. Between scans. RT.
   [[nodiscard]] bool read_global_bool(std::uint32_t offset) noexcept;

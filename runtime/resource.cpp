@@ -3,7 +3,7 @@
 namespace plc::runtime {
 
 core::Result<std::unique_ptr<Resource>> Resource::load(bytecode::VerifiedImage image, const ProgramOptions& options) {
-  std::unique_ptr<Resource> resource(new Resource(std::move(image)));
+  std::unique_ptr<Resource> resource(new Resource(std::move(image), options.priorities));
   for (std::uint32_t task = 0; task < resource->image().tasks.size(); ++task) {
     auto program = Program::link(resource->image_, task, resource->globals_, options);
     if (!program) return program.error();

@@ -29,8 +29,8 @@ class Resource {
   [[nodiscard]] const Program& program(std::size_t task) const { return *programs_[task]; }
 
  private:
-  explicit Resource(bytecode::VerifiedImage image)
-      : image_(std::move(image)), globals_(image_.image()), process_image_(image_.image(), globals_) {}
+  Resource(bytecode::VerifiedImage image, std::span<const std::int32_t> priorities)
+      : image_(std::move(image)), globals_(image_.image(), priorities), process_image_(image_.image(), globals_) {}
   bytecode::VerifiedImage image_;
   GlobalTable globals_;
   ProcessImage process_image_;

@@ -87,7 +87,7 @@ std::optional<Image> generate(const ir::Module& module, core::Diagnostics& diagn
   shared.image_pou.assign(module.pous.size(), kNoIndex);
   for (std::uint32_t i = 0; i < order.size(); ++i) shared.image_pou[order[i]] = i;
 
-  const GlobalPlan plan = plan_globals(module);
+  const GlobalPlan plan = plan_globals(module, module.options.coherence);
   lay_out_globals(shared, plan);
   if (image.types[image.global_type].size >= kMaxTableBytes || layout.too_large()) return too_large("the global table");
 

@@ -12,29 +12,39 @@
 
 namespace plc::bytecode {
 
-GlobalPlan plan_globals(const ir::Module& module) {
+GlobalPlan plan_globals(const ir::Module& module, core::Coherence coherence) {
   GlobalPlan plan;
   const std::size_t globals = module.globals.size();
   const ir::SharedReferences shared = ir::shared_references(module);
   for (const ir::Task& task : module.tasks) plan.use.push_back(ir::global_use(module, task, shared));
 
   // Two bit sets a global, most significant: how many write it, so that the ranges of single writers lie together.
-  std::vector<std::tuple<std::uint32_t, std::string, std::string>> key(globals);
+  std::vector<std::tuple<std::uint32_t, std::string, std::int32_t, std::string>> key(globals);
+  std::vector<std::optional<std::int32_t>> ceilings(globals);
   for (std::size_t g = 0; g < globals; ++g) {
-    auto& [count, writers, readers] = key[g];
+    auto& [count, writers, ceiling, readers] = key[g];
+    std::optional<std::int32_t> most_urgent;
     for (std::size_t t = 0; t < plan.use.size(); ++t) {
       const bool written = plan.use[t].written[g];
       count += written ? 1 : 0;
       // '0' before '1': the first task's exports come first.
       writers += written ? '0' : '1';
       readers += plan.use[t].read[g] ? '0' : '1';
+      const std::int32_t priority = module.tasks[t].priority;
+      if (written || plan.use[t].read[g]) most_urgent = std::min(most_urgent.value_or(priority), priority);
     }
+    if (count == 1) ceilings[g] = most_urgent;
+    // The least urgent ceiling first.
+    if (coherence == core::Coherence::kPriorityCeiling && ceilings[g]) ceiling = -*ceilings[g];
   }
   plan.order.resize(globals);
   std::iota(plan.order.begin(), plan.order.end(), 0u);
   std::stable_sort(plan.order.begin(), plan.order.end(),
                    [&](std::uint32_t a, std::uint32_t b) { return key[a] < key[b]; });
-  for (const std::uint32_t g : plan.order) plan.writers.push_back(std::get<0>(key[g]));
+  for (const std::uint32_t g : plan.order) {
+    plan.writers.push_back(std::get<0>(key[g]));
+    plan.ceilings.push_back(ceilings[g]);
+  }
   return plan;
 }
 
@@ -82,14 +92,26 @@ void lay_out_globals(Shared& shared, const GlobalPlan& plan) {
 
 namespace {
 
-/// Calls `range(first, count)` for each longest run of fields that `wanted` holds for.
-template <class Wanted, class Range>
-void for_each_range(std::size_t fields, Wanted wanted, Range range) {
-  for (std::size_t f = 0; f < fields;) {
-    const std::size_t first = f;
-    while (f < fields && wanted(f)) ++f;
-    if (f != first) range(static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(f - first));
-    if (f < fields && !wanted(f)) ++f;
+/// Some of `count` fields from `first` on that one instruction copies.
+struct CopiedRange {
+  Opcode opcode = Opcode::kReadN;
+  std::uint32_t first = 0;
+  std::uint32_t count = 0;
+  std::int32_t level = 0;  ///< priority to copy it at
+};
+
+/// Adds the longest runs of fields that `wanted` holds for and whose `level` is the same.
+template <class Wanted, class Level>
+void add_ranges(std::vector<CopiedRange>& ranges, Opcode opcode, std::size_t fields, Wanted wanted, Level level) {
+  bool open = false;
+  for (std::uint32_t f = 0; f < fields; ++f) {
+    const bool next = wanted(f);
+    if (next && open && ranges.back().level == level(f)) {
+      ++ranges.back().count;
+    } else if (next) {
+      ranges.push_back({opcode, f, 1, level(f)});
+    }
+    open = next;
   }
 }
 
@@ -106,10 +128,16 @@ class TaskGenerator {
     CodeWriter writer(out.code, out.debug);
     writer.source(task_.at);
     const std::size_t fields = plan_.order.size();
-    const auto reads = [&](std::size_t f) { return use_.read[plan_.order[f]] || use_.written[plan_.order[f]]; };
-    for_each_range(fields, reads, [&](std::uint32_t first, std::uint32_t count) {
-      writer.op(Opcode::kReadN, {first, count});
-    });
+    const auto level = [this](std::size_t f) { return level_of(f); };
+    std::vector<CopiedRange> imports, exports;
+    add_ranges(
+        imports, Opcode::kReadN, fields, [&](std::size_t f) { return reads(f) || writes(f); }, level);
+    add_ranges(
+        exports, Opcode::kWriteN, fields, [&](std::size_t f) { return writes(f) && plan_.writers[f] == 1; }, level);
+    add_ranges(
+        exports, Opcode::kWriteChangedN, fields, [&](std::size_t f) { return writes(f) && plan_.writers[f] != 1; },
+        level);
+    exchange(writer, std::move(imports));
     connect_globals(writer, false);
     for (std::size_t p = 0; p < task_.programs.size(); ++p) {
       writer.source(task_.programs[p].at);
@@ -120,20 +148,36 @@ class TaskGenerator {
     }
     writer.source(task_.at);
     connect_globals(writer, true);
-    const auto exports = [&](bool alone) {
-      return [this, alone](std::size_t f) { return use_.written[plan_.order[f]] && (plan_.writers[f] == 1) == alone; };
-    };
-    for_each_range(fields, exports(true), [&](std::uint32_t first, std::uint32_t count) {
-      writer.op(Opcode::kWriteN, {first, count});
-    });
-    for_each_range(fields, exports(false), [&](std::uint32_t first, std::uint32_t count) {
-      writer.op(Opcode::kWriteChangedN, {first, count});
-    });
+    exchange(writer, std::move(exports));
     writer.op(Opcode::kReturn, {});
     return out;
   }
 
  private:
+  [[nodiscard]] bool reads(std::size_t f) const { return use_.read[plan_.order[f]]; }
+  [[nodiscard]] bool writes(std::size_t f) const { return use_.written[plan_.order[f]]; }
+  /// Priority at which this task copies a field.
+  [[nodiscard]] std::int32_t level_of(std::size_t f) const {
+    const bool ceilings = shared_.image.options.coherence == core::Coherence::kPriorityCeiling;
+    return ceilings ? plan_.ceilings[f].value_or(task_.priority) : task_.priority;
+  }
+
+  /// Copies the ranges, as the protocol keeps other tasks off meanwhile (paper, 3.2.3).
+  void exchange(CodeWriter& writer, std::vector<CopiedRange> ranges) {
+    const bool lock = shared_.image.options.coherence == core::Coherence::kGlobalLock && !ranges.empty();
+    std::stable_sort(ranges.begin(), ranges.end(),
+                     [](const CopiedRange& a, const CopiedRange& b) { return a.level > b.level; });
+    std::int32_t level = task_.priority;
+    if (lock) writer.op(Opcode::kLock, {});
+    for (const CopiedRange& range : ranges) {
+      if (range.level < level) writer.op(Opcode::kRaisePriority, {range.first, range.count});
+      level = range.level;
+      writer.op(range.opcode, {range.first, range.count});
+    }
+    if (lock) writer.op(Opcode::kUnlock, {});
+    if (level != task_.priority) writer.op(Opcode::kReschedule, {});
+  }
+
   /// Inputs take the values of their globals, or outputs give theirs.
   void connect(CodeWriter& writer, std::size_t p, bool outputs) {
     const ir::ProgramInstance& program = task_.programs[p];

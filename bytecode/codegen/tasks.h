@@ -1,8 +1,13 @@
 // The global table and the task bodies: who imports and exports what, in which order.
 //
 // Globals are ordered so that what a task exports is one range: first those written by no task, then by each task
-// alone, then by each set of tasks; within these by the tasks that read them, so that imports are few ranges too.
+// alone, then by each set of tasks; within these by the tasks that read them, so that imports are few ranges too. Under
+// --coherence=priority-ceiling those with the same ceiling lie together (paper, 3.2.3).
 #pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
 
 #include "bytecode/codegen/body.h"
 #include "ir/reach.h"
@@ -14,9 +19,12 @@ struct GlobalPlan {
   std::vector<ir::GlobalUse> use;      ///< by task
   std::vector<std::uint32_t> order;    ///< ir global of each field
   std::vector<std::uint32_t> writers;  ///< by field: number of tasks that write it
+  /// By field: priority of the most urgent task that uses it, where one task alone writes it. Nothing: it takes no
+  /// critical section to copy it.
+  std::vector<std::optional<std::int32_t>> ceilings;
 };
 
-GlobalPlan plan_globals(const ir::Module& module);
+GlobalPlan plan_globals(const ir::Module& module, core::Coherence coherence);
 /// Makes the global table; sets Shared::global_offset.
 void lay_out_globals(Shared& shared, const GlobalPlan& plan);
 /// Makes the task bodies and Image::tasks. All POUs have their place in Shared::image_pou.

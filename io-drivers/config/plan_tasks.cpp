@@ -92,11 +92,12 @@ class Planner {
     for (const TaskPlan& task : plan) {
       if (task.cpu < 0) continue;
       if (cpu >= 0 && task.cpu != cpu) {
-        return problem(Code::P7603, configuration_.scheduler.at.line != 0 ? configuration_.scheduler.at : configuration_.at,
-                       fmt::format("tasks are bound to processors {} and {}, but --coherence=priority-ceiling keeps tasks "
-                                   "of one processor apart",
-                                   cpu, task.cpu),
-                       "bind all tasks to one processor ([scheduler] cpu = ..), or compile with --coherence=wait-free");
+        return problem(
+            Code::P7603, configuration_.scheduler.at.line != 0 ? configuration_.scheduler.at : configuration_.at,
+            fmt::format("tasks are bound to processors {} and {}, but --coherence=priority-ceiling keeps tasks "
+                        "of one processor apart",
+                        cpu, task.cpu),
+            "bind all tasks to one processor ([scheduler] cpu = ..), or compile with --coherence=wait-free");
       }
       cpu = task.cpu;
     }

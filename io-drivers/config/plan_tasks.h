@@ -19,8 +19,8 @@ std::vector<int> available_cpus();
 
 /// `on_fault` is the policy of the tasks that declare none. The coherence protocol priority-ceiling binds every task to
 /// one processor: the one they name, or the first of `cpus`.
-std::optional<std::vector<runtime::TaskPlan>> plan_tasks(const Configuration& configuration, const bytecode::Image& image,
-                                                         std::span<const int> cpus, runtime::FaultPolicy on_fault,
-                                                         core::Diagnostics& diagnostics);
+std::optional<std::vector<runtime::TaskPlan>> plan_tasks(const Configuration& configuration,
+                                                         const bytecode::Image& image, std::span<const int> cpus,
+                                                         runtime::FaultPolicy on_fault, core::Diagnostics& diagnostics);
 
 }  // namespace plc::io

@@ -19,7 +19,7 @@
 #include <new>
 #include <optional>
 
-#include "runtime/sched/realtime.h"
+#include "runtime/sched/priority.h"
 
 namespace plc::io {
 
@@ -131,7 +131,7 @@ class Guardian {
     ::mlockall(MCL_CURRENT | MCL_ONFAULT);
     // WHY above the tasks: one that spins must not keep the guardian from seeing it.
     sched_param parameter{};
-    parameter.sched_priority = runtime::RealtimeScheduler::kHighestPriority + 1;
+    parameter.sched_priority = runtime::kWatchdogPriority;
     ::sched_setscheduler(0, SCHED_FIFO, &parameter);
   }
 

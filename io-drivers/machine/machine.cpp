@@ -47,15 +47,11 @@ void report(core::Diagnostics& diagnostics, const core::SourceRef& at, const cor
 
 Machine::~Machine() { stop(); }
 
-std::unique_ptr<Machine> Machine::configure(const MachineOptions& options, runtime::Resource& resource,
+std::unique_ptr<Machine> Machine::configure(MachineOptions options, runtime::Resource& resource,
                                             core::Diagnostics& diagnostics) {
   std::unique_ptr<Machine> machine(new Machine(resource));
-  if (!options.configuration.empty()) {
-    auto configuration = load_configuration(options.configuration, diagnostics);
-    if (!configuration) return nullptr;
-    machine->configuration_ = std::move(*configuration);
-    machine->modbus_asked_for_ = machine->configuration_.modbus.listen_at.line != 0;
-  }
+  machine->configuration_ = std::move(options.configuration);
+  machine->modbus_asked_for_ = machine->configuration_.modbus.listen_at.line != 0;
   if (options.modbus) {
     ModbusConfig& modbus = machine->configuration_.modbus;
     modbus.enabled = !options.modbus->address.empty();
@@ -68,7 +64,7 @@ std::unique_ptr<Machine> Machine::configure(const MachineOptions& options, runti
   if (!binding) return nullptr;
   machine->binding_ = std::move(*binding);
   for (const BoundDriver& bound : machine->binding_.drivers) {
-    auto driver = make_driver(bound, options.configuration, resource);
+    auto driver = make_driver(bound, machine->configuration_.file, resource);
     if (const auto problem = driver->check()) report(diagnostics, place_of_device(*bound.config), *problem);
     machine->drivers_.push_back(std::move(driver));
   }
@@ -92,7 +88,7 @@ bool Machine::make_map(const MachineOptions& options, core::Diagnostics& diagnos
   if (!map_) return false;
   if (frozen->changed) {
     freeze_command_ = "plc map " + options.project +
-                      (options.configuration.empty() ? "" : " --config " + options.configuration) + " --freeze";
+                      (configuration_.file.empty() ? "" : " --config " + configuration_.file) + " --freeze";
   }
   std::optional<modbus::SeenFlag> seen;
   if (client_seen_) seen = {&*client_seen_, binding_.client_seen->offset, binding_.client_seen->type};
@@ -156,8 +152,9 @@ std::optional<core::Problem> Machine::start(runtime::RealtimeScheduler& schedule
     return std::nullopt;
   }
   const bool six = configuration_.modbus.address.find(':') != std::string::npos;
-  notes.push_back("modbus: listening on " + (six ? "[" + configuration_.modbus.address + "]" : configuration_.modbus.address) +
-                  ":" + std::to_string(server_->port()) + ", " + std::to_string(map_->points().size()) +
+  notes.push_back("modbus: listening on " +
+                  (six ? "[" + configuration_.modbus.address + "]" : configuration_.modbus.address) + ":" +
+                  std::to_string(server_->port()) + ", " + std::to_string(map_->points().size()) +
                   " values (plc map lists them)");
   if (!freeze_command_.empty()) {
     notes.push_back("modbus: automatic addresses are not frozen and may move with the next change: " + freeze_command_);
@@ -181,6 +178,14 @@ void Machine::stop() {
   if (server_) server_->stop();
   for (const auto& driver : drivers_) driver->close();
   if (pulse_) pulse_->finished();
+}
+
+std::vector<runtime::SafeValue> Machine::safe_values() const {
+  std::vector<runtime::SafeValue> values;
+  for (const BoundDriver& driver : binding_.drivers) {
+    for (const BoundChannel& output : driver.outputs) values.push_back({output.offset, output.type, output.safe});
+  }
+  return values;
 }
 
 std::optional<modbus::ServerStatistics> Machine::modbus_statistics() const {

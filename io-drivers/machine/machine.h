@@ -1,9 +1,9 @@
-// Machine: what plc.toml makes of this computer for one project: drivers, Modbus server, guardian, in the order in which
-// they must come and go.
+// Machine: what plc.toml makes of this computer for one project: drivers, Modbus server, guardian, in the order in
+// which they must come and go.
 //
-// In: a loaded resource, a configuration (or none: Modbus on the loopback, no devices). Out: listeners for the scheduler,
-// sentences for the operator. Life: configure() -> open() -> start(scheduler) -> service() .. -> stop() after the
-// scheduler's join(). Threads: the owner's alone. Does not belong here: command lines, printing.
+// In: a loaded resource, a configuration (or none: Modbus on the loopback, no devices). Out: listeners for the
+// scheduler, sentences for the operator. Life: configure() -> open() -> start(scheduler) -> service() .. -> stop()
+// after the scheduler's join(). Threads: the owner's alone. Does not belong here: command lines, printing.
 #pragma once
 
 #include <memory>
@@ -22,17 +22,17 @@
 namespace plc::io {
 
 struct MachineOptions {
-  std::string project;        ///< the project's file: the lock file of automatic addresses lies beside it
-  std::string configuration;  ///< plc.toml, or empty
+  std::string project;          ///< the project's file: the lock file of automatic addresses lies beside it
+  Configuration configuration;  ///< as load_configuration() read it, or the defaults
   /// --modbus: replaces what the configuration says; an empty address is "off".
   std::optional<ListenText> modbus;
 };
 
 class Machine {
  public:
-  /// Reads and binds the configuration, makes the address map and the drivers, and asks every driver whether it could
+  /// Binds the configuration, makes the address map and the drivers, and asks every driver whether it could
   /// open. Nothing is touched. Problems are in `diagnostics`; nothing after an error.
-  static std::unique_ptr<Machine> configure(const MachineOptions& options, runtime::Resource& resource,
+  static std::unique_ptr<Machine> configure(MachineOptions options, runtime::Resource& resource,
                                             core::Diagnostics& diagnostics);
   ~Machine();
   Machine(const Machine&) = delete;
@@ -41,8 +41,8 @@ class Machine {
   /// A driver of the command line's own. Before open().
   std::optional<core::Problem> add(std::unique_ptr<Driver> driver);
 
-  /// Takes the devices, then splits off the guardian when there are outputs: from here on this is the child. On a problem
-  /// every device is given back as it was.
+  /// Takes the devices, then splits off the guardian when there are outputs: from here on this is the child. On a
+  /// problem every device is given back as it was.
   std::optional<core::Problem> open();
   /// Adds the listeners and starts the server. A port that cannot be had is a problem only when it was asked for;
   /// otherwise it is one of the sentences in `notes`.
@@ -54,6 +54,8 @@ class Machine {
   /// Server down, devices given back in their safe state, guardian told. After join().
   void stop();
 
+  /// What the outputs have when their task has stopped by a fault.
+  [[nodiscard]] std::vector<runtime::SafeValue> safe_values() const;
   [[nodiscard]] const std::vector<std::unique_ptr<Driver>>& drivers() const { return drivers_; }
   [[nodiscard]] const modbus::AddressMap* address_map() const { return map_ ? &*map_ : nullptr; }
   /// Nothing while Modbus is off.

@@ -1,92 +1,70 @@
-// Exchange: one task's part in the exchange of globals at the ends of its cycle (paper, 3.2.2; docs/adr/0012).
+// Exchange: one task's part in the exchange of globals at the ends of its cycle, whatever the protocol (paper, 3.2.2
+// and 3.2.3; docs/guides/coherence.md).
 //
-// In: field ranges of the global table as READ_N, WRITE_N and WRITE_CHANGED_N name them. Out: the task's local copy of the
-// table, consistent per owner, and one snapshot of all it exports. What a task alone exports lives in its local copy;
-// READ_N brings only what others own. Interpreter and engines know this interface only. Threads: all calls on the task's
-// thread; wait-free, bounded by the sizes of the ranges and the journal.
+// In: field ranges of the global table as READ_N, WRITE_N, WRITE_CHANGED_N and RAISE_PRIORITY name them. Out: the
+// task's local copy of the table, in which all that one owner publishes is of one time, and what the task exports made
+// visible as a whole. Interpreter and engines know this interface only.
+//   wait_free_exchange.h  a snapshot per owner; nobody waits                       --coherence=wait-free
+//   lock_exchange.h       one table, one lock around every copy (Chimera)          --coherence=global-lock
+//   ceiling_exchange.h    one table, copies at raised priority, group by group     --coherence=priority-ceiling
+// Threads: all calls on the task's thread, but for revoke() and publish_safe() (see there).
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
-#include <vector>
+#include <memory>
+#include <span>
 
-#include "bytecode/image.h"
+#include "core/options.h"
 #include "runtime/memory/global_table.h"
-#include "runtime/memory/table.h"
 
 namespace plc::runtime {
 
-/// Copies `bytes` out of or into memory that several threads access as relaxed atomics, in words as the shared address is
-/// aligned: a naturally aligned value of up to 8 bytes never tears. RT.
-void copy_from_shared(std::byte* to, const std::byte* shared, std::size_t bytes) noexcept;
-void copy_to_shared(std::byte* shared, const std::byte* from, std::size_t bytes) noexcept;
-/// Stores one value of 1, 2, 4 or 8 bytes there unless it is no longer `expected`; whether it did. RT.
-bool replace_shared(std::byte* shared, const std::byte* expected, const std::byte* value, std::size_t bytes) noexcept;
+/// Gives the calling thread the priority of IEC priority `priority` (0 is the most urgent). RT: one system call.
+using SetPriority = void (*)(std::int32_t priority) noexcept;
 
 class Exchange {
  public:
-  /// `local` is the start of the task's table; its first bytes are the copy of the global table.
-  Exchange(GlobalTable& globals, std::uint32_t task, std::byte* local);
-  ~Exchange();
-  Exchange(const Exchange&) = delete;
-  Exchange& operator=(const Exchange&) = delete;
+  virtual ~Exchange() = default;
 
-  /// Makes a range of `count` fields from `first` on known, to import or to export; returns its number. Set-up.
-  std::uint32_t add_range(std::uint32_t first, std::uint32_t count, bool exports);
+  /// Makes a range of `count` fields from `first` on known, to import, to export, or to raise the priority for; returns
+  /// its number. Set-up.
+  enum class Use : std::uint8_t { kImport, kExport, kRaise };
+  virtual std::uint32_t add_range(std::uint32_t first, std::uint32_t count, Use use) = 0;
   /// Works out again who owns what; the table calls it. Set-up.
-  void prepare();
-  /// Forgets what was imported, as after a cold start.
-  void reset();
+  virtual void prepare() = 0;
+  /// Forgets what was imported, as after a cold start; the task may publish again. Set-up.
+  virtual void reset() = 0;
+  /// How raise() and reschedule() change the priority of the task's thread; null (as at first) = they do not. Set-up.
+  virtual void set_priority_change(SetPriority /*set*/) {}
 
-  /// Start of a cycle: applies the journal, takes the newest snapshot of every owner it reads. RT.
-  void begin() noexcept;
+  /// Start of a cycle: applies the journal, takes what others publish without a protocol. RT.
+  virtual void begin() noexcept = 0;
   /// RT.
-  void import(std::uint32_t range) noexcept;
-  /// Marks the range for publication; shared values only where they differ from what was imported. RT.
-  void export_range(std::uint32_t range) noexcept;
-  void raise(std::uint32_t /*group*/) noexcept {}
-  void reschedule() noexcept {}
-  void lock() noexcept {}
-  void unlock() noexcept {}
-  std::uint32_t add_group(std::uint32_t, std::uint32_t) { return 0; }
-  /// End of a cycle: publishes what was exported, gives the snapshots back. RT.
-  void end() noexcept;
+  virtual void import(std::uint32_t range) noexcept = 0;
+  /// Shared values only where they differ from what was imported. Nothing happens once the task is revoked. RT.
+  virtual void export_range(std::uint32_t range) noexcept = 0;
+  /// End of a cycle: all that was exported is visible, nothing is held any more. False: the task was revoked, nothing
+  /// of this cycle became visible. RT.
+  virtual bool end() noexcept = 0;
+  /// RAISE_PRIORITY, RESCHEDULE, LOCK, UNLOCK: bounds of a critical section, for the protocols that have any. RT.
+  virtual void raise(std::uint32_t /*range*/) noexcept {}
+  virtual void reschedule() noexcept {}
+  virtual void lock() noexcept {}
+  virtual void unlock() noexcept {}
 
   /// The BOOL at `offset` as published now; between cycles. RT.
-  [[nodiscard]] bool read_bool(std::uint32_t offset) noexcept;
+  [[nodiscard]] virtual bool read_bool(std::uint32_t offset) noexcept = 0;
 
- private:
-  /// Bytes of the table that one owner publishes side by side.
-  struct Stretch {
-    std::uint32_t owner = 0;
-    std::uint32_t begin = 0;
-    std::uint32_t end = 0;
-    std::size_t at = 0;  ///< where they start in its snapshot
-  };
-  struct Range {
-    std::uint32_t first = 0;
-    std::uint32_t count = 0;
-    bool exports = false;
-    std::vector<Stretch> stretches;     ///< to import: owned by others; to export: owned by this task
-    std::vector<std::uint32_t> leaves;  ///< shared and overlapping: into GlobalTable::leaves_
-  };
-  void import_leaves(std::uint32_t index) noexcept;
-  void export_leaves(const GlobalTable::Leaves& leaves) noexcept;
-  void open_snapshot() noexcept;
-  void apply(const Journal::Entry& entry, const std::byte* value, const std::byte* mask) noexcept;
-
-  GlobalTable& globals_;
-  std::uint32_t task_;
-  std::byte* local_;
-  std::vector<Range> ranges_;
-  std::vector<std::uint32_t> sources_;  ///< owners it reads
-  GlobalTable::Held held_;
-  static constexpr std::uint64_t kNotImported = ~std::uint64_t{0};
-  std::vector<std::uint64_t> imported_; ///< per GlobalTable::leaves_: its version at the last import
-  TableMemory shadow_;                  ///< shared and overlapping leaves as imported; size 0 without any
-  bool in_parts_ = false;               ///< several ranges make up what it publishes
-  std::byte* writing_ = nullptr;        ///< the snapshot of this cycle, once something was exported
-  std::uint64_t stamp_ = 0;             ///< of this cycle; 0 = none drawn yet
+  /// Takes the right to publish from a task that computes, for good: its present cycle will have no effect. False while
+  /// it does not compute: between cycles, or exporting already. Any thread; wait-free.
+  virtual bool revoke() noexcept = 0;
+  /// Publishes these values of fields that the task exports, all else as published last. By the task's thread between
+  /// cycles, or by whoever revoked it. RT.
+  virtual void publish_safe(std::span<const GlobalWrite> values) noexcept = 0;
 };
+
+/// `local` is the start of the task's table; its first bytes are the copy of the global table.
+std::unique_ptr<Exchange> make_exchange(core::Coherence coherence, GlobalTable& globals, std::uint32_t task,
+                                        std::byte* local);
 
 }  // namespace plc::runtime

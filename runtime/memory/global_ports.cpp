@@ -2,7 +2,7 @@
 
 #include <cstring>
 
-#include "runtime/memory/exchange.h"
+#include "runtime/memory/shared_words.h"
 
 namespace plc::runtime {
 

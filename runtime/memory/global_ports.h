@@ -1,7 +1,7 @@
 // GlobalReader and GlobalInputs: how one thread beside the tasks takes part in the exchange: a driver, a server.
 //
-// In: the global table, before tasks run. Out: consistent reads, and inputs published as one snapshot. Both are wait-free
-// and belong to one thread at a time, which may be a task's (bounded drivers) or any other.
+// In: the global table, before tasks run. Out: consistent reads, and inputs published as one snapshot. Both are
+// wait-free and belong to one thread at a time, which may be a task's (bounded drivers) or any other.
 #pragma once
 
 #include <cstddef>

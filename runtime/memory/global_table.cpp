@@ -7,6 +7,7 @@
 #include "runtime/link.h"
 #include "runtime/memory/exchange.h"
 #include "runtime/memory/process_image.h"
+#include "runtime/memory/shared_words.h"
 #include "runtime/operations.h"
 #include "stdlib/arithmetic.h"
 
@@ -80,7 +81,7 @@ bool normalise(const ImageType& type, std::byte* value) noexcept {
   return false;
 }
 
-GlobalTable::GlobalTable(const bytecode::Image& image)
+GlobalTable::GlobalTable(const bytecode::Image& image, std::span<const std::int32_t> priorities)
     : image_(image),
       size_(image.global_initial.size()),
       task_count_(static_cast<std::uint32_t>(image.tasks.size())),
@@ -92,10 +93,15 @@ GlobalTable::GlobalTable(const bytecode::Image& image)
   for (const FieldBits& bits : overlapping_bits_) overlapping[bits.field] = true;
   fields_.resize(declared.size());
   for (std::uint32_t task = 0; task < task_count_; ++task) {
-    for (const FieldRange& range : exported_ranges(image, image.tasks[task].body)) {
+    const std::int32_t priority = priorities.empty() ? image.tasks[task].priority : priorities[task];
+    priorities_.push_back(priority);
+    for (const FieldRange& range : exchanged_ranges(image, image.tasks[task].body)) {
       for (std::uint32_t f = range.first; f < range.first + range.count; ++f) {
-        std::vector<std::uint32_t>& exporters = fields_[f].exporters;
-        if (exporters.empty() || exporters.back() != task) exporters.push_back(task);
+        Field& field = fields_[f];
+        field.ceiling = std::min(field.ceiling.value_or(priority), priority);
+        if (range.exported && (field.exporters.empty() || field.exporters.back() != task)) {
+          field.exporters.push_back(task);
+        }
       }
     }
   }
@@ -104,20 +110,28 @@ GlobalTable::GlobalTable(const bytecode::Image& image)
     field.begin = declared[f].offset;
     field.end = field.begin + image.types[declared[f].type].size;
     field.owner = field.exporters.size() == 1 ? field.exporters.front() : outside();
-    field.kind = declared[f].constant            ? Kind::kConstant
-                 : overlapping[f]                ? Kind::kOverlapping
-                 : field.exporters.size() > 1    ? Kind::kShared
-                                                 : Kind::kOwned;
+    field.kind = declared[f].constant         ? Kind::kConstant
+                 : overlapping[f]             ? Kind::kOverlapping
+                 : field.exporters.size() > 1 ? Kind::kShared
+                                              : Kind::kOwned;
     field.first_leaves = static_cast<std::uint32_t>(leaves_.size());
     if (field.kind == Kind::kShared || field.kind == Kind::kOverlapping) add_leaves(declared[f].type, field.begin);
     field.last_leaves = static_cast<std::uint32_t>(leaves_.size());
   }
+  if (image.options.coherence != core::Coherence::kWaitFree) common_ = TableMemory(size_);
+  pthread_mutexattr_t attributes;
+  pthread_mutexattr_init(&attributes);
+  pthread_mutexattr_setprotocol(&attributes, PTHREAD_PRIO_INHERIT);
+  pthread_mutex_init(&common_mutex_, &attributes);
+  pthread_mutexattr_destroy(&attributes);
   if (!overlapping_bits_.empty()) overlapping_ = TableMemory(size_);
   for (std::uint32_t task = 0; task < task_count_; ++task) {
     owners_[task].stopped = std::make_unique<std::atomic<bool>>(false);
   }
   reset();
 }
+
+GlobalTable::~GlobalTable() { pthread_mutex_destroy(&common_mutex_); }
 
 void GlobalTable::add_leaves(std::uint32_t type, std::uint32_t offset) {
   const ImageType& t = image_.types[type];
@@ -185,6 +199,7 @@ void GlobalTable::rebuild(const std::vector<std::byte>& values) {
     owner.snapshot = std::make_unique<Snapshot>(bytes[o], reader_count_);
     if (o < task_count_) owner.journal = std::make_unique<Journal>(std::max(kJournalBytes, 4 * largest));
   }
+  if (common_.size() != 0) std::memcpy(common_.data(), values.data(), size_);
   for (const Leaves& leaves : leaves_) {
     for (std::uint32_t c = leaves.first_copy; c < leaves.last_copy; ++c) {
       std::memcpy(owners_[copies_[c].owner].next(copies_[c].values), values.data() + leaves.offset,

@@ -1,24 +1,29 @@
-// GlobalTable: the global variable table (GVT) of a resource: who owns which variable, and how the others see it (paper,
-// 3.2.2; docs/adr/0012).
+// GlobalTable: the global variable table (GVT) of a resource: who owns which variable, and how the others see it
+// (paper, 3.2.2; docs/adr/0012).
 //
 // Every global has one way to change:
-//   owned by a task       it alone exports the variable. It publishes all it owns as one snapshot at the end of a cycle.
+//   owned by a task       it alone exports the variable. It publishes all it owns as one snapshot at the end of a
+//   cycle.
 //                         Writes from outside wait in its journal and are applied at its next start.
 //   owned by a driver     an input the driver claimed. It publishes all its inputs as one snapshot.
 //   owned by the outside  nobody else writes it. A batch of outside writes is published at once, as one snapshot.
-//   shared                several tasks export it. Each publishes the values it changed, stamped; the newest stamp counts.
-//   overlapping           its address shares bits with another one under --profile=overlay: single values of at most
+//   shared                several tasks export it. Each publishes the values it changed, stamped; the newest stamp
+//   counts. overlapping           its address shares bits with another one under --profile=overlay: single values of at
+//   most
 //                         8 bytes, each read and written whole; ProcessImage brings them into agreement.
 // Readers take the newest complete snapshot of each owner; nobody waits for anybody and nothing tears.
 // Threads: set-up (constructor, GlobalReader, GlobalInputs) before tasks run, on one thread. read(), write(), copy():
 // any thread that is not a task's; they exclude each other by a mutex no task takes. Tasks come through Exchange.
 #pragma once
 
+#include <pthread.h>
+
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -33,7 +38,7 @@ class Exchange;
 
 /// Where the bits of a located variable are, when it shares some with another one (process_image.h).
 struct FieldBits {
-  std::uint32_t field = 0;      ///< of Image::global_type
+  std::uint32_t field = 0;  ///< of Image::global_type
   char area = 'I';
   std::uint64_t first_bit = 0;  ///< from the start of the area
   std::uint32_t bits = 1;
@@ -41,10 +46,10 @@ struct FieldBits {
 
 /// One value that somebody outside the tasks wants written: a scalar or a whole string.
 struct GlobalWrite {
-  std::uint32_t offset = 0;           ///< of a leaf in the global table
-  std::uint32_t type = 0;             ///< of that leaf, index into Image::types
-  const std::byte* value = nullptr;   ///< as many bytes as the type has
-  const std::byte* mask = nullptr;    ///< bits to take from value, same size; null = all (scalars only)
+  std::uint32_t offset = 0;          ///< of a leaf in the global table
+  std::uint32_t type = 0;            ///< of that leaf, index into Image::types
+  const std::byte* value = nullptr;  ///< as many bytes as the type has
+  const std::byte* mask = nullptr;   ///< bits to take from value, same size; null = all (scalars only)
 };
 
 enum class WriteResult : std::uint8_t {
@@ -59,7 +64,9 @@ bool normalise(const bytecode::ImageType& type, std::byte* value) noexcept;
 
 class GlobalTable {
  public:
-  explicit GlobalTable(const bytecode::Image& image);
+  /// `priorities` of the tasks decide the ceilings under --coherence=priority-ceiling; empty = as the image declares.
+  explicit GlobalTable(const bytecode::Image& image, std::span<const std::int32_t> priorities = {});
+  ~GlobalTable();
   GlobalTable(const GlobalTable&) = delete;
   GlobalTable& operator=(const GlobalTable&) = delete;
 
@@ -67,13 +74,13 @@ class GlobalTable {
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] const bytecode::Image& image() const { return image_; }
 
-  /// The newest published value of one leaf (or a whole field, whose leaves may then be of different owners only when it
-  /// is shared). Not for tasks.
+  /// The newest published value of one leaf (or a whole field, whose leaves may then be of different owners only when
+  /// it is shared). Not for tasks.
   void read(std::uint32_t offset, std::uint32_t bytes, std::byte* to) const;
   /// The whole table as published now: of each owner one snapshot. `to` has size() bytes. Not for tasks.
   void copy(std::byte* to) const;
-  /// Writes all or nothing. Values are normalised; one that cannot be is left out (the caller checks limits first when it
-  /// wants to say so). Allocates. Not for tasks.
+  /// Writes all or nothing. Values are normalised; one that cannot be is left out (the caller checks limits first when
+  /// it wants to say so). Allocates. Not for tasks.
   WriteResult write(std::span<const GlobalWrite> batch);
   /// Whether write() would ever accept `field` (of Image::global_type).
   [[nodiscard]] bool writable(std::uint32_t field) const;
@@ -86,13 +93,20 @@ class GlobalTable {
   /// Tasks that export `field`, ascending.
   [[nodiscard]] std::vector<std::uint32_t> exporters(std::uint32_t field) const;
 
+  /// Priority of `task`; 0 is the most urgent.
+  [[nodiscard]] std::int32_t priority(std::uint32_t task) const { return priorities_[task]; }
+  /// Priority of the most urgent task that imports or exports `field`, and nothing when no task does.
+  [[nodiscard]] std::optional<std::int32_t> ceiling(std::uint32_t field) const { return fields_[field].ceiling; }
+
   /// `task` will not start again: writes to what it exports are answered kBusy from now on. Any thread; RT.
   void task_stopped(std::uint32_t task) noexcept;
   /// Cold start: initial values, empty journals. Not while tasks run.
   void reset();
 
  private:
-  friend class Exchange;
+  friend class WaitFreeExchange;
+  friend class CommonTableExchange;
+  friend class CeilingExchange;
   friend class GlobalReader;
   friend class GlobalInputs;
   friend class ProcessImage;
@@ -103,11 +117,12 @@ class GlobalTable {
     std::uint32_t begin = 0;
     std::uint32_t end = 0;
     Kind kind = Kind::kOwned;
-    std::uint32_t owner = 0;    ///< kOwned, and kOverlapping when a driver claimed it or what shares its bits
-    std::size_t at = 0;         ///< kOwned: where it is in its owner's snapshot
+    std::uint32_t owner = 0;         ///< kOwned, and kOverlapping when a driver claimed it or what shares its bits
+    std::size_t at = 0;              ///< kOwned: where it is in its owner's snapshot
     std::uint32_t first_leaves = 0;  ///< into leaves_
     std::uint32_t last_leaves = 0;   ///< kOwned and kConstant: none
     std::vector<std::uint32_t> exporters;
+    std::optional<std::int32_t> ceiling;
   };
   /// `count` leaves of `bytes` each side by side: parts of a shared or overlapping field.
   struct Leaves {
@@ -130,7 +145,7 @@ class GlobalTable {
     std::size_t image_from = 0;  ///< where `image` starts in the snapshot: tasks keep what they own in their local copy
     TableMemory image;           ///< the next snapshot, from image_from on
     std::unique_ptr<Snapshot> snapshot;
-    std::unique_ptr<Journal> journal;   ///< tasks only
+    std::unique_ptr<Journal> journal;            ///< tasks only
     std::unique_ptr<std::atomic<bool>> stopped;  ///< tasks only: it will not start again
     /// What place `at` of the next snapshot has.
     std::byte* next(std::size_t at) { return image.data() + (at - image_from); }
@@ -185,19 +200,22 @@ class GlobalTable {
   const bytecode::Image& image_;
   std::size_t size_;
   std::uint32_t task_count_;
-  std::uint32_t reader_count_;       ///< tasks, the outside, then GlobalReaders
+  std::vector<std::int32_t> priorities_;  ///< of the tasks
+  std::uint32_t reader_count_;            ///< tasks, the outside, then GlobalReaders
   std::vector<std::uint32_t> free_readers_;
   std::vector<FieldBits> overlapping_bits_;  ///< of every kOverlapping field
-  std::vector<Field> fields_;        ///< parallel to those of Image::global_type
+  std::vector<Field> fields_;                ///< parallel to those of Image::global_type
   std::vector<Leaves> leaves_;
   std::vector<Copy> copies_;
   std::vector<Owner> owners_;
   std::vector<Exchange*> exchanges_;
-  TableMemory overlapping_;          ///< values of overlapping leaves, at their offsets
+  TableMemory overlapping_;  ///< values of overlapping leaves, at their offsets
+  TableMemory common_;       ///< what tasks alone export, at its offset, under the protocols with a common table
+  mutable pthread_mutex_t common_mutex_;  ///< of common_, under the global lock; waiting tasks lend their priority
   std::atomic<std::uint64_t> stamp_{0};
   mutable std::mutex outside_mutex_;
   mutable Held outside_held_;
-  std::vector<Held*> reader_held_;   ///< of GlobalReaders
+  std::vector<Held*> reader_held_;  ///< of GlobalReaders
 };
 
 }  // namespace plc::runtime

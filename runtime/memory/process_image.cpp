@@ -5,8 +5,8 @@
 #include <numeric>
 #include <tuple>
 
-#include "runtime/memory/exchange.h"
 #include "runtime/memory/location.h"
+#include "runtime/memory/shared_words.h"
 
 namespace plc::runtime {
 namespace {

@@ -1,10 +1,10 @@
 // Snapshot: a block of bytes that one thread publishes whole and others read whole, wait-free on both sides.
 //
-// readers + 2 buffers: the newest, one per reader, one to write. A reader announces that it chooses, looks which buffer is
-// the newest and claims that one; a writer that publishes in between hands its new buffer to every reader still choosing.
-// So a reader never retries, and a writer always finds a buffer that nobody reads (after Chen and Burns, "A three-slot
-// asynchronous reader/writer mechanism for multiprocessor real-time systems", York 1997, extended to many readers).
-// Threads: one writer; each reader slot one thread at a time. Does not belong here: what the bytes mean.
+// readers + 2 buffers: the newest, one per reader, one to write. A reader announces that it chooses, looks which buffer
+// is the newest and claims that one; a writer that publishes in between hands its new buffer to every reader still
+// choosing. So a reader never retries, and a writer always finds a buffer that nobody reads (after Chen and Burns, "A
+// three-slot asynchronous reader/writer mechanism for multiprocessor real-time systems", York 1997, extended to many
+// readers). Threads: one writer; each reader slot one thread at a time. Does not belong here: what the bytes mean.
 #pragma once
 
 #include <atomic>
@@ -23,15 +23,13 @@ class Snapshot {
 
   [[nodiscard]] std::size_t bytes() const noexcept { return bytes_; }
 
-  /// A buffer to fill completely; its content is some older publication. RT: as many loads as there are readers, squared
-  /// at worst.
+  /// A buffer to fill completely; its content is some older publication. RT: as many loads as there are readers,
+  /// squared at worst.
   [[nodiscard]] std::byte* begin_write() noexcept;
   /// Makes the buffer of the last begin_write() the newest. RT.
   void publish() noexcept;
   /// What was published last. For the writer's thread only. RT.
-  [[nodiscard]] const std::byte* published() const noexcept {
-    return buffer(newest_.load(std::memory_order_relaxed));
-  }
+  [[nodiscard]] const std::byte* published() const noexcept { return buffer(newest_.load(std::memory_order_relaxed)); }
 
   /// Claims the newest publication for `reader` until release(). RT: three atomic operations.
   [[nodiscard]] const std::byte* acquire(std::uint32_t reader) noexcept;

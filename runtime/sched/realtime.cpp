@@ -5,10 +5,14 @@
 #include <sys/mman.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <cstring>
 #include <string>
 #include <system_error>
+#include <utility>
 
+#include "runtime/sched/priority.h"
+#include "runtime/sched/watchdog.h"
 
 namespace plc::runtime {
 namespace {
@@ -17,6 +21,9 @@ namespace {
 constexpr core::TimeNs kStartDelayNs = 10'000'000;
 /// How long a task may be deaf to request_stop() while it waits for its next release.
 constexpr core::TimeNs kStopPollNs = 100'000'000;
+/// After a request to stop, until scans are cut short.
+constexpr core::TimeNs kCutAfterNs = 300'000'000;
+constexpr core::TimeNs kJoinPollNs = 1'000'000;
 /// More than the deepest nesting of calls and a library kernel take.
 constexpr std::size_t kStackPrefault = 512 * 1024;
 
@@ -28,23 +35,57 @@ std::string error_text(int error) { return std::system_category().message(error)
   for (std::size_t i = 0; i < sizeof pages; i += 4096) pages[i] = 0;
 }
 
+/// RT: one system call.
+void set_own_priority(std::int32_t priority) noexcept {
+  sched_param parameter{};
+  parameter.sched_priority = fifo_priority(priority);
+  static_cast<void>(sched_setparam(0, &parameter));
+}
+
 }  // namespace
 
 RealtimeScheduler::RealtimeScheduler(Resource& resource, RealtimeOptions options)
     : resource_(resource), options_(std::move(options)) {
+  if (options_.plan.empty()) options_.plan = default_plan(resource.image());
   for (std::uint32_t i = 0; i < resource.task_count(); ++i) {
     runs_.push_back(std::make_unique<TaskRun>());
     runs_.back()->index = i;
+    runs_.back()->plan = options_.plan[i];
+  }
+  for (const SafeValue& safe : options_.safe_values) {
+    for (const std::uint32_t task : resource.globals().exporters(resource.globals().field_of(safe.offset))) {
+      runs_[task]->safe.push_back({safe.offset, safe.type, safe.value.data(), nullptr});
+    }
   }
 }
 
 RealtimeScheduler::~RealtimeScheduler() {
   request_stop();
-  join();
+  // WHY: a task that still runs uses this object and the resource, and threads cannot be killed.
+  if (!join().empty()) std::_Exit(EXIT_FAILURE);
+}
+
+std::optional<core::Problem> RealtimeScheduler::cannot_raise() const {
+  if (resource_.image().options.coherence != core::Coherence::kPriorityCeiling || !options_.realtime_priority)
+    return {};
+  int error = 0;
+  std::thread([&error] {
+    sched_param parameter{};
+    parameter.sched_priority = kHighestPriority;
+    error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter);
+  }).join();
+  if (error == 0) return {};
+  return core::Problem{
+      core::Code::P7604,
+      "--coherence=priority-ceiling keeps tasks apart by their priorities, and the system gives none (" +
+          error_text(error) + ")",
+      "run as root or with LimitRTPRIO=99, or compile with --coherence=wait-free"};
 }
 
 const RealtimeReport& RealtimeScheduler::start() {
   if (started_) return report_;
+  report_.problem = cannot_raise();
+  if (report_.problem) return report_;
   started_ = true;
   if (options_.lock_memory) {
     report_.memory_locked = mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
@@ -53,10 +94,26 @@ const RealtimeReport& RealtimeScheduler::start() {
     }
   }
   report_.realtime_priority = options_.realtime_priority && !runs_.empty();
+  std::vector<TaskRun*> watched;
+  for (const auto& run : runs_) {
+    if (run->plan.watchdog_ns > 0) watched.push_back(run.get());
+    if (options_.realtime_priority) resource_.program(run->index).set_priority_change(set_own_priority);
+  }
+  if (!watched.empty()) {
+    // Publishing safe values under priority ceilings is a copy among those of the tasks' processor.
+    const bool ceilings = resource_.image().options.coherence == core::Coherence::kPriorityCeiling;
+    watchdog_ = std::make_unique<Watchdog>(std::move(watched), ceilings ? runs_.front()->plan.cpu : -1,
+                                           [this](TaskRun& run) { on_timeout(run); });
+    std::string refused = watchdog_->start(options_.realtime_priority);
+    if (!refused.empty()) report_.refused.push_back(std::move(refused));
+  }
   const core::TimeNs start_ns = clock_.now_ns() + kStartDelayNs;
   for (auto& run_ptr : runs_) {
     TaskRun& task = *run_ptr;
-    task.thread = std::thread([this, &task, start_ns] { run(task, start_ns); });
+    task.thread = std::thread([this, &task, start_ns] {
+      run(task, start_ns);
+      task.ended.store(true, std::memory_order_release);
+    });
     set_cpu(task);
     set_priority(task);
   }
@@ -65,9 +122,8 @@ const RealtimeReport& RealtimeScheduler::start() {
 
 void RealtimeScheduler::set_priority(TaskRun& task) {
   if (!options_.realtime_priority) return;
-  const std::int32_t iec = std::max(resource_.program(task.index).task().priority, 0);
   sched_param parameter{};
-  parameter.sched_priority = std::max(kHighestPriority - std::min(iec, kHighestPriority), 1);
+  parameter.sched_priority = fifo_priority(task.plan.priority);
   const int error = pthread_setschedparam(task.thread.native_handle(), SCHED_FIFO, &parameter);
   if (error == 0) return;
   report_.realtime_priority = false;
@@ -76,14 +132,14 @@ void RealtimeScheduler::set_priority(TaskRun& task) {
 }
 
 void RealtimeScheduler::set_cpu(TaskRun& task) {
-  if (task.index >= options_.cpus.size() || options_.cpus[task.index] < 0) return;
+  if (task.plan.cpu < 0) return;
   cpu_set_t set;
   CPU_ZERO(&set);
-  CPU_SET(static_cast<unsigned>(options_.cpus[task.index]), &set);
+  CPU_SET(static_cast<unsigned>(task.plan.cpu), &set);
   const int error = pthread_setaffinity_np(task.thread.native_handle(), sizeof set, &set);
   if (error == 0) return;
   report_.refused.push_back("task \"" + resource_.program(task.index).task().name + "\" is not bound to CPU " +
-                            std::to_string(options_.cpus[task.index]) + " (" + error_text(error) + ")");
+                            std::to_string(task.plan.cpu) + " (" + error_text(error) + ")");
 }
 
 // RT: everything from the first release on.
@@ -91,7 +147,7 @@ void RealtimeScheduler::run(TaskRun& task, core::TimeNs start_ns) noexcept {
   const bytecode::ImageTask& declared = resource_.program(task.index).task();
   const std::optional<std::uint32_t> trigger = trigger_of(resource_.image(), declared);
   const bool freewheeling = !trigger && declared.period_ns <= 0;
-  ReleaseGrid grid(start_ns, grid_period(declared));
+  ReleaseGrid grid(start_ns + task.plan.offset_ns, grid_period(declared));
   bool trigger_was = false;
   std::uint64_t cycle = 0;
   prefault_stack();
@@ -111,10 +167,12 @@ void RealtimeScheduler::run(TaskRun& task, core::TimeNs start_ns) noexcept {
       released = level && !trigger_was;
       trigger_was = level;
     }
+    const ReleaseContext context{task.index, cycle, now_ns, release_ns};
     bool go_on = true;
     if (released) {
+      ++cycle;
       task.statistics.jitter.record(now_ns - release_ns);
-      go_on = scan(task, {task.index, cycle++, now_ns, release_ns});
+      go_on = scan(task, context);
     }
     const core::TimeNs end_ns = clock_.now_ns();
     if (released) task.statistics.scan_time.record(end_ns - now_ns);
@@ -123,6 +181,9 @@ void RealtimeScheduler::run(TaskRun& task, core::TimeNs start_ns) noexcept {
     if (released && !freewheeling && !trigger && missed != 0) {
       task.statistics.overruns.fetch_add(1, std::memory_order_relaxed);
       task.statistics.missed.fetch_add(missed, std::memory_order_relaxed);
+      if (go_on && task.plan.overrun == OverrunPolicy::kFault) {
+        go_on = fault(task, context, resource_.program(task.index).place(FaultKind::kOverrun));
+      }
     }
     if (!go_on) return;
   }
@@ -130,40 +191,109 @@ void RealtimeScheduler::run(TaskRun& task, core::TimeNs start_ns) noexcept {
 
 // RT: false when the task must not be released again.
 bool RealtimeScheduler::scan(TaskRun& task, const ReleaseContext& context) noexcept {
+  Program& program = resource_.program(task.index);
+  if (task.demoted.load(std::memory_order_acquire)) {
+    task.demoted.store(false, std::memory_order_relaxed);
+    sched_param parameter{};
+    parameter.sched_priority = fifo_priority(task.plan.priority);
+    if (options_.realtime_priority) static_cast<void>(sched_setscheduler(0, SCHED_FIFO, &parameter));
+  }
+  task.cycle.store(context.cycle, std::memory_order_relaxed);
+  task.busy_since.store(context.now_ns, std::memory_order_relaxed);
   for (CycleListener* const listener : listeners_) listener->before_scan(context);
   resource_.process_image().sync();
-  const Fault fault = resource_.program(task.index).execute({context.now_ns});
+  const Fault found = program.execute({context.now_ns});
+  task.statistics.scans.fetch_add(1, std::memory_order_relaxed);
+  // Revoked: the watchdog has done all that is to do, and the outputs are no longer this thread's.
+  if (found.kind == FaultKind::kWatchdog) return false;
   resource_.process_image().sync();
   for (CycleListener* const listener : listeners_) listener->after_scan(context);
-  task.statistics.scans.fetch_add(1, std::memory_order_relaxed);
-  if (!fault) return true;
-  task.statistics.faults.fetch_add(1, std::memory_order_relaxed);
-  const std::uint32_t kept = task.fault_count.load(std::memory_order_relaxed);
-  if (kept < kMaxFaultsKept) {
-    task.faults[kept] = {task.index, context.cycle, context.now_ns, fault};
-    task.fault_count.store(kept + 1, std::memory_order_release);
-  }
-  if (options_.on_fault == FaultPolicy::kContinue) return true;
-  if (options_.on_fault == FaultPolicy::kStop) request_stop();
-  resource_.globals().task_stopped(context.task);
-  for (CycleListener* const listener : listeners_) listener->task_stopped(context.task);
+  const bool timed_out = task.busy_since.exchange(TaskRun::kIdle, std::memory_order_relaxed) == TaskRun::kTimedOut;
+  if (found && !fault(task, context, found)) return false;
+  // The watchdog was too late to take the outputs: this scan was about to be over.
+  if (!timed_out || task.plan.on_fault == FaultPolicy::kContinue) return true;
+  stop_task(task);
   return false;
 }
 
-void RealtimeScheduler::join() {
-  if (!started_ || joined_) return;
+// RT: false when the task must not be released again.
+bool RealtimeScheduler::fault(TaskRun& task, const ReleaseContext& context, const Fault& fault) noexcept {
+  task.statistics.faults.fetch_add(1, std::memory_order_relaxed);
+  task.faults.record({task.index, context.cycle, context.now_ns, fault});
+  if (task.plan.on_fault == FaultPolicy::kContinue) return true;
+  stop_task(task);
+  return false;
+}
+
+// RT: by the task's thread between scans, or by the watchdog that revoked it.
+void RealtimeScheduler::stop_task(TaskRun& task) noexcept {
+  resource_.program(task.index).publish_safe(task.safe);
+  resource_.globals().task_stopped(task.index);
+  for (CycleListener* const listener : listeners_) listener->task_stopped(task.index);
+  if (task.plan.on_fault == FaultPolicy::kStop) request_stop();
+}
+
+// RT: on the watchdog's thread. The task is in the scan that was too long until it sees kTimedOut.
+void RealtimeScheduler::on_timeout(TaskRun& task) noexcept {
+  Program& program = resource_.program(task.index);
+  task.statistics.faults.fetch_add(1, std::memory_order_relaxed);
+  task.timeouts.record(
+      {task.index, task.cycle.load(std::memory_order_relaxed), clock_.now_ns(), program.place(FaultKind::kWatchdog)});
+  sched_param none{};
+  static_cast<void>(pthread_setschedparam(task.thread.native_handle(), SCHED_OTHER, &none));
+  // Behind the demotion: the task takes its priority back when it sees this.
+  task.demoted.store(true, std::memory_order_release);
+  if (task.plan.on_fault == FaultPolicy::kContinue || !program.revoke()) return;
+  stop_task(task);
+  program.cut_loops();
+  if (resource_.image().options.coherence == core::Coherence::kPriorityCeiling && options_.realtime_priority) {
+    sched_param own{};
+    own.sched_priority = kWatchdogPriority;
+    static_cast<void>(sched_setparam(0, &own));
+  }
+}
+
+std::vector<std::uint32_t> RealtimeScheduler::join() {
+  if (!started_ || joined_) return stuck_;
   joined_ = true;
-  for (auto& task : runs_) {
-    if (task->thread.joinable()) task->thread.join();
+  const core::TimeNs begin_ns = clock_.now_ns();
+  for (const auto& task : runs_) {
+    for (core::TimeNs now_ns = begin_ns; !task->ended.load(std::memory_order_acquire); now_ns = clock_.now_ns()) {
+      if (stop_requested() && now_ns - begin_ns > kCutAfterNs) resource_.program(task->index).cut_loops();
+      if (stop_requested() && now_ns - begin_ns > kStopPatienceNs) break;
+      clock_.sleep_until_ns(now_ns + kJoinPollNs);
+    }
+  }
+  // Before the threads, whose handles it uses.
+  watchdog_.reset();
+  for (const auto& task : runs_) {
+    if (task->ended.load(std::memory_order_acquire)) {
+      task->thread.join();
+      continue;
+    }
+    stuck_.push_back(task->index);
+    // Whatever it does from now on has no effect on the table.
+    static_cast<void>(resource_.program(task->index).revoke());
+    task->thread.detach();
   }
   for (CycleListener* const listener : listeners_) listener->safe_state();
+  return stuck_;
 }
 
 std::vector<TaskFault> RealtimeScheduler::faults() const {
   std::vector<TaskFault> all;
   for (const auto& task : runs_) {
-    const std::uint32_t count = task->fault_count.load(std::memory_order_acquire);
-    all.insert(all.end(), task->faults, task->faults + count);
+    task->faults.append_to(all);
+    task->timeouts.append_to(all);
+  }
+  return all;
+}
+
+std::vector<TaskFault> RealtimeScheduler::new_faults() {
+  std::vector<TaskFault> all;
+  for (const auto& task : runs_) {
+    task->faults_taken = task->faults.append_to(all, task->faults_taken);
+    task->timeouts_taken = task->timeouts.append_to(all, task->timeouts_taken);
   }
   return all;
 }

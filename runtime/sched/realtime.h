@@ -1,32 +1,45 @@
-// RealtimeScheduler: one thread per task, SCHED_FIFO where the system permits it, on a monotonic release grid.
+// RealtimeScheduler: one thread per task, released on an absolute monotonic grid (paper, 3.2.1).
 //
-// In: Resource, listeners. Out: running tasks, statistics, faults. It prints nothing: what the system refused is in the
-// report. In the cycle a thread makes two kinds of system call, clock_nanosleep and clock_gettime (mostly without a
-// call, vDSO), and those of bounded drivers. start() and stop() belong to one owner thread; everything else may be read
-// from any thread. Event tasks look at their trigger every kFreewheelNs; freewheeling tasks scan at most once per
-// kFreewheelNs. Does not belong here: signals (the tool calls request_stop() from its handler), drivers.
+// In: Resource, plans, listeners. Out: running tasks, statistics, faults. It prints nothing: what the system refused is
+// in the report. In the cycle a thread makes two kinds of system call, clock_nanosleep and clock_gettime (mostly
+// without a call, vDSO), and those of bounded drivers; under --coherence=priority-ceiling also sched_setparam, under
+// global-lock futex. start() and join() belong to one owner thread; everything else may be read from any thread. Event
+// tasks look at their trigger every kFreewheelNs; freewheeling tasks scan at most once per kFreewheelNs. Does not
+// belong here: signals (the tool calls request_stop() from its handler), drivers, who gets which priority
+// (task_plan.h).
 #pragma once
 
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "core/clock.h"
+#include "core/result.h"
 #include "runtime/resource.h"
 #include "runtime/sched/cycle_listener.h"
-#include "runtime/sched/statistics.h"
-#include "runtime/sched/task.h"
+#include "runtime/sched/task_plan.h"
+#include "runtime/sched/task_run.h"
 
 namespace plc::runtime {
 
+class Watchdog;
+
+/// What a global has when the task that exports it has stopped by a fault.
+struct SafeValue {
+  std::uint32_t offset = 0;      ///< of a leaf in the global table
+  std::uint32_t type = 0;        ///< of that leaf, index into Image::types
+  std::vector<std::byte> value;  ///< as many bytes as the type has
+};
+
 struct RealtimeOptions {
-  FaultPolicy on_fault = FaultPolicy::kSafeState;
-  bool realtime_priority = true;  ///< SCHED_FIFO, kHighestPriority for IEC priority 0, one less for each step down
-  bool lock_memory = true;        ///< mlockall(MCL_CURRENT | MCL_FUTURE)
-  std::vector<int> cpus{};        ///< CPU of each task; empty or -1 = any
+  std::vector<TaskPlan> plan{};          ///< one a task; empty = as the image declares
+  std::vector<SafeValue> safe_values{};  ///< of all tasks
+  bool realtime_priority = true;         ///< SCHED_FIFO (priority.h)
+  bool lock_memory = true;               ///< mlockall(MCL_CURRENT | MCL_FUTURE)
   /// Called on each task's thread after it is set up and before its first cycle (tests install their guards here).
   void (*on_thread_start)(std::uint32_t task) = nullptr;
 };
@@ -36,16 +49,14 @@ struct RealtimeReport {
   bool memory_locked = false;
   bool realtime_priority = false;  ///< every thread got it
   std::vector<std::string> refused;
+  /// P7604: nothing was started, since the coherence protocol needs what the system refuses.
+  std::optional<core::Problem> problem;
 };
 
 class RealtimeScheduler {
  public:
-  /// SCHED_FIFO priority of IEC priority 0; below the kernel's own threads that serve interrupts (50 is theirs by
-  /// default, timers at 99). Lower IEC priorities go down to 1.
-  static constexpr int kHighestPriority = 80;
-
   explicit RealtimeScheduler(Resource& resource, RealtimeOptions options = {});
-  /// Stops and joins.
+  /// Stops and joins. Ends the process when a task cannot be stopped: see join().
   ~RealtimeScheduler();
   RealtimeScheduler(const RealtimeScheduler&) = delete;
   RealtimeScheduler& operator=(const RealtimeScheduler&) = delete;
@@ -53,40 +64,45 @@ class RealtimeScheduler {
   /// Called around each scan on the task's thread; before start(); must outlive the scheduler.
   void add_listener(CycleListener& listener) { listeners_.push_back(&listener); }
 
-  /// Starts all threads; the first release of every task is the same instant. Once.
+  /// Starts all threads; the first release of every task is the same instant, but for offsets. Once.
   const RealtimeReport& start();
   /// Asks every task to stop after its present scan. Async-signal-safe; returns at once.
   void request_stop() noexcept { stop_.store(true, std::memory_order_relaxed); }
   [[nodiscard]] bool stop_requested() const noexcept { return stop_.load(std::memory_order_relaxed); }
-  /// Waits until all tasks have ended, then puts the outputs into their safe state.
-  void join();
+  /// Waits until all tasks have ended, then puts the outputs into their safe state. A scan that goes on and on is cut
+  /// short at its next loop jump. Returns the tasks that still run after kStopPatienceNs: the process must end without
+  /// destroying what they use.
+  std::vector<std::uint32_t> join();
+  static constexpr core::TimeNs kStopPatienceNs = 3'000'000'000;
 
   [[nodiscard]] const RealtimeReport& report() const { return report_; }
+  [[nodiscard]] const TaskPlan& plan(std::uint32_t task) const { return runs_[task]->plan; }
   [[nodiscard]] const TaskStatistics& statistics(std::uint32_t task) const { return runs_[task]->statistics; }
-  /// Faults so far, at most kMaxFaultsKept per task; the counter in the statistics has all of them.
+  /// Faults so far, in no particular order; of each task the first FaultLog::kKept, and as many by the watchdog. The
+  /// counter in the statistics has all of them.
   [[nodiscard]] std::vector<TaskFault> faults() const;
-  static constexpr std::size_t kMaxFaultsKept = 64;
+  /// Those that the last call did not return. Owner thread.
+  std::vector<TaskFault> new_faults();
 
  private:
-  struct TaskRun {
-    std::uint32_t index = 0;
-    TaskStatistics statistics;
-    TaskFault faults[kMaxFaultsKept];
-    std::atomic<std::uint32_t> fault_count{0};
-    std::thread thread;
-  };
   void run(TaskRun& run, core::TimeNs start_ns) noexcept;
   bool scan(TaskRun& run, const ReleaseContext& context) noexcept;
+  bool fault(TaskRun& run, const ReleaseContext& context, const Fault& fault) noexcept;
+  void stop_task(TaskRun& run) noexcept;
+  void on_timeout(TaskRun& run) noexcept;
   void set_priority(TaskRun& run);
   void set_cpu(TaskRun& run);
+  std::optional<core::Problem> cannot_raise() const;
 
   Resource& resource_;
   RealtimeOptions options_;
   core::MonotonicClock clock_;
   std::vector<std::unique_ptr<TaskRun>> runs_;
   std::vector<CycleListener*> listeners_;
+  std::unique_ptr<Watchdog> watchdog_;
   std::atomic<bool> stop_{false};
   RealtimeReport report_;
+  std::vector<std::uint32_t> stuck_;
   bool started_ = false;
   bool joined_ = false;
 };

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-
 namespace plc::runtime {
 
 Simulation::Simulation(Resource& resource, SimulationOptions options)

@@ -60,6 +60,7 @@ void free(void* block) {
 namespace plc::test {
 namespace {
 
+using bytecode::opcode_word;
 using bytecode::OperandKind;
 using core::Rep;
 
@@ -67,14 +68,16 @@ constexpr int kExitClean = 0;
 constexpr int kExitAllocated = 3;
 constexpr int kExitStuck = 4;
 constexpr int kExitNoServer = 5;
+constexpr int kExitNoPriority = 6;
 constexpr int kExitNoFilter = 77;
 
-/// Forbids the calling thread every system call but two; the kernel kills the process at the first other one.
-bool forbid_system_calls() {
+/// Forbids the calling thread every system call but two and `other`; the kernel kills the process at the first one.
+bool forbid_system_calls(unsigned other) {
   sock_filter program[] = {
       BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
-      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_clock_nanosleep, 2, 0),
-      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_clock_gettime, 1, 0),
+      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_clock_nanosleep, 3, 0),
+      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_clock_gettime, 2, 0),
+      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, other, 1, 0),
       BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_KILL_PROCESS),
       BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW),
   };
@@ -82,8 +85,9 @@ bool forbid_system_calls() {
   return prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 && prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &filter) == 0;
 }
 
+template <unsigned kOther = SYS_clock_gettime>
 void guard_thread(std::uint32_t) {
-  if (!forbid_system_calls()) _exit(kExitNoFilter);
+  if (!forbid_system_calls(kOther)) _exit(kExitNoFilter);
   armed = true;
 }
 
@@ -101,7 +105,8 @@ TypeId type_with(Rep rep) {
 struct EveryInstruction {
   ImageBuilder b;
 
-  EveryInstruction() {
+  explicit EveryInstruction(core::Coherence coherence) {
+    b.image.options.coherence = coherence;
     const std::uint32_t dint = b.type(TypeId::kDint);
     b.global("shared", dint);
     PouBuilder leaf = b.pou("Leaf", PouKind::kFunctionBlock);
@@ -145,8 +150,10 @@ struct EveryInstruction {
     // One task exports everything, the other what it changed.
     for (bytecode::ImagePou& pou : image.pous) {
       if (pou.kind != PouKind::kTask || pou.name != "Second") continue;
+      pou.code.insert(pou.code.end() - 1, {opcode_word(Opcode::kRaisePriority), 0, 1, opcode_word(Opcode::kReschedule),
+                                           opcode_word(Opcode::kLock), opcode_word(Opcode::kUnlock)});
       for (std::uint32_t& word : pou.code) {
-        if (word == bytecode::opcode_word(Opcode::kWriteChangedN)) word = bytecode::opcode_word(Opcode::kWriteN);
+        if (word == opcode_word(Opcode::kWriteChangedN)) word = opcode_word(Opcode::kWriteN);
       }
     }
     b.image = image;
@@ -172,7 +179,8 @@ struct EveryInstruction {
         }
       }
       const bool complete = words.size() == operands.count;
-      if (complete && opcode != Opcode::kReturn) pou.list(opcode, 0, words);
+      const bool of_tasks = opcode == Opcode::kReschedule || opcode == Opcode::kLock || opcode == Opcode::kUnlock;
+      if (complete && opcode != Opcode::kReturn && !of_tasks) pou.list(opcode, 0, words);
     }
     pou.record(0x00010001u, places[0], {places[0]});
     pou.record(0x12345678u, places[0], {places[0]});
@@ -267,8 +275,8 @@ struct EveryInstruction {
   }
 };
 
-std::unique_ptr<runtime::Resource> load_every_instruction() {
-  EveryInstruction every;
+std::unique_ptr<runtime::Resource> load_every_instruction(core::Coherence coherence = core::Coherence::kWaitFree) {
+  EveryInstruction every(coherence);
   core::Diagnostics diagnostics;
   auto verified = bytecode::verify(every.b.image, diagnostics);
   std::ostringstream text;
@@ -312,20 +320,22 @@ class HmiLoad {
 
 /// Runs 50 guarded scans of both tasks in a child; `plant` acts in the cycle; with `hmi`, clients are answered 500
 /// times meanwhile. Returns the child's wait status.
-int guarded_run(runtime::CycleListener* plant, void (*guard)(std::uint32_t) = guard_thread, bool hmi = false) {
+int guarded_run(runtime::CycleListener* plant, void (*guard)(std::uint32_t) = guard_thread<>, bool hmi = false,
+                core::Coherence coherence = core::Coherence::kWaitFree) {
   const pid_t child = fork();
   if (child == 0) {
-    auto resource = load_every_instruction();
+    auto resource = load_every_instruction(coherence);
     if (resource == nullptr) _exit(kExitStuck);
     runtime::RealtimeOptions options;
-    options.realtime_priority = false;
+    // Priorities change under ceilings only; where the system grants none, the calls fail and are calls all the same.
+    options.realtime_priority = coherence == core::Coherence::kPriorityCeiling;
     options.lock_memory = false;
     options.on_thread_start = guard;
     runtime::RealtimeScheduler scheduler(*resource, options);
     if (plant != nullptr) scheduler.add_listener(*plant);
     std::unique_ptr<HmiLoad> load;
     if (hmi) load = std::make_unique<HmiLoad>(*resource);
-    scheduler.start();
+    if (scheduler.start().problem) _exit(kExitNoPriority);
     for (int i = 0; i < 20'000; ++i) {
       const bool served = load == nullptr || load->answered() >= 500;
       if (scheduler.statistics(0).scans >= 50 && scheduler.statistics(1).scans >= 50 && served) {
@@ -375,7 +385,22 @@ TEST(CycleGuard, TheCycleIsClean) {
 }
 
 TEST(CycleGuard, TheCycleIsCleanUnderHmiLoad) {
-  const int status = guarded_run(nullptr, guard_thread, true);
+  const int status = guarded_run(nullptr, guard_thread<>, true);
+  if (WIFEXITED(status) && WEXITSTATUS(status) == kExitNoFilter) GTEST_SKIP() << "seccomp filters are not available";
+  ASSERT_TRUE(WIFEXITED(status)) << "killed by signal " << WTERMSIG(status);
+  EXPECT_EQ(WEXITSTATUS(status), kExitClean);
+}
+
+TEST(CycleGuard, CeilingsTakeOneMoreCall) {
+  const int status = guarded_run(nullptr, guard_thread<SYS_sched_setparam>, false, core::Coherence::kPriorityCeiling);
+  if (WIFEXITED(status) && WEXITSTATUS(status) == kExitNoFilter) GTEST_SKIP() << "seccomp filters are not available";
+  if (WIFEXITED(status) && WEXITSTATUS(status) == kExitNoPriority) GTEST_SKIP() << "no real-time priority";
+  ASSERT_TRUE(WIFEXITED(status)) << "killed by signal " << WTERMSIG(status);
+  EXPECT_EQ(WEXITSTATUS(status), kExitClean);
+}
+
+TEST(CycleGuard, TheLockTakesOneMoreCall) {
+  const int status = guarded_run(nullptr, guard_thread<SYS_futex>, false, core::Coherence::kGlobalLock);
   if (WIFEXITED(status) && WEXITSTATUS(status) == kExitNoFilter) GTEST_SKIP() << "seccomp filters are not available";
   ASSERT_TRUE(WIFEXITED(status)) << "killed by signal " << WTERMSIG(status);
   EXPECT_EQ(WEXITSTATUS(status), kExitClean);

@@ -371,11 +371,14 @@ class ImageBuilder {
     for (const PendingTask& t : tasks_) {
       PouBuilder body = pou(t.name, PouKind::kTask);
       const auto count = static_cast<std::uint32_t>(exported_.size());
+      if (count != 0) hold_others_off(body, count);
       if (count != 0) body.op(Opcode::kReadN, {0, count});
+      if (count != 0) let_others_on(body);
       for (std::size_t i = 0; i < t.programs.size(); ++i) {
         const Word at = body.instance_of(image.pous[t.programs[i]].name + std::to_string(i), t.programs[i]);
         body.op(Opcode::kCallPou, {t.programs[i], at});
       }
+      if (count != 0) hold_others_off(body, count);
       for (const bool alone : {true, false}) {
         const auto exports = [&](std::uint32_t f) {
           const bool mine = exported_[f] && owner_[f].value_or(index) == index;
@@ -388,6 +391,7 @@ class ImageBuilder {
           first = std::max(last, first + 1);
         }
       }
+      if (count != 0) let_others_on(body);
       ++index;
       bytecode::ImageTask entry;
       entry.name = t.name;
@@ -406,6 +410,16 @@ class ImageBuilder {
   }
 
  private:
+  /// Bounds of an exchange, as the protocol of image.options has them.
+  void hold_others_off(PouBuilder& body, std::uint32_t globals) {
+    if (image.options.coherence == core::Coherence::kGlobalLock) body.op(Opcode::kLock, {});
+    if (image.options.coherence == core::Coherence::kPriorityCeiling) body.op(Opcode::kRaisePriority, {0, globals});
+  }
+  void let_others_on(PouBuilder& body) {
+    if (image.options.coherence == core::Coherence::kGlobalLock) body.op(Opcode::kUnlock, {});
+    if (image.options.coherence == core::Coherence::kPriorityCeiling) body.op(Opcode::kReschedule, {});
+  }
+
   struct PendingTask {
     std::string name;
     std::int64_t period_ns;

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <fstream>
 #include <iostream>
 #include <iterator>
@@ -16,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "io-drivers/config/plan_tasks.h"
 #include "io-drivers/csv.h"
 #include "io-drivers/machine/machine.h"
 #include "io-drivers/machine/simulated_device.h"
@@ -85,16 +87,23 @@ std::uint32_t stimulus_task(const std::string& path, runtime::Resource& resource
   return io::fastest_task(resource.image());
 }
 
-void print_start(const Run& run, const bytecode::Image& image, core::TimeNs load_ns) {
+void print_start(const Run& run, const bytecode::Image& image, const std::vector<runtime::TaskPlan>& plan,
+                 core::TimeNs load_ns) {
   std::cout << fmt::format("{}: {} with {}, ready in {}\n", kVersionText, run.file, counted(image.tasks.size(), "task"),
                            duration_text(static_cast<double>(load_ns)));
   std::cout << "options: " << describe(image.options) << '\n';
-  for (const bytecode::ImageTask& task : image.tasks) {
-    std::cout << fmt::format("task {}: {}, priority {}\n", task.name,
+  for (std::size_t t = 0; t < plan.size(); ++t) {
+    const bytecode::ImageTask& task = image.tasks[t];
+    std::cout << fmt::format("task {}: {}, priority {}", task.name,
                              !task.single.empty()  ? "on " + task.single
                              : task.period_ns == 0 ? std::string("freewheeling")
                                                    : "every " + duration_text(static_cast<double>(task.period_ns)),
-                             task.priority);
+                             plan[t].priority);
+    const auto time = [](core::TimeNs ns) { return duration_text(static_cast<double>(ns)); };
+    if (plan[t].cpu >= 0) std::cout << fmt::format(", processor {}", plan[t].cpu);
+    if (plan[t].offset_ns != 0) std::cout << ", offset " << time(plan[t].offset_ns);
+    if (plan[t].watchdog_ns != 0) std::cout << ", watchdog " << time(plan[t].watchdog_ns);
+    std::cout << '\n';
   }
 }
 
@@ -140,19 +149,37 @@ void complain_at(const std::string& file, core::SourceRef at, const core::Proble
   diagnostics.render_with_lines(std::cerr);
 }
 
-int run_resource(const Run& run, runtime::Resource& resource, std::int64_t duration_ns, core::TimeNs load_ns) {
-  const bytecode::Image& image = resource.image();
-  runtime::RealtimeOptions realtime;
-  realtime.on_fault = run.on_fault;
+/// What this machine is to do with the project's tasks.
+struct Plan {
+  io::Configuration configuration;
+  std::vector<runtime::TaskPlan> tasks;
+};
+
+/// Nothing after a complaint; the exit code is in `code`.
+std::optional<Plan> make_plan(const Run& run, const bytecode::Image& image, int& code) {
   core::Diagnostics diagnostics;
-  const auto machine = io::Machine::configure({run.file, run.configuration, run.listen}, resource, diagnostics);
-  diagnostics.render_with_lines(std::cerr);
-  if (machine == nullptr) {
-    for (const core::Diagnostic& d : diagnostics.all()) {
-      if (d.code == core::Code::P7001 && d.at.line == 0) return kExitUsage;
-    }
-    return kExitErrors;
+  Plan plan;
+  std::optional<io::Configuration> configuration = io::Configuration{};
+  if (!run.configuration.empty()) configuration = io::load_configuration(run.configuration, diagnostics);
+  code = configuration || diagnostics.all().front().code != core::Code::P7001 ? kExitErrors : kExitUsage;
+  if (configuration) {
+    auto tasks = io::plan_tasks(*configuration, image, io::available_cpus(), run.on_fault, diagnostics);
+    if (tasks) plan.tasks = std::move(*tasks);
+    plan.configuration = std::move(*configuration);
   }
+  diagnostics.render_with_lines(std::cerr);
+  if (diagnostics.has_errors()) return std::nullopt;
+  return plan;
+}
+
+int run_resource(const Run& run, runtime::Resource& resource, Plan plan, std::int64_t duration_ns,
+                 core::TimeNs load_ns) {
+  const bytecode::Image& image = resource.image();
+  core::Diagnostics diagnostics;
+  const auto machine =
+      io::Machine::configure({run.file, std::move(plan.configuration), run.listen}, resource, diagnostics);
+  diagnostics.render_with_lines(std::cerr);
+  if (machine == nullptr) return kExitErrors;
   if (!run.stimulus.empty()) {
     auto device = std::make_unique<io::SimulatedDevice>("--stimulus", run.stimulus,
                                                         stimulus_task(run.stimulus, resource), resource);
@@ -164,7 +191,7 @@ int run_resource(const Run& run, runtime::Resource& resource, std::int64_t durat
              "paths begin with the name of a program instance or a global: --watch '*' shows all of them");
     return kExitUsage;
   }
-  print_start(run, image, load_ns);
+  print_start(run, image, plan.tasks, load_ns);
   handle_signals();
   // From here on this may be the guardian's child: no thread before.
   const auto failed = [&](const core::Problem& problem) {
@@ -173,7 +200,10 @@ int run_resource(const Run& run, runtime::Resource& resource, std::int64_t durat
     return kExitErrors;
   };
   if (const auto problem = machine->open()) return failed(*problem);
-  runtime::RealtimeScheduler scheduler(resource, realtime);
+  runtime::RealtimeOptions realtime;
+  realtime.plan = std::move(plan.tasks);
+  realtime.safe_values = machine->safe_values();
+  runtime::RealtimeScheduler scheduler(resource, std::move(realtime));
   std::vector<std::string> notes;
   if (const auto problem = machine->start(scheduler, notes)) return failed(*problem);
   if (!view.empty()) scheduler.add_listener(view);
@@ -184,11 +214,22 @@ int run_resource(const Run& run, runtime::Resource& resource, std::int64_t durat
   core::MonotonicClock clock;
   const core::TimeNs begin = clock.now_ns();
   const runtime::RealtimeReport& report = scheduler.start();
+  if (report.problem) {
+    machine->stopping();
+    machine->stop();
+    return failed(*report.problem);
+  }
   for (const std::string& refused : report.refused) std::cout << "real time: " << refused << '\n';
   if (report.refused.empty()) std::cout << "real time: SCHED_FIFO priorities and locked memory\n";
   std::cout << std::endl;
 
-  std::size_t faults_shown = 0;
+  std::size_t faults = 0;
+  const auto show_faults = [&] {
+    for (const runtime::TaskFault& fault : scheduler.new_faults()) {
+      ++faults;
+      print_fault(image, fault, std::cerr);
+    }
+  };
   core::TimeNs next_view = begin;
   core::TimeNs next_service = begin;
   while (!scheduler.stop_requested() && !signalled.load(std::memory_order_relaxed)) {
@@ -202,19 +243,17 @@ int run_resource(const Run& run, runtime::Resource& resource, std::int64_t durat
       view.show(now - begin, kRedrawNs / 2);
       next_view += kRedrawNs * (1 + (now - next_view) / kRedrawNs);
     }
-    const std::vector<runtime::TaskFault> faults = scheduler.faults();
-    for (; faults_shown < faults.size(); ++faults_shown) print_fault(image, faults[faults_shown], std::cerr);
+    show_faults();
     const core::TimeNs end = duration_ns == 0 ? now + kPollNs : std::min(now + kPollNs, begin + duration_ns);
     clock.sleep_until_ns(end);
   }
   machine->stopping();
   scheduler.request_stop();
-  scheduler.join();
+  const std::vector<std::uint32_t> stuck = scheduler.join();
   machine->stop();
   running.store(nullptr, std::memory_order_relaxed);
 
-  const std::vector<runtime::TaskFault> faults = scheduler.faults();
-  for (; faults_shown < faults.size(); ++faults_shown) print_fault(image, faults[faults_shown], std::cerr);
+  show_faults();
   print_events(resource, std::cerr);
   print_end(image, scheduler);
   if (run.stats) {
@@ -222,7 +261,15 @@ int run_resource(const Run& run, runtime::Resource& resource, std::int64_t durat
     print_link_report(resource, std::cout);
     print_memory(std::cout);
   }
-  return faults.empty() ? kExitOk : kExitErrors;
+  if (!stuck.empty()) {
+    for (const std::uint32_t task : stuck) {
+      complain("plc-run", "task " + image.tasks[task].name + " does not end; its outputs are safe");
+    }
+    // WHY: it still uses what a return would destroy.
+    std::cout.flush();
+    std::_Exit(kExitErrors);
+  }
+  return faults == 0 ? kExitOk : kExitErrors;
 }
 
 int run_command(int argc, char** argv) {
@@ -298,15 +345,20 @@ int run_command(int argc, char** argv) {
   const core::MonotonicClock clock;
   const core::TimeNs begin = clock.now_ns();
   std::unique_ptr<runtime::Resource> resource;
+  std::optional<Plan> plan;
   {
     Compilation compilation;
     if (const auto code = open_or_explain(app, {run.file, run.options, Goal::kRun, run.libraries}, compilation))
       return *code;
+    int code = kExitOk;
+    plan = make_plan(run, compilation.image->image(), code);
+    if (!plan) return code;
+    for (const runtime::TaskPlan& task : plan->tasks) run.program.priorities.push_back(task.priority);
     auto loaded = runtime::Resource::load(std::move(*compilation.image), run.program);
     if (!loaded) return complain(loaded.error()), kExitErrors;
     resource = std::move(*loaded);
   }
-  return run_resource(run, *resource, duration_ns, clock.now_ns() - begin);
+  return run_resource(run, *resource, std::move(*plan), duration_ns, clock.now_ns() - begin);
 }
 
 }  // namespace

@@ -2,8 +2,13 @@
 #include "runtime/memory/exchange.h"
 
 #include <gtest/gtest.h>
+#include <pthread.h>
+#include <sched.h>
+#include <time.h>
 
+#include <array>
 #include <atomic>
+#include <chrono>
 #include <cstdlib>
 #include <thread>
 
@@ -25,20 +30,25 @@ using runtime::WriteResult;
 /// A task without code: its local copy of the table is in the hands of the test.
 class HandTask {
  public:
-  HandTask(GlobalTable& globals, std::uint32_t task)
-      : memory_(globals.size() + 64), exchange_(globals, task, memory_.data()) {
+  HandTask(GlobalTable& globals, std::uint32_t task, runtime::SetPriority set = nullptr)
+      : memory_(globals.size() + 64),
+        exchange_(runtime::make_exchange(globals.image().options.coherence, globals, task, memory_.data())) {
     const bytecode::Image& image = globals.image();
     std::memcpy(memory_.data(), image.global_initial.data(), globals.size());
     const auto all = static_cast<std::uint32_t>(image.globals.size());
-    in_ = exchange_.add_range(0, all, false);
-    for (const runtime::FieldRange& range : runtime::exported_ranges(image, image.tasks[task].body)) {
-      out_.push_back(exchange_.add_range(range.first, range.count, true));
+    in_ = exchange_->add_range(0, all, Exchange::Use::kImport);
+    all_ = exchange_->add_range(0, all, Exchange::Use::kRaise);
+    for (const runtime::FieldRange& range : runtime::exchanged_ranges(image, image.tasks[task].body)) {
+      if (range.exported) out_.push_back(exchange_->add_range(range.first, range.count, Exchange::Use::kExport));
     }
-    exchange_.prepare();
+    exchange_->prepare();
+    exchange_->set_priority_change(set);
   }
   void begin() {
-    exchange_.begin();
-    exchange_.import(in_);
+    exchange_->begin();
+    hold_others_off();
+    exchange_->import(in_);
+    let_others_on();
   }
   void end() {
     export_only();
@@ -46,9 +56,12 @@ class HandTask {
   }
   /// The two halves of end().
   void export_only() {
-    for (const std::uint32_t range : out_) exchange_.export_range(range);
+    hold_others_off();
+    for (const std::uint32_t range : out_) exchange_->export_range(range);
+    let_others_on();
   }
-  void finish() { exchange_.end(); }
+  bool finish() { return exchange_->end(); }
+  Exchange& exchange() { return *exchange_; }
   template <class T>
   T get(std::uint32_t offset) const {
     T value;
@@ -62,8 +75,18 @@ class HandTask {
 
  private:
   runtime::TableMemory memory_;
-  Exchange exchange_;
+  void hold_others_off() {
+    exchange_->lock();
+    exchange_->raise(all_);
+  }
+  void let_others_on() {
+    exchange_->unlock();
+    exchange_->reschedule();
+  }
+
+  std::unique_ptr<Exchange> exchange_;
   std::uint32_t in_ = 0;
+  std::uint32_t all_ = 0;
   std::vector<std::uint32_t> out_;
 };
 
@@ -76,10 +99,11 @@ struct Tables {
   std::uint32_t global(const std::string& name, std::uint32_t type, ImageBuilder::GlobalOptions options = {}) {
     return bytecode::offset_of(b.global(name, type, {}, std::move(options)));
   }
+  /// Task 0 is the most urgent.
   GlobalTable& build(std::size_t tasks = 2) {
     for (std::size_t i = 0; i < tasks; ++i) {
       PouBuilder program = b.pou("P" + std::to_string(i), PouKind::kProgram);
-      b.task("T" + std::to_string(i), 1'000'000, {program.finish()});
+      b.task("T" + std::to_string(i), 1'000'000, {program.finish()}, static_cast<std::int32_t>(i));
     }
     core::Diagnostics diagnostics;
     verified = bytecode::verify(b.build(), diagnostics);
@@ -417,11 +441,12 @@ std::uint64_t exchanges() {
 
 /// Two tasks that own a group each, a reader and a writer from outside, all as fast as they can, on two cores. Every
 /// publication fills its group with one number, so any mixture of two shows.
-class Consistency : public testing::TestWithParam<std::uint32_t> {};
+class Consistency : public testing::TestWithParam<std::tuple<core::Coherence, std::uint32_t>> {};
 
 TEST_P(Consistency, NothingTearsAndNothingMixes) {
-  const std::uint32_t size = GetParam();
+  const auto [coherence, size] = GetParam();
   Tables t;
+  t.b.image.options.coherence = coherence;
   const std::uint32_t lint = t.b.type(TypeId::kLint);
   const std::uint32_t text = t.b.string(28);
   const std::uint32_t group = t.b.array(lint, size);
@@ -542,7 +567,168 @@ TEST_P(Consistency, NothingTearsAndNothingMixes) {
   RecordProperty("exchanges", std::to_string(done));
 }
 
-INSTANTIATE_TEST_SUITE_P(Groups, Consistency, testing::Values(1u, 10u, 100u, 1'000u, 10'000u));
+// Priority ceilings need one processor and priorities: below.
+INSTANTIATE_TEST_SUITE_P(Groups, Consistency,
+                         testing::Combine(testing::Values(core::Coherence::kWaitFree, core::Coherence::kGlobalLock),
+                                          testing::Values(1u, 10u, 100u, 1'000u, 10'000u)));
+
+/// What a task's thread has under the protocol; the priorities of these tasks are 0, 1, 2.
+void set_fifo(std::int32_t priority) noexcept {
+  sched_param parameter{};
+  parameter.sched_priority = 20 - priority;
+  static_cast<void>(sched_setparam(0, &parameter));
+}
+
+/// Three tasks of one processor, the more urgent ones preempting the others at any instant, in exchanges above all.
+/// Each publishes its group filled with the number of its round.
+class Ceilings : public testing::TestWithParam<std::uint32_t> {};
+
+TEST_P(Ceilings, NothingMixesOnOneProcessor) {
+  const std::uint32_t size = GetParam();
+  Tables t;
+  t.b.image.options.coherence = core::Coherence::kPriorityCeiling;
+  const std::uint32_t lint = t.b.type(TypeId::kLint);
+  std::array<std::uint32_t, 3> group{};
+  for (std::uint32_t task = 0; task < 3; ++task) {
+    group[task] = t.global("g" + std::to_string(task), t.b.array(lint, size), {.owner = task});
+  }
+  GlobalTable& globals = t.build(3);
+  std::array<HandTask, 3> tasks{{{globals, 0, set_fifo}, {globals, 1, set_fifo}, {globals, 2, set_fifo}}};
+  std::atomic<std::uint64_t> bad{0};
+  std::array<std::atomic<std::uint64_t>, 3> done{};
+  std::atomic<bool> stop{false};
+  std::atomic<int> refused{0};
+  const auto cpu = static_cast<unsigned>(sched_getcpu());
+  const auto run = [&](std::uint32_t me) {
+    cpu_set_t set;
+    CPU_ZERO(&set);
+    CPU_SET(cpu, &set);
+    sched_param parameter{};
+    parameter.sched_priority = 20 - static_cast<int>(me);
+    if (pthread_setaffinity_np(pthread_self(), sizeof set, &set) != 0 ||
+        pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter) != 0) {
+      ++refused;
+      return;
+    }
+    HandTask& task = tasks[me];
+    std::array<std::int64_t, 3> newest{};
+    for (std::int64_t round = 1; !stop.load(std::memory_order_relaxed); ++round) {
+      task.begin();
+      for (std::uint32_t other = 0; other < 3; ++other) {
+        const auto head = task.get<std::int64_t>(group[other]);
+        bool whole = head >= newest[other];
+        for (std::uint32_t i = 1; i < size; ++i) whole = whole && task.get<std::int64_t>(group[other] + 8 * i) == head;
+        if (!whole) ++bad;
+        newest[other] = head;
+      }
+      for (std::uint32_t i = 0; i < size; ++i) task.put<std::int64_t>(group[me] + 8 * i, round);
+      task.end();
+      ++done[me];
+      // The least urgent never sleeps; the others come again while it, or they, exchange.
+      const timespec pause{0, me == 0 ? 20'000 : 70'000};
+      if (me != 2) clock_nanosleep(CLOCK_MONOTONIC, 0, &pause, nullptr);
+    }
+  };
+  std::array<std::thread, 3> threads;
+  for (std::uint32_t i = 0; i < 3; ++i) threads[i] = std::thread(run, i);
+  const std::uint64_t wanted = std::max<std::uint64_t>(exchanges() / 20 / (1 + size / 100), 50);
+  const auto begin = std::chrono::steady_clock::now();
+  while (refused == 0 && (done[0] < wanted || done[1] < wanted || done[2] < wanted)) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    if (std::chrono::steady_clock::now() - begin > std::chrono::minutes(5)) break;
+  }
+  stop = true;
+  for (std::thread& thread : threads) thread.join();
+  if (refused != 0) GTEST_SKIP() << "no real-time priority";
+  EXPECT_EQ(bad, 0u);
+  for (const auto& count : done) EXPECT_GE(count, wanted);
+}
+
+INSTANTIATE_TEST_SUITE_P(Groups, Ceilings, testing::Values(1u, 10u, 100u, 1'000u, 10'000u));
+
+/// Records what the protocol does to the priority.
+std::vector<std::int32_t> raised;
+void record_priority(std::int32_t priority) noexcept { raised.push_back(priority); }
+
+TEST(CeilingProtocol, EveryGroupIsCopiedAtTheCeilingOfWhatItHolds) {
+  Tables t;
+  t.b.image.options.coherence = core::Coherence::kPriorityCeiling;
+  const std::uint32_t dint = t.b.type(TypeId::kDint);
+  t.global("mine", dint, {.owner = 1});
+  GlobalTable& globals = t.build(2);
+  EXPECT_EQ(globals.ceiling(0), 0) << "task 0 imports it";
+  HandTask urgent(globals, 0, record_priority);
+  HandTask slow(globals, 1, record_priority);
+  raised.clear();
+  urgent.begin();
+  urgent.end();
+  EXPECT_TRUE(raised.empty()) << "nobody is more urgent";
+  slow.begin();
+  EXPECT_TRUE(raised == (std::vector<std::int32_t>{0, 1})) << raised.size();
+  slow.end();
+  EXPECT_TRUE(raised == (std::vector<std::int32_t>{0, 1, 0, 1})) << raised.size();
+}
+
+TEST(CeilingProtocol, PrioritiesOfTheMachineCountNotThoseOfTheImage) {
+  Tables t;
+  t.b.image.options.coherence = core::Coherence::kPriorityCeiling;
+  t.global("mine", t.b.type(TypeId::kDint), {.owner = 1});
+  t.build(2);
+  const std::array<std::int32_t, 2> swapped = {7, 3};
+  GlobalTable globals(t.verified->image(), swapped);
+  EXPECT_EQ(globals.ceiling(0), 3);
+  EXPECT_EQ(globals.priority(0), 7);
+  HandTask first(globals, 0, record_priority);
+  raised.clear();
+  first.begin();
+  EXPECT_TRUE(raised == (std::vector<std::int32_t>{3, 7}));
+}
+
+/// The watchdog's part: a task that computes loses the right to publish, one that exports does not.
+class Revocation : public testing::TestWithParam<core::Coherence> {};
+
+TEST_P(Revocation, ARevokedCycleHasNoEffectAndSafeValuesStand) {
+  Tables t;
+  t.b.image.options.coherence = GetParam();
+  const std::uint32_t dint = t.b.type(TypeId::kDint);
+  const std::uint32_t output = t.global("output", dint, {.owner = 0});
+  const std::uint32_t other = t.global("other", dint, {.owner = 0});
+  const std::uint32_t shared = t.global("shared", dint);
+  GlobalTable& globals = t.build();
+  HandTask task(globals, 0);
+  HandTask reader(globals, 1);
+  EXPECT_FALSE(task.exchange().revoke()) << "between cycles";
+  task.begin();
+  task.put<std::int32_t>(output, 1);
+  task.put<std::int32_t>(other, 2);
+  task.put<std::int32_t>(shared, 3);
+  task.export_only();
+  EXPECT_FALSE(task.exchange().revoke()) << "it exports already";
+  EXPECT_TRUE(task.finish());
+  task.begin();
+  task.put<std::int32_t>(output, 10);
+  task.put<std::int32_t>(other, 20);
+  task.put<std::int32_t>(shared, 30);
+  ASSERT_TRUE(task.exchange().revoke());
+  const std::int32_t safe = 77;
+  const auto* const bytes = reinterpret_cast<const std::byte*>(&safe);
+  const std::array<GlobalWrite, 2> values = {{{output, dint, bytes, nullptr}, {shared, dint, bytes, nullptr}}};
+  task.exchange().publish_safe(values);
+  task.export_only();
+  EXPECT_FALSE(task.finish());
+  EXPECT_EQ(t.read<std::int32_t>(output), 77);
+  EXPECT_EQ(t.read<std::int32_t>(other), 2) << "as published last";
+  EXPECT_EQ(t.read<std::int32_t>(shared), 77);
+  reader.begin();
+  EXPECT_EQ(reader.get<std::int32_t>(output), 77);
+  EXPECT_EQ(reader.get<std::int32_t>(other), 2);
+  EXPECT_EQ(reader.get<std::int32_t>(shared), 77);
+  reader.end();
+}
+
+INSTANTIATE_TEST_SUITE_P(Protocols, Revocation,
+                         testing::Values(core::Coherence::kWaitFree, core::Coherence::kPriorityCeiling,
+                                         core::Coherence::kGlobalLock));
 
 }  // namespace
 }  // namespace plc::test

@@ -1,0 +1,227 @@
+#include "runtime/memory/wait_free_exchange.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "runtime/memory/shared_words.h"
+
+namespace plc::runtime {
+WaitFreeExchange::WaitFreeExchange(GlobalTable& globals, std::uint32_t task, std::byte* local)
+    : globals_(globals), task_(task), local_(local) {
+  globals_.attach(*this);
+}
+
+WaitFreeExchange::~WaitFreeExchange() { globals_.detach(*this); }
+
+std::uint32_t WaitFreeExchange::add_range(std::uint32_t first, std::uint32_t count, Use use) {
+  Range range;
+  range.first = first;
+  range.count = count;
+  range.use = use;
+  ranges_.push_back(std::move(range));
+  return static_cast<std::uint32_t>(ranges_.size() - 1);
+}
+
+void WaitFreeExchange::prepare() {
+  held_.assign(globals_.owners_.size(), nullptr);
+  sources_.clear();
+  const auto reads = [this](std::uint32_t owner) {
+    if (std::find(sources_.begin(), sources_.end(), owner) == sources_.end()) sources_.push_back(owner);
+  };
+  std::size_t exports = 0;
+  bool by_leaf = false;
+  for (Range& range : ranges_) {
+    range.stretches.clear();
+    range.leaves.clear();
+    if (range.use == Use::kRaise) continue;
+    const bool to_export = range.use == Use::kExport;
+    bool neighbour = false;  // the field before this one is the end of the last stretch
+    for (std::uint32_t f = range.first; f < range.first + range.count; ++f) {
+      const GlobalTable::Field& field = globals_.fields_[f];
+      if (field.begin == field.end) {
+        neighbour = false;
+        continue;
+      }
+      const bool owned = field.kind == GlobalTable::Kind::kOwned;
+      if (owned && (field.owner == task_) == to_export) {
+        // What other tasks export comes from the common table, where there is one.
+        if (!to_export && (globals_.common_.size() == 0 || field.owner >= globals_.task_count_)) reads(field.owner);
+        if (neighbour && range.stretches.back().owner == field.owner) {
+          range.stretches.back().end = field.end;
+        } else {
+          range.stretches.push_back({field.owner, field.begin, field.end, field.at});
+        }
+      }
+      neighbour = owned && (field.owner == task_) == to_export;
+      if (owned || field.kind == GlobalTable::Kind::kConstant) continue;
+      by_leaf = true;
+      for (std::uint32_t l = field.first_leaves; l < field.last_leaves; ++l) {
+        range.leaves.push_back(l);
+        const GlobalTable::Leaves& leaves = globals_.leaves_[l];
+        for (std::uint32_t c = leaves.first_copy; c < leaves.last_copy; ++c) reads(globals_.copies_[c].owner);
+      }
+    }
+    exports += to_export ? 1 : 0;
+  }
+  in_parts_ = exports > 1;
+  if (by_leaf && shadow_.size() == 0) shadow_ = TableMemory(globals_.size());
+  reset();
+}
+
+void WaitFreeExchange::reset() {
+  if (shadow_.size() != 0) std::memcpy(shadow_.data(), local_, globals_.size());
+  imported_.assign(globals_.leaves_.size(), kNotImported);
+  turn_.store(Turn::kExchanging, std::memory_order_relaxed);
+}
+
+// RT:
+void WaitFreeExchange::apply(const Journal::Entry& entry, const std::byte* value, const std::byte* mask) noexcept {
+  globals_.merge(local_ + entry.offset, entry.type, value, mask);
+}
+
+// RT:
+void WaitFreeExchange::begin() noexcept {
+  writing_ = nullptr;
+  stamp_ = 0;
+  globals_.owners_[task_].journal->drain([this](const Journal::Entry& entry, const std::byte* value,
+                                                const std::byte* mask) noexcept { apply(entry, value, mask); });
+  for (const std::uint32_t owner : sources_) held_[owner] = globals_.owners_[owner].snapshot->acquire(task_);
+  // Release: whoever revokes the task sees what its last publication left.
+  turn_.store(Turn::kComputing, std::memory_order_release);
+}
+
+// RT:
+bool WaitFreeExchange::may_publish() noexcept {
+  Turn turn = Turn::kComputing;
+  return turn_.compare_exchange_strong(turn, Turn::kExchanging, std::memory_order_relaxed) || turn == Turn::kExchanging;
+}
+
+bool WaitFreeExchange::revoke() noexcept {
+  Turn turn = Turn::kComputing;
+  return turn_.compare_exchange_strong(turn, Turn::kRevoked, std::memory_order_acquire, std::memory_order_relaxed);
+}
+
+// RT:
+void WaitFreeExchange::import_leaves(std::uint32_t index) noexcept {
+  const GlobalTable::Leaves& leaves = globals_.leaves_[index];
+  const std::size_t total = std::size_t{leaves.bytes} * leaves.count;
+  std::byte* const to = local_ + leaves.offset;
+  std::byte* const shadow = shadow_.data() + leaves.offset;
+  if (leaves.first_copy == leaves.last_copy) {
+    copy_from_shared(to, globals_.overlapping_.data() + leaves.offset, total);
+    std::memcpy(shadow, to, total);
+    return;
+  }
+  const std::uint64_t version = globals_.version(held_, leaves);
+  if (version == imported_[index]) {
+    std::memcpy(to, shadow, total);  // what a cycle that faulted changed and did not export is undone
+    return;
+  }
+  for (std::uint32_t i = 0; i < leaves.count; ++i) {
+    globals_.read_shared(held_, leaves, i, to + std::size_t{leaves.bytes} * i);
+  }
+  std::memcpy(shadow, to, total);
+  imported_[index] = version;
+}
+
+// RT:
+void WaitFreeExchange::import(std::uint32_t range) noexcept {
+  const Range& r = ranges_[range];
+  for (const Stretch& s : r.stretches) {
+    std::memcpy(local_ + s.begin, held_[s.owner] + s.at, s.end - s.begin);
+  }
+  for (const std::uint32_t l : r.leaves) import_leaves(l);
+}
+
+// RT:
+void WaitFreeExchange::open_snapshot() noexcept {
+  Snapshot& snapshot = *globals_.owners_[task_].snapshot;
+  writing_ = snapshot.begin_write();
+  // A body that leaves a range out this time publishes that range as it was.
+  if (in_parts_) std::memcpy(writing_, snapshot.published(), globals_.owners_[task_].shared_at);
+}
+
+// RT:
+void WaitFreeExchange::export_leaves(const GlobalTable::Leaves& leaves) noexcept {
+  std::byte* const local = local_ + leaves.offset;
+  std::byte* const shadow = shadow_.data() + leaves.offset;
+  if (std::memcmp(local, shadow, std::size_t{leaves.bytes} * leaves.count) == 0) return;
+  for (std::uint32_t i = 0; i < leaves.count; ++i) {
+    const std::size_t at = std::size_t{leaves.bytes} * i;
+    if (std::memcmp(local + at, shadow + at, leaves.bytes) == 0) continue;
+    if (leaves.first_copy == leaves.last_copy) {
+      copy_to_shared(globals_.overlapping_.data() + leaves.offset + at, local + at, leaves.bytes);
+    } else {
+      if (writing_ == nullptr) open_snapshot();
+      if (stamp_ == 0) stamp_ = globals_.next_stamp();
+      const GlobalTable::Stamped place = globals_.stamped(task_, leaves, i);
+      std::memcpy(place.value, local + at, leaves.bytes);
+      std::memcpy(place.stamp, &stamp_, sizeof stamp_);
+      std::memcpy(place.newest, &stamp_, sizeof stamp_);
+    }
+    std::memcpy(shadow + at, local + at, leaves.bytes);
+  }
+}
+
+// RT:
+void WaitFreeExchange::export_range(std::uint32_t range) noexcept {
+  const Range& r = ranges_[range];
+  if (!may_publish()) return;
+  if (!r.stretches.empty() && writing_ == nullptr) open_snapshot();
+  for (const Stretch& s : r.stretches) {
+    std::memcpy(writing_ + s.at, local_ + s.begin, s.end - s.begin);
+  }
+  for (const std::uint32_t l : r.leaves) export_leaves(globals_.leaves_[l]);
+}
+
+// RT:
+bool WaitFreeExchange::end() noexcept {
+  const bool mine = may_publish();
+  GlobalTable::Owner& own = globals_.owners_[task_];
+  if (writing_ != nullptr) {
+    const std::size_t shared = own.snapshot->bytes() - own.shared_at;
+    if (shared != 0) std::memcpy(writing_ + own.shared_at, own.image.data(), shared);
+    own.snapshot->publish();
+  }
+  for (const std::uint32_t owner : sources_) globals_.owners_[owner].snapshot->release(task_);
+  return mine;
+}
+
+// RT:
+void WaitFreeExchange::publish_safe(std::span<const GlobalWrite> values) noexcept {
+  GlobalTable::Owner& own = globals_.owners_[task_];
+  Snapshot& snapshot = *own.snapshot;
+  std::byte* const next = snapshot.begin_write();
+  std::memcpy(next, snapshot.published(), own.shared_at);
+  const std::uint64_t stamp = globals_.next_stamp();
+  for (const GlobalWrite& w : values) {
+    const GlobalTable::Field& field = globals_.field_at(w.offset);
+    if (field.kind == GlobalTable::Kind::kOwned && field.owner == task_) {
+      globals_.merge(next + field.at + (w.offset - field.begin), w.type, w.value, w.mask);
+    } else if (field.kind == GlobalTable::Kind::kShared) {
+      const GlobalTable::Leaves& leaves = globals_.leaves_at(field, w.offset);
+      const GlobalTable::Stamped place = globals_.stamped(task_, leaves, (w.offset - leaves.offset) / leaves.bytes);
+      if (!globals_.merge(place.value, w.type, w.value, w.mask)) continue;
+      std::memcpy(place.stamp, &stamp, sizeof stamp);
+      std::memcpy(place.newest, &stamp, sizeof stamp);
+    } else if (field.kind == GlobalTable::Kind::kOverlapping) {
+      globals_.write_overlapping(w);
+    }
+  }
+  const std::size_t shared = snapshot.bytes() - own.shared_at;
+  if (shared != 0) std::memcpy(next + own.shared_at, own.image.data(), shared);
+  snapshot.publish();
+}
+
+// RT:
+bool WaitFreeExchange::read_bool(std::uint32_t offset) noexcept {
+  for (std::size_t owner = 0; owner < held_.size(); ++owner) {
+    held_[owner] = globals_.owners_[owner].snapshot->acquire(task_);
+  }
+  std::byte value{};
+  globals_.read_held(held_, offset, 1, &value);
+  globals_.let_go(task_);
+  return value != std::byte{0};
+}
+
+}  // namespace plc::runtime

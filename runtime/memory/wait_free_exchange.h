@@ -1,0 +1,90 @@
+// WaitFreeExchange: every owner publishes a snapshot of all it exports; readers take the newest of each
+// (docs/adr/0012).
+//
+// What a task alone exports lives in its local copy; importing brings only what others own. Wait-free, bounded by the
+// sizes of the ranges and the journal. The protocols with a common table build on it: devices, servers and tools see
+// snapshots under every protocol.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "runtime/memory/exchange.h"
+#include "runtime/memory/table.h"
+
+namespace plc::runtime {
+
+class WaitFreeExchange : public Exchange {
+ public:
+  WaitFreeExchange(GlobalTable& globals, std::uint32_t task, std::byte* local);
+  ~WaitFreeExchange() override;
+  WaitFreeExchange(const WaitFreeExchange&) = delete;
+  WaitFreeExchange& operator=(const WaitFreeExchange&) = delete;
+
+  std::uint32_t add_range(std::uint32_t first, std::uint32_t count, Use use) override;
+  void prepare() override;
+  void reset() override;
+  void begin() noexcept override;
+  void import(std::uint32_t range) noexcept override;
+  void export_range(std::uint32_t range) noexcept override;
+  bool end() noexcept override;
+  [[nodiscard]] bool read_bool(std::uint32_t offset) noexcept override;
+  bool revoke() noexcept override;
+  void publish_safe(std::span<const GlobalWrite> values) noexcept override;
+
+ protected:
+  /// Bytes of the table that one owner publishes side by side.
+  struct Stretch {
+    std::uint32_t owner = 0;
+    std::uint32_t begin = 0;
+    std::uint32_t end = 0;
+    std::size_t at = 0;  ///< where they start in its snapshot
+  };
+  struct Range {
+    std::uint32_t first = 0;
+    std::uint32_t count = 0;
+    Use use = Use::kImport;
+    std::vector<Stretch> stretches;     ///< to import: owned by others; to export: owned by this task
+    std::vector<std::uint32_t> leaves;  ///< shared and overlapping: into GlobalTable::leaves_
+  };
+  /// Whether this cycle may publish; once it was told so, it can no longer be revoked. RT.
+  bool may_publish() noexcept;
+  void import_leaves(std::uint32_t index) noexcept;
+  [[nodiscard]] bool from_task(const Stretch& stretch) const noexcept { return stretch.owner < globals_.task_count_; }
+  [[nodiscard]] const std::byte* held(const Stretch& stretch) const noexcept {
+    return held_[stretch.owner] + stretch.at;
+  }
+  [[nodiscard]] std::byte* local() const noexcept { return local_; }
+  [[nodiscard]] std::byte* common() const noexcept { return globals_.common_.data(); }
+  [[nodiscard]] GlobalTable& globals() const noexcept { return globals_; }
+  [[nodiscard]] pthread_mutex_t& mutex() const noexcept { return globals_.common_mutex_; }
+  [[nodiscard]] const GlobalTable::Field& field(std::uint32_t f) const noexcept { return globals_.fields_[f]; }
+  [[nodiscard]] std::uint32_t task() const noexcept { return task_; }
+  [[nodiscard]] const std::vector<Range>& ranges() const noexcept { return ranges_; }
+
+ private:
+  /// Whose turn it is to publish: between cycles and while exporting, nobody can take it from the task.
+  enum class Turn : std::uint8_t { kExchanging, kComputing, kRevoked };
+
+  void export_leaves(const GlobalTable::Leaves& leaves) noexcept;
+  void open_snapshot() noexcept;
+  void apply(const Journal::Entry& entry, const std::byte* value, const std::byte* mask) noexcept;
+
+  GlobalTable& globals_;
+  std::uint32_t task_;
+  std::byte* local_;
+  std::vector<Range> ranges_;
+  std::vector<std::uint32_t> sources_;  ///< owners it reads
+  GlobalTable::Held held_;
+  std::atomic<Turn> turn_{Turn::kExchanging};
+  static constexpr std::uint64_t kNotImported = ~std::uint64_t{0};
+  std::vector<std::uint64_t> imported_;  ///< per GlobalTable::leaves_: its version at the last import
+  TableMemory shadow_;                   ///< shared and overlapping leaves as imported; size 0 without any
+  bool in_parts_ = false;                ///< several ranges make up what it publishes
+  std::byte* writing_ = nullptr;         ///< the snapshot of this cycle, once something was exported
+  std::uint64_t stamp_ = 0;              ///< of this cycle; 0 = none drawn yet
+};
+
+}  // namespace plc::runtime

@@ -1,0 +1,68 @@
+#include "runtime/sched/watchdog.h"
+
+#include <pthread.h>
+#include <sched.h>
+
+#include <algorithm>
+#include <system_error>
+#include <utility>
+
+#include "runtime/sched/priority.h"
+
+namespace plc::runtime {
+namespace {
+
+/// How long it may be deaf to its end.
+constexpr core::TimeNs kStopPollNs = 50'000'000;
+
+}  // namespace
+
+Watchdog::Watchdog(std::vector<TaskRun*> watched, int cpu, OnTimeout on_timeout)
+    : watched_(std::move(watched)), cpu_(cpu), on_timeout_(std::move(on_timeout)) {}
+
+Watchdog::~Watchdog() {
+  stop_.store(true, std::memory_order_relaxed);
+  if (thread_.joinable()) thread_.join();
+}
+
+std::string Watchdog::start(bool realtime) {
+  thread_ = std::thread([this] { run(); });
+  if (cpu_ >= 0) {
+    cpu_set_t set;
+    CPU_ZERO(&set);
+    CPU_SET(static_cast<unsigned>(cpu_), &set);
+    static_cast<void>(pthread_setaffinity_np(thread_.native_handle(), sizeof set, &set));
+  }
+  if (!realtime) return {};
+  sched_param parameter{};
+  parameter.sched_priority = kWatchdogPriority;
+  const int error = pthread_setschedparam(thread_.native_handle(), SCHED_FIFO, &parameter);
+  if (error == 0) return {};
+  return "the watchdog runs without real-time priority (" + std::system_category().message(error) +
+         "): tasks that keep a processor busy may keep it from acting";
+}
+
+// RT:
+void Watchdog::run() noexcept {
+  pthread_setname_np(pthread_self(), "plc-watchdog");
+  while (!stop_.load(std::memory_order_relaxed)) {
+    const core::TimeNs now_ns = clock_.now_ns();
+    core::TimeNs wake_ns = now_ns + kStopPollNs;
+    for (TaskRun* const run : watched_) {
+      core::TimeNs since = run->busy_since.load(std::memory_order_relaxed);
+      const core::TimeNs limit = run->plan.watchdog_ns;
+      // A scan that begins after this look cannot be too long before the whole time has passed.
+      core::TimeNs due = now_ns + limit;
+      if (since > TaskRun::kIdle && now_ns - since < limit) {
+        due = since + limit;
+      } else if (since > TaskRun::kIdle &&
+                 run->busy_since.compare_exchange_strong(since, TaskRun::kTimedOut, std::memory_order_relaxed)) {
+        on_timeout_(*run);
+      }
+      wake_ns = std::min(wake_ns, due);
+    }
+    clock_.sleep_until_ns(wake_ns);
+  }
+}
+
+}  // namespace plc::runtime
