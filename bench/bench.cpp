@@ -68,6 +68,7 @@ int main(int argc, char** argv) {
       "  plc-bench st         the programs that PLCs are compared with, against C\n"
       "  plc-bench compile    100,000 lines of ST to image, 10 MB of garbage to errors\n"
       "  plc-bench modbus     100 clients against the Modbus server, two minutes\n"
+      "  plc-bench coherence  globals between tasks under the three protocols, two minutes, as root\n"
       "  plc-bench check      small ladders and programs, results only\n"
       "\n"
       "Exit codes: 0 results right and all ratios within their limits, 1 a limit missed, 2 a result wrong.",
@@ -84,6 +85,10 @@ int main(int argc, char** argv) {
   modbus->add_option("--seconds", modbus_plan.seconds, "of load")->capture_default_str();
   modbus->add_option("--connections", modbus_plan.connections, "at a time")->capture_default_str();
   modbus->add_option("--torture", modbus_plan.torture, "tool that plays hostile clients")->default_val(PLC_TORTURE);
+  CoherencePlan coherence_plan;
+  CLI::App* coherence = app.add_subcommand("coherence", "exchange of globals under the three protocols");
+  coherence->add_option("--cycles", coherence_plan.cycles, "of the fast task in each row")->capture_default_str();
+  coherence->add_option("--sizes", coherence_plan.sizes, "variables in each direction")->capture_default_str();
   CLI::App* st = app.add_subcommand("st", "the programs that PLCs are compared with, against C");
   CLI::App* compile = app.add_subcommand("compile", "ST to image, garbage to errors");
   CompilePlan compile_plan;
@@ -91,7 +96,7 @@ int main(int argc, char** argv) {
   compile->add_option("--garbage-mb", compile_plan.garbage_mb, "of each kind")->capture_default_str();
   CLI::App* check = app.add_subcommand("check", "small ladders and programs, results only");
   app.require_subcommand(0, 1);
-  for (CLI::App* command : {scan, load, st, compile, modbus, check}) command->fallthrough();
+  for (CLI::App* command : {scan, load, st, compile, modbus, coherence, check}) command->fallthrough();
   CLI11_PARSE(app, argc, argv);
   compile_plan.seed = seed;
   compile_plan.repetitions = repetitions;
@@ -105,6 +110,8 @@ int main(int argc, char** argv) {
         verdict.merge(measure_scan({{200, false, seed + i}, 0, 200, 0}));
         verdict.merge(measure_scan({{300, true, seed + i}, 0, 200, 0}));
       }
+    } else if (coherence->parsed()) {
+      verdict.merge(measure_coherence(coherence_plan));
     } else if (modbus->parsed()) {
       verdict.merge(measure_modbus(modbus_plan));
     } else {

@@ -72,6 +72,15 @@ struct CompilePlan {
 /// From .st file to verified image, and how fast garbage is refused.
 Verdict measure_compile(const CompilePlan& plan);
 
+struct CoherencePlan {
+  std::uint32_t cycles = 10'000;  ///< of the fast task, for each protocol, size and place
+  std::uint32_t parts = 4;        ///< of these cycles, protocols interleaved
+  std::vector<std::uint32_t> sizes = {1, 10, 100, 1'000, 10'000};  ///< variables in each direction
+  bool limits = true;
+};
+/// The three coherence protocols, and memcpy of the same bytes. Needs two processors and SCHED_FIFO.
+Verdict measure_coherence(const CoherencePlan& plan);
+
 /// Most that the scan's p99.9 may grow while clients are served, and the resident memory in kB.
 inline constexpr double kModbusScanLimit = 1.3;
 inline constexpr double kModbusGrowthKb = 512;

@@ -161,7 +161,7 @@ void GpioDriver::lose_inputs() noexcept {
 // RT:
 void GpioDriver::after_scan(const runtime::ReleaseContext& context) noexcept {
   if (context.task != task_ || outputs_.empty()) return;
-  from_table_->begin();
+  from_table_->take();
   for (std::size_t i = 0; i < outputs_.size(); ++i) {
     const Output& output = *outputs_[i];
     std::byte value{};
@@ -170,7 +170,6 @@ void GpioDriver::after_scan(const runtime::ReleaseContext& context) noexcept {
                  : (value != std::byte{0}) != output.invert  ? std::uint8_t{1}
                                                              : std::uint8_t{0};
   }
-  from_table_->end();
   if (written_valid_ && wanted_ == written_ && context.now_ns < refresh_ns_) return;
   GpioLines* const lines = borrow();
   if (lines == nullptr) {

@@ -113,18 +113,17 @@ std::uint16_t ProcessData::cell_value(Table table, std::uint32_t address) {
 
 void ProcessData::read_bits(Table table, std::uint32_t first, std::span<std::uint8_t> bytes, std::uint32_t count) {
   std::memset(bytes.data(), 0, bytes.size());
-  reader_.begin();
+  reader_.take();
   fetch(table, first, count);
   for (std::uint32_t i = 0; i < count; ++i) {
     const auto bit = static_cast<std::uint8_t>(cell_value(table, first + i) << i % 8);
     bytes[i / 8] = static_cast<std::uint8_t>(bytes[i / 8] | bit);
   }
-  reader_.end();
 }
 
 void ProcessData::read_registers(Table table, std::uint32_t first, std::span<std::uint8_t> bytes) {
   const auto count = static_cast<std::uint32_t>(bytes.size() / 2);
-  reader_.begin();
+  reader_.take();
   fetch(table, first, count);
   for (std::uint32_t i = 0; i < count; ++i) {
     const std::uint32_t from = source(table, first + i);
@@ -137,7 +136,6 @@ void ProcessData::read_registers(Table table, std::uint32_t first, std::span<std
     bytes[2 * i] = static_cast<std::uint8_t>(value >> 8);
     bytes[2 * i + 1] = static_cast<std::uint8_t>(value);
   }
-  reader_.end();
 }
 
 void ProcessData::begin_write() {

@@ -10,8 +10,7 @@ GlobalReader::GlobalReader(GlobalTable& table) : table_(table), slot_(table.add_
 GlobalReader::~GlobalReader() { table_.remove_reader(held_, slot_); }
 
 // RT:
-void GlobalReader::begin() noexcept { table_.hold(slot_, held_); }
-void GlobalReader::end() noexcept { table_.let_go(slot_); }
+void GlobalReader::take() noexcept { table_.hold(slot_, held_); }
 
 // RT:
 void GlobalReader::read(std::uint32_t offset, std::uint32_t bytes, std::byte* to) const noexcept {

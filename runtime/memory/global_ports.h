@@ -12,7 +12,7 @@
 
 namespace plc::runtime {
 
-/// Reads the table. Between begin() and end() every value of one owner is of the same publication.
+/// Reads the table. Between two take() every value of one owner is of the same publication.
 class GlobalReader {
  public:
   /// Set-up only: not while tasks run.
@@ -21,11 +21,9 @@ class GlobalReader {
   GlobalReader(const GlobalReader&) = delete;
   GlobalReader& operator=(const GlobalReader&) = delete;
 
-  /// Takes the newest snapshot of every owner. RT: wait-free, some 20 ns an owner.
-  void begin() noexcept;
-  /// Gives them back. RT.
-  void end() noexcept;
-  /// Copies the leaf, or the run of leaves, at `offset`. Between begin() and end(). RT.
+  /// Takes the newest snapshot of every owner, for read(). RT: wait-free, at most some 20 ns an owner.
+  void take() noexcept;
+  /// Copies the leaf, or the run of leaves, at `offset`. After take(). RT.
   void read(std::uint32_t offset, std::uint32_t bytes, std::byte* to) const noexcept;
 
  private:

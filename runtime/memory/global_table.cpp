@@ -292,10 +292,6 @@ void GlobalTable::hold(std::uint32_t reader, Held& held) const noexcept {
   for (std::size_t o = 0; o < owners_.size(); ++o) held[o] = owners_[o].snapshot->acquire(reader);
 }
 
-void GlobalTable::let_go(std::uint32_t reader) const noexcept {
-  for (const Owner& owner : owners_) owner.snapshot->release(reader);
-}
-
 // RT:
 void GlobalTable::read_shared(const Held& held, const Leaves& leaves, std::uint32_t index,
                               std::byte* to) const noexcept {
@@ -388,12 +384,10 @@ void GlobalTable::read(std::uint32_t offset, std::uint32_t bytes, std::byte* to)
     Snapshot& snapshot = *owners_[field.owner].snapshot;
     outside_held_[field.owner] = snapshot.acquire(outside());
     read_held(outside_held_, offset, bytes, to);
-    snapshot.release(outside());
     return;
   }
   hold(outside(), outside_held_);
   read_held(outside_held_, offset, bytes, to);
-  let_go(outside());
 }
 
 void GlobalTable::copy(std::byte* to) const {
@@ -402,7 +396,6 @@ void GlobalTable::copy(std::byte* to) const {
   std::memcpy(to, image_.global_initial.data(), size_);  // what lies between fields
   hold(outside(), outside_held_);
   read_held(outside_held_, 0, static_cast<std::uint32_t>(size_), to);
-  let_go(outside());
 }
 
 // RT:
@@ -491,7 +484,6 @@ WriteResult GlobalTable::write(std::span<const GlobalWrite> batch) {
       owners_[field.owner].journal->append(entry_of(w), w.value, w.mask);
     }
   }
-  if (holding) let_go(outside());
   for (std::uint32_t task = 0; task < task_count_; ++task) {
     if (wanted[task].room != 0) owners_[task].journal->commit();
   }

@@ -177,7 +177,6 @@ class GlobalTable {
   void detach(Exchange& exchange) { std::erase(exchanges_, &exchange); }
 
   void hold(std::uint32_t reader, Held& held) const noexcept;
-  void let_go(std::uint32_t reader) const noexcept;
   /// Copies what [offset, offset + bytes) is in the snapshots held. RT.
   void read_held(const Held& held, std::uint32_t offset, std::uint32_t bytes, std::byte* to) const noexcept;
   /// Copies the newest of leaf `index` of `leaves`. RT.

@@ -1,53 +1,65 @@
 #include "runtime/memory/snapshot.h"
 
+#include <algorithm>
+
 namespace plc::runtime {
 
 Snapshot::Snapshot(std::size_t bytes, std::uint32_t readers)
     : bytes_(bytes),
       stride_((bytes + kTableAlign - 1) / kTableAlign * kTableAlign),
       readers_(readers),
-      slots_(std::make_unique<Slot[]>(readers)),
-      memory_(stride_ * (readers + 2)) {}
+      mailboxes_(std::make_unique<Mailbox[]>(readers)),
+      memory_(stride_ * (readers + 2)),
+      held_(readers, 0) {}
 
-bool Snapshot::is_free(std::uint32_t index) const noexcept {
-  if (index == newest_.load(std::memory_order_relaxed)) return false;
-  for (std::uint32_t reader = 0; reader < readers_; ++reader) {
-    // Acquire: what the reader read before it let go happened before we overwrite it.
-    if (slots_[reader].holds.load(std::memory_order_acquire) == index) return false;
-  }
-  return true;
+// RT: readers + 1 buffers are in use at most.
+void Snapshot::choose() noexcept {
+  if (chosen_) return;
+  const auto in_use = [this] {
+    return writing_ == newest_ || std::find(held_.begin(), held_.end(), writing_) != held_.end();
+  };
+  while (in_use()) writing_ = writing_ + 1 == readers_ + 2 ? 0 : writing_ + 1;
+  chosen_ = true;
 }
 
-// RT: a slot that is choosing can only claim the newest buffer, which is never taken here.
+// RT:
 std::byte* Snapshot::begin_write() noexcept {
-  while (!is_free(writing_)) writing_ = writing_ + 1 == readers_ + 2 ? 0 : writing_ + 1;
+  choose();
   return buffer(writing_);
 }
 
 // RT:
 void Snapshot::publish() noexcept {
-  // Sequentially consistent against acquire(): either the reader sees this store, or we see that it is choosing.
-  newest_.store(writing_, std::memory_order_seq_cst);
+  newest_ = writing_;
+  chosen_ = false;
   for (std::uint32_t reader = 0; reader < readers_; ++reader) {
-    std::uint32_t choosing = kChoosing;
-    slots_[reader].holds.compare_exchange_strong(choosing, writing_, std::memory_order_seq_cst);
+    // Release: the bytes are there when the number is. Acquire: what the reader read of the buffer it gave up is read.
+    const std::uint32_t before = mailboxes_[reader].buffer.exchange(newest_ | kFresh, std::memory_order_acq_rel);
+    if ((before & kFresh) == 0) held_[reader] = before;
   }
 }
 
 // RT:
 const std::byte* Snapshot::acquire(std::uint32_t reader) noexcept {
-  std::atomic<std::uint32_t>& holds = slots_[reader].holds;
-  holds.store(kChoosing, std::memory_order_seq_cst);
-  const std::uint32_t newest = newest_.load(std::memory_order_seq_cst);
-  std::uint32_t mine = kChoosing;
-  // On failure `mine` is the buffer the writer handed over: published after `newest`.
-  if (holds.compare_exchange_strong(mine, newest, std::memory_order_seq_cst)) mine = newest;
-  return buffer(mine);
+  std::atomic<std::uint32_t>& mailbox = mailboxes_[reader].buffer;
+  std::uint32_t number = mailbox.load(std::memory_order_relaxed);
+  // The number may be another fresh one by now, but never one that was taken: only this reader takes.
+  if ((number & kFresh) != 0) number = mailbox.fetch_and(~kFresh, std::memory_order_acq_rel);
+  return buffer(number & ~kFresh);
 }
 
 // RT:
-void Snapshot::release(std::uint32_t reader) noexcept {
-  slots_[reader].holds.store(kNothing, std::memory_order_release);
+void Snapshot::expect_read(std::uint32_t reader) const noexcept {
+  __builtin_prefetch(&mailboxes_[reader], 1);
+  // Which buffer it will be is not known yet: the start of each.
+  for (std::uint32_t i = 0; i < readers_ + 2; ++i) __builtin_prefetch(buffer(i));
+}
+
+// RT:
+void Snapshot::expect_write() noexcept {
+  choose();
+  for (std::uint32_t reader = 0; reader < readers_; ++reader) __builtin_prefetch(&mailboxes_[reader], 1);
+  __builtin_prefetch(buffer(writing_), 1);
 }
 
 }  // namespace plc::runtime

@@ -85,6 +85,9 @@ void WaitFreeExchange::begin() noexcept {
   stamp_ = 0;
   globals_.owners_[task_].journal->drain([this](const Journal::Entry& entry, const std::byte* value,
                                                 const std::byte* mask) noexcept { apply(entry, value, mask); });
+  // What other processors have written is fetched all at once.
+  for (const std::uint32_t owner : sources_) globals_.owners_[owner].snapshot->expect_read(task_);
+  globals_.owners_[task_].snapshot->expect_write();
   for (const std::uint32_t owner : sources_) held_[owner] = globals_.owners_[owner].snapshot->acquire(task_);
   // Release: whoever revokes the task sees what its last publication left.
   turn_.store(Turn::kComputing, std::memory_order_release);
@@ -183,7 +186,6 @@ bool WaitFreeExchange::end() noexcept {
     if (shared != 0) std::memcpy(writing_ + own.shared_at, own.image.data(), shared);
     own.snapshot->publish();
   }
-  for (const std::uint32_t owner : sources_) globals_.owners_[owner].snapshot->release(task_);
   return mine;
 }
 
@@ -220,7 +222,6 @@ bool WaitFreeExchange::read_bool(std::uint32_t offset) noexcept {
   }
   std::byte value{};
   globals_.read_held(held_, offset, 1, &value);
-  globals_.let_go(task_);
   return value != std::byte{0};
 }
 

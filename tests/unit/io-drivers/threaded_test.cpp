@@ -47,9 +47,8 @@ class SlowDevice final : public io::Driver {
   }
   void after_scan(const runtime::ReleaseContext&) noexcept override {
     std::int32_t value = 0;
-    outputs_->begin();
+    outputs_->take();
     outputs_->read(out_.offset, sizeof value, reinterpret_cast<std::byte*>(&value));
-    outputs_->end();
     clock_.sleep_until_ns(clock_.now_ns() + 20'000'000);
     seen_.output = value;
   }

@@ -154,7 +154,7 @@ TEST(Exchange, AReaderKeepsItsSnapshotWhileTheWriterGoesOn) {
   GlobalTable& globals = t.build();
   HandTask writer(globals, 0);
   GlobalReader reader(globals);
-  reader.begin();
+  reader.take();
   for (std::int32_t i = 1; i <= 20; ++i) {
     writer.begin();
     writer.put(x, i);
@@ -163,12 +163,10 @@ TEST(Exchange, AReaderKeepsItsSnapshotWhileTheWriterGoesOn) {
     reader.read(x, sizeof seen, reinterpret_cast<std::byte*>(&seen));
     EXPECT_EQ(seen, 0);
   }
-  reader.end();
-  reader.begin();
+  reader.take();
   std::int32_t seen = -1;
   reader.read(x, sizeof seen, reinterpret_cast<std::byte*>(&seen));
   EXPECT_EQ(seen, 20);
-  reader.end();
 }
 
 TEST(Exchange, OutsideWritesWaitForTheExportersNextStart) {
@@ -530,14 +528,13 @@ TEST_P(Consistency, NothingTearsAndNothingMixes) {
     std::vector<std::byte> copy(8u * size);
     std::byte string[32];
     while (!stop) {
-      reader.begin();
+      reader.take();
       for (const std::uint32_t where : {first, second, outside}) {
         reader.read(where, 8 * size, copy.data());
         expect(number(copy.data(), size) >= 0);
       }
       reader.read(shared, sizeof string, string);
       expect(string_is_whole(string));
-      reader.end();
       done.fetch_add(1, std::memory_order_relaxed);
     }
   });

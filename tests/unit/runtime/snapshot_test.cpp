@@ -29,15 +29,12 @@ TEST(Snapshot, TheNewestIsRead) {
     std::memcpy(snapshot.begin_write(), &number, 8);
     std::memcpy(&value, snapshot.acquire(1), 8);
     EXPECT_EQ(value, number - 1) << "read before it was published";
-    snapshot.release(1);
     snapshot.publish();
     std::memcpy(&value, snapshot.published(), 8);
     EXPECT_EQ(value, number);
     std::memcpy(&value, snapshot.acquire(1), 8);
     EXPECT_EQ(value, number);
-    snapshot.release(1);
   }
-  snapshot.release(0);
 }
 
 /// False when the block holds words of two publications.
@@ -90,7 +87,6 @@ TEST(Snapshot, AClaimedBufferIsNeverWritten) {
         if (!is_whole(words)) ++mixed;
         if (first < last) ++backwards;
         last = first;
-        snapshot.release(reader);
       }
     });
   }

@@ -1,0 +1,429 @@
+// What exchanging globals costs the fast task under each protocol, while a slower task exchanges the same variables as
+// often as it can: on the other processor, and on the fast task's own.
+#include <fmt/format.h>
+#include <pthread.h>
+#include <sched.h>
+#include <time.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cstring>
+#include <fstream>
+#include <iostream>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include "bench/bench.h"
+#include "core/clock.h"
+#include "runtime/link.h"
+#include "runtime/memory/exchange.h"
+#include "runtime/sched/priority.h"
+#include "tools/pipeline.h"
+
+namespace plc::bench {
+namespace {
+
+using core::Coherence;
+using core::TimeNs;
+
+constexpr std::array kProtocols = {Coherence::kWaitFree, Coherence::kPriorityCeiling, Coherence::kGlobalLock};
+constexpr std::uint32_t kFast = 0;
+constexpr TimeNs kPeriodNs = 100'000;    ///< of the fast task
+constexpr TimeNs kSlowPauseNs = 20'000;  ///< between two exchanges of a slow task: more would starve the system
+constexpr double kMemcpyLimit = 1.2;     ///< wait-free p99.9 over that of memcpy
+
+TimeNs now() {
+  timespec t{};
+  clock_gettime(CLOCK_MONOTONIC, &t);
+  return t.tv_sec * 1'000'000'000 + t.tv_nsec;
+}
+
+void sleep_until(TimeNs at) {
+  const timespec t{at / 1'000'000'000, at % 1'000'000'000};
+  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, nullptr) == EINTR) {
+  }
+}
+
+void set_fifo(std::int32_t priority) noexcept {
+  sched_param parameter{};
+  parameter.sched_priority = runtime::fifo_priority(priority);
+  static_cast<void>(sched_setparam(0, &parameter));
+}
+
+/// Binds the calling thread and makes it a real-time one; throws where the system grants none.
+void become_task(int cpu, std::int32_t priority) {
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  CPU_SET(static_cast<unsigned>(cpu), &set);
+  sched_param parameter{};
+  parameter.sched_priority = runtime::fifo_priority(priority);
+  if (pthread_setaffinity_np(pthread_self(), sizeof set, &set) != 0 ||
+      pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter) != 0) {
+    throw std::runtime_error("the coherence benchmark needs two processors and SCHED_FIFO: run it as root");
+  }
+}
+
+/// Fast and Slow exchange `common` DINTs in both directions; Slow and Slowest exchange `others` that Fast does not use.
+std::string source(std::uint32_t common, std::uint32_t others) {
+  std::string text = "VAR_GLOBAL\n";
+  const auto list = [&text](char letter, std::uint32_t count, std::string_view format) {
+    for (std::uint32_t i = 0; i < count; ++i) text += fmt::format(fmt::runtime(format), letter, i);
+  };
+  for (const char letter : {'a', 'b'}) list(letter, common, "  {}{} : DINT;\n");
+  for (const char letter : {'c', 'd'}) list(letter, others, "  {}{} : DINT;\n");
+  text += "END_VAR\n";
+  const auto program = [&](std::string_view name, std::string_view pairs, std::uint32_t first_count,
+                           std::uint32_t second_count) {
+    text += fmt::format("PROGRAM {}\nVAR_EXTERNAL\n", name);
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+      list(pairs[i], i < 2 ? first_count : second_count, "  {}{} : DINT;\n");
+    text += "END_VAR\n";
+    for (std::size_t i = 0; i + 1 < pairs.size(); i += 2) {
+      const std::uint32_t count = i < 2 ? first_count : second_count;
+      for (std::uint32_t v = 0; v < count; ++v) text += fmt::format("  {0}{2} := {1}{2};\n", pairs[i], pairs[i + 1], v);
+    }
+    text += "END_PROGRAM\n";
+  };
+  program("Fast", "ba", common, 0);
+  program("Slow", "abcd", common, others);
+  program("Slowest", "dc", others, 0);
+  text += "CONFIGURATION C\n  RESOURCE R ON PLC\n";
+  text += "    TASK TFast(INTERVAL := T#1ms, PRIORITY := 0);\n    TASK TSlow(INTERVAL := T#10ms, PRIORITY := 1);\n";
+  text += "    TASK TSlowest(INTERVAL := T#20ms, PRIORITY := 2);\n    PROGRAM fast WITH TFast : Fast;\n";
+  text += "    PROGRAM slow WITH TSlow : Slow;\n    PROGRAM slowest WITH TSlowest : Slowest;\n";
+  return text + "  END_RESOURCE\nEND_CONFIGURATION\n";
+}
+
+/// One task without code: its exchange as its body has it, and its local copy.
+class Side {
+ public:
+  Side(runtime::GlobalTable& globals, std::uint32_t task)
+      : protocol_(globals.image().options.coherence),
+        local_(globals.size()),
+        exchange_(runtime::make_exchange(protocol_, globals, task, local_.data())) {
+    const bytecode::Image& image = globals.image();
+    for (const runtime::FieldRange& range : runtime::exchanged_ranges(image, image.tasks[task].body)) {
+      using Use = runtime::Exchange::Use;
+      (range.exported ? exports_ : imports_)
+          .push_back({exchange_->add_range(range.first, range.count, Use::kRaise),
+                      exchange_->add_range(range.first, range.count, range.exported ? Use::kExport : Use::kImport)});
+    }
+    exchange_->prepare();
+    exchange_->set_priority_change(set_fifo);
+  }
+  void take() {
+    exchange_->begin();
+    critical(imports_, [this](std::uint32_t range) { exchange_->import(range); });
+  }
+  void give() {
+    critical(exports_, [this](std::uint32_t range) { exchange_->export_range(range); });
+    if (protocol_ == Coherence::kWaitFree) exchange_->end();
+  }
+  /// Under the protocols with a common table the snapshot for devices and servers is made here, which is not theirs.
+  void finish() {
+    if (protocol_ != Coherence::kWaitFree) exchange_->end();
+  }
+  [[nodiscard]] std::int32_t* values(std::uint32_t offset) {
+    return reinterpret_cast<std::int32_t*>(local_.data() + offset);
+  }
+
+ private:
+  struct Part {
+    std::uint32_t raise;
+    std::uint32_t copy;
+  };
+  template <class Copy>
+  void critical(const std::vector<Part>& parts, Copy copy) {
+    if (protocol_ == Coherence::kGlobalLock) exchange_->lock();
+    for (const Part& part : parts) {
+      if (protocol_ == Coherence::kPriorityCeiling) exchange_->raise(part.raise);
+      copy(part.copy);
+    }
+    if (protocol_ == Coherence::kGlobalLock) exchange_->unlock();
+    if (protocol_ == Coherence::kPriorityCeiling) exchange_->reschedule();
+  }
+
+  Coherence protocol_;
+  runtime::TableMemory local_;
+  std::unique_ptr<runtime::Exchange> exchange_;
+  std::vector<Part> imports_, exports_;
+};
+
+/// One protocol with its tasks.
+class Rig {
+ public:
+  Rig(Coherence protocol, std::uint32_t common, std::uint32_t others) : common_(common), others_(others) {
+    const Scratch scratch;
+    std::ofstream(scratch.file("exchange.st")) << source(common, others);
+    tools::Compilation compilation;
+    core::CompileOptions options;
+    options.coherence = protocol;
+    tools::compile({scratch.file("exchange.st"), options, tools::Goal::kRun}, compilation);
+    if (!compilation.image) throw std::runtime_error("the project of the coherence benchmark does not compile");
+    image_ = std::move(*compilation.image);
+    const bytecode::Image& image = image_->image();
+    globals_ = std::make_unique<runtime::GlobalTable>(image);
+    for (std::uint32_t task = 0; task < 3; ++task) sides_[task] = std::make_unique<Side>(*globals_, task);
+    for (const bytecode::ImageField& field : image.types[image.global_type].fields) {
+      if (field.name.size() == 2 && field.name[1] == '0')
+        at_[static_cast<std::size_t>(field.name[0] - 'a')] = field.offset;
+    }
+  }
+  Side& side(std::uint32_t task) { return *sides_[task]; }
+  /// Variables of a letter lie side by side: one task writes them, and the same ones read them.
+  std::int32_t* values(std::uint32_t task, char letter) {
+    return sides_[task]->values(at_[static_cast<std::size_t>(letter - 'a')]);
+  }
+  [[nodiscard]] std::uint32_t count(char letter) const { return letter < 'c' ? common_ : others_; }
+
+ private:
+  std::uint32_t common_, others_;
+  std::optional<bytecode::VerifiedImage> image_;
+  std::unique_ptr<runtime::GlobalTable> globals_;
+  std::array<std::unique_ptr<Side>, 3> sides_;
+  std::array<std::uint32_t, 4> at_{};
+};
+
+/// A slow task: takes, checks, fills what it exports with the number of its round, gives.
+class SlowTask {
+ public:
+  SlowTask(Rig& rig, std::uint32_t task, std::string_view in, std::string_view out, int cpu)
+      : thread_([this, &rig, task, in, out, cpu] { run(rig, task, in, out, cpu); }) {}
+  ~SlowTask() {
+    stop_ = true;
+    thread_.join();
+  }
+  [[nodiscard]] std::uint64_t rounds() const { return rounds_; }
+  [[nodiscard]] std::uint64_t mixed() const { return mixed_; }
+
+ private:
+  void run(Rig& rig, std::uint32_t task, std::string_view in, std::string_view out, int cpu) {
+    become_task(cpu, static_cast<std::int32_t>(task));
+    for (std::int32_t round = 1; !stop_; ++round) {
+      rig.side(task).take();
+      for (const char letter : in) {
+        const std::int32_t* const v = rig.values(task, letter);
+        mixed_ += std::any_of(v, v + rig.count(letter), [&](std::int32_t one) { return one != v[0]; }) ? 1 : 0;
+      }
+      for (const char letter : out) std::fill_n(rig.values(task, letter), rig.count(letter), round);
+      rig.side(task).give();
+      rig.side(task).finish();
+      ++rounds_;
+      sleep_until(now() + kSlowPauseNs);
+    }
+  }
+  std::atomic<bool> stop_{false};
+  std::atomic<std::uint64_t> rounds_{0}, mixed_{0};
+  std::thread thread_;
+};
+
+/// A buffer that another processor has just written, and one it has just read, for memcpy.
+class Mailbox {
+ public:
+  Mailbox(std::uint32_t count, int cpu)
+      : in_(2, std::vector<std::int32_t>(count)), out_(count), local_(count), thread_([this, cpu] { run(cpu); }) {}
+  ~Mailbox() {
+    stop_ = true;
+    thread_.join();
+  }
+  /// Nanoseconds that two memcpy take.
+  TimeNs copy() {
+    const std::uint64_t turn = written_.load(std::memory_order_acquire);
+    const std::vector<std::int32_t>& from = in_[turn & 1u];
+    const TimeNs begin = now();
+    std::memcpy(local_.data(), from.data(), from.size() * sizeof(std::int32_t));
+    std::memcpy(out_.data(), local_.data(), out_.size() * sizeof(std::int32_t));
+    const TimeNs end = now();
+    taken_.store(turn + 1, std::memory_order_release);
+    return end - begin;
+  }
+
+ private:
+  void run(int cpu) {
+    become_task(cpu, 1);
+    std::vector<std::int32_t> copy(out_.size());
+    while (!stop_) {
+      const std::uint64_t turn = taken_.load(std::memory_order_acquire);
+      if (turn != written_.load(std::memory_order_relaxed)) {
+        std::memcpy(copy.data(), out_.data(), out_.size() * sizeof(std::int32_t));
+        std::fill(in_[turn & 1u].begin(), in_[turn & 1u].end(), copy.empty() ? 0 : copy[0] + 1);
+        written_.store(turn, std::memory_order_release);
+      }
+      sleep_until(now() + kSlowPauseNs);
+    }
+  }
+  std::vector<std::vector<std::int32_t>> in_;
+  std::vector<std::int32_t> out_, local_;
+  std::atomic<std::uint64_t> written_{0}, taken_{0};
+  std::atomic<bool> stop_{false};
+  std::thread thread_;
+};
+
+struct Times {
+  std::vector<TimeNs> exchange;  ///< both halves of one cycle
+  std::vector<TimeNs> delay;     ///< from the release to the start of the cycle
+  std::uint64_t mixed = 0;
+  std::uint64_t rounds = 0;  ///< of everybody
+};
+
+TimeNs at_share(std::vector<TimeNs>& values, double share) {
+  if (values.empty()) return 0;
+  const auto index = static_cast<std::size_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(index), values.end());
+  return values[index];
+}
+
+/// Runs `cycle(release)` on a thread of its own as the fast task would run.
+template <class Cycle>
+void run_fast(int cpu, std::uint32_t cycles, Cycle cycle) {
+  std::string problem;
+  std::thread([&] {
+    try {
+      become_task(cpu, kFast);
+    } catch (const std::exception& error) {
+      problem = error.what();
+      return;
+    }
+    TimeNs release = now() + 1'000'000;
+    for (std::uint32_t i = 0; i < cycles; ++i) {
+      sleep_until(release);
+      cycle(release, i);
+      release = std::max(release + kPeriodNs, now() + kPeriodNs / 10);
+    }
+  }).join();
+  if (!problem.empty()) throw std::runtime_error(problem);
+}
+
+/// Cycles before the first one that counts: caches, pages, branch predictors.
+constexpr std::uint32_t kWarmUp = 50;
+
+void measure(Rig& rig, bool same_cpu, bool third, std::uint32_t cycles, Times& times) {
+  constexpr int kFastCpu = 1;
+  const int slow_cpu = same_cpu ? kFastCpu : 0;
+  SlowTask slow(rig, 1, third ? "bd" : "b", third ? "ac" : "a", slow_cpu);
+  std::unique_ptr<SlowTask> slowest;
+  if (third) slowest = std::make_unique<SlowTask>(rig, 2, "c", "d", slow_cpu);
+  run_fast(kFastCpu, cycles + kWarmUp, [&](TimeNs release, std::uint32_t cycle) {
+    const TimeNs t0 = now();
+    rig.side(kFast).take();
+    const TimeNs t1 = now();
+    const std::int32_t* const v = rig.values(kFast, 'a');
+    times.mixed += std::any_of(v, v + rig.count('a'), [&](std::int32_t one) { return one != v[0]; }) ? 1 : 0;
+    std::fill_n(rig.values(kFast, 'b'), rig.count('b'), static_cast<std::int32_t>(cycle));
+    const TimeNs t2 = now();
+    rig.side(kFast).give();
+    const TimeNs t3 = now();
+    rig.side(kFast).finish();
+    if (cycle < kWarmUp) return;
+    times.exchange.push_back(t1 - t0 + t3 - t2);
+    times.delay.push_back(t0 - release);
+    ++times.rounds;
+  });
+  times.mixed += slow.mixed() + (slowest ? slowest->mixed() : 0);
+  times.rounds += slow.rounds() + (slowest ? slowest->rounds() : 0);
+}
+
+/// Median cost of raising the own priority and taking it back.
+TimeNs priority_change() {
+  std::vector<TimeNs> times;
+  run_fast(1, 1, [&](TimeNs, std::uint32_t) {
+    for (int i = 0; i < 2000; ++i) {
+      const TimeNs begin = now();
+      set_fifo(-1 + i % 2);
+      set_fifo(1);
+      times.push_back((now() - begin) / 2);
+    }
+  });
+  return at_share(times, 0.5);
+}
+
+std::string text(TimeNs ns) {
+  return ns < 10'000 ? fmt::format("{} ns", ns) : fmt::format("{:.1f} us", static_cast<double>(ns) / 1000);
+}
+
+void header(std::string_view title) {
+  std::cout << fmt::format("\n{}\n{:>9}  {:<17} {:>10} {:>10} {:>10}   {:>10} {:>10} {:>10}\n", title, "variables",
+                           "protocol", "p50", "p99.9", "worst", "delay p50", "p99.9", "worst");
+}
+
+void row(std::uint32_t variables, std::string_view name, Times& t) {
+  std::cout << fmt::format("{:>9}  {:<17} {:>10} {:>10} {:>10}", variables, name, text(at_share(t.exchange, 0.5)),
+                           text(at_share(t.exchange, 0.999)), text(at_share(t.exchange, 1)));
+  if (!t.delay.empty()) {
+    std::cout << fmt::format("   {:>10} {:>10} {:>10}", text(at_share(t.delay, 0.5)), text(at_share(t.delay, 0.999)),
+                             text(at_share(t.delay, 1)));
+  }
+  std::cout << std::endl;
+}
+
+}  // namespace
+
+Verdict measure_coherence(const CoherencePlan& plan) {
+  Verdict verdict;
+  std::uint64_t rounds = 0, mixed = 0;
+  const auto count = [&](const Times& t) {
+    rounds += t.rounds;
+    mixed += t.mixed;
+  };
+  std::cout << fmt::format(
+      "Coherence: exchange of N DINTs in, N out, by a task of {} us and priority 80, {} cycles each, in {} interleaved "
+      "parts. The slow task exchanges the same ones again and again. Delay: from the release to the start of the "
+      "cycle.\n",
+      kPeriodNs / 1000, plan.cycles, plan.parts);
+  const TimeNs change = priority_change();
+  std::cout << fmt::format("one change of priority: {} (median)\n", text(change));
+
+  header("slow task on the other processor");
+  for (const std::uint32_t n : plan.sizes) {
+    std::array<std::unique_ptr<Rig>, 3> rigs;
+    std::array<Times, 3> times;
+    Times copies;
+    for (const std::size_t p : {0u, 2u}) rigs[p] = std::make_unique<Rig>(kProtocols[p], n, 0);
+    for (std::uint32_t part = 0; part < plan.parts; ++part) {
+      for (const std::size_t p : {0u, 2u}) measure(*rigs[p], false, false, plan.cycles / plan.parts, times[p]);
+      Mailbox mailbox(n, 0);
+      run_fast(1, plan.cycles / plan.parts + kWarmUp, [&](TimeNs, std::uint32_t cycle) {
+        const TimeNs took = mailbox.copy();
+        if (cycle >= kWarmUp) copies.exchange.push_back(took);
+      });
+    }
+    row(n, "memcpy", copies);
+    for (const std::size_t p : {0u, 2u}) {
+      row(n, tools::coherence_name(kProtocols[p]), times[p]);
+      count(times[p]);
+    }
+    const double ratio = static_cast<double>(at_share(times[0].exchange, 0.999)) /
+                         static_cast<double>(std::max<TimeNs>(at_share(copies.exchange, 0.999), 1));
+    std::cout << fmt::format("{:>9}  wait-free / memcpy at p99.9: {:.2f}", "", ratio);
+    if (plan.limits) std::cout << ", " << limit_text(ratio, kMemcpyLimit, verdict);
+    std::cout << std::endl;
+  }
+
+  const auto same_cpu = [&](std::uint32_t common, std::uint32_t others, std::uint32_t shown) {
+    std::array<Times, 3> times;
+    std::array<std::unique_ptr<Rig>, 3> rigs;
+    for (std::size_t p = 0; p < 3; ++p) rigs[p] = std::make_unique<Rig>(kProtocols[p], common, others);
+    for (std::uint32_t part = 0; part < plan.parts; ++part) {
+      for (std::size_t p = 0; p < 3; ++p) measure(*rigs[p], true, others != 0, plan.cycles / plan.parts, times[p]);
+    }
+    for (std::size_t p = 0; p < 3; ++p) {
+      row(shown, tools::coherence_name(kProtocols[p]), times[p]);
+      count(times[p]);
+    }
+  };
+  header("slow task on the same processor");
+  for (const std::uint32_t n : plan.sizes) same_cpu(n, 0, n);
+  header("slow tasks on the same processor exchange N among each other, and 10 with the fast task (paper, 3.2.3)");
+  for (const std::uint32_t n : plan.sizes) same_cpu(10, n, n);
+
+  std::cout << fmt::format("\n{} exchanges, {} mixed snapshots; no protocol has a retry\n", rounds, mixed);
+  verdict.correct = mixed == 0;
+  return verdict;
+}
+
+}  // namespace plc::bench
