@@ -89,6 +89,7 @@ int main(int argc, char** argv) {
   CLI::App* coherence = app.add_subcommand("coherence", "exchange of globals under the three protocols");
   coherence->add_option("--cycles", coherence_plan.cycles, "of the fast task in each row")->capture_default_str();
   coherence->add_option("--sizes", coherence_plan.sizes, "variables in each direction")->capture_default_str();
+  coherence->add_option("--plot", coherence_plan.plot, "SVG file to draw the p99.9 of each row into")->type_name("FILE");
   CLI::App* st = app.add_subcommand("st", "the programs that PLCs are compared with, against C");
   CLI::App* compile = app.add_subcommand("compile", "ST to image, garbage to errors");
   CompilePlan compile_plan;

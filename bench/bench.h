@@ -77,6 +77,7 @@ struct CoherencePlan {
   std::uint32_t parts = 4;        ///< of these cycles, protocols interleaved
   std::vector<std::uint32_t> sizes = {1, 10, 100, 1'000, 10'000};  ///< variables in each direction
   bool limits = true;
+  std::string plot;  ///< SVG file to write, or empty
 };
 /// The three coherence protocols, and memcpy of the same bytes. Needs two processors and SCHED_FIFO.
 Verdict measure_coherence(const CoherencePlan& plan);

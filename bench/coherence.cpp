@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "bench/bench.h"
+#include "bench/chart.h"
 #include "core/clock.h"
 #include "runtime/link.h"
 #include "runtime/memory/exchange.h"
@@ -235,12 +236,15 @@ class Mailbox {
   TimeNs copy() {
     const std::uint64_t turn = written_.load(std::memory_order_acquire);
     const std::vector<std::int32_t>& from = in_[turn & 1u];
-    const TimeNs begin = now();
+    const TimeNs t0 = now();
     std::memcpy(local_.data(), from.data(), from.size() * sizeof(std::int32_t));
+    const TimeNs t1 = now();
+    std::fill(local_.begin(), local_.end(), static_cast<std::int32_t>(turn));
+    const TimeNs t2 = now();
     std::memcpy(out_.data(), local_.data(), out_.size() * sizeof(std::int32_t));
-    const TimeNs end = now();
+    const TimeNs t3 = now();
     taken_.store(turn + 1, std::memory_order_release);
-    return end - begin;
+    return t1 - t0 + t3 - t2;
   }
 
  private:
@@ -378,6 +382,22 @@ Verdict measure_coherence(const CoherencePlan& plan) {
   const TimeNs change = priority_change();
   std::cout << fmt::format("one change of priority: {} (median)\n", text(change));
 
+  std::vector<Chart> charts = {
+      {"Slow task on the other processor", "variables in each direction", "exchange, p99.9, ns", {}},
+      {"Slow task on the same processor", "variables in each direction", "exchange, p99.9, ns", {}},
+      {"Slow tasks exchange N among each other, the fast one 10 with them", "variables", "exchange, p99.9, ns", {}}};
+  const auto add_point = [&charts](std::size_t chart, std::string_view name, std::uint32_t n, Times& t) {
+    constexpr std::array<std::pair<std::string_view, const char*>, 4> kColours = {
+        {{"memcpy", "#6b7280"}, {"wait-free", "#2563eb"}, {"priority-ceiling", "#059669"}, {"global-lock", "#dc2626"}}};
+    auto& lines = charts[chart].lines;
+    auto line = std::find_if(lines.begin(), lines.end(), [&](const ChartLine& l) { return l.name == name; });
+    if (line == lines.end()) {
+      const auto* colour =
+          std::find_if(kColours.begin(), kColours.end(), [&](const auto& c) { return c.first == name; });
+      line = lines.insert(line, {std::string(name), colour->second, name == "memcpy", {}});
+    }
+    line->points.emplace_back(n, static_cast<double>(std::max<TimeNs>(at_share(t.exchange, 0.999), 1)));
+  };
   header("slow task on the other processor");
   for (const std::uint32_t n : plan.sizes) {
     std::array<std::unique_ptr<Rig>, 3> rigs;
@@ -393,7 +413,9 @@ Verdict measure_coherence(const CoherencePlan& plan) {
       });
     }
     row(n, "memcpy", copies);
+    add_point(0, "memcpy", n, copies);
     for (const std::size_t p : {0u, 2u}) {
+      add_point(0, tools::coherence_name(kProtocols[p]), n, times[p]);
       row(n, tools::coherence_name(kProtocols[p]), times[p]);
       count(times[p]);
     }
@@ -404,7 +426,7 @@ Verdict measure_coherence(const CoherencePlan& plan) {
     std::cout << std::endl;
   }
 
-  const auto same_cpu = [&](std::uint32_t common, std::uint32_t others, std::uint32_t shown) {
+  const auto same_cpu = [&](std::size_t chart, std::uint32_t common, std::uint32_t others, std::uint32_t shown) {
     std::array<Times, 3> times;
     std::array<std::unique_ptr<Rig>, 3> rigs;
     for (std::size_t p = 0; p < 3; ++p) rigs[p] = std::make_unique<Rig>(kProtocols[p], common, others);
@@ -413,15 +435,20 @@ Verdict measure_coherence(const CoherencePlan& plan) {
     }
     for (std::size_t p = 0; p < 3; ++p) {
       row(shown, tools::coherence_name(kProtocols[p]), times[p]);
+      add_point(chart, tools::coherence_name(kProtocols[p]), shown, times[p]);
       count(times[p]);
     }
   };
   header("slow task on the same processor");
-  for (const std::uint32_t n : plan.sizes) same_cpu(n, 0, n);
+  for (const std::uint32_t n : plan.sizes) same_cpu(1, n, 0, n);
   header("slow tasks on the same processor exchange N among each other, and 10 with the fast task (paper, 3.2.3)");
-  for (const std::uint32_t n : plan.sizes) same_cpu(10, n, n);
+  for (const std::uint32_t n : plan.sizes) same_cpu(2, 10, n, n);
 
   std::cout << fmt::format("\n{} exchanges, {} mixed snapshots; no protocol has a retry\n", rounds, mixed);
+  if (!plan.plot.empty()) {
+    std::ofstream(plan.plot) << draw(charts);
+    std::cout << fmt::format("plot: {}\n", plan.plot);
+  }
   verdict.correct = mixed == 0;
   return verdict;
 }

@@ -25,14 +25,19 @@ std::uint32_t WaitFreeExchange::add_range(std::uint32_t first, std::uint32_t cou
 void WaitFreeExchange::prepare() {
   held_.assign(globals_.owners_.size(), nullptr);
   sources_.clear();
+  stretches_.clear();
+  leaves_.clear();
+  own_ = globals_.owners_[task_].snapshot.get();
   const auto reads = [this](std::uint32_t owner) {
-    if (std::find(sources_.begin(), sources_.end(), owner) == sources_.end()) sources_.push_back(owner);
+    const auto known = [owner](const Source& source) { return source.owner == owner; };
+    if (std::any_of(sources_.begin(), sources_.end(), known)) return;
+    sources_.push_back({owner, globals_.owners_[owner].snapshot.get()});
   };
   std::size_t exports = 0;
   bool by_leaf = false;
   for (Range& range : ranges_) {
-    range.stretches.clear();
-    range.leaves.clear();
+    range.first_stretch = range.last_stretch = static_cast<std::uint32_t>(stretches_.size());
+    range.first_leaves = range.last_leaves = static_cast<std::uint32_t>(leaves_.size());
     if (range.use == Use::kRaise) continue;
     const bool to_export = range.use == Use::kExport;
     bool neighbour = false;  // the field before this one is the end of the last stretch
@@ -46,21 +51,23 @@ void WaitFreeExchange::prepare() {
       if (owned && (field.owner == task_) == to_export) {
         // What other tasks export comes from the common table, where there is one.
         if (!to_export && (globals_.common_.size() == 0 || field.owner >= globals_.task_count_)) reads(field.owner);
-        if (neighbour && range.stretches.back().owner == field.owner) {
-          range.stretches.back().end = field.end;
+        if (neighbour && stretches_.back().owner == field.owner) {
+          stretches_.back().end = field.end;
         } else {
-          range.stretches.push_back({field.owner, field.begin, field.end, field.at});
+          stretches_.push_back({field.owner, field.begin, field.end, field.at});
         }
       }
       neighbour = owned && (field.owner == task_) == to_export;
       if (owned || field.kind == GlobalTable::Kind::kConstant) continue;
       by_leaf = true;
       for (std::uint32_t l = field.first_leaves; l < field.last_leaves; ++l) {
-        range.leaves.push_back(l);
+        leaves_.push_back(l);
         const GlobalTable::Leaves& leaves = globals_.leaves_[l];
         for (std::uint32_t c = leaves.first_copy; c < leaves.last_copy; ++c) reads(globals_.copies_[c].owner);
       }
     }
+    range.last_stretch = static_cast<std::uint32_t>(stretches_.size());
+    range.last_leaves = static_cast<std::uint32_t>(leaves_.size());
     exports += to_export ? 1 : 0;
   }
   in_parts_ = exports > 1;
@@ -86,9 +93,9 @@ void WaitFreeExchange::begin() noexcept {
   globals_.owners_[task_].journal->drain([this](const Journal::Entry& entry, const std::byte* value,
                                                 const std::byte* mask) noexcept { apply(entry, value, mask); });
   // What other processors have written is fetched all at once.
-  for (const std::uint32_t owner : sources_) globals_.owners_[owner].snapshot->expect_read(task_);
-  globals_.owners_[task_].snapshot->expect_write();
-  for (const std::uint32_t owner : sources_) held_[owner] = globals_.owners_[owner].snapshot->acquire(task_);
+  for (const Source& source : sources_) source.snapshot->expect_read(task_);
+  own_->expect_write();
+  for (const Source& source : sources_) held_[source.owner] = source.snapshot->acquire(task_);
   // Release: whoever revokes the task sees what its last publication left.
   turn_.store(Turn::kComputing, std::memory_order_release);
 }
@@ -130,18 +137,17 @@ void WaitFreeExchange::import_leaves(std::uint32_t index) noexcept {
 // RT:
 void WaitFreeExchange::import(std::uint32_t range) noexcept {
   const Range& r = ranges_[range];
-  for (const Stretch& s : r.stretches) {
+  for (const Stretch& s : stretches(r)) {
     std::memcpy(local_ + s.begin, held_[s.owner] + s.at, s.end - s.begin);
   }
-  for (const std::uint32_t l : r.leaves) import_leaves(l);
+  for (const std::uint32_t l : leaves(r)) import_leaves(l);
 }
 
 // RT:
 void WaitFreeExchange::open_snapshot() noexcept {
-  Snapshot& snapshot = *globals_.owners_[task_].snapshot;
-  writing_ = snapshot.begin_write();
+  writing_ = own_->begin_write();
   // A body that leaves a range out this time publishes that range as it was.
-  if (in_parts_) std::memcpy(writing_, snapshot.published(), globals_.owners_[task_].shared_at);
+  if (in_parts_) std::memcpy(writing_, own_->published(), globals_.owners_[task_].shared_at);
 }
 
 // RT:
@@ -170,11 +176,11 @@ void WaitFreeExchange::export_leaves(const GlobalTable::Leaves& leaves) noexcept
 void WaitFreeExchange::export_range(std::uint32_t range) noexcept {
   const Range& r = ranges_[range];
   if (!may_publish()) return;
-  if (!r.stretches.empty() && writing_ == nullptr) open_snapshot();
-  for (const Stretch& s : r.stretches) {
+  if (r.first_stretch != r.last_stretch && writing_ == nullptr) open_snapshot();
+  for (const Stretch& s : stretches(r)) {
     std::memcpy(writing_ + s.at, local_ + s.begin, s.end - s.begin);
   }
-  for (const std::uint32_t l : r.leaves) export_leaves(globals_.leaves_[l]);
+  for (const std::uint32_t l : leaves(r)) export_leaves(globals_.leaves_[l]);
 }
 
 // RT:
@@ -182,9 +188,9 @@ bool WaitFreeExchange::end() noexcept {
   const bool mine = may_publish();
   GlobalTable::Owner& own = globals_.owners_[task_];
   if (writing_ != nullptr) {
-    const std::size_t shared = own.snapshot->bytes() - own.shared_at;
+    const std::size_t shared = own_->bytes() - own.shared_at;
     if (shared != 0) std::memcpy(writing_ + own.shared_at, own.image.data(), shared);
-    own.snapshot->publish();
+    own_->publish();
   }
   return mine;
 }

@@ -9,6 +9,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "runtime/memory/exchange.h"
@@ -46,9 +47,18 @@ class WaitFreeExchange : public Exchange {
     std::uint32_t first = 0;
     std::uint32_t count = 0;
     Use use = Use::kImport;
-    std::vector<Stretch> stretches;     ///< to import: owned by others; to export: owned by this task
-    std::vector<std::uint32_t> leaves;  ///< shared and overlapping: into GlobalTable::leaves_
+    std::uint32_t first_stretch = 0;  ///< to import: owned by others; to export: owned by this task
+    std::uint32_t last_stretch = 0;
+    std::uint32_t first_leaves = 0;   ///< shared and overlapping
+    std::uint32_t last_leaves = 0;
   };
+  [[nodiscard]] std::span<const Stretch> stretches(const Range& range) const noexcept {
+    return {stretches_.data() + range.first_stretch, stretches_.data() + range.last_stretch};
+  }
+  /// Numbers of GlobalTable::leaves_.
+  [[nodiscard]] std::span<const std::uint32_t> leaves(const Range& range) const noexcept {
+    return {leaves_.data() + range.first_leaves, leaves_.data() + range.last_leaves};
+  }
   /// Whether this cycle may publish; once it was told so, it can no longer be revoked. RT.
   bool may_publish() noexcept;
   void import_leaves(std::uint32_t index) noexcept;
@@ -75,8 +85,15 @@ class WaitFreeExchange : public Exchange {
   GlobalTable& globals_;
   std::uint32_t task_;
   std::byte* local_;
+  Snapshot* own_ = nullptr;  ///< what it publishes
   std::vector<Range> ranges_;
-  std::vector<std::uint32_t> sources_;  ///< owners it reads
+  std::vector<Stretch> stretches_;     ///< of all ranges, side by side: a cycle touches as few cache lines as can be
+  std::vector<std::uint32_t> leaves_;
+  struct Source {
+    std::uint32_t owner;
+    Snapshot* snapshot;
+  };
+  std::vector<Source> sources_;         ///< owners it reads
   GlobalTable::Held held_;
   std::atomic<Turn> turn_{Turn::kExchanging};
   static constexpr std::uint64_t kNotImported = ~std::uint64_t{0};

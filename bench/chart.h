@@ -1,0 +1,27 @@
+// Chart: a line chart with logarithmic axes as SVG, for figures of the documentation.
+//
+// In: named lines of (x, y). Out: one SVG document, the same for the same lines. Does not belong here: measuring.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace plc::bench {
+
+struct ChartLine {
+  std::string name;
+  std::string colour;  ///< as SVG has it
+  bool dashed = false;
+  std::vector<std::pair<double, double>> points;  ///< ascending x, all positive
+};
+
+struct Chart {
+  std::string title, x_title, y_title;
+  std::vector<ChartLine> lines;
+};
+
+/// Decades as grid; as many panels as charts, one below the other.
+std::string draw(const std::vector<Chart>& charts);
+
+}  // namespace plc::bench
