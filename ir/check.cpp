@@ -127,26 +127,41 @@ void check_labels(const Pou& pou, core::Diagnostics& diagnostics) {
   }
 }
 
+/// A task that writes a global, and where.
+struct Writer {
+  std::uint32_t task = 0;
+  SourceRef at;
+};
+
+/// "Fast (plant.st:12) and Slow (plant.st:40)"
+std::string names_of(const Module& module, const std::vector<Writer>& writers, const core::Diagnostics& diagnostics) {
+  std::string names;
+  for (std::size_t i = 0; i < writers.size(); ++i) {
+    names += i == 0 ? "" : i + 1 == writers.size() ? " and " : ", ";
+    names += module.tasks[writers[i].task].name;
+    const SourceRef& at = writers[i].at;
+    if (at.line == 0 || at.file >= diagnostics.file_count()) continue;
+    names += fmt::format(" ({}:{})", diagnostics.file_name(at.file), at.line);
+  }
+  return names;
+}
+
 void check_writers(const Module& module, core::Diagnostics& diagnostics) {
   if (module.tasks.size() < 2) return;
   const SharedReferences shared = shared_references(module);
-  std::vector<std::vector<std::uint32_t>> writers(module.globals.size());
+  std::vector<std::vector<Writer>> writers(module.globals.size());
   for (std::uint32_t t = 0; t < module.tasks.size(); ++t) {
     const GlobalUse use = global_use(module, module.tasks[t], shared);
     for (std::size_t g = 0; g < use.written.size(); ++g) {
-      if (use.written[g]) writers[g].push_back(t);
+      if (use.written[g]) writers[g].push_back({t, use.written_at[g]});
     }
   }
   for (std::size_t g = 0; g < writers.size(); ++g) {
     if (writers[g].size() < 2) continue;
-    std::string names;
-    for (std::size_t i = 0; i < writers[g].size(); ++i) {
-      const bool last = i + 1 == writers[g].size();
-      names += (i == 0 ? "" : last ? " and " : ", ") + module.tasks[writers[g][i]].name;
-    }
     const Variable& v = module.globals[g].variable;
     diagnostics.report(Code::P4204, v.at, "",
-                       fmt::format("variable {} is written by tasks {}", v.name.empty() ? v.address : v.name, names),
+                       fmt::format("variable {} is written by tasks {}", v.name.empty() ? v.address : v.name,
+                                   names_of(module, writers[g], diagnostics)),
                        "each task publishes only what it changed, the last one wins; give the variable one writer");
   }
 }

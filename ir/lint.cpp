@@ -82,6 +82,7 @@ void lint(const Module& module, const LintOptions& options, core::Diagnostics& d
   lint_variables(module, findings);
   lint_names(module, findings);
   lint_coils(module, findings);
+  lint_tasks(module, findings);
   for (const Pou& pou : module.pous) {
     if (!is_linted(pou) || pou.body.insts.empty()) continue;
     const BodyFlow flow(pou.body);

@@ -66,26 +66,26 @@ std::vector<std::uint32_t> reached_pous(const Module& module, const Task& task) 
 
 namespace {
 
-/// Calls visit(place, read, written) for every access of the body.
+/// Calls visit(instruction, place, read, written) for every access of the body.
 template <typename Visit>
 void for_each_access(const Body& body, Visit&& visit) {
-  // A partly written aggregate is exported whole: the rest of it has to be imported.
-  const auto write = [&](std::uint32_t place) { visit(place, body.places[place].parent.valid(), true); };
   for (const Inst& inst : body.insts) {
+    // A partly written aggregate is exported whole: the rest of it has to be imported.
+    const auto write = [&](std::uint32_t place) { visit(inst, place, body.places[place].parent.valid(), true); };
     switch (inst.op) {
       case Op::kLoad:
-        visit(inst.a, true, false);
+        visit(inst, inst.a, true, false);
         break;
       case Op::kStore:
         write(inst.a);
         break;
       case Op::kCopy:
         write(inst.a);
-        visit(inst.b, true, false);
+        visit(inst, inst.b, true, false);
         break;
       case Op::kRun:
       case Op::kMakeRef:
-        visit(inst.a, true, true);
+        visit(inst, inst.a, true, true);
         break;
       case Op::kCallPou:
         for (std::uint32_t i = 0; i < inst.count; ++i) {
@@ -145,25 +145,25 @@ std::vector<bool> passing_handles(const Module& module, const Pou& pou) {
 /// Adds the globals that the body of `pou` reads and writes, by name or through a reference.
 void add_global_use(const Module& module, const Pou& pou, const SharedReferences& shared, GlobalUse& use,
                     GlobalUse& through) {
-  const auto mark = [&](std::uint32_t global, bool read, bool written) {
+  const auto mark = [&](const Inst& inst, std::uint32_t global, bool read, bool written) {
     if (read) use.read[global] = true;
-    if (written && !module.globals[global].variable.constant) use.written[global] = true;
+    if (written && !module.globals[global].variable.constant) use.write(global, pou.body.sources[inst.source]);
   };
-  for_each_access(pou.body, [&](std::uint32_t place, bool read, bool written) {
+  for_each_access(pou.body, [&](const Inst& inst, std::uint32_t place, bool read, bool written) {
     const Place& root = root_of(pou.body, PlaceId{place});
-    if (root.kind == Place::Kind::kGlobal) mark(root.index, read, written);
+    if (root.kind == Place::Kind::kGlobal) mark(inst, root.index, read, written);
     if (root.kind != Place::Kind::kDeref || shared.globals.empty() || is_in_out(pou, root)) return;
     const std::uint32_t type = root.type.index;
     if (!(read && !through.read[type]) && !(written && !through.written[type])) return;
     through.read[type] = through.read[type] || read;
     through.written[type] = through.written[type] || written;
-    for (const std::uint32_t global : shared.globals[type]) mark(global, read, written);
+    for (const std::uint32_t global : shared.globals[type]) mark(inst, global, read, written);
   });
 }
 
-void add_located(const LocatedPart& part, bool written, GlobalUse& use) {
+void add_located(const LocatedPart& part, bool written, const SourceRef& at, GlobalUse& use) {
   use.read[part.global] = true;
-  if (written) use.written[part.global] = true;
+  if (written) use.write(part.global, at);
 }
 
 }  // namespace
@@ -212,20 +212,28 @@ SharedReferences shared_references(const Module& module) {
   return shared;
 }
 
+void GlobalUse::write(std::uint32_t global, const SourceRef& at) {
+  if (!written[global]) written_at[global] = at;
+  written[global] = true;
+}
+
 GlobalUse global_use(const Module& module, const Task& task, const SharedReferences& shared) {
-  GlobalUse use{std::vector<bool>(module.globals.size()), std::vector<bool>(module.globals.size())};
-  std::vector<bool> none(shared.globals.size());
-  GlobalUse through{none, none};  // by type: accesses through references that are marked already
+  GlobalUse use(module.globals.size());
+  GlobalUse through(shared.globals.size());  // by type: accesses through references that are marked already
   for (const std::uint32_t pou : reached_pous(module, task)) {
     add_global_use(module, module.pous[pou], shared, use, through);
   }
   for (const ProgramInstance& program : task.programs) {
-    for (const InstanceWire& wire : program.wires) (wire.output ? use.written : use.read)[wire.global] = true;
-    for (const LocatedPart& part : program.located) add_located(part, part.output, use);
+    for (const InstanceWire& wire : program.wires) {
+      if (wire.output) use.write(wire.global, program.at);
+      if (!wire.output) use.read[wire.global] = true;
+    }
+    for (const LocatedPart& part : program.located) add_located(part, part.output, program.at, use);
   }
   for (const LocatedInGlobal& located : module.located) {
     const bool written = use.written[located.root];
-    if (use.read[located.root] || written) add_located(located.part, written && located.part.output, use);
+    if (!use.read[located.root] && !written) continue;
+    add_located(located.part, written && located.part.output, use.written_at[located.root], use);
   }
   return use;
 }

@@ -4,6 +4,7 @@
 // Conservative: a global of which a handle is made counts as read and written.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -21,8 +22,13 @@ std::vector<std::uint32_t> callees(const Module& module, std::uint32_t pou);
 std::vector<std::uint32_t> reached_pous(const Module& module, const Task& task);
 
 struct GlobalUse {
-  std::vector<bool> read;     ///< by global index
-  std::vector<bool> written;  ///< by global index
+  explicit GlobalUse(std::size_t globals) : read(globals), written(globals), written_at(globals) {}
+  /// Notes that `global` is written, at first here.
+  void write(std::uint32_t global, const SourceRef& at);
+
+  std::vector<bool> read;             ///< by global index
+  std::vector<bool> written;          ///< by global index
+  std::vector<SourceRef> written_at;  ///< by global index: a place that writes it, the first of those found
 };
 /// What references that stand in globals, where every task finds them, may refer to.
 struct SharedReferences {

@@ -1,7 +1,7 @@
 // Decoded: the instructions of an image's code, one after the other.
 //
-// In: code of a verified image, so nothing is checked. Out: opcode, operands, list. Internal to the linker
-// (runtime/link*.cpp). Does not belong here: what instructions mean.
+// In: code of a verified image, so nothing is checked. Out: opcode, operands, list. For the linker (runtime/link*.cpp)
+// and for tools that look at code. Does not belong here: what instructions mean.
 #pragma once
 
 #include <cstdint>

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <cmath>
@@ -182,6 +183,21 @@ std::string duration_text(double ns) {
     if (ns >= unit.ns) return fmt::format("{:.4g}{}", ns / unit.ns, unit.name);
   }
   return fmt::format("{:.4g}ns", ns);
+}
+
+std::string columns_text(const std::vector<std::vector<std::string>>& lines, std::size_t indent) {
+  std::vector<std::size_t> widths;
+  for (const auto& cells : lines) {
+    widths.resize(std::max(widths.size(), cells.size()));
+    for (std::size_t i = 0; i < cells.size(); ++i) widths[i] = std::max(widths[i], cells[i].size());
+  }
+  std::string text;
+  for (const auto& cells : lines) {
+    std::string line(indent, ' ');
+    for (std::size_t i = 0; i < cells.size(); ++i) line += fmt::format("{:<{}}  ", cells[i], widths[i]);
+    text += line.substr(0, line.find_last_not_of(' ') + 1) + '\n';
+  }
+  return text;
 }
 
 bool write_file(const std::string& path, std::string_view bytes, std::string& why) {

@@ -26,8 +26,8 @@ inline constexpr int kExitOk = 0;
 inline constexpr int kExitErrors = 1;  ///< the input has errors, or a program faulted
 inline constexpr int kExitUsage = 2;   ///< wrong flags, or a file that cannot be opened or written
 
-/// Adds --order, --compat, --profile, --coherence, --stub-missing and, where one POU can run alone, --pou. The options must outlive
-/// the parsing.
+/// Adds --order, --compat, --profile, --coherence, --stub-missing and, where one POU can run alone, --pou. The options
+/// must outlive the parsing.
 void add_compile_options(CLI::App& app, core::CompileOptions& options, bool with_pou = true);
 
 /// Adds --lib, which may be repeated. The list must outlive the parsing.
@@ -84,6 +84,9 @@ using core::parse_duration_ns;
 std::string counted(std::size_t count, const char* word);
 /// "20ms", "1.5us", "2s": at most four significant digits.
 std::string duration_text(double ns);
+
+/// Lines of cells as columns, left aligned and two blanks apart, behind `indent` blanks.
+std::string columns_text(const std::vector<std::vector<std::string>>& lines, std::size_t indent = 0);
 
 /// Replaces the file by `bytes` in one step; false, with errno's words in `why`, when that fails.
 bool write_file(const std::string& path, std::string_view bytes, std::string& why);

@@ -12,7 +12,7 @@ using tools::parse_duration_ns;
 
 TEST(Usage, UnknownFlagsAndCommandsExitWith2AndHelp) {
   for (const std::vector<std::string>& command :
-       {std::vector<std::string>{PLC_TOOL}, {PLC_TOOL, "chekc", tank()}, {PLC_TOOL, "check"},
+       {std::vector<std::string>{PLC_TOOL}, {PLC_TOOL, "nonsense", tank()}, {PLC_TOOL, "check"},
         {PLC_TOOL, "check", tank(), "--jsn"}, {PLC_TOOL, "sim", tank(), "--order=sideways"},
         {PLC_TOOL, "sim", tank(), "--cycles", "many"}, {PLC_TOOL, "compile", tank()}, {PLC_RUN_TOOL}, {PLC_RUN_TOOL, tank(), "--fast"}}) {
     const auto result = run_tool(command);
@@ -20,6 +20,12 @@ TEST(Usage, UnknownFlagsAndCommandsExitWith2AndHelp) {
     EXPECT_NE(result.err.find("--help"), std::string::npos) << command_line(command) << "\n" << result.err;
     EXPECT_EQ(result.out, "") << command_line(command);
   }
+}
+
+TEST(Usage, AMistypedCommandIsGuessed) {
+  const auto result = run_tool({PLC_TOOL, "chekc", tank()});
+  EXPECT_EQ(result.code, 2);
+  EXPECT_NE(result.err.find("did you mean \"check\"?"), std::string::npos) << result.err;
 }
 
 TEST(Usage, FilesThatCannotBeOpenedExitWith2) {

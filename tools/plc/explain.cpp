@@ -1,23 +1,27 @@
-// plc explain: the execution order of drawn bodies, or the page of a problem code.
+// plc explain: the execution order of drawn bodies, the data flow between tasks, or the page of a problem code.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <iostream>
 #include <string>
+#include <vector>
 
 #include "core/text.h"
 #include "frontend-ld/lower.h"
 #include "tools/command_line.h"
 #include "tools/plc/commands.h"
+#include "tools/plc/explain_flow.h"
 #include "tools/problem_pages.h"
 
 namespace plc::tools {
 namespace {
 
 struct Explain {
-  std::string subject, pou;
+  std::string subject, pou, svg;
+  bool flow = false;
   core::CompileOptions options;
+  std::vector<std::string> libraries;
 };
 
 /// "P3007", "r1001": a letter and four digits.
@@ -78,7 +82,7 @@ int explain_file(const Explain& explain) {
              "give the file it was made from, or use plc dump");
     return kExitUsage;
   }
-  open({explain.subject, explain.options, Goal::kRead}, compilation);
+  open({explain.subject, explain.options, Goal::kRead, explain.libraries}, compilation);
   compilation.diagnostics.render_with_lines(std::cerr);
   if (!compilation.readable) return kExitUsage;
   if (!compilation.project) return kExitErrors;
@@ -107,7 +111,10 @@ int explain_file(const Explain& explain) {
   return compilation.ok() ? kExitOk : kExitErrors;
 }
 
-int run(const Explain& explain) {
+int run(const CLI::App& app, const Explain& explain) {
+  if (explain.flow) {
+    return explain_flow(app, {explain.subject, explain.options, Goal::kRun, explain.libraries}, explain.svg);
+  }
   if (is_code(explain.subject) && !std::filesystem::exists(explain.subject)) return explain_code(explain.subject);
   return explain_file(explain);
 }
@@ -119,17 +126,24 @@ void add_explain(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand(
       "explain",
       "Prints the execution order of a project's drawings, with localIds and the reason for each place;\n"
-      "or the page of a problem code.\n"
+      "the data flow between its tasks; or the page of a problem code.\n"
       "\n"
       "Examples:\n"
       "  plc explain plant.xml                    all POUs\n"
       "  plc explain plant.xml Main               one POU\n"
       "  plc explain plant.xml --order=document   the order under the other rule\n"
+      "  plc explain plant.xml --flow             who writes and who reads each global, and how old values get\n"
+      "  plc explain plant.pbc --flow --svg flow.svg\n"
       "  plc explain P3007                        what a code means, with a wrong and a right example");
-  command->add_option("SUBJECT", explain.subject, "PLCopen XML or ST file, or problem code")->required();
-  command->add_option("POU", explain.pou, "only this POU");
+  command->add_option("SUBJECT", explain.subject, "PLCopen XML or ST file, or problem code; --flow: or an image")
+      ->required();
+  CLI::Option* pou = command->add_option("POU", explain.pou, "only this POU");
+  CLI::Option* flow =
+      command->add_flag("--flow", explain.flow, "the data flow between tasks, as tables")->excludes(pou);
+  command->add_option("--svg", explain.svg, "with --flow: draw it to this file instead")->type_name("OUT")->needs(flow);
+  add_library_option(*command, explain.libraries);
   add_compile_options(*command, explain.options, false);
-  command->callback([&exit_code] { exit_code = run(explain); });
+  command->callback([&exit_code, command] { exit_code = run(*command, explain); });
 }
 
 }  // namespace plc::tools

@@ -117,20 +117,6 @@ void print_matches(const Selection& found) {
   for (const stdlib::BlockSpec* block : found.blocks) print_line(std::string(block->name), block->summary);
 }
 
-/// Lines of cells as columns, two blanks apart, below `indent` blanks.
-void print_columns(const std::vector<std::vector<std::string>>& lines, std::size_t indent) {
-  std::vector<std::size_t> widths;
-  for (const auto& cells : lines) {
-    widths.resize(std::max(widths.size(), cells.size()));
-    for (std::size_t i = 0; i < cells.size(); ++i) widths[i] = std::max(widths[i], cells[i].size());
-  }
-  for (const auto& cells : lines) {
-    std::string line(indent, ' ');
-    for (std::size_t i = 0; i < cells.size(); ++i) line += fmt::format("{:<{}}  ", cells[i], widths[i]);
-    std::cout << line.substr(0, line.find_last_not_of(' ') + 1) << '\n';
-  }
-}
-
 void print_function(const LibraryFunction& function) {
   std::cout << fmt::format("{}\n  {}\n\n", function.signature(), function.spec->summary);
   for (const std::string& line : function.type_lines()) std::cout << fmt::format("  {}\n", line);
@@ -143,7 +129,7 @@ void print_function(const LibraryFunction& function) {
     lines.push_back({std::string(example.call), "= " + example_result(example), types});
   }
   if (!lines.empty()) std::cout << "\n";
-  print_columns(lines, 2);
+  std::cout << columns_text(lines, 2);
 }
 
 void print_bundle(const stdlib::BundleSpec& bundle) {
@@ -152,7 +138,7 @@ void print_bundle(const stdlib::BundleSpec& bundle) {
   for (const stdlib::FunctionSpec* output : bundle.outputs) {
     lines.push_back({std::string(stdlib::output_name(*output)), std::string(output->summary)});
   }
-  print_columns(lines, 2);
+  std::cout << columns_text(lines, 2);
   std::cout << fmt::format("\n  source: {}\n\n  {}\n", bundle.clause, bundle.example);
 }
 
@@ -164,11 +150,11 @@ void print_block(const stdlib::BlockSpec& block) {
                      std::string(core::name_of(field.type)), std::string(field.summary),
                      field.alias.empty() ? "" : fmt::format("(also {})", field.alias)});
   }
-  print_columns(lines, 2);
+  std::cout << columns_text(lines, 2);
   std::cout << fmt::format("\n  source: {}\n", block.clause);
   for (const stdlib::BlockExample& example : block.examples) {
     std::cout << fmt::format("\n  {}\n", example.title);
-    print_columns(example_cells(example), 4);
+    std::cout << columns_text(example_cells(example), 4);
   }
 }
 

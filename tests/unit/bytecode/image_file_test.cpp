@@ -17,7 +17,12 @@ using core::Code;
 
 TEST(ImageFile, RoundTripKeepsEveryByte) {
   Sample s = sample_image();
-  s.image.options = {core::Order::kDocument, core::Compat::kBeremiz, core::AddressProfile::kOverlay, true, "Main"};
+  s.image.options = {core::Order::kDocument,
+                     core::Compat::kBeremiz,
+                     core::AddressProfile::kOverlay,
+                     core::Coherence::kGlobalLock,
+                     true,
+                     "Main"};
   s.image.tasks[0].single = "go";
   const std::vector<std::byte> bytes = save(s.image);
   const auto loaded = load(bytes);

@@ -288,6 +288,30 @@ const std::vector<Case>& cases() {
          p.code.insert(p.code.end() - 1, {bytecode::opcode_word(Opcode::kReadN), 0, 1});
          p.debug.clear();
        }},
+      {Rule::kV408, "a program that raises its priority",
+       [](Sample& s) {
+         ImagePou& p = s.image.pous[s.main];
+         p.code.insert(p.code.end() - 1, {bytecode::opcode_word(Opcode::kRaisePriority), 0, 1});
+         p.debug.clear();
+       }},
+      {Rule::kV408, "a program that takes the lock",
+       [](Sample& s) {
+         ImagePou& p = s.image.pous[s.main];
+         p.code.insert(p.code.end() - 1, bytecode::opcode_word(Opcode::kLock));
+         p.debug.clear();
+       }},
+      {Rule::kV408, "a program that gives the lock back",
+       [](Sample& s) {
+         ImagePou& p = s.image.pous[s.main];
+         p.code.insert(p.code.end() - 1, bytecode::opcode_word(Opcode::kUnlock));
+         p.debug.clear();
+       }},
+      {Rule::kV408, "a function that reschedules",
+       [](Sample& s) {
+         ImagePou& p = s.image.pous[s.max2];
+         p.code.insert(p.code.end() - 1, bytecode::opcode_word(Opcode::kReschedule));
+         p.debug.clear();
+       }},
       {Rule::kV409, "globals behind the last", [](Sample& s) { operand(s, body(s), Opcode::kReadN, 1) = 1000; }},
       {Rule::kV409, "a range that wraps", [](Sample& s) { operand(s, body(s), Opcode::kReadN, 0) = 0xffffffffu; }},
       {Rule::kV410, "an exported constant",

@@ -62,7 +62,28 @@ TEST(Check, UnboundLabelIsReported) {
   EXPECT_TRUE(has(m, Code::P9001, "label"));
 }
 
-TEST(Check, TwoWritingTasksAreNamedInAWarning) {
+TEST(Check, WritingTasksAreNamedInAWarningWithThePlaces) {
+  ModuleBuilder m;
+  m.diagnostics.add_file("plant.st");
+  const auto x = m.global("X", ir::kBoolType);
+  core::SourceRef at;
+  at.line = 10;
+  for (const char* name : {"Fast", "Slow", "Lazy"}) {
+    const auto p = m.pou(std::string("P") + name);
+    auto b = m.body(p);
+    for (int store = 0; store < 2; ++store) {
+      b.set_source(at);
+      b.store(b.global(x), b.constant_bool(true));
+      ++at.line;
+    }
+    m.task(name, p, name);
+  }
+  EXPECT_TRUE(ir::check(m.module, m.diagnostics));
+  EXPECT_TRUE(has(m, Code::P4204,
+                  "variable X is written by tasks Fast (plant.st:10), Slow (plant.st:12) and Lazy (plant.st:14)"));
+}
+
+TEST(Check, APlaceWithoutALineIsLeftOut) {
   ModuleBuilder m;
   const auto x = m.global("X", ir::kBoolType);
   for (const char* name : {"Fast", "Slow"}) {

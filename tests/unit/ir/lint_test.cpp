@@ -471,5 +471,68 @@ TEST(LintDrawing, CoilsOfSeveralPousOnOneGlobal) {
   EXPECT_EQ(found(two_tasks, plcopen::Storage::kNone, "none"), "");
 }
 
+// ---- tasks ---------------------------------------------------------------------------------------------------------
+
+/// The finding of rate-monotonic for these tasks as "line message | help", or nothing.
+std::string priorities(const std::vector<std::string>& tasks) {
+  std::string text =
+      "PROGRAM Main VAR x : BOOL; END_VAR x := NOT x; END_PROGRAM\nCONFIGURATION C VAR_GLOBAL e : BOOL; END_VAR "
+      "RESOURCE R ON PLC\n";
+  for (const std::string& task : tasks) text += "TASK " + task + ";\n";
+  for (std::size_t i = 0; i < tasks.size(); ++i) {
+    text += "PROGRAM p" + std::to_string(i) + " WITH " + tasks[i].substr(0, tasks[i].find('(')) + " : Main;\n";
+  }
+  Linted project(text + "END_RESOURCE END_CONFIGURATION");
+  const std::string found = project.run("none,rate-monotonic");
+  if (project.diagnostics.all().size() != 1) return found;
+  const core::Diagnostic& d = project.diagnostics.all().front();
+  return std::to_string(d.at.line) + " " + d.message + " | " + d.help;
+}
+
+TEST(LintTasks, ASlowTaskMoreUrgentThanAFastOne) {
+  EXPECT_EQ(priorities({"Fast(INTERVAL := T#10ms, PRIORITY := 1)", "Slow(INTERVAL := T#100ms, PRIORITY := 0)"}),
+            "4 task Fast (every 10ms, priority 1) can wait for whole scans of Slow (every 100ms, priority 0) | "
+            "rate-monotonic priorities are Fast 0, Slow 1; or set priorities = \"rate-monotonic\" in [scheduler] of "
+            "plc.toml");
+}
+
+TEST(LintTasks, AFastTaskWaitsForASlowOneOfItsPriorityToo) {
+  EXPECT_EQ(priorities({"Slow(INTERVAL := T#2s, PRIORITY := 3)", "Fast(INTERVAL := T#1500us, PRIORITY := 3)"}),
+            "3 task Fast (every 1500us, priority 3) can wait for whole scans of Slow (every 2s, priority 3) | "
+            "rate-monotonic priorities are Fast 0, Slow 1; or set priorities = \"rate-monotonic\" in [scheduler] of "
+            "plc.toml");
+}
+
+TEST(LintTasks, EveryTaskThatWaitsIsNamedOnceWithTheSlowestItWaitsFor) {
+  EXPECT_EQ(priorities({"A(INTERVAL := T#1ms, PRIORITY := 2)", "B(INTERVAL := T#5ms, PRIORITY := 1)",
+                        "C(INTERVAL := T#5ms, PRIORITY := 9)", "D(INTERVAL := T#20ms, PRIORITY := 1)"}),
+            "6 task A (every 1ms, priority 2), B (every 5ms, priority 1) and C (every 5ms, priority 9) can wait for "
+            "whole scans of D (every 20ms, priority 1) | "
+            "rate-monotonic priorities are A 0, B 1, C 1, D 2; or set priorities = \"rate-monotonic\" in [scheduler] "
+            "of plc.toml");
+  EXPECT_EQ(priorities({"A(INTERVAL := T#1ms, PRIORITY := 1)", "B(INTERVAL := T#5ms, PRIORITY := 1)",
+                        "C(INTERVAL := T#10ms, PRIORITY := 3)", "D(INTERVAL := T#20ms, PRIORITY := 2)"}),
+            "4 task A (every 1ms, priority 1) can wait for whole scans of B (every 5ms, priority 1); "
+            "C (every 10ms, priority 3) can wait for whole scans of D (every 20ms, priority 2) | "
+            "rate-monotonic priorities are A 0, B 1, C 2, D 3; or set priorities = \"rate-monotonic\" in [scheduler] "
+            "of plc.toml");
+}
+
+TEST(LintTasks, ManyTasksAreCounted) {
+  std::vector<std::string> tasks;
+  for (int i = 1; i <= 9; ++i) tasks.push_back("T" + std::to_string(i) + "(INTERVAL := T#" + std::to_string(i) + "s)");
+  const std::string found = priorities(tasks);
+  EXPECT_NE(found.find("T4 (every 4s, priority 0) and 4 more can wait for whole scans of T9 (every 9s, priority 0) | "
+                       "rate-monotonic priorities are T1 0, T2 1, T3 2, T4 3, ..; or"),
+            std::string::npos)
+      << found;
+}
+
+TEST(LintTasks, RateMonotonicOnesEqualIntervalsAndTasksWithoutIntervalAreFine) {
+  EXPECT_EQ(priorities({"Fast(INTERVAL := T#10ms, PRIORITY := 0)", "Slow(INTERVAL := T#100ms, PRIORITY := 1)"}), "");
+  EXPECT_EQ(priorities({"A(INTERVAL := T#10ms, PRIORITY := 5)", "B(INTERVAL := T#10ms, PRIORITY := 0)"}), "");
+  EXPECT_EQ(priorities({"Fast(INTERVAL := T#10ms, PRIORITY := 1)", "Event(SINGLE := e, PRIORITY := 0)"}), "");
+}
+
 }  // namespace
 }  // namespace plc

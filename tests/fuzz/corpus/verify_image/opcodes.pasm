@@ -1,7 +1,7 @@
-image 2
+image 3
 project "test"
 product "PICARD test"
-options drawing none separate ""
+options drawing none separate wait-free ""
 type 0 scalar BOOL
 type 1 scalar SINT
 type 2 scalar USINT

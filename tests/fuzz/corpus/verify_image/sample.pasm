@@ -1,7 +1,7 @@
-image 2
+image 3
 project "test"
 product "PICARD test"
-options drawing none separate ""
+options drawing none separate wait-free ""
 file "sample.xml"
 type 0 scalar BOOL
 type 1 scalar INT

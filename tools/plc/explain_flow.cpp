@@ -1,0 +1,34 @@
+#include "tools/plc/explain_flow.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <iostream>
+#include <system_error>
+
+#include "tools/command_line.h"
+#include "tools/plc/flow.h"
+
+namespace plc::tools {
+
+int explain_flow(const CLI::App& app, const Request& request, const std::string& svg) {
+  Compilation compilation;
+  if (const auto code = open_or_explain(app, request, compilation)) return *code;
+  const bytecode::Image& image = compilation.image->image();
+  const DataFlow flow = data_flow(image);
+  if (svg.empty()) {
+    std::cout << flow_tables(image, flow);
+    return kExitOk;
+  }
+  std::error_code ignored;
+  if (std::filesystem::equivalent(request.path, svg, ignored)) {
+    complain("plc explain", "--svg " + svg + " would overwrite what it is made from", "give another name");
+    return kExitUsage;
+  }
+  std::string why;
+  if (write_file(svg, flow_svg(image, flow), why)) return kExitOk;
+  complain("plc explain", fmt::format("{} cannot be written: {}", svg, why));
+  return kExitUsage;
+}
+
+}  // namespace plc::tools
