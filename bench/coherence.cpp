@@ -415,8 +415,8 @@ Verdict measure_coherence(const CoherencePlan& plan) {
     row(n, "memcpy", copies);
     add_point(0, "memcpy", n, copies);
     for (const std::size_t p : {0u, 2u}) {
-      add_point(0, tools::coherence_name(kProtocols[p]), n, times[p]);
-      row(n, tools::coherence_name(kProtocols[p]), times[p]);
+      add_point(0, core::coherence_name(kProtocols[p]), n, times[p]);
+      row(n, core::coherence_name(kProtocols[p]), times[p]);
       count(times[p]);
     }
     const double ratio = static_cast<double>(at_share(times[0].exchange, 0.999)) /
@@ -434,8 +434,8 @@ Verdict measure_coherence(const CoherencePlan& plan) {
       for (std::size_t p = 0; p < 3; ++p) measure(*rigs[p], true, others != 0, plan.cycles / plan.parts, times[p]);
     }
     for (std::size_t p = 0; p < 3; ++p) {
-      row(shown, tools::coherence_name(kProtocols[p]), times[p]);
-      add_point(chart, tools::coherence_name(kProtocols[p]), shown, times[p]);
+      row(shown, core::coherence_name(kProtocols[p]), times[p]);
+      add_point(chart, core::coherence_name(kProtocols[p]), shown, times[p]);
       count(times[p]);
     }
   };

@@ -155,9 +155,9 @@ class Plant {
     statistics.clear();
     work();
     p999_us_ = static_cast<double>(statistics.scan_time.percentile_ns(0.999)) / 1e3;
-    return fmt::format("scan p50 {:.1f} us, p99.9 {:.1f} us, jitter p99.9 {:.0f} us, {} scans, {} missed",
+    return fmt::format("scan p50 {:.1f} us, p99.9 {:.1f} us, release latency p99.9 {:.0f} us, {} scans, {} missed",
                        static_cast<double>(statistics.scan_time.percentile_ns(0.5)) / 1e3, p999_us_,
-                       static_cast<double>(statistics.jitter.percentile_ns(0.999)) / 1e3, statistics.scans.load(),
+                       static_cast<double>(statistics.latency.percentile_ns(0.999)) / 1e3, statistics.scans.load(),
                        statistics.missed.load());
   }
   [[nodiscard]] double p999_us() const { return p999_us_; }

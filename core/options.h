@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 namespace plc::core {
 
@@ -19,6 +20,19 @@ enum class Coherence : std::uint8_t {
   kPriorityCeiling,  ///< groups of globals copied at raised priority (paper, 3.2.3); all tasks on one processor
   kGlobalLock,       ///< one lock around every copy (Chimera)
 };
+
+/// "wait-free", "priority-ceiling", "global-lock": the words of --coherence.
+constexpr std::string_view coherence_name(Coherence coherence) {
+  switch (coherence) {
+    case Coherence::kWaitFree:
+      return "wait-free";
+    case Coherence::kPriorityCeiling:
+      return "priority-ceiling";
+    case Coherence::kGlobalLock:
+      return "global-lock";
+  }
+  return {};
+}
 
 struct CompileOptions {
   Order order = Order::kDrawing;

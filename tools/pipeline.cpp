@@ -292,11 +292,6 @@ void open(const Request& request, Compilation& compilation) {
   }
 }
 
-std::string_view coherence_name(core::Coherence coherence) {
-  static constexpr std::string_view kNames[] = {"wait-free", "priority-ceiling", "global-lock"};
-  return kNames[static_cast<std::size_t>(coherence)];
-}
-
 std::string describe(const core::CompileOptions& options) {
   std::string text = fmt::format(
       "order={} compat={} profile={} coherence={} stub-missing={}", options.order == core::Order::kDrawing ? "drawing" : "document",

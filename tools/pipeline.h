@@ -62,8 +62,6 @@ void compile(const Request& request, Compilation& compilation);
 /// Compiles a project file or loads an image, by its name.
 void open(const Request& request, Compilation& compilation);
 
-/// "wait-free", "priority-ceiling", "global-lock": as --coherence takes it.
-std::string_view coherence_name(core::Coherence coherence);
 /// "order=drawing compat=none profile=separate coherence=wait-free stub-missing=no"
 std::string describe(const core::CompileOptions& options);
 

@@ -161,11 +161,7 @@ class Template {
   /// Every key for the first task; the others are named.
   void tasks() {
     for (const bytecode::ImageTask& task : image_.tasks) {
-      const bool bare = !task.name.empty() && std::all_of(task.name.begin(), task.name.end(), [](char c) {
-        const char f = core::fold(c);
-        return (f >= 'a' && f <= 'z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
-      });
-      out_ += fmt::format("#[tasks.{}]\n", bare ? task.name : quoted(task.name));
+      out_ += fmt::format("#[tasks.{}]\n", toml_key(task.name));
       if (&task == &image_.tasks.front()) keys(TableId::kTask, 0);
     }
   }
@@ -302,6 +298,14 @@ class Template {
 
 std::string configuration_template(runtime::Resource& resource, std::string_view project) {
   return Template(resource, project).run();
+}
+
+std::string toml_key(std::string_view name) {
+  const bool bare = !name.empty() && std::all_of(name.begin(), name.end(), [](char c) {
+    const char f = core::fold(c);
+    return (f >= 'a' && f <= 'z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
+  });
+  return bare ? std::string(name) : quoted(name);
 }
 
 }  // namespace plc::io

@@ -15,4 +15,7 @@ namespace plc::io {
 /// `project` is the file's name, for the comments at the top.
 std::string configuration_template(runtime::Resource& resource, std::string_view project);
 
+/// A name as a key of TOML: as it is, or in quotes where the grammar wants them.
+std::string toml_key(std::string_view name);
+
 }  // namespace plc::io

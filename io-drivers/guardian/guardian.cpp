@@ -79,7 +79,7 @@ std::string seconds(core::TimeNs ns) { return fmt::format("{:.3g} s", static_cas
 sigset_t guarded_signals() {
   sigset_t set;
   sigemptyset(&set);
-  for (const int signal : {SIGTERM, SIGINT, SIGHUP, SIGQUIT, SIGCHLD, SIGTSTP, SIGTTIN, SIGTTOU}) {
+  for (const int signal : {SIGTERM, SIGINT, SIGHUP, SIGQUIT, SIGUSR1, SIGCHLD, SIGTSTP, SIGTTIN, SIGTTOU}) {
     // What whoever started us wants ignored (nohup) asks nobody to stop.
     struct sigaction now {};
     if (::sigaction(signal, nullptr, &now) == 0 && now.sa_handler == SIG_IGN) continue;
@@ -137,7 +137,8 @@ class Guardian {
 
   void forward(int number, const siginfo_t& signal) {
     if (number == SIGTSTP || number == SIGTTIN || number == SIGTTOU) return;
-    asked_to_stop_ = true;
+    // SIGUSR1 asks for a report, all others for the end.
+    asked_to_stop_ = asked_to_stop_ || number != SIGUSR1;
     // A terminal sends its signals to the runtime as well.
     if (signal.si_code != SI_KERNEL) ::kill(runtime_, number);
   }

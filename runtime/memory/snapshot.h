@@ -1,10 +1,10 @@
 // Snapshot: a block of bytes that one thread publishes whole and others read whole, wait-free on both sides.
 //
-// readers + 2 buffers: the newest, one per reader, one to write. Each reader has a mailbox with the number of a buffer. The
-// writer puts the newest one into every mailbox and looks at what was there: a number that the reader has taken is the
-// buffer it reads from now on, one it has not taken is nobody's. So only the writer keeps books, nobody retries, and a
-// reader that finds nothing new makes no atomic operation at all. Threads: one writer; each reader slot one thread at a
-// time. Does not belong here: what the bytes mean.
+// readers + 2 buffers: the newest, one per reader, one to write. Each reader has a mailbox with the number of a buffer.
+// The writer puts the newest one into every mailbox and looks at what was there: a number that the reader has taken is
+// the buffer it reads from now on, one it has not taken is nobody's. So only the writer keeps books, nobody retries,
+// and a reader that finds nothing new makes no atomic operation at all. Threads: one writer; each reader slot one
+// thread at a time. Does not belong here: what the bytes mean.
 #pragma once
 
 #include <atomic>
@@ -31,7 +31,8 @@ class Snapshot {
   /// What was published last. For the writer's thread only. RT.
   [[nodiscard]] const std::byte* published() const noexcept { return buffer(newest_); }
 
-  /// The newest publication; it stays as it is until the next acquire() of this reader. RT: at most one atomic operation.
+  /// The newest publication; it stays as it is until the next acquire() of this reader. RT: at most one atomic
+  /// operation.
   [[nodiscard]] const std::byte* acquire(std::uint32_t reader) noexcept;
 
   /// Fetch into the cache what acquire() and publish() are going to need, while others wait for their own. RT.

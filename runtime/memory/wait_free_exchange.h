@@ -49,7 +49,7 @@ class WaitFreeExchange : public Exchange {
     Use use = Use::kImport;
     std::uint32_t first_stretch = 0;  ///< to import: owned by others; to export: owned by this task
     std::uint32_t last_stretch = 0;
-    std::uint32_t first_leaves = 0;   ///< shared and overlapping
+    std::uint32_t first_leaves = 0;  ///< shared and overlapping
     std::uint32_t last_leaves = 0;
   };
   [[nodiscard]] std::span<const Stretch> stretches(const Range& range) const noexcept {
@@ -87,13 +87,13 @@ class WaitFreeExchange : public Exchange {
   std::byte* local_;
   Snapshot* own_ = nullptr;  ///< what it publishes
   std::vector<Range> ranges_;
-  std::vector<Stretch> stretches_;     ///< of all ranges, side by side: a cycle touches as few cache lines as can be
+  std::vector<Stretch> stretches_;  ///< of all ranges, side by side: a cycle touches as few cache lines as can be
   std::vector<std::uint32_t> leaves_;
   struct Source {
     std::uint32_t owner;
     Snapshot* snapshot;
   };
-  std::vector<Source> sources_;         ///< owners it reads
+  std::vector<Source> sources_;  ///< owners it reads
   GlobalTable::Held held_;
   std::atomic<Turn> turn_{Turn::kExchanging};
   static constexpr std::uint64_t kNotImported = ~std::uint64_t{0};

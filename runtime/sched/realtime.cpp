@@ -17,8 +17,10 @@
 namespace plc::runtime {
 namespace {
 
-/// Between start() and the first release, so that no thread is late for it.
+/// From the moment at which every thread is ready to the first release.
 constexpr core::TimeNs kStartDelayNs = 10'000'000;
+/// How often the threads and their owner look for each other until then.
+constexpr core::TimeNs kStartPollNs = 1'000'000;
 /// How long a task may be deaf to request_stop() while it waits for its next release.
 constexpr core::TimeNs kStopPollNs = 100'000'000;
 /// After a request to stop, until scans are cut short.
@@ -94,6 +96,10 @@ const RealtimeReport& RealtimeScheduler::start() {
     }
   }
   report_.realtime_priority = options_.realtime_priority && !runs_.empty();
+  if (const int error = report_.realtime_priority ? awake_.request() : 0; error != 0) {
+    report_.refused.push_back("idle processors may sleep deeply (" + error_text(error) +
+                              "): waking up may delay a cycle");
+  }
   std::vector<TaskRun*> watched;
   for (const auto& run : runs_) {
     if (run->plan.watchdog_ns > 0) watched.push_back(run.get());
@@ -107,16 +113,20 @@ const RealtimeReport& RealtimeScheduler::start() {
     std::string refused = watchdog_->start(options_.realtime_priority);
     if (!refused.empty()) report_.refused.push_back(std::move(refused));
   }
-  const core::TimeNs start_ns = clock_.now_ns() + kStartDelayNs;
   for (auto& run_ptr : runs_) {
     TaskRun& task = *run_ptr;
-    task.thread = std::thread([this, &task, start_ns] {
-      run(task, start_ns);
+    task.thread = std::thread([this, &task] {
+      run(task);
       task.ended.store(true, std::memory_order_release);
     });
     set_cpu(task);
     set_priority(task);
   }
+  // WHY wait: mapping and locking a stack may take longer than any fixed delay, and the first cycle would be late.
+  while (ready_.load(std::memory_order_acquire) < runs_.size() && !stop_requested()) {
+    clock_.sleep_until_ns(clock_.now_ns() + kStartPollNs);
+  }
+  start_ns_.store(clock_.now_ns() + kStartDelayNs, std::memory_order_release);
   return report_;
 }
 
@@ -143,15 +153,20 @@ void RealtimeScheduler::set_cpu(TaskRun& task) {
 }
 
 // RT: everything from the first release on.
-void RealtimeScheduler::run(TaskRun& task, core::TimeNs start_ns) noexcept {
+void RealtimeScheduler::run(TaskRun& task) noexcept {
   const bytecode::ImageTask& declared = resource_.program(task.index).task();
   const std::optional<std::uint32_t> trigger = trigger_of(resource_.image(), declared);
   const bool freewheeling = !trigger && declared.period_ns <= 0;
-  ReleaseGrid grid(start_ns + task.plan.offset_ns, grid_period(declared));
   bool trigger_was = false;
   std::uint64_t cycle = 0;
   prefault_stack();
   if (options_.on_thread_start != nullptr) options_.on_thread_start(task.index);
+  ready_.fetch_add(1, std::memory_order_release);
+  while (start_ns_.load(std::memory_order_acquire) == 0) {
+    if (stop_requested()) return;
+    clock_.sleep_until_ns(clock_.now_ns() + kStartPollNs);
+  }
+  ReleaseGrid grid(start_ns_.load(std::memory_order_relaxed) + task.plan.offset_ns, grid_period(declared));
   for (;;) {
     const core::TimeNs release_ns = grid.next_ns();
     // Long periods are slept in parts, so that a stop does not have to wait for them.
@@ -171,11 +186,14 @@ void RealtimeScheduler::run(TaskRun& task, core::TimeNs start_ns) noexcept {
     bool go_on = true;
     if (released) {
       ++cycle;
-      task.statistics.jitter.record(now_ns - release_ns);
+      task.statistics.latency.record(now_ns - release_ns);
       go_on = scan(task, context);
     }
     const core::TimeNs end_ns = clock_.now_ns();
-    if (released) task.statistics.scan_time.record(end_ns - now_ns);
+    if (released) {
+      task.statistics.scan_time.record(end_ns - now_ns);
+      task.statistics.response.record(end_ns - release_ns);
+    }
     // A freewheeling task has no instants to miss: it is as slow as it is.
     const std::uint64_t missed = grid.advance(end_ns);
     if (released && !freewheeling && !trigger && missed != 0) {

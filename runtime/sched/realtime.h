@@ -21,6 +21,7 @@
 #include "core/result.h"
 #include "runtime/resource.h"
 #include "runtime/sched/cycle_listener.h"
+#include "runtime/sched/stay_awake.h"
 #include "runtime/sched/task_plan.h"
 #include "runtime/sched/task_run.h"
 
@@ -38,7 +39,7 @@ struct SafeValue {
 struct RealtimeOptions {
   std::vector<TaskPlan> plan{};          ///< one a task; empty = as the image declares
   std::vector<SafeValue> safe_values{};  ///< of all tasks
-  bool realtime_priority = true;         ///< SCHED_FIFO (priority.h)
+  bool realtime_priority = true;         ///< SCHED_FIFO (priority.h), and idle processors stay awake
   bool lock_memory = true;               ///< mlockall(MCL_CURRENT | MCL_FUTURE)
   /// Called on each task's thread after it is set up and before its first cycle (tests install their guards here).
   void (*on_thread_start)(std::uint32_t task) = nullptr;
@@ -64,7 +65,8 @@ class RealtimeScheduler {
   /// Called around each scan on the task's thread; before start(); must outlive the scheduler.
   void add_listener(CycleListener& listener) { listeners_.push_back(&listener); }
 
-  /// Starts all threads; the first release of every task is the same instant, but for offsets. Once.
+  /// Starts all threads; the first release of every task is the same instant, but for offsets, when all are
+  /// ready. Once.
   const RealtimeReport& start();
   /// Asks every task to stop after its present scan. Async-signal-safe; returns at once.
   void request_stop() noexcept { stop_.store(true, std::memory_order_relaxed); }
@@ -85,7 +87,7 @@ class RealtimeScheduler {
   std::vector<TaskFault> new_faults();
 
  private:
-  void run(TaskRun& run, core::TimeNs start_ns) noexcept;
+  void run(TaskRun& run) noexcept;
   bool scan(TaskRun& run, const ReleaseContext& context) noexcept;
   bool fault(TaskRun& run, const ReleaseContext& context, const Fault& fault) noexcept;
   void stop_task(TaskRun& run) noexcept;
@@ -101,6 +103,9 @@ class RealtimeScheduler {
   std::vector<CycleListener*> listeners_;
   std::unique_ptr<Watchdog> watchdog_;
   std::atomic<bool> stop_{false};
+  std::atomic<std::size_t> ready_{0};      ///< threads that are set up and wait for start_ns_
+  std::atomic<core::TimeNs> start_ns_{0};  ///< the first release, offsets apart; 0 = not all threads are ready
+  StayAwake awake_;
   RealtimeReport report_;
   std::vector<std::uint32_t> stuck_;
   bool started_ = false;

@@ -6,7 +6,7 @@
 
 namespace plc::runtime {
 
-// Buckets: values below 16 exactly, then 16 per octave.
+// Buckets: values below 64 exactly, then 64 per octave.
 std::size_t Histogram::bucket_of(std::uint64_t value) noexcept {
   constexpr std::uint64_t kExact = std::uint64_t{1} << kStepBits;
   if (value < kExact) return static_cast<std::size_t>(value);
@@ -33,7 +33,8 @@ void Histogram::record(std::int64_t value_ns) noexcept {
   bump(sum_, static_cast<std::uint64_t>(value));
   if (value < min_.load(std::memory_order_relaxed)) min_.store(value, std::memory_order_relaxed);
   if (value > max_.load(std::memory_order_relaxed)) max_.store(value, std::memory_order_relaxed);
-  bump(count_, 1);
+  // Release: whoever sees the count sees the rest.
+  count_.store(count_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
 }
 
 std::int64_t Histogram::min_ns() const noexcept { return count() == 0 ? 0 : min_.load(std::memory_order_relaxed); }
@@ -58,6 +59,15 @@ std::int64_t Histogram::percentile_ns(double p) const noexcept {
   return max_ns();
 }
 
+std::vector<Histogram::Bucket> Histogram::buckets() const {
+  std::vector<Bucket> found;
+  for (std::size_t bucket = 0; bucket < kBuckets; ++bucket) {
+    const std::uint64_t count = buckets_[bucket].load(std::memory_order_relaxed);
+    if (count != 0) found.push_back({static_cast<std::int64_t>(upper_of(bucket)), count});
+  }
+  return found;
+}
+
 void Histogram::clear() noexcept {
   for (auto& bucket : buckets_) bucket.store(0, std::memory_order_relaxed);
   count_.store(0, std::memory_order_relaxed);
@@ -67,8 +77,9 @@ void Histogram::clear() noexcept {
 }
 
 void TaskStatistics::clear() noexcept {
+  latency.clear();
   scan_time.clear();
-  jitter.clear();
+  response.clear();
   for (auto* counter : {&scans, &overruns, &missed, &faults}) counter->store(0, std::memory_order_relaxed);
 }
 

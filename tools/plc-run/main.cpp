@@ -24,6 +24,7 @@
 #include "runtime/sched/realtime.h"
 #include "tools/command_line.h"
 #include "tools/plc-run/listeners.h"
+#include "tools/plc-run/report.h"
 #include "tools/plc-run/watch.h"
 #include "tools/statistics.h"
 #include "tools/version.h"
@@ -31,11 +32,18 @@
 namespace plc::tools {
 namespace {
 
+/// What is printed at the end.
+enum class Stats : std::uint8_t {
+  kTimes,  ///< what the tasks needed
+  kText,   ///< that, histograms, sizes
+  kJson,   ///< one JSON document, and nothing else, on stdout
+};
+
 struct Run {
   std::string file, duration, stimulus, configuration, modbus;
   std::vector<std::string> watch;
   std::uint64_t cycles = 0;
-  bool stats = false;
+  Stats stats = Stats::kTimes;
   runtime::FaultPolicy on_fault = runtime::FaultPolicy::kSafeState;
   runtime::ProgramOptions program;
   core::CompileOptions options;
@@ -51,6 +59,11 @@ constexpr core::TimeNs kServiceNs = 100'000'000;
 /// The scheduler that signals stop, once there is one.
 std::atomic<runtime::RealtimeScheduler*> running{nullptr};
 std::atomic<bool> signalled{false};
+/// SIGUSR1 came: print what was measured so far.
+std::atomic<bool> report_wanted{false};
+static_assert(std::atomic<bool>::is_always_lock_free);
+
+void on_report_signal(int) { report_wanted.store(true, std::memory_order_relaxed); }
 
 void on_signal(int) {
   signalled.store(true, std::memory_order_relaxed);
@@ -68,6 +81,8 @@ void handle_signals() {
     // in the background, is a request to stop all the same.
     if (signal != SIGHUP || before.sa_handler != SIG_IGN) ::sigaction(signal, &action, nullptr);
   }
+  action.sa_handler = on_report_signal;
+  ::sigaction(SIGUSR1, &action, nullptr);
   // WHY: a reader that goes away (plc-run .. | head) must not take the outputs' safe state with it.
   ::signal(SIGPIPE, SIG_IGN);
 }
@@ -87,59 +102,6 @@ std::uint32_t stimulus_task(const std::string& path, runtime::Resource& resource
   return io::fastest_task(resource.image());
 }
 
-void print_start(const Run& run, const bytecode::Image& image, const std::vector<runtime::TaskPlan>& plan,
-                 core::TimeNs load_ns) {
-  std::cout << fmt::format("{}: {} with {}, ready in {}\n", kVersionText, run.file, counted(image.tasks.size(), "task"),
-                           duration_text(static_cast<double>(load_ns)));
-  std::cout << "options: " << describe(image.options) << '\n';
-  for (std::size_t t = 0; t < plan.size(); ++t) {
-    const bytecode::ImageTask& task = image.tasks[t];
-    std::cout << fmt::format("task {}: {}, priority {}", task.name,
-                             !task.single.empty()  ? "on " + task.single
-                             : task.period_ns == 0 ? std::string("freewheeling")
-                                                   : "every " + duration_text(static_cast<double>(task.period_ns)),
-                             plan[t].priority);
-    const auto time = [](core::TimeNs ns) { return duration_text(static_cast<double>(ns)); };
-    if (plan[t].cpu >= 0) std::cout << fmt::format(", processor {}", plan[t].cpu);
-    if (plan[t].offset_ns != 0) std::cout << ", offset " << time(plan[t].offset_ns);
-    if (plan[t].watchdog_ns != 0) std::cout << ", watchdog " << time(plan[t].watchdog_ns);
-    std::cout << '\n';
-  }
-}
-
-void print_end(const bytecode::Image& image, const runtime::RealtimeScheduler& scheduler) {
-  std::vector<std::vector<std::string>> rows = {{"task", "cycles", "period", "scan min", "mean", "p99", "max",
-                                                 "jitter mean", "p99", "max", "overruns", "missed"}};
-  for (std::uint32_t i = 0; i < image.tasks.size(); ++i) {
-    const runtime::TaskStatistics& s = scheduler.statistics(i);
-    const auto ns = [](auto value) { return duration_text(static_cast<double>(value)); };
-    rows.push_back({image.tasks[i].name, std::to_string(s.scans.load()), ns(image.tasks[i].period_ns),
-                    ns(s.scan_time.count() ? s.scan_time.min_ns() : 0), ns(s.scan_time.mean_ns()),
-                    ns(s.scan_time.percentile_ns(0.99)), ns(s.scan_time.max_ns()), ns(s.jitter.mean_ns()),
-                    ns(s.jitter.percentile_ns(0.99)), ns(s.jitter.max_ns()), std::to_string(s.overruns.load()),
-                    std::to_string(s.missed.load())});
-  }
-  std::cout << '\n';
-  print_table(rows, std::cout);
-}
-
-void print_devices(const io::Machine& machine, const std::vector<std::string>& notes) {
-  for (const auto& driver : machine.drivers()) {
-    const auto inputs = driver->inputs(0).size();
-    std::cout << fmt::format(
-        "driver {}: {}{}{}\n", driver->name(), driver->timing() == io::Timing::kOffline ? "simulated" : "open",
-        inputs != 0 ? fmt::format(", {} inputs", inputs) : "", driver->has_outputs() ? ", with outputs" : "");
-  }
-  if (machine.guarded()) std::cout << "guardian: drives the safe values should the runtime die or hang\n";
-  for (const std::string& note : notes) std::cout << note << '\n';
-}
-
-void print_modbus(const modbus::ServerStatistics& s) {
-  std::cout << fmt::format(
-      "modbus: {} requests, {} of them answered with an exception, {} connections, {} refused, {} dropped\n",
-      s.requests, s.exceptions, s.accepted, s.refused, s.dropped);
-}
-
 /// At its line of plc.toml, when it has one.
 void complain_at(const std::string& file, core::SourceRef at, const core::Problem& problem) {
   if (at.line == 0) return complain(problem);
@@ -147,6 +109,16 @@ void complain_at(const std::string& file, core::SourceRef at, const core::Proble
   at.file = diagnostics.add_file(file);
   diagnostics.report(problem.code, at, {}, problem.message, problem.help);
   diagnostics.render_with_lines(std::cerr);
+}
+
+/// What the tasks needed so far; they may run.
+void print_statistics(const Run& run, const bytecode::Image& image, const runtime::RealtimeScheduler& scheduler,
+                      std::ostream& out) {
+  if (run.stats == Stats::kJson) return print_json(image, scheduler, out);
+  print_times(image, scheduler, out);
+  if (run.stats != Stats::kText) return;
+  print_histograms(image, scheduler, out);
+  print_executions(image, scheduler, out);
 }
 
 /// What this machine is to do with the project's tasks.
@@ -191,7 +163,9 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, std::in
              "paths begin with the name of a program instance or a global: --watch '*' shows all of them");
     return kExitUsage;
   }
-  print_start(run, image, plan.tasks, load_ns);
+  // What is said on the way leaves stdout to the document.
+  std::ostream& talk = run.stats == Stats::kJson ? std::cerr : std::cout;
+  print_start(run.file, image, plan.tasks, load_ns, talk);
   handle_signals();
   // From here on this may be the guardian's child: no thread before.
   const auto failed = [&](const core::Problem& problem) {
@@ -209,7 +183,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, std::in
   if (!view.empty()) scheduler.add_listener(view);
   CycleLimit limit(scheduler, io::fastest_task(image), run.cycles);
   if (run.cycles != 0) scheduler.add_listener(limit);
-  print_devices(*machine, notes);
+  print_devices(*machine, notes, talk);
   running.store(&scheduler, std::memory_order_relaxed);
   core::MonotonicClock clock;
   const core::TimeNs begin = clock.now_ns();
@@ -219,9 +193,8 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, std::in
     machine->stop();
     return failed(*report.problem);
   }
-  for (const std::string& refused : report.refused) std::cout << "real time: " << refused << '\n';
-  if (report.refused.empty()) std::cout << "real time: SCHED_FIFO priorities and locked memory\n";
-  std::cout << std::endl;
+  print_realtime(report, talk);
+  talk << std::endl;
 
   std::size_t faults = 0;
   const auto show_faults = [&] {
@@ -244,6 +217,10 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, std::in
       next_view += kRedrawNs * (1 + (now - next_view) / kRedrawNs);
     }
     show_faults();
+    if (report_wanted.exchange(false, std::memory_order_relaxed)) {
+      print_statistics(run, image, scheduler, std::cerr);
+      std::cerr << std::flush;
+    }
     const core::TimeNs end = duration_ns == 0 ? now + kPollNs : std::min(now + kPollNs, begin + duration_ns);
     clock.sleep_until_ns(end);
   }
@@ -255,9 +232,10 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, std::in
 
   show_faults();
   print_events(resource, std::cerr);
-  print_end(image, scheduler);
-  if (run.stats) {
-    if (const auto modbus = machine->modbus_statistics()) print_modbus(*modbus);
+  print_statistics(run, image, scheduler, std::cout);
+  if (run.stats == Stats::kText) {
+    std::cout << '\n';
+    if (const auto modbus = machine->modbus_statistics()) print_modbus(*modbus, std::cout);
     print_link_report(resource, std::cout);
     print_memory(std::cout);
   }
@@ -280,7 +258,9 @@ int run_command(int argc, char** argv) {
       "Examples:\n"
       "  plc-run plant.xml                                  run until Ctrl-C\n"
       "  plc-run plant.pbc --duration 10s --watch 'Main.*'  ten seconds, with live values\n"
-      "  plc-run plant.xml --cycles 1000 --stats            a thousand cycles of the fastest task\n"
+      "  plc-run plant.xml --cycles 1000 --stats            a thousand cycles of the fastest task, with histograms\n"
+      "  plc-run plant.xml --duration 1h --stats=json > times.json    what the tasks needed, for scripts\n"
+      "  kill -USR1 $(pidof plc-run)                        what they needed so far, on stderr; it goes on\n"
       "  plc-run plant.xml --stimulus in.csv                with inputs from a script\n"
       "  plc-run plant.xml --config plc.toml                with the inputs and outputs of this machine\n"
       "  plc-run plant.xml --modbus 0.0.0.0:502             HMIs of the network may connect (default: this machine's)\n"
@@ -320,11 +300,19 @@ int run_command(int argc, char** argv) {
                                                           {"stop", runtime::FaultPolicy::kStop}}))
       ->type_name("POLICY");
   add_loop_budget(app, run.program);
-  app.add_flag("--stats", run.stats, "also print memory and code sizes at the end");
+  app.add_flag("--stats{text}", run.stats,
+               "also print histograms, memory and code sizes at the end; --stats=json prints the times as one JSON "
+               "document on stdout, and all else on stderr")
+      ->transform(choice_validator<Stats>({{"text", Stats::kText}, {"json", Stats::kJson}}))
+      ->type_name("[=json]");
   add_library_option(app, run.libraries);
   add_compile_options(app, run.options);
   if (const auto code = parse(app, argc, argv)) return *code;
 
+  if (run.stats == Stats::kJson && !run.watch.empty()) {
+    complain("plc-run", "--stats=json and --watch both want stdout", "leave one of them away");
+    return kExitUsage;
+  }
   if (app.count("--modbus") != 0) {
     run.listen = io::parse_listen(run.modbus);
     if (!run.listen) {

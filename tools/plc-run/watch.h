@@ -33,7 +33,7 @@ class LiveView final : public runtime::CycleListener {
   struct Item {
     std::string path;
     runtime::Place place;
-    std::string text;   ///< written by the item's task while its request is kAsked, else by the view
+    std::string text;  ///< written by the item's task while its request is kAsked, else by the view
     std::string shown;
   };
   enum class Request : std::uint8_t { kIdle, kAsked, kReady };

@@ -313,6 +313,25 @@ TEST_F(GuardianTest, SignalsAreForwarded) {
   EXPECT_EQ(notes.safe_calls, 0);
 }
 
+TEST_F(GuardianTest, AWishForAReportIsForwardedAndEndsNothing) {
+  start([](Pulse& pulse) {
+    signal(SIGUSR1, note_signal);
+    while (got_signal != SIGUSR1) {
+      cycle(pulse);
+      std::this_thread::sleep_for(milliseconds(5));
+    }
+    // Longer than an orderly stop may take.
+    cycle_for(pulse, milliseconds(900));
+    pulse.finished();
+    return 41;
+  });
+  ASSERT_TRUE(soon([&] { return notes.runtime != 0; }));
+  std::this_thread::sleep_for(milliseconds(50));
+  kill(guardian, SIGUSR1);
+  EXPECT_EQ(wait_for_guardian(), 41) << said;
+  EXPECT_EQ(notes.safe_calls, 0);
+}
+
 TEST_F(GuardianTest, ARuntimeThatIgnoresTheSignalIsKilled) {
   start([](Pulse& pulse) {
     signal(SIGTERM, SIG_IGN);

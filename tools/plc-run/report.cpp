@@ -1,0 +1,202 @@
+#include "tools/plc-run/report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <nlohmann/json.hpp>
+#include <ostream>
+
+#include "io-drivers/config/template.h"
+#include "tools/command_line.h"
+#include "tools/statistics.h"
+#include "tools/version.h"
+
+namespace plc::tools {
+namespace {
+
+using nlohmann::ordered_json;
+using runtime::Histogram;
+using runtime::TaskStatistics;
+
+/// The times of a task, in the order in which they happen. One row is one line, column and JSON member.
+struct Quantity {
+  const char* name;
+  Histogram TaskStatistics::*histogram;
+};
+constexpr Quantity kQuantities[] = {{"latency", &TaskStatistics::latency},
+                                    {"scan", &TaskStatistics::scan_time},
+                                    {"response", &TaskStatistics::response}};
+
+struct Share {
+  const char* name;
+  const char* member;  ///< of the JSON
+  double share;
+};
+constexpr Share kShares[] = {{"p50", "p50_ns", 0.5}, {"p99", "p99_ns", 0.99}, {"p99.9", "p99_9_ns", 0.999}};
+
+std::string time_text(std::int64_t ns) { return duration_text(static_cast<double>(ns)); }
+
+/// When the task is released: "every 20ms", "on Start", "freewheeling".
+std::string release_text(const bytecode::ImageTask& task) {
+  if (!task.single.empty()) return "on " + task.single;
+  return task.period_ns == 0 ? "freewheeling" : "every " + time_text(task.period_ns);
+}
+
+/// Number of octaves: values up to 2^63 - 1.
+constexpr std::size_t kOctaves = 64;
+constexpr std::size_t kBarWidth = 16;
+using Octaves = std::array<std::uint64_t, kOctaves>;
+
+/// Counts of values with 0, 1, 2, .. binary digits; no step of a histogram crosses an octave.
+Octaves octaves_of(const Histogram& histogram) {
+  Octaves octaves{};
+  for (const Histogram::Bucket& bucket : histogram.buckets()) {
+    octaves[static_cast<std::size_t>(std::bit_width(static_cast<std::uint64_t>(bucket.upper_ns)))] += bucket.count;
+  }
+  return octaves;
+}
+
+/// Rounded up, so that a single scan in a million is seen.
+std::string bar(std::uint64_t count, std::uint64_t most) {
+  return std::string(most == 0 ? 0 : static_cast<std::size_t>((count * kBarWidth + most - 1) / most), '#');
+}
+
+ordered_json to_json(const Histogram& histogram) {
+  ordered_json times;
+  times["count"] = histogram.count();
+  times["min_ns"] = histogram.min_ns();
+  times["mean_ns"] = histogram.mean_ns();
+  for (const Share& share : kShares) times[share.member] = histogram.percentile_ns(share.share);
+  times["max_ns"] = histogram.max_ns();
+  ordered_json& buckets = times["buckets"] = ordered_json::array();
+  for (const Histogram::Bucket& bucket : histogram.buckets()) buckets.push_back({bucket.upper_ns, bucket.count});
+  return times;
+}
+
+}  // namespace
+
+void print_start(std::string_view file, const bytecode::Image& image, std::span<const runtime::TaskPlan> plan,
+                 core::TimeNs load_ns, std::ostream& out) {
+  out << fmt::format("{}: {} with {}, ready in {}\n", kVersionText, file, counted(image.tasks.size(), "task"),
+                     time_text(load_ns));
+  out << "options: " << describe(image.options) << '\n';
+  for (std::size_t t = 0; t < plan.size(); ++t) {
+    const bytecode::ImageTask& task = image.tasks[t];
+    out << fmt::format("task {}: {}, priority {}", task.name, release_text(task), plan[t].priority);
+    if (plan[t].cpu >= 0) out << fmt::format(", processor {}", plan[t].cpu);
+    if (plan[t].offset_ns != 0) out << ", offset " << time_text(plan[t].offset_ns);
+    if (plan[t].watchdog_ns != 0) out << ", watchdog " << time_text(plan[t].watchdog_ns);
+    out << '\n';
+  }
+}
+
+void print_devices(const io::Machine& machine, const std::vector<std::string>& notes, std::ostream& out) {
+  for (const auto& driver : machine.drivers()) {
+    const auto inputs = driver->inputs(0).size();
+    out << fmt::format(
+        "driver {}: {}{}{}\n", driver->name(), driver->timing() == io::Timing::kOffline ? "simulated" : "open",
+        inputs != 0 ? fmt::format(", {} inputs", inputs) : "", driver->has_outputs() ? ", with outputs" : "");
+  }
+  if (machine.guarded()) out << "guardian: drives the safe values should the runtime die or hang\n";
+  for (const std::string& note : notes) out << note << '\n';
+}
+
+void print_realtime(const runtime::RealtimeReport& report, std::ostream& out) {
+  for (const std::string& refused : report.refused) out << "real time: " << refused << '\n';
+  if (report.refused.empty()) out << "real time: SCHED_FIFO priorities and locked memory\n";
+}
+
+void print_times(const bytecode::Image& image, const runtime::RealtimeScheduler& scheduler, std::ostream& out) {
+  for (std::uint32_t i = 0; i < image.tasks.size(); ++i) {
+    const TaskStatistics& s = scheduler.statistics(i);
+    out << fmt::format("\n{}, {}: {} cycles, {} overruns, {} missed, {} faults\n", image.tasks[i].name,
+                       release_text(image.tasks[i]), s.scans.load(), s.overruns.load(), s.missed.load(),
+                       s.faults.load());
+    std::vector<std::vector<std::string>> rows = {{"          ", "min", "mean"}};
+    for (const Share& share : kShares) rows[0].push_back(share.name);
+    rows[0].push_back("max");
+    for (const Quantity& quantity : kQuantities) {
+      const Histogram& h = s.*quantity.histogram;
+      std::vector<std::string> row = {"  " + std::string(quantity.name), time_text(h.min_ns()),
+                                      duration_text(h.mean_ns())};
+      for (const Share& share : kShares) row.push_back(time_text(h.percentile_ns(share.share)));
+      row.push_back(time_text(h.max_ns()));
+      rows.push_back(std::move(row));
+    }
+    print_table(rows, out);
+  }
+}
+
+void print_histograms(const bytecode::Image& image, const runtime::RealtimeScheduler& scheduler, std::ostream& out) {
+  for (std::uint32_t i = 0; i < image.tasks.size(); ++i) {
+    std::vector<Octaves> columns;
+    for (const Quantity& quantity : kQuantities)
+      columns.push_back(octaves_of(scheduler.statistics(i).*quantity.histogram));
+    const auto used = [&](std::size_t octave) {
+      return std::any_of(columns.begin(), columns.end(), [octave](const Octaves& c) { return c[octave] != 0; });
+    };
+    std::size_t first = 0, last = kOctaves;
+    while (first < last && !used(first)) ++first;
+    while (last > first && !used(last - 1)) --last;
+    if (first == last) continue;
+    std::string heading = fmt::format("{:<16}", image.tasks[i].name);
+    for (const Quantity& quantity : kQuantities)
+      heading += fmt::format("  {:>10} {:<{}}", quantity.name, "", kBarWidth);
+    out << '\n' << core::trimmed(heading) << '\n';
+    for (std::size_t octave = first; octave < last; ++octave) {
+      std::string line =
+          fmt::format("  up to {:>8}", time_text(static_cast<std::int64_t>((std::uint64_t{1} << octave) - 1)));
+      for (const Octaves& column : columns) {
+        const std::uint64_t most = *std::max_element(column.begin(), column.end());
+        line += fmt::format("  {:>10} {:<{}}", column[octave], bar(column[octave], most), kBarWidth);
+      }
+      out << line.substr(0, line.find_last_not_of(' ') + 1) << '\n';
+    }
+  }
+}
+
+void print_executions(const bytecode::Image& image, const runtime::RealtimeScheduler& scheduler, std::ostream& out) {
+  out << "\nlongest scans, with all that interrupted them, for plc.toml:\n";
+  for (std::uint32_t i = 0; i < image.tasks.size(); ++i) {
+    const Histogram& scans = scheduler.statistics(i).scan_time;
+    if (scans.count() == 0) continue;
+    // Rounded up: a bound stays one.
+    const std::int64_t tenths_us = scans.max_ns() / 100 + 1;
+    out << fmt::format("[tasks.{}]\nexecution = \"{}.{}us\"\n", io::toml_key(image.tasks[i].name), tenths_us / 10,
+                       tenths_us % 10);
+  }
+}
+
+void print_json(const bytecode::Image& image, const runtime::RealtimeScheduler& scheduler, std::ostream& out) {
+  ordered_json document;
+  document["realtime_priority"] = scheduler.report().realtime_priority;
+  document["memory_locked"] = scheduler.report().memory_locked;
+  document["refused"] = scheduler.report().refused;
+  document["tasks"] = ordered_json::array();
+  for (std::uint32_t i = 0; i < image.tasks.size(); ++i) {
+    const bytecode::ImageTask& declared = image.tasks[i];
+    const TaskStatistics& s = scheduler.statistics(i);
+    ordered_json task;
+    task["name"] = declared.name;
+    task["release"] = release_text(declared);
+    task["period_ns"] = declared.single.empty() ? declared.period_ns : 0;
+    task["cycles"] = s.scans.load();
+    task["overruns"] = s.overruns.load();
+    task["missed"] = s.missed.load();
+    task["faults"] = s.faults.load();
+    for (const Quantity& quantity : kQuantities) task[quantity.name] = to_json(s.*quantity.histogram);
+    document["tasks"].push_back(std::move(task));
+  }
+  // WHY replace: a name that is no UTF-8 must not spoil the document.
+  out << document.dump(-1, ' ', false, ordered_json::error_handler_t::replace) << '\n';
+}
+
+void print_modbus(const modbus::ServerStatistics& s, std::ostream& out) {
+  out << fmt::format(
+      "modbus: {} requests, {} of them answered with an exception, {} connections, {} refused, {} dropped\n",
+      s.requests, s.exceptions, s.accepted, s.refused, s.dropped);
+}
+
+}  // namespace plc::tools

@@ -1,0 +1,41 @@
+// What plc-run says of a run: at its start, and of the times it measured, for people and for scripts.
+//
+// In: the image, the machine, statistics of tasks. Out: text. Everything may be printed while the tasks run: the
+// statistics are read without holding them up. Does not belong here: when to print, measuring, what other commands
+// print too (tools/statistics.h).
+#pragma once
+
+#include <iosfwd>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/clock.h"
+#include "io-drivers/machine/machine.h"
+#include "runtime/sched/realtime.h"
+
+namespace plc::tools {
+
+/// Version, options, and each task with its release and what the machine has planned for it. `load_ns`: from the start
+/// to here.
+void print_start(std::string_view file, const bytecode::Image& image, std::span<const runtime::TaskPlan> plan,
+                 core::TimeNs load_ns, std::ostream& out);
+void print_devices(const io::Machine& machine, const std::vector<std::string>& notes, std::ostream& out);
+/// What the system granted.
+void print_realtime(const runtime::RealtimeReport& report, std::ostream& out);
+
+/// A block per task: counters, and minimum, mean, percentiles and maximum of its times.
+void print_times(const bytecode::Image& image, const runtime::RealtimeScheduler& scheduler, std::ostream& out);
+/// A block per task: how many scans fell into each octave of time.
+void print_histograms(const bytecode::Image& image, const runtime::RealtimeScheduler& scheduler, std::ostream& out);
+/// The longest scans as they may stand in plc.toml, for the analysis of the schedule; tasks without a scan left out.
+void print_executions(const bytecode::Image& image, const runtime::RealtimeScheduler& scheduler, std::ostream& out);
+/// The same as the three above as one line of JSON, all times in ns:
+/// {"realtime_priority": .., "memory_locked": .., "refused": [..], "tasks": [{"name": .., "latency": {"count": .., ..,
+/// "buckets": [[upper, count], ..]}, ..}]}.
+void print_json(const bytecode::Image& image, const runtime::RealtimeScheduler& scheduler, std::ostream& out);
+
+void print_modbus(const modbus::ServerStatistics& statistics, std::ostream& out);
+
+}  // namespace plc::tools
