@@ -11,17 +11,15 @@ void CommonTableExchange::prepare() {
 
 // RT:
 void CommonTableExchange::copy_in(std::uint32_t range) noexcept {
-  const Range& r = ranges()[range];
-  for (const Stretch& s : stretches(r)) {
+  for (const Stretch& s : stretches(range)) {
     std::memcpy(local() + s.begin, from_task(s) ? common() + s.begin : held(s), s.end - s.begin);
   }
-  for (const std::uint32_t l : leaves(r)) import_leaves(l);
+  for (const std::uint32_t l : leaves(range)) import_leaves(l);
 }
 
 // RT:
 void CommonTableExchange::copy_out(std::uint32_t range) noexcept {
-  const Range& r = ranges()[range];
-  for (const Stretch& s : stretches(r)) std::memcpy(common() + s.begin, local() + s.begin, s.end - s.begin);
+  for (const Stretch& s : stretches(range)) std::memcpy(common() + s.begin, local() + s.begin, s.end - s.begin);
   exported_[range] = 1;
 }
 

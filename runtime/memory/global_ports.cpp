@@ -6,15 +6,15 @@
 
 namespace plc::runtime {
 
-GlobalReader::GlobalReader(GlobalTable& table) : table_(table), slot_(table.add_reader(held_)) {}
-GlobalReader::~GlobalReader() { table_.remove_reader(held_, slot_); }
+GlobalReader::GlobalReader(GlobalTable& table) : table_(table) { table.add_view(view_); }
+GlobalReader::~GlobalReader() { table_.remove_view(view_); }
 
 // RT:
-void GlobalReader::take() noexcept { table_.hold(slot_, held_); }
+void GlobalReader::take() noexcept { GlobalTable::hold(view_); }
 
 // RT:
 void GlobalReader::read(std::uint32_t offset, std::uint32_t bytes, std::byte* to) const noexcept {
-  table_.read_held(held_, offset, bytes, to);
+  table_.read_held(view_.held, offset, bytes, to);
 }
 
 GlobalInputs::GlobalInputs(GlobalTable& table, std::span<const std::uint32_t> fields)

@@ -28,8 +28,7 @@ class GlobalReader {
 
  private:
   GlobalTable& table_;
-  GlobalTable::Held held_;  // before slot_: the table sizes it
-  std::uint32_t slot_;
+  GlobalTable::View view_;
 };
 
 /// Globals that a driver owns: its inputs. Nobody else writes them from then on.

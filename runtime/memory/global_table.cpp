@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "bytecode/paths.h"
 #include "runtime/link.h"
 #include "runtime/memory/exchange.h"
 #include "runtime/memory/process_image.h"
@@ -85,7 +86,6 @@ GlobalTable::GlobalTable(const bytecode::Image& image, std::span<const std::int3
     : image_(image),
       size_(image.global_initial.size()),
       task_count_(static_cast<std::uint32_t>(image.tasks.size())),
-      reader_count_(task_count_ + 1),
       owners_(task_count_ + 1) {
   const std::vector<ImageField>& declared = image.types[image.global_type].fields;
   overlapping_bits_ = overlapping_globals(image);
@@ -192,12 +192,15 @@ void GlobalTable::rebuild(const std::vector<std::byte>& values) {
   for (const ImageType& type : image_.types) {
     if (type.kind == TypeKind::kString) largest = std::max<std::size_t>(largest, type.size);
   }
+  // Nobody looks at what was in the old one any more.
+  arena_ = std::make_unique<Arena>();
+  const std::uint32_t readers = task_count_ + 1 + static_cast<std::uint32_t>(views_.size());
   for (std::uint32_t o = 0; o < owners_.size(); ++o) {
     Owner& owner = owners_[o];
     owner.image_from = o < task_count_ ? owner.shared_at : 0;
-    owner.image = TableMemory(bytes[o] - owner.image_from);
-    owner.snapshot = std::make_unique<Snapshot>(bytes[o], reader_count_);
-    if (o < task_count_) owner.journal = std::make_unique<Journal>(std::max(kJournalBytes, 4 * largest));
+    owner.image = arena_->take(bytes[o] - owner.image_from);
+    owner.snapshot = arena_->make<Snapshot>(*arena_, bytes[o], readers);
+    if (o < task_count_) owner.journal = arena_->make<Journal>(*arena_, std::max(kJournalBytes, 4 * largest));
   }
   if (common_.size() != 0) std::memcpy(common_.data(), values.data(), size_);
   for (const Leaves& leaves : leaves_) {
@@ -213,14 +216,19 @@ void GlobalTable::rebuild(const std::vector<std::byte>& values) {
       if (field.kind != Kind::kOwned || &owners_[field.owner] != &owner) continue;
       std::memcpy(first + field.at, values.data() + field.begin, field.end - field.begin);
     }
-    if (owner.image_from == 0) std::memcpy(owner.image.data(), first, owner.shared_at);
+    if (owner.image_from == 0) std::memcpy(owner.image, first, owner.shared_at);
     if (owner.snapshot->bytes() != owner.shared_at) {
       std::memcpy(first + owner.shared_at, owner.next(owner.shared_at), owner.snapshot->bytes() - owner.shared_at);
     }
     owner.snapshot->publish();
   }
-  outside_held_.assign(owners_.size(), nullptr);
-  for (Held* const held : reader_held_) held->assign(owners_.size(), nullptr);
+  const auto subscribe = [this](View& view) {
+    view.held.assign(owners_.size(), nullptr);
+    view.readers.clear();
+    for (const Owner& owner : owners_) view.readers.push_back(owner.snapshot->subscribe());
+  };
+  subscribe(outside_view_);
+  for (View* const view : views_) subscribe(*view);
   for (Exchange* const exchange : exchanges_) exchange->prepare();
 }
 
@@ -234,19 +242,25 @@ void GlobalTable::task_stopped(std::uint32_t task) noexcept {
   owners_[task].stopped->store(true, std::memory_order_relaxed);
 }
 
-std::uint32_t GlobalTable::add_reader(Held& held) {
-  reader_held_.push_back(&held);
-  if (!free_readers_.empty()) {
-    const std::uint32_t slot = free_readers_.back();
-    free_readers_.pop_back();
-    held.assign(owners_.size(), nullptr);
-    return slot;
-  }
+void GlobalTable::add_view(View& view) {
   std::vector<std::byte> values(size_);
   copy(values.data());
-  ++reader_count_;
+  views_.push_back(&view);
   rebuild(values);
-  return reader_count_ - 1;
+}
+
+std::vector<std::uint32_t> GlobalTable::owners_of_trigger(std::uint32_t task) const {
+  const auto trigger = bytecode::find_global(image_, image_.tasks[task].single);
+  if (image_.tasks[task].single.empty() || !trigger) return {};
+  const Field& field = field_at(trigger->offset);
+  if (field.kind == Kind::kOwned) return {field.owner};
+  std::vector<std::uint32_t> owners;
+  for (std::uint32_t l = field.first_leaves; l < field.last_leaves; ++l) {
+    for (std::uint32_t c = leaves_[l].first_copy; c < leaves_[l].last_copy; ++c) owners.push_back(copies_[c].owner);
+  }
+  std::sort(owners.begin(), owners.end());
+  owners.erase(std::unique(owners.begin(), owners.end()), owners.end());
+  return owners;
 }
 
 std::uint32_t GlobalTable::claim(std::span<const std::uint32_t> fields) {
@@ -288,12 +302,13 @@ void GlobalTable::for_each_overlapping(std::uint32_t field, Visit visit) const {
   }
 }
 
-void GlobalTable::hold(std::uint32_t reader, Held& held) const noexcept {
-  for (std::size_t o = 0; o < owners_.size(); ++o) held[o] = owners_[o].snapshot->acquire(reader);
+// RT:
+void GlobalTable::hold(View& view) noexcept {
+  for (std::size_t o = 0; o < view.readers.size(); ++o) view.held[o] = view.readers[o].acquire();
 }
 
 // RT:
-void GlobalTable::read_shared(const Held& held, const Leaves& leaves, std::uint32_t index,
+void GlobalTable::read_shared(Held held, const Leaves& leaves, std::uint32_t index,
                               std::byte* to) const noexcept {
   const std::byte* newest = nullptr;
   std::uint64_t stamp = 0;
@@ -308,7 +323,7 @@ void GlobalTable::read_shared(const Held& held, const Leaves& leaves, std::uint3
 }
 
 // RT:
-void GlobalTable::read_held(const Held& held, std::uint32_t offset, std::uint32_t bytes, std::byte* to) const noexcept {
+void GlobalTable::read_held(Held held, std::uint32_t offset, std::uint32_t bytes, std::byte* to) const noexcept {
   const std::uint32_t end = offset + bytes;
   for (const Field* field = &field_at(offset); field < fields_.data() + fields_.size() && field->begin < end; ++field) {
     const std::uint32_t first = std::max(field->begin, offset);
@@ -360,7 +375,7 @@ GlobalTable::Stamped GlobalTable::stamped(std::uint32_t owner, const Leaves& lea
 }
 
 // RT:
-std::uint64_t GlobalTable::version(const Held& held, const Leaves& leaves) const noexcept {
+std::uint64_t GlobalTable::version(Held held, const Leaves& leaves) const noexcept {
   // A sum, not the highest: an owner may publish a change after others published later ones. None ever falls.
   std::uint64_t version = 0;
   for (std::uint32_t c = leaves.first_copy; c < leaves.last_copy; ++c) {
@@ -371,8 +386,8 @@ std::uint64_t GlobalTable::version(const Held& held, const Leaves& leaves) const
 
 void GlobalTable::publish_image(std::uint32_t o) noexcept {
   Owner& owner = owners_[o];
-  if (owner.image.size() == 0) return;
-  std::memcpy(owner.snapshot->begin_write(), owner.image.data(), owner.snapshot->bytes());
+  if (owner.image_from != 0 || owner.snapshot->bytes() == 0) return;
+  std::memcpy(owner.snapshot->begin_write(), owner.image, owner.snapshot->bytes());
   owner.snapshot->publish();
 }
 
@@ -381,21 +396,20 @@ void GlobalTable::read(std::uint32_t offset, std::uint32_t bytes, std::byte* to)
   const Field& field = field_at(offset);
   if (field.kind == Kind::kOwned) {
     // The usual case: one snapshot.
-    Snapshot& snapshot = *owners_[field.owner].snapshot;
-    outside_held_[field.owner] = snapshot.acquire(outside());
-    read_held(outside_held_, offset, bytes, to);
+    outside_view_.held[field.owner] = outside_view_.readers[field.owner].acquire();
+    read_held(outside_view_.held, offset, bytes, to);
     return;
   }
-  hold(outside(), outside_held_);
-  read_held(outside_held_, offset, bytes, to);
+  hold(outside_view_);
+  read_held(outside_view_.held, offset, bytes, to);
 }
 
 void GlobalTable::copy(std::byte* to) const {
   const std::lock_guard lock(outside_mutex_);
   if (size_ == 0) return;
   std::memcpy(to, image_.global_initial.data(), size_);  // what lies between fields
-  hold(outside(), outside_held_);
-  read_held(outside_held_, 0, static_cast<std::uint32_t>(size_), to);
+  hold(outside_view_);
+  read_held(outside_view_.held, 0, static_cast<std::uint32_t>(size_), to);
 }
 
 // RT:
@@ -464,13 +478,13 @@ WriteResult GlobalTable::write(std::span<const GlobalWrite> batch) {
     if (field.kind == Kind::kOverlapping) {
       write_overlapping(w);
     } else if (field.kind == Kind::kShared) {
-      if (!holding) hold(outside(), outside_held_);
+      if (!holding) hold(outside_view_);
       holding = true;
       const Leaves& leaves = leaves_at(field, w.offset);
       const std::uint32_t index = (w.offset - leaves.offset) / leaves.bytes;
       const Stamped place = stamped(outside(), leaves, index);
       // A masked write changes the newest value, or what this batch has made of it.
-      if (load<std::uint64_t>(place.stamp) <= before) read_shared(outside_held_, leaves, index, place.value);
+      if (load<std::uint64_t>(place.stamp) <= before) read_shared(outside_view_.held, leaves, index, place.value);
       if (merge(place.value, w.type, w.value, w.mask)) {
         const std::uint64_t stamp = next_stamp();
         store(place.stamp, stamp);

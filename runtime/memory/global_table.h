@@ -28,6 +28,7 @@
 #include <vector>
 
 #include "bytecode/image.h"
+#include "runtime/memory/arena.h"
 #include "runtime/memory/journal.h"
 #include "runtime/memory/snapshot.h"
 #include "runtime/memory/table.h"
@@ -143,15 +144,20 @@ class GlobalTable {
   struct Owner {
     std::size_t shared_at = 0;   ///< where its copies of shared leaves start in the snapshot; before them what it owns
     std::size_t image_from = 0;  ///< where `image` starts in the snapshot: tasks keep what they own in their local copy
-    TableMemory image;           ///< the next snapshot, from image_from on
-    std::unique_ptr<Snapshot> snapshot;
-    std::unique_ptr<Journal> journal;            ///< tasks only
+    std::byte* image = nullptr;  ///< the next snapshot, from image_from on
+    Snapshot* snapshot = nullptr;
+    Journal* journal = nullptr;  ///< tasks only
     std::unique_ptr<std::atomic<bool>> stopped;  ///< tasks only: it will not start again
     /// What place `at` of the next snapshot has.
-    std::byte* next(std::size_t at) { return image.data() + (at - image_from); }
+    std::byte* next(std::size_t at) { return image + (at - image_from); }
   };
-  /// What one reader holds of one owner.
-  using Held = std::vector<const std::byte*>;
+  /// By owner: the snapshot that one reader holds.
+  using Held = std::span<const std::byte* const>;
+  /// A reader beside the tasks.
+  struct View {
+    std::vector<Snapshot::Reader> readers;  ///< by owner
+    std::vector<const std::byte*> held;
+  };
 
   [[nodiscard]] std::uint32_t outside() const { return task_count_; }
   /// The field that `offset` lies in.
@@ -166,21 +172,21 @@ class GlobalTable {
   void for_each_overlapping(std::uint32_t field, Visit visit) const;
   /// Snapshots and images anew, with these values of the whole table; tells the exchanges.
   void rebuild(const std::vector<std::byte>& values);
-  /// A reader's slot; `held` is kept as long as there are owners.
-  std::uint32_t add_reader(Held& held);
-  void remove_reader(Held& held, std::uint32_t slot) {
-    std::erase(reader_held_, &held);
-    free_readers_.push_back(slot);
-  }
+  /// The view is kept as long as there are owners, until it is removed.
+  void add_view(View& view);
+  void remove_view(View& view) { std::erase(views_, &view); }
+  /// Who publishes the variable that releases an event task; none for others.
+  [[nodiscard]] std::vector<std::uint32_t> owners_of_trigger(std::uint32_t task) const;
   std::uint32_t claim(std::span<const std::uint32_t> fields);
   void attach(Exchange& exchange) { exchanges_.push_back(&exchange); }
   void detach(Exchange& exchange) { std::erase(exchanges_, &exchange); }
 
-  void hold(std::uint32_t reader, Held& held) const noexcept;
+  /// Takes the newest snapshot of every owner. RT.
+  static void hold(View& view) noexcept;
   /// Copies what [offset, offset + bytes) is in the snapshots held. RT.
-  void read_held(const Held& held, std::uint32_t offset, std::uint32_t bytes, std::byte* to) const noexcept;
+  void read_held(Held held, std::uint32_t offset, std::uint32_t bytes, std::byte* to) const noexcept;
   /// Copies the newest of leaf `index` of `leaves`. RT.
-  void read_shared(const Held& held, const Leaves& leaves, std::uint32_t index, std::byte* to) const noexcept;
+  void read_shared(Held held, const Leaves& leaves, std::uint32_t index, std::byte* to) const noexcept;
   /// Where leaf `index` of `leaves` is in the image of `owner`, which has a copy of it. RT.
   struct Stamped {
     std::byte* value;
@@ -193,15 +199,13 @@ class GlobalTable {
   bool merge(std::byte* place, std::uint32_t type, const std::byte* value, const std::byte* mask) const noexcept;
   void write_overlapping(const GlobalWrite& write) noexcept;
   /// Another number whenever a copy of `leaves` in the snapshots held is another one. RT.
-  [[nodiscard]] std::uint64_t version(const Held& held, const Leaves& leaves) const noexcept;
+  [[nodiscard]] std::uint64_t version(Held held, const Leaves& leaves) const noexcept;
   [[nodiscard]] std::uint64_t next_stamp() noexcept { return stamp_.fetch_add(1, std::memory_order_relaxed) + 1; }
 
   const bytecode::Image& image_;
   std::size_t size_;
   std::uint32_t task_count_;
   std::vector<std::int32_t> priorities_;  ///< of the tasks
-  std::uint32_t reader_count_;            ///< tasks, the outside, then GlobalReaders
-  std::vector<std::uint32_t> free_readers_;
   std::vector<FieldBits> overlapping_bits_;  ///< of every kOverlapping field
   std::vector<Field> fields_;                ///< parallel to those of Image::global_type
   std::vector<Leaves> leaves_;
@@ -213,8 +217,9 @@ class GlobalTable {
   mutable pthread_mutex_t common_mutex_;  ///< of common_, under the global lock; waiting tasks lend their priority
   std::atomic<std::uint64_t> stamp_{0};
   mutable std::mutex outside_mutex_;
-  mutable Held outside_held_;
-  std::vector<Held*> reader_held_;  ///< of GlobalReaders
+  mutable View outside_view_;
+  std::vector<View*> views_;  ///< of GlobalReaders
+  std::unique_ptr<Arena> arena_;  ///< snapshots, journals, and what exchanges look at in every cycle
 };
 
 }  // namespace plc::runtime

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "runtime/memory/arena.h"
 #include "runtime/memory/table.h"
 
 namespace plc::runtime {
@@ -22,7 +23,7 @@ class Journal {
   };
 
   /// `capacity` bytes at least; rounded up to a power of two.
-  explicit Journal(std::size_t capacity);
+  Journal(Arena& arena, std::size_t capacity);
 
   // Writer
   /// Room that one entry takes.
@@ -34,13 +35,15 @@ class Journal {
   void commit() noexcept { head_.store(written_, std::memory_order_release); }
 
   // Reader
+  /// False when drain() would find nothing: one look at one cache line. RT.
+  [[nodiscard]] bool pending() const noexcept { return head_.load(std::memory_order_relaxed) != drained_; }
   /// Calls apply(entry, value, mask or null) for everything committed. RT: bounded by the capacity.
   template <class Apply>
   void drain(Apply&& apply) noexcept {
     const std::uint64_t end = head_.load(std::memory_order_acquire);
     std::uint64_t at = tail_.load(std::memory_order_relaxed);
     while (at != end) {
-      const std::byte* const place = memory_.data() + (at & mask_);
+      const std::byte* const place = memory_ + (at & mask_);
       const Record record = load(place);
       if (record.entry.bytes != kSkip) {
         const std::byte* const value = place + sizeof(Record);
@@ -49,6 +52,7 @@ class Journal {
       at += record.size;
     }
     tail_.store(at, std::memory_order_release);
+    drained_ = at;
   }
   /// Forgets everything. Not while the task runs.
   void clear() noexcept;
@@ -65,10 +69,12 @@ class Journal {
   }
   static Record load(const std::byte* place) noexcept;
 
-  TableMemory memory_;
+  std::byte* memory_;
+  std::size_t capacity_;
   std::uint64_t mask_;
   std::uint64_t written_ = 0;
   alignas(kTableAlign) std::atomic<std::uint64_t> head_{0};  ///< bytes committed since the start
+  std::uint64_t drained_ = 0;  ///< tail_, for the reader, beside what it looks at
   alignas(kTableAlign) std::atomic<std::uint64_t> tail_{0};  ///< bytes consumed since the start
 };
 

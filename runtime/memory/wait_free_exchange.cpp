@@ -23,54 +23,61 @@ std::uint32_t WaitFreeExchange::add_range(std::uint32_t first, std::uint32_t cou
 }
 
 void WaitFreeExchange::prepare() {
-  held_.assign(globals_.owners_.size(), nullptr);
-  sources_.clear();
-  stretches_.clear();
-  leaves_.clear();
-  own_ = globals_.owners_[task_].snapshot.get();
-  const auto reads = [this](std::uint32_t owner) {
-    const auto known = [owner](const Source& source) { return source.owner == owner; };
-    if (std::any_of(sources_.begin(), sources_.end(), known)) return;
-    sources_.push_back({owner, globals_.owners_[owner].snapshot.get()});
+  std::vector<Slice> slices;
+  std::vector<Stretch> stretches;
+  std::vector<std::uint32_t> all_leaves;
+  std::vector<std::uint32_t> sources;
+  const auto reads = [&sources](std::uint32_t owner) {
+    if (std::find(sources.begin(), sources.end(), owner) == sources.end()) sources.push_back(owner);
   };
   std::size_t exports = 0;
   bool by_leaf = false;
-  for (Range& range : ranges_) {
-    range.first_stretch = range.last_stretch = static_cast<std::uint32_t>(stretches_.size());
-    range.first_leaves = range.last_leaves = static_cast<std::uint32_t>(leaves_.size());
-    if (range.use == Use::kRaise) continue;
+  for (const Range& range : ranges_) {
+    Slice slice;
+    slice.first_stretch = static_cast<std::uint32_t>(stretches.size());
+    slice.first_leaves = static_cast<std::uint32_t>(all_leaves.size());
     const bool to_export = range.use == Use::kExport;
     bool neighbour = false;  // the field before this one is the end of the last stretch
-    for (std::uint32_t f = range.first; f < range.first + range.count; ++f) {
+    for (std::uint32_t f = range.first; f < range.first + range.count && range.use != Use::kRaise; ++f) {
       const GlobalTable::Field& field = globals_.fields_[f];
-      if (field.begin == field.end) {
-        neighbour = false;
-        continue;
-      }
       const bool owned = field.kind == GlobalTable::Kind::kOwned;
-      if (owned && (field.owner == task_) == to_export) {
+      const bool copied = owned && (field.owner == task_) == to_export && field.begin != field.end;
+      if (copied) {
         // What other tasks export comes from the common table, where there is one.
         if (!to_export && (globals_.common_.size() == 0 || field.owner >= globals_.task_count_)) reads(field.owner);
-        if (neighbour && stretches_.back().owner == field.owner) {
-          stretches_.back().end = field.end;
+        if (neighbour && stretches.back().owner == field.owner) {
+          stretches.back().end = field.end;
         } else {
-          stretches_.push_back({field.owner, field.begin, field.end, field.at});
+          stretches.push_back({field.owner, field.begin, field.end, field.at});
         }
       }
-      neighbour = owned && (field.owner == task_) == to_export;
-      if (owned || field.kind == GlobalTable::Kind::kConstant) continue;
+      neighbour = copied;
+      if (owned || field.kind == GlobalTable::Kind::kConstant || field.begin == field.end) continue;
       by_leaf = true;
       for (std::uint32_t l = field.first_leaves; l < field.last_leaves; ++l) {
-        leaves_.push_back(l);
+        all_leaves.push_back(l);
         const GlobalTable::Leaves& leaves = globals_.leaves_[l];
         for (std::uint32_t c = leaves.first_copy; c < leaves.last_copy; ++c) reads(globals_.copies_[c].owner);
       }
     }
-    range.last_stretch = static_cast<std::uint32_t>(stretches_.size());
-    range.last_leaves = static_cast<std::uint32_t>(leaves_.size());
+    slice.last_stretch = static_cast<std::uint32_t>(stretches.size());
+    slice.last_leaves = static_cast<std::uint32_t>(all_leaves.size());
+    slices.push_back(slice);
     exports += to_export ? 1 : 0;
   }
   in_parts_ = exports > 1;
+  Arena& arena = *globals_.arena_;
+  own_ = globals_.owners_[task_].snapshot;
+  journal_ = globals_.owners_[task_].journal;
+  slices_ = arena.copy(std::span<const Slice>(slices));
+  stretches_ = arena.copy(std::span<const Stretch>(stretches));
+  leaves_ = arena.copy(std::span<const std::uint32_t>(all_leaves));
+  held_ = arena.array<const std::byte*>(globals_.owners_.size());
+  for (const std::uint32_t owner : globals_.owners_of_trigger(task_)) reads(owner);
+  sources_ = arena.array<Source>(sources.size());
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    sources_[i] = {sources[i], globals_.owners_[sources[i]].snapshot->subscribe()};
+  }
   if (by_leaf && shadow_.size() == 0) shadow_ = TableMemory(globals_.size());
   reset();
 }
@@ -87,15 +94,18 @@ void WaitFreeExchange::apply(const Journal::Entry& entry, const std::byte* value
 }
 
 // RT:
-void WaitFreeExchange::begin() noexcept {
+[[gnu::hot]] void WaitFreeExchange::begin() noexcept {
+  // What other processors have written is fetched all at once.
+  for (const Source& source : sources_) source.reader.expect();
+  own_->expect_write();
   writing_ = nullptr;
   stamp_ = 0;
-  globals_.owners_[task_].journal->drain([this](const Journal::Entry& entry, const std::byte* value,
-                                                const std::byte* mask) noexcept { apply(entry, value, mask); });
-  // What other processors have written is fetched all at once.
-  for (const Source& source : sources_) source.snapshot->expect_read(task_);
-  own_->expect_write();
-  for (const Source& source : sources_) held_[source.owner] = source.snapshot->acquire(task_);
+  if (journal_->pending()) {
+    journal_->drain([this](const Journal::Entry& entry, const std::byte* value, const std::byte* mask) noexcept {
+      apply(entry, value, mask);
+    });
+  }
+  for (Source& source : sources_) held_[source.owner] = source.reader.acquire();
   // Release: whoever revokes the task sees what its last publication left.
   turn_.store(Turn::kComputing, std::memory_order_release);
 }
@@ -135,12 +145,11 @@ void WaitFreeExchange::import_leaves(std::uint32_t index) noexcept {
 }
 
 // RT:
-void WaitFreeExchange::import(std::uint32_t range) noexcept {
-  const Range& r = ranges_[range];
-  for (const Stretch& s : stretches(r)) {
+[[gnu::hot]] void WaitFreeExchange::import(std::uint32_t range) noexcept {
+  for (const Stretch& s : stretches(range)) {
     std::memcpy(local_ + s.begin, held_[s.owner] + s.at, s.end - s.begin);
   }
-  for (const std::uint32_t l : leaves(r)) import_leaves(l);
+  for (const std::uint32_t l : leaves(range)) import_leaves(l);
 }
 
 // RT:
@@ -173,23 +182,22 @@ void WaitFreeExchange::export_leaves(const GlobalTable::Leaves& leaves) noexcept
 }
 
 // RT:
-void WaitFreeExchange::export_range(std::uint32_t range) noexcept {
-  const Range& r = ranges_[range];
+[[gnu::hot]] void WaitFreeExchange::export_range(std::uint32_t range) noexcept {
   if (!may_publish()) return;
-  if (r.first_stretch != r.last_stretch && writing_ == nullptr) open_snapshot();
-  for (const Stretch& s : stretches(r)) {
+  if (writing_ == nullptr && !stretches(range).empty()) open_snapshot();
+  for (const Stretch& s : stretches(range)) {
     std::memcpy(writing_ + s.at, local_ + s.begin, s.end - s.begin);
   }
-  for (const std::uint32_t l : leaves(r)) export_leaves(globals_.leaves_[l]);
+  for (const std::uint32_t l : leaves(range)) export_leaves(globals_.leaves_[l]);
 }
 
 // RT:
-bool WaitFreeExchange::end() noexcept {
+[[gnu::hot]] bool WaitFreeExchange::end() noexcept {
   const bool mine = may_publish();
   GlobalTable::Owner& own = globals_.owners_[task_];
   if (writing_ != nullptr) {
     const std::size_t shared = own_->bytes() - own.shared_at;
-    if (shared != 0) std::memcpy(writing_ + own.shared_at, own.image.data(), shared);
+    if (shared != 0) std::memcpy(writing_ + own.shared_at, own.image, shared);
     own_->publish();
   }
   return mine;
@@ -217,15 +225,13 @@ void WaitFreeExchange::publish_safe(std::span<const GlobalWrite> values) noexcep
     }
   }
   const std::size_t shared = snapshot.bytes() - own.shared_at;
-  if (shared != 0) std::memcpy(next + own.shared_at, own.image.data(), shared);
+  if (shared != 0) std::memcpy(next + own.shared_at, own.image, shared);
   snapshot.publish();
 }
 
 // RT:
 bool WaitFreeExchange::read_bool(std::uint32_t offset) noexcept {
-  for (std::size_t owner = 0; owner < held_.size(); ++owner) {
-    held_[owner] = globals_.owners_[owner].snapshot->acquire(task_);
-  }
+  for (Source& source : sources_) held_[source.owner] = source.reader.acquire();
   std::byte value{};
   globals_.read_held(held_, offset, 1, &value);
   return value != std::byte{0};

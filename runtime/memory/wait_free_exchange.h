@@ -47,17 +47,23 @@ class WaitFreeExchange : public Exchange {
     std::uint32_t first = 0;
     std::uint32_t count = 0;
     Use use = Use::kImport;
-    std::uint32_t first_stretch = 0;  ///< to import: owned by others; to export: owned by this task
+  };
+  /// What a range copies: stretches that others own (to import) or this task (to export), and leaves, shared and
+  /// overlapping.
+  struct Slice {
+    std::uint32_t first_stretch = 0;
     std::uint32_t last_stretch = 0;
-    std::uint32_t first_leaves = 0;  ///< shared and overlapping
+    std::uint32_t first_leaves = 0;
     std::uint32_t last_leaves = 0;
   };
-  [[nodiscard]] std::span<const Stretch> stretches(const Range& range) const noexcept {
-    return {stretches_.data() + range.first_stretch, stretches_.data() + range.last_stretch};
+  [[nodiscard]] std::span<const Stretch> stretches(std::uint32_t range) const noexcept {
+    const Slice& s = slices_[range];
+    return stretches_.subspan(s.first_stretch, s.last_stretch - s.first_stretch);
   }
   /// Numbers of GlobalTable::leaves_.
-  [[nodiscard]] std::span<const std::uint32_t> leaves(const Range& range) const noexcept {
-    return {leaves_.data() + range.first_leaves, leaves_.data() + range.last_leaves};
+  [[nodiscard]] std::span<const std::uint32_t> leaves(std::uint32_t range) const noexcept {
+    const Slice& s = slices_[range];
+    return leaves_.subspan(s.first_leaves, s.last_leaves - s.first_leaves);
   }
   /// Whether this cycle may publish; once it was told so, it can no longer be revoked. RT.
   bool may_publish() noexcept;
@@ -85,16 +91,20 @@ class WaitFreeExchange : public Exchange {
   GlobalTable& globals_;
   std::uint32_t task_;
   std::byte* local_;
-  Snapshot* own_ = nullptr;  ///< what it publishes
-  std::vector<Range> ranges_;
-  std::vector<Stretch> stretches_;  ///< of all ranges, side by side: a cycle touches as few cache lines as can be
-  std::vector<std::uint32_t> leaves_;
   struct Source {
-    std::uint32_t owner;
-    Snapshot* snapshot;
+    std::uint32_t owner = 0;
+    Snapshot::Reader reader;
   };
-  std::vector<Source> sources_;  ///< owners it reads
-  GlobalTable::Held held_;
+  // In the table's arena: what a cycle looks at, side by side.
+  Snapshot* own_ = nullptr;  ///< what it publishes
+  Journal* journal_ = nullptr;
+  std::span<const Slice> slices_;  ///< by range
+  std::span<const Stretch> stretches_;
+  std::span<const std::uint32_t> leaves_;
+  std::span<Source> sources_;  ///< owners it reads, and those of the variable that releases it
+  std::span<const std::byte*> held_;
+
+  std::vector<Range> ranges_;
   std::atomic<Turn> turn_{Turn::kExchanging};
   static constexpr std::uint64_t kNotImported = ~std::uint64_t{0};
   std::vector<std::uint64_t> imported_;  ///< per GlobalTable::leaves_: its version at the last import

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cstring>
@@ -21,18 +22,20 @@ void fill(std::byte* buffer, std::uint64_t number) {
 }
 
 TEST(Snapshot, TheNewestIsRead) {
-  Snapshot snapshot(8, 2);
+  runtime::Arena arena;
+  Snapshot snapshot(arena, 8, 2);
+  std::array<Snapshot::Reader, 2> readers = {snapshot.subscribe(), snapshot.subscribe()};
   std::uint64_t value = 0;
-  std::memcpy(&value, snapshot.acquire(0), 8);
+  std::memcpy(&value, readers[0].acquire(), 8);
   EXPECT_EQ(value, 0u);
   for (std::uint64_t number = 1; number < 10; ++number) {
     std::memcpy(snapshot.begin_write(), &number, 8);
-    std::memcpy(&value, snapshot.acquire(1), 8);
+    std::memcpy(&value, readers[1].acquire(), 8);
     EXPECT_EQ(value, number - 1) << "read before it was published";
     snapshot.publish();
     std::memcpy(&value, snapshot.published(), 8);
     EXPECT_EQ(value, number);
-    std::memcpy(&value, snapshot.acquire(1), 8);
+    std::memcpy(&value, readers[1].acquire(), 8);
     EXPECT_EQ(value, number);
   }
 }
@@ -71,17 +74,18 @@ constexpr auto kSomeTime = std::chrono::milliseconds(700);
 
 TEST(Snapshot, AClaimedBufferIsNeverWritten) {
   constexpr std::uint32_t kReaders = 6;
-  Snapshot snapshot(8 * kWords, kReaders);
+  runtime::Arena arena;
+  Snapshot snapshot(arena, 8 * kWords, kReaders);
   Writer writer(snapshot);
   std::atomic<std::uint64_t> mixed{0};
   std::atomic<std::uint64_t> backwards{0};
   std::vector<std::thread> readers;
   const auto end = std::chrono::steady_clock::now() + kSomeTime;
   for (std::uint32_t reader = 0; reader < kReaders; ++reader) {
-    readers.emplace_back([&, reader] {
+    readers.emplace_back([&, view = snapshot.subscribe()]() mutable {
       std::uint64_t last = 0;
       while (std::chrono::steady_clock::now() < end) {
-        const std::byte* const words = snapshot.acquire(reader);
+        const std::byte* const words = view.acquire();
         std::uint64_t first = 0;
         std::memcpy(&first, words, 8);
         if (!is_whole(words)) ++mixed;
