@@ -308,8 +308,7 @@ void GlobalTable::hold(View& view) noexcept {
 }
 
 // RT:
-void GlobalTable::read_shared(Held held, const Leaves& leaves, std::uint32_t index,
-                              std::byte* to) const noexcept {
+void GlobalTable::read_shared(Held held, const Leaves& leaves, std::uint32_t index, std::byte* to) const noexcept {
   const std::byte* newest = nullptr;
   std::uint64_t stamp = 0;
   for (std::uint32_t c = leaves.first_copy; c < leaves.last_copy; ++c) {

@@ -146,7 +146,7 @@ class GlobalTable {
     std::size_t image_from = 0;  ///< where `image` starts in the snapshot: tasks keep what they own in their local copy
     std::byte* image = nullptr;  ///< the next snapshot, from image_from on
     Snapshot* snapshot = nullptr;
-    Journal* journal = nullptr;  ///< tasks only
+    Journal* journal = nullptr;                  ///< tasks only
     std::unique_ptr<std::atomic<bool>> stopped;  ///< tasks only: it will not start again
     /// What place `at` of the next snapshot has.
     std::byte* next(std::size_t at) { return image + (at - image_from); }
@@ -205,7 +205,7 @@ class GlobalTable {
   const bytecode::Image& image_;
   std::size_t size_;
   std::uint32_t task_count_;
-  std::vector<std::int32_t> priorities_;  ///< of the tasks
+  std::vector<std::int32_t> priorities_;     ///< of the tasks
   std::vector<FieldBits> overlapping_bits_;  ///< of every kOverlapping field
   std::vector<Field> fields_;                ///< parallel to those of Image::global_type
   std::vector<Leaves> leaves_;
@@ -218,7 +218,7 @@ class GlobalTable {
   std::atomic<std::uint64_t> stamp_{0};
   mutable std::mutex outside_mutex_;
   mutable View outside_view_;
-  std::vector<View*> views_;  ///< of GlobalReaders
+  std::vector<View*> views_;      ///< of GlobalReaders
   std::unique_ptr<Arena> arena_;  ///< snapshots, journals, and what exchanges look at in every cycle
 };
 

@@ -74,7 +74,7 @@ class Journal {
   std::uint64_t mask_;
   std::uint64_t written_ = 0;
   alignas(kTableAlign) std::atomic<std::uint64_t> head_{0};  ///< bytes committed since the start
-  std::uint64_t drained_ = 0;  ///< tail_, for the reader, beside what it looks at
+  std::uint64_t drained_ = 0;                                ///< tail_, for the reader, beside what it looks at
   alignas(kTableAlign) std::atomic<std::uint64_t> tail_{0};  ///< bytes consumed since the start
 };
 

@@ -1,10 +1,10 @@
 // Snapshot: a block of bytes that one thread publishes whole and others read whole, wait-free on both sides.
 //
-// readers + 2 buffers: the newest, one per reader, one to write. Each reader has a mailbox with the number of a buffer. The
-// writer puts the newest one into every mailbox and looks at what was there: a number that the reader has taken is the
-// buffer it reads from now on, one it has not taken is nobody's. So only the writer keeps books, nobody retries, and a
-// reader that finds nothing new makes no atomic operation at all. Threads: one writer; each reader one thread at a time.
-// Does not belong here: what the bytes mean.
+// readers + 2 buffers: the newest, one per reader, one to write. Each reader has a mailbox with the number of a buffer.
+// The writer puts the newest one into every mailbox and looks at what was there: a number that the reader has taken is
+// the buffer it reads from now on, one it has not taken is nobody's. So only the writer keeps books, nobody retries,
+// and a reader that finds nothing new makes no atomic operation at all. Threads: one writer; each reader one thread at
+// a time. Does not belong here: what the bytes mean.
 #pragma once
 
 #include <atomic>
@@ -67,8 +67,8 @@ class alignas(kTableAlign) Snapshot {
   std::byte* buffers_;
   /// By reader: the buffer it may read, besides the newest.
   std::span<std::uint32_t> held_;
-  /// On as few cache lines as will hold them, apart from everything else: what the writer and a reader touch, they touch
-  /// once a cycle, and each further line would be one more to wait for.
+  /// On as few cache lines as will hold them, apart from everything else: what the writer and a reader touch, they
+  /// touch once a cycle, and each further line would be one more to wait for.
   std::span<std::atomic<std::uint32_t>> mailboxes_;
 };
 
