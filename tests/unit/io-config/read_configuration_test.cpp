@@ -170,6 +170,7 @@ TEST(ReadConfiguration, WindowsLineEndsAndByteOrderMark) {
 /// Every documented default, written out: it must change nothing. Also shows that the default has the key's type.
 TEST(Keys, DefaultsAreThoseOfTheStructures) {
   std::string modbus = "[modbus]\n", guardian = "[guardian]\n", gpio, simulated, input, output, range;
+  std::string scheduler = "[scheduler]\n", task = "[tasks.T]\n";
   const auto entry = [](std::string& line, const KeyInfo& key) {
     line += (line.empty() ? "" : ", ") + std::string(key.name) + " = " + std::string(key.fallback.toml);
   };
@@ -179,6 +180,8 @@ TEST(Keys, DefaultsAreThoseOfTheStructures) {
     if (key.table == TableId::kModbus) modbus += line;
     if (key.table == TableId::kGuardian) guardian += line;
     if (key.table == TableId::kModbusRange) range += line;
+    if (key.table == TableId::kScheduler) scheduler += line;
+    if (key.table == TableId::kTask) task += line;
     if (key.table == TableId::kDriver && belongs(key.applies, kGpioBit)) gpio += line;
     if (key.table == TableId::kDriver && belongs(key.applies, kSimulatedBit)) simulated += line;
     if (key.table == TableId::kChannel && belongs(key.applies, kGpioBit | kInputBit)) entry(input, key);
@@ -187,7 +190,8 @@ TEST(Keys, DefaultsAreThoseOfTheStructures) {
   const Configuration c = good(
       "[drivers.g]\nkind = \"gpio\"\nchip = \"c\"\n" + gpio + "[drivers.s]\nkind = \"simulated\"\n" + simulated +
       "[inputs]\nX = { driver = \"g\", channel = 1, " + input + " }\n[outputs]\nY = { driver = \"g\", channel = 2, " +
-      output + " }\n" + modbus + "[[modbus.range]]\ntable = \"holding-registers\"\n" + range + guardian);
+      output + " }\n" + modbus + "[[modbus.range]]\ntable = \"holding-registers\"\n" + range + guardian +
+      scheduler + task);
   const DriverConfig driver;
   ASSERT_EQ(c.drivers.size(), 2u);
   for (const DriverConfig& d : c.drivers) {
@@ -234,6 +238,20 @@ TEST(Keys, DefaultsAreThoseOfTheStructures) {
   EXPECT_EQ(c.modbus.ranges.at(0).word_order, r.word_order);
   EXPECT_EQ(c.guardian.enabled, GuardianConfig{}.enabled);
   EXPECT_EQ(c.guardian.hang_timeout_ns, GuardianConfig{}.hang_timeout_ns);
+  const SchedulerConfig s;
+  EXPECT_EQ(c.scheduler.priorities, s.priorities);
+  EXPECT_EQ(c.scheduler.cpu, s.cpu);
+  EXPECT_EQ(c.scheduler.calibration.text, s.calibration.text);
+  EXPECT_EQ(c.scheduler.unfit, s.unfit);
+  const TaskConfig t;
+  EXPECT_EQ(c.tasks.at(0).priority, t.priority);
+  EXPECT_EQ(c.tasks.at(0).cpu, t.cpu);
+  EXPECT_EQ(c.tasks.at(0).offset_ns, t.offset_ns);
+  EXPECT_EQ(c.tasks.at(0).deadline_ns, t.deadline_ns);
+  EXPECT_EQ(c.tasks.at(0).execution_ns, t.execution_ns);
+  EXPECT_EQ(c.tasks.at(0).watchdog_ns, t.watchdog_ns);
+  EXPECT_EQ(c.tasks.at(0).overrun, t.overrun);
+  EXPECT_EQ(c.tasks.at(0).on_fault, t.on_fault);
 }
 
 /// The choices stand in the order of the enumerators.
