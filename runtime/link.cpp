@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "bytecode/type_map.h"
+#include "runtime/bindings.h"
 #include "runtime/decoded.h"
 #include "runtime/handle.h"
 #include "runtime/link_bool.h"
@@ -28,12 +29,13 @@ using bytecode::TypeKind;
 
 class Linker {
  public:
-  Linker(const Image& image, const std::vector<std::uint32_t>& pous, const TaskLayout& layout, Exchange& exchange)
+  Linker(const Image& image, std::uint32_t body, const std::vector<std::uint32_t>& pous, const TaskLayout& layout,
+         Exchange& exchange)
       : image_(image),
         pous_(pous),
         layout_(layout),
         exchange_(exchange),
-        bindings_(image.pous.size()),
+        bindings_(image, body, pous, layout),
         entries_(image.pous.size()) {
     for (std::size_t op = 0; op < kOps; ++op) {
       handlers_[0][op] = handler_word(Addressing::kFixed, static_cast<ResolvedOp>(op));
@@ -42,8 +44,11 @@ class Linker {
   }
 
   core::Result<LinkedCode> link(std::uint32_t body) {
-    bind(body);
-    for (const std::uint32_t pou : pous_) link_body(pou);
+    for (const std::uint32_t pou : pous_) {
+      const bool fixed = bindings_.addressing(pou) == Addressing::kFixed;
+      ++(fixed ? result_.report.fixed_bodies : result_.report.relative_bodies);
+      link_body(pou);
+    }
     if (problem_) return *problem_;
     for (const auto& [position, callee] : call_patches_) stream_[position] = entries_[callee];
     result_.words = TableMemory(stream_.size() * sizeof(std::uint32_t));
@@ -56,56 +61,15 @@ class Linker {
  private:
   static constexpr std::size_t kOps = static_cast<std::size_t>(ResolvedOp::kCount);
 
-  void join(std::uint32_t callee, std::optional<std::uint32_t> instance) {
-    Binding& b = bindings_[callee];
-    if (!instance || (b.instances == Binding::Instances::kOne && b.instance != *instance)) {
-      b.instances = Binding::Instances::kMany;
-    } else if (b.instances == Binding::Instances::kNone) {
-      b = {Binding::Instances::kOne, *instance};
-    }
+  [[nodiscard]] std::optional<std::uint32_t> absolute(std::uint32_t pou, std::uint32_t operand) const {
+    return bindings_.absolute(pou, operand);
   }
-  /// Offset of a place as seen by a body with one instance; nothing when it depends on the instance.
-  std::optional<std::uint32_t> absolute(std::uint32_t pou, std::uint32_t operand) const {
-    const std::uint32_t offset = bytecode::offset_of(operand);
-    switch (bytecode::space_of(operand)) {
-      case Space::kGlobal:
-        return offset;
-      case Space::kConst:
-        return layout_.constants + offset;
-      case Space::kFrame:
-        return layout_.frames[pou] + offset;
-      case Space::kInstance:
-        break;
-    }
-    if (bindings_[pou].instances == Binding::Instances::kMany) return std::nullopt;
-    return bindings_[pou].instance + offset;
-  }
-  /// Callers come before callees, so each POU's instances are known when its calls are looked at.
-  void bind(std::uint32_t body) {
-    join(body, layout_.instance);
-    for (const std::uint32_t pou : pous_) {
-      for_each_instruction(image_.pous[pou], [&](const Decoded& d) {
-        if (d.opcode == Opcode::kCallPou) join(d.operands[0], absolute(pou, d.operands[1]));
-        if (d.opcode == Opcode::kCallAt || d.opcode == Opcode::kCallVia) join(d.operands[0], std::nullopt);
-        if (d.opcode == Opcode::kCallFn) join(d.operands[0], 0);
-      });
-      if (bindings_[pou].addressing() == Addressing::kFixed) {
-        ++result_.report.fixed_bodies;
-      } else {
-        ++result_.report.relative_bodies;
-      }
-    }
-  }
-
-  [[nodiscard]] std::uint32_t resolve(std::uint32_t operand) const {
-    const auto offset = absolute(pou_, operand);
-    return offset ? *offset : (kRelativeBit | bytecode::offset_of(operand));
-  }
+  [[nodiscard]] std::uint32_t resolve(std::uint32_t operand) const { return bindings_.resolve(pou_, operand); }
   [[nodiscard]] std::uint32_t position() const { return static_cast<std::uint32_t>(stream_.size()); }
   void put(std::uint32_t word) { stream_.push_back(word); }
   void put_operand(std::uint32_t operand) { put(resolve(operand)); }
   void put_handler(ResolvedOp op) {
-    put(handlers_[bindings_[pou_].addressing() == Addressing::kFixed ? 0 : 1][static_cast<std::size_t>(op)]);
+    put(handlers_[bindings_.addressing(pou_) == Addressing::kFixed ? 0 : 1][static_cast<std::size_t>(op)]);
   }
   template <class T>
   void put_pointer(T pointer) {
@@ -239,7 +203,7 @@ class Linker {
         stream_.resize(at + part.size() * kGeneralRecordWords);
         std::memcpy(stream_.data() + at, part.data(), part.size_bytes());
         auto& report = result_.report;
-        (bindings_[pou_].addressing() == Addressing::kFixed ? report.wide_records : report.mixed_records) +=
+        (bindings_.addressing(pou_) == Addressing::kFixed ? report.wide_records : report.mixed_records) +=
             segment.count;
         continue;
       }
@@ -278,7 +242,7 @@ class Linker {
         put_operand(d.operands[1]);
         return;
       case Opcode::kCallPou:
-        if (bindings_[d.operands[0]].addressing() == Addressing::kFixed) {
+        if (bindings_.addressing(d.operands[0]) == Addressing::kFixed) {
           put_handler(ResolvedOp::kCallPouFixed);
           put_entry(d.operands[0]);
         } else {
@@ -540,7 +504,7 @@ class Linker {
   const std::vector<std::uint32_t>& pous_;
   const TaskLayout& layout_;
   Exchange& exchange_;
-  std::vector<Binding> bindings_;
+  Bindings bindings_;
   std::vector<std::uint32_t> entries_;
   std::uint32_t handlers_[2][kOps] = {};
   std::vector<std::uint32_t> stream_;
@@ -557,7 +521,7 @@ class Linker {
 
 core::Result<LinkedCode> link_task(const Image& image, std::uint32_t body, const std::vector<std::uint32_t>& pous,
                                    const TaskLayout& layout, Exchange& exchange) {
-  return Linker(image, pous, layout, exchange).link(body);
+  return Linker(image, body, pous, layout, exchange).link(body);
 }
 
 }  // namespace plc::runtime

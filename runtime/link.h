@@ -21,15 +21,6 @@
 
 namespace plc::runtime {
 
-/// How one POU is bound in one task.
-struct Binding {
-  enum class Instances : std::uint8_t { kNone, kOne, kMany } instances = Instances::kNone;
-  std::uint32_t instance = 0;  ///< kOne: its offset in the table
-  [[nodiscard]] Addressing addressing() const {
-    return instances == Instances::kMany ? Addressing::kRelative : Addressing::kFixed;
-  }
-};
-
 /// The POUs that a task reaches, callers before callees.
 std::vector<std::uint32_t> reached_pous(const bytecode::Image& image, std::uint32_t body);
 

@@ -78,8 +78,8 @@ class Program {
   [[nodiscard]] Fault place(FaultKind kind) const noexcept;
   /// Ends a running scan at its next loop jump, if there is one. May have to be said again. Any thread; RT.
   void cut_loops() noexcept;
-  /// Takes the right to publish from a running scan: execute() will return kWatchdog, without effect on the global table.
-  /// False when it is exporting already, or does not run. Any thread; RT.
+  /// Takes the right to publish from a running scan: execute() will return kWatchdog, without effect on the global
+  /// table. False when it is exporting already, or does not run. Any thread; RT.
   bool revoke() noexcept;
   /// Publishes these values of globals that the task exports, all else as published last. Between scans, or by whoever
   /// revoked it. RT.

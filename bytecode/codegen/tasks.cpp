@@ -162,6 +162,13 @@ class TaskGenerator {
     return ceilings ? plan_.ceilings[f].value_or(task_.priority) : task_.priority;
   }
 
+  /// Whether another task may have to be held off while the range is copied.
+  [[nodiscard]] bool guarded(const CopiedRange& range) const {
+    if (shared_.image.options.coherence != core::Coherence::kPriorityCeiling) return false;
+    const auto first = plan_.ceilings.begin() + range.first;
+    return std::any_of(first, first + range.count, [](const auto& ceiling) { return ceiling.has_value(); });
+  }
+
   /// Copies the ranges, as the protocol keeps other tasks off meanwhile (paper, 3.2.3).
   void exchange(CodeWriter& writer, std::vector<CopiedRange> ranges) {
     const bool lock = shared_.image.options.coherence == core::Coherence::kGlobalLock && !ranges.empty();
@@ -175,7 +182,10 @@ class TaskGenerator {
       writer.op(range.opcode, {range.first, range.count});
     }
     if (lock) writer.op(Opcode::kUnlock, {});
-    if (level != task_.priority) writer.op(Opcode::kReschedule, {});
+    // Also where nothing is raised: this machine may have other priorities than the project.
+    if (std::any_of(ranges.begin(), ranges.end(), [this](const CopiedRange& range) { return guarded(range); })) {
+      writer.op(Opcode::kReschedule, {});
+    }
   }
 
   /// Inputs take the values of their globals, or outputs give theirs.

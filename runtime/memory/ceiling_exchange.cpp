@@ -19,6 +19,14 @@ void CeilingExchange::prepare() {
   }
 }
 
+// RT: the priorities keep copies apart; that one is after the other is for compiler and processor to know as well.
+template <class Copy>
+void CeilingExchange::in_turn(Copy copy) noexcept {
+  static_cast<void>(turn().load(std::memory_order_acquire));
+  copy();
+  turn().fetch_add(1, std::memory_order_release);
+}
+
 // RT: never falls before reschedule().
 void CeilingExchange::rise_to(std::int32_t priority) noexcept {
   if (priority >= level_) return;
@@ -39,14 +47,14 @@ void CeilingExchange::reschedule() noexcept {
 // RT: code that raises too little is wrong, or was made for other priorities.
 void CeilingExchange::import(std::uint32_t range) noexcept {
   rise_to(ceilings_[range]);
-  copy_in(range);
+  in_turn([this, range] { copy_in(range); });
 }
 
 // RT:
 void CeilingExchange::export_range(std::uint32_t range) noexcept {
   if (!may_publish()) return;
   rise_to(ceilings_[range]);
-  copy_out(range);
+  in_turn([this, range] { copy_out(range); });
 }
 
 // RT:
@@ -62,7 +70,7 @@ void CeilingExchange::publish_safe(std::span<const GlobalWrite> values) noexcept
     ceiling = std::min(ceiling, globals().ceiling(globals().field_of(w.offset)).value_or(own_));
   if (set_ != nullptr) set_(own_);
   if (set_ != nullptr && ceiling != own_) set_(ceiling);
-  put_safe(values);
+  in_turn([this, values] { put_safe(values); });
   if (set_ != nullptr && ceiling != own_) set_(own_);
   CommonTableExchange::publish_safe(values);
 }

@@ -27,6 +27,8 @@ class CeilingExchange final : public CommonTableExchange {
   void publish_safe(std::span<const GlobalWrite> values) noexcept override;
 
  private:
+  template <class Copy>
+  void in_turn(Copy copy) noexcept;
   void rise_to(std::int32_t priority) noexcept;
 
   SetPriority set_ = nullptr;

@@ -99,6 +99,7 @@ void WaitFreeExchange::apply(const Journal::Entry& entry, const std::byte* value
   for (const Source& source : sources_) source.reader.expect();
   own_->expect_write();
   writing_ = nullptr;
+  publishing_ = false;
   stamp_ = 0;
   if (journal_->pending()) {
     journal_->drain([this](const Journal::Entry& entry, const std::byte* value, const std::byte* mask) noexcept {
@@ -112,8 +113,10 @@ void WaitFreeExchange::apply(const Journal::Entry& entry, const std::byte* value
 
 // RT:
 bool WaitFreeExchange::may_publish() noexcept {
+  if (publishing_) return true;
   Turn turn = Turn::kComputing;
-  return turn_.compare_exchange_strong(turn, Turn::kExchanging, std::memory_order_relaxed) || turn == Turn::kExchanging;
+  publishing_ = turn_.compare_exchange_strong(turn, Turn::kExchanging, std::memory_order_relaxed);
+  return publishing_;
 }
 
 bool WaitFreeExchange::revoke() noexcept {

@@ -75,6 +75,7 @@ class WaitFreeExchange : public Exchange {
   [[nodiscard]] std::byte* local() const noexcept { return local_; }
   [[nodiscard]] std::byte* common() const noexcept { return globals_.common_.data(); }
   [[nodiscard]] GlobalTable& globals() const noexcept { return globals_; }
+  [[nodiscard]] std::atomic<std::uint64_t>& turn() const noexcept { return globals_.common_turn_; }
   [[nodiscard]] pthread_mutex_t& mutex() const noexcept { return globals_.common_mutex_; }
   [[nodiscard]] const GlobalTable::Field& field(std::uint32_t f) const noexcept { return globals_.fields_[f]; }
   [[nodiscard]] std::uint32_t task() const noexcept { return task_; }
@@ -110,6 +111,7 @@ class WaitFreeExchange : public Exchange {
   std::vector<std::uint64_t> imported_;  ///< per GlobalTable::leaves_: its version at the last import
   TableMemory shadow_;                   ///< shared and overlapping leaves as imported; size 0 without any
   bool in_parts_ = false;                ///< several ranges make up what it publishes
+  bool publishing_ = false;              ///< this cycle can no longer be revoked
   std::byte* writing_ = nullptr;         ///< the snapshot of this cycle, once something was exported
   std::uint64_t stamp_ = 0;              ///< of this cycle; 0 = none drawn yet
 };

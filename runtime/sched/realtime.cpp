@@ -227,6 +227,7 @@ bool RealtimeScheduler::scan(TaskRun& task, const ReleaseContext& context) noexc
   resource_.process_image().sync();
   for (CycleListener* const listener : listeners_) listener->after_scan(context);
   const bool timed_out = task.busy_since.exchange(TaskRun::kIdle, std::memory_order_relaxed) == TaskRun::kTimedOut;
+  if (found && task.cut.load(std::memory_order_relaxed)) return false;
   if (found && !fault(task, context, found)) return false;
   // The watchdog was too late to take the outputs: this scan was about to be over.
   if (!timed_out || task.plan.on_fault == FaultPolicy::kContinue) return true;
@@ -277,7 +278,10 @@ std::vector<std::uint32_t> RealtimeScheduler::join() {
   const core::TimeNs begin_ns = clock_.now_ns();
   for (const auto& task : runs_) {
     for (core::TimeNs now_ns = begin_ns; !task->ended.load(std::memory_order_acquire); now_ns = clock_.now_ns()) {
-      if (stop_requested() && now_ns - begin_ns > kCutAfterNs) resource_.program(task->index).cut_loops();
+      if (stop_requested() && now_ns - begin_ns > kCutAfterNs) {
+        task->cut.store(true, std::memory_order_relaxed);
+        resource_.program(task->index).cut_loops();
+      }
       if (stop_requested() && now_ns - begin_ns > kStopPatienceNs) break;
       clock_.sleep_until_ns(now_ns + kJoinPollNs);
     }

@@ -83,7 +83,7 @@ void expect_documented(const std::vector<std::string>& command, const fs::path& 
 
 /// `plc` with each of its commands.
 const std::vector<std::vector<std::string>> kCommands = {
-    {PLC_TOOL, "check"},           {PLC_TOOL, "compile"}, {PLC_TOOL, "config", "init"},
+    {PLC_TOOL, "calibrate"},       {PLC_TOOL, "check"},   {PLC_TOOL, "compile"}, {PLC_TOOL, "config", "init"},
     {PLC_TOOL, "config", "check"}, {PLC_TOOL, "dump"},    {PLC_TOOL, "explain"},    {PLC_TOOL, "lib"},
     {PLC_TOOL, "map"},             {PLC_TOOL, "sim"},     {PLC_TOOL, "report"}};
 

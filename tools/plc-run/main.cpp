@@ -17,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "io-drivers/config/check_schedule.h"
 #include "io-drivers/config/plan_tasks.h"
 #include "io-drivers/csv.h"
 #include "io-drivers/machine/machine.h"
@@ -135,8 +136,12 @@ std::optional<Plan> make_plan(const Run& run, const bytecode::Image& image, int&
   if (!run.configuration.empty()) configuration = io::load_configuration(run.configuration, diagnostics);
   code = configuration || diagnostics.all().front().code != core::Code::P7001 ? kExitErrors : kExitUsage;
   if (configuration) {
-    auto tasks = io::plan_tasks(*configuration, image, io::available_cpus(), run.on_fault, diagnostics);
-    if (tasks) plan.tasks = std::move(*tasks);
+    const std::vector<int> cpus = io::available_cpus();
+    auto tasks = io::plan_tasks(*configuration, image, cpus, run.on_fault, diagnostics);
+    if (tasks) {
+      io::check_schedule(*configuration, image, *tasks, cpus, diagnostics, run.program.loop_budget);
+      plan.tasks = std::move(*tasks);
+    }
     plan.configuration = std::move(*configuration);
   }
   diagnostics.render_with_lines(std::cerr);

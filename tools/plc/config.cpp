@@ -9,6 +9,8 @@
 #include <system_error>
 
 #include "io-drivers/config/bind.h"
+#include "io-drivers/config/check_schedule.h"
+#include "io-drivers/config/plan_tasks.h"
 #include "io-drivers/config/template.h"
 #include "io-drivers/modbus/address_map.h"
 #include "io-drivers/simulated.h"
@@ -119,6 +121,13 @@ void check_files(const Check& check, const io::Configuration& configuration, con
   static_cast<void>(modbus::AddressMap::build(resource, configuration.modbus, *frozen, diagnostics));
 }
 
+/// What plc-run would say of the tasks.
+void check_tasks(const io::Configuration& configuration, const bytecode::Image& image, core::Diagnostics& diagnostics) {
+  const std::vector<int> cpus = io::available_cpus();
+  const auto plan = io::plan_tasks(configuration, image, cpus, runtime::FaultPolicy::kSafeState, diagnostics);
+  if (plan) io::check_schedule(configuration, image, *plan, cpus, diagnostics);
+}
+
 int check(const CLI::App& app, const Check& check) {
   if (is_image_path(check.file) && has_compile_options(app)) {
     complain("plc config check", fmt::format("{} is an image: its compile options are stored in it", check.file),
@@ -137,6 +146,7 @@ int check(const CLI::App& app, const Check& check) {
   if (project_good && configuration) resource = load(compilation);
   if (resource != nullptr) binding = io::bind(*configuration, *resource, diagnostics);
   if (binding) check_files(check, *configuration, *binding, *resource, diagnostics);
+  if (resource != nullptr) check_tasks(*configuration, resource->image(), diagnostics);
   if (diagnostics.has_errors()) binding.reset();
 
   const bool readable = std::none_of(diagnostics.all().begin(), diagnostics.all().end(), [](const core::Diagnostic& d) {

@@ -1,4 +1,5 @@
-// plc explain: the execution order of drawn bodies, the data flow between tasks, or the page of a problem code.
+// plc explain: the execution order of drawn bodies, the data flow between tasks, whether they meet their deadlines, or
+// the page of a problem code.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,14 +13,15 @@
 #include "tools/command_line.h"
 #include "tools/plc/commands.h"
 #include "tools/plc/explain_flow.h"
+#include "tools/plc/explain_schedule.h"
 #include "tools/problem_pages.h"
 
 namespace plc::tools {
 namespace {
 
 struct Explain {
-  std::string subject, pou, svg;
-  bool flow = false;
+  std::string subject, pou, svg, configuration;
+  bool flow = false, schedule = false, json = false;
   core::CompileOptions options;
   std::vector<std::string> libraries;
 };
@@ -115,6 +117,10 @@ int run(const CLI::App& app, const Explain& explain) {
   if (explain.flow) {
     return explain_flow(app, {explain.subject, explain.options, Goal::kRun, explain.libraries}, explain.svg);
   }
+  if (explain.schedule) {
+    return explain_schedule(app,
+                            {explain.subject, explain.configuration, explain.json, explain.options, explain.libraries});
+  }
   if (is_code(explain.subject) && !std::filesystem::exists(explain.subject)) return explain_code(explain.subject);
   return explain_file(explain);
 }
@@ -126,7 +132,7 @@ void add_explain(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand(
       "explain",
       "Prints the execution order of a project's drawings, with localIds and the reason for each place;\n"
-      "the data flow between its tasks; or the page of a problem code.\n"
+      "the data flow between its tasks; whether they meet their deadlines; or the page of a problem code.\n"
       "\n"
       "Examples:\n"
       "  plc explain plant.xml                    all POUs\n"
@@ -134,13 +140,23 @@ void add_explain(CLI::App& app, int& exit_code) {
       "  plc explain plant.xml --order=document   the order under the other rule\n"
       "  plc explain plant.xml --flow             who writes and who reads each global, and how old values get\n"
       "  plc explain plant.pbc --flow --svg flow.svg\n"
+      "  plc explain plant.xml --schedule         do all tasks end in time? estimated scans, response times, margins\n"
+      "  plc explain plant.pbc --schedule --config plc.toml --json\n"
       "  plc explain P3007                        what a code means, with a wrong and a right example");
-  command->add_option("SUBJECT", explain.subject, "PLCopen XML or ST file, or problem code; --flow: or an image")
+  command->add_option("SUBJECT", explain.subject, "PLCopen XML or ST file, or problem code; --flow, --schedule: or an image")
       ->required();
   CLI::Option* pou = command->add_option("POU", explain.pou, "only this POU");
   CLI::Option* flow =
       command->add_flag("--flow", explain.flow, "the data flow between tasks, as tables")->excludes(pou);
   command->add_option("--svg", explain.svg, "with --flow: draw it to this file instead")->type_name("OUT")->needs(flow);
+  CLI::Option* schedule =
+      command->add_flag("--schedule", explain.schedule, "the tasks instead of the drawings")->excludes(pou, flow);
+  command
+      ->add_option("--config", explain.configuration,
+                   "priorities, processors, deadlines and measured times of the tasks, and the calibration")
+      ->type_name("plc.toml")
+      ->needs(schedule);
+  command->add_flag("--json", explain.json, "the schedule as one JSON document")->needs(schedule);
   add_library_option(*command, explain.libraries);
   add_compile_options(*command, explain.options, false);
   command->callback([&exit_code, command] { exit_code = run(*command, explain); });

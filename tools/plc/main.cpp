@@ -14,6 +14,7 @@ int main(int argc, char** argv) {
       "Examples:\n"
       "  plc check plant.xml                          does it compile? all problems, with line and element\n"
       "  plc explain plant.xml Main                   in which order the elements execute, and why\n"
+      "  plc explain plant.xml --schedule             do all tasks end in time? response times and margins\n"
       "  plc explain P3007                            what a problem code means, with a wrong and a right example\n"
       "  plc lib TON                                  what a function or block of the library means, with examples\n"
       "  plc sim plant.xml --cycles 500 --trace -     run it in virtual time, all variables as CSV\n"
@@ -26,6 +27,7 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", kVersionText);
   app.require_subcommand(1);
   int exit_code = kExitOk;
+  add_calibrate(app, exit_code);
   add_check(app, exit_code);
   add_compile(app, exit_code);
   add_config(app, exit_code);

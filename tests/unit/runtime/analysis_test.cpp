@@ -65,6 +65,20 @@ TEST(Analysis, LiuAndLaylandWorstCaseOfTwoTasks) {
   EXPECT_NEAR(*s.cpus[0].breakdown_factor, 1, 2e-6);
 }
 
+// The example before their theorem: 1 every 2 and 1 every 5. With the first task on top the second one's time can
+// double and no more; the other way round nothing can grow.
+TEST(Analysis, ExampleOfLiuAndLayland) {
+  const auto fits = [](std::vector<TaskLoad> tasks) {
+    return analyze_schedule(tasks).cpus[0].verdict == Verdict::kFits;
+  };
+  EXPECT_TRUE(fits({task(0, 1, 2), task(1, 1, 5)}));
+  EXPECT_TRUE(fits({task(0, 1, 2), task(1, 2, 5)}));
+  EXPECT_FALSE(fits({task(0, 1, 2), task(1, 3, 5)}));
+  EXPECT_TRUE(fits({task(1, 1, 2), task(0, 1, 5)}));
+  EXPECT_FALSE(fits({task(1, 1, 2), task(0, 2, 5)}));
+  EXPECT_FALSE(fits({task(1, 2, 2), task(0, 1, 5)}));
+}
+
 // 20/100, 40/150, 100/350 passes the bound; with 40 in place of 20 only the exact test shows that it fits.
 TEST(Analysis, ExampleOfLehoczkyShaDing) {
   const Schedulability light = analyze_schedule(std::vector{task(0, 20, 100), task(1, 40, 150), task(2, 100, 350)});

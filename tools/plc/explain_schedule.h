@@ -1,0 +1,25 @@
+// plc explain --schedule: do the tasks of a project meet their deadlines, and by how much?
+//
+// In: a project or image, plc.toml. Out: a table per processor, or JSON. Does not belong here: the computation
+// (runtime/sched/schedule.h).
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+#include "core/options.h"
+
+namespace plc::tools {
+
+struct ExplainSchedule {
+  std::string file;
+  std::string configuration;  ///< plc.toml, or empty
+  bool json = false;
+  core::CompileOptions options;
+  std::vector<std::string> libraries;
+};
+
+int explain_schedule(const CLI::App& app, const ExplainSchedule& explain);
+
+}  // namespace plc::tools
