@@ -111,6 +111,12 @@ class UnprotectedExchange final : public runtime::CommonTableExchange {
   }
 };
 
+/// Part of an exchange in which the fast task is held off.
+struct Section {
+  TimeNs begin = 0;
+  TimeNs end = 0;
+};
+
 /// One task without code: its exchange as its body has it, and its local copy.
 class Side {
  public:
@@ -124,9 +130,13 @@ class Side {
     const bytecode::Image& image = globals.image();
     for (const runtime::FieldRange& range : runtime::exchanged_ranges(image, image.tasks[task].body)) {
       using Use = runtime::Exchange::Use;
+      bool urgent = false;
+      for (std::uint32_t f = range.first; f < range.first + range.count; ++f)
+        urgent = urgent || globals.ceiling(f) == 0;
       (range.exported ? exports_ : imports_)
           .push_back({exchange_->add_range(range.first, range.count, Use::kRaise),
-                      exchange_->add_range(range.first, range.count, range.exported ? Use::kExport : Use::kImport)});
+                      exchange_->add_range(range.first, range.count, range.exported ? Use::kExport : Use::kImport),
+                      urgent});
     }
     exchange_->prepare();
     exchange_->set_priority_change(set_fifo);
@@ -143,6 +153,8 @@ class Side {
   void finish() {
     if (protocol_ != Coherence::kWaitFree) exchange_->end();
   }
+  /// Notes from now on when it holds the fast task off.
+  void note_sections(std::vector<Section>& sections) { sections_ = &sections; }
   [[nodiscard]] std::int32_t* values(std::uint32_t offset) {
     return reinterpret_cast<std::int32_t*>(local_.data() + offset);
   }
@@ -151,14 +163,22 @@ class Side {
   struct Part {
     std::uint32_t raise;
     std::uint32_t copy;
+    bool urgent;  ///< the fast task uses it
   };
   template <class Copy>
   void critical(const std::vector<Part>& parts, Copy copy) {
-    if (protocol_ == Coherence::kGlobalLock) exchange_->lock();
+    TimeNs begin = 0;
+    if (protocol_ == Coherence::kGlobalLock) {
+      exchange_->lock();
+      if (sections_ != nullptr) begin = now();
+    }
     for (const Part& part : parts) {
+      if (sections_ != nullptr && part.urgent && begin == 0) begin = now();
       if (protocol_ == Coherence::kPriorityCeiling) exchange_->raise(part.raise);
       copy(part.copy);
     }
+    // Before the fast task can run again.
+    if (begin != 0) sections_->push_back({begin, now()});
     if (protocol_ == Coherence::kGlobalLock) exchange_->unlock();
     if (protocol_ == Coherence::kPriorityCeiling) exchange_->reschedule();
   }
@@ -167,13 +187,14 @@ class Side {
   runtime::TableMemory local_;
   std::unique_ptr<runtime::Exchange> exchange_;
   std::vector<Part> imports_, exports_;
+  std::vector<Section>* sections_ = nullptr;
 };
 
 /// One protocol with its tasks.
 class Rig {
  public:
   Rig(Coherence protocol, std::uint32_t common, std::uint32_t others, bool protected_copies = true)
-      : common_(common), others_(others) {
+      : protocol_(protocol), common_(common), others_(others) {
     const Scratch scratch;
     std::ofstream(scratch.file("exchange.st")) << source(common, others);
     tools::Compilation compilation;
@@ -198,7 +219,10 @@ class Rig {
   }
   [[nodiscard]] std::uint32_t count(char letter) const { return letter < 'c' ? common_ : others_; }
 
+  [[nodiscard]] Coherence protocol() const { return protocol_; }
+
  private:
+  Coherence protocol_;
   std::uint32_t common_, others_;
   std::optional<bytecode::VerifiedImage> image_;
   std::unique_ptr<runtime::GlobalTable> globals_;
@@ -287,12 +311,16 @@ class Mailbox {
 struct Times {
   std::vector<TimeNs> exchange;  ///< both halves of one cycle
   std::vector<TimeNs> delay;     ///< from the release to the start of the cycle
+  std::vector<TimeNs> sections;  ///< lengths of the slow task's critical sections
+  std::vector<TimeNs> held_off;  ///< times for which one kept the fast task from going on
   std::uint64_t mixed = 0;
   std::uint64_t rounds = 0;  ///< of everybody
 
   void add(const Times& other) {
     exchange.insert(exchange.end(), other.exchange.begin(), other.exchange.end());
     delay.insert(delay.end(), other.delay.begin(), other.delay.end());
+    sections.insert(sections.end(), other.sections.begin(), other.sections.end());
+    held_off.insert(held_off.end(), other.held_off.begin(), other.held_off.end());
     mixed += other.mixed;
     rounds += other.rounds;
   }
@@ -329,30 +357,54 @@ void run_fast(int cpu, std::uint32_t cycles, Cycle cycle) {
 /// Cycles before the first one that counts: caches, pages, branch predictors.
 constexpr std::uint32_t kWarmUp = 50;
 
+/// How long each instant at which the fast task wanted to go on lay before the end of a section that had begun.
+void match(const std::vector<Section>& sections, const std::vector<TimeNs>& wanted, std::vector<TimeNs>& held_off) {
+  auto section = sections.begin();
+  for (const TimeNs at : wanted) {
+    while (section != sections.end() && section->end <= at) ++section;
+    if (section == sections.end()) return;
+    if (section->begin < at) held_off.push_back(section->end - at);
+  }
+}
+
 void measure(Rig& rig, bool same_cpu, bool third, std::uint32_t cycles, Times& times) {
   constexpr int kFastCpu = 1;
   const int slow_cpu = same_cpu ? kFastCpu : 0;
-  SlowTask slow(rig, 1, third ? "bd" : "b", third ? "ac" : "a", slow_cpu);
-  std::unique_ptr<SlowTask> slowest;
-  if (third) slowest = std::make_unique<SlowTask>(rig, 2, "c", "d", slow_cpu);
-  run_fast(kFastCpu, cycles + kWarmUp, [&](TimeNs release, std::uint32_t cycle) {
-    const TimeNs t0 = now();
-    rig.side(kFast).take();
-    const TimeNs t1 = now();
-    const std::int32_t* const v = rig.values(kFast, 'a');
-    times.mixed += std::any_of(v, v + rig.count('a'), [&](std::int32_t one) { return one != v[0]; }) ? 1 : 0;
-    std::fill_n(rig.values(kFast, 'b'), rig.count('b'), static_cast<std::int32_t>(cycle));
-    const TimeNs t2 = now();
-    rig.side(kFast).give();
-    const TimeNs t3 = now();
-    rig.side(kFast).finish();
-    if (cycle < kWarmUp) return;
-    times.exchange.push_back(t1 - t0 + t3 - t2);
-    times.delay.push_back(t0 - release);
-    ++times.rounds;
-  });
-  times.mixed += slow.mixed() + (slowest ? slowest->mixed() : 0);
-  times.rounds += slow.rounds() + (slowest ? slowest->rounds() : 0);
+  std::vector<Section> sections;
+  sections.reserve(std::size_t{cycles} * 8);
+  rig.side(1).note_sections(sections);
+  // Under the lock the fast task runs, and waits where it takes it; under ceilings it does not run.
+  std::vector<TimeNs> wanted;
+  wanted.reserve(std::size_t{cycles} * 2);
+  const bool by_lock = rig.protocol() == Coherence::kGlobalLock;
+  {
+    SlowTask slow(rig, 1, third ? "bd" : "b", third ? "ac" : "a", slow_cpu);
+    std::unique_ptr<SlowTask> slowest;
+    if (third) slowest = std::make_unique<SlowTask>(rig, 2, "c", "d", slow_cpu);
+    run_fast(kFastCpu, cycles + kWarmUp, [&](TimeNs release, std::uint32_t cycle) {
+      const TimeNs t0 = now();
+      rig.side(kFast).take();
+      const TimeNs t1 = now();
+      const std::int32_t* const v = rig.values(kFast, 'a');
+      times.mixed += std::any_of(v, v + rig.count('a'), [&](std::int32_t one) { return one != v[0]; }) ? 1 : 0;
+      std::fill_n(rig.values(kFast, 'b'), rig.count('b'), static_cast<std::int32_t>(cycle));
+      const TimeNs t2 = now();
+      rig.side(kFast).give();
+      const TimeNs t3 = now();
+      rig.side(kFast).finish();
+      if (cycle < kWarmUp) return;
+      times.exchange.push_back(t1 - t0 + t3 - t2);
+      times.delay.push_back(t0 - release);
+      wanted.push_back(by_lock ? t0 : release);
+      if (by_lock) wanted.push_back(t2);
+      ++times.rounds;
+    });
+    times.mixed += slow.mixed() + (slowest ? slowest->mixed() : 0);
+    times.rounds += slow.rounds() + (slowest ? slowest->rounds() : 0);
+  }
+  if (rig.protocol() == Coherence::kWaitFree) return;
+  match(sections, wanted, times.held_off);
+  for (const Section& section : sections) times.sections.push_back(section.end - section.begin);
 }
 
 /// Median cost of raising the own priority and taking it back.
@@ -374,8 +426,9 @@ std::string text(TimeNs ns) {
 }
 
 void header(std::string_view title) {
-  std::cout << fmt::format("\n{}\n{:>9}  {:<17} {:>10} {:>10} {:>10}   {:>10} {:>10} {:>10}\n", title, "variables",
-                           "protocol", "p50", "p99.9", "worst", "delay p50", "p99.9", "worst");
+  std::cout << fmt::format("\n{}\n{:>9}  {:<17} {:>10} {:>10} {:>10}   {:>10} {:>10} {:>10}   {:>10} {:>8} {:>10}\n",
+                           title, "variables", "protocol", "p50", "p99.9", "worst", "delay p50", "p99.9", "worst",
+                           "section", "held off", "longest");
 }
 
 void row(std::uint32_t variables, std::string_view name, Times& t) {
@@ -384,6 +437,10 @@ void row(std::uint32_t variables, std::string_view name, Times& t) {
   if (!t.delay.empty()) {
     std::cout << fmt::format("   {:>10} {:>10} {:>10}", text(at_share(t.delay, 0.5)), text(at_share(t.delay, 0.999)),
                              text(at_share(t.delay, 1)));
+  }
+  if (!t.sections.empty()) {
+    std::cout << fmt::format("   {:>10} {:>8} {:>10}", text(at_share(t.sections, 0.999)), t.held_off.size(),
+                             t.held_off.empty() ? "" : text(at_share(t.held_off, 1)));
   }
   std::cout << std::endl;
 }
@@ -400,7 +457,8 @@ Verdict measure_coherence(const CoherencePlan& plan) {
   std::cout << fmt::format(
       "Coherence: exchange of N DINTs in, N out, by a task of {} us and priority 80, {} cycles each, in {} interleaved "
       "parts. The slow task exchanges the same ones again and again. Delay: from the release to the start of the "
-      "cycle.\n",
+      "cycle. Section: p99.9 of the slow task's critical sections; held off: how often one kept the fast task from going "
+      "on, and for how long at most.\n",
       kPeriodNs / 1000, plan.cycles, plan.parts);
   const TimeNs change = priority_change();
   std::cout << fmt::format("one change of priority: {} (median)\n", text(change));
@@ -440,6 +498,8 @@ Verdict measure_coherence(const CoherencePlan& plan) {
       Times own_copies, own_unprotected;
       for (const std::size_t p : {0u, 2u}) measure(*rigs[p], false, false, cycles, own[p]);
       measure(bare, false, false, cycles, own_unprotected);
+      own_unprotected.sections.clear();  // they hold nobody off
+      own_unprotected.held_off.clear();
       Mailbox mailbox(n, 0);
       run_fast(1, cycles + kWarmUp, [&](TimeNs, std::uint32_t cycle) {
         const TimeNs took = mailbox.copy();
