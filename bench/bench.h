@@ -73,7 +73,7 @@ struct CompilePlan {
 Verdict measure_compile(const CompilePlan& plan);
 
 struct CoherencePlan {
-  std::uint32_t cycles = 40'000;  ///< of the fast task, for each protocol, size and place
+  std::uint32_t cycles = 20'000;  ///< of the fast task, for each protocol, size and place
   std::uint32_t parts = 10;        ///< of these cycles, protocols interleaved
   std::vector<std::uint32_t> sizes = {1, 10, 100, 1'000, 10'000};  ///< variables in each direction
   bool limits = true;

@@ -26,7 +26,6 @@ Snapshot::Reader Snapshot::subscribe() {
   view.mailbox_ = &mailboxes_[reader];
   view.buffers_ = buffers_;
   view.stride_ = stride_;
-  view.count_ = buffer_count_;
   return view;
 }
 
@@ -71,14 +70,6 @@ void Snapshot::choose() noexcept {
   // The number may be another fresh one by now, but never one that was taken: only this reader takes.
   if ((number & kFresh) != 0) number = mailbox_->fetch_and(~kFresh, std::memory_order_acq_rel);
   return buffers_ + (number & ~kFresh) * stride_;
-}
-
-// RT:
-[[gnu::hot]] void Snapshot::Reader::expect() const noexcept {
-  __builtin_prefetch(mailbox_, 1);
-  // Which buffer it will be is not known yet: the start of each.
-  const std::byte* buffer = buffers_;
-  for (std::uint32_t i = 0; i < count_; ++i, buffer += stride_) __builtin_prefetch(buffer);
 }
 
 }  // namespace plc::runtime

@@ -40,15 +40,14 @@ class alignas(kTableAlign) Snapshot {
     /// The newest publication; it stays as it is until the next acquire() of this reader. RT: at most one atomic
     /// operation.
     [[nodiscard]] const std::byte* acquire() noexcept;
-    /// Fetches into the cache what acquire() is going to need, as far as that is known. RT.
-    void expect() const noexcept;
+    /// Fetches into the cache what acquire() is going to need, while others wait for theirs. RT.
+    void expect() const noexcept { __builtin_prefetch(mailbox_, 1); }
 
    private:
     friend class Snapshot;
     std::atomic<std::uint32_t>* mailbox_ = nullptr;
     const std::byte* buffers_ = nullptr;
     std::size_t stride_ = 0;
-    std::uint32_t count_ = 0;
   };
   /// A new reader. Set-up.
   [[nodiscard]] Reader subscribe();
