@@ -610,6 +610,7 @@ TEST_P(Ceilings, NothingMixesOnOneProcessor) {
     HandTask& task = tasks[me];
     std::array<std::int64_t, 3> newest{};
     for (std::int64_t round = 1; !stop.load(std::memory_order_relaxed); ++round) {
+      const auto began = std::chrono::steady_clock::now();
       task.begin();
       for (std::uint32_t other = 0; other < 3; ++other) {
         const auto head = task.get<std::int64_t>(group[other]);
@@ -621,9 +622,12 @@ TEST_P(Ceilings, NothingMixesOnOneProcessor) {
       for (std::uint32_t i = 0; i < size; ++i) task.put<std::int64_t>(group[me] + 8 * i, round);
       task.end();
       ++done[me];
-      // The least urgent never sleeps; the others come again while it, or they, exchange.
-      const timespec pause{0, me == 0 ? 20'000 : 70'000};
-      if (me != 2) clock_nanosleep(CLOCK_MONOTONIC, 0, &pause, nullptr);
+      // The more urgent come again while the others exchange, and leave them time to: on an emulated processor a round
+      // may take as long as a pause. The least urgent leaves some to the kernel, which may need it to wake this test.
+      const auto took = std::chrono::steady_clock::now() - began;
+      constexpr std::array<int, 3> kPauseUs = {20, 70, 5};
+      std::this_thread::sleep_for(
+          std::max<std::chrono::nanoseconds>(std::chrono::microseconds(kPauseUs[me]), me == 2 ? took / 4 : 3 * took));
     }
   };
   std::array<std::thread, 3> threads;
