@@ -100,18 +100,8 @@ const RealtimeReport& RealtimeScheduler::start() {
     report_.refused.push_back("idle processors may sleep deeply (" + error_text(error) +
                               "): waking up may delay a cycle");
   }
-  std::vector<TaskRun*> watched;
   for (const auto& run : runs_) {
-    if (run->plan.watchdog_ns > 0) watched.push_back(run.get());
     if (options_.realtime_priority) resource_.program(run->index).set_priority_change(set_own_priority);
-  }
-  if (!watched.empty()) {
-    // Publishing safe values under priority ceilings is a copy among those of the tasks' processor.
-    const bool ceilings = resource_.image().options.coherence == core::Coherence::kPriorityCeiling;
-    watchdog_ = std::make_unique<Watchdog>(std::move(watched), ceilings ? runs_.front()->plan.cpu : -1,
-                                           [this](TaskRun& run) { on_timeout(run); });
-    std::string refused = watchdog_->start(options_.realtime_priority);
-    if (!refused.empty()) report_.refused.push_back(std::move(refused));
   }
   for (auto& run_ptr : runs_) {
     TaskRun& task = *run_ptr;
@@ -125,6 +115,19 @@ const RealtimeReport& RealtimeScheduler::start() {
   // WHY wait: mapping and locking a stack may take longer than any fixed delay, and the first cycle would be late.
   while (ready_.load(std::memory_order_acquire) < runs_.size() && !stop_requested()) {
     clock_.sleep_until_ns(clock_.now_ns() + kStartPollNs);
+  }
+  // Behind the threads, whose handles it uses.
+  std::vector<TaskRun*> watched;
+  for (const auto& run : runs_) {
+    if (run->plan.watchdog_ns > 0) watched.push_back(run.get());
+  }
+  if (!watched.empty()) {
+    // Publishing safe values under priority ceilings is a copy among those of the tasks' processor.
+    const bool ceilings = resource_.image().options.coherence == core::Coherence::kPriorityCeiling;
+    watchdog_ = std::make_unique<Watchdog>(std::move(watched), ceilings ? runs_.front()->plan.cpu : -1,
+                                           [this](TaskRun& run) { on_timeout(run); });
+    std::string refused = watchdog_->start(options_.realtime_priority);
+    if (!refused.empty()) report_.refused.push_back(std::move(refused));
   }
   start_ns_.store(clock_.now_ns() + kStartDelayNs, std::memory_order_release);
   return report_;

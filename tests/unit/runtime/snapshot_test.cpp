@@ -76,13 +76,15 @@ TEST(Snapshot, AClaimedBufferIsNeverWritten) {
   constexpr std::uint32_t kReaders = 6;
   runtime::Arena arena;
   Snapshot snapshot(arena, 8 * kWords, kReaders);
+  std::vector<Snapshot::Reader> views;
+  for (std::uint32_t reader = 0; reader < kReaders; ++reader) views.push_back(snapshot.subscribe());
   Writer writer(snapshot);
   std::atomic<std::uint64_t> mixed{0};
   std::atomic<std::uint64_t> backwards{0};
   std::vector<std::thread> readers;
   const auto end = std::chrono::steady_clock::now() + kSomeTime;
   for (std::uint32_t reader = 0; reader < kReaders; ++reader) {
-    readers.emplace_back([&, view = snapshot.subscribe()]() mutable {
+    readers.emplace_back([&, view = views[reader]]() mutable {
       std::uint64_t last = 0;
       while (std::chrono::steady_clock::now() < end) {
         const std::byte* const words = view.acquire();
