@@ -229,6 +229,30 @@ TEST(RunTasks, AnUnknownTaskIsAnErrorAtItsLine) {
   EXPECT_TRUE(contains(result.err, "P7601")) << result.err;
 }
 
+TEST(RunTasks, WhatIsBoundToTheProjectIsReportedAtItsLineToo) {
+  const ToolResult result = run(plant(""), "[outputs.Nothing]\ndriver = \"bench\"\n", {"--cycles", "2"});
+  EXPECT_EQ(result.code, 1);
+  EXPECT_TRUE(contains(result.err, "plc.toml:8:")) << result.err;
+  EXPECT_TRUE(contains(result.err, "P7320")) << result.err;
+}
+
+TEST(RunTasks, WarningsOfThePlanAndOfTheBindingAreSaidOnceEach) {
+  std::string project = plant("");
+  const std::string speed = "Speed AT %QW0 : INT;";
+  project.insert(project.find(speed), "Spare AT %QX9.0 : BOOL; ");
+  const std::string name = "Speed : INT; ";
+  project.insert(project.find(name), "Spare : BOOL; ");
+  project.insert(project.find("  Speed := 1500;"), "  Spare := TRUE;\n");
+  const ToolResult result =
+      run(project, "[scheduler]\nunfit = \"run\"\n[tasks.Slow]\nexecution = \"200ms\"\n", {"--cycles", "2"});
+  EXPECT_EQ(result.code, 0) << result.all();
+  for (const char* said : {"plc.toml:10:8: warning P7605: ", "plc.toml:3:1: warning P7326: "}) {
+    const std::size_t first = result.err.find(said);
+    EXPECT_NE(first, std::string::npos) << said << '\n' << result.err;
+    EXPECT_EQ(result.err.rfind(said), first) << result.err;
+  }
+}
+
 TEST(RunTasks, EveryProtocolRuns) {
   for (const char* coherence : {"wait-free", "global-lock", "priority-ceiling"}) {
     const ToolResult result = run(plant(""), "", {"--cycles", "30", "--coherence", coherence, "--watch", "Seen"});

@@ -128,9 +128,8 @@ struct Plan {
   std::vector<runtime::TaskPlan> tasks;
 };
 
-/// Nothing after a complaint; the exit code is in `code`.
-std::optional<Plan> make_plan(const Run& run, const bytecode::Image& image, int& code) {
-  core::Diagnostics diagnostics;
+/// Nothing after an error, which is in `diagnostics`; the exit code is in `code` then.
+std::optional<Plan> make_plan(const Run& run, const bytecode::Image& image, core::Diagnostics& diagnostics, int& code) {
   Plan plan;
   std::optional<io::Configuration> configuration = io::Configuration{};
   if (!run.configuration.empty()) configuration = io::load_configuration(run.configuration, diagnostics);
@@ -144,15 +143,14 @@ std::optional<Plan> make_plan(const Run& run, const bytecode::Image& image, int&
     }
     plan.configuration = std::move(*configuration);
   }
-  diagnostics.render_with_lines(std::cerr);
   if (diagnostics.has_errors()) return std::nullopt;
   return plan;
 }
 
-int run_resource(const Run& run, runtime::Resource& resource, Plan plan, std::int64_t duration_ns,
-                 core::TimeNs load_ns) {
+/// `diagnostics` are those of the plan: places of the configuration name their file by it.
+int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::Diagnostics& diagnostics,
+                 std::int64_t duration_ns, core::TimeNs load_ns) {
   const bytecode::Image& image = resource.image();
-  core::Diagnostics diagnostics;
   const auto machine =
       io::Machine::configure({run.file, std::move(plan.configuration), run.listen}, resource, diagnostics);
   diagnostics.render_with_lines(std::cerr);
@@ -339,19 +337,26 @@ int run_command(int argc, char** argv) {
   const core::TimeNs begin = clock.now_ns();
   std::unique_ptr<runtime::Resource> resource;
   std::optional<Plan> plan;
+  core::Diagnostics diagnostics;
   {
     Compilation compilation;
     if (const auto code = open_or_explain(app, {run.file, run.options, Goal::kRun, run.libraries}, compilation))
       return *code;
     int code = kExitOk;
-    plan = make_plan(run, compilation.image->image(), code);
-    if (!plan) return code;
+    plan = make_plan(run, compilation.image->image(), diagnostics, code);
+    if (!plan) {
+      diagnostics.render_with_lines(std::cerr);
+      return code;
+    }
     for (const runtime::TaskPlan& task : plan->tasks) run.program.priorities.push_back(task.priority);
     auto loaded = runtime::Resource::load(std::move(*compilation.image), run.program);
-    if (!loaded) return complain(loaded.error()), kExitErrors;
+    if (!loaded) {
+      diagnostics.render_with_lines(std::cerr);
+      return complain(loaded.error()), kExitErrors;
+    }
     resource = std::move(*loaded);
   }
-  return run_resource(run, *resource, std::move(*plan), duration_ns, clock.now_ns() - begin);
+  return run_resource(run, *resource, std::move(*plan), diagnostics, duration_ns, clock.now_ns() - begin);
 }
 
 }  // namespace
