@@ -24,6 +24,7 @@ struct Instruction {
   std::uint32_t out_target = kNone;
   std::uint32_t bit = 0;  // imm()
   std::uint32_t first_global = kNone;
+  bool raises = false;                  // a copy at the ceiling of its globals, if that is more urgent
   std::array<std::uint32_t, 3> bits{};  // widths of its leaves
   std::size_t leaves = 0;
 };
@@ -317,8 +318,37 @@ class CodeVerifier {
 
   void check_critical(const OpcodeInfo& op) {
     const auto opcode = static_cast<Opcode>(opcode_of(code_[here_.word]));
+    if (pou_.kind == PouKind::kTask) return check_section(op, opcode);
     const bool critical = opcode == Opcode::kReschedule || opcode == Opcode::kLock || opcode == Opcode::kUnlock;
-    if (critical && pou_.kind != PouKind::kTask) broken(Rule::kV408, fmt::format("{} in {}", op.mnemonic, pou_.name));
+    if (critical) broken(Rule::kV408, fmt::format("{} in {}", op.mnemonic, pou_.name));
+  }
+
+  /// Word by word, which is enough: nothing in a section jumps, and a jump into one finds less held than here.
+  void check_section(const OpcodeInfo& op, Opcode opcode) {
+    const std::string_view held = locked_ ? "before UNLOCK" : raised_ ? "before RESCHEDULE" : "without LOCK";
+    bool fits = !locked_ && !raised_;
+    switch (opcode) {
+      case Opcode::kReadN:
+      case Opcode::kWriteN:
+      case Opcode::kWriteChangedN:
+        raised_ = raised_ || here_.raises;
+        return;
+      case Opcode::kRaisePriority:
+      case Opcode::kReschedule:
+        fits = !locked_;
+        raised_ = opcode == Opcode::kRaisePriority;
+        break;
+      case Opcode::kLock:
+        locked_ = true;
+        break;
+      case Opcode::kUnlock:
+        fits = locked_;
+        locked_ = false;
+        break;
+      default:
+        break;
+    }
+    if (!fits) broken(Rule::kV416, fmt::format("{} {}", op.mnemonic, held));
   }
 
   void check_globals(const OpcodeInfo& op, std::uint32_t count) {
@@ -331,6 +361,9 @@ class CodeVerifier {
     facts_.work += (last.offset + std::uint64_t{image_.types[last.type].size} - fields[first].offset) / 8;
     const auto opcode = static_cast<Opcode>(opcode_of(code_[here_.word]));
     if (opcode == Opcode::kWriteN || opcode == Opcode::kWriteChangedN) facts_.exports.push_back({first, count});
+    const auto range = std::span(image_.globals).subspan(first, count);
+    here_.raises = image_.options.coherence == core::Coherence::kPriorityCeiling &&
+                   std::any_of(range.begin(), range.end(), [](const ImageGlobal& g) { return g.writers == 1; });
   }
 
   void check_list(OperandKind kind, std::span<const std::uint32_t> words) {
@@ -463,6 +496,7 @@ class CodeVerifier {
   std::array<std::uint32_t, 4> types_;  // structure of each Space
   std::array<const LeafMap*, 4> maps_;  // and its leaves
   std::vector<bool> starts_;
+  bool locked_ = false, raised_ = false;  // by the body of a task, so far
   Instruction here_;
 };
 

@@ -294,6 +294,7 @@ class ImageMutator {
   /// Operands and instructions that are right elsewhere.
   void rough_code(ImagePou& any) {
     if (below(3) == 0) return insert(any, 0, {bytecode::opcode_word(Opcode::kReadN), 0, 1});
+    if (below(6) == 0) return insert(any, 0, {bytecode::opcode_word(Opcode::kLock)});
     const bool in_function = below(2) == 0;
     std::vector<Word*> operands;
     for (ImagePou& pou : image_.pous) {

@@ -50,6 +50,24 @@ Image every_plain_opcode() {
   return b.build();
 }
 
+/// Two tasks that exchange globals in critical sections.
+Image sections(core::Coherence coherence) {
+  ImageBuilder b;
+  b.image.options.coherence = coherence;
+  const std::uint32_t dint = b.type(TypeId::kDint);
+  std::vector<Word> globals;
+  for (std::uint32_t task = 0; task < 2; ++task) {
+    globals.push_back(b.global("g" + std::to_string(task), dint, {}, {.owner = task}));
+  }
+  const Word both = b.global("both", dint);
+  for (std::uint32_t task = 0; task < 2; ++task) {
+    PouBuilder p = b.pou("P" + std::to_string(task), PouKind::kProgram);
+    p.op(Opcode::kAdd32, {globals[task], globals[task], globals[1 - task]}).op(Opcode::kMove32, {both, globals[task]});
+    b.task("T" + std::to_string(task), 1'000'000, {p.finish()}, static_cast<std::int32_t>(task));
+  }
+  return b.build();
+}
+
 void expect_accepted(Image image, const std::string& what) {
   core::Diagnostics diagnostics;
   const auto verified = bytecode::verify(std::move(image), diagnostics);
@@ -58,9 +76,13 @@ void expect_accepted(Image image, const std::string& what) {
   EXPECT_TRUE(verified) << what << '\n' << out.str();
 }
 
-TEST(Seeds, AreListingsOfTheSampleAndOfEveryPlainOpcode) {
+TEST(Seeds, AreListingsOfTheSampleOfEveryPlainOpcodeAndOfSections) {
   expect_golden("tests/fuzz/corpus/verify_image/sample.pasm", bytecode::disassemble(sample_image().image));
   expect_golden("tests/fuzz/corpus/verify_image/opcodes.pasm", bytecode::disassemble(every_plain_opcode()));
+  expect_golden("tests/fuzz/corpus/verify_image/lock.pasm",
+                bytecode::disassemble(sections(core::Coherence::kGlobalLock)));
+  expect_golden("tests/fuzz/corpus/verify_image/ceilings.pasm",
+                bytecode::disassemble(sections(core::Coherence::kPriorityCeiling)));
 }
 
 TEST(Seeds, AreAccepted) {
@@ -74,7 +96,7 @@ TEST(Seeds, AreAccepted) {
     expect_accepted(std::move(*image), entry.path());
     ++seeds;
   }
-  EXPECT_GE(seeds, 2u);
+  EXPECT_GE(seeds, 4u);
 }
 
 }  // namespace

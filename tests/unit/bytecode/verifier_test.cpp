@@ -30,6 +30,14 @@ Word& operand(Sample& s, std::uint32_t pou, Opcode opcode, std::size_t n, std::s
   return p.code[find_op(p, opcode, nth) + 1 + n];
 }
 std::uint32_t body(const Sample& s) { return s.image.tasks[0].body; }
+/// Into the body of the task, before the `nth` instruction with the opcode `before`.
+void insert(Sample& s, Opcode before, std::initializer_list<Word> words, std::size_t nth = 0) {
+  ImagePou& p = s.image.pous[body(s)];
+  p.code.insert(p.code.begin() + static_cast<std::ptrdiff_t>(find_op(p, before, nth)), words);
+}
+constexpr Word kLock = bytecode::opcode_word(Opcode::kLock), kUnlock = bytecode::opcode_word(Opcode::kUnlock),
+               kRaise = bytecode::opcode_word(Opcode::kRaisePriority),
+               kReschedule = bytecode::opcode_word(Opcode::kReschedule);
 void put(std::vector<std::byte>& bytes, Word at, const std::vector<std::byte>& value) {
   std::memcpy(bytes.data() + bytecode::offset_of(at), value.data(), value.size());
 }
@@ -327,6 +335,46 @@ const std::vector<Case>& cases() {
       {Rule::kV414, "released by a number", [](Sample& s) { s.image.tasks[0].single = "level"; }},
       {Rule::kV414, "released by nothing", [](Sample& s) { s.image.tasks[0].single = "nobody"; }},
       {Rule::kV415, "1025 tasks", [](Sample& s) { s.image.tasks.resize(1025, s.image.tasks[0]); }},
+      {Rule::kV416, "a program under the lock",
+       [](Sample& s) {
+         insert(s, Opcode::kReadN, {kLock});
+         insert(s, Opcode::kReturn, {kUnlock});
+       }},
+      {Rule::kV416, "a program at raised priority",
+       [](Sample& s) {
+         insert(s, Opcode::kReadN, {kRaise, 0, 1});
+         insert(s, Opcode::kReturn, {kReschedule});
+       }},
+      {Rule::kV416, "a program at the priority that a copy took",
+       [](Sample& s) {
+         s.image.options.coherence = core::Coherence::kPriorityCeiling;
+         insert(s, Opcode::kReturn, {kReschedule});
+       }},
+      {Rule::kV416, "the same behind a lock",
+       [](Sample& s) {
+         s.image.options.coherence = core::Coherence::kPriorityCeiling;
+         insert(s, Opcode::kReadN, {kLock});
+         insert(s, Opcode::kCallPou, {kUnlock});
+         insert(s, Opcode::kReturn, {kReschedule});
+       }},
+      {Rule::kV416, "a jump under the lock",
+       [](Sample& s) {
+         insert(s, Opcode::kReadN, {kLock, bytecode::opcode_word(Opcode::kLoopJump), 0, kUnlock});
+       }},
+      {Rule::kV416, "a return under the lock", [](Sample& s) { insert(s, Opcode::kReturn, {kLock}); }},
+      {Rule::kV416, "a return at raised priority", [](Sample& s) { insert(s, Opcode::kReturn, {kRaise, 0, 1}); }},
+      {Rule::kV416, "the lock taken twice", [](Sample& s) { insert(s, Opcode::kReadN, {kLock, kLock, kUnlock}); }},
+      {Rule::kV416, "the lock given back twice", [](Sample& s) { insert(s, Opcode::kReadN, {kLock, kUnlock, kUnlock}); }},
+      {Rule::kV416, "the lock taken at raised priority",
+       [](Sample& s) {
+         insert(s, Opcode::kReadN, {kRaise, 0, 1, kLock, kUnlock, kReschedule});
+       }},
+      {Rule::kV416, "a priority raised under the lock",
+       [](Sample& s) {
+         insert(s, Opcode::kReadN, {kLock, kRaise, 0, 1, kUnlock, kReschedule});
+       }},
+      {Rule::kV416, "a priority taken back under the lock",
+       [](Sample& s) { insert(s, Opcode::kReadN, {kLock, kReschedule, kUnlock}); }},
 
       {Rule::kV501, "an unknown block", [](Sample& s) { s.image.blocks[0].name = "NOPE"; }},
       {Rule::kV502, "another layout", [](Sample& s) { s.image.blocks[0].layout_hash ^= 1; }},
@@ -374,6 +422,20 @@ TEST(Verifier, EveryBrokenRuleIsFoundAndNamed) {
           named || (d.code == rule.code && d.message.find("(rule " + std::string(rule.id) + ": ") != std::string::npos);
     }
     EXPECT_TRUE(named) << c.what << " should break " << rule.id << ", found:\n" << render(diagnostics);
+  }
+}
+
+TEST(Verifier, SectionsAroundCopiesAreFine) {
+  for (const core::Coherence coherence :
+       {core::Coherence::kWaitFree, core::Coherence::kPriorityCeiling, core::Coherence::kGlobalLock}) {
+    Sample s = sample_image();
+    s.image.options.coherence = coherence;
+    // Raised again on the way, and taken back where nothing was raised.
+    insert(s, Opcode::kReadN, {kReschedule, kRaise, 0, 1, kRaise, 0, 2});
+    insert(s, Opcode::kCallPou, {kReschedule, kLock, bytecode::opcode_word(Opcode::kReadN), 2, 1, kUnlock});
+    insert(s, Opcode::kReturn, {kReschedule});
+    core::Diagnostics diagnostics;
+    EXPECT_TRUE(verify(std::move(s.image), diagnostics)) << render(diagnostics);
   }
 }
 
