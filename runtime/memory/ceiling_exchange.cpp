@@ -22,9 +22,9 @@ void CeilingExchange::prepare() {
 // RT: the priorities keep copies apart; that one is after the other is for compiler and processor to know as well.
 template <class Copy>
 void CeilingExchange::in_turn(Copy copy) noexcept {
-  static_cast<void>(turn().load(std::memory_order_acquire));
+  static_cast<void>(copies().load(std::memory_order_acquire));
   copy();
-  turn().fetch_add(1, std::memory_order_release);
+  copies().fetch_add(1, std::memory_order_release);
 }
 
 // RT: never falls before reschedule().

@@ -75,7 +75,7 @@ class WaitFreeExchange : public Exchange {
   [[nodiscard]] std::byte* local() const noexcept { return local_; }
   [[nodiscard]] std::byte* common() const noexcept { return globals_.common_.data(); }
   [[nodiscard]] GlobalTable& globals() const noexcept { return globals_; }
-  [[nodiscard]] std::atomic<std::uint64_t>& turn() const noexcept { return globals_.common_turn_; }
+  [[nodiscard]] std::atomic<std::uint64_t>& copies() const noexcept { return globals_.common_copies_; }
   [[nodiscard]] pthread_mutex_t& mutex() const noexcept { return globals_.common_mutex_; }
   [[nodiscard]] const GlobalTable::Field& field(std::uint32_t f) const noexcept { return globals_.fields_[f]; }
   [[nodiscard]] std::uint32_t task() const noexcept { return task_; }
