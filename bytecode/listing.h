@@ -23,7 +23,9 @@ inline constexpr std::array<std::string_view, 4> kPouKinds = {"program", "block"
 inline constexpr std::array<std::string_view, 2> kOrders = {"drawing", "document"};
 inline constexpr std::array<std::string_view, 2> kCompats = {"none", "beremiz"};
 inline constexpr std::array<std::string_view, 2> kProfiles = {"separate", "overlay"};
-inline constexpr std::array<std::string_view, 3> kCoherences = {"wait-free", "priority-ceiling", "global-lock"};
+inline constexpr std::array<std::string_view, 3> kCoherences = {core::coherence_name(core::Coherence::kWaitFree),
+                                                                core::coherence_name(core::Coherence::kPriorityCeiling),
+                                                                core::coherence_name(core::Coherence::kGlobalLock)};
 /// First letters of operands, by Space: globals, instance, frame, constants.
 inline constexpr std::array<char, 4> kSpaces = {'g', 'i', 'f', 'c'};
 

@@ -27,6 +27,10 @@ void add_choice(CLI::App& app, const std::string& name, Enum& target, const std:
   app.add_option(name, target, help)->transform(choice_validator(choices))->group(kCompileGroup);
 }
 
+std::pair<const std::string, core::Coherence> named(core::Coherence coherence) {
+  return {std::string(coherence_name(coherence)), coherence};
+}
+
 struct Unit {
   std::string_view name;
   double ns;
@@ -47,9 +51,8 @@ void add_compile_options(CLI::App& app, core::CompileOptions& options, bool with
       "separate: %IX, %IB, %IW are independent (default). overlay: %IW0 contains %IX0.0 to %IX1.7");
   add_choice<core::Coherence>(
       app, "--coherence", options.coherence,
-      {{"wait-free", core::Coherence::kWaitFree},
-       {"priority-ceiling", core::Coherence::kPriorityCeiling},
-       {"global-lock", core::Coherence::kGlobalLock}},
+      {named(core::Coherence::kWaitFree), named(core::Coherence::kPriorityCeiling),
+       named(core::Coherence::kGlobalLock)},
       "how tasks exchange globals. wait-free: nobody waits (default). priority-ceiling: group by group at raised "
       "priority, all tasks on one processor. global-lock: one lock around every exchange");
   app.add_flag("--stub-missing", options.stub_missing,
