@@ -2,8 +2,6 @@
 // often as it can: on the other processor, and on the fast task's own.
 #include <fmt/format.h>
 #include <pthread.h>
-#include <sched.h>
-#include <time.h>
 
 #include <algorithm>
 #include <array>
@@ -25,6 +23,7 @@
 #include "runtime/memory/common_table_exchange.h"
 #include "runtime/memory/exchange.h"
 #include "runtime/sched/priority.h"
+#include "runtime/sched/thread_settings.h"
 #include "tools/pipeline.h"
 
 namespace plc::bench {
@@ -39,33 +38,13 @@ constexpr TimeNs kPeriodNs = 100'000;    ///< of the fast task
 constexpr TimeNs kSlowPauseNs = 20'000;  ///< between two exchanges of a slow task: more would starve the system
 constexpr double kMemcpyLimit = 1.2;     ///< wait-free p99.9 over that of memcpy
 
-TimeNs now() {
-  timespec t{};
-  clock_gettime(CLOCK_MONOTONIC, &t);
-  return t.tv_sec * 1'000'000'000 + t.tv_nsec;
-}
-
-void sleep_until(TimeNs at) {
-  const timespec t{at / 1'000'000'000, at % 1'000'000'000};
-  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, nullptr) == EINTR) {
-  }
-}
-
-void set_fifo(std::int32_t priority) noexcept {
-  sched_param parameter{};
-  parameter.sched_priority = runtime::fifo_priority(priority);
-  static_cast<void>(sched_setparam(0, &parameter));
-}
+TimeNs now() { return core::MonotonicClock().now_ns(); }
+void sleep_until(TimeNs at) { core::MonotonicClock().sleep_until_ns(at); }
 
 /// Binds the calling thread and makes it a real-time one; throws where the system grants none.
 void become_task(int cpu, std::int32_t priority) {
-  cpu_set_t set;
-  CPU_ZERO(&set);
-  CPU_SET(static_cast<unsigned>(cpu), &set);
-  sched_param parameter{};
-  parameter.sched_priority = runtime::fifo_priority(priority);
-  if (pthread_setaffinity_np(pthread_self(), sizeof set, &set) != 0 ||
-      pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter) != 0) {
+  if (runtime::bind_to_cpu(pthread_self(), cpu) != 0 ||
+      runtime::set_fifo(pthread_self(), runtime::fifo_priority(priority)) != 0) {
     throw std::runtime_error("the coherence benchmark needs two processors and SCHED_FIFO: run it as root");
   }
 }
@@ -139,7 +118,7 @@ class Side {
                       urgent});
     }
     exchange_->prepare();
-    exchange_->set_priority_change(set_fifo);
+    exchange_->set_priority_change(runtime::set_own_priority);
   }
   void take() {
     exchange_->begin();
@@ -419,8 +398,8 @@ TimeNs priority_change() {
   run_fast(1, false, 1, [&](TimeNs, std::uint32_t) {
     for (int i = 0; i < 2000; ++i) {
       const TimeNs begin = now();
-      set_fifo(-1 + i % 2);
-      set_fifo(1);
+      runtime::set_own_priority(-1 + i % 2);
+      runtime::set_own_priority(1);
       times.push_back((now() - begin) / 2);
     }
   });

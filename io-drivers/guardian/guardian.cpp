@@ -2,7 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <sched.h>
+#include <pthread.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
@@ -20,6 +20,7 @@
 #include <optional>
 
 #include "runtime/sched/priority.h"
+#include "runtime/sched/thread_settings.h"
 
 namespace plc::io {
 
@@ -130,9 +131,7 @@ class Guardian {
     // WHY not MCL_CURRENT alone: that would copy every page shared with the runtime.
     ::mlockall(MCL_CURRENT | MCL_ONFAULT);
     // WHY above the tasks: one that spins must not keep the guardian from seeing it.
-    sched_param parameter{};
-    parameter.sched_priority = runtime::kWatchdogPriority;
-    ::sched_setscheduler(0, SCHED_FIFO, &parameter);
+    static_cast<void>(runtime::set_fifo(::pthread_self(), runtime::kWatchdogPriority));
   }
 
   void forward(int number, const siginfo_t& signal) {

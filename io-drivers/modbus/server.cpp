@@ -1,7 +1,6 @@
 #include "io-drivers/modbus/server.h"
 
 #include <pthread.h>
-#include <sched.h>
 #include <signal.h>
 
 #include <algorithm>
@@ -17,6 +16,7 @@
 
 #include "io-drivers/modbus/connection.h"
 #include "io-drivers/modbus/pdu.h"
+#include "runtime/sched/thread_settings.h"
 
 namespace plc::modbus {
 namespace {
@@ -49,8 +49,7 @@ class IoThread {
     sigfillset(&all);
     pthread_sigmask(SIG_SETMASK, &all, &before);
     thread_ = std::thread([run] {
-      const sched_param ordinary{};
-      pthread_setschedparam(pthread_self(), SCHED_OTHER, &ordinary);
+      static_cast<void>(runtime::set_ordinary(pthread_self()));
       pthread_setname_np(pthread_self(), "plc-modbus");
       run();
     });

@@ -1,7 +1,6 @@
 #include "runtime/sched/realtime.h"
 
 #include <pthread.h>
-#include <sched.h>
 #include <sys/mman.h>
 
 #include <algorithm>
@@ -12,6 +11,7 @@
 #include <utility>
 
 #include "runtime/sched/priority.h"
+#include "runtime/sched/thread_settings.h"
 #include "runtime/sched/watchdog.h"
 
 namespace plc::runtime {
@@ -35,13 +35,6 @@ std::string error_text(int error) { return std::system_category().message(error)
 [[gnu::noinline]] void prefault_stack() {
   volatile unsigned char pages[kStackPrefault];
   for (std::size_t i = 0; i < sizeof pages; i += 4096) pages[i] = 0;
-}
-
-/// RT: one system call.
-void set_own_priority(std::int32_t priority) noexcept {
-  sched_param parameter{};
-  parameter.sched_priority = fifo_priority(priority);
-  static_cast<void>(sched_setparam(0, &parameter));
 }
 
 }  // namespace
@@ -71,11 +64,7 @@ std::optional<core::Problem> RealtimeScheduler::cannot_raise() const {
   if (resource_.image().options.coherence != core::Coherence::kPriorityCeiling || !options_.realtime_priority)
     return {};
   int error = 0;
-  std::thread([&error] {
-    sched_param parameter{};
-    parameter.sched_priority = kHighestPriority;
-    error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter);
-  }).join();
+  std::thread([&error] { error = set_fifo(pthread_self(), kHighestPriority); }).join();
   if (error == 0) return {};
   return core::Problem{
       core::Code::P7604,
@@ -135,9 +124,7 @@ const RealtimeReport& RealtimeScheduler::start() {
 
 void RealtimeScheduler::set_priority(TaskRun& task) {
   if (!options_.realtime_priority) return;
-  sched_param parameter{};
-  parameter.sched_priority = fifo_priority(task.plan.priority);
-  const int error = pthread_setschedparam(task.thread.native_handle(), SCHED_FIFO, &parameter);
+  const int error = set_fifo(task.thread.native_handle(), fifo_priority(task.plan.priority));
   if (error == 0) return;
   report_.realtime_priority = false;
   report_.refused.push_back("task \"" + resource_.program(task.index).task().name +
@@ -146,10 +133,7 @@ void RealtimeScheduler::set_priority(TaskRun& task) {
 
 void RealtimeScheduler::set_cpu(TaskRun& task) {
   if (task.plan.cpu < 0) return;
-  cpu_set_t set;
-  CPU_ZERO(&set);
-  CPU_SET(static_cast<unsigned>(task.plan.cpu), &set);
-  const int error = pthread_setaffinity_np(task.thread.native_handle(), sizeof set, &set);
+  const int error = bind_to_cpu(task.thread.native_handle(), task.plan.cpu);
   if (error == 0) return;
   report_.refused.push_back("task \"" + resource_.program(task.index).task().name + "\" is not bound to CPU " +
                             std::to_string(task.plan.cpu) + " (" + error_text(error) + ")");
@@ -215,9 +199,7 @@ bool RealtimeScheduler::scan(TaskRun& task, const ReleaseContext& context) noexc
   Program& program = resource_.program(task.index);
   if (task.demoted.load(std::memory_order_acquire)) {
     task.demoted.store(false, std::memory_order_relaxed);
-    sched_param parameter{};
-    parameter.sched_priority = fifo_priority(task.plan.priority);
-    if (options_.realtime_priority) static_cast<void>(sched_setscheduler(0, SCHED_FIFO, &parameter));
+    if (options_.realtime_priority) static_cast<void>(set_fifo(pthread_self(), fifo_priority(task.plan.priority)));
   }
   task.cycle.store(context.cycle, std::memory_order_relaxed);
   task.busy_since.store(context.now_ns, std::memory_order_relaxed);
@@ -261,17 +243,15 @@ void RealtimeScheduler::on_timeout(TaskRun& task) noexcept {
   task.statistics.faults.fetch_add(1, std::memory_order_relaxed);
   task.timeouts.record(
       {task.index, task.cycle.load(std::memory_order_relaxed), clock_.now_ns(), program.place(FaultKind::kWatchdog)});
-  sched_param none{};
-  static_cast<void>(pthread_setschedparam(task.thread.native_handle(), SCHED_OTHER, &none));
+  static_cast<void>(set_ordinary(task.thread.native_handle()));
   // Behind the demotion: the task takes its priority back when it sees this.
   task.demoted.store(true, std::memory_order_release);
   if (task.plan.on_fault == FaultPolicy::kContinue || !program.revoke()) return;
   stop_task(task);
   program.cut_loops();
   if (resource_.image().options.coherence == core::Coherence::kPriorityCeiling && options_.realtime_priority) {
-    sched_param own{};
-    own.sched_priority = kWatchdogPriority;
-    static_cast<void>(sched_setparam(0, &own));
+    // publish_safe() took a task's.
+    static_cast<void>(set_fifo(pthread_self(), kWatchdogPriority));
   }
 }
 

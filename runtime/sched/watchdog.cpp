@@ -1,13 +1,13 @@
 #include "runtime/sched/watchdog.h"
 
 #include <pthread.h>
-#include <sched.h>
 
 #include <algorithm>
 #include <system_error>
 #include <utility>
 
 #include "runtime/sched/priority.h"
+#include "runtime/sched/thread_settings.h"
 
 namespace plc::runtime {
 namespace {
@@ -27,16 +27,9 @@ Watchdog::~Watchdog() {
 
 std::string Watchdog::start(bool realtime) {
   thread_ = std::thread([this] { run(); });
-  if (cpu_ >= 0) {
-    cpu_set_t set;
-    CPU_ZERO(&set);
-    CPU_SET(static_cast<unsigned>(cpu_), &set);
-    static_cast<void>(pthread_setaffinity_np(thread_.native_handle(), sizeof set, &set));
-  }
+  if (cpu_ >= 0) static_cast<void>(bind_to_cpu(thread_.native_handle(), cpu_));
   if (!realtime) return {};
-  sched_param parameter{};
-  parameter.sched_priority = kWatchdogPriority;
-  const int error = pthread_setschedparam(thread_.native_handle(), SCHED_FIFO, &parameter);
+  const int error = set_fifo(thread_.native_handle(), kWatchdogPriority);
   if (error == 0) return {};
   return "the watchdog runs without real-time priority (" + std::system_category().message(error) +
          "): tasks that keep a processor busy may keep it from acting";

@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "runtime/sched/estimate.h"
+#include "runtime/sched/thread_settings.h"
 #include "stdlib/library.h"
 #include "tools/pipeline.h"
 #include "tools/plc/probes.h"
@@ -125,10 +126,7 @@ Meter::Meter(std::uint32_t repetitions) : repetitions_(std::max(repetitions, 1u)
   const long cache = ::sysconf(_SC_LEVEL2_CACHE_SIZE);
   others_.resize(2 * static_cast<std::size_t>(cache > 0 ? cache : 2L << 20));
   // Moving to another processor would be measured too.
-  cpu_set_t here;
-  CPU_ZERO(&here);
-  CPU_SET(static_cast<unsigned>(std::max(::sched_getcpu(), 0)), &here);
-  ::sched_setaffinity(0, sizeof here, &here);
+  static_cast<void>(runtime::bind_to_cpu(::pthread_self(), std::max(::sched_getcpu(), 0)));
   std::vector<double> times;
   for (std::uint32_t i = 0; i < 1000; ++i) {
     const double begin = now_ns(CLOCK_MONOTONIC);
@@ -249,15 +247,15 @@ Cost Meter::priority() {
   // As a task does it where that is allowed; else the same call to the same effect as now.
   std::array<std::vector<double>, 2> times;
   std::thread changing([&] {
-    sched_param parameter{};
-    parameter.sched_priority = 1;
-    const bool allowed = ::pthread_setschedparam(::pthread_self(), SCHED_FIFO, &parameter) == 0;
+    const pthread_t self = ::pthread_self();
+    const bool allowed = runtime::set_fifo(self, 1) == 0;
     for (const bool cold : {true, false}) {
       for (std::uint32_t i = 0; i < repetitions_; ++i) {
         if (cold) forget();
-        parameter.sched_priority = allowed ? 1 + static_cast<int>(i % 2) : 0;
-        times[cold ? 0 : 1].push_back(
-            timed([&] { ::pthread_setschedparam(::pthread_self(), allowed ? SCHED_FIFO : SCHED_OTHER, &parameter); }));
+        times[cold ? 0 : 1].push_back(timed([&] {
+          static_cast<void>(allowed ? runtime::set_fifo(self, 1 + static_cast<int>(i % 2))
+                                    : runtime::set_ordinary(self));
+        }));
       }
     }
   });

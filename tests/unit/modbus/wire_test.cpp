@@ -1,6 +1,7 @@
 // The server on a socket: framing, connections and what hostile clients do. Names begin with the attack they answer,
 // where there is one.
 #include <gtest/gtest.h>
+#include <pthread.h>
 #include <sched.h>
 #include <sys/resource.h>
 
@@ -12,6 +13,7 @@
 #include <thread>
 
 #include "runtime/sched/realtime.h"
+#include "runtime/sched/thread_settings.h"
 #include "tests/support/modbus_oracle.h"
 #include "tests/unit/modbus/plant.h"
 
@@ -581,12 +583,9 @@ TEST(ModbusWire, ClientSeen) {
 }
 
 TEST(ModbusWire, TheThreadIsAnOrdinaryOne) {
-  sched_param parameter{};
-  parameter.sched_priority = 5;
-  const bool realtime = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter) == 0;
+  const bool realtime = runtime::set_fifo(pthread_self(), 5) == 0;
   PlantServer plant;
-  parameter.sched_priority = 0;
-  if (realtime) pthread_setschedparam(pthread_self(), SCHED_OTHER, &parameter);
+  if (realtime) static_cast<void>(runtime::set_ordinary(pthread_self()));
   EXPECT_TRUE(plant.serves());
   std::string name, word;
   for (const auto& task : std::filesystem::directory_iterator("/proc/self/task")) {

@@ -15,16 +15,22 @@
 #include "runtime/link.h"
 #include "runtime/memory/global_ports.h"
 #include "runtime/memory/process_image.h"
+#include "runtime/sched/priority.h"
+#include "runtime/sched/thread_settings.h"
 #include "tests/unit/runtime/run_support.h"
 
 namespace plc::test {
 namespace {
 
+using runtime::bind_to_cpu;
 using runtime::Exchange;
+using runtime::fifo_priority;
 using runtime::GlobalInputs;
 using runtime::GlobalReader;
 using runtime::GlobalTable;
 using runtime::GlobalWrite;
+using runtime::set_fifo;
+using runtime::set_own_priority;
 using runtime::WriteResult;
 
 /// A task without code: its local copy of the table is in the hands of the test.
@@ -569,12 +575,9 @@ INSTANTIATE_TEST_SUITE_P(Groups, Consistency,
                          testing::Combine(testing::Values(core::Coherence::kWaitFree, core::Coherence::kGlobalLock),
                                           testing::Values(1u, 10u, 100u, 1'000u, 10'000u)));
 
-/// What a task's thread has under the protocol; the priorities of these tasks are 0, 1, 2.
-void set_fifo(std::int32_t priority) noexcept {
-  sched_param parameter{};
-  parameter.sched_priority = 20 - priority;
-  static_cast<void>(sched_setparam(0, &parameter));
-}
+/// What a task's thread has under the protocol; the priorities of these tasks are 0, 1, 2. Below the kernel's threads.
+constexpr std::int32_t lowered(std::int32_t priority) { return 60 + priority; }
+void set_lowered(std::int32_t priority) noexcept { set_own_priority(lowered(priority)); }
 
 /// Three tasks of one processor, the more urgent ones preempting the others at any instant, in exchanges above all.
 /// Each publishes its group filled with the number of its round.
@@ -590,20 +593,15 @@ TEST_P(Ceilings, NothingMixesOnOneProcessor) {
     group[task] = t.global("g" + std::to_string(task), t.b.array(lint, size), {.owner = task});
   }
   GlobalTable& globals = t.build(3);
-  std::array<HandTask, 3> tasks{{{globals, 0, set_fifo}, {globals, 1, set_fifo}, {globals, 2, set_fifo}}};
+  std::array<HandTask, 3> tasks{{{globals, 0, set_lowered}, {globals, 1, set_lowered}, {globals, 2, set_lowered}}};
   std::atomic<std::uint64_t> bad{0};
   std::array<std::atomic<std::uint64_t>, 3> done{};
   std::atomic<bool> stop{false};
   std::atomic<int> refused{0};
-  const auto cpu = static_cast<unsigned>(sched_getcpu());
+  const int cpu = sched_getcpu();
   const auto run = [&](std::uint32_t me) {
-    cpu_set_t set;
-    CPU_ZERO(&set);
-    CPU_SET(cpu, &set);
-    sched_param parameter{};
-    parameter.sched_priority = 20 - static_cast<int>(me);
-    if (pthread_setaffinity_np(pthread_self(), sizeof set, &set) != 0 ||
-        pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter) != 0) {
+    if (bind_to_cpu(pthread_self(), cpu) != 0 ||
+        set_fifo(pthread_self(), fifo_priority(lowered(static_cast<std::int32_t>(me)))) != 0) {
       ++refused;
       return;
     }
