@@ -26,6 +26,7 @@ inline constexpr std::array<std::string_view, 2> kProfiles = {"separate", "overl
 inline constexpr std::array<std::string_view, 3> kCoherences = {core::coherence_name(core::Coherence::kWaitFree),
                                                                 core::coherence_name(core::Coherence::kPriorityCeiling),
                                                                 core::coherence_name(core::Coherence::kGlobalLock)};
+static_assert(core::coherence_name(static_cast<core::Coherence>(kCoherences.size())).empty(), "a protocol is missing");
 /// First letters of operands, by Space: globals, instance, frame, constants.
 inline constexpr std::array<char, 4> kSpaces = {'g', 'i', 'f', 'c'};
 
