@@ -214,9 +214,8 @@ class GlobalTable {
   std::vector<Exchange*> exchanges_;
   TableMemory overlapping_;  ///< values of overlapping leaves, at their offsets
   TableMemory common_;       ///< what tasks alone export, at its offset, under the protocols with a common table
-  std::atomic<std::uint64_t> common_copies_{
-      0};                                 ///< under priority ceilings: copies so far; orders them for the compiler
-  mutable pthread_mutex_t common_mutex_;  ///< of common_, under the global lock; waiting tasks lend their priority
+  std::atomic<std::uint64_t> common_copies_{0};  ///< of common_, under priority ceilings: orders them for the compiler
+  mutable pthread_mutex_t common_mutex_;         ///< of common_, under the global lock; waiters lend their priority
   std::atomic<std::uint64_t> stamp_{0};
   mutable std::mutex outside_mutex_;
   mutable View outside_view_;
