@@ -28,11 +28,12 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"frontend-st", {"core", "stdlib", "ir", "plcopen"}},
     {"frontend-fbd", {"core", "stdlib", "ir", "plcopen", "frontend-st"}},
     {"frontend-ld", {"core", "stdlib", "ir", "plcopen", "frontend-st", "frontend-fbd"}},
-    {"runtime", {"core", "stdlib", "bytecode"}},
+    {"taskblocks", {"core"}},
+    {"runtime", {"core", "stdlib", "bytecode", "taskblocks"}},
     {"io-drivers", {"core", "stdlib", "bytecode", "runtime"}},
     {"tools",
      {"core", "stdlib", "plcopen", "ir", "bytecode", "bytecode/codegen", "frontend-st", "frontend-fbd", "frontend-ld",
-      "runtime", "io-drivers"}},
+      "runtime", "io-drivers", "taskblocks"}},
     {"bench", {"core", "stdlib", "bytecode", "runtime", "io-drivers", "tools", "tests"}},  // tests: the builder of hand-made images
 };
 
@@ -50,6 +51,7 @@ const std::vector<Foreign> kForeign = {
     {"xxhash", {"bytecode"}, false},
     {"toml++/", {"io-drivers"}, false},
     {"boost/", {"io-drivers"}, true},
+    {"Eigen/", {"taskblocks"}, true},
     {"gpiod", {"io-drivers"}, false},
 };
 
