@@ -86,9 +86,13 @@ struct ImagePou {
   std::vector<DebugEntry> debug;    ///< ascending words
 };
 
+/// First field of the instances of a taskblock: the number of the C++ object that belongs to it, while the image runs.
+inline constexpr const char* kObjectField = "#object";
+
+/// A standard block, or a taskblock when the standard library has none of this name.
 struct ImageBlock {
   std::string name;
-  std::uint64_t layout_hash = 0;  ///< stdlib::layout_hash; another layout is refused
+  std::uint64_t layout_hash = 0;  ///< of the library; another layout is refused
   std::uint32_t type = 0;         ///< the kStruct of its ports
 };
 
@@ -152,6 +156,8 @@ std::optional<VerifiedImage> verify(Image image, core::Diagnostics& diagnostics)
 std::optional<std::uint32_t> leaf_at(const Image& image, std::uint32_t type, std::uint32_t offset);
 /// True when a value of exactly type `wanted` starts at byte `offset` of `type`.
 bool place_at(const Image& image, std::uint32_t type, std::uint32_t offset, std::uint32_t wanted);
+/// True when instances of a taskblock may have this type: its first field is kObjectField, a hidden UDINT.
+bool is_taskblock_type(const Image& image, std::uint32_t type);
 /// Machine representation of a leaf type.
 core::Rep rep_of(const ImageType& type);
 

@@ -157,8 +157,8 @@ struct BlockLowering {
     open(false);
     for (const auto& [port, place] : in_outs) b.store(b.field(instance, port->index), b.make_ref(place));
     for (const Assignment& a : assignments) {
-      b.assign(b.field(instance, a.port->index), a.in.operand,
-               "input \"" + std::string(a.port->name) + "\" of " + title());
+      b.assign_input(instance, a.port->index, a.in.operand,
+                     "input \"" + std::string(a.port->name) + "\" of " + title());
     }
     b.run(instance);
     close();

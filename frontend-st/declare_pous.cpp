@@ -94,6 +94,7 @@ void Declarer::declare_pou_names() {
     pou.kind = kind_of(from.kind);
     pou.at = from.at;
     pou.from_library = from.from_library;
+    pou.taskblock = from.taskblock;
     const bool first = module_.pou_by_name.emplace(from.name, i).second;
     if (!first) {
       // The XML reader says so of two POUs of its file (P1012).
@@ -249,6 +250,13 @@ void Declarer::declare_interface(std::uint32_t index) {
     if (v.section != Section::kAccess && v.section != Section::kConfig) declare_variable(index, v);
   }
   local_constants_.clear();
+  if (from.taskblock == 0) return;
+  ir::Variable object;
+  object.name = ir::kObjectName;
+  object.type = ir::ref_of(core::TypeId::kUdint);
+  object.role = Role::kHidden;
+  object.at = from.at;
+  module_.pous[index].variables.push_back(std::move(object));
 }
 
 void Declarer::declare_variable(std::uint32_t pou_index, const plcopen::Variable& variable) {

@@ -612,7 +612,10 @@ bool Lowering::call_block(NodeId id) {
     const PlaceId port = builder_.field(*instance, parameter.index);
     if (parameter.role == Role::kInput) {
       const auto given = value(written, parameter.type);
-      fine = given && builder_.assign(port, *given, "input " + quoted(parameter.name) + " of " + name) && fine;
+      fine = given &&
+             builder_.assign_input(*instance, parameter.index, *given,
+                                   "input " + quoted(parameter.name) + " of " + name) &&
+             fine;
     } else if (parameter.role == Role::kInOut) {
       const auto handle = in_out(written, parameter, name);
       fine = fine && handle;

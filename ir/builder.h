@@ -125,6 +125,9 @@ class Builder {
   std::optional<ValueId> convert(const Operand& operand, TypeRef to, std::string_view what);
   /// store(place, convert(operand)): also copies aggregates, fits strings, checks constants against subranges.
   bool assign(PlaceId place, const Operand& operand, std::string_view what);
+  /// What a call gives input `index` of the instance: assign(), but for configuration ports of taskblocks, which get their
+  /// constant before anything runs.
+  bool assign_input(PlaceId instance, std::uint32_t index, const Operand& operand, std::string_view what);
   /// Resolves and calls the standard function `name`; BOOL AND/OR/XOR/NOT become logic ops, constants are folded where
   /// the row allows. Messages list candidates. `pins` name the arguments when the drawing does (else empty).
   std::optional<ValueId> call(std::string_view name, std::span<const Operand> args, const SourceRef& at,
@@ -134,6 +137,7 @@ class Builder {
   std::optional<ValueId> settle(const Operand& operand, std::optional<TypeRef> expected = std::nullopt);
 
  private:
+  bool configure(PlaceId instance, std::uint32_t index, const Operand& operand, std::string_view what);
   /// What loads and stores of a character become.
   ValueId character_of(ValueId string, ValueId position);
   ValueId with_character(ValueId string, ValueId character, ValueId position);

@@ -619,6 +619,80 @@ bool Builder::assign(PlaceId place, const Operand& operand, std::string_view wha
   return true;
 }
 
+bool Builder::assign_input(PlaceId instance, std::uint32_t index, const Operand& operand, std::string_view what) {
+  const Type& type = module_.types[type_of(instance)];
+  const bool configures = type.kind == TypeKind::kPou && module_.pous[type.pou].taskblock != 0 &&
+                          module_.pous[type.pou].variables[index].constant;
+  return configures ? configure(instance, index, operand, what) : assign(field(instance, index), operand, what);
+}
+
+// The constant becomes part of the initial value of the variable that holds the instance.
+bool Builder::configure(PlaceId instance, std::uint32_t index, const Operand& operand, std::string_view what) {
+  const TypeRef type = module_.pous[module_.types[type_of(instance)].pou].variables[index].type;
+  const auto refuse = [&](std::string_view why, std::string_view help) {
+    report(Code::P4110, operand.at, fmt::format("{} {}", what, why), std::string(help));
+    return false;
+  };
+  std::vector<std::uint32_t> path = {index};
+  PlaceId root = instance;
+  for (; body().places[root.index].parent.valid(); root = body().places[root.index].parent) {
+    const Place& step = body().places[root.index];
+    if (step.kind != Place::Kind::kField && step.kind != Place::Kind::kElement) {
+      return refuse("is a configuration port, and which instance is meant is not known before the program runs",
+                    "call it by an index that is a constant");
+    }
+    path.insert(path.begin(), step.index);
+  }
+  const Place& place = body().places[root.index];
+  Variable* variable = nullptr;
+  if (place.kind == Place::Kind::kInstance) variable = &pou().variables[place.index];
+  if (place.kind == Place::Kind::kGlobal) variable = &module_.globals[place.index].variable;
+  if (variable == nullptr) {
+    return refuse("is a configuration port, and the instance is the caller's",
+                  "configure it where the instance is declared: initial values in brackets");
+  }
+  std::vector<InitItem> items;
+  if (module_.types.rep_of(type)) {
+    const auto value = convert(operand, type, what);
+    if (!value) return false;
+    const Inst& inst = body().insts[value->index];
+    const Place* const from = inst.op == Op::kLoad ? &body().places[inst.a] : nullptr;
+    if (inst.op == Op::kConst) {
+      items.push_back({path, body().constants[inst.a]});
+    } else if (from == nullptr) {
+      return refuse("is a configuration port and takes a constant", "wire a constant, or a variable that is CONSTANT");
+    }
+  }
+  if (items.empty()) {
+    // A variable that is constant: its initial value.
+    const Variable* source = nullptr;
+    const std::uint32_t made = operand.kind == Operand::Kind::kValue ? operand.value.index : 0xffffffffu;
+    if (made < body().insts.size() && body().insts[made].op == Op::kLoad) {
+      const Place& from = body().places[body().insts[made].a];
+      if (from.kind == Place::Kind::kInstance) source = &pou().variables[from.index];
+      if (from.kind == Place::Kind::kGlobal) source = &module_.globals[from.index].variable;
+    }
+    if (source == nullptr || !source->constant || source->type != type) {
+      return refuse("is a configuration port and takes a constant", "wire a constant, or a variable that is CONSTANT");
+    }
+    for (const InitItem& item : source->initial) {
+      std::vector<std::uint32_t> to = path;
+      to.insert(to.end(), item.path.begin(), item.path.end());
+      items.push_back({std::move(to), item.value});
+    }
+  }
+  for (InitItem& item : items) {
+    const auto same = std::find_if(variable->initial.begin(), variable->initial.end(),
+                                   [&](const InitItem& other) { return other.path == item.path; });
+    if (same == variable->initial.end()) {
+      variable->initial.push_back(std::move(item));
+    } else {
+      same->value = std::move(item.value);
+    }
+  }
+  return true;
+}
+
 // s[p] is the one character that MID takes and REPLACE puts: what happens outside of the string is theirs.
 ValueId Builder::character_of(ValueId string, ValueId position) {
   const TypeId text = module_.types[type_of(string)].elementary;

@@ -175,6 +175,9 @@ struct Global {
   bool from_library = false;  ///< brought by --lib: lint does not look at it
 };
 
+/// The hidden UDINT at the start of each instance of a taskblock: which object belongs to it, set when the image is loaded.
+inline constexpr const char* kObjectName = "#object";
+
 enum class PouKind : std::uint8_t { kProgram, kFunctionBlock, kFunction };
 
 struct Pou {
@@ -190,6 +193,9 @@ struct Pou {
   bool from_library = false;  ///< brought by --lib: lint does not look at it
   /// Names whose declaration was reported as wrong: their uses are no errors of their own.
   NameSet refused = {};
+  /// A component in C++: hash of its declaration, and no body; 0 = it is none. Its constant inputs are configuration ports,
+  /// and a hidden variable says which object belongs to an instance.
+  std::uint64_t taskblock = 0;
   bool generic = false;   ///< has parameters ARRAY [*]: calls call what is made from it (generic.h), and it has no body itself
   bool has_made = false;  ///< functions were made from it
   /// The generic function that this one is made from; else kDeclared.

@@ -210,6 +210,7 @@ struct Pou {
   std::vector<Body> bodies;         ///< usually one
   bool has_actions = false;         ///< actions or transitions of SFC are present
   bool from_library = false;        ///< brought by --lib: compiled when something uses it, not looked at by lint
+  std::uint64_t taskblock = 0;      ///< declares a taskblock: hash of its declaration; 0 = it does not
   std::string documentation;
   SourceRef at;
 };

@@ -313,6 +313,13 @@ op_RunTb : {
   load_pointer<stdlib::Step>(pc + 1)(at(pc[3]), m.step);
   PLC_NEXT(4);
 }
+op_RunTaskblock : {
+  m.place.store(static_cast<std::uint32_t>(pc - code), std::memory_order_relaxed);
+  Taskblocks::step(at(pc[1]), m.step);
+  if (!settle_taskblock(m, pc)) [[unlikely]]
+    return false;
+  PLC_NEXT(2);
+}
 op_CallPouFixed : {
   m.place.store(static_cast<std::uint32_t>(pc - code), std::memory_order_relaxed);
   if (!interpret<Addressing::kFixed>(m, code + pc[1], 0, nullptr)) [[unlikely]]
@@ -398,8 +405,12 @@ op_RefAt : {
 op_RunAt : {
   // Words: step (2), place, path.
   std::byte* const ports = part_at(pc, pc[3], pc + 4);
-  if (ports != nullptr) [[likely]]
+  if (ports != nullptr) [[likely]] {
+    m.place.store(static_cast<std::uint32_t>(pc - code), std::memory_order_relaxed);
     load_pointer<stdlib::Step>(pc + 1)(ports, m.step);
+    if (m.taskblocks != nullptr && !settle_taskblock(m, pc)) [[unlikely]]
+      return false;
+  }
   PLC_NEXT(4 + path_words(pc + 4));
 }
 op_CallAt : {
@@ -435,8 +446,12 @@ op_RefVia : {
 op_RunVia : {
   // Words: step (2), ref, type, path.
   std::byte* const ports = part_via(pc, pc[3], pc[4], Use::kWrite, pc + 5);
-  if (ports != nullptr) [[likely]]
+  if (ports != nullptr) [[likely]] {
+    m.place.store(static_cast<std::uint32_t>(pc - code), std::memory_order_relaxed);
     load_pointer<stdlib::Step>(pc + 1)(ports, m.step);
+    if (m.taskblocks != nullptr && !settle_taskblock(m, pc)) [[unlikely]]
+      return false;
+  }
   PLC_NEXT(5 + path_words(pc + 5));
 }
 op_CallVia : {

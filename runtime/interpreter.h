@@ -42,6 +42,8 @@ struct CodeMark {
   std::uint32_t word = 0;
 };
 
+class Taskblocks;
+
 /// What a running task works on. One thread.
 struct Machine {
   std::byte* table = nullptr;
@@ -49,6 +51,7 @@ struct Machine {
   std::span<const CodeMark> marks;  ///< ascending positions
   Exchange* exchange = nullptr;
   EventTable* events = nullptr;
+  Taskblocks* taskblocks = nullptr;  ///< null when the task runs none
   stdlib::StepContext step{};
   std::uint64_t event_count = 0;  ///< since the start; ENO compares it with its value at CLEAR_EVENT
   std::uint64_t task_tag = 0;
@@ -57,7 +60,7 @@ struct Machine {
   std::uint32_t constants_end = 0;
   /// LOOP_JUMPs this scan may still take. Others may set it to 0 again and again until the scan ends.
   std::atomic<std::uint32_t> loops_left{0};
-  /// Position in the code of the last loop jump or program call: where a scan is that does not end.
+  /// Position in the code of the last loop jump, program or taskblock call: where a scan is that does not end.
   std::atomic<std::uint32_t> place{0};
   Fault fault;
 };

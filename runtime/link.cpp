@@ -14,6 +14,7 @@
 #include "runtime/link_bool.h"
 #include "runtime/link_path.h"
 #include "runtime/operations.h"
+#include "runtime/taskblocks.h"
 #include "stdlib/library.h"
 
 namespace plc::runtime {
@@ -237,8 +238,12 @@ class Linker {
         put(image_.types[d.operands[2]].size);
         return;
       case Opcode::kRunTb:
-        put_handler(ResolvedOp::kRunTb);
-        put_step(d.operands[0]);
+        if (is_taskblock(d.operands[0])) {
+          put_handler(ResolvedOp::kRunTaskblock);
+        } else {
+          put_handler(ResolvedOp::kRunTb);
+          put_step(d.operands[0]);
+        }
         put_operand(d.operands[1]);
         return;
       case Opcode::kCallPou:
@@ -451,11 +456,17 @@ class Linker {
     const bytecode::ImageBlock& wanted = image_.blocks[block];
     const stdlib::BlockSpec* const spec = stdlib::block_named(wanted.name);
     if (spec == nullptr) {
-      refuse("function block \"" + wanted.name + "\" is not in this library");
-    } else if (stdlib::layout_hash(*spec) != wanted.layout_hash) {
+      // Whether this machine has it is found out when its objects are made.
+      put_pointer(&Taskblocks::step);
+      return;
+    }
+    if (stdlib::layout_hash(*spec) != wanted.layout_hash) {
       refuse("function block \"" + wanted.name + "\" has other ports in this library than in the image");
     }
-    put_pointer(spec == nullptr ? stdlib::Step{} : spec->step);
+    put_pointer(spec->step);
+  }
+  [[nodiscard]] bool is_taskblock(std::uint32_t block) const {
+    return stdlib::block_named(image_.blocks[block].name) == nullptr;
   }
 
   /// Zeros of a type, one block for all that need them.

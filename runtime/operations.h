@@ -11,6 +11,7 @@
 #include "core/types.h"
 #include "runtime/handle.h"
 #include "runtime/interpreter.h"
+#include "runtime/taskblocks.h"
 
 namespace plc::runtime {
 
@@ -48,6 +49,19 @@ inline const CodeMark& mark_at(const Machine& m, const std::uint32_t* pc) noexce
 [[gnu::noinline, gnu::cold]] inline void fail(Machine& m, const std::uint32_t* pc, FaultKind kind) noexcept {
   const CodeMark& mark = mark_at(m, pc);
   m.fault = {kind, mark.pou, mark.word};
+}
+/// After a taskblock ran: false when the scan is over.
+inline bool settle_taskblock(Machine& m, const std::uint32_t* pc) noexcept {
+  const Taskblocks::Status status = m.taskblocks->take_status();
+  if (status == Taskblocks::Status::kFine) [[likely]]
+    return true;
+  if (status == Taskblocks::Status::kOutOfRange) {
+    raise(m, pc, stdlib::Event::kOutOfRange);
+    return true;
+  }
+  fail(m, pc, status == Taskblocks::Status::kLate ? FaultKind::kBudget : FaultKind::kTaskblock);
+  m.fault.taskblock = m.taskblocks->failed();
+  return false;
 }
 
 /// Copies a string of `width`-byte characters; `capacities` = that of the destination | that of the source << 16, from

@@ -9,6 +9,7 @@
 #include "runtime/link.h"
 #include "runtime/operations.h"
 #include "runtime/sched/task.h"
+#include "runtime/taskblocks.h"
 
 namespace plc::runtime {
 
@@ -27,6 +28,7 @@ struct Program::State {
   TaskTable table;
   std::unique_ptr<Exchange> exchange;
   EventTable events;
+  std::unique_ptr<Taskblocks> taskblocks;  ///< null when the task runs none
   LinkedCode code;
   Machine machine;
 };
@@ -39,6 +41,10 @@ core::Code fault_code(FaultKind kind) {
       return core::Code::R1002;
     case FaultKind::kOverrun:
       return core::Code::R1003;
+    case FaultKind::kTaskblock:
+      return core::Code::R1004;
+    case FaultKind::kBudget:
+      return core::Code::R1005;
     case FaultKind::kNone:
       break;
   }
@@ -77,6 +83,11 @@ core::Result<std::unique_ptr<Program>> Program::link(const bytecode::VerifiedIma
   if (!code) return code.error();
   state->code = std::move(*code);
   state->exchange->prepare();
+  const taskblocks::Registry& registry =
+      options.taskblocks != nullptr ? *options.taskblocks : taskblocks::Registry::built_in();
+  auto blocks = Taskblocks::make(image, task, registry, state->table, options.budget_clock);
+  if (!blocks) return blocks.error();
+  state->taskblocks = std::move(*blocks);
 
   Machine& m = state->machine;
   m.table = state->table.data();
@@ -84,6 +95,8 @@ core::Result<std::unique_ptr<Program>> Program::link(const bytecode::VerifiedIma
   m.marks = state->code.marks;
   m.exchange = state->exchange.get();
   m.events = &state->events;
+  m.taskblocks = state->taskblocks.get();
+  m.step.host = m.taskblocks;
   m.task_tag = Handle::task_tag(task);
   m.global_bytes = state->table.layout().global_bytes;
   m.constants_begin = state->table.layout().constants;
@@ -95,6 +108,7 @@ core::Result<std::unique_ptr<Program>> Program::link(const bytecode::VerifiedIma
 Fault Program::execute(const CycleContext& context) noexcept {
   State& s = *state_;
   s.machine.step.now_ns = context.now_ns;
+  if (s.taskblocks) s.taskblocks->begin(context.now_ns);
   s.machine.loops_left.store(s.options.loop_budget, std::memory_order_relaxed);
   s.machine.place.store(s.code.entry, std::memory_order_relaxed);
   s.machine.fault = {};
@@ -112,7 +126,7 @@ Fault Program::execute(const CycleContext& context) noexcept {
 Fault Program::place(FaultKind kind) const noexcept {
   const Machine& m = state_->machine;
   const CodeMark& mark = mark_at(m, m.code + m.place.load(std::memory_order_relaxed));
-  return {kind, mark.pou, mark.word};
+  return {kind, mark.pou, mark.word, state_->taskblocks ? state_->taskblocks->running() : Taskblocks::kNone};
 }
 
 // RT:
@@ -136,10 +150,16 @@ std::uint64_t Program::other_events() const { return state_->events.other(); }
 std::uint64_t Program::event_total() const { return state_->events.total(); }
 const Program::LinkReport& Program::link_report() const { return state_->code.report; }
 
-void Program::reset() {
+std::string Program::taskblock_text(const Fault& fault) const {
+  if (!state_->taskblocks || fault.taskblock == Taskblocks::kNone) return {};
+  return state_->taskblocks->text(fault.taskblock);
+}
+
+std::optional<core::Problem> Program::reset() {
   state_->table.reset(state_->image, task().body);
   state_->exchange->reset();
   state_->events.clear();
+  return state_->taskblocks ? state_->taskblocks->restart() : std::nullopt;
 }
 
 }  // namespace plc::runtime

@@ -8,7 +8,9 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "bytecode/image.h"
@@ -19,6 +21,7 @@
 #include "runtime/memory/global_table.h"
 #include "runtime/memory/table.h"
 #include "stdlib/library.h"
+#include "taskblocks/registry.h"
 
 namespace plc::runtime {
 
@@ -32,6 +35,8 @@ enum class FaultKind : std::uint8_t {
   kLoopBudget,  ///< R1001
   kWatchdog,    ///< R1002: longer than the task's watchdog time
   kOverrun,     ///< R1003: ended after the next release, where that is a fault
+  kTaskblock,   ///< R1004: the fire() of a taskblock failed
+  kBudget,      ///< R1005: the fire() of a taskblock took longer than it declares
 };
 
 /// A scan that could not end regularly. Nothing was exported by the instructions after it.
@@ -39,6 +44,7 @@ struct Fault {
   FaultKind kind = FaultKind::kNone;
   std::uint32_t pou = 0;   ///< index into Image::pous
   std::uint32_t word = 0;  ///< code word of the instruction in that POU
+  std::uint32_t taskblock = 0xffffffffu;  ///< kTaskblock, kBudget, and kWatchdog inside of fire(): which object
   explicit operator bool() const { return kind != FaultKind::kNone; }
 };
 /// The diagnostics code of a fault kind ("R1001").
@@ -59,6 +65,8 @@ struct ProgramOptions {
   std::uint32_t loop_budget = bytecode::kDefaultLoopBudget;  ///< LOOP_JUMPs that one scan may take
   bool huge_pages = false;
   std::vector<std::int32_t> priorities{};  ///< of the tasks, 0 the most urgent; empty = as the image declares
+  const taskblocks::Registry* taskblocks = nullptr;  ///< of this machine; null = those that come with PICARD
+  const core::Clock* budget_clock = nullptr;  ///< measures taskblocks that declare a time budget; null = nobody does
 };
 
 class Program {
@@ -90,6 +98,9 @@ class Program {
   /// A BOOL of the global table as published now: what releases an event task. Between scans. RT.
   [[nodiscard]] bool read_global_bool(std::uint32_t offset) noexcept;
 
+  /// The taskblock of a fault: "LOWPASS main.filter: why it failed first"; empty when the fault has none. Any thread.
+  [[nodiscard]] std::string taskblock_text(const Fault& fault) const;
+
   [[nodiscard]] const bytecode::Image& image() const;
   [[nodiscard]] const bytecode::ImageTask& task() const;
   [[nodiscard]] std::uint32_t task_index() const;
@@ -103,8 +114,9 @@ class Program {
   [[nodiscard]] std::uint64_t event_total() const;
   static constexpr std::size_t kEventSlots = 256;
 
-  /// Cold start: initial values again, events forgotten. Not while the task runs.
-  void reset();
+  /// Cold start: initial values again, events forgotten, taskblocks made anew. Not while the task runs. P7803 when one of
+  /// those is not ready any more.
+  std::optional<core::Problem> reset();
 
   /// How the linker resolved the boolean runs and bodies; for `explain`, tests and benchmarks.
   struct LinkReport {

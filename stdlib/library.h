@@ -209,7 +209,8 @@ struct Field {
 };
 
 struct StepContext {
-  core::TimeNs now_ns;  ///< taken once per cycle
+  core::TimeNs now_ns;   ///< taken once per cycle
+  void* host = nullptr;  ///< of whoever runs the block; standard blocks do not look at it
 };
 /// One execution of a block on its port struct. RT: noexcept, bounded.
 using Step = void (*)(void* ports, const StepContext& context) noexcept;

@@ -1,10 +1,14 @@
 // The libraries of taskblocks that come with PICARD, one a folder.
 #pragma once
 
+#include <array>
+
 #include "picard/taskblock.h"
 
 namespace plc::blocks {
 
 const picard_library* filters_library();
+
+inline std::array<const picard_library*, 1> linked_libraries() { return {filters_library()}; }
 
 }  // namespace plc::blocks

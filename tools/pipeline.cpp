@@ -21,6 +21,7 @@
 #include "ir/reach.h"
 #include "plcopen/reader.h"
 #include "tools/libraries.h"
+#include "tools/taskblock_declarations.h"
 
 namespace plc::tools {
 namespace {
@@ -264,6 +265,8 @@ void compile(const Request& request, Compilation& compilation) {
   if (compilation.project) read_libraries(request, compilation);
   if (!compilation.readable || !compilation.project || request.goal == Goal::kRead) return;
 
+  add_taskblocks(*compilation.project,
+                 request.taskblocks != nullptr ? *request.taskblocks : taskblocks::Registry::built_in(), diagnostics);
   const bool declares_library = st::drop_library_declarations(*compilation.project) != 0;
   compilation.module = st::declare(*compilation.project, request.options, diagnostics);
   if (!compilation.module) return;

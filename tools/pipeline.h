@@ -18,6 +18,7 @@
 #include "ir/ir.h"
 #include "ir/lint.h"
 #include "plcopen/project.h"
+#include "taskblocks/registry.h"
 
 namespace plc::tools {
 
@@ -37,6 +38,7 @@ struct Request {
   Goal goal = Goal::kCheck;
   std::vector<std::string> libraries = {};  ///< files whose data types, POUs and globals join the project
   std::optional<ir::LintOptions> lint{};    ///< lint a project that has no errors; lints that are off stay silent
+  const taskblocks::Registry* taskblocks = nullptr;  ///< that the project may use; null = those that come with PICARD
 };
 
 struct Compilation {

@@ -18,7 +18,7 @@ std::string place_text(const bytecode::Image& image, std::uint32_t pou, std::uin
 /// One line per instruction that raised events.
 void print_events(const runtime::Resource& resource, std::ostream& out);
 /// One fault as a diagnostic line.
-void print_fault(const bytecode::Image& image, const runtime::TaskFault& fault, std::ostream& out);
+void print_fault(const runtime::Resource& resource, const runtime::TaskFault& fault, std::ostream& out);
 /// "memory: 12.3 MB resident, 40.1 MB at most": VmRSS and VmHWM of this process.
 void print_memory(std::ostream& out);
 /// Number of variables, code size and how boolean runs were linked, per task.

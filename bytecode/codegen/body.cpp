@@ -25,12 +25,12 @@ std::uint32_t Shared::function(const stdlib::Overload& overload) {
 }
 
 std::uint32_t Shared::block(ir::TypeRef block_type) {
-  const stdlib::BlockSpec* spec = module.types[block_type].block;
-  const auto [it, fresh] = blocks.try_emplace(spec, static_cast<std::uint32_t>(image.blocks.size()));
+  const ir::Type& type = module.types[block_type];
+  const auto [it, fresh] = blocks.try_emplace(block_type.index, static_cast<std::uint32_t>(image.blocks.size()));
   if (fresh) {
     ImageBlock block;
-    block.name = std::string(spec->name);
-    block.layout_hash = stdlib::layout_hash(*spec);
+    block.name = type.block != nullptr ? std::string(type.block->name) : module.pous[type.pou].name;
+    block.layout_hash = type.block != nullptr ? stdlib::layout_hash(*type.block) : module.pous[type.pou].taskblock;
     block.type = layout.type(block_type);
     image.blocks.push_back(std::move(block));
   }
@@ -638,7 +638,8 @@ class BodyGenerator final : private RecordSink {
 
   void run_block(const Inst& inst) {
     const ir::TypeRef type = type_of_place(inst.a);
-    const bool pou = types_[type].kind == ir::TypeKind::kPou;
+    const bool pou =
+        types_[type].kind == ir::TypeKind::kPou && shared_.module.pous[types_[type].pou].taskblock == 0;
     const std::uint32_t what = pou ? shared_.image_pou[types_[type].pou] : shared_.block(type);
     if (is_static(inst.a)) {
       writer_.op(pou ? Opcode::kCallPou : Opcode::kRunTb, {what, place_words_[inst.a]});

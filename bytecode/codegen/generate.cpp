@@ -21,7 +21,7 @@ std::vector<std::uint32_t> reached(const ir::Module& module) {
   std::vector<bool> seen(module.pous.size());
   for (const ir::Task& task : module.tasks) {
     for (const std::uint32_t pou : ir::reached_pous(module, task)) {
-      if (!seen[pou]) order.push_back(pou);
+      if (!seen[pou] && module.pous[pou].taskblock == 0) order.push_back(pou);
       seen[pou] = true;
     }
   }

@@ -273,8 +273,9 @@ std::uint32_t Layout::make_instance(std::uint32_t index) {
   layout.offset.assign(pou.variables.size(), kNoIndex);
   layout.field.assign(pou.variables.size(), kNoIndex);
   StructBuilder builder;
-  // Hidden ones last: adding an edge to a drawing moves no declared variable.
-  for (const bool hidden : {false, true}) {
+  // Hidden ones last: adding an edge to a drawing moves no declared variable. But the number of a taskblock's object is
+  // where every engine finds it, at the start.
+  for (const bool hidden : {pou.taskblock != 0, pou.taskblock == 0}) {
     for (std::uint32_t i = 0; i < pou.variables.size(); ++i) {
       const ir::Variable& v = pou.variables[i];
       if (v.in_frame || v.role == ir::Role::kExternal || (v.role == ir::Role::kHidden) != hidden) continue;

@@ -203,7 +203,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   const auto show_faults = [&] {
     for (const runtime::TaskFault& fault : scheduler.new_faults()) {
       ++faults;
-      print_fault(image, fault, std::cerr);
+      print_fault(resource, fault, std::cerr);
     }
   };
   core::TimeNs next_view = begin;

@@ -110,7 +110,7 @@ int run(const CLI::App& app, const Sim& sim) {
   if (trace) {
     if (const auto problem = trace->close()) return complain(*problem), kExitUsage;
   }
-  for (const runtime::TaskFault& fault : simulation.faults()) print_fault(resource.image(), fault, std::cerr);
+  for (const runtime::TaskFault& fault : simulation.faults()) print_fault(resource, fault, std::cerr);
   print_events(resource, std::cerr);
   const bool lost = stimulus != nullptr && stimulus->lost().values != 0;
   if (lost) {

@@ -1,0 +1,255 @@
+#include "runtime/taskblocks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "core/text.h"
+#include "runtime/link.h"
+#include "runtime/operations.h"
+
+namespace plc::runtime {
+namespace {
+
+using bytecode::Image;
+using bytecode::ImageBlock;
+using bytecode::ImageField;
+using bytecode::ImageType;
+using bytecode::TypeKind;
+
+/// Whether values of an image's type look in memory as the component sees them.
+bool same_shape(const Image& image, const ImageType& type, const picard_type& port) {
+  if (type.size != port.size) return false;
+  switch (port.kind) {
+    case PICARD_ELEMENTARY:
+      return type.kind == TypeKind::kScalar && core::name_of(type.elementary) == port.name;
+    case PICARD_STRING:
+      return type.kind == TypeKind::kString && core::name_of(type.elementary) == port.name &&
+             type.capacity == port.capacity;
+    case PICARD_ARRAY:
+      return type.kind == TypeKind::kArray && type.count == port.capacity && type.lower == 0 &&
+             same_shape(image, image.types[type.element], *port.element);
+    case PICARD_STRUCT_TYPE:
+      if (type.kind != TypeKind::kStruct || type.fields.size() != port.field_count) return false;
+      for (std::uint32_t i = 0; i < port.field_count; ++i) {
+        const ImageField& field = type.fields[i];
+        if (field.offset != port.fields[i].offset || !core::iequals(field.name, port.fields[i].name) ||
+            !same_shape(image, image.types[field.type], *port.fields[i].type)) {
+          return false;
+        }
+      }
+      return true;
+    default:
+      return false;
+  }
+}
+
+/// Calls visit(block, ports, path) for each instance of a taskblock in a value of `type` at `at`; stops at a problem.
+template <class Visit>
+std::optional<core::Problem> for_each_instance(const Image& image, std::uint32_t type, std::byte* at,
+                                               const std::string& path, const Visit& visit) {
+  const ImageType& t = image.types[type];
+  for (const ImageBlock& block : image.blocks) {
+    if (block.type == type && stdlib::block_named(block.name) == nullptr) return visit(block, at, path);
+  }
+  if (t.kind == TypeKind::kArray && image.types[t.element].kind >= TypeKind::kArray) {
+    for (std::uint32_t i = 0; i < t.count; ++i) {
+      const std::string element = path + "[" + std::to_string(t.lower + i) + "]";
+      if (auto problem = for_each_instance(image, t.element, at + std::size_t{i} * image.types[t.element].size, element, visit))
+        return problem;
+    }
+  }
+  if (t.kind != TypeKind::kStruct) return {};
+  for (const ImageField& field : t.fields) {
+    const TypeKind kind = image.types[field.type].kind;
+    if (kind != TypeKind::kStruct && kind != TypeKind::kArray) continue;
+    const std::string inner = path.empty() ? field.name : path + "." + field.name;
+    if (auto problem = for_each_instance(image, field.type, at + field.offset, inner, visit)) return problem;
+  }
+  return {};
+}
+
+template <class T>
+bool limit(std::byte* at, double lowest, double highest) noexcept {
+  const T value = load<T>(at);
+  const auto number = static_cast<double>(value);
+  if (number >= lowest && number <= highest) return true;
+  // Not a number counts as too small: no limit is nearer.
+  store(at, static_cast<T>(number > highest ? highest : lowest));
+  return false;
+}
+
+bool limit(core::TypeId type, std::byte* at, double lowest, double highest) noexcept {
+  switch (core::rep_of(type)) {
+    case core::Rep::kI8:
+      return limit<std::int8_t>(at, lowest, highest);
+    case core::Rep::kU8:
+      return limit<std::uint8_t>(at, lowest, highest);
+    case core::Rep::kI16:
+      return limit<std::int16_t>(at, lowest, highest);
+    case core::Rep::kU16:
+      return limit<std::uint16_t>(at, lowest, highest);
+    case core::Rep::kI32:
+      return limit<std::int32_t>(at, lowest, highest);
+    case core::Rep::kU32:
+      return limit<std::uint32_t>(at, lowest, highest);
+    case core::Rep::kI64:
+      return limit<std::int64_t>(at, lowest, highest);
+    case core::Rep::kU64:
+      return limit<std::uint64_t>(at, lowest, highest);
+    case core::Rep::kF32:
+      return limit<float>(at, lowest, highest);
+    case core::Rep::kF64:
+      return limit<double>(at, lowest, highest);
+    default:
+      return true;
+  }
+}
+
+}  // namespace
+
+core::Result<std::unique_ptr<Taskblocks>> Taskblocks::make(const Image& image, std::uint32_t task,
+                                                           const taskblocks::Registry& registry, TaskTable& table,
+                                                           const core::Clock* clock) {
+  const bool any = std::any_of(image.blocks.begin(), image.blocks.end(), [](const ImageBlock& block) {
+    return stdlib::block_named(block.name) == nullptr;
+  });
+  if (!any) return std::unique_ptr<Taskblocks>();
+  std::unique_ptr<Taskblocks> made(new Taskblocks());
+  made->clock_ = clock;
+  made->context_.period_ns = image.tasks[task].single.empty() ? image.tasks[task].period_ns : 0;
+  const auto add = [&](const ImageBlock& block, std::byte* ports, const std::string& path) {
+    return made->add(image, block, ports, path, registry);
+  };
+  const std::uint32_t body = image.tasks[task].body;
+  const ImageType& globals = image.types[image.global_type];
+  for (const FieldRange& range : exchanged_ranges(image, body)) {
+    if (!range.exported) continue;
+    for (std::uint32_t f = range.first; f < range.first + range.count; ++f) {
+      const ImageField& field = globals.fields[f];
+      if (auto problem = for_each_instance(image, field.type, table.data() + field.offset, field.name, add)) return *problem;
+    }
+  }
+  std::byte* const instance = table.data() + table.layout().instance;
+  if (auto problem = for_each_instance(image, image.pous[body].instance_type, instance, {}, add)) return *problem;
+  if (auto problem = made->restart()) return *problem;
+  return made;
+}
+
+Taskblocks::~Taskblocks() {
+  for (Object& object : objects_) {
+    if (object.object != nullptr) object.block->destroy(object.object);
+  }
+}
+
+std::optional<core::Problem> Taskblocks::add(const Image& image, const ImageBlock& block, std::byte* ports,
+                                             std::string path, const taskblocks::Registry& registry) {
+  const taskblocks::Registry::Entry* const entry = registry.find(block.name);
+  if (entry == nullptr) {
+    return core::Problem{core::Code::P7802, "taskblock " + block.name + " of " + path + " is not on this machine",
+                         "name its library in plc.toml: [taskblocks] libraries"};
+  }
+  const auto differs = [&] {
+    return core::Problem{core::Code::P7802,
+                         "taskblock " + block.name + " of " + path + " has other ports here than in the image",
+                         "compile the project again"};
+  };
+  if (taskblocks::layout_hash(*entry->block) != block.layout_hash) return differs();
+  Object& object = objects_.emplace_back();
+  object.block = entry->block;
+  object.ports = ports;
+  object.path = std::move(path);
+  object.budget_ns = entry->block->budget_ns;
+  object.fire = entry->block->fire;
+  const std::vector<ImageField>& fields = image.types[block.type].fields;
+  for (std::uint32_t i = 0; i < object.block->port_count; ++i) {
+    const picard_port& port = object.block->ports[i];
+    const auto field = std::find_if(fields.begin(), fields.end(),
+                                    [&port](const ImageField& f) { return core::iequals(f.name, port.name); });
+    if (field == fields.end() || !same_shape(image, image.types[field->type], *port.type)) return differs();
+    object.places.push_back(ports + field->offset);
+    const bool limited = std::isfinite(port.lowest) || std::isfinite(port.highest);
+    if (port.direction == PICARD_OUTPUT && limited && port.type->kind == PICARD_ELEMENTARY) {
+      object.ranges.push_back({ports + field->offset, *core::type_named(port.type->name), port.lowest, port.highest});
+    }
+  }
+  object.plain = object.ranges.empty() && (object.budget_ns == 0 || clock_ == nullptr);
+  by_number_.push_back(&object);
+  return {};
+}
+
+std::optional<core::Problem> Taskblocks::restart() {
+  for (std::uint32_t number = 0; number < by_number_.size(); ++number) {
+    if (auto problem = start(number)) return problem;
+  }
+  return {};
+}
+
+std::optional<core::Problem> Taskblocks::start(std::uint32_t number) {
+  Object& object = *by_number_[number];
+  if (object.object != nullptr) object.block->destroy(object.object);
+  object.object = nullptr;
+  std::memcpy(const_cast<std::byte*>(object.ports), &number, sizeof number);
+  picard_failure failure{};
+  void* const made = object.block->create(object.places.data(), &context_, &failure);
+  if (made != nullptr && object.block->ready(made, &failure) != 0) {
+    object.object = made;
+    return {};
+  }
+  if (made != nullptr) object.block->destroy(made);
+  failure.text[PICARD_TEXT_BYTES - 1] = '\0';
+  return core::Problem{core::Code::P7803,
+                       std::string("taskblock ") + object.block->name + " of " + object.path + ": " + failure.text, {}};
+}
+
+// RT:
+void Taskblocks::step(void* ports, const stdlib::StepContext& context) noexcept {
+  auto& self = *static_cast<Taskblocks*>(context.host);
+  const auto number = load<std::uint32_t>(static_cast<const std::byte*>(ports));
+  if (number >= self.by_number_.size() || self.by_number_[number]->ports != ports) [[unlikely]] {
+    self.fail(nullptr, kNone, Status::kFailed, {});
+    return;
+  }
+  Object& object = *self.by_number_[number];
+  self.running_.store(number, std::memory_order_relaxed);
+  if (object.plain) [[likely]] {
+    picard_failure failure;
+    if (object.fire(object.object, &failure) == 0) [[unlikely]]
+      self.fail(&object, number, Status::kFailed, failure);
+  } else {
+    self.fire_checked(object, number);
+  }
+  self.running_.store(kNone, std::memory_order_relaxed);
+}
+
+// RT:
+void Taskblocks::fire_checked(Object& object, std::uint32_t number) noexcept {
+  const bool measured = object.budget_ns != 0 && clock_ != nullptr;
+  const core::TimeNs begin = measured ? clock_->now_ns() : 0;
+  picard_failure failure;
+  if (object.fire(object.object, &failure) == 0) return fail(&object, number, Status::kFailed, failure);
+  if (measured && clock_->now_ns() - begin > object.budget_ns) return fail(&object, number, Status::kLate, {});
+  for (const Range& range : object.ranges) {
+    if (!limit(range.type, range.at, range.lowest, range.highest)) status_ = Status::kOutOfRange;
+  }
+}
+
+// RT:
+void Taskblocks::fail(Object* object, std::uint32_t number, Status status, const picard_failure& why) noexcept {
+  status_ = status;
+  failed_ = number;
+  if (object == nullptr || object->has_failed.load(std::memory_order_relaxed)) return;
+  object->failure = why;
+  object->failure.text[PICARD_TEXT_BYTES - 1] = '\0';
+  object->has_failed.store(true, std::memory_order_release);
+}
+
+std::string Taskblocks::text(std::uint32_t object) const {
+  if (object >= by_number_.size()) return "a taskblock that this task has not";
+  const Object& o = *by_number_[object];
+  std::string text = std::string(o.block->name) + " " + o.path;
+  if (o.has_failed.load(std::memory_order_acquire) && o.failure.text[0] != '\0') text += std::string(": ") + o.failure.text;
+  return text;
+}
+
+}  // namespace plc::runtime

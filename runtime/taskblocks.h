@@ -1,0 +1,109 @@
+// Taskblocks: the C++ objects that belong to the taskblock instances of one task (docs/adr/0007; paper, 3.1).
+//
+// In: a verified image, the task's table, the registry of this machine. Out: one object for each instance, made and ready
+// before the first scan, and the step that RUNTB calls. The first field of an instance is the number of its object; an
+// object runs on the ports it was made for and no others, whatever an image puts there.
+// Threads: set-up on one thread before the task runs; step() on the task's thread; text(), running() on any.
+// Does not belong here: which blocks there are (taskblocks/registry.h).
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "bytecode/image.h"
+#include "core/clock.h"
+#include "core/result.h"
+#include "runtime/memory/table.h"
+#include "stdlib/library.h"
+#include "taskblocks/registry.h"
+
+namespace plc::runtime {
+
+class Taskblocks {
+ public:
+  /// Number of no object.
+  static constexpr std::uint32_t kNone = 0xffffffffu;
+
+  /// What step() met. The interpreter asks after each call.
+  enum class Status : std::uint8_t {
+    kFine,
+    kOutOfRange,  ///< an output was outside its declared range, or no number, and is at the nearest limit now
+    kFailed,      ///< fire() threw, or there is no object for these ports
+    kLate,        ///< fire() took longer than its budget
+  };
+
+  /// Makes the objects of all instances that task `task` runs: those in its own instance, and the globals it exports.
+  /// `clock` measures blocks that declare a budget; null = nobody does. P7802 when a block is not in the registry or has
+  /// other ports, P7803 when an object cannot be made or its ready() fails. Null when the image has none.
+  static core::Result<std::unique_ptr<Taskblocks>> make(const bytecode::Image& image, std::uint32_t task,
+                                                        const taskblocks::Registry& registry, TaskTable& table,
+                                                        const core::Clock* clock);
+  ~Taskblocks();
+  Taskblocks(const Taskblocks&) = delete;
+  Taskblocks& operator=(const Taskblocks&) = delete;
+
+  /// All objects anew, for the initial values that the table has again.
+  std::optional<core::Problem> restart();
+
+  /// What the objects are told of the cycle that begins. RT.
+  void begin(core::TimeNs now_ns) noexcept { context_.now_ns = now_ns; }
+  /// Runs the object of the ports; `context.host` is this. RT.
+  static void step(void* ports, const stdlib::StepContext& context) noexcept;
+  /// What happened since the last call. RT.
+  Status take_status() noexcept {
+    const Status status = status_;
+    status_ = Status::kFine;
+    return status;
+  }
+  /// The object that failed last. RT.
+  [[nodiscard]] std::uint32_t failed() const noexcept { return failed_; }
+  /// The object whose fire() is running, or kNone. RT.
+  [[nodiscard]] std::uint32_t running() const noexcept { return running_.load(std::memory_order_relaxed); }
+
+  /// "LOWPASS main.filter", and why it failed first, if it did.
+  [[nodiscard]] std::string text(std::uint32_t object) const;
+
+ private:
+  struct Range {
+    std::byte* at = nullptr;
+    core::TypeId type = core::TypeId::kLreal;
+    double lowest = 0;
+    double highest = 0;
+  };
+  struct Object {
+    // What a call looks at.
+    const std::byte* ports = nullptr;
+    int (*fire)(void* object, picard_failure* failure) = nullptr;
+    void* object = nullptr;
+    bool plain = true;  ///< no budget, no ranges
+    // The rest.
+    std::int64_t budget_ns = 0;
+    std::vector<Range> ranges;
+    const picard_block* block = nullptr;
+    std::string path;
+    std::vector<void*> places;
+    picard_failure failure{};
+    std::atomic<bool> has_failed{false};  ///< failure is final
+  };
+
+  Taskblocks() = default;
+  std::optional<core::Problem> add(const bytecode::Image& image, const bytecode::ImageBlock& block, std::byte* ports,
+                                   std::string path, const taskblocks::Registry& registry);
+  std::optional<core::Problem> start(std::uint32_t number);
+  void fire_checked(Object& object, std::uint32_t number) noexcept;
+  void fail(Object* object, std::uint32_t number, Status status, const picard_failure& why) noexcept;
+
+  std::deque<Object> objects_;
+  std::vector<Object*> by_number_;
+  picard_context context_{};
+  const core::Clock* clock_ = nullptr;
+  Status status_ = Status::kFine;
+  std::uint32_t failed_ = kNone;
+  std::atomic<std::uint32_t> running_{kNone};
+};
+
+}  // namespace plc::runtime
