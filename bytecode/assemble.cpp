@@ -362,6 +362,11 @@ class Assembler {
       take_value(pou.instance_type, pou.instance_initial, line);
     } else if (word == "frame") {
       take_value(pou.frame_type, pou.frame_initial, line);
+    } else if (word == "wire") {
+      ImageWire& wire = pou.wires.emplace_back();
+      wire.block = line.number<std::uint32_t>();
+      wire.input = line.number<std::uint32_t>();
+      wire.source = line.number<std::uint32_t>();
     } else if (word == "debug") {
       take_debug(pou, line);
     } else if (word == "word") {

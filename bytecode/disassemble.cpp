@@ -228,6 +228,7 @@ class Disassembler {
          pou.instance_type, pou.frame_type);
     put_bytes("instance", pou.instance_type, pou.instance_initial);
     put_bytes("frame", pou.frame_type, pou.frame_initial);
+    for (const ImageWire& wire : pou.wires) line("  wire {} {} {}", wire.block, wire.input, wire.source);
     roots_ = {image_.global_type, pou.instance_type, pou.frame_type, image_.const_type};
     find_labels(pou);
     std::size_t debug = 0;

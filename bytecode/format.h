@@ -34,8 +34,9 @@ inline constexpr std::size_t kFieldRecord = 14;
 inline constexpr std::size_t kAliasRecord = 8;
 inline constexpr std::size_t kMemberRecord = 12;
 inline constexpr std::size_t kGlobalRecord = 12;
-inline constexpr std::size_t kPouRecord = 29;
+inline constexpr std::size_t kPouRecord = 33;
 inline constexpr std::size_t kDebugRecord = 23;
+inline constexpr std::size_t kWireRecord = 12;
 inline constexpr std::size_t kBlockRecord = 16;
 inline constexpr std::size_t kTaskRecord = 24;
 

@@ -23,7 +23,7 @@
 
 namespace plc::bytecode {
 
-inline constexpr std::uint32_t kFormatVersion = 3;
+inline constexpr std::uint32_t kFormatVersion = 4;
 /// Nesting of CALL_POU / CALL_FN that an image may need.
 inline constexpr std::uint32_t kMaxCallDepth = 64;
 /// Loop iterations (LOOP_JUMP) one execution of a task may take unless plc.toml says otherwise.
@@ -73,6 +73,14 @@ struct DebugEntry {
   core::SourceRef at;
 };
 
+/// An input of a taskblock that is wired: the object reads the variable at the other end of the wire, and nothing is copied.
+/// Offsets are in the instance of the POU.
+struct ImageWire {
+  std::uint32_t block = 0;   ///< where the taskblock instance is
+  std::uint32_t input = 0;   ///< field of its type
+  std::uint32_t source = 0;  ///< where a value of exactly the field's type is, outside of the taskblock instance
+};
+
 enum class PouKind : std::uint8_t { kProgram, kFunctionBlock, kFunction, kTask };
 
 struct ImagePou {
@@ -84,6 +92,7 @@ struct ImagePou {
   std::vector<std::byte> frame_initial;     ///< frame_type's size: the frame at each call of a function, at start otherwise
   std::vector<std::uint32_t> code;
   std::vector<DebugEntry> debug;    ///< ascending words
+  std::vector<ImageWire> wires;     ///< no two of one input
 };
 
 /// First field of the instances of a taskblock: the number of the C++ object that belongs to it, while the image runs.

@@ -195,6 +195,14 @@ class Loader {
         entry.at.file = in.get<std::uint16_t>();
         entry.at.kind = get_enum(in, core::ElementKind::kText);
       }
+      const std::uint32_t wires = in.count(format::kWireRecord);
+      pou.wires.reserve(wires);
+      for (std::uint32_t w = 0; w < wires && !in.failed(); ++w) {
+        ImageWire& wire = pou.wires.emplace_back();
+        wire.block = in.get<std::uint32_t>();
+        wire.input = in.get<std::uint32_t>();
+        wire.source = in.get<std::uint32_t>();
+      }
     }
   }
 

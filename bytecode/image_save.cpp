@@ -156,6 +156,12 @@ class Saver {
         out.put(entry.at.file);
         out.put(static_cast<std::uint8_t>(entry.at.kind));
       }
+      put_count(out, pou.wires.size());
+      for (const ImageWire& wire : pou.wires) {
+        out.put(wire.block);
+        out.put(wire.input);
+        out.put(wire.source);
+      }
     }
   }
 

@@ -53,7 +53,35 @@ bool is_taskblock_type(const Image& image, std::uint32_t type) {
          number.kind == TypeKind::kScalar && number.elementary == core::TypeId::kUdint && !number.limited;
 }
 
+namespace {
+
+bool is_wire(const Image& image, const ImagePou& pou, const ImageWire& wire) {
+  const auto block = std::find_if(image.blocks.begin(), image.blocks.end(), [&](const ImageBlock& b) {
+    return stdlib::block_named(b.name) == nullptr && b.type < image.types.size() &&
+           place_at(image, pou.instance_type, wire.block, b.type);
+  });
+  if (block == image.blocks.end()) return false;
+  const ImageType& type = image.types[block->type];
+  if (wire.input >= type.fields.size() || type.fields[wire.input].role != FieldRole::kInput) return false;
+  const std::uint64_t end = std::uint64_t{wire.block} + type.size;
+  const std::uint64_t source_end = std::uint64_t{wire.source} + image.types[type.fields[wire.input].type].size;
+  return place_at(image, pou.instance_type, wire.source, type.fields[wire.input].type) &&
+         (source_end <= wire.block || wire.source >= end);
+}
+
+}  // namespace
+
 void verify_library(const Image& image, Report& report) {
+  for (const ImagePou& pou : image.pous) {
+    for (std::size_t i = 0; i < pou.wires.size(); ++i) {
+      if (report.full()) return;
+      const ImageWire& wire = pou.wires[i];
+      const bool twice =
+          std::any_of(pou.wires.begin(), pou.wires.begin() + static_cast<std::ptrdiff_t>(i),
+                      [&wire](const ImageWire& w) { return w.block == wire.block && w.input == wire.input; });
+      if (twice || !is_wire(image, pou, wire)) report.broken(Rule::kV507, fmt::format("{}, wire {}", pou.name, i));
+    }
+  }
   for (const ImageBlock& block : image.blocks) {
     if (report.full()) return;
     const stdlib::BlockSpec* spec = stdlib::block_named(block.name);

@@ -114,15 +114,35 @@ struct Failure {
   std::string help;
 };
 
-/// Follows `steps` from `place`; an alias leads over to the global table.
+/// Where the value at `place` comes from, when that is a wired input of a taskblock in the instance of type `instance`
+/// at `begin`: nothing is ever copied into such an input.
+void follow_wire(const Image& image, std::uint32_t instance, std::uint32_t begin, Place& place) {
+  for (const bytecode::ImagePou& pou : image.pous) {
+    if (pou.wires.empty() || pou.instance_type != instance) continue;
+    for (const bytecode::ImageWire& wire : pou.wires) {
+      for (const bytecode::ImageBlock& block : image.blocks) {
+        if (!place_at(image, instance, wire.block, block.type)) continue;
+        const ImageField& input = image.types[block.type].fields[wire.input];
+        if (place.offset == begin + wire.block + input.offset && place.type == input.type) {
+          place.offset = begin + wire.source;
+          return;
+        }
+      }
+    }
+  }
+}
+
+/// Follows `steps` from `place`; an alias leads over to the global table, a wire to its other end.
 bool descend(const Image& image, std::span<const Step> steps, std::size_t done, Place& place, Failure& failure) {
   const auto fail = [&](std::size_t depth, std::string message, std::string help) {
     if (depth < failure.depth) return;
     failure = {depth, std::move(message), std::move(help)};
   };
+  std::vector<Place> passed;
   for (std::size_t i = done; i < steps.size(); ++i) {
     const Step& step = steps[i];
     const ImageType& type = image.types[place.type];
+    passed.push_back(place);
     if (step.name.empty()) {
       if (type.kind != TypeKind::kArray) {
         fail(i, "index on what is not an array", {});
@@ -161,6 +181,8 @@ bool descend(const Image& image, std::span<const Step> steps, std::size_t done, 
     place.offset += field->offset;
     place.type = field->type;
     place.constant = place.constant || field->constant;
+    if (!bytecode::is_taskblock_type(image, passed.back().type)) continue;
+    for (const Place& instance : passed) follow_wire(image, instance.type, instance.offset, place);
   }
   return true;
 }

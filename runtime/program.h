@@ -42,8 +42,8 @@ enum class FaultKind : std::uint8_t {
 /// A scan that could not end regularly. Nothing was exported by the instructions after it.
 struct Fault {
   FaultKind kind = FaultKind::kNone;
-  std::uint32_t pou = 0;   ///< index into Image::pous
-  std::uint32_t word = 0;  ///< code word of the instruction in that POU
+  std::uint32_t pou = 0;                  ///< index into Image::pous
+  std::uint32_t word = 0;                 ///< code word of the instruction in that POU
   std::uint32_t taskblock = 0xffffffffu;  ///< kTaskblock, kBudget, and kWatchdog inside of fire(): which object
   explicit operator bool() const { return kind != FaultKind::kNone; }
 };
@@ -64,7 +64,7 @@ struct EventCount {
 struct ProgramOptions {
   std::uint32_t loop_budget = bytecode::kDefaultLoopBudget;  ///< LOOP_JUMPs that one scan may take
   bool huge_pages = false;
-  std::vector<std::int32_t> priorities{};  ///< of the tasks, 0 the most urgent; empty = as the image declares
+  std::vector<std::int32_t> priorities{};            ///< of the tasks, 0 the most urgent; empty = as the image declares
   const taskblocks::Registry* taskblocks = nullptr;  ///< of this machine; null = those that come with PICARD
   const core::Clock* budget_clock = nullptr;  ///< measures taskblocks that declare a time budget; null = nobody does
 };
@@ -114,8 +114,8 @@ class Program {
   [[nodiscard]] std::uint64_t event_total() const;
   static constexpr std::size_t kEventSlots = 256;
 
-  /// Cold start: initial values again, events forgotten, taskblocks made anew. Not while the task runs. P7803 when one of
-  /// those is not ready any more.
+  /// Cold start: initial values again, events forgotten, taskblocks made anew. Not while the task runs. P7803 when one
+  /// of those is not ready any more.
   std::optional<core::Problem> reset();
 
   /// How the linker resolved the boolean runs and bodies; for `explain`, tests and benchmarks.

@@ -55,7 +55,8 @@ std::optional<core::Problem> for_each_instance(const Image& image, std::uint32_t
   if (t.kind == TypeKind::kArray && image.types[t.element].kind >= TypeKind::kArray) {
     for (std::uint32_t i = 0; i < t.count; ++i) {
       const std::string element = path + "[" + std::to_string(t.lower + i) + "]";
-      if (auto problem = for_each_instance(image, t.element, at + std::size_t{i} * image.types[t.element].size, element, visit))
+      if (auto problem =
+              for_each_instance(image, t.element, at + std::size_t{i} * image.types[t.element].size, element, visit))
         return problem;
     }
   }
@@ -111,9 +112,8 @@ bool limit(core::TypeId type, std::byte* at, double lowest, double highest) noex
 core::Result<std::unique_ptr<Taskblocks>> Taskblocks::make(const Image& image, std::uint32_t task,
                                                            const taskblocks::Registry& registry, TaskTable& table,
                                                            const core::Clock* clock) {
-  const bool any = std::any_of(image.blocks.begin(), image.blocks.end(), [](const ImageBlock& block) {
-    return stdlib::block_named(block.name) == nullptr;
-  });
+  const bool any = std::any_of(image.blocks.begin(), image.blocks.end(),
+                               [](const ImageBlock& block) { return stdlib::block_named(block.name) == nullptr; });
   if (!any) return std::unique_ptr<Taskblocks>();
   std::unique_ptr<Taskblocks> made(new Taskblocks());
   made->clock_ = clock;
@@ -127,11 +127,13 @@ core::Result<std::unique_ptr<Taskblocks>> Taskblocks::make(const Image& image, s
     if (!range.exported) continue;
     for (std::uint32_t f = range.first; f < range.first + range.count; ++f) {
       const ImageField& field = globals.fields[f];
-      if (auto problem = for_each_instance(image, field.type, table.data() + field.offset, field.name, add)) return *problem;
+      if (auto problem = for_each_instance(image, field.type, table.data() + field.offset, field.name, add))
+        return *problem;
     }
   }
   std::byte* const instance = table.data() + table.layout().instance;
   if (auto problem = for_each_instance(image, image.pous[body].instance_type, instance, {}, add)) return *problem;
+  made->wire(image, image.pous[body].instance_type, instance);
   if (auto problem = made->restart()) return *problem;
   return made;
 }
@@ -168,6 +170,8 @@ std::optional<core::Problem> Taskblocks::add(const Image& image, const ImageBloc
                                     [&port](const ImageField& f) { return core::iequals(f.name, port.name); });
     if (field == fields.end() || !same_shape(image, image.types[field->type], *port.type)) return differs();
     object.places.push_back(ports + field->offset);
+    object.port_of_field.resize(fields.size());
+    object.port_of_field[static_cast<std::size_t>(field - fields.begin())] = i;
     const bool limited = std::isfinite(port.lowest) || std::isfinite(port.highest);
     if (port.direction == PICARD_OUTPUT && limited && port.type->kind == PICARD_ELEMENTARY) {
       object.ranges.push_back({ports + field->offset, *core::type_named(port.type->name), port.lowest, port.highest});
@@ -176,6 +180,27 @@ std::optional<core::Problem> Taskblocks::add(const Image& image, const ImageBloc
   object.plain = object.ranges.empty() && (object.budget_ns == 0 || clock_ == nullptr);
   by_number_.push_back(&object);
   return {};
+}
+
+// Globals have no wires: these lead from variable to variable of one instance.
+void Taskblocks::wire(const Image& image, std::uint32_t type, std::byte* at) {
+  const ImageType& t = image.types[type];
+  for (const bytecode::ImagePou& pou : image.pous) {
+    if (pou.instance_type != type) continue;
+    for (const bytecode::ImageWire& w : pou.wires) {
+      const auto object =
+          std::find_if(objects_.begin(), objects_.end(), [&](const Object& o) { return o.ports == at + w.block; });
+      if (object != objects_.end()) object->places[object->port_of_field[w.input]] = at + w.source;
+    }
+  }
+  if (t.kind == TypeKind::kArray && image.types[t.element].kind >= TypeKind::kArray) {
+    for (std::uint32_t i = 0; i < t.count; ++i)
+      wire(image, t.element, at + std::size_t{i} * image.types[t.element].size);
+  }
+  for (const ImageField& field : t.fields) {
+    const TypeKind kind = image.types[field.type].kind;
+    if (kind == TypeKind::kStruct || kind == TypeKind::kArray) wire(image, field.type, at + field.offset);
+  }
 }
 
 std::optional<core::Problem> Taskblocks::restart() {
@@ -199,7 +224,8 @@ std::optional<core::Problem> Taskblocks::start(std::uint32_t number) {
   if (made != nullptr) object.block->destroy(made);
   failure.text[PICARD_TEXT_BYTES - 1] = '\0';
   return core::Problem{core::Code::P7803,
-                       std::string("taskblock ") + object.block->name + " of " + object.path + ": " + failure.text, {}};
+                       std::string("taskblock ") + object.block->name + " of " + object.path + ": " + failure.text,
+                       {}};
 }
 
 // RT:
@@ -248,7 +274,8 @@ std::string Taskblocks::text(std::uint32_t object) const {
   if (object >= by_number_.size()) return "a taskblock that this task has not";
   const Object& o = *by_number_[object];
   std::string text = std::string(o.block->name) + " " + o.path;
-  if (o.has_failed.load(std::memory_order_acquire) && o.failure.text[0] != '\0') text += std::string(": ") + o.failure.text;
+  if (o.has_failed.load(std::memory_order_acquire) && o.failure.text[0] != '\0')
+    text += std::string(": ") + o.failure.text;
   return text;
 }
 

@@ -1,10 +1,10 @@
 // Taskblocks: the C++ objects that belong to the taskblock instances of one task (docs/adr/0007; paper, 3.1).
 //
-// In: a verified image, the task's table, the registry of this machine. Out: one object for each instance, made and ready
-// before the first scan, and the step that RUNTB calls. The first field of an instance is the number of its object; an
-// object runs on the ports it was made for and no others, whatever an image puts there.
-// Threads: set-up on one thread before the task runs; step() on the task's thread; text(), running() on any.
-// Does not belong here: which blocks there are (taskblocks/registry.h).
+// In: a verified image, the task's table, the registry of this machine. Out: one object for each instance, made and
+// ready before the first scan, and the step that RUNTB calls. The first field of an instance is the number of its
+// object; an object runs on the ports it was made for and no others, whatever an image puts there. Threads: set-up on
+// one thread before the task runs; step() on the task's thread; text(), running() on any. Does not belong here: which
+// blocks there are (taskblocks/registry.h).
 #pragma once
 
 #include <atomic>
@@ -37,8 +37,8 @@ class Taskblocks {
   };
 
   /// Makes the objects of all instances that task `task` runs: those in its own instance, and the globals it exports.
-  /// `clock` measures blocks that declare a budget; null = nobody does. P7802 when a block is not in the registry or has
-  /// other ports, P7803 when an object cannot be made or its ready() fails. Null when the image has none.
+  /// `clock` measures blocks that declare a budget; null = nobody does. P7802 when a block is not in the registry or
+  /// has other ports, P7803 when an object cannot be made or its ready() fails. Null when the image has none.
   static core::Result<std::unique_ptr<Taskblocks>> make(const bytecode::Image& image, std::uint32_t task,
                                                         const taskblocks::Registry& registry, TaskTable& table,
                                                         const core::Clock* clock);
@@ -85,7 +85,8 @@ class Taskblocks {
     std::vector<Range> ranges;
     const picard_block* block = nullptr;
     std::string path;
-    std::vector<void*> places;
+    std::vector<void*> places;                 ///< by port
+    std::vector<std::uint32_t> port_of_field;  ///< by field of the instance
     picard_failure failure{};
     std::atomic<bool> has_failed{false};  ///< failure is final
   };
@@ -93,6 +94,8 @@ class Taskblocks {
   Taskblocks() = default;
   std::optional<core::Problem> add(const bytecode::Image& image, const bytecode::ImageBlock& block, std::byte* ports,
                                    std::string path, const taskblocks::Registry& registry);
+  /// Lets wired inputs read the other ends of their wires.
+  void wire(const bytecode::Image& image, std::uint32_t type, std::byte* at);
   std::optional<core::Problem> start(std::uint32_t number);
   void fire_checked(Object& object, std::uint32_t number) noexcept;
   void fail(Object* object, std::uint32_t number, Status status, const picard_failure& why) noexcept;

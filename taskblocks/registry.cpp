@@ -95,9 +95,8 @@ void collect(const picard_type& type, std::vector<const picard_type*>& structure
   if (type.element != nullptr) collect(*type.element, structures);
   for (std::uint32_t i = 0; i < type.field_count; ++i) collect(*type.fields[i].type, structures);
   if (type.kind != PICARD_STRUCT_TYPE) return;
-  const bool known = std::any_of(structures.begin(), structures.end(), [&type](const picard_type* other) {
-    return core::iequals(other->name, type.name);
-  });
+  const bool known = std::any_of(structures.begin(), structures.end(),
+                                 [&type](const picard_type* other) { return core::iequals(other->name, type.name); });
   if (!known) structures.push_back(&type);
 }
 
@@ -124,8 +123,7 @@ const Registry& Registry::built_in() {
 std::optional<core::Problem> Registry::add(const picard_library* library, std::string source) {
   const std::string what = source.empty() ? std::string("taskblock library") : source;
   const auto refused = [&what](const std::string& why) {
-    return core::Problem{core::Code::P7801, what + ": " + why,
-                         "build it against the SDK of this version of PICARD"};
+    return core::Problem{core::Code::P7801, what + ": " + why, "build it against the SDK of this version of PICARD"};
   };
   if (library == nullptr) return refused("it has no description");
   if (library->abi_version != PICARD_ABI_VERSION) {
@@ -204,8 +202,9 @@ std::string block_declaration(const picard_block& block) {
       open = true;
       const std::string_view initial = port.initial;
       const std::string_view unit = port.unit;
-      text += fmt::format("  {} : {}{}{}; (* {}{} *)\n", port.name, type_text(*port.type), initial.empty() ? "" : " := ",
-                          initial, comment(port.summary), unit.empty() ? "" : ", " + comment(unit));
+      text += fmt::format("  {} : {}{}{}; (* {}{} *)\n", port.name, type_text(*port.type),
+                          initial.empty() ? "" : " := ", initial, comment(port.summary),
+                          unit.empty() ? "" : ", " + comment(unit));
     }
     if (open) text += "END_VAR\n";
   };

@@ -27,8 +27,8 @@ class Registry {
   /// The set that comes with PICARD.
   static const Registry& built_in();
 
-  /// Adds all blocks of a library, or none: P7801 when it is of another ABI, cannot describe its blocks, or describes them
-  /// wrongly (names that cannot be spelled, or are taken, types that do not exist). `source` names it in messages.
+  /// Adds all blocks of a library, or none: P7801 when it is of another ABI, cannot describe its blocks, or describes
+  /// them wrongly (names that cannot be spelled, or are taken, types that do not exist). `source` names it in messages.
   std::optional<core::Problem> add(const picard_library* library, std::string source = {});
 
   /// In the order of libraries and their lists.

@@ -296,11 +296,11 @@ void open(const Request& request, Compilation& compilation) {
 }
 
 std::string describe(const core::CompileOptions& options) {
-  std::string text = fmt::format(
-      "order={} compat={} profile={} coherence={} stub-missing={}", options.order == core::Order::kDrawing ? "drawing" : "document",
-      options.compat == core::Compat::kNone ? "none" : "beremiz",
-      options.profile == core::AddressProfile::kSeparate ? "separate" : "overlay",
-      coherence_name(options.coherence), options.stub_missing ? "yes" : "no");
+  std::string text = fmt::format("order={} compat={} profile={} coherence={} stub-missing={}",
+                                 options.order == core::Order::kDrawing ? "drawing" : "document",
+                                 options.compat == core::Compat::kNone ? "none" : "beremiz",
+                                 options.profile == core::AddressProfile::kSeparate ? "separate" : "overlay",
+                                 coherence_name(options.coherence), options.stub_missing ? "yes" : "no");
   if (!options.pou.empty()) text += " pou=" + options.pou;
   return text;
 }

@@ -247,6 +247,12 @@ class Analyser {
     next_any_[out_.places[place].root] = i;
   }
 
+  /// Standard blocks and taskblocks know no variable but their own.
+  [[nodiscard]] bool touches_itself_only(const ir::Type& type) const {
+    return type.kind == ir::TypeKind::kBlock ||
+           (type.kind == ir::TypeKind::kPou && module_.pous[type.pou].taskblock != 0);
+  }
+
   void write(std::uint32_t i, const Inst& inst) {
     switch (inst.op) {
       case Op::kStore:
@@ -254,7 +260,7 @@ class Analyser {
         write_place(i, inst.a);
         break;
       case Op::kRun:
-        if (module_.types[body_.places[inst.a].type].kind == ir::TypeKind::kBlock) {
+        if (touches_itself_only(module_.types[body_.places[inst.a].type])) {
           write_place(i, inst.a);
         } else {
           next_world_ = i;

@@ -9,6 +9,7 @@
 
 #include "bytecode/codegen/frame.h"
 #include "bytecode/codegen/select.h"
+#include "bytecode/codegen/wires.h"
 #include "bytecode/codegen/writer.h"
 #include "core/text.h"
 
@@ -61,6 +62,7 @@ class BodyGenerator final : private RecordSink {
     analyse(shared_.module, pou_, analysis_);
     shared_.layout.lay_out_frame(pou_index_, frame_.fields());
     place_words();
+    wire_taskblocks();
     label_words_.assign(body_.label_count, kUnset);
     initialise_temps();
     for (now_ = 0; now_ < body_.insts.size(); ++now_) {
@@ -86,6 +88,16 @@ class BodyGenerator final : private RecordSink {
   };
 
   std::vector<ValueInfo>& values() { return analysis_.values; }
+
+  /// Inputs of taskblocks that are read where they come from: their stores are left out.
+  void wire_taskblocks() {
+    for (const Wire& wire : find_wires(shared_.module, pou_, analysis_)) {
+      const ir::TypeRef type = body_.places[wire.block].type;
+      const std::uint32_t input = shared_.layout.field_index(type, wire.input);
+      out_.wires.push_back({offset_of(place_words_[wire.block]), input, offset_of(place_words_[wire.source])});
+      values()[wire.store].live = false;
+    }
+  }
 
   // ---- memory -----------------------------------------------------------------------------------------------------
 
@@ -638,8 +650,7 @@ class BodyGenerator final : private RecordSink {
 
   void run_block(const Inst& inst) {
     const ir::TypeRef type = type_of_place(inst.a);
-    const bool pou =
-        types_[type].kind == ir::TypeKind::kPou && shared_.module.pous[types_[type].pou].taskblock == 0;
+    const bool pou = types_[type].kind == ir::TypeKind::kPou && shared_.module.pous[types_[type].pou].taskblock == 0;
     const std::uint32_t what = pou ? shared_.image_pou[types_[type].pou] : shared_.block(type);
     if (is_static(inst.a)) {
       writer_.op(pou ? Opcode::kCallPou : Opcode::kRunTb, {what, place_words_[inst.a]});

@@ -27,7 +27,7 @@ struct Shared {
   std::vector<std::uint32_t> global_offset;  ///< by ir global: offset in the global table
   std::unordered_map<const stdlib::Overload*, std::uint32_t> functions;
   std::unordered_map<std::uint32_t, std::uint32_t> blocks;  ///< by TypeRef, of a standard block or taskblock
-  Analysis analysis;  ///< scratch of the body under construction
+  Analysis analysis;                                        ///< scratch of the body under construction
 
   std::uint32_t function(const stdlib::Overload& overload);
   std::uint32_t block(ir::TypeRef block_type);

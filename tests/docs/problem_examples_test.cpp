@@ -33,6 +33,9 @@ const std::map<std::string, std::string> kNotHere = {
     {"P7405", "tests/gpio-vm/page_test.cpp"},
     {"P7406", "tests/gpio-vm/page_test.cpp"},
     {"P7410", "tests/gpio-vm/page_test.cpp"},
+    {"P7802", "tests/taskblocks/run_test.cpp"},
+    {"R1004", "tests/taskblocks/run_test.cpp"},
+    {"R1005", "tests/taskblocks/run_test.cpp"},
     {"P9001", "nowhere: a defect of the program itself"},
 };
 

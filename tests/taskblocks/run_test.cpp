@@ -1,0 +1,368 @@
+// Components of a test's own, from ST through compiler and linker to what they do.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <fstream>
+#include <limits>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+#include "core/clock.h"
+#include "picard/taskblock.h"
+#include "runtime/access.h"
+#include "runtime/resource.h"
+#include "taskblocks/registry.h"
+#include "tests/support/run_tool.h"
+#include "tools/pipeline.h"
+
+namespace plc::test {
+
+struct Point {
+  double x = 0;
+  std::int16_t n = 0;
+  picard::Text<10> name;
+};
+
+}  // namespace plc::test
+
+PICARD_STRUCT(plc::test::Point, "TEST_POINT", x, n, name)
+
+namespace plc::test {
+namespace {
+
+int made = 0;
+int destroyed = 0;
+
+class Scale final : public picard::Taskblock {
+ public:
+  static constexpr picard::Info info{.name = "SCALE_BY", .group = "Test", .summary = "OUT := IN * FACTOR."};
+  picard::Input<double> in{this, "IN", "number"};
+  picard::Config<double> factor{this, "FACTOR", "factor", {.initial = "2.0"}};
+  picard::Output<double> out{this, "OUT", "product"};
+  picard::Output<std::int64_t> address{this, "ADDRESS", "where IN is"};
+  picard::Output<picard::Time> time{this, "TIME_SEEN", "the task's clock"};
+  picard::Output<double> cycle{this, "PERIOD", "of the task", {.unit = "s"}};
+  Scale() { ++made; }
+  ~Scale() override { ++destroyed; }
+  void ready() override { factor_ = factor; }
+  void fire() override {
+    out = in * factor_;
+    address = static_cast<std::int64_t>(reinterpret_cast<std::intptr_t>(&in.get()));
+    time = now();
+    cycle = period();
+  }
+
+ private:
+  double factor_ = 0;
+};
+
+/// Every shape a port may have.
+class Shapes final : public picard::Taskblock {
+ public:
+  static constexpr picard::Info info{.name = "SHAPES", .group = "Test", .summary = "Passes everything on."};
+  picard::Input<std::array<std::array<std::int16_t, 3>, 2>> in_grid{this, "IN_GRID", ""};
+  picard::Input<Point> in_point{this, "IN_POINT", ""};
+  picard::Input<std::array<Point, 2>> in_points{this, "IN_POINTS", ""};
+  picard::Input<picard::Text<5>> in_text{this, "IN_TEXT", ""};
+  picard::Input<bool> in_flag{this, "IN_FLAG", ""};
+  picard::Input<picard::Word> in_word{this, "IN_WORD", "", {.initial = "16#FF00"}};
+  picard::Input<picard::Text<4, char16_t>> in_wide{this, "IN_WIDE", ""};
+  picard::Output<std::array<std::array<std::int16_t, 3>, 2>> grid{this, "GRID", ""};
+  picard::Output<Point> point{this, "POINT", ""};
+  picard::Output<std::array<Point, 2>> points{this, "POINTS", ""};
+  picard::Output<picard::Text<5>> text{this, "TEXT", ""};
+  picard::Output<bool> flag{this, "FLAG", ""};
+  picard::Output<picard::Word> word{this, "WORD_OUT", ""};
+  picard::Output<picard::Text<4, char16_t>> wide{this, "WIDE", ""};
+  void fire() override {
+    grid = in_grid;
+    point = in_point;
+    points = in_points;
+    text = in_text;
+    flag = !in_flag;
+    word = in_word;
+    wide = in_wide;
+  }
+};
+
+class Faulty final : public picard::Taskblock {
+ public:
+  static constexpr picard::Info info{.name = "FAULTY", .group = "Test", .summary = "Does what KIND says."};
+  picard::Input<std::int16_t> kind{this, "KIND", "1 throws, 2 throws no std::exception, 3 gives no number, 4 too much"};
+  picard::Config<bool> refuse{this, "REFUSE", "ready() throws"};
+  picard::Output<double> out{this, "OUT", "0 .. 10", {.lowest = 0, .highest = 10}};
+  picard::Output<std::int16_t> count{this, "COUNT", "0 .. 3", {.lowest = 0, .highest = 3}};
+  void ready() override {
+    if (refuse) throw picard::Failure("REFUSE is TRUE");
+  }
+  void fire() override {
+    if (kind == 1) throw std::runtime_error("kind one");
+    if (kind == 2) throw 2;  // NOLINT(hicpp-exception-baseclass)
+    out = kind == 3 ? std::numeric_limits<double>::quiet_NaN() : kind == 4 ? 11.0 : 5.0;
+    count = static_cast<std::int16_t>(count + 1);
+  }
+};
+
+class Timed final : public picard::Taskblock {
+ public:
+  static constexpr picard::Info info{.name = "TIMED",
+                                     .group = "Test",
+                                     .summary = "Has a budget.",
+                                     .budget = std::chrono::microseconds(50)};
+  picard::Output<std::int16_t> count{this, "COUNT", "executions"};
+  void fire() override { count = static_cast<std::int16_t>(count + 1); }
+};
+
+PICARD_LINKED_LIBRARY(test_library, "test", "1.0.0", Scale, Shapes, Faulty, Timed)
+
+const taskblocks::Registry& registry() {
+  static const taskblocks::Registry all = [] {
+    taskblocks::Registry r;
+    const auto problem = r.add(test_library());
+    if (problem) throw std::logic_error(problem->message);
+    return r;
+  }();
+  return all;
+}
+
+/// Moves on by `step` each time somebody looks.
+class RunningClock final : public core::Clock {
+ public:
+  [[nodiscard]] core::TimeNs now_ns() const noexcept override { return now_ += step; }
+  void sleep_until_ns(core::TimeNs) noexcept override {}
+  core::TimeNs step = 0;
+
+ private:
+  mutable core::TimeNs now_ = 0;
+};
+
+struct Project {
+  tools::Compilation compilation;
+  std::unique_ptr<runtime::Resource> resource;
+  std::string problem;  ///< codes of what was reported, or of what refused to load
+
+  explicit Project(const std::string& text, runtime::ProgramOptions options = {}) {
+    const ScratchFolder scratch;
+    std::ofstream(scratch.file("test.st")) << text;
+    tools::Request request{scratch.file("test.st"), {}, tools::Goal::kRun};
+    request.taskblocks = &registry();
+    tools::compile(request, compilation);
+    for (const auto& d : compilation.diagnostics.all()) problem += std::string(core::info(d.code).name) + " ";
+    if (!compilation.image) return;
+    options.taskblocks = &registry();
+    auto loaded = runtime::Resource::load(std::move(*compilation.image), options);
+    if (!loaded) {
+      problem += std::string(core::info(loaded.error().code).name) + ": " + loaded.error().message;
+      return;
+    }
+    resource = std::move(*loaded);
+  }
+  runtime::Fault scan(core::TimeNs now_ns = 0, std::size_t task = 0) { return resource->program(task).execute({now_ns}); }
+  [[nodiscard]] std::string value(const std::string& path) const {
+    const runtime::Access access(*resource);
+    const auto found = access.find(path);
+    return found ? access.read(*found) : found.error().message;
+  }
+};
+
+std::string in_task(const std::string& variables, const std::string& statements, const std::string& globals = {}) {
+  return globals + "PROGRAM Main\nVAR\n" + variables + "END_VAR\n" + statements +
+         "END_PROGRAM\nCONFIGURATION C\n  RESOURCE R ON PLC\n    TASK T(INTERVAL := T#10ms, PRIORITY := 0);\n"
+         "    PROGRAM main WITH T : Main;\n  END_RESOURCE\nEND_CONFIGURATION\n";
+}
+
+TEST(Taskblocks, RunWithTheirConfigurationInEachInstance) {
+  made = destroyed = 0;
+  {
+    Project p(in_task("A : SCALE_BY; B : ARRAY[1..2] OF SCALE_BY := [2((FACTOR := 5.0))]; C : SCALE_BY; X : LREAL; i : INT;\n",
+                      "X := X + 1.0;\nA(IN := X, FACTOR := 3.0);\nFOR i := 1 TO 2 DO B[i](IN := X); END_FOR;\nC(IN := A.OUT);\n"));
+    ASSERT_NE(p.resource, nullptr) << p.problem;
+    EXPECT_EQ(made, 4);
+    EXPECT_FALSE(p.scan(7'000'000));
+    EXPECT_FALSE(p.scan(17'000'000));
+    EXPECT_EQ(p.value("Main.A.OUT"), "6");
+    EXPECT_EQ(p.value("Main.B[2].OUT"), "10");
+    EXPECT_EQ(p.value("Main.C.OUT"), "12");
+    EXPECT_EQ(p.value("Main.A.PERIOD"), "0.01");
+    EXPECT_EQ(p.value("Main.A.TIME_SEEN"), "T#17ms");
+    EXPECT_EQ(p.resource->program(0).reset(), std::nullopt);
+    EXPECT_EQ(p.value("Main.A.OUT"), "0");
+    EXPECT_FALSE(p.scan());
+    EXPECT_EQ(p.value("Main.C.OUT"), "6");
+  }
+  EXPECT_EQ(made, 8);
+  EXPECT_EQ(destroyed, 8);
+}
+
+TEST(Taskblocks, AWireCopiesNothing) {
+  Project p(in_task("A, B : SCALE_BY; X : LREAL; Copied : LREAL;\n",
+                    "X := X + 1.0;\nA(IN := X);\nB(IN := A.OUT);\n"));
+  ASSERT_NE(p.resource, nullptr) << p.problem;
+  EXPECT_FALSE(p.scan());
+  EXPECT_EQ(p.value("Main.B.OUT"), "4");
+  // The input is where the output of the other one is, and whoever asks for it sees that.
+  const runtime::Access access(*p.resource);
+  const auto out = access.find("Main.A.OUT");
+  const auto in = access.find("Main.B.IN");
+  ASSERT_TRUE(out && in);
+  EXPECT_EQ(out->offset, in->offset);
+  const auto* const at = p.resource->program(0).table().data() + out->offset;
+  EXPECT_EQ(p.value("Main.B.ADDRESS"), std::to_string(reinterpret_cast<std::intptr_t>(at)));
+  EXPECT_EQ(p.resource->image().pous[0].wires.size(), 2u);
+}
+
+TEST(Taskblocks, AWireIsACopyWhereTheVariableChangesBefore) {
+  struct Case {
+    const char* statements;
+    const char* result;  ///< of B.OUT in the second scan
+  };
+  for (const Case& c : {
+           Case{"X := X + 1.0;\nA(IN := X);\nX := 100.0;\nB(IN := X);\nX := 1.0;\n", "200"},
+           // Read elsewhere, so that it has to be there.
+           Case{"X := X + 1.0;\nB(IN := X);\nCopied := B.IN;\nX := Copied;\n", "4"},
+           // Executed twice.
+           Case{"X := X + 1.0;\nB(IN := X);\nB(IN := A.OUT);\n", "0"},
+           // In a branch.
+           Case{"X := X + 1.0;\nIF X > 1.5 THEN B(IN := X); END_IF;\n", "4"},
+       }) {
+    Project p(in_task("A, B : SCALE_BY; X : LREAL; Copied : LREAL;\n", c.statements));
+    ASSERT_NE(p.resource, nullptr) << p.problem << c.statements;
+    EXPECT_FALSE(p.scan());
+    EXPECT_FALSE(p.scan());
+    EXPECT_EQ(p.value("Main.B.OUT"), c.result) << c.statements;
+  }
+}
+
+TEST(Taskblocks, PortsOfEveryShapeAreSeenAsDeclared) {
+  Project p(in_task("S : SHAPES; P : TEST_POINT := (x := 1.5, n := 7, name := 'abc'); Text : STRING[5] := 'hello';\n"
+                    "Points : ARRAY[0..1] OF TEST_POINT := [(x := 2.5), (n := 9)];\n"
+                    "Grid : ARRAY[0..1] OF ARRAY[0..2] OF INT := [[1,2,3],[4,5,6]]; Wide : WSTRING[4] := \"wxyz\";\n",
+                    "S(IN_GRID := Grid, IN_POINT := P, IN_POINTS := Points, IN_TEXT := Text, IN_FLAG := FALSE, IN_WIDE := Wide);\n"));
+  ASSERT_NE(p.resource, nullptr) << p.problem;
+  EXPECT_FALSE(p.scan());
+  EXPECT_EQ(p.value("Main.S.GRID[1][2]"), "6");
+  EXPECT_EQ(p.value("Main.S.POINT.x"), "1.5");
+  EXPECT_EQ(p.value("Main.S.POINT.n"), "7");
+  EXPECT_EQ(p.value("Main.S.POINT.name"), "'abc'");
+  EXPECT_EQ(p.value("Main.S.POINTS[0].x"), "2.5");
+  EXPECT_EQ(p.value("Main.S.POINTS[1].n"), "9");
+  EXPECT_EQ(p.value("Main.S.TEXT"), "'hello'");
+  EXPECT_EQ(p.value("Main.S.FLAG"), "TRUE");
+  EXPECT_EQ(p.value("Main.S.WORD_OUT"), "16#FF00");
+  EXPECT_EQ(p.value("Main.S.WIDE"), "\"wxyz\"");
+}
+
+TEST(Taskblocks, ConfigurationTakesConstantsOnly) {
+  EXPECT_EQ(Project(in_task("A : SCALE_BY; X : LREAL;\n", "A(IN := X, FACTOR := X);\n")).problem, "P4110 ");
+  EXPECT_EQ(Project(in_task("A : SCALE_BY; X : LREAL;\n", "A(IN := X, FACTOR := X + 1.0);\n")).problem, "P4110 ");
+  EXPECT_EQ(Project(in_task("A : ARRAY[1..2] OF SCALE_BY; i : INT;\n", "A[i](FACTOR := 1.0);\n")).problem, "P4110 ");
+  Project p(in_task("A : ARRAY[1..2] OF SCALE_BY;\n", "A[1](IN := 1.0, FACTOR := 2.0 * 4.0);\nA[2](IN := 1.0, FACTOR := K);\n",
+                    "VAR_GLOBAL CONSTANT K : LREAL := 9.0; END_VAR\n"));
+  ASSERT_NE(p.resource, nullptr) << p.problem;
+  EXPECT_FALSE(p.scan());
+  EXPECT_EQ(p.value("Main.A[1].OUT"), "8");
+  EXPECT_EQ(p.value("Main.A[2].OUT"), "9");
+}
+
+TEST(Taskblocks, GlobalInstancesBelongToTheTaskThatRunsThem) {
+  Project p(in_task("X : LREAL;\n", "X := X + 1.0;\nShared(IN := X, FACTOR := 4.0);\n", "VAR_GLOBAL Shared : SCALE_BY; END_VAR\n"));
+  ASSERT_NE(p.resource, nullptr) << p.problem;
+  EXPECT_FALSE(p.scan());
+  EXPECT_FALSE(p.scan());
+  EXPECT_EQ(p.value("Shared.OUT"), "8");
+}
+
+TEST(Taskblocks, AThrowIsAFaultThatNamesThem) {
+  for (const char* kind : {"1", "2"}) {
+    Project p(in_task("F : FAULTY; Before, After : INT;\n",
+                      "Before := Before + 1;\nF(KIND := " + std::string(kind) + ");\nAfter := After + 1;\n"));
+    ASSERT_NE(p.resource, nullptr) << p.problem;
+    const runtime::Fault fault = p.scan();
+    EXPECT_EQ(fault.kind, runtime::FaultKind::kTaskblock);
+    EXPECT_EQ(p.resource->program(0).taskblock_text(fault),
+              kind == std::string("1") ? "FAULTY main.F: kind one" : "FAULTY main.F: an exception that is no std::exception");
+    EXPECT_EQ(runtime::source_of(p.resource->image(), fault.pou, fault.word).line, 7u);
+    EXPECT_EQ(p.value("Main.Before"), "1");
+    EXPECT_EQ(p.value("Main.After"), "0");
+  }
+}
+
+TEST(Taskblocks, OutputsOutsideTheirRangeAreLimitedAndCounted) {
+  Project p(in_task("F : FAULTY;\n", "F(KIND := 3);\n"));
+  ASSERT_NE(p.resource, nullptr) << p.problem;
+  EXPECT_FALSE(p.scan());
+  EXPECT_EQ(p.value("Main.F.OUT"), "0");
+  EXPECT_EQ(p.resource->program(0).event_total(), 1u);
+  Project q(in_task("F : FAULTY;\n", "F(KIND := 4);\n"));
+  ASSERT_NE(q.resource, nullptr) << q.problem;
+  for (int i = 0; i < 5; ++i) EXPECT_FALSE(q.scan());
+  EXPECT_EQ(q.value("Main.F.OUT"), "10");
+  EXPECT_EQ(q.value("Main.F.COUNT"), "3");
+  EXPECT_EQ(q.resource->program(0).event_total(), 5u);
+  EXPECT_EQ(q.resource->program(0).events().front().last, stdlib::Event::kOutOfRange);
+}
+
+TEST(Taskblocks, ABudgetIsMeasuredWhereThereIsAClock) {
+  RunningClock clock;
+  const std::string text = in_task("B : TIMED;\n", "B();\n");
+  Project p(text, {.budget_clock = &clock});
+  ASSERT_NE(p.resource, nullptr) << p.problem;
+  clock.step = 50'000;
+  EXPECT_FALSE(p.scan());
+  clock.step = 50'001;
+  const runtime::Fault fault = p.scan();
+  EXPECT_EQ(fault.kind, runtime::FaultKind::kBudget);
+  EXPECT_EQ(p.resource->program(0).taskblock_text(fault), "TIMED main.B");
+  Project q(text);
+  EXPECT_FALSE(q.scan());
+}
+
+TEST(Taskblocks, WhatIsNotReadyIsNotLoaded) {
+  Project p(in_task("F : FAULTY;\n", "F(REFUSE := TRUE);\n"));
+  EXPECT_EQ(p.problem, "P7803: taskblock FAULTY of main.F: REFUSE is TRUE");
+}
+
+TEST(Taskblocks, AnImageForOtherBlocksIsRefused) {
+  const ScratchFolder scratch;
+  std::ofstream(scratch.file("test.st")) << in_task("A : SCALE_BY;\n", "A();\n");
+  tools::Compilation compilation;
+  tools::Request request{scratch.file("test.st"), {}, tools::Goal::kRun};
+  request.taskblocks = &registry();
+  tools::compile(request, compilation);
+  ASSERT_TRUE(compilation.image);
+  bytecode::Image image = compilation.image->image();
+  const auto missing = runtime::Resource::load(std::move(*compilation.image), {});
+  ASSERT_FALSE(missing);
+  EXPECT_EQ(missing.error().code, core::Code::P7802);
+  image.blocks[0].layout_hash ^= 1;
+  core::Diagnostics diagnostics;
+  auto verified = bytecode::verify(std::move(image), diagnostics);
+  ASSERT_TRUE(verified);
+  runtime::ProgramOptions options;
+  options.taskblocks = &registry();
+  const auto other = runtime::Resource::load(std::move(*verified), options);
+  ASSERT_FALSE(other);
+  EXPECT_EQ(other.error().code, core::Code::P7802);
+}
+
+TEST(Registry, RefusesWhatCannotBeUsed) {
+  taskblocks::Registry r;
+  picard_library library = *test_library();
+  library.abi_version = 99;
+  EXPECT_EQ(r.add(&library)->code, core::Code::P7801);
+  library = *test_library();
+  library.port_bytes += 8;
+  EXPECT_TRUE(r.add(&library));
+  library = *test_library();
+  library.failure = "why";
+  EXPECT_NE(r.add(&library)->message.find("why"), std::string::npos);
+  EXPECT_FALSE(r.add(test_library()));
+  EXPECT_NE(r.add(test_library(), "second.so")->message.find("SCALE_BY is there already"), std::string::npos);
+  EXPECT_EQ(r.entries().size(), 4u);
+  EXPECT_NE(r.find("scale_by"), nullptr);
+  EXPECT_EQ(r.find("nothing"), nullptr);
+}
+
+}  // namespace
+}  // namespace plc::test
