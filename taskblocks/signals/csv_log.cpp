@@ -234,8 +234,8 @@ void CsvLog::write(std::string_view text, std::uint64_t lines) {
   if (error() == 0 && limit_ != 0 && size_ + text.size() > limit_) error_.store(EFBIG, std::memory_order_relaxed);
   if (error() == 0) {
     if (const int error = write_all(fd_, text); error != 0) {
-      // A part may be there: the file ends with a whole line.
-      if (::ftruncate(fd_, static_cast<off_t>(size_)) != 0) ::lseek(fd_, 0, SEEK_END);
+      // A part may be there: the file shall end with a whole line. When that fails, too, the device is gone.
+      [[maybe_unused]] const int cut = ::ftruncate(fd_, static_cast<off_t>(size_));
       error_.store(error, std::memory_order_relaxed);
     }
   }

@@ -49,7 +49,7 @@ class FileLogger final : public picard::Taskblock {
   picard::Config<picard::Text<80>> file{this, "FILE", "name of the file", {.initial = "'log.csv'"}};
   picard::Config<picard::Text<200>> columns{
       this, "COLUMNS", "names of the columns, separated by commas: as many are written", {.initial = "'IN1'"}};
-  picard::Config<picard::Text<6>> if_exists{this, "IF_EXISTS", "NUMBER, APPEND or REFUSE", {.initial = "'NUMBER'"}};
+  picard::Config<picard::Text<16>> if_exists{this, "IF_EXISTS", "NUMBER, APPEND or REFUSE", {.initial = "'NUMBER'"}};
   picard::Config<std::int32_t> buffer{
       this, "BUFFER", "lines that may wait", {.lowest = 16, .highest = 65536, .initial = "4096"}};
   picard::Config<std::int32_t> limit{
