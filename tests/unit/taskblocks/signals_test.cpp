@@ -677,7 +677,7 @@ TEST_F(FileLogger, TwoDoNotWriteOneFile) {
 
 TEST_F(FileLogger, RefusesWhatIsNoFileNameInItsDirectory) {
   for (const char* const bad :
-       {"", "..", ".", "../log.csv", "a/b.csv", "/tmp/log.csv", ".hidden", "-rf", "a b", "a\nb"}) {
+       {"", "..", ".", "../log.csv", "a/b.csv", "/log.csv", ".hidden", "-rf", "a b", "a\nb"}) {
     EXPECT_NE(refusal(*logger("x", "NUMBER", bad)).find("is not a name of"), std::string::npos) << bad;
   }
   EXPECT_TRUE(fs::is_empty(directory));
