@@ -676,8 +676,7 @@ TEST_F(FileLogger, TwoDoNotWriteOneFile) {
 }
 
 TEST_F(FileLogger, RefusesWhatIsNoFileNameInItsDirectory) {
-  for (const char* const bad :
-       {"", "..", ".", "../log.csv", "a/b.csv", "/log.csv", ".hidden", "-rf", "a b", "a\nb"}) {
+  for (const char* const bad : {"", "..", ".", "../log.csv", "a/b.csv", "/log.csv", ".hidden", "-rf", "a b", "a\nb"}) {
     EXPECT_NE(refusal(*logger("x", "NUMBER", bad)).find("is not a name of"), std::string::npos) << bad;
   }
   EXPECT_TRUE(fs::is_empty(directory));
@@ -687,12 +686,12 @@ TEST_F(FileLogger, RefusesWhatIsNoFileNameInItsDirectory) {
 }
 
 TEST_F(FileLogger, FollowsNoLinkAndWaitsForNoPipe) {
-  std::ofstream(directory / "target") << "precious";
+  std::ofstream(directory / "target") << "utc,time_s,x\n";  // what APPEND would go on with
   fs::create_symlink("target", directory / "log.csv");
   EXPECT_NE(refusal(*logger("x", "APPEND")), "");
   EXPECT_NE(refusal(*logger("x", "REFUSE")), "");
   logger("x", "NUMBER")->fire();
-  EXPECT_EQ(text("target"), "precious");
+  EXPECT_EQ(text("target"), "utc,time_s,x\n");
   EXPECT_EQ(lines("log-1.csv").size(), 2U);
   ASSERT_EQ(mkfifo((directory / "pipe").c_str(), 0600), 0);
   EXPECT_EQ(refusal(*logger("x", "APPEND", "pipe")), "FILE 'pipe' is no regular file");
