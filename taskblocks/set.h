@@ -8,6 +8,7 @@
 namespace plc::blocks {
 
 const picard_library* filters_library();
+const picard_library* signals_library();
 
 inline std::array<const picard_library*, 1> linked_libraries() { return {filters_library()}; }
 

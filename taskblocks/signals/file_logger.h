@@ -1,0 +1,99 @@
+// FILE_LOGGER: signals into a CSV file. The example of a block that needs I/O: the file belongs to a thread of its own,
+// fire() puts a line into a ring and goes on.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <optional>
+#include <string>
+
+#include "picard/taskblock.h"
+#include "taskblocks/signals/csv_log.h"
+
+namespace plc::blocks {
+
+class FileLogger final : public picard::Taskblock {
+ public:
+  static constexpr picard::Info info{
+      .name = "FILE_LOGGER",
+      .group = "Signals",
+      .summary = "Writes up to eight signals into a CSV file without making the task wait.",
+      .details =
+          "Each execution with ENABLE is a line: `utc`, the date and time of the first line plus the time since; "
+          "`time_s`, "
+          "the seconds since the first line by the task's clock; and one value for each name in COLUMNS, from IN1 on, "
+          "in "
+          "the shortest form that reads back the same (`nan`, `inf` and `-inf` are written so).\n\n"
+          "The task never waits: lines go through a ring of BUFFER lines to a thread that writes them every 20 ms. "
+          "When "
+          "the disk is slower than that, lines are dropped and DROPPED counts them: "
+          "after the end, WRITTEN + DROPPED is the number of lines there should be. When the file cannot be written, "
+          "or "
+          "has LIMIT megabytes, ERROR is the number that Linux gives the reason (28: the disk is full, 27: LIMIT is "
+          "reached), whole lines stay, and nothing more is written. When the program ends, what waits is written down "
+          "to the disk.\n\n"
+          "FILE is a name without folders; letters, digits, `.`, `_` and `-`. The file lies in the directory that the "
+          "environment variable PICARD_LOG_DIRECTORY names, otherwise in the one the program was started in. Nothing "
+          "is "
+          "ever overwritten. IF_EXISTS says what happens when there is such a file: `NUMBER` takes the first free one "
+          "of log-1.csv, log-2.csv ..; `APPEND` goes on in it, if it has the same columns and no other logger writes "
+          "it; `REFUSE` does not start."};
+
+  picard::Input<double> in[CsvLog::kColumns]{
+      {this, "IN1", "value of the first column"},   {this, "IN2", "value of the second column"},
+      {this, "IN3", "value of the third column"},   {this, "IN4", "value of the fourth column"},
+      {this, "IN5", "value of the fifth column"},   {this, "IN6", "value of the sixth column"},
+      {this, "IN7", "value of the seventh column"}, {this, "IN8", "value of the eighth column"}};
+  picard::Input<bool> enable{this, "ENABLE", "TRUE: write a line", {.initial = "TRUE"}};
+  picard::Config<picard::Text<80>> file{this, "FILE", "name of the file", {.initial = "'log.csv'"}};
+  picard::Config<picard::Text<200>> columns{
+      this, "COLUMNS", "names of the columns, separated by commas: as many are written", {.initial = "'IN1'"}};
+  picard::Config<picard::Text<16>> if_exists{this, "IF_EXISTS", "NUMBER, APPEND or REFUSE", {.initial = "'NUMBER'"}};
+  picard::Config<std::int32_t> buffer{
+      this, "BUFFER", "lines that may wait", {.lowest = 16, .highest = 65536, .initial = "4096"}};
+  picard::Config<std::int32_t> limit{
+      this, "LIMIT", "size of the file at most, 0 = any", {.unit = "MB", .lowest = 0, .initial = "100"}};
+  picard::Output<std::uint64_t> written{this, "WRITTEN", "lines in the file"};
+  picard::Output<std::uint64_t> dropped{this, "DROPPED", "lines that are lost"};
+  picard::Output<std::int32_t> error{this, "ERROR", "why nothing more is written, 0 = it is"};
+
+  void ready() override {
+    CsvLog::Options options;
+    const char* const directory = std::getenv("PICARD_LOG_DIRECTORY");
+    options.directory = directory != nullptr && *directory != '\0' ? directory : ".";
+    options.file = std::string(file->view());
+    options.columns = CsvLog::columns_of(columns->view());
+    if (if_exists->view() == "NUMBER") {
+      options.if_exists = CsvLog::IfExists::Number;
+    } else if (if_exists->view() == "APPEND") {
+      options.if_exists = CsvLog::IfExists::Append;
+    } else if (if_exists->view() == "REFUSE") {
+      options.if_exists = CsvLog::IfExists::Refuse;
+    } else {
+      throw picard::Failure("IF_EXISTS is none of NUMBER, APPEND, REFUSE");
+    }
+    if (buffer < 16 || buffer > 65536) throw picard::Failure("BUFFER is not 16..65536 lines");
+    if (limit < 0) throw picard::Failure("LIMIT is below 0");
+    options.lines = static_cast<std::size_t>(buffer.get());
+    options.limit = static_cast<std::uint64_t>(limit.get()) * 1'000'000;
+    log_.emplace(options);
+  }
+
+  void fire() override {
+    if (enable) {
+      CsvLog::Line line{now().count(), {}};
+      for (std::size_t i = 0; i < CsvLog::kColumns; ++i) line.values[i] = in[i];
+      if (!log_->push(line)) ++rejected_;
+    }
+    written = log_->written();
+    dropped = rejected_ + log_->lost();
+    error = log_->error();
+  }
+
+ private:
+  std::optional<CsvLog> log_;  ///< made in ready()
+  std::uint64_t rejected_ = 0;
+};
+
+}  // namespace plc::blocks
