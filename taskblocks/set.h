@@ -10,6 +10,6 @@ namespace plc::blocks {
 const picard_library* filters_library();
 const picard_library* signals_library();
 
-inline std::array<const picard_library*, 1> linked_libraries() { return {filters_library()}; }
+inline std::array<const picard_library*, 2> linked_libraries() { return {filters_library(), signals_library()}; }
 
 }  // namespace plc::blocks
