@@ -6,5 +6,6 @@
 namespace plc::blocks {
 
 const picard_library* filters_library();
+const picard_library* motion_library();
 
 }  // namespace plc::blocks

@@ -1,0 +1,12 @@
+// The blocks of this folder.
+#include "taskblocks/motion/kinematics.h"
+#include "taskblocks/motion/s_curve.h"
+#include "taskblocks/motion/scara.h"
+#include "taskblocks/motion/trapezoid.h"
+#include "taskblocks/set.h"
+
+namespace plc::blocks {
+
+PICARD_LINKED_LIBRARY(motion_library, "motion", "1.0.0", Trapezoid, SCurve, Scara, Kinematics)
+
+}  // namespace plc::blocks
