@@ -126,8 +126,8 @@ void Interpolator::travel(double seconds) noexcept {
     spindle_ = element.spindle;
     if (way_ >= element.length - kNothing) {
       position_ = element.end;
-      if (exits_[head_] <= 0) speed_ = 0;
       drop_head();
+      if (count_ == 0 || !at(0).moves()) speed_ = 0;  // but for roundings it is
     } else {
       position_ = element.point(way_);
     }
