@@ -47,8 +47,9 @@ class PositionLoop {
   /// point's speed and acceleration: 1 and the drive's time constant make up for the drive.
   [[nodiscard]] double step(double set_point, double actual, double period, double gain, double speed_share,
                             double acceleration_time) noexcept {
-    const double speed = (set_point - before_) / period;
     const double acceleration = (set_point - 2 * before_ + before_that_) / (period * period);
+    // The command is for the period to come, in which the set point will be this fast, and not as fast as in the last.
+    const double speed = (set_point - before_) / period + acceleration * period;
     before_that_ = before_;
     before_ = set_point;
     return gain * (set_point - actual) + speed_share * speed + acceleration_time * acceleration;
