@@ -1,4 +1,4 @@
-#include "examples/cnc/blocks/element.h"
+#include "element.h"
 
 #include <algorithm>
 #include <cmath>

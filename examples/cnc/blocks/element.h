@@ -7,7 +7,7 @@
 #include <array>
 #include <cstdint>
 
-#include "examples/cnc/blocks/segment.h"
+#include "segment.h"
 
 namespace cnc {
 

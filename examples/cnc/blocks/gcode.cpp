@@ -1,4 +1,4 @@
-#include "examples/cnc/blocks/gcode.h"
+#include "gcode.h"
 
 #include <algorithm>
 #include <cmath>

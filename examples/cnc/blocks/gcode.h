@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "examples/cnc/blocks/segment.h"
+#include "segment.h"
 
 namespace cnc {
 

@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "examples/cnc/blocks/gcode.h"
+#include "gcode.h"
 #include "picard/taskblock.h"
 
 namespace cnc {

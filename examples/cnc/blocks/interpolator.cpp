@@ -1,4 +1,4 @@
-#include "examples/cnc/blocks/interpolator.h"
+#include "interpolator.h"
 
 #include <algorithm>
 #include <cmath>

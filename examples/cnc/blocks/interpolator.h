@@ -9,7 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "examples/cnc/blocks/element.h"
+#include "element.h"
 
 namespace cnc {
 

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "examples/cnc/blocks/interpolator.h"
+#include "interpolator.h"
 #include "picard/taskblock.h"
 
 namespace cnc {

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "examples/cnc/blocks/axis.h"
+#include "axis.h"
 #include "picard/taskblock.h"
 
 namespace cnc {
