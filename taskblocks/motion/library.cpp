@@ -1,4 +1,5 @@
 // The blocks of this folder.
+#include "taskblocks/motion/gear.h"
 #include "taskblocks/motion/kinematics.h"
 #include "taskblocks/motion/s_curve.h"
 #include "taskblocks/motion/scara.h"
@@ -7,6 +8,6 @@
 
 namespace plc::blocks {
 
-PICARD_LINKED_LIBRARY(motion_library, "motion", "1.0.0", Trapezoid, SCurve, Scara, Kinematics)
+PICARD_LINKED_LIBRARY(motion_library, "motion", "1.0.0", Trapezoid, SCurve, Scara, Kinematics, Gear)
 
 }  // namespace plc::blocks

@@ -484,6 +484,84 @@ TEST(Kinematics, ConditionOfADiagonalIsTheRatioAndMayBeTooHigh) {
   }
 }
 
+// ---- gear ---------------------------------------------------------------------------------------------------------
+
+struct Wheels {
+  Wheels(double numerator, double denominator) {
+    gear.port<double>("NUMERATOR") = numerator;
+    gear.port<double>("DENOMINATOR") = denominator;
+  }
+  double at(double master) {
+    gear.port<double>("MASTER") = master;
+    gear.fire();
+    return gear.port<double>("SLAVE");
+  }
+  picard::Instance gear{motion_library(), "GEAR", milliseconds(1)};
+};
+
+// A clutch that closes evenly over T while the master turns with w: the slave turns by w r T / 2 until then, as a body
+// that is accelerated evenly does, and with w r afterwards.
+TEST(Gear, EngagesLikeAnEvenAcceleration) {
+  Wheels wheels(3, 4);
+  wheels.gear.port<double>("START") = 7;
+  wheels.gear.port<double>("SLEW") = 1.5;  // 0.75 in 0.5 s
+  for (int i = 0; i <= 100; ++i) EXPECT_EQ(wheels.at(0.01 * i), 7);
+  wheels.gear.port<bool>("ENGAGE") = true;
+  for (int i = 1; i <= 2000; ++i) {
+    const double t = i * kPeriod;
+    const double expected = 7 + 10 * 0.75 * (t < 0.5 ? t * t : t - 0.25);
+    ASSERT_NEAR(wheels.at(1 + 10 * t), expected, 1e-9) << i;
+    const bool near = i >= 499 && i <= 501;
+    ASSERT_TRUE(near || wheels.gear.port<bool>("ENGAGED") == (i > 500)) << i;
+  }
+  wheels.gear.port<bool>("ENGAGE") = false;
+  const double from = wheels.gear.port<double>("SLAVE");
+  for (int i = 1; i <= 1000; ++i) wheels.at(21 + 10 * i * kPeriod);
+  EXPECT_NEAR(wheels.gear.port<double>("SLAVE"), from + 10 * 0.75 * 0.25, 1e-9);
+  EXPECT_EQ(wheels.gear.port<double>("RATIO"), 0);
+}
+
+TEST(Gear, ARotaryMasterMayGoAroundForLongInBothDirections) {
+  Wheels wheels(-1, 3);
+  wheels.gear.port<double>("MODULO") = 360;
+  wheels.gear.port<double>("SLEW") = 1e9;
+  wheels.gear.port<bool>("ENGAGE") = true;
+  wheels.at(0);
+  wheels.at(0);  // engaged
+  for (int i = 1; i <= 1000000; ++i) wheels.at(std::fmod(0.7 * i, 360));
+  EXPECT_NEAR(wheels.gear.port<double>("SLAVE"), -0.7 * 1000000 / 3, 1e-6);
+  for (int i = 999999; i >= 0; --i) wheels.at(std::fmod(0.7 * i, 360));
+  EXPECT_NEAR(wheels.gear.port<double>("SLAVE"), 0, 1e-9) << "nothing has added up";
+}
+
+TEST(Gear, WhatMakesNoSenseHoldsTheSlave) {
+  for (const char* port : {"MASTER", "NUMERATOR", "DENOMINATOR", "SLEW"}) {
+    Wheels wheels(2, 1);
+    wheels.gear.port<bool>("ENGAGE") = true;
+    wheels.gear.port<double>("SLEW") = 4000;
+    for (int i = 0; i < 10; ++i) wheels.at(i);
+    const double slave = wheels.gear.port<double>("SLAVE");
+    EXPECT_GT(slave, 10);
+    const double right = wheels.gear.port<double>(port);
+    for (int i = 10; i < 20; ++i) {
+      wheels.gear.port<double>("MASTER") = i;
+      wheels.gear.port<double>(port) = port == std::string("DENOMINATOR") ? 0 : kNan;
+      wheels.gear.fire();
+      EXPECT_TRUE(wheels.gear.port<bool>("ERROR")) << port;
+      EXPECT_EQ(wheels.gear.port<double>("SLAVE"), slave) << port;
+    }
+    wheels.gear.port<double>(port) = right;
+    EXPECT_EQ(wheels.at(20), slave) << port;
+    EXPECT_NEAR(wheels.at(21), slave + 1, 1e-12) << "the clutch closes anew, within one cycle";
+    EXPECT_NEAR(wheels.at(22), slave + 3, 1e-12);
+  }
+  for (const char* port : {"START", "MODULO"}) {
+    Wheels wheels(1, 1);
+    wheels.gear.port<double>(port) = kNan;
+    EXPECT_THROW(wheels.gear.ready(), std::runtime_error);
+  }
+}
+
 // ---- all ----------------------------------------------------------------------------------------------------------
 
 TEST(Motion, FireAllocatesNothing) {
