@@ -105,7 +105,7 @@ class Instance {
   template <class T>
   T& port(std::string_view name) {
     const std::uint32_t i = find(name);
-    if (block_->ports[i].type != detail::type_of<T>()) throw std::invalid_argument("port of another type");
+    if (!same(*block_->ports[i].type, *detail::type_of<T>())) throw std::invalid_argument("port of another type");
     return *static_cast<T*>(places_[i]);
   }
   TestQueue& queue(std::string_view name) {
@@ -119,6 +119,15 @@ class Instance {
       if (name == block_->ports[i].name) return i;
     }
     throw std::invalid_argument("no port " + std::string(name));
+  }
+  /// WHY not by address: a shared library has descriptions of its own.
+  static bool same(const picard_type& a, const picard_type& b) {
+    if (a.kind != b.kind || a.size != b.size || a.capacity != b.capacity || a.field_count != b.field_count) return false;
+    if (std::strcmp(a.name, b.name) != 0 || (a.kind == PICARD_ARRAY && !same(*a.element, *b.element))) return false;
+    for (std::uint32_t i = 0; i < a.field_count; ++i) {
+      if (a.fields[i].offset != b.fields[i].offset || !same(*a.fields[i].type, *b.fields[i].type)) return false;
+    }
+    return true;
   }
   static void* align(std::vector<std::byte>& memory) {
     const auto at = reinterpret_cast<std::uintptr_t>(memory.data());
@@ -137,7 +146,7 @@ class Instance {
   }
   template <class T>
   static bool give(const picard_port& port, void* at, T value) {
-    if (port.type != detail::type_of<T>()) return false;
+    if (!same(*port.type, *detail::type_of<T>())) return false;
     std::memcpy(at, &value, sizeof value);
     return true;
   }

@@ -1,0 +1,93 @@
+%
+(Bearing plate 100 x 60 x 6, aluminium, mill of 6 mm. Zero: lower left corner, top.)
+(All paths are those of the centre of the tool.)
+N10 G17 G21 G90
+N20 M6 (mill of 6 mm)
+N30 S6000 M3
+N40 G4 P0.2 (until the spindle is at its speed)
+N50 M8
+
+(Four holes of 7 mm: helix down, once around at the bottom)
+N100 G0 Z5
+N110 G0 X10.5 Y10
+N120 G1 Z0.2 F600
+N130 G3 I-0.5 J0 Z-3 F300
+N140 G3 I-0.5 J0 Z-6.2
+N150 G3 I-0.5 J0
+N160 G0 Z5
+N170 G0 X90.5 Y10
+N180 G1 Z0.2 F600
+N190 G3 I-0.5 J0 Z-3 F300
+N200 G3 I-0.5 J0 Z-6.2
+N210 G3 I-0.5 J0
+N220 G0 Z5
+N230 G0 X90.5 Y50
+N240 G1 Z0.2 F600
+N250 G3 I-0.5 J0 Z-3 F300
+N260 G3 I-0.5 J0 Z-6.2
+N270 G3 I-0.5 J0
+N280 G0 Z5
+N290 G0 X10.5 Y50
+N300 G1 Z0.2 F600
+N310 G3 I-0.5 J0 Z-3 F300
+N320 G3 I-0.5 J0 Z-6.2
+N330 G3 I-0.5 J0
+N340 G0 Z5
+
+(Round pocket of 36 mm, 3 deep: helix in, then half circles that grow)
+N400 G0 X52 Y30
+N410 G1 Z0.2 F600
+N420 G3 I-2 J0 Z-3 F400
+N430 G3 X46 R3 F1500
+N440 G3 X55 R4.5
+N450 G3 X42.5 R6.25
+N460 G3 X59 R8.25
+N470 G3 X39 R10
+N480 G3 X62.5 R11.75
+N490 G3 X36 R13.25
+N500 G3 X65 R14.5
+N510 G3 I-15 J0
+N520 G0 Z5
+
+(Slot of 6 mm with a bend, in three passes, incremental)
+N600 G0 X20 Y22
+N610 G1 Z0 F600
+N620 G91
+N630 G1 Y16 Z-1 F500
+N640 G1 Y-16 Z-1
+N650 G1 Y16
+N660 G2 X3 Y3 I3 J0
+N670 G1 X4.5
+N680 G90
+N690 G0 Z5
+
+(A name plate: straight strokes with sharp corners)
+N700 G0 X74 Y24
+N710 G1 Z-0.3 F300
+N720 G1 Y36 F1200
+N730 X80 Y28
+N740 X86 Y36
+N750 Y24
+N760 G0 Z5
+
+(Outline with corners of 10 mm, in inches for a change: 1 in = 25.4 mm)
+N800 M9 (dry: the last pass is to be seen)
+N810 G0 X50 Y-12
+N820 G1 Z-6.2 F800
+N830 G20
+N840 G3 X1.5748 Y-0.1181 R0.4 F70
+N850 G21
+N860 G1 X10 Y-3 F1800
+N870 G2 X-3 Y10 I0 J13
+N880 G1 Y50
+N890 G2 X10 Y63 R13
+N900 G1 X90
+N910 G2 X103 Y50 R13
+N920 G1 Y10
+N930 G2 X90 Y-3 I-13 J0
+N940 G1 X40
+N950 G0 Z25
+N960 M5
+N970 G0 X0 Y0
+N980 M30
+%
