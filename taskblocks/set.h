@@ -5,6 +5,7 @@
 
 namespace plc::blocks {
 
+const picard_library* control_library();
 const picard_library* filters_library();
 
 }  // namespace plc::blocks
