@@ -93,19 +93,17 @@ class Kalman final : public picard::Taskblock {
     model.r = read_covariance<kMeasured>(r.get(), ny, "R is not symmetric and positive definite");
     model.x0 = read_matrix<kStates, 1>(x0.get(), nx, 1, "a number in X0 is not finite");
     model.p0 = read_covariance<kStates>(p0.get(), nx, "P0 is not symmetric and positive semidefinite");
-    Matrix<kMeasured, kMeasured> definite = Matrix<kMeasured, kMeasured>::Identity();
-    const int measurements = ny.get();
-    definite.topLeftCorner(measurements, measurements) = model.r.topLeftCorner(measurements, measurements);
-    if (Eigen::LLT<Matrix<kMeasured, kMeasured>>(definite).info() != Eigen::Success) {
+    if (Eigen::LLT<Matrix<kMeasured, kMeasured>>(model.r).info() != Eigen::Success) {
       throw picard::Failure("R is not symmetric and positive definite");
     }
     filter_ = KalmanFilter(model);
+    inputs_ = Vector<kInputs>::Zero(nu.get());
   }
 
   void fire() override {
     bool good = true;
     for (int i = 0; i < nu; ++i) good = take_finite(u[static_cast<std::size_t>(i)], inputs_(i)) && good;
-    Vector<kMeasured> measured = Vector<kMeasured>::Zero();
+    Vector<kMeasured> measured = Vector<kMeasured>::Zero(ny.get());
     std::array<bool, kMeasured> used{};
     for (std::size_t i = 0; i < static_cast<std::size_t>(ny.get()); ++i) {
       used[i] = valid[i] && take_finite(y[i], measured(static_cast<int>(i)));
@@ -128,7 +126,7 @@ class Kalman final : public picard::Taskblock {
 
  private:
   KalmanFilter filter_;
-  Vector<kInputs> inputs_ = Vector<kInputs>::Zero();
+  Vector<kInputs> inputs_;
   bool started_ = false;
 };
 

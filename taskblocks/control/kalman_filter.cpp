@@ -16,6 +16,13 @@ Matrix<Rows, Rows> spread(const Matrix<Rows, Columns>& m, const Matrix<Columns, 
 
 }  // namespace
 
+KalmanFilter::KalmanFilter(const KalmanModel& model)
+    : model_(model),
+      innovation_(Vector<kMeasured>::Zero(model.c.rows())),
+      innovation_variance_(Vector<kMeasured>::Zero(model.c.rows())) {
+  reset();
+}
+
 bool KalmanFilter::predict(const Vector<kInputs>& u) noexcept {
   const Vector<kStates> x = times(model_.a, x_) + times(model_.b, u);
   const States p = spread(model_.a, p_) + model_.q;
@@ -29,10 +36,10 @@ bool KalmanFilter::correct(const Vector<kMeasured>& y, const std::array<bool, kM
   // A measurement that is not used becomes one of nothing, with a noise of its own: its column of the gain is 0.
   Matrix<kMeasured, kStates> c = model_.c;
   Measurements r = model_.r;
-  Vector<kMeasured> innovation = Vector<kMeasured>::Zero();
-  for (int i = 0; i < kMeasured; ++i) {
+  Vector<kMeasured> innovation = Vector<kMeasured>::Zero(y.size());
+  for (int i = 0; i < y.size(); ++i) {
     if (used[static_cast<std::size_t>(i)]) {
-      innovation(i) = y(i) - times(model_.c.row(i), x_).value();
+      innovation(i) = y(i) - model_.c.row(i).dot(x_);
     } else {
       c.row(i).setZero();
       r.row(i).setZero();
@@ -44,17 +51,18 @@ bool KalmanFilter::correct(const Vector<kMeasured>& y, const std::array<bool, kM
   const Eigen::LLT<Measurements> factors(s);
   if (factors.info() != Eigen::Success) return false;
   const Matrix<kMeasured, kStates> cp = times(c, p_);
-  const Matrix<kMeasured, kStates> gain = factors.solve(cp);  // transposed
+  const Matrix<kMeasured, kStates> transposed = factors.solve(cp);
   const Vector<kMeasured> weighted = factors.solve(innovation);
-  const Vector<kStates> x = x_ + times(gain.transpose(), innovation);
-  const States rest = States::Identity() - times(gain.transpose(), c);
-  const States p = spread(rest, p_) + spread<kStates, kMeasured>(gain.transpose(), r);
+  const Matrix<kStates, kMeasured> gain = transposed.transpose();
+  const Vector<kStates> x = x_ + times(gain, innovation);
+  const States rest = States::Identity(x_.size(), x_.size()) - times(gain, c);
+  const States p = spread(rest, p_) + spread(gain, r);
   if (!x.allFinite() || !p.allFinite()) return false;
   x_ = x;
   p_ = p;
   innovation_ = innovation;
   normalized_square_ = innovation.dot(weighted);
-  for (int i = 0; i < kMeasured; ++i) innovation_variance_(i) = used[static_cast<std::size_t>(i)] ? s(i, i) : 0;
+  for (int i = 0; i < y.size(); ++i) innovation_variance_(i) = used[static_cast<std::size_t>(i)] ? s(i, i) : 0;
   return true;
 }
 

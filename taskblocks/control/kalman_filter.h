@@ -1,8 +1,8 @@
 // KalmanFilter: the linear Kalman filter in discrete time, without ports.
 //
 // In: a model with its covariances, then inputs and measurements. Out: the estimate, its covariance, the innovations.
-// Notation of Simon, "Optimal State Estimation" (2006), 5.1. The covariance is corrected in Joseph's form: symmetric, and
-// insensitive to a gain that is rounded. RT. Does not belong here: ports, what is valid (kalman.h).
+// Notation of Simon, "Optimal State Estimation" (2006), 5.1. The covariance is corrected in Joseph's form: symmetric,
+// and insensitive to a gain that is rounded. RT. Does not belong here: ports, what is valid (kalman.h).
 #pragma once
 
 #include <array>
@@ -11,20 +11,21 @@
 
 namespace plc::blocks {
 
+/// Sizes that belong together: of `a` the number of states, of `b` that of inputs, of `c` that of measurements.
 struct KalmanModel {
-  Matrix<kStates, kStates> a = Matrix<kStates, kStates>::Zero();
-  Matrix<kStates, kInputs> b = Matrix<kStates, kInputs>::Zero();
-  Matrix<kMeasured, kStates> c = Matrix<kMeasured, kStates>::Zero();
-  Matrix<kStates, kStates> q = Matrix<kStates, kStates>::Zero();          ///< covariance of the noise of a step
-  Matrix<kMeasured, kMeasured> r = Matrix<kMeasured, kMeasured>::Zero();  ///< covariance of the measurements
-  Vector<kStates> x0 = Vector<kStates>::Zero();
-  Matrix<kStates, kStates> p0 = Matrix<kStates, kStates>::Zero();  ///< covariance of x0
+  Matrix<kStates, kStates> a;
+  Matrix<kStates, kInputs> b;
+  Matrix<kMeasured, kStates> c;
+  Matrix<kStates, kStates> q;      ///< covariance of the noise of a step
+  Matrix<kMeasured, kMeasured> r;  ///< covariance of the measurements
+  Vector<kStates> x0;
+  Matrix<kStates, kStates> p0;  ///< covariance of x0
 };
 
 class KalmanFilter {
  public:
   KalmanFilter() = default;
-  explicit KalmanFilter(const KalmanModel& model) : model_(model) { reset(); }
+  explicit KalmanFilter(const KalmanModel& model);
 
   void reset() noexcept {
     x_ = model_.x0;
@@ -47,10 +48,10 @@ class KalmanFilter {
 
  private:
   KalmanModel model_;
-  Vector<kStates> x_ = Vector<kStates>::Zero();
-  Matrix<kStates, kStates> p_ = Matrix<kStates, kStates>::Zero();
-  Vector<kMeasured> innovation_ = Vector<kMeasured>::Zero();
-  Vector<kMeasured> innovation_variance_ = Vector<kMeasured>::Zero();
+  Vector<kStates> x_;
+  Matrix<kStates, kStates> p_;
+  Vector<kMeasured> innovation_;
+  Vector<kMeasured> innovation_variance_;
   double normalized_square_ = 0;
 };
 

@@ -1,8 +1,7 @@
-// Matrices of the models in discrete time: read from configuration ports, kept in full size.
+// Matrices of the models in discrete time: of the sizes in use, with room for the largest.
 //
-// In: numbers row by row, as many as the sizes say. Out: matrices of the largest size, with zeros around: states,
-// inputs and measurements that are not used stay zero by the arithmetic itself. That keeps every product of a fixed
-// size and on the stack. RT except for reading, which is for ready(). Does not belong here: models.
+// In: numbers of configuration ports, row by row. Out: matrices without memory on the heap, whose products ask for none
+// either. RT except for reading and checking, which are for ready(). Does not belong here: models.
 #pragma once
 
 #include <Eigen/Cholesky>
@@ -20,12 +19,13 @@ inline constexpr int kStates = 8;
 inline constexpr int kInputs = 4;
 inline constexpr int kMeasured = 4;  ///< outputs of a model, measurements of an estimator
 
-template <int Rows, int Columns>
-using Matrix = Eigen::Matrix<double, Rows, Columns>;
-template <int Size>
-using Vector = Eigen::Matrix<double, Size, 1>;
+/// Of any size up to this one.
+template <int MostRows, int MostColumns>
+using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, MostRows, MostColumns>;
+template <int Most>
+using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, Most, 1>;
 
-/// Throws `complaint`, a literal, when `size` is not within 1 .. most, or 0 .. most where `least` is 0.
+/// Throws `complaint`, a literal, when `size` is not within least .. most.
 inline void check_size(int size, int least, int most, const char* complaint) {
   if (size < least || size > most) throw picard::Failure(complaint);
 }
@@ -35,7 +35,7 @@ template <int Rows, int Columns, std::size_t Count>
 Matrix<Rows, Columns> read_matrix(const std::array<double, Count>& numbers, int rows, int columns,
                                   const char* complaint) {
   static_assert(Count >= static_cast<std::size_t>(Rows) * Columns);
-  Matrix<Rows, Columns> matrix = Matrix<Rows, Columns>::Zero();
+  Matrix<Rows, Columns> matrix(rows, columns);
   for (int i = 0; i < rows; ++i) {
     for (int k = 0; k < columns; ++k) {
       const double number = numbers[static_cast<std::size_t>(i * columns + k)];
@@ -58,7 +58,7 @@ Matrix<Size, Size> read_covariance(const std::array<double, Count>& numbers, int
   return matrix;
 }
 
-/// a * b without Eigen's blocked product, which is made for large matrices.
+/// a * b without Eigen's blocked product, which is made for large matrices and copies them.
 template <class A, class B>
 auto times(const Eigen::MatrixBase<A>& a, const Eigen::MatrixBase<B>& b) {
   return a.lazyProduct(b);
@@ -71,11 +71,11 @@ inline bool take_finite(double value, double& kept) {
   return true;
 }
 
-/// The first elements of an array.
+/// As the first elements of an array.
 template <std::size_t Count, int Size>
 void show_vector(const Vector<Size>& vector, std::array<double, Count>& numbers) {
   static_assert(Count == Size);
-  for (int i = 0; i < Size; ++i) numbers[static_cast<std::size_t>(i)] = vector(i);
+  for (int i = 0; i < vector.size(); ++i) numbers[static_cast<std::size_t>(i)] = vector(i);
 }
 
 }  // namespace plc::blocks

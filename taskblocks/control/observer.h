@@ -71,6 +71,7 @@ class Observer final : public picard::Taskblock {
     l_ = read_matrix<kStates, kMeasured>(l.get(), nx, ny, "a number in L is not finite");
     x0_ = read_matrix<kStates, 1>(x0.get(), nx, 1, "a number in X0 is not finite");
     state_ = x0_;
+    inputs_ = Vector<kInputs>::Zero(nu.get());
   }
 
   void fire() override {
@@ -80,7 +81,7 @@ class Observer final : public picard::Taskblock {
     if (started_ && !reset) next = times(a_, state_) + times(b_, inputs_);
     started_ = true;
     const Vector<kMeasured> expected = times(c_, next);
-    Vector<kMeasured> innovations = Vector<kMeasured>::Zero();
+    Vector<kMeasured> innovations = Vector<kMeasured>::Zero(ny.get());
     for (int i = 0; i < ny; ++i) {
       const double measured = y[static_cast<std::size_t>(i)];
       good = take_finite(measured - expected(i), innovations(i)) && good;
@@ -103,7 +104,7 @@ class Observer final : public picard::Taskblock {
   Matrix<kStates, kMeasured> l_;
   Vector<kStates> x0_;
   Vector<kStates> state_;
-  Vector<kInputs> inputs_ = Vector<kInputs>::Zero();
+  Vector<kInputs> inputs_;
   bool started_ = false;
 };
 

@@ -64,9 +64,9 @@ class StateFeedback final : public picard::Taskblock {
   }
 
   void fire() override {
-    Vector<kStates> state = Vector<kStates>::Zero();
+    Vector<kStates> state(nx.get());
     for (int i = 0; i < nx; ++i) state(i) = x[static_cast<std::size_t>(i)];
-    Vector<kMeasured> setpoints = Vector<kMeasured>::Zero();
+    Vector<kMeasured> setpoints(nr.get());
     for (int i = 0; i < nr; ++i) setpoints(i) = r[static_cast<std::size_t>(i)];
     const Vector<kInputs> outputs = times(n_, setpoints) - times(k_, state);
     bad = !outputs.allFinite();

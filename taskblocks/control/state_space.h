@@ -76,6 +76,7 @@ class StateSpace final : public picard::Taskblock {
       if (std::isnan(ymin[i]) || std::isnan(ymax[i])) throw picard::Failure("a number in YMIN or YMAX is NaN");
     }
     state_ = x0_;
+    inputs_ = Vector<kInputs>::Zero(nu.get());
   }
 
   void fire() override {
@@ -84,7 +85,7 @@ class StateSpace final : public picard::Taskblock {
     if (reset) state_ = x0_;
     show_vector<kStates>(state_, *x);
     const Vector<kMeasured> outputs = times(c_, state_) + times(d_, inputs_);
-    for (std::size_t i = 0; i < kMeasured; ++i) {
+    for (std::size_t i = 0; i < static_cast<std::size_t>(ny.get()); ++i) {
       double value = outputs(static_cast<int>(i));
       if (ymin[i] < ymax[i]) value = std::clamp(value, ymin[i], ymax[i]);
       good = take_finite(value, *y[i]) && good;
@@ -105,7 +106,7 @@ class StateSpace final : public picard::Taskblock {
   Matrix<kMeasured, kInputs> d_;
   Vector<kStates> x0_;
   Vector<kStates> state_;
-  Vector<kInputs> inputs_ = Vector<kInputs>::Zero();
+  Vector<kInputs> inputs_;
 };
 
 }  // namespace plc::blocks
