@@ -7,6 +7,7 @@
 
 namespace plc::blocks {
 
+const picard_library* control_library();
 const picard_library* filters_library();
 const picard_library* signals_library();
 const picard_library* control_library();
