@@ -1,8 +1,8 @@
-/* What a taskblock library and the runtime say to each other: plain C, so that compilers, standard libraries and
- * versions may differ on both sides. Component authors use taskblock.h, which fills all of this in.
- *
- * A library exports one function, picard_library_v1(). What it returns lives as long as the library is loaded and never
- * changes. Sizes in the structures let a newer runtime read older libraries; another PICARD_ABI_VERSION is refused. */
+// What a taskblock library and the runtime say to each other: plain C, so that compilers, standard libraries and
+// versions may differ on both sides. Component authors use taskblock.h, which fills all of this in.
+//
+// A library exports one function, picard_library_v1(). What it returns lives as long as the library is loaded and never
+// changes. Sizes in the structures let a newer runtime read older libraries; another PICARD_ABI_VERSION is refused.
 #ifndef PICARD_ABI_H
 #define PICARD_ABI_H
 

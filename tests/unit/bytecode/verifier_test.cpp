@@ -381,6 +381,8 @@ const std::vector<Case>& cases() {
       {Rule::kV503, "other ports", [](Sample& s) { s.image.types[s.image.blocks[0].type].fields[0].name = "OTHER"; }},
       {Rule::kV503, "a block of no type", [](Sample& s) { s.image.blocks[0].type = 9999; }},
       {Rule::kV504, "an unknown function", [](Sample& s) { s.image.functions[0] = "NOPE:INT"; }},
+      {Rule::kV507, "a wire to what is no taskblock",
+       [](Sample& s) { s.image.pous[s.main].wires.push_back({0, 0, 0}); }},
       {Rule::kV505, "an argument missing",
        [](Sample& s) {
          ImagePou& p = s.image.pous[s.main];
