@@ -62,6 +62,15 @@ void WaitFreeExchange::prepare() {
     }
     slice.last_stretch = static_cast<std::uint32_t>(stretches.size());
     slice.last_leaves = static_cast<std::uint32_t>(all_leaves.size());
+    if (range.use == Use::kImport) {
+      for (std::uint32_t s = slice.first_stretch; s < slice.last_stretch; ++s)
+        slice.bytes += stretches[s].end - stretches[s].begin;
+      // Of each leaf all copies, with their stamps.
+      for (std::uint32_t l = slice.first_leaves; l < slice.last_leaves; ++l) {
+        const GlobalTable::Leaves& leaves = globals_.leaves_[all_leaves[l]];
+        slice.bytes += (leaves.bytes + 8) * leaves.count * (leaves.last_copy - leaves.first_copy + 1);
+      }
+    }
     slices.push_back(slice);
     exports += to_export ? 1 : 0;
   }
@@ -100,8 +109,8 @@ void WaitFreeExchange::apply(const Journal::Entry& entry, const std::byte* value
   globals_.merge(local_ + entry.offset, entry.type, value, mask);
 }
 
-// RT:
-[[gnu::hot]] void WaitFreeExchange::begin() noexcept {
+// RT: never inlined, so that expect() warms the very code that begin() is going to run.
+[[gnu::hot, gnu::noinline]] void WaitFreeExchange::take() noexcept {
   // What has gone cold, and what other processors have written, is fetched all at once.
   for (std::size_t at = 0; at < used_.size(); at += kTableAlign) __builtin_prefetch(used_.data() + at);
   for (const Source& source : sources_) source.reader.fetch();
@@ -116,8 +125,24 @@ void WaitFreeExchange::apply(const Journal::Entry& entry, const std::byte* value
   }
   for (Source& source : sources_) held_[source.owner] = source.reader.acquire();
   own_->choose();
+}
+
+// RT:
+[[gnu::hot]] void WaitFreeExchange::begin() noexcept {
+  take();
   // Release: whoever revokes the task sees what its last publication left.
   turn_.store(Turn::kComputing, std::memory_order_release);
+}
+
+// RT: what it leaves in the local copy, the import of the cycle writes anew.
+[[gnu::hot]] void WaitFreeExchange::expect(std::size_t bytes) noexcept {
+  take();
+  for (std::uint32_t range = 0; range < slices_.size(); ++range) {
+    const std::size_t reads = slices_[range].bytes;
+    if (reads == 0 || reads > bytes) continue;
+    bytes -= reads;
+    import(range);
+  }
 }
 
 // RT:
@@ -156,8 +181,8 @@ void WaitFreeExchange::import_leaves(std::uint32_t index) noexcept {
   imported_[index] = version;
 }
 
-// RT:
-[[gnu::hot]] void WaitFreeExchange::import(std::uint32_t range) noexcept {
+// RT: not inlined: see take().
+[[gnu::hot, gnu::noinline]] void WaitFreeExchange::import(std::uint32_t range) noexcept {
   for (const Stretch& s : stretches(range)) {
     std::memcpy(local_ + s.begin, held_[s.owner] + s.at, s.end - s.begin);
   }

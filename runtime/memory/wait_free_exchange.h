@@ -27,6 +27,7 @@ class alignas(kTableAlign) WaitFreeExchange : public Exchange {
   std::uint32_t add_range(std::uint32_t first, std::uint32_t count, Use use) override;
   void prepare() override;
   void reset() override;
+  void expect(std::size_t bytes) noexcept override;
   void begin() noexcept override;
   void import(std::uint32_t range) noexcept override;
   void export_range(std::uint32_t range) noexcept override;
@@ -55,6 +56,7 @@ class alignas(kTableAlign) WaitFreeExchange : public Exchange {
     std::uint32_t last_stretch = 0;
     std::uint32_t first_leaves = 0;
     std::uint32_t last_leaves = 0;
+    std::uint32_t bytes = 0;  ///< that an import reads; 0 for other uses
   };
   [[nodiscard]] std::span<const Stretch> stretches(std::uint32_t range) const noexcept {
     const Slice& s = slices_[range];
@@ -65,6 +67,8 @@ class alignas(kTableAlign) WaitFreeExchange : public Exchange {
     const Slice& s = slices_[range];
     return leaves_.subspan(s.first_leaves, s.last_leaves - s.first_leaves);
   }
+  /// All that begin() does but the turn: between cycles it may be done again and again. RT.
+  void take() noexcept;
   /// Whether this cycle may publish; once it was told so, it can no longer be revoked. RT.
   bool may_publish() noexcept;
   void import_leaves(std::uint32_t index) noexcept;
