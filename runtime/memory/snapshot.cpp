@@ -66,13 +66,24 @@ Snapshot::Reader Snapshot::subscribe() {
 }
 
 // RT:
-[[gnu::hot]] const std::byte* Snapshot::Reader::acquire() noexcept {
-  if (newest_->load(std::memory_order_relaxed) == number_) return buffers_ + number_ * stride_;
-  held_->exchange(kTaking, std::memory_order_seq_cst);
-  const std::uint32_t newest = newest_->load(std::memory_order_seq_cst);
+void Snapshot::Reader::announce() noexcept { held_->exchange(kTaking, std::memory_order_seq_cst); }
+
+// RT:
+std::uint32_t Snapshot::Reader::look() const noexcept { return newest_->load(std::memory_order_seq_cst); }
+
+// RT:
+void Snapshot::Reader::claim(std::uint32_t newest) noexcept {
   std::uint32_t held = kTaking;
   // The writer may have been faster: then it is the newest of its.
   number_ = held_->compare_exchange_strong(held, newest, std::memory_order_acq_rel) ? newest : held;
+}
+
+// RT:
+[[gnu::hot]] const std::byte* Snapshot::Reader::acquire() noexcept {
+  if (newest_->load(std::memory_order_relaxed) != number_) {
+    announce();
+    claim(look());
+  }
   return buffers_ + number_ * stride_;
 }
 

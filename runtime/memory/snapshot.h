@@ -18,6 +18,10 @@
 #include "runtime/memory/arena.h"
 #include "runtime/memory/table.h"
 
+namespace plc::test {
+struct HeldUp;
+}
+
 namespace plc::runtime {
 
 class alignas(kTableAlign) Snapshot {
@@ -51,6 +55,14 @@ class alignas(kTableAlign) Snapshot {
 
    private:
     friend class Snapshot;
+    friend struct plc::test::HeldUp;  // a reader that is held up between these
+    /// Says that it is about to take the newest.
+    void announce() noexcept;
+    /// Which one that is.
+    [[nodiscard]] std::uint32_t look() const noexcept;
+    /// Takes `newest`, or what the writer has claimed for it meanwhile.
+    void claim(std::uint32_t newest) noexcept;
+
     const std::atomic<std::uint32_t>* newest_ = nullptr;
     std::atomic<std::uint32_t>* held_ = nullptr;
     const std::byte* buffers_ = nullptr;
