@@ -8,7 +8,6 @@
 #include <atomic>
 #include <cstring>
 #include <fstream>
-#include <functional>
 #include <iostream>
 #include <memory>
 #include <stdexcept>
@@ -36,7 +35,8 @@ using core::TimeNs;
 
 constexpr std::array kProtocols = {Coherence::kWaitFree, Coherence::kPriorityCeiling, Coherence::kGlobalLock};
 constexpr std::uint32_t kFast = 0;
-constexpr TimeNs kPeriodNs = 100'000;    ///< of the fast task
+constexpr TimeNs kPeriodNs = 100'000;                ///< of the fast task
+constexpr TimeNs kLeadNs = runtime::kDefaultLeadNs;  ///< of a task of 1 ms that plc.toml says nothing about
 constexpr TimeNs kSlowPauseNs = 20'000;  ///< between two exchanges of a slow task: more would starve the system
 constexpr double kMemcpyLimit = 1.2;     ///< wait-free p99.9, with the lead that tasks have, over that of memcpy
 
@@ -122,8 +122,8 @@ class alignas(runtime::kTableAlign) Side {
     exchange_->prepare();
     exchange_->set_priority_change(runtime::set_own_priority);
   }
-  /// What a task does ahead of its release when it wakes `lead` before it (runtime/sched/realtime.cpp).
-  void expect(TimeNs lead) { exchange_->expect(static_cast<std::size_t>(lead)); }
+  /// What a task does ahead of its release: as many bytes as the lead has nanoseconds (runtime/sched/realtime.cpp).
+  void expect() { exchange_->expect(std::size_t{kLeadNs}); }
   void take() {
     exchange_->begin();
     critical(imports_, [this](std::uint32_t range) { exchange_->import(range); });
@@ -203,8 +203,6 @@ class alignas(runtime::kTableAlign) Rig {
   [[nodiscard]] std::uint32_t count(char letter) const { return letter < 'c' ? common_ : others_; }
 
   [[nodiscard]] Coherence protocol() const { return protocol_; }
-  /// Of the fast task, which plc.toml says nothing about.
-  [[nodiscard]] TimeNs lead() const { return runtime::lead_of(image_->image().tasks[kFast], {}); }
 
  private:
   Coherence protocol_;
@@ -335,17 +333,16 @@ TimeNs at_share(std::vector<TimeNs>& values, double share) {
   return values[index];
 }
 
-/// What a task does ahead of its releases, and how long before them.
-struct Ahead {
-  TimeNs lead = 0;
-  std::function<void(std::uint32_t cycle)> what;
+/// Does nothing ahead.
+struct NothingAhead {
+  void operator()(std::uint32_t) const {}
 };
 
 /// Runs `cycle(release)` on a thread of its own as the fast task would run. With `spin` it waits for its releases
 /// awake: what a processor forgets while it sleeps, and the machine below it gives to others, is no matter of the
-/// exchange.
-template <class Cycle>
-void run_fast(int cpu, bool spin, std::uint32_t cycles, Cycle cycle, const Ahead& ahead = {}) {
+/// exchange. `ahead(cycle)` comes kLeadNs before each release.
+template <class Cycle, class Ahead = NothingAhead>
+void run_fast(int cpu, bool spin, std::uint32_t cycles, Cycle cycle, Ahead ahead = {}) {
   std::string problem;
   std::thread([&] {
     try {
@@ -357,9 +354,9 @@ void run_fast(int cpu, bool spin, std::uint32_t cycles, Cycle cycle, const Ahead
     TimeNs release = now() + 1'000'000;
     for (std::uint32_t i = 0; i < cycles; ++i) {
       if (!spin) sleep_until(release);
-      while (now() < release - ahead.lead) {
+      while (now() < release - kLeadNs) {
       }
-      if (ahead.what) ahead.what(i);
+      ahead(i);
       while (now() < release) {
       }
       cycle(release, i);
@@ -443,8 +440,8 @@ enum Compared : std::size_t {
   kGlobalLock,
   kComparedCount
 };
-constexpr std::array<std::string_view, kComparedCount> kComparedNames = {
-    "memcpy", "memcpy, lead", "unprotected", "wait-free", "wait-free, lead", "global-lock"};
+constexpr std::array<std::string_view, kComparedCount> kComparedNames = {"memcpy",    "memcpy, lead",    "unprotected",
+                                                                         "wait-free", "wait-free, lead", "global-lock"};
 
 /// The slow task on the other processor. All that is compared takes turns, cycle by cycle: what the machine does to one
 /// of them it does to all.
@@ -461,15 +458,12 @@ void measure_apart(std::uint32_t n, std::uint32_t cycles, std::array<Times, kCom
   lock.side(1).note_sections(sections);
   std::vector<TimeNs> wanted;
   wanted.reserve(std::size_t{cycles} * 2);
-  std::array<SlowSide, kComparedCount - kUnprotected> slow = {{{unprotected, 1, "b", "a"},
-                                                               {wait_free, 1, "b", "a"},
-                                                               {wait_free_lead, 1, "b", "a"},
-                                                               {lock, 1, "b", "a"}}};
-  const TimeNs lead = wait_free_lead.lead();
-  const Ahead ahead{lead, [&](std::uint32_t cycle) {
-                      if (cycle % kComparedCount == kMemcpyLead) warm.expect();
-                      if (cycle % kComparedCount == kWaitFreeLead) wait_free_lead.side(kFast).expect(lead);
-                    }};
+  std::array<SlowSide, kComparedCount - kUnprotected> slow = {
+      {{unprotected, 1, "b", "a"}, {wait_free, 1, "b", "a"}, {wait_free_lead, 1, "b", "a"}, {lock, 1, "b", "a"}}};
+  const auto ahead = [&](std::uint32_t cycle) {
+    if (cycle % kComparedCount == kMemcpyLead) warm.expect();
+    if (cycle % kComparedCount == kWaitFreeLead) wait_free_lead.side(kFast).expect();
+  };
   const auto run = [&](TimeNs, std::uint32_t cycle) {
     const std::size_t which = cycle % kComparedCount;
     const TimeNs took = which == kMemcpy       ? cold.copy()
@@ -546,10 +540,12 @@ Verdict measure_coherence(const CoherencePlan& plan) {
   };
   std::cout << fmt::format(
       "Coherence: exchange of N DINTs in, N out, by a task of {} us and priority 80, {} cycles each, in {} interleaved "
-      "parts. The slow task exchanges the same ones again and again. Delay: from the release to the start of the "
+      "parts. The slow task exchanges the same ones again and again. Lead: {} us before its release, as a task of 1 ms "
+      "does it, the fast task has done ahead what can be done twice; memcpy has copied what comes in. Delay: from the "
+      "release to the start of the "
       "cycle. Section: the slow task's critical sections; held off: how often one had begun when the fast task wanted "
       "to go on, and the time to its end.\n",
-      kPeriodNs / 1000, plan.cycles, plan.parts);
+      kPeriodNs / 1000, plan.cycles, plan.parts, kLeadNs / 1000);
   const TimeNs change = priority_change();
   std::cout << fmt::format("one change of priority: {} (median)\n", text(change));
 
@@ -558,17 +554,24 @@ Verdict measure_coherence(const CoherencePlan& plan) {
       {"Slow task on the same processor", "variables in each direction", "exchange, p99.9, ns", {}},
       {"Slow tasks exchange N among each other, the fast one 10 with them", "variables", "exchange, p99.9, ns", {}}};
   const auto add_point = [&charts](std::size_t chart, std::string_view name, std::uint32_t n, Times& t) {
-    constexpr std::array<std::pair<std::string_view, const char*>, 5> kColours = {{{"memcpy", "#6b7280"},
-                                                                                   {"unprotected", "#9ca3af"},
-                                                                                   {"wait-free", "#2563eb"},
-                                                                                   {"priority-ceiling", "#059669"},
-                                                                                   {"global-lock", "#dc2626"}}};
+    // Colours that everybody can tell apart (Okabe, Ito 2002); dashed is what is no protocol.
+    struct Look {
+      std::string_view name;
+      const char* colour;
+      bool dashed;
+    };
+    constexpr std::array<Look, 7> kLooks = {{{"memcpy", "#000000", true},
+                                             {"memcpy, lead", "#cc79a7", true},
+                                             {"unprotected", "#9ca3af", true},
+                                             {"wait-free", "#56b4e9", false},
+                                             {"wait-free, lead", "#0072b2", false},
+                                             {"priority-ceiling", "#009e73", false},
+                                             {"global-lock", "#d55e00", false}}};
     auto& lines = charts[chart].lines;
     auto line = std::find_if(lines.begin(), lines.end(), [&](const ChartLine& l) { return l.name == name; });
     if (line == lines.end()) {
-      const auto* colour =
-          std::find_if(kColours.begin(), kColours.end(), [&](const auto& c) { return c.first == name; });
-      line = lines.insert(line, {std::string(name), colour->second, name == "memcpy" || name == "unprotected", {}});
+      const auto* look = std::find_if(kLooks.begin(), kLooks.end(), [&](const Look& l) { return l.name == name; });
+      line = lines.insert(line, {std::string(name), look->colour, look->dashed, {}});
     }
     line->points.emplace_back(n, static_cast<double>(std::max<TimeNs>(at_share(t.exchange, 0.999), 1)));
   };
