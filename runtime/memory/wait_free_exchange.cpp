@@ -68,7 +68,7 @@ void WaitFreeExchange::prepare() {
       // Of each leaf all copies, with their stamps.
       for (std::uint32_t l = slice.first_leaves; l < slice.last_leaves; ++l) {
         const GlobalTable::Leaves& leaves = globals_.leaves_[all_leaves[l]];
-        slice.bytes += (leaves.bytes + 8) * leaves.count * (leaves.last_copy - leaves.first_copy + 1);
+        slice.bytes += (std::size_t{leaves.bytes} + 8) * leaves.count * (leaves.last_copy - leaves.first_copy + 1);
       }
     }
     slices.push_back(slice);

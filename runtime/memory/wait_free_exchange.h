@@ -56,7 +56,7 @@ class alignas(kTableAlign) WaitFreeExchange : public Exchange {
     std::uint32_t last_stretch = 0;
     std::uint32_t first_leaves = 0;
     std::uint32_t last_leaves = 0;
-    std::uint32_t bytes = 0;  ///< that an import reads; 0 for other uses
+    std::size_t bytes = 0;  ///< that an import reads; 0 for other uses
   };
   [[nodiscard]] std::span<const Stretch> stretches(std::uint32_t range) const noexcept {
     const Slice& s = slices_[range];

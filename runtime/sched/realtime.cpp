@@ -29,7 +29,8 @@ constexpr core::TimeNs kJoinPollNs = 1'000'000;
 /// More than the deepest nesting of calls and a library kernel take.
 constexpr std::size_t kStackPrefault = 512 * 1024;
 
-/// What a processor copies at least, of bytes that another one has just written: so many bytes fit into a lead.
+/// What a processor copies at least, of bytes that another one has just written: no more is copied ahead than fits into
+/// the time that is left.
 constexpr std::size_t kBytesPerNs = 1;
 
 std::string error_text(int error) { return std::system_category().message(error); }
@@ -172,7 +173,7 @@ void RealtimeScheduler::run(TaskRun& task) noexcept {
   for (;;) {
     const core::TimeNs release_ns = grid.next_ns();
     core::TimeNs now_ns = sleep_until_ns(release_ns - lead_ns);
-    if (now_ns < release_ns && !stop_requested()) now_ns = expect(task, release_ns, lead_ns);
+    if (now_ns < release_ns && !stop_requested()) now_ns = expect(task, now_ns, release_ns);
     if (stop_requested()) return;
     bool released = true;
     if (trigger) {
@@ -216,10 +217,10 @@ core::TimeNs RealtimeScheduler::sleep_until_ns(core::TimeNs at_ns) noexcept {
 }
 
 // RT: waits awake for the release, with all in the caches that can be had ahead. Returns the time.
-core::TimeNs RealtimeScheduler::expect(TaskRun& task, core::TimeNs release_ns, core::TimeNs lead_ns) noexcept {
+core::TimeNs RealtimeScheduler::expect(TaskRun& task, core::TimeNs now_ns, core::TimeNs release_ns) noexcept {
   regain_priority(task);
-  resource_.program(task.index).expect(static_cast<std::size_t>(lead_ns) * kBytesPerNs);
-  core::TimeNs now_ns = clock_.now_ns();
+  resource_.program(task.index).expect(static_cast<std::size_t>(release_ns - now_ns) * kBytesPerNs);
+  now_ns = clock_.now_ns();
   while (!stop_requested() && now_ns < release_ns) {
     relax_cpu();
     now_ns = clock_.now_ns();

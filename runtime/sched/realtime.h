@@ -90,7 +90,7 @@ class RealtimeScheduler {
  private:
   void run(TaskRun& run) noexcept;
   core::TimeNs sleep_until_ns(core::TimeNs at_ns) noexcept;
-  core::TimeNs expect(TaskRun& run, core::TimeNs release_ns, core::TimeNs lead_ns) noexcept;
+  core::TimeNs expect(TaskRun& run, core::TimeNs now_ns, core::TimeNs release_ns) noexcept;
   void regain_priority(TaskRun& run) noexcept;
   bool scan(TaskRun& run, const ReleaseContext& context) noexcept;
   bool fault(TaskRun& run, const ReleaseContext& context, const Fault& fault) noexcept;
