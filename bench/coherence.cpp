@@ -23,6 +23,7 @@
 #include "runtime/memory/common_table_exchange.h"
 #include "runtime/memory/exchange.h"
 #include "runtime/sched/priority.h"
+#include "runtime/sched/task_plan.h"
 #include "runtime/sched/thread_settings.h"
 #include "tools/pipeline.h"
 
@@ -34,9 +35,10 @@ using core::TimeNs;
 
 constexpr std::array kProtocols = {Coherence::kWaitFree, Coherence::kPriorityCeiling, Coherence::kGlobalLock};
 constexpr std::uint32_t kFast = 0;
-constexpr TimeNs kPeriodNs = 100'000;    ///< of the fast task
+constexpr TimeNs kPeriodNs = 100'000;                ///< of the fast task
+constexpr TimeNs kLeadNs = runtime::kDefaultLeadNs;  ///< of a task of 1 ms that plc.toml says nothing about
 constexpr TimeNs kSlowPauseNs = 20'000;  ///< between two exchanges of a slow task: more would starve the system
-constexpr double kMemcpyLimit = 1.2;     ///< wait-free p99.9 over that of memcpy
+constexpr double kMemcpyLimit = 1.2;     ///< wait-free p99.9, with the lead that tasks have, over that of memcpy
 
 TimeNs now() { return core::MonotonicClock().now_ns(); }
 void sleep_until(TimeNs at) { core::MonotonicClock().sleep_until_ns(at); }
@@ -97,7 +99,7 @@ struct Section {
 };
 
 /// One task without code: its exchange as its body has it, and its local copy.
-class Side {
+class alignas(runtime::kTableAlign) Side {
  public:
   Side(runtime::GlobalTable& globals, std::uint32_t task, bool protected_copies)
       : protocol_(globals.image().options.coherence), local_(globals.size()) {
@@ -120,6 +122,8 @@ class Side {
     exchange_->prepare();
     exchange_->set_priority_change(runtime::set_own_priority);
   }
+  /// What a task does ahead of its release: as many bytes as the lead has nanoseconds (runtime/sched/realtime.cpp).
+  void expect() { exchange_->expect(std::size_t{kLeadNs}); }
   void take() {
     exchange_->begin();
     critical(imports_, [this](std::uint32_t range) { exchange_->import(range); });
@@ -170,7 +174,7 @@ class Side {
 };
 
 /// One protocol with its tasks.
-class Rig {
+class alignas(runtime::kTableAlign) Rig {
  public:
   Rig(Coherence protocol, std::uint32_t common, std::uint32_t others, bool protected_copies = true)
       : protocol_(protocol), common_(common), others_(others) {
@@ -209,82 +213,99 @@ class Rig {
   std::array<std::uint32_t, 4> at_{};
 };
 
-/// A slow task: takes, checks, fills what it exports with the number of its round, gives.
-class SlowTask {
+/// One exchange of a slow task: takes, checks, fills what it exports with the number of its round, gives. What it took
+/// is mixed when not all values of a letter are of one round of the other side.
+class alignas(runtime::kTableAlign) SlowSide {
  public:
-  SlowTask(Rig& rig, std::uint32_t task, std::string_view in, std::string_view out, int cpu)
-      : thread_([this, &rig, task, in, out, cpu] { run(rig, task, in, out, cpu); }) {}
-  ~SlowTask() {
-    stop_ = true;
-    thread_.join();
+  SlowSide(Rig& rig, std::uint32_t task, std::string_view in, std::string_view out)
+      : rig_(rig), task_(task), in_(in), out_(out) {}
+  void exchange() {
+    ++rounds_;
+    Side& side = rig_.side(task_);
+    side.take();
+    for (const char letter : in_) mixed_ += is_mixed(rig_, task_, letter) ? 1 : 0;
+    for (const char letter : out_)
+      std::fill_n(rig_.values(task_, letter), rig_.count(letter), static_cast<std::int32_t>(rounds_));
+    side.give();
+    side.finish();
+  }
+  static bool is_mixed(Rig& rig, std::uint32_t task, char letter) {
+    const std::int32_t* const v = rig.values(task, letter);
+    return std::any_of(v, v + rig.count(letter), [&](std::int32_t one) { return one != v[0]; });
   }
   [[nodiscard]] std::uint64_t rounds() const { return rounds_; }
   [[nodiscard]] std::uint64_t mixed() const { return mixed_; }
 
  private:
-  void run(Rig& rig, std::uint32_t task, std::string_view in, std::string_view out, int cpu) {
-    become_task(cpu, static_cast<std::int32_t>(task));
-    for (std::int32_t round = 1; !stop_; ++round) {
-      rig.side(task).take();
-      for (const char letter : in) {
-        const std::int32_t* const v = rig.values(task, letter);
-        mixed_ += std::any_of(v, v + rig.count(letter), [&](std::int32_t one) { return one != v[0]; }) ? 1 : 0;
-      }
-      for (const char letter : out) std::fill_n(rig.values(task, letter), rig.count(letter), round);
-      rig.side(task).give();
-      rig.side(task).finish();
-      ++rounds_;
-      sleep_until(now() + kSlowPauseNs);
-    }
-  }
-  std::atomic<bool> stop_{false};
-  std::atomic<std::uint64_t> rounds_{0}, mixed_{0};
-  std::thread thread_;
+  Rig& rig_;
+  std::uint32_t task_;
+  std::string_view in_, out_;
+  std::uint64_t rounds_ = 0, mixed_ = 0;
 };
 
-/// A buffer that another processor has just written, and one it has just read, for memcpy.
-class Mailbox {
+/// A thread that does one thing again and again until it is destroyed, with pauses, as a task of `priority`.
+class SlowThread {
  public:
-  Mailbox(std::uint32_t count, int cpu)
-      : in_(2, std::vector<std::int32_t>(count)), out_(count), local_(count), thread_([this, cpu] { run(cpu); }) {}
-  ~Mailbox() {
+  template <class Step>
+  SlowThread(int cpu, std::int32_t priority, Step step)
+      : thread_([this, cpu, priority, step] {
+          become_task(cpu, priority);
+          while (!stop_) {
+            step();
+            sleep_until(now() + kSlowPauseNs);
+          }
+        }) {}
+  ~SlowThread() {
     stop_ = true;
     thread_.join();
   }
-  /// Nanoseconds that two memcpy take, with the flags that say that the bytes are there.
+
+ private:
+  std::atomic<bool> stop_{false};
+  std::thread thread_;
+};
+
+/// Bytes that another processor has just written, and bytes that it reads, for memcpy.
+class alignas(runtime::kTableAlign) Mailbox {
+ public:
+  explicit Mailbox(std::uint32_t count)
+      : in_(kBuffers, std::vector<std::int32_t>(count)), out_(in_), local_(count), slow_(count) {}
+  /// The copy of what comes in, once more and ahead.
+  void expect() { copy_in(); }
+  /// Nanoseconds that two memcpy take, with the words that say where the bytes are.
   TimeNs copy() {
     const TimeNs t0 = now();
-    const std::uint64_t turn = written_.load(std::memory_order_acquire);
-    const std::vector<std::int32_t>& from = in_[turn & 1u];
-    std::memcpy(local_.data(), from.data(), from.size() * sizeof(std::int32_t));
+    copy_in();
     const TimeNs t1 = now();
-    std::fill(local_.begin(), local_.end(), static_cast<std::int32_t>(turn));
+    std::fill(local_.begin(), local_.end(), static_cast<std::int32_t>(++round_));
     const TimeNs t2 = now();
-    std::memcpy(out_.data(), local_.data(), out_.size() * sizeof(std::int32_t));
-    taken_.store(turn + 1, std::memory_order_release);
+    std::memcpy(out_[round_ % kBuffers].data(), local_.data(), local_.size() * sizeof(std::int32_t));
+    taken_.store(round_, std::memory_order_release);
     const TimeNs t3 = now();
     return t1 - t0 + t3 - t2;
   }
+  /// The other side.
+  void exchange() {
+    const std::vector<std::int32_t>& from = out_[taken_.load(std::memory_order_acquire) % kBuffers];
+    std::memcpy(slow_.data(), from.data(), from.size() * sizeof(std::int32_t));
+    std::fill(slow_.begin(), slow_.end(), static_cast<std::int32_t>(++slow_round_));
+    std::memcpy(in_[slow_round_ % kBuffers].data(), slow_.data(), slow_.size() * sizeof(std::int32_t));
+    written_.store(slow_round_, std::memory_order_release);
+  }
 
  private:
-  void run(int cpu) {
-    become_task(cpu, 1);
-    std::vector<std::int32_t> copy(out_.size());
-    while (!stop_) {
-      const std::uint64_t turn = taken_.load(std::memory_order_acquire);
-      if (turn != written_.load(std::memory_order_relaxed)) {
-        std::memcpy(copy.data(), out_.data(), out_.size() * sizeof(std::int32_t));
-        std::fill(in_[turn & 1u].begin(), in_[turn & 1u].end(), copy.empty() ? 0 : copy[0] + 1);
-        written_.store(turn, std::memory_order_release);
-      }
-      sleep_until(now() + kSlowPauseNs);
-    }
+  [[gnu::noinline]] void copy_in() {
+    const std::vector<std::int32_t>& from = in_[written_.load(std::memory_order_acquire) % kBuffers];
+    std::memcpy(local_.data(), from.data(), from.size() * sizeof(std::int32_t));
   }
-  std::vector<std::vector<std::int32_t>> in_;
-  std::vector<std::int32_t> out_, local_;
-  std::atomic<std::uint64_t> written_{0}, taken_{0};
-  std::atomic<bool> stop_{false};
-  std::thread thread_;
+
+  /// As many as a snapshot of one reader has: as long as nobody is held up, none is written while it is read.
+  static constexpr std::uint64_t kBuffers = 3;
+  std::vector<std::vector<std::int32_t>> in_, out_;
+  std::vector<std::int32_t> local_, slow_;
+  std::uint64_t round_ = 0, slow_round_ = 0;
+  alignas(runtime::kTableAlign) std::atomic<std::uint64_t> written_{0};
+  alignas(runtime::kTableAlign) std::atomic<std::uint64_t> taken_{0};
 };
 
 struct Times {
@@ -312,11 +333,16 @@ TimeNs at_share(std::vector<TimeNs>& values, double share) {
   return values[index];
 }
 
+/// Does nothing ahead.
+struct NothingAhead {
+  void operator()(std::uint32_t) const {}
+};
+
 /// Runs `cycle(release)` on a thread of its own as the fast task would run. With `spin` it waits for its releases
 /// awake: what a processor forgets while it sleeps, and the machine below it gives to others, is no matter of the
-/// exchange.
-template <class Cycle>
-void run_fast(int cpu, bool spin, std::uint32_t cycles, Cycle cycle) {
+/// exchange. `ahead(cycle)` comes kLeadNs before each release.
+template <class Cycle, class Ahead = NothingAhead>
+void run_fast(int cpu, bool spin, std::uint32_t cycles, Cycle cycle, Ahead ahead = {}) {
   std::string problem;
   std::thread([&] {
     try {
@@ -328,6 +354,9 @@ void run_fast(int cpu, bool spin, std::uint32_t cycles, Cycle cycle) {
     TimeNs release = now() + 1'000'000;
     for (std::uint32_t i = 0; i < cycles; ++i) {
       if (!spin) sleep_until(release);
+      while (now() < release - kLeadNs) {
+      }
+      ahead(i);
       while (now() < release) {
       }
       cycle(release, i);
@@ -352,9 +381,26 @@ void match(const std::vector<Section>& sections, const std::vector<TimeNs>& want
   }
 }
 
-void measure(Rig& rig, bool same_cpu, bool third, std::uint32_t cycles, Times& times) {
-  constexpr int kFastCpu = 1;
-  const int slow_cpu = same_cpu ? kFastCpu : 0;
+/// One cycle of the fast task; nanoseconds that both halves of its exchange took. `delays` gets when each began.
+TimeNs fast_exchange(Rig& rig, std::uint32_t cycle, Times& times, std::vector<TimeNs>* wanted = nullptr) {
+  const TimeNs t0 = now();
+  rig.side(kFast).take();
+  const TimeNs t1 = now();
+  times.mixed += SlowSide::is_mixed(rig, kFast, 'a') ? 1 : 0;
+  ++times.rounds;
+  std::fill_n(rig.values(kFast, 'b'), rig.count('b'), static_cast<std::int32_t>(cycle));
+  const TimeNs t2 = now();
+  rig.side(kFast).give();
+  const TimeNs t3 = now();
+  rig.side(kFast).finish();
+  if (wanted != nullptr) wanted->insert(wanted->end(), {t0, t2});
+  return t1 - t0 + t3 - t2;
+}
+
+constexpr int kFastCpu = 1;
+
+/// The slow task, or two of them, on the fast one's processor.
+void measure(Rig& rig, bool third, std::uint32_t cycles, Times& times) {
   std::vector<Section> sections;
   sections.reserve(std::size_t{cycles} * 8);
   rig.side(1).note_sections(sections);
@@ -362,34 +408,85 @@ void measure(Rig& rig, bool same_cpu, bool third, std::uint32_t cycles, Times& t
   std::vector<TimeNs> wanted;
   wanted.reserve(std::size_t{cycles} * 2);
   const bool by_lock = rig.protocol() == Coherence::kGlobalLock;
+  SlowSide slow(rig, 1, third ? "bd" : "b", third ? "ac" : "a");
+  SlowSide slowest(rig, 2, "c", "d");
   {
-    SlowTask slow(rig, 1, third ? "bd" : "b", third ? "ac" : "a", slow_cpu);
-    std::unique_ptr<SlowTask> slowest;
-    if (third) slowest = std::make_unique<SlowTask>(rig, 2, "c", "d", slow_cpu);
-    run_fast(kFastCpu, !same_cpu, cycles + kWarmUp, [&](TimeNs release, std::uint32_t cycle) {
-      const TimeNs t0 = now();
-      rig.side(kFast).take();
-      const TimeNs t1 = now();
-      const std::int32_t* const v = rig.values(kFast, 'a');
-      times.mixed += std::any_of(v, v + rig.count('a'), [&](std::int32_t one) { return one != v[0]; }) ? 1 : 0;
-      std::fill_n(rig.values(kFast, 'b'), rig.count('b'), static_cast<std::int32_t>(cycle));
-      const TimeNs t2 = now();
-      rig.side(kFast).give();
-      const TimeNs t3 = now();
-      rig.side(kFast).finish();
+    const SlowThread thread(kFastCpu, 1, [&slow] { slow.exchange(); });
+    std::optional<SlowThread> other;
+    if (third) other.emplace(kFastCpu, 2, [&slowest] { slowest.exchange(); });
+    run_fast(kFastCpu, false, cycles + kWarmUp, [&](TimeNs release, std::uint32_t cycle) {
+      const TimeNs begin = now();
+      const TimeNs took = fast_exchange(rig, cycle, times, by_lock ? &wanted : nullptr);
       if (cycle < kWarmUp) return;
-      times.exchange.push_back(t1 - t0 + t3 - t2);
-      times.delay.push_back(t0 - release);
-      wanted.push_back(by_lock ? t0 : release);
-      if (by_lock) wanted.push_back(t2);
-      ++times.rounds;
+      times.exchange.push_back(took);
+      times.delay.push_back(begin - release);
+      if (!by_lock) wanted.push_back(release);
     });
-    times.mixed += slow.mixed() + (slowest ? slowest->mixed() : 0);
-    times.rounds += slow.rounds() + (slowest ? slowest->rounds() : 0);
   }
+  times.mixed += slow.mixed() + slowest.mixed();
+  times.rounds += slow.rounds() + slowest.rounds();
   if (rig.protocol() == Coherence::kWaitFree) return;
   match(sections, wanted, times.held_off);
   for (const Section& section : sections) times.sections.push_back(section.end - section.begin);
+}
+
+/// What is compared when the slow task runs on the other processor.
+enum Compared : std::size_t {
+  kMemcpy,
+  kMemcpyLead,
+  kUnprotected,
+  kWaitFree,
+  kWaitFreeLead,
+  kGlobalLock,
+  kComparedCount
+};
+constexpr std::array<std::string_view, kComparedCount> kComparedNames = {"memcpy",    "memcpy, lead",    "unprotected",
+                                                                         "wait-free", "wait-free, lead", "global-lock"};
+
+/// The slow task on the other processor. All that is compared takes turns, cycle by cycle: what the machine does to one
+/// of them it does to all.
+void measure_apart(std::uint32_t n, std::uint32_t cycles, std::array<Times, kComparedCount>& times) {
+  Mailbox cold(n), warm(n);
+  // Under priority ceilings without priorities: LOCK and UNLOCK would be no calls either.
+  Rig unprotected(Coherence::kPriorityCeiling, n, 0, false);
+  Rig wait_free(Coherence::kWaitFree, n, 0);
+  Rig wait_free_lead(Coherence::kWaitFree, n, 0);
+  Rig lock(Coherence::kGlobalLock, n, 0);
+  const std::array<Rig*, kComparedCount> rigs = {nullptr, nullptr, &unprotected, &wait_free, &wait_free_lead, &lock};
+  std::vector<Section> sections;
+  sections.reserve(std::size_t{cycles} * kComparedCount * 20);
+  lock.side(1).note_sections(sections);
+  std::vector<TimeNs> wanted;
+  wanted.reserve(std::size_t{cycles} * 2);
+  std::array<SlowSide, kComparedCount - kUnprotected> slow = {
+      {{unprotected, 1, "b", "a"}, {wait_free, 1, "b", "a"}, {wait_free_lead, 1, "b", "a"}, {lock, 1, "b", "a"}}};
+  const auto ahead = [&](std::uint32_t cycle) {
+    if (cycle % kComparedCount == kMemcpyLead) warm.expect();
+    if (cycle % kComparedCount == kWaitFreeLead) wait_free_lead.side(kFast).expect();
+  };
+  const auto run = [&](TimeNs, std::uint32_t cycle) {
+    const std::size_t which = cycle % kComparedCount;
+    const TimeNs took = which == kMemcpy       ? cold.copy()
+                        : which == kMemcpyLead ? warm.copy()
+                                               : fast_exchange(*rigs[which], cycle, times[which],
+                                                               which == kGlobalLock ? &wanted : nullptr);
+    if (cycle >= kWarmUp * kComparedCount) times[which].exchange.push_back(took);
+  };
+  {
+    const SlowThread thread(1 - kFastCpu, 1, [&] {
+      cold.exchange();
+      warm.exchange();
+      for (SlowSide& side : slow) side.exchange();
+    });
+    run_fast(kFastCpu, true, (cycles + kWarmUp) * kComparedCount, run, ahead);
+  }
+  for (std::size_t i = kUnprotected; i < kComparedCount; ++i) {
+    times[i].mixed += slow[i - kUnprotected].mixed();
+    times[i].rounds += slow[i - kUnprotected].rounds();
+  }
+  times[kUnprotected].mixed = 0;  // nothing keeps it from being
+  match(sections, wanted, times[kGlobalLock].held_off);
+  for (const Section& section : sections) times[kGlobalLock].sections.push_back(section.end - section.begin);
 }
 
 /// Median cost of raising the own priority and taking it back.
@@ -443,10 +540,12 @@ Verdict measure_coherence(const CoherencePlan& plan) {
   };
   std::cout << fmt::format(
       "Coherence: exchange of N DINTs in, N out, by a task of {} us and priority 80, {} cycles each, in {} interleaved "
-      "parts. The slow task exchanges the same ones again and again. Delay: from the release to the start of the "
+      "parts. The slow task exchanges the same ones again and again. Lead: {} us before its release, as a task of 1 ms "
+      "does it, the fast task has done ahead what can be done twice; memcpy has copied what comes in. Delay: from the "
+      "release to the start of the "
       "cycle. Section: the slow task's critical sections; held off: how often one had begun when the fast task wanted "
       "to go on, and the time to its end.\n",
-      kPeriodNs / 1000, plan.cycles, plan.parts);
+      kPeriodNs / 1000, plan.cycles, plan.parts, kLeadNs / 1000);
   const TimeNs change = priority_change();
   std::cout << fmt::format("one change of priority: {} (median)\n", text(change));
 
@@ -455,64 +554,63 @@ Verdict measure_coherence(const CoherencePlan& plan) {
       {"Slow task on the same processor", "variables in each direction", "exchange, p99.9, ns", {}},
       {"Slow tasks exchange N among each other, the fast one 10 with them", "variables", "exchange, p99.9, ns", {}}};
   const auto add_point = [&charts](std::size_t chart, std::string_view name, std::uint32_t n, Times& t) {
-    constexpr std::array<std::pair<std::string_view, const char*>, 5> kColours = {{{"memcpy", "#6b7280"},
-                                                                                   {"unprotected", "#9ca3af"},
-                                                                                   {"wait-free", "#2563eb"},
-                                                                                   {"priority-ceiling", "#059669"},
-                                                                                   {"global-lock", "#dc2626"}}};
+    // Colours that everybody can tell apart (Okabe, Ito 2002); dashed is what is no protocol.
+    struct Look {
+      std::string_view name;
+      const char* colour;
+      bool dashed;
+    };
+    constexpr std::array<Look, 7> kLooks = {{{"memcpy", "#000000", true},
+                                             {"memcpy, lead", "#cc79a7", true},
+                                             {"unprotected", "#9ca3af", true},
+                                             {"wait-free", "#56b4e9", false},
+                                             {"wait-free, lead", "#0072b2", false},
+                                             {"priority-ceiling", "#009e73", false},
+                                             {"global-lock", "#d55e00", false}}};
     auto& lines = charts[chart].lines;
     auto line = std::find_if(lines.begin(), lines.end(), [&](const ChartLine& l) { return l.name == name; });
     if (line == lines.end()) {
-      const auto* colour =
-          std::find_if(kColours.begin(), kColours.end(), [&](const auto& c) { return c.first == name; });
-      line = lines.insert(line, {std::string(name), colour->second, name == "memcpy" || name == "unprotected", {}});
+      const auto* look = std::find_if(kLooks.begin(), kLooks.end(), [&](const Look& l) { return l.name == name; });
+      line = lines.insert(line, {std::string(name), look->colour, look->dashed, {}});
     }
     line->points.emplace_back(n, static_cast<double>(std::max<TimeNs>(at_share(t.exchange, 0.999), 1)));
   };
   header("slow task on the other processor");
   for (const std::uint32_t n : plan.sizes) {
-    std::array<std::unique_ptr<Rig>, 3> rigs;
-    std::array<Times, 3> times;
-    Times copies, unprotected;
-    // Under priority ceilings without priorities: LOCK and UNLOCK would be no calls either.
-    Rig bare(Coherence::kPriorityCeiling, n, 0, false);
-    for (const std::size_t p : {0u, 2u}) rigs[p] = std::make_unique<Rig>(kProtocols[p], n, 0);
+    std::array<Times, kComparedCount> times;
     // A hiccup of the machine decides one part's p99.9: the median of the parts' ratios counts.
-    std::vector<double> over_memcpy, over_unprotected;
+    struct Ratio {
+      std::string_view text;
+      std::size_t of, over;
+      std::vector<double> parts = {};
+    };
+    std::array<Ratio, 4> ratios = {{{"wait-free, lead, over memcpy", kWaitFreeLead, kMemcpy},
+                                    {"wait-free, lead, over memcpy, lead", kWaitFreeLead, kMemcpyLead},
+                                    {"wait-free over memcpy", kWaitFree, kMemcpy},
+                                    {"wait-free over unprotected", kWaitFree, kUnprotected}}};
     for (std::uint32_t part = 0; part < plan.parts; ++part) {
-      const std::uint32_t cycles = plan.cycles / plan.parts;
-      std::array<Times, 3> own;
-      Times own_copies, own_unprotected;
-      for (const std::size_t p : {0u, 2u}) measure(*rigs[p], false, false, cycles, own[p]);
-      measure(bare, false, false, cycles, own_unprotected);
-      own_unprotected.sections.clear();  // they hold nobody off
-      own_unprotected.held_off.clear();
-      Mailbox mailbox(n, 0);
-      run_fast(1, true, cycles + kWarmUp, [&](TimeNs, std::uint32_t cycle) {
-        const TimeNs took = mailbox.copy();
-        if (cycle >= kWarmUp) own_copies.exchange.push_back(took);
-      });
-      const auto tail = [](Times& t) { return static_cast<double>(std::max<TimeNs>(at_share(t.exchange, 0.999), 1)); };
-      over_memcpy.push_back(tail(own[0]) / tail(own_copies));
-      over_unprotected.push_back(tail(own[0]) / tail(own_unprotected));
-      for (const std::size_t p : {0u, 2u}) times[p].add(own[p]);
-      copies.add(own_copies);
-      unprotected.add(own_unprotected);
+      std::array<Times, kComparedCount> own;
+      measure_apart(n, plan.cycles / plan.parts, own);
+      const auto tail = [&own](std::size_t i) {
+        return static_cast<double>(std::max<TimeNs>(at_share(own[i].exchange, 0.999), 1));
+      };
+      for (Ratio& ratio : ratios) ratio.parts.push_back(tail(ratio.of) / tail(ratio.over));
+      for (std::size_t i = 0; i < kComparedCount; ++i) times[i].add(own[i]);
     }
-    row(n, "memcpy", copies);
-    add_point(0, "memcpy", n, copies);
-    row(n, "unprotected", unprotected);
-    add_point(0, "unprotected", n, unprotected);
-    for (const std::size_t p : {0u, 2u}) {
-      add_point(0, core::coherence_name(kProtocols[p]), n, times[p]);
-      row(n, core::coherence_name(kProtocols[p]), times[p]);
-      count(times[p]);
+    for (std::size_t i = 0; i < kComparedCount; ++i) {
+      row(n, kComparedNames[i], times[i]);
+      add_point(0, kComparedNames[i], n, times[i]);
+      count(times[i]);
     }
-    const double ratio = median(over_memcpy);
-    std::cout << fmt::format("{:>9}  wait-free at p99.9: {:.2f} times the unprotected copies, {:.2f} times memcpy", "",
-                             median(over_unprotected), ratio);
-    if (plan.limits) std::cout << ", " << limit_text(ratio, kMemcpyLimit, verdict);
-    std::cout << std::endl;
+    for (Ratio& ratio : ratios) {
+      const double whole = static_cast<double>(at_share(times[ratio.of].exchange, 0.999)) /
+                           static_cast<double>(std::max<TimeNs>(at_share(times[ratio.over].exchange, 0.999), 1));
+      std::cout << fmt::format("{:>9}  {} at p99.9: {:.2f} times (median of the parts {:.2f})", "", ratio.text, whole,
+                               median(ratio.parts));
+      // What a task has when nobody says otherwise, against a copy of bytes that the other processor has just written.
+      if (plan.limits && &ratio == ratios.data()) std::cout << ", " << limit_text(whole, kMemcpyLimit, verdict);
+      std::cout << std::endl;
+    }
   }
 
   const auto same_cpu = [&](std::size_t chart, std::uint32_t common, std::uint32_t others, std::uint32_t shown) {
@@ -520,7 +618,7 @@ Verdict measure_coherence(const CoherencePlan& plan) {
     std::array<std::unique_ptr<Rig>, 3> rigs;
     for (std::size_t p = 0; p < 3; ++p) rigs[p] = std::make_unique<Rig>(kProtocols[p], common, others);
     for (std::uint32_t part = 0; part < plan.parts; ++part) {
-      for (std::size_t p = 0; p < 3; ++p) measure(*rigs[p], true, others != 0, plan.cycles / plan.parts, times[p]);
+      for (std::size_t p = 0; p < 3; ++p) measure(*rigs[p], others != 0, plan.cycles / plan.parts, times[p]);
     }
     for (std::size_t p = 0; p < 3; ++p) {
       row(shown, core::coherence_name(kProtocols[p]), times[p]);

@@ -105,6 +105,9 @@ core::Result<std::unique_ptr<Program>> Program::link(const bytecode::VerifiedIma
 }
 
 // RT:
+void Program::expect(std::size_t bytes) noexcept { state_->exchange->expect(bytes); }
+
+// RT:
 Fault Program::execute(const CycleContext& context) noexcept {
   State& s = *state_;
   s.machine.step.now_ns = context.now_ns;

@@ -113,6 +113,7 @@ struct SchedulerConfig {
   core::SourceRef at;
   Priorities priorities = Priorities::kProject;
   std::optional<std::uint32_t> cpu;        ///< of tasks that name none; nothing = any
+  std::optional<core::TimeNs> lead_ns;     ///< of tasks with an interval that say nothing; nothing = by default
   Placed calibration;                      ///< file, relative to plc.toml; empty = built-in times
   Unfit unfit = Unfit::kRefuse;
 };
@@ -124,6 +125,7 @@ struct TaskConfig {
   std::optional<std::uint32_t> priority;   ///< 0 is the most urgent
   std::optional<std::uint32_t> cpu;
   core::TimeNs offset_ns = 0;
+  std::optional<core::TimeNs> lead_ns;       ///< nothing = as [scheduler] says
   std::optional<core::TimeNs> deadline_ns;   ///< nothing = the interval
   std::optional<core::TimeNs> execution_ns;  ///< measured; nothing = estimated
   core::TimeNs watchdog_ns = 0;              ///< 0 = none

@@ -40,9 +40,14 @@ class Planner {
       task.on_fault = on_fault;
       if (configuration_.scheduler.cpu) task.cpu = static_cast<int>(*configuration_.scheduler.cpu);
     }
+    std::vector<const TaskConfig*> said(plan.size(), nullptr);
     for (const TaskConfig& task : configuration_.tasks) {
-      if (const auto index = find(task)) apply(task, plan[*index]);
+      const auto index = find(task);
+      if (!index) continue;
+      apply(task, plan[*index]);
+      said[*index] = &task;
     }
+    for (std::size_t t = 0; t < plan.size(); ++t) plan[t].lead_ns = lead(image_.tasks[t], said[t]);
     if (image_.options.coherence == core::Coherence::kPriorityCeiling) use_one_cpu(plan);
     return plan;
   }
@@ -78,6 +83,24 @@ class Planner {
     to.watchdog_ns = task.watchdog_ns;
     to.overrun = task.overrun;
     if (task.on_fault) to.on_fault = *task.on_fault;
+  }
+
+  /// `said`: the task's table, or null.
+  std::optional<core::TimeNs> lead(const bytecode::ImageTask& task, const TaskConfig* said) {
+    const bool own = said != nullptr && said->lead_ns;
+    const std::optional<core::TimeNs> lead_ns = own ? said->lead_ns : configuration_.scheduler.lead_ns;
+    const bool periodic = task.single.empty() && task.period_ns > 0;
+    if (!lead_ns || (!own && !periodic)) return std::nullopt;
+    const core::TimeNs longest = periodic ? task.period_ns / runtime::kLongestLeadPart : 0;
+    if (*lead_ns > longest) {
+      problem(Code::P7608, own ? said->at : configuration_.scheduler.at,
+              periodic ? fmt::format("a lead of {} ns is more than a quarter of the interval of task \"{}\", {} ns",
+                                     *lead_ns, task.name, task.period_ns)
+                       : fmt::format("task \"{}\" has no interval, so nobody knows when to wake it ahead", task.name),
+              periodic ? fmt::format("at most {} ns: meanwhile less urgent tasks of its processor wait", longest)
+                       : "leave `lead` away");
+    }
+    return lead_ns;
   }
 
   void check_cpu(std::uint32_t cpu, const core::SourceRef& at) {

@@ -10,6 +10,9 @@ void CommonTableExchange::prepare() {
 }
 
 // RT:
+void CommonTableExchange::expect(std::size_t /*bytes*/) noexcept { take(); }
+
+// RT:
 void CommonTableExchange::copy_in(std::uint32_t range) noexcept {
   for (const Stretch& s : stretches(range)) {
     std::memcpy(local() + s.begin, from_task(s) ? common() + s.begin : held(s), s.end - s.begin);

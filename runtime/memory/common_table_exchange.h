@@ -14,6 +14,8 @@ class CommonTableExchange : public WaitFreeExchange {
  public:
   using WaitFreeExchange::WaitFreeExchange;
   void prepare() override;
+  /// The common table is not looked at outside of critical sections: snapshots only.
+  void expect(std::size_t bytes) noexcept override;
   bool end() noexcept override;
 
  protected:

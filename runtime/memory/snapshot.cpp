@@ -13,28 +13,39 @@ Snapshot::Snapshot(Arena& arena, std::size_t bytes, std::uint32_t readers)
     : bytes_(bytes),
       stride_(round_up(bytes)),
       buffer_count_(readers + 2),
-      held_(arena.array<std::uint32_t>(readers, kTableAlign)),
-      mailboxes_(arena.array<std::atomic<std::uint32_t>>(round_up(readers * 4) / 4, kTableAlign)) {
-  buffers_ = arena.take(stride_ * buffer_count_);
-}
+      buffers_(arena.take(stride_ * buffer_count_)),
+      readers_(arena.array<Subscription>(readers)),
+      newest_word_(arena.word()),
+      arena_(arena) {}
 
 Snapshot::Reader Snapshot::subscribe() {
-  const std::uint32_t reader = reader_count_++;
-  held_[reader] = newest_;
-  mailboxes_[reader].store(newest_, std::memory_order_relaxed);
+  Subscription& reader = readers_[reader_count_++];
+  reader.held = arena_.word();
+  reader.held->store(newest_, std::memory_order_relaxed);
   Reader view;
-  view.mailbox_ = &mailboxes_[reader];
+  view.newest_ = newest_word_;
+  view.held_ = reader.held;
   view.buffers_ = buffers_;
   view.stride_ = stride_;
+  view.number_ = newest_;
   return view;
 }
 
 // RT: readers + 1 buffers are in use at most.
-void Snapshot::choose() noexcept {
+[[gnu::hot]] void Snapshot::choose() noexcept {
   if (chosen_) return;
-  const auto in_use = [this] {
-    const auto end = held_.begin() + reader_count_;
-    return writing_ == newest_ || std::find(held_.begin(), end, writing_) != end;
+  // Either a reader that is about to take a buffer sees the newest one, or what follows sees that it is about to.
+  newest_word_->exchange(newest_, std::memory_order_seq_cst);
+  const std::span<Subscription> readers = readers_.first(reader_count_);
+  for (Subscription& reader : readers) {
+    reader.number = reader.held->load(std::memory_order_seq_cst);
+    if (reader.number == kTaking && reader.held->compare_exchange_strong(reader.number, newest_))
+      reader.number = newest_;
+  }
+  const auto in_use = [this, readers] {
+    bool used = writing_ == newest_;
+    for (const Subscription& reader : readers) used = used || reader.number == writing_;
+    return used;
   };
   while (in_use()) writing_ = writing_ + 1 == buffer_count_ ? 0 : writing_ + 1;
   chosen_ = true;
@@ -50,26 +61,30 @@ void Snapshot::choose() noexcept {
 [[gnu::hot]] void Snapshot::publish() noexcept {
   newest_ = writing_;
   chosen_ = false;
-  for (std::uint32_t reader = 0; reader < reader_count_; ++reader) {
-    // Release: the bytes are there when the number is. Acquire: what the reader read of the buffer it gave up is read.
-    const std::uint32_t before = mailboxes_[reader].exchange(newest_ | kFresh, std::memory_order_acq_rel);
-    if ((before & kFresh) == 0) held_[reader] = before;
-  }
+  // Release: the bytes are there when the number is.
+  newest_word_->store(newest_, std::memory_order_release);
 }
 
 // RT:
-[[gnu::hot]] void Snapshot::expect_write() noexcept {
-  choose();
-  __builtin_prefetch(mailboxes_.data(), 1);
-  __builtin_prefetch(buffers_ + writing_ * stride_, 1);
+void Snapshot::Reader::announce() noexcept { held_->exchange(kTaking, std::memory_order_seq_cst); }
+
+// RT:
+std::uint32_t Snapshot::Reader::look() const noexcept { return newest_->load(std::memory_order_seq_cst); }
+
+// RT:
+void Snapshot::Reader::claim(std::uint32_t newest) noexcept {
+  std::uint32_t held = kTaking;
+  // The writer may have been faster: then it is the newest of its.
+  number_ = held_->compare_exchange_strong(held, newest, std::memory_order_acq_rel) ? newest : held;
 }
 
 // RT:
 [[gnu::hot]] const std::byte* Snapshot::Reader::acquire() noexcept {
-  std::uint32_t number = mailbox_->load(std::memory_order_relaxed);
-  // The number may be another fresh one by now, but never one that was taken: only this reader takes.
-  if ((number & kFresh) != 0) number = mailbox_->fetch_and(~kFresh, std::memory_order_acq_rel);
-  return buffers_ + (number & ~kFresh) * stride_;
+  if (newest_->load(std::memory_order_relaxed) != number_) {
+    announce();
+    claim(look());
+  }
+  return buffers_ + number_ * stride_;
 }
 
 }  // namespace plc::runtime

@@ -7,7 +7,7 @@
 
 namespace plc::runtime {
 WaitFreeExchange::WaitFreeExchange(GlobalTable& globals, std::uint32_t task, std::byte* local)
-    : globals_(globals), task_(task), local_(local) {
+    : globals_(globals), local_(local), task_(task) {
   globals_.attach(*this);
 }
 
@@ -62,13 +62,27 @@ void WaitFreeExchange::prepare() {
     }
     slice.last_stretch = static_cast<std::uint32_t>(stretches.size());
     slice.last_leaves = static_cast<std::uint32_t>(all_leaves.size());
+    if (range.use == Use::kImport) {
+      for (std::uint32_t s = slice.first_stretch; s < slice.last_stretch; ++s)
+        slice.bytes += stretches[s].end - stretches[s].begin;
+      // Of each leaf all copies, with their stamps.
+      for (std::uint32_t l = slice.first_leaves; l < slice.last_leaves; ++l) {
+        const GlobalTable::Leaves& leaves = globals_.leaves_[all_leaves[l]];
+        slice.bytes += (std::size_t{leaves.bytes} + 8) * leaves.count * (leaves.last_copy - leaves.first_copy + 1);
+      }
+    }
     slices.push_back(slice);
     exports += to_export ? 1 : 0;
   }
   in_parts_ = exports > 1;
   Arena& arena = *globals_.arena_;
-  own_ = globals_.owners_[task_].snapshot;
-  journal_ = globals_.owners_[task_].journal;
+  const GlobalTable::Owner& own = globals_.owners_[task_];
+  own_ = own.snapshot;
+  journal_ = own.journal;
+  shared_image_ = own.image;
+  owned_bytes_ = own.shared_at;
+  shared_bytes_ = own.snapshot->bytes() - own.shared_at;
+  const std::byte* const first = arena.take(0);
   slices_ = arena.copy(std::span<const Slice>(slices));
   stretches_ = arena.copy(std::span<const Stretch>(stretches));
   leaves_ = arena.copy(std::span<const std::uint32_t>(all_leaves));
@@ -78,6 +92,8 @@ void WaitFreeExchange::prepare() {
   for (std::size_t i = 0; i < sources.size(); ++i) {
     sources_[i] = {sources[i], globals_.owners_[sources[i]].snapshot->subscribe()};
   }
+  const std::byte* const last = arena.take(0);
+  used_ = last > first && last - first < kMostUsed ? std::span(first, last) : std::span<const std::byte>();
   if (by_leaf && shadow_.size() == 0) shadow_ = TableMemory(globals_.size());
   reset();
 }
@@ -93,11 +109,12 @@ void WaitFreeExchange::apply(const Journal::Entry& entry, const std::byte* value
   globals_.merge(local_ + entry.offset, entry.type, value, mask);
 }
 
-// RT:
-[[gnu::hot]] void WaitFreeExchange::begin() noexcept {
-  // What other processors have written is fetched all at once.
-  for (const Source& source : sources_) source.reader.expect();
-  own_->expect_write();
+// RT: never inlined, so that expect() warms the very code that begin() is going to run.
+[[gnu::hot, gnu::noinline]] void WaitFreeExchange::take() noexcept {
+  // What has gone cold, and what other processors have written, is fetched all at once.
+  for (std::size_t at = 0; at < used_.size(); at += kTableAlign) __builtin_prefetch(used_.data() + at);
+  for (const Source& source : sources_) source.reader.fetch();
+  own_->fetch();
   writing_ = nullptr;
   publishing_ = false;
   stamp_ = 0;
@@ -107,12 +124,29 @@ void WaitFreeExchange::apply(const Journal::Entry& entry, const std::byte* value
     });
   }
   for (Source& source : sources_) held_[source.owner] = source.reader.acquire();
+  own_->choose();
+}
+
+// RT:
+[[gnu::hot]] void WaitFreeExchange::begin() noexcept {
+  take();
   // Release: whoever revokes the task sees what its last publication left.
   turn_.store(Turn::kComputing, std::memory_order_release);
 }
 
+// RT: what it leaves in the local copy, the import of the cycle writes anew.
+[[gnu::hot]] void WaitFreeExchange::expect(std::size_t bytes) noexcept {
+  take();
+  for (std::uint32_t range = 0; range < slices_.size(); ++range) {
+    const std::size_t reads = slices_[range].bytes;
+    if (reads == 0 || reads > bytes) continue;
+    bytes -= reads;
+    import(range);
+  }
+}
+
 // RT:
-bool WaitFreeExchange::may_publish() noexcept {
+[[gnu::hot]] bool WaitFreeExchange::may_publish() noexcept {
   if (publishing_) return true;
   Turn turn = Turn::kComputing;
   publishing_ = turn_.compare_exchange_strong(turn, Turn::kExchanging, std::memory_order_relaxed);
@@ -147,8 +181,8 @@ void WaitFreeExchange::import_leaves(std::uint32_t index) noexcept {
   imported_[index] = version;
 }
 
-// RT:
-[[gnu::hot]] void WaitFreeExchange::import(std::uint32_t range) noexcept {
+// RT: not inlined: see take().
+[[gnu::hot, gnu::noinline]] void WaitFreeExchange::import(std::uint32_t range) noexcept {
   for (const Stretch& s : stretches(range)) {
     std::memcpy(local_ + s.begin, held_[s.owner] + s.at, s.end - s.begin);
   }
@@ -156,10 +190,10 @@ void WaitFreeExchange::import_leaves(std::uint32_t index) noexcept {
 }
 
 // RT:
-void WaitFreeExchange::open_snapshot() noexcept {
+[[gnu::hot]] void WaitFreeExchange::open_snapshot() noexcept {
   writing_ = own_->begin_write();
   // A body that leaves a range out this time publishes that range as it was.
-  if (in_parts_) std::memcpy(writing_, own_->published(), globals_.owners_[task_].shared_at);
+  if (in_parts_) std::memcpy(writing_, own_->published(), owned_bytes_);
 }
 
 // RT:
@@ -197,10 +231,8 @@ void WaitFreeExchange::export_leaves(const GlobalTable::Leaves& leaves) noexcept
 // RT:
 [[gnu::hot]] bool WaitFreeExchange::end() noexcept {
   const bool mine = may_publish();
-  GlobalTable::Owner& own = globals_.owners_[task_];
   if (writing_ != nullptr) {
-    const std::size_t shared = own_->bytes() - own.shared_at;
-    if (shared != 0) std::memcpy(writing_ + own.shared_at, own.image, shared);
+    if (shared_bytes_ != 0) std::memcpy(writing_ + owned_bytes_, shared_image_, shared_bytes_);
     own_->publish();
   }
   return mine;

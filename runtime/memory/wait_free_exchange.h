@@ -17,7 +17,7 @@
 
 namespace plc::runtime {
 
-class WaitFreeExchange : public Exchange {
+class alignas(kTableAlign) WaitFreeExchange : public Exchange {
  public:
   WaitFreeExchange(GlobalTable& globals, std::uint32_t task, std::byte* local);
   ~WaitFreeExchange() override;
@@ -27,6 +27,7 @@ class WaitFreeExchange : public Exchange {
   std::uint32_t add_range(std::uint32_t first, std::uint32_t count, Use use) override;
   void prepare() override;
   void reset() override;
+  void expect(std::size_t bytes) noexcept override;
   void begin() noexcept override;
   void import(std::uint32_t range) noexcept override;
   void export_range(std::uint32_t range) noexcept override;
@@ -55,6 +56,7 @@ class WaitFreeExchange : public Exchange {
     std::uint32_t last_stretch = 0;
     std::uint32_t first_leaves = 0;
     std::uint32_t last_leaves = 0;
+    std::size_t bytes = 0;  ///< that an import reads; 0 for other uses
   };
   [[nodiscard]] std::span<const Stretch> stretches(std::uint32_t range) const noexcept {
     const Slice& s = slices_[range];
@@ -65,6 +67,8 @@ class WaitFreeExchange : public Exchange {
     const Slice& s = slices_[range];
     return leaves_.subspan(s.first_leaves, s.last_leaves - s.first_leaves);
   }
+  /// All that begin() does but the turn: between cycles it may be done again and again. RT.
+  void take() noexcept;
   /// Whether this cycle may publish; once it was told so, it can no longer be revoked. RT.
   bool may_publish() noexcept;
   void import_leaves(std::uint32_t index) noexcept;
@@ -89,31 +93,36 @@ class WaitFreeExchange : public Exchange {
   void open_snapshot() noexcept;
   void apply(const Journal::Entry& entry, const std::byte* value, const std::byte* mask) noexcept;
 
-  GlobalTable& globals_;
-  std::uint32_t task_;
-  std::byte* local_;
   struct Source {
     std::uint32_t owner = 0;
     Snapshot::Reader reader;
   };
-  // In the table's arena: what a cycle looks at, side by side.
-  Snapshot* own_ = nullptr;  ///< what it publishes
+  // What every cycle looks at, side by side; what these point to is side by side in the table's arena.
+  GlobalTable& globals_;
+  std::byte* local_;
+  std::span<const std::byte> used_;  ///< of the arena: all of the spans here; empty where they lie apart or are long
+  Snapshot* own_ = nullptr;          ///< what it publishes
   Journal* journal_ = nullptr;
+  std::span<Source> sources_;  ///< owners it reads, and those of the variable that releases it
+  std::span<const std::byte*> held_;
   std::span<const Slice> slices_;  ///< by range
   std::span<const Stretch> stretches_;
   std::span<const std::uint32_t> leaves_;
-  std::span<Source> sources_;  ///< owners it reads, and those of the variable that releases it
-  std::span<const std::byte*> held_;
+  std::atomic<Turn> turn_{Turn::kExchanging};
+  bool in_parts_ = false;         ///< several ranges make up what it publishes
+  bool publishing_ = false;       ///< this cycle can no longer be revoked
+  std::byte* writing_ = nullptr;  ///< the snapshot of this cycle, once something was exported
+  std::uint64_t stamp_ = 0;       ///< of this cycle; 0 = none drawn yet
+  std::size_t owned_bytes_ = 0;   ///< of its snapshot: what it alone exports, from the start
+  std::size_t shared_bytes_ = 0;  ///< and its copies of shared leaves, behind that
+  const std::byte* shared_image_ = nullptr;
+  std::uint32_t task_;
 
   std::vector<Range> ranges_;
-  std::atomic<Turn> turn_{Turn::kExchanging};
+  static constexpr std::ptrdiff_t kMostUsed = 1024;  ///< fetched ahead: bytes
   static constexpr std::uint64_t kNotImported = ~std::uint64_t{0};
   std::vector<std::uint64_t> imported_;  ///< per GlobalTable::leaves_: its version at the last import
   TableMemory shadow_;                   ///< shared and overlapping leaves as imported; size 0 without any
-  bool in_parts_ = false;                ///< several ranges make up what it publishes
-  bool publishing_ = false;              ///< this cycle can no longer be revoked
-  std::byte* writing_ = nullptr;         ///< the snapshot of this cycle, once something was exported
-  std::uint64_t stamp_ = 0;              ///< of this cycle; 0 = none drawn yet
 };
 
 }  // namespace plc::runtime

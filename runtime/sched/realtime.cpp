@@ -29,7 +29,20 @@ constexpr core::TimeNs kJoinPollNs = 1'000'000;
 /// More than the deepest nesting of calls and a library kernel take.
 constexpr std::size_t kStackPrefault = 512 * 1024;
 
+/// What a processor copies at least, of bytes that another one has just written: no more is copied ahead than fits into
+/// the time that is left.
+constexpr std::size_t kBytesPerNs = 1;
+
 std::string error_text(int error) { return std::system_category().message(error); }
+
+/// Tells the processor that this thread waits awake, so that it saves power and leaves more to its sibling.
+void relax_cpu() noexcept {
+#if defined(__x86_64__) || defined(__i386__)
+  __builtin_ia32_pause();
+#elif defined(__aarch64__)
+  asm volatile("yield");
+#endif
+}
 
 /// Touches the stack below here, so that no cycle meets a page for the first time.
 [[gnu::noinline]] void prefault_stack() {
@@ -125,7 +138,8 @@ const RealtimeReport& RealtimeScheduler::start() {
 void RealtimeScheduler::set_priority(TaskRun& task) {
   if (!options_.realtime_priority) return;
   const int error = set_fifo(task.thread.native_handle(), fifo_priority(task.plan.priority));
-  if (error == 0) return;
+  task.realtime = error == 0;
+  if (task.realtime) return;
   report_.realtime_priority = false;
   report_.refused.push_back("task \"" + resource_.program(task.index).task().name +
                             "\" runs without real-time priority (" + error_text(error) + "): other load may delay it");
@@ -154,14 +168,12 @@ void RealtimeScheduler::run(TaskRun& task) noexcept {
     clock_.sleep_until_ns(clock_.now_ns() + kStartPollNs);
   }
   ReleaseGrid grid(start_ns_.load(std::memory_order_relaxed) + task.plan.offset_ns, grid_period(declared));
+  // Who runs at an ordinary priority would only be in the way of others while it waits awake.
+  const core::TimeNs lead_ns = task.realtime ? lead_of(declared, task.plan) : 0;
   for (;;) {
     const core::TimeNs release_ns = grid.next_ns();
-    // Long periods are slept in parts, so that a stop does not have to wait for them.
-    core::TimeNs now_ns = clock_.now_ns();
-    while (!stop_requested() && now_ns < release_ns) {
-      clock_.sleep_until_ns(std::min(release_ns, now_ns + kStopPollNs));
-      now_ns = clock_.now_ns();
-    }
+    core::TimeNs now_ns = sleep_until_ns(release_ns - lead_ns);
+    if (now_ns < release_ns && !stop_requested()) now_ns = expect(task, now_ns, release_ns);
     if (stop_requested()) return;
     bool released = true;
     if (trigger) {
@@ -194,13 +206,39 @@ void RealtimeScheduler::run(TaskRun& task) noexcept {
   }
 }
 
+// RT: sleeps in parts, so that a stop does not have to wait for long intervals. Returns the time.
+core::TimeNs RealtimeScheduler::sleep_until_ns(core::TimeNs at_ns) noexcept {
+  core::TimeNs now_ns = clock_.now_ns();
+  while (!stop_requested() && now_ns < at_ns) {
+    clock_.sleep_until_ns(std::min(at_ns, now_ns + kStopPollNs));
+    now_ns = clock_.now_ns();
+  }
+  return now_ns;
+}
+
+// RT: waits awake for the release, with all in the caches that can be had ahead. Returns the time.
+core::TimeNs RealtimeScheduler::expect(TaskRun& task, core::TimeNs now_ns, core::TimeNs release_ns) noexcept {
+  regain_priority(task);
+  resource_.program(task.index).expect(static_cast<std::size_t>(release_ns - now_ns) * kBytesPerNs);
+  now_ns = clock_.now_ns();
+  while (!stop_requested() && now_ns < release_ns) {
+    relax_cpu();
+    now_ns = clock_.now_ns();
+  }
+  return now_ns;
+}
+
+// RT: what the watchdog took from a scan that has ended since.
+void RealtimeScheduler::regain_priority(TaskRun& task) noexcept {
+  if (!task.demoted.load(std::memory_order_acquire)) return;
+  task.demoted.store(false, std::memory_order_relaxed);
+  if (options_.realtime_priority) static_cast<void>(set_fifo(pthread_self(), fifo_priority(task.plan.priority)));
+}
+
 // RT: false when the task must not be released again.
 bool RealtimeScheduler::scan(TaskRun& task, const ReleaseContext& context) noexcept {
   Program& program = resource_.program(task.index);
-  if (task.demoted.load(std::memory_order_acquire)) {
-    task.demoted.store(false, std::memory_order_relaxed);
-    if (options_.realtime_priority) static_cast<void>(set_fifo(pthread_self(), fifo_priority(task.plan.priority)));
-  }
+  regain_priority(task);
   task.cycle.store(context.cycle, std::memory_order_relaxed);
   task.busy_since.store(context.now_ns, std::memory_order_relaxed);
   for (CycleListener* const listener : listeners_) listener->before_scan(context);

@@ -3,7 +3,8 @@
 // In: Resource, plans, listeners. Out: running tasks, statistics, faults. It prints nothing: what the system refused is
 // in the report. In the cycle a thread makes two kinds of system call, clock_nanosleep and clock_gettime (mostly
 // without a call, vDSO), and those of bounded drivers; under --coherence=priority-ceiling also sched_setparam, under
-// global-lock futex. start() and join() belong to one owner thread; everything else may be read from any thread. Event
+// global-lock futex. A task with real-time priority wakes a little before its release and waits for it awake (lead_of()
+// in task_plan.h). start() and join() belong to one owner thread; everything else may be read from any thread. Event
 // tasks look at their trigger every kFreewheelNs; freewheeling tasks scan at most once per kFreewheelNs. Does not
 // belong here: signals (the tool calls request_stop() from its handler), drivers, who gets which priority
 // (task_plan.h).
@@ -88,6 +89,9 @@ class RealtimeScheduler {
 
  private:
   void run(TaskRun& run) noexcept;
+  core::TimeNs sleep_until_ns(core::TimeNs at_ns) noexcept;
+  core::TimeNs expect(TaskRun& run, core::TimeNs now_ns, core::TimeNs release_ns) noexcept;
+  void regain_priority(TaskRun& run) noexcept;
   bool scan(TaskRun& run, const ReleaseContext& context) noexcept;
   bool fault(TaskRun& run, const ReleaseContext& context, const Fault& fault) noexcept;
   void stop_task(TaskRun& run) noexcept;

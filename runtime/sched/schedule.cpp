@@ -191,12 +191,14 @@ Schedule make_schedule(const Image& image, std::span<const TaskPlan> plan, const
     demand.measured = plan[t].execution_ns.has_value();
     demand.estimate_ns = estimates[t].scan.first;
     demand.execution_ns = plan[t].execution_ns.value_or(whole(demand.estimate_ns * (1 + margin)));
+    demand.lead_ns = lead_of(image.tasks[t], plan[t]);
     demand.waiting_ns = whole(protocol.waiting(t) * (1 + margin));
     demand.blocking_ns = whole(protocol.blocking(t) * (1 + margin));
     demand.priority = told_apart(plan[t].priority);
     demand.assumed = std::move(estimates[t].assumed);
     TaskLoad load = load_of(image, plan[t], t);
-    load.execution_ns = add(schedule.release_ns, add(demand.execution_ns, demand.waiting_ns));
+    // As if it came behind the release: by so much a response is found longer than it is.
+    load.execution_ns = add(add(schedule.release_ns, demand.lead_ns), add(demand.execution_ns, demand.waiting_ns));
     load.blocking_ns = demand.blocking_ns;
     loads.push_back(std::move(load));
     schedule.tasks.push_back(std::move(demand));

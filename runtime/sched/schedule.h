@@ -20,6 +20,7 @@ struct TaskDemand {
   bool measured = false;
   double estimate_ns = 0;            ///< from the instructions, without margin
   core::TimeNs execution_ns = 0;     ///< measured, or the estimate with its margin
+  core::TimeNs lead_ns = 0;          ///< awake before each release: processor time beside that of the scan
   core::TimeNs waiting_ns = 0;       ///< for the lock of the global table while tasks on other processors hold it
   core::TimeNs blocking_ns = 0;      ///< by less urgent tasks of its processor that hold it off
   std::int32_t priority = 0;         ///< as the kernel tells them apart (runtime/sched/priority.h)

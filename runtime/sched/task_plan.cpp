@@ -12,6 +12,11 @@ std::vector<TaskPlan> default_plan(const bytecode::Image& image) {
   return plan;
 }
 
+core::TimeNs lead_of(const bytecode::ImageTask& task, const TaskPlan& plan) {
+  if (!task.single.empty() || task.period_ns <= 0) return 0;
+  return plan.lead_ns.value_or(std::min(task.period_ns / 100, kDefaultLeadNs));
+}
+
 void make_rate_monotonic(const bytecode::Image& image, std::vector<TaskPlan>& plan) {
   // What has no interval keeps its order behind all that has one.
   const auto rank = [&](std::size_t t) {

@@ -30,6 +30,7 @@ struct TaskPlan {
   std::int32_t priority = 0;     ///< 0 is the most urgent; equal ones run in the order of their release
   int cpu = -1;                  ///< processor it is bound to; -1 = any
   core::TimeNs offset_ns = 0;    ///< from the common start to the first release
+  std::optional<core::TimeNs> lead_ns = std::nullopt;  ///< nothing = the default: see lead_of()
   core::TimeNs deadline_ns = 0;  ///< from a release to the end of the scan, for the analysis; 0 = the interval
   std::optional<core::TimeNs> execution_ns = std::nullopt;  ///< longest scan as measured; nothing = not measured
   core::TimeNs watchdog_ns = 0;  ///< a scan longer than this is a fault (R1002); 0 = no watchdog
@@ -39,6 +40,14 @@ struct TaskPlan {
 
 /// One plan a task, with the priorities that the image declares and nothing else.
 std::vector<TaskPlan> default_plan(const bytecode::Image& image);
+
+/// How long before its release a task with real-time priority wakes, to do ahead what can be done twice and to wait awake
+/// for the instant: what it is released to do is in the caches by then. As planned, by default 1 % of the interval, at
+/// most kDefaultLeadNs. Event tasks and freewheeling ones have no instant to wait for, and so none.
+core::TimeNs lead_of(const bytecode::ImageTask& task, const TaskPlan& plan);
+inline constexpr core::TimeNs kDefaultLeadNs = 10'000;
+/// The longest lead is this part of the interval: nobody less urgent runs meanwhile.
+inline constexpr core::TimeNs kLongestLeadPart = 4;
 
 /// Priorities 0, 1, .. by interval, the shortest first; equal intervals get equal ones. Event tasks and freewheeling
 /// ones come behind, each after the other as the plan has them. Liu, Layland 1973.

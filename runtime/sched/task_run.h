@@ -24,6 +24,7 @@ struct TaskRun {
 
   std::uint32_t index = 0;
   TaskPlan plan;
+  bool realtime = false;          ///< its thread has a real-time priority
   std::vector<GlobalWrite> safe;  ///< of what it exports
   TaskStatistics statistics;
   std::atomic<core::TimeNs> busy_since{kIdle};

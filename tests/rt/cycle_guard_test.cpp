@@ -319,23 +319,24 @@ class HmiLoad {
 };
 
 /// Runs 50 guarded scans of both tasks in a child; `plant` acts in the cycle; with `hmi`, clients are answered 500
-/// times meanwhile. Returns the child's wait status.
+/// times meanwhile. With `realtime` and real-time priorities they wait awake for their releases. Returns the child's
+/// wait status.
 int guarded_run(runtime::CycleListener* plant, void (*guard)(std::uint32_t) = guard_thread<>, bool hmi = false,
-                core::Coherence coherence = core::Coherence::kWaitFree) {
+                core::Coherence coherence = core::Coherence::kWaitFree, bool realtime = false) {
   const pid_t child = fork();
   if (child == 0) {
     auto resource = load_every_instruction(coherence);
     if (resource == nullptr) _exit(kExitStuck);
     runtime::RealtimeOptions options;
     // Priorities change under ceilings only; where the system grants none, the calls fail and are calls all the same.
-    options.realtime_priority = coherence == core::Coherence::kPriorityCeiling;
+    options.realtime_priority = realtime || coherence == core::Coherence::kPriorityCeiling;
     options.lock_memory = false;
     options.on_thread_start = guard;
     runtime::RealtimeScheduler scheduler(*resource, options);
     if (plant != nullptr) scheduler.add_listener(*plant);
     std::unique_ptr<HmiLoad> load;
     if (hmi) load = std::make_unique<HmiLoad>(*resource);
-    if (scheduler.start().problem) _exit(kExitNoPriority);
+    if (scheduler.start().problem || (realtime && !scheduler.report().realtime_priority)) _exit(kExitNoPriority);
     for (int i = 0; i < 20'000; ++i) {
       const bool served = load == nullptr || load->answered() >= 500;
       if (scheduler.statistics(0).scans >= 50 && scheduler.statistics(1).scans >= 50 && served) {
@@ -389,6 +390,17 @@ TEST(CycleGuard, TheCycleIsCleanUnderHmiLoad) {
   if (WIFEXITED(status) && WEXITSTATUS(status) == kExitNoFilter) GTEST_SKIP() << "seccomp filters are not available";
   ASSERT_TRUE(WIFEXITED(status)) << "killed by signal " << WTERMSIG(status);
   EXPECT_EQ(WEXITSTATUS(status), kExitClean);
+}
+
+TEST(CycleGuard, WhatIsDoneAheadOfAReleaseIsClean) {
+  for (const core::Coherence coherence : {core::Coherence::kWaitFree, core::Coherence::kGlobalLock}) {
+    // Locks that another task has are waited for in the kernel.
+    const int status = guarded_run(nullptr, guard_thread<SYS_futex>, false, coherence, true);
+    if (WIFEXITED(status) && WEXITSTATUS(status) == kExitNoFilter) GTEST_SKIP() << "seccomp filters are not available";
+    if (WIFEXITED(status) && WEXITSTATUS(status) == kExitNoPriority) GTEST_SKIP() << "no real-time priority";
+    ASSERT_TRUE(WIFEXITED(status)) << "killed by signal " << WTERMSIG(status);
+    EXPECT_EQ(WEXITSTATUS(status), kExitClean);
+  }
 }
 
 TEST(CycleGuard, CeilingsTakeOneMoreCall) {

@@ -61,7 +61,7 @@ TEST_F(ScheduleTool, ShowsEveryTaskWithWhatIsKnownOfIt) {
   const auto result = explain({});
   ASSERT_EQ(result.code, 0) << result.err;
   for (const char* words :
-       {"coherence=wait-free", "any processor", "Fast", "Slow", "estimate", "fits", "utilisation",
+       {"coherence=wait-free", "any processor", "Fast", "Slow", "estimate", "lead", " 10us ", "fits", "utilisation",
         "Liu and Layland's bound 82.8 %", "100 % more", "a typical machine (plc calibrate measures yours)",
         "plant.st:5:3: a loop that goes round nobody knows how often counts as 10 rounds [POU Counting]",
         "tasks that are bound to no processor count as if they all ran on one"}) {
@@ -76,8 +76,10 @@ cpu = 1
 [tasks.Fast]
 execution = "400us"
 deadline = "900us"
+lead = "20us"
 [tasks.Slow]
 execution = "2ms"
+lead = "0s"
 )");
   ASSERT_EQ(s["processors"].size(), 1u);
   const json& processor = s["processors"][0];
@@ -85,14 +87,16 @@ execution = "2ms"
   EXPECT_EQ(processor["verdict"], "fits");
   const auto release = s["release_ns"].get<std::int64_t>();
   EXPECT_GT(release, 0);
-  EXPECT_NEAR(processor["utilization"].get<double>(), 0.6 + static_cast<double>(release) * 1.1e-6, 1e-9);
+  EXPECT_NEAR(processor["utilization"].get<double>(), 0.62 + static_cast<double>(release) * 1.1e-6, 1e-9);
   EXPECT_TRUE(processor["rate_monotonic"]);
   const json& fast = processor["tasks"][0];
   EXPECT_EQ(fast["name"], "Fast");
   EXPECT_TRUE(fast["measured"]);
   EXPECT_EQ(fast["deadline_ns"], 900'000);
-  EXPECT_EQ(fast["margin_ns"], 500'000 - release);
-  EXPECT_EQ(processor["tasks"][1]["response_ns"], 2'000'000 + 4 * 400'000 + 5 * release);
+  EXPECT_EQ(fast["lead_ns"], 20'000);
+  EXPECT_EQ(fast["margin_ns"], 480'000 - release);
+  EXPECT_EQ(processor["tasks"][1]["lead_ns"], 0);
+  EXPECT_EQ(processor["tasks"][1]["response_ns"], 2'000'000 + 4 * 420'000 + 5 * release);
   EXPECT_EQ(processor["tasks"][1]["assumed_loops"][0]["line"], 5);
 }
 

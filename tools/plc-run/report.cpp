@@ -87,6 +87,7 @@ void print_start(std::string_view file, const bytecode::Image& image, std::span<
     out << fmt::format("task {}: {}, priority {}", task.name, release_text(task), plan[t].priority);
     if (plan[t].cpu >= 0) out << fmt::format(", processor {}", plan[t].cpu);
     if (plan[t].offset_ns != 0) out << ", offset " << time_text(plan[t].offset_ns);
+    if (plan[t].lead_ns) out << ", lead " << time_text(*plan[t].lead_ns);
     if (plan[t].watchdog_ns != 0) out << ", watchdog " << time_text(plan[t].watchdog_ns);
     out << '\n';
   }

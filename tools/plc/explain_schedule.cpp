@@ -60,13 +60,13 @@ std::string released(const bytecode::ImageTask& task) {
 void print_processor(const Explained& e, const ProcessorSchedule& processor) {
   std::cout << (processor.cpu < 0 ? std::string("any processor") : fmt::format("processor {}", processor.cpu)) << '\n';
   std::vector<std::vector<std::string>> rows = {
-      {"task", "period", "priority", "scan", "by", "load", "blocking", "response", "deadline", "margin", "verdict"}};
+      {"task", "period", "priority", "scan", "by", "lead", "load", "blocking", "response", "deadline", "margin", "verdict"}};
   for (std::size_t i = 0; i < processor.tasks.size(); ++i) {
     const std::uint32_t t = processor.tasks[i];
     const TaskDemand& demand = e.schedule.tasks[t];
     const TaskTiming& timing = processor.timings[i];
     rows.push_back({e.image.tasks[t].name, released(e.image.tasks[t]), std::to_string(e.plan[t].priority),
-                    time(demand.execution_ns), demand.measured ? "measured" : "estimate", percent(timing.utilization),
+                    time(demand.execution_ns), demand.measured ? "measured" : "estimate", time(demand.lead_ns), percent(timing.utilization),
                     time(demand.blocking_ns + demand.waiting_ns), time_or_none(timing.response_ns),
                     timing.deadline_ns == 0 ? "-" : time(timing.deadline_ns), time_or_none(timing.margin_ns),
                     std::string(verdict_text(timing.verdict))});
@@ -140,6 +140,7 @@ ordered_json task_json(const Explained& e, const ProcessorSchedule& processor, s
   out["priority"] = e.plan[t].priority;
   out["measured"] = demand.measured;
   out["execution_ns"] = demand.execution_ns;
+  out["lead_ns"] = demand.lead_ns;
   out["waiting_ns"] = demand.waiting_ns;
   out["blocking_ns"] = demand.blocking_ns;
   out["utilization"] = timing.utilization;

@@ -42,7 +42,7 @@ std::string said(const std::string& toml) {
 
 TEST(CheckSchedule, SaysNothingOfWhatFits) {
   EXPECT_EQ(said(""), "");
-  EXPECT_EQ(said("[tasks.Fast]\nexecution = \"900us\"\ncpu = 0\n[tasks.Slow]\nexecution = \"500us\"\ncpu = 0\n"), "");
+  EXPECT_EQ(said("[tasks.Fast]\nexecution = \"880us\"\ncpu = 0\n[tasks.Slow]\nexecution = \"500us\"\ncpu = 0\n"), "");
 }
 
 TEST(CheckSchedule, WarnsOfWhatMayMiss) {
@@ -53,9 +53,19 @@ TEST(CheckSchedule, WarnsOfWhatMayMiss) {
   EXPECT_NE(early.find("its deadline is 1000 ns (estimated, with a margin of 100 %)"), std::string::npos) << early;
   // Tasks that may run anywhere are refused only when there is no room anywhere.
   const std::string behind = said("[tasks.Fast]\nexecution = \"900us\"\n[tasks.Slow]\nexecution = \"2ms\"\n");
-  EXPECT_NE(behind.find("warning P7605: task \"Slow\" may fall behind without end: with the tasks before it, it needs 11"),
-            std::string::npos)
+  EXPECT_NE(
+      behind.find("warning P7605: task \"Slow\" may fall behind without end: with the tasks before it, it needs 11"),
+      std::string::npos)
       << behind;
+}
+
+TEST(CheckSchedule, LeadsAreWarnedOfAndNeverRefused) {
+  const std::string tasks =
+      "[tasks.Fast]\nexecution = \"700us\"\ncpu = 0\n[tasks.Slow]\nexecution = \"500us\"\ncpu = 0\n";
+  EXPECT_EQ(said(tasks), "");
+  const std::string warned = said("[scheduler]\nlead = \"250us\"\n" + tasks);
+  EXPECT_NE(warned.find("warning P7605: task \"Slow\""), std::string::npos) << warned;
+  EXPECT_EQ(warned.find("P7606"), std::string::npos) << "a task that is late has no lead\n" << warned;
 }
 
 TEST(CheckSchedule, RefusesWhatCannotFitByMeasuredTimes) {

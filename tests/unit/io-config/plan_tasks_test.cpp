@@ -74,13 +74,15 @@ TEST(PlanTasks, NothingSaidIsWhatTheImageDeclares) {
 TEST(PlanTasks, EveryKeyOfATask) {
   const Planned p = planned(
       "[tasks.fast]\n"  // names are those of IEC 61131-3: case does not count
-      "priority = 9\ncpu = 5\noffset = \"250us\"\ndeadline = \"900us\"\nexecution = \"350us\"\nwatchdog = \"5ms\"\n"
+      "priority = 9\ncpu = 5\noffset = \"250us\"\nlead = \"15us\"\ndeadline = \"900us\"\nexecution = "
+      "\"350us\"\nwatchdog = \"5ms\"\n"
       "overrun = \"fault\"\non_fault = \"stop\"\n");
   ASSERT_TRUE(p.plan.has_value()) << p.problems;
   const TaskPlan& fast = p.of(kFast);
   EXPECT_EQ(fast.priority, 9);
   EXPECT_EQ(fast.cpu, 5);
   EXPECT_EQ(fast.offset_ns, 250'000);
+  EXPECT_EQ(fast.lead_ns, 15'000);
   EXPECT_EQ(fast.deadline_ns, 900'000);
   EXPECT_EQ(fast.execution_ns, 350'000);
   EXPECT_EQ(fast.watchdog_ns, 5 * kMs);
@@ -88,10 +90,11 @@ TEST(PlanTasks, EveryKeyOfATask) {
   EXPECT_EQ(fast.on_fault, FaultPolicy::kStop);
   int keys = 0;
   for (const KeyInfo& key : config_keys()) keys += key.table == TableId::kTask ? 1 : 0;
-  EXPECT_EQ(keys, 8) << "keys that this test does not know";
+  EXPECT_EQ(keys, 9) << "keys that this test does not know";
   // Nothing of it is the others'.
   EXPECT_EQ(p.of(kSlow).watchdog_ns, 0);
   EXPECT_EQ(p.of(kSlow).cpu, -1);
+  EXPECT_FALSE(p.of(kSlow).lead_ns.has_value());
   EXPECT_EQ(p.of(kStop).on_fault, FaultPolicy::kSafeState);
 }
 
@@ -126,6 +129,39 @@ TEST(PlanTasks, ProcessorOfAllAndOfOne) {
   EXPECT_EQ(p.of(kSlow).cpu, 2);
   EXPECT_EQ(p.of(kFast).cpu, 1);
   EXPECT_EQ(p.of(kStop).cpu, 2);
+}
+
+TEST(PlanTasks, LeadOfAllAndOfOne) {
+  const Planned nothing = planned("");
+  for (const std::size_t task : {kSlow, kFast, kStop}) EXPECT_FALSE(nothing.of(task).lead_ns.has_value());
+  const Planned p = planned("[scheduler]\nlead = \"20us\"\n[tasks.Fast]\nlead = \"0s\"\n");
+  ASSERT_TRUE(p.plan.has_value()) << p.problems;
+  EXPECT_EQ(p.of(kSlow).lead_ns, 20'000);
+  EXPECT_EQ(p.of(kFast).lead_ns, 0);
+  EXPECT_FALSE(p.of(kStop).lead_ns.has_value()) << "it has no interval";
+  const Planned most = planned("[tasks.Fast]\nlead = \"250us\"\n[tasks.Stop]\nlead = \"0s\"\n");
+  ASSERT_TRUE(most.plan.has_value()) << most.problems;
+  EXPECT_EQ(most.of(kFast).lead_ns, kMs / 4);
+}
+
+TEST(PlanTasks, P7608WhenALeadDoesNotFitTheInterval) {
+  const Planned own = planned("[modbus]\nlisten = \"off\"\n[tasks.Fast]\nlead = \"251us\"\n");
+  EXPECT_FALSE(own.plan.has_value());
+  EXPECT_TRUE(contains(own.problems, "plc.toml:3:")) << own.problems;
+  EXPECT_TRUE(contains(own.problems,
+                       "P7608: a lead of 251000 ns is more than a quarter of the interval of task "
+                       "\"Fast\", 1000000 ns"))
+      << own.problems;
+  EXPECT_TRUE(contains(own.problems, "at most 250000 ns")) << own.problems;
+  // It fits Slow, and not Fast.
+  const Planned all = planned("[scheduler]\nlead = \"1ms\"\n");
+  EXPECT_FALSE(all.plan.has_value());
+  EXPECT_TRUE(contains(all.problems, "plc.toml:1:")) << all.problems;
+  EXPECT_TRUE(contains(all.problems, "\"Fast\"")) << all.problems;
+  EXPECT_FALSE(contains(all.problems, "\"Slow\"")) << all.problems;
+  const Planned event = planned("[tasks.Stop]\nlead = \"1us\"\n");
+  EXPECT_FALSE(event.plan.has_value());
+  EXPECT_TRUE(contains(event.problems, "P7608: task \"Stop\" has no interval")) << event.problems;
 }
 
 TEST(PlanTasks, P7601NamesTheTaskThatIsMeant) {

@@ -1,5 +1,5 @@
-// Faults of one task while others run: watchdog, loop budget, overrun, and a task that cannot be stopped. What the fault
-// touches goes safe, and nothing else notices.
+// Faults of one task while others run: watchdog, loop budget, overrun, and a task that cannot be stopped. What the
+// fault touches goes safe, and nothing else notices.
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -226,6 +226,29 @@ TEST(Plan, OffsetsShiftTheFirstRelease) {
   scheduler.start();
   ASSERT_TRUE(within(std::chrono::seconds(20), [&] { return releases.first[0] != 0 && releases.first[1] != 0; }));
   EXPECT_EQ(releases.first[kBad] - releases.first[kFast], 3 * kMs);
+}
+
+TEST(Plan, TasksWithAnIntervalHaveALead) {
+  ImageBuilder b;
+  b.global("go", b.boolean(), {}, {.input = true});
+  b.task("Quick", kMs / 10, {}, 0);
+  b.task("Usual", kMs, {}, 1);
+  b.task("Slow", 1000 * kMs, {}, 2);
+  b.task("Free", 0, {}, 3);
+  b.task("Event", 0, {}, 4, "go");
+  const bytecode::Image image = b.build();
+  const auto lead = [&image](std::size_t task, std::optional<core::TimeNs> planned = std::nullopt) {
+    runtime::TaskPlan plan;
+    plan.lead_ns = planned;
+    return runtime::lead_of(image.tasks[task], plan);
+  };
+  EXPECT_EQ(lead(0), 1'000) << "1 % of the interval";
+  EXPECT_EQ(lead(1), 10'000);
+  EXPECT_EQ(lead(2), 10'000) << "at most so much";
+  EXPECT_EQ(lead(1, 0), 0);
+  EXPECT_EQ(lead(1, 250'000), 250'000);
+  EXPECT_EQ(lead(3, 5'000), 0);
+  EXPECT_EQ(lead(4, 5'000), 0);
 }
 
 TEST(Plan, RateMonotonicPriorities) {

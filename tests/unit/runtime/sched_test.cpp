@@ -1,10 +1,13 @@
 // Release grid, statistics, virtual-time and real-time schedulers.
+#include <time.h>
+
 #include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <optional>
 #include <thread>
 
 #include "runtime/sched/realtime.h"
@@ -362,6 +365,83 @@ TEST(Realtime, AFaultingTaskLeavesTheOthersRunning) {
   ASSERT_EQ(scheduler.faults().size(), 1u);
   EXPECT_EQ(scheduler.faults()[0].task, 0u);
   EXPECT_EQ(scheduler.statistics(0).scans, 1u);
+}
+
+/// When scans of one task begin, and how long its thread was awake between them.
+struct Releases : runtime::CycleListener {
+  void before_scan(const runtime::ReleaseContext& c) noexcept override {
+    const core::TimeNs awake = thread_time();
+    if (clock.now_ns() < c.release_ns || c.now_ns < c.release_ns) ++early;
+    if (c.cycle != 0) between.record(awake - slept_at);
+  }
+  void after_scan(const runtime::ReleaseContext&) noexcept override { slept_at = thread_time(); }
+  void safe_state() noexcept override {}
+  static core::TimeNs thread_time() noexcept {
+    timespec t{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return t.tv_sec * core::TimeNs{1'000'000'000} + t.tv_nsec;
+  }
+  core::MonotonicClock clock;
+  std::atomic<int> early{0};
+  core::TimeNs slept_at = 0;
+  runtime::Histogram between;
+};
+
+/// A task of 4 ms that runs 50 scans. Nothing where the system grants no real-time priority but it is wished.
+std::unique_ptr<Releases> releases(std::optional<core::TimeNs> lead_ns, bool realtime_priority) {
+  ImageBuilder b;
+  const Word order = b.global("order", b.type(TypeId::kLint));
+  b.task("Four", 4'000'000, {writer(b, "P", order, 1)});
+  auto r = load(b);
+  auto found = std::make_unique<Releases>();
+  runtime::RealtimeOptions options;
+  options.plan = runtime::default_plan(r->image());
+  options.plan[0].lead_ns = lead_ns;
+  options.realtime_priority = realtime_priority;
+  options.lock_memory = false;
+  runtime::RealtimeScheduler scheduler(*r, options);
+  scheduler.add_listener(*found);
+  if (scheduler.start().realtime_priority != realtime_priority) return nullptr;
+  while (scheduler.statistics(0).scans < 50) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  scheduler.request_stop();
+  scheduler.join();
+  EXPECT_EQ(found->early, 0) << "a cycle began before its release";
+  return found;
+}
+
+TEST(Realtime, ALeadIsSpentAwakeAndNoCycleBeginsBeforeItsRelease) {
+  constexpr core::TimeNs kLead = 800'000;
+  const auto ahead = releases(kLead, true);
+  if (ahead == nullptr) GTEST_SKIP() << "no real-time priority";
+  EXPECT_GT(ahead->between.percentile_ns(0.5), kLead / 2);
+  EXPECT_LT(releases(0, true)->between.percentile_ns(0.5), kLead / 2);
+  EXPECT_LT(releases(std::nullopt, true)->between.percentile_ns(0.5), kLead / 2);
+}
+
+TEST(Realtime, WithoutRealTimePriorityNobodyWaitsAwake) {
+  constexpr core::TimeNs kLead = 800'000;
+  EXPECT_LT(releases(kLead, false)->between.percentile_ns(0.5), kLead / 2);
+}
+
+TEST(Realtime, AStopDoesNotWaitForALead) {
+  ImageBuilder b;
+  const Word order = b.global("order", b.type(TypeId::kLint));
+  b.task("Slow", 40'000'000'000, {writer(b, "P", order, 1)});
+  auto r = load(b);
+  ASSERT_NE(r, nullptr);
+  runtime::RealtimeOptions options;
+  options.plan = runtime::default_plan(r->image());
+  options.plan[0].offset_ns = 5'000'000'000;
+  options.plan[0].lead_ns = 10'000'000'000;  // awake from the start on
+  options.lock_memory = false;
+  runtime::RealtimeScheduler scheduler(*r, options);
+  if (!scheduler.start().realtime_priority) GTEST_SKIP() << "no real-time priority";
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  const auto begin = std::chrono::steady_clock::now();
+  scheduler.request_stop();
+  EXPECT_TRUE(scheduler.join().empty());
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(2));
+  EXPECT_EQ(scheduler.statistics(0).scans, 0u);
 }
 
 TEST(Realtime, OverrunsAreCountedAndTheGridIsKept) {

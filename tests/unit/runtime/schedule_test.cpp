@@ -3,6 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <optional>
+#include <string>
+#include <vector>
+
 #include "runtime/sched/task.h"
 #include "tests/support/image_builder.h"
 
@@ -26,6 +30,7 @@ struct OneTask {
   int cpu = -1;
   TimeNs offset_ns = 0;
   std::string single{};
+  std::optional<TimeNs> lead_ns = 0;  ///< nothing = the default
 };
 
 struct Tasks {
@@ -38,6 +43,7 @@ struct Tasks {
       one.priority = task.priority;
       one.cpu = task.cpu;
       one.offset_ns = task.offset_ns;
+      one.lead_ns = task.lead_ns;
       if (task.execution_ns != 0) one.execution_ns = task.execution_ns;
       plan.push_back(one);
     }
@@ -52,6 +58,16 @@ struct Tasks {
     return make_schedule(image, plan, costs, margin);
   }
 };
+
+TEST(Schedule, ALeadIsProcessorTimeOfEveryRelease) {
+  const Tasks tasks({{1'000'000, 0, 300'000, -1, 0, "", 50'000}, {2'000'000, 1, 900'000, -1, 0, "", std::nullopt}});
+  const Schedule s = tasks.schedule();
+  EXPECT_EQ(s.tasks[0].lead_ns, 50'000);
+  EXPECT_EQ(s.tasks[1].lead_ns, 10'000) << "the default";
+  EXPECT_EQ(s.tasks[0].execution_ns, 300'000) << "the scan is the scan";
+  EXPECT_EQ(s.processors[0].timings[0].response_ns, 350'000);
+  EXPECT_EQ(s.processors[0].timings[1].response_ns, 910'000 + 2 * 350'000);
+}
 
 TEST(Schedule, MeasuredTimesCountAsTheyAreAndEstimatesWithTheirMargin) {
   const Tasks tasks({{1'000'000, 0, 300'000}, {2'000'000, 1}});
