@@ -35,8 +35,8 @@ using core::TimeNs;
 
 constexpr std::array kProtocols = {Coherence::kWaitFree, Coherence::kPriorityCeiling, Coherence::kGlobalLock};
 constexpr std::uint32_t kFast = 0;
-constexpr TimeNs kPeriodNs = 100'000;                ///< of the fast task
-constexpr TimeNs kLeadNs = runtime::kDefaultLeadNs;  ///< of a task of 1 ms that plc.toml says nothing about
+constexpr TimeNs kPeriodNs = 100'000;    ///< of the fast task
+constexpr TimeNs kLeadNs = 10'000;       ///< a tenth of the period
 constexpr TimeNs kSlowPauseNs = 20'000;  ///< between two exchanges of a slow task: more would starve the system
 constexpr double kMemcpyLimit = 1.2;     ///< wait-free p99.9, with the lead that tasks have, over that of memcpy
 

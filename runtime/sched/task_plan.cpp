@@ -14,7 +14,7 @@ std::vector<TaskPlan> default_plan(const bytecode::Image& image) {
 
 core::TimeNs lead_of(const bytecode::ImageTask& task, const TaskPlan& plan) {
   if (!task.single.empty() || task.period_ns <= 0) return 0;
-  return plan.lead_ns.value_or(std::min(task.period_ns / 100, kDefaultLeadNs));
+  return plan.lead_ns.value_or(std::min(task.period_ns / 20, kDefaultLeadNs));
 }
 
 void make_rate_monotonic(const bytecode::Image& image, std::vector<TaskPlan>& plan) {

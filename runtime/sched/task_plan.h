@@ -42,10 +42,10 @@ struct TaskPlan {
 std::vector<TaskPlan> default_plan(const bytecode::Image& image);
 
 /// How long before its release a task with real-time priority wakes, to do ahead what can be done twice and to wait awake
-/// for the instant: what it is released to do is in the caches by then. As planned, by default 1 % of the interval, at
+/// for the instant: what it is released to do is in the caches by then. As planned, by default 5 % of the interval, at
 /// most kDefaultLeadNs. Event tasks and freewheeling ones have no instant to wait for, and so none.
 core::TimeNs lead_of(const bytecode::ImageTask& task, const TaskPlan& plan);
-inline constexpr core::TimeNs kDefaultLeadNs = 10'000;
+inline constexpr core::TimeNs kDefaultLeadNs = 50'000;
 /// The longest lead is this part of the interval: nobody less urgent runs meanwhile.
 inline constexpr core::TimeNs kLongestLeadPart = 4;
 

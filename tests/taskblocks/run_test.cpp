@@ -106,10 +106,8 @@ class Faulty final : public picard::Taskblock {
 
 class Timed final : public picard::Taskblock {
  public:
-  static constexpr picard::Info info{.name = "TIMED",
-                                     .group = "Test",
-                                     .summary = "Has a budget.",
-                                     .budget = std::chrono::microseconds(50)};
+  static constexpr picard::Info info{
+      .name = "TIMED", .group = "Test", .summary = "Has a budget.", .budget = std::chrono::microseconds(50)};
   picard::Output<std::int16_t> count{this, "COUNT", "executions"};
   void fire() override { count = static_cast<std::int16_t>(count + 1); }
 };
@@ -158,7 +156,9 @@ struct Project {
     }
     resource = std::move(*loaded);
   }
-  runtime::Fault scan(core::TimeNs now_ns = 0, std::size_t task = 0) { return resource->program(task).execute({now_ns}); }
+  runtime::Fault scan(core::TimeNs now_ns = 0, std::size_t task = 0) {
+    return resource->program(task).execute({now_ns});
+  }
   [[nodiscard]] std::string value(const std::string& path) const {
     const runtime::Access access(*resource);
     const auto found = access.find(path);
@@ -173,10 +173,12 @@ std::string in_task(const std::string& variables, const std::string& statements,
 }
 
 TEST(Taskblocks, RunWithTheirConfigurationInEachInstance) {
+  static_cast<void>(registry());
   made = destroyed = 0;
   {
-    Project p(in_task("A : SCALE_BY; B : ARRAY[1..2] OF SCALE_BY := [2((FACTOR := 5.0))]; C : SCALE_BY; X : LREAL; i : INT;\n",
-                      "X := X + 1.0;\nA(IN := X, FACTOR := 3.0);\nFOR i := 1 TO 2 DO B[i](IN := X); END_FOR;\nC(IN := A.OUT);\n"));
+    Project p(in_task(
+        "A : SCALE_BY; B : ARRAY[1..2] OF SCALE_BY := [2((FACTOR := 5.0))]; C : SCALE_BY; X : LREAL; i : INT;\n",
+        "X := X + 1.0;\nA(IN := X, FACTOR := 3.0);\nFOR i := 1 TO 2 DO B[i](IN := X); END_FOR;\nC(IN := A.OUT);\n"));
     ASSERT_NE(p.resource, nullptr) << p.problem;
     EXPECT_EQ(made, 4);
     EXPECT_FALSE(p.scan(7'000'000));
@@ -185,7 +187,7 @@ TEST(Taskblocks, RunWithTheirConfigurationInEachInstance) {
     EXPECT_EQ(p.value("Main.B[2].OUT"), "10");
     EXPECT_EQ(p.value("Main.C.OUT"), "12");
     EXPECT_EQ(p.value("Main.A.PERIOD"), "0.01");
-    EXPECT_EQ(p.value("Main.A.TIME_SEEN"), "T#17ms");
+    EXPECT_EQ(p.value("Main.A.TIME_SEEN"), "17000000");
     EXPECT_EQ(p.resource->program(0).reset(), std::nullopt);
     EXPECT_EQ(p.value("Main.A.OUT"), "0");
     EXPECT_FALSE(p.scan());
@@ -196,8 +198,7 @@ TEST(Taskblocks, RunWithTheirConfigurationInEachInstance) {
 }
 
 TEST(Taskblocks, AWireCopiesNothing) {
-  Project p(in_task("A, B : SCALE_BY; X : LREAL; Copied : LREAL;\n",
-                    "X := X + 1.0;\nA(IN := X);\nB(IN := A.OUT);\n"));
+  Project p(in_task("A, B : SCALE_BY; X : LREAL; Copied : LREAL;\n", "X := X + 1.0;\nA(IN := X);\nB(IN := A.OUT);\n"));
   ASSERT_NE(p.resource, nullptr) << p.problem;
   EXPECT_FALSE(p.scan());
   EXPECT_EQ(p.value("Main.B.OUT"), "4");
@@ -235,10 +236,11 @@ TEST(Taskblocks, AWireIsACopyWhereTheVariableChangesBefore) {
 }
 
 TEST(Taskblocks, PortsOfEveryShapeAreSeenAsDeclared) {
-  Project p(in_task("S : SHAPES; P : TEST_POINT := (x := 1.5, n := 7, name := 'abc'); Text : STRING[5] := 'hello';\n"
-                    "Points : ARRAY[0..1] OF TEST_POINT := [(x := 2.5), (n := 9)];\n"
-                    "Grid : ARRAY[0..1] OF ARRAY[0..2] OF INT := [[1,2,3],[4,5,6]]; Wide : WSTRING[4] := \"wxyz\";\n",
-                    "S(IN_GRID := Grid, IN_POINT := P, IN_POINTS := Points, IN_TEXT := Text, IN_FLAG := FALSE, IN_WIDE := Wide);\n"));
+  Project p(in_task(
+      "S : SHAPES; P : TEST_POINT := (x := 1.5, n := 7, name := 'abc'); Text : STRING[5] := 'hello';\n"
+      "Points : ARRAY[0..1] OF TEST_POINT := [(x := 2.5), (n := 9)];\n"
+      "Grid : ARRAY[0..1] OF ARRAY[0..2] OF INT := [[1,2,3],[4,5,6]]; Wide : WSTRING[4] := \"wxyz\";\n",
+      "S(IN_GRID := Grid, IN_POINT := P, IN_POINTS := Points, IN_TEXT := Text, IN_FLAG := FALSE, IN_WIDE := Wide);\n"));
   ASSERT_NE(p.resource, nullptr) << p.problem;
   EXPECT_FALSE(p.scan());
   EXPECT_EQ(p.value("Main.S.GRID[1][2]"), "6");
@@ -248,8 +250,8 @@ TEST(Taskblocks, PortsOfEveryShapeAreSeenAsDeclared) {
   EXPECT_EQ(p.value("Main.S.POINTS[0].x"), "2.5");
   EXPECT_EQ(p.value("Main.S.POINTS[1].n"), "9");
   EXPECT_EQ(p.value("Main.S.TEXT"), "'hello'");
-  EXPECT_EQ(p.value("Main.S.FLAG"), "TRUE");
-  EXPECT_EQ(p.value("Main.S.WORD_OUT"), "16#FF00");
+  EXPECT_EQ(p.value("Main.S.FLAG"), "1");
+  EXPECT_EQ(p.value("Main.S.WORD_OUT"), "65280");
   EXPECT_EQ(p.value("Main.S.WIDE"), "\"wxyz\"");
 }
 
@@ -257,7 +259,8 @@ TEST(Taskblocks, ConfigurationTakesConstantsOnly) {
   EXPECT_EQ(Project(in_task("A : SCALE_BY; X : LREAL;\n", "A(IN := X, FACTOR := X);\n")).problem, "P4110 ");
   EXPECT_EQ(Project(in_task("A : SCALE_BY; X : LREAL;\n", "A(IN := X, FACTOR := X + 1.0);\n")).problem, "P4110 ");
   EXPECT_EQ(Project(in_task("A : ARRAY[1..2] OF SCALE_BY; i : INT;\n", "A[i](FACTOR := 1.0);\n")).problem, "P4110 ");
-  Project p(in_task("A : ARRAY[1..2] OF SCALE_BY;\n", "A[1](IN := 1.0, FACTOR := 2.0 * 4.0);\nA[2](IN := 1.0, FACTOR := K);\n",
+  Project p(in_task("A : ARRAY[1..2] OF SCALE_BY;\n",
+                    "A[1](IN := 1.0, FACTOR := 2.0 * 4.0);\nA[2](IN := 1.0, FACTOR := K);\n",
                     "VAR_GLOBAL CONSTANT K : LREAL := 9.0; END_VAR\n"));
   ASSERT_NE(p.resource, nullptr) << p.problem;
   EXPECT_FALSE(p.scan());
@@ -266,7 +269,8 @@ TEST(Taskblocks, ConfigurationTakesConstantsOnly) {
 }
 
 TEST(Taskblocks, GlobalInstancesBelongToTheTaskThatRunsThem) {
-  Project p(in_task("X : LREAL;\n", "X := X + 1.0;\nShared(IN := X, FACTOR := 4.0);\n", "VAR_GLOBAL Shared : SCALE_BY; END_VAR\n"));
+  Project p(in_task("X : LREAL;\n", "X := X + 1.0;\nShared(IN := X, FACTOR := 4.0);\n",
+                    "VAR_GLOBAL Shared : SCALE_BY; END_VAR\n"));
   ASSERT_NE(p.resource, nullptr) << p.problem;
   EXPECT_FALSE(p.scan());
   EXPECT_FALSE(p.scan());
@@ -280,9 +284,10 @@ TEST(Taskblocks, AThrowIsAFaultThatNamesThem) {
     ASSERT_NE(p.resource, nullptr) << p.problem;
     const runtime::Fault fault = p.scan();
     EXPECT_EQ(fault.kind, runtime::FaultKind::kTaskblock);
-    EXPECT_EQ(p.resource->program(0).taskblock_text(fault),
-              kind == std::string("1") ? "FAULTY main.F: kind one" : "FAULTY main.F: an exception that is no std::exception");
-    EXPECT_EQ(runtime::source_of(p.resource->image(), fault.pou, fault.word).line, 7u);
+    EXPECT_EQ(
+        p.resource->program(0).taskblock_text(fault),
+        kind == std::string("1") ? "FAULTY main.F: kind one" : "FAULTY main.F: an exception that is no std::exception");
+    EXPECT_EQ(runtime::source_of(p.resource->image(), fault.pou, fault.word).line, 6u);
     EXPECT_EQ(p.value("Main.Before"), "1");
     EXPECT_EQ(p.value("Main.After"), "0");
   }

@@ -242,9 +242,9 @@ TEST(Plan, TasksWithAnIntervalHaveALead) {
     plan.lead_ns = planned;
     return runtime::lead_of(image.tasks[task], plan);
   };
-  EXPECT_EQ(lead(0), 1'000) << "1 % of the interval";
-  EXPECT_EQ(lead(1), 10'000);
-  EXPECT_EQ(lead(2), 10'000) << "at most so much";
+  EXPECT_EQ(lead(0), 5'000) << "5 % of the interval";
+  EXPECT_EQ(lead(1), 50'000);
+  EXPECT_EQ(lead(2), 50'000) << "at most so much";
   EXPECT_EQ(lead(1, 0), 0);
   EXPECT_EQ(lead(1, 250'000), 250'000);
   EXPECT_EQ(lead(3, 5'000), 0);

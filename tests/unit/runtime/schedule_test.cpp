@@ -63,10 +63,10 @@ TEST(Schedule, ALeadIsProcessorTimeOfEveryRelease) {
   const Tasks tasks({{1'000'000, 0, 300'000, -1, 0, "", 50'000}, {2'000'000, 1, 900'000, -1, 0, "", std::nullopt}});
   const Schedule s = tasks.schedule();
   EXPECT_EQ(s.tasks[0].lead_ns, 50'000);
-  EXPECT_EQ(s.tasks[1].lead_ns, 10'000) << "the default";
+  EXPECT_EQ(s.tasks[1].lead_ns, 50'000) << "the default";
   EXPECT_EQ(s.tasks[0].execution_ns, 300'000) << "the scan is the scan";
   EXPECT_EQ(s.processors[0].timings[0].response_ns, 350'000);
-  EXPECT_EQ(s.processors[0].timings[1].response_ns, 910'000 + 2 * 350'000);
+  EXPECT_EQ(s.processors[0].timings[1].response_ns, 950'000 + 2 * 350'000);
 }
 
 TEST(Schedule, MeasuredTimesCountAsTheyAreAndEstimatesWithTheirMargin) {
