@@ -1,14 +1,14 @@
-#include "allocations.h"
+// The counter for all tests of this program; and that it counts.
+#include "tests/unit/taskblocks/allocations.h"
 
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <cstdlib>
 #include <memory>
 #include <new>
 
 namespace {
-std::atomic<std::size_t> count;
+thread_local std::size_t count;
 }
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
