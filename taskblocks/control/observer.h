@@ -6,8 +6,8 @@
 #include <cstdint>
 
 #include "picard/taskblock.h"
-#include "taskblocks/control/execution_clock.h"
 #include "taskblocks/control/matrix.h"
+#include "taskblocks/control/sample_time.h"
 
 namespace plc::blocks {
 

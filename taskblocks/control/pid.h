@@ -9,9 +9,9 @@
 #include <optional>
 
 #include "picard/taskblock.h"
-#include "taskblocks/control/execution_clock.h"
 #include "taskblocks/control/pid_law.h"
 #include "taskblocks/control/relay_tuner.h"
+#include "taskblocks/elapsed.h"
 
 namespace plc::blocks {
 
@@ -114,7 +114,7 @@ class Pid final : public picard::Taskblock {
   }
 
   void fire() override {
-    const double seconds = stopwatch_.lap(now());
+    const double seconds = elapsed_.until(now());
     const bool tune_rises = tune && !tune_before_;
     tune_before_ = tune;
 
@@ -211,7 +211,7 @@ class Pid final : public picard::Taskblock {
     td_tuned = gains.rate;
   }
 
-  Stopwatch stopwatch_;
+  Elapsed elapsed_;
   PidLaw law_;
   RelayTuner tuner_;
   bool tuning_ = false;

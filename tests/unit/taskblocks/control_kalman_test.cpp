@@ -10,9 +10,9 @@
 #include <random>
 #include <string>
 
-#include "allocations.h"
 #include "picard/testing.h"
 #include "taskblocks/set.h"
+#include "tests/unit/taskblocks/allocations.h"
 
 namespace plc::blocks {
 namespace {

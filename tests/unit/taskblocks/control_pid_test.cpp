@@ -7,10 +7,10 @@
 #include <deque>
 #include <limits>
 
-#include "allocations.h"
 #include "picard/testing.h"
 #include "taskblocks/control/relay_tuner.h"
 #include "taskblocks/set.h"
+#include "tests/unit/taskblocks/allocations.h"
 
 namespace plc::blocks {
 namespace {

@@ -1,29 +1,11 @@
-// The time between two executions of a block, and the check that a model in discrete time runs at the pace it was made
-// for.
+// The check that a model in discrete time runs at the pace it was made for.
 #pragma once
 
-#include <chrono>
 #include <cmath>
 
 #include "picard/taskblock.h"
 
 namespace plc::blocks {
-
-/// Measures the time from one execution to the next. RT.
-class Stopwatch {
- public:
-  /// Seconds since the last call; 0 in the first one.
-  double lap(std::chrono::nanoseconds now) noexcept {
-    const std::chrono::nanoseconds passed = started_ ? now - last_ : std::chrono::nanoseconds(0);
-    last_ = now;
-    started_ = true;
-    return static_cast<double>(passed.count()) * 1e-9;
-  }
-
- private:
-  bool started_ = false;
-  std::chrono::nanoseconds last_{};
-};
 
 /// For ready(): throws when the matrices were made for another period than that of the task. `sample_time` in seconds;
 /// 0 or less: not checked. `task_period` is 0 for event and freewheeling tasks.
