@@ -1,4 +1,4 @@
-image 3
+image 4
 project "test"
 product "PICARD test"
 options drawing none separate priority-ceiling ""
