@@ -1,7 +1,8 @@
 // The library as a PLCopen XML project that editors import, so that blocks they do not know can be drawn in them.
 //
-// In: rows of stdlib/. Out: XML (TC6 2.01): one POU per row, with its pins, their meaning and a body without statements.
-// plc takes such a POU for a declaration of its own row (st::drop_declarations_of_library). Does not belong here: files.
+// In: rows of stdlib/. Out: XML (TC6 2.01): one POU per row, with its pins, their meaning and a body without
+// statements. plc takes such a POU for a declaration of its own row (st::drop_declarations_of_library). Does not belong
+// here: files.
 #pragma once
 
 #include <span>
