@@ -11,6 +11,7 @@
 #include <set>
 #include <sstream>
 
+#include "picard/taskblock.h"
 #include "taskblocks/registry.h"
 #include "tests/support/csv_table.h"
 #include "tests/support/golden.h"
@@ -110,9 +111,14 @@ const std::vector<picard_port> kPorts = {{"OUT", &kLreal, PICARD_OUTPUT, "result
 
 TEST(BlockText, DrawsPortsOfEveryKind) {
   EXPECT_EQ(tools::box_text(block_of(kPorts)),
-            "                            +-----------+\n"
-            "                            |   MIXER   |\n"
-            "                  BOOL ----|ON      OUT|---- LREAL\n");
+            "                          +----------+\n"
+            "                          |  MIXER   |\n"
+            "                 BOOL ----|ON     OUT|---- LREAL\n"
+            "                 MOVE ----|STEP      |\n"
+            "                 MOVE >>>>|MOVES     |\n"
+            "ARRAY [0..3] OF LREAL ====|SIZES     |\n"
+            "                LREAL ====|LIMIT     |\n"
+            "                          +----------+\n");
 }
 
 TEST(BlockText, RangesAndDefaults) {
