@@ -320,6 +320,27 @@ TEST(BlocksXml, WhatDiffersFromTheTaskblockCountsAsItStands) {
   }
 }
 
+// ---- configuration ports ----------------------------------------------------------------------------------------
+
+TEST(BlocksConfiguration, NothingWritesAPortThatReadyHasChecked) {
+  const ScratchFolder scratch;
+  const std::string file = scratch.file("main.st");
+  for (const char* const statement :
+       {"f.CUTOFF := 7.0;", "r := REF(f.CUTOFF);", "Twice(f.CUTOFF);", "SPLIT_DATE(D#2024-01-01, YEAR => f.CUTOFF);"}) {
+    write_text(file,
+               std::string("FUNCTION_BLOCK Twice_\nVAR_IN_OUT x : LREAL; END_VAR\n  x := 2.0 * x;\nEND_FUNCTION_BLOCK\n"
+                           "PROGRAM Main\nVAR f : LOWPASS; r : REF_TO LREAL; Twice : Twice_; END_VAR\n  ") +
+                   statement + "\n  f(IN := 1.0);\nEND_PROGRAM\n");
+    const auto check = run_tool({PLC_TOOL, "check", file});
+    EXPECT_EQ(check.code, 1) << statement;
+    EXPECT_NE(check.err.find("error P4007"), std::string::npos) << statement << '\n' << check.err;
+  }
+  write_text(file, kUser);
+  write_text(scratch.file("stimulus.csv"), "time_ms,main.filter.CUTOFF\n0,50.0\n");
+  const auto sim = run_tool({PLC_TOOL, "sim", file, "--stimulus", scratch.file("stimulus.csv")});
+  EXPECT_NE(sim.err.find("P7106"), std::string::npos) << sim.all();
+}
+
 // ---- examples ---------------------------------------------------------------------------------------------------
 
 class BlockExamples : public testing::TestWithParam<Registry::Entry> {};
