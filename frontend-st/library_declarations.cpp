@@ -61,7 +61,7 @@ bool declares(const plcopen::Pou& pou, const stdlib::FunctionSpec& function) {
 }
 
 bool is_library_declaration(const plcopen::Pou& pou) {
-  if (pou.has_actions || !std::all_of(pou.bodies.begin(), pou.bodies.end(), is_empty)) return false;
+  if (!declares_only(pou)) return false;
   if (pou.kind == plcopen::PouKind::kFunctionBlock) {
     const stdlib::BlockSpec* block = stdlib::block_named(pou.name);
     return block != nullptr && declares(pou, *block);
@@ -75,6 +75,10 @@ bool is_library_declaration(const plcopen::Pou& pou) {
 }
 
 }  // namespace
+
+bool declares_only(const plcopen::Pou& pou) {
+  return !pou.has_actions && std::all_of(pou.bodies.begin(), pou.bodies.end(), is_empty);
+}
 
 std::size_t drop_library_declarations(plcopen::Project& project) {
   return std::erase_if(project.pous, is_library_declaration);

@@ -1,7 +1,7 @@
 // POUs that only declare what the standard library has.
 //
-// Editors need the interface of a block to draw it, so `plc lib --xml` gives them POUs without statements; projects drawn
-// with them come back with these POUs inside. What they name is the library's own.
+// Editors need the interface of a block to draw it, so `plc lib --xml` gives them POUs without statements; projects
+// drawn with them come back with these POUs inside. What they name is the library's own.
 //
 // In: Project. Out: the same without such POUs. Does not belong here: POUs of other libraries (tools/libraries.h).
 #pragma once
@@ -12,9 +12,12 @@
 
 namespace plc::st {
 
+/// True when the POU has not one statement, drawn element or action: its interface is all there is.
+bool declares_only(const plcopen::Pou& pou);
+
 /// Removes every function and function block that has the name of one in the library, exactly its pins (those of
-/// blocks of the same types and directions), no variables of its own and not one statement or drawn element. Returns how many.
-/// Anything else of a library's name is meant as it stands, and hides the library's (P4019).
+/// blocks of the same types and directions), no variables of its own and not one statement or drawn element. Returns
+/// how many. Anything else of a library's name is meant as it stands, and hides the library's (P4019).
 std::size_t drop_library_declarations(plcopen::Project& project);
 
 }  // namespace plc::st

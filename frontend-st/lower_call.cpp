@@ -260,7 +260,20 @@ std::optional<Operand> Lowering::call(NodeId id, Expected expected, bool as_stat
   return std::nullopt;
 }
 
+bool Lowering::is_configuration(PlaceId place) {
+  const ir::Body& body = builder_.body();
+  for (; body.places[place.index].parent.valid(); place = body.places[place.index].parent) {
+    const ir::Place& step = body.places[place.index];
+    if (step.kind != ir::Place::Kind::kField) continue;
+    const ir::Type& type = types()[builder_.type_of(step.parent)];
+    if (type.kind != ir::TypeKind::kPou || builder_.module().pous[type.pou].taskblock == 0) continue;
+    if (builder_.module().pous[type.pou].variables[step.index].constant) return true;
+  }
+  return false;
+}
+
 bool Lowering::is_constant(PlaceId place) {
+  if (is_configuration(place)) return true;
   const ir::Place& root = ir::root_of(builder_.body(), place);
   const bool own = root.kind == ir::Place::Kind::kInstance || root.kind == ir::Place::Kind::kFrame;
   return (own && builder_.pou().variables[root.index].constant) ||

@@ -151,6 +151,13 @@ std::optional<PlaceId> Lowering::member_place(PlaceId parent, NodeId id, bool fo
       const Role role = builder_.module().pous[type.pou].variables[place.index].role;
       output = role == Role::kOutput;
       in_out = role == Role::kInOut;
+      if (for_writing && is_configuration(*found)) {
+        report(
+            Code::P4007, name_at(id),
+            quoted(text(id)) + " is a configuration port of " + types().name_of(parent_type) + " and is written here",
+            "it takes a constant where the instance is declared or called; what changes while it runs is an input");
+        return std::nullopt;
+      }
     }
     if (output && for_writing) {
       report(Code::P4007, name_at(id),

@@ -123,7 +123,9 @@ class Lowering {
   bool report_unknown_in_list(NodeId root, NodeId member);
 
   // lower_call.cpp
-  /// Whether the place belongs to a variable declared CONSTANT.
+  /// Whether the place is a configuration port of a taskblock, or part of one.
+  bool is_configuration(ir::PlaceId place);
+  /// Whether the place belongs to a variable declared CONSTANT, or to a configuration port.
   bool is_constant(ir::PlaceId place);
   std::optional<ir::Operand> call(NodeId id, Expected expected, bool as_statement);
   std::optional<ir::Operand> call_function(NodeId id, std::uint32_t pou, bool as_statement);

@@ -7,6 +7,7 @@
 
 #include "core/text.h"
 #include "tools/library_text.h"
+#include "tools/plcopen_text.h"
 
 namespace plc::tools {
 namespace {
@@ -14,76 +15,8 @@ namespace {
 using core::TypeId;
 using stdlib::Direction;
 
-constexpr std::string_view kHead = R"(<?xml version="1.0" encoding="utf-8"?>
-<project xmlns="http://www.plcopen.org/xml/tc6_0201" xmlns:xhtml="http://www.w3.org/1999/xhtml">
-  <fileHeader companyName="PICARD" productName="PICARD" productVersion="1" creationDateTime="2024-01-01T00:00:00"/>
-  <contentHeader name="picard-library">
-    <coordinateInfo>
-      <fbd><scaling x="1" y="1"/></fbd>
-      <ld><scaling x="1" y="1"/></ld>
-      <sfc><scaling x="1" y="1"/></sfc>
-    </coordinateInfo>
-  </contentHeader>
-  <types>
-    <dataTypes/>
-    <pous>
-)";
-constexpr std::string_view kTail = R"(    </pous>
-  </types>
-  <instances>
-    <configurations/>
-  </instances>
-</project>
-)";
-
-std::string escaped(std::string_view text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      default:
-        out += c;
-    }
-  }
-  return out;
-}
-
-std::string documentation(std::string_view text) {
-  return fmt::format("<documentation><xhtml:p>{}</xhtml:p></documentation>", escaped(text));
-}
-
-/// The schema has elements for the types of the second edition; those of the third are types by name.
-std::string type_xml(TypeId type) {
-  switch (type) {
-    case TypeId::kString:
-      return "<string/>";
-    case TypeId::kWstring:
-      return "<wstring/>";
-    case TypeId::kLtime:
-    case TypeId::kLdate:
-    case TypeId::kLtod:
-    case TypeId::kLdt:
-    case TypeId::kChar:
-    case TypeId::kWchar:
-      return fmt::format("<derived name=\"{}\"/>", core::name_of(type));
-    case TypeId::kTod:
-    case TypeId::kDt:
-      return fmt::format("<{}/>", core::info(type).alias);
-    default:
-      return fmt::format("<{}/>", core::name_of(type));
-  }
-}
-
 /// A type variable is the smallest generic type of the schema that holds all its types.
-std::string type_xml(const stdlib::FunctionSpec& spec, stdlib::ParamType type) {
+std::string param_type_xml(const stdlib::FunctionSpec& spec, stdlib::ParamType type) {
   if (type.kind == stdlib::ParamType::Kind::kFixed) return type_xml(type.fixed);
   const std::uint16_t categories = type.kind == stdlib::ParamType::Kind::kT ? spec.t_categories : spec.u_categories;
   constexpr struct {
@@ -103,33 +36,19 @@ std::string type_xml(const stdlib::FunctionSpec& spec, stdlib::ParamType type) {
   return "<ANY/>";
 }
 
-std::string variable_xml(std::string_view name, const std::string& type, std::string_view summary) {
-  return fmt::format("            <variable name=\"{}\"><type>{}</type>{}</variable>\n", name, type,
-                     summary.empty() ? "" : documentation(summary));
-}
-
-/// The variables of one direction inside their element, or nothing.
-std::string section_xml(std::string_view element, const std::string& variables) {
-  if (variables.empty()) return {};
-  return fmt::format("          <{0}>\n{1}          </{0}>\n", element, variables);
-}
-
-std::string pou_xml(std::string_view name, std::string_view kind, const std::string& interface,
+std::string row_xml(std::string_view name, std::string_view kind, const std::string& interface,
                     std::string_view summary, std::string_view clause) {
-  return fmt::format(
-      "      <pou name=\"{0}\" pouType=\"{1}\">\n        <interface>\n{2}        </interface>\n"
-      "        <body><ST><xhtml:p>(* The runtime has the body: plc lib {0} *)</xhtml:p></ST></body>\n"
-      "        {3}\n      </pou>\n",
-      name, kind, interface, documentation(fmt::format("{} ({})", summary, clause)));
+  return pou_xml(name, kind, interface, fmt::format("{} ({})", summary, clause),
+                 fmt::format("The runtime has the body: plc lib {}", name));
 }
 
 std::string function_xml(const stdlib::FunctionSpec& spec) {
   std::string inputs;
   for (std::size_t i = 0; i < spec.param_count; ++i) {
-    inputs += variable_xml(spec.params[i].name, type_xml(spec, spec.params[i].type), {});
+    inputs += variable_xml(spec.params[i].name, param_type_xml(spec, spec.params[i].type), {});
   }
-  return pou_xml(spec.name, "function",
-                 fmt::format("          <returnType>{}</returnType>\n", type_xml(spec, spec.result)) +
+  return row_xml(spec.name, "function",
+                 fmt::format("          <returnType>{}</returnType>\n", param_type_xml(spec, spec.result)) +
                      section_xml("inputVars", inputs),
                  spec.summary, spec.clause);
 }
@@ -142,7 +61,7 @@ std::string block_xml(const stdlib::BlockSpec& block) {
     }
     return section_xml(element, variables);
   };
-  return pou_xml(block.name, "functionBlock",
+  return row_xml(block.name, "functionBlock",
                  section("inputVars", Direction::kInput) + section("outputVars", Direction::kOutput) +
                      section("inOutVars", Direction::kInOut),
                  block.summary, block.clause);
@@ -152,15 +71,14 @@ std::string block_xml(const stdlib::BlockSpec& block) {
 
 std::string library_xml(std::span<const stdlib::FunctionSpec* const> functions,
                         std::span<const stdlib::BlockSpec* const> blocks) {
-  std::string text(kHead);
+  std::string pous;
   // Rows of one name are one POU: a project cannot have two.
   std::set<std::string_view> written;
   for (const stdlib::FunctionSpec* spec : functions) {
-    if (!is_family(*spec) && written.insert(spec->name).second) text += function_xml(*spec);
+    if (!is_family(*spec) && written.insert(spec->name).second) pous += function_xml(*spec);
   }
-  for (const stdlib::BlockSpec* block : blocks) text += block_xml(*block);
-  text += kTail;
-  return text;
+  for (const stdlib::BlockSpec* block : blocks) pous += block_xml(*block);
+  return project_xml("picard-library", {}, pous);
 }
 
 std::string library_xml() {

@@ -265,9 +265,10 @@ void compile(const Request& request, Compilation& compilation) {
   if (compilation.project) read_libraries(request, compilation);
   if (!compilation.readable || !compilation.project || request.goal == Goal::kRead) return;
 
-  add_taskblocks(*compilation.project,
-                 request.taskblocks != nullptr ? *request.taskblocks : taskblocks::Registry::built_in(), diagnostics);
-  const bool declares_library = st::drop_library_declarations(*compilation.project) != 0;
+  const std::size_t declared_taskblocks = add_taskblocks(
+      *compilation.project, request.taskblocks != nullptr ? *request.taskblocks : taskblocks::Registry::built_in(),
+      diagnostics);
+  const bool declares_library = st::drop_library_declarations(*compilation.project) + declared_taskblocks != 0;
   compilation.module = st::declare(*compilation.project, request.options, diagnostics);
   if (!compilation.module) return;
   Lowering(request, compilation, declares_library).lower_all();

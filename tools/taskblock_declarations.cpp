@@ -8,11 +8,15 @@
 #include <vector>
 
 #include "core/text.h"
+#include "core/types.h"
+#include "frontend-st/library_declarations.h"
 #include "frontend-st/read.h"
 
 namespace plc::tools {
 namespace {
 
+using plcopen::Section;
+using plcopen::TypeSpec;
 using Names = std::unordered_set<std::string, core::NameHash, core::NameEqual>;
 
 void collect(const plcopen::TypeSpec& type, Names& names) {
@@ -36,48 +40,110 @@ Names named_types(const plcopen::Project& project) {
   return names;
 }
 
+/// Types are not compared: those of the registry count, also when the declaration is of an older version.
 bool is_declaration(const plcopen::Pou& pou, const picard_block& block) {
-  if (pou.kind != plcopen::PouKind::kFunctionBlock || pou.has_actions) return false;
-  const bool empty = std::all_of(pou.bodies.begin(), pou.bodies.end(), [](const plcopen::Body& body) {
-    return body.drawn_elements == 0 && body.text.find_first_not_of(" \t\r\n;") == std::string::npos;
+  if (pou.kind != plcopen::PouKind::kFunctionBlock || !st::declares_only(pou)) return false;
+  std::size_t ports = 0;
+  for (std::uint32_t i = 0; i < block.port_count; ++i) {
+    const picard_port& port = block.ports[i];
+    if (port.direction == PICARD_QUEUE_READER || port.direction == PICARD_QUEUE_WRITER) continue;
+    ++ports;
+    const Section section = port.direction == PICARD_OUTPUT ? Section::kOutput : Section::kInput;
+    const bool declared = std::any_of(pou.variables.begin(), pou.variables.end(), [&](const plcopen::Variable& v) {
+      return v.section == section && core::iequals(v.name, port.name);
+    });
+    if (!declared) return false;
+  }
+  return ports == pou.variables.size();
+}
+
+bool same_type(const plcopen::TypeSpec& spec, const picard_type& type) {
+  switch (type.kind) {
+    case PICARD_STRING:
+      return spec.kind == TypeSpec::Kind::kString && core::iequals(spec.name, type.name) &&
+             spec.length == std::to_string(type.capacity);
+    case PICARD_ARRAY:
+      return spec.kind == TypeSpec::Kind::kArray && spec.dimensions.size() == 1 && spec.base != nullptr &&
+             spec.dimensions[0].lower == "0" && spec.dimensions[0].upper == std::to_string(type.capacity - 1) &&
+             same_type(*spec.base, *type.element);
+    case PICARD_STRUCT_TYPE:
+      return spec.kind == TypeSpec::Kind::kNamed && core::iequals(spec.name, type.name);
+    default:
+      return spec.kind == TypeSpec::Kind::kNamed && core::type_named(spec.name) == core::type_named(type.name);
+  }
+}
+
+bool is_declaration(const plcopen::DataType& declared, const picard_type& structure) {
+  if (!core::iequals(declared.name, structure.name) || declared.type.kind != TypeSpec::Kind::kStruct ||
+      declared.initial.kind != plcopen::InitialValue::Kind::kNone ||
+      declared.type.members.size() != structure.field_count) {
+    return false;
+  }
+  for (std::uint32_t i = 0; i < structure.field_count; ++i) {
+    const plcopen::Variable& member = declared.type.members[i];
+    if (!core::iequals(member.name, structure.fields[i].name) || !same_type(member.type, *structure.fields[i].type) ||
+        member.initial.kind != plcopen::InitialValue::Kind::kNone) {
+      return false;
+    }
+  }
+  return true;
+}
+
+/// Drops what the registry has; reports what hides it.
+std::size_t drop_declarations(plcopen::Project& project, const taskblocks::Registry& registry,
+                              core::Diagnostics& diagnostics) {
+  std::size_t dropped = std::erase_if(project.pous, [&](const plcopen::Pou& pou) {
+    const taskblocks::Registry::Entry* const entry = registry.find(pou.name);
+    if (entry == nullptr) return false;
+    if (is_declaration(pou, *entry->block)) return true;
+    diagnostics.report(
+        core::Code::P4019, pou.at, pou.name,
+        std::string(plcopen::pou_kind_name(pou.kind)) + " \"" + pou.name + "\" hides the taskblock of this name",
+        "rename it if the taskblock is meant");
+    return false;
   });
-  const auto is_port = [&block](const plcopen::Variable& variable) {
-    return std::any_of(block.ports, block.ports + block.port_count,
-                       [&](const picard_port& port) { return core::iequals(port.name, variable.name); });
-  };
-  return empty && pou.variables.size() == block.port_count &&
-         std::all_of(pou.variables.begin(), pou.variables.end(), is_port);
+  for (const taskblocks::Registry::Entry& entry : registry.entries()) {
+    for (const picard_type* structure : taskblocks::structures_of(*entry.block)) {
+      dropped += std::erase_if(project.data_types,
+                               [&](const plcopen::DataType& type) { return is_declaration(type, *structure); });
+    }
+  }
+  return dropped;
 }
 
 }  // namespace
 
-void add_taskblocks(plcopen::Project& project, const taskblocks::Registry& registry, core::Diagnostics& diagnostics) {
+std::size_t add_taskblocks(plcopen::Project& project, const taskblocks::Registry& registry,
+                           core::Diagnostics& diagnostics) {
+  const std::size_t dropped = drop_declarations(project, registry, diagnostics);
   const Names wanted = named_types(project);
-  std::erase_if(project.pous, [&](const plcopen::Pou& pou) {
-    const taskblocks::Registry::Entry* const entry = registry.find(pou.name);
-    return entry != nullptr && is_declaration(pou, *entry->block);
-  });
   Names taken;
   for (const plcopen::Pou& pou : project.pous) taken.insert(pou.name);
   for (const plcopen::DataType& type : project.data_types) taken.insert(type.name);
   std::string text;
   for (const taskblocks::Registry::Entry& entry : registry.entries()) {
-    if (!wanted.contains(std::string_view(entry.block->name)) || taken.contains(std::string_view(entry.block->name)))
-      continue;
-    for (const picard_type* structure : taskblocks::structures_of(*entry.block)) {
+    const std::string_view name = entry.block->name;
+    const bool declares = wanted.contains(name) && !taken.contains(name);
+    const std::vector<const picard_type*> structures = taskblocks::structures_of(*entry.block);
+    const bool names_one = std::any_of(structures.begin(), structures.end(), [&](const picard_type* s) {
+      return wanted.contains(std::string_view(s->name));
+    });
+    if (!declares && !names_one) continue;
+    for (const picard_type* structure : structures) {
       if (taken.insert(structure->name).second) text += taskblocks::declaration(*structure);
     }
-    text += taskblocks::block_declaration(*entry.block);
+    if (declares) text += taskblocks::block_declaration(*entry.block);
   }
-  if (text.empty()) return;
+  if (text.empty()) return dropped;
   const auto declared = st::read_memory(text, "taskblocks", diagnostics);
-  if (!declared) return;
+  if (!declared) return dropped;
   for (plcopen::DataType& type : declared->data_types) project.data_types.push_back(std::move(type));
   for (plcopen::Pou& pou : declared->pous) {
     pou.from_library = true;
     pou.taskblock = taskblocks::layout_hash(*registry.find(pou.name)->block);
     project.pous.push_back(std::move(pou));
   }
+  return dropped;
 }
 
 }  // namespace plc::tools

@@ -2,14 +2,19 @@
 // blocks holds for them as well.
 #pragma once
 
+#include <cstddef>
+
 #include "core/diagnostics.h"
 #include "plcopen/project.h"
 #include "taskblocks/registry.h"
 
 namespace plc::tools {
 
-/// Declares the taskblocks that `project` names and does not declare itself, with the structures their ports need. A
-/// declaration that an editor has from `plc blocks --xml`, a function block of the same ports and no body, gives way.
-void add_taskblocks(plcopen::Project& project, const taskblocks::Registry& registry, core::Diagnostics& diagnostics);
+/// Declares the taskblocks that `project` names and does not declare itself, and the structures of their ports that it
+/// names. What an editor has from `plc blocks --xml` gives way to them first: function blocks of the same ports without
+/// a body, structures with the same fields. Returns how many of those there were. Another function block of a
+/// taskblock's name is meant as it stands, and hides the taskblock (P4019).
+std::size_t add_taskblocks(plcopen::Project& project, const taskblocks::Registry& registry,
+                           core::Diagnostics& diagnostics);
 
 }  // namespace plc::tools

@@ -286,8 +286,9 @@ std::uint32_t Layout::make_instance(std::uint32_t index) {
       f.type = type(v.type);
       f.role = role_of(v.role);
       f.retain = (v.retain || v.persistent) && !located;
-      // Callers give inputs their values, and references are made when the POU first runs.
-      f.constant = v.constant && v.role != ir::Role::kInput && v.references.empty();
+      // Callers give inputs their values, and references are made when the POU first runs. Those of taskblocks that are
+      // constant have theirs from the start: what ready() checked stays.
+      f.constant = v.constant && (v.role != ir::Role::kInput || pou.taskblock != 0) && v.references.empty();
       layout.field[i] = builder.add(image_, std::move(f));
       layout.offset[i] = builder.offset(layout.field[i]);
     }

@@ -43,6 +43,7 @@ struct Leaf {
   std::uint32_t type = 0;
   std::uint32_t field = 0;  ///< of the global table
   TypeId elementary = TypeId::kBool;
+  bool constant = false;  ///< or part of what is: a configuration port
 };
 
 class Builder {
@@ -118,7 +119,8 @@ class Builder {
       const auto field = std::upper_bound(fields().begin(), fields().end(), listed.place.offset,
                                           [](std::uint32_t offset, const auto& f) { return offset < f.offset; });
       leaves_.push_back({std::move(listed.path), listed.place.offset, listed.place.type,
-                         static_cast<std::uint32_t>(field - fields().begin() - 1), type.elementary});
+                         static_cast<std::uint32_t>(field - fields().begin() - 1), type.elementary,
+                         listed.place.constant});
     }
     std::sort(leaves_.begin(), leaves_.end(), [](const Leaf& a, const Leaf& b) { return a.offset < b.offset; });
   }
@@ -175,7 +177,7 @@ class Builder {
 
   [[nodiscard]] bool accepts_writes(const Leaf& leaf) const {
     const std::string& address = image_.globals[leaf.field].address;
-    return !address.starts_with("%I") && resource_.globals().writable(leaf.field);
+    return !leaf.constant && !address.starts_with("%I") && resource_.globals().writable(leaf.field);
   }
 
   [[nodiscard]] Table table_of(const Leaf& leaf) const {

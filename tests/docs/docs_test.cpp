@@ -82,10 +82,18 @@ void expect_documented(const std::vector<std::string>& command, const fs::path& 
 }
 
 /// `plc` with each of its commands.
-const std::vector<std::vector<std::string>> kCommands = {
-    {PLC_TOOL, "calibrate"},       {PLC_TOOL, "check"},   {PLC_TOOL, "compile"}, {PLC_TOOL, "config", "init"},
-    {PLC_TOOL, "config", "check"}, {PLC_TOOL, "dump"},    {PLC_TOOL, "explain"},    {PLC_TOOL, "lib"},
-    {PLC_TOOL, "map"},             {PLC_TOOL, "sim"},     {PLC_TOOL, "report"}};
+const std::vector<std::vector<std::string>> kCommands = {{PLC_TOOL, "blocks"},
+                                                         {PLC_TOOL, "calibrate"},
+                                                         {PLC_TOOL, "check"},
+                                                         {PLC_TOOL, "compile"},
+                                                         {PLC_TOOL, "config", "init"},
+                                                         {PLC_TOOL, "config", "check"},
+                                                         {PLC_TOOL, "dump"},
+                                                         {PLC_TOOL, "explain"},
+                                                         {PLC_TOOL, "lib"},
+                                                         {PLC_TOOL, "map"},
+                                                         {PLC_TOOL, "sim"},
+                                                         {PLC_TOOL, "report"}};
 
 TEST(Manuals, MentionEveryFlag) {
   for (const auto& command : kCommands) expect_documented(command, kRoot / "docs/man/plc.1");
@@ -131,7 +139,8 @@ TEST(DecisionRecords, HaveUniqueNumbersAndAStatus) {
     const auto [it, fresh] = by_number.emplace(name.substr(0, 4), name);
     EXPECT_TRUE(fresh) << name << " and " << it->second << " share a number";
     const std::string text = text_of(entry.path());
-    EXPECT_NE(text.find("Status: accepted"), std::string::npos) << name << " is not accepted: decide, or do not merge it";
+    EXPECT_NE(text.find("Status: accepted"), std::string::npos)
+        << name << " is not accepted: decide, or do not merge it";
     for (const char* section : {"## Context", "## Decision", "## Consequences"}) {
       EXPECT_NE(text.find(section), std::string::npos) << name << " has no " << section;
     }

@@ -7,6 +7,7 @@
 
 namespace plc::tools {
 
+void add_blocks(CLI::App& app, int& exit_code);
 void add_calibrate(CLI::App& app, int& exit_code);
 void add_check(CLI::App& app, int& exit_code);
 void add_compile(CLI::App& app, int& exit_code);

@@ -17,6 +17,7 @@ int main(int argc, char** argv) {
       "  plc explain plant.xml --schedule             do all tasks end in time? response times and margins\n"
       "  plc explain P3007                            what a problem code means, with a wrong and a right example\n"
       "  plc lib TON                                  what a function or block of the library means, with examples\n"
+      "  plc blocks LOWPASS                           what a taskblock does: components in C++ that drawings use\n"
       "  plc sim plant.xml --cycles 500 --trace -     run it in virtual time, all variables as CSV\n"
       "  plc compile plant.xml -o plant.pbc           an image for plc-run\n"
       "  plc config init plant.xml -o plc.toml        devices and Modbus of this machine: a file to fill in\n"
@@ -27,6 +28,7 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", kVersionText);
   app.require_subcommand(1);
   int exit_code = kExitOk;
+  add_blocks(app, exit_code);
   add_calibrate(app, exit_code);
   add_check(app, exit_code);
   add_compile(app, exit_code);

@@ -131,7 +131,8 @@ int keep(const Map& map, const std::string& lock_file, const modbus::FrozenAddre
 
 int run(const CLI::App& app, const Map& map) {
   Compilation compilation;
-  if (const auto code = open_or_explain(app, {map.file, map.options, Goal::kRun, map.libraries}, compilation)) return *code;
+  if (const auto code = open_or_explain(app, {map.file, map.options, Goal::kRun, map.libraries}, compilation))
+    return *code;
   auto loaded = runtime::Resource::load(std::move(*compilation.image));
   if (!loaded) {
     complain(loaded.error());
@@ -180,6 +181,7 @@ int run(const CLI::App& app, const Map& map) {
   const std::uint16_t listening = configuration->modbus.port;
   const MapSource source = {*built,
                             resource.image(),
+                            taskblocks::Registry::built_in(),
                             std::move(name),
                             host_of(map, configuration->modbus),
                             map.port != 0    ? map.port

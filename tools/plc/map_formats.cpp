@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "core/text.h"
 #include "io-drivers/csv.h"
 
 namespace plc::tools {
@@ -26,6 +28,59 @@ std::string members_of(const bytecode::ImageType& type) {
     text += fmt::format("{}{} = {}", i == 0 ? "" : ", ", type.member_values[i], type.members[i]);
   }
   return text;
+}
+
+/// The port of a taskblock that a point is, or is part of; null for other variables.
+const picard_port* port_of(const MapSource& source, const Point& point) {
+  const bytecode::Image& image = source.image;
+  std::uint32_t type = image.global_type;
+  std::uint32_t offset = point.offset;
+  for (;;) {
+    const bytecode::ImageType& t = image.types[type];
+    if (t.kind == bytecode::TypeKind::kArray) {
+      type = t.element;
+      offset %= image.types[type].size;
+      continue;
+    }
+    if (t.kind != bytecode::TypeKind::kStruct) return nullptr;
+    const auto behind = std::upper_bound(t.fields.begin(), t.fields.end(), offset,
+                                         [](std::uint32_t at, const auto& field) { return at < field.offset; });
+    if (behind == t.fields.begin()) return nullptr;
+    const bytecode::ImageField& field = *(behind - 1);
+    for (const bytecode::ImageBlock& block : image.blocks) {
+      const auto* const entry = block.type == type ? source.taskblocks.find(block.name) : nullptr;
+      if (entry == nullptr) continue;
+      const picard_port* const end = entry->block->ports + entry->block->port_count;
+      const picard_port* const port = std::find_if(
+          entry->block->ports, end, [&field](const picard_port& p) { return core::iequals(p.name, field.name); });
+      return port != end ? port : nullptr;
+    }
+    type = field.type;
+    offset -= field.offset;
+  }
+}
+
+/// What HMIs show beside a value, as far as the program knows.
+struct Meaning {
+  std::string lowest, highest;  ///< numbers, or empty
+  std::string unit;
+  std::string comment;
+};
+
+Meaning meaning_of(const MapSource& source, const Point& point) {
+  const bytecode::ImageType& type = source.image.types[point.type];
+  Meaning meaning{{}, {}, {}, members_of(type)};
+  if (type.limited) {
+    meaning.lowest = fmt::format("{}", type.lower);
+    meaning.highest = fmt::format("{}", type.upper);
+  }
+  if (const picard_port* const port = port_of(source, point)) {
+    if (std::isfinite(port->lowest)) meaning.lowest = fmt::format("{}", port->lowest);
+    if (std::isfinite(port->highest)) meaning.highest = fmt::format("{}", port->highest);
+    meaning.unit = port->unit;
+    meaning.comment = port->summary;
+  }
+  return meaning;
 }
 
 std::string order_of(const Point& point) {
@@ -115,16 +170,15 @@ MapText map_as_csv(const MapSource& source) {
   std::string text =
       "name,type,iec_address,modbus_table,address0,address1,registers,bit,word_order,access,min,max,comment\n";
   for (const Point& point : source.map.points()) {
-    const bytecode::ImageType& type = source.image.types[point.type];
+    const Meaning meaning = meaning_of(source, point);
     io::append_csv(text, point.path);
     text += ',';
     io::append_csv(text, type_of(source, point));
     text += fmt::format(",{},{},{},{},{},{},{},{},", point.iec_address, io::modbus_table_text(point.table),
                         point.address, point.address + 1, point.registers, point.registers == 0 ? "0" : "",
                         order_of(point), point.writable ? "rw" : "r");
-    if (type.limited) text += fmt::format("{},{}", type.lower, type.upper);
-    text += type.limited ? "," : ",,";
-    io::append_csv(text, members_of(type));
+    text += fmt::format("{},{},", meaning.lowest, meaning.highest);
+    io::append_csv(text, meaning.comment + (meaning.unit.empty() ? "" : ", " + meaning.unit));
     text += '\n';
   }
   return {std::move(text), {}};
@@ -133,7 +187,7 @@ MapText map_as_csv(const MapSource& source) {
 MapText map_as_json(const MapSource& source) {
   ordered_json variables = ordered_json::array();
   for (const Point& point : source.map.points()) {
-    const bytecode::ImageType& type = source.image.types[point.type];
+    const Meaning meaning = meaning_of(source, point);
     ordered_json row;
     row["name"] = point.path;
     row["type"] = type_of(source, point);
@@ -145,11 +199,10 @@ MapText map_as_json(const MapSource& source) {
     if (point.registers == 0) row["bit"] = 0;
     if (point.registers > 1) row["word_order"] = io::word_order_text(point.word_order);
     row["access"] = point.writable ? "rw" : "r";
-    if (type.limited) {
-      row["min"] = type.lower;
-      row["max"] = type.upper;
-    }
-    if (!type.members.empty()) row["comment"] = members_of(type);
+    if (!meaning.lowest.empty()) row["min"] = ordered_json::parse(meaning.lowest);
+    if (!meaning.highest.empty()) row["max"] = ordered_json::parse(meaning.highest);
+    if (!meaning.unit.empty()) row["unit"] = meaning.unit;
+    if (!meaning.comment.empty()) row["comment"] = meaning.comment;
     variables.push_back(std::move(row));
   }
   ordered_json document;

@@ -15,14 +15,16 @@
 
 #include "bytecode/image.h"
 #include "io-drivers/modbus/address_map.h"
+#include "taskblocks/registry.h"
 
 namespace plc::tools {
 
 struct MapSource {
   const modbus::AddressMap& map;
   const bytecode::Image& image;
-  std::string name;  ///< of the project
-  std::string host;  ///< IPv6 without brackets
+  const taskblocks::Registry& taskblocks;  ///< says what ports of global instances mean
+  std::string name;                        ///< of the project
+  std::string host;                        ///< IPv6 without brackets
   std::uint16_t port = 502;
   std::uint8_t unit_id = 1;
 };
@@ -40,9 +42,9 @@ struct MapFormat {
 
 MapText map_as_table(const MapSource& source);
 /// One row a variable: name, type, iec_address, modbus_table, address0 (as sent), address1 (from 1), registers (0 = a
-/// bit), bit, word_order, access (r, rw), min, max, comment.
+/// bit), bit, word_order, access (r, rw), min, max, comment (members of an enumeration; meaning and unit of a port).
 MapText map_as_csv(const MapSource& source);
-/// The same as JSON, with where to connect to.
+/// The same as JSON, with where to connect to, and the unit of a port beside its meaning.
 MapText map_as_json(const MapSource& source);
 /// An array of one device, for FUXA's Connections -> Import and its API.
 MapText map_as_fuxa(const MapSource& source);

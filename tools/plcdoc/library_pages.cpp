@@ -11,25 +11,9 @@
 namespace plc::tools {
 namespace {
 
-std::string quoted(std::string_view text) { return fmt::format("`{}`", text); }
-
 std::string quoted_list(const std::vector<std::string_view>& names) {
   std::string text;
-  for (const std::string_view name : names) text += (text.empty() ? "" : ", ") + quoted(name);
-  return text;
-}
-
-std::string row(const std::vector<std::string>& cells) {
-  std::string text = "|";
-  for (const std::string& c : cells) text += c.empty() ? " |" : " " + cell(c) + " |";
-  return text + '\n';
-}
-
-std::string table(const std::vector<std::string>& heading, const std::vector<std::vector<std::string>>& rows) {
-  std::string text = row(heading) + "|";
-  for (std::size_t i = 0; i < heading.size(); ++i) text += " --- |";
-  text += '\n';
-  for (const auto& cells : rows) text += row(cells);
+  for (const std::string_view name : names) text += (text.empty() ? "" : ", ") + as_code(name);
   return text;
 }
 
@@ -44,7 +28,7 @@ void write_function(std::ostream& out, const LibraryFunction& function) {
   std::vector<std::vector<std::string>> rows;
   bool typed = false;
   for (const stdlib::Example& example : examples) {
-    rows.push_back({quoted(example.call), example_result(example), example_types(*function.spec, example)});
+    rows.push_back({as_code(example.call), example_result(example), example_types(*function.spec, example)});
     typed = typed || !rows.back()[2].empty();
   }
   std::vector<std::string> heading = {"example", "result", "types"};
@@ -67,7 +51,7 @@ void write_bundles(std::ostream& out, const LibraryTopic& topic) {
   }
   std::vector<std::vector<std::string>> rows;
   for (const stdlib::FunctionSpec* output : topic.bundles.front()->outputs) {
-    rows.push_back({quoted(stdlib::output_name(*output)), std::string(output->summary)});
+    rows.push_back({as_code(stdlib::output_name(*output)), std::string(output->summary)});
   }
   out << '\n' << table({"output", ""}, rows) << '\n' << topic.bundles.front()->clause << '\n';
 }
@@ -91,14 +75,14 @@ void write_blocks(std::ostream& out, const LibraryTopic& topic) {
   for (const stdlib::Field& field : block.fields) {
     std::string summary(field.summary);
     if (!field.alias.empty()) summary += fmt::format(" (also {})", field.alias);
-    rows.push_back({quoted(field.name), std::string(direction_word(field.direction)),
+    rows.push_back({as_code(field.name), std::string(direction_word(field.direction)),
                     std::string(core::name_of(field.type)), summary});
   }
   out << '\n' << table({"pin", "", "type", ""}, rows);
   if (topic.blocks.size() > 1) {
     rows.clear();
     for (const stdlib::BlockSpec* other : topic.blocks) {
-      if (other != &block) rows.push_back({quoted(other->name), differences(block, *other)});
+      if (other != &block) rows.push_back({as_code(other->name), differences(block, *other)});
     }
     out << '\n' << table({"typed form", "types"}, rows);
   }
@@ -119,7 +103,7 @@ std::string group_page(std::string_view title, const std::vector<const LibraryTo
     const auto names = topic->names();
     out << "\n## "
         << (topic->functions.empty() || !is_family(*topic->functions.front()) ? std::string(names.front())
-                                                                              : quoted(names.front()))
+                                                                              : as_code(names.front()))
         << "\n\n"
         << topic->summary() << '\n';
     if (names.size() > 1) out << "\nAlso " << quoted_list({names.begin() + 1, names.end()}) << ".\n";

@@ -1,5 +1,5 @@
-// plcdoc: reference pages from the tables: instruction set, library, conformance, problem codes, lints, plc.toml, and
-// the library for editors. A test compares them with docs/reference.
+// plcdoc: reference pages from the tables: instruction set, library, conformance, problem codes, lints, plc.toml,
+// taskblocks, and the library for editors. A test compares them with docs/reference.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -183,11 +183,13 @@ bool is_current(const std::filesystem::path& path, const std::string& text) {
 /// Pages of groups that are gone.
 std::vector<std::filesystem::path> left_over(const std::filesystem::path& folder, const std::vector<Page>& pages) {
   std::vector<std::filesystem::path> files;
-  if (!std::filesystem::exists(folder / "library")) return files;
-  for (const auto& entry : std::filesystem::directory_iterator(folder / "library")) {
-    const bool known =
-        std::any_of(pages.begin(), pages.end(), [&](const Page& page) { return folder / page.name == entry.path(); });
-    if (!known) files.push_back(entry.path());
+  for (const char* const groups : {"library", "taskblocks"}) {
+    if (!std::filesystem::exists(folder / groups)) continue;
+    for (const auto& entry : std::filesystem::directory_iterator(folder / groups)) {
+      const bool known =
+          std::any_of(pages.begin(), pages.end(), [&](const Page& page) { return folder / page.name == entry.path(); });
+      if (!known) files.push_back(entry.path());
+    }
   }
   return files;
 }
@@ -205,6 +207,21 @@ std::string generated_from(const std::string& source) {
 std::string cell(std::string text) {
   for (std::size_t bar = text.find('|'); bar != std::string::npos; bar = text.find('|', bar + 2))
     text.insert(bar, "\\");
+  return text;
+}
+
+std::string as_code(std::string_view text) { return fmt::format("`{}`", text); }
+
+std::string table(const std::vector<std::string>& heading, const std::vector<std::vector<std::string>>& rows) {
+  const auto row = [](const std::vector<std::string>& cells) {
+    std::string text = "|";
+    for (const std::string& c : cells) text += c.empty() ? " |" : " " + cell(c) + " |";
+    return text + '\n';
+  };
+  std::string text = row(heading) + "|";
+  for (std::size_t i = 0; i < heading.size(); ++i) text += " --- |";
+  text += '\n';
+  for (const auto& cells : rows) text += row(cells);
   return text;
 }
 
@@ -230,6 +247,7 @@ int main(int argc, char** argv) {
                              {"picard-library.xml", tools::library_xml()},
                              tools::conformance_page(features)};
   for (Page& page : tools::library_pages()) pages.push_back(std::move(page));
+  for (Page& page : tools::taskblock_pages()) pages.push_back(std::move(page));
   int exit_code = 0;
   for (const Page& page : pages) {
     const std::filesystem::path path = std::filesystem::path(folder) / page.name;

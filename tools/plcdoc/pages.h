@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "tools/feature_tables.h"
@@ -19,8 +20,15 @@ std::string generated_from(const std::string& source);
 /// Text of a cell of a Markdown table.
 std::string cell(std::string text);
 
+/// A Markdown table; every line has as many cells as the heading.
+std::string table(const std::vector<std::string>& heading, const std::vector<std::vector<std::string>>& rows);
+/// `text`, in the quotes of Markdown.
+std::string as_code(std::string_view text);
+
 /// library.md, the index, and library/<group>.md for every group.
 std::vector<Page> library_pages();
+/// taskblocks.md, the index, and taskblocks/<group>.md for every group of the set that comes with PICARD.
+std::vector<Page> taskblock_pages();
 /// conformance.md: features of the standard with their evidence, and what it leaves to the implementer.
 Page conformance_page(const FeatureTables& features);
 /// File of the page about the group with this title: "library/bit-strings.md".

@@ -1,0 +1,79 @@
+#include "tools/taskblock_xml.h"
+
+#include <fmt/format.h>
+
+#include <unordered_set>
+
+#include "core/text.h"
+#include "core/types.h"
+#include "tools/plcopen_text.h"
+#include "tools/taskblock_text.h"
+
+namespace plc::tools {
+namespace {
+
+std::string port_type_xml(const picard_type& type) {
+  switch (type.kind) {
+    case PICARD_STRING:
+      return fmt::format("<{} length=\"{}\"/>", core::folded(type.name), type.capacity);
+    case PICARD_ARRAY:
+      return fmt::format("<array><dimension lower=\"0\" upper=\"{}\"/><baseType>{}</baseType></array>",
+                         type.capacity - 1, port_type_xml(*type.element));
+    case PICARD_STRUCT_TYPE:
+      return fmt::format("<derived name=\"{}\"/>", type.name);
+    default:
+      return type_xml(*core::type_named(type.name));
+  }
+}
+
+std::string structure_xml(const picard_type& structure) {
+  std::string fields;
+  for (std::uint32_t i = 0; i < structure.field_count; ++i) {
+    fields += variable_xml(structure.fields[i].name, port_type_xml(*structure.fields[i].type), {});
+  }
+  return fmt::format("      <dataType name=\"{}\">\n        <baseType>\n{}        </baseType>\n      </dataType>\n",
+                     structure.name, section_xml("struct", fields));
+}
+
+/// Meaning, unit and range: what editors show of a pin.
+std::string port_documentation(const picard_port& port) {
+  std::string text = port.summary;
+  for (const std::string& more : {std::string(port.unit), range_text(port)}) {
+    if (!more.empty()) text += ", " + more;
+  }
+  return text;
+}
+
+std::string block_xml(const picard_block& block) {
+  const auto section = [&block](std::string_view element, std::uint32_t direction) {
+    std::string variables;
+    for (std::uint32_t i = 0; i < block.port_count; ++i) {
+      const picard_port& port = block.ports[i];
+      if (port.direction != direction) continue;
+      const bool simple = port.type->kind == PICARD_ELEMENTARY || port.type->kind == PICARD_STRING;
+      variables +=
+          variable_xml(port.name, port_type_xml(*port.type), port_documentation(port), simple ? port.initial : "");
+    }
+    return section_xml(element, variables);
+  };
+  return pou_xml(block.name, "functionBlock",
+                 section("inputVars", PICARD_INPUT) + section("inputVars constant=\"true\"", PICARD_CONFIG) +
+                     section("outputVars", PICARD_OUTPUT),
+                 block.summary, fmt::format("The runtime has the body: plc blocks {}", block.name));
+}
+
+}  // namespace
+
+std::string taskblocks_xml(std::span<const taskblocks::Registry::Entry* const> entries) {
+  std::string types, pous;
+  std::unordered_set<std::string, core::NameHash, core::NameEqual> written;
+  for (const taskblocks::Registry::Entry* entry : entries) {
+    for (const picard_type* structure : taskblocks::structures_of(*entry->block)) {
+      if (written.insert(structure->name).second) types += structure_xml(*structure);
+    }
+    pous += block_xml(*entry->block);
+  }
+  return project_xml("picard-taskblocks", types, pous);
+}
+
+}  // namespace plc::tools
