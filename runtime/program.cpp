@@ -88,6 +88,9 @@ core::Result<std::unique_ptr<Program>> Program::link(const bytecode::VerifiedIma
   auto blocks = Taskblocks::make(image, task, registry, state->table, options.budget_clock);
   if (!blocks) return blocks.error();
   state->taskblocks = std::move(*blocks);
+  if (state->taskblocks && options.start_taskblocks) {
+    if (auto problem = state->taskblocks->restart()) return *problem;
+  }
 
   Machine& m = state->machine;
   m.table = state->table.data();
@@ -152,6 +155,33 @@ std::vector<EventCount> Program::events() const { return state_->events.counts()
 std::uint64_t Program::other_events() const { return state_->events.other(); }
 std::uint64_t Program::event_total() const { return state_->events.total(); }
 const Program::LinkReport& Program::link_report() const { return state_->code.report; }
+
+std::optional<core::Problem> Program::start_taskblocks() {
+  return state_->taskblocks ? state_->taskblocks->restart() : std::nullopt;
+}
+
+const char* Program::running_taskblock() const noexcept {
+  const Taskblocks* const blocks = state_->taskblocks.get();
+  const std::uint32_t running = blocks != nullptr ? blocks->running() : Taskblocks::kNone;
+  return running == Taskblocks::kNone ? nullptr : blocks->name(running).c_str();
+}
+
+// RT:
+void Program::count_allocation() noexcept {
+  Taskblocks* const blocks = state_->taskblocks.get();
+  const std::uint32_t running = blocks != nullptr ? blocks->running() : Taskblocks::kNone;
+  if (running != Taskblocks::kNone) blocks->count_allocation(running);
+}
+
+std::vector<Program::Allocations> Program::allocations() const {
+  std::vector<Allocations> found;
+  const Taskblocks* const blocks = state_->taskblocks.get();
+  for (std::uint32_t object = 0; blocks != nullptr && object < blocks->count(); ++object) {
+    const std::uint64_t count = blocks->allocations(object);
+    if (count != 0) found.push_back({blocks->name(object), count});
+  }
+  return found;
+}
 
 std::string Program::taskblock_text(const Fault& fault) const {
   if (!state_->taskblocks || fault.taskblock == Taskblocks::kNone) return {};

@@ -68,6 +68,9 @@ struct ProgramOptions {
   std::vector<std::int32_t> priorities{};            ///< of the tasks, 0 the most urgent; empty = as the image declares
   const taskblocks::Registry* taskblocks = nullptr;  ///< of this machine; null = those that come with PICARD
   const core::Clock* budget_clock = nullptr;  ///< measures taskblocks that declare a time budget; null = nobody does
+  /// False: nothing of taskblocks runs before Resource::start_taskblocks(), which whoever forks calls behind that:
+  /// threads that they start must be of the process that runs them.
+  bool start_taskblocks = true;
 };
 
 class Program {
@@ -102,6 +105,19 @@ class Program {
   /// A BOOL of the global table as published now: what releases an event task. Between scans. RT.
   [[nodiscard]] bool read_global_bool(std::uint32_t offset) noexcept;
 
+  /// Makes the objects of the taskblocks, if link() did not. Before the first scan. P7803 when one is not ready.
+  std::optional<core::Problem> start_taskblocks();
+  /// The taskblock whose fire() runs now, "LOWPASS main.filter", or null. Also for signal handlers on the task's
+  /// thread.
+  [[nodiscard]] const char* running_taskblock() const noexcept;
+  /// Says that memory is being allocated on the task's thread: counts if a taskblock runs. RT.
+  void count_allocation() noexcept;
+  /// Taskblocks that allocated memory in their cycle: "LOWPASS main.filter", how often. Any thread.
+  struct Allocations {
+    std::string taskblock;
+    std::uint64_t count = 0;
+  };
+  [[nodiscard]] std::vector<Allocations> allocations() const;
   /// The taskblock of a fault: "LOWPASS main.filter: why it failed first"; empty when the fault has none. Any thread.
   [[nodiscard]] std::string taskblock_text(const Fault& fault) const;
 

@@ -12,4 +12,11 @@ core::Result<std::unique_ptr<Resource>> Resource::load(bytecode::VerifiedImage i
   return resource;
 }
 
+std::optional<core::Problem> Resource::start_taskblocks() {
+  for (const auto& program : programs_) {
+    if (auto problem = program->start_taskblocks()) return problem;
+  }
+  return std::nullopt;
+}
+
 }  // namespace plc::runtime

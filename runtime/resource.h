@@ -19,6 +19,10 @@ class Resource {
   static core::Result<std::unique_ptr<Resource>> load(bytecode::VerifiedImage image,
                                                       const ProgramOptions& options = {});
 
+  /// Makes the objects of the taskblocks of all tasks, where ProgramOptions::start_taskblocks was false. Before
+  /// anything runs, once. P7803 when one is not ready.
+  std::optional<core::Problem> start_taskblocks();
+
   [[nodiscard]] const bytecode::Image& image() const { return image_.image(); }
   [[nodiscard]] GlobalTable& globals() { return globals_; }
   [[nodiscard]] const GlobalTable& globals() const { return globals_; }

@@ -134,7 +134,6 @@ core::Result<std::unique_ptr<Taskblocks>> Taskblocks::make(const Image& image, s
   std::byte* const instance = table.data() + table.layout().instance;
   if (auto problem = for_each_instance(image, image.pous[body].instance_type, instance, {}, add)) return *problem;
   made->wire(image, image.pous[body].instance_type, instance);
-  if (auto problem = made->restart()) return *problem;
   return made;
 }
 
@@ -161,6 +160,7 @@ std::optional<core::Problem> Taskblocks::add(const Image& image, const ImageBloc
   object.block = entry->block;
   object.ports = ports;
   object.path = std::move(path);
+  object.name = std::string(object.block->name) + " " + object.path;
   object.budget_ns = entry->block->budget_ns;
   object.fire = entry->block->fire;
   const std::vector<ImageField>& fields = image.types[block.type].fields;
@@ -210,8 +210,21 @@ std::optional<core::Problem> Taskblocks::restart() {
   return {};
 }
 
+namespace {
+thread_local const char* being_made = nullptr;
+}
+
+const char* Taskblocks::making() noexcept { return being_made; }
+
 std::optional<core::Problem> Taskblocks::start(std::uint32_t number) {
   Object& object = *by_number_[number];
+  being_made = object.name.c_str();
+  const auto problem = make_object(object, number);
+  being_made = nullptr;
+  return problem;
+}
+
+std::optional<core::Problem> Taskblocks::make_object(Object& object, std::uint32_t number) {
   if (object.object != nullptr) object.block->destroy(object.object);
   object.object = nullptr;
   std::memcpy(const_cast<std::byte*>(object.ports), &number, sizeof number);
@@ -270,10 +283,15 @@ void Taskblocks::fail(Object* object, std::uint32_t number, Status status, const
   object->has_failed.store(true, std::memory_order_release);
 }
 
+std::uint64_t Taskblocks::allocations(std::uint32_t object) const noexcept {
+  const Object& o = *by_number_[object];
+  return o.has_failed.load(std::memory_order_acquire) ? 0 : o.allocations.load(std::memory_order_relaxed);
+}
+
 std::string Taskblocks::text(std::uint32_t object) const {
   if (object >= by_number_.size()) return "a taskblock that this task has not";
   const Object& o = *by_number_[object];
-  std::string text = std::string(o.block->name) + " " + o.path;
+  std::string text = o.name;
   if (o.has_failed.load(std::memory_order_acquire) && o.failure.text[0] != '\0')
     text += std::string(": ") + o.failure.text;
   return text;

@@ -36,9 +36,9 @@ class Taskblocks {
     kLate,        ///< fire() took longer than its budget
   };
 
-  /// Makes the objects of all instances that task `task` runs: those in its own instance, and the globals it exports.
-  /// `clock` measures blocks that declare a budget; null = nobody does. P7802 when a block is not in the registry or
-  /// has other ports, P7803 when an object cannot be made or its ready() fails. Null when the image has none.
+  /// Prepares an object for every instance that task `task` runs: those in its own instance, and the globals it
+  /// exports. They run after restart(). `clock` measures blocks that declare a budget; null = nobody does. P7802 when a
+  /// block is not in the registry or has other ports. Null when the image has none.
   static core::Result<std::unique_ptr<Taskblocks>> make(const bytecode::Image& image, std::uint32_t task,
                                                         const taskblocks::Registry& registry, TaskTable& table,
                                                         const core::Clock* clock);
@@ -46,7 +46,8 @@ class Taskblocks {
   Taskblocks(const Taskblocks&) = delete;
   Taskblocks& operator=(const Taskblocks&) = delete;
 
-  /// All objects anew, for the initial values that the table has again.
+  /// Makes all objects (anew), for the initial values that the table has (again). P7803 when a constructor or ready()
+  /// fails.
   std::optional<core::Problem> restart();
 
   /// What the objects are told of the cycle that begins. RT.
@@ -63,6 +64,18 @@ class Taskblocks {
   [[nodiscard]] std::uint32_t failed() const noexcept { return failed_; }
   /// The object whose fire() is running, or kNone. RT.
   [[nodiscard]] std::uint32_t running() const noexcept { return running_.load(std::memory_order_relaxed); }
+
+  /// "LOWPASS main.filter": an object's block and instance. RT, also for signal handlers.
+  [[nodiscard]] const std::string& name(std::uint32_t object) const noexcept { return by_number_[object]->name; }
+  /// The name of the object that this thread is making, or null. Also for signal handlers.
+  static const char* making() noexcept;
+  /// Says that this object's fire(), which is running, has allocated memory. RT.
+  void count_allocation(std::uint32_t object) noexcept {
+    by_number_[object]->allocations.fetch_add(1, std::memory_order_relaxed);
+  }
+  /// Allocations that were counted. An object that failed has none: throwing takes memory, and is allowed.
+  [[nodiscard]] std::uint64_t allocations(std::uint32_t object) const noexcept;
+  [[nodiscard]] std::uint32_t count() const noexcept { return static_cast<std::uint32_t>(by_number_.size()); }
 
   /// "LOWPASS main.filter", and why it failed first, if it did.
   [[nodiscard]] std::string text(std::uint32_t object) const;
@@ -85,6 +98,8 @@ class Taskblocks {
     std::vector<Range> ranges;
     const picard_block* block = nullptr;
     std::string path;
+    std::string name;  ///< block and path
+    std::atomic<std::uint64_t> allocations{0};
     std::vector<void*> places;                 ///< by port
     std::vector<std::uint32_t> port_of_field;  ///< by field of the instance
     picard_failure failure{};
@@ -97,6 +112,7 @@ class Taskblocks {
   /// Lets wired inputs read the other ends of their wires.
   void wire(const bytecode::Image& image, std::uint32_t type, std::byte* at);
   std::optional<core::Problem> start(std::uint32_t number);
+  std::optional<core::Problem> make_object(Object& object, std::uint32_t number);
   void fire_checked(Object& object, std::uint32_t number) noexcept;
   void fail(Object* object, std::uint32_t number, Status status, const picard_failure& why) noexcept;
 

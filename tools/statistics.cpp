@@ -57,6 +57,14 @@ void print_fault(const runtime::Resource& resource, const runtime::TaskFault& fa
                      taskblock.empty() ? "" : ", taskblock ", taskblock);
 }
 
+void print_allocations(const runtime::Resource& resource, std::ostream& out) {
+  for (std::size_t task = 0; task < resource.task_count(); ++task) {
+    for (const auto& found : resource.program(task).allocations()) {
+      out << fmt::format("taskblock {}: {} allocations in its cycle\n", found.taskblock, found.count);
+    }
+  }
+}
+
 void print_memory(std::ostream& out) {
   out << fmt::format("memory: {:.1f} MB resident, {:.1f} MB at most\n", static_cast<double>(status_kb("VmRSS")) / 1024,
                      static_cast<double>(status_kb("VmHWM")) / 1024);

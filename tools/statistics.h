@@ -19,6 +19,8 @@ std::string place_text(const bytecode::Image& image, std::uint32_t pou, std::uin
 void print_events(const runtime::Resource& resource, std::ostream& out);
 /// One fault as a diagnostic line.
 void print_fault(const runtime::Resource& resource, const runtime::TaskFault& fault, std::ostream& out);
+/// A line for each taskblock that allocated memory in its cycle.
+void print_allocations(const runtime::Resource& resource, std::ostream& out);
 /// "memory: 12.3 MB resident, 40.1 MB at most": VmRSS and VmHWM of this process.
 void print_memory(std::ostream& out);
 /// Number of variables, code size and how boolean runs were linked, per task.

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 
@@ -27,6 +28,10 @@ const DriverConfig* Configuration::driver(std::string_view name) const {
   const auto found =
       std::find_if(drivers.begin(), drivers.end(), [&](const DriverConfig& d) { return d.name == name; });
   return found == drivers.end() ? nullptr : &*found;
+}
+
+std::string Configuration::beside(const std::string& name) const {
+  return name.empty() ? name : (std::filesystem::path(file).parent_path() / name).string();
 }
 
 std::optional<ListenText> parse_listen(std::string_view text) {

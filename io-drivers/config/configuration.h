@@ -133,6 +133,12 @@ struct TaskConfig {
   std::optional<runtime::FaultPolicy> on_fault;  ///< nothing = as the command line says
 };
 
+/// [taskblocks]
+struct TaskblocksConfig {
+  core::SourceRef at;
+  std::vector<Placed> libraries;  ///< shared objects, relative to plc.toml
+};
+
 /// [guardian]
 struct GuardianConfig {
   core::SourceRef at;
@@ -147,12 +153,15 @@ struct Configuration {
   std::vector<ChannelConfig> outputs;
   SchedulerConfig scheduler;
   std::vector<TaskConfig> tasks;           ///< in the order of the file
+  TaskblocksConfig taskblocks;
   ModbusConfig modbus;
   GuardianConfig guardian;
   core::SourceRef at;                      ///< the file itself, without a line
   core::SourceRef outputs_at;              ///< [outputs], or the file
 
   [[nodiscard]] const DriverConfig* driver(std::string_view name) const;
+  /// A file that is named in plc.toml, seen from where that lies; empty stays empty.
+  [[nodiscard]] std::string beside(const std::string& name) const;
 };
 
 /// "127.0.0.1:502", "[::1]:502", or "off", which has an empty address; nothing for anything else.

@@ -56,7 +56,16 @@ struct KeyDefault {
   Applies required_for = kAlways;
 };
 
-enum class TableId : std::uint8_t { kDriver, kChannel, kScheduler, kTask, kModbus, kModbusRange, kGuardian };
+enum class TableId : std::uint8_t {
+  kDriver,
+  kChannel,
+  kScheduler,
+  kTask,
+  kTaskblocks,
+  kModbus,
+  kModbusRange,
+  kGuardian
+};
 
 struct TableInfo {
   TableId id;

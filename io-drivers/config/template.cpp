@@ -89,6 +89,10 @@ class Template {
     table(TableId::kTask);
     tasks();
     out_ += '\n';
+    table(TableId::kTaskblocks);
+    out_ += "#[taskblocks]\n";
+    keys(TableId::kTaskblocks, 0);
+    out_ += '\n';
     table(TableId::kModbus);
     out_ += "#[modbus]\n";
     keys(TableId::kModbus, 0);

@@ -1,7 +1,6 @@
 #include "io-drivers/machine/machine.h"
 
 #include <algorithm>
-#include <filesystem>
 
 #include "io-drivers/gpio/gpio_driver.h"
 #include "io-drivers/machine/simulated_device.h"
@@ -10,13 +9,7 @@
 namespace plc::io {
 namespace {
 
-/// A file named in plc.toml, seen from its folder.
-std::string beside(const std::string& configuration, const std::string& file) {
-  if (file.empty()) return file;
-  return (std::filesystem::path(configuration).parent_path() / file).string();
-}
-
-std::unique_ptr<Driver> make_driver(const BoundDriver& bound, const std::string& configuration,
+std::unique_ptr<Driver> make_driver(const BoundDriver& bound, const Configuration& configuration,
                                     runtime::Resource& resource) {
   switch (bound.config->kind) {
     case DriverKind::kGpio: {
@@ -27,8 +20,8 @@ std::unique_ptr<Driver> make_driver(const BoundDriver& bound, const std::string&
     case DriverKind::kSimulated:
       break;
   }
-  auto device = std::make_unique<SimulatedDevice>(
-      bound.config->name, beside(configuration, bound.config->stimulus.text), bound.task, resource);
+  auto device = std::make_unique<SimulatedDevice>(bound.config->name, configuration.beside(bound.config->stimulus.text),
+                                                  bound.task, resource);
   device->claim(bound);
   return device;
 }
@@ -64,7 +57,7 @@ std::unique_ptr<Machine> Machine::configure(MachineOptions options, runtime::Res
   if (!binding) return nullptr;
   machine->binding_ = std::move(*binding);
   for (const BoundDriver& bound : machine->binding_.drivers) {
-    auto driver = make_driver(bound, machine->configuration_.file, resource);
+    auto driver = make_driver(bound, machine->configuration_, resource);
     if (const auto problem = driver->check()) report(diagnostics, place_of_device(*bound.config), *problem);
     machine->drivers_.push_back(std::move(driver));
   }

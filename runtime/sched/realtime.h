@@ -42,7 +42,7 @@ struct RealtimeOptions {
   std::vector<SafeValue> safe_values{};  ///< of all tasks
   bool realtime_priority = true;         ///< SCHED_FIFO (priority.h), and idle processors stay awake
   bool lock_memory = true;               ///< mlockall(MCL_CURRENT | MCL_FUTURE)
-  /// Called on each task's thread after it is set up and before its first cycle (tests install their guards here).
+  /// Called on each task's thread after it is set up and before its first cycle: where guards are installed.
   void (*on_thread_start)(std::uint32_t task) = nullptr;
 };
 

@@ -14,7 +14,9 @@
 #include <map>
 #include <memory>
 #include <new>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "io-drivers/config/check_schedule.h"
@@ -24,10 +26,12 @@
 #include "io-drivers/machine/simulated_device.h"
 #include "runtime/sched/realtime.h"
 #include "tools/command_line.h"
+#include "tools/plc-run/component_faults.h"
 #include "tools/plc-run/listeners.h"
 #include "tools/plc-run/report.h"
 #include "tools/plc-run/watch.h"
 #include "tools/statistics.h"
+#include "tools/taskblock_libraries.h"
 #include "tools/version.h"
 
 namespace plc::tools {
@@ -128,24 +132,40 @@ struct Plan {
   std::vector<runtime::TaskPlan> tasks;
 };
 
-/// Nothing after an error, which is in `diagnostics`; the exit code is in `code` then.
-std::optional<Plan> make_plan(const Run& run, const bytecode::Image& image, core::Diagnostics& diagnostics, int& code) {
+/// Nothing after an error, which is in `diagnostics`.
+std::optional<Plan> make_plan(const Run& run, io::Configuration configuration, const bytecode::Image& image,
+                              core::Diagnostics& diagnostics) {
   Plan plan;
-  std::optional<io::Configuration> configuration = io::Configuration{};
-  if (!run.configuration.empty()) configuration = io::load_configuration(run.configuration, diagnostics);
-  code = configuration || diagnostics.all().front().code != core::Code::P7001 ? kExitErrors : kExitUsage;
-  if (configuration) {
-    const std::vector<int> cpus = io::available_cpus();
-    auto tasks = io::plan_tasks(*configuration, image, cpus, run.on_fault, diagnostics);
-    if (tasks) {
-      io::check_schedule(*configuration, image, *tasks, cpus, diagnostics, run.program.loop_budget);
-      plan.tasks = std::move(*tasks);
-    }
-    plan.configuration = std::move(*configuration);
+  const std::vector<int> cpus = io::available_cpus();
+  auto tasks = io::plan_tasks(configuration, image, cpus, run.on_fault, diagnostics);
+  if (tasks) {
+    io::check_schedule(configuration, image, *tasks, cpus, diagnostics, run.program.loop_budget);
+    plan.tasks = std::move(*tasks);
   }
+  plan.configuration = std::move(configuration);
   if (diagnostics.has_errors()) return std::nullopt;
   return plan;
 }
+
+/// Says of each taskblock once that it allocates memory in its cycle. The tasks may run.
+class AllocationWarnings {
+ public:
+  explicit AllocationWarnings(const runtime::Resource& resource) : resource_(resource) {}
+  void print_new(std::ostream& out) {
+    for (std::size_t task = 0; task < resource_.task_count(); ++task) {
+      const runtime::Program& program = resource_.program(task);
+      for (const auto& found : program.allocations()) {
+        if (!told_.emplace(task, found.taskblock).second) continue;
+        out << fmt::format("warning: taskblock {} allocates memory in its cycle (task {})\n", found.taskblock,
+                           program.task().name);
+      }
+    }
+  }
+
+ private:
+  const runtime::Resource& resource_;
+  std::set<std::pair<std::size_t, std::string>> told_;
+};
 
 /// `diagnostics` are those of the plan: places of the configuration name their file by it.
 int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::Diagnostics& diagnostics,
@@ -177,9 +197,12 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
     return kExitErrors;
   };
   if (const auto problem = machine->open()) return failed(*problem);
+  name_crashes(resource);
+  if (const auto problem = resource.start_taskblocks()) return failed(*problem);
   runtime::RealtimeOptions realtime;
   realtime.plan = std::move(plan.tasks);
   realtime.safe_values = machine->safe_values();
+  realtime.on_thread_start = watch_task_thread;
   runtime::RealtimeScheduler scheduler(resource, std::move(realtime));
   std::vector<std::string> notes;
   if (const auto problem = machine->start(scheduler, notes)) return failed(*problem);
@@ -206,6 +229,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
       print_fault(resource, fault, std::cerr);
     }
   };
+  AllocationWarnings allocations(resource);
   core::TimeNs next_view = begin;
   core::TimeNs next_service = begin;
   while (!scheduler.stop_requested() && !signalled.load(std::memory_order_relaxed)) {
@@ -220,6 +244,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
       next_view += kRedrawNs * (1 + (now - next_view) / kRedrawNs);
     }
     show_faults();
+    allocations.print_new(std::cerr);
     if (report_wanted.exchange(false, std::memory_order_relaxed)) {
       print_statistics(run, image, scheduler, std::cerr);
       std::cerr << std::flush;
@@ -234,12 +259,14 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   running.store(nullptr, std::memory_order_relaxed);
 
   show_faults();
+  allocations.print_new(std::cerr);
   print_events(resource, std::cerr);
   print_statistics(run, image, scheduler, std::cout);
   if (run.stats == Stats::kText) {
     std::cout << '\n';
     if (const auto modbus = machine->modbus_statistics()) print_modbus(*modbus, std::cout);
     print_link_report(resource, std::cout);
+    print_allocations(resource, std::cout);
     print_memory(std::cout);
   }
   if (!stuck.empty()) {
@@ -286,8 +313,9 @@ int run_command(int argc, char** argv) {
       ->take_last();
   app.add_option("--stimulus", run.stimulus, "inputs as CSV, as plc sim takes it; time 0 is the first cycle")
       ->type_name("in.csv");
-  app.add_option("--config", run.configuration,
-                 "drivers, channels, Modbus and guardian of this machine; plc config init writes one")
+  app.add_option(
+         "--config", run.configuration,
+         "drivers, channels, Modbus, guardian and taskblock libraries of this machine; plc config init writes one")
       ->type_name("plc.toml");
   app.add_option("--modbus", run.modbus,
                  "where HMIs connect, in place of what the configuration says; default 127.0.0.1:502 if it can be had")
@@ -335,23 +363,35 @@ int run_command(int argc, char** argv) {
   }
   const core::MonotonicClock clock;
   const core::TimeNs begin = clock.now_ns();
+  core::Diagnostics diagnostics;
+  const auto give_up = [&diagnostics](int code) {
+    diagnostics.render_with_lines(std::cerr);
+    return code;
+  };
+  std::optional<io::Configuration> configuration = io::Configuration{};
+  if (!run.configuration.empty()) configuration = io::load_configuration(run.configuration, diagnostics);
+  if (!configuration) {
+    return give_up(diagnostics.all().front().code == core::Code::P7001 ? kExitUsage : kExitErrors);
+  }
+  const taskblocks::Registry registry = load_taskblocks(*configuration, diagnostics);
+  if (diagnostics.has_errors()) return give_up(kExitErrors);
+  run.program.taskblocks = &registry;
+  run.program.budget_clock = &clock;
+  run.program.start_taskblocks = false;  // the guardian splits the process before
   std::unique_ptr<runtime::Resource> resource;
   std::optional<Plan> plan;
-  core::Diagnostics diagnostics;
   {
     Compilation compilation;
-    if (const auto code = open_or_explain(app, {run.file, run.options, Goal::kRun, run.libraries}, compilation))
+    if (const auto code =
+            open_or_explain(app, {run.file, run.options, Goal::kRun, run.libraries, {}, &registry}, compilation)) {
       return *code;
-    int code = kExitOk;
-    plan = make_plan(run, compilation.image->image(), diagnostics, code);
-    if (!plan) {
-      diagnostics.render_with_lines(std::cerr);
-      return code;
     }
+    plan = make_plan(run, std::move(*configuration), compilation.image->image(), diagnostics);
+    if (!plan) return give_up(kExitErrors);
     for (const runtime::TaskPlan& task : plan->tasks) run.program.priorities.push_back(task.priority);
     auto loaded = runtime::Resource::load(std::move(*compilation.image), run.program);
     if (!loaded) {
-      diagnostics.render_with_lines(std::cerr);
+      give_up(kExitErrors);
       return complain(loaded.error()), kExitErrors;
     }
     resource = std::move(*loaded);

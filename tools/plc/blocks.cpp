@@ -16,6 +16,7 @@
 #include "tools/command_line.h"
 #include "tools/plc/commands.h"
 #include "tools/taskblock_html.h"
+#include "tools/taskblock_libraries.h"
 #include "tools/taskblock_text.h"
 #include "tools/taskblock_xml.h"
 
@@ -27,6 +28,7 @@ using taskblocks::Registry;
 
 struct Blocks {
   std::string name;
+  std::string configuration;  ///< plc.toml that names further libraries
   bool json = false;
   bool xml = false;
   bool st = false;
@@ -207,7 +209,8 @@ int misused(std::string_view message, std::string_view help) {
 }
 
 int run(const Blocks& blocks) {
-  const Registry& registry = Registry::built_in();
+  Registry registry;
+  if (const auto code = load_taskblocks(blocks.configuration, registry)) return *code;
   const bool document = blocks.json || blocks.xml || blocks.st || blocks.example;
   if (!blocks.output.empty() && !document)
     return misused("-o writes documents", "add --json, --xml, --st or --example");
@@ -255,6 +258,7 @@ void add_blocks(CLI::App& app, int& exit_code) {
       "  plc blocks --html reference                a reference to read in a browser: reference/index.html\n"
       "  plc blocks --json                          for scripts, editors and HMIs");
   command->add_option("NAME", blocks.name, "taskblock, in any letter case");
+  add_taskblocks_option(*command, blocks.configuration);
   CLI::Option* json = command->add_flag("--json", blocks.json, "one JSON document on standard output");
   CLI::Option* xml = command->add_flag("--xml", blocks.xml,
                                        "a PLCopen XML library: interfaces to draw with, the runtime has the bodies");

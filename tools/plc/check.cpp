@@ -9,12 +9,14 @@
 #include "tools/command_line.h"
 #include "tools/plc/commands.h"
 #include "tools/plc/json.h"
+#include "tools/taskblock_libraries.h"
 
 namespace plc::tools {
 namespace {
 
 struct Check {
   std::vector<std::string> files;
+  std::string configuration;
   bool json = false;
   bool werror = false;
   std::vector<std::string> lints;
@@ -57,10 +59,12 @@ int run(const Check& check) {
     }
     lint = *changed;
   }
+  taskblocks::Registry registry;
+  if (const auto code = load_taskblocks(check.configuration, registry)) return *code;
   int exit_code = kExitOk;
   for (const std::string& file : check.files) {
     Compilation compilation;
-    open({file, check.options, Goal::kCheck, check.libraries, lint}, compilation);
+    open({file, check.options, Goal::kCheck, check.libraries, lint, &registry}, compilation);
     const bool good = compilation.ok() && !(check.werror && compilation.diagnostics.warning_count() != 0);
     exit_code = std::max(exit_code, good ? kExitOk : compilation.readable ? kExitErrors : kExitUsage);
     if (!check.json) {
@@ -94,6 +98,7 @@ void add_check(CLI::App& app, int& exit_code) {
   command->add_option("FILE", check.files, "PLCopen XML or ST files, or images")->required();
   command->add_flag("--json", check.json, "one JSON document on stdout instead of text on stderr");
   add_library_option(*command, check.libraries);
+  add_taskblocks_option(*command, check.configuration);
   command
       ->add_option("--lint", check.lints,
                    "which lints: all, none, NAME, -NAME, separated by commas, applied from left to right to those "

@@ -8,12 +8,13 @@
 
 #include "tools/command_line.h"
 #include "tools/plc/commands.h"
+#include "tools/taskblock_libraries.h"
 
 namespace plc::tools {
 namespace {
 
 struct Compile {
-  std::string file, output;
+  std::string file, output, configuration;
   core::CompileOptions options;
   std::vector<std::string> libraries;
 };
@@ -30,8 +31,10 @@ int run(const CLI::App& app, const Compile& compile) {
              "give the image a name of its own: X.pbc");
     return kExitUsage;
   }
-  if (const auto code =
-          open_or_explain(app, {compile.file, compile.options, Goal::kRun, compile.libraries}, compilation)) {
+  taskblocks::Registry registry;
+  if (const auto code = load_taskblocks(compile.configuration, registry)) return *code;
+  if (const auto code = open_or_explain(
+          app, {compile.file, compile.options, Goal::kRun, compile.libraries, {}, &registry}, compilation)) {
     return *code;
   }
   const std::vector<std::byte> bytes = bytecode::save(compilation.image->image());
@@ -63,6 +66,7 @@ void add_compile(CLI::App& app, int& exit_code) {
   command->add_option("FILE", compile.file, "PLCopen XML or ST file")->required();
   command->add_option("-o,--output", compile.output, "image to write")->type_name("X.pbc")->required();
   add_library_option(*command, compile.libraries);
+  add_taskblocks_option(*command, compile.configuration);
   add_compile_options(*command, compile.options);
   command->callback([&exit_code, command] { exit_code = run(*command, compile); });
 }

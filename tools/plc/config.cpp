@@ -18,12 +18,13 @@
 #include "tools/command_line.h"
 #include "tools/plc/commands.h"
 #include "tools/plc/json.h"
+#include "tools/taskblock_libraries.h"
 
 namespace plc::tools {
 namespace {
 
 struct Init {
-  std::string file, output;
+  std::string file, output, configuration;
   bool force = false;
   core::CompileOptions options;
   std::vector<std::string> libraries;
@@ -36,8 +37,11 @@ struct Check {
   std::vector<std::string> libraries;
 };
 
-std::unique_ptr<runtime::Resource> load(Compilation& compilation) {
-  auto resource = runtime::Resource::load(std::move(*compilation.image));
+std::unique_ptr<runtime::Resource> load(Compilation& compilation, const taskblocks::Registry& registry) {
+  runtime::ProgramOptions program;
+  program.taskblocks = &registry;
+  program.start_taskblocks = false;  // nothing runs
+  auto resource = runtime::Resource::load(std::move(*compilation.image), program);
   if (resource) return std::move(*resource);
   const core::Problem& problem = resource.error();
   compilation.diagnostics.report(problem.code, {}, {}, problem.message, problem.help);
@@ -58,9 +62,14 @@ int init(const CLI::App& app, const Init& init) {
     complain("plc config init", init.output + " exists", "give another name to -o, or --force to replace it");
     return kExitUsage;
   }
+  taskblocks::Registry registry;
+  if (const auto code = load_taskblocks(init.configuration, registry)) return *code;
   Compilation compilation;
-  if (const auto code = open_or_explain(app, {init.file, init.options, Goal::kRun, init.libraries}, compilation)) return *code;
-  const auto resource = load(compilation);
+  if (const auto code =
+          open_or_explain(app, {init.file, init.options, Goal::kRun, init.libraries, {}, &registry}, compilation)) {
+    return *code;
+  }
+  const auto resource = load(compilation, registry);
   if (resource == nullptr) {
     compilation.diagnostics.render_with_lines(std::cerr);
     return kExitErrors;
@@ -136,14 +145,17 @@ int check(const CLI::App& app, const Check& check) {
   }
   Compilation compilation;
   core::Diagnostics& diagnostics = compilation.diagnostics;
-  open({check.file, check.options, Goal::kRun, check.libraries}, compilation);
-  const bool project_good = compilation.ok();
-  const std::size_t project_errors = diagnostics.error_count();
+  // What it names is there before the project that uses it.
   const auto configuration = io::load_configuration(check.configuration, diagnostics);
+  taskblocks::Registry registry = taskblocks::Registry::built_in();
+  if (configuration) registry = load_taskblocks(*configuration, diagnostics);
+  const std::size_t errors = diagnostics.error_count();
+  open({check.file, check.options, Goal::kRun, check.libraries, {}, &registry}, compilation);
+  const std::size_t project_errors = diagnostics.error_count() - errors;
 
   std::unique_ptr<runtime::Resource> resource;
   std::optional<io::Binding> binding;
-  if (project_good && configuration) resource = load(compilation);
+  if (compilation.image && configuration) resource = load(compilation, registry);
   if (resource != nullptr) binding = io::bind(*configuration, *resource, diagnostics);
   if (binding) check_files(check, *configuration, *binding, *resource, diagnostics);
   if (resource != nullptr) check_tasks(*configuration, resource->image(), diagnostics);
@@ -180,6 +192,7 @@ void add_init(CLI::App& config, int& exit_code) {
   command->add_option("-o,--output", options.output, "file to write instead of standard output")->type_name("PLC.TOML");
   command->add_flag("--force", options.force, "replace the file when it exists");
   add_library_option(*command, options.libraries);
+  add_taskblocks_option(*command, options.configuration);
   add_compile_options(*command, options.options);
   command->callback([&exit_code, command] { exit_code = init(*command, options); });
 }

@@ -15,6 +15,7 @@
 #include "tools/plc/explain_flow.h"
 #include "tools/plc/explain_schedule.h"
 #include "tools/problem_pages.h"
+#include "tools/taskblock_libraries.h"
 
 namespace plc::tools {
 namespace {
@@ -114,12 +115,19 @@ int explain_file(const Explain& explain) {
 }
 
 int run(const CLI::App& app, const Explain& explain) {
+  if (!explain.configuration.empty() && !explain.flow && !explain.schedule) {
+    complain("plc explain", "--config says nothing about drawings", "it goes with --schedule and --flow");
+    return kExitUsage;
+  }
+  taskblocks::Registry registry;
+  if (const auto code = load_taskblocks(explain.configuration, registry)) return *code;
   if (explain.flow) {
-    return explain_flow(app, {explain.subject, explain.options, Goal::kRun, explain.libraries}, explain.svg);
+    return explain_flow(app, {explain.subject, explain.options, Goal::kRun, explain.libraries, {}, &registry},
+                        explain.svg);
   }
   if (explain.schedule) {
-    return explain_schedule(app,
-                            {explain.subject, explain.configuration, explain.json, explain.options, explain.libraries});
+    return explain_schedule(
+        app, {explain.subject, explain.configuration, explain.json, explain.options, explain.libraries, &registry});
   }
   if (is_code(explain.subject) && !std::filesystem::exists(explain.subject)) return explain_code(explain.subject);
   return explain_file(explain);
@@ -153,9 +161,9 @@ void add_explain(CLI::App& app, int& exit_code) {
       command->add_flag("--schedule", explain.schedule, "the tasks instead of the drawings")->excludes(pou, flow);
   command
       ->add_option("--config", explain.configuration,
-                   "priorities, processors, deadlines and measured times of the tasks, and the calibration")
-      ->type_name("plc.toml")
-      ->needs(schedule);
+                   "with --schedule: priorities, processors, deadlines and measured times of the tasks, and the "
+                   "calibration; with it and --flow: [taskblocks] libraries that the project may use")
+      ->type_name("plc.toml");
   command->add_flag("--json", explain.json, "the schedule as one JSON document")->needs(schedule);
   add_library_option(*command, explain.libraries);
   add_compile_options(*command, explain.options, false);

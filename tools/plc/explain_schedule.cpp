@@ -193,8 +193,8 @@ void print_json(const Explained& e, const std::string& file) {
 
 int explain_schedule(const CLI::App& app, const ExplainSchedule& explain) {
   Compilation compilation;
-  if (const auto code =
-          open_or_explain(app, {explain.file, explain.options, Goal::kRun, explain.libraries}, compilation)) {
+  if (const auto code = open_or_explain(
+          app, {explain.file, explain.options, Goal::kRun, explain.libraries, {}, explain.taskblocks}, compilation)) {
     return *code;
   }
   const bytecode::Image& image = compilation.image->image();

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/options.h"
+#include "taskblocks/registry.h"
 
 namespace plc::tools {
 
@@ -18,6 +19,7 @@ struct ExplainSchedule {
   bool json = false;
   core::CompileOptions options;
   std::vector<std::string> libraries;
+  const taskblocks::Registry* taskblocks = nullptr;  ///< that the project may use
 };
 
 int explain_schedule(const CLI::App& app, const ExplainSchedule& explain);

@@ -17,6 +17,7 @@
 #include "tools/command_line.h"
 #include "tools/plc/commands.h"
 #include "tools/plc/map_formats.h"
+#include "tools/taskblock_libraries.h"
 
 namespace plc::tools {
 namespace {
@@ -130,10 +131,17 @@ int keep(const Map& map, const std::string& lock_file, const modbus::FrozenAddre
 }
 
 int run(const CLI::App& app, const Map& map) {
+  taskblocks::Registry registry;
+  if (const auto code = load_taskblocks(map.configuration, registry)) return *code;
   Compilation compilation;
-  if (const auto code = open_or_explain(app, {map.file, map.options, Goal::kRun, map.libraries}, compilation))
+  if (const auto code =
+          open_or_explain(app, {map.file, map.options, Goal::kRun, map.libraries, {}, &registry}, compilation)) {
     return *code;
-  auto loaded = runtime::Resource::load(std::move(*compilation.image));
+  }
+  runtime::ProgramOptions program;
+  program.taskblocks = &registry;
+  program.start_taskblocks = false;  // nothing runs
+  auto loaded = runtime::Resource::load(std::move(*compilation.image), program);
   if (!loaded) {
     complain(loaded.error());
     return kExitErrors;
@@ -181,7 +189,7 @@ int run(const CLI::App& app, const Map& map) {
   const std::uint16_t listening = configuration->modbus.port;
   const MapSource source = {*built,
                             resource.image(),
-                            taskblocks::Registry::built_in(),
+                            registry,
                             std::move(name),
                             host_of(map, configuration->modbus),
                             map.port != 0    ? map.port
@@ -224,7 +232,9 @@ void add_map(CLI::App& app, int& exit_code) {
       "  plc map plant.xml --format csv -o plant.csv\n"
       "  plc map plant.xml --format fuxa --host 192.168.1.20 --port 1502 -o fuxa.json");
   command->add_option("FILE", map.file, "PLCopen XML or ST file, or image")->required();
-  command->add_option("--config", map.configuration, "configuration with [modbus]; without it, the defaults")
+  command
+      ->add_option("--config", map.configuration,
+                   "configuration with [modbus] and [taskblocks]; without it, the defaults")
       ->type_name("PLC.TOML");
   std::vector<std::string> names;
   for (const MapFormat& format : kMapFormats) names.emplace_back(format.name);

@@ -16,12 +16,13 @@
 #include "tools/command_line.h"
 #include "tools/plc/commands.h"
 #include "tools/statistics.h"
+#include "tools/taskblock_libraries.h"
 
 namespace plc::tools {
 namespace {
 
 struct Sim {
-  std::string file, stimulus, trace;
+  std::string file, stimulus, trace, configuration;
   std::vector<std::string> watch;
   std::uint64_t cycles = 0;
   bool stats = false;
@@ -73,10 +74,16 @@ std::vector<std::string> watched_paths(const std::vector<std::string>& patterns,
 }
 
 int run(const CLI::App& app, const Sim& sim) {
+  taskblocks::Registry registry;
+  if (const auto code = load_taskblocks(sim.configuration, registry)) return *code;
   Compilation compilation;
-  if (const auto code = open_or_explain(app, {sim.file, sim.options, Goal::kRun, sim.libraries}, compilation))
+  if (const auto code =
+          open_or_explain(app, {sim.file, sim.options, Goal::kRun, sim.libraries, {}, &registry}, compilation)) {
     return *code;
-  auto loaded = runtime::Resource::load(std::move(*compilation.image), sim.program);
+  }
+  runtime::ProgramOptions program = sim.program;
+  program.taskblocks = &registry;
+  auto loaded = runtime::Resource::load(std::move(*compilation.image), program);
   if (!loaded) return complain(loaded.error()), kExitErrors;
   runtime::Resource& resource = **loaded;
   runtime::Simulation simulation(resource);
@@ -175,6 +182,7 @@ void add_sim(CLI::App& app, int& exit_code) {
   add_loop_budget(*command, sim.program);
   command->add_flag("--stats", sim.stats, "per task: scans, scan time min, median and p99 in ns; memory");
   add_library_option(*command, sim.libraries);
+  add_taskblocks_option(*command, sim.configuration);
   add_compile_options(*command, sim.options);
   command->callback([&exit_code, command] { exit_code = run(*command, sim); });
 }

@@ -31,6 +31,10 @@
 
 #include "picard/abi.h"
 
+/// What is made from a library's own classes stays in it. WHY: otherwise the loader takes two libraries that happen to
+/// have classes of the same name for one, and gives the second the descriptions of the first.
+#define PICARD_HIDDEN __attribute__((visibility("hidden")))
+
 namespace picard {
 
 // ---- values
@@ -140,7 +144,7 @@ struct StructOf {
 namespace detail {
 
 template <class T>
-const picard_type* type_of() {
+PICARD_HIDDEN const picard_type* type_of() {
   static const picard_type type = [] {
     picard_type t{};
     t.size = sizeof(T);
@@ -370,7 +374,7 @@ bool contained(picard_failure* failure, What what) noexcept {
 }
 
 template <class Block>
-void* create(void* const* ports, const picard_context* context, picard_failure* failure) noexcept {
+PICARD_HIDDEN void* create(void* const* ports, const picard_context* context, picard_failure* failure) noexcept {
   Construction here;
   here.places = ports;
   here.context = context;
@@ -383,21 +387,21 @@ void* create(void* const* ports, const picard_context* context, picard_failure* 
   return made;
 }
 template <class Block>
-int ready(void* object, picard_failure* failure) noexcept {
+PICARD_HIDDEN int ready(void* object, picard_failure* failure) noexcept {
   return contained(failure, [object] { static_cast<Block*>(object)->ready(); }) ? 1 : 0;
 }
 template <class Block>
-int fire(void* object, picard_failure* failure) noexcept {
+PICARD_HIDDEN int fire(void* object, picard_failure* failure) noexcept {
   return contained(failure, [object] { static_cast<Block*>(object)->fire(); }) ? 1 : 0;
 }
 template <class Block>
-void destroy(void* object) noexcept {
+PICARD_HIDDEN void destroy(void* object) noexcept {
   delete static_cast<Block*>(object);
 }
 
 /// The ports of a class, by making an object once.
 template <class Block>
-std::vector<picard_port> ports_of() {
+PICARD_HIDDEN std::vector<picard_port> ports_of() {
   static const picard_context context{};
   std::vector<picard_port> ports;
   std::vector<std::vector<std::byte>> scratch;
@@ -415,7 +419,7 @@ std::vector<picard_port> ports_of() {
 
 /// All classes of a library, described when it is first asked for.
 template <class... Block>
-const picard_library* library(const char* name, const char* version) noexcept {
+PICARD_HIDDEN const picard_library* library(const char* name, const char* version) noexcept {
   struct Described {
     std::vector<std::vector<picard_port>> ports;
     std::vector<picard_block> blocks;
@@ -475,7 +479,7 @@ const picard_library* library(const char* name, const char* version) noexcept {
   struct picard::StructOf<T> {                                       \
     static constexpr bool kDeclared = true;                          \
     static constexpr const char* kName = iec_name;                   \
-    static const auto& fields() {                                    \
+    PICARD_HIDDEN static const auto& fields() {                      \
       static const std::array all{PICARD_FOR_EACH_(T, __VA_ARGS__)}; \
       return all;                                                    \
     }                                                                \

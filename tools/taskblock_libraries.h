@@ -1,0 +1,27 @@
+// The taskblocks that a project may use on this machine: those that come with PICARD, and the libraries that plc.toml
+// names. A project itself never names code.
+//
+// In: a Configuration, or the --config of a command that compiles. Out: a Registry, which must outlive what is compiled
+// and loaded with it. Does not belong here: what makes a library good (taskblocks/shared_library.h).
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <optional>
+#include <string>
+
+#include "core/diagnostics.h"
+#include "io-drivers/config/configuration.h"
+#include "taskblocks/registry.h"
+
+namespace plc::tools {
+
+/// Those of PICARD and of [taskblocks] libraries. What cannot be used is reported at its line (P7801) and left out.
+taskblocks::Registry load_taskblocks(const io::Configuration& configuration, core::Diagnostics& diagnostics);
+
+/// Adds --config for the sake of [taskblocks] alone. The text must outlive the parsing.
+void add_taskblocks_option(CLI::App& app, std::string& configuration);
+/// What that option asks for into `registry`; all problems on stderr. The exit code when there is nothing to go on
+/// with.
+std::optional<int> load_taskblocks(const std::string& configuration, taskblocks::Registry& registry);
+
+}  // namespace plc::tools
