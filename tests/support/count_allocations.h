@@ -1,32 +1,22 @@
-// Counts what operator new gives out on this thread: for tests of code that must not allocate.
+// How often a thread asked for memory: for tests of code that must not.
 //
-// In: nothing. Not here: malloc() itself (tests/rt interposes it).
+// Link plc_count_allocations, which takes malloc's place. Not here: who must not call the system at all (tests/rt).
 #pragma once
 
 #include <cstddef>
-#include <cstdlib>
-#include <new>
 
 namespace plc::test {
 
-inline thread_local std::size_t allocations = 0;
+/// Calls of malloc(), and so of operator new and of Eigen, by the calling thread since it started. With a sanitizer,
+/// which takes malloc's place itself, those of operator new.
+std::size_t allocations();
 
-/// Allocations while `what` runs. A test that uses it asks first whether the counter is the one that counts.
+/// Those while `what` runs.
 template <class What>
 std::size_t allocations_of(What what) {
-  const std::size_t before = allocations;
+  const std::size_t before = allocations();
   what();
-  return allocations - before;
+  return allocations() - before;
 }
 
 }  // namespace plc::test
-
-// WHY weak: each test file of an executable may include this, and one definition is enough.
-__attribute__((weak)) void* operator new(std::size_t size) {
-  ++plc::test::allocations;
-  void* const at = std::malloc(size == 0 ? 1 : size);
-  if (at == nullptr) throw std::bad_alloc();
-  return at;
-}
-__attribute__((weak)) void operator delete(void* at) noexcept { std::free(at); }
-__attribute__((weak)) void operator delete(void* at, std::size_t) noexcept { std::free(at); }

@@ -1,46 +1,16 @@
-// The counter for all tests of this program; and that it counts.
-#include "tests/unit/taskblocks/allocations.h"
-
+// That allocations are counted: what says of others that they do none.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <memory>
-#include <new>
 
-namespace {
-thread_local std::size_t count;
-}
+#include "tests/support/count_allocations.h"
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-void* operator new(std::size_t size) {
-  ++count;
-  void* const memory = std::malloc(size);
-  if (memory == nullptr) throw std::bad_alloc();
-  return memory;
-}
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t /*size*/) noexcept { std::free(memory); }
-#else
-extern "C" {
-void* __libc_malloc(std::size_t size);
-void* malloc(std::size_t size) {
-  ++count;
-  return __libc_malloc(size);
-}
-}
-#endif
-
-namespace plc::blocks {
-
-std::size_t allocations() { return count; }
-
+namespace plc::test {
 namespace {
 
 TEST(Allocations, AreSeen) {
-  const std::size_t before = allocations();
-  const auto number = std::make_unique<volatile int>(1);
-  EXPECT_EQ(allocations(), before + 1) << *number;
+  EXPECT_EQ(allocations_of([] { const auto number = std::make_unique<volatile int>(1); }), 1u);
 }
 
 }  // namespace
-}  // namespace plc::blocks
+}  // namespace plc::test

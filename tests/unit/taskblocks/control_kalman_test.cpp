@@ -12,7 +12,7 @@
 
 #include "picard/testing.h"
 #include "taskblocks/set.h"
-#include "tests/unit/taskblocks/allocations.h"
+#include "tests/support/count_allocations.h"
 
 namespace plc::blocks {
 namespace {
@@ -400,9 +400,9 @@ TEST(Kalman, FireAllocatesNothing) {
     filter.port<std::array<double, 32>>("C")[9 * i] = 1;
   }
   filter.ready();
-  const std::size_t before = allocations();
+  const std::size_t before = test::allocations();
   for (int i = 0; i < 10; ++i) filter.fire();
-  EXPECT_EQ(allocations(), before);
+  EXPECT_EQ(test::allocations(), before);
   EXPECT_FALSE(filter.bad());
   EXPECT_GT(filter.variance(7), 8) << "not measured";
   EXPECT_LT(filter.variance(3), 1);

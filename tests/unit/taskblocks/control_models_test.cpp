@@ -11,7 +11,7 @@
 
 #include "picard/testing.h"
 #include "taskblocks/set.h"
-#include "tests/unit/taskblocks/allocations.h"
+#include "tests/support/count_allocations.h"
 
 namespace plc::blocks {
 namespace {
@@ -320,9 +320,9 @@ TEST(Models, FireAllocatesNothing) {
     block.size("NU", 4);
     block.size(std::string(type) == "STATE_FEEDBACK" ? "NR" : "NY", 4);
     block.ready();
-    const std::size_t before = allocations();
+    const std::size_t before = test::allocations();
     for (int i = 0; i < 10; ++i) block.fire();
-    EXPECT_EQ(allocations(), before) << type;
+    EXPECT_EQ(test::allocations(), before) << type;
   }
 }
 

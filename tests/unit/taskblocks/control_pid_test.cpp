@@ -10,7 +10,7 @@
 #include "picard/testing.h"
 #include "taskblocks/control/relay_tuner.h"
 #include "taskblocks/set.h"
-#include "tests/unit/taskblocks/allocations.h"
+#include "tests/support/count_allocations.h"
 
 namespace plc::blocks {
 namespace {
@@ -653,7 +653,7 @@ TEST(Pid2Dof, FireAllocatesNothing) {
   pid["SP"] = 1;
   pid["TUNE_STEP"] = 1;
   pid.ready();
-  const std::size_t before = allocations();
+  const std::size_t before = test::allocations();
   for (int k = 0; k < 2000; ++k) {
     pid.port<bool>("TUNE") = k == 1000 || (k > 1000 && k < 1900);
     pid.port<bool>("AUTO") = k > 20;
@@ -661,7 +661,7 @@ TEST(Pid2Dof, FireAllocatesNothing) {
     pid.fire();
     plant.step(pid.out(), 0.02);
   }
-  EXPECT_EQ(allocations(), before);
+  EXPECT_EQ(test::allocations(), before);
 }
 
 }  // namespace

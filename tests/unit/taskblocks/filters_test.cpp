@@ -13,7 +13,7 @@
 
 #include "picard/testing.h"
 #include "taskblocks/set.h"
-#include "tests/unit/taskblocks/allocations.h"
+#include "tests/support/count_allocations.h"
 
 namespace plc::blocks {
 namespace {
@@ -46,9 +46,9 @@ std::complex<double> response(picard::Instance& block, int per_period, int settl
 
 void expect_no_allocation(picard::Instance& block) {
   block.ready();
-  const std::size_t before = allocations();
+  const std::size_t before = test::allocations();
   for (int i = 0; i < 100; ++i) fire(block, i);
-  EXPECT_EQ(allocations(), before);
+  EXPECT_EQ(test::allocations(), before);
 }
 
 // ---- LOWPASS
@@ -464,9 +464,9 @@ TEST(MovingStatistics, RefuseASizeOutsideOfTheRange) {
 TEST(MovingStatistics, DoNotAllocate) {
   picard::Instance statistics(filters_library(), "MOVING_STATISTICS", milliseconds(1));
   statistics.ready();
-  const std::size_t before = allocations();
+  const std::size_t before = test::allocations();
   for (int i = 0; i < 300; ++i) take(statistics, i);
-  EXPECT_EQ(allocations(), before);
+  EXPECT_EQ(test::allocations(), before);
 }
 
 }  // namespace

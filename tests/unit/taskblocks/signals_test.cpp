@@ -17,7 +17,7 @@
 #include "picard/testing.h"
 #include "taskblocks/set.h"
 #include "taskblocks/signals/noise.h"
-#include "tests/unit/taskblocks/allocations.h"
+#include "tests/support/count_allocations.h"
 
 namespace plc::blocks {
 namespace {
@@ -516,7 +516,7 @@ TEST(SignalBlocks, DoNotAllocateInFire) {
       instance.port<picard::Text<16>>("IF_EXISTS") = std::string_view("REFUSE");
     }
     instance.ready();
-    const std::size_t before = allocations();
+    const std::size_t before = test::allocations();
     for (int cycle = 0; cycle < 5000; ++cycle) {
       if (block == "RECORDER") {
         instance.port<bool>("ARM") = cycle > 10;
@@ -524,7 +524,7 @@ TEST(SignalBlocks, DoNotAllocateInFire) {
       }
       instance.fire();
     }
-    EXPECT_EQ(allocations(), before) << block;
+    EXPECT_EQ(test::allocations(), before) << block;
   }
   unsetenv("PICARD_LOG_DIRECTORY");
   fs::remove_all(name);
