@@ -91,6 +91,8 @@ class Assembler {
       image_.blocks.push_back(std::move(block));
     } else if (word == "function") {
       image_.functions.push_back(line.text());
+    } else if (word == "queue") {
+      take_queue(line);
     } else if (word == "pou") {
       take_pou(line);
     } else if (word == "task") {
@@ -342,6 +344,16 @@ class Assembler {
     in_code_ = true;
   }
 
+  void take_queue(Line& line) {
+    ImageQueue& queue = image_.queues.emplace_back();
+    queue.name = line.text();
+    queue.type = line.index('t');
+    line.expect("capacity");
+    queue.capacity = line.number<std::uint32_t>();
+    if (line.accept("takes")) queue.takes = line.number<std::uint32_t>();
+    while (line.accept("puts")) queue.puts.push_back(line.number<std::uint32_t>());
+  }
+
   void take_task(Line& line) {
     close_pou();
     ImageTask& task = image_.tasks.emplace_back();
@@ -367,6 +379,13 @@ class Assembler {
       wire.block = line.number<std::uint32_t>();
       wire.input = line.number<std::uint32_t>();
       wire.source = line.number<std::uint32_t>();
+    } else if (word == "port") {
+      ImageQueuePort& port = pou.queue_ports.emplace_back();
+      port.block = line.number<std::uint32_t>();
+      port.port = line.text();
+      line.expect("queue");
+      port.queue = line.index('q');
+      port.takes = line.accept("takes");
     } else if (word == "debug") {
       take_debug(pou, line);
     } else if (word == "word") {
@@ -472,6 +491,8 @@ class Assembler {
         return line.index('b');
       case OperandKind::kFunction:
         return line.index('s');
+      case OperandKind::kQueue:
+        return line.index('q');
       case OperandKind::kGlobal:
       case OperandKind::kCount:
       case OperandKind::kImm:

@@ -100,6 +100,12 @@ class Disassembler {
       line("block {} {:#018x} t{}", quoted(block.name), block.layout_hash, block.type);
     }
     for (const std::string& function : image_.functions) line("function {}", quoted(function));
+    for (const ImageQueue& queue : image_.queues) {
+      put("queue {} t{} capacity {}", quoted(queue.name), queue.type, queue.capacity);
+      if (queue.takes != ImageQueue::kNoTask) put(" takes {}", queue.takes);
+      for (const std::uint32_t task : queue.puts) put(" puts {}", task);
+      out_ += '\n';
+    }
     for (const ImagePou& pou : image_.pous) put_pou(pou);
     for (const ImageTask& task : image_.tasks) {
       line("task {} period {} priority {} single {} body p{}", quoted(task.name), task.period_ns, task.priority,
@@ -229,6 +235,9 @@ class Disassembler {
     put_bytes("instance", pou.instance_type, pou.instance_initial);
     put_bytes("frame", pou.frame_type, pou.frame_initial);
     for (const ImageWire& wire : pou.wires) line("  wire {} {} {}", wire.block, wire.input, wire.source);
+    for (const ImageQueuePort& port : pou.queue_ports) {
+      line("  port {} {} queue q{}{}", port.block, quoted(port.port), port.queue, port.takes ? " takes" : "");
+    }
     roots_ = {image_.global_type, pou.instance_type, pou.frame_type, image_.const_type};
     find_labels(pou);
     std::size_t debug = 0;
@@ -384,6 +393,9 @@ class Disassembler {
       case OperandKind::kFunction:
         if (word < image_.functions.size()) comment_ = quoted(image_.functions[word]);
         return fmt::format("s{}", word);
+      case OperandKind::kQueue:
+        if (word < image_.queues.size()) comment_ = quoted(image_.queues[word].name);
+        return fmt::format("q{}", word);
       default:
         return fmt::format("{}", word);
     }

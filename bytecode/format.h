@@ -19,8 +19,8 @@ inline constexpr std::size_t kChecksumAt = 16;
 inline constexpr std::size_t kHeaderBytes = 24;
 inline constexpr std::size_t kSectionHeaderBytes = 12;
 
-enum class Section : std::uint32_t { kStrings = 1, kProject, kTypes, kTables, kPous, kLibrary, kTasks };
-inline constexpr std::uint32_t kSectionCount = 7;
+enum class Section : std::uint32_t { kStrings = 1, kProject, kTypes, kTables, kPous, kLibrary, kQueues, kTasks };
+inline constexpr std::uint32_t kSectionCount = 8;
 
 /// Longest text in the pool, bytes.
 inline constexpr std::uint32_t kMaxTextBytes = 65535;
@@ -34,10 +34,12 @@ inline constexpr std::size_t kFieldRecord = 14;
 inline constexpr std::size_t kAliasRecord = 8;
 inline constexpr std::size_t kMemberRecord = 12;
 inline constexpr std::size_t kGlobalRecord = 12;
-inline constexpr std::size_t kPouRecord = 33;
+inline constexpr std::size_t kPouRecord = 37;
 inline constexpr std::size_t kDebugRecord = 23;
 inline constexpr std::size_t kWireRecord = 12;
+inline constexpr std::size_t kQueuePortRecord = 13;
 inline constexpr std::size_t kBlockRecord = 16;
+inline constexpr std::size_t kQueueRecord = 20;
 inline constexpr std::size_t kTaskRecord = 24;
 
 // Bits of a field's flags.

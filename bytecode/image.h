@@ -1,4 +1,5 @@
-// Image: a compiled project as data. It may be wrong; only verify() makes a VerifiedImage, and the runtime takes nothing else.
+// Image: a compiled project as data. It may be wrong; only verify() makes a VerifiedImage, and the runtime takes
+// nothing else.
 //
 // In: made by codegen or load(). Out: save(), verify(), the disassembler. Every table has a typed map (types + a root
 // structure), and every operand names a typed leaf of it. Initial bytes are complete: string capacities are in place.
@@ -23,7 +24,7 @@
 
 namespace plc::bytecode {
 
-inline constexpr std::uint32_t kFormatVersion = 4;
+inline constexpr std::uint32_t kFormatVersion = 5;
 /// Nesting of CALL_POU / CALL_FN that an image may need.
 inline constexpr std::uint32_t kMaxCallDepth = 64;
 /// Loop iterations (LOOP_JUMP) one execution of a task may take unless plc.toml says otherwise.
@@ -56,16 +57,17 @@ struct ImageType {
   std::string name;                               ///< declared name, or empty
   std::uint32_t size = 0;                         ///< bytes
   std::uint32_t align = 1;
-  std::uint16_t capacity = 0;          ///< kString, characters
-  std::uint32_t element = 0;           ///< kArray element, kRef target (a kRef target may have any index; all others a lower one)
-  std::uint32_t count = 0;             ///< kArray elements
-  std::int64_t lower = 0;              ///< kArray: declared lower bound; kScalar with limits: smallest value
-  std::int64_t upper = 0;              ///< kScalar with limits: largest value
-  bool limited = false;                ///< kScalar: subrange or enumeration, outside values are refused
-  std::vector<std::string> members;    ///< kScalar enumerations: names in the order of member_values
+  std::uint16_t capacity = 0;  ///< kString, characters
+  std::uint32_t element =
+      0;                    ///< kArray element, kRef target (a kRef target may have any index; all others a lower one)
+  std::uint32_t count = 0;  ///< kArray elements
+  std::int64_t lower = 0;   ///< kArray: declared lower bound; kScalar with limits: smallest value
+  std::int64_t upper = 0;   ///< kScalar with limits: largest value
+  bool limited = false;     ///< kScalar: subrange or enumeration, outside values are refused
+  std::vector<std::string> members;  ///< kScalar enumerations: names in the order of member_values
   std::vector<std::int64_t> member_values;
-  std::vector<ImageField> fields;      ///< kStruct, ascending offsets
-  std::vector<ImageAlias> aliases;     ///< kStruct of instances, in declaration order
+  std::vector<ImageField> fields;   ///< kStruct, ascending offsets
+  std::vector<ImageAlias> aliases;  ///< kStruct of instances, in declaration order
 };
 
 struct DebugEntry {
@@ -73,12 +75,20 @@ struct DebugEntry {
   core::SourceRef at;
 };
 
-/// An input of a taskblock that is wired: the object reads the variable at the other end of the wire, and nothing is copied.
-/// Offsets are in the instance of the POU.
+/// An input of a taskblock that is wired: the object reads the variable at the other end of the wire, and nothing is
+/// copied. Offsets are in the instance of the POU.
 struct ImageWire {
   std::uint32_t block = 0;   ///< where the taskblock instance is
   std::uint32_t input = 0;   ///< field of its type
   std::uint32_t source = 0;  ///< where a value of exactly the field's type is, outside of the taskblock instance
+};
+
+/// A queue that a port of a taskblock is connected to.
+struct ImageQueuePort {
+  std::uint32_t block = 0;  ///< where the taskblock instance is, in the instance of the POU
+  std::string port;         ///< of the taskblock
+  std::uint32_t queue = 0;  ///< index into Image::queues
+  bool takes = false;       ///< elements out of the queue; else it puts them in
 };
 
 enum class PouKind : std::uint8_t { kProgram, kFunctionBlock, kFunction, kTask };
@@ -89,10 +99,12 @@ struct ImagePou {
   std::uint32_t instance_type = 0;  ///< a kStruct; functions: an empty one
   std::uint32_t frame_type = 0;     ///< a kStruct: parameters and locals of functions, VAR_TEMP, intermediate values
   std::vector<std::byte> instance_initial;  ///< instance_type's size: a fresh instance
-  std::vector<std::byte> frame_initial;     ///< frame_type's size: the frame at each call of a function, at start otherwise
+  std::vector<std::byte>
+      frame_initial;  ///< frame_type's size: the frame at each call of a function, at start otherwise
   std::vector<std::uint32_t> code;
-  std::vector<DebugEntry> debug;    ///< ascending words
-  std::vector<ImageWire> wires;     ///< no two of one input
+  std::vector<DebugEntry> debug;            ///< ascending words
+  std::vector<ImageWire> wires;             ///< no two of one input
+  std::vector<ImageQueuePort> queue_ports;  ///< no two of one port
 };
 
 /// First field of the instances of a taskblock: the number of the C++ object that belongs to it, while the image runs.
@@ -107,9 +119,20 @@ struct ImageBlock {
 
 /// A global variable: field of the global table plus what configuration and drivers need.
 struct ImageGlobal {
-  std::string list;     ///< "GVL", or empty
-  std::string address;  ///< "%IX0.0" as written, or empty
+  std::string list;           ///< "GVL", or empty
+  std::string address;        ///< "%IX0.0" as written, or empty
   std::uint32_t writers = 0;  ///< number of tasks that write it; 0 = inputs and constants, owned by the system
+};
+
+/// A queue between tasks: a ring for each task that puts, which one task takes from.
+struct ImageQueue {
+  std::string name;
+  std::uint32_t type = 0;           ///< of an element
+  std::uint32_t capacity = 0;       ///< elements, of each ring
+  std::vector<std::uint32_t> puts;  ///< tasks that put elements in or ask for space, ascending
+  std::uint32_t takes = kNoTask;    ///< the task that takes them out, or kNoTask
+
+  static constexpr std::uint32_t kNoTask = 0xffffffffu;
 };
 
 struct ImageTask {
@@ -117,16 +140,17 @@ struct ImageTask {
   std::int64_t period_ns = 0;  ///< 0 = freewheeling
   std::int32_t priority = 0;   ///< 0 is the highest
   std::string single;          ///< path of the BOOL global whose rising edge releases the task, or empty
-  std::uint32_t body = 0;      ///< POU of kind kTask: READ_N.., CALL_POU per program, WRITE_N..; its instance holds the program instances
+  std::uint32_t body =
+      0;  ///< POU of kind kTask: READ_N.., CALL_POU per program, WRITE_N..; its instance holds the program instances
 };
 
 struct Image {
   core::CompileOptions options;
   std::string project;
-  std::string product;  ///< "PICARD 0.1.0"
+  std::string product;             ///< "PICARD 0.1.0"
   std::vector<std::string> files;  ///< SourceRef::file indexes it
   std::vector<ImageType> types;
-  std::uint32_t global_type = 0;  ///< kStruct: the global table
+  std::uint32_t global_type = 0;     ///< kStruct: the global table
   std::vector<ImageGlobal> globals;  ///< parallel to the fields of global_type
   std::vector<std::byte> global_initial;
   std::uint32_t const_type = 0;  ///< kStruct: the constants
@@ -134,6 +158,7 @@ struct Image {
   std::vector<ImagePou> pous;
   std::vector<ImageBlock> blocks;
   std::vector<std::string> functions;  ///< stdlib keys, "ADD:DINT"
+  std::vector<ImageQueue> queues;
   std::vector<ImageTask> tasks;
 };
 
@@ -161,7 +186,8 @@ class VerifiedImage {
 /// Checks every rule of bytecode/rules.def. Reports each broken rule (P6xxx naming the V-rule) and returns nothing.
 std::optional<VerifiedImage> verify(Image image, core::Diagnostics& diagnostics);
 
-/// The leaf (scalar, string or reference) of `type` at byte `offset`, or nothing when the offset is not the start of one.
+/// The leaf (scalar, string or reference) of `type` at byte `offset`, or nothing when the offset is not the start of
+/// one.
 std::optional<std::uint32_t> leaf_at(const Image& image, std::uint32_t type, std::uint32_t offset);
 /// True when a value of exactly type `wanted` starts at byte `offset` of `type`.
 bool place_at(const Image& image, std::uint32_t type, std::uint32_t offset, std::uint32_t wanted);

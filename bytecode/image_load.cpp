@@ -46,6 +46,9 @@ class Loader {
       case Section::kLibrary:
         get_library(in);
         break;
+      case Section::kQueues:
+        get_queues(in);
+        break;
       case Section::kTasks:
         get_tasks(in);
         break;
@@ -203,6 +206,15 @@ class Loader {
         wire.input = in.get<std::uint32_t>();
         wire.source = in.get<std::uint32_t>();
       }
+      const std::uint32_t ports = in.count(format::kQueuePortRecord);
+      pou.queue_ports.reserve(ports);
+      for (std::uint32_t p = 0; p < ports && !in.failed(); ++p) {
+        ImageQueuePort& port = pou.queue_ports.emplace_back();
+        port.block = in.get<std::uint32_t>();
+        port.port = get_text(in);
+        port.queue = in.get<std::uint32_t>();
+        port.takes = get_bool(in);
+      }
     }
   }
 
@@ -218,6 +230,21 @@ class Loader {
     const std::uint32_t functions = in.count(4);
     image_.functions.reserve(functions);
     for (std::uint32_t i = 0; i < functions && !in.failed(); ++i) image_.functions.push_back(get_text(in));
+  }
+
+  void get_queues(ByteReader& in) {
+    const std::uint32_t n = in.count(format::kQueueRecord);
+    image_.queues.reserve(n);
+    for (std::uint32_t i = 0; i < n && !in.failed(); ++i) {
+      ImageQueue& queue = image_.queues.emplace_back();
+      queue.name = get_text(in);
+      queue.type = in.get<std::uint32_t>();
+      queue.capacity = in.get<std::uint32_t>();
+      const std::uint32_t tasks = in.count(4);
+      queue.puts.reserve(tasks);
+      for (std::uint32_t t = 0; t < tasks && !in.failed(); ++t) queue.puts.push_back(in.get<std::uint32_t>());
+      queue.takes = in.get<std::uint32_t>();
+    }
   }
 
   void get_tasks(ByteReader& in) {

@@ -22,12 +22,13 @@ class Saver {
   explicit Saver(const Image& image) : image_(image) {}
 
   std::vector<std::byte> run() {
-    ByteWriter project, types, tables, pous, library, tasks;
+    ByteWriter project, types, tables, pous, library, queues, tasks;
     put_project(project);
     put_types(types);
     put_tables(tables);
     put_pous(pous);
     put_library(library);
+    put_queues(queues);
     put_tasks(tasks);
     ByteWriter strings;
     strings.put(static_cast<std::uint32_t>(pool_.size()));
@@ -37,7 +38,9 @@ class Saver {
     }
 
     std::size_t bytes = 0;
-    for (const ByteWriter* part : {&strings, &project, &types, &tables, &pous, &library, &tasks}) bytes += part->size();
+    for (const ByteWriter* part : {&strings, &project, &types, &tables, &pous, &library, &queues, &tasks}) {
+      bytes += part->size();
+    }
     ByteWriter out;
     constexpr std::size_t kAllHeads = 256;
     out.bytes().reserve(bytes + kAllHeads);
@@ -51,6 +54,7 @@ class Saver {
     put_section(out, Section::kTables, tables);
     put_section(out, Section::kPous, pous);
     put_section(out, Section::kLibrary, library);
+    put_section(out, Section::kQueues, queues);
     put_section(out, Section::kTasks, tasks);
     reseal(out.bytes());
     return std::move(out.bytes());
@@ -162,6 +166,13 @@ class Saver {
         out.put(wire.input);
         out.put(wire.source);
       }
+      put_count(out, pou.queue_ports.size());
+      for (const ImageQueuePort& port : pou.queue_ports) {
+        out.put(port.block);
+        put_text(out, port.port);
+        out.put(port.queue);
+        out.put(static_cast<std::uint8_t>(port.takes));
+      }
     }
   }
 
@@ -174,6 +185,18 @@ class Saver {
     }
     put_count(out, image_.functions.size());
     for (const std::string& function : image_.functions) put_text(out, function);
+  }
+
+  void put_queues(ByteWriter& out) {
+    put_count(out, image_.queues.size());
+    for (const ImageQueue& queue : image_.queues) {
+      put_text(out, queue.name);
+      out.put(queue.type);
+      out.put(queue.capacity);
+      put_count(out, queue.puts.size());
+      for (const std::uint32_t task : queue.puts) out.put(task);
+      out.put(queue.takes);
+    }
   }
 
   void put_tasks(ByteWriter& out) {

@@ -28,6 +28,7 @@ constexpr OperandSpec type() { return {OperandKind::kType, 0}; }
 constexpr OperandSpec pou() { return {OperandKind::kPou, 0}; }
 constexpr OperandSpec block() { return {OperandKind::kBlock, 0}; }
 constexpr OperandSpec function() { return {OperandKind::kFunction, 0}; }
+constexpr OperandSpec queue() { return {OperandKind::kQueue, 0}; }
 constexpr OperandSpec global() { return {OperandKind::kGlobal, 0}; }
 constexpr OperandSpec count() { return {OperandKind::kCount, 0}; }
 constexpr OperandSpec imm() { return {OperandKind::kImm, 0}; }

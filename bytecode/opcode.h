@@ -2,11 +2,13 @@
 //
 // Code is a sequence of 32-bit words: the opcode word (opcode in the low 16 bits, number of list items in the high 16),
 // then one word per operand of the row, then the list, if the row has one:
-//   records()   count x 7 words: truth table, out, in0..in4 (out and in are BOOL leaves; unused inputs repeat in0 and the
+//   records()   count x 7 words: truth table, out, in0..in4 (out and in are BOOL leaves; unused inputs repeat in0 and
+//   the
 //               table ignores them)
 //   path()      count x 2 words: PathStep, then a field number, an element number from 0, or the leaf of an index
 //   std_args()  count words: the result leaf, then the arguments
-//   fn_args()   count x 2 words: variable index in the callee, leaf or place of the caller (inputs: read; outputs and the
+//   fn_args()   count x 2 words: variable index in the callee, leaf or place of the caller (inputs: read; outputs and
+//   the
 //               return value: written; in-outs: a REF leaf)
 // Larger lists are split into several instructions.
 #pragma once
@@ -57,6 +59,7 @@ enum class OperandKind : std::uint8_t {
   kRecords,     ///< no word of its own: the list of a BOOL_RUN
   kStdArgs,     ///< no word of its own: the list of a CALL_STD
   kFnArgs,      ///< no word of its own: the list of a CALL_FN
+  kQueue,       ///< index into Image::queues
 };
 struct OperandSpec {
   OperandKind kind = OperandKind::kIn;

@@ -49,6 +49,11 @@ struct PouFacts {
   std::uint64_t work = 0;  ///< words of one pass without loops and calls; copies count their bytes / 8
   std::vector<CallEdge> calls;
   std::vector<GlobalRange> exports;
+  struct QueueUse {
+    std::uint32_t queue = 0;
+    bool takes = false;
+  };
+  std::vector<QueueUse> queues;  ///< elements put or taken by its instructions and ports
 };
 
 /// Leaf maps of the tables' structures, made when first asked for.

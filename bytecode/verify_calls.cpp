@@ -22,6 +22,7 @@ class CallVerifier {
     follow_calls();
     for (const ImageTask& task : image_.tasks) check_task(task);
     if (report_.clean()) check_writers();
+    if (report_.clean()) check_queues();
     return deepest_;
   }
 
@@ -137,6 +138,43 @@ class CallVerifier {
       if (writers != 0 && fields[i].constant) {
         report_.broken(Rule::kV410, fmt::format("\"{}\" is exported", fields[i].name));
       }
+    }
+  }
+
+  /// Queues that the body and all it calls put into or take from.
+  void collect_queues(std::uint32_t pou, std::vector<bool>& seen, std::vector<bool>& puts, std::vector<bool>& takes) {
+    std::vector<std::uint32_t> open{pou};
+    seen[pou] = true;
+    while (!open.empty()) {
+      const PouFacts& facts = facts_[open.back()];
+      open.pop_back();
+      for (const PouFacts::QueueUse& use : facts.queues) (use.takes ? takes : puts)[use.queue] = true;
+      for (const CallEdge& call : facts.calls) {
+        if (!seen[call.callee]) open.push_back(call.callee);
+        seen[call.callee] = true;
+      }
+    }
+  }
+
+  void check_queues() {
+    const std::size_t queues = image_.queues.size();
+    if (queues == 0) return;
+    std::vector<ImageQueue> found(queues);
+    for (std::uint32_t task = 0; task < image_.tasks.size() && !report_.full(); ++task) {
+      std::vector<bool> seen(image_.pous.size()), puts(queues), takes(queues);
+      collect_queues(image_.tasks[task].body, seen, puts, takes);
+      for (std::size_t q = 0; q < queues; ++q) {
+        if (puts[q]) found[q].puts.push_back(task);
+        if (!takes[q]) continue;
+        if (found[q].takes != ImageQueue::kNoTask) {
+          report_.broken(Rule::kV417, fmt::format("tasks {} and {} take from queue {}", found[q].takes, task, q));
+        }
+        found[q].takes = task;
+      }
+    }
+    for (std::size_t q = 0; q < queues && !report_.full(); ++q) {
+      if (found[q].puts == image_.queues[q].puts && found[q].takes == image_.queues[q].takes) continue;
+      report_.broken(Rule::kV417, fmt::format("queue {} (\"{}\")", q, image_.queues[q].name));
     }
   }
 

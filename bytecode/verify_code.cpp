@@ -49,6 +49,7 @@ class CodeVerifier {
       merge_calls();
     }
     check_debug();
+    for (const ImageQueuePort& port : pou_.queue_ports) facts_.queues.push_back({port.queue, port.takes});
   }
 
  private:
@@ -208,6 +209,9 @@ class CodeVerifier {
         if (word >= functions_.size()) return broken(Rule::kV310, fmt::format("function {}", word));
         here_.function = functions_[word];
         return;
+      case OperandKind::kQueue:
+        check_queue(word);
+        return;
       case OperandKind::kGlobal:
         if (pou_.kind != PouKind::kTask) broken(Rule::kV408, fmt::format("{} in {}", op.mnemonic, pou_.name));
         here_.first_global = word;
@@ -224,6 +228,15 @@ class CodeVerifier {
       case OperandKind::kFnArgs:
         return;
     }
+  }
+
+  void check_queue(std::uint32_t queue) {
+    if (queue >= image_.queues.size()) return broken(Rule::kV318, fmt::format("queue {}", queue));
+    const auto opcode = static_cast<Opcode>(opcode_of(code_[here_.word]));
+    if (opcode != Opcode::kQueueCount) facts_.queues.push_back({queue, opcode == Opcode::kQueueGet});
+    if (here_.type == kNone || same_type(image_, image_.queues[queue].type, here_.type)) return;
+    broken(Rule::kV318,
+           fmt::format("type {}, elements of queue {} have type {}", here_.type, queue, image_.queues[queue].type));
   }
 
   static std::string_view space_name(Space space) {

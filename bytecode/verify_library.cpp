@@ -55,12 +55,18 @@ bool is_taskblock_type(const Image& image, std::uint32_t type) {
 
 namespace {
 
-bool is_wire(const Image& image, const ImagePou& pou, const ImageWire& wire) {
+/// The taskblock of which an instance begins at `offset` of the POU's instance, or null.
+const ImageBlock* taskblock_at(const Image& image, const ImagePou& pou, std::uint32_t offset) {
   const auto block = std::find_if(image.blocks.begin(), image.blocks.end(), [&](const ImageBlock& b) {
     return stdlib::block_named(b.name) == nullptr && b.type < image.types.size() &&
-           place_at(image, pou.instance_type, wire.block, b.type);
+           place_at(image, pou.instance_type, offset, b.type);
   });
-  if (block == image.blocks.end()) return false;
+  return block == image.blocks.end() ? nullptr : &*block;
+}
+
+bool is_wire(const Image& image, const ImagePou& pou, const ImageWire& wire) {
+  const ImageBlock* const block = taskblock_at(image, pou, wire.block);
+  if (block == nullptr) return false;
   const ImageType& type = image.types[block->type];
   if (wire.input >= type.fields.size() || type.fields[wire.input].role != FieldRole::kInput) return false;
   const std::uint64_t end = std::uint64_t{wire.block} + type.size;
@@ -73,6 +79,16 @@ bool is_wire(const Image& image, const ImagePou& pou, const ImageWire& wire) {
 
 void verify_library(const Image& image, Report& report) {
   for (const ImagePou& pou : image.pous) {
+    for (std::size_t i = 0; i < pou.queue_ports.size(); ++i) {
+      if (report.full()) return;
+      const ImageQueuePort& port = pou.queue_ports[i];
+      const bool twice =
+          std::any_of(pou.queue_ports.begin(), pou.queue_ports.begin() + static_cast<std::ptrdiff_t>(i),
+                      [&port](const ImageQueuePort& p) { return p.block == port.block && p.port == port.port; });
+      if (twice || port.queue >= image.queues.size() || taskblock_at(image, pou, port.block) == nullptr) {
+        report.broken(Rule::kV508, fmt::format("{}, port \"{}\"", pou.name, port.port));
+      }
+    }
     for (std::size_t i = 0; i < pou.wires.size(); ++i) {
       if (report.full()) return;
       const ImageWire& wire = pou.wires[i];

@@ -1,7 +1,9 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <limits>
 
 #include "bytecode/verifier.h"
@@ -67,6 +69,7 @@ class TableVerifier {
                                               image_.types[image_.global_type].fields.size()));
     }
     check_memory();
+    check_queues();
   }
 
  private:
@@ -170,6 +173,21 @@ class TableVerifier {
       total += common + instance;
     }
     if (total > kMaxTotalBytes) report_.broken(Rule::kV209, fmt::format("the tasks need {} bytes", total));
+  }
+
+  void check_queues() {
+    const auto task_exists = [this](std::uint32_t task) { return task < image_.tasks.size(); };
+    for (std::size_t q = 0; q < image_.queues.size() && !report_.full(); ++q) {
+      const ImageQueue& queue = image_.queues[q];
+      const bool sound =
+          queue.type < image_.types.size() && queue.capacity != 0 &&
+          std::uint64_t{image_.types[queue.type].size} * queue.capacity <=
+              kMaxTableBytes / std::max<std::size_t>(queue.puts.size(), 1) &&
+          (queue.takes == ImageQueue::kNoTask || task_exists(queue.takes)) &&
+          std::all_of(queue.puts.begin(), queue.puts.end(), task_exists) &&
+          std::adjacent_find(queue.puts.begin(), queue.puts.end(), std::greater_equal<>()) == queue.puts.end();
+      if (!sound) report_.broken(Rule::kV211, fmt::format("queue {} (\"{}\")", q, queue.name));
+    }
   }
 
   struct Plan {

@@ -7,6 +7,7 @@
 #include "frontend-fbd/ports.h"
 #include "frontend-st/text.h"
 #include "ir/generic.h"
+#include "ir/queues.h"
 
 namespace plc::fbd {
 namespace {
@@ -67,7 +68,8 @@ Drawing::Drawing(ir::Builder& builder, const Graph& graph, const Sequence& seque
 
 bool Drawing::is_missing(const plcopen::Element& e) {
   return !e.has_code && builder_.module().pou_by_name.count(e.text) == 0 && stdlib::block_named(e.text) == nullptr &&
-         !stdlib::is_function(e.text) && !is_delay(e) && !ir::array_bound_named(e.text);
+         !stdlib::is_function(e.text) && !is_delay(e) && !ir::array_bound_named(e.text) &&
+         !ir::queue_function_named(e.text);
 }
 
 std::span<const Input> Drawing::inputs(NodeId node) const {

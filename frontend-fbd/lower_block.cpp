@@ -9,6 +9,7 @@
 #include "frontend-fbd/ports.h"
 #include "frontend-st/text.h"
 #include "ir/generic.h"
+#include "ir/queues.h"
 
 namespace plc::fbd {
 
@@ -152,10 +153,15 @@ struct BlockLowering {
       }
     }
     good = all_in_outs_wired(ports, in_outs) && good;
+    for (const auto& [port, place] : in_outs) {
+      if (port->queue) good = ir::connect_queue(b, instance, port->index, place, e.at, name_of(*port)) && good;
+    }
     if (!good) return poison();
 
     open(false);
-    for (const auto& [port, place] : in_outs) b.store(b.field(instance, port->index), b.make_ref(place));
+    for (const auto& [port, place] : in_outs) {
+      if (!port->queue) b.store(b.field(instance, port->index), b.make_ref(place));
+    }
     for (const Assignment& a : assignments) {
       b.assign_input(instance, a.port->index, a.in.operand,
                      "input \"" + std::string(a.port->name) + "\" of " + title());
@@ -230,8 +236,12 @@ struct BlockLowering {
     return find_port(ports, Direction::kInOut, {}, static_cast<std::size_t>(input.pin - e.in_outs.data()));
   }
 
+  [[nodiscard]] std::string name_of(const Port& port) const {
+    return "in-out \"" + std::string(port.name) + "\" of " + title();
+  }
+
   std::optional<PlaceId> in_out_place(const Input& input, const Port& port) {
-    const std::string what = "in-out \"" + std::string(port.name) + "\" of " + title();
+    const std::string what = name_of(port);
     std::optional<PlaceId> place;
     if (input.wire_count == 1) place = d.place_behind(d.graph().wires[input.first_wire].from);
     if (input.wire_count == 0 && !input.pin->expression.empty()) {
@@ -247,6 +257,7 @@ struct BlockLowering {
                "copy the part to a variable of its own");
       return std::nullopt;
     }
+    if (port.queue) return place;  // its own check follows
     if (b.type_of(*place) != port.type) {
       b.report(Code::P3007, input.pin->at,
                what + " has type " + b.module().types.name_of(port.type) + ", the variable wired to it has type " +
@@ -286,6 +297,7 @@ struct BlockLowering {
       if (!d.has_reader(out)) continue;
       const Port* port = find_port(ports, Direction::kInOut, e.in_outs[i].name, i);
       const PlaceId place = wired_to(wired, port);
+      if (place.valid() && port->queue) continue;  // who reads the right side finds the queue on the left
       if (place.valid()) {
         d.publish(out, b.load(place), enable.value_or(ValueId{}));
       } else {
@@ -369,6 +381,24 @@ struct BlockLowering {
     publish_eno();
   }
 
+  /// QUEUE_PUT and its like: the function made for the queue that is wired to QUEUE.
+  void lower_queue_function(ir::QueueFunction function) {
+    Port queue{"QUEUE", {}, Direction::kInOut, 0, {}, true};
+    std::optional<PlaceId> place;
+    for (const Input& input : d.inputs(node)) {
+      if (!is_named(queue, input.pin->name)) continue;
+      place = in_out_place(input, queue);
+      if (!place) return poison();
+    }
+    if (!place) {
+      b.report(Code::P3012, e.at, name_of(queue) + " is not drawn", "wire it to the global array that is the queue");
+      return poison();
+    }
+    const auto made = ir::queue_function(b, function, *place, e.at, name_of(queue));
+    if (!made) return poison();
+    lower_function_pou(*made);
+  }
+
   void lower_function_pou(std::uint32_t pou_index) {
     if (b.module().pous[pou_index].generic) {
       const auto made = function_for(pou_index);
@@ -414,7 +444,7 @@ struct BlockLowering {
       if (value) args.push_back({ir::CallArg::Kind::kInput, w.port->index, *value, {}});
     }
     for (const auto& [port, place] : in_outs) {
-      args.push_back({ir::CallArg::Kind::kInOut, port->index, b.make_ref(place), {}});
+      if (!port->queue) args.push_back({ir::CallArg::Kind::kInOut, port->index, b.make_ref(place), {}});
     }
     std::vector<std::pair<std::uint16_t, PlaceId>> outputs;
     std::optional<std::uint16_t> result_pin;
@@ -652,6 +682,7 @@ struct BlockLowering {
     if (is_block) return lower_block_instance();
     if (is_delay(e)) return d.lower_delay(node);
     if (const auto bound = ir::array_bound_named(e.text)) return lower_array_bound(*bound);
+    if (const auto queue = ir::queue_function_named(e.text)) return lower_queue_function(*queue);
     if (const stdlib::BundleSpec* bundle = stdlib::bundle_named(e.text)) return lower_bundle(*bundle);
     lower_standard_function();
   }

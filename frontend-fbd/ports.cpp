@@ -17,6 +17,7 @@ std::optional<Direction> direction_of(ir::Role role) {
     case ir::Role::kReturnValue:
       return Direction::kOutput;
     case ir::Role::kInOut:
+    case ir::Role::kQueue:
       return Direction::kInOut;
     default:
       return std::nullopt;
@@ -28,8 +29,8 @@ void add_pou_ports(const ir::Module& module, const ir::Pou& pou, std::vector<Por
     const ir::Variable& v = pou.variables[i];
     const auto direction = direction_of(v.role);
     if (!direction) continue;
-    const ir::TypeRef type = *direction == Direction::kInOut ? module.types[v.type].element : v.type;
-    const Port port{v.name, {}, *direction, i, type};
+    const ir::TypeRef type = v.role == ir::Role::kInOut ? module.types[v.type].element : v.type;
+    const Port port{v.name, {}, *direction, i, type, v.role == ir::Role::kQueue};
     if (v.role == ir::Role::kReturnValue) {
       ports.insert(ports.begin(), port);
     } else {

@@ -17,6 +17,7 @@ struct Port {
   stdlib::Direction direction = stdlib::Direction::kInput;
   std::uint32_t index = 0;  ///< field of the instance, or variable of the POU
   ir::TypeRef type{};       ///< for in-outs the type referred to
+  bool queue = false;       ///< an in-out that names a queue
 };
 
 /// Inputs, outputs and in-outs of an instance type (standard block or POU), in declared order.

@@ -284,14 +284,20 @@ void Declarer::declare_variable(std::uint32_t pou_index, const plcopen::Variable
       return;
     }
   } else {
-    open_allowed_ = in_function && (out.role == Role::kInput || out.role == Role::kInOut);
+    const bool is_taskblock = project_.pous[pou_index].taskblock != 0;
+    open_allowed_ = (in_function && (out.role == Role::kInput || out.role == Role::kInOut)) ||
+                    (is_taskblock && out.role == Role::kInOut);
     const auto type = resolve(variable.type, owner);
     open_allowed_ = false;
     if (!type) {
       module_.pous[pou_index].refused.insert(variable.name);
       return;
     }
-    if (types()[*type].open) module_.pous[pou_index].generic = true;
+    if (is_taskblock && types()[*type].open) {
+      out.role = Role::kQueue;
+    } else if (types()[*type].open) {
+      module_.pous[pou_index].generic = true;
+    }
     out.type = *type;
     out.in_frame = in_function || out.role == Role::kTemp;
     if (in_function && variable.section == Section::kInstance) {

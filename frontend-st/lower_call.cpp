@@ -3,6 +3,7 @@
 
 #include "core/text.h"
 #include "frontend-st/lowering.h"
+#include "ir/queues.h"
 #include "ir/reach.h"
 #include "stdlib/specials.h"
 
@@ -25,7 +26,7 @@ std::vector<Lowering::Parameter> Lowering::parameters_of_pou(std::uint32_t pou) 
   const std::vector<ir::Variable>& variables = builder_.module().pous[pou].variables;
   for (std::uint32_t i = 0; i < variables.size(); ++i) {
     const ir::Variable& v = variables[i];
-    if (v.role != Role::kInput && v.role != Role::kOutput && v.role != Role::kInOut) continue;
+    if (v.role != Role::kInput && v.role != Role::kOutput && v.role != Role::kInOut && v.role != Role::kQueue) continue;
     const TypeRef type = v.role == Role::kInOut ? types()[v.type].element : v.type;
     out.push_back({v.name, v.role, i, type, {}});
   }
@@ -171,7 +172,7 @@ bool Lowering::all_in_outs_given(NodeId call, const std::vector<Parameter>& para
   for (const Bound& bound : arguments.bound) given[bound.parameter] = true;
   bool fine = true;
   for (std::size_t i = 0; i < parameters.size(); ++i) {
-    if (given[i] || parameters[i].role != Role::kInOut) continue;
+    if (given[i] || (parameters[i].role != Role::kInOut && parameters[i].role != Role::kQueue)) continue;
     report(Code::P4010, at(call),
            "in-out " + quoted(parameters[i].name) + " of " + std::string(callee) + " is not given");
     fine = false;
@@ -227,6 +228,7 @@ std::optional<Operand> Lowering::call(NodeId id, Expected expected, bool as_stat
     return call_function(id, pou->second, as_statement);
   }
   if (const auto bound = ir::array_bound_named(name)) return call_array_bound(id, *bound);
+  if (const auto function = ir::queue_function_named(name)) return call_queue(id, *function, as_statement);
   // A variable called like a standard function ("Limit", "Max") does not hide it where it is called.
   if (!stdlib::overloads_named(name).empty()) return call_standard(id, name, expected);
   if (const stdlib::BundleSpec* bundle = stdlib::bundle_named(name)) return call_bundle(id, *bundle, as_statement);
@@ -378,6 +380,26 @@ std::optional<Operand> Lowering::call_array_bound(NodeId id, ir::ArrayBound boun
   auto result = ir::array_bound(builder_, bound, builder_.type_of(*array), *dimension, at(id));
   if (result) result->text = std::string(text(id));
   return result;
+}
+
+// QUEUE_PUT(queue, value), QUEUE_GET(queue, OUT => value), QUEUE_COUNT(queue), QUEUE_SPACE(queue): calls of the
+// function that is made for this queue.
+std::optional<Operand> Lowering::call_queue(NodeId id, ir::QueueFunction function, bool as_statement) {
+  NodeId queue = kNoNode;
+  for (NodeId argument = node(id).b; argument != kNoNode && queue == kNoNode; argument = node(argument).next) {
+    const bool named = node(argument).argument != ArgumentKind::kPositional;
+    if (!named || core::iequals(name_text(argument), "QUEUE")) queue = argument;
+  }
+  const std::string what = "in-out \"QUEUE\" of " + std::string(name_text(node(id).a));
+  if (queue == kNoNode) {
+    report(Code::P4010, at(id), what + " is not given", "name the global array that is the queue");
+    return std::nullopt;
+  }
+  const auto where = place(node(queue).a, true);
+  if (!where) return std::nullopt;
+  const auto made = ir::queue_function(builder_, function, *where, at(queue), what);
+  if (!made) return std::nullopt;
+  return call_function(id, *made, as_statement);
 }
 
 // Looks at the arrays that a call of a generic function passes, and gives the function made for them. What was lowered
@@ -543,6 +565,8 @@ std::optional<Operand> Lowering::call_function(NodeId id, std::uint32_t pou, boo
       }
       arg.kind = ir::CallArg::Kind::kInput;
       arg.value = *converted;
+    } else if (parameter.role == Role::kQueue) {
+      continue;  // the function is made for it
     } else if (parameter.role == Role::kInOut) {
       const auto known = given.places.find(bound.argument);
       const auto handle =
@@ -622,7 +646,6 @@ bool Lowering::call_block(NodeId id) {
   for (const Bound& bound : arguments.bound) {
     const Parameter& parameter = parameters[bound.parameter];
     const NodeId written = node(bound.argument).a;
-    const PlaceId port = builder_.field(*instance, parameter.index);
     if (parameter.role == Role::kInput) {
       const auto given = value(written, parameter.type);
       fine = given &&
@@ -632,7 +655,13 @@ bool Lowering::call_block(NodeId id) {
     } else if (parameter.role == Role::kInOut) {
       const auto handle = in_out(written, parameter, name);
       fine = fine && handle;
-      if (handle) builder_.store(port, *handle);
+      if (handle) builder_.store(builder_.field(*instance, parameter.index), *handle);
+    } else if (parameter.role == Role::kQueue) {
+      const auto queue = place(written, true);
+      fine = queue &&
+             ir::connect_queue(builder_, *instance, parameter.index, *queue, at(written),
+                               "in-out " + quoted(parameter.name) + " of " + name) &&
+             fine;
     }
   }
   fine = all_in_outs_given(id, parameters, arguments, name) && fine;

@@ -137,6 +137,7 @@ class Lowering {
   std::optional<std::uint32_t> function_for(NodeId id, std::uint32_t pou, const Arguments& arguments,
                                             const std::vector<Parameter>& parameters, Given& given);
   std::optional<ir::Operand> call_array_bound(NodeId id, ir::ArrayBound bound);
+  std::optional<ir::Operand> call_queue(NodeId id, ir::QueueFunction function, bool as_statement);
   std::optional<ir::Operand> call_standard(NodeId id, std::string_view name, Expected expected);
   std::optional<ir::Operand> call_bundle(NodeId id, const stdlib::BundleSpec& bundle, bool as_statement);
   std::optional<ir::Operand> take_reference(NodeId id);

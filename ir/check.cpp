@@ -7,6 +7,7 @@
 #include <unordered_set>
 #include <vector>
 
+#include "ir/queues.h"
 #include "ir/reach.h"
 
 namespace plc::ir {
@@ -183,6 +184,7 @@ bool check(const Module& module, core::Diagnostics& diagnostics) {
   if (!diagnostics.has_errors()) {
     for (const Pou& pou : module.pous) check_labels(pou, diagnostics);
   }
+  if (diagnostics.error_count() == before) check_queues(module, diagnostics);
   if (diagnostics.error_count() == before) check_writers(module, diagnostics);
   return diagnostics.error_count() == before;
 }

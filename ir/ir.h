@@ -1,6 +1,6 @@
-// The typed IR: what is computed, however it was drawn. One Module per compilation; one linear Body per POU, in execution
-// order. A value is the result of one instruction, computed once, at its place, from the variables as they are then; it
-// never changes afterwards (docs/guides/execution-order.md).
+// The typed IR: what is computed, however it was drawn. One Module per compilation; one linear Body per POU, in
+// execution order. A value is the result of one instruction, computed once, at its place, from the variables as they
+// are then; it never changes afterwards (docs/guides/execution-order.md).
 //
 // In: built by the front ends through ir/builder.h. Out: ir::check, then bytecode/codegen. Does not belong here: XML,
 // offsets (code generation lays out memory), overload lists (stdlib).
@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <unordered_map>
 #include <unordered_set>
@@ -43,19 +44,19 @@ struct PlaceId {
 /// A place in memory: a root, or a field or element of another place. Interned: equal places have equal ids.
 struct Place {
   enum class Kind : std::uint8_t {
-    kGlobal,    ///< Module::globals[index]
-    kInstance,  ///< variable `index` of the POU, in the instance
-    kFrame,     ///< variable `index` of the POU, in the frame (functions; VAR_TEMP)
-    kDeref,     ///< what the reference value `index` (a ValueId) points at
-    kField,     ///< field `index` of `parent`: struct field, block port, or variable of a function block instance
-    kElement,   ///< element `index` (0-based) of array `parent`
-    kElementAt, ///< element of array `parent` at the value `index` (a ValueId) of any integer or bit string type, lower
-                ///< bound included. Outside the bounds: reads give the type's zero value, writes do nothing, handles are
-                ///< null, runs do not happen; each access is one event
-    kPart,      ///< the part of integer or bit string `parent` that begins at bit `index` (w.3, w.%B1). Only the builder
-                ///< sees it: loads and stores of it become kExtract and kInsert
-    kCharacter, ///< character of string `parent` at position `index` (a ValueId of an integer type, from 1). Only the
-                ///< builder sees it: loads and stores of it become calls of MID and REPLACE
+    kGlobal,     ///< Module::globals[index]
+    kInstance,   ///< variable `index` of the POU, in the instance
+    kFrame,      ///< variable `index` of the POU, in the frame (functions; VAR_TEMP)
+    kDeref,      ///< what the reference value `index` (a ValueId) points at
+    kField,      ///< field `index` of `parent`: struct field, block port, or variable of a function block instance
+    kElement,    ///< element `index` (0-based) of array `parent`
+    kElementAt,  ///< element of array `parent` at the value `index` (a ValueId) of any integer or bit string type,
+                 ///< lower bound included. Outside the bounds: reads give the type's zero value, writes do nothing,
+                 ///< handles are null, runs do not happen; each access is one event
+    kPart,  ///< the part of integer or bit string `parent` that begins at bit `index` (w.3, w.%B1). Only the builder
+            ///< sees it: loads and stores of it become kExtract and kInsert
+    kCharacter,  ///< character of string `parent` at position `index` (a ValueId of an integer type, from 1). Only the
+                 ///< builder sees it: loads and stores of it become calls of MID and REPLACE
   };
   Kind kind = Kind::kGlobal;
   std::uint32_t index = 0;
@@ -73,29 +74,29 @@ struct Constant {
 
 // Instructions. a, b, c by op; a value operand is a ValueId index, a place a PlaceId index.
 enum class Op : std::uint8_t {
-  kConst,      ///< value := constants[a]
-  kLoad,       ///< value := place a
-  kStore,      ///< place a := value b (equal types, or STRING of any capacity)
-  kCopy,       ///< place a := place b, aggregates of equal type
-  kAnd,        ///< BOOL value := a AND b      (And, Or, Xor, Not on BOOL have ops of their own: they become look-ups)
-  kOr,         ///< BOOL value := a OR b
-  kXor,        ///< BOOL value := a XOR b
-  kNot,        ///< BOOL value := NOT a
-  kCall,       ///< value := functions[a](args[b .. b+count)), a standard function
-  kCallPou,    ///< value := function POU a; args[b .. b+count): one per CallArg, see Body::call_args
-  kRun,        ///< runs the function block instance at place a (standard block or POU)
-  kLabel,      ///< label a stands here
-  kJump,       ///< to label a
-  kJumpIf,     ///< to label a when BOOL value b
-  kJumpIfNot,  ///< to label a unless BOOL value b
-  kReturn,     ///< ends the body
-  kClearEvent, ///< forgets events
-  kEno,        ///< BOOL value := no event since the last kClearEvent
-  kMakeRef,    ///< REF value := handle of place a
-  kExtract,    ///< value := the part of its type that begins at bit b of value a
-  kInsert,     ///< value := value a with the part that begins at bit `count` replaced by value b
-  kSameRef,    ///< BOOL value := reference values a and b refer to one variable, or both to none
-  kRange,      ///< value of a subrange := value a of its base, outside the limits the nearest of them with an event
+  kConst,       ///< value := constants[a]
+  kLoad,        ///< value := place a
+  kStore,       ///< place a := value b (equal types, or STRING of any capacity)
+  kCopy,        ///< place a := place b, aggregates of equal type
+  kAnd,         ///< BOOL value := a AND b      (And, Or, Xor, Not on BOOL have ops of their own: they become look-ups)
+  kOr,          ///< BOOL value := a OR b
+  kXor,         ///< BOOL value := a XOR b
+  kNot,         ///< BOOL value := NOT a
+  kCall,        ///< value := functions[a](args[b .. b+count)), a standard function
+  kCallPou,     ///< value := function POU a; args[b .. b+count): one per CallArg, see Body::call_args
+  kRun,         ///< runs the function block instance at place a (standard block or POU)
+  kLabel,       ///< label a stands here
+  kJump,        ///< to label a
+  kJumpIf,      ///< to label a when BOOL value b
+  kJumpIfNot,   ///< to label a unless BOOL value b
+  kReturn,      ///< ends the body
+  kClearEvent,  ///< forgets events
+  kEno,         ///< BOOL value := no event since the last kClearEvent
+  kMakeRef,     ///< REF value := handle of place a
+  kExtract,     ///< value := the part of its type that begins at bit b of value a
+  kInsert,      ///< value := value a with the part that begins at bit `count` replaced by value b
+  kSameRef,     ///< BOOL value := reference values a and b refer to one variable, or both to none
+  kRange,       ///< value of a subrange := value a of its base, outside the limits the nearest of them with an event
 };
 inline constexpr std::size_t kOpCount = 23;
 
@@ -126,16 +127,26 @@ struct CallArg {
 
 struct Body {
   std::vector<Inst> insts;
-  std::vector<ValueId> args;        ///< operands of kCall
-  std::vector<CallArg> call_args;   ///< operands of kCallPou
+  std::vector<ValueId> args;       ///< operands of kCall
+  std::vector<CallArg> call_args;  ///< operands of kCallPou
   std::vector<Place> places;
   std::vector<Constant> constants;
-  std::vector<SourceRef> sources;   ///< one per element, shared by its instructions
+  std::vector<SourceRef> sources;  ///< one per element, shared by its instructions
   std::vector<const stdlib::Overload*> functions;
   std::uint32_t label_count = 0;
 };
 
-enum class Role : std::uint8_t { kInput, kOutput, kInOut, kLocal, kTemp, kExternal, kReturnValue, kHidden };
+enum class Role : std::uint8_t {
+  kInput,
+  kOutput,
+  kInOut,
+  kLocal,
+  kTemp,
+  kExternal,
+  kReturnValue,
+  kHidden,
+  kQueue,  ///< an end of a queue, which callers name like an in-out: no memory, bound when the project is compiled
+};
 
 /// One element of an initial value: `path` leads from the variable to a scalar (field or 0-based element indices).
 struct InitItem {
@@ -143,7 +154,8 @@ struct InitItem {
   Constant value;
 };
 
-/// A reference that is made when its variable is first used: `path` leads from the variable to it, `text` is the expression.
+/// A reference that is made when its variable is first used: `path` leads from the variable to it, `text` is the
+/// expression.
 struct ReferenceInit {
   std::vector<std::uint32_t> path;
   std::string text;
@@ -151,16 +163,16 @@ struct ReferenceInit {
 };
 
 struct Variable {
-  std::string name;    ///< as declared; hidden ones have a name with a '#', which no source can spell
-  TypeRef type{};      ///< kInOut: a reference to the declared type
+  std::string name;  ///< as declared; hidden ones have a name with a '#', which no source can spell
+  TypeRef type{};    ///< kInOut: a reference to the declared type; kQueue: the array, of a taskblock ARRAY [*]
   Role role = Role::kLocal;
   bool in_frame = false;  ///< lives in the frame (all variables of functions, VAR_TEMP), else in the instance
-  bool constant = false;
+  bool constant = false;  ///< kQueue: elements are taken out of it, not put into it
   bool retain = false;
   bool persistent = false;
-  std::string address;           ///< located: "%IX0.0" as written; or empty
-  std::uint32_t global = 0;      ///< kExternal: index into Module::globals
-  std::vector<InitItem> initial; ///< overrides of the type's defaults
+  std::string address;                    ///< located: "%IX0.0" as written; or empty
+  std::uint32_t global = 0;               ///< kExternal: index into Module::globals
+  std::vector<InitItem> initial;          ///< overrides of the type's defaults
   std::vector<ReferenceInit> references;  ///< initial values REF(x): tables hold no handles before a task runs
   /// kInput with R_EDGE or F_EDGE: the hidden BOOL that the POU's own body reads by this name; else kNoEdge.
   std::uint32_t edge = kNoEdge;
@@ -171,11 +183,27 @@ struct Variable {
 
 struct Global {
   Variable variable;
-  std::string list;  ///< name of its list for qualified access ("GVL"), or empty
+  std::string list;           ///< name of its list for qualified access ("GVL"), or empty
   bool from_library = false;  ///< brought by --lib: lint does not look at it
+  bool queue = false;  ///< an array that a queue function or port names: a queue of its elements, and no variable
 };
 
-/// The hidden UDINT at the start of each instance of a taskblock: which object belongs to it, set when the image is loaded.
+/// The functions of queues (ir/queues.h).
+enum class QueueFunction : std::uint8_t { kPut, kGet, kCount, kSpace };
+/// A function made for one queue; it has no body, code generation writes its one instruction.
+struct QueueCall {
+  QueueFunction function = QueueFunction::kPut;
+  std::uint32_t global = 0;  ///< the queue, into Module::globals
+};
+/// A queue that is named at a port of a taskblock instance.
+struct QueuePort {
+  PlaceId instance{};          ///< known before the program runs: a variable of the POU's instance, or part of one
+  std::uint32_t variable = 0;  ///< the port, of role kQueue, into the taskblock's variables
+  std::uint32_t global = 0;    ///< the queue
+};
+
+/// The hidden UDINT at the start of each instance of a taskblock: which object belongs to it, set when the image is
+/// loaded.
 inline constexpr const char* kObjectName = "#object";
 
 enum class PouKind : std::uint8_t { kProgram, kFunctionBlock, kFunction };
@@ -188,19 +216,23 @@ struct Pou {
   std::vector<Variable> variables;
   std::unordered_map<std::string, std::uint32_t, core::NameHash, core::NameEqual> by_name;  ///< into variables
   Body body;
-  bool compiled = false;  ///< a front end lowered its body without error
-  bool stub = false;      ///< --stub-missing: does nothing
+  bool compiled = false;      ///< a front end lowered its body without error
+  bool stub = false;          ///< --stub-missing: does nothing
   bool from_library = false;  ///< brought by --lib: lint does not look at it
   /// Names whose declaration was reported as wrong: their uses are no errors of their own.
   NameSet refused = {};
-  /// A component in C++: hash of its declaration, and no body; 0 = it is none. Its constant inputs are configuration ports,
-  /// and a hidden variable says which object belongs to an instance.
+  /// A component in C++: hash of its declaration, and no body; 0 = it is none. Its constant inputs are configuration
+  /// ports, and a hidden variable says which object belongs to an instance.
   std::uint64_t taskblock = 0;
-  bool generic = false;   ///< has parameters ARRAY [*]: calls call what is made from it (generic.h), and it has no body itself
+  std::vector<QueuePort> queue_ports = {};  ///< of taskblocks that the body runs
+  std::optional<QueueCall> queue_call = {};
+  bool generic =
+      false;  ///< has parameters ARRAY [*]: calls call what is made from it (generic.h), and it has no body itself
   bool has_made = false;  ///< functions were made from it
   /// The generic function that this one is made from; else kDeclared.
   std::uint32_t made_from = kDeclared;
-  bool partial = false;   ///< parts of its body are left out (stubs, unconnected elements), with what they would read and write
+  bool partial =
+      false;  ///< parts of its body are left out (stubs, unconnected elements), with what they would read and write
   SourceRef at;
 
   static constexpr std::uint32_t kDeclared = 0xffffffffu;
@@ -219,9 +251,9 @@ struct InstanceWire {
   bool output = false;
 };
 
-/// A variable "AT %I*", "%Q*" or "%M*" of an instance. Each has a global of its own, with the address that VAR_CONFIG gives
-/// or the name that the machine's configuration binds. It is copied into the instance before the task's programs run,
-/// and, unless it is an input, back when they have run.
+/// A variable "AT %I*", "%Q*" or "%M*" of an instance. Each has a global of its own, with the address that VAR_CONFIG
+/// gives or the name that the machine's configuration binds. It is copied into the instance before the task's programs
+/// run, and, unless it is an input, back when they have run.
 struct LocatedPart {
   std::string name;                 ///< "main.valves[2].coil"
   std::vector<std::uint32_t> path;  ///< from the instance to the variable: fields, variables, 0-based elements
@@ -242,9 +274,9 @@ struct ProgramInstance {
 
 struct Task {
   std::string name;
-  std::int64_t period_ns = 0;   ///< 0 = freewheeling
-  std::int32_t priority = 0;    ///< 0 is the highest
-  std::string single;           ///< event variable (path of a BOOL global), or empty
+  std::int64_t period_ns = 0;             ///< 0 = freewheeling
+  std::int32_t priority = 0;              ///< 0 is the highest
+  std::string single;                     ///< event variable (path of a BOOL global), or empty
   std::vector<ProgramInstance> programs;  ///< in declared order
   SourceRef at;
 };
@@ -263,7 +295,10 @@ struct Module {
   std::unordered_map<std::string, std::uint32_t, core::NameHash, core::NameEqual> global_by_name;  ///< "X" and "GVL.X"
   std::vector<Pou> pous;
   std::unordered_map<std::string, std::uint32_t, core::NameHash, core::NameEqual> pou_by_name;
-  std::map<std::vector<std::uint32_t>, std::uint32_t> specialized;  ///< generic function and argument types -> what was made
+  std::map<std::vector<std::uint32_t>, std::uint32_t>
+      specialized;  ///< generic function and argument types -> what was made
+  std::map<std::pair<QueueFunction, std::uint32_t>, std::uint32_t>
+      queue_functions;  ///< with the queue -> what was made
   std::vector<Task> tasks;
   std::vector<LocatedInGlobal> located;
   NameSet refused;  ///< globals whose declaration was reported as wrong

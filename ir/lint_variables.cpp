@@ -54,6 +54,7 @@ class Usage {
 
   void add_body(std::uint32_t pou) {
     const Body& body = module_.pous[pou].body;
+    globals_of_.emplace_back();
     std::vector<Use> uses(body.places.size());
     for (const Inst& inst : body.insts) {
       switch (inst.op) {
@@ -78,17 +79,28 @@ class Usage {
             const CallArg& arg = body.call_args[inst.b + i];
             if (arg.kind == CallArg::Kind::kOutput) uses[arg.place.index] |= kWritten;
           }
+          if (const auto& call = module_.pous[inst.a].queue_call) {
+            add_global(pou, call->global, call->function == QueueFunction::kPut ? kWritten : kRead);
+          }
           break;
         default:
           break;
       }
     }
-    globals_of_.emplace_back();
+    for (const QueuePort& port : module_.pous[pou].queue_ports) {
+      const Type& block = module_.types[body.places[port.instance.index].type];
+      add_global(pou, port.global, module_.pous[block.pou].variables[port.variable].constant ? kRead : kWritten);
+    }
     // Parts stand behind what they are part of, so that one pass from the end reaches every root.
     for (std::size_t i = uses.size(); i-- > 0;) {
       if (uses[i] != 0) add_place(pou, body.places[i], uses[i], uses);
     }
     std::sort(globals_of_.back().begin(), globals_of_.back().end());
+  }
+
+  void add_global(std::uint32_t pou, std::uint32_t global, Use use) {
+    globals_[global] |= use;
+    globals_of_[pou].push_back(global);
   }
 
   void add_place(std::uint32_t pou, const Place& place, Use use, std::vector<Use>& uses) {
@@ -97,8 +109,7 @@ class Usage {
       if (place.kind == Place::Kind::kField && whole.kind == TypeKind::kPou) variables_[whole.pou][place.index] |= use;
       uses[place.parent.index] |= use;
     } else if (place.kind == Place::Kind::kGlobal) {
-      globals_[place.index] |= use;
-      globals_of_[pou].push_back(place.index);
+      add_global(pou, place.index, use);
     } else if (place.kind != Place::Kind::kDeref) {
       variables_[pou][place.index] |= use;
     }
@@ -181,6 +192,7 @@ class VariableLints {
       case Role::kTemp:
         return look_at_local(pou, v, use);
       case Role::kHidden:
+      case Role::kQueue:
         return;
     }
   }
@@ -223,6 +235,12 @@ class VariableLints {
     const std::string name = quoted(global.list.empty() ? v.name : global.list + "." + v.name);
     if (use == 0) {
       add(Lint::kUnusedVariable, v, {}, fmt::format("global variable {} is not used", name), "delete it");
+    } else if (global.queue) {
+      if (use == kRead || use == kWritten) {
+        add(Lint::kOneWayGlobal, v, {},
+            fmt::format("{} queue {}", use == kRead ? "nothing is put into" : "nothing is taken out of", name),
+            use == kRead ? "put elements in, or delete it" : "it is full soon; take its elements, or delete it");
+      }
     } else if (const Type* block = instance_type(module_.types, v.type)) {
       if ((use & kRun) != 0) return;
       const std::string type = block->kind == TypeKind::kBlock ? std::string(block->block->name) : block->name;

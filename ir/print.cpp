@@ -115,6 +115,8 @@ std::string_view role_word(Role role) {
       return "RETURN";
     case Role::kHidden:
       return "HIDDEN";
+    case Role::kQueue:
+      return "QUEUE";
   }
   return {};
 }

@@ -99,6 +99,32 @@ void for_each_access(const Body& body, Visit&& visit) {
   }
 }
 
+/// Whether a value of a structure or array goes anywhere.
+bool is_passed_on(const Body& body, std::uint32_t value) {
+  return std::any_of(body.insts.begin(), body.insts.end(),
+                     [value](const Inst& inst) { return inst.op == Op::kStore && inst.b == value; }) ||
+         std::any_of(body.call_args.begin(), body.call_args.end(), [value](const CallArg& arg) {
+           return arg.kind == CallArg::Kind::kInput && arg.value.index == value;
+         });
+}
+
+}  // namespace
+
+std::optional<SourceRef> first_access(const Body& body, std::uint32_t global) {
+  std::optional<SourceRef> found;
+  for_each_access(body, [&](const Inst& inst, std::uint32_t place, bool, bool) {
+    const Place& root = root_of(body, PlaceId{place});
+    if (found || root.kind != Place::Kind::kGlobal || root.index != global) return;
+    // Drawings load what is wired to an in-out pin, and throw it away.
+    const bool whole = inst.op == Op::kLoad && !body.places[place].parent.valid();
+    const auto value = static_cast<std::uint32_t>(&inst - body.insts.data());
+    if (!whole || is_passed_on(body, value)) found = body.sources[inst.source];
+  });
+  return found;
+}
+
+namespace {
+
 void add_targets(const Module& module, TypeRef type, std::vector<bool>& seen, std::vector<bool>& targets) {
   if (seen[type.index]) return;
   seen[type.index] = true;

@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "ir/ir.h"
@@ -14,6 +15,9 @@ namespace plc::ir {
 
 /// The place that `place` is part of: a global, a variable, or what a reference points at.
 const Place& root_of(const Body& body, PlaceId place);
+
+/// Where the body first reads or writes a global that is an array, or makes a handle of it.
+std::optional<SourceRef> first_access(const Body& body, std::uint32_t global);
 
 /// POUs that executing `pou` may call or run directly; each once, in order of appearance.
 std::vector<std::uint32_t> callees(const Module& module, std::uint32_t pou);

@@ -6,6 +6,7 @@
 #include "core/types.h"
 #include "runtime/bool_run.h"
 #include "runtime/handle.h"
+#include "runtime/memory/queue.h"
 #include "runtime/operations.h"
 #include "stdlib/arithmetic.h"
 
@@ -518,6 +519,22 @@ op_RaisePriority : {
 op_Reschedule : {
   m.exchange->reschedule();
   PLC_NEXT(1);
+}
+op_QueuePut : {
+  *bytes_at(pc[1]) = m.queues[pc[2]].put(at(pc[3])) ? 1 : 0;
+  PLC_NEXT(4);
+}
+op_QueueGet : {
+  *bytes_at(pc[1]) = m.queues[pc[2]].take(at(pc[3])) ? 1 : 0;
+  PLC_NEXT(4);
+}
+op_QueueCount : {
+  store<std::uint32_t>(at(pc[1]), m.queues[pc[2]].elements());
+  PLC_NEXT(3);
+}
+op_QueueSpace : {
+  store<std::uint32_t>(at(pc[1]), m.queues[pc[2]].room());
+  PLC_NEXT(3);
 }
 op_Lock : {
   m.exchange->lock();

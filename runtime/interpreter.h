@@ -42,6 +42,7 @@ struct CodeMark {
   std::uint32_t word = 0;
 };
 
+class QueueEnd;
 class Taskblocks;
 
 /// What a running task works on. One thread.
@@ -52,6 +53,7 @@ struct Machine {
   Exchange* exchange = nullptr;
   EventTable* events = nullptr;
   Taskblocks* taskblocks = nullptr;  ///< null when the task runs none
+  QueueEnd* queues = nullptr;        ///< one for each queue of the image
   stdlib::StepContext step{};
   std::uint64_t event_count = 0;  ///< since the start; ENO compares it with its value at CLEAR_EVENT
   std::uint64_t task_tag = 0;

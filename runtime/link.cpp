@@ -298,6 +298,15 @@ class Linker {
         put(exchange_.add_range(d.operands[0], d.operands[1],
                                 d.opcode == Opcode::kReadN ? Exchange::Use::kImport : Exchange::Use::kExport));
         return;
+      case Opcode::kQueuePut:
+      case Opcode::kQueueGet:
+      case Opcode::kQueueCount:
+      case Opcode::kQueueSpace:
+        put_handler(static_cast<ResolvedOp>(d.opcode));
+        put_operand(d.operands[0]);
+        put(d.operands[1]);
+        if (bytecode::info(d.opcode).operands.count > 2) put_operand(d.operands[2]);
+        return;
       case Opcode::kRaisePriority:
         put_handler(static_cast<ResolvedOp>(d.opcode));
         put(exchange_.add_range(d.operands[0], d.operands[1], Exchange::Use::kRaise));

@@ -20,7 +20,9 @@ struct Program::State {
         index(index_in),
         options(options_in),
         table(image_in, image_in.tasks[index_in].body, std::move(layout), options_in.huge_pages),
-        exchange(make_exchange(image_in.options.coherence, globals, index_in, table.data())) {}
+        exchange(make_exchange(image_in.options.coherence, globals, index_in, table.data())) {
+    for (std::uint32_t q = 0; q < image.queues.size(); ++q) queues.emplace_back(globals.queue(q), index);
+  }
 
   const bytecode::Image& image;
   std::uint32_t index;
@@ -28,6 +30,7 @@ struct Program::State {
   TaskTable table;
   std::unique_ptr<Exchange> exchange;
   EventTable events;
+  std::vector<QueueEnd> queues;            ///< by queue of the image
   std::unique_ptr<Taskblocks> taskblocks;  ///< null when the task runs none
   LinkedCode code;
   Machine machine;
@@ -85,7 +88,7 @@ core::Result<std::unique_ptr<Program>> Program::link(const bytecode::VerifiedIma
   state->exchange->prepare();
   const taskblocks::Registry& registry =
       options.taskblocks != nullptr ? *options.taskblocks : taskblocks::Registry::built_in();
-  auto blocks = Taskblocks::make(image, task, registry, state->table, options.budget_clock);
+  auto blocks = Taskblocks::make(image, task, registry, state->table, state->queues, options.budget_clock);
   if (!blocks) return blocks.error();
   state->taskblocks = std::move(*blocks);
   if (state->taskblocks && options.start_taskblocks) {
@@ -99,6 +102,7 @@ core::Result<std::unique_ptr<Program>> Program::link(const bytecode::VerifiedIma
   m.exchange = state->exchange.get();
   m.events = &state->events;
   m.taskblocks = state->taskblocks.get();
+  m.queues = state->queues.data();
   m.step.host = m.taskblocks;
   m.task_tag = Handle::task_tag(task);
   m.global_bytes = state->table.layout().global_bytes;

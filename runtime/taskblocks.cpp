@@ -44,6 +44,10 @@ bool same_shape(const Image& image, const ImageType& type, const picard_type& po
   }
 }
 
+bool is_queue(const picard_port& port) {
+  return port.direction == PICARD_QUEUE_READER || port.direction == PICARD_QUEUE_WRITER;
+}
+
 /// Calls visit(block, ports, path) for each instance of a taskblock in a value of `type` at `at`; stops at a problem.
 template <class Visit>
 std::optional<core::Problem> for_each_instance(const Image& image, std::uint32_t type, std::byte* at,
@@ -111,7 +115,7 @@ bool limit(core::TypeId type, std::byte* at, double lowest, double highest) noex
 
 core::Result<std::unique_ptr<Taskblocks>> Taskblocks::make(const Image& image, std::uint32_t task,
                                                            const taskblocks::Registry& registry, TaskTable& table,
-                                                           const core::Clock* clock) {
+                                                           std::span<QueueEnd> queues, const core::Clock* clock) {
   const bool any = std::any_of(image.blocks.begin(), image.blocks.end(),
                                [](const ImageBlock& block) { return stdlib::block_named(block.name) == nullptr; });
   if (!any) return std::unique_ptr<Taskblocks>();
@@ -133,7 +137,8 @@ core::Result<std::unique_ptr<Taskblocks>> Taskblocks::make(const Image& image, s
   }
   std::byte* const instance = table.data() + table.layout().instance;
   if (auto problem = for_each_instance(image, image.pous[body].instance_type, instance, {}, add)) return *problem;
-  made->wire(image, image.pous[body].instance_type, instance);
+  made->connect(image, image.pous[body].instance_type, instance, queues);
+  if (auto problem = made->check_queues()) return *problem;
   return made;
 }
 
@@ -166,6 +171,10 @@ std::optional<core::Problem> Taskblocks::add(const Image& image, const ImageBloc
   const std::vector<ImageField>& fields = image.types[block.type].fields;
   for (std::uint32_t i = 0; i < object.block->port_count; ++i) {
     const picard_port& port = object.block->ports[i];
+    if (is_queue(port)) {
+      object.places.push_back(nullptr);  // connect() gives it its queue
+      continue;
+    }
     const auto field = std::find_if(fields.begin(), fields.end(),
                                     [&port](const ImageField& f) { return core::iequals(f.name, port.name); });
     if (field == fields.end() || !same_shape(image, image.types[field->type], *port.type)) return differs();
@@ -183,24 +192,53 @@ std::optional<core::Problem> Taskblocks::add(const Image& image, const ImageBloc
 }
 
 // Globals have no wires: these lead from variable to variable of one instance.
-void Taskblocks::wire(const Image& image, std::uint32_t type, std::byte* at) {
+void Taskblocks::connect(const Image& image, std::uint32_t type, std::byte* at, std::span<QueueEnd> queues) {
   const ImageType& t = image.types[type];
   for (const bytecode::ImagePou& pou : image.pous) {
     if (pou.instance_type != type) continue;
     for (const bytecode::ImageWire& w : pou.wires) {
-      const auto object =
-          std::find_if(objects_.begin(), objects_.end(), [&](const Object& o) { return o.ports == at + w.block; });
-      if (object != objects_.end()) object->places[object->port_of_field[w.input]] = at + w.source;
+      if (Object* const object = object_at(at + w.block))
+        object->places[object->port_of_field[w.input]] = at + w.source;
+    }
+    for (const bytecode::ImageQueuePort& p : pou.queue_ports) {
+      Object* const object = object_at(at + p.block);
+      if (object == nullptr) continue;
+      for (std::uint32_t i = 0; i < object->block->port_count; ++i) {
+        const picard_port& port = object->block->ports[i];
+        const bool same = core::iequals(port.name, p.port) && is_queue(port) &&
+                          (port.direction == PICARD_QUEUE_READER) == p.takes &&
+                          same_shape(image, image.types[image.queues[p.queue].type], *port.type);
+        if (same) object->places[i] = static_cast<picard_queue*>(&queues[p.queue]);
+      }
     }
   }
   if (t.kind == TypeKind::kArray && image.types[t.element].kind >= TypeKind::kArray) {
     for (std::uint32_t i = 0; i < t.count; ++i)
-      wire(image, t.element, at + std::size_t{i} * image.types[t.element].size);
+      connect(image, t.element, at + std::size_t{i} * image.types[t.element].size, queues);
   }
   for (const ImageField& field : t.fields) {
     const TypeKind kind = image.types[field.type].kind;
-    if (kind == TypeKind::kStruct || kind == TypeKind::kArray) wire(image, field.type, at + field.offset);
+    if (kind == TypeKind::kStruct || kind == TypeKind::kArray) connect(image, field.type, at + field.offset, queues);
   }
+}
+
+Taskblocks::Object* Taskblocks::object_at(const std::byte* ports) {
+  const auto found =
+      std::find_if(objects_.begin(), objects_.end(), [ports](const Object& o) { return o.ports == ports; });
+  return found == objects_.end() ? nullptr : &*found;
+}
+
+std::optional<core::Problem> Taskblocks::check_queues() const {
+  for (const Object* object : by_number_) {
+    for (std::size_t i = 0; i < object->places.size(); ++i) {
+      if (object->places[i] != nullptr) continue;
+      return core::Problem{
+          core::Code::P7802,
+          "taskblock " + object->name + " has no queue of its elements at " + object->block->ports[i].name,
+          "name a queue at this port where the block is called, and compile the project again"};
+    }
+  }
+  return {};
 }
 
 std::optional<core::Problem> Taskblocks::restart() {

@@ -11,12 +11,14 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "bytecode/image.h"
 #include "core/clock.h"
 #include "core/result.h"
+#include "runtime/memory/queue.h"
 #include "runtime/memory/table.h"
 #include "stdlib/library.h"
 #include "taskblocks/registry.h"
@@ -37,11 +39,12 @@ class Taskblocks {
   };
 
   /// Prepares an object for every instance that task `task` runs: those in its own instance, and the globals it
-  /// exports. They run after restart(). `clock` measures blocks that declare a budget; null = nobody does. P7802 when a
-  /// block is not in the registry or has other ports. Null when the image has none.
+  /// exports. They run after restart(). `queues`: the task's ends of the image's. `clock` measures blocks that declare
+  /// a budget; null = nobody does. P7802 when a block is not in the registry or has other ports. Null when the image
+  /// has none.
   static core::Result<std::unique_ptr<Taskblocks>> make(const bytecode::Image& image, std::uint32_t task,
                                                         const taskblocks::Registry& registry, TaskTable& table,
-                                                        const core::Clock* clock);
+                                                        std::span<QueueEnd> queues, const core::Clock* clock);
   ~Taskblocks();
   Taskblocks(const Taskblocks&) = delete;
   Taskblocks& operator=(const Taskblocks&) = delete;
@@ -109,8 +112,12 @@ class Taskblocks {
   Taskblocks() = default;
   std::optional<core::Problem> add(const bytecode::Image& image, const bytecode::ImageBlock& block, std::byte* ports,
                                    std::string path, const taskblocks::Registry& registry);
-  /// Lets wired inputs read the other ends of their wires.
-  void wire(const bytecode::Image& image, std::uint32_t type, std::byte* at);
+  /// Lets wired inputs read the other ends of their wires, and gives queue ports their queues.
+  void connect(const bytecode::Image& image, std::uint32_t type, std::byte* at, std::span<QueueEnd> queues);
+  /// P7802 when a queue port has none.
+  [[nodiscard]] std::optional<core::Problem> check_queues() const;
+  /// The object that runs on these ports, or null.
+  [[nodiscard]] Object* object_at(const std::byte* ports);
   std::optional<core::Problem> start(std::uint32_t number);
   std::optional<core::Problem> make_object(Object& object, std::uint32_t number);
   void fire_checked(Object& object, std::uint32_t number) noexcept;

@@ -27,9 +27,23 @@ inline constexpr SpecialSpec kSpecials[] = {
      "r := REF(level);"},
     {"ADR", "ADR(a variable) : REF_TO its type", "REF under the name that CODESYS and TwinCAT have for it.",
      "not in the standard; as in CODESYS", "r := ADR(level);"},
+    {"QUEUE_PUT", "QUEUE_PUT(QUEUE: a global array, IN: its element) : BOOL",
+     "Puts an element into a queue; FALSE when it is full. The array is the queue: as many elements as it has, for "
+     "each "
+     "task that puts.",
+     "PICARD; paper, 3.1", "accepted := QUEUE_PUT(orders, order);"},
+    {"QUEUE_GET", "QUEUE_GET(QUEUE: a global array, OUT => its element) : BOOL",
+     "Takes the oldest element out of a queue, of one task after the other; FALSE, and OUT zero, when there is none. "
+     "One "
+     "task takes.",
+     "PICARD; paper, 3.1", "WHILE QUEUE_GET(orders, OUT => order) DO .. END_WHILE;"},
+    {"QUEUE_COUNT", "QUEUE_COUNT(QUEUE: a global array) : UDINT", "Elements in a queue.", "PICARD; paper, 3.1",
+     "waiting := QUEUE_COUNT(orders);"},
+    {"QUEUE_SPACE", "QUEUE_SPACE(QUEUE: a global array) : UDINT", "Elements that this task may still put into a queue.",
+     "PICARD; paper, 3.1", "IF QUEUE_SPACE(orders) >= 3 THEN .. END_IF;"},
 };
 constexpr std::span<const SpecialSpec> specials() { return kSpecials; }
 /// What people read above their list.
-inline constexpr std::string_view kSpecialsTitle = "Of arrays and variables";
+inline constexpr std::string_view kSpecialsTitle = "Of arrays, variables and queues";
 
 }  // namespace plc::stdlib

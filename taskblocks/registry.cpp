@@ -202,8 +202,9 @@ std::string block_declaration(const picard_block& block) {
       open = true;
       const std::string_view initial = port.initial;
       const std::string_view unit = port.unit;
-      text += fmt::format("  {} : {}{}{}; (* {}{} *)\n", port.name, type_text(*port.type),
-                          initial.empty() ? "" : " := ", initial, comment(port.summary),
+      const bool queue = direction == PICARD_QUEUE_READER || direction == PICARD_QUEUE_WRITER;
+      text += fmt::format("  {} : {}{}{}{}; (* {}{} *)\n", port.name, queue ? "ARRAY [*] OF " : "",
+                          type_text(*port.type), initial.empty() ? "" : " := ", initial, comment(port.summary),
                           unit.empty() ? "" : ", " + comment(unit));
     }
     if (open) text += "END_VAR\n";
@@ -211,6 +212,9 @@ std::string block_declaration(const picard_block& block) {
   section("VAR_INPUT", PICARD_INPUT);
   section("VAR_INPUT CONSTANT", PICARD_CONFIG);
   section("VAR_OUTPUT", PICARD_OUTPUT);
+  // The global array that is named here is the queue; CONSTANT: elements are taken out of it.
+  section("VAR_IN_OUT", PICARD_QUEUE_WRITER);
+  section("VAR_IN_OUT CONSTANT", PICARD_QUEUE_READER);
   return text + "END_FUNCTION_BLOCK\n";
 }
 

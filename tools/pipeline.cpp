@@ -108,7 +108,8 @@ class Lowering {
     if (done_[index]) return;
     done_[index] = true;
     const ir::Pou& made = compilation_.module->pous[index];
-    if (made.generic) return;  // what is made from it has its body
+    if (made.generic) return;     // what is made from it has its body
+    if (made.queue_call) return;  // its body is one instruction, made with the code
     reached_.push_back(index);
     const bool declared = made.made_from == ir::Pou::kDeclared;
     plcopen::Pou& pou = compilation_.project->pous[declared ? index : made.made_from];

@@ -46,9 +46,11 @@ bool is_declaration(const plcopen::Pou& pou, const picard_block& block) {
   std::size_t ports = 0;
   for (std::uint32_t i = 0; i < block.port_count; ++i) {
     const picard_port& port = block.ports[i];
-    if (port.direction == PICARD_QUEUE_READER || port.direction == PICARD_QUEUE_WRITER) continue;
     ++ports;
-    const Section section = port.direction == PICARD_OUTPUT ? Section::kOutput : Section::kInput;
+    const bool queue = port.direction == PICARD_QUEUE_READER || port.direction == PICARD_QUEUE_WRITER;
+    const Section section = queue                             ? Section::kInOut
+                            : port.direction == PICARD_OUTPUT ? Section::kOutput
+                                                              : Section::kInput;
     const bool declared = std::any_of(pou.variables.begin(), pou.variables.end(), [&](const plcopen::Variable& v) {
       return v.section == section && core::iequals(v.name, port.name);
     });

@@ -114,7 +114,7 @@ std::string taskblock_svg(const picard_block& block) {
   int left_name = 0, right_name = 0, left_type = 0, right_type = 0;
   for (std::uint32_t i = 0; i < block.port_count; ++i) {
     const picard_port& port = block.ports[i];
-    const bool out = port.direction == PICARD_OUTPUT || port.direction == PICARD_QUEUE_WRITER;
+    const bool out = port.direction == PICARD_OUTPUT;
     (out ? right : left).push_back(&port);
     int& name = out ? right_name : left_name;
     int& type = out ? right_type : left_type;

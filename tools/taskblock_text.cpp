@@ -87,10 +87,6 @@ bool is_queue(const picard_port& port) {
   return port.direction == PICARD_QUEUE_READER || port.direction == PICARD_QUEUE_WRITER;
 }
 
-bool is_on_the_right(const picard_port& port) {
-  return port.direction == PICARD_OUTPUT || port.direction == PICARD_QUEUE_WRITER;
-}
-
 /// Ports of these directions, one direction after the other, as declarations list them.
 std::vector<const picard_port*> ports_of(const picard_block& block, std::initializer_list<std::uint32_t> directions) {
   std::vector<const picard_port*> ports;
@@ -170,14 +166,14 @@ std::string range_text(const picard_port& port) {
 }
 
 std::string default_text(const picard_port& port) {
-  if (is_queue(port) || is_on_the_right(port)) return port.initial;
+  if (is_queue(port) || port.direction == PICARD_OUTPUT) return port.initial;
   return port.initial[0] != '\0' || !is_simple(*port.type) ? port.initial : zeros_text(*port.type);
 }
 
 std::vector<std::vector<std::string>> port_cells(const picard_block& block) {
   std::vector<std::vector<std::string>> lines = {{"port", "", "type", "unit", "range", "default", "meaning"}};
   for (const picard_port* port :
-       ports_of(block, {PICARD_INPUT, PICARD_QUEUE_READER, PICARD_CONFIG, PICARD_OUTPUT, PICARD_QUEUE_WRITER})) {
+       ports_of(block, {PICARD_INPUT, PICARD_QUEUE_READER, PICARD_QUEUE_WRITER, PICARD_CONFIG, PICARD_OUTPUT})) {
     lines.push_back({port->name, std::string(port_word(*port)), taskblocks::type_text(*port->type), port->unit,
                      range_text(*port), default_text(*port), port->summary});
   }
@@ -191,8 +187,9 @@ std::vector<std::vector<std::string>> port_cells(const picard_block& block) {
 }
 
 std::string box_text(const picard_block& block) {
-  const auto left = ports_of(block, {PICARD_INPUT, PICARD_QUEUE_READER, PICARD_CONFIG});
-  const auto right = ports_of(block, {PICARD_OUTPUT, PICARD_QUEUE_WRITER});
+  // Queues are named on the left, as in-outs are, whether elements go in or out.
+  const auto left = ports_of(block, {PICARD_INPUT, PICARD_QUEUE_READER, PICARD_QUEUE_WRITER, PICARD_CONFIG});
+  const auto right = ports_of(block, {PICARD_OUTPUT});
   const std::string_view title = block.name;
   std::size_t type_width = 0, left_width = 0, right_width = 0;
   for (const picard_port* port : left) {
@@ -220,7 +217,7 @@ std::string box_text(const picard_block& block) {
 std::string call_text(const picard_block& block) {
   const std::string instance = core::folded(block.name) + "1";
   std::vector<std::string> constants, inputs, outputs;
-  std::string variables;
+  std::string variables, queues;
   for (const picard_port* port : ports_of(block, {PICARD_CONFIG})) {
     constants.push_back(fmt::format("{} := {}", port->name, initial_text(*port)));
   }
@@ -234,9 +231,14 @@ std::string call_text(const picard_block& block) {
     variables += fmt::format("  {} : {};\n", variable, taskblocks::type_text(*port->type));
     inputs.push_back(fmt::format("{} := {}", port->name, variable));
   }
+  for (const picard_port* port : ports_of(block, {PICARD_QUEUE_READER, PICARD_QUEUE_WRITER})) {
+    const std::string queue = core::folded(port->name);
+    queues += fmt::format("  {} : ARRAY [0..63] OF {};\n", queue, taskblocks::type_text(*port->type));
+    inputs.push_back(fmt::format("{} := {}", port->name, queue));
+  }
   for (const picard_port* port : ports_of(block, {PICARD_OUTPUT})) outputs.push_back(instance + "." + port->name);
   const std::string declared = fmt::format("  {} : {}", instance, block.name);
-  std::string text = "VAR\n";
+  std::string text = queues.empty() ? "VAR\n" : "VAR_GLOBAL\n" + queues + "END_VAR\nVAR\n";
   text += constants.empty() ? declared + ";\n" : list_text(declared + " := (", constants, ");") + "\n";
   text += variables + "END_VAR\n\n" + list_text(instance + "(", inputs, ");") + "\n";
   return outputs.empty() ? text : text + list_text("(* then: ", outputs, " *)") + "\n";

@@ -26,6 +26,13 @@ std::string port_type_xml(const picard_type& type) {
   }
 }
 
+/// A queue port is an in-out; how long the array is that is named at it matters to editors alone.
+std::string queue_type_xml(const picard_port& port) {
+  const std::string type = port_type_xml(*port.type);
+  if (port.direction != PICARD_QUEUE_READER && port.direction != PICARD_QUEUE_WRITER) return type;
+  return fmt::format("<array><dimension lower=\"0\" upper=\"63\"/><baseType>{}</baseType></array>", type);
+}
+
 std::string structure_xml(const picard_type& structure) {
   std::string fields;
   for (std::uint32_t i = 0; i < structure.field_count; ++i) {
@@ -51,14 +58,14 @@ std::string block_xml(const picard_block& block) {
       const picard_port& port = block.ports[i];
       if (port.direction != direction) continue;
       const bool simple = port.type->kind == PICARD_ELEMENTARY || port.type->kind == PICARD_STRING;
-      variables +=
-          variable_xml(port.name, port_type_xml(*port.type), port_documentation(port), simple ? port.initial : "");
+      variables += variable_xml(port.name, queue_type_xml(port), port_documentation(port), simple ? port.initial : "");
     }
     return section_xml(element, variables);
   };
   return pou_xml(block.name, "functionBlock",
                  section("inputVars", PICARD_INPUT) + section("inputVars constant=\"true\"", PICARD_CONFIG) +
-                     section("outputVars", PICARD_OUTPUT),
+                     section("outputVars", PICARD_OUTPUT) + section("inOutVars", PICARD_QUEUE_WRITER) +
+                     section("inOutVars constant=\"true\"", PICARD_QUEUE_READER),
                  block.summary, fmt::format("The runtime has the body: plc blocks {}", block.name));
 }
 

@@ -63,6 +63,7 @@ class BodyGenerator final : private RecordSink {
     shared_.layout.lay_out_frame(pou_index_, frame_.fields());
     place_words();
     wire_taskblocks();
+    connect_queues();
     label_words_.assign(body_.label_count, kUnset);
     initialise_temps();
     for (now_ = 0; now_ < body_.insts.size(); ++now_) {
@@ -72,6 +73,7 @@ class BodyGenerator final : private RecordSink {
       writer_.source(body_.sources[inst.source]);
       instruction(inst);
     }
+    if (pou_.queue_call) call_queue(*pou_.queue_call);
     const std::uint32_t end = writer_.here();
     for (const Patch& patch : patches_) {
       const std::uint32_t target = label_words_[patch.label];
@@ -96,6 +98,42 @@ class BodyGenerator final : private RecordSink {
       const std::uint32_t input = shared_.layout.field_index(type, wire.input);
       out_.wires.push_back({offset_of(place_words_[wire.block]), input, offset_of(place_words_[wire.source])});
       values()[wire.store].live = false;
+    }
+  }
+
+  void connect_queues() {
+    for (const ir::QueuePort& port : pou_.queue_ports) {
+      const ir::Type& block = types_[type_of_place(port.instance.index)];
+      const ir::Variable& end = shared_.module.pous[block.pou].variables[port.variable];
+      out_.queue_ports.push_back(
+          {offset_of(place_words_[port.instance.index]), end.name, shared_.queue_of[port.global], end.constant});
+    }
+  }
+
+  /// The body of a function that was made for a queue: its result and parameter are all its variables.
+  void call_queue(const ir::QueueCall& call) {
+    const std::uint32_t queue = shared_.queue_of[call.global];
+    const auto variable = [&](ir::Role role) {
+      const auto found =
+          std::find_if(pou_.variables.begin(), pou_.variables.end(), [&](const auto& v) { return v.role == role; });
+      const auto index = static_cast<std::size_t>(found - pou_.variables.begin());
+      return operand_word(Space::kFrame, shared_.layout.pou(pou_index_).offset[index]);
+    };
+    const std::uint32_t result = variable(ir::Role::kReturnValue);
+    const std::uint32_t type = shared_.image.queues[queue].type;
+    switch (call.function) {
+      case ir::QueueFunction::kPut:
+        writer_.op(Opcode::kQueuePut, {result, queue, variable(ir::Role::kInput), type});
+        break;
+      case ir::QueueFunction::kGet:
+        writer_.op(Opcode::kQueueGet, {result, queue, variable(ir::Role::kOutput), type});
+        break;
+      case ir::QueueFunction::kCount:
+        writer_.op(Opcode::kQueueCount, {result, queue});
+        break;
+      case ir::QueueFunction::kSpace:
+        writer_.op(Opcode::kQueueSpace, {result, queue});
+        break;
     }
   }
 

@@ -24,7 +24,8 @@ struct Shared {
   Layout& layout;
   ConstantPool& constants;
   std::vector<std::uint32_t> image_pou;      ///< by ir POU: index into Image::pous, kNoIndex when not reached
-  std::vector<std::uint32_t> global_offset;  ///< by ir global: offset in the global table
+  std::vector<std::uint32_t> global_offset;  ///< by ir global: offset in the global table; of queues meaningless
+  std::vector<std::uint32_t> queue_of;       ///< by ir global: index into Image::queues, kNoIndex for variables
   std::unordered_map<const stdlib::Overload*, std::uint32_t> functions;
   std::unordered_map<std::uint32_t, std::uint32_t> blocks;  ///< by TypeRef, of a standard block or taskblock
   Analysis analysis;                                        ///< scratch of the body under construction

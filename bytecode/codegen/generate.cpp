@@ -83,13 +83,15 @@ std::optional<Image> generate(const ir::Module& module, core::Diagnostics& diagn
   image.product = kProduct;
   Layout layout(module, image);
   ConstantPool constants(image, layout);
-  Shared shared{module, image, layout, constants, {}, {}, {}, {}, {}};
+  Shared shared{module, image, layout, constants, {}, {}, {}, {}, {}, {}};
   shared.image_pou.assign(module.pous.size(), kNoIndex);
   for (std::uint32_t i = 0; i < order.size(); ++i) shared.image_pou[order[i]] = i;
 
   const GlobalPlan plan = plan_globals(module, module.options.coherence);
   lay_out_globals(shared, plan);
   if (image.types[image.global_type].size >= kMaxTableBytes || layout.too_large()) return too_large("the global table");
+
+  if (!lay_out_queues(shared)) return too_large("a queue");
 
   image.pous.resize(order.size());
   for (std::size_t i = 0; i < order.size(); ++i) {

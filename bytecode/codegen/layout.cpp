@@ -14,6 +14,9 @@ namespace {
 
 std::uint64_t aligned(std::uint64_t at, std::uint32_t align) { return (at + align - 1) / align * align; }
 
+/// Whether the variable has a place in its POU's instance or frame.
+bool has_memory(const ir::Variable& v) { return v.role != ir::Role::kExternal && v.role != ir::Role::kQueue; }
+
 FieldRole role_of(ir::Role role) {
   switch (role) {
     case ir::Role::kInput:
@@ -278,7 +281,7 @@ std::uint32_t Layout::make_instance(std::uint32_t index) {
   for (const bool hidden : {pou.taskblock != 0, pou.taskblock == 0}) {
     for (std::uint32_t i = 0; i < pou.variables.size(); ++i) {
       const ir::Variable& v = pou.variables[i];
-      if (v.in_frame || v.role == ir::Role::kExternal || (v.role == ir::Role::kHidden) != hidden) continue;
+      if (v.in_frame || !has_memory(v) || (v.role == ir::Role::kHidden) != hidden) continue;
       ImageField f;
       // The outside sees the global that belongs to it, under the same path.
       const bool located = !v.address.empty();
@@ -296,7 +299,8 @@ std::uint32_t Layout::make_instance(std::uint32_t index) {
   too_large_ = too_large_ || builder.too_large();
   ImageType instance = builder.finish(pou.name);
   for (const ir::Variable& v : pou.variables) {
-    if (v.role == ir::Role::kExternal && !v.in_frame) instance.aliases.push_back({v.name, global_fields_[v.global]});
+    const bool alias = v.role == ir::Role::kExternal && !v.in_frame && !module_.globals[v.global].queue;
+    if (alias) instance.aliases.push_back({v.name, global_fields_[v.global]});
   }
   layout.instance_type = add(std::move(instance));
   const std::uint32_t made = layout.instance_type;
@@ -328,7 +332,7 @@ void Layout::lay_out_frame(std::uint32_t index, StructBuilder& frame) {
   const ir::Pou& p = module_.pous[index];
   for (std::uint32_t i = 0; i < p.variables.size(); ++i) {
     const ir::Variable& v = p.variables[i];
-    if (!v.in_frame || v.role == ir::Role::kExternal) continue;
+    if (!v.in_frame || !has_memory(v)) continue;
     ImageField f;
     f.name = v.name;
     f.type = type(v.type);

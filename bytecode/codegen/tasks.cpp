@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <cstring>
-#include <numeric>
 #include <tuple>
 #include <utility>
 
 #include "bytecode/codegen/writer.h"
+#include "ir/queues.h"
 
 namespace plc::bytecode {
 
@@ -37,8 +37,10 @@ GlobalPlan plan_globals(const ir::Module& module, core::Coherence coherence) {
     // The least urgent ceiling first.
     if (coherence == core::Coherence::kPriorityCeiling && ceilings[g]) ceiling = -*ceilings[g];
   }
-  plan.order.resize(globals);
-  std::iota(plan.order.begin(), plan.order.end(), 0u);
+  for (std::uint32_t g = 0; g < globals; ++g) {
+    // Queues are no variables.
+    if (!module.globals[g].queue) plan.order.push_back(g);
+  }
   std::stable_sort(plan.order.begin(), plan.order.end(),
                    [&](std::uint32_t a, std::uint32_t b) { return key[a] < key[b]; });
   for (const std::uint32_t g : plan.order) {
@@ -63,7 +65,7 @@ void initialise_located(Shared& shared, const ir::LocatedPart& part, ir::TypeRef
 void lay_out_globals(Shared& shared, const GlobalPlan& plan) {
   Image& image = shared.image;
   StructBuilder fields;
-  std::vector<std::uint32_t> field_of(plan.order.size());
+  std::vector<std::uint32_t> field_of(shared.module.globals.size(), kNoIndex);
   for (std::uint32_t f = 0; f < plan.order.size(); ++f) field_of[plan.order[f]] = f;
   shared.layout.place_globals(std::move(field_of));
   shared.global_offset.assign(shared.module.globals.size(), 0);
@@ -260,6 +262,37 @@ class TaskGenerator {
 };
 
 }  // namespace
+
+bool lay_out_queues(Shared& shared) {
+  const std::size_t globals = shared.module.globals.size();
+  shared.queue_of.assign(globals, kNoIndex);
+  std::vector<ImageQueue>& queues = shared.image.queues;
+  std::vector<std::uint64_t> bytes;  // of one ring
+  for (std::uint32_t g = 0; g < globals; ++g) {
+    if (!shared.module.globals[g].queue) continue;
+    const ir::Variable& v = shared.module.globals[g].variable;
+    const ir::Type& array = shared.module.types[v.type];
+    const std::uint64_t capacity =
+        static_cast<std::uint64_t>(array.upper) - static_cast<std::uint64_t>(array.lower) + 1;
+    shared.queue_of[g] = static_cast<std::uint32_t>(queues.size());
+    ImageQueue& queue = queues.emplace_back();
+    queue.name = v.name;
+    queue.type = shared.layout.type(array.element);
+    queue.capacity = static_cast<std::uint32_t>(std::min<std::uint64_t>(capacity, kMaxTableBytes));
+    bytes.push_back(std::uint64_t{queue.capacity} * std::max(shared.image.types[queue.type].size, 1u));
+  }
+  for (std::uint32_t t = 0; t < shared.module.tasks.size() && !queues.empty(); ++t) {
+    const std::vector<ir::QueueUse> use = ir::queue_use(shared.module, shared.module.tasks[t]);
+    for (std::uint32_t g = 0; g < use.size(); ++g) {
+      if (use[g].puts) queues[shared.queue_of[g]].puts.push_back(t);
+      if (use[g].takes) queues[shared.queue_of[g]].takes = t;
+    }
+  }
+  for (std::size_t q = 0; q < queues.size(); ++q) {
+    if (bytes[q] > kMaxTableBytes / std::max<std::size_t>(queues[q].puts.size(), 1)) return false;
+  }
+  return true;
+}
 
 void generate_tasks(Shared& shared, const GlobalPlan& plan) {
   for (std::uint32_t t = 0; t < shared.module.tasks.size(); ++t) {

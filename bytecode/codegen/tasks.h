@@ -27,6 +27,8 @@ struct GlobalPlan {
 GlobalPlan plan_globals(const ir::Module& module, core::Coherence coherence);
 /// Makes the global table; sets Shared::global_offset.
 void lay_out_globals(Shared& shared, const GlobalPlan& plan);
+/// Makes Image::queues; sets Shared::queue_of. False when one takes more than a table may.
+bool lay_out_queues(Shared& shared);
 /// Makes the task bodies and Image::tasks. All POUs have their place in Shared::image_pou.
 void generate_tasks(Shared& shared, const GlobalPlan& plan);
 

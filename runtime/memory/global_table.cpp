@@ -119,6 +119,7 @@ GlobalTable::GlobalTable(const bytecode::Image& image, std::span<const std::int3
     field.last_leaves = static_cast<std::uint32_t>(leaves_.size());
   }
   if (image.options.coherence != core::Coherence::kWaitFree) common_ = TableMemory(size_);
+  for (const bytecode::ImageQueue& queue : image.queues) queues_.emplace_back(image, queue);
   pthread_mutexattr_t attributes;
   pthread_mutexattr_init(&attributes);
   pthread_mutexattr_setprotocol(&attributes, PTHREAD_PRIO_INHERIT);
@@ -233,6 +234,7 @@ void GlobalTable::rebuild(const std::vector<std::byte>& values) {
 }
 
 void GlobalTable::reset() {
+  for (Queue& queue : queues_) queue.clear();
   if (overlapping_.size() != 0) std::memcpy(overlapping_.data(), image_.global_initial.data(), size_);
   for (std::uint32_t task = 0; task < task_count_; ++task) owners_[task].stopped->store(false);
   rebuild(image_.global_initial);

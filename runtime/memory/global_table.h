@@ -21,6 +21,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -30,6 +31,7 @@
 #include "bytecode/image.h"
 #include "runtime/memory/arena.h"
 #include "runtime/memory/journal.h"
+#include "runtime/memory/queue.h"
 #include "runtime/memory/snapshot.h"
 #include "runtime/memory/table.h"
 
@@ -99,9 +101,12 @@ class GlobalTable {
   /// Priority of the most urgent task that imports or exports `field`, and nothing when no task does.
   [[nodiscard]] std::optional<std::int32_t> ceiling(std::uint32_t field) const { return fields_[field].ceiling; }
 
+  /// Queue `index` of the image (queue.h): beside the variables, also shared by tasks.
+  [[nodiscard]] Queue& queue(std::uint32_t index) { return queues_[index]; }
+
   /// `task` will not start again: writes to what it exports are answered kBusy from now on. Any thread; RT.
   void task_stopped(std::uint32_t task) noexcept;
-  /// Cold start: initial values, empty journals. Not while tasks run.
+  /// Cold start: initial values, empty journals and queues. Not while tasks run.
   void reset();
 
  private:
@@ -219,7 +224,8 @@ class GlobalTable {
   std::atomic<std::uint64_t> stamp_{0};
   mutable std::mutex outside_mutex_;
   mutable View outside_view_;
-  std::vector<View*> views_;      ///< of GlobalReaders
+  std::vector<View*> views_;  ///< of GlobalReaders
+  std::deque<Queue> queues_;
   std::unique_ptr<Arena> arena_;  ///< snapshots, journals, and what exchanges look at in every cycle
 };
 

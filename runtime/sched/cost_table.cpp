@@ -41,6 +41,8 @@ CostKind cost_kind(Opcode opcode) {
     case Opcode::kEno:
     case Opcode::kExtract:
     case Opcode::kInsert:
+    case Opcode::kQueueCount:
+    case Opcode::kQueueSpace:
       return CostKind::kMove;
     case Opcode::kRangeI8:
     case Opcode::kRangeU8:
@@ -55,6 +57,8 @@ CostKind cost_kind(Opcode opcode) {
     case Opcode::kMoveStr:
     case Opcode::kMoveWstr:
     case Opcode::kCopy:
+    case Opcode::kQueuePut:
+    case Opcode::kQueueGet:
       return CostKind::kCopy;
     case Opcode::kRunTb:
       return CostKind::kBlock;

@@ -234,6 +234,10 @@ class Estimator {
       case Opcode::kCopy:
         cost += bytes(image_.types[d.operands[2]].size);
         break;
+      case Opcode::kQueuePut:
+      case Opcode::kQueueGet:
+        cost += bytes(image_.types[d.operands[3]].size);
+        break;
       case Opcode::kRunTb:
         cost += block(d.operands[0]);
         break;

@@ -115,6 +115,12 @@ inline Sample sample_image() {
   main.path(Opcode::kCallAt, {s.motor, motors, s.motors}, {{PathStep::kIndex, i}});
   main.path(Opcode::kRunAt, {b.block("TON"), motors, s.motors}, {{PathStep::kIndex, i}, {PathStep::kField, 2}});
   main.list(Opcode::kCallFn, 5, {s.max2, 0, s.total, 1, s.total, 2, s.total, 3, element_ref, 4, at_point});
+  b.image.queues.push_back({"orders", s.dint, 4, {0}, 0});
+  const Word count = main.frame("count", b.type(TypeId::kUdint));
+  main.op(Opcode::kQueuePut, {ok, 0, s.total, s.dint});
+  main.op(Opcode::kQueueGet, {ok, 0, s.total, s.dint});
+  main.op(Opcode::kQueueCount, {count, 0});
+  main.op(Opcode::kQueueSpace, {count, 0});
   main.op(Opcode::kClearEvent);
   main.call_std("ADD:INT", i, {s.level, s.one});
   main.op(Opcode::kEno, {ok});

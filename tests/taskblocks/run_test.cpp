@@ -14,6 +14,7 @@
 #include "runtime/resource.h"
 #include "taskblocks/registry.h"
 #include "tests/support/run_tool.h"
+#include "tests/taskblocks/project.h"
 #include "tools/pipeline.h"
 
 namespace plc::test {
@@ -135,42 +136,10 @@ class RunningClock final : public core::Clock {
   mutable core::TimeNs now_ = 0;
 };
 
-struct Project {
-  tools::Compilation compilation;
-  std::unique_ptr<runtime::Resource> resource;
-  std::string problem;  ///< codes of what was reported, or of what refused to load
-
-  explicit Project(const std::string& text, runtime::ProgramOptions options = {}) {
-    const ScratchFolder scratch;
-    std::ofstream(scratch.file("test.st")) << text;
-    tools::Request request{scratch.file("test.st"), {}, tools::Goal::kRun};
-    request.taskblocks = &registry();
-    tools::compile(request, compilation);
-    for (const auto& d : compilation.diagnostics.all()) problem += std::string(core::info(d.code).name) + " ";
-    if (!compilation.image) return;
-    options.taskblocks = &registry();
-    auto loaded = runtime::Resource::load(std::move(*compilation.image), options);
-    if (!loaded) {
-      problem += std::string(core::info(loaded.error().code).name) + ": " + loaded.error().message;
-      return;
-    }
-    resource = std::move(*loaded);
-  }
-  runtime::Fault scan(core::TimeNs now_ns = 0, std::size_t task = 0) {
-    return resource->program(task).execute({now_ns});
-  }
-  [[nodiscard]] std::string value(const std::string& path) const {
-    const runtime::Access access(*resource);
-    const auto found = access.find(path);
-    return found ? access.read(*found) : found.error().message;
-  }
+struct Project : TaskblockProject {
+  explicit Project(const std::string& text, const runtime::ProgramOptions& options = {})
+      : TaskblockProject(registry(), text, options) {}
 };
-
-std::string in_task(const std::string& variables, const std::string& statements, const std::string& globals = {}) {
-  return globals + "PROGRAM Main\nVAR\n" + variables + "END_VAR\n" + statements +
-         "END_PROGRAM\nCONFIGURATION C\n  RESOURCE R ON PLC\n    TASK T(INTERVAL := T#10ms, PRIORITY := 0);\n"
-         "    PROGRAM main WITH T : Main;\n  END_RESOURCE\nEND_CONFIGURATION\n";
-}
 
 TEST(Taskblocks, RunWithTheirConfigurationInEachInstance) {
   static_cast<void>(registry());

@@ -162,6 +162,7 @@ class FlowFinder {
   DataFlow run() {
     DataFlow flow;
     for (std::uint32_t field = 0; field < image_.globals.size(); ++field) flow.globals.push_back(global(field));
+    for (const bytecode::ImageQueue& queue : image_.queues) flow.globals.push_back(global_of(queue));
     std::stable_sort(flow.globals.begin(), flow.globals.end(), [](const FlowGlobal& a, const FlowGlobal& b) {
       const auto key = [](const FlowGlobal& g) {
         return std::pair(g.owner, g.owner == FlowOwner::kTask ? g.writers.front() : 0u);
@@ -185,6 +186,17 @@ class FlowFinder {
   }
 
  private:
+  FlowGlobal global_of(const bytecode::ImageQueue& queue) const {
+    FlowGlobal out;
+    out.name = queue.name;
+    out.type = fmt::format("queue [{}] of {}", queue.capacity, type_text(image_, queue.type));
+    out.bytes = image_.types[queue.type].size;
+    out.owner = FlowOwner::kQueue;
+    out.writers = queue.puts;
+    if (queue.takes != bytecode::ImageQueue::kNoTask) out.readers.push_back(queue.takes);
+    return out;
+  }
+
   FlowGlobal global(std::uint32_t field) {
     const bytecode::ImageField& f = image_.types[image_.global_type].fields[field];
     FlowGlobal out;
@@ -279,6 +291,8 @@ std::string owner_text(const Image& image, const FlowGlobal& global) {
       return "outside";
     case FlowOwner::kConstant:
       return "constant";
+    case FlowOwner::kQueue:
+      return "queue";
   }
   return {};
 }

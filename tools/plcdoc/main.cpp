@@ -63,6 +63,8 @@ std::string operand_text(const bytecode::OperandSpec& operand) {
       return "block";
     case OperandKind::kFunction:
       return "function";
+    case OperandKind::kQueue:
+      return "queue";
     case OperandKind::kGlobal:
       return "global";
     case OperandKind::kCount:

@@ -376,6 +376,25 @@ const std::vector<Case>& cases() {
       {Rule::kV416, "a priority taken back under the lock",
        [](Sample& s) { insert(s, Opcode::kReadN, {kLock, kReschedule, kUnlock}); }},
 
+      {Rule::kV417, "a queue without its writer", [](Sample& s) { s.image.queues[0].puts.clear(); }},
+      {Rule::kV417, "a queue without its reader",
+       [](Sample& s) { s.image.queues[0].takes = bytecode::ImageQueue::kNoTask; }},
+      {Rule::kV417, "a queue of two readers",
+       [](Sample& s) {
+         s.image.tasks.push_back(s.image.tasks[0]);
+         for (auto& global : s.image.globals) global.writers *= 2;
+         s.image.queues[0].puts = {0, 1};
+       }},
+      {Rule::kV211, "a queue without room", [](Sample& s) { s.image.queues[0].capacity = 0; }},
+      {Rule::kV211, "a queue of nothing", [](Sample& s) { s.image.queues[0].type = 9999; }},
+      {Rule::kV211, "a queue larger than a table", [](Sample& s) { s.image.queues[0].capacity = 0x10000000; }},
+      {Rule::kV211, "a queue with a ring too many", [](Sample& s) { s.image.queues[0].puts = {0, 0}; }},
+      {Rule::kV211, "a queue of no task", [](Sample& s) { s.image.queues[0].takes = 7; }},
+      {Rule::kV318, "an unknown queue", [](Sample& s) { operand(s, s.main, Opcode::kQueueCount, 1) = 1; }},
+      {Rule::kV318, "a queue of other elements", [](Sample& s) { s.image.queues[0].type = s.integer; }},
+      {Rule::kV508, "a queue port of what is no taskblock",
+       [](Sample& s) { s.image.pous[s.main].queue_ports.push_back({0, "IN", 0, true}); }},
+
       {Rule::kV501, "an unknown block", [](Sample& s) { s.image.blocks[0].name = "NOPE"; }},
       {Rule::kV502, "another layout", [](Sample& s) { s.image.blocks[0].layout_hash ^= 1; }},
       {Rule::kV503, "other ports", [](Sample& s) { s.image.types[s.image.blocks[0].type].fields[0].name = "OTHER"; }},
