@@ -70,6 +70,7 @@ class Linker {
   void put(std::uint32_t word) { stream_.push_back(word); }
   void put_operand(std::uint32_t operand) { put(resolve(operand)); }
   void put_handler(ResolvedOp op) {
+    result_.instructions.push_back({position(), op});
     put(handlers_[bindings_.addressing(pou_) == Addressing::kFixed ? 0 : 1][static_cast<std::size_t>(op)]);
   }
   template <class T>
@@ -131,6 +132,8 @@ class Linker {
     });
     jump_patches_.clear();
     entries_[pou] = position();
+    result_.bodies.push_back(
+        {pou, bindings_.addressing(pou), position(), static_cast<std::uint32_t>(result_.instructions.size())});
     for (std::uint32_t word = 0; word < source.code.size();) {
       Decoded d = decode(source.code, word);
       positions[word] = position();

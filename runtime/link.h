@@ -1,6 +1,7 @@
 // Linker: the code of one task, handles resolved to addresses (paper, 3.2.4), before the first run.
 //
-// In: a verified image, a task, the layout of its table. Out: one stream of 32-bit words for all POUs the task reaches:
+// In: a verified image, a task, the layout of its table. Out: one stream of 32-bit words for all POUs the task reaches,
+// for the interpreter and for compilers (native/):
 //   handler word (distance of the handler's address, interpreter.h), then operands
 //   operand: byte offset from the start of the task's table; in relative bodies, with kRelativeBit, from the instance
 //   targets and entries: positions in the stream; pointers (kernels, steps) in two words
@@ -33,9 +34,25 @@ struct FieldRange {
 /// What the task body `body` imports and exports, in the order of its instructions.
 std::vector<FieldRange> exchanged_ranges(const bytecode::Image& image, std::uint32_t body);
 
+/// One instruction of resolved code; its words follow its handler word. The records of short boolean runs lie further
+/// on, where the instruction says.
+struct LinkedInstruction {
+  std::uint32_t position = 0;
+  ResolvedOp op = ResolvedOp::kReturn;
+};
+/// The code of one POU: the instructions from `first` to the first one of the next body.
+struct LinkedBody {
+  std::uint32_t pou = 0;
+  Addressing addressing = Addressing::kFixed;
+  std::uint32_t entry = 0;  ///< position
+  std::uint32_t first = 0;  ///< into LinkedCode::instructions
+};
+
 struct LinkedCode {
   TableMemory words;  ///< 64-byte aligned, so that records lie as the linker placed them
   std::vector<CodeMark> marks;
+  std::vector<LinkedInstruction> instructions;          ///< ascending positions
+  std::vector<LinkedBody> bodies;                       ///< in the order of the code
   std::uint32_t entry = 0;                              ///< of the task's body
   std::vector<std::unique_ptr<std::byte[]>> constants;  ///< zeros of types, pointed into by the code
   Program::LinkReport report;

@@ -32,12 +32,14 @@ inline T load_pointer(const std::uint32_t* words) noexcept {
   return load<T>(words);
 }
 
-/// Code word of the instruction at `pc`, for events and faults.
-inline const CodeMark& mark_at(const Machine& m, const std::uint32_t* pc) noexcept {
-  const auto position = static_cast<std::uint32_t>(pc - m.code);
-  const auto after = std::upper_bound(m.marks.begin(), m.marks.end(), position,
+/// Code word of the instruction at `position`, for events and faults.
+inline const CodeMark& mark_at(std::span<const CodeMark> marks, std::uint32_t position) noexcept {
+  const auto after = std::upper_bound(marks.begin(), marks.end(), position,
                                       [](std::uint32_t p, const CodeMark& mark) { return p < mark.position; });
   return *(after - 1);
+}
+inline const CodeMark& mark_at(const Machine& m, const std::uint32_t* pc) noexcept {
+  return mark_at(m.marks, static_cast<std::uint32_t>(pc - m.code));
 }
 
 [[gnu::noinline, gnu::cold]] inline void raise(Machine& m, const std::uint32_t* pc, stdlib::Event event) noexcept {

@@ -1,8 +1,10 @@
 #include "runtime/program.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
+#include "runtime/compiled_task.h"
 #include "runtime/events.h"
 #include "runtime/handle.h"
 #include "runtime/interpreter.h"
@@ -12,6 +14,11 @@
 #include "runtime/taskblocks.h"
 
 namespace plc::runtime {
+
+namespace {
+/// No scan has run compiled code.
+constexpr core::TimeNs kNever = std::numeric_limits<core::TimeNs>::min();
+}  // namespace
 
 struct Program::State {
   State(const bytecode::Image& image_in, std::uint32_t index_in, GlobalTable& globals, TaskLayout layout,
@@ -34,6 +41,21 @@ struct Program::State {
   std::unique_ptr<Taskblocks> taskblocks;  ///< null when the task runs none
   LinkedCode code;
   Machine machine;
+  std::vector<std::unique_ptr<CompiledTask>> compiled;  ///< kept to the end: a scan may run the one before the last
+  std::atomic<const CompiledTask*> next{nullptr};       ///< what the next scan runs; null = the interpreter
+  std::atomic<const CompiledTask*> current{nullptr};    ///< what the present or last scan ran
+  std::atomic<core::TimeNs> compiled_since{kNever};
+
+  /// RT. Before Machine::place of the scan is set, see Program::place().
+  void change_to(const CompiledTask& task, core::TimeNs now_ns) noexcept {
+    machine.code = task.code.data();
+    machine.marks = task.marks;
+    current.store(&task, std::memory_order_relaxed);
+    if (compiled_since.load(std::memory_order_relaxed) == kNever) {
+      compiled_since.store(now_ns, std::memory_order_relaxed);
+    }
+    std::atomic_thread_fence(std::memory_order_release);
+  }
 };
 
 core::Code fault_code(FaultKind kind) {
@@ -119,11 +141,18 @@ Fault Program::execute(const CycleContext& context) noexcept {
   State& s = *state_;
   s.machine.step.now_ns = context.now_ns;
   if (s.taskblocks) s.taskblocks->begin(context.now_ns);
+  const CompiledTask* const compiled = s.next.load(std::memory_order_acquire);
+  if (compiled != s.current.load(std::memory_order_relaxed)) [[unlikely]]
+    s.change_to(*compiled, context.now_ns);
   s.machine.loops_left.store(s.options.loop_budget, std::memory_order_relaxed);
   s.machine.place.store(s.code.entry, std::memory_order_relaxed);
   s.machine.fault = {};
   s.exchange->begin();
-  run_body(s.machine, Addressing::kFixed, s.code.entry, s.table.layout().instance);
+  if (compiled != nullptr) {
+    compiled->run(s.machine);
+  } else {
+    run_body(s.machine, Addressing::kFixed, s.code.entry, s.table.layout().instance);
+  }
   if (!s.exchange->end()) {
     // A scan that was cut short knows its place better than whoever looked from outside.
     if (!s.machine.fault) s.machine.fault = place(FaultKind::kWatchdog);
@@ -134,9 +163,24 @@ Fault Program::execute(const CycleContext& context) noexcept {
 
 // RT:
 Fault Program::place(FaultKind kind) const noexcept {
-  const Machine& m = state_->machine;
-  const CodeMark& mark = mark_at(m, m.code + m.place.load(std::memory_order_relaxed));
+  // The place first: its marks are then those of the code it is a place of, or of newer code, which knows it too.
+  const std::uint32_t position = state_->machine.place.load(std::memory_order_relaxed);
+  std::atomic_thread_fence(std::memory_order_acquire);
+  const CompiledTask* const compiled = state_->current.load(std::memory_order_relaxed);
+  const CodeMark& mark = mark_at(compiled != nullptr ? compiled->marks : state_->code.marks, position);
   return {kind, mark.pou, mark.word, state_->taskblocks ? state_->taskblocks->running() : Taskblocks::kNone};
+}
+
+const LinkedCode& Program::linked() const { return state_->code; }
+
+void Program::install(std::unique_ptr<CompiledTask> compiled) {
+  state_->compiled.push_back(std::move(compiled));
+  state_->next.store(state_->compiled.back().get(), std::memory_order_release);
+}
+
+std::optional<core::TimeNs> Program::compiled_since() const noexcept {
+  const core::TimeNs since = state_->compiled_since.load(std::memory_order_relaxed);
+  return since == kNever ? std::nullopt : std::optional(since);
 }
 
 // RT:

@@ -1,6 +1,7 @@
 // Program: the executable form of one task of a verified image. Handles become addresses here, before the first run.
 //
-// In: VerifiedImage, GlobalTable. Out: execute(), one scan of the task: imports, programs, exports as its body says.
+// In: VerifiedImage, GlobalTable. Out: execute(), one scan of the task: imports, programs, exports as its body says, in
+// the interpreter or in what a compiler made of the same resolved code (compiled_task.h).
 // Threads: a Program belongs to one thread at a time; only the global table is shared (memory/exchange.h).
 // Events stop nothing and are counted with their drawn element; a fault ends the scan (docs/guides/events.md).
 // Does not belong here: when a task runs (sched/), names of variables (access.h).
@@ -25,6 +26,9 @@
 #include "taskblocks/registry.h"
 
 namespace plc::runtime {
+
+struct CompiledTask;
+struct LinkedCode;
 
 /// What a scan is told from outside. Taken once per cycle.
 struct CycleContext {
@@ -83,11 +87,19 @@ class Program {
   Program(const Program&) = delete;
   Program& operator=(const Program&) = delete;
 
-  /// Shortly before execute(): does ahead what can be done twice, so that the scan finds it in the caches. Copies at most
-  /// about `bytes`. Nobody sees a difference. Between scans. RT: like execute().
+  /// Shortly before execute(): does ahead what can be done twice, so that the scan finds it in the caches. Copies at
+  /// most about `bytes`. Nobody sees a difference. Between scans. RT: like execute().
   void expect(std::size_t bytes) noexcept;
   /// One scan. RT: noexcept, no allocation, no lock, no system call.
   Fault execute(const CycleContext& context) noexcept;
+
+  /// The task's resolved code: what a compiler starts from. Lives as long as the program.
+  [[nodiscard]] const LinkedCode& linked() const;
+  /// The next scan, and all after it, run this instead of the interpreter. Any thread, one at a time; the scan that
+  /// runs meanwhile is not disturbed.
+  void install(std::unique_ptr<CompiledTask> compiled);
+  /// The instant (CycleContext) of the first scan that ran compiled code, or nothing. Any thread.
+  [[nodiscard]] std::optional<core::TimeNs> compiled_since() const noexcept;
 
   /// Where a running scan is, roughly: at its last loop jump or program call. Any thread; RT.
   [[nodiscard]] Fault place(FaultKind kind) const noexcept;

@@ -30,11 +30,12 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"frontend-ld", {"core", "stdlib", "ir", "plcopen", "frontend-st", "frontend-fbd"}},
     {"taskblocks", {"core"}},
     {"runtime", {"core", "stdlib", "bytecode", "taskblocks"}},
+    {"native", {"core", "stdlib", "bytecode", "runtime"}},
     {"io-drivers", {"core", "stdlib", "bytecode", "runtime"}},
     {"tools",
      {"core", "stdlib", "plcopen", "ir", "bytecode", "bytecode/codegen", "frontend-st", "frontend-fbd", "frontend-ld",
-      "runtime", "io-drivers", "taskblocks"}},
-    {"bench", {"core", "stdlib", "bytecode", "runtime", "io-drivers", "tools", "tests"}},  // tests: the builder of hand-made images
+      "runtime", "native", "io-drivers", "taskblocks"}},
+    {"bench", {"core", "stdlib", "bytecode", "runtime", "native", "io-drivers", "tools", "tests"}},  // tests: the builder of hand-made images
 };
 
 /// Foreign headers that belong to one place: prefix of the include, folders that may use it, and whether in headers too.
@@ -53,6 +54,7 @@ const std::vector<Foreign> kForeign = {
     {"boost/", {"io-drivers"}, true},
     {"Eigen/", {"taskblocks"}, true},
     {"gpiod", {"io-drivers"}, false},
+    {"asmjit/", {"native"}, true},
 };
 
 struct Include {

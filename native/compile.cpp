@@ -1,0 +1,417 @@
+#include "native/compile.h"
+
+#include <algorithm>
+#include <cstring>
+#include <span>
+#include <unordered_map>
+#include <utility>
+
+#include "bytecode/image.h"
+#include "native/helpers.h"
+#include "native/translate.h"
+#include "runtime/link.h"
+#include "runtime/operations.h"
+
+namespace plc::native {
+
+using runtime::Addressing;
+using runtime::LinkedBody;
+using runtime::LinkedCode;
+using runtime::LinkedInstruction;
+using runtime::Machine;
+
+namespace {
+
+/// Machine code that any instruction takes at most, by word of resolved code; addresses cost nothing.
+constexpr std::size_t kBytesPerWord = 64;
+constexpr std::size_t kBytesBeside = 64 * 1024;
+/// Initial values of a function's frame that are written by instructions of their own; more is copied.
+constexpr std::uint32_t kInlineFrameBytes = 64;
+
+// The offsets of a few members, which code counts from rbx.
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Winvalid-offsetof"
+constexpr std::int32_t kStepOffset = offsetof(Machine, step);
+constexpr std::int32_t kEventCountOffset = offsetof(Machine, event_count);
+constexpr std::int32_t kLoopsLeftOffset = offsetof(Machine, loops_left);
+constexpr std::int32_t kPlaceOffset = offsetof(Machine, place);
+#pragma GCC diagnostic pop
+static_assert(sizeof(Machine::loops_left) == 4 && sizeof(Machine::place) == 4 && sizeof(Machine::event_count) == 8);
+
+x86::Mem machine_word(std::int32_t offset) { return x86::dword_ptr(x86::rbx, offset); }
+
+class TaskCompiler {
+ public:
+  TaskCompiler(const LinkedCode& linked, std::byte* table, std::uint64_t address)
+      : linked_(linked),
+        s_(table, address),
+        words_(linked.data(), linked.data() + linked.words.size() / sizeof(std::uint32_t)),
+        marks_(linked.marks) {}
+
+  void compile() {
+    for (const LinkedBody& body : linked_.bodies) entries_.emplace(body.entry, s_.a.newLabel());
+    entry();
+    for (std::size_t b = 0; b < linked_.bodies.size(); ++b) {
+      const std::size_t begin = s_.size();
+      const bool last = b + 1 == linked_.bodies.size();
+      body(linked_.bodies[b], last ? linked_.instructions.size() : linked_.bodies[b + 1].first);
+      report_.bodies.push_back({linked_.bodies[b].pou, s_.size() - begin});
+    }
+    s_.write_data();
+    report_.code_bytes = s_.size();
+  }
+
+  [[nodiscard]] const std::string& problem() const { return s_.problem(); }
+  std::vector<std::byte> code() { return s_.finish(); }
+  std::unique_ptr<NativeTask> task(CodeMemory memory, const std::byte* at) {
+    return std::make_unique<NativeTask>(std::move(memory), at, std::move(words_), std::move(marks_),
+                                        std::move(report_));
+  }
+
+ private:
+  /// What C++ calls: bool (Machine&).
+  void entry() {
+    s_.a.push(x86::rbx);
+    s_.a.mov(x86::rbx, x86::rdi);
+    s_.a.call(entries_.at(linked_.entry));
+    s_.a.pop(x86::rbx);
+    s_.a.ret();
+  }
+
+  // ---- one body: bool (); in relative bodies the instance is in rdi
+
+  void body(const LinkedBody& body, std::size_t end) {
+    const std::span<const LinkedInstruction> instructions =
+        std::span(linked_.instructions).subspan(body.first, end - body.first);
+    s_.relative = body.addressing == Addressing::kRelative;
+    counts_events_ = false;
+    targets_.clear();
+    for (const LinkedInstruction& instruction : instructions) {
+      const Operation operation = operation_of(instruction.op);
+      counts_events_ = counts_events_ || operation.form == Form::kEno;
+      if (const auto target = target_of(operation.form, instruction.position)) {
+        targets_.try_emplace(*target, s_.a.newLabel());
+      }
+    }
+    failed_ = s_.a.newLabel();
+    s_.land(entries_.at(body.entry));
+    prologue();
+    for (std::size_t i = 0; i < instructions.size();) {
+      if (const auto target = targets_.find(instructions[i].position); target != targets_.end()) {
+        s_.land(target->second);
+      }
+      const Operation operation = operation_of(instructions[i].op);
+      if (operation.form == Form::kInterpreted) {
+        i = interpret(body, instructions, i);
+      } else {
+        const std::uint32_t position = instructions[i].position;
+        translate({words_.data() + position, position, operation});
+        ++i;
+      }
+    }
+    s_.write_asides();
+    s_.a.bind(failed_);
+    s_.a.xor_(x86::eax, x86::eax);
+    epilogue();
+  }
+
+  /// Leaves the stack as C++ wants it for calls. A return address lies on it already.
+  void prologue() {
+    if (s_.relative) {
+      s_.a.push(x86::r13);
+      s_.a.mov(x86::r13, x86::rdi);
+    }
+    if (counts_events_) {
+      s_.a.push(x86::r14);
+      s_.a.mov(x86::r14, x86::qword_ptr(x86::rbx, kEventCountOffset));
+    }
+    if (s_.relative == counts_events_) s_.a.sub(x86::rsp, 8);
+  }
+  void epilogue() {
+    if (s_.relative == counts_events_) s_.a.add(x86::rsp, 8);
+    if (counts_events_) s_.a.pop(x86::r14);
+    if (s_.relative) s_.a.pop(x86::r13);
+    s_.a.ret();
+  }
+  /// The scan ends here unless what was called returned TRUE.
+  void check() {
+    s_.a.test(x86::al, x86::al);
+    s_.a.jz(failed_);
+  }
+  void note_place(std::uint32_t position) { s_.a.mov(machine_word(kPlaceOffset), position); }
+
+  /// Where a jump goes.
+  [[nodiscard]] std::optional<std::uint32_t> target_of(Form form, std::uint32_t position) const {
+    const std::uint32_t* const words = words_.data() + position;
+    switch (form) {
+      case Form::kJump:
+      case Form::kLoopJump:
+        return words[1];
+      case Form::kJumpUnless:
+      case Form::kJumpIf:
+        return words[2];
+      case Form::kCompareJumpUnless:
+      case Form::kCompareJumpIf:
+        return words[4];
+      default:
+        return std::nullopt;
+    }
+  }
+
+  // ---- instructions
+
+  void translate(const Instruction& i) {
+    const std::uint32_t* const w = i.words;
+    switch (i.operation.form) {
+      case Form::kReturn:
+        s_.a.mov(x86::eax, 1);
+        epilogue();
+        return s_.forget();
+      case Form::kJump:
+        s_.a.jmp(targets_.at(w[1]));
+        return s_.forget();
+      case Form::kJumpUnless:
+      case Form::kJumpIf:
+        return conditional_jump(i);
+      case Form::kLoopJump:
+        return loop_jump(i);
+      case Form::kCompareJumpUnless:
+      case Form::kCompareJumpIf:
+        return translate_compare_jump(s_, i, targets_.at(w[4]));
+      case Form::kShortRecords4:
+      case Form::kShortRecords5:
+      case Form::kGeneralRecords:
+        return translate_records(s_, i, words_.data(), expressions_);
+      case Form::kRunBlock:
+        s_.address(x86::rdi, w[3]);
+        s_.a.lea(x86::rsi, x86::ptr(x86::rbx, kStepOffset));
+        return s_.call_address(runtime::load<std::uint64_t>(w + 1));
+      case Form::kRunTaskblock:
+        s_.a.mov(x86::rdi, x86::rbx);
+        s_.a.mov(x86::esi, i.position);
+        s_.address(x86::rdx, w[1]);
+        s_.call(&run_taskblock);
+        return check();
+      case Form::kCallFixed:
+        note_place(i.position);
+        return call_body(w[1]);
+      case Form::kCallRelative:
+        s_.address(x86::rdi, w[2]);
+        return call_body(w[1]);
+      case Form::kCallFunction:
+        return call_function(i);
+      case Form::kCallLibrary:
+        return call_library(i);
+      case Form::kClearEvent:
+        if (counts_events_) s_.a.mov(x86::r14, x86::qword_ptr(x86::rbx, kEventCountOffset));
+        return;
+      case Form::kEno:
+        s_.a.cmp(x86::r14, x86::qword_ptr(x86::rbx, kEventCountOffset));
+        s_.a.sete(x86::al);
+        return s_.store(w[1], 1, reg::kAx);
+      default:
+        return translate_data(s_, i);
+    }
+  }
+
+  void conditional_jump(const Instruction& i) {
+    const std::uint32_t condition = i.words[1];
+    if (s_.holds(condition, 1)) {
+      s_.a.test(gp(s_.holder(), 1), gp(s_.holder(), 1));
+    } else {
+      s_.a.cmp(s_.at(condition, 1), 0);
+    }
+    s_.a.j(i.operation.form == Form::kJumpIf ? x86::CondCode::kNZ : x86::CondCode::kZ, targets_.at(i.words[2]));
+  }
+
+  void loop_jump(const Instruction& i) {
+    const asmjit::Label over = s_.a.newLabel();
+    s_.a.mov(x86::eax, machine_word(kLoopsLeftOffset));
+    note_place(i.position);
+    s_.a.sub(x86::eax, 1);
+    s_.a.jb(over);
+    s_.a.mov(machine_word(kLoopsLeftOffset), x86::eax);
+    s_.a.jmp(targets_.at(i.words[1]));
+    s_.forget();
+    s_.aside([this, over, position = i.position] {
+      s_.a.bind(over);
+      s_.a.mov(x86::rdi, x86::rbx);
+      s_.a.mov(x86::esi, position);
+      s_.call(&fail_loop);
+      s_.a.jmp(failed_);
+    });
+  }
+
+  void call_body(std::uint32_t entry) {
+    s_.forget();
+    s_.a.call(entries_.at(entry));
+    check();
+  }
+
+  /// Words: frame, frame bytes, initial bytes (2), entry, inputs, outputs, then 4 per argument: to, from, bytes or
+  /// kind, capacities.
+  void call_function(const Instruction& i) {
+    const std::uint32_t* const w = i.words;
+    reset_frame(w[1], runtime::load_pointer<const std::byte*>(w + 3), w[2]);
+    const std::uint32_t* argument = w + 8;
+    for (const std::uint32_t* const end = argument + std::size_t{w[6]} * 4; argument != end; argument += 4) {
+      pass(i.position, argument);
+    }
+    call_body(w[5]);
+    for (const std::uint32_t* const end = argument + std::size_t{w[7]} * 4; argument != end; argument += 4) {
+      pass(i.position, argument);
+    }
+  }
+  void reset_frame(std::uint32_t frame, const std::byte* initial, std::uint32_t bytes) {
+    s_.forget();
+    if (bytes > kInlineFrameBytes) {
+      s_.address(x86::rdi, frame);
+      s_.a.mov(x86::rsi, reinterpret_cast<std::uint64_t>(initial));
+      s_.a.mov(x86::edx, bytes);
+      return s_.call_address(reinterpret_cast<std::uint64_t>(&std::memcpy));
+    }
+    for (std::uint32_t at = 0; at < bytes;) {
+      const unsigned step = bytes - at >= 8 ? 8 : bytes - at >= 4 ? 4 : bytes - at >= 2 ? 2 : 1;
+      std::uint64_t value = 0;
+      std::memcpy(&value, initial + at, step);
+      s_.a.mov(x86::rax, value);
+      s_.a.mov(s_.at(frame + at, step), gp(reg::kAx, step));
+      at += step;
+    }
+  }
+  /// One argument of a function: words to, from, bytes or kind, capacities (runtime::pass).
+  void pass(std::uint32_t position, const std::uint32_t* argument) {
+    switch (argument[2]) {
+      case 1:
+      case 2:
+      case 4:
+      case 8:
+        s_.forget();
+        s_.load(reg::kAx, argument[1], argument[2]);
+        return s_.store(argument[0], argument[2], reg::kAx);
+      case runtime::kPassStr:
+      case runtime::kPassWstr:
+        break;
+      default:
+        s_.address(x86::rdi, argument[0]);
+        s_.address(x86::rsi, argument[1]);
+        s_.a.mov(x86::edx, argument[2]);
+        return s_.call_address(reinterpret_cast<std::uint64_t>(&std::memmove));
+    }
+    const asmjit::Label cut = s_.a.newLabel();
+    const asmjit::Label done = s_.a.newLabel();
+    s_.address(x86::rdi, argument[0]);
+    s_.address(x86::rsi, argument[1]);
+    s_.a.mov(x86::edx, argument[3]);
+    s_.a.mov(x86::ecx, argument[2] == runtime::kPassStr ? 1 : 2);
+    s_.call(&copy_text);
+    s_.a.test(x86::al, x86::al);
+    s_.a.jz(cut);
+    s_.a.bind(done);
+    s_.aside([this, cut, done, position] {
+      s_.a.bind(cut);
+      s_.raise(position, static_cast<int>(stdlib::Event::kTruncated));
+      s_.a.jmp(done);
+    });
+  }
+
+  /// Words: kernel (2), arguments, result, then the arguments.
+  void call_library(const Instruction& i) {
+    const std::uint32_t* const w = i.words;
+    const std::uint32_t count = w[3];
+    const std::uint32_t stack = s_.relative ? (count * 8 + 15) / 16 * 16 : 0;
+    if (s_.relative) {
+      s_.a.sub(x86::rsp, stack);
+      for (std::uint32_t n = 0; n < count; ++n) {
+        s_.address(x86::rax, w[5 + n]);
+        s_.a.mov(x86::qword_ptr(x86::rsp, static_cast<std::int32_t>(n * 8)), x86::rax);
+      }
+      s_.a.mov(x86::rsi, x86::rsp);
+    } else {
+      std::vector<std::uint64_t> arguments;
+      for (std::uint32_t n = 0; n < count; ++n) arguments.push_back(s_.address_of(w[5 + n]));
+      s_.a.lea(x86::rsi, x86::ptr(s_.data(std::move(arguments))));
+    }
+    s_.address(x86::rdi, w[4]);
+    s_.a.mov(x86::edx, count);
+    s_.call_address(runtime::load<std::uint64_t>(w + 1));
+    if (s_.relative) s_.a.add(x86::rsp, stack);
+    const asmjit::Label event = s_.a.newLabel();
+    const asmjit::Label done = s_.a.newLabel();
+    s_.a.test(x86::al, x86::al);
+    s_.a.jnz(event);
+    s_.a.bind(done);
+    s_.aside([this, event, done, position = i.position] {
+      s_.a.bind(event);
+      s_.raise(position, -1);
+      s_.a.jmp(done);
+    });
+  }
+
+  /// Instructions from number `first` on that the interpreter runs, as far as nobody jumps between them: copied behind
+  /// the resolved code, with a RETURN. Returns the number of the next one.
+  std::size_t interpret(const LinkedBody& body, std::span<const LinkedInstruction> instructions, std::size_t first) {
+    const auto start = static_cast<std::uint32_t>(words_.size());
+    std::size_t i = first;
+    do {
+      const std::uint32_t position = instructions[i].position;
+      const std::uint32_t end = end_of(instructions, i);
+      const auto at = static_cast<std::uint32_t>(words_.size());
+      const runtime::CodeMark& mark = runtime::mark_at(linked_.marks, position);
+      marks_.push_back({at, mark.pou, mark.word});
+      words_.resize(at + (end - position));
+      std::copy(words_.begin() + position, words_.begin() + end, words_.begin() + at);
+      ++report_.interpreted[instructions[i].op];
+      ++i;
+    } while (i < instructions.size() && operation_of(instructions[i].op).form == Form::kInterpreted &&
+             !targets_.contains(instructions[i].position));
+    words_.push_back(runtime::handler_word(body.addressing, runtime::ResolvedOp::kReturn));
+    s_.a.mov(x86::rdi, x86::rbx);
+    s_.a.mov(x86::esi, static_cast<std::uint32_t>(body.addressing));
+    s_.a.mov(x86::edx, start);
+    if (s_.relative) {
+      s_.instance_offset(x86::rcx);
+    } else {
+      s_.a.xor_(x86::ecx, x86::ecx);
+    }
+    s_.call(&runtime::run_body);
+    check();
+    return i;
+  }
+  /// Where the words of an instruction without records end.
+  [[nodiscard]] std::uint32_t end_of(std::span<const LinkedInstruction> instructions, std::size_t i) const {
+    if (i + 1 < instructions.size()) return instructions[i + 1].position;
+    return instructions[i].position + 1;
+  }
+
+  const LinkedCode& linked_;
+  Assembly s_;
+  std::vector<std::uint32_t> words_;
+  std::vector<runtime::CodeMark> marks_;
+  BooleanExpressions expressions_;
+  std::unordered_map<std::uint32_t, asmjit::Label> entries_;  ///< of bodies, by position
+  std::unordered_map<std::uint32_t, asmjit::Label> targets_;  ///< of jumps in this body, by position
+  asmjit::Label failed_;                                      ///< of this body: the scan is over
+  bool counts_events_ = false;                                ///< this body has an ENO
+  CompileReport report_;
+};
+
+}  // namespace
+
+core::Result<std::unique_ptr<NativeTask>> compile(runtime::Program& program) {
+  const LinkedCode& linked = program.linked();
+  const std::span<std::byte> table(program.table().data(), program.table().layout().total);
+  auto memory = CodeMemory::reserve(table, linked.words.size() / sizeof(std::uint32_t) * kBytesPerWord + kBytesBeside);
+  if (!memory) return memory.error();
+  TaskCompiler compiler(linked, table.data(), memory->address());
+  compiler.compile();
+  const std::vector<std::byte> code = compiler.code();
+  if (!compiler.problem().empty() || code.size() > memory->reserved()) {
+    return core::Problem{core::Code::P9001, "native code could not be made: " + compiler.problem(), {}};
+  }
+  const auto at = memory->fill(code);
+  if (!at) return at.error();
+  return compiler.task(std::move(*memory), *at);
+}
+
+}  // namespace plc::native

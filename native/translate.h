@@ -1,0 +1,33 @@
+// The translators: resolved instructions as x86-64 code.
+//
+// In: the words of an instruction (link.h), its place in the resolved code. Out: code at the end of an Assembly that
+// leaves the task's table, events and faults as the interpreter's handler does. Does not belong here: control between
+// instructions and bodies (compile.cpp).
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "native/assembly.h"
+#include "native/boolean_function.h"
+
+namespace plc::native {
+
+/// One instruction, and what a translator needs to know of its body.
+struct Instruction {
+  const std::uint32_t* words = nullptr;  ///< from the handler word on
+  std::uint32_t position = 0;
+  Operation operation;
+};
+
+/// Moves, arithmetic, comparisons, parts of integers, elements of arrays.
+void translate_data(Assembly& assembly, const Instruction& instruction);
+
+/// A comparison with a conditional jump to `target`.
+void translate_compare_jump(Assembly& assembly, const Instruction& instruction, const asmjit::Label& target);
+
+/// The look-up records of a boolean run. `code`: all resolved code.
+void translate_records(Assembly& assembly, const Instruction& instruction, const std::uint32_t* code,
+                       BooleanExpressions& expressions);
+
+}  // namespace plc::native

@@ -1,0 +1,502 @@
+// Moves, arithmetic, comparisons, parts of integers, elements of arrays.
+#include <cstring>
+#include <limits>
+#include <utility>
+
+#include "native/translate.h"
+#include "runtime/operations.h"
+#include "stdlib/library.h"
+
+namespace plc::native {
+namespace {
+
+using stdlib::Event;
+using InstId = asmjit::InstId;
+
+constexpr int number(Event event) { return static_cast<int>(event); }
+
+/// A register for a new value: not the one that holds the value stored last.
+std::uint32_t fresh(const Assembly& s) { return s.holder() == reg::kAx ? reg::kCx : reg::kAx; }
+std::uint32_t fresh_real(const Assembly& s) { return s.holder() == 0 ? 1 : 0; }
+
+// ---- arithmetic
+
+struct Integers {
+  InstId id;
+  bool commutes;
+};
+Integers integers_of(Form form) {
+  switch (form) {
+    case Form::kAdd:
+      return {x86::Inst::kIdAdd, true};
+    case Form::kSub:
+      return {x86::Inst::kIdSub, false};
+    case Form::kMul:
+      return {x86::Inst::kIdImul, true};
+    case Form::kAnd:
+      return {x86::Inst::kIdAnd, true};
+    case Form::kOr:
+      return {x86::Inst::kIdOr, true};
+    default:
+      return {x86::Inst::kIdXor, true};
+  }
+}
+
+void integer(Assembly& s, const Instruction& i) {
+  const unsigned bytes = bytes_of(i.operation.type);
+  const Integers what = integers_of(i.operation.form);
+  std::uint32_t x = i.words[2];
+  std::uint32_t y = i.words[3];
+  if (what.commutes && s.holds(y, bytes)) std::swap(x, y);
+  const std::uint32_t to = s.holds(x, bytes) ? s.holder() : fresh(s);
+  if (i.operation.form == Form::kMul && bytes == 1) {
+    // There is no product of two bytes in one byte.
+    const std::uint32_t other = to == reg::kDx ? reg::kCx : reg::kDx;
+    s.load(other, y, 1);
+    s.load(to, x, 1);
+    s.a.imul(gp(to, 4), gp(other, 4));
+  } else {
+    const bool held = s.holds(y, bytes);
+    const std::uint32_t holder = s.holder();
+    s.load(to, x, bytes);
+    if (held) {
+      s.a.emit(what.id, gp(to, bytes), gp(holder, bytes));
+    } else {
+      s.a.emit(what.id, gp(to, bytes), s.at(y, bytes));
+    }
+  }
+  s.store(i.words[1], bytes, to);
+}
+
+InstId real_id(Form form, bool f32) {
+  switch (form) {
+    case Form::kAdd:
+      return f32 ? x86::Inst::kIdAddss : x86::Inst::kIdAddsd;
+    case Form::kSub:
+      return f32 ? x86::Inst::kIdSubss : x86::Inst::kIdSubsd;
+    case Form::kMul:
+      return f32 ? x86::Inst::kIdMulss : x86::Inst::kIdMulsd;
+    default:
+      return f32 ? x86::Inst::kIdDivss : x86::Inst::kIdDivsd;
+  }
+}
+
+void compare_reals(Assembly& s, const x86::Xmm& x, const asmjit::Operand& y, bool f32) {
+  s.a.emit(f32 ? x86::Inst::kIdUcomiss : x86::Inst::kIdUcomisd, x, y);
+}
+
+void real(Assembly& s, const Instruction& i) {
+  const Type type = i.operation.type;
+  const bool f32 = type == Type::kF32;
+  const std::uint32_t x = i.words[2];
+  const std::uint32_t y = i.words[3];
+  const bool y_held = s.holds_real(y, type);
+  const std::uint32_t holder = s.holder();
+  // Operands are not swapped: of two NaN the first would win, though all are canonical. The register of x is reused
+  // unless y lies there.
+  const std::uint32_t to = s.holds_real(x, type) ? holder : fresh_real(s);
+  s.load_real(to, x, type);
+  const x86::Xmm value = x86::xmm(to);
+  const InstId id = real_id(i.operation.form, f32);
+  if (y_held) {
+    s.a.emit(id, value, x86::xmm(holder));
+  } else {
+    s.a.emit(id, value, s.at(y, bytes_of(type)));
+  }
+  // One NaN: what the processor makes of an invalid operation has the sign bit.
+  const asmjit::Label nan = s.a.newLabel();
+  const asmjit::Label done = s.a.newLabel();
+  compare_reals(s, value, value, f32);
+  s.a.jp(nan);
+  s.a.bind(done);
+  s.aside([&s, nan, done, value, f32] {
+    s.a.bind(nan);
+    if (f32) {
+      s.a.mov(x86::eax, 0x7fc00000u);
+      s.a.movd(value, x86::eax);
+    } else {
+      s.a.mov(x86::rax, 0x7ff8000000000000u);
+      s.a.movq(value, x86::rax);
+    }
+    s.a.jmp(done);
+  });
+  s.store_real(i.words[1], type, to);
+}
+
+/// Quotient in eax, remainder in edx.
+void division(Assembly& s, const Instruction& i) {
+  const Type type = i.operation.type;
+  const unsigned bytes = bytes_of(type);
+  const unsigned wide = bytes == 8 ? 8 : 4;
+  const bool quotient = i.operation.form == Form::kDiv;
+  const x86::Gp dividend = gp(reg::kAx, wide);
+  const x86::Gp divisor = gp(reg::kCx, wide);
+  const x86::Gp rest = gp(reg::kDx, wide);
+  const std::uint32_t result = quotient ? reg::kAx : reg::kDx;
+  // Whichever is in a register first: loading the other may overwrite it.
+  if (s.holds(i.words[3], bytes)) {
+    s.load_extended(reg::kCx, i.words[3], type);
+    s.load_extended(reg::kAx, i.words[2], type);
+  } else {
+    s.load_extended(reg::kAx, i.words[2], type);
+    s.load_extended(reg::kCx, i.words[3], type);
+  }
+  const asmjit::Label by_zero = s.a.newLabel();
+  const asmjit::Label done = s.a.newLabel();
+  s.a.test(divisor, divisor);
+  s.a.jz(by_zero);
+  if (is_signed(type)) {
+    // The least value by -1 stops the processor, where it does not fit; less than 4 bytes always fit.
+    if (bytes >= 4) {
+      const asmjit::Label by_minus_one = s.a.newLabel();
+      s.a.cmp(divisor, -1);
+      s.a.je(by_minus_one);
+      s.aside([&s, by_minus_one, done, quotient, dividend, rest] {
+        s.a.bind(by_minus_one);
+        if (quotient) {
+          s.a.neg(dividend);
+        } else {
+          s.a.xor_(rest.r32(), rest.r32());
+        }
+        s.a.jmp(done);
+      });
+    }
+    if (wide == 8) {
+      s.a.cqo();
+    } else {
+      s.a.cdq();
+    }
+    s.a.idiv(rest, dividend, divisor);
+  } else {
+    s.a.xor_(x86::edx, x86::edx);
+    s.a.div(rest, dividend, divisor);
+  }
+  s.a.bind(done);
+  s.aside([&s, by_zero, done, quotient, position = i.position, result] {
+    s.a.bind(by_zero);
+    if (quotient) s.raise(position, number(Event::kDivideByZero));
+    s.a.xor_(gp(result, 4), gp(result, 4));
+    s.a.jmp(done);
+  });
+  s.store(i.words[1], bytes, result);
+}
+
+// ---- comparison
+
+x86::CondCode condition(Relation relation, bool with_sign) {
+  switch (relation) {
+    case Relation::kEq:
+      return x86::CondCode::kE;
+    case Relation::kNe:
+      return x86::CondCode::kNE;
+    case Relation::kLt:
+      return with_sign ? x86::CondCode::kL : x86::CondCode::kB;
+    case Relation::kLe:
+      return with_sign ? x86::CondCode::kLE : x86::CondCode::kBE;
+    case Relation::kGt:
+      return with_sign ? x86::CondCode::kG : x86::CondCode::kA;
+    case Relation::kGe:
+      break;
+  }
+  return with_sign ? x86::CondCode::kGE : x86::CondCode::kAE;
+}
+
+/// Compares; the result is stored and is also what the returned condition says of the flags.
+x86::CondCode compare_integers(Assembly& s, const Instruction& i) {
+  const Type type = i.operation.type;
+  const unsigned bytes = bytes_of(type);
+  const std::uint32_t x = i.words[2];
+  const std::uint32_t y = i.words[3];
+  const x86::CondCode code = condition(i.operation.relation, is_signed(type));
+  if (!s.holds(x, bytes) && s.holds(y, bytes)) {
+    s.a.cmp(s.at(x, bytes), gp(s.holder(), bytes));
+  } else {
+    if (!s.holds(x, bytes)) s.load(reg::kAx, x, bytes);
+    const std::uint32_t left = s.holds(x, bytes) ? s.holder() : reg::kAx;
+    if (s.holds(y, bytes)) {
+      s.a.cmp(gp(left, bytes), gp(s.holder(), bytes));
+    } else {
+      s.a.cmp(gp(left, bytes), s.at(y, bytes));
+    }
+  }
+  s.a.set(code, x86::al);
+  s.store(i.words[1], 1, reg::kAx);
+  return code;
+}
+
+x86::CondCode compare_reals(Assembly& s, const Instruction& i) {
+  const Type type = i.operation.type;
+  const bool f32 = type == Type::kF32;
+  const Relation relation = i.operation.relation;
+  // "Above" is the order that is false for NaN: less is above the other way round.
+  const bool turned = relation == Relation::kLt || relation == Relation::kLe;
+  const std::uint32_t x = i.words[turned ? 3 : 2];
+  const std::uint32_t y = i.words[turned ? 2 : 3];
+  const bool y_held = s.holds_real(y, type);
+  const std::uint32_t holder = s.holder();
+  const std::uint32_t left = s.holds_real(x, type) ? holder : fresh_real(s);
+  s.load_real(left, x, type);
+  if (y_held) {
+    compare_reals(s, x86::xmm(left), x86::xmm(holder), f32);
+  } else {
+    compare_reals(s, x86::xmm(left), s.at(y, bytes_of(type)), f32);
+  }
+  x86::CondCode code = x86::CondCode::kNZ;
+  switch (relation) {
+    case Relation::kEq:
+      s.a.setnp(x86::cl);
+      s.a.sete(x86::al);
+      s.a.and_(x86::al, x86::cl);
+      break;
+    case Relation::kNe:
+      s.a.setp(x86::cl);
+      s.a.setne(x86::al);
+      s.a.or_(x86::al, x86::cl);
+      break;
+    case Relation::kLt:
+    case Relation::kGt:
+      code = x86::CondCode::kA;
+      s.a.seta(x86::al);
+      break;
+    case Relation::kLe:
+    case Relation::kGe:
+      code = x86::CondCode::kAE;
+      s.a.setae(x86::al);
+      break;
+  }
+  s.store(i.words[1], 1, reg::kAx);
+  return code;
+}
+
+x86::CondCode compare(Assembly& s, const Instruction& i) {
+  return is_real(i.operation.type) ? compare_reals(s, i) : compare_integers(s, i);
+}
+
+// ---- the rest
+
+void move(Assembly& s, const Instruction& i) {
+  const Type type = i.operation.type;
+  const unsigned bytes = bytes_of(type);
+  // A real in its register may be moved as an integer, which is what most moves are.
+  for (const Type real_type : {Type::kF32, Type::kF64}) {
+    if (bytes_of(real_type) == bytes && s.holds_real(i.words[2], real_type)) {
+      return s.store_real(i.words[1], real_type, s.holder());
+    }
+  }
+  const std::uint32_t value = s.holds(i.words[2], bytes) ? s.holder() : reg::kAx;
+  s.load(value, i.words[2], bytes);
+  s.store(i.words[1], bytes, value);
+}
+
+void extract(Assembly& s, const Instruction& i) {
+  s.load(reg::kAx, i.words[2], 1);
+  if (i.words[3] != 0) s.a.shr(x86::al, i.words[3]);
+  s.a.and_(x86::al, 1);
+  s.store(i.words[1], 1, reg::kAx);
+}
+
+void insert(Assembly& s, const Instruction& i) {
+  // The part into cl first: the byte may be what is held.
+  const std::uint32_t bit = i.words[3];
+  if (s.holds(i.words[2], 1)) {
+    s.load(reg::kCx, i.words[2], 1);
+    s.load(reg::kAx, i.words[1], 1);
+  } else {
+    s.load(reg::kAx, i.words[1], 1);
+    s.load(reg::kCx, i.words[2], 1);
+  }
+  if (bit != 0) s.a.shl(x86::cl, bit);
+  s.a.and_(x86::al, static_cast<std::int32_t>(static_cast<std::int8_t>(~(1u << bit))));
+  s.a.or_(x86::al, x86::cl);
+  s.store(i.words[1], 1, reg::kAx);
+}
+
+void range(Assembly& s, const Instruction& i) {
+  const Type type = i.operation.type;
+  const unsigned bytes = bytes_of(type);
+  const x86::Gp value = gp(reg::kAx, bytes);
+  s.load(reg::kAx, i.words[2], bytes);
+  const asmjit::Label done = s.a.newLabel();
+  // Past this point no value is held in ax but the one looked at.
+  for (const bool lower : {true, false}) {
+    const std::uint32_t limit = i.words[lower ? 3 : 4];
+    const asmjit::Label outside = s.a.newLabel();
+    s.a.cmp(value, s.at(limit, bytes));
+    s.a.j(condition(lower ? Relation::kLt : Relation::kGt, is_signed(type)), outside);
+    s.aside([&s, outside, done, position = i.position, place = s.at(limit, bytes), value] {
+      s.a.bind(outside);
+      s.raise(position, number(Event::kOutOfRange));
+      s.a.mov(value, place);
+      s.a.jmp(done);
+    });
+  }
+  s.a.bind(done);
+  s.store(i.words[1], bytes, reg::kAx);
+}
+
+/// The number of the element in rax, below the count; else to `outside`. `index`: six words (runtime/operations.h).
+void element_number(Assembly& s, const std::uint32_t* index, const asmjit::Label& outside) {
+  const x86::Gp element = x86::rax;
+  const auto rep = static_cast<core::Rep>(index[5]);
+  switch (rep) {
+    case core::Rep::kI8:
+      s.a.movsx(element, s.at(index[0], 1));
+      break;
+    case core::Rep::kU8:
+      s.a.movzx(element.r32(), s.at(index[0], 1));
+      break;
+    case core::Rep::kI16:
+      s.a.movsx(element, s.at(index[0], 2));
+      break;
+    case core::Rep::kU16:
+      s.a.movzx(element.r32(), s.at(index[0], 2));
+      break;
+    case core::Rep::kI32:
+      if (s.holds(index[0], 4)) {
+        s.a.movsxd(element, gp(s.holder(), 4));
+      } else {
+        s.a.movsxd(element, s.at(index[0], 4));
+      }
+      break;
+    case core::Rep::kU32:
+      s.a.mov(element.r32(), s.at(index[0], 4));
+      break;
+    default:
+      s.a.mov(element, s.at(index[0], 8));
+      break;
+  }
+  if (rep == core::Rep::kU64) {
+    s.a.test(element, element);
+    s.a.js(outside);
+  }
+  const auto lower = runtime::load<std::int64_t>(index + 3);
+  const bool small =
+      lower >= std::numeric_limits<std::int32_t>::min() && lower <= std::numeric_limits<std::int32_t>::max();
+  if (small && lower != 0) s.a.sub(element, lower);
+  if (!small) {
+    s.a.mov(x86::rcx, lower);
+    s.a.sub(element, x86::rcx);
+  }
+  if (index[1] <= static_cast<std::uint32_t>(std::numeric_limits<std::int32_t>::max())) {
+    s.a.cmp(element, index[1]);
+  } else {
+    s.a.mov(x86::ecx, index[1]);
+    s.a.cmp(element, x86::rcx);
+  }
+  s.a.jae(outside);
+}
+
+/// The element whose number is in rax. Uses rax and rcx.
+x86::Mem element_place(Assembly& s, std::uint32_t place, std::uint32_t stride, unsigned bytes) {
+  s.address(x86::rcx, place);
+  unsigned shift = 0;
+  switch (stride) {
+    case 1:
+      break;
+    case 2:
+      shift = 1;
+      break;
+    case 4:
+      shift = 2;
+      break;
+    case 8:
+      shift = 3;
+      break;
+    default:
+      s.a.imul(x86::rax, x86::rax, static_cast<std::int32_t>(stride));
+      break;
+  }
+  return x86::ptr(x86::rcx, x86::rax, shift, 0, bytes);
+}
+
+/// Words: out, place, index (6).
+void load_element(Assembly& s, const Instruction& i) {
+  const unsigned bytes = bytes_of(i.operation.type);
+  const asmjit::Label outside = s.a.newLabel();
+  const asmjit::Label done = s.a.newLabel();
+  element_number(s, i.words + 3, outside);
+  const x86::Mem element = element_place(s, i.words[2], i.words[5], bytes);
+  if (bytes < 4) {
+    s.a.movzx(x86::edx, element);
+  } else {
+    s.a.mov(gp(reg::kDx, bytes), element);
+  }
+  s.a.bind(done);
+  s.aside([&s, outside, done, position = i.position] {
+    s.a.bind(outside);
+    s.raise(position, number(Event::kBadIndex));
+    s.a.xor_(x86::edx, x86::edx);
+    s.a.jmp(done);
+  });
+  s.store(i.words[1], bytes, reg::kDx);
+}
+
+/// Words: in, place, index (6).
+void store_element(Assembly& s, const Instruction& i) {
+  const unsigned bytes = bytes_of(i.operation.type);
+  const asmjit::Label outside = s.a.newLabel();
+  const asmjit::Label done = s.a.newLabel();
+  const Type real_type = bytes == 4 ? Type::kF32 : Type::kF64;
+  const bool real_held = bytes >= 4 && s.holds_real(i.words[1], real_type);
+  const std::uint32_t holder = s.holder();
+  if (!real_held) s.load(reg::kDx, i.words[1], bytes);
+  element_number(s, i.words + 3, outside);
+  const x86::Mem element = element_place(s, i.words[2], i.words[5], bytes);
+  if (!real_held) {
+    s.a.mov(element, gp(reg::kDx, bytes));
+  } else if (bytes == 4) {
+    s.a.movss(element, x86::xmm(holder));
+  } else {
+    s.a.movsd(element, x86::xmm(holder));
+  }
+  s.land(done);  // any variable may be an element
+  s.aside([&s, outside, done, position = i.position] {
+    s.a.bind(outside);
+    s.raise(position, number(Event::kBadIndex));
+    s.a.jmp(done);
+  });
+}
+
+}  // namespace
+
+void translate_data(Assembly& s, const Instruction& i) {
+  switch (i.operation.form) {
+    case Form::kMove:
+      return move(s, i);
+    case Form::kCopy:
+      s.address(x86::rdi, i.words[1]);
+      s.address(x86::rsi, i.words[2]);
+      s.a.mov(x86::edx, i.words[3]);
+      return s.call_address(reinterpret_cast<std::uint64_t>(&std::memmove));
+    case Form::kAdd:
+    case Form::kSub:
+    case Form::kMul:
+    case Form::kAnd:
+    case Form::kOr:
+    case Form::kXor:
+      return is_real(i.operation.type) ? real(s, i) : integer(s, i);
+    case Form::kDiv:
+    case Form::kMod:
+      return is_real(i.operation.type) ? real(s, i) : division(s, i);
+    case Form::kCompare:
+      compare(s, i);
+      return;
+    case Form::kExtract:
+      return extract(s, i);
+    case Form::kInsert:
+      return insert(s, i);
+    case Form::kRange:
+      return range(s, i);
+    case Form::kLoadElement:
+      return load_element(s, i);
+    default:
+      return store_element(s, i);
+  }
+}
+
+void translate_compare_jump(Assembly& s, const Instruction& i, const asmjit::Label& target) {
+  const x86::CondCode code = compare(s, i);
+  s.a.j(i.operation.form == Form::kCompareJumpIf ? code : x86::negateCond(code), target);
+}
+
+}  // namespace plc::native

@@ -1,0 +1,169 @@
+// Native code against the interpreter: tables, events and faults after every scan.
+#include <gtest/gtest.h>
+
+#include <random>
+#include <string>
+#include <vector>
+
+#include "tests/fuzz/image_mutator.h"
+#include "tests/support/golden.h"
+#include "tests/support/random_image.h"
+#include "tests/support/sample_image.h"
+#include "tests/support/two_engines.h"
+
+namespace plc::test {
+namespace {
+
+constexpr core::TimeNs kPeriodNs = 10'000'000;
+
+/// Runs both engines; what differs first, or nothing.
+std::string difference(const Image& image, int scans, bool must_load = true, std::uint32_t budget = 1000) {
+  std::string problem;
+  const auto engines = TwoEngines::load(image, problem, {.loop_budget = budget});
+  if (engines == nullptr) return must_load ? problem : std::string();
+  for (int scan = 0; scan < scans; ++scan) {
+    const std::string text = engines->scan(scan * kPeriodNs);
+    if (!text.empty()) return "scan " + std::to_string(scan) + ": " + text;
+  }
+  return {};
+}
+
+TEST(NativeEngine, EveryInstructionOfTheSample) { EXPECT_EQ(difference(sample_image().image, 50), ""); }
+
+TEST(NativeEngine, RandomPrograms) {
+  for (std::uint32_t seed = 0; seed < 400; ++seed) {
+    RandomImage random(seed);
+    ASSERT_EQ(difference(random.make(4 + seed % 60), 12), "") << "seed " << seed;
+  }
+}
+
+TEST(NativeEngine, MutationsOfTheSample) {
+  Image image = sample_image().image;
+  for (std::uint32_t seed = 1; seed <= 2000; ++seed) {
+    Image mutant = image;
+    ImageMutator mutator(mutant, seed);
+    for (int n = 0; n < 3; ++n) mutator.gentle();
+    ASSERT_EQ(difference(mutant, 4, false, 100), "") << "seed " << seed;
+    // Go on from some that were accepted, so that programs drift away from the sample.
+    core::Diagnostics diagnostics;
+    if (bytecode::verify(Image(mutant), diagnostics)) image = std::move(mutant);
+    if (seed % 100 == 0) image = sample_image().image;
+  }
+}
+
+/// Variables that count through all their values, one scan each.
+std::vector<Word> counting_inputs(ImageBuilder& b, PouBuilder& pou, Word bits) {
+  const Word count = pou.variable("count", b.type(TypeId::kByte));
+  std::vector<Word> inputs;
+  for (Word bit = 0; bit < bits; ++bit) {
+    inputs.push_back(pou.variable("in" + std::to_string(bit), b.boolean()));
+    pou.op(Opcode::kExtract, {inputs.back(), count, bit});
+  }
+  pou.op(Opcode::kAdd8, {count, count, b.constant<std::uint8_t>(TypeId::kByte, 1)});
+  return inputs;
+}
+
+/// Runs the program through all rows of its inputs.
+void expect_all_rows(ImageBuilder& b, PouBuilder& main, int rows) {
+  b.task("Cyclic", kPeriodNs, {main.finish()});
+  EXPECT_EQ(difference(b.build(), rows), "");
+}
+
+TEST(NativeEngine, EveryFunctionOfFourInputs) {
+  ImageBuilder b;
+  PouBuilder main = b.pou("Main", PouKind::kProgram);
+  const std::vector<Word> in = counting_inputs(b, main, 4);
+  const Word out = main.variable("out", b.array(b.boolean(), 1u << 16));
+  constexpr std::uint32_t kAtOnce = 0x8000;
+  for (std::uint32_t first = 0; first < 1u << 16; first += kAtOnce) {
+    std::vector<Word> words;
+    for (std::uint32_t truth = first; truth < first + kAtOnce; ++truth) {
+      words.insert(words.end(), {truth * 0x10001u, out + truth, in[0], in[1], in[2], in[3], in[0]});
+    }
+    main.list(Opcode::kBoolRun, kAtOnce, std::move(words));
+  }
+  expect_all_rows(b, main, 16);
+}
+
+TEST(NativeEngine, ASampleOfFunctionsOfFiveInputs) {
+  std::mt19937 random(3);
+  ImageBuilder b;
+  PouBuilder main = b.pou("Main", PouKind::kProgram);
+  std::vector<Word> in = counting_inputs(b, main, 5);
+  constexpr std::uint32_t kFunctions = 20'000;
+  const Word out = main.variable("out", b.array(b.boolean(), kFunctions));
+  std::vector<Word> words;
+  for (std::uint32_t n = 0; n < kFunctions; ++n) {
+    words.insert(words.end(), {static_cast<Word>(random()), out + n});
+    std::shuffle(in.begin(), in.end(), random);
+    words.insert(words.end(), in.begin(), in.end());
+  }
+  main.list(Opcode::kBoolRun, kFunctions, std::move(words));
+  expect_all_rows(b, main, 32);
+}
+
+TEST(NativeEngine, TheSwapIsBetweenScansAndForGood) {
+  RandomImage random(7);
+  const Image image = random.make(30);
+  const auto load = [&image] {
+    core::Diagnostics diagnostics;
+    auto verified = bytecode::verify(Image(image), diagnostics);
+    auto loaded = runtime::Resource::load(std::move(*verified), {.loop_budget = 100});
+    return std::move(*loaded);
+  };
+  const auto plain = load();
+  const auto swapped = load();
+  runtime::Program& program = swapped->program(0);
+  EXPECT_FALSE(program.compiled_since().has_value());
+  for (int scan = 0; scan < 30; ++scan) {
+    if (scan == 10 || scan == 20) {
+      auto compiled = native::compile(program);
+      ASSERT_TRUE(compiled.has_value()) << compiled.error().message;
+      program.install(std::move(*compiled));
+    }
+    EXPECT_EQ(static_cast<int>(plain->program(0).execute({scan * kPeriodNs}).kind),
+              static_cast<int>(program.execute({scan * kPeriodNs}).kind));
+    EXPECT_EQ(program.compiled_since().has_value(), scan >= 10);
+    ASSERT_EQ(std::memcmp(plain->program(0).table().data(), program.table().data(), program.table().layout().total), 0);
+  }
+  EXPECT_EQ(program.compiled_since(), 10 * kPeriodNs);
+  EXPECT_EQ(program.event_total(), plain->program(0).event_total());
+}
+
+TEST(NativeEngine, APlaceInsideTheInterpretersShareNamesItsInstruction) {
+  // An endless loop around an instruction that the interpreter runs.
+  ImageBuilder b;
+  PouBuilder main = b.pou("Main", PouKind::kProgram);
+  const Word text = main.variable("text", b.string(3));
+  const Word source = b.text("abcdef");
+  const std::uint32_t top = main.here();
+  main.op(Opcode::kMoveStr, {text, source});
+  const std::uint32_t loop = main.here();
+  main.op(Opcode::kLoopJump, {top});
+  b.task("Cyclic", kPeriodNs, {main.finish()});
+  std::string problem;
+  const auto engines = TwoEngines::load(b.build(), problem, {.loop_budget = 9});
+  ASSERT_NE(engines, nullptr) << problem;
+  EXPECT_EQ(engines->scan(0), "");
+  const auto events = engines->native().program(0).events();
+  ASSERT_EQ(events.size(), 1u);
+  EXPECT_EQ(events[0].word, top);
+  EXPECT_EQ(events[0].count, 10u);
+  EXPECT_EQ(engines->native().program(0).place(runtime::FaultKind::kWatchdog).word, loop);
+  EXPECT_EQ(engines->report(0).interpreted.at(runtime::ResolvedOp::kMoveStr), 1u);
+}
+
+/// Which instructions have code of their own: a new one is one more line here.
+TEST(NativeEngine, InstructionsOfTheInterpreter) {
+  std::string text = "# Instructions that run in the interpreter when a task runs as native code.\n";
+  for (std::size_t op = 0; op < static_cast<std::size_t>(runtime::ResolvedOp::kCount); ++op) {
+    const auto resolved = static_cast<runtime::ResolvedOp>(op);
+    if (native::operation_of(resolved).form == native::Form::kInterpreted) {
+      text += std::string(native::name_of(resolved)) + "\n";
+    }
+  }
+  expect_golden("tests/golden/interpreted_instructions.txt", text);
+}
+
+}  // namespace
+}  // namespace plc::test
