@@ -4,6 +4,20 @@
 
 namespace plc::native {
 
+namespace machine {
+// Machine holds atomics and a span, so the standard leaves its layout to the compiler; both compilers know it.
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Winvalid-offsetof"
+using runtime::Machine;
+static_assert(sizeof(Machine::loops_left) == 4 && sizeof(Machine::place) == 4 && sizeof(Machine::event_count) == 8);
+x86::Mem loops_left() { return x86::dword_ptr(x86::rbx, offsetof(Machine, loops_left)); }
+x86::Mem place() { return x86::dword_ptr(x86::rbx, offsetof(Machine, place)); }
+x86::Mem event_count() { return x86::qword_ptr(x86::rbx, offsetof(Machine, event_count)); }
+x86::Mem step() { return x86::ptr(x86::rbx, offsetof(Machine, step)); }
+x86::Mem now() { return x86::qword_ptr(x86::rbx, offsetof(Machine, step) + offsetof(stdlib::StepContext, now_ns)); }
+#pragma GCC diagnostic pop
+}  // namespace machine
+
 x86::Gp gp(std::uint32_t number, unsigned bytes) {
   switch (bytes) {
     case 1:

@@ -26,6 +26,15 @@ namespace reg {
 inline constexpr std::uint32_t kAx = 0, kCx = 1, kDx = 2, kSi = 6, kDi = 7;
 }
 
+/// Members of the machine, which rbx points to.
+namespace machine {
+x86::Mem loops_left();
+x86::Mem place();
+x86::Mem event_count();
+x86::Mem step();  ///< the context that blocks are given
+x86::Mem now();   ///< the time in it
+}  // namespace machine
+
 /// General register `number` as one of `bytes` bytes.
 x86::Gp gp(std::uint32_t number, unsigned bytes);
 

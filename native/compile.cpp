@@ -28,18 +28,6 @@ constexpr std::size_t kBytesBeside = 64 * 1024;
 /// Initial values of a function's frame that are written by instructions of their own; more is copied.
 constexpr std::uint32_t kInlineFrameBytes = 64;
 
-// The offsets of a few members, which code counts from rbx.
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Winvalid-offsetof"
-constexpr std::int32_t kStepOffset = offsetof(Machine, step);
-constexpr std::int32_t kEventCountOffset = offsetof(Machine, event_count);
-constexpr std::int32_t kLoopsLeftOffset = offsetof(Machine, loops_left);
-constexpr std::int32_t kPlaceOffset = offsetof(Machine, place);
-#pragma GCC diagnostic pop
-static_assert(sizeof(Machine::loops_left) == 4 && sizeof(Machine::place) == 4 && sizeof(Machine::event_count) == 8);
-
-x86::Mem machine_word(std::int32_t offset) { return x86::dword_ptr(x86::rbx, offset); }
-
 class TaskCompiler {
  public:
   TaskCompiler(const LinkedCode& linked, std::byte* table, std::uint64_t address)
@@ -123,7 +111,7 @@ class TaskCompiler {
     }
     if (counts_events_) {
       s_.a.push(x86::r14);
-      s_.a.mov(x86::r14, x86::qword_ptr(x86::rbx, kEventCountOffset));
+      s_.a.mov(x86::r14, machine::event_count());
     }
     if (s_.relative == counts_events_) s_.a.sub(x86::rsp, 8);
   }
@@ -138,7 +126,7 @@ class TaskCompiler {
     s_.a.test(x86::al, x86::al);
     s_.a.jz(failed_);
   }
-  void note_place(std::uint32_t position) { s_.a.mov(machine_word(kPlaceOffset), position); }
+  void note_place(std::uint32_t position) { s_.a.mov(machine::place(), position); }
 
   /// Where a jump goes.
   [[nodiscard]] std::optional<std::uint32_t> target_of(Form form, std::uint32_t position) const {
@@ -183,8 +171,9 @@ class TaskCompiler {
       case Form::kGeneralRecords:
         return translate_records(s_, i, words_.data(), expressions_);
       case Form::kRunBlock:
+        if (translate_block(s_, runtime::load_pointer<stdlib::Step>(w + 1), w[3])) return;
         s_.address(x86::rdi, w[3]);
-        s_.a.lea(x86::rsi, x86::ptr(x86::rbx, kStepOffset));
+        s_.a.lea(x86::rsi, machine::step());
         return s_.call_address(runtime::load<std::uint64_t>(w + 1));
       case Form::kRunTaskblock:
         s_.a.mov(x86::rdi, x86::rbx);
@@ -203,10 +192,10 @@ class TaskCompiler {
       case Form::kCallLibrary:
         return call_library(i);
       case Form::kClearEvent:
-        if (counts_events_) s_.a.mov(x86::r14, x86::qword_ptr(x86::rbx, kEventCountOffset));
+        if (counts_events_) s_.a.mov(x86::r14, machine::event_count());
         return;
       case Form::kEno:
-        s_.a.cmp(x86::r14, x86::qword_ptr(x86::rbx, kEventCountOffset));
+        s_.a.cmp(x86::r14, machine::event_count());
         s_.a.sete(x86::al);
         return s_.store(w[1], 1, reg::kAx);
       default:
@@ -226,11 +215,11 @@ class TaskCompiler {
 
   void loop_jump(const Instruction& i) {
     const asmjit::Label over = s_.a.newLabel();
-    s_.a.mov(x86::eax, machine_word(kLoopsLeftOffset));
+    s_.a.mov(x86::eax, machine::loops_left());
     note_place(i.position);
     s_.a.sub(x86::eax, 1);
     s_.a.jb(over);
-    s_.a.mov(machine_word(kLoopsLeftOffset), x86::eax);
+    s_.a.mov(machine::loops_left(), x86::eax);
     s_.a.jmp(targets_.at(i.words[1]));
     s_.forget();
     s_.aside([this, over, position = i.position] {

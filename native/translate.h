@@ -10,6 +10,7 @@
 
 #include "native/assembly.h"
 #include "native/boolean_function.h"
+#include "stdlib/library.h"
 
 namespace plc::native {
 
@@ -25,6 +26,10 @@ void translate_data(Assembly& assembly, const Instruction& instruction);
 
 /// A comparison with a conditional jump to `target`.
 void translate_compare_jump(Assembly& assembly, const Instruction& instruction, const asmjit::Label& target);
+
+/// One execution of the library's block with this step on the ports at an operand. False, and nothing was written, when
+/// there is no code for it.
+bool translate_block(Assembly& assembly, stdlib::Step step, std::uint32_t ports);
 
 /// The look-up records of a boolean run. `code`: all resolved code.
 void translate_records(Assembly& assembly, const Instruction& instruction, const std::uint32_t* code,

@@ -164,7 +164,13 @@ class RandomImage {
     if (!function) {
       scope.ref = pou.variable("array_ref", b_.ref(array_));
       for (const char* block : {"TON", "TOF", "TP", "CTU", "CTD_DINT", "CTUD", "SR", "RS", "R_TRIG", "F_TRIG"}) {
-        scope.blocks.emplace_back(b_.block(block), pou.variable(std::string("b_") + block, b_.block_type(block)));
+        const Word ports = pou.variable(std::string("b_") + block, b_.block_type(block));
+        scope.blocks.emplace_back(b_.block(block), ports);
+        for (const stdlib::Field& field : stdlib::block_named(block)->fields) {
+          const auto type = static_cast<std::size_t>(field.type);
+          scope.all[type].push_back(ports + field.offset);
+          scope.changed[type].push_back(ports + field.offset);
+        }
       }
     }
     return scope;

@@ -1,0 +1,234 @@
+// Blocks of the library that cost less than a call: edges, bistables, timers, counters (stdlib/blocks/). Each does what
+// the step of its row does, byte by byte, whatever its ports and states hold.
+#include <algorithm>
+#include <initializer_list>
+#include <string_view>
+
+#include "core/types.h"
+#include "native/translate.h"
+#include "stdlib/blocks/timers.h"
+#include "stdlib/library.h"
+
+namespace plc::native {
+namespace {
+
+using stdlib::BlockSpec;
+using TimerPorts = stdlib::fb::TimerPorts;
+constexpr int kIdle = TimerPorts::kIdle, kArmed = TimerPorts::kArmed, kRunning = TimerPorts::kRunning,
+              kDone = TimerPorts::kDone;
+
+/// The ports of one instance.
+class Ports {
+ public:
+  Ports(Assembly& s, const BlockSpec& spec, std::uint32_t operand) : s_(s), spec_(spec), operand_(operand) {}
+
+  [[nodiscard]] std::uint32_t operand(std::string_view port) const {
+    return operand_ + stdlib::field_named(spec_, port)->offset;
+  }
+  [[nodiscard]] x86::Mem bit(std::string_view port) const { return s_.at(operand(port), 1); }
+  [[nodiscard]] x86::Mem time(std::string_view port) const { return s_.at(operand(port), 8); }
+  [[nodiscard]] x86::Mem value(std::string_view port, unsigned bytes) const { return s_.at(operand(port), bytes); }
+
+ private:
+  Assembly& s_;
+  const BlockSpec& spec_;
+  std::uint32_t operand_;
+};
+
+// ---- edges and bistables
+
+void edge(Assembly& s, const Ports& p, bool rising) {
+  s.load(reg::kDx, p.operand("CLK"), 1);
+  if (!rising) s.a.xor_(x86::dl, 1);
+  s.load(reg::kAx, p.operand("M"), 1);
+  s.a.mov(p.bit("M"), x86::dl);
+  // dl AND NOT al
+  s.a.cmp(x86::dl, x86::al);
+  s.a.seta(x86::al);
+  s.store(p.operand("Q"), 1, reg::kAx);
+}
+
+void set_dominant(Assembly& s, const Ports& p) {
+  s.load(reg::kAx, p.operand("Q1"), 1);
+  s.a.cmp(x86::al, p.bit("R"));
+  s.a.seta(x86::al);
+  s.a.or_(x86::al, p.bit("S1"));
+  s.store(p.operand("Q1"), 1, reg::kAx);
+}
+
+void reset_dominant(Assembly& s, const Ports& p) {
+  s.load(reg::kAx, p.operand("S"), 1);
+  s.a.or_(x86::al, p.bit("Q1"));
+  s.a.cmp(x86::al, p.bit("R1"));
+  s.a.seta(x86::al);
+  s.store(p.operand("Q1"), 1, reg::kAx);
+}
+
+// ---- timers
+
+void begin(Assembly& s, const Ports& p) {
+  s.a.mov(p.bit("STATE"), kRunning);
+  s.a.mov(x86::rax, machine::now());
+  s.a.mov(p.time("START"), x86::rax);
+}
+
+/// ET follows the time since the start; flags are those of time against PT, "less" while it runs. Uses rax, rcx, rsi.
+void measure(Assembly& s, const Ports& p) {
+  s.a.xor_(x86::esi, x86::esi);
+  s.a.mov(x86::rcx, p.time("PT"));
+  s.a.test(x86::rcx, x86::rcx);
+  s.a.cmovs(x86::rcx, x86::rsi);
+  s.a.mov(x86::rax, machine::now());
+  s.a.sub(x86::rax, p.time("START"));
+  s.a.cmovs(x86::rax, x86::rsi);
+  s.a.cmp(x86::rax, x86::rcx);
+  s.a.cmovg(x86::rax, x86::rcx);
+  s.a.mov(p.time("ET"), x86::rax);
+}
+
+/// TON: the time runs while IN is TRUE. TOF: while it is FALSE, after it was TRUE.
+void delay(Assembly& s, const Ports& p, bool on) {
+  const int before = on ? kIdle : kArmed;  // the time may begin
+  const asmjit::Label at_rest = s.a.newLabel();
+  const asmjit::Label waits = s.a.newLabel();
+  const asmjit::Label runs = s.a.newLabel();
+  const asmjit::Label end = s.a.newLabel();
+  s.load(reg::kAx, p.operand("IN"), 1);
+  s.a.mov(p.bit("M"), x86::al);
+  s.a.test(x86::al, x86::al);
+  s.a.j(on ? x86::CondCode::kZ : x86::CondCode::kNZ, at_rest);
+  s.a.movzx(x86::edx, p.bit("STATE"));
+  s.a.cmp(x86::dl, before);
+  s.a.je(waits);
+  s.a.cmp(x86::dl, kRunning);
+  s.a.jne(end);
+  s.a.bind(runs);
+  measure(s, p);
+  s.a.jl(end);
+  s.a.mov(p.bit("STATE"), kDone);
+  s.a.mov(p.bit("Q"), on ? 1 : 0);
+  s.a.jmp(end);
+  s.a.bind(waits);
+  begin(s, p);
+  s.a.jmp(runs);
+  s.a.bind(at_rest);
+  s.a.mov(p.bit("STATE"), before);
+  s.a.mov(p.bit("Q"), on ? 0 : 1);
+  s.a.mov(p.time("ET"), 0);
+  s.land(end);
+}
+
+void pulse(Assembly& s, const Ports& p) {
+  const asmjit::Label no_start = s.a.newLabel();
+  const asmjit::Label not_running = s.a.newLabel();
+  const asmjit::Label end = s.a.newLabel();
+  s.load(reg::kDi, p.operand("IN"), 1);
+  s.a.movzx(x86::eax, p.bit("M"));
+  s.a.mov(p.bit("M"), x86::dil);
+  s.a.movzx(x86::edx, p.bit("STATE"));
+  s.a.cmp(x86::dil, x86::al);
+  s.a.jbe(no_start);
+  s.a.cmp(x86::dl, kRunning);
+  s.a.je(no_start);
+  begin(s, p);
+  s.a.mov(x86::edx, kRunning);
+  s.a.bind(no_start);
+  s.a.cmp(x86::dl, kRunning);
+  s.a.jne(not_running);
+  measure(s, p);
+  s.a.setl(p.bit("Q"));
+  s.a.jl(end);
+  s.a.mov(p.bit("STATE"), kDone);
+  s.a.mov(x86::edx, kDone);
+  s.a.bind(not_running);
+  s.a.cmp(x86::dl, kDone);
+  s.a.jne(end);
+  s.a.test(x86::dil, x86::dil);
+  s.a.jnz(end);
+  s.a.mov(p.bit("STATE"), kIdle);
+  s.a.mov(p.time("ET"), 0);
+  s.land(end);
+}
+
+// ---- counters
+
+/// CTU: up, Q when CV has reached PV. CTD: down, Q when CV is not above 0. Neither passes the end of its type.
+void counter(Assembly& s, const Ports& p, core::Rep rep, bool up) {
+  const unsigned bytes = core::rep_bytes(rep);
+  const bool with_sign =
+      rep == core::Rep::kI8 || rep == core::Rep::kI16 || rep == core::Rep::kI32 || rep == core::Rep::kI64;
+  const x86::Gp count = gp(reg::kAx, bytes);
+  const x86::Gp step = gp(reg::kCx, bytes);
+  const x86::Gp other = gp(reg::kDx, bytes);
+  const unsigned wide = bytes == 8 ? 8 : 4;
+  s.load(reg::kCx, p.operand(up ? "CU" : "CD"), 1);
+  s.a.movzx(x86::edx, p.bit(up ? "CU_M" : "CD_M"));
+  s.a.mov(p.bit(up ? "CU_M" : "CD_M"), x86::cl);
+  s.a.cmp(x86::cl, x86::dl);
+  s.a.seta(x86::cl);
+  s.a.movzx(x86::ecx, x86::cl);
+  if (bytes < 4) {
+    s.a.movzx(x86::eax, p.value("CV", bytes));
+  } else {
+    s.a.mov(count, p.value("CV", bytes));
+  }
+  s.a.mov(gp(reg::kDx, wide), gp(reg::kAx, wide));
+  s.a.emit(up ? x86::Inst::kIdAdd : x86::Inst::kIdSub, count, step);
+  s.a.emit(with_sign ? x86::Inst::kIdCmovo : x86::Inst::kIdCmovb, gp(reg::kAx, wide), gp(reg::kDx, wide));
+  if (up) {
+    s.a.xor_(x86::edx, x86::edx);
+  } else if (bytes < 4) {
+    s.a.movzx(x86::edx, p.value("PV", bytes));
+  } else {
+    s.a.mov(other, p.value("PV", bytes));
+  }
+  s.a.cmp(p.bit(up ? "R" : "LD"), 0);
+  s.a.cmovne(gp(reg::kAx, wide), gp(reg::kDx, wide));
+  s.a.mov(p.value("CV", bytes), count);
+  if (up) {
+    s.a.cmp(count, p.value("PV", bytes));
+    s.a.set(with_sign ? x86::CondCode::kGE : x86::CondCode::kAE, x86::al);
+  } else {
+    s.a.test(count, count);
+    s.a.set(with_sign ? x86::CondCode::kLE : x86::CondCode::kE, x86::al);
+  }
+  s.store(p.operand("Q"), 1, reg::kAx);
+}
+
+bool is_one_of(std::string_view name, std::initializer_list<std::string_view> names) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+}  // namespace
+
+bool translate_block(Assembly& s, stdlib::Step step, std::uint32_t ports) {
+  // Rows whose steps are one function differ in their names alone.
+  const auto blocks = stdlib::blocks();
+  const auto spec = std::find_if(blocks.begin(), blocks.end(), [step](const BlockSpec& b) { return b.step == step; });
+  if (spec == blocks.end()) return false;
+  const std::string_view name = spec->name;
+  const Ports p(s, *spec, ports);
+  const auto is_counter = [name](std::string_view base) {
+    return name == base || (name.starts_with(base) && name[base.size()] == '_');
+  };
+  if (name == "R_TRIG" || name == "F_TRIG") {
+    edge(s, p, name == "R_TRIG");
+  } else if (name == "SR") {
+    set_dominant(s, p);
+  } else if (name == "RS") {
+    reset_dominant(s, p);
+  } else if (is_one_of(name, {"TON", "TON_TIME", "TON_LTIME"})) {
+    delay(s, p, true);
+  } else if (is_one_of(name, {"TOF", "TOF_TIME", "TOF_LTIME"})) {
+    delay(s, p, false);
+  } else if (is_one_of(name, {"TP", "TP_TIME", "TP_LTIME"})) {
+    pulse(s, p);
+  } else if (is_counter("CTU") || is_counter("CTD")) {
+    counter(s, p, core::rep_of(stdlib::field_named(*spec, "CV")->type), is_counter("CTU"));
+  } else {
+    return false;
+  }
+  return true;
+}
+
+}  // namespace plc::native
