@@ -1,5 +1,5 @@
-// Runs every folder cases/<area>/<case>: simulates the project from its file and again from its image, and compares the
-// trace with what was worked out by hand (README.md of the case).
+// Runs every folder cases/<area>/<case>: simulates the project from its file and again from its image, there as native
+// code, and compares the trace with what was worked out by hand (README.md of the case).
 //
 // Form of a case: docs in cases/README.md. Does not belong here: any knowledge of a single case.
 #include <gtest/gtest.h>
@@ -110,7 +110,7 @@ void compare(const CsvTable& expected, const std::string& expected_name, const C
   }
 }
 
-/// `plc sim source`; `options` only where the source is the project (an image carries its own).
+/// `plc sim source`; compile options only where the source is the project (an image carries its own).
 void simulate(const fs::path& folder, const CaseFile& the_case, const std::string& source,
               const std::vector<std::string>& options, const std::string& expected_name, bool with_warnings) {
   SCOPED_TRACE(source);
@@ -163,7 +163,7 @@ TEST_P(Case, TraceEqualsTheHandWorkedTable) {
     compile.insert(compile.end(), options.begin(), options.end());
     const ToolResult compiled = run_tool(compile);
     ASSERT_EQ(compiled.code, 0) << command_line(compile) << "\n" << compiled.all();
-    simulate(folder, the_case, image, {}, run.expected, false);
+    simulate(folder, the_case, image, {"--engine", "native"}, run.expected, false);
   }
   if (the_case.order.empty()) return;
   const ToolResult explained = run_tool({kTool, "explain", project});

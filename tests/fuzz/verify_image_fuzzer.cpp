@@ -18,6 +18,7 @@
 #include "bytecode/rules.h"
 #include "tests/fuzz/image_mutator.h"
 #include "tests/fuzz/run_image.h"
+#include "tests/support/two_engines.h"
 
 // Weak: the replay, which does not mutate, has none.
 extern "C" __attribute__((weak)) std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size,
@@ -60,6 +61,18 @@ core::Result<bytecode::Image> read(const std::uint8_t* data, std::size_t size) {
 [[noreturn]] void fail(const char* what) {
   std::fprintf(stderr, "%s\n", what);
   std::abort();
+}
+
+/// Ends the process when native code leaves anything else than the interpreter does.
+void compare_engines(const bytecode::Image& image) {
+  constexpr std::size_t kTasks = 4;  // more are a limit that is tried, not a program
+  if (image.tasks.size() > kTasks) return;
+  std::string problem;
+  const auto engines = test::TwoEngines::load(image, problem, {.loop_budget = 100});
+  for (int scan = 0; engines != nullptr && scan < 3; ++scan) {
+    const std::string difference = engines->scan(core::TimeNs{scan} * 100'000'000);
+    if (!difference.empty()) fail(("native code: " + difference).c_str());
+  }
 }
 
 /// Keeps a sample of the accepted images.
@@ -121,6 +134,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (bytecode::save(*again) != bytecode::save(*image)) fail("the listing does not say what the image says");
   }
   t.scans += test::run_image(std::move(*verified), 3);
+  compare_engines(*image);
   return 0;
 }
 

@@ -26,6 +26,7 @@
 #include "io-drivers/machine/simulated_device.h"
 #include "runtime/sched/realtime.h"
 #include "tools/command_line.h"
+#include "tools/engine.h"
 #include "tools/plc-run/component_faults.h"
 #include "tools/plc-run/listeners.h"
 #include "tools/plc-run/report.h"
@@ -49,6 +50,7 @@ struct Run {
   std::vector<std::string> watch;
   std::uint64_t cycles = 0;
   Stats stats = Stats::kTimes;
+  Engine engine = Engine::kAuto;
   runtime::FaultPolicy on_fault = runtime::FaultPolicy::kSafeState;
   runtime::ProgramOptions program;
   core::CompileOptions options;
@@ -117,11 +119,13 @@ void complain_at(const std::string& file, core::SourceRef at, const core::Proble
 }
 
 /// What the tasks needed so far; they may run.
-void print_statistics(const Run& run, const bytecode::Image& image, const runtime::RealtimeScheduler& scheduler,
-                      std::ostream& out) {
-  if (run.stats == Stats::kJson) return print_json(image, scheduler, out);
+void print_statistics(const Run& run, const runtime::Resource& resource, const runtime::RealtimeScheduler& scheduler,
+                      core::TimeNs begin_ns, std::ostream& out) {
+  const bytecode::Image& image = resource.image();
+  if (run.stats == Stats::kJson) return print_json(resource, scheduler, begin_ns, out);
   print_times(image, scheduler, out);
   if (run.stats != Stats::kText) return;
+  print_engines(resource, begin_ns, out);
   print_histograms(image, scheduler, out);
   print_executions(image, scheduler, out);
 }
@@ -171,6 +175,9 @@ class AllocationWarnings {
 int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::Diagnostics& diagnostics,
                  std::int64_t duration_ns, core::TimeNs load_ns) {
   const bytecode::Image& image = resource.image();
+  if (run.engine == Engine::kNative) {
+    if (const auto problem = compile_all(resource)) return complain(*problem), kExitErrors;
+  }
   const auto machine =
       io::Machine::configure({run.file, std::move(plan.configuration), run.listen}, resource, diagnostics);
   diagnostics.render_with_lines(std::cerr);
@@ -221,6 +228,9 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   }
   print_realtime(report, talk);
   talk << std::endl;
+  // A thread, so behind the guardian's fork; its memory is locked like all other.
+  std::optional<BackgroundCompiler> compiler;
+  if (run.engine == Engine::kAuto) compiler.emplace(resource);
 
   std::size_t faults = 0;
   const auto show_faults = [&] {
@@ -245,8 +255,11 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
     }
     show_faults();
     allocations.print_new(std::cerr);
+    if (compiler) {
+      for (const std::string& note : compiler->take_notes()) std::cerr << "plc-run: " << note << std::endl;
+    }
     if (report_wanted.exchange(false, std::memory_order_relaxed)) {
-      print_statistics(run, image, scheduler, std::cerr);
+      print_statistics(run, resource, scheduler, begin, std::cerr);
       std::cerr << std::flush;
     }
     const core::TimeNs end = duration_ns == 0 ? now + kPollNs : std::min(now + kPollNs, begin + duration_ns);
@@ -261,7 +274,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   show_faults();
   allocations.print_new(std::cerr);
   print_events(resource, std::cerr);
-  print_statistics(run, image, scheduler, std::cout);
+  print_statistics(run, resource, scheduler, begin, std::cout);
   if (run.stats == Stats::kText) {
     std::cout << '\n';
     if (const auto modbus = machine->modbus_statistics()) print_modbus(*modbus, std::cout);
@@ -331,9 +344,11 @@ int run_command(int argc, char** argv) {
                                                           {"stop", runtime::FaultPolicy::kStop}}))
       ->type_name("POLICY");
   add_loop_budget(app, run.program);
-  app.add_flag("--stats{text}", run.stats,
-               "also print histograms, memory and code sizes at the end; --stats=json prints the times as one JSON "
-               "document on stdout, and all else on stderr")
+  add_engine_option(app, run.engine);
+  app.add_flag(
+         "--stats{text}", run.stats,
+         "also print engines, histograms, memory and code sizes at the end; --stats=json prints the times as one JSON "
+         "document on stdout, and all else on stderr")
       ->transform(choice_validator<Stats>({{"text", Stats::kText}, {"json", Stats::kJson}}))
       ->type_name("[=json]");
   add_library_option(app, run.libraries);

@@ -10,6 +10,7 @@
 
 #include "io-drivers/config/template.h"
 #include "tools/command_line.h"
+#include "tools/engine.h"
 #include "tools/statistics.h"
 #include "tools/version.h"
 
@@ -170,7 +171,20 @@ void print_executions(const bytecode::Image& image, const runtime::RealtimeSched
   }
 }
 
-void print_json(const bytecode::Image& image, const runtime::RealtimeScheduler& scheduler, std::ostream& out) {
+void print_engines(const runtime::Resource& resource, core::TimeNs begin_ns, std::ostream& out) {
+  out << '\n';
+  for (std::size_t i = 0; i < resource.task_count(); ++i) {
+    const runtime::Program& program = resource.program(i);
+    out << fmt::format("engine of {}: {}", program.task().name, engine_name(program));
+    if (const auto since = program.compiled_since())
+      out << " since " << time_text(std::max<core::TimeNs>(*since - begin_ns, 0));
+    out << '\n';
+  }
+}
+
+void print_json(const runtime::Resource& resource, const runtime::RealtimeScheduler& scheduler, core::TimeNs begin_ns,
+                std::ostream& out) {
+  const bytecode::Image& image = resource.image();
   ordered_json document;
   document["realtime_priority"] = scheduler.report().realtime_priority;
   document["memory_locked"] = scheduler.report().memory_locked;
@@ -183,6 +197,10 @@ void print_json(const bytecode::Image& image, const runtime::RealtimeScheduler& 
     task["name"] = declared.name;
     task["release"] = release_text(declared);
     task["period_ns"] = declared.single.empty() ? declared.period_ns : 0;
+    const runtime::Program& program = resource.program(i);
+    task["engine"] = engine_name(program);
+    if (const auto since = program.compiled_since())
+      task["native_since_ns"] = std::max<core::TimeNs>(*since - begin_ns, 0);
     task["cycles"] = s.scans.load();
     task["overruns"] = s.overruns.load();
     task["missed"] = s.missed.load();

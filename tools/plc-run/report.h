@@ -31,10 +31,13 @@ void print_times(const bytecode::Image& image, const runtime::RealtimeScheduler&
 void print_histograms(const bytecode::Image& image, const runtime::RealtimeScheduler& scheduler, std::ostream& out);
 /// The longest scans as they may stand in plc.toml, for the analysis of the schedule; tasks without a scan left out.
 void print_executions(const bytecode::Image& image, const runtime::RealtimeScheduler& scheduler, std::ostream& out);
-/// The same as the three above as one line of JSON, all times in ns:
-/// {"realtime_priority": .., "memory_locked": .., "refused": [..], "tasks": [{"name": .., "latency": {"count": .., ..,
-/// "buckets": [[upper, count], ..]}, ..}]}.
-void print_json(const bytecode::Image& image, const runtime::RealtimeScheduler& scheduler, std::ostream& out);
+/// A line per task: its engine, and for native code since when, counted from `begin_ns`.
+void print_engines(const runtime::Resource& resource, core::TimeNs begin_ns, std::ostream& out);
+/// The same as the four above as one line of JSON, all times in ns:
+/// {"realtime_priority": .., "memory_locked": .., "refused": [..], "tasks": [{"name": .., "engine": .., "latency":
+/// {"count": .., .., "buckets": [[upper, count], ..]}, ..}]}.
+void print_json(const runtime::Resource& resource, const runtime::RealtimeScheduler& scheduler, core::TimeNs begin_ns,
+                std::ostream& out);
 
 void print_modbus(const modbus::ServerStatistics& statistics, std::ostream& out);
 

@@ -1,9 +1,15 @@
 // plc dump: the listing of an image.
+#include <fmt/format.h>
+
 #include <iostream>
 #include <string>
+#include <vector>
 
+#include "native/compile.h"
+#include "runtime/resource.h"
 #include "tools/command_line.h"
 #include "tools/plc/commands.h"
+#include "tools/statistics.h"
 #include "tools/taskblock_libraries.h"
 
 namespace plc::tools {
@@ -11,9 +17,38 @@ namespace {
 
 struct Dump {
   std::string file, configuration;
+  bool native = false;
   core::CompileOptions options;
   std::vector<std::string> libraries;
 };
+
+/// Per task: machine code of each POU, and the instructions that the interpreter runs.
+int print_native(bytecode::VerifiedImage image, const taskblocks::Registry& registry) {
+  runtime::ProgramOptions options;
+  options.taskblocks = &registry;
+  options.start_taskblocks = false;
+  auto loaded = runtime::Resource::load(std::move(image), options);
+  if (!loaded) return complain(loaded.error()), kExitErrors;
+  runtime::Resource& resource = **loaded;
+  for (std::size_t task = 0; task < resource.task_count(); ++task) {
+    runtime::Program& program = resource.program(task);
+    const auto compiled = native::compile(program);
+    if (!compiled) return complain(compiled.error()), kExitErrors;
+    const native::CompileReport& report = (*compiled)->report();
+    std::cout << fmt::format("task {}: {} bytes of native code\n", program.task().name, report.code_bytes);
+    std::vector<std::vector<std::string>> rows = {{"POU", "bytes"}};
+    for (const native::CompileReport::Body& body : report.bodies) {
+      rows.push_back({program.image().pous[body.pou].name, std::to_string(body.bytes)});
+    }
+    print_table(rows, std::cout);
+    rows = {{"in the interpreter", "instructions"}};
+    for (const auto& [op, count] : report.interpreted) {
+      rows.push_back({std::string(native::name_of(op)), std::to_string(count)});
+    }
+    print_table(rows, std::cout);
+  }
+  return kExitOk;
+}
 
 int run(const CLI::App& app, const Dump& dump) {
   taskblocks::Registry registry;
@@ -23,6 +58,7 @@ int run(const CLI::App& app, const Dump& dump) {
           open_or_explain(app, {dump.file, dump.options, Goal::kRun, dump.libraries, {}, &registry}, compilation)) {
     return *code;
   }
+  if (dump.native) return print_native(std::move(*compilation.image), registry);
   std::cout << bytecode::disassemble(compilation.image->image());
   return kExitOk;
 }
@@ -31,13 +67,18 @@ int run(const CLI::App& app, const Dump& dump) {
 
 void add_dump(CLI::App& app, int& exit_code) {
   static Dump dump;
-  CLI::App* command = app.add_subcommand("dump",
-                                         "Prints the instructions and tables of an image, or of what a project compiles to.\n"
-                                         "\n"
-                                         "Examples:\n"
-                                         "  plc dump plant.pbc\n"
-                                         "  plc dump plant.xml --pou Mixer");
+  CLI::App* command =
+      app.add_subcommand("dump",
+                         "Prints the instructions and tables of an image, or of what a project compiles to.\n"
+                         "\n"
+                         "Examples:\n"
+                         "  plc dump plant.pbc\n"
+                         "  plc dump plant.xml --native   what the native engine makes of it\n"
+                         "  plc dump plant.xml --pou Mixer");
   command->add_option("FILE", dump.file, "image, or PLCopen XML or ST file")->required();
+  command->add_flag("--native", dump.native,
+                    "instead: per task the size of the native code of each POU, and which instructions run in the "
+                    "interpreter");
   add_library_option(*command, dump.libraries);
   add_taskblocks_option(*command, dump.configuration);
   add_compile_options(*command, dump.options);

@@ -6,6 +6,8 @@
 #include <chrono>
 #include <iostream>
 #include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +16,7 @@
 #include "runtime/sched/simulation.h"
 #include "runtime/sched/statistics.h"
 #include "tools/command_line.h"
+#include "tools/engine.h"
 #include "tools/plc/commands.h"
 #include "tools/statistics.h"
 #include "tools/taskblock_libraries.h"
@@ -21,11 +24,19 @@
 namespace plc::tools {
 namespace {
 
+/// What --stats prints.
+enum class Stats : std::uint8_t {
+  kNone,
+  kText,
+  kJson,  ///< one JSON document, and nothing else, on stdout
+};
+
 struct Sim {
   std::string file, stimulus, trace, configuration;
   std::vector<std::string> watch;
   std::uint64_t cycles = 0;
-  bool stats = false;
+  Stats stats = Stats::kNone;
+  Engine engine = Engine::kInterpreter;
   runtime::ProgramOptions program;
   core::CompileOptions options;
   std::vector<std::string> libraries;
@@ -44,14 +55,33 @@ class ScanTimes final : public runtime::CycleListener {
   }
   void safe_state() noexcept override {}
 
-  void print(const bytecode::Image& image, std::ostream& out) const {
-    std::vector<std::vector<std::string>> rows = {{"task", "scans", "min ns", "median ns", "p99 ns"}};
+  void print(const runtime::Resource& resource, std::ostream& out) const {
+    std::vector<std::vector<std::string>> rows = {{"task", "engine", "scans", "min ns", "median ns", "p99 ns"}};
     for (std::size_t i = 0; i < times_.size(); ++i) {
       const runtime::Histogram& h = *times_[i];
-      rows.push_back({image.tasks[i].name, std::to_string(h.count()), std::to_string(h.count() ? h.min_ns() : 0),
-                      std::to_string(h.percentile_ns(0.5)), std::to_string(h.percentile_ns(0.99))});
+      const runtime::Program& program = resource.program(i);
+      rows.push_back({program.task().name, engine_name(program), std::to_string(h.count()),
+                      std::to_string(h.count() ? h.min_ns() : 0), std::to_string(h.percentile_ns(0.5)),
+                      std::to_string(h.percentile_ns(0.99))});
     }
     print_table(rows, out);
+  }
+  /// {"tasks": [{"name": .., "engine": .., "scans": .., "min_ns": .., "median_ns": .., "p99_ns": ..}]}
+  void print_json(const runtime::Resource& resource, std::ostream& out) const {
+    nlohmann::ordered_json document;
+    document["tasks"] = nlohmann::ordered_json::array();
+    for (std::size_t i = 0; i < times_.size(); ++i) {
+      const runtime::Histogram& h = *times_[i];
+      const runtime::Program& program = resource.program(i);
+      document["tasks"].push_back({{"name", program.task().name},
+                                   {"engine", engine_name(program)},
+                                   {"scans", h.count()},
+                                   {"min_ns", h.count() ? h.min_ns() : 0},
+                                   {"median_ns", h.percentile_ns(0.5)},
+                                   {"p99_ns", h.percentile_ns(0.99)}});
+    }
+    // WHY replace: a name that is no UTF-8 must not spoil the document.
+    out << document.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << '\n';
   }
 
  private:
@@ -74,6 +104,11 @@ std::vector<std::string> watched_paths(const std::vector<std::string>& patterns,
 }
 
 int run(const CLI::App& app, const Sim& sim) {
+  const bool trace_on_stdout = sim.trace == "-" || (sim.trace.empty() && !sim.watch.empty());
+  if (trace_on_stdout && sim.stats == Stats::kJson) {
+    complain("plc sim", "--stats=json and the trace both want stdout", "give the trace a file: --trace out.csv");
+    return kExitUsage;
+  }
   taskblocks::Registry registry;
   if (const auto code = load_taskblocks(sim.configuration, registry)) return *code;
   Compilation compilation;
@@ -86,6 +121,9 @@ int run(const CLI::App& app, const Sim& sim) {
   auto loaded = runtime::Resource::load(std::move(*compilation.image), program);
   if (!loaded) return complain(loaded.error()), kExitErrors;
   runtime::Resource& resource = **loaded;
+  if (sim.engine == Engine::kNative) {
+    if (const auto problem = compile_all(resource)) return complain(*problem), kExitErrors;
+  }
   runtime::Simulation simulation(resource);
 
   std::unique_ptr<io::SimulatedDriver> stimulus;
@@ -109,7 +147,9 @@ int run(const CLI::App& app, const Sim& sim) {
     trace->attach(simulation);
   }
   ScanTimes times(resource.task_count());
-  if (sim.stats) simulation.add_listener(times);
+  if (sim.stats != Stats::kNone) simulation.add_listener(times);
+  std::optional<BackgroundCompiler> compiler;
+  if (sim.engine == Engine::kAuto) compiler.emplace(resource);
 
   const bool until_stimulus_ends = sim.cycles == 0 && stimulus != nullptr;
   const std::uint64_t ran = until_stimulus_ends ? simulation.run_until(stimulus->end_ns() + 1)
@@ -127,8 +167,7 @@ int run(const CLI::App& app, const Sim& sim) {
     complain(problem);
   }
   // WHY not stdout when the trace goes there: it stays one clean CSV.
-  const bool trace_on_stdout = trace != nullptr && (sim.trace.empty() || sim.trace == "-");
-  std::ostream& out = trace_on_stdout ? std::cerr : std::cout;
+  std::ostream& out = trace_on_stdout || sim.stats == Stats::kJson ? std::cerr : std::cout;
   out << fmt::format(
       "{} cycles, {} of virtual time, {} events, {} faults; {}\n", ran,
       duration_text(static_cast<double>(simulation.now_ns())),
@@ -138,8 +177,12 @@ int run(const CLI::App& app, const Sim& sim) {
         return events;
       }(),
       simulation.fault_count(), describe(resource.image().options));
-  if (sim.stats) {
-    times.print(resource.image(), out);
+  if (compiler) {
+    for (const std::string& note : compiler->take_notes()) std::cerr << "plc sim: " << note << '\n';
+  }
+  if (sim.stats == Stats::kJson) times.print_json(resource, std::cout);
+  if (sim.stats == Stats::kText) {
+    times.print(resource, out);
     print_link_report(resource, out);
     print_memory(out);
   }
@@ -180,7 +223,14 @@ void add_sim(CLI::App& app, int& exit_code) {
       ->take_all()
       ->allow_extra_args(false);
   add_loop_budget(*command, sim.program);
-  command->add_flag("--stats", sim.stats, "per task: scans, scan time min, median and p99 in ns; memory");
+  add_engine_option(*command, sim.engine);
+  command
+      ->add_flag(
+          "--stats{text}", sim.stats,
+          "per task: engine, scans, scan time min, median and p99 in ns; memory. --stats=json prints the tasks as "
+          "one JSON document on stdout, and all else on stderr")
+      ->transform(choice_validator<Stats>({{"text", Stats::kText}, {"json", Stats::kJson}}))
+      ->type_name("[=json]");
   add_library_option(*command, sim.libraries);
   add_taskblocks_option(*command, sim.configuration);
   add_compile_options(*command, sim.options);
