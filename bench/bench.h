@@ -41,10 +41,12 @@ std::string limit_text(double value, double limit, Verdict& verdict);
 struct ScanPlan {
   Shape shape;
   double limit = 0;             ///< most that interpreter / C may be; 0 = no limit
+  double native_limit = 0;      ///< most that native / C may be, and 1 without barriers; 0 = no limit
   std::uint32_t scans = 1000;   ///< checked scans, one input changing per scan
   std::uint32_t batches = 200;  ///< timed batches of each side, interleaved; 0 = check only
 };
-/// Interpreter against the same logic as C compiled with -O2, in one process, on one set of changing inputs.
+/// Interpreter and native code against the same logic as C compiled with -O2, with and without a barrier after each
+/// rung, in one process, on one set of changing inputs.
 Verdict measure_scan(const ScanPlan& plan);
 
 struct LoadPlan {
@@ -74,7 +76,7 @@ Verdict measure_compile(const CompilePlan& plan);
 
 struct CoherencePlan {
   std::uint32_t cycles = 20'000;  ///< of the fast task, for each protocol, size and place
-  std::uint32_t parts = 10;        ///< of these cycles, protocols interleaved
+  std::uint32_t parts = 10;       ///< of these cycles, protocols interleaved
   std::vector<std::uint32_t> sizes = {1, 10, 100, 1'000, 10'000};  ///< variables in each direction
   bool limits = true;
   std::string plot;  ///< SVG file to write, or empty
@@ -87,11 +89,12 @@ inline constexpr double kModbusScanLimit = 1.3;
 inline constexpr double kModbusGrowthKb = 512;
 
 struct ModbusPlan {
-  double seconds = 60;         ///< of load; a sixth of it for each of the other phases
+  double seconds = 60;  ///< of load; a sixth of it for each of the other phases
   unsigned connections = 100;
-  std::string torture;         ///< tool that plays hostile clients; a file that is not there is said to be so
+  std::string torture;  ///< tool that plays hostile clients; a file that is not there is said to be so
 };
-/// The Modbus server: torn values, speed against libmodbus's own server in the same run, memory, and what the scan notices.
+/// The Modbus server: torn values, speed against libmodbus's own server in the same run, memory, and what the scan
+/// notices.
 Verdict measure_modbus(const ModbusPlan& plan);
 
 }  // namespace plc::bench

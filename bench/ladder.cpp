@@ -289,7 +289,9 @@ void c_rung(const Rung& rung, std::ostream& out) {
   out << " } BARRIER\n";
 }
 
-constexpr const char* kCPrelude = R"(#define BARRIER __asm__ volatile("" ::: "memory");
+constexpr const char* kCPrelude = R"(#ifndef BARRIER
+#define BARRIER __asm__ volatile("" ::: "memory");
+#endif
 struct ton { long long start; unsigned char running; };
 struct ctu { short count; unsigned char last; };
 struct rtrig { unsigned char last; };

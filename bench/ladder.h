@@ -61,7 +61,7 @@ inline constexpr const char* kInstanceName = "Main";
 void write_plcopen(const Ladder& ladder, std::ostream& out);
 
 /// `unsigned char *plc_variables(void)` and `void plc_scan(long long now_ns)`; functions of 500 rungs, a compiler barrier
-/// after each rung, so that the compiler may not carry values from rung to rung.
+/// after each rung, so that the compiler may not carry values from rung to rung; -DBARRIER= leaves it out.
 void write_c(const Ladder& ladder, std::ostream& out);
 
 }  // namespace plc::bench

@@ -1,8 +1,9 @@
-// Interpreter scan time against gcc -O2, results compared variable by variable.
+// Scan time of interpreter and native code against gcc -O2, results compared variable by variable.
 #include <dlfcn.h>
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <fstream>
 #include <iostream>
@@ -10,6 +11,7 @@
 
 #include "bench/bench.h"
 #include "core/clock.h"
+#include "native/compile.h"
 #include "runtime/access.h"
 #include "runtime/resource.h"
 #include "tools/pipeline.h"
@@ -19,32 +21,46 @@ namespace {
 
 constexpr core::TimeNs kPeriodNs = 20'000'000;
 
-/// The ladder as a shared object made by the C compiler.
-class Native {
+/// One of those that do the same: a scan, and the variables of the ladder as bytes.
+class Side {
  public:
-  Native(const Ladder& ladder, const Scratch& scratch) {
+  virtual ~Side() = default;
+  /// False when the scan ended in a fault.
+  virtual bool scan(core::TimeNs now_ns) = 0;
+  [[nodiscard]] virtual unsigned char* variable(std::uint32_t index) = 0;
+  [[nodiscard]] virtual bool ok() const = 0;
+};
+
+/// The ladder as a shared object made by the C compiler.
+class CSide final : public Side {
+ public:
+  CSide(const Ladder& ladder, const Scratch& scratch, bool barriers) {
     const std::string source = scratch.file("ladder.c");
-    const std::string object = scratch.file("ladder.so");
+    const std::string object = scratch.file(barriers ? "barriers.so" : "plain.so");
     {
       std::ofstream out(source);
       write_c(ladder, out);
     }
-    const std::string command = fmt::format("{} -O2 -shared -fPIC -o {} {}", PLC_C_COMPILER, object, source);
+    const std::string command =
+        fmt::format("{} -O2 -shared -fPIC {} -o {} {}", PLC_C_COMPILER, barriers ? "" : "-DBARRIER=", object, source);
     if (std::system(command.c_str()) != 0) return;
     library_ = ::dlopen(object.c_str(), RTLD_NOW | RTLD_LOCAL);
     if (library_ == nullptr) return;
     scan_ = reinterpret_cast<void (*)(long long)>(::dlsym(library_, "plc_scan"));
     variables_ = reinterpret_cast<unsigned char* (*)()>(::dlsym(library_, "plc_variables"))();
   }
-  ~Native() {
+  ~CSide() override {
     if (library_ != nullptr) ::dlclose(library_);
   }
-  Native(const Native&) = delete;
-  Native& operator=(const Native&) = delete;
+  CSide(const CSide&) = delete;
+  CSide& operator=(const CSide&) = delete;
 
-  [[nodiscard]] bool ok() const { return scan_ != nullptr; }
-  void scan(core::TimeNs now_ns) { scan_(now_ns); }
-  [[nodiscard]] unsigned char* variables() { return variables_; }
+  [[nodiscard]] bool ok() const override { return scan_ != nullptr; }
+  bool scan(core::TimeNs now_ns) override {
+    scan_(now_ns);
+    return true;
+  }
+  [[nodiscard]] unsigned char* variable(std::uint32_t index) override { return variables_ + index; }
 
  private:
   void* library_ = nullptr;
@@ -52,17 +68,12 @@ class Native {
   unsigned char* variables_ = nullptr;
 };
 
-/// The same ladder through the pipeline, with the address of every variable.
-class Interpreted {
+/// The same ladder through the pipeline, with the address of every variable; in the interpreter or as native code.
+class PlcSide final : public Side {
  public:
-  Interpreted(const Ladder& ladder, const Scratch& scratch) {
-    const std::string path = scratch.file("ladder.xml");
-    {
-      std::ofstream out(path, std::ios::binary);
-      write_plcopen(ladder, out);
-    }
+  PlcSide(const Ladder& ladder, const std::string& project, bool compiled) {
     tools::Compilation compilation;
-    tools::compile({path, {}, tools::Goal::kRun}, compilation);
+    tools::compile({project, {}, tools::Goal::kRun}, compilation);
     if (!compilation.ok()) {
       compilation.diagnostics.render(std::cerr);
       return;
@@ -73,6 +84,15 @@ class Interpreted {
       return;
     }
     resource_ = std::move(*loaded);
+    if (compiled) {
+      auto code = native::compile(resource_->program(0));
+      if (!code) {
+        std::cerr << code.error().message << '\n';
+        resource_.reset();
+        return;
+      }
+      resource_->program(0).install(std::move(*code));
+    }
     const runtime::Access access(*resource_);
     for (std::uint32_t i = 0; i < ladder.variables; ++i) {
       const auto place = access.find_leaf(fmt::format("{}.{}", kInstanceName, variable_name(i)));
@@ -90,53 +110,58 @@ class Interpreted {
       variables_.push_back(reinterpret_cast<unsigned char*>(table + place->offset));
     }
   }
-  [[nodiscard]] bool ok() const { return resource_ != nullptr; }
-  [[nodiscard]] bool scan(core::TimeNs now_ns) { return !resource_->program(0).execute({now_ns}); }
-  [[nodiscard]] unsigned char* variable(std::uint32_t index) { return variables_[index]; }
+  [[nodiscard]] bool ok() const override { return resource_ != nullptr; }
+  bool scan(core::TimeNs now_ns) override { return !resource_->program(0).execute({now_ns}); }
+  [[nodiscard]] unsigned char* variable(std::uint32_t index) override { return variables_[index]; }
 
  private:
   std::unique_ptr<runtime::Resource> resource_;
   std::vector<unsigned char*> variables_;
 };
 
+constexpr std::size_t kSides = 4;
+constexpr const char* kNames[kSides] = {"C", "C without barriers", "interpreter", "native"};
+enum : std::size_t { kBarriers, kPlain, kInterpreter, kNative };
+
 class Comparison {
  public:
-  Comparison(const Ladder& ladder, Native& native, Interpreted& interpreted)
-      : ladder_(ladder), native_(native), interpreted_(interpreted) {}
+  Comparison(const Ladder& ladder, const std::array<std::unique_ptr<Side>, kSides>& sides)
+      : ladder_(ladder), sides_(sides) {}
 
-  /// One scan of both after changing one input of both.
+  /// One scan of all after changing one input of all. False when one faulted.
   bool step() {
-    flip();
+    const std::uint32_t input = input_of(flips_++);
     now_ns_ += kPeriodNs;
-    native_.scan(now_ns_);
-    return interpreted_.scan(now_ns_);
+    bool fine = true;
+    for (const auto& side : sides_) {
+      *side->variable(input) ^= 1;
+      fine = side->scan(now_ns_) && fine;
+    }
+    return fine;
   }
-  /// Variables that differ now.
+  /// Variables of any side that differ from the first one's now.
   [[nodiscard]] std::uint32_t differences() {
     std::uint32_t count = 0;
     for (std::uint32_t i = 0; i < ladder_.variables; ++i) {
-      if (native_.variables()[i] != *interpreted_.variable(i)) {
-        if (count++ < 5) {
-          std::cerr << fmt::format("{}: C has {}, the interpreter {}\n", variable_name(i), native_.variables()[i],
-                                   *interpreted_.variable(i));
-        }
+      for (std::size_t s = 1; s < kSides; ++s) {
+        const unsigned char expected = *sides_[0]->variable(i);
+        const unsigned char found = *sides_[s]->variable(i);
+        if (expected == found || count++ >= 5) continue;
+        std::cerr << fmt::format("{}: C has {}, {} {}\n", variable_name(i), expected, kNames[s], found);
       }
     }
     return count;
   }
 
-  /// Nanoseconds per scan of a batch of one side; both sides see the same inputs in the same order.
-  double time_native(std::uint32_t scans) {
-    return timed(scans, [&](std::uint32_t input, core::TimeNs now) {
-      native_.variables()[input] ^= 1;
-      native_.scan(now);
-    });
-  }
-  double time_interpreted(std::uint32_t scans) {
-    return timed(scans, [&](std::uint32_t input, core::TimeNs now) {
-      *interpreted_.variable(input) ^= 1;
-      ok_ = interpreted_.scan(now) && ok_;
-    });
+  /// Nanoseconds per scan of a batch of one side; all sides see the same inputs in the same order.
+  double time(std::size_t side, std::uint32_t scans) {
+    Side& s = *sides_[side];
+    const core::TimeNs begin = clock_.now_ns();
+    for (std::uint32_t i = 0; i < scans; ++i) {
+      *s.variable(input_of(flips_ + i)) ^= 1;
+      ok_ = s.scan(now_ns_ + (i + 1) * kPeriodNs) && ok_;
+    }
+    return static_cast<double>(clock_.now_ns() - begin) / scans;
   }
   void advance(std::uint32_t scans) {
     now_ns_ += scans * kPeriodNs;
@@ -148,21 +173,9 @@ class Comparison {
   [[nodiscard]] std::uint32_t input_of(std::uint64_t flip) const {
     return static_cast<std::uint32_t>(flip * 2654435761u % ladder_.inputs);
   }
-  void flip() {
-    const std::uint32_t input = input_of(flips_++);
-    native_.variables()[input] ^= 1;
-    *interpreted_.variable(input) ^= 1;
-  }
-  template <class Scan>
-  double timed(std::uint32_t scans, Scan scan) {
-    const core::TimeNs begin = clock_.now_ns();
-    for (std::uint32_t i = 0; i < scans; ++i) scan(input_of(flips_ + i), now_ns_ + (i + 1) * kPeriodNs);
-    return static_cast<double>(clock_.now_ns() - begin) / scans;
-  }
 
   const Ladder& ladder_;
-  Native& native_;
-  Interpreted& interpreted_;
+  const std::array<std::unique_ptr<Side>, kSides>& sides_;
   core::MonotonicClock clock_;
   core::TimeNs now_ns_ = 0;
   std::uint64_t flips_ = 0;
@@ -175,39 +188,59 @@ Verdict measure_scan(const ScanPlan& plan) {
   Verdict verdict;
   const Scratch scratch;
   const Ladder ladder = make_ladder(plan.shape);
-  Native native(ladder, scratch);
-  Interpreted interpreted(ladder, scratch);
-  const std::string name =
-      fmt::format("{:>7} rungs {:<6} seed {}", plan.shape.rungs, plan.shape.nested ? "nested" : "plain", plan.shape.seed);
-  if (!native.ok() || !interpreted.ok()) {
+  const std::string project = scratch.file("ladder.xml");
+  {
+    std::ofstream out(project, std::ios::binary);
+    write_plcopen(ladder, out);
+  }
+  std::array<std::unique_ptr<Side>, kSides> sides;
+  sides[kBarriers] = std::make_unique<CSide>(ladder, scratch, true);
+  sides[kPlain] = std::make_unique<CSide>(ladder, scratch, false);
+  sides[kInterpreter] = std::make_unique<PlcSide>(ladder, project, false);
+  sides[kNative] = std::make_unique<PlcSide>(ladder, project, true);
+  const std::string name = fmt::format("{:>7} rungs {:<6} seed {}", plan.shape.rungs,
+                                       plan.shape.nested ? "nested" : "plain", plan.shape.seed);
+  if (!std::all_of(sides.begin(), sides.end(), [](const auto& side) { return side->ok(); })) {
     std::cout << name << ": could not be built\n";
     verdict.correct = false;
     return verdict;
   }
-  Comparison comparison(ladder, native, interpreted);
+  Comparison comparison(ladder, sides);
   std::uint32_t true_coils = 0;
   for (std::uint32_t i = 0; i < plan.scans && verdict.correct; ++i) {
     verdict.correct = comparison.step() && comparison.differences() == 0;
     if (!verdict.correct) std::cerr << fmt::format("after scan {}\n", i + 1);
   }
-  for (std::uint32_t i = ladder.inputs; i < ladder.variables; ++i) true_coils += *interpreted.variable(i);
+  for (std::uint32_t i = ladder.inputs; i < ladder.variables; ++i) true_coils += *sides[0]->variable(i);
   std::string line = fmt::format("{}: {} after {} scans, {} of {} coils on", name,
                                  verdict.correct ? "all variables equal" : "VARIABLES DIFFER", plan.scans, true_coils,
                                  ladder.variables - ladder.inputs);
   if (verdict.correct && plan.batches != 0) {
-    std::vector<double> c, vm, ratios;
+    std::vector<double> times[kSides];
+    std::vector<double> ratios[kSides];  // to C with barriers
+    std::vector<double> to_plain;
     const std::uint32_t scans = std::max(1u, 200'000u / plan.shape.rungs);
     for (std::uint32_t i = 0; i < plan.batches; ++i) {
-      c.push_back(comparison.time_native(scans));
-      vm.push_back(comparison.time_interpreted(scans));
+      for (std::size_t s = 0; s < kSides; ++s) {
+        times[s].push_back(comparison.time(s, scans));
+        ratios[s].push_back(times[s].back() / times[kBarriers].back());
+      }
+      to_plain.push_back(times[kNative].back() / times[kPlain].back());
       comparison.advance(scans);
-      ratios.push_back(vm.back() / c.back());
     }
     if (comparison.differences() != 0 || !comparison.ok()) verdict.correct = false;
-    const double ratio = median(ratios);
-    const double rungs = plan.shape.rungs;
-    line += fmt::format("; C {:.2f}, interpreter {:.2f} ns/rung, ratio {:.2f}", median(c) / rungs, median(vm) / rungs, ratio);
-    if (plan.limit != 0) line += ", " + limit_text(ratio, plan.limit, verdict);
+    line += "; ns/rung:";
+    for (std::size_t s = 0; s < kSides; ++s) {
+      line += fmt::format("{} {} {:.2f}", s == 0 ? "" : ",", kNames[s], median(times[s]) / plan.shape.rungs);
+    }
+    const auto against = [&](const char* what, const std::vector<double>& of, double limit) {
+      const double ratio = median(of);
+      line += fmt::format("; {} {:.2f}", what, ratio);
+      if (limit != 0) line += ", " + limit_text(ratio, limit, verdict);
+    };
+    against("interpreter/C", ratios[kInterpreter], plan.limit);
+    against("native/C", ratios[kNative], plan.native_limit);
+    against("native/C without barriers", to_plain, plan.native_limit != 0 ? 1 : 0);
   }
   std::cout << line << std::endl;
   return verdict;
