@@ -89,6 +89,24 @@ TEST(Run, StatisticsAsJson) {
   }
 }
 
+TEST(Run, SaysWhichEngineRunsSinceWhen) {
+  const auto engines = [](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {PLC_RUN_TOOL, tank(), "--modbus", "off"});
+    const auto result = run_tool(arguments);
+    EXPECT_EQ(result.code, 0) << result.err;
+    return result.out;
+  };
+  EXPECT_NE(engines({"--cycles", "3", "--engine", "interp", "--stats"}).find("engine of Fast: interpreter\n"),
+            std::string::npos);
+  EXPECT_NE(engines({"--cycles", "3", "--engine", "native", "--stats"}).find("engine of Fast: native since "),
+            std::string::npos);
+  // Time enough for the change, on a machine that is busy too.
+  const auto document = nlohmann::json::parse(engines({"--duration", "3s", "--stats=json"}), nullptr, false);
+  ASSERT_FALSE(document.is_discarded());
+  EXPECT_EQ(document.at("tasks").at(0).at("engine"), "native");
+  EXPECT_GE(document.at("tasks").at(0).at("native_since_ns").get<std::int64_t>(), 0);
+}
+
 TEST(Run, JsonHasStdoutForItself) {
   EXPECT_EQ(run_tool({PLC_RUN_TOOL, tank(), "--cycles", "1", "--stats=json", "--watch", "Running"}).code, 2);
   EXPECT_EQ(run_tool({PLC_RUN_TOOL, tank(), "--cycles", "1", "--stats=xml"}).code, 2);

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -26,13 +27,15 @@ class Sim : public testing::Test {
 TEST_F(Sim, StimulusIsAppliedAtTheFirstReleaseAtOrAfterItsTime) {
   const std::string stimulus = scratch_.file("in.csv");
   write_text(stimulus, "time_ms,MAIN.in\n0,0\n15,1\n25,\n30,0\n");
-  const auto result = run_tool({PLC_TOOL, "sim", project_, "--stimulus", stimulus, "--cycles", "5", "--watch", "main.*"});
+  const auto result =
+      run_tool({PLC_TOOL, "sim", project_, "--stimulus", stimulus, "--cycles", "5", "--watch", "main.*"});
   ASSERT_EQ(result.code, 0) << result.err;
   const auto lines = lines_of(result.out);
   ASSERT_EQ(lines.size(), 6u) << result.out;
   EXPECT_EQ(lines[0].substr(0, 14), "cycle,time_ms,");
   // In is 1 from the release at 20 ms on, the empty cell keeps it, 30 ms clears it; Out follows in the same cycle.
-  for (const auto& [row, tail] : {std::pair(1, ",0,0,0"), {2, ",10,0,0"}, {3, ",20,1,1"}, {4, ",30,0,0"}, {5, ",40,0,0"}}) {
+  for (const auto& [row, tail] :
+       {std::pair(1, ",0,0,0"), {2, ",10,0,0"}, {3, ",20,1,1"}, {4, ",30,0,0"}, {5, ",40,0,0"}}) {
     const std::string& line = lines[static_cast<std::size_t>(row)];
     EXPECT_EQ(line.substr(line.find(',')), tail) << result.out;
   }
@@ -65,6 +68,45 @@ TEST_F(Sim, StatsNameEveryTask) {
   const auto result = run_tool({PLC_TOOL, "sim", tank(), "--cycles", "50", "--stats"});
   EXPECT_EQ(result.code, 0);
   for (const char* word : {"Fast", "Slow", "scans", "min ns", "median ns", "p99 ns", "MB resident"}) {
+    EXPECT_NE(result.out.find(word), std::string::npos) << word << " is not in\n" << result.out;
+  }
+}
+
+TEST_F(Sim, EnginesGiveEqualTraces) {
+  std::vector<std::string> command = {PLC_TOOL,        "sim",     tank(), "--stimulus",
+                                      tank_stimulus(), "--watch", "*",    "--engine"};
+  command.push_back("interp");
+  const auto first = run_tool(command);
+  EXPECT_EQ(first.code, 0) << first.err;
+  for (const char* engine : {"native", "auto"}) {
+    command.back() = engine;
+    EXPECT_EQ(first.out, run_tool(command).out) << engine;
+  }
+  command.back() = "fast";
+  EXPECT_EQ(run_tool(command).code, 2);
+}
+
+TEST_F(Sim, StatsAsJsonNameTheEngine) {
+  for (const char* engine : {"interp", "native"}) {
+    const auto result = run_tool({PLC_TOOL, "sim", tank(), "--cycles", "50", "--stats=json", "--engine", engine});
+    ASSERT_EQ(result.code, 0) << result.err;
+    const auto document = nlohmann::json::parse(result.out, nullptr, false);
+    ASSERT_FALSE(document.is_discarded()) << result.out;
+    const auto& tasks = document.at("tasks");
+    ASSERT_EQ(tasks.size(), 2u);
+    EXPECT_EQ(tasks[0].at("name"), "Fast");
+    EXPECT_EQ(tasks[0].at("engine"), std::string(engine) == "native" ? "native" : "interpreter");
+    EXPECT_EQ(tasks[0].at("scans"), 50);
+    EXPECT_LE(tasks[0].at("min_ns"), tasks[0].at("median_ns"));
+    EXPECT_LE(tasks[0].at("median_ns"), tasks[0].at("p99_ns"));
+  }
+  EXPECT_EQ(run_tool({PLC_TOOL, "sim", tank(), "--stats=json", "--watch", "*"}).code, 2);
+}
+
+TEST_F(Sim, DumpSaysWhatBecameNative) {
+  const auto result = run_tool({PLC_TOOL, "dump", "--native", tank()});
+  EXPECT_EQ(result.code, 0) << result.err;
+  for (const char* word : {"task Fast: ", " bytes of native code", "in the interpreter", "READ_N"}) {
     EXPECT_NE(result.out.find(word), std::string::npos) << word << " is not in\n" << result.out;
   }
 }
@@ -114,15 +156,16 @@ TEST_F(Sim, WithoutAnInstanceItOffersThePous) {
 }
 
 TEST_F(Sim, TheExampleMakesABatchAndSoundsTheHorn) {
-  const auto result = run_tool({PLC_TOOL, "sim", tank(), "--stimulus", tank_stimulus(), "--watch", "BatchCount", "--watch",
-                                "Horn", "--watch", "Mixer", "--watch", "Running"});
+  const auto result = run_tool({PLC_TOOL, "sim", tank(), "--stimulus", tank_stimulus(), "--watch", "BatchCount",
+                                "--watch", "Horn", "--watch", "Mixer", "--watch", "Running"});
   ASSERT_EQ(result.code, 0) << result.err;
   const auto lines = lines_of(result.out);
   ASSERT_EQ(lines[0], "cycle,time_ms,BatchCount,Horn,Mixer,Running");
   // By the script: full at 8.3 s, three seconds of mixing, empty again by 15 s; above 95 % from 17.95 s on.
   const auto row_at = [&](const std::string& time_ms) {
     for (const std::string& line : lines) {
-      if (line.find("," + time_ms + ",") != std::string::npos) return line.substr(line.find("," + time_ms + ",") + time_ms.size() + 2);
+      if (line.find("," + time_ms + ",") != std::string::npos)
+        return line.substr(line.find("," + time_ms + ",") + time_ms.size() + 2);
     }
     return std::string("no row");
   };
