@@ -97,6 +97,13 @@ TEST(Flow, OwnersAndUsers) {
   EXPECT_TRUE(has(tables, "Both INT - shared TFast, TSlow -")) << tables;
 }
 
+TEST(Flow, AQueueGoesFromThoseWhoPutToTheOneWhoTakes) {
+  const std::string tables = tables_of(two_tasks("Q : ARRAY[0..7] OF INT; N : INT; A, B : BOOL;",
+                                                 "A := QUEUE_PUT(Q, 1);", "B := QUEUE_GET(Q, OUT => N);"));
+  EXPECT_TRUE(has(tables, "Q queue [8] of INT - queue TFast TSlow")) << tables;
+  EXPECT_TRUE(has(tables, "TFast TSlow 1 2 110ms")) << tables;
+}
+
 TEST(Flow, AmongSeveralWritersThoseRead) {
   // Of a word without interest in the value, of one that counts on from what the other left.
   const std::string text = two_tasks("X : INT;", "X := 5;", "X := X + 1;");
