@@ -44,6 +44,6 @@ inline constexpr SpecialSpec kSpecials[] = {
 };
 constexpr std::span<const SpecialSpec> specials() { return kSpecials; }
 /// What people read above their list.
-inline constexpr std::string_view kSpecialsTitle = "Of arrays, variables and queues";
+inline constexpr std::string_view kSpecialsTitle = "Of variables and queues";
 
 }  // namespace plc::stdlib
