@@ -12,8 +12,8 @@ namespace cnc {
 
 namespace {
 
-/// Above the part, and deeper and deeper in it: told apart by any eye, and in grey.
-constexpr std::array kColours{"#fbb61a", "#f1731d", "#d44842", "#a92e5e", "#7c1d6d", "#4f0d6c", "#240b4e", "#000004"};
+/// Above the part, and deeper and deeper in it: from light to dark, so that any eye tells them apart.
+constexpr std::array kColours{"#fbb61a", "#f1731d", "#d44842", "#a92e5e", "#7c1d6d", "#551f8f", "#3a2aa6", "#1d4fb8"};
 constexpr const char* kGrey = "#6b7280";
 /// Bytes of the lines of one colour at most: the picture of a program of hours can still be opened.
 constexpr std::size_t kMostBytes = 4'000'000;
@@ -89,7 +89,7 @@ void PathDrawing::plan(std::string_view program, const Vector& start) {
       deepest = std::min(deepest, e.end[2]);
       pieces_.push_back(e);
       std::string& d = e.kind == Segment::kRapid ? planned_rapids_ : planned_cuts_;
-      if (&d != drawn_last) d += 'M' + pair(e.start[0], e.start[1]);
+      if (&d != drawn_last) d += (d.empty() ? "M" : "\nM") + pair(e.start[0], e.start[1]);
       drawn_last = &d;
       // An arc in two halves: no flag has to say which of two arcs is meant, and a circle has two ends.
       for (const double share : {0.5, 1.0}) {
@@ -162,7 +162,7 @@ void PathDrawing::begin_line(const Point& p) {
 }
 
 void PathDrawing::end_line() {
-  if (drawing_ && to_ != from_) put('L', to_);
+  if (drawing_) put('L', to_);  // a dot, where the tool only went down
 }
 
 // Makes the straight line longer, to `p`; false when it would miss a point between by more than kExact.
@@ -189,19 +189,21 @@ bool PathDrawing::extend(const Point& p) {
 
 void PathDrawing::put(char command, const Point& p) {
   std::string& d = lines_[colour_];
-  if (d.size() < kMostBytes) d += command + pair(p[0], p[1]);
+  if (d.size() >= kMostBytes) return;
+  if (command == 'M' && !d.empty()) d += '\n';  // a picture in a repository has differences that can be read
+  d += command + pair(p[0], p[1]);
 }
 
 // ---- the picture --------------------------------------------------------------------------------------------------
 
 std::string PathDrawing::svg(std::string_view title) const {
   const double size = std::max({high_[0] - low_[0], high_[1] - low_[1], 1.0}) + tool_;
-  const double unit = size / 40;  // of letters and margins
+  const double unit = size / 55;  // of letters and margins
   const double left = low_[0] - tool_ / 2 - 2 * unit;
   const double top = -high_[1] - tool_ / 2 - 4 * unit;
   const double width = size + 4 * unit;
-  const double legend = -low_[1] + tool_ / 2 + 3 * unit;
-  const double height = legend + 5 * unit - top;
+  const double legend = -low_[1] + tool_ / 2 + 4 * unit;
+  const double height = legend + 6 * unit - top;
 
   std::string out = "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"" + number(left) + ' ' + number(top) + ' ' +
                     number(width) + ' ' + number(height) + "\" width=\"900\" font-family=\"sans-serif\" font-size=\"" +
@@ -215,7 +217,7 @@ std::string PathDrawing::svg(std::string_view title) const {
     return std::string("fill=\"none\" stroke=\"") + colour + "\" stroke-width=\"" + number(wide) +
            "\" stroke-linejoin=\"round\" stroke-linecap=\"round\"";
   };
-  const double thin = unit / 12;
+  const double thin = size / 500;
   const std::string dashes = " stroke-dasharray=\"" + number(unit / 2) + ' ' + number(unit / 3) + "\"";
   const std::string rapid = stroke(kGrey, thin) + dashes;
   out += path(planned_cuts_, stroke("#e5e7eb", tool_));
@@ -229,23 +231,23 @@ std::string PathDrawing::svg(std::string_view title) const {
   const double bar = round_length(size / 5);
   const double right = left + width - 2 * unit;
   out += path("M" + number(right - bar) + ' ' + number(legend) + 'h' + number(bar), stroke("#1f2937", 2 * thin));
-  out += text_at(right - bar, legend + 1.5 * unit, number(bar, 6) + " mm");
+  out += text_at(right - bar, legend - unit / 2, number(bar, 6) + " mm");
 
   double x = left + 2 * unit;
   const auto entry = [&](const std::string& style, const std::string& words, double y) {
     out += path("M" + number(x) + ' ' + number(y - unit / 3) + 'h' + number(1.5 * unit), style);
     out += text_at(x + 2 * unit, y, words);
-    x += (2.5 + 0.55 * static_cast<double>(words.size())) * unit;
+    x += (2.7 + 0.58 * static_cast<double>(words.size())) * unit;
   };
-  entry(stroke("#e5e7eb", 0.8 * unit), "programmed, tool of " + number(tool_) + " mm", legend);
+  entry(stroke("#d1d5db", 0.8 * unit), "programmed, tool of " + number(tool_) + " mm", legend);
   entry(rapid, "rapid", legend);
   x = left + 2 * unit;
   for (std::size_t i = 0; i < kDepths; ++i) {
     if (lines_[i].empty()) continue;
-    entry(stroke(kColours[i], 3 * thin), i == 0 ? "Z above 0" : "to " + number(-depth_step_ * static_cast<double>(i)),
-          legend + 1.6 * unit);
+    entry(stroke(kColours[i], 3 * thin), i == 0 ? "Z above 0" : "to Z " + number(-depth_step_ * static_cast<double>(i)),
+          legend + 2 * unit);
   }
-  out += text_at(left + 2 * unit, legend + 3.4 * unit,
+  out += text_at(left + 2 * unit, legend + 4 * unit,
                  "Set points at most " + number(deviation_, 4) + " mm from the program, axes at most " +
                      number(following_error_, 4) + " mm from their set points.");
   return out + "</svg>\n";
