@@ -98,8 +98,12 @@ TEST(Flow, OwnersAndUsers) {
 }
 
 TEST(Flow, AQueueGoesFromThoseWhoPutToTheOneWhoTakes) {
-  const std::string tables = tables_of(two_tasks("Q : ARRAY[0..7] OF INT; N : INT; A, B : BOOL;",
-                                                 "A := QUEUE_PUT(Q, 1);", "B := QUEUE_GET(Q, OUT => N);"));
+  const std::string tables = tables_of(
+      "PROGRAM Fast VAR ok : BOOL; END_VAR ok := QUEUE_PUT(Q, 1); END_PROGRAM\n"
+      "PROGRAM Slow VAR ok : BOOL; n : INT; END_VAR ok := QUEUE_GET(Q, OUT => n); END_PROGRAM\n"
+      "CONFIGURATION C VAR_GLOBAL Q : ARRAY [0..7] OF INT; END_VAR RESOURCE R ON PLC "
+      "TASK TFast(INTERVAL := T#10ms, PRIORITY := 0); TASK TSlow(INTERVAL := T#100ms, PRIORITY := 1); "
+      "PROGRAM fast WITH TFast : Fast; PROGRAM slow WITH TSlow : Slow; END_RESOURCE END_CONFIGURATION\n");
   EXPECT_TRUE(has(tables, "Q queue [8] of INT - queue TFast TSlow")) << tables;
   EXPECT_TRUE(has(tables, "TFast TSlow 1 2 110ms")) << tables;
 }
