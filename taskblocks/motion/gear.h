@@ -15,17 +15,14 @@ class Gear final : public picard::Taskblock {
       .group = "Motion",
       .summary = "Follows a master axis with a ratio, with a clutch that slips while it closes.",
       .details =
-          "dSLAVE = RATIO dMASTER. With ENGAGE, RATIO goes to NUMERATOR / DENOMINATOR with SLEW per second, without it "
-          "to 0: "
-          "so the speed of SLAVE has no step. Once RATIO is there (ENGAGED), SLAVE is a fixed place plus NUMERATOR / "
-          "DENOMINATOR times MASTER: roundings do not add up, however long it runs. A ratio that is changed meanwhile "
-          "is "
-          "reached in the same way.\n\n"
-          "MODULO is what a rotary MASTER counts to before it begins again; it may turn by less than half of that in a "
-          "cycle. 0: it does not begin again. The first cycle gives START and takes MASTER as it is.\n\n"
-          "A MASTER that is no number, a DENOMINATOR of 0, and a ratio or SLEW that is no number or a SLEW below 0 set "
-          "ERROR: "
-          "SLAVE stays, RATIO is 0, and what MASTER does meanwhile is not made up for."};
+          "dSLAVE = RATIO dMASTER. With ENGAGE, RATIO goes to NUMERATOR / DENOMINATOR with SLEW per second, without "
+          "it to 0: so the speed of SLAVE has no step. Once RATIO is there (ENGAGED), SLAVE is a fixed place plus "
+          "NUMERATOR / DENOMINATOR times MASTER: roundings do not add up, however long it runs. A ratio that is "
+          "changed meanwhile is reached in the same way.\n\n"
+          "MODULO is what a rotary MASTER counts to before it begins again; it may turn by less than half of that in "
+          "a cycle. 0: it does not begin again. The first cycle gives START and takes MASTER as it is.\n\n"
+          "A MASTER that is no number, a DENOMINATOR of 0, and a ratio or SLEW that is no number or a SLEW below 0 "
+          "set ERROR: SLAVE stays, RATIO is 0, and what MASTER does meanwhile is not made up for."};
 
   picard::Input<double> master{this, "MASTER", "position of the leading axis", {.unit = "u"}};
   picard::Input<double> numerator{this, "NUMERATOR", "of the ratio", {.initial = "1.0"}};

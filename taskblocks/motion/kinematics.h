@@ -19,14 +19,14 @@ class Kinematics final : public picard::Taskblock {
       .group = "Motion",
       .summary = "Motor positions from axis positions by a matrix, and axis positions back from the motors'.",
       .details =
-          "MOTORS = M AXES + OFFSET and AXES_ACTUAL = M^-1 (MOTORS_ACTUAL - OFFSET), for COUNT axes: belts of a CoreXY "
-          "gantry, differential wrists, gears, squareness corrections. MATRIX holds M row by row: the element in row "
-          "r, "
-          "column c, from 0, is MATRIX[COUNT r + c]. Elements beyond COUNT are ignored, and 0 in outputs.\n\n"
+          "MOTORS = M AXES + OFFSET and AXES_ACTUAL = M^-1 (MOTORS_ACTUAL - OFFSET), for COUNT axes: belts of a "
+          "CoreXY gantry, differential wrists, gears, squareness corrections. MATRIX holds M row by row: the element "
+          "in row r, column c, from 0, is MATRIX[COUNT r + c]. Elements beyond COUNT are ignored, and 0 in "
+          "outputs.\n\n"
           "The inverse is made once, before the first cycle. A matrix that has none, or whose condition number "
-          "(largest "
-          "by smallest singular value: by how much it can magnify relative errors) is above MAX_CONDITION, is refused, "
-          "and so are numbers that are none. CONDITION tells it. What is not a number in AXES is none in MOTORS."};
+          "(largest by smallest singular value: by how much it can magnify relative errors) is above MAX_CONDITION, "
+          "is refused, and so are numbers that are none. CONDITION tells it. What is not a number in AXES is none in "
+          "MOTORS."};
 
   picard::Config<std::int16_t> count{
       this, "COUNT", "axes, and as many motors", {.lowest = 1, .highest = kMostAxes, .initial = "2"}};

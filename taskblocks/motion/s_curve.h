@@ -13,24 +13,18 @@ class SCurve final : public picard::Taskblock {
       .group = "Motion",
       .summary = "Moves to a target with limited speed, acceleration and jerk.",
       .details =
-          "Time-optimal in up to seven phases of constant jerk: acceleration grows with MAX_JERK to MAX_ACC, falls to "
-          "zero "
-          "at MAX_SPEED, and the same downwards; short ways leave phases out. The axis is at TARGET exactly, at rest. "
-          "A way "
-          "D that reaches all limits takes D / MAX_SPEED + MAX_SPEED / MAX_ACC + MAX_ACC / MAX_JERK seconds, one that "
-          "reaches none 4 (D / (2 MAX_JERK))^(1/3). Lengths are in any unit u.\n\n"
+          "Time-optimal in up to seven phases of constant jerk: acceleration grows with MAX_JERK to MAX_ACC, falls "
+          "to zero at MAX_SPEED, and the same downwards; short ways leave phases out. The axis is at TARGET exactly, "
+          "at rest. A way D that reaches all limits takes D / MAX_SPEED + MAX_SPEED / MAX_ACC + MAX_ACC / MAX_JERK "
+          "seconds, one that reaches none 4 (D / (2 MAX_JERK))^(1/3). Lengths are in any unit u.\n\n"
           "TARGET and the limits may change while it moves, with any speed and acceleration: the plan is made anew "
-          "from "
-          "there. A target that is passed by then is reached by stopping and coming back. Limits hold at every moment; "
-          "a "
-          "limit that was lowered while moving holds as soon as MAX_JERK allows.\n\n"
+          "from there. A target that is passed by then is reached by stopping and coming back. Limits hold at every "
+          "moment; a limit that was lowered while moving holds as soon as MAX_JERK allows.\n\n"
           "STOP comes to rest in the least time and rests where that ends; without STOP it goes on to TARGET.\n\n"
-          "The first cycle gives START. A change shows in POSITION one cycle later. Time is that of the task's clock, "
-          "so "
-          "event tasks get the position of the moment in which they run.\n\n"
+          "The first cycle gives START. A change shows in POSITION one cycle later. Time is that of the task's "
+          "clock, so event tasks get the position of the moment in which they run.\n\n"
           "A limit that is not above zero, or a target or limit that is not a number, sets ERROR and stops the axis "
-          "within "
-          "the last limits that were right."};
+          "within the last limits that were right."};
 
   picard::Input<double> target{this, "TARGET", "where to go", {.unit = "u"}};
   picard::Input<double> max_speed{this, "MAX_SPEED", "highest speed", {.unit = "u/s", .initial = "1.0"}};

@@ -16,21 +16,16 @@ class Scara final : public picard::Taskblock {
       .group = "Motion",
       .summary = "Joint angles of a two-link arm for a position, and its position from measured angles.",
       .details =
-          "Both ways in one block. Forward: X_ACTUAL = L1 cos Q1_ACTUAL + L2 cos(Q1_ACTUAL + Q2_ACTUAL), Y_ACTUAL the "
-          "same with sin. Inverse: Q2 = +-acos((X^2 + Y^2 - L1^2 - L2^2) / (2 L1 L2)), positive with ELBOW = FALSE "
-          "(the "
-          "elbow lies to the right of the line to the hand), negative with TRUE; Q1 = atan2(Y, X) - atan2(L2 sin Q2, "
-          "L1 "
-          "+ L2 cos Q2).\n\n"
-          "Q1 is the angle nearest to the Q1 before, so that a circle around the base turns on instead of jumping by 2 "
-          "pi; "
-          "the first one is between -pi and pi.\n\n"
+          "Both ways in one block. Forward: X_ACTUAL = L1 cos Q1_ACTUAL + L2 cos(Q1_ACTUAL + Q2_ACTUAL), Y_ACTUAL "
+          "the same with sin. Inverse: Q2 = +-acos((X^2 + Y^2 - L1^2 - L2^2) / (2 L1 L2)), positive with ELBOW = "
+          "FALSE (the elbow lies to the right of the line to the hand), negative with TRUE; Q1 = atan2(Y, X) - "
+          "atan2(L2 sin Q2, L1 + L2 cos Q2).\n\n"
+          "Q1 is the angle nearest to the Q1 before, so that a circle around the base turns on instead of jumping by "
+          "2 pi; the first one is between -pi and pi.\n\n"
           "REACHABLE is FALSE for positions that are further than L1 + L2 or nearer than |L1 - L2|, and for numbers "
-          "that are "
-          "none: Q1 and Q2 stay what they were. SINGULAR tells that the arm is stretched or folded: |sin Q2| is below "
-          "NEAR, where small movements of the hand need large ones of the joints. In the base itself (X = Y = 0, links "
-          "of "
-          "one length) Q1 stays what it was."};
+          "that are none: Q1 and Q2 stay what they were. SINGULAR tells that the arm is stretched or folded: |sin "
+          "Q2| is below NEAR, where small movements of the hand need large ones of the joints. In the base itself (X "
+          "= Y = 0, links of one length) Q1 stays what it was."};
 
   picard::Input<double> x{this, "X", "wanted position of the hand", {.unit = "u"}};
   picard::Input<double> y{this, "Y", "wanted position of the hand", {.unit = "u"}};

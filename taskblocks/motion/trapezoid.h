@@ -17,15 +17,14 @@ class Trapezoid final : public picard::Taskblock {
           "exactly, at rest. A way D too short for MAX_SPEED is travelled with the peak speed sqrt(2 D MAX_ACC "
           "MAX_DEC / (MAX_ACC + MAX_DEC)). Lengths are in any unit u.\n\n"
           "TARGET and the limits may change while it moves: the plan is made anew from where the axis is. A target "
-          "that is passed by then is reached by stopping and coming back. A speed above a limit that was lowered goes "
-          "down with MAX_DEC. SPEED is never above MAX_SPEED otherwise, and neither are differences of POSITION.\n\n"
+          "that is passed by then is reached by stopping and coming back. A speed above a limit that was lowered "
+          "goes down with MAX_DEC. SPEED is never above MAX_SPEED otherwise, and neither are differences of "
+          "POSITION.\n\n"
           "STOP slows down with MAX_DEC and rests where that ends; without STOP it goes on to TARGET.\n\n"
-          "The first cycle gives START. A change shows in POSITION one cycle later. Time is that of the task's clock, "
-          "so "
-          "event tasks get the position of the moment in which they run.\n\n"
+          "The first cycle gives START. A change shows in POSITION one cycle later. Time is that of the task's "
+          "clock, so event tasks get the position of the moment in which they run.\n\n"
           "A limit that is not above zero, or a target or limit that is not a number, sets ERROR and stops the axis "
-          "within "
-          "the last limits that were right."};
+          "within the last limits that were right."};
 
   picard::Input<double> target{this, "TARGET", "where to go", {.unit = "u"}};
   picard::Input<double> max_speed{this, "MAX_SPEED", "highest speed", {.unit = "u/s", .initial = "1.0"}};

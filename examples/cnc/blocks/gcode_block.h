@@ -21,18 +21,14 @@ class GcodeBlock final : public picard::Taskblock {
       .group = "CNC",
       .summary = "Reads a part program and puts its segments into a queue.",
       .details =
-          "G0 G1 G2 G3 (centre by I and J from the start, or R), G4 P with seconds, G17, G20 G21, G90 G91, F, S, N, M0 "
-          "to "
-          "M999, comments in parentheses or after a semicolon, a slash switches a block off. Modal words stay until "
-          "they "
-          "are said again. M0, M1, M2 and M30 follow the motion of their block, other M-codes precede it.\n\n"
+          "G0 G1 G2 G3 (centre by I and J from the start, or R), G4 P with seconds, G17, G20 G21, G90 G91, F, S, N, "
+          "M0 to M999, comments in parentheses or after a semicolon, a slash switches a block off. Modal words stay "
+          "until they are said again. M0, M1, M2 and M30 follow the motion of their block, other M-codes precede "
+          "it.\n\n"
           "The file is read once, when the task starts, and checked to its end: a program with a mistake sets ERROR, "
-          "with "
-          "MESSAGE, LINE and COLUMN, and is never begun. START (rising edge) begins at the first block, with X Y Z as "
-          "the "
-          "position of the tool. Each cycle reads BLOCKS blocks, as long as the queue has room. RUNNING ends when the "
-          "last "
-          "segment is in the queue. RESET ends it at once."};
+          "with MESSAGE, LINE and COLUMN, and is never begun. START (rising edge) begins at the first block, with X "
+          "Y Z as the position of the tool. Each cycle reads BLOCKS blocks, as long as the queue has room. RUNNING "
+          "ends when the last segment is in the queue. RESET ends it at once."};
 
   picard::Config<picard::Text<255>> file{this, "FILE", "the part program, from the folder in which the PLC runs"};
   picard::Config<std::int32_t> blocks{

@@ -184,13 +184,22 @@ void Interpolator::step(const Command& command, bool dry) noexcept {
   }
   held_ = braking_ && speed_ <= 0;
 
-  if (resetting_ && speed_ <= 0 && !command.reset) {
-    const bool limit = command.limit;
-    const PathLimits limits = limits_;
-    const Vector position = position_;
-    start(limits, position);
-    limited_ = limit;
+  if (resetting_ && speed_ <= 0) {
+    forget();
+    if (!command.reset && dry) {
+      resetting_ = false;
+      limited_ = command.limit;
+    }
   }
+}
+
+void Interpolator::forget() noexcept {
+  head_ = count_ = 0;
+  has_pending_ = false;
+  added_to_ = position_;
+  way_ = 0;
+  waited_ = 0;
+  strobe_ = answered_ = false;
 }
 
 }  // namespace cnc

@@ -32,7 +32,7 @@ class Interpolator {
   /// RT: bounded.
   void add(const Segment& segment) noexcept;
 
-  /// One cycle of `limits.period` seconds. `dry`: there is no further segment to be had now.
+  /// One cycle of `limits.period` seconds. `dry`: there is no further segment to be had now. A reset ends when it is.
   /// RT: bounded by the number of elements that a cycle can touch, and by the look-ahead.
   void step(const Command& command, bool dry) noexcept;
 
@@ -70,6 +70,7 @@ class Interpolator {
   void travel(double seconds) noexcept;
   bool pass_special(const Command& command) noexcept;
   void drop_head() noexcept;
+  void forget() noexcept;
 
   PathLimits limits_;
   std::array<Element, kCapacity> elements_{};

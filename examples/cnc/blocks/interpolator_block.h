@@ -16,22 +16,17 @@ class InterpolatorBlock final : public picard::Taskblock {
       .summary = "Moves three axes along the segments in a queue, within their speeds and accelerations.",
       .details =
           "Needs a periodic task; each cycle gives one set point. Lines and arcs are followed exactly; the corner "
-          "between "
-          "two lines becomes an arc that is nowhere further than DEVIATION from the corner, with the radius that the "
-          "feed "
-          "needs and no larger one. Corners with an arc that is not tangent are passed as good as at rest. It looks "
-          "ahead "
-          "over 126 pieces of path, so that it can stop at the end of what is known.\n\n"
+          "between two lines becomes an arc that is nowhere further than DEVIATION from the corner, with the radius "
+          "that the feed needs and no larger one. Corners with an arc that is not tangent are passed as good as at "
+          "rest. It looks ahead over 126 pieces of path, so that it can stop at the end of what is known.\n\n"
           "No axis exceeds MAX_SPEED and MAX_ACC, whatever happens: not in corners, not on arcs (where the speed is "
           "lowered), not when OVERRIDE changes, not on a stop.\n\n"
           "HOLD brakes on the path and goes on when it is gone. LIMIT does the same but stays (LIMITED) until RESET. "
-          "RESET "
-          "brakes, forgets all segments and those that come while it is TRUE; keep it TRUE until HELD is TRUE and "
-          "GCODE "
-          "no longer runs. OVERRIDE multiplies the feed, from 0 (a hold) to 2; rapids follow it below 1.\n\n"
+          "RESET brakes and forgets all segments, also those in the queue; keep it TRUE until GCODE no longer runs, "
+          "or more of the same program may come. OVERRIDE multiplies the feed, from 0 (a hold) to 2; rapids follow "
+          "it below 1.\n\n"
           "At an M-code the axes are at rest: CODE has it, STROBE becomes TRUE; the PLC acts and sets CODE_DONE; "
-          "STROBE "
-          "becomes FALSE; the PLC takes CODE_DONE back; the program goes on."};
+          "STROBE becomes FALSE; the PLC takes CODE_DONE back; the program goes on."};
 
   picard::QueueReader<Segment> path{this, "PATH", "the segments"};
   picard::Config<Vector> max_speed{this, "MAX_SPEED", "of X, Y and Z", {.unit = "mm/s"}};
@@ -70,10 +65,11 @@ class InterpolatorBlock final : public picard::Taskblock {
 
   void fire() override {
     Segment segment;
-    for (int i = 0; i < kSegmentsPerCycle && core_.wants_segment() && path.pop(segment); ++i) {
-      if (!core_.resetting() && !reset) core_.add(segment);
+    const bool dropping = core_.resetting() || reset;
+    for (int i = 0; i < kSegmentsPerCycle && (dropping || core_.wants_segment()) && path.pop(segment); ++i) {
+      if (!dropping) core_.add(segment);
     }
-    core_.step({override_factor, hold, limit, reset, code_done}, core_.wants_segment() && path.count() == 0);
+    core_.step({override_factor, hold, limit, reset, code_done}, path.count() == 0);
     x = core_.position()[0];
     y = core_.position()[1];
     z = core_.position()[2];

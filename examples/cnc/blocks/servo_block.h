@@ -16,18 +16,13 @@ class ServoBlock final : public picard::Taskblock {
       .summary = "Position loop with feed-forward, and a simulated axis with drive, encoder and limit switches.",
       .details =
           "COMMAND = GAIN (SET - ACTUAL) + SPEED_SHARE dSET/dt + ACC_TIME d2SET/dt2. The simulated drive follows "
-          "COMMAND "
-          "with TIME_CONSTANT, the axis integrates, the encoder counts steps of RESOLUTION: ACTUAL = steps of 1 / (s "
-          "(1 + "
-          "s TIME_CONSTANT)) COMMAND. SPEED_SHARE = 1 and ACC_TIME = TIME_CONSTANT make up for the drive; without them "
-          "the "
-          "axis follows behind by speed / GAIN.\n\n"
+          "COMMAND with TIME_CONSTANT, the axis integrates, the encoder counts steps of RESOLUTION: ACTUAL = steps "
+          "of 1 / (s (1 + s TIME_CONSTANT)) COMMAND. SPEED_SHARE = 1 and ACC_TIME = TIME_CONSTANT make up for the "
+          "drive; without them the axis follows behind by speed / GAIN.\n\n"
           "EXCESS is set when FOLLOWING_ERROR was above MAX_ERROR or SET no number, and stays until ENABLE is FALSE. "
-          "With "
-          "EXCESS, or without ENABLE, COMMAND is 0 and the drive stops by itself; with ENABLE again SET must be "
-          "ACTUAL, or "
-          "the axis goes there without a ramp. AT_LOW and AT_HIGH are the limit switches: ACTUAL is at LOW or HIGH, or "
-          "beyond. Needs a periodic task."};
+          "With EXCESS, or without ENABLE, COMMAND is 0 and the drive stops by itself; with ENABLE again SET must be "
+          "ACTUAL, or the axis goes there without a ramp. AT_LOW and AT_HIGH are the limit switches: ACTUAL is at "
+          "LOW or HIGH, or beyond. Needs a periodic task."};
 
   picard::Input<double> set{this, "SET", "set point", {.unit = "mm"}};
   picard::Input<bool> enable{this, "ENABLE", "the loop is closed", {.initial = "TRUE"}};

@@ -141,9 +141,10 @@ TEST(Machine, ALimitSwitchStopsWithinTheAccelerationsAndResetStartsAnew) {
   plant.axes[0]->port<double>("HIGH") = 1000;
   cycle();
   plant.path.port<bool>("RESET") = plant.gcode.port<bool>("RESET") = false;
-  for (int i = 0; i < 20; ++i) cycle();
+  const Vector rest = plant.sets.back();
+  for (int i = 0; i < 300; ++i) cycle();
   EXPECT_FALSE(plant.path.port<bool>("LIMITED"));
-  EXPECT_EQ(plant.path.port<double>("SPEED"), 0);
+  EXPECT_EQ(plant.sets.back(), rest) << "nothing of the old program is left, neither here nor in the queue";
   const char* const names[] = {"X", "Y", "Z"};
   for (const char* name : names) plant.gcode.port<double>(name) = plant.path.port<double>(name);
   plant.gcode.port<bool>("START") = true;
@@ -151,6 +152,32 @@ TEST(Machine, ALimitSwitchStopsWithinTheAccelerationsAndResetStartsAnew) {
   EXPECT_TRUE(plant.path.port<bool>("DONE"));
   EXPECT_EQ(plant.sets.back(), (Vector{0, 0, 25}));
   EXPECT_LE(plant.acceleration, kAcceleration * (1 + 1e-6));
+}
+
+TEST(Machine, ResetForgetsWhatIsInTheQueueAsWell) {
+  Plant plant;
+  const auto put = [&plant](int n) {
+    for (int i = 0; i < n; ++i) {
+      const Segment move{.kind = Segment::kLine, .end = {static_cast<double>(i + 1), 0, 0}, .feed = 10};
+      picard::TestQueue& queue = plant.path.queue("PATH");
+      queue.push(&queue, &move);
+    }
+  };
+  plant.path.port<bool>("HOLD") = true;
+  for (int i = 0; i < 4; ++i) {
+    put(64);
+    for (int k = 0; k < 20; ++k) plant.path.fire();
+  }
+  put(64);
+  plant.path.fire();
+  ASSERT_FALSE(plant.path.queue("PATH").elements.empty()) << "more than the interpolator can look ahead";
+  plant.path.port<bool>("HOLD") = false;
+  plant.path.port<bool>("RESET") = true;
+  plant.path.fire();
+  plant.path.port<bool>("RESET") = false;
+  for (int k = 0; k < 200; ++k) plant.path.fire();
+  EXPECT_TRUE(plant.path.queue("PATH").elements.empty());
+  EXPECT_EQ(plant.path.port<double>("X"), 0);
 }
 
 TEST(Machine, AProgramWithAMistakeIsNotBegun) {
