@@ -189,6 +189,22 @@ TEST(Interpolator, TangentsArePassedAtFullSpeed) {
   machine.expect_within_limits();
 }
 
+// Programs from CAM are full of lines of some micrometres: a cycle passes a bounded number of them, and so fast the
+// tool is, smoothly.
+TEST(Interpolator, TinyLinesArePassedFourInACycle) {
+  Machine machine;
+  for (int i = 1; i <= 4000; ++i) {
+    const double angle = i * 0.002 / 5;
+    machine.segments.push_back(
+        {.kind = Segment::kLine, .end = {5 * std::sin(angle), 5 - 5 * std::cos(angle), 0}, .feed = 80});
+  }
+  machine.segments.push_back({.kind = Segment::kEnd});
+  const int cycles = machine.run();
+  EXPECT_NEAR(cycles * kPeriod, 4000 * 0.002 / (4 * 0.002 / kPeriod), 0.1);
+  EXPECT_NEAR(machine.most_speed[0], 4 * 0.002 / kPeriod, 0.01);
+  machine.expect_within_limits();
+}
+
 /// A program with something of everything, made at random.
 std::string any_program(std::mt19937& random, int blocks) {
   std::uniform_real_distribution<double> any(-1, 1);
