@@ -1,7 +1,8 @@
-// Functions that no row can be, because they are of variables and not of values: the front ends know them by name.
+// Functions that no row can be, because they are of variables and wires and not of values: the front ends know them by
+// name.
 //
 // Listed here for people: plc lib, the pages, guesses at mistyped names. Does not belong here: what they do
-// (ir/generic.h, frontend-st).
+// (ir/generic.h, frontend-st, frontend-fbd).
 #pragma once
 
 #include <span>
@@ -14,7 +15,8 @@ struct SpecialSpec {
   std::string_view signature;  ///< as people read it
   std::string_view summary;
   std::string_view clause;
-  std::string_view example;  ///< an ST statement
+  std::string_view example;  ///< an ST statement, or as drawn
+  bool drawn_only = false;   ///< a block of drawings, from IN to OUT of one type; texts have no need of it
 };
 inline constexpr SpecialSpec kSpecials[] = {
     {"LOWER_BOUND", "LOWER_BOUND(ARR: any array, DIM: ANY_INT) : DINT",
@@ -27,9 +29,16 @@ inline constexpr SpecialSpec kSpecials[] = {
      "r := REF(level);"},
     {"ADR", "ADR(a variable) : REF_TO its type", "REF under the name that CODESYS and TwinCAT have for it.",
      "not in the standard; as in CODESYS", "r := ADR(level);"},
+    {"DELAY", "DELAY(IN: ANY) : ANY",
+     "What entered in the scan before, of any type: opens every loop through it. First 0, FALSE or empty. A FALSE EN "
+     "lets nothing enter; OUT is what entered last.",
+     "not in the standard; PICARD's own", "level --[DELAY]-- level_before", true},
 };
 constexpr std::span<const SpecialSpec> specials() { return kSpecials; }
+/// Pins of those that are drawn only.
+inline constexpr std::string_view kDrawnInput = "IN";
+inline constexpr std::string_view kDrawnOutput = "OUT";
 /// What people read above their list.
-inline constexpr std::string_view kSpecialsTitle = "Of arrays and variables";
+inline constexpr std::string_view kSpecialsTitle = "Of variables and wires";
 
 }  // namespace plc::stdlib
