@@ -10,6 +10,7 @@
 #include "frontend-st/text.h"
 #include "ir/generic.h"
 #include "ir/queues.h"
+#include "stdlib/specials.h"
 
 namespace plc::fbd {
 
@@ -91,17 +92,23 @@ struct BlockLowering {
     d.publish_poison(eno());
   }
 
+  /// False, and reported, when output `pin` has modifiers and `value` is not BOOL.
+  bool modifiers_fit(std::uint16_t pin, ValueId value) {
+    const plcopen::Pin& p = e.outputs[pin];
+    const bool modified = p.negated || p.edge != Edge::kNone || p.storage != Storage::kNone;
+    if (!modified || b.type_of(value) == ir::kBoolType) return true;
+    b.report(Code::P3023, e.at,
+             "output \"" + p.name + "\" of " + title() + " has a modifier but type " +
+                 b.module().types.name_of(b.type_of(value)),
+             "negation, edges and storage need BOOL");
+    return false;
+  }
+
   /// Publishes output `pin`, its modifiers applied. `executed` = EN, so that outVariables keep their values.
   void publish_output(std::uint16_t pin, ValueId value) {
     const plcopen::Pin& p = e.outputs[pin];
     if (p.negated || p.edge != Edge::kNone || p.storage != Storage::kNone) {
-      if (b.type_of(value) != ir::kBoolType) {
-        b.report(Code::P3023, e.at,
-                 "output \"" + p.name + "\" of " + title() + " has a modifier but type " +
-                     b.module().types.name_of(b.type_of(value)),
-                 "negation, edges and storage need BOOL");
-        return d.publish_poison({OutRef::Kind::kPin, pin, node});
-      }
+      if (!modifiers_fit(pin, value)) return d.publish_poison({OutRef::Kind::kPin, pin, node});
       value = d.modify(value, p.negated, p.edge, p.storage, p.name);
     }
     d.publish({OutRef::Kind::kPin, pin, node}, value, enable.value_or(ValueId{}));
@@ -530,6 +537,67 @@ struct BlockLowering {
     publish_eno();
   }
 
+  /// DELAY: a register. It shows what entered last before this scan, to readers in front of it (feedback wires) as to
+  /// those behind it, and whether EN is TRUE or not.
+  void lower_delay() {
+    if (b.pou().kind == ir::PouKind::kFunction) {
+      b.report(Code::P3026, e.at, "DELAY is drawn in a function", "functions keep nothing: make it a function block");
+      return poison();
+    }
+    const std::vector<Port> ports = {{stdlib::kDrawnInput, {}, Direction::kInput, 0, {}},
+                                     {stdlib::kDrawnOutput, {}, Direction::kOutput, 0, {}}};
+    bool good = read_enable();
+    std::optional<Incoming> in;
+    std::size_t position = 0;
+    for (const Input& input : d.inputs(node)) {
+      if (is_enable_name(input.pin->name)) continue;
+      if (input_port(ports, input, position++) == nullptr) {
+        good = false;
+      } else {
+        in = d.read(input);
+      }
+    }
+    std::optional<std::uint16_t> pin;
+    for (std::uint16_t i = 0; i < e.outputs.size(); ++i) {
+      if (is_eno_name(e.outputs[i].name)) continue;
+      good = output_port(ports, i) != nullptr && good;
+      pin = i;
+    }
+    if (good && (!in || in->state == Incoming::State::kUnconnected)) {
+      b.report(Code::P3010, e.at, "input of DELAY is not connected", "wire what it is to delay by one scan");
+    }
+    if (!good || !pin || !in || !in->is_value()) return poison();
+
+    const OutRef out{OutRef::Kind::kPin, *pin, node};
+    std::optional<ir::TypeRef> type = d.infer_type(out, 0);
+    if (!type && in->operand.kind == Operand::Kind::kValue) type = b.type_of(in->operand.value);
+    if (!type) {
+      const auto literal = b.settle(in->operand);
+      if (!literal) return poison();
+      type = b.type_of(*literal);
+    }
+    const std::uint32_t kept = d.keep_for_feedback(out, *type);
+    const PlaceId memory = b.variable(kept);
+    const ValueId value = b.load(memory);
+    if (!modifiers_fit(*pin, value)) return poison();
+    // What modifies the output is done to what enters, so that feedback wires carry it: to the FALSE before the first
+    // scan, too.
+    const plcopen::Pin& p = e.outputs[*pin];
+    if (p.negated) b.pou().variables[kept].initial = {{{}, {ir::kBoolType, 1, {}}}};
+    open(false);
+    if (b.type_of(value) == ir::kBoolType) {
+      const auto flow = b.convert(in->operand, ir::kBoolType, "input of DELAY");
+      if (flow) b.store(memory, d.modify(*flow, p.negated, p.edge, p.storage, p.name));
+    } else {
+      b.assign(memory, in->operand, "input of DELAY");
+    }
+    close();
+    Drawing::Slot& slot = d.slots_[d.slot_index(out)];
+    slot.value = value;
+    slot.state = Drawing::Slot::State::kValue;
+    publish_eno();
+  }
+
   void lower_standard_function() {
     const auto candidates = stdlib::overloads_named(e.text);
     const stdlib::FunctionSpec& spec = *candidates[0].spec;
@@ -680,7 +748,7 @@ struct BlockLowering {
     const bool is_block = (pou != module.pou_by_name.end() && !is_function) || stdlib::block_named(e.text) != nullptr;
     if (is_function) return lower_function_pou(pou->second);
     if (is_block) return lower_block_instance();
-    if (is_delay(e)) return d.lower_delay(node);
+    if (is_delay(e)) return lower_delay();
     if (const auto bound = ir::array_bound_named(e.text)) return lower_array_bound(*bound);
     if (const auto queue = ir::queue_function_named(e.text)) return lower_queue_function(*queue);
     if (const stdlib::BundleSpec* bundle = stdlib::bundle_named(e.text)) return lower_bundle(*bundle);
