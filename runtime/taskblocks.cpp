@@ -39,6 +39,16 @@ bool same_shape(const Image& image, const ImageType& type, const picard_type& po
         }
       }
       return true;
+    case PICARD_ENUM_TYPE:
+      if (type.kind != TypeKind::kScalar || core::name_of(type.elementary) != port.element->name ||
+          type.members.size() != port.enumerator_count) {
+        return false;
+      }
+      for (std::uint32_t i = 0; i < port.enumerator_count; ++i) {
+        const picard_enumerator& one = port.enumerators[i];
+        if (!core::iequals(type.members[i], one.name) || type.member_values[i] != one.value) return false;
+      }
+      return true;
     default:
       return false;
   }
