@@ -230,12 +230,12 @@ std::string PathDrawing::svg(std::string_view title) const {
 
   const double bar = round_length(size / 5);
   const double right = left + width - 2 * unit;
-  out += path("M" + number(right - bar) + ' ' + number(legend) + 'h' + number(bar), stroke("#1f2937", 2 * thin));
+  out += path('M' + number(right - bar) + ' ' + number(legend) + 'h' + number(bar), stroke("#1f2937", 2 * thin));
   out += text_at(right - bar, legend - unit / 2, number(bar, 6) + " mm");
 
   double x = left + 2 * unit;
   const auto entry = [&](const std::string& style, const std::string& words, double y) {
-    out += path("M" + number(x) + ' ' + number(y - unit / 3) + 'h' + number(1.5 * unit), style);
+    out += path('M' + number(x) + ' ' + number(y - unit / 3) + 'h' + number(1.5 * unit), style);
     out += text_at(x + 2 * unit, y, words);
     x += (2.7 + 0.58 * static_cast<double>(words.size())) * unit;
   };

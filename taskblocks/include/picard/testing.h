@@ -86,9 +86,10 @@ class Instance {
   Instance(const Instance&) = delete;
   Instance& operator=(const Instance&) = delete;
 
-  /// Makes the object and calls its ready(). Throws std::runtime_error when that fails.
+  /// Makes the object, anew if there is one, and calls its ready(). Throws std::runtime_error when that fails.
   void ready() {
     picard_failure failure{};
+    if (object_ != nullptr) block_->destroy(object_);
     object_ = block_->create(places_.data(), &context_, &failure);
     if (object_ == nullptr || block_->ready(object_, &failure) == 0) throw std::runtime_error(failure.text);
   }
