@@ -59,7 +59,8 @@ Verdict scans(std::uint64_t seed, std::uint32_t batches) {
 int main(int argc, char** argv) {
   using namespace plc::bench;
   CLI::App app{
-      "Measures loading and scanning of ladders, compiling and running ST, taskblocks, and the Modbus server, and checks every "
+      "Measures loading and scanning of ladders, compiling and running ST, taskblocks, and the Modbus server, and "
+      "checks every "
       "result.\n"
       "\n"
       "Examples:\n"
@@ -91,7 +92,8 @@ int main(int argc, char** argv) {
   CLI::App* coherence = app.add_subcommand("coherence", "exchange of globals under the three protocols");
   coherence->add_option("--cycles", coherence_plan.cycles, "of the fast task in each row")->capture_default_str();
   coherence->add_option("--sizes", coherence_plan.sizes, "variables in each direction")->capture_default_str();
-  coherence->add_option("--plot", coherence_plan.plot, "SVG file to draw the p99.9 of each row into")->type_name("FILE");
+  coherence->add_option("--plot", coherence_plan.plot, "SVG file to draw the p99.9 of each row into")
+      ->type_name("FILE");
   CLI::App* st = app.add_subcommand("st", "the programs that PLCs are compared with, against C");
   CLI::App* taskblocks = app.add_subcommand("taskblocks", "calls of taskblocks, and wires between them");
   CLI::App* compile = app.add_subcommand("compile", "ST to image, garbage to errors");

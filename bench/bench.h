@@ -80,7 +80,7 @@ Verdict measure_compile(const CompilePlan& plan);
 
 struct CoherencePlan {
   std::uint32_t cycles = 20'000;  ///< of the fast task, for each protocol, size and place
-  std::uint32_t parts = 10;        ///< of these cycles, protocols interleaved
+  std::uint32_t parts = 10;       ///< of these cycles, protocols interleaved
   std::vector<std::uint32_t> sizes = {1, 10, 100, 1'000, 10'000};  ///< variables in each direction
   bool limits = true;
   std::string plot;  ///< SVG file to write, or empty
@@ -93,11 +93,12 @@ inline constexpr double kModbusScanLimit = 1.3;
 inline constexpr double kModbusGrowthKb = 512;
 
 struct ModbusPlan {
-  double seconds = 60;         ///< of load; a sixth of it for each of the other phases
+  double seconds = 60;  ///< of load; a sixth of it for each of the other phases
   unsigned connections = 100;
-  std::string torture;         ///< tool that plays hostile clients; a file that is not there is said to be so
+  std::string torture;  ///< tool that plays hostile clients; a file that is not there is said to be so
 };
-/// The Modbus server: torn values, speed against libmodbus's own server in the same run, memory, and what the scan notices.
+/// The Modbus server: torn values, speed against libmodbus's own server in the same run, memory, and what the scan
+/// notices.
 Verdict measure_modbus(const ModbusPlan& plan);
 
 }  // namespace plc::bench

@@ -206,7 +206,8 @@ Verdict measure_wires(std::uint32_t batches) {
   }
   verdict.correct = open.good() && wired.good() && copied.good();
   std::cout << fmt::format(
-      "  {} empty blocks with {} LREAL inputs: unconnected {:.1f} ns each; in a chain {:.2f} times that, {}; with copies "
+      "  {} empty blocks with {} LREAL inputs: unconnected {:.1f} ns each; in a chain {:.2f} times that, {}; with "
+      "copies "
       "{:.2f} times\n",
       kBlocks, kWires, median(without) / kBlocks, median(wired_ratios),
       limit_text(median(wired_ratios), kWireLimit, verdict), median(copied_ratios));
@@ -218,7 +219,8 @@ Verdict measure_wires(std::uint32_t batches) {
 Verdict measure_taskblocks(const TaskblockPlan& plan) {
   Verdict verdict;
   verdict.correct = chains_carry();
-  std::cout << fmt::format("  chains of {} taskblocks: {}\n", kBlocks, verdict.correct ? "results right" : "RESULTS WRONG");
+  std::cout << fmt::format("  chains of {} taskblocks: {}\n", kBlocks,
+                           verdict.correct ? "results right" : "RESULTS WRONG");
   if (verdict.correct && plan.batches != 0) {
     verdict.merge(measure_calls(plan.batches));
     verdict.merge(measure_wires(plan.batches));

@@ -587,11 +587,13 @@ struct BlockLowering {
     open(false);
     if (b.type_of(value) == ir::kBoolType) {
       const auto flow = b.convert(in->operand, ir::kBoolType, "input of DELAY");
+      good = flow.has_value();
       if (flow) b.store(memory, d.modify(*flow, p.negated, p.edge, p.storage, p.name));
     } else {
-      b.assign(memory, in->operand, "input of DELAY");
+      good = b.assign(memory, in->operand, "input of DELAY");
     }
     close();
+    if (!good) return poison();
     Drawing::Slot& slot = d.slots_[d.slot_index(out)];
     slot.value = value;
     slot.state = Drawing::Slot::State::kValue;
