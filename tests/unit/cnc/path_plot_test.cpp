@@ -1,5 +1,6 @@
 // PATH_PLOT and what it is made of: distances from the path, lines that are drawn with few points, the file.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <cmath>
@@ -137,7 +138,6 @@ TEST(PathDrawing, ShowsRapidsDashedAndDepthsInColours) {
 class PathPlot : public testing::Test {
  protected:
   PathPlot() {
-    std::remove(file.c_str());
     std::ofstream(program) << "G1 X10 F100\nM30\n";
     plot.port<FileName>("PART") = std::string_view(program);
     plot.port<FileName>("FILE") = std::string_view(file);
@@ -162,8 +162,17 @@ class PathPlot : public testing::Test {
     }
     return plot.port<std::uint32_t>("PICTURES");
   }
-  std::string program = testing::TempDir() + "path_plot.nc";
-  std::string file = testing::TempDir() + "path_plot.svg";
+  /// Files of this process, since tests run side by side; gone when the component is.
+  struct Files {
+    std::string program = testing::TempDir() + "path_plot." + std::to_string(::getpid()) + ".nc";
+    std::string picture = testing::TempDir() + "path_plot." + std::to_string(::getpid()) + ".svg";
+    ~Files() {
+      for (const std::string& name : {program, picture}) std::remove(name.c_str());
+    }
+  };
+  Files files;
+  const std::string& program = files.program;
+  const std::string& file = files.picture;
   picard::Instance plot{picard_library_v1(), "PATH_PLOT", milliseconds(1)};
 };
 
