@@ -1,5 +1,6 @@
 // plc-bench: what loading and scanning ladders costs, side by side with xmllint and with C compiled by -O2; what ST
-// costs to compile and to run; what clients of the Modbus server get, side by side with libmodbus.
+// costs to compile and to run; what calling taskblocks costs; what clients of the Modbus server get, side by side with
+// libmodbus.
 #include "bench/bench.h"
 
 #include <fmt/format.h>
@@ -64,7 +65,8 @@ Verdict scans(std::uint64_t seed, std::uint32_t batches) {
 int main(int argc, char** argv) {
   using namespace plc::bench;
   CLI::App app{
-      "Measures loading and scanning of ladders, compiling and running ST, and the Modbus server, and checks every "
+      "Measures loading and scanning of ladders, compiling and running ST, taskblocks, and the Modbus server, and "
+      "checks every "
       "result.\n"
       "\n"
       "Examples:\n"
@@ -72,6 +74,7 @@ int main(int argc, char** argv) {
       "  plc-bench scan       interpreter and native code against C\n"
       "  plc-bench load       file to first scan against xmllint\n"
       "  plc-bench st         the programs that PLCs are compared with, against C\n"
+      "  plc-bench taskblocks taskblocks and their wires against plain calls\n"
       "  plc-bench compile    100,000 lines of ST to image, 10 MB of garbage to errors\n"
       "  plc-bench modbus     100 clients against the Modbus server, two minutes\n"
       "  plc-bench coherence  globals between tasks under the three protocols, two minutes, as root\n"
@@ -98,13 +101,14 @@ int main(int argc, char** argv) {
   coherence->add_option("--plot", coherence_plan.plot, "SVG file to draw the p99.9 of each row into")
       ->type_name("FILE");
   CLI::App* st = app.add_subcommand("st", "the programs that PLCs are compared with, against C");
+  CLI::App* taskblocks = app.add_subcommand("taskblocks", "calls of taskblocks, and wires between them");
   CLI::App* compile = app.add_subcommand("compile", "ST to image, garbage to errors");
   CompilePlan compile_plan;
   compile->add_option("--lines", compile_plan.lines, "of the project")->capture_default_str();
   compile->add_option("--garbage-mb", compile_plan.garbage_mb, "of each kind")->capture_default_str();
   CLI::App* check = app.add_subcommand("check", "small ladders and programs, results only");
   app.require_subcommand(0, 1);
-  for (CLI::App* command : {scan, load, st, compile, modbus, coherence, check}) command->fallthrough();
+  for (CLI::App* command : {scan, load, st, taskblocks, compile, modbus, coherence, check}) command->fallthrough();
   CLI11_PARSE(app, argc, argv);
   compile_plan.seed = seed;
   compile_plan.repetitions = repetitions;
@@ -113,6 +117,7 @@ int main(int argc, char** argv) {
     Verdict verdict;
     if (check->parsed()) {
       verdict.merge(measure_st({0}));
+      verdict.merge(measure_taskblocks({0}));
       verdict.merge(measure_compile({seed, 3000, 1, 1, false}));
       for (std::uint64_t i = 0; i < 3; ++i) {
         verdict.merge(measure_scan({{200, false, seed + i}, 0, 0, 200, 0}));
@@ -131,6 +136,10 @@ int main(int argc, char** argv) {
       if (everything || st->parsed()) {
         std::cout << "ST: interpreter against the same program as C (-O2), interleaved\n";
         verdict.merge(measure_st({batches}));
+      }
+      if (everything || taskblocks->parsed()) {
+        std::cout << "Taskblocks: RUNTB against a plain indirect call, interleaved\n";
+        verdict.merge(measure_taskblocks({batches}));
       }
       if (everything || compile->parsed()) {
         std::cout << "Compile: plc compile and plc check on .st files\n";

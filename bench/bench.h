@@ -64,6 +64,12 @@ struct StPlan {
 /// conversion, bubble sort of 1,000 elements in reverse order.
 Verdict measure_st(const StPlan& plan);
 
+struct TaskblockPlan {
+  std::uint32_t batches = 200;  ///< timed batches of each side, interleaved; 0 = check only
+};
+/// What RUNTB adds to the fire() of a taskblock, and what a wire between two of them costs.
+Verdict measure_taskblocks(const TaskblockPlan& plan);
+
 struct CompilePlan {
   std::uint64_t seed = 1;
   std::uint32_t lines = 100'000;

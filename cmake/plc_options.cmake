@@ -22,6 +22,8 @@ endif()
 if(PLC_SANITIZE)
   target_compile_options(plc_options INTERFACE -fsanitize=${PLC_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
   target_link_options(plc_options INTERFACE -fsanitize=${PLC_SANITIZE})
+  # WHY: instrumented code hides from gcc that an optional was tested.
+  target_compile_options(plc_options INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
 endif()
 if(PLC_FUZZ)
   if(NOT CMAKE_CXX_COMPILER_ID STREQUAL "Clang")

@@ -143,7 +143,6 @@ class Drawing {
   void lower_jump(NodeId node);
   void lower_label(NodeId node);
   void lower_return(NodeId node);
-  void lower_delay(NodeId node);
 
   // lower_block.cpp, lower_call.cpp
   struct Enable;

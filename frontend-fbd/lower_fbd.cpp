@@ -189,24 +189,4 @@ void Drawing::lower_return(NodeId node) {
   builder_.bind(skip);
 }
 
-void Drawing::lower_delay(NodeId node) {
-  const Element& e = element(node);
-  const OutRef out{OutRef::Kind::kPin, 0, node};
-  const auto own = inputs(node);
-  const Incoming in = own.empty() ? Incoming{} : read(own[0]);
-  if (in.state == Incoming::State::kUnconnected) {
-    report(Code::P3010, node, "input of DELAY is not connected", "wire what it is to delay by one scan");
-  }
-  if (!in.is_value()) return publish_poison(out);
-  std::optional<ir::TypeRef> type = infer_type(out, 0);
-  if (!type && in.operand.kind == Operand::Kind::kValue) type = builder_.type_of(in.operand.value);
-  const auto value = type ? builder_.convert(in.operand, *type, "input of DELAY") : builder_.settle(in.operand);
-  if (!value || e.outputs.empty()) return publish_poison(out);
-  Slot& slot = slots_[slot_index(out)];
-  const PlaceId memory = builder_.variable(keep_for_feedback(out, builder_.type_of(*value)));
-  slot.value = builder_.load(memory);
-  slot.state = Slot::State::kValue;
-  builder_.store(memory, *value);
-}
-
 }  // namespace plc::fbd

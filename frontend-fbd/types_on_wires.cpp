@@ -153,7 +153,7 @@ std::optional<TypeRef> Drawing::infer_type(const OutRef& out, unsigned depth) {
     }
   } else if (is_delay(e)) {
     for (const Input& input : inputs(out.node)) {
-      if (!widest) widest = type_of_input(out.node, input, depth);
+      if (!widest && !is_enable_name(input.pin->name)) widest = type_of_input(out.node, input, depth);
     }
   }
   return widest ? widest : expected_type(out, depth + 1);

@@ -377,6 +377,8 @@ bool Declarer::bind_external(ir::Variable& out, const plcopen::Variable& variabl
   if (found == module_.global_by_name.end() && !variable.list.empty()) {
     found = module_.global_by_name.find(variable.list + "." + variable.name);
   }
+  // Its own declaration was reported as wrong.
+  if (found == module_.global_by_name.end() && module_.refused.contains(variable.name)) return false;
   if (found == module_.global_by_name.end()) {
     Guess guess(variable.name);
     for (const ir::Global& g : module_.globals) guess.offer(g.variable.name);

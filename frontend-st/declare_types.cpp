@@ -154,6 +154,7 @@ std::optional<TypeRef> Declarer::unknown_type(std::string_view name, const Sourc
   Guess guess(name);
   for (const UserType& type : user_types_) guess.offer(type.declaration->name);
   for (const stdlib::BlockSpec& block : stdlib::blocks()) guess.offer(block.name);
+  for (const std::string& offered : project_.offered_types) guess.offer(offered);
   for (const core::TypeInfo& info : core::kTypes) guess.offer(info.iec);
   std::string help = guess.help();
   if (help.empty()) help = supplier_of(name) + "; add it to the project, or run with --stub-missing";

@@ -5,6 +5,7 @@
 #include "core/text.h"
 #include "frontend-st/lexer.h"
 #include "stdlib/library.h"
+#include "stdlib/specials.h"
 
 namespace plc::st {
 namespace {
@@ -60,6 +61,22 @@ bool declares(const plcopen::Pou& pou, const stdlib::FunctionSpec& function) {
   });
 }
 
+bool declares(const plcopen::Pou& pou, const stdlib::BundleSpec& bundle) {
+  return pou.variables.size() == bundle.outputs.size() + 1 &&
+         std::all_of(pou.variables.begin(), pou.variables.end(), [&bundle](const plcopen::Variable& variable) {
+           if (variable.section == Section::kInput) return core::iequals(variable.name, bundle.input.name);
+           return variable.section == Section::kOutput &&
+                  std::any_of(bundle.outputs.begin(), bundle.outputs.end(), [&](const stdlib::FunctionSpec* output) {
+                    return core::iequals(variable.name, stdlib::output_name(*output));
+                  });
+         });
+}
+
+bool declares(const plcopen::Pou& pou, const stdlib::SpecialSpec& special) {
+  return special.drawn_only && core::iequals(pou.name, special.name) && pou.variables.size() == 1 &&
+         pou.variables[0].section == Section::kInput && core::iequals(pou.variables[0].name, stdlib::kDrawnInput);
+}
+
 bool is_library_declaration(const plcopen::Pou& pou) {
   if (!declares_only(pou)) return false;
   if (pou.kind == plcopen::PouKind::kFunctionBlock) {
@@ -67,6 +84,11 @@ bool is_library_declaration(const plcopen::Pou& pou) {
     return block != nullptr && declares(pou, *block);
   }
   if (pou.kind == plcopen::PouKind::kFunction) {
+    const auto specials = stdlib::specials();
+    if (std::any_of(specials.begin(), specials.end(), [&pou](const auto& special) { return declares(pou, special); })) {
+      return true;
+    }
+    if (const stdlib::BundleSpec* bundle = stdlib::bundle_named(pou.name)) return declares(pou, *bundle);
     const auto overloads = stdlib::overloads_named(pou.name);
     return std::any_of(overloads.begin(), overloads.end(),
                        [&pou](const stdlib::Overload& overload) { return declares(pou, *overload.spec); });

@@ -210,7 +210,13 @@ void Lowering::report_unknown_function(NodeId id, std::string_view name) {
     if (!stdlib::is_bundle_output(*spec)) guess.offer(spec->name);
   }
   for (const stdlib::BundleSpec& bundle : stdlib::bundles()) guess.offer(bundle.name);
-  for (const stdlib::SpecialSpec& special : stdlib::specials()) guess.offer(special.name);
+  for (const stdlib::SpecialSpec& special : stdlib::specials()) {
+    if (!special.drawn_only) guess.offer(special.name);
+    if (special.drawn_only && core::iequals(special.name, name)) {
+      return report(Code::P4009, at(id), quoted(special.name) + " is a block of drawings only",
+                    "a variable has the value of the scan before until it is assigned");
+    }
+  }
   report(Code::P4009, at(id), "there is no function " + quoted(name), guess.help());
 }
 

@@ -18,8 +18,9 @@ void fail_loop(runtime::Machine& machine, std::uint32_t position) noexcept {
 // RT:
 bool run_taskblock(runtime::Machine& machine, std::uint32_t position, std::byte* ports) noexcept {
   machine.place.store(position, std::memory_order_relaxed);
-  runtime::Taskblocks::step(ports, machine.step);
-  return runtime::settle_taskblock(machine, machine.code + position);
+  const runtime::Taskblocks::Status status = machine.taskblocks->run(ports);
+  return status == runtime::Taskblocks::Status::kFine ||
+         runtime::settle_taskblock(machine, machine.code + position, status);
 }
 
 // RT:

@@ -298,6 +298,8 @@ struct Project {
   std::vector<Configuration> configurations;
   std::vector<PlainDeclaration> declarations;
   std::vector<Pragma> pragmas;
+  std::vector<std::string>
+      offered_types;              ///< join the project when it names them (taskblocks); guessed for misspelt ones
   std::vector<ReportRow> report;  ///< XML: counts add up to the number of elements of the file
   std::uint16_t file = 0;         ///< index into Diagnostics' files
 };

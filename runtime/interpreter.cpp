@@ -316,8 +316,8 @@ op_RunTb : {
 }
 op_RunTaskblock : {
   m.place.store(static_cast<std::uint32_t>(pc - code), std::memory_order_relaxed);
-  Taskblocks::step(at(pc[1]), m.step);
-  if (!settle_taskblock(m, pc)) [[unlikely]]
+  const Taskblocks::Status status = m.taskblocks->run(at(pc[1]));
+  if (status != Taskblocks::Status::kFine && !settle_taskblock(m, pc, status)) [[unlikely]]
     return false;
   PLC_NEXT(2);
 }
@@ -409,7 +409,7 @@ op_RunAt : {
   if (ports != nullptr) [[likely]] {
     m.place.store(static_cast<std::uint32_t>(pc - code), std::memory_order_relaxed);
     load_pointer<stdlib::Step>(pc + 1)(ports, m.step);
-    if (m.taskblocks != nullptr && !settle_taskblock(m, pc)) [[unlikely]]
+    if (!settle_step(m, pc)) [[unlikely]]
       return false;
   }
   PLC_NEXT(4 + path_words(pc + 4));
@@ -450,7 +450,7 @@ op_RunVia : {
   if (ports != nullptr) [[likely]] {
     m.place.store(static_cast<std::uint32_t>(pc - code), std::memory_order_relaxed);
     load_pointer<stdlib::Step>(pc + 1)(ports, m.step);
-    if (m.taskblocks != nullptr && !settle_taskblock(m, pc)) [[unlikely]]
+    if (!settle_step(m, pc)) [[unlikely]]
       return false;
   }
   PLC_NEXT(5 + path_words(pc + 5));

@@ -53,10 +53,8 @@ inline const CodeMark& mark_at(const Machine& m, const std::uint32_t* pc) noexce
   m.fault = {kind, mark.pou, mark.word};
 }
 /// After a taskblock ran: false when the scan is over.
-inline bool settle_taskblock(Machine& m, const std::uint32_t* pc) noexcept {
-  const Taskblocks::Status status = m.taskblocks->take_status();
-  if (status == Taskblocks::Status::kFine) [[likely]]
-    return true;
+[[gnu::noinline, gnu::cold]] inline bool settle_taskblock(Machine& m, const std::uint32_t* pc,
+                                                          Taskblocks::Status status) noexcept {
   if (status == Taskblocks::Status::kOutOfRange) {
     raise(m, pc, stdlib::Event::kOutOfRange);
     return true;
@@ -64,6 +62,13 @@ inline bool settle_taskblock(Machine& m, const std::uint32_t* pc) noexcept {
   fail(m, pc, status == Taskblocks::Status::kLate ? FaultKind::kBudget : FaultKind::kTaskblock);
   m.fault.taskblock = m.taskblocks->failed();
   return false;
+}
+
+/// After the step of a block that may be a taskblock: false when the scan is over.
+inline bool settle_step(Machine& m, const std::uint32_t* pc) noexcept {
+  if (m.taskblocks == nullptr) return true;
+  const Taskblocks::Status status = m.taskblocks->take_status();
+  return status == Taskblocks::Status::kFine || settle_taskblock(m, pc, status);
 }
 
 /// Copies a string of `width`-byte characters; `capacities` = that of the destination | that of the source << 16, from

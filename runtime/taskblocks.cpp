@@ -39,6 +39,16 @@ bool same_shape(const Image& image, const ImageType& type, const picard_type& po
         }
       }
       return true;
+    case PICARD_ENUM_TYPE:
+      if (type.kind != TypeKind::kScalar || core::name_of(type.elementary) != port.element->name ||
+          type.members.size() != port.enumerator_count) {
+        return false;
+      }
+      for (std::uint32_t i = 0; i < port.enumerator_count; ++i) {
+        const picard_enumerator& one = port.enumerators[i];
+        if (!core::iequals(type.members[i], one.name) || type.member_values[i] != one.value) return false;
+      }
+      return true;
     default:
       return false;
   }
@@ -167,7 +177,6 @@ std::optional<core::Problem> Taskblocks::add(const Image& image, const ImageBloc
   object.path = std::move(path);
   object.name = std::string(object.block->name) + " " + object.path;
   object.budget_ns = entry->block->budget_ns;
-  object.fire = entry->block->fire;
   const std::vector<ImageField>& fields = image.types[block.type].fields;
   for (std::uint32_t i = 0; i < object.block->port_count; ++i) {
     const picard_port& port = object.block->ports[i];
@@ -186,8 +195,8 @@ std::optional<core::Problem> Taskblocks::add(const Image& image, const ImageBloc
       object.ranges.push_back({ports + field->offset, *core::type_named(port.type->name), port.lowest, port.highest});
     }
   }
-  object.plain = object.ranges.empty() && (object.budget_ns == 0 || clock_ == nullptr);
   by_number_.push_back(&object);
+  calls_.emplace_back();
   return {};
 }
 
@@ -265,11 +274,14 @@ std::optional<core::Problem> Taskblocks::start(std::uint32_t number) {
 std::optional<core::Problem> Taskblocks::make_object(Object& object, std::uint32_t number) {
   if (object.object != nullptr) object.block->destroy(object.object);
   object.object = nullptr;
+  calls_[number] = {};
   std::memcpy(const_cast<std::byte*>(object.ports), &number, sizeof number);
   picard_failure failure{};
   void* const made = object.block->create(object.places.data(), &context_, &failure);
   if (made != nullptr && object.block->ready(made, &failure) != 0) {
     object.object = made;
+    const bool plain = object.ranges.empty() && (object.budget_ns == 0 || clock_ == nullptr);
+    calls_[number] = {object.ports, plain ? object.block->fire : nullptr, made};
     return {};
   }
   if (made != nullptr) object.block->destroy(made);
@@ -282,43 +294,33 @@ std::optional<core::Problem> Taskblocks::make_object(Object& object, std::uint32
 // RT:
 void Taskblocks::step(void* ports, const stdlib::StepContext& context) noexcept {
   auto& self = *static_cast<Taskblocks*>(context.host);
-  const auto number = load<std::uint32_t>(static_cast<const std::byte*>(ports));
-  if (number >= self.by_number_.size() || self.by_number_[number]->ports != ports) [[unlikely]] {
-    self.fail(nullptr, kNone, Status::kFailed, {});
-    return;
-  }
-  Object& object = *self.by_number_[number];
-  self.running_.store(number, std::memory_order_relaxed);
-  if (object.plain) [[likely]] {
-    picard_failure failure;
-    if (object.fire(object.object, &failure) == 0) [[unlikely]]
-      self.fail(&object, number, Status::kFailed, failure);
-  } else {
-    self.fire_checked(object, number);
-  }
-  self.running_.store(kNone, std::memory_order_relaxed);
+  self.status_ = self.run(ports);
 }
 
 // RT:
-void Taskblocks::fire_checked(Object& object, std::uint32_t number) noexcept {
+Taskblocks::Status Taskblocks::fire_checked(std::uint32_t number) noexcept {
+  const Object& object = *by_number_[number];
   const bool measured = object.budget_ns != 0 && clock_ != nullptr;
   const core::TimeNs begin = measured ? clock_->now_ns() : 0;
-  picard_failure failure;
-  if (object.fire(object.object, &failure) == 0) return fail(&object, number, Status::kFailed, failure);
-  if (measured && clock_->now_ns() - begin > object.budget_ns) return fail(&object, number, Status::kLate, {});
+  if (object.block->fire(object.object, &failure_) == 0) return fail(number, Status::kFailed, failure_);
+  if (measured && clock_->now_ns() - begin > object.budget_ns) return fail(number, Status::kLate, {});
+  Status status = Status::kFine;
   for (const Range& range : object.ranges) {
-    if (!limit(range.type, range.at, range.lowest, range.highest)) status_ = Status::kOutOfRange;
+    if (!limit(range.type, range.at, range.lowest, range.highest)) status = Status::kOutOfRange;
   }
+  return status;
 }
 
 // RT:
-void Taskblocks::fail(Object* object, std::uint32_t number, Status status, const picard_failure& why) noexcept {
-  status_ = status;
+Taskblocks::Status Taskblocks::fail(std::uint32_t number, Status status, const picard_failure& why) noexcept {
   failed_ = number;
-  if (object == nullptr || object->has_failed.load(std::memory_order_relaxed)) return;
-  object->failure = why;
-  object->failure.text[PICARD_TEXT_BYTES - 1] = '\0';
-  object->has_failed.store(true, std::memory_order_release);
+  if (number == kNone) return status;
+  Object& object = *by_number_[number];
+  if (object.has_failed.load(std::memory_order_relaxed)) return status;
+  object.failure = why;
+  object.failure.text[PICARD_TEXT_BYTES - 1] = '\0';
+  object.has_failed.store(true, std::memory_order_release);
+  return status;
 }
 
 std::uint64_t Taskblocks::allocations(std::uint32_t object) const noexcept {

@@ -9,6 +9,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <cstring>
 #include <deque>
 #include <memory>
 #include <span>
@@ -30,7 +31,7 @@ class Taskblocks {
   /// Number of no object.
   static constexpr std::uint32_t kNone = 0xffffffffu;
 
-  /// What step() met. The interpreter asks after each call.
+  /// What running an object met.
   enum class Status : std::uint8_t {
     kFine,
     kOutOfRange,  ///< an output was outside its declared range, or no number, and is at the nearest limit now
@@ -55,9 +56,27 @@ class Taskblocks {
 
   /// What the objects are told of the cycle that begins. RT.
   void begin(core::TimeNs now_ns) noexcept { context_.now_ns = now_ns; }
-  /// Runs the object of the ports; `context.host` is this. RT.
+  /// Runs the object of the ports. Inline, and with nothing in its way: RUNTB must cost hardly more than the call of
+  /// fire() itself (bench/taskblocks.cpp). RT.
+  Status run(void* ports) noexcept {
+    std::uint32_t number;
+    std::memcpy(&number, ports, sizeof number);
+    if (number >= calls_.size() || calls_[number].ports != ports) [[unlikely]]
+      return fail(kNone, Status::kFailed, {});
+    const Call& call = calls_[number];
+    running_.store(number, std::memory_order_relaxed);
+    Status status = Status::kFine;
+    if (call.fire == nullptr) {
+      status = fire_checked(number);
+    } else if (call.fire(call.object, &failure_) == 0) [[unlikely]] {
+      status = fail(number, Status::kFailed, failure_);
+    }
+    running_.store(kNone, std::memory_order_relaxed);
+    return status;
+  }
+  /// run() for those who know blocks by their step alone; `context.host` is this. RT.
   static void step(void* ports, const stdlib::StepContext& context) noexcept;
-  /// What happened since the last call. RT.
+  /// What step() met since the last call. RT.
   Status take_status() noexcept {
     const Status status = status_;
     status_ = Status::kFine;
@@ -90,13 +109,15 @@ class Taskblocks {
     double lowest = 0;
     double highest = 0;
   };
-  struct Object {
-    // What a call looks at.
+  /// All that run() looks at, packed: with many blocks the caches decide what a call costs.
+  struct alignas(32) Call {
     const std::byte* ports = nullptr;
-    int (*fire)(void* object, picard_failure* failure) = nullptr;
+    int (*fire)(void* object, picard_failure* failure) = nullptr;  ///< null: fire_checked() runs it
     void* object = nullptr;
-    bool plain = true;  ///< no budget, no ranges
-    // The rest.
+  };
+  struct Object {
+    const std::byte* ports = nullptr;
+    void* object = nullptr;
     std::int64_t budget_ns = 0;
     std::vector<Range> ranges;
     const picard_block* block = nullptr;
@@ -120,11 +141,15 @@ class Taskblocks {
   [[nodiscard]] Object* object_at(const std::byte* ports);
   std::optional<core::Problem> start(std::uint32_t number);
   std::optional<core::Problem> make_object(Object& object, std::uint32_t number);
-  void fire_checked(Object& object, std::uint32_t number) noexcept;
-  void fail(Object* object, std::uint32_t number, Status status, const picard_failure& why) noexcept;
+  /// fire() of a block with a budget or with ranges.
+  Status fire_checked(std::uint32_t number) noexcept;
+  /// Notes the failure of an object, or of ports that have none (kNone). Gives `status`.
+  Status fail(std::uint32_t number, Status status, const picard_failure& why) noexcept;
 
   std::deque<Object> objects_;
   std::vector<Object*> by_number_;
+  std::vector<Call> calls_;   ///< parallel to by_number_
+  picard_failure failure_{};  ///< filled in by a fire() that fails
   picard_context context_{};
   const core::Clock* clock_ = nullptr;
   Status status_ = Status::kFine;

@@ -235,7 +235,15 @@ std::span<const Overload> overloads_named(std::string_view name) {
 std::span<const FunctionSpec* const> function_specs() { return kSpecs; }
 std::span<const FunctionGroup> function_groups() { return kGroups; }
 
-std::span<const BundleSpec> bundles() { return rows::kDateBundles; }
+std::span<const BundleSpec> bundles() {
+  static constexpr auto kBundles = [] {
+    std::array<BundleSpec, std::size(rows::kSelectionBundles) + std::size(rows::kDateBundles)> all{};
+    std::copy(std::begin(rows::kDateBundles), std::end(rows::kDateBundles),
+              std::copy(std::begin(rows::kSelectionBundles), std::end(rows::kSelectionBundles), all.begin()));
+    return all;
+  }();
+  return kBundles;
+}
 
 const BundleSpec* bundle_named(std::string_view name) {
   for (const BundleSpec& bundle : bundles()) {

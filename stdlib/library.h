@@ -136,8 +136,8 @@ const Overload* overload_with_key(std::string_view key);
 // ---- functions of several outputs
 // ------------------------------------------------------------------------------------
 
-/// A function of one input and several outputs, without a result: SPLIT_DATE. Each output is a function of its own on
-/// the same input, whose name, "SPLIT_DATE.YEAR", no text and no drawing can spell.
+/// A function of one input and several outputs, without a result: SPLIT_DATE, SWITCH. Each output is a function of its
+/// own on the same input, whose name, "SPLIT_DATE.YEAR", no text and no drawing can spell.
 struct BundleSpec {
   std::string_view name;
   Param input;  ///< of fixed type

@@ -1,7 +1,8 @@
-// Functions that no row can be, because they are of variables and not of values: the front ends know them by name.
+// Functions that no row can be, because they are of variables and wires and not of values: the front ends know them by
+// name.
 //
 // Listed here for people: plc lib, the pages, guesses at mistyped names. Does not belong here: what they do
-// (ir/generic.h, frontend-st).
+// (ir/generic.h, frontend-st, frontend-fbd).
 #pragma once
 
 #include <span>
@@ -14,7 +15,8 @@ struct SpecialSpec {
   std::string_view signature;  ///< as people read it
   std::string_view summary;
   std::string_view clause;
-  std::string_view example;  ///< an ST statement
+  std::string_view example;  ///< an ST statement, or as drawn
+  bool drawn_only = false;   ///< a block of drawings, from IN to OUT of one type; texts have no need of it
 };
 inline constexpr SpecialSpec kSpecials[] = {
     {"LOWER_BOUND", "LOWER_BOUND(ARR: any array, DIM: ANY_INT) : DINT",
@@ -29,21 +31,26 @@ inline constexpr SpecialSpec kSpecials[] = {
      "not in the standard; as in CODESYS", "r := ADR(level);"},
     {"QUEUE_PUT", "QUEUE_PUT(QUEUE: a global array, IN: its element) : BOOL",
      "Puts an element into a queue; FALSE when it is full. The array is the queue: as many elements as it has, for "
-     "each "
-     "task that puts.",
+     "each task that puts.",
      "PICARD; paper, 3.1", "accepted := QUEUE_PUT(orders, order);"},
     {"QUEUE_GET", "QUEUE_GET(QUEUE: a global array, OUT => its element) : BOOL",
      "Takes the oldest element out of a queue, of one task after the other; FALSE, and OUT zero, when there is none. "
-     "One "
-     "task takes.",
+     "One task takes.",
      "PICARD; paper, 3.1", "WHILE QUEUE_GET(orders, OUT => order) DO .. END_WHILE;"},
     {"QUEUE_COUNT", "QUEUE_COUNT(QUEUE: a global array) : UDINT", "Elements in a queue.", "PICARD; paper, 3.1",
      "waiting := QUEUE_COUNT(orders);"},
     {"QUEUE_SPACE", "QUEUE_SPACE(QUEUE: a global array) : UDINT", "Elements that this task may still put into a queue.",
      "PICARD; paper, 3.1", "IF QUEUE_SPACE(orders) >= 3 THEN .. END_IF;"},
+    {"DELAY", "DELAY(IN: ANY) : ANY",
+     "What entered in the scan before, of any type: opens every loop through it. First 0, FALSE or empty. A FALSE EN "
+     "lets nothing enter; OUT is what entered last.",
+     "not in the standard; PICARD's own", "level --[DELAY]-- level_before", true},
 };
 constexpr std::span<const SpecialSpec> specials() { return kSpecials; }
+/// Pins of those that are drawn only.
+inline constexpr std::string_view kDrawnInput = "IN";
+inline constexpr std::string_view kDrawnOutput = "OUT";
 /// What people read above their list.
-inline constexpr std::string_view kSpecialsTitle = "Of arrays, variables and queues";
+inline constexpr std::string_view kSpecialsTitle = "Of variables and wires";
 
 }  // namespace plc::stdlib

@@ -45,6 +45,15 @@ std::string complaint(const picard_type& type, int depth = 0) {
         if (std::string wrong = complaint(*type.fields[i].type, depth + 1); !wrong.empty()) return wrong;
       }
       return type.field_count == 0 ? "a structure without fields" : "";
+    case PICARD_ENUM_TYPE: {
+      if (!is_name(type.name)) return fmt::format("\"{}\" is no name for an enumeration", type.name);
+      if (type.enumerator_count == 0) return "an enumeration without values";
+      const auto base = core::type_named(type.element->name);
+      if (!base || !core::in_category(*base, core::kAnyInt) || type.element->size != type.size) {
+        return fmt::format("an enumeration of {}, which is no integer type", type.element->name);
+      }
+      return complaint(*type.element, depth + 1);
+    }
     default:
       return fmt::format("type of kind {}", type.kind);
   }
@@ -89,15 +98,19 @@ void add(Hash& hash, const picard_type& type) {
     hash.add(type.fields[i].name);
     add(hash, *type.fields[i].type);
   }
+  for (std::uint32_t i = 0; i < type.enumerator_count; ++i) {
+    hash.add(type.enumerators[i].name);
+    hash.add(std::to_string(type.enumerators[i].value));
+  }
 }
 
-void collect(const picard_type& type, std::vector<const picard_type*>& structures) {
-  if (type.element != nullptr) collect(*type.element, structures);
-  for (std::uint32_t i = 0; i < type.field_count; ++i) collect(*type.fields[i].type, structures);
-  if (type.kind != PICARD_STRUCT_TYPE) return;
-  const bool known = std::any_of(structures.begin(), structures.end(),
+void collect(const picard_type& type, std::vector<const picard_type*>& types) {
+  if (type.element != nullptr) collect(*type.element, types);
+  for (std::uint32_t i = 0; i < type.field_count; ++i) collect(*type.fields[i].type, types);
+  if (type.kind != PICARD_STRUCT_TYPE && type.kind != PICARD_ENUM_TYPE) return;
+  const bool known = std::any_of(types.begin(), types.end(),
                                  [&type](const picard_type* other) { return core::iequals(other->name, type.name); });
-  if (!known) structures.push_back(&type);
+  if (!known) types.push_back(&type);
 }
 
 /// The summary as a comment; nothing in it ends the comment.
@@ -177,16 +190,23 @@ std::string type_text(const picard_type& type) {
   }
 }
 
-std::vector<const picard_type*> structures_of(const picard_block& block) {
-  std::vector<const picard_type*> structures;
-  for (std::uint32_t i = 0; i < block.port_count; ++i) collect(*block.ports[i].type, structures);
-  return structures;
+std::vector<const picard_type*> data_types_of(const picard_block& block) {
+  std::vector<const picard_type*> types;
+  for (std::uint32_t i = 0; i < block.port_count; ++i) collect(*block.ports[i].type, types);
+  return types;
 }
 
-std::string declaration(const picard_type& structure) {
-  std::string text = fmt::format("TYPE {} : STRUCT\n", structure.name);
-  for (std::uint32_t i = 0; i < structure.field_count; ++i) {
-    text += fmt::format("  {} : {};\n", structure.fields[i].name, type_text(*structure.fields[i].type));
+std::string declaration(const picard_type& type) {
+  if (type.kind == PICARD_ENUM_TYPE) {
+    std::string values;
+    for (std::uint32_t i = 0; i < type.enumerator_count; ++i) {
+      values += fmt::format("{}{} := {}", i == 0 ? "" : ", ", type.enumerators[i].name, type.enumerators[i].value);
+    }
+    return fmt::format("TYPE {} : {} ({}); END_TYPE\n", type.name, type.element->name, values);
+  }
+  std::string text = fmt::format("TYPE {} : STRUCT\n", type.name);
+  for (std::uint32_t i = 0; i < type.field_count; ++i) {
+    text += fmt::format("  {} : {};\n", type.fields[i].name, type_text(*type.fields[i].type));
   }
   return text + "END_STRUCT; END_TYPE\n";
 }
@@ -220,7 +240,7 @@ std::string block_declaration(const picard_block& block) {
 
 std::string declaration(const picard_block& block) {
   std::string text;
-  for (const picard_type* structure : structures_of(block)) text += declaration(*structure);
+  for (const picard_type* type : data_types_of(block)) text += declaration(*type);
   return text + block_declaration(block);
 }
 

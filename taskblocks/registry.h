@@ -50,10 +50,10 @@ std::string type_text(const picard_type& type);
 /// The block as FUNCTION_BLOCK without statements, behind the data types its ports need, in the language ST.
 /// Configuration ports are constant inputs.
 std::string declaration(const picard_block& block);
-/// The structures that the ports of `block` need, each behind those it needs itself.
-std::vector<const picard_type*> structures_of(const picard_block& block);
+/// The structures and enumerations that the ports of `block` need, each behind those it needs itself.
+std::vector<const picard_type*> data_types_of(const picard_block& block);
 /// One of them as TYPE .. END_TYPE.
-std::string declaration(const picard_type& structure);
+std::string declaration(const picard_type& type);
 /// The block without the data types.
 std::string block_declaration(const picard_block& block);
 

@@ -53,6 +53,24 @@ std::string function_xml(const stdlib::FunctionSpec& spec) {
                  spec.summary, spec.clause);
 }
 
+std::string bundle_xml(const stdlib::BundleSpec& bundle) {
+  std::string outputs;
+  for (const stdlib::FunctionSpec* output : bundle.outputs) {
+    outputs += variable_xml(stdlib::output_name(*output), type_xml(output->result.fixed), output->summary);
+  }
+  return row_xml(bundle.name, "function",
+                 section_xml("inputVars", variable_xml(bundle.input.name, type_xml(bundle.input.type.fixed), {})) +
+                     section_xml("outputVars", outputs),
+                 bundle.summary, bundle.clause);
+}
+
+std::string special_xml(const stdlib::SpecialSpec& special) {
+  return row_xml(special.name, "function",
+                 "          <returnType><ANY/></returnType>\n" +
+                     section_xml("inputVars", variable_xml(stdlib::kDrawnInput, "<ANY/>", {})),
+                 special.summary, special.clause);
+}
+
 std::string block_xml(const stdlib::BlockSpec& block) {
   const auto section = [&block](std::string_view element, Direction direction) {
     std::string variables;
@@ -70,12 +88,18 @@ std::string block_xml(const stdlib::BlockSpec& block) {
 }  // namespace
 
 std::string library_xml(std::span<const stdlib::FunctionSpec* const> functions,
+                        std::span<const stdlib::BundleSpec* const> bundles,
+                        std::span<const stdlib::SpecialSpec* const> specials,
                         std::span<const stdlib::BlockSpec* const> blocks) {
   std::string pous;
   // Rows of one name are one POU: a project cannot have two.
   std::set<std::string_view> written;
   for (const stdlib::FunctionSpec* spec : functions) {
     if (!is_family(*spec) && written.insert(spec->name).second) pous += function_xml(*spec);
+  }
+  for (const stdlib::BundleSpec* bundle : bundles) pous += bundle_xml(*bundle);
+  for (const stdlib::SpecialSpec* special : specials) {
+    if (special->drawn_only) pous += special_xml(*special);
   }
   for (const stdlib::BlockSpec* block : blocks) pous += block_xml(*block);
   return project_xml("picard-library", {}, pous);
@@ -86,11 +110,14 @@ std::string library_xml() {
   for (const stdlib::FunctionSpec* spec : stdlib::function_specs()) {
     if (!stdlib::is_standard(spec->clause) && !stdlib::is_bundle_output(*spec)) functions.push_back(spec);
   }
-  std::vector<const stdlib::BlockSpec*> blocks;
-  for (const stdlib::BlockSpec& block : stdlib::blocks()) {
-    if (!stdlib::is_standard(block.clause)) blocks.push_back(&block);
-  }
-  return library_xml(functions, blocks);
+  const auto own = [](const auto& rows) {
+    std::vector<decltype(&rows[0])> found;
+    for (const auto& row : rows) {
+      if (!stdlib::is_standard(row.clause)) found.push_back(&row);
+    }
+    return found;
+  };
+  return library_xml(functions, own(stdlib::bundles()), own(stdlib::specials()), own(stdlib::blocks()));
 }
 
 }  // namespace plc::tools

@@ -9,13 +9,16 @@
 #include <string>
 
 #include "stdlib/library.h"
+#include "stdlib/specials.h"
 
 namespace plc::tools {
 
 /// The rows that no table of the standard has (is_standard in library_text.h).
 std::string library_xml();
-/// These rows; families of functions, whose pattern is no name, are left out.
+/// These rows; families of functions, whose pattern is no name, are left out, and specials that drawings do not need.
 std::string library_xml(std::span<const stdlib::FunctionSpec* const> functions,
+                        std::span<const stdlib::BundleSpec* const> bundles,
+                        std::span<const stdlib::SpecialSpec* const> specials,
                         std::span<const stdlib::BlockSpec* const> blocks);
 
 }  // namespace plc::tools

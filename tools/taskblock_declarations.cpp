@@ -69,26 +69,41 @@ bool same_type(const plcopen::TypeSpec& spec, const picard_type& type) {
              spec.dimensions[0].lower == "0" && spec.dimensions[0].upper == std::to_string(type.capacity - 1) &&
              same_type(*spec.base, *type.element);
     case PICARD_STRUCT_TYPE:
+    case PICARD_ENUM_TYPE:
       return spec.kind == TypeSpec::Kind::kNamed && core::iequals(spec.name, type.name);
     default:
       return spec.kind == TypeSpec::Kind::kNamed && core::type_named(spec.name) == core::type_named(type.name);
   }
 }
 
-bool is_declaration(const plcopen::DataType& declared, const picard_type& structure) {
-  if (!core::iequals(declared.name, structure.name) || declared.type.kind != TypeSpec::Kind::kStruct ||
-      declared.initial.kind != plcopen::InitialValue::Kind::kNone ||
-      declared.type.members.size() != structure.field_count) {
-    return false;
-  }
+bool same_fields(const plcopen::TypeSpec& spec, const picard_type& structure) {
+  if (spec.kind != TypeSpec::Kind::kStruct || spec.members.size() != structure.field_count) return false;
   for (std::uint32_t i = 0; i < structure.field_count; ++i) {
-    const plcopen::Variable& member = declared.type.members[i];
+    const plcopen::Variable& member = spec.members[i];
     if (!core::iequals(member.name, structure.fields[i].name) || !same_type(member.type, *structure.fields[i].type) ||
         member.initial.kind != plcopen::InitialValue::Kind::kNone) {
       return false;
     }
   }
   return true;
+}
+
+bool same_values(const plcopen::TypeSpec& spec, const picard_type& enumeration) {
+  if (spec.kind != TypeSpec::Kind::kEnum || spec.values.size() != enumeration.enumerator_count ||
+      spec.base == nullptr || !same_type(*spec.base, *enumeration.element)) {
+    return false;
+  }
+  for (std::uint32_t i = 0; i < enumeration.enumerator_count; ++i) {
+    const picard_enumerator& one = enumeration.enumerators[i];
+    if (!core::iequals(spec.values[i].name, one.name) || spec.values[i].value != std::to_string(one.value))
+      return false;
+  }
+  return true;
+}
+
+bool is_declaration(const plcopen::DataType& declared, const picard_type& type) {
+  return core::iequals(declared.name, type.name) && declared.initial.kind == plcopen::InitialValue::Kind::kNone &&
+         (type.kind == PICARD_ENUM_TYPE ? same_values(declared.type, type) : same_fields(declared.type, type));
 }
 
 /// Drops what the registry has; reports what hides it.
@@ -105,9 +120,9 @@ std::size_t drop_declarations(plcopen::Project& project, const taskblocks::Regis
     return false;
   });
   for (const taskblocks::Registry::Entry& entry : registry.entries()) {
-    for (const picard_type* structure : taskblocks::structures_of(*entry.block)) {
+    for (const picard_type* type : taskblocks::data_types_of(*entry.block)) {
       dropped += std::erase_if(project.data_types,
-                               [&](const plcopen::DataType& type) { return is_declaration(type, *structure); });
+                               [&](const plcopen::DataType& declared) { return is_declaration(declared, *type); });
     }
   }
   return dropped;
@@ -126,13 +141,15 @@ std::size_t add_taskblocks(plcopen::Project& project, const taskblocks::Registry
   for (const taskblocks::Registry::Entry& entry : registry.entries()) {
     const std::string_view name = entry.block->name;
     const bool declares = wanted.contains(name) && !taken.contains(name);
-    const std::vector<const picard_type*> structures = taskblocks::structures_of(*entry.block);
-    const bool names_one = std::any_of(structures.begin(), structures.end(), [&](const picard_type* s) {
-      return wanted.contains(std::string_view(s->name));
+    const std::vector<const picard_type*> types = taskblocks::data_types_of(*entry.block);
+    project.offered_types.emplace_back(name);
+    for (const picard_type* type : types) project.offered_types.emplace_back(type->name);
+    const bool names_one = std::any_of(types.begin(), types.end(), [&](const picard_type* type) {
+      return wanted.contains(std::string_view(type->name));
     });
     if (!declares && !names_one) continue;
-    for (const picard_type* structure : structures) {
-      if (taken.insert(structure->name).second) text += taskblocks::declaration(*structure);
+    for (const picard_type* type : types) {
+      if (taken.insert(type->name).second) text += taskblocks::declaration(*type);
     }
     if (declares) text += taskblocks::block_declaration(*entry.block);
   }

@@ -89,10 +89,9 @@ std::string block_page(const taskblocks::Registry::Entry& entry) {
                   xml_escaped(block.group), xml_escaped(block.name), inline_html(block.summary), taskblock_svg(block));
   body += "<h2>Ports</h2>\n" + table_html(port_cells(block));
   if (block.details[0] != '\0') body += "<h2>Details</h2>\n" + details_html(block.details);
-  std::string structures;
-  for (const picard_type* structure : taskblocks::structures_of(block))
-    structures += taskblocks::declaration(*structure);
-  if (!structures.empty()) body += fmt::format("<h2>Data types</h2>\n<pre>{}</pre>\n", xml_escaped(structures));
+  std::string types;
+  for (const picard_type* type : taskblocks::data_types_of(block)) types += taskblocks::declaration(*type);
+  if (!types.empty()) body += fmt::format("<h2>Data types</h2>\n<pre>{}</pre>\n", xml_escaped(types));
   body += fmt::format("<h2>In ST</h2>\n<pre>{}</pre>\n", xml_escaped(call_text(block)));
   if (taskblock_example(block) != nullptr) {
     body += fmt::format(

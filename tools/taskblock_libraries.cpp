@@ -3,16 +3,37 @@
 #include <algorithm>
 #include <iostream>
 
+#include "frontend-st/read.h"
 #include "taskblocks/shared_library.h"
 #include "tools/command_line.h"
 
 namespace plc::tools {
+namespace {
+
+/// What is wrong with the block as the text that projects see; empty when they can. A port called IF, say.
+std::string unreadable(const picard_block& block) {
+  core::Diagnostics diagnostics;
+  static_cast<void>(st::read_memory(taskblocks::declaration(block), "taskblocks", diagnostics));
+  return diagnostics.has_errors() ? diagnostics.all().front().message : std::string{};
+}
+
+}  // namespace
 
 taskblocks::Registry load_taskblocks(const io::Configuration& configuration, core::Diagnostics& diagnostics) {
   taskblocks::Registry registry = taskblocks::Registry::built_in();
+  std::size_t checked = registry.entries().size();
   for (const io::Placed& library : configuration.taskblocks.libraries) {
     const auto problem = taskblocks::load_shared_library(configuration.beside(library.text), registry);
     if (problem) diagnostics.report(problem->code, library.at, {}, problem->message, problem->help);
+    for (; checked < registry.entries().size(); ++checked) {
+      const picard_block& block = *registry.entries()[checked].block;
+      const std::string wrong = unreadable(block);
+      if (wrong.empty()) continue;
+      diagnostics.report(core::Code::P7801, library.at, {},
+                         std::string(registry.entries()[checked].source) + ": " + block.name +
+                             " cannot be declared in a project: " + wrong,
+                         "give ports names that are no keywords");
+    }
   }
   return registry;
 }

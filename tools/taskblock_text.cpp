@@ -60,9 +60,7 @@ std::string zero_text(TypeId type) {
   }
 }
 
-bool is_simple(const picard_type& type) { return type.kind == PICARD_ELEMENTARY || type.kind == PICARD_STRING; }
-
-/// Initial value of a variable of this type, zeros all of it.
+/// Initial value of a variable of this type: zeros all of it, of enumerations the first.
 std::string zeros_text(const picard_type& type) {
   switch (type.kind) {
     case PICARD_ARRAY:
@@ -74,6 +72,8 @@ std::string zeros_text(const picard_type& type) {
       }
       return "(" + text + ")";
     }
+    case PICARD_ENUM_TYPE:
+      return type.enumerators[0].name;
     default:
       return zero_text(*core::type_named(type.name));
   }
@@ -140,6 +140,8 @@ std::vector<TaskblockGroup> taskblock_groups(const taskblocks::Registry& registr
   }
   return groups;
 }
+
+bool is_simple(const picard_type& type) { return type.kind != PICARD_ARRAY && type.kind != PICARD_STRUCT_TYPE; }
 
 std::string_view port_word(const picard_port& port) {
   switch (port.direction) {
@@ -228,7 +230,8 @@ std::string call_text(const picard_block& block) {
     }
     // Only variables hold such values.
     const std::string variable = fmt::format("{}_{}", instance, core::folded(port->name));
-    variables += fmt::format("  {} : {};\n", variable, taskblocks::type_text(*port->type));
+    variables += fmt::format("  {} : {}{}{};\n", variable, taskblocks::type_text(*port->type),
+                             port->initial[0] != '\0' ? " := " : "", port->initial);
     inputs.push_back(fmt::format("{} := {}", port->name, variable));
   }
   for (const picard_port* port : ports_of(block, {PICARD_QUEUE_READER, PICARD_QUEUE_WRITER})) {

@@ -21,6 +21,8 @@ struct TaskblockGroup {
 /// In the order in which their first blocks are registered; blocks as they are registered.
 std::vector<TaskblockGroup> taskblock_groups(const taskblocks::Registry& registry);
 
+/// Whether a literal is a value of the type: no array, no structure.
+bool is_simple(const picard_type& type);
 /// "input", "output", "configuration", "queue reader", "queue writer".
 std::string_view port_word(const picard_port& port);
 /// "0 .. 1", ">= 1e-9", "<= 5", or nothing: the range of a number, without its unit.

@@ -20,6 +20,7 @@ std::string port_type_xml(const picard_type& type) {
       return fmt::format("<array><dimension lower=\"0\" upper=\"{}\"/><baseType>{}</baseType></array>",
                          type.capacity - 1, port_type_xml(*type.element));
     case PICARD_STRUCT_TYPE:
+    case PICARD_ENUM_TYPE:
       return fmt::format("<derived name=\"{}\"/>", type.name);
     default:
       return type_xml(*core::type_named(type.name));
@@ -33,21 +34,32 @@ std::string queue_type_xml(const picard_port& port) {
   return fmt::format("<array><dimension lower=\"0\" upper=\"63\"/><baseType>{}</baseType></array>", type);
 }
 
-std::string structure_xml(const picard_type& structure) {
-  std::string fields;
-  for (std::uint32_t i = 0; i < structure.field_count; ++i) {
-    fields += variable_xml(structure.fields[i].name, port_type_xml(*structure.fields[i].type), {});
+std::string data_type_xml(const picard_type& type) {
+  std::string inside;
+  if (type.kind == PICARD_ENUM_TYPE) {
+    for (std::uint32_t i = 0; i < type.enumerator_count; ++i) {
+      inside += fmt::format("<value name=\"{}\" value=\"{}\"/>", type.enumerators[i].name, type.enumerators[i].value);
+    }
+    inside = fmt::format("          <enum><values>{}</values><baseType>{}</baseType></enum>\n", inside,
+                         port_type_xml(*type.element));
+  } else {
+    for (std::uint32_t i = 0; i < type.field_count; ++i) {
+      inside += variable_xml(type.fields[i].name, port_type_xml(*type.fields[i].type), {});
+    }
+    inside = section_xml("struct", inside);
   }
   return fmt::format("      <dataType name=\"{}\">\n        <baseType>\n{}        </baseType>\n      </dataType>\n",
-                     structure.name, section_xml("struct", fields));
+                     type.name, inside);
 }
 
-/// Meaning, unit and range: what editors show of a pin.
+/// Meaning, unit, range and what else is known: what editors show of a pin.
 std::string port_documentation(const picard_port& port) {
   std::string text = port.summary;
   for (const std::string& more : {std::string(port.unit), range_text(port)}) {
     if (!more.empty()) text += ", " + more;
   }
+  // WHY here: an initial value of this kind is a tree of elements. The registry's counts, whatever the editor has.
+  if (!is_simple(*port.type) && port.initial[0] != '\0') text += fmt::format(", default {}", port.initial);
   return text;
 }
 
@@ -57,8 +69,8 @@ std::string block_xml(const picard_block& block) {
     for (std::uint32_t i = 0; i < block.port_count; ++i) {
       const picard_port& port = block.ports[i];
       if (port.direction != direction) continue;
-      const bool simple = port.type->kind == PICARD_ELEMENTARY || port.type->kind == PICARD_STRING;
-      variables += variable_xml(port.name, queue_type_xml(port), port_documentation(port), simple ? port.initial : "");
+      variables += variable_xml(port.name, queue_type_xml(port), port_documentation(port),
+                                is_simple(*port.type) ? port.initial : "");
     }
     return section_xml(element, variables);
   };
@@ -75,8 +87,8 @@ std::string taskblocks_xml(std::span<const taskblocks::Registry::Entry* const> e
   std::string types, pous;
   std::unordered_set<std::string, core::NameHash, core::NameEqual> written;
   for (const taskblocks::Registry::Entry* entry : entries) {
-    for (const picard_type* structure : taskblocks::structures_of(*entry->block)) {
-      if (written.insert(structure->name).second) types += structure_xml(*structure);
+    for (const picard_type* type : taskblocks::data_types_of(*entry->block)) {
+      if (written.insert(type->name).second) types += data_type_xml(*type);
     }
     pous += block_xml(*entry->block);
   }

@@ -1,4 +1,4 @@
-// Rows: selection and assignment (IEC 61131-3:2013, table 32).
+// Rows and bundle: selection and assignment (IEC 61131-3:2013, table 32), and SWITCH.
 #pragma once
 
 #include "stdlib/arithmetic.h"
@@ -148,6 +148,48 @@ struct Mux {
   static constexpr Kernel kernel = &call<ValueOf<T>, ValueOf<U>>;
 };
 
-using SelectionRows = Rows<Move, Sel, Max, Min, Limit, Mux>;
+// ---- SWITCH: one row per output, found by the bundle alone
+
+#define PLC_SWITCH_OUTPUT(n)                                                                                  \
+  struct Switch##n {                                                                                          \
+    static constexpr Example examples[] = {{"", "SWITCH.S" #n "(" #n ")", "TRUE"},                            \
+                                           {"", "SWITCH.S" #n "(-1)", "FALSE"}};                              \
+    static constexpr FunctionSpec spec{.name = "SWITCH.S" #n,                                                 \
+                                       .params = {{"K", fixed(TypeId::kDint)}},                               \
+                                       .param_count = 1,                                                      \
+                                       .result = fixed(TypeId::kBool),                                        \
+                                       .clause = kSwitchClause,                                               \
+                                       .summary = "Whether K is " #n ".",                                     \
+                                       .examples = examples};                                                 \
+    static std::uint8_t eval(std::int32_t k, Event&) noexcept { return static_cast<std::uint8_t>(k == (n)); } \
+    template <TypeId, TypeId>                                                                                 \
+    static constexpr Kernel kernel = &unary<Switch##n, std::int32_t>;                                         \
+  }
+inline constexpr std::string_view kSwitchClause = "not in the standard; PICARD's own";
+PLC_SWITCH_OUTPUT(0);
+PLC_SWITCH_OUTPUT(1);
+PLC_SWITCH_OUTPUT(2);
+PLC_SWITCH_OUTPUT(3);
+PLC_SWITCH_OUTPUT(4);
+PLC_SWITCH_OUTPUT(5);
+PLC_SWITCH_OUTPUT(6);
+PLC_SWITCH_OUTPUT(7);
+#undef PLC_SWITCH_OUTPUT
+
+using SelectionRows =
+    Rows<Move, Sel, Max, Min, Limit, Mux, Switch0, Switch1, Switch2, Switch3, Switch4, Switch5, Switch6, Switch7>;
+
+inline constexpr const FunctionSpec* kSwitchOutputs[] = {&Switch0::spec, &Switch1::spec, &Switch2::spec,
+                                                         &Switch3::spec, &Switch4::spec, &Switch5::spec,
+                                                         &Switch6::spec, &Switch7::spec};
+
+inline constexpr BundleSpec kSelectionBundles[] = {{"SWITCH",
+                                                    {"K", fixed(TypeId::kDint)},
+                                                    kSwitchOutputs,
+                                                    kSwitchClause,
+                                                    "TRUE at the output that K numbers, FALSE at all others: wired to "
+                                                    "EN of blocks, one group of them runs. Any other K "
+                                                    "runs none.",
+                                                    "SWITCH(K := mode, S0 => manual, S1 => automatic);"}};
 
 }  // namespace plc::stdlib::rows

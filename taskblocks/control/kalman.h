@@ -81,9 +81,6 @@ class Kalman final : public picard::Taskblock {
   picard::Output<bool> bad{this, "BAD", "a number is not finite"};
 
   void ready() override {
-    check_size(nx, 1, kStates, "NX is not within 1 .. 8");
-    check_size(nu, 0, kInputs, "NU is not within 0 .. 4");
-    check_size(ny, 1, kMeasured, "NY is not within 1 .. 4");
     check_sample_time(ts, period());
     KalmanModel model;
     model.a = read_matrix<kStates, kStates>(a.get(), nx, nx, "a number in A is not finite");

@@ -25,11 +25,6 @@ using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColM
 template <int Most>
 using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, Most, 1>;
 
-/// Throws `complaint`, a literal, when `size` is not within least .. most.
-inline void check_size(int size, int least, int most, const char* complaint) {
-  if (size < least || size > most) throw picard::Failure(complaint);
-}
-
 /// The first rows * columns numbers, row by row. Throws `complaint`, a literal, when one of them is no finite number.
 template <int Rows, int Columns, std::size_t Count>
 Matrix<Rows, Columns> read_matrix(const std::array<double, Count>& numbers, int rows, int columns,

@@ -61,9 +61,6 @@ class Observer final : public picard::Taskblock {
   picard::Output<bool> bad{this, "BAD", "an input, a measurement or the next estimate is no finite number"};
 
   void ready() override {
-    check_size(nx, 1, kStates, "NX is not within 1 .. 8");
-    check_size(nu, 0, kInputs, "NU is not within 0 .. 4");
-    check_size(ny, 1, kMeasured, "NY is not within 1 .. 4");
     check_sample_time(ts, period());
     a_ = read_matrix<kStates, kStates>(a.get(), nx, nx, "a number in A is not finite");
     b_ = read_matrix<kStates, kInputs>(b.get(), nx, nu, "a number in B is not finite");

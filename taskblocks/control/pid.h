@@ -88,7 +88,7 @@ class Pid final : public picard::Taskblock {
   picard::Config<std::int16_t> anti_windup{
       this, "ANTIWINDUP", "0 clamping, 1 back-calculation, 2 with XACT", {.lowest = 0, .highest = 2}};
   picard::Config<std::int16_t> tune_rule{
-      this, "TUNE_RULE", "how gains follow from KU and TU", {.lowest = 0, .highest = 6, .initial = "4"}};
+      this, "TUNE_RULE", "how gains follow from KU and TU", {.lowest = 0, .highest = kTuningRules - 1, .initial = "4"}};
   picard::Config<double> tune_time{
       this, "TUNE_TIME", "the autotune gives up after this", {.unit = "s", .lowest = 1e-3, .initial = "3600.0"}};
 
@@ -106,12 +106,7 @@ class Pid final : public picard::Taskblock {
   picard::Output<double> tr_tuned{this, "TR_TUNED", "suggestion for TR; 0: no integral part", {.unit = "s"}};
   picard::Output<double> td_tuned{this, "TD_TUNED", "suggestion for TD; 0: no derivative part", {.unit = "s"}};
 
-  void ready() override {
-    if (anti_windup < 0 || anti_windup > 2) throw picard::Failure("ANTIWINDUP is not one of 0, 1, 2");
-    if (tune_rule < 0 || tune_rule >= kTuningRules) throw picard::Failure("TUNE_RULE is not one of 0 .. 6");
-    if (!(tune_time > 0)) throw picard::Failure("TUNE_TIME is not above 0");
-    law_ = PidLaw(direct, static_cast<AntiWindup>(anti_windup.get()));
-  }
+  void ready() override { law_ = PidLaw(direct, static_cast<AntiWindup>(anti_windup.get())); }
 
   void fire() override {
     const double seconds = elapsed_.until(now());

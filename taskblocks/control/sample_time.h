@@ -11,7 +11,6 @@ namespace plc::blocks {
 /// 0 or less: not checked. `task_period` is 0 for event and freewheeling tasks.
 inline void check_sample_time(double sample_time, double task_period) {
   constexpr double kRounding = 1e-6;
-  if (std::isnan(sample_time)) throw picard::Failure("TS is not a number");
   if (sample_time <= 0) return;
   if (task_period <= 0) throw picard::Failure("TS is given, but the task has no period: its executions are no samples");
   if (std::abs(task_period - sample_time) > kRounding * sample_time) {

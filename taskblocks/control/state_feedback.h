@@ -53,9 +53,6 @@ class StateFeedback final : public picard::Taskblock {
   picard::Output<bool> bad{this, "BAD", "the outputs are held because a number is not finite"};
 
   void ready() override {
-    check_size(nx, 1, kStates, "NX is not within 1 .. 8");
-    check_size(nu, 1, kInputs, "NU is not within 1 .. 4");
-    check_size(nr, 0, kMeasured, "NR is not within 0 .. 4");
     k_ = read_matrix<kInputs, kStates>(k.get(), nu, nx, "a number in K is not finite");
     n_ = read_matrix<kInputs, kMeasured>(n.get(), nu, nr, "a number in N is not finite");
     for (std::size_t i = 0; i < kInputs; ++i) {

@@ -40,7 +40,9 @@ class LowPass2 final : public picard::Taskblock {
       filter_.settle(in);
       out = in;
     } else if (turns > 0) {
-      out = filter_.step(in, std::tan(std::numbers::pi * turns), std::numbers::sqrt2).low;
+      if (turns != turns_) g_ = std::tan(std::numbers::pi * turns);
+      turns_ = turns;
+      out = filter_.step(in, g_, std::numbers::sqrt2).low;
     }
   }
 
@@ -48,6 +50,8 @@ class LowPass2 final : public picard::Taskblock {
   Elapsed elapsed_;
   bool started_ = false;
   StateVariableFilter filter_;
+  double turns_ = 0;  ///< what g_ is for
+  double g_ = 0;
 };
 
 }  // namespace plc::blocks

@@ -46,11 +46,8 @@ class Notch final : public picard::Taskblock {
       const double turns = frequency * seconds;
       const double turns_wide = width * seconds;
       if (turns > 0 && turns < 0.5 && turns_wide > 0 && turns_wide < 0.5) {
-        const double g = std::tan(std::numbers::pi * turns);
-        // WHY: the transform maps the edges f1, f2 to x = tan(pi f dt) with x2 - x1 = k g and x1 x2 = g^2; solved for k
-        // by the tangent of a difference.
-        const double k = std::tan(std::numbers::pi * turns_wide) * (1 + g * g) / g;
-        out = filter_.step(in, g, k).notch;
+        if (turns != turns_ || turns_wide != turns_wide_) tune(turns, turns_wide);
+        out = filter_.step(in, g_, k_).notch;
       } else {
         restart();
       }
@@ -64,9 +61,20 @@ class Notch final : public picard::Taskblock {
     out = in;
   }
 
+  void tune(double turns, double turns_wide) {
+    turns_ = turns;
+    turns_wide_ = turns_wide;
+    g_ = std::tan(std::numbers::pi * turns);
+    // WHY: the transform maps the edges f1, f2 to x = tan(pi f dt) with x2 - x1 = k g and x1 x2 = g^2; solved for k by
+    // the tangent of a difference.
+    k_ = std::tan(std::numbers::pi * turns_wide) * (1 + g_ * g_) / g_;
+  }
+
   Elapsed elapsed_;
   bool started_ = false;
   StateVariableFilter filter_;
+  double turns_ = 0, turns_wide_ = 0;  ///< what g_ and k_ are for
+  double g_ = 0, k_ = 0;
 };
 
 }  // namespace plc::blocks

@@ -38,7 +38,7 @@ class Gear final : public picard::Taskblock {
 
   void ready() override {
     if (!std::isfinite(start)) throw picard::Failure("GEAR: START is not a finite number");
-    if (!(std::isfinite(modulo) && modulo >= 0)) throw picard::Failure("GEAR: MODULO must be 0 or above");
+    if (std::isinf(modulo)) throw picard::Failure("GEAR: MODULO is not a finite number");
     slave = start;
   }
 

@@ -41,9 +41,6 @@ class Kinematics final : public picard::Taskblock {
   picard::Output<double> condition{this, "CONDITION", "condition number of M"};
 
   void ready() override {
-    if (count < 1 || count > static_cast<std::int16_t>(kMostAxes)) {
-      throw picard::Failure("KINEMATICS: COUNT must be from 1 to 6");
-    }
     n_ = static_cast<std::size_t>(count);
     const auto n = static_cast<Eigen::Index>(n_);
     m_.resize(n, n);

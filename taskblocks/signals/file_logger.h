@@ -73,8 +73,6 @@ class FileLogger final : public picard::Taskblock {
     } else {
       throw picard::Failure("IF_EXISTS is none of NUMBER, APPEND, REFUSE");
     }
-    if (buffer < 16 || buffer > 65536) throw picard::Failure("BUFFER is not 16..65536 lines");
-    if (limit < 0) throw picard::Failure("LIMIT is below 0");
     options.lines = static_cast<std::size_t>(buffer.get());
     options.limit = static_cast<std::uint64_t>(limit.get()) * 1'000'000;
     log_.emplace(options);

@@ -38,7 +38,6 @@ class LookupTable final : public picard::Taskblock {
   picard::Output<bool> outside{this, "OUTSIDE", "IN is not between the first and the last point"};
 
   void ready() override {
-    if (points < 2 || points > static_cast<std::int32_t>(kPoints)) throw picard::Failure("POINTS is not 2..64");
     count_ = static_cast<std::size_t>(points.get());
     for (std::size_t i = 0; i < count_; ++i) {
       if (!std::isfinite(x[i]) || !std::isfinite(y[i])) throw picard::Failure("X or Y is not finite at a point");

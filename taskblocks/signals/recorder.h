@@ -60,9 +60,7 @@ class Recorder final : public picard::Taskblock {
   picard::Output<picard::Time> time_at{this, "TIME_AT", "time from the trigger to the sample at INDEX"};
 
   void ready() override {
-    if (samples < 1 || samples > kSamples) throw picard::Failure("SAMPLES is not 1..4096");
-    if (pretrigger < 0 || pretrigger >= samples) throw picard::Failure("PRETRIGGER is not 0..SAMPLES - 1");
-    if (every < 1) throw picard::Failure("EVERY is not 1 or more");
+    if (pretrigger >= samples) throw picard::Failure("PRETRIGGER is not below SAMPLES");
     ring_.resize(static_cast<std::size_t>(samples.get()));
   }
 

@@ -21,7 +21,7 @@ class Thermostat final : public picard::Taskblock {
 
   // Once, before the first cycle. Configuration ports have their values; files, threads and memory are taken here.
   void ready() override {
-    if (std::isnan(band)) throw picard::Failure("BAND is no number");
+    if (std::isinf(band)) throw picard::Failure("BAND is not finite: the heater would stay as it is for ever");
   }
 
   // In every cycle: no allocation, no lock, nothing that waits.

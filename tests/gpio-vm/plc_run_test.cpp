@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <csignal>
 #include <functional>
 #include <sstream>
@@ -25,11 +26,11 @@ const char* const kOutput = "/tmp/plc-run.out";
 
 /// Generous: the guest is slow and its host may be busy.
 bool soon(const std::function<bool()>& condition, int seconds = 30) {
-  for (int i = 0; i < seconds * 500; ++i) {
-    if (condition()) return true;
-    usleep(2000);
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(seconds);
+  for (; !condition(); usleep(2000)) {
+    if (std::chrono::steady_clock::now() > end) return false;
   }
-  return false;
+  return true;
 }
 
 /// Lamp is TRUE when safe, though the program says FALSE; Alive is FALSE when safe, though the program says TRUE.
@@ -70,13 +71,18 @@ class PlcRun : public testing::Test {
       _exit(127);
     }
   }
-  /// Starts it and waits until the program drives its outputs.
+  /// Starts it and waits until cycles are completed.
   void start_running(const std::string& toml = panel() + kAliveLine) {
     start(toml);
     ASSERT_TRUE(soon([&] { return chip.value(kAlive); })) << text_of(kOutput);
     const std::string id = std::to_string(guardian);
     runtime = std::atoi(text_of("/proc/" + id + "/task/" + id + "/children").c_str());
     ASSERT_GT(runtime, 0) << text_of(kOutput);
+    // The first cycle's outputs are out before it is over, and until it is the guardian is more patient: two more.
+    for (const bool level : {true, false}) {
+      chip.pull(kStart, level);
+      ASSERT_TRUE(soon([&] { return chip.value(kLamp) == level; })) << text_of(kOutput);
+    }
   }
   /// Exit code of the process that was started, -signal when it was killed.
   int wait_for_end() {

@@ -35,7 +35,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"tools",
      {"core", "stdlib", "plcopen", "ir", "bytecode", "bytecode/codegen", "frontend-st", "frontend-fbd", "frontend-ld",
       "runtime", "native", "io-drivers", "taskblocks"}},
-    {"bench", {"core", "stdlib", "bytecode", "runtime", "native", "io-drivers", "tools", "tests"}},  // tests: the builder of hand-made images
+    {"bench", {"core", "stdlib", "bytecode", "runtime", "native", "io-drivers", "taskblocks", "tools", "tests"}},  // tests: the builder of hand-made images
 };
 
 /// Foreign headers that belong to one place: prefix of the include, folders that may use it, and whether in headers too.

@@ -238,6 +238,10 @@ Expected of_parts(const Overload& o, std::span<const Value> a) { return date_of_
 Expected part(const Overload& o, std::span<const Value> a) {
   return part_of_date(o.result_type(), stdlib::output_name(*o.spec), a[0]);
 }
+/// S0 .. S7 of SWITCH.
+Expected chosen(const Overload& o, std::span<const Value> a) {
+  return truth(wide_of(a[0]) == stdlib::output_name(*o.spec)[1] - '0');
+}
 Expected weekday(const Overload& o, std::span<const Value> a) { return day_of_week(o.result_type(), a[0]); }
 Expected on_text(const Overload& o, std::span<const Value> a) { return *text_function(o, a); }
 Expected convert(const Overload& o, std::span<const Value> a) { return converted(o.result_type(), a[0]); }
@@ -330,6 +334,12 @@ const std::map<std::string_view, Oracle> kOracles = {
     {"CONCAT_DT", of_parts},
     {"CONCAT_LDT", of_parts},
     {"DAY_OF_WEEK", weekday},
+    {"SPLIT_DATE", part},
+    {"SPLIT_TOD", part},
+    {"SPLIT_LTOD", part},
+    {"SPLIT_DT", part},
+    {"SPLIT_LDT", part},
+    {"SWITCH", chosen},
     {"LEN", on_text},
     {"LEFT", on_text},
     {"RIGHT", on_text},
@@ -412,11 +422,10 @@ bool agrees(const Expected& expected, const Value& result) {
 }
 
 std::optional<Expected> expect(const Overload& overload, std::span<const Value> arguments, std::size_t room) {
-  // The outputs of a bundle have the names of their pins.
-  const auto found = kOracles.find(overload.spec->name);
-  const Oracle oracle = stdlib::is_bundle_output(*overload.spec) ? part
-                        : found != kOracles.end()                ? found->second
-                                                                 : nullptr;
+  // The outputs of a bundle share its oracle.
+  const std::string_view name = overload.spec->name;
+  const auto found = kOracles.find(name.substr(0, name.find('.')));
+  const Oracle oracle = found != kOracles.end() ? found->second : nullptr;
   if (oracle == nullptr) return std::nullopt;
   Expected expected = oracle(overload, arguments);
   if (expected.as == Expected::As::kExactly && is_string(expected.value.type) && expected.value.text.size() > room) {

@@ -222,6 +222,14 @@ struct EveryInstruction {
     pou.path(Opcode::kRunAt, {b.block("TON"), ton, ton_type}, {});
     pou.op(Opcode::kCopy, {a, a, array});
     elements(pou);
+    // A queue that runs full and empty.
+    b.image.queues.push_back({"queue", record, 2, {0}, 0});
+    const Word count = pou.variable("count", b.type(TypeId::kUdint));
+    for (const Opcode opcode : {Opcode::kQueuePut, Opcode::kQueueGet}) {
+      for (int n = 0; n < 3; ++n) pou.op(opcode, {same, 0, r, record});
+    }
+    pou.op(Opcode::kQueueCount, {count, 0});
+    pou.op(Opcode::kQueueSpace, {count, 0});
     const Word word = pou.variable("word", b.type(TypeId::kWord));
     const Word bit = pou.variable("bit", b.boolean());
     pou.op(Opcode::kExtract, {bit, word, 15});

@@ -153,6 +153,14 @@ TEST_F(Faults, OneThatCrashesBeforeItIsReadyIsNamedToo) {
   EXPECT_TRUE(PLC_SANITIZED || result.code == -SIGSEGV) << result.code;
 }
 
+TEST_F(Faults, APortThatNoProjectCanNameIsAnErrorOfItsLibrary) {
+  write("keyword_port");
+  const ToolResult result = run_tool({PLC_TOOL, "check", project, "--config", config});
+  EXPECT_EQ(result.code, 1) << result.all();
+  EXPECT_TRUE(contains(result.err, "error P7801: ")) << result.all();
+  EXPECT_TRUE(contains(result.err, "FAULTY cannot be declared in a project: ")) << result.all();
+}
+
 TEST_F(Faults, LibrariesThatCannotBeUsedAreErrorsAtTheirLine) {
   write("wrong_abi");
   const std::vector<std::vector<std::string>> commands = {

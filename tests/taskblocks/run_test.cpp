@@ -25,9 +25,17 @@ struct Point {
   picard::Text<10> name;
 };
 
+enum class Mode : std::int8_t { Off = 3, Manual = -1, Auto = 100 };
+struct Order {
+  Mode mode{};
+  std::array<std::int16_t, 3> steps{};
+};
+
 }  // namespace plc::test
 
 PICARD_STRUCT(plc::test::Point, "TEST_POINT", x, n, name)
+PICARD_ENUM(plc::test::Mode, "TEST_MODE", Off, Manual, Auto)
+PICARD_STRUCT(plc::test::Order, "TEST_ORDER", mode, steps)
 
 namespace plc::test {
 namespace {
@@ -87,6 +95,35 @@ class Shapes final : public picard::Taskblock {
   }
 };
 
+/// Initial values of every kind, enumerations, texts.
+class Values final : public picard::Taskblock {
+ public:
+  static constexpr picard::Info info{.name = "VALUES", .group = "Test", .summary = "Shows its values."};
+  picard::Input<Mode> mode{this, "MODE", "of work", {.initial = "Manual"}};
+  picard::Input<Mode> plain{this, "PLAIN", "begins with the first value"};
+  picard::Input<std::array<double, 4>> row{this, "ROW", "", {.initial = "[1.5, 2(-2.0), 1E3]"}};
+  picard::Config<Mode> start{this, "START", "before the first order", {.initial = "TEST_MODE#Auto"}};
+  picard::Config<std::array<std::array<std::int16_t, 2>, 2>> grid{this, "GRID", "", {.initial = "[[1, 2], [3, 4]]"}};
+  picard::Config<Point> point{this, "POINT", "", {.initial = "(n := 7, name := 'it$'s')"}};
+  picard::Input<Order> order{this, "ORDER", "", {.initial = "(mode := Auto, steps := [3(9)])"}};
+  picard::Output<Mode> ready_with{this, "READY_WITH", "START, when it was ready"};
+  picard::Output<Mode> out{this, "OUT", "MODE"};
+  picard::Output<Order> last{this, "LAST", "ORDER"};
+  picard::Output<picard::Text<4>> text{this, "TEXT", "of POINT"};
+  picard::Output<double> sum{this, "SUM", "of ROW"};
+  void ready() override {
+    if (grid[1][0] != 3) throw picard::Failure::format("GRID[1][0] is %d, not %s", grid[1][0], "three");
+    ready_with = start;
+  }
+  void fire() override {
+    if (mode == Mode::Off && plain == Mode::Off) throw picard::Failure(std::string("nothing") + " to do");
+    out = mode;
+    last = order;
+    text = point->name.view();
+    sum = row[0] + row[1] + row[2] + row[3];
+  }
+};
+
 class Faulty final : public picard::Taskblock {
  public:
   static constexpr picard::Info info{.name = "FAULTY", .group = "Test", .summary = "Does what KIND says."};
@@ -113,7 +150,7 @@ class Timed final : public picard::Taskblock {
   void fire() override { count = static_cast<std::int16_t>(count + 1); }
 };
 
-PICARD_LINKED_LIBRARY(test_library, "test", "1.0.0", Scale, Shapes, Faulty, Timed)
+PICARD_LINKED_LIBRARY(test_library, "test", "1.0.0", Scale, Shapes, Values, Faulty, Timed)
 
 const taskblocks::Registry& registry() {
   static const taskblocks::Registry all = [] {
@@ -224,6 +261,67 @@ TEST(Taskblocks, PortsOfEveryShapeAreSeenAsDeclared) {
   EXPECT_EQ(p.value("Main.S.WIDE"), "\"wxyz\"");
 }
 
+TEST(Taskblocks, PortsHaveTheInitialValuesOfTheirDeclaration) {
+  Project p(in_task("V : VALUES;\n", "V();\n"));
+  ASSERT_NE(p.resource, nullptr) << p.problem;
+  EXPECT_EQ(p.value("Main.V.PLAIN"), "3");
+  EXPECT_EQ(p.value("Main.V.READY_WITH"), "100");
+  EXPECT_FALSE(p.scan());
+  EXPECT_EQ(p.value("Main.V.OUT"), "-1");
+  EXPECT_EQ(p.value("Main.V.SUM"), "997.5");
+  EXPECT_EQ(p.value("Main.V.TEXT"), "'it$'s'");
+  EXPECT_EQ(p.value("Main.V.LAST.mode"), "100");
+  EXPECT_EQ(p.value("Main.V.LAST.steps[2]"), "9");
+  // What an instance says counts, and what it does not say stays.
+  Project q(
+      in_task("V : VALUES := (ROW := [4(1.0)], POINT := (name := 'longer'), ORDER := (steps := [1, 2]));\n", "V();\n"));
+  ASSERT_NE(q.resource, nullptr) << q.problem;
+  EXPECT_FALSE(q.scan());
+  EXPECT_EQ(q.value("Main.V.SUM"), "4");
+  EXPECT_EQ(q.value("Main.V.TEXT"), "'long'") << "cut";
+  EXPECT_EQ(q.value("Main.V.POINT.n"), "7");
+  EXPECT_EQ(q.value("Main.V.LAST.mode"), "100");
+}
+
+TEST(Taskblocks, EnumerationsAreTypesOfTheProject) {
+  Project p(in_task("V : VALUES := (START := Manual); M : TEST_MODE := Auto; N, First : TEST_MODE;\n",
+                    "V(MODE := M, PLAIN := TEST_MODE#Manual);\n"
+                    "CASE V.OUT OF Auto: N := Manual; Manual: N := Off; END_CASE;\nM := N;\n"));
+  ASSERT_NE(p.resource, nullptr) << p.problem;
+  EXPECT_EQ(p.value("Main.V.READY_WITH"), "-1");
+  EXPECT_EQ(p.value("Main.First"), "3");
+  EXPECT_FALSE(p.scan());
+  EXPECT_EQ(p.value("Main.V.OUT"), "100");
+  EXPECT_FALSE(p.scan());
+  EXPECT_EQ(p.value("Main.V.OUT"), "-1");
+  EXPECT_EQ(p.value("Main.N"), "3");
+  EXPECT_NE(Project(in_task("V : VALUES;\n", "V(MODE := 1);\n")).problem, "");
+  EXPECT_NE(Project(in_task("V : VALUES;\n", "V(MODE := Fast);\n")).problem, "");
+  EXPECT_EQ(Project(in_task("V : VALUES; M : TEST_MODE;\n", "V(START := M);\n")).problem, "P4110 ");
+}
+
+TEST(Taskblocks, AnEnumerationOfTheProjectMustBeTheirs) {
+  const auto with = [](const std::string& own) {
+    return Project(in_task("V : VALUES;\n", "V();\n", "TYPE TEST_MODE : " + own + "; END_TYPE\n"));
+  };
+  EXPECT_EQ(with("SINT (Off := 3, Manual := -1, Auto := 100)").problem, "");
+  const std::string all = taskblocks::declaration(*registry().find("VALUES")->block);
+  EXPECT_EQ(Project(in_task("V : VALUES;\n", "V();\n", all)).problem, "") << "as editors bring it back";
+  for (const char* own :
+       {"INT (Off := 3, Manual := -1, Auto := 100)", "SINT (Off := 3, Manual := -1, Auto := 99)",
+        "SINT (Off := 3, Manual := -1, Auto := 100, Last := 101)", "SINT (Hand := 3, Manual := -1, Auto := 100)"}) {
+    EXPECT_TRUE(with(own).problem.starts_with("P7802")) << own << ": " << with(own).problem;
+  }
+}
+
+TEST(Taskblocks, SayWhatTheyFoundWhenTheyFail) {
+  EXPECT_EQ(Project(in_task("V : VALUES := (GRID := [[0, 0], [-5, 0]]);\n", "V();\n")).problem,
+            "P7803: taskblock VALUES of main.V: GRID[1][0] is -5, not three");
+  Project p(in_task("V : VALUES;\n", "V(MODE := Off);\n"));
+  ASSERT_NE(p.resource, nullptr) << p.problem;
+  EXPECT_EQ(p.resource->program(0).taskblock_text(p.scan()), "VALUES main.V: nothing to do");
+}
+
 TEST(Taskblocks, ConfigurationTakesConstantsOnly) {
   EXPECT_EQ(Project(in_task("A : SCALE_BY; X : LREAL;\n", "A(IN := X, FACTOR := X);\n")).problem, "P4110 ");
   EXPECT_EQ(Project(in_task("A : SCALE_BY; X : LREAL;\n", "A(IN := X, FACTOR := X + 1.0);\n")).problem, "P4110 ");
@@ -331,9 +429,22 @@ TEST(Registry, RefusesWhatCannotBeUsed) {
   library = *test_library();
   library.failure = "why";
   EXPECT_NE(r.add(&library)->message.find("why"), std::string::npos);
+  const picard_type real = *picard::detail::type_of<double>();
+  picard_type mode = *picard::detail::type_of<Mode>();
+  mode.element = &real;
+  const picard_port port{"MODE", &mode, PICARD_INPUT, "", "", "", 0, 0};
+  picard_block block = test_library()->blocks[0];
+  block.ports = &port;
+  block.port_count = 1;
+  library = *test_library();
+  library.blocks = &block;
+  library.block_count = 1;
+  EXPECT_NE(r.add(&library)->message.find("an enumeration of LREAL"), std::string::npos);
+  mode.enumerator_count = 0;
+  EXPECT_NE(r.add(&library)->message.find("an enumeration without values"), std::string::npos);
   EXPECT_FALSE(r.add(test_library()));
   EXPECT_NE(r.add(test_library(), "second.so")->message.find("SCALE_BY is there already"), std::string::npos);
-  EXPECT_EQ(r.entries().size(), 4u);
+  EXPECT_EQ(r.entries().size(), 5u);
   EXPECT_NE(r.find("scale_by"), nullptr);
   EXPECT_EQ(r.find("nothing"), nullptr);
 }

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdio>
+#include <regex>
 #include <string>
 #include <vector>
 
@@ -43,6 +44,29 @@ TEST_F(Template, IsInstalledCopiedBuiltDrawnAndRun) {
   const ToolResult unknown = shell("cd mine; plc check heating.xml");
   EXPECT_EQ(unknown.code, 1) << "the block is known by plc.toml alone\n" << unknown.all();
   EXPECT_NE(unknown.err.find("THERMOSTAT"), std::string::npos) << unknown.err;
+  const ToolResult misspelt =
+      shell("cd mine; sed s/THERMOSTAT/THERMOSTATS/ heating.xml > wrong.xml; plc check wrong.xml --config plc.toml");
+  EXPECT_EQ(misspelt.code, 1);
+  EXPECT_NE(misspelt.err.find("did you mean \"THERMOSTAT\"?"), std::string::npos) << misspelt.all();
+
+  // Its page: what the class declares, and where it comes from.
+  const ToolResult page = shell("cd mine; plc blocks THERMOSTAT --config plc.toml");
+  ASSERT_EQ(page.code, 0) << page.all();
+  EXPECT_TRUE(page.out.starts_with("THERMOSTAT (Heating)\n  Two-point controller with hysteresis.\n")) << page.out;
+  for (const std::vector<const char*>& cells :
+       std::vector<std::vector<const char*>>{{"PV", "input", "LREAL", "degC", "0.0", "measured temperature"},
+                                             {"SP", "input", "LREAL", "degC", "20.0", "wanted temperature"},
+                                             {"BAND", "configuration", "LREAL", "K", ">= 0", "1.0", "hysteresis"},
+                                             {"HEAT", "output", "BOOL", "the heater is on"},
+                                             {"STARTS", "output", "UDINT", "how often it was switched on"}}) {
+    std::string line = "\n *";
+    for (const char* cell : cells) line += std::string(cell == cells.front() ? "" : " +") + cell;
+    EXPECT_TRUE(std::regex_search(page.out, std::regex(line + "\n"))) << line << '\n' << page.out;
+  }
+  EXPECT_NE(page.out.find("HEAT becomes TRUE when PV is below SP - BAND / 2"), std::string::npos) << page.out;
+  EXPECT_NE(page.out.find("thermostat1 : THERMOSTAT := (BAND := 1.0);"), std::string::npos) << page.out;
+  EXPECT_NE(page.out.find("build/thermostat.so"), std::string::npos) << page.out;
+  EXPECT_EQ(shell("cd mine; plc blocks THERMOSTAT").code, 1) << "without plc.toml there is no such block";
 
   // One minute: from the cold, 21 degrees by the hysteresis of half a degree.
   const ToolResult simulated = shell(

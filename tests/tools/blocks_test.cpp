@@ -18,6 +18,7 @@
 #include "tests/tools/fixture.h"
 #include "tools/taskblock_html.h"
 #include "tools/taskblock_text.h"
+#include "tools/taskblock_xml.h"
 
 namespace plc::test {
 namespace {
@@ -69,26 +70,31 @@ TEST(Blocks, WrongFlagsExitWith2) {
 TEST(Blocks, PrintsJson) {
   const json all = json::parse(run_tool({PLC_TOOL, "blocks", "--json"}).out);
   EXPECT_EQ(all.at("blocks").size(), blocks().size());
-  const json block = json::parse(run_tool({PLC_TOOL, "blocks", "lowpass", "--json"}).out).at("blocks").at(0);
-  EXPECT_EQ(block.at("name"), "LOWPASS");
-  EXPECT_EQ(block.at("group"), "Filters");
-  const json& cutoff = block.at("ports").at(1);
-  EXPECT_EQ(cutoff.at("name"), "CUTOFF");
-  EXPECT_EQ(cutoff.at("direction"), "configuration");
-  EXPECT_EQ(cutoff.at("type"), "LREAL");
-  EXPECT_EQ(cutoff.at("unit"), "Hz");
-  EXPECT_EQ(cutoff.at("min"), 1e-9);
-  EXPECT_TRUE(cutoff.at("max").is_null());
-  EXPECT_EQ(cutoff.at("default"), "1.0");
+  const json block = json::parse(run_tool({PLC_TOOL, "blocks", "gear", "--json"}).out).at("blocks").at(0);
+  EXPECT_EQ(block.at("name"), "GEAR");
+  EXPECT_EQ(block.at("group"), "Motion");
+  const json& modulo = block.at("ports").at(5);
+  EXPECT_EQ(modulo.at("name"), "MODULO");
+  EXPECT_EQ(modulo.at("direction"), "configuration");
+  EXPECT_EQ(modulo.at("type"), "LREAL");
+  EXPECT_EQ(modulo.at("unit"), "u");
+  EXPECT_EQ(modulo.at("min"), 0.0);
+  EXPECT_TRUE(modulo.at("max").is_null());
+  EXPECT_EQ(modulo.at("default"), "0.0");
 }
 
 // ---- words ------------------------------------------------------------------------------------------------------
 
-constexpr picard_type kLreal{PICARD_ELEMENTARY, "LREAL", 0, 8, 8, nullptr, nullptr, 0};
-constexpr picard_type kBool{PICARD_ELEMENTARY, "BOOL", 0, 1, 1, nullptr, nullptr, 0};
-constexpr picard_type kRow{PICARD_ARRAY, "", 4, 32, 8, &kLreal, nullptr, 0};
+constexpr picard_type kLreal{PICARD_ELEMENTARY, "LREAL", 0, 8, 8, nullptr, nullptr, 0, 0, nullptr};
+constexpr picard_type kBool{PICARD_ELEMENTARY, "BOOL", 0, 1, 1, nullptr, nullptr, 0, 0, nullptr};
+constexpr picard_type kSint{PICARD_ELEMENTARY, "SINT", 0, 1, 1, nullptr, nullptr, 0, 0, nullptr};
+constexpr picard_type kRow{PICARD_ARRAY, "", 4, 32, 8, &kLreal, nullptr, 0, 0, nullptr};
 constexpr picard_field kFields[] = {{"X", &kLreal, 0}, {"ROWS", &kRow, 8}};
-constexpr picard_type kMove{PICARD_STRUCT_TYPE, "MOVE", 0, 40, 8, nullptr, kFields, 2};
+constexpr picard_type kMove{PICARD_STRUCT_TYPE, "MOVE", 0, 40, 8, nullptr, kFields, 2, 0, nullptr};
+constexpr picard_enumerator kModes[] = {{"Off", 0}, {"Manual", 5}};
+constexpr picard_type kMode{PICARD_ENUM_TYPE, "MODE", 0, 1, 1, &kSint, nullptr, 0, 2, kModes};
+constexpr picard_field kModeFields[] = {{"HOW", &kMode, 0}, {"WHERE_TO", &kLreal, 8}};
+constexpr picard_type kPlan{PICARD_STRUCT_TYPE, "PLAN", 0, 16, 8, nullptr, kModeFields, 2, 0, nullptr};
 constexpr double kNone = picard::kNoLimit;
 
 /// A block with ports of every direction, which no program has.
@@ -128,6 +134,56 @@ TEST(BlockText, RangesAndDefaults) {
   EXPECT_EQ(tools::default_text(kPorts[2]), "TRUE");
   EXPECT_EQ(tools::default_text(kPorts[5]), "0.0");
   EXPECT_EQ(tools::default_text(kPorts[0]), "") << "outputs have what the block gives";
+}
+
+// What has enumerations, and initial values that are no literals: as text for people and for editors.
+const std::vector<picard_port> kPlanned = {
+    {"MODE_IN", &kMode, PICARD_INPUT, "how", "", "Manual", -kNone, kNone},
+    {"PLAIN", &kMode, PICARD_INPUT, "likewise", "", "", -kNone, kNone},
+    {"PLANS", &kPlan, PICARD_INPUT, "when", "", "(HOW := Manual)", -kNone, kNone},
+    {"ROW", &kRow, PICARD_CONFIG, "where", "m", "[1.0, 3(2.0)]", -kNone, kNone}};
+
+TEST(BlockText, DeclaresTypesAndInitialValues) {
+  const picard_block block = block_of(kPlanned);
+  EXPECT_EQ(taskblocks::declaration(block),
+            "TYPE MODE : SINT (Off := 0, Manual := 5); END_TYPE\n"
+            "TYPE PLAN : STRUCT\n  HOW : MODE;\n  WHERE_TO : LREAL;\nEND_STRUCT; END_TYPE\n"
+            "FUNCTION_BLOCK MIXER (* Mixes & matches. *)\n"
+            "VAR_INPUT\n"
+            "  MODE_IN : MODE := Manual; (* how *)\n"
+            "  PLAIN : MODE; (* likewise *)\n"
+            "  PLANS : PLAN := (HOW := Manual); (* when *)\n"
+            "END_VAR\n"
+            "VAR_INPUT CONSTANT\n"
+            "  ROW : ARRAY [0..3] OF LREAL := [1.0, 3(2.0)]; (* where, m *)\n"
+            "END_VAR\n"
+            "END_FUNCTION_BLOCK\n");
+  EXPECT_EQ(tools::default_text(kPlanned[1]), "Off");
+  EXPECT_EQ(tools::default_text(kPlanned[3]), "[1.0, 3(2.0)]");
+  const ScratchFolder scratch;
+  const std::string file = scratch.file("call.st");
+  write_text(file, taskblocks::declaration(block) + "PROGRAM Main\n" + tools::call_text(block) + "END_PROGRAM\n");
+  const auto check = run_tool({PLC_TOOL, "check", file, "--lint", "none"});
+  EXPECT_EQ(check.code, 0) << tools::call_text(block) << check.all();
+  EXPECT_NE(tools::call_text(block).find("PLAN := (HOW := Manual);"), std::string::npos) << tools::call_text(block);
+}
+
+TEST(BlocksXml, HasEnumerationsAndWhatEditorsCannotSay) {
+  const picard_block block = block_of(kPlanned);
+  const Registry::Entry entry{nullptr, &block, ""};
+  const Registry::Entry* const entries[] = {&entry};
+  const std::string xml = tools::taskblocks_xml(entries);
+  for (const char* const part :
+       {"<dataType name=\"MODE\">", "<value name=\"Off\" value=\"0\"/><value name=\"Manual\" value=\"5\"/>",
+        "<baseType><SINT/></baseType>", "<type><derived name=\"MODE\"/></type>", "<simpleValue value=\"Manual\"/>",
+        "where, m, default [1.0, 3(2.0)]", "when, default (HOW := Manual)"}) {
+    EXPECT_NE(xml.find(part), std::string::npos) << part << '\n' << xml;
+  }
+  const ScratchFolder scratch;
+  const std::string file = scratch.file("blocks.xml");
+  write_text(file, xml);
+  const auto check = run_tool({PLC_TOOL, "check", file});
+  EXPECT_EQ(check.code, 0) << check.all();
 }
 
 TEST(BlockText, BreaksLinesOfDetails) {
@@ -237,10 +293,11 @@ TEST(BlocksXml, IsValidAgainstTheSchemaOfPlcopen) {
 }
 
 constexpr const char* kUser = R"(PROGRAM Main
-VAR filter : LOWPASS := (CUTOFF := 5.0); signal, smoothed : LREAL; END_VAR
+VAR filter : LOWPASS := (CUTOFF := 5.0); statistics : MOVING_STATISTICS := (WINDOW := 5); signal, mean : LREAL; END_VAR
   signal := 1.0 - signal;
   filter(IN := signal);
-  smoothed := filter.OUT;
+  statistics(IN := filter.OUT);
+  mean := statistics.MEAN;
 END_PROGRAM
 CONFIGURATION C TASK T(INTERVAL := T#20ms); PROGRAM main WITH T : Main; END_CONFIGURATION
 )";
@@ -304,6 +361,23 @@ TEST(BlocksSt, DeclaresTheSame) {
   EXPECT_EQ(run_tool({PLC_TOOL, "check", library, "--werror"}).code, 0);
 }
 
+TEST(BlocksSt, AreNoPousOfTheProjectThatNamesThem) {
+  const ScratchFolder scratch;
+  const std::string file = scratch.file("user.st");
+  write_text(file, "PROGRAM Main\nVAR filter : LOWPASS; END_VAR\n  filter(IN := 1.0);\nEND_PROGRAM\n");
+  const auto check = run_tool({PLC_TOOL, "check", file});
+  EXPECT_EQ(check.out, file + ": ok, 1 warning, 1 POU, no task runs a program\n");
+  EXPECT_NE(check.err.find("--pou NAME runs one of Main alone"), std::string::npos) << check.err;
+}
+
+TEST(BlocksSt, AMisspeltTypeIsGuessed) {
+  const ScratchFolder scratch;
+  const std::string file = scratch.file("user.st");
+  write_text(file, "PROGRAM Main\nVAR filter : LOWPAS; END_VAR\nEND_PROGRAM\n");
+  const auto check = run_tool({PLC_TOOL, "check", file});
+  EXPECT_NE(check.err.find("did you mean \"LOWPASS\"?"), std::string::npos) << check.err;
+}
+
 TEST(BlocksXml, WhatDiffersFromTheTaskblockCountsAsItStands) {
   const ScratchFolder scratch;
   const std::string user = scratch.file("user.st");
@@ -326,17 +400,17 @@ TEST(BlocksConfiguration, NothingWritesAPortThatReadyHasChecked) {
   const ScratchFolder scratch;
   const std::string file = scratch.file("main.st");
   for (const char* const statement :
-       {"f.CUTOFF := 7.0;", "r := REF(f.CUTOFF);", "Twice(f.CUTOFF);", "SPLIT_DATE(D#2024-01-01, YEAR => f.CUTOFF);"}) {
+       {"f.START := 7.0;", "r := REF(f.START);", "Twice(f.START);", "SPLIT_DATE(D#2024-01-01, YEAR => f.START);"}) {
     write_text(file,
                std::string("FUNCTION_BLOCK Twice_\nVAR_IN_OUT x : LREAL; END_VAR\n  x := 2.0 * x;\nEND_FUNCTION_BLOCK\n"
-                           "PROGRAM Main\nVAR f : LOWPASS; r : REF_TO LREAL; Twice : Twice_; END_VAR\n  ") +
-                   statement + "\n  f(IN := 1.0);\nEND_PROGRAM\n");
+                           "PROGRAM Main\nVAR f : GEAR; r : REF_TO LREAL; Twice : Twice_; END_VAR\n  ") +
+                   statement + "\n  f(MASTER := 1.0);\nEND_PROGRAM\n");
     const auto check = run_tool({PLC_TOOL, "check", file});
     EXPECT_EQ(check.code, 1) << statement;
     EXPECT_NE(check.err.find("error P4007"), std::string::npos) << statement << '\n' << check.err;
   }
   write_text(file, kUser);
-  write_text(scratch.file("stimulus.csv"), "time_ms,main.filter.CUTOFF\n0,50.0\n");
+  write_text(scratch.file("stimulus.csv"), "time_ms,main.statistics.WINDOW\n0,50\n");
   const auto sim = run_tool({PLC_TOOL, "sim", file, "--stimulus", scratch.file("stimulus.csv")});
   EXPECT_NE(sim.err.find("P7106"), std::string::npos) << sim.all();
 }

@@ -97,6 +97,17 @@ TEST(Flow, OwnersAndUsers) {
   EXPECT_TRUE(has(tables, "Both INT - shared TFast, TSlow -")) << tables;
 }
 
+TEST(Flow, AQueueGoesFromThoseWhoPutToTheOneWhoTakes) {
+  const std::string tables = tables_of(
+      "PROGRAM Fast VAR ok : BOOL; END_VAR ok := QUEUE_PUT(Q, 1); END_PROGRAM\n"
+      "PROGRAM Slow VAR ok : BOOL; n : INT; END_VAR ok := QUEUE_GET(Q, OUT => n); END_PROGRAM\n"
+      "CONFIGURATION C VAR_GLOBAL Q : ARRAY [0..7] OF INT; END_VAR RESOURCE R ON PLC "
+      "TASK TFast(INTERVAL := T#10ms, PRIORITY := 0); TASK TSlow(INTERVAL := T#100ms, PRIORITY := 1); "
+      "PROGRAM fast WITH TFast : Fast; PROGRAM slow WITH TSlow : Slow; END_RESOURCE END_CONFIGURATION\n");
+  EXPECT_TRUE(has(tables, "Q queue [8] of INT - queue TFast TSlow")) << tables;
+  EXPECT_TRUE(has(tables, "TFast TSlow 1 2 110ms")) << tables;
+}
+
 TEST(Flow, AmongSeveralWritersThoseRead) {
   // Of a word without interest in the value, of one that counts on from what the other left.
   const std::string text = two_tasks("X : INT;", "X := 5;", "X := X + 1;");

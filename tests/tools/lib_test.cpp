@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "tests/support/golden.h"
 #include "tests/tools/fixture.h"
@@ -27,6 +28,8 @@ TEST(Lib, ExplainsAFunctionWithEvents) { expect_text("DIV", "div.txt"); }
 TEST(Lib, ExplainsAConversionByItsOwnName) { expect_text("real_to_int", "real_to_int.txt"); }
 TEST(Lib, ExplainsAFamily) { expect_text("TRUNC_*", "trunc_family.txt"); }
 TEST(Lib, ExplainsABlock) { expect_text("ton", "ton.txt"); }
+TEST(Lib, ExplainsAFunctionOfSeveralOutputs) { expect_text("switch", "switch.txt"); }
+TEST(Lib, ExplainsABlockThatIsDrawnOnly) { expect_text("delay", "delay.txt"); }
 TEST(Lib, ListsWhatMatches) { expect_text("?OD_TO_*", "pattern.txt"); }
 
 TEST(Lib, ListsEverythingInGroups) {
@@ -106,8 +109,9 @@ TEST(LibXml, IsValidAgainstTheSchemaOfPlcopen) {
 }
 
 constexpr const char* kUser = R"(PROGRAM Main
-VAR t : TON; high : INT; END_VAR
+VAR t : TON; high : INT; chosen : BOOL; END_VAR
   t(IN := TRUE, PT := T#30ms);
+  SWITCH(K := 4, S4 => chosen);
   high := MAX(3, 4);
 END_PROGRAM
 CONFIGURATION C TASK T(INTERVAL := T#20ms); PROGRAM main WITH T : Main; END_CONFIGURATION
@@ -128,6 +132,18 @@ TEST(LibXml, WhatItDeclaresIsTheLibrarysOwn) {
   EXPECT_EQ(check.code, 0) << check.all();
 }
 
+TEST(LibXml, HasWhatEditorsDoNotKnow) {
+  const std::string all = run_tool({PLC_TOOL, "lib", "--xml"}).out;
+  for (const char* own : {"SWITCH", "DELAY", "PID"}) {
+    EXPECT_NE(all.find(std::string("<pou name=\"") + own + "\""), std::string::npos) << own;
+    EXPECT_EQ(run_tool({PLC_TOOL, "lib", own, "--xml"}).code, 0) << own;
+  }
+  for (const char* known : {"SPLIT_DATE", "LOWER_BOUND", "SWITCH.S0"})
+    EXPECT_EQ(all.find(std::string("<pou name=\"") + known + "\""), std::string::npos) << known;
+  EXPECT_EQ(run_tool({PLC_TOOL, "lib", "SPLIT_DATE", "--xml"}).code, 0);
+  EXPECT_EQ(run_tool({PLC_TOOL, "lib", "LOWER_BOUND", "--xml"}).code, 1) << "it is of variables";
+}
+
 TEST(LibXml, WhatDiffersFromTheLibraryCountsAsItStands) {
   const ScratchFolder scratch;
   const std::string user = scratch.file("user.st");
@@ -141,6 +157,16 @@ TEST(LibXml, WhatDiffersFromTheLibraryCountsAsItStands) {
     write_text(user, std::string(kUser) + own);
     const auto check = run_tool({PLC_TOOL, "check", user});
     EXPECT_NE(check.err.find("P4019"), std::string::npos) << own << check.all();
+  }
+  // A name of PICARD's own is no surprise to hide.
+  using Own = std::pair<const char*, const char*>;
+  for (const auto& [outputs, chosen] : {Own{"S4 : BOOL;", "0"}, Own{"S0, S1, S2, S3, S4, S5, S6, S7 : BOOL;", "1"}}) {
+    write_text(user, std::string(kUser) + "FUNCTION SWITCH VAR_INPUT K : DINT; END_VAR VAR_OUTPUT " + outputs +
+                         " END_VAR\nEND_FUNCTION\n");
+    const auto sim = run_tool({PLC_TOOL, "sim", user, "--cycles", "1", "--watch", "main.chosen"});
+    EXPECT_EQ(sim.code, 0) << sim.err;
+    EXPECT_EQ(sim.err.find("P4019"), std::string::npos) << sim.err;
+    EXPECT_EQ(sim.out, std::string("cycle,time_ms,main.chosen\n0,0,") + chosen + "\n");
   }
 }
 

@@ -290,27 +290,27 @@ TEST(Map, WrongFlagsAndFiles) {
 
 TEST(Map, PortsOfATaskblockTellUnitRangeAndMeaning) {
   const ScratchFolder scratch;
-  const std::string project = scratch.file("filter.st");
+  const std::string project = scratch.file("gear.st");
   write_text(project,
-             "PROGRAM Main\nVAR_EXTERNAL Filters : ARRAY [1..2] OF LOWPASS; END_VAR VAR x : LREAL; END_VAR\n"
-             "  Filters[2](IN := x);\n  x := Filters[2].OUT + 1.0;\nEND_PROGRAM\n"
-             "CONFIGURATION C VAR_GLOBAL Filters : ARRAY [1..2] OF LOWPASS; END_VAR\n"
+             "PROGRAM Main\nVAR_EXTERNAL Gears : ARRAY [1..2] OF GEAR; END_VAR VAR x : LREAL; END_VAR\n"
+             "  Gears[2](MASTER := x);\n  x := Gears[2].SLAVE + 1.0;\nEND_PROGRAM\n"
+             "CONFIGURATION C VAR_GLOBAL Gears : ARRAY [1..2] OF GEAR; END_VAR\n"
              "TASK T(INTERVAL := T#20ms); PROGRAM main WITH T : Main; END_CONFIGURATION\n");
   const json document = json::parse(run_tool({PLC_TOOL, "map", project, "--format", "json"}).out);
   std::map<std::string, json> by_name;
   for (const json& row : document.at("variables")) by_name[row.at("name")] = row;
-  ASSERT_EQ(by_name.size(), 6u) << "ports, and no hidden fields: " << document;
-  const json& cutoff = by_name["Filters[2].CUTOFF"];
-  EXPECT_EQ(cutoff.at("unit"), "Hz");
-  EXPECT_EQ(cutoff.at("min"), 1e-9);
-  EXPECT_FALSE(cutoff.contains("max"));
-  EXPECT_EQ(cutoff.at("comment"), "frequency that is damped by 3 dB");
-  EXPECT_EQ(cutoff.at("access"), "r") << "a constant of the project";
-  const json& out = by_name["Filters[1].OUT"];
-  EXPECT_EQ(out.at("comment"), "filtered signal");
-  EXPECT_FALSE(out.contains("unit"));
+  ASSERT_EQ(by_name.size(), 22u) << "ports, and no hidden fields: " << document;
+  const json& modulo = by_name["Gears[2].MODULO"];
+  EXPECT_EQ(modulo.at("unit"), "u");
+  EXPECT_EQ(modulo.at("min"), 0.0);
+  EXPECT_FALSE(modulo.contains("max"));
+  EXPECT_EQ(modulo.at("comment"), "range of a rotary MASTER, or 0");
+  EXPECT_EQ(modulo.at("access"), "r") << "a constant of the project";
+  const json& ratio = by_name["Gears[1].RATIO"];
+  EXPECT_EQ(ratio.at("comment"), "at this moment");
+  EXPECT_FALSE(ratio.contains("unit"));
   const std::string csv = run_tool({PLC_TOOL, "map", project, "--format", "csv"}).out;
-  EXPECT_NE(csv.find(",1e-09,,\"frequency that is damped by 3 dB, Hz\"\n"), std::string::npos) << csv;
+  EXPECT_NE(csv.find(",0,,\"range of a rotary MASTER, or 0, u\"\n"), std::string::npos) << csv;
 }
 
 }  // namespace

@@ -76,10 +76,9 @@ void print_block(const Registry::Entry& entry) {
   std::cout << fmt::format("{} ({})\n  {}\n\n{}\n{}", block.name, block.group, block.summary,
                            indented(box_text(block), 2), columns_text(port_cells(block), 2));
   if (block.details[0] != '\0') std::cout << '\n' << wrapped(block.details, 2, 100);
-  std::string structures;
-  for (const picard_type* structure : taskblocks::structures_of(block))
-    structures += taskblocks::declaration(*structure);
-  if (!structures.empty()) std::cout << "\n  data types\n" << indented(structures, 4);
+  std::string types;
+  for (const picard_type* type : taskblocks::data_types_of(block)) types += taskblocks::declaration(*type);
+  if (!types.empty()) std::cout << "\n  data types\n" << indented(types, 4);
   std::cout << "\n  in ST\n" << indented(call_text(block), 4);
   std::cout << fmt::format("\n  library: {}\n", origin_text(entry));
   if (block.budget_ns != 0) {
@@ -106,6 +105,21 @@ ordered_json to_json(const picard_port& port) {
           {"summary", port.summary}};
 }
 
+ordered_json to_json(const picard_type& type) {
+  if (type.kind == PICARD_ENUM_TYPE) {
+    ordered_json values = ordered_json::array();
+    for (std::uint32_t i = 0; i < type.enumerator_count; ++i) {
+      values.push_back({{"name", type.enumerators[i].name}, {"value", type.enumerators[i].value}});
+    }
+    return {{"name", type.name}, {"type", taskblocks::type_text(*type.element)}, {"values", std::move(values)}};
+  }
+  ordered_json fields = ordered_json::array();
+  for (std::uint32_t i = 0; i < type.field_count; ++i) {
+    fields.push_back({{"name", type.fields[i].name}, {"type", taskblocks::type_text(*type.fields[i].type)}});
+  }
+  return {{"name", type.name}, {"fields", std::move(fields)}};
+}
+
 ordered_json to_json(const Registry::Entry& entry) {
   const picard_block& block = *entry.block;
   ordered_json row{{"name", block.name},       {"group", block.group},           {"summary", block.summary},
@@ -114,14 +128,7 @@ ordered_json to_json(const Registry::Entry& entry) {
   row["ports"] = ordered_json::array();
   for (std::uint32_t i = 0; i < block.port_count; ++i) row["ports"].push_back(to_json(block.ports[i]));
   row["data_types"] = ordered_json::array();
-  for (const picard_type* structure : taskblocks::structures_of(block)) {
-    ordered_json fields = ordered_json::array();
-    for (std::uint32_t i = 0; i < structure->field_count; ++i) {
-      const picard_field& field = structure->fields[i];
-      fields.push_back({{"name", field.name}, {"type", taskblocks::type_text(*field.type)}});
-    }
-    row["data_types"].push_back({{"name", structure->name}, {"fields", std::move(fields)}});
-  }
+  for (const picard_type* type : taskblocks::data_types_of(block)) row["data_types"].push_back(to_json(*type));
   row["call"] = call_text(block);
   return row;
 }
@@ -138,9 +145,9 @@ std::string st_text(const Entries& entries) {
   std::vector<std::string> types;
   std::string blocks;
   for (const Registry::Entry* entry : entries) {
-    for (const picard_type* structure : taskblocks::structures_of(*entry->block)) {
-      std::string type = taskblocks::declaration(*structure);
-      if (std::find(types.begin(), types.end(), type) == types.end()) types.push_back(std::move(type));
+    for (const picard_type* type : taskblocks::data_types_of(*entry->block)) {
+      std::string text = taskblocks::declaration(*type);
+      if (std::find(types.begin(), types.end(), text) == types.end()) types.push_back(std::move(text));
     }
     blocks += (blocks.empty() ? "" : "\n") + taskblocks::block_declaration(*entry->block);
   }

@@ -1,6 +1,7 @@
 // plc check: compiles files without writing anything, and lints what compiles.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <iostream>
 #include <string>
 #include <vector>
@@ -29,7 +30,12 @@ std::string summary(const std::string& file, const Compilation& compilation) {
   const std::size_t warnings = compilation.diagnostics.warning_count();
   std::string text = fmt::format("{}: {}", file, compilation.ok() ? "ok" : counted(errors, "error"));
   if (warnings != 0) text += ", " + counted(warnings, "warning");
-  if (compilation.project) text += ", " + counted(compilation.project->pous.size(), "POU");
+  if (compilation.project) {
+    const auto& pous = compilation.project->pous;
+    const auto own =
+        std::count_if(pous.begin(), pous.end(), [](const plcopen::Pou& pou) { return pou.taskblock == 0; });
+    text += ", " + counted(static_cast<std::size_t>(own), "POU");
+  }
   if (compilation.image) {
     text += ", " + counted(compilation.image->image().tasks.size(), "task");
   } else if (compilation.ok()) {

@@ -275,18 +275,19 @@ int write_xml(const Lib& lib, const Selection& found) {
   for (const LibraryFunction& function : found.functions) {
     if (!is_family(*function.spec)) functions.push_back(function.spec);
   }
-  if (functions.empty() && found.blocks.empty()) {
+  const bool drawn = std::any_of(found.specials.begin(), found.specials.end(),
+                                 [](const stdlib::SpecialSpec* special) { return special->drawn_only; });
+  if (functions.empty() && found.bundles.empty() && found.blocks.empty() && !drawn) {
     if (!found.specials.empty()) {
       complain("plc lib", lib.name + " is of variables, and has no POU", "write it in ST");
       return kExitErrors;
     }
-    const std::string what = found.functions.empty() ? lib.name + " has several outputs and"
-                                                     : fmt::format("{} is of the family {}, which", lib.name,
-                                                                   found.functions.front().spec->name);
-    complain("plc lib", what + " has no POU", "editors that know the standard's third edition draw it");
+    complain("plc lib",
+             fmt::format("{} is of the family {}, which has no POU", lib.name, found.functions.front().spec->name),
+             "editors that know the standard's third edition draw it");
     return kExitErrors;
   }
-  return write(lib, library_xml(functions, found.blocks));
+  return write(lib, library_xml(functions, found.bundles, found.specials, found.blocks));
 }
 
 int unknown(const std::string& name) {

@@ -25,10 +25,9 @@ std::string block_part(const picard_block& block) {
   }
   text += table(heading, cells);
   if (block.details[0] != '\0') text += fmt::format("\n{}\n", block.details);
-  std::string structures;
-  for (const picard_type* structure : taskblocks::structures_of(block))
-    structures += taskblocks::declaration(*structure);
-  if (!structures.empty()) text += fmt::format("\n```\n{}```\n", structures);
+  std::string types;
+  for (const picard_type* type : taskblocks::data_types_of(block)) types += taskblocks::declaration(*type);
+  if (!types.empty()) text += fmt::format("\n```\n{}```\n", types);
   text += fmt::format("\n```\n{}```\n", call_text(block));
   if (const TaskblockExample* example = taskblock_example(block)) {
     text += fmt::format("\n[Drawn example](../../../taskblocks/{})\n", example->path);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace cnc {
 
@@ -83,6 +84,17 @@ Vector Element::tangent(double s) const noexcept {
   const double angle = s / length * sweep;
   const Vector turning = plus(scaled(along, -radius * std::sin(angle)), across, radius * std::cos(angle));
   return scaled(plus(turning, rise), sweep / length);
+}
+
+double Element::distance(const Vector& p) const noexcept {
+  double s = dot(plus(p, start, -1), along);
+  if (radius != 0) {
+    const Vector from_centre = plus(p, centre, -1);
+    const double angle = std::atan2(dot(from_centre, across), dot(from_centre, along));
+    s = (angle < 0 ? angle + 2 * std::numbers::pi : angle) / sweep * length;
+  }
+  // Beside an arc the angle may be nearer to the other end than it says: so both ends count as well.
+  return std::min({norm(plus(p, point(s), -1)), norm(plus(p, start, -1)), norm(plus(p, end, -1))});
 }
 
 Element element_of(const Segment& segment, const Vector& from, const PathLimits& limits) noexcept {

@@ -53,6 +53,8 @@ struct Element {
   [[nodiscard]] bool moves() const noexcept { return kind <= Segment::kArc; }
   [[nodiscard]] Vector point(double s) const noexcept;
   [[nodiscard]] Vector tangent(double s) const noexcept;
+  /// mm from `p` to the nearest point of it; of a helix, to the one that is seen at the same angle.
+  [[nodiscard]] double distance(const Vector& p) const noexcept;
 };
 
 /// The path of a segment that begins at `from`; its exit_cap is 0.

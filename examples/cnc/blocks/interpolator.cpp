@@ -20,6 +20,12 @@ void Interpolator::start(const PathLimits& limits, const Vector& position) noexc
   position_ = added_to_ = position;
 }
 
+void Interpolator::place(const Vector& position) noexcept {
+  position_ = position;
+  speed_ = 0;
+  forget();
+}
+
 // ---- what is to come ----------------------------------------------------------------------------------------------
 
 void Interpolator::push(const Element& element) noexcept {

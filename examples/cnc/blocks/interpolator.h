@@ -27,6 +27,9 @@ class Interpolator {
   /// `limits` are valid().
   void start(const PathLimits& limits, const Vector& position) noexcept;
 
+  /// The drives were off, and the axes stand here: forgets the program.
+  void place(const Vector& position) noexcept;
+
   /// Is there room for one more segment?
   [[nodiscard]] bool wants_segment() const noexcept { return count_ + kMostOfASegment <= kCapacity; }
   /// RT: bounded.

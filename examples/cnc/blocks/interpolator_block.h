@@ -26,6 +26,8 @@ class InterpolatorBlock final : public picard::Taskblock {
           "RESET brakes and forgets all segments, also those in the queue; keep it TRUE until GCODE no longer runs, "
           "or more of the same program may come. OVERRIDE multiplies the feed, from 0 (a hold) to 2; rapids follow "
           "it below 1.\n\n"
+          "Without ENABLE the drives are off: the set points are ACTUAL, so that the drives find themselves where they "
+          "shall be when they come back, and the program is forgotten as by RESET.\n\n"
           "At an M-code the axes are at rest: CODE has it, STROBE becomes TRUE; the PLC acts and sets CODE_DONE; "
           "STROBE becomes FALSE; the PLC takes CODE_DONE back; the program goes on."};
 
@@ -39,6 +41,10 @@ class InterpolatorBlock final : public picard::Taskblock {
   picard::Input<bool> hold{this, "HOLD", "feed hold"};
   picard::Input<bool> limit{this, "LIMIT", "a limit switch is met"};
   picard::Input<bool> reset{this, "RESET", "forget the rest of the program"};
+  picard::Input<bool> enable{this, "ENABLE", "the drives are on", {.initial = "TRUE"}};
+  picard::Input<double> actual[3]{{this, "ACTUAL_X", "where the axis is, for ENABLE", {.unit = "mm"}},
+                                  {this, "ACTUAL_Y", "where the axis is, for ENABLE", {.unit = "mm"}},
+                                  {this, "ACTUAL_Z", "where the axis is, for ENABLE", {.unit = "mm"}}};
   picard::Input<bool> code_done{this, "CODE_DONE", "the PLC has done what CODE asks for"};
   picard::Output<double> x{this, "X", "set point", {.unit = "mm"}};
   picard::Output<double> y{this, "Y", "set point", {.unit = "mm"}};
@@ -66,10 +72,11 @@ class InterpolatorBlock final : public picard::Taskblock {
 
   void fire() override {
     Segment segment;
-    const bool dropping = core_.resetting() || reset;
+    const bool dropping = core_.resetting() || reset || !enable;
     for (int i = 0; i < kSegmentsPerCycle && (dropping || core_.wants_segment()) && path.pop(segment); ++i) {
       if (!dropping) core_.add(segment);
     }
+    if (!enable) core_.place({actual[0], actual[1], actual[2]});
     core_.step({override_factor, hold, limit, reset, code_done}, path.count() == 0);
     x = core_.position()[0];
     y = core_.position()[1];

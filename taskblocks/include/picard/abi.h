@@ -16,26 +16,40 @@ extern "C" {
 #define PICARD_ABI_VERSION 1u
 #define PICARD_ENTRY "picard_library_v1"
 
-enum picard_kind { PICARD_ELEMENTARY = 0, PICARD_STRING = 1, PICARD_ARRAY = 2, PICARD_STRUCT_TYPE = 3 };
+enum picard_kind {
+  PICARD_ELEMENTARY = 0,
+  PICARD_STRING = 1,
+  PICARD_ARRAY = 2,
+  PICARD_STRUCT_TYPE = 3,
+  PICARD_ENUM_TYPE = 4
+};
 
 struct picard_field;
+struct picard_enumerator;
 
 /* The type of a port, of an element or of a structure's field. */
 struct picard_type {
   uint32_t kind;     /* picard_kind */
-  const char* name;  /* elementary: "LREAL"; string: "STRING" or "WSTRING"; structure: its name */
+  const char* name;  /* elementary: "LREAL"; string: "STRING" or "WSTRING"; structure, enumeration: its name */
   uint32_t capacity; /* string: characters; array: elements, counted from 0 */
   uint32_t size;     /* bytes of a value */
   uint32_t align;
-  const struct picard_type* element; /* array */
+  const struct picard_type* element; /* array; enumeration: the integer type that its values have */
   const struct picard_field* fields; /* structure */
   uint32_t field_count;
+  uint32_t enumerator_count;
+  const struct picard_enumerator* enumerators; /* enumeration; the first is the value that variables begin with */
 };
 
 struct picard_field {
   const char* name;
   const struct picard_type* type;
   uint32_t offset; /* bytes from the start of the structure */
+};
+
+struct picard_enumerator {
+  const char* name;
+  int64_t value;
 };
 
 enum picard_direction {
@@ -52,7 +66,7 @@ struct picard_port {
   uint32_t direction; /* picard_direction */
   const char* summary;
   const char* unit;    /* "mm/s", or "" */
-  const char* initial; /* as a literal of IEC 61131-3 ("T#1s"), or "" for zero */
+  const char* initial; /* as IEC 61131-3 spells it ("T#1s", "[1, 2]", "(A := 1)"), or "" for the type's own */
   double lowest;       /* declared range of a number; -inf and +inf = none */
   double highest;
 };

@@ -2,11 +2,14 @@
 //
 //   class LowPass final : public picard::Taskblock {
 //    public:
-//     static constexpr picard::Info info{.name = "LOWPASS", .group = "Filters", .summary = "First-order low-pass
-//     filter."}; picard::Input<double> in{this, "IN", "signal"}; picard::Config<double> cutoff{this, "CUTOFF", "corner
-//     frequency", {.unit = "Hz", .lowest = 1e-6, .initial = "1.0"}}; picard::Output<double> out{this, "OUT", "filtered
-//     signal"}; void ready() override { .. }   // once: may allocate, open files, throw void fire() override { .. } //
-//     every cycle: no allocation, no lock, no blocking call
+//     static constexpr picard::Info info{.name = "LOWPASS", .group = "Filters", .summary = "First-order filter."};
+//     picard::Input<double> in{this, "IN", "signal"};
+//     picard::Config<double> time{this, "TIME", "its constant", {.unit = "s", .lowest = 1e-9, .initial = "0.1"}};
+//     picard::Output<double> out{this, "OUT", "filtered signal"};
+//     void ready() override { gain_ = -std::expm1(-period() / time); }  // once: may allocate, open files, throw
+//     void fire() override { out = out + gain_ * (in - out); }  // every cycle: nothing that allocates, locks or waits
+//    private:
+//     double gain_ = 0;
 //   };
 //   PICARD_LIBRARY("filters", "1.0.0", LowPass)
 //
@@ -18,8 +21,10 @@
 
 #include <array>
 #include <chrono>
+#include <cstdarg>
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
 #include <cstring>
 #include <exception>
 #include <limits>
@@ -69,7 +74,8 @@ class Text {
   Text(std::basic_string_view<Char> text) { *this = text; }  // NOLINT(google-explicit-constructor)
   Text& operator=(std::basic_string_view<Char> text) {
     length_ = static_cast<std::uint16_t>(text.size() < N ? text.size() : N);
-    std::memcpy(text_, text.data(), length_ * sizeof(Char));
+    // WHY move: it may be a part of this text.
+    if (length_ != 0) std::memmove(text_, text.data(), length_ * sizeof(Char));
     return *this;
   }
   [[nodiscard]] std::basic_string_view<Char> view() const { return {text_, length_ < N ? length_ : N}; }
@@ -122,6 +128,7 @@ template <class T>
 struct IsText : std::false_type {};
 template <std::size_t N, class Char>
 struct IsText<Text<N, Char>> : std::true_type {
+  using View = std::basic_string_view<Char>;
   static constexpr std::uint32_t kCapacity = N;
   static constexpr bool kWide = !std::is_same_v<Char, char>;
 };
@@ -138,6 +145,11 @@ struct IsArray<std::array<T, N>> : std::true_type {
 /// Specialised by PICARD_STRUCT: name and fields of a structure that ports may have.
 template <class T>
 struct StructOf {
+  static constexpr bool kDeclared = false;
+};
+/// Specialised by PICARD_ENUM: name and values of an enumeration that ports may have.
+template <class T>
+struct EnumOf {
   static constexpr bool kDeclared = false;
 };
 
@@ -165,9 +177,15 @@ PICARD_HIDDEN const picard_type* type_of() {
       const auto& fields = StructOf<T>::fields();
       t.fields = fields.data();
       t.field_count = static_cast<std::uint32_t>(fields.size());
+    } else if constexpr (EnumOf<T>::kDeclared) {
+      t.kind = PICARD_ENUM_TYPE;
+      t.name = EnumOf<T>::kName;
+      t.element = type_of<std::underlying_type_t<T>>();
+      t.enumerators = EnumOf<T>::kValues.data();
+      t.enumerator_count = static_cast<std::uint32_t>(EnumOf<T>::kValues.size());
     } else {
       static_assert(elementary_name<T>() != nullptr,
-                    "a port is of an elementary type, picard::Text, std::array or a PICARD_STRUCT");
+                    "a port is of an elementary type, picard::Text, std::array, a PICARD_STRUCT or a PICARD_ENUM");
       t.kind = PICARD_ELEMENTARY;
       t.name = elementary_name<T>();
     }
@@ -178,6 +196,32 @@ PICARD_HIDDEN const picard_type* type_of() {
 
 }  // namespace detail
 
+// ---- failures
+// ----------------------------------------------------------------------------------------------------------
+
+/// To throw in fire() or ready(): says why. The text lies in here and takes no memory; what is beyond
+/// PICARD_TEXT_BYTES - 1 characters is cut.
+class Failure : public std::exception {
+ public:
+  explicit Failure(std::string_view text) noexcept {
+    const std::size_t length = text.size() < PICARD_TEXT_BYTES ? text.size() : PICARD_TEXT_BYTES - 1;
+    if (length != 0) std::memcpy(text_, text.data(), length);
+  }
+  /// As printf makes it: throw Failure::format("SIZE is %d, at most %d", size.get(), kMost).
+  [[gnu::format(__printf__, 1, 2)]] static Failure format(const char* text, ...) noexcept {
+    Failure made{std::string_view()};
+    std::va_list values;
+    va_start(values, text);
+    static_cast<void>(std::vsnprintf(made.text_, sizeof made.text_, text, values));
+    va_end(values);
+    return made;
+  }
+  [[nodiscard]] const char* what() const noexcept override { return text_; }
+
+ private:
+  char text_[PICARD_TEXT_BYTES]{};
+};
+
 // ---- ports
 // -------------------------------------------------------------------------------------------------------------
 
@@ -185,10 +229,14 @@ inline constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 
 /// What can be said of a port besides its name and meaning.
 struct PortInfo {
-  const char* unit = "";      ///< "mm/s"
-  double lowest = -kNoLimit;  ///< the range of a number: constants outside are refused, outputs outside are clamped
-  double highest = kNoLimit;  ///< and counted as events of the drawn block
-  const char* initial = "";   ///< "T#100ms": a literal of the port's type; zero, FALSE and empty need none
+  const char* unit = "";  ///< "mm/s"
+  /// The range of a number. A configuration outside is refused before ready(), NaN too. An output outside takes the
+  /// nearest limit and is an event of the drawn block. At inputs it is for people and HMIs: they may have any value.
+  double lowest = -kNoLimit;
+  double highest = kNoLimit;
+  /// As IEC 61131-3 spells it: "T#100ms", "[1, 2, 3]", "(X := 1.0, NAME := 'a')", "Manual". What is not said is zero,
+  /// FALSE, empty, or the first value of an enumeration.
+  const char* initial = "";
 };
 
 class Taskblock;
@@ -250,7 +298,15 @@ template <class T>
 class Config : public detail::Port<T> {
  public:
   Config(Taskblock* /*owner*/, const char* name, const char* summary, const PortInfo& info = {})
-      : detail::Port<T>(name, summary, info, PICARD_CONFIG) {}
+      : detail::Port<T>(name, summary, info, PICARD_CONFIG) {
+    if constexpr (std::is_arithmetic_v<T>) {
+      const bool described = detail::construction->places == nullptr;
+      if (described || (info.lowest == -kNoLimit && info.highest == kNoLimit)) return;
+      const auto value = static_cast<double>(*this->at_);
+      if (!(value >= info.lowest && value <= info.highest))
+        throw Failure::format("%s is %g, its range is %g .. %g", name, value, info.lowest, info.highest);
+    }
+  }
 };
 
 /// A value that the block gives; it keeps what was last assigned.
@@ -261,6 +317,12 @@ class Output : public detail::Port<T> {
       : detail::Port<T>(name, summary, info, PICARD_OUTPUT) {}
   Output& operator=(const T& value) {
     *this->at_ = value;
+    return *this;
+  }
+  /// Any text for a text; what is beyond its capacity is cut.
+  template <class Value>
+  requires std::is_convertible_v<const Value&, typename detail::IsText<T>::View> Output& operator=(const Value& text) {
+    *this->at_ = typename detail::IsText<T>::View(text);
     return *this;
   }
   T& get() { return *this->at_; }
@@ -316,17 +378,6 @@ struct Info {
   const char* summary = "";            ///< one sentence
   const char* details = "";            ///< Markdown, or nothing
   std::chrono::nanoseconds budget{0};  ///< a fire() that takes longer is a fault of the task; 0 = not measured
-};
-
-/// To throw in fire() or ready(): says why, without allocating the text.
-class Failure : public std::exception {
- public:
-  /// `text` must outlive the throw: a literal.
-  explicit Failure(const char* text) noexcept : text_(text) {}
-  [[nodiscard]] const char* what() const noexcept override { return text_; }
-
- private:
-  const char* text_;
 };
 
 class Taskblock {
@@ -464,26 +515,36 @@ PICARD_HIDDEN const picard_library* library(const char* name, const char* versio
 
 /// After a structure, outside of namespaces: PICARD_STRUCT(Move, "MOVE", x, y, feed) makes it a type that ports and
 /// projects have, with these fields in this order.
+#define PICARD_STRUCT(T, iec_name, ...)                                             \
+  template <>                                                                       \
+  struct picard::StructOf<T> {                                                      \
+    static constexpr bool kDeclared = true;                                         \
+    static constexpr const char* kName = iec_name;                                  \
+    PICARD_HIDDEN static const auto& fields() {                                     \
+      static const std::array all{PICARD_FOR_EACH_(PICARD_FIELD_, T, __VA_ARGS__)}; \
+      return all;                                                                   \
+    }                                                                               \
+  };
+/// After an enumeration of some integer type, outside of namespaces: PICARD_ENUM(Mode, "MODE", Off, Manual, Auto) makes
+/// it a type that ports and projects have, with these values. Variables begin with the first.
+#define PICARD_ENUM(T, iec_name, ...)                                                                        \
+  template <>                                                                                                \
+  struct picard::EnumOf<T> {                                                                                 \
+    static constexpr bool kDeclared = true;                                                                  \
+    static constexpr const char* kName = iec_name;                                                           \
+    PICARD_HIDDEN static constexpr std::array kValues{PICARD_FOR_EACH_(PICARD_ENUMERATOR_, T, __VA_ARGS__)}; \
+  };
 #define PICARD_FIELD_(T, field) \
   picard_field{#field, picard::detail::type_of<decltype(T::field)>(), static_cast<std::uint32_t>(offsetof(T, field))},
+#define PICARD_ENUMERATOR_(T, value) picard_enumerator{#value, static_cast<std::int64_t>(T::value)},
 #define PICARD_PARENS_ ()
 #define PICARD_EXPAND_(...) PICARD_EXPAND3_(PICARD_EXPAND3_(PICARD_EXPAND3_(PICARD_EXPAND3_(__VA_ARGS__))))
 #define PICARD_EXPAND3_(...) PICARD_EXPAND2_(PICARD_EXPAND2_(PICARD_EXPAND2_(PICARD_EXPAND2_(__VA_ARGS__))))
 #define PICARD_EXPAND2_(...) PICARD_EXPAND1_(PICARD_EXPAND1_(PICARD_EXPAND1_(PICARD_EXPAND1_(__VA_ARGS__))))
 #define PICARD_EXPAND1_(...) __VA_ARGS__
-#define PICARD_FOR_EACH_(T, ...) __VA_OPT__(PICARD_EXPAND_(PICARD_NEXT_(T, __VA_ARGS__)))
-#define PICARD_NEXT_(T, field, ...) PICARD_FIELD_(T, field) __VA_OPT__(PICARD_AGAIN_ PICARD_PARENS_(T, __VA_ARGS__))
+#define PICARD_FOR_EACH_(make, T, ...) __VA_OPT__(PICARD_EXPAND_(PICARD_NEXT_(make, T, __VA_ARGS__)))
+#define PICARD_NEXT_(make, T, name, ...) make(T, name) __VA_OPT__(PICARD_AGAIN_ PICARD_PARENS_(make, T, __VA_ARGS__))
 #define PICARD_AGAIN_() PICARD_NEXT_
-#define PICARD_STRUCT(T, iec_name, ...)                              \
-  template <>                                                        \
-  struct picard::StructOf<T> {                                       \
-    static constexpr bool kDeclared = true;                          \
-    static constexpr const char* kName = iec_name;                   \
-    PICARD_HIDDEN static const auto& fields() {                      \
-      static const std::array all{PICARD_FOR_EACH_(T, __VA_ARGS__)}; \
-      return all;                                                    \
-    }                                                                \
-  };
 /// Once in a library, outside of namespaces: its name, its version, its classes.
 #define PICARD_LIBRARY(name, version, ...)                                                          \
   extern "C" __attribute__((visibility("default"))) const picard_library* picard_library_v1(void) { \

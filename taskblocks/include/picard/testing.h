@@ -8,10 +8,9 @@
 //   EXPECT_NEAR(filter.port<double>("OUT"), 0.06, 0.01);
 #pragma once
 
-#include <cctype>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <cstring>
 #include <deque>
 #include <stdexcept>
@@ -20,6 +19,7 @@
 #include <vector>
 
 #include "picard/taskblock.h"
+#include "picard/value_reader.h"
 
 namespace picard {
 
@@ -56,11 +56,10 @@ class TestQueue : public picard_queue {
   std::uint32_t capacity_;
 };
 
-/// One block with ports of its own. Numbers and times have the initial values of their declaration; other initial
-/// values are for the test to set.
+/// One block with ports of its own, which have the initial values of their declaration.
 class Instance {
  public:
-  /// Throws std::invalid_argument when the library has no such block.
+  /// Throws std::invalid_argument when the library has no such block, or an initial value is none of its port's type.
   Instance(const picard_library* library, std::string_view block, std::chrono::nanoseconds period) {
     for (std::uint32_t i = 0; i < library->block_count; ++i) {
       if (block == library->blocks[i].name) block_ = &library->blocks[i];
@@ -70,10 +69,10 @@ class Instance {
     for (std::uint32_t i = 0; i < block_->port_count; ++i) {
       const picard_port& port = block_->ports[i];
       memory_.emplace_back(port.type->size + 16);
-      void* const at = align(memory_.back());
-      give_capacities(*port.type, static_cast<std::byte*>(at));
-      give_initial(port, at);
-      if (port.direction == PICARD_QUEUE_READER || port.direction == PICARD_QUEUE_WRITER) {
+      std::byte* const at = align(memory_.back());
+      detail::begin_value(*port.type, at);
+      if (port.initial[0] != '\0') detail::ValueReader(port.initial).read(*port.type, at);
+      if (is_queue(port)) {
         queues_.emplace_back(port.type->size, 64);
         places_.push_back(static_cast<picard_queue*>(&queues_.back()));
       } else {
@@ -87,9 +86,10 @@ class Instance {
   Instance(const Instance&) = delete;
   Instance& operator=(const Instance&) = delete;
 
-  /// Makes the object and calls its ready(). Throws std::runtime_error when that fails.
+  /// Makes the object, anew if there is one, and calls its ready(). Throws std::runtime_error when that fails.
   void ready() {
     picard_failure failure{};
+    if (object_ != nullptr) block_->destroy(object_);
     object_ = block_->create(places_.data(), &context_, &failure);
     if (object_ == nullptr || block_->ready(object_, &failure) == 0) throw std::runtime_error(failure.text);
   }
@@ -108,6 +108,13 @@ class Instance {
     if (!same(*block_->ports[i].type, *detail::type_of<T>())) throw std::invalid_argument("port of another type");
     return *static_cast<T*>(places_[i]);
   }
+  /// Gives a port of any type a value as a project spells it: set("X", "[0.0, 2(10.0)]"), set("MODE", "Manual"). What
+  /// the value leaves out stays as it is. Throws std::invalid_argument for a wrong name or value.
+  void set(std::string_view name, std::string_view value) {
+    const std::uint32_t i = find(name);
+    if (is_queue(block_->ports[i])) throw std::invalid_argument("a queue has no value");
+    detail::ValueReader(value).read(*block_->ports[i].type, static_cast<std::byte*>(places_[i]));
+  }
   TestQueue& queue(std::string_view name) {
     return *static_cast<TestQueue*>(static_cast<picard_queue*>(places_[find(name)]));
   }
@@ -120,58 +127,23 @@ class Instance {
     }
     throw std::invalid_argument("no port " + std::string(name));
   }
+  static bool is_queue(const picard_port& port) {
+    return port.direction == PICARD_QUEUE_READER || port.direction == PICARD_QUEUE_WRITER;
+  }
   /// WHY not by address: a shared library has descriptions of its own.
   static bool same(const picard_type& a, const picard_type& b) {
-    if (a.kind != b.kind || a.size != b.size || a.capacity != b.capacity || a.field_count != b.field_count) return false;
-    if (std::strcmp(a.name, b.name) != 0 || (a.kind == PICARD_ARRAY && !same(*a.element, *b.element))) return false;
+    if (a.kind != b.kind || a.size != b.size || a.capacity != b.capacity || a.field_count != b.field_count)
+      return false;
+    if (std::strcmp(a.name, b.name) != 0 || (a.element != nullptr && !same(*a.element, *b.element))) return false;
     for (std::uint32_t i = 0; i < a.field_count; ++i) {
       if (a.fields[i].offset != b.fields[i].offset || !same(*a.fields[i].type, *b.fields[i].type)) return false;
     }
     return true;
   }
-  static void* align(std::vector<std::byte>& memory) {
+  static std::byte* align(std::vector<std::byte>& memory) {
     const auto at = reinterpret_cast<std::uintptr_t>(memory.data());
     return memory.data() + (16 - at % 16) % 16;
   }
-  static void give_capacities(const picard_type& type, std::byte* at) {
-    if (type.kind == PICARD_STRING) {
-      const auto capacity = static_cast<std::uint16_t>(type.capacity);
-      std::memcpy(at, &capacity, sizeof capacity);
-    }
-    for (std::uint32_t i = 0; type.kind == PICARD_ARRAY && i < type.capacity; ++i) {
-      give_capacities(*type.element, at + std::size_t{i} * type.element->size);
-    }
-    for (std::uint32_t i = 0; i < type.field_count; ++i)
-      give_capacities(*type.fields[i].type, at + type.fields[i].offset);
-  }
-  template <class T>
-  static bool give(const picard_port& port, void* at, T value) {
-    if (!same(*port.type, *detail::type_of<T>())) return false;
-    std::memcpy(at, &value, sizeof value);
-    return true;
-  }
-  static void give_initial(const picard_port& port, void* at) {
-    const std::string_view text = port.initial;
-    if (text.empty()) return;
-    if (give<bool>(port, at, text == "TRUE" || text == "1")) return;
-    const std::size_t hash = text.find('#');
-    const char* const number = port.initial + (hash == std::string_view::npos ? 0 : hash + 1);
-    char* rest = nullptr;
-    const double value = std::strtod(number, &rest);
-    double unit = 1e9;
-    if (std::string_view(rest) == "ms") unit = 1e6;
-    if (std::string_view(rest) == "us") unit = 1e3;
-    if (std::string_view(rest) == "ns") unit = 1;
-    give<Time>(port, at, Time(static_cast<std::int64_t>(value * unit))) || give<double>(port, at, value) ||
-        give<float>(port, at, static_cast<float>(value)) ||
-        give<std::int16_t>(port, at, static_cast<std::int16_t>(value)) ||
-        give<std::int32_t>(port, at, static_cast<std::int32_t>(value)) ||
-        give<std::int64_t>(port, at, static_cast<std::int64_t>(value)) ||
-        give<std::uint16_t>(port, at, static_cast<std::uint16_t>(value)) ||
-        give<std::uint32_t>(port, at, static_cast<std::uint32_t>(value)) ||
-        give<std::uint8_t>(port, at, static_cast<std::uint8_t>(value));
-  }
-
   const picard_block* block_ = nullptr;
   picard_context context_{};
   std::deque<std::vector<std::byte>> memory_;

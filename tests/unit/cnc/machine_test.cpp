@@ -154,6 +154,35 @@ TEST(Machine, ALimitSwitchStopsWithinTheAccelerationsAndResetStartsAnew) {
   EXPECT_LE(plant.acceleration, kAcceleration * (1 + 1e-6));
 }
 
+// As the ladder does it when an axis does not follow: no drive has power any more.
+TEST(Machine, AxesThatWereSwitchedOffStayWhereTheyAre) {
+  Plant plant;
+  plant.gcode.port<bool>("START") = true;
+  while (plant.path.port<double>("SPEED") < 50) plant.cycle();
+  const auto switch_drives = [&plant](bool on) {
+    plant.path.port<bool>("ENABLE") = on;
+    plant.path.port<bool>("RESET") = plant.path.port<bool>("HOLD") = plant.gcode.port<bool>("RESET") = !on;
+    for (auto& axis : plant.axes) axis->port<bool>("ENABLE") = on;
+  };
+  const auto cycles = [&plant](int n) {
+    for (int i = 0; i < n; ++i) {
+      const char* const names[] = {"ACTUAL_X", "ACTUAL_Y", "ACTUAL_Z"};
+      for (std::size_t k = 0; k < 3; ++k) plant.path.port<double>(names[k]) = plant.axes[k]->port<double>("ACTUAL");
+      plant.cycle();
+    }
+  };
+  switch_drives(false);
+  cycles(300);
+  EXPECT_TRUE(plant.path.port<bool>("HELD"));
+  EXPECT_FALSE(plant.gcode.port<bool>("RUNNING"));
+  const Vector rest = plant.actuals.back();
+  switch_drives(true);
+  cycles(500);
+  EXPECT_LE(distance(plant.actuals.back(), rest), 0.001) << "no jump, and nothing is left of the program";
+  EXPECT_EQ(plant.sets.back(), rest);
+  for (auto& axis : plant.axes) EXPECT_FALSE(axis->port<bool>("EXCESS"));
+}
+
 TEST(Machine, ResetForgetsWhatIsInTheQueueAsWell) {
   Plant plant;
   const auto put = [&plant](int n) {

@@ -262,6 +262,15 @@ TEST(DeclarePous, Externals) {
   EXPECT_EQ(w.diagnostics.error_count(), 2u) << w.rendered();
 }
 
+TEST(DeclarePous, AnExternalOfARefusedGlobalIsNoErrorOfItsOwn) {
+  World w;
+  w.configuration().globals = {variable("G", named("NOBODY_KNOWS"), Section::kGlobal)};
+  w.program("P", {variable("G", named("INT"), Section::kExternal)});
+  w.declare_all();
+  EXPECT_EQ(w.count(Code::P4014), 1u);
+  EXPECT_EQ(w.diagnostics.error_count(), 1u) << w.rendered();
+}
+
 TEST(DeclarePous, OneNameInTwoListsNeedsItsList) {
   World w;
   plcopen::Variable a = variable("x", named("INT"), Section::kGlobal);

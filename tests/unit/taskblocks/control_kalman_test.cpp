@@ -361,9 +361,9 @@ TEST(Kalman, ConfigurationIsChecked) {
     return "none";
   };
   EXPECT_EQ(refused([](Filter&) {}), "none");
-  EXPECT_EQ(refused([](Filter& f) { f.size("NX", 9); }), "NX is not within 1 .. 8");
-  EXPECT_EQ(refused([](Filter& f) { f.size("NU", 5); }), "NU is not within 0 .. 4");
-  EXPECT_EQ(refused([](Filter& f) { f.size("NY", 0); }), "NY is not within 1 .. 4");
+  EXPECT_EQ(refused([](Filter& f) { f.size("NX", 9); }), "NX is 9, its range is 1 .. 8");
+  EXPECT_EQ(refused([](Filter& f) { f.size("NU", 5); }), "NU is 5, its range is 0 .. 4");
+  EXPECT_EQ(refused([](Filter& f) { f.size("NY", 0); }), "NY is 0, its range is 1 .. 4");
   EXPECT_EQ(refused([](Filter& f) { f.set<32>("C", {kNan}); }), "a number in C is not finite");
   const char* const r = "R is not symmetric and positive definite";
   EXPECT_EQ(refused([](Filter& f) { f.set<16>("R", {0}); }), r);

@@ -173,10 +173,10 @@ TEST(StateSpace, AModelThatIsNotStableStaysFinite) {
 TEST(StateSpace, ConfigurationIsChecked) {
   const auto refused = [](auto set) { return complaint("STATE_SPACE", milliseconds(10), set); };
   EXPECT_EQ(refused([](Block&) {}), "none");
-  EXPECT_EQ(refused([](Block& m) { m.size("NX", 9); }), "NX is not within 1 .. 8");
-  EXPECT_EQ(refused([](Block& m) { m.size("NX", 0); }), "NX is not within 1 .. 8");
-  EXPECT_EQ(refused([](Block& m) { m.size("NU", 5); }), "NU is not within 1 .. 4");
-  EXPECT_EQ(refused([](Block& m) { m.size("NY", -1); }), "NY is not within 1 .. 4");
+  EXPECT_EQ(refused([](Block& m) { m.size("NX", 9); }), "NX is 9, its range is 1 .. 8");
+  EXPECT_EQ(refused([](Block& m) { m.size("NX", 0); }), "NX is 0, its range is 1 .. 8");
+  EXPECT_EQ(refused([](Block& m) { m.size("NU", 5); }), "NU is 5, its range is 1 .. 4");
+  EXPECT_EQ(refused([](Block& m) { m.size("NY", -1); }), "NY is -1, its range is 1 .. 4");
   EXPECT_EQ(refused([](Block& m) { m.set<64>("A", {kNan}); }), "a number in A is not finite");
   EXPECT_EQ(refused([](Block& m) { m.set<64>("A", {0, kNan}); }), "none") << "not in use";
   EXPECT_EQ(refused([](Block& m) { m.set<4>("YMAX", {kNan}); }), "a number in YMIN or YMAX is NaN");
@@ -247,9 +247,9 @@ TEST(StateFeedback, SizesLimitsAndBadInput) {
   EXPECT_DOUBLE_EQ(law["U2"], -0.4 - 1 - 1.8);
   const auto refused = [](auto set) { return complaint("STATE_FEEDBACK", milliseconds(10), set); };
   EXPECT_EQ(refused([](Block&) {}), "none");
-  EXPECT_EQ(refused([](Block& m) { m.size("NX", 9); }), "NX is not within 1 .. 8");
-  EXPECT_EQ(refused([](Block& m) { m.size("NU", 0); }), "NU is not within 1 .. 4");
-  EXPECT_EQ(refused([](Block& m) { m.size("NR", 5); }), "NR is not within 0 .. 4");
+  EXPECT_EQ(refused([](Block& m) { m.size("NX", 9); }), "NX is 9, its range is 1 .. 8");
+  EXPECT_EQ(refused([](Block& m) { m.size("NU", 0); }), "NU is 0, its range is 1 .. 4");
+  EXPECT_EQ(refused([](Block& m) { m.size("NR", 5); }), "NR is 5, its range is 0 .. 4");
   EXPECT_EQ(refused([](Block& m) { m.set<32>("K", {kNan}); }), "a number in K is not finite");
   EXPECT_EQ(refused([](Block& m) { m.set<4>("UMIN", {kNan}); }), "a number in UMIN or UMAX is NaN");
 }

@@ -74,12 +74,33 @@ TEST(LowPass, StartsAtTheFirstNumberAndHoldsWhileThereIsNone) {
   EXPECT_EQ(fire(filter, 5), 5);
 }
 
-TEST(LowPass, RefusesACutoffThatIsNone) {
-  for (const double bad : {0.0, -1.0, kNan, kInfinity}) {
-    picard::Instance filter(filters_library(), "LOWPASS", milliseconds(10));
-    filter.port<double>("CUTOFF") = bad;
-    EXPECT_THROW(filter.ready(), std::runtime_error) << bad;
+TEST(LowPass, LimitsOfTheCutoff) {
+  picard::Instance filter(filters_library(), "LOWPASS", milliseconds(10));
+  fire(filter, 1);
+  for (const double none : {0.0, -5.0, kNan}) {
+    filter.port<double>("CUTOFF") = none;
+    EXPECT_EQ(fire(filter, 100), 1) << none;
   }
+  filter.port<double>("CUTOFF") = kInfinity;
+  EXPECT_EQ(fire(filter, 2), 2);
+}
+
+TEST(LowPass, FollowsByTheCutoffOfTheMoment) {
+  picard::Instance filter(filters_library(), "LOWPASS", milliseconds(10));
+  fire(filter, 0);
+  double left = 1;
+  for (const double cutoff : {2.0, 2.0, 5.0, 0.5, 0.0, 2.0}) {
+    filter.port<double>("CUTOFF") = cutoff;
+    left *= std::exp(-2 * pi * cutoff * 0.01);
+    EXPECT_NEAR(fire(filter, 1), 1 - left, 1e-15) << cutoff;
+  }
+}
+
+TEST(LowPass, DoesNothingWhenNoTimePassed) {
+  picard::Instance filter(filters_library(), "LOWPASS", milliseconds(0));
+  filter.port<double>("CUTOFF") = kInfinity;
+  fire(filter, 1);
+  EXPECT_EQ(fire(filter, 100), 1);
 }
 
 TEST(LowPass, DoesNotAllocate) {

@@ -117,10 +117,10 @@ TEST(LookupTable, RefusesWhatIsNoCurve) {
   EXPECT_EQ(refusal(Curve({{0, 1}, {2, 2}, {1, 2}}).block), "X does not rise from each point to the next");
   EXPECT_EQ(refusal(Curve({{0, 1}, {kInfinity, 2}}).block), "X or Y is not finite at a point");
   EXPECT_EQ(refusal(Curve({{0, kNan}, {1, 2}}).block), "X or Y is not finite at a point");
-  EXPECT_EQ(refusal(Curve({{0, 1}}).block), "POINTS is not 2..64");
+  EXPECT_EQ(refusal(Curve({{0, 1}}).block), "POINTS is 1, its range is 2 .. 64");
   Curve many({{0, 1}, {1, 2}});
   many.block.port<std::int32_t>("POINTS") = 65;
-  EXPECT_EQ(refusal(many.block), "POINTS is not 2..64");
+  EXPECT_EQ(refusal(many.block), "POINTS is 65, its range is 2 .. 64");
 }
 
 // ---- RATE_LIMITER
@@ -493,11 +493,11 @@ TEST(Recorder, HoldsItsLongestRecord) {
 }
 
 TEST(Recorder, RefusesSizesOutsideOfTheRange) {
-  EXPECT_EQ(refusal(Record(0, 0).block), "SAMPLES is not 1..4096");
-  EXPECT_EQ(refusal(Record(4097, 0).block), "SAMPLES is not 1..4096");
-  EXPECT_EQ(refusal(Record(10, 10).block), "PRETRIGGER is not 0..SAMPLES - 1");
-  EXPECT_EQ(refusal(Record(10, -1).block), "PRETRIGGER is not 0..SAMPLES - 1");
-  EXPECT_EQ(refusal(Record(10, 1, 0).block), "EVERY is not 1 or more");
+  EXPECT_EQ(refusal(Record(0, 0).block), "SAMPLES is 0, its range is 1 .. 4096");
+  EXPECT_EQ(refusal(Record(4097, 0).block), "SAMPLES is 4097, its range is 1 .. 4096");
+  EXPECT_EQ(refusal(Record(10, 10).block), "PRETRIGGER is not below SAMPLES");
+  EXPECT_EQ(refusal(Record(10, -1).block), "PRETRIGGER is -1, its range is 0 .. 4095");
+  EXPECT_EQ(refusal(Record(10, 1, 0).block), "EVERY is 0, its range is 1 .. inf");
 }
 
 // ---- all of them

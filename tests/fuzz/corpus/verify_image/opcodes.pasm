@@ -1,4 +1,4 @@
-image 4
+image 5
 project "test"
 product "PICARD test"
 options drawing none separate wait-free ""

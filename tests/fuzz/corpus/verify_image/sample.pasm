@@ -1,4 +1,4 @@
-image 4
+image 5
 project "test"
 product "PICARD test"
 options drawing none separate wait-free ""
@@ -49,7 +49,8 @@ type 22 ref t7
 type 23 ref t6
 type 24 ref t18
 type 25 ref t17
-type 26 struct size 208 align 8 name "Main"
+type 26 scalar UDINT
+type 27 struct size 208 align 8 name "Main"
   field "motor" t18 at 0 local
   field "motors" t20 at 40 local
   field "grid" t21 at 120 local
@@ -59,12 +60,13 @@ type 26 struct size 208 align 8 name "Main"
   field "r_point" t22 at 184 local
   field "r_line" t23 at 192 local
   field "r_motor" t24 at 200 local
-type 27 struct size 24 align 8 name "Main#frame"
+type 28 struct size 24 align 8 name "Main#frame"
   field "r#0" t10 at 0 temp
   field "r#1" t25 at 8 temp
   field "ok" t0 at 16 temp
   field "i" t1 at 18 temp
-type 28 struct size 72 align 8 name "globals"
+  field "count" t26 at 20 temp
+type 29 struct size 72 align 8 name "globals"
   field "go" t0 at 0 member
   field "level" t1 at 2 member
   field "limit" t1 at 4 member constant
@@ -75,13 +77,13 @@ type 28 struct size 72 align 8 name "globals"
   field "colour" t5 at 52 member
   field "gain" t4 at 56 member
   field "sum" t11 at 64 member
-type 29 struct size 20 align 2 name "constants"
+type 30 struct size 20 align 2 name "constants"
   field "c#0" t1 at 0 hidden constant
   field "c#1" t12 at 2 hidden constant
-type 30 struct size 208 align 8 name "Fast"
-  field "Main0" t26 at 0 local
-type 31 struct size 0 align 1 name "Fast#frame"
-globals 28
+type 31 struct size 208 align 8 name "Fast"
+  field "Main0" t27 at 0 local
+type 32 struct size 0 align 1 name "Fast#frame"
+globals 29
   global 0 "" "" 1
   global 1 "" "" 1
   global 3 "IO" "%IX0.0" 0
@@ -96,11 +98,12 @@ globals 28
   init colour = 1
   init gain = nan
   init sum = 0.1
-constants 29
+constants 30
   init c#0 = 1
   init c#1 = "say \22hi\22; \5c \0a"
 block "TON" 0xc04cc7e3df6a691c t17
 function "ADD:INT"
+queue "orders" t2 capacity 4 takes 0 puts 0
 pou "Max2" function instance t13 frame t14
     MOVE_32 f:Max2, f:a
     LT_I32 f:t#0, f:a, f:c
@@ -115,7 +118,7 @@ pou "Motor" block instance t18 frame t19
     RUNTB b0, i:ton  ; "TON"
     ADD_16 i:speed, i:speed, c:c#0
     RETURN
-pou "Main" program instance t26 frame t27
+pou "Main" program instance t27 frame t28
   debug 0 file 0 line 12 column 3 id 10000000001 kind 3
     ADD_16 g:level, g:level, c:c#0
   debug 4 file 0 line 13 column 5 id 4 kind 1
@@ -138,20 +141,24 @@ pou "Main" program instance t26 frame t27
     CALL_AT p1, i:motors, t20, [f:i]  ; "Motor"
     RUN_AT b0, i:motors, t20, [f:i], .2  ; "TON"
     CALL_FN p0, 0=g:total, 1=g:total, 2=g:total, 3=f:r#0, 4=i:point.x  ; "Max2"
+    QUEUE_PUT f:ok, q0, g:total, t2  ; "orders"
+    QUEUE_GET f:ok, q0, g:total, t2  ; "orders"
+    QUEUE_COUNT f:count, q0  ; "orders"
+    QUEUE_SPACE f:count, q0  ; "orders"
     CLEAR_EVENT
     CALL_STD s0, f:i, g:level, c:c#0  ; "ADD:INT"
     ENO f:ok
     EXTRACT f:ok, g:level, 3
     INSERT g:level, g:level, f:ok, 15
     RANGE_I16 f:i, g:level, c:c#0, g:limit
-L129:
+L145:
     ADD_16 f:i, f:i, c:c#0
     LT_I16 f:ok, f:i, g:limit
-    COND_JUMP f:ok, L142
-    LOOP_JUMP L129
-L142:
+    COND_JUMP f:ok, L158
+    LOOP_JUMP L145
+L158:
     RETURN
-pou "Fast" task instance t30 frame t31
+pou "Fast" task instance t31 frame t32
     READ_N 0, 10
     CALL_POU p2, i:Main0  ; "Main"
     WRITE_N 0, 2

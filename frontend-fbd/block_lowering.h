@@ -1,0 +1,362 @@
+// BlockLowering: one block of a drawn body while it is lowered; EN and ENO around it, its pins, its instance.
+//
+// In: a node of the drawing. Out: instructions, and what the block's outputs carry. lower_block.cpp: what the block is;
+// lower_function.cpp: functions of all kinds, DELAY. Does not belong here: order, wires (drawing.h).
+#pragma once
+
+#include <algorithm>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "core/text.h"
+#include "frontend-fbd/drawing.h"
+#include "frontend-fbd/ports.h"
+#include "frontend-st/text.h"
+#include "ir/generic.h"
+#include "ir/queues.h"
+#include "stdlib/specials.h"
+
+namespace plc::fbd {
+
+using core::Code;
+using ir::Operand;
+using ir::PlaceId;
+using ir::ValueId;
+using plcopen::Edge;
+using plcopen::Element;
+using plcopen::Storage;
+using stdlib::Direction;
+
+/// One block while it is lowered.
+struct BlockLowering {
+  Drawing& d;
+  NodeId node;
+  const Element& e;
+  ir::Builder& b;
+  std::optional<ValueId> enable{};  ///< EN, when wired
+  ir::LabelId skip{};               ///< behind the body, when EN is wired
+  bool watch_events = false;        ///< ENO depends on events
+  PlaceId eno_place{};              ///< ENO across the skipped body
+
+  BlockLowering(Drawing& drawing, NodeId n) : d(drawing), node(n), e(drawing.element(n)), b(drawing.builder_) {}
+
+  [[nodiscard]] std::string title() const {
+    return e.instance_name.empty() ? e.text : e.text + " \"" + e.instance_name + "\"";
+  }
+
+  // ---- EN and ENO ----
+
+  /// Reads EN. False when its wire is poisoned.
+  bool read_enable() {
+    for (const Input& input : d.inputs(node)) {
+      if (!is_enable_name(input.pin->name)) continue;
+      const Incoming in = d.read(input);
+      if (in.state == Incoming::State::kPoison) return false;
+      if (!in.is_value()) continue;  // unconnected EN is TRUE
+      const auto value = b.convert(in.operand, ir::kBoolType, "input \"EN\" of " + title());
+      if (!value) return false;
+      enable = *value;
+    }
+    return true;
+  }
+
+  /// Opens the part that EN guards. `may_event`: ENO also turns FALSE on an event inside.
+  void open(bool may_event) {
+    watch_events = may_event && d.has_reader(eno());
+    if (watch_events) {
+      eno_place = b.variable(b.hidden("eno." + std::to_string(e.at.local_id), ir::kBoolType));
+      b.store(eno_place, b.constant_bool(false));
+    }
+    if (enable) {
+      skip = b.new_label();
+      b.jump_if_not(*enable, skip);
+    }
+    if (watch_events) b.clear_event();
+  }
+
+  void close() {
+    if (watch_events) b.store(eno_place, b.eno());
+    if (skip.valid()) b.bind(skip);
+  }
+
+  void publish_eno() {
+    if (!d.has_reader(eno())) return;
+    const ValueId value = watch_events ? b.load(eno_place) : enable ? *enable : b.constant_bool(true);
+    d.publish(eno(), value);
+    for (std::uint16_t i = 0; i < e.outputs.size(); ++i) {
+      if (is_eno_name(e.outputs[i].name)) d.publish({OutRef::Kind::kPin, i, node}, value);
+    }
+  }
+
+  [[nodiscard]] OutRef eno() const { return {OutRef::Kind::kEno, 0, node}; }
+
+  void poison() {
+    for (std::uint16_t i = 0; i < e.outputs.size(); ++i) d.publish_poison({OutRef::Kind::kPin, i, node});
+    for (std::uint16_t i = 0; i < e.in_outs.size(); ++i) d.publish_poison({OutRef::Kind::kInOut, i, node});
+    d.publish_poison(eno());
+  }
+
+  /// False, and reported, when output `pin` has modifiers and `value` is not BOOL.
+  bool modifiers_fit(std::uint16_t pin, ValueId value) {
+    const plcopen::Pin& p = e.outputs[pin];
+    const bool modified = p.negated || p.edge != Edge::kNone || p.storage != Storage::kNone;
+    if (!modified || b.type_of(value) == ir::kBoolType) return true;
+    b.report(Code::P3023, e.at,
+             "output \"" + p.name + "\" of " + title() + " has a modifier but type " +
+                 b.module().types.name_of(b.type_of(value)),
+             "negation, edges and storage need BOOL");
+    return false;
+  }
+
+  /// Publishes output `pin`, its modifiers applied. `executed` = EN, so that outVariables keep their values.
+  void publish_output(std::uint16_t pin, ValueId value) {
+    const plcopen::Pin& p = e.outputs[pin];
+    if (p.negated || p.edge != Edge::kNone || p.storage != Storage::kNone) {
+      if (!modifiers_fit(pin, value)) return d.publish_poison({OutRef::Kind::kPin, pin, node});
+      value = d.modify(value, p.negated, p.edge, p.storage, p.name);
+    }
+    d.publish({OutRef::Kind::kPin, pin, node}, value, enable.value_or(ValueId{}));
+  }
+
+  [[nodiscard]] bool output_wanted(std::uint16_t pin) const {
+    const plcopen::Pin& p = e.outputs[pin];
+    return !is_eno_name(p.name) &&
+           (d.has_reader({OutRef::Kind::kPin, pin, node}) || p.edge != Edge::kNone || p.storage != Storage::kNone);
+  }
+
+  /// A value computed inside the guarded part as seen behind it: with EN it lives in memory and keeps while EN is
+  /// FALSE.
+  PlaceId keep(ValueId value, std::string_view pin) {
+    const PlaceId place =
+        b.variable(b.hidden("kept." + std::to_string(e.at.local_id) + "." + std::string(pin), b.type_of(value)));
+    b.assign(place, Operand::of(value, e.at), "output of " + title());
+    return place;
+  }
+
+  // ---- function blocks ----
+
+  void lower_instance(PlaceId instance) {
+    const auto ports = ports_of(b.module(), b.type_of(instance));
+    struct Assignment {
+      const Port* port;
+      const plcopen::Pin* pin;
+      Incoming in;
+    };
+    std::vector<Assignment> assignments;
+    std::vector<std::pair<const Port*, PlaceId>> in_outs;
+    std::size_t position = 0;
+    bool good = read_enable();
+    for (const Input& input : d.inputs(node)) {
+      if (is_enable_name(input.pin->name)) continue;
+      const Port* port = named_in_out(ports, input);
+      if (port == nullptr) port = input_port(ports, input, position++);
+      if (port == nullptr) {
+        good = false;
+      } else if (port->direction == Direction::kInOut) {
+        if (const auto place = in_out_place(input, *port)) {
+          in_outs.emplace_back(port, *place);
+        } else {
+          good = false;
+        }
+      } else {
+        Incoming in = d.read(input);
+        if (in.is_value()) assignments.push_back({port, input.pin, std::move(in)});
+      }
+    }
+    good = all_in_outs_wired(ports, in_outs) && good;
+    for (const auto& [port, place] : in_outs) {
+      if (port->queue) good = ir::connect_queue(b, instance, port->index, place, e.at, name_of(*port)) && good;
+    }
+    if (!good) return poison();
+
+    open(false);
+    for (const auto& [port, place] : in_outs) {
+      if (!port->queue) b.store(b.field(instance, port->index), b.make_ref(place));
+    }
+    for (const Assignment& a : assignments) {
+      b.assign_input(instance, a.port->index, a.in.operand,
+                     "input \"" + std::string(a.port->name) + "\" of " + title());
+    }
+    b.run(instance);
+    close();
+
+    for (std::uint16_t i = 0; i < e.outputs.size(); ++i) {
+      if (!output_wanted(i)) continue;
+      const Port* port = find_port(ports, Direction::kInOut, e.outputs[i].name, ports.size());
+      if (port == nullptr) port = output_port(ports, i);
+      if (port != nullptr) warn_of_place(*port, e.outputs[i], "output");
+      if (port == nullptr) {
+        d.publish_poison({OutRef::Kind::kPin, i, node});
+      } else if (port->direction == Direction::kInOut) {
+        publish_output(i, b.load(wired_to(in_outs, port)));
+      } else {
+        publish_output(i, b.load(b.field(instance, port->index)));
+      }
+    }
+    publish_in_outs(ports, in_outs);
+    publish_eno();
+  }
+
+  /// The input port of a drawn pin. Nothing, and reported, when its place is beyond the last one or another pin has it.
+  const Port* input_port(const std::vector<Port>& ports, const Input& input, std::size_t position) {
+    const plcopen::Pin& pin = *input.pin;
+    const Port* port = find_port(ports, Direction::kInput, pin.name, position);
+    const bool named = port != nullptr && is_named(*port, pin.name);
+    const auto drawn = std::find_if(e.inputs.begin(), e.inputs.end(), [&](const auto& p) { return &p == &pin; });
+    const bool taken = port != nullptr && std::any_of(e.inputs.begin(), named ? drawn : e.inputs.end(),
+                                                      [&](const auto& p) { return is_named(*port, p.name); });
+    if (taken && named) {
+      b.report(Code::P3011, pin.at, "input \"" + pin.name + "\" of " + title() + " is drawn twice",
+               "delete one of the pins");
+      return nullptr;
+    }
+    if (port == nullptr || taken) {
+      b.report(Code::P3011, pin.at, title() + " has no input \"" + pin.name + "\"",
+               "inputs are " + list(ports, Direction::kInput));
+      return nullptr;
+    }
+    if (input.wire_count > 0) warn_of_place(*port, pin, "input");
+    return port;
+  }
+
+  /// The output port of a drawn pin. Nothing, and reported, when its place is beyond the last one.
+  const Port* output_port(const std::vector<Port>& ports, std::uint16_t pin) {
+    const plcopen::Pin& drawn = e.outputs[pin];
+    const Port* port = find_port(ports, Direction::kOutput, drawn.name, output_position(e, pin));
+    if (port == nullptr) {
+      b.report(Code::P3011, drawn.at, title() + " has no output \"" + drawn.name + "\"",
+               "outputs are " + list(ports, Direction::kOutput));
+    }
+    return port;
+  }
+
+  void warn_of_place(const Port& port, const plcopen::Pin& pin, const std::string& what) {
+    if (pin.name.empty() || is_named(port, pin.name)) return;
+    b.report(Code::P3025, pin.at,
+             title() + " has no " + what + " \"" + pin.name + "\"; by its place it is read as \"" +
+                 std::string(port.name) + "\"",
+             "the block was changed after it was drawn, or the name is mistyped: correct the pin");
+  }
+
+  [[nodiscard]] const Port* named_in_out(const std::vector<Port>& ports, const Input& input) const {
+    for (const Port& port : ports) {
+      if (port.direction == Direction::kInOut && core::iequals(port.name, input.pin->name)) return &port;
+    }
+    const bool drawn_as_in_out = input.pin >= e.in_outs.data() && input.pin < e.in_outs.data() + e.in_outs.size();
+    if (!drawn_as_in_out) return nullptr;
+    return find_port(ports, Direction::kInOut, {}, static_cast<std::size_t>(input.pin - e.in_outs.data()));
+  }
+
+  [[nodiscard]] std::string name_of(const Port& port) const {
+    return "in-out \"" + std::string(port.name) + "\" of " + title();
+  }
+
+  std::optional<PlaceId> in_out_place(const Input& input, const Port& port) {
+    const std::string what = name_of(port);
+    std::optional<PlaceId> place;
+    if (input.wire_count == 1) place = d.place_behind(d.graph().wires[input.first_wire].from);
+    if (input.wire_count == 0 && !input.pin->expression.empty()) {
+      place = st::lower_place(input.pin->expression, input.pin->at, b, true);
+    }
+    if (!place) {
+      b.report(Code::P3012, input.pin->at, what + " is not wired to a variable",
+               "an in-out works on a variable of the caller: wire an inVariable or inOutVariable that names one");
+      return std::nullopt;
+    }
+    if (b.is_part(*place)) {
+      b.report(Code::P3012, input.pin->at, what + " is wired to a part of a variable",
+               "copy the part to a variable of its own");
+      return std::nullopt;
+    }
+    if (port.queue) return place;  // its own check follows
+    if (b.type_of(*place) != port.type) {
+      b.report(Code::P3007, input.pin->at,
+               what + " has type " + b.module().types.name_of(port.type) + ", the variable wired to it has type " +
+                   b.module().types.name_of(b.type_of(*place)),
+               "an in-out needs a variable of exactly its type");
+      return std::nullopt;
+    }
+    return place;
+  }
+
+  bool all_in_outs_wired(const std::vector<Port>& ports, const std::vector<std::pair<const Port*, PlaceId>>& wired) {
+    bool good = true;
+    for (const Port& port : ports) {
+      if (port.direction != Direction::kInOut) continue;
+      if (std::any_of(wired.begin(), wired.end(), [&](const auto& w) { return w.first == &port; })) continue;
+      if (std::any_of(d.inputs(node).begin(), d.inputs(node).end(),
+                      [&](const Input& input) { return named_in_out(ports, input) == &port; })) {
+        continue;  // drawn and reported already
+      }
+      b.report(Code::P3012, e.at, "in-out \"" + std::string(port.name) + "\" of " + title() + " is not drawn",
+               "wire it to a variable of type " + b.module().types.name_of(port.type));
+      good = false;
+    }
+    return good;
+  }
+
+  static PlaceId wired_to(const std::vector<std::pair<const Port*, PlaceId>>& wired, const Port* port) {
+    for (const auto& [p, place] : wired) {
+      if (p == port) return place;
+    }
+    return {};
+  }
+
+  void publish_in_outs(const std::vector<Port>& ports, const std::vector<std::pair<const Port*, PlaceId>>& wired) {
+    for (std::uint16_t i = 0; i < e.in_outs.size(); ++i) {
+      const OutRef out{OutRef::Kind::kInOut, i, node};
+      if (!d.has_reader(out)) continue;
+      const Port* port = find_port(ports, Direction::kInOut, e.in_outs[i].name, i);
+      const PlaceId place = wired_to(wired, port);
+      if (place.valid() && port->queue) continue;  // who reads the right side finds the queue on the left
+      if (place.valid()) {
+        d.publish(out, b.load(place), enable.value_or(ValueId{}));
+      } else {
+        d.publish_poison(out);
+      }
+    }
+  }
+
+  static std::string list(const std::vector<Port>& ports, Direction direction) {
+    std::string out;
+    for (const Port& port : ports) {
+      if (port.direction != direction) continue;
+      out += (out.empty() ? "" : ", ") + std::string(port.name);
+    }
+    return out.empty() ? "none" : out;
+  }
+
+  // ---- functions (lower_function.cpp) ----
+
+  /// The function made from a generic one for the arrays that are wired to it. Nothing, and reported, when they do not
+  /// fit.
+  std::optional<std::uint32_t> function_for(std::uint32_t pou_index);
+  /// LOWER_BOUND and UPPER_BOUND: an array and the number of a dimension.
+  void lower_array_bound(ir::ArrayBound bound);
+  /// QUEUE_PUT and its like: the function made for the queue that is wired to QUEUE.
+  void lower_queue_function(ir::QueueFunction function);
+  void lower_function_pou(std::uint32_t pou_index);
+  /// SPLIT_DATE and its like: the input once, then one function of it for each output that is read.
+  void lower_bundle(const stdlib::BundleSpec& bundle);
+  /// DELAY: a register. It shows what entered last before this scan, to readers in front of it (feedback wires) as to
+  /// those behind it, and whether EN is TRUE or not.
+  void lower_delay();
+  void lower_standard_function();
+  /// Drawn pins go to the parameters they name, if all names are known and different; else by position.
+  static void place_by_name(const stdlib::FunctionSpec& spec, std::vector<std::pair<std::size_t, const Input*>>& order);
+  /// Real projects wire BOOL into EQ, ADD and the like next to integers: FALSE counts as 0, TRUE as 1, with a warning.
+  void numbers_from_bool(std::vector<Operand>& operands, const std::vector<std::string>& pins);
+
+  // ---- EXECUTE boxes, and what the block is (lower_block.cpp) ----
+
+  void lower_execute();
+  void lower();
+  void lower_block_instance();
+  void missing();
+};
+
+}  // namespace plc::fbd

@@ -1,0 +1,394 @@
+// Functions in drawings: standard ones, those of the project, of queues, with several outputs; array bounds; DELAY.
+#include "frontend-fbd/block_lowering.h"
+
+namespace plc::fbd {
+
+std::optional<std::uint32_t> BlockLowering::function_for(std::uint32_t pou_index) {
+  const auto ports = ports_of_function(b.module(), b.module().pous[pou_index]);
+  std::vector<ir::OpenArgument> open;
+  std::size_t position = 0;
+  std::size_t wanted = 0;
+  for (const Port& port : ports) wanted += b.module().types[port.type].open ? 1 : 0;
+  for (const Input& input : d.inputs(node)) {
+    if (is_enable_name(input.pin->name)) continue;
+    const Port* port = named_in_out(ports, input);
+    if (port == nullptr) port = find_port(ports, Direction::kInput, input.pin->name, position++);
+    if (port == nullptr || !b.module().types[port->type].open) continue;
+    const Incoming in = d.read(input);
+    if (in.state == Incoming::State::kPoison) return std::nullopt;
+    if (!in.is_value() || in.operand.kind != Operand::Kind::kValue) continue;
+    const ir::TypeRef type = b.type_of(in.operand.value);
+    if (!ir::fits_open(b.module().types, port->type, type)) {
+      b.report(Code::P3007, input.pin->at,
+               "\"" + std::string(port->name) + "\" of " + title() + " has type " +
+                   b.module().types.name_of(port->type) + ", what is wired to it has type " +
+                   b.module().types.name_of(type),
+               "the elements and the number of dimensions are those of the declaration");
+      return std::nullopt;
+    }
+    open.push_back({port->index, type});
+  }
+  if (open.size() != wanted) {
+    b.report(Code::P3010, e.at, title() + " has inputs ARRAY [*] that are not wired to an array",
+             "an ARRAY [*] has no value of its own: wire it");
+    return std::nullopt;
+  }
+  std::sort(open.begin(), open.end(), [](const auto& x, const auto& y) { return x.variable < y.variable; });
+  const auto made = ir::specialize(b.module(), pou_index, open);
+  if (!made) b.report(Code::P5001, e.at, title() + " " + std::string(ir::kTooManyMade));
+  return made;
+}
+
+void BlockLowering::lower_array_bound(ir::ArrayBound bound) {
+  std::vector<Incoming> in;
+  bool good = read_enable();
+  for (const Input& input : d.inputs(node)) {
+    if (is_enable_name(input.pin->name)) continue;
+    in.push_back(d.read(input));
+    good = good && in.back().is_value();
+  }
+  if (good && (in.size() != 2 || in[0].operand.kind != Operand::Kind::kValue)) {
+    b.report(Code::P3010, e.at, title() + " needs an array and the number of a dimension",
+             "wire ARR to an array variable and DIM to a number");
+    good = false;
+  }
+  std::optional<Operand> result;
+  if (good) result = ir::array_bound(b, bound, b.type_of(in[0].operand.value), in[1].operand, e.at);
+  if (!result) return poison();
+  for (std::uint16_t i = 0; i < e.outputs.size(); ++i) {
+    if (!output_wanted(i)) continue;
+    const auto value = b.settle(*result, d.expected_type({OutRef::Kind::kPin, i, node}));
+    if (!value) return poison();
+    publish_output(i, *value);
+  }
+  publish_eno();
+}
+
+void BlockLowering::lower_queue_function(ir::QueueFunction function) {
+  Port queue{"QUEUE", {}, Direction::kInOut, 0, {}, true};
+  std::optional<PlaceId> place;
+  for (const Input& input : d.inputs(node)) {
+    if (!is_named(queue, input.pin->name)) continue;
+    place = in_out_place(input, queue);
+    if (!place) return poison();
+  }
+  if (!place) {
+    b.report(Code::P3012, e.at, name_of(queue) + " is not drawn", "wire it to the global array that is the queue");
+    return poison();
+  }
+  const auto made = ir::queue_function(b, function, *place, e.at, name_of(queue));
+  if (!made) return poison();
+  lower_function_pou(*made);
+}
+
+void BlockLowering::lower_function_pou(std::uint32_t pou_index) {
+  if (b.module().pous[pou_index].generic) {
+    const auto made = function_for(pou_index);
+    if (!made) return poison();
+    pou_index = *made;
+  }
+  const ir::Pou& callee = b.module().pous[pou_index];
+  if (!callee.refused.empty()) return poison();  // its pins are not all known
+  const auto ports = ports_of_function(b.module(), callee);
+  std::vector<ir::CallArg> args;
+  std::vector<std::pair<const Port*, PlaceId>> in_outs;
+  struct Waiting {
+    const Port* port;
+    Incoming in;
+  };
+  std::vector<Waiting> waiting;
+  bool good = read_enable();
+  std::size_t position = 0;
+  for (const Input& input : d.inputs(node)) {
+    if (is_enable_name(input.pin->name)) continue;
+    const Port* port = named_in_out(ports, input);
+    if (port == nullptr) port = input_port(ports, input, position++);
+    if (port == nullptr) {
+      good = false;
+    } else if (port->direction == Direction::kInOut) {
+      const auto place = in_out_place(input, *port);
+      if (place) in_outs.emplace_back(port, *place);
+      good = good && place.has_value();
+    } else {
+      Incoming in = d.read(input);
+      good = good && in.state != Incoming::State::kPoison;
+      if (in.is_value()) waiting.push_back({port, std::move(in)});  // an unconnected pin takes its default
+    }
+  }
+  good = all_in_outs_wired(ports, in_outs) && good;
+  if (!good) return poison();
+
+  open(true);
+  for (const Waiting& w : waiting) {
+    const auto value =
+        b.convert(w.in.operand, w.port->type, "input \"" + std::string(w.port->name) + "\" of " + title());
+    if (!value) good = false;
+    if (value) args.push_back({ir::CallArg::Kind::kInput, w.port->index, *value, {}});
+  }
+  for (const auto& [port, place] : in_outs) {
+    if (!port->queue) args.push_back({ir::CallArg::Kind::kInOut, port->index, b.make_ref(place), {}});
+  }
+  std::vector<std::pair<std::uint16_t, PlaceId>> outputs;
+  std::optional<std::uint16_t> result_pin;
+  for (std::uint16_t i = 0; i < e.outputs.size(); ++i) {
+    if (!output_wanted(i)) continue;
+    const Port* port = output_port(ports, i);
+    if (port == nullptr) {
+      good = false;
+    } else if (callee.variables[port->index].role == ir::Role::kReturnValue) {
+      result_pin = i;  // editors call it OUT, or nothing
+    } else {
+      warn_of_place(*port, e.outputs[i], "output");
+      const PlaceId place =
+          b.variable(b.hidden("out." + std::to_string(e.at.local_id) + "." + std::string(port->name), port->type));
+      args.push_back({ir::CallArg::Kind::kOutput, port->index, {}, place});
+      outputs.emplace_back(i, place);
+    }
+  }
+  ValueId result = b.call_pou(pou_index, args);
+  if (result_pin && result.valid() && enable) outputs.emplace_back(*result_pin, keep(result, callee.name));
+  close();
+  if (!good) return poison();
+  if (result_pin && result.valid() && !enable) publish_output(*result_pin, result);
+  for (const auto& [pin, place] : outputs) publish_output(pin, b.load(place));
+  publish_in_outs(ports, in_outs);
+  publish_eno();
+}
+
+void BlockLowering::lower_bundle(const stdlib::BundleSpec& bundle) {
+  const auto ports = ports_of_bundle(bundle);
+  bool good = read_enable();
+  std::optional<Operand> given;
+  std::size_t position = 0;
+  for (const Input& input : d.inputs(node)) {
+    if (is_enable_name(input.pin->name)) continue;
+    if (input_port(ports, input, position++) == nullptr) {
+      good = false;
+      continue;
+    }
+    Incoming in = d.read(input);
+    good = good && in.state != Incoming::State::kPoison;
+    if (in.is_value()) given = std::move(in.operand);
+  }
+  const std::string in_name = "input \"" + std::string(bundle.input.name) + "\" of " + title();
+  if (good && !given) {
+    b.report(Code::P3010, e.at, in_name + " is not connected",
+             "a function needs all its inputs: wire it, or give it a constant");
+    good = false;
+  }
+  if (!good) return poison();
+
+  open(false);
+  const auto value = b.convert(*given, ports[0].type, in_name);
+  if (!value) {
+    close();
+    return poison();
+  }
+  const Operand argument = Operand::of(*value, e.at);
+  std::vector<std::pair<std::uint16_t, ValueId>> results;
+  std::vector<std::pair<std::uint16_t, PlaceId>> kept;
+  for (std::uint16_t i = 0; i < e.outputs.size(); ++i) {
+    if (!output_wanted(i)) continue;
+    const Port* port = output_port(ports, i);
+    if (port == nullptr) {
+      good = false;
+      continue;
+    }
+    warn_of_place(*port, e.outputs[i], "output");
+    const auto result = b.call(bundle.outputs[port->index]->name, std::span(&argument, 1), e.at);
+    if (!result) {
+      good = false;
+    } else if (enable) {
+      kept.emplace_back(i, keep(*result, port->name));
+    } else {
+      results.emplace_back(i, *result);
+    }
+  }
+  close();
+  if (!good) return poison();
+  for (const auto& [pin, result] : results) publish_output(pin, result);
+  for (const auto& [pin, place] : kept) publish_output(pin, b.load(place));
+  publish_eno();
+}
+
+void BlockLowering::lower_delay() {
+  if (b.pou().kind == ir::PouKind::kFunction) {
+    b.report(Code::P3026, e.at, "DELAY is drawn in a function", "functions keep nothing: make it a function block");
+    return poison();
+  }
+  const std::vector<Port> ports = {{stdlib::kDrawnInput, {}, Direction::kInput, 0, {}},
+                                   {stdlib::kDrawnOutput, {}, Direction::kOutput, 0, {}}};
+  bool good = read_enable();
+  std::optional<Incoming> in;
+  std::size_t position = 0;
+  for (const Input& input : d.inputs(node)) {
+    if (is_enable_name(input.pin->name)) continue;
+    if (input_port(ports, input, position++) == nullptr) {
+      good = false;
+    } else {
+      in = d.read(input);
+    }
+  }
+  std::optional<std::uint16_t> pin;
+  for (std::uint16_t i = 0; i < e.outputs.size(); ++i) {
+    if (is_eno_name(e.outputs[i].name)) continue;
+    good = output_port(ports, i) != nullptr && good;
+    pin = i;
+  }
+  if (good && (!in || in->state == Incoming::State::kUnconnected)) {
+    b.report(Code::P3010, e.at, "input of DELAY is not connected", "wire what it is to delay by one scan");
+  }
+  if (!good || !pin || !in || !in->is_value()) return poison();
+
+  const OutRef out{OutRef::Kind::kPin, *pin, node};
+  std::optional<ir::TypeRef> type = d.infer_type(out, 0);
+  if (!type && in->operand.kind == Operand::Kind::kValue) type = b.type_of(in->operand.value);
+  if (!type) {
+    const auto literal = b.settle(in->operand);
+    if (!literal) return poison();
+    type = b.type_of(*literal);
+  }
+  const std::uint32_t kept = d.keep_for_feedback(out, *type);
+  const PlaceId memory = b.variable(kept);
+  const ValueId value = b.load(memory);
+  if (!modifiers_fit(*pin, value)) return poison();
+  // What modifies the output is done to what enters, so that feedback wires carry it: to the FALSE before the first
+  // scan, too.
+  const plcopen::Pin& p = e.outputs[*pin];
+  if (p.negated) b.pou().variables[kept].initial = {{{}, {ir::kBoolType, 1, {}}}};
+  open(false);
+  if (b.type_of(value) == ir::kBoolType) {
+    const auto flow = b.convert(in->operand, ir::kBoolType, "input of DELAY");
+    good = flow.has_value();
+    if (flow) b.store(memory, d.modify(*flow, p.negated, p.edge, p.storage, p.name));
+  } else {
+    good = b.assign(memory, in->operand, "input of DELAY");
+  }
+  close();
+  if (!good) return poison();
+  Drawing::Slot& slot = d.slots_[d.slot_index(out)];
+  slot.value = value;
+  slot.state = Drawing::Slot::State::kValue;
+  publish_eno();
+}
+
+void BlockLowering::lower_standard_function() {
+  const auto candidates = stdlib::overloads_named(e.text);
+  const stdlib::FunctionSpec& spec = *candidates[0].spec;
+  std::vector<Operand> operands;
+  std::vector<std::string> pins;
+  bool good = read_enable();
+  std::size_t drawn = 0;
+  std::vector<std::pair<std::size_t, const Input*>> order;  // parameter position, input
+  for (const Input& input : d.inputs(node)) {
+    if (!is_enable_name(input.pin->name)) order.emplace_back(drawn++, &input);
+  }
+  place_by_name(spec, order);
+  for (const auto& [position, input] : order) {
+    Incoming in = d.read(*input);
+    if (in.state == Incoming::State::kPoison) {
+      good = false;
+    } else if (in.is_value()) {
+      operands.push_back(std::move(in.operand));
+      pins.push_back(input->pin->name.empty() ? stdlib::pin_name(spec, position) : input->pin->name);
+    } else if (!spec.extensible || order.size() <= spec.param_count) {
+      b.report(Code::P3010, input->pin->at, "input \"" + input->pin->name + "\" of " + title() + " is not connected",
+               "a function needs all its inputs: wire it, or give it a constant");
+      good = false;
+    }  // else: an extensible function takes the pins that are wired
+  }
+  if (good && operands.size() < spec.param_count) {
+    b.report(Code::P3010, e.at,
+             title() + " needs " + std::to_string(spec.param_count) + " inputs, " + std::to_string(operands.size()) +
+                 " are connected",
+             "draw and wire the missing inputs");
+    good = false;
+  }
+  if (!good) return poison();
+  const bool may_event = std::any_of(candidates.begin(), candidates.end(),
+                                     [](const stdlib::Overload& o) { return !o.spec->events.empty(); });
+  std::optional<std::uint16_t> result_pin;
+  for (std::uint16_t i = 0; i < e.outputs.size() && !result_pin; ++i) {
+    if (!is_eno_name(e.outputs[i].name)) result_pin = i;
+  }
+  open(may_event);
+  numbers_from_bool(operands, pins);
+  const bool literals =
+      std::any_of(operands.begin(), operands.end(), [](const Operand& o) { return o.kind != Operand::Kind::kValue; });
+  const bool asks = result_pin && (literals || stdlib::result_is_open(spec));
+  const auto expected = asks ? d.expected_type({OutRef::Kind::kPin, *result_pin, node}) : std::nullopt;
+  const auto result = b.call(e.text, operands, e.at, expected, pins);
+  std::optional<PlaceId> kept;
+  if (result && enable && result_pin && output_wanted(*result_pin)) kept = keep(*result, "OUT");
+  close();
+  if (!result) return poison();
+  if (result_pin) {
+    if (kept) {
+      publish_output(*result_pin, b.load(*kept));
+    } else if (!enable) {
+      publish_output(*result_pin, *result);
+    }
+  }
+  publish_eno();
+}
+
+void BlockLowering::place_by_name(const stdlib::FunctionSpec& spec,
+                                  std::vector<std::pair<std::size_t, const Input*>>& order) {
+  if (order.size() > stdlib::kMaxArguments) return;  // refused by the call
+  std::vector<std::pair<std::size_t, const Input*>> named;
+  for (const auto& [position, input] : order) {
+    for (std::size_t i = 0; i < order.size(); ++i) {
+      if (!core::iequals(stdlib::pin_name(spec, i), input->pin->name)) continue;
+      named.emplace_back(i, input);
+      break;
+    }
+  }
+  std::sort(named.begin(), named.end(), [](const auto& x, const auto& y) { return x.first < y.first; });
+  const bool distinct = std::adjacent_find(named.begin(), named.end(), [](const auto& x, const auto& y) {
+                          return x.first == y.first;
+                        }) == named.end();
+  if (named.size() == order.size() && distinct) order = std::move(named);
+}
+
+void BlockLowering::numbers_from_bool(std::vector<Operand>& operands, const std::vector<std::string>& pins) {
+  std::optional<core::TypeId> number;
+  bool has_bool = false;
+  for (const Operand& o : operands) {
+    if (o.kind != Operand::Kind::kValue) continue;
+    const auto type = b.module().types.elementary_of(b.type_of(o.value));
+    if (type && core::in_category(*type, core::kAnyNum)) {
+      if (!number || stdlib::widens(*number, *type)) number = type;
+    }
+    has_bool = has_bool || type == core::TypeId::kBool;
+  }
+  if (!number || !has_bool) return;
+  std::vector<stdlib::Arg> args;
+  for (const Operand& o : operands) {
+    stdlib::Arg arg;
+    if (o.kind == Operand::Kind::kValue) {
+      const auto type = b.module().types.elementary_of(b.type_of(o.value));
+      if (!type) return;
+      arg.type = *type;
+    } else {
+      arg.kind =
+          o.kind == Operand::Kind::kIntLiteral ? stdlib::Arg::Kind::kIntLiteral : stdlib::Arg::Kind::kRealLiteral;
+      arg.int_value = o.int_value;
+      arg.int_is_unsigned = o.int_is_unsigned;
+    }
+    args.push_back(arg);
+  }
+  if (stdlib::resolve(e.text, args).status != stdlib::Resolution::Status::kNoMatch) return;
+  for (std::size_t i = 0; i < operands.size(); ++i) {
+    if (operands[i].kind != Operand::Kind::kValue || b.type_of(operands[i].value) != ir::kBoolType) continue;
+    const std::string conversion = "BOOL_TO_" + std::string(core::name_of(*number));
+    const auto value = b.call(conversion, std::span(&operands[i], 1), e.at);
+    if (!value) return;
+    b.report(
+        Code::P3019, e.at,
+        "input \"" + pins[i] + "\" of " + title() + " is BOOL, other inputs are " + std::string(core::name_of(*number)),
+        "read as 0 and 1; draw a " + conversion + " block to say so");
+    operands[i].value = *value;
+  }
+}
+
+}  // namespace plc::fbd
