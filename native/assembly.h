@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -73,6 +74,18 @@ class Assembly final : private asmjit::ErrorHandler {
   }
   /// Its register, for values that holds() or holds_real().
   [[nodiscard]] std::uint32_t holder() const { return held_.reg; }
+  struct HeldBit {
+    std::uint32_t operand, number;
+  };
+  /// The value stored last, if it is one byte in a register.
+  [[nodiscard]] std::optional<HeldBit> held_bit() const {
+    if (held_.bytes != 1 || held_.real) return std::nullopt;
+    return HeldBit{held_.operand, held_.reg};
+  }
+  /// The value stored last is in this register, too.
+  void hold_real(std::uint32_t operand, Type type, std::uint32_t number) {
+    held_ = {operand, bytes_of(type), true, number};
+  }
   void forget() { held_.bytes = 0; }
 
   // ---- control

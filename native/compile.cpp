@@ -190,6 +190,7 @@ class TaskCompiler {
       case Form::kCallFunction:
         return call_function(i);
       case Form::kCallLibrary:
+        if (translate_library(s_, i, [this, i] { call_library(i); })) return;
         return call_library(i);
       case Form::kClearEvent:
         if (counts_events_) s_.a.mov(x86::r14, machine::event_count());

@@ -1,10 +1,14 @@
 // Boolean runs: each look-up record as straight code on bytes, without branches.
 //
-// A record that reads what the one before it wrote takes it from the register; every record stores its output, so that
-// nothing differs for whoever looks at the table.
+// Every record stores its output, so that nothing differs for whoever looks at the table. Outputs that are read again
+// soon stay in registers as well: a chain of rungs would otherwise wait for memory at each link.
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <limits>
+#include <span>
+#include <unordered_map>
+#include <vector>
 
 #include "native/translate.h"
 #include "runtime/bool_run.h"
@@ -14,195 +18,322 @@ namespace {
 
 using Kind = BooleanExpression::Kind;
 
-/// Expressions of one record, whose inputs are these operands.
-class Evaluation {
- public:
-  Evaluation(Assembly& s, const std::uint32_t* inputs) : s_(s), inputs_(inputs) {}
+constexpr std::uint32_t kNever = std::numeric_limits<std::uint32_t>::max();
+/// How many records are looked ahead for the next reader of an output.
+constexpr std::size_t kLookAhead = 1024;
 
-  /// Leaves the value as 0 or 1 in the register returned, upper bits zero. `depth` registers are in use.
-  std::uint32_t value(const BooleanExpression& e, unsigned depth) {
-    const std::uint32_t to = number(depth);
-    switch (e.kind) {
-      case Kind::kConstant:
-        s_.a.mov(gp(to, 4), e.negated ? 1 : 0);
-        break;
-      case Kind::kInput:
-        first(to, e);
-        if (e.negated) flip(to);
-        break;
-      case Kind::kAnd:
-      case Kind::kOr:
-        and_or(e, depth);
-        break;
-      case Kind::kXor:
-        exclusive_or(e, depth);
-        break;
-      case Kind::kTable:
-        table(e, depth);
-        break;
+struct Record {
+  std::uint32_t truth = 0;
+  std::uint32_t out = 0;
+  std::array<std::uint32_t, 5> in{};  ///< distinct
+  unsigned inputs = 0;
+  std::array<std::uint32_t, 5> next{};  ///< which record reads the input next, if none writes it before
+  std::uint32_t next_of_out = kNever;
+};
+
+/// A record of bit (i0 + 2 i1 + ..) of `truth`: inputs that are the same variable become one.
+Record record_of(std::uint32_t truth, std::uint32_t out, const std::uint32_t* in, unsigned count) {
+  Record record;
+  record.out = out;
+  std::array<unsigned, 5> index{};
+  for (unsigned i = 0; i < count; ++i) {
+    const auto end = record.in.begin() + record.inputs;
+    const auto known = std::find(record.in.begin(), end, in[i]);
+    index[i] = static_cast<unsigned>(known - record.in.begin());
+    if (known == end) record.in[record.inputs++] = in[i];
+  }
+  for (std::uint32_t row = 0; row < 1u << record.inputs; ++row) {
+    std::uint32_t whole = 0;
+    for (unsigned i = 0; i < count; ++i) whole |= (row >> index[i] & 1u) << i;
+    record.truth |= (truth >> whole & 1u) << row;
+  }
+  return record;
+}
+
+void find_next_readers(std::span<Record> records) {
+  std::unordered_map<std::uint32_t, std::uint32_t> readers;
+  const auto reader_of = [&readers](std::uint32_t operand) {
+    const auto known = readers.find(operand);
+    return known == readers.end() ? kNever : known->second;
+  };
+  for (std::size_t r = records.size(); r-- > 0;) {
+    Record& record = records[r];
+    record.next_of_out = reader_of(record.out);
+    readers.erase(record.out);
+    for (unsigned i = 0; i < record.inputs; ++i) record.next[i] = reader_of(record.in[i]);
+    for (unsigned i = 0; i < record.inputs; ++i) readers[record.in[i]] = static_cast<std::uint32_t>(r);
+  }
+}
+
+/// The registers of a run: temporary values of a record, and outputs that wait for their next reader.
+class Registers {
+ public:
+  /// Upper bits of what is in them are not known.
+  static constexpr std::array<std::uint32_t, 9> kNumbers = {0, 1, 2, 6, 7, 8, 9, 10, 11};
+
+  /// One for a temporary value: free, or that of the output that waits longest.
+  std::uint32_t take() {
+    std::size_t best = 0;
+    std::uint64_t latest = 0;
+    for (std::size_t i = 0; i < slots_.size(); ++i) {
+      const Slot& slot = slots_[i];
+      if (slot.taken) continue;
+      const std::uint64_t next = slot.next + std::uint64_t{1};  // kNever is the latest of all
+      if (next <= latest) continue;
+      latest = next;
+      best = i;
     }
-    return to;
+    slots_[best] = {true, kNever, 0};
+    return kNumbers[best];
+  }
+  void give_back(std::uint32_t number) { slot(number) = {}; }
+  /// A taken one holds the output from now on.
+  void hold(std::uint32_t number, std::uint32_t operand, std::uint32_t next) {
+    forget(operand);
+    slot(number) = {false, next, operand};
+  }
+  /// The register that holds the operand, if any does.
+  [[nodiscard]] const std::uint32_t* holder(std::uint32_t operand) const {
+    for (std::size_t i = 0; i < slots_.size(); ++i) {
+      if (slots_[i].next != kNever && slots_[i].operand == operand) return &kNumbers[i];
+    }
+    return nullptr;
+  }
+  /// The operand was read, and will be next by that record.
+  void read(std::uint32_t operand, std::uint32_t next) {
+    if (const std::uint32_t* const number = holder(operand)) slot(*number).next = next;
   }
 
  private:
-  /// Register at this depth. The one that holds the last output stays as it is.
-  [[nodiscard]] std::uint32_t number(unsigned depth) const {
-    static constexpr std::array<std::uint32_t, 9> kNumbers = {0, 1, 2, 6, 7, 8, 9, 10, 11};
-    const auto held = std::find(kNumbers.begin(), kNumbers.end(), s_.holder());
-    const bool at_or_after = held != kNumbers.end() && depth >= static_cast<unsigned>(held - kNumbers.begin());
-    return kNumbers[depth + (at_or_after ? 1 : 0)];
+  struct Slot {
+    bool taken = false;
+    std::uint32_t next = kNever;  ///< reader; kNever = nothing is held
+    std::uint32_t operand = 0;
+  };
+  Slot& slot(std::uint32_t number) {
+    return slots_[static_cast<std::size_t>(std::find(kNumbers.begin(), kNumbers.end(), number) - kNumbers.begin())];
   }
-  [[nodiscard]] bool is_held(const BooleanExpression& input) const { return s_.holds(inputs_[input.input], 1); }
+  void forget(std::uint32_t operand) {
+    if (const std::uint32_t* const number = holder(operand)) slot(*number) = {};
+  }
 
-  void flip(std::uint32_t value) { s_.a.xor_(gp(value, 1), 1); }
-  /// An input, whether negated or not.
-  void first(std::uint32_t to, const BooleanExpression& input) {
-    if (is_held(input)) {
-      s_.a.movzx(gp(to, 4), gp(s_.holder(), 1));
-    } else {
-      s_.a.movzx(gp(to, 4), s_.at(inputs_[input.input], 1));
+  std::array<Slot, kNumbers.size()> slots_{};
+};
+
+/// The expression of one record.
+class Evaluation {
+ public:
+  Evaluation(Assembly& s, Registers& registers, const Record& record) : s_(s), registers_(registers), record_(record) {}
+
+  /// Leaves the value as 0 or 1 in the low byte of the register returned, which is taken.
+  std::uint32_t value(const BooleanExpression& e) {
+    switch (e.kind) {
+      case Kind::kConstant: {
+        const std::uint32_t to = registers_.take();
+        s_.a.mov(gp(to, 4), e.negated ? 1 : 0);
+        return to;
+      }
+      case Kind::kInput: {
+        const std::uint32_t to = first(e);
+        if (e.negated) flip(to);
+        return to;
+      }
+      case Kind::kAnd:
+      case Kind::kOr:
+        return and_or(e);
+      case Kind::kXor:
+        return exclusive_or(e);
+      case Kind::kTable:
+        return table(e);
     }
+    return 0;
+  }
+
+ private:
+  void flip(std::uint32_t value) { s_.a.xor_(gp(value, 1), 1); }
+  /// An input, whether negated or not; upper bits zero.
+  std::uint32_t first(const BooleanExpression& input) {
+    const std::uint32_t operand = record_.in[input.input];
+    const std::uint32_t* const holder = registers_.holder(operand);
+    // Before a register is taken, which may be that one.
+    const std::uint32_t from = holder != nullptr ? *holder : 0;
+    const std::uint32_t to = registers_.take();
+    if (holder != nullptr) {
+      s_.a.movzx(gp(to, 4), gp(from, 1));
+    } else {
+      s_.a.movzx(gp(to, 4), s_.at(operand, 1));
+    }
+    return to;
   }
   void combine(asmjit::InstId id, std::uint32_t to, const BooleanExpression& input) {
-    if (is_held(input)) {
-      s_.a.emit(id, gp(to, 1), gp(s_.holder(), 1));
+    const std::uint32_t operand = record_.in[input.input];
+    if (const std::uint32_t* const holder = registers_.holder(operand)) {
+      s_.a.emit(id, gp(to, 1), gp(*holder, 1));
     } else {
-      s_.a.emit(id, gp(to, 1), s_.at(inputs_[input.input], 1));
+      s_.a.emit(id, gp(to, 1), s_.at(operand, 1));
     }
   }
   static asmjit::InstId id_of(Kind kind) {
     return kind == Kind::kAnd ? x86::Inst::kIdAnd : kind == Kind::kOr ? x86::Inst::kIdOr : x86::Inst::kIdXor;
   }
-  /// Ands (or ors, ..) all inputs of these that are negated, or all that are not, in `to`; whether there was one.
-  bool gather(const BooleanExpression& e, bool negated, asmjit::InstId id, std::uint32_t to) {
+  static bool is_input(const BooleanExpression& child, bool negated) {
+    return child.kind == Kind::kInput && child.negated == negated;
+  }
+  static bool has_input(const BooleanExpression& e, bool negated) {
+    return std::any_of(e.children.begin(), e.children.end(),
+                       [negated](const BooleanExpression& child) { return is_input(child, negated); });
+  }
+  /// Ands (or ors, ..) all inputs of these that are negated, or all that are not; there is one.
+  std::uint32_t gather(const BooleanExpression& e, bool negated, asmjit::InstId id) {
+    std::uint32_t to = 0;
     bool any = false;
     for (const BooleanExpression& child : e.children) {
-      if (child.kind != Kind::kInput || child.negated != negated) continue;
+      if (!is_input(child, negated)) continue;
       if (any) {
         combine(id, to, child);
       } else {
-        first(to, child);
+        to = first(child);
       }
       any = true;
     }
-    return any;
+    return to;
   }
   void add(const BooleanExpression& e, std::uint32_t to) {
     for (const BooleanExpression& child : e.children) {
-      if (child.kind == Kind::kInput && !child.negated) combine(id_of(e.kind), to, child);
+      if (is_input(child, false)) combine(id_of(e.kind), to, child);
     }
   }
-  /// The children that are not inputs; false when there are none.
-  bool parts(const BooleanExpression& e, unsigned depth) {
+  static bool has_parts(const BooleanExpression& e) {
+    return std::any_of(e.children.begin(), e.children.end(),
+                       [](const BooleanExpression& child) { return child.kind != Kind::kInput; });
+  }
+  /// The children that are not inputs; there is one.
+  std::uint32_t parts(const BooleanExpression& e) {
+    std::uint32_t to = 0;
     bool any = false;
     for (const BooleanExpression& child : e.children) {
       if (child.kind == Kind::kInput) continue;
-      const std::uint32_t part = value(child, depth + (any ? 1 : 0));
-      if (any) s_.a.emit(id_of(e.kind), gp(number(depth), 1), gp(part, 1));
+      const std::uint32_t part = value(child);
+      if (any) {
+        s_.a.emit(id_of(e.kind), gp(to, 1), gp(part, 1));
+        registers_.give_back(part);
+      } else {
+        to = part;
+      }
       any = true;
     }
-    return any;
+    return to;
   }
 
   /// Negated inputs by De Morgan: together, and flipped once.
-  void and_or(const BooleanExpression& e, unsigned depth) {
+  std::uint32_t and_or(const BooleanExpression& e) {
     const bool is_and = e.kind == Kind::kAnd;
     const asmjit::InstId opposite = is_and ? x86::Inst::kIdOr : x86::Inst::kIdAnd;
-    const std::uint32_t to = number(depth);
-    if (!parts(e, depth)) {
-      if (gather(e, true, opposite, to)) {
-        flip(to);
-        add(e, to);
-      } else {
-        gather(e, false, id_of(e.kind), to);
-      }
-      return;
+    if (!has_parts(e)) {
+      if (!has_input(e, true)) return gather(e, false, id_of(e.kind));
+      const std::uint32_t to = gather(e, true, opposite);
+      flip(to);
+      add(e, to);
+      return to;
     }
+    const std::uint32_t to = parts(e);
     add(e, to);
     // a AND NOT b is a > b; a OR NOT b is a >= b.
-    const auto negated = [](const BooleanExpression& child) { return child.kind == Kind::kInput && child.negated; };
+    const auto negated = [](const BooleanExpression& child) { return is_input(child, true); };
     const auto count = std::count_if(e.children.begin(), e.children.end(), negated);
-    if (count == 0) return;
+    if (count == 0) return to;
     if (count == 1) {
       combine(x86::Inst::kIdCmp, to, *std::find_if(e.children.begin(), e.children.end(), negated));
     } else {
-      gather(e, true, opposite, number(depth + 1));
-      s_.a.cmp(gp(to, 1), gp(number(depth + 1), 1));
+      const std::uint32_t other = gather(e, true, opposite);
+      s_.a.cmp(gp(to, 1), gp(other, 1));
+      registers_.give_back(other);
     }
     s_.a.set(is_and ? x86::CondCode::kA : x86::CondCode::kAE, gp(to, 1));
+    return to;
   }
 
-  void exclusive_or(const BooleanExpression& e, unsigned depth) {
-    const std::uint32_t to = number(depth);
-    if (parts(e, depth)) {
+  std::uint32_t exclusive_or(const BooleanExpression& e) {
+    std::uint32_t to = 0;
+    if (has_parts(e)) {
+      to = parts(e);
       add(e, to);
     } else {
-      gather(e, false, x86::Inst::kIdXor, to);
+      to = gather(e, false, x86::Inst::kIdXor);
     }
     if (e.negated) flip(to);
+    return to;
   }
 
   /// The row's number as c0 + 2 (c1 + 2 (c2 + ..)), then its bit.
-  void table(const BooleanExpression& e, unsigned depth) {
-    const std::uint32_t to = number(depth);
-    const std::uint32_t next = number(depth + 1);
-    value(e.children.back(), depth);
+  std::uint32_t table(const BooleanExpression& e) {
+    const std::uint32_t to = value(e.children.back());
+    s_.a.movzx(gp(to, 4), gp(to, 1));
     for (std::size_t i = e.children.size() - 1; i-- > 0;) {
-      value(e.children[i], depth + 1);
+      const std::uint32_t next = value(e.children[i]);
+      s_.a.movzx(gp(next, 4), gp(next, 1));
       s_.a.lea(gp(to, 4), x86::ptr(gp(next, 8), gp(to, 8), 1));
+      registers_.give_back(next);
     }
-    s_.a.mov(gp(next, 4), e.table);
-    s_.a.bt(gp(next, 4), gp(to, 4));
+    const std::uint32_t bits = registers_.take();
+    s_.a.mov(gp(bits, 4), e.table);
+    s_.a.bt(gp(bits, 4), gp(to, 4));
+    registers_.give_back(bits);
     s_.a.setc(gp(to, 1));
+    return to;
   }
 
   Assembly& s_;
-  const std::uint32_t* inputs_;
+  Registers& registers_;
+  const Record& record_;
 };
 
-/// One record: bit (i0 + 2 i1 + ..) of the truth table of `count` operands.
-void record(Assembly& s, std::uint32_t truth, std::uint32_t out, const std::uint32_t* in, unsigned count,
-            BooleanExpressions& expressions) {
-  // Inputs that are the same variable become one.
-  std::array<std::uint32_t, 5> operands{};
-  std::array<unsigned, 5> index{};
-  unsigned distinct = 0;
-  for (unsigned i = 0; i < count; ++i) {
-    const auto end = operands.begin() + distinct;
-    const auto known = std::find(operands.begin(), end, in[i]);
-    index[i] = static_cast<unsigned>(known - operands.begin());
-    if (known == end) operands[distinct++] = in[i];
+void translate(Assembly& s, std::vector<Record>& records, BooleanExpressions& expressions) {
+  if (records.empty()) return;
+  find_next_readers(records);
+  Registers registers;
+  if (const auto known = s.held_bit()) {
+    const auto reads = [operand = known->operand](const Record& r) {
+      return std::find(r.in.begin(), r.in.begin() + r.inputs, operand) != r.in.begin() + r.inputs;
+    };
+    const auto reader = std::find_if(records.begin(), records.end(), reads);
+    registers.hold(known->number, known->operand,
+                   reader == records.end() ? kNever : static_cast<std::uint32_t>(reader - records.begin()));
   }
-  std::uint32_t joined = 0;
-  for (std::uint32_t row = 0; row < 1u << distinct; ++row) {
-    std::uint32_t whole = 0;
-    for (unsigned i = 0; i < count; ++i) whole |= (row >> index[i] & 1u) << i;
-    joined |= (truth >> whole & 1u) << row;
+  for (const Record& r : records) {
+    const std::uint32_t value = Evaluation(s, registers, r).value(expressions.of(r.truth, r.inputs));
+    s.store(r.out, 1, value);
+    for (unsigned i = 0; i < r.inputs; ++i) registers.read(r.in[i], r.next[i]);
+    registers.hold(value, r.out, r.next_of_out);
   }
-  const BooleanExpression& e = expressions.of(joined, distinct);
-  Evaluation evaluation(s, operands.data());
-  s.store(out, 1, evaluation.value(e, 0));
+  records.clear();
 }
 
 }  // namespace
 
 void translate_records(Assembly& s, const Instruction& i, const std::uint32_t* code, BooleanExpressions& expressions) {
+  std::vector<Record> records;
+  const auto add = [&](const Record& record) {
+    records.push_back(record);
+    if (records.size() == kLookAhead) translate(s, records, expressions);
+  };
   if (i.operation.form == Form::kGeneralRecords) {
     const std::uint32_t* words = i.words + 2;
     for (std::uint32_t n = 0; n < i.words[1]; ++n, words += runtime::kGeneralRecordWords) {
-      record(s, words[0], words[1], words + 2, 5, expressions);
+      add(record_of(words[0], words[1], words + 2, 5));
     }
-    return;
+  } else {
+    const unsigned inputs = i.operation.form == Form::kShortRecords4 ? 4 : 5;
+    const std::uint32_t window = i.words[2];
+    const std::uint32_t* words = code + i.words[3];
+    for (std::uint32_t n = 0; n < i.words[1]; ++n, words += runtime::kShortRecordWords) {
+      const auto r = runtime::load_field<runtime::ShortRecord>(reinterpret_cast<const unsigned char*>(words));
+      std::array<std::uint32_t, 5> in{};
+      for (std::size_t k = 0; k < in.size(); ++k) in[k] = window + r.in[k];
+      add(record_of(r.truth, window + r.out, in.data(), inputs));
+    }
   }
-  const unsigned inputs = i.operation.form == Form::kShortRecords4 ? 4 : 5;
-  const std::uint32_t window = i.words[2];
-  const std::uint32_t* words = code + i.words[3];
-  for (std::uint32_t n = 0; n < i.words[1]; ++n, words += runtime::kShortRecordWords) {
-    const auto r = runtime::load_field<runtime::ShortRecord>(reinterpret_cast<const unsigned char*>(words));
-    std::array<std::uint32_t, 5> in{};
-    for (std::size_t k = 0; k < in.size(); ++k) in[k] = window + r.in[k];
-    record(s, r.truth, window + r.out, in.data(), inputs, expressions);
-  }
+  translate(s, records, expressions);
 }
 
 }  // namespace plc::native
