@@ -99,6 +99,11 @@ class Registers {
     }
     return nullptr;
   }
+  /// Whether a value that is read next by that record is better held than what is.
+  [[nodiscard]] bool worth_holding(std::uint32_t next) const {
+    return next != kNever && std::any_of(slots_.begin(), slots_.end(),
+                                         [next](const Slot& slot) { return !slot.taken && slot.next > next; });
+  }
   /// The operand was read, and will be next by that record.
   void read(std::uint32_t operand, std::uint32_t next) {
     if (const std::uint32_t* const number = holder(operand)) slot(*number).next = next;
@@ -151,26 +156,35 @@ class Evaluation {
 
  private:
   void flip(std::uint32_t value) { s_.a.xor_(gp(value, 1), 1); }
+  /// The register that holds an input, if any does, or shall from now on: what is read again soon is loaded once.
+  const std::uint32_t* held(const BooleanExpression& input) {
+    const std::uint32_t operand = record_.in[input.input];
+    if (const std::uint32_t* const holder = registers_.holder(operand)) return holder;
+    const std::uint32_t next = record_.next[input.input];
+    if (!registers_.worth_holding(next)) return nullptr;
+    const std::uint32_t number = registers_.take();
+    s_.a.movzx(gp(number, 4), s_.at(operand, 1));
+    registers_.hold(number, operand, next);
+    return registers_.holder(operand);
+  }
   /// An input, whether negated or not; upper bits zero.
   std::uint32_t first(const BooleanExpression& input) {
-    const std::uint32_t operand = record_.in[input.input];
-    const std::uint32_t* const holder = registers_.holder(operand);
+    const std::uint32_t* const holder = held(input);
     // Before a register is taken, which may be that one.
     const std::uint32_t from = holder != nullptr ? *holder : 0;
     const std::uint32_t to = registers_.take();
     if (holder != nullptr) {
       s_.a.movzx(gp(to, 4), gp(from, 1));
     } else {
-      s_.a.movzx(gp(to, 4), s_.at(operand, 1));
+      s_.a.movzx(gp(to, 4), s_.at(record_.in[input.input], 1));
     }
     return to;
   }
   void combine(asmjit::InstId id, std::uint32_t to, const BooleanExpression& input) {
-    const std::uint32_t operand = record_.in[input.input];
-    if (const std::uint32_t* const holder = registers_.holder(operand)) {
+    if (const std::uint32_t* const holder = held(input)) {
       s_.a.emit(id, gp(to, 1), gp(*holder, 1));
     } else {
-      s_.a.emit(id, gp(to, 1), s_.at(operand, 1));
+      s_.a.emit(id, gp(to, 1), s_.at(record_.in[input.input], 1));
     }
   }
   static asmjit::InstId id_of(Kind kind) {
