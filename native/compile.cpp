@@ -1,5 +1,7 @@
 #include "native/compile.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cstring>
 #include <span>
@@ -28,6 +30,14 @@ constexpr std::size_t kBytesBeside = 64 * 1024;
 /// Initial values of a function's frame that are written by instructions of their own; more is copied.
 constexpr std::uint32_t kInlineFrameBytes = 64;
 
+/// Code of more records than this runs slower than the records themselves: a record takes about 40 bytes of code, and
+/// from one and a half times the processor's second cache on fetching it costs more than looking up (bench/README.md).
+std::size_t most_records_as_code() {
+  constexpr long kUsualCache = 1024 * 1024;
+  const long cache = ::sysconf(_SC_LEVEL2_CACHE_SIZE);
+  return static_cast<std::size_t>(cache > 0 ? cache : kUsualCache) * 3 / 2 / 40;
+}
+
 class TaskCompiler {
  public:
   TaskCompiler(const LinkedCode& linked, std::byte* table, std::uint64_t address)
@@ -36,7 +46,8 @@ class TaskCompiler {
         words_(linked.data(), linked.data() + linked.words.size() / sizeof(std::uint32_t)),
         marks_(linked.marks) {}
 
-  void compile() {
+  void compile(const CompileOptions& options) {
+    records_as_data_ = records() > options.most_records_as_code.value_or(most_records_as_code());
     for (const LinkedBody& body : linked_.bodies) entries_.emplace(body.entry, s_.a.newLabel());
     entry();
     for (std::size_t b = 0; b < linked_.bodies.size(); ++b) {
@@ -47,6 +58,17 @@ class TaskCompiler {
     }
     s_.write_data();
     report_.code_bytes = s_.size();
+  }
+
+  /// All boolean logic of the task.
+  [[nodiscard]] std::size_t records() const {
+    std::size_t count = 0;
+    for (const LinkedInstruction& instruction : linked_.instructions) {
+      const Form form = operation_of(instruction.op).form;
+      const bool is_run = form == Form::kShortRecords4 || form == Form::kShortRecords5 || form == Form::kGeneralRecords;
+      if (is_run) count += words_[instruction.position + 1];
+    }
+    return count;
   }
 
   [[nodiscard]] const std::string& problem() const { return s_.problem(); }
@@ -169,6 +191,7 @@ class TaskCompiler {
       case Form::kShortRecords4:
       case Form::kShortRecords5:
       case Form::kGeneralRecords:
+        if (records_as_data_ && !s_.relative) return call_records(i);
         return translate_records(s_, i, words_.data(), expressions_);
       case Form::kRunBlock:
         if (translate_block(s_, runtime::load_pointer<stdlib::Step>(w + 1), w[3])) return;
@@ -202,6 +225,18 @@ class TaskCompiler {
       default:
         return translate_data(s_, i);
     }
+  }
+
+  /// Words: count, then the window and the position of short records, or general records.
+  void call_records(const Instruction& i) {
+    const bool general = i.operation.form == Form::kGeneralRecords;
+    s_.address(x86::rdi, general ? 0 : i.words[2]);
+    // Those of the program, which outlives its native code.
+    const std::uint32_t* const records = linked_.data() + (general ? i.position + 2 : i.words[3]);
+    s_.a.mov(x86::rsi, reinterpret_cast<std::uint64_t>(records));
+    s_.a.mov(x86::edx, i.words[1]);
+    if (general) return s_.call(&run_general_records);
+    s_.call(i.operation.form == Form::kShortRecords4 ? &run_records_of_4 : &run_records_of_5);
   }
 
   void conditional_jump(const Instruction& i) {
@@ -382,19 +417,20 @@ class TaskCompiler {
   std::unordered_map<std::uint32_t, asmjit::Label> entries_;  ///< of bodies, by position
   std::unordered_map<std::uint32_t, asmjit::Label> targets_;  ///< of jumps in this body, by position
   asmjit::Label failed_;                                      ///< of this body: the scan is over
+  bool records_as_data_ = false;                              ///< boolean logic is not made code
   bool counts_events_ = false;                                ///< this body has an ENO
   CompileReport report_;
 };
 
 }  // namespace
 
-core::Result<std::unique_ptr<NativeTask>> compile(runtime::Program& program) {
+core::Result<std::unique_ptr<NativeTask>> compile(runtime::Program& program, const CompileOptions& options) {
   const LinkedCode& linked = program.linked();
   const std::span<std::byte> table(program.table().data(), program.table().layout().total);
   auto memory = CodeMemory::reserve(table, linked.words.size() / sizeof(std::uint32_t) * kBytesPerWord + kBytesBeside);
   if (!memory) return memory.error();
   TaskCompiler compiler(linked, table.data(), memory->address());
-  compiler.compile();
+  compiler.compile(options);
   const std::vector<std::byte> code = compiler.code();
   if (!compiler.problem().empty() || code.size() > memory->reserved()) {
     return core::Problem{core::Code::P9001, "native code could not be made: " + compiler.problem(), {}};

@@ -300,11 +300,7 @@ op_BoolRun5 : {
 op_BoolRun : {
   const std::uint32_t* record = pc + 2;
   const std::uint32_t* const end = record + std::size_t{pc[1]} * kGeneralRecordWords;
-  for (; record != end; record += kGeneralRecordWords) {
-    const std::uint32_t index = *bytes_at(record[2]) + 2u * *bytes_at(record[3]) +
-                                4u * (*bytes_at(record[4]) + 2u * *bytes_at(record[5])) + 16u * *bytes_at(record[6]);
-    *bytes_at(record[1]) = static_cast<std::uint8_t>((record[0] >> (index & 31u)) & 1u);
-  }
+  for (; record != end; record += kGeneralRecordWords) run_general(record, bytes_at);
   pc = end;
   PLC_NEXT(0);
 }
