@@ -12,8 +12,9 @@ constexpr std::size_t kLongestWay = 64;
 }  // namespace
 
 const PowerFlows::Step* PowerFlows::step_to(ir::ValueId flow) const {
-  const auto known = steps_.find(flow.index);
-  return known == steps_.end() ? nullptr : &known->second;
+  const auto at = std::lower_bound(steps_.begin(), steps_.end(), flow.index,
+                                   [](const Step& step, std::uint32_t index) { return step.to < index; });
+  return at == steps_.end() || at->to != flow.index ? nullptr : &*at;
 }
 
 std::vector<ir::ValueId> PowerFlows::way_to(ir::ValueId flow) const {
@@ -35,7 +36,7 @@ std::optional<ir::ValueId> PowerFlows::between(ir::Builder& builder, ir::ValueId
 
 ir::ValueId PowerFlows::series(ir::Builder& builder, ir::ValueId flow, ir::ValueId state) {
   const ir::ValueId behind = builder.logic(ir::Op::kAnd, flow, state);
-  if (behind != flow && behind != state) steps_[behind.index] = {flow, state};
+  steps_.push_back({behind.index, flow, state});
   return behind;
 }
 

@@ -5,8 +5,8 @@
 // twice. Does not belong here: drawings.
 #pragma once
 
+#include <cstdint>
 #include <optional>
-#include <unordered_map>
 #include <vector>
 
 #include "ir/builder.h"
@@ -23,6 +23,7 @@ class PowerFlows {
  private:
   /// A flow that is another one AND something.
   struct Step {
+    std::uint32_t to = 0;  ///< index of the flow
     ir::ValueId from{};
     ir::ValueId state{};
   };
@@ -32,7 +33,7 @@ class PowerFlows {
   /// What is between a flow and one that it comes from; nothing when they are the same.
   std::optional<ir::ValueId> between(ir::Builder& builder, ir::ValueId from, ir::ValueId flow);
 
-  std::unordered_map<std::uint32_t, Step> steps_;  ///< by index of the flow
+  std::vector<Step> steps_;  ///< in ascending order: values are numbered as they are made
 };
 
 }  // namespace plc::fbd
