@@ -39,21 +39,36 @@ std::string limit_text(double value, double limit, Verdict& verdict) {
 
 namespace {
 
-constexpr double kPlainLimit = 2.5;
-constexpr double kNestedLimit = 4;
-constexpr double kNativeLimit = 1.15;  // native code, to C, on plain ladders
+struct Scans {
+  std::vector<std::string> only;     ///< names of workloads; none = all
+  std::vector<std::uint32_t> sizes;  ///< none = those of each workload
+  ScanPlan plan;
+};
 
-Verdict scans(std::uint64_t seed, std::uint32_t batches) {
+Verdict scans(const Scans& wanted) {
   Verdict verdict;
-  std::cout
-      << "Scan: interpreter and native code against the same logic as C (-O2, barrier after each rung; and without), "
-         "interleaved batches\n";
-  for (const bool nested : {false, true}) {
-    for (const std::uint32_t rungs : {100u, 1'000u, 10'000u, 100'000u}) {
-      const bool judged = rungs == 1'000 || rungs == 10'000;  // the interpreter
-      const double limit = !judged ? 0 : nested ? kNestedLimit : kPlainLimit;
-      verdict.merge(measure_scan(
-          {{rungs, nested, seed}, limit, nested ? 0 : kNativeLimit, rungs < 100'000 ? 1000u : 50u, batches}));
+  std::cout << "Scan: ns per rung (or as README.md says), medians; the C is gcc -O2 with a barrier after each rung, "
+               "plain C without\n"
+            << scan_head() << std::flush;
+  for (const Workload& workload : workloads()) {
+    const auto& only = wanted.only;
+    if (!only.empty() && std::find(only.begin(), only.end(), workload.name) == only.end()) continue;
+    for (const std::uint32_t size : wanted.sizes.empty() ? workload.sizes : wanted.sizes) {
+      ScanPlan plan = wanted.plan;
+      plan.size = size;
+      verdict.merge(measure_scan(workload, plan).verdict);
+    }
+  }
+  return verdict;
+}
+
+/// Small programs of every workload, results only.
+Verdict check_scans(std::uint64_t seed) {
+  Verdict verdict;
+  std::cout << scan_head();
+  for (const Workload& workload : workloads()) {
+    for (std::uint64_t i = 0; i < 3; ++i) {
+      verdict.merge(measure_scan(workload, {workload.small_size, seed + i, 200, 0}).verdict);
     }
   }
   return verdict;
@@ -72,6 +87,7 @@ int main(int argc, char** argv) {
       "Examples:\n"
       "  plc-bench            everything but modbus, about five minutes\n"
       "  plc-bench scan       interpreter and native code against C\n"
+      "  plc-bench scan --only arithmetic --size 1000\n"
       "  plc-bench load       file to first scan against xmllint\n"
       "  plc-bench st         the programs that PLCs are compared with, against C\n"
       "  plc-bench taskblocks taskblocks and their wires against plain calls\n"
@@ -83,11 +99,16 @@ int main(int argc, char** argv) {
       "Exit codes: 0 results right and all ratios within their limits, 1 a limit missed, 2 a result wrong.",
       "plc-bench"};
   std::uint64_t seed = 1;
-  std::uint32_t repetitions = 7, batches = 200;
+  std::uint32_t repetitions = 7, batches = 100;
   app.add_option("--seed", seed, "of the ladders")->capture_default_str();
   app.add_option("--repetitions", repetitions, "of each load, interleaved; medians are printed")->capture_default_str();
   app.add_option("--batches", batches, "of scans per side, interleaved; medians are printed")->capture_default_str();
-  CLI::App* scan = app.add_subcommand("scan", "interpreter against C");
+  CLI::App* scan = app.add_subcommand("scan", "interpreter and native code against C, one row per workload and size");
+  Scans wanted;
+  scan->add_option("--only", wanted.only, "names of workloads")->type_name("NAME")->check([](const std::string& name) {
+    return find_workload(name) == nullptr ? "there is no workload " + name : "";
+  });
+  scan->add_option("--size", wanted.sizes, "sizes instead of those of the table")->check(CLI::Range(10u, 1'000'000u));
   CLI::App* load = app.add_subcommand("load", "file to first scan against xmllint, memory");
   ModbusPlan modbus_plan;
   CLI::App* modbus = app.add_subcommand("modbus", "clients as fast as they can, against libmodbus");
@@ -119,16 +140,17 @@ int main(int argc, char** argv) {
       verdict.merge(measure_st({0}));
       verdict.merge(measure_taskblocks({0}));
       verdict.merge(measure_compile({seed, 3000, 1, 1, false}));
-      for (std::uint64_t i = 0; i < 3; ++i) {
-        verdict.merge(measure_scan({{200, false, seed + i}, 0, 0, 200, 0}));
-        verdict.merge(measure_scan({{300, true, seed + i}, 0, 0, 200, 0}));
-      }
+      verdict.merge(check_scans(seed));
     } else if (coherence->parsed()) {
       verdict.merge(measure_coherence(coherence_plan));
     } else if (modbus->parsed()) {
       verdict.merge(measure_modbus(modbus_plan));
     } else {
-      if (everything || scan->parsed()) verdict.merge(scans(seed, batches));
+      if (everything || scan->parsed()) {
+        wanted.plan.seed = seed;
+        wanted.plan.batches = batches;
+        verdict.merge(scans(wanted));
+      }
       if (everything || load->parsed()) {
         std::cout << "Load: project file to the end of the first scan, against xmllint --noout, interleaved\n";
         verdict.merge(measure_load({seed, repetitions, true}));
