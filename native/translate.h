@@ -1,4 +1,4 @@
-// The translators: resolved instructions as x86-64 code.
+// The translators: resolved instructions as machine code, for each processor in its folder.
 //
 // In: the words of an instruction (link.h), its place in the resolved code. Out: code at the end of an Assembly that
 // leaves the task's table, events and faults as the interpreter's handler does. Does not belong here: control between
