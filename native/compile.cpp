@@ -66,7 +66,7 @@ class TaskCompiler {
     for (const LinkedInstruction& instruction : linked_.instructions) {
       const Form form = operation_of(instruction.op).form;
       const bool is_run = form == Form::kShortRecords4 || form == Form::kShortRecords5 || form == Form::kGeneralRecords;
-      if (is_run) count += words_[instruction.position + 1];
+      if (is_run) count += linked_.data()[instruction.position + 1];
     }
     return count;
   }
@@ -113,7 +113,8 @@ class TaskCompiler {
         i = interpret(body, instructions, i);
       } else {
         const std::uint32_t position = instructions[i].position;
-        translate({words_.data() + position, position, operation});
+        // Not in words_, which grow while code behind the body (Emitter::aside) still reads the instruction.
+        translate({linked_.data() + position, position, operation});
         ++i;
       }
     }
@@ -127,7 +128,7 @@ class TaskCompiler {
 
   /// Where a jump goes.
   [[nodiscard]] std::optional<std::uint32_t> target_of(Form form, std::uint32_t position) const {
-    const std::uint32_t* const words = words_.data() + position;
+    const std::uint32_t* const words = linked_.data() + position;
     switch (form) {
       case Form::kJump:
       case Form::kLoopJump:
@@ -165,7 +166,7 @@ class TaskCompiler {
       case Form::kShortRecords5:
       case Form::kGeneralRecords:
         if (records_as_data_ && !s_.relative) return call_records(i);
-        return translate_records(s_, i, words_.data(), expressions_);
+        return translate_records(s_, i, linked_.data(), expressions_);
       case Form::kRunBlock:
         if (translate_block(s_, runtime::load_pointer<stdlib::Step>(w + 1), w[3])) return;
         s_.pass_step(1);

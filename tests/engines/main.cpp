@@ -1,8 +1,10 @@
 // plc-test-engines: generated programs in every engine; tables, events and faults are equal after every scan (README.md
 // of this folder).
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
@@ -141,7 +143,22 @@ void report(const Program& program, std::uint64_t seed, Kind kind, const Plan& p
   std::cout << fmt::format("seed {}: {}\nmade smaller:\n{}\n", seed, difference, bytecode::disassemble(smaller));
 }
 
+/// Wrong code may also crash: the seed is then the last that is heard of it.
+volatile std::sig_atomic_t crashed = 0;
+std::uint64_t running_seed = 0;
+void name_seed(int signal) {
+  if (crashed != 0) return;
+  crashed = 1;
+  char text[] = "crash in seed 00000000000000000000\n";
+  std::size_t at = sizeof text - 3;
+  for (std::uint64_t seed = running_seed; seed != 0; seed /= 10) text[at--] = static_cast<char>('0' + seed % 10);
+  static_cast<void>(!::write(STDERR_FILENO, text, sizeof text - 1));
+  std::signal(signal, SIG_DFL);
+  std::raise(signal);
+}
+
 int run(const Plan& plan) {
+  for (const int signal : {SIGSEGV, SIGBUS, SIGILL, SIGFPE, SIGABRT}) std::signal(signal, name_seed);
   Coverage coverage;
   std::vector<Engine> engines = all_engines();
   for (Engine& engine : engines) {
@@ -149,6 +166,7 @@ int run(const Plan& plan) {
   }
   Tally tally;
   for (std::uint64_t seed = plan.first; seed < plan.first + plan.programs; ++seed) {
+    running_seed = seed;
     const Kind kind = kind_of(seed, plan);
     const Program program = make(seed, kind, plan);
     if (plan.print) {

@@ -72,6 +72,7 @@ class RandomImage {
     PouKind kind;
     std::vector<std::uint32_t> tasks{};  ///< programs: those that run it
     Leaves leaves{};
+    std::array<std::optional<Word>, core::kTypeCount> last{};  ///< written by the body
     std::vector<Whole> wholes{};
     int names = 0;
     std::string name() { return "v" + std::to_string(names++); }
@@ -234,6 +235,8 @@ class RandomImage {
     }
   }
   Word read(Scope& scope, TypeId id) {
+    // Often what an instruction before has just written: engines keep that at hand.
+    if (scope.last[number(id)] && random_.once_in(4)) return *scope.last[number(id)];
     std::vector<Word>& constants = constants_[number(id)];
     const bool text = core::rep_of(id) == core::Rep::kStr || core::rep_of(id) == core::Rep::kWstr;
     if (random_.once_in(6)) {
@@ -249,8 +252,10 @@ class RandomImage {
   }
   Word write(Scope& scope, TypeId id) {
     const std::vector<Word>& globals = global_leaves_[number(id)];
-    if (scope.kind != PouKind::kFunction && !globals.empty() && random_.once_in(4)) return random_.one_of(globals);
-    return own(scope, id, 4);
+    const bool global = scope.kind != PouKind::kFunction && !globals.empty() && random_.once_in(4);
+    const Word word = global ? random_.one_of(globals) : own(scope, id, 4);
+    scope.last[number(id)] = word;
+    return word;
   }
   /// One of the leaves of the body; the fewer there are, the sooner a new one.
   Word own(Scope& scope, TypeId id, std::size_t enough) {
@@ -433,7 +438,10 @@ class RandomImage {
   }
 
   void call_library(Scope& scope) {
-    const auto overloads = stdlib::overloads();
+    // Most overloads are conversions; what engines have code of their own for is more often something else.
+    static constexpr std::string_view kCommon[] = {"SEL", "MUX", "LIMIT", "MIN", "MAX", "ABS", "SQRT", "MOVE", "NOT",
+                                                   "SHL", "SHR", "ROL",   "ROR", "ADD", "SUB", "MUL",  "DIV",  "GT"};
+    const auto overloads = random_.once_in(2) ? stdlib::overloads() : stdlib::overloads_named(random_.one_of(kCommon));
     const stdlib::Overload& overload = overloads[below(overloads.size())];
     std::vector<Word> arguments;
     const std::size_t count = overload.spec->param_count + (overload.spec->extensible ? below(3) : 0);

@@ -1,6 +1,7 @@
 // Native code against the interpreter: tables, events and faults after every scan.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 #include <string>
 #include <vector>
@@ -154,6 +155,25 @@ TEST(NativeEngine, APlaceInsideTheInterpretersShareNamesItsInstruction) {
   const auto compiled = native::compile(program);
   ASSERT_TRUE(compiled.has_value());
   EXPECT_EQ((*compiled)->report().interpreted.at(runtime::ResolvedOp::kMoveStr), 1u);
+}
+
+TEST(NativeEngine, RareCodeBehindABodyOfManyInterpretedInstructions) {
+  // What is copied for the interpreter is longer than the code itself: nothing may point into the copy.
+  ImageBuilder b;
+  PouBuilder main = b.pou("Main", PouKind::kProgram);
+  const Word value = main.variable("value", b.type(TypeId::kDword), FieldRole::kLocal, bytes_of(0x80000001u));
+  const Word by = main.variable("by", b.type(TypeId::kInt), FieldRole::kLocal, bytes_of(std::int16_t{-1}));
+  const Word text = main.variable("text", b.string(3));
+  const Word source = b.text("abcdef");
+  const auto shift =
+      std::find_if(stdlib::overloads().begin(), stdlib::overloads().end(), [](const stdlib::Overload& overload) {
+        return overload.name == "SHL" && overload.t == TypeId::kDword && overload.u == TypeId::kInt;
+      });
+  ASSERT_NE(shift, stdlib::overloads().end());
+  main.call_std(stdlib::key_of(*shift), value, {value, by});
+  for (int i = 0; i < 5000; ++i) main.op(Opcode::kMoveStr, {text, source});
+  b.task("Cyclic", kPeriodNs, {main.finish()});
+  EXPECT_EQ(difference(b.build(), 3), "");
 }
 
 /// Which instructions have code of their own: a new one is one more line here.
