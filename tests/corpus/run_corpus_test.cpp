@@ -251,7 +251,7 @@ TEST_P(InEveryEngine, AThousandScansLeaveTheSame) {
     }
     for (std::size_t task = 0; task < engines->tasks(); ++task) {
       ASSERT_EQ(engines->scan(task, now_ns), "") << "scan " << scan;
-      faults += engines->faulted() ? 1 : 0;
+      faults += engines->fault() ? 1 : 0;
     }
     now_ns += static_cast<plc::core::TimeNs>(random.below(4)) * 20'000'000;
   }

@@ -17,6 +17,7 @@
 #include "tests/engines/reduce.h"
 #include "tests/programs/model.h"
 #include "tests/support/engines.h"
+#include "tests/support/failing_taskblock.h"
 #include "tests/support/random_image.h"
 #include "tests/support/random_inputs.h"
 #include "tools/pipeline.h"
@@ -37,7 +38,8 @@ struct Plan {
 
 struct Tally {
   std::uint64_t programs[3] = {};  ///< by kind
-  std::uint64_t scans = 0, faults = 0, events = 0, failures = 0;
+  std::uint64_t faults[2] = {};    ///< loop budgets, taskblocks
+  std::uint64_t scans = 0, events = 0, failures = 0;
 };
 
 /// What the programs of a seed are made from: most are images, which take the least time.
@@ -83,7 +85,7 @@ Program make(std::uint64_t seed, Kind kind, const Plan& plan) {
   }
   Program out;
   core::Diagnostics diagnostics;
-  out.image = bytecode::verify(RandomImage(seed).make(4 + seed % 29), diagnostics);
+  out.image = bytecode::verify(RandomImage(seed, &registry_with_failures()).make(4 + seed % 29), diagnostics);
   if (!out.image) out.problem = diagnostics.all().empty() ? "refused" : diagnostics.all().front().message;
   return out;
 }
@@ -96,6 +98,7 @@ std::string run(const bytecode::VerifiedImage& image, std::uint64_t seed, Kind k
   static constexpr std::uint32_t kBudgets[] = {2, 40, 300};
   runtime::ProgramOptions options;
   if (kind == Kind::kImage) options.loop_budget = random.one_of(kBudgets);
+  options.taskblocks = &registry_with_failures();
   std::string problem;
   const auto engines = Engines::link(image, problem, options, list);
   if (engines == nullptr) return "not linked: " + problem;
@@ -121,7 +124,7 @@ std::string run(const bytecode::VerifiedImage& image, std::uint64_t seed, Kind k
       const std::size_t task = (turn + n) % engines->tasks();
       const std::string difference = engines->scan(task, now_ns);
       ++tally.scans;
-      tally.faults += engines->faulted() ? 1 : 0;
+      if (engines->fault()) ++tally.faults[engines->fault().kind == runtime::FaultKind::kLoopBudget ? 0 : 1];
       if (!difference.empty()) return fmt::format("scan {}, task {}: {}", scan, task, difference);
     }
     now_ns += static_cast<core::TimeNs>(random.below(4)) * RandomImage::kPeriodNs;
@@ -187,9 +190,9 @@ int run(const Plan& plan) {
   }
   std::cout << fmt::format(
       "{} programs from seed {} ({} images, {} texts, {} drawings), {} scans in each of {} engines, {} events, {} "
-      "faults; {} failed\n",
+      "loop budgets used up, {} taskblocks failed; {} failed\n",
       tally.programs[0] + tally.programs[1] + tally.programs[2], plan.first, tally.programs[0], tally.programs[1],
-      tally.programs[2], tally.scans, engines.size(), tally.events, tally.faults, tally.failures);
+      tally.programs[2], tally.scans, engines.size(), tally.events, tally.faults[0], tally.faults[1], tally.failures);
   coverage.print_summary(std::cout);
   if (plan.coverage) coverage.print(std::cout);
   return tally.failures == 0 ? 0 : 1;

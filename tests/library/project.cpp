@@ -165,7 +165,7 @@ void Project::write(const std::string& path, const Value& value) {
 }
 std::string Project::scan(core::TimeNs now_ns) {
   std::string difference = engines_->scan(0, now_ns);
-  return difference.empty() && engines_->faulted() ? "the cycle ended with a fault" : difference;
+  return difference.empty() && engines_->fault() ? "the cycle ended with a fault" : difference;
 }
 void Project::restart() {
   for (std::size_t e = 0; e < engines_->size(); ++e) (*engines_)[e].program(0).reset();

@@ -117,7 +117,7 @@ class Engines {
         return text(expected) + ", in " + engines_[i].name + " " + text(fault);
       }
     }
-    faulted_ = static_cast<bool>(expected);
+    fault_ = expected;
     if (std::string different = difference(task); !different.empty()) return different;
     return difference_of_globals();
   }
@@ -128,8 +128,8 @@ class Engines {
     }
     return {};
   }
-  /// Whether the last scan ended with a fault, in all engines.
-  [[nodiscard]] bool faulted() const { return faulted_; }
+  /// How the last scan ended, in all engines.
+  [[nodiscard]] const runtime::Fault& fault() const { return fault_; }
 
   /// What differs now: tables and events of all tasks, and the global table.
   std::string difference() {
@@ -190,7 +190,7 @@ class Engines {
   std::vector<std::unique_ptr<runtime::Resource>> resources_;
   std::vector<std::byte> expected_;  ///< copies of the global table
   std::vector<std::byte> found_;
-  bool faulted_ = false;
+  runtime::Fault fault_;
 };
 
 }  // namespace plc::test

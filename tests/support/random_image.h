@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "taskblocks/registry.h"
+#include "tests/support/failing_taskblock.h"
 #include "tests/support/image_builder.h"
 #include "tests/support/random_values.h"
 
@@ -25,7 +26,9 @@ namespace plc::test {
 
 class RandomImage {
  public:
-  explicit RandomImage(std::uint64_t seed) : random_(seed) {}
+  /// With taskblocks of the registry, which whoever runs the image must have; null = those that come with PICARD.
+  explicit RandomImage(std::uint64_t seed, const taskblocks::Registry* registry = nullptr)
+      : random_(seed), registry_(registry != nullptr ? *registry : taskblocks::Registry::built_in()) {}
 
   /// `statements` in the programs and about as many in what they call.
   Image make(std::size_t statements) {
@@ -127,7 +130,7 @@ class RandomImage {
   void make_types() {
     for (std::size_t n = 2 + below(3); n > 0; --n) make_aggregate(0);
     // Components keep what they like; these few are told nothing before they run.
-    for (const char* const name : {"LOWPASS", "RATE_LIMITER", "TRAPEZOID", "GEAR"}) {
+    for (const char* const name : {"LOWPASS", "RATE_LIMITER", "TRAPEZOID", "GEAR", kFailingTaskblock}) {
       if (random_.once_in(8)) declare_taskblock(name);
     }
     for (std::size_t n = 1 + below(3); n > 0; --n) {
@@ -144,7 +147,7 @@ class RandomImage {
   }
   /// A taskblock of scalars, laid out as the compiler does.
   void declare_taskblock(const char* name) {
-    const taskblocks::Registry::Entry* const entry = taskblocks::Registry::built_in().find(name);
+    const taskblocks::Registry::Entry* const entry = registry_.find(name);
     if (entry == nullptr) return;
     GrowingStruct ports;
     ports.add(b_.image, bytecode::kObjectField, b_.type(TypeId::kUdint), FieldRole::kHidden, {});
@@ -504,19 +507,17 @@ class RandomImage {
   }
 
   PouBuilder::Step index_step(Scope& scope, std::uint32_t array) {
-    const ImageType& t = type(array);
-    if (random_.once_in(5)) return {PathStep::kElement, static_cast<Word>(below(t.count))};
+    if (random_.once_in(5)) return {PathStep::kElement, static_cast<Word>(below(type(array).count))};
     static constexpr TypeId kIndices[] = {TypeId::kInt,   TypeId::kInt,   TypeId::kDint,  TypeId::kDint, TypeId::kSint,
                                           TypeId::kUsint, TypeId::kUint,  TypeId::kUdint, TypeId::kLint, TypeId::kUlint,
                                           TypeId::kByte,  TypeId::kDword, TypeId::kLword};
     const TypeId id = random_.one_of(kIndices);
-    const Word leaf = random_.once_in(2) ? read(scope, id) : inside(scope, id, t);
-    return {PathStep::kIndex, leaf};
+    return {PathStep::kIndex, random_.once_in(2) ? read(scope, id) : inside(scope, id, array)};
   }
   /// A variable that is within the bounds before the instruction, most of the time.
-  Word inside(Scope& scope, TypeId id, const ImageType& array) {
+  Word inside(Scope& scope, TypeId id, std::uint32_t array) {
+    const std::int64_t wanted = type(array).lower + static_cast<std::int64_t>(below(type(array).count));
     const Word leaf = own(scope, id, 4);
-    const std::int64_t wanted = array.lower + static_cast<std::int64_t>(below(array.count));
     std::vector<std::byte> bytes(core::rep_bytes(core::rep_of(id)));
     std::memcpy(bytes.data(), &wanted, bytes.size());
     move(scope, id, leaf, b_.constant_bytes(b_.type(id), std::move(bytes)));
@@ -802,6 +803,7 @@ class RandomImage {
   }
 
   Random random_;
+  const taskblocks::Registry& registry_;
   ImageBuilder b_;
   std::size_t tasks_ = 1;
   std::array<std::vector<std::uint32_t>, core::kTypeCount> types_;
