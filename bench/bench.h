@@ -49,12 +49,23 @@ struct ScanResult {
   Verdict verdict;
   /// Medians, of C, C without barriers, interpreter, native code; per unit of the size. 0 = not measured.
   std::array<double, 4> ns{};
+  std::size_t code_bytes = 0;   ///< of native code
+  std::size_t table_bytes = 0;  ///< of the variables beside it
 };
 /// Columns of what measure_scan() prints.
 std::string scan_head();
 /// Interpreter and native code against the same program in C compiled with -O2, with and without a barrier after each
 /// rung, in one process, with one input changing per scan. Prints a row.
 ScanResult measure_scan(const Workload& workload, const ScanPlan& plan);
+
+struct PlotPlan {
+  std::uint64_t seed = 1;
+  std::uint32_t batches = 100;
+  std::uint32_t largest = 100'000;  ///< rungs
+  std::string file;                 ///< SVG file to write
+};
+/// measure_scan() over many sizes of the drawn workloads, as curves.
+Verdict plot_scans(const PlotPlan& plan);
 
 struct LoadPlan {
   std::uint64_t seed = 1;
@@ -63,13 +74,6 @@ struct LoadPlan {
 };
 /// From file to the end of the first scan (`plc sim --cycles 1`) against `xmllint --noout` on the same file.
 Verdict measure_load(const LoadPlan& plan);
-
-struct StPlan {
-  std::uint32_t batches = 200;  ///< timed scans of each side, interleaved; 0 = check only
-};
-/// The programs that PLCs are compared with, as ST and as C compiled with -O2: 100,000 REAL multiplications with
-/// conversion, bubble sort of 1,000 elements in reverse order.
-Verdict measure_st(const StPlan& plan);
 
 struct TaskblockPlan {
   std::uint32_t batches = 200;  ///< timed batches of each side, interleaved; 0 = check only

@@ -9,6 +9,8 @@
 #include <thread>
 
 #include "bench/side.h"
+#include "bench/taskblock_types.h"
+#include "picard/taskblock.h"
 
 namespace plc::bench {
 namespace {
@@ -16,11 +18,12 @@ namespace {
 /// No value of C's differs from ours with these: no fused multiplication where the processor has one, no errno.
 /// Hidden, as in a program: arrays are reached without a table of addresses.
 constexpr const char* kFlags = "-O2 -fno-math-errno -ffp-contract=off -fPIC -fvisibility=hidden";
-constexpr const char* kVisible = "__attribute__((visibility(\"default\"))) ";
+
+constexpr const char* kShown = "__attribute__((visibility(\"default\"))) ";
 
 /// plc_variables: where all that is compared lies. Since others can see it, the compiler keeps every store.
 std::string table_of_variables(const Source& source) {
-  std::string out = fmt::format("{}void *plc_variables[] = {{\n", kVisible);
+  std::string out = fmt::format("{}void *plc_variables[] = {{\n", kShown);
   for (const Variable& variable : source.variables) out += fmt::format("  &{},\n", variable.c);
   return out + "};\n";
 }
@@ -48,14 +51,31 @@ class CSide final : public Side {
   CSide(const CSide&) = delete;
   CSide& operator=(const CSide&) = delete;
 
-  bool find(std::size_t count) {
-    scan_ = reinterpret_cast<void (*)(long long)>(::dlsym(library_, "plc_scan"));
-    auto* const table = static_cast<unsigned char**>(::dlsym(library_, "plc_variables"));
-    if (scan_ == nullptr || table == nullptr) {
-      std::cerr << "the C defines no plc_scan\n";
-      return false;
+  /// `image`: of taskblocks, whose objects need ports to be bound to.
+  bool find(const bytecode::VerifiedImage& image, const Source& source) {
+    scan_ = reinterpret_cast<void (*)(long long)>(symbol("plc_scan"));
+    if (scan_ == nullptr) return false;
+    if (source.taskblocks == 0) {
+      auto* const table = static_cast<unsigned char**>(symbol("plc_variables"));
+      if (table != nullptr) variables_.assign(table, table + source.variables.size());
+      return table != nullptr;
     }
-    variables_.assign(table, table + count);
+    made_taskblocks().clear();
+    owner_ = make_plc_side(image, source, Engine::kInterpreter);
+    struct Call {
+      int (*fire)(void* object, picard_failure* failure);
+      void* object;
+    };
+    auto* const calls = static_cast<Call*>(symbol("plc_calls"));
+    auto* const failure = static_cast<picard_failure**>(symbol("plc_failure"));
+    if (owner_ == nullptr || calls == nullptr || failure == nullptr) return false;
+    const std::vector<void*>& made = made_taskblocks();
+    if (made.size() != source.taskblocks) return false;
+    for (std::size_t i = 0; i < made.size(); ++i) {
+      calls[i] = {bench_taskblocks().find("ONE_WORKING")->block->fire, made[i]};
+    }
+    *failure = &failure_;
+    variables_ = owner_->variables();
     return true;
   }
   bool scan(core::TimeNs now_ns) override {
@@ -64,21 +84,31 @@ class CSide final : public Side {
   }
 
  private:
+  void* symbol(const char* name) {
+    void* const found = ::dlsym(library_, name);
+    if (found == nullptr) std::cerr << "the C does not show " << name << '\n';
+    return found;
+  }
+
   void* library_;
+  std::unique_ptr<Side> owner_;  ///< of the taskblocks; never runs
+  picard_failure failure_{};
   void (*scan_)(long long) = nullptr;
 };
 
 }  // namespace
 
-std::unique_ptr<Side> make_c_side(const Source& source, bool barriers) {
+std::unique_ptr<Side> make_c_side(const bytecode::VerifiedImage& image, const Source& source, bool barriers) {
   const Scratch scratch;
   const std::string object = scratch.file("scan.so");
   std::string link = fmt::format("{} -shared -o {}", PLC_C_COMPILER, object);
   std::vector<std::string> commands;
   for (std::size_t i = 0; i < source.c.size(); ++i) {
     const std::string name = scratch.file(std::to_string(i));
-    std::ofstream(name + ".c") << kVisible << "void plc_scan(long long);\n"
-                               << source.c[i] << (i + 1 == source.c.size() ? table_of_variables(source) : "");
+    std::ofstream(name + ".c") << kShown << "void plc_scan(long long);\n"
+                               << source.c[i]
+                               << (i + 1 == source.c.size() && source.taskblocks == 0 ? table_of_variables(source)
+                                                                                      : "");
     commands.push_back(
         fmt::format("{} {} {} -c -o {}.o {}.c", PLC_C_COMPILER, kFlags, barriers ? "" : "-DBARRIER=", name, name));
     link += fmt::format(" {}.o", name);
@@ -90,7 +120,7 @@ std::unique_ptr<Side> make_c_side(const Source& source, bool barriers) {
     return nullptr;
   }
   auto side = std::make_unique<CSide>(library);
-  return side->find(source.variables.size()) ? std::move(side) : nullptr;
+  return side->find(image, source) ? std::move(side) : nullptr;
 }
 
 }  // namespace plc::bench

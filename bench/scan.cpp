@@ -41,15 +41,12 @@ class Comparison {
   }
   /// False when one of them could not be made.
   bool make(const Workload& workload) {
-    {
-      const Scratch scratch;
-      const auto image = compile_project(source_, scratch);
-      if (!image) return false;
-      sides_[kInterpreter] = make_plc_side(*image, source_, Engine::kInterpreter);
-      sides_[kNative] = make_plc_side(*image, source_, Engine::kNative);
-    }
-    sides_[kC] = make_c_side(source_, true);
-    if (workload.barriers) sides_[kPlainC] = make_c_side(source_, false);
+    const auto image = compile_project(source_);
+    if (!image) return false;
+    sides_[kC] = make_c_side(*image, source_, true);
+    if (workload.barriers) sides_[kPlainC] = make_c_side(*image, source_, false);
+    sides_[kInterpreter] = make_plc_side(*image, source_, Engine::kInterpreter);
+    sides_[kNative] = make_plc_side(*image, source_, Engine::kNative);
     for (std::size_t s = 0; s < kSides; ++s) {
       if (sides_[s] == nullptr && (s != kPlainC || workload.barriers)) return false;
     }
@@ -103,6 +100,7 @@ class Comparison {
            static_cast<double>(changed_.size());
   }
   [[nodiscard]] std::uint64_t scans() const { return scans_; }
+  [[nodiscard]] const Side& native() const { return *sides_[kNative]; }
 
  private:
   static core::TimeNs now_ns(std::uint64_t scan) { return static_cast<core::TimeNs>(scan) * kPeriodNs; }
@@ -156,6 +154,8 @@ ScanResult measure_scan(const Workload& workload, const ScanPlan& plan) {
     result.verdict.correct = false;
     return result;
   }
+  result.code_bytes = comparison.native().code_bytes();
+  result.table_bytes = comparison.native().table_bytes();
   const std::uint64_t most = std::max<std::uint64_t>(20, kComparisons / source.variables.size());
   for (std::uint64_t i = 0; i < std::min<std::uint64_t>(plan.scans, most) && result.verdict.correct; ++i) {
     comparison.round(1);

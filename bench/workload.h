@@ -21,7 +21,7 @@ enum class Stimulus : std::uint8_t {
 
 /// A variable that every side has; all hold the same bytes after each scan.
 struct Variable {
-  std::string path;         ///< as runtime::Access takes it; of an array, its first element
+  std::string path;         ///< as runtime::Access takes it; of an array, its first element; of a global, task 0's copy
   std::string c;            ///< the same as an lvalue of the C source
   std::uint32_t bytes = 1;  ///< of the variable, or of the whole array
   Stimulus stimulus = Stimulus::kNone;
@@ -35,6 +35,9 @@ struct Source {
   /// to rung, or nothing with -DBARRIER=.
   std::vector<std::string> c;
   std::vector<Variable> variables;
+  /// So many taskblocks the C calls through its arrays `plc_calls` of {fire, object}, with `plc_failure` behind the
+  /// object. The variables are then those of the ports that their objects are bound to.
+  std::uint32_t taskblocks = 0;
 };
 
 /// Most that medians of ratios may be; 0 = no limit.

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "bench/program.h"
+#include "bench/st_programs.h"
 #include "bench/workload.h"
 
 namespace plc::bench {
@@ -23,6 +24,13 @@ std::span<const Workload> workloads() {
       {"blocks", "rung", &drawn<Kind::kBlocks>, {100, 1'000, 10'000}, 300, true, {6, 1.25, 0}},
       {"arithmetic", "chain", &drawn<Kind::kArithmetic>, {100, 1'000, 10'000}, 300, true, {6, 1.25, 0}},
       {"mixed", "rung", &drawn<Kind::kMixed>, {100, 1'000, 10'000}, 300, true, {6, 1.25, 0}},
+      {"bubble", "element", &make_bubble, {1'000}, 100, false, {6, 2, 0}},
+      {"products", "product", &make_products, {1'000, 100'000}, 100, false, {6, 2, 0}},
+      {"fir", "sample", &make_fir, {1'000}, 100, false, {6, 2, 0}},
+      {"matrix", "row", &make_matrix, {50}, 10, false, {6, 2, 0}},
+      {"checksum", "byte", &make_checksum, {4'096}, 100, false, {6, 2, 0}},
+      {"taskblocks", "call", &make_calls, {100, 1'000}, 100, false, {6, 0, 0}},
+      {"exchange", "DINT", &make_exchange, {100, 1'000, 10'000}, 100, false, {6, 0, 0}},
   };
   return all;
 }
