@@ -116,6 +116,7 @@ class TaskCompiler {
         translate({words_.data() + position, position, operation});
         ++i;
       }
+      s_.keep_asides_near();
     }
     s_.write_asides();
     s_.land(failed_);
