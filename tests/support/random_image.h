@@ -300,12 +300,15 @@ class RandomImage {
                                           Opcode::kLeF32, Opcode::kGtF32, Opcode::kGeF32};
       static constexpr Opcode kIntegers[] = {Opcode::kEq16,  Opcode::kNe16,  Opcode::kLtI16,
                                              Opcode::kLeI16, Opcode::kGtI16, Opcode::kGeI16};
+      // One random number after the other: arguments of a call have no order of their own.
       const bool real = below(2) == 0;
       const TypeId type = real ? TypeId::kReal : TypeId::kInt;
-      pou.op(real ? kReals[below(6)] : kIntegers[below(6)], {result, any(scope, type), any(scope, type)});
+      const Opcode comparison = real ? kReals[below(6)] : kIntegers[below(6)];
+      pou.op(comparison, {result, any(scope, type), any(scope, type)});
       jump = pou.jump(below(2) == 0 ? Opcode::kCondJump : Opcode::kJumpIf, {result});
     } else {
-      jump = pou.jump(below(2) == 0 ? Opcode::kCondJump : Opcode::kJumpIf, {any(scope, TypeId::kBool)});
+      const Opcode opcode = below(2) == 0 ? Opcode::kCondJump : Opcode::kJumpIf;
+      jump = pou.jump(opcode, {any(scope, TypeId::kBool)});
     }
     for (std::size_t n = below(4); n > 0; --n) statement(pou, scope, depth + 1);
     pou.land(jump);
