@@ -117,6 +117,7 @@ class TaskCompiler {
         translate({linked_.data() + position, position, operation});
         ++i;
       }
+      s_.keep_asides_near();
     }
     s_.write_asides();
     s_.land(failed_);
@@ -187,7 +188,12 @@ class TaskCompiler {
       case Form::kCallFunction:
         return call_function(i);
       case Form::kCallLibrary:
-        if (translate_library(s_, i, [this, i] { call_library(i); })) return;
+        // Written later, when the words may lie elsewhere.
+        if (translate_library(s_, i, [this, position = i.position, operation = i.operation] {
+              call_library({words_.data() + position, position, operation});
+            })) {
+          return;
+        }
         return call_library(i);
       case Form::kClearEvent:
         return s_.mark_events();

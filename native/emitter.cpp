@@ -4,8 +4,8 @@
 
 namespace plc::native {
 
-Emitter::Emitter(asmjit::BaseAssembler& assembler, std::byte* table, std::uint64_t address)
-    : table_(reinterpret_cast<std::uint64_t>(table)), assembler_(assembler) {
+Emitter::Emitter(asmjit::BaseAssembler& assembler, std::byte* table, std::uint64_t address, std::size_t reach)
+    : table_(reinterpret_cast<std::uint64_t>(table)), assembler_(assembler), reach_(reach) {
   code_.init(asmjit::Environment::host(), address);
   code_.setErrorHandler(this);
 }
@@ -14,6 +14,19 @@ void Emitter::attach() { code_.attach(&assembler_); }
 
 void Emitter::handleError(asmjit::Error, const char* message, asmjit::BaseEmitter*) {
   if (problem_.empty()) problem_ = message;
+}
+
+void Emitter::aside(std::function<void()> code) {
+  if (asides_.empty()) first_aside_ = size();
+  asides_.push_back(std::move(code));
+}
+
+void Emitter::keep_asides_near() {
+  if (asides_.empty() || size() - first_aside_ < reach_) return;
+  const asmjit::Label behind = label();
+  jump(behind);
+  write_asides();
+  land(behind);
 }
 
 void Emitter::write_asides() {

@@ -60,7 +60,7 @@ class Emitter : private asmjit::ErrorHandler {
 
   // ---- jumps
   asmjit::Label label() { return assembler_.newLabel(); }
-  void bind(const asmjit::Label& label) { assembler_.bind(label); }
+  virtual void bind(const asmjit::Label& label) { assembler_.bind(label); }
   /// Others jump here: nothing is known of registers.
   void land(const asmjit::Label& label) {
     forget();
@@ -105,9 +105,12 @@ class Emitter : private asmjit::ErrorHandler {
   virtual void store_no_event(std::uint32_t operand) = 0;
 
   /// Code for a rare case: written behind the body, where straight execution does not come by.
-  void aside(std::function<void()> code) { asides_.push_back(std::move(code)); }
+  void aside(std::function<void()> code);
   /// Writes what was put aside. At the end of a body.
   void write_asides();
+  /// Writes it here, behind a jump, if the code that jumps to it would otherwise get out of reach. Between
+  /// instructions.
+  void keep_asides_near();
   /// Code for an event of the instruction at `position`; to be put aside. `event` < 0: it was returned by a call.
   void raise(std::uint32_t position, int event);
 
@@ -123,8 +126,9 @@ class Emitter : private asmjit::ErrorHandler {
   std::vector<std::byte> finish();
 
  protected:
-  /// For code that starts at `address` and works on `table`, written by `assembler`, which attach() is for.
-  Emitter(asmjit::BaseAssembler& assembler, std::byte* table, std::uint64_t address);
+  /// For code that starts at `address` and works on `table`, written by `assembler`, which attach() is for. `reach`:
+  /// bytes of code after which what was put aside has to be written.
+  Emitter(asmjit::BaseAssembler& assembler, std::byte* table, std::uint64_t address, std::size_t reach);
   Emitter(const Emitter&) = delete;
   Emitter& operator=(const Emitter&) = delete;
   ~Emitter() override = default;
@@ -149,7 +153,9 @@ class Emitter : private asmjit::ErrorHandler {
 
   asmjit::CodeHolder code_;
   asmjit::BaseAssembler& assembler_;
+  std::size_t reach_;
   std::vector<std::function<void()>> asides_;
+  std::size_t first_aside_ = 0;  ///< where the code is that put the first of them aside
   std::vector<std::pair<asmjit::Label, std::vector<std::uint64_t>>> data_;
   std::string problem_;
 };

@@ -10,6 +10,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 
 #include "native/emitter.h"
@@ -38,7 +39,10 @@ x86::Gp gp(std::uint32_t number, unsigned bytes);
 class Assembly final : public Emitter {
  public:
   /// For code that starts at `address` and works on `table`.
-  Assembly(std::byte* table, std::uint64_t address) : Emitter(a, table, address) { attach(); }
+  Assembly(std::byte* table, std::uint64_t address)
+      : Emitter(a, table, address, std::numeric_limits<std::size_t>::max()) {
+    attach();
+  }
 
   x86::Assembler a;
 

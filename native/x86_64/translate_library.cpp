@@ -1,13 +1,9 @@
 // Functions of the library that cost less than a call: selection, conversions of numbers, absolute values, square root,
 // NOT, shifts (stdlib/functions/). Each does what the kernel of its row does; what it leaves out, events above all, it
 // leaves to the kernel.
-#include <algorithm>
-#include <optional>
 #include <string_view>
-#include <unordered_map>
-#include <utility>
 
-#include "core/types.h"
+#include "native/library_rows.h"
 #include "native/translate.h"
 #include "runtime/operations.h"
 #include "stdlib/library.h"
@@ -18,48 +14,6 @@ namespace {
 using core::TypeId;
 using stdlib::Kernel;
 using stdlib::Overload;
-
-/// Overloads whose kernels are one function differ in the names of their types alone.
-const Overload* overload_of(Kernel kernel) {
-  static const auto known = [] {
-    std::unordered_map<Kernel, const Overload*> map;
-    for (const Overload& overload : stdlib::overloads()) map.try_emplace(overload.kernel, &overload);
-    return map;
-  }();
-  const auto found = known.find(kernel);
-  return found == known.end() ? nullptr : found->second;
-}
-
-/// Nothing for texts.
-std::optional<Type> machine_type(TypeId id) {
-  switch (core::rep_of(id)) {
-    case core::Rep::kBool:
-    case core::Rep::kU8:
-      return Type::kU8;
-    case core::Rep::kI8:
-      return Type::kI8;
-    case core::Rep::kI16:
-      return Type::kI16;
-    case core::Rep::kU16:
-      return Type::kU16;
-    case core::Rep::kI32:
-      return Type::kI32;
-    case core::Rep::kU32:
-      return Type::kU32;
-    case core::Rep::kI64:
-      return Type::kI64;
-    case core::Rep::kU64:
-      return Type::kU64;
-    case core::Rep::kF32:
-      return Type::kF32;
-    case core::Rep::kF64:
-      return Type::kF64;
-    default:
-      return std::nullopt;
-  }
-}
-/// Numbers and bits: types that count nothing but themselves.
-bool is_number(TypeId id) { return core::in_category(id, core::kAnyNum | core::kAnyBit); }
 
 class Translator {
  public:
