@@ -3,4 +3,6 @@
 
 #if defined(__x86_64__)
 #include "native/x86_64/assembly.h"
+#elif defined(__aarch64__)
+#include "native/aarch64/assembly.h"
 #endif
