@@ -4,12 +4,15 @@
 
 #include <algorithm>
 #include <cstring>
+#include <map>
+#include <optional>
 #include <span>
 #include <unordered_map>
 #include <utility>
 
 #include "bytecode/image.h"
 #include "native/helpers.h"
+#include "native/loops.h"
 #include "native/translate.h"
 #include "runtime/link.h"
 #include "runtime/operations.h"
@@ -81,9 +84,11 @@ class TaskCompiler {
  private:
   /// What C++ calls: bool (Machine&).
   void entry() {
-    s_.begin_entry();
+    const bool loops = std::any_of(linked_.instructions.begin(), linked_.instructions.end(),
+                                   [](const LinkedInstruction& i) { return i.op == runtime::ResolvedOp::kLoopJump; });
+    s_.begin_entry(loops);
     s_.call_body(entries_.at(linked_.entry));
-    s_.end_entry();
+    s_.end_entry(loops);
   }
 
   // ---- one body
@@ -97,10 +102,12 @@ class TaskCompiler {
     for (const LinkedInstruction& instruction : instructions) {
       const Operation operation = operation_of(instruction.op);
       counts_events = counts_events || operation.form == Form::kEno;
-      if (const auto target = target_of(operation.form, instruction.position)) {
-        targets_.try_emplace(*target, s_.label());
-      }
+      const std::uint32_t target = target_of(operation.form, linked_.data() + instruction.position);
+      if (target != kNoTarget) targets_.try_emplace(target, s_.label());
     }
+    std::vector<Loop> loops;
+    if (Assembly::kKeepsLoops) loops = find_loops(linked_.data(), instructions);
+    auto loop = loops.cbegin();
     failed_ = s_.label();
     s_.land(entries_.at(body.entry));
     s_.begin_body(counts_events);
@@ -108,15 +115,11 @@ class TaskCompiler {
       if (const auto target = targets_.find(instructions[i].position); target != targets_.end()) {
         s_.land(target->second);
       }
-      const Operation operation = operation_of(instructions[i].op);
-      if (operation.form == Form::kInterpreted) {
-        i = interpret(body, instructions, i);
-      } else {
-        const std::uint32_t position = instructions[i].position;
-        // Not in words_, which grow while code behind the body (Emitter::aside) still reads the instruction.
-        translate({linked_.data() + position, position, operation});
-        ++i;
+      if (loop != loops.cend() && loop->first == i) {
+        i = write_loop(body, *loop++, instructions);
+        continue;
       }
+      i = write(body, instructions, i);
       s_.keep_asides_near();
     }
     s_.write_asides();
@@ -124,26 +127,49 @@ class TaskCompiler {
     s_.leave_body(false);
   }
 
+  /// Instruction number `i`, or it and some behind it. Returns the number of the next one.
+  std::size_t write(const LinkedBody& body, std::span<const LinkedInstruction> instructions, std::size_t i) {
+    const Operation operation = operation_of(instructions[i].op);
+    if (operation.form == Form::kInterpreted) return interpret(body, instructions, i);
+    const std::uint32_t position = instructions[i].position;
+    // Not in words_, which grow while code behind the body (Emitter::aside) still reads the instruction.
+    translate({linked_.data() + position, position, operation});
+    return i + 1;
+  }
+
+  /// A loop, with its variables in registers. Returns the number of the instruction behind it.
+  std::size_t write_loop(const LinkedBody& body, const Loop& loop, std::span<const LinkedInstruction> instructions) {
+    s_.enter_loop(loop);
+    loop_ = LoopCode{instructions[loop.first].position, instructions[loop.last].position, {}};
+    // Who jumps to the head from outside enters the loop; who does so inside goes on with it.
+    const asmjit::Label entry = std::exchange(targets_.at(loop_->first), s_.label());
+    for (std::size_t i = loop.first; i <= loop.last;) {
+      if (const auto target = targets_.find(instructions[i].position); target != targets_.end()) {
+        s_.land(target->second);
+      }
+      i = write(body, instructions, i);
+    }
+    for (const auto& [position, exit] : loop_->exits) {
+      s_.land(exit);
+      s_.write_back();
+      s_.jump(targets_.at(position));
+    }
+    targets_.at(loop_->first) = entry;
+    loop_.reset();
+    s_.end_loop();
+    return loop.last + 1;
+  }
+
+  /// Where a jump to this position goes: out of a loop, through code that ends it.
+  const asmjit::Label& target(std::uint32_t position) {
+    if (!loop_ || (loop_->first <= position && position <= loop_->last)) return targets_.at(position);
+    const auto [exit, is_new] = loop_->exits.try_emplace(position);
+    if (is_new) exit->second = s_.label();
+    return exit->second;
+  }
+
   /// The scan ends here unless what was called returned TRUE.
   void check() { s_.jump_if_result(false, failed_); }
-
-  /// Where a jump goes.
-  [[nodiscard]] std::optional<std::uint32_t> target_of(Form form, std::uint32_t position) const {
-    const std::uint32_t* const words = linked_.data() + position;
-    switch (form) {
-      case Form::kJump:
-      case Form::kLoopJump:
-        return words[1];
-      case Form::kJumpUnless:
-      case Form::kJumpIf:
-        return words[2];
-      case Form::kCompareJumpUnless:
-      case Form::kCompareJumpIf:
-        return words[4];
-      default:
-        return std::nullopt;
-    }
-  }
 
   // ---- instructions
 
@@ -151,18 +177,19 @@ class TaskCompiler {
     const std::uint32_t* const w = i.words;
     switch (i.operation.form) {
       case Form::kReturn:
+        s_.write_back();
         return s_.leave_body(true);
       case Form::kJump:
-        return s_.jump(targets_.at(w[1]));
+        return s_.jump(target(w[1]));
       case Form::kJumpUnless:
-        return s_.jump_if(w[1], false, targets_.at(w[2]));
+        return s_.jump_if(w[1], false, target(w[2]));
       case Form::kJumpIf:
-        return s_.jump_if(w[1], true, targets_.at(w[2]));
+        return s_.jump_if(w[1], true, target(w[2]));
       case Form::kLoopJump:
         return loop_jump(i);
       case Form::kCompareJumpUnless:
       case Form::kCompareJumpIf:
-        return translate_compare_jump(s_, i, targets_.at(w[4]));
+        return translate_compare_jump(s_, i, target(w[4]));
       case Form::kShortRecords4:
       case Form::kShortRecords5:
       case Form::kGeneralRecords:
@@ -219,7 +246,7 @@ class TaskCompiler {
   void loop_jump(const Instruction& i) {
     const asmjit::Label over = s_.label();
     s_.take_loop(i.position, over);
-    s_.jump(targets_.at(i.words[1]));
+    s_.jump(target(i.words[1]));
     s_.aside([this, over, position = i.position] {
       s_.land(over);
       s_.pass(1, position);
@@ -354,8 +381,13 @@ class TaskCompiler {
   BooleanExpressions expressions_;
   std::unordered_map<std::uint32_t, asmjit::Label> entries_;  ///< of bodies, by position
   std::unordered_map<std::uint32_t, asmjit::Label> targets_;  ///< of jumps in this body, by position
-  asmjit::Label failed_;                                      ///< of this body: the scan is over
-  bool records_as_data_ = false;                              ///< boolean logic is not made code
+  struct LoopCode {
+    std::uint32_t first = 0, last = 0;             ///< positions
+    std::map<std::uint32_t, asmjit::Label> exits;  ///< by position outside
+  };
+  std::optional<LoopCode> loop_;  ///< that is being written
+  asmjit::Label failed_;          ///< of this body: the scan is over
+  bool records_as_data_ = false;  ///< boolean logic is not made code
   CompileReport report_;
 };
 

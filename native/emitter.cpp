@@ -12,13 +12,11 @@ Emitter::Emitter(asmjit::BaseAssembler& assembler, std::byte* table, std::uint64
 
 void Emitter::attach() { code_.attach(&assembler_); }
 
-void Emitter::handleError(asmjit::Error, const char* message, asmjit::BaseEmitter*) {
-  if (problem_.empty()) problem_ = message;
-}
+void Emitter::handleError(asmjit::Error, const char* message, asmjit::BaseEmitter*) { refuse(message); }
 
 void Emitter::aside(std::function<void()> code) {
   if (asides_.empty()) first_aside_ = size();
-  asides_.push_back(std::move(code));
+  asides_.push_back({std::move(code), kept_});
 }
 
 void Emitter::keep_asides_near() {
@@ -32,9 +30,11 @@ void Emitter::keep_asides_near() {
 void Emitter::write_asides() {
   // Index by index: what is written may put more aside.
   for (std::size_t i = 0; i < asides_.size(); ++i) {
-    const std::function<void()> code = std::move(asides_[i]);
-    code();
+    const Aside aside = std::move(asides_[i]);
+    kept_ = aside.kept;
+    aside.code();
   }
+  kept_.reset();
   asides_.clear();
   forget();
 }

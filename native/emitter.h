@@ -11,12 +11,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "native/loops.h"
 #include "native/operation.h"
 #include "runtime/interpreter.h"
 
@@ -50,10 +52,20 @@ class Emitter : private asmjit::ErrorHandler {
   }
   void forget() { held_.bytes = 0; }
 
+  // ---- loops: while one is written, variables of it lie in registers instead of in the table, but for calls
+  /// Variables go into registers.
+  virtual void enter_loop(const Loop&) {}
+  /// Registers go back to the table: before a call, and where the loop is left, any number of times.
+  virtual void write_back() {}
+  [[nodiscard]] bool in_loop() const { return kept_ != nullptr; }
+  /// The loop's code ends here.
+  void end_loop() { kept_.reset(); }
+
   // ---- bodies: bool (); in relative ones the instance is in argument 0
-  /// The function that C++ calls, bool (Machine&): everything until end_entry().
-  virtual void begin_entry() = 0;
-  virtual void end_entry() = 0;
+  /// The function that C++ calls, bool (Machine&): everything until end_entry(). `loops`: some
+  /// body enters loops.
+  virtual void begin_entry(bool loops) = 0;
+  virtual void end_entry(bool loops) = 0;
   /// `counts_events`: the body may use mark_events() and store_no_event(). Its operands are as `relative` says.
   virtual void begin_body(bool counts_events) = 0;
   virtual void leave_body(bool result) = 0;
@@ -134,10 +146,26 @@ class Emitter : private asmjit::ErrorHandler {
   ~Emitter() override = default;
   void attach();
 
+  /// The code cannot be made.
+  void refuse(const char* why) {
+    if (problem_.empty()) problem_ = why;
+  }
+
   /// A register gets another value.
   void overwrite(std::uint32_t number, bool real) {
     if (held_.reg == number && held_.real == real) forget();
   }
+
+  /// What lies in registers in a loop.
+  struct Kept {
+    struct Variable {
+      LoopVariable what;
+      std::uint32_t reg = 0;
+    };
+    std::vector<Variable> variables;
+    std::uint32_t budget = 0;  ///< register of the loop budget
+  };
+  std::shared_ptr<const Kept> kept_;  ///< null outside of loops
 
   struct Held {
     std::uint32_t operand = 0;
@@ -154,7 +182,11 @@ class Emitter : private asmjit::ErrorHandler {
   asmjit::CodeHolder code_;
   asmjit::BaseAssembler& assembler_;
   std::size_t reach_;
-  std::vector<std::function<void()>> asides_;
+  struct Aside {
+    std::function<void()> code;
+    std::shared_ptr<const Kept> kept;
+  };
+  std::vector<Aside> asides_;
   std::size_t first_aside_ = 0;  ///< where the code is that put the first of them aside
   std::vector<std::pair<asmjit::Label, std::vector<std::uint64_t>>> data_;
   std::string problem_;

@@ -66,10 +66,12 @@ class Assembly final : public Emitter {
   /// Jumps if the flags say so, anywhere. For targets of jumps in programs.
   void jump_on(Condition condition, const asmjit::Label& target);
 
+  static constexpr bool kKeepsLoops = false;
+
   // ---- control (control.cpp)
   void bind(const asmjit::Label& label) override;
-  void begin_entry() override;
-  void end_entry() override;
+  void begin_entry(bool loops) override;
+  void end_entry(bool loops) override;
   void begin_body(bool counts_events) override;
   void leave_body(bool result) override;
   void jump(const asmjit::Label& target) override;

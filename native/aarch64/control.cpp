@@ -19,14 +19,14 @@ void Assembly::bind(const asmjit::Label& label) {
   Emitter::bind(label);
 }
 
-void Assembly::begin_entry() {
+void Assembly::begin_entry(bool) {
   a.stp(a64::x29, a64::x30, a64::ptr_pre(a64::sp, -kEntryBytes));
   a.mov(a64::x29, a64::sp);
   for (std::int32_t i = 1; i < 5; ++i) a.stp(a64::x(kSaved[i]), a64::x(kSaved[i] + 1), a64::ptr(a64::sp, 16 * i));
   a.mov(a64::x(kMachine), a64::x0);
   constant(a64::x(kTable), table_);
 }
-void Assembly::end_entry() {
+void Assembly::end_entry(bool) {
   for (std::int32_t i = 1; i < 5; ++i) a.ldp(a64::x(kSaved[i]), a64::x(kSaved[i] + 1), a64::ptr(a64::sp, 16 * i));
   a.ldp(a64::x29, a64::x30, a64::ptr_post(a64::sp, kEntryBytes));
   a.ret(a64::x30);

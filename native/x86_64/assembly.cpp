@@ -1,5 +1,7 @@
 #include "native/assembly.h"
 
+#include <iterator>
+
 #include "native/machine_layout.h"
 
 namespace plc::native {
@@ -25,23 +27,56 @@ x86::Gp gp(std::uint32_t number, unsigned bytes) {
   }
 }
 
-x86::Mem Assembly::at(std::uint32_t operand, unsigned bytes) const {
+x86::Mem Assembly::at(std::uint32_t operand, unsigned bytes) {
+  if (kept(operand) || kept(operand, true)) refuse("a variable of a loop is not in the table");
+  return place(operand, bytes);
+}
+x86::Mem Assembly::place(std::uint32_t operand, unsigned bytes) const {
   if (relative && (operand & runtime::kRelativeBit) != 0) {
     return x86::ptr(x86::r13, static_cast<std::int32_t>(operand & ~runtime::kRelativeBit), bytes);
   }
   return x86::ptr_rel(address_of(operand), bytes);
 }
 
-void Assembly::address(const x86::Gp& to, std::uint32_t operand) { a.lea(to, at(operand, 0)); }
+void Assembly::address(const x86::Gp& to, std::uint32_t operand) { a.lea(to, place(operand, 0)); }
+
+std::optional<std::uint32_t> Assembly::kept(std::uint32_t operand, bool real) const {
+  if (kept_ == nullptr) return std::nullopt;
+  for (const Kept::Variable& variable : kept_->variables) {
+    if (variable.what.operand == operand && variable.what.real == real) return variable.reg;
+  }
+  return std::nullopt;
+}
+std::optional<std::uint32_t> Assembly::in_register(std::uint32_t operand, unsigned bytes) const {
+  if (holds(operand, bytes)) return held_.reg;
+  return kept(operand);
+}
+std::optional<std::uint32_t> Assembly::in_register(std::uint32_t operand, Type real) const {
+  if (holds_real(operand, real)) return held_.reg;
+  return kept(operand, true);
+}
+asmjit::Operand Assembly::value(std::uint32_t operand, unsigned bytes) {
+  if (const auto number = in_register(operand, bytes)) return gp(*number, bytes);
+  return at(operand, bytes);
+}
+asmjit::Operand Assembly::real_value(std::uint32_t operand, Type type) {
+  if (const auto number = in_register(operand, type)) return x86::xmm(*number);
+  return at(operand, bytes_of(type));
+}
 
 void Assembly::load(std::uint32_t to, std::uint32_t operand, unsigned bytes) {
-  if (holds(operand, bytes)) {
-    if (to != held_.reg) a.mov(gp(to, bytes == 8 ? 8 : 4), gp(held_.reg, bytes == 8 ? 8 : 4));
+  const unsigned wide = bytes == 8 ? 8 : 4;
+  if (const auto from = in_register(operand, bytes)) {
+    if (to == *from) return;
+    overwrite(to, false);
+    a.mov(gp(to, wide), gp(*from, wide));
     return;
   }
   overwrite(to, false);
-  // Narrow loads are extended: a register that keeps its upper part would wait for who wrote it.
-  if (bytes < 4) {
+  if (const auto from = kept(operand, true)) {
+    a.emit(bytes == 8 ? x86::Inst::kIdMovq : x86::Inst::kIdMovd, gp(to, bytes), x86::xmm(*from));
+  } else if (bytes < 4) {
+    // Narrow loads are extended: a register that keeps its upper part would wait for who wrote it.
     a.movzx(gp(to, 4), at(operand, bytes));
   } else {
     a.mov(gp(to, bytes), at(operand, bytes));
@@ -51,17 +86,21 @@ void Assembly::load(std::uint32_t to, std::uint32_t operand, unsigned bytes) {
 void Assembly::load_extended(std::uint32_t to, std::uint32_t operand, Type type) {
   const unsigned bytes = bytes_of(type);
   if (bytes >= 4) return load(to, operand, bytes);
-  const bool held = holds(operand, bytes);
-  const auto id = is_signed(type) ? x86::Inst::kIdMovsx : x86::Inst::kIdMovzx;
-  if (held) {
-    a.emit(id, gp(to, 4), gp(held_.reg, bytes));
-  } else {
-    overwrite(to, false);
-    a.emit(id, gp(to, 4), at(operand, bytes));
-  }
+  const asmjit::Operand from = value(operand, bytes);
+  if (!holds(operand, bytes)) overwrite(to, false);
+  a.emit(is_signed(type) ? x86::Inst::kIdMovsx : x86::Inst::kIdMovzx, gp(to, 4), from);
 }
 
 void Assembly::store(std::uint32_t operand, unsigned bytes, std::uint32_t from) {
+  const unsigned wide = bytes == 8 ? 8 : 4;
+  if (const auto to = kept(operand)) {
+    if (*to != from) a.mov(gp(*to, wide), gp(from, wide));
+    return forget();
+  }
+  if (const auto to = kept(operand, true)) {
+    a.emit(bytes == 8 ? x86::Inst::kIdMovq : x86::Inst::kIdMovd, x86::xmm(*to), gp(from, bytes));
+    return forget();
+  }
   a.mov(at(operand, bytes), gp(from, bytes));
   held_ = {operand, bytes, false, from};
 }
@@ -69,8 +108,10 @@ void Assembly::store(std::uint32_t operand, unsigned bytes, std::uint32_t from) 
 void Assembly::load_real(std::uint32_t to, std::uint32_t operand, Type type) {
   const bool f32 = type == Type::kF32;
   const x86::Xmm value = x86::xmm(to);
-  if (holds_real(operand, type)) {
-    if (to != held_.reg) a.movaps(value, x86::xmm(held_.reg));
+  if (const auto from = in_register(operand, type)) {
+    if (to == *from) return;
+    overwrite(to, true);
+    a.movaps(value, x86::xmm(*from));
     return;
   }
   overwrite(to, true);
@@ -82,12 +123,72 @@ void Assembly::load_real(std::uint32_t to, std::uint32_t operand, Type type) {
 }
 
 void Assembly::store_real(std::uint32_t operand, Type type, std::uint32_t from) {
-  if (type == Type::kF32) {
+  if (const auto to = kept(operand, true)) {
+    if (*to != from) a.movaps(x86::xmm(*to), x86::xmm(from));
+    return forget();
+  }
+  const bool f32 = type == Type::kF32;
+  if (const auto to = kept(operand)) {
+    a.emit(f32 ? x86::Inst::kIdMovd : x86::Inst::kIdMovq, gp(*to, bytes_of(type)), x86::xmm(from));
+    return forget();
+  }
+  if (f32) {
     a.movss(at(operand, 4), x86::xmm(from));
   } else {
     a.movsd(at(operand, 8), x86::xmm(from));
   }
   held_ = {operand, bytes_of(type), true, from};
+}
+
+// ---- loops
+
+void Assembly::enter_loop(const Loop& loop) {
+  // Not those that calls take arguments in: arguments are there before registers are written back.
+  static constexpr std::uint32_t kIntegers[] = {8, 9, 10, 11, 12, 15, 5};
+  static constexpr std::uint32_t kFirstReal = 2, kReals = 14;
+  auto kept = std::make_shared<Kept>();
+  std::size_t integers = 0;
+  std::uint32_t reals = 0;
+  kept->budget = kIntegers[integers++];
+  for (const LoopVariable& variable : loop.variables) {
+    if (variable.real && reals < kReals) {
+      kept->variables.push_back({variable, kFirstReal + reals++});
+    } else if (!variable.real && integers < std::size(kIntegers)) {
+      kept->variables.push_back({variable, kIntegers[integers++]});
+    }
+  }
+  forget();
+  kept_ = std::move(kept);
+  read_back();
+}
+
+void Assembly::read_back() {
+  if (kept_ == nullptr) return;
+  a.mov(gp(kept_->budget, 4), machine::loops_left());
+  for (const auto& [variable, number] : kept_->variables) {
+    const x86::Mem from = place(variable.operand, variable.bytes);
+    if (variable.real) {
+      a.emit(variable.bytes == 4 ? x86::Inst::kIdMovss : x86::Inst::kIdMovsd, x86::xmm(number), from);
+    } else if (variable.bytes < 4) {
+      a.movzx(gp(number, 4), from);
+    } else {
+      a.mov(gp(number, variable.bytes), from);
+    }
+  }
+}
+
+void Assembly::write_back() {
+  if (kept_ == nullptr) return;
+  a.mov(machine::loops_left(), gp(kept_->budget, 4));
+  for (const auto& [variable, number] : kept_->variables) {
+    if (!variable.written) continue;
+    const x86::Mem to = place(variable.operand, variable.bytes);
+    if (variable.real) {
+      a.emit(variable.bytes == 4 ? x86::Inst::kIdMovss : x86::Inst::kIdMovsd, to, x86::xmm(number));
+    } else {
+      a.mov(to, gp(number, variable.bytes));
+    }
+  }
 }
 
 }  // namespace plc::native

@@ -1,9 +1,10 @@
 // Assembly: the Emitter of x86-64, with operands and registers.
 //
 // In: what the compiler and the translators (translate_*.cpp) want done. Out: instructions. Registers: rbx = machine,
-// r13 = the instance in bodies with several, r14 = events at the last CLEAR_EVENT in bodies with ENO; all others are
-// free between instructions. Variables are named by their distance from the code (rip), never through a base register:
-// twice as fast on the processors measured. Does not belong here: what instructions mean.
+// r13 = the instance in bodies with several, r14 = events at the last CLEAR_EVENT in bodies with ENO; in loops, rbp, r8
+// to r12, r15 and xmm2 to xmm15 are the loop's; all others are free between instructions. Variables are named by their
+// distance from the code (rip), never through a base register: twice as fast on the processors measured. Does not
+// belong here: what instructions mean.
 #pragma once
 
 #include <asmjit/x86.h>
@@ -11,6 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 
 #include "native/emitter.h"
@@ -47,7 +49,16 @@ class Assembly final : public Emitter {
   x86::Assembler a;
 
   // ---- operands
-  [[nodiscard]] x86::Mem at(std::uint32_t operand, unsigned bytes) const;
+  /// In the table: not for a variable that lies in a register.
+  [[nodiscard]] x86::Mem at(std::uint32_t operand, unsigned bytes);
+  /// The register that a loop keeps it in, if one does and it is one for integers (reals).
+  [[nodiscard]] std::optional<std::uint32_t> kept(std::uint32_t operand, bool real = false) const;
+  /// The register where it is kept or held, until something is written to that.
+  [[nodiscard]] std::optional<std::uint32_t> in_register(std::uint32_t operand, unsigned bytes) const;
+  [[nodiscard]] std::optional<std::uint32_t> in_register(std::uint32_t operand, Type real) const;
+  /// That register, or the place in the table.
+  [[nodiscard]] asmjit::Operand value(std::uint32_t operand, unsigned bytes);
+  [[nodiscard]] asmjit::Operand real_value(std::uint32_t operand, Type type);
   /// Address of an operand's place.
   void address(const x86::Gp& to, std::uint32_t operand);
 
@@ -60,9 +71,14 @@ class Assembly final : public Emitter {
   void load_real(std::uint32_t to, std::uint32_t operand, Type type);
   void store_real(std::uint32_t operand, Type type, std::uint32_t from);
 
+  // ---- loops
+  static constexpr bool kKeepsLoops = true;
+  void enter_loop(const Loop& loop) override;
+  void write_back() override;
+
   // ---- control (control.cpp)
-  void begin_entry() override;
-  void end_entry() override;
+  void begin_entry(bool loops) override;
+  void end_entry(bool loops) override;
   void begin_body(bool counts_events) override;
   void leave_body(bool result) override;
   void jump(const asmjit::Label& target) override;
@@ -85,6 +101,9 @@ class Assembly final : public Emitter {
   void store_no_event(std::uint32_t operand) override;
 
  private:
+  [[nodiscard]] x86::Mem place(std::uint32_t operand, unsigned bytes) const;
+  void read_back();
+
   bool counts_events_ = false;  ///< in the body that is being written
 };
 

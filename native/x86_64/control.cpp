@@ -12,11 +12,22 @@ constexpr std::array<std::uint32_t, 4> kArguments = {reg::kDi, reg::kSi, reg::kD
 
 }  // namespace
 
-void Assembly::begin_entry() {
+void Assembly::begin_entry(bool loops) {
   a.push(x86::rbx);
   a.mov(x86::rbx, x86::rdi);
+  if (!loops) return;
+  a.push(x86::rbp);
+  a.push(x86::r12);
+  a.push(x86::r15);
+  a.sub(x86::rsp, 8);
 }
-void Assembly::end_entry() {
+void Assembly::end_entry(bool loops) {
+  if (loops) {
+    a.add(x86::rsp, 8);
+    a.pop(x86::r15);
+    a.pop(x86::r12);
+    a.pop(x86::rbp);
+  }
   a.pop(x86::rbx);
   a.ret();
 }
@@ -47,8 +58,8 @@ void Assembly::jump(const asmjit::Label& target) {
   forget();
 }
 void Assembly::jump_if(std::uint32_t operand, bool value, const asmjit::Label& target) {
-  if (holds(operand, 1)) {
-    a.test(gp(holder(), 1), gp(holder(), 1));
+  if (const auto number = in_register(operand, 1)) {
+    a.test(gp(*number, 1), gp(*number, 1));
   } else {
     a.cmp(at(operand, 1), 0);
   }
@@ -59,6 +70,15 @@ void Assembly::jump_if_result(bool value, const asmjit::Label& target) {
   a.j(value ? x86::CondCode::kNZ : x86::CondCode::kZ, target);
 }
 void Assembly::take_loop(std::uint32_t position, const asmjit::Label& over) {
+  if (kept_ != nullptr) {
+    // Others may have set it to 0 in memory, which stays what it was.
+    note_place(position);
+    a.cmp(machine::loops_left(), 0);
+    a.je(over);
+    a.sub(gp(kept_->budget, 4), 1);
+    a.jb(over);
+    return;
+  }
   forget();
   a.mov(x86::eax, machine::loops_left());
   note_place(position);
@@ -84,8 +104,10 @@ void Assembly::pass_result(unsigned argument) { a.movzx(gp(kArguments[argument],
 
 void Assembly::call_address(std::uint64_t address) {
   forget();
+  write_back();
   a.mov(x86::rax, address);
   a.call(x86::rax);
+  read_back();
 }
 void Assembly::call_body(const asmjit::Label& body) {
   forget();

@@ -47,25 +47,24 @@ void integer(Assembly& s, const Instruction& i) {
   const Integers what = integers_of(i.operation.form);
   std::uint32_t x = i.words[2];
   std::uint32_t y = i.words[3];
-  if (what.commutes && s.holds(y, bytes)) std::swap(x, y);
-  const std::uint32_t to = s.holds(x, bytes) ? s.holder() : fresh(s);
-  if (i.operation.form == Form::kMul && bytes == 1) {
+  const std::uint32_t out = i.words[1];
+  if (what.commutes && (s.holds(y, bytes) || y == out)) std::swap(x, y);
+  const bool narrow_product = i.operation.form == Form::kMul && bytes == 1;
+  std::uint32_t to = s.holds(x, bytes) ? s.holder() : fresh(s);
+  // In place, unless the second operand is there.
+  if (const auto kept = s.kept(out); kept && (x == out || y != out) && !narrow_product) to = *kept;
+  if (narrow_product) {
     // There is no product of two bytes in one byte.
     const std::uint32_t other = to == reg::kDx ? reg::kCx : reg::kDx;
     s.load(other, y, 1);
     s.load(to, x, 1);
     s.a.imul(gp(to, 4), gp(other, 4));
   } else {
-    const bool held = s.holds(y, bytes);
-    const std::uint32_t holder = s.holder();
+    const asmjit::Operand second = s.value(y, bytes);
     s.load(to, x, bytes);
-    if (held) {
-      s.a.emit(what.id, gp(to, bytes), gp(holder, bytes));
-    } else {
-      s.a.emit(what.id, gp(to, bytes), s.at(y, bytes));
-    }
+    s.a.emit(what.id, gp(to, bytes), second);
   }
-  s.store(i.words[1], bytes, to);
+  s.store(out, bytes, to);
 }
 
 InstId real_id(Form form, bool f32) {
@@ -90,19 +89,15 @@ void real(Assembly& s, const Instruction& i) {
   const bool f32 = type == Type::kF32;
   const std::uint32_t x = i.words[2];
   const std::uint32_t y = i.words[3];
-  const bool y_held = s.holds_real(y, type);
-  const std::uint32_t holder = s.holder();
+  const std::uint32_t out = i.words[1];
   // Operands are not swapped: of two NaN the first would win, though all are canonical. The register of x is reused
   // unless y lies there.
-  const std::uint32_t to = s.holds_real(x, type) ? holder : fresh_real(s);
+  std::uint32_t to = s.holds_real(x, type) ? s.holder() : fresh_real(s);
+  if (const auto kept = s.kept(out, true); kept && (x == out || y != out)) to = *kept;
+  const asmjit::Operand second = s.real_value(y, type);
   s.load_real(to, x, type);
   const x86::Xmm value = x86::xmm(to);
-  const InstId id = real_id(i.operation.form, f32);
-  if (y_held) {
-    s.a.emit(id, value, x86::xmm(holder));
-  } else {
-    s.a.emit(id, value, s.at(y, bytes_of(type)));
-  }
+  s.a.emit(real_id(i.operation.form, f32), value, second);
   // One NaN: what the processor makes of an invalid operation has the sign bit.
   const asmjit::Label nan = s.a.newLabel();
   const asmjit::Label done = s.a.newLabel();
@@ -120,7 +115,7 @@ void real(Assembly& s, const Instruction& i) {
     }
     s.a.jmp(done);
   });
-  s.store_real(i.words[1], type, to);
+  s.store_real(out, type, to);
 }
 
 /// Quotient in eax, remainder in edx.
@@ -208,19 +203,17 @@ x86::CondCode compare_integers(Assembly& s, const Instruction& i) {
   const std::uint32_t x = i.words[2];
   const std::uint32_t y = i.words[3];
   const x86::CondCode code = condition(i.operation.relation, is_signed(type));
-  if (!s.holds(x, bytes) && s.holds(y, bytes)) {
-    s.a.cmp(s.at(x, bytes), gp(s.holder(), bytes));
+  const auto right = s.in_register(y, bytes);
+  if (right && !s.in_register(x, bytes)) {
+    s.a.cmp(s.at(x, bytes), gp(*right, bytes));
   } else {
-    if (!s.holds(x, bytes)) s.load(reg::kAx, x, bytes);
-    const std::uint32_t left = s.holds(x, bytes) ? s.holder() : reg::kAx;
-    if (s.holds(y, bytes)) {
-      s.a.cmp(gp(left, bytes), gp(s.holder(), bytes));
-    } else {
-      s.a.cmp(gp(left, bytes), s.at(y, bytes));
-    }
+    const asmjit::Operand second = s.value(y, bytes);
+    if (!s.in_register(x, bytes)) s.load(reg::kAx, x, bytes);
+    s.a.emit(x86::Inst::kIdCmp, gp(s.in_register(x, bytes).value_or(reg::kAx), bytes), second);
   }
-  s.a.set(code, x86::al);
-  s.store(i.words[1], 1, reg::kAx);
+  const std::uint32_t to = s.kept(i.words[1]).value_or(reg::kAx);
+  s.a.set(code, gp(to, 1));
+  s.store(i.words[1], 1, to);
   return code;
 }
 
@@ -232,15 +225,10 @@ x86::CondCode compare_reals(Assembly& s, const Instruction& i) {
   const bool turned = relation == Relation::kLt || relation == Relation::kLe;
   const std::uint32_t x = i.words[turned ? 3 : 2];
   const std::uint32_t y = i.words[turned ? 2 : 3];
-  const bool y_held = s.holds_real(y, type);
-  const std::uint32_t holder = s.holder();
-  const std::uint32_t left = s.holds_real(x, type) ? holder : fresh_real(s);
+  const asmjit::Operand right = s.real_value(y, type);
+  const std::uint32_t left = s.in_register(x, type).value_or(fresh_real(s));
   s.load_real(left, x, type);
-  if (y_held) {
-    compare_reals(s, x86::xmm(left), x86::xmm(holder), f32);
-  } else {
-    compare_reals(s, x86::xmm(left), s.at(y, bytes_of(type)), f32);
-  }
+  compare_reals(s, x86::xmm(left), right, f32);
   x86::CondCode code = x86::CondCode::kNZ;
   switch (relation) {
     case Relation::kEq:
@@ -279,11 +267,14 @@ void move(Assembly& s, const Instruction& i) {
   const unsigned bytes = bytes_of(type);
   // A real in its register may be moved as an integer, which is what most moves are.
   for (const Type real_type : {Type::kF32, Type::kF64}) {
-    if (bytes_of(real_type) == bytes && s.holds_real(i.words[2], real_type)) {
-      return s.store_real(i.words[1], real_type, s.holder());
-    }
+    if (bytes_of(real_type) != bytes) continue;
+    const auto from = s.in_register(i.words[2], real_type);
+    if (!from && !s.kept(i.words[1], true)) continue;
+    const std::uint32_t value = from.value_or(s.kept(i.words[1], true).value_or(0));
+    s.load_real(value, i.words[2], real_type);
+    return s.store_real(i.words[1], real_type, value);
   }
-  const std::uint32_t value = s.holds(i.words[2], bytes) ? s.holder() : reg::kAx;
+  const std::uint32_t value = s.in_register(i.words[2], bytes).value_or(s.kept(i.words[1]).value_or(reg::kAx));
   s.load(value, i.words[2], bytes);
   s.store(i.words[1], bytes, value);
 }
@@ -321,12 +312,13 @@ void range(Assembly& s, const Instruction& i) {
   for (const bool lower : {true, false}) {
     const std::uint32_t limit = i.words[lower ? 3 : 4];
     const asmjit::Label outside = s.a.newLabel();
-    s.a.cmp(value, s.at(limit, bytes));
+    const asmjit::Operand bound = s.value(limit, bytes);
+    s.a.emit(x86::Inst::kIdCmp, value, bound);
     s.a.j(condition(lower ? Relation::kLt : Relation::kGt, is_signed(type)), outside);
-    s.aside([&s, outside, done, position = i.position, place = s.at(limit, bytes), value] {
+    s.aside([&s, outside, done, position = i.position, limit, bytes] {
       s.a.bind(outside);
       s.raise(position, number(Event::kOutOfRange));
-      s.a.mov(value, place);
+      s.load(reg::kAx, limit, bytes);
       s.a.jmp(done);
     });
   }
@@ -338,49 +330,56 @@ void range(Assembly& s, const Instruction& i) {
 void element_number(Assembly& s, const std::uint32_t* index, const asmjit::Label& outside) {
   const x86::Gp element = x86::rax;
   const auto rep = static_cast<core::Rep>(index[5]);
+  const auto lower = runtime::load<std::int64_t>(index + 3);
+  const std::uint32_t count = index[1];
+  constexpr std::int64_t kMost = std::numeric_limits<std::int32_t>::max();
+  const asmjit::Operand number = s.value(index[0], core::rep_bytes(rep));
+  if (rep == core::Rep::kI32 && lower >= std::numeric_limits<std::int32_t>::min() && lower + count <= kMost) {
+    // 32 bits wrap, but not back into the array: no index is 2^32 below one inside.
+    const auto distance = static_cast<std::int32_t>(lower);
+    if (number.isReg() && lower != 0 && distance != std::numeric_limits<std::int32_t>::min()) {
+      s.a.lea(element.r32(), x86::ptr(gp(number.id(), 8), -distance));
+    } else {
+      s.a.emit(x86::Inst::kIdMov, element.r32(), number);
+      if (lower != 0) s.a.sub(element.r32(), distance);
+    }
+    s.a.cmp(element.r32(), count);
+    s.a.jae(outside);
+    return;
+  }
   switch (rep) {
     case core::Rep::kI8:
-      s.a.movsx(element, s.at(index[0], 1));
+    case core::Rep::kI16:
+      s.a.emit(x86::Inst::kIdMovsx, element, number);
       break;
     case core::Rep::kU8:
-      s.a.movzx(element.r32(), s.at(index[0], 1));
-      break;
-    case core::Rep::kI16:
-      s.a.movsx(element, s.at(index[0], 2));
-      break;
     case core::Rep::kU16:
-      s.a.movzx(element.r32(), s.at(index[0], 2));
+      s.a.emit(x86::Inst::kIdMovzx, element.r32(), number);
       break;
     case core::Rep::kI32:
-      if (s.holds(index[0], 4)) {
-        s.a.movsxd(element, gp(s.holder(), 4));
-      } else {
-        s.a.movsxd(element, s.at(index[0], 4));
-      }
+      s.a.emit(x86::Inst::kIdMovsxd, element, number);
       break;
     case core::Rep::kU32:
-      s.a.mov(element.r32(), s.at(index[0], 4));
+      s.a.emit(x86::Inst::kIdMov, element.r32(), number);
       break;
     default:
-      s.a.mov(element, s.at(index[0], 8));
+      s.a.emit(x86::Inst::kIdMov, element, number);
       break;
   }
   if (rep == core::Rep::kU64) {
     s.a.test(element, element);
     s.a.js(outside);
   }
-  const auto lower = runtime::load<std::int64_t>(index + 3);
-  const bool small =
-      lower >= std::numeric_limits<std::int32_t>::min() && lower <= std::numeric_limits<std::int32_t>::max();
+  const bool small = lower >= std::numeric_limits<std::int32_t>::min() && lower <= kMost;
   if (small && lower != 0) s.a.sub(element, lower);
   if (!small) {
     s.a.mov(x86::rcx, lower);
     s.a.sub(element, x86::rcx);
   }
-  if (index[1] <= static_cast<std::uint32_t>(std::numeric_limits<std::int32_t>::max())) {
-    s.a.cmp(element, index[1]);
+  if (count <= kMost) {
+    s.a.cmp(element, count);
   } else {
-    s.a.mov(x86::ecx, index[1]);
+    s.a.mov(x86::ecx, count);
     s.a.cmp(element, x86::rcx);
   }
   s.a.jae(outside);
@@ -412,42 +411,54 @@ x86::Mem element_place(Assembly& s, std::uint32_t place, std::uint32_t stride, u
 /// Words: out, place, index (6).
 void load_element(Assembly& s, const Instruction& i) {
   const unsigned bytes = bytes_of(i.operation.type);
+  const std::uint32_t out = i.words[1];
   const asmjit::Label outside = s.a.newLabel();
   const asmjit::Label done = s.a.newLabel();
   element_number(s, i.words + 3, outside);
   const x86::Mem element = element_place(s, i.words[2], i.words[5], bytes);
-  if (bytes < 4) {
-    s.a.movzx(x86::edx, element);
+  const auto real = s.kept(out, true);
+  const std::uint32_t to = s.kept(out).value_or(reg::kDx);
+  if (real) {
+    s.a.emit(bytes == 4 ? x86::Inst::kIdMovss : x86::Inst::kIdMovsd, x86::xmm(*real), element);
+  } else if (bytes < 4) {
+    s.a.movzx(gp(to, 4), element);
   } else {
-    s.a.mov(gp(reg::kDx, bytes), element);
+    s.a.mov(gp(to, bytes), element);
   }
   s.a.bind(done);
-  s.aside([&s, outside, done, position = i.position] {
+  s.aside([&s, outside, done, position = i.position, real, to] {
     s.a.bind(outside);
     s.raise(position, number(Event::kBadIndex));
-    s.a.xor_(x86::edx, x86::edx);
+    if (real) {
+      s.a.xorps(x86::xmm(*real), x86::xmm(*real));
+    } else {
+      s.a.xor_(gp(to, 4), gp(to, 4));
+    }
     s.a.jmp(done);
   });
-  s.store(i.words[1], bytes, reg::kDx);
+  if (real) {
+    s.forget();
+  } else {
+    s.store(out, bytes, to);
+  }
 }
 
 /// Words: in, place, index (6).
 void store_element(Assembly& s, const Instruction& i) {
   const unsigned bytes = bytes_of(i.operation.type);
+  const std::uint32_t in = i.words[1];
   const asmjit::Label outside = s.a.newLabel();
   const asmjit::Label done = s.a.newLabel();
-  const Type real_type = bytes == 4 ? Type::kF32 : Type::kF64;
-  const bool real_held = bytes >= 4 && s.holds_real(i.words[1], real_type);
-  const std::uint32_t holder = s.holder();
-  if (!real_held) s.load(reg::kDx, i.words[1], bytes);
+  const auto real = bytes < 4 ? std::nullopt : s.in_register(in, bytes == 4 ? Type::kF32 : Type::kF64);
+  // A held one may lie where the address is made.
+  const std::uint32_t from = s.kept(in).value_or(reg::kDx);
+  if (!real) s.load(from, in, bytes);
   element_number(s, i.words + 3, outside);
   const x86::Mem element = element_place(s, i.words[2], i.words[5], bytes);
-  if (!real_held) {
-    s.a.mov(element, gp(reg::kDx, bytes));
-  } else if (bytes == 4) {
-    s.a.movss(element, x86::xmm(holder));
+  if (real) {
+    s.a.emit(bytes == 4 ? x86::Inst::kIdMovss : x86::Inst::kIdMovsd, element, x86::xmm(*real));
   } else {
-    s.a.movsd(element, x86::xmm(holder));
+    s.a.mov(element, gp(from, bytes));
   }
   s.land(done);  // any variable may be an element
   s.aside([&s, outside, done, position = i.position] {

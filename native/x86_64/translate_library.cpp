@@ -107,14 +107,14 @@ class Translator {
       s_.load(zero, argument(1), bytes_);
       s_.load(one, argument(2), bytes_);
     }
-    s_.a.movzx(gp(g, 4), s_.at(argument(0), 1));
+    s_.load(g, argument(0), 1);
     choose(zero, one, g, wide);
   }
   void choose(std::uint32_t zero, std::uint32_t one, std::uint32_t g, unsigned wide) {
     s_.a.test(gp(g, 1), gp(g, 1));
     s_.a.cmovnz(gp(zero, wide), gp(one, wide));
     s_.store(result(), bytes_, zero);
-    if (!is_real(type_)) return;
+    if (!is_real(type_) || s_.kept(result(), true)) return;
     // What is done with a real next wants it where reals are.
     s_.a.emit(bytes_ == 8 ? x86::Inst::kIdMovq : x86::Inst::kIdMovd, x86::xmm(0), gp(zero, bytes_));
     s_.hold_real(result(), type_, 0);

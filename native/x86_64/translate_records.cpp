@@ -4,6 +4,7 @@
 // in registers as well (native/records.h).
 #include <algorithm>
 #include <cstddef>
+#include <iterator>
 #include <span>
 #include <vector>
 
@@ -18,6 +19,8 @@ using Kind = BooleanExpression::Kind;
 /// Temporary values of a record, and outputs that wait for their next reader; upper bits of what is in them are not
 /// known.
 constexpr std::uint32_t kRegisters[] = {0, 1, 2, 6, 7, 8, 9, 10, 11};
+/// Of them, those that loops leave.
+constexpr std::size_t kRegistersInLoops = 5;
 
 /// The expression of one record.
 class Evaluation {
@@ -199,7 +202,8 @@ class Evaluation {
 
 void translate(Assembly& s, std::span<Record> records, BooleanExpressions& expressions) {
   find_next_readers(records);
-  RecordRegisters registers(kRegisters);
+  const std::span<const std::uint32_t> numbers(kRegisters, s.in_loop() ? kRegistersInLoops : std::size(kRegisters));
+  RecordRegisters registers(numbers);
   if (const auto known = s.held_bit())
     registers.hold(known->number, known->operand, first_reader(records, known->operand));
   for (const Record& r : records) {

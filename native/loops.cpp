@@ -1,0 +1,277 @@
+#include "native/loops.h"
+
+#include <algorithm>
+#include <map>
+#include <optional>
+
+#include "native/library_rows.h"
+#include "native/records.h"
+#include "runtime/operations.h"
+
+namespace plc::native {
+
+using runtime::LinkedInstruction;
+
+std::uint32_t target_of(Form form, const std::uint32_t* words) {
+  switch (form) {
+    case Form::kJump:
+    case Form::kLoopJump:
+      return words[1];
+    case Form::kJumpUnless:
+    case Form::kJumpIf:
+      return words[2];
+    case Form::kCompareJumpUnless:
+    case Form::kCompareJumpIf:
+      return words[4];
+    default:
+      return kNoTarget;
+  }
+}
+
+namespace {
+
+/// What an instruction takes an operand for.
+enum class Use : std::uint8_t {
+  kInteger,
+  kReal,
+  kBits,    ///< it is moved, whatever it is
+  kMemory,  ///< only where it is
+};
+
+/// Collects the variables of one loop.
+class Variables {
+ public:
+  void read(std::uint32_t operand, std::uint64_t bytes, Use use, std::uint64_t weight) {
+    Variable& variable = variables_[operand];
+    if (variable.bytes != 0 && variable.bytes != bytes) variable.in_memory = true;
+    variable.bytes = std::max(variable.bytes, bytes);
+    variable.weight += weight;
+    variable.integer = variable.integer || use == Use::kInteger;
+    variable.real = variable.real || use == Use::kReal;
+    variable.in_memory = variable.in_memory || use == Use::kMemory;
+  }
+  void write(std::uint32_t operand, std::uint64_t bytes, Use use, std::uint64_t weight) {
+    read(operand, bytes, use, weight);
+    variables_[operand].written = true;
+  }
+
+  /// Those that may lie in a register.
+  std::vector<LoopVariable> take() {
+    // Ascending operands, so an overlap is with the one that has reached furthest.
+    std::uint64_t reached = 0;
+    Variable* furthest = nullptr;
+    for (auto& [operand, variable] : variables_) {
+      if (furthest != nullptr && operand < reached) furthest->in_memory = variable.in_memory = true;
+      if (furthest == nullptr || operand + variable.bytes > reached) {
+        reached = operand + variable.bytes;
+        furthest = &variable;
+      }
+    }
+    std::vector<LoopVariable> found;
+    for (const auto& [operand, variable] : variables_) {
+      if (variable.in_memory || (variable.integer && variable.real)) continue;
+      found.push_back(
+          {operand, static_cast<unsigned>(variable.bytes), variable.real, variable.written, variable.weight});
+    }
+    std::stable_sort(found.begin(), found.end(),
+                     [](const LoopVariable& a, const LoopVariable& b) { return a.weight > b.weight; });
+    return found;
+  }
+
+ private:
+  struct Variable {
+    std::uint64_t bytes = 0, weight = 0;
+    bool integer = false, real = false, in_memory = false, written = false;
+  };
+  std::map<std::uint32_t, Variable> variables_;  ///< by operand
+};
+
+class Finder {
+ public:
+  Finder(const std::uint32_t* code, std::span<const LinkedInstruction> instructions)
+      : code_(code), instructions_(instructions) {}
+
+  std::vector<Loop> find() {
+    for (std::size_t i = 0; i < instructions_.size(); ++i) {
+      if (form(i) == Form::kLoopJump) all_.push_back({index_at(words(i)[1]), i});
+    }
+    // Outer loops before those inside.
+    std::stable_sort(all_.begin(), all_.end(), [](const Interval& a, const Interval& b) {
+      return a.first != b.first ? a.first < b.first : a.last > b.last;
+    });
+    find_innermost();
+    refuse_other_entries();
+    std::vector<Loop> found;
+    for (const Interval& loop : all_) {
+      if (!loop.fit || (!found.empty() && loop.first <= found.back().last)) continue;
+      if (auto known = variables_of(loop)) found.push_back(std::move(*known));
+    }
+    return found;
+  }
+
+ private:
+  static constexpr std::size_t kNone = ~std::size_t{0};
+  struct Interval {
+    std::size_t first = 0, last = 0;
+    std::size_t outer = kNone;  ///< the loop around it
+    std::uint64_t weight = 8;   ///< of an instruction in it
+    bool fit = true;
+    [[nodiscard]] bool contains(std::size_t i) const { return first <= i && i <= last; }
+  };
+
+  [[nodiscard]] const std::uint32_t* words(std::size_t i) const { return code_ + instructions_[i].position; }
+  [[nodiscard]] Form form(std::size_t i) const { return operation_of(instructions_[i].op).form; }
+  [[nodiscard]] std::size_t index_at(std::uint32_t position) const {
+    const auto at = std::lower_bound(instructions_.begin(), instructions_.end(), position,
+                                     [](const LinkedInstruction& i, std::uint32_t p) { return i.position < p; });
+    return static_cast<std::size_t>(at - instructions_.begin());
+  }
+  void find_innermost() {
+    if (all_.empty()) return;
+    constexpr std::uint64_t kVeryDeep = std::uint64_t{1} << 30;
+    innermost_.resize(instructions_.size(), kNone);
+    for (std::size_t l = 0; l < all_.size(); ++l) {
+      Interval& loop = all_[l];
+      loop.outer = innermost_[loop.first];
+      if (loop.outer != kNone) {
+        loop.weight = std::min(all_[loop.outer].weight * 8, kVeryDeep);
+        // Loops that lie across each other are not what languages have.
+        if (all_[loop.outer].last < loop.last) loop.fit = all_[loop.outer].fit = false;
+      }
+      std::fill(innermost_.begin() + static_cast<std::ptrdiff_t>(loop.first),
+                innermost_.begin() + static_cast<std::ptrdiff_t>(loop.last) + 1, l);
+    }
+  }
+  /// Loops that somebody jumps into, past their heads.
+  void refuse_other_entries() {
+    if (all_.empty()) return;
+    for (std::size_t i = 0; i < instructions_.size(); ++i) {
+      const std::uint32_t target = target_of(form(i), words(i));
+      if (target == kNoTarget) continue;
+      const std::size_t at = index_at(target);
+      for (std::size_t l = innermost_[at]; l != kNone && !all_[l].contains(i); l = all_[l].outer) {
+        if (at != all_[l].first) all_[l].fit = false;
+      }
+    }
+  }
+
+  [[nodiscard]] std::optional<Loop> variables_of(const Interval& loop) const {
+    Loop result{loop.first, loop.last, {}};
+    Variables variables;
+    for (std::size_t i = loop.first; i <= loop.last; ++i) {
+      const Instruction instruction{words(i), instructions_[i].position, operation_of(instructions_[i].op)};
+      if (!add(variables, instruction, all_[innermost_[i]].weight)) return std::nullopt;
+    }
+    result.variables = variables.take();
+    return result;
+  }
+
+  /// The operands of an instruction. False when it is none for such loops.
+  bool add(Variables& variables, const Instruction& i, std::uint64_t weight) const {
+    const Type type = i.operation.type;
+    const unsigned bytes = bytes_of(type);
+    const Use number = is_real(type) ? Use::kReal : Use::kInteger;
+    const auto read = [&](unsigned word, unsigned size, Use use) { variables.read(i.words[word], size, use, weight); };
+    const auto write = [&](unsigned word, unsigned size, Use use) {
+      variables.write(i.words[word], size, use, weight);
+    };
+    switch (i.operation.form) {
+      case Form::kReturn:
+      case Form::kJump:
+      case Form::kLoopJump:
+        return true;
+      case Form::kJumpUnless:
+      case Form::kJumpIf:
+        read(1, 1, Use::kInteger);
+        return true;
+      case Form::kMove:
+        write(1, bytes, is_real(type) ? Use::kReal : Use::kBits);
+        read(2, bytes, is_real(type) ? Use::kReal : Use::kBits);
+        return true;
+      case Form::kAdd:
+      case Form::kSub:
+      case Form::kMul:
+      case Form::kDiv:
+      case Form::kMod:
+      case Form::kAnd:
+      case Form::kOr:
+      case Form::kXor:
+        write(1, bytes, number);
+        read(2, bytes, number);
+        read(3, bytes, number);
+        return true;
+      case Form::kCompare:
+      case Form::kCompareJumpUnless:
+      case Form::kCompareJumpIf:
+        write(1, 1, Use::kInteger);
+        read(2, bytes, number);
+        read(3, bytes, number);
+        return true;
+      case Form::kRange:
+        write(1, bytes, Use::kInteger);
+        for (unsigned word = 2; word <= 4; ++word) read(word, bytes, Use::kInteger);
+        return true;
+      case Form::kExtract:
+        write(1, 1, Use::kInteger);
+        read(2, 1, Use::kInteger);
+        return true;
+      case Form::kInsert:
+        write(1, 1, Use::kInteger);
+        read(2, 1, Use::kInteger);
+        return true;
+      case Form::kLoadElement:
+      case Form::kStoreElement: {
+        const std::uint32_t* const index = i.words + 3;
+        if (i.operation.form == Form::kLoadElement) {
+          write(1, bytes, Use::kBits);
+        } else {
+          read(1, bytes, Use::kBits);
+        }
+        variables.read(i.words[2], std::uint64_t{index[1]} * index[2], Use::kMemory, 0);
+        variables.read(index[0], core::rep_bytes(static_cast<core::Rep>(index[5])), Use::kInteger, weight);
+        return true;
+      }
+      case Form::kShortRecords4:
+      case Form::kShortRecords5:
+      case Form::kGeneralRecords:
+        for (std::uint32_t n = 0; n < i.words[1]; ++n) {
+          const Record record = record_at(i, code_, n);
+          variables.read(record.out, 1, Use::kMemory, 0);
+          for (unsigned k = 0; k < record.inputs; ++k) variables.read(record.in[k], 1, Use::kMemory, 0);
+        }
+        return true;
+      case Form::kCallLibrary:
+        return add_call(variables, i.words, weight);
+      default:
+        return false;
+    }
+  }
+  /// Words: kernel (2), arguments, result, then the arguments.
+  static bool add_call(Variables& variables, const std::uint32_t* words, std::uint64_t weight) {
+    const stdlib::Overload* const overload = overload_of(runtime::load_pointer<stdlib::Kernel>(words + 1));
+    if (overload == nullptr) return false;
+    const auto number = [](Type type) { return is_real(type) ? Use::kReal : Use::kInteger; };
+    for (std::uint32_t n = 0; n < words[3]; ++n) {
+      const auto type = machine_type(overload->param_type(n));
+      if (!type) return false;
+      variables.read(words[5 + n], bytes_of(*type), number(*type), weight);
+    }
+    const auto type = machine_type(overload->result_type());
+    if (!type) return false;
+    variables.write(words[4], bytes_of(*type), number(*type), weight);
+    return true;
+  }
+
+  const std::uint32_t* code_;
+  std::span<const LinkedInstruction> instructions_;
+  std::vector<Interval> all_;
+  std::vector<std::size_t> innermost_;  ///< by instruction: into all_
+};
+
+}  // namespace
+
+std::vector<Loop> find_loops(const std::uint32_t* code, std::span<const LinkedInstruction> instructions) {
+  return Finder(code, instructions).find();
+}
+
+}  // namespace plc::native
