@@ -231,6 +231,21 @@ class Finder {
         variables.read(index[0], core::rep_bytes(static_cast<core::Rep>(index[5])), Use::kInteger, weight);
         return true;
       }
+      case Form::kLoadPath:
+      case Form::kStorePath: {
+        if (i.operation.form == Form::kLoadPath) {
+          write(1, bytes, Use::kBits);
+        } else {
+          read(1, bytes, Use::kBits);
+        }
+        const std::uint32_t* index = i.words + 5;
+        // From the first index on the elements lie in the one array of that index.
+        variables.read(i.words[2] + i.words[3], std::uint64_t{index[1]} * index[2], Use::kMemory, 0);
+        for (std::uint32_t n = 0; n < i.words[4]; ++n, index += runtime::kIndexWords) {
+          variables.read(index[0], core::rep_bytes(static_cast<core::Rep>(index[5])), Use::kInteger, weight);
+        }
+        return true;
+      }
       case Form::kShortRecords4:
       case Form::kShortRecords5:
       case Form::kGeneralRecords:

@@ -112,6 +112,8 @@ Operation operation_of(ResolvedOp op) {
     PLC_INDEXED(StoreAt16, kStoreElement, kU16)
     PLC_INDEXED(StoreAt32, kStoreElement, kU32)
     PLC_INDEXED(StoreAt64, kStoreElement, kU64)
+    PLC_SIZES(LoadPath, kLoadPath)
+    PLC_SIZES(StorePath, kStorePath)
     PLC_SIZES(Add, kAdd)
     PLC_REALS(Add, kAdd)
     PLC_SIZES(Sub, kSub)
@@ -137,7 +139,7 @@ Operation operation_of(ResolvedOp op) {
       PLC_ONE(Extract, kExtract, kU8)
       PLC_ONE(Insert, kInsert, kU8)
       PLC_INTEGERS(Range, kRange)
-    // Texts, paths of several indices, references: a call of the library outweighs what code of their own would save.
+    // Texts, structures, references: a call of the library outweighs what code of their own would save.
     case ResolvedOp::kMoveStr:
     case ResolvedOp::kMoveWstr:
     case ResolvedOp::kLoadAt:

@@ -38,6 +38,8 @@ enum class Form : std::uint8_t {
   kEno,
   kLoadElement,
   kStoreElement,
+  kLoadPath,
+  kStorePath,
   kAdd,
   kSub,
   kMul,

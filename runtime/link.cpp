@@ -380,6 +380,12 @@ class Linker {
     const std::uint32_t value = d.operands[load ? 0 : 1];
     const ImageType& part = image_.types[path.type];
     if (!via && path.indices.empty()) return put_known_access(path, base, value, load);
+    if (const auto several = path_access(image_, path, load); several && !via) {
+      put_handler(*several);
+      put_operand(value);
+      put_operand(base);
+      return put_path(path);
+    }
     if (const auto quick = quick_access(image_, path, load, via)) {
       put_handler(*quick);
       put_operand(value);

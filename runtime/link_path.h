@@ -38,5 +38,7 @@ void fill_zeros(const bytecode::Image& image, std::uint32_t type, std::byte* to)
 
 /// The form for scalars and references behind at most one index, or nothing.
 std::optional<ResolvedOp> quick_access(const bytecode::Image& image, const ResolvedPath& path, bool load, bool via);
+/// The form for scalars and references behind several indices, but not via references.
+std::optional<ResolvedOp> path_access(const bytecode::Image& image, const ResolvedPath& path, bool load);
 
 }  // namespace plc::runtime

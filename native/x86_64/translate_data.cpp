@@ -408,22 +408,43 @@ x86::Mem element_place(Assembly& s, std::uint32_t place, std::uint32_t stride, u
   return x86::ptr(x86::rcx, x86::rax, shift, 0, bytes);
 }
 
-/// Words: out, place, index (6).
-void load_element(Assembly& s, const Instruction& i) {
+/// The element behind several indices; else to `outside`. Uses rax, rcx and rsi.
+x86::Mem path_place(Assembly& s, std::uint32_t place, const std::uint32_t* path, unsigned bytes,
+                    const asmjit::Label& outside) {
+  s.address(x86::rsi, place + path[0]);
+  const std::uint32_t* index = path + 2;
+  for (std::uint32_t n = 0; n < path[1]; ++n, index += runtime::kIndexWords) {
+    element_number(s, index, outside);
+    s.forget();
+    if (index[2] != 1) s.a.imul(x86::rax, x86::rax, static_cast<std::int32_t>(index[2]));
+    s.a.add(x86::rsi, x86::rax);
+  }
+  return x86::ptr(x86::rsi, 0, bytes);
+}
+bool is_path(const Instruction& i) {
+  return i.operation.form == Form::kLoadPath || i.operation.form == Form::kStorePath;
+}
+/// Words: the value, place, index (6) or path.
+x86::Mem part_place(Assembly& s, const Instruction& i, unsigned bytes, const asmjit::Label& outside) {
+  if (is_path(i)) return path_place(s, i.words[2], i.words + 3, bytes, outside);
+  element_number(s, i.words + 3, outside);
+  return element_place(s, i.words[2], i.words[5], bytes);
+}
+
+void load_part(Assembly& s, const Instruction& i) {
   const unsigned bytes = bytes_of(i.operation.type);
   const std::uint32_t out = i.words[1];
   const asmjit::Label outside = s.a.newLabel();
   const asmjit::Label done = s.a.newLabel();
-  element_number(s, i.words + 3, outside);
-  const x86::Mem element = element_place(s, i.words[2], i.words[5], bytes);
+  const x86::Mem part = part_place(s, i, bytes, outside);
   const auto real = s.kept(out, true);
   const std::uint32_t to = s.kept(out).value_or(reg::kDx);
   if (real) {
-    s.a.emit(bytes == 4 ? x86::Inst::kIdMovss : x86::Inst::kIdMovsd, x86::xmm(*real), element);
+    s.a.emit(bytes == 4 ? x86::Inst::kIdMovss : x86::Inst::kIdMovsd, x86::xmm(*real), part);
   } else if (bytes < 4) {
-    s.a.movzx(gp(to, 4), element);
+    s.a.movzx(gp(to, 4), part);
   } else {
-    s.a.mov(gp(to, bytes), element);
+    s.a.mov(gp(to, bytes), part);
   }
   s.a.bind(done);
   s.aside([&s, outside, done, position = i.position, real, to] {
@@ -443,8 +464,7 @@ void load_element(Assembly& s, const Instruction& i) {
   }
 }
 
-/// Words: in, place, index (6).
-void store_element(Assembly& s, const Instruction& i) {
+void store_part(Assembly& s, const Instruction& i) {
   const unsigned bytes = bytes_of(i.operation.type);
   const std::uint32_t in = i.words[1];
   const asmjit::Label outside = s.a.newLabel();
@@ -453,12 +473,11 @@ void store_element(Assembly& s, const Instruction& i) {
   // A held one may lie where the address is made.
   const std::uint32_t from = s.kept(in).value_or(reg::kDx);
   if (!real) s.load(from, in, bytes);
-  element_number(s, i.words + 3, outside);
-  const x86::Mem element = element_place(s, i.words[2], i.words[5], bytes);
+  const x86::Mem part = part_place(s, i, bytes, outside);
   if (real) {
-    s.a.emit(bytes == 4 ? x86::Inst::kIdMovss : x86::Inst::kIdMovsd, element, x86::xmm(*real));
+    s.a.emit(bytes == 4 ? x86::Inst::kIdMovss : x86::Inst::kIdMovsd, part, x86::xmm(*real));
   } else {
-    s.a.mov(element, gp(from, bytes));
+    s.a.mov(part, gp(from, bytes));
   }
   s.land(done);  // any variable may be an element
   s.aside([&s, outside, done, position = i.position] {
@@ -499,9 +518,10 @@ void translate_data(Assembly& s, const Instruction& i) {
     case Form::kRange:
       return range(s, i);
     case Form::kLoadElement:
-      return load_element(s, i);
+    case Form::kLoadPath:
+      return load_part(s, i);
     default:
-      return store_element(s, i);
+      return store_part(s, i);
   }
 }
 
