@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "bytecode/image.h"
+#include "native/choice.h"
 #include "native/helpers.h"
 #include "native/loops.h"
 #include "native/translate.h"
@@ -43,9 +44,9 @@ std::size_t most_records_as_code() {
 
 class TaskCompiler {
  public:
-  TaskCompiler(const LinkedCode& linked, std::byte* table, std::uint64_t address)
+  TaskCompiler(const LinkedCode& linked, const Memory& memory, std::uint64_t address)
       : linked_(linked),
-        s_(table, address),
+        s_(memory, address),
         words_(linked.data(), linked.data() + linked.words.size() / sizeof(std::uint32_t)),
         marks_(linked.marks) {}
 
@@ -103,7 +104,9 @@ class TaskCompiler {
       const Operation operation = operation_of(instruction.op);
       counts_events = counts_events || operation.form == Form::kEno;
       const std::uint32_t target = target_of(operation.form, linked_.data() + instruction.position);
-      if (target != kNoTarget) targets_.try_emplace(target, s_.label());
+      if (target == kNoTarget) continue;
+      Target& there = targets_.try_emplace(target).first->second;
+      if (there.jumps++ == 0) there.label = s_.label();
     }
     std::vector<Loop> loops;
     if (Assembly::kKeepsLoops) loops = find_loops(linked_.data(), instructions);
@@ -113,7 +116,7 @@ class TaskCompiler {
     s_.begin_body(counts_events);
     for (std::size_t i = 0; i < instructions.size();) {
       if (const auto target = targets_.find(instructions[i].position); target != targets_.end()) {
-        s_.land(target->second);
+        s_.land(target->second.label);
       }
       if (loop != loops.cend() && loop->first == i) {
         i = write_loop(body, *loop++, instructions);
@@ -142,27 +145,58 @@ class TaskCompiler {
     s_.enter_loop(loop);
     loop_ = LoopCode{instructions[loop.first].position, instructions[loop.last].position, {}};
     // Who jumps to the head from outside enters the loop; who does so inside goes on with it.
-    const asmjit::Label entry = std::exchange(targets_.at(loop_->first), s_.label());
+    const asmjit::Label entry = std::exchange(targets_.at(loop_->first).label, s_.label());
     for (std::size_t i = loop.first; i <= loop.last;) {
       if (const auto target = targets_.find(instructions[i].position); target != targets_.end()) {
-        s_.land(target->second);
+        s_.land(target->second.label);
       }
-      i = write(body, instructions, i);
+      const std::size_t behind = write_choice(instructions, i);
+      i = behind != i ? behind : write(body, instructions, i);
     }
     for (const auto& [position, exit] : loop_->exits) {
       s_.land(exit);
       s_.write_back();
-      s_.jump(targets_.at(position));
+      s_.jump(targets_.at(position).label);
     }
-    targets_.at(loop_->first) = entry;
+    targets_.at(loop_->first).label = entry;
     loop_.reset();
     s_.end_loop();
     return loop.last + 1;
   }
 
+  /// In a loop: both parts of a choice that begins with instruction `i`, and the values of one of them. Returns the
+  /// number of the instruction behind them, or `i` when there is no such choice.
+  std::size_t write_choice(std::span<const LinkedInstruction> instructions, std::size_t i) {
+    const auto choice = choice_at(linked_.data(), instructions, i, [this](std::uint32_t position) {
+      const auto target = targets_.find(position);
+      return target == targets_.end() ? 0 : target->second.jumps;
+    });
+    if (!choice) return i;
+    const auto instruction = [&](std::size_t n) {
+      const std::uint32_t position = instructions[n].position;
+      return Instruction{linked_.data() + position, position, operation_of(instructions[n].op)};
+    };
+    std::vector<std::uint32_t> written;
+    for (const Stretch& part : {choice->taken, choice->other}) {
+      for (std::size_t n = part.first; n < part.last; ++n) {
+        const auto operand = computes_integer(s_, instruction(n));
+        if (!operand || *operand == choice->condition) return i;
+        if (std::find(written.begin(), written.end(), *operand) == written.end()) written.push_back(*operand);
+      }
+    }
+    if (!s_.keeps(written)) return i;
+    if (choice->compares) translate_compare(s_, instruction(i));
+    s_.begin_ways(written);
+    for (std::size_t n = choice->taken.first; n < choice->taken.last; ++n) translate(instruction(n));
+    s_.other_way();
+    for (std::size_t n = choice->other.first; n < choice->other.last; ++n) translate(instruction(n));
+    s_.end_ways(choice->condition, choice->value);
+    return choice->end;
+  }
+
   /// Where a jump to this position goes: out of a loop, through code that ends it.
   const asmjit::Label& target(std::uint32_t position) {
-    if (!loop_ || (loop_->first <= position && position <= loop_->last)) return targets_.at(position);
+    if (!loop_ || (loop_->first <= position && position <= loop_->last)) return targets_.at(position).label;
     const auto [exit, is_new] = loop_->exits.try_emplace(position);
     if (is_new) exit->second = s_.label();
     return exit->second;
@@ -380,7 +414,11 @@ class TaskCompiler {
   std::vector<runtime::CodeMark> marks_;
   BooleanExpressions expressions_;
   std::unordered_map<std::uint32_t, asmjit::Label> entries_;  ///< of bodies, by position
-  std::unordered_map<std::uint32_t, asmjit::Label> targets_;  ///< of jumps in this body, by position
+  struct Target {
+    asmjit::Label label;
+    std::size_t jumps = 0;  ///< that go there
+  };
+  std::unordered_map<std::uint32_t, Target> targets_;  ///< of jumps in this body, by position
   struct LoopCode {
     std::uint32_t first = 0, last = 0;             ///< positions
     std::map<std::uint32_t, asmjit::Label> exits;  ///< by position outside
@@ -398,7 +436,8 @@ core::Result<std::unique_ptr<NativeTask>> compile(runtime::Program& program, con
   const std::span<std::byte> table(program.table().data(), program.table().layout().total);
   auto memory = CodeMemory::reserve(table, linked.words.size() / sizeof(std::uint32_t) * kBytesPerWord + kBytesBeside);
   if (!memory) return memory.error();
-  TaskCompiler compiler(linked, table.data(), memory->address());
+  const runtime::TaskLayout& layout = program.table().layout();
+  TaskCompiler compiler(linked, {table.data(), layout.constants, layout.instance}, memory->address());
   compiler.compile(options);
   const std::vector<std::byte> code = compiler.code();
   if (!compiler.problem().empty() || code.size() > memory->reserved()) {

@@ -1,11 +1,13 @@
 #include "native/emitter.h"
 
+#include <cstring>
+
 #include "native/helpers.h"
 
 namespace plc::native {
 
-Emitter::Emitter(asmjit::BaseAssembler& assembler, std::byte* table, std::uint64_t address, std::size_t reach)
-    : table_(reinterpret_cast<std::uint64_t>(table)), assembler_(assembler), reach_(reach) {
+Emitter::Emitter(asmjit::BaseAssembler& assembler, const Memory& memory, std::uint64_t address, std::size_t reach)
+    : table_(reinterpret_cast<std::uint64_t>(memory.table)), memory_(memory), assembler_(assembler), reach_(reach) {
   code_.init(asmjit::Environment::host(), address);
   code_.setErrorHandler(this);
 }
@@ -13,6 +15,13 @@ Emitter::Emitter(asmjit::BaseAssembler& assembler, std::byte* table, std::uint64
 void Emitter::attach() { code_.attach(&assembler_); }
 
 void Emitter::handleError(asmjit::Error, const char* message, asmjit::BaseEmitter*) { refuse(message); }
+
+std::optional<std::uint64_t> Emitter::constant(std::uint32_t operand, unsigned bytes) const {
+  if (operand < memory_.constants || operand >= memory_.constants_end) return std::nullopt;
+  std::uint64_t value = 0;
+  std::memcpy(&value, memory_.table + operand, bytes);
+  return value;
+}
 
 void Emitter::aside(std::function<void()> code) {
   if (asides_.empty()) first_aside_ = size();

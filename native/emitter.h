@@ -24,10 +24,19 @@
 
 namespace plc::native {
 
+/// What code works on.
+struct Memory {
+  std::byte* table = nullptr;
+  std::uint32_t constants = 0, constants_end = 0;  ///< offsets of what nobody writes
+};
+
 class Emitter : private asmjit::ErrorHandler {
  public:
   /// Whether operands may be relative to the instance, in the body that is being written.
   bool relative = false;
+
+  /// The value of an operand of 1 to 8 bytes that nobody ever writes, zero-extended.
+  [[nodiscard]] std::optional<std::uint64_t> constant(std::uint32_t operand, unsigned bytes) const;
 
   // ---- the value stored last is still in its register; nothing else is known of registers between instructions
   [[nodiscard]] bool holds(std::uint32_t operand, unsigned bytes) const {
@@ -57,6 +66,13 @@ class Emitter : private asmjit::ErrorHandler {
   virtual void enter_loop(const Loop&) {}
   /// Registers go back to the table: before a call, and where the loop is left, any number of times.
   virtual void write_back() {}
+  /// Two ways to compute integers, in a loop: the first one works on copies, the second one, behind other_way(), on the
+  /// variables themselves; what the copies hold is taken if the BOOL `condition` is `value`. In between, nothing but
+  /// what computes_integer(). `written`: by one of the two or both; keeps() says whether this can be done with them.
+  [[nodiscard]] virtual bool keeps(std::span<const std::uint32_t>) const { return false; }
+  virtual void begin_ways(std::span<const std::uint32_t>) {}
+  virtual void other_way() {}
+  virtual void end_ways(std::uint32_t, bool) {}
   [[nodiscard]] bool in_loop() const { return kept_ != nullptr; }
   /// The loop's code ends here.
   void end_loop() { kept_.reset(); }
@@ -138,9 +154,9 @@ class Emitter : private asmjit::ErrorHandler {
   std::vector<std::byte> finish();
 
  protected:
-  /// For code that starts at `address` and works on `table`, written by `assembler`, which attach() is for. `reach`:
-  /// bytes of code after which what was put aside has to be written.
-  Emitter(asmjit::BaseAssembler& assembler, std::byte* table, std::uint64_t address, std::size_t reach);
+  /// For code that starts at `address`, written by `assembler`, which attach() is for. `reach`: bytes of code after
+  /// which what was put aside has to be written.
+  Emitter(asmjit::BaseAssembler& assembler, const Memory& memory, std::uint64_t address, std::size_t reach);
   Emitter(const Emitter&) = delete;
   Emitter& operator=(const Emitter&) = delete;
   ~Emitter() override = default;
@@ -163,7 +179,8 @@ class Emitter : private asmjit::ErrorHandler {
       std::uint32_t reg = 0;
     };
     std::vector<Variable> variables;
-    std::uint32_t budget = 0;  ///< register of the loop budget
+    std::uint32_t budget = 0;            ///< register of the loop budget
+    std::optional<std::uint32_t> table;  ///< register that holds the table's address
   };
   std::shared_ptr<const Kept> kept_;  ///< null outside of loops
 
@@ -179,6 +196,7 @@ class Emitter : private asmjit::ErrorHandler {
  private:
   void handleError(asmjit::Error error, const char* message, asmjit::BaseEmitter* origin) override;
 
+  Memory memory_;
   asmjit::CodeHolder code_;
   asmjit::BaseAssembler& assembler_;
   std::size_t reach_;

@@ -156,18 +156,18 @@ class Finder {
   }
 
   [[nodiscard]] std::optional<Loop> variables_of(const Interval& loop) const {
-    Loop result{loop.first, loop.last, {}};
+    Loop result{loop.first, loop.last, {}, false};
     Variables variables;
     for (std::size_t i = loop.first; i <= loop.last; ++i) {
       const Instruction instruction{words(i), instructions_[i].position, operation_of(instructions_[i].op)};
-      if (!add(variables, instruction, all_[innermost_[i]].weight)) return std::nullopt;
+      if (!add(variables, instruction, all_[innermost_[i]].weight, result)) return std::nullopt;
     }
     result.variables = variables.take();
     return result;
   }
 
   /// The operands of an instruction. False when it is none for such loops.
-  bool add(Variables& variables, const Instruction& i, std::uint64_t weight) const {
+  bool add(Variables& variables, const Instruction& i, std::uint64_t weight, Loop& loop) const {
     const Type type = i.operation.type;
     const unsigned bytes = bytes_of(type);
     const Use number = is_real(type) ? Use::kReal : Use::kInteger;
@@ -222,6 +222,7 @@ class Finder {
       case Form::kLoadElement:
       case Form::kStoreElement: {
         const std::uint32_t* const index = i.words + 3;
+        loop.has_parts = loop.has_parts || (i.words[2] & runtime::kRelativeBit) == 0;
         if (i.operation.form == Form::kLoadElement) {
           write(1, bytes, Use::kBits);
         } else {
@@ -239,6 +240,7 @@ class Finder {
           read(1, bytes, Use::kBits);
         }
         const std::uint32_t* index = i.words + 5;
+        loop.has_parts = loop.has_parts || (i.words[2] & runtime::kRelativeBit) == 0;
         // From the first index on the elements lie in the one array of that index.
         variables.read(i.words[2] + i.words[3], std::uint64_t{index[1]} * index[2], Use::kMemory, 0);
         for (std::uint32_t n = 0; n < i.words[4]; ++n, index += runtime::kIndexWords) {

@@ -25,6 +25,9 @@ struct Instruction {
 /// Moves, arithmetic, comparisons, parts of integers, elements of arrays.
 void translate_data(Assembly& assembly, const Instruction& instruction);
 
+/// A comparison without the jump that is the other half of the instruction.
+void translate_compare(Assembly& assembly, const Instruction& instruction);
+
 /// A comparison with a conditional jump to `target`.
 void translate_compare_jump(Assembly& assembly, const Instruction& instruction, const asmjit::Label& target);
 

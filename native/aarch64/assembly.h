@@ -33,8 +33,8 @@ inline a64::Vec vec(std::uint32_t number, Type type) {
 
 class Assembly final : public Emitter {
  public:
-  /// For code that starts at `address` and works on `table`.
-  Assembly(std::byte* table, std::uint64_t address) : Emitter(a, table, address, kReach) { attach(); }
+  /// For code that starts at `address`.
+  Assembly(const Memory& memory, std::uint64_t address) : Emitter(a, memory, address, kReach) { attach(); }
 
   a64::Assembler a;
 

@@ -363,6 +363,8 @@ void translate_data(Assembly& s, const Instruction& i) {
   }
 }
 
+void translate_compare(Assembly& s, const Instruction& i) { compare(s, i); }
+
 void translate_compare_jump(Assembly& s, const Instruction& i, const asmjit::Label& target) {
   const Condition code = compare(s, i);
   s.jump_on(i.operation.form == Form::kCompareJumpIf ? code : asmjit::arm::negateCond(code), target);

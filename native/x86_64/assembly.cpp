@@ -1,6 +1,8 @@
 #include "native/assembly.h"
 
+#include <algorithm>
 #include <iterator>
+#include <utility>
 
 #include "native/machine_layout.h"
 
@@ -40,6 +42,20 @@ x86::Mem Assembly::place(std::uint32_t operand, unsigned bytes) const {
 
 void Assembly::address(const x86::Gp& to, std::uint32_t operand) { a.lea(to, place(operand, 0)); }
 
+x86::Gp Assembly::base(const x86::Gp& scratch, std::uint32_t operand, std::int32_t& distance) {
+  if (relative && (operand & runtime::kRelativeBit) != 0) {
+    distance = static_cast<std::int32_t>(operand & ~runtime::kRelativeBit);
+    return x86::r13;
+  }
+  if (kept_ != nullptr && kept_->table) {
+    distance = static_cast<std::int32_t>(operand);
+    return gp(*kept_->table, 8);
+  }
+  distance = 0;
+  address(scratch, operand);
+  return scratch;
+}
+
 std::optional<std::uint32_t> Assembly::kept(std::uint32_t operand, bool real) const {
   if (kept_ == nullptr) return std::nullopt;
   for (const Kept::Variable& variable : kept_->variables) {
@@ -57,6 +73,11 @@ std::optional<std::uint32_t> Assembly::in_register(std::uint32_t operand, Type r
 }
 asmjit::Operand Assembly::value(std::uint32_t operand, unsigned bytes) {
   if (const auto number = in_register(operand, bytes)) return gp(*number, bytes);
+  if (const auto known = constant(operand, bytes)) {
+    const unsigned unused = 64 - 8 * bytes;
+    const std::int64_t number = static_cast<std::int64_t>(*known << unused) >> unused;
+    if (number == static_cast<std::int32_t>(number)) return asmjit::imm(number);
+  }
   return at(operand, bytes);
 }
 asmjit::Operand Assembly::real_value(std::uint32_t operand, Type type) {
@@ -75,6 +96,8 @@ void Assembly::load(std::uint32_t to, std::uint32_t operand, unsigned bytes) {
   overwrite(to, false);
   if (const auto from = kept(operand, true)) {
     a.emit(bytes == 8 ? x86::Inst::kIdMovq : x86::Inst::kIdMovd, gp(to, bytes), x86::xmm(*from));
+  } else if (const auto known = constant(operand, bytes)) {
+    a.mov(gp(to, wide), *known);
   } else if (bytes < 4) {
     // Narrow loads are extended: a register that keeps its upper part would wait for who wrote it.
     a.movzx(gp(to, 4), at(operand, bytes));
@@ -86,9 +109,14 @@ void Assembly::load(std::uint32_t to, std::uint32_t operand, unsigned bytes) {
 void Assembly::load_extended(std::uint32_t to, std::uint32_t operand, Type type) {
   const unsigned bytes = bytes_of(type);
   if (bytes >= 4) return load(to, operand, bytes);
-  const asmjit::Operand from = value(operand, bytes);
+  const auto number = in_register(operand, bytes);
   if (!holds(operand, bytes)) overwrite(to, false);
-  a.emit(is_signed(type) ? x86::Inst::kIdMovsx : x86::Inst::kIdMovzx, gp(to, 4), from);
+  const auto id = is_signed(type) ? x86::Inst::kIdMovsx : x86::Inst::kIdMovzx;
+  if (number) {
+    a.emit(id, gp(to, 4), gp(*number, bytes));
+  } else {
+    a.emit(id, gp(to, 4), at(operand, bytes));
+  }
 }
 
 void Assembly::store(std::uint32_t operand, unsigned bytes, std::uint32_t from) {
@@ -150,7 +178,9 @@ void Assembly::enter_loop(const Loop& loop) {
   std::size_t integers = 0;
   std::uint32_t reals = 0;
   kept->budget = kIntegers[integers++];
+  if (loop.has_parts) kept->table = kIntegers[integers++];
   for (const LoopVariable& variable : loop.variables) {
+    if (!variable.real && constant(variable.operand, variable.bytes)) continue;
     if (variable.real && reals < kReals) {
       kept->variables.push_back({variable, kFirstReal + reals++});
     } else if (!variable.real && integers < std::size(kIntegers)) {
@@ -165,6 +195,7 @@ void Assembly::enter_loop(const Loop& loop) {
 void Assembly::read_back() {
   if (kept_ == nullptr) return;
   a.mov(gp(kept_->budget, 4), machine::loops_left());
+  if (kept_->table) a.lea(gp(*kept_->table, 8), place(0, 0));
   for (const auto& [variable, number] : kept_->variables) {
     const x86::Mem from = place(variable.operand, variable.bytes);
     if (variable.real) {
@@ -189,6 +220,48 @@ void Assembly::write_back() {
       a.mov(to, gp(number, variable.bytes));
     }
   }
+}
+
+namespace {
+constexpr std::uint32_t kCopies[] = {reg::kSi, reg::kDi};
+}
+
+bool Assembly::keeps(std::span<const std::uint32_t> written) const {
+  return written.size() <= std::size(kCopies) &&
+         std::all_of(written.begin(), written.end(),
+                     [this](std::uint32_t operand) { return kept(operand).has_value(); });
+}
+void Assembly::begin_ways(std::span<const std::uint32_t> written) {
+  auto copies = std::make_shared<Kept>(*kept_);
+  forget();
+  for (std::size_t n = 0; n < written.size(); ++n) {
+    a.mov(gp(kCopies[n], 8), gp(*kept(written[n]), 8));
+    for (Kept::Variable& variable : copies->variables) {
+      if (variable.what.operand == written[n]) variable.reg = kCopies[n];
+    }
+  }
+  written_.assign(written.begin(), written.end());
+  other_ = std::exchange(kept_, std::move(copies));
+}
+void Assembly::other_way() {
+  forget();
+  std::swap(kept_, other_);
+}
+void Assembly::end_ways(std::uint32_t condition, bool value) {
+  forget();
+  if (const auto number = kept(condition)) {
+    a.test(gp(*number, 1), gp(*number, 1));
+  } else {
+    a.cmp(at(condition, 1), 0);
+  }
+  std::swap(kept_, other_);
+  std::vector<std::uint32_t> copies;
+  for (const std::uint32_t operand : written_) copies.push_back(*kept(operand));
+  std::swap(kept_, other_);
+  for (std::size_t n = 0; n < copies.size(); ++n) {
+    a.emit(value ? x86::Inst::kIdCmovnz : x86::Inst::kIdCmovz, gp(*kept(written_[n]), 8), gp(copies[n], 8));
+  }
+  other_.reset();
 }
 
 }  // namespace plc::native

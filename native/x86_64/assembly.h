@@ -14,6 +14,7 @@
 #include <limits>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "native/emitter.h"
 
@@ -40,9 +41,9 @@ x86::Gp gp(std::uint32_t number, unsigned bytes);
 
 class Assembly final : public Emitter {
  public:
-  /// For code that starts at `address` and works on `table`.
-  Assembly(std::byte* table, std::uint64_t address)
-      : Emitter(a, table, address, std::numeric_limits<std::size_t>::max()) {
+  /// For code that starts at `address`.
+  Assembly(const Memory& memory, std::uint64_t address)
+      : Emitter(a, memory, address, std::numeric_limits<std::size_t>::max()) {
     attach();
   }
 
@@ -51,12 +52,15 @@ class Assembly final : public Emitter {
   // ---- operands
   /// In the table: not for a variable that lies in a register.
   [[nodiscard]] x86::Mem at(std::uint32_t operand, unsigned bytes);
+  /// A register that holds an address `distance` bytes before the operand's place: `scratch`, if no other one does.
+  x86::Gp base(const x86::Gp& scratch, std::uint32_t operand, std::int32_t& distance);
   /// The register that a loop keeps it in, if one does and it is one for integers (reals).
   [[nodiscard]] std::optional<std::uint32_t> kept(std::uint32_t operand, bool real = false) const;
   /// The register where it is kept or held, until something is written to that.
   [[nodiscard]] std::optional<std::uint32_t> in_register(std::uint32_t operand, unsigned bytes) const;
   [[nodiscard]] std::optional<std::uint32_t> in_register(std::uint32_t operand, Type real) const;
-  /// That register, or the place in the table.
+  /// That register, or the place in the table, or a constant if it is a short one: what instructions take as their
+  /// second operand.
   [[nodiscard]] asmjit::Operand value(std::uint32_t operand, unsigned bytes);
   [[nodiscard]] asmjit::Operand real_value(std::uint32_t operand, Type type);
   /// Address of an operand's place.
@@ -75,6 +79,10 @@ class Assembly final : public Emitter {
   static constexpr bool kKeepsLoops = true;
   void enter_loop(const Loop& loop) override;
   void write_back() override;
+  [[nodiscard]] bool keeps(std::span<const std::uint32_t> written) const override;
+  void begin_ways(std::span<const std::uint32_t> written) override;
+  void other_way() override;
+  void end_ways(std::uint32_t condition, bool value) override;
 
   // ---- control (control.cpp)
   void begin_entry(bool loops) override;
@@ -103,6 +111,9 @@ class Assembly final : public Emitter {
  private:
   [[nodiscard]] x86::Mem place(std::uint32_t operand, unsigned bytes) const;
   void read_back();
+
+  std::shared_ptr<const Kept> other_;   ///< registers of the second way
+  std::vector<std::uint32_t> written_;  ///< by one of the two
 
   bool counts_events_ = false;  ///< in the body that is being written
 };

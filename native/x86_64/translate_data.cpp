@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "native/translate.h"
+#include "native/x86_64/parts.h"
 #include "runtime/operations.h"
 #include "stdlib/library.h"
 
@@ -49,6 +50,17 @@ void integer(Assembly& s, const Instruction& i) {
   std::uint32_t y = i.words[3];
   const std::uint32_t out = i.words[1];
   if (what.commutes && (s.holds(y, bytes) || y == out)) std::swap(x, y);
+  if (const auto sum = s.kept(out); sum && i.operation.form == Form::kAdd && bytes >= 4 && x != out && y != out) {
+    const auto first = s.in_register(x, bytes);
+    const asmjit::Operand second = s.value(y, bytes);
+    if (first && !second.isMem()) {
+      const x86::Gp base = gp(*first, 8);
+      const x86::Mem place = second.isImm() ? x86::ptr(base, second.as<asmjit::Imm>().valueAs<std::int32_t>())
+                                            : x86::ptr(base, gp(second.id(), 8));
+      s.a.lea(gp(*sum, bytes), place);
+      return s.forget();
+    }
+  }
   const bool narrow_product = i.operation.form == Form::kMul && bytes == 1;
   std::uint32_t to = s.holds(x, bytes) ? s.holder() : fresh(s);
   // In place, unless the second operand is there.
@@ -326,167 +338,6 @@ void range(Assembly& s, const Instruction& i) {
   s.store(i.words[1], bytes, reg::kAx);
 }
 
-/// The number of the element in rax, below the count; else to `outside`. `index`: six words (runtime/operations.h).
-void element_number(Assembly& s, const std::uint32_t* index, const asmjit::Label& outside) {
-  const x86::Gp element = x86::rax;
-  const auto rep = static_cast<core::Rep>(index[5]);
-  const auto lower = runtime::load<std::int64_t>(index + 3);
-  const std::uint32_t count = index[1];
-  constexpr std::int64_t kMost = std::numeric_limits<std::int32_t>::max();
-  const asmjit::Operand number = s.value(index[0], core::rep_bytes(rep));
-  if (rep == core::Rep::kI32 && lower >= std::numeric_limits<std::int32_t>::min() && lower + count <= kMost) {
-    // 32 bits wrap, but not back into the array: no index is 2^32 below one inside.
-    const auto distance = static_cast<std::int32_t>(lower);
-    if (number.isReg() && lower != 0 && distance != std::numeric_limits<std::int32_t>::min()) {
-      s.a.lea(element.r32(), x86::ptr(gp(number.id(), 8), -distance));
-    } else {
-      s.a.emit(x86::Inst::kIdMov, element.r32(), number);
-      if (lower != 0) s.a.sub(element.r32(), distance);
-    }
-    s.a.cmp(element.r32(), count);
-    s.a.jae(outside);
-    return;
-  }
-  switch (rep) {
-    case core::Rep::kI8:
-    case core::Rep::kI16:
-      s.a.emit(x86::Inst::kIdMovsx, element, number);
-      break;
-    case core::Rep::kU8:
-    case core::Rep::kU16:
-      s.a.emit(x86::Inst::kIdMovzx, element.r32(), number);
-      break;
-    case core::Rep::kI32:
-      s.a.emit(x86::Inst::kIdMovsxd, element, number);
-      break;
-    case core::Rep::kU32:
-      s.a.emit(x86::Inst::kIdMov, element.r32(), number);
-      break;
-    default:
-      s.a.emit(x86::Inst::kIdMov, element, number);
-      break;
-  }
-  if (rep == core::Rep::kU64) {
-    s.a.test(element, element);
-    s.a.js(outside);
-  }
-  const bool small = lower >= std::numeric_limits<std::int32_t>::min() && lower <= kMost;
-  if (small && lower != 0) s.a.sub(element, lower);
-  if (!small) {
-    s.a.mov(x86::rcx, lower);
-    s.a.sub(element, x86::rcx);
-  }
-  if (count <= kMost) {
-    s.a.cmp(element, count);
-  } else {
-    s.a.mov(x86::ecx, count);
-    s.a.cmp(element, x86::rcx);
-  }
-  s.a.jae(outside);
-}
-
-/// The element whose number is in rax. Uses rax and rcx.
-x86::Mem element_place(Assembly& s, std::uint32_t place, std::uint32_t stride, unsigned bytes) {
-  s.address(x86::rcx, place);
-  unsigned shift = 0;
-  switch (stride) {
-    case 1:
-      break;
-    case 2:
-      shift = 1;
-      break;
-    case 4:
-      shift = 2;
-      break;
-    case 8:
-      shift = 3;
-      break;
-    default:
-      s.a.imul(x86::rax, x86::rax, static_cast<std::int32_t>(stride));
-      break;
-  }
-  return x86::ptr(x86::rcx, x86::rax, shift, 0, bytes);
-}
-
-/// The element behind several indices; else to `outside`. Uses rax, rcx and rsi.
-x86::Mem path_place(Assembly& s, std::uint32_t place, const std::uint32_t* path, unsigned bytes,
-                    const asmjit::Label& outside) {
-  s.address(x86::rsi, place + path[0]);
-  const std::uint32_t* index = path + 2;
-  for (std::uint32_t n = 0; n < path[1]; ++n, index += runtime::kIndexWords) {
-    element_number(s, index, outside);
-    s.forget();
-    if (index[2] != 1) s.a.imul(x86::rax, x86::rax, static_cast<std::int32_t>(index[2]));
-    s.a.add(x86::rsi, x86::rax);
-  }
-  return x86::ptr(x86::rsi, 0, bytes);
-}
-bool is_path(const Instruction& i) {
-  return i.operation.form == Form::kLoadPath || i.operation.form == Form::kStorePath;
-}
-/// Words: the value, place, index (6) or path.
-x86::Mem part_place(Assembly& s, const Instruction& i, unsigned bytes, const asmjit::Label& outside) {
-  if (is_path(i)) return path_place(s, i.words[2], i.words + 3, bytes, outside);
-  element_number(s, i.words + 3, outside);
-  return element_place(s, i.words[2], i.words[5], bytes);
-}
-
-void load_part(Assembly& s, const Instruction& i) {
-  const unsigned bytes = bytes_of(i.operation.type);
-  const std::uint32_t out = i.words[1];
-  const asmjit::Label outside = s.a.newLabel();
-  const asmjit::Label done = s.a.newLabel();
-  const x86::Mem part = part_place(s, i, bytes, outside);
-  const auto real = s.kept(out, true);
-  const std::uint32_t to = s.kept(out).value_or(reg::kDx);
-  if (real) {
-    s.a.emit(bytes == 4 ? x86::Inst::kIdMovss : x86::Inst::kIdMovsd, x86::xmm(*real), part);
-  } else if (bytes < 4) {
-    s.a.movzx(gp(to, 4), part);
-  } else {
-    s.a.mov(gp(to, bytes), part);
-  }
-  s.a.bind(done);
-  s.aside([&s, outside, done, position = i.position, real, to] {
-    s.a.bind(outside);
-    s.raise(position, number(Event::kBadIndex));
-    if (real) {
-      s.a.xorps(x86::xmm(*real), x86::xmm(*real));
-    } else {
-      s.a.xor_(gp(to, 4), gp(to, 4));
-    }
-    s.a.jmp(done);
-  });
-  if (real) {
-    s.forget();
-  } else {
-    s.store(out, bytes, to);
-  }
-}
-
-void store_part(Assembly& s, const Instruction& i) {
-  const unsigned bytes = bytes_of(i.operation.type);
-  const std::uint32_t in = i.words[1];
-  const asmjit::Label outside = s.a.newLabel();
-  const asmjit::Label done = s.a.newLabel();
-  const auto real = bytes < 4 ? std::nullopt : s.in_register(in, bytes == 4 ? Type::kF32 : Type::kF64);
-  // A held one may lie where the address is made.
-  const std::uint32_t from = s.kept(in).value_or(reg::kDx);
-  if (!real) s.load(from, in, bytes);
-  const x86::Mem part = part_place(s, i, bytes, outside);
-  if (real) {
-    s.a.emit(bytes == 4 ? x86::Inst::kIdMovss : x86::Inst::kIdMovsd, part, x86::xmm(*real));
-  } else {
-    s.a.mov(part, gp(from, bytes));
-  }
-  s.land(done);  // any variable may be an element
-  s.aside([&s, outside, done, position = i.position] {
-    s.a.bind(outside);
-    s.raise(position, number(Event::kBadIndex));
-    s.a.jmp(done);
-  });
-}
-
 }  // namespace
 
 void translate_data(Assembly& s, const Instruction& i) {
@@ -524,6 +375,8 @@ void translate_data(Assembly& s, const Instruction& i) {
       return store_part(s, i);
   }
 }
+
+void translate_compare(Assembly& s, const Instruction& i) { compare(s, i); }
 
 void translate_compare_jump(Assembly& s, const Instruction& i, const asmjit::Label& target) {
   const x86::CondCode code = compare(s, i);

@@ -3,6 +3,7 @@
 // leaves to the kernel.
 #include <string_view>
 
+#include "native/choice.h"
 #include "native/library_rows.h"
 #include "native/translate.h"
 #include "runtime/operations.h"
@@ -198,6 +199,12 @@ class Translator {
   /// Shifts by less than the width, and rotations by what is not negative.
   void shift(asmjit::InstId id, bool bounded) {
     const auto by = machine_type(overload_.u);
+    if (const auto known = plain_shift(s_, words_)) {
+      const std::uint32_t to = s_.kept(result()).value_or(reg::kAx);
+      s_.load(to, argument(0), bytes_);
+      s_.a.emit(id, gp(to, bytes_), asmjit::imm(*known));
+      return s_.store(result(), bytes_, to);
+    }
     const asmjit::Label rare = s_.a.newLabel();
     // The value first: it may be what is held, and cx may be where that is.
     s_.load(reg::kAx, argument(0), bytes_);
