@@ -13,6 +13,7 @@
 #include "bytecode/image.h"
 #include "native/choice.h"
 #include "native/helpers.h"
+#include "native/library_rows.h"
 #include "native/loops.h"
 #include "native/translate.h"
 #include "runtime/link.h"
@@ -136,8 +137,24 @@ class TaskCompiler {
     if (operation.form == Form::kInterpreted) return interpret(body, instructions, i);
     const std::uint32_t position = instructions[i].position;
     // Not in words_, which grow while code behind the body (Emitter::aside) still reads the instruction.
-    translate({linked_.data() + position, position, operation});
+    Instruction instruction{linked_.data() + position, position, operation};
+    find_ports(instruction, instructions.subspan(i + 1));
+    translate(instruction);
     return i + 1;
+  }
+
+  /// The ports of the block of the library that runs soon behind the instruction.
+  void find_ports(Instruction& instruction, std::span<const LinkedInstruction> behind) const {
+    constexpr std::size_t kSoon = 4;
+    for (const LinkedInstruction& next : behind.first(std::min(kSoon, behind.size()))) {
+      if (operation_of(next.op).form != Form::kRunBlock) continue;
+      const std::uint32_t* const words = linked_.data() + next.position;
+      const auto block = block_of(runtime::load_pointer<stdlib::Step>(words + 1));
+      if (!block) return;
+      instruction.ports = words[3];
+      instruction.port_bytes = block->spec->size;
+      return;
+    }
   }
 
   /// A loop, with its variables in registers. Returns the number of the instruction behind it.

@@ -20,6 +20,8 @@ struct Instruction {
   const std::uint32_t* words = nullptr;  ///< from the handler word on
   std::uint32_t position = 0;
   Operation operation;
+  std::uint32_t ports = 0, port_bytes = 0;  ///< of a block that runs soon behind it
+  [[nodiscard]] bool is_port(std::uint32_t out) const { return out - ports < port_bytes; }
 };
 
 /// Moves, arithmetic, comparisons, parts of integers, elements of arrays.

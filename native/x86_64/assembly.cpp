@@ -133,6 +133,27 @@ void Assembly::store(std::uint32_t operand, unsigned bytes, std::uint32_t from) 
   held_ = {operand, bytes, false, from};
 }
 
+void Assembly::store_change(std::uint32_t operand, unsigned bytes, std::uint32_t from) {
+  if (held_.operand == operand) forget();
+  store_change(at(operand, bytes), gp(from, bytes));
+}
+void Assembly::store_change(std::uint32_t operand, unsigned bytes, std::int32_t value) {
+  if (held_.operand == operand) forget();
+  store_change(at(operand, bytes), asmjit::imm(value));
+}
+void Assembly::store_change(const x86::Mem& to, const asmjit::Operand& value) {
+  const asmjit::Label changed = label();
+  const asmjit::Label done = label();
+  a.emit(x86::Inst::kIdCmp, to, value);
+  a.jne(changed);
+  a.bind(done);
+  aside([this, changed, done, to, value] {
+    a.bind(changed);
+    a.emit(x86::Inst::kIdMov, to, value);
+    a.jmp(done);
+  });
+}
+
 void Assembly::load_real(std::uint32_t to, std::uint32_t operand, Type type) {
   const bool f32 = type == Type::kF32;
   const x86::Xmm value = x86::xmm(to);

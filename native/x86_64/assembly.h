@@ -71,6 +71,11 @@ class Assembly final : public Emitter {
   /// Extended to 4 bytes if it has less.
   void load_extended(std::uint32_t to, std::uint32_t operand, Type type);
   void store(std::uint32_t operand, unsigned bytes, std::uint32_t from);
+  /// The same for what seldom changes: looks first, since a processor reads more than it writes in the same time.
+  void store_change(std::uint32_t operand, unsigned bytes, std::uint32_t from);
+  void store_change(std::uint32_t operand, unsigned bytes, std::int32_t value);
+  /// The BOOL at `operand` is in this register, too.
+  void hold(std::uint32_t operand, std::uint32_t number) { held_ = {operand, 1, false, number}; }
   // ---- reals
   void load_real(std::uint32_t to, std::uint32_t operand, Type type);
   void store_real(std::uint32_t operand, Type type, std::uint32_t from);
@@ -111,6 +116,7 @@ class Assembly final : public Emitter {
  private:
   [[nodiscard]] x86::Mem place(std::uint32_t operand, unsigned bytes) const;
   void read_back();
+  void store_change(const x86::Mem& to, const asmjit::Operand& value);
 
   std::shared_ptr<const Kept> other_;   ///< registers of the second way
   std::vector<std::uint32_t> written_;  ///< by one of the two

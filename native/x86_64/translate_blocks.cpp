@@ -1,5 +1,8 @@
 // Blocks of the library that cost less than a call: edges, bistables, timers, counters (stdlib/blocks/). Each does what
 // the step of its row does, byte by byte, whatever its ports and states hold.
+#include <cstddef>
+#include <functional>
+#include <span>
 #include <string_view>
 
 #include "core/types.h"
@@ -40,10 +43,10 @@ void edge(Assembly& s, const Ports& p, bool rising) {
   s.load(reg::kDx, p.operand("CLK"), 1);
   if (!rising) s.a.xor_(x86::dl, 1);
   s.load(reg::kAx, p.operand("M"), 1);
-  s.a.mov(p.bit("M"), x86::dl);
   // dl AND NOT al
   s.a.cmp(x86::dl, x86::al);
   s.a.seta(x86::al);
+  s.store_change(p.operand("M"), 1, reg::kDx);
   s.store(p.operand("Q"), 1, reg::kAx);
 }
 
@@ -92,7 +95,7 @@ void delay(Assembly& s, const Ports& p, bool on) {
   const asmjit::Label waits = s.a.newLabel();
   const asmjit::Label runs = s.a.newLabel();
   const asmjit::Label end = s.a.newLabel();
-  s.load(reg::kAx, p.operand("IN"), 1);
+  s.a.movzx(x86::eax, p.bit("IN"));
   s.a.mov(p.bit("M"), x86::al);
   s.a.test(x86::al, x86::al);
   s.a.j(on ? x86::CondCode::kZ : x86::CondCode::kNZ, at_rest);
@@ -114,14 +117,14 @@ void delay(Assembly& s, const Ports& p, bool on) {
   s.a.mov(p.bit("STATE"), before);
   s.a.mov(p.bit("Q"), on ? 0 : 1);
   s.a.mov(p.time("ET"), 0);
-  s.land(end);
+  s.a.bind(end);
 }
 
 void pulse(Assembly& s, const Ports& p) {
   const asmjit::Label no_start = s.a.newLabel();
   const asmjit::Label not_running = s.a.newLabel();
   const asmjit::Label end = s.a.newLabel();
-  s.load(reg::kDi, p.operand("IN"), 1);
+  s.a.movzx(x86::edi, p.bit("IN"));
   s.a.movzx(x86::eax, p.bit("M"));
   s.a.mov(p.bit("M"), x86::dil);
   s.a.movzx(x86::edx, p.bit("STATE"));
@@ -146,7 +149,59 @@ void pulse(Assembly& s, const Ports& p) {
   s.a.jnz(end);
   s.a.mov(p.bit("STATE"), kIdle);
   s.a.mov(p.time("ET"), 0);
+  s.a.bind(end);
+}
+
+/// Ports with which a timer leaves everything as it is. M is as IN.
+struct Steady {
+  bool in;
+  int state;
+  bool q;
+  bool et_is_zero;
+};
+/// The first one is what most timers do most of the time.
+constexpr Steady kOnDelay[] = {{false, kIdle, false, true}, {true, kDone, true, false}};
+constexpr Steady kOffDelay[] = {{true, kArmed, true, true}, {false, kDone, false, false}};
+constexpr Steady kPulse[] = {{false, kIdle, false, false}, {true, kDone, false, false}};
+
+static_assert(offsetof(TimerPorts, q) - offsetof(TimerPorts, in) < 4 &&
+              offsetof(TimerPorts, m) - offsetof(TimerPorts, in) < 4 &&
+              offsetof(TimerPorts, state) - offsetof(TimerPorts, in) < 4);
+
+/// A timer: nothing, where its four bytes say that there is nothing to do, or what `step` writes. Q is in al behind it.
+void timer(Assembly& s, const Ports& p, std::span<const Steady> steady, std::function<void()> step) {
+  const std::uint32_t first = p.operand("IN");
+  const auto byte = [&](std::string_view port, int value) {
+    return static_cast<std::uint32_t>(value) << 8 * (p.operand(port) - first);
+  };
+  const auto pattern = [&](const Steady& ports) {
+    const std::uint32_t bytes =
+        byte("IN", ports.in) | byte("M", ports.in) | byte("STATE", ports.state) | byte("Q", ports.q);
+    return static_cast<std::int32_t>(bytes);
+  };
+  const asmjit::Label other = s.a.newLabel();
+  const asmjit::Label changes = s.a.newLabel();
+  const asmjit::Label end = s.a.newLabel();
+  s.a.mov(x86::ecx, s.at(first, 4));
+  s.a.cmp(x86::ecx, pattern(steady[0]));
+  s.a.jne(other);
+  if (steady[0].et_is_zero) {
+    s.a.cmp(p.time("ET"), 0);
+    s.a.jne(changes);
+  }
+  s.a.mov(x86::eax, steady[0].q ? 1 : 0);
   s.land(end);
+  s.hold(p.operand("Q"), reg::kAx);
+  s.aside([&s, p, second = steady[1], bytes = pattern(steady[1]), step, other, changes, end] {
+    s.a.bind(other);
+    s.a.mov(x86::eax, second.q ? 1 : 0);
+    s.a.cmp(x86::ecx, bytes);
+    s.a.je(end);
+    s.a.bind(changes);
+    step();
+    s.a.movzx(x86::eax, p.bit("Q"));
+    s.a.jmp(end);
+  });
 }
 
 // ---- counters
@@ -162,7 +217,7 @@ void counter(Assembly& s, const Ports& p, core::Rep rep, bool up) {
   const unsigned wide = bytes == 8 ? 8 : 4;
   s.load(reg::kCx, p.operand(up ? "CU" : "CD"), 1);
   s.a.movzx(x86::edx, p.bit(up ? "CU_M" : "CD_M"));
-  s.a.mov(p.bit(up ? "CU_M" : "CD_M"), x86::cl);
+  s.store_change(p.operand(up ? "CU_M" : "CD_M"), 1, reg::kCx);
   s.a.cmp(x86::cl, x86::dl);
   s.a.seta(x86::cl);
   s.a.movzx(x86::ecx, x86::cl);
@@ -183,7 +238,7 @@ void counter(Assembly& s, const Ports& p, core::Rep rep, bool up) {
   }
   s.a.cmp(p.bit(up ? "R" : "LD"), 0);
   s.a.cmovne(gp(reg::kAx, wide), gp(reg::kDx, wide));
-  s.a.mov(p.value("CV", bytes), count);
+  s.store_change(p.operand("CV"), bytes, reg::kAx);
   if (up) {
     s.a.cmp(count, p.value("PV", bytes));
     s.a.set(with_sign ? x86::CondCode::kGE : x86::CondCode::kAE, x86::al);
@@ -212,11 +267,13 @@ bool translate_block(Assembly& s, stdlib::Step step, std::uint32_t ports) {
       reset_dominant(s, p);
       break;
     case Block::kOnDelay:
+      timer(s, p, kOnDelay, [&s, p] { delay(s, p, true); });
+      break;
     case Block::kOffDelay:
-      delay(s, p, row->block == Block::kOnDelay);
+      timer(s, p, kOffDelay, [&s, p] { delay(s, p, false); });
       break;
     case Block::kPulse:
-      pulse(s, p);
+      timer(s, p, kPulse, [&s, p] { pulse(s, p); });
       break;
     case Block::kCountUp:
     case Block::kCountDown:

@@ -277,6 +277,10 @@ x86::CondCode compare(Assembly& s, const Instruction& i) {
 void move(Assembly& s, const Instruction& i) {
   const Type type = i.operation.type;
   const unsigned bytes = bytes_of(type);
+  if (i.is_port(i.words[1]) && s.constant(i.words[2], bytes)) {
+    const asmjit::Operand value = s.value(i.words[2], bytes);
+    if (value.isImm()) return s.store_change(i.words[1], bytes, value.as<asmjit::Imm>().valueAs<std::int32_t>());
+  }
   // A real in its register may be moved as an integer, which is what most moves are.
   for (const Type real_type : {Type::kF32, Type::kF64}) {
     if (bytes_of(real_type) != bytes) continue;

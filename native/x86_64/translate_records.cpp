@@ -200,7 +200,7 @@ class Evaluation {
   const Record& record_;
 };
 
-void translate(Assembly& s, std::span<Record> records, BooleanExpressions& expressions) {
+void translate(Assembly& s, const Instruction& i, std::span<Record> records, BooleanExpressions& expressions) {
   find_next_readers(records);
   const std::span<const std::uint32_t> numbers(kRegisters, s.in_loop() ? kRegistersInLoops : std::size(kRegisters));
   RecordRegisters registers(numbers);
@@ -208,8 +208,14 @@ void translate(Assembly& s, std::span<Record> records, BooleanExpressions& expre
     registers.hold(known->number, known->operand, first_reader(records, known->operand));
   for (const Record& r : records) {
     const std::uint32_t value = Evaluation(s, registers, r).value(expressions.of(r.truth, r.inputs));
-    s.store(r.out, 1, value);
-    for (unsigned i = 0; i < r.inputs; ++i) registers.read(r.in[i], r.next[i]);
+    if (i.is_port(r.out)) {
+      // Blocks that do nothing see so in what their ports hold together, unless one was just written.
+      s.store_change(r.out, 1, value);
+      s.hold(r.out, value);
+    } else {
+      s.store(r.out, 1, value);
+    }
+    for (unsigned k = 0; k < r.inputs; ++k) registers.read(r.in[k], r.next[k]);
     registers.hold(value, r.out, r.next_of_out);
   }
 }
@@ -221,7 +227,7 @@ void translate_records(Assembly& s, const Instruction& i, const std::uint32_t* c
   for (std::uint32_t n = 0; n < i.words[1];) {
     records.clear();
     for (; n < i.words[1] && records.size() < kLookAhead; ++n) records.push_back(record_at(i, code, n));
-    translate(s, records, expressions);
+    translate(s, i, records, expressions);
   }
 }
 
