@@ -136,6 +136,12 @@ class TaskCompiler {
     const Operation operation = operation_of(instructions[i].op);
     if (operation.form == Form::kInterpreted) return interpret(body, instructions, i);
     const std::uint32_t position = instructions[i].position;
+    if (operation.form == Form::kCallFixed && i + 1 < instructions.size() &&
+        operation_of(instructions[i + 1].op).form == Form::kReturn) {
+      s_.note_place(position);
+      s_.leave_to_body(entries_.at(linked_.data()[position + 1]));
+      return i + (targets_.contains(instructions[i + 1].position) ? 1 : 2);
+    }
     // Not in words_, which grow while code behind the body (Emitter::aside) still reads the instruction.
     Instruction instruction{linked_.data() + position, position, operation};
     find_ports(instruction, instructions.subspan(i + 1));

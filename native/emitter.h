@@ -85,6 +85,8 @@ class Emitter : private asmjit::ErrorHandler {
   /// `counts_events`: the body may use mark_events() and store_no_event(). Its operands are as `relative` says.
   virtual void begin_body(bool counts_events) = 0;
   virtual void leave_body(bool result) = 0;
+  /// Goes on with another body, which returns for this one.
+  virtual void leave_to_body(const asmjit::Label& body) = 0;
 
   // ---- jumps
   asmjit::Label label() { return assembler_.newLabel(); }

@@ -74,6 +74,7 @@ class Assembly final : public Emitter {
   void end_entry(bool loops) override;
   void begin_body(bool counts_events) override;
   void leave_body(bool result) override;
+  void leave_to_body(const asmjit::Label& body) override;
   void jump(const asmjit::Label& target) override;
   void jump_if(std::uint32_t operand, bool value, const asmjit::Label& target) override;
   void jump_if_result(bool value, const asmjit::Label& target) override;
@@ -99,6 +100,7 @@ class Assembly final : public Emitter {
   static constexpr std::uint32_t kZero = a64::Gp::kIdZr;
 
  private:
+  void end_body();
   /// Conditional jumps reach 1 MiB; what is put aside has to be near enough with all that is put aside besides.
   static constexpr std::size_t kReach = 128 * 1024;
   static constexpr std::uint32_t kPageBytes = 4096;

@@ -46,16 +46,23 @@ void Assembly::begin_body(bool counts_events) {
     a.ldr(a64::x(kEvents), member(machine::kEventCount));
   }
 }
-void Assembly::leave_body(bool result) {
-  a.mov(a64::w0, result ? 1 : 0);
+void Assembly::end_body() {
   if (!relative && !counts_events_) {
     a.ldr(a64::x30, a64::ptr_post(a64::sp, 16));
   } else {
     if (counts_events_) a.ldr(a64::x(kEvents), a64::ptr(a64::sp, 16));
     a.ldp(a64::x30, a64::x(kInstance), a64::ptr_post(a64::sp, 32));
   }
-  a.ret(a64::x30);
   forget();
+}
+void Assembly::leave_body(bool result) {
+  a.mov(a64::w0, result ? 1 : 0);
+  end_body();
+  a.ret(a64::x30);
+}
+void Assembly::leave_to_body(const asmjit::Label& body) {
+  end_body();
+  a.b(body);
 }
 
 void Assembly::jump(const asmjit::Label& target) {

@@ -94,6 +94,7 @@ class Assembly final : public Emitter {
   void end_entry(bool loops) override;
   void begin_body(bool counts_events) override;
   void leave_body(bool result) override;
+  void leave_to_body(const asmjit::Label& body) override;
   void jump(const asmjit::Label& target) override;
   void jump_if(std::uint32_t operand, bool value, const asmjit::Label& target) override;
   void jump_if_result(bool value, const asmjit::Label& target) override;
@@ -114,6 +115,7 @@ class Assembly final : public Emitter {
   void store_no_event(std::uint32_t operand) override;
 
  private:
+  void end_body();
   [[nodiscard]] x86::Mem place(std::uint32_t operand, unsigned bytes) const;
   void read_back();
   void store_change(const x86::Mem& to, const asmjit::Operand& value);

@@ -44,13 +44,20 @@ void Assembly::begin_body(bool counts_events) {
   }
   if (relative == counts_events) a.sub(x86::rsp, 8);
 }
-void Assembly::leave_body(bool result) {
-  a.mov(x86::eax, result ? 1 : 0);
+void Assembly::end_body() {
   if (relative == counts_events_) a.add(x86::rsp, 8);
   if (counts_events_) a.pop(x86::r14);
   if (relative) a.pop(x86::r13);
-  a.ret();
   forget();
+}
+void Assembly::leave_body(bool result) {
+  a.mov(x86::eax, result ? 1 : 0);
+  end_body();
+  a.ret();
+}
+void Assembly::leave_to_body(const asmjit::Label& body) {
+  end_body();
+  a.jmp(body);
 }
 
 void Assembly::jump(const asmjit::Label& target) {
