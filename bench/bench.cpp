@@ -72,6 +72,7 @@ int main(int argc, char** argv) {
       "Examples:\n"
       "  plc-bench            everything but modbus, about five minutes\n"
       "  plc-bench scan       interpreter and native code against C\n"
+      "  plc-bench changed    evaluate = \"changed\" against full evaluation\n"
       "  plc-bench load       file to first scan against xmllint\n"
       "  plc-bench st         the programs that PLCs are compared with, against C\n"
       "  plc-bench taskblocks taskblocks and their wires against plain calls\n"
@@ -88,6 +89,7 @@ int main(int argc, char** argv) {
   app.add_option("--repetitions", repetitions, "of each load, interleaved; medians are printed")->capture_default_str();
   app.add_option("--batches", batches, "of scans per side, interleaved; medians are printed")->capture_default_str();
   CLI::App* scan = app.add_subcommand("scan", "interpreter against C");
+  CLI::App* changed = app.add_subcommand("changed", "scans that leave out what did not change");
   CLI::App* load = app.add_subcommand("load", "file to first scan against xmllint, memory");
   ModbusPlan modbus_plan;
   CLI::App* modbus = app.add_subcommand("modbus", "clients as fast as they can, against libmodbus");
@@ -108,7 +110,7 @@ int main(int argc, char** argv) {
   compile->add_option("--garbage-mb", compile_plan.garbage_mb, "of each kind")->capture_default_str();
   CLI::App* check = app.add_subcommand("check", "small ladders and programs, results only");
   app.require_subcommand(0, 1);
-  for (CLI::App* command : {scan, load, st, taskblocks, compile, modbus, coherence, check}) command->fallthrough();
+  for (CLI::App* command : {scan, changed, load, st, taskblocks, compile, modbus, coherence, check}) command->fallthrough();
   CLI11_PARSE(app, argc, argv);
   compile_plan.seed = seed;
   compile_plan.repetitions = repetitions;
@@ -118,6 +120,7 @@ int main(int argc, char** argv) {
     if (check->parsed()) {
       verdict.merge(measure_st({0}));
       verdict.merge(measure_taskblocks({0}));
+      verdict.merge(measure_changed({seed, 500, 200, 0}));
       verdict.merge(measure_compile({seed, 3000, 1, 1, false}));
       for (std::uint64_t i = 0; i < 3; ++i) {
         verdict.merge(measure_scan({{200, false, seed + i}, 0, 0, 200, 0}));
@@ -129,6 +132,7 @@ int main(int argc, char** argv) {
       verdict.merge(measure_modbus(modbus_plan));
     } else {
       if (everything || scan->parsed()) verdict.merge(scans(seed, batches));
+      if (everything || changed->parsed()) verdict.merge(measure_changed({seed, 10'000, 1000, batches}));
       if (everything || load->parsed()) {
         std::cout << "Load: project file to the end of the first scan, against xmllint --noout, interleaved\n";
         verdict.merge(measure_load({seed, repetitions, true}));

@@ -49,6 +49,19 @@ struct ScanPlan {
 /// rung, in one process, on one set of changing inputs.
 Verdict measure_scan(const ScanPlan& plan);
 
+/// Most that full evaluation by native code may be left behind with one input changing, and least with all.
+inline constexpr double kChangedGain = 10;
+inline constexpr double kChangedLoss = 1.15;
+
+struct ChangedPlan {
+  std::uint64_t seed = 1;
+  std::uint32_t rungs = 10'000;
+  std::uint32_t scans = 1000;   ///< checked scans of each kind
+  std::uint32_t batches = 200;  ///< timed batches of each side, interleaved; 0 = check only
+};
+/// evaluate = "changed" against full evaluation, both native: nothing, one input and all inputs changing per scan.
+Verdict measure_changed(const ChangedPlan& plan);
+
 struct LoadPlan {
   std::uint64_t seed = 1;
   std::uint32_t repetitions = 7;

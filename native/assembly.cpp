@@ -153,6 +153,10 @@ void Assembly::write_data() {
   }
 }
 
+const std::byte* Assembly::place_of(const asmjit::Label& label) const {
+  return reinterpret_cast<const std::byte*>(code_.baseAddress() + code_.labelOffset(label));
+}
+
 std::vector<std::byte> Assembly::finish() {
   code_.flatten();
   code_.resolveUnresolvedLinks();

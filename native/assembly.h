@@ -98,6 +98,8 @@ class Assembly final : private asmjit::ErrorHandler {
   asmjit::Label data(std::vector<std::uint64_t> words);
   void write_data();
 
+  /// Where a label will lie; after finish().
+  [[nodiscard]] const std::byte* place_of(const asmjit::Label& label) const;
   [[nodiscard]] std::uint64_t address_of(std::uint32_t operand) const { return table_ + operand; }
   [[nodiscard]] std::size_t size() const { return a.offset(); }
   /// What asmjit refused first, or empty.

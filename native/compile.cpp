@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "bytecode/image.h"
+#include "native/changed_plan.h"
 #include "native/helpers.h"
 #include "native/translate.h"
 #include "runtime/link.h"
@@ -25,13 +26,19 @@ namespace {
 /// Machine code that any instruction takes at most, by word of resolved code; addresses cost nothing.
 constexpr std::size_t kBytesPerWord = 64;
 constexpr std::size_t kBytesBeside = 64 * 1024;
+/// As many times of it with groups: some are there twice, and it takes code to leave them out.
+constexpr std::size_t kCodeWithGroups = 3;
 /// Initial values of a function's frame that are written by instructions of their own; more is copied.
 constexpr std::uint32_t kInlineFrameBytes = 64;
 
 class TaskCompiler {
  public:
-  TaskCompiler(const LinkedCode& linked, std::byte* table, std::uint64_t address)
+  /// `plan` and `tracker` are null when each scan executes everything.
+  TaskCompiler(const LinkedCode& linked, std::byte* table, std::uint64_t address, const ChangedPlan* plan,
+               std::unique_ptr<ChangeTracker> tracker)
       : linked_(linked),
+        plan_(plan),
+        tracker_(std::move(tracker)),
         s_(table, address),
         words_(linked.data(), linked.data() + linked.words.size() / sizeof(std::uint32_t)),
         marks_(linked.marks) {}
@@ -45,15 +52,20 @@ class TaskCompiler {
       body(linked_.bodies[b], last ? linked_.instructions.size() : linked_.bodies[b + 1].first);
       report_.bodies.push_back({linked_.bodies[b].pou, s_.size() - begin});
     }
+    if (plan_ != nullptr) code_groups();
     s_.write_data();
     report_.code_bytes = s_.size();
   }
 
   [[nodiscard]] const std::string& problem() const { return s_.problem(); }
-  std::vector<std::byte> code() { return s_.finish(); }
+  std::vector<std::byte> code() {
+    std::vector<std::byte> bytes = s_.finish();
+    if (tracker_) tell_places();
+    return bytes;
+  }
   std::unique_ptr<NativeTask> task(CodeMemory memory, const std::byte* at) {
     return std::make_unique<NativeTask>(std::move(memory), at, std::move(words_), std::move(marks_),
-                                        std::move(report_));
+                                        std::move(tracker_), std::move(report_));
   }
 
  private:
@@ -61,7 +73,19 @@ class TaskCompiler {
   void entry() {
     s_.a.push(x86::rbx);
     s_.a.mov(x86::rbx, x86::rdi);
-    s_.a.call(entries_.at(linked_.entry));
+    if (tracker_) {
+      call_tracker(&begin_changed);
+      s_.a.call(entries_.at(linked_.entry));
+      s_.a.sub(x86::rsp, 16);
+      s_.a.mov(x86::dword_ptr(x86::rsp), x86::eax);
+      s_.a.mov(x86::rsi, x86::rbx);
+      s_.a.movzx(x86::edx, x86::al);
+      call_tracker(&end_changed);
+      s_.a.mov(x86::eax, x86::dword_ptr(x86::rsp));
+      s_.a.add(x86::rsp, 16);
+    } else {
+      s_.a.call(entries_.at(linked_.entry));
+    }
     s_.a.pop(x86::rbx);
     s_.a.ret();
   }
@@ -77,25 +101,29 @@ class TaskCompiler {
     for (const LinkedInstruction& instruction : instructions) {
       const Operation operation = operation_of(instruction.op);
       counts_events_ = counts_events_ || operation.form == Form::kEno;
-      if (const auto target = target_of(operation.form, instruction.position)) {
-        targets_.try_emplace(*target, s_.a.newLabel());
-      }
+      expect_target(instruction);
     }
     failed_ = s_.a.newLabel();
     s_.land(entries_.at(body.entry));
     prologue();
     for (std::size_t i = 0; i < instructions.size();) {
-      if (const auto target = targets_.find(instructions[i].position); target != targets_.end()) {
-        s_.land(target->second);
+      land_at(instructions[i]);
+      const auto* const stretch = plan_ != nullptr ? plan_->stretch_at(body.first + i) : nullptr;
+      if (stretch != nullptr) {
+        run_stretch(*stretch);
+        i = stretch->end - body.first;
+        continue;
       }
-      const Operation operation = operation_of(instructions[i].op);
-      if (operation.form == Form::kInterpreted) {
-        i = interpret(body, instructions, i);
+      const std::size_t next = next_of(instructions, i);
+      const ChangedPlan::Outside outside = outside_of(body.first + i, body.first + next);
+      if (outside.effect == ChangedPlan::Outside::Effect::kAnywhere) expect_changes();
+      if (is_interpreted(instructions[i])) {
+        interpret(body, instructions, i, next);
       } else {
-        const std::uint32_t position = instructions[i].position;
-        translate({words_.data() + position, position, operation});
-        ++i;
+        translate(instructions[i]);
       }
+      if (outside.effect == ChangedPlan::Outside::Effect::kList) settle(outside.list);
+      i = next;
     }
     s_.write_asides();
     s_.a.bind(failed_);
@@ -146,8 +174,148 @@ class TaskCompiler {
     }
   }
 
+  // ---- scans that leave groups out (change_tracker.h)
+
+  template <class Result, class... Arguments>
+  void call_tracker(Result (*function)(ChangeTracker&, Arguments...) noexcept) {
+    s_.a.mov(x86::rdi, reinterpret_cast<std::uint64_t>(tracker_.get()));
+    s_.call(function);
+  }
+  void jump_if(const std::uint8_t& flag, const asmjit::Label& to) {
+    s_.a.mov(x86::rax, reinterpret_cast<std::uint64_t>(&flag));
+    s_.a.cmp(x86::byte_ptr(x86::rax), 0);
+    s_.a.jne(to);
+  }
+
+  /// Groups: the dirty ones, by the tracker, or the straight code of all, from one of the chunks on.
+  void run_stretch(const ChangedPlan::Stretch& stretch) {
+    for (std::size_t c = 0; c < stretch.chunks.size(); ++c) chunks_.push_back(s_.a.newLabel());
+    const asmjit::Label* const chunks = chunks_.data() + chunks_.size() - stretch.chunks.size();
+    jump_if(tracker_->flags.whole, chunks[0]);
+    s_.a.mov(x86::rsi, x86::rbx);
+    s_.a.mov(x86::edx, stretch.number);
+    call_tracker(&run_changed);
+    s_.a.jmp(x86::rax);
+    for (std::size_t c = 0; c < stretch.chunks.size(); ++c) {
+      s_.land(chunks[c]);
+      for (const ChangedPlan::Piece& piece : stretch.chunks[c]) {
+        const LinkedInstruction& instruction = linked_.instructions[piece.instruction];
+        if (piece.first_record == 0 && piece.instruction != stretch.begin) land_at(instruction);
+        if (piece.records != 0) {
+          translate_some(instruction, piece.first_record, piece.records);
+        } else {
+          translate(instruction);
+        }
+      }
+    }
+    exits_.push_back(s_.a.newLabel());
+    s_.land(exits_.back());
+  }
+  /// Some records of a boolean run, as a run of their own.
+  void translate_some(const LinkedInstruction& instruction, std::uint32_t first, std::uint32_t count) {
+    const std::uint32_t* const w = words_.data() + instruction.position;
+    std::vector<std::uint32_t> words(w, w + 2);
+    words[1] = count;
+    if (operation_of(instruction.op).form == Form::kGeneralRecords) {
+      const std::uint32_t* const records = w + 2 + std::size_t{first} * runtime::kGeneralRecordWords;
+      words.insert(words.end(), records, records + std::size_t{count} * runtime::kGeneralRecordWords);
+    } else {
+      words.insert(words.end(), {w[2], w[3] + first * runtime::kShortRecordWords});
+    }
+    translate({words.data(), instruction.position, operation_of(instruction.op)});
+  }
+
+  /// What instructions outside of groups, [first, end), do to groups.
+  [[nodiscard]] ChangedPlan::Outside outside_of(std::size_t first, std::size_t end) const {
+    using Outside = ChangedPlan::Outside;
+    if (plan_ == nullptr) return {};
+    if (end == first + 1) return plan_->outside(first);
+    for (std::size_t i = first; i < end; ++i) {
+      if (plan_->outside(i).effect != Outside::Effect::kNone) return {Outside::Effect::kAnywhere, 0};
+    }
+    return {};
+  }
+  /// The next instruction may write anywhere.
+  void expect_changes() {
+    const asmjit::Label known = s_.a.newLabel();
+    const asmjit::Label settling = s_.a.newLabel();
+    s_.forget();
+    jump_if(tracker_->flags.look, known);
+    s_.a.mov(x86::byte_ptr(x86::rax), 1);
+    jump_if(tracker_->flags.settling, settling);
+    s_.a.bind(known);
+    s_.aside([this, known, settling] {
+      s_.a.bind(settling);
+      call_tracker(&look_changed);
+      s_.a.mov(x86::rax, reinterpret_cast<std::uint64_t>(&tracker_->flags.look));
+      s_.a.mov(x86::byte_ptr(x86::rax), 1);
+      s_.a.jmp(known);
+    });
+  }
+  /// The instruction in front wrote what list `list` says.
+  void settle(std::uint32_t list) {
+    const asmjit::Label whole = s_.a.newLabel();
+    s_.forget();
+    jump_if(tracker_->flags.whole, whole);
+    s_.a.mov(x86::esi, list);
+    call_tracker(&settle_changed);
+    s_.a.bind(whole);
+  }
+
+  /// Groups that are code once more, as functions: void (Machine&).
+  void code_groups() {
+    s_.relative = false;
+    for (const ChangedPlan::CodeGroup& group : plan_->code_groups()) {
+      counts_events_ = group.counts_events;
+      targets_.clear();
+      for (std::size_t i = group.begin; i < group.end; ++i) expect_target(linked_.instructions[i]);
+      groups_.push_back(s_.a.newLabel());
+      s_.land(groups_.back());
+      s_.a.push(x86::rbx);
+      s_.a.mov(x86::rbx, x86::rdi);
+      if (counts_events_) {
+        s_.a.push(x86::r14);
+        s_.a.mov(x86::r14, machine::event_count());
+        s_.a.sub(x86::rsp, 8);
+      }
+      for (std::size_t i = group.begin; i < group.end; ++i) {
+        land_at(linked_.instructions[i]);
+        translate(linked_.instructions[i]);
+      }
+      if (group.end < linked_.instructions.size()) land_at(linked_.instructions[group.end]);
+      if (counts_events_) {
+        s_.a.add(x86::rsp, 8);
+        s_.a.pop(x86::r14);
+      }
+      s_.a.pop(x86::rbx);
+      s_.a.ret();
+      s_.write_asides();
+    }
+  }
+  /// Where all of it lies.
+  void tell_places() {
+    ChangeTables& tables = tracker_->tables;
+    for (const asmjit::Label& chunk : chunks_) tables.entries.push_back(s_.place_of(chunk));
+    for (std::size_t i = 0; i < exits_.size(); ++i) tables.stretches[i].exit = s_.place_of(exits_[i]);
+    for (std::size_t i = 0; i < groups_.size(); ++i) tables.codes[i].entry = s_.place_of(groups_[i]);
+  }
+
   // ---- instructions
 
+  void land_at(const LinkedInstruction& instruction) {
+    if (const auto target = targets_.find(instruction.position); target != targets_.end()) s_.land(target->second);
+  }
+  void expect_target(const LinkedInstruction& instruction) {
+    if (const auto target = target_of(operation_of(instruction.op).form, instruction.position)) {
+      targets_.try_emplace(*target, s_.a.newLabel());
+    }
+  }
+  static bool is_interpreted(const LinkedInstruction& instruction) {
+    return operation_of(instruction.op).form == Form::kInterpreted;
+  }
+  void translate(const LinkedInstruction& instruction) {
+    translate({words_.data() + instruction.position, instruction.position, operation_of(instruction.op)});
+  }
   void translate(const Instruction& i) {
     const std::uint32_t* const w = i.words;
     switch (i.operation.form) {
@@ -337,12 +505,21 @@ class TaskCompiler {
     });
   }
 
-  /// Instructions from number `first` on that the interpreter runs, as far as nobody jumps between them: copied behind
-  /// the resolved code, with a RETURN. Returns the number of the next one.
-  std::size_t interpret(const LinkedBody& body, std::span<const LinkedInstruction> instructions, std::size_t first) {
-    const auto start = static_cast<std::uint32_t>(words_.size());
-    std::size_t i = first;
+  /// The number behind an instruction, or behind those that the interpreter runs at once: as far as nobody jumps between
+  /// them.
+  [[nodiscard]] std::size_t next_of(std::span<const LinkedInstruction> instructions, std::size_t i) const {
+    const bool interpreted = is_interpreted(instructions[i]);
     do {
+      ++i;
+    } while (interpreted && i < instructions.size() && is_interpreted(instructions[i]) &&
+             !targets_.contains(instructions[i].position));
+    return i;
+  }
+  /// Instructions [first, next) run in the interpreter: copied behind the resolved code, with a RETURN.
+  void interpret(const LinkedBody& body, std::span<const LinkedInstruction> instructions, std::size_t first,
+                 std::size_t next) {
+    const auto start = static_cast<std::uint32_t>(words_.size());
+    for (std::size_t i = first; i < next; ++i) {
       const std::uint32_t position = instructions[i].position;
       const std::uint32_t end = end_of(instructions, i);
       const auto at = static_cast<std::uint32_t>(words_.size());
@@ -351,9 +528,7 @@ class TaskCompiler {
       words_.resize(at + (end - position));
       std::copy(words_.begin() + position, words_.begin() + end, words_.begin() + at);
       ++report_.interpreted[instructions[i].op];
-      ++i;
-    } while (i < instructions.size() && operation_of(instructions[i].op).form == Form::kInterpreted &&
-             !targets_.contains(instructions[i].position));
+    }
     words_.push_back(runtime::handler_word(body.addressing, runtime::ResolvedOp::kReturn));
     s_.a.mov(x86::rdi, x86::rbx);
     s_.a.mov(x86::esi, static_cast<std::uint32_t>(body.addressing));
@@ -365,7 +540,6 @@ class TaskCompiler {
     }
     s_.call(&runtime::run_body);
     check();
-    return i;
   }
   /// Where the words of an instruction without records end.
   [[nodiscard]] std::uint32_t end_of(std::span<const LinkedInstruction> instructions, std::size_t i) const {
@@ -374,6 +548,8 @@ class TaskCompiler {
   }
 
   const LinkedCode& linked_;
+  const ChangedPlan* plan_;
+  std::unique_ptr<ChangeTracker> tracker_;
   Assembly s_;
   std::vector<std::uint32_t> words_;
   std::vector<runtime::CodeMark> marks_;
@@ -382,17 +558,28 @@ class TaskCompiler {
   std::unordered_map<std::uint32_t, asmjit::Label> targets_;  ///< of jumps in this body, by position
   asmjit::Label failed_;                                      ///< of this body: the scan is over
   bool counts_events_ = false;                                ///< this body has an ENO
+  std::vector<asmjit::Label> chunks_;                         ///< by chunk: its straight code
+  std::vector<asmjit::Label> exits_;                          ///< of stretches
+  std::vector<asmjit::Label> groups_;                         ///< that are code
   CompileReport report_;
 };
 
 }  // namespace
 
-core::Result<std::unique_ptr<NativeTask>> compile(runtime::Program& program) {
+core::Result<std::unique_ptr<NativeTask>> compile(runtime::Program& program, const CompileOptions& options) {
   const LinkedCode& linked = program.linked();
   const std::span<std::byte> table(program.table().data(), program.table().layout().total);
-  auto memory = CodeMemory::reserve(table, linked.words.size() / sizeof(std::uint32_t) * kBytesPerWord + kBytesBeside);
+  std::unique_ptr<ChangedPlan> plan;
+  std::unique_ptr<ChangeTracker> tracker;
+  std::size_t bytes = linked.words.size() / sizeof(std::uint32_t) * kBytesPerWord + kBytesBeside;
+  if (options.changed) {
+    plan = std::make_unique<ChangedPlan>(linked, program.table().layout());
+    tracker = std::make_unique<ChangeTracker>(table.data(), table.size(), plan->take_tables());
+    bytes *= kCodeWithGroups;
+  }
+  auto memory = CodeMemory::reserve(table, bytes);
   if (!memory) return memory.error();
-  TaskCompiler compiler(linked, table.data(), memory->address());
+  TaskCompiler compiler(linked, table.data(), memory->address(), plan.get(), std::move(tracker));
   compiler.compile();
   const std::vector<std::byte> code = compiler.code();
   if (!compiler.problem().empty() || code.size() > memory->reserved()) {

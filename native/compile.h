@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "core/result.h"
+#include "native/change_tracker.h"
 #include "native/code_memory.h"
 #include "native/operation.h"
 #include "runtime/compiled_task.h"
@@ -35,8 +36,9 @@ struct CompileReport {
 class NativeTask final : public runtime::CompiledTask {
  public:
   NativeTask(CodeMemory memory, const std::byte* entry, std::vector<std::uint32_t> words,
-             std::vector<runtime::CodeMark> code_marks, CompileReport report)
+             std::vector<runtime::CodeMark> code_marks, std::unique_ptr<ChangeTracker> tracker, CompileReport report)
       : memory_(std::move(memory)),
+        tracker_(std::move(tracker)),
         words_(std::move(words)),
         marks_(std::move(code_marks)),
         report_(std::move(report)) {
@@ -45,16 +47,25 @@ class NativeTask final : public runtime::CompiledTask {
     marks = marks_;
   }
   [[nodiscard]] const CompileReport& report() const { return report_; }
+  [[nodiscard]] const runtime::SkipCounts* skipped() const noexcept override {
+    return tracker_ ? &tracker_->counts() : nullptr;
+  }
 
  private:
   CodeMemory memory_;
+  std::unique_ptr<ChangeTracker> tracker_;  ///< null when each scan executes everything
   std::vector<std::uint32_t> words_;
   std::vector<runtime::CodeMark> marks_;
   CompileReport report_;
 };
 
+struct CompileOptions {
+  /// Scans leave out what would change nothing, because none of its inputs changed (docs/adr/0022).
+  bool changed = false;
+};
+
 /// Compiles a task. P9001 when the system gives no executable memory near its variables, or there is no code generator
 /// for this processor.
-core::Result<std::unique_ptr<NativeTask>> compile(runtime::Program& program);
+core::Result<std::unique_ptr<NativeTask>> compile(runtime::Program& program, const CompileOptions& options = {});
 
 }  // namespace plc::native

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "native/change_tracker.h"
 #include "runtime/interpreter.h"
 
 namespace plc::native {
@@ -19,5 +20,12 @@ void fail_loop(runtime::Machine& machine, std::uint32_t position) noexcept;
 bool run_taskblock(runtime::Machine& machine, std::uint32_t position, std::byte* ports) noexcept;
 /// Copies a text (runtime::copy_string). False when it was cut.
 bool copy_text(std::byte* to, const std::byte* from, std::uint32_t capacities, std::uint32_t width) noexcept;
+
+/// Scans that leave groups out: ChangeTracker's functions of these names.
+void begin_changed(ChangeTracker& tracker) noexcept;
+void end_changed(ChangeTracker& tracker, const runtime::Machine& machine, bool fine) noexcept;
+const std::byte* run_changed(ChangeTracker& tracker, runtime::Machine& machine, std::uint32_t stretch) noexcept;
+void look_changed(ChangeTracker& tracker) noexcept;
+void settle_changed(ChangeTracker& tracker, std::uint32_t list) noexcept;
 
 }  // namespace plc::native

@@ -1,0 +1,154 @@
+// ChangeTracker: runs those groups of a task whose inputs changed, and leaves out the others (docs/adr/0022).
+//
+// In: the tables of a ChangedPlan; calls from the task's code: begin() and end() around a scan, run() where groups
+// stand in it. Out: the table, events and faults of a full evaluation. A group is clean when the bytes it reads are
+// those of its last evaluation and the bytes it writes are as it left them; clean groups would change nothing. When
+// more than about half of the work of a full scan has gone into finding and running dirty groups, the rest of the scan
+// and kWholeScans after it run the plain code. Everything is counted in steps, never in time. All of it is RT but set-up.
+// Does not belong here: which groups there are (changed_plan.h), machine code (compile.cpp).
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "runtime/compiled_task.h"
+#include "runtime/interpreter.h"
+#include "runtime/memory/table.h"
+
+namespace plc::native {
+
+/// Groups of one chunk: its bits in one word. A chunk has straight code, and its groups run one by one, too.
+inline constexpr std::uint32_t kChunkGroups = 64;
+
+/// What a tracker works with, all of it made when the task is compiled. Groups have numbers: 64 times their chunk, plus
+/// their bit.
+struct ChangeTables {
+  /// Bytes that the same groups read and write.
+  struct Cell {
+    std::uint32_t begin = 0;   ///< into `marks`: groups that write, then groups that read
+    std::uint32_t others = 0;  ///< into `marks`: the first one behind the writer, if there is one writer; else begin
+    std::uint32_t end = 0;
+  };
+  /// One look-up record, or (out == kCode) code: then `truth` is an index into `codes`.
+  struct Group {
+    std::uint32_t truth = 0;
+    std::uint32_t out = 0;
+    std::uint32_t in[5] = {};
+    std::uint32_t cell = 0;  ///< of `out`
+  };
+  static constexpr std::uint32_t kCode = 0xffffffffu;
+  /// Bytes in one cell.
+  struct Span {
+    std::uint32_t offset = 0;
+    std::uint32_t bytes = 0;
+    std::uint32_t cell = 0;
+  };
+  struct List {
+    std::uint32_t first = 0;
+    std::uint32_t count = 0;
+  };
+  struct Code {
+    const std::byte* entry = nullptr;  ///< void (Machine&)
+    List spans;                        ///< what it writes
+    List timers;                       ///< into `timers`
+    std::uint32_t group = 0;
+    std::uint32_t effort = 0;  ///< of running it alone, in steps
+    bool raises = false;       ///< events, perhaps
+  };
+  /// Chunks that lie behind one another in the code; it is entered at the first one only.
+  struct Stretch {
+    std::uint32_t first = 0;  ///< chunk
+    std::uint32_t chunks = 0;
+    const std::byte* exit = nullptr;  ///< of the code, behind it
+  };
+  /// Cache lines of the table that hold cells.
+  struct Lines {
+    std::uint32_t offset = 0;
+    std::uint32_t count = 0;
+    std::uint32_t cells = 0;  ///< into `cell_of_byte`, 64 for each line
+  };
+
+  std::vector<Group> groups;              ///< by number
+  std::vector<std::uint64_t> used;        ///< by chunk: bits of groups that exist
+  std::vector<const std::byte*> entries;  ///< by chunk: its straight code
+  std::vector<Stretch> stretches;
+  std::vector<Code> codes;
+  std::vector<Cell> cells;                  ///< the first one has no groups
+  std::vector<std::uint32_t> marks;         ///< numbers of groups
+  std::vector<Lines> lines;                 ///< ascending
+  std::vector<std::uint32_t> cell_of_byte;  ///< 0 = of nobody
+  std::vector<Span> spans;
+  std::vector<List> outside;            ///< what instructions that are no groups write, each a list of spans
+  std::vector<std::uint32_t> timers;    ///< offsets of STATE
+  std::vector<std::uint32_t> contested; ///< numbers of groups that read or write what several write
+  std::uint32_t count = 0;              ///< groups
+  std::uint32_t effort = 0;             ///< of a full evaluation, in steps: about what the code of one record takes
+};
+
+class ChangeTracker {
+ public:
+  /// `tables` is filled by the compiler until the first scan.
+  ChangeTracker(std::byte* table, std::size_t bytes, ChangeTables tables);
+
+  ChangeTables tables;
+
+  /// What the code looks at, byte by byte.
+  struct Flags {
+    std::uint8_t whole = 0;     ///< the rest of this scan runs the plain code
+    std::uint8_t settling = 0;  ///< the plain code runs, and what it changes is about to be seen
+    std::uint8_t look = 0;      ///< anybody may have written anywhere since the table was looked at
+  } flags;
+
+  /// Start and end of a scan; `fine`: no fault.
+  void begin() noexcept;
+  void end(const runtime::Machine& machine, bool fine) noexcept;
+  /// The groups of a stretch. Returns where the code goes on: at the exit, or at a chunk that is to run in full.
+  const std::byte* run(runtime::Machine& machine, std::uint32_t stretch) noexcept;
+  /// While settling: before an instruction that may write anywhere.
+  void look() noexcept;
+  /// An instruction that is no group wrote the bytes of ChangeTables::outside[list].
+  void settle_outside(std::uint32_t list) noexcept;
+
+  [[nodiscard]] const runtime::SkipCounts& counts() const { return counts_; }
+
+  /// Scans that run the plain code before the next attempt to skip.
+  static constexpr std::uint32_t kWholeScans = 32;
+
+ private:
+  /// What the scan is for.
+  enum class Phase : std::uint8_t {
+    kWhole,     ///< the plain code alone
+    kSettling,  ///< the plain code, and what it changes: which groups are clean behind it
+    kTracking,  ///< dirty groups
+  };
+  void run_chunk(runtime::Machine& machine, std::uint32_t chunk) noexcept;
+  void run_code(runtime::Machine& machine, const ChangeTables::Code& code) noexcept;
+  [[nodiscard]] bool is_timing(const ChangeTables::Code& code) const noexcept;
+  void take_over(const ChangeTables::Lines& lines, std::uint32_t line) noexcept;
+  void settle(const ChangeTables::Span& span, bool outside) noexcept;
+  void mark(std::uint32_t begin, std::uint32_t end) noexcept;
+  void mark_group(std::uint32_t group) noexcept { dirty_[group / 64] |= std::uint64_t{1} << group % 64; }
+  void spend(std::uint32_t effort) noexcept { effort_ += effort; }
+  [[nodiscard]] bool exhausted() const noexcept { return effort_ > limit_; }
+  void snapshot() noexcept;
+  void mark_unsettled(const runtime::Machine& machine) noexcept;
+
+  std::byte* table_;
+  runtime::TableMemory shadow_;  ///< the table as groups last saw it, where there are cells
+  std::vector<std::uint64_t> dirty_;
+  std::vector<std::uint8_t> executed_;  ///< by stretch, while settling
+  Phase phase_ = Phase::kSettling;
+  std::uint32_t whole_left_ = 0;
+  std::uint32_t effort_ = 0;
+  std::uint32_t limit_;
+  std::uint32_t runs_ = 0;  ///< groups, in this scan
+  std::uint64_t events_ = 0;  ///< when settling began
+  runtime::SkipCounts counts_;
+  /// The first line from `line` on, of `count`, in which the two differ; count when there is none.
+  std::uint32_t (*first_difference_)(const std::byte* a, const std::byte* b, std::uint32_t line,
+                                     std::uint32_t count) noexcept;
+};
+
+}  // namespace plc::native
