@@ -132,7 +132,7 @@ int main(int argc, char** argv) {
       verdict.merge(measure_modbus(modbus_plan));
     } else {
       if (everything || scan->parsed()) verdict.merge(scans(seed, batches));
-      if (everything || changed->parsed()) verdict.merge(measure_changed({seed, 10'000, 1000, batches}));
+      if (everything || changed->parsed()) verdict.merge(measure_changed({seed, getenv("RUNGS") ? (unsigned)atoi(getenv("RUNGS")) : 10'000u, 1000, batches}));
       if (everything || load->parsed()) {
         std::cout << "Load: project file to the end of the first scan, against xmllint --noout, interleaved\n";
         verdict.merge(measure_load({seed, repetitions, true}));

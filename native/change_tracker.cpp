@@ -16,8 +16,17 @@ namespace plc::native {
 namespace {
 
 constexpr std::size_t kLine = 64;
-/// Steps that finding and evaluating one record costs, where its straight code costs one.
-constexpr std::uint32_t kRecordEffort = 8;
+/// Steps that finding, running and marking one record costs, where its straight code costs one.
+constexpr std::uint32_t kRecordEffort = 12;
+
+/// Limit that one more step does not wrap.
+constexpr std::uint64_t kMostEffort = 1u << 30;
+
+[[gnu::always_inline]] inline std::byte value_of(const std::byte* table, const ChangeTables::Group& group) noexcept {
+  const auto input = [&](std::size_t i) { return static_cast<std::uint32_t>(table[group.in[i]]); };
+  const std::uint32_t row = input(0) + 2 * input(1) + 4 * (input(2) + 2 * input(3)) + 16 * input(4);
+  return static_cast<std::byte>(group.truth >> (row & 31u) & 1u);
+}
 
 /// The first line from `line` on, of `count`, in which a and b differ; count when there is none.
 // RT:
@@ -31,6 +40,15 @@ std::uint32_t first_difference(const std::byte* a, const std::byte* b, std::uint
 // RT:
 [[gnu::target("avx2")]] std::uint32_t first_difference_avx2(const std::byte* a, const std::byte* b, std::uint32_t line,
                                                             std::uint32_t count) noexcept {
+  for (; line + 1 < count; line += 2) {
+    const auto* const x = reinterpret_cast<const __m256i*>(a + line * kLine);
+    const auto* const y = reinterpret_cast<const __m256i*>(b + line * kLine);
+    __m256i any = _mm256_xor_si256(_mm256_loadu_si256(x), _mm256_loadu_si256(y));
+    for (int i = 1; i < 4; ++i) {
+      any = _mm256_or_si256(any, _mm256_xor_si256(_mm256_loadu_si256(x + i), _mm256_loadu_si256(y + i)));
+    }
+    if (_mm256_testz_si256(any, any) == 0) break;
+  }
   for (; line < count; ++line) {
     const auto* const x = reinterpret_cast<const __m256i*>(a + line * kLine);
     const auto* const y = reinterpret_cast<const __m256i*>(b + line * kLine);
@@ -45,18 +63,26 @@ std::uint32_t first_difference(const std::byte* a, const std::byte* b, std::uint
 
 }  // namespace
 
-ChangeTracker::ChangeTracker(std::byte* table, std::size_t bytes, ChangeTables tables_in)
+ChangeTracker::ChangeTracker(std::byte* table, std::size_t bytes, ChangeTables tables_in, std::uint32_t patience)
     : tables(std::move(tables_in)),
       table_(table),
       shadow_((bytes + kLine - 1) / kLine * kLine),
-      dirty_(tables.used.size()),
+      dirty_(tables.used.size() + 1),
+      dirty_chunks_(tables.used.size() / 64 + 1),
       executed_(tables.stretches.size()),
-      limit_(tables.effort / 2),
+      limit_(static_cast<std::uint32_t>(std::min<std::uint64_t>(std::uint64_t{tables.effort} * patience / 100, kMostEffort))),
       first_difference_(first_difference) {
   counts_.groups = tables.count;
 #if defined(__x86_64__)
   if (__builtin_cpu_supports("avx2") != 0) first_difference_ = first_difference_avx2;
 #endif
+}
+
+// RT:
+inline void ChangeTracker::mark_group(std::uint32_t number) noexcept {
+  const std::uint32_t chunk = number / kChunkGroups;
+  dirty_[chunk] |= std::uint64_t{1} << number % kChunkGroups;
+  dirty_chunks_[chunk / 64] |= std::uint64_t{1} << chunk % 64;
 }
 
 // RT:
@@ -89,6 +115,83 @@ void ChangeTracker::end(const runtime::Machine& machine, bool fine) noexcept {
   whole_left_ = kWholeScans;
 }
 
+/// Dirty groups in order: what one of them marks behind itself still runs, in front of itself in the next scan.
+/// Returns the chunk to go on with: the end, or the one behind that in which the effort was spent.
+// RT:
+std::uint32_t ChangeTracker::run_chunks(runtime::Machine& machine, std::uint32_t first, std::uint32_t end) noexcept {
+  // Copies: bytes may be anything to the compiler, which would read members again behind each of them. What is dirty is
+  // kept in registers, too: the next group is known without waiting for what the last one wrote.
+  std::byte* const table = table_;
+  std::byte* const shadow = shadow_.data();
+  const ChangeTables::Group* const groups = tables.groups.data();
+  std::uint64_t* const dirty = dirty_.data();
+  std::uint64_t* const dirty_chunks = dirty_chunks_.data();
+  const std::uint32_t none = tables.none;
+  const auto mark_near = [=](std::uint32_t number) {
+    const std::uint32_t chunk = number / kChunkGroups;
+    dirty[chunk] |= std::uint64_t{1} << number % kChunkGroups;
+    dirty_chunks[chunk / 64] |= std::uint64_t{1} << chunk % 64;
+  };
+  std::uint32_t runs = 0;
+  std::uint32_t most = (limit_ - effort_) / kRecordEffort;
+  for (std::uint32_t word = first / 64; word * 64 < end; ++word) {
+    std::uint64_t range = ~std::uint64_t{0};
+    if (word == first / 64) range <<= first % 64;
+    if (word == end / 64) range &= ~(~std::uint64_t{0} << end % 64);
+    std::uint64_t chunks = dirty_chunks[word] & range;
+    dirty_chunks[word] &= ~range;
+    while (chunks != 0) {
+      const auto chunk_bit = static_cast<unsigned>(std::countr_zero(chunks));
+      chunks &= chunks - 1;
+      const std::uint32_t chunk = word * 64 + chunk_bit;
+      std::uint64_t bits = dirty[chunk];
+      dirty[chunk] = 0;
+      while (bits != 0) {
+        const auto bit = static_cast<unsigned>(std::countr_zero(bits));
+        bits &= bits - 1;
+        ++runs;
+        const ChangeTables::Group& group = groups[std::size_t{chunk} * kChunkGroups + bit];
+        if (group.code == ChangeTables::kNoCode) [[likely]] {
+          const std::byte value = value_of(table, group);
+          if (table[group.out] == value) continue;
+          table[group.out] = value;
+          shadow[group.out] = value;
+          mark_near(group.near[0]);
+          mark_near(group.near[1]);
+          mark_near(group.near[2]);
+          mark_near(group.near[3]);
+          if (group.near[4] != none) {
+            mark_near(group.near[4]);
+            mark_near(group.near[5]);
+            if (group.rest != group.rest_end) {
+              mark(group.rest, group.rest_end);
+              most = exhausted() ? 0 : (limit_ - effort_) / kRecordEffort;
+            }
+          }
+        } else {
+          run_code(machine, tables.codes[group.code]);
+          most = exhausted() ? 0 : (limit_ - effort_) / kRecordEffort;
+        }
+        // What is marked now. Once marks are incomplete, all that is left of the chunk runs.
+        const std::uint64_t behind = ~std::uint64_t{1} << bit;
+        bits |= (most == 0 ? tables.used[chunk] : dirty[chunk]) & behind;
+        dirty[chunk] &= ~behind;
+        const std::uint64_t others = dirty_chunks[word] & range & ~std::uint64_t{1} << chunk_bit;
+        chunks |= others;
+        dirty_chunks[word] &= ~others;
+      }
+      if (runs > most) [[unlikely]] {
+        runs_ += runs;
+        effort_ = limit_ + 1;
+        return chunk + 1;
+      }
+    }
+  }
+  runs_ += runs;
+  spend(runs * kRecordEffort);
+  return end;
+}
+
 // RT:
 const std::byte* ChangeTracker::run(runtime::Machine& machine, std::uint32_t number) noexcept {
   const ChangeTables::Stretch& stretch = tables.stretches[number];
@@ -106,44 +209,11 @@ const std::byte* ChangeTracker::run(runtime::Machine& machine, std::uint32_t num
   }
   if (flags.look != 0) look();
   const std::uint32_t end = stretch.first + stretch.chunks;
-  for (std::uint32_t chunk = stretch.first; chunk < end; ++chunk) {
-    if (exhausted()) [[unlikely]] {
-      flags.whole = 1;
-      return tables.entries[chunk];
-    }
-    if (dirty_[chunk] != 0) run_chunk(machine, chunk);
-  }
-  return stretch.exit;
-}
-
-// RT:
-void ChangeTracker::run_chunk(runtime::Machine& machine, std::uint32_t chunk) noexcept {
-  // In order: what a group marks in front of itself is for the next scan.
-  std::uint64_t behind = ~std::uint64_t{0};
-  for (;;) {
-    // Marks are incomplete once the effort is spent: all that is left of the chunk runs then.
-    const std::uint64_t bits = (exhausted() ? tables.used[chunk] : dirty_[chunk]) & behind;
-    if (bits == 0) return;
-    const auto bit = static_cast<unsigned>(std::countr_zero(bits));
-    behind = (~std::uint64_t{0} << bit) << 1;
-    dirty_[chunk] &= ~(std::uint64_t{1} << bit);
-    ++runs_;
-    const std::uint32_t number = chunk * kChunkGroups + bit;
-    const ChangeTables::Group& group = tables.groups[number];
-    if (group.out == ChangeTables::kCode) {
-      run_code(machine, tables.codes[group.truth]);
-      continue;
-    }
-    spend(kRecordEffort);
-    const auto input = [&](std::size_t i) { return static_cast<std::uint32_t>(table_[group.in[i]]); };
-    const std::uint32_t row = input(0) + 2 * input(1) + 4 * (input(2) + 2 * input(3)) + 16 * input(4);
-    const auto value = static_cast<std::byte>(group.truth >> (row & 31u) & 1u);
-    if (table_[group.out] == value) continue;
-    table_[group.out] = value;
-    shadow_.data()[group.out] = value;
-    const ChangeTables::Cell& cell = tables.cells[group.cell];
-    mark(cell.others, cell.end);
-  }
+  const std::uint32_t next = exhausted() ? stretch.first : run_chunks(machine, stretch.first, end);
+  // Not all that is dirty is marked any more.
+  if (exhausted()) [[unlikely]]
+    flags.whole = 1;
+  return next < end ? tables.entries[next] : stretch.exit;
 }
 
 // RT:
@@ -185,7 +255,10 @@ void ChangeTracker::mark(std::uint32_t begin, std::uint32_t end) noexcept {
   spend(end - begin);
   if (exhausted()) [[unlikely]]
     return;
-  for (std::uint32_t i = begin; i < end; ++i) mark_group(tables.marks[i]);
+  for (std::uint32_t i = begin; i < end; ++i) {
+    mark_group(tables.marks[i]);
+    __builtin_prefetch(tables.groups.data() + tables.marks[i]);
+  }
 }
 
 // RT:
@@ -209,10 +282,15 @@ void ChangeTracker::take_over(const ChangeTables::Lines& lines, std::uint32_t li
   const std::uint32_t* const cells = tables.cell_of_byte.data() + lines.cells + line * kLine;
   std::byte* const before = shadow_.data() + offset;
   std::uint32_t last = 0;
-  for (std::size_t i = 0; i < kLine; ++i) {
-    if (table_[offset + i] == before[i] || cells[i] == last) continue;
-    last = cells[i];
-    mark(tables.cells[last].begin, tables.cells[last].end);
+  for (std::size_t word = 0; word < kLine; word += sizeof(std::uint64_t)) {
+    auto differ = runtime::load<std::uint64_t>(table_ + offset + word) ^ runtime::load<std::uint64_t>(before + word);
+    while (differ != 0) {
+      const auto byte = static_cast<unsigned>(std::countr_zero(differ)) / 8;
+      differ &= ~(std::uint64_t{0xff} << byte * 8);
+      const std::uint32_t cell = cells[word + byte];
+      if (cell != last) mark(tables.cells[cell].begin, tables.cells[cell].end);
+      last = cell;
+    }
   }
   std::memcpy(before, table_ + offset, kLine);
 }
@@ -223,6 +301,7 @@ void ChangeTracker::snapshot() noexcept {
     std::memcpy(shadow_.data() + lines.offset, table_ + lines.offset, lines.count * kLine);
   }
   std::fill(dirty_.begin(), dirty_.end(), 0);
+  std::fill(dirty_chunks_.begin(), dirty_chunks_.end(), 0);
   std::fill(executed_.begin(), executed_.end(), 0);
 }
 
@@ -234,7 +313,9 @@ void ChangeTracker::mark_unsettled(const runtime::Machine& machine) noexcept {
   for (std::size_t s = 0; s < executed_.size(); ++s) {
     const ChangeTables::Stretch& stretch = tables.stretches[s];
     for (std::uint32_t c = 0; c < stretch.chunks && executed_[s] == 0; ++c) {
-      dirty_[stretch.first + c] = tables.used[stretch.first + c];
+      const std::uint32_t chunk = stretch.first + c;
+      dirty_[chunk] = tables.used[chunk];
+      dirty_chunks_[chunk / 64] |= std::uint64_t{1} << chunk % 64;
     }
   }
   for (const ChangeTables::Code& code : tables.codes) {

@@ -31,14 +31,18 @@ struct ChangeTables {
     std::uint32_t others = 0;  ///< into `marks`: the first one behind the writer, if there is one writer; else begin
     std::uint32_t end = 0;
   };
-  /// One look-up record, or (out == kCode) code: then `truth` is an index into `codes`.
-  struct Group {
+  /// One look-up record, or code. All that a record needs lies in one cache line.
+  struct alignas(64) Group {
     std::uint32_t truth = 0;
     std::uint32_t out = 0;
     std::uint32_t in[5] = {};
-    std::uint32_t cell = 0;  ///< of `out`
+    std::uint32_t code = kNoCode;  ///< into `codes`; kNoCode: a record
+    /// Whom a record marks when its output changes, the number that is none in places that are left over.
+    std::uint32_t near[6] = {};
+    std::uint32_t rest = 0, rest_end = 0;  ///< the others, into `marks`
   };
-  static constexpr std::uint32_t kCode = 0xffffffffu;
+  static_assert(sizeof(Group) == 64);
+  static constexpr std::uint32_t kNoCode = 0xffffffffu;
   /// Bytes in one cell.
   struct Span {
     std::uint32_t offset = 0;
@@ -84,13 +88,14 @@ struct ChangeTables {
   std::vector<std::uint32_t> timers;    ///< offsets of STATE
   std::vector<std::uint32_t> contested; ///< numbers of groups that read or write what several write
   std::uint32_t count = 0;              ///< groups
+  std::uint32_t none = 0;               ///< the number of no group
   std::uint32_t effort = 0;             ///< of a full evaluation, in steps: about what the code of one record takes
 };
 
 class ChangeTracker {
  public:
-  /// `tables` is filled by the compiler until the first scan.
-  ChangeTracker(std::byte* table, std::size_t bytes, ChangeTables tables);
+  /// `patience`: see CompileOptions. `tables` is filled by the compiler until the first scan.
+  ChangeTracker(std::byte* table, std::size_t bytes, ChangeTables tables, std::uint32_t patience);
 
   ChangeTables tables;
 
@@ -123,13 +128,13 @@ class ChangeTracker {
     kSettling,  ///< the plain code, and what it changes: which groups are clean behind it
     kTracking,  ///< dirty groups
   };
-  void run_chunk(runtime::Machine& machine, std::uint32_t chunk) noexcept;
+  std::uint32_t run_chunks(runtime::Machine& machine, std::uint32_t first, std::uint32_t end) noexcept;
   void run_code(runtime::Machine& machine, const ChangeTables::Code& code) noexcept;
   [[nodiscard]] bool is_timing(const ChangeTables::Code& code) const noexcept;
   void take_over(const ChangeTables::Lines& lines, std::uint32_t line) noexcept;
   void settle(const ChangeTables::Span& span, bool outside) noexcept;
   void mark(std::uint32_t begin, std::uint32_t end) noexcept;
-  void mark_group(std::uint32_t group) noexcept { dirty_[group / 64] |= std::uint64_t{1} << group % 64; }
+  void mark_group(std::uint32_t number) noexcept;
   void spend(std::uint32_t effort) noexcept { effort_ += effort; }
   [[nodiscard]] bool exhausted() const noexcept { return effort_ > limit_; }
   void snapshot() noexcept;
@@ -137,13 +142,14 @@ class ChangeTracker {
 
   std::byte* table_;
   runtime::TableMemory shadow_;  ///< the table as groups last saw it, where there are cells
-  std::vector<std::uint64_t> dirty_;
+  std::vector<std::uint64_t> dirty_;         ///< by chunk
+  std::vector<std::uint64_t> dirty_chunks_;  ///< bits of chunks that may be dirty
   std::vector<std::uint8_t> executed_;  ///< by stretch, while settling
   Phase phase_ = Phase::kSettling;
   std::uint32_t whole_left_ = 0;
   std::uint32_t effort_ = 0;
-  std::uint32_t limit_;
-  std::uint32_t runs_ = 0;  ///< groups, in this scan
+  std::uint32_t limit_;  ///< of the effort
+  std::uint32_t runs_ = 0;      ///< groups, in this scan
   std::uint64_t events_ = 0;  ///< when settling began
   runtime::SkipCounts counts_;
   /// The first line from `line` on, of `count`, in which the two differ; count when there is none.

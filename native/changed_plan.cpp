@@ -288,8 +288,7 @@ void ChangedPlan::add_records(std::size_t instruction) {
 void ChangedPlan::add_code(const Body& body, const Interval& at, bool straight) {
   const std::uint32_t number = new_group(body.begin + at.begin);
   std::vector<Piece>& pieces = stretches_.back().chunks.back();
-  tables_.groups[number].out = ChangeTables::kCode;
-  tables_.groups[number].truth = static_cast<std::uint32_t>(code_groups_.size());
+  tables_.groups[number].code = static_cast<std::uint32_t>(code_groups_.size());
   CodeGroup group{body.begin + at.begin, body.begin + at.end, false, {}};
   ChangeTables::Code code;
   code.group = number;
@@ -423,13 +422,23 @@ void ChangedPlan::make_cells() {
   }
   sort_unique(tables_.contested);
   for (std::size_t i = 0; i < code_groups_.size(); ++i) tables_.codes[i].spans = spans_in(code_groups_[i].writes);
+  tables_.none = static_cast<std::uint32_t>(tables_.groups.size());
   for (std::size_t chunk = 0; chunk < tables_.used.size(); ++chunk) {
     for (std::uint32_t n = 0; n < kChunkGroups; ++n) {
       ChangeTables::Group& group = tables_.groups[chunk * kChunkGroups + n];
-      if ((tables_.used[chunk] >> n & 1u) != 0 && group.out != ChangeTables::kCode) group.cell = cell_at(group.out);
+      if ((tables_.used[chunk] >> n & 1u) != 0 && group.code == ChangeTables::kNoCode) place_marks(group);
     }
   }
   make_lines();
+}
+
+/// Whom a record marks when its output changes.
+void ChangedPlan::place_marks(ChangeTables::Group& group) const {
+  const ChangeTables::Cell& cell = tables_.cells[cell_at(group.out)];
+  std::uint32_t at = cell.others;
+  for (std::uint32_t& near : group.near) near = at < cell.end ? tables_.marks[at++] : tables_.none;
+  group.rest = at;
+  group.rest_end = cell.end;
 }
 
 std::uint32_t ChangedPlan::cell_at(std::uint32_t offset) const {

@@ -574,7 +574,7 @@ core::Result<std::unique_ptr<NativeTask>> compile(runtime::Program& program, con
   std::size_t bytes = linked.words.size() / sizeof(std::uint32_t) * kBytesPerWord + kBytesBeside;
   if (options.changed) {
     plan = std::make_unique<ChangedPlan>(linked, program.table().layout());
-    tracker = std::make_unique<ChangeTracker>(table.data(), table.size(), plan->take_tables());
+    tracker = std::make_unique<ChangeTracker>(table.data(), table.size(), plan->take_tables(), options.patience);
     bytes *= kCodeWithGroups;
   }
   auto memory = CodeMemory::reserve(table, bytes);

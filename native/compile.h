@@ -59,9 +59,14 @@ class NativeTask final : public runtime::CompiledTask {
   CompileReport report_;
 };
 
+inline constexpr std::uint32_t kPatience = 50;
+
 struct CompileOptions {
   /// Scans leave out what would change nothing, because none of its inputs changed (docs/adr/0022).
   bool changed = false;
+  /// Most that finding and running changed parts one by one may take before the rest of a scan runs as a whole; in
+  /// percent of a whole scan.
+  std::uint32_t patience = kPatience;
 };
 
 /// Compiles a task. P9001 when the system gives no executable memory near its variables, or there is no code generator

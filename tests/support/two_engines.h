@@ -22,7 +22,8 @@ class TwoEngines {
  public:
   /// Verifies and loads the image twice. Null when verifier or linker refuse it; `problem` says what.
   static std::unique_ptr<TwoEngines> load(const bytecode::Image& image, std::string& problem,
-                                          const runtime::ProgramOptions& options = {}) {
+                                          const runtime::ProgramOptions& options = {},
+                                          const native::CompileOptions& compile = {}) {
     auto engines = std::make_unique<TwoEngines>();
     for (std::unique_ptr<runtime::Resource>* resource : {&engines->interpreted_, &engines->native_}) {
       core::Diagnostics diagnostics;
@@ -39,7 +40,7 @@ class TwoEngines {
       *resource = std::move(*loaded);
     }
     for (std::size_t task = 0; task < engines->tasks(); ++task) {
-      auto compiled = native::compile(engines->native_->program(task));
+      auto compiled = native::compile(engines->native_->program(task), compile);
       if (!compiled) {
         problem = compiled.error().message;
         return nullptr;
