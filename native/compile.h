@@ -19,6 +19,7 @@
 #include "native/operation.h"
 #include "runtime/compiled_task.h"
 #include "runtime/program.h"
+#include "runtime/sched/task_plan.h"
 
 namespace plc::native {
 
@@ -59,7 +60,7 @@ class NativeTask final : public runtime::CompiledTask {
   CompileReport report_;
 };
 
-inline constexpr std::uint32_t kPatience = 50;
+inline constexpr auto kPatience = static_cast<std::uint32_t>(100 * runtime::kChangedShare);
 
 struct CompileOptions {
   /// Scans leave out what would change nothing, because none of its inputs changed (docs/adr/0022).

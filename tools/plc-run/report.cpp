@@ -10,6 +10,7 @@
 
 #include "io-drivers/config/template.h"
 #include "tools/command_line.h"
+#include "runtime/compiled_task.h"
 #include "tools/engine.h"
 #include "tools/statistics.h"
 #include "tools/version.h"
@@ -79,7 +80,7 @@ ordered_json to_json(const Histogram& histogram) {
 }  // namespace
 
 void print_start(std::string_view file, const bytecode::Image& image, std::span<const runtime::TaskPlan> plan,
-                 core::TimeNs load_ns, std::ostream& out) {
+                 Engine engine, core::TimeNs load_ns, std::ostream& out) {
   out << fmt::format("{}: {} with {}, ready in {}\n", kVersionText, file, counted(image.tasks.size(), "task"),
                      time_text(load_ns));
   out << "options: " << describe(image.options) << '\n';
@@ -90,6 +91,9 @@ void print_start(std::string_view file, const bytecode::Image& image, std::span<
     if (plan[t].offset_ns != 0) out << ", offset " << time_text(plan[t].offset_ns);
     if (plan[t].lead_ns) out << ", lead " << time_text(*plan[t].lead_ns);
     if (plan[t].watchdog_ns != 0) out << ", watchdog " << time_text(plan[t].watchdog_ns);
+    if (plan[t].evaluate == runtime::Evaluate::kChanged) {
+      out << ", evaluates what changed" << (engine == Engine::kInterpreter ? " in native code only: here everything" : "");
+    }
     out << '\n';
   }
 }
@@ -178,6 +182,7 @@ void print_engines(const runtime::Resource& resource, core::TimeNs begin_ns, std
     out << fmt::format("engine of {}: {}", program.task().name, engine_name(program));
     if (const auto since = program.compiled_since())
       out << " since " << time_text(std::max<core::TimeNs>(*since - begin_ns, 0));
+    if (const std::string skipped = skipped_text(program); !skipped.empty()) out << ", " << skipped;
     out << '\n';
   }
 }
@@ -201,6 +206,12 @@ void print_json(const runtime::Resource& resource, const runtime::RealtimeSchedu
     task["engine"] = engine_name(program);
     if (const auto since = program.compiled_since())
       task["native_since_ns"] = std::max<core::TimeNs>(*since - begin_ns, 0);
+    if (const runtime::SkipCounts* const skipped = program.skipped()) {
+      task["groups"] = skipped->groups;
+      task["group_runs"] = skipped->runs.load();
+      task["native_scans"] = skipped->scans.load();
+      task["whole_scans"] = skipped->whole_scans.load();
+    }
     task["cycles"] = s.scans.load();
     task["overruns"] = s.overruns.load();
     task["missed"] = s.missed.load();
