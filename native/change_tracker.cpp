@@ -16,8 +16,9 @@ namespace plc::native {
 namespace {
 
 constexpr std::size_t kLine = 64;
-/// Steps that finding, running and marking one record costs, where its straight code costs one.
-constexpr std::uint32_t kRecordEffort = 12;
+/// Steps that a record costs which runs and marks four others, and each other mark; its straight code is one.
+constexpr std::uint32_t kRecordEffort = 24;
+constexpr std::uint32_t kMarkEffort = 4;
 
 /// Limit that one more step does not wrap.
 constexpr std::uint64_t kMostEffort = 1u << 30;
@@ -40,15 +41,6 @@ std::uint32_t first_difference(const std::byte* a, const std::byte* b, std::uint
 // RT:
 [[gnu::target("avx2")]] std::uint32_t first_difference_avx2(const std::byte* a, const std::byte* b, std::uint32_t line,
                                                             std::uint32_t count) noexcept {
-  for (; line + 1 < count; line += 2) {
-    const auto* const x = reinterpret_cast<const __m256i*>(a + line * kLine);
-    const auto* const y = reinterpret_cast<const __m256i*>(b + line * kLine);
-    __m256i any = _mm256_xor_si256(_mm256_loadu_si256(x), _mm256_loadu_si256(y));
-    for (int i = 1; i < 4; ++i) {
-      any = _mm256_or_si256(any, _mm256_xor_si256(_mm256_loadu_si256(x + i), _mm256_loadu_si256(y + i)));
-    }
-    if (_mm256_testz_si256(any, any) == 0) break;
-  }
   for (; line < count; ++line) {
     const auto* const x = reinterpret_cast<const __m256i*>(a + line * kLine);
     const auto* const y = reinterpret_cast<const __m256i*>(b + line * kLine);
@@ -78,8 +70,37 @@ ChangeTracker::ChangeTracker(std::byte* table, std::size_t bytes, ChangeTables t
 #endif
 }
 
+/// What marking works on: copies, since bytes may be anything to the compiler, which would read members again behind
+/// each of them.
+struct ChangeTracker::Marker {
+  std::byte* table;
+  std::byte* shadow;
+  const ChangeTables::Group* groups;
+  std::uint64_t* dirty;
+  std::uint64_t* dirty_chunks;
+
+  /// Something that the group reads or writes changed. Code is dirty then, a record if its output is not what its inputs
+  /// say: seen at once and without a branch, so that only those run that change something. Returns whether it is.
+  [[gnu::always_inline]] std::uint64_t operator()(std::uint32_t number) const noexcept {
+    const ChangeTables::Group& group = groups[number];
+    const bool differs = table[group.out] != value_of(table, group);
+    const bool code = group.code != ChangeTables::kNoCode;
+    const auto is = static_cast<std::uint64_t>(static_cast<unsigned>(differs) | static_cast<unsigned>(code));
+    const std::uint32_t chunk = number / kChunkGroups;
+    const std::uint32_t bit = number % kChunkGroups;
+    dirty[chunk] = (dirty[chunk] & ~(std::uint64_t{1} << bit)) | is << bit;
+    dirty_chunks[chunk / 64] |= is << chunk % 64;
+    return is;
+  }
+};
 // RT:
-inline void ChangeTracker::mark_group(std::uint32_t number) noexcept {
+inline ChangeTracker::Marker ChangeTracker::marker() noexcept {
+  return {table_, shadow_.data(), tables.groups.data(), dirty_.data(), dirty_chunks_.data()};
+}
+
+/// The group runs, whatever is known of it.
+// RT:
+void ChangeTracker::insist_on(std::uint32_t number) noexcept {
   const std::uint32_t chunk = number / kChunkGroups;
   dirty_[chunk] |= std::uint64_t{1} << number % kChunkGroups;
   dirty_chunks_[chunk / 64] |= std::uint64_t{1} << chunk % 64;
@@ -119,19 +140,11 @@ void ChangeTracker::end(const runtime::Machine& machine, bool fine) noexcept {
 /// Returns the chunk to go on with: the end, or the one behind that in which the effort was spent.
 // RT:
 std::uint32_t ChangeTracker::run_chunks(runtime::Machine& machine, std::uint32_t first, std::uint32_t end) noexcept {
-  // Copies: bytes may be anything to the compiler, which would read members again behind each of them. What is dirty is
-  // kept in registers, too: the next group is known without waiting for what the last one wrote.
-  std::byte* const table = table_;
-  std::byte* const shadow = shadow_.data();
-  const ChangeTables::Group* const groups = tables.groups.data();
-  std::uint64_t* const dirty = dirty_.data();
-  std::uint64_t* const dirty_chunks = dirty_chunks_.data();
-  const std::uint32_t none = tables.none;
-  const auto mark_near = [=](std::uint32_t number) {
-    const std::uint32_t chunk = number / kChunkGroups;
-    dirty[chunk] |= std::uint64_t{1} << number % kChunkGroups;
-    dirty_chunks[chunk / 64] |= std::uint64_t{1} << chunk % 64;
-  };
+  const Marker mark_one = marker();
+  std::byte* const table = mark_one.table;
+  std::uint64_t* const dirty = mark_one.dirty;
+  std::uint64_t* const dirty_chunks = mark_one.dirty_chunks;
+  // What is dirty is kept in registers: the next group is known without waiting for what the last one wrote.
   std::uint32_t runs = 0;
   std::uint32_t most = (limit_ - effort_) / kRecordEffort;
   for (std::uint32_t word = first / 64; word * 64 < end; ++word) {
@@ -150,24 +163,20 @@ std::uint32_t ChangeTracker::run_chunks(runtime::Machine& machine, std::uint32_t
         const auto bit = static_cast<unsigned>(std::countr_zero(bits));
         bits &= bits - 1;
         ++runs;
-        const ChangeTables::Group& group = groups[std::size_t{chunk} * kChunkGroups + bit];
+        const ChangeTables::Group& group = mark_one.groups[std::size_t{chunk} * kChunkGroups + bit];
         if (group.code == ChangeTables::kNoCode) [[likely]] {
           const std::byte value = value_of(table, group);
           if (table[group.out] == value) continue;
           table[group.out] = value;
-          shadow[group.out] = value;
-          mark_near(group.near[0]);
-          mark_near(group.near[1]);
-          mark_near(group.near[2]);
-          mark_near(group.near[3]);
-          if (group.near[4] != none) {
-            mark_near(group.near[4]);
-            mark_near(group.near[5]);
-            if (group.rest != group.rest_end) {
-              mark(group.rest, group.rest_end);
-              most = exhausted() ? 0 : (limit_ - effort_) / kRecordEffort;
-            }
+          mark_one.shadow[group.out] = value;
+          std::uint64_t any = mark_one(group.near[0]) | mark_one(group.near[1]) | mark_one(group.near[2]);
+          any |= mark_one(group.near[3]);
+          if (group.more != 0) {
+            mark(group.rest, group.rest_end);
+            most = exhausted() ? 0 : (limit_ - effort_) / kRecordEffort;
+            any = 1;
           }
+          if (any == 0) continue;
         } else {
           run_code(machine, tables.codes[group.code]);
           most = exhausted() ? 0 : (limit_ - effort_) / kRecordEffort;
@@ -223,7 +232,7 @@ void ChangeTracker::run_code(runtime::Machine& machine, const ChangeTables::Code
   reinterpret_cast<void (*)(runtime::Machine&) noexcept>(reinterpret_cast<std::uintptr_t>(code.entry))(machine);
   for (std::uint32_t i = 0; i < code.spans.count; ++i) settle(tables.spans[code.spans.first + i], false);
   // Events are counted in every scan, and running timers follow the time.
-  if (machine.event_count != events || is_timing(code)) mark_group(code.group);
+  if (machine.event_count != events || is_timing(code)) insist_on(code.group);
 }
 
 // RT:
@@ -252,12 +261,12 @@ void ChangeTracker::settle_outside(std::uint32_t list) noexcept {
 
 // RT:
 void ChangeTracker::mark(std::uint32_t begin, std::uint32_t end) noexcept {
-  spend(end - begin);
+  spend(kMarkEffort * (end - begin));
   if (exhausted()) [[unlikely]]
     return;
-  for (std::uint32_t i = begin; i < end; ++i) {
-    mark_group(tables.marks[i]);
-    __builtin_prefetch(tables.groups.data() + tables.marks[i]);
+  const Marker mark_one = marker();
+  for (const std::uint32_t *at = tables.marks.data() + begin, *last = tables.marks.data() + end; at != last; ++at) {
+    mark_one(*at);
   }
 }
 
@@ -309,7 +318,8 @@ void ChangeTracker::snapshot() noexcept {
 // RT:
 void ChangeTracker::mark_unsettled(const runtime::Machine& machine) noexcept {
   // What several write may have changed and changed back.
-  for (const std::uint32_t group : tables.contested) mark_group(group);
+  const Marker mark_one = marker();
+  for (const std::uint32_t group : tables.contested) mark_one(group);
   for (std::size_t s = 0; s < executed_.size(); ++s) {
     const ChangeTables::Stretch& stretch = tables.stretches[s];
     for (std::uint32_t c = 0; c < stretch.chunks && executed_[s] == 0; ++c) {
@@ -319,7 +329,7 @@ void ChangeTracker::mark_unsettled(const runtime::Machine& machine) noexcept {
     }
   }
   for (const ChangeTables::Code& code : tables.codes) {
-    if ((code.raises && machine.event_count != events_) || is_timing(code)) mark_group(code.group);
+    if ((code.raises && machine.event_count != events_) || is_timing(code)) insist_on(code.group);
   }
 }
 

@@ -37,9 +37,10 @@ struct ChangeTables {
     std::uint32_t out = 0;
     std::uint32_t in[5] = {};
     std::uint32_t code = kNoCode;  ///< into `codes`; kNoCode: a record
-    /// Whom a record marks when its output changes, the number that is none in places that are left over.
-    std::uint32_t near[6] = {};
-    std::uint32_t rest = 0, rest_end = 0;  ///< the others, into `marks`
+    /// Groups to be marked when the output of a record changes; where there are fewer, one of them again or itself.
+    std::uint32_t near[4] = {};
+    std::uint32_t more = 0;                ///< how many there are beside these
+    std::uint32_t rest = 0, rest_end = 0;  ///< those, in `marks`
   };
   static_assert(sizeof(Group) == 64);
   static constexpr std::uint32_t kNoCode = 0xffffffffu;
@@ -88,7 +89,6 @@ struct ChangeTables {
   std::vector<std::uint32_t> timers;    ///< offsets of STATE
   std::vector<std::uint32_t> contested; ///< numbers of groups that read or write what several write
   std::uint32_t count = 0;              ///< groups
-  std::uint32_t none = 0;               ///< the number of no group
   std::uint32_t effort = 0;             ///< of a full evaluation, in steps: about what the code of one record takes
 };
 
@@ -134,7 +134,9 @@ class ChangeTracker {
   void take_over(const ChangeTables::Lines& lines, std::uint32_t line) noexcept;
   void settle(const ChangeTables::Span& span, bool outside) noexcept;
   void mark(std::uint32_t begin, std::uint32_t end) noexcept;
-  void mark_group(std::uint32_t number) noexcept;
+  struct Marker;
+  Marker marker() noexcept;
+  void insist_on(std::uint32_t number) noexcept;
   void spend(std::uint32_t effort) noexcept { effort_ += effort; }
   [[nodiscard]] bool exhausted() const noexcept { return effort_ > limit_; }
   void snapshot() noexcept;

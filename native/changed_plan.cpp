@@ -422,21 +422,20 @@ void ChangedPlan::make_cells() {
   }
   sort_unique(tables_.contested);
   for (std::size_t i = 0; i < code_groups_.size(); ++i) tables_.codes[i].spans = spans_in(code_groups_[i].writes);
-  tables_.none = static_cast<std::uint32_t>(tables_.groups.size());
-  for (std::size_t chunk = 0; chunk < tables_.used.size(); ++chunk) {
-    for (std::uint32_t n = 0; n < kChunkGroups; ++n) {
-      ChangeTables::Group& group = tables_.groups[chunk * kChunkGroups + n];
-      if ((tables_.used[chunk] >> n & 1u) != 0 && group.code == ChangeTables::kNoCode) place_marks(group);
-    }
+  for (std::uint32_t number = 0; number < tables_.groups.size(); ++number) {
+    const bool used = (tables_.used[number / kChunkGroups] >> number % kChunkGroups & 1u) != 0;
+    if (used && tables_.groups[number].code == ChangeTables::kNoCode) place_marks(number);
   }
   make_lines();
 }
 
 /// Whom a record marks when its output changes.
-void ChangedPlan::place_marks(ChangeTables::Group& group) const {
+void ChangedPlan::place_marks(std::uint32_t number) {
+  ChangeTables::Group& group = tables_.groups[number];
   const ChangeTables::Cell& cell = tables_.cells[cell_at(group.out)];
   std::uint32_t at = cell.others;
-  for (std::uint32_t& near : group.near) near = at < cell.end ? tables_.marks[at++] : tables_.none;
+  for (std::uint32_t& near : group.near) near = at < cell.end ? tables_.marks[at++] : number;
+  group.more = cell.end - at;
   group.rest = at;
   group.rest_end = cell.end;
 }
