@@ -79,18 +79,25 @@ struct ChangeTracker::Marker {
   std::uint64_t* dirty;
   std::uint64_t* dirty_chunks;
 
-  /// Something that the group reads or writes changed. Code is dirty then, a record if its output is not what its inputs
-  /// say: seen at once and without a branch, so that only those run that change something. Returns whether it is.
-  [[gnu::always_inline]] std::uint64_t operator()(std::uint32_t number) const noexcept {
+  /// Something that a record reads or writes changed. It is dirty if its output is not what its inputs say: seen at once
+  /// and without a branch, so that only those run that change something. What is found clean may stay marked. Returns 1
+  /// when it is dirty.
+  [[gnu::always_inline]] std::uint64_t look_at(std::uint32_t number) const noexcept {
     const ChangeTables::Group& group = groups[number];
-    const bool differs = table[group.out] != value_of(table, group);
-    const bool code = group.code != ChangeTables::kNoCode;
-    const auto is = static_cast<std::uint64_t>(static_cast<unsigned>(differs) | static_cast<unsigned>(code));
-    const std::uint32_t chunk = number / kChunkGroups;
-    const std::uint32_t bit = number % kChunkGroups;
-    dirty[chunk] = (dirty[chunk] & ~(std::uint64_t{1} << bit)) | is << bit;
-    dirty_chunks[chunk / 64] |= is << chunk % 64;
+    const std::uint64_t is = table[group.out] != value_of(table, group) ? 1 : 0;
+    dirty[number / kChunkGroups] |= is << number % kChunkGroups;
     return is;
+  }
+  /// That its chunk is dirty, too.
+  [[gnu::always_inline]] void note_chunk(std::uint32_t number, std::uint64_t is) const noexcept {
+    const std::uint32_t chunk = number / kChunkGroups;
+    dirty_chunks[chunk / 64] |= is << chunk % 64;
+  }
+  /// Something that any group reads or writes changed.
+  [[gnu::always_inline]] void mark(std::uint32_t number) const noexcept {
+    const std::uint64_t code = groups[number].code != ChangeTables::kNoCode ? 1 : 0;
+    dirty[number / kChunkGroups] |= code << number % kChunkGroups;
+    note_chunk(number, look_at(number) | code);
   }
 };
 // RT:
@@ -153,10 +160,13 @@ std::uint32_t ChangeTracker::run_chunks(runtime::Machine& machine, std::uint32_t
     if (word == end / 64) range &= ~(~std::uint64_t{0} << end % 64);
     std::uint64_t chunks = dirty_chunks[word] & range;
     dirty_chunks[word] &= ~range;
-    while (chunks != 0) {
-      const auto chunk_bit = static_cast<unsigned>(std::countr_zero(chunks));
+    int next = std::countr_zero(chunks);
+    while (next < 64) {
+      const int chunk_bit = next;
+      // Ahead of what runs now: what comes next is fetched meanwhile.
       chunks &= chunks - 1;
-      const std::uint32_t chunk = word * 64 + chunk_bit;
+      next = std::countr_zero(chunks);
+      const std::uint32_t chunk = word * 64 + static_cast<std::uint32_t>(chunk_bit);
       std::uint64_t bits = dirty[chunk];
       dirty[chunk] = 0;
       while (bits != 0) {
@@ -169,14 +179,16 @@ std::uint32_t ChangeTracker::run_chunks(runtime::Machine& machine, std::uint32_t
           if (table[group.out] == value) continue;
           table[group.out] = value;
           mark_one.shadow[group.out] = value;
-          std::uint64_t any = mark_one(group.near[0]) | mark_one(group.near[1]) | mark_one(group.near[2]);
-          any |= mark_one(group.near[3]);
-          if (group.more != 0) {
+          std::uint64_t is[ChangeTables::kNear];
+          std::uint64_t any = 0;
+          for (std::size_t i = 0; i < ChangeTables::kNear; ++i) any |= is[i] = mark_one.look_at(group.near[i]);
+          if (group.rest != group.rest_end) {
             mark(group.rest, group.rest_end);
             most = exhausted() ? 0 : (limit_ - effort_) / kRecordEffort;
             any = 1;
           }
           if (any == 0) continue;
+          for (std::size_t i = 0; i < ChangeTables::kNear; ++i) mark_one.note_chunk(group.near[i], is[i]);
         } else {
           run_code(machine, tables.codes[group.code]);
           most = exhausted() ? 0 : (limit_ - effort_) / kRecordEffort;
@@ -186,8 +198,11 @@ std::uint32_t ChangeTracker::run_chunks(runtime::Machine& machine, std::uint32_t
         bits |= (most == 0 ? tables.used[chunk] : dirty[chunk]) & behind;
         dirty[chunk] &= ~behind;
         const std::uint64_t others = dirty_chunks[word] & range & ~std::uint64_t{1} << chunk_bit;
-        chunks |= others;
+        if (others == 0) continue;
         dirty_chunks[word] &= ~others;
+        chunks |= others;
+        if (std::countr_zero(others) < next) [[unlikely]]
+          next = std::countr_zero(others);
       }
       if (runs > most) [[unlikely]] {
         runs_ += runs;
@@ -266,7 +281,7 @@ void ChangeTracker::mark(std::uint32_t begin, std::uint32_t end) noexcept {
     return;
   const Marker mark_one = marker();
   for (const std::uint32_t *at = tables.marks.data() + begin, *last = tables.marks.data() + end; at != last; ++at) {
-    mark_one(*at);
+    mark_one.mark(*at);
   }
 }
 
@@ -319,7 +334,7 @@ void ChangeTracker::snapshot() noexcept {
 void ChangeTracker::mark_unsettled(const runtime::Machine& machine) noexcept {
   // What several write may have changed and changed back.
   const Marker mark_one = marker();
-  for (const std::uint32_t group : tables.contested) mark_one(group);
+  for (const std::uint32_t group : tables.contested) mark_one.mark(group);
   for (std::size_t s = 0; s < executed_.size(); ++s) {
     const ChangeTables::Stretch& stretch = tables.stretches[s];
     for (std::uint32_t c = 0; c < stretch.chunks && executed_[s] == 0; ++c) {

@@ -31,16 +31,16 @@ struct ChangeTables {
     std::uint32_t others = 0;  ///< into `marks`: the first one behind the writer, if there is one writer; else begin
     std::uint32_t end = 0;
   };
+  static constexpr std::size_t kNear = 5;
   /// One look-up record, or code. All that a record needs lies in one cache line.
   struct alignas(64) Group {
     std::uint32_t truth = 0;
     std::uint32_t out = 0;
     std::uint32_t in[5] = {};
     std::uint32_t code = kNoCode;  ///< into `codes`; kNoCode: a record
-    /// Groups to be marked when the output of a record changes; where there are fewer, one of them again or itself.
-    std::uint32_t near[4] = {};
-    std::uint32_t more = 0;                ///< how many there are beside these
-    std::uint32_t rest = 0, rest_end = 0;  ///< those, in `marks`
+    /// Records to be marked when the output of a record changes; where there are fewer, the last one again or itself.
+    std::uint32_t near[kNear] = {};
+    std::uint32_t rest = 0, rest_end = 0;  ///< all other groups to be marked, in `marks`
   };
   static_assert(sizeof(Group) == 64);
   static constexpr std::uint32_t kNoCode = 0xffffffffu;

@@ -432,12 +432,19 @@ void ChangedPlan::make_cells() {
 /// Whom a record marks when its output changes.
 void ChangedPlan::place_marks(std::uint32_t number) {
   ChangeTables::Group& group = tables_.groups[number];
-  const ChangeTables::Cell& cell = tables_.cells[cell_at(group.out)];
-  std::uint32_t at = cell.others;
-  for (std::uint32_t& near : group.near) near = at < cell.end ? tables_.marks[at++] : number;
-  group.more = cell.end - at;
-  group.rest = at;
-  group.rest_end = cell.end;
+  const ChangeTables::Cell cell = tables_.cells[cell_at(group.out)];
+  const std::vector<std::uint32_t> marked(tables_.marks.begin() + cell.others, tables_.marks.begin() + cell.end);
+  std::size_t near = 0;
+  group.rest = static_cast<std::uint32_t>(tables_.marks.size());
+  for (const std::uint32_t other : marked) {
+    if (near < std::size(group.near) && tables_.groups[other].code == ChangeTables::kNoCode) {
+      group.near[near++] = other;
+    } else {
+      tables_.marks.push_back(other);
+    }
+  }
+  std::fill(group.near + near, std::end(group.near), near == 0 ? number : group.near[near - 1]);
+  group.rest_end = static_cast<std::uint32_t>(tables_.marks.size());
 }
 
 std::uint32_t ChangedPlan::cell_at(std::uint32_t offset) const {
