@@ -17,17 +17,18 @@ namespace {
 
 constexpr std::size_t kLine = 64;
 /// Steps that a record costs which runs and marks four others, and each other mark; its straight code is one.
-constexpr std::uint32_t kRecordEffort = 24;
-constexpr std::uint32_t kMarkEffort = 4;
+constexpr std::uint32_t kRecordEffort = 16;
+constexpr std::uint32_t kMarkEffort = 3;
+
+constexpr std::uint32_t kMarkOf = ChangeTables::kOutput * 2;
+
+// RT:
+void run(const ChangeTables::Code& code, runtime::Machine& machine) noexcept {
+  reinterpret_cast<void (*)(runtime::Machine&) noexcept>(reinterpret_cast<std::uintptr_t>(code.entry))(machine);
+}
 
 /// Limit that one more step does not wrap.
 constexpr std::uint64_t kMostEffort = 1u << 30;
-
-[[gnu::always_inline]] inline std::byte value_of(const std::byte* table, const ChangeTables::Group& group) noexcept {
-  const auto input = [&](std::size_t i) { return static_cast<std::uint32_t>(table[group.in[i]]); };
-  const std::uint32_t row = input(0) + 2 * input(1) + 4 * (input(2) + 2 * input(3)) + 16 * input(4);
-  return static_cast<std::byte>(group.truth >> (row & 31u) & 1u);
-}
 
 /// The first line from `line` on, of `count`, in which a and b differ; count when there is none.
 // RT:
@@ -65,6 +66,15 @@ ChangeTracker::ChangeTracker(std::byte* table, std::size_t bytes, ChangeTables t
       limit_(static_cast<std::uint32_t>(std::min<std::uint64_t>(std::uint64_t{tables.effort} * patience / 100, kMostEffort))),
       first_difference_(first_difference) {
   counts_.groups = tables.count;
+  for (std::uint32_t number = 0; number + 1 < tables.groups.size(); ++number) {
+    ChangeTables::Group& group = tables.groups[number];
+    const runtime::GeneralRecord& record = tables.records[number];
+    for (std::uint32_t k = 0; k < std::size(record.in); ++k) {
+      const bool constant = record.in[k] >= tables.constants && record.in[k] < tables.constants_end;
+      if (constant) group.row |= (static_cast<std::uint32_t>(table[record.in[k]]) & 1u) << k;
+    }
+    if (group.out != ChangeTables::kCode && (group.state >> group.row & 1u) != 0) insist_on(number);
+  }
 #if defined(__x86_64__)
   if (__builtin_cpu_supports("avx2") != 0) first_difference_ = first_difference_avx2;
 #endif
@@ -73,36 +83,40 @@ ChangeTracker::ChangeTracker(std::byte* table, std::size_t bytes, ChangeTables t
 /// What marking works on: copies, since bytes may be anything to the compiler, which would read members again behind
 /// each of them.
 struct ChangeTracker::Marker {
-  std::byte* table;
-  std::byte* shadow;
-  const ChangeTables::Group* groups;
+  ChangeTables::Group* groups;
   std::uint64_t* dirty;
   std::uint64_t* dirty_chunks;
 
-  /// Something that a record reads or writes changed. It is dirty if its output is not what its inputs say: seen at once
-  /// and without a branch, so that only those run that change something. What is found clean may stay marked. Returns 1
-  /// when it is dirty.
-  [[gnu::always_inline]] std::uint64_t look_at(std::uint32_t number) const noexcept {
-    const ChangeTables::Group& group = groups[number];
-    const std::uint64_t is = table[group.out] != value_of(table, group) ? 1 : 0;
+  /// A byte changed that is input `mark` says of a record. The record is dirty if its output is not what its inputs say:
+  /// seen at once and without a branch, so that only those run that change something. What becomes clean may stay marked.
+  /// Returns 1 when it is dirty.
+  [[gnu::always_inline]] std::uint64_t input(std::uint32_t mark) const noexcept {
+    const std::uint32_t number = mark / kMarkOf;
+    ChangeTables::Group& group = groups[number];
+    group.row ^= mark % kMarkOf;
+    const std::uint64_t is = group.state >> group.row & 1u;
     dirty[number / kChunkGroups] |= is << number % kChunkGroups;
     return is;
   }
-  /// That its chunk is dirty, too.
-  [[gnu::always_inline]] void note_chunk(std::uint32_t number, std::uint64_t is) const noexcept {
-    const std::uint32_t chunk = number / kChunkGroups;
+  [[gnu::always_inline]] void note_chunk(std::uint32_t mark, std::uint64_t is) const noexcept {
+    const std::uint32_t chunk = mark / kMarkOf / kChunkGroups;
     dirty_chunks[chunk / 64] |= is << chunk % 64;
   }
-  /// Something that any group reads or writes changed.
-  [[gnu::always_inline]] void mark(std::uint32_t number) const noexcept {
-    const std::uint64_t code = groups[number].code != ChangeTables::kNoCode ? 1 : 0;
-    dirty[number / kChunkGroups] |= code << number % kChunkGroups;
-    note_chunk(number, look_at(number) | code);
+  /// The same for any mark. `toggled`: 1 when a BOOL changed, 0 when it cannot have been one.
+  [[gnu::always_inline]] void any(std::uint32_t mark, std::uint32_t toggled) const noexcept {
+    const std::uint32_t number = mark / kMarkOf;
+    const std::uint32_t what = mark % kMarkOf * toggled;
+    ChangeTables::Group& group = groups[number];
+    group.state ^= (what & ChangeTables::kOutput) != 0 ? ~0u : 0u;
+    group.row ^= what & ChangeTables::kInputs;
+    const std::uint64_t is = mark % kMarkOf == 0 || (group.state >> group.row & 1u) != 0 ? 1 : 0;
+    dirty[number / kChunkGroups] |= is << number % kChunkGroups;
+    note_chunk(mark, is);
   }
 };
 // RT:
 inline ChangeTracker::Marker ChangeTracker::marker() noexcept {
-  return {table_, shadow_.data(), tables.groups.data(), dirty_.data(), dirty_chunks_.data()};
+  return {tables.groups.data(), dirty_.data(), dirty_chunks_.data()};
 }
 
 /// The group runs, whatever is known of it.
@@ -147,64 +161,76 @@ void ChangeTracker::end(const runtime::Machine& machine, bool fine) noexcept {
 /// Returns the chunk to go on with: the end, or the one behind that in which the effort was spent.
 // RT:
 std::uint32_t ChangeTracker::run_chunks(runtime::Machine& machine, std::uint32_t first, std::uint32_t end) noexcept {
-  const Marker mark_one = marker();
-  std::byte* const table = mark_one.table;
-  std::uint64_t* const dirty = mark_one.dirty;
-  std::uint64_t* const dirty_chunks = mark_one.dirty_chunks;
-  // What is dirty is kept in registers: the next group is known without waiting for what the last one wrote.
+  const Marker marks = marker();
+  std::byte* const table = table_;
+  std::byte* const shadow = shadow_.data();
   std::uint32_t runs = 0;
   std::uint32_t most = (limit_ - effort_) / kRecordEffort;
   for (std::uint32_t word = first / 64; word * 64 < end; ++word) {
     std::uint64_t range = ~std::uint64_t{0};
     if (word == first / 64) range <<= first % 64;
     if (word == end / 64) range &= ~(~std::uint64_t{0} << end % 64);
-    std::uint64_t chunks = dirty_chunks[word] & range;
-    dirty_chunks[word] &= ~range;
+    // What is dirty is kept in registers: the next group is known without waiting for what this one marks.
+    std::uint64_t chunks = marks.dirty_chunks[word] & range;
+    marks.dirty_chunks[word] &= ~range;
     int next = std::countr_zero(chunks);
     while (next < 64) {
       const int chunk_bit = next;
-      // Ahead of what runs now: what comes next is fetched meanwhile.
       chunks &= chunks - 1;
       next = std::countr_zero(chunks);
       const std::uint32_t chunk = word * 64 + static_cast<std::uint32_t>(chunk_bit);
-      std::uint64_t bits = dirty[chunk];
-      dirty[chunk] = 0;
+      ChangeTables::Group* const groups = marks.groups + std::size_t{chunk} * kChunkGroups;
+      std::uint64_t& dirty = marks.dirty[chunk];
+      std::uint64_t bits = dirty;
+      dirty = 0;
       while (bits != 0) {
         const auto bit = static_cast<unsigned>(std::countr_zero(bits));
         bits &= bits - 1;
-        ++runs;
-        const ChangeTables::Group& group = mark_one.groups[std::size_t{chunk} * kChunkGroups + bit];
-        if (group.code == ChangeTables::kNoCode) [[likely]] {
-          const std::byte value = value_of(table, group);
-          if (table[group.out] == value) continue;
-          table[group.out] = value;
-          mark_one.shadow[group.out] = value;
-          std::uint64_t is[ChangeTables::kNear];
-          std::uint64_t any = 0;
-          for (std::size_t i = 0; i < ChangeTables::kNear; ++i) any |= is[i] = mark_one.look_at(group.near[i]);
-          if (group.rest != group.rest_end) {
-            mark(group.rest, group.rest_end);
-            most = exhausted() ? 0 : (limit_ - effort_) / kRecordEffort;
-            any = 1;
+        ChangeTables::Group& group = groups[bit];
+        if (group.out != ChangeTables::kCode) [[likely]] {
+          if ((group.state >> group.row & 1u) == 0) continue;
+          ++runs;
+          const std::uint32_t more = group.more;
+          group.state = ~group.state;
+          if (more == 0 || mark(more + 1, more + 1 + tables.marks[more], 1)) [[likely]] {
+            const std::byte value = table[group.out] ^ std::byte{1};
+            table[group.out] = value;
+            shadow[group.out] = value;
+            std::uint64_t is[4];
+            std::uint64_t any = more;
+            for (std::size_t i = 0; i < 4; ++i) any |= is[i] = marks.input(group.near[i]);
+            if (any == 0) continue;
+            for (std::size_t i = 0; i < 4; ++i) marks.note_chunk(group.near[i], is[i]);
+          } else {
+            group.state = ~group.state;
+            bits |= std::uint64_t{1} << bit;
           }
-          if (any == 0) continue;
-          for (std::size_t i = 0; i < ChangeTables::kNear; ++i) mark_one.note_chunk(group.near[i], is[i]);
         } else {
-          run_code(machine, tables.codes[group.code]);
-          most = exhausted() ? 0 : (limit_ - effort_) / kRecordEffort;
+          ++runs;
+          run_code(machine, tables.codes[group.more]);
         }
-        // What is marked now. Once marks are incomplete, all that is left of the chunk runs.
         const std::uint64_t behind = ~std::uint64_t{1} << bit;
-        bits |= (most == 0 ? tables.used[chunk] : dirty[chunk]) & behind;
-        dirty[chunk] &= ~behind;
-        const std::uint64_t others = dirty_chunks[word] & range & ~std::uint64_t{1} << chunk_bit;
+        if (exhausted()) [[unlikely]] {
+          // For later: what is known to be dirty. For now: all that is left.
+          dirty |= bits;
+          marks.dirty_chunks[word] |= chunks | std::uint64_t{1} << chunk_bit;
+          const std::uint64_t again = bits & std::uint64_t{1} << bit;
+          finish_chunk(machine, chunk, tables.used[chunk] & (behind | again));
+          runs_ += runs;
+          return chunk + 1;
+        }
+        // What was marked meanwhile.
+        bits |= dirty & behind;
+        dirty &= ~behind;
+        const std::uint64_t others = marks.dirty_chunks[word] & range & ~std::uint64_t{1} << chunk_bit;
         if (others == 0) continue;
-        dirty_chunks[word] &= ~others;
+        marks.dirty_chunks[word] &= ~others;
         chunks |= others;
         if (std::countr_zero(others) < next) [[unlikely]]
           next = std::countr_zero(others);
       }
       if (runs > most) [[unlikely]] {
+        marks.dirty_chunks[word] |= chunks;
         runs_ += runs;
         effort_ = limit_ + 1;
         return chunk + 1;
@@ -216,18 +242,34 @@ std::uint32_t ChangeTracker::run_chunks(runtime::Machine& machine, std::uint32_t
   return end;
 }
 
+/// Groups of a chunk, whether dirty or not, and without a look at what they change.
+// RT:
+void ChangeTracker::finish_chunk(runtime::Machine& machine, std::uint32_t chunk, std::uint64_t groups) noexcept {
+  for (; groups != 0; groups &= groups - 1) {
+    const std::uint32_t number = chunk * kChunkGroups + static_cast<unsigned>(std::countr_zero(groups));
+    const ChangeTables::Group& group = tables.groups[number];
+    if (group.out == ChangeTables::kCode) {
+      native::run(tables.codes[group.more], machine);
+      continue;
+    }
+    const runtime::GeneralRecord& record = tables.records[number];
+    const auto input = [&](std::size_t i) { return static_cast<std::uint32_t>(table_[record.in[i]]); };
+    const std::uint32_t row = input(0) + 2 * input(1) + 4 * (input(2) + 2 * input(3)) + 16 * input(4);
+    table_[record.out] = static_cast<std::byte>(record.truth >> (row & 31u) & 1u);
+  }
+}
+
 // RT:
 const std::byte* ChangeTracker::run(runtime::Machine& machine, std::uint32_t number) noexcept {
   const ChangeTables::Stretch& stretch = tables.stretches[number];
   if (phase_ == Phase::kSettling) {
     if (flags.settling == 0) {
-      snapshot();
+      std::fill(executed_.begin(), executed_.end(), 0);
       events_ = machine.event_count;
       flags.settling = 1;
-      flags.look = 0;
-    } else if (flags.look != 0) {
-      look();
     }
+    if (flags.look != 0) look();
+    if (exhausted()) flags.whole = 1;
     executed_[number] = 1;
     return tables.entries[stretch.first];
   }
@@ -244,7 +286,7 @@ const std::byte* ChangeTracker::run(runtime::Machine& machine, std::uint32_t num
 void ChangeTracker::run_code(runtime::Machine& machine, const ChangeTables::Code& code) noexcept {
   spend(code.effort);
   const std::uint64_t events = machine.event_count;
-  reinterpret_cast<void (*)(runtime::Machine&) noexcept>(reinterpret_cast<std::uintptr_t>(code.entry))(machine);
+  native::run(code, machine);
   for (std::uint32_t i = 0; i < code.spans.count; ++i) settle(tables.spans[code.spans.first + i], false);
   // Events are counted in every scan, and running timers follow the time.
   if (machine.event_count != events || is_timing(code)) insist_on(code.group);
@@ -263,9 +305,9 @@ void ChangeTracker::settle(const ChangeTables::Span& span, bool outside) noexcep
   const std::byte* const now = table_ + span.offset;
   std::byte* const before = shadow_.data() + span.offset;
   if (std::memcmp(now, before, span.bytes) == 0) return;
-  std::memcpy(before, now, span.bytes);
   const ChangeTables::Cell& cell = tables.cells[span.cell];
-  mark(outside ? cell.begin : cell.others, cell.end);
+  const auto toggled = static_cast<std::uint32_t>((*now ^ *before) & std::byte{1});
+  if (mark(outside ? cell.begin : cell.others, cell.end, toggled)) std::memcpy(before, now, span.bytes);
 }
 
 // RT:
@@ -274,15 +316,17 @@ void ChangeTracker::settle_outside(std::uint32_t list) noexcept {
   for (std::uint32_t i = 0; i < spans.count; ++i) settle(tables.spans[spans.first + i], true);
 }
 
+/// False, and nobody was marked, when that would be too much effort.
 // RT:
-void ChangeTracker::mark(std::uint32_t begin, std::uint32_t end) noexcept {
+bool ChangeTracker::mark(std::uint32_t begin, std::uint32_t end, std::uint32_t toggled) noexcept {
   spend(kMarkEffort * (end - begin));
   if (exhausted()) [[unlikely]]
-    return;
-  const Marker mark_one = marker();
+    return false;
+  const Marker marks = marker();
   for (const std::uint32_t *at = tables.marks.data() + begin, *last = tables.marks.data() + end; at != last; ++at) {
-    mark_one.mark(*at);
+    marks.any(*at, toggled);
   }
+  return true;
 }
 
 // RT:
@@ -292,7 +336,7 @@ void ChangeTracker::look() noexcept {
     const std::byte* const now = table_ + lines.offset;
     const std::byte* const before = shadow_.data() + lines.offset;
     std::uint32_t line = first_difference_(now, before, 0, lines.count);
-    while (line < lines.count) {
+    while (line < lines.count && !exhausted()) {
       take_over(lines, line);
       line = first_difference_(now, before, line + 1, lines.count);
     }
@@ -307,40 +351,30 @@ void ChangeTracker::take_over(const ChangeTables::Lines& lines, std::uint32_t li
   std::byte* const before = shadow_.data() + offset;
   std::uint32_t last = 0;
   for (std::size_t word = 0; word < kLine; word += sizeof(std::uint64_t)) {
-    auto differ = runtime::load<std::uint64_t>(table_ + offset + word) ^ runtime::load<std::uint64_t>(before + word);
+    const auto now = runtime::load<std::uint64_t>(table_ + offset + word);
+    auto differ = now ^ runtime::load<std::uint64_t>(before + word);
     while (differ != 0) {
       const auto byte = static_cast<unsigned>(std::countr_zero(differ)) / 8;
-      differ &= ~(std::uint64_t{0xff} << byte * 8);
       const std::uint32_t cell = cells[word + byte];
-      if (cell != last) mark(tables.cells[cell].begin, tables.cells[cell].end);
+      const auto toggled = static_cast<std::uint32_t>(differ >> byte * 8 & 1u);
+      // All of a cell is marked at its first byte.
+      if (cell != last && !mark(tables.cells[cell].begin, tables.cells[cell].end, toggled)) return;
       last = cell;
+      before[word + byte] = table_[offset + word + byte];
+      differ &= ~(std::uint64_t{0xff} << byte * 8);
     }
   }
-  std::memcpy(before, table_ + offset, kLine);
-}
-
-// RT:
-void ChangeTracker::snapshot() noexcept {
-  for (const ChangeTables::Lines& lines : tables.lines) {
-    std::memcpy(shadow_.data() + lines.offset, table_ + lines.offset, lines.count * kLine);
-  }
-  std::fill(dirty_.begin(), dirty_.end(), 0);
-  std::fill(dirty_chunks_.begin(), dirty_chunks_.end(), 0);
-  std::fill(executed_.begin(), executed_.end(), 0);
 }
 
 /// After a scan of plain code, beside groups whose bytes changed in it.
 // RT:
 void ChangeTracker::mark_unsettled(const runtime::Machine& machine) noexcept {
-  // What several write may have changed and changed back.
-  const Marker mark_one = marker();
-  for (const std::uint32_t group : tables.contested) mark_one.mark(group);
+  // What several write may have changed and changed back. Records are as their inputs and outputs are, whatever happened.
+  for (const std::uint32_t group : tables.contested) insist_on(group);
   for (std::size_t s = 0; s < executed_.size(); ++s) {
     const ChangeTables::Stretch& stretch = tables.stretches[s];
-    for (std::uint32_t c = 0; c < stretch.chunks && executed_[s] == 0; ++c) {
-      const std::uint32_t chunk = stretch.first + c;
-      dirty_[chunk] = tables.used[chunk];
-      dirty_chunks_[chunk / 64] |= std::uint64_t{1} << chunk % 64;
+    for (std::uint32_t i = 0; i < stretch.codes.count && executed_[s] == 0; ++i) {
+      insist_on(tables.codes[stretch.codes.first + i].group);
     }
   }
   for (const ChangeTables::Code& code : tables.codes) {

@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "runtime/bool_run.h"
 #include "runtime/compiled_task.h"
 #include "runtime/interpreter.h"
 #include "runtime/memory/table.h"
@@ -27,23 +28,26 @@ inline constexpr std::uint32_t kChunkGroups = 64;
 struct ChangeTables {
   /// Bytes that the same groups read and write.
   struct Cell {
-    std::uint32_t begin = 0;   ///< into `marks`: groups that write, then groups that read
+    std::uint32_t begin = 0;   ///< into `marks`: of groups that write, then of groups that read
     std::uint32_t others = 0;  ///< into `marks`: the first one behind the writer, if there is one writer; else begin
     std::uint32_t end = 0;
   };
-  static constexpr std::size_t kNear = 5;
-  /// One look-up record, or code. All that a record needs lies in one cache line.
-  struct alignas(64) Group {
-    std::uint32_t truth = 0;
-    std::uint32_t out = 0;
-    std::uint32_t in[5] = {};
-    std::uint32_t code = kNoCode;  ///< into `codes`; kNoCode: a record
-    /// Records to be marked when the output of a record changes; where there are fewer, the last one again or itself.
-    std::uint32_t near[kNear] = {};
-    std::uint32_t rest = 0, rest_end = 0;  ///< all other groups to be marked, in `marks`
+  /// One look-up record, or code. Of a record it is known what its inputs and its output were in the copy of the table,
+  /// so that a change of one of them costs no look at the others.
+  struct alignas(32) Group {
+    std::uint32_t state = 0;  ///< truth table; inverted while the output is TRUE: the bit of `row` says: dirty
+    std::uint32_t row = 0;    ///< inputs, i0 + 2 i1 + ..
+    std::uint32_t out = 0;    ///< kCode: none
+    std::uint32_t more = 0;   ///< code: into `codes`; records: a list of other marks, in `marks`: how many, marks
+    /// Marks for the change of a record's output; kNoMark in places that are left over.
+    std::uint32_t near[4] = {};
   };
-  static_assert(sizeof(Group) == 64);
-  static constexpr std::uint32_t kNoCode = 0xffffffffu;
+  static_assert(sizeof(Group) == 32);
+  static constexpr std::uint32_t kCode = 0xffffffffu;
+  /// A mark is the number of a group times 64 and what the byte is to it: to a record, its output, or (bit k) its input
+  /// k; to code, nothing.
+  static constexpr std::uint32_t kOutput = 32;
+  static constexpr std::uint32_t kInputs = 31;
   /// Bytes in one cell.
   struct Span {
     std::uint32_t offset = 0;
@@ -66,6 +70,7 @@ struct ChangeTables {
   struct Stretch {
     std::uint32_t first = 0;  ///< chunk
     std::uint32_t chunks = 0;
+    List codes;                       ///< of its groups, into `codes`
     const std::byte* exit = nullptr;  ///< of the code, behind it
   };
   /// Cache lines of the table that hold cells.
@@ -75,19 +80,21 @@ struct ChangeTables {
     std::uint32_t cells = 0;  ///< into `cell_of_byte`, 64 for each line
   };
 
-  std::vector<Group> groups;              ///< by number
+  std::vector<Group> groups;                     ///< by number; the last one is never dirty
+  std::vector<runtime::GeneralRecord> records;  ///< parallel to it
   std::vector<std::uint64_t> used;        ///< by chunk: bits of groups that exist
   std::vector<const std::byte*> entries;  ///< by chunk: its straight code
   std::vector<Stretch> stretches;
   std::vector<Code> codes;
   std::vector<Cell> cells;                  ///< the first one has no groups
-  std::vector<std::uint32_t> marks;         ///< numbers of groups
+  std::vector<std::uint32_t> marks;
   std::vector<Lines> lines;                 ///< ascending
   std::vector<std::uint32_t> cell_of_byte;  ///< 0 = of nobody
   std::vector<Span> spans;
   std::vector<List> outside;            ///< what instructions that are no groups write, each a list of spans
   std::vector<std::uint32_t> timers;    ///< offsets of STATE
-  std::vector<std::uint32_t> contested; ///< numbers of groups that read or write what several write
+  std::vector<std::uint32_t> contested;  ///< numbers of code that reads or writes what several write
+  std::uint32_t constants = 0, constants_end = 0;  ///< offsets in the table: what nobody writes
   std::uint32_t count = 0;              ///< groups
   std::uint32_t effort = 0;             ///< of a full evaluation, in steps: about what the code of one record takes
 };
@@ -129,21 +136,23 @@ class ChangeTracker {
     kTracking,  ///< dirty groups
   };
   std::uint32_t run_chunks(runtime::Machine& machine, std::uint32_t first, std::uint32_t end) noexcept;
+  void finish_chunk(runtime::Machine& machine, std::uint32_t chunk, std::uint64_t groups) noexcept;
   void run_code(runtime::Machine& machine, const ChangeTables::Code& code) noexcept;
   [[nodiscard]] bool is_timing(const ChangeTables::Code& code) const noexcept;
   void take_over(const ChangeTables::Lines& lines, std::uint32_t line) noexcept;
   void settle(const ChangeTables::Span& span, bool outside) noexcept;
-  void mark(std::uint32_t begin, std::uint32_t end) noexcept;
+  bool mark(std::uint32_t begin, std::uint32_t end, std::uint32_t toggled) noexcept;
   struct Marker;
   Marker marker() noexcept;
   void insist_on(std::uint32_t number) noexcept;
   void spend(std::uint32_t effort) noexcept { effort_ += effort; }
   [[nodiscard]] bool exhausted() const noexcept { return effort_ > limit_; }
-  void snapshot() noexcept;
   void mark_unsettled(const runtime::Machine& machine) noexcept;
 
   std::byte* table_;
-  runtime::TableMemory shadow_;  ///< the table as groups last saw it, where there are cells
+  /// The table as groups know it, where there are cells: in front of the first scan, zeros. It follows the table byte by
+  /// byte as these are marked, so that the two together are never wrong, only late.
+  runtime::TableMemory shadow_;
   std::vector<std::uint64_t> dirty_;         ///< by chunk
   std::vector<std::uint64_t> dirty_chunks_;  ///< bits of chunks that may be dirty
   std::vector<std::uint8_t> executed_;  ///< by stretch, while settling

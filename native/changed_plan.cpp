@@ -21,6 +21,7 @@ constexpr std::size_t kMostSpans = 32;
 /// Steps: an instruction, as code; calling a group of code and seeing what it changed.
 constexpr std::uint32_t kInstructionEffort = 2;
 constexpr std::uint32_t kCodeEffort = 12;
+constexpr std::uint32_t kMarkOf = ChangeTables::kOutput * 2;
 
 bool is_run(const LinkedInstruction& instruction) {
   const Form form = operation_of(instruction.op).form;
@@ -64,6 +65,8 @@ ChangedPlan::ChangedPlan(const LinkedCode& linked, const runtime::TaskLayout& la
       constants_{layout.constants, layout.instance - layout.constants},
       footprints_(linked),
       once_(linked.bodies.size()) {
+  tables_.constants = layout.constants;
+  tables_.constants_end = layout.instance;
   for (std::size_t b = 0; b < linked.bodies.size(); ++b) body_at_.emplace(linked.bodies[b].entry, b);
   find_bodies_once_a_scan();
   for (std::size_t b = 0; b < linked.bodies.size(); ++b) {
@@ -245,7 +248,8 @@ std::uint32_t ChangedPlan::new_group(std::size_t instruction) {
   if (!open_) {
     stretch_at_.emplace(instruction, stretches_.size());
     stretches_.push_back({instruction, instruction, static_cast<std::uint32_t>(stretches_.size()), {}});
-    tables_.stretches.push_back({static_cast<std::uint32_t>(tables_.used.size()), 0, nullptr});
+    tables_.stretches.push_back({static_cast<std::uint32_t>(tables_.used.size()), 0,
+                                 {static_cast<std::uint32_t>(tables_.codes.size()), 0}, nullptr});
     open_ = true;
   }
   if (tables_.stretches.back().chunks == 0 || tables_.used.back() == ~std::uint64_t{0}) {
@@ -253,6 +257,7 @@ std::uint32_t ChangedPlan::new_group(std::size_t instruction) {
     ++tables_.stretches.back().chunks;
     tables_.used.push_back(0);
     tables_.groups.resize(tables_.used.size() * kChunkGroups);
+    tables_.records.resize(tables_.groups.size());
   }
   ++tables_.count;
   const std::uint64_t bit = tables_.used.back() + 1;
@@ -274,10 +279,9 @@ void ChangedPlan::add_records(std::size_t instruction) {
     if (pieces.empty() || pieces.back().instruction != instruction) pieces.push_back({instruction, n, 0});
     ++pieces.back().records;
     ++n;
-    ChangeTables::Group& to = tables_.groups[group];
-    to.truth = record.truth;
-    to.out = record.out;
-    std::copy(std::begin(record.in), std::end(record.in), to.in);
+    tables_.groups[group].state = record.truth;
+    tables_.groups[group].out = record.out;
+    tables_.records[group] = record;
     add_inputs(group, record);
     add(writes_, group, Range{record.out, 1});
     ++tables_.effort;
@@ -288,7 +292,8 @@ void ChangedPlan::add_records(std::size_t instruction) {
 void ChangedPlan::add_code(const Body& body, const Interval& at, bool straight) {
   const std::uint32_t number = new_group(body.begin + at.begin);
   std::vector<Piece>& pieces = stretches_.back().chunks.back();
-  tables_.groups[number].code = static_cast<std::uint32_t>(code_groups_.size());
+  tables_.groups[number].out = ChangeTables::kCode;
+  tables_.groups[number].more = static_cast<std::uint32_t>(code_groups_.size());
   CodeGroup group{body.begin + at.begin, body.begin + at.end, false, {}};
   ChangeTables::Code code;
   code.group = number;
@@ -327,6 +332,7 @@ void ChangedPlan::add_code(const Body& body, const Interval& at, bool straight) 
   code.effort += kCodeEffort;
   code_groups_.push_back(std::move(group));
   tables_.codes.push_back(code);
+  ++tables_.stretches.back().codes.count;
 }
 
 void ChangedPlan::add_outside(const Body& body, std::size_t i) {
@@ -385,17 +391,26 @@ void ChangedPlan::make_cells() {
     at += counts[c];
   }
   tables_.marks.resize(at);
-  const auto put = [&](std::uint32_t cell, std::uint32_t group) {
+  const auto put = [&](std::uint32_t cell, std::uint32_t mark) {
     ChangeTables::Cell& to = tables_.cells[cell];
-    if (to.end == to.others || tables_.marks[to.end - 1] != group) tables_.marks[to.end++] = group;
+    if (to.end == to.others || tables_.marks[to.end - 1] != mark) tables_.marks[to.end++] = mark;
   };
-  each(writes_, put);
+  each(writes_, [&](std::uint32_t cell, std::uint32_t group) {
+    put(cell, group * kMarkOf + (is_code(group) ? 0 : ChangeTables::kOutput));
+  });
   for (std::size_t c = 0; c < tables_.cells.size(); ++c) {
     ChangeTables::Cell& cell = tables_.cells[c];
     writers[c] = cell.end - cell.begin;
     cell.others = cell.end;  // a group that reads what it writes is among the readers, too
   }
-  each(reads_, put);
+  each(reads_, [&](std::uint32_t cell, std::uint32_t group) {
+    std::uint32_t inputs = 0;
+    const GeneralRecord& record = tables_.records[group];
+    for (std::uint32_t k = 0; k < std::size(record.in) && !is_code(group); ++k) {
+      if (record.in[k] == bounds_[cell - 1]) inputs |= 1u << k;
+    }
+    put(cell, group * kMarkOf + inputs);
+  });
   for (std::size_t c = 0; c < tables_.cells.size(); ++c) {
     if (writers[c] != 1) tables_.cells[c].others = tables_.cells[c].begin;
   }
@@ -415,36 +430,45 @@ void ChangedPlan::make_cells() {
   }
   for (std::size_t c = 0; c < tables_.cells.size(); ++c) {
     const ChangeTables::Cell& cell = tables_.cells[c];
-    if (writers[c] > 1) {
-      tables_.contested.insert(tables_.contested.end(), tables_.marks.begin() + cell.begin,
-                               tables_.marks.begin() + cell.end);
+    for (std::uint32_t m = cell.begin; m < cell.end && writers[c] > 1; ++m) {
+      if (is_code(tables_.marks[m] / kMarkOf)) tables_.contested.push_back(tables_.marks[m] / kMarkOf);
     }
   }
   sort_unique(tables_.contested);
   for (std::size_t i = 0; i < code_groups_.size(); ++i) tables_.codes[i].spans = spans_in(code_groups_[i].writes);
-  for (std::uint32_t number = 0; number < tables_.groups.size(); ++number) {
+  tables_.groups.emplace_back();
+  for (std::uint32_t number = 0; number + 1 < tables_.groups.size(); ++number) {
     const bool used = (tables_.used[number / kChunkGroups] >> number % kChunkGroups & 1u) != 0;
-    if (used && tables_.groups[number].code == ChangeTables::kNoCode) place_marks(number);
+    if (used && !is_code(number)) place_marks(number);
   }
   make_lines();
 }
+
+bool ChangedPlan::is_code(std::uint32_t group) const { return tables_.groups[group].out == ChangeTables::kCode; }
 
 /// Whom a record marks when its output changes.
 void ChangedPlan::place_marks(std::uint32_t number) {
   ChangeTables::Group& group = tables_.groups[number];
   const ChangeTables::Cell cell = tables_.cells[cell_at(group.out)];
-  const std::vector<std::uint32_t> marked(tables_.marks.begin() + cell.others, tables_.marks.begin() + cell.end);
+  const std::vector<std::uint32_t> all(tables_.marks.begin() + cell.others, tables_.marks.begin() + cell.end);
+  std::vector<std::uint32_t> more;
   std::size_t near = 0;
-  group.rest = static_cast<std::uint32_t>(tables_.marks.size());
-  for (const std::uint32_t other : marked) {
-    if (near < std::size(group.near) && tables_.groups[other].code == ChangeTables::kNoCode) {
-      group.near[near++] = other;
+  for (const std::uint32_t mark : all) {
+    // Where several write, all of them are told, but for the one that wrote.
+    if (mark == number * kMarkOf + ChangeTables::kOutput) continue;
+    const bool input = mark % kMarkOf != 0 && mark % kMarkOf != ChangeTables::kOutput;
+    if (input && near < std::size(group.near)) {
+      group.near[near++] = mark;
     } else {
-      tables_.marks.push_back(other);
+      more.push_back(mark);
     }
   }
-  std::fill(group.near + near, std::end(group.near), near == 0 ? number : group.near[near - 1]);
-  group.rest_end = static_cast<std::uint32_t>(tables_.marks.size());
+  const auto nobody = static_cast<std::uint32_t>(tables_.groups.size() - 1) * kMarkOf;
+  std::fill(group.near + near, std::end(group.near), nobody);
+  if (more.empty()) return;
+  group.more = static_cast<std::uint32_t>(tables_.marks.size());
+  tables_.marks.push_back(static_cast<std::uint32_t>(more.size()));
+  tables_.marks.insert(tables_.marks.end(), more.begin(), more.end());
 }
 
 std::uint32_t ChangedPlan::cell_at(std::uint32_t offset) const {

@@ -85,6 +85,7 @@ class ChangedPlan {
   void add_inputs(std::uint32_t group, const runtime::GeneralRecord& record);
 
   void make_cells();
+  [[nodiscard]] bool is_code(std::uint32_t group) const;
   void place_marks(std::uint32_t number);
   void make_lines();
   [[nodiscard]] std::uint32_t cell_at(std::uint32_t offset) const;
