@@ -197,9 +197,7 @@ std::uint32_t ChangeTracker::run_chunks(runtime::Machine& machine, std::uint32_t
             table[group.out] = value;
             shadow[group.out] = value;
             std::uint64_t is[4];
-            std::uint64_t any = more;
-            for (std::size_t i = 0; i < 4; ++i) any |= is[i] = marks.input(group.near[i]);
-            if (any == 0) continue;
+            for (std::size_t i = 0; i < 4; ++i) is[i] = marks.input(group.near[i]);
             for (std::size_t i = 0; i < 4; ++i) marks.note_chunk(group.near[i], is[i]);
           } else {
             group.state = ~group.state;
