@@ -164,6 +164,7 @@ std::uint32_t ChangeTracker::run_chunks(runtime::Machine& machine, std::uint32_t
   const Marker marks = marker();
   std::byte* const table = table_;
   std::byte* const shadow = shadow_.data();
+  const auto nobody = static_cast<std::uint32_t>(tables.groups.size() - 1) * kMarkOf;
   std::uint32_t runs = 0;
   std::uint32_t most = (limit_ - effort_) / kRecordEffort;
   for (std::uint32_t word = first / 64; word * 64 < end; ++word) {
@@ -199,6 +200,9 @@ std::uint32_t ChangeTracker::run_chunks(runtime::Machine& machine, std::uint32_t
             std::uint64_t is[4];
             for (std::size_t i = 0; i < 4; ++i) is[i] = marks.input(group.near[i]);
             for (std::size_t i = 0; i < 4; ++i) marks.note_chunk(group.near[i], is[i]);
+            if (group.near[4] != nobody) {
+              for (std::size_t i = 4; i < 8; ++i) marks.note_chunk(group.near[i], marks.input(group.near[i]));
+            }
           } else {
             group.state = ~group.state;
             bits |= std::uint64_t{1} << bit;

@@ -34,15 +34,15 @@ struct ChangeTables {
   };
   /// One look-up record, or code. Of a record it is known what its inputs and its output were in the copy of the table,
   /// so that a change of one of them costs no look at the others.
-  struct alignas(32) Group {
+  struct alignas(64) Group {
     std::uint32_t state = 0;  ///< truth table; inverted while the output is TRUE: the bit of `row` says: dirty
     std::uint32_t row = 0;    ///< inputs, i0 + 2 i1 + ..
     std::uint32_t out = 0;    ///< kCode: none
     std::uint32_t more = 0;   ///< code: into `codes`; records: a list of other marks, in `marks`: how many, marks
     /// Marks for the change of a record's output; kNoMark in places that are left over.
-    std::uint32_t near[4] = {};
+    std::uint32_t near[8] = {};
   };
-  static_assert(sizeof(Group) == 32);
+  static_assert(sizeof(Group) == 64);
   static constexpr std::uint32_t kCode = 0xffffffffu;
   /// A mark is the number of a group times 64 and what the byte is to it: to a record, its output, or (bit k) its input
   /// k; to code, nothing.
