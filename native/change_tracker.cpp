@@ -67,13 +67,13 @@ ChangeTracker::ChangeTracker(std::byte* table, std::size_t bytes, ChangeTables t
       first_difference_(first_difference) {
   counts_.groups = tables.count;
   for (std::uint32_t number = 0; number + 1 < tables.groups.size(); ++number) {
-    ChangeTables::Group& group = tables.groups[number];
+    ChangeTables::State& state = tables.states[number];
     const runtime::GeneralRecord& record = tables.records[number];
     for (std::uint32_t k = 0; k < std::size(record.in); ++k) {
       const bool constant = record.in[k] >= tables.constants && record.in[k] < tables.constants_end;
-      if (constant) group.row |= (static_cast<std::uint32_t>(table[record.in[k]]) & 1u) << k;
+      if (constant) state.row |= (static_cast<std::uint32_t>(table[record.in[k]]) & 1u) << k;
     }
-    if (group.out != ChangeTables::kCode && (group.state >> group.row & 1u) != 0) insist_on(number);
+    if ((state.truth >> state.row & 1u) != 0) insist_on(number);
   }
 #if defined(__x86_64__)
   if (__builtin_cpu_supports("avx2") != 0) first_difference_ = first_difference_avx2;
@@ -83,40 +83,38 @@ ChangeTracker::ChangeTracker(std::byte* table, std::size_t bytes, ChangeTables t
 /// What marking works on: copies, since bytes may be anything to the compiler, which would read members again behind
 /// each of them.
 struct ChangeTracker::Marker {
-  ChangeTables::Group* groups;
+  ChangeTables::State* states;
   std::uint64_t* dirty;
   std::uint64_t* dirty_chunks;
 
   /// A byte changed that is input `mark` says of a record. The record is dirty if its output is not what its inputs say:
   /// seen at once and without a branch, so that only those run that change something. What becomes clean may stay marked.
-  /// Returns 1 when it is dirty.
-  [[gnu::always_inline]] std::uint64_t input(std::uint32_t mark) const noexcept {
+  [[gnu::always_inline]] void input(std::uint32_t mark) const noexcept {
     const std::uint32_t number = mark / kMarkOf;
-    ChangeTables::Group& group = groups[number];
-    group.row ^= mark % kMarkOf;
-    const std::uint64_t is = group.state >> group.row & 1u;
-    dirty[number / kChunkGroups] |= is << number % kChunkGroups;
-    return is;
-  }
-  [[gnu::always_inline]] void note_chunk(std::uint32_t mark, std::uint64_t is) const noexcept {
-    const std::uint32_t chunk = mark / kMarkOf / kChunkGroups;
-    dirty_chunks[chunk / 64] |= is << chunk % 64;
+    ChangeTables::State& state = states[number];
+    state.row ^= mark % kMarkOf;
+    set(number, state.truth >> state.row & 1u);
   }
   /// The same for any mark. `toggled`: 1 when a BOOL changed, 0 when it cannot have been one.
   [[gnu::always_inline]] void any(std::uint32_t mark, std::uint32_t toggled) const noexcept {
     const std::uint32_t number = mark / kMarkOf;
     const std::uint32_t what = mark % kMarkOf * toggled;
-    ChangeTables::Group& group = groups[number];
-    group.state ^= (what & ChangeTables::kOutput) != 0 ? ~0u : 0u;
-    group.row ^= what & ChangeTables::kInputs;
-    const std::uint64_t is = mark % kMarkOf == 0 || (group.state >> group.row & 1u) != 0 ? 1 : 0;
-    dirty[number / kChunkGroups] |= is << number % kChunkGroups;
-    note_chunk(mark, is);
+    ChangeTables::State& state = states[number];
+    state.truth ^= (what & ChangeTables::kOutput) != 0 ? ~0u : 0u;
+    state.row ^= what & ChangeTables::kInputs;
+    const std::uint64_t is = mark % kMarkOf == 0 || (state.truth >> state.row & 1u) != 0 ? 1 : 0;
+    set(number, is);
+  }
+  /// The group is dirty, if `is` is 1.
+  [[gnu::always_inline]] void set(std::uint32_t number, std::uint64_t is) const noexcept {
+    const std::uint32_t chunk = number / kChunkGroups;
+    dirty[chunk] |= is << number % kChunkGroups;
+    dirty_chunks[chunk / 64] |= is << chunk % 64;
   }
 };
 // RT:
 inline ChangeTracker::Marker ChangeTracker::marker() noexcept {
-  return {tables.groups.data(), dirty_.data(), dirty_chunks_.data()};
+  return {tables.states.data(), dirty_.data(), dirty_chunks_.data()};
 }
 
 /// The group runs, whatever is known of it.
@@ -162,9 +160,9 @@ void ChangeTracker::end(const runtime::Machine& machine, bool fine) noexcept {
 // RT:
 std::uint32_t ChangeTracker::run_chunks(runtime::Machine& machine, std::uint32_t first, std::uint32_t end) noexcept {
   const Marker marks = marker();
+  const ChangeTables::Group* const all = tables.groups.data();
   std::byte* const table = table_;
   std::byte* const shadow = shadow_.data();
-  const auto nobody = static_cast<std::uint32_t>(tables.groups.size() - 1) * kMarkOf;
   std::uint32_t runs = 0;
   std::uint32_t most = (limit_ - effort_) / kRecordEffort;
   for (std::uint32_t word = first / 64; word * 64 < end; ++word) {
@@ -180,31 +178,31 @@ std::uint32_t ChangeTracker::run_chunks(runtime::Machine& machine, std::uint32_t
       chunks &= chunks - 1;
       next = std::countr_zero(chunks);
       const std::uint32_t chunk = word * 64 + static_cast<std::uint32_t>(chunk_bit);
-      ChangeTables::Group* const groups = marks.groups + std::size_t{chunk} * kChunkGroups;
+      const ChangeTables::Group* const groups = all + std::size_t{chunk} * kChunkGroups;
+      ChangeTables::State* const states = marks.states + std::size_t{chunk} * kChunkGroups;
       std::uint64_t& dirty = marks.dirty[chunk];
       std::uint64_t bits = dirty;
       dirty = 0;
       while (bits != 0) {
         const auto bit = static_cast<unsigned>(std::countr_zero(bits));
         bits &= bits - 1;
-        ChangeTables::Group& group = groups[bit];
+        const ChangeTables::Group& group = groups[bit];
+        ChangeTables::State& state = states[bit];
         if (group.out != ChangeTables::kCode) [[likely]] {
-          if ((group.state >> group.row & 1u) == 0) continue;
+          if ((state.truth >> state.row & 1u) == 0) continue;
           ++runs;
           const std::uint32_t more = group.more;
-          group.state = ~group.state;
+          state.truth = ~state.truth;
           if (more == 0 || mark(more + 1, more + 1 + tables.marks[more], 1)) [[likely]] {
             const std::byte value = table[group.out] ^ std::byte{1};
             table[group.out] = value;
             shadow[group.out] = value;
-            std::uint64_t is[4];
-            for (std::size_t i = 0; i < 4; ++i) is[i] = marks.input(group.near[i]);
-            for (std::size_t i = 0; i < 4; ++i) marks.note_chunk(group.near[i], is[i]);
-            if (group.near[4] != nobody) {
-              for (std::size_t i = 4; i < 8; ++i) marks.note_chunk(group.near[i], marks.input(group.near[i]));
-            }
+            marks.input(group.near[0]);
+            marks.input(group.near[1]);
+            marks.input(group.near[2]);
+            marks.input(group.near[3]);
           } else {
-            group.state = ~group.state;
+            state.truth = ~state.truth;
             bits |= std::uint64_t{1} << bit;
           }
         } else {

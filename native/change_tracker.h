@@ -32,17 +32,20 @@ struct ChangeTables {
     std::uint32_t others = 0;  ///< into `marks`: the first one behind the writer, if there is one writer; else begin
     std::uint32_t end = 0;
   };
-  /// One look-up record, or code. Of a record it is known what its inputs and its output were in the copy of the table,
-  /// so that a change of one of them costs no look at the others.
-  struct alignas(64) Group {
-    std::uint32_t state = 0;  ///< truth table; inverted while the output is TRUE: the bit of `row` says: dirty
+  /// What is known of a record: its inputs and its output as they are in the copy of the table, so that a change of one
+  /// of them costs no look at the others. Apart from all else, since many of them are changed at random: they stay in
+  /// near caches.
+  struct State {
+    std::uint32_t truth = 0;  ///< inverted while the output is TRUE: bit `row` says whether it is dirty
     std::uint32_t row = 0;    ///< inputs, i0 + 2 i1 + ..
-    std::uint32_t out = 0;    ///< kCode: none
-    std::uint32_t more = 0;   ///< code: into `codes`; records: a list of other marks, in `marks`: how many, marks
-    /// Marks for the change of a record's output; kNoMark in places that are left over.
-    std::uint32_t near[8] = {};
   };
-  static_assert(sizeof(Group) == 64);
+  /// One look-up record, or code.
+  struct Group {
+    std::uint32_t out = 0;   ///< kCode: none
+    std::uint32_t more = 0;  ///< code: into `codes`; records: a list of other marks, in `marks`: how many, then these
+    /// Marks for the change of a record's output; of the group that is never dirty where there are fewer.
+    std::uint32_t near[4] = {};
+  };
   static constexpr std::uint32_t kCode = 0xffffffffu;
   /// A mark is the number of a group times 64 and what the byte is to it: to a record, its output, or (bit k) its input
   /// k; to code, nothing.
@@ -80,7 +83,8 @@ struct ChangeTables {
     std::uint32_t cells = 0;  ///< into `cell_of_byte`, 64 for each line
   };
 
-  std::vector<Group> groups;                     ///< by number; the last one is never dirty
+  std::vector<Group> groups;                    ///< by number; the last one is never dirty
+  std::vector<State> states;                    ///< parallel to it
   std::vector<runtime::GeneralRecord> records;  ///< parallel to it
   std::vector<std::uint64_t> used;        ///< by chunk: bits of groups that exist
   std::vector<const std::byte*> entries;  ///< by chunk: its straight code

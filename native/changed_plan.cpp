@@ -257,6 +257,7 @@ std::uint32_t ChangedPlan::new_group(std::size_t instruction) {
     ++tables_.stretches.back().chunks;
     tables_.used.push_back(0);
     tables_.groups.resize(tables_.used.size() * kChunkGroups);
+    tables_.states.resize(tables_.groups.size());
     tables_.records.resize(tables_.groups.size());
   }
   ++tables_.count;
@@ -279,7 +280,7 @@ void ChangedPlan::add_records(std::size_t instruction) {
     if (pieces.empty() || pieces.back().instruction != instruction) pieces.push_back({instruction, n, 0});
     ++pieces.back().records;
     ++n;
-    tables_.groups[group].state = record.truth;
+    tables_.states[group].truth = record.truth;
     tables_.groups[group].out = record.out;
     tables_.records[group] = record;
     add_inputs(group, record);
@@ -437,6 +438,7 @@ void ChangedPlan::make_cells() {
   sort_unique(tables_.contested);
   for (std::size_t i = 0; i < code_groups_.size(); ++i) tables_.codes[i].spans = spans_in(code_groups_[i].writes);
   tables_.groups.emplace_back();
+  tables_.states.emplace_back();
   for (std::uint32_t number = 0; number + 1 < tables_.groups.size(); ++number) {
     const bool used = (tables_.used[number / kChunkGroups] >> number % kChunkGroups & 1u) != 0;
     if (used && !is_code(number)) place_marks(number);
