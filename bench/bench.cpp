@@ -1,6 +1,5 @@
-// plc-bench: what loading and scanning ladders costs, side by side with xmllint and with C compiled by -O2; what ST
-// costs to compile and to run; what calling taskblocks costs; what clients of the Modbus server get, side by side with
-// libmodbus.
+// plc-bench: what loading and scanning programs costs, side by side with xmllint and with C compiled by -O2; what ST
+// costs to compile; what calling taskblocks costs; what clients of the Modbus server get, side by side with libmodbus.
 #include "bench/bench.h"
 
 #include <fmt/format.h>
@@ -39,21 +38,37 @@ std::string limit_text(double value, double limit, Verdict& verdict) {
 
 namespace {
 
-constexpr double kPlainLimit = 2.5;
-constexpr double kNestedLimit = 4;
-constexpr double kNativeLimit = 1.15;  // native code, to C, on plain ladders
+struct Scans {
+  std::vector<std::string> only;     ///< names of workloads; none = all
+  std::vector<std::uint32_t> sizes;  ///< none = those of each workload
+  ScanPlan plan;
+};
 
-Verdict scans(std::uint64_t seed, std::uint32_t batches) {
+Verdict scans(const Scans& wanted) {
   Verdict verdict;
-  std::cout
-      << "Scan: interpreter and native code against the same logic as C (-O2, barrier after each rung; and without), "
-         "interleaved batches\n";
-  for (const bool nested : {false, true}) {
-    for (const std::uint32_t rungs : {100u, 1'000u, 10'000u, 100'000u}) {
-      const bool judged = rungs == 1'000 || rungs == 10'000;  // the interpreter
-      const double limit = !judged ? 0 : nested ? kNestedLimit : kPlainLimit;
-      verdict.merge(measure_scan(
-          {{rungs, nested, seed}, limit, nested ? 0 : kNativeLimit, rungs < 100'000 ? 1000u : 50u, batches}));
+  std::cout << "Scan: ns per rung (or as README.md says), medians; the C is gcc -O2 with a barrier after each rung, "
+               "plain C without\n"
+            << scan_head() << std::flush;
+  for (const Workload& workload : workloads()) {
+    const auto& only = wanted.only;
+    if (!only.empty() && std::find(only.begin(), only.end(), workload.name) == only.end()) continue;
+    for (const std::uint32_t size : wanted.sizes.empty() ? workload.sizes : wanted.sizes) {
+      ScanPlan plan = wanted.plan;
+      plan.size = size;
+      verdict.merge(measure_scan(workload, plan).verdict);
+    }
+  }
+  return verdict;
+}
+
+/// Small programs of every workload, results only.
+Verdict check_scans(std::uint64_t seed) {
+  Verdict verdict;
+  std::cout << scan_head();
+  for (const Workload& workload : workloads()) {
+    // The seed decides what is drawn; elsewhere it makes other numbers only.
+    for (std::uint64_t i = 0; i < (workload.barriers ? 3 : 1); ++i) {
+      verdict.merge(measure_scan(workload, {workload.small_size, seed + i, 200, 0}).verdict);
     }
   }
   return verdict;
@@ -65,31 +80,40 @@ Verdict scans(std::uint64_t seed, std::uint32_t batches) {
 int main(int argc, char** argv) {
   using namespace plc::bench;
   CLI::App app{
-      "Measures loading and scanning of ladders, compiling and running ST, taskblocks, and the Modbus server, and "
-      "checks every "
-      "result.\n"
+      "Measures loading, scanning and compiling of programs, taskblocks, coherence, and the Modbus server, and checks "
+      "every result.\n"
       "\n"
       "Examples:\n"
-      "  plc-bench            everything but modbus, about five minutes\n"
+      "  plc-bench            all but plots, modbus and coherence, about a quarter of an hour\n"
       "  plc-bench scan       interpreter and native code against C\n"
+      "  plc-bench scan --only arithmetic --size 1000\n"
       "  plc-bench changed    evaluate = \"changed\" against full evaluation\n"
+      "  plc-bench plots      cost of a rung over size, as an SVG document, half an hour\n"
       "  plc-bench load       file to first scan against xmllint\n"
-      "  plc-bench st         the programs that PLCs are compared with, against C\n"
       "  plc-bench taskblocks taskblocks and their wires against plain calls\n"
       "  plc-bench compile    100,000 lines of ST to image, 10 MB of garbage to errors\n"
       "  plc-bench modbus     100 clients against the Modbus server, two minutes\n"
       "  plc-bench coherence  globals between tasks under the three protocols, two minutes, as root\n"
-      "  plc-bench check      small ladders and programs, results only\n"
+      "  plc-bench check      small programs, results only\n"
       "\n"
       "Exit codes: 0 results right and all ratios within their limits, 1 a limit missed, 2 a result wrong.",
       "plc-bench"};
   std::uint64_t seed = 1;
-  std::uint32_t repetitions = 7, batches = 200;
-  app.add_option("--seed", seed, "of the ladders")->capture_default_str();
+  std::uint32_t repetitions = 7, batches = 100;
+  app.add_option("--seed", seed, "of what is generated")->capture_default_str();
   app.add_option("--repetitions", repetitions, "of each load, interleaved; medians are printed")->capture_default_str();
   app.add_option("--batches", batches, "of scans per side, interleaved; medians are printed")->capture_default_str();
-  CLI::App* scan = app.add_subcommand("scan", "interpreter against C");
+  CLI::App* scan = app.add_subcommand("scan", "interpreter and native code against C, one row per workload and size");
+  Scans wanted;
+  scan->add_option("--only", wanted.only, "names of workloads")->type_name("NAME")->check([](const std::string& name) {
+    return find_workload(name) == nullptr ? "there is no workload " + name : "";
+  });
+  scan->add_option("--size", wanted.sizes, "sizes instead of those of the table")->check(CLI::Range(10u, 1'000'000u));
   CLI::App* changed = app.add_subcommand("changed", "scans that leave out what did not change");
+  PlotPlan plot_plan;
+  CLI::App* plots = app.add_subcommand("plots", "cost of a rung over the number of rungs, as curves");
+  plots->add_option("--plot", plot_plan.file, "SVG file to write")->type_name("FILE")->required();
+  plots->add_option("--largest", plot_plan.largest, "rungs")->capture_default_str();
   CLI::App* load = app.add_subcommand("load", "file to first scan against xmllint, memory");
   ModbusPlan modbus_plan;
   CLI::App* modbus = app.add_subcommand("modbus", "clients as fast as they can, against libmodbus");
@@ -102,7 +126,6 @@ int main(int argc, char** argv) {
   coherence->add_option("--sizes", coherence_plan.sizes, "variables in each direction")->capture_default_str();
   coherence->add_option("--plot", coherence_plan.plot, "SVG file to draw the p99.9 of each row into")
       ->type_name("FILE");
-  CLI::App* st = app.add_subcommand("st", "the programs that PLCs are compared with, against C");
   CLI::App* taskblocks = app.add_subcommand("taskblocks", "calls of taskblocks, and wires between them");
   CLI::App* compile = app.add_subcommand("compile", "ST to image, garbage to errors");
   CompilePlan compile_plan;
@@ -110,7 +133,7 @@ int main(int argc, char** argv) {
   compile->add_option("--garbage-mb", compile_plan.garbage_mb, "of each kind")->capture_default_str();
   CLI::App* check = app.add_subcommand("check", "small ladders and programs, results only");
   app.require_subcommand(0, 1);
-  for (CLI::App* command : {scan, changed, load, st, taskblocks, compile, modbus, coherence, check}) command->fallthrough();
+  for (CLI::App* command : {scan, changed, plots, load, taskblocks, compile, modbus, coherence, check}) command->fallthrough();
   CLI11_PARSE(app, argc, argv);
   compile_plan.seed = seed;
   compile_plan.repetitions = repetitions;
@@ -118,28 +141,28 @@ int main(int argc, char** argv) {
   try {
     Verdict verdict;
     if (check->parsed()) {
-      verdict.merge(measure_st({0}));
       verdict.merge(measure_taskblocks({0}));
       verdict.merge(measure_changed({seed, 500, 200, 0}));
       verdict.merge(measure_compile({seed, 3000, 1, 1, false}));
-      for (std::uint64_t i = 0; i < 3; ++i) {
-        verdict.merge(measure_scan({{200, false, seed + i}, 0, 0, 200, 0}));
-        verdict.merge(measure_scan({{300, true, seed + i}, 0, 0, 200, 0}));
-      }
+      verdict.merge(check_scans(seed));
+    } else if (plots->parsed()) {
+      plot_plan.seed = seed;
+      plot_plan.batches = batches;
+      verdict.merge(plot_scans(plot_plan));
     } else if (coherence->parsed()) {
       verdict.merge(measure_coherence(coherence_plan));
     } else if (modbus->parsed()) {
       verdict.merge(measure_modbus(modbus_plan));
     } else {
-      if (everything || scan->parsed()) verdict.merge(scans(seed, batches));
-      if (everything || changed->parsed()) verdict.merge(measure_changed({seed, getenv("RUNGS") ? (unsigned)atoi(getenv("RUNGS")) : 10'000u, 1000, batches}));
+      if (everything || scan->parsed()) {
+        wanted.plan.seed = seed;
+        wanted.plan.batches = batches;
+        verdict.merge(scans(wanted));
+      }
+      if (everything || changed->parsed()) verdict.merge(measure_changed({seed, 10'000, 1000, batches}));
       if (everything || load->parsed()) {
         std::cout << "Load: project file to the end of the first scan, against xmllint --noout, interleaved\n";
         verdict.merge(measure_load({seed, repetitions, true}));
-      }
-      if (everything || st->parsed()) {
-        std::cout << "ST: interpreter against the same program as C (-O2), interleaved\n";
-        verdict.merge(measure_st({batches}));
       }
       if (everything || taskblocks->parsed()) {
         std::cout << "Taskblocks: RUNTB against a plain indirect call, interleaved\n";

@@ -1,14 +1,15 @@
 // The measurements of plc-bench. Every figure is a ratio of two things measured interleaved in the same run, and every
 // speed comes with a check that the results are right.
 //
-// In: what to measure. Out: rows on stdout and a Verdict. Does not belong here: making ladders (ladder.h).
+// In: what to measure. Out: rows on stdout and a Verdict. Does not belong here: making programs (workload.h).
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
 
-#include "bench/ladder.h"
+#include "bench/workload.h"
 
 namespace plc::bench {
 
@@ -39,17 +40,35 @@ double median(std::vector<double> values);
 std::string limit_text(double value, double limit, Verdict& verdict);
 
 struct ScanPlan {
-  Shape shape;
-  double limit = 0;             ///< most that interpreter / C may be; 0 = no limit
-  double native_limit = 0;      ///< most that native / C may be, and 1 without barriers; 0 = no limit
-  std::uint32_t scans = 1000;   ///< checked scans, one input changing per scan
-  std::uint32_t batches = 200;  ///< timed batches of each side, interleaved; 0 = check only
+  std::uint32_t size = 1000;  ///< of the workload
+  std::uint64_t seed = 1;
+  std::uint32_t scans = 1000;   ///< checked ones, fewer where there are very many variables
+  std::uint32_t batches = 100;  ///< timed ones of each side, interleaved; 0 = check only
 };
-/// Interpreter and native code against the same logic as C compiled with -O2, with and without a barrier after each
-/// rung, in one process, on one set of changing inputs.
-Verdict measure_scan(const ScanPlan& plan);
+struct ScanResult {
+  Verdict verdict;
+  /// Medians, of C, C without barriers, interpreter, native code; per unit of the size. 0 = not measured.
+  std::array<double, 4> ns{};
+  std::size_t code_bytes = 0;   ///< of native code
+  std::size_t table_bytes = 0;  ///< of the variables beside it
+};
+/// Columns of what measure_scan() prints.
+std::string scan_head();
+/// Interpreter and native code against the same program in C compiled with -O2, with and without a barrier after each
+/// rung, in one process, with one input changing per scan. Prints a row.
+ScanResult measure_scan(const Workload& workload, const ScanPlan& plan);
 
-/// Most that full evaluation by native code may be left behind with one input changing, and least with all.
+struct PlotPlan {
+  std::uint64_t seed = 1;
+  std::uint32_t batches = 100;
+  std::uint32_t largest = 100'000;  ///< rungs
+  std::string file;                 ///< SVG file to write
+};
+/// measure_scan() over many sizes of the drawn workloads, as curves.
+Verdict plot_scans(const PlotPlan& plan);
+
+/// How many times faster than full evaluation scans must be that leave out what did not change, with one input changing;
+/// how many times slower they may be with all changing.
 inline constexpr double kChangedGain = 10;
 inline constexpr double kChangedLoss = 1.15;
 
@@ -57,7 +76,7 @@ struct ChangedPlan {
   std::uint64_t seed = 1;
   std::uint32_t rungs = 10'000;
   std::uint32_t scans = 1000;   ///< checked scans of each kind
-  std::uint32_t batches = 200;  ///< timed batches of each side, interleaved; 0 = check only
+  std::uint32_t batches = 200;  ///< timed ones of each side, interleaved; 0 = check only
 };
 /// evaluate = "changed" against full evaluation, both native: nothing, one input and all inputs changing per scan.
 Verdict measure_changed(const ChangedPlan& plan);
@@ -69,13 +88,6 @@ struct LoadPlan {
 };
 /// From file to the end of the first scan (`plc sim --cycles 1`) against `xmllint --noout` on the same file.
 Verdict measure_load(const LoadPlan& plan);
-
-struct StPlan {
-  std::uint32_t batches = 200;  ///< timed scans of each side, interleaved; 0 = check only
-};
-/// The programs that PLCs are compared with, as ST and as C compiled with -O2: 100,000 REAL multiplications with
-/// conversion, bubble sort of 1,000 elements in reverse order.
-Verdict measure_st(const StPlan& plan);
 
 struct TaskblockPlan {
   std::uint32_t batches = 200;  ///< timed batches of each side, interleaved; 0 = check only

@@ -1,168 +1,133 @@
-// Scans that leave out what did not change against scans that do not, both native code, on a plain ladder.
+// Scans that leave out what did not change against scans that execute everything, both native code, on a plain ladder;
+// the interpreter says what is right.
 #include <fmt/format.h>
+#include <time.h>
 
 #include <algorithm>
 #include <array>
 #include <cstring>
-#include <fstream>
-#include <functional>
 #include <iostream>
 #include <memory>
+#include <vector>
 
 #include "bench/bench.h"
-#include "core/clock.h"
-#include "native/compile.h"
-#include "runtime/access.h"
-#include "runtime/compiled_task.h"
-#include "runtime/resource.h"
-#include "tools/pipeline.h"
+#include "bench/side.h"
 
 namespace plc::bench {
 namespace {
 
 constexpr core::TimeNs kPeriodNs = 20'000'000;
+constexpr double kBatchNs = 1e6;  ///< about what a batch of full evaluation takes
 
-/// The ladder in one engine, with the addresses of its inputs.
-class Side {
- public:
-  enum class Engine { kInterpreter, kNative, kChanged };
+enum : std::size_t { kInterpreter, kFull, kChanged, kSides };
+using Times = std::array<double, kSides>;  ///< nanoseconds per scan
 
-  Side(const Ladder& ladder, const std::string& project, Engine engine) {
-    tools::Compilation compilation;
-    tools::compile({project, {}, tools::Goal::kRun}, compilation);
-    if (!compilation.ok()) return;
-    auto loaded = runtime::Resource::load(std::move(*compilation.image));
-    if (!loaded) return;
-    resource_ = std::move(*loaded);
-    if (engine != Engine::kInterpreter) {
-      auto code = native::compile(program(), {.changed = engine == Engine::kChanged});
-      if (!code) {
-        std::cerr << code.error().message << '\n';
-        resource_.reset();
-        return;
-      }
-      program().install(std::move(*code));
-    }
-    const runtime::Access access(*resource_);
-    for (std::uint32_t i = 0; i < ladder.inputs; ++i) {
-      const auto place = access.find_leaf(fmt::format("{}.{}", kInstanceName, variable_name(i)));
-      inputs_.push_back(program().table().data() + place->offset);
-    }
-  }
-  [[nodiscard]] bool ok() const { return resource_ != nullptr; }
-  [[nodiscard]] runtime::Program& program() { return resource_->program(0); }
-  [[nodiscard]] const runtime::Program& program() const { return resource_->program(0); }
-  void flip(std::size_t input) { *inputs_[input] ^= std::byte{1}; }
-  [[nodiscard]] std::size_t inputs() const { return inputs_.size(); }
-  bool scan(core::TimeNs now_ns) { return !program().execute({now_ns}); }
-
- private:
-  std::unique_ptr<runtime::Resource> resource_;
-  std::vector<std::byte*> inputs_;
+struct Row {
+  const char* name;
+  std::size_t inputs;  ///< that are inverted before each scan, at most
+  double limit;        ///< of changed / full; 0 = none
+};
+constexpr Row kRows[] = {
+    {"nothing", 0, 0},
+    {"one input", 1, 1 / kChangedGain},
+    {"all inputs", ~std::size_t{0}, kChangedLoss},
 };
 
-enum : std::size_t { kInterpreter, kNative, kChanged, kSides };
-
-/// What happens to the inputs in front of scan number `scan`.
-using Change = std::function<void(Side& side, std::uint64_t scan)>;
+/// Processor time of this thread: what others on the machine take is nobody's cost.
+core::TimeNs own_time_ns() {
+  timespec time{};
+  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return time.tv_sec * core::TimeNs{1'000'000'000} + time.tv_nsec;
+}
 
 class Comparison {
  public:
-  Comparison(std::array<std::unique_ptr<Side>, kSides>& sides, const Change& change)
-      : sides_(sides), change_(change) {}
-
-  /// One scan of all sides; false when tables differ behind it.
-  bool step() {
-    bool fine = true;
-    for (const auto& side : sides_) fine = one(*side, scan_) && fine;
-    ++scan_;
-    const auto& table = sides_[0]->program().table();
-    for (std::size_t s = 1; s < kSides; ++s) {
-      fine = fine && std::memcmp(table.data(), sides_[s]->program().table().data(), table.layout().total) == 0;
+  Comparison(const bytecode::VerifiedImage& image, const Source& source, const Row& row) : source_(source) {
+    for (std::uint32_t i = 0; i < source.variables.size(); ++i) {
+      if (source.variables[i].stimulus == Stimulus::kBool) inputs_.push_back(i);
     }
-    return fine;
+    changes_ = std::min(row.inputs, inputs_.size());
+    sides_[kInterpreter] = make_plc_side(image, source, Engine::kInterpreter);
+    sides_[kFull] = make_plc_side(image, source, Engine::kNative);
+    sides_[kChanged] = make_plc_side(image, source, Engine::kNativeChanged);
+    for (const auto& side : sides_) good_ = good_ && side != nullptr;
   }
-  /// Nanoseconds per scan of a batch.
-  double time(std::size_t side, std::uint32_t scans) {
-    const core::TimeNs begin = clock_.now_ns();
-    for (std::uint32_t i = 0; i < scans; ++i) one(*sides_[side], scan_ + i);
-    return static_cast<double>(clock_.now_ns() - begin) / scans;
+  /// `scans` scans of each side, one after the other; all see the same.
+  Times round(std::uint32_t scans) {
+    Times times{};
+    for (std::size_t s = 0; s < kSides && good_; ++s) {
+      const core::TimeNs begin = own_time_ns();
+      for (std::uint32_t i = 1; i <= scans; ++i) {
+        for (std::size_t n = 0; n < changes_; ++n) {
+          *sides_[s]->variables()[inputs_[((scans_ + i) * 2654435761u + n) % inputs_.size()]] ^= 1;
+        }
+        good_ = sides_[s]->scan(static_cast<core::TimeNs>(scans_ + i) * kPeriodNs) && good_;
+      }
+      times[s] = static_cast<double>(own_time_ns() - begin) / scans;
+    }
+    scans_ += scans;
+    return times;
   }
-  void advance(std::uint32_t scans) { scan_ += scans; }
+  /// False when variables of the sides differ, or a scan ended in a fault.
+  [[nodiscard]] bool same() const {
+    for (std::size_t i = 0; i < source_.variables.size() && good_; ++i) {
+      const unsigned char* expected = sides_[kInterpreter]->variables()[i];
+      for (const std::size_t s : {kFull, kChanged}) {
+        if (std::memcmp(expected, sides_[s]->variables()[i], source_.variables[i].bytes) != 0) return false;
+      }
+    }
+    return good_;
+  }
 
  private:
-  bool one(Side& side, std::uint64_t scan) {
-    change_(side, scan);
-    return side.scan(static_cast<core::TimeNs>(scan + 1) * kPeriodNs);
-  }
-
-  std::array<std::unique_ptr<Side>, kSides>& sides_;
-  const Change& change_;
-  core::MonotonicClock clock_;
-  std::uint64_t scan_ = 0;
+  const Source& source_;
+  std::array<std::unique_ptr<Side>, kSides> sides_;
+  std::vector<std::uint32_t> inputs_;
+  std::size_t changes_ = 0;
+  std::uint64_t scans_ = 0;
+  bool good_ = true;
 };
+
+void measure(const bytecode::VerifiedImage& image, const Source& source, const Row& row, const ChangedPlan& plan,
+             Verdict& verdict) {
+  Comparison comparison(image, source, row);
+  bool same = comparison.same();
+  for (std::uint32_t i = 0; i < plan.scans && same; ++i) {
+    comparison.round(1);
+    same = comparison.same();
+  }
+  std::string line = fmt::format("{:<12} {:>6}", row.name, plan.scans);
+  if (same && plan.batches != 0) {
+    std::uint32_t scans = 1;
+    while (comparison.round(scans)[kFull] * scans < kBatchNs) scans *= 2;
+    std::vector<double> full, changed, ratios;
+    for (std::uint32_t i = 0; i < plan.batches && same; ++i) {
+      const Times times = comparison.round(scans);
+      full.push_back(times[kFull]);
+      changed.push_back(times[kChanged]);
+      ratios.push_back(times[kChanged] / times[kFull]);
+      same = comparison.same();
+    }
+    const double ratio = median(ratios);
+    const std::string limit = row.limit == 0 ? "" : ", " + limit_text(ratio, row.limit, verdict);
+    line += fmt::format(" | {:>8.0f} {:>8.0f} | {:.3f}{}", median(full), median(changed), ratio, limit);
+  }
+  if (!same) line += " VARIABLES DIFFER";
+  verdict.correct = verdict.correct && same;
+  std::cout << line << std::endl;
+}
 
 }  // namespace
 
 Verdict measure_changed(const ChangedPlan& plan) {
-  std::cout << "Changed: evaluate = \"changed\" against full evaluation, both native code\n";
   Verdict verdict;
-  const Scratch scratch;
-  const Ladder ladder = make_ladder({plan.rungs, false, plan.seed});
-  const std::string project = scratch.file("ladder.xml");
-  {
-    std::ofstream out(project, std::ios::binary);
-    write_plcopen(ladder, out);
-  }
-  struct Row {
-    const char* name;
-    Change change;
-    double limit;  ///< most that it may be of full evaluation
-  };
-  const Row rows[] = {
-      {"nothing", [](Side&, std::uint64_t) {}, 0},
-      {"one input",
-       [](Side& side, std::uint64_t scan) { side.flip(scan * 2654435761u % side.inputs()); },
-       1 / kChangedGain},
-      {"all inputs",
-       [](Side& side, std::uint64_t) {
-         for (std::size_t i = 0; i < side.inputs(); ++i) side.flip(i);
-       },
-       kChangedLoss},
-  };
-  for (const Row& row : rows) { if (row.name[0] != (getenv("ROW") ? *getenv("ROW") : row.name[0])) continue;
-    std::array<std::unique_ptr<Side>, kSides> sides;
-    sides[kInterpreter] = std::make_unique<Side>(ladder, project, Side::Engine::kInterpreter);
-    sides[kNative] = std::make_unique<Side>(ladder, project, Side::Engine::kNative);
-    sides[kChanged] = std::make_unique<Side>(ladder, project, Side::Engine::kChanged);
-    const std::string name = fmt::format("{:>7} rungs plain seed {}, {} changing", plan.rungs, plan.seed, row.name);
-    bool fine = true;
-    for (const auto& side : sides) fine = fine && side->ok();
-    Comparison comparison(sides, row.change);
-    for (std::uint32_t i = 0; i < plan.scans && fine; ++i) fine = comparison.step();
-    std::string line = fmt::format("{}: {}", name, fine ? "tables equal" : "TABLES DIFFER");
-    verdict.correct = verdict.correct && fine;
-    if (fine && plan.batches != 0) {
-      std::vector<double> times[kSides];
-      std::vector<double> ratios;
-      const std::uint32_t scans = std::max(200u, 100'000'000u / plan.rungs);
-      for (std::uint32_t i = 0; i < plan.batches; ++i) {
-        for (const std::size_t side : {kNative, kChanged}) times[side].push_back(comparison.time(side, getenv("ROW") && side == kNative ? 1 : scans));
-        ratios.push_back(times[kChanged].back() / times[kNative].back());
-        comparison.advance(scans);
-      }
-      const double ratio = median(ratios);
-      line += fmt::format("; min {:.0f} {:.0f}", *std::min_element(times[kNative].begin(), times[kNative].end()), *std::min_element(times[kChanged].begin(), times[kChanged].end()));
-      line += fmt::format("; ns/scan: full {:.0f}, changed {:.0f}; changed/full {:.3f}", median(times[kNative]),
-                          median(times[kChanged]), ratio);
-      if (row.limit != 0) line += ", " + limit_text(ratio, row.limit, verdict);
-      const runtime::SkipCounts& counts = *sides[kChanged]->program().skipped();
-      line += fmt::format("; {} groups, {:.1f} run per scan", counts.groups,
-                          static_cast<double>(counts.runs) / static_cast<double>(counts.scans - counts.whole_scans + 1));
-      line += fmt::format(", {} of {} scans whole", counts.whole_scans.load(), counts.scans.load());
-    }
-    std::cout << line << std::endl;
-  }
+  const Source source = find_workload("plain")->make(plan.rungs, plan.seed);
+  const auto image = compile_project(source);
+  if (!image) return {false, true};
+  std::cout << fmt::format("evaluate = \"changed\" against full evaluation, native code, {} plain rungs, ns per scan\n",
+                           plan.rungs)
+            << fmt::format("{:<12} {:>6} | {:>8} {:>8} | changed/full\n", "changing", "scans", "full", "changed");
+  for (const Row& row : kRows) measure(*image, source, row, plan, verdict);
   return verdict;
 }
 

@@ -64,6 +64,14 @@ std::string panel(const Chart& chart, double top) {
   text((x.from + x.to) / 2, y.from + 36, "middle", chart.x_title);
   out += fmt::format("<text transform=\"translate(16 {:.1f}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n",
                      (y.from + y.to) / 2, chart.y_title);
+  for (const ChartMark& mark : chart.marks) {
+    if (mark.x <= x.low || mark.x >= x.high) continue;
+    out += fmt::format(
+        "<line x1=\"{0:.1f}\" y1=\"{1:.1f}\" x2=\"{0:.1f}\" y2=\"{2:.1f}\" stroke=\"#6b7280\" "
+        "stroke-dasharray=\"2 3\"/>\n",
+        x.at(mark.x), y.from, y.to);
+    text(x.at(mark.x) + 3, y.from - 6, "start", mark.name);
+  }
   double legend = y.to + 10;
   for (const ChartLine& line : chart.lines) {
     const std::string style = fmt::format("fill=\"none\" stroke=\"{}\" stroke-width=\"2\"{}", line.colour,

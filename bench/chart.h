@@ -16,9 +16,16 @@ struct ChartLine {
   std::vector<std::pair<double, double>> points;  ///< ascending x, all positive
 };
 
+/// A vertical line.
+struct ChartMark {
+  std::string name;
+  double x = 1;  ///< outside of the axis it is left out
+};
+
 struct Chart {
   std::string title, x_title, y_title;
   std::vector<ChartLine> lines;
+  std::vector<ChartMark> marks = {};
 };
 
 /// Decades as grid; as many panels as charts, one below the other.

@@ -8,6 +8,7 @@
 
 #include "bench/bench.h"
 #include "bench/process.h"
+#include "bench/program.h"
 
 namespace plc::bench {
 namespace {
@@ -34,7 +35,7 @@ Size make_size(std::uint32_t rungs, std::uint64_t seed, const Scratch& scratch) 
   size.path = scratch.file(fmt::format("plain_{}.xml", rungs));
   {
     std::ofstream out(size.path, std::ios::binary);
-    write_plcopen(make_ladder({rungs, false, seed}), out);
+    write_plcopen(make_program({Kind::kPlain, rungs, seed}), out);
   }
   size.file_mb = static_cast<double>(std::filesystem::file_size(size.path)) / 1e6;
   return size;
@@ -56,8 +57,9 @@ bool repeat(Size& size, bool with_xmllint) {
 }
 
 void print(const Size& size) {
-  std::cout << fmt::format("{:>7} rungs plain, {:.1f} MB: to the end of the first scan {:.1f} ms ({:.1f} ms CPU), peak {:.0f} MB",
-                           size.rungs, size.file_mb, median(size.plc_ms), median(size.plc_cpu_ms), size.peak_mb);
+  std::cout << fmt::format(
+      "{:>7} rungs plain, {:.1f} MB: to the end of the first scan {:.1f} ms ({:.1f} ms CPU), peak {:.0f} MB",
+      size.rungs, size.file_mb, median(size.plc_ms), median(size.plc_cpu_ms), size.peak_mb);
   if (!size.xmllint_ms.empty()) {
     std::cout << fmt::format("; xmllint {:.1f} ms, ratio {:.2f}", median(size.xmllint_ms), median(size.ratios));
   }

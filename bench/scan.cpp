@@ -1,249 +1,200 @@
-// Scan time of interpreter and native code against gcc -O2, results compared variable by variable.
-#include <dlfcn.h>
+// One row of the table of `plc-bench scan`: a workload of one size, all sides compared variable by variable and timed
+// in turns.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
-#include <cstdlib>
-#include <fstream>
+#include <cstring>
 #include <iostream>
+#include <iterator>
 #include <memory>
 
 #include "bench/bench.h"
+#include "bench/side.h"
 #include "core/clock.h"
-#include "native/compile.h"
-#include "runtime/access.h"
-#include "runtime/resource.h"
-#include "tools/pipeline.h"
 
 namespace plc::bench {
 namespace {
 
 constexpr core::TimeNs kPeriodNs = 20'000'000;
-
-/// One of those that do the same: a scan, and the variables of the ladder as bytes.
-class Side {
- public:
-  virtual ~Side() = default;
-  /// False when the scan ended in a fault.
-  virtual bool scan(core::TimeNs now_ns) = 0;
-  [[nodiscard]] virtual unsigned char* variable(std::uint32_t index) = 0;
-  [[nodiscard]] virtual bool ok() const = 0;
-};
-
-/// The ladder as a shared object made by the C compiler.
-class CSide final : public Side {
- public:
-  CSide(const Ladder& ladder, const Scratch& scratch, bool barriers) {
-    const std::string source = scratch.file("ladder.c");
-    const std::string object = scratch.file(barriers ? "barriers.so" : "plain.so");
-    {
-      std::ofstream out(source);
-      write_c(ladder, out);
-    }
-    const std::string command =
-        fmt::format("{} -O2 -shared -fPIC {} -o {} {}", PLC_C_COMPILER, barriers ? "" : "-DBARRIER=", object, source);
-    if (std::system(command.c_str()) != 0) return;
-    library_ = ::dlopen(object.c_str(), RTLD_NOW | RTLD_LOCAL);
-    if (library_ == nullptr) return;
-    scan_ = reinterpret_cast<void (*)(long long)>(::dlsym(library_, "plc_scan"));
-    variables_ = reinterpret_cast<unsigned char* (*)()>(::dlsym(library_, "plc_variables"))();
-  }
-  ~CSide() override {
-    if (library_ != nullptr) ::dlclose(library_);
-  }
-  CSide(const CSide&) = delete;
-  CSide& operator=(const CSide&) = delete;
-
-  [[nodiscard]] bool ok() const override { return scan_ != nullptr; }
-  bool scan(core::TimeNs now_ns) override {
-    scan_(now_ns);
-    return true;
-  }
-  [[nodiscard]] unsigned char* variable(std::uint32_t index) override { return variables_ + index; }
-
- private:
-  void* library_ = nullptr;
-  void (*scan_)(long long) = nullptr;
-  unsigned char* variables_ = nullptr;
-};
-
-/// The same ladder through the pipeline, with the address of every variable; in the interpreter or as native code.
-class PlcSide final : public Side {
- public:
-  PlcSide(const Ladder& ladder, const std::string& project, bool compiled) {
-    tools::Compilation compilation;
-    tools::compile({project, {}, tools::Goal::kRun}, compilation);
-    if (!compilation.ok()) {
-      compilation.diagnostics.render(std::cerr);
-      return;
-    }
-    auto loaded = runtime::Resource::load(std::move(*compilation.image));
-    if (!loaded) {
-      std::cerr << loaded.error().message << '\n';
-      return;
-    }
-    resource_ = std::move(*loaded);
-    if (compiled) {
-      auto code = native::compile(resource_->program(0));
-      if (!code) {
-        std::cerr << code.error().message << '\n';
-        resource_.reset();
-        return;
-      }
-      resource_->program(0).install(std::move(*code));
-    }
-    const runtime::Access access(*resource_);
-    for (std::uint32_t i = 0; i < ladder.variables; ++i) {
-      const auto place = access.find_leaf(fmt::format("{}.{}", kInstanceName, variable_name(i)));
-      if (!place) {
-        std::cerr << place.error().message << '\n';
-        resource_.reset();
-        return;
-      }
-      if (place->task == runtime::Place::kGlobal) {
-        std::cerr << variable_name(i) << " is global, where the benchmark cannot set it\n";
-        resource_.reset();
-        return;
-      }
-      std::byte* table = resource_->program(place->task).table().data();
-      variables_.push_back(reinterpret_cast<unsigned char*>(table + place->offset));
-    }
-  }
-  [[nodiscard]] bool ok() const override { return resource_ != nullptr; }
-  bool scan(core::TimeNs now_ns) override { return !resource_->program(0).execute({now_ns}); }
-  [[nodiscard]] unsigned char* variable(std::uint32_t index) override { return variables_[index]; }
-
- private:
-  std::unique_ptr<runtime::Resource> resource_;
-  std::vector<unsigned char*> variables_;
-};
+constexpr double kBatchNs = 1e6;                     ///< about what a batch of the C takes
+constexpr std::uint64_t kComparisons = 100'000'000;  ///< of variables, at most, in the scans that are checked
 
 constexpr std::size_t kSides = 4;
 constexpr const char* kNames[kSides] = {"C", "C without barriers", "interpreter", "native"};
-enum : std::size_t { kBarriers, kPlain, kInterpreter, kNative };
+enum : std::size_t { kC, kPlainC, kInterpreter, kNative };
+using Times = std::array<double, kSides>;  ///< nanoseconds per scan
+
+/// Spreads consecutive numbers over all 64 bits.
+std::uint64_t scatter(std::uint64_t number) {
+  number = (number ^ (number >> 30)) * 0xbf58476d1ce4e5b9u;
+  number = (number ^ (number >> 27)) * 0x94d049bb133111ebu;
+  return number ^ (number >> 31);
+}
 
 class Comparison {
  public:
-  Comparison(const Ladder& ladder, const std::array<std::unique_ptr<Side>, kSides>& sides)
-      : ladder_(ladder), sides_(sides) {}
-
-  /// One scan of all after changing one input of all. False when one faulted.
-  bool step() {
-    const std::uint32_t input = input_of(flips_++);
-    now_ns_ += kPeriodNs;
-    bool fine = true;
-    for (const auto& side : sides_) {
-      *side->variable(input) ^= 1;
-      fine = side->scan(now_ns_) && fine;
+  explicit Comparison(const Source& source) : source_(source) {
+    for (std::uint32_t i = 0; i < source.variables.size(); ++i) {
+      if (source.variables[i].stimulus != Stimulus::kNone) inputs_.push_back(i);
     }
-    return fine;
   }
-  /// Variables of any side that differ from the first one's now.
-  [[nodiscard]] std::uint32_t differences() {
-    std::uint32_t count = 0;
-    for (std::uint32_t i = 0; i < ladder_.variables; ++i) {
-      for (std::size_t s = 1; s < kSides; ++s) {
-        const unsigned char expected = *sides_[0]->variable(i);
-        const unsigned char found = *sides_[s]->variable(i);
-        if (expected == found || count++ >= 5) continue;
-        std::cerr << fmt::format("{}: C has {}, {} {}\n", variable_name(i), expected, kNames[s], found);
+  /// False when one of them could not be made.
+  bool make(const Workload& workload) {
+    const auto image = compile_project(source_);
+    if (!image) return false;
+    sides_[kC] = make_c_side(*image, source_, true);
+    if (workload.barriers) sides_[kPlainC] = make_c_side(*image, source_, false);
+    sides_[kInterpreter] = make_plc_side(*image, source_, Engine::kInterpreter);
+    sides_[kNative] = make_plc_side(*image, source_, Engine::kNative);
+    for (std::size_t s = 0; s < kSides; ++s) {
+      if (sides_[s] == nullptr && (s != kPlainC || workload.barriers)) return false;
+    }
+    for (std::size_t i = 0; i < source_.variables.size(); ++i) {
+      const unsigned char* at = sides_[kC]->variables()[i];
+      first_.insert(first_.end(), at, at + source_.variables[i].bytes);
+    }
+    changed_.resize(source_.variables.size());
+    return true;
+  }
+
+  /// `scans` scans of each side, one after the other, with one input changing before each; all see the same.
+  Times round(std::uint32_t scans) {
+    Times times{};
+    for (std::size_t s = 0; s < kSides; ++s) {
+      if (sides_[s] == nullptr) continue;
+      const core::TimeNs begin = clock_.now_ns();
+      for (std::uint32_t i = 1; i <= scans; ++i) {
+        stimulate(*sides_[s], scans_ + i);
+        good_ = sides_[s]->scan(now_ns(scans_ + i)) && good_;
       }
+      times[s] = static_cast<double>(clock_.now_ns() - begin) / scans;
     }
-    return count;
+    scans_ += scans;
+    return times;
   }
-
-  /// Nanoseconds per scan of a batch of one side; all sides see the same inputs in the same order.
-  double time(std::size_t side, std::uint32_t scans) {
-    Side& s = *sides_[side];
-    const core::TimeNs begin = clock_.now_ns();
-    for (std::uint32_t i = 0; i < scans; ++i) {
-      *s.variable(input_of(flips_ + i)) ^= 1;
-      ok_ = s.scan(now_ns_ + (i + 1) * kPeriodNs) && ok_;
+  /// Variables of all sides now. False, and the first ones on stderr, when some differ or a scan ended in a fault.
+  bool same() {
+    std::uint32_t differences = 0;
+    std::size_t first = 0;
+    for (std::size_t i = 0; i < source_.variables.size(); ++i) {
+      const std::uint32_t bytes = source_.variables[i].bytes;
+      const unsigned char* expected = sides_[kC]->variables()[i];
+      for (std::size_t s = 1; s < kSides; ++s) {
+        if (sides_[s] == nullptr) continue;
+        const unsigned char* found = sides_[s]->variables()[i];
+        if (std::memcmp(expected, found, bytes) == 0 || differences++ >= 5) continue;
+        const std::size_t at =
+            static_cast<std::size_t>(std::mismatch(expected, expected + bytes, found).first - expected);
+        std::cerr << fmt::format("scan {}: {}, byte {} of {}: C has {:#x}, {} {:#x}\n", scans_,
+                                 source_.variables[i].path, at, bytes, expected[at], kNames[s], found[at]);
+      }
+      if (!changed_[i]) changed_[i] = std::memcmp(expected, &first_[first], bytes) != 0;
+      first += bytes;
     }
-    return static_cast<double>(clock_.now_ns() - begin) / scans;
+    return differences == 0 && good_;
   }
-  void advance(std::uint32_t scans) {
-    now_ns_ += scans * kPeriodNs;
-    flips_ += scans;
+  /// Of the variables, those that same() has seen change; percent. What stands still compares nothing.
+  [[nodiscard]] double alive() const {
+    return 100.0 * static_cast<double>(std::count(changed_.begin(), changed_.end(), true)) /
+           static_cast<double>(changed_.size());
   }
-  [[nodiscard]] bool ok() const { return ok_; }
+  [[nodiscard]] std::uint64_t scans() const { return scans_; }
+  [[nodiscard]] const Side& native() const { return *sides_[kNative]; }
 
  private:
-  [[nodiscard]] std::uint32_t input_of(std::uint64_t flip) const {
-    return static_cast<std::uint32_t>(flip * 2654435761u % ladder_.inputs);
+  static core::TimeNs now_ns(std::uint64_t scan) { return static_cast<core::TimeNs>(scan) * kPeriodNs; }
+
+  void stimulate(const Side& side, std::uint64_t scan) const {
+    if (inputs_.empty()) return;
+    const std::uint32_t input = inputs_[scan * 2654435761u % inputs_.size()];
+    unsigned char* const at = side.variables()[input];
+    const auto value = static_cast<std::int32_t>(scatter(scan));
+    switch (source_.variables[input].stimulus) {
+      case Stimulus::kNone:
+        break;
+      case Stimulus::kBool:
+        *at ^= 1;
+        break;
+      case Stimulus::kDint:
+        std::memcpy(at, &value, sizeof value);
+        break;
+      case Stimulus::kReal: {
+        const float real = static_cast<float>(value % 100'000) / 100;
+        std::memcpy(at, &real, sizeof real);
+        break;
+      }
+    }
   }
 
-  const Ladder& ladder_;
-  const std::array<std::unique_ptr<Side>, kSides>& sides_;
+  const Source& source_;
+  std::array<std::unique_ptr<Side>, kSides> sides_;
+  std::vector<std::uint32_t> inputs_;
+  std::vector<unsigned char> first_;  ///< variables before the first scan
+  std::vector<bool> changed_;         ///< ... and which of them had another value since
   core::MonotonicClock clock_;
-  core::TimeNs now_ns_ = 0;
-  std::uint64_t flips_ = 0;
-  bool ok_ = true;
+  std::uint64_t scans_ = 0;
+  bool good_ = true;
 };
 
 }  // namespace
 
-Verdict measure_scan(const ScanPlan& plan) {
-  Verdict verdict;
-  const Scratch scratch;
-  const Ladder ladder = make_ladder(plan.shape);
-  const std::string project = scratch.file("ladder.xml");
-  {
-    std::ofstream out(project, std::ios::binary);
-    write_plcopen(ladder, out);
+std::string scan_head() {
+  return fmt::format("{:<12} {:>7} {:>6} {:>5} | {:>8} {:>8} {:>8} {:>8} | {:>17} {:>17} {:>17}\n", "workload", "size",
+                     "scans", "alive", "C", "plain C", "interp", "native", "interp/C", "native/C", "native/plain C");
+}
+
+ScanResult measure_scan(const Workload& workload, const ScanPlan& plan) {
+  ScanResult result;
+  const Source source = workload.make(plan.size, plan.seed);
+  Comparison comparison(source);
+  std::string line = fmt::format("{:<12} {:>7}", workload.name, plan.size);
+  if (!comparison.make(workload)) {
+    std::cout << line << " could not be built" << std::endl;
+    result.verdict.correct = false;
+    return result;
   }
-  std::array<std::unique_ptr<Side>, kSides> sides;
-  sides[kBarriers] = std::make_unique<CSide>(ladder, scratch, true);
-  sides[kPlain] = std::make_unique<CSide>(ladder, scratch, false);
-  sides[kInterpreter] = std::make_unique<PlcSide>(ladder, project, false);
-  sides[kNative] = std::make_unique<PlcSide>(ladder, project, true);
-  const std::string name = fmt::format("{:>7} rungs {:<6} seed {}", plan.shape.rungs,
-                                       plan.shape.nested ? "nested" : "plain", plan.shape.seed);
-  if (!std::all_of(sides.begin(), sides.end(), [](const auto& side) { return side->ok(); })) {
-    std::cout << name << ": could not be built\n";
-    verdict.correct = false;
-    return verdict;
+  result.code_bytes = comparison.native().code_bytes();
+  result.table_bytes = comparison.native().table_bytes();
+  const std::uint64_t most = std::max<std::uint64_t>(20, kComparisons / source.variables.size());
+  for (std::uint64_t i = 0; i < std::min<std::uint64_t>(plan.scans, most) && result.verdict.correct; ++i) {
+    comparison.round(1);
+    result.verdict.correct = comparison.same();
   }
-  Comparison comparison(ladder, sides);
-  std::uint32_t true_coils = 0;
-  for (std::uint32_t i = 0; i < plan.scans && verdict.correct; ++i) {
-    verdict.correct = comparison.step() && comparison.differences() == 0;
-    if (!verdict.correct) std::cerr << fmt::format("after scan {}\n", i + 1);
-  }
-  for (std::uint32_t i = ladder.inputs; i < ladder.variables; ++i) true_coils += *sides[0]->variable(i);
-  std::string line = fmt::format("{}: {} after {} scans, {} of {} coils on", name,
-                                 verdict.correct ? "all variables equal" : "VARIABLES DIFFER", plan.scans, true_coils,
-                                 ladder.variables - ladder.inputs);
-  if (verdict.correct && plan.batches != 0) {
-    std::vector<double> times[kSides];
-    std::vector<double> ratios[kSides];  // to C with barriers
+  line += fmt::format(" {:>6} {:>4.0f}%", comparison.scans(), comparison.alive());
+  if (!result.verdict.correct) line += " VARIABLES DIFFER";
+  if (result.verdict.correct && plan.batches != 0) {
+    std::uint32_t scans = 1;
+    while (comparison.round(scans)[kC] * scans < kBatchNs) scans *= 2;
+    std::array<std::vector<double>, kSides> times, to_c;
     std::vector<double> to_plain;
-    const std::uint32_t scans = std::max(1u, 200'000u / plan.shape.rungs);
     for (std::uint32_t i = 0; i < plan.batches; ++i) {
+      const Times batch = comparison.round(scans);
       for (std::size_t s = 0; s < kSides; ++s) {
-        times[s].push_back(comparison.time(s, scans));
-        ratios[s].push_back(times[s].back() / times[kBarriers].back());
+        times[s].push_back(batch[s] / plan.size);
+        to_c[s].push_back(batch[s] / batch[kC]);
       }
-      to_plain.push_back(times[kNative].back() / times[kPlain].back());
-      comparison.advance(scans);
+      to_plain.push_back(batch[kNative] / batch[kPlainC]);
     }
-    if (comparison.differences() != 0 || !comparison.ok()) verdict.correct = false;
-    line += "; ns/rung:";
+    result.verdict.correct = comparison.same();
+    line += " |";
     for (std::size_t s = 0; s < kSides; ++s) {
-      line += fmt::format("{} {} {:.2f}", s == 0 ? "" : ",", kNames[s], median(times[s]) / plan.shape.rungs);
+      result.ns[s] = s == kPlainC && !workload.barriers ? 0 : median(times[s]);
+      line += result.ns[s] == 0 ? fmt::format(" {:>8}", "") : fmt::format(" {:>8.3g}", result.ns[s]);
     }
-    const auto against = [&](const char* what, const std::vector<double>& of, double limit) {
-      const double ratio = median(of);
-      line += fmt::format("; {} {:.2f}", what, ratio);
-      if (limit != 0) line += ", " + limit_text(ratio, limit, verdict);
+    line += " |";
+    const auto against = [&](const std::vector<double>& ratios, double limit) {
+      const double ratio = median(ratios);
+      const std::string text = limit == 0 ? "" : ", " + limit_text(ratio, limit, result.verdict);
+      line += fmt::format(" {:>17}", fmt::format("{:.2f}{}", ratio, text));
     };
-    against("interpreter/C", ratios[kInterpreter], plan.limit);
-    against("native/C", ratios[kNative], plan.native_limit);
-    against("native/C without barriers", to_plain, plan.native_limit != 0 ? 1 : 0);
+    against(to_c[kInterpreter], workload.limits.interpreter);
+    against(to_c[kNative], workload.limits.native);
+    if (workload.barriers) against(to_plain, workload.limits.native_plain);
+    if (!result.verdict.correct) line += " VARIABLES DIFFER";
   }
   std::cout << line << std::endl;
-  return verdict;
+  return result;
 }
 
 }  // namespace plc::bench

@@ -12,11 +12,10 @@
 #include <vector>
 
 #include "bench/bench.h"
+#include "bench/taskblock_types.h"
 #include "core/clock.h"
-#include "picard/taskblock.h"
 #include "runtime/access.h"
 #include "runtime/resource.h"
-#include "taskblocks/registry.h"
 #include "tools/pipeline.h"
 
 namespace plc::bench {
@@ -27,52 +26,6 @@ constexpr std::uint32_t kWires = 8;  ///< from a block of the chain to the next
 constexpr std::uint32_t kScansPerBatch = 20;
 constexpr double kCallLimitNs = 3;
 constexpr double kWireLimit = 1.1;
-
-/// All objects of the last program that was loaded, in the order in which it executes them.
-std::vector<void*> made;
-
-/// Blocks of the shape of a filter, and with eight wires. `kWorks`: they pass their inputs on, plus 1; else they are
-/// empty, and all that is measured is what is around them.
-template <bool kWorks>
-class One final : public picard::Taskblock {
- public:
-  static constexpr picard::Info info{
-      .name = kWorks ? "ONE_WORKING" : "ONE_EMPTY", .group = "Bench", .summary = "One input."};
-  picard::Input<double> in{this, "IN1", "any number"};
-  picard::Output<double> out{this, "OUT1", "IN1 + 1"};
-  One() { made.push_back(this); }
-  void fire() override {
-    if (kWorks) out = in + 1;
-  }
-};
-
-template <bool kWorks>
-class Eight final : public picard::Taskblock {
- public:
-  static constexpr picard::Info info{
-      .name = kWorks ? "EIGHT_WORKING" : "EIGHT_EMPTY", .group = "Bench", .summary = "Eight inputs."};
-  picard::Input<double> in1{this, "IN1", ""}, in2{this, "IN2", ""}, in3{this, "IN3", ""}, in4{this, "IN4", ""},
-      in5{this, "IN5", ""}, in6{this, "IN6", ""}, in7{this, "IN7", ""}, in8{this, "IN8", ""};
-  picard::Output<double> out1{this, "OUT1", "IN1 + 1"}, out2{this, "OUT2", ""}, out3{this, "OUT3", ""},
-      out4{this, "OUT4", ""}, out5{this, "OUT5", ""}, out6{this, "OUT6", ""}, out7{this, "OUT7", ""},
-      out8{this, "OUT8", ""};
-  void fire() override {
-    if (!kWorks) return;
-    out1 = in1 + 1, out2 = in2 + 1, out3 = in3 + 1, out4 = in4 + 1;
-    out5 = in5 + 1, out6 = in6 + 1, out7 = in7 + 1, out8 = in8 + 1;
-  }
-};
-
-PICARD_LINKED_LIBRARY(bench_library, "bench", "1.0.0", One<false>, One<true>, Eight<false>, Eight<true>)
-
-const taskblocks::Registry& registry() {
-  static const taskblocks::Registry all = [] {
-    taskblocks::Registry r;
-    if (const auto problem = r.add(bench_library())) throw std::logic_error(problem->message);
-    return r;
-  }();
-  return all;
-}
 
 enum class Inputs : std::uint8_t {
   kOpen,    ///< nothing is wired
@@ -111,15 +64,15 @@ class Compiled {
     std::ofstream(path) << source(type, blocks, wires, inputs);
     tools::Compilation compilation;
     tools::Request request{path, {}, tools::Goal::kRun};
-    request.taskblocks = &registry();
+    request.taskblocks = &bench_taskblocks();
     tools::compile(request, compilation);
     if (!compilation.ok()) {
       compilation.diagnostics.render(std::cerr);
       throw std::runtime_error("the project of the taskblock benchmark does not compile");
     }
     runtime::ProgramOptions options;
-    options.taskblocks = &registry();
-    made.clear();
+    options.taskblocks = &bench_taskblocks();
+    made_taskblocks().clear();
     auto loaded = runtime::Resource::load(std::move(*compilation.image), options);
     if (!loaded) throw std::runtime_error(loaded.error().message);
     resource_ = std::move(*loaded);
@@ -172,7 +125,8 @@ Verdict measure_calls(std::uint32_t batches) {
     void* object;
   };
   std::vector<Call> calls;
-  for (void* const object : made) calls.push_back({registry().find("ONE_EMPTY")->block->fire, object});
+  for (void* const object : made_taskblocks())
+    calls.push_back({bench_taskblocks().find("ONE_EMPTY")->block->fire, object});
   bool fired = calls.size() == kBlocks;
   const auto call_all = [&] {
     picard_failure failure;

@@ -128,9 +128,9 @@ void ChangeTracker::insist_on(std::uint32_t number) noexcept {
 // RT:
 void ChangeTracker::begin() noexcept {
   if (phase_ == Phase::kWhole && whole_left_-- == 0) phase_ = Phase::kSettling;
-  flags.whole = phase_ == Phase::kWhole ? 1 : 0;
-  flags.settling = 0;
-  flags.look = 1;
+  whole_ = phase_ == Phase::kWhole ? 1 : 0;
+  settling_ = false;
+  look_ = true;
   effort_ = 0;
   runs_ = 0;
 }
@@ -141,16 +141,16 @@ void ChangeTracker::end(const runtime::Machine& machine, bool fine) noexcept {
     count.store(count.load(std::memory_order_relaxed) + more, std::memory_order_relaxed);
   };
   add(counts_.scans, 1);
-  if (phase_ != Phase::kTracking || flags.whole != 0) add(counts_.whole_scans, 1);
+  if (phase_ != Phase::kTracking || whole_ != 0) add(counts_.whole_scans, 1);
   add(counts_.runs, runs_);
   if (phase_ == Phase::kWhole) return;
   if (phase_ == Phase::kSettling) {
-    if (!fine || flags.settling == 0) return;  // the next scan tries again
+    if (!fine || !settling_) return;  // the next scan tries again
     look();
     if (!exhausted()) mark_unsettled(machine);
     phase_ = Phase::kTracking;
   }
-  if (flags.whole == 0 && !exhausted()) return;
+  if (whole_ == 0 && !exhausted()) return;
   phase_ = Phase::kWhole;
   whole_left_ = kWholeScans;
 }
@@ -263,22 +263,22 @@ void ChangeTracker::finish_chunk(runtime::Machine& machine, std::uint32_t chunk,
 const std::byte* ChangeTracker::run(runtime::Machine& machine, std::uint32_t number) noexcept {
   const ChangeTables::Stretch& stretch = tables.stretches[number];
   if (phase_ == Phase::kSettling) {
-    if (flags.settling == 0) {
+    if (!settling_) {
       std::fill(executed_.begin(), executed_.end(), 0);
       events_ = machine.event_count;
-      flags.settling = 1;
+      settling_ = true;
     }
-    if (flags.look != 0) look();
-    if (exhausted()) flags.whole = 1;
+    if (look_) look();
+    if (exhausted()) whole_ = 1;
     executed_[number] = 1;
     return tables.entries[stretch.first];
   }
-  if (flags.look != 0) look();
+  if (look_) look();
   const std::uint32_t end = stretch.first + stretch.chunks;
   const std::uint32_t next = exhausted() ? stretch.first : run_chunks(machine, stretch.first, end);
   // Not all that is dirty is marked any more.
   if (exhausted()) [[unlikely]]
-    flags.whole = 1;
+    whole_ = 1;
   return next < end ? tables.entries[next] : stretch.exit;
 }
 
@@ -330,8 +330,15 @@ bool ChangeTracker::mark(std::uint32_t begin, std::uint32_t end, std::uint32_t t
 }
 
 // RT:
+void ChangeTracker::expect_changes() noexcept {
+  // What groups changed is seen by itself: else they might be thought to have left what comes now.
+  if (settling_ && !look_) look();
+  look_ = true;
+}
+
+// RT:
 void ChangeTracker::look() noexcept {
-  flags.look = 0;
+  look_ = false;
   for (const ChangeTables::Lines& lines : tables.lines) {
     const std::byte* const now = table_ + lines.offset;
     const std::byte* const before = shadow_.data() + lines.offset;

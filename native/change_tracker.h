@@ -110,20 +110,16 @@ class ChangeTracker {
 
   ChangeTables tables;
 
-  /// What the code looks at, byte by byte.
-  struct Flags {
-    std::uint8_t whole = 0;     ///< the rest of this scan runs the plain code
-    std::uint8_t settling = 0;  ///< the plain code runs, and what it changes is about to be seen
-    std::uint8_t look = 0;      ///< anybody may have written anywhere since the table was looked at
-  } flags;
+  /// Not 0 while the rest of the scan runs the plain code alone. What the code looks at.
+  [[nodiscard]] const std::uint8_t& whole() const { return whole_; }
 
   /// Start and end of a scan; `fine`: no fault.
   void begin() noexcept;
   void end(const runtime::Machine& machine, bool fine) noexcept;
   /// The groups of a stretch. Returns where the code goes on: at the exit, or at a chunk that is to run in full.
   const std::byte* run(runtime::Machine& machine, std::uint32_t stretch) noexcept;
-  /// While settling: before an instruction that may write anywhere.
-  void look() noexcept;
+  /// Before an instruction that may write anywhere.
+  void expect_changes() noexcept;
   /// An instruction that is no group wrote the bytes of ChangeTables::outside[list].
   void settle_outside(std::uint32_t list) noexcept;
 
@@ -143,6 +139,7 @@ class ChangeTracker {
   void finish_chunk(runtime::Machine& machine, std::uint32_t chunk, std::uint64_t groups) noexcept;
   void run_code(runtime::Machine& machine, const ChangeTables::Code& code) noexcept;
   [[nodiscard]] bool is_timing(const ChangeTables::Code& code) const noexcept;
+  void look() noexcept;
   void take_over(const ChangeTables::Lines& lines, std::uint32_t line) noexcept;
   void settle(const ChangeTables::Span& span, bool outside) noexcept;
   bool mark(std::uint32_t begin, std::uint32_t end, std::uint32_t toggled) noexcept;
@@ -161,6 +158,9 @@ class ChangeTracker {
   std::vector<std::uint64_t> dirty_chunks_;  ///< bits of chunks that may be dirty
   std::vector<std::uint8_t> executed_;  ///< by stretch, while settling
   Phase phase_ = Phase::kSettling;
+  std::uint8_t whole_ = 0;  ///< see whole()
+  bool settling_ = false;   ///< the plain code runs, and what it changes is about to be seen
+  bool look_ = false;       ///< anybody may have written anywhere since the table was looked at
   std::uint32_t whole_left_ = 0;
   std::uint32_t effort_ = 0;
   std::uint32_t limit_;  ///< of the effort

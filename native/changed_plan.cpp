@@ -24,8 +24,7 @@ constexpr std::uint32_t kCodeEffort = 12;
 constexpr std::uint32_t kMarkOf = ChangeTables::kOutput * 2;
 
 bool is_run(const LinkedInstruction& instruction) {
-  const Form form = operation_of(instruction.op).form;
-  return form == Form::kShortRecords4 || form == Form::kShortRecords5 || form == Form::kGeneralRecords;
+  return is_boolean_run(operation_of(instruction.op).form);
 }
 bool is(const LinkedInstruction& instruction, Form form) { return operation_of(instruction.op).form == form; }
 

@@ -1,5 +1,7 @@
 #include "native/compile.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cstring>
 #include <span>
@@ -31,6 +33,14 @@ constexpr std::size_t kCodeWithGroups = 3;
 /// Initial values of a function's frame that are written by instructions of their own; more is copied.
 constexpr std::uint32_t kInlineFrameBytes = 64;
 
+/// Code of more records than this runs slower than the records themselves: a record takes about 40 bytes of code, and
+/// from one and a half times the processor's second cache on fetching it costs more than looking up (bench/README.md).
+std::size_t most_records_as_code() {
+  constexpr long kUsualCache = 1024 * 1024;
+  const long cache = ::sysconf(_SC_LEVEL2_CACHE_SIZE);
+  return static_cast<std::size_t>(cache > 0 ? cache : kUsualCache) * 3 / 2 / 40;
+}
+
 class TaskCompiler {
  public:
   /// `plan` and `tracker` are null when each scan executes everything.
@@ -43,8 +53,9 @@ class TaskCompiler {
         words_(linked.data(), linked.data() + linked.words.size() / sizeof(std::uint32_t)),
         marks_(linked.marks) {}
 
-  void compile() {
-    for (const LinkedBody& body : linked_.bodies) entries_.emplace(body.entry, s_.a.newLabel());
+  void compile(const CompileOptions& options) {
+    records_as_data_ = records() > options.most_records_as_code.value_or(most_records_as_code());
+    for (const LinkedBody& body : linked_.bodies) entries_.emplace(body.entry, s_.label());
     entry();
     for (std::size_t b = 0; b < linked_.bodies.size(); ++b) {
       const std::size_t begin = s_.size();
@@ -52,9 +63,18 @@ class TaskCompiler {
       body(linked_.bodies[b], last ? linked_.instructions.size() : linked_.bodies[b + 1].first);
       report_.bodies.push_back({linked_.bodies[b].pou, s_.size() - begin});
     }
-    if (plan_ != nullptr) code_groups();
+    if (plan_ != nullptr) write_groups();
     s_.write_data();
     report_.code_bytes = s_.size();
+  }
+
+  /// All boolean logic of the task.
+  [[nodiscard]] std::size_t records() const {
+    std::size_t count = 0;
+    for (const LinkedInstruction& instruction : linked_.instructions) {
+      if (is_boolean_run(operation_of(instruction.op).form)) count += linked_.data()[instruction.position + 1];
+    }
+    return count;
   }
 
   [[nodiscard]] const std::string& problem() const { return s_.problem(); }
@@ -71,44 +91,35 @@ class TaskCompiler {
  private:
   /// What C++ calls: bool (Machine&).
   void entry() {
-    s_.a.push(x86::rbx);
-    s_.a.mov(x86::rbx, x86::rdi);
+    s_.begin_entry();
+    if (tracker_) call_tracker(&begin_changed);
+    s_.call_body(entries_.at(linked_.entry));
     if (tracker_) {
-      call_tracker(&begin_changed);
-      s_.a.call(entries_.at(linked_.entry));
-      s_.a.sub(x86::rsp, 16);
-      s_.a.mov(x86::dword_ptr(x86::rsp), x86::eax);
-      s_.a.mov(x86::rsi, x86::rbx);
-      s_.a.movzx(x86::edx, x86::al);
+      s_.pass_result(2);
+      s_.pass_machine(1);
       call_tracker(&end_changed);
-      s_.a.mov(x86::eax, x86::dword_ptr(x86::rsp));
-      s_.a.add(x86::rsp, 16);
-    } else {
-      s_.a.call(entries_.at(linked_.entry));
     }
-    s_.a.pop(x86::rbx);
-    s_.a.ret();
+    s_.end_entry();
   }
 
-  // ---- one body: bool (); in relative bodies the instance is in rdi
+  // ---- one body
 
   void body(const LinkedBody& body, std::size_t end) {
     const std::span<const LinkedInstruction> instructions =
         std::span(linked_.instructions).subspan(body.first, end - body.first);
     s_.relative = body.addressing == Addressing::kRelative;
-    counts_events_ = false;
+    bool counts_events = false;
     targets_.clear();
     for (const LinkedInstruction& instruction : instructions) {
-      const Operation operation = operation_of(instruction.op);
-      counts_events_ = counts_events_ || operation.form == Form::kEno;
+      counts_events = counts_events || operation_of(instruction.op).form == Form::kEno;
       expect_target(instruction);
     }
-    failed_ = s_.a.newLabel();
+    failed_ = s_.label();
     s_.land(entries_.at(body.entry));
-    prologue();
+    s_.begin_body(counts_events);
     for (std::size_t i = 0; i < instructions.size();) {
       land_at(instructions[i]);
-      const auto* const stretch = plan_ != nullptr ? plan_->stretch_at(body.first + i) : nullptr;
+      const ChangedPlan::Stretch* const stretch = plan_ != nullptr ? plan_->stretch_at(body.first + i) : nullptr;
       if (stretch != nullptr) {
         run_stretch(*stretch);
         i = stretch->end - body.first;
@@ -116,7 +127,7 @@ class TaskCompiler {
       }
       const std::size_t next = next_of(instructions, i);
       const ChangedPlan::Outside outside = outside_of(body.first + i, body.first + next);
-      if (outside.effect == ChangedPlan::Outside::Effect::kAnywhere) expect_changes();
+      if (outside.effect == ChangedPlan::Outside::Effect::kAnywhere) call_tracker(&expect_changes);
       if (is_interpreted(instructions[i])) {
         interpret(body, instructions, i, next);
       } else {
@@ -124,41 +135,19 @@ class TaskCompiler {
       }
       if (outside.effect == ChangedPlan::Outside::Effect::kList) settle(outside.list);
       i = next;
+      s_.keep_asides_near();
     }
     s_.write_asides();
-    s_.a.bind(failed_);
-    s_.a.xor_(x86::eax, x86::eax);
-    epilogue();
+    s_.land(failed_);
+    s_.leave_body(false);
   }
 
-  /// Leaves the stack as C++ wants it for calls. A return address lies on it already.
-  void prologue() {
-    if (s_.relative) {
-      s_.a.push(x86::r13);
-      s_.a.mov(x86::r13, x86::rdi);
-    }
-    if (counts_events_) {
-      s_.a.push(x86::r14);
-      s_.a.mov(x86::r14, machine::event_count());
-    }
-    if (s_.relative == counts_events_) s_.a.sub(x86::rsp, 8);
-  }
-  void epilogue() {
-    if (s_.relative == counts_events_) s_.a.add(x86::rsp, 8);
-    if (counts_events_) s_.a.pop(x86::r14);
-    if (s_.relative) s_.a.pop(x86::r13);
-    s_.a.ret();
-  }
   /// The scan ends here unless what was called returned TRUE.
-  void check() {
-    s_.a.test(x86::al, x86::al);
-    s_.a.jz(failed_);
-  }
-  void note_place(std::uint32_t position) { s_.a.mov(machine::place(), position); }
+  void check() { s_.jump_if_result(false, failed_); }
 
   /// Where a jump goes.
   [[nodiscard]] std::optional<std::uint32_t> target_of(Form form, std::uint32_t position) const {
-    const std::uint32_t* const words = words_.data() + position;
+    const std::uint32_t* const words = linked_.data() + position;
     switch (form) {
       case Form::kJump:
       case Form::kLoopJump:
@@ -176,28 +165,24 @@ class TaskCompiler {
 
   // ---- scans that leave groups out (change_tracker.h)
 
+  /// With what else it takes in arguments 1 and 2.
   template <class Result, class... Arguments>
   void call_tracker(Result (*function)(ChangeTracker&, Arguments...) noexcept) {
-    s_.a.mov(x86::rdi, reinterpret_cast<std::uint64_t>(tracker_.get()));
+    s_.pass(0, reinterpret_cast<std::uint64_t>(tracker_.get()));
     s_.call(function);
-  }
-  void jump_if(const std::uint8_t& flag, const asmjit::Label& to) {
-    s_.a.mov(x86::rax, reinterpret_cast<std::uint64_t>(&flag));
-    s_.a.cmp(x86::byte_ptr(x86::rax), 0);
-    s_.a.jne(to);
   }
 
   /// Groups: the dirty ones, by the tracker, or the straight code of all, from one of the chunks on.
   void run_stretch(const ChangedPlan::Stretch& stretch) {
-    for (std::size_t c = 0; c < stretch.chunks.size(); ++c) chunks_.push_back(s_.a.newLabel());
-    const asmjit::Label* const chunks = chunks_.data() + chunks_.size() - stretch.chunks.size();
-    jump_if(tracker_->flags.whole, chunks[0]);
-    s_.a.mov(x86::rsi, x86::rbx);
-    s_.a.mov(x86::edx, stretch.number);
+    const std::size_t first = chunks_.size();
+    for (std::size_t c = 0; c < stretch.chunks.size(); ++c) chunks_.push_back(s_.label());
+    s_.jump_if_set(tracker_->whole(), chunks_[first]);
+    s_.pass(2, stretch.number);
+    s_.pass_machine(1);
     call_tracker(&run_changed);
-    s_.a.jmp(x86::rax);
+    s_.jump_to_result();
     for (std::size_t c = 0; c < stretch.chunks.size(); ++c) {
-      s_.land(chunks[c]);
+      s_.land(chunks_[first + c]);
       for (const ChangedPlan::Piece& piece : stretch.chunks[c]) {
         const LinkedInstruction& instruction = linked_.instructions[piece.instruction];
         if (piece.first_record == 0 && piece.instruction != stretch.begin) land_at(instruction);
@@ -206,23 +191,25 @@ class TaskCompiler {
         } else {
           translate(instruction);
         }
+        s_.keep_asides_near();
       }
     }
-    exits_.push_back(s_.a.newLabel());
+    exits_.push_back(s_.label());
     s_.land(exits_.back());
   }
   /// Some records of a boolean run, as a run of their own.
   void translate_some(const LinkedInstruction& instruction, std::uint32_t first, std::uint32_t count) {
-    const std::uint32_t* const w = words_.data() + instruction.position;
-    std::vector<std::uint32_t> words(w, w + 2);
-    words[1] = count;
-    if (operation_of(instruction.op).form == Form::kGeneralRecords) {
+    const Operation operation = operation_of(instruction.op);
+    if (records_as_data_) return call_records(instruction.position, operation.form, first, count);
+    const std::uint32_t* const w = linked_.data() + instruction.position;
+    std::vector<std::uint32_t> words = {w[0], count};
+    if (operation.form == Form::kGeneralRecords) {
       const std::uint32_t* const records = w + 2 + std::size_t{first} * runtime::kGeneralRecordWords;
       words.insert(words.end(), records, records + std::size_t{count} * runtime::kGeneralRecordWords);
     } else {
       words.insert(words.end(), {w[2], w[3] + first * runtime::kShortRecordWords});
     }
-    translate({words.data(), instruction.position, operation_of(instruction.op)});
+    translate_records(s_, {words.data(), instruction.position, operation}, linked_.data(), expressions_);
   }
 
   /// What instructions outside of groups, [first, end), do to groups.
@@ -235,60 +222,36 @@ class TaskCompiler {
     }
     return {};
   }
-  /// The next instruction may write anywhere.
-  void expect_changes() {
-    const asmjit::Label known = s_.a.newLabel();
-    const asmjit::Label settling = s_.a.newLabel();
-    s_.forget();
-    jump_if(tracker_->flags.look, known);
-    s_.a.mov(x86::byte_ptr(x86::rax), 1);
-    jump_if(tracker_->flags.settling, settling);
-    s_.a.bind(known);
-    s_.aside([this, known, settling] {
-      s_.a.bind(settling);
-      call_tracker(&look_changed);
-      s_.a.mov(x86::rax, reinterpret_cast<std::uint64_t>(&tracker_->flags.look));
-      s_.a.mov(x86::byte_ptr(x86::rax), 1);
-      s_.a.jmp(known);
-    });
-  }
   /// The instruction in front wrote what list `list` says.
   void settle(std::uint32_t list) {
-    const asmjit::Label whole = s_.a.newLabel();
-    s_.forget();
-    jump_if(tracker_->flags.whole, whole);
-    s_.a.mov(x86::esi, list);
+    const asmjit::Label whole = s_.label();
+    s_.jump_if_set(tracker_->whole(), whole);
+    s_.pass(1, list);
     call_tracker(&settle_changed);
-    s_.a.bind(whole);
+    s_.land(whole);
   }
 
-  /// Groups that are code once more, as functions: void (Machine&).
-  void code_groups() {
+  /// Groups that are code once more, as functions: bool (Machine&).
+  void write_groups() {
     s_.relative = false;
     for (const ChangedPlan::CodeGroup& group : plan_->code_groups()) {
-      counts_events_ = group.counts_events;
       targets_.clear();
       for (std::size_t i = group.begin; i < group.end; ++i) expect_target(linked_.instructions[i]);
-      groups_.push_back(s_.a.newLabel());
+      const asmjit::Label body = s_.label();
+      groups_.push_back(s_.label());
       s_.land(groups_.back());
-      s_.a.push(x86::rbx);
-      s_.a.mov(x86::rbx, x86::rdi);
-      if (counts_events_) {
-        s_.a.push(x86::r14);
-        s_.a.mov(x86::r14, machine::event_count());
-        s_.a.sub(x86::rsp, 8);
-      }
+      s_.begin_entry();
+      s_.call_body(body);
+      s_.end_entry();
+      s_.land(body);
+      s_.begin_body(group.counts_events);
       for (std::size_t i = group.begin; i < group.end; ++i) {
         land_at(linked_.instructions[i]);
         translate(linked_.instructions[i]);
       }
-      if (group.end < linked_.instructions.size()) land_at(linked_.instructions[group.end]);
-      if (counts_events_) {
-        s_.a.add(x86::rsp, 8);
-        s_.a.pop(x86::r14);
-      }
-      s_.a.pop(x86::rbx);
-      s_.a.ret();
+      // A RETURN at least lies behind it.
+      land_at(linked_.instructions[group.end]);
+      s_.leave_body(true);
       s_.write_asides();
     }
   }
@@ -307,28 +270,28 @@ class TaskCompiler {
   }
   void expect_target(const LinkedInstruction& instruction) {
     if (const auto target = target_of(operation_of(instruction.op).form, instruction.position)) {
-      targets_.try_emplace(*target, s_.a.newLabel());
+      targets_.try_emplace(*target, s_.label());
     }
   }
   static bool is_interpreted(const LinkedInstruction& instruction) {
     return operation_of(instruction.op).form == Form::kInterpreted;
   }
   void translate(const LinkedInstruction& instruction) {
-    translate({words_.data() + instruction.position, instruction.position, operation_of(instruction.op)});
+    // Not in words_, which grow while code behind the body (Emitter::aside) still reads the instruction.
+    const std::uint32_t position = instruction.position;
+    translate({linked_.data() + position, position, operation_of(instruction.op)});
   }
   void translate(const Instruction& i) {
     const std::uint32_t* const w = i.words;
     switch (i.operation.form) {
       case Form::kReturn:
-        s_.a.mov(x86::eax, 1);
-        epilogue();
-        return s_.forget();
+        return s_.leave_body(true);
       case Form::kJump:
-        s_.a.jmp(targets_.at(w[1]));
-        return s_.forget();
+        return s_.jump(targets_.at(w[1]));
       case Form::kJumpUnless:
+        return s_.jump_if(w[1], false, targets_.at(w[2]));
       case Form::kJumpIf:
-        return conditional_jump(i);
+        return s_.jump_if(w[1], true, targets_.at(w[2]));
       case Form::kLoopJump:
         return loop_jump(i);
       case Form::kCompareJumpUnless:
@@ -337,71 +300,73 @@ class TaskCompiler {
       case Form::kShortRecords4:
       case Form::kShortRecords5:
       case Form::kGeneralRecords:
-        return translate_records(s_, i, words_.data(), expressions_);
+        if (records_as_data_ && !s_.relative) return call_records(i.position, i.operation.form, 0, w[1]);
+        return translate_records(s_, i, linked_.data(), expressions_);
       case Form::kRunBlock:
         if (translate_block(s_, runtime::load_pointer<stdlib::Step>(w + 1), w[3])) return;
-        s_.address(x86::rdi, w[3]);
-        s_.a.lea(x86::rsi, machine::step());
+        s_.pass_step(1);
+        s_.pass_address(0, w[3]);
         return s_.call_address(runtime::load<std::uint64_t>(w + 1));
       case Form::kRunTaskblock:
-        s_.a.mov(x86::rdi, x86::rbx);
-        s_.a.mov(x86::esi, i.position);
-        s_.address(x86::rdx, w[1]);
+        s_.pass_address(2, w[1]);
+        s_.pass(1, i.position);
+        s_.pass_machine(0);
         s_.call(&run_taskblock);
         return check();
       case Form::kCallFixed:
-        note_place(i.position);
+        s_.note_place(i.position);
         return call_body(w[1]);
       case Form::kCallRelative:
-        s_.address(x86::rdi, w[2]);
+        s_.pass_address(0, w[2]);
         return call_body(w[1]);
       case Form::kCallFunction:
         return call_function(i);
       case Form::kCallLibrary:
+        // Written later, when the words may lie elsewhere.
+        if (translate_library(s_, i, [this, position = i.position, operation = i.operation] {
+              call_library({words_.data() + position, position, operation});
+            })) {
+          return;
+        }
         return call_library(i);
       case Form::kClearEvent:
-        if (counts_events_) s_.a.mov(x86::r14, machine::event_count());
-        return;
+        return s_.mark_events();
       case Form::kEno:
-        s_.a.cmp(x86::r14, machine::event_count());
-        s_.a.sete(x86::al);
-        return s_.store(w[1], 1, reg::kAx);
+        return s_.store_no_event(w[1]);
       default:
         return translate_data(s_, i);
     }
   }
 
-  void conditional_jump(const Instruction& i) {
-    const std::uint32_t condition = i.words[1];
-    if (s_.holds(condition, 1)) {
-      s_.a.test(gp(s_.holder(), 1), gp(s_.holder(), 1));
-    } else {
-      s_.a.cmp(s_.at(condition, 1), 0);
-    }
-    s_.a.j(i.operation.form == Form::kJumpIf ? x86::CondCode::kNZ : x86::CondCode::kZ, targets_.at(i.words[2]));
+  /// Records of a boolean run in the program, which outlives its native code. Words: count, then the window and the
+  /// position of short records, or general records.
+  void call_records(std::uint32_t position, Form form, std::uint32_t first, std::uint32_t count) {
+    const std::uint32_t* const w = linked_.data() + position;
+    const bool general = form == Form::kGeneralRecords;
+    const std::uint32_t* const records = general ? w + 2 + std::size_t{first} * runtime::kGeneralRecordWords
+                                                 : linked_.data() + w[3] + std::size_t{first} * runtime::kShortRecordWords;
+    s_.pass(2, count);
+    s_.pass(1, reinterpret_cast<std::uint64_t>(records));
+    s_.pass_address(0, general ? 0 : w[2]);
+    if (general) return s_.call(&run_general_records);
+    s_.call(form == Form::kShortRecords4 ? &run_records_of_4 : &run_records_of_5);
   }
 
   void loop_jump(const Instruction& i) {
-    const asmjit::Label over = s_.a.newLabel();
-    s_.a.mov(x86::eax, machine::loops_left());
-    note_place(i.position);
-    s_.a.sub(x86::eax, 1);
-    s_.a.jb(over);
-    s_.a.mov(machine::loops_left(), x86::eax);
-    s_.a.jmp(targets_.at(i.words[1]));
-    s_.forget();
+    const asmjit::Label over = s_.label();
+    s_.take_loop(i.position, over);
+    s_.jump(targets_.at(i.words[1]));
     s_.aside([this, over, position = i.position] {
-      s_.a.bind(over);
-      s_.a.mov(x86::rdi, x86::rbx);
-      s_.a.mov(x86::esi, position);
+      s_.land(over);
+      s_.pass(1, position);
+      s_.pass_machine(0);
       s_.call(&fail_loop);
-      s_.a.jmp(failed_);
+      s_.jump(failed_);
     });
   }
 
   void call_body(std::uint32_t entry) {
-    s_.forget();
-    s_.a.call(entries_.at(entry));
+    s_.call_body(entries_.at(entry));
     check();
   }
 
@@ -420,19 +385,17 @@ class TaskCompiler {
     }
   }
   void reset_frame(std::uint32_t frame, const std::byte* initial, std::uint32_t bytes) {
-    s_.forget();
     if (bytes > kInlineFrameBytes) {
-      s_.address(x86::rdi, frame);
-      s_.a.mov(x86::rsi, reinterpret_cast<std::uint64_t>(initial));
-      s_.a.mov(x86::edx, bytes);
+      s_.pass(2, bytes);
+      s_.pass(1, reinterpret_cast<std::uint64_t>(initial));
+      s_.pass_address(0, frame);
       return s_.call_address(reinterpret_cast<std::uint64_t>(&std::memcpy));
     }
     for (std::uint32_t at = 0; at < bytes;) {
       const unsigned step = bytes - at >= 8 ? 8 : bytes - at >= 4 ? 4 : bytes - at >= 2 ? 2 : 1;
       std::uint64_t value = 0;
       std::memcpy(&value, initial + at, step);
-      s_.a.mov(x86::rax, value);
-      s_.a.mov(s_.at(frame + at, step), gp(reg::kAx, step));
+      s_.store_constant(frame + at, step, value);
       at += step;
     }
   }
@@ -443,65 +406,44 @@ class TaskCompiler {
       case 2:
       case 4:
       case 8:
-        s_.forget();
-        s_.load(reg::kAx, argument[1], argument[2]);
-        return s_.store(argument[0], argument[2], reg::kAx);
+        return s_.move(argument[0], argument[1], argument[2]);
       case runtime::kPassStr:
       case runtime::kPassWstr:
         break;
       default:
-        s_.address(x86::rdi, argument[0]);
-        s_.address(x86::rsi, argument[1]);
-        s_.a.mov(x86::edx, argument[2]);
+        s_.pass(2, argument[2]);
+        s_.pass_address(1, argument[1]);
+        s_.pass_address(0, argument[0]);
         return s_.call_address(reinterpret_cast<std::uint64_t>(&std::memmove));
     }
-    const asmjit::Label cut = s_.a.newLabel();
-    const asmjit::Label done = s_.a.newLabel();
-    s_.address(x86::rdi, argument[0]);
-    s_.address(x86::rsi, argument[1]);
-    s_.a.mov(x86::edx, argument[3]);
-    s_.a.mov(x86::ecx, argument[2] == runtime::kPassStr ? 1 : 2);
+    s_.pass(3, argument[2] == runtime::kPassStr ? 1 : 2);
+    s_.pass(2, argument[3]);
+    s_.pass_address(1, argument[1]);
+    s_.pass_address(0, argument[0]);
     s_.call(&copy_text);
-    s_.a.test(x86::al, x86::al);
-    s_.a.jz(cut);
-    s_.a.bind(done);
+    const asmjit::Label cut = s_.label();
+    const asmjit::Label done = s_.label();
+    s_.jump_if_result(false, cut);
+    s_.bind(done);
     s_.aside([this, cut, done, position] {
-      s_.a.bind(cut);
+      s_.land(cut);
       s_.raise(position, static_cast<int>(stdlib::Event::kTruncated));
-      s_.a.jmp(done);
+      s_.jump(done);
     });
   }
 
   /// Words: kernel (2), arguments, result, then the arguments.
   void call_library(const Instruction& i) {
     const std::uint32_t* const w = i.words;
-    const std::uint32_t count = w[3];
-    const std::uint32_t stack = s_.relative ? (count * 8 + 15) / 16 * 16 : 0;
-    if (s_.relative) {
-      s_.a.sub(x86::rsp, stack);
-      for (std::uint32_t n = 0; n < count; ++n) {
-        s_.address(x86::rax, w[5 + n]);
-        s_.a.mov(x86::qword_ptr(x86::rsp, static_cast<std::int32_t>(n * 8)), x86::rax);
-      }
-      s_.a.mov(x86::rsi, x86::rsp);
-    } else {
-      std::vector<std::uint64_t> arguments;
-      for (std::uint32_t n = 0; n < count; ++n) arguments.push_back(s_.address_of(w[5 + n]));
-      s_.a.lea(x86::rsi, x86::ptr(s_.data(std::move(arguments))));
-    }
-    s_.address(x86::rdi, w[4]);
-    s_.a.mov(x86::edx, count);
-    s_.call_address(runtime::load<std::uint64_t>(w + 1));
-    if (s_.relative) s_.a.add(x86::rsp, stack);
-    const asmjit::Label event = s_.a.newLabel();
-    const asmjit::Label done = s_.a.newLabel();
-    s_.a.test(x86::al, x86::al);
-    s_.a.jnz(event);
-    s_.a.bind(done);
+    s_.call_kernel(runtime::load<std::uint64_t>(w + 1), w[4], {w + 5, w[3]});
+    const asmjit::Label event = s_.label();
+    const asmjit::Label done = s_.label();
+    s_.jump_if_result(true, event);
+    s_.bind(done);
     s_.aside([this, event, done, position = i.position] {
-      s_.a.bind(event);
+      s_.land(event);
       s_.raise(position, -1);
-      s_.a.jmp(done);
+      s_.jump(done);
     });
   }
 
@@ -530,14 +472,14 @@ class TaskCompiler {
       ++report_.interpreted[instructions[i].op];
     }
     words_.push_back(runtime::handler_word(body.addressing, runtime::ResolvedOp::kReturn));
-    s_.a.mov(x86::rdi, x86::rbx);
-    s_.a.mov(x86::esi, static_cast<std::uint32_t>(body.addressing));
-    s_.a.mov(x86::edx, start);
     if (s_.relative) {
-      s_.instance_offset(x86::rcx);
+      s_.pass_instance_offset(3);
     } else {
-      s_.a.xor_(x86::ecx, x86::ecx);
+      s_.pass(3, 0);
     }
+    s_.pass(2, start);
+    s_.pass(1, static_cast<std::uint64_t>(body.addressing));
+    s_.pass_machine(0);
     s_.call(&runtime::run_body);
     check();
   }
@@ -557,7 +499,7 @@ class TaskCompiler {
   std::unordered_map<std::uint32_t, asmjit::Label> entries_;  ///< of bodies, by position
   std::unordered_map<std::uint32_t, asmjit::Label> targets_;  ///< of jumps in this body, by position
   asmjit::Label failed_;                                      ///< of this body: the scan is over
-  bool counts_events_ = false;                                ///< this body has an ENO
+  bool records_as_data_ = false;                              ///< boolean logic is not made code
   std::vector<asmjit::Label> chunks_;                         ///< by chunk: its straight code
   std::vector<asmjit::Label> exits_;                          ///< of stretches
   std::vector<asmjit::Label> groups_;                         ///< that are code
@@ -580,7 +522,7 @@ core::Result<std::unique_ptr<NativeTask>> compile(runtime::Program& program, con
   auto memory = CodeMemory::reserve(table, bytes);
   if (!memory) return memory.error();
   TaskCompiler compiler(linked, table.data(), memory->address(), plan.get(), std::move(tracker));
-  compiler.compile();
+  compiler.compile(options);
   const std::vector<std::byte> code = compiler.code();
   if (!compiler.problem().empty() || code.size() > memory->reserved()) {
     return core::Problem{core::Code::P9001, "native code could not be made: " + compiler.problem(), {}};

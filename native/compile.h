@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -63,6 +64,9 @@ class NativeTask final : public runtime::CompiledTask {
 inline constexpr auto kPatience = static_cast<std::uint32_t>(100 * runtime::kChangedShare);
 
 struct CompileOptions {
+  /// Boolean logic of more look-up records than this is not made code; nothing = as many as this processor's second
+  /// cache holds as code.
+  std::optional<std::size_t> most_records_as_code = std::nullopt;
   /// Scans leave out what would change nothing, because none of its inputs changed (docs/adr/0022).
   bool changed = false;
   /// Most that finding and running changed parts one by one may take before the rest of a scan runs as a whole; in

@@ -269,8 +269,7 @@ const Footprints::Writes& Footprints::writes_of_body(std::uint32_t entry) {
       body + 1 < linked_.bodies.size() ? linked_.bodies[body + 1].first : linked_.instructions.size();
   for (std::size_t i = linked_.bodies[body].first; i < end && writes; ++i) {
     const LinkedInstruction& instruction = linked_.instructions[i];
-    const Form form = operation_of(instruction.op).form;
-    if (form == Form::kShortRecords4 || form == Form::kShortRecords5 || form == Form::kGeneralRecords) {
+    if (is_boolean_run(operation_of(instruction.op).form)) {
       for (const GeneralRecord& record : records_of(instruction)) writes->push_back({record.out, 1});
       continue;
     }

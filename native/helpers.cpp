@@ -1,5 +1,6 @@
 #include "native/helpers.h"
 
+#include "runtime/bool_run.h"
 #include "runtime/operations.h"
 #include "runtime/taskblocks.h"
 
@@ -24,6 +25,24 @@ bool run_taskblock(runtime::Machine& machine, std::uint32_t position, std::byte*
 }
 
 // RT:
+void run_records_of_4(std::uint8_t* window, const std::uint32_t* records, std::uint32_t count) noexcept {
+  runtime::run_short<4>(window, records, count);
+}
+
+// RT:
+void run_records_of_5(std::uint8_t* window, const std::uint32_t* records, std::uint32_t count) noexcept {
+  runtime::run_short<5>(window, records, count);
+}
+
+// RT:
+void run_general_records(std::uint8_t* table, const std::uint32_t* records, std::uint32_t count) noexcept {
+  const std::uint32_t* const end = records + std::size_t{count} * runtime::kGeneralRecordWords;
+  for (; records != end; records += runtime::kGeneralRecordWords) {
+    runtime::run_general(records, [table](std::uint32_t operand) noexcept { return table + operand; });
+  }
+}
+
+// RT:
 bool copy_text(std::byte* to, const std::byte* from, std::uint32_t capacities, std::uint32_t width) noexcept {
   return runtime::copy_string(to, from, capacities, width);
 }
@@ -31,15 +50,16 @@ bool copy_text(std::byte* to, const std::byte* from, std::uint32_t capacities, s
 // RT:
 void begin_changed(ChangeTracker& tracker) noexcept { tracker.begin(); }
 // RT:
-void end_changed(ChangeTracker& tracker, const runtime::Machine& machine, bool fine) noexcept {
+bool end_changed(ChangeTracker& tracker, const runtime::Machine& machine, bool fine) noexcept {
   tracker.end(machine, fine);
+  return fine;
 }
 // RT:
 const std::byte* run_changed(ChangeTracker& tracker, runtime::Machine& machine, std::uint32_t stretch) noexcept {
   return tracker.run(machine, stretch);
 }
 // RT:
-void look_changed(ChangeTracker& tracker) noexcept { tracker.look(); }
+void expect_changes(ChangeTracker& tracker) noexcept { tracker.expect_changes(); }
 // RT:
 void settle_changed(ChangeTracker& tracker, std::uint32_t list) noexcept { tracker.settle_outside(list); }
 

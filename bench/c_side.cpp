@@ -1,0 +1,126 @@
+#include <dlfcn.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstdlib>
+#include <fstream>
+#include <iostream>
+#include <thread>
+
+#include "bench/side.h"
+#include "bench/taskblock_types.h"
+#include "picard/taskblock.h"
+
+namespace plc::bench {
+namespace {
+
+/// No value of C's differs from ours with these: no fused multiplication where the processor has one, no errno.
+/// Hidden, as in a program: arrays are reached without a table of addresses.
+constexpr const char* kFlags = "-O2 -fno-math-errno -ffp-contract=off -fPIC -fvisibility=hidden";
+
+constexpr const char* kShown = "__attribute__((visibility(\"default\"))) ";
+
+/// plc_variables: where all that is compared lies. Since others can see it, the compiler keeps every store.
+std::string table_of_variables(const Source& source) {
+  std::string out = fmt::format("{}void *plc_variables[] = {{\n", kShown);
+  for (const Variable& variable : source.variables) out += fmt::format("  &{},\n", variable.c);
+  return out + "};\n";
+}
+
+/// Runs all commands, as many at a time as there are processors. False when one failed.
+bool run_all(const std::vector<std::string>& commands) {
+  std::atomic<std::size_t> next = 0;
+  std::atomic<bool> good = true;
+  std::vector<std::jthread> workers;
+  for (unsigned i = 0; i < std::max(1u, std::thread::hardware_concurrency()); ++i) {
+    workers.emplace_back([&] {
+      for (std::size_t c = next++; c < commands.size(); c = next++) {
+        if (std::system(commands[c].c_str()) != 0) good = false;
+      }
+    });
+  }
+  workers.clear();
+  return good;
+}
+
+class CSide final : public Side {
+ public:
+  explicit CSide(void* library) : library_(library) {}
+  ~CSide() override { ::dlclose(library_); }
+  CSide(const CSide&) = delete;
+  CSide& operator=(const CSide&) = delete;
+
+  /// `image`: of taskblocks, whose objects need ports to be bound to.
+  bool find(const bytecode::VerifiedImage& image, const Source& source) {
+    scan_ = reinterpret_cast<void (*)(long long)>(symbol("plc_scan"));
+    if (scan_ == nullptr) return false;
+    if (source.taskblocks == 0) {
+      auto* const table = static_cast<unsigned char**>(symbol("plc_variables"));
+      if (table != nullptr) variables_.assign(table, table + source.variables.size());
+      return table != nullptr;
+    }
+    made_taskblocks().clear();
+    owner_ = make_plc_side(image, source, Engine::kInterpreter);
+    struct Call {
+      int (*fire)(void* object, picard_failure* failure);
+      void* object;
+    };
+    auto* const calls = static_cast<Call*>(symbol("plc_calls"));
+    auto* const failure = static_cast<picard_failure**>(symbol("plc_failure"));
+    if (owner_ == nullptr || calls == nullptr || failure == nullptr) return false;
+    const std::vector<void*>& made = made_taskblocks();
+    if (made.size() != source.taskblocks) return false;
+    for (std::size_t i = 0; i < made.size(); ++i) {
+      calls[i] = {bench_taskblocks().find("ONE_WORKING")->block->fire, made[i]};
+    }
+    *failure = &failure_;
+    variables_ = owner_->variables();
+    return true;
+  }
+  bool scan(core::TimeNs now_ns) override {
+    scan_(now_ns);
+    return true;
+  }
+
+ private:
+  void* symbol(const char* name) {
+    void* const found = ::dlsym(library_, name);
+    if (found == nullptr) std::cerr << "the C does not show " << name << '\n';
+    return found;
+  }
+
+  void* library_;
+  std::unique_ptr<Side> owner_;  ///< of the taskblocks; never runs
+  picard_failure failure_{};
+  void (*scan_)(long long) = nullptr;
+};
+
+}  // namespace
+
+std::unique_ptr<Side> make_c_side(const bytecode::VerifiedImage& image, const Source& source, bool barriers) {
+  const Scratch scratch;
+  const std::string object = scratch.file("scan.so");
+  std::string link = fmt::format("{} -shared -o {}", PLC_C_COMPILER, object);
+  std::vector<std::string> commands;
+  for (std::size_t i = 0; i < source.c.size(); ++i) {
+    const std::string name = scratch.file(std::to_string(i));
+    std::ofstream(name + ".c") << kShown << "void plc_scan(long long);\n"
+                               << source.c[i]
+                               << (i + 1 == source.c.size() && source.taskblocks == 0 ? table_of_variables(source)
+                                                                                      : "");
+    commands.push_back(
+        fmt::format("{} {} {} -c -o {}.o {}.c", PLC_C_COMPILER, kFlags, barriers ? "" : "-DBARRIER=", name, name));
+    link += fmt::format(" {}.o", name);
+  }
+  if (!run_all(commands) || !run_all({link + " -lm"})) return nullptr;
+  void* const library = ::dlopen(object.c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (library == nullptr) {
+    std::cerr << ::dlerror() << '\n';
+    return nullptr;
+  }
+  auto side = std::make_unique<CSide>(library);
+  return side->find(image, source) ? std::move(side) : nullptr;
+}
+
+}  // namespace plc::bench

@@ -1,0 +1,45 @@
+// plc-gen-workload: writes a workload of the benchmark, made from a seed, as a PLCopen project and as C (see
+// workload.h).
+#include <CLI/CLI.hpp>
+#include <fstream>
+#include <iostream>
+#include <string>
+
+#include "bench/workload.h"
+
+int main(int argc, char** argv) {
+  using namespace plc::bench;
+  std::string names;
+  for (const Workload& workload : workloads()) names += std::string(names.empty() ? "" : ", ") + workload.name;
+  CLI::App app{
+      "Writes a workload of the benchmark, made from a seed, as a PLCopen project and, with the same logic, as C.\n"
+      "Example: plc-gen-workload --only mixed --size 10000 --xml mixed.xml --c mixed.c",
+      "plc-gen-workload"};
+  std::string name = "plain", xml, c;
+  std::uint32_t size = 1000;
+  std::uint64_t seed = 1;
+  app.add_option("--only", name, names)->capture_default_str();
+  app.add_option("--size", size, "how many rungs, chains or the like")
+      ->check(CLI::Range(10u, 1'000'000u))
+      ->capture_default_str();
+  app.add_option("--seed", seed, "equal seeds give equal files")->capture_default_str();
+  app.add_option("--xml", xml, "file for the PLCopen project");
+  app.add_option("--c", c, "file for the C source");
+  CLI11_PARSE(app, argc, argv);
+
+  const Workload* const workload = find_workload(name);
+  if (workload == nullptr) {
+    std::cerr << "plc-gen-workload: there is no workload " << name << "; there are " << names << '\n';
+    return 2;
+  }
+  const Source source = workload->make(size, seed);
+  const auto write = [](const std::string& path, const auto& texts) {
+    if (path.empty()) return true;
+    std::ofstream out(path, std::ios::binary);
+    for (const std::string& text : texts) out << text;
+    out.flush();
+    if (!out) std::cerr << path << ": cannot be written\n";
+    return static_cast<bool>(out);
+  };
+  return write(xml, std::initializer_list<std::string>{source.xml}) && write(c, source.c) ? 0 : 2;
+}

@@ -1,0 +1,89 @@
+#include <fstream>
+#include <iostream>
+
+#include "bench/side.h"
+#include "bench/taskblock_types.h"
+#include "native/compile.h"
+#include "runtime/access.h"
+#include "runtime/resource.h"
+#include "tools/pipeline.h"
+
+namespace plc::bench {
+namespace {
+
+class PlcSide final : public Side {
+ public:
+  explicit PlcSide(std::unique_ptr<runtime::Resource> resource) : resource_(std::move(resource)) {}
+
+  /// Lets every task run as machine code from now on.
+  bool compile(const native::CompileOptions& options) {
+    for (std::size_t task = 0; task < resource_->task_count(); ++task) {
+      auto code = native::compile(resource_->program(task), options);
+      if (!code) {
+        std::cerr << code.error().message << '\n';
+        return false;
+      }
+      code_bytes_ += (*code)->report().code_bytes;
+      table_bytes_ += resource_->program(task).table().layout().total;
+      resource_->program(task).install(std::move(*code));
+    }
+    return true;
+  }
+  /// Looks up all variables.
+  bool find(const Source& source) {
+    const runtime::Access access(*resource_);
+    for (const Variable& variable : source.variables) {
+      const auto place = access.find_leaf(variable.path);
+      if (!place) {
+        std::cerr << variable.path << ": " << place.error().message << '\n';
+        return false;
+      }
+      // Of a global, the copy that the first task has at the start of its table.
+      const std::uint32_t task = place->task == runtime::Place::kGlobal ? 0 : place->task;
+      std::byte* const table = resource_->program(task).table().data();
+      variables_.push_back(reinterpret_cast<unsigned char*>(table + place->offset));
+    }
+    return true;
+  }
+  bool scan(core::TimeNs now_ns) override {
+    bool good = true;
+    for (std::size_t task = 0; task < resource_->task_count(); ++task) {
+      good = !resource_->program(task).execute({now_ns}) && good;
+    }
+    return good;
+  }
+
+ private:
+  std::unique_ptr<runtime::Resource> resource_;
+};
+
+}  // namespace
+
+std::unique_ptr<Side> make_plc_side(const bytecode::VerifiedImage& image, const Source& source, Engine engine) {
+  runtime::ProgramOptions options;
+  options.loop_budget = 10'000'000;  // the worst case of bubble sort: a thousand passes over a thousand elements
+  options.taskblocks = &bench_taskblocks();
+  auto loaded = runtime::Resource::load(image, options);
+  if (!loaded) {
+    std::cerr << loaded.error().message << '\n';
+    return nullptr;
+  }
+  auto side = std::make_unique<PlcSide>(std::move(*loaded));
+  if (engine != Engine::kInterpreter && !side->compile({.changed = engine == Engine::kNativeChanged})) return nullptr;
+  return side->find(source) ? std::move(side) : nullptr;
+}
+
+std::optional<bytecode::VerifiedImage> compile_project(const Source& source) {
+  const Scratch scratch;
+  const std::string path = scratch.file("project.xml");
+  std::ofstream(path, std::ios::binary) << source.xml;
+  tools::Compilation compilation;
+  tools::Request request{path, {}, tools::Goal::kRun};
+  request.taskblocks = &bench_taskblocks();
+  tools::compile(request, compilation);
+  if (compilation.ok()) return std::move(compilation.image);
+  compilation.diagnostics.render(std::cerr);
+  return std::nullopt;
+}
+
+}  // namespace plc::bench

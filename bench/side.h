@@ -1,0 +1,45 @@
+// The sides of `plc-bench scan`: one program made to run by the C compiler, in the interpreter, and as native code.
+//
+// In: a Source. Out: a scan, and where its variables lie. Does not belong here: what programs do (workload.h),
+// comparing and timing (scan.cpp).
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "bench/bench.h"
+#include "bench/workload.h"
+#include "bytecode/image.h"
+#include "core/clock.h"
+
+namespace plc::bench {
+
+/// One of those that do the same.
+class Side {
+ public:
+  virtual ~Side() = default;
+  /// False when the scan ended in a fault.
+  virtual bool scan(core::TimeNs now_ns) = 0;
+  /// In the order of Source::variables. Between scans.
+  [[nodiscard]] const std::vector<unsigned char*>& variables() const { return variables_; }
+  /// What a scan reads, if that is known: machine code, and variables.
+  [[nodiscard]] std::size_t code_bytes() const { return code_bytes_; }
+  [[nodiscard]] std::size_t table_bytes() const { return table_bytes_; }
+
+ protected:
+  std::vector<unsigned char*> variables_;
+  std::size_t code_bytes_ = 0;
+  std::size_t table_bytes_ = 0;
+};
+
+enum class Engine : std::uint8_t { kInterpreter, kNative, kNativeChanged };
+
+/// Each of them is null when that cannot be made; why is on stderr. The C side needs the image for its taskblocks only.
+std::unique_ptr<Side> make_c_side(const bytecode::VerifiedImage& image, const Source& source, bool barriers);
+std::unique_ptr<Side> make_plc_side(const bytecode::VerifiedImage& image, const Source& source, Engine engine);
+
+/// Through the whole pipeline. Nothing when the project does not compile; why is on stderr.
+std::optional<bytecode::VerifiedImage> compile_project(const Source& source);
+
+}  // namespace plc::bench
