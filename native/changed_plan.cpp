@@ -133,6 +133,12 @@ void ChangedPlan::find_groups_with_jumps(Body& body) const {
   std::vector<Span> spans;
   std::vector<std::size_t> span_of(body.size(), kNone);  // by the instruction that makes it: jump or ENO
   const auto target = [&](std::size_t i) { return index_at(*body.footprints[i].target) - body.begin; };
+  struct Eno {
+    std::size_t at = 0;
+    Interval clears;  ///< CLEAR_EVENTs from which it may count lie here
+  };
+  std::vector<Eno> enos;
+  std::vector<bool> clears_for_outside(body.size());
   std::size_t clear = kNone;
   for (std::size_t i = 0; i < body.size(); ++i) {
     const LinkedInstruction& instruction = linked_.instructions[body.begin + i];
@@ -140,9 +146,12 @@ void ChangedPlan::find_groups_with_jumps(Body& body) const {
     Interval at;
     if (is(instruction, Form::kEno) && clear != kNone) {
       at = {clear, i + 1};
+      enos.push_back({i, {clear, clear + 1}});
       // Whoever jumps in between counts from an earlier CLEAR_EVENT on.
       for (std::size_t k = 0; k < clear; ++k) {
-        if (span_of[k] != kNone && spans[span_of[k]].at.end > clear && spans[span_of[k]].at.end <= i) at = {};
+        const bool between =
+            span_of[k] != kNone && spans[span_of[k]].at.end > clear && spans[span_of[k]].at.end <= i;
+        if (between) at = {}, enos.back().clears.begin = 0;
       }
     } else if (body.footprints[i].target && !is(instruction, Form::kLoopJump)) {
       at = {i, target(i)};
@@ -154,10 +163,17 @@ void ChangedPlan::find_groups_with_jumps(Body& body) const {
   const auto may_be_inside = [&](std::size_t i) {
     if (body.in_loop[i]) return false;
     if (span_of[i] != kNone) return spans[span_of[i]].alive;
+    if (clears_for_outside[i]) return false;
     return body.footprints[i].pure && !body.footprints[i].target;
   };
   for (bool changed = true; changed;) {
     changed = false;
+    // What an ENO outside of groups counts from is outside, too.
+    for (const Eno& eno : enos) {
+      if (may_be_inside(eno.at)) continue;
+      std::fill(clears_for_outside.begin() + static_cast<std::ptrdiff_t>(eno.clears.begin),
+                clears_for_outside.begin() + static_cast<std::ptrdiff_t>(eno.clears.end), true);
+    }
     const auto give_up = [&](Span& span) {
       changed = changed || span.alive;
       span.alive = false;
