@@ -88,12 +88,12 @@ struct ChangeTracker::Marker {
   std::uint64_t* dirty_chunks;
 
   /// A byte changed that is input `mark` says of a record. The record is dirty if its output is not what its inputs say:
-  /// seen at once and without a branch, so that only those run that change something. What becomes clean may stay marked.
+  /// seen at once, so that only those run that change something. What becomes clean may stay marked.
   [[gnu::always_inline]] void input(std::uint32_t mark) const noexcept {
     const std::uint32_t number = mark / kMarkOf;
     ChangeTables::State& state = states[number];
     state.row ^= mark % kMarkOf;
-    set(number, state.truth >> state.row & 1u);
+    if ((state.truth >> state.row & 1u) != 0) set(number);
   }
   /// The same for any mark. `toggled`: 1 when a BOOL changed, 0 when it cannot have been one.
   [[gnu::always_inline]] void any(std::uint32_t mark, std::uint32_t toggled) const noexcept {
@@ -102,14 +102,14 @@ struct ChangeTracker::Marker {
     ChangeTables::State& state = states[number];
     state.truth ^= (what & ChangeTables::kOutput) != 0 ? ~0u : 0u;
     state.row ^= what & ChangeTables::kInputs;
-    const std::uint64_t is = mark % kMarkOf == 0 || (state.truth >> state.row & 1u) != 0 ? 1 : 0;
-    set(number, is);
+    if (mark % kMarkOf == 0 || (state.truth >> state.row & 1u) != 0) [[unlikely]]
+      set(number);
   }
-  /// The group is dirty, if `is` is 1.
-  [[gnu::always_inline]] void set(std::uint32_t number, std::uint64_t is) const noexcept {
+  /// The group is dirty.
+  [[gnu::always_inline]] void set(std::uint32_t number) const noexcept {
     const std::uint32_t chunk = number / kChunkGroups;
-    dirty[chunk] |= is << number % kChunkGroups;
-    dirty_chunks[chunk / 64] |= is << chunk % 64;
+    dirty[chunk] |= std::uint64_t{1} << number % kChunkGroups;
+    dirty_chunks[chunk / 64] |= std::uint64_t{1} << chunk % 64;
   }
 };
 // RT:
@@ -120,9 +120,7 @@ inline ChangeTracker::Marker ChangeTracker::marker() noexcept {
 /// The group runs, whatever is known of it.
 // RT:
 void ChangeTracker::insist_on(std::uint32_t number) noexcept {
-  const std::uint32_t chunk = number / kChunkGroups;
-  dirty_[chunk] |= std::uint64_t{1} << number % kChunkGroups;
-  dirty_chunks_[chunk / 64] |= std::uint64_t{1} << chunk % 64;
+  marker().set(number);
 }
 
 // RT:
