@@ -133,7 +133,8 @@ int main(int argc, char** argv) {
   compile->add_option("--garbage-mb", compile_plan.garbage_mb, "of each kind")->capture_default_str();
   CLI::App* check = app.add_subcommand("check", "small ladders and programs, results only");
   app.require_subcommand(0, 1);
-  for (CLI::App* command : {scan, changed, plots, load, taskblocks, compile, modbus, coherence, check}) command->fallthrough();
+  for (CLI::App* command : {scan, changed, plots, load, taskblocks, compile, modbus, coherence, check})
+    command->fallthrough();
   CLI11_PARSE(app, argc, argv);
   compile_plan.seed = seed;
   compile_plan.repetitions = repetitions;

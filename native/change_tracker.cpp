@@ -63,7 +63,8 @@ ChangeTracker::ChangeTracker(std::byte* table, std::size_t bytes, ChangeTables t
       dirty_(tables.used.size() + 1),
       dirty_chunks_(tables.used.size() / 64 + 1),
       executed_(tables.stretches.size()),
-      limit_(static_cast<std::uint32_t>(std::min<std::uint64_t>(std::uint64_t{tables.effort} * patience / 100, kMostEffort))),
+      limit_(static_cast<std::uint32_t>(
+          std::min<std::uint64_t>(std::uint64_t{tables.effort} * patience / 100, kMostEffort))),
       first_difference_(first_difference) {
   counts_.groups = tables.count;
   for (std::uint32_t number = 0; number + 1 < tables.groups.size(); ++number) {
@@ -87,8 +88,8 @@ struct ChangeTracker::Marker {
   std::uint64_t* dirty;
   std::uint64_t* dirty_chunks;
 
-  /// A byte changed that is input `mark` says of a record. The record is dirty if its output is not what its inputs say:
-  /// seen at once, so that only those run that change something. What becomes clean may stay marked.
+  /// A byte changed that is input `mark` says of a record. The record is dirty if its output is not what its inputs
+  /// say: seen at once, so that only those run that change something. What becomes clean may stay marked.
   [[gnu::always_inline]] void input(std::uint32_t mark) const noexcept {
     const std::uint32_t number = mark / kMarkOf;
     ChangeTables::State& state = states[number];
@@ -119,9 +120,7 @@ inline ChangeTracker::Marker ChangeTracker::marker() noexcept {
 
 /// The group runs, whatever is known of it.
 // RT:
-void ChangeTracker::insist_on(std::uint32_t number) noexcept {
-  marker().set(number);
-}
+void ChangeTracker::insist_on(std::uint32_t number) noexcept { marker().set(number); }
 
 // RT:
 void ChangeTracker::begin() noexcept {
@@ -374,7 +373,8 @@ void ChangeTracker::take_over(const ChangeTables::Lines& lines, std::uint32_t li
 /// After a scan of plain code, beside groups whose bytes changed in it.
 // RT:
 void ChangeTracker::mark_unsettled(const runtime::Machine& machine) noexcept {
-  // What several write may have changed and changed back. Records are as their inputs and outputs are, whatever happened.
+  // What several write may have changed and changed back. Records are as their inputs and outputs are, whatever
+  // happened.
   for (const std::uint32_t group : tables.contested) insist_on(group);
   for (std::size_t s = 0; s < executed_.size(); ++s) {
     const ChangeTables::Stretch& stretch = tables.stretches[s];

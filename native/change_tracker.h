@@ -4,8 +4,8 @@
 // stand in it. Out: the table, events and faults of a full evaluation. A group is clean when the bytes it reads are
 // those of its last evaluation and the bytes it writes are as it left them; clean groups would change nothing. When
 // more than about half of the work of a full scan has gone into finding and running dirty groups, the rest of the scan
-// and kWholeScans after it run the plain code. Everything is counted in steps, never in time. All of it is RT but set-up.
-// Does not belong here: which groups there are (changed_plan.h), machine code (compile.cpp).
+// and kWholeScans after it run the plain code. Everything is counted in steps, never in time. All of it is RT but
+// set-up. Does not belong here: which groups there are (changed_plan.h), machine code (compile.cpp).
 #pragma once
 
 #include <atomic>
@@ -86,21 +86,21 @@ struct ChangeTables {
   std::vector<Group> groups;                    ///< by number; the last one is never dirty
   std::vector<State> states;                    ///< parallel to it
   std::vector<runtime::GeneralRecord> records;  ///< parallel to it
-  std::vector<std::uint64_t> used;        ///< by chunk: bits of groups that exist
-  std::vector<const std::byte*> entries;  ///< by chunk: its straight code
+  std::vector<std::uint64_t> used;              ///< by chunk: bits of groups that exist
+  std::vector<const std::byte*> entries;        ///< by chunk: its straight code
   std::vector<Stretch> stretches;
   std::vector<Code> codes;
-  std::vector<Cell> cells;                  ///< the first one has no groups
+  std::vector<Cell> cells;  ///< the first one has no groups
   std::vector<std::uint32_t> marks;
   std::vector<Lines> lines;                 ///< ascending
   std::vector<std::uint32_t> cell_of_byte;  ///< 0 = of nobody
   std::vector<Span> spans;
-  std::vector<List> outside;            ///< what instructions that are no groups write, each a list of spans
-  std::vector<std::uint32_t> timers;    ///< offsets of STATE
-  std::vector<std::uint32_t> contested;  ///< numbers of code that reads or writes what several write
+  std::vector<List> outside;                       ///< what instructions that are no groups write, each a list of spans
+  std::vector<std::uint32_t> timers;               ///< offsets of STATE
+  std::vector<std::uint32_t> contested;            ///< numbers of code that reads or writes what several write
   std::uint32_t constants = 0, constants_end = 0;  ///< offsets in the table: what nobody writes
-  std::uint32_t count = 0;              ///< groups
-  std::uint32_t effort = 0;             ///< of a full evaluation, in steps: about what the code of one record takes
+  std::uint32_t count = 0;                         ///< groups
+  std::uint32_t effort = 0;  ///< of a full evaluation, in steps: about what the code of one record takes
 };
 
 class ChangeTracker {
@@ -151,20 +151,20 @@ class ChangeTracker {
   void mark_unsettled(const runtime::Machine& machine) noexcept;
 
   std::byte* table_;
-  /// The table as groups know it, where there are cells: in front of the first scan, zeros. It follows the table byte by
-  /// byte as these are marked, so that the two together are never wrong, only late.
+  /// The table as groups know it, where there are cells: in front of the first scan, zeros. It follows the table byte
+  /// by byte as these are marked, so that the two together are never wrong, only late.
   runtime::TableMemory shadow_;
   std::vector<std::uint64_t> dirty_;         ///< by chunk
   std::vector<std::uint64_t> dirty_chunks_;  ///< bits of chunks that may be dirty
-  std::vector<std::uint8_t> executed_;  ///< by stretch, while settling
+  std::vector<std::uint8_t> executed_;       ///< by stretch, while settling
   Phase phase_ = Phase::kSettling;
   std::uint8_t whole_ = 0;  ///< see whole()
   bool settling_ = false;   ///< the plain code runs, and what it changes is about to be seen
   bool look_ = false;       ///< anybody may have written anywhere since the table was looked at
   std::uint32_t whole_left_ = 0;
   std::uint32_t effort_ = 0;
-  std::uint32_t limit_;  ///< of the effort
-  std::uint32_t runs_ = 0;      ///< groups, in this scan
+  std::uint32_t limit_;       ///< of the effort
+  std::uint32_t runs_ = 0;    ///< groups, in this scan
   std::uint64_t events_ = 0;  ///< when settling began
   runtime::SkipCounts counts_;
   /// The first line from `line` on, of `count`, in which the two differ; count when there is none.

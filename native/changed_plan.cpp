@@ -23,9 +23,7 @@ constexpr std::uint32_t kInstructionEffort = 2;
 constexpr std::uint32_t kCodeEffort = 12;
 constexpr std::uint32_t kMarkOf = ChangeTables::kOutput * 2;
 
-bool is_run(const LinkedInstruction& instruction) {
-  return is_boolean_run(operation_of(instruction.op).form);
-}
+bool is_run(const LinkedInstruction& instruction) { return is_boolean_run(operation_of(instruction.op).form); }
 bool is(const LinkedInstruction& instruction, Form form) { return operation_of(instruction.op).form == form; }
 
 /// Entry of the body that a kCallFixed calls.
@@ -33,9 +31,7 @@ std::uint32_t callee(const LinkedCode& linked, const LinkedInstruction& call) {
   return linked.data()[call.position + 1];
 }
 
-bool overlap(const Range& x, const Range& y) {
-  return x.begin < y.begin + y.bytes && y.begin < x.begin + x.bytes;
-}
+bool overlap(const Range& x, const Range& y) { return x.begin < y.begin + y.bytes && y.begin < x.begin + x.bytes; }
 bool inside(const Range& part, const Range& whole) {
   return part.begin >= whole.begin && part.begin + part.bytes <= whole.begin + whole.bytes;
 }
@@ -54,8 +50,8 @@ struct ChangedPlan::Body {
   std::size_t begin = 0, end = 0;
   std::vector<Footprint> footprints;
   std::vector<bool> in_loop;
-  std::vector<bool> lands;        ///< a jump that is in no group goes there
-  std::vector<Interval> groups;   ///< that jump inside of themselves, ascending
+  std::vector<bool> lands;       ///< a jump that is in no group goes there
+  std::vector<Interval> groups;  ///< that jump inside of themselves, ascending
   [[nodiscard]] std::size_t size() const { return end - begin; }
 };
 
@@ -149,8 +145,7 @@ void ChangedPlan::find_groups_with_jumps(Body& body) const {
       enos.push_back({i, {clear, clear + 1}});
       // Whoever jumps in between counts from an earlier CLEAR_EVENT on.
       for (std::size_t k = 0; k < clear; ++k) {
-        const bool between =
-            span_of[k] != kNone && spans[span_of[k]].at.end > clear && spans[span_of[k]].at.end <= i;
+        const bool between = span_of[k] != kNone && spans[span_of[k]].at.end > clear && spans[span_of[k]].at.end <= i;
         if (between) at = {}, enos.back().clears.begin = 0;
       }
     } else if (body.footprints[i].target && !is(instruction, Form::kLoopJump)) {
@@ -188,7 +183,8 @@ void ChangedPlan::find_groups_with_jumps(Body& body) const {
     for (std::size_t s = 0; s < spans.size(); ++s) {
       if (spans[s].alive) order.push_back(s);
     }
-    std::sort(order.begin(), order.end(), [&](std::size_t x, std::size_t y) { return spans[x].at.begin < spans[y].at.begin; });
+    std::sort(order.begin(), order.end(),
+              [&](std::size_t x, std::size_t y) { return spans[x].at.begin < spans[y].at.begin; });
     body.groups.clear();
     for (const std::size_t s : order) {
       const Interval at = spans[s].at;
@@ -245,8 +241,7 @@ void ChangedPlan::plan_body(std::size_t number) {
     } else {
       std::size_t end = i + 1;
       while (end < body.size() && end - i < kLongestCode && plain(end) && !body.lands[end] &&
-             !is_run(linked_.instructions[body.begin + end]) &&
-             (group == body.groups.end() || group->begin != end)) {
+             !is_run(linked_.instructions[body.begin + end]) && (group == body.groups.end() || group->begin != end)) {
         ++end;
       }
       add_code(body, {i, end}, true);
@@ -263,8 +258,10 @@ std::uint32_t ChangedPlan::new_group(std::size_t instruction) {
   if (!open_) {
     stretch_at_.emplace(instruction, stretches_.size());
     stretches_.push_back({instruction, instruction, static_cast<std::uint32_t>(stretches_.size()), {}});
-    tables_.stretches.push_back({static_cast<std::uint32_t>(tables_.used.size()), 0,
-                                 {static_cast<std::uint32_t>(tables_.codes.size()), 0}, nullptr});
+    tables_.stretches.push_back({static_cast<std::uint32_t>(tables_.used.size()),
+                                 0,
+                                 {static_cast<std::uint32_t>(tables_.codes.size()), 0},
+                                 nullptr});
     open_ = true;
   }
   if (tables_.stretches.back().chunks == 0 || tables_.used.back() == ~std::uint64_t{0}) {
@@ -394,7 +391,8 @@ void ChangedPlan::make_cells() {
   if (bounds_.empty()) return;
   std::vector<std::uint32_t> counts(bounds_.size() + 1);
   const auto each = [&](const std::vector<Access>& accesses, auto&& visit) {
-    for (const Access& access : accesses) for_each_cell(access.range, [&](std::uint32_t cell) { visit(cell, access.group); });
+    for (const Access& access : accesses)
+      for_each_cell(access.range, [&](std::uint32_t cell) { visit(cell, access.group); });
   };
   // Places in marks: first how many, then from where on.
   const auto count = [&](std::uint32_t cell, std::uint32_t) { ++counts[cell]; };

@@ -100,10 +100,10 @@ class ChangedPlan {
   std::vector<bool> once_;                                  ///< bodies that run at most once a scan
   ChangeTables tables_;
   std::vector<Stretch> stretches_;
-  bool open_ = false;                                           ///< the last stretch may grow
-  std::unordered_map<std::size_t, std::size_t> stretch_at_;     ///< by instruction
+  bool open_ = false;                                        ///< the last stretch may grow
+  std::unordered_map<std::size_t, std::size_t> stretch_at_;  ///< by instruction
   std::vector<CodeGroup> code_groups_;
-  std::unordered_map<std::size_t, Outside> outside_;            ///< by instruction
+  std::unordered_map<std::size_t, Outside> outside_;  ///< by instruction
   struct OutsideWrites {
     std::size_t instruction = 0;
     bool goes_on = false;  ///< behind itself, and once

@@ -343,8 +343,9 @@ class TaskCompiler {
   void call_records(std::uint32_t position, Form form, std::uint32_t first, std::uint32_t count) {
     const std::uint32_t* const w = linked_.data() + position;
     const bool general = form == Form::kGeneralRecords;
-    const std::uint32_t* const records = general ? w + 2 + std::size_t{first} * runtime::kGeneralRecordWords
-                                                 : linked_.data() + w[3] + std::size_t{first} * runtime::kShortRecordWords;
+    const std::uint32_t* const records = general
+                                             ? w + 2 + std::size_t{first} * runtime::kGeneralRecordWords
+                                             : linked_.data() + w[3] + std::size_t{first} * runtime::kShortRecordWords;
     s_.pass(2, count);
     s_.pass(1, reinterpret_cast<std::uint64_t>(records));
     s_.pass_address(0, general ? 0 : w[2]);
@@ -447,8 +448,8 @@ class TaskCompiler {
     });
   }
 
-  /// The number behind an instruction, or behind those that the interpreter runs at once: as far as nobody jumps between
-  /// them.
+  /// The number behind an instruction, or behind those that the interpreter runs at once: as far as nobody jumps
+  /// between them.
   [[nodiscard]] std::size_t next_of(std::span<const LinkedInstruction> instructions, std::size_t i) const {
     const bool interpreted = is_interpreted(instructions[i]);
     do {

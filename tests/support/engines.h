@@ -28,8 +28,8 @@ struct Engine {
 
 inline Engine interpreter() { return {"interpreter"}; }
 inline Engine native_code(const native::CompileOptions& options = {}, std::string name = "native code") {
-  return {std::move(name), [options](runtime::Program& program)
-              -> core::Result<std::unique_ptr<runtime::CompiledTask>> {
+  return {std::move(name),
+          [options](runtime::Program& program) -> core::Result<std::unique_ptr<runtime::CompiledTask>> {
             auto compiled = native::compile(program, options);
             if (!compiled) return compiled.error();
             return std::unique_ptr<runtime::CompiledTask>(std::move(*compiled));
