@@ -30,8 +30,6 @@ constexpr std::size_t kBytesPerWord = 64;
 constexpr std::size_t kBytesBeside = 64 * 1024;
 /// As many times of it with groups: some are there twice, and it takes code to leave them out.
 constexpr std::size_t kCodeWithGroups = 3;
-/// Initial values of a function's frame that are written by instructions of their own; more is copied.
-constexpr std::uint32_t kInlineFrameBytes = 64;
 
 /// Code of more records than this runs slower than the records themselves: a record takes about 40 bytes of code, and
 /// from one and a half times the processor's second cache on fetching it costs more than looking up (bench/README.md).
@@ -375,62 +373,15 @@ class TaskCompiler {
   /// kind, capacities.
   void call_function(const Instruction& i) {
     const std::uint32_t* const w = i.words;
-    reset_frame(w[1], runtime::load_pointer<const std::byte*>(w + 3), w[2]);
+    reset_frame(s_, w[1], runtime::load_pointer<const std::byte*>(w + 3), w[2]);
     const std::uint32_t* argument = w + 8;
     for (const std::uint32_t* const end = argument + std::size_t{w[6]} * 4; argument != end; argument += 4) {
-      pass(i.position, argument);
+      pass_argument(s_, i.position, argument);
     }
     call_body(w[5]);
     for (const std::uint32_t* const end = argument + std::size_t{w[7]} * 4; argument != end; argument += 4) {
-      pass(i.position, argument);
+      pass_argument(s_, i.position, argument);
     }
-  }
-  void reset_frame(std::uint32_t frame, const std::byte* initial, std::uint32_t bytes) {
-    if (bytes > kInlineFrameBytes) {
-      s_.pass(2, bytes);
-      s_.pass(1, reinterpret_cast<std::uint64_t>(initial));
-      s_.pass_address(0, frame);
-      return s_.call_address(reinterpret_cast<std::uint64_t>(&std::memcpy));
-    }
-    for (std::uint32_t at = 0; at < bytes;) {
-      const unsigned step = bytes - at >= 8 ? 8 : bytes - at >= 4 ? 4 : bytes - at >= 2 ? 2 : 1;
-      std::uint64_t value = 0;
-      std::memcpy(&value, initial + at, step);
-      s_.store_constant(frame + at, step, value);
-      at += step;
-    }
-  }
-  /// One argument of a function: words to, from, bytes or kind, capacities (runtime::pass).
-  void pass(std::uint32_t position, const std::uint32_t* argument) {
-    switch (argument[2]) {
-      case 1:
-      case 2:
-      case 4:
-      case 8:
-        return s_.move(argument[0], argument[1], argument[2]);
-      case runtime::kPassStr:
-      case runtime::kPassWstr:
-        break;
-      default:
-        s_.pass(2, argument[2]);
-        s_.pass_address(1, argument[1]);
-        s_.pass_address(0, argument[0]);
-        return s_.call_address(reinterpret_cast<std::uint64_t>(&std::memmove));
-    }
-    s_.pass(3, argument[2] == runtime::kPassStr ? 1 : 2);
-    s_.pass(2, argument[3]);
-    s_.pass_address(1, argument[1]);
-    s_.pass_address(0, argument[0]);
-    s_.call(&copy_text);
-    const asmjit::Label cut = s_.label();
-    const asmjit::Label done = s_.label();
-    s_.jump_if_result(false, cut);
-    s_.bind(done);
-    s_.aside([this, cut, done, position] {
-      s_.land(cut);
-      s_.raise(position, static_cast<int>(stdlib::Event::kTruncated));
-      s_.jump(done);
-    });
   }
 
   /// Words: kernel (2), arguments, result, then the arguments.

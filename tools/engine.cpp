@@ -5,6 +5,7 @@
 #include <sched.h>
 
 #include <csignal>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "native/compile.h"
@@ -39,7 +40,17 @@ std::string skipped_text(const runtime::Program& program) {
   const std::uint64_t whole = skipped->whole_scans;
   const double all = static_cast<double>(skipped->groups) * static_cast<double>(scans - whole);
   const double share = all == 0 ? 0 : 1 - static_cast<double>(skipped->runs) / all;
-  return fmt::format("{:.1f} % of {} groups left out, {} of {} scans whole", share * 100, skipped->groups, whole, scans);
+  return fmt::format("{:.1f} % of {} groups left out, {} of {} scans whole", share * 100, skipped->groups, whole,
+                     scans);
+}
+
+void add_skipped(const runtime::Program& program, nlohmann::ordered_json& task) {
+  const runtime::SkipCounts* const skipped = program.skipped();
+  if (skipped == nullptr) return;
+  task["groups"] = skipped->groups;
+  task["group_runs"] = skipped->runs.load();
+  task["native_scans"] = skipped->scans.load();
+  task["whole_scans"] = skipped->whole_scans.load();
 }
 
 std::optional<core::Problem> compile_all(runtime::Resource& resource, std::span<const runtime::Evaluate> evaluate) {
@@ -52,7 +63,9 @@ std::optional<core::Problem> compile_all(runtime::Resource& resource, std::span<
 }
 
 BackgroundCompiler::BackgroundCompiler(runtime::Resource& resource, std::vector<runtime::Evaluate> evaluate)
-    : resource_(resource), evaluate_(std::move(evaluate)), thread_([this](const std::stop_token& stop) { run(stop); }) {}
+    : resource_(resource),
+      evaluate_(std::move(evaluate)),
+      thread_([this](const std::stop_token& stop) { run(stop); }) {}
 
 void BackgroundCompiler::run(const std::stop_token& stop) {
   sigset_t all;

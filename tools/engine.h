@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 #include <atomic>
 #include <cstdint>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <span>
 #include <string>
@@ -36,6 +37,8 @@ std::optional<core::Problem> compile_all(runtime::Resource& resource, std::span<
 
 /// "97 % of 10000 groups left out, 34 of 5000 scans whole", or nothing for a task that executes everything.
 std::string skipped_text(const runtime::Program& program);
+/// The same as members groups, group_runs, native_scans and whole_scans; none for a task that executes everything.
+void add_skipped(const runtime::Program& program, nlohmann::ordered_json& task);
 
 /// Compiles the tasks one after the other in a thread of the lowest priority, which takes nothing from anybody. A task
 /// that cannot be compiled stays with the interpreter.

@@ -97,6 +97,12 @@ TEST_F(Sim, WhatDidNotChangeIsLeftOutWithEqualTraces) {
   EXPECT_NE(result.err.find("\nFast: "), std::string::npos) << result.err;
   EXPECT_NE(result.err.find(" groups left out, "), std::string::npos) << result.err;
   EXPECT_EQ(result.err.find("\nSlow: "), std::string::npos) << result.err;
+  const auto json =
+      run_tool({PLC_TOOL, "sim", tank(), "--cycles", "50", "--stats=json", "--engine", "native", "--config", config});
+  const auto tasks = nlohmann::json::parse(json.out).at("tasks");
+  EXPECT_GT(tasks.at(0).at("groups"), 0);
+  EXPECT_EQ(tasks.at(0).at("native_scans"), 50);
+  EXPECT_FALSE(tasks.at(1).contains("groups"));
 }
 
 TEST_F(Sim, StatsAsJsonNameTheEngine) {

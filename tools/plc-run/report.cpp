@@ -10,7 +10,6 @@
 
 #include "io-drivers/config/template.h"
 #include "tools/command_line.h"
-#include "runtime/compiled_task.h"
 #include "tools/engine.h"
 #include "tools/statistics.h"
 #include "tools/version.h"
@@ -92,7 +91,8 @@ void print_start(std::string_view file, const bytecode::Image& image, std::span<
     if (plan[t].lead_ns) out << ", lead " << time_text(*plan[t].lead_ns);
     if (plan[t].watchdog_ns != 0) out << ", watchdog " << time_text(plan[t].watchdog_ns);
     if (plan[t].evaluate == runtime::Evaluate::kChanged) {
-      out << ", evaluates what changed" << (engine == Engine::kInterpreter ? " in native code only: here everything" : "");
+      out << ", evaluates what changed"
+          << (engine == Engine::kInterpreter ? " in native code only: here everything" : "");
     }
     out << '\n';
   }
@@ -206,12 +206,7 @@ void print_json(const runtime::Resource& resource, const runtime::RealtimeSchedu
     task["engine"] = engine_name(program);
     if (const auto since = program.compiled_since())
       task["native_since_ns"] = std::max<core::TimeNs>(*since - begin_ns, 0);
-    if (const runtime::SkipCounts* const skipped = program.skipped()) {
-      task["groups"] = skipped->groups;
-      task["group_runs"] = skipped->runs.load();
-      task["native_scans"] = skipped->scans.load();
-      task["whole_scans"] = skipped->whole_scans.load();
-    }
+    add_skipped(program, task);
     task["cycles"] = s.scans.load();
     task["overruns"] = s.overruns.load();
     task["missed"] = s.missed.load();
