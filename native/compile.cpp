@@ -256,9 +256,9 @@ class TaskCompiler {
   /// Where all of it lies.
   void tell_places() {
     ChangeTables& tables = tracker_->tables;
-    for (const asmjit::Label& chunk : chunks_) tables.entries.push_back(s_.place_of(chunk));
-    for (std::size_t i = 0; i < exits_.size(); ++i) tables.stretches[i].exit = s_.place_of(exits_[i]);
-    for (std::size_t i = 0; i < groups_.size(); ++i) tables.codes[i].entry = s_.place_of(groups_[i]);
+    for (const asmjit::Label& chunk : chunks_) tables.entries.push_back(s_.address_of_label(chunk));
+    for (std::size_t i = 0; i < exits_.size(); ++i) tables.stretches[i].exit = s_.address_of_label(exits_[i]);
+    for (std::size_t i = 0; i < groups_.size(); ++i) tables.codes[i].entry = s_.address_of_label(groups_[i]);
   }
 
   // ---- instructions

@@ -73,7 +73,7 @@ std::vector<std::byte> Emitter::finish() {
   return bytes;
 }
 
-const std::byte* Emitter::place_of(const asmjit::Label& label) const {
+const std::byte* Emitter::address_of_label(const asmjit::Label& label) const {
   return reinterpret_cast<const std::byte*>(code_.baseAddress() + code_.labelOffset(label));
 }
 

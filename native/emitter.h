@@ -129,7 +129,7 @@ class Emitter : private asmjit::ErrorHandler {
   /// Resolves all references; the code as it is to lie at its address.
   std::vector<std::byte> finish();
   /// Where a label lies; behind finish().
-  [[nodiscard]] const std::byte* place_of(const asmjit::Label& label) const;
+  [[nodiscard]] const std::byte* address_of_label(const asmjit::Label& label) const;
 
  protected:
   /// For code that starts at `address` and works on `table`, written by `assembler`, which attach() is for. `reach`:
