@@ -44,7 +44,7 @@ inline Engine native_changed(std::uint32_t patience = native::kPatience) {
 }
 /// Those that this processor has. The first is what the others are compared with.
 inline std::vector<Engine> all_engines() {
-#if defined(__x86_64__)
+#if defined(__x86_64__) || defined(__aarch64__)
   return {interpreter(), native_code(), native_changed(), native_changed(kEndlessPatience)};
 #else
   return {interpreter()};

@@ -126,7 +126,9 @@ class RandomVariables {
       made = b_.add_type(std::move(s.type));
     } else {
       const std::uint32_t element = part();
-      made = b_.array(element, static_cast<std::uint32_t>(1 + below(6)), static_cast<std::int64_t>(below(4)) - 2);
+      // One random number after the other: arguments of a call have no order of their own.
+      const std::int64_t lower = static_cast<std::int64_t>(below(4)) - 2;
+      made = b_.array(element, static_cast<std::uint32_t>(1 + below(6)), lower);
     }
     aggregates_.push_back(made);
     return made;
