@@ -87,6 +87,7 @@ int main(int argc, char** argv) {
       "  plc-bench            all but plots, modbus and coherence, about a quarter of an hour\n"
       "  plc-bench scan       interpreter and native code against C\n"
       "  plc-bench scan --only arithmetic --size 1000\n"
+      "  plc-bench changed    evaluate = \"changed\" against full evaluation\n"
       "  plc-bench plots      cost of a rung over size, as an SVG document, half an hour\n"
       "  plc-bench load       file to first scan against xmllint\n"
       "  plc-bench taskblocks taskblocks and their wires against plain calls\n"
@@ -108,6 +109,7 @@ int main(int argc, char** argv) {
     return find_workload(name) == nullptr ? "there is no workload " + name : "";
   });
   scan->add_option("--size", wanted.sizes, "sizes instead of those of the table")->check(CLI::Range(10u, 1'000'000u));
+  CLI::App* changed = app.add_subcommand("changed", "scans that leave out what did not change");
   PlotPlan plot_plan;
   CLI::App* plots = app.add_subcommand("plots", "cost of a rung over the number of rungs, as curves");
   plots->add_option("--plot", plot_plan.file, "SVG file to write")->type_name("FILE")->required();
@@ -131,7 +133,8 @@ int main(int argc, char** argv) {
   compile->add_option("--garbage-mb", compile_plan.garbage_mb, "of each kind")->capture_default_str();
   CLI::App* check = app.add_subcommand("check", "small ladders and programs, results only");
   app.require_subcommand(0, 1);
-  for (CLI::App* command : {scan, plots, load, taskblocks, compile, modbus, coherence, check}) command->fallthrough();
+  for (CLI::App* command : {scan, changed, plots, load, taskblocks, compile, modbus, coherence, check})
+    command->fallthrough();
   CLI11_PARSE(app, argc, argv);
   compile_plan.seed = seed;
   compile_plan.repetitions = repetitions;
@@ -140,6 +143,7 @@ int main(int argc, char** argv) {
     Verdict verdict;
     if (check->parsed()) {
       verdict.merge(measure_taskblocks({0}));
+      verdict.merge(measure_changed({seed, 500, 200, 0}));
       verdict.merge(measure_compile({seed, 3000, 1, 1, false}));
       verdict.merge(check_scans(seed));
     } else if (plots->parsed()) {
@@ -156,6 +160,7 @@ int main(int argc, char** argv) {
         wanted.plan.batches = batches;
         verdict.merge(scans(wanted));
       }
+      if (everything || changed->parsed()) verdict.merge(measure_changed({seed, 10'000, 1000, batches}));
       if (everything || load->parsed()) {
         std::cout << "Load: project file to the end of the first scan, against xmllint --noout, interleaved\n";
         verdict.merge(measure_load({seed, repetitions, true}));

@@ -67,6 +67,20 @@ struct PlotPlan {
 /// measure_scan() over many sizes of the drawn workloads, as curves.
 Verdict plot_scans(const PlotPlan& plan);
 
+/// How many times faster than full evaluation scans must be that leave out what did not change, with one input changing;
+/// how many times slower they may be with all changing.
+inline constexpr double kChangedGain = 10;
+inline constexpr double kChangedLoss = 1.15;
+
+struct ChangedPlan {
+  std::uint64_t seed = 1;
+  std::uint32_t rungs = 10'000;
+  std::uint32_t scans = 1000;   ///< checked scans of each kind
+  std::uint32_t batches = 200;  ///< timed ones of each side, interleaved; 0 = check only
+};
+/// evaluate = "changed" against full evaluation, both native: nothing, one input and all inputs changing per scan.
+Verdict measure_changed(const ChangedPlan& plan);
+
 struct LoadPlan {
   std::uint64_t seed = 1;
   std::uint32_t repetitions = 7;

@@ -16,9 +16,9 @@ class PlcSide final : public Side {
   explicit PlcSide(std::unique_ptr<runtime::Resource> resource) : resource_(std::move(resource)) {}
 
   /// Lets every task run as machine code from now on.
-  bool compile() {
+  bool compile(const native::CompileOptions& options) {
     for (std::size_t task = 0; task < resource_->task_count(); ++task) {
-      auto code = native::compile(resource_->program(task));
+      auto code = native::compile(resource_->program(task), options);
       if (!code) {
         std::cerr << code.error().message << '\n';
         return false;
@@ -69,7 +69,7 @@ std::unique_ptr<Side> make_plc_side(const bytecode::VerifiedImage& image, const 
     return nullptr;
   }
   auto side = std::make_unique<PlcSide>(std::move(*loaded));
-  if (engine == Engine::kNative && !side->compile()) return nullptr;
+  if (engine != Engine::kInterpreter && !side->compile({.changed = engine == Engine::kNativeChanged})) return nullptr;
   return side->find(source) ? std::move(side) : nullptr;
 }
 

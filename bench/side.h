@@ -33,7 +33,7 @@ class Side {
   std::size_t table_bytes_ = 0;
 };
 
-enum class Engine : std::uint8_t { kInterpreter, kNative };
+enum class Engine : std::uint8_t { kInterpreter, kNative, kNativeChanged };
 
 /// Each of them is null when that cannot be made; why is on stderr. The C side needs the image for its taskblocks only.
 std::unique_ptr<Side> make_c_side(const bytecode::VerifiedImage& image, const Source& source, bool barriers);

@@ -3,7 +3,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstring>
 #include <map>
 #include <optional>
 #include <span>
@@ -11,6 +10,7 @@
 #include <utility>
 
 #include "bytecode/image.h"
+#include "native/changed_plan.h"
 #include "native/choice.h"
 #include "native/helpers.h"
 #include "native/library_rows.h"
@@ -32,8 +32,8 @@ namespace {
 /// Machine code that any instruction takes at most, by word of resolved code; addresses cost nothing.
 constexpr std::size_t kBytesPerWord = 64;
 constexpr std::size_t kBytesBeside = 64 * 1024;
-/// Initial values of a function's frame that are written by instructions of their own; more is copied.
-constexpr std::uint32_t kInlineFrameBytes = 64;
+/// As many times of it with groups: some are there twice, and it takes code to leave them out.
+constexpr std::size_t kCodeWithGroups = 3;
 
 /// Code of more records than this runs slower than the records themselves: a record takes about 40 bytes of code, and
 /// from one and a half times the processor's second cache on fetching it costs more than looking up (bench/README.md).
@@ -45,8 +45,12 @@ std::size_t most_records_as_code() {
 
 class TaskCompiler {
  public:
-  TaskCompiler(const LinkedCode& linked, const Memory& memory, std::uint64_t address)
+  /// `plan` and `tracker` are null when each scan executes everything.
+  TaskCompiler(const LinkedCode& linked, const Memory& memory, std::uint64_t address, const ChangedPlan* plan,
+               std::unique_ptr<ChangeTracker> tracker)
       : linked_(linked),
+        plan_(plan),
+        tracker_(std::move(tracker)),
         s_(memory, address),
         words_(linked.data(), linked.data() + linked.words.size() / sizeof(std::uint32_t)),
         marks_(linked.marks) {}
@@ -61,6 +65,7 @@ class TaskCompiler {
       body(linked_.bodies[b], last ? linked_.instructions.size() : linked_.bodies[b + 1].first);
       report_.bodies.push_back({linked_.bodies[b].pou, s_.size() - begin});
     }
+    if (plan_ != nullptr) write_groups();
     s_.write_data();
     report_.code_bytes = s_.size();
   }
@@ -69,18 +74,20 @@ class TaskCompiler {
   [[nodiscard]] std::size_t records() const {
     std::size_t count = 0;
     for (const LinkedInstruction& instruction : linked_.instructions) {
-      const Form form = operation_of(instruction.op).form;
-      const bool is_run = form == Form::kShortRecords4 || form == Form::kShortRecords5 || form == Form::kGeneralRecords;
-      if (is_run) count += linked_.data()[instruction.position + 1];
+      if (is_boolean_run(operation_of(instruction.op).form)) count += linked_.data()[instruction.position + 1];
     }
     return count;
   }
 
   [[nodiscard]] const std::string& problem() const { return s_.problem(); }
-  std::vector<std::byte> code() { return s_.finish(); }
+  std::vector<std::byte> code() {
+    std::vector<std::byte> bytes = s_.finish();
+    if (tracker_) tell_places();
+    return bytes;
+  }
   std::unique_ptr<NativeTask> task(CodeMemory memory, const std::byte* at) {
     return std::make_unique<NativeTask>(std::move(memory), at, std::move(words_), std::move(marks_),
-                                        std::move(report_));
+                                        std::move(tracker_), std::move(report_));
   }
 
  private:
@@ -89,7 +96,13 @@ class TaskCompiler {
     const bool loops = std::any_of(linked_.instructions.begin(), linked_.instructions.end(),
                                    [](const LinkedInstruction& i) { return i.op == runtime::ResolvedOp::kLoopJump; });
     s_.begin_entry(loops);
+    if (tracker_) call_tracker(&begin_changed);
     s_.call_body(entries_.at(linked_.entry));
+    if (tracker_) {
+      s_.pass_result(2);
+      s_.pass_machine(1);
+      call_tracker(&end_changed);
+    }
     s_.end_entry(loops);
   }
 
@@ -102,28 +115,44 @@ class TaskCompiler {
     bool counts_events = false;
     targets_.clear();
     for (const LinkedInstruction& instruction : instructions) {
-      const Operation operation = operation_of(instruction.op);
-      counts_events = counts_events || operation.form == Form::kEno;
-      const std::uint32_t target = target_of(operation.form, linked_.data() + instruction.position);
-      if (target == kNoTarget) continue;
-      Target& there = targets_.try_emplace(target).first->second;
-      if (there.jumps++ == 0) there.label = s_.label();
+      counts_events = counts_events || operation_of(instruction.op).form == Form::kEno;
+      expect_target(instruction);
     }
+    // Leaving groups out and keeping variables in registers do not go together.
     std::vector<Loop> loops;
-    if (Assembly::kKeepsLoops) loops = find_loops(linked_.data(), instructions);
+    if (Assembly::kKeepsLoops && plan_ == nullptr) loops = find_loops(linked_.data(), instructions);
     auto loop = loops.cbegin();
     failed_ = s_.label();
     s_.land(entries_.at(body.entry));
     s_.begin_body(counts_events);
     for (std::size_t i = 0; i < instructions.size();) {
-      if (const auto target = targets_.find(instructions[i].position); target != targets_.end()) {
-        s_.land(target->second.label);
-      }
-      if (loop != loops.cend() && loop->first == i) {
-        i = write_loop(body, *loop++, instructions);
+      land_at(instructions[i]);
+      const ChangedPlan::Stretch* const stretch = plan_ != nullptr ? plan_->stretch_at(body.first + i) : nullptr;
+      if (stretch != nullptr) {
+        run_stretch(*stretch);
+        i = stretch->end - body.first;
         continue;
       }
-      i = write(body, instructions, i);
+      if (loop != loops.cend() && loop->first == i) {
+        i = write_loop(*loop++, instructions);
+        continue;
+      }
+      if (ends_with_body(instructions, i)) {
+        s_.note_place(instructions[i].position);
+        s_.leave_to_body(entries_.at(linked_.data()[instructions[i].position + 1]));
+        ++i;
+        continue;
+      }
+      const std::size_t next = next_of(instructions, i);
+      const ChangedPlan::Outside outside = outside_of(body.first + i, body.first + next);
+      if (outside.effect == ChangedPlan::Outside::Effect::kAnywhere) call_tracker(&expect_changes);
+      if (is_interpreted(instructions[i])) {
+        interpret(body, instructions, i, next);
+      } else {
+        translate(instructions[i]);
+      }
+      if (outside.effect == ChangedPlan::Outside::Effect::kList) settle(outside.list);
+      i = next;
       s_.keep_asides_near();
     }
     s_.write_asides();
@@ -131,50 +160,28 @@ class TaskCompiler {
     s_.leave_body(false);
   }
 
-  /// Instruction number `i`, or it and some behind it. Returns the number of the next one.
-  std::size_t write(const LinkedBody& body, std::span<const LinkedInstruction> instructions, std::size_t i) {
-    const Operation operation = operation_of(instructions[i].op);
-    if (operation.form == Form::kInterpreted) return interpret(body, instructions, i);
-    const std::uint32_t position = instructions[i].position;
-    if (operation.form == Form::kCallFixed && i + 1 < instructions.size() &&
-        operation_of(instructions[i + 1].op).form == Form::kReturn) {
-      s_.note_place(position);
-      s_.leave_to_body(entries_.at(linked_.data()[position + 1]));
-      return i + (targets_.contains(instructions[i + 1].position) ? 1 : 2);
-    }
-    // Not in words_, which grow while code behind the body (Emitter::aside) still reads the instruction.
-    Instruction instruction{linked_.data() + position, position, operation};
-    find_ports(instruction, instructions.subspan(i + 1));
-    translate(instruction);
-    return i + 1;
+  /// The scan ends here unless what was called returned TRUE.
+  void check() { s_.jump_if_result(false, failed_); }
+
+  /// Whether instruction `i` calls a body and nothing follows it.
+  [[nodiscard]] bool ends_with_body(std::span<const LinkedInstruction> instructions, std::size_t i) const {
+    const auto form = [&](std::size_t n) { return operation_of(instructions[n].op).form; };
+    return plan_ == nullptr && form(i) == Form::kCallFixed && form(i + 1) == Form::kReturn;
   }
 
-  /// The ports of the block of the library that runs soon behind the instruction.
-  void find_ports(Instruction& instruction, std::span<const LinkedInstruction> behind) const {
-    constexpr std::size_t kSoon = 4;
-    for (const LinkedInstruction& next : behind.first(std::min(kSoon, behind.size()))) {
-      if (operation_of(next.op).form != Form::kRunBlock) continue;
-      const std::uint32_t* const words = linked_.data() + next.position;
-      const auto block = block_of(runtime::load_pointer<stdlib::Step>(words + 1));
-      if (!block) return;
-      instruction.ports = words[3];
-      instruction.port_bytes = block->spec->size;
-      return;
-    }
-  }
+  // ---- loops (loops.h)
 
   /// A loop, with its variables in registers. Returns the number of the instruction behind it.
-  std::size_t write_loop(const LinkedBody& body, const Loop& loop, std::span<const LinkedInstruction> instructions) {
+  std::size_t write_loop(const Loop& loop, std::span<const LinkedInstruction> instructions) {
     s_.enter_loop(loop);
     loop_ = LoopCode{instructions[loop.first].position, instructions[loop.last].position, {}};
     // Who jumps to the head from outside enters the loop; who does so inside goes on with it.
     const asmjit::Label entry = std::exchange(targets_.at(loop_->first).label, s_.label());
     for (std::size_t i = loop.first; i <= loop.last;) {
-      if (const auto target = targets_.find(instructions[i].position); target != targets_.end()) {
-        s_.land(target->second.label);
-      }
+      land_at(instructions[i]);
       const std::size_t behind = write_choice(instructions, i);
-      i = behind != i ? behind : write(body, instructions, i);
+      if (behind == i) translate(instructions[i]);
+      i = std::max(behind, i + 1);
     }
     for (const auto& [position, exit] : loop_->exits) {
       s_.land(exit);
@@ -195,10 +202,7 @@ class TaskCompiler {
       return target == targets_.end() ? 0 : target->second.jumps;
     });
     if (!choice) return i;
-    const auto instruction = [&](std::size_t n) {
-      const std::uint32_t position = instructions[n].position;
-      return Instruction{linked_.data() + position, position, operation_of(instructions[n].op)};
-    };
+    const auto instruction = [&](std::size_t n) { return instruction_of(instructions[n]); };
     std::vector<std::uint32_t> written;
     for (const Stretch& part : {choice->taken, choice->other}) {
       for (std::size_t n = part.first; n < part.last; ++n) {
@@ -225,11 +229,143 @@ class TaskCompiler {
     return exit->second;
   }
 
-  /// The scan ends here unless what was called returned TRUE.
-  void check() { s_.jump_if_result(false, failed_); }
+  // ---- scans that leave groups out (change_tracker.h)
+
+  /// With what else it takes in arguments 1 and 2.
+  template <class Result, class... Arguments>
+  void call_tracker(Result (*function)(ChangeTracker&, Arguments...) noexcept) {
+    s_.pass(0, reinterpret_cast<std::uint64_t>(tracker_.get()));
+    s_.call(function);
+  }
+
+  /// Groups: the dirty ones, by the tracker, or the straight code of all, from one of the chunks on.
+  void run_stretch(const ChangedPlan::Stretch& stretch) {
+    const std::size_t first = chunks_.size();
+    for (std::size_t c = 0; c < stretch.chunks.size(); ++c) chunks_.push_back(s_.label());
+    s_.jump_if_set(tracker_->whole(), chunks_[first]);
+    s_.pass(2, stretch.number);
+    s_.pass_machine(1);
+    call_tracker(&run_changed);
+    s_.jump_to_result();
+    for (std::size_t c = 0; c < stretch.chunks.size(); ++c) {
+      s_.land(chunks_[first + c]);
+      for (const ChangedPlan::Piece& piece : stretch.chunks[c]) {
+        const LinkedInstruction& instruction = linked_.instructions[piece.instruction];
+        if (piece.first_record == 0 && piece.instruction != stretch.begin) land_at(instruction);
+        if (piece.records != 0) {
+          translate_some(instruction, piece.first_record, piece.records);
+        } else {
+          translate(instruction);
+        }
+        s_.keep_asides_near();
+      }
+    }
+    exits_.push_back(s_.label());
+    s_.land(exits_.back());
+  }
+  /// Some records of a boolean run, as a run of their own.
+  void translate_some(const LinkedInstruction& instruction, std::uint32_t first, std::uint32_t count) {
+    const Operation operation = operation_of(instruction.op);
+    if (records_as_data_) return call_records(instruction.position, operation.form, first, count);
+    const std::uint32_t* const w = linked_.data() + instruction.position;
+    std::vector<std::uint32_t> words = {w[0], count};
+    if (operation.form == Form::kGeneralRecords) {
+      const std::uint32_t* const records = w + 2 + std::size_t{first} * runtime::kGeneralRecordWords;
+      words.insert(words.end(), records, records + std::size_t{count} * runtime::kGeneralRecordWords);
+    } else {
+      words.insert(words.end(), {w[2], w[3] + first * runtime::kShortRecordWords});
+    }
+    translate_records(s_, {words.data(), instruction.position, operation}, linked_.data(), expressions_);
+  }
+
+  /// What instructions outside of groups, [first, end), do to groups.
+  [[nodiscard]] ChangedPlan::Outside outside_of(std::size_t first, std::size_t end) const {
+    using Outside = ChangedPlan::Outside;
+    if (plan_ == nullptr) return {};
+    if (end == first + 1) return plan_->outside(first);
+    for (std::size_t i = first; i < end; ++i) {
+      if (plan_->outside(i).effect != Outside::Effect::kNone) return {Outside::Effect::kAnywhere, 0};
+    }
+    return {};
+  }
+  /// The instruction in front wrote what list `list` says.
+  void settle(std::uint32_t list) {
+    const asmjit::Label whole = s_.label();
+    s_.jump_if_set(tracker_->whole(), whole);
+    s_.pass(1, list);
+    call_tracker(&settle_changed);
+    s_.land(whole);
+  }
+
+  /// Groups that are code once more, as functions: bool (Machine&).
+  void write_groups() {
+    s_.relative = false;
+    for (const ChangedPlan::CodeGroup& group : plan_->code_groups()) {
+      targets_.clear();
+      for (std::size_t i = group.begin; i < group.end; ++i) expect_target(linked_.instructions[i]);
+      const asmjit::Label body = s_.label();
+      groups_.push_back(s_.label());
+      s_.land(groups_.back());
+      s_.begin_entry(false);
+      s_.call_body(body);
+      s_.end_entry(false);
+      s_.land(body);
+      s_.begin_body(group.counts_events);
+      for (std::size_t i = group.begin; i < group.end; ++i) {
+        land_at(linked_.instructions[i]);
+        translate(linked_.instructions[i]);
+      }
+      // A RETURN at least lies behind it.
+      land_at(linked_.instructions[group.end]);
+      s_.leave_body(true);
+      s_.write_asides();
+    }
+  }
+  /// Where all of it lies.
+  void tell_places() {
+    ChangeTables& tables = tracker_->tables;
+    for (const asmjit::Label& chunk : chunks_) tables.entries.push_back(s_.address_of_label(chunk));
+    for (std::size_t i = 0; i < exits_.size(); ++i) tables.stretches[i].exit = s_.address_of_label(exits_[i]);
+    for (std::size_t i = 0; i < groups_.size(); ++i) tables.codes[i].entry = s_.address_of_label(groups_[i]);
+  }
 
   // ---- instructions
 
+  void land_at(const LinkedInstruction& instruction) {
+    if (const auto target = targets_.find(instruction.position); target != targets_.end())
+      s_.land(target->second.label);
+  }
+  void expect_target(const LinkedInstruction& instruction) {
+    const std::uint32_t position = target_of(operation_of(instruction.op).form, linked_.data() + instruction.position);
+    if (position == kNoTarget) return;
+    Target& target = targets_[position];
+    if (target.jumps++ == 0) target.label = s_.label();
+  }
+  static bool is_interpreted(const LinkedInstruction& instruction) {
+    return operation_of(instruction.op).form == Form::kInterpreted;
+  }
+  /// Not in words_, which grow while code behind the body (Emitter::aside) still reads the instruction.
+  [[nodiscard]] Instruction instruction_of(const LinkedInstruction& instruction) const {
+    return {linked_.data() + instruction.position, instruction.position, operation_of(instruction.op)};
+  }
+  void translate(const LinkedInstruction& instruction) {
+    Instruction i = instruction_of(instruction);
+    find_ports(i, std::span(&instruction + 1, linked_.instructions.data() + linked_.instructions.size()));
+    translate(i);
+  }
+  /// The ports of the block of the library that runs soon behind the instruction.
+  void find_ports(Instruction& instruction, std::span<const LinkedInstruction> behind) const {
+    constexpr std::size_t kSoon = 4;
+    for (const LinkedInstruction& next : behind.first(std::min(kSoon, behind.size()))) {
+      if (operation_of(next.op).form != Form::kRunBlock) continue;
+      const std::uint32_t* const words = linked_.data() + next.position;
+      const auto block = block_of(runtime::load_pointer<stdlib::Step>(words + 1));
+      if (!block) return;
+      instruction.ports = words[3];
+      instruction.port_bytes = block->spec->size;
+      return;
+    }
+  }
   void translate(const Instruction& i) {
     const std::uint32_t* const w = i.words;
     switch (i.operation.form) {
@@ -250,7 +386,7 @@ class TaskCompiler {
       case Form::kShortRecords4:
       case Form::kShortRecords5:
       case Form::kGeneralRecords:
-        if (records_as_data_ && !s_.relative) return call_records(i);
+        if (records_as_data_ && !s_.relative) return call_records(i.position, i.operation.form, 0, w[1]);
         return translate_records(s_, i, linked_.data(), expressions_);
       case Form::kRunBlock:
         if (translate_block(s_, runtime::load_pointer<stdlib::Step>(w + 1), w[3])) return;
@@ -288,16 +424,19 @@ class TaskCompiler {
     }
   }
 
-  /// Words: count, then the window and the position of short records, or general records.
-  void call_records(const Instruction& i) {
-    const bool general = i.operation.form == Form::kGeneralRecords;
-    // Those of the program, which outlives its native code.
-    const std::uint32_t* const records = linked_.data() + (general ? i.position + 2 : i.words[3]);
-    s_.pass(2, i.words[1]);
+  /// Records of a boolean run in the program, which outlives its native code. Words: count, then the window and the
+  /// position of short records, or general records.
+  void call_records(std::uint32_t position, Form form, std::uint32_t first, std::uint32_t count) {
+    const std::uint32_t* const w = linked_.data() + position;
+    const bool general = form == Form::kGeneralRecords;
+    const std::uint32_t* const records = general
+                                             ? w + 2 + std::size_t{first} * runtime::kGeneralRecordWords
+                                             : linked_.data() + w[3] + std::size_t{first} * runtime::kShortRecordWords;
+    s_.pass(2, count);
     s_.pass(1, reinterpret_cast<std::uint64_t>(records));
-    s_.pass_address(0, general ? 0 : i.words[2]);
+    s_.pass_address(0, general ? 0 : w[2]);
     if (general) return s_.call(&run_general_records);
-    s_.call(i.operation.form == Form::kShortRecords4 ? &run_records_of_4 : &run_records_of_5);
+    s_.call(form == Form::kShortRecords4 ? &run_records_of_4 : &run_records_of_5);
   }
 
   void loop_jump(const Instruction& i) {
@@ -322,62 +461,15 @@ class TaskCompiler {
   /// kind, capacities.
   void call_function(const Instruction& i) {
     const std::uint32_t* const w = i.words;
-    reset_frame(w[1], runtime::load_pointer<const std::byte*>(w + 3), w[2]);
+    reset_frame(s_, w[1], runtime::load_pointer<const std::byte*>(w + 3), w[2]);
     const std::uint32_t* argument = w + 8;
     for (const std::uint32_t* const end = argument + std::size_t{w[6]} * 4; argument != end; argument += 4) {
-      pass(i.position, argument);
+      pass_argument(s_, i.position, argument);
     }
     call_body(w[5]);
     for (const std::uint32_t* const end = argument + std::size_t{w[7]} * 4; argument != end; argument += 4) {
-      pass(i.position, argument);
+      pass_argument(s_, i.position, argument);
     }
-  }
-  void reset_frame(std::uint32_t frame, const std::byte* initial, std::uint32_t bytes) {
-    if (bytes > kInlineFrameBytes) {
-      s_.pass(2, bytes);
-      s_.pass(1, reinterpret_cast<std::uint64_t>(initial));
-      s_.pass_address(0, frame);
-      return s_.call_address(reinterpret_cast<std::uint64_t>(&std::memcpy));
-    }
-    for (std::uint32_t at = 0; at < bytes;) {
-      const unsigned step = bytes - at >= 8 ? 8 : bytes - at >= 4 ? 4 : bytes - at >= 2 ? 2 : 1;
-      std::uint64_t value = 0;
-      std::memcpy(&value, initial + at, step);
-      s_.store_constant(frame + at, step, value);
-      at += step;
-    }
-  }
-  /// One argument of a function: words to, from, bytes or kind, capacities (runtime::pass).
-  void pass(std::uint32_t position, const std::uint32_t* argument) {
-    switch (argument[2]) {
-      case 1:
-      case 2:
-      case 4:
-      case 8:
-        return s_.move(argument[0], argument[1], argument[2]);
-      case runtime::kPassStr:
-      case runtime::kPassWstr:
-        break;
-      default:
-        s_.pass(2, argument[2]);
-        s_.pass_address(1, argument[1]);
-        s_.pass_address(0, argument[0]);
-        return s_.call_address(reinterpret_cast<std::uint64_t>(&std::memmove));
-    }
-    s_.pass(3, argument[2] == runtime::kPassStr ? 1 : 2);
-    s_.pass(2, argument[3]);
-    s_.pass_address(1, argument[1]);
-    s_.pass_address(0, argument[0]);
-    s_.call(&copy_text);
-    const asmjit::Label cut = s_.label();
-    const asmjit::Label done = s_.label();
-    s_.jump_if_result(false, cut);
-    s_.bind(done);
-    s_.aside([this, cut, done, position] {
-      s_.land(cut);
-      s_.raise(position, static_cast<int>(stdlib::Event::kTruncated));
-      s_.jump(done);
-    });
   }
 
   /// Words: kernel (2), arguments, result, then the arguments.
@@ -395,12 +487,21 @@ class TaskCompiler {
     });
   }
 
-  /// Instructions from number `first` on that the interpreter runs, as far as nobody jumps between them: copied behind
-  /// the resolved code, with a RETURN. Returns the number of the next one.
-  std::size_t interpret(const LinkedBody& body, std::span<const LinkedInstruction> instructions, std::size_t first) {
-    const auto start = static_cast<std::uint32_t>(words_.size());
-    std::size_t i = first;
+  /// The number behind an instruction, or behind those that the interpreter runs at once: as far as nobody jumps
+  /// between them.
+  [[nodiscard]] std::size_t next_of(std::span<const LinkedInstruction> instructions, std::size_t i) const {
+    const bool interpreted = is_interpreted(instructions[i]);
     do {
+      ++i;
+    } while (interpreted && i < instructions.size() && is_interpreted(instructions[i]) &&
+             !targets_.contains(instructions[i].position));
+    return i;
+  }
+  /// Instructions [first, next) run in the interpreter: copied behind the resolved code, with a RETURN.
+  void interpret(const LinkedBody& body, std::span<const LinkedInstruction> instructions, std::size_t first,
+                 std::size_t next) {
+    const auto start = static_cast<std::uint32_t>(words_.size());
+    for (std::size_t i = first; i < next; ++i) {
       const std::uint32_t position = instructions[i].position;
       const std::uint32_t end = end_of(instructions, i);
       const auto at = static_cast<std::uint32_t>(words_.size());
@@ -409,9 +510,7 @@ class TaskCompiler {
       words_.resize(at + (end - position));
       std::copy(words_.begin() + position, words_.begin() + end, words_.begin() + at);
       ++report_.interpreted[instructions[i].op];
-      ++i;
-    } while (i < instructions.size() && operation_of(instructions[i].op).form == Form::kInterpreted &&
-             !targets_.contains(instructions[i].position));
+    }
     words_.push_back(runtime::handler_word(body.addressing, runtime::ResolvedOp::kReturn));
     if (s_.relative) {
       s_.pass_instance_offset(3);
@@ -423,7 +522,6 @@ class TaskCompiler {
     s_.pass_machine(0);
     s_.call(&runtime::run_body);
     check();
-    return i;
   }
   /// Where the words of an instruction without records end.
   [[nodiscard]] std::uint32_t end_of(std::span<const LinkedInstruction> instructions, std::size_t i) const {
@@ -432,6 +530,8 @@ class TaskCompiler {
   }
 
   const LinkedCode& linked_;
+  const ChangedPlan* plan_;
+  std::unique_ptr<ChangeTracker> tracker_;
   Assembly s_;
   std::vector<std::uint32_t> words_;
   std::vector<runtime::CodeMark> marks_;
@@ -446,9 +546,12 @@ class TaskCompiler {
     std::uint32_t first = 0, last = 0;             ///< positions
     std::map<std::uint32_t, asmjit::Label> exits;  ///< by position outside
   };
-  std::optional<LoopCode> loop_;  ///< that is being written
-  asmjit::Label failed_;          ///< of this body: the scan is over
-  bool records_as_data_ = false;  ///< boolean logic is not made code
+  std::optional<LoopCode> loop_;       ///< that is being written
+  asmjit::Label failed_;               ///< of this body: the scan is over
+  bool records_as_data_ = false;       ///< boolean logic is not made code
+  std::vector<asmjit::Label> chunks_;  ///< by chunk: its straight code
+  std::vector<asmjit::Label> exits_;   ///< of stretches
+  std::vector<asmjit::Label> groups_;  ///< that are code
   CompileReport report_;
 };
 
@@ -457,10 +560,19 @@ class TaskCompiler {
 core::Result<std::unique_ptr<NativeTask>> compile(runtime::Program& program, const CompileOptions& options) {
   const LinkedCode& linked = program.linked();
   const std::span<std::byte> table(program.table().data(), program.table().layout().total);
-  auto memory = CodeMemory::reserve(table, linked.words.size() / sizeof(std::uint32_t) * kBytesPerWord + kBytesBeside);
+  std::unique_ptr<ChangedPlan> plan;
+  std::unique_ptr<ChangeTracker> tracker;
+  std::size_t bytes = linked.words.size() / sizeof(std::uint32_t) * kBytesPerWord + kBytesBeside;
+  if (options.changed) {
+    plan = std::make_unique<ChangedPlan>(linked, program.table().layout());
+    tracker = std::make_unique<ChangeTracker>(table.data(), table.size(), plan->take_tables(), options.patience);
+    bytes *= kCodeWithGroups;
+  }
+  auto memory = CodeMemory::reserve(table, bytes);
   if (!memory) return memory.error();
   const runtime::TaskLayout& layout = program.table().layout();
-  TaskCompiler compiler(linked, {table.data(), layout.constants, layout.instance}, memory->address());
+  const Memory places{table.data(), layout.constants, layout.instance};
+  TaskCompiler compiler(linked, places, memory->address(), plan.get(), std::move(tracker));
   compiler.compile(options);
   const std::vector<std::byte> code = compiler.code();
   if (!compiler.problem().empty() || code.size() > memory->reserved()) {

@@ -15,10 +15,12 @@
 #include <vector>
 
 #include "core/result.h"
+#include "native/change_tracker.h"
 #include "native/code_memory.h"
 #include "native/operation.h"
 #include "runtime/compiled_task.h"
 #include "runtime/program.h"
+#include "runtime/sched/task_plan.h"
 
 namespace plc::native {
 
@@ -36,8 +38,9 @@ struct CompileReport {
 class NativeTask final : public runtime::CompiledTask {
  public:
   NativeTask(CodeMemory memory, const std::byte* entry, std::vector<std::uint32_t> words,
-             std::vector<runtime::CodeMark> code_marks, CompileReport report)
+             std::vector<runtime::CodeMark> code_marks, std::unique_ptr<ChangeTracker> tracker, CompileReport report)
       : memory_(std::move(memory)),
+        tracker_(std::move(tracker)),
         words_(std::move(words)),
         marks_(std::move(code_marks)),
         report_(std::move(report)) {
@@ -46,18 +49,29 @@ class NativeTask final : public runtime::CompiledTask {
     marks = marks_;
   }
   [[nodiscard]] const CompileReport& report() const { return report_; }
+  [[nodiscard]] const runtime::SkipCounts* skipped() const noexcept override {
+    return tracker_ ? &tracker_->counts() : nullptr;
+  }
 
  private:
   CodeMemory memory_;
+  std::unique_ptr<ChangeTracker> tracker_;  ///< null when each scan executes everything
   std::vector<std::uint32_t> words_;
   std::vector<runtime::CodeMark> marks_;
   CompileReport report_;
 };
 
+inline constexpr auto kPatience = static_cast<std::uint32_t>(100 * runtime::kChangedShare);
+
 struct CompileOptions {
   /// Boolean logic of more look-up records than this is not made code; nothing = as many as this processor's second
   /// cache holds as code.
   std::optional<std::size_t> most_records_as_code = std::nullopt;
+  /// Scans leave out what would change nothing, because none of its inputs changed (docs/adr/0022).
+  bool changed = false;
+  /// Most that finding and running changed parts one by one may take before the rest of a scan runs as a whole; in
+  /// percent of a whole scan.
+  std::uint32_t patience = kPatience;
 };
 
 /// Compiles a task. P9001 when the system gives no executable memory near its variables, or there is no code generator

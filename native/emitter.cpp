@@ -82,4 +82,8 @@ std::vector<std::byte> Emitter::finish() {
   return bytes;
 }
 
+const std::byte* Emitter::address_of_label(const asmjit::Label& label) const {
+  return reinterpret_cast<const std::byte*>(code_.baseAddress() + code_.labelOffset(label));
+}
+
 }  // namespace plc::native

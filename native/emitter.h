@@ -101,6 +101,10 @@ class Emitter : private asmjit::ErrorHandler {
   virtual void jump_if(std::uint32_t operand, bool value, const asmjit::Label& target) = 0;
   /// Jumps if the function called last returned `value`.
   virtual void jump_if_result(bool value, const asmjit::Label& target) = 0;
+  /// Jumps if a byte that C++ writes is not 0; `target` is near.
+  virtual void jump_if_set(const std::uint8_t& flag, const asmjit::Label& target) = 0;
+  /// Jumps to the address that the function called last returned.
+  virtual void jump_to_result() = 0;
   /// Takes one from the loop budget; to `over`, and nothing is taken, when there is none. Notes the place.
   virtual void take_loop(std::uint32_t position, const asmjit::Label& over) = 0;
 
@@ -154,6 +158,8 @@ class Emitter : private asmjit::ErrorHandler {
   [[nodiscard]] const std::string& problem() const { return problem_; }
   /// Resolves all references; the code as it is to lie at its address.
   std::vector<std::byte> finish();
+  /// Where a label lies; behind finish().
+  [[nodiscard]] const std::byte* address_of_label(const asmjit::Label& label) const;
 
  protected:
   /// For code that starts at `address`, written by `assembler`, which attach() is for. `reach`: bytes of code after

@@ -5,6 +5,7 @@
 // instructions and bodies (compile.cpp).
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -40,6 +41,12 @@ bool translate_block(Assembly& assembly, stdlib::Step step, std::uint32_t ports)
 /// A call of a function of the library as code; `call` writes the call itself, for what the code leaves to it. False,
 /// and nothing was written, when there is no code for the function.
 bool translate_library(Assembly& assembly, const Instruction& instruction, const std::function<void()>& call);
+
+/// Gives the frame of a function its initial values; what they are stays where it is.
+void reset_frame(Emitter& emitter, std::uint32_t frame, const std::byte* initial, std::uint32_t bytes);
+/// One argument of a function, in or out: words to, from, bytes or kind, capacities (runtime::pass). `position`: of the
+/// call.
+void pass_argument(Emitter& emitter, std::uint32_t position, const std::uint32_t* argument);
 
 /// The look-up records of a boolean run. `code`: all resolved code.
 void translate_records(Assembly& assembly, const Instruction& instruction, const std::uint32_t* code,

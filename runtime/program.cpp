@@ -183,6 +183,11 @@ std::optional<core::TimeNs> Program::compiled_since() const noexcept {
   return since == kNever ? std::nullopt : std::optional(since);
 }
 
+const SkipCounts* Program::skipped() const noexcept {
+  const CompiledTask* const compiled = state_->current.load(std::memory_order_acquire);
+  return compiled != nullptr ? compiled->skipped() : nullptr;
+}
+
 // RT:
 void Program::cut_loops() noexcept { state_->machine.loops_left.store(0, std::memory_order_relaxed); }
 // RT:

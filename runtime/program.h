@@ -29,6 +29,7 @@ namespace plc::runtime {
 
 struct CompiledTask;
 struct LinkedCode;
+struct SkipCounts;
 
 /// What a scan is told from outside. Taken once per cycle.
 struct CycleContext {
@@ -100,6 +101,9 @@ class Program {
   void install(std::unique_ptr<CompiledTask> compiled);
   /// The instant (CycleContext) of the first scan that ran compiled code, or nothing. Any thread.
   [[nodiscard]] std::optional<core::TimeNs> compiled_since() const noexcept;
+
+  /// What compiled code leaves out of scans, or null. Any thread.
+  [[nodiscard]] const SkipCounts* skipped() const noexcept;
 
   /// Where a running scan is, roughly: at its last loop jump or program call. Any thread; RT.
   [[nodiscard]] Fault place(FaultKind kind) const noexcept;

@@ -5,9 +5,11 @@
 #include <sched.h>
 
 #include <csignal>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "native/compile.h"
+#include "runtime/compiled_task.h"
 #include "tools/command_line.h"
 
 namespace plc::tools {
@@ -25,17 +27,45 @@ void add_engine_option(CLI::App& app, Engine& engine) {
 
 std::string engine_name(const runtime::Program& program) { return program.compiled_since() ? "native" : "interpreter"; }
 
-std::optional<core::Problem> compile_all(runtime::Resource& resource) {
+namespace {
+native::CompileOptions options_of(std::span<const runtime::Evaluate> evaluate, std::size_t task) {
+  return {.changed = task < evaluate.size() && evaluate[task] == runtime::Evaluate::kChanged};
+}
+}  // namespace
+
+std::string skipped_text(const runtime::Program& program) {
+  const runtime::SkipCounts* const skipped = program.skipped();
+  if (skipped == nullptr) return {};
+  const std::uint64_t scans = skipped->scans;
+  const std::uint64_t whole = skipped->whole_scans;
+  const double all = static_cast<double>(skipped->groups) * static_cast<double>(scans - whole);
+  const double share = all == 0 ? 0 : 1 - static_cast<double>(skipped->runs) / all;
+  return fmt::format("{:.1f} % of {} groups left out, {} of {} scans whole", share * 100, skipped->groups, whole,
+                     scans);
+}
+
+void add_skipped(const runtime::Program& program, nlohmann::ordered_json& task) {
+  const runtime::SkipCounts* const skipped = program.skipped();
+  if (skipped == nullptr) return;
+  task["groups"] = skipped->groups;
+  task["group_runs"] = skipped->runs.load();
+  task["native_scans"] = skipped->scans.load();
+  task["whole_scans"] = skipped->whole_scans.load();
+}
+
+std::optional<core::Problem> compile_all(runtime::Resource& resource, std::span<const runtime::Evaluate> evaluate) {
   for (std::size_t task = 0; task < resource.task_count(); ++task) {
-    auto compiled = native::compile(resource.program(task));
+    auto compiled = native::compile(resource.program(task), options_of(evaluate, task));
     if (!compiled) return compiled.error();
     resource.program(task).install(std::move(*compiled));
   }
   return std::nullopt;
 }
 
-BackgroundCompiler::BackgroundCompiler(runtime::Resource& resource)
-    : resource_(resource), thread_([this](const std::stop_token& stop) { run(stop); }) {}
+BackgroundCompiler::BackgroundCompiler(runtime::Resource& resource, std::vector<runtime::Evaluate> evaluate)
+    : resource_(resource),
+      evaluate_(std::move(evaluate)),
+      thread_([this](const std::stop_token& stop) { run(stop); }) {}
 
 void BackgroundCompiler::run(const std::stop_token& stop) {
   sigset_t all;
@@ -46,7 +76,7 @@ void BackgroundCompiler::run(const std::stop_token& stop) {
   pthread_setschedparam(pthread_self(), SCHED_IDLE, &none);
   for (std::size_t task = 0; task < resource_.task_count() && !stop.stop_requested(); ++task) {
     runtime::Program& program = resource_.program(task);
-    auto compiled = native::compile(program);
+    auto compiled = native::compile(program, options_of(evaluate_, task));
     if (compiled) {
       program.install(std::move(*compiled));
     } else {

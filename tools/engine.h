@@ -7,12 +7,15 @@
 #include <CLI/CLI.hpp>
 #include <atomic>
 #include <cstdint>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "runtime/resource.h"
+#include "runtime/sched/task_plan.h"
 
 namespace plc::tools {
 
@@ -29,13 +32,19 @@ void add_engine_option(CLI::App& app, Engine& engine);
 std::string engine_name(const runtime::Program& program);
 
 /// Compiles and installs all tasks of a resource. The first problem, when a task cannot be compiled.
-std::optional<core::Problem> compile_all(runtime::Resource& resource);
+/// `evaluate`: what scans are to execute, by task; empty = everything.
+std::optional<core::Problem> compile_all(runtime::Resource& resource, std::span<const runtime::Evaluate> evaluate);
+
+/// "97 % of 10000 groups left out, 34 of 5000 scans whole", or nothing for a task that executes everything.
+std::string skipped_text(const runtime::Program& program);
+/// The same as members groups, group_runs, native_scans and whole_scans; none for a task that executes everything.
+void add_skipped(const runtime::Program& program, nlohmann::ordered_json& task);
 
 /// Compiles the tasks one after the other in a thread of the lowest priority, which takes nothing from anybody. A task
 /// that cannot be compiled stays with the interpreter.
 class BackgroundCompiler {
  public:
-  explicit BackgroundCompiler(runtime::Resource& resource);
+  BackgroundCompiler(runtime::Resource& resource, std::vector<runtime::Evaluate> evaluate);
   /// Waits for the task that is being compiled.
   ~BackgroundCompiler() = default;
   BackgroundCompiler(const BackgroundCompiler&) = delete;
@@ -48,6 +57,7 @@ class BackgroundCompiler {
   void run(const std::stop_token& stop);
 
   runtime::Resource& resource_;
+  std::vector<runtime::Evaluate> evaluate_;
   std::vector<std::string> notes_;
   std::atomic<bool> ended_{false};
   std::jthread thread_;  // the last member: it uses all others

@@ -131,6 +131,7 @@ struct TaskConfig {
   core::TimeNs watchdog_ns = 0;              ///< 0 = none
   runtime::OverrunPolicy overrun = runtime::OverrunPolicy::kSkip;
   std::optional<runtime::FaultPolicy> on_fault;  ///< nothing = as the command line says
+  runtime::Evaluate evaluate = runtime::Evaluate::kAll;
 };
 
 /// [taskblocks]

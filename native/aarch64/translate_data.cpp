@@ -285,13 +285,31 @@ a64::Mem element_place(Assembly& s, std::uint32_t place, std::uint32_t stride) {
   return a64::ptr(a64::x1);
 }
 
-/// Words: out, place, index (6).
+/// Words: the value, place, index (6) or path. Uses x0, x1 and x17.
+a64::Mem part_place(Assembly& s, const Instruction& i, const asmjit::Label& outside) {
+  if (i.operation.form == Form::kLoadElement || i.operation.form == Form::kStoreElement) {
+    element_number(s, i.words + 3, outside);
+    return element_place(s, i.words[2], i.words[5]);
+  }
+  const a64::Gp distance = a64::x(17);
+  s.constant(distance, 0);
+  const std::uint32_t* index = i.words + 5;
+  for (std::uint32_t n = 0; n < i.words[4]; ++n, index += runtime::kIndexWords) {
+    element_number(s, index, outside);
+    s.forget();
+    s.constant(a64::x1, index[2]);
+    s.a.madd(distance, a64::x0, a64::x1, distance);
+  }
+  s.address(a64::x1, i.words[2] + i.words[3]);
+  s.a.add(a64::x1, a64::x1, distance);
+  return a64::ptr(a64::x1);
+}
+
 void load_element(Assembly& s, const Instruction& i) {
   const unsigned bytes = bytes_of(i.operation.type);
   const asmjit::Label outside = s.label();
   const asmjit::Label done = s.label();
-  element_number(s, i.words + 3, outside);
-  s.load_from(element_place(s, i.words[2], i.words[5]), bytes, 2);
+  s.load_from(part_place(s, i, outside), bytes, 2);
   s.bind(done);
   s.aside([&s, outside, done, position = i.position] {
     s.land(outside);
@@ -311,8 +329,7 @@ void store_element(Assembly& s, const Instruction& i) {
   const bool real_held = bytes >= 4 && s.holds_real(i.words[1], real_type);
   const std::uint32_t holder = s.holder();
   if (!real_held) s.load(2, i.words[1], bytes);
-  element_number(s, i.words + 3, outside);
-  const a64::Mem element = element_place(s, i.words[2], i.words[5]);
+  const a64::Mem element = part_place(s, i, outside);
   if (real_held) {
     s.a.str(vec(holder, real_type), element);
   } else {
@@ -357,6 +374,7 @@ void translate_data(Assembly& s, const Instruction& i) {
     case Form::kRange:
       return range(s, i);
     case Form::kLoadElement:
+    case Form::kLoadPath:
       return load_element(s, i);
     default:
       return store_element(s, i);

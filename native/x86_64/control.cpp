@@ -76,6 +76,16 @@ void Assembly::jump_if_result(bool value, const asmjit::Label& target) {
   a.test(x86::al, x86::al);
   a.j(value ? x86::CondCode::kNZ : x86::CondCode::kZ, target);
 }
+void Assembly::jump_if_set(const std::uint8_t& flag, const asmjit::Label& target) {
+  forget();
+  a.mov(x86::rax, reinterpret_cast<std::uint64_t>(&flag));
+  a.cmp(x86::byte_ptr(x86::rax), 0);
+  a.jne(target);
+}
+void Assembly::jump_to_result() {
+  a.jmp(x86::rax);
+  forget();
+}
 void Assembly::take_loop(std::uint32_t position, const asmjit::Label& over) {
   if (kept_ != nullptr) {
     // Others may have set it to 0 in memory, which stays what it was.

@@ -94,6 +94,7 @@ class Estimator {
     for (auto pou = pous_.rbegin(); pou != pous_.rend(); ++pou) costs_of_pous_[*pou] = body_cost(*pou);
     result_.scan = costs_[CostKind::kScan] + costs_of_pous_[body_] +
                    costs_[CostKind::kFetch] * static_cast<double>(library_used());
+    result_.table_bytes = layout_.total - (layout_.instance - layout_.constants);
     list_body();
     return std::move(result_);
   }

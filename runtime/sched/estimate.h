@@ -40,6 +40,7 @@ struct TaskEstimate {
   Cost scan;  ///< a whole scan, without its release; `first` is the longest one on its own
   std::vector<AssumedLoop> assumed;
   std::vector<BodyStep> body;
+  std::uint64_t table_bytes = 0;  ///< of the variables that the task works on
 };
 
 /// `loop_budget`: no loop goes round more often in a scan, whatever it counts to. Functions and blocks that the table

@@ -27,17 +27,25 @@ struct Engine {
 };
 
 inline Engine interpreter() { return {"interpreter"}; }
-inline Engine native_code() {
-  return {"native code", [](runtime::Program& program) -> core::Result<std::unique_ptr<runtime::CompiledTask>> {
-            auto compiled = native::compile(program);
+inline Engine native_code(const native::CompileOptions& options = {}, std::string name = "native code") {
+  return {std::move(name),
+          [options](runtime::Program& program) -> core::Result<std::unique_ptr<runtime::CompiledTask>> {
+            auto compiled = native::compile(program, options);
             if (!compiled) return compiled.error();
             return std::unique_ptr<runtime::CompiledTask>(std::move(*compiled));
           }};
 }
+/// Most programs of tests are so small that any change is a large part of them: this one is never given up for.
+inline constexpr std::uint32_t kEndlessPatience = 1'000'000;
+/// Native code that leaves out what did not change; `patience`: see native::CompileOptions.
+inline Engine native_changed(std::uint32_t patience = native::kPatience) {
+  return native_code({.changed = true, .patience = patience},
+                     "native code of what changed, patience " + std::to_string(patience));
+}
 /// Those that this processor has. The first is what the others are compared with.
 inline std::vector<Engine> all_engines() {
 #if defined(__x86_64__) || defined(__aarch64__)
-  return {interpreter(), native_code()};
+  return {interpreter(), native_code(), native_changed(), native_changed(kEndlessPatience)};
 #else
   return {interpreter()};
 #endif

@@ -107,6 +107,27 @@ TEST(Run, SaysWhichEngineRunsSinceWhen) {
   EXPECT_GE(document.at("tasks").at(0).at("native_since_ns").get<std::int64_t>(), 0);
 }
 
+TEST(Run, SaysWhatIsLeftOut) {
+  const ScratchFolder scratch;
+  const std::string config = scratch.file("plc.toml");
+  write_text(config, "[tasks.Fast]\nevaluate = \"changed\"\n");
+  const auto run = [&config](const char* engine, const char* stats) {
+    const auto result = run_tool({PLC_RUN_TOOL, tank(), "--modbus", "off", "--config", config, "--cycles", "50",
+                                  "--engine", engine, stats});
+    EXPECT_EQ(result.code, 0) << result.err;
+    return result.out;
+  };
+  const std::string native = run("native", "--stats");
+  EXPECT_NE(native.find(", evaluates what changed\n"), std::string::npos) << native;
+  EXPECT_NE(native.find(" groups left out, "), std::string::npos) << native;
+  EXPECT_NE(run("interp", "--stats").find(", evaluates what changed in native code only: here everything\n"),
+            std::string::npos);
+  const auto task = nlohmann::json::parse(run("native", "--stats=json")).at("tasks").at(0);
+  EXPECT_GT(task.at("groups"), 0);
+  EXPECT_EQ(task.at("native_scans"), task.at("cycles"));
+  EXPECT_LE(task.at("whole_scans"), task.at("native_scans"));
+}
+
 TEST(Run, JsonHasStdoutForItself) {
   EXPECT_EQ(run_tool({PLC_RUN_TOOL, tank(), "--cycles", "1", "--stats=json", "--watch", "Running"}).code, 2);
   EXPECT_EQ(run_tool({PLC_RUN_TOOL, tank(), "--cycles", "1", "--stats=xml"}).code, 2);

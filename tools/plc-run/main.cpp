@@ -175,8 +175,10 @@ class AllocationWarnings {
 int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::Diagnostics& diagnostics,
                  std::int64_t duration_ns, core::TimeNs load_ns) {
   const bytecode::Image& image = resource.image();
+  std::vector<runtime::Evaluate> evaluate;
+  for (const runtime::TaskPlan& task : plan.tasks) evaluate.push_back(task.evaluate);
   if (run.engine == Engine::kNative) {
-    if (const auto problem = compile_all(resource)) return complain(*problem), kExitErrors;
+    if (const auto problem = compile_all(resource, evaluate)) return complain(*problem), kExitErrors;
   }
   const auto machine =
       io::Machine::configure({run.file, std::move(plan.configuration), run.listen}, resource, diagnostics);
@@ -195,7 +197,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   }
   // What is said on the way leaves stdout to the document.
   std::ostream& talk = run.stats == Stats::kJson ? std::cerr : std::cout;
-  print_start(run.file, image, plan.tasks, load_ns, talk);
+  print_start(run.file, image, plan.tasks, run.engine, load_ns, talk);
   handle_signals();
   // From here on this may be the guardian's child: no thread before.
   const auto failed = [&](const core::Problem& problem) {
@@ -230,7 +232,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   talk << std::endl;
   // A thread, so behind the guardian's fork; its memory is locked like all other.
   std::optional<BackgroundCompiler> compiler;
-  if (run.engine == Engine::kAuto) compiler.emplace(resource);
+  if (run.engine == Engine::kAuto) compiler.emplace(resource, evaluate);
 
   std::size_t faults = 0;
   const auto show_faults = [&] {

@@ -79,7 +79,7 @@ ordered_json to_json(const Histogram& histogram) {
 }  // namespace
 
 void print_start(std::string_view file, const bytecode::Image& image, std::span<const runtime::TaskPlan> plan,
-                 core::TimeNs load_ns, std::ostream& out) {
+                 Engine engine, core::TimeNs load_ns, std::ostream& out) {
   out << fmt::format("{}: {} with {}, ready in {}\n", kVersionText, file, counted(image.tasks.size(), "task"),
                      time_text(load_ns));
   out << "options: " << describe(image.options) << '\n';
@@ -90,6 +90,10 @@ void print_start(std::string_view file, const bytecode::Image& image, std::span<
     if (plan[t].offset_ns != 0) out << ", offset " << time_text(plan[t].offset_ns);
     if (plan[t].lead_ns) out << ", lead " << time_text(*plan[t].lead_ns);
     if (plan[t].watchdog_ns != 0) out << ", watchdog " << time_text(plan[t].watchdog_ns);
+    if (plan[t].evaluate == runtime::Evaluate::kChanged) {
+      out << ", evaluates what changed"
+          << (engine == Engine::kInterpreter ? " in native code only: here everything" : "");
+    }
     out << '\n';
   }
 }
@@ -178,6 +182,7 @@ void print_engines(const runtime::Resource& resource, core::TimeNs begin_ns, std
     out << fmt::format("engine of {}: {}", program.task().name, engine_name(program));
     if (const auto since = program.compiled_since())
       out << " since " << time_text(std::max<core::TimeNs>(*since - begin_ns, 0));
+    if (const std::string skipped = skipped_text(program); !skipped.empty()) out << ", " << skipped;
     out << '\n';
   }
 }
@@ -201,6 +206,7 @@ void print_json(const runtime::Resource& resource, const runtime::RealtimeSchedu
     task["engine"] = engine_name(program);
     if (const auto since = program.compiled_since())
       task["native_since_ns"] = std::max<core::TimeNs>(*since - begin_ns, 0);
+    add_skipped(program, task);
     task["cycles"] = s.scans.load();
     task["overruns"] = s.overruns.load();
     task["missed"] = s.missed.load();

@@ -14,13 +14,14 @@
 #include "core/clock.h"
 #include "io-drivers/machine/machine.h"
 #include "runtime/sched/realtime.h"
+#include "tools/engine.h"
 
 namespace plc::tools {
 
 /// Version, options, and each task with its release and what the machine has planned for it. `load_ns`: from the start
 /// to here.
 void print_start(std::string_view file, const bytecode::Image& image, std::span<const runtime::TaskPlan> plan,
-                 core::TimeNs load_ns, std::ostream& out);
+                 Engine engine, core::TimeNs load_ns, std::ostream& out);
 void print_devices(const io::Machine& machine, const std::vector<std::string>& notes, std::ostream& out);
 /// What the system granted.
 void print_realtime(const runtime::RealtimeReport& report, std::ostream& out);

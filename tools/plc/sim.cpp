@@ -65,8 +65,13 @@ class ScanTimes final : public runtime::CycleListener {
                       std::to_string(h.percentile_ns(0.99))});
     }
     print_table(rows, out);
+    for (std::size_t i = 0; i < times_.size(); ++i) {
+      const std::string skipped = skipped_text(resource.program(i));
+      if (!skipped.empty()) out << resource.program(i).task().name << ": " << skipped << '\n';
+    }
   }
-  /// {"tasks": [{"name": .., "engine": .., "scans": .., "min_ns": .., "median_ns": .., "p99_ns": ..}]}
+  /// {"tasks": [{"name": .., "engine": .., "scans": .., "min_ns": .., "median_ns": .., "p99_ns": ..}]}, and what
+  /// add_skipped() says
   void print_json(const runtime::Resource& resource, std::ostream& out) const {
     nlohmann::ordered_json document;
     document["tasks"] = nlohmann::ordered_json::array();
@@ -79,6 +84,7 @@ class ScanTimes final : public runtime::CycleListener {
                                    {"min_ns", h.count() ? h.min_ns() : 0},
                                    {"median_ns", h.percentile_ns(0.5)},
                                    {"p99_ns", h.percentile_ns(0.99)}});
+      add_skipped(program, document["tasks"].back());
     }
     // WHY replace: a name that is no UTF-8 must not spoil the document.
     out << document.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << '\n';
@@ -103,6 +109,17 @@ std::vector<std::string> watched_paths(const std::vector<std::string>& patterns,
   return paths;
 }
 
+/// [tasks.NAME] evaluate, by task.
+std::vector<runtime::Evaluate> evaluations(const io::Configuration& configuration, const bytecode::Image& image) {
+  std::vector<runtime::Evaluate> evaluate;
+  for (const bytecode::ImageTask& task : image.tasks) {
+    const auto said = std::find_if(configuration.tasks.begin(), configuration.tasks.end(),
+                                   [&](const io::TaskConfig& config) { return core::iequals(config.name, task.name); });
+    evaluate.push_back(said == configuration.tasks.end() ? runtime::Evaluate::kAll : said->evaluate);
+  }
+  return evaluate;
+}
+
 int run(const CLI::App& app, const Sim& sim) {
   const bool trace_on_stdout = sim.trace == "-" || (sim.trace.empty() && !sim.watch.empty());
   if (trace_on_stdout && sim.stats == Stats::kJson) {
@@ -110,7 +127,8 @@ int run(const CLI::App& app, const Sim& sim) {
     return kExitUsage;
   }
   taskblocks::Registry registry;
-  if (const auto code = load_taskblocks(sim.configuration, registry)) return *code;
+  io::Configuration configuration;
+  if (const auto code = load_taskblocks(sim.configuration, registry, configuration)) return *code;
   Compilation compilation;
   if (const auto code =
           open_or_explain(app, {sim.file, sim.options, Goal::kRun, sim.libraries, {}, &registry}, compilation)) {
@@ -121,8 +139,9 @@ int run(const CLI::App& app, const Sim& sim) {
   auto loaded = runtime::Resource::load(std::move(*compilation.image), program);
   if (!loaded) return complain(loaded.error()), kExitErrors;
   runtime::Resource& resource = **loaded;
+  const std::vector<runtime::Evaluate> evaluate = evaluations(configuration, resource.image());
   if (sim.engine == Engine::kNative) {
-    if (const auto problem = compile_all(resource)) return complain(*problem), kExitErrors;
+    if (const auto problem = compile_all(resource, evaluate)) return complain(*problem), kExitErrors;
   }
   runtime::Simulation simulation(resource);
 
@@ -149,7 +168,7 @@ int run(const CLI::App& app, const Sim& sim) {
   ScanTimes times(resource.task_count());
   if (sim.stats != Stats::kNone) simulation.add_listener(times);
   std::optional<BackgroundCompiler> compiler;
-  if (sim.engine == Engine::kAuto) compiler.emplace(resource);
+  if (sim.engine == Engine::kAuto) compiler.emplace(resource, evaluate);
 
   const bool until_stimulus_ends = sim.cycles == 0 && stimulus != nullptr;
   const std::uint64_t ran = until_stimulus_ends ? simulation.run_until(stimulus->end_ns() + 1)
@@ -232,7 +251,11 @@ void add_sim(CLI::App& app, int& exit_code) {
       ->transform(choice_validator<Stats>({{"text", Stats::kText}, {"json", Stats::kJson}}))
       ->type_name("[=json]");
   add_library_option(*command, sim.libraries);
-  add_taskblocks_option(*command, sim.configuration);
+  command
+      ->add_option("--config", sim.configuration,
+                   "configuration whose [taskblocks] libraries the project may use, and whose [tasks.NAME] say with "
+                   "evaluate what native code executes")
+      ->type_name("plc.toml");
   add_compile_options(*command, sim.options);
   command->callback([&exit_code, command] { exit_code = run(*command, sim); });
 }
