@@ -157,6 +157,15 @@ TEST(NativeEngine, APlaceInsideTheInterpretersShareNamesItsInstruction) {
   EXPECT_EQ((*compiled)->report().interpreted.at(runtime::ResolvedOp::kMoveStr), 1u);
 }
 
+/// SHL of a DWORD by an INT, which code leaves to the library when the INT is negative.
+std::string shift_left() {
+  const auto overloads = stdlib::overloads_named("SHL");
+  const auto found = std::find_if(overloads.begin(), overloads.end(), [](const stdlib::Overload& overload) {
+    return overload.t == TypeId::kDword && overload.u == TypeId::kInt;
+  });
+  return stdlib::key_of(*found);
+}
+
 TEST(NativeEngine, RareCodeBehindABodyOfManyInterpretedInstructions) {
   // What is copied for the interpreter is longer than the code itself: nothing may point into the copy.
   ImageBuilder b;
@@ -165,15 +174,65 @@ TEST(NativeEngine, RareCodeBehindABodyOfManyInterpretedInstructions) {
   const Word by = main.variable("by", b.type(TypeId::kInt), FieldRole::kLocal, bytes_of(std::int16_t{-1}));
   const Word text = main.variable("text", b.string(3));
   const Word source = b.text("abcdef");
-  const auto shift =
-      std::find_if(stdlib::overloads().begin(), stdlib::overloads().end(), [](const stdlib::Overload& overload) {
-        return overload.name == "SHL" && overload.t == TypeId::kDword && overload.u == TypeId::kInt;
-      });
-  ASSERT_NE(shift, stdlib::overloads().end());
-  main.call_std(stdlib::key_of(*shift), value, {value, by});
+  main.call_std(shift_left(), value, {value, by});
   for (int i = 0; i < 5000; ++i) main.op(Opcode::kMoveStr, {text, source});
   b.task("Cyclic", kPeriodNs, {main.finish()});
   EXPECT_EQ(difference(b.build(), 3), "");
+}
+
+TEST(NativeEngine, ABodyOfManyRareCases) {
+  // So many that they lie further behind it than conditional jumps of some processors reach.
+  ImageBuilder b;
+  PouBuilder main = b.pou("Main", PouKind::kProgram);
+  const Word value = main.variable("value", b.type(TypeId::kDword), FieldRole::kLocal, bytes_of(0x80000001u));
+  const Word by = main.variable("by", b.type(TypeId::kInt), FieldRole::kLocal, bytes_of(std::int16_t{-1}));
+  const Word number = main.variable("number", b.type(TypeId::kDint), FieldRole::kLocal, bytes_of(std::int32_t{7}));
+  const Word zero = main.variable("zero", b.type(TypeId::kDint));
+  const std::string shift = shift_left();
+  for (int i = 0; i < 15'000; ++i) {
+    main.call_std(shift, value, {value, by});
+    main.op(Opcode::kDivI32, {number, number, zero});
+    main.op(Opcode::kAdd32, {number, number, value});
+  }
+  b.task("Cyclic", kPeriodNs, {main.finish()});
+  EXPECT_EQ(difference(b.build(), 3), "");
+}
+
+TEST(NativeEngine, VariablesFarAway) {
+  // Behind 4 KiB and 16 MiB, in a program and in a function block with two instances.
+  ImageBuilder b;
+  const auto use = [&b](PouBuilder& pou) {
+    const Word element = pou.variable("element", b.type(TypeId::kDint), FieldRole::kLocal, bytes_of(std::int32_t{3}));
+    for (const std::uint32_t bytes : {5'000u, 17u << 20}) {
+      const std::string suffix = std::to_string(bytes);
+      pou.variable("room" + suffix, b.array(b.type(TypeId::kByte), bytes));
+      const std::uint32_t array = b.array(b.type(TypeId::kInt), 5);
+      const Word row = pou.variable("row" + suffix, array);
+      const Word bit = pou.variable("bit" + suffix, b.boolean());
+      const Word small = pou.variable("small" + suffix, b.type(TypeId::kInt));
+      const Word count = pou.variable("count" + suffix, b.type(TypeId::kDint));
+      const Word real = pou.variable("real" + suffix, b.type(TypeId::kReal));
+      const Word wide = pou.variable("wide" + suffix, b.type(TypeId::kLint));
+      const Word timer = pou.variable("timer" + suffix, b.image.blocks[b.block("TON")].type);
+      pou.op(Opcode::kAdd32, {count, count, b.constant<std::int32_t>(TypeId::kDint, 3)});
+      pou.op(Opcode::kAddF32, {real, real, b.constant<float>(TypeId::kReal, 0.1f)});
+      pou.op(Opcode::kAdd64, {wide, wide, b.constant<std::int64_t>(TypeId::kLint, -5)});
+      pou.op(Opcode::kDivI32, {count, count, element});
+      pou.op(Opcode::kAdd16, {small, small, b.constant<std::int16_t>(TypeId::kInt, 1)});
+      pou.path(Opcode::kStoreAt, {row, small, array}, {{PathStep::kIndex, element}});
+      pou.op(Opcode::kLtI16, {bit, small, b.constant<std::int16_t>(TypeId::kInt, 4)});
+      pou.list(Opcode::kBoolRun, 1, {0x55555555u, bit, bit, bit, bit, bit, bit});
+      pou.op(Opcode::kRunTb, {b.block("TON"), timer});
+    }
+  };
+  PouBuilder block = b.pou("Block", PouKind::kFunctionBlock);
+  use(block);
+  const std::uint32_t pou = block.finish();
+  PouBuilder main = b.pou("Main", PouKind::kProgram);
+  use(main);
+  for (const char* const name : {"first", "second"}) main.op(Opcode::kCallPou, {pou, main.instance_of(name, pou)});
+  b.task("Cyclic", kPeriodNs, {main.finish()});
+  EXPECT_EQ(difference(b.build(), 5), "");
 }
 
 /// Which instructions have code of their own: a new one is one more line here.
