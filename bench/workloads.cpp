@@ -20,10 +20,10 @@ std::span<const Workload> workloads() {
   constexpr double kNotSlower = 1.02;
   static const std::vector<Workload> all = {
       {"plain", "rung", &drawn<Kind::kPlain>, {100, 1'000, 10'000, 100'000}, 200, true, {2, 1.15, kNotSlower}},
-      {"nested", "rung", &drawn<Kind::kNested>, {1'000, 10'000}, 300, true, {3, 1.25, 0}},
-      {"blocks", "rung", &drawn<Kind::kBlocks>, {100, 1'000, 10'000}, 300, true, {6, 1.25, 0}},
-      {"arithmetic", "chain", &drawn<Kind::kArithmetic>, {100, 1'000, 10'000}, 300, true, {6, 1.25, 0}},
-      {"mixed", "rung", &drawn<Kind::kMixed>, {100, 1'000, 10'000}, 300, true, {6, 1.25, 0}},
+      {"nested", "rung", &drawn<Kind::kNested>, {1'000, 10'000}, 100, true, {3, 1.25, 0}},
+      {"blocks", "rung", &drawn<Kind::kBlocks>, {100, 1'000, 10'000}, 100, true, {6, 1.25, 0}},
+      {"arithmetic", "chain", &drawn<Kind::kArithmetic>, {100, 1'000, 10'000}, 100, true, {6, 1.25, 0}},
+      {"mixed", "rung", &drawn<Kind::kMixed>, {100, 1'000, 10'000}, 100, true, {6, 1.25, 0}},
       {"bubble", "element", &make_bubble, {1'000}, 100, false, {6, 2, 0}},
       {"products", "product", &make_products, {1'000, 100'000}, 100, false, {6, 2, 0}},
       {"fir", "sample", &make_fir, {1'000}, 100, false, {6, 2, 0}},
