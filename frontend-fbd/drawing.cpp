@@ -184,7 +184,7 @@ Incoming Drawing::read(const Input& input) {
       const auto value = is_bool(one.operand) ? std::optional(one.operand.value)
                                               : builder_.convert(one.operand, ir::kBoolType, "joined wires");
       if (!value) continue;
-      flow = flow ? builder_.logic(Op::kOr, *flow, *value) : *value;
+      flow = flow ? flows_.parallel(builder_, *flow, *value) : *value;
     }
     in.state = flow && typed ? Incoming::State::kValue : Incoming::State::kPoison;
     if (flow) in.operand = Operand::of(*flow, graph_.wires[input.first_wire].at);

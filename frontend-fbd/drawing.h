@@ -16,6 +16,7 @@
 #include "core/options.h"
 #include "frontend-fbd/graph.h"
 #include "frontend-fbd/order.h"
+#include "frontend-fbd/power_flow.h"
 #include "ir/builder.h"
 
 namespace plc::fbd {
@@ -90,6 +91,7 @@ class Drawing {
   virtual std::optional<ir::ValueId> evaluate_afresh(NodeId node);
 
  protected:
+  PowerFlows& flows() { return flows_; }
   void report(core::Code code, NodeId node, std::string message, std::string help = {});
 
  private:
@@ -152,6 +154,7 @@ class Drawing {
   [[nodiscard]] bool is_missing(const plcopen::Element& e);
 
   ir::Builder& builder_;
+  PowerFlows flows_;
   const Graph& graph_;
   const Sequence& sequence_;
   const core::CompileOptions& options_;

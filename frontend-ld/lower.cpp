@@ -52,7 +52,7 @@ class Ladder final : public fbd::Drawing {
       const auto flow = power_into(node, false);
       const auto state = contact_state(node);
       if (!flow || !state) return std::nullopt;
-      return builder().logic(ir::Op::kAnd, *flow, *state);
+      return flows().series(builder(), *flow, *state);
     }
     if (e.kind == ElementKind::kCoil) return power_into(node, false);
     if (e.kind == ElementKind::kInVariable && !e.negated) {
@@ -85,7 +85,7 @@ class Ladder final : public fbd::Drawing {
     std::optional<ValueId> flow;
     for (const fbd::Input& input : inputs(node)) {
       const auto one = read_bool(input, node);
-      if (one) flow = flow ? builder().logic(ir::Op::kOr, *flow, *one) : *one;
+      if (one) flow = flow ? flows().parallel(builder(), *flow, *one) : *one;
     }
     return flow;
   }
@@ -122,7 +122,7 @@ class Ladder final : public fbd::Drawing {
     const auto state = contact_state(node);
     const auto flow = power_into(node, true);
     if (!state || !flow) return publish_poison(flow_of(node));
-    publish(flow_of(node), builder().logic(ir::Op::kAnd, *flow, *state));
+    publish(flow_of(node), flows().series(builder(), *flow, *state));
   }
 
   void lower_coil(NodeId node) {

@@ -95,6 +95,8 @@ core::Result<const std::byte*> CodeMemory::fill(std::span<const std::byte> code)
   void* const at = ::mmap(at_, size, PROT_READ | PROT_EXEC, MAP_SHARED | MAP_FIXED | MAP_POPULATE, file, 0);
   if (at == MAP_FAILED) return give_up("mmap of executable pages");
   ::close(file);
+  // Written through other addresses: processors whose caches of instructions do not look must be told.
+  __builtin___clear_cache(static_cast<char*>(at), static_cast<char*>(at) + size);
   if (size < size_) ::munmap(at_ + size, size_ - size);
   size_ = size;
   return static_cast<const std::byte*>(at_);

@@ -1,5 +1,7 @@
 #include "native/compile.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cstring>
 #include <span>
@@ -28,6 +30,14 @@ constexpr std::size_t kBytesBeside = 64 * 1024;
 /// Initial values of a function's frame that are written by instructions of their own; more is copied.
 constexpr std::uint32_t kInlineFrameBytes = 64;
 
+/// Code of more records than this runs slower than the records themselves: a record takes about 40 bytes of code, and
+/// from one and a half times the processor's second cache on fetching it costs more than looking up (bench/README.md).
+std::size_t most_records_as_code() {
+  constexpr long kUsualCache = 1024 * 1024;
+  const long cache = ::sysconf(_SC_LEVEL2_CACHE_SIZE);
+  return static_cast<std::size_t>(cache > 0 ? cache : kUsualCache) * 3 / 2 / 40;
+}
+
 class TaskCompiler {
  public:
   TaskCompiler(const LinkedCode& linked, std::byte* table, std::uint64_t address)
@@ -36,8 +46,9 @@ class TaskCompiler {
         words_(linked.data(), linked.data() + linked.words.size() / sizeof(std::uint32_t)),
         marks_(linked.marks) {}
 
-  void compile() {
-    for (const LinkedBody& body : linked_.bodies) entries_.emplace(body.entry, s_.a.newLabel());
+  void compile(const CompileOptions& options) {
+    records_as_data_ = records() > options.most_records_as_code.value_or(most_records_as_code());
+    for (const LinkedBody& body : linked_.bodies) entries_.emplace(body.entry, s_.label());
     entry();
     for (std::size_t b = 0; b < linked_.bodies.size(); ++b) {
       const std::size_t begin = s_.size();
@@ -47,6 +58,17 @@ class TaskCompiler {
     }
     s_.write_data();
     report_.code_bytes = s_.size();
+  }
+
+  /// All boolean logic of the task.
+  [[nodiscard]] std::size_t records() const {
+    std::size_t count = 0;
+    for (const LinkedInstruction& instruction : linked_.instructions) {
+      const Form form = operation_of(instruction.op).form;
+      const bool is_run = form == Form::kShortRecords4 || form == Form::kShortRecords5 || form == Form::kGeneralRecords;
+      if (is_run) count += linked_.data()[instruction.position + 1];
+    }
+    return count;
   }
 
   [[nodiscard]] const std::string& problem() const { return s_.problem(); }
@@ -59,31 +81,29 @@ class TaskCompiler {
  private:
   /// What C++ calls: bool (Machine&).
   void entry() {
-    s_.a.push(x86::rbx);
-    s_.a.mov(x86::rbx, x86::rdi);
-    s_.a.call(entries_.at(linked_.entry));
-    s_.a.pop(x86::rbx);
-    s_.a.ret();
+    s_.begin_entry();
+    s_.call_body(entries_.at(linked_.entry));
+    s_.end_entry();
   }
 
-  // ---- one body: bool (); in relative bodies the instance is in rdi
+  // ---- one body
 
   void body(const LinkedBody& body, std::size_t end) {
     const std::span<const LinkedInstruction> instructions =
         std::span(linked_.instructions).subspan(body.first, end - body.first);
     s_.relative = body.addressing == Addressing::kRelative;
-    counts_events_ = false;
+    bool counts_events = false;
     targets_.clear();
     for (const LinkedInstruction& instruction : instructions) {
       const Operation operation = operation_of(instruction.op);
-      counts_events_ = counts_events_ || operation.form == Form::kEno;
+      counts_events = counts_events || operation.form == Form::kEno;
       if (const auto target = target_of(operation.form, instruction.position)) {
-        targets_.try_emplace(*target, s_.a.newLabel());
+        targets_.try_emplace(*target, s_.label());
       }
     }
-    failed_ = s_.a.newLabel();
+    failed_ = s_.label();
     s_.land(entries_.at(body.entry));
-    prologue();
+    s_.begin_body(counts_events);
     for (std::size_t i = 0; i < instructions.size();) {
       if (const auto target = targets_.find(instructions[i].position); target != targets_.end()) {
         s_.land(target->second);
@@ -93,44 +113,23 @@ class TaskCompiler {
         i = interpret(body, instructions, i);
       } else {
         const std::uint32_t position = instructions[i].position;
-        translate({words_.data() + position, position, operation});
+        // Not in words_, which grow while code behind the body (Emitter::aside) still reads the instruction.
+        translate({linked_.data() + position, position, operation});
         ++i;
       }
+      s_.keep_asides_near();
     }
     s_.write_asides();
-    s_.a.bind(failed_);
-    s_.a.xor_(x86::eax, x86::eax);
-    epilogue();
+    s_.land(failed_);
+    s_.leave_body(false);
   }
 
-  /// Leaves the stack as C++ wants it for calls. A return address lies on it already.
-  void prologue() {
-    if (s_.relative) {
-      s_.a.push(x86::r13);
-      s_.a.mov(x86::r13, x86::rdi);
-    }
-    if (counts_events_) {
-      s_.a.push(x86::r14);
-      s_.a.mov(x86::r14, machine::event_count());
-    }
-    if (s_.relative == counts_events_) s_.a.sub(x86::rsp, 8);
-  }
-  void epilogue() {
-    if (s_.relative == counts_events_) s_.a.add(x86::rsp, 8);
-    if (counts_events_) s_.a.pop(x86::r14);
-    if (s_.relative) s_.a.pop(x86::r13);
-    s_.a.ret();
-  }
   /// The scan ends here unless what was called returned TRUE.
-  void check() {
-    s_.a.test(x86::al, x86::al);
-    s_.a.jz(failed_);
-  }
-  void note_place(std::uint32_t position) { s_.a.mov(machine::place(), position); }
+  void check() { s_.jump_if_result(false, failed_); }
 
   /// Where a jump goes.
   [[nodiscard]] std::optional<std::uint32_t> target_of(Form form, std::uint32_t position) const {
-    const std::uint32_t* const words = words_.data() + position;
+    const std::uint32_t* const words = linked_.data() + position;
     switch (form) {
       case Form::kJump:
       case Form::kLoopJump:
@@ -152,15 +151,13 @@ class TaskCompiler {
     const std::uint32_t* const w = i.words;
     switch (i.operation.form) {
       case Form::kReturn:
-        s_.a.mov(x86::eax, 1);
-        epilogue();
-        return s_.forget();
+        return s_.leave_body(true);
       case Form::kJump:
-        s_.a.jmp(targets_.at(w[1]));
-        return s_.forget();
+        return s_.jump(targets_.at(w[1]));
       case Form::kJumpUnless:
+        return s_.jump_if(w[1], false, targets_.at(w[2]));
       case Form::kJumpIf:
-        return conditional_jump(i);
+        return s_.jump_if(w[1], true, targets_.at(w[2]));
       case Form::kLoopJump:
         return loop_jump(i);
       case Form::kCompareJumpUnless:
@@ -169,71 +166,71 @@ class TaskCompiler {
       case Form::kShortRecords4:
       case Form::kShortRecords5:
       case Form::kGeneralRecords:
-        return translate_records(s_, i, words_.data(), expressions_);
+        if (records_as_data_ && !s_.relative) return call_records(i);
+        return translate_records(s_, i, linked_.data(), expressions_);
       case Form::kRunBlock:
         if (translate_block(s_, runtime::load_pointer<stdlib::Step>(w + 1), w[3])) return;
-        s_.address(x86::rdi, w[3]);
-        s_.a.lea(x86::rsi, machine::step());
+        s_.pass_step(1);
+        s_.pass_address(0, w[3]);
         return s_.call_address(runtime::load<std::uint64_t>(w + 1));
       case Form::kRunTaskblock:
-        s_.a.mov(x86::rdi, x86::rbx);
-        s_.a.mov(x86::esi, i.position);
-        s_.address(x86::rdx, w[1]);
+        s_.pass_address(2, w[1]);
+        s_.pass(1, i.position);
+        s_.pass_machine(0);
         s_.call(&run_taskblock);
         return check();
       case Form::kCallFixed:
-        note_place(i.position);
+        s_.note_place(i.position);
         return call_body(w[1]);
       case Form::kCallRelative:
-        s_.address(x86::rdi, w[2]);
+        s_.pass_address(0, w[2]);
         return call_body(w[1]);
       case Form::kCallFunction:
         return call_function(i);
       case Form::kCallLibrary:
+        // Written later, when the words may lie elsewhere.
+        if (translate_library(s_, i, [this, position = i.position, operation = i.operation] {
+              call_library({words_.data() + position, position, operation});
+            })) {
+          return;
+        }
         return call_library(i);
       case Form::kClearEvent:
-        if (counts_events_) s_.a.mov(x86::r14, machine::event_count());
-        return;
+        return s_.mark_events();
       case Form::kEno:
-        s_.a.cmp(x86::r14, machine::event_count());
-        s_.a.sete(x86::al);
-        return s_.store(w[1], 1, reg::kAx);
+        return s_.store_no_event(w[1]);
       default:
         return translate_data(s_, i);
     }
   }
 
-  void conditional_jump(const Instruction& i) {
-    const std::uint32_t condition = i.words[1];
-    if (s_.holds(condition, 1)) {
-      s_.a.test(gp(s_.holder(), 1), gp(s_.holder(), 1));
-    } else {
-      s_.a.cmp(s_.at(condition, 1), 0);
-    }
-    s_.a.j(i.operation.form == Form::kJumpIf ? x86::CondCode::kNZ : x86::CondCode::kZ, targets_.at(i.words[2]));
+  /// Words: count, then the window and the position of short records, or general records.
+  void call_records(const Instruction& i) {
+    const bool general = i.operation.form == Form::kGeneralRecords;
+    // Those of the program, which outlives its native code.
+    const std::uint32_t* const records = linked_.data() + (general ? i.position + 2 : i.words[3]);
+    s_.pass(2, i.words[1]);
+    s_.pass(1, reinterpret_cast<std::uint64_t>(records));
+    s_.pass_address(0, general ? 0 : i.words[2]);
+    if (general) return s_.call(&run_general_records);
+    s_.call(i.operation.form == Form::kShortRecords4 ? &run_records_of_4 : &run_records_of_5);
   }
 
   void loop_jump(const Instruction& i) {
-    const asmjit::Label over = s_.a.newLabel();
-    s_.a.mov(x86::eax, machine::loops_left());
-    note_place(i.position);
-    s_.a.sub(x86::eax, 1);
-    s_.a.jb(over);
-    s_.a.mov(machine::loops_left(), x86::eax);
-    s_.a.jmp(targets_.at(i.words[1]));
-    s_.forget();
+    const asmjit::Label over = s_.label();
+    s_.take_loop(i.position, over);
+    s_.jump(targets_.at(i.words[1]));
     s_.aside([this, over, position = i.position] {
-      s_.a.bind(over);
-      s_.a.mov(x86::rdi, x86::rbx);
-      s_.a.mov(x86::esi, position);
+      s_.land(over);
+      s_.pass(1, position);
+      s_.pass_machine(0);
       s_.call(&fail_loop);
-      s_.a.jmp(failed_);
+      s_.jump(failed_);
     });
   }
 
   void call_body(std::uint32_t entry) {
-    s_.forget();
-    s_.a.call(entries_.at(entry));
+    s_.call_body(entries_.at(entry));
     check();
   }
 
@@ -252,19 +249,17 @@ class TaskCompiler {
     }
   }
   void reset_frame(std::uint32_t frame, const std::byte* initial, std::uint32_t bytes) {
-    s_.forget();
     if (bytes > kInlineFrameBytes) {
-      s_.address(x86::rdi, frame);
-      s_.a.mov(x86::rsi, reinterpret_cast<std::uint64_t>(initial));
-      s_.a.mov(x86::edx, bytes);
+      s_.pass(2, bytes);
+      s_.pass(1, reinterpret_cast<std::uint64_t>(initial));
+      s_.pass_address(0, frame);
       return s_.call_address(reinterpret_cast<std::uint64_t>(&std::memcpy));
     }
     for (std::uint32_t at = 0; at < bytes;) {
       const unsigned step = bytes - at >= 8 ? 8 : bytes - at >= 4 ? 4 : bytes - at >= 2 ? 2 : 1;
       std::uint64_t value = 0;
       std::memcpy(&value, initial + at, step);
-      s_.a.mov(x86::rax, value);
-      s_.a.mov(s_.at(frame + at, step), gp(reg::kAx, step));
+      s_.store_constant(frame + at, step, value);
       at += step;
     }
   }
@@ -275,65 +270,44 @@ class TaskCompiler {
       case 2:
       case 4:
       case 8:
-        s_.forget();
-        s_.load(reg::kAx, argument[1], argument[2]);
-        return s_.store(argument[0], argument[2], reg::kAx);
+        return s_.move(argument[0], argument[1], argument[2]);
       case runtime::kPassStr:
       case runtime::kPassWstr:
         break;
       default:
-        s_.address(x86::rdi, argument[0]);
-        s_.address(x86::rsi, argument[1]);
-        s_.a.mov(x86::edx, argument[2]);
+        s_.pass(2, argument[2]);
+        s_.pass_address(1, argument[1]);
+        s_.pass_address(0, argument[0]);
         return s_.call_address(reinterpret_cast<std::uint64_t>(&std::memmove));
     }
-    const asmjit::Label cut = s_.a.newLabel();
-    const asmjit::Label done = s_.a.newLabel();
-    s_.address(x86::rdi, argument[0]);
-    s_.address(x86::rsi, argument[1]);
-    s_.a.mov(x86::edx, argument[3]);
-    s_.a.mov(x86::ecx, argument[2] == runtime::kPassStr ? 1 : 2);
+    s_.pass(3, argument[2] == runtime::kPassStr ? 1 : 2);
+    s_.pass(2, argument[3]);
+    s_.pass_address(1, argument[1]);
+    s_.pass_address(0, argument[0]);
     s_.call(&copy_text);
-    s_.a.test(x86::al, x86::al);
-    s_.a.jz(cut);
-    s_.a.bind(done);
+    const asmjit::Label cut = s_.label();
+    const asmjit::Label done = s_.label();
+    s_.jump_if_result(false, cut);
+    s_.bind(done);
     s_.aside([this, cut, done, position] {
-      s_.a.bind(cut);
+      s_.land(cut);
       s_.raise(position, static_cast<int>(stdlib::Event::kTruncated));
-      s_.a.jmp(done);
+      s_.jump(done);
     });
   }
 
   /// Words: kernel (2), arguments, result, then the arguments.
   void call_library(const Instruction& i) {
     const std::uint32_t* const w = i.words;
-    const std::uint32_t count = w[3];
-    const std::uint32_t stack = s_.relative ? (count * 8 + 15) / 16 * 16 : 0;
-    if (s_.relative) {
-      s_.a.sub(x86::rsp, stack);
-      for (std::uint32_t n = 0; n < count; ++n) {
-        s_.address(x86::rax, w[5 + n]);
-        s_.a.mov(x86::qword_ptr(x86::rsp, static_cast<std::int32_t>(n * 8)), x86::rax);
-      }
-      s_.a.mov(x86::rsi, x86::rsp);
-    } else {
-      std::vector<std::uint64_t> arguments;
-      for (std::uint32_t n = 0; n < count; ++n) arguments.push_back(s_.address_of(w[5 + n]));
-      s_.a.lea(x86::rsi, x86::ptr(s_.data(std::move(arguments))));
-    }
-    s_.address(x86::rdi, w[4]);
-    s_.a.mov(x86::edx, count);
-    s_.call_address(runtime::load<std::uint64_t>(w + 1));
-    if (s_.relative) s_.a.add(x86::rsp, stack);
-    const asmjit::Label event = s_.a.newLabel();
-    const asmjit::Label done = s_.a.newLabel();
-    s_.a.test(x86::al, x86::al);
-    s_.a.jnz(event);
-    s_.a.bind(done);
+    s_.call_kernel(runtime::load<std::uint64_t>(w + 1), w[4], {w + 5, w[3]});
+    const asmjit::Label event = s_.label();
+    const asmjit::Label done = s_.label();
+    s_.jump_if_result(true, event);
+    s_.bind(done);
     s_.aside([this, event, done, position = i.position] {
-      s_.a.bind(event);
+      s_.land(event);
       s_.raise(position, -1);
-      s_.a.jmp(done);
+      s_.jump(done);
     });
   }
 
@@ -355,14 +329,14 @@ class TaskCompiler {
     } while (i < instructions.size() && operation_of(instructions[i].op).form == Form::kInterpreted &&
              !targets_.contains(instructions[i].position));
     words_.push_back(runtime::handler_word(body.addressing, runtime::ResolvedOp::kReturn));
-    s_.a.mov(x86::rdi, x86::rbx);
-    s_.a.mov(x86::esi, static_cast<std::uint32_t>(body.addressing));
-    s_.a.mov(x86::edx, start);
     if (s_.relative) {
-      s_.instance_offset(x86::rcx);
+      s_.pass_instance_offset(3);
     } else {
-      s_.a.xor_(x86::ecx, x86::ecx);
+      s_.pass(3, 0);
     }
+    s_.pass(2, start);
+    s_.pass(1, static_cast<std::uint64_t>(body.addressing));
+    s_.pass_machine(0);
     s_.call(&runtime::run_body);
     check();
     return i;
@@ -381,19 +355,19 @@ class TaskCompiler {
   std::unordered_map<std::uint32_t, asmjit::Label> entries_;  ///< of bodies, by position
   std::unordered_map<std::uint32_t, asmjit::Label> targets_;  ///< of jumps in this body, by position
   asmjit::Label failed_;                                      ///< of this body: the scan is over
-  bool counts_events_ = false;                                ///< this body has an ENO
+  bool records_as_data_ = false;                              ///< boolean logic is not made code
   CompileReport report_;
 };
 
 }  // namespace
 
-core::Result<std::unique_ptr<NativeTask>> compile(runtime::Program& program) {
+core::Result<std::unique_ptr<NativeTask>> compile(runtime::Program& program, const CompileOptions& options) {
   const LinkedCode& linked = program.linked();
   const std::span<std::byte> table(program.table().data(), program.table().layout().total);
   auto memory = CodeMemory::reserve(table, linked.words.size() / sizeof(std::uint32_t) * kBytesPerWord + kBytesBeside);
   if (!memory) return memory.error();
   TaskCompiler compiler(linked, table.data(), memory->address());
-  compiler.compile();
+  compiler.compile(options);
   const std::vector<std::byte> code = compiler.code();
   if (!compiler.problem().empty() || code.size() > memory->reserved()) {
     return core::Problem{core::Code::P9001, "native code could not be made: " + compiler.problem(), {}};

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -53,8 +54,14 @@ class NativeTask final : public runtime::CompiledTask {
   CompileReport report_;
 };
 
+struct CompileOptions {
+  /// Boolean logic of more look-up records than this is not made code; nothing = as many as this processor's second
+  /// cache holds as code.
+  std::optional<std::size_t> most_records_as_code = std::nullopt;
+};
+
 /// Compiles a task. P9001 when the system gives no executable memory near its variables, or there is no code generator
 /// for this processor.
-core::Result<std::unique_ptr<NativeTask>> compile(runtime::Program& program);
+core::Result<std::unique_ptr<NativeTask>> compile(runtime::Program& program, const CompileOptions& options = {});
 
 }  // namespace plc::native

@@ -38,13 +38,13 @@ Operation operation_of(ResolvedOp op) {
 #define PLC_SIZES(Name, form) \
   PLC_ONE(Name##8, form, kU8) PLC_ONE(Name##16, form, kU16) PLC_ONE(Name##32, form, kU32) PLC_ONE(Name##64, form, kU64)
 #define PLC_REALS(Name, form) PLC_ONE(Name##F32, form, kF32) PLC_ONE(Name##F64, form, kF64)
-#define PLC_INTEGERS(Name, form)                                                               \
-  PLC_ONE(Name##I8, form, kI8)                                                                 \
-  PLC_ONE(Name##U8, form, kU8)                                                                 \
-  PLC_ONE(Name##I16, form, kI16)                                                               \
-  PLC_ONE(Name##U16, form, kU16)                                                               \
-  PLC_ONE(Name##I32, form, kI32) PLC_ONE(Name##U32, form, kU32) PLC_ONE(Name##I64, form, kI64) \
-      PLC_ONE(Name##U64, form, kU64)
+#define PLC_INTEGERS(Name, form) \
+  PLC_ONE(Name##I8, form, kI8)   \
+  PLC_ONE(Name##U8, form, kU8)   \
+  PLC_ONE(Name##I16, form, kI16) \
+  PLC_ONE(Name##U16, form, kU16) \
+  PLC_ONE(Name##I32, form, kI32) \
+  PLC_ONE(Name##U32, form, kU32) PLC_ONE(Name##I64, form, kI64) PLC_ONE(Name##U64, form, kU64)
 #define PLC_COMPARISON(Name, suffix, type) \
   case ResolvedOp::k##Name##suffix:        \
     return {Form::kCompare, Type::type, Relation::k##Name};
@@ -95,6 +95,13 @@ Operation operation_of(ResolvedOp op) {
     PLC_ONE(CallPou, kCallRelative, kU8)
     PLC_ONE(CallFn, kCallFunction, kU8)
     PLC_ONE(CallStd, kCallLibrary, kU8)
+    PLC_INTEGERS(Min, kCallLibrary)
+    PLC_REALS(Min, kCallLibrary)
+    PLC_INTEGERS(Max, kCallLibrary)
+    PLC_REALS(Max, kCallLibrary)
+    PLC_INTEGERS(Limit, kCallLibrary)
+    PLC_REALS(Limit, kCallLibrary)
+    PLC_SIZES(Select, kCallLibrary)
     PLC_ONE(ClearEvent, kClearEvent, kU8)
     PLC_ONE(Eno, kEno, kU8)
     PLC_INDEXED(LoadAt8, kLoadElement, kU8)

@@ -1,4 +1,4 @@
-// The translators: resolved instructions as x86-64 code.
+// The translators: resolved instructions as machine code, for each processor in its folder.
 //
 // In: the words of an instruction (link.h), its place in the resolved code. Out: code at the end of an Assembly that
 // leaves the task's table, events and faults as the interpreter's handler does. Does not belong here: control between
@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 
 #include "native/assembly.h"
@@ -30,6 +31,10 @@ void translate_compare_jump(Assembly& assembly, const Instruction& instruction, 
 /// One execution of the library's block with this step on the ports at an operand. False, and nothing was written, when
 /// there is no code for it.
 bool translate_block(Assembly& assembly, stdlib::Step step, std::uint32_t ports);
+
+/// A call of a function of the library as code; `call` writes the call itself, for what the code leaves to it. False,
+/// and nothing was written, when there is no code for the function.
+bool translate_library(Assembly& assembly, const Instruction& instruction, const std::function<void()>& call);
 
 /// The look-up records of a boolean run. `code`: all resolved code.
 void translate_records(Assembly& assembly, const Instruction& instruction, const std::uint32_t* code,

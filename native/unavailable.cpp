@@ -3,7 +3,7 @@
 
 namespace plc::native {
 
-core::Result<std::unique_ptr<NativeTask>> compile(runtime::Program&) {
+core::Result<std::unique_ptr<NativeTask>> compile(runtime::Program&, const CompileOptions&) {
   return core::Problem{core::Code::P9001, "there is no native code for this processor", {}};
 }
 

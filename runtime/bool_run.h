@@ -61,4 +61,12 @@ inline void run_short(std::uint8_t* window, const std::uint32_t* records, std::u
   }
 }
 
+/// Runs one general record; `bool_at` gives the place of an operand. RT.
+template <class Place>
+inline void run_general(const std::uint32_t* record, Place bool_at) noexcept {
+  const std::uint32_t index = *bool_at(record[2]) + 2u * *bool_at(record[3]) +
+                              4u * (*bool_at(record[4]) + 2u * *bool_at(record[5])) + 16u * *bool_at(record[6]);
+  *bool_at(record[1]) = static_cast<std::uint8_t>((record[0] >> (index & 31u)) & 1u);
+}
+
 }  // namespace plc::runtime

@@ -300,11 +300,7 @@ op_BoolRun5 : {
 op_BoolRun : {
   const std::uint32_t* record = pc + 2;
   const std::uint32_t* const end = record + std::size_t{pc[1]} * kGeneralRecordWords;
-  for (; record != end; record += kGeneralRecordWords) {
-    const std::uint32_t index = *bytes_at(record[2]) + 2u * *bytes_at(record[3]) +
-                                4u * (*bytes_at(record[4]) + 2u * *bytes_at(record[5])) + 16u * *bytes_at(record[6]);
-    *bytes_at(record[1]) = static_cast<std::uint8_t>((record[0] >> (index & 31u)) & 1u);
-  }
+  for (; record != end; record += kGeneralRecordWords) run_general(record, bytes_at);
   pc = end;
   PLC_NEXT(0);
 }
@@ -359,6 +355,42 @@ op_CallStd : {
     raise(m, pc, event);
   PLC_NEXT(5 + count);
 }
+// Functions of the library without a call; words as those of CALL_STD.
+#define PLC_VALUE_OPS(R, T)                                                                         \
+  op_Min##R : {                                                                                     \
+    store<T>(at(pc[4]), stdlib::least(load<T>(at(pc[5])), load<T>(at(pc[6]))));                     \
+    PLC_NEXT(7);                                                                                    \
+  }                                                                                                 \
+  op_Max##R : {                                                                                     \
+    store<T>(at(pc[4]), stdlib::greatest(load<T>(at(pc[5])), load<T>(at(pc[6]))));                  \
+    PLC_NEXT(7);                                                                                    \
+  }                                                                                                 \
+  op_Limit##R : {                                                                                   \
+    store<T>(at(pc[4]), stdlib::limit(load<T>(at(pc[5])), load<T>(at(pc[6])), load<T>(at(pc[7])))); \
+    PLC_NEXT(8);                                                                                    \
+  }
+  PLC_VALUE_OPS(I8, std::int8_t)
+  PLC_VALUE_OPS(U8, std::uint8_t)
+  PLC_VALUE_OPS(I16, std::int16_t)
+  PLC_VALUE_OPS(U16, std::uint16_t)
+  PLC_VALUE_OPS(I32, std::int32_t)
+  PLC_VALUE_OPS(U32, std::uint32_t)
+  PLC_VALUE_OPS(I64, std::int64_t)
+  PLC_VALUE_OPS(U64, std::uint64_t)
+  PLC_VALUE_OPS(F32, float)
+  PLC_VALUE_OPS(F64, double)
+// Both inputs are read: choosing between addresses would wait for G.
+#define PLC_SELECT(Name, T)                                 \
+  op_##Name : {                                             \
+    const T in0 = load<T>(at(pc[6]));                       \
+    const T in1 = load<T>(at(pc[7]));                       \
+    store<T>(at(pc[4]), *bytes_at(pc[5]) != 0 ? in1 : in0); \
+    PLC_NEXT(8);                                            \
+  }
+  PLC_SELECT(Select8, std::uint8_t)
+  PLC_SELECT(Select16, std::uint16_t)
+  PLC_SELECT(Select32, std::uint32_t)
+  PLC_SELECT(Select64, std::uint64_t)
 op_ClearEvent : {
   events_at_clear = m.event_count;
   PLC_NEXT(1);

@@ -12,6 +12,7 @@
 #include "runtime/decoded.h"
 #include "runtime/handle.h"
 #include "runtime/link_bool.h"
+#include "runtime/link_library.h"
 #include "runtime/link_path.h"
 #include "runtime/operations.h"
 #include "runtime/taskblocks.h"
@@ -263,9 +264,9 @@ class Linker {
         put_function_call(d);
         return;
       case Opcode::kCallStd: {
-        put_handler(ResolvedOp::kCallStd);
         const std::string& key = image_.functions[d.operands[0]];
         const stdlib::Overload* const overload = stdlib::overload_with_key(key);
+        put_handler(overload == nullptr ? ResolvedOp::kCallStd : library_op(*overload, d.items - 1));
         if (overload == nullptr) refuse("standard function \"" + key + "\" is not in this library");
         put_pointer(overload == nullptr ? stdlib::Kernel{} : overload->kernel);
         put(d.items - 1);

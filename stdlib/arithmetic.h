@@ -235,6 +235,21 @@ constexpr T abs(T a) noexcept {
   }
 }
 
+/// The least and the greatest of two, the first of equal ones; a NaN behind another value is passed over.
+template <class T>
+constexpr T least(T a, T b) noexcept {
+  return b < a ? b : a;
+}
+template <class T>
+constexpr T greatest(T a, T b) noexcept {
+  return a < b ? b : a;
+}
+/// `in` within `mn` .. `mx`; `mx` wins when `mn` is greater.
+template <class T>
+constexpr T limit(T mn, T in, T mx) noexcept {
+  return least(greatest(in, mn), mx);
+}
+
 // ---- bit strings ------------------------------------------------------------------------------------------------
 
 template <class T>

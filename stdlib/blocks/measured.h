@@ -63,6 +63,8 @@ struct Slope {
   }
   /// Takes a sample. A second one at the same instant is none; a clock that went back begins anew.
   double take(float sample, core::TimeNs now) noexcept {
+    // The memory of an instance can be written from outside, so the samples are those that there is room for.
+    count = std::min<std::uint8_t>(count, kKept);
     if (count != 0 && now == at[0]) return value;
     if (count != 0 && now < at[0]) forget();
     if (count != 0) value = through(sample, now);

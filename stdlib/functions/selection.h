@@ -65,7 +65,7 @@ struct Max {
       .examples = examples};
   template <class V>
   static V eval(V a, V b, Event&) noexcept {
-    return a < b ? b : a;
+    return stdlib::greatest(a, b);
   }
   template <TypeId T, TypeId>
   static constexpr Kernel kernel = &folded<Max, ValueOf<T>>;
@@ -87,7 +87,7 @@ struct Min {
       .examples = examples};
   template <class V>
   static V eval(V a, V b, Event&) noexcept {
-    return b < a ? b : a;
+    return stdlib::least(a, b);
   }
   template <TypeId T, TypeId>
   static constexpr Kernel kernel = &folded<Min, ValueOf<T>>;
@@ -108,8 +108,8 @@ struct Limit {
       .summary = "IN held within MN .. MX: MIN(MAX(IN, MN), MX), so MX wins when MN is greater.",
       .examples = examples};
   template <class V>
-  static V eval(V mn, V in, V mx, Event& event) noexcept {
-    return Min::eval(Max::eval(in, mn, event), mx, event);
+  static V eval(V mn, V in, V mx, Event&) noexcept {
+    return stdlib::limit(mn, in, mx);
   }
   template <TypeId T, TypeId>
   static constexpr Kernel kernel = &ternary<Limit, ValueOf<T>>;

@@ -9,11 +9,15 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 #include <sstream>
 #include <string>
 #include <vector>
 
+#include "tests/support/compiled_image.h"
 #include "tests/support/csv_table.h"
+#include "tests/support/engines.h"
+#include "tests/support/random_inputs.h"
 #include "tests/support/run_tool.h"
 
 namespace {
@@ -83,20 +87,24 @@ TEST_P(Runs, TenThousandCycles) {
 
 std::string file_number(const std::string& file) { return "file_" + file.substr(0, 2); }
 
-INSTANTIATE_TEST_SUITE_P(
-    Corpus, Runs,
-    ::testing::Values(Runnable{"01_openplc_ld_xor_xnor.xml", {}}, Runnable{"02_openplc_ld_mixer_timers.xml", {}},
-                      Runnable{"03_openplc_ld_swat.xml", {}}, Runnable{"04_openplc_ld_sail_plant.xml", {}},
-                      Runnable{"05_openplc_ld_st_vc999.xml", {}}, Runnable{"06_openplc_ld_calls_st_fb.xml", {}},
-                      Runnable{"07_openplc_fbd_pid_motor.xml", {"--pou", "Two_Steps_Burner_PID"}},
-                      Runnable{"08_openplc_v4_ld_relay.xml", {}}, Runnable{"12_beremiz_fbd_st_modbus.xml", {}},
-                      Runnable{"19_openplc_oscat_fbd_st_arith.xml", {}},
-                      Runnable{"14_beremiz_fbd_toggle_switch.xml", {"--pou", "Toggle_Switch_4x"}},
-                      Runnable{"15_beremiz_fbd_bending_machine.xml", {"--pou", "Bending_Machine_Control"}},
-                      Runnable{"16_beremiz_fbd_execution_order.xml", {"--pou", "TC005"}},
-                      Runnable{"17_twincat_ld_execute.xml", {}},
-                      Runnable{"18_twincat_fbd_networks.xml", {"--pou", "POU"}}),
-    [](const auto& param) { return file_number(param.param.file); });
+const std::vector<Runnable> kRunnable = {{"01_openplc_ld_xor_xnor.xml", {}},
+                                         {"02_openplc_ld_mixer_timers.xml", {}},
+                                         {"03_openplc_ld_swat.xml", {}},
+                                         {"04_openplc_ld_sail_plant.xml", {}},
+                                         {"05_openplc_ld_st_vc999.xml", {}},
+                                         {"06_openplc_ld_calls_st_fb.xml", {}},
+                                         {"07_openplc_fbd_pid_motor.xml", {"--pou", "Two_Steps_Burner_PID"}},
+                                         {"08_openplc_v4_ld_relay.xml", {}},
+                                         {"12_beremiz_fbd_st_modbus.xml", {}},
+                                         {"19_openplc_oscat_fbd_st_arith.xml", {}},
+                                         {"14_beremiz_fbd_toggle_switch.xml", {"--pou", "Toggle_Switch_4x"}},
+                                         {"15_beremiz_fbd_bending_machine.xml", {"--pou", "Bending_Machine_Control"}},
+                                         {"16_beremiz_fbd_execution_order.xml", {"--pou", "TC005"}},
+                                         {"17_twincat_ld_execute.xml", {}},
+                                         {"18_twincat_fbd_networks.xml", {"--pou", "POU"}}};
+
+INSTANTIATE_TEST_SUITE_P(Corpus, Runs, ::testing::ValuesIn(kRunnable),
+                         [](const auto& param) { return file_number(param.param.file); });
 
 TEST_F(Corpus, AnInstanceOfAMissingProgramNamesThePouThatExists) {
   const ToolResult result = run_tool({kTool, "check", file("18_twincat_fbd_networks.xml")});
@@ -168,16 +176,14 @@ TEST_P(NamesWhatIsMissing, WithLineAndRunsWithStubs) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Corpus, NamesWhatIsMissing,
-    ::testing::Values(
-        Partial{"09_beremiz_all_languages_first_steps.xml", {{"SFC", "CounterSFC"}, {"IL", "CounterIL"}}, {}},
-        Partial{"10_beremiz_fbd_logging.xml", {{":234:", "LOGGER"}, {":39:", "LOGLEVEL"}}, {}},
-        Partial{"11_beremiz_fbd_connectors_langtest.xml", {{":1128:", "LOGGER"}}, {}},
-        Partial{"13_phoenix_grid_tc001.xml",
-                {{"IL", "functionBlock0"}, {"SFC", "functionBlock4"}},
-                {"--pou", "functionBlock3"}}),
-    [](const auto& param) { return file_number(param.param.file); });
+const std::vector<Partial> kPartial = {
+    {"09_beremiz_all_languages_first_steps.xml", {{"SFC", "CounterSFC"}, {"IL", "CounterIL"}}, {}},
+    {"10_beremiz_fbd_logging.xml", {{":234:", "LOGGER"}, {":39:", "LOGLEVEL"}}, {}},
+    {"11_beremiz_fbd_connectors_langtest.xml", {{":1128:", "LOGGER"}}, {}},
+    {"13_phoenix_grid_tc001.xml", {{"IL", "functionBlock0"}, {"SFC", "functionBlock4"}}, {"--pou", "functionBlock3"}}};
+
+INSTANTIATE_TEST_SUITE_P(Corpus, NamesWhatIsMissing, ::testing::ValuesIn(kPartial),
+                         [](const auto& param) { return file_number(param.param.file); });
 
 TEST_F(Corpus, CountersInThreeLanguagesAreOne) {
   const ScratchFolder scratch;
@@ -209,6 +215,55 @@ TEST_F(Corpus, CountersInThreeLanguagesAreOne) {
   EXPECT_EQ(trace.rows[10][columns[0]], "17") << "reset at 1 s";
   EXPECT_EQ(trace.rows[14][columns[0]], "19") << "and counting again";
 }
+
+// ---- engines ----------------------------------------------------------------------------------------------------
+
+/// All that runs, as it is or with stubs.
+std::vector<Runnable> all_runnable() {
+  std::vector<Runnable> all = kRunnable;
+  for (const Partial& partial : kPartial) {
+    all.push_back({partial.file, partial.stub_options});
+    all.back().options.emplace_back("--stub-missing");
+  }
+  all.push_back({"20_plcopeneditor2007_v101_ld.xml", {}});
+  return all;
+}
+
+class InEveryEngine : public Corpus, public ::testing::WithParamInterface<Runnable> {};
+
+// Random inputs into globals and the variables of the programs before each scan: all tables are equal behind it.
+TEST_P(InEveryEngine, AThousandScansLeaveTheSame) {
+  constexpr std::uint64_t kScans = 1000;
+  const auto image = plc::test::compiled_image(kTool, file(GetParam().file), GetParam().options);
+  ASSERT_TRUE(image.has_value());
+  std::string problem;
+  const auto engines = plc::test::Engines::load(*image, problem);
+  ASSERT_NE(engines, nullptr) << problem;
+  constexpr unsigned kVariablesOfPrograms = 2;
+  plc::test::RandomInputs inputs(*image, kVariablesOfPrograms);
+  plc::test::Random random(1);
+  plc::core::TimeNs now_ns = 0;
+  std::uint64_t faults = 0;
+  for (std::uint64_t scan = 0; scan < kScans; ++scan) {
+    if (scan % 4 != 0) {
+      inputs.choose(random, 8);
+      for (std::size_t e = 0; e < engines->size(); ++e) inputs.write((*engines)[e]);
+    }
+    for (std::size_t task = 0; task < engines->tasks(); ++task) {
+      ASSERT_EQ(engines->scan(task, now_ns), "") << "scan " << scan;
+      faults += engines->fault() ? 1 : 0;
+    }
+    now_ns += static_cast<plc::core::TimeNs>(random.below(4)) * 20'000'000;
+  }
+  std::uint64_t events = 0;
+  for (std::size_t task = 0; task < engines->tasks(); ++task) events += (*engines)[0].program(task).event_total();
+  std::cout << GetParam().file << ": " << engines->tasks() << " tasks, " << kScans << " scans of each in "
+            << engines->size() << " engines, " << inputs.places() << " inputs, " << events << " events, " << faults
+            << " faults\n";
+}
+
+INSTANTIATE_TEST_SUITE_P(Corpus, InEveryEngine, ::testing::ValuesIn(all_runnable()),
+                         [](const auto& param) { return file_number(param.param.file); });
 
 // ---- scenarios ---------------------------------------------------------------------------------------------------
 

@@ -18,7 +18,7 @@
 #include "bytecode/rules.h"
 #include "tests/fuzz/image_mutator.h"
 #include "tests/fuzz/run_image.h"
-#include "tests/support/two_engines.h"
+#include "tests/support/engines.h"
 
 // Weak: the replay, which does not mutate, has none.
 extern "C" __attribute__((weak)) std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size,
@@ -63,15 +63,15 @@ core::Result<bytecode::Image> read(const std::uint8_t* data, std::size_t size) {
   std::abort();
 }
 
-/// Ends the process when native code leaves anything else than the interpreter does.
+/// Ends the process when an engine leaves anything else than the interpreter does.
 void compare_engines(const bytecode::Image& image) {
   constexpr std::size_t kTasks = 4;  // more are a limit that is tried, not a program
   if (image.tasks.size() > kTasks) return;
   std::string problem;
-  const auto engines = test::TwoEngines::load(image, problem, {.loop_budget = 100});
+  const auto engines = test::Engines::load(image, problem, {.loop_budget = 100});
   for (int scan = 0; engines != nullptr && scan < 3; ++scan) {
     const std::string difference = engines->scan(core::TimeNs{scan} * 100'000'000);
-    if (!difference.empty()) fail(("native code: " + difference).c_str());
+    if (!difference.empty()) fail(difference.c_str());
   }
 }
 

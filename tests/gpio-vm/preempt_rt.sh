@@ -14,7 +14,8 @@ echo "kernel: $(uname -srv)"
 case $(uname -v) in *PREEMPT_RT*) ;; *) echo "FAILED: this is no PREEMPT_RT kernel"; exit 1 ;; esac
 check "the kernel says so itself" [ "$(cat /sys/kernel/realtime)" = 1 ]
 
-check "unit tests of the runtime" /srv/test_runtime --gtest_brief=1
+# Less those that judge how late a thread wakes up, which means nothing in a guest that is emulated.
+check "unit tests of the runtime" /srv/test_runtime --gtest_brief=1 --gtest_filter=-*ALeadIsSpentAwake*:*NobodyWaitsAwake
 check "nothing but sleeping and the clock in a cycle" /srv/test_rt --gtest_brief=1
 
 cat >/tmp/two.st <<'ST'

@@ -7,6 +7,7 @@
 #include <iostream>
 #include <sstream>
 
+#include "runtime/access.h"
 #include "tests/support/run_tool.h"
 #include "tools/pipeline.h"
 
@@ -139,27 +140,35 @@ Project::Project(const std::string& file_name, const std::string& text) {
     problem_ = problems.str().empty() ? "no image" : problems.str();
     return;
   }
-  auto loaded = runtime::Resource::load(std::move(*compilation.image));
-  if (loaded) {
-    resource_ = std::move(*loaded);
-  } else {
-    problem_ = loaded.error().message;
-  }
+  engines_ = Engines::load(*compilation.image, problem_);
 }
 
-std::byte* Project::place(const std::string& path) {
-  const auto [it, fresh] = places_.emplace(path, nullptr);
+std::uint32_t Project::offset(const std::string& path) {
+  const auto [it, fresh] = offsets_.emplace(path, 0);
   if (fresh) {
-    const auto found = runtime::Access(*resource_).find_leaf(path);
+    const auto found = runtime::Access((*engines_)[0]).find_leaf(path);
     if (!found || found->task == runtime::Place::kGlobal) {
       std::cerr << "no variable " << path << "\n";
       std::abort();
     }
-    it->second = resource_->program(found->task).table().data() + found->offset;
+    it->second = found->offset;
   }
   return it->second;
 }
-Value Project::read(const std::string& path, TypeId type) { return Cell::read(place(path), type); }
-void Project::write(const std::string& path, const Value& value) { Cell::write(place(path), value); }
+Value Project::read(const std::string& path, TypeId type) {
+  return Cell::read((*engines_)[0].program(0).table().data() + offset(path), type);
+}
+void Project::write(const std::string& path, const Value& value) {
+  for (std::size_t e = 0; e < engines_->size(); ++e) {
+    Cell::write((*engines_)[e].program(0).table().data() + offset(path), value);
+  }
+}
+std::string Project::scan(core::TimeNs now_ns) {
+  std::string difference = engines_->scan(0, now_ns);
+  return difference.empty() && engines_->fault() ? "the cycle ended with a fault" : difference;
+}
+void Project::restart() {
+  for (std::size_t e = 0; e < engines_->size(); ++e) (*engines_)[e].program(0).reset();
+}
 
 }  // namespace plc::test

@@ -1,5 +1,5 @@
 // Projects that call the library as users do: text with calls in ST and PLCopen XML with drawn blocks, compiled by the
-// whole pipeline and run cycle by cycle.
+// whole pipeline and run cycle by cycle in every engine.
 //
 // In: declarations, statements, blocks to draw. Out: a running resource whose variables are read and written by path.
 // Does not belong here: which functions are called, what they should give.
@@ -12,9 +12,8 @@
 #include <string_view>
 #include <vector>
 
-#include "runtime/access.h"
-#include "runtime/resource.h"
 #include "tests/library/values.h"
+#include "tests/support/engines.h"
 
 namespace plc::test {
 
@@ -47,7 +46,7 @@ struct ProgramText {
 std::string structured_text(const std::vector<ProgramText>& programs);
 std::string plcopen_xml(const std::vector<ProgramText>& programs);
 
-/// A project compiled and ready to run.
+/// A project compiled and ready to run in every engine.
 class Project {
  public:
   /// `file_name` tells the language: "calls.st", "calls.xml".
@@ -57,16 +56,18 @@ class Project {
 
   [[nodiscard]] Value read(const std::string& path, TypeId type);
   void write(const std::string& path, const Value& value);
-  /// One cycle. False when it ended with a fault.
-  [[nodiscard]] bool scan(core::TimeNs now_ns) { return !resource_->program(0).execute({now_ns}); }
-  void restart() { resource_->program(0).reset(); }
+  /// One cycle. What differs between engines then, or that it ended with a fault; else nothing.
+  [[nodiscard]] std::string scan(core::TimeNs now_ns);
+  void restart();
+  [[nodiscard]] std::size_t engines() const { return engines_->size(); }
 
  private:
-  std::byte* place(const std::string& path);
+  /// Where the variable is in the task's table.
+  std::uint32_t offset(const std::string& path);
 
   std::string problem_;
-  std::unique_ptr<runtime::Resource> resource_;
-  std::map<std::string, std::byte*> places_;
+  std::unique_ptr<Engines> engines_;
+  std::map<std::string, std::uint32_t> offsets_;
 };
 
 }  // namespace plc::test

@@ -1,359 +1,581 @@
 // RandomImage: valid images made from a seed, that use every instruction on values of every type.
 //
-// Out: an image of one task whose program calls a function, a function block with one instance and one with several;
-// all bodies are random instructions on random variables, so that results mean nothing and cover much. Does not belong
-// here: what they compute.
+// Out: an image of one to three tasks, whose programs call functions and function blocks with one or several instances.
+// All bodies are random instructions on random variables, so that results mean nothing and cover much. Variables are
+// declared when an instruction first wants one, so images are small and their values meet often. Does not belong here:
+// what they compute, inputs (random_inputs.h).
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
-#include <limits>
-#include <random>
+#include <cstring>
+#include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
-#include "tests/support/image_builder.h"
+#include "tests/support/random_variables.h"
 
 namespace plc::test {
 
-class RandomImage {
+class RandomImage : private RandomVariables {
  public:
-  explicit RandomImage(std::uint32_t seed) : random_(seed) {}
+  /// With taskblocks of the registry, which whoever runs the image must have; null = those that come with PICARD.
+  explicit RandomImage(std::uint64_t seed, const taskblocks::Registry* registry = nullptr)
+      : RandomVariables(seed, registry) {}
 
+  /// `statements` in the programs and about as many in what they call.
   Image make(std::size_t statements) {
-    declare_globals();
-    const std::uint32_t function = make_function(statements / 4 + 1);
-    const std::uint32_t shared = make_block("Shared", statements / 4 + 1);
-    const std::uint32_t single = make_block("Single", statements / 4 + 1);
-    PouBuilder main = b_.pou("Main", PouKind::kProgram);
-    Scope scope = variables(main, false);
-    const Word first = main.instance_of("first", shared);
-    const Word second = main.instance_of("second", shared);
-    const Word only = main.instance_of("only", single);
-    const std::uint32_t row_type = b_.array(b_.image.pous[shared].instance_type, 3, -1);
-    const Word row = main.variable("row", row_type);
-    const std::uint32_t ref_type = b_.ref(b_.image.pous[shared].instance_type);
-    const Word ref = main.variable("ref", ref_type);
-    for (std::size_t i = 0; i < statements; ++i) {
-      switch (below(12)) {
-        case 0:
-          main.op(Opcode::kCallPou, {shared, below(2) == 0 ? first : second});
-          break;
-        case 1:
-          main.op(Opcode::kCallPou, {single, only});
-          break;
-        case 2:
-          main.path(Opcode::kCallAt, {shared, row, row_type}, {{PathStep::kIndex, any(scope, TypeId::kInt)}});
-          break;
-        case 3:
-          main.path(Opcode::kRefAt, {ref, row, row_type}, {{PathStep::kIndex, any(scope, TypeId::kSint)}});
-          main.path(Opcode::kCallVia, {shared, ref, b_.image.pous[shared].instance_type}, {});
-          break;
-        case 4:
-          main.list(Opcode::kCallFn, 5,
-                    {function, 0, any(scope, TypeId::kDint), 1, any(scope, TypeId::kLreal), 2,
-                     any(scope, TypeId::kString), 3, scope.array, 4, written(scope, TypeId::kDint)});
-          break;
-        default:
-          statement(main, scope, 0);
+    static constexpr core::Coherence kProtocols[] = {core::Coherence::kWaitFree, core::Coherence::kWaitFree,
+                                                     core::Coherence::kGlobalLock, core::Coherence::kPriorityCeiling};
+    b_.image.options.coherence = random_.one_of(kProtocols);
+    tasks_ = random_.once_in(4) ? 2 + below(2) : 1;
+    // Now and then so much that most of a table is further away than 16 bits reach.
+    if (random_.once_in(200)) b_.global("far", b_.array(b_.type(TypeId::kByte), 70'000), {}, {.constant = true});
+    make_types();
+    for (std::size_t n = below(3); n > 0; --n) make_function(1 + below(statements / 4 + 1));
+    for (std::size_t n = below(4); n > 0; --n) make_block(1 + below(statements / 3 + 1));
+    assign_programs();
+    for (std::size_t n = 0; n < users_.size(); ++n) make_program(n, statements / users_.size() + 1);
+    for (std::size_t task = 0; task < tasks_; ++task) {
+      std::vector<std::uint32_t> programs;
+      for (std::size_t n = 0; n < users_.size(); ++n) {
+        programs.insert(programs.end(), static_cast<std::size_t>(std::count(users_[n].begin(), users_[n].end(), task)),
+                        programs_[n]);
       }
+      b_.task("T" + std::to_string(task), kPeriodNs, programs, static_cast<std::int32_t>(task));
     }
-    b_.task("Cyclic", 10'000'000, {main.finish()});
+    for (Queue& queue : queues_) {
+      std::sort(queue.puts.begin(), queue.puts.end());
+      queue.puts.erase(std::unique(queue.puts.begin(), queue.puts.end()), queue.puts.end());
+      b_.image.queues.push_back({queue.name, queue.type, queue.capacity, queue.puts, queue.takes});
+    }
     return b_.build();
   }
 
+  static constexpr std::int64_t kPeriodNs = 10'000'000;
+
  private:
-  /// Variables that instructions of a body may name.
-  struct Scope {
-    std::vector<Word> all[core::kTypeCount];      ///< read; by type
-    std::vector<Word> changed[core::kTypeCount];  ///< written
-    Word array = 0;                               ///< of array_
-    std::vector<std::pair<std::uint32_t, Word>> blocks;
-    Word ref = 0;
+  struct Parameter {
+    Word number;  ///< among the variables of the frame
+    FieldRole role;
+    std::uint32_t type;
   };
+  struct Function {
+    std::uint32_t pou;
+    std::vector<Parameter> parameters;
+  };
+  struct Queue {
+    std::string name;
+    std::uint32_t type;
+    std::uint32_t capacity;
+    std::vector<std::uint32_t> puts;
+    std::uint32_t takes;
+  };
+  using Steps = std::vector<PouBuilder::Step>;
 
-  std::size_t below(std::size_t n) { return random_() % n; }
-  template <class T>
-  T one_of(const std::vector<T>& items) {
-    return items[below(items.size())];
-  }
-  Word any(const Scope& scope, TypeId id) { return one_of(scope.all[static_cast<std::size_t>(id)]); }
-  Word written(const Scope& scope, TypeId id) { return one_of(scope.changed[static_cast<std::size_t>(id)]); }
+  // ---- bodies
 
-  std::uint32_t type_of(TypeId id) {
-    if (core::rep_of(id) == core::Rep::kStr || core::rep_of(id) == core::Rep::kWstr) {
-      return b_.string(static_cast<std::uint16_t>(3 + below(6)), id);
-    }
-    return b_.type(id);
-  }
-  /// Values that matter: ends of ranges, small numbers, numbers that are no numbers.
-  std::vector<std::byte> value(TypeId id) {
-    const auto integer = [&](auto zero) {
-      using T = decltype(zero);
-      const T edges[] = {0, 1, static_cast<T>(-1), 2, 7, std::numeric_limits<T>::min(), std::numeric_limits<T>::max()};
-      return bytes_of(below(3) == 0 ? static_cast<T>(random_() * 0x9e3779b97f4a7c15ull)
-                                    : edges[below(std::size(edges))]);
+  void make_function(std::size_t statements) {
+    PouBuilder pou = b_.pou("Function" + std::to_string(functions_.size()), PouKind::kFunction);
+    Scope scope{pou, PouKind::kFunction};
+    Function made;
+    const auto parameter = [&](FieldRole role, std::uint32_t index) {
+      const Word word = pou.frame(scope.name(), index, role, initial(index));
+      made.parameters.push_back({static_cast<Word>(made.parameters.size()), role, index});
+      if (type(index).kind == TypeKind::kRef || type(index).kind >= TypeKind::kArray)
+        scope.wholes.push_back({index, word});
+      note(scope.leaves, index, word);
     };
-    const auto real = [&](auto zero) {
-      using T = decltype(zero);
-      const T edges[] = {0,
-                         static_cast<T>(-0.0),
-                         1,
-                         static_cast<T>(-2.5),
-                         std::numeric_limits<T>::infinity(),
-                         std::numeric_limits<T>::quiet_NaN(),
-                         std::numeric_limits<T>::max(),
-                         std::numeric_limits<T>::denorm_min()};
-      return bytes_of(below(3) == 0 ? static_cast<T>(random_()) / 1000 : edges[below(std::size(edges))]);
-    };
-    switch (core::rep_of(id)) {
-      case core::Rep::kBool:
-        return bytes_of(static_cast<std::uint8_t>(below(2)));
-      case core::Rep::kI8:
-        return integer(std::int8_t{});
-      case core::Rep::kU8:
-        return integer(std::uint8_t{});
-      case core::Rep::kI16:
-        return integer(std::int16_t{});
-      case core::Rep::kU16:
-        return integer(std::uint16_t{});
-      case core::Rep::kI32:
-        return integer(std::int32_t{});
-      case core::Rep::kU32:
-        return integer(std::uint32_t{});
-      case core::Rep::kI64:
-        return integer(std::int64_t{});
-      case core::Rep::kU64:
-        return integer(std::uint64_t{});
-      case core::Rep::kF32:
-        return real(float{});
-      case core::Rep::kF64:
-        return real(double{});
-      default:
-        return {};
+    for (std::size_t n = below(5); n > 0; --n) {
+      const std::uint32_t index = random_.once_in(4) ? random_.one_of(aggregates_) : type_of(any_type());
+      static constexpr FieldRole kRoles[] = {FieldRole::kInput, FieldRole::kInput, FieldRole::kOutput,
+                                             FieldRole::kInOut};
+      const FieldRole role = random_.one_of(kRoles);
+      parameter(role, role == FieldRole::kInOut ? ref_type(index) : index);
     }
+    parameter(FieldRole::kReturnValue, random_.once_in(6) ? random_.one_of(aggregates_) : type_of(any_type()));
+    // Some frames are too large to be set up by instructions of their own.
+    if (random_.once_in(4)) pou.frame(scope.name(), b_.array(b_.type(TypeId::kDint), 40), FieldRole::kTemp);
+    for (std::size_t i = 0; i < statements; ++i) statement(scope, 0);
+    made.pou = pou.finish();
+    functions_.push_back(std::move(made));
   }
-  static std::string name(const char* prefix, std::size_t type, std::size_t n) {
-    return prefix + std::to_string(type) + "_" + std::to_string(n);
-  }
-
-  void declare_globals() {
-    array_ = b_.array(b_.type(TypeId::kDint), 6, -2);
+  void make_block(std::size_t statements) {
+    PouBuilder pou = b_.pou("Block" + std::to_string(pous_.size()), PouKind::kFunctionBlock);
+    Scope scope{pou, PouKind::kFunctionBlock};
+    for (std::size_t i = 0; i < statements; ++i) statement(scope, 0);
+    Block made;
     for (std::size_t t = 0; t < core::kTypeCount; ++t) {
-      const auto id = static_cast<TypeId>(t);
-      globals_.all[t].push_back(b_.global(name("g", t, 0), type_of(id), value(id)));
-      globals_.changed[t].push_back(globals_.all[t].back());
-      const bool text = core::rep_of(id) == core::Rep::kStr || core::rep_of(id) == core::Rep::kWstr;
-      for (int n = 0; n < 2 && !text; ++n) globals_.all[t].push_back(b_.constant_bytes(b_.type(id), value(id)));
-    }
-  }
-  /// Variables of a body and all globals. A function has a frame alone, and no globals.
-  Scope variables(PouBuilder& pou, bool function) {
-    Scope scope = globals_;
-    for (std::size_t t = 0; t < core::kTypeCount; ++t) {
-      const auto id = static_cast<TypeId>(t);
-      if (function) std::erase_if(scope.changed[t], [](Word w) { return bytecode::space_of(w) == Space::kGlobal; });
-      const auto add = [&](Word word) {
-        scope.all[t].push_back(word);
-        scope.changed[t].push_back(word);
-      };
-      for (std::size_t n = 0; n < 2 && !function; ++n)
-        add(pou.variable(name("v", t, n), type_of(id), FieldRole::kLocal, value(id)));
-      add(pou.frame(name("f", t, 0), type_of(id), FieldRole::kTemp, value(id)));
-    }
-    scope.array = function ? pou.frame("array", array_) : pou.variable("array", array_);
-    if (!function) {
-      scope.ref = pou.variable("array_ref", b_.ref(array_));
-      for (const char* block : {"TON", "TOF", "TP", "CTU", "CTD_DINT", "CTUD", "SR", "RS", "R_TRIG", "F_TRIG"}) {
-        const Word ports = pou.variable(std::string("b_") + block, b_.block_type(block));
-        scope.blocks.emplace_back(b_.block(block), ports);
-        for (const stdlib::Field& field : stdlib::block_named(block)->fields) {
-          const auto type = static_cast<std::size_t>(field.type);
-          scope.all[type].push_back(ports + field.offset);
-          scope.changed[type].push_back(ports + field.offset);
-        }
+      for (const Word word : scope.leaves[t]) {
+        if (bytecode::space_of(word) != Space::kInstance || made.leaves.size() >= 6) continue;
+        made.leaves.emplace_back(static_cast<TypeId>(t), bytecode::offset_of(word));
       }
     }
-    return scope;
+    made.pou = pou.finish();
+    made.type = b_.image.pous[made.pou].instance_type;
+    if (type(made.type).size == 0) return;  // no variable, no instance
+    made.row = b_.array(made.type, 3, -1);
+    pous_.push_back(std::move(made));
+  }
+  /// Which tasks run which programs; a program may have several instances.
+  void assign_programs() {
+    for (std::uint32_t task = 0; task < tasks_; ++task) users_.push_back({task});
+    while (random_.once_in(4)) users_.push_back({static_cast<std::uint32_t>(below(tasks_))});
+    if (random_.once_in(4)) users_[below(users_.size())].push_back(static_cast<std::uint32_t>(below(tasks_)));
+  }
+  void make_program(std::size_t n, std::size_t statements) {
+    PouBuilder pou = b_.pou("Main" + std::to_string(n), PouKind::kProgram);
+    Scope scope{pou, PouKind::kProgram, users_[n]};
+    for (std::size_t i = 0; i < statements; ++i) statement(scope, 0);
+    programs_.push_back(pou.finish());
   }
 
-  std::uint32_t make_function(std::size_t statements) {
-    PouBuilder f = b_.pou("Function", PouKind::kFunction);
-    const Word a = f.frame("a", b_.type(TypeId::kDint), FieldRole::kInput);
-    const Word c = f.frame("c", b_.type(TypeId::kLreal), FieldRole::kInput);
-    f.frame("text", b_.string(2), FieldRole::kInput);
-    f.frame("row", array_, FieldRole::kInput);
-    const Word result = f.frame("Function", b_.type(TypeId::kDint), FieldRole::kReturnValue);
-    Scope scope = variables(f, true);
-    scope.all[static_cast<std::size_t>(TypeId::kDint)].push_back(a);
-    scope.all[static_cast<std::size_t>(TypeId::kLreal)].push_back(c);
-    scope.changed[static_cast<std::size_t>(TypeId::kDint)].push_back(result);
-    for (std::size_t i = 0; i < statements; ++i) statement(f, scope, 0);
-    return f.finish();
-  }
-  std::uint32_t make_block(const char* pou_name, std::size_t statements) {
-    PouBuilder fb = b_.pou(pou_name, PouKind::kFunctionBlock);
-    const Scope scope = variables(fb, false);
-    for (std::size_t i = 0; i < statements; ++i) statement(fb, scope, 0);
-    return fb.finish();
-  }
+  // ---- statements
 
-  void statement(PouBuilder& pou, const Scope& scope, int depth) {
-    switch (below(14)) {
+  void statement(Scope& scope, int depth) {
+    switch (below(26)) {
       case 0:
-        return records(pou, scope);
       case 1:
-        return call_library(pou, scope);
+        return records(scope);
       case 2:
-        if (!scope.blocks.empty()) {
-          const auto [block, ports] = one_of(scope.blocks);
-          pou.op(Opcode::kRunTb, {block, ports});
-        }
-        return;
       case 3:
-        return element(pou, scope);
+        return call_library(scope);
       case 4:
-        return part(pou, scope);
       case 5:
-        pou.op(Opcode::kClearEvent);
-        plain(pou, scope);
-        pou.op(Opcode::kEno, {written(scope, TypeId::kBool)});
-        return;
+        return run_block(scope);
       case 6:
-        if (depth < 3) return branch(pou, scope, depth);
-        return;
       case 7:
-        if (depth < 2) return loop(pou, scope, depth);
+        return part_of_value(scope);
+      case 8:
+      case 9:
+        return through_reference(scope);
+      case 10:
+        return bits(scope);
+      case 11:
+        return with_eno(scope, depth);
+      case 12:
+      case 13:
+        if (depth < 3) branch(scope, depth);
+        return;
+      case 14:
+        if (depth < 2) loop(scope, depth);
+        return;
+      case 15:
+        return call_function(scope);
+      case 16:
+      case 17:
+        return call_block(scope);
+      case 18:
+        return references(scope);
+      case 19:
+        return exchange(scope);
+      case 20:
+        return copy(scope);
+      case 21:
+        if (depth > 0 && random_.once_in(4)) scope.pou.op(Opcode::kReturn);
         return;
       default:
-        return plain(pou, scope);
+        return plain(scope);
     }
   }
 
-  void records(PouBuilder& pou, const Scope& scope) {
+  void records(Scope& scope) {
     std::vector<Word> words;
-    const std::size_t count = 1 + below(40);
-    Word last = any(scope, TypeId::kBool);
+    const std::size_t count = random_.once_in(400) ? 500 + below(3000) : 1 + below(random_.once_in(6) ? 40 : 8);
+    // Mostly of four inputs and often what rungs are made of, else any function.
+    static constexpr std::uint32_t kUsual[] = {0x80008000u, 0xfffefffeu, 0xf888f888u, 0xa8a8a8a8u,
+                                               0x96969696u, 0xcacacacau, 0x88888888u, 0x55555555u,
+                                               0xaaaaaaaau, 0u,          ~0u};
+    std::vector<Word> in;
+    for (int n = 0; n < 6; ++n) in.push_back(read(scope, TypeId::kBool));
+    Word last = in.front();
     for (std::size_t i = 0; i < count; ++i) {
-      const std::uint32_t truth = static_cast<std::uint32_t>(random_());
-      // Mostly of four inputs and often what rungs are made of, else any function.
-      static constexpr std::uint32_t kUsual[] = {0x80008000u, 0xfffefffeu, 0xf888f888u, 0xa8a8a8a8u,
-                                                 0x96969696u, 0xcacacacau, 0x88888888u};
-      words.push_back(below(2) == 0   ? kUsual[below(std::size(kUsual))]
-                      : below(2) == 0 ? truth
-                                      : (truth & 0xffffu) * 0x10001u);
-      const Word out = written(scope, TypeId::kBool);
+      const auto truth = static_cast<std::uint32_t>(random_.bits());
+      words.push_back(random_.once_in(2)   ? random_.one_of(kUsual)
+                      : random_.once_in(2) ? truth
+                                           : (truth & 0xffffu) * 0x10001u);
+      const Word out = write(scope, TypeId::kBool);
       words.push_back(out);
-      for (int k = 0; k < 5; ++k) words.push_back(below(3) == 0 ? last : any(scope, TypeId::kBool));
+      for (int k = 0; k < 5; ++k) {
+        words.push_back(random_.once_in(3)   ? last
+                        : random_.once_in(6) ? read(scope, TypeId::kBool)
+                                             : random_.one_of(in));
+      }
       last = out;
     }
-    pou.list(Opcode::kBoolRun, static_cast<std::uint32_t>(count), std::move(words));
+    scope.pou.list(Opcode::kBoolRun, static_cast<std::uint32_t>(count), std::move(words));
   }
 
-  void call_library(PouBuilder& pou, const Scope& scope) {
-    const auto overloads = stdlib::overloads();
+  void call_library(Scope& scope) {
+    // Most overloads are conversions; what engines have code of their own for is more often something else.
+    static constexpr std::string_view kCommon[] = {"SEL", "MUX", "LIMIT", "MIN", "MAX", "ABS", "SQRT", "MOVE", "NOT",
+                                                   "SHL", "SHR", "ROL",   "ROR", "ADD", "SUB", "MUL",  "DIV",  "GT"};
+    const auto overloads = random_.once_in(2) ? stdlib::overloads() : stdlib::overloads_named(random_.one_of(kCommon));
     const stdlib::Overload& overload = overloads[below(overloads.size())];
     std::vector<Word> arguments;
     const std::size_t count = overload.spec->param_count + (overload.spec->extensible ? below(3) : 0);
-    for (std::size_t i = 0; i < count; ++i) arguments.push_back(any(scope, overload.param_type(i)));
-    pou.call_std(stdlib::key_of(overload), written(scope, overload.result_type()), std::move(arguments));
+    for (std::size_t i = 0; i < count; ++i) arguments.push_back(read(scope, overload.param_type(i)));
+    scope.pou.call_std(stdlib::key_of(overload), write(scope, overload.result_type()), std::move(arguments));
   }
 
-  void element(PouBuilder& pou, const Scope& scope) {
-    static constexpr TypeId kIndices[] = {TypeId::kSint,  TypeId::kUsint, TypeId::kInt,   TypeId::kUint, TypeId::kDint,
-                                          TypeId::kUdint, TypeId::kLint,  TypeId::kUlint, TypeId::kInt,  TypeId::kDint};
-    const Word index = any(scope, kIndices[below(std::size(kIndices))]);
-    const std::vector<PouBuilder::Step> path = {{PathStep::kIndex, index}};
-    switch (below(scope.ref == 0 ? 2 : 5)) {
-      case 0:
-        pou.path(Opcode::kLoadAt, {written(scope, TypeId::kDint), scope.array, array_}, path);
+  // Standard blocks and taskblocks: in place, or the element of an array, directly or through a reference.
+  void run_block(Scope& scope) {
+    if (scope.kind == PouKind::kFunction || blocks_.empty()) return;
+    const Block& block = random_.one_of(blocks_);
+    if (!random_.once_in(3)) {
+      scope.pou.op(Opcode::kRunTb, {block.pou, instance(scope, block.type)});
+      return;
+    }
+    const Word row = instance(scope, block.row);
+    const Steps steps = {index_step(scope, block.row)};
+    if (random_.once_in(2)) {
+      scope.pou.path(Opcode::kRunAt, {block.pou, row, block.row}, steps);
+      return;
+    }
+    const bool element = random_.once_in(2);
+    const Word ref = whole(scope, ref_type(element ? block.type : block.row));
+    if (!random_.once_in(4)) scope.pou.path(Opcode::kRefAt, {ref, row, block.row}, element ? steps : Steps{});
+    scope.pou.path(Opcode::kRunVia, {block.pou, ref, element ? block.type : block.row}, element ? Steps{} : steps);
+  }
+  void call_block(Scope& scope) {
+    if (scope.kind == PouKind::kFunction || pous_.empty()) return;
+    const Block& block = random_.one_of(pous_);
+    if (random_.once_in(2)) {
+      const Word at = instance(scope, block.type);
+      if (!block.leaves.empty() && random_.once_in(2)) {
+        const auto& [id, offset] = random_.one_of(block.leaves);
+        move(scope, id, at + offset, read(scope, id));
+      }
+      scope.pou.op(Opcode::kCallPou, {block.pou, at});
+      if (!block.leaves.empty()) {
+        const auto& [id, offset] = random_.one_of(block.leaves);
+        move(scope, id, write(scope, id), at + offset);
+      }
+      return;
+    }
+    const Word row = instance(scope, block.row);
+    const Steps steps = {index_step(scope, block.row)};
+    if (random_.once_in(2)) {
+      scope.pou.path(Opcode::kCallAt, {block.pou, row, block.row}, steps);
+      return;
+    }
+    const bool element = random_.once_in(2);
+    const Word ref = whole(scope, ref_type(element ? block.type : block.row));
+    if (!random_.once_in(4)) scope.pou.path(Opcode::kRefAt, {ref, row, block.row}, element ? steps : Steps{});
+    scope.pou.path(Opcode::kCallVia, {block.pou, ref, element ? block.type : block.row}, element ? Steps{} : steps);
+  }
+  void move(Scope& scope, TypeId id, Word to, Word from) {
+    static constexpr Opcode kMoves[] = {Opcode::kMoveBool, Opcode::kMove8,   Opcode::kMove8,   Opcode::kMove16,
+                                        Opcode::kMove16,   Opcode::kMove32,  Opcode::kMove32,  Opcode::kMove64,
+                                        Opcode::kMove64,   Opcode::kMoveF32, Opcode::kMoveF64, Opcode::kMoveStr,
+                                        Opcode::kMoveWstr, Opcode::kMoveRef};
+    scope.pou.op(kMoves[static_cast<std::size_t>(core::rep_of(id))], {to, from});
+  }
+
+  PouBuilder::Step index_step(Scope& scope, std::uint32_t array) {
+    if (random_.once_in(5)) return {PathStep::kElement, static_cast<Word>(below(type(array).count))};
+    static constexpr TypeId kIndices[] = {TypeId::kInt,   TypeId::kInt,   TypeId::kDint,  TypeId::kDint, TypeId::kSint,
+                                          TypeId::kUsint, TypeId::kUint,  TypeId::kUdint, TypeId::kLint, TypeId::kUlint,
+                                          TypeId::kByte,  TypeId::kDword, TypeId::kLword};
+    const TypeId id = random_.one_of(kIndices);
+    return {PathStep::kIndex, random_.once_in(2) ? read(scope, id) : inside(scope, id, array)};
+  }
+  /// A variable that is within the bounds before the instruction, most of the time.
+  Word inside(Scope& scope, TypeId id, std::uint32_t array) {
+    const std::int64_t wanted = type(array).lower + static_cast<std::int64_t>(below(type(array).count));
+    const Word leaf = own(scope, id, 4);
+    std::vector<std::byte> bytes(core::rep_bytes(core::rep_of(id)));
+    std::memcpy(bytes.data(), &wanted, bytes.size());
+    move(scope, id, leaf, b_.constant_bytes(b_.type(id), std::move(bytes)));
+    return leaf;
+  }
+  /// Steps from a value of type `from` to some part of it; `end` is then the type of the part.
+  Steps walk(Scope& scope, std::uint32_t from, std::uint32_t& end) {
+    Steps steps;
+    for (end = from; type(end).kind >= TypeKind::kArray && type(end).kind != TypeKind::kRef && !random_.once_in(8);) {
+      if (type(end).kind == TypeKind::kArray) {
+        steps.push_back(index_step(scope, end));
+        end = type(end).element;
+      } else {
+        const std::size_t field = below(type(end).fields.size());
+        steps.push_back({PathStep::kField, static_cast<Word>(field)});
+        end = type(end).fields[field].type;
+      }
+    }
+    return steps;
+  }
+
+  void part_of_value(Scope& scope) {
+    const std::uint32_t root = random_.one_of(aggregates_);
+    const Word base = whole(scope, root);
+    std::uint32_t end = 0;
+    const Steps steps = walk(scope, root, end);
+    if (random_.once_in(2)) {
+      scope.pou.path(Opcode::kLoadAt, {value(scope, end, true), base, root}, steps);
+    } else {
+      scope.pou.path(Opcode::kStoreAt, {base, value(scope, end, false), root}, steps);
+    }
+  }
+  void through_reference(Scope& scope) {
+    // To an aggregate or a scalar.
+    const bool scalar = random_.once_in(3);
+    const TypeId id = any_type();
+    const std::uint32_t root = scalar ? type_of(id) : random_.one_of(aggregates_);
+    const Word ref = whole(scope, ref_type(root));
+    if (!random_.once_in(3)) refer(scope, ref, root);
+    std::uint32_t end = root;
+    const Steps steps = walk(scope, root, end);
+    switch (below(5)) {
+      case 0: {
+        const Word other = whole(scope, ref_type(end));
+        scope.pou.path(Opcode::kRefVia, {other, ref, root}, steps);
+        if (type(end).kind > TypeKind::kString) return;
+        scope.pou.path(Opcode::kStoreVia, {other, value(scope, end, false), end}, {});
         return;
+      }
       case 1:
-        pou.path(Opcode::kStoreAt, {scope.array, any(scope, TypeId::kDint), array_}, path);
-        return;
       case 2:
-        pou.path(Opcode::kRefAt, {scope.ref, scope.array, array_}, {});
-        return;
-      case 3:
-        pou.path(Opcode::kLoadVia, {written(scope, TypeId::kDint), scope.ref, array_}, path);
+        scope.pou.path(Opcode::kLoadVia, {value(scope, end, true), ref, root}, steps);
         return;
       default:
-        pou.path(Opcode::kStoreVia, {scope.ref, any(scope, TypeId::kDint), array_}, path);
+        scope.pou.path(Opcode::kStoreVia, {ref, value(scope, end, false), root}, steps);
+    }
+  }
+  /// Lets a reference refer to a variable, or to a part of one.
+  void refer(Scope& scope, Word ref, std::uint32_t target) {
+    if (type(target).kind >= TypeKind::kArray) {
+      scope.pou.path(Opcode::kRefAt, {ref, whole(scope, target), target}, {});
+      return;
+    }
+    // The type must be exactly this one: a variable of its own.
+    scope.pou.path(Opcode::kRefAt, {ref, declare(scope, target), target}, {});
+  }
+  void references(Scope& scope) {
+    const std::uint32_t target = random_.one_of(aggregates_);
+    const Word a = whole(scope, ref_type(target));
+    const Word b = whole(scope, ref_type(target));
+    if (random_.once_in(3)) refer(scope, a, target);
+    if (random_.once_in(2)) scope.pou.op(Opcode::kMoveRef, {b, a});
+    scope.pou.op(Opcode::kSameRef, {write(scope, TypeId::kBool), a, b});
+  }
+
+  void bits(Scope& scope) {
+    static constexpr TypeId kWords[][2] = {{TypeId::kByte, TypeId::kSint},
+                                           {TypeId::kWord, TypeId::kInt},
+                                           {TypeId::kDword, TypeId::kUdint},
+                                           {TypeId::kLword, TypeId::kLint}};
+    static constexpr TypeId kParts[] = {TypeId::kBool, TypeId::kByte, TypeId::kWord, TypeId::kDword};
+    const std::size_t width = below(4);
+    const TypeId word = kWords[width][below(2)];
+    const std::size_t part = below(width + 1);
+    const std::size_t part_bits = part == 0 ? 1 : std::size_t{4} << part;
+    const auto bit = static_cast<Word>(below((std::size_t{8} << width) / part_bits) * part_bits);
+    if (random_.once_in(2)) {
+      scope.pou.op(Opcode::kExtract, {write(scope, kParts[part]), read(scope, word), bit});
+    } else {
+      scope.pou.op(Opcode::kInsert, {write(scope, word), read(scope, word), read(scope, kParts[part]), bit});
     }
   }
 
-  void part(PouBuilder& pou, const Scope& scope) {
-    const auto bit = static_cast<Word>(below(16));
-    if (below(2) == 0) {
-      pou.op(Opcode::kExtract, {written(scope, TypeId::kBool), any(scope, TypeId::kWord), bit});
-    } else {
-      pou.op(Opcode::kInsert,
-             {written(scope, TypeId::kWord), any(scope, TypeId::kWord), any(scope, TypeId::kBool), bit});
+  void with_eno(Scope& scope, int depth) {
+    scope.pou.op(Opcode::kClearEvent);
+    for (std::size_t n = 1 + below(2); n > 0; --n) {
+      if (random_.once_in(2)) {
+        call_library(scope);
+      } else {
+        depth < 2 ? statement(scope, 2) : plain(scope);
+      }
     }
+    scope.pou.op(Opcode::kEno, {write(scope, TypeId::kBool)});
   }
 
-  void branch(PouBuilder& pou, const Scope& scope, int depth) {
-    std::uint32_t jump = 0;
-    if (below(2) == 0) {
-      // Of the kind that becomes one instruction.
-      const Word result = written(scope, TypeId::kBool);
-      static constexpr Opcode kReals[] = {Opcode::kEqF32, Opcode::kNeF32, Opcode::kLtF32,
-                                          Opcode::kLeF32, Opcode::kGtF32, Opcode::kGeF32};
-      static constexpr Opcode kIntegers[] = {Opcode::kEq16,  Opcode::kNe16,  Opcode::kLtI16,
-                                             Opcode::kLeI16, Opcode::kGtI16, Opcode::kGeI16};
-      const bool real = below(2) == 0;
-      const TypeId type = real ? TypeId::kReal : TypeId::kInt;
-      pou.op(real ? kReals[below(6)] : kIntegers[below(6)], {result, any(scope, type), any(scope, type)});
-      jump = pou.jump(below(2) == 0 ? Opcode::kCondJump : Opcode::kJumpIf, {result});
+  void branch(Scope& scope, int depth) {
+    PouBuilder& pou = scope.pou;
+    Word condition = 0;
+    std::optional<std::uint32_t> early;
+    if (random_.once_in(4)) {
+      condition = read(scope, TypeId::kBool);
     } else {
-      jump = pou.jump(below(2) == 0 ? Opcode::kCondJump : Opcode::kJumpIf, {any(scope, TypeId::kBool)});
+      // Often of the kind that becomes one instruction with the jump behind it.
+      condition = write(scope, TypeId::kBool);
+      const bool split = random_.once_in(8);
+      if (split) early = pou.jump(Opcode::kJumpIf, {read(scope, TypeId::kBool)});
+      compare(scope, condition);
     }
-    for (std::size_t n = below(4); n > 0; --n) statement(pou, scope, depth + 1);
+    if (early) pou.land(*early);
+    const std::uint32_t jump = pou.jump(random_.once_in(2) ? Opcode::kCondJump : Opcode::kJumpIf, {condition});
+    for (std::size_t n = 1 + below(3); n > 0; --n) statement(scope, depth + 1);
+    if (!random_.once_in(3)) return pou.land(jump);
+    const std::uint32_t end = pou.jump(Opcode::kJump);
     pou.land(jump);
+    for (std::size_t n = below(3); n > 0; --n) statement(scope, depth + 1);
+    pou.land(end);
+  }
+  /// Compares two numbers, most of the time of the types that have a form of their own before a jump.
+  void compare(Scope& scope, Word result) {
+    struct Comparison {
+      Opcode opcode;
+      TypeId type;
+    };
+    static const std::vector<Comparison> kUsual = [] {
+      std::vector<Comparison> rows;
+#define PLC_FUSED_JUMP(Name, T, expression) rows.push_back({Opcode::k##Name, type_named_in(#Name)});
+#include "runtime/fused_jumps.def"
+      return rows;
+    }();
+    if (random_.once_in(4)) {
+      static constexpr Comparison kOthers[] = {{Opcode::kLtU16, TypeId::kUint}, {Opcode::kEq64, TypeId::kLint},
+                                               {Opcode::kGeI64, TypeId::kLint}, {Opcode::kLtF64, TypeId::kLreal},
+                                               {Opcode::kNe8, TypeId::kByte},   {Opcode::kGtU32, TypeId::kUdint}};
+      const Comparison& c = random_.one_of(kOthers);
+      scope.pou.op(c.opcode, {result, read(scope, c.type), read(scope, c.type)});
+      return;
+    }
+    const Comparison& c = random_.one_of(kUsual);
+    scope.pou.op(c.opcode, {result, read(scope, c.type), read(scope, c.type)});
+  }
+  static TypeId type_named_in(std::string_view comparison) {
+    if (comparison.ends_with("F32")) return TypeId::kReal;
+    return comparison.ends_with("16") ? TypeId::kInt : TypeId::kDint;
   }
 
-  void loop(PouBuilder& pou, const Scope& scope, int depth) {
+  void loop(Scope& scope, int depth) {
+    PouBuilder& pou = scope.pou;
+    if (random_.once_in(8)) {
+      // Until somebody says so, or the loop budget is used up.
+      const std::uint32_t top = pou.here();
+      for (std::size_t n = below(3); n > 0; --n) statement(scope, depth + 1);
+      const std::uint32_t out = pou.jump(Opcode::kCondJump, {read(scope, TypeId::kBool)});
+      pou.op(Opcode::kLoopJump, {top});
+      pou.land(out);
+      return;
+    }
+    // A counter that nobody else writes.
+    const bool wide = random_.once_in(2);
+    const TypeId id = wide ? TypeId::kDint : TypeId::kInt;
+    const Word counter = pou.frame(scope.name(), b_.type(id), FieldRole::kTemp);
+    const Word more = pou.frame(scope.name(), b_.boolean(), FieldRole::kTemp);
+    const auto number_of = [&](int n) {
+      return wide ? b_.constant<std::int32_t>(id, n) : b_.constant<std::int16_t>(id, static_cast<std::int16_t>(n));
+    };
+    move(scope, id, counter, number_of(0));
     const std::uint32_t top = pou.here();
-    for (std::size_t n = 1 + below(3); n > 0; --n) statement(pou, scope, depth + 1);
-    const std::uint32_t out = pou.jump(Opcode::kCondJump, {any(scope, TypeId::kBool)});
+    for (std::size_t n = 1 + below(3); n > 0; --n) statement(scope, depth + 1);
+    pou.op(wide ? Opcode::kAdd32 : Opcode::kAdd16, {counter, counter, number_of(1)});
+    pou.op(wide ? Opcode::kLtI32 : Opcode::kLtI16, {more, counter, number_of(1 + static_cast<int>(below(4)))});
+    const std::uint32_t out = pou.jump(Opcode::kCondJump, {more});
     pou.op(Opcode::kLoopJump, {top});
     pou.land(out);
   }
 
+  void call_function(Scope& scope) {
+    if (functions_.empty()) return;
+    const Function& function = random_.one_of(functions_);
+    std::vector<Word> words{function.pou};
+    for (const Parameter& p : function.parameters) {
+      if (random_.once_in(8)) continue;
+      if (p.role == FieldRole::kInOut && random_.once_in(2)) {
+        const Word ref = whole(scope, p.type);
+        refer(scope, ref, type(p.type).element);
+        words.insert(words.end(), {p.number, ref});
+        continue;
+      }
+      const bool written = p.role == FieldRole::kOutput || p.role == FieldRole::kReturnValue;
+      words.insert(words.end(), {p.number, value(scope, p.type, written)});
+    }
+    const auto count = static_cast<std::uint32_t>((words.size() - 1) / 2);
+    scope.pou.list(Opcode::kCallFn, count, std::move(words));
+  }
+
+  /// Queues: a program of one task may take, all may put.
+  void exchange(Scope& scope) {
+    if (scope.kind != PouKind::kProgram) return;
+    if (queues_.empty() || (queues_.size() < 3 && random_.once_in(3))) {
+      const std::uint32_t index = random_.once_in(2) ? random_.one_of(aggregates_) : type_of(any_type());
+      queues_.push_back({"q" + std::to_string(queues_.size()),
+                         index,
+                         static_cast<std::uint32_t>(1 + below(4)),
+                         {},
+                         bytecode::ImageQueue::kNoTask});
+    }
+    const std::size_t n = below(queues_.size());
+    Queue& queue = queues_[n];
+    const auto index = static_cast<Word>(n);
+    const bool alone =
+        std::all_of(scope.tasks.begin(), scope.tasks.end(), [&](std::uint32_t t) { return t == scope.tasks.front(); });
+    const bool may_take = alone && (queue.takes == bytecode::ImageQueue::kNoTask || queue.takes == scope.tasks.front());
+    // Queues hold values of exactly their type.
+    const auto place = [&] {
+      return type(queue.type).kind >= TypeKind::kArray ? whole(scope, queue.type) : declare(scope, queue.type);
+    };
+    switch (below(4)) {
+      case 0:
+        if (!may_take) return;
+        queue.takes = scope.tasks.front();
+        scope.pou.op(Opcode::kQueueGet, {write(scope, TypeId::kBool), index, place(), queue.type});
+        return;
+      case 1:
+        scope.pou.op(Opcode::kQueueCount, {write(scope, TypeId::kUdint), index});
+        return;
+      case 2:
+        scope.pou.op(Opcode::kQueueSpace, {write(scope, TypeId::kUdint), index});
+        break;
+      default:
+        scope.pou.op(Opcode::kQueuePut, {write(scope, TypeId::kBool), index, place(), queue.type});
+    }
+    queue.puts.insert(queue.puts.end(), scope.tasks.begin(), scope.tasks.end());
+  }
+
+  void copy(Scope& scope) {
+    const std::uint32_t index = random_.one_of(aggregates_);
+    scope.pou.op(Opcode::kCopy, {whole(scope, index), whole(scope, index), index});
+  }
+
   /// An instruction all of whose operands are leaves.
-  void plain(PouBuilder& pou, const Scope& scope) {
-    static const std::vector<Opcode> kPlain = [] {
-      std::vector<Opcode> found;
+  void plain(Scope& scope) {
+    struct Plain {
+      Opcode opcode;
+      std::vector<std::vector<TypeId>> types;  ///< of each operand
+      std::vector<bool> out;
+    };
+    static const std::vector<Plain> kPlain = [] {
+      std::vector<Plain> found;
       for (std::size_t i = 0; i < bytecode::opcodes().size(); ++i) {
         const bytecode::Operands& operands = bytecode::opcodes()[i].operands;
+        Plain plain{static_cast<Opcode>(i), {}, {}};
         bool leaves = operands.count >= 2;
         for (std::uint8_t n = 0; n < operands.count; ++n) {
           const auto& spec = operands.specs[n];
           const bool leaf = spec.kind == bytecode::OperandKind::kIn || spec.kind == bytecode::OperandKind::kOut;
           leaves = leaves && leaf && (spec.reps & bytecode::kMRef) == 0;
+          plain.out.push_back(spec.kind == bytecode::OperandKind::kOut);
+          plain.types.emplace_back();
+          for (std::size_t t = 0; t < core::kTypeCount; ++t) {
+            const auto id = static_cast<TypeId>(t);
+            if ((spec.reps & bytecode::mask_of(core::rep_of(id))) != 0) plain.types.back().push_back(id);
+          }
         }
-        if (leaves) found.push_back(static_cast<Opcode>(i));
+        if (leaves) found.push_back(std::move(plain));
       }
       return found;
     }();
-    const Opcode opcode = one_of(kPlain);
-    const bytecode::Operands& operands = bytecode::info(opcode).operands;
+    const Plain& plain = random_.one_of(kPlain);
     std::vector<Word> words;
-    for (std::uint8_t n = 0; n < operands.count; ++n) {
-      std::vector<TypeId> types;
-      for (std::size_t t = 0; t < core::kTypeCount; ++t) {
-        const auto id = static_cast<TypeId>(t);
-        if ((operands.specs[n].reps & bytecode::mask_of(core::rep_of(id))) != 0) types.push_back(id);
-      }
-      const TypeId type = one_of(types);
-      words.push_back(operands.specs[n].kind == bytecode::OperandKind::kOut ? written(scope, type) : any(scope, type));
+    for (std::size_t n = 0; n < plain.types.size(); ++n) {
+      const TypeId id = random_.one_of(plain.types[n]);
+      words.push_back(plain.out[n] ? write(scope, id) : read(scope, id));
     }
-    pou.list(opcode, 0, std::move(words));
+    scope.pou.list(plain.opcode, 0, std::move(words));
   }
 
-  std::mt19937 random_;
-  ImageBuilder b_;
-  Scope globals_;
-  std::uint32_t array_ = 0;
+  std::vector<Function> functions_;
+  std::vector<Block> pous_;
+  std::vector<std::vector<std::uint32_t>> users_;  ///< by program: the task of each instance
+  std::vector<std::uint32_t> programs_;
+  std::vector<Queue> queues_;
 };
 
 }  // namespace plc::test

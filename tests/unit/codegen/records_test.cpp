@@ -6,6 +6,7 @@
 
 #include "bytecode/codegen/generate.h"
 #include "bytecode/image.h"
+#include "frontend-fbd/power_flow.h"
 #include "tests/support/module_builder.h"
 
 namespace plc {
@@ -136,6 +137,35 @@ TEST_F(Records, RunsAreSplitOnlyAtTheFormatsLimit) {
   const Counts c = counts();
   EXPECT_EQ(c.records, 70000u);
   EXPECT_EQ(c.runs, 2u);
+}
+
+TEST_F(Records, BranchesShareTheContactsInFrontOfThem) {
+  // i0..i3 in series, then (i4, or NOT i5), then (i6, or i7 and NOT i8): ten contacts, as drawn.
+  fbd::PowerFlows flows;
+  ir::ValueId flow = b.constant_bool(true);
+  for (int i = 0; i < 4; ++i) flow = flows.series(b, flow, contact(i));
+  flow = flows.parallel(b, flows.series(b, flow, contact(4)), flows.series(b, flow, b.not_(contact(5))));
+  const ir::ValueId lower = flows.series(b, flows.series(b, flow, contact(7)), b.not_(contact(8)));
+  coil(0, flows.parallel(b, flows.series(b, flow, contact(6)), lower));
+  EXPECT_EQ(counts().records, 2u);  // as ORs of whole ways it would be four
+}
+
+TEST_F(Records, AWirePastAContactTakesItOut) {
+  fbd::PowerFlows flows;
+  const ir::ValueId flow = flows.series(b, contact(0), contact(1));
+  coil(0, flows.parallel(b, flows.series(b, flow, contact(2)), flow));
+  coil(1, flows.parallel(b, contact(3), contact(4)));  // nothing in common
+  const auto image = bytecode::generate(m.module, m.diagnostics);
+  ASSERT_TRUE(image.has_value());
+  EXPECT_EQ(count(image->pous[0].code).records, 2u);
+}
+
+TEST_F(Records, BranchesOfAnyLengthAreLoweredInLinearTime) {
+  fbd::PowerFlows flows;
+  const ir::ValueId rail = b.constant_bool(true);
+  ir::ValueId flow = flows.series(b, rail, contact(0));
+  for (int i = 0; i < 20000; ++i) flow = flows.parallel(b, flows.series(b, flow, contact(i % 24)), rail);
+  EXPECT_LT(m.module.pous[main].body.insts.size(), 20000u * 5);
 }
 
 }  // namespace

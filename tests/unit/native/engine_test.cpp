@@ -1,15 +1,16 @@
 // Native code against the interpreter: tables, events and faults after every scan.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 #include <string>
 #include <vector>
 
 #include "tests/fuzz/image_mutator.h"
+#include "tests/support/engines.h"
 #include "tests/support/golden.h"
 #include "tests/support/random_image.h"
 #include "tests/support/sample_image.h"
-#include "tests/support/two_engines.h"
 
 namespace plc::test {
 namespace {
@@ -19,7 +20,7 @@ constexpr core::TimeNs kPeriodNs = 10'000'000;
 /// Runs both engines; what differs first, or nothing.
 std::string difference(const Image& image, int scans, bool must_load = true, std::uint32_t budget = 1000) {
   std::string problem;
-  const auto engines = TwoEngines::load(image, problem, {.loop_budget = budget});
+  const auto engines = Engines::load(image, problem, {.loop_budget = budget});
   if (engines == nullptr) return must_load ? problem : std::string();
   for (int scan = 0; scan < scans; ++scan) {
     const std::string text = engines->scan(scan * kPeriodNs);
@@ -142,15 +143,37 @@ TEST(NativeEngine, APlaceInsideTheInterpretersShareNamesItsInstruction) {
   main.op(Opcode::kLoopJump, {top});
   b.task("Cyclic", kPeriodNs, {main.finish()});
   std::string problem;
-  const auto engines = TwoEngines::load(b.build(), problem, {.loop_budget = 9});
+  const auto engines = Engines::load(b.build(), problem, {.loop_budget = 9});
   ASSERT_NE(engines, nullptr) << problem;
   EXPECT_EQ(engines->scan(0), "");
-  const auto events = engines->native().program(0).events();
+  runtime::Program& program = (*engines)[1].program(0);
+  const auto events = program.events();
   ASSERT_EQ(events.size(), 1u);
   EXPECT_EQ(events[0].word, top);
   EXPECT_EQ(events[0].count, 10u);
-  EXPECT_EQ(engines->native().program(0).place(runtime::FaultKind::kWatchdog).word, loop);
-  EXPECT_EQ(engines->report(0).interpreted.at(runtime::ResolvedOp::kMoveStr), 1u);
+  EXPECT_EQ(program.place(runtime::FaultKind::kWatchdog).word, loop);
+  const auto compiled = native::compile(program);
+  ASSERT_TRUE(compiled.has_value());
+  EXPECT_EQ((*compiled)->report().interpreted.at(runtime::ResolvedOp::kMoveStr), 1u);
+}
+
+TEST(NativeEngine, RareCodeBehindABodyOfManyInterpretedInstructions) {
+  // What is copied for the interpreter is longer than the code itself: nothing may point into the copy.
+  ImageBuilder b;
+  PouBuilder main = b.pou("Main", PouKind::kProgram);
+  const Word value = main.variable("value", b.type(TypeId::kDword), FieldRole::kLocal, bytes_of(0x80000001u));
+  const Word by = main.variable("by", b.type(TypeId::kInt), FieldRole::kLocal, bytes_of(std::int16_t{-1}));
+  const Word text = main.variable("text", b.string(3));
+  const Word source = b.text("abcdef");
+  const auto shift =
+      std::find_if(stdlib::overloads().begin(), stdlib::overloads().end(), [](const stdlib::Overload& overload) {
+        return overload.name == "SHL" && overload.t == TypeId::kDword && overload.u == TypeId::kInt;
+      });
+  ASSERT_NE(shift, stdlib::overloads().end());
+  main.call_std(stdlib::key_of(*shift), value, {value, by});
+  for (int i = 0; i < 5000; ++i) main.op(Opcode::kMoveStr, {text, source});
+  b.task("Cyclic", kPeriodNs, {main.finish()});
+  EXPECT_EQ(difference(b.build(), 3), "");
 }
 
 /// Which instructions have code of their own: a new one is one more line here.

@@ -137,6 +137,18 @@ TEST(Derivative, TwiceInOneInstantAndAfterAClockThatWentBack) {
   EXPECT_EQ(block.real("XOUT"), 1.0);
 }
 
+TEST(Derivative, AStateThatWasWrittenFromOutsideHasNoMoreSamplesThanRoom) {
+  Instance written("DERIVATIVE"), whole("DERIVATIVE");
+  for (Instance* block : {&written, &whole}) {
+    block->set("RUN", 1);
+    for (int i = 0; i < 5; ++i) block->set_real("XIN", i * i), block->step(i * 1000);
+  }
+  written.set("COUNT", 255);
+  for (Instance* block : {&written, &whole}) block->set_real("XIN", 100), block->step(5000);
+  EXPECT_EQ(written.real("XOUT"), whole.real("XOUT"));
+  EXPECT_EQ(written.get("COUNT"), 3);
+}
+
 TEST(Ramp, PresetsThatAreNone) {
   for (const std::int64_t tr : {std::int64_t{0}, -5 * kMs}) {
     Instance block("RAMP");

@@ -1,10 +1,9 @@
 // Blocks of the library that cost less than a call: edges, bistables, timers, counters (stdlib/blocks/). Each does what
 // the step of its row does, byte by byte, whatever its ports and states hold.
-#include <algorithm>
-#include <initializer_list>
 #include <string_view>
 
 #include "core/types.h"
+#include "native/library_rows.h"
 #include "native/translate.h"
 #include "stdlib/blocks/timers.h"
 #include "stdlib/library.h"
@@ -195,38 +194,34 @@ void counter(Assembly& s, const Ports& p, core::Rep rep, bool up) {
   s.store(p.operand("Q"), 1, reg::kAx);
 }
 
-bool is_one_of(std::string_view name, std::initializer_list<std::string_view> names) {
-  return std::find(names.begin(), names.end(), name) != names.end();
-}
-
 }  // namespace
 
 bool translate_block(Assembly& s, stdlib::Step step, std::uint32_t ports) {
-  // Rows whose steps are one function differ in their names alone.
-  const auto blocks = stdlib::blocks();
-  const auto spec = std::find_if(blocks.begin(), blocks.end(), [step](const BlockSpec& b) { return b.step == step; });
-  if (spec == blocks.end()) return false;
-  const std::string_view name = spec->name;
-  const Ports p(s, *spec, ports);
-  const auto is_counter = [name](std::string_view base) {
-    return name == base || (name.starts_with(base) && name[base.size()] == '_');
-  };
-  if (name == "R_TRIG" || name == "F_TRIG") {
-    edge(s, p, name == "R_TRIG");
-  } else if (name == "SR") {
-    set_dominant(s, p);
-  } else if (name == "RS") {
-    reset_dominant(s, p);
-  } else if (is_one_of(name, {"TON", "TON_TIME", "TON_LTIME"})) {
-    delay(s, p, true);
-  } else if (is_one_of(name, {"TOF", "TOF_TIME", "TOF_LTIME"})) {
-    delay(s, p, false);
-  } else if (is_one_of(name, {"TP", "TP_TIME", "TP_LTIME"})) {
-    pulse(s, p);
-  } else if (is_counter("CTU") || is_counter("CTD")) {
-    counter(s, p, core::rep_of(stdlib::field_named(*spec, "CV")->type), is_counter("CTU"));
-  } else {
-    return false;
+  const auto row = block_of(step);
+  if (!row) return false;
+  const Ports p(s, *row->spec, ports);
+  switch (row->block) {
+    case Block::kRisingEdge:
+    case Block::kFallingEdge:
+      edge(s, p, row->block == Block::kRisingEdge);
+      break;
+    case Block::kSetDominant:
+      set_dominant(s, p);
+      break;
+    case Block::kResetDominant:
+      reset_dominant(s, p);
+      break;
+    case Block::kOnDelay:
+    case Block::kOffDelay:
+      delay(s, p, row->block == Block::kOnDelay);
+      break;
+    case Block::kPulse:
+      pulse(s, p);
+      break;
+    case Block::kCountUp:
+    case Block::kCountDown:
+      counter(s, p, core::rep_of(stdlib::field_named(*row->spec, "CV")->type), row->block == Block::kCountUp);
+      break;
   }
   return true;
 }

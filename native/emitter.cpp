@@ -1,0 +1,76 @@
+#include "native/emitter.h"
+
+#include "native/helpers.h"
+
+namespace plc::native {
+
+Emitter::Emitter(asmjit::BaseAssembler& assembler, std::byte* table, std::uint64_t address, std::size_t reach)
+    : table_(reinterpret_cast<std::uint64_t>(table)), assembler_(assembler), reach_(reach) {
+  code_.init(asmjit::Environment::host(), address);
+  code_.setErrorHandler(this);
+}
+
+void Emitter::attach() { code_.attach(&assembler_); }
+
+void Emitter::handleError(asmjit::Error, const char* message, asmjit::BaseEmitter*) {
+  if (problem_.empty()) problem_ = message;
+}
+
+void Emitter::aside(std::function<void()> code) {
+  if (asides_.empty()) first_aside_ = size();
+  asides_.push_back(std::move(code));
+}
+
+void Emitter::keep_asides_near() {
+  if (asides_.empty() || size() - first_aside_ < reach_) return;
+  const asmjit::Label behind = label();
+  jump(behind);
+  write_asides();
+  land(behind);
+}
+
+void Emitter::write_asides() {
+  // Index by index: what is written may put more aside.
+  for (std::size_t i = 0; i < asides_.size(); ++i) {
+    const std::function<void()> code = std::move(asides_[i]);
+    code();
+  }
+  asides_.clear();
+  forget();
+}
+
+void Emitter::raise(std::uint32_t position, int event) {
+  if (event < 0) {
+    pass_result(2);
+  } else {
+    pass(2, static_cast<std::uint64_t>(event));
+  }
+  pass(1, position);
+  pass_machine(0);
+  call(&raise_event);
+}
+
+asmjit::Label Emitter::data(std::vector<std::uint64_t> words) {
+  const asmjit::Label label = assembler_.newLabel();
+  data_.emplace_back(label, std::move(words));
+  return label;
+}
+
+void Emitter::write_data() {
+  assembler_.align(asmjit::AlignMode::kData, 8);
+  for (const auto& [label, words] : data_) {
+    assembler_.bind(label);
+    assembler_.embed(words.data(), words.size() * sizeof(std::uint64_t));
+  }
+}
+
+std::vector<std::byte> Emitter::finish() {
+  code_.flatten();
+  code_.resolveUnresolvedLinks();
+  code_.relocateToBase(code_.baseAddress());
+  std::vector<std::byte> bytes(code_.codeSize());
+  code_.copyFlattenedData(bytes.data(), bytes.size());
+  return bytes;
+}
+
+}  // namespace plc::native

@@ -1,0 +1,163 @@
+// Emitter: code of one task while it is written, as far as it is alike on all processors: labels, the value stored
+// last, code out of the way, words behind the code, and the control between instructions and bodies.
+//
+// In: what the compiler (compile.cpp) wants done. Out: bytes for one known address. Each processor has an Assembly,
+// which is an Emitter with the operands, registers and instructions that its translators use (x86_64/, aarch64/).
+// Does not belong here: what instructions of resolved code mean.
+#pragma once
+
+#include <asmjit/core.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "native/operation.h"
+#include "runtime/interpreter.h"
+
+namespace plc::native {
+
+class Emitter : private asmjit::ErrorHandler {
+ public:
+  /// Whether operands may be relative to the instance, in the body that is being written.
+  bool relative = false;
+
+  // ---- the value stored last is still in its register; nothing else is known of registers between instructions
+  [[nodiscard]] bool holds(std::uint32_t operand, unsigned bytes) const {
+    return held_.bytes == bytes && held_.operand == operand && !held_.real;
+  }
+  [[nodiscard]] bool holds_real(std::uint32_t operand, Type type) const {
+    return held_.bytes == bytes_of(type) && held_.operand == operand && held_.real;
+  }
+  /// Its register, for values that holds() or holds_real().
+  [[nodiscard]] std::uint32_t holder() const { return held_.reg; }
+  struct HeldBit {
+    std::uint32_t operand, number;
+  };
+  /// The value stored last, if it is one byte in a register.
+  [[nodiscard]] std::optional<HeldBit> held_bit() const {
+    if (held_.bytes != 1 || held_.real) return std::nullopt;
+    return HeldBit{held_.operand, held_.reg};
+  }
+  /// The value stored last is in this register, too.
+  void hold_real(std::uint32_t operand, Type type, std::uint32_t number) {
+    held_ = {operand, bytes_of(type), true, number};
+  }
+  void forget() { held_.bytes = 0; }
+
+  // ---- bodies: bool (); in relative ones the instance is in argument 0
+  /// The function that C++ calls, bool (Machine&): everything until end_entry().
+  virtual void begin_entry() = 0;
+  virtual void end_entry() = 0;
+  /// `counts_events`: the body may use mark_events() and store_no_event(). Its operands are as `relative` says.
+  virtual void begin_body(bool counts_events) = 0;
+  virtual void leave_body(bool result) = 0;
+
+  // ---- jumps
+  asmjit::Label label() { return assembler_.newLabel(); }
+  virtual void bind(const asmjit::Label& label) { assembler_.bind(label); }
+  /// Others jump here: nothing is known of registers.
+  void land(const asmjit::Label& label) {
+    forget();
+    bind(label);
+  }
+  virtual void jump(const asmjit::Label& target) = 0;
+  /// Jumps if the BOOL at `operand` is `value`.
+  virtual void jump_if(std::uint32_t operand, bool value, const asmjit::Label& target) = 0;
+  /// Jumps if the function called last returned `value`.
+  virtual void jump_if_result(bool value, const asmjit::Label& target) = 0;
+  /// Takes one from the loop budget; to `over`, and nothing is taken, when there is none. Notes the place.
+  virtual void take_loop(std::uint32_t position, const asmjit::Label& over) = 0;
+
+  // ---- calls: arguments, of which the last ones first, then the call. Everything in registers is lost.
+  virtual void pass(unsigned argument, std::uint64_t value) = 0;
+  virtual void pass_machine(unsigned argument) = 0;
+  /// StepContext&
+  virtual void pass_step(unsigned argument) = 0;
+  /// Address of an operand's place.
+  virtual void pass_address(unsigned argument, std::uint32_t operand) = 0;
+  /// Offset in the table of the current instance.
+  virtual void pass_instance_offset(unsigned argument) = 0;
+  /// The byte that the function called last returned; before other arguments.
+  virtual void pass_result(unsigned argument) = 0;
+  template <class Result, class... Arguments>
+  void call(Result (*function)(Arguments...) noexcept) {
+    call_address(reinterpret_cast<std::uint64_t>(function));
+  }
+  virtual void call_address(std::uint64_t address) = 0;
+  virtual void call_body(const asmjit::Label& body) = 0;
+  /// A kernel of the library (stdlib::Kernel).
+  virtual void call_kernel(std::uint64_t kernel, std::uint32_t result, std::span<const std::uint32_t> arguments) = 0;
+
+  // ---- data
+  /// Copies 1, 2, 4 or 8 bytes.
+  virtual void move(std::uint32_t to, std::uint32_t from, unsigned bytes) = 0;
+  virtual void store_constant(std::uint32_t operand, unsigned bytes, std::uint64_t value) = 0;
+  /// The instruction at `position` is where the scan is.
+  virtual void note_place(std::uint32_t position) = 0;
+  /// CLEAR_EVENT, and whether no event was raised since then.
+  virtual void mark_events() = 0;
+  virtual void store_no_event(std::uint32_t operand) = 0;
+
+  /// Code for a rare case: written behind the body, where straight execution does not come by.
+  void aside(std::function<void()> code);
+  /// Writes what was put aside. At the end of a body.
+  void write_asides();
+  /// Writes it here, behind a jump, if the code that jumps to it would otherwise get out of reach. Between
+  /// instructions.
+  void keep_asides_near();
+  /// Code for an event of the instruction at `position`; to be put aside. `event` < 0: it was returned by a call.
+  void raise(std::uint32_t position, int event);
+
+  /// 64-bit words that the code refers to, behind all of it.
+  asmjit::Label data(std::vector<std::uint64_t> words);
+  void write_data();
+
+  [[nodiscard]] std::uint64_t address_of(std::uint32_t operand) const { return table_ + operand; }
+  [[nodiscard]] std::size_t size() const { return assembler_.offset(); }
+  /// What asmjit refused first, or empty.
+  [[nodiscard]] const std::string& problem() const { return problem_; }
+  /// Resolves all references; the code as it is to lie at its address.
+  std::vector<std::byte> finish();
+
+ protected:
+  /// For code that starts at `address` and works on `table`, written by `assembler`, which attach() is for. `reach`:
+  /// bytes of code after which what was put aside has to be written.
+  Emitter(asmjit::BaseAssembler& assembler, std::byte* table, std::uint64_t address, std::size_t reach);
+  Emitter(const Emitter&) = delete;
+  Emitter& operator=(const Emitter&) = delete;
+  ~Emitter() override = default;
+  void attach();
+
+  /// A register gets another value.
+  void overwrite(std::uint32_t number, bool real) {
+    if (held_.reg == number && held_.real == real) forget();
+  }
+
+  struct Held {
+    std::uint32_t operand = 0;
+    unsigned bytes = 0;  ///< 0 = nothing
+    bool real = false;
+    std::uint32_t reg = 0;
+  };
+  std::uint64_t table_;
+  Held held_;
+
+ private:
+  void handleError(asmjit::Error error, const char* message, asmjit::BaseEmitter* origin) override;
+
+  asmjit::CodeHolder code_;
+  asmjit::BaseAssembler& assembler_;
+  std::size_t reach_;
+  std::vector<std::function<void()>> asides_;
+  std::size_t first_aside_ = 0;  ///< where the code is that put the first of them aside
+  std::vector<std::pair<asmjit::Label, std::vector<std::uint64_t>>> data_;
+  std::string problem_;
+};
+
+}  // namespace plc::native

@@ -1,0 +1,40 @@
+// Rows of the library that translators have code for, found by the pointers in resolved code.
+//
+// Out: which function or block of the library a kernel or step is. Does not belong here: code.
+#pragma once
+
+#include <optional>
+
+#include "core/types.h"
+#include "native/operation.h"
+#include "stdlib/library.h"
+
+namespace plc::native {
+
+/// The overload of a kernel; overloads whose kernels are one function differ in the names of their types alone. Null
+/// when the library has none.
+const stdlib::Overload* overload_of(stdlib::Kernel kernel);
+/// Nothing for texts.
+std::optional<Type> machine_type(core::TypeId id);
+/// Numbers and bits: types that count nothing but themselves.
+bool is_number(core::TypeId id);
+
+enum class Block : std::uint8_t {
+  kRisingEdge,
+  kFallingEdge,
+  kSetDominant,
+  kResetDominant,
+  kOnDelay,
+  kOffDelay,
+  kPulse,
+  kCountUp,
+  kCountDown,
+};
+struct BlockRow {
+  Block block;
+  const stdlib::BlockSpec* spec;
+};
+/// The block of a step, if it costs less than a call (stdlib/blocks/).
+std::optional<BlockRow> block_of(stdlib::Step step);
+
+}  // namespace plc::native

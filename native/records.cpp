@@ -1,0 +1,112 @@
+#include "native/records.h"
+
+#include <algorithm>
+#include <unordered_map>
+
+#include "runtime/bool_run.h"
+
+namespace plc::native {
+namespace {
+
+/// A record of bit (i0 + 2 i1 + ..) of `truth`.
+Record record_of(std::uint32_t truth, std::uint32_t out, const std::uint32_t* in, unsigned count) {
+  Record record;
+  record.out = out;
+  std::array<unsigned, 5> index{};
+  for (unsigned i = 0; i < count; ++i) {
+    const auto end = record.in.begin() + record.inputs;
+    const auto known = std::find(record.in.begin(), end, in[i]);
+    index[i] = static_cast<unsigned>(known - record.in.begin());
+    if (known == end) record.in[record.inputs++] = in[i];
+  }
+  for (std::uint32_t row = 0; row < 1u << record.inputs; ++row) {
+    std::uint32_t whole = 0;
+    for (unsigned i = 0; i < count; ++i) whole |= (row >> index[i] & 1u) << i;
+    record.truth |= (truth >> whole & 1u) << row;
+  }
+  return record;
+}
+
+}  // namespace
+
+Record record_at(const Instruction& run, const std::uint32_t* code, std::uint32_t n) {
+  if (run.operation.form == Form::kGeneralRecords) {
+    const std::uint32_t* const words = run.words + 2 + std::size_t{n} * runtime::kGeneralRecordWords;
+    return record_of(words[0], words[1], words + 2, 5);
+  }
+  const std::uint32_t window = run.words[2];
+  const std::uint32_t* const words = code + run.words[3] + std::size_t{n} * runtime::kShortRecordWords;
+  const auto r = runtime::load_field<runtime::ShortRecord>(reinterpret_cast<const unsigned char*>(words));
+  std::array<std::uint32_t, 5> in{};
+  for (std::size_t k = 0; k < in.size(); ++k) in[k] = window + r.in[k];
+  return record_of(r.truth, window + r.out, in.data(), run.operation.form == Form::kShortRecords4 ? 4 : 5);
+}
+
+void find_next_readers(std::span<Record> records) {
+  std::unordered_map<std::uint32_t, std::uint32_t> readers;
+  const auto reader_of = [&readers](std::uint32_t operand) {
+    const auto known = readers.find(operand);
+    return known == readers.end() ? kNever : known->second;
+  };
+  for (std::size_t r = records.size(); r-- > 0;) {
+    Record& record = records[r];
+    record.next_of_out = reader_of(record.out);
+    readers.erase(record.out);
+    for (unsigned i = 0; i < record.inputs; ++i) record.next[i] = reader_of(record.in[i]);
+    for (unsigned i = 0; i < record.inputs; ++i) readers[record.in[i]] = static_cast<std::uint32_t>(r);
+  }
+}
+
+std::uint32_t first_reader(std::span<const Record> records, std::uint32_t operand) {
+  const auto reads = [operand](const Record& r) {
+    return std::find(r.in.begin(), r.in.begin() + r.inputs, operand) != r.in.begin() + r.inputs;
+  };
+  const auto reader = std::find_if(records.begin(), records.end(), reads);
+  return reader == records.end() ? kNever : static_cast<std::uint32_t>(reader - records.begin());
+}
+
+std::uint32_t RecordRegisters::take() {
+  std::size_t best = 0;
+  std::uint64_t latest = 0;
+  for (std::size_t i = 0; i < slots_.size(); ++i) {
+    const Slot& slot = slots_[i];
+    if (slot.taken) continue;
+    const std::uint64_t next = slot.next + std::uint64_t{1};  // kNever is the latest of all
+    if (next <= latest) continue;
+    latest = next;
+    best = i;
+  }
+  slots_[best] = {true, kNever, 0};
+  return numbers_[best];
+}
+
+void RecordRegisters::hold(std::uint32_t number, std::uint32_t operand, std::uint32_t next) {
+  forget(operand);
+  slot(number) = {false, next, operand};
+}
+
+const std::uint32_t* RecordRegisters::holder(std::uint32_t operand) const {
+  for (std::size_t i = 0; i < slots_.size(); ++i) {
+    if (slots_[i].next != kNever && slots_[i].operand == operand) return &numbers_[i];
+  }
+  return nullptr;
+}
+
+bool RecordRegisters::worth_holding(std::uint32_t next) const {
+  return next != kNever && std::any_of(slots_.begin(), slots_.end(),
+                                       [next](const Slot& slot) { return !slot.taken && slot.next > next; });
+}
+
+void RecordRegisters::read(std::uint32_t operand, std::uint32_t next) {
+  if (const std::uint32_t* const number = holder(operand)) slot(*number).next = next;
+}
+
+RecordRegisters::Slot& RecordRegisters::slot(std::uint32_t number) {
+  return slots_[static_cast<std::size_t>(std::find(numbers_.begin(), numbers_.end(), number) - numbers_.begin())];
+}
+
+void RecordRegisters::forget(std::uint32_t operand) {
+  if (const std::uint32_t* const number = holder(operand)) slot(*number) = {};
+}
+
+}  // namespace plc::native

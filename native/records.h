@@ -1,0 +1,71 @@
+// Look-up records of boolean runs, made ready for code on any processor: who reads what next, and what stays in
+// registers for that reader.
+//
+// A chain of rungs would otherwise wait for memory at each link. In: BOOL_RUN instructions (runtime/bool_run.h). Does
+// not belong here: their functions (boolean_function.h), code.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "native/translate.h"
+
+namespace plc::native {
+
+/// No record.
+inline constexpr std::uint32_t kNever = std::numeric_limits<std::uint32_t>::max();
+/// How many records are looked ahead for the next reader of an output.
+inline constexpr std::size_t kLookAhead = 1024;
+
+struct Record {
+  std::uint32_t truth = 0;
+  std::uint32_t out = 0;
+  std::array<std::uint32_t, 5> in{};  ///< distinct
+  unsigned inputs = 0;
+  std::array<std::uint32_t, 5> next{};  ///< which record reads the input next, if none writes it before
+  std::uint32_t next_of_out = kNever;
+};
+
+/// Record `n` of a run; inputs that are the same variable have become one. `code`: all resolved code.
+Record record_at(const Instruction& run, const std::uint32_t* code, std::uint32_t n);
+/// Fills in the next readers, as far as they are among these.
+void find_next_readers(std::span<Record> records);
+/// The first of the records that reads the operand, or kNever.
+std::uint32_t first_reader(std::span<const Record> records, std::uint32_t operand);
+
+/// The registers of a run: temporary values of a record, and outputs that wait for their next reader.
+class RecordRegisters {
+ public:
+  /// `numbers`: those that may be used, by preference; they outlive this.
+  explicit RecordRegisters(std::span<const std::uint32_t> numbers) : numbers_(numbers), slots_(numbers.size()) {}
+
+  /// One for a temporary value: free, or that of the output that waits longest.
+  std::uint32_t take();
+  void give_back(std::uint32_t number) { slot(number) = {}; }
+  /// A taken one holds the output from now on.
+  void hold(std::uint32_t number, std::uint32_t operand, std::uint32_t next);
+  /// The register that holds the operand, if any does.
+  [[nodiscard]] const std::uint32_t* holder(std::uint32_t operand) const;
+  /// Whether a value that is read next by that record is better held than what is.
+  [[nodiscard]] bool worth_holding(std::uint32_t next) const;
+  /// The operand was read, and will be next by that record.
+  void read(std::uint32_t operand, std::uint32_t next);
+
+ private:
+  struct Slot {
+    bool taken = false;
+    std::uint32_t next = kNever;  ///< reader; kNever = nothing is held
+    std::uint32_t operand = 0;
+  };
+  Slot& slot(std::uint32_t number);
+  void forget(std::uint32_t operand);
+
+  std::span<const std::uint32_t> numbers_;
+  std::vector<Slot> slots_;
+};
+
+}  // namespace plc::native
