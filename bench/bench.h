@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/limits.h"
 #include "bench/workload.h"
 
 namespace plc::bench {
@@ -37,12 +38,12 @@ class Scratch {
 
 double median(std::vector<double> values);
 /// "within 2.5" or "MISSED 2.5".
-std::string limit_text(double value, double limit, Verdict& verdict);
+std::string limit_text(double value, const Limit& limit, Verdict& verdict);
 
 struct ScanPlan {
   std::uint32_t size = 1000;  ///< of the workload
   std::uint64_t seed = 1;
-  std::uint32_t scans = 1000;   ///< checked ones, fewer where there are very many variables
+  std::uint32_t scans = 1000;   ///< checked ones, fewer where they would compare very many bytes
   std::uint32_t batches = 100;  ///< timed ones of each side, interleaved; 0 = check only
 };
 struct ScanResult {
@@ -70,9 +71,9 @@ Verdict plot_scans(const PlotPlan& plan);
 struct LoadPlan {
   std::uint64_t seed = 1;
   std::uint32_t repetitions = 7;
-  bool large = true;  ///< also 100,000 rungs: marginal cost and resident memory
 };
-/// From file to the end of the first scan (`plc sim --cycles 1`) against `xmllint --noout` on the same file.
+/// From file to the end of the first scan (`plc sim --cycles 1`) against `xmllint --noout` on the same file; from there
+/// to native code (`plc-run`), and resident memory then. Up to 100,000 rungs.
 Verdict measure_load(const LoadPlan& plan);
 
 struct TaskblockPlan {
@@ -100,10 +101,6 @@ struct CoherencePlan {
 };
 /// The three coherence protocols, and memcpy of the same bytes. Needs two processors and SCHED_FIFO.
 Verdict measure_coherence(const CoherencePlan& plan);
-
-/// Most that the scan's p99.9 may grow while clients are served, and the resident memory in kB.
-inline constexpr double kModbusScanLimit = 1.3;
-inline constexpr double kModbusGrowthKb = 512;
 
 struct ModbusPlan {
   double seconds = 60;  ///< of load; a sixth of it for each of the other phases

@@ -18,8 +18,8 @@ namespace plc::bench {
 namespace {
 
 constexpr core::TimeNs kPeriodNs = 20'000'000;
-constexpr double kBatchNs = 1e6;                     ///< about what a batch of the C takes
-constexpr std::uint64_t kComparisons = 100'000'000;  ///< of variables, at most, in the scans that are checked
+constexpr double kBatchNs = 1e6;                       ///< about what a batch of the C takes
+constexpr std::uint64_t kComparedBytes = 100'000'000;  ///< at most, in the scans that are checked
 
 constexpr std::size_t kSides = 4;
 constexpr const char* kNames[kSides] = {"C", "C without barriers", "interpreter", "native"};
@@ -108,6 +108,8 @@ class Comparison {
            static_cast<double>(changed_.size());
   }
   [[nodiscard]] std::uint64_t scans() const { return scans_; }
+  /// What same() compares of each side.
+  [[nodiscard]] std::size_t bytes() const { return first_.size(); }
   [[nodiscard]] const Side& native() const { return *sides_[kNative]; }
 
  private:
@@ -163,7 +165,7 @@ ScanResult measure_scan(const Workload& workload, const ScanPlan& plan) {
   }
   result.code_bytes = comparison.native().code_bytes();
   result.table_bytes = comparison.native().table_bytes();
-  const std::uint64_t most = std::max<std::uint64_t>(20, kComparisons / source.variables.size());
+  const std::uint64_t most = std::max<std::uint64_t>(20, kComparedBytes / comparison.bytes());
   for (std::uint64_t i = 0; i < std::min<std::uint64_t>(plan.scans, most) && result.verdict.correct; ++i) {
     comparison.round(1);
     result.verdict.correct = comparison.same();
@@ -190,9 +192,9 @@ ScanResult measure_scan(const Workload& workload, const ScanPlan& plan) {
       line += result.ns[s] == 0 ? fmt::format(" {:>8}", "") : fmt::format(" {:>8.3g}", result.ns[s]);
     }
     line += " |";
-    const auto against = [&](const std::vector<double>& ratios, double limit) {
+    const auto against = [&](const std::vector<double>& ratios, const Limit* limit) {
       const double ratio = median(ratios);
-      const std::string text = limit == 0 ? "" : ", " + limit_text(ratio, limit, result.verdict);
+      const std::string text = limit == nullptr ? "" : ", " + limit_text(ratio, *limit, result.verdict);
       line += fmt::format(" {:>17}", fmt::format("{:.2f}{}", ratio, text));
     };
     against(to_c[kInterpreter], workload.limits.interpreter);
