@@ -40,18 +40,28 @@ double median(std::vector<double> values);
 /// "within 2.5" or "MISSED 2.5".
 std::string limit_text(double value, const Limit& limit, Verdict& verdict);
 
+/// What a scan goes through, bytes.
+struct Footprint {
+  std::size_t code = 0;  ///< machine code
+  std::size_t data = 0;  ///< variables, and of the interpreter its instructions
+};
+
+/// What does the same: C with a barrier after each rung, C without barriers, interpreter, native code.
+inline constexpr std::size_t kSides = 4;
+enum : std::size_t { kC, kPlainC, kInterpreter, kNative };
+
 struct ScanPlan {
   std::uint32_t size = 1000;  ///< of the workload
   std::uint64_t seed = 1;
   std::uint32_t scans = 1000;   ///< checked ones, fewer where they would compare very many bytes
   std::uint32_t batches = 100;  ///< timed ones of each side, interleaved; 0 = check only
+  bool c = true;                ///< false: without the C, which takes a compiler long
+  bool plain_c = true;          ///< ... without that without barriers
 };
 struct ScanResult {
   Verdict verdict;
-  /// Medians, of C, C without barriers, interpreter, native code; per unit of the size. 0 = not measured.
-  std::array<double, 4> ns{};
-  std::size_t code_bytes = 0;   ///< of native code
-  std::size_t table_bytes = 0;  ///< of the variables beside it
+  std::array<double, kSides> ns{};  ///< medians, per unit of the size; 0 = not measured
+  std::array<Footprint, kSides> footprints{};
 };
 /// Columns of what measure_scan() prints.
 std::string scan_head();
@@ -62,10 +72,9 @@ ScanResult measure_scan(const Workload& workload, const ScanPlan& plan);
 struct PlotPlan {
   std::uint64_t seed = 1;
   std::uint32_t batches = 100;
-  std::uint32_t largest = 100'000;  ///< rungs
-  std::string file;                 ///< SVG file to write
+  std::string folder;  ///< where the SVG files go
 };
-/// measure_scan() over many sizes of the drawn workloads, as curves.
+/// measure_scan() over many sizes of the drawn workloads, as curves, with the ends of this machine's caches.
 Verdict plot_scans(const PlotPlan& plan);
 
 struct LoadPlan {

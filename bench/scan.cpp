@@ -21,9 +21,7 @@ constexpr core::TimeNs kPeriodNs = 20'000'000;
 constexpr double kBatchNs = 1e6;                       ///< about what a batch of the C takes
 constexpr std::uint64_t kComparedBytes = 100'000'000;  ///< at most, in the scans that are checked
 
-constexpr std::size_t kSides = 4;
 constexpr const char* kNames[kSides] = {"C", "C without barriers", "interpreter", "native"};
-enum : std::size_t { kC, kPlainC, kInterpreter, kNative };
 using Times = std::array<double, kSides>;  ///< nanoseconds per scan
 
 /// Processor time of this thread: what others on the machine take is nobody's cost.
@@ -48,18 +46,20 @@ class Comparison {
     }
   }
   /// False when one of them could not be made.
-  bool make(const Workload& workload) {
+  bool make(const Workload& workload, const ScanPlan& plan) {
     const auto image = compile_project(source_);
     if (!image) return false;
-    sides_[kC] = make_c_side(*image, source_, true);
-    if (workload.barriers) sides_[kPlainC] = make_c_side(*image, source_, false);
+    wanted_ = {plan.c, plan.plain_c && workload.barriers, true, true};
+    if (wanted_[kC]) sides_[kC] = make_c_side(*image, source_, true);
+    if (wanted_[kPlainC]) sides_[kPlainC] = make_c_side(*image, source_, false);
     sides_[kInterpreter] = make_plc_side(*image, source_, Engine::kInterpreter);
     sides_[kNative] = make_plc_side(*image, source_, Engine::kNative);
     for (std::size_t s = 0; s < kSides; ++s) {
-      if (sides_[s] == nullptr && (s != kPlainC || workload.barriers)) return false;
+      if (wanted_[s] && sides_[s] == nullptr) return false;
     }
+    first_side_ = wanted_[kC] ? kC : kInterpreter;
     for (std::size_t i = 0; i < source_.variables.size(); ++i) {
-      const unsigned char* at = sides_[kC]->variables()[i];
+      const unsigned char* at = sides_[first_side_]->variables()[i];
       first_.insert(first_.end(), at, at + source_.variables[i].bytes);
     }
     changed_.resize(source_.variables.size());
@@ -70,7 +70,7 @@ class Comparison {
   Times round(std::uint32_t scans) {
     Times times{};
     for (std::size_t s = 0; s < kSides; ++s) {
-      if (sides_[s] == nullptr) continue;
+      if (!wanted_[s]) continue;
       const core::TimeNs begin = own_time_ns();
       for (std::uint32_t i = 1; i <= scans; ++i) {
         stimulate(*sides_[s], scans_ + i);
@@ -87,15 +87,16 @@ class Comparison {
     std::size_t first = 0;
     for (std::size_t i = 0; i < source_.variables.size(); ++i) {
       const std::uint32_t bytes = source_.variables[i].bytes;
-      const unsigned char* expected = sides_[kC]->variables()[i];
-      for (std::size_t s = 1; s < kSides; ++s) {
-        if (sides_[s] == nullptr) continue;
+      const unsigned char* expected = sides_[first_side_]->variables()[i];
+      for (std::size_t s = first_side_ + 1; s < kSides; ++s) {
+        if (!wanted_[s]) continue;
         const unsigned char* found = sides_[s]->variables()[i];
         if (std::memcmp(expected, found, bytes) == 0 || differences++ >= 5) continue;
         const std::size_t at =
             static_cast<std::size_t>(std::mismatch(expected, expected + bytes, found).first - expected);
-        std::cerr << fmt::format("scan {}: {}, byte {} of {}: C has {:#x}, {} {:#x}\n", scans_,
-                                 source_.variables[i].path, at, bytes, expected[at], kNames[s], found[at]);
+        std::cerr << fmt::format("scan {}: {}, byte {} of {}: {} has {:#x}, {} {:#x}\n", scans_,
+                                 source_.variables[i].path, at, bytes, kNames[first_side_], expected[at], kNames[s],
+                                 found[at]);
       }
       if (!changed_[i]) changed_[i] = std::memcmp(expected, &first_[first], bytes) != 0;
       first += bytes;
@@ -110,7 +111,10 @@ class Comparison {
   [[nodiscard]] std::uint64_t scans() const { return scans_; }
   /// What same() compares of each side.
   [[nodiscard]] std::size_t bytes() const { return first_.size(); }
-  [[nodiscard]] const Side& native() const { return *sides_[kNative]; }
+  [[nodiscard]] bool has(std::size_t side) const { return wanted_[side]; }
+  /// The one that all others are compared with.
+  [[nodiscard]] std::size_t first_side() const { return first_side_; }
+  [[nodiscard]] const Side& operator[](std::size_t side) const { return *sides_[side]; }
 
  private:
   static core::TimeNs now_ns(std::uint64_t scan) { return static_cast<core::TimeNs>(scan) * kPeriodNs; }
@@ -139,6 +143,8 @@ class Comparison {
 
   const Source& source_;
   std::array<std::unique_ptr<Side>, kSides> sides_;
+  std::array<bool, kSides> wanted_{};
+  std::size_t first_side_ = kC;
   std::vector<std::uint32_t> inputs_;
   std::vector<unsigned char> first_;  ///< variables before the first scan
   std::vector<bool> changed_;         ///< ... and which of them had another value since
@@ -158,13 +164,14 @@ ScanResult measure_scan(const Workload& workload, const ScanPlan& plan) {
   const Source source = workload.make(plan.size, plan.seed);
   Comparison comparison(source);
   std::string line = fmt::format("{:<12} {:>7}", workload.name, plan.size);
-  if (!comparison.make(workload)) {
+  if (!comparison.make(workload, plan)) {
     std::cout << line << " could not be built" << std::endl;
     result.verdict.correct = false;
     return result;
   }
-  result.code_bytes = comparison.native().code_bytes();
-  result.table_bytes = comparison.native().table_bytes();
+  for (std::size_t s = 0; s < kSides; ++s) {
+    if (comparison.has(s)) result.footprints[s] = comparison[s].footprint();
+  }
   const std::uint64_t most = std::max<std::uint64_t>(20, kComparedBytes / comparison.bytes());
   for (std::uint64_t i = 0; i < std::min<std::uint64_t>(plan.scans, most) && result.verdict.correct; ++i) {
     comparison.round(1);
@@ -174,7 +181,7 @@ ScanResult measure_scan(const Workload& workload, const ScanPlan& plan) {
   if (!result.verdict.correct) line += " VARIABLES DIFFER";
   if (result.verdict.correct && plan.batches != 0) {
     std::uint32_t scans = 1;
-    while (comparison.round(scans)[kC] * scans < kBatchNs) scans *= 2;
+    while (comparison.round(scans)[comparison.first_side()] * scans < kBatchNs) scans *= 2;
     std::array<std::vector<double>, kSides> times, to_c;
     std::vector<double> to_plain;
     for (std::uint32_t i = 0; i < plan.batches; ++i) {
@@ -188,7 +195,7 @@ ScanResult measure_scan(const Workload& workload, const ScanPlan& plan) {
     result.verdict.correct = comparison.same();
     line += " |";
     for (std::size_t s = 0; s < kSides; ++s) {
-      result.ns[s] = s == kPlainC && !workload.barriers ? 0 : median(times[s]);
+      result.ns[s] = median(times[s]);
       line += result.ns[s] == 0 ? fmt::format(" {:>8}", "") : fmt::format(" {:>8.3g}", result.ns[s]);
     }
     line += " |";
@@ -197,9 +204,11 @@ ScanResult measure_scan(const Workload& workload, const ScanPlan& plan) {
       const std::string text = limit == nullptr ? "" : ", " + limit_text(ratio, *limit, result.verdict);
       line += fmt::format(" {:>17}", fmt::format("{:.2f}{}", ratio, text));
     };
-    against(to_c[kInterpreter], workload.limits.interpreter);
-    against(to_c[kNative], workload.limits.native);
-    if (workload.barriers) against(to_plain, workload.limits.native_plain);
+    if (comparison.has(kC)) {
+      against(to_c[kInterpreter], workload.limits.interpreter);
+      against(to_c[kNative], workload.limits.native);
+    }
+    if (comparison.has(kPlainC)) against(to_plain, workload.limits.native_plain);
     if (!result.verdict.correct) line += " VARIABLES DIFFER";
   }
   std::cout << line << std::endl;
