@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/limits.h"
 #include "bench/workload.h"
 
 namespace plc::bench {
@@ -37,20 +38,30 @@ class Scratch {
 
 double median(std::vector<double> values);
 /// "within 2.5" or "MISSED 2.5".
-std::string limit_text(double value, double limit, Verdict& verdict);
+std::string limit_text(double value, const Limit& limit, Verdict& verdict);
+
+/// What a scan goes through, bytes.
+struct Footprint {
+  std::size_t code = 0;  ///< machine code
+  std::size_t data = 0;  ///< variables, and of the interpreter its instructions
+};
+
+/// What does the same: C with a barrier after each rung, C without barriers, interpreter, native code.
+inline constexpr std::size_t kSides = 4;
+enum : std::size_t { kC, kPlainC, kInterpreter, kNative };
 
 struct ScanPlan {
   std::uint32_t size = 1000;  ///< of the workload
   std::uint64_t seed = 1;
-  std::uint32_t scans = 1000;   ///< checked ones, fewer where there are very many variables
+  std::uint32_t scans = 1000;   ///< checked ones, fewer where they would compare very many bytes
   std::uint32_t batches = 100;  ///< timed ones of each side, interleaved; 0 = check only
+  bool c = true;                ///< false: without the C, which takes a compiler long
+  bool plain_c = true;          ///< ... without that without barriers
 };
 struct ScanResult {
   Verdict verdict;
-  /// Medians, of C, C without barriers, interpreter, native code; per unit of the size. 0 = not measured.
-  std::array<double, 4> ns{};
-  std::size_t code_bytes = 0;   ///< of native code
-  std::size_t table_bytes = 0;  ///< of the variables beside it
+  std::array<double, kSides> ns{};  ///< medians, per unit of the size; 0 = not measured
+  std::array<Footprint, kSides> footprints{};
 };
 /// Columns of what measure_scan() prints.
 std::string scan_head();
@@ -61,16 +72,10 @@ ScanResult measure_scan(const Workload& workload, const ScanPlan& plan);
 struct PlotPlan {
   std::uint64_t seed = 1;
   std::uint32_t batches = 100;
-  std::uint32_t largest = 100'000;  ///< rungs
-  std::string file;                 ///< SVG file to write
+  std::string folder;  ///< where the SVG files go
 };
-/// measure_scan() over many sizes of the drawn workloads, as curves.
+/// measure_scan() over many sizes of the drawn workloads, as curves, with the ends of this machine's caches.
 Verdict plot_scans(const PlotPlan& plan);
-
-/// How many times faster than full evaluation scans must be that leave out what did not change, with one input changing;
-/// how many times slower they may be with all changing.
-inline constexpr double kChangedGain = 10;
-inline constexpr double kChangedLoss = 1.15;
 
 struct ChangedPlan {
   std::uint64_t seed = 1;
@@ -84,9 +89,9 @@ Verdict measure_changed(const ChangedPlan& plan);
 struct LoadPlan {
   std::uint64_t seed = 1;
   std::uint32_t repetitions = 7;
-  bool large = true;  ///< also 100,000 rungs: marginal cost and resident memory
 };
-/// From file to the end of the first scan (`plc sim --cycles 1`) against `xmllint --noout` on the same file.
+/// From file to the end of the first scan (`plc sim --cycles 1`) against `xmllint --noout` on the same file; from there
+/// to native code (`plc-run`), and resident memory then. Up to 100,000 rungs.
 Verdict measure_load(const LoadPlan& plan);
 
 struct TaskblockPlan {
@@ -114,10 +119,6 @@ struct CoherencePlan {
 };
 /// The three coherence protocols, and memcpy of the same bytes. Needs two processors and SCHED_FIFO.
 Verdict measure_coherence(const CoherencePlan& plan);
-
-/// Most that the scan's p99.9 may grow while clients are served, and the resident memory in kB.
-inline constexpr double kModbusScanLimit = 1.3;
-inline constexpr double kModbusGrowthKb = 512;
 
 struct ModbusPlan {
   double seconds = 60;  ///< of load; a sixth of it for each of the other phases

@@ -1,11 +1,13 @@
 #include <dlfcn.h>
 #include <fmt/format.h>
+#include <link.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cstdlib>
 #include <fstream>
 #include <iostream>
+#include <span>
 #include <thread>
 
 #include "bench/side.h"
@@ -55,6 +57,7 @@ class CSide final : public Side {
   bool find(const bytecode::VerifiedImage& image, const Source& source) {
     scan_ = reinterpret_cast<void (*)(long long)>(symbol("plc_scan"));
     if (scan_ == nullptr) return false;
+    footprint_ = footprint();
     if (source.taskblocks == 0) {
       auto* const table = static_cast<unsigned char**>(symbol("plc_variables"));
       if (table != nullptr) variables_.assign(table, table + source.variables.size());
@@ -88,6 +91,31 @@ class CSide final : public Side {
     void* const found = ::dlsym(library_, name);
     if (found == nullptr) std::cerr << "the C does not show " << name << '\n';
     return found;
+  }
+
+  /// Of what the loader maps: what may be executed, and what may be written, less the little that it adds itself.
+  Footprint footprint() const {
+    struct Search {
+      ElfW(Addr) base = 0;
+      Footprint found;
+    } search;
+    const link_map* map = nullptr;
+    if (::dlinfo(library_, RTLD_DI_LINKMAP, &map) != 0) return {};
+    search.base = map->l_addr;
+    ::dl_iterate_phdr(
+        [](dl_phdr_info* object, std::size_t, void* into) {
+          Search& s = *static_cast<Search*>(into);
+          if (object->dlpi_addr != s.base) return 0;
+          for (const ElfW(Phdr) & part : std::span(object->dlpi_phdr, object->dlpi_phnum)) {
+            if (part.p_type != PT_LOAD) continue;
+            if ((part.p_flags & PF_X) != 0) s.found.code += part.p_memsz;
+            // Without the table of what is compared, which the file holds and no scan reads.
+            if ((part.p_flags & PF_W) != 0) s.found.data += part.p_memsz - part.p_filesz;
+          }
+          return 1;
+        },
+        &search);
+    return search.found;
   }
 
   void* library_;

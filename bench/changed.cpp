@@ -1,7 +1,6 @@
 // Scans that leave out what did not change against scans that execute everything, both native code, on a plain ladder.
 // What the latter compute is compared with C and the interpreter elsewhere (scan.cpp).
 #include <fmt/format.h>
-#include <time.h>
 
 #include <algorithm>
 #include <array>
@@ -11,6 +10,8 @@
 #include <vector>
 
 #include "bench/bench.h"
+#include "bench/limits.h"
+#include "bench/process.h"
 #include "bench/side.h"
 
 namespace plc::bench {
@@ -26,20 +27,13 @@ using Times = std::array<double, kSides>;  ///< nanoseconds per scan
 struct Row {
   const char* name;
   std::size_t inputs;  ///< that are inverted before each scan, at most
-  double limit;        ///< of changed / full; 0 = none
+  const Limit* limit;  ///< of changed / full; null = none
 };
 constexpr Row kRows[] = {
-    {"nothing", 0, 0},
-    {"one input", 1, 1 / kChangedGain},
-    {"all inputs", ~std::size_t{0}, kChangedLoss},
+    {"nothing", 0, nullptr},
+    {"one input", 1, &limit::kOneInput},
+    {"all inputs", ~std::size_t{0}, &limit::kAllInputs},
 };
-
-/// Processor time of this thread: what others on the machine take is nobody's cost.
-core::TimeNs own_time_ns() {
-  timespec time{};
-  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return time.tv_sec * core::TimeNs{1'000'000'000} + time.tv_nsec;
-}
 
 class Comparison {
  public:
@@ -107,7 +101,7 @@ void measure(const bytecode::VerifiedImage& image, const Source& source, const R
       same = comparison.same();
     }
     const double ratio = median(ratios);
-    const std::string limit = row.limit == 0 ? "" : ", " + limit_text(ratio, row.limit, verdict);
+    const std::string limit = row.limit == nullptr ? "" : ", " + limit_text(ratio, *row.limit, verdict);
     line += fmt::format(" | {:>8.0f} {:>8.0f} | {:.3f}{}", median(full), median(changed), ratio, limit);
   }
   if (!same) line += " VARIABLES DIFFER";

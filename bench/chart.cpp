@@ -9,33 +9,47 @@
 namespace plc::bench {
 namespace {
 
-constexpr double kWidth = 760, kPanel = 300, kLeft = 72, kRight = 190, kTop = 40, kBottom = 52;
+constexpr double kWidth = 760, kPanel = 300, kLeft = 72, kRight = 190, kTop = 40, kBottom = 52, kMarkRow = 11;
 
-/// A logarithmic axis of whole decades around the values.
+/// A logarithmic axis around the values; it begins and ends at 1, 2 or 5 of a decade.
 struct Axis {
   double low = std::numeric_limits<double>::max(), high = 0;
-  double from = 0, to = 0;  ///< where low and high are drawn
+  double from = 0, to = 0;         ///< where low and high are drawn
+  std::vector<double> steps = {};  ///< low to high
 
   void take(double value) {
     low = std::min(low, value);
     high = std::max(high, value);
   }
   void round() {
-    low = std::pow(10, std::floor(std::log10(low)));
-    high = std::max(std::pow(10, std::ceil(std::log10(high))), low * 10);
+    constexpr double kNearly = 1e-6;
+    for (double decade = std::pow(10, std::floor(std::log10(low))); steps.empty() || steps.back() < high;
+         decade *= 10) {
+      for (const double step : {decade, 2 * decade, 5 * decade}) {
+        if (!steps.empty() && steps.back() >= high * (1 - kNearly)) break;
+        if (step <= low * (1 + kNearly)) steps.clear();
+        steps.push_back(step);
+      }
+    }
+    if (steps.size() == 1) steps.push_back(steps.front() * 2);
+    low = steps.front();
+    high = steps.back();
   }
   [[nodiscard]] double at(double value) const {
     return from + (to - from) * std::log10(value / low) / std::log10(high / low);
   }
 };
 
-std::string decade(double value) {
+std::string number(double value) {
   if (value < 1000) return fmt::format("{:g}", value);
   return value < 1e6 ? fmt::format("{:g}k", value / 1e3) : fmt::format("{:g}M", value / 1e6);
 }
 
 std::string panel(const Chart& chart, double top) {
-  Axis x{.from = kLeft, .to = kWidth - kRight}, y{.from = top + kPanel - kBottom, .to = top + kTop};
+  std::size_t rows = 0;
+  for (const ChartMark& mark : chart.marks) rows = std::max(rows, mark.row + 1);
+  Axis x{.from = kLeft, .to = kWidth - kRight};
+  Axis y{.from = top + kPanel - kBottom, .to = top + kTop + kMarkRow * static_cast<double>(rows)};
   for (const ChartLine& line : chart.lines) {
     for (const auto& [px, py] : line.points) {
       x.take(px);
@@ -53,24 +67,24 @@ std::string panel(const Chart& chart, double top) {
   const auto text = [&](double px, double py, const char* anchor, const std::string& words) {
     out += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\">{}</text>\n", px, py, anchor, words);
   };
-  for (double v = x.low; v <= x.high * 1.001; v *= 10) {
+  for (const double v : x.steps) {
     grid(x.at(v), y.from, x.at(v), y.to);
-    text(x.at(v), y.from + 16, "middle", decade(v));
+    text(x.at(v), y.from + 16, "middle", number(v));
   }
-  for (double v = y.low; v <= y.high * 1.001; v *= 10) {
+  for (const double v : y.steps) {
     grid(x.from, y.at(v), x.to, y.at(v));
-    text(x.from - 6, y.at(v) + 4, "end", decade(v));
+    text(x.from - 6, y.at(v) + 4, "end", number(v));
   }
   text((x.from + x.to) / 2, y.from + 36, "middle", chart.x_title);
   out += fmt::format("<text transform=\"translate(16 {:.1f}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n",
                      (y.from + y.to) / 2, chart.y_title);
   for (const ChartMark& mark : chart.marks) {
-    if (mark.x <= x.low || mark.x >= x.high) continue;
+    if (mark.x < x.low || mark.x > x.high) continue;
+    const double name_y = y.to - 4 - kMarkRow * static_cast<double>(mark.row);
     out += fmt::format(
-        "<line x1=\"{0:.1f}\" y1=\"{1:.1f}\" x2=\"{0:.1f}\" y2=\"{2:.1f}\" stroke=\"#6b7280\" "
-        "stroke-dasharray=\"2 3\"/>\n",
-        x.at(mark.x), y.from, y.to);
-    text(x.at(mark.x) + 3, y.from - 6, "start", mark.name);
+        "<line x1=\"{0:.1f}\" y1=\"{1:.1f}\" x2=\"{0:.1f}\" y2=\"{2:.1f}\" stroke=\"{3}\" stroke-dasharray=\"2 "
+        "3\"/>\n<text x=\"{4:.1f}\" y=\"{2:.1f}\" font-size=\"10\" fill=\"{3}\">{5}</text>\n",
+        x.at(mark.x), y.from, name_y, mark.colour, x.at(mark.x) + 2, mark.name);
   }
   double legend = y.to + 10;
   for (const ChartLine& line : chart.lines) {

@@ -3,6 +3,7 @@
 // In: named lines of (x, y). Out: one SVG document, the same for the same lines. Does not belong here: measuring.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <utility>
 #include <vector>
@@ -16,10 +17,12 @@ struct ChartLine {
   std::vector<std::pair<double, double>> points;  ///< ascending x, all positive
 };
 
-/// A vertical line.
+/// A vertical line, named above the panel.
 struct ChartMark {
   std::string name;
-  double x = 1;  ///< outside of the axis it is left out
+  double x = 1;         ///< outside of the axis it is left out
+  std::string colour;   ///< as SVG has it
+  std::size_t row = 0;  ///< of its name, counted upwards
 };
 
 struct Chart {
@@ -28,7 +31,7 @@ struct Chart {
   std::vector<ChartMark> marks = {};
 };
 
-/// Decades as grid; as many panels as charts, one below the other.
+/// A grid of 1, 2, 5 in each decade; as many panels as charts, one below the other.
 std::string draw(const std::vector<Chart>& charts);
 
 }  // namespace plc::bench

@@ -38,7 +38,6 @@ constexpr std::uint32_t kFast = 0;
 constexpr TimeNs kPeriodNs = 100'000;    ///< of the fast task
 constexpr TimeNs kLeadNs = 10'000;       ///< a tenth of the period
 constexpr TimeNs kSlowPauseNs = 20'000;  ///< between two exchanges of a slow task: more would starve the system
-constexpr double kMemcpyLimit = 1.2;     ///< wait-free p99.9, with the lead that tasks have, over that of memcpy
 
 TimeNs now() { return core::MonotonicClock().now_ns(); }
 void sleep_until(TimeNs at) { core::MonotonicClock().sleep_until_ns(at); }
@@ -608,7 +607,7 @@ Verdict measure_coherence(const CoherencePlan& plan) {
       std::cout << fmt::format("{:>9}  {} at p99.9: {:.2f} times (median of the parts {:.2f})", "", ratio.text, whole,
                                median(ratio.parts));
       // What a task has when nobody says otherwise, against a copy of bytes that the other processor has just written.
-      if (plan.limits && &ratio == ratios.data()) std::cout << ", " << limit_text(whole, kMemcpyLimit, verdict);
+      if (plan.limits && &ratio == ratios.data()) std::cout << ", " << limit_text(whole, limit::kExchange, verdict);
       std::cout << std::endl;
     }
   }

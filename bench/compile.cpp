@@ -13,9 +13,6 @@
 namespace plc::bench {
 namespace {
 
-constexpr double kSecondsLimit = 2;
-constexpr double kPeakLimitMb = 500;
-
 void write(const std::string& path, const std::string& text) { std::ofstream(path, std::ios::binary) << text; }
 
 /// Compiles `text` to an image and prints what it cost.
@@ -38,8 +35,8 @@ void measure(const CompilePlan& plan, const Scratch& scratch, const std::string&
     line += "DOES NOT COMPILE";
   } else if (plan.limits) {
     line += fmt::format("{:.2f} s, {}; peak {:.0f} MB, {}", median(seconds),
-                        limit_text(median(seconds), kSecondsLimit, verdict), peak_mb,
-                        limit_text(peak_mb, kPeakLimitMb, verdict));
+                        limit_text(median(seconds), limit::kCompile, verdict), peak_mb,
+                        limit_text(peak_mb, limit::kCompilePeak, verdict));
   } else {
     line += "compiles";
   }
@@ -65,7 +62,7 @@ Verdict measure_compile(const CompilePlan& plan) {
                        refused ? "refused" : fmt::format("EXIT CODE {}", cost.exit_code));
     if (plan.limits) {
       line += fmt::format(" in {:.2f} s, {}; peak {:.0f} MB", cost.wall_ms / 1e3,
-                          limit_text(cost.wall_ms / 1e3, kSecondsLimit, verdict), cost.peak_mb);
+                          limit_text(cost.wall_ms / 1e3, limit::kRefuse, verdict), cost.peak_mb);
     }
     std::cout << line << std::endl;
   }

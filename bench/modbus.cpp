@@ -230,16 +230,16 @@ Verdict measure_modbus(const ModbusPlan& plan) {
   compared(theirs);
   std::cout << "  during that: " << scan << '\n';
   std::cout << fmt::format("  scan p99.9, loaded / without: {:.2f}  {}\n", loaded_us / quiet_us,
-                           limit_text(loaded_us / quiet_us, kModbusScanLimit, verdict));
+                           limit_text(loaded_us / quiet_us, limit::kScanBesideClients, verdict));
   if (libmodbus.port() == 0) {
     std::cout << "  no comparison: libmodbus was not there when this was built\n";
   } else {
     std::cout << fmt::format("  libmodbus / PICARD: {:.2f}  {}\n", theirs / ours.rate(),
-                             limit_text(theirs / ours.rate(), 1, verdict));
+                             limit_text(theirs / ours.rate(), limit::kRequests, verdict));
   }
   const double growth_kb = static_cast<double>(after_kb) - static_cast<double>(before_kb);
   std::cout << fmt::format("  resident memory: {} kB before, {} kB after  {}\n", before_kb, after_kb,
-                           limit_text(growth_kb, kModbusGrowthKb, verdict));
+                           limit_text(growth_kb, limit::kGrowth, verdict));
   if (!std::filesystem::exists(plan.torture)) {
     std::cout << "  no hostile clients: there is no " << plan.torture << '\n';
     return verdict;
@@ -248,7 +248,7 @@ Verdict measure_modbus(const ModbusPlan& plan) {
   scan = plant.scan_during([&] { code = torture(plan.torture, plant.port(), std::max(10.0, side)); });
   std::cout << "  during hostile clients: " << scan << '\n';
   std::cout << fmt::format("  scan p99.9, hostile / without: {:.2f}  {}\n", plant.p999_us() / quiet_us,
-                           limit_text(plant.p999_us() / quiet_us, kModbusScanLimit, verdict));
+                           limit_text(plant.p999_us() / quiet_us, limit::kScanBesideClients, verdict));
   if (code != 0) {
     std::cout << "  hostile clients broke something, exit code " << code << '\n';
     verdict.correct = false;

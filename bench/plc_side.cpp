@@ -13,7 +13,13 @@ namespace {
 
 class PlcSide final : public Side {
  public:
-  explicit PlcSide(std::unique_ptr<runtime::Resource> resource) : resource_(std::move(resource)) {}
+  PlcSide(std::unique_ptr<runtime::Resource> resource, Engine engine) : resource_(std::move(resource)) {
+    for (std::size_t task = 0; task < resource_->task_count(); ++task) {
+      const runtime::Program& program = resource_->program(task);
+      footprint_.data += program.table().layout().total;
+      if (engine == Engine::kInterpreter) footprint_.data += program.link_report().code_bytes;
+    }
+  }
 
   /// Lets every task run as machine code from now on.
   bool compile(const native::CompileOptions& options) {
@@ -23,8 +29,7 @@ class PlcSide final : public Side {
         std::cerr << code.error().message << '\n';
         return false;
       }
-      code_bytes_ += (*code)->report().code_bytes;
-      table_bytes_ += resource_->program(task).table().layout().total;
+      footprint_.code += (*code)->report().code_bytes;
       resource_->program(task).install(std::move(*code));
     }
     return true;
@@ -61,14 +66,14 @@ class PlcSide final : public Side {
 
 std::unique_ptr<Side> make_plc_side(const bytecode::VerifiedImage& image, const Source& source, Engine engine) {
   runtime::ProgramOptions options;
-  options.loop_budget = 10'000'000;  // the worst case of bubble sort: a thousand passes over a thousand elements
+  options.loop_budget = 2'000'000'000;  // all end by themselves; far more than any workload of a million takes
   options.taskblocks = &bench_taskblocks();
   auto loaded = runtime::Resource::load(image, options);
   if (!loaded) {
     std::cerr << loaded.error().message << '\n';
     return nullptr;
   }
-  auto side = std::make_unique<PlcSide>(std::move(*loaded));
+  auto side = std::make_unique<PlcSide>(std::move(*loaded), engine);
   if (engine != Engine::kInterpreter && !side->compile({.changed = engine == Engine::kNativeChanged})) return nullptr;
   return side->find(source) ? std::move(side) : nullptr;
 }

@@ -1,9 +1,12 @@
-// Cost of a rung over the number of rungs, for every drawn workload, as one SVG document.
+// Cost of a rung over the number of rungs, as one SVG document for each drawn workload that has a plot.
 #include <fmt/format.h>
-#include <unistd.h>
 
+#include <algorithm>
 #include <fstream>
 #include <iostream>
+#include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "bench/bench.h"
 #include "bench/chart.h"
@@ -12,54 +15,108 @@ namespace plc::bench {
 namespace {
 
 struct Cache {
-  const char* name;
-  int key;       ///< of sysconf
-  bool of_code;  ///< holds instructions only
+  int level = 0;
+  char holds = 'U';  ///< 'I' instructions only, 'D' data only, 'U' both
+  double kib = 0;
 };
-constexpr Cache kCaches[] = {
-    {"L1", _SC_LEVEL1_ICACHE_SIZE, true}, {"L2", _SC_LEVEL2_CACHE_SIZE, false}, {"L3", _SC_LEVEL3_CACHE_SIZE, false}};
 
-/// Where native code no longer fits the first cache, and where it and the variables no longer fit the others.
-std::vector<ChartMark> cache_marks(const ScanResult& largest, std::uint32_t rungs) {
+/// Those of the first processor, as Linux tells them. WHY not sysconf: in virtual machines its L3 may be that of many
+/// processors.
+std::vector<Cache> caches() {
+  std::vector<Cache> found;
+  for (int index = 0;; ++index) {
+    const std::string folder = fmt::format("/sys/devices/system/cpu/cpu0/cache/index{}/", index);
+    Cache cache;
+    std::string type;
+    std::ifstream(folder + "level") >> cache.level;
+    std::ifstream(folder + "type") >> type;
+    std::ifstream(folder + "size") >> cache.kib;  // "32K"
+    if (cache.level == 0) return found;
+    if (type.empty() || cache.kib <= 0) continue;
+    cache.holds = type.front();
+    found.push_back(cache);
+  }
+}
+
+constexpr const char* kColours[kSides] = {"#2563eb", "#7c3aed", "#16a34a", "#dc2626"};
+constexpr const char* kLines[kSides] = {"C", "C without barriers", "interpreter", "native"};
+
+struct Plot {
+  const char* workload;
+  std::vector<std::uint32_t> sizes;
+  /// The C compiler takes a millisecond for a rung, and four without barriers: up to here that is quick.
+  std::uint32_t largest_c, largest_plain_c;
+};
+
+/// Where what each side goes through, by that of `result`, fills the caches.
+std::vector<ChartMark> cache_marks(const ScanResult& result, std::uint32_t size) {
   std::vector<ChartMark> marks;
-  for (const Cache& cache : kCaches) {
-    const double bytes = static_cast<double>(::sysconf(cache.key));
-    if (bytes <= 0) continue;  // a virtual machine may not say
-    const auto used = static_cast<double>(largest.code_bytes + (cache.of_code ? 0 : largest.table_bytes)) / rungs;
-    const std::string size =
-        bytes < 1048576 ? fmt::format("{:g} KiB", bytes / 1024) : fmt::format("{:g} MiB", bytes / 1048576);
-    marks.push_back({fmt::format("{} {}", cache.name, size), bytes / used});
+  const std::vector<Cache> known = caches();
+  for (std::size_t s = 0; s < kSides; ++s) {
+    const Footprint& footprint = result.footprints[s];
+    for (const Cache& cache : known) {
+      const std::size_t bytes = (cache.holds == 'D' ? 0 : footprint.code) + (cache.holds == 'I' ? 0 : footprint.data);
+      const char* const holds = cache.holds == 'I' ? "I" : cache.holds == 'D' ? "D" : "";
+      // What does not grow with the program never fills it: no mark within the axis.
+      marks.push_back({fmt::format("L{}{}", cache.level, holds),
+                       cache.kib * 1024 * size / static_cast<double>(std::max<std::size_t>(bytes, 1)), kColours[s],
+                       kSides - 1 - s});
+    }
   }
   return marks;
+}
+
+std::string sizes_text(const std::vector<Cache>& known) {
+  std::string out = "caches:";
+  for (const Cache& cache : known) {
+    out +=
+        fmt::format(" L{}{} {:g} KiB", cache.level, cache.holds == 'U' ? "" : std::string(1, cache.holds), cache.kib);
+  }
+  return out;
 }
 
 }  // namespace
 
 Verdict plot_scans(const PlotPlan& plan) {
+  // Marks are by the bytes of this many rungs: by fewer, what comes once would count; by more, it may be run as data.
+  constexpr std::uint32_t kMarked = 5'000;
+  const std::vector<std::uint32_t> short_axis = {50, 100, 200, 500, 1'000, 2'000, 5'000, 10'000};
+  const std::vector<Plot> plots = {
+      {"plain", {50, 100, 200, 500, 1'000, 2'000, 5'000, 10'000, 20'000, 50'000, 100'000, 200'000}, 100'000, 5'000},
+      {"blocks", short_axis, 10'000, 2'000},
+      {"arithmetic", short_axis, 10'000, 2'000},
+      {"mixed", short_axis, 10'000, 2'000},
+  };
   Verdict verdict;
-  std::vector<Chart> charts;
-  std::cout << scan_head() << std::flush;
-  for (const Workload& workload : workloads()) {
-    if (!workload.barriers) continue;
-    Chart chart{fmt::format("{}: cost of a {}", workload.name, workload.unit),
+  std::cout << sizes_text(caches()) << '\n' << scan_head() << std::flush;
+  for (const Plot& plot : plots) {
+    Workload workload = *find_workload(plot.workload);
+    workload.limits = {};  // those are for `scan`, at its sizes
+    Chart chart{fmt::format("{}: cost of a {}, and where each curve leaves the caches", workload.name, workload.unit),
                 fmt::format("{}s", workload.unit),
                 fmt::format("ns per {}", workload.unit),
-                {{"C", "#2563eb", false, {}},
-                 {"C without barriers", "#2563eb", true, {}},
-                 {"interpreter", "#16a34a", false, {}},
-                 {"native", "#dc2626", false, {}}},
+                {},
                 {}};
-    for (const std::uint32_t size : {100u, 300u, 1'000u, 3'000u, 10'000u, 30'000u, 100'000u}) {
-      if (size > std::min(plan.largest, 3 * workload.sizes.back())) break;
-      const ScanResult result = measure_scan(workload, {size, plan.seed, 20, plan.batches});
+    for (std::size_t s = 0; s < kSides; ++s) chart.lines.push_back({kLines[s], kColours[s], s == kPlainC, {}});
+    for (const std::uint32_t size : plot.sizes) {
+      const ScanResult result = measure_scan(
+          workload, {size, plan.seed, 20, plan.batches, size <= plot.largest_c, size <= plot.largest_plain_c});
       verdict.merge(result.verdict);
-      if (!result.verdict.correct) return verdict;
-      for (std::size_t s = 0; s < result.ns.size(); ++s) chart.lines[s].points.emplace_back(size, result.ns[s]);
-      chart.marks = cache_marks(result, size);
+      if (!verdict.correct) return verdict;
+      std::string bytes;
+      for (std::size_t s = 0; s < kSides; ++s) {
+        if (result.ns[s] == 0) continue;
+        chart.lines[s].points.emplace_back(size, result.ns[s]);
+        bytes += fmt::format("; {} {:.1f} + {:.1f}", kLines[s], static_cast<double>(result.footprints[s].code) / size,
+                             static_cast<double>(result.footprints[s].data) / size);
+      }
+      std::cout << fmt::format("{:>20} bytes of code + data per {}{}\n", "", workload.unit, bytes);
+      if (size == kMarked) chart.marks = cache_marks(result, size);
     }
-    charts.push_back(std::move(chart));
+    std::ofstream out(plan.folder + fmt::format("/scan_{}.svg", workload.name));
+    out << draw({chart});
+    if (!out.flush()) throw std::runtime_error(plan.folder + " cannot be written to");
   }
-  std::ofstream(plan.file) << draw(charts);
   return verdict;
 }
 

@@ -4,6 +4,7 @@
 #include <spawn.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <array>
@@ -51,6 +52,12 @@ Cost run(const std::vector<std::string>& arguments, bool quiet) {
   if (WIFEXITED(status)) cost.exit_code = WEXITSTATUS(status);
   cost.ok = cost.exit_code == 0;
   return cost;
+}
+
+core::TimeNs own_time_ns() {
+  timespec time{};
+  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return time.tv_sec * core::TimeNs{1'000'000'000} + time.tv_nsec;
 }
 
 }  // namespace plc::bench

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "core/clock.h"
+
 namespace plc::bench {
 
 /// What one run of a program took.
@@ -20,5 +22,8 @@ struct Cost {
 
 /// Starts `arguments[0]`, found in PATH, and waits for its end. `quiet`: what it writes to stderr is dropped.
 Cost run(const std::vector<std::string>& arguments, bool quiet = false);
+
+/// Processor time of this thread: what others on the machine take is nobody's cost.
+core::TimeNs own_time_ns();
 
 }  // namespace plc::bench

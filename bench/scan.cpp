@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "bench/bench.h"
+#include "bench/process.h"
 #include "bench/side.h"
 #include "core/clock.h"
 
@@ -17,12 +18,10 @@ namespace plc::bench {
 namespace {
 
 constexpr core::TimeNs kPeriodNs = 20'000'000;
-constexpr double kBatchNs = 1e6;                     ///< about what a batch of the C takes
-constexpr std::uint64_t kComparisons = 100'000'000;  ///< of variables, at most, in the scans that are checked
+constexpr double kBatchNs = 1e6;                       ///< about what a batch of the C takes
+constexpr std::uint64_t kComparedBytes = 100'000'000;  ///< at most, in the scans that are checked
 
-constexpr std::size_t kSides = 4;
 constexpr const char* kNames[kSides] = {"C", "C without barriers", "interpreter", "native"};
-enum : std::size_t { kC, kPlainC, kInterpreter, kNative };
 using Times = std::array<double, kSides>;  ///< nanoseconds per scan
 
 /// Spreads consecutive numbers over all 64 bits.
@@ -40,18 +39,20 @@ class Comparison {
     }
   }
   /// False when one of them could not be made.
-  bool make(const Workload& workload) {
+  bool make(const Workload& workload, const ScanPlan& plan) {
     const auto image = compile_project(source_);
     if (!image) return false;
-    sides_[kC] = make_c_side(*image, source_, true);
-    if (workload.barriers) sides_[kPlainC] = make_c_side(*image, source_, false);
+    wanted_ = {plan.c, plan.plain_c && workload.barriers, true, true};
+    if (wanted_[kC]) sides_[kC] = make_c_side(*image, source_, true);
+    if (wanted_[kPlainC]) sides_[kPlainC] = make_c_side(*image, source_, false);
     sides_[kInterpreter] = make_plc_side(*image, source_, Engine::kInterpreter);
     sides_[kNative] = make_plc_side(*image, source_, Engine::kNative);
     for (std::size_t s = 0; s < kSides; ++s) {
-      if (sides_[s] == nullptr && (s != kPlainC || workload.barriers)) return false;
+      if (wanted_[s] && sides_[s] == nullptr) return false;
     }
+    first_side_ = wanted_[kC] ? kC : kInterpreter;
     for (std::size_t i = 0; i < source_.variables.size(); ++i) {
-      const unsigned char* at = sides_[kC]->variables()[i];
+      const unsigned char* at = sides_[first_side_]->variables()[i];
       first_.insert(first_.end(), at, at + source_.variables[i].bytes);
     }
     changed_.resize(source_.variables.size());
@@ -62,13 +63,13 @@ class Comparison {
   Times round(std::uint32_t scans) {
     Times times{};
     for (std::size_t s = 0; s < kSides; ++s) {
-      if (sides_[s] == nullptr) continue;
-      const core::TimeNs begin = clock_.now_ns();
+      if (!wanted_[s]) continue;
+      const core::TimeNs begin = own_time_ns();
       for (std::uint32_t i = 1; i <= scans; ++i) {
         stimulate(*sides_[s], scans_ + i);
         good_ = sides_[s]->scan(now_ns(scans_ + i)) && good_;
       }
-      times[s] = static_cast<double>(clock_.now_ns() - begin) / scans;
+      times[s] = static_cast<double>(own_time_ns() - begin) / scans;
     }
     scans_ += scans;
     return times;
@@ -79,15 +80,16 @@ class Comparison {
     std::size_t first = 0;
     for (std::size_t i = 0; i < source_.variables.size(); ++i) {
       const std::uint32_t bytes = source_.variables[i].bytes;
-      const unsigned char* expected = sides_[kC]->variables()[i];
-      for (std::size_t s = 1; s < kSides; ++s) {
-        if (sides_[s] == nullptr) continue;
+      const unsigned char* expected = sides_[first_side_]->variables()[i];
+      for (std::size_t s = first_side_ + 1; s < kSides; ++s) {
+        if (!wanted_[s]) continue;
         const unsigned char* found = sides_[s]->variables()[i];
         if (std::memcmp(expected, found, bytes) == 0 || differences++ >= 5) continue;
         const std::size_t at =
             static_cast<std::size_t>(std::mismatch(expected, expected + bytes, found).first - expected);
-        std::cerr << fmt::format("scan {}: {}, byte {} of {}: C has {:#x}, {} {:#x}\n", scans_,
-                                 source_.variables[i].path, at, bytes, expected[at], kNames[s], found[at]);
+        std::cerr << fmt::format("scan {}: {}, byte {} of {}: {} has {:#x}, {} {:#x}\n", scans_,
+                                 source_.variables[i].path, at, bytes, kNames[first_side_], expected[at], kNames[s],
+                                 found[at]);
       }
       if (!changed_[i]) changed_[i] = std::memcmp(expected, &first_[first], bytes) != 0;
       first += bytes;
@@ -100,7 +102,12 @@ class Comparison {
            static_cast<double>(changed_.size());
   }
   [[nodiscard]] std::uint64_t scans() const { return scans_; }
-  [[nodiscard]] const Side& native() const { return *sides_[kNative]; }
+  /// What same() compares of each side.
+  [[nodiscard]] std::size_t bytes() const { return first_.size(); }
+  [[nodiscard]] bool has(std::size_t side) const { return wanted_[side]; }
+  /// The one that all others are compared with.
+  [[nodiscard]] std::size_t first_side() const { return first_side_; }
+  [[nodiscard]] const Side& operator[](std::size_t side) const { return *sides_[side]; }
 
  private:
   static core::TimeNs now_ns(std::uint64_t scan) { return static_cast<core::TimeNs>(scan) * kPeriodNs; }
@@ -129,10 +136,11 @@ class Comparison {
 
   const Source& source_;
   std::array<std::unique_ptr<Side>, kSides> sides_;
+  std::array<bool, kSides> wanted_{};
+  std::size_t first_side_ = kC;
   std::vector<std::uint32_t> inputs_;
   std::vector<unsigned char> first_;  ///< variables before the first scan
   std::vector<bool> changed_;         ///< ... and which of them had another value since
-  core::MonotonicClock clock_;
   std::uint64_t scans_ = 0;
   bool good_ = true;
 };
@@ -149,14 +157,15 @@ ScanResult measure_scan(const Workload& workload, const ScanPlan& plan) {
   const Source source = workload.make(plan.size, plan.seed);
   Comparison comparison(source);
   std::string line = fmt::format("{:<12} {:>7}", workload.name, plan.size);
-  if (!comparison.make(workload)) {
+  if (!comparison.make(workload, plan)) {
     std::cout << line << " could not be built" << std::endl;
     result.verdict.correct = false;
     return result;
   }
-  result.code_bytes = comparison.native().code_bytes();
-  result.table_bytes = comparison.native().table_bytes();
-  const std::uint64_t most = std::max<std::uint64_t>(20, kComparisons / source.variables.size());
+  for (std::size_t s = 0; s < kSides; ++s) {
+    if (comparison.has(s)) result.footprints[s] = comparison[s].footprint();
+  }
+  const std::uint64_t most = std::max<std::uint64_t>(20, kComparedBytes / comparison.bytes());
   for (std::uint64_t i = 0; i < std::min<std::uint64_t>(plan.scans, most) && result.verdict.correct; ++i) {
     comparison.round(1);
     result.verdict.correct = comparison.same();
@@ -165,7 +174,7 @@ ScanResult measure_scan(const Workload& workload, const ScanPlan& plan) {
   if (!result.verdict.correct) line += " VARIABLES DIFFER";
   if (result.verdict.correct && plan.batches != 0) {
     std::uint32_t scans = 1;
-    while (comparison.round(scans)[kC] * scans < kBatchNs) scans *= 2;
+    while (comparison.round(scans)[comparison.first_side()] * scans < kBatchNs) scans *= 2;
     std::array<std::vector<double>, kSides> times, to_c;
     std::vector<double> to_plain;
     for (std::uint32_t i = 0; i < plan.batches; ++i) {
@@ -179,18 +188,20 @@ ScanResult measure_scan(const Workload& workload, const ScanPlan& plan) {
     result.verdict.correct = comparison.same();
     line += " |";
     for (std::size_t s = 0; s < kSides; ++s) {
-      result.ns[s] = s == kPlainC && !workload.barriers ? 0 : median(times[s]);
+      result.ns[s] = median(times[s]);
       line += result.ns[s] == 0 ? fmt::format(" {:>8}", "") : fmt::format(" {:>8.3g}", result.ns[s]);
     }
     line += " |";
-    const auto against = [&](const std::vector<double>& ratios, double limit) {
+    const auto against = [&](const std::vector<double>& ratios, const Limit* limit) {
       const double ratio = median(ratios);
-      const std::string text = limit == 0 ? "" : ", " + limit_text(ratio, limit, result.verdict);
+      const std::string text = limit == nullptr ? "" : ", " + limit_text(ratio, *limit, result.verdict);
       line += fmt::format(" {:>17}", fmt::format("{:.2f}{}", ratio, text));
     };
-    against(to_c[kInterpreter], workload.limits.interpreter);
-    against(to_c[kNative], workload.limits.native);
-    if (workload.barriers) against(to_plain, workload.limits.native_plain);
+    if (comparison.has(kC)) {
+      against(to_c[kInterpreter], workload.limits.interpreter);
+      against(to_c[kNative], workload.limits.native);
+    }
+    if (comparison.has(kPlainC)) against(to_plain, workload.limits.native_plain);
     if (!result.verdict.correct) line += " VARIABLES DIFFER";
   }
   std::cout << line << std::endl;

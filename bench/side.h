@@ -23,14 +23,11 @@ class Side {
   virtual bool scan(core::TimeNs now_ns) = 0;
   /// In the order of Source::variables. Between scans.
   [[nodiscard]] const std::vector<unsigned char*>& variables() const { return variables_; }
-  /// What a scan reads, if that is known: machine code, and variables.
-  [[nodiscard]] std::size_t code_bytes() const { return code_bytes_; }
-  [[nodiscard]] std::size_t table_bytes() const { return table_bytes_; }
+  [[nodiscard]] const Footprint& footprint() const { return footprint_; }
 
  protected:
   std::vector<unsigned char*> variables_;
-  std::size_t code_bytes_ = 0;
-  std::size_t table_bytes_ = 0;
+  Footprint footprint_;
 };
 
 enum class Engine : std::uint8_t { kInterpreter, kNative, kNativeChanged };

@@ -65,6 +65,9 @@ std::string task(std::string_view program, std::uint32_t priority) {
 }
 
 /// One program "Main" in one task. A '$N' in either text is the size, '$L' the size less 1, '$S' a number of the seed.
+/// After what the size counts: gcc carries no value past it.
+const std::string kBarrier = "#ifndef BARRIER\n#define BARRIER __asm__ volatile(\"\" ::: \"memory\");\n#endif\n";
+
 Source single(std::uint32_t size, std::uint64_t seed, const std::vector<Declared>& locals, std::string_view st,
               std::string_view c, std::vector<Variable> variables) {
   const auto fill = [&](std::string_view text) {
@@ -79,7 +82,7 @@ Source single(std::uint32_t size, std::uint64_t seed, const std::vector<Declared
     }
     return out;
   };
-  return {project(pou("Main_t", locals, {}, fill(st)), task("Main", 0)), {fill(c)}, std::move(variables)};
+  return {project(pou("Main_t", locals, {}, fill(st)), task("Main", 0)), {kBarrier + fill(c)}, std::move(variables)};
 }
 
 }  // namespace
@@ -101,62 +104,83 @@ FOR i := 0 TO $L DO
 END_FOR;
 )",
                 R"(#include <math.h>
-static int out[$N];
+static int out[$N], i;
 static float a[$N], b[$N];
 static unsigned char made;
 void plc_scan(long long now) {
   (void)now;
   if (!made) {
-    for (int i = 0; i < $N; ++i) {
+    for (i = 0; i <= $L; ++i) {
       a[i] = (float)(i + $S) / 7.0f;
       b[i] = (float)(i % 1000) - 499.5f;
     }
     made = 1;
   }
-  for (int i = 0; i < $N; ++i) out[i] = (int)lrintf(a[i] * b[i]);
+  for (i = 0; i <= $L; ++i) {
+    out[i] = (int)lrintf(a[i] * b[i]);
+    BARRIER
+  }
 }
 )",
-                {{"Main.out[0]", "out", 4 * size, Stimulus::kNone}});
+                {{"Main.out[0]", "out", 4 * size}, {"Main.i", "i", 4}, {"Main.made", "made", 1}});
 }
 
 Source make_bubble(std::uint32_t size, std::uint64_t seed) {
-  return single(size, seed, {{"out", "DINT", size}, {"i", "DINT"}, {"keep", "DINT"}, {"swapped", "BOOL"}},
+  return single(size, seed,
+                {{"out", "DINT", size},
+                 {"i", "DINT"},
+                 {"first", "DINT"},
+                 {"last", "DINT"},
+                 {"keep", "DINT"},
+                 {"swapped", "BOOL"}},
                 R"(
 FOR i := 0 TO $L DO
   out[i] := $N - i + $S;
 END_FOR;
-REPEAT
-  swapped := FALSE;
-  FOR i := 1 TO $L DO
-    IF out[i - 1] > out[i] THEN
-      keep := out[i];
-      out[i] := out[i - 1];
-      out[i - 1] := keep;
-      swapped := TRUE;
-    END_IF;
-  END_FOR;
-UNTIL NOT swapped
-END_REPEAT;
+FOR first := 0 TO $L BY 100 DO
+  last := MIN(first + 99, $L);
+  REPEAT
+    swapped := FALSE;
+    FOR i := first + 1 TO last DO
+      IF out[i - 1] > out[i] THEN
+        keep := out[i];
+        out[i] := out[i - 1];
+        out[i - 1] := keep;
+        swapped := TRUE;
+      END_IF;
+    END_FOR;
+  UNTIL NOT swapped
+  END_REPEAT;
+END_FOR;
 )",
-                R"(static int out[$N];
+                R"(static int out[$N], i, first, last, keep;
+static unsigned char swapped;
 void plc_scan(long long now) {
-  unsigned char swapped;
   (void)now;
-  for (int i = 0; i < $N; ++i) out[i] = $N - i + $S;
-  do {
-    swapped = 0;
-    for (int i = 1; i < $N; ++i) {
-      if (out[i - 1] > out[i]) {
-        const int keep = out[i];
-        out[i] = out[i - 1];
-        out[i - 1] = keep;
-        swapped = 1;
+  for (i = 0; i <= $L; ++i) out[i] = $N - i + $S;
+  for (first = 0; first <= $L; first += 100) {
+    last = first + 99 < $L ? first + 99 : $L;
+    do {
+      swapped = 0;
+      for (i = first + 1; i <= last; ++i) {
+        if (out[i - 1] > out[i]) {
+          keep = out[i];
+          out[i] = out[i - 1];
+          out[i - 1] = keep;
+          swapped = 1;
+        }
       }
-    }
-  } while (swapped);
+    } while (swapped);
+    BARRIER
+  }
 }
 )",
-                {{"Main.out[0]", "out", 4 * size, Stimulus::kNone}});
+                {{"Main.out[0]", "out", 4 * size},
+                 {"Main.i", "i", 4},
+                 {"Main.first", "first", 4},
+                 {"Main.last", "last", 4},
+                 {"Main.keep", "keep", 4},
+                 {"Main.swapped", "swapped", 1}});
 }
 
 Source make_fir(std::uint32_t size, std::uint64_t seed) {
@@ -188,43 +212,52 @@ FOR i := 0 TO $L DO
   y[i] := sum;
 END_FOR;
 )",
-                R"(static float x[$N + 31], h[32], y[$N], sample;
+                R"(static float x[$N + 31], h[32], y[$N], sample, sum;
+static int i, j;
 static unsigned char made;
 void plc_scan(long long now) {
   (void)now;
   if (!made) {
-    for (int i = 0; i <= $N + 30; ++i) x[i] = (float)((i * 37 + $S) % 200 - 100) / 8.0f;
-    for (int j = 0; j < 32; ++j) h[j] = 1.0f / (float)(j + 1);
+    for (i = 0; i <= $N + 30; ++i) x[i] = (float)((i * 37 + $S) % 200 - 100) / 8.0f;
+    for (j = 0; j <= 31; ++j) h[j] = 1.0f / (float)(j + 1);
     made = 1;
   }
   x[16] = sample;
-  for (int i = 0; i < $N; ++i) {
-    float sum = 0;
-    for (int j = 0; j < 32; ++j) sum = sum + h[j] * x[i + j];
+  for (i = 0; i <= $L; ++i) {
+    sum = 0;
+    for (j = 0; j <= 31; ++j) sum = sum + h[j] * x[i + j];
     y[i] = sum;
+    BARRIER
   }
 }
 )",
-                {{"Main.sample", "sample", 4, Stimulus::kReal}, {"Main.y[0]", "y", 4 * size, Stimulus::kNone}});
+                {{"Main.sample", "sample", 4, Stimulus::kReal},
+                 {"Main.y[0]", "y", 4 * size},
+                 {"Main.sum", "sum", 4},
+                 {"Main.i", "i", 4},
+                 {"Main.j", "j", 4}});
 }
 
 Source make_matrix(std::uint32_t size, std::uint64_t seed) {
-  return single(
-      size, seed,
-      {{"a", "REAL", size, size},
-       {"b", "REAL", size, size},
-       {"c", "REAL", size, size},
-       {"sample", "REAL"},
-       {"sum", "REAL"},
-       {"i", "DINT"},
-       {"j", "DINT"},
-       {"k", "DINT"},
-       {"made", "BOOL"}},
-      R"(
+  return single(size, seed,
+                {{"a", "REAL", size, 16},
+                 {"b", "REAL", 16, 16},
+                 {"c", "REAL", size, 16},
+                 {"sample", "REAL"},
+                 {"sum", "REAL"},
+                 {"i", "DINT"},
+                 {"j", "DINT"},
+                 {"k", "DINT"},
+                 {"made", "BOOL"}},
+                R"(
 IF NOT made THEN
   FOR i := 0 TO $L DO
-    FOR j := 0 TO $L DO
+    FOR j := 0 TO 15 DO
       a[i, j] := DINT_TO_REAL((i * 31 + j * 17 + $S) MOD 200 - 100) / 8.0;
+    END_FOR;
+  END_FOR;
+  FOR i := 0 TO 15 DO
+    FOR j := 0 TO 15 DO
       b[i, j] := DINT_TO_REAL((i * 13 + j * 29 + $S) MOD 200 - 100) / 8.0;
     END_FOR;
   END_FOR;
@@ -232,39 +265,46 @@ IF NOT made THEN
 END_IF;
 a[1, 2] := sample;
 FOR i := 0 TO $L DO
-  FOR j := 0 TO $L DO
+  FOR j := 0 TO 15 DO
     sum := 0.0;
-    FOR k := 0 TO $L DO
+    FOR k := 0 TO 15 DO
       sum := sum + a[i, k] * b[k, j];
     END_FOR;
     c[i, j] := sum;
   END_FOR;
 END_FOR;
 )",
-      R"(static float a[$N][$N], b[$N][$N], c[$N][$N], sample;
+                R"(static float a[$N][16], b[16][16], c[$N][16], sample, sum;
+static int i, j, k;
 static unsigned char made;
 void plc_scan(long long now) {
   (void)now;
   if (!made) {
-    for (int i = 0; i < $N; ++i) {
-      for (int j = 0; j < $N; ++j) {
-        a[i][j] = (float)((i * 31 + j * 17 + $S) % 200 - 100) / 8.0f;
-        b[i][j] = (float)((i * 13 + j * 29 + $S) % 200 - 100) / 8.0f;
-      }
+    for (i = 0; i <= $L; ++i) {
+      for (j = 0; j <= 15; ++j) a[i][j] = (float)((i * 31 + j * 17 + $S) % 200 - 100) / 8.0f;
+    }
+    for (i = 0; i <= 15; ++i) {
+      for (j = 0; j <= 15; ++j) b[i][j] = (float)((i * 13 + j * 29 + $S) % 200 - 100) / 8.0f;
     }
     made = 1;
   }
   a[1][2] = sample;
-  for (int i = 0; i < $N; ++i) {
-    for (int j = 0; j < $N; ++j) {
-      float sum = 0;
-      for (int k = 0; k < $N; ++k) sum = sum + a[i][k] * b[k][j];
+  for (i = 0; i <= $L; ++i) {
+    for (j = 0; j <= 15; ++j) {
+      sum = 0;
+      for (k = 0; k <= 15; ++k) sum = sum + a[i][k] * b[k][j];
       c[i][j] = sum;
     }
+    BARRIER
   }
 }
 )",
-      {{"Main.sample", "sample", 4, Stimulus::kReal}, {"Main.c[0,0]", "c", 4 * size * size, Stimulus::kNone}});
+                {{"Main.sample", "sample", 4, Stimulus::kReal},
+                 {"Main.c[0,0]", "c", 4 * 16 * size},
+                 {"Main.sum", "sum", 4},
+                 {"Main.i", "i", 4},
+                 {"Main.j", "j", 4},
+                 {"Main.k", "k", 4}});
 }
 
 Source make_checksum(std::uint32_t size, std::uint64_t seed) {
@@ -292,24 +332,28 @@ END_FOR;
 )",
       R"(static unsigned char data[$N], made;
 static unsigned crc;
-static int start;
+static int start, i, bit;
 void plc_scan(long long now) {
   (void)now;
   if (!made) {
-    for (int i = 0; i < $N; ++i) data[i] = (unsigned char)((i * 37 + $S) % 256);
+    for (i = 0; i <= $L; ++i) data[i] = (unsigned char)((i * 37 + $S) % 256);
     made = 1;
   }
   crc = (unsigned)start;
-  for (int i = 0; i < $N; ++i) {
+  for (i = 0; i <= $L; ++i) {
     crc ^= data[i];
-    for (int bit = 1; bit <= 8; ++bit) {
+    for (bit = 1; bit <= 8; ++bit) {
       if (crc & 1) crc = crc >> 1 ^ 0xEDB88320u;
       else crc >>= 1;
     }
+    BARRIER
   }
 }
 )",
-      {{"Main.start", "start", 4, Stimulus::kDint}, {"Main.crc", "crc", 4, Stimulus::kNone}});
+      {{"Main.start", "start", 4, Stimulus::kDint},
+       {"Main.crc", "crc", 4},
+       {"Main.i", "i", 4},
+       {"Main.bit", "bit", 4}});
 }
 
 Source make_calls(std::uint32_t size, std::uint64_t) {
@@ -384,7 +428,7 @@ void plc_scan(long long now) {{
 )",
       size, seed % 1000);
   return {xml,
-          {"#ifndef BARRIER\n#define BARRIER __asm__ volatile(\"\" ::: \"memory\");\n#endif\n" + c},
+          {kBarrier + c},
           {{"Near.step", "near.step", 4, Stimulus::kDint},
            {"Near.got", "near.got", 4, Stimulus::kNone},
            {"Far.got", "far.got", 4, Stimulus::kNone},

@@ -11,11 +11,11 @@ namespace plc::bench {
 
 /// Products of two REALs converted to DINT; `size` of them.
 Source make_products(std::uint32_t size, std::uint64_t seed);
-/// Bubble sort of `size` DINTs in reverse order, the worst case.
+/// Bubble sort of `size` DINTs in groups of 100, each in reverse order, the worst case.
 Source make_bubble(std::uint32_t size, std::uint64_t seed);
 /// FIR filter of 32 coefficients over `size` samples.
 Source make_fir(std::uint32_t size, std::uint64_t seed);
-/// Product of two square matrices of `size` rows, ARRAY[..,..] OF REAL.
+/// Product of a matrix of `size` rows of 16 and one of 16 by 16, ARRAY[..,..] OF REAL.
 Source make_matrix(std::uint32_t size, std::uint64_t seed);
 /// CRC-32 of `size` bytes, bit by bit.
 Source make_checksum(std::uint32_t size, std::uint64_t seed);

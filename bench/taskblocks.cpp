@@ -24,8 +24,6 @@ namespace {
 constexpr std::uint32_t kBlocks = 1'000;
 constexpr std::uint32_t kWires = 8;  ///< from a block of the chain to the next
 constexpr std::uint32_t kScansPerBatch = 20;
-constexpr double kCallLimitNs = 3;
-constexpr double kWireLimit = 1.1;
 
 enum class Inputs : std::uint8_t {
   kOpen,    ///< nothing is wired
@@ -143,7 +141,7 @@ Verdict measure_calls(std::uint32_t batches) {
   verdict.correct = fired && blocks.good() && nothing.good();
   std::cout << fmt::format("  {} empty blocks: indirect call {:.1f} ns, RUNTB {:.1f} ns, {:.1f} ns more, {}\n", kBlocks,
                            median(plain), median(executed), median(more),
-                           limit_text(median(more), kCallLimitNs, verdict));
+                           limit_text(median(more), limit::kTaskblockCall, verdict));
   return verdict;
 }
 
@@ -164,7 +162,7 @@ Verdict measure_wires(std::uint32_t batches) {
       "copies "
       "{:.2f} times\n",
       kBlocks, kWires, median(without) / kBlocks, median(wired_ratios),
-      limit_text(median(wired_ratios), kWireLimit, verdict), median(copied_ratios));
+      limit_text(median(wired_ratios), limit::kTaskblockWires, verdict), median(copied_ratios));
   return verdict;
 }
 

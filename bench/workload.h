@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "bench/limits.h"
+
 namespace plc::bench {
 
 /// How the benchmark changes an input before a scan.
@@ -40,16 +42,16 @@ struct Source {
   std::uint32_t taskblocks = 0;
 };
 
-/// Most that medians of ratios may be; 0 = no limit.
+/// Of medians of ratios; null = no limit.
 struct ScanLimits {
-  double interpreter = 0;   ///< interpreter / C
-  double native = 0;        ///< native code / C
-  double native_plain = 0;  ///< native code / C without barriers
+  const Limit* interpreter = nullptr;   ///< interpreter / C
+  const Limit* native = nullptr;        ///< native code / C
+  const Limit* native_plain = nullptr;  ///< native code / C without barriers
 };
 
 struct Workload {
   const char* name;
-  const char* unit;  ///< what a size counts, and times are per
+  const char* unit;  ///< what a size counts, and times are per; work grows with the size in proportion
   Source (*make)(std::uint32_t size, std::uint64_t seed);
   std::vector<std::uint32_t> sizes;
   std::uint32_t small_size;  ///< for checks without measuring

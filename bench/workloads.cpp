@@ -15,22 +15,35 @@ Source drawn(std::uint32_t size, std::uint64_t seed) {
 }  // namespace
 
 std::span<const Workload> workloads() {
-  // Of native code against C without barriers: 1, and what medians of equal code differ by on a machine that does
-  // other things, too.
-  constexpr double kNotSlower = 1.02;
+  using namespace limit;
+  constexpr ScanLimits kDrawn{&kInterpreter, &kDrawnNative, nullptr};
+  constexpr ScanLimits kLoop{&kInterpreter, &kLoopNative, nullptr};
+  constexpr ScanLimits kOther{&kInterpreter, nullptr, nullptr};
   static const std::vector<Workload> all = {
-      {"plain", "rung", &drawn<Kind::kPlain>, {100, 1'000, 10'000, 100'000}, 200, true, {2, 1.15, kNotSlower}},
-      {"nested", "rung", &drawn<Kind::kNested>, {1'000, 10'000}, 300, true, {3, 1.25, 0}},
-      {"blocks", "rung", &drawn<Kind::kBlocks>, {100, 1'000, 10'000}, 300, true, {6, 1.25, 0}},
-      {"arithmetic", "chain", &drawn<Kind::kArithmetic>, {100, 1'000, 10'000}, 300, true, {6, 1.25, 0}},
-      {"mixed", "rung", &drawn<Kind::kMixed>, {100, 1'000, 10'000}, 300, true, {6, 1.25, 0}},
-      {"bubble", "element", &make_bubble, {1'000}, 100, false, {6, 2, 0}},
-      {"products", "product", &make_products, {1'000, 100'000}, 100, false, {6, 2, 0}},
-      {"fir", "sample", &make_fir, {1'000}, 100, false, {6, 2, 0}},
-      {"matrix", "row", &make_matrix, {50}, 10, false, {6, 2, 0}},
-      {"checksum", "byte", &make_checksum, {4'096}, 100, false, {6, 2, 0}},
-      {"taskblocks", "call", &make_calls, {100, 1'000}, 100, false, {6, 0, 0}},
-      {"exchange", "DINT", &make_exchange, {100, 1'000, 10'000}, 100, false, {6, 0, 0}},
+      {"plain",
+       "rung",
+       &drawn<Kind::kPlain>,
+       {100, 1'000, 10'000, 100'000},
+       200,
+       true,
+       {&kPlainInterpreter, &kLadderNative, &kLadderNotSlower}},
+      {"nested",
+       "rung",
+       &drawn<Kind::kNested>,
+       {1'000, 10'000},
+       100,
+       true,
+       {&kNestedInterpreter, &kDrawnNative, nullptr}},
+      {"blocks", "rung", &drawn<Kind::kBlocks>, {100, 1'000, 10'000}, 100, true, kDrawn},
+      {"arithmetic", "chain", &drawn<Kind::kArithmetic>, {100, 1'000, 10'000}, 100, true, kDrawn},
+      {"mixed", "rung", &drawn<Kind::kMixed>, {100, 1'000, 10'000}, 100, true, kDrawn},
+      {"bubble", "element", &make_bubble, {1'000, 10'000}, 150, true, kLoop},
+      {"products", "product", &make_products, {1'000, 100'000}, 100, true, kLoop},
+      {"fir", "sample", &make_fir, {1'000, 10'000}, 100, true, kLoop},
+      {"matrix", "row", &make_matrix, {1'000, 10'000}, 10, true, kLoop},
+      {"checksum", "byte", &make_checksum, {1'000, 10'000}, 100, true, kLoop},
+      {"taskblocks", "call", &make_calls, {100, 1'000}, 100, false, kOther},
+      {"exchange", "DINT", &make_exchange, {100, 1'000, 10'000}, 100, false, kOther},
   };
   return all;
 }

@@ -1,0 +1,85 @@
+// Limits of plc-bench: what each measured figure may be at most, and in words what is measured against what.
+//
+// Out: the only place where they stand; `plc-bench limits` prints them as the table of README.md. Does not belong here:
+// measuring.
+#pragma once
+
+namespace plc::bench {
+
+struct Limit {
+  double most = 0;
+  const char* unit = "times";  ///< of `most`
+  const char* measured = "";
+  const char* against = "";  ///< empty: nothing
+};
+
+namespace limit {
+
+inline constexpr const char* kBarrierC = "C, `gcc -O2` with a barrier after each rung";
+
+// Scan.
+inline constexpr Limit kLadderNative{1.15, "times", "native code of boolean ladders (`plain`)", kBarrierC};
+/// WHY not 1: medians of equal code differ by as much on a machine that does other things, too.
+inline constexpr Limit kLadderNotSlower{1.02, "times", "the same", "C, `gcc -O2` without barriers: not slower"};
+inline constexpr Limit kDrawnNative{
+    1.25, "times", "native code of timers and counters, drawn arithmetic, and ladders that hold some of them",
+    kBarrierC};
+inline constexpr Limit kLoopNative{2, "times", "native code of loops in ST",
+                                   "C, `gcc -O2` with a barrier after each sample, byte, row .."};
+inline constexpr Limit kPlainInterpreter{2, "times", "interpreter on plain ladders (`plain`)", kBarrierC};
+inline constexpr Limit kNestedInterpreter{3, "times", "interpreter on nested ladders (`nested`)", kBarrierC};
+inline constexpr Limit kInterpreter{6, "times", "interpreter on everything else", "the same C"};
+
+// Scans that leave out what did not change.
+inline constexpr Limit kOneInput{
+    0.1, "times", "scan with `evaluate = \"changed\"` at 10,000 plain rungs, one input changing per scan",
+    "the same with `\"all\"`, native code"};
+inline constexpr Limit kAllInputs{1.15, "times", "the same, all inputs changing per scan",
+                                  "the same with `\"all\"`, native code"};
+
+// Load.
+inline constexpr Limit kFirstScan{3, "times", "`plc sim --cycles 1` at 10,000 plain rungs (24 MB of XML)",
+                                  "`xmllint --noout` on the same file"};
+inline constexpr Limit kNativeSince{
+    0.5, "s for each 10,000 rungs",
+    "`plc-run` at 10,000 and 100,000 plain rungs: native code runs after the first scan", ""};
+inline constexpr Limit kResident{2, "kB a rung",
+                                 "resident memory with 10,000 and 100,000 plain rungs loaded and compiled", ""};
+inline constexpr Limit kPeak{200, "MB", "peak memory of loading 10,000 plain rungs", ""};
+inline constexpr Limit kMarginalLoad{1.2, "times", "marginal cost of loading, 10,000 to 100,000 rungs",
+                                     "1,000 to 10,000 rungs"};
+
+// Taskblocks.
+inline constexpr Limit kTaskblockCall{3, "ns more", "RUNTB of an empty taskblock without budget",
+                                      "an indirect call of the same `fire()` on the same object"};
+inline constexpr Limit kTaskblockWires{1.1, "times", "1,000 empty taskblocks in a chain, eight LREAL wires each",
+                                       "the same, unconnected"};
+
+// Compile.
+inline constexpr Limit kCompile{2, "s", "`plc compile` of 100,000 lines of ST", ""};
+inline constexpr Limit kCompilePeak{500, "MB", "peak memory of that", ""};
+inline constexpr Limit kRefuse{2, "s", "`plc check` of 10 MB of each of eight kinds of garbage", ""};
+
+// Modbus.
+inline constexpr Limit kRequests{1, "times", "libmodbus's own server (one thread, `select`)",
+                                 "the Modbus server, in requests/s"};
+inline constexpr Limit kScanBesideClients{
+    1.3, "times", "scan time p99.9 while 100 clients poll, and while hostile ones do their worst",
+    "the same without clients"};
+inline constexpr Limit kGrowth{512, "kB more", "resident memory after 60 s of that", "before"};
+
+// Coherence.
+inline constexpr Limit kExchange{
+    1.2, "times",
+    "wait-free exchange of 1 to 10,000 DINTs in and out, p99.9, while the other processor exchanges the same",
+    "memcpy of the same bytes, just written there"};
+
+/// All of them, in the order of the table.
+inline constexpr const Limit* kAll[] = {
+    &kLadderNative, &kLadderNotSlower, &kDrawnNative,       &kLoopNative,     &kPlainInterpreter, &kNestedInterpreter,
+    &kInterpreter,  &kOneInput,        &kAllInputs,         &kFirstScan,      &kNativeSince,      &kResident,
+    &kPeak,         &kMarginalLoad,    &kTaskblockCall,     &kTaskblockWires, &kCompile,          &kCompilePeak,
+    &kRefuse,       &kRequests,        &kScanBesideClients, &kGrowth,         &kExchange};
+
+}  // namespace limit
+}  // namespace plc::bench
