@@ -132,6 +132,9 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(10u, 1'000'000u));
   PlotPlan plot_plan;
   CLI::App* plots = app.add_subcommand("plots", "cost of a rung over the number of rungs, as SVG files");
+  plots->add_option("--only", plot_plan.only, "plain, blocks, arithmetic, mixed")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"plain", "blocks", "arithmetic", "mixed"}));
   plots->add_option("--folder", plot_plan.folder, "where the SVG files go: scan_plain.svg and others")
       ->type_name("FOLDER")
       ->default_val(PLC_PLOTS);
