@@ -128,8 +128,7 @@ int main(int argc, char** argv) {
       ->type_name("NAME")
       ->check(
           [](const std::string& name) { return find_workload(name) == nullptr ? "there is no workload " + name : ""; });
-  scan->add_option("--size", wanted.sizes, "sizes instead of those of the table; any works for any workload")
-      ->check(CLI::Range(10u, 1'000'000u));
+  scan->add_option("--size", wanted.sizes, "sizes instead of those of the table")->check(CLI::Range(10u, 1'000'000u));
   PlotPlan plot_plan;
   CLI::App* plots = app.add_subcommand("plots", "cost of a rung over the number of rungs, as SVG files");
   plots->add_option("--only", plot_plan.only, "plain, blocks, arithmetic, mixed")
