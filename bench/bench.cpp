@@ -129,11 +129,13 @@ int main(int argc, char** argv) {
       ->type_name("NAME")
       ->check(
           [](const std::string& name) { return find_workload(name) == nullptr ? "there is no workload " + name : ""; });
-  scan->add_option("--size", wanted.sizes, "sizes instead of those of the table; any works for any workload")
-      ->check(CLI::Range(10u, 1'000'000u));
+  scan->add_option("--size", wanted.sizes, "sizes instead of those of the table")->check(CLI::Range(10u, 1'000'000u));
   CLI::App* changed = app.add_subcommand("changed", "scans that leave out what did not change");
   PlotPlan plot_plan;
   CLI::App* plots = app.add_subcommand("plots", "cost of a rung over the number of rungs, as SVG files");
+  plots->add_option("--only", plot_plan.only, "plain, blocks, arithmetic, mixed")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"plain", "blocks", "arithmetic", "mixed"}));
   plots->add_option("--folder", plot_plan.folder, "where the SVG files go: scan_plain.svg and others")
       ->type_name("FOLDER")
       ->default_val(PLC_PLOTS);

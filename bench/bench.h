@@ -72,7 +72,8 @@ ScanResult measure_scan(const Workload& workload, const ScanPlan& plan);
 struct PlotPlan {
   std::uint64_t seed = 1;
   std::uint32_t batches = 100;
-  std::string folder;  ///< where the SVG files go
+  std::vector<std::string> only;  ///< names of workloads; none = all that have a plot
+  std::string folder;             ///< where the SVG files go
 };
 /// measure_scan() over many sizes of the drawn workloads, as curves, with the ends of this machine's caches.
 Verdict plot_scans(const PlotPlan& plan);

@@ -90,6 +90,8 @@ Verdict plot_scans(const PlotPlan& plan) {
   Verdict verdict;
   std::cout << sizes_text(caches()) << '\n' << scan_head() << std::flush;
   for (const Plot& plot : plots) {
+    const auto& only = plan.only;
+    if (!only.empty() && std::find(only.begin(), only.end(), plot.workload) == only.end()) continue;
     Workload workload = *find_workload(plot.workload);
     workload.limits = {};  // those are for `scan`, at its sizes
     Chart chart{fmt::format("{}: cost of a {}, and where each curve leaves the caches", workload.name, workload.unit),
