@@ -1,11 +1,11 @@
 #include "tools/engine.h"
 
 #include <fmt/format.h>
+#include <malloc.h>
 #include <pthread.h>
 #include <sched.h>
 
 #include <csignal>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "native/compile.h"
@@ -44,13 +44,13 @@ std::string skipped_text(const runtime::Program& program) {
                      scans);
 }
 
-void add_skipped(const runtime::Program& program, nlohmann::ordered_json& task) {
+std::vector<std::pair<std::string, std::uint64_t>> skipped_counts(const runtime::Program& program) {
   const runtime::SkipCounts* const skipped = program.skipped();
-  if (skipped == nullptr) return;
-  task["groups"] = skipped->groups;
-  task["group_runs"] = skipped->runs.load();
-  task["native_scans"] = skipped->scans.load();
-  task["whole_scans"] = skipped->whole_scans.load();
+  if (skipped == nullptr) return {};
+  return {{"groups", skipped->groups},
+          {"group_runs", skipped->runs.load()},
+          {"native_scans", skipped->scans.load()},
+          {"whole_scans", skipped->whole_scans.load()}};
 }
 
 std::optional<core::Problem> compile_all(runtime::Resource& resource, std::span<const runtime::Evaluate> evaluate) {
@@ -84,6 +84,8 @@ void BackgroundCompiler::run(const std::stop_token& stop) {
           fmt::format("task {} stays with the interpreter: {}", program.task().name, compiled.error().message));
     }
   }
+  // What compiling took is not needed any more.
+  ::malloc_trim(0);
   ended_.store(true, std::memory_order_release);
 }
 

@@ -7,11 +7,11 @@
 #include <CLI/CLI.hpp>
 #include <atomic>
 #include <cstdint>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <span>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "runtime/resource.h"
@@ -37,8 +37,8 @@ std::optional<core::Problem> compile_all(runtime::Resource& resource, std::span<
 
 /// "97 % of 10000 groups left out, 34 of 5000 scans whole", or nothing for a task that executes everything.
 std::string skipped_text(const runtime::Program& program);
-/// The same as members groups, group_runs, native_scans and whole_scans; none for a task that executes everything.
-void add_skipped(const runtime::Program& program, nlohmann::ordered_json& task);
+/// The same as numbers with the names that documents give them; none for a task that executes everything.
+std::vector<std::pair<std::string, std::uint64_t>> skipped_counts(const runtime::Program& program);
 
 /// Compiles the tasks one after the other in a thread of the lowest priority, which takes nothing from anybody. A task
 /// that cannot be compiled stays with the interpreter.

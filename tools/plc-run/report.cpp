@@ -206,7 +206,7 @@ void print_json(const runtime::Resource& resource, const runtime::RealtimeSchedu
     task["engine"] = engine_name(program);
     if (const auto since = program.compiled_since())
       task["native_since_ns"] = std::max<core::TimeNs>(*since - begin_ns, 0);
-    add_skipped(program, task);
+    for (const auto& [name, count] : skipped_counts(program)) task[name] = count;
     task["cycles"] = s.scans.load();
     task["overruns"] = s.overruns.load();
     task["missed"] = s.missed.load();

@@ -71,7 +71,7 @@ class ScanTimes final : public runtime::CycleListener {
     }
   }
   /// {"tasks": [{"name": .., "engine": .., "scans": .., "min_ns": .., "median_ns": .., "p99_ns": ..}]}, and what
-  /// add_skipped() says
+  /// skipped_counts() says
   void print_json(const runtime::Resource& resource, std::ostream& out) const {
     nlohmann::ordered_json document;
     document["tasks"] = nlohmann::ordered_json::array();
@@ -84,7 +84,7 @@ class ScanTimes final : public runtime::CycleListener {
                                    {"min_ns", h.count() ? h.min_ns() : 0},
                                    {"median_ns", h.percentile_ns(0.5)},
                                    {"p99_ns", h.percentile_ns(0.99)}});
-      add_skipped(program, document["tasks"].back());
+      for (const auto& [name, count] : skipped_counts(program)) document["tasks"].back()[name] = count;
     }
     // WHY replace: a name that is no UTF-8 must not spoil the document.
     out << document.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << '\n';
