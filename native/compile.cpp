@@ -441,8 +441,7 @@ class TaskCompiler {
 
   void loop_jump(const Instruction& i) {
     const asmjit::Label over = s_.label();
-    s_.take_loop(i.position, over);
-    s_.jump(target(i.words[1]));
+    s_.loop_back(i.position, target(i.words[1]), over);
     s_.aside([this, over, position = i.position] {
       s_.land(over);
       s_.pass(1, position);

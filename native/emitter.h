@@ -105,8 +105,9 @@ class Emitter : private asmjit::ErrorHandler {
   virtual void jump_if_set(const std::uint8_t& flag, const asmjit::Label& target) = 0;
   /// Jumps to the address that the function called last returned.
   virtual void jump_to_result() = 0;
-  /// Takes one from the loop budget; to `over`, and nothing is taken, when there is none. Notes the place.
-  virtual void take_loop(std::uint32_t position, const asmjit::Label& over) = 0;
+  /// To `head`, and takes one from the loop budget; to `over`, and nothing is taken, when there is none. Notes the
+  /// place, if not in every round.
+  virtual void loop_back(std::uint32_t position, const asmjit::Label& head, const asmjit::Label& over) = 0;
 
   // ---- calls: arguments, of which the last ones first, then the call. Everything in registers is lost.
   virtual void pass(unsigned argument, std::uint64_t value) = 0;
@@ -187,7 +188,7 @@ class Emitter : private asmjit::ErrorHandler {
       std::uint32_t reg = 0;
     };
     std::vector<Variable> variables;
-    std::uint32_t budget = 0;            ///< register of the loop budget
+    std::uint32_t budget = 0;            ///< register of a part of the loop budget that memory has not
     std::optional<std::uint32_t> table;  ///< register that holds the table's address
   };
   std::shared_ptr<const Kept> kept_;  ///< null outside of loops

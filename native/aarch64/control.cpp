@@ -94,13 +94,14 @@ void Assembly::jump_to_result() {
   a.br(a64::x0);
   forget();
 }
-void Assembly::take_loop(std::uint32_t position, const asmjit::Label& over) {
+void Assembly::loop_back(std::uint32_t position, const asmjit::Label& head, const asmjit::Label& over) {
   forget();
   a.ldr(a64::w0, member(machine::kLoopsLeft));
   note_place(position);
   a.cbz(a64::w0, over);
   a.sub(a64::w0, a64::w0, 1);
   a.str(a64::w0, member(machine::kLoopsLeft));
+  jump(head);
 }
 
 void Assembly::pass(unsigned argument, std::uint64_t value) {

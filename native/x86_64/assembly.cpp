@@ -215,7 +215,7 @@ void Assembly::enter_loop(const Loop& loop) {
 
 void Assembly::read_back() {
   if (kept_ == nullptr) return;
-  a.mov(gp(kept_->budget, 4), machine::loops_left());
+  a.xor_(gp(kept_->budget, 4), gp(kept_->budget, 4));
   if (kept_->table) a.lea(gp(*kept_->table, 8), place(0, 0));
   for (const auto& [variable, number] : kept_->variables) {
     const x86::Mem from = place(variable.operand, variable.bytes);
@@ -231,7 +231,7 @@ void Assembly::read_back() {
 
 void Assembly::write_back() {
   if (kept_ == nullptr) return;
-  a.mov(machine::loops_left(), gp(kept_->budget, 4));
+  a.add(machine::loops_left(), gp(kept_->budget, 4));
   for (const auto& [variable, number] : kept_->variables) {
     if (!variable.written) continue;
     const x86::Mem to = place(variable.operand, variable.bytes);

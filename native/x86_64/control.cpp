@@ -10,6 +10,10 @@ namespace {
 /// General registers of arguments.
 constexpr std::array<std::uint32_t, 4> kArguments = {reg::kDi, reg::kSi, reg::kDx, reg::kCx};
 
+/// How much of the loop budget a loop with kept variables takes at a time. Others, who cut loops by setting the rest to
+/// 0, wait for so many rounds at most.
+constexpr std::uint32_t kPortion = 64;
+
 }  // namespace
 
 void Assembly::begin_entry(bool loops) {
@@ -86,15 +90,27 @@ void Assembly::jump_to_result() {
   a.jmp(x86::rax);
   forget();
 }
-void Assembly::take_loop(std::uint32_t position, const asmjit::Label& over) {
+void Assembly::loop_back(std::uint32_t position, const asmjit::Label& head, const asmjit::Label& over) {
   if (kept_ != nullptr) {
-    // Others may have set it to 0 in memory, which stays what it was.
-    note_place(position);
-    a.cmp(machine::loops_left(), 0);
-    a.je(over);
+    const asmjit::Label more = label();
     a.sub(gp(kept_->budget, 4), 1);
-    a.jb(over);
-    return;
+    a.jae(head);
+    a.jmp(more);
+    return aside([this, position, head, over, more, portion = gp(kept_->budget, 4)] {
+      bind(more);
+      note_place(position);
+      a.xor_(portion, portion);
+      a.mov(x86::eax, machine::loops_left());
+      a.test(x86::eax, x86::eax);
+      a.jz(over);
+      a.mov(x86::ecx, kPortion);
+      a.cmp(x86::eax, x86::ecx);
+      a.cmovb(x86::ecx, x86::eax);
+      a.sub(x86::eax, x86::ecx);
+      a.mov(machine::loops_left(), x86::eax);
+      a.lea(portion, x86::ptr(x86::rcx, -1));
+      a.jmp(head);
+    });
   }
   forget();
   a.mov(x86::eax, machine::loops_left());
@@ -102,6 +118,7 @@ void Assembly::take_loop(std::uint32_t position, const asmjit::Label& over) {
   a.sub(x86::eax, 1);
   a.jb(over);
   a.mov(machine::loops_left(), x86::eax);
+  jump(head);
 }
 
 void Assembly::pass(unsigned argument, std::uint64_t value) {
