@@ -59,6 +59,7 @@ std::optional<core::Problem> compile_all(runtime::Resource& resource, std::span<
     if (!compiled) return compiled.error();
     resource.program(task).install(std::move(*compiled));
   }
+  ::malloc_trim(0);
   return std::nullopt;
 }
 
@@ -84,7 +85,6 @@ void BackgroundCompiler::run(const std::stop_token& stop) {
           fmt::format("task {} stays with the interpreter: {}", program.task().name, compiled.error().message));
     }
   }
-  // What compiling took is not needed any more.
   ::malloc_trim(0);
   ended_.store(true, std::memory_order_release);
 }
