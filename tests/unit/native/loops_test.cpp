@@ -1,0 +1,189 @@
+// Loops whose variables lie in registers: which ones there are, and that nobody notices.
+#include "native/loops.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstring>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "native/choice.h"
+#include "tests/support/engines.h"
+#include "tests/support/image_builder.h"
+
+namespace plc::test {
+namespace {
+
+constexpr core::TimeNs kPeriodNs = 10'000'000;
+
+std::unique_ptr<Engines> load(ImageBuilder& b, PouBuilder& main, std::uint32_t budget = 1000) {
+  b.task("Cyclic", kPeriodNs, {main.finish()});
+  std::string problem;
+  auto engines = Engines::load(b.build(), problem, {.loop_budget = budget});
+  EXPECT_NE(engines, nullptr) << problem;
+  return engines;
+}
+
+/// The loops of the program.
+std::vector<native::Loop> loops_of(Engines& engines) {
+  const runtime::LinkedCode& linked = engines[0].program(0).linked();
+  std::vector<native::Loop> found;
+  for (std::size_t i = 0; i < linked.bodies.size(); ++i) {
+    const std::size_t first = linked.bodies[i].first;
+    const std::size_t end = i + 1 < linked.bodies.size() ? linked.bodies[i + 1].first : linked.instructions.size();
+    const auto of_body = native::find_loops(linked.data(), std::span(linked.instructions).subspan(first, end - first));
+    found.insert(found.end(), of_body.begin(), of_body.end());
+  }
+  return found;
+}
+
+/// FOR i := 0 TO last: sum := sum + a[i], and what `inside` adds to it; ARRAY [0..7] OF DINT.
+struct Sum {
+  explicit Sum(std::int32_t last, const std::function<void(Sum&)>& inside = {}) {
+    main.op(Opcode::kMove32, {i, number(0)});
+    head = main.here();
+    main.path(Opcode::kLoadAt, {element, a, array}, {{bytecode::PathStep::kIndex, i}});
+    main.op(Opcode::kAdd32, {sum, sum, element});
+    if (inside) inside(*this);
+    main.op(Opcode::kLtI32, {more, i, number(last)});
+    const std::uint32_t out = main.jump(Opcode::kCondJump, {more});
+    main.op(Opcode::kAdd32, {i, i, number(1)});
+    main.op(Opcode::kLoopJump, {head});
+    main.land(out);
+  }
+  Word number(std::int32_t value) { return b.constant(TypeId::kDint, value); }
+
+  ImageBuilder b;
+  PouBuilder main = b.pou("Main", PouKind::kProgram);
+  std::uint32_t dint = b.type(TypeId::kDint);
+  std::uint32_t array = b.array(dint, 8);
+  Word a = main.variable("a", array);
+  Word sum = main.variable("sum", dint);
+  Word i = main.variable("i", dint);
+  Word element = main.frame("element", dint);
+  Word more = main.frame("more", b.boolean());
+  std::uint32_t head = 0;
+};
+
+TEST(Loops, VariablesAreKeptAndArraysAreNot) {
+  Sum s(7);
+  const auto engines = load(s.b, s.main);
+  const auto loops = loops_of(*engines);
+  ASSERT_EQ(loops.size(), 1u);
+  EXPECT_TRUE(loops[0].has_parts);
+  // sum, i, element, more, and two constants
+  EXPECT_EQ(loops[0].variables.size(), 6u);
+  EXPECT_EQ(std::count_if(loops[0].variables.begin(), loops[0].variables.end(),
+                          [](const native::LoopVariable& v) { return v.written; }),
+            4);
+  EXPECT_TRUE(
+      std::is_sorted(loops[0].variables.begin(), loops[0].variables.end(),
+                     [](const native::LoopVariable& x, const native::LoopVariable& y) { return x.weight > y.weight; }));
+}
+
+TEST(Loops, ElementsOutsideAreEventsAndZero) {
+  Sum s(20);  // 13 indices too far
+  const auto engines = load(s.b, s.main);
+  for (int scan = 0; scan < 3; ++scan) ASSERT_EQ(engines->scan(scan * kPeriodNs), "");
+  EXPECT_EQ((*engines)[1].program(0).event_total(), 3u * 13u);
+}
+
+TEST(Loops, OneThatSomebodyJumpsIntoIsNone) {
+  Sum s(7);
+  // Once more, past the head: from behind the first one, into a second one.
+  const std::uint32_t into = s.main.jump(Opcode::kJump);
+  const std::uint32_t head = s.main.here();
+  s.main.op(Opcode::kAdd32, {s.sum, s.sum, s.number(1)});
+  s.main.land(into);
+  s.main.op(Opcode::kLtI32, {s.more, s.sum, s.number(100)});
+  const std::uint32_t out = s.main.jump(Opcode::kCondJump, {s.more});
+  s.main.op(Opcode::kLoopJump, {head});
+  s.main.land(out);
+  const auto engines = load(s.b, s.main);
+  EXPECT_EQ(loops_of(*engines).size(), 1u);
+  for (int scan = 0; scan < 3; ++scan) ASSERT_EQ(engines->scan(scan * kPeriodNs), "");
+}
+
+TEST(Loops, TheBudgetEndsThemInTheSameRound) {
+  for (const std::uint32_t budget : {1u, 63u, 64u, 65u, 128u, 200u, 1000u}) {
+    Sum s(500);
+    const auto engines = load(s.b, s.main, budget);
+    ASSERT_EQ(engines->scan(0), "") << budget;
+    EXPECT_EQ(engines->fault().kind, budget < 500 ? runtime::FaultKind::kLoopBudget : runtime::FaultKind::kNone)
+        << budget;
+  }
+}
+
+TEST(Loops, OthersCutThemWithinAPortion) {
+  ImageBuilder b;
+  PouBuilder main = b.pou("Main", PouKind::kProgram);
+  const Word n = main.variable("n", b.type(TypeId::kUdint));
+  const std::uint32_t head = main.here();
+  main.op(Opcode::kAdd32, {n, n, b.constant(TypeId::kUdint, std::uint32_t{1})});
+  main.op(Opcode::kLoopJump, {head});
+  const auto engines = load(b, main, 0xffffffffu);
+  runtime::Program& program = (*engines)[1].program(0);
+  std::atomic<bool> ended{false};
+  const std::jthread other([&] {
+    while (!ended) program.cut_loops();
+  });
+  EXPECT_EQ(program.execute({0}).kind, runtime::FaultKind::kLoopBudget);
+  ended = true;
+  std::uint32_t rounds = 0;
+  std::memcpy(&rounds, program.table().data() + program.table().layout().instance, sizeof rounds);
+  EXPECT_LT(rounds, 0xffffffffu);
+}
+
+/// What follows IF element > 3 THEN i2 := i2 + 1 ELSE i2 := i2 - 1 END_IF, and the same with a store.
+TEST(Loops, AChoiceOfIntegersIsMadeWithoutAJump) {
+  const auto with_if = [](bool stores) {
+    return [stores](Sum& s) {
+      s.main.op(Opcode::kGtI32, {s.more, s.element, s.number(3)});
+      const std::uint32_t otherwise = s.main.jump(Opcode::kCondJump, {s.more});
+      s.main.op(Opcode::kAdd32, {s.sum, s.sum, s.number(1)});
+      if (stores) s.main.path(Opcode::kStoreAt, {s.a, s.sum, s.array}, {{bytecode::PathStep::kIndex, s.i}});
+      const std::uint32_t end = s.main.jump(Opcode::kJump);
+      s.main.land(otherwise);
+      s.main.op(Opcode::kSub32, {s.sum, s.sum, s.number(2)});
+      s.main.land(end);
+    };
+  };
+  for (const bool stores : {false, true}) {
+    Sum s(7, with_if(stores));
+    const auto engines = load(s.b, s.main);
+    const runtime::LinkedCode& linked = (*engines)[0].program(0).linked();
+    std::size_t choices = 0;
+    for (std::size_t i = 0; i + 1 < linked.instructions.size(); ++i) {
+      const auto choice = native::choice_at(linked.data(), linked.instructions, i, [&](std::uint32_t position) {
+        return static_cast<std::size_t>(
+            std::count_if(linked.instructions.begin(), linked.instructions.end(), [&](const auto& instruction) {
+              return native::target_of(native::operation_of(instruction.op).form,
+                                       linked.data() + instruction.position) == position;
+            }));
+      });
+      if (!choice || choice->other.first == choice->other.last) continue;
+      ++choices;
+      EXPECT_TRUE(choice->value);
+      EXPECT_EQ(choice->taken.last - choice->taken.first, stores ? 2u : 1u);
+      EXPECT_EQ(choice->other.last - choice->other.first, 1u);
+    }
+    EXPECT_EQ(choices, 1u);
+    for (int scan = 0; scan < 20; ++scan) {
+      for (std::size_t e = 0; e < engines->size(); ++e) {
+        runtime::Program& program = (*engines)[e].program(0);
+        std::byte* const elements = program.table().data() + program.table().layout().instance;
+        for (int k = 0; k < 8; ++k) elements[4 * k] = static_cast<std::byte>((scan * 5 + k * 3) % 8);
+      }
+      ASSERT_EQ(engines->scan(scan * kPeriodNs), "") << scan;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace plc::test
