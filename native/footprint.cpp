@@ -33,9 +33,13 @@ std::uint32_t text_bytes(std::uint32_t capacity, std::uint32_t width) {
   return static_cast<std::uint32_t>(sizeof(core::StringHeader)) + capacity * width;
 }
 
-/// The elements that an index may choose: `index` as in runtime/operations.h, `bytes` of each.
-Range elements(std::uint32_t place, const std::uint32_t* index, unsigned bytes) {
-  const std::uint64_t all = index[1] == 0 ? 0 : std::uint64_t{index[1] - 1} * index[2] + bytes;
+/// The parts that indices may choose: `index` as in runtime/operations.h, `bytes` of each part.
+Range elements(std::uint32_t place, const std::uint32_t* index, std::uint32_t indices, unsigned bytes) {
+  std::uint64_t all = bytes;
+  for (std::uint32_t n = 0; n < indices; ++n, index += runtime::kIndexWords) {
+    if (index[1] == 0) return {place, 0};
+    all += std::uint64_t{index[1] - 1} * index[2];
+  }
   return {place, static_cast<std::uint32_t>(std::min<std::uint64_t>(all, runtime::kRelativeBit))};
 }
 
@@ -117,7 +121,7 @@ Footprint Footprints::of(const LinkedInstruction& instruction) {
     case Form::kLoadElement:
     case Form::kStoreElement: {
       const std::uint32_t* const index = w + 3;
-      const Range array = elements(w[2], index, bytes);
+      const Range array = elements(w[2], index, 1, bytes);
       const bool load = operation.form == Form::kLoadElement;
       f.raises = f.pure = f.writes_known = true;
       f.always_writes = load;
@@ -128,9 +132,8 @@ Footprint Footprints::of(const LinkedInstruction& instruction) {
     }
     case Form::kLoadPath:
     case Form::kStorePath: {
-      // The elements behind the first index contain those behind the others.
       const std::uint32_t* index = w + 5;
-      const Range array = elements(w[2] + w[3], index, index[2]);
+      const Range array = elements(w[2] + w[3], index, w[4], bytes);
       const bool load = operation.form == Form::kLoadPath;
       f.raises = f.pure = f.writes_known = true;
       f.always_writes = load;

@@ -241,11 +241,12 @@ class Finder {
         }
         const std::uint32_t* index = i.words + 5;
         loop.has_parts = loop.has_parts || (i.words[2] & runtime::kRelativeBit) == 0;
-        // From the first index on the elements lie in the one array of that index.
-        variables.read(i.words[2] + i.words[3], std::uint64_t{index[1]} * index[2], Use::kMemory, 0);
+        std::uint64_t parts = bytes;
         for (std::uint32_t n = 0; n < i.words[4]; ++n, index += runtime::kIndexWords) {
+          if (index[1] != 0) parts += std::uint64_t{index[1] - 1} * index[2];
           variables.read(index[0], core::rep_bytes(static_cast<core::Rep>(index[5])), Use::kInteger, weight);
         }
+        variables.read(i.words[2] + i.words[3], parts, Use::kMemory, 0);
         return true;
       }
       case Form::kShortRecords4:

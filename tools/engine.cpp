@@ -85,7 +85,6 @@ void BackgroundCompiler::run(const std::stop_token& stop) {
           fmt::format("task {} stays with the interpreter: {}", program.task().name, compiled.error().message));
     }
   }
-  ::malloc_trim(0);
   ended_.store(true, std::memory_order_release);
 }
 

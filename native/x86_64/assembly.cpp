@@ -164,7 +164,9 @@ void Assembly::load_real(std::uint32_t to, std::uint32_t operand, Type type) {
     return;
   }
   overwrite(to, true);
-  if (f32) {
+  if (const auto from = kept(operand)) {
+    a.emit(f32 ? x86::Inst::kIdMovd : x86::Inst::kIdMovq, value, gp(*from, bytes_of(type)));
+  } else if (f32) {
     a.movss(value, at(operand, 4));
   } else {
     a.movsd(value, at(operand, 8));
