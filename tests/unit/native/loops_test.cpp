@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "native/choice.h"
+#include "native/footprint.h"
 #include "tests/support/engines.h"
 #include "tests/support/image_builder.h"
 
@@ -183,6 +184,33 @@ TEST(Loops, AChoiceOfIntegersIsMadeWithoutAJump) {
       ASSERT_EQ(engines->scan(scan * kPeriodNs), "") << scan;
     }
   }
+}
+
+TEST(Footprint, PartsBehindSeveralIndicesEndWithTheLastOne) {
+  ImageBuilder b;
+  PouBuilder main = b.pou("Main", PouKind::kProgram);
+  const std::uint32_t dint = b.type(TypeId::kDint);
+  const std::uint32_t inner = b.array(dint, 3);
+  const std::uint32_t pair = b.structure("Pair", {{"x", inner}, {"y", inner}});
+  const std::uint32_t outer = b.array(pair, 2);
+  const Word i = main.variable("i", dint);
+  const Word value = main.variable("value", dint);
+  const Word a = main.variable("a", outer);
+  main.path(Opcode::kLoadAt, {value, a, outer},
+            {{bytecode::PathStep::kIndex, i}, {bytecode::PathStep::kField, 1}, {bytecode::PathStep::kIndex, i}});
+  const auto engines = load(b, main);
+  const runtime::LinkedCode& linked = (*engines)[0].program(0).linked();
+  native::Footprints footprints(linked);
+  for (const runtime::LinkedInstruction& instruction : linked.instructions) {
+    if (instruction.op != runtime::ResolvedOp::kLoadPath32) continue;
+    const native::Footprint found = footprints.of(instruction);
+    ASSERT_EQ(found.writes.size(), 1u);
+    ASSERT_EQ(found.reads.size(), 3u);
+    EXPECT_EQ(found.reads[2].begin, found.writes[0].begin + 4 + 12);  // a[0].y[0]
+    EXPECT_EQ(found.reads[2].bytes, 24u + 8u + 4u);                   // to a[1].y[2]
+    return;
+  }
+  FAIL() << "no LoadPath32";
 }
 
 }  // namespace
