@@ -372,6 +372,8 @@ class TaskCompiler {
       case Form::kReturn:
         s_.write_back();
         return s_.leave_body(true);
+      case Form::kStretch:
+        return;
       case Form::kJump:
         return s_.jump(target(w[1]));
       case Form::kJumpUnless:

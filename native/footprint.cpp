@@ -166,6 +166,9 @@ Footprint Footprints::of(const LinkedInstruction& instruction) {
       f.writes_known = true;
       f.target = w[1];
       break;
+    case Form::kStretch:
+      f.pure = f.writes_known = true;
+      break;
     case Form::kReturn:
       f.writes_known = true;
       break;

@@ -177,6 +177,7 @@ class Finder {
     };
     switch (i.operation.form) {
       case Form::kReturn:
+      case Form::kStretch:
       case Form::kJump:
       case Form::kLoopJump:
         return true;

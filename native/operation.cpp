@@ -77,6 +77,7 @@ Operation operation_of(ResolvedOp op) {
   PLC_ONE(Name##I16, form, type) PLC_ONE(Name##I32, form, type) PLC_ONE(Name##Any, form, type)
   switch (op) {
     PLC_ONE(Return, kReturn, kU8)
+    PLC_ONE(Stretch, kStretch, kU8)
     PLC_ONE(Jump, kJump, kU8)
     PLC_ONE(CondJump, kJumpUnless, kU8)
     PLC_ONE(JumpIf, kJumpIf, kU8)
@@ -178,6 +179,10 @@ Operation operation_of(ResolvedOp op) {
     case ResolvedOp::kQueueCount:
     case ResolvedOp::kQueueSpace:
     case ResolvedOp::kCount:
+    // In arranged code only, which is the interpreter's.
+    case ResolvedOp::kValueRun:
+    case ResolvedOp::kBlockRun:
+    case ResolvedOp::kBoolRun2:
       break;
   }
   return {};

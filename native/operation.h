@@ -19,6 +19,7 @@ bool is_real(Type type);
 enum class Form : std::uint8_t {
   kInterpreted,  ///< runs in the interpreter
   kReturn,
+  kStretch,  ///< for the interpreter alone: does nothing
   kJump,
   kJumpUnless,
   kJumpIf,

@@ -53,7 +53,8 @@ inline void run_short(std::uint8_t* window, const std::uint32_t* records, std::u
     };
     constexpr std::size_t kIn = offsetof(ShortRecord, in);
     // The sums become lea instructions; ORs of shifts would be twice as many.
-    std::uint32_t index = bool_at(kIn) + 2 * bool_at(kIn + 2) + 4 * (bool_at(kIn + 4) + 2 * bool_at(kIn + 6));
+    std::uint32_t index = bool_at(kIn) + 2 * bool_at(kIn + 2);
+    if constexpr (kInputs >= 4) index += 4 * (bool_at(kIn + 4) + 2 * bool_at(kIn + 6));
     if constexpr (kInputs == 5) index += 16 * bool_at(kIn + 8);
     const auto truth = load_field<std::uint32_t>(at + offsetof(ShortRecord, truth));
     window[load_field<std::uint16_t>(at + offsetof(ShortRecord, out))] =

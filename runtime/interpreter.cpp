@@ -8,6 +8,7 @@
 #include "runtime/handle.h"
 #include "runtime/memory/queue.h"
 #include "runtime/operations.h"
+#include "runtime/value_runs.h"
 #include "stdlib/arithmetic.h"
 
 // Labels as values and computed goto are extensions of both compilers; a switch would funnel every dispatch through one
@@ -128,33 +129,6 @@ PLC_ONE_COPY bool interpret(Machine& m, const std::uint32_t* pc, std::uint32_t i
       raise(m, pc, event);                         \
     PLC_NEXT(4);                                   \
   }
-// Families, as in opcodes.def.
-#define PLC_INTS(Name, expression)                               \
-  PLC_BINARY(Name##8, std::uint8_t, std::uint8_t, expression)    \
-  PLC_BINARY(Name##16, std::uint16_t, std::uint16_t, expression) \
-  PLC_BINARY(Name##32, std::uint32_t, std::uint32_t, expression) \
-  PLC_BINARY(Name##64, std::uint64_t, std::uint64_t, expression)
-#define PLC_REALS(Name, expression)               \
-  PLC_BINARY(Name##F32, float, float, expression) \
-  PLC_BINARY(Name##F64, double, double, expression)
-#define PLC_EQUALS(Name, expression)                            \
-  PLC_BINARY(Name##8, std::uint8_t, std::uint8_t, expression)   \
-  PLC_BINARY(Name##16, std::uint16_t, std::uint8_t, expression) \
-  PLC_BINARY(Name##32, std::uint32_t, std::uint8_t, expression) \
-  PLC_BINARY(Name##64, std::uint64_t, std::uint8_t, expression) \
-  PLC_BINARY(Name##F32, float, std::uint8_t, expression)        \
-  PLC_BINARY(Name##F64, double, std::uint8_t, expression)
-#define PLC_ORDERS(Name, expression)                             \
-  PLC_BINARY(Name##I8, std::int8_t, std::uint8_t, expression)    \
-  PLC_BINARY(Name##U8, std::uint8_t, std::uint8_t, expression)   \
-  PLC_BINARY(Name##I16, std::int16_t, std::uint8_t, expression)  \
-  PLC_BINARY(Name##U16, std::uint16_t, std::uint8_t, expression) \
-  PLC_BINARY(Name##I32, std::int32_t, std::uint8_t, expression)  \
-  PLC_BINARY(Name##U32, std::uint32_t, std::uint8_t, expression) \
-  PLC_BINARY(Name##I64, std::int64_t, std::uint8_t, expression)  \
-  PLC_BINARY(Name##U64, std::uint64_t, std::uint8_t, expression) \
-  PLC_BINARY(Name##F32, float, std::uint8_t, expression)         \
-  PLC_BINARY(Name##F64, double, std::uint8_t, expression)
 #define PLC_INTEGER_TYPES(Macro, Name)                                                               \
   Macro(Name##I8, std::int8_t) Macro(Name##U8, std::uint8_t) Macro(Name##I16, std::int16_t)          \
       Macro(Name##U16, std::uint16_t) Macro(Name##I32, std::int32_t) Macro(Name##U32, std::uint32_t) \
@@ -222,7 +196,6 @@ PLC_ONE_COPY bool interpret(Machine& m, const std::uint32_t* pc, std::uint32_t i
   PLC_INDICES(Macro, Name##8, std::uint8_t)   \
   PLC_INDICES(Macro, Name##16, std::uint16_t) \
   PLC_INDICES(Macro, Name##32, std::uint32_t) PLC_INDICES(Macro, Name##64, std::uint64_t)
-#define PLC_MODULO(Name, T) PLC_BINARY(Name, T, T, stdlib::mod_wrap(a, b))
 
   PLC_NEXT(0);
 
@@ -230,6 +203,10 @@ PLC_ONE_COPY bool interpret(Machine& m, const std::uint32_t* pc, std::uint32_t i
 op_Return:
   return true;
 op_Jump : {
+  pc = code + pc[1];
+  PLC_NEXT(0);
+}
+op_Stretch : {
   pc = code + pc[1];
   PLC_NEXT(0);
 }
@@ -283,6 +260,13 @@ op_Copy : {
 }
 
   // ---- boolean logic as data
+op_BoolRun2 : {
+  const std::uint32_t count = pc[1];
+  const std::uint32_t* const records = code + pc[3];
+  run_short<2>(bytes_at(pc[2]), records, count);
+  pc = records + std::size_t{count} * kShortRecordWords;
+  PLC_NEXT(0);
+}
 op_BoolRun4 : {
   const std::uint32_t count = pc[1];
   const std::uint32_t* const records = code + pc[3];
@@ -309,6 +293,17 @@ op_BoolRun : {
 op_RunTb : {
   load_pointer<stdlib::Step>(pc + 1)(at(pc[3]), m.step);
   PLC_NEXT(4);
+}
+op_ValueRun : {
+  pc = load_pointer<ValueRun>(pc + 1)(table, instance, pc + 4, pc[3]);
+  PLC_NEXT(0);
+}
+op_BlockRun : {
+  const auto step = load_pointer<stdlib::Step>(pc + 1);
+  const std::uint32_t* place = pc + 4;
+  for (const std::uint32_t* const end = place + pc[3]; place != end; ++place) step(at(*place), m.step);
+  pc = place;
+  PLC_NEXT(0);
 }
 op_RunTaskblock : {
   m.place.store(static_cast<std::uint32_t>(pc - code), std::memory_order_relaxed);
@@ -514,25 +509,9 @@ op_CallVia : {
 }
 
   // ---- arithmetic, comparison, bit strings
-  PLC_INTS(Add, stdlib::add(a, b))
-  PLC_REALS(Add, stdlib::add(a, b))
-  PLC_INTS(Sub, stdlib::sub(a, b))
-  PLC_REALS(Sub, stdlib::sub(a, b))
-  PLC_INTS(Mul, stdlib::mul(a, b))
-  PLC_REALS(Mul, stdlib::mul(a, b))
+#define PLC_BINARY_OP(Name, T, Result, expression) PLC_BINARY(Name, T, Result, expression)
+#include "runtime/binary_ops.def"
   PLC_INTEGER_TYPES(PLC_DIVISION, Div)
-  PLC_REALS(Div, stdlib::canonical(a / b))
-  PLC_INTEGER_TYPES(PLC_MODULO, Mod)
-  PLC_BINARY(SameRef, std::uint64_t, std::uint8_t, a == b)
-  PLC_EQUALS(Eq, a == b)
-  PLC_EQUALS(Ne, a != b)
-  PLC_ORDERS(Lt, a < b)
-  PLC_ORDERS(Le, a <= b)
-  PLC_ORDERS(Gt, a > b)
-  PLC_ORDERS(Ge, a >= b)
-  PLC_INTS(And, a & b)
-  PLC_INTS(Or, a | b)
-  PLC_INTS(Xor, a ^ b)
 
   // ---- parts of integers and bit strings, subranges
 op_Extract : {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "bytecode/type_map.h"
+#include "runtime/arrange.h"
 #include "runtime/bindings.h"
 #include "runtime/decoded.h"
 #include "runtime/handle.h"
@@ -16,6 +17,7 @@
 #include "runtime/link_path.h"
 #include "runtime/operations.h"
 #include "runtime/taskblocks.h"
+#include "runtime/value_runs.h"
 #include "stdlib/library.h"
 
 namespace plc::runtime {
@@ -53,6 +55,7 @@ class Linker {
     }
     if (problem_) return *problem_;
     for (const auto& [position, callee] : call_patches_) stream_[position] = entries_[callee];
+    arrange(stream_, result_, layout_.scratch);
     result_.words = TableMemory(stream_.size() * sizeof(std::uint32_t));
     std::memcpy(result_.words.data(), stream_.data(), stream_.size() * sizeof(std::uint32_t));
     result_.entry = entries_[body];
@@ -70,10 +73,15 @@ class Linker {
   [[nodiscard]] std::uint32_t position() const { return static_cast<std::uint32_t>(stream_.size()); }
   void put(std::uint32_t word) { stream_.push_back(word); }
   void put_operand(std::uint32_t operand) { put(resolve(operand)); }
-  void put_handler(ResolvedOp op) {
+  /// The next instruction is one of these.
+  ResolvedOp note(ResolvedOp op) {
     result_.instructions.push_back({position(), op});
-    put(handlers_[bindings_.addressing(pou_) == Addressing::kFixed ? 0 : 1][static_cast<std::size_t>(op)]);
+    return op;
   }
+  [[nodiscard]] std::uint32_t handler(ResolvedOp op) const {
+    return handlers_[bindings_.addressing(pou_) == Addressing::kFixed ? 0 : 1][static_cast<std::size_t>(op)];
+  }
+  void put_handler(ResolvedOp op) { put(handler(note(op))); }
   template <class T>
   void put_pointer(T pointer) {
     std::uint32_t words[2];
@@ -135,10 +143,15 @@ class Linker {
     entries_[pou] = position();
     result_.bodies.push_back(
         {pou, bindings_.addressing(pou), position(), static_cast<std::uint32_t>(result_.instructions.size())});
+    std::uint32_t stretch_end = 0;
     for (std::uint32_t word = 0; word < source.code.size();) {
       Decoded d = decode(source.code, word);
       positions[word] = position();
       result_.marks.push_back({position(), pou, word});
+      if (word >= stretch_end) {
+        end_stretch();
+        stretch_end = begin_stretch(source, is_target, word);
+      }
       if (d.opcode == Opcode::kBoolRun) {
         // Runs that follow each other are one run, unless somebody jumps between them.
         std::vector<GeneralRecord> records;
@@ -160,7 +173,40 @@ class Linker {
         word = d.next;
       }
     }
+    end_stretch();
     for (const auto& [at, word] : jump_patches_) stream_[at] = positions[word];
+  }
+
+  // ---- straight code (arrange.h)
+
+  /// What is shorter is not worth a jump.
+  static constexpr std::size_t kLeastStretch = 12;
+
+  /// Marks the straight code that begins at `word`, if there is enough. Returns the word behind it.
+  std::uint32_t begin_stretch(const ImagePou& source, const std::vector<std::uint8_t>& is_target, std::uint32_t word) {
+    std::size_t count = 0;
+    std::uint32_t end = word;
+    while (end < source.code.size() && (end == word || is_target[end] == 0)) {
+      const Decoded d = decode(source.code, end);
+      if (!may_be_arranged(d.opcode)) break;
+      count += d.opcode == Opcode::kBoolRun ? d.items : 1;
+      end = d.next;
+    }
+    if (count < kLeastStretch) return end;
+    const std::uint32_t at = position();
+    put_handler(ResolvedOp::kStretch);
+    put(at + 2);
+    result_.stretches.push_back({bindings_.addressing(pou_), at, 0, result_.instructions.size()});
+    in_stretch_ = true;
+    return end;
+  }
+  void end_stretch() {
+    if (std::exchange(in_stretch_, false)) result_.stretches.back().end = position();
+  }
+  /// A first look, without what the operands are.
+  static bool may_be_arranged(Opcode opcode) {
+    return opcode == Opcode::kBoolRun || opcode == Opcode::kRunTb || opcode == Opcode::kCallStd ||
+           value_op(static_cast<ResolvedOp>(opcode)) != nullptr;
   }
 
   struct FusedJump {
@@ -199,33 +245,21 @@ class Linker {
   }
 
   void put_records(const std::vector<GeneralRecord>& records) {
+    auto& report = result_.report;
+    const bool fixed = bindings_.addressing(pou_) == Addressing::kFixed;
     for (const BoolSegment& segment : cut_into_segments(records)) {
-      const std::span<const GeneralRecord> part = std::span(records).subspan(segment.first, segment.count);
-      if (segment.form == BoolSegment::Form::kGeneral) {
-        put_handler(ResolvedOp::kBoolRun);
-        put(segment.count);
-        const std::size_t at = stream_.size();
-        stream_.resize(at + part.size() * kGeneralRecordWords);
-        std::memcpy(stream_.data() + at, part.data(), part.size_bytes());
-        auto& report = result_.report;
-        (bindings_.addressing(pou_) == Addressing::kFixed ? report.wide_records : report.mixed_records) +=
-            segment.count;
-        continue;
-      }
-      const bool four = segment.form == BoolSegment::Form::kShort4;
-      put_handler(four ? ResolvedOp::kBoolRun4 : ResolvedOp::kBoolRun5);
-      put(segment.count);
-      put(segment.window);
-      // A record must not lie across two cache lines.
-      const std::uint32_t first = (position() + 1 + kShortRecordWords - 1) / kShortRecordWords * kShortRecordWords;
-      put(first);
-      stream_.resize(first + part.size() * kShortRecordWords, 0);
-      for (std::size_t i = 0; i < part.size(); ++i) {
-        const ShortRecord record = shorten(part[i], segment.window);
-        std::memcpy(stream_.data() + first + i * kShortRecordWords, &record, sizeof record);
-      }
-      (four ? result_.report.short4_records : result_.report.short5_records) += segment.count;
+      const auto part = std::span(records).subspan(segment.first, segment.count);
+      append_segment(stream_, handler(note(op_of(segment.form))), segment, part);
+      (segment.form == BoolSegment::Form::kShort4   ? report.short4_records
+       : segment.form == BoolSegment::Form::kShort5 ? report.short5_records
+       : fixed                                      ? report.wide_records
+                                                    : report.mixed_records) += segment.count;
     }
+  }
+  static ResolvedOp op_of(BoolSegment::Form form) {
+    return form == BoolSegment::Form::kShort4   ? ResolvedOp::kBoolRun4
+           : form == BoolSegment::Form::kShort5 ? ResolvedOp::kBoolRun5
+                                                : ResolvedOp::kBoolRun;
   }
 
   void put_instruction(const Decoded& d) {
@@ -544,6 +578,7 @@ class Linker {
   std::map<std::uint32_t, const std::byte*> zeros_;
   std::optional<core::Problem> problem_;
   std::uint32_t pou_ = 0;
+  bool in_stretch_ = false;
   LinkedCode result_;
 };
 

@@ -48,11 +48,20 @@ struct LinkedBody {
   std::uint32_t first = 0;  ///< into LinkedCode::instructions
 };
 
+/// Code that nobody jumps into, from a STRETCH on (arrange.h).
+struct LinkedStretch {
+  Addressing addressing = Addressing::kFixed;
+  std::uint32_t position = 0;  ///< of the STRETCH
+  std::uint32_t end = 0;       ///< behind its last instruction
+  std::size_t first = 0;       ///< the instruction behind the STRETCH, into LinkedCode::instructions
+};
+
 struct LinkedCode {
   TableMemory words;  ///< 64-byte aligned, so that records lie as the linker placed them
   std::vector<CodeMark> marks;
   std::vector<LinkedInstruction> instructions;          ///< ascending positions
   std::vector<LinkedBody> bodies;                       ///< in the order of the code
+  std::vector<LinkedStretch> stretches;                 ///< ascending positions
   std::uint32_t entry = 0;                              ///< of the task's body
   std::vector<std::unique_ptr<std::byte[]>> constants;  ///< zeros of types, pointed into by the code
   Program::LinkReport report;

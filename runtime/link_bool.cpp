@@ -1,6 +1,7 @@
 #include "runtime/link_bool.h"
 
 #include <algorithm>
+#include <cstring>
 
 #include "runtime/interpreter.h"
 
@@ -106,6 +107,27 @@ ShortRecord shorten(const GeneralRecord& record, std::uint32_t window) {
   s.out = static_cast<std::uint16_t>(record.out - window);
   for (std::size_t i = 0; i < 5; ++i) s.in[i] = static_cast<std::uint16_t>(record.in[i] - window);
   return s;
+}
+
+void append_segment(std::vector<std::uint32_t>& words, std::uint32_t handler, const BoolSegment& segment,
+                    std::span<const GeneralRecord> records) {
+  words.push_back(handler);
+  words.push_back(segment.count);
+  if (segment.form == BoolSegment::Form::kGeneral) {
+    const std::size_t at = words.size();
+    words.resize(at + records.size() * kGeneralRecordWords);
+    std::memcpy(words.data() + at, records.data(), records.size_bytes());
+    return;
+  }
+  words.push_back(segment.window);
+  // A record must not lie across two cache lines.
+  const std::size_t first = (words.size() + 1 + kShortRecordWords - 1) / kShortRecordWords * kShortRecordWords;
+  words.push_back(static_cast<std::uint32_t>(first));
+  words.resize(first + records.size() * kShortRecordWords, 0);
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    const ShortRecord record = shorten(records[i], segment.window);
+    std::memcpy(words.data() + first + i * kShortRecordWords, &record, sizeof record);
+  }
 }
 
 }  // namespace plc::runtime

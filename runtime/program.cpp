@@ -98,7 +98,7 @@ core::Result<std::unique_ptr<Program>> Program::link(const bytecode::VerifiedIma
   std::vector<std::uint8_t> reached(image.pous.size(), 0);
   for (const std::uint32_t pou : pous) reached[pou] = 1;
   TaskLayout layout = lay_out(image, entry.body, reached);
-  if (layout.total >= kRelativeBit) {
+  if (layout.total + kScratchBytes >= kRelativeBit) {
     return core::Problem{core::Code::P9001,
                          "memory of task \"" + entry.name + "\" would take " + std::to_string(layout.total) + " bytes",
                          "at most 2 GiB can be addressed; make arrays smaller or split the project"};

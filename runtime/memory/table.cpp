@@ -76,11 +76,12 @@ TaskLayout lay_out(const bytecode::Image& image, std::uint32_t body, std::span<c
     if (reached[i] != 0) layout.frames[i] = part(image.pous[i].frame_initial.size());
   }
   layout.total = next;
+  layout.scratch = static_cast<std::uint32_t>(next);
   return layout;
 }
 
 TaskTable::TaskTable(const bytecode::Image& image, std::uint32_t body, TaskLayout layout, bool huge_pages)
-    : layout_(std::move(layout)), memory_(layout_.total, huge_pages) {
+    : layout_(std::move(layout)), memory_(layout_.total + kScratchBytes, huge_pages) {
   reset(image, body);
 }
 

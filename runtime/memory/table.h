@@ -40,14 +40,18 @@ class TableMemory {
   std::size_t mapped_ = 0;
 };
 
+/// Of the memory behind each table in which the interpreter keeps values that are overwritten in the same scan.
+inline constexpr std::size_t kScratchBytes = 16 * 1024;
+
 /// Byte offsets of the parts of one task's table.
 struct TaskLayout {
   static constexpr std::uint32_t kAbsent = 0xffffffffu;
   std::uint32_t global_bytes = 0;  ///< the copy of the global table is at offset 0
   std::uint32_t constants = 0;
   std::uint32_t instance = 0;
+  std::uint32_t scratch = 0;  ///< kScratchBytes for values inside a scan, behind the table
   std::vector<std::uint32_t> frames;  ///< per POU of the image; kAbsent when the task cannot reach it
-  std::uint64_t total = 0;            ///< may exceed what can be addressed: link refuses that
+  std::uint64_t total = 0;            ///< without scratch; may exceed what can be addressed: link refuses that
 };
 /// Lays out the table of a task whose body is `body` and which reaches the POUs marked in `reached`.
 TaskLayout lay_out(const bytecode::Image& image, std::uint32_t body, std::span<const std::uint8_t> reached);

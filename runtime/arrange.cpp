@@ -1,0 +1,425 @@
+#include "runtime/arrange.h"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <deque>
+#include <map>
+#include <unordered_map>
+#include <utility>
+
+#include "runtime/bool_run.h"
+#include "runtime/link_bool.h"
+#include "runtime/operations.h"
+#include "runtime/value_runs.h"
+#include "stdlib/library.h"
+
+namespace plc::runtime {
+namespace {
+
+/// Instructions that are arranged at once: scratch memory bounds it, and the compile time of what is quadratic.
+constexpr std::size_t kMostItems = kScratchBytes / sizeof(std::uint64_t);
+/// Boolean records with fewer inputs join those with more when no more than these are ready.
+constexpr std::size_t kFewRecords = 8;
+
+constexpr std::uint32_t kLiveIn = 0xffffffffu;
+
+/// What is executed by one loop: boolean records by their number of inputs, blocks of one type, instructions of one
+/// opcode.
+struct Kind {
+  enum class Form : std::uint8_t { kRecords, kBlocks, kValues } form = Form::kValues;
+  std::uint64_t what = 0;  ///< inputs; the step; ResolvedOp
+  friend auto operator<=>(const Kind&, const Kind&) = default;
+};
+
+/// One instruction, or one record of boolean logic.
+struct Item {
+  std::uint32_t kind = 0;               ///< into kinds
+  std::uint32_t truth = 0;              ///< of a record
+  std::uint8_t inputs = 0;              ///< operands behind the first
+  std::array<std::uint32_t, 6> operand{};  ///< out, inputs; of a block, its place
+  std::array<std::uint32_t, 6> bytes{};
+};
+
+/// Loops for two, four and five inputs: the fewer, the fewer loads.
+std::uint32_t inputs_of(std::uint32_t truth) {
+  if (!ignores_last_input(truth)) return 5;
+  const auto ignores = [truth](std::uint32_t mask, unsigned shift) { return ((truth >> shift ^ truth) & mask) == 0; };
+  return ignores(0x00ff, 8) && ignores(0x0f0f, 4) ? 2 : 4;
+}
+
+class Arranger {
+ public:
+  Arranger(std::vector<std::uint32_t>& words, LinkedCode& code, std::uint32_t scratch)
+      : words_(words), code_(code), scratch_(scratch) {
+    for (const stdlib::BlockSpec& block : stdlib::blocks()) {
+      block_bytes_.emplace(reinterpret_cast<std::uint64_t>(block.step), block.size);
+    }
+  }
+
+  void arrange(const LinkedStretch& stretch) {
+    addressing_ = stretch.addressing;
+    const auto start = static_cast<std::uint32_t>(words_.size());
+    std::size_t switches = 0;
+    runs_ = 0;
+    items_.clear();
+    std::uint32_t kind = kLiveIn;
+    const auto close = [&] {
+      arrange_items();
+      items_.clear();
+    };
+    const auto add = [&](Item item) {
+      if (item.kind != kind) ++switches;
+      kind = item.kind;
+      if (items_.size() == kMostItems) close();
+      items_.push_back(item);
+    };
+    std::uint32_t end = stretch.end;
+    for (std::size_t i = stretch.first; i < code_.instructions.size(); ++i) {
+      const LinkedInstruction& instruction = code_.instructions[i];
+      if (instruction.position >= stretch.end) break;
+      if (!read(instruction, add)) {
+        end = instruction.position;
+        break;
+      }
+    }
+    close();
+    if (runs_ * 4 > switches * 3) {
+      words_.resize(start);
+      return;
+    }
+    put_handler(ResolvedOp::kJump);
+    words_.push_back(end);
+    words_[stretch.position + 1] = start;
+  }
+
+ private:
+  // ---- reading
+
+  std::uint32_t kind_number(Kind kind) {
+    const auto [at, is_new] = kind_numbers_.try_emplace(kind, static_cast<std::uint32_t>(kinds_.size()));
+    if (is_new) kinds_.push_back(kind);
+    return at->second;
+  }
+
+  /// False when it is not one that can be arranged.
+  template <class Add>
+  bool read(const LinkedInstruction& instruction, Add add) {
+    // A copy: arranging what is there already makes the code longer.
+    const std::uint32_t position = instruction.position;
+    const auto word = [&](std::uint32_t i) { return words_[position + i]; };
+    switch (instruction.op) {
+      case ResolvedOp::kBoolRun4:
+      case ResolvedOp::kBoolRun5: {
+        const std::uint32_t count = word(1), window = word(2), records = word(3);
+        for (std::uint32_t r = 0; r < count; ++r) {
+          const auto record = load_field<ShortRecord>(
+              reinterpret_cast<const unsigned char*>(words_.data() + records + std::size_t{r} * kShortRecordWords));
+          std::array<std::uint32_t, 5> in{};
+          for (std::size_t k = 0; k < in.size(); ++k) in[k] = window + record.in[k];
+          add(record_item(record.truth, window + record.out, in));
+        }
+        return true;
+      }
+      case ResolvedOp::kBoolRun: {
+        const std::uint32_t count = word(1);
+        for (std::uint32_t r = 0; r < count; ++r) {
+          const auto record = load<GeneralRecord>(words_.data() + position + 2 + std::size_t{r} * kGeneralRecordWords);
+          add(record_item(record.truth, record.out, std::to_array(record.in)));
+        }
+        return true;
+      }
+      case ResolvedOp::kRunTb: {
+        const auto step = load<std::uint64_t>(words_.data() + position + 1);
+        const auto block = block_bytes_.find(step);
+        if (block == block_bytes_.end()) return false;
+        Item item;
+        item.kind = kind_number({Kind::Form::kBlocks, step});
+        item.operand[0] = word(3);
+        item.bytes[0] = block->second;
+        add(item);
+        return true;
+      }
+      default: {
+        const ValueOp* const op = value_op(instruction.op);
+        if (op == nullptr) return false;
+        Item item;
+        item.kind = kind_number({Kind::Form::kValues, static_cast<std::uint64_t>(instruction.op)});
+        item.inputs = op->inputs;
+        for (std::uint32_t i = 0; i <= op->inputs; ++i) {
+          item.operand[i] = word(op->first + i);
+          item.bytes[i] = i == 0 ? op->out_bytes : op->in_bytes[i - 1];
+        }
+        add(item);
+        return true;
+      }
+    }
+  }
+  Item record_item(std::uint32_t truth, std::uint32_t out, const std::array<std::uint32_t, 5>& in) {
+    Item item;
+    const std::uint32_t inputs = inputs_of(truth);
+    item.kind = kind_number({Kind::Form::kRecords, inputs});
+    item.truth = truth;
+    item.inputs = static_cast<std::uint8_t>(inputs);
+    item.operand[0] = out;
+    std::copy_n(in.begin(), inputs, item.operand.begin() + 1);
+    item.bytes.fill(1);
+    return item;
+  }
+  [[nodiscard]] bool is(const Item& item, Kind::Form form) const { return kinds_[item.kind].form == form; }
+
+  // ---- who waits for whom
+
+  /// Bytes that are always used together, numbered by address.
+  void find_cells() {
+    bounds_.clear();
+    for (const Item& item : items_) {
+      for (std::size_t i = 0; i <= item.inputs; ++i) {
+        bounds_.push_back(item.operand[i]);
+        bounds_.push_back(item.operand[i] + item.bytes[i]);
+      }
+    }
+    std::sort(bounds_.begin(), bounds_.end());
+    bounds_.erase(std::unique(bounds_.begin(), bounds_.end()), bounds_.end());
+  }
+  [[nodiscard]] std::size_t cell_at(std::uint32_t operand) const {
+    return static_cast<std::size_t>(std::lower_bound(bounds_.begin(), bounds_.end(), operand) - bounds_.begin());
+  }
+  template <class Visit>
+  void for_cells(const Item& item, std::size_t operand, Visit visit) const {
+    for (std::size_t c = cell_at(item.operand[operand]); bounds_[c] != item.operand[operand] + item.bytes[operand]; ++c) {
+      visit(c);
+    }
+  }
+  [[nodiscard]] bool is_one_cell(const Item& item, std::size_t operand) const {
+    return bounds_[cell_at(item.operand[operand]) + 1] == item.operand[operand] + item.bytes[operand];
+  }
+
+  /// Values that somebody overwrites behind their last reader, if they and all their readers are operands of their own:
+  /// those move to scratch memory.
+  void find_moving() {
+    const auto count = static_cast<std::uint32_t>(items_.size());
+    moves_.assign(count, 0);
+    definition_.assign(std::size_t{count} * 6, kLiveIn);
+    std::vector<std::uint32_t> last(bounds_.size(), kLiveIn);  // writer, by cell
+    std::vector<std::uint8_t> fixed(count, 0);
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const Item& item = items_[i];
+      const bool block = is(item, Kind::Form::kBlocks);
+      for (std::size_t in = block ? 0 : 1; in <= item.inputs; ++in) {
+        const bool whole = !block && is_one_cell(item, in);
+        for_cells(item, in, [&](std::size_t c) {
+          if (last[c] == kLiveIn) return;
+          if (whole) {
+            definition_[std::size_t{i} * 6 + in] = last[c];
+          } else {
+            fixed[last[c]] = 1;
+          }
+        });
+      }
+      if (block || !is_one_cell(item, 0)) fixed[i] = 1;
+      for_cells(item, 0, [&](std::size_t c) {
+        if (last[c] != kLiveIn) moves_[last[c]] = 1;
+        last[c] = i;
+      });
+    }
+    for (std::uint32_t i = 0; i < count; ++i) {
+      if (fixed[i] != 0) moves_[i] = 0;
+    }
+  }
+
+  void find_edges() {
+    edges_.clear();
+    waits_.assign(items_.size(), 0);
+    const auto edge = [this](std::uint32_t from, std::uint32_t to) {
+      if (from == kLiveIn || from == to) return;
+      edges_.emplace_back(from, to);
+      ++waits_[to];
+    };
+    std::vector<std::uint32_t> writer(bounds_.size(), kLiveIn);  // of those that do not move
+    std::vector<std::vector<std::uint32_t>> readers(bounds_.size());
+    for (std::uint32_t i = 0; i < items_.size(); ++i) {
+      const Item& item = items_[i];
+      const bool block = is(item, Kind::Form::kBlocks);
+      for (std::size_t in = block ? 0 : 1; in <= item.inputs; ++in) {
+        const std::uint32_t definition = definition_[std::size_t{i} * 6 + in];
+        if (definition != kLiveIn && moves_[definition] != 0) {
+          edge(definition, i);
+          continue;
+        }
+        for_cells(item, in, [&](std::size_t c) {
+          edge(writer[c], i);
+          readers[c].push_back(i);
+        });
+      }
+      if (moves_[i] != 0) continue;
+      for_cells(item, 0, [&](std::size_t c) {
+        edge(writer[c], i);
+        for (const std::uint32_t reader : readers[c]) edge(reader, i);
+        readers[c].clear();
+        writer[c] = i;
+      });
+    }
+    std::sort(edges_.begin(), edges_.end());
+  }
+
+  // ---- order
+
+  void arrange_items() {
+    if (items_.empty()) return;
+    find_cells();
+    find_moving();
+    find_edges();
+    ready_.assign(kinds_.size(), {});
+    free_.clear();
+    slots_ = 0;
+    slot_of_.assign(items_.size(), 0);
+    uses_.assign(items_.size(), 0);
+    for (std::uint32_t i = 0; i < items_.size(); ++i) {
+      for (std::size_t in = 1; in <= items_[i].inputs; ++in) {
+        const std::uint32_t definition = definition_[std::size_t{i} * 6 + in];
+        if (definition != kLiveIn) ++uses_[definition];
+      }
+    }
+    left_ = items_.size();
+    for (std::uint32_t i = 0; i < items_.size(); ++i) {
+      if (waits_[i] == 0) ready_[items_[i].kind].push_back(i);
+    }
+    std::vector<std::uint32_t> run;
+    while (left_ != 0) {
+      const std::uint32_t kind = best_kind();
+      run.clear();
+      for (bool more = true; more;) {
+        more = drain(kind, run);
+        if (kinds_[kind].form != Kind::Form::kRecords) continue;
+        for (std::uint32_t other = 0; other < ready_.size(); ++other) {
+          if (kinds_[other].form == Kind::Form::kRecords && kinds_[other].what < kinds_[kind].what &&
+              ready_[other].size() <= kFewRecords) {
+            more = drain(other, run) || more;
+          }
+        }
+      }
+      put_run(kinds_[kind], run);
+      ++runs_;
+    }
+  }
+  /// The one with most instructions that wait for nobody.
+  [[nodiscard]] std::uint32_t best_kind() const {
+    const auto best = std::max_element(ready_.begin(), ready_.end(),
+                                       [](const auto& x, const auto& y) { return x.size() < y.size(); });
+    return static_cast<std::uint32_t>(best - ready_.begin());
+  }
+  bool drain(std::uint32_t kind, std::vector<std::uint32_t>& run) {
+    if (ready_[kind].empty()) return false;
+    while (!ready_[kind].empty()) {
+      const std::uint32_t item = ready_[kind].front();
+      ready_[kind].pop_front();
+      run.push_back(item);
+      --left_;
+      const auto first = std::lower_bound(edges_.begin(), edges_.end(), std::pair{item, 0u});
+      for (auto edge = first; edge != edges_.end() && edge->first == item; ++edge) {
+        if (--waits_[edge->second] == 0) ready_[items_[edge->second].kind].push_back(edge->second);
+      }
+    }
+    return true;
+  }
+
+  // ---- writing
+
+  void put_handler(ResolvedOp op) { words_.push_back(handler_word(addressing_, op)); }
+
+  /// The item with its operands where its values are now.
+  Item placed(std::uint32_t number) {
+    Item item = items_[number];
+    for (std::size_t in = 1; in <= item.inputs; ++in) {
+      const std::uint32_t definition = definition_[std::size_t{number} * 6 + in];
+      if (definition == kLiveIn || moves_[definition] == 0) continue;
+      item.operand[in] = scratch_ + slot_of_[definition] * static_cast<std::uint32_t>(sizeof(std::uint64_t));
+      if (--uses_[definition] == 0) free_.push_back(slot_of_[definition]);
+    }
+    if (moves_[number] != 0) {
+      if (free_.empty()) free_.push_back(slots_++);
+      slot_of_[number] = free_.back();
+      item.operand[0] = scratch_ + free_.back() * static_cast<std::uint32_t>(sizeof(std::uint64_t));
+      if (uses_[number] != 0) free_.pop_back();
+    }
+    return item;
+  }
+
+  void put_run(const Kind& kind, const std::vector<std::uint32_t>& run) {
+    switch (kind.form) {
+      case Kind::Form::kRecords:
+        put_records(run, static_cast<std::uint32_t>(kind.what));
+        return;
+      case Kind::Form::kBlocks:
+        put_handler(ResolvedOp::kBlockRun);
+        put_pointer(kind.what);
+        words_.push_back(static_cast<std::uint32_t>(run.size()));
+        for (const std::uint32_t number : run) words_.push_back(items_[number].operand[0]);
+        return;
+      case Kind::Form::kValues: {
+        const ValueOp& op = *value_op(static_cast<ResolvedOp>(kind.what));
+        put_handler(ResolvedOp::kValueRun);
+        put_pointer(reinterpret_cast<std::uint64_t>(op.run[static_cast<std::size_t>(addressing_)]));
+        words_.push_back(static_cast<std::uint32_t>(run.size()));
+        for (const std::uint32_t number : run) {
+          const Item item = placed(number);
+          words_.insert(words_.end(), item.operand.begin(), item.operand.begin() + 1 + item.inputs);
+        }
+        return;
+      }
+    }
+  }
+  void put_pointer(std::uint64_t pointer) {
+    words_.push_back(static_cast<std::uint32_t>(pointer));
+    words_.push_back(static_cast<std::uint32_t>(pointer >> 32));
+  }
+  void put_records(const std::vector<std::uint32_t>& run, std::uint32_t inputs) {
+    std::vector<GeneralRecord> records;
+    for (const std::uint32_t number : run) {
+      const Item item = placed(number);
+      GeneralRecord record;
+      record.truth = item.truth;
+      record.out = item.operand[0];
+      // What is ignored must lie in the window all the same.
+      for (std::size_t k = 0; k < std::size(record.in); ++k) record.in[k] = item.operand[k < item.inputs ? k + 1 : 1];
+      records.push_back(record);
+    }
+    for (const BoolSegment& segment : cut_into_segments(records)) {
+      const ResolvedOp op = segment.form == BoolSegment::Form::kGeneral ? ResolvedOp::kBoolRun
+                            : inputs == 2                               ? ResolvedOp::kBoolRun2
+                            : inputs == 4                               ? ResolvedOp::kBoolRun4
+                                                                        : ResolvedOp::kBoolRun5;
+      append_segment(words_, handler_word(addressing_, op), segment,
+                     std::span(records).subspan(segment.first, segment.count));
+    }
+  }
+
+  std::vector<std::uint32_t>& words_;
+  LinkedCode& code_;
+  std::uint32_t scratch_;
+  Addressing addressing_ = Addressing::kFixed;
+  std::unordered_map<std::uint64_t, std::uint32_t> block_bytes_;
+  std::vector<Kind> kinds_;
+  std::map<Kind, std::uint32_t> kind_numbers_;
+  std::vector<Item> items_;
+  std::vector<std::uint32_t> bounds_;       ///< of cells, ascending
+  std::vector<std::uint32_t> definition_;   ///< the item that an operand reads the value of, if it is one whole cell
+  std::vector<std::uint8_t> moves_;         ///< values that lie in scratch memory
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> edges_;
+  std::vector<std::uint32_t> waits_;        ///< how many items an item still waits for
+  std::vector<std::deque<std::uint32_t>> ready_;  ///< by kind
+  std::size_t left_ = 0;
+  std::size_t runs_ = 0;
+  std::vector<std::uint32_t> slot_of_, uses_, free_;
+  std::uint32_t slots_ = 0;
+};
+
+}  // namespace
+
+void arrange(std::vector<std::uint32_t>& words, LinkedCode& code, std::uint32_t scratch) {
+  Arranger arranger(words, code, scratch);
+  for (const LinkedStretch& stretch : code.stretches) arranger.arrange(stretch);
+}
+
+}  // namespace plc::runtime
