@@ -5,6 +5,7 @@
 #include <cstring>
 #include <deque>
 #include <map>
+#include <optional>
 #include <unordered_map>
 #include <utility>
 
@@ -21,6 +22,9 @@ namespace {
 constexpr std::size_t kMostItems = kScratchBytes / sizeof(std::uint64_t);
 /// Boolean records with fewer inputs join those with more when no more than these are ready.
 constexpr std::size_t kFewRecords = 8;
+
+/// Instructions after which the value of one has been stored.
+constexpr std::size_t kLatency = 3;
 
 constexpr std::uint32_t kLiveIn = 0xffffffffu;
 
@@ -39,6 +43,48 @@ struct Item {
   std::uint8_t inputs = 0;              ///< operands behind the first
   std::array<std::uint32_t, 6> operand{};  ///< out, inputs; of a block, its place
   std::array<std::uint32_t, 6> bytes{};
+};
+
+/// Instructions of one kind that wait for no other. Those whose inputs have been stored for a while come first: loads
+/// wait for stores that are not done; among them, those that most others wait for in line.
+class Ready {
+ public:
+  /// `at`: when its inputs are there; never before those pushed earlier.
+  void push(std::uint32_t item, std::size_t at) { later_.push_back({at, item}); }
+  [[nodiscard]] std::size_t size() const { return now_.size() + later_.size(); }
+  void advance(std::size_t now, const std::vector<std::uint32_t>& heights) {
+    while (!later_.empty() && later_.front().first <= now) {
+      now_.push_back(later_.front().second);
+      std::push_heap(now_.begin(), now_.end(), Lower{heights});
+      later_.pop_front();
+    }
+  }
+  /// Both have some.
+  [[nodiscard]] bool better_than(const Ready& other, const std::vector<std::uint32_t>& heights) const {
+    if (now_.empty() != other.now_.empty()) return other.now_.empty();
+    return now_.empty() ? later_.front() < other.later_.front() : Lower{heights}(other.now_.front(), now_.front());
+  }
+  std::uint32_t pop(const std::vector<std::uint32_t>& heights) {
+    if (now_.empty()) {
+      const std::uint32_t item = later_.front().second;
+      later_.pop_front();
+      return item;
+    }
+    std::pop_heap(now_.begin(), now_.end(), Lower{heights});
+    const std::uint32_t item = now_.back();
+    now_.pop_back();
+    return item;
+  }
+
+ private:
+  struct Lower {
+    const std::vector<std::uint32_t>& heights;
+    bool operator()(std::uint32_t x, std::uint32_t y) const {
+      return heights[x] != heights[y] ? heights[x] < heights[y] : x > y;
+    }
+  };
+  std::vector<std::uint32_t> now_;  ///< heap
+  std::deque<std::pair<std::size_t, std::uint32_t>> later_;
 };
 
 /// Loops for two, four and five inputs: the fewer, the fewer loads.
@@ -270,7 +316,61 @@ class Arranger {
     find_cells();
     find_moving();
     find_edges();
+    find_heights();
+    count_uses();
     ready_.assign(kinds_.size(), {});
+    now_ = 0;
+    for (std::uint32_t i = 0; i < items_.size(); ++i) {
+      if (waits_[i] == 0) ready_[items_[i].kind].push(i, 0);
+    }
+    std::vector<std::uint32_t> run;
+    while (now_ != items_.size()) {
+      const std::uint32_t kind = best_kind();
+      run.clear();
+      while (const auto item = take(kind)) run.push_back(*item);
+      put_run(kinds_[kind], run);
+      ++runs_;
+    }
+  }
+  /// How many instructions wait for each other behind each one.
+  void find_heights() {
+    heights_.assign(items_.size(), 0);
+    for (auto edge = edges_.rbegin(); edge != edges_.rend(); ++edge) {
+      heights_[edge->first] = std::max(heights_[edge->first], heights_[edge->second] + 1);
+    }
+  }
+  /// The one with most instructions that wait for nobody.
+  [[nodiscard]] std::uint32_t best_kind() const {
+    const auto best = std::max_element(ready_.begin(), ready_.end(),
+                                       [](const Ready& x, const Ready& y) { return x.size() < y.size(); });
+    return static_cast<std::uint32_t>(best - ready_.begin());
+  }
+  /// The instruction that comes next in a run of a kind.
+  std::optional<std::uint32_t> take(std::uint32_t kind) {
+    Ready* best = nullptr;
+    const auto consider = [&](Ready& ready) {
+      if (ready.size() == 0) return;
+      ready.advance(now_, heights_);
+      if (best == nullptr || ready.better_than(*best, heights_)) best = &ready;
+    };
+    consider(ready_[kind]);
+    for (std::uint32_t other = 0; other < ready_.size() && kinds_[kind].form == Kind::Form::kRecords; ++other) {
+      const bool fewer = kinds_[other].form == Kind::Form::kRecords && kinds_[other].what < kinds_[kind].what;
+      if (fewer && ready_[other].size() <= kFewRecords) consider(ready_[other]);
+    }
+    if (best == nullptr) return std::nullopt;
+    const std::uint32_t item = best->pop(heights_);
+    ++now_;
+    const auto first = std::lower_bound(edges_.begin(), edges_.end(), std::pair{item, 0u});
+    for (auto edge = first; edge != edges_.end() && edge->first == item; ++edge) {
+      if (--waits_[edge->second] == 0) ready_[items_[edge->second].kind].push(edge->second, now_ + kLatency);
+    }
+    return item;
+  }
+
+  // ---- writing
+
+  void count_uses() {
     free_.clear();
     slots_ = 0;
     slot_of_.assign(items_.size(), 0);
@@ -281,50 +381,7 @@ class Arranger {
         if (definition != kLiveIn) ++uses_[definition];
       }
     }
-    left_ = items_.size();
-    for (std::uint32_t i = 0; i < items_.size(); ++i) {
-      if (waits_[i] == 0) ready_[items_[i].kind].push_back(i);
-    }
-    std::vector<std::uint32_t> run;
-    while (left_ != 0) {
-      const std::uint32_t kind = best_kind();
-      run.clear();
-      for (bool more = true; more;) {
-        more = drain(kind, run);
-        if (kinds_[kind].form != Kind::Form::kRecords) continue;
-        for (std::uint32_t other = 0; other < ready_.size(); ++other) {
-          if (kinds_[other].form == Kind::Form::kRecords && kinds_[other].what < kinds_[kind].what &&
-              ready_[other].size() <= kFewRecords) {
-            more = drain(other, run) || more;
-          }
-        }
-      }
-      put_run(kinds_[kind], run);
-      ++runs_;
-    }
   }
-  /// The one with most instructions that wait for nobody.
-  [[nodiscard]] std::uint32_t best_kind() const {
-    const auto best = std::max_element(ready_.begin(), ready_.end(),
-                                       [](const auto& x, const auto& y) { return x.size() < y.size(); });
-    return static_cast<std::uint32_t>(best - ready_.begin());
-  }
-  bool drain(std::uint32_t kind, std::vector<std::uint32_t>& run) {
-    if (ready_[kind].empty()) return false;
-    while (!ready_[kind].empty()) {
-      const std::uint32_t item = ready_[kind].front();
-      ready_[kind].pop_front();
-      run.push_back(item);
-      --left_;
-      const auto first = std::lower_bound(edges_.begin(), edges_.end(), std::pair{item, 0u});
-      for (auto edge = first; edge != edges_.end() && edge->first == item; ++edge) {
-        if (--waits_[edge->second] == 0) ready_[items_[edge->second].kind].push_back(edge->second);
-      }
-    }
-    return true;
-  }
-
-  // ---- writing
 
   void put_handler(ResolvedOp op) { words_.push_back(handler_word(addressing_, op)); }
 
@@ -408,8 +465,9 @@ class Arranger {
   std::vector<std::uint8_t> moves_;         ///< values that lie in scratch memory
   std::vector<std::pair<std::uint32_t, std::uint32_t>> edges_;
   std::vector<std::uint32_t> waits_;        ///< how many items an item still waits for
-  std::vector<std::deque<std::uint32_t>> ready_;  ///< by kind
-  std::size_t left_ = 0;
+  std::vector<std::uint32_t> heights_;
+  std::vector<Ready> ready_;  ///< by kind
+  std::size_t now_ = 0;       ///< instructions that have their place
   std::size_t runs_ = 0;
   std::vector<std::uint32_t> slot_of_, uses_, free_;
   std::uint32_t slots_ = 0;
