@@ -38,9 +38,9 @@ struct Kind {
 
 /// One instruction, or one record of boolean logic.
 struct Item {
-  std::uint32_t kind = 0;               ///< into kinds
-  std::uint32_t truth = 0;              ///< of a record
-  std::uint8_t inputs = 0;              ///< operands behind the first
+  std::uint32_t kind = 0;                  ///< into kinds
+  std::uint32_t truth = 0;                 ///< of a record
+  std::uint8_t inputs = 0;                 ///< operands behind the first
   std::array<std::uint32_t, 6> operand{};  ///< out, inputs; of a block, its place
   std::array<std::uint32_t, 6> bytes{};
 };
@@ -58,6 +58,11 @@ class Ready {
       std::push_heap(now_.begin(), now_.end(), Lower{heights});
       later_.pop_front();
     }
+  }
+  [[nodiscard]] std::uint32_t highest(const std::vector<std::uint32_t>& heights) const {
+    std::uint32_t highest = now_.empty() ? 0 : heights[now_.front()];
+    for (const auto& [at, item] : later_) highest = std::max(highest, heights[item]);
+    return highest;
   }
   /// Both have some.
   [[nodiscard]] bool better_than(const Ready& other, const std::vector<std::uint32_t>& heights) const {
@@ -233,7 +238,8 @@ class Arranger {
   }
   template <class Visit>
   void for_cells(const Item& item, std::size_t operand, Visit visit) const {
-    for (std::size_t c = cell_at(item.operand[operand]); bounds_[c] != item.operand[operand] + item.bytes[operand]; ++c) {
+    for (std::size_t c = cell_at(item.operand[operand]); bounds_[c] != item.operand[operand] + item.bytes[operand];
+         ++c) {
       visit(c);
     }
   }
@@ -339,11 +345,19 @@ class Arranger {
       heights_[edge->first] = std::max(heights_[edge->first], heights_[edge->second] + 1);
     }
   }
-  /// The one with most instructions that wait for nobody.
+  /// That of the instruction which most others wait for in line, or else the one with most instructions: whoever waits
+  /// long for its turn makes more runs.
   [[nodiscard]] std::uint32_t best_kind() const {
-    const auto best = std::max_element(ready_.begin(), ready_.end(),
-                                       [](const Ready& x, const Ready& y) { return x.size() < y.size(); });
-    return static_cast<std::uint32_t>(best - ready_.begin());
+    std::uint32_t best = 0;
+    std::pair<std::uint32_t, std::size_t> most{};
+    for (std::uint32_t kind = 0; kind < ready_.size(); ++kind) {
+      if (ready_[kind].size() == 0) continue;
+      const std::pair found{ready_[kind].highest(heights_), ready_[kind].size()};
+      if (found <= most) continue;
+      most = found;
+      best = kind;
+    }
+    return best;
   }
   /// The instruction that comes next in a run of a kind.
   std::optional<std::uint32_t> take(std::uint32_t kind) {
@@ -460,11 +474,11 @@ class Arranger {
   std::vector<Kind> kinds_;
   std::map<Kind, std::uint32_t> kind_numbers_;
   std::vector<Item> items_;
-  std::vector<std::uint32_t> bounds_;       ///< of cells, ascending
-  std::vector<std::uint32_t> definition_;   ///< the item that an operand reads the value of, if it is one whole cell
-  std::vector<std::uint8_t> moves_;         ///< values that lie in scratch memory
+  std::vector<std::uint32_t> bounds_;      ///< of cells, ascending
+  std::vector<std::uint32_t> definition_;  ///< the item that an operand reads the value of, if it is one whole cell
+  std::vector<std::uint8_t> moves_;        ///< values that lie in scratch memory
   std::vector<std::pair<std::uint32_t, std::uint32_t>> edges_;
-  std::vector<std::uint32_t> waits_;        ///< how many items an item still waits for
+  std::vector<std::uint32_t> waits_;  ///< how many items an item still waits for
   std::vector<std::uint32_t> heights_;
   std::vector<Ready> ready_;  ///< by kind
   std::size_t now_ = 0;       ///< instructions that have their place

@@ -3,8 +3,8 @@
 //
 // A stretch is code that nobody jumps into or out of and whose instructions do nothing but compute. Networks of a
 // drawing are mostly independent, so its instructions may run in many orders; any order in which each one reads what it
-// read before is as good, and nobody sees a table inside a scan. Values that are overwritten later in the stretch move to
-// scratch memory behind the table, so that reuse of a temporary does not put networks in line.
+// read before is as good, and nobody sees a table inside a scan. Values that are overwritten later in the stretch move
+// to scratch memory behind the table, so that reuse of a temporary does not put networks in line.
 //
 // In: linked code, whose stretches are marked by STRETCH instructions. Out: the same code, arranged copies behind it,
 // STRETCH instructions that lead to them. Compilers (native/) read the code as it was. Compile time. Does not belong

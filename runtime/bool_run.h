@@ -11,6 +11,8 @@
 #include <cstdint>
 #include <cstring>
 
+#include "runtime/repeat.h"
+
 namespace plc::runtime {
 
 struct ShortRecord {
@@ -45,21 +47,21 @@ inline T load_field(const unsigned char* at) noexcept {
 template <int kInputs>
 inline void run_short(std::uint8_t* window, const std::uint32_t* records, std::uint32_t count) noexcept {
   const auto* at = reinterpret_cast<const unsigned char*>(records);
-  for (const unsigned char* const end = at + std::size_t{count} * sizeof(ShortRecord); at != end;
-       at += sizeof(ShortRecord)) {
-    // Field by field: a copy of the whole record becomes two 64-bit loads and shifts, which is slower.
-    const auto bool_at = [window, at](std::size_t field) -> std::uint32_t {
-      return window[load_field<std::uint16_t>(at + field)];
-    };
-    constexpr std::size_t kIn = offsetof(ShortRecord, in);
-    // The sums become lea instructions; ORs of shifts would be twice as many.
-    std::uint32_t index = bool_at(kIn) + 2 * bool_at(kIn + 2);
-    if constexpr (kInputs >= 4) index += 4 * (bool_at(kIn + 4) + 2 * bool_at(kIn + 6));
-    if constexpr (kInputs == 5) index += 16 * bool_at(kIn + 8);
-    const auto truth = load_field<std::uint32_t>(at + offsetof(ShortRecord, truth));
-    window[load_field<std::uint16_t>(at + offsetof(ShortRecord, out))] =
-        static_cast<std::uint8_t>((truth >> (index & 31u)) & 1u);
-  }
+  repeat<sizeof(ShortRecord)>(
+      at, count, [window](const unsigned char* record) __attribute__((always_inline)) {
+        // Field by field: a copy of the whole record becomes two 64-bit loads and shifts, which is slower.
+        const auto bool_at = [window, record](std::size_t field) -> std::uint32_t {
+          return window[load_field<std::uint16_t>(record + field)];
+        };
+        constexpr std::size_t kIn = offsetof(ShortRecord, in);
+        // The sums become lea instructions; ORs of shifts would be twice as many.
+        std::uint32_t index = bool_at(kIn) + 2 * bool_at(kIn + 2);
+        if constexpr (kInputs >= 4) index += 4 * (bool_at(kIn + 4) + 2 * bool_at(kIn + 6));
+        if constexpr (kInputs == 5) index += 16 * bool_at(kIn + 8);
+        const auto truth = load_field<std::uint32_t>(record + offsetof(ShortRecord, truth));
+        window[load_field<std::uint16_t>(record + offsetof(ShortRecord, out))] =
+            static_cast<std::uint8_t>((truth >> (index & 31u)) & 1u);
+      });
 }
 
 /// Runs one general record; `bool_at` gives the place of an operand. RT.

@@ -14,10 +14,10 @@ namespace plc::runtime {
 
 /// What evaluate = "changed" left out (docs/guides/engines.md). Written by the task, read by anyone.
 struct SkipCounts {
-  std::uint32_t groups = 0;                    ///< that the task has
-  std::atomic<std::uint64_t> scans{0};         ///< since it was installed
-  std::atomic<std::uint64_t> whole_scans{0};   ///< of these, those that ran the plain code, to the end at least
-  std::atomic<std::uint64_t> runs{0};          ///< of groups, in the others
+  std::uint32_t groups = 0;                   ///< that the task has
+  std::atomic<std::uint64_t> scans{0};        ///< since it was installed
+  std::atomic<std::uint64_t> whole_scans{0};  ///< of these, those that ran the plain code, to the end at least
+  std::atomic<std::uint64_t> runs{0};         ///< of groups, in the others
 };
 
 struct CompiledTask {

@@ -508,7 +508,7 @@ op_CallVia : {
   PLC_NEXT(4 + path_words(pc + 4));
 }
 
-  // ---- arithmetic, comparison, bit strings
+// ---- arithmetic, comparison, bit strings
 #define PLC_BINARY_OP(Name, T, Result, expression) PLC_BINARY(Name, T, Result, expression)
 #include "runtime/binary_ops.def"
   PLC_INTEGER_TYPES(PLC_DIVISION, Div)

@@ -28,7 +28,8 @@ std::vector<BoolSegment> cut_into_segments(std::span<const GeneralRecord> record
 /// The short form of a record of a segment with this window.
 ShortRecord shorten(const GeneralRecord& record, std::uint32_t window);
 
-/// Appends the words of one segment: `handler`, what else the instruction says, its records. `records`: those of the segment.
+/// Appends the words of one segment: `handler`, what else the instruction says, its records. `records`: those of the
+/// segment.
 void append_segment(std::vector<std::uint32_t>& words, std::uint32_t handler, const BoolSegment& segment,
                     std::span<const GeneralRecord> records);
 

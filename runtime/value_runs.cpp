@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "runtime/operations.h"
+#include "runtime/repeat.h"
 #include "stdlib/arithmetic.h"
 
 namespace plc::runtime {
@@ -19,14 +20,13 @@ inline std::byte* place(std::byte* table, std::uint32_t instance, std::uint32_t 
 
 /// `Function`: the result of inputs of the types `In`, whose operands are words 1, 2, .. of a record.
 template <Addressing kAddressing, class Function, class Out, class... In, std::size_t... kWord>
-const std::uint32_t* run_records(std::byte* table, std::uint32_t instance, const std::uint32_t* record,
+const std::uint32_t* run_records(std::byte* table, std::uint32_t instance, const std::uint32_t* records,
                                  std::uint32_t count, std::index_sequence<kWord...> /*words*/) noexcept {
-  constexpr std::size_t kWords = 1 + sizeof...(In);
-  for (const std::uint32_t* const end = record + count * kWords; record != end; record += kWords) {
-    store<Out>(place<kAddressing>(table, instance, record[0]),
-               Function{}(load<In>(place<kAddressing>(table, instance, record[1 + kWord]))...));
-  }
-  return record;
+  return repeat<1 + sizeof...(In)>(
+      records, count, [ table, instance ](const std::uint32_t* record) __attribute__((always_inline)) {
+        store<Out>(place<kAddressing>(table, instance, record[0]),
+                   Function{}(load<In>(place<kAddressing>(table, instance, record[1 + kWord]))...));
+      });
 }
 template <Addressing kAddressing, class Function, class Out, class... In>
 const std::uint32_t* run(std::byte* table, std::uint32_t instance, const std::uint32_t* records,
@@ -79,9 +79,9 @@ struct Select {
     return g != 0 ? in1 : in0;
   }
 };
-#define PLC_BINARY_OP(Name, T, Result, expression)                                                         \
-  struct Name {                                                                                            \
-    Result operator()(T a, T b) const noexcept { return static_cast<Result>(expression); }                 \
+#define PLC_BINARY_OP(Name, T, Result, expression)                                         \
+  struct Name {                                                                            \
+    Result operator()(T a, T b) const noexcept { return static_cast<Result>(expression); } \
   };
 #include "runtime/binary_ops.def"
 
@@ -104,9 +104,9 @@ Rows make_rows() {
   PLC_MOVE(MoveRef, std::uint64_t)
 #define PLC_BINARY_OP(Name, T, Result, expression) at(ResolvedOp::k##Name) = row<Name, Result, T, T>(1);
 #include "runtime/binary_ops.def"
-#define PLC_CHOICES(R, T)                                              \
-  at(ResolvedOp::kMin##R) = row<Least, T, T, T>(kLibraryOut);          \
-  at(ResolvedOp::kMax##R) = row<Greatest, T, T, T>(kLibraryOut);       \
+#define PLC_CHOICES(R, T)                                        \
+  at(ResolvedOp::kMin##R) = row<Least, T, T, T>(kLibraryOut);    \
+  at(ResolvedOp::kMax##R) = row<Greatest, T, T, T>(kLibraryOut); \
   at(ResolvedOp::kLimit##R) = row<Limit, T, T, T, T>(kLibraryOut);
   PLC_CHOICES(I8, std::int8_t)
   PLC_CHOICES(U8, std::uint8_t)

@@ -1,7 +1,7 @@
 // Value runs: instructions of one kind side by side, executed by one loop, as boolean logic is by its records.
 //
-// A record holds the operands of one instruction: out, then its inputs, as resolved operand words (link.h). In: records.
-// Out: changed values. For the interpreter; which instructions may stand side by side: arrange.h. RT.
+// A record holds the operands of one instruction: out, then its inputs, as resolved operand words (link.h). In:
+// records. Out: changed values. For the interpreter; which instructions may stand side by side: arrange.h. RT.
 #pragma once
 
 #include <array>
@@ -18,8 +18,8 @@ using ValueRun = const std::uint32_t* (*)(std::byte* table, std::uint32_t instan
 
 /// An instruction that only computes a value.
 struct ValueOp {
-  ValueRun run[2] = {};             ///< by Addressing
-  std::uint8_t first = 1;           ///< its word (handler word: 0) that is out; the inputs follow
+  ValueRun run[2] = {};    ///< by Addressing
+  std::uint8_t first = 1;  ///< its word (handler word: 0) that is out; the inputs follow
   std::uint8_t inputs = 0;
   std::uint8_t out_bytes = 0;
   std::array<std::uint8_t, 3> in_bytes{};
