@@ -93,6 +93,7 @@ Operation operation_of(ResolvedOp op) {
     PLC_ONE(RunTb, kRunBlock, kU8)
     PLC_ONE(RunTaskblock, kRunTaskblock, kU8)
     PLC_ONE(CallPouFixed, kCallFixed, kU8)
+    PLC_ONE(EnterPou, kCallFixed, kU8)
     PLC_ONE(CallPou, kCallRelative, kU8)
     PLC_ONE(CallFn, kCallFunction, kU8)
     PLC_ONE(CallStd, kCallLibrary, kU8)

@@ -110,38 +110,34 @@ class Arranger {
 
   void arrange(const LinkedStretch& stretch) {
     addressing_ = stretch.addressing;
-    const auto start = static_cast<std::uint32_t>(words_.size());
-    std::size_t switches = 0;
-    runs_ = 0;
+    const std::size_t start = words_.size();
+    const std::size_t arranged = code_.arranged.size();
+    Program::LinkReport report = code_.report;
+    std::size_t before = 0;  // runs in the order of the code
+    std::optional<std::uint32_t> kind;
     items_.clear();
-    std::uint32_t kind = kLiveIn;
-    const auto close = [&] {
-      arrange_items();
-      items_.clear();
-    };
-    const auto add = [&](Item item) {
-      if (item.kind != kind) ++switches;
+    const auto add = [&](const Item& item) {
+      if (item.kind != kind) ++before;
       kind = item.kind;
-      if (items_.size() == kMostItems) close();
+      if (items_.size() == kMostItems) arrange_items();
       items_.push_back(item);
     };
-    std::uint32_t end = stretch.end;
-    for (std::size_t i = stretch.first; i < code_.instructions.size(); ++i) {
-      const LinkedInstruction& instruction = code_.instructions[i];
-      if (instruction.position >= stretch.end) break;
-      if (!read(instruction, add)) {
-        end = instruction.position;
-        break;
-      }
-    }
-    close();
-    if (runs_ * 4 > switches * 3) {
+    std::size_t i = stretch.first;
+    for (; code_.instructions[i].position != stretch.end; ++i) read(code_.instructions[i], add);
+    arrange_items();
+    if ((code_.report.runs - report.runs) * 4 > before * 3) {
       words_.resize(start);
+      code_.arranged.resize(arranged);
+      code_.report = report;
       return;
     }
-    put_handler(ResolvedOp::kJump);
-    words_.push_back(end);
-    words_[stretch.position + 1] = start;
+    if (code_.instructions[i].op == ResolvedOp::kReturn) {
+      put_handler(ResolvedOp::kReturn);
+    } else {
+      put_handler(ResolvedOp::kJump);
+      words_.push_back(stretch.end);
+    }
+    words_[stretch.position + 1] = static_cast<std::uint32_t>(start);
   }
 
  private:
@@ -153,9 +149,8 @@ class Arranger {
     return at->second;
   }
 
-  /// False when it is not one that can be arranged.
   template <class Add>
-  bool read(const LinkedInstruction& instruction, Add add) {
+  void read(const LinkedInstruction& instruction, Add add) {
     // A copy: arranging what is there already makes the code longer.
     const std::uint32_t position = instruction.position;
     const auto word = [&](std::uint32_t i) { return words_[position + i]; };
@@ -170,7 +165,7 @@ class Arranger {
           for (std::size_t k = 0; k < in.size(); ++k) in[k] = window + record.in[k];
           add(record_item(record.truth, window + record.out, in));
         }
-        return true;
+        return;
       }
       case ResolvedOp::kBoolRun: {
         const std::uint32_t count = word(1);
@@ -178,31 +173,28 @@ class Arranger {
           const auto record = load<GeneralRecord>(words_.data() + position + 2 + std::size_t{r} * kGeneralRecordWords);
           add(record_item(record.truth, record.out, std::to_array(record.in)));
         }
-        return true;
+        return;
       }
       case ResolvedOp::kRunTb: {
         const auto step = load<std::uint64_t>(words_.data() + position + 1);
-        const auto block = block_bytes_.find(step);
-        if (block == block_bytes_.end()) return false;
         Item item;
         item.kind = kind_number({Kind::Form::kBlocks, step});
         item.operand[0] = word(3);
-        item.bytes[0] = block->second;
+        item.bytes[0] = block_bytes_.at(step);
         add(item);
-        return true;
+        return;
       }
       default: {
-        const ValueOp* const op = value_op(instruction.op);
-        if (op == nullptr) return false;
+        const ValueOp& op = *value_op(instruction.op);
         Item item;
         item.kind = kind_number({Kind::Form::kValues, static_cast<std::uint64_t>(instruction.op)});
-        item.inputs = op->inputs;
-        for (std::uint32_t i = 0; i <= op->inputs; ++i) {
-          item.operand[i] = word(op->first + i);
-          item.bytes[i] = i == 0 ? op->out_bytes : op->in_bytes[i - 1];
+        item.inputs = op.inputs;
+        for (std::uint32_t i = 0; i <= op.inputs; ++i) {
+          item.operand[i] = word(op.first + i);
+          item.bytes[i] = i == 0 ? op.out_bytes : op.in_bytes[i - 1];
         }
         add(item);
-        return true;
+        return;
       }
     }
   }
@@ -221,7 +213,7 @@ class Arranger {
 
   // ---- who waits for whom
 
-  /// Bytes that are always used together, numbered by address.
+  /// Finds bytes that are always used together, numbered by address.
   void find_cells() {
     bounds_.clear();
     for (const Item& item : items_) {
@@ -318,7 +310,6 @@ class Arranger {
   // ---- order
 
   void arrange_items() {
-    if (items_.empty()) return;
     find_cells();
     find_moving();
     find_edges();
@@ -335,8 +326,10 @@ class Arranger {
       run.clear();
       while (const auto item = take(kind)) run.push_back(*item);
       put_run(kinds_[kind], run);
-      ++runs_;
+      ++code_.report.runs;
     }
+    code_.report.arranged += items_.size();
+    items_.clear();
   }
   /// How many instructions wait for each other behind each one.
   void find_heights() {
@@ -397,7 +390,11 @@ class Arranger {
     }
   }
 
-  void put_handler(ResolvedOp op) { words_.push_back(handler_word(addressing_, op)); }
+  std::uint32_t handler(ResolvedOp op) {
+    code_.arranged.push_back({static_cast<std::uint32_t>(words_.size()), op});
+    return handler_word(addressing_, op);
+  }
+  void put_handler(ResolvedOp op) { words_.push_back(handler(op)); }
 
   /// The item with its operands where its values are now.
   Item placed(std::uint32_t number) {
@@ -461,8 +458,7 @@ class Arranger {
                             : inputs == 2                               ? ResolvedOp::kBoolRun2
                             : inputs == 4                               ? ResolvedOp::kBoolRun4
                                                                         : ResolvedOp::kBoolRun5;
-      append_segment(words_, handler_word(addressing_, op), segment,
-                     std::span(records).subspan(segment.first, segment.count));
+      append_segment(words_, handler(op), segment, std::span(records).subspan(segment.first, segment.count));
     }
   }
 
@@ -482,7 +478,6 @@ class Arranger {
   std::vector<std::uint32_t> heights_;
   std::vector<Ready> ready_;  ///< by kind
   std::size_t now_ = 0;       ///< instructions that have their place
-  std::size_t runs_ = 0;
   std::vector<std::uint32_t> slot_of_, uses_, free_;
   std::uint32_t slots_ = 0;
 };

@@ -318,6 +318,12 @@ op_CallPouFixed : {
     return false;
   PLC_NEXT(2);
 }
+op_EnterPou : {
+  m.place.store(static_cast<std::uint32_t>(pc - code), std::memory_order_relaxed);
+  events_at_clear = m.event_count;
+  pc = code + pc[1];
+  PLC_NEXT(0);
+}
 op_CallPou : {
   if (!interpret<Addressing::kRelative>(m, code + pc[1], offset_of(pc[2]), nullptr)) [[unlikely]]
     return false;

@@ -188,7 +188,7 @@ class Linker {
     std::uint32_t end = word;
     while (end < source.code.size() && (end == word || is_target[end] == 0)) {
       const Decoded d = decode(source.code, end);
-      if (!may_be_arranged(d.opcode)) break;
+      if (!can_be_arranged(d) || jump_behind(source, is_target, d)) break;
       count += d.opcode == Opcode::kBoolRun ? d.items : 1;
       end = d.next;
     }
@@ -203,10 +203,15 @@ class Linker {
   void end_stretch() {
     if (std::exchange(in_stretch_, false)) result_.stretches.back().end = position();
   }
-  /// A first look, without what the operands are.
-  static bool may_be_arranged(Opcode opcode) {
-    return opcode == Opcode::kBoolRun || opcode == Opcode::kRunTb || opcode == Opcode::kCallStd ||
-           value_op(static_cast<ResolvedOp>(opcode)) != nullptr;
+  /// Computes, and does nothing else.
+  [[nodiscard]] bool can_be_arranged(const Decoded& d) const {
+    if (d.opcode == Opcode::kBoolRun) return true;
+    if (d.opcode == Opcode::kRunTb) return !is_taskblock(d.operands[0]);
+    return value_op(d.opcode == Opcode::kCallStd ? library_op(d) : static_cast<ResolvedOp>(d.opcode)) != nullptr;
+  }
+  [[nodiscard]] ResolvedOp library_op(const Decoded& call) const {
+    const stdlib::Overload* const overload = stdlib::overload_with_key(image_.functions[call.operands[0]]);
+    return overload == nullptr ? ResolvedOp::kCallStd : runtime::library_op(*overload, call.items - 1);
   }
 
   struct FusedJump {
@@ -286,7 +291,9 @@ class Linker {
         return;
       case Opcode::kCallPou:
         if (bindings_.addressing(d.operands[0]) == Addressing::kFixed) {
-          put_handler(ResolvedOp::kCallPouFixed);
+          const bool last = bindings_.addressing(pou_) == Addressing::kFixed &&
+                            decode(image_.pous[pou_].code, d.next).opcode == Opcode::kReturn;
+          put_handler(last ? ResolvedOp::kEnterPou : ResolvedOp::kCallPouFixed);
           put_entry(d.operands[0]);
         } else {
           put_handler(ResolvedOp::kCallPou);
@@ -300,7 +307,7 @@ class Linker {
       case Opcode::kCallStd: {
         const std::string& key = image_.functions[d.operands[0]];
         const stdlib::Overload* const overload = stdlib::overload_with_key(key);
-        put_handler(overload == nullptr ? ResolvedOp::kCallStd : library_op(*overload, d.items - 1));
+        put_handler(library_op(d));
         if (overload == nullptr) refuse("standard function \"" + key + "\" is not in this library");
         put_pointer(overload == nullptr ? stdlib::Kernel{} : overload->kernel);
         put(d.items - 1);

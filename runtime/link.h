@@ -62,6 +62,7 @@ struct LinkedCode {
   std::vector<LinkedInstruction> instructions;          ///< ascending positions
   std::vector<LinkedBody> bodies;                       ///< in the order of the code
   std::vector<LinkedStretch> stretches;                 ///< ascending positions
+  std::vector<LinkedInstruction> arranged;              ///< of the copies that STRETCH instructions lead to
   std::uint32_t entry = 0;                              ///< of the task's body
   std::vector<std::unique_ptr<std::byte[]>> constants;  ///< zeros of types, pointed into by the code
   Program::LinkReport report;

@@ -24,6 +24,8 @@ Engine Coverage::native_code() {
               rows_[static_cast<std::size_t>(op)].interpreted.add(program_);
               left[static_cast<std::size_t>(op)] -= count;
             }
+            for (const runtime::LinkedInstruction& i : program.linked().arranged)
+              rows_[static_cast<std::size_t>(i.op)].interpreted.add(program_);
             for (std::size_t op = 0; op < kOps; ++op) {
               if (left[op] != 0) rows_[op].compiled.add(program_);
             }

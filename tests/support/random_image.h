@@ -136,7 +136,7 @@ class RandomImage : private RandomVariables {
   // ---- statements
 
   void statement(Scope& scope, int depth) {
-    switch (below(26)) {
+    switch (below(27)) {
       case 0:
       case 1:
         return records(scope);
@@ -177,8 +177,30 @@ class RandomImage : private RandomVariables {
       case 21:
         if (depth > 0 && random_.once_in(4)) scope.pou.op(Opcode::kReturn);
         return;
+      case 22:
+        return straight(scope);
       default:
         return plain(scope);
+    }
+  }
+  /// What the interpreter arranges.
+  void straight(Scope& scope) {
+    static constexpr std::string_view kChoices[] = {"SEL", "LIMIT", "MIN", "MAX"};
+    for (std::size_t n = 6 + below(60); n > 0; --n) {
+      switch (below(8)) {
+        case 0:
+        case 1:
+          records(scope);
+          break;
+        case 2:
+          call_library(scope, stdlib::overloads_named(random_.one_of(kChoices)));
+          break;
+        case 3:
+          run_block(scope);
+          break;
+        default:
+          plain(scope);
+      }
     }
   }
 
@@ -213,7 +235,9 @@ class RandomImage : private RandomVariables {
     // Most overloads are conversions; what engines have code of their own for is more often something else.
     static constexpr std::string_view kCommon[] = {"SEL", "MUX", "LIMIT", "MIN", "MAX", "ABS", "SQRT", "MOVE", "NOT",
                                                    "SHL", "SHR", "ROL",   "ROR", "ADD", "SUB", "MUL",  "DIV",  "GT"};
-    const auto overloads = random_.once_in(2) ? stdlib::overloads() : stdlib::overloads_named(random_.one_of(kCommon));
+    call_library(scope, random_.once_in(2) ? stdlib::overloads() : stdlib::overloads_named(random_.one_of(kCommon)));
+  }
+  void call_library(Scope& scope, std::span<const stdlib::Overload> overloads) {
     const stdlib::Overload& overload = overloads[below(overloads.size())];
     std::vector<Word> arguments;
     const std::size_t count = overload.spec->param_count + (overload.spec->extensible ? below(3) : 0);
