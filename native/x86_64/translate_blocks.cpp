@@ -211,34 +211,26 @@ void counter(Assembly& s, const Ports& p, core::Rep rep, bool up) {
   const unsigned bytes = core::rep_bytes(rep);
   const bool with_sign =
       rep == core::Rep::kI8 || rep == core::Rep::kI16 || rep == core::Rep::kI32 || rep == core::Rep::kI64;
+  const char* const edge = up ? "CU" : "CD";
+  const char* const memory = up ? "CU_M" : "CD_M";
   const x86::Gp count = gp(reg::kAx, bytes);
-  const x86::Gp step = gp(reg::kCx, bytes);
-  const x86::Gp other = gp(reg::kDx, bytes);
-  const unsigned wide = bytes == 8 ? 8 : 4;
-  s.load(reg::kCx, p.operand(up ? "CU" : "CD"), 1);
-  s.a.movzx(x86::edx, p.bit(up ? "CU_M" : "CD_M"));
-  s.store_change(p.operand(up ? "CU_M" : "CD_M"), 1, reg::kCx);
-  s.a.cmp(x86::cl, x86::dl);
-  s.a.seta(x86::cl);
-  s.a.movzx(x86::ecx, x86::cl);
-  if (bytes < 4) {
-    s.a.movzx(x86::eax, p.value("CV", bytes));
-  } else {
-    s.a.mov(count, p.value("CV", bytes));
-  }
-  s.a.mov(gp(reg::kDx, wide), gp(reg::kAx, wide));
-  s.a.emit(up ? x86::Inst::kIdAdd : x86::Inst::kIdSub, count, step);
-  s.a.emit(with_sign ? x86::Inst::kIdCmovo : x86::Inst::kIdCmovb, gp(reg::kAx, wide), gp(reg::kDx, wide));
-  if (up) {
-    s.a.xor_(x86::edx, x86::edx);
-  } else if (bytes < 4) {
-    s.a.movzx(x86::edx, p.value("PV", bytes));
-  } else {
-    s.a.mov(other, p.value("PV", bytes));
-  }
+  const auto load_value = [&s, bytes](unsigned to, const x86::Mem& from) {
+    if (bytes < 4) {
+      s.a.movzx(gp(to, 4), from);
+    } else {
+      s.a.mov(gp(to, bytes), from);
+    }
+  };
+  const asmjit::Label counts = s.a.newLabel();
+  const asmjit::Label counted = s.a.newLabel();
+  s.load(reg::kCx, p.operand(edge), 1);
+  load_value(reg::kAx, p.value("CV", bytes));
+  // Nothing to count is what there is to do mostly.
+  s.a.cmp(x86::cl, p.bit(memory));
+  s.a.jne(counts);
   s.a.cmp(p.bit(up ? "R" : "LD"), 0);
-  s.a.cmovne(gp(reg::kAx, wide), gp(reg::kDx, wide));
-  s.store_change(p.operand("CV"), bytes, reg::kAx);
+  s.a.jne(counts);
+  s.land(counted);
   if (up) {
     s.a.cmp(count, p.value("PV", bytes));
     s.a.set(with_sign ? x86::CondCode::kGE : x86::CondCode::kAE, x86::al);
@@ -247,6 +239,27 @@ void counter(Assembly& s, const Ports& p, core::Rep rep, bool up) {
     s.a.set(with_sign ? x86::CondCode::kLE : x86::CondCode::kE, x86::al);
   }
   s.store(p.operand("Q"), 1, reg::kAx);
+  s.aside([&s, p, bytes, with_sign, up, memory, count, load_value, counts, counted] {
+    const unsigned wide = bytes == 8 ? 8 : 4;
+    s.a.bind(counts);
+    s.a.movzx(x86::edx, p.bit(memory));
+    s.a.mov(p.bit(memory), x86::cl);
+    s.a.cmp(x86::cl, x86::dl);
+    s.a.seta(x86::cl);
+    s.a.movzx(x86::ecx, x86::cl);
+    s.a.mov(gp(reg::kDx, wide), gp(reg::kAx, wide));
+    s.a.emit(up ? x86::Inst::kIdAdd : x86::Inst::kIdSub, count, gp(reg::kCx, bytes));
+    s.a.emit(with_sign ? x86::Inst::kIdCmovo : x86::Inst::kIdCmovb, gp(reg::kAx, wide), gp(reg::kDx, wide));
+    if (up) {
+      s.a.xor_(x86::edx, x86::edx);
+    } else {
+      load_value(reg::kDx, p.value("PV", bytes));
+    }
+    s.a.cmp(p.bit(up ? "R" : "LD"), 0);
+    s.a.cmovne(gp(reg::kAx, wide), gp(reg::kDx, wide));
+    s.a.mov(p.value("CV", bytes), count);
+    s.a.jmp(counted);
+  });
 }
 
 }  // namespace

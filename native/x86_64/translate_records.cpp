@@ -200,6 +200,12 @@ class Evaluation {
   const Record& record_;
 };
 
+/// The register whose value the record only copies, if nobody else wants it.
+const std::uint32_t* copied(const BooleanExpression& e, const Record& record, const RecordRegisters& registers) {
+  const bool copies = e.kind == BooleanExpression::Kind::kInput && !e.negated && record.next[e.input] == kNever;
+  return copies ? registers.holder(record.in[e.input]) : nullptr;
+}
+
 void translate(Assembly& s, const Instruction& i, std::span<Record> records, BooleanExpressions& expressions) {
   find_next_readers(records);
   const std::span<const std::uint32_t> numbers(kRegisters, s.in_loop() ? kRegistersInLoops : std::size(kRegisters));
@@ -207,7 +213,9 @@ void translate(Assembly& s, const Instruction& i, std::span<Record> records, Boo
   if (const auto known = s.held_bit())
     registers.hold(known->number, known->operand, first_reader(records, known->operand));
   for (const Record& r : records) {
-    const std::uint32_t value = Evaluation(s, registers, r).value(expressions.of(r.truth, r.inputs));
+    const BooleanExpression& e = expressions.of(r.truth, r.inputs);
+    const std::uint32_t* const same = copied(e, r, registers);
+    const std::uint32_t value = same != nullptr ? *same : Evaluation(s, registers, r).value(e);
     if (i.is_port(r.out)) {
       // Blocks that do nothing see so in what their ports hold together, unless one was just written.
       s.store_change(r.out, 1, value);
