@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <unordered_map>
+#include <unordered_set>
 
 #include "runtime/bool_run.h"
 
@@ -42,7 +43,8 @@ Record record_at(const Instruction& run, const std::uint32_t* code, std::uint32_
   return record_of(r.truth, window + r.out, in.data(), run.operation.form == Form::kShortRecords4 ? 4 : 5);
 }
 
-void find_next_readers(std::span<Record> records) {
+void find_next_users(std::span<Record> records) {
+  std::unordered_set<std::uint32_t> written;
   std::unordered_map<std::uint32_t, std::uint32_t> readers;
   const auto reader_of = [&readers](std::uint32_t operand) {
     const auto known = readers.find(operand);
@@ -51,6 +53,7 @@ void find_next_readers(std::span<Record> records) {
   for (std::size_t r = records.size(); r-- > 0;) {
     Record& record = records[r];
     record.next_of_out = reader_of(record.out);
+    record.is_overwritten = !written.insert(record.out).second;
     readers.erase(record.out);
     for (unsigned i = 0; i < record.inputs; ++i) record.next[i] = reader_of(record.in[i]);
     for (unsigned i = 0; i < record.inputs; ++i) readers[record.in[i]] = static_cast<std::uint32_t>(r);
@@ -76,6 +79,8 @@ std::uint32_t RecordRegisters::take() {
     latest = next;
     best = i;
   }
+  // Without a reader that is still to come, nobody will look for it.
+  if (!slots_[best].is_stored && slots_[best].next != kNever) store_(numbers_[best], slots_[best].operand);
   slots_[best] = {true, kNever, 0};
   return numbers_[best];
 }
@@ -83,6 +88,12 @@ std::uint32_t RecordRegisters::take() {
 void RecordRegisters::hold(std::uint32_t number, std::uint32_t operand, std::uint32_t next) {
   forget(operand);
   slot(number) = {false, next, operand};
+}
+
+bool RecordRegisters::hold_out(std::uint32_t number, const Record& record) {
+  hold(number, record.out, record.next_of_out);
+  slot(number).is_stored = !record.is_overwritten;
+  return !record.is_overwritten;
 }
 
 const std::uint32_t* RecordRegisters::holder(std::uint32_t operand) const {

@@ -8,8 +8,10 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "native/translate.h"
@@ -28,26 +30,34 @@ struct Record {
   unsigned inputs = 0;
   std::array<std::uint32_t, 5> next{};  ///< which record reads the input next, if none writes it before
   std::uint32_t next_of_out = kNever;
+  bool is_overwritten = false;  ///< the output, by a later record
 };
 
 /// Record `n` of a run; inputs that are the same variable have become one. `code`: all resolved code.
 Record record_at(const Instruction& run, const std::uint32_t* code, std::uint32_t n);
-/// Fills in the next readers, as far as they are among these.
-void find_next_readers(std::span<Record> records);
+/// Fills in the next readers and writers, as far as they are among these.
+void find_next_users(std::span<Record> records);
 /// The first of the records that reads the operand, or kNever.
 std::uint32_t first_reader(std::span<const Record> records, std::uint32_t operand);
 
 /// The registers of a run: temporary values of a record, and outputs that wait for their next reader.
+///
+/// An output that a later record overwrites lives in its register alone: it is stored only when another value needs the
+/// register before its last reader came.
 class RecordRegisters {
  public:
-  /// `numbers`: those that may be used, by preference; they outlive this.
-  explicit RecordRegisters(std::span<const std::uint32_t> numbers) : numbers_(numbers), slots_(numbers.size()) {}
+  using Store = std::function<void(std::uint32_t number, std::uint32_t operand)>;
+  /// `numbers`: those that may be used, by preference; they outlive this. `store` writes code that stores one.
+  RecordRegisters(std::span<const std::uint32_t> numbers, Store store)
+      : numbers_(numbers), slots_(numbers.size()), store_(std::move(store)) {}
 
   /// One for a temporary value: free, or that of the output that waits longest.
   std::uint32_t take();
   void give_back(std::uint32_t number) { slot(number) = {}; }
-  /// A taken one holds the output from now on.
+  /// A taken one holds a variable from now on.
   void hold(std::uint32_t number, std::uint32_t operand, std::uint32_t next);
+  /// A taken one holds the output of a record. False when it is not stored, or not yet.
+  bool hold_out(std::uint32_t number, const Record& record);
   /// The register that holds the operand, if any does.
   [[nodiscard]] const std::uint32_t* holder(std::uint32_t operand) const;
   /// Whether a value that is read next by that record is better held than what is.
@@ -60,12 +70,14 @@ class RecordRegisters {
     bool taken = false;
     std::uint32_t next = kNever;  ///< reader; kNever = nothing is held
     std::uint32_t operand = 0;
+    bool is_stored = true;
   };
   Slot& slot(std::uint32_t number);
   void forget(std::uint32_t operand);
 
   std::span<const std::uint32_t> numbers_;
   std::vector<Slot> slots_;
+  Store store_;
 };
 
 }  // namespace plc::native

@@ -155,16 +155,20 @@ class Evaluation {
 };
 
 void translate(Assembly& s, std::span<Record> records, BooleanExpressions& expressions) {
-  find_next_readers(records);
-  RecordRegisters registers(kRegisters);
+  find_next_users(records);
+  RecordRegisters registers(kRegisters,
+                            [&s](std::uint32_t number, std::uint32_t operand) { s.store(operand, 1, number); });
   if (const auto known = s.held_bit()) {
     registers.hold(known->number, known->operand, first_reader(records, known->operand));
   }
   for (const Record& r : records) {
     const std::uint32_t value = Evaluation(s, registers, r).value(expressions.of(r.truth, r.inputs));
-    s.store(r.out, 1, value);
     for (unsigned i = 0; i < r.inputs; ++i) registers.read(r.in[i], r.next[i]);
-    registers.hold(value, r.out, r.next_of_out);
+    if (registers.hold_out(value, r)) {
+      s.store(r.out, 1, value);
+    } else {
+      s.forget();
+    }
   }
 }
 

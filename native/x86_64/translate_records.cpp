@@ -207,24 +207,26 @@ const std::uint32_t* copied(const BooleanExpression& e, const Record& record, co
 }
 
 void translate(Assembly& s, const Instruction& i, std::span<Record> records, BooleanExpressions& expressions) {
-  find_next_readers(records);
+  find_next_users(records);
   const std::span<const std::uint32_t> numbers(kRegisters, s.in_loop() ? kRegistersInLoops : std::size(kRegisters));
-  RecordRegisters registers(numbers);
+  RecordRegisters registers(numbers,
+                            [&s](std::uint32_t number, std::uint32_t operand) { s.store(operand, 1, number); });
   if (const auto known = s.held_bit())
     registers.hold(known->number, known->operand, first_reader(records, known->operand));
   for (const Record& r : records) {
     const BooleanExpression& e = expressions.of(r.truth, r.inputs);
     const std::uint32_t* const same = copied(e, r, registers);
     const std::uint32_t value = same != nullptr ? *same : Evaluation(s, registers, r).value(e);
-    if (i.is_port(r.out)) {
+    for (unsigned k = 0; k < r.inputs; ++k) registers.read(r.in[k], r.next[k]);
+    if (!registers.hold_out(value, r)) {
+      s.forget();
+    } else if (i.is_port(r.out)) {
       // Blocks that do nothing see so in what their ports hold together, unless one was just written.
       s.store_change(r.out, 1, value);
       s.hold(r.out, value);
     } else {
       s.store(r.out, 1, value);
     }
-    for (unsigned k = 0; k < r.inputs; ++k) registers.read(r.in[k], r.next[k]);
-    registers.hold(value, r.out, r.next_of_out);
   }
 }
 
