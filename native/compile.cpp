@@ -373,6 +373,7 @@ class TaskCompiler {
         s_.write_back();
         return s_.leave_body(true);
       case Form::kStretch:
+      case Form::kArranged:
         return;
       case Form::kJump:
         return s_.jump(target(w[1]));

@@ -167,6 +167,7 @@ Footprint Footprints::of(const LinkedInstruction& instruction) {
       f.target = w[1];
       break;
     case Form::kStretch:
+    case Form::kArranged:
       f.pure = f.writes_known = true;
       break;
     case Form::kReturn:

@@ -178,6 +178,7 @@ class Finder {
     switch (i.operation.form) {
       case Form::kReturn:
       case Form::kStretch:
+      case Form::kArranged:
       case Form::kJump:
       case Form::kLoopJump:
         return true;

@@ -78,6 +78,9 @@ Operation operation_of(ResolvedOp op) {
   switch (op) {
     PLC_ONE(Return, kReturn, kU8)
     PLC_ONE(Stretch, kStretch, kU8)
+    PLC_ONE(ValueRun, kArranged, kU8)
+    PLC_ONE(BlockRun, kArranged, kU8)
+    PLC_ONE(BoolRun2, kArranged, kU8)
     PLC_ONE(Jump, kJump, kU8)
     PLC_ONE(CondJump, kJumpUnless, kU8)
     PLC_ONE(JumpIf, kJumpIf, kU8)
@@ -180,10 +183,6 @@ Operation operation_of(ResolvedOp op) {
     case ResolvedOp::kQueueCount:
     case ResolvedOp::kQueueSpace:
     case ResolvedOp::kCount:
-    // In arranged code only, which is the interpreter's.
-    case ResolvedOp::kValueRun:
-    case ResolvedOp::kBlockRun:
-    case ResolvedOp::kBoolRun2:
       break;
   }
   return {};
