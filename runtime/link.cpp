@@ -34,11 +34,12 @@ using bytecode::TypeKind;
 class Linker {
  public:
   Linker(const Image& image, std::uint32_t body, const std::vector<std::uint32_t>& pous, const TaskLayout& layout,
-         Exchange& exchange)
+         Exchange& exchange, bool arranged)
       : image_(image),
         pous_(pous),
         layout_(layout),
         exchange_(exchange),
+        arranged_(arranged),
         bindings_(image, body, pous, layout),
         entries_(image.pous.size()) {
     for (std::size_t op = 0; op < kOps; ++op) {
@@ -192,7 +193,7 @@ class Linker {
       count += d.opcode == Opcode::kBoolRun ? d.items : 1;
       end = d.next;
     }
-    if (count < kLeastStretch) return end;
+    if (count < kLeastStretch || !arranged_) return end;
     const std::uint32_t at = position();
     put_handler(ResolvedOp::kStretch);
     put(at + 2);
@@ -575,6 +576,7 @@ class Linker {
   const std::vector<std::uint32_t>& pous_;
   const TaskLayout& layout_;
   Exchange& exchange_;
+  bool arranged_;
   Bindings bindings_;
   std::vector<std::uint32_t> entries_;
   std::uint32_t handlers_[2][kOps] = {};
@@ -592,8 +594,8 @@ class Linker {
 }  // namespace
 
 core::Result<LinkedCode> link_task(const Image& image, std::uint32_t body, const std::vector<std::uint32_t>& pous,
-                                   const TaskLayout& layout, Exchange& exchange) {
-  return Linker(image, body, pous, layout, exchange).link(body);
+                                   const TaskLayout& layout, Exchange& exchange, bool arranged) {
+  return Linker(image, body, pous, layout, exchange, arranged).link(body);
 }
 
 }  // namespace plc::runtime

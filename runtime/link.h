@@ -69,10 +69,10 @@ struct LinkedCode {
   [[nodiscard]] const std::uint32_t* data() const { return reinterpret_cast<const std::uint32_t*>(words.data()); }
 };
 
-/// Resolves everything the task reaches. Registers its exchange ranges. P9001 when a function or block is not in this
-/// build's library.
+/// Resolves everything the task reaches, and arranges straight code for the interpreter. Registers its exchange ranges.
+/// P9001 when a function or block is not in this build's library.
 core::Result<LinkedCode> link_task(const bytecode::Image& image, std::uint32_t body,
-                                   const std::vector<std::uint32_t>& pous, const TaskLayout& layout,
-                                   Exchange& exchange);
+                                   const std::vector<std::uint32_t>& pous, const TaskLayout& layout, Exchange& exchange,
+                                   bool arranged = true);
 
 }  // namespace plc::runtime

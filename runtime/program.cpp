@@ -104,7 +104,7 @@ core::Result<std::unique_ptr<Program>> Program::link(const bytecode::VerifiedIma
                          "at most 2 GiB can be addressed; make arrays smaller or split the project"};
   }
   auto state = std::make_unique<State>(image, task, globals, std::move(layout), options);
-  auto code = link_task(image, entry.body, pous, state->table.layout(), *state->exchange);
+  auto code = link_task(image, entry.body, pous, state->table.layout(), *state->exchange, options.arrange);
   if (!code) return code.error();
   state->code = std::move(*code);
   state->exchange->prepare();

@@ -70,6 +70,7 @@ struct EventCount {
 struct ProgramOptions {
   std::uint32_t loop_budget = bytecode::kDefaultLoopBudget;  ///< LOOP_JUMPs that one scan may take
   bool huge_pages = false;
+  bool arrange = true;  ///< false: the interpreter keeps the order of straight code (arrange.h), for who measures it
   std::vector<std::int32_t> priorities{};            ///< of the tasks, 0 the most urgent; empty = as the image declares
   const taskblocks::Registry* taskblocks = nullptr;  ///< of this machine; null = those that come with PICARD
   const core::Clock* budget_clock = nullptr;  ///< measures taskblocks that declare a time budget; null = nobody does

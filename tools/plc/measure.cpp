@@ -153,7 +153,9 @@ core::Result<std::unique_ptr<runtime::Resource>> Meter::load(std::string_view te
         "a probe does not compile: " + (all.empty() ? std::string() : compilation.diagnostics.render_one(all.front())),
         "please report this"};
   }
-  return runtime::Resource::load(std::move(*compilation.image));
+  runtime::ProgramOptions options;
+  options.arrange = false;  // what one instruction takes behind any other
+  return runtime::Resource::load(std::move(*compilation.image), options);
 }
 
 /// What happens to a task between two scans: others fill the caches, it sleeps, the kernel wakes it.
@@ -283,12 +285,12 @@ Meter::Range Meter::function(const stdlib::Overload& overload) {
       clear(overload.result_type(), result.bytes);
       double shortest = std::numeric_limits<double>::max();
       for (int attempt = 0; attempt < kTries; ++attempt) {
-        shortest = std::min(
-            shortest, timed([&] {
-              for (std::size_t call = 0; call < kCalls; ++call) {
-                static_cast<void>(overload.kernel(result.bytes, arguments.data(), overload.spec->param_count));
-              }
-            }));
+        shortest =
+            std::min(shortest, timed([&] {
+                       for (std::size_t call = 0; call < kCalls; ++call) {
+                         static_cast<void>(overload.kernel(result.bytes, arguments.data(), overload.spec->param_count));
+                       }
+                     }));
       }
       range.join(std::max(shortest - clock_ns_, 0.0) / kCalls);
     }
