@@ -246,18 +246,10 @@ class TaskCompiler {
       return target == targets_.end() ? 0 : target->second.jumps;
     });
     if (!choice) return i;
-    const auto instruction = [&](std::size_t n) { return instruction_of(instructions[n]); };
-    std::vector<std::uint32_t> written;
-    for (const Stretch& part : {choice->taken, choice->other}) {
-      for (std::size_t n = part.first; n < part.last; ++n) {
-        const auto operand = computes_integer(s_, instruction(n));
-        if (!operand || *operand == choice->condition) return i;
-        if (std::find(written.begin(), written.end(), *operand) == written.end()) written.push_back(*operand);
-      }
-    }
-    if (!s_.keeps(written)) return i;
-    if (choice->compares) translate_compare(s_, instruction(i));
-    s_.begin_ways(written);
+    const auto written = written_by(s_, linked_.data(), instructions, *choice);
+    if (!written || !s_.keeps(*written)) return i;
+    if (choice->compares) translate_compare(s_, instruction_of(instructions[i]));
+    s_.begin_ways(*written);
     for (std::size_t n = choice->taken.first; n < choice->taken.last; ++n) translate(instructions[n]);
     s_.other_way();
     for (std::size_t n = choice->other.first; n < choice->other.last; ++n) translate(instructions[n]);

@@ -60,8 +60,9 @@ class LoopCode {
     return form != Form::kReturn && form != Form::kJump && form != Form::kLoopJump;
   }
   /// Whether both sides of the jump may be computed, after which its BOOL says which one counts.
-  [[nodiscard]] bool is_choice(std::size_t i) const {
-    return choice_at(code_, body_, i, [this](std::uint32_t p) { return jumps_to(p); }).has_value();
+  [[nodiscard]] bool is_choice(const Emitter& emitter, std::size_t i) const {
+    const auto choice = choice_at(code_, body_, i, [this](std::uint32_t p) { return jumps_to(p); });
+    return choice && written_by(emitter, code_, body_, *choice);
   }
   /// The first of a few instructions in front of the loop that are executed whenever it is entered, one by one.
   [[nodiscard]] std::size_t straight_before() const {
@@ -411,7 +412,8 @@ std::uint32_t inside(const Integers& integers, const Integers::State& state, con
 }
 
 /// The BOOLs of comparisons with a jump that nobody reads in the loop.
-std::vector<std::uint32_t> unread_results(const LoopCode& loop, std::span<const LoopVariable> variables) {
+std::vector<std::uint32_t> unread_results(const Emitter& emitter, const LoopCode& loop,
+                                          std::span<const LoopVariable> variables) {
   std::vector<std::uint32_t> found;
   for (const LoopVariable& variable : variables) {
     if (variable.bytes == 1 && variable.written && !variable.real) found.push_back(variable.operand);
@@ -420,7 +422,7 @@ std::vector<std::uint32_t> unread_results(const LoopCode& loop, std::span<const 
     const Form form = loop.at(i).operation.form;
     const bool compares = form == Form::kCompareJumpUnless || form == Form::kCompareJumpIf;
     for (const Access& access : loop.accesses(i)) {
-      if (compares && access.write && !loop.is_choice(i)) continue;
+      if (compares && access.write && !loop.is_choice(emitter, i)) continue;
       std::erase(found, access.operand);
     }
   }
@@ -433,7 +435,7 @@ void find_ranges(const Emitter& emitter, const LoopCode& code, std::span<const L
   Walk walk(code, integers);
   if (!walk.run(integers.entry())) return;
   // A result is known where the loop is left, or it is written where it is made.
-  std::vector<std::uint32_t> unread = unread_results(code, variables);
+  std::vector<std::uint32_t> unread = unread_results(emitter, code, variables);
   const auto known = [&](const Integers::State& state, std::uint32_t operand) {
     const Interval range = integers.range(state, operand, 1);
     return range == Interval{0, 0} || range == Interval{1, 1};
