@@ -1,5 +1,6 @@
 #include "native/choice.h"
 
+#include <algorithm>
 #include <string_view>
 
 #include "native/library_rows.h"
@@ -53,6 +54,21 @@ std::optional<Choice> choice_at(const std::uint32_t* code, std::span<const Linke
   choice.other = *other;
   choice.end = other->last;
   return choice;
+}
+
+std::optional<std::vector<std::uint32_t>> written_by(const Emitter& emitter, const std::uint32_t* code,
+                                                     std::span<const LinkedInstruction> instructions,
+                                                     const Choice& choice) {
+  std::vector<std::uint32_t> written;
+  for (const Stretch& part : {choice.taken, choice.other}) {
+    for (std::size_t n = part.first; n < part.last; ++n) {
+      const std::uint32_t position = instructions[n].position;
+      const auto operand = computes_integer(emitter, {code + position, position, operation_of(instructions[n].op)});
+      if (!operand || *operand == choice.condition) return std::nullopt;
+      if (std::find(written.begin(), written.end(), *operand) == written.end()) written.push_back(*operand);
+    }
+  }
+  return written;
 }
 
 std::optional<std::uint32_t> computes_integer(const Emitter& emitter, const Instruction& instruction) {

@@ -10,6 +10,7 @@
 #include <functional>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "native/translate.h"
 #include "runtime/link.h"
@@ -33,6 +34,11 @@ struct Choice {
 /// The choice that begins with jump number `i`. `jumps_to`: how many jumps go to a position.
 std::optional<Choice> choice_at(const std::uint32_t* code, std::span<const runtime::LinkedInstruction> instructions,
                                 std::size_t i, const std::function<std::size_t(std::uint32_t position)>& jumps_to);
+
+/// The operands that the two parts write; nothing when they do more than to compute integers.
+std::optional<std::vector<std::uint32_t>> written_by(const Emitter& emitter, const std::uint32_t* code,
+                                                     std::span<const runtime::LinkedInstruction> instructions,
+                                                     const Choice& choice);
 
 /// Whether all that an instruction does is to write one integer that it computes from its operands, whatever these are;
 /// returns the operand that is written.

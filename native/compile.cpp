@@ -14,6 +14,7 @@
 #include "native/choice.h"
 #include "native/helpers.h"
 #include "native/library_rows.h"
+#include "native/loop_facts.h"
 #include "native/loops.h"
 #include "native/translate.h"
 #include "runtime/link.h"
@@ -32,6 +33,8 @@ namespace {
 /// Machine code that any instruction takes at most, by word of resolved code; addresses cost nothing.
 constexpr std::size_t kBytesPerWord = 64;
 constexpr std::size_t kBytesBeside = 64 * 1024;
+/// How often the code of a loop without others inside is there at most.
+constexpr std::size_t kMostRounds = 4;
 /// As many times of it with groups: some are there twice, and it takes code to leave them out.
 constexpr std::size_t kCodeWithGroups = 3;
 
@@ -172,19 +175,28 @@ class TaskCompiler {
   // ---- loops (loops.h)
 
   /// A loop, with its variables in registers. Returns the number of the instruction behind it.
-  std::size_t write_loop(const Loop& loop, std::span<const LinkedInstruction> instructions) {
+  std::size_t write_loop(Loop loop, std::span<const LinkedInstruction> instructions) {
+    LoopCode code{instructions[loop.first].position, instructions[loop.last].position, &instructions[loop.first],
+                  find_facts(s_, linked_.data(), instructions, loop)};
+    std::erase_if(loop.variables, [&](const LoopVariable& variable) {
+      return std::find(code.facts.unread.begin(), code.facts.unread.end(), variable.operand) != code.facts.unread.end();
+    });
     s_.enter_loop(loop);
-    loop_ = LoopCode{instructions[loop.first].position, instructions[loop.last].position, {}};
+    loop_ = std::move(code);
     // Who jumps to the head from outside enters the loop; who does so inside goes on with it.
     const asmjit::Label entry = std::exchange(targets_.at(loop_->first).label, s_.label());
+    auto inner = loop.inner.cbegin();
     for (std::size_t i = loop.first; i <= loop.last;) {
-      land_at(instructions[i]);
-      const std::size_t behind = write_choice(instructions, i);
-      if (behind == i) translate(instructions[i]);
-      i = std::max(behind, i + 1);
+      if (inner != loop.inner.cend() && inner->first == i) {
+        write_rounds(*inner++, instructions);
+        i = std::prev(inner)->last + 1;
+      } else {
+        i = write_in_loop(instructions, i);
+      }
     }
     for (const auto& [position, exit] : loop_->exits) {
       s_.land(exit);
+      put_right(loop_->facts.exits[position]);
       s_.write_back();
       s_.jump(targets_.at(position).label);
     }
@@ -192,6 +204,38 @@ class TaskCompiler {
     loop_.reset();
     s_.end_loop();
     return loop.last + 1;
+  }
+  /// Instruction `i` of a loop, or a choice. Returns the number of the instruction behind it.
+  std::size_t write_in_loop(std::span<const LinkedInstruction> instructions, std::size_t i) {
+    land_at(instructions[i]);
+    const std::size_t behind = write_choice(instructions, i);
+    if (behind == i) translate(instructions[i]);
+    return std::max(behind, i + 1);
+  }
+  /// A short loop without others inside, several rounds of it one behind the other: a processor sees more of what can
+  /// be done at once, and guesses better where it ends.
+  void write_rounds(const Loop::Inner& inner, std::span<const LinkedInstruction> instructions) {
+    constexpr std::size_t kShort = 12, kNotLong = 24;
+    const std::size_t size = inner.last - inner.first + 1;
+    const std::size_t rounds = size <= kShort ? kMostRounds : size <= kNotLong ? kMostRounds / 2 : 1;
+    const asmjit::Label head = targets_.at(instructions[inner.first].position).label;
+    for (std::size_t round = 1; round <= rounds; ++round) {
+      loop_->round = LoopCode::Round{round < rounds ? s_.label() : head, round < rounds};
+      for (std::size_t i = inner.first; i <= inner.last;) i = write_in_loop(instructions, i);
+      // The next round has labels of its own.
+      for (std::size_t i = inner.first; i <= inner.last && round < rounds; ++i) {
+        if (const auto target = targets_.find(instructions[i].position); target != targets_.end()) {
+          target->second.label = i == inner.first ? loop_->round->next : s_.label();
+        }
+      }
+    }
+    targets_.at(instructions[inner.first].position).label = head;
+    loop_->round.reset();
+  }
+  /// What nobody looks at in a loop, for those who look behind it.
+  void put_right(const LoopEnd& end) {
+    for (const RoughReal& real : end.reals) s_.make_one_nan(real.operand, real.type);
+    for (const auto& [operand, value] : end.results) s_.store_constant(operand, 1, value ? 1 : 0);
   }
 
   /// In a loop: both parts of a choice that begins with instruction `i`, and the values of one of them. Returns the
@@ -202,21 +246,13 @@ class TaskCompiler {
       return target == targets_.end() ? 0 : target->second.jumps;
     });
     if (!choice) return i;
-    const auto instruction = [&](std::size_t n) { return instruction_of(instructions[n]); };
-    std::vector<std::uint32_t> written;
-    for (const Stretch& part : {choice->taken, choice->other}) {
-      for (std::size_t n = part.first; n < part.last; ++n) {
-        const auto operand = computes_integer(s_, instruction(n));
-        if (!operand || *operand == choice->condition) return i;
-        if (std::find(written.begin(), written.end(), *operand) == written.end()) written.push_back(*operand);
-      }
-    }
-    if (!s_.keeps(written)) return i;
-    if (choice->compares) translate_compare(s_, instruction(i));
-    s_.begin_ways(written);
-    for (std::size_t n = choice->taken.first; n < choice->taken.last; ++n) translate(instruction(n));
+    const auto written = written_by(s_, linked_.data(), instructions, *choice);
+    if (!written || !s_.keeps(*written)) return i;
+    if (choice->compares) translate_compare(s_, instruction_of(instructions[i]));
+    s_.begin_ways(*written);
+    for (std::size_t n = choice->taken.first; n < choice->taken.last; ++n) translate(instructions[n]);
     s_.other_way();
-    for (std::size_t n = choice->other.first; n < choice->other.last; ++n) translate(instruction(n));
+    for (std::size_t n = choice->other.first; n < choice->other.last; ++n) translate(instructions[n]);
     s_.end_ways(choice->condition, choice->value);
     return choice->end;
   }
@@ -346,12 +382,17 @@ class TaskCompiler {
   }
   /// Not in words_, which grow while code behind the body (Emitter::aside) still reads the instruction.
   [[nodiscard]] Instruction instruction_of(const LinkedInstruction& instruction) const {
-    return {linked_.data() + instruction.position, instruction.position, operation_of(instruction.op)};
+    Instruction i{linked_.data() + instruction.position, instruction.position, operation_of(instruction.op)};
+    if (loop_) i.known = loop_->of(instruction).known;
+    return i;
   }
   void translate(const LinkedInstruction& instruction) {
     Instruction i = instruction_of(instruction);
+    if (loop_) {
+      for (const RoughReal& real : loop_->of(instruction).before) s_.make_one_nan(real.operand, real.type);
+    }
     find_ports(i, std::span(&instruction + 1, linked_.instructions.data() + linked_.instructions.size()));
-    translate(i);
+    translate(instruction, i);
   }
   /// The ports of the block of the library that runs soon behind the instruction.
   void find_ports(Instruction& instruction, std::span<const LinkedInstruction> behind) const {
@@ -366,10 +407,11 @@ class TaskCompiler {
       return;
     }
   }
-  void translate(const Instruction& i) {
+  void translate(const LinkedInstruction& linked, const Instruction& i) {
     const std::uint32_t* const w = i.words;
     switch (i.operation.form) {
       case Form::kReturn:
+        if (loop_) put_right(loop_->of(linked).end);
         s_.write_back();
         return s_.leave_body(true);
       case Form::kStretch:
@@ -382,7 +424,7 @@ class TaskCompiler {
       case Form::kJumpIf:
         return s_.jump_if(w[1], true, target(w[2]));
       case Form::kLoopJump:
-        return loop_jump(i);
+        return loop_jump(i, loop_ ? loop_->of(linked).end : LoopEnd{});
       case Form::kCompareJumpUnless:
       case Form::kCompareJumpIf:
         return translate_compare_jump(s_, i, target(w[4]));
@@ -442,11 +484,17 @@ class TaskCompiler {
     s_.call(form == Form::kShortRecords4 ? &run_records_of_4 : &run_records_of_5);
   }
 
-  void loop_jump(const Instruction& i) {
+  /// `end`: if there is no budget left.
+  void loop_jump(const Instruction& i, const LoopEnd& end) {
     const asmjit::Label over = s_.label();
-    s_.loop_back(i.position, target(i.words[1]), over);
-    s_.aside([this, over, position = i.position] {
+    if (loop_ && loop_->round) {
+      s_.loop_back(i.position, loop_->round->next, over, loop_->round->follows);
+    } else {
+      s_.loop_back(i.position, target(i.words[1]), over, false);
+    }
+    s_.aside([this, over, end, position = i.position] {
       s_.land(over);
+      put_right(end);
       s_.pass(1, position);
       s_.pass_machine(0);
       s_.call(&fail_loop);
@@ -545,8 +593,18 @@ class TaskCompiler {
   };
   std::unordered_map<std::uint32_t, Target> targets_;  ///< of jumps in this body, by position
   struct LoopCode {
-    std::uint32_t first = 0, last = 0;             ///< positions
-    std::map<std::uint32_t, asmjit::Label> exits;  ///< by position outside
+    std::uint32_t first = 0, last = 0;  ///< positions
+    const LinkedInstruction* instructions = nullptr;
+    LoopFacts facts;
+    std::map<std::uint32_t, asmjit::Label> exits{};  ///< by position outside
+    struct Round {
+      asmjit::Label next;  ///< where its loop jump goes
+      bool follows = false;
+    };
+    std::optional<Round> round{};  ///< that is being written
+    [[nodiscard]] const InstructionFacts& of(const LinkedInstruction& instruction) const {
+      return facts.instructions[static_cast<std::size_t>(&instruction - instructions)];
+    }
   };
   std::optional<LoopCode> loop_;       ///< that is being written
   asmjit::Label failed_;               ///< of this body: the scan is over
@@ -564,7 +622,7 @@ core::Result<std::unique_ptr<NativeTask>> compile(runtime::Program& program, con
   const std::span<std::byte> table(program.table().data(), program.table().layout().total);
   std::unique_ptr<ChangedPlan> plan;
   std::unique_ptr<ChangeTracker> tracker;
-  std::size_t bytes = linked.words.size() / sizeof(std::uint32_t) * kBytesPerWord + kBytesBeside;
+  std::size_t bytes = linked.words.size() / sizeof(std::uint32_t) * kBytesPerWord * kMostRounds + kBytesBeside;
   if (options.changed) {
     plan = std::make_unique<ChangedPlan>(linked, program.table().layout());
     tracker = std::make_unique<ChangeTracker>(table.data(), table.size(), plan->take_tables(), options.patience);

@@ -66,6 +66,8 @@ class Emitter : private asmjit::ErrorHandler {
   virtual void enter_loop(const Loop&) {}
   /// Registers go back to the table: before a call, and where the loop is left, any number of times.
   virtual void write_back() {}
+  /// Makes the NaN in a variable, if one is there, that of the interpreter.
+  virtual void make_one_nan(std::uint32_t, Type) {}
   /// Two ways to compute integers, in a loop: the first one works on copies, the second one, behind other_way(), on the
   /// variables themselves; what the copies hold is taken if the BOOL `condition` is `value`. In between, nothing but
   /// what computes_integer(). `written`: by one of the two or both; keeps() says whether this can be done with them.
@@ -106,8 +108,9 @@ class Emitter : private asmjit::ErrorHandler {
   /// Jumps to the address that the function called last returned.
   virtual void jump_to_result() = 0;
   /// To `head`, and takes one from the loop budget; to `over`, and nothing is taken, when there is none. Notes the
-  /// place, if not in every round.
-  virtual void loop_back(std::uint32_t position, const asmjit::Label& head, const asmjit::Label& over) = 0;
+  /// place, if not in every round. `follows`: the code at `head` comes next.
+  virtual void loop_back(std::uint32_t position, const asmjit::Label& head, const asmjit::Label& over,
+                         bool follows) = 0;
 
   // ---- calls: arguments, of which the last ones first, then the call. Everything in registers is lost.
   virtual void pass(unsigned argument, std::uint64_t value) = 0;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <utility>
 
 #include "native/library_rows.h"
 #include "native/records.h"
@@ -30,29 +31,136 @@ std::uint32_t target_of(Form form, const std::uint32_t* words) {
 
 namespace {
 
-/// What an instruction takes an operand for.
-enum class Use : std::uint8_t {
-  kInteger,
-  kReal,
-  kBits,    ///< it is moved, whatever it is
-  kMemory,  ///< only where it is
-};
+/// Words: kernel (2), arguments, result, then the arguments.
+bool add_call(std::vector<Access>& found, const std::uint32_t* words) {
+  const stdlib::Overload* const overload = overload_of(runtime::load_pointer<stdlib::Kernel>(words + 1));
+  if (overload == nullptr) return false;
+  const auto number = [](Type type) { return is_real(type) ? Use::kReal : Use::kInteger; };
+  for (std::uint32_t n = 0; n < words[3]; ++n) {
+    const auto type = machine_type(overload->param_type(n));
+    if (!type) return false;
+    found.push_back({words[5 + n], bytes_of(*type), number(*type), false});
+  }
+  const auto type = machine_type(overload->result_type());
+  if (!type) return false;
+  found.push_back({words[4], bytes_of(*type), number(*type), true});
+  return true;
+}
+
+}  // namespace
+
+std::optional<std::vector<Access>> accesses_of(const std::uint32_t* code, const Instruction& i) {
+  const Type type = i.operation.type;
+  const unsigned bytes = bytes_of(type);
+  const Use number = is_real(type) ? Use::kReal : Use::kInteger;
+  std::vector<Access> found;
+  const auto read = [&](unsigned word, unsigned size, Use use) { found.push_back({i.words[word], size, use, false}); };
+  const auto write = [&](unsigned word, unsigned size, Use use) { found.push_back({i.words[word], size, use, true}); };
+  switch (i.operation.form) {
+    case Form::kReturn:
+    case Form::kStretch:
+    case Form::kArranged:
+    case Form::kJump:
+    case Form::kLoopJump:
+      return found;
+    case Form::kJumpUnless:
+    case Form::kJumpIf:
+      read(1, 1, Use::kInteger);
+      return found;
+    case Form::kMove:
+      write(1, bytes, is_real(type) ? Use::kReal : Use::kBits);
+      read(2, bytes, is_real(type) ? Use::kReal : Use::kBits);
+      return found;
+    case Form::kAdd:
+    case Form::kSub:
+    case Form::kMul:
+    case Form::kDiv:
+    case Form::kMod:
+    case Form::kAnd:
+    case Form::kOr:
+    case Form::kXor:
+      write(1, bytes, number);
+      read(2, bytes, number);
+      read(3, bytes, number);
+      return found;
+    case Form::kCompare:
+    case Form::kCompareJumpUnless:
+    case Form::kCompareJumpIf:
+      write(1, 1, Use::kInteger);
+      read(2, bytes, number);
+      read(3, bytes, number);
+      return found;
+    case Form::kRange:
+      write(1, bytes, Use::kInteger);
+      for (unsigned word = 2; word <= 4; ++word) read(word, bytes, Use::kInteger);
+      return found;
+    case Form::kExtract:
+      write(1, 1, Use::kInteger);
+      read(2, 1, Use::kInteger);
+      return found;
+    case Form::kInsert:
+      write(1, 1, Use::kInteger);
+      read(1, 1, Use::kInteger);
+      read(2, 1, Use::kInteger);
+      return found;
+    case Form::kLoadElement:
+    case Form::kStoreElement: {
+      const std::uint32_t* const index = i.words + 3;
+      if (i.operation.form == Form::kLoadElement) {
+        write(1, bytes, Use::kBits);
+      } else {
+        read(1, bytes, Use::kBits);
+      }
+      found.push_back({i.words[2], std::uint64_t{index[1]} * index[2], Use::kMemory, false});
+      found.push_back({index[0], core::rep_bytes(static_cast<core::Rep>(index[5])), Use::kInteger, false});
+      return found;
+    }
+    case Form::kLoadPath:
+    case Form::kStorePath: {
+      if (i.operation.form == Form::kLoadPath) {
+        write(1, bytes, Use::kBits);
+      } else {
+        read(1, bytes, Use::kBits);
+      }
+      const std::uint32_t* index = i.words + 5;
+      std::uint64_t parts = bytes;
+      for (std::uint32_t n = 0; n < i.words[4]; ++n, index += runtime::kIndexWords) {
+        if (index[1] != 0) parts += std::uint64_t{index[1] - 1} * index[2];
+        found.push_back({index[0], core::rep_bytes(static_cast<core::Rep>(index[5])), Use::kInteger, false});
+      }
+      found.push_back({i.words[2] + i.words[3], parts, Use::kMemory, false});
+      return found;
+    }
+    case Form::kShortRecords4:
+    case Form::kShortRecords5:
+    case Form::kGeneralRecords:
+      for (std::uint32_t n = 0; n < i.words[1]; ++n) {
+        const Record record = record_at(i, code, n);
+        found.push_back({record.out, 1, Use::kMemory, false});
+        for (unsigned k = 0; k < record.inputs; ++k) found.push_back({record.in[k], 1, Use::kMemory, false});
+      }
+      return found;
+    case Form::kCallLibrary:
+      return add_call(found, i.words) ? std::optional(std::move(found)) : std::nullopt;
+    default:
+      return std::nullopt;
+  }
+}
+
+namespace {
 
 /// Collects the variables of one loop.
 class Variables {
  public:
-  void read(std::uint32_t operand, std::uint64_t bytes, Use use, std::uint64_t weight) {
-    Variable& variable = variables_[operand];
-    if (variable.bytes != 0 && variable.bytes != bytes) variable.in_memory = true;
-    variable.bytes = std::max(variable.bytes, bytes);
-    variable.weight += weight;
-    variable.integer = variable.integer || use == Use::kInteger;
-    variable.real = variable.real || use == Use::kReal;
-    variable.in_memory = variable.in_memory || use == Use::kMemory;
-  }
-  void write(std::uint32_t operand, std::uint64_t bytes, Use use, std::uint64_t weight) {
-    read(operand, bytes, use, weight);
-    variables_[operand].written = true;
+  void add(const Access& access, std::uint64_t weight) {
+    Variable& variable = variables_[access.operand];
+    if (variable.bytes != 0 && variable.bytes != access.bytes) variable.in_memory = true;
+    variable.bytes = std::max(variable.bytes, access.bytes);
+    variable.weight += access.use == Use::kMemory ? 0 : weight;
+    variable.integer = variable.integer || access.use == Use::kInteger;
+    variable.real = variable.real || access.use == Use::kReal;
+    variable.in_memory = variable.in_memory || access.use == Use::kMemory;
+    variable.written = variable.written || access.write;
   }
 
   /// Those that may lie in a register.
@@ -156,130 +264,39 @@ class Finder {
   }
 
   [[nodiscard]] std::optional<Loop> variables_of(const Interval& loop) const {
-    Loop result{loop.first, loop.last, {}, false};
+    Loop result{loop.first, loop.last, {}, false, {}};
     Variables variables;
     for (std::size_t i = loop.first; i <= loop.last; ++i) {
       const Instruction instruction{words(i), instructions_[i].position, operation_of(instructions_[i].op)};
-      if (!add(variables, instruction, all_[innermost_[i]].weight, result)) return std::nullopt;
+      const auto accesses = accesses_of(code_, instruction);
+      if (!accesses) return std::nullopt;
+      for (const Access& access : *accesses) variables.add(access, all_[innermost_[i]].weight);
+      result.has_parts = result.has_parts || has_parts(instruction);
     }
     result.variables = variables.take();
+    for (std::size_t l = 0; l < all_.size(); ++l) {
+      const auto [first, last] = std::pair(all_[l].first, all_[l].last);
+      if (!all_[l].fit || !loop.contains(first) || !loop.contains(last)) continue;
+      if (std::all_of(innermost_.begin() + static_cast<std::ptrdiff_t>(first),
+                      innermost_.begin() + static_cast<std::ptrdiff_t>(last) + 1,
+                      [l](std::size_t innermost) { return innermost == l; })) {
+        result.inner.push_back({first, last});
+      }
+    }
     return result;
   }
 
-  /// The operands of an instruction. False when it is none for such loops.
-  bool add(Variables& variables, const Instruction& i, std::uint64_t weight, Loop& loop) const {
-    const Type type = i.operation.type;
-    const unsigned bytes = bytes_of(type);
-    const Use number = is_real(type) ? Use::kReal : Use::kInteger;
-    const auto read = [&](unsigned word, unsigned size, Use use) { variables.read(i.words[word], size, use, weight); };
-    const auto write = [&](unsigned word, unsigned size, Use use) {
-      variables.write(i.words[word], size, use, weight);
-    };
+  /// Elements of an array that is not the instance's.
+  static bool has_parts(const Instruction& i) {
     switch (i.operation.form) {
-      case Form::kReturn:
-      case Form::kStretch:
-      case Form::kArranged:
-      case Form::kJump:
-      case Form::kLoopJump:
-        return true;
-      case Form::kJumpUnless:
-      case Form::kJumpIf:
-        read(1, 1, Use::kInteger);
-        return true;
-      case Form::kMove:
-        write(1, bytes, is_real(type) ? Use::kReal : Use::kBits);
-        read(2, bytes, is_real(type) ? Use::kReal : Use::kBits);
-        return true;
-      case Form::kAdd:
-      case Form::kSub:
-      case Form::kMul:
-      case Form::kDiv:
-      case Form::kMod:
-      case Form::kAnd:
-      case Form::kOr:
-      case Form::kXor:
-        write(1, bytes, number);
-        read(2, bytes, number);
-        read(3, bytes, number);
-        return true;
-      case Form::kCompare:
-      case Form::kCompareJumpUnless:
-      case Form::kCompareJumpIf:
-        write(1, 1, Use::kInteger);
-        read(2, bytes, number);
-        read(3, bytes, number);
-        return true;
-      case Form::kRange:
-        write(1, bytes, Use::kInteger);
-        for (unsigned word = 2; word <= 4; ++word) read(word, bytes, Use::kInteger);
-        return true;
-      case Form::kExtract:
-        write(1, 1, Use::kInteger);
-        read(2, 1, Use::kInteger);
-        return true;
-      case Form::kInsert:
-        write(1, 1, Use::kInteger);
-        read(2, 1, Use::kInteger);
-        return true;
       case Form::kLoadElement:
-      case Form::kStoreElement: {
-        const std::uint32_t* const index = i.words + 3;
-        loop.has_parts = loop.has_parts || (i.words[2] & runtime::kRelativeBit) == 0;
-        if (i.operation.form == Form::kLoadElement) {
-          write(1, bytes, Use::kBits);
-        } else {
-          read(1, bytes, Use::kBits);
-        }
-        variables.read(i.words[2], std::uint64_t{index[1]} * index[2], Use::kMemory, 0);
-        variables.read(index[0], core::rep_bytes(static_cast<core::Rep>(index[5])), Use::kInteger, weight);
-        return true;
-      }
+      case Form::kStoreElement:
       case Form::kLoadPath:
-      case Form::kStorePath: {
-        if (i.operation.form == Form::kLoadPath) {
-          write(1, bytes, Use::kBits);
-        } else {
-          read(1, bytes, Use::kBits);
-        }
-        const std::uint32_t* index = i.words + 5;
-        loop.has_parts = loop.has_parts || (i.words[2] & runtime::kRelativeBit) == 0;
-        std::uint64_t parts = bytes;
-        for (std::uint32_t n = 0; n < i.words[4]; ++n, index += runtime::kIndexWords) {
-          if (index[1] != 0) parts += std::uint64_t{index[1] - 1} * index[2];
-          variables.read(index[0], core::rep_bytes(static_cast<core::Rep>(index[5])), Use::kInteger, weight);
-        }
-        variables.read(i.words[2] + i.words[3], parts, Use::kMemory, 0);
-        return true;
-      }
-      case Form::kShortRecords4:
-      case Form::kShortRecords5:
-      case Form::kGeneralRecords:
-        for (std::uint32_t n = 0; n < i.words[1]; ++n) {
-          const Record record = record_at(i, code_, n);
-          variables.read(record.out, 1, Use::kMemory, 0);
-          for (unsigned k = 0; k < record.inputs; ++k) variables.read(record.in[k], 1, Use::kMemory, 0);
-        }
-        return true;
-      case Form::kCallLibrary:
-        return add_call(variables, i.words, weight);
+      case Form::kStorePath:
+        return (i.words[2] & runtime::kRelativeBit) == 0;
       default:
         return false;
     }
-  }
-  /// Words: kernel (2), arguments, result, then the arguments.
-  static bool add_call(Variables& variables, const std::uint32_t* words, std::uint64_t weight) {
-    const stdlib::Overload* const overload = overload_of(runtime::load_pointer<stdlib::Kernel>(words + 1));
-    if (overload == nullptr) return false;
-    const auto number = [](Type type) { return is_real(type) ? Use::kReal : Use::kInteger; };
-    for (std::uint32_t n = 0; n < words[3]; ++n) {
-      const auto type = machine_type(overload->param_type(n));
-      if (!type) return false;
-      variables.read(words[5 + n], bytes_of(*type), number(*type), weight);
-    }
-    const auto type = machine_type(overload->result_type());
-    if (!type) return false;
-    variables.write(words[4], bytes_of(*type), number(*type), weight);
-    return true;
   }
 
   const std::uint32_t* code_;

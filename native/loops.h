@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -14,6 +15,28 @@
 #include "runtime/link.h"
 
 namespace plc::native {
+
+struct Instruction;
+
+/// What an instruction takes an operand for.
+enum class Use : std::uint8_t {
+  kInteger,
+  kReal,
+  kBits,    ///< it is moved, whatever it is
+  kMemory,  ///< only where it is
+};
+
+/// One operand of an instruction.
+struct Access {
+  std::uint32_t operand = 0;
+  std::uint64_t bytes = 0;
+  Use use = Use::kMemory;
+  bool write = false;
+};
+
+/// The operands of an instruction, in any order; what it reads and writes is there twice. Nothing when it is none for
+/// loops whose variables lie in registers. `code`: all resolved code.
+std::optional<std::vector<Access>> accesses_of(const std::uint32_t* code, const Instruction& instruction);
 
 struct LoopVariable {
   std::uint32_t operand = 0;
@@ -29,6 +52,11 @@ struct Loop {
   /// The most used ones first. No other variable and no element of an array that the loop touches overlaps with one.
   std::vector<LoopVariable> variables;
   bool has_parts = false;  ///< elements of arrays that are not the instance's
+  /// A loop in it, or all of it, that has none inside.
+  struct Inner {
+    std::size_t first = 0, last = 0;
+  };
+  std::vector<Inner> inner;  ///< in the order of the code
 };
 
 /// The outermost loops that call nothing but functions of the library; in loops that do, those inside. In the order of

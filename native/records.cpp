@@ -87,7 +87,7 @@ std::uint32_t RecordRegisters::take() {
 
 void RecordRegisters::hold(std::uint32_t number, std::uint32_t operand, std::uint32_t next) {
   forget(operand);
-  slot(number) = {false, next, operand};
+  if (std::find(numbers_.begin(), numbers_.end(), number) != numbers_.end()) slot(number) = {false, next, operand};
 }
 
 bool RecordRegisters::hold_out(std::uint32_t number, const Record& record) {

@@ -54,7 +54,8 @@ class RecordRegisters {
   /// One for a temporary value: free, or that of the output that waits longest.
   std::uint32_t take();
   void give_back(std::uint32_t number) { slot(number) = {}; }
-  /// A taken one holds a variable from now on.
+  /// A taken one, or one whose value was there before the run, holds a variable from now on. Others that are not among
+  /// its numbers, as those that loops keep, are not noted.
   void hold(std::uint32_t number, std::uint32_t operand, std::uint32_t next);
   /// A taken one holds the output of a record. False when it is not stored, or not yet.
   bool hold_out(std::uint32_t number, const Record& record);

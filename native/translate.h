@@ -16,12 +16,20 @@
 
 namespace plc::native {
 
+/// What code of an instruction need not do (loop_facts.h).
+struct Known {
+  std::uint32_t inside = 0;  ///< bit n: index number n lies within its array
+  bool any_nan = false;      ///< a NaN as the processor makes it will do
+  bool unread = false;       ///< nobody reads the BOOL that a comparison with a jump makes
+};
+
 /// One instruction, and what a translator needs to know of its body.
 struct Instruction {
   const std::uint32_t* words = nullptr;  ///< from the handler word on
   std::uint32_t position = 0;
   Operation operation;
   std::uint32_t ports = 0, port_bytes = 0;  ///< of a block that runs soon behind it
+  Known known{};
   [[nodiscard]] bool is_port(std::uint32_t out) const { return out - ports < port_bytes; }
 };
 

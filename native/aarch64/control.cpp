@@ -94,7 +94,7 @@ void Assembly::jump_to_result() {
   a.br(a64::x0);
   forget();
 }
-void Assembly::loop_back(std::uint32_t position, const asmjit::Label& head, const asmjit::Label& over) {
+void Assembly::loop_back(std::uint32_t position, const asmjit::Label& head, const asmjit::Label& over, bool) {
   forget();
   a.ldr(a64::w0, member(machine::kLoopsLeft));
   note_place(position);

@@ -245,6 +245,35 @@ void Assembly::write_back() {
   }
 }
 
+void Assembly::make_one_nan(std::uint32_t operand, Type type) {
+  const bool f32 = type == Type::kF32;
+  forget();
+  const std::uint32_t number = kept(operand, true).value_or(0);
+  load_real(number, operand, type);
+  one_nan(number, f32);
+  store_real(operand, type, number);
+}
+
+void Assembly::one_nan(std::uint32_t number, bool f32) {
+  const x86::Xmm value = x86::xmm(number);
+  const asmjit::Label nan = label();
+  const asmjit::Label done = label();
+  a.emit(f32 ? x86::Inst::kIdUcomiss : x86::Inst::kIdUcomisd, value, value);
+  a.jp(nan);
+  a.bind(done);
+  aside([this, nan, done, value, f32] {
+    a.bind(nan);
+    if (f32) {
+      a.mov(x86::eax, 0x7fc00000u);
+      a.movd(value, x86::eax);
+    } else {
+      a.mov(x86::rax, 0x7ff8000000000000u);
+      a.movq(value, x86::rax);
+    }
+    a.jmp(done);
+  });
+}
+
 namespace {
 constexpr std::uint32_t kCopies[] = {reg::kSi, reg::kDi};
 }

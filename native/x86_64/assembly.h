@@ -79,11 +79,15 @@ class Assembly final : public Emitter {
   // ---- reals
   void load_real(std::uint32_t to, std::uint32_t operand, Type type);
   void store_real(std::uint32_t operand, Type type, std::uint32_t from);
+  /// Of all NaN, the one that arithmetic makes in a program: what the processor makes of an invalid operation has the
+  /// sign bit. Loses rax then.
+  void one_nan(std::uint32_t number, bool f32);
 
   // ---- loops
   static constexpr bool kKeepsLoops = true;
   void enter_loop(const Loop& loop) override;
   void write_back() override;
+  void make_one_nan(std::uint32_t operand, Type type) override;
   [[nodiscard]] bool keeps(std::span<const std::uint32_t> written) const override;
   void begin_ways(std::span<const std::uint32_t> written) override;
   void other_way() override;
@@ -100,7 +104,7 @@ class Assembly final : public Emitter {
   void jump_if_result(bool value, const asmjit::Label& target) override;
   void jump_if_set(const std::uint8_t& flag, const asmjit::Label& target) override;
   void jump_to_result() override;
-  void loop_back(std::uint32_t position, const asmjit::Label& head, const asmjit::Label& over) override;
+  void loop_back(std::uint32_t position, const asmjit::Label& head, const asmjit::Label& over, bool follows) override;
   void pass(unsigned argument, std::uint64_t value) override;
   void pass_machine(unsigned argument) override;
   void pass_step(unsigned argument) override;

@@ -90,12 +90,17 @@ void Assembly::jump_to_result() {
   a.jmp(x86::rax);
   forget();
 }
-void Assembly::loop_back(std::uint32_t position, const asmjit::Label& head, const asmjit::Label& over) {
+void Assembly::loop_back(std::uint32_t position, const asmjit::Label& head, const asmjit::Label& over, bool follows) {
   if (kept_ != nullptr) {
     const asmjit::Label more = label();
     a.sub(gp(kept_->budget, 4), 1);
-    a.jae(head);
-    a.jmp(more);
+    if (follows) {
+      a.jb(more);
+    } else {
+      a.jae(head);
+      a.jmp(more);
+    }
+    forget();
     return aside([this, position, head, over, more, portion = gp(kept_->budget, 4)] {
       bind(more);
       note_place(position);

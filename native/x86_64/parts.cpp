@@ -45,8 +45,8 @@ struct Index {
 };
 
 /// The number of the element, below the count, in the register returned, which is rax unless a loop keeps it; else to
-/// `outside`. Uses rax and rcx.
-x86::Gp element_number(Assembly& s, const Index& index, const asmjit::Label& outside) {
+/// `outside`, unless it is known to be `inside`. Uses rax and rcx.
+x86::Gp element_number(Assembly& s, const Index& index, bool inside, const asmjit::Label& outside) {
   const auto holder = s.in_register(index.operand, index.bytes());
   asmjit::Operand number;
   if (holder) {
@@ -67,6 +67,7 @@ x86::Gp element_number(Assembly& s, const Index& index, const asmjit::Label& out
       s.a.emit(x86::Inst::kIdMov, element.r32(), number);
       if (distance != 0) s.a.sub(element.r32(), distance);
     }
+    if (inside) return element;
     s.a.cmp(element.r32(), index.count);
     s.a.jae(outside);
     return element;
@@ -90,7 +91,7 @@ x86::Gp element_number(Assembly& s, const Index& index, const asmjit::Label& out
       s.a.emit(x86::Inst::kIdMov, element, number);
       break;
   }
-  if (index.rep == core::Rep::kU64) {
+  if (index.rep == core::Rep::kU64 && !inside) {
     s.a.test(element, element);
     s.a.js(outside);
   }
@@ -100,6 +101,7 @@ x86::Gp element_number(Assembly& s, const Index& index, const asmjit::Label& out
   } else if (index.lower != 0) {
     s.a.sub(element, index.lower);
   }
+  if (inside) return element;
   if (index.count <= kMost) {
     s.a.cmp(element, index.count);
   } else {
@@ -116,6 +118,7 @@ x86::Mem part_place(Assembly& s, const Instruction& i, unsigned bytes, const asm
   const std::uint32_t place = i.words[2] + (is_path ? i.words[3] : 0);
   const std::uint32_t count = is_path ? i.words[4] : 1;
   const std::uint32_t* words = i.words + (is_path ? 5 : 3);
+  const auto inside = [&](std::uint32_t n) { return n < 32 && (i.known.inside >> n & 1) != 0; };
   bool far = false;  // rsi holds a distance
   const auto add = [&](const x86::Gp& element, std::uint32_t stride) {
     s.a.imul(far ? x86::rax : x86::rsi, element, static_cast<std::int32_t>(stride));
@@ -124,11 +127,11 @@ x86::Mem part_place(Assembly& s, const Instruction& i, unsigned bytes, const asm
   };
   for (std::uint32_t n = 0; n + 1 < count; ++n, words += runtime::kIndexWords) {
     const Index index(words);
-    add(element_number(s, index, outside), index.stride);
+    add(element_number(s, index, inside(n), outside), index.stride);
     s.forget();
   }
   const Index last(words);
-  const x86::Gp element = element_number(s, last, outside);
+  const x86::Gp element = element_number(s, last, inside(count - 1), outside);
   s.forget();
   const auto shift = last.shift();
   if (!shift) add(element, last.stride);

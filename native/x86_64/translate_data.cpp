@@ -108,25 +108,8 @@ void real(Assembly& s, const Instruction& i) {
   if (const auto kept = s.kept(out, true); kept && (x == out || y != out)) to = *kept;
   const asmjit::Operand second = s.real_value(y, type);
   s.load_real(to, x, type);
-  const x86::Xmm value = x86::xmm(to);
-  s.a.emit(real_id(i.operation.form, f32), value, second);
-  // One NaN: what the processor makes of an invalid operation has the sign bit.
-  const asmjit::Label nan = s.a.newLabel();
-  const asmjit::Label done = s.a.newLabel();
-  compare_reals(s, value, value, f32);
-  s.a.jp(nan);
-  s.a.bind(done);
-  s.aside([&s, nan, done, value, f32] {
-    s.a.bind(nan);
-    if (f32) {
-      s.a.mov(x86::eax, 0x7fc00000u);
-      s.a.movd(value, x86::eax);
-    } else {
-      s.a.mov(x86::rax, 0x7ff8000000000000u);
-      s.a.movq(value, x86::rax);
-    }
-    s.a.jmp(done);
-  });
+  s.a.emit(real_id(i.operation.form, f32), x86::xmm(to), second);
+  if (!i.known.any_nan) s.one_nan(to, f32);
   s.store_real(out, type, to);
 }
 
@@ -223,6 +206,7 @@ x86::CondCode compare_integers(Assembly& s, const Instruction& i) {
     if (!s.in_register(x, bytes)) s.load(reg::kAx, x, bytes);
     s.a.emit(x86::Inst::kIdCmp, gp(s.in_register(x, bytes).value_or(reg::kAx), bytes), second);
   }
+  if (i.known.unread) return code;
   const std::uint32_t to = s.kept(i.words[1]).value_or(reg::kAx);
   s.a.set(code, gp(to, 1));
   s.store(i.words[1], 1, to);
@@ -256,14 +240,14 @@ x86::CondCode compare_reals(Assembly& s, const Instruction& i) {
     case Relation::kLt:
     case Relation::kGt:
       code = x86::CondCode::kA;
-      s.a.seta(x86::al);
       break;
     case Relation::kLe:
     case Relation::kGe:
       code = x86::CondCode::kAE;
-      s.a.setae(x86::al);
       break;
   }
+  if (i.known.unread) return code;
+  if (code != x86::CondCode::kNZ) s.a.set(code, x86::al);
   s.store(i.words[1], 1, reg::kAx);
   return code;
 }

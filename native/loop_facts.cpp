@@ -1,0 +1,669 @@
+#include "native/loop_facts.h"
+
+#include <algorithm>
+#include <bit>
+#include <limits>
+#include <optional>
+
+#include "native/choice.h"
+#include "runtime/operations.h"
+
+namespace plc::native {
+
+using runtime::LinkedInstruction;
+
+namespace {
+
+/// Loops with more are not looked at: walks take time by both.
+constexpr std::size_t kMostInstructions = 4096;
+constexpr std::size_t kMostVariables = 64;
+/// Walks end sooner by themselves; one that did not says nothing.
+constexpr int kMostWalks = 64;
+
+/// The loop's instructions, by numbers in the body.
+class LoopCode {
+ public:
+  LoopCode(const std::uint32_t* code, std::span<const LinkedInstruction> body, const Loop& loop)
+      : code_(code), body_(body), loop_(loop) {
+    for (std::size_t i = 0; i < body.size(); ++i) {
+      const std::uint32_t to = target_of(operation_of(body[i].op).form, code + body[i].position);
+      if (to != kNoTarget) jumps_.push_back({to, i});
+    }
+    std::sort(jumps_.begin(), jumps_.end());
+  }
+
+  [[nodiscard]] std::size_t first() const { return loop_.first; }
+  [[nodiscard]] std::size_t last() const { return loop_.last; }
+  [[nodiscard]] const std::uint32_t* code() const { return code_; }
+  [[nodiscard]] Instruction at(std::size_t i) const {
+    return {code_ + body_[i].position, body_[i].position, operation_of(body_[i].op)};
+  }
+  [[nodiscard]] std::vector<Access> accesses(std::size_t i) const {
+    return accesses_of(code_, at(i)).value_or(std::vector<Access>{});
+  }
+  [[nodiscard]] std::size_t jumps_to(std::uint32_t position) const {
+    return static_cast<std::size_t>(first_jump(position + 1) - first_jump(position));
+  }
+  /// Where instruction `i` jumps to: a number in the loop, or nothing.
+  [[nodiscard]] std::optional<std::size_t> target(std::size_t i) const {
+    const Instruction instruction = at(i);
+    const std::uint32_t position = target_of(instruction.operation.form, instruction.words);
+    if (position == kNoTarget || position < body_[first()].position || position > body_[last()].position) {
+      return std::nullopt;
+    }
+    const auto found = std::lower_bound(body_.begin(), body_.end(), position,
+                                        [](const LinkedInstruction& a, std::uint32_t p) { return a.position < p; });
+    return static_cast<std::size_t>(found - body_.begin());
+  }
+  [[nodiscard]] bool goes_on(std::size_t i) const {
+    const Form form = at(i).operation.form;
+    return form != Form::kReturn && form != Form::kJump && form != Form::kLoopJump;
+  }
+  /// Whether both sides of the jump may be computed, after which its BOOL says which one counts.
+  [[nodiscard]] bool is_choice(const Emitter& emitter, std::size_t i) const {
+    const auto choice = choice_at(code_, body_, i, [this](std::uint32_t p) { return jumps_to(p); });
+    return choice && written_by(emitter, code_, body_, *choice);
+  }
+  /// The first of a few instructions in front of the loop that are executed whenever it is entered, one by one.
+  [[nodiscard]] std::size_t straight_before() const {
+    constexpr std::size_t kFew = 8;
+    const auto others_come = [this](std::size_t i) {
+      const std::uint32_t position = body_[i].position;
+      return std::any_of(first_jump(position), first_jump(position + 1), [this, i](const Jump& jump) {
+        return i != first() || jump.from < first() || jump.from > last();
+      });
+    };
+    std::size_t i = first();
+    while (i > 0 && first() - i < kFew && !others_come(i)) {
+      const Form form = at(i - 1).operation.form;
+      if (!goes_on(i - 1) || target_of(form, at(i - 1).words) != kNoTarget) break;
+      --i;
+    }
+    return i;
+  }
+
+ private:
+  struct Jump {
+    std::uint32_t to = 0;  ///< position
+    std::size_t from = 0;
+    friend auto operator<=>(const Jump&, const Jump&) = default;
+  };
+  [[nodiscard]] std::vector<Jump>::const_iterator first_jump(std::uint32_t position) const {
+    return std::lower_bound(jumps_.begin(), jumps_.end(), Jump{position, 0});
+  }
+
+  const std::uint32_t* code_;
+  std::span<const LinkedInstruction> body_;
+  const Loop& loop_;
+  std::vector<Jump> jumps_;
+};
+
+/// Follows all ways through a loop, from a state where it is entered, until no instruction is reached in a state that
+/// it was not reached in before. A Domain has a State; step(), which takes an instruction and the state before it,
+/// makes it that behind it, and returns that where the jump leads, if there is one and it may be taken; and join(),
+/// which adds a state to another one and says whether that changed it.
+template <class Domain>
+class Walk {
+ public:
+  using State = typename Domain::State;
+  Walk(const LoopCode& loop, Domain& domain) : loop_(loop), domain_(domain), at_(loop.last() - loop.first() + 1) {}
+
+  /// False when it takes too long.
+  bool run(const State& entry) {
+    at_.front() = entry;
+    for (int walks = 0; walks < kMostWalks; ++walks) {
+      changed_ = false;
+      once();
+      if (!changed_) return true;
+    }
+    return false;
+  }
+  /// The state before an instruction; nothing when nobody gets there.
+  [[nodiscard]] const std::optional<State>& before(std::size_t i) const { return at_[i - loop_.first()]; }
+  /// By position outside.
+  [[nodiscard]] const std::map<std::uint32_t, State>& exits() const { return exits_; }
+
+ private:
+  void once() {
+    for (std::size_t i = loop_.first(); i <= loop_.last(); ++i) {
+      if (!before(i)) continue;
+      State state = *before(i);
+      const std::optional<State> jumped = domain_.step(i, state);
+      if (loop_.goes_on(i) && domain_.possible(state)) add(i + 1, state, false);
+      if (!jumped) continue;
+      if (const auto target = loop_.target(i)) {
+        add(*target, *jumped, *target <= i);
+      } else {
+        const Instruction instruction = loop_.at(i);
+        const std::uint32_t to = target_of(instruction.operation.form, instruction.words);
+        const auto [exit, is_new] = exits_.try_emplace(to, *jumped);
+        if (is_new || domain_.join(exit->second, *jumped, false, loop_.last() + 1)) changed_ = true;
+      }
+    }
+  }
+  void add(std::size_t i, const State& state, bool back) {
+    std::optional<State>& known = at_[i - loop_.first()];
+    if (!known) {
+      known = state;
+      changed_ = true;
+    } else if (domain_.join(*known, state, back, i)) {
+      changed_ = true;
+    }
+  }
+
+  const LoopCode& loop_;
+  Domain& domain_;
+  std::vector<std::optional<State>> at_;
+  std::map<std::uint32_t, State> exits_;
+  bool changed_ = false;
+};
+
+// ---- integers
+
+/// All values from one to another one.
+struct Interval {
+  std::int64_t least = 0, most = 0;
+  friend bool operator==(const Interval&, const Interval&) = default;
+  [[nodiscard]] bool is_empty() const { return least > most; }
+};
+
+/// Variables of up to four bytes as numbers with a sign.
+class Integers {
+ public:
+  using State = std::vector<Interval>;  ///< by variable; one that is empty: nobody gets here
+
+  Integers(const Emitter& emitter, const LoopCode& loop, std::span<const LoopVariable> variables)
+      : emitter_(emitter), loop_(loop) {
+    for (const LoopVariable& variable : variables) {
+      if (variable.real || variable.bytes > 4 || emitter.constant(variable.operand, variable.bytes)) continue;
+      if (variables_.size() < kMostVariables) variables_.push_back({variable.operand, variable.bytes});
+    }
+    // Where a growing range may stop: at what the loop compares with.
+    for (std::size_t i = loop.first(); i <= loop.last(); ++i) {
+      const Instruction instruction = loop.at(i);
+      const Form form = instruction.operation.form;
+      if (form != Form::kCompare && form != Form::kCompareJumpUnless && form != Form::kCompareJumpIf) continue;
+      for (const unsigned word : {2u, 3u}) {
+        const auto known = number(instruction.words[word], bytes_of(instruction.operation.type));
+        if (known && !is_real(instruction.operation.type)) {
+          for (const std::int64_t stop : {*known - 1, *known, *known + 1}) stops_.push_back(stop);
+        }
+      }
+    }
+    std::sort(stops_.begin(), stops_.end());
+  }
+
+  /// Where the loop is entered.
+  [[nodiscard]] State entry() {
+    State state = anything();
+    for (std::size_t i = loop_.straight_before(); i < loop_.first(); ++i) {
+      switch (loop_.at(i).operation.form) {
+        case Form::kMove:
+        case Form::kAdd:
+        case Form::kSub:
+          step(i, state);
+          break;
+        default:
+          state = anything();
+      }
+    }
+    return state;
+  }
+  [[nodiscard]] Interval range(const State& state, std::uint32_t operand, unsigned bytes) const {
+    if (const auto known = number(operand, bytes)) return {*known, *known};
+    for (std::size_t v = 0; v < variables_.size(); ++v) {
+      if (variables_[v].operand == operand && variables_[v].bytes == bytes) return state[v];
+    }
+    return any(bytes);
+  }
+
+  std::optional<State> step(std::size_t i, State& state) {
+    const Instruction instruction = loop_.at(i);
+    const std::uint32_t* const w = instruction.words;
+    const Type type = instruction.operation.type;
+    const unsigned bytes = bytes_of(type);
+    switch (instruction.operation.form) {
+      case Form::kJump:
+      case Form::kLoopJump:
+      case Form::kJumpUnless:
+      case Form::kJumpIf:
+        return state;
+      case Form::kMove:
+        set(state, w[1], bytes, is_real(type) ? any(bytes) : range(state, w[2], bytes));
+        return std::nullopt;
+      case Form::kAdd:
+      case Form::kSub: {
+        if (is_real(type) || bytes > 4) break;
+        const Interval x = range(state, w[2], bytes);
+        const Interval y = range(state, w[3], bytes);
+        const bool adds = instruction.operation.form == Form::kAdd;
+        const Interval sum =
+            adds ? Interval{x.least + y.least, x.most + y.most} : Interval{x.least - y.most, x.most - y.least};
+        const Interval all = any(bytes);
+        set(state, w[1], bytes, sum.least < all.least || sum.most > all.most ? all : sum);
+        return std::nullopt;
+      }
+      case Form::kCompareJumpUnless:
+      case Form::kCompareJumpIf: {
+        const bool jumps_if = instruction.operation.form == Form::kCompareJumpIf;
+        State jumped = state;
+        compare(jumped, instruction, jumps_if);
+        compare(state, instruction, !jumps_if);
+        if (!possible(jumped)) return std::nullopt;
+        return jumped;
+      }
+      default:
+        break;
+    }
+    for (const Access& access : loop_.accesses(i)) {
+      if (access.write) set(state, access.operand, access.bytes, any(4));
+    }
+    return std::nullopt;
+  }
+  [[nodiscard]] static bool possible(const State& state) {
+    return std::none_of(state.begin(), state.end(), [](const Interval& range) { return range.is_empty(); });
+  }
+  bool join(State& into, const State& from, bool back, std::size_t) const {
+    bool changed = false;
+    for (std::size_t v = 0; v < into.size(); ++v) {
+      Interval joined{std::min(into[v].least, from[v].least), std::max(into[v].most, from[v].most)};
+      if (joined == into[v]) continue;
+      if (back) joined = widened(into[v], joined, any(variables_[v].bytes));
+      into[v] = joined;
+      changed = true;
+    }
+    return changed;
+  }
+
+ private:
+  struct Variable {
+    std::uint32_t operand = 0;
+    unsigned bytes = 0;
+  };
+  static Interval any(std::uint64_t bytes) {
+    if (bytes > 4) return {std::numeric_limits<std::int64_t>::min() / 4, std::numeric_limits<std::int64_t>::max() / 4};
+    const std::int64_t end = std::int64_t{1} << (8 * bytes - 1);
+    return {-end, end - 1};
+  }
+  [[nodiscard]] State anything() const {
+    State state;
+    for (const Variable& variable : variables_) state.push_back(any(variable.bytes));
+    return state;
+  }
+  /// A constant of up to four bytes.
+  [[nodiscard]] std::optional<std::int64_t> number(std::uint32_t operand, unsigned bytes) const {
+    if (bytes > 4) return std::nullopt;
+    const auto known = emitter_.constant(operand, bytes);
+    if (!known) return std::nullopt;
+    const unsigned unused = 64 - 8 * bytes;
+    return static_cast<std::int64_t>(*known << unused) >> unused;
+  }
+  /// Also forgets what overlaps with it, which in front of the loop something may.
+  void set(State& state, std::uint32_t operand, std::uint64_t bytes, const Interval& range) const {
+    for (std::size_t v = 0; v < variables_.size(); ++v) {
+      const Variable& variable = variables_[v];
+      if (variable.operand == operand && variable.bytes == bytes) {
+        const Interval all = any(bytes);
+        state[v] = range.least < all.least || range.most > all.most ? all : range;
+      } else if (variable.operand < operand + bytes && operand < variable.operand + variable.bytes) {
+        state[v] = any(variable.bytes);
+      }
+    }
+  }
+  /// The comparison gave `result`.
+  void compare(State& state, const Instruction& i, bool result) const {
+    const Type type = i.operation.type;
+    const unsigned bytes = bytes_of(type);
+    Relation relation = i.operation.relation;
+    if (!is_real(type) && bytes <= 4) {
+      Interval x = range(state, i.words[2], bytes);
+      Interval y = range(state, i.words[3], bytes);
+      const bool ordered = is_signed(type) || (x.least >= 0 && y.least >= 0);
+      if (!result) relation = opposite(relation);
+      if (relation == Relation::kEq) {
+        x = y = {std::max(x.least, y.least), std::min(x.most, y.most)};
+      } else if (ordered && (relation == Relation::kLt || relation == Relation::kLe)) {
+        narrow(x, y, relation == Relation::kLt ? 1 : 0);
+      } else if (ordered && (relation == Relation::kGt || relation == Relation::kGe)) {
+        narrow(y, x, relation == Relation::kGt ? 1 : 0);
+      }
+      limit(state, i.words[2], bytes, x);
+      limit(state, i.words[3], bytes, y);
+    }
+    set(state, i.words[1], 1, {result, result});
+  }
+  static Relation opposite(Relation relation) {
+    switch (relation) {
+      case Relation::kEq:
+        return Relation::kNe;
+      case Relation::kNe:
+        return Relation::kEq;
+      case Relation::kLt:
+        return Relation::kGe;
+      case Relation::kLe:
+        return Relation::kGt;
+      case Relation::kGt:
+        return Relation::kLe;
+      case Relation::kGe:
+        break;
+    }
+    return Relation::kLt;
+  }
+  /// x + distance <= y
+  static void narrow(Interval& x, Interval& y, std::int64_t distance) {
+    x.most = std::min(x.most, y.most - distance);
+    y.least = std::max(y.least, x.least + distance);
+  }
+  void limit(State& state, std::uint32_t operand, unsigned bytes, const Interval& range) const {
+    for (std::size_t v = 0; v < variables_.size(); ++v) {
+      if (variables_[v].operand == operand && variables_[v].bytes == bytes) state[v] = range;
+    }
+  }
+  /// A range that grew, up to the next stops: it does not grow in small steps.
+  [[nodiscard]] Interval widened(const Interval& old, const Interval& grown, const Interval& all) const {
+    Interval range = grown;
+    if (grown.most > old.most) {
+      const auto stop = std::lower_bound(stops_.begin(), stops_.end(), grown.most);
+      range.most = stop == stops_.end() ? all.most : std::min(*stop, all.most);
+    }
+    if (grown.least < old.least) {
+      const auto above = std::upper_bound(stops_.begin(), stops_.end(), grown.least);
+      range.least = above == stops_.begin() ? all.least : std::max(*std::prev(above), all.least);
+    }
+    return range;
+  }
+
+  const Emitter& emitter_;
+  const LoopCode& loop_;
+  std::vector<Variable> variables_;
+  std::vector<std::int64_t> stops_;
+};
+
+/// Indices that lie within their arrays.
+std::uint32_t inside(const Integers& integers, const Integers::State& state, const Instruction& i) {
+  const std::uint32_t* index = nullptr;
+  std::uint32_t count = 1;
+  switch (i.operation.form) {
+    case Form::kLoadElement:
+    case Form::kStoreElement:
+      index = i.words + 3;
+      break;
+    case Form::kLoadPath:
+    case Form::kStorePath:
+      count = i.words[4];
+      index = i.words + 5;
+      break;
+    default:
+      return 0;
+  }
+  std::uint32_t found = 0;
+  for (std::uint32_t n = 0; n < std::min(count, 32u); ++n, index += runtime::kIndexWords) {
+    const auto rep = static_cast<core::Rep>(index[5]);
+    const unsigned bytes = core::rep_bytes(rep);
+    if (bytes > 4) continue;
+    const Interval range = integers.range(state, index[0], bytes);
+    const bool is_signed = rep == core::Rep::kI8 || rep == core::Rep::kI16 || rep == core::Rep::kI32;
+    const auto lower = runtime::load<std::int64_t>(index + 3);
+    if (!is_signed && range.least < 0) continue;
+    if (lower != static_cast<std::int32_t>(lower)) continue;
+    if (range.least >= lower && range.most - lower < std::int64_t{index[1]}) found |= 1u << n;
+  }
+  return found;
+}
+
+/// The BOOLs of comparisons with a jump that nobody reads in the loop.
+std::vector<std::uint32_t> unread_results(const Emitter& emitter, const LoopCode& loop,
+                                          std::span<const LoopVariable> variables) {
+  std::vector<std::uint32_t> found;
+  for (const LoopVariable& variable : variables) {
+    if (variable.bytes == 1 && variable.written && !variable.real) found.push_back(variable.operand);
+  }
+  for (std::size_t i = loop.first(); i <= loop.last() && !found.empty(); ++i) {
+    const Form form = loop.at(i).operation.form;
+    const bool compares = form == Form::kCompareJumpUnless || form == Form::kCompareJumpIf;
+    for (const Access& access : loop.accesses(i)) {
+      if (compares && access.write && !loop.is_choice(emitter, i)) continue;
+      std::erase(found, access.operand);
+    }
+  }
+  return found;
+}
+
+void find_ranges(const Emitter& emitter, const LoopCode& code, std::span<const LoopVariable> variables,
+                 LoopFacts& facts) {
+  Integers integers(emitter, code, variables);
+  Walk walk(code, integers);
+  if (!walk.run(integers.entry())) return;
+  // A result is known where the loop is left, or it is written where it is made.
+  std::vector<std::uint32_t> unread = unread_results(emitter, code, variables);
+  const auto known = [&](const Integers::State& state, std::uint32_t operand) {
+    const Interval range = integers.range(state, operand, 1);
+    return range == Interval{0, 0} || range == Interval{1, 1};
+  };
+  const auto ends = [&](std::size_t i) {
+    const Form form = code.at(i).operation.form;
+    return form == Form::kLoopJump || form == Form::kReturn;
+  };
+  std::erase_if(unread, [&](std::uint32_t operand) {
+    for (std::size_t i = code.first(); i <= code.last(); ++i) {
+      if (ends(i) && walk.before(i) && !known(*walk.before(i), operand)) return true;
+    }
+    return std::any_of(walk.exits().begin(), walk.exits().end(),
+                       [&](const auto& exit) { return !known(exit.second, operand); });
+  });
+  const auto results = [&](const Integers::State& state) {
+    std::vector<std::pair<std::uint32_t, bool>> found;
+    for (const std::uint32_t operand : unread) found.emplace_back(operand, integers.range(state, operand, 1).most == 1);
+    return found;
+  };
+  for (std::size_t i = code.first(); i <= code.last(); ++i) {
+    if (!walk.before(i)) continue;
+    InstructionFacts& of = facts.instructions[i - code.first()];
+    const Instruction instruction = code.at(i);
+    of.known.inside = inside(integers, *walk.before(i), instruction);
+    if (ends(i)) of.end.results = results(*walk.before(i));
+  }
+  for (std::size_t i = code.first(); i <= code.last(); ++i) {
+    const Instruction instruction = code.at(i);
+    const Form form = instruction.operation.form;
+    if (form != Form::kCompareJumpUnless && form != Form::kCompareJumpIf) continue;
+    facts.instructions[i - code.first()].known.unread =
+        std::find(unread.begin(), unread.end(), instruction.words[1]) != unread.end();
+  }
+  for (const auto& [position, state] : walk.exits()) facts.exits[position].results = results(state);
+  facts.unread = std::move(unread);
+}
+
+// ---- reals
+
+/// Which reals may hold another NaN than in the interpreter. A variable is smooth when it holds what it would there,
+/// and no NaN but the one that arithmetic makes; strange when it holds what it would there, perhaps a NaN from
+/// elsewhere; rough when it may hold any NaN for the one that arithmetic makes. What may be both strange and rough
+/// cannot be put right later: such variables are checked where they are computed.
+class Reals {
+ public:
+  struct State {
+    std::uint64_t strange = 0, rough = 0;  ///< bits by variable
+  };
+
+  Reals(const Emitter& emitter, const LoopCode& loop, std::span<const LoopVariable> variables)
+      : emitter_(emitter), loop_(loop) {
+    for (const LoopVariable& variable : variables) {
+      if (!variable.real || variables_.size() >= kMostVariables) continue;
+      variables_.push_back({variable.operand, variable.bytes == 4 ? Type::kF32 : Type::kF64});
+    }
+    find_readers();
+  }
+
+  /// Where the loop is entered.
+  [[nodiscard]] State entry() const { return {live_.front(), 0}; }
+  [[nodiscard]] bool is_any() const { return !variables_.empty(); }
+  /// Variables that were found to be strange and rough; those are not rough in a walk from now on.
+  bool take_mixed() {
+    const bool any = mixed_ != 0;
+    checked_ |= std::exchange(mixed_, 0);
+    return any;
+  }
+  [[nodiscard]] std::vector<RoughReal> list(std::uint64_t variables) const {
+    std::vector<RoughReal> found;
+    for (; variables != 0; variables &= variables - 1) {
+      found.push_back(variables_[static_cast<std::size_t>(std::countr_zero(variables))]);
+    }
+    return found;
+  }
+  /// Those whose bits an instruction looks at.
+  [[nodiscard]] std::uint64_t looked_at(std::size_t i) const { return looked_at_[i - loop_.first()]; }
+  /// Whether an instruction may leave a NaN as it comes.
+  [[nodiscard]] bool makes_rough(std::size_t i) const {
+    return is_arithmetic(i) && (bit(loop_.at(i).words[1]) & ~checked_) != 0;
+  }
+
+  std::optional<State> step(std::size_t i, State& state) {
+    const Instruction instruction = loop_.at(i);
+    state.rough &= ~looked_at(i);
+    const std::uint64_t written = written_[i - loop_.first()];
+    std::uint64_t strange = written;
+    if (is_arithmetic(i)) {
+      strange = 0;
+    } else if (instruction.operation.form == Form::kMove && is_smooth(instruction, state)) {
+      strange = 0;
+    }
+    state.strange = (state.strange & ~written) | strange;
+    state.rough = (state.rough & ~written) | (makes_rough(i) ? written : 0);
+    if (target_of(instruction.operation.form, instruction.words) == kNoTarget) return std::nullopt;
+    return state;
+  }
+  static bool possible(const State&) { return true; }
+  bool join(State& into, const State& from, bool, std::size_t i) {
+    const State old = into;
+    into.strange |= from.strange;
+    into.rough |= from.rough;
+    // Behind the loop everything counts, in it only what somebody reads.
+    const std::uint64_t counts = i > loop_.last() ? ~std::uint64_t{0} : live_[i - loop_.first()];
+    into.strange &= counts;
+    into.rough &= counts;
+    mixed_ |= into.strange & into.rough;
+    return into.strange != old.strange || into.rough != old.rough;
+  }
+
+ private:
+  [[nodiscard]] std::uint64_t bit(std::uint32_t operand) const {
+    for (std::size_t v = 0; v < variables_.size(); ++v) {
+      if (variables_[v].operand == operand) return std::uint64_t{1} << v;
+    }
+    return 0;
+  }
+  [[nodiscard]] bool is_arithmetic(std::size_t i) const {
+    const Operation operation = loop_.at(i).operation;
+    switch (operation.form) {
+      case Form::kAdd:
+      case Form::kSub:
+      case Form::kMul:
+      case Form::kDiv:
+        return is_real(operation.type);
+      default:
+        return false;
+    }
+  }
+  [[nodiscard]] bool is_comparison(std::size_t i) const {
+    const Form form = loop_.at(i).operation.form;
+    return form == Form::kCompare || form == Form::kCompareJumpUnless || form == Form::kCompareJumpIf;
+  }
+  /// What a move moves: a number, or a variable that is smooth, or was made so.
+  [[nodiscard]] bool is_smooth(const Instruction& move, const State& state) const {
+    const unsigned bytes = bytes_of(move.operation.type);
+    if (const auto known = emitter_.constant(move.words[2], bytes)) {
+      constexpr std::uint64_t kExponent32 = 0x7f800000u, kExponent64 = 0x7ff0000000000000u;
+      return bytes == 4 ? (*known & kExponent32) != kExponent32 : (*known & kExponent64) != kExponent64;
+    }
+    const std::uint64_t from = bit(move.words[2]);
+    return from != 0 && (state.strange & from) == 0;
+  }
+
+  /// Which variables each instruction writes and looks at, and which are read later before they are written, or there
+  /// where the loop is left.
+  void find_readers() {
+    const std::size_t size = loop_.last() - loop_.first() + 1;
+    std::vector<std::uint64_t> read(size), kept(size, ~std::uint64_t{0});
+    written_.resize(size);
+    looked_at_.resize(size);
+    live_.resize(size);
+    for (std::size_t n = 0; n < size; ++n) {
+      const std::size_t i = loop_.first() + n;
+      for (const Access& access : loop_.accesses(i)) {
+        const std::uint64_t variable = bit(access.operand);
+        (access.write ? written_ : read)[n] |= variable;
+        if (!access.write && !is_arithmetic(i) && !is_comparison(i)) looked_at_[n] |= variable;
+      }
+      // A function that raises an event may leave its result as it was.
+      if (loop_.at(i).operation.form == Form::kCallLibrary) {
+        read[n] |= written_[n];
+        looked_at_[n] |= written_[n];
+      } else {
+        kept[n] = ~written_[n];
+      }
+    }
+    for (bool changed = true; changed;) {
+      changed = false;
+      for (std::size_t n = size; n-- > 0;) {
+        const std::size_t i = loop_.first() + n;
+        const Instruction instruction = loop_.at(i);
+        const Form form = instruction.operation.form;
+        std::uint64_t behind = 0;
+        if (loop_.goes_on(i)) behind |= live_[n + 1];
+        if (target_of(form, instruction.words) != kNoTarget) {
+          const auto target = loop_.target(i);
+          behind |= target ? live_[*target - loop_.first()] : ~std::uint64_t{0};
+        }
+        // The scan may end here.
+        if (form == Form::kLoopJump || form == Form::kReturn) behind = ~std::uint64_t{0};
+        const std::uint64_t live = (behind & kept[n]) | read[n];
+        changed = changed || live != live_[n];
+        live_[n] = live;
+      }
+    }
+  }
+
+  const Emitter& emitter_;
+  const LoopCode& loop_;
+  std::vector<RoughReal> variables_;
+  std::vector<std::uint64_t> written_, looked_at_, live_;  ///< by instruction; live: before it
+  std::uint64_t mixed_ = 0, checked_ = 0;
+};
+
+void find_rough_reals(const Emitter& emitter, const LoopCode& code, std::span<const LoopVariable> variables,
+                      LoopFacts& facts) {
+  Reals reals(emitter, code, variables);
+  if (!reals.is_any()) return;
+  for (;;) {
+    Walk walk(code, reals);
+    if (!walk.run(reals.entry())) return;
+    if (reals.take_mixed()) continue;
+    for (std::size_t i = code.first(); i <= code.last(); ++i) {
+      if (!walk.before(i)) continue;
+      const std::uint64_t rough = walk.before(i)->rough;
+      const Form form = code.at(i).operation.form;
+      InstructionFacts& of = facts.instructions[i - code.first()];
+      of.known.any_nan = reals.makes_rough(i);
+      of.before = reals.list(rough & reals.looked_at(i));
+      if (form == Form::kLoopJump || form == Form::kReturn) of.end.reals = reals.list(rough);
+    }
+    for (const auto& [position, state] : walk.exits()) facts.exits[position].reals = reals.list(state.rough);
+    return;
+  }
+}
+
+}  // namespace
+
+LoopFacts find_facts(const Emitter& emitter, const std::uint32_t* code, std::span<const LinkedInstruction> body,
+                     const Loop& loop) {
+  LoopFacts facts;
+  facts.instructions.resize(loop.last - loop.first + 1);
+  if (facts.instructions.size() > kMostInstructions) return facts;
+  const LoopCode known(code, body, loop);
+  find_ranges(emitter, known, loop.variables, facts);
+  find_rough_reals(emitter, known, loop.variables, facts);
+  return facts;
+}
+
+}  // namespace plc::native
