@@ -1,6 +1,7 @@
 #include "native/library_rows.h"
 
 #include <algorithm>
+#include <iterator>
 #include <string_view>
 #include <unordered_map>
 #include <utility>
@@ -21,6 +22,12 @@ const Overload* overload_of(Kernel kernel) {
   const auto found = known.find(kernel);
   return found == known.end() ? nullptr : found->second;
 }
+
+namespace {
+/// Numbers and bits: types that count nothing but themselves.
+bool is_number(TypeId id) { return core::in_category(id, core::kAnyNum | core::kAnyBit); }
+
+}  // namespace
 
 std::optional<Type> machine_type(TypeId id) {
   switch (core::rep_of(id)) {
@@ -50,7 +57,39 @@ std::optional<Type> machine_type(TypeId id) {
   }
 }
 
-bool is_number(TypeId id) { return core::in_category(id, core::kAnyNum | core::kAnyBit); }
+std::optional<FunctionRow> function_of(Kernel kernel) {
+  const Overload* const overload = overload_of(kernel);
+  if (overload == nullptr) return std::nullopt;
+  const auto type = machine_type(overload->spec->t_categories != 0 ? overload->t : overload->param_type(0));
+  if (!type) return std::nullopt;
+  static constexpr std::pair<std::string_view, Function> kNames[] = {
+      {"SEL", Function::kSelect},     {"MIN", Function::kLeast},       {"MAX", Function::kGreatest},
+      {"LIMIT", Function::kLimit},    {"ABS", Function::kAbsolute},    {"SQRT", Function::kSquareRoot},
+      {"NOT", Function::kNot},        {"SHL", Function::kShiftLeft},   {"SHR", Function::kShiftRight},
+      {"ROL", Function::kRotateLeft}, {"ROR", Function::kRotateRight}, {"*_TO_*", Function::kConvert},
+      {"TO_*", Function::kConvert}};
+  const std::string_view name = overload->spec->name;
+  const auto found =
+      std::find_if(std::begin(kNames), std::end(kNames), [name](const auto& row) { return row.first == name; });
+  if (found == std::end(kNames)) return std::nullopt;
+  switch (found->second) {
+    case Function::kAbsolute:
+      if (is_real(*type) || !is_signed(*type)) return std::nullopt;
+      break;
+    case Function::kShiftLeft:
+    case Function::kShiftRight:
+    case Function::kRotateLeft:
+    case Function::kRotateRight:
+      if (overload->t == TypeId::kBool) return std::nullopt;
+      break;
+    case Function::kConvert:
+      if (!is_number(overload->t) || !is_number(overload->u)) return std::nullopt;
+      break;
+    default:
+      break;
+  }
+  return FunctionRow{found->second, overload, *type};
+}
 
 std::optional<BlockRow> block_of(stdlib::Step step) {
   // Rows whose steps are one function differ in their names alone.

@@ -16,8 +16,27 @@ namespace plc::native {
 const stdlib::Overload* overload_of(stdlib::Kernel kernel);
 /// Nothing for texts.
 std::optional<Type> machine_type(core::TypeId id);
-/// Numbers and bits: types that count nothing but themselves.
-bool is_number(core::TypeId id);
+enum class Function : std::uint8_t {
+  kSelect,
+  kLeast,
+  kGreatest,
+  kLimit,
+  kAbsolute,  ///< of integers with a sign
+  kSquareRoot,
+  kNot,
+  kShiftLeft,
+  kShiftRight,
+  kRotateLeft,
+  kRotateRight,
+  kConvert,  ///< between numbers and bits
+};
+struct FunctionRow {
+  Function function;
+  const stdlib::Overload* overload;
+  Type type;  ///< T, or what the first parameter is
+};
+/// The function of a kernel, if it may cost less than a call (stdlib/functions/).
+std::optional<FunctionRow> function_of(stdlib::Kernel kernel);
 
 enum class Block : std::uint8_t {
   kRisingEdge,

@@ -1,8 +1,6 @@
 // Functions of the library that cost less than a call: selection, conversions of numbers, absolute values, square root,
 // NOT, shifts (stdlib/functions/). Each does what the kernel of its row does; what it leaves out, events above all, it
 // leaves to the kernel.
-#include <string_view>
-
 #include "native/library_rows.h"
 #include "native/translate.h"
 #include "runtime/operations.h"
@@ -11,47 +9,50 @@ namespace plc::native {
 namespace {
 
 using core::TypeId;
-using stdlib::Kernel;
 using stdlib::Overload;
 
 class Translator {
  public:
-  Translator(Assembly& s, const Instruction& i, const Overload& overload, const std::function<void()>& call)
-      : s_(s), words_(i.words), overload_(overload), call_(call) {}
+  Translator(Assembly& s, const Instruction& i, const FunctionRow& row, const std::function<void()>& call)
+      : s_(s), words_(i.words), overload_(*row.overload), call_(call), type_(row.type), bytes_(bytes_of(row.type)) {}
 
-  bool translate() {
-    const std::string_view name = overload_.spec->name;
-    const auto type = machine_type(overload_.spec->t_categories != 0 ? overload_.t : overload_.param_type(0));
-    if (!type) return false;
-    type_ = *type;
-    bytes_ = bytes_of(type_);
-    const bool is_bits = overload_.t != TypeId::kBool;
-    if (name == "SEL") {
-      select();
-    } else if (name == "MIN" || name == "MAX") {
-      load(0, argument(0));
-      for (std::uint32_t n = 1; n < words_[3]; ++n) fold(argument(n), name == "MIN");
-      store();
-    } else if (name == "LIMIT") {
-      // LIMIT(MN, IN, MX) is MIN(MAX(IN, MN), MX).
-      load(0, argument(1));
-      fold(argument(0), false);
-      fold(argument(2), true);
-      store();
-    } else if (name == "ABS" && !is_real(type_) && is_signed(type_)) {
-      absolute();
-    } else if (name == "SQRT") {
-      square_root();
-    } else if (name == "NOT") {
-      invert();
-    } else if (is_bits && (name == "SHL" || name == "SHR")) {
-      shift(name == "SHL");
-    } else if (is_bits && (name == "ROL" || name == "ROR")) {
-      rotate(name == "ROL");
-    } else if (name == "*_TO_*" || name == "TO_*") {
-      return is_number(overload_.t) && is_number(overload_.u) && convert();
-    } else {
-      return false;
+  bool translate(Function function) {
+    switch (function) {
+      case Function::kSelect:
+        select();
+        break;
+      case Function::kLeast:
+      case Function::kGreatest:
+        load(0, argument(0));
+        for (std::uint32_t n = 1; n < words_[3]; ++n) fold(argument(n), function == Function::kLeast);
+        store();
+        break;
+      case Function::kLimit:
+        // LIMIT(MN, IN, MX) is MIN(MAX(IN, MN), MX).
+        load(0, argument(1));
+        fold(argument(0), false);
+        fold(argument(2), true);
+        store();
+        break;
+      case Function::kAbsolute:
+        absolute();
+        break;
+      case Function::kSquareRoot:
+        square_root();
+        break;
+      case Function::kNot:
+        invert();
+        break;
+      case Function::kShiftLeft:
+      case Function::kShiftRight:
+        shift(function == Function::kShiftLeft);
+        break;
+      case Function::kRotateLeft:
+      case Function::kRotateRight:
+        rotate(function == Function::kRotateLeft);
+        break;
+      case Function::kConvert:
+        return convert();
     }
     return true;
   }
@@ -290,15 +291,15 @@ class Translator {
   const std::uint32_t* words_;
   const Overload& overload_;
   const std::function<void()>& call_;
-  Type type_ = Type::kU8;  ///< T, or what the first parameter is
-  unsigned bytes_ = 1;
+  Type type_;
+  unsigned bytes_;
 };
 
 }  // namespace
 
 bool translate_library(Assembly& s, const Instruction& i, const std::function<void()>& call) {
-  const Overload* const overload = overload_of(runtime::load_pointer<Kernel>(i.words + 1));
-  return overload != nullptr && Translator(s, i, *overload, call).translate();
+  const auto row = function_of(runtime::load_pointer<stdlib::Kernel>(i.words + 1));
+  return row && Translator(s, i, *row, call).translate(row->function);
 }
 
 }  // namespace plc::native
