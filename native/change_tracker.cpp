@@ -291,6 +291,7 @@ void ChangeTracker::run_code(runtime::Machine& machine, const ChangeTables::Code
 
 // RT:
 bool ChangeTracker::is_timing(const ChangeTables::Code& code) const noexcept {
+  if (code.is_restless) return true;
   for (std::uint32_t i = 0; i < code.timers.count; ++i) {
     if (table_[tables.timers[code.timers.first + i]] == std::byte{stdlib::fb::TimerPorts::kRunning}) return true;
   }

@@ -68,6 +68,7 @@ struct ChangeTables {
     std::uint32_t group = 0;
     std::uint32_t effort = 0;  ///< of running it alone, in steps
     bool raises = false;       ///< events, perhaps
+    bool is_restless = false;  ///< runs in every scan: time counts, though no timer says that it runs
   };
   /// Chunks that lie behind one another in the code; it is entered at the first one only.
   struct Stretch {

@@ -1,7 +1,10 @@
 #include "native/changed_plan.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <utility>
+
+#include "stdlib/blocks/timers.h"
 
 namespace plc::native {
 
@@ -31,6 +34,28 @@ std::uint32_t callee(const LinkedCode& linked, const LinkedInstruction& call) {
 bool overlap(const Range& x, const Range& y) { return x.begin < y.begin + y.bytes && y.begin < x.begin + x.bytes; }
 bool inside(const Range& part, const Range& whole) {
   return part.begin >= whole.begin && part.begin + part.bytes <= whole.begin + whole.bytes;
+}
+
+/// A timer of a group: its ports, and how much the group has written when it ran.
+struct OwnTimer {
+  Range ports;
+  std::size_t writes = 0;
+};
+/// Whether others of its group than the timer itself may start it anew: who writes what it remembers, or anything
+/// behind it. Then time counts whatever STATE says.
+bool is_disturbed(const OwnTimer& timer, const std::vector<Range>& writes) {
+  using stdlib::fb::TimerPorts;
+  const auto port = [&timer](std::size_t offset, std::size_t bytes) {
+    return Range{timer.ports.begin + static_cast<std::uint32_t>(offset), static_cast<std::uint32_t>(bytes)};
+  };
+  const Range in = port(offsetof(TimerPorts, in), sizeof(TimerPorts::in));
+  const Range pt = port(offsetof(TimerPorts, pt), sizeof(TimerPorts::pt));
+  for (std::size_t w = 0; w < writes.size(); ++w) {
+    const bool its_own = w + 1 == timer.writes;
+    const bool is_input = w < timer.writes && (inside(writes[w], in) || inside(writes[w], pt));
+    if (!its_own && !is_input && overlap(writes[w], timer.ports)) return true;
+  }
+  return false;
 }
 
 }  // namespace
@@ -304,6 +329,7 @@ void ChangedPlan::add_code(const Body& body, const Interval& at, bool straight) 
   code.group = number;
   code.timers.first = static_cast<std::uint32_t>(tables_.timers.size());
   std::vector<Range> own;
+  std::vector<OwnTimer> timers;
   for (std::size_t i = at.begin; i < at.end; ++i) {
     const LinkedInstruction& instruction = linked_.instructions[body.begin + i];
     pieces.push_back({body.begin + i, 0, 0});
@@ -329,12 +355,17 @@ void ChangedPlan::add_code(const Body& body, const Interval& at, bool straight) 
       group.writes.push_back(range);
       if (straight && f.always_writes) own.push_back(range);
     }
-    if (f.timer) tables_.timers.push_back(*f.timer);
+    if (f.timer) {
+      tables_.timers.push_back(*f.timer);
+      timers.push_back({f.writes.front(), group.writes.size()});
+    }
     code.raises = code.raises || f.raises;
     group.counts_events = group.counts_events || is(instruction, Form::kEno);
   }
   code.timers.count = static_cast<std::uint32_t>(tables_.timers.size()) - code.timers.first;
   code.effort += kCodeEffort;
+  code.is_restless = std::any_of(timers.begin(), timers.end(),
+                                 [&](const OwnTimer& timer) { return is_disturbed(timer, group.writes); });
   code_groups_.push_back(std::move(group));
   tables_.codes.push_back(code);
   ++tables_.stretches.back().codes.count;

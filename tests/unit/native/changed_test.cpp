@@ -43,6 +43,10 @@ class Pair {
   void scan(int scans = 1) {
     for (int i = 0; i < scans; ++i) ASSERT_EQ(engines_->scan(now_ns_ += kPeriodNs), "");
   }
+  /// Scans at one and the same instant.
+  void stand_still(int scans) {
+    for (int i = 0; i < scans; ++i) ASSERT_EQ(engines_->scan(now_ns_), "");
+  }
   /// How many groups ran in one more scan.
   std::uint64_t runs() {
     const std::uint64_t before = counts().runs;
@@ -129,6 +133,23 @@ TEST(Changed, ATimerRunsWhileItIsTiming) {
   EXPECT_TRUE(pair.value("timer.Q"));
   pair.scan();
   EXPECT_EQ(pair.runs(), 0u);
+}
+
+TEST(Changed, ATimerThatIsSetBackInItsOwnGroupFollowsTheTime) {
+  // Its pulse is over at once, and behind it somebody takes away that it has seen its input.
+  ImageBuilder b;
+  PouBuilder main = b.pou("Main", PouKind::kProgram);
+  const Word timer = main.variable("timer", b.block_type("TP"));
+  const Word off = main.variable("off", b.boolean());
+  const stdlib::BlockSpec& spec = *stdlib::block_named("TP");
+  main.op(Opcode::kRunTb, {b.block("TP"), timer});
+  main.op(Opcode::kMoveBool, {timer + stdlib::field_named(spec, "M")->offset, off});
+  Pair pair(b, main, native::kPatience * 100);
+  pair.flip("timer.IN");
+  pair.scan();
+  // Nothing changes while time stands still; when it goes on, START does.
+  pair.stand_still(kScansToRest);
+  pair.scan(3);
 }
 
 TEST(Changed, EventsAreRaisedInEveryScan) {
