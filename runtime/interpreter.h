@@ -64,7 +64,7 @@ struct Machine {
   std::atomic<std::uint32_t> loops_left{0};
   /// Position in the code of the last loop jump, program or taskblock call: where a scan is that does not end.
   std::atomic<std::uint32_t> place{0};
-  Fault fault;
+  Fault fault;  ///< of a scan that ended in one; what it was before, else
 };
 
 /// Executes the body at stream position `entry`, whose instance is at table offset `instance`. False: machine.fault is

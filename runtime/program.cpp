@@ -146,16 +146,17 @@ Fault Program::execute(const CycleContext& context) noexcept {
     s.change_to(*compiled, context.now_ns);
   s.machine.loops_left.store(s.options.loop_budget, std::memory_order_relaxed);
   s.machine.place.store(s.code.entry, std::memory_order_relaxed);
-  s.machine.fault = {};
   s.exchange->begin();
-  if (compiled != nullptr) {
-    compiled->run(s.machine);
-  } else {
-    run_body(s.machine, Addressing::kFixed, s.code.entry, s.table.layout().instance);
-  }
-  if (!s.exchange->end()) {
+  const bool ran = compiled != nullptr
+                       ? compiled->run(s.machine)
+                       : run_body(s.machine, Addressing::kFixed, s.code.entry, s.table.layout().instance);
+  const bool published = s.exchange->end();
+  // WHY not Machine::fault, reset before the scan: whoever reads it back here waits for all that the scan has written.
+  if (ran && published) [[likely]]
+    return {};
+  if (!published) {
     // A scan that was cut short knows its place better than whoever looked from outside.
-    if (!s.machine.fault) s.machine.fault = place(FaultKind::kWatchdog);
+    if (ran) s.machine.fault = place(FaultKind::kWatchdog);
     s.machine.fault.kind = FaultKind::kWatchdog;
   }
   return s.machine.fault;
