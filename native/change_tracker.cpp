@@ -38,16 +38,31 @@ std::uint32_t first_difference(const std::byte* a, const std::byte* b, std::uint
   return line;
 }
 #if defined(__x86_64__)
-// The same, four times as fast.
+/// Where a and b differ within a line.
+// RT:
+[[gnu::target("avx2"), gnu::always_inline]] inline __m256i differences(const std::byte* a,
+                                                                       const std::byte* b) noexcept {
+  const auto* const x = reinterpret_cast<const __m256i*>(a);
+  const auto* const y = reinterpret_cast<const __m256i*>(b);
+  const __m256i low = _mm256_xor_si256(_mm256_loadu_si256(x), _mm256_loadu_si256(y));
+  const __m256i high = _mm256_xor_si256(_mm256_loadu_si256(x + 1), _mm256_loadu_si256(y + 1));
+  return _mm256_or_si256(low, high);
+}
+// The same, four times as fast: mostly nothing differs for many lines, of which four are looked at together.
 // RT:
 [[gnu::target("avx2")]] std::uint32_t first_difference_avx2(const std::byte* a, const std::byte* b, std::uint32_t line,
                                                             std::uint32_t count) noexcept {
+  for (; line + 4 <= count; line += 4) {
+    const std::byte* const x = a + line * kLine;
+    const std::byte* const y = b + line * kLine;
+    const __m256i first = _mm256_or_si256(differences(x, y), differences(x + kLine, y + kLine));
+    const __m256i second =
+        _mm256_or_si256(differences(x + 2 * kLine, y + 2 * kLine), differences(x + 3 * kLine, y + 3 * kLine));
+    const __m256i any = _mm256_or_si256(first, second);
+    if (_mm256_testz_si256(any, any) == 0) break;
+  }
   for (; line < count; ++line) {
-    const auto* const x = reinterpret_cast<const __m256i*>(a + line * kLine);
-    const auto* const y = reinterpret_cast<const __m256i*>(b + line * kLine);
-    const __m256i low = _mm256_xor_si256(_mm256_loadu_si256(x), _mm256_loadu_si256(y));
-    const __m256i high = _mm256_xor_si256(_mm256_loadu_si256(x + 1), _mm256_loadu_si256(y + 1));
-    const __m256i any = _mm256_or_si256(low, high);
+    const __m256i any = differences(a + line * kLine, b + line * kLine);
     if (_mm256_testz_si256(any, any) == 0) break;
   }
   return line;
