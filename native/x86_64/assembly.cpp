@@ -135,16 +135,30 @@ void Assembly::store(std::uint32_t operand, unsigned bytes, std::uint32_t from) 
 
 void Assembly::store_change(std::uint32_t operand, unsigned bytes, std::uint32_t from) {
   if (held_.operand == operand) forget();
-  store_change(at(operand, bytes), gp(from, bytes));
+  const x86::Mem to = at(operand, bytes);
+  a.cmp(to, gp(from, bytes));
+  store_if_not_equal(to, gp(from, bytes));
 }
 void Assembly::store_change(std::uint32_t operand, unsigned bytes, std::int32_t value) {
   if (held_.operand == operand) forget();
-  store_change(at(operand, bytes), asmjit::imm(value));
+  const x86::Mem to = at(operand, bytes);
+  // WHY through a register: a comparison of memory with a constant is no one step with the jump behind it.
+  const std::uint32_t known = held_.reg == reg::kDx ? reg::kCx : reg::kDx;
+  if (bytes < 4) {
+    a.emit(x86::Inst::kIdMovsx, gp(known, 4), to);
+  } else {
+    a.mov(gp(known, bytes), to);
+  }
+  if (value == 0) {
+    a.test(gp(known, bytes == 8 ? 8 : 4), gp(known, bytes == 8 ? 8 : 4));
+  } else {
+    a.cmp(gp(known, bytes == 8 ? 8 : 4), value);
+  }
+  store_if_not_equal(to, asmjit::imm(value));
 }
-void Assembly::store_change(const x86::Mem& to, const asmjit::Operand& value) {
+void Assembly::store_if_not_equal(const x86::Mem& to, const asmjit::Operand& value) {
   const asmjit::Label changed = label();
   const asmjit::Label done = label();
-  a.emit(x86::Inst::kIdCmp, to, value);
   a.jne(changed);
   a.bind(done);
   aside([this, changed, done, to, value] {

@@ -124,7 +124,7 @@ class Assembly final : public Emitter {
   void end_body();
   [[nodiscard]] x86::Mem place(std::uint32_t operand, unsigned bytes) const;
   void read_back();
-  void store_change(const x86::Mem& to, const asmjit::Operand& value);
+  void store_if_not_equal(const x86::Mem& to, const asmjit::Operand& value);
 
   std::shared_ptr<const Kept> other_;   ///< registers of the second way
   std::vector<std::uint32_t> written_;  ///< by one of the two

@@ -2,12 +2,12 @@
 // the step of its row does, byte by byte, whatever its ports and states hold.
 #include <cstddef>
 #include <functional>
-#include <span>
 #include <string_view>
 
 #include "core/types.h"
 #include "native/library_rows.h"
 #include "native/translate.h"
+#include "stdlib/blocks/counters.h"
 #include "stdlib/blocks/timers.h"
 #include "stdlib/library.h"
 
@@ -39,15 +39,24 @@ class Ports {
 
 // ---- edges and bistables
 
+/// M is the input, negated for F_TRIG: only a change of it can make Q TRUE.
 void edge(Assembly& s, const Ports& p, bool rising) {
-  s.load(reg::kDx, p.operand("CLK"), 1);
-  if (!rising) s.a.xor_(x86::dl, 1);
-  s.load(reg::kAx, p.operand("M"), 1);
-  // dl AND NOT al
-  s.a.cmp(x86::dl, x86::al);
-  s.a.seta(x86::al);
-  s.store_change(p.operand("M"), 1, reg::kDx);
+  const asmjit::Label changed = s.a.newLabel();
+  const asmjit::Label done = s.a.newLabel();
+  s.load(reg::kAx, p.operand("CLK"), 1);
+  if (!rising) s.a.xor_(x86::al, 1);
+  s.a.cmp(x86::al, p.bit("M"));
+  s.a.jne(changed);
+  s.a.xor_(x86::eax, x86::eax);
+  s.land(done);
   s.store(p.operand("Q"), 1, reg::kAx);
+  s.aside([&s, p, changed, done] {
+    s.a.bind(changed);
+    s.a.mov(p.bit("M"), x86::al);
+    // al AND NOT M: the flags are those of the comparison
+    s.a.seta(x86::al);
+    s.a.jmp(done);
+  });
 }
 
 void set_dominant(Assembly& s, const Ports& p) {
@@ -152,59 +161,67 @@ void pulse(Assembly& s, const Ports& p) {
   s.a.bind(end);
 }
 
-/// Ports with which a timer leaves everything as it is. M is as IN.
+/// Ports with which a timer leaves everything as it is. M is as IN, which is the index here.
 struct Steady {
-  bool in;
-  int state;
-  bool q;
-  bool et_is_zero;
+  int state[2];
+  bool q[2];
+  bool et_is_zero[2];
 };
-/// The first one is what most timers do most of the time.
-constexpr Steady kOnDelay[] = {{false, kIdle, false, true}, {true, kDone, true, false}};
-constexpr Steady kOffDelay[] = {{true, kArmed, true, true}, {false, kDone, false, false}};
-constexpr Steady kPulse[] = {{false, kIdle, false, false}, {true, kDone, false, false}};
+constexpr Steady kOnDelay = {{kIdle, kDone}, {false, true}, {true, false}};
+constexpr Steady kOffDelay = {{kDone, kArmed}, {false, true}, {false, true}};
+constexpr Steady kPulse = {{kIdle, kDone}, {false, false}, {false, false}};
 
 static_assert(offsetof(TimerPorts, q) - offsetof(TimerPorts, in) < 4 &&
               offsetof(TimerPorts, m) - offsetof(TimerPorts, in) < 4 &&
               offsetof(TimerPorts, state) - offsetof(TimerPorts, in) < 4);
 
-/// A timer: nothing, where its four bytes say that there is nothing to do, or what `step` writes. Q is in al behind it.
-void timer(Assembly& s, const Ports& p, std::span<const Steady> steady, std::function<void()> step) {
+/// to = without + IN * (with - without), of four or eight bytes.
+void choose(Assembly& s, const x86::Gp& to, const x86::Gp& in, std::int32_t without, std::int32_t with) {
+  s.a.imul(to, in, static_cast<std::int32_t>(static_cast<std::uint32_t>(with) - static_cast<std::uint32_t>(without)));
+  if (without != 0) s.a.add(to, without);
+}
+
+/// A timer: nothing, where its four bytes say that there is nothing to do, or what `step` writes. They are looked at
+/// together, with what they are to be computed from IN: without a jump that would depend on it. Q is in cl behind it.
+void timer(Assembly& s, const Ports& p, const Steady& steady, std::function<void()> step) {
   const std::uint32_t first = p.operand("IN");
   const auto byte = [&](std::string_view port, int value) {
     return static_cast<std::uint32_t>(value) << 8 * (p.operand(port) - first);
   };
-  const auto pattern = [&](const Steady& ports) {
+  const auto pattern = [&](int in) {
     const std::uint32_t bytes =
-        byte("IN", ports.in) | byte("M", ports.in) | byte("STATE", ports.state) | byte("Q", ports.q);
+        byte("IN", in) | byte("M", in) | byte("STATE", steady.state[in]) | byte("Q", steady.q[in] ? 1 : 0);
     return static_cast<std::int32_t>(bytes);
   };
-  const asmjit::Label other = s.a.newLabel();
   const asmjit::Label changes = s.a.newLabel();
   const asmjit::Label end = s.a.newLabel();
-  s.a.mov(x86::ecx, s.at(first, 4));
-  s.a.cmp(x86::ecx, pattern(steady[0]));
-  s.a.jne(other);
-  if (steady[0].et_is_zero) {
-    s.a.cmp(p.time("ET"), 0);
+  s.load_extended(reg::kCx, first, Type::kU8);
+  choose(s, x86::edx, x86::ecx, pattern(0), pattern(1));
+  s.a.cmp(x86::edx, s.at(first, 4));
+  s.a.jne(changes);
+  if (steady.et_is_zero[0] || steady.et_is_zero[1]) {
+    // All bits of ET count, or none.
+    choose(s, x86::rdx, x86::rcx, steady.et_is_zero[0] ? -1 : 0, steady.et_is_zero[1] ? -1 : 0);
+    s.a.test(p.time("ET"), x86::rdx);
     s.a.jne(changes);
   }
-  s.a.mov(x86::eax, steady[0].q ? 1 : 0);
+  if (!steady.q[1]) s.a.xor_(x86::ecx, x86::ecx);
   s.land(end);
-  s.hold(p.operand("Q"), reg::kAx);
-  s.aside([&s, p, second = steady[1], bytes = pattern(steady[1]), step, other, changes, end] {
-    s.a.bind(other);
-    s.a.mov(x86::eax, second.q ? 1 : 0);
-    s.a.cmp(x86::ecx, bytes);
-    s.a.je(end);
+  s.hold(p.operand("Q"), reg::kCx);
+  s.aside([&s, p, step, changes, end] {
     s.a.bind(changes);
     step();
-    s.a.movzx(x86::eax, p.bit("Q"));
+    s.a.movzx(x86::ecx, p.bit("Q"));
     s.a.jmp(end);
   });
 }
 
 // ---- counters
+
+using CountUp = stdlib::fb::Ctu<core::TypeId::kInt>::Ports;
+using CountDown = stdlib::fb::Ctd<core::TypeId::kInt>::Ports;
+static_assert(offsetof(CountUp, r) == offsetof(CountUp, cu) + 1 &&
+              offsetof(CountDown, ld) == offsetof(CountDown, cd) + 1);
 
 /// CTU: up, Q when CV has reached PV. CTD: down, Q when CV is not above 0. Neither passes the end of its type.
 void counter(Assembly& s, const Ports& p, core::Rep rep, bool up) {
@@ -223,12 +240,11 @@ void counter(Assembly& s, const Ports& p, core::Rep rep, bool up) {
   };
   const asmjit::Label counts = s.a.newLabel();
   const asmjit::Label counted = s.a.newLabel();
-  s.load(reg::kCx, p.operand(edge), 1);
+  // Nothing to count is what there is to do mostly: R or LD is FALSE, and the input as it was.
+  s.a.movzx(x86::ecx, s.at(p.operand(edge), 2));
+  s.a.movzx(x86::edx, p.bit(memory));
   load_value(reg::kAx, p.value("CV", bytes));
-  // Nothing to count is what there is to do mostly.
-  s.a.cmp(x86::cl, p.bit(memory));
-  s.a.jne(counts);
-  s.a.cmp(p.bit(up ? "R" : "LD"), 0);
+  s.a.cmp(x86::ecx, x86::edx);
   s.a.jne(counts);
   s.land(counted);
   if (up) {
@@ -242,7 +258,6 @@ void counter(Assembly& s, const Ports& p, core::Rep rep, bool up) {
   s.aside([&s, p, bytes, with_sign, up, memory, count, load_value, counts, counted] {
     const unsigned wide = bytes == 8 ? 8 : 4;
     s.a.bind(counts);
-    s.a.movzx(x86::edx, p.bit(memory));
     s.a.mov(p.bit(memory), x86::cl);
     s.a.cmp(x86::cl, x86::dl);
     s.a.seta(x86::cl);
