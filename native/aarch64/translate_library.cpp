@@ -1,7 +1,7 @@
 // Functions of the library that cost less than a call: selection, conversions of numbers, absolute values, square root,
 // NOT, shifts (stdlib/functions/). Each does what the kernel of its row does; what it leaves out, events above all, it
 // leaves to the kernel.
-#include "native/library_rows.h"
+#include "native/function_translator.h"
 #include "native/translate.h"
 #include "runtime/operations.h"
 
@@ -9,58 +9,13 @@ namespace plc::native {
 namespace {
 
 using core::TypeId;
-using stdlib::Overload;
 
-class Translator {
+class Translator final : public FunctionTranslator {
  public:
   Translator(Assembly& s, const Instruction& i, const FunctionRow& row, const std::function<void()>& call)
-      : s_(s), words_(i.words), overload_(*row.overload), call_(call), type_(row.type), bytes_(bytes_of(row.type)) {}
-
-  bool translate(Function function) {
-    switch (function) {
-      case Function::kSelect:
-        select();
-        break;
-      case Function::kLeast:
-      case Function::kGreatest:
-        load(0, argument(0));
-        for (std::uint32_t n = 1; n < words_[3]; ++n) fold(argument(n), function == Function::kLeast);
-        store();
-        break;
-      case Function::kLimit:
-        // LIMIT(MN, IN, MX) is MIN(MAX(IN, MN), MX).
-        load(0, argument(1));
-        fold(argument(0), false);
-        fold(argument(2), true);
-        store();
-        break;
-      case Function::kAbsolute:
-        absolute();
-        break;
-      case Function::kSquareRoot:
-        square_root();
-        break;
-      case Function::kNot:
-        invert();
-        break;
-      case Function::kShiftLeft:
-      case Function::kShiftRight:
-        shift(function == Function::kShiftLeft);
-        break;
-      case Function::kRotateLeft:
-      case Function::kRotateRight:
-        rotate(function == Function::kRotateLeft);
-        break;
-      case Function::kConvert:
-        return convert();
-    }
-    return true;
-  }
+      : FunctionTranslator(i, row, call), s_(s) {}
 
  private:
-  [[nodiscard]] std::uint32_t argument(std::uint32_t n) const { return words_[5 + n]; }
-  [[nodiscard]] std::uint32_t result() const { return words_[4]; }
-
   /// An argument of the type, integers extended, in the register of that number for its kind; nothing else is held.
   void load(std::uint32_t to, std::uint32_t operand) {
     if (is_real(type_)) {
@@ -97,7 +52,7 @@ class Translator {
 
   // ---- selection
 
-  void select() {
+  void select() override {
     const std::uint32_t g = s_.value(2, argument(0), 1);
     s_.a.cmp(a64::w(g), 0);
     // The flags stay: loads have none. What is held first, before the other is loaded.
@@ -133,17 +88,28 @@ class Translator {
     if (least) return choose(with_sign ? Condition::kLT : Condition::kLO);
     choose(with_sign ? Condition::kGT : Condition::kHI);
   }
+  void extreme(bool least) override {
+    load(0, argument(0));
+    for (std::uint32_t n = 1; n < count(); ++n) fold(argument(n), least);
+    store();
+  }
+  void limit() override {
+    load(0, argument(1));
+    fold(argument(0), false);
+    fold(argument(2), true);
+    store();
+  }
 
   // ---- numbers
 
-  void absolute() {
+  void absolute() override {
     load(0, argument(0));
     const a64::Gp value = gp(0, bytes_);
     s_.a.cmp(value, 0);
     s_.a.csneg(value, value, value, Condition::kGE);
     store();
   }
-  void square_root() {
+  void square_root() override {
     const asmjit::Label rare = s_.label();
     load(0, argument(0));
     s_.a.fsqrt(vec(0, type_), vec(0, type_));
@@ -151,7 +117,7 @@ class Translator {
     s_.a.b(Condition::kVS, rare);
     leave_to_kernel(rare, type_);
   }
-  void invert() {
+  void invert() override {
     load(0, argument(0));
     const a64::Gp value = gp(0, bytes_);
     if (overload_.t == TypeId::kBool) {
@@ -169,8 +135,7 @@ class Translator {
     s_.a.cmp(count, bound);
     s_.a.b(bound != 0 ? Condition::kHS : Condition::kMI, rare);  // a negative one is very great
   }
-  /// By less than the width.
-  void shift(bool left) {
+  void shift(bool left) override {
     const asmjit::Label rare = s_.label();
     load(0, argument(0));
     load_count(bytes_ * 8, rare);
@@ -182,7 +147,7 @@ class Translator {
     }
     leave_to_kernel(rare, type_);
   }
-  void rotate(bool left) {
+  void rotate(bool left) override {
     const asmjit::Label rare = s_.label();
     load(0, argument(0));
     load_count(0, rare);
@@ -198,7 +163,7 @@ class Translator {
 
   // ---- conversions
 
-  bool convert() {
+  bool convert() override {
     const Type to = *machine_type(overload_.u);
     if (is_real(type_) && overload_.u == TypeId::kBool) return false;
     load(0, argument(0));
@@ -288,11 +253,6 @@ class Translator {
   }
 
   Assembly& s_;
-  const std::uint32_t* words_;
-  const Overload& overload_;
-  const std::function<void()>& call_;
-  Type type_;
-  unsigned bytes_;
 };
 
 }  // namespace

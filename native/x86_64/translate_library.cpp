@@ -2,7 +2,7 @@
 // NOT, shifts (stdlib/functions/). Each does what the kernel of its row does; what it leaves out, events above all, it
 // leaves to the kernel.
 #include "native/choice.h"
-#include "native/library_rows.h"
+#include "native/function_translator.h"
 #include "native/translate.h"
 #include "runtime/operations.h"
 #include "stdlib/library.h"
@@ -11,59 +11,13 @@ namespace plc::native {
 namespace {
 
 using core::TypeId;
-using stdlib::Overload;
 
-class Translator {
+class Translator final : public FunctionTranslator {
  public:
   Translator(Assembly& s, const Instruction& i, const FunctionRow& row, const std::function<void()>& call)
-      : s_(s), words_(i.words), overload_(*row.overload), call_(call), type_(row.type), bytes_(bytes_of(row.type)) {}
-
-  bool translate(Function function) {
-    switch (function) {
-      case Function::kSelect:
-        select();
-        break;
-      case Function::kLeast:
-      case Function::kGreatest:
-        extreme(function == Function::kLeast);
-        break;
-      case Function::kLimit:
-        limit();
-        break;
-      case Function::kAbsolute:
-        absolute();
-        break;
-      case Function::kSquareRoot:
-        square_root();
-        break;
-      case Function::kNot:
-        s_.load(reg::kAx, argument(0), bytes_);
-        s_.a.xor_(gp(reg::kAx, bytes_), overload_.t == TypeId::kBool ? 1 : -1);
-        s_.store(result(), bytes_, reg::kAx);
-        break;
-      case Function::kShiftLeft:
-        shift(x86::Inst::kIdShl, true);
-        break;
-      case Function::kShiftRight:
-        shift(x86::Inst::kIdShr, true);
-        break;
-      case Function::kRotateLeft:
-        shift(x86::Inst::kIdRol, false);
-        break;
-      case Function::kRotateRight:
-        shift(x86::Inst::kIdRor, false);
-        break;
-      case Function::kConvert:
-        return convert();
-    }
-    return true;
-  }
+      : FunctionTranslator(i, row, call), s_(s) {}
 
  private:
-  [[nodiscard]] std::uint32_t argument(std::uint32_t n) const { return words_[5 + n]; }
-  [[nodiscard]] std::uint32_t count() const { return words_[3]; }
-  [[nodiscard]] std::uint32_t result() const { return words_[4]; }
-
   /// Behind the store of the result from register `to`: the code at `rare` has the kernel compute it instead.
   void leave_to_kernel(const asmjit::Label& rare, std::uint32_t to, Type type) {
     const asmjit::Label done = s_.a.newLabel();
@@ -82,7 +36,7 @@ class Translator {
 
   // ---- selection
 
-  void select() {
+  void select() override {
     // What is held first, before other loads overwrite it.
     const bool real_held = is_real(type_) && (s_.holds_real(argument(1), type_) || s_.holds_real(argument(2), type_));
     const unsigned wide = bytes_ == 8 ? 8 : 4;
@@ -148,7 +102,7 @@ class Translator {
     s_.a.emit(id, x86::xmm(other), x86::xmm(value));
     return other;
   }
-  void extreme(bool least) {
+  void extreme(bool least) override {
     if (is_real(type_)) {
       std::uint32_t value = first_real(argument(0));
       for (std::uint32_t n = 1; n < count(); ++n) value = fold_real(value, argument(n), least);
@@ -158,8 +112,7 @@ class Translator {
     for (std::uint32_t n = 1; n < count(); ++n) fold(value, reg::kCx, argument(n), least);
     s_.store(result(), bytes_, value);
   }
-  /// LIMIT(MN, IN, MX) is MIN(MAX(IN, MN), MX).
-  void limit() {
+  void limit() override {
     if (is_real(type_)) {
       const std::uint32_t value = fold_real(first_real(argument(1)), argument(0), false);
       return s_.store_real(result(), type_, fold_real(value, argument(2), true));
@@ -184,7 +137,7 @@ class Translator {
 
   // ---- numbers
 
-  void absolute() {
+  void absolute() override {
     const unsigned wide = bytes_ == 8 ? 8 : 4;
     s_.load_extended(reg::kAx, argument(0), type_);
     s_.a.mov(gp(reg::kCx, wide), gp(reg::kAx, wide));
@@ -192,7 +145,7 @@ class Translator {
     s_.a.cmovs(gp(reg::kAx, wide), gp(reg::kCx, wide));
     s_.store(result(), bytes_, reg::kAx);
   }
-  void square_root() {
+  void square_root() override {
     const bool f32 = type_ == Type::kF32;
     const asmjit::Label rare = s_.a.newLabel();
     s_.load_real(0, argument(0), type_);
@@ -202,8 +155,15 @@ class Translator {
     s_.store_real(result(), type_, 0);
     leave_to_kernel(rare, 0, type_);
   }
-  /// Shifts by less than the width, and rotations by what is not negative.
-  void shift(asmjit::InstId id, bool bounded) {
+  void invert() override {
+    s_.load(reg::kAx, argument(0), bytes_);
+    s_.a.xor_(gp(reg::kAx, bytes_), overload_.t == TypeId::kBool ? 1 : -1);
+    s_.store(result(), bytes_, reg::kAx);
+  }
+  void shift(bool left) override { move_bits(left ? x86::Inst::kIdShl : x86::Inst::kIdShr, true); }
+  void rotate(bool left) override { move_bits(left ? x86::Inst::kIdRol : x86::Inst::kIdRor, false); }
+  /// `bounded`: by less than the width.
+  void move_bits(asmjit::InstId id, bool bounded) {
     const auto by = machine_type(overload_.u);
     if (const auto known = plain_shift(s_, words_)) {
       const std::uint32_t to = s_.kept(result()).value_or(reg::kAx);
@@ -231,7 +191,7 @@ class Translator {
 
   // ---- conversions
 
-  bool convert() {
+  bool convert() override {
     const Type to = *machine_type(overload_.u);
     if (is_real(type_) && is_real(to)) {
       real_to_real(to);
@@ -324,11 +284,6 @@ class Translator {
   }
 
   Assembly& s_;
-  const std::uint32_t* words_;
-  const Overload& overload_;
-  const std::function<void()>& call_;
-  Type type_;
-  unsigned bytes_;
 };
 
 }  // namespace
