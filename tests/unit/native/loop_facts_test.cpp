@@ -7,7 +7,6 @@
 #include <cstring>
 #include <functional>
 #include <iterator>
-#include <memory>
 #include <random>
 #include <span>
 #include <string>
@@ -15,20 +14,12 @@
 
 #include "tests/support/engines.h"
 #include "tests/support/image_builder.h"
+#include "tests/unit/native/loop_support.h"
 
 namespace plc::test {
 namespace {
 
-constexpr core::TimeNs kPeriodNs = 10'000'000;
 constexpr std::uint32_t kStrangeNan = 0xffc12345u;
-
-std::unique_ptr<Engines> load(ImageBuilder& b, PouBuilder& main, std::uint32_t budget = 1000) {
-  b.task("Cyclic", kPeriodNs, {main.finish()});
-  std::string problem;
-  auto engines = Engines::load(b.build(), problem, {.loop_budget = budget});
-  EXPECT_NE(engines, nullptr) << problem;
-  return engines;
-}
 
 /// Writes a word of the task's instance in all engines, as somebody outside does between scans.
 void write(Engines& engines, std::size_t offset, std::uint32_t value) {

@@ -7,9 +7,7 @@
 #include <atomic>
 #include <cstring>
 #include <functional>
-#include <memory>
 #include <span>
-#include <string>
 #include <thread>
 #include <vector>
 
@@ -17,19 +15,10 @@
 #include "native/footprint.h"
 #include "tests/support/engines.h"
 #include "tests/support/image_builder.h"
+#include "tests/unit/native/loop_support.h"
 
 namespace plc::test {
 namespace {
-
-constexpr core::TimeNs kPeriodNs = 10'000'000;
-
-std::unique_ptr<Engines> load(ImageBuilder& b, PouBuilder& main, std::uint32_t budget = 1000) {
-  b.task("Cyclic", kPeriodNs, {main.finish()});
-  std::string problem;
-  auto engines = Engines::load(b.build(), problem, {.loop_budget = budget});
-  EXPECT_NE(engines, nullptr) << problem;
-  return engines;
-}
 
 /// The loops of the program.
 std::vector<native::Loop> loops_of(Engines& engines) {
