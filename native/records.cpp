@@ -9,6 +9,9 @@
 namespace plc::native {
 namespace {
 
+/// How many records are looked ahead for the next reader of an output.
+constexpr std::size_t kLookAhead = 1024;
+
 /// A record of bit (i0 + 2 i1 + ..) of `truth`.
 Record record_of(std::uint32_t truth, std::uint32_t out, const std::uint32_t* in, unsigned count) {
   Record record;
@@ -28,6 +31,24 @@ Record record_of(std::uint32_t truth, std::uint32_t out, const std::uint32_t* in
   return record;
 }
 
+/// Fills in the next readers and writers, as far as they are among these.
+void find_next_users(std::span<Record> records) {
+  std::unordered_set<std::uint32_t> written;
+  std::unordered_map<std::uint32_t, std::uint32_t> readers;
+  const auto reader_of = [&readers](std::uint32_t operand) {
+    const auto known = readers.find(operand);
+    return known == readers.end() ? kNever : known->second;
+  };
+  for (std::size_t r = records.size(); r-- > 0;) {
+    Record& record = records[r];
+    record.next_of_out = reader_of(record.out);
+    record.is_overwritten = !written.insert(record.out).second;
+    readers.erase(record.out);
+    for (unsigned i = 0; i < record.inputs; ++i) record.next[i] = reader_of(record.in[i]);
+    for (unsigned i = 0; i < record.inputs; ++i) readers[record.in[i]] = static_cast<std::uint32_t>(r);
+  }
+}
+
 }  // namespace
 
 Record record_at(const Instruction& run, const std::uint32_t* code, std::uint32_t n) {
@@ -43,20 +64,14 @@ Record record_at(const Instruction& run, const std::uint32_t* code, std::uint32_
   return record_of(r.truth, window + r.out, in.data(), run.operation.form == Form::kShortRecords4 ? 4 : 5);
 }
 
-void find_next_users(std::span<Record> records) {
-  std::unordered_set<std::uint32_t> written;
-  std::unordered_map<std::uint32_t, std::uint32_t> readers;
-  const auto reader_of = [&readers](std::uint32_t operand) {
-    const auto known = readers.find(operand);
-    return known == readers.end() ? kNever : known->second;
-  };
-  for (std::size_t r = records.size(); r-- > 0;) {
-    Record& record = records[r];
-    record.next_of_out = reader_of(record.out);
-    record.is_overwritten = !written.insert(record.out).second;
-    readers.erase(record.out);
-    for (unsigned i = 0; i < record.inputs; ++i) record.next[i] = reader_of(record.in[i]);
-    for (unsigned i = 0; i < record.inputs; ++i) readers[record.in[i]] = static_cast<std::uint32_t>(r);
+void visit_records(const Instruction& run, const std::uint32_t* code,
+                   const std::function<void(std::span<const Record>)>& visit) {
+  std::vector<Record> records;
+  for (std::uint32_t n = 0; n < run.words[1];) {
+    records.clear();
+    for (; n < run.words[1] && records.size() < kLookAhead; ++n) records.push_back(record_at(run, code, n));
+    find_next_users(records);
+    visit(records);
   }
 }
 

@@ -20,8 +20,6 @@ namespace plc::native {
 
 /// No record.
 inline constexpr std::uint32_t kNever = std::numeric_limits<std::uint32_t>::max();
-/// How many records are looked ahead for the next reader of an output.
-inline constexpr std::size_t kLookAhead = 1024;
 
 struct Record {
   std::uint32_t truth = 0;
@@ -35,8 +33,9 @@ struct Record {
 
 /// Record `n` of a run; inputs that are the same variable have become one. `code`: all resolved code.
 Record record_at(const Instruction& run, const std::uint32_t* code, std::uint32_t n);
-/// Fills in the next readers and writers, as far as they are among these.
-void find_next_users(std::span<Record> records);
+/// All of them in order, as many at a time as are looked ahead: the next readers and writers are those among them.
+void visit_records(const Instruction& run, const std::uint32_t* code,
+                   const std::function<void(std::span<const Record>)>& visit);
 /// The first of the records that reads the operand, or kNever.
 std::uint32_t first_reader(std::span<const Record> records, std::uint32_t operand);
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <span>
-#include <vector>
 
 #include "native/records.h"
 #include "native/translate.h"
@@ -154,8 +153,7 @@ class Evaluation {
   const Record& record_;
 };
 
-void translate(Assembly& s, std::span<Record> records, BooleanExpressions& expressions) {
-  find_next_users(records);
+void translate(Assembly& s, std::span<const Record> records, BooleanExpressions& expressions) {
   RecordRegisters registers(kRegisters,
                             [&s](std::uint32_t number, std::uint32_t operand) { s.store(operand, 1, number); });
   if (const auto known = s.held_bit()) {
@@ -175,13 +173,10 @@ void translate(Assembly& s, std::span<Record> records, BooleanExpressions& expre
 }  // namespace
 
 void translate_records(Assembly& s, const Instruction& i, const std::uint32_t* code, BooleanExpressions& expressions) {
-  std::vector<Record> records;
-  for (std::uint32_t n = 0; n < i.words[1];) {
-    records.clear();
-    for (; n < i.words[1] && records.size() < kLookAhead; ++n) records.push_back(record_at(i, code, n));
+  visit_records(i, code, [&](std::span<const Record> records) {
     translate(s, records, expressions);
     s.keep_asides_near();
-  }
+  });
 }
 
 }  // namespace plc::native

@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <iterator>
 #include <span>
-#include <vector>
 
 #include "native/records.h"
 #include "native/translate.h"
@@ -206,8 +205,7 @@ const std::uint32_t* copied(const BooleanExpression& e, const Record& record, co
   return copies ? registers.holder(record.in[e.input]) : nullptr;
 }
 
-void translate(Assembly& s, const Instruction& i, std::span<Record> records, BooleanExpressions& expressions) {
-  find_next_users(records);
+void translate(Assembly& s, const Instruction& i, std::span<const Record> records, BooleanExpressions& expressions) {
   const std::span<const std::uint32_t> numbers(kRegisters, s.in_loop() ? kRegistersInLoops : std::size(kRegisters));
   RecordRegisters registers(numbers,
                             [&s](std::uint32_t number, std::uint32_t operand) { s.store(operand, 1, number); });
@@ -233,12 +231,7 @@ void translate(Assembly& s, const Instruction& i, std::span<Record> records, Boo
 }  // namespace
 
 void translate_records(Assembly& s, const Instruction& i, const std::uint32_t* code, BooleanExpressions& expressions) {
-  std::vector<Record> records;
-  for (std::uint32_t n = 0; n < i.words[1];) {
-    records.clear();
-    for (; n < i.words[1] && records.size() < kLookAhead; ++n) records.push_back(record_at(i, code, n));
-    translate(s, i, records, expressions);
-  }
+  visit_records(i, code, [&](std::span<const Record> records) { translate(s, i, records, expressions); });
 }
 
 }  // namespace plc::native
