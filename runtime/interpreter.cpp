@@ -6,6 +6,7 @@
 #include "core/types.h"
 #include "runtime/bool_run.h"
 #include "runtime/handle.h"
+#include "runtime/loop_run.h"
 #include "runtime/memory/queue.h"
 #include "runtime/operations.h"
 #include "runtime/value_runs.h"
@@ -296,6 +297,10 @@ op_RunTb : {
 }
 op_ValueRun : {
   pc = load_pointer<ValueRun>(pc + 1)(table, instance, pc + 4, pc[3]);
+  PLC_NEXT(0);
+}
+op_LoopRun : {
+  pc = run_loop<kAddressing>(m, instance, pc);
   PLC_NEXT(0);
 }
 op_BlockRun : {

@@ -14,6 +14,7 @@
 #include "runtime/handle.h"
 #include "runtime/link_bool.h"
 #include "runtime/link_library.h"
+#include "runtime/link_loops.h"
 #include "runtime/link_path.h"
 #include "runtime/operations.h"
 #include "runtime/taskblocks.h"
@@ -57,6 +58,7 @@ class Linker {
     if (problem_) return *problem_;
     for (const auto& [position, callee] : call_patches_) stream_[position] = entries_[callee];
     arrange(stream_, result_, layout_.scratch);
+    link_loops(stream_, result_, {layout_.constants, std::as_bytes(std::span(image_.const_bytes))}, layout_.scratch);
     result_.words = TableMemory(stream_.size() * sizeof(std::uint32_t));
     std::memcpy(result_.words.data(), stream_.data(), stream_.size() * sizeof(std::uint32_t));
     result_.entry = entries_[body];
@@ -134,12 +136,16 @@ class Linker {
     const ImagePou& source = image_.pous[pou];
     std::vector<std::uint32_t> positions(source.code.size(), 0);
     std::vector<std::uint8_t> is_target(source.code.size(), 0);
+    std::vector<Jump> jumps;
     for_each_instruction(source, [&](const Decoded& d) {
       const bytecode::Operands& operands = bytecode::info(d.opcode).operands;
       for (std::uint32_t i = 0; i < operands.count; ++i) {
-        if (operands.specs[i].kind == OperandKind::kTarget) is_target[d.operands[i]] = 1;
+        if (operands.specs[i].kind != OperandKind::kTarget) continue;
+        is_target[d.operands[i]] = 1;
+        jumps.push_back({d.word, d.operands[i], d.next, d.opcode});
       }
     });
+    find_loops(jumps);
     jump_patches_.clear();
     entries_[pou] = position();
     result_.bodies.push_back(
@@ -147,6 +153,7 @@ class Linker {
     std::uint32_t stretch_end = 0;
     for (std::uint32_t word = 0; word < source.code.size();) {
       Decoded d = decode(source.code, word);
+      begin_loop(word);
       positions[word] = position();
       result_.marks.push_back({position(), pou, word});
       if (word >= stretch_end) {
@@ -176,6 +183,46 @@ class Linker {
     }
     end_stretch();
     for (const auto& [at, word] : jump_patches_) stream_[at] = positions[word];
+  }
+
+  // ---- loops (link_loops.h)
+
+  struct Jump {
+    std::uint32_t from = 0, to = 0, next = 0;  ///< words
+    Opcode opcode = Opcode::kJump;
+  };
+  /// LOOP_JUMPs whose loop has no other jump than the one out of it, which leads behind it.
+  void find_loops(std::vector<Jump> jumps) {
+    loop_ends_.clear();
+    open_loop_.reset();
+    if (!arranged_) return;
+    std::vector<std::uint32_t> targets;
+    for (const Jump& jump : jumps) targets.push_back(jump.to);
+    std::sort(targets.begin(), targets.end());
+    for (std::size_t i = 1; i < jumps.size(); ++i) {
+      const Jump& jump = jumps[i];
+      if (jump.opcode != Opcode::kLoopJump || jump.to > jump.from) continue;
+      const Jump& out = jumps[i - 1];
+      const auto first = std::lower_bound(targets.begin(), targets.end(), jump.to);
+      const bool alone = std::lower_bound(first, targets.end(), jump.next) - first == 1;
+      if (alone && out.from >= jump.to && out.to == jump.next && (i == 1 || jumps[i - 2].from < jump.to)) {
+        loop_ends_.emplace(jump.to, jump.from);
+      }
+    }
+  }
+  void begin_loop(std::uint32_t word) {
+    if (const auto loop = loop_ends_.find(word); loop != loop_ends_.end()) {
+      end_stretch();
+      const std::uint32_t at = position();
+      put_handler(ResolvedOp::kStretch);
+      put(at + 2);
+      result_.loops.push_back({bindings_.addressing(pou_), at, result_.instructions.size(), 0});
+      open_loop_ = loop->second;
+    }
+    if (word == open_loop_) {
+      result_.loops.back().last = result_.instructions.size();
+      open_loop_.reset();
+    }
   }
 
   // ---- straight code (arrange.h)
@@ -588,6 +635,8 @@ class Linker {
   std::optional<core::Problem> problem_;
   std::uint32_t pou_ = 0;
   bool in_stretch_ = false;
+  std::map<std::uint32_t, std::uint32_t> loop_ends_;  ///< words: of the first instruction, of the jump back to it
+  std::optional<std::uint32_t> open_loop_;            ///< word of its jump
   LinkedCode result_;
 };
 

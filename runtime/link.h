@@ -56,12 +56,20 @@ struct LinkedStretch {
   std::size_t first = 0;       ///< the instruction behind the STRETCH, into LinkedCode::instructions
 };
 
+/// A loop that nobody jumps into or out of but at its end (link_loops.h), behind a STRETCH.
+struct LinkedLoop {
+  Addressing addressing = Addressing::kFixed;
+  std::uint32_t position = 0;       ///< of the STRETCH
+  std::size_t first = 0, last = 0;  ///< into LinkedCode::instructions: of the first round, and the jump to it
+};
+
 struct LinkedCode {
   TableMemory words;  ///< 64-byte aligned, so that records lie as the linker placed them
   std::vector<CodeMark> marks;
   std::vector<LinkedInstruction> instructions;          ///< ascending positions
   std::vector<LinkedBody> bodies;                       ///< in the order of the code
   std::vector<LinkedStretch> stretches;                 ///< ascending positions
+  std::vector<LinkedLoop> loops;                        ///< in the order of the code
   std::vector<LinkedInstruction> arranged;              ///< of the copies that STRETCH instructions lead to
   std::uint32_t entry = 0;                              ///< of the task's body
   std::vector<std::unique_ptr<std::byte[]>> constants;  ///< zeros of types, pointed into by the code

@@ -32,6 +32,16 @@ inline T load_pointer(const std::uint32_t* words) noexcept {
   return load<T>(words);
 }
 
+/// The address of a resolved operand (link.h).
+template <Addressing kAddressing>
+inline std::byte* place(std::byte* table, std::uint32_t instance, std::uint32_t operand) noexcept {
+  if constexpr (kAddressing == Addressing::kFixed) {
+    return table + operand;
+  } else {
+    return table + (operand & ~kRelativeBit) + ((0u - (operand >> 31)) & instance);
+  }
+}
+
 /// Code word of the instruction at `position`, for events and faults.
 inline const CodeMark& mark_at(std::span<const CodeMark> marks, std::uint32_t position) noexcept {
   const auto after = std::upper_bound(marks.begin(), marks.end(), position,

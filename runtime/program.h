@@ -165,6 +165,7 @@ class Program {
     std::uint64_t mixed_records = 0;    ///< BOOL_RUN records of relative bodies that mix instance and other memory
     std::uint64_t arranged = 0;         ///< instructions and records that stand side by side with their like
     std::uint64_t runs = 0;             ///< ..in so many runs
+    std::uint64_t loops = 0;            ///< loops that run instruction by instruction
     std::uint64_t code_bytes = 0;       ///< resolved code of the task
   };
   [[nodiscard]] const LinkReport& link_report() const;

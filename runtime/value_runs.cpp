@@ -1,5 +1,6 @@
 #include "runtime/value_runs.h"
 
+#include <type_traits>
 #include <utility>
 
 #include "runtime/operations.h"
@@ -8,15 +9,6 @@
 
 namespace plc::runtime {
 namespace {
-
-template <Addressing kAddressing>
-inline std::byte* place(std::byte* table, std::uint32_t instance, std::uint32_t operand) noexcept {
-  if constexpr (kAddressing == Addressing::kFixed) {
-    return table + operand;
-  } else {
-    return table + (operand & ~kRelativeBit) + ((0u - (operand >> 31)) & instance);
-  }
-}
 
 /// `Function`: the result of inputs of the types `In`, whose operands are words 1, 2, .. of a record.
 template <Addressing kAddressing, class Function, class Out, class... In, std::size_t... kWord>
@@ -35,9 +27,41 @@ const std::uint32_t* run(std::byte* table, std::uint32_t instance, const std::ui
                                                         std::index_sequence_for<In...>{});
 }
 
+/// The same with operands that step through memory.
+template <class Function, class Out, class... In, std::size_t... kIn>
+void stream_values(const Stream& out, const Stream* const (&in)[3], std::uint32_t count,
+                   std::index_sequence<kIn...> /*inputs*/) noexcept {
+  if constexpr (sizeof...(In) == 2 && (std::is_same_v<Out, In> && ...)) {
+    // A sum, or its like: in a register.
+    if (out.step == 0 && in[0]->at == out.at && in[0]->step == 0 && in[1]->at != out.at) {
+      Out value = load<Out>(out.at);
+      const std::byte* other = in[1]->at;
+#pragma GCC unroll 4
+      for (; count != 0; --count, other += in[1]->step) value = Function{}(value, load<Out>(other));
+      store(out.at, value);
+      return;
+    }
+  }
+  std::byte* to = out.at;
+  const std::byte* from[] = {in[kIn]->at...};
+  const std::ptrdiff_t step[] = {in[kIn]->step...};
+  const std::ptrdiff_t out_step = out.step;
+#pragma GCC unroll 4
+  for (; count != 0; --count) {
+    store<Out>(to, Function{}(load<In>(from[kIn])...));
+    to += out_step;
+    ((from[kIn] += step[kIn]), ...);
+  }
+}
+template <class Function, class Out, class... In>
+void stream(const Stream& out, const Stream& in0, const Stream& in1, const Stream& in2, std::uint32_t count) noexcept {
+  stream_values<Function, Out, In...>(out, {&in0, &in1, &in2}, count, std::index_sequence_for<In...>{});
+}
+
 template <class Function, class Out, class... In>
 constexpr ValueOp row(std::uint8_t first) {
   ValueOp op;
+  op.stream = &stream<Function, Out, In...>;
   op.run[0] = &run<Addressing::kFixed, Function, Out, In...>;
   op.run[1] = &run<Addressing::kRelative, Function, Out, In...>;
   op.first = first;
@@ -126,7 +150,24 @@ Rows make_rows() {
   return rows;
 }
 
+template <class T, bool kDown>
+void count_rounds(const Stream& out, const Stream& in0, const Stream& in1, const Stream& /*in2*/,
+                  std::uint32_t count) noexcept {
+  T value = load<T>(in0.at);
+  const T step = load<T>(in1.at);
+  std::byte* to = out.at;
+  for (; count != 0; --count, to += out.step) {
+    store(to, value);
+    value = kDown ? stdlib::wrap_sub(value, step) : stdlib::wrap_add(value, step);
+  }
+}
+
 }  // namespace
+
+StreamRun counting(bool wide, bool down) {
+  if (wide) return down ? &count_rounds<std::uint32_t, true> : &count_rounds<std::uint32_t, false>;
+  return down ? &count_rounds<std::uint16_t, true> : &count_rounds<std::uint16_t, false>;
+}
 
 const ValueOp* value_op(ResolvedOp op) {
   static const Rows kRows = make_rows();

@@ -62,8 +62,21 @@ constexpr T mod_wrap(T a, T b) noexcept {
 // ---- reals: IEEE 754, one NaN -----------------------------------------------------------------------------------
 
 /// `v`, or the canonical quiet NaN (positive, 0x7fc00000 or 0x7ff8000000000000) if it is any NaN.
-constexpr float canonical(float v) noexcept { return v != v ? std::bit_cast<float>(0x7fc00000u) : v; }
-constexpr double canonical(double v) noexcept { return v != v ? std::bit_cast<double>(0x7ff8000000000000ull) : v; }
+/// By a jump: choosing one of two values takes three times as long as the addition in front of it.
+constexpr float canonical(float v) noexcept {
+  if (v != v) [[unlikely]] {
+    if (!std::is_constant_evaluated()) asm("");  // what the compiler may not choose between
+    return std::bit_cast<float>(0x7fc00000u);
+  }
+  return v;
+}
+constexpr double canonical(double v) noexcept {
+  if (v != v) [[unlikely]] {
+    if (!std::is_constant_evaluated()) asm("");
+    return std::bit_cast<double>(0x7ff8000000000000ull);
+  }
+  return v;
+}
 
 constexpr bool is_finite(double v) noexcept { return v - v == 0; }
 

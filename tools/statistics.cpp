@@ -76,9 +76,10 @@ void print_link_report(const runtime::Resource& resource, std::ostream& out) {
     const runtime::Program::LinkReport& report = program.link_report();
     out << fmt::format(
         "task {}: table {} bytes, code {} bytes, boolean records {}+{} short, {} wide, {} mixed; {} instructions in {} "
-        "runs\n",
+        "runs, {} loops\n",
         program.task().name, program.table().layout().total, report.code_bytes, report.short4_records,
-        report.short5_records, report.wide_records, report.mixed_records, report.arranged, report.runs);
+        report.short5_records, report.wide_records, report.mixed_records, report.arranged, report.runs,
+        report.loops);
   }
 }
 

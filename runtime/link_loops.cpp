@@ -1,0 +1,615 @@
+#include "runtime/link_loops.h"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "runtime/loop_run.h"
+#include "runtime/operations.h"
+#include "runtime/value_runs.h"
+#include "stdlib/library.h"
+
+namespace plc::runtime {
+namespace {
+
+/// Factors of indices stay small enough for run_loop() to count in 64 bits.
+constexpr std::int64_t kMostFactor = 1 << 20;
+/// Instructions of a body.
+constexpr std::size_t kMostInstructions = 64;
+
+constexpr std::uint32_t kNoStream = 0xffffffffu;
+
+/// Bytes from an operand on.
+struct Range {
+  std::uint32_t operand = 0;
+  std::uint64_t bytes = 0;
+  [[nodiscard]] bool overlaps(const Range& other) const {
+    return operand < other.operand + other.bytes && other.operand < operand + bytes;
+  }
+  friend bool operator==(const Range&, const Range&) = default;
+};
+
+/// constant + factor * control variable + the sum of factor * variable, modulo its size.
+struct Affine {
+  struct Term {
+    std::uint32_t operand = 0;
+    std::int64_t factor = 0;
+    friend auto operator<=>(const Term&, const Term&) = default;
+  };
+  std::int64_t constant = 0;
+  std::int64_t factor = 0;
+  std::vector<Term> terms;  ///< ascending, no operand twice
+  std::uint32_t bytes = 0;
+};
+
+struct Index {
+  std::uint32_t count = 0, stride = 0;
+  std::int64_t lower = 0;
+  Affine number;
+};
+
+/// One access to an element.
+struct Element {
+  Range array;              ///< every element that the indices can name
+  std::uint32_t bytes = 0;  ///< of the element
+  std::vector<Index> indices;
+  bool write = false;
+};
+
+/// One instruction of the body.
+struct Step {
+  const ValueOp* value = nullptr;              ///< one that computes
+  const stdlib::Overload* function = nullptr;  ///< a call
+  std::optional<Element> element;              ///< a move from or to an element
+  std::uint32_t position = 0;
+  Range out;              ///< none when it stores an element
+  std::vector<Range> in;  ///< without indices
+  stdlib::Kernel kernel = nullptr;
+};
+
+struct Record {
+  const void* run = nullptr;  ///< StreamRun, or Kernel
+  std::uint32_t out = 0;
+  std::vector<std::uint32_t> in;
+  std::uint32_t arguments = 0;
+  std::uint32_t position = 0;
+};
+
+const stdlib::Overload* overload_of(stdlib::Kernel kernel) {
+  for (const stdlib::Overload& overload : stdlib::overloads()) {
+    if (overload.kernel == kernel) return &overload;
+  }
+  return nullptr;
+}
+
+std::optional<std::uint32_t> scalar_bytes(core::TypeId type) {
+  const core::Rep rep = core::rep_of(type);
+  if (rep > core::Rep::kF64) return std::nullopt;
+  return core::rep_bytes(rep);
+}
+
+std::optional<unsigned> number_in(ResolvedOp op, ResolvedOp first, unsigned count) {
+  const auto number = static_cast<unsigned>(op) - static_cast<unsigned>(first);
+  return op >= first && number < count ? std::optional(number) : std::nullopt;
+}
+
+ResolvedOp move_of(std::uint32_t bytes) {
+  return bytes == 1   ? ResolvedOp::kMove8
+         : bytes == 2 ? ResolvedOp::kMove16
+         : bytes == 4 ? ResolvedOp::kMove32
+                      : ResolvedOp::kMove64;
+}
+
+/// One loop. Each of its steps says no by returning false.
+class LoopLinker {
+ public:
+  LoopLinker(std::vector<std::uint32_t>& words, LinkedCode& code, const LinkedConstants& constants,
+             std::uint32_t scratch)
+      : words_(words), code_(code), constants_(constants), scratch_(scratch) {}
+
+  void link(const LinkedLoop& loop) {
+    if (!read_end(loop) || !read_body(loop) || !check_variables() || !check_elements() || !make_records()) return;
+    leave_out_unread();
+    if (variables_.size() + values_.size() + elements_.size() <= kMostStreams) write(loop);
+  }
+
+ private:
+  // ---- reading
+
+  [[nodiscard]] std::uint32_t word(const LinkedInstruction& instruction, std::uint32_t i) const {
+    return words_[instruction.position + i];
+  }
+
+  /// Comparison and way out, counting, jump.
+  bool read_end(const LinkedLoop& loop) {
+    if (loop.last < loop.first + 3) return false;
+    const LinkedInstruction& jump = code_.instructions[loop.last];
+    const LinkedInstruction& count = code_.instructions[loop.last - 1];
+    const LinkedInstruction& compare = code_.instructions[loop.last - 2];
+    wide_ = count.op == ResolvedOp::kAdd32 || count.op == ResolvedOp::kSub32;
+    down_ = count.op == ResolvedOp::kSub16 || count.op == ResolvedOp::kSub32;
+    const ResolvedOp counts =
+        wide_ ? (down_ ? ResolvedOp::kSub32 : ResolvedOp::kAdd32) : (down_ ? ResolvedOp::kSub16 : ResolvedOp::kAdd16);
+    const ResolvedOp compares = wide_ ? (down_ ? ResolvedOp::kGtI32Unless : ResolvedOp::kLtI32Unless)
+                                      : (down_ ? ResolvedOp::kGtI16Unless : ResolvedOp::kLtI16Unless);
+    control_ = word(count, 1);
+    step_ = word(count, 3);
+    limit_ = word(compare, 3);
+    jump_ = jump.position;
+    head_ = words_[jump.position + 1];
+    const std::uint32_t bytes = wide_ ? 4 : 2;
+    counted_ = {{control_, bytes}, {step_, bytes}, {limit_, bytes}};
+    result_ = {word(compare, 1), 1};
+    return count.op == counts && compare.op == compares && word(count, 2) == control_ && word(compare, 2) == control_;
+  }
+
+  bool read_body(const LinkedLoop& loop) {
+    steps_.clear();
+    if (loop.last - loop.first > kMostInstructions) return false;
+    for (std::size_t i = loop.first; i + 2 != loop.last; ++i) {
+      const LinkedInstruction& instruction = code_.instructions[i];
+      if (instruction.op == ResolvedOp::kStretch) continue;
+      Step step;
+      step.position = instruction.position;
+      if (!read_value(instruction, step) && !read_element(instruction, step) && !read_call(instruction, step)) {
+        return false;
+      }
+      steps_.push_back(std::move(step));
+    }
+    const auto calls = std::count_if(steps_.begin(), steps_.end(), [](const Step& s) { return s.function != nullptr; });
+    return !steps_.empty() && calls <= 1;
+  }
+  bool read_value(const LinkedInstruction& instruction, Step& step) const {
+    step.value = value_op(instruction.op);
+    if (step.value == nullptr) return false;
+    step.out = {word(instruction, step.value->first), step.value->out_bytes};
+    for (std::uint32_t i = 0; i < step.value->inputs; ++i) {
+      step.in.push_back({word(instruction, step.value->first + 1u + i), step.value->in_bytes[i]});
+    }
+    return true;
+  }
+  bool read_element(const LinkedInstruction& instruction, Step& step) const {
+    const auto load = number_in(instruction.op, ResolvedOp::kLoadAt8I16, 12);
+    const auto store = number_in(instruction.op, ResolvedOp::kStoreAt8I16, 12);
+    const auto load_path = number_in(instruction.op, ResolvedOp::kLoadPath8, 4);
+    const auto store_path = number_in(instruction.op, ResolvedOp::kStorePath8, 4);
+    const bool one = load || store;
+    if (!one && !load_path && !store_path) return false;
+    Element element;
+    element.write = store || store_path;
+    element.bytes = 1u << (one ? (load ? *load : *store) / 3 : load_path ? *load_path : *store_path);
+    element.array = {word(instruction, 2) + (one ? 0 : word(instruction, 3)), element.bytes};
+    std::uint32_t at = one ? 3 : 5;
+    for (std::uint32_t n = one ? 1 : word(instruction, 4); n != 0; --n, at += kIndexWords) {
+      const auto rep = static_cast<core::Rep>(word(instruction, at + 5));
+      if (rep != core::Rep::kI16 && rep != core::Rep::kI32) return false;
+      Index index;
+      index.count = word(instruction, at + 1);
+      index.stride = word(instruction, at + 2);
+      index.lower = plc::runtime::load<std::int64_t>(words_.data() + instruction.position + at + 3);
+      // Who it is, is found out when what the loop writes is known.
+      index.number.terms = {{word(instruction, at), 1}};
+      index.number.bytes = core::rep_bytes(rep);
+      element.array.bytes += std::uint64_t{index.count == 0 ? 0 : index.count - 1} * index.stride;
+      element.indices.push_back(std::move(index));
+    }
+    const Range value{word(instruction, 1), element.bytes};
+    if (element.write) {
+      step.in = {value};
+    } else {
+      step.out = value;
+    }
+    step.element = std::move(element);
+    return true;
+  }
+  bool read_call(const LinkedInstruction& instruction, Step& step) const {
+    if (instruction.op != ResolvedOp::kCallStd || word(instruction, 3) > 3) return false;
+    step.kernel = load_pointer<stdlib::Kernel>(words_.data() + instruction.position + 1);
+    step.function = overload_of(step.kernel);
+    if (step.function == nullptr) return false;
+    const auto result = scalar_bytes(step.function->result_type());
+    if (!result) return false;
+    step.out = {word(instruction, 4), *result};
+    for (std::uint32_t i = 0; i < word(instruction, 3); ++i) {
+      const auto bytes = scalar_bytes(step.function->param_type(i));
+      if (!bytes) return false;
+      step.in.push_back({word(instruction, 5 + i), *bytes});
+    }
+    return true;
+  }
+
+  // ---- variables
+
+  [[nodiscard]] bool is_written(const Range& range) const {
+    return std::any_of(steps_.begin(), steps_.end(), [&](const Step& s) { return s.out.overlaps(range); }) ||
+           result_.overlaps(range);
+  }
+  /// Variables are the same bytes or other bytes; none lies in an array, unless both are only read; the loop counts
+  /// with what it does not change.
+  [[nodiscard]] bool check_variables() const {
+    std::vector<Range> all = counted_;
+    all.push_back(result_);
+    for (const Step& step : steps_) {
+      if (step.out.bytes != 0) all.push_back(step.out);
+      all.insert(all.end(), step.in.begin(), step.in.end());
+      if (!step.element) continue;
+      for (const Index& index : step.element->indices) {
+        all.push_back({index.number.terms[0].operand, index.number.bytes});
+      }
+    }
+    for (const Range& range : all) {
+      const bool written = is_written(range) || range.overlaps(counted_[0]);
+      for (const Range& other : all) {
+        if (written && range.overlaps(other) && !(range == other)) return false;
+      }
+      for (const Step& step : steps_) {
+        if (step.element && (written || step.element->write) && step.element->array.overlaps(range)) return false;
+      }
+    }
+    return std::none_of(counted_.begin(), counted_.end(), [this](const Range& range) { return is_written(range); }) &&
+           !(counted_[0] == counted_[1]) && !(counted_[0] == counted_[2]);
+  }
+
+  // ---- elements
+
+  /// Parts of structures in one array that have nothing in common.
+  static bool are_other_parts(const Element& a, const Element& b) {
+    if (!a.array.overlaps(b.array)) return true;
+    if (a.indices.size() != 1 || b.indices.size() != 1 || a.indices[0].stride != b.indices[0].stride) return false;
+    const std::uint32_t stride = a.indices[0].stride;
+    if (stride == 0) return false;
+    const std::uint32_t behind = (a.array.operand % stride + stride - b.array.operand % stride) % stride;
+    return behind >= b.bytes && stride - behind >= a.bytes;
+  }
+  /// Whether all rounds of `first` may run before all rounds of `second`, which is behind it.
+  [[nodiscard]] bool may_split(const Element& first, const Element& second) const {
+    if ((!first.write && !second.write) || are_other_parts(first, second)) return true;
+    if (first.indices.size() != 1 || second.indices.size() != 1) return false;
+    const Index& a = first.indices[0];
+    const Index& b = second.indices[0];
+    if (first.array.operand != second.array.operand || a.stride != b.stride || a.lower != b.lower ||
+        first.bytes != second.bytes || a.stride < first.bytes || a.number.factor != b.number.factor ||
+        a.number.terms != b.number.terms) {
+      return false;
+    }
+    // In later rounds, is the first one where the second one has been?
+    const std::int64_t ahead = b.number.constant - a.number.constant;
+    const std::int64_t per_round = down_ ? -a.number.factor : a.number.factor;
+    return per_round == 0 ? ahead != 0 : ahead == 0 || (ahead > 0) != (per_round > 0);
+  }
+  /// Finds out what indices are, and whether elements keep out of each other's way.
+  bool check_elements() {
+    numbers_.clear();
+    for (Step& step : steps_) {
+      if (step.element) {
+        for (Index& index : step.element->indices) {
+          auto number = number_of({index.number.terms[0].operand, index.number.bytes});
+          if (!number) return false;
+          index.number = std::move(*number);
+        }
+      }
+      if (step.out.bytes != 0) note_number(step);
+    }
+    for (std::size_t i = 0; i < steps_.size(); ++i) {
+      for (std::size_t j = i + 1; j < steps_.size(); ++j) {
+        const auto &first = steps_[i].element, &second = steps_[j].element;
+        if (first && second && !may_split(*first, *second)) return false;
+      }
+    }
+    return true;
+  }
+  [[nodiscard]] std::optional<Affine> number_of(const Range& range) const {
+    Affine number;
+    number.bytes = static_cast<std::uint32_t>(range.bytes);
+    if (range == counted_[0]) {
+      number.factor = 1;
+      return number;
+    }
+    if (const auto known = numbers_.find(range.operand);
+        known != numbers_.end() && known->second.bytes == range.bytes) {
+      return known->second;
+    }
+    if (is_written(range)) return std::nullopt;
+    if (range.operand >= constants_.at && range.operand - constants_.at + range.bytes <= constants_.bytes.size()) {
+      const std::byte* const at = constants_.bytes.data() + (range.operand - constants_.at);
+      number.constant = range.bytes == 4 ? plc::runtime::load<std::int32_t>(at) : plc::runtime::load<std::int16_t>(at);
+    } else {
+      number.terms = {{range.operand, 1}};
+    }
+    return number;
+  }
+  static Affine combined(const Affine& a, std::int64_t times_a, const Affine& b, std::int64_t times_b) {
+    Affine sum;
+    sum.bytes = a.bytes;
+    sum.constant = a.constant * times_a + b.constant * times_b;
+    sum.factor = a.factor * times_a + b.factor * times_b;
+    std::map<std::uint32_t, std::int64_t> terms;
+    for (const Affine::Term& term : a.terms) terms[term.operand] += term.factor * times_a;
+    for (const Affine::Term& term : b.terms) terms[term.operand] += term.factor * times_b;
+    for (const auto& [operand, factor] : terms) {
+      if (factor != 0) sum.terms.push_back({operand, factor});
+    }
+    return sum;
+  }
+  static bool is_small(const Affine& number) {
+    const auto small = [](std::int64_t factor) { return factor >= -kMostFactor && factor <= kMostFactor; };
+    return number.constant == static_cast<std::int32_t>(number.constant) && small(number.factor) &&
+           number.terms.size() <= 4 &&
+           std::all_of(number.terms.begin(), number.terms.end(), [&](const auto& term) { return small(term.factor); });
+  }
+  /// Sums of what is known in each round are known in each round.
+  void note_number(const Step& step) {
+    numbers_.erase(step.out.operand);
+    if (step.value == nullptr || (step.out.bytes != 2 && step.out.bytes != 4)) return;
+    const ResolvedOp op = op_at(step.position);
+    const bool two = step.in.size() == 2;
+    const auto a = number_of(step.in[0]);
+    const auto b = two ? number_of(step.in[1]) : std::optional<Affine>{Affine{}};
+    if (!a || !b) return;
+    std::optional<Affine> number;
+    switch (op) {
+      case ResolvedOp::kMove16:
+      case ResolvedOp::kMove32:
+        number = a;
+        break;
+      case ResolvedOp::kAdd16:
+      case ResolvedOp::kAdd32:
+        number = combined(*a, 1, *b, 1);
+        break;
+      case ResolvedOp::kSub16:
+      case ResolvedOp::kSub32:
+        number = combined(*a, 1, *b, -1);
+        break;
+      case ResolvedOp::kMul16:
+      case ResolvedOp::kMul32:
+        if (is_constant(*b) && b->constant <= kMostFactor && b->constant >= -kMostFactor) {
+          number = combined(*a, b->constant, Affine{}, 0);
+        } else if (is_constant(*a) && a->constant <= kMostFactor && a->constant >= -kMostFactor) {
+          number = combined(*b, a->constant, Affine{}, 0);
+        }
+        break;
+      default:
+        break;
+    }
+    if (number && is_small(*number)) numbers_.emplace(step.out.operand, std::move(*number));
+  }
+  static bool is_constant(const Affine& number) { return number.factor == 0 && number.terms.empty(); }
+  [[nodiscard]] ResolvedOp op_at(std::uint32_t position) const {
+    return std::lower_bound(code_.instructions.begin(), code_.instructions.end(), position,
+                            [](const LinkedInstruction& i, std::uint32_t p) { return i.position < p; })
+        ->op;
+  }
+
+  // ---- records
+
+  [[nodiscard]] std::size_t readers_of(const Range& range) const {
+    std::size_t readers = 0;
+    for (const Step& step : steps_) {
+      bool reads = std::find(step.in.begin(), step.in.end(), range) != step.in.end();
+      if (step.element) {
+        for (const Index& index : step.element->indices) {
+          reads = reads || std::any_of(index.number.terms.begin(), index.number.terms.end(), [&](const auto& term) {
+                    return Range{term.operand, index.number.bytes}.overlaps(range);
+                  });
+        }
+      }
+      readers += reads ? 1 : 0;
+    }
+    return readers;
+  }
+  [[nodiscard]] std::size_t writers_of(const Range& range) const {
+    return static_cast<std::size_t>(
+        std::count_if(steps_.begin(), steps_.end(), [&](const Step& s) { return s.out == range; }) +
+        (result_ == range ? 1 : 0));
+  }
+  /// Whether somebody reads what `from` left there.
+  [[nodiscard]] bool is_read_behind(const Range& range, std::size_t from) const {
+    for (std::size_t i = from; i < steps_.size(); ++i) {
+      if (std::find(steps_[i].in.begin(), steps_[i].in.end(), range) != steps_[i].in.end()) return true;
+      if (steps_[i].out == range) return false;
+    }
+    return false;
+  }
+
+  // Streams are numbered by kind first, and put in a row when all are known.
+  enum class StreamKind : std::uint8_t { kVariable, kValue, kElement };
+  static std::uint32_t number(StreamKind kind, std::size_t i) {
+    return static_cast<std::uint32_t>(kind) << 16 | static_cast<std::uint32_t>(i);
+  }
+  std::uint32_t variable(std::uint32_t operand) {
+    const auto known = std::find(variables_.begin(), variables_.end(), operand);
+    if (known == variables_.end()) variables_.push_back(operand);
+    return number(
+        StreamKind::kVariable,
+        static_cast<std::size_t>(std::find(variables_.begin(), variables_.end(), operand) - variables_.begin()));
+  }
+  std::uint32_t new_value(std::uint64_t bytes) {
+    values_.push_back(static_cast<std::uint32_t>(bytes));
+    return number(StreamKind::kValue, values_.size() - 1);
+  }
+  std::uint32_t new_element(const Element& element) {
+    elements_.push_back(&element);
+    return number(StreamKind::kElement, elements_.size() - 1);
+  }
+  template <class Run>
+  void add_record(Run run, std::uint32_t out, std::vector<std::uint32_t> in, std::uint32_t arguments,
+                  std::uint32_t position) {
+    records_.push_back({reinterpret_cast<const void*>(run), out, std::move(in), arguments, position});
+  }
+
+  /// What `step`, number `at`, reads at `range`.
+  std::optional<std::uint32_t> input(const Range& range, std::size_t at) {
+    if (range == counted_[0]) {
+      if (counter_ == kNoStream) {
+        counter_ = new_value(range.bytes);
+        records_.insert(records_.begin(), Record{reinterpret_cast<const void*>(counting(wide_, down_)),
+                                                 counter_,
+                                                 {variable(control_), variable(step_)},
+                                                 0,
+                                                 0});
+      }
+      return counter_;
+    }
+    if (const auto now = now_.find(range.operand); now != now_.end()) return now->second;
+    if (!is_written(range)) return variable(range.operand);
+    // A sum: of one instruction alone.
+    if (steps_[at].out == range && writers_of(range) == 1 && readers_of(range) == 1) return variable(range.operand);
+    return std::nullopt;
+  }
+
+  bool make_records() {
+    variables_.clear();
+    values_.clear();
+    elements_.clear();
+    records_.clear();
+    now_.clear();
+    counter_ = kNoStream;
+    for (std::size_t i = 0; i < steps_.size(); ++i) {
+      const Step& step = steps_[i];
+      std::vector<std::uint32_t> in;
+      for (const Range& range : step.in) {
+        const auto stream = input(range, i);
+        if (!stream) return false;
+        in.push_back(*stream);
+      }
+      if (step.element) {
+        put_element(step, i, in);
+        continue;
+      }
+      const bool sum =
+          std::find(step.in.begin(), step.in.end(), step.out) != step.in.end() && !now_.contains(step.out.operand);
+      const std::uint32_t out = sum ? variable(step.out.operand) : new_value(step.out.bytes);
+      if (step.function != nullptr) {
+        const auto arguments = static_cast<std::uint32_t>(in.size());
+        add_record(step.kernel, out, std::move(in), arguments, step.position);
+      } else {
+        add_record(step.value->stream, out, std::move(in), 0, step.position);
+      }
+      if (!sum) now_[step.out.operand] = out;
+    }
+    return true;
+  }
+  void put_element(const Step& step, std::size_t at, const std::vector<std::uint32_t>& in) {
+    const Element& element = *step.element;
+    const StreamRun move = value_op(move_of(element.bytes))->stream;
+    if (element.write) {
+      // Straight from whoever computes it, if nobody else wants it.
+      if (!records_.empty() && records_.back().out == in[0] &&
+          in[0] >> 16 == static_cast<std::uint32_t>(StreamKind::kValue) && in[0] != counter_ &&
+          !is_read_behind(step.in[0], at + 1)) {
+        records_.back().out = new_element(element);
+      } else {
+        add_record(move, new_element(element), in, 0, step.position);
+      }
+      return;
+    }
+    const bool stays = std::none_of(steps_.begin(), steps_.end(), [&](const Step& other) {
+      return other.element && other.element->write && !are_other_parts(*other.element, element);
+    });
+    std::uint32_t stream = new_element(element);
+    if (!stays) {
+      const std::uint32_t value = new_value(element.bytes);
+      add_record(move, value, {stream}, 0, step.position);
+      stream = value;
+    }
+    now_[step.out.operand] = stream;
+  }
+
+  /// The last round sets all variables, so what only they hold is not computed in the others.
+  void leave_out_unread() {
+    std::vector<std::uint8_t> read(values_.size(), 0);
+    const auto is_value = [](std::uint32_t stream) {
+      return stream >> 16 == static_cast<std::uint32_t>(StreamKind::kValue);
+    };
+    for (auto record = records_.rbegin(); record != records_.rend(); ++record) {
+      if (is_value(record->out) && read[record->out & 0xffffu] == 0 && record->arguments == 0) {
+        record->run = nullptr;
+        continue;
+      }
+      for (const std::uint32_t in : record->in) {
+        if (is_value(in)) read[in & 0xffffu] = 1;
+      }
+    }
+    std::erase_if(records_, [](const Record& record) { return record.run == nullptr; });
+  }
+
+  // ---- writing
+
+  template <class T>
+  void put_wide(T value) {
+    static_assert(sizeof value == 8);
+    std::uint32_t pair[2];
+    std::memcpy(pair, &value, sizeof pair);
+    words_.insert(words_.end(), {pair[0], pair[1]});
+  }
+  [[nodiscard]] std::uint32_t row(std::uint32_t stream) const {
+    const auto kind = static_cast<StreamKind>(stream >> 16);
+    const std::size_t before = kind == StreamKind::kVariable ? 0
+                               : kind == StreamKind::kValue  ? variables_.size()
+                                                             : variables_.size() + values_.size();
+    return static_cast<std::uint32_t>(before) + (stream & 0xffffu);
+  }
+  void write(const LinkedLoop& loop) {
+    const auto start = static_cast<std::uint32_t>(words_.size());
+    const auto size = [](const auto& list) { return static_cast<std::uint32_t>(list.size()); };
+    words_.insert(words_.end(), {handler_word(loop.addressing, ResolvedOp::kLoopRun), head_, jump_, control_, limit_,
+                                 step_, (wide_ ? kWide : 0) | (down_ ? kDown : 0), size(variables_), size(values_),
+                                 size(elements_), size(records_), scratch_});
+    words_.insert(words_.end(), variables_.begin(), variables_.end());
+    words_.insert(words_.end(), values_.begin(), values_.end());
+    for (const Element* element : elements_) {
+      words_.insert(words_.end(), {element->array.operand, size(element->indices)});
+      for (const Index& index : element->indices) {
+        words_.insert(words_.end(), {index.count, index.stride});
+        put_wide(index.lower);
+        put_wide(index.number.constant);
+        words_.insert(words_.end(), {static_cast<std::uint32_t>(index.number.factor), size(index.number.terms)});
+        for (const Affine::Term& term : index.number.terms) {
+          words_.insert(words_.end(), {term.operand, static_cast<std::uint32_t>(term.factor), index.number.bytes});
+        }
+      }
+    }
+    for (const Record& record : records_) {
+      put_wide(record.run);
+      std::uint32_t streams = row(record.out);
+      for (std::size_t i = 0; i < record.in.size(); ++i) streams |= row(record.in[i]) << (8 * (i + 1));
+      words_.insert(words_.end(), {streams, record.arguments, record.position});
+    }
+    words_[loop.position + 1] = start;
+    code_.arranged.push_back({start, ResolvedOp::kLoopRun});
+    ++code_.report.loops;
+  }
+
+  std::vector<std::uint32_t>& words_;
+  LinkedCode& code_;
+  const LinkedConstants& constants_;
+  std::uint32_t scratch_;
+  bool wide_ = false, down_ = false;
+  std::uint32_t control_ = 0, step_ = 0, limit_ = 0;  ///< operands
+  std::uint32_t head_ = 0, jump_ = 0;                 ///< positions
+  std::vector<Range> counted_;                        ///< control variable, step, limit
+  Range result_;                                      ///< of the comparison
+  std::vector<Step> steps_;
+  std::map<std::uint32_t, Affine> numbers_;     ///< of variables, at this step of a round
+  std::map<std::uint32_t, std::uint32_t> now_;  ///< streams of variables that the round has written
+  std::uint32_t counter_ = kNoStream;
+  std::vector<std::uint32_t> variables_;  ///< operands
+  std::vector<std::uint32_t> values_;     ///< bytes
+  std::vector<const Element*> elements_;
+  std::vector<Record> records_;
+};
+
+}  // namespace
+
+void link_loops(std::vector<std::uint32_t>& words, LinkedCode& code, const LinkedConstants& constants,
+                std::uint32_t scratch) {
+  LoopLinker linker(words, code, constants, scratch);
+  for (const LinkedLoop& loop : code.loops) linker.link(loop);
+}
+
+}  // namespace plc::runtime

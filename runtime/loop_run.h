@@ -1,0 +1,61 @@
+// Loop runs: counted loops whose body computes and moves elements of arrays, instruction by instruction: all rounds of
+// the first one, all rounds of the second one, and so on, a few rounds at a time (kLoopChunk).
+//
+// What an instruction reads and writes is a stream: a variable, which stays where it is; an element, which steps
+// through its array; a value between two instructions, in scratch memory. In: the words below, which link_loops.h
+// makes. Out: the loop as it is before its last round, which the code it was made of runs; or, when an index leaves its
+// array, as it is before its first one. RT: takes no more rounds than the loop budget has.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "runtime/interpreter.h"
+
+namespace plc::runtime {
+
+/// Rounds at a time: values between instructions stay in the first cache.
+inline constexpr std::uint32_t kLoopChunk = 64;
+/// Of one loop. What needs more is no loop run.
+inline constexpr std::uint32_t kMostStreams = 32;
+
+/// First words of a LOOP_RUN; position 0 is its handler word. Behind them: the operands of variables; of each value its
+/// bytes; elements; records.
+struct LoopWords {
+  enum : std::uint32_t {
+    kHead = 1,   ///< where to go on
+    kLoopJump,   ///< position of the loop's jump
+    kControl,    ///< operands: the control variable,
+    kLimit,      ///< which counts while it is less (or greater) than this,
+    kStep,       ///< by this
+    kForm,       ///< kWide | kDown
+    kVariables,  ///< how many of each
+    kValues,
+    kElements,
+    kRecords,
+    kScratch,  ///< table offset of the values
+    kCount
+  };
+};
+inline constexpr std::uint32_t kWide = 1;  ///< the control variable has 32 bits, not 16; both are signed
+inline constexpr std::uint32_t kDown = 2;
+
+/// An element: place, number of indices; then of each one: count, stride in bytes, lower bound (2), and what it is:
+/// a constant (2) + factor * control variable + the sum of factor * variable, of which there are this many: operand,
+/// factor, bytes.
+inline constexpr std::uint32_t kElementWords = 2, kElementIndexWords = 8, kElementTermWords = 3;
+
+/// A record: StreamRun or stdlib::Kernel (2), streams (out, inputs; one byte each), arguments of the kernel (0 = a
+/// StreamRun), position of the instruction. Streams are numbered: variables, values, elements.
+inline constexpr std::uint32_t kLoopRecordWords = 5;
+
+/// Runs the LOOP_RUN at `words`. Returns where to go on.
+template <Addressing kAddressing>
+const std::uint32_t* run_loop(Machine& m, std::uint32_t instance, const std::uint32_t* words) noexcept;
+
+extern template const std::uint32_t* run_loop<Addressing::kFixed>(Machine&, std::uint32_t,
+                                                                  const std::uint32_t*) noexcept;
+extern template const std::uint32_t* run_loop<Addressing::kRelative>(Machine&, std::uint32_t,
+                                                                     const std::uint32_t*) noexcept;
+
+}  // namespace plc::runtime
