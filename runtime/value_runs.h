@@ -16,10 +16,11 @@ namespace plc::runtime {
 using ValueRun = const std::uint32_t* (*)(std::byte* table, std::uint32_t instance, const std::uint32_t* records,
                                           std::uint32_t count) noexcept;
 
-/// An operand of an instruction in a loop: where it lies in the first round, and how far away in the next one.
+/// An operand of an instruction in a loop: where it lies in the first round, and how far away in the next one. No
+/// initial values: a row of them is set up in each scan.
 struct Stream {
-  std::byte* at = nullptr;
-  std::ptrdiff_t step = 0;  ///< bytes
+  std::byte* at;
+  std::ptrdiff_t step;  ///< bytes
 };
 /// Runs `count` rounds in order. Unused inputs are any.
 using StreamRun = void (*)(const Stream& out, const Stream& in0, const Stream& in1, const Stream& in2,

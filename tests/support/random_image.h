@@ -136,7 +136,7 @@ class RandomImage : private RandomVariables {
   // ---- statements
 
   void statement(Scope& scope, int depth) {
-    switch (below(27)) {
+    switch (below(28)) {
       case 0:
       case 1:
         return records(scope);
@@ -162,6 +162,9 @@ class RandomImage : private RandomVariables {
         return;
       case 14:
         if (depth < 2) loop(scope, depth);
+        return;
+      case 27:
+        if (depth < 3) counted(scope);
         return;
       case 15:
         return call_function(scope);
@@ -495,6 +498,118 @@ class RandomImage : private RandomVariables {
     pou.land(out);
   }
 
+  /// A loop as FOR makes it, over arrays: what the interpreter runs instruction by instruction, and what almost is.
+  void counted(Scope& scope) {
+    PouBuilder& pou = scope.pou;
+    const bool wide = random_.once_in(2), down = random_.once_in(4);
+    const TypeId id = wide ? TypeId::kDint : TypeId::kInt;
+    const auto number_of = [&](int n) {
+      return wide ? b_.constant<std::int32_t>(id, n) : b_.constant<std::int16_t>(id, static_cast<std::int16_t>(n));
+    };
+    const auto temporary = [&](std::uint32_t index) { return pou.frame(scope.name(), index, FieldRole::kTemp); };
+    const Word counter = temporary(b_.type(id));
+    const Word more = temporary(b_.boolean());
+    const int step = random_.once_in(3) ? 1 + static_cast<int>(below(4)) : 1;
+    const int rounds = static_cast<int>(below(random_.once_in(4) ? 200 : 24));
+    const int first = static_cast<int>(below(8)) - 3 + (down ? rounds * step : 0);
+    const Word limit =
+        random_.once_in(8) ? read(scope, id) : number_of(down ? first - rounds * step : first + rounds * step);
+
+    std::vector<std::pair<TypeId, Word>> locals = {{id, counter}};
+    const auto some_local = [&](TypeId type) -> std::optional<Word> {
+      std::vector<Word> found;
+      for (const auto& [local, word] : locals) {
+        if (local == type) found.push_back(word);
+      }
+      return found.empty() ? std::nullopt : std::optional(random_.one_of(found));
+    };
+    const auto in = [&](TypeId type) {
+      const auto local = some_local(type);
+      return local && !random_.once_in(3) ? *local : read(scope, type);
+    };
+    const auto out = [&](TypeId type) {
+      if (random_.once_in(10)) return write(scope, type);
+      if (const auto local = some_local(type); local && *local != counter && random_.once_in(4)) return *local;
+      locals.emplace_back(type, temporary(type_of(type)));
+      return locals.back().second;
+    };
+    const auto index = [&] {
+      if (!random_.once_in(3)) return counter;
+      static constexpr Opcode kOps[][2] = {
+          {Opcode::kAdd16, Opcode::kAdd32}, {Opcode::kSub16, Opcode::kSub32}, {Opcode::kMul16, Opcode::kMul32}};
+      const Word other = random_.once_in(4) ? read(scope, id) : number_of(static_cast<int>(below(5)) - 1);
+      const Word sum = temporary(b_.type(id));
+      const bool turned = random_.once_in(3);
+      pou.op(random_.one_of(kOps)[wide ? 1 : 0], {sum, turned ? other : counter, turned ? counter : other});
+      locals.emplace_back(id, sum);
+      return sum;
+    };
+    // Few arrays, so that accesses meet.
+    static constexpr TypeId kElements[] = {TypeId::kReal, TypeId::kReal,  TypeId::kDint, TypeId::kInt,
+                                           TypeId::kByte, TypeId::kLreal, TypeId::kBool};
+    struct Array {
+      TypeId element;
+      std::uint32_t type;
+      Word word;
+      bool rows;
+    };
+    std::vector<Array> arrays;
+    for (std::size_t n = 1 + below(2); n > 0; --n) {
+      const TypeId element = random_.one_of(kElements);
+      const bool rows = random_.once_in(4);
+      const std::uint32_t row = b_.array(b_.type(element), static_cast<std::uint32_t>(20 + below(200)), -4);
+      const std::uint32_t type = rows ? b_.array(row, 4, 0) : row;
+      arrays.push_back({element, type, declare(scope, type), rows});
+    }
+    const auto steps = [&](const Array& array) {
+      const PouBuilder::Step column{PathStep::kIndex, index()};
+      if (!array.rows) return Steps{column};
+      return Steps{{PathStep::kIndex, inside_row(scope)}, column};
+    };
+
+    move(scope, id, counter, number_of(first));
+    const std::uint32_t top = pou.here();
+    for (std::size_t n = 1 + below(6); n > 0; --n) {
+      const Array& array = random_.one_of(arrays);
+      switch (below(random_.once_in(6) ? 7 : 6)) {
+        case 0:
+        case 1: {
+          const Steps path = steps(array);
+          pou.path(Opcode::kLoadAt, {out(array.element), array.word, array.type}, path);
+          break;
+        }
+        case 2: {
+          const Steps path = steps(array);
+          pou.path(Opcode::kStoreAt, {array.word, in(array.element), array.type}, path);
+          break;
+        }
+        case 3: {
+          // A sum, or what looks like one.
+          const Word sum = random_.once_in(3) ? out(TypeId::kReal) : write(scope, TypeId::kReal);
+          pou.op(random_.once_in(2) ? Opcode::kAddF32 : Opcode::kMulF32, {sum, sum, in(TypeId::kReal)});
+          break;
+        }
+        case 6:
+          call_library(scope);
+          break;
+        default:
+          plain(scope, in, out);
+      }
+    }
+    pou.op(wide ? (down ? Opcode::kGtI32 : Opcode::kLtI32) : (down ? Opcode::kGtI16 : Opcode::kLtI16),
+           {more, counter, limit});
+    const std::uint32_t end = pou.jump(Opcode::kCondJump, {more});
+    pou.op(wide ? (down ? Opcode::kSub32 : Opcode::kAdd32) : (down ? Opcode::kSub16 : Opcode::kAdd16),
+           {counter, counter, number_of(step)});
+    pou.op(Opcode::kLoopJump, {top});
+    pou.land(end);
+  }
+  /// An index of four rows, within them most of the time, which nobody else writes.
+  Word inside_row(Scope& scope) {
+    return random_.once_in(20) ? read(scope, TypeId::kInt)
+                               : b_.constant<std::int16_t>(TypeId::kInt, static_cast<std::int16_t>(below(4)));
+  }
+
   void call_function(Scope& scope) {
     if (functions_.empty()) return;
     const Function& function = random_.one_of(functions_);
@@ -560,6 +675,11 @@ class RandomImage : private RandomVariables {
 
   /// An instruction all of whose operands are leaves.
   void plain(Scope& scope) {
+    plain(
+        scope, [&](TypeId id) { return read(scope, id); }, [&](TypeId id) { return write(scope, id); });
+  }
+  template <class In, class Out>
+  void plain(Scope& scope, In in, Out out) {
     struct Plain {
       Opcode opcode;
       std::vector<std::vector<TypeId>> types;  ///< of each operand
@@ -590,7 +710,7 @@ class RandomImage : private RandomVariables {
     std::vector<Word> words;
     for (std::size_t n = 0; n < plain.types.size(); ++n) {
       const TypeId id = random_.one_of(plain.types[n]);
-      words.push_back(plain.out[n] ? write(scope, id) : read(scope, id));
+      words.push_back(plain.out[n] ? out(id) : in(id));
     }
     scope.pou.list(plain.opcode, 0, std::move(words));
   }
