@@ -73,7 +73,7 @@ struct Step {
 };
 
 struct Record {
-  const void* run = nullptr;  ///< StreamRun, or Kernel
+  std::uintptr_t run = 0;  ///< StreamRun, or Kernel
   std::uint32_t out = 0;
   std::vector<std::uint32_t> in;
   std::uint32_t arguments = 0;
@@ -115,6 +115,8 @@ class LoopLinker {
   void link(const LinkedLoop& loop) {
     if (!read_end(loop) || !read_body(loop) || !check_variables() || !check_elements() || !make_records()) return;
     leave_out_unread();
+    join_products();
+    number_values();
     if (variables_.size() + values_.size() + elements_.size() <= kMostStreams) write(loop);
   }
 
@@ -439,7 +441,7 @@ class LoopLinker {
   template <class Run>
   void add_record(Run run, std::uint32_t out, std::vector<std::uint32_t> in, std::uint32_t arguments,
                   std::uint32_t position) {
-    records_.push_back({reinterpret_cast<const void*>(run), out, std::move(in), arguments, position});
+    records_.push_back({reinterpret_cast<std::uintptr_t>(run), out, std::move(in), arguments, position});
   }
 
   /// What `step`, number `at`, reads at `range`.
@@ -447,7 +449,7 @@ class LoopLinker {
     if (range == counted_[0]) {
       if (counter_ == kNoStream) {
         counter_ = new_value(range.bytes);
-        records_.insert(records_.begin(), Record{reinterpret_cast<const void*>(counting(wide_, down_)),
+        records_.insert(records_.begin(), Record{reinterpret_cast<std::uintptr_t>(counting(wide_, down_)),
                                                  counter_,
                                                  {variable(control_), variable(step_)},
                                                  0,
@@ -528,14 +530,55 @@ class LoopLinker {
     };
     for (auto record = records_.rbegin(); record != records_.rend(); ++record) {
       if (is_value(record->out) && read[record->out & 0xffffu] == 0 && record->arguments == 0) {
-        record->run = nullptr;
+        record->run = 0;
         continue;
       }
       for (const std::uint32_t in : record->in) {
         if (is_value(in)) read[in & 0xffffu] = 1;
       }
     }
-    std::erase_if(records_, [](const Record& record) { return record.run == nullptr; });
+    std::erase_if(records_, [](const Record& record) { return record.run == 0; });
+  }
+
+  /// Sums of products, as filters and matrices have them, need not keep the products.
+  void join_products() {
+    for (std::size_t i = 0; i + 1 < records_.size(); ++i) {
+      const Record& product = records_[i];
+      const Record& sum = records_[i + 1];
+      const bool adds = sum.in.size() == 2 && sum.arguments == 0 && product.arguments == 0 &&
+                        (sum.in == std::vector{sum.out, product.out} || sum.in == std::vector{product.out, sum.out}) &&
+                        product.out >> 16 == static_cast<std::uint32_t>(StreamKind::kValue);
+      const auto readers = std::count_if(records_.begin(), records_.end(), [&](const Record& record) {
+        return std::find(record.in.begin(), record.in.end(), product.out) != record.in.end();
+      });
+      if (!adds || readers != 1) continue;
+      const StreamRun both =
+          sum_of_products(reinterpret_cast<StreamRun>(product.run), reinterpret_cast<StreamRun>(sum.run));
+      if (both == nullptr) continue;
+      records_[i].run = reinterpret_cast<std::uintptr_t>(both);
+      records_[i].out = sum.out;
+      records_.erase(records_.begin() + static_cast<std::ptrdiff_t>(i) + 1);
+    }
+  }
+
+  /// Values that nobody keeps any more take no stream.
+  void number_values() {
+    std::vector<std::uint32_t> kept, bytes;
+    const auto renumber = [&](std::uint32_t& stream) {
+      if (stream >> 16 != static_cast<std::uint32_t>(StreamKind::kValue)) return;
+      const auto known = std::find(kept.begin(), kept.end(), stream);
+      const std::uint32_t renumbered = number(StreamKind::kValue, static_cast<std::size_t>(known - kept.begin()));
+      if (known == kept.end()) {
+        kept.push_back(stream);
+        bytes.push_back(values_[stream & 0xffffu]);
+      }
+      stream = renumbered;
+    };
+    for (Record& record : records_) {
+      renumber(record.out);
+      for (std::uint32_t& in : record.in) renumber(in);
+    }
+    values_ = std::move(bytes);
   }
 
   // ---- writing
@@ -565,10 +608,9 @@ class LoopLinker {
     for (const Element* element : elements_) {
       words_.insert(words_.end(), {element->array.operand, size(element->indices)});
       for (const Index& index : element->indices) {
-        words_.insert(words_.end(), {index.count, index.stride});
-        put_wide(index.lower);
-        put_wide(index.number.constant);
-        words_.insert(words_.end(), {static_cast<std::uint32_t>(index.number.factor), size(index.number.terms)});
+        words_.insert(words_.end(), {index.count, index.stride, static_cast<std::uint32_t>(index.number.factor),
+                                     size(index.number.terms)});
+        put_wide(index.number.constant - index.lower);
         for (const Affine::Term& term : index.number.terms) {
           words_.insert(words_.end(), {term.operand, static_cast<std::uint32_t>(term.factor), index.number.bytes});
         }

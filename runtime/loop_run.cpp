@@ -93,20 +93,22 @@ const std::uint32_t* run_loop(Machine& m, std::uint32_t instance, const std::uin
     std::uint32_t indices = next[1];
     next += kElementWords;
     for (; indices != 0; --indices) {
-      const std::uint32_t count = next[0];
-      const std::int64_t stride = next[1];
-      const std::int64_t factor = static_cast<std::int32_t>(next[6]);
-      std::int64_t element = load<std::int64_t>(next + 4) - load<std::int64_t>(next + 2) + factor * rounds.value;
-      std::uint32_t terms = next[7];
+      const std::uint32_t count = next[0], stride = next[1];
+      const std::int64_t factor = static_cast<std::int32_t>(next[2]);
+      std::int64_t element = load<std::int64_t>(next + 4);
+      std::uint32_t terms = next[3];
       next += kElementIndexWords;
       for (; terms != 0; --terms, next += kElementTermWords) {
         element += static_cast<std::int32_t>(next[1]) * load_integer(at(next[0]), next[2] == 4);
       }
-      const std::int64_t per_round = factor * rounds.step;
-      const std::int64_t last = element + per_round * (rounds.count - 1);
-      if (static_cast<std::uint64_t>(element) >= count || static_cast<std::uint64_t>(last) >= count) return head;
+      if (factor != 0) {
+        element += factor * rounds.value;
+        const std::int64_t per_round = factor * rounds.step;
+        if (static_cast<std::uint64_t>(element + per_round * (rounds.count - 1)) >= count) return head;
+        stream->step += per_round * stride;
+      }
+      if (static_cast<std::uint64_t>(element) >= count) return head;
       stream->at += element * stride;
-      stream->step += per_round * stride;
     }
     ++stream;
   }

@@ -40,10 +40,10 @@ struct LoopWords {
 inline constexpr std::uint32_t kWide = 1;  ///< the control variable has 32 bits, not 16; both are signed
 inline constexpr std::uint32_t kDown = 2;
 
-/// An element: place, number of indices; then of each one: count, stride in bytes, lower bound (2), and what it is:
-/// a constant (2) + factor * control variable + the sum of factor * variable, of which there are this many: operand,
-/// factor, bytes.
-inline constexpr std::uint32_t kElementWords = 2, kElementIndexWords = 8, kElementTermWords = 3;
+/// An element: place, number of indices; then of each one: count, stride in bytes, factor of the control variable,
+/// number of terms, start (2), and the terms: operand, factor, bytes. The number of an element, from 0, is the start
+/// plus factor times control variable plus the sum of factor times variable.
+inline constexpr std::uint32_t kElementWords = 2, kElementIndexWords = 6, kElementTermWords = 3;
 
 /// A record: StreamRun or stdlib::Kernel (2), streams (out, inputs; one byte each), arguments of the kernel (0 = a
 /// StreamRun), position of the instruction. Streams are numbered: variables, values, elements.

@@ -137,17 +137,17 @@ inline std::uint32_t path_words(const std::uint32_t* path) noexcept { return 2 +
 /// array.
 inline std::uint64_t element_of(const std::uint32_t* index, const std::byte* leaf) noexcept {
   const auto lower = load<std::uint64_t>(index + 3);
-  switch (static_cast<core::Rep>(index[5])) {
+  const auto rep = static_cast<core::Rep>(index[5]);
+  // Most indices: without a jump through a table.
+  if (rep == core::Rep::kI32) return static_cast<std::uint64_t>(load<std::int32_t>(leaf)) - lower;
+  if (rep == core::Rep::kI16) return static_cast<std::uint64_t>(load<std::int16_t>(leaf)) - lower;
+  switch (rep) {
     case core::Rep::kI8:
       return static_cast<std::uint64_t>(load<std::int8_t>(leaf)) - lower;
     case core::Rep::kU8:
       return std::uint64_t{load<std::uint8_t>(leaf)} - lower;
-    case core::Rep::kI16:
-      return static_cast<std::uint64_t>(load<std::int16_t>(leaf)) - lower;
     case core::Rep::kU16:
       return std::uint64_t{load<std::uint16_t>(leaf)} - lower;
-    case core::Rep::kI32:
-      return static_cast<std::uint64_t>(load<std::int32_t>(leaf)) - lower;
     case core::Rep::kU32:
       return std::uint64_t{load<std::uint32_t>(leaf)} - lower;
     case core::Rep::kU64: {

@@ -162,11 +162,39 @@ void count_rounds(const Stream& out, const Stream& in0, const Stream& in1, const
   }
 }
 
+template <class T>
+void add_products(const Stream& out, const Stream& in0, const Stream& in1, const Stream& /*in2*/,
+                  std::uint32_t count) noexcept {
+  T sum = load<T>(out.at);
+  const std::byte* a = in0.at;
+  const std::byte* b = in1.at;
+#pragma GCC unroll 4
+  for (; count != 0; --count, a += in0.step, b += in1.step) {
+    sum = stdlib::add(sum, stdlib::mul(load<T>(a), load<T>(b)));
+  }
+  store(out.at, sum);
+}
+
 }  // namespace
 
 StreamRun counting(bool wide, bool down) {
   if (wide) return down ? &count_rounds<std::uint32_t, true> : &count_rounds<std::uint32_t, false>;
   return down ? &count_rounds<std::uint16_t, true> : &count_rounds<std::uint16_t, false>;
+}
+
+StreamRun sum_of_products(StreamRun product, StreamRun sum) {
+  struct Pair {
+    ResolvedOp product, sum;
+    StreamRun both;
+  };
+  static constexpr Pair kPairs[] = {{ResolvedOp::kMulF32, ResolvedOp::kAddF32, &add_products<float>},
+                                    {ResolvedOp::kMulF64, ResolvedOp::kAddF64, &add_products<double>},
+                                    {ResolvedOp::kMul32, ResolvedOp::kAdd32, &add_products<std::uint32_t>},
+                                    {ResolvedOp::kMul16, ResolvedOp::kAdd16, &add_products<std::uint16_t>}};
+  for (const Pair& pair : kPairs) {
+    if (value_op(pair.product)->stream == product && value_op(pair.sum)->stream == sum) return pair.both;
+  }
+  return nullptr;
 }
 
 const ValueOp* value_op(ResolvedOp op) {
