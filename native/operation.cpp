@@ -81,6 +81,8 @@ Operation operation_of(ResolvedOp op) {
     PLC_ONE(ValueRun, kArranged, kU8)
     PLC_ONE(LoopRun, kArranged, kU8)
     PLC_ONE(BlockRun, kArranged, kU8)
+#define PLC_COUNT_OP(Name, T, compares, goes_on, counts, next) PLC_ONE(Name, kArranged, kU8)
+#include "runtime/count_ops.def"
     PLC_ONE(BoolRun2, kArranged, kU8)
     PLC_ONE(Jump, kJump, kU8)
     PLC_ONE(CondJump, kJumpUnless, kU8)

@@ -219,18 +219,40 @@ op_JumpIf : {
   pc = *bytes_at(pc[1]) != 0 ? code + pc[2] : pc + 3;
   PLC_NEXT(0);
 }
-op_LoopJump : {
-  // One writer but for those who set it to 0: load and store instead of a locked subtraction.
-  const std::uint32_t left = m.loops_left.load(std::memory_order_relaxed);
-  m.place.store(static_cast<std::uint32_t>(pc - code), std::memory_order_relaxed);
-  if (left == 0) [[unlikely]] {
-    fail(m, pc, FaultKind::kLoopBudget);
-    return false;
+// One writer of the budget but for those who set it to 0: load and store instead of a locked subtraction.
+#define PLC_LOOP_JUMP()                                                              \
+  do {                                                                               \
+    const std::uint32_t left = m.loops_left.load(std::memory_order_relaxed);         \
+    m.place.store(static_cast<std::uint32_t>(pc - code), std::memory_order_relaxed); \
+    if (left == 0) [[unlikely]] {                                                    \
+      fail(m, pc, FaultKind::kLoopBudget);                                           \
+      return false;                                                                  \
+    }                                                                                \
+    m.loops_left.store(left - 1, std::memory_order_relaxed);                         \
+    pc = code + pc[1];                                                               \
+    PLC_NEXT(0);                                                                     \
+  } while (false)
+op_LoopJump : { PLC_LOOP_JUMP(); }
+// Words: comparison (5), counting (4), LOOP_JUMP.
+#define PLC_COUNT_OP(Name, T, compares, goes_on, counts, next) \
+  op_##Name : {                                                \
+    {                                                          \
+      const T a = load<T>(at(pc[2]));                          \
+      const T b = load<T>(at(pc[3]));                          \
+      const bool more = goes_on;                               \
+      *bytes_at(pc[1]) = static_cast<std::uint8_t>(more);      \
+      if (!more) {                                             \
+        pc = code + pc[4];                                     \
+        PLC_NEXT(0);                                           \
+      }                                                        \
+    }                                                          \
+    const T a = load<T>(at(pc[7]));                            \
+    const T b = load<T>(at(pc[8]));                            \
+    store<T>(at(pc[6]), next);                                 \
+    pc += 9;                                                   \
+    PLC_LOOP_JUMP();                                           \
   }
-  m.loops_left.store(left - 1, std::memory_order_relaxed);
-  pc = code + pc[1];
-  PLC_NEXT(0);
-}
+#include "runtime/count_ops.def"
 
 #define PLC_FUSED_JUMP(Name, T, expression) \
   PLC_COMPARE_JUMP(Name##Unless, T, expression, !) PLC_COMPARE_JUMP(Name##If, T, expression, )

@@ -183,6 +183,23 @@ class Linker {
     }
     end_stretch();
     for (const auto& [at, word] : jump_patches_) stream_[at] = positions[word];
+    if (arranged_) join_loop_ends(result_.bodies.back().first);
+  }
+
+  /// Comparison, counting and LOOP_JUMP at the end of a loop become one step of the interpreter. `first`: instruction.
+  void join_loop_ends(std::size_t first) {
+    const auto& list = result_.instructions;
+    for (std::size_t i = first; i + 2 < list.size(); ++i) {
+      if (list[i + 2].op != ResolvedOp::kLoopJump) continue;
+      const auto join = [&](ResolvedOp compares, ResolvedOp counts, ResolvedOp both) {
+        if (list[i].op != compares || list[i + 1].op != counts) return;
+        stream_[list[i].position] = handler(both);
+        result_.arranged.push_back({list[i].position, both});
+      };
+#define PLC_COUNT_OP(Name, T, compares, goes_on, counts, next) \
+  join(ResolvedOp::k##compares, ResolvedOp::k##counts, ResolvedOp::k##Name);
+#include "runtime/count_ops.def"
+    }
   }
 
   // ---- loops (link_loops.h)

@@ -66,12 +66,12 @@ struct LinkedLoop {
 struct LinkedCode {
   TableMemory words;  ///< 64-byte aligned, so that records lie as the linker placed them
   std::vector<CodeMark> marks;
-  std::vector<LinkedInstruction> instructions;          ///< ascending positions
-  std::vector<LinkedBody> bodies;                       ///< in the order of the code
-  std::vector<LinkedStretch> stretches;                 ///< ascending positions
-  std::vector<LinkedLoop> loops;                        ///< in the order of the code
-  std::vector<LinkedInstruction> arranged;              ///< of the copies that STRETCH instructions lead to
-  std::uint32_t entry = 0;                              ///< of the task's body
+  std::vector<LinkedInstruction> instructions;  ///< ascending positions
+  std::vector<LinkedBody> bodies;               ///< in the order of the code
+  std::vector<LinkedStretch> stretches;         ///< ascending positions
+  std::vector<LinkedLoop> loops;                ///< in the order of the code
+  std::vector<LinkedInstruction> arranged;      ///< of the interpreter alone: what STRETCH leads to, ends of loops
+  std::uint32_t entry = 0;                      ///< of the task's body
   std::vector<std::unique_ptr<std::byte[]>> constants;  ///< zeros of types, pointed into by the code
   Program::LinkReport report;
   [[nodiscard]] const std::uint32_t* data() const { return reinterpret_cast<const std::uint32_t*>(words.data()); }
