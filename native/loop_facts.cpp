@@ -198,6 +198,8 @@ class Integers {
     State state = anything();
     for (std::size_t i = loop_.straight_before(); i < loop_.first(); ++i) {
       switch (loop_.at(i).operation.form) {
+        case Form::kStretch:
+          break;
         case Form::kMove:
         case Form::kAdd:
         case Form::kSub:

@@ -419,6 +419,20 @@ op_CallStd : {
   PLC_SELECT(Select16, std::uint16_t)
   PLC_SELECT(Select32, std::uint32_t)
   PLC_SELECT(Select64, std::uint64_t)
+// N is a constant that its lowest byte holds, whatever its type.
+#define PLC_PLACES(Name, T, function)                                                           \
+  op_##Name : {                                                                                 \
+    store<T>(at(pc[4]), stdlib::function(load<T>(at(pc[5])), std::uint64_t{*bytes_at(pc[6])})); \
+    PLC_NEXT(7);                                                                                \
+  }
+#define PLC_PLACES_OPS(Name, function)                                                        \
+  PLC_PLACES(Name##8, std::uint8_t, function)                                                 \
+  PLC_PLACES(Name##16, std::uint16_t, function) PLC_PLACES(Name##32, std::uint32_t, function) \
+      PLC_PLACES(Name##64, std::uint64_t, function)
+  PLC_PLACES_OPS(Shl, shift_left)
+  PLC_PLACES_OPS(Shr, shift_right)
+  PLC_PLACES_OPS(Rol, rotate_left)
+  PLC_PLACES_OPS(Ror, rotate_right)
 op_ClearEvent : {
   events_at_clear = m.event_count;
   PLC_NEXT(1);

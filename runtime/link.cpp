@@ -276,7 +276,15 @@ class Linker {
   }
   [[nodiscard]] ResolvedOp library_op(const Decoded& call) const {
     const stdlib::Overload* const overload = stdlib::overload_with_key(image_.functions[call.operands[0]]);
-    return overload == nullptr ? ResolvedOp::kCallStd : runtime::library_op(*overload, call.items - 1);
+    return overload == nullptr ? ResolvedOp::kCallStd
+                               : runtime::library_op(*overload, call.items - 1, is_number_of_places(call));
+  }
+  /// Whether the second argument of a call is a constant from 0 to 63.
+  [[nodiscard]] bool is_number_of_places(const Decoded& call) const {
+    if (call.items != 3 || bytecode::space_of(call.list[2]) != Space::kConst) return false;
+    const std::byte* const at = image_.const_bytes.data() + bytecode::offset_of(call.list[2]);
+    const std::uint32_t bytes = leaf_type(call.list[2]).size;
+    return load<std::uint8_t>(at) < 64 && std::all_of(at + 1, at + bytes, [](std::byte b) { return b == std::byte{}; });
   }
 
   struct FusedJump {

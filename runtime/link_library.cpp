@@ -1,5 +1,6 @@
 #include "runtime/link_library.h"
 
+#include <bit>
 #include <string_view>
 
 #include "core/types.h"
@@ -16,26 +17,25 @@ ResolvedOp of_rep(ResolvedOp first, core::Rep rep) {
 static_assert(static_cast<std::uint32_t>(ResolvedOp::kMinF64) - static_cast<std::uint32_t>(ResolvedOp::kMinI8) ==
               static_cast<std::uint32_t>(core::Rep::kF64) - static_cast<std::uint32_t>(core::Rep::kI8));
 
-ResolvedOp select_op(core::Rep rep) {
-  switch (core::rep_bytes(rep)) {
-    case 1:
-      return ResolvedOp::kSelect8;
-    case 2:
-      return ResolvedOp::kSelect16;
-    case 4:
-      return ResolvedOp::kSelect32;
-    default:
-      return ResolvedOp::kSelect64;
-  }
+/// The instruction of a family with one for each size.
+ResolvedOp of_size(ResolvedOp first, core::Rep rep) {
+  return static_cast<ResolvedOp>(static_cast<unsigned>(first) +
+                                 static_cast<unsigned>(std::countr_zero(core::rep_bytes(rep))));
 }
 
 }  // namespace
 
-ResolvedOp library_op(const stdlib::Overload& overload, std::uint32_t arguments) {
+ResolvedOp library_op(const stdlib::Overload& overload, std::uint32_t arguments, bool known_places) {
   const core::Rep rep = core::rep_of(overload.t);
   if (rep > core::Rep::kF64) return ResolvedOp::kCallStd;
   const std::string_view name = overload.spec->name;
-  if (name == "SEL") return select_op(rep);
+  if (known_places && overload.t != core::TypeId::kBool) {
+    if (name == "SHL") return of_size(ResolvedOp::kShl8, rep);
+    if (name == "SHR") return of_size(ResolvedOp::kShr8, rep);
+    if (name == "ROL") return of_size(ResolvedOp::kRol8, rep);
+    if (name == "ROR") return of_size(ResolvedOp::kRor8, rep);
+  }
+  if (name == "SEL") return of_size(ResolvedOp::kSelect8, rep);
   if (name == "LIMIT") return of_rep(ResolvedOp::kLimitI8, rep);
   if (name == "MIN" && arguments == 2) return of_rep(ResolvedOp::kMinI8, rep);
   if (name == "MAX" && arguments == 2) return of_rep(ResolvedOp::kMaxI8, rep);

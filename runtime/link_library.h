@@ -11,7 +11,8 @@
 
 namespace plc::runtime {
 
-/// The instruction for a call with `arguments`; CALL_STD when there is no other.
-ResolvedOp library_op(const stdlib::Overload& overload, std::uint32_t arguments);
+/// The instruction for a call with `arguments`; CALL_STD when there is no other. `known_places`: the last argument is a
+/// constant from 0 to 63, for shifts and rotations.
+ResolvedOp library_op(const stdlib::Overload& overload, std::uint32_t arguments, bool known_places);
 
 }  // namespace plc::runtime

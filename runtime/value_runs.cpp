@@ -103,6 +103,17 @@ struct Select {
     return g != 0 ? in1 : in0;
   }
 };
+#define PLC_PLACES(Name, function)                         \
+  struct Name {                                            \
+    template <class T>                                     \
+    T operator()(T value, std::uint8_t n) const noexcept { \
+      return stdlib::function(value, n);                   \
+    }                                                      \
+  };
+PLC_PLACES(Shl, shift_left)
+PLC_PLACES(Shr, shift_right)
+PLC_PLACES(Rol, rotate_left)
+PLC_PLACES(Ror, rotate_right)
 #define PLC_BINARY_OP(Name, T, Result, expression)                                         \
   struct Name {                                                                            \
     Result operator()(T a, T b) const noexcept { return static_cast<Result>(expression); } \
@@ -142,6 +153,15 @@ Rows make_rows() {
   PLC_CHOICES(U64, std::uint64_t)
   PLC_CHOICES(F32, float)
   PLC_CHOICES(F64, double)
+#define PLC_PLACES_OPS(Name)                                                                        \
+  at(ResolvedOp::k##Name##8) = row<Name, std::uint8_t, std::uint8_t, std::uint8_t>(kLibraryOut);    \
+  at(ResolvedOp::k##Name##16) = row<Name, std::uint16_t, std::uint16_t, std::uint8_t>(kLibraryOut); \
+  at(ResolvedOp::k##Name##32) = row<Name, std::uint32_t, std::uint32_t, std::uint8_t>(kLibraryOut); \
+  at(ResolvedOp::k##Name##64) = row<Name, std::uint64_t, std::uint64_t, std::uint8_t>(kLibraryOut);
+  PLC_PLACES_OPS(Shl)
+  PLC_PLACES_OPS(Shr)
+  PLC_PLACES_OPS(Rol)
+  PLC_PLACES_OPS(Ror)
 #define PLC_SELECT(Name, T) at(ResolvedOp::k##Name) = row<Select, T, std::uint8_t, T, T>(kLibraryOut);
   PLC_SELECT(Select8, std::uint8_t)
   PLC_SELECT(Select16, std::uint16_t)

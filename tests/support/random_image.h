@@ -188,7 +188,7 @@ class RandomImage : private RandomVariables {
   }
   /// What the interpreter arranges.
   void straight(Scope& scope) {
-    static constexpr std::string_view kChoices[] = {"SEL", "LIMIT", "MIN", "MAX"};
+    static constexpr std::string_view kChoices[] = {"SEL", "LIMIT", "MIN", "MAX", "SHL", "SHR", "ROL", "ROR"};
     for (std::size_t n = 6 + below(60); n > 0; --n) {
       switch (below(8)) {
         case 0:
@@ -245,6 +245,16 @@ class RandomImage : private RandomVariables {
     std::vector<Word> arguments;
     const std::size_t count = overload.spec->param_count + (overload.spec->extensible ? below(3) : 0);
     for (std::size_t i = 0; i < count; ++i) arguments.push_back(read(scope, overload.param_type(i)));
+    if (count == 2 && (overload.spec->name.starts_with("SH") || overload.spec->name.starts_with("RO"))) {
+      // By a constant, most of the time.
+      const TypeId id = overload.param_type(1);
+      const bool integer = core::in_category(id, core::kAnyInt);
+      if (integer && !random_.once_in(3)) {
+        std::vector<std::byte> places(core::rep_bytes(core::rep_of(id)));
+        places[0] = static_cast<std::byte>(below(70));
+        arguments[1] = b_.constant_bytes(b_.type(id), std::move(places));
+      }
+    }
     scope.pou.call_std(stdlib::key_of(overload), write(scope, overload.result_type()), std::move(arguments));
   }
 
