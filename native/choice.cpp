@@ -91,7 +91,8 @@ std::optional<std::uint32_t> computes_integer(const Emitter& emitter, const Inst
 }
 
 std::optional<std::uint64_t> plain_shift(const Emitter& emitter, const std::uint32_t* words) {
-  const stdlib::Overload* const overload = overload_of(runtime::load_pointer<stdlib::Kernel>(words + 1));
+  const stdlib::Overload* const overload =
+      stdlib::overload_with_kernel(runtime::load_pointer<stdlib::Kernel>(words + 1));
   if (overload == nullptr || overload->t == core::TypeId::kBool) return std::nullopt;
   const std::string_view name = overload->spec->name;
   if (name != "SHL" && name != "SHR" && name != "ROL" && name != "ROR") return std::nullopt;

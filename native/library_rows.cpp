@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <iterator>
 #include <string_view>
-#include <unordered_map>
 #include <utility>
 
 namespace plc::native {
@@ -12,16 +11,6 @@ using core::TypeId;
 using stdlib::BlockSpec;
 using stdlib::Kernel;
 using stdlib::Overload;
-
-const Overload* overload_of(Kernel kernel) {
-  static const auto known = [] {
-    std::unordered_map<Kernel, const Overload*> map;
-    for (const Overload& overload : stdlib::overloads()) map.try_emplace(overload.kernel, &overload);
-    return map;
-  }();
-  const auto found = known.find(kernel);
-  return found == known.end() ? nullptr : found->second;
-}
 
 namespace {
 /// Numbers and bits: types that count nothing but themselves.
@@ -58,7 +47,7 @@ std::optional<Type> machine_type(TypeId id) {
 }
 
 std::optional<FunctionRow> function_of(Kernel kernel) {
-  const Overload* const overload = overload_of(kernel);
+  const Overload* const overload = stdlib::overload_with_kernel(kernel);
   if (overload == nullptr) return std::nullopt;
   const auto type = machine_type(overload->spec->t_categories != 0 ? overload->t : overload->param_type(0));
   if (!type) return std::nullopt;

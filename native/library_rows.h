@@ -11,9 +11,6 @@
 
 namespace plc::native {
 
-/// The overload of a kernel; overloads whose kernels are one function differ in the names of their types alone. Null
-/// when the library has none.
-const stdlib::Overload* overload_of(stdlib::Kernel kernel);
 /// Nothing for texts.
 std::optional<Type> machine_type(core::TypeId id);
 enum class Function : std::uint8_t {

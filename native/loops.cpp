@@ -33,7 +33,8 @@ namespace {
 
 /// Words: kernel (2), arguments, result, then the arguments.
 bool add_call(std::vector<Access>& found, const std::uint32_t* words) {
-  const stdlib::Overload* const overload = overload_of(runtime::load_pointer<stdlib::Kernel>(words + 1));
+  const stdlib::Overload* const overload =
+      stdlib::overload_with_kernel(runtime::load_pointer<stdlib::Kernel>(words + 1));
   if (overload == nullptr) return false;
   const auto number = [](Type type) { return is_real(type) ? Use::kReal : Use::kInteger; };
   for (std::uint32_t n = 0; n < words[3]; ++n) {

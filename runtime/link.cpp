@@ -209,7 +209,7 @@ class Linker {
     Opcode opcode = Opcode::kJump;
   };
   /// LOOP_JUMPs whose loop has no other jump than the one out of it, which leads behind it.
-  void find_loops(std::vector<Jump> jumps) {
+  void find_loops(const std::vector<Jump>& jumps) {
     loop_ends_.clear();
     open_loop_.reset();
     if (!arranged_) return;

@@ -80,13 +80,6 @@ struct Record {
   std::uint32_t position = 0;
 };
 
-const stdlib::Overload* overload_of(stdlib::Kernel kernel) {
-  for (const stdlib::Overload& overload : stdlib::overloads()) {
-    if (overload.kernel == kernel) return &overload;
-  }
-  return nullptr;
-}
-
 std::optional<std::uint32_t> scalar_bytes(core::TypeId type) {
   const core::Rep rep = core::rep_of(type);
   if (rep > core::Rep::kF64) return std::nullopt;
@@ -212,7 +205,7 @@ class LoopLinker {
   bool read_call(const LinkedInstruction& instruction, Step& step) const {
     if (instruction.op != ResolvedOp::kCallStd || word(instruction, 3) > 3) return false;
     step.kernel = load_pointer<stdlib::Kernel>(words_.data() + instruction.position + 1);
-    step.function = overload_of(step.kernel);
+    step.function = stdlib::overload_with_kernel(step.kernel);
     if (step.function == nullptr) return false;
     const auto result = scalar_bytes(step.function->result_type());
     if (!result) return false;

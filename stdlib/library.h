@@ -132,6 +132,9 @@ std::string pin_name(const FunctionSpec& spec, std::size_t i);
 /// Stable name of an overload in images: "ADD:DINT", "SEL:REAL", "SHL:WORD,INT". Found again by overload_with_key.
 std::string key_of(const Overload& overload);
 const Overload* overload_with_key(std::string_view key);
+/// The overload of a kernel; overloads whose kernels are one function differ in the names of their types alone. Null
+/// when the library has none.
+const Overload* overload_with_kernel(Kernel kernel);
 
 // ---- functions of several outputs
 // ------------------------------------------------------------------------------------

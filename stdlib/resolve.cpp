@@ -3,6 +3,7 @@
 #include <array>
 #include <charconv>
 #include <tuple>
+#include <unordered_map>
 
 #include "core/text.h"
 #include "stdlib/library.h"
@@ -238,6 +239,16 @@ std::string key_of(const Overload& overload) {
     separator = ',';
   });
   return key;
+}
+
+const Overload* overload_with_kernel(Kernel kernel) {
+  static const auto known = [] {
+    std::unordered_map<Kernel, const Overload*> map;
+    for (const Overload& overload : overloads()) map.try_emplace(overload.kernel, &overload);
+    return map;
+  }();
+  const auto found = known.find(kernel);
+  return found == known.end() ? nullptr : found->second;
 }
 
 const Overload* overload_with_key(std::string_view key) {
