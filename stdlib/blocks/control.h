@@ -205,13 +205,13 @@ T#10s  .    60.0 .    .   .   | 11.0
     if (!(p.tr > 0)) {
       p.integral = 0;
     } else if (p.mode == kManual) {
-      p.integral = static_cast<double>(p.xout) - direct;
+      p.integral = canonical(static_cast<double>(p.xout) - direct);
     } else if (p.mode == kAutomatic) {
       // It grows toward a limit as far as the output does, and no further: nothing has to unwind later.
       const double growth = kp * error * elapsed / static_cast<double>(p.tr);
       const double output = direct + p.integral;
-      p.integral +=
-          growth > 0 ? std::min(growth, std::max(high - output, 0.0)) : std::max(growth, std::min(low - output, 0.0));
+      p.integral = canonical(p.integral + (growth > 0 ? std::min(growth, std::max(high - output, 0.0))
+                                                      : std::max(growth, std::min(low - output, 0.0))));
     }
     p.mode = kAutomatic;
     p.xout = to_real(std::clamp(direct + p.integral, low, high));

@@ -1,6 +1,7 @@
 // What the blocks for measured values share: numbers that are none, the time between executions, the slope of samples.
 //
-// In: values and the clock of the cycle. Out: finite numbers only. The rules for all of them: an execution with a NaN
+// In: values and the clock of the cycle. Out: finite numbers only, unless somebody writes others into the memory of an
+// instance: then they are the same on every processor, too. The rules for all of them: an execution with a NaN
 // or an infinity at an input that counts leaves outputs and memory as they are; results are computed as LREAL and held
 // within the range of REAL. Pins called CYCLE exist for drawings made elsewhere: time is
 // measured, so that jitter and a wrong constant do no harm. RT. Does not belong here: blocks.
@@ -27,8 +28,8 @@ template <class... V>
 bool all_finite(V... values) noexcept {
   return (std::isfinite(values) && ...);
 }
-/// `v`, a number, held within the finite values of REAL.
-inline double within_real(double v) noexcept { return std::clamp(v, -kMostReal, kMostReal); }
+/// `v` held within the finite values of REAL; NaN, which only memory written from outside makes, is the canonical one.
+inline double within_real(double v) noexcept { return canonical(std::clamp(v, -kMostReal, kMostReal)); }
 inline float to_real(double v) noexcept { return static_cast<float>(within_real(v)); }
 
 inline double to_seconds(std::int64_t ns) noexcept { return static_cast<double>(ns) / 1e9; }
@@ -68,6 +69,7 @@ struct Slope {
     if (count != 0 && now == at[0]) return value;
     if (count != 0 && now < at[0]) forget();
     if (count != 0) value = through(sample, now);
+    if (!all_finite(value)) forget();
     for (unsigned i = kKept - 1; i > 0; --i) {
       at[i] = at[i - 1];
       x[i] = x[i - 1];

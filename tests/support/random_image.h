@@ -596,7 +596,9 @@ class RandomImage : private RandomVariables {
         case 3: {
           // A sum, or what looks like one.
           const Word sum = random_.once_in(3) ? out(TypeId::kReal) : write(scope, TypeId::kReal);
-          pou.op(random_.once_in(2) ? Opcode::kAddF32 : Opcode::kMulF32, {sum, sum, in(TypeId::kReal)});
+          // Arguments of one call are drawn in any order.
+          const Opcode opcode = random_.once_in(2) ? Opcode::kAddF32 : Opcode::kMulF32;
+          pou.op(opcode, {sum, sum, in(TypeId::kReal)});
           break;
         }
         case 6:

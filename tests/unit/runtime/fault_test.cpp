@@ -177,7 +177,9 @@ TEST(Faults, AnOverrunIsAFaultWhereDeclared) {
   std::uint64_t overruns = 0;
   for (const runtime::TaskFault& f : scheduler.faults()) overruns += f.fault.kind == FaultKind::kOverrun ? 1 : 0;
   EXPECT_GE(overruns, 1u);
-  EXPECT_EQ(overruns, scheduler.statistics(kBad).overruns);
+  // The scan that the stop cuts may be late as well: counted, but nobody's fault.
+  EXPECT_LE(overruns, scheduler.statistics(kBad).overruns);
+  EXPECT_GE(overruns + 1, scheduler.statistics(kBad).overruns);
   EXPECT_EQ(scheduler.statistics(kFast).faults, 0u) << "skipping is no fault";
 }
 
