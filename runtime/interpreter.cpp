@@ -58,11 +58,12 @@ PLC_ONE_COPY bool interpret(Machine& m, const std::uint32_t* pc, std::uint32_t i
       return (operand & ~kRelativeBit) + (mask & instance);
     }
   };
-  const auto at = [&](std::uint32_t operand) -> std::byte* { return table + offset_of(operand); };
-  const auto bytes_at = [&](std::uint32_t operand) { return reinterpret_cast<std::uint8_t*>(at(operand)); };
+  // WHY copies in all of these: what they refer to would lie in memory as soon as one of them is a call.
+  const auto at = [table, offset_of](std::uint32_t operand) -> std::byte* { return table + offset_of(operand); };
+  const auto bytes_at = [at](std::uint32_t operand) { return reinterpret_cast<std::uint8_t*>(at(operand)); };
 
   // The part that a path leads to; null after an event.
-  const auto follow = [&](std::byte* base, const std::uint32_t* path) -> std::byte* {
+  const auto follow = [at](std::byte* base, const std::uint32_t* path) -> std::byte* {
     base += path[0];
     const std::uint32_t* index = path + 2;
     for (const std::uint32_t* const end = path + path_words(path); index != end; index += kIndexWords) {
@@ -72,13 +73,13 @@ PLC_ONE_COPY bool interpret(Machine& m, const std::uint32_t* pc, std::uint32_t i
     }
     return base;
   };
-  const auto part_at = [&](const std::uint32_t* pc_now, std::uint32_t place, const std::uint32_t* path) {
+  const auto part_at = [at, follow, &m](const std::uint32_t* pc_now, std::uint32_t place, const std::uint32_t* path) {
     std::byte* const part = follow(at(place), path);
     if (part == nullptr) [[unlikely]]
       raise(m, pc_now, Event::kBadIndex);
     return part;
   };
-  const auto part_via = [&](const std::uint32_t* pc_now, std::uint32_t ref, std::uint32_t type, Use use,
+  const auto part_via = [at, follow, &m](const std::uint32_t* pc_now, std::uint32_t ref, std::uint32_t type, Use use,
                             const std::uint32_t* path) -> std::byte* {
     std::byte* const whole = target(m, load<Handle>(at(ref)), type, use);
     std::byte* const part = whole == nullptr ? nullptr : follow(whole, path);
@@ -86,13 +87,13 @@ PLC_ONE_COPY bool interpret(Machine& m, const std::uint32_t* pc, std::uint32_t i
       raise(m, pc_now, whole == nullptr ? Event::kNullReference : Event::kBadIndex);
     return part;
   };
-  const auto element_i16 = [&](const std::uint32_t* index) {
+  const auto element_i16 = [at](const std::uint32_t* index) {
     return static_cast<std::uint64_t>(load<std::int16_t>(at(index[0]))) - load<std::uint64_t>(index + 3);
   };
-  const auto element_i32 = [&](const std::uint32_t* index) {
+  const auto element_i32 = [at](const std::uint32_t* index) {
     return static_cast<std::uint64_t>(load<std::int32_t>(at(index[0]))) - load<std::uint64_t>(index + 3);
   };
-  const auto element_any = [&](const std::uint32_t* index) { return element_of(index, at(index[0])); };
+  const auto element_any = [at](const std::uint32_t* index) { return element_of(index, at(index[0])); };
 
 #define PLC_NEXT(words)                                                            \
   do {                                                                             \
