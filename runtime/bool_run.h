@@ -43,6 +43,18 @@ inline T load_field(const unsigned char* at) noexcept {
   return value;
 }
 
+/// The bit `index` mod 32 of `truth`.
+inline bool bit_of(std::uint32_t truth, std::uint32_t index) noexcept {
+#if defined(__x86_64__) && defined(__GCC_ASM_FLAG_OUTPUTS__)
+  // One step; a shift by a variable is three, and compilers make that of whatever is written below.
+  bool bit;
+  asm("bt %2, %1" : "=@ccc"(bit) : "r"(truth), "r"(index));
+  return bit;
+#else
+  return ((truth >> (index & 31u)) & 1u) != 0;
+#endif
+}
+
 /// Runs `count` short records at `records` (4-byte aligned) on the BOOLs at `window`. RT.
 template <int kInputs>
 inline void run_short(std::uint8_t* window, const std::uint32_t* records, std::uint32_t count) noexcept {
@@ -53,14 +65,29 @@ inline void run_short(std::uint8_t* window, const std::uint32_t* records, std::u
         const auto bool_at = [window, record](std::size_t field) -> std::uint32_t {
           return window[load_field<std::uint16_t>(record + field)];
         };
+        // Two offsets in one load where they lie in one word: the loop is bound by its loads.
+        const auto pair_at = [window](std::uint32_t offsets) -> std::uint32_t {
+          return window[offsets & 0xffffu] + 2u * window[offsets >> 16];
+        };
         constexpr std::size_t kIn = offsetof(ShortRecord, in);
         // The sums become lea instructions; ORs of shifts would be twice as many.
-        std::uint32_t index = bool_at(kIn) + 2 * bool_at(kIn + 2);
-        if constexpr (kInputs >= 4) index += 4 * (bool_at(kIn + 4) + 2 * bool_at(kIn + 6));
-        if constexpr (kInputs == 5) index += 16 * bool_at(kIn + 8);
-        const auto truth = load_field<std::uint32_t>(record + offsetof(ShortRecord, truth));
-        window[load_field<std::uint16_t>(record + offsetof(ShortRecord, out))] =
-            static_cast<std::uint8_t>((truth >> (index & 31u)) & 1u);
+        if constexpr (kInputs == 5) {
+          const std::uint32_t index = bool_at(kIn) + 2 * pair_at(load_field<std::uint32_t>(record + kIn + 2)) +
+                                      8 * pair_at(load_field<std::uint32_t>(record + kIn + 6));
+          window[load_field<std::uint16_t>(record + offsetof(ShortRecord, out))] =
+              static_cast<std::uint8_t>(bit_of(load_field<std::uint32_t>(record), index));
+        } else {
+          std::uint32_t index;
+          if constexpr (kInputs == 2) {
+            index = bool_at(kIn) + 2 * bool_at(kIn + 2);
+          } else {
+            index = bool_at(kIn) + 2 * pair_at(load_field<std::uint32_t>(record + kIn + 2)) + 8 * bool_at(kIn + 6);
+          }
+          // Half of the table is all of it, and the half next to `out` comes with it.
+          static_assert(offsetof(ShortRecord, out) == offsetof(ShortRecord, truth) + 4);
+          const auto half_and_out = load_field<std::uint32_t>(record + offsetof(ShortRecord, truth) + 2);
+          window[half_and_out >> 16] = static_cast<std::uint8_t>(bit_of(half_and_out, index));
+        }
       });
 }
 
@@ -69,7 +96,7 @@ template <class Place>
 inline void run_general(const std::uint32_t* record, Place bool_at) noexcept {
   const std::uint32_t index = *bool_at(record[2]) + 2u * *bool_at(record[3]) +
                               4u * (*bool_at(record[4]) + 2u * *bool_at(record[5])) + 16u * *bool_at(record[6]);
-  *bool_at(record[1]) = static_cast<std::uint8_t>((record[0] >> (index & 31u)) & 1u);
+  *bool_at(record[1]) = static_cast<std::uint8_t>(bit_of(record[0], index));
 }
 
 }  // namespace plc::runtime
