@@ -31,6 +31,40 @@ using stdlib::Event;
 /// Addresses of the handlers, indexed by ResolvedOp; handler words are distances from that of Return.
 using Labels = const void* const*;
 
+/// The part of the value at `base` that a path leads to; null where an index leaves its array.
+template <Addressing kAddressing>
+[[gnu::always_inline]] inline std::byte* follow(const Machine& m, std::uint32_t instance, std::byte* base,
+                                                const std::uint32_t* path) noexcept {
+  base += path[0];
+  const std::uint32_t* index = path + 2;
+  for (const std::uint32_t* const end = path + path_words(path); index != end; index += kIndexWords) {
+    const std::uint64_t element = element_of(index, place<kAddressing>(m.table, instance, index[0]));
+    if (element >= index[1]) [[unlikely]]
+      return nullptr;
+    base += element * index[2];
+  }
+  return base;
+}
+/// Null after an event, for the instruction at `pc`. RT.
+template <Addressing kAddressing>
+std::byte* part_at(Machine& m, std::uint32_t instance, const std::uint32_t* pc, std::uint32_t whole,
+                   const std::uint32_t* path) noexcept {
+  std::byte* const part = follow<kAddressing>(m, instance, place<kAddressing>(m.table, instance, whole), path);
+  if (part == nullptr) [[unlikely]]
+    raise(m, pc, Event::kBadIndex);
+  return part;
+}
+/// The same behind a reference. RT.
+template <Addressing kAddressing>
+std::byte* part_via(Machine& m, std::uint32_t instance, const std::uint32_t* pc, std::uint32_t ref, std::uint32_t type,
+                    Use use, const std::uint32_t* path) noexcept {
+  std::byte* const whole = target(m, load<Handle>(place<kAddressing>(m.table, instance, ref)), type, use);
+  std::byte* const part = whole == nullptr ? nullptr : follow<kAddressing>(m, instance, whole, path);
+  if (part == nullptr) [[unlikely]]
+    raise(m, pc, whole == nullptr ? Event::kNullReference : Event::kBadIndex);
+  return part;
+}
+
 /// With `labels` set: hands them out and executes nothing.
 template <Addressing kAddressing>
 PLC_ONE_COPY bool interpret(Machine& m, const std::uint32_t* pc, std::uint32_t instance, Labels* labels) noexcept {
@@ -49,44 +83,9 @@ PLC_ONE_COPY bool interpret(Machine& m, const std::uint32_t* pc, std::uint32_t i
   std::byte* const table = m.table;
   const std::uint32_t* const code = m.code;
   std::uint64_t events_at_clear = m.event_count;
-  const auto offset_of = [instance](std::uint32_t operand) -> std::uint32_t {
-    if constexpr (kAddressing == Addressing::kFixed) {
-      static_cast<void>(instance);
-      return operand;
-    } else {
-      const std::uint32_t mask = 0u - (operand >> 31);
-      return (operand & ~kRelativeBit) + (mask & instance);
-    }
-  };
-  // WHY copies in all of these: what they refer to would lie in memory as soon as one of them is a call.
-  const auto at = [table, offset_of](std::uint32_t operand) -> std::byte* { return table + offset_of(operand); };
+  // WHY copies: what a lambda refers to lies in memory as soon as one of them is a call.
+  const auto at = [table, instance](std::uint32_t operand) { return place<kAddressing>(table, instance, operand); };
   const auto bytes_at = [at](std::uint32_t operand) { return reinterpret_cast<std::uint8_t*>(at(operand)); };
-
-  // The part that a path leads to; null after an event.
-  const auto follow = [at](std::byte* base, const std::uint32_t* path) -> std::byte* {
-    base += path[0];
-    const std::uint32_t* index = path + 2;
-    for (const std::uint32_t* const end = path + path_words(path); index != end; index += kIndexWords) {
-      const std::uint64_t element = element_of(index, at(index[0]));
-      if (element >= index[1]) return nullptr;
-      base += element * index[2];
-    }
-    return base;
-  };
-  const auto part_at = [at, follow, &m](const std::uint32_t* pc_now, std::uint32_t place, const std::uint32_t* path) {
-    std::byte* const part = follow(at(place), path);
-    if (part == nullptr) [[unlikely]]
-      raise(m, pc_now, Event::kBadIndex);
-    return part;
-  };
-  const auto part_via = [at, follow, &m](const std::uint32_t* pc_now, std::uint32_t ref, std::uint32_t type, Use use,
-                            const std::uint32_t* path) -> std::byte* {
-    std::byte* const whole = target(m, load<Handle>(at(ref)), type, use);
-    std::byte* const part = whole == nullptr ? nullptr : follow(whole, path);
-    if (part == nullptr) [[unlikely]]
-      raise(m, pc_now, whole == nullptr ? Event::kNullReference : Event::kBadIndex);
-    return part;
-  };
   const auto element_i16 = [at](const std::uint32_t* index) {
     return static_cast<std::uint64_t>(load<std::int16_t>(at(index[0]))) - load<std::uint64_t>(index + 3);
   };
@@ -353,7 +352,8 @@ op_EnterPou : {
   PLC_NEXT(0);
 }
 op_CallPou : {
-  if (!interpret<Addressing::kRelative>(m, code + pc[1], offset_of(pc[2]), nullptr)) [[unlikely]]
+  if (!interpret<Addressing::kRelative>(m, code + pc[1], static_cast<std::uint32_t>(at(pc[2]) - table), nullptr))
+      [[unlikely]]
     return false;
   PLC_NEXT(3);
 }
@@ -426,10 +426,10 @@ op_CallStd : {
     store<T>(at(pc[4]), stdlib::function(load<T>(at(pc[5])), std::uint64_t{*bytes_at(pc[6])})); \
     PLC_NEXT(7);                                                                                \
   }
-#define PLC_PLACES_OPS(Name, function)                                                        \
-  PLC_PLACES(Name##8, std::uint8_t, function)                                                 \
-  PLC_PLACES(Name##16, std::uint16_t, function) PLC_PLACES(Name##32, std::uint32_t, function) \
-      PLC_PLACES(Name##64, std::uint64_t, function)
+#define PLC_PLACES_OPS(Name, function)          \
+  PLC_PLACES(Name##8, std::uint8_t, function)   \
+  PLC_PLACES(Name##16, std::uint16_t, function) \
+  PLC_PLACES(Name##32, std::uint32_t, function) PLC_PLACES(Name##64, std::uint64_t, function)
   PLC_PLACES_OPS(Shl, shift_left)
   PLC_PLACES_OPS(Shr, shift_right)
   PLC_PLACES_OPS(Rol, rotate_left)
@@ -456,18 +456,18 @@ op_Eno : {
   PLC_SIZES(PLC_STORE_SCALAR_VIA, StoreVia)
 
   // ---- parts of values: several indices
-#define PLC_LOAD_PATH(Name, T)                                  \
-  op_##Name : {                                                 \
-    const std::byte* const from = part_at(pc, pc[2], pc + 3);   \
-    store<T>(at(pc[1]), from == nullptr ? T{} : load<T>(from)); \
-    PLC_NEXT(3 + path_words(pc + 3));                           \
+#define PLC_LOAD_PATH(Name, T)                                                          \
+  op_##Name : {                                                                         \
+    const std::byte* const from = part_at<kAddressing>(m, instance, pc, pc[2], pc + 3); \
+    store<T>(at(pc[1]), from == nullptr ? T{} : load<T>(from));                         \
+    PLC_NEXT(3 + path_words(pc + 3));                                                   \
   }
-#define PLC_STORE_PATH(Name, T)                       \
-  op_##Name : {                                       \
-    std::byte* const to = part_at(pc, pc[2], pc + 3); \
-    if (to != nullptr) [[likely]]                     \
-      store<T>(to, load<T>(at(pc[1])));               \
-    PLC_NEXT(3 + path_words(pc + 3));                 \
+#define PLC_STORE_PATH(Name, T)                                                 \
+  op_##Name : {                                                                 \
+    std::byte* const to = part_at<kAddressing>(m, instance, pc, pc[2], pc + 3); \
+    if (to != nullptr) [[likely]]                                               \
+      store<T>(to, load<T>(at(pc[1])));                                         \
+    PLC_NEXT(3 + path_words(pc + 3));                                           \
   }
   PLC_SIZES(PLC_LOAD_PATH, LoadPath)
   PLC_SIZES(PLC_STORE_PATH, StorePath)
@@ -475,7 +475,7 @@ op_Eno : {
   // ---- parts of values: any path
 op_LoadAt : {
   // Words: out, place, bytes, capacities, zeros (2), path.
-  const std::byte* from = part_at(pc, pc[2], pc + 7);
+  const std::byte* from = part_at<kAddressing>(m, instance, pc, pc[2], pc + 7);
   if (from == nullptr) [[unlikely]]
     from = load_pointer<const std::byte*>(pc + 5);
   if (!pass(at(pc[1]), from, pc[3], pc[4])) [[unlikely]]
@@ -484,20 +484,20 @@ op_LoadAt : {
 }
 op_StoreAt : {
   // Words: in, place, bytes, capacities, path.
-  std::byte* const to = part_at(pc, pc[2], pc + 5);
+  std::byte* const to = part_at<kAddressing>(m, instance, pc, pc[2], pc + 5);
   if (to != nullptr && !pass(to, at(pc[1]), pc[3], pc[4])) [[unlikely]]
     raise(m, pc, Event::kTruncated);
   PLC_NEXT(5 + path_words(pc + 5));
 }
 op_RefAt : {
   // Words: out, place, type of the part, path.
-  const std::byte* const part = part_at(pc, pc[2], pc + 4);
+  const std::byte* const part = part_at<kAddressing>(m, instance, pc, pc[2], pc + 4);
   store<Handle>(at(pc[1]), part == nullptr ? Handle{} : handle_of(m, part, pc[3]));
   PLC_NEXT(4 + path_words(pc + 4));
 }
 op_RunAt : {
   // Words: step (2), place, path.
-  std::byte* const ports = part_at(pc, pc[3], pc + 4);
+  std::byte* const ports = part_at<kAddressing>(m, instance, pc, pc[3], pc + 4);
   if (ports != nullptr) [[likely]] {
     m.place.store(static_cast<std::uint32_t>(pc - code), std::memory_order_relaxed);
     load_pointer<stdlib::Step>(pc + 1)(ports, m.step);
@@ -508,7 +508,7 @@ op_RunAt : {
 }
 op_CallAt : {
   // Words: entry, place, path.
-  const std::byte* const callee = part_at(pc, pc[2], pc + 3);
+  const std::byte* const callee = part_at<kAddressing>(m, instance, pc, pc[2], pc + 3);
   if (callee != nullptr && !interpret<Addressing::kRelative>(
                                m, code + pc[1], static_cast<std::uint32_t>(callee - table), nullptr)) [[unlikely]]
     return false;
@@ -516,7 +516,7 @@ op_CallAt : {
 }
 op_LoadVia : {
   // Words: out, ref, type, bytes, capacities, zeros (2), path.
-  const std::byte* from = part_via(pc, pc[2], pc[3], Use::kRead, pc + 8);
+  const std::byte* from = part_via<kAddressing>(m, instance, pc, pc[2], pc[3], Use::kRead, pc + 8);
   if (from == nullptr) [[unlikely]]
     from = load_pointer<const std::byte*>(pc + 6);
   if (!pass(at(pc[1]), from, pc[4], pc[5])) [[unlikely]]
@@ -525,20 +525,20 @@ op_LoadVia : {
 }
 op_StoreVia : {
   // Words: in, ref, type, bytes, capacities, path.
-  std::byte* const to = part_via(pc, pc[2], pc[3], Use::kWrite, pc + 6);
+  std::byte* const to = part_via<kAddressing>(m, instance, pc, pc[2], pc[3], Use::kWrite, pc + 6);
   if (to != nullptr && !pass(to, at(pc[1]), pc[4], pc[5])) [[unlikely]]
     raise(m, pc, Event::kTruncated);
   PLC_NEXT(6 + path_words(pc + 6));
 }
 op_RefVia : {
   // Words: out, ref, type, type of the part, path.
-  const std::byte* const part = part_via(pc, pc[2], pc[3], Use::kRead, pc + 5);
+  const std::byte* const part = part_via<kAddressing>(m, instance, pc, pc[2], pc[3], Use::kRead, pc + 5);
   store<Handle>(at(pc[1]), part == nullptr ? Handle{} : handle_of(m, part, pc[4]));
   PLC_NEXT(5 + path_words(pc + 5));
 }
 op_RunVia : {
   // Words: step (2), ref, type, path.
-  std::byte* const ports = part_via(pc, pc[3], pc[4], Use::kWrite, pc + 5);
+  std::byte* const ports = part_via<kAddressing>(m, instance, pc, pc[3], pc[4], Use::kWrite, pc + 5);
   if (ports != nullptr) [[likely]] {
     m.place.store(static_cast<std::uint32_t>(pc - code), std::memory_order_relaxed);
     load_pointer<stdlib::Step>(pc + 1)(ports, m.step);
@@ -549,7 +549,7 @@ op_RunVia : {
 }
 op_CallVia : {
   // Words: entry, ref, type, path.
-  const std::byte* const callee = part_via(pc, pc[2], pc[3], Use::kWrite, pc + 4);
+  const std::byte* const callee = part_via<kAddressing>(m, instance, pc, pc[2], pc[3], Use::kWrite, pc + 4);
   if (callee != nullptr && !interpret<Addressing::kRelative>(
                                m, code + pc[1], static_cast<std::uint32_t>(callee - table), nullptr)) [[unlikely]]
     return false;
