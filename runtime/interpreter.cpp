@@ -456,18 +456,22 @@ op_Eno : {
   PLC_SIZES(PLC_STORE_SCALAR_VIA, StoreVia)
 
   // ---- parts of values: several indices
-#define PLC_LOAD_PATH(Name, T)                                                          \
-  op_##Name : {                                                                         \
-    const std::byte* const from = part_at<kAddressing>(m, instance, pc, pc[2], pc + 3); \
-    store<T>(at(pc[1]), from == nullptr ? T{} : load<T>(from));                         \
-    PLC_NEXT(3 + path_words(pc + 3));                                                   \
+#define PLC_LOAD_PATH(Name, T)                                                         \
+  op_##Name : {                                                                        \
+    const std::byte* const from = follow<kAddressing>(m, instance, at(pc[2]), pc + 3); \
+    if (from == nullptr) [[unlikely]]                                                  \
+      raise(m, pc, Event::kBadIndex);                                                  \
+    store<T>(at(pc[1]), from == nullptr ? T{} : load<T>(from));                        \
+    PLC_NEXT(3 + path_words(pc + 3));                                                  \
   }
-#define PLC_STORE_PATH(Name, T)                                                 \
-  op_##Name : {                                                                 \
-    std::byte* const to = part_at<kAddressing>(m, instance, pc, pc[2], pc + 3); \
-    if (to != nullptr) [[likely]]                                               \
-      store<T>(to, load<T>(at(pc[1])));                                         \
-    PLC_NEXT(3 + path_words(pc + 3));                                           \
+#define PLC_STORE_PATH(Name, T)                                                \
+  op_##Name : {                                                                \
+    std::byte* const to = follow<kAddressing>(m, instance, at(pc[2]), pc + 3); \
+    if (to == nullptr) [[unlikely]]                                            \
+      raise(m, pc, Event::kBadIndex);                                          \
+    else                                                                       \
+      store<T>(to, load<T>(at(pc[1])));                                        \
+    PLC_NEXT(3 + path_words(pc + 3));                                          \
   }
   PLC_SIZES(PLC_LOAD_PATH, LoadPath)
   PLC_SIZES(PLC_STORE_PATH, StorePath)

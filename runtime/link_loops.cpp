@@ -78,6 +78,21 @@ struct Record {
   std::vector<std::uint32_t> in;
   std::uint32_t arguments = 0;
   std::uint32_t position = 0;
+  const Step* step = nullptr;  ///< null: counts
+  bool of_its_round = false;   ///< reads what its round changes
+};
+
+/// What a variable has behind the last round.
+struct LastValue {
+  std::uint32_t operand = 0;
+  std::uint32_t stream = 0;
+  std::uint32_t bytes = 0;
+};
+/// The same, where it is computed from variables.
+struct LastComputed {
+  std::uint32_t position = 0;  ///< of its instruction
+  std::uintptr_t run = 0;      ///< ValueRun
+  std::vector<std::uint32_t> operands;
 };
 
 std::optional<std::uint32_t> scalar_bytes(core::TypeId type) {
@@ -107,8 +122,9 @@ class LoopLinker {
 
   void link(const LinkedLoop& loop) {
     if (!read_end(loop) || !read_body(loop) || !check_variables() || !check_elements() || !make_records()) return;
-    leave_out_unread();
-    join_products();
+    leave_out_unread(loop.addressing);
+    join_products(loop.addressing);
+    make_last_round();
     number_values();
     if (variables_.size() + values_.size() + elements_.size() <= kMostStreams) write(loop);
   }
@@ -136,6 +152,7 @@ class LoopLinker {
     step_ = word(count, 3);
     limit_ = word(compare, 3);
     jump_ = jump.position;
+    end_ = compare.position;
     head_ = words_[jump.position + 1];
     const std::uint32_t bytes = wide_ ? 4 : 2;
     counted_ = {{control_, bytes}, {step_, bytes}, {limit_, bytes}};
@@ -432,9 +449,10 @@ class LoopLinker {
     return number(StreamKind::kElement, elements_.size() - 1);
   }
   template <class Run>
-  void add_record(Run run, std::uint32_t out, std::vector<std::uint32_t> in, std::uint32_t arguments,
-                  std::uint32_t position) {
-    records_.push_back({reinterpret_cast<std::uintptr_t>(run), out, std::move(in), arguments, position});
+  Record& add_record(Run run, std::uint32_t out, std::vector<std::uint32_t> in, const Step& step) {
+    const auto arguments = static_cast<std::uint32_t>(step.function != nullptr ? in.size() : 0);
+    records_.push_back({reinterpret_cast<std::uintptr_t>(run), out, std::move(in), arguments, step.position, &step});
+    return records_.back();
   }
 
   /// What `step`, number `at`, reads at `range`.
@@ -444,9 +462,7 @@ class LoopLinker {
         counter_ = new_value(range.bytes);
         records_.insert(records_.begin(), Record{reinterpret_cast<std::uintptr_t>(counting(wide_, down_)),
                                                  counter_,
-                                                 {variable(control_), variable(step_)},
-                                                 0,
-                                                 0});
+                                                 {variable(control_), variable(step_)}});
       }
       return counter_;
     }
@@ -480,10 +496,9 @@ class LoopLinker {
           std::find(step.in.begin(), step.in.end(), step.out) != step.in.end() && !now_.contains(step.out.operand);
       const std::uint32_t out = sum ? variable(step.out.operand) : new_value(step.out.bytes);
       if (step.function != nullptr) {
-        const auto arguments = static_cast<std::uint32_t>(in.size());
-        add_record(step.kernel, out, std::move(in), arguments, step.position);
+        add_record(step.kernel, out, std::move(in), step);
       } else {
-        add_record(step.value->stream, out, std::move(in), 0, step.position);
+        add_record(step.value->stream, out, std::move(in), step);
       }
       if (!sum) now_[step.out.operand] = out;
     }
@@ -493,13 +508,17 @@ class LoopLinker {
     const Element& element = *step.element;
     const StreamRun move = value_op(move_of(element.bytes))->stream;
     if (element.write) {
-      // Straight from whoever computes it, if nobody else wants it.
-      if (!records_.empty() && records_.back().out == in[0] &&
-          in[0] >> 16 == static_cast<std::uint32_t>(StreamKind::kValue) && in[0] != counter_ &&
+      const bool keeps =
+          std::none_of(steps_.begin() + static_cast<std::ptrdiff_t>(at) + 1, steps_.end(), [&](const Step& other) {
+            return other.element && other.element->write && !are_other_parts(*other.element, element);
+          });
+      // Straight from whoever computes it, if nobody else wants it; the last element tells what the variable has.
+      if (!records_.empty() && records_.back().out == in[0] && is_value(in[0]) && in[0] != counter_ && keeps &&
           !is_read_behind(step.in[0], at + 1)) {
         records_.back().out = new_element(element);
+        now_[step.in[0].operand] = records_.back().out;
       } else {
-        add_record(move, new_element(element), in, 0, step.position);
+        add_record(move, new_element(element), in, step);
       }
       return;
     }
@@ -509,20 +528,47 @@ class LoopLinker {
     std::uint32_t stream = new_element(element);
     if (!stays) {
       const std::uint32_t value = new_value(element.bytes);
-      add_record(move, value, {stream}, 0, step.position);
+      add_record(move, value, {stream}, step).of_its_round = true;
       stream = value;
     }
     now_[step.out.operand] = stream;
   }
 
-  /// The last round sets all variables, so what only they hold is not computed in the others.
-  void leave_out_unread() {
+  static bool is_value(std::uint32_t stream) { return stream >> 16 == static_cast<std::uint32_t>(StreamKind::kValue); }
+
+  /// The variable that has `stream` behind the last round.
+  [[nodiscard]] std::optional<std::uint32_t> home_of(std::uint32_t stream) const {
+    if (stream == counter_) return control_;
+    if (stream >> 16 == static_cast<std::uint32_t>(StreamKind::kVariable)) return variables_[stream & 0xffffu];
+    const auto home = std::find_if(now_.begin(), now_.end(), [&](const auto& now) { return now.second == stream; });
+    return home == now_.end() ? std::nullopt : std::optional(home->first);
+  }
+  /// Leaves what `record` computes to the end, if that is possible.
+  bool compute_last(const Record& record, Addressing addressing) {
+    if (record.step == nullptr || !home_of(record.out)) return true;  // nobody will ask
+    LastComputed last;
+    last.position = record.position;
+    const ValueOp* const op = record.step->value;
+    if (op == nullptr || record.of_its_round) return false;
+    last.run = reinterpret_cast<std::uintptr_t>(op->run[static_cast<std::size_t>(addressing)]);
+    last.operands.push_back(*home_of(record.out));
+    for (const std::uint32_t in : record.in) {
+      const auto home = home_of(in);
+      if (!home) return false;
+      last.operands.push_back(*home);
+    }
+    last_computed_.push_back(std::move(last));
+    computed_.push_back(record.out);
+    return true;
+  }
+  /// What is only left in variables is computed in the last round alone.
+  void leave_out_unread(Addressing addressing) {
+    last_computed_.clear();
+    computed_.clear();
     std::vector<std::uint8_t> read(values_.size(), 0);
-    const auto is_value = [](std::uint32_t stream) {
-      return stream >> 16 == static_cast<std::uint32_t>(StreamKind::kValue);
-    };
     for (auto record = records_.rbegin(); record != records_.rend(); ++record) {
-      if (is_value(record->out) && read[record->out & 0xffffu] == 0 && record->arguments == 0) {
+      if (is_value(record->out) && read[record->out & 0xffffu] == 0 && record->arguments == 0 &&
+          compute_last(*record, addressing)) {
         record->run = 0;
         continue;
       }
@@ -534,23 +580,36 @@ class LoopLinker {
   }
 
   /// Sums of products, as filters and matrices have them, need not keep the products.
-  void join_products() {
+  void join_products(Addressing addressing) {
     for (std::size_t i = 0; i + 1 < records_.size(); ++i) {
-      const Record& product = records_[i];
+      Record& product = records_[i];
       const Record& sum = records_[i + 1];
       const bool adds = sum.in.size() == 2 && sum.arguments == 0 && product.arguments == 0 &&
                         (sum.in == std::vector{sum.out, product.out} || sum.in == std::vector{product.out, sum.out}) &&
-                        product.out >> 16 == static_cast<std::uint32_t>(StreamKind::kValue);
+                        is_value(product.out);
       const auto readers = std::count_if(records_.begin(), records_.end(), [&](const Record& record) {
         return std::find(record.in.begin(), record.in.end(), product.out) != record.in.end();
       });
       if (!adds || readers != 1) continue;
       const StreamRun both =
           sum_of_products(reinterpret_cast<StreamRun>(product.run), reinterpret_cast<StreamRun>(sum.run));
-      if (both == nullptr) continue;
-      records_[i].run = reinterpret_cast<std::uintptr_t>(both);
-      records_[i].out = sum.out;
+      if (both == nullptr || !compute_last(product, addressing)) continue;
+      product.run = reinterpret_cast<std::uintptr_t>(both);
+      product.out = sum.out;
       records_.erase(records_.begin() + static_cast<std::ptrdiff_t>(i) + 1);
+    }
+  }
+
+  /// Values are copied to their variables behind the last round, where no stream has them computed.
+  void make_last_round() {
+    std::sort(last_computed_.begin(), last_computed_.end(),
+              [](const LastComputed& a, const LastComputed& b) { return a.position < b.position; });
+    last_values_.clear();
+    for (const auto& [operand, stream] : now_) {
+      if (std::find(computed_.begin(), computed_.end(), stream) != computed_.end()) continue;
+      const auto writer = std::find_if(steps_.begin(), steps_.end(),
+                                       [&](const Step& s) { return s.out.bytes != 0 && s.out.operand == operand; });
+      last_values_.push_back({operand, stream, static_cast<std::uint32_t>(writer->out.bytes)});
     }
   }
 
@@ -558,7 +617,7 @@ class LoopLinker {
   void number_values() {
     std::vector<std::uint32_t> kept, bytes;
     const auto renumber = [&](std::uint32_t& stream) {
-      if (stream >> 16 != static_cast<std::uint32_t>(StreamKind::kValue)) return;
+      if (!is_value(stream)) return;
       const auto known = std::find(kept.begin(), kept.end(), stream);
       const std::uint32_t renumbered = number(StreamKind::kValue, static_cast<std::size_t>(known - kept.begin()));
       if (known == kept.end()) {
@@ -571,6 +630,7 @@ class LoopLinker {
       renumber(record.out);
       for (std::uint32_t& in : record.in) renumber(in);
     }
+    for (LastValue& value : last_values_) renumber(value.stream);
     values_ = std::move(bytes);
   }
 
@@ -590,30 +650,55 @@ class LoopLinker {
                                                              : variables_.size() + values_.size();
     return static_cast<std::uint32_t>(before) + (stream & 0xffffu);
   }
+  void put_index(const Index& index) {
+    const Affine& number = index.number;
+    const std::int64_t start = number.constant - index.lower;
+    const bool fits = start == static_cast<std::int32_t>(start);
+    const bool by_control = number.factor == 1 && number.terms.empty();
+    const bool by_variable = number.factor == 0 && number.terms.size() == 1 && number.terms[0].factor == 1;
+    const LoopIndex kind = !fits || (!by_control && !by_variable) ? LoopIndex::kSum
+                           : by_control                           ? LoopIndex::kControl
+                           : number.bytes == 4                    ? LoopIndex::kDint
+                                                                  : LoopIndex::kInt;
+    words_.insert(words_.end(), {static_cast<std::uint32_t>(kind), index.count, index.stride});
+    if (kind != LoopIndex::kSum) {
+      words_.insert(words_.end(),
+                    {static_cast<std::uint32_t>(start), by_variable ? number.terms[0].operand : std::uint32_t{0}});
+      return;
+    }
+    words_.insert(words_.end(),
+                  {static_cast<std::uint32_t>(number.factor), static_cast<std::uint32_t>(number.terms.size())});
+    put_wide(start);
+    for (const Affine::Term& term : number.terms) {
+      words_.insert(words_.end(), {term.operand, static_cast<std::uint32_t>(term.factor), number.bytes});
+    }
+  }
   void write(const LinkedLoop& loop) {
     const auto start = static_cast<std::uint32_t>(words_.size());
     const auto size = [](const auto& list) { return static_cast<std::uint32_t>(list.size()); };
-    words_.insert(words_.end(), {handler_word(loop.addressing, ResolvedOp::kLoopRun), head_, jump_, control_, limit_,
-                                 step_, (wide_ ? kWide : 0) | (down_ ? kDown : 0), size(variables_), size(values_),
-                                 size(elements_), size(records_), scratch_});
+    words_.insert(words_.end(),
+                  {handler_word(loop.addressing, ResolvedOp::kLoopRun), head_, end_, jump_, control_, limit_, step_,
+                   (wide_ ? kWide : 0) | (down_ ? kDown : 0), size(variables_), size(values_), size(elements_),
+                   size(records_), size(last_values_), size(last_computed_), scratch_});
     words_.insert(words_.end(), variables_.begin(), variables_.end());
     words_.insert(words_.end(), values_.begin(), values_.end());
     for (const Element* element : elements_) {
       words_.insert(words_.end(), {element->array.operand, size(element->indices)});
-      for (const Index& index : element->indices) {
-        words_.insert(words_.end(), {index.count, index.stride, static_cast<std::uint32_t>(index.number.factor),
-                                     size(index.number.terms)});
-        put_wide(index.number.constant - index.lower);
-        for (const Affine::Term& term : index.number.terms) {
-          words_.insert(words_.end(), {term.operand, static_cast<std::uint32_t>(term.factor), index.number.bytes});
-        }
-      }
+      for (const Index& index : element->indices) put_index(index);
     }
     for (const Record& record : records_) {
       put_wide(record.run);
       std::uint32_t streams = row(record.out);
       for (std::size_t i = 0; i < record.in.size(); ++i) streams |= row(record.in[i]) << (8 * (i + 1));
       words_.insert(words_.end(), {streams, record.arguments, record.position});
+    }
+    for (const LastValue& value : last_values_) {
+      words_.insert(words_.end(), {value.operand, row(value.stream), value.bytes});
+    }
+    for (const LastComputed& computed : last_computed_) {
+      put_wide(computed.run);
+      words_.push_back(size(computed.operands));
+      words_.insert(words_.end(), computed.operands.begin(), computed.operands.end());
     }
     words_[loop.position + 1] = start;
     code_.arranged.push_back({start, ResolvedOp::kLoopRun});
@@ -626,7 +711,7 @@ class LoopLinker {
   std::uint32_t scratch_;
   bool wide_ = false, down_ = false;
   std::uint32_t control_ = 0, step_ = 0, limit_ = 0;  ///< operands
-  std::uint32_t head_ = 0, jump_ = 0;                 ///< positions
+  std::uint32_t head_ = 0, end_ = 0, jump_ = 0;       ///< positions
   std::vector<Range> counted_;                        ///< control variable, step, limit
   Range result_;                                      ///< of the comparison
   std::vector<Step> steps_;
@@ -637,6 +722,9 @@ class LoopLinker {
   std::vector<std::uint32_t> values_;     ///< bytes
   std::vector<const Element*> elements_;
   std::vector<Record> records_;
+  std::vector<LastValue> last_values_;
+  std::vector<LastComputed> last_computed_;
+  std::vector<std::uint32_t> computed_;  ///< streams that nobody fills
 };
 
 }  // namespace

@@ -33,8 +33,35 @@ bool fits(std::int64_t value, bool wide) noexcept {
 struct Rounds {
   std::int64_t value = 0;
   std::int64_t step = 0;
-  std::uint32_t count = 0;
+  std::int64_t count = 0;
+  bool all = true;  ///< the last one is the loop's last one, which takes no jump
 };
+
+void copy_value(std::byte* to, const std::byte* from, std::uint32_t bytes) noexcept {
+  switch (bytes) {
+    case 1:
+      return store(to, load<std::uint8_t>(from));
+    case 2:
+      return store(to, load<std::uint16_t>(from));
+    case 4:
+      return store(to, load<std::uint32_t>(from));
+    default:
+      return store(to, load<std::uint64_t>(from));
+  }
+}
+
+/// Sets what the last of `count` rounds leaves in variables; `last` is behind the records. RT.
+template <Addressing kAddressing>
+void finish(const Machine& m, std::uint32_t instance, const std::uint32_t* words, const std::uint32_t* last,
+            const Stream* streams, std::uint32_t count) noexcept {
+  for (std::uint32_t i = words[LoopWords::kLastValues]; i != 0; --i, last += kLastValueWords) {
+    const Stream& from = streams[last[1]];
+    copy_value(place<kAddressing>(m.table, instance, last[0]), from.at + from.step * (count - 1), last[2]);
+  }
+  for (std::uint32_t i = words[LoopWords::kLastComputed]; i != 0; --i, last += kLastComputedWords + last[2]) {
+    load_pointer<ValueRun>(last)(m.table, instance, last + kLastComputedWords, 1);
+  }
+}
 
 /// A function of the library, round by round.
 void call_rounds(Machine& m, const std::uint32_t* record, const Stream& out, const Stream* const (&in)[3],
@@ -48,6 +75,24 @@ void call_rounds(Machine& m, const std::uint32_t* record, const Stream& out, con
     if (event != stdlib::Event::kNone) [[unlikely]]
       raise(m, m.code + record[4], event);
   }
+}
+
+/// `count` rounds of every record. Returns what is behind them. RT.
+inline const std::uint32_t* run_records(Machine& m, const std::uint32_t* words, const std::uint32_t* record,
+                                        const Stream* streams, std::uint32_t count) noexcept {
+  for (std::uint32_t i = words[LoopWords::kRecords]; i != 0; --i, record += kLoopRecordWords) {
+    const std::uint32_t numbers = record[2];
+    const Stream& out = streams[numbers & 0xff];
+    const Stream& in0 = streams[numbers >> 8 & 0xff];
+    const Stream& in1 = streams[numbers >> 16 & 0xff];
+    const Stream& in2 = streams[numbers >> 24];
+    if (record[3] == 0) [[likely]] {
+      load_pointer<StreamRun>(record)(out, in0, in1, in2, count);
+    } else {
+      call_rounds(m, record, out, {&in0, &in1, &in2}, count);
+    }
+  }
+  return record;
 }
 
 }  // namespace
@@ -69,12 +114,13 @@ const std::uint32_t* run_loop(Machine& m, std::uint32_t instance, const std::uin
   const std::int64_t step = load_integer(at(words[LoopWords::kStep]), wide);
   const std::int64_t distance = down ? rounds.value - limit : limit - rounds.value;
   if (distance < kLeastRounds || step <= 0) return head;
-  const std::int64_t to_go =
+  const std::int64_t jumps =
       step == 1 ? distance : (static_cast<std::uint32_t>(distance) - 1) / static_cast<std::uint32_t>(step) + 1;
+  const std::uint32_t budget = m.loops_left.load(std::memory_order_relaxed);
   rounds.step = down ? -step : step;
-  rounds.count =
-      static_cast<std::uint32_t>(std::min<std::int64_t>(to_go, m.loops_left.load(std::memory_order_relaxed)));
-  if (rounds.count < kLeastRounds || !fits(rounds.value + rounds.step * rounds.count, wide)) return head;
+  rounds.all = jumps <= budget;
+  rounds.count = rounds.all ? jumps + 1 : budget;
+  if (rounds.count < kLeastRounds || !fits(rounds.value + rounds.step * (rounds.count - rounds.all), wide)) return head;
 
   // Streams.
   Stream streams[kMostStreams];
@@ -93,52 +139,59 @@ const std::uint32_t* run_loop(Machine& m, std::uint32_t instance, const std::uin
     std::uint32_t indices = next[1];
     next += kElementWords;
     for (; indices != 0; --indices) {
-      const std::uint32_t count = next[0], stride = next[1];
-      const std::int64_t factor = static_cast<std::int32_t>(next[2]);
-      std::int64_t element = load<std::int64_t>(next + 4);
-      std::uint32_t terms = next[3];
-      next += kElementIndexWords;
-      for (; terms != 0; --terms, next += kElementTermWords) {
-        element += static_cast<std::int32_t>(next[1]) * load_integer(at(next[0]), next[2] == 4);
+      const auto kind = static_cast<LoopIndex>(next[0]);
+      const std::uint32_t count = next[1], stride = next[2];
+      std::int64_t factor = 0, number;
+      if (kind == LoopIndex::kSum) [[unlikely]] {
+        factor = static_cast<std::int32_t>(next[3]);
+        number = load<std::int64_t>(next + 5) + factor * rounds.value;
+        std::uint32_t terms = next[4];
+        next += kSumIndexWords;
+        for (; terms != 0; --terms, next += kTermWords) {
+          number += static_cast<std::int32_t>(next[1]) * load_integer(at(next[0]), next[2] == 4);
+        }
+      } else {
+        factor = kind == LoopIndex::kControl;
+        number = static_cast<std::int32_t>(next[3]);
+        number += kind == LoopIndex::kControl ? rounds.value : load_integer(at(next[4]), kind == LoopIndex::kDint);
+        next += kPlainIndexWords;
       }
       if (factor != 0) {
-        element += factor * rounds.value;
         const std::int64_t per_round = factor * rounds.step;
-        if (static_cast<std::uint64_t>(element + per_round * (rounds.count - 1)) >= count) return head;
+        if (static_cast<std::uint64_t>(number + per_round * (rounds.count - 1)) >= count) return head;
         stream->step += per_round * stride;
       }
-      if (static_cast<std::uint64_t>(element) >= count) return head;
-      stream->at += element * stride;
+      if (static_cast<std::uint64_t>(number) >= count) return head;
+      stream->at += number * stride;
     }
     ++stream;
   }
 
   const std::uint32_t* const records = next;
-  while (rounds.count != 0) {
-    const std::uint32_t left = m.loops_left.load(std::memory_order_relaxed);
-    if (left == 0) break;  // the loop's own jump says so
-    const std::uint32_t count = std::min({rounds.count, left, kLoopChunk});
-    const std::uint32_t* record = records;
-    for (std::uint32_t i = words[LoopWords::kRecords]; i != 0; --i, record += kLoopRecordWords) {
-      const std::uint32_t numbers = record[2];
-      const Stream& out = streams[numbers & 0xff];
-      const Stream& in0 = streams[numbers >> 8 & 0xff];
-      const Stream& in1 = streams[numbers >> 16 & 0xff];
-      const Stream& in2 = streams[numbers >> 24];
-      if (record[3] == 0) {
-        load_pointer<StreamRun>(record)(out, in0, in1, in2, count);
-      } else {
-        call_rounds(m, record, out, {&in0, &in1, &in2}, count);
-      }
-    }
-    for (Stream* element = elements; element != stream; ++element) element->at += element->step * count;
-    rounds.count -= count;
-    rounds.value += rounds.step * count;
-    store_integer(control, wide, rounds.value);
+  const auto jump_on = [&m, words](std::uint32_t count, std::uint32_t left) {
     m.place.store(words[LoopWords::kLoopJump], std::memory_order_relaxed);
     m.loops_left.store(left - count, std::memory_order_relaxed);
+  };
+  for (; rounds.count > kLoopChunk || !rounds.all; rounds.count -= kLoopChunk) {
+    // What a budget ends in is left to the loop's own jump.
+    const std::uint32_t left = m.loops_left.load(std::memory_order_relaxed);
+    const auto count = static_cast<std::uint32_t>(std::min<std::int64_t>({rounds.count, left, kLoopChunk}));
+    if (count == 0) return head;
+    run_records(m, words, records, streams, count);
+    for (Stream* element = elements; element != stream; ++element) element->at += element->step * count;
+    rounds.value += rounds.step * count;
+    store_integer(control, wide, rounds.value);
+    jump_on(count, left);
+    if (count < kLoopChunk) return head;
   }
-  return head;
+  const auto count = static_cast<std::uint32_t>(rounds.count);
+  const std::uint32_t left = m.loops_left.load(std::memory_order_relaxed);
+  if (left < count - 1) return head;
+  const std::uint32_t* const last = run_records(m, words, records, streams, count);
+  store_integer(control, wide, rounds.value + rounds.step * (count - 1));
+  jump_on(count - 1, left);
+  finish<kAddressing>(m, instance, words, last, streams, count);
+  return m.code + words[LoopWords::kEnd];
 }
 
 template const std::uint32_t* run_loop<Addressing::kFixed>(Machine&, std::uint32_t, const std::uint32_t*) noexcept;

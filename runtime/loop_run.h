@@ -3,8 +3,9 @@
 //
 // What an instruction reads and writes is a stream: a variable, which stays where it is; an element, which steps
 // through its array; a value between two instructions, in scratch memory. In: the words below, which link_loops.h
-// makes. Out: the loop as it is before its last round, which the code it was made of runs; or, when an index leaves its
-// array, as it is before its first one. RT: takes no more rounds than the loop budget has.
+// makes. Out: the loop as it is behind its last round, at the comparison that leaves it; where the loop budget ends
+// first, before the round it ends in; when an index leaves its array, before the first one. RT: takes no more rounds
+// than the loop budget has.
 #pragma once
 
 #include <cstddef>
@@ -20,11 +21,12 @@ inline constexpr std::uint32_t kLoopChunk = 64;
 inline constexpr std::uint32_t kMostStreams = 32;
 
 /// First words of a LOOP_RUN; position 0 is its handler word. Behind them: the operands of variables; of each value its
-/// bytes; elements; records.
+/// bytes; elements; records; what the last round leaves: values, computed ones.
 struct LoopWords {
   enum : std::uint32_t {
-    kHead = 1,   ///< where to go on
-    kLoopJump,   ///< position of the loop's jump
+    kHead = 1,   ///< where the loop begins
+    kEnd,        ///< position of its comparison
+    kLoopJump,   ///< position of its jump
     kControl,    ///< operands: the control variable,
     kLimit,      ///< which counts while it is less (or greater) than this,
     kStep,       ///< by this
@@ -33,6 +35,8 @@ struct LoopWords {
     kValues,
     kElements,
     kRecords,
+    kLastValues,
+    kLastComputed,
     kScratch,  ///< table offset of the values
     kCount
   };
@@ -40,14 +44,24 @@ struct LoopWords {
 inline constexpr std::uint32_t kWide = 1;  ///< the control variable has 32 bits, not 16; both are signed
 inline constexpr std::uint32_t kDown = 2;
 
-/// An element: place, number of indices; then of each one: count, stride in bytes, factor of the control variable,
-/// number of terms, start (2), and the terms: operand, factor, bytes. The number of an element, from 0, is the start
-/// plus factor times control variable plus the sum of factor times variable.
-inline constexpr std::uint32_t kElementWords = 2, kElementIndexWords = 6, kElementTermWords = 3;
+/// An element: place, number of indices; then the indices. The first word of an index is its kind, behind it are count
+/// and stride in bytes, and what makes its number, from 0.
+inline constexpr std::uint32_t kElementWords = 2;
+enum class LoopIndex : std::uint32_t {
+  kSum = 0,      ///< factor of the control variable, number of terms, start (2); the terms: operand, factor, bytes
+  kControl = 1,  ///< start: the control variable plus that
+  kInt = 2,      ///< start, operand: a variable plus that
+  kDint = 4,     ///< the same
+};
+inline constexpr std::uint32_t kSumIndexWords = 7, kTermWords = 3, kPlainIndexWords = 5;
 
 /// A record: StreamRun or stdlib::Kernel (2), streams (out, inputs; one byte each), arguments of the kernel (0 = a
 /// StreamRun), position of the instruction. Streams are numbered: variables, values, elements.
 inline constexpr std::uint32_t kLoopRecordWords = 5;
+
+/// What the last round leaves in variables that the others do not set. First values are copied: operand, stream that
+/// has it, bytes; then what no stream has is computed from variables: ValueRun (2), number of operands, operands.
+inline constexpr std::uint32_t kLastValueWords = 3, kLastComputedWords = 3;
 
 /// Runs the LOOP_RUN at `words`. Returns where to go on.
 template <Addressing kAddressing>

@@ -190,8 +190,14 @@ void add_products(const Stream& out, const Stream& in0, const Stream& in1, const
   const std::byte* b = in1.at;
 #pragma GCC unroll 4
   for (; count != 0; --count, a += in0.step, b += in1.step) {
-    sum = stdlib::add(sum, stdlib::mul(load<T>(a), load<T>(b)));
+    if constexpr (std::is_floating_point_v<T>) {
+      // A sum that is NaN stays NaN: one look at the end is enough.
+      sum += load<T>(a) * load<T>(b);
+    } else {
+      sum = stdlib::add(sum, stdlib::mul(load<T>(a), load<T>(b)));
+    }
   }
+  if constexpr (std::is_floating_point_v<T>) sum = stdlib::canonical(sum);
   store(out.at, sum);
 }
 
