@@ -13,6 +13,7 @@
 #include "runtime/decoded.h"
 #include "runtime/handle.h"
 #include "runtime/link_bool.h"
+#include "runtime/link_choices.h"
 #include "runtime/link_library.h"
 #include "runtime/link_loops.h"
 #include "runtime/link_path.h"
@@ -59,6 +60,7 @@ class Linker {
     for (const auto& [position, callee] : call_patches_) stream_[position] = entries_[callee];
     arrange(stream_, result_, layout_.scratch);
     link_loops(stream_, result_, {layout_.constants, std::as_bytes(std::span(image_.const_bytes))}, layout_.scratch);
+    link_choices(stream_, result_, layout_.scratch);
     result_.words = TableMemory(stream_.size() * sizeof(std::uint32_t));
     std::memcpy(result_.words.data(), stream_.data(), stream_.size() * sizeof(std::uint32_t));
     result_.entry = entries_[body];
@@ -208,7 +210,8 @@ class Linker {
     std::uint32_t from = 0, to = 0, next = 0;  ///< words
     Opcode opcode = Opcode::kJump;
   };
-  /// LOOP_JUMPs whose loop has no other jump than the one out of it, which leads behind it.
+  /// Loops without a loop in them, whose other jumps lead forward, no further than behind them, and into which nobody
+  /// else jumps.
   void find_loops(const std::vector<Jump>& jumps) {
     loop_ends_.clear();
     open_loop_.reset();
@@ -216,14 +219,19 @@ class Linker {
     std::vector<std::uint32_t> targets;
     for (const Jump& jump : jumps) targets.push_back(jump.to);
     std::sort(targets.begin(), targets.end());
-    for (std::size_t i = 1; i < jumps.size(); ++i) {
-      const Jump& jump = jumps[i];
-      if (jump.opcode != Opcode::kLoopJump || jump.to > jump.from) continue;
-      const Jump& out = jumps[i - 1];
-      const auto first = std::lower_bound(targets.begin(), targets.end(), jump.to);
-      const bool alone = std::lower_bound(first, targets.end(), jump.next) - first == 1;
-      if (alone && out.from >= jump.to && out.to == jump.next && (i == 1 || jumps[i - 2].from < jump.to)) {
-        loop_ends_.emplace(jump.to, jump.from);
+    for (std::size_t i = 0; i < jumps.size(); ++i) {
+      const Jump& loop = jumps[i];
+      if (loop.opcode != Opcode::kLoopJump || loop.to > loop.from) continue;
+      std::ptrdiff_t inside = 1;
+      bool plain = true;
+      for (std::size_t k = i; plain && k > 0 && jumps[k - 1].from >= loop.to; --k) {
+        const Jump& jump = jumps[k - 1];
+        plain = jump.opcode != Opcode::kLoopJump && jump.to > jump.from && jump.to <= loop.next;
+        inside += jump.to < loop.next ? 1 : 0;
+      }
+      const auto first = std::lower_bound(targets.begin(), targets.end(), loop.to);
+      if (plain && std::lower_bound(first, targets.end(), loop.next) - first == inside) {
+        loop_ends_.emplace(loop.to, loop.from);
       }
     }
   }

@@ -56,7 +56,7 @@ struct LinkedStretch {
   std::size_t first = 0;       ///< the instruction behind the STRETCH, into LinkedCode::instructions
 };
 
-/// A loop that nobody jumps into or out of but at its end (link_loops.h), behind a STRETCH.
+/// A loop without a loop in it that nobody jumps into, behind a STRETCH (link_loops.h, link_choices.h).
 struct LinkedLoop {
   Addressing addressing = Addressing::kFixed;
   std::uint32_t position = 0;       ///< of the STRETCH

@@ -78,8 +78,9 @@ void print_link_report(const runtime::Resource& resource, std::ostream& out) {
     out << fmt::format("task {}: table {} bytes, code {} bytes, boolean records {}+{} short, {} wide, {} mixed\n", name,
                        program.table().layout().total, report.code_bytes, report.short4_records, report.short5_records,
                        report.wide_records, report.mixed_records)
-        << fmt::format("task {}: the interpreter runs {} instructions in {} runs, {} loops by instructions\n", name,
-                       report.arranged, report.runs, report.loops);
+        << fmt::format(
+               "task {}: the interpreter runs {} instructions in {} runs, {} loops by instructions, {} IFs by choice\n",
+               name, report.arranged, report.runs, report.loops, report.choices);
   }
 }
 

@@ -1,94 +1,11 @@
 // Counted loops that the interpreter runs instruction by instruction: which ones, and that nobody sees it. Random
 // programs: tests/engines.
-#include <functional>
-#include <vector>
+#include <gtest/gtest.h>
 
-#include "tests/unit/runtime/run_support.h"
+#include "tests/unit/runtime/counted_loop.h"
 
 namespace plc::test {
 namespace {
-
-using bytecode::Opcode;
-using core::TypeId;
-
-/// FOR i := first TO last BY step: arrays x (DINT), y (DINT), r (REAL), all [0..99]; x and r hold numbers.
-class CountedLoop {
- public:
-  using Body = std::function<void(CountedLoop&)>;
-  CountedLoop(std::int32_t first, std::int32_t last, const Body& body, std::int32_t step = 1) {
-    std::vector<std::byte> numbers(400), fractions(400);
-    for (int n = 0; n < 100; ++n) {
-      const std::int32_t number = n * 7 % 31 - 9;
-      const float fraction = static_cast<float>(number) / 4;
-      std::memcpy(numbers.data() + n * 4, &number, 4);
-      std::memcpy(fractions.data() + n * 4, &fraction, 4);
-    }
-    x = main.variable("x", dints, bytecode::FieldRole::kLocal, numbers);
-    y = main.variable("y", dints);
-    r = main.variable("r", b.array(real, 100), bytecode::FieldRole::kLocal, fractions);
-    i = main.variable("i", dint);
-    main.op(Opcode::kMove32, {i, number(first)});
-    const std::uint32_t head = main.here();
-    body(*this);
-    const Word more = main.frame("more", b.boolean());
-    main.op(step > 0 ? Opcode::kLtI32 : Opcode::kGtI32, {more, i, number(last)});
-    const std::uint32_t out = main.jump(Opcode::kCondJump, {more});
-    main.op(step > 0 ? Opcode::kAdd32 : Opcode::kSub32, {i, i, number(step > 0 ? step : -step)});
-    main.op(Opcode::kLoopJump, {head});
-    main.land(out);
-    main.op(Opcode::kAdd32, {main.variable("behind", dint), i, number(1)});
-    b.task("Cyclic", 10'000'000, {main.finish()});
-  }
-
-  /// Runs three scans with and without loop runs: the same bytes, faults and events. Returns how many loops were runs.
-  std::uint64_t run(std::uint32_t budget = 10'000) {
-    runtime::ProgramOptions options;
-    options.loop_budget = budget;
-    arranged = load(b, options);
-    options.arrange = false;
-    plain = load(b, options);
-    if (arranged == nullptr || plain == nullptr) return 0;
-    for (int scan = 0; scan < 3; ++scan) {
-      fault = arranged->program(0).execute({});
-      const runtime::Fault expected = plain->program(0).execute({});
-      EXPECT_EQ(fault.kind, expected.kind);
-      EXPECT_EQ(fault.word, expected.word);
-      const std::uint64_t bytes = arranged->program(0).table().layout().total;
-      EXPECT_EQ(std::memcmp(arranged->program(0).table().data(), plain->program(0).table().data(), bytes), 0);
-      EXPECT_EQ(arranged->program(0).event_total(), plain->program(0).event_total());
-    }
-    EXPECT_EQ(plain->program(0).link_report().loops, 0u);
-    return arranged->program(0).link_report().loops;
-  }
-
-  Word number(std::int32_t value) { return b.constant(TypeId::kDint, value); }
-  Word temporary(TypeId id = TypeId::kDint) { return main.frame("t" + std::to_string(made_++), b.type(id)); }
-  Word sum(Opcode op, Word a, Word c) {
-    const Word out = temporary();
-    main.op(op, {out, a, c});
-    return out;
-  }
-  Word load_from(Word array, Word index, TypeId id = TypeId::kDint) {
-    const Word out = temporary(id);
-    main.path(Opcode::kLoadAt, {out, array, id == TypeId::kReal ? reals : dints},
-              {{bytecode::PathStep::kIndex, index}});
-    return out;
-  }
-  void store_to(Word array, Word index, Word value) {
-    main.path(Opcode::kStoreAt, {array, value, dints}, {{bytecode::PathStep::kIndex, index}});
-  }
-
-  ImageBuilder b;
-  PouBuilder main = b.pou("Main", PouKind::kProgram);
-  std::uint32_t dint = b.type(TypeId::kDint), real = b.type(TypeId::kReal);
-  std::uint32_t dints = b.array(dint, 100), reals = b.array(real, 100);
-  Word x = 0, y = 0, r = 0, i = 0;
-  std::unique_ptr<runtime::Resource> arranged, plain;
-  runtime::Fault fault;
-
- private:
-  int made_ = 0;
-};
 
 TEST(LoopRuns, ASumOfProducts) {
   CountedLoop loop(0, 31, [](CountedLoop& l) {
@@ -101,6 +18,33 @@ TEST(LoopRuns, ASumOfProducts) {
   });
   EXPECT_EQ(loop.run(), 1u);
   EXPECT_EQ(value_of(*loop.arranged, "Main0.behind"), "32");
+}
+
+TEST(LoopRuns, WhatTheLastRoundLeavesInVariables) {
+  // Of each kind: an element, a value that nobody reads, one of such a value, one that goes straight into an array, one
+  // that another overwrites.
+  CountedLoop loop(0, 70, [](CountedLoop& l) {
+    const auto keep = [&l](const char* name, Opcode op, Word a, Word c) {
+      const Word out = l.main.variable(name, l.dint);
+      l.main.op(op, {out, a, c});
+      return out;
+    };
+    const Word element = l.load_from(l.x, l.i);
+    const Word unread = keep("unread", Opcode::kAdd32, element, l.number(1000));
+    keep("of_unread", Opcode::kMul32, unread, l.i);
+    l.store_to(l.y, l.i, keep("stored", Opcode::kSub32, element, l.i));
+    const Word twice = l.main.variable("twice", l.dint);
+    l.main.op(Opcode::kAdd32, {twice, element, l.number(5)});
+    keep("of_twice", Opcode::kMul32, twice, l.number(2));
+    l.main.op(Opcode::kMove32, {twice, l.i});
+  });
+  EXPECT_EQ(loop.run(), 1u);
+  // x[70] is 490 mod 31 - 9 = 16.
+  EXPECT_EQ(value_of(*loop.arranged, "Main0.unread"), "1016");
+  EXPECT_EQ(value_of(*loop.arranged, "Main0.of_unread"), "71120");
+  EXPECT_EQ(value_of(*loop.arranged, "Main0.stored"), "-54");
+  EXPECT_EQ(value_of(*loop.arranged, "Main0.of_twice"), "42");
+  EXPECT_EQ(value_of(*loop.arranged, "Main0.twice"), "70");
 }
 
 TEST(LoopRuns, MoreRoundsThanAreRunAtOnce) {
