@@ -220,7 +220,7 @@ class LoopLinker {
     return true;
   }
   bool read_call(const LinkedInstruction& instruction, Step& step) const {
-    if (instruction.op != ResolvedOp::kCallStd || word(instruction, 3) > 3) return false;
+    if (instruction.op != ResolvedOp::kCallStd || word(instruction, 3) == 0 || word(instruction, 3) > 3) return false;
     step.kernel = load_pointer<stdlib::Kernel>(words_.data() + instruction.position + 1);
     step.function = stdlib::overload_with_kernel(step.kernel);
     if (step.function == nullptr) return false;

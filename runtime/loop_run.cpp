@@ -63,17 +63,20 @@ void finish(const Machine& m, std::uint32_t instance, const std::uint32_t* words
   }
 }
 
-/// A function of the library, round by round.
+/// A function of the library, round by round. RT.
+template <std::uint32_t kArguments>
 void call_rounds(Machine& m, const std::uint32_t* record, const Stream& out, const Stream* const (&in)[3],
                  std::uint32_t count) noexcept {
   const auto kernel = load_pointer<stdlib::Kernel>(record);
-  const std::uint32_t arguments = record[3];
-  for (std::uint32_t round = 0; round < count; ++round) {
-    const void* places[3];
-    for (std::uint32_t i = 0; i < 3; ++i) places[i] = in[i]->at + in[i]->step * round;
-    const stdlib::Event event = kernel(out.at + out.step * round, places, arguments);
+  std::byte* to = out.at;
+  const void* places[kArguments];
+  for (std::uint32_t i = 0; i < kArguments; ++i) places[i] = in[i]->at;
+  for (; count != 0; --count) {
+    const stdlib::Event event = kernel(to, places, kArguments);
     if (event != stdlib::Event::kNone) [[unlikely]]
       raise(m, m.code + record[4], event);
+    to += out.step;
+    for (std::uint32_t i = 0; i < kArguments; ++i) places[i] = static_cast<const std::byte*>(places[i]) + in[i]->step;
   }
 }
 
@@ -86,10 +89,18 @@ inline const std::uint32_t* run_records(Machine& m, const std::uint32_t* words, 
     const Stream& in0 = streams[numbers >> 8 & 0xff];
     const Stream& in1 = streams[numbers >> 16 & 0xff];
     const Stream& in2 = streams[numbers >> 24];
-    if (record[3] == 0) [[likely]] {
-      load_pointer<StreamRun>(record)(out, in0, in1, in2, count);
-    } else {
-      call_rounds(m, record, out, {&in0, &in1, &in2}, count);
+    switch (record[3]) {
+      case 0:
+        load_pointer<StreamRun>(record)(out, in0, in1, in2, count);
+        break;
+      case 1:
+        call_rounds<1>(m, record, out, {&in0, &in1, &in2}, count);
+        break;
+      case 2:
+        call_rounds<2>(m, record, out, {&in0, &in1, &in2}, count);
+        break;
+      default:
+        call_rounds<3>(m, record, out, {&in0, &in1, &in2}, count);
     }
   }
   return record;
