@@ -479,12 +479,46 @@ class RandomImage : private RandomVariables {
     return comparison.ends_with("16") ? TypeId::kInt : TypeId::kDint;
   }
 
+  void inside_loop(Scope& scope, int depth) {
+    if (random_.once_in(4)) return short_if(scope);
+    statement(scope, depth + 1);
+  }
+  /// An IF whose branches only compute: what the interpreter computes both ways in loops, and what almost is.
+  void short_if(Scope& scope) {
+    PouBuilder& pou = scope.pou;
+    const Word condition = write(scope, TypeId::kBool);
+    compare(scope, condition);
+    const Word first = write(scope, TypeId::kDint), second = write(scope, TypeId::kDint);
+    const auto either = [&] { return random_.once_in(2) ? first : second; };
+    const auto in = [&] { return random_.once_in(2) ? either() : read(scope, TypeId::kDint); };
+    const auto compute = [&] {
+      if (random_.once_in(16)) return plain(scope);
+      if (random_.once_in(8)) {
+        const Word out = random_.once_in(3) ? condition : write(scope, TypeId::kBool);
+        const Word value = read(scope, TypeId::kBool);
+        pou.op(Opcode::kMoveBool, {out, value});
+        return;
+      }
+      static constexpr Opcode kOps[] = {Opcode::kAdd32, Opcode::kSub32, Opcode::kMul32};
+      const Opcode opcode = random_.one_of(kOps);
+      const Word out = either(), a = in(), b = in();
+      pou.op(opcode, {out, a, b});
+    };
+    const std::uint32_t jump = pou.jump(random_.once_in(2) ? Opcode::kCondJump : Opcode::kJumpIf, {condition});
+    for (std::size_t n = 1 + below(2); n > 0; --n) compute();
+    if (random_.once_in(2)) return pou.land(jump);
+    const std::uint32_t end = pou.jump(Opcode::kJump);
+    pou.land(jump);
+    for (std::size_t n = below(3); n > 0; --n) compute();
+    pou.land(end);
+  }
+
   void loop(Scope& scope, int depth) {
     PouBuilder& pou = scope.pou;
     if (random_.once_in(8)) {
       // Until somebody says so, or the loop budget is used up.
       const std::uint32_t top = pou.here();
-      for (std::size_t n = below(3); n > 0; --n) statement(scope, depth + 1);
+      for (std::size_t n = below(3); n > 0; --n) inside_loop(scope, depth);
       const std::uint32_t out = pou.jump(Opcode::kCondJump, {read(scope, TypeId::kBool)});
       pou.op(Opcode::kLoopJump, {top});
       pou.land(out);
@@ -500,7 +534,7 @@ class RandomImage : private RandomVariables {
     };
     move(scope, id, counter, number_of(0));
     const std::uint32_t top = pou.here();
-    for (std::size_t n = 1 + below(3); n > 0; --n) statement(scope, depth + 1);
+    for (std::size_t n = 1 + below(3); n > 0; --n) inside_loop(scope, depth);
     pou.op(wide ? Opcode::kAdd32 : Opcode::kAdd16, {counter, counter, number_of(1)});
     pou.op(wide ? Opcode::kLtI32 : Opcode::kLtI16, {more, counter, number_of(1 + static_cast<int>(below(4)))});
     const std::uint32_t out = pou.jump(Opcode::kCondJump, {more});

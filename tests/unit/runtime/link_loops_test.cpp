@@ -47,6 +47,19 @@ TEST(LoopRuns, WhatTheLastRoundLeavesInVariables) {
   EXPECT_EQ(value_of(*loop.arranged, "Main0.twice"), "70");
 }
 
+TEST(LoopRuns, AnElementThatIsWrittenTwice) {
+  CountedLoop loop(0, 30, [](CountedLoop& l) {
+    const Word once = l.main.variable("once", l.dint), element = l.load_from(l.x, l.i);
+    l.main.op(Opcode::kAdd32, {once, element, l.number(100)});
+    l.store_to(l.y, l.i, once);
+    l.store_to(l.y, l.i, l.sum(Opcode::kMul32, element, l.number(2)));
+  });
+  EXPECT_EQ(loop.run(), 1u);
+  // x[30] is 210 mod 31 - 9 = 15.
+  EXPECT_EQ(value_of(*loop.arranged, "Main0.once"), "115");
+  EXPECT_EQ(value_of(*loop.arranged, "Main0.y[30]"), "30");
+}
+
 TEST(LoopRuns, MoreRoundsThanAreRunAtOnce) {
   CountedLoop loop(0, 99,
                    [](CountedLoop& l) { l.store_to(l.y, l.i, l.sum(Opcode::kMul32, l.load_from(l.x, l.i), l.i)); });
