@@ -404,8 +404,22 @@ class TaskCompiler {
       if (!block) return;
       instruction.ports = words[3];
       instruction.port_bytes = block->spec->size;
+      const auto between = behind.first(static_cast<std::size_t>(&next - behind.data()));
+      if (leads_to_block(between, next, instruction)) instruction.owed_bytes = owed_bytes(block->block);
       return;
     }
+  }
+  /// Nothing but constants for ports of the block, `next`, lies between, and nobody jumps there: what is in registers
+  /// still is when the block runs.
+  [[nodiscard]] bool leads_to_block(std::span<const LinkedInstruction> between, const LinkedInstruction& next,
+                                    const Instruction& instruction) const {
+    if (plan_ != nullptr || loop_ || targets_.contains(next.position)) return false;
+    return std::all_of(between.begin(), between.end(), [&](const LinkedInstruction& i) {
+      const Operation operation = operation_of(i.op);
+      const std::uint32_t* const words = linked_.data() + i.position;
+      return operation.form == Form::kMove && !targets_.contains(i.position) && instruction.is_port(words[1]) &&
+             words[1] - instruction.ports >= kMostOwedBytes && s_.constant(words[2], bytes_of(operation.type));
+    });
   }
   void translate(const LinkedInstruction& linked, const Instruction& i) {
     const std::uint32_t* const w = i.words;

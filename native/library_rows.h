@@ -46,6 +46,20 @@ enum class Block : std::uint8_t {
   kCountUp,
   kCountDown,
 };
+/// Ports of a block, at its beginning, that its code stores by itself if what is in front left them in registers.
+constexpr std::uint32_t owed_bytes(Block block) {
+  switch (block) {
+    case Block::kSetDominant:
+    case Block::kResetDominant:
+      return 0;
+    case Block::kCountUp:
+    case Block::kCountDown:
+      return 2;
+    default:
+      return 1;
+  }
+}
+inline constexpr std::uint32_t kMostOwedBytes = 2;
 struct BlockRow {
   Block block;
   const stdlib::BlockSpec* spec;

@@ -100,6 +100,12 @@ std::uint32_t RecordRegisters::take() {
   return numbers_[best];
 }
 
+bool RecordRegisters::keep(std::uint32_t number) {
+  if (std::find(numbers_.begin(), numbers_.end(), number) == numbers_.end()) return false;
+  slot(number) = {true, kNever, 0};
+  return true;
+}
+
 void RecordRegisters::hold(std::uint32_t number, std::uint32_t operand, std::uint32_t next) {
   forget(operand);
   if (std::find(numbers_.begin(), numbers_.end(), number) != numbers_.end()) slot(number) = {false, next, operand};

@@ -53,6 +53,8 @@ class RecordRegisters {
   /// One for a temporary value: free, or that of the output that waits longest.
   std::uint32_t take();
   void give_back(std::uint32_t number) { slot(number) = {}; }
+  /// The register stays taken to the end, whatever it held. False when it is none of these.
+  bool keep(std::uint32_t number);
   /// A taken one, or one whose value was there before the run, holds a variable from now on. Others that are not among
   /// its numbers, as those that loops keep, are not noted.
   void hold(std::uint32_t number, std::uint32_t operand, std::uint32_t next);

@@ -29,8 +29,10 @@ struct Instruction {
   std::uint32_t position = 0;
   Operation operation;
   std::uint32_t ports = 0, port_bytes = 0;  ///< of a block that runs soon behind it
+  std::uint32_t owed_bytes = 0;             ///< of its ports: the first ones, which the block may store by itself
   Known known{};
   [[nodiscard]] bool is_port(std::uint32_t out) const { return out - ports < port_bytes; }
+  [[nodiscard]] bool may_owe(std::uint32_t out) const { return out - ports < owed_bytes; }
 };
 
 /// Moves, arithmetic, comparisons, parts of integers, elements of arrays.

@@ -143,7 +143,7 @@ void Assembly::store_change(std::uint32_t operand, unsigned bytes, std::int32_t 
   if (held_.operand == operand) forget();
   const x86::Mem to = at(operand, bytes);
   // WHY through a register: a comparison of memory with a constant is no one step with the jump behind it.
-  const std::uint32_t known = held_.reg == reg::kDx ? reg::kCx : reg::kDx;
+  const std::uint32_t known = unused();
   if (bytes < 4) {
     a.emit(x86::Inst::kIdMovsx, gp(known, 4), to);
   } else {
@@ -155,6 +155,22 @@ void Assembly::store_change(std::uint32_t operand, unsigned bytes, std::int32_t 
     a.cmp(gp(known, bytes == 8 ? 8 : 4), value);
   }
   store_if_not_equal(to, asmjit::imm(value));
+}
+std::optional<std::uint32_t> Assembly::take_owed(std::uint32_t operand) {
+  const auto owed =
+      std::find_if(owed_.begin(), owed_.end(), [operand](const HeldBit& bit) { return bit.operand == operand; });
+  if (owed == owed_.end()) return std::nullopt;
+  const std::uint32_t number = owed->number;
+  owed_.erase(owed);
+  return number;
+}
+std::uint32_t Assembly::unused() const {
+  // One more than may be held and owed.
+  constexpr std::uint32_t kAny[] = {reg::kDx, reg::kCx, reg::kSi, reg::kDi};
+  return *std::find_if(std::begin(kAny), std::prev(std::end(kAny)), [this](std::uint32_t number) {
+    return held_.reg != number &&
+           std::none_of(owed_.begin(), owed_.end(), [number](const HeldBit& bit) { return bit.number == number; });
+  });
 }
 void Assembly::store_if_not_equal(const x86::Mem& to, const asmjit::Operand& value) {
   const asmjit::Label changed = label();

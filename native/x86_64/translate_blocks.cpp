@@ -2,7 +2,9 @@
 // the step of its row does, byte by byte, whatever its ports and states hold.
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <string_view>
+#include <vector>
 
 #include "core/types.h"
 #include "native/library_rows.h"
@@ -37,12 +39,24 @@ class Ports {
   std::uint32_t operand_;
 };
 
+/// The input at `operand`, extended. True when it is not stored yet.
+bool load_input(Assembly& s, std::uint32_t to, std::uint32_t operand) {
+  if (const auto owed = s.take_owed(operand)) {
+    s.forget();
+    s.a.movzx(gp(to, 4), gp(*owed, 1));
+    return true;
+  }
+  s.load_extended(to, operand, Type::kU8);
+  return false;
+}
+
 // ---- edges and bistables
 
 /// M is the input, negated for F_TRIG: only a change of it can make Q TRUE.
 void edge(Assembly& s, const Ports& p, bool rising) {
   const asmjit::Label changed = s.a.newLabel();
   const asmjit::Label done = s.a.newLabel();
+  if (const auto owed = s.take_owed(p.operand("CLK"))) s.store(p.operand("CLK"), 1, *owed);
   s.load(reg::kAx, p.operand("CLK"), 1);
   if (!rising) s.a.xor_(x86::al, 1);
   s.a.cmp(x86::al, p.bit("M"));
@@ -177,6 +191,12 @@ static_assert(offsetof(TimerPorts, q) - offsetof(TimerPorts, in) < 4 &&
 
 /// to = without + IN * (with - without), of four or eight bytes.
 void choose(Assembly& s, const x86::Gp& to, const x86::Gp& in, std::int32_t without, std::int32_t with) {
+  if (without == -1 && with == 0) return static_cast<void>(s.a.lea(to, x86::ptr(in, -1)));
+  if (without == 0 && with == -1) {
+    s.a.mov(to, in);
+    s.a.neg(to);
+    return;
+  }
   s.a.imul(to, in, static_cast<std::int32_t>(static_cast<std::uint32_t>(with) - static_cast<std::uint32_t>(without)));
   if (without != 0) s.a.add(to, without);
 }
@@ -195,7 +215,7 @@ void timer(Assembly& s, const Ports& p, const Steady& steady, std::function<void
   };
   const asmjit::Label changes = s.a.newLabel();
   const asmjit::Label end = s.a.newLabel();
-  s.load_extended(reg::kCx, first, Type::kU8);
+  const bool owed = load_input(s, reg::kCx, first);
   choose(s, x86::edx, x86::ecx, pattern(0), pattern(1));
   s.a.cmp(x86::edx, s.at(first, 4));
   s.a.jne(changes);
@@ -208,8 +228,9 @@ void timer(Assembly& s, const Ports& p, const Steady& steady, std::function<void
   if (!steady.q[1]) s.a.xor_(x86::ecx, x86::ecx);
   s.land(end);
   s.hold(p.operand("Q"), reg::kCx);
-  s.aside([&s, p, step, changes, end] {
+  s.aside([&s, p, step, changes, end, owed] {
     s.a.bind(changes);
+    if (owed) s.a.mov(p.bit("IN"), x86::cl);
     step();
     s.a.movzx(x86::ecx, p.bit("Q"));
     s.a.jmp(end);
@@ -221,7 +242,9 @@ void timer(Assembly& s, const Ports& p, const Steady& steady, std::function<void
 using CountUp = stdlib::fb::Ctu<core::TypeId::kInt>::Ports;
 using CountDown = stdlib::fb::Ctd<core::TypeId::kInt>::Ports;
 static_assert(offsetof(CountUp, r) == offsetof(CountUp, cu) + 1 &&
-              offsetof(CountDown, ld) == offsetof(CountDown, cd) + 1);
+              offsetof(CountUp, cu_m) == offsetof(CountUp, cu) + 3 &&
+              offsetof(CountDown, ld) == offsetof(CountDown, cd) + 1 &&
+              offsetof(CountDown, cd_m) == offsetof(CountDown, cd) + 3);
 
 /// CTU: up, Q when CV has reached PV. CTD: down, Q when CV is not above 0. Neither passes the end of its type.
 void counter(Assembly& s, const Ports& p, core::Rep rep, bool up) {
@@ -229,6 +252,7 @@ void counter(Assembly& s, const Ports& p, core::Rep rep, bool up) {
   const bool with_sign =
       rep == core::Rep::kI8 || rep == core::Rep::kI16 || rep == core::Rep::kI32 || rep == core::Rep::kI64;
   const char* const edge = up ? "CU" : "CD";
+  const char* const reset = up ? "R" : "LD";
   const char* const memory = up ? "CU_M" : "CD_M";
   const x86::Gp count = gp(reg::kAx, bytes);
   const auto load_value = [&s, bytes](unsigned to, const x86::Mem& from) {
@@ -240,12 +264,35 @@ void counter(Assembly& s, const Ports& p, core::Rep rep, bool up) {
   };
   const asmjit::Label counts = s.a.newLabel();
   const asmjit::Label counted = s.a.newLabel();
-  // Nothing to count is what there is to do mostly: R or LD is FALSE, and the input as it was.
-  s.a.movzx(x86::ecx, s.at(p.operand(edge), 2));
-  s.a.movzx(x86::edx, p.bit(memory));
-  load_value(reg::kAx, p.value("CV", bytes));
-  s.a.cmp(x86::ecx, x86::edx);
+  // Nothing to count is what there is to do mostly: R or LD is FALSE, and the input as it was. The first four bytes say
+  // so together, whatever Q is among them.
+  const auto owed_edge = s.take_owed(p.operand(edge));
+  const auto owed_reset = s.take_owed(p.operand(reset));
+  s.forget();
+  std::vector<std::uint32_t> unused = {reg::kAx, reg::kDx, reg::kSi, reg::kCx};
+  std::erase_if(unused, [&](std::uint32_t number) { return number == owed_edge || number == owed_reset; });
+  const auto input = [&](std::optional<std::uint32_t> owed, std::string_view port) {
+    const std::uint32_t number = owed ? *owed : unused.back();
+    if (owed) {
+      s.a.movzx(gp(number, 4), gp(number, 1));
+    } else {
+      s.a.movzx(gp(number, 4), p.bit(port));
+      unused.pop_back();
+    }
+    return number;
+  };
+  const std::uint32_t in = input(owed_edge, edge);
+  const std::uint32_t back = input(owed_reset, reset);
+  const x86::Gp expected = gp(unused[0], 4);
+  const x86::Gp found = gp(unused[1], 4);
+  s.a.mov(found, s.at(p.operand(edge), 4));
+  s.a.imul(expected, gp(in, 4), 0x0100'0001);
+  s.a.shl(gp(back, 4), 16);
+  s.a.and_(found, 0xff00'ffff);
+  s.a.or_(expected, gp(back, 4));
+  s.a.cmp(expected, found);
   s.a.jne(counts);
+  load_value(reg::kAx, p.value("CV", bytes));
   s.land(counted);
   if (up) {
     s.a.cmp(count, p.value("PV", bytes));
@@ -255,9 +302,15 @@ void counter(Assembly& s, const Ports& p, core::Rep rep, bool up) {
     s.a.set(with_sign ? x86::CondCode::kLE : x86::CondCode::kE, x86::al);
   }
   s.store(p.operand("Q"), 1, reg::kAx);
-  s.aside([&s, p, bytes, with_sign, up, memory, count, load_value, counts, counted] {
+  s.aside([&s, p, bytes, with_sign, up, edge, reset, memory, count, in, back, load_value, counts, counted] {
     const unsigned wide = bytes == 8 ? 8 : 4;
     s.a.bind(counts);
+    s.a.shr(gp(back, 4), 16);
+    s.a.mov(p.bit(edge), gp(in, 1));
+    s.a.mov(p.bit(reset), gp(back, 1));
+    if (in != reg::kCx) s.a.mov(x86::ecx, gp(in, 4));
+    s.a.movzx(x86::edx, p.bit(memory));
+    load_value(reg::kAx, p.value("CV", bytes));
     s.a.mov(p.bit(memory), x86::cl);
     s.a.cmp(x86::cl, x86::dl);
     s.a.seta(x86::cl);
@@ -270,7 +323,7 @@ void counter(Assembly& s, const Ports& p, core::Rep rep, bool up) {
     } else {
       load_value(reg::kDx, p.value("PV", bytes));
     }
-    s.a.cmp(p.bit(up ? "R" : "LD"), 0);
+    s.a.cmp(p.bit(reset), 0);
     s.a.cmovne(gp(reg::kAx, wide), gp(reg::kDx, wide));
     s.a.mov(p.value("CV", bytes), count);
     s.a.jmp(counted);

@@ -264,6 +264,9 @@ void move(Assembly& s, const Instruction& i) {
   if (i.is_port(i.words[1]) && s.constant(i.words[2], bytes)) {
     const asmjit::Operand value = s.value(i.words[2], bytes);
     if (value.isImm()) return s.store_change(i.words[1], bytes, value.as<asmjit::Imm>().valueAs<std::int32_t>());
+    const std::uint32_t number = s.unused();
+    s.a.mov(gp(number, 8), *s.constant(i.words[2], bytes));
+    return s.store_change(i.words[1], bytes, number);
   }
   // A real in its register may be moved as an integer, which is what most moves are.
   for (const Type real_type : {Type::kF32, Type::kF64}) {

@@ -205,7 +205,9 @@ const std::uint32_t* copied(const BooleanExpression& e, const Record& record, co
   return copies ? registers.holder(record.in[e.input]) : nullptr;
 }
 
-void translate(Assembly& s, const Instruction& i, std::span<const Record> records, BooleanExpressions& expressions) {
+/// `last`: no others of the run behind them.
+void translate(Assembly& s, const Instruction& i, std::span<const Record> records, bool last,
+               BooleanExpressions& expressions) {
   const std::span<const std::uint32_t> numbers(kRegisters, s.in_loop() ? kRegistersInLoops : std::size(kRegisters));
   RecordRegisters registers(numbers,
                             [&s](std::uint32_t number, std::uint32_t operand) { s.store(operand, 1, number); });
@@ -216,7 +218,10 @@ void translate(Assembly& s, const Instruction& i, std::span<const Record> record
     const std::uint32_t* const same = copied(e, r, registers);
     const std::uint32_t value = same != nullptr ? *same : Evaluation(s, registers, r).value(e);
     for (unsigned k = 0; k < r.inputs; ++k) registers.read(r.in[k], r.next[k]);
-    if (!registers.hold_out(value, r)) {
+    if (last && i.may_owe(r.out) && r.next_of_out == kNever && !r.is_overwritten && registers.keep(value)) {
+      s.forget();
+      s.owe(r.out, value);
+    } else if (!registers.hold_out(value, r)) {
       s.forget();
     } else if (i.is_port(r.out)) {
       // Blocks that do nothing see so in what their ports hold together, unless one was just written.
@@ -231,7 +236,11 @@ void translate(Assembly& s, const Instruction& i, std::span<const Record> record
 }  // namespace
 
 void translate_records(Assembly& s, const Instruction& i, const std::uint32_t* code, BooleanExpressions& expressions) {
-  visit_records(i, code, [&](std::span<const Record> records) { translate(s, i, records, expressions); });
+  std::size_t left = i.words[1];
+  visit_records(i, code, [&](std::span<const Record> records) {
+    left -= records.size();
+    translate(s, i, records, left == 0, expressions);
+  });
 }
 
 }  // namespace plc::native
