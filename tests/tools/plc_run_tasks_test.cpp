@@ -124,7 +124,11 @@ TEST_P(FaultOfOneTask, LeavesTheOthersAloneAndItsOutputsSafe) {
     options.insert(options.end(), {"--watch", variable});
   }
   options.insert(options.end(), trouble.options.begin(), trouble.options.end());
-  const ToolResult result = run(plant(trouble.body), trouble.toml, options);
+  ToolResult result = run(plant(trouble.body), trouble.toml, options);
+  // A machine that stands still for an interval makes such a fault by itself, before the bad scan: then once more.
+  for (int more = 3; more > 0 && contains(result.err, trouble.code) && cycles(result.out, "Bad") < 11; --more) {
+    result = run(plant(trouble.body), trouble.toml, options);
+  }
   if (contains(result.err, "P7604")) GTEST_SKIP() << "priority ceilings need real-time priorities, and there are none";
   EXPECT_EQ(result.code, 1) << result.all();
   // What happened, where: code, task, file and line, POU.
