@@ -43,6 +43,7 @@ class Assembly final : public Emitter {
   a64::Mem at(std::uint32_t operand, unsigned bytes);
   /// Address of an operand's place.
   void address(const a64::Gp& to, std::uint32_t operand);
+  using Emitter::constant;
   void constant(const a64::Gp& to, std::uint64_t value);
   /// The first (0) or another register that holds no value.
   [[nodiscard]] std::uint32_t free(std::uint32_t n) const;
