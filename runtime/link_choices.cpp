@@ -6,6 +6,7 @@
 #include <span>
 #include <utility>
 
+#include "runtime/link_operand.h"
 #include "runtime/operations.h"
 #include "runtime/value_runs.h"
 
@@ -14,6 +15,8 @@ namespace {
 
 /// What both branches compute and what is chosen is at most that much: a jump that is predicted costs less than more.
 constexpr std::size_t kMostComputed = 4, kMostChosen = 4;
+/// Of a loop that is copied: in longer rounds one jump costs little.
+constexpr std::size_t kMostInstructions = 256;
 
 struct JumpForm {
   std::uint32_t target = 0;              ///< its word that is the target
@@ -42,23 +45,6 @@ std::optional<JumpForm> jump_form(ResolvedOp op) {
   }
 }
 
-ResolvedOp selection_of(std::uint32_t bytes) {
-  return bytes == 1   ? ResolvedOp::kSelect8
-         : bytes == 2 ? ResolvedOp::kSelect16
-         : bytes == 4 ? ResolvedOp::kSelect32
-                      : ResolvedOp::kSelect64;
-}
-
-/// Bytes from an operand on.
-struct Range {
-  std::uint32_t operand = 0;
-  std::uint32_t bytes = 0;
-  friend bool operator==(const Range&, const Range&) = default;
-};
-bool overlap(const Range& a, const Range& b) {
-  return a.operand < b.operand + b.bytes && b.operand < a.operand + a.bytes;
-}
-
 /// An IF: instructions from..to of each branch, the one behind it.
 struct Choice {
   std::size_t first[2] = {}, last[2] = {};  ///< where the jump is not taken, where it is taken
@@ -72,6 +58,7 @@ class ChoiceLinker {
 
   void link(const LinkedLoop& loop) {
     if (words_[loop.position + 1] != loop.position + 2) return;  // runs instruction by instruction
+    if (loop.last - loop.first > kMostInstructions) return;
     addressing_ = loop.addressing;
     const auto list = std::span(code_.instructions);
     for (std::size_t i = loop.first; i <= loop.last; ++i) {
@@ -163,8 +150,8 @@ class ChoiceLinker {
   }
 
   /// What is written is the same bytes as what else is used, or other bytes; the condition is only read.
-  [[nodiscard]] bool is_plain(const Choice& choice, const Range& condition) const {
-    std::vector<Range> written, all{condition};
+  [[nodiscard]] bool is_plain(const Choice& choice, const OperandRange& condition) const {
+    std::vector<OperandRange> written, all{condition};
     for (int branch = 0; branch < 2; ++branch) {
       for (std::size_t i = choice.first[branch]; i != choice.last[branch]; ++i) {
         const ValueOp& op = *value_op(code_.instructions[i].op);
@@ -173,9 +160,9 @@ class ChoiceLinker {
       }
     }
     all.insert(all.end(), written.begin(), written.end());
-    return std::all_of(written.begin(), written.end(), [&](const Range& range) {
-      return !overlap(range, condition) && std::all_of(all.begin(), all.end(), [&](const Range& other) {
-        return range == other || !overlap(range, other);
+    return std::all_of(written.begin(), written.end(), [&](const OperandRange& range) {
+      return !range.overlaps(condition) && std::all_of(all.begin(), all.end(), [&](const OperandRange& other) {
+        return range == other || !range.overlaps(other);
       });
     });
   }
@@ -201,7 +188,7 @@ class ChoiceLinker {
 
   bool convert(std::size_t at, const Choice& choice) {
     const JumpForm form = *jump_form(code_.instructions[at].op);
-    const Range condition{word(at, form.condition), 1};
+    const OperandRange condition{word(at, form.condition), 1};
     if (!is_plain(choice, condition)) return false;
     std::map<std::uint32_t, std::uint32_t> chosen;  // bytes by operand
     for (int branch = 0; branch < 2; ++branch) {
@@ -229,7 +216,7 @@ class ChoiceLinker {
         const auto value = now[taken ? 1 : 0].find(operand);
         return value == now[taken ? 1 : 0].end() ? operand : value->second;
       };
-      put(selection_of(bytes));
+      put(of_size(ResolvedOp::kSelect8, bytes));
       // As CALL_STD: kernel (2) and number of arguments, which nobody reads.
       words_.insert(words_.end(), {0, 0, 3, operand, condition.operand, of(!form.when), of(form.when)});
     }

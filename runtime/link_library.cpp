@@ -1,9 +1,9 @@
 #include "runtime/link_library.h"
 
-#include <bit>
 #include <string_view>
 
 #include "core/types.h"
+#include "runtime/link_operand.h"
 
 namespace plc::runtime {
 namespace {
@@ -17,12 +17,6 @@ ResolvedOp of_rep(ResolvedOp first, core::Rep rep) {
 static_assert(static_cast<std::uint32_t>(ResolvedOp::kMinF64) - static_cast<std::uint32_t>(ResolvedOp::kMinI8) ==
               static_cast<std::uint32_t>(core::Rep::kF64) - static_cast<std::uint32_t>(core::Rep::kI8));
 
-/// The instruction of a family with one for each size.
-ResolvedOp of_size(ResolvedOp first, core::Rep rep) {
-  return static_cast<ResolvedOp>(static_cast<unsigned>(first) +
-                                 static_cast<unsigned>(std::countr_zero(core::rep_bytes(rep))));
-}
-
 }  // namespace
 
 ResolvedOp library_op(const stdlib::Overload& overload, std::uint32_t arguments, bool known_places) {
@@ -30,12 +24,12 @@ ResolvedOp library_op(const stdlib::Overload& overload, std::uint32_t arguments,
   if (rep > core::Rep::kF64) return ResolvedOp::kCallStd;
   const std::string_view name = overload.spec->name;
   if (known_places && overload.t != core::TypeId::kBool) {
-    if (name == "SHL") return of_size(ResolvedOp::kShl8, rep);
-    if (name == "SHR") return of_size(ResolvedOp::kShr8, rep);
-    if (name == "ROL") return of_size(ResolvedOp::kRol8, rep);
-    if (name == "ROR") return of_size(ResolvedOp::kRor8, rep);
+    if (name == "SHL") return of_size(ResolvedOp::kShl8, core::rep_bytes(rep));
+    if (name == "SHR") return of_size(ResolvedOp::kShr8, core::rep_bytes(rep));
+    if (name == "ROL") return of_size(ResolvedOp::kRol8, core::rep_bytes(rep));
+    if (name == "ROR") return of_size(ResolvedOp::kRor8, core::rep_bytes(rep));
   }
-  if (name == "SEL") return of_size(ResolvedOp::kSelect8, rep);
+  if (name == "SEL") return of_size(ResolvedOp::kSelect8, core::rep_bytes(rep));
   if (name == "LIMIT") return of_rep(ResolvedOp::kLimitI8, rep);
   if (name == "MIN" && arguments == 2) return of_rep(ResolvedOp::kMinI8, rep);
   if (name == "MAX" && arguments == 2) return of_rep(ResolvedOp::kMaxI8, rep);

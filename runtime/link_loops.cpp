@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "runtime/link_operand.h"
 #include "runtime/loop_run.h"
 #include "runtime/operations.h"
 #include "runtime/value_runs.h"
@@ -23,16 +24,6 @@ constexpr std::int64_t kMostFactor = 1 << 20;
 constexpr std::size_t kMostInstructions = 64;
 
 constexpr std::uint32_t kNoStream = 0xffffffffu;
-
-/// Bytes from an operand on.
-struct Range {
-  std::uint32_t operand = 0;
-  std::uint64_t bytes = 0;
-  [[nodiscard]] bool overlaps(const Range& other) const {
-    return operand < other.operand + other.bytes && other.operand < operand + bytes;
-  }
-  friend bool operator==(const Range&, const Range&) = default;
-};
 
 /// constant + factor * control variable + the sum of factor * variable, modulo its size.
 struct Affine {
@@ -55,7 +46,7 @@ struct Index {
 
 /// One access to an element.
 struct Element {
-  Range array;              ///< every element that the indices can name
+  OperandRange array;       ///< every element that the indices can name
   std::uint32_t bytes = 0;  ///< of the element
   std::vector<Index> indices;
   bool write = false;
@@ -67,8 +58,8 @@ struct Step {
   const stdlib::Overload* function = nullptr;  ///< a call
   std::optional<Element> element;              ///< a move from or to an element
   std::uint32_t position = 0;
-  Range out;              ///< none when it stores an element
-  std::vector<Range> in;  ///< without indices
+  OperandRange out;              ///< none when it stores an element
+  std::vector<OperandRange> in;  ///< without indices
   stdlib::Kernel kernel = nullptr;
 };
 
@@ -104,13 +95,6 @@ std::optional<std::uint32_t> scalar_bytes(core::TypeId type) {
 std::optional<unsigned> number_in(ResolvedOp op, ResolvedOp first, unsigned count) {
   const auto number = static_cast<unsigned>(op) - static_cast<unsigned>(first);
   return op >= first && number < count ? std::optional(number) : std::nullopt;
-}
-
-ResolvedOp move_of(std::uint32_t bytes) {
-  return bytes == 1   ? ResolvedOp::kMove8
-         : bytes == 2 ? ResolvedOp::kMove16
-         : bytes == 4 ? ResolvedOp::kMove32
-                      : ResolvedOp::kMove64;
 }
 
 /// One loop. Each of its steps says no by returning false.
@@ -210,7 +194,7 @@ class LoopLinker {
       element.array.bytes += std::uint64_t{index.count == 0 ? 0 : index.count - 1} * index.stride;
       element.indices.push_back(std::move(index));
     }
-    const Range value{word(instruction, 1), element.bytes};
+    const OperandRange value{word(instruction, 1), element.bytes};
     if (element.write) {
       step.in = {value};
     } else {
@@ -237,14 +221,14 @@ class LoopLinker {
 
   // ---- variables
 
-  [[nodiscard]] bool is_written(const Range& range) const {
+  [[nodiscard]] bool is_written(const OperandRange& range) const {
     return std::any_of(steps_.begin(), steps_.end(), [&](const Step& s) { return s.out.overlaps(range); }) ||
            result_.overlaps(range);
   }
   /// Variables are the same bytes or other bytes; none lies in an array, unless both are only read; the loop counts
   /// with what it does not change.
   [[nodiscard]] bool check_variables() const {
-    std::vector<Range> all = counted_;
+    std::vector<OperandRange> all = counted_;
     all.push_back(result_);
     for (const Step& step : steps_) {
       if (step.out.bytes != 0) all.push_back(step.out);
@@ -254,16 +238,17 @@ class LoopLinker {
         all.push_back({index.number.terms[0].operand, index.number.bytes});
       }
     }
-    for (const Range& range : all) {
+    for (const OperandRange& range : all) {
       const bool written = is_written(range) || range.overlaps(counted_[0]);
-      for (const Range& other : all) {
+      for (const OperandRange& other : all) {
         if (written && range.overlaps(other) && !(range == other)) return false;
       }
       for (const Step& step : steps_) {
         if (step.element && (written || step.element->write) && step.element->array.overlaps(range)) return false;
       }
     }
-    return std::none_of(counted_.begin(), counted_.end(), [this](const Range& range) { return is_written(range); }) &&
+    return std::none_of(counted_.begin(), counted_.end(),
+                        [this](const OperandRange& range) { return is_written(range); }) &&
            !(counted_[0] == counted_[1]) && !(counted_[0] == counted_[2]);
   }
 
@@ -315,7 +300,7 @@ class LoopLinker {
     }
     return true;
   }
-  [[nodiscard]] std::optional<Affine> number_of(const Range& range) const {
+  [[nodiscard]] std::optional<Affine> number_of(const OperandRange& range) const {
     Affine number;
     number.bytes = static_cast<std::uint32_t>(range.bytes);
     if (range == counted_[0]) {
@@ -399,14 +384,14 @@ class LoopLinker {
 
   // ---- records
 
-  [[nodiscard]] std::size_t readers_of(const Range& range) const {
+  [[nodiscard]] std::size_t readers_of(const OperandRange& range) const {
     std::size_t readers = 0;
     for (const Step& step : steps_) {
       bool reads = std::find(step.in.begin(), step.in.end(), range) != step.in.end();
       if (step.element) {
         for (const Index& index : step.element->indices) {
           reads = reads || std::any_of(index.number.terms.begin(), index.number.terms.end(), [&](const auto& term) {
-                    return Range{term.operand, index.number.bytes}.overlaps(range);
+                    return OperandRange{term.operand, index.number.bytes}.overlaps(range);
                   });
         }
       }
@@ -414,13 +399,13 @@ class LoopLinker {
     }
     return readers;
   }
-  [[nodiscard]] std::size_t writers_of(const Range& range) const {
+  [[nodiscard]] std::size_t writers_of(const OperandRange& range) const {
     return static_cast<std::size_t>(
         std::count_if(steps_.begin(), steps_.end(), [&](const Step& s) { return s.out == range; }) +
         (result_ == range ? 1 : 0));
   }
   /// Whether somebody reads what `from` left there.
-  [[nodiscard]] bool is_read_behind(const Range& range, std::size_t from) const {
+  [[nodiscard]] bool is_read_behind(const OperandRange& range, std::size_t from) const {
     for (std::size_t i = from; i < steps_.size(); ++i) {
       if (std::find(steps_[i].in.begin(), steps_[i].in.end(), range) != steps_[i].in.end()) return true;
       if (steps_[i].out == range) return false;
@@ -456,7 +441,7 @@ class LoopLinker {
   }
 
   /// What `step`, number `at`, reads at `range`.
-  std::optional<std::uint32_t> input(const Range& range, std::size_t at) {
+  std::optional<std::uint32_t> input(const OperandRange& range, std::size_t at) {
     if (range == counted_[0]) {
       if (counter_ == kNoStream) {
         counter_ = new_value(range.bytes);
@@ -483,7 +468,7 @@ class LoopLinker {
     for (std::size_t i = 0; i < steps_.size(); ++i) {
       const Step& step = steps_[i];
       std::vector<std::uint32_t> in;
-      for (const Range& range : step.in) {
+      for (const OperandRange& range : step.in) {
         const auto stream = input(range, i);
         if (!stream) return false;
         in.push_back(*stream);
@@ -506,7 +491,7 @@ class LoopLinker {
   }
   void put_element(const Step& step, std::size_t at, const std::vector<std::uint32_t>& in) {
     const Element& element = *step.element;
-    const StreamRun move = value_op(move_of(element.bytes))->stream;
+    const StreamRun move = value_op(of_size(ResolvedOp::kMove8, element.bytes))->stream;
     if (element.write) {
       const bool keeps =
           std::none_of(steps_.begin() + static_cast<std::ptrdiff_t>(at) + 1, steps_.end(), [&](const Step& other) {
@@ -712,8 +697,8 @@ class LoopLinker {
   bool wide_ = false, down_ = false;
   std::uint32_t control_ = 0, step_ = 0, limit_ = 0;  ///< operands
   std::uint32_t head_ = 0, end_ = 0, jump_ = 0;       ///< positions
-  std::vector<Range> counted_;                        ///< control variable, step, limit
-  Range result_;                                      ///< of the comparison
+  std::vector<OperandRange> counted_;                 ///< control variable, step, limit
+  OperandRange result_;                               ///< of the comparison
   std::vector<Step> steps_;
   std::map<std::uint32_t, Affine> numbers_;     ///< of variables, at this step of a round
   std::map<std::uint32_t, std::uint32_t> now_;  ///< streams of variables that the round has written

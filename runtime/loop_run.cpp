@@ -37,26 +37,13 @@ struct Rounds {
   bool all = true;  ///< the last one is the loop's last one, which takes no jump
 };
 
-void copy_value(std::byte* to, const std::byte* from, std::uint32_t bytes) noexcept {
-  switch (bytes) {
-    case 1:
-      return store(to, load<std::uint8_t>(from));
-    case 2:
-      return store(to, load<std::uint16_t>(from));
-    case 4:
-      return store(to, load<std::uint32_t>(from));
-    default:
-      return store(to, load<std::uint64_t>(from));
-  }
-}
-
 /// Sets what the last of `count` rounds leaves in variables; `last` is behind the records. RT.
 template <Addressing kAddressing>
 void finish(const Machine& m, std::uint32_t instance, const std::uint32_t* words, const std::uint32_t* last,
             const Stream* streams, std::uint32_t count) noexcept {
   for (std::uint32_t i = words[LoopWords::kLastValues]; i != 0; --i, last += kLastValueWords) {
     const Stream& from = streams[last[1]];
-    copy_value(place<kAddressing>(m.table, instance, last[0]), from.at + from.step * (count - 1), last[2]);
+    pass(place<kAddressing>(m.table, instance, last[0]), from.at + from.step * (count - 1), last[2], 0);
   }
   for (std::uint32_t i = words[LoopWords::kLastComputed]; i != 0; --i, last += kLastComputedWords + last[2]) {
     load_pointer<ValueRun>(last)(m.table, instance, last + kLastComputedWords, 1);

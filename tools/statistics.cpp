@@ -79,7 +79,7 @@ void print_link_report(const runtime::Resource& resource, std::ostream& out) {
                        program.table().layout().total, report.code_bytes, report.short4_records, report.short5_records,
                        report.wide_records, report.mixed_records)
         << fmt::format(
-               "task {}: the interpreter runs {} instructions in {} runs, {} loops by instructions, {} IFs by choice\n",
+               "task {}: the interpreter runs {} instructions in {} runs, {} loops by instructions, {} IFs both ways\n",
                name, report.arranged, report.runs, report.loops, report.choices);
   }
 }
