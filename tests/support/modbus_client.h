@@ -118,7 +118,7 @@ class ModbusClient {
     }
     return true;
   }
-  Answer receive(int timeout_ms = 3000) {
+  Answer receive(int timeout_ms = 15'000) {
     const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(timeout_ms);
     for (;;) {
       if (received_.size() >= 7) {
@@ -134,7 +134,7 @@ class ModbusClient {
       received_.insert(received_.end(), chunk, chunk + n);
     }
   }
-  Answer ask(const Pdu& pdu, std::uint32_t transaction = 7, std::uint8_t unit = 1, int timeout_ms = 3000) {
+  Answer ask(const Pdu& pdu, std::uint32_t transaction = 7, std::uint8_t unit = 1, int timeout_ms = 15'000) {
     if (!send(frame_of(pdu, transaction, unit))) return {Answer::Kind::kClosed, 0, 0, {}};
     return receive(timeout_ms);
   }

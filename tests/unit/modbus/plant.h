@@ -159,7 +159,7 @@ class PlantServer {
   /// Whether a new client is answered rightly within a second.
   [[nodiscard]] bool serves() const {
     ModbusClient fresh = client();
-    const Answer answer = fresh.ask(pdu_of(3, {kWords, 1}), 99, 1, 1000);
+    const Answer answer = fresh.ask(pdu_of(3, {kWords, 1}), 99, 1, 10'000);
     return answer.is_normal() && answer.transaction == 99 && answer.pdu.size() == 4;
   }
 

@@ -27,7 +27,7 @@ const Pdu kRead = pdu_of(3, {kWords, 1});
 
 /// Waits until `done`, at most `limit`.
 template <class Done>
-bool eventually(Done done, std::chrono::milliseconds limit = 3000ms) {
+bool eventually(Done done, std::chrono::milliseconds limit = 15'000ms) {
   const auto end = Clock::now() + limit;
   while (!done()) {
     if (Clock::now() > end) return false;
@@ -137,7 +137,8 @@ TEST(ModbusWire, A2ProtocolId) {
 }
 
 TEST(ModbusWire, A3SlowLoris) {
-  PlantServer plant(timeouts(400'000'000));
+  // A frame has two seconds and is sent in a quarter of one: a machine that stands still for a while fails nothing.
+  PlantServer plant(timeouts(2'000'000'000));
   ModbusClient half_header = plant.client(), half_frame = plant.client(), silent = plant.client(),
                slow = plant.client();
   const Pdu frame = frame_of(kRead, 3);
@@ -149,25 +150,25 @@ TEST(ModbusWire, A3SlowLoris) {
     EXPECT_TRUE(plant.serves());
   }
   EXPECT_TRUE(slow.receive().is_normal()) << "slow, but within the time a frame has";
-  EXPECT_TRUE(half_header.receive(1500).is_closed());
-  EXPECT_TRUE(half_frame.receive(1500).is_closed());
+  EXPECT_TRUE(half_header.receive(10'000).is_closed());
+  EXPECT_TRUE(half_frame.receive(10'000).is_closed());
   EXPECT_TRUE(silent.ask(kRead).is_normal()) << "a connection without a frame may be silent";
   EXPECT_EQ(plant.server.statistics().dropped, 2u);
   // One byte now and then does not buy more time.
   ModbusClient drip = plant.client();
-  const auto begin = Clock::now();
-  for (std::size_t i = 0; i + 1 < frame.size() && drip.receive(150).is_timeout(); ++i) drip.send({frame[i]});
-  EXPECT_LT(Clock::now() - begin, 1200ms);
+  std::size_t sent = 0;
+  while (sent + 1 < frame.size() && drip.receive(500).is_timeout()) drip.send({frame[sent++]});
+  EXPECT_LT(sent + 1, frame.size()) << "still connected after five seconds";
 }
 
 TEST(ModbusWire, A3IdleConnectionsAreClosedOnlyWhenAsked) {
-  PlantServer plant(timeouts(5'000'000'000, 300'000'000));
+  PlantServer plant(timeouts(5'000'000'000, 1'500'000'000));
   ModbusClient busy = plant.client(), idle = plant.client();
   for (int i = 0; i < 10; ++i) {
     EXPECT_TRUE(busy.ask(kRead).is_normal());
-    std::this_thread::sleep_for(60ms);
+    std::this_thread::sleep_for(200ms);
   }
-  EXPECT_TRUE(idle.receive(1000).is_closed());
+  EXPECT_TRUE(idle.receive(10'000).is_closed());
   EXPECT_TRUE(busy.ask(kRead).is_normal());
 }
 
