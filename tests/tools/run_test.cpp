@@ -176,7 +176,7 @@ TEST(Run, StopsInGoodOrderOnSignals) {
 }
 
 TEST(Run, ShowsWhatChangesWithoutATerminal) {
-  const auto result = run_tool({PLC_RUN_TOOL, tank(), "--stimulus", tank_stimulus(), "--duration", "1200ms", "--watch",
+  const auto result = run_tool({PLC_RUN_TOOL, tank(), "--stimulus", tank_stimulus(), "--duration", "4s", "--watch",
                                 "Running", "--watch", "Sequence.StepA"});
   ASSERT_EQ(result.code, 0) << result.err;
   EXPECT_NE(result.out.find("Running=0"), std::string::npos) << result.out;
