@@ -81,8 +81,13 @@ Operation operation_of(ResolvedOp op) {
     PLC_ONE(ValueRun, kArranged, kU8)
     PLC_ONE(LoopRun, kArranged, kU8)
     PLC_ONE(BlockRun, kArranged, kU8)
-#define PLC_COUNT_OP(Name, T, compares, goes_on, counts, next) PLC_ONE(Name, kArranged, kU8)
+#define PLC_COUNT_OP(Name, T, compares, goes_on, counts, next) \
+  PLC_ONE(Name, kArranged, kU8) PLC_ONE(Rounds##Name, kArranged, kU8)
 #include "runtime/count_ops.def"
+#define PLC_TEST_OP(Name, T, masks, compares, sign) PLC_ONE(Name, kArranged, kU8)
+#include "runtime/test_ops.def"
+#define PLC_WHEN_OP(Name, T, expression) PLC_ONE(Name##When, kArranged, kU8)
+#include "runtime/when_ops.def"
     PLC_ONE(BoolRun2, kArranged, kU8)
     PLC_ONE(Jump, kJump, kU8)
     PLC_ONE(CondJump, kJumpUnless, kU8)
@@ -114,6 +119,8 @@ Operation operation_of(ResolvedOp op) {
     PLC_SIZES(Shr, kCallLibrary)
     PLC_SIZES(Rol, kCallLibrary)
     PLC_SIZES(Ror, kCallLibrary)
+#define PLC_CONVERT_OP(Name, From, To) PLC_ONE(Name, kCallLibrary, kU8)
+#include "runtime/convert_ops.def"
     PLC_ONE(ClearEvent, kClearEvent, kU8)
     PLC_ONE(Eno, kEno, kU8)
     PLC_INDEXED(LoadAt8, kLoadElement, kU8)

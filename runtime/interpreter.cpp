@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cstring>
+#include <string_view>
 
 #include "core/types.h"
 #include "runtime/bool_run.h"
 #include "runtime/handle.h"
+#include "runtime/link_pairs.h"
 #include "runtime/loop_run.h"
 #include "runtime/memory/queue.h"
 #include "runtime/operations.h"
@@ -254,6 +256,49 @@ op_LoopJump : { PLC_LOOP_JUMP(); }
   }
 #include "runtime/count_ops.def"
 
+// The comparison before the last of the jumps still goes on.
+#define PLC_COUNT_OP(Name, T, compares, goes_on, counts, next)                                  \
+  op_Rounds##Name : {                                                                           \
+    constexpr std::int64_t kJumps = kRoundsAtOnce - 1;                                          \
+    constexpr std::int64_t kSign = std::string_view(#counts).starts_with("Sub") ? -1 : 1;       \
+    const std::int64_t step = load<T>(at(pc[3]));                                               \
+    const std::int64_t last = load<T>(at(pc[1])) + kSign * step * kJumps;                       \
+    const std::int64_t a = last - kSign * step;                                                 \
+    const std::int64_t b = load<T>(at(pc[2]));                                                  \
+    const std::uint32_t left = m.loops_left.load(std::memory_order_relaxed);                    \
+    const bool all = (goes_on) && step > 0 && last == static_cast<T>(last) && left >= kJumps;   \
+    if (all) [[likely]] {                                                                       \
+      m.loops_left.store(left - static_cast<std::uint32_t>(kJumps), std::memory_order_relaxed); \
+      if (pc[4] != 0) store<T>(at(pc[1]), static_cast<T>(last));                                \
+      pc += 6;                                                                                  \
+    } else {                                                                                    \
+      pc = code + pc[5];                                                                        \
+    }                                                                                           \
+    PLC_NEXT(0);                                                                                \
+  }
+#include "runtime/count_ops.def"
+// Words: AND (4), comparison (4).
+#define PLC_TEST_OP(Name, T, masks, compares, sign)                             \
+  op_##Name : {                                                                 \
+    const T bits = load<T>(at(pc[2])) & load<T>(at(pc[3]));                     \
+    store<T>(at(pc[1]), bits);                                                  \
+    *bytes_at(pc[5]) = static_cast<std::uint8_t>(bits sign load<T>(at(pc[7]))); \
+    PLC_NEXT(8);                                                                \
+  }
+#include "runtime/test_ops.def"
+// WHY asm: what is computed already is chosen without a jump, which would be mispredicted every other time.
+#define PLC_WHEN_OP(Name, T, expression)                             \
+  op_##Name##When : {                                                \
+    const T a = load<T>(at(pc[3]));                                  \
+    const T b = load<T>(at(pc[4]));                                  \
+    T result = static_cast<T>(expression);                           \
+    asm("" : "+r"(result));                                          \
+    const T otherwise = load<T>(at(pc[5]));                          \
+    store<T>(at(pc[1]), *bytes_at(pc[2]) != 0 ? result : otherwise); \
+    PLC_NEXT(6);                                                     \
+  }
+#include "runtime/when_ops.def"
+
 #define PLC_FUSED_JUMP(Name, T, expression) \
   PLC_COMPARE_JUMP(Name##Unless, T, expression, !) PLC_COMPARE_JUMP(Name##If, T, expression, )
 #include "runtime/fused_jumps.def"
@@ -421,10 +466,10 @@ op_CallStd : {
   PLC_SELECT(Select32, std::uint32_t)
   PLC_SELECT(Select64, std::uint64_t)
 // N is a constant that its lowest byte holds, whatever its type.
-#define PLC_PLACES(Name, T, function)                                                           \
-  op_##Name : {                                                                                 \
-    store<T>(at(pc[4]), stdlib::function(load<T>(at(pc[5])), std::uint64_t{*bytes_at(pc[6])})); \
-    PLC_NEXT(7);                                                                                \
+#define PLC_PLACES(Name, T, function)                                    \
+  op_##Name : {                                                          \
+    store<T>(at(pc[4]), function(load<T>(at(pc[5])), *bytes_at(pc[6]))); \
+    PLC_NEXT(7);                                                         \
   }
 #define PLC_PLACES_OPS(Name, function)          \
   PLC_PLACES(Name##8, std::uint8_t, function)   \
@@ -432,8 +477,14 @@ op_CallStd : {
   PLC_PLACES(Name##32, std::uint32_t, function) PLC_PLACES(Name##64, std::uint64_t, function)
   PLC_PLACES_OPS(Shl, shift_left)
   PLC_PLACES_OPS(Shr, shift_right)
-  PLC_PLACES_OPS(Rol, rotate_left)
-  PLC_PLACES_OPS(Ror, rotate_right)
+  PLC_PLACES_OPS(Rol, stdlib::rotate_left)
+  PLC_PLACES_OPS(Ror, stdlib::rotate_right)
+#define PLC_CONVERT_OP(Name, From, To)                            \
+  op_##Name : {                                                   \
+    store<To>(at(pc[4]), static_cast<To>(load<From>(at(pc[5])))); \
+    PLC_NEXT(6);                                                  \
+  }
+#include "runtime/convert_ops.def"
 op_ClearEvent : {
   events_at_clear = m.event_count;
   PLC_NEXT(1);

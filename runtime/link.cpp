@@ -16,6 +16,7 @@
 #include "runtime/link_choices.h"
 #include "runtime/link_library.h"
 #include "runtime/link_loops.h"
+#include "runtime/link_pairs.h"
 #include "runtime/link_path.h"
 #include "runtime/operations.h"
 #include "runtime/taskblocks.h"
@@ -185,22 +186,23 @@ class Linker {
     }
     end_stretch();
     for (const auto& [at, word] : jump_patches_) stream_[at] = positions[word];
-    if (arranged_) join_loop_ends(result_.bodies.back().first);
+    if (arranged_) join(result_.bodies.back().first);
   }
 
-  /// Comparison, counting and LOOP_JUMP at the end of a loop become one step of the interpreter. `first`: instruction.
-  void join_loop_ends(std::size_t first) {
+  /// Instructions behind each other that are one step of the interpreter (link_pairs.h), from number `first` on.
+  void join(std::size_t first) {
     const auto& list = result_.instructions;
-    for (std::size_t i = first; i + 2 < list.size(); ++i) {
-      if (list[i + 2].op != ResolvedOp::kLoopJump) continue;
-      const auto join = [&](ResolvedOp compares, ResolvedOp counts, ResolvedOp both) {
-        if (list[i].op != compares || list[i + 1].op != counts) return;
-        stream_[list[i].position] = handler(both);
-        result_.arranged.push_back({list[i].position, both});
-      };
-#define PLC_COUNT_OP(Name, T, compares, goes_on, counts, next) \
-  join(ResolvedOp::k##compares, ResolvedOp::k##counts, ResolvedOp::k##Name);
-#include "runtime/count_ops.def"
+    const auto put_joined = [&](std::size_t at, ResolvedOp op) {
+      stream_[list[at].position] = handler(op);
+      result_.arranged.push_back({list[at].position, op});
+    };
+    for (std::size_t i = first; i + 1 < list.size(); ++i) {
+      if (const auto test = test_op(list[i].op, list[i + 1].op)) {
+        const std::uint32_t masked = list[i].position + 1, compared = list[i + 1].position + 2;
+        if (compared == masked + 5 && stream_[masked] == stream_[compared]) put_joined(i, *test);
+      } else if (const auto form = count_form(list[i].op, list[i + 1].op)) {
+        if (i + 2 < list.size() && list[i + 2].op == ResolvedOp::kLoopJump) put_joined(i, form->joined);
+      }
     }
   }
 

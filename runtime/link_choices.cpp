@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "runtime/link_operand.h"
+#include "runtime/link_pairs.h"
 #include "runtime/operations.h"
 #include "runtime/value_runs.h"
 
@@ -17,6 +18,8 @@ namespace {
 constexpr std::size_t kMostComputed = 4, kMostChosen = 4;
 /// Of a loop that is copied: in longer rounds one jump costs little.
 constexpr std::size_t kMostInstructions = 256;
+/// Of a body that stands several times.
+constexpr std::size_t kMostBodyWords = 128;
 
 struct JumpForm {
   std::uint32_t target = 0;              ///< its word that is the target
@@ -66,36 +69,107 @@ class ChoiceLinker {
       // These know where they lie.
       if (op == ResolvedOp::kStretch || op == ResolvedOp::kBoolRun4 || op == ResolvedOp::kBoolRun5) return;
     }
-    const std::size_t words = words_.size(), marks = code_.marks.size(), arranged = code_.arranged.size();
-    std::uint64_t converted = 0;
+    const std::uint32_t start = position();
+    const std::size_t marks = code_.marks.size(), arranged = code_.arranged.size();
     copies_.clear();
     jumps_.clear();
-    const std::uint32_t end = list[loop.last].position + 2;
-    for (std::size_t i = loop.first; i <= loop.last;) {
-      copies_.emplace(list[i].position, position());
-      mark(list[i].position);
-      if (const auto choice = choice_at(i, loop.last); choice && convert(i, *choice)) {
-        i = choice->next;
-        ++converted;
-        continue;
-      }
-      copy(list[i], i == loop.last ? end : list[i + 1].position);
-      ++i;
-    }
+    last_ = loop.last;
+    const std::uint64_t converted = put_instructions(loop.first, loop.last + 1);
     if (converted == 0) {
-      words_.resize(words);
+      words_.resize(start);
       code_.marks.resize(marks);
       code_.arranged.resize(arranged);
       return;
     }
+    code_.report.choices += converted;
+    const std::size_t left = jumps_.size();
     for (const std::uint32_t at : jumps_) {
       if (const auto copied = copies_.find(words_[at]); copied != copies_.end()) words_[at] = copied->second;
     }
-    words_[loop.position + 1] = static_cast<std::uint32_t>(words);
-    code_.report.choices += converted;
+    // Of the loop itself: out of it, and back.
+    const std::uint32_t body = copies_.at(list[loop.last].position) - start;
+    const auto count = left == 2 && body <= kMostBodyWords ? count_of(loop) : std::nullopt;
+    words_[loop.position + 1] = count ? put_rounds(loop, *count, start) : start;
   }
 
  private:
+  /// How a loop counts, whose body may stand several times with one look at the loop budget.
+  struct Count {
+    CountForm form;
+    std::uint32_t control = 0, limit = 0, step = 0;  ///< operands
+    bool seen = false;                               ///< the body looks at the control variable
+  };
+
+  /// Nothing that leaves the loop, calls, or touches what counts.
+  [[nodiscard]] std::optional<Count> count_of(const LinkedLoop& loop) const {
+    const auto list = std::span(code_.instructions);
+    if (loop.last < loop.first + 3 || list[loop.last].op != ResolvedOp::kLoopJump) return std::nullopt;
+    const std::size_t compares = loop.last - 2, counts = loop.last - 1;
+    const auto form = count_form(list[compares].op, list[counts].op);
+    if (!form || word(compares, 2) != word(counts, 1) || word(counts, 2) != word(counts, 1)) return std::nullopt;
+    if (word(loop.last, 1) != list[loop.first].position) return std::nullopt;
+    Count count{*form, word(counts, 1), word(compares, 3), word(counts, 3), false};
+    const std::uint64_t bytes = form->bytes;
+    const OperandRange going{word(compares, 1), 1}, control{count.control, bytes}, limit{count.limit, bytes},
+        step{count.step, bytes};
+    const auto counted = [&](const OperandRange& range) {
+      return range.overlaps(going) || range.overlaps(control) || range.overlaps(limit) || range.overlaps(step);
+    };
+    const bool apart = !going.overlaps(control) && !going.overlaps(limit) && !going.overlaps(step) &&
+                       !control.overlaps(limit) && !control.overlaps(step);
+    if (!apart) return std::nullopt;
+    for (std::size_t i = loop.first; i != compares; ++i) {
+      const ValueOp* const op = value_op(list[i].op);
+      if (op == nullptr) {
+        if (jump_form(list[i].op)) continue;  // converted
+        return std::nullopt;
+      }
+      if (counted({word(i, op->first), op->out_bytes})) return std::nullopt;
+      for (std::uint32_t in = 0; in < op->inputs; ++in) {
+        const OperandRange read{word(i, op->first + 1u + in), op->in_bytes[in]};
+        if (read.overlaps(going)) return std::nullopt;
+        if (read.overlaps(control)) count.seen = true;
+      }
+    }
+    return count;
+  }
+
+  /// Returns where they begin. `single`: the loop round by round.
+  std::uint32_t put_rounds(const LinkedLoop& loop, const Count& count, std::uint32_t single) {
+    const auto list = std::span(code_.instructions);
+    const std::uint32_t start = position();
+    const std::size_t compares = loop.last - 2, counts = loop.last - 1;
+    mark(list[loop.first].position);
+    put(count.form.rounds);
+    ++code_.report.rounds;
+    words_.insert(words_.end(), {count.control, count.limit, count.step, count.seen ? 0u : 1u, single});
+    for (std::uint32_t round = 1; round <= kRoundsAtOnce; ++round) {
+      put_instructions(loop.first, compares);
+      if (count.seen && round != kRoundsAtOnce) put_instructions(counts, loop.last);
+    }
+    put_instructions(compares, loop.last + 1);
+    words_.back() = start;
+    return start;
+  }
+
+  /// Copies of instructions first..end, IFs as choices; returns how many.
+  std::uint64_t put_instructions(std::size_t first, std::size_t end) {
+    const auto list = std::span(code_.instructions);
+    std::uint64_t converted = 0;
+    for (std::size_t i = first; i < end;) {
+      copies_.emplace(list[i].position, position());
+      mark(list[i].position);
+      if (const auto choice = choice_at(i, last_); choice && convert(i, *choice)) {
+        i = choice->next;
+        ++converted;
+        continue;
+      }
+      copy(list[i], i == last_ ? list[i].position + 2 : list[i + 1].position);
+      ++i;
+    }
+    return converted;
+  }
+
   [[nodiscard]] std::uint32_t position() const { return static_cast<std::uint32_t>(words_.size()); }
   [[nodiscard]] std::uint32_t word(std::size_t instruction, std::uint32_t i) const {
     return words_[code_.instructions[instruction].position + i];
@@ -167,23 +241,60 @@ class ChoiceLinker {
     });
   }
 
-  /// A value that is computed already, or the words that compute it.
-  std::uint32_t compute(std::size_t instruction, const std::map<std::uint32_t, std::uint32_t>& now) {
+  /// A value of a branch, in scratch memory.
+  struct Value {
+    std::size_t instruction = 0;
+    std::vector<std::uint32_t> in;  ///< operands of its inputs
+    std::uint32_t uses = 0;
+  };
+  [[nodiscard]] std::uint32_t place_of(std::size_t value) const {
+    return scratch_ + 8 * static_cast<std::uint32_t>(value);
+  }
+  /// The one that lies there, if any.
+  Value* value_at(std::uint32_t operand) {
+    return operand < scratch_ || operand >= place_of(values_.size()) ? nullptr : &values_[(operand - scratch_) / 8];
+  }
+  std::uint32_t use(std::uint32_t operand) {
+    if (Value* const value = value_at(operand)) ++value->uses;
+    return operand;
+  }
+
+  /// Where the value of an instruction is going to lie, with what its branch has assigned so far.
+  std::uint32_t value_of(std::size_t instruction, const std::map<std::uint32_t, std::uint32_t>& now) {
     const ResolvedOp kind = code_.instructions[instruction].op;
     const ValueOp& op = *value_op(kind);
-    std::vector<std::uint32_t> in{static_cast<std::uint32_t>(kind)};
+    Value value{instruction, {}, 0};
     for (std::uint32_t i = 0; i < op.inputs; ++i) {
       const std::uint32_t operand = word(instruction, op.first + 1u + i);
       const auto known = now.find(operand);
-      in.push_back(known == now.end() ? operand : known->second);
+      value.in.push_back(known == now.end() ? operand : known->second);
     }
-    const auto [known, fresh] = computed_.try_emplace(in, scratch_ + 8 * static_cast<std::uint32_t>(computed_.size()));
-    if (!fresh) return known->second;
+    const auto same = std::find_if(values_.begin(), values_.end(), [&](const Value& v) {
+      return code_.instructions[v.instruction].op == kind && v.in == value.in;
+    });
+    const auto number = static_cast<std::size_t>(same - values_.begin());
+    if (same == values_.end()) {
+      for (const std::uint32_t operand : value.in) use(operand);
+      values_.push_back(std::move(value));
+    }
+    return place_of(number);
+  }
+  void compute(const Value& value, std::uint32_t out) {
+    const ResolvedOp kind = code_.instructions[value.instruction].op;
     put(kind);
-    for (std::uint32_t i = 1; i < op.first; ++i) words_.push_back(word(instruction, i));
-    words_.push_back(known->second);
-    words_.insert(words_.end(), in.begin() + 1, in.end());
-    return known->second;
+    for (std::uint32_t i = 1; i < value_op(kind)->first; ++i) words_.push_back(word(value.instruction, i));
+    words_.push_back(out);
+    words_.insert(words_.end(), value.in.begin(), value.in.end());
+  }
+  /// The comparison, which was put last, and an AND in front of it are one step.
+  void join_test(ResolvedOp comparison) {
+    const std::uint32_t second = position() - 4, first = second - 4;
+    if (code_.arranged.size() < 2) return;
+    const LinkedInstruction& before = code_.arranged[code_.arranged.size() - 2];
+    const auto test = test_op(before.op, comparison);
+    if (!test || before.position != first || words_[first + 1] != words_[second + 2]) return;
+    words_[first] = handler_word(addressing_, *test);
+    code_.arranged.push_back({first, *test});
   }
 
   bool convert(std::size_t at, const Choice& choice) {
@@ -201,24 +312,51 @@ class ChoiceLinker {
     if (form.comparison) {
       put(*form.comparison);
       for (std::uint32_t i = 1; i <= 3; ++i) words_.push_back(word(at, i));
+      join_test(*form.comparison);
     }
-    computed_.clear();
+    values_.clear();
     std::map<std::uint32_t, std::uint32_t> now[2];  // where what a branch assigns lies, by operand
     for (int branch = 0; branch < 2; ++branch) {
       for (std::size_t i = choice.first[branch]; i != choice.last[branch]; ++i) {
         const ValueOp& op = *value_op(code_.instructions[i].op);
-        const std::uint32_t value = compute(i, now[branch]);
-        now[branch].insert_or_assign(word(i, op.first), value);
+        now[branch].insert_or_assign(word(i, op.first), value_of(i, now[branch]));
       }
     }
+    struct Assigned {
+      std::uint32_t operand = 0, bytes = 0;
+      std::uint32_t from[2] = {};  ///< where the condition is FALSE, TRUE
+    };
+    std::vector<Assigned> assigned;
     for (const auto& [operand, bytes] : chosen) {
       const auto of = [&](bool taken) {
         const auto value = now[taken ? 1 : 0].find(operand);
-        return value == now[taken ? 1 : 0].end() ? operand : value->second;
+        return use(value == now[taken ? 1 : 0].end() ? operand : value->second);
       };
-      put(of_size(ResolvedOp::kSelect8, bytes));
+      assigned.push_back({operand, bytes, {of(!form.when), of(form.when)}});
+    }
+    // What only one assignment uses is computed with it, unless another assignment comes before what it reads.
+    const auto at_once = [&](const Assigned& a) -> const Value* {
+      const Value* const value = value_at(a.from[1]);
+      if (value == nullptr || value->uses != 1 || !when_op(code_.instructions[value->instruction].op)) return nullptr;
+      const bool early = std::any_of(value->in.begin(), value->in.end(),
+                                     [&](std::uint32_t in) { return in != a.operand && chosen.count(in) != 0; });
+      return early ? nullptr : value;
+    };
+    std::vector<const Value*> joined;
+    for (const Assigned& a : assigned) joined.push_back(at_once(a));
+    for (std::size_t v = 0; v < values_.size(); ++v) {
+      if (std::find(joined.begin(), joined.end(), &values_[v]) == joined.end()) compute(values_[v], place_of(v));
+    }
+    for (std::size_t i = 0; i < assigned.size(); ++i) {
+      const Assigned& a = assigned[i];
+      if (joined[i] != nullptr) {
+        put(*when_op(code_.instructions[joined[i]->instruction].op));
+        words_.insert(words_.end(), {a.operand, condition.operand, joined[i]->in[0], joined[i]->in[1], a.from[0]});
+        continue;
+      }
+      put(of_size(ResolvedOp::kSelect8, a.bytes));
       // As CALL_STD: kernel (2) and number of arguments, which nobody reads.
-      words_.insert(words_.end(), {0, 0, 3, operand, condition.operand, of(!form.when), of(form.when)});
+      words_.insert(words_.end(), {0, 0, 3, a.operand, condition.operand, a.from[0], a.from[1]});
     }
     return true;
   }
@@ -229,7 +367,8 @@ class ChoiceLinker {
   Addressing addressing_ = Addressing::kFixed;
   std::map<std::uint32_t, std::uint32_t> copies_;  ///< positions of copied instructions, by those they were copied of
   std::vector<std::uint32_t> jumps_;               ///< positions of targets
-  std::map<std::vector<std::uint32_t>, std::uint32_t> computed_;  ///< scratch places by instruction and inputs
+  std::vector<Value> values_;                      ///< of the IF at hand, each behind what it uses
+  std::size_t last_ = 0;                           ///< instruction of the loop at hand
 };
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "runtime/link_library.h"
 
 #include <string_view>
+#include <type_traits>
 
 #include "core/types.h"
 #include "runtime/link_operand.h"
@@ -17,6 +18,31 @@ ResolvedOp of_rep(ResolvedOp first, core::Rep rep) {
 static_assert(static_cast<std::uint32_t>(ResolvedOp::kMinF64) - static_cast<std::uint32_t>(ResolvedOp::kMinI8) ==
               static_cast<std::uint32_t>(core::Rep::kF64) - static_cast<std::uint32_t>(core::Rep::kI8));
 
+/// A conversion from `t` to `u`. A CALL_STD when it does more than compute, or is rare.
+ResolvedOp conversion_op(core::TypeId t, core::TypeId u) {
+  struct Row {
+    ResolvedOp op;
+    bool is_signed, real;
+    std::uint32_t from, to;  ///< bytes
+  };
+  static constexpr Row kRows[] = {
+#define PLC_CONVERT_OP(Name, From, To) \
+  {ResolvedOp::k##Name, std::is_signed_v<From>, std::is_floating_point_v<To>, sizeof(From), sizeof(To)},
+#include "runtime/convert_ops.def"
+  };
+  constexpr std::uint16_t kWhole = core::kAnyInt | core::kAnyBit;
+  const auto is_whole = [](core::TypeId id) { return core::in_category(id, kWhole) && id != core::TypeId::kBool; };
+  const bool real = core::in_category(u, core::kAnyReal);
+  if (!is_whole(t) || (!is_whole(u) && !real)) return ResolvedOp::kCallStd;
+  const std::uint32_t from = core::rep_bytes(core::rep_of(t)), to = core::rep_bytes(core::rep_of(u));
+  const bool widens = real || from < to;
+  for (const Row& row : kRows) {
+    if (row.from != from || row.to != to || row.real != real) continue;
+    if (!widens || row.is_signed == core::in_category(t, core::kAnySigned)) return row.op;
+  }
+  return ResolvedOp::kCallStd;
+}
+
 }  // namespace
 
 ResolvedOp library_op(const stdlib::Overload& overload, std::uint32_t arguments, bool known_places) {
@@ -29,6 +55,7 @@ ResolvedOp library_op(const stdlib::Overload& overload, std::uint32_t arguments,
     if (name == "ROL") return of_size(ResolvedOp::kRol8, core::rep_bytes(rep));
     if (name == "ROR") return of_size(ResolvedOp::kRor8, core::rep_bytes(rep));
   }
+  if (name == "*_TO_*" || name == "TO_*") return conversion_op(overload.t, overload.u);
   if (name == "SEL") return of_size(ResolvedOp::kSelect8, core::rep_bytes(rep));
   if (name == "LIMIT") return of_rep(ResolvedOp::kLimitI8, rep);
   if (name == "MIN" && arguments == 2) return of_rep(ResolvedOp::kMinI8, rep);

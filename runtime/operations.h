@@ -25,6 +25,16 @@ template <class T>
 inline void store(std::byte* to, T value) noexcept {
   std::memcpy(to, &value, sizeof value);
 }
+/// Shifts by a constant from 0 to 63, by the width or more to 0: in 64 bits there is nothing to look at.
+template <class T>
+inline T shift_left(T value, std::uint8_t n) noexcept {
+  return static_cast<T>(std::uint64_t{value} << (n & 63u));
+}
+template <class T>
+inline T shift_right(T value, std::uint8_t n) noexcept {
+  return static_cast<T>(std::uint64_t{value} >> (n & 63u));
+}
+
 /// A pointer that takes two words of resolved code.
 template <class T>
 inline T load_pointer(const std::uint32_t* words) noexcept {

@@ -167,6 +167,7 @@ class Program {
     std::uint64_t runs = 0;             ///< ..in so many runs
     std::uint64_t loops = 0;            ///< loops that run instruction by instruction
     std::uint64_t choices = 0;          ///< IFs in loops that choose instead of jumping
+    std::uint64_t rounds = 0;           ///< loops with such IFs that run several rounds at once
     std::uint64_t code_bytes = 0;       ///< resolved code of the task
   };
   [[nodiscard]] const LinkReport& link_report() const;

@@ -79,6 +79,13 @@ struct Same {
     return value;
   }
 };
+template <class To>
+struct Converted {
+  template <class From>
+  To operator()(From value) const noexcept {
+    return static_cast<To>(value);
+  }
+};
 struct Least {
   template <class T>
   T operator()(T a, T b) const noexcept {
@@ -107,13 +114,13 @@ struct Select {
   struct Name {                                            \
     template <class T>                                     \
     T operator()(T value, std::uint8_t n) const noexcept { \
-      return stdlib::function(value, n);                   \
+      return function(value, n);                           \
     }                                                      \
   };
 PLC_PLACES(Shl, shift_left)
 PLC_PLACES(Shr, shift_right)
-PLC_PLACES(Rol, rotate_left)
-PLC_PLACES(Ror, rotate_right)
+PLC_PLACES(Rol, stdlib::rotate_left)
+PLC_PLACES(Ror, stdlib::rotate_right)
 #define PLC_BINARY_OP(Name, T, Result, expression)                                         \
   struct Name {                                                                            \
     Result operator()(T a, T b) const noexcept { return static_cast<Result>(expression); } \
@@ -162,6 +169,8 @@ Rows make_rows() {
   PLC_PLACES_OPS(Shr)
   PLC_PLACES_OPS(Rol)
   PLC_PLACES_OPS(Ror)
+#define PLC_CONVERT_OP(Name, From, To) at(ResolvedOp::k##Name) = row<Converted<To>, To, From>(kLibraryOut);
+#include "runtime/convert_ops.def"
 #define PLC_SELECT(Name, T) at(ResolvedOp::k##Name) = row<Select, T, std::uint8_t, T, T>(kLibraryOut);
   PLC_SELECT(Select8, std::uint8_t)
   PLC_SELECT(Select16, std::uint16_t)

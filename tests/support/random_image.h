@@ -483,14 +483,48 @@ class RandomImage : private RandomVariables {
     if (random_.once_in(4)) return short_if(scope);
     statement(scope, depth + 1);
   }
+  /// What the interpreter has forms of its own for in IFs.
+  struct Width {
+    TypeId type;
+    Opcode ops[6];  ///< ADD, SUB, MUL, AND, OR, XOR
+    Opcode equals, differs;
+  };
+  static const Width& width_of(std::size_t number) {
+#define PLC_WIDTH(type, n)                                                                                     \
+  {                                                                                                            \
+    TypeId::type,                                                                                              \
+        {Opcode::kAdd##n, Opcode::kSub##n, Opcode::kMul##n, Opcode::kAnd##n, Opcode::kOr##n, Opcode::kXor##n}, \
+        Opcode::kEq##n, Opcode::kNe##n                                                                         \
+  }
+    static constexpr Width kWidths[] = {PLC_WIDTH(kSint, 8), PLC_WIDTH(kInt, 16), PLC_WIDTH(kDint, 32),
+                                        PLC_WIDTH(kLint, 64)};
+#undef PLC_WIDTH
+    return kWidths[number];
+  }
+  struct Local {
+    TypeId type;
+    Word word;
+  };
   /// An IF whose branches only compute: what the interpreter computes both ways in loops, and what almost is.
-  void short_if(Scope& scope) {
+  /// `counter`: of the loop, which it may read.
+  void short_if(Scope& scope, const Local* counter = nullptr) {
     PouBuilder& pou = scope.pou;
+    const Width& width = width_of(random_.once_in(3) ? below(4) : 2);
+    const bool counts = counter != nullptr && counter->type == width.type;
+    const auto number = [&] { return counts && random_.once_in(4) ? counter->word : read(scope, width.type); };
     const Word condition = write(scope, TypeId::kBool);
-    compare(scope, condition);
-    const Word first = write(scope, TypeId::kDint), second = write(scope, TypeId::kDint);
+    if (random_.once_in(4)) {
+      // A test of bits.
+      const Word masked = write(scope, width.type);
+      const Word word = number(), mask = read(scope, width.type), expected = read(scope, width.type);
+      pou.op(width.ops[3], {masked, word, mask});
+      pou.op(random_.once_in(2) ? width.equals : width.differs, {condition, masked, expected});
+    } else {
+      compare(scope, condition);
+    }
+    const Word first = write(scope, width.type), second = write(scope, width.type);
     const auto either = [&] { return random_.once_in(2) ? first : second; };
-    const auto in = [&] { return random_.once_in(2) ? either() : read(scope, TypeId::kDint); };
+    const auto in = [&] { return random_.once_in(2) ? either() : number(); };
     const auto compute = [&] {
       if (random_.once_in(16)) return plain(scope);
       if (random_.once_in(8)) {
@@ -499,12 +533,11 @@ class RandomImage : private RandomVariables {
         pou.op(Opcode::kMoveBool, {out, value});
         return;
       }
-      static constexpr Opcode kOps[] = {Opcode::kAdd32, Opcode::kSub32, Opcode::kMul32};
-      const Opcode opcode = random_.one_of(kOps);
+      const Opcode opcode = random_.one_of(width.ops);
       const Word out = either(), a = in(), b = in();
       pou.op(opcode, {out, a, b});
     };
-    const std::uint32_t jump = pou.jump(random_.once_in(2) ? Opcode::kCondJump : Opcode::kJumpIf, {condition});
+    const std::uint32_t jump = pou.jump(random_.once_in(3) ? Opcode::kJumpIf : Opcode::kCondJump, {condition});
     for (std::size_t n = 1 + below(2); n > 0; --n) compute();
     if (random_.once_in(2)) return pou.land(jump);
     const std::uint32_t end = pou.jump(Opcode::kJump);
@@ -613,7 +646,11 @@ class RandomImage : private RandomVariables {
 
     move(scope, id, counter, number_of(first));
     const std::uint32_t top = pou.here();
-    for (std::size_t n = 1 + below(6); n > 0; --n) {
+    // Some loops have nothing but IFs in them.
+    const bool only_choices = random_.once_in(4);
+    const Local local{id, counter};
+    for (std::size_t n = only_choices ? 1 + below(2) : 0; n > 0; --n) short_if(scope, &local);
+    for (std::size_t n = only_choices ? 0 : 1 + below(6); n > 0; --n) {
       const Array& array = random_.one_of(arrays);
       switch (below(random_.once_in(6) ? 7 : 6)) {
         case 0:

@@ -116,5 +116,85 @@ TEST(Choices, EventsNameTheInstructionsTheyCameFrom) {
   }
 }
 
+/// As a checksum does: IF (sum AND 1) <> 0 THEN sum := sum * 3 XOR 21 ELSE sum := sum * 3; every variable is read by
+/// the next round.
+void checksum(CountedLoop& l, Word seed) {
+  const Word sum = l.main.variable("sum", l.dint), count = l.main.variable("count", l.dint);
+  const Word bit = l.main.frame("bit", l.dint), odd = l.main.frame("odd", l.b.boolean());
+  const Word tripled = l.temporary();
+  l.main.op(Opcode::kAnd32, {bit, sum, l.number(1)});
+  l.main.op(Opcode::kNe32, {odd, bit, l.number(0)});
+  const std::uint32_t other = l.main.jump(Opcode::kCondJump, {odd});
+  l.main.op(Opcode::kMul32, {tripled, sum, l.number(3)});
+  l.main.op(Opcode::kXor32, {sum, tripled, seed});
+  const std::uint32_t end = l.main.jump(Opcode::kJump, {});
+  l.main.land(other);
+  l.main.op(Opcode::kMul32, {sum, sum, l.number(3)});
+  l.main.op(Opcode::kAdd32, {count, count, sum});
+  l.main.land(end);
+}
+
+TEST(Choices, SeveralRoundsStandBehindEachOther) {
+  for (const std::int32_t step : {1, 3, -1, -2}) {
+    for (std::int32_t last = -1; last <= 40; ++last) {
+      CountedLoop loop(
+          step > 0 ? 0 : last, step > 0 ? last : 0, [](CountedLoop& l) { checksum(l, l.number(20)); }, step);
+      const auto report = loop.report();
+      EXPECT_EQ(report.choices, 1u);
+      EXPECT_EQ(report.rounds, 1u) << step << ", " << last;
+    }
+  }
+}
+
+TEST(Choices, RoundsMayLookAtTheControlVariable) {
+  for (const std::int32_t last : {5, 6, 7, 8, 15, 16, 30}) {
+    CountedLoop loop(0, last, [](CountedLoop& l) { checksum(l, l.i); });
+    EXPECT_EQ(loop.report().rounds, 1u) << last;
+  }
+}
+
+TEST(Choices, RoundsEndWithTheBudget) {
+  for (std::uint32_t budget = 1; budget <= 40; ++budget) {
+    CountedLoop loop(0, 30, [](CountedLoop& l) { checksum(l, l.i); });
+    EXPECT_EQ(loop.report(budget).rounds, 1u);
+    EXPECT_EQ(loop.fault.kind, budget < 30 ? runtime::FaultKind::kLoopBudget : runtime::FaultKind::kNone) << budget;
+  }
+}
+
+TEST(Choices, NoSeveralRoundsOfWhatCountsItself) {
+  CountedLoop counts(0, 60, [](CountedLoop& l) {
+    checksum(l, l.number(20));
+    l.main.op(Opcode::kAdd32, {l.i, l.i, l.number(1)});
+  });
+  EXPECT_EQ(counts.report().choices, 1u);
+  EXPECT_EQ(counts.report().rounds, 0u);
+  CountedLoop elements(0, 60, [](CountedLoop& l) {
+    checksum(l, l.number(20));
+    l.store_to(l.y, l.i, l.i);
+  });
+  EXPECT_EQ(elements.report().choices, 1u);
+  EXPECT_EQ(elements.report().rounds, 0u);
+}
+
+TEST(Choices, AConditionalValueReadsWhatAnotherAssignmentChanges) {
+  // b := b + a must see a as it was before a := a + 5, whichever is chosen first.
+  for (const bool turned : {false, true}) {
+    CountedLoop loop(0, 20, [turned](CountedLoop& l) {
+      const Word first = l.main.variable("first", l.dint), second = l.main.variable("second", l.dint);
+      const Word a = turned ? second : first, c = turned ? first : second;
+      const Word bit = l.main.frame("bit", l.dint), odd = l.main.frame("odd", l.b.boolean());
+      l.main.op(Opcode::kAnd32, {bit, l.i, l.number(3)});
+      l.main.op(Opcode::kEq32, {odd, bit, l.number(1)});
+      const std::uint32_t end = l.main.jump(Opcode::kCondJump, {odd});
+      l.main.op(Opcode::kAdd32, {c, c, a});
+      l.main.op(Opcode::kAdd32, {a, a, l.number(5)});
+      l.main.land(end);
+    });
+    EXPECT_EQ(loop.report().choices, 1u);
+    EXPECT_EQ(value_of(*loop.arranged, turned ? "Main0.second" : "Main0.first"), "75");
+    EXPECT_EQ(value_of(*loop.arranged, turned ? "Main0.first" : "Main0.second"), "525");
+  }
+}
+
 }  // namespace
 }  // namespace plc::test
