@@ -52,8 +52,12 @@ class Comparison {
     for (std::size_t s = 0; s < kSides && good_; ++s) {
       const core::TimeNs begin = own_time_ns();
       for (std::uint32_t i = 1; i <= scans; ++i) {
+        // Somewhere else in each scan, found in a few steps: they count on both sides.
+        const auto hash = static_cast<std::uint32_t>((scans_ + i) * 2654435761u);
+        std::size_t input = std::uint64_t{hash} * inputs_.size() >> 32;
         for (std::size_t n = 0; n < changes_; ++n) {
-          *sides_[s]->variables()[inputs_[((scans_ + i) * 2654435761u + n) % inputs_.size()]] ^= 1;
+          *sides_[s]->variables()[inputs_[input]] ^= 1;
+          if (++input == inputs_.size()) input = 0;
         }
         good_ = sides_[s]->scan(static_cast<core::TimeNs>(scans_ + i) * kPeriodNs) && good_;
       }
