@@ -15,7 +15,8 @@ class PlcSide final : public Side {
  public:
   PlcSide(std::unique_ptr<runtime::Resource> resource, Engine engine) : resource_(std::move(resource)) {
     for (std::size_t task = 0; task < resource_->task_count(); ++task) {
-      const runtime::Program& program = resource_->program(task);
+      runtime::Program& program = resource_->program(task);
+      programs_.push_back(&program);
       footprint_.data += program.table().layout().total;
       if (engine == Engine::kInterpreter) footprint_.data += program.link_report().code_bytes;
     }
@@ -52,14 +53,13 @@ class PlcSide final : public Side {
   }
   bool scan(core::TimeNs now_ns) override {
     bool good = true;
-    for (std::size_t task = 0; task < resource_->task_count(); ++task) {
-      good = !resource_->program(task).execute({now_ns}) && good;
-    }
+    for (runtime::Program* const program : programs_) good = !program->execute({now_ns}) && good;
     return good;
   }
 
  private:
   std::unique_ptr<runtime::Resource> resource_;
+  std::vector<runtime::Program*> programs_;  ///< of its tasks: as a scheduler has them, each at hand
 };
 
 }  // namespace
