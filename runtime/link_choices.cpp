@@ -119,11 +119,14 @@ class ChoiceLinker {
                        !control.overlaps(limit) && !control.overlaps(step);
     if (!apart) return std::nullopt;
     for (std::size_t i = loop.first; i != compares; ++i) {
-      const ValueOp* const op = value_op(list[i].op);
-      if (op == nullptr) {
-        if (jump_form(list[i].op)) continue;  // converted
-        return std::nullopt;
+      // Jumps are those of IFs, which read a BOOL or compare; in the copy, nothing is left of them but that.
+      const auto jump = jump_form(list[i].op);
+      if (jump && !jump->comparison) {
+        if (jump->condition != 0 && going.overlaps({word(i, jump->condition), 1})) return std::nullopt;
+        continue;
       }
+      const ValueOp* const op = value_op(jump ? *jump->comparison : list[i].op);
+      if (op == nullptr) return std::nullopt;
       if (counted({word(i, op->first), op->out_bytes})) return std::nullopt;
       for (std::uint32_t in = 0; in < op->inputs; ++in) {
         const OperandRange read{word(i, op->first + 1u + in), op->in_bytes[in]};

@@ -451,8 +451,13 @@ class RandomImage : private RandomVariables {
     for (std::size_t n = below(3); n > 0; --n) statement(scope, depth + 1);
     pou.land(end);
   }
+  struct Local {
+    TypeId type;
+    Word word;
+  };
   /// Compares two numbers, most of the time of the types that have a form of their own before a jump.
-  void compare(Scope& scope, Word result) {
+  /// `counter`: what one of them is if its type fits.
+  void compare(Scope& scope, Word result, const Local* counter = nullptr) {
     struct Comparison {
       Opcode opcode;
       TypeId type;
@@ -472,7 +477,8 @@ class RandomImage : private RandomVariables {
       return;
     }
     const Comparison& c = random_.one_of(kUsual);
-    scope.pou.op(c.opcode, {result, read(scope, c.type), read(scope, c.type)});
+    const Word a = counter != nullptr && counter->type == c.type ? counter->word : read(scope, c.type);
+    scope.pou.op(c.opcode, {result, a, read(scope, c.type)});
   }
   static TypeId type_named_in(std::string_view comparison) {
     if (comparison.ends_with("F32")) return TypeId::kReal;
@@ -501,10 +507,6 @@ class RandomImage : private RandomVariables {
 #undef PLC_WIDTH
     return kWidths[number];
   }
-  struct Local {
-    TypeId type;
-    Word word;
-  };
   /// An IF whose branches only compute: what the interpreter computes both ways in loops, and what almost is.
   /// `counter`: of the loop, which it may read.
   void short_if(Scope& scope, const Local* counter = nullptr) {
@@ -520,7 +522,7 @@ class RandomImage : private RandomVariables {
       pou.op(width.ops[3], {masked, word, mask});
       pou.op(random_.once_in(2) ? width.equals : width.differs, {condition, masked, expected});
     } else {
-      compare(scope, condition);
+      compare(scope, condition, random_.once_in(2) ? counter : nullptr);
     }
     const Word first = write(scope, width.type), second = write(scope, width.type);
     const auto either = [&] { return random_.once_in(2) ? first : second; };

@@ -153,6 +153,20 @@ TEST(Choices, RoundsMayLookAtTheControlVariable) {
   }
 }
 
+TEST(Choices, RoundsMayCompareTheControlVariable) {
+  for (const std::int32_t last : {6, 7, 8, 20}) {
+    CountedLoop loop(0, last, [](CountedLoop& l) {
+      const Word sum = l.main.variable("sum", l.dint), late = l.main.frame("late", l.b.boolean());
+      l.main.op(Opcode::kGtI32, {late, l.i, l.number(3)});
+      const std::uint32_t end = l.main.jump(Opcode::kCondJump, {late});
+      l.main.op(Opcode::kAdd32, {sum, sum, l.number(1)});
+      l.main.land(end);
+    });
+    EXPECT_EQ(loop.report().rounds, 1u) << last;
+    EXPECT_EQ(value_of(*loop.arranged, "Main0.sum"), std::to_string(3 * (last - 3)));
+  }
+}
+
 TEST(Choices, RoundsEndWithTheBudget) {
   for (std::uint32_t budget = 1; budget <= 40; ++budget) {
     CountedLoop loop(0, 30, [](CountedLoop& l) { checksum(l, l.i); });
