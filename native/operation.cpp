@@ -79,6 +79,7 @@ Operation operation_of(ResolvedOp op) {
     PLC_ONE(Return, kReturn, kU8)
     PLC_ONE(Stretch, kStretch, kU8)
     PLC_ONE(ValueRun, kArranged, kU8)
+    PLC_ONE(PackedRun, kArranged, kU8)
     PLC_ONE(LoopRun, kArranged, kU8)
     PLC_ONE(BlockRun, kArranged, kU8)
 #define PLC_COUNT_OP(Name, T, compares, goes_on, counts, next) \

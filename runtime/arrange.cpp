@@ -11,7 +11,9 @@
 
 #include "runtime/bool_run.h"
 #include "runtime/link_bool.h"
+#include "runtime/link_packed.h"
 #include "runtime/operations.h"
+#include "runtime/packed_run.h"
 #include "runtime/value_runs.h"
 #include "stdlib/library.h"
 
@@ -125,7 +127,7 @@ class Arranger {
     std::size_t i = stretch.first;
     for (; code_.instructions[i].position != stretch.end; ++i) read(code_.instructions[i], add);
     arrange_items();
-    if ((code_.report.runs - report.runs) * 4 > before * 3) {
+    if ((code_.report.runs - report.runs) * 4 > before * 3 && code_.report.packed == report.packed) {
       words_.resize(start);
       code_.arranged.resize(arranged);
       code_.report = report;
@@ -453,6 +455,7 @@ class Arranger {
       for (std::size_t k = 0; k < std::size(record.in); ++k) record.in[k] = item.operand[k < item.inputs ? k + 1 : 1];
       records.push_back(record);
     }
+    if (put_packed(run, records)) return;
     for (const BoolSegment& segment : cut_into_segments(records)) {
       const ResolvedOp op = segment.form == BoolSegment::Form::kGeneral ? ResolvedOp::kBoolRun
                             : inputs == 2                               ? ResolvedOp::kBoolRun2
@@ -460,6 +463,23 @@ class Arranger {
                                                                         : ResolvedOp::kBoolRun5;
       append_segment(words_, handler(op), segment, std::span(records).subspan(segment.first, segment.count));
     }
+  }
+
+  /// False when they are better run by a loop over them.
+  bool put_packed(const std::vector<std::uint32_t>& run, const std::vector<GeneralRecord>& records) {
+    std::vector<LogicRecord> logic;
+    for (std::size_t i = 0; i < run.size(); ++i) {
+      const bool moves = moves_[run[i]] != 0;
+      logic.push_back({records[i], items_[run[i]].inputs, moves, !moves || uses_[run[i]] != 0});
+    }
+    const auto packed = pack(logic);
+    if (!packed || !packed->pays) return false;
+    put_handler(ResolvedOp::kPackedRun);
+    put_pointer(reinterpret_cast<std::uint64_t>(packed_run(packed->bits)));
+    words_.push_back(packed->chunks);
+    words_.insert(words_.end(), packed->words.begin(), packed->words.end());
+    code_.report.packed += run.size();
+    return true;
   }
 
   std::vector<std::uint32_t>& words_;

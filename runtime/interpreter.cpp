@@ -362,7 +362,8 @@ op_RunTb : {
   load_pointer<stdlib::Step>(pc + 1)(at(pc[3]), m.step);
   PLC_NEXT(4);
 }
-op_ValueRun : {
+op_ValueRun:
+op_PackedRun : {
   pc = load_pointer<ValueRun>(pc + 1)(table, instance, pc + 4, pc[3]);
   PLC_NEXT(0);
 }

@@ -165,6 +165,7 @@ class Program {
     std::uint64_t mixed_records = 0;    ///< BOOL_RUN records of relative bodies that mix instance and other memory
     std::uint64_t arranged = 0;         ///< instructions and records that stand side by side with their like
     std::uint64_t runs = 0;             ///< ..in so many runs
+    std::uint64_t packed = 0;           ///< boolean records whose variables are bits in registers
     std::uint64_t loops = 0;            ///< loops that run instruction by instruction
     std::uint64_t choices = 0;          ///< IFs in loops that choose instead of jumping
     std::uint64_t rounds = 0;           ///< loops with such IFs that run several rounds at once

@@ -79,8 +79,10 @@ void print_link_report(const runtime::Resource& resource, std::ostream& out) {
                        program.table().layout().total, report.code_bytes, report.short4_records, report.short5_records,
                        report.wide_records, report.mixed_records)
         << fmt::format(
-               "task {}: the interpreter runs {} instructions in {} runs, {} loops by instructions, {} IFs both ways\n",
-               name, report.arranged, report.runs, report.loops, report.choices);
+               "task {}: the interpreter runs {} instructions in {} runs, {} of them on bits, {} loops by "
+               "instructions, "
+               "{} IFs both ways, {} loops in eights\n",
+               name, report.arranged, report.runs, report.packed, report.loops, report.choices, report.rounds);
   }
 }
 

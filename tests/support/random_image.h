@@ -189,6 +189,7 @@ class RandomImage : private RandomVariables {
   /// What the interpreter arranges.
   void straight(Scope& scope) {
     static constexpr std::string_view kChoices[] = {"SEL", "LIMIT", "MIN", "MAX", "SHL", "SHR", "ROL", "ROR"};
+    if (random_.once_in(4)) return ladder(scope);
     for (std::size_t n = 6 + below(60); n > 0; --n) {
       switch (below(8)) {
         case 0:
@@ -205,6 +206,23 @@ class RandomImage : private RandomVariables {
           plain(scope);
       }
     }
+  }
+
+  /// Rungs on variables that lie side by side: bits in registers, if they do not wait for each other too often.
+  void ladder(Scope& scope) {
+    const std::size_t bools = 10 + below(120);
+    const Word first = declare(scope, b_.array(b_.type(TypeId::kBool), static_cast<std::uint32_t>(bools)));
+    const auto variable = [&] { return first + static_cast<Word>(below(bools)); };
+    const std::size_t count = 20 + below(80);
+    const bool four = random_.once_in(2);
+    std::vector<Word> words;
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto truth = static_cast<std::uint32_t>(random_.bits());
+      words.push_back(four ? (truth & 0xffffu) * 0x10001u : truth);
+      words.push_back(random_.once_in(20) ? write(scope, TypeId::kBool) : variable());
+      for (int k = 0; k < 5; ++k) words.push_back(random_.once_in(40) ? read(scope, TypeId::kBool) : variable());
+    }
+    scope.pou.list(Opcode::kBoolRun, static_cast<std::uint32_t>(count), std::move(words));
   }
 
   void records(Scope& scope) {

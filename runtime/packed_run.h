@@ -1,0 +1,61 @@
+// Packed runs: boolean logic whose variables fit into one or two words of 64 bits, one bit each.
+//
+// The bytes of up to two windows of the table become bits, which stay in registers while the logic runs. A record of
+// it then needs no load of its inputs: PEXT brings the bits of those together, which number the place in its truth
+// table. Records stand in chunks of four. All of a chunk read the bits as they were before the chunk in front of it, so
+// that two chunks are under way at a time; the linker (link_packed.h) places records where that holds.
+//
+// In: words as laid out below. Out: changed bytes, those of variables that were written only. For processors with BMI2
+// and AVX2. Does not belong here: which runs are packed. RT.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "runtime/value_runs.h"
+
+namespace plc::runtime {
+
+inline constexpr std::uint32_t kPackedWindowBytes = 64;  ///< as many as a word has bits
+inline constexpr std::uint32_t kChunkRecords = 4;
+inline constexpr std::size_t kMostPackedWords = 2;
+
+/// What a packed run begins with. Behind it: gathers, scatters (PackedBit), chunks.
+struct PackedHeader {
+  std::uint32_t window[kMostPackedWords] = {};  ///< resolved operand of each word's first byte
+  std::uint32_t windows = 0;                    ///< words that have one
+  std::uint32_t gathers = 0;                    ///< bytes outside of the windows that are read
+  std::uint32_t scatters = 0;                   ///< ..that are written at the end
+  std::uint32_t padding = 0;
+  std::uint64_t gathered[kMostPackedWords] = {};  ///< bits of `gathers`
+  std::uint64_t written[kMostPackedWords] = {};   ///< bits whose bytes in the window are written at the end
+};
+static_assert(sizeof(PackedHeader) == 56);
+
+/// A byte of the table and its bit.
+struct PackedBit {
+  std::uint32_t operand = 0;  ///< resolved
+  std::uint32_t bit = 0;      ///< from the first word's bit 0 on
+};
+
+template <std::size_t kWords>
+struct PackedRecord {
+  std::uint64_t in[kWords] = {};  ///< bits that are inputs; those of the first word are the lower ones of the index
+  std::uint64_t truth = 0;        ///< one bit for each index
+};
+/// Results become the bits of `out`: the last record's is the lowest one of the first word. Records that fill up the
+/// chunk stand in front.
+template <std::size_t kWords>
+struct PackedChunk {
+  std::uint64_t out[kWords] = {};
+  PackedRecord<kWords> records[kChunkRecords];
+  std::uint8_t inputs[kChunkRecords] = {};  ///< of each record in the first word
+  std::uint8_t outputs = 0;                 ///< of the chunk in the first word
+  std::uint8_t padding[3] = {};
+};
+static_assert(sizeof(PackedChunk<1>) == 80 && sizeof(PackedChunk<2>) == 120);
+
+/// What runs `count` chunks with this many words, 1 or 2. Null when this processor has no fast way to do it.
+ValueRun packed_run(std::size_t words);
+
+}  // namespace plc::runtime
