@@ -112,8 +112,10 @@ class ChoiceLinker {
     const std::uint64_t bytes = form->bytes;
     const OperandRange going{word(compares, 1), 1}, control{count.control, bytes}, limit{count.limit, bytes},
         step{count.step, bytes};
+    // The body may write what says whether it goes on, as comparisons of its IFs do: nobody reads that before the
+    // loop's own comparison writes it.
     const auto counted = [&](const OperandRange& range) {
-      return range.overlaps(going) || range.overlaps(control) || range.overlaps(limit) || range.overlaps(step);
+      return range.overlaps(control) || range.overlaps(limit) || range.overlaps(step);
     };
     const bool apart = !going.overlaps(control) && !going.overlaps(limit) && !going.overlaps(step) &&
                        !control.overlaps(limit) && !control.overlaps(step);

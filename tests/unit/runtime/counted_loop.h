@@ -31,10 +31,10 @@ class CountedLoop {
     y = main.variable("y", dints);
     r = main.variable("r", b.array(real, 100), bytecode::FieldRole::kLocal, fractions);
     i = main.variable("i", dint);
+    more = main.frame("more", b.boolean());
     main.op(Opcode::kMove32, {i, number(first)});
     const std::uint32_t head = main.here();
     body(*this);
-    const Word more = main.frame("more", b.boolean());
     main.op(step > 0 ? Opcode::kLtI32 : Opcode::kGtI32, {more, i, number(last)});
     const std::uint32_t out = main.jump(Opcode::kCondJump, {more});
     main.op(step > 0 ? Opcode::kAdd32 : Opcode::kSub32, {i, i, number(step > 0 ? step : -step)});
@@ -91,6 +91,7 @@ class CountedLoop {
   std::uint32_t dint = b.type(TypeId::kDint), real = b.type(TypeId::kReal);
   std::uint32_t dints = b.array(dint, 100), reals = b.array(real, 100);
   Word x = 0, y = 0, r = 0, i = 0;
+  Word more = 0;  ///< whether the loop goes on; the compiler lets IFs of the body use it too
   std::unique_ptr<runtime::Resource> arranged, plain;
   runtime::Fault fault;
 

@@ -167,6 +167,27 @@ TEST(Choices, RoundsMayCompareTheControlVariable) {
   }
 }
 
+TEST(Choices, RoundsMayUseTheTemporaryOfTheLoop) {
+  for (const std::int32_t last : {6, 7, 8, 20}) {
+    CountedLoop loop(0, last, [](CountedLoop& l) {
+      const Word sum = l.main.variable("sum", l.dint);
+      l.main.op(Opcode::kNe32, {l.more, sum, l.number(5)});
+      const std::uint32_t end = l.main.jump(Opcode::kCondJump, {l.more});
+      l.main.op(Opcode::kAdd32, {sum, sum, l.number(1)});
+      l.main.land(end);
+    });
+    EXPECT_EQ(loop.report().rounds, 1u) << last;
+    EXPECT_EQ(value_of(*loop.arranged, "Main0.sum"), "5");
+  }
+  CountedLoop reads(0, 20, [](CountedLoop& l) {
+    const Word sum = l.main.variable("sum", l.dint);
+    const std::uint32_t end = l.main.jump(Opcode::kCondJump, {l.more});  // of the round before
+    l.main.op(Opcode::kAdd32, {sum, sum, l.number(1)});
+    l.main.land(end);
+  });
+  EXPECT_EQ(reads.report().rounds, 0u);
+}
+
 TEST(Choices, RoundsEndWithTheBudget) {
   for (std::uint32_t budget = 1; budget <= 40; ++budget) {
     CountedLoop loop(0, 30, [](CountedLoop& l) { checksum(l, l.i); });
