@@ -28,6 +28,9 @@ constexpr std::size_t kFewRecords = 8;
 /// Instructions after which the value of one has been stored.
 constexpr std::size_t kLatency = 3;
 
+/// More never have bits for all of them.
+constexpr std::size_t kMostPackedVariables = 160;
+
 constexpr std::uint32_t kLiveIn = 0xffffffffu;
 
 /// What is executed by one loop: boolean records by their number of inputs, blocks of one type, instructions of one
@@ -313,6 +316,11 @@ class Arranger {
 
   void arrange_items() {
     find_cells();
+    if (put_packed()) {
+      code_.report.arranged += items_.size();
+      items_.clear();
+      return;
+    }
     find_moving();
     find_edges();
     find_heights();
@@ -455,7 +463,6 @@ class Arranger {
       for (std::size_t k = 0; k < std::size(record.in); ++k) record.in[k] = item.operand[k < item.inputs ? k + 1 : 1];
       records.push_back(record);
     }
-    if (put_packed(run, records)) return;
     for (const BoolSegment& segment : cut_into_segments(records)) {
       const ResolvedOp op = segment.form == BoolSegment::Form::kGeneral ? ResolvedOp::kBoolRun
                             : inputs == 2                               ? ResolvedOp::kBoolRun2
@@ -465,21 +472,61 @@ class Arranger {
     }
   }
 
-  /// False when they are better run by a loop over them.
-  bool put_packed(const std::vector<std::uint32_t>& run, const std::vector<GeneralRecord>& records) {
-    std::vector<LogicRecord> logic;
-    for (std::size_t i = 0; i < run.size(); ++i) {
-      const bool moves = moves_[run[i]] != 0;
-      logic.push_back({records[i], items_[run[i]].inputs, moves, !moves || uses_[run[i]] != 0});
+  // ---- packed stretches (link_packed.h)
+
+  /// Boolean logic with a few other instructions in it.
+  bool put_packed() {
+    std::size_t records = 0;
+    std::vector<std::uint8_t> is_variable(bounds_.size(), 0);
+    for (const Item& item : items_) {
+      if (!is(item, Kind::Form::kRecords)) continue;
+      ++records;
+      for (std::size_t i = 0; i <= item.inputs; ++i) is_variable[cell_at(item.operand[i])] = 1;
     }
-    const auto packed = pack(logic);
+    const auto variables = static_cast<std::size_t>(std::count(is_variable.begin(), is_variable.end(), 1));
+    if (records * 4 < items_.size() * 3 || variables > kMostPackedVariables) return false;
+    const auto packed = pack(stretch_items(), bounds_, scratch_);
     if (!packed || !packed->pays) return false;
-    put_handler(ResolvedOp::kPackedRun);
-    put_pointer(reinterpret_cast<std::uint64_t>(packed_run(packed->bits)));
-    words_.push_back(packed->chunks);
-    words_.insert(words_.end(), packed->words.begin(), packed->words.end());
-    code_.report.packed += run.size();
+    moves_.assign(items_.size(), 0);
+    definition_.assign(items_.size() * 6, kLiveIn);
+    for (const PackedStep& step : packed->steps) put_step(step, packed->bits);
+    code_.report.packed += records;
     return true;
+  }
+  [[nodiscard]] std::vector<StretchItem> stretch_items() const {
+    std::vector<StretchItem> all;
+    for (const Item& item : items_) {
+      const bool block = is(item, Kind::Form::kBlocks);
+      StretchItem to;
+      to.logic = is(item, Kind::Form::kRecords);
+      to.kind = item.kind;
+      to.truth = item.truth;
+      for (std::size_t in = block ? 0 : 1; in <= item.inputs; ++in) {
+        for_cells(item, in, [&](std::size_t c) { to.reads.push_back(static_cast<std::uint32_t>(c)); });
+      }
+      for_cells(item, 0, [&](std::size_t c) { to.writes.push_back(static_cast<std::uint32_t>(c)); });
+      all.push_back(std::move(to));
+    }
+    return all;
+  }
+  void put_step(const PackedStep& step, std::size_t bits) {
+    if (step.items.empty()) {
+      put_handler(ResolvedOp::kPackedRun);
+      put_pointer(reinterpret_cast<std::uint64_t>(packed_run(bits)));
+      words_.push_back(step.chunks);
+      words_.insert(words_.end(), step.words.begin(), step.words.end());
+      ++code_.report.runs;
+      return;
+    }
+    std::vector<std::uint32_t> run;
+    for (std::size_t i = 0; i < step.items.size(); ++i) {
+      run.push_back(step.items[i]);
+      const std::uint32_t kind = items_[run.back()].kind;
+      if (i + 1 < step.items.size() && items_[step.items[i + 1]].kind == kind) continue;
+      put_run(kinds_[kind], run);
+      ++code_.report.runs;
+      run.clear();
+    }
   }
 
   std::vector<std::uint32_t>& words_;

@@ -7,343 +7,567 @@
 #include <utility>
 
 #include "runtime/packed_run.h"
+#include "runtime/packed_schedule.h"
 
 namespace plc::runtime {
 namespace {
 
 constexpr std::size_t kWordBits = 64;
 constexpr std::size_t kMostBits = kMostPackedWords * kWordBits;
-/// Longer ones never have so few variables that this pays.
-constexpr std::size_t kMostRecords = 1024;
-constexpr std::int32_t kNever = -1;
-/// A result can be read two chunks later, see packed_run.h.
-constexpr std::int32_t kDelay = 2;
+/// Of a record: a truth table has 64 bits.
+constexpr std::size_t kMostInputs = 6;
+constexpr std::uint32_t kNone = 0xffffffffu;
 
 /// Processor cycles, measured. A call waits for bytes that were stored just before.
-constexpr std::size_t kCyclesOfCall = 35, kCyclesOfWindow = 12, kCyclesOfSingle = 4;
-constexpr std::array<std::size_t, kMostPackedWords> kCyclesOfChunk = {7, 10};
+constexpr double kCyclesOfStretch = 20, kCyclesOfRun = 15, kCyclesOfWindow = 12, kCyclesOfSingle = 4;
+constexpr std::array<double, kMostPackedWords> kCyclesOfChunk = {7, 10};
 constexpr std::array<double, 6> kCyclesOfRecord = {2.5, 2.5, 2.5, 3.4, 3.4, 4};  ///< of a loop over them, by inputs
 
-/// What has a bit for itself: a byte of the table in the whole run, or one value of scratch memory.
+/// What is read and written at once. Those of a window have one bit in the whole stretch; of the others, each value has
+/// one from where it is computed to where it is last read.
 struct Cell {
   std::uint32_t operand = 0;
-  bool scratch = false;
-  bool read_first = false;          ///< comes from the table
-  bool needed = false;              ///< goes to the table
-  std::int32_t written = kNever;    ///< scratch: the chunk that writes it
-  std::int32_t last_read = kNever;  ///< scratch: the last chunk that reads it
+  bool logic = false;             ///< of a record
+  bool logic_writes = false;      ///< a record writes it
+  std::uint32_t bit = kMostBits;  ///< in a window
+  std::uint32_t last = kNone;     ///< value behind the stretch
+  [[nodiscard]] bool fixed() const { return bit != kMostBits; }
+};
+
+struct Value {
+  std::uint32_t cell = 0;
+  std::uint32_t writer = kNone;  ///< node; none: from before the stretch
+  bool logic = false;            ///< the writer is a record
+  bool read_by_other = false;
+  std::uint32_t readers = 0;  ///< records
   std::uint32_t bit = kMostBits;
+  std::int32_t begin = 0, end = 0;  ///< chunks: that writes it, that reads it last
 };
 
-struct Record {
-  std::uint32_t truth = 0;
-  std::vector<std::uint32_t> in;  ///< cells
-  std::uint32_t out = 0;          ///< cell
-  std::uint32_t height = 0;       ///< chunks that follow at least
-  std::int32_t chunk = kNever;
+struct Node {
+  bool logic = false;
+  bool gone = false;  ///< part of its only reader, or read by nobody
+  std::uint64_t truth = 0;
+  std::vector<std::uint32_t> in, out;  ///< values; a record writes one
+  std::uint32_t segment = 0;
 };
 
-/// `to` runs at least `delay` chunks after `from`.
-struct Edge {
-  std::uint32_t from = 0;
-  std::uint32_t to = 0;
-  std::int32_t delay = 0;
+/// A byte of the table that becomes a bit, or the other way round, at one end of a packed run.
+struct Single {
+  std::uint32_t segment = 0;
+  std::uint32_t value = 0;
 };
 
 class Packer {
  public:
-  std::optional<PackedWords> pack(std::span<const LogicRecord> records) {
-    if (!read(records)) return std::nullopt;
-    place_in_chunks();
+  Packer(std::span<const StretchItem> items, std::span<const std::uint32_t> places, std::uint32_t scratch)
+      : items_(items), scratch_(scratch) {
+    for (const std::uint32_t place : places) cells_.push_back({place});
+  }
+
+  std::optional<PackedStretch> pack() {
+    read();
+    join_records();
     for (std::size_t words = 1; words <= kMostPackedWords; ++words) {
       choose_windows(words);
-      const bool pays = saves(words, records);
+      place_nodes(words);
+      find_lives();
       if (!give_bits(words)) continue;
-      PackedWords packed = words == 1 ? write<1>() : write<2>();
-      packed.pays = pays;
+      PackedStretch packed = words == 1 ? write<1>() : write<2>();
+      packed.pays = cycles(words) < cycles_of_loops();
       return packed;
     }
     return std::nullopt;
   }
 
  private:
-  // ---- reading
+  // ---- values
 
-  /// False when there are too many variables.
-  bool read(std::span<const LogicRecord> records) {
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> cell_of;  // operand, its cell now; few of them
-    std::vector<std::int32_t> writer;                              // by cell
-    std::vector<std::vector<std::uint32_t>> readers;               // by cell, since it was written
-    const auto new_cell = [&](std::uint32_t operand, bool scratch) {
-      cells_.push_back({operand, scratch});
-      writer.push_back(kNever);
-      readers.emplace_back();
-      return static_cast<std::uint32_t>(cells_.size() - 1);
+  void read() {
+    std::vector<std::uint32_t> now(cells_.size(), kNone);
+    const auto new_value = [&](std::uint32_t cell, std::uint32_t writer, bool logic) {
+      values_.push_back({cell, writer, logic});
+      now[cell] = static_cast<std::uint32_t>(values_.size() - 1);
+      return now[cell];
     };
-    const auto find = [&](std::uint32_t operand) {
-      return std::find_if(cell_of.begin(), cell_of.end(), [&](const auto& c) { return c.first == operand; });
-    };
-    for (std::uint32_t i = 0; i < records.size(); ++i) {
-      const LogicRecord& from = records[i];
-      Record record;
-      record.truth = from.record.truth;
-      for (std::size_t k = 0; k < from.inputs; ++k) {
-        auto at = find(from.record.in[k]);
-        if (at == cell_of.end()) {
-          cell_of.emplace_back(from.record.in[k], new_cell(from.record.in[k], false));
-          at = cell_of.end() - 1;
-        }
-        const std::uint32_t cell = at->second;
-        if (writer[cell] == kNever) {
-          cells_[cell].read_first = true;
+    for (std::uint32_t i = 0; i < items_.size(); ++i) {
+      const StretchItem& item = items_[i];
+      Node node;
+      node.logic = item.logic;
+      node.truth = item.truth;
+      for (const std::uint32_t cell : item.reads) {
+        const std::uint32_t value = now[cell] != kNone ? now[cell] : new_value(cell, kNone, false);
+        node.in.push_back(value);
+        if (item.logic) {
+          cells_[cell].logic = true;
         } else {
-          edges_.push_back({static_cast<std::uint32_t>(writer[cell]), i, kDelay});
+          values_[value].read_by_other = true;
         }
-        readers[cell].push_back(i);
-        record.in.push_back(cell);
       }
-      auto at = find(from.record.out);
-      if (at == cell_of.end()) {
-        cell_of.emplace_back(from.record.out, new_cell(from.record.out, from.scratch));
-        at = cell_of.end() - 1;
-      } else if (from.scratch) {
-        at->second = new_cell(from.record.out, true);
+      if (item.logic) reduce(node);
+      for (const std::uint32_t value : node.in) values_[value].readers += item.logic ? 1 : 0;
+      for (const std::uint32_t cell : item.writes) {
+        node.out.push_back(new_value(cell, i, item.logic));
+        if (!item.logic) continue;
+        cells_[cell].logic = true;
+        cells_[cell].logic_writes = true;
       }
-      record.out = at->second;
-      if (cell_of.size() > kMostBits) return false;
-      if (writer[record.out] != kNever) edges_.push_back({static_cast<std::uint32_t>(writer[record.out]), i, 1});
-      for (const std::uint32_t reader : readers[record.out]) {
-        if (reader != i) edges_.push_back({reader, i, 1 - kDelay});
-      }
-      writer[record.out] = static_cast<std::int32_t>(i);
-      readers[record.out].clear();
-      cells_[record.out].needed = from.needed;
-      records_.push_back(std::move(record));
+      nodes_.push_back(std::move(node));
     }
+    for (std::size_t c = 0; c < cells_.size(); ++c) cells_[c].last = now[c];
+  }
+  [[nodiscard]] bool is_last(std::uint32_t value) const { return cells_[values_[value].cell].last == value; }
+
+  /// The truth table over `inputs` instead of over those it has: each value has a bit in `index_of`.
+  template <class IndexOf>
+  static std::uint64_t table_over(std::size_t inputs, IndexOf index_of, std::uint64_t truth) {
+    std::uint64_t table = 0;
+    for (std::uint32_t index = 0; index < 1u << inputs; ++index) table |= (truth >> index_of(index) & 1u) << index;
+    return table;
+  }
+  /// Each input once, and only those that the result depends on.
+  static void reduce(Node& node) {
+    std::vector<std::uint32_t> inputs;
+    for (const std::uint32_t value : node.in) {
+      if (std::find(inputs.begin(), inputs.end(), value) == inputs.end()) inputs.push_back(value);
+    }
+    set_inputs(node, std::move(inputs));
+    for (std::size_t k = node.in.size(); k-- > 0;) {
+      const std::uint64_t apart = std::uint64_t{1} << k;
+      bool depends = false;
+      for (std::uint64_t index = 0; index < std::uint64_t{1} << node.in.size(); ++index) {
+        depends = depends || ((node.truth >> index ^ node.truth >> (index ^ apart)) & 1u) != 0;
+      }
+      if (depends) continue;
+      std::vector<std::uint32_t> others = node.in;
+      others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
+      node.truth = table_over(
+          others.size(), [k](std::uint32_t index) { return (index & ((1u << k) - 1)) | (index >> k << (k + 1)); },
+          node.truth);
+      node.in = std::move(others);
+    }
+  }
+  /// `inputs` hold all that the node reads.
+  static void set_inputs(Node& node, std::vector<std::uint32_t> inputs) {
+    node.truth = table_over(
+        inputs.size(), [&](std::uint32_t index) { return index_in(node.in, inputs, index); }, node.truth);
+    node.in = std::move(inputs);
+  }
+  /// The index over values `to`, all of which are in `from`, for an index over `from`.
+  static std::uint32_t index_in(const std::vector<std::uint32_t>& to, const std::vector<std::uint32_t>& from,
+                                std::uint32_t index) {
+    std::uint32_t result = 0;
+    for (std::size_t k = 0; k < to.size(); ++k) {
+      const auto at = std::find(from.begin(), from.end(), to[k]) - from.begin();
+      result |= (index >> at & 1u) << k;
+    }
+    return result;
+  }
+
+  /// A record whose result only another one reads becomes part of that, if its inputs are still what they were.
+  void join_records() {
+    std::vector<std::uint32_t> now(cells_.size(), kNone);
+    const auto unchanged = [&](std::uint32_t value) {
+      const std::uint32_t current = now[values_[value].cell];
+      return current == kNone ? values_[value].writer == kNone : current == value;
+    };
+    for (Node& node : nodes_) {
+      for (std::size_t k = 0; node.logic && k < node.in.size();) {
+        const Value& value = values_[node.in[k]];
+        const bool alone = value.logic && value.readers == 1 && !value.read_by_other && !is_last(node.in[k]);
+        if (alone && std::all_of(nodes_[value.writer].in.begin(), nodes_[value.writer].in.end(), unchanged) &&
+            join(node, k, nodes_[value.writer])) {
+          k = 0;
+        } else {
+          ++k;
+        }
+      }
+      for (const std::uint32_t out : node.out) now[values_[out].cell] = out;
+    }
+    // Whatever nobody reads: from the last one on.
+    for (auto node = nodes_.rbegin(); node != nodes_.rend(); ++node) {
+      if (!node->logic || node->gone) continue;
+      const Value& out = values_[node->out[0]];
+      if (out.readers != 0 || out.read_by_other || is_last(node->out[0])) continue;
+      node->gone = true;
+      for (const std::uint32_t value : node->in) --values_[value].readers;
+    }
+  }
+  /// Input `k` of the reader is what `from` computes.
+  bool join(Node& reader, std::size_t k, Node& from) {
+    std::vector<std::uint32_t> inputs = reader.in;
+    inputs.erase(inputs.begin() + static_cast<std::ptrdiff_t>(k));
+    const std::size_t before = inputs.size();
+    for (const std::uint32_t value : from.in) {
+      if (std::find(inputs.begin(), inputs.begin() + static_cast<std::ptrdiff_t>(before), value) ==
+          inputs.begin() + static_cast<std::ptrdiff_t>(before)) {
+        inputs.push_back(value);
+      }
+    }
+    if (inputs.size() > kMostInputs) return false;
+    const std::uint32_t joined = reader.in[k];
+    reader.truth = table_over(
+        inputs.size(),
+        [&](std::uint32_t index) {
+          const std::uint32_t result = from.truth >> index_in(from.in, inputs, index) & 1u;
+          std::uint32_t old = 0;
+          for (std::size_t i = 0; i < reader.in.size(); ++i) {
+            const std::uint32_t bit =
+                reader.in[i] == joined
+                    ? result
+                    : index >> (std::find(inputs.begin(), inputs.end(), reader.in[i]) - inputs.begin()) & 1u;
+            old |= bit << i;
+          }
+          return old;
+        },
+        reader.truth);
+    for (const std::uint32_t value : from.in) {
+      const auto end = inputs.begin() + static_cast<std::ptrdiff_t>(before);
+      if (std::find(inputs.begin(), end, value) != end) --values_[value].readers;
+    }
+    reader.in = std::move(inputs);
+    values_[joined].readers = 0;
+    from.gone = true;
     return true;
+  }
+
+  // ---- windows
+
+  /// Each window is where most of the records' cells lie that have no bit yet. Where values replace each other that
+  /// nobody knows from before the stretch, each has a bit of its own.
+  void choose_windows(std::size_t words) {
+    std::vector<std::uint32_t> written(cells_.size(), 0);
+    std::vector<bool> known(cells_.size(), false);
+    for (const Value& value : values_) {
+      if (value.logic) ++written[value.cell];
+      if (value.writer == kNone && value.readers != 0) known[value.cell] = true;
+    }
+    std::vector<std::uint32_t> open;
+    for (std::uint32_t c = 0; c < cells_.size(); ++c) {
+      cells_[c].bit = kMostBits;
+      const bool stays = written[c] == 1 && values_[cells_[c].last].logic;
+      if (known[c] || stays) open.push_back(c);
+    }
+    windows_ = 0;
+    for (; windows_ < words; ++windows_) {
+      std::size_t most = 0;
+      std::size_t best = 0;
+      for (std::size_t first = 0, end = 0; first < open.size(); ++first) {
+        while (end < open.size() && cells_[open[end]].operand - cells_[open[first]].operand < kPackedWindowBytes) ++end;
+        if (end - first <= most) continue;
+        most = end - first;
+        best = first;
+      }
+      if (most < kPackedWindowBytes / 8) return;
+      window_[windows_] = cells_[open[best]].operand;
+      for (std::size_t i = best; i != best + most; ++i) {
+        cells_[open[i]].bit =
+            static_cast<std::uint32_t>(windows_ * kWordBits) + cells_[open[i]].operand - window_[windows_];
+      }
+      open.erase(open.begin() + static_cast<std::ptrdiff_t>(best),
+                 open.begin() + static_cast<std::ptrdiff_t>(best + most));
+    }
   }
 
   // ---- order
 
-  /// List scheduling: each chunk takes the records that most others wait for.
-  void place_in_chunks() {
-    std::sort(edges_.begin(), edges_.end(), [](const Edge& a, const Edge& b) { return a.from < b.from; });
-    for (auto edge = edges_.rbegin(); edge != edges_.rend(); ++edge) {
-      const auto behind = static_cast<std::int32_t>(records_[edge->to].height) + edge->delay;
-      records_[edge->from].height =
-          std::max(records_[edge->from].height, static_cast<std::uint32_t>(std::max(behind, 0)));
+  [[nodiscard]] bool is_fixed(std::uint32_t value) const { return cells_[values_[value].cell].fixed(); }
+  /// Needs a bit for itself.
+  [[nodiscard]] bool is_single(std::uint32_t value) const {
+    const Value& v = values_[value];
+    if (is_fixed(value) || !cells_[v.cell].logic || (v.writer != kNone && nodes_[v.writer].gone)) return false;
+    return v.logic || v.readers != 0;
+  }
+  /// Goes to the table behind the run that computes it.
+  [[nodiscard]] bool is_scattered(std::uint32_t value) const {
+    const Value& v = values_[value];
+    return v.logic && (v.read_by_other || (is_last(value) && !is_fixed(value)));
+  }
+
+  void place_nodes(std::size_t words) {
+    std::vector<std::uint32_t> number_of(nodes_.size(), kNone), node_of;
+    std::vector<ScheduleNode> scheduled;
+    std::vector<ScheduleValue> values;
+    std::vector<std::uint32_t> value_numbers(values_.size(), kNone);
+    for (std::uint32_t v = 0; v < values_.size(); ++v) {
+      if (!is_single(v)) continue;
+      value_numbers[v] = static_cast<std::uint32_t>(values.size());
+      values.push_back({values_[v].readers, is_scattered(v)});
     }
-    std::vector<std::uint32_t> waits(records_.size(), 0), first_edge(records_.size() + 1, 0);
-    std::vector<std::int32_t> earliest(records_.size(), 0);
-    for (const Edge& edge : edges_) {
-      ++waits[edge.to];
-      ++first_edge[edge.from + 1];
+    const auto numbers = [&](const std::vector<std::uint32_t>& of) {
+      std::vector<std::uint32_t> result;
+      for (const std::uint32_t v : of) {
+        if (value_numbers[v] != kNone) result.push_back(value_numbers[v]);
+      }
+      return result;
+    };
+    for (std::uint32_t n = 0; n < nodes_.size(); ++n) {
+      const Node& node = nodes_[n];
+      if (node.gone) continue;
+      number_of[n] = static_cast<std::uint32_t>(node_of.size());
+      node_of.push_back(n);
+      scheduled.push_back({node.logic, items_[n].kind, {}, numbers(node.out)});
+      if (node.logic) scheduled.back().reads = numbers(node.in);
     }
-    for (std::size_t i = 1; i < first_edge.size(); ++i) first_edge[i] += first_edge[i - 1];
-    std::vector<std::uint32_t> ready;
-    for (std::uint32_t i = 0; i < records_.size(); ++i) {
-      if (waits[i] == 0) ready.push_back(i);
-    }
-    std::size_t left = records_.size();
-    for (std::int32_t chunk = 0; left != 0; ++chunk) {
-      chunks_.emplace_back();
-      while (chunks_.back().size() < kChunkRecords) {
-        auto best = ready.end();
-        for (auto r = ready.begin(); r != ready.end(); ++r) {
-          if (earliest[*r] <= chunk && (best == ready.end() || records_[*r].height > records_[*best].height)) best = r;
+    std::vector<ScheduleEdge> edges = find_edges();
+    for (ScheduleEdge& edge : edges) edge = {number_of[edge.from], number_of[edge.to], edge.delay};
+    const auto fixed =
+        static_cast<std::size_t>(std::count_if(cells_.begin(), cells_.end(), [](const Cell& c) { return c.fixed(); }));
+    segments_ = schedule(scheduled, std::move(edges), std::move(values), words * kWordBits - fixed);
+    times_.assign(nodes_.size(), 0);
+    for (std::uint32_t s = 0; s < segments_.size(); ++s) {
+      std::int32_t time = segments_[s].first;
+      for (std::vector<std::uint32_t>& chunk : segments_[s].chunks) {
+        for (std::uint32_t& node : chunk) {
+          node = node_of[node];
+          nodes_[node].segment = s;
+          times_[node] = time;
         }
-        if (best == ready.end()) break;
-        const std::uint32_t record = *best;
-        ready.erase(best);
-        chunks_.back().push_back(record);
-        records_[record].chunk = chunk;
-        --left;
-        for (std::uint32_t e = first_edge[record]; e != first_edge[record + 1]; ++e) {
-          const Edge& edge = edges_[e];
-          // Not before: a chunk does not look back at those in front of it.
-          earliest[edge.to] = std::max(earliest[edge.to], std::max(chunk + edge.delay, chunk - 1));
-          if (--waits[edge.to] == 0) ready.push_back(edge.to);
-        }
+        ++time;
+      }
+      for (std::uint32_t& node : segments_[s].others) {
+        node = node_of[node];
+        nodes_[node].segment = s;
       }
     }
-    for (const Record& record : records_) {
-      cells_[record.out].written = std::max(cells_[record.out].written, record.chunk);
-      for (const std::uint32_t cell : record.in) {
-        cells_[cell].last_read = std::max(cells_[cell].last_read, record.chunk);
+  }
+
+  [[nodiscard]] std::vector<ScheduleEdge> find_edges() const {
+    std::vector<ScheduleEdge> edges;
+    std::vector<Users> users(cells_.size());
+    for (std::uint32_t n = 0; n < nodes_.size(); ++n) {
+      const Node& node = nodes_[n];
+      if (node.gone) continue;
+      for (const std::uint32_t in : node.in) {
+        const std::uint32_t from = values_[in].writer;
+        if (from != kNone) edges.push_back({from, n, node.logic && nodes_[from].logic ? kPackedDelay : 0});
+        users[values_[in].cell].readers[node.logic ? 1 : 0].push_back(n);
+      }
+      for (const std::uint32_t out : node.out) {
+        const std::uint32_t c = values_[out].cell;
+        add_writer(n, users[c], cells_[c].fixed(), edges);
       }
     }
+    return edges;
+  }
+  /// Of a cell so far, as far as others wait for them; not logic, logic.
+  struct Users {
+    std::vector<std::uint32_t> readers[2], writers[2];
+  };
+  void add_writer(std::uint32_t n, Users& users, bool fixed, std::vector<ScheduleEdge>& edges) const {
+    const bool logic = nodes_[n].logic;
+    const auto wait = [&](const std::vector<std::uint32_t>& nodes, std::int32_t delay) {
+      for (const std::uint32_t node : nodes) {
+        if (node != n) edges.push_back({node, n, delay});
+      }
+    };
+    wait(users.readers[0], 0);
+    wait(users.writers[0], 0);
+    // Records on values that have bits of their own do not wait for each other.
+    const bool apart = logic && !fixed;
+    if (!apart) {
+      wait(users.readers[1], logic ? 1 - kPackedDelay : 0);
+      wait(users.writers[1], logic ? 1 : 0);
+      users = {};
+    }
+    users.writers[logic ? 1 : 0].push_back(n);
   }
 
   // ---- bits
 
-  /// Each window is where most of the table's cells lie that have none yet.
-  void choose_windows(std::size_t words) {
-    for (Cell& cell : cells_) cell.bit = kMostBits;
-    windows_ = 0;
-    for (; windows_ < words; ++windows_) {
-      std::vector<std::uint32_t> operands;
-      for (const Cell& cell : cells_) {
-        if (!cell.scratch && cell.bit == kMostBits) operands.push_back(cell.operand);
-      }
-      std::sort(operands.begin(), operands.end());
-      std::size_t most = 0;
-      for (std::size_t first = 0, end = 0; first < operands.size(); ++first) {
-        while (end < operands.size() && operands[end] - operands[first] < kPackedWindowBytes) ++end;
-        if (end - first <= most) continue;
-        most = end - first;
-        window_[windows_] = operands[first];
-      }
-      if (most < kPackedWindowBytes / 8) return;
-      for (Cell& cell : cells_) {
-        const std::uint32_t bit = cell.operand - window_[windows_];
-        if (!cell.scratch && cell.bit == kMostBits && bit < kPackedWindowBytes) {
-          cell.bit = static_cast<std::uint32_t>(windows_ * kWordBits) + bit;
-        }
+  /// What comes from the table and goes to it, and how long values live.
+  void find_lives() {
+    gathers_.clear();
+    scatters_.clear();
+    first_ = kNone;
+    last_ = 0;
+    for (std::uint32_t s = 0; s < segments_.size(); ++s) {
+      if (segments_[s].chunks.empty()) continue;
+      first_ = std::min(first_, s);
+      last_ = s;
+    }
+    for (Value& value : values_) value.begin = value.end = -1;
+    for (std::uint32_t n = 0; n < nodes_.size(); ++n) {
+      if (!nodes_[n].logic || nodes_[n].gone) continue;
+      for (const std::uint32_t in : nodes_[n].in) values_[in].end = std::max(values_[in].end, times_[n]);
+    }
+    for (std::uint32_t v = 0; v < values_.size(); ++v) {
+      Value& value = values_[v];
+      const Cell& cell = cells_[value.cell];
+      value.bit = cell.bit;
+      if (!cell.logic || (value.writer != kNone && nodes_[value.writer].gone)) continue;
+      if (value.logic) {
+        value.begin = times_[value.writer];
+        value.end = std::max(value.end, value.begin);
+        if (!is_scattered(v)) continue;
+        const std::uint32_t segment = nodes_[value.writer].segment;
+        scatters_.push_back({segment, v});
+        // As long as a chunk of this run could write it.
+        value.end = std::max(value.end, segments_[segment].end() - 1 + kPackedDelay);
+      } else if (value.writer != kNone || !cell.fixed()) {
+        if (value.readers == 0 && !(cell.fixed() && cell.logic_writes)) continue;
+        std::uint32_t segment = value.writer == kNone ? first_ : nodes_[value.writer].segment + 1;
+        while (segment < segments_.size() && segments_[segment].chunks.empty()) ++segment;
+        if (segment >= segments_.size()) continue;
+        gathers_.push_back({segment, v});
+        // No chunk in front of this run has it.
+        value.begin = segments_[segment].first - kPackedDelay;
       }
     }
   }
 
-  /// Windows are chosen.
-  [[nodiscard]] bool saves(std::size_t words, std::span<const LogicRecord> records) const {
-    double loop = 0;
-    for (const LogicRecord& record : records) loop += kCyclesOfRecord[record.inputs];
-    std::size_t cycles = kCyclesOfCall + windows_ * kCyclesOfWindow + chunks_.size() * kCyclesOfChunk[words - 1];
-    for (const Cell& cell : cells_) {
-      if (cell.bit == kMostBits)
-        cycles += (std::size_t{is_read(cell)} + std::size_t{is_written(cell)}) * kCyclesOfSingle;
-    }
-    return static_cast<double>(cycles) < loop;
-  }
-  static bool is_read(const Cell& cell) { return cell.read_first; }
-  static bool is_written(const Cell& cell) { return cell.written != kNever && cell.needed; }
-
-  /// A bit for each cell outside of windows; values of scratch memory use bits one after the other. False when there
-  /// are not enough.
+  /// A bit for each value outside of windows; they use bits one after the other. False when there are not enough.
   bool give_bits(std::size_t words) {
     constexpr std::int32_t kAlways = 0x7fffffff;
     struct Bit {
-      std::int32_t written = -kAlways, last_read = -kAlways;  // of the cell that had it last
+      std::int32_t begin = -kAlways, end = -kAlways;  // of the value that had it last
     };
     std::array<Bit, kMostBits> bits;
     for (const Cell& cell : cells_) {
-      if (cell.bit != kMostBits) bits[cell.bit].last_read = kAlways;
+      if (cell.fixed()) bits[cell.bit].end = kAlways;
     }
     std::vector<std::uint32_t> order;
-    for (std::uint32_t i = 0; i < cells_.size(); ++i) {
-      if (cells_[i].bit == kMostBits) order.push_back(i);
+    for (std::uint32_t v = 0; v < values_.size(); ++v) {
+      if (is_single(v)) order.push_back(v);
     }
-    const auto begin = [this](std::uint32_t i) { return cells_[i].scratch ? cells_[i].written : kNever; };
-    std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return begin(a) < begin(b); });
-    for (const std::uint32_t i : order) {
-      Cell& cell = cells_[i];
-      const std::int32_t written = begin(i);
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::uint32_t a, std::uint32_t b) { return values_[a].begin < values_[b].begin; });
+    for (const std::uint32_t v : order) {
+      Value& value = values_[v];
       std::size_t bit = 0;
-      while (bit < words * kWordBits && (bits[bit].last_read > written + kDelay - 1 || bits[bit].written >= written)) {
+      while (bit < words * kWordBits &&
+             (bits[bit].end > value.begin + kPackedDelay - 1 || bits[bit].begin >= value.begin)) {
         ++bit;
       }
       if (bit == words * kWordBits) return false;
-      cell.bit = static_cast<std::uint32_t>(bit);
-      const bool to_the_end = !cell.scratch || cell.needed;
-      bits[bit] = {written, to_the_end ? kAlways : std::max(cell.last_read, written)};
+      value.bit = static_cast<std::uint32_t>(bit);
+      bits[bit] = {value.begin, value.end};
     }
     return true;
   }
 
+  // ---- cost
+
+  [[nodiscard]] std::size_t runs() const {
+    return static_cast<std::size_t>(
+        std::count_if(segments_.begin(), segments_.end(), [](const Segment& s) { return !s.chunks.empty(); }));
+  }
+  [[nodiscard]] double cycles(std::size_t words) const {
+    std::size_t chunks = 0;
+    for (const Segment& segment : segments_) chunks += segment.chunks.size();
+    return kCyclesOfStretch + kCyclesOfRun * static_cast<double>(runs()) +
+           kCyclesOfWindow * static_cast<double>(windows_) +
+           kCyclesOfSingle * static_cast<double>(gathers_.size() + scatters_.size()) +
+           kCyclesOfChunk[words - 1] * static_cast<double>(chunks);
+  }
+  /// Other instructions cut them in as many runs.
+  [[nodiscard]] double cycles_of_loops() const {
+    double cycles = kCyclesOfRun * static_cast<double>(runs());
+    for (const StretchItem& item : items_) {
+      if (item.logic) cycles += kCyclesOfRecord[item.reads.size()];
+    }
+    return cycles;
+  }
+
   // ---- writing
 
-  template <class T>
-  void put(PackedWords& packed, const T& value) const {
-    const std::size_t at = packed.words.size();
-    packed.words.resize(at + sizeof value / sizeof(std::uint32_t));
-    std::memcpy(packed.words.data() + at, &value, sizeof value);
-  }
-  [[nodiscard]] bool in_window(const Cell& cell) const {
-    return !cell.scratch && cell.bit / kWordBits < windows_ &&
-           cell.operand - window_[cell.bit / kWordBits] == cell.bit % kWordBits;
+  template <std::size_t kWords>
+  PackedStretch write() const {
+    PackedStretch packed;
+    packed.bits = kWords;
+    for (std::uint32_t s = 0; s < segments_.size(); ++s) {
+      if (!segments_[s].chunks.empty()) packed.steps.push_back(run_of<kWords>(s));
+      if (!segments_[s].others.empty()) packed.steps.push_back({segments_[s].others, 0, {}});
+    }
+    return packed;
   }
 
+  template <class T>
+  static void put(PackedStep& run, const T& value) {
+    const std::size_t at = run.words.size();
+    run.words.resize(at + sizeof value / sizeof(std::uint32_t));
+    std::memcpy(run.words.data() + at, &value, sizeof value);
+  }
+  static std::uint64_t bit_of(std::uint32_t bit) { return std::uint64_t{1} << (bit % kWordBits); }
+
   template <std::size_t kWords>
-  PackedWords write() const {
-    PackedWords packed;
-    packed.bits = kWords;
-    packed.chunks = static_cast<std::uint32_t>(chunks_.size());
+  [[nodiscard]] PackedStep run_of(std::uint32_t segment) const {
+    PackedStep run;
+    run.chunks = static_cast<std::uint32_t>(segments_[segment].chunks.size());
     PackedHeader header;
+    header.begins = segment == first_ ? 1 : 0;
+    header.ends = segment == last_ ? 1 : 0;
+    header.state = scratch_;
     header.windows = static_cast<std::uint32_t>(windows_);
     std::copy(window_.begin(), window_.end(), header.window);
-    std::vector<PackedBit> gathers, scatters;
     for (const Cell& cell : cells_) {
-      const std::uint64_t bit = std::uint64_t{1} << (cell.bit % kWordBits);
-      if (in_window(cell)) {
-        if (is_written(cell)) header.written[cell.bit / kWordBits] |= bit;
-        continue;
-      }
-      if (is_read(cell)) {
-        header.gathered[cell.bit / kWordBits] |= bit;
-        gathers.push_back({cell.operand, cell.bit});
-      }
-      if (is_written(cell)) scatters.push_back({cell.operand, cell.bit});
+      if (cell.fixed() && cell.logic_writes) header.written[cell.bit / kWordBits] |= bit_of(cell.bit);
     }
-    header.gathers = static_cast<std::uint32_t>(gathers.size());
-    header.scatters = static_cast<std::uint32_t>(scatters.size());
-    put(packed, header);
-    for (const PackedBit& gather : gathers) put(packed, gather);
-    for (const PackedBit& scatter : scatters) put(packed, scatter);
-    for (const std::vector<std::uint32_t>& chunk : chunks_) put(packed, chunk_of<kWords>(chunk));
-    return packed;
+    std::vector<PackedBit> singles;
+    for (const Single& gather : gathers_) {
+      if (gather.segment != segment) continue;
+      const Value& value = values_[gather.value];
+      header.gathered[value.bit / kWordBits] |= bit_of(value.bit);
+      singles.push_back({cells_[value.cell].operand, value.bit});
+      ++header.gathers;
+    }
+    for (const Single& scatter : scatters_) {
+      if (scatter.segment != segment) continue;
+      const Value& value = values_[scatter.value];
+      singles.push_back({cells_[value.cell].operand, value.bit});
+      ++header.scatters;
+    }
+    put(run, header);
+    for (const PackedBit& single : singles) put(run, single);
+    for (const std::vector<std::uint32_t>& chunk : segments_[segment].chunks) put(run, chunk_of<kWords>(chunk));
+    return run;
   }
 
   template <std::size_t kWords>
   [[nodiscard]] PackedChunk<kWords> chunk_of(std::vector<std::uint32_t> numbers) const {
     PackedChunk<kWords> chunk;
+    const auto out_of = [this](std::uint32_t node) { return values_[nodes_[node].out[0]].bit; };
     // The last one is the lowest bit.
-    std::sort(numbers.begin(), numbers.end(), [this](std::uint32_t a, std::uint32_t b) {
-      return cells_[records_[a].out].bit > cells_[records_[b].out].bit;
-    });
+    std::sort(numbers.begin(), numbers.end(), [&](std::uint32_t a, std::uint32_t b) { return out_of(a) > out_of(b); });
     for (std::size_t i = 0; i < numbers.size(); ++i) {
-      const Record& record = records_[numbers[i]];
+      const Node& node = nodes_[numbers[i]];
       const std::size_t r = kChunkRecords - numbers.size() + i;
-      std::vector<std::uint32_t> bits;
-      for (const std::uint32_t cell : record.in) bits.push_back(cells_[cell].bit);
-      std::sort(bits.begin(), bits.end());
-      bits.erase(std::unique(bits.begin(), bits.end()), bits.end());
-      for (const std::uint32_t bit : bits) {
-        chunk.records[r].in[bit / kWordBits] |= std::uint64_t{1} << (bit % kWordBits);
+      std::vector<std::uint32_t> in = node.in;  // ascending by bit
+      std::sort(in.begin(), in.end(),
+                [this](std::uint32_t a, std::uint32_t b) { return values_[a].bit < values_[b].bit; });
+      for (const std::uint32_t value : in) {
+        const std::uint32_t bit = values_[value].bit;
+        chunk.records[r].in[bit / kWordBits] |= bit_of(bit);
         if (bit < kWordBits) ++chunk.inputs[r];
       }
-      chunk.records[r].truth = truth_of(record, bits);
-      const std::uint32_t out = cells_[record.out].bit;
-      chunk.out[out / kWordBits] |= std::uint64_t{1} << (out % kWordBits);
+      chunk.records[r].truth = table_over(
+          in.size(), [&](std::uint32_t index) { return index_in(node.in, in, index); }, node.truth);
+      const std::uint32_t out = out_of(numbers[i]);
+      chunk.out[out / kWordBits] |= bit_of(out);
       if (out < kWordBits) ++chunk.outputs;
     }
     return chunk;
   }
-  /// The truth table over `bits`, ascending, instead of over the record's inputs.
-  [[nodiscard]] std::uint64_t truth_of(const Record& record, const std::vector<std::uint32_t>& bits) const {
-    std::uint64_t truth = 0;
-    for (std::uint32_t index = 0; index < 1u << bits.size(); ++index) {
-      std::uint32_t old = 0;
-      for (std::size_t k = 0; k < record.in.size(); ++k) {
-        const auto at = std::lower_bound(bits.begin(), bits.end(), cells_[record.in[k]].bit) - bits.begin();
-        old |= (index >> at & 1u) << k;
-      }
-      truth |= std::uint64_t{record.truth >> old & 1u} << index;
-    }
-    return truth;
-  }
 
+  std::span<const StretchItem> items_;
+  std::uint32_t scratch_;
   std::vector<Cell> cells_;
-  std::vector<Record> records_;
-  std::vector<Edge> edges_;
-  std::vector<std::vector<std::uint32_t>> chunks_;
+  std::vector<Value> values_;
+  std::vector<Node> nodes_;  ///< by item
+  std::vector<Segment> segments_;
+  std::vector<std::int32_t> times_;  ///< by node: its chunk
+  std::vector<Single> gathers_, scatters_;
+  std::uint32_t first_ = kNone, last_ = 0;  ///< segments that have chunks
   std::array<std::uint32_t, kMostPackedWords> window_{};
   std::size_t windows_ = 0;
 };
 
 }  // namespace
 
-std::optional<PackedWords> pack(std::span<const LogicRecord> records) {
-  if (records.size() > kMostRecords || packed_run(1) == nullptr) return std::nullopt;
-  return Packer{}.pack(records);
+std::optional<PackedStretch> pack(std::span<const StretchItem> items, std::span<const std::uint32_t> places,
+                                  std::uint32_t scratch) {
+  if (packed_run(1) == nullptr) return std::nullopt;
+  return Packer(items, places, scratch).pack();
 }
 
 }  // namespace plc::runtime

@@ -1,33 +1,43 @@
-// Packs runs of boolean logic (packed_run.h). Compile time.
+// Packs stretches of boolean logic (packed_run.h). Compile time.
 //
-// In: records in an order in which they may run. Out: the words of a packed run, if all their variables fit into two
-// words of bits and it is faster than a loop over the records. Does not belong here: which records stand side by side
-// (arrange.h).
+// In: instructions in an order in which they may run, most of them boolean records. Out: packed runs, and what runs
+// between them, if the variables of the records fit into two words of bits and that is faster than loops over them.
+// Variables stay bits from the first run of a stretch to the last. Does not belong here: how the other instructions
+// run (arrange.h).
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
 
-#include "runtime/bool_run.h"
-
 namespace plc::runtime {
 
-struct LogicRecord {
-  GeneralRecord record;
-  std::uint8_t inputs = 0;  ///< of the record's, what its truth table depends on
-  bool scratch = false;     ///< the result lies in scratch memory: later records with the same place do not wait for it
-  bool needed = true;       ///< the result is read behind the run
+/// A cell is a range of bytes that are always used together; those of records are one byte.
+struct StretchItem {
+  bool logic = false;                 ///< a boolean record
+  std::uint32_t kind = 0;             ///< of another instruction: those of one kind should run side by side
+  std::uint32_t truth = 0;            ///< of a record, over its inputs
+  std::vector<std::uint32_t> reads;   ///< cells; of a record, its inputs, at most 5
+  std::vector<std::uint32_t> writes;  ///< cells, each once; of a record, one
 };
 
-struct PackedWords {
-  std::size_t bits = 0;  ///< words of bits, 1 or 2: see packed_run()
+/// A packed run, or other instructions.
+struct PackedStep {
+  std::vector<std::uint32_t> items;  ///< numbers of other instructions, in order; empty: a packed run
   std::uint32_t chunks = 0;
-  bool pays = false;  ///< faster than a loop over the records
   std::vector<std::uint32_t> words;
 };
-/// Nothing when it does not fit, or when this processor has no fast way to run it.
-std::optional<PackedWords> pack(std::span<const LogicRecord> records);
+struct PackedStretch {
+  std::size_t bits = 0;  ///< words of bits, 1 or 2: see packed_run()
+  bool pays = false;     ///< faster than loops over the records
+  std::vector<PackedStep> steps;
+};
+
+/// `places`: operands of the cells. `scratch`: operand of kPackedStateBytes that belong to nobody else while the
+/// stretch runs. Nothing when it does not fit, or when this processor has no fast way to run it.
+std::optional<PackedStretch> pack(std::span<const StretchItem> items, std::span<const std::uint32_t> places,
+                                  std::uint32_t scratch);
 
 }  // namespace plc::runtime

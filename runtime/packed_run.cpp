@@ -80,14 +80,23 @@ PLC_PACKED const std::uint32_t* run(std::byte* table, std::uint32_t instance, co
     return place<Addressing::kRelative>(table, instance, load<std::uint32_t>(operand));
   };
   const auto window = [=](std::size_t w) { return place_of(header + offsetof(PackedHeader, window) + 4 * w); };
-  const auto mask = [=](std::size_t field, std::size_t w) { return load<std::uint64_t>(header + field + 8 * w); };
-  const auto windows = load<std::uint32_t>(header + offsetof(PackedHeader, windows));
-  const auto gathers = load<std::uint32_t>(header + offsetof(PackedHeader, gathers));
-  const auto scatters = load<std::uint32_t>(header + offsetof(PackedHeader, scatters));
+  const auto mask = [=](std::size_t at, std::size_t w) { return load<std::uint64_t>(header + at + 8 * w); };
+  const auto field = [=](std::size_t at) { return load<std::uint32_t>(header + at); };
+  const std::uint32_t windows = field(offsetof(PackedHeader, windows));
+  const std::uint32_t gathers = field(offsetof(PackedHeader, gathers));
+  const std::uint32_t scatters = field(offsetof(PackedHeader, scatters));
+  std::byte* const state = place_of(header + offsetof(PackedHeader, state));
 
   std::uint64_t first = 0, second = 0;
-  if (windows > 0) first = bits_of(window(0)) & ~mask(offsetof(PackedHeader, gathered), 0);
-  if (kWords == 2 && windows > 1) second = bits_of(window(1)) & ~mask(offsetof(PackedHeader, gathered), 1);
+  if (field(offsetof(PackedHeader, begins)) != 0) {
+    if (windows > 0) first = bits_of(window(0));
+    if (kWords == 2 && windows > 1) second = bits_of(window(1));
+  } else {
+    first = load<std::uint64_t>(state);
+    if (kWords == 2) second = load<std::uint64_t>(state + 8);
+  }
+  first &= ~mask(offsetof(PackedHeader, gathered), 0);
+  if (kWords == 2) second &= ~mask(offsetof(PackedHeader, gathered), 1);
   const std::byte* single = header + sizeof(PackedHeader);
   for (std::uint32_t i = 0; i < gathers; ++i, single += sizeof(PackedBit)) {
     const auto bit = load<std::uint32_t>(single + offsetof(PackedBit, bit));
@@ -112,8 +121,13 @@ PLC_PACKED const std::uint32_t* run(std::byte* table, std::uint32_t instance, co
     }
   }
 
-  put(window(0), later_first, mask(offsetof(PackedHeader, written), 0));
-  if constexpr (kWords == 2) put(window(1), later_second, mask(offsetof(PackedHeader, written), 1));
+  if (field(offsetof(PackedHeader, ends)) != 0) {
+    put(window(0), later_first, mask(offsetof(PackedHeader, written), 0));
+    if constexpr (kWords == 2) put(window(1), later_second, mask(offsetof(PackedHeader, written), 1));
+  } else {
+    store(state, later_first);
+    if constexpr (kWords == 2) store(state + 8, later_second);
+  }
   single = first_scatter;
   for (std::uint32_t i = 0; i < scatters; ++i, single += sizeof(PackedBit)) {
     const auto bit = load<std::uint32_t>(single + offsetof(PackedBit, bit));

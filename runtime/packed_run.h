@@ -5,6 +5,9 @@
 // table. Records stand in chunks of four. All of a chunk read the bits as they were before the chunk in front of it, so
 // that two chunks are under way at a time; the linker (link_packed.h) places records where that holds.
 //
+// Logic between which other instructions stand is several runs: the first one fetches the bits, the last one puts them
+// back, and in between they lie in scratch memory; what the other instructions use is fetched and stored byte by byte.
+//
 // In: words as laid out below. Out: changed bytes, those of variables that were written only. For processors with BMI2
 // and AVX2. Does not belong here: which runs are packed. RT.
 #pragma once
@@ -20,17 +23,22 @@ inline constexpr std::uint32_t kPackedWindowBytes = 64;  ///< as many as a word 
 inline constexpr std::uint32_t kChunkRecords = 4;
 inline constexpr std::size_t kMostPackedWords = 2;
 
+/// Where bits lie between two runs.
+inline constexpr std::uint32_t kPackedStateBytes = kMostPackedWords * sizeof(std::uint64_t);
+
 /// What a packed run begins with. Behind it: gathers, scatters (PackedBit), chunks.
 struct PackedHeader {
-  std::uint32_t window[kMostPackedWords] = {};  ///< resolved operand of each word's first byte
-  std::uint32_t windows = 0;                    ///< words that have one
-  std::uint32_t gathers = 0;                    ///< bytes outside of the windows that are read
-  std::uint32_t scatters = 0;                   ///< ..that are written at the end
-  std::uint32_t padding = 0;
+  std::uint32_t window[kMostPackedWords] = {};    ///< resolved operand of each word's first byte
+  std::uint32_t windows = 0;                      ///< words that have one
+  std::uint32_t gathers = 0;                      ///< bytes that are read one by one, first
+  std::uint32_t scatters = 0;                     ///< ..that are written, last
+  std::uint32_t state = 0;                        ///< resolved operand of kPackedStateBytes
+  std::uint32_t begins = 1;                       ///< 0: the bits lie in the state
+  std::uint32_t ends = 1;                         ///< 0: the bits go to the state
   std::uint64_t gathered[kMostPackedWords] = {};  ///< bits of `gathers`
-  std::uint64_t written[kMostPackedWords] = {};   ///< bits whose bytes in the window are written at the end
+  std::uint64_t written[kMostPackedWords] = {};   ///< bits whose bytes in the window are written where it ends
 };
-static_assert(sizeof(PackedHeader) == 56);
+static_assert(sizeof(PackedHeader) == 64);
 
 /// A byte of the table and its bit.
 struct PackedBit {

@@ -208,21 +208,41 @@ class RandomImage : private RandomVariables {
     }
   }
 
-  /// Rungs on variables that lie side by side: bits in registers, if they do not wait for each other too often.
+  /// Rungs on variables that lie side by side, with blocks and other instructions on the same variables between them:
+  /// bits in registers, if they do not wait for each other too often.
   void ladder(Scope& scope) {
     const std::size_t bools = 10 + below(120);
     const Word first = declare(scope, b_.array(b_.type(TypeId::kBool), static_cast<std::uint32_t>(bools)));
-    const auto variable = [&] { return first + static_cast<Word>(below(bools)); };
-    const std::size_t count = 20 + below(80);
+    decltype(scope.leaves) fields;  // of the blocks
+    const auto variable = [&] {
+      const std::vector<Word>& ports = fields[number(TypeId::kBool)];
+      if (!ports.empty() && random_.once_in(10)) return random_.one_of(ports);
+      return first + static_cast<Word>(below(bools));
+    };
     const bool four = random_.once_in(2);
-    std::vector<Word> words;
-    for (std::size_t i = 0; i < count; ++i) {
-      const auto truth = static_cast<std::uint32_t>(random_.bits());
-      words.push_back(four ? (truth & 0xffffu) * 0x10001u : truth);
-      words.push_back(random_.once_in(20) ? write(scope, TypeId::kBool) : variable());
-      for (int k = 0; k < 5; ++k) words.push_back(random_.once_in(40) ? read(scope, TypeId::kBool) : variable());
+    const std::size_t others = random_.once_in(2) ? 0 : 1 + below(10);
+    for (std::size_t n = 0; n <= others; ++n) {
+      std::vector<Word> words;
+      const std::size_t count = 10 + below(others == 0 ? 90 : 20);
+      for (std::size_t i = 0; i < count; ++i) {
+        const auto truth = static_cast<std::uint32_t>(random_.bits());
+        words.push_back(four ? (truth & 0xffffu) * 0x10001u : truth);
+        words.push_back(random_.once_in(20) ? write(scope, TypeId::kBool) : variable());
+        for (int k = 0; k < 5; ++k) words.push_back(random_.once_in(40) ? read(scope, TypeId::kBool) : variable());
+      }
+      scope.pou.list(Opcode::kBoolRun, static_cast<std::uint32_t>(count), std::move(words));
+      if (n == others) return;
+      if (scope.kind == PouKind::kFunction || blocks_.empty() || random_.once_in(3)) {
+        plain(
+            scope, [&](TypeId id) { return id == TypeId::kBool ? variable() : read(scope, id); },
+            [&](TypeId id) { return id == TypeId::kBool ? variable() : write(scope, id); });
+        continue;
+      }
+      const Block& block = random_.one_of(blocks_);
+      const Word at = instance(scope, block.type);
+      note(fields, block.type, at);
+      scope.pou.op(Opcode::kRunTb, {block.pou, at});
     }
-    scope.pou.list(Opcode::kBoolRun, static_cast<std::uint32_t>(count), std::move(words));
   }
 
   void records(Scope& scope) {

@@ -1,8 +1,9 @@
-// Packed runs against a plain model: windows, bytes outside of them, scratch memory, instances.
+// Packed stretches against a plain model: windows, bytes outside of them, instances, other instructions in between.
 #include "runtime/packed_run.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 #include <set>
 
@@ -11,8 +12,8 @@
 namespace plc::test {
 namespace {
 
-using runtime::GeneralRecord;
-using runtime::LogicRecord;
+using runtime::PackedStretch;
+using runtime::StretchItem;
 
 constexpr std::uint32_t kTableBytes = 4096, kScratch = 3000, kInstance = 2000;
 
@@ -20,70 +21,84 @@ std::uint32_t place_of(std::uint32_t operand) {
   return (operand & ~runtime::kRelativeBit) + ((operand & runtime::kRelativeBit) != 0 ? kInstance : 0);
 }
 
-/// Logic as the linker's arranging leaves it.
+/// Logic on bytes at `places`, with other instructions in it.
 struct Logic {
-  std::vector<LogicRecord> records;
-  std::set<std::uint32_t> unneeded;  ///< places that may hold anything behind it
+  std::vector<std::uint32_t> places;  ///< operands, ascending
+  std::vector<StretchItem> items;
 
-  /// `operands`: what the records use; some results go to scratch memory, and are used from there by later ones.
-  static Logic random(std::mt19937& random, const std::vector<std::uint32_t>& operands, std::size_t count) {
-    const auto one_of = [&](const auto& all) { return all[random() % all.size()]; };
+  void record(std::uint32_t truth, std::vector<std::uint32_t> in, std::uint32_t out) {
+    items.push_back({true, 0, truth, std::move(in), {out}});
+  }
+
+  /// `others`: one instruction in so many is not a record.
+  static Logic random(std::mt19937& random, std::vector<std::uint32_t> places, std::size_t count, std::size_t others) {
     Logic logic;
-    std::vector<std::uint32_t> scratch;
-    for (std::uint32_t s = 0; s < 4; ++s) scratch.push_back(kScratch + 8 * s);
-    std::vector<std::size_t> writer(kTableBytes, count);
+    std::sort(places.begin(), places.end());
+    logic.places = std::move(places);
+    const auto some = [&](std::size_t n) {
+      std::vector<std::uint32_t> cells;
+      for (; n > 0; --n) cells.push_back(static_cast<std::uint32_t>(random() % logic.places.size()));
+      return cells;
+    };
+    // Some hold values for a short time only.
+    const std::vector<std::uint32_t> temporaries = some(4);
     for (std::size_t i = 0; i < count; ++i) {
-      LogicRecord r;
-      constexpr std::uint8_t kInputs[] = {2, 4, 5};
-      r.inputs = kInputs[random() % 3];
-      r.record.truth = static_cast<std::uint32_t>(random());
-      if (r.inputs < 5) r.record.truth = (r.record.truth & 0xffffu) * 0x10001u;
-      if (r.inputs < 4) r.record.truth = (r.record.truth & 0xfu) * 0x11111111u;
-      for (std::uint32_t& in : r.record.in) in = random() % 4 == 0 ? one_of(scratch) : one_of(operands);
-      r.scratch = random() % 3 == 0;
-      r.record.out = r.scratch ? one_of(scratch) : one_of(operands);
-      if (r.scratch) {
-        // What another value replaces is of no use behind the run.
-        std::size_t& before = writer[r.record.out];
-        if (before != count) logic.records[before].needed = false;
-        before = i;
+      if (random() % others == 0) {
+        StretchItem other;
+        other.kind = static_cast<std::uint32_t>(random() % 3);
+        other.reads = some(random() % 4);
+        other.writes = some(random() % 3);
+        if (other.writes.size() == 2 && other.writes[0] == other.writes[1]) other.writes.pop_back();
+        logic.items.push_back(other);
+        continue;
       }
-      logic.records.push_back(r);
-    }
-    for (const std::uint32_t s : scratch) {
-      if (writer[s] == count || random() % 2 == 0) continue;
-      logic.records[writer[s]].needed = false;
-      logic.unneeded.insert(s);
+      constexpr std::size_t kInputs[] = {1, 2, 4, 5};
+      auto in = some(kInputs[random() % 4]);
+      if (random() % 2 == 0) in[0] = temporaries[random() % 4];
+      const auto out = random() % 2 == 0 ? temporaries[random() % 4] : some(1)[0];
+      logic.record(static_cast<std::uint32_t>(random()), std::move(in), out);
     }
     return logic;
   }
 
-  void evaluate(std::vector<std::uint8_t>& bytes) const {
-    for (const LogicRecord& r : records) {
+  [[nodiscard]] std::uint8_t& at(std::vector<std::uint8_t>& bytes, std::uint32_t cell) const {
+    return bytes[place_of(places[cell])];
+  }
+  void run_item(std::vector<std::uint8_t>& bytes, const StretchItem& item) const {
+    if (item.logic) {
       std::uint32_t index = 0;
-      for (std::uint32_t k = 0; k < r.inputs; ++k) {
-        index |= static_cast<std::uint32_t>(bytes[place_of(r.record.in[k])]) << k;
+      for (std::size_t k = 0; k < item.reads.size(); ++k) {
+        index |= static_cast<std::uint32_t>(at(bytes, item.reads[k])) << k;
       }
-      bytes[place_of(r.record.out)] = static_cast<std::uint8_t>((r.record.truth >> index) & 1u);
+      at(bytes, item.writes[0]) = static_cast<std::uint8_t>((item.truth >> index) & 1u);
+      return;
+    }
+    std::uint32_t sum = item.kind;
+    for (const std::uint32_t cell : item.reads) sum = sum * 3 + at(bytes, cell);
+    for (const std::uint32_t cell : item.writes) at(bytes, cell) = static_cast<std::uint8_t>((sum++ >> 1) & 1u);
+  }
+
+  void run_packed(std::vector<std::uint8_t>& bytes, const PackedStretch& packed) const {
+    const runtime::ValueRun run = runtime::packed_run(packed.bits);
+    for (const runtime::PackedStep& step : packed.steps) {
+      for (const std::uint32_t item : step.items) run_item(bytes, items[item]);
+      if (!step.items.empty()) continue;
+      const std::uint32_t* const end =
+          run(reinterpret_cast<std::byte*>(bytes.data()), kInstance, step.words.data(), step.chunks);
+      EXPECT_EQ(end, step.words.data() + step.words.size());
     }
   }
 
-  /// Runs both on random bytes. Operands hold BOOLs, everything else any bytes, which nobody may change.
-  void expect_as_model(std::mt19937& random, const runtime::PackedWords& packed) const {
+  /// Runs both on random bytes. Places hold BOOLs, everything else any bytes, which nobody may change.
+  void expect_as_model(std::mt19937& random, const PackedStretch& packed) const {
     std::vector<std::uint8_t> bytes(kTableBytes);
     for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random());
-    for (const LogicRecord& r : records) {
-      bytes[place_of(r.record.out)] &= 1u;
-      for (const std::uint32_t in : r.record.in) bytes[place_of(in)] &= 1u;
-    }
+    for (const std::uint32_t place : places) bytes[place_of(place)] &= 1u;
     std::vector<std::uint8_t> model = bytes;
-    evaluate(model);
-    const runtime::ValueRun run = runtime::packed_run(packed.bits);
-    const std::uint32_t* const end =
-        run(reinterpret_cast<std::byte*>(bytes.data()), kInstance, packed.words.data(), packed.chunks);
-    EXPECT_EQ(end, packed.words.data() + packed.words.size());
+    for (const StretchItem& item : items) run_item(model, item);
+    run_packed(bytes, packed);
     for (std::uint32_t i = 0; i < kTableBytes; ++i) {
-      if (unneeded.contains(i)) continue;
+      if (i >= kScratch && i < kScratch + runtime::kPackedStateBytes) continue;
       ASSERT_EQ(bytes[i], model[i]) << i;
     }
   }
@@ -104,6 +119,9 @@ class PackedRun : public testing::Test {
   void SetUp() override {
     if (runtime::packed_run(1) == nullptr) GTEST_SKIP() << "this processor has no fast PEXT";
   }
+  static std::optional<PackedStretch> pack(const Logic& logic) {
+    return runtime::pack(logic.items, logic.places, kScratch);
+  }
 };
 
 TEST_F(PackedRun, RunsAsTheModel) {
@@ -111,56 +129,78 @@ TEST_F(PackedRun, RunsAsTheModel) {
       row(100, 8),
       row(101, 60),
       row(77, 110),
+      row(70, 125),
       row(10, 40, 3),                                        // outside of windows, mostly
       joined(row(100, 30), row(1000, 30)),                   // two windows
       joined(row(100, 20), row(runtime::kRelativeBit, 30)),  // of an instance
       joined(row(100, 62), row(500, 20, 70)),
   };
   std::mt19937 random(3);
-  std::size_t packed_in[3] = {};
+  std::size_t packed_in[3] = {}, runs = 0;
   for (const auto& places : kPlaces) {
     for (int n = 0; n < 300; ++n) {
-      const Logic logic = Logic::random(random, places, 1 + random() % 120);
-      const auto packed = runtime::pack(logic.records);
+      const Logic logic = Logic::random(random, places, 1 + random() % 120, n % 3 == 0 ? 1000 : 2 + random() % 20);
+      const auto packed = pack(logic);
       if (!packed) continue;
       ++packed_in[packed->bits];
+      runs += packed->steps.size();
       for (int scan = 0; scan < 3; ++scan) logic.expect_as_model(random, *packed);
       if (HasFailure()) return;
     }
   }
-  EXPECT_GT(packed_in[1], 300u);
+  EXPECT_GT(packed_in[1], 500u);
   EXPECT_GT(packed_in[2], 300u);
+  EXPECT_GT(runs, 3 * (packed_in[1] + packed_in[2])) << "most should have other instructions between runs";
 }
 
 TEST_F(PackedRun, TooManyVariablesAreNotPacked) {
   Logic logic;
-  for (std::uint32_t i = 0; i < 65; ++i) {
-    GeneralRecord r;
-    r.out = 2 * i;
-    for (std::uint32_t& in : r.in) in = 2 * i + 1;
-    logic.records.push_back({r, 2, false, true});
-  }
-  EXPECT_FALSE(runtime::pack(logic.records));
-  logic.records.pop_back();
-  EXPECT_TRUE(runtime::pack(logic.records));
+  logic.places = row(0, 130);
+  for (std::uint32_t i = 0; i < 65; ++i) logic.record(0x6, {2 * i, (2 * i + 1) % 130}, 2 * i + 1);
+  EXPECT_FALSE(pack(logic));
+  logic.items.pop_back();
+  EXPECT_TRUE(pack(logic));
 }
 
 TEST_F(PackedRun, PaysForManyIndependentRecordsOnFewVariables) {
   Logic many, chain, far;
+  many.places = chain.places = row(0, 64);
+  far.places = joined(row(0, 16), row(200, 48, 100));
   for (std::uint32_t i = 0; i < 48; ++i) {
-    GeneralRecord r;
-    r.truth = 0x80008000u;
-    r.out = i;
-    for (std::uint32_t k = 0; k < 5; ++k) r.in[k] = 48 + (i + k) % 16;
-    many.records.push_back({r, 4, false, true});
-    far.records.push_back({r, 4, false, true});
-    far.records.back().record.out = 200 + 100 * i;
-    for (std::uint32_t& in : r.in) in = i == 0 ? 48 : i - 1;
-    chain.records.push_back({r, 4, false, true});
+    std::vector<std::uint32_t> in, far_in;
+    for (std::uint32_t k = 0; k < 4; ++k) {
+      in.push_back(48 + (i + k) % 16);
+      far_in.push_back((i + k) % 16);
+    }
+    many.record(0x8000, in, i);
+    far.record(0x8000, far_in, 16 + i);
+    chain.record(0x8000, {i == 0 ? 48 : i - 1, 50 + i % 7, 57, 58}, i);
   }
-  EXPECT_TRUE(runtime::pack(many.records)->pays);
-  EXPECT_FALSE(runtime::pack(chain.records)->pays) << "each record waits for the one before";
-  EXPECT_FALSE(runtime::pack(far.records)->pays) << "no window holds the results";
+  EXPECT_TRUE(pack(many)->pays);
+  EXPECT_FALSE(pack(chain)->pays) << "each record waits for the one before";
+  EXPECT_FALSE(pack(far)->pays) << "no window holds the results";
+}
+
+/// Records that are one: what only the next one reads, up to six inputs.
+TEST_F(PackedRun, JoinsRecordsOfOneReader) {
+  Logic logic;
+  logic.places = joined(row(0, 20), {100});
+  constexpr std::uint32_t kTemporary = 20;
+  const auto chunks = [&] {
+    std::size_t count = 0;
+    for (const auto& step : pack(logic)->steps) count += step.chunks;
+    return count;
+  };
+  logic.record(0x80000000, {0, 1, 2, 3, 4}, kTemporary);
+  logic.record(0xe, {kTemporary, 5}, 5);
+  logic.record(0x80000000, {6, 7, 8, 9, 10}, kTemporary);
+  logic.record(0xe, {kTemporary, 11}, 11);
+  logic.record(0x1, {12, 13}, kTemporary);  // what is left of it behind the stretch
+  EXPECT_EQ(chunks(), 1u);
+  logic.items[3].reads.push_back(12);  // of seven inputs
+  EXPECT_GT(chunks(), 1u);
+  std::mt19937 random(5);
+  logic.expect_as_model(random, *pack(logic));
 }
 
 }  // namespace
