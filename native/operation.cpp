@@ -89,6 +89,8 @@ Operation operation_of(ResolvedOp op) {
 #include "runtime/test_ops.def"
 #define PLC_WHEN_OP(Name, T, expression) PLC_ONE(Name##When, kArranged, kU8)
 #include "runtime/when_ops.def"
+#define PLC_FEEDBACK_OP(Name, T, tests, shifts, function, mixes, sign) PLC_ONE(Name, kArranged, kU8)
+#include "runtime/feedback_ops.def"
     PLC_ONE(BoolRun2, kArranged, kU8)
     PLC_ONE(Jump, kJump, kU8)
     PLC_ONE(CondJump, kJumpUnless, kU8)

@@ -298,6 +298,21 @@ op_LoopJump : { PLC_LOOP_JUMP(); }
     PLC_NEXT(6);                                                     \
   }
 #include "runtime/when_ops.def"
+// Words: test (8), shift (7), XOR (6), SEL (8). The word stays in a register; only the XOR and the temporary that the
+// test wrote, too, take the shifted one. No jump: it would be mispredicted every other time.
+#define PLC_FEEDBACK_OP(Name, T, tests, shifts, function, mixes, sign)              \
+  op_##Name : {                                                                     \
+    const T word = load<T>(at(pc[2]));                                              \
+    const T bits = word & load<T>(at(pc[3]));                                       \
+    const auto mixed = static_cast<std::uint8_t>(bits sign load<T>(at(pc[7])));     \
+    *bytes_at(pc[5]) = mixed;                                                       \
+    const T shifted = static_cast<T>(function(word, *bytes_at(pc[14])));            \
+    const T chosen = static_cast<T>(-static_cast<std::int64_t>(mixed));             \
+    store<T>(at(pc[16]), static_cast<T>(shifted ^ (load<T>(at(pc[19])) & chosen))); \
+    store<T>(at(pc[1]), static_cast<T>(bits ^ ((bits ^ shifted) & chosen)));        \
+    PLC_NEXT(29);                                                                   \
+  }
+#include "runtime/feedback_ops.def"
 
 #define PLC_FUSED_JUMP(Name, T, expression) \
   PLC_COMPARE_JUMP(Name##Unless, T, expression, !) PLC_COMPARE_JUMP(Name##If, T, expression, )

@@ -291,15 +291,52 @@ class ChoiceLinker {
     words_.push_back(out);
     words_.insert(words_.end(), value.in.begin(), value.in.end());
   }
-  /// The comparison, which was put last, and an AND in front of it are one step.
-  void join_test(ResolvedOp comparison) {
+  /// The comparison, which was put last, and an AND in front of it are one step. Returns where, if they are.
+  std::optional<std::uint32_t> join_test(ResolvedOp comparison) {
     const std::uint32_t second = position() - 4, first = second - 4;
-    if (code_.arranged.size() < 2) return;
+    if (code_.arranged.size() < 2) return std::nullopt;
     const LinkedInstruction& before = code_.arranged[code_.arranged.size() - 2];
     const auto test = test_op(before.op, comparison);
-    if (!test || before.position != first || words_[first + 1] != words_[second + 2]) return;
+    if (!test || before.position != first || words_[first + 1] != words_[second + 2]) return std::nullopt;
     words_[first] = handler_word(addressing_, *test);
     code_.arranged.push_back({first, *test});
+    return first;
+  }
+  /// The test of bits at `first`, a shift of the same word, and what assigns the word and the temporary of both, which
+  /// were put last, are one step.
+  void join_feedback(std::uint32_t first) {
+    constexpr std::uint32_t kTestWords = 8, kShiftWords = 7, kMixWords = 6, kSelectWords = 8;
+    const std::uint32_t shift = first + kTestWords, mix = shift + kShiftWords, select = mix + kMixWords;
+    auto& put = code_.arranged;
+    if (put.size() < 4 || position() != select + kSelectWords) return;
+    auto* const test_put = &put[put.size() - 4];
+    auto *const shift_put = test_put + 1, *const mix_put = test_put + 2, *const select_put = test_put + 3;
+    if (test_put->position != first || shift_put->position != shift) return;
+    if (select_put->position == mix + kSelectWords) {
+      // Neither reads what the other assigns, see at_once.
+      std::rotate(words_.begin() + mix, words_.begin() + mix + kSelectWords, words_.end());
+      *select_put = {select, std::exchange(mix_put->op, select_put->op)};
+    }
+    const auto op = feedback_op(test_put->op, shift_put->op, mix_put->op);
+    if (!op || mix_put->position != mix || select_put->position != select) return;
+    const std::uint64_t bytes = value_op(shift_put->op)->out_bytes;
+    if (select_put->op != of_size(ResolvedOp::kSelect8, static_cast<std::uint32_t>(bytes))) return;
+    if (words_[first + 2] != words_[shift + 5]) std::swap(words_[first + 2], words_[first + 3]);
+    const std::uint32_t shifted = words_[shift + 4];
+    if (words_[mix + 3] != shifted) std::swap(words_[mix + 3], words_[mix + 4]);
+    const std::uint32_t kept = words_[first + 1], word = words_[first + 2], expected = words_[first + 7];
+    const std::uint32_t condition = words_[first + 5], taps = words_[mix + 4], out = words_[mix + 1];
+    const bool mixes = words_[mix + 2] == condition && words_[mix + 3] == shifted && words_[mix + 5] == shifted;
+    const bool keeps = words_[select + 4] == kept && words_[select + 5] == condition && words_[select + 6] == kept &&
+                       words_[select + 7] == shifted;
+    if (!mixes || !keeps || taps == shifted || word != words_[shift + 5]) return;
+    const OperandRange temporary{kept, bytes};
+    for (const std::uint32_t other : {word, expected, taps, out}) {
+      if (temporary.overlaps({other, bytes})) return;
+    }
+    if (OperandRange{word, bytes}.overlaps({condition, 1})) return;
+    words_[first] = handler_word(addressing_, *op);
+    put.push_back({first, *op});
   }
 
   bool convert(std::size_t at, const Choice& choice) {
@@ -314,10 +351,11 @@ class ChoiceLinker {
       }
     }
     if (chosen.size() > kMostChosen) return false;
+    std::optional<std::uint32_t> test;
     if (form.comparison) {
       put(*form.comparison);
       for (std::uint32_t i = 1; i <= 3; ++i) words_.push_back(word(at, i));
-      join_test(*form.comparison);
+      test = join_test(*form.comparison);
     }
     values_.clear();
     std::map<std::uint32_t, std::uint32_t> now[2];  // where what a branch assigns lies, by operand
@@ -363,6 +401,7 @@ class ChoiceLinker {
       // As CALL_STD: kernel (2) and number of arguments, which nobody reads.
       words_.insert(words_.end(), {0, 0, 3, a.operand, condition.operand, a.from[0], a.from[1]});
     }
+    if (test) join_feedback(*test);
     return true;
   }
 

@@ -29,4 +29,13 @@ std::optional<ResolvedOp> when_op(ResolvedOp op) {
   }
 }
 
+std::optional<ResolvedOp> feedback_op(ResolvedOp tests, ResolvedOp shifts, ResolvedOp mixes) {
+#define PLC_FEEDBACK_OP(Name, T, test, shift, function, mix, sign)                                     \
+  if (tests == ResolvedOp::k##test && shifts == ResolvedOp::k##shift && mixes == ResolvedOp::k##mix) { \
+    return ResolvedOp::k##Name;                                                                        \
+  }
+#include "runtime/feedback_ops.def"
+  return std::nullopt;
+}
+
 }  // namespace plc::runtime

@@ -28,5 +28,7 @@ std::optional<CountForm> count_form(ResolvedOp compares, ResolvedOp counts);
 std::optional<ResolvedOp> test_op(ResolvedOp masks, ResolvedOp compares);
 /// What does `op` where a condition is TRUE.
 std::optional<ResolvedOp> when_op(ResolvedOp op);
+/// For a test of bits, a shift, and what mixes the shifted word where the test is TRUE.
+std::optional<ResolvedOp> feedback_op(ResolvedOp tests, ResolvedOp shifts, ResolvedOp mixes);
 
 }  // namespace plc::runtime

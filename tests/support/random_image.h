@@ -586,6 +586,51 @@ class RandomImage : private RandomVariables {
     pou.land(end);
   }
 
+  /// A step of a checksum: a shift register with feedback, and what almost is.
+  void feedback(Scope& scope) {
+    PouBuilder& pou = scope.pou;
+    struct Register {
+      TypeId type;
+      std::string_view name;
+      Opcode masks, mixes, differs, equals;
+    };
+    static constexpr Register kRegisters[] = {
+        {TypeId::kByte, "BYTE", Opcode::kAnd8, Opcode::kXor8, Opcode::kNe8, Opcode::kEq8},
+        {TypeId::kWord, "WORD", Opcode::kAnd16, Opcode::kXor16, Opcode::kNe16, Opcode::kEq16},
+        {TypeId::kDword, "DWORD", Opcode::kAnd32, Opcode::kXor32, Opcode::kNe32, Opcode::kEq32},
+        {TypeId::kLword, "LWORD", Opcode::kAnd64, Opcode::kXor64, Opcode::kNe64, Opcode::kEq64}};
+    const Register& kind = kRegisters[below(4)];
+    const auto two = [&](Opcode opcode, Word out, Word a, Word b) {
+      const bool turned = random_.once_in(2);
+      pou.op(opcode, {out, turned ? b : a, turned ? a : b});
+    };
+    const auto word = write(scope, kind.type);
+    const auto fresh = [&](TypeId id) {
+      if (random_.once_in(8)) return write(scope, id);
+      return pou.frame(scope.name(), type_of(id), FieldRole::kTemp);
+    };
+    const auto masked = random_.once_in(8) ? word : fresh(kind.type);
+    const auto condition = fresh(TypeId::kBool);
+    const auto mask = read(scope, kind.type), expected = read(scope, kind.type), taps = read(scope, kind.type);
+    two(kind.masks, masked, word, mask);
+    pou.op(random_.once_in(2) ? kind.equals : kind.differs, {condition, masked, expected});
+    const auto places = b_.constant_bytes(b_.type(TypeId::kInt), {static_cast<std::byte>(below(70)), std::byte{}});
+    const std::string shift = (random_.once_in(2) ? "SHL:" : "SHR:") + std::string(kind.name) + ",INT";
+    const bool when = random_.once_in(2);
+    const auto mixes = [&] {
+      const auto shifted = random_.once_in(8) ? write(scope, kind.type) : masked;
+      pou.call_std(shift, shifted, {word, places});
+      two(kind.mixes, word, shifted, random_.once_in(8) ? shifted : taps);
+    };
+    const auto shifts = [&] { pou.call_std(shift, word, {random_.once_in(8) ? masked : word, places}); };
+    const std::uint32_t other = pou.jump(when ? Opcode::kJumpIf : Opcode::kCondJump, {condition});
+    when ? shifts() : mixes();
+    const std::uint32_t end = pou.jump(Opcode::kJump);
+    pou.land(other);
+    when ? mixes() : shifts();
+    pou.land(end);
+  }
+
   void loop(Scope& scope, int depth) {
     PouBuilder& pou = scope.pou;
     if (random_.once_in(8)) {
@@ -689,7 +734,13 @@ class RandomImage : private RandomVariables {
     // Some loops have nothing but IFs in them.
     const bool only_choices = random_.once_in(4);
     const Local local{id, counter};
-    for (std::size_t n = only_choices ? 1 + below(2) : 0; n > 0; --n) short_if(scope, &local);
+    for (std::size_t n = only_choices ? 1 + below(2) : 0; n > 0; --n) {
+      if (random_.once_in(2)) {
+        feedback(scope);
+      } else {
+        short_if(scope, &local);
+      }
+    }
     for (std::size_t n = only_choices ? 0 : 1 + below(6); n > 0; --n) {
       const Array& array = random_.one_of(arrays);
       switch (below(random_.once_in(6) ? 7 : 6)) {

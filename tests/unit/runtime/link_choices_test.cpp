@@ -134,6 +134,34 @@ void checksum(CountedLoop& l, Word seed) {
   l.main.land(end);
 }
 
+/// A shift register with feedback as the compiler makes it of ST: one temporary for the masked and the shifted word.
+TEST(Choices, AStepOfAShiftRegisterIsOneInstruction) {
+  for (const bool right : {false, true}) {
+    for (const std::int32_t taps : {0x1234567, -5}) {
+      CountedLoop loop(0, 20, [&](CountedLoop& l) {
+        const Word first = l.b.constant<std::uint32_t>(TypeId::kDword, right ? 1 : 0x80000000u);
+        const Word mixed = l.b.constant<std::uint32_t>(TypeId::kDword, static_cast<std::uint32_t>(taps));
+        const Word zero = l.b.constant<std::uint32_t>(TypeId::kDword, 0);
+        const Word word = l.main.variable("word", l.b.type(TypeId::kDword)), temporary = l.temporary(TypeId::kDword);
+        const char* const shift = right ? "SHR:DWORD,DINT" : "SHL:DWORD,DINT";
+        l.main.op(Opcode::kAnd32, {temporary, word, first});
+        l.main.op(Opcode::kNe32, {l.more, temporary, zero});
+        const std::uint32_t other = l.main.jump(Opcode::kCondJump, {l.more});
+        l.main.call_std(shift, temporary, {word, l.number(1)});
+        l.main.op(Opcode::kXor32, {word, temporary, mixed});
+        const std::uint32_t end = l.main.jump(Opcode::kJump, {});
+        l.main.land(other);
+        l.main.call_std(shift, word, {word, l.number(1)});
+        l.main.land(end);
+        // Something to shift.
+        l.main.op(Opcode::kAdd32, {word, word, l.b.constant<std::uint32_t>(TypeId::kDword, right ? 3 : 0x60000000u)});
+      });
+      EXPECT_EQ(loop.report().choices, 1u);
+      EXPECT_NE(value_of(*loop.arranged, "Main0.word"), "0");
+    }
+  }
+}
+
 TEST(Choices, SeveralRoundsStandBehindEachOther) {
   for (const std::int32_t step : {1, 3, -1, -2}) {
     for (std::int32_t last = -1; last <= 40; ++last) {
