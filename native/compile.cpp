@@ -59,6 +59,7 @@ class TaskCompiler {
         marks_(linked.marks) {}
 
   void compile(const CompileOptions& options) {
+    s_.baseline = options.baseline;
     records_as_data_ = records() > options.most_records_as_code.value_or(most_records_as_code());
     for (const LinkedBody& body : linked_.bodies) entries_.emplace(body.entry, s_.label());
     entry();

@@ -67,6 +67,8 @@ struct CompileOptions {
   /// Boolean logic of more look-up records than this is not made code; nothing = as many as this processor's second
   /// cache holds as code.
   std::optional<std::size_t> most_records_as_code = std::nullopt;
+  /// No instructions but those that every processor of this kind has.
+  bool baseline = false;
   /// Scans leave out what would change nothing, because none of its inputs changed (docs/adr/0022).
   bool changed = false;
   /// Most that finding and running changed parts one by one may take before the rest of a scan runs as a whole; in

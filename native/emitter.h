@@ -34,6 +34,8 @@ class Emitter : private asmjit::ErrorHandler {
  public:
   /// Whether operands may be relative to the instance, in the body that is being written.
   bool relative = false;
+  /// No instructions but those that every processor of this kind has.
+  bool baseline = false;
 
   /// The value of an operand of 1 to 8 bytes that nobody ever writes, zero-extended.
   [[nodiscard]] std::optional<std::uint64_t> constant(std::uint32_t operand, unsigned bytes) const;

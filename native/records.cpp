@@ -88,7 +88,7 @@ std::uint32_t RecordRegisters::take() {
   std::uint64_t latest = 0;
   for (std::size_t i = 0; i < slots_.size(); ++i) {
     const Slot& slot = slots_[i];
-    if (slot.taken) continue;
+    if (slot.taken || slot.pinned) continue;
     const std::uint64_t next = slot.next + std::uint64_t{1};  // kNever is the latest of all
     if (next <= latest) continue;
     latest = next;
@@ -125,8 +125,9 @@ const std::uint32_t* RecordRegisters::holder(std::uint32_t operand) const {
 }
 
 bool RecordRegisters::worth_holding(std::uint32_t next) const {
-  return next != kNever && std::any_of(slots_.begin(), slots_.end(),
-                                       [next](const Slot& slot) { return !slot.taken && slot.next > next; });
+  return next != kNever && std::any_of(slots_.begin(), slots_.end(), [next](const Slot& slot) {
+           return !slot.taken && !slot.pinned && slot.next > next;
+         });
 }
 
 void RecordRegisters::read(std::uint32_t operand, std::uint32_t next) {

@@ -53,6 +53,10 @@ class RecordRegisters {
   /// One for a temporary value: free, or that of the output that waits longest.
   std::uint32_t take();
   void give_back(std::uint32_t number) { slot(number) = {}; }
+  /// One that holds a variable which nobody reads from it any more becomes one for a temporary value.
+  void take_over(std::uint32_t number) { slot(number) = {true, kNever, 0}; }
+  /// While it is pinned, what it holds stays where it is.
+  void pin(std::uint32_t number, bool pinned) { slot(number).pinned = pinned; }
   /// The register stays taken to the end, whatever it held. False when it is none of these.
   bool keep(std::uint32_t number);
   /// A taken one, or one whose value was there before the run, holds a variable from now on. Others that are not among
@@ -73,6 +77,7 @@ class RecordRegisters {
     std::uint32_t next = kNever;  ///< reader; kNever = nothing is held
     std::uint32_t operand = 0;
     bool is_stored = true;
+    bool pinned = false;
   };
   Slot& slot(std::uint32_t number);
   void forget(std::uint32_t operand);

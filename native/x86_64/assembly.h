@@ -49,6 +49,9 @@ class Assembly final : public Emitter {
 
   x86::Assembler a;
 
+  /// Whether ANDN may be used: processors with BMI1, most since 2013.
+  [[nodiscard]] bool has_andn() const { return !baseline && __builtin_cpu_supports("bmi") != 0; }
+
   // ---- operands
   /// In the table: not for a variable that lies in a register.
   [[nodiscard]] x86::Mem at(std::uint32_t operand, unsigned bytes);

@@ -3,8 +3,10 @@
 // Every record stores its output, so that nothing differs for whoever looks at the table. What is read again soon stays
 // in registers as well (native/records.h).
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <iterator>
+#include <optional>
 #include <span>
 
 #include "native/records.h"
@@ -24,8 +26,10 @@ constexpr std::size_t kRegistersInLoops = 5;
 /// The expression of one record.
 class Evaluation {
  public:
-  Evaluation(Assembly& s, RecordRegisters& registers, const Record& record)
-      : s_(s), registers_(registers), record_(record) {}
+  Evaluation(Assembly& s, RecordRegisters& registers, const Record& record, const BooleanExpression& e)
+      : s_(s), registers_(registers), record_(record) {
+    count_uses(e);
+  }
 
   /// Leaves the value as 0 or 1 in the low byte of the register returned, which is taken.
   std::uint32_t value(const BooleanExpression& e) {
@@ -64,17 +68,32 @@ class Evaluation {
     registers_.hold(number, operand, next);
     return registers_.holder(operand);
   }
-  /// An input, whether negated or not; upper bits zero.
+  void count_uses(const BooleanExpression& e) {
+    if (e.kind == Kind::kInput) ++uses_[e.input];
+    for (const BooleanExpression& child : e.children) count_uses(child);
+  }
+  /// An input was read, or is by the next instruction. Whether nobody else wants what holds it.
+  bool is_last_use(const BooleanExpression& input) {
+    return --uses_[input.input] == 0 && record_.next[input.input] == kNever;
+  }
+
+  /// An input, whether negated or not, in a register that is taken; upper bits are not known if one held it.
   std::uint32_t first(const BooleanExpression& input) {
     const std::uint32_t* const holder = held(input);
-    // Before a register is taken, which may be that one.
-    const std::uint32_t from = holder != nullptr ? *holder : 0;
-    const std::uint32_t to = registers_.take();
-    if (holder != nullptr) {
-      s_.a.movzx(gp(to, 4), gp(from, 1));
-    } else {
+    const bool last = is_last_use(input);
+    if (holder == nullptr) {
+      const std::uint32_t to = registers_.take();
       s_.a.movzx(gp(to, 4), s_.at(record_.in[input.input], 1));
+      return to;
     }
+    // Before a register is taken, which may be that one.
+    const std::uint32_t from = *holder;
+    if (last) {
+      registers_.take_over(from);
+      return from;
+    }
+    const std::uint32_t to = registers_.take();
+    s_.a.movzx(gp(to, 4), gp(from, 1));
     return to;
   }
   void combine(asmjit::InstId id, std::uint32_t to, const BooleanExpression& input) {
@@ -83,6 +102,15 @@ class Evaluation {
     } else {
       s_.a.emit(id, gp(to, 1), s_.at(record_.in[input.input], 1));
     }
+    is_last_use(input);
+  }
+  /// A register to read: one that holds the input, or a temporary one. `taken` says which.
+  std::uint32_t in_register(const BooleanExpression& input, bool& taken) {
+    const std::uint32_t* const holder = held(input);
+    taken = holder == nullptr || (uses_[input.input] == 1 && record_.next[input.input] == kNever);
+    if (taken) return first(input);
+    is_last_use(input);
+    return *holder;
   }
   static asmjit::InstId id_of(Kind kind) {
     return kind == Kind::kAnd ? x86::Inst::kIdAnd : kind == Kind::kOr ? x86::Inst::kIdOr : x86::Inst::kIdXor;
@@ -136,12 +164,76 @@ class Evaluation {
     return to;
   }
 
+  static bool is_negated(const BooleanExpression& child) { return is_input(child, true); }
+  static std::ptrdiff_t count_negated(const BooleanExpression& e) {
+    return std::count_if(e.children.begin(), e.children.end(), is_negated);
+  }
+  static const BooleanExpression& only_negated(const BooleanExpression& e) {
+    return *std::find_if(e.children.begin(), e.children.end(), is_negated);
+  }
+  /// An input that is not negated: one that is in a register, if possible.
+  const BooleanExpression& best_plain(const BooleanExpression& e) const {
+    const BooleanExpression* best = nullptr;
+    for (const BooleanExpression& child : e.children) {
+      if (!is_input(child, false)) continue;
+      if (best == nullptr || registers_.holder(record_.in[child.input]) != nullptr) best = &child;
+    }
+    return *best;
+  }
+  /// All negated inputs, as if they were not, in a register to read.
+  std::uint32_t negated(const BooleanExpression& e, asmjit::InstId id, bool& taken) {
+    taken = true;
+    return count_negated(e) == 1 ? in_register(only_negated(e), taken) : gather(e, true, id);
+  }
+  /// Inputs, negated ones and others.
+  std::uint32_t and_not(const BooleanExpression& e) {
+    const BooleanExpression& plain = best_plain(e);
+    bool takes_other = false, takes_from = false;
+    const std::uint32_t other = negated(e, x86::Inst::kIdOr, takes_other);
+    if (!takes_other) registers_.pin(other, true);
+    const std::uint32_t from = in_register(plain, takes_from);
+    if (!takes_other) registers_.pin(other, false);
+    const std::uint32_t to = takes_from ? from : takes_other ? other : registers_.take();
+    s_.a.andn(gp(to, 4), gp(other, 4), gp(from, 4));
+    if (takes_other && takes_from) registers_.give_back(other);
+    for (const BooleanExpression& child : e.children) {
+      if (is_input(child, false) && &child != &plain) combine(x86::Inst::kIdAnd, to, child);
+    }
+    return to;
+  }
+  /// One negated input and others, as a comparison, if one of them is in a register and may stay there.
+  std::optional<std::uint32_t> or_not(const BooleanExpression& e) {
+    const BooleanExpression &plain = best_plain(e), &other = only_negated(e);
+    const bool has_other = held(other) != nullptr;
+    // Flipped where it is.
+    if (has_other && uses_[other.input] == 1 && record_.next[other.input] == kNever) return std::nullopt;
+    if (!has_other && registers_.holder(record_.in[plain.input]) == nullptr) return std::nullopt;
+    const auto operand = [this](const BooleanExpression& input) -> asmjit::Operand {
+      if (const std::uint32_t* const holder = registers_.holder(record_.in[input.input])) return gp(*holder, 1);
+      return s_.at(record_.in[input.input], 1);
+    };
+    s_.a.emit(x86::Inst::kIdCmp, operand(plain), operand(other));
+    is_last_use(plain);
+    is_last_use(other);
+    const std::uint32_t to = registers_.take();
+    s_.a.setae(gp(to, 1));
+    for (const BooleanExpression& child : e.children) {
+      if (is_input(child, false) && &child != &plain) combine(x86::Inst::kIdOr, to, child);
+    }
+    return to;
+  }
+
   /// Negated inputs by De Morgan: together, and flipped once.
   std::uint32_t and_or(const BooleanExpression& e) {
     const bool is_and = e.kind == Kind::kAnd;
     const asmjit::InstId opposite = is_and ? x86::Inst::kIdOr : x86::Inst::kIdAnd;
     if (!has_parts(e)) {
       if (!has_input(e, true)) return gather(e, false, id_of(e.kind));
+      // Loops leave few registers.
+      if (is_and && s_.has_andn() && !s_.in_loop() && has_input(e, false)) return and_not(e);
+      if (!is_and && !s_.in_loop() && count_negated(e) == 1 && has_input(e, false)) {
+        if (const auto to = or_not(e)) return *to;
+      }
       const std::uint32_t to = gather(e, true, opposite);
       flip(to);
       add(e, to);
@@ -150,11 +242,17 @@ class Evaluation {
     const std::uint32_t to = parts(e);
     add(e, to);
     // a AND NOT b is a > b; a OR NOT b is a >= b.
-    const auto negated = [](const BooleanExpression& child) { return is_input(child, true); };
-    const auto count = std::count_if(e.children.begin(), e.children.end(), negated);
+    const auto count = count_negated(e);
     if (count == 0) return to;
+    if (is_and && s_.has_andn()) {
+      bool taken = true;
+      const std::uint32_t other = negated(e, x86::Inst::kIdOr, taken);
+      s_.a.andn(gp(to, 4), gp(other, 4), gp(to, 4));
+      if (taken) registers_.give_back(other);
+      return to;
+    }
     if (count == 1) {
-      combine(x86::Inst::kIdCmp, to, *std::find_if(e.children.begin(), e.children.end(), negated));
+      combine(x86::Inst::kIdCmp, to, only_negated(e));
     } else {
       const std::uint32_t other = gather(e, true, opposite);
       s_.a.cmp(gp(to, 1), gp(other, 1));
@@ -176,13 +274,18 @@ class Evaluation {
     return to;
   }
 
+  /// With upper bits zero.
+  std::uint32_t extended(const BooleanExpression& e) {
+    const bool loaded = e.kind == Kind::kInput && held(e) == nullptr;
+    const std::uint32_t to = value(e);
+    if (!loaded) s_.a.movzx(gp(to, 4), gp(to, 1));
+    return to;
+  }
   /// The row's number as c0 + 2 (c1 + 2 (c2 + ..)), then its bit.
   std::uint32_t table(const BooleanExpression& e) {
-    const std::uint32_t to = value(e.children.back());
-    s_.a.movzx(gp(to, 4), gp(to, 1));
+    const std::uint32_t to = extended(e.children.back());
     for (std::size_t i = e.children.size() - 1; i-- > 0;) {
-      const std::uint32_t next = value(e.children[i]);
-      s_.a.movzx(gp(next, 4), gp(next, 1));
+      const std::uint32_t next = extended(e.children[i]);
       s_.a.lea(gp(to, 4), x86::ptr(gp(next, 8), gp(to, 8), 1));
       registers_.give_back(next);
     }
@@ -197,6 +300,7 @@ class Evaluation {
   Assembly& s_;
   RecordRegisters& registers_;
   const Record& record_;
+  std::array<std::uint32_t, 5> uses_{};  ///< of each input, still to come
 };
 
 /// The register whose value the record only copies, if nobody else wants it.
@@ -216,7 +320,7 @@ void translate(Assembly& s, const Instruction& i, std::span<const Record> record
   for (const Record& r : records) {
     const BooleanExpression& e = expressions.of(r.truth, r.inputs);
     const std::uint32_t* const same = copied(e, r, registers);
-    const std::uint32_t value = same != nullptr ? *same : Evaluation(s, registers, r).value(e);
+    const std::uint32_t value = same != nullptr ? *same : Evaluation(s, registers, r, e).value(e);
     for (unsigned k = 0; k < r.inputs; ++k) registers.read(r.in[k], r.next[k]);
     if (last && i.may_owe(r.out) && r.next_of_out == kNever && !r.is_overwritten && registers.keep(value)) {
       s.forget();

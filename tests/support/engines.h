@@ -37,9 +37,10 @@ inline Engine native_code(const native::CompileOptions& options = {}, std::strin
 }
 /// Most programs of tests are so small that any change is a large part of them: this one is never given up for.
 inline constexpr std::uint32_t kEndlessPatience = 1'000'000;
-/// Native code that leaves out what did not change; `patience`: see native::CompileOptions.
+/// Native code that leaves out what did not change; `patience`: see native::CompileOptions. One of the two that
+/// all_engines() has is made of the instructions of all processors.
 inline Engine native_changed(std::uint32_t patience = native::kPatience) {
-  return native_code({.changed = true, .patience = patience},
+  return native_code({.baseline = patience == kEndlessPatience, .changed = true, .patience = patience},
                      "native code of what changed, patience " + std::to_string(patience));
 }
 /// Those that this processor has. The first is what the others are compared with.
