@@ -9,7 +9,6 @@
 #include "core/types.h"
 #include "native/library_rows.h"
 #include "native/translate.h"
-#include "stdlib/blocks/counters.h"
 #include "stdlib/blocks/timers.h"
 #include "stdlib/library.h"
 
@@ -52,25 +51,27 @@ bool load_input(Assembly& s, std::uint32_t to, std::uint32_t operand) {
 
 // ---- edges and bistables
 
-/// M is the input, negated for F_TRIG: only a change of it can make Q TRUE.
-void edge(Assembly& s, const Ports& p, bool rising) {
-  const asmjit::Label changed = s.a.newLabel();
-  const asmjit::Label done = s.a.newLabel();
+/// to = in AND NOT before; all of `before` and `in` but their lowest bits is zero. `before` is lost.
+void rising(Assembly& s, std::uint32_t to, std::uint32_t in, std::uint32_t before) {
+  if (s.has_andn()) {
+    s.a.andn(gp(to, 4), gp(before, 4), gp(in, 4));
+    return;
+  }
+  s.a.xor_(gp(before, 4), 1);
+  s.a.and_(gp(before, 4), gp(in, 4));
+  if (to != before) s.a.mov(gp(to, 4), gp(before, 4));
+}
+
+/// M is the input, negated for F_TRIG. No jump: an input that changes with each scan would be mispredicted.
+void edge(Assembly& s, const Ports& p, bool is_rising) {
   if (const auto owed = s.take_owed(p.operand("CLK"))) s.store(p.operand("CLK"), 1, *owed);
-  s.load(reg::kAx, p.operand("CLK"), 1);
-  if (!rising) s.a.xor_(x86::al, 1);
-  s.a.cmp(x86::al, p.bit("M"));
-  s.a.jne(changed);
-  s.a.xor_(x86::eax, x86::eax);
-  s.land(done);
+  s.load_extended(reg::kAx, p.operand("CLK"), Type::kU8);
+  s.forget();
+  if (!is_rising) s.a.xor_(x86::eax, 1);
+  s.a.movzx(x86::ecx, p.bit("M"));
+  s.a.mov(p.bit("M"), x86::al);
+  rising(s, reg::kAx, reg::kAx, reg::kCx);
   s.store(p.operand("Q"), 1, reg::kAx);
-  s.aside([&s, p, changed, done] {
-    s.a.bind(changed);
-    s.a.mov(p.bit("M"), x86::al);
-    // al AND NOT M: the flags are those of the comparison
-    s.a.seta(x86::al);
-    s.a.jmp(done);
-  });
 }
 
 void set_dominant(Assembly& s, const Ports& p) {
@@ -239,93 +240,79 @@ void timer(Assembly& s, const Ports& p, const Steady& steady, std::function<void
 
 // ---- counters
 
-using CountUp = stdlib::fb::Ctu<core::TypeId::kInt>::Ports;
-using CountDown = stdlib::fb::Ctd<core::TypeId::kInt>::Ports;
-static_assert(offsetof(CountUp, r) == offsetof(CountUp, cu) + 1 &&
-              offsetof(CountUp, cu_m) == offsetof(CountUp, cu) + 3 &&
-              offsetof(CountDown, ld) == offsetof(CountDown, cd) + 1 &&
-              offsetof(CountDown, cd_m) == offsetof(CountDown, cd) + 3);
-
-/// CTU: up, Q when CV has reached PV. CTD: down, Q when CV is not above 0. Neither passes the end of its type.
+/// CTU: up, Q when CV has reached PV. CTD: down, Q when CV is not above 0. Neither passes the end of its type. No jump
+/// but at that end: an input that changes with each scan would be mispredicted.
 void counter(Assembly& s, const Ports& p, core::Rep rep, bool up) {
   const unsigned bytes = core::rep_bytes(rep);
   const bool with_sign =
       rep == core::Rep::kI8 || rep == core::Rep::kI16 || rep == core::Rep::kI32 || rep == core::Rep::kI64;
   const char* const edge = up ? "CU" : "CD";
   const char* const reset = up ? "R" : "LD";
-  const char* const memory = up ? "CU_M" : "CD_M";
-  const x86::Gp count = gp(reg::kAx, bytes);
-  const auto load_value = [&s, bytes](unsigned to, const x86::Mem& from) {
-    if (bytes < 4) {
-      s.a.movzx(gp(to, 4), from);
-    } else {
-      s.a.mov(gp(to, bytes), from);
-    }
-  };
-  const asmjit::Label counts = s.a.newLabel();
-  const asmjit::Label counted = s.a.newLabel();
-  // Nothing to count is what there is to do mostly: R or LD is FALSE, and the input as it was. The first four bytes say
-  // so together, whatever Q is among them.
+  const x86::Mem memory = p.bit(up ? "CU_M" : "CD_M");
+  std::vector<std::uint32_t> unused = {reg::kSi, reg::kDx, reg::kCx, reg::kAx};
   const auto owed_edge = s.take_owed(p.operand(edge));
   const auto owed_reset = s.take_owed(p.operand(reset));
   s.forget();
-  std::vector<std::uint32_t> unused = {reg::kAx, reg::kDx, reg::kSi, reg::kCx};
   std::erase_if(unused, [&](std::uint32_t number) { return number == owed_edge || number == owed_reset; });
+  const auto take = [&unused] {
+    const std::uint32_t number = unused.back();
+    unused.pop_back();
+    return number;
+  };
   const auto input = [&](std::optional<std::uint32_t> owed, std::string_view port) {
-    const std::uint32_t number = owed ? *owed : unused.back();
+    const std::uint32_t number = owed ? *owed : take();
     if (owed) {
+      s.a.mov(p.bit(port), gp(number, 1));
       s.a.movzx(gp(number, 4), gp(number, 1));
     } else {
       s.a.movzx(gp(number, 4), p.bit(port));
-      unused.pop_back();
     }
     return number;
   };
   const std::uint32_t in = input(owed_edge, edge);
   const std::uint32_t back = input(owed_reset, reset);
-  const x86::Gp expected = gp(unused[0], 4);
-  const x86::Gp found = gp(unused[1], 4);
-  s.a.mov(found, s.at(p.operand(edge), 4));
-  s.a.imul(expected, gp(in, 4), 0x0100'0001);
-  s.a.shl(gp(back, 4), 16);
-  s.a.and_(found, 0xff00'ffff);
-  s.a.or_(expected, gp(back, 4));
-  s.a.cmp(expected, found);
-  s.a.jne(counts);
-  load_value(reg::kAx, p.value("CV", bytes));
-  s.land(counted);
+  const std::uint32_t step = take();
+  const std::uint32_t number = take();
+  const x86::Gp count = gp(number, bytes);
+  s.a.movzx(gp(step, 4), memory);
+  s.a.mov(memory, gp(in, 1));
+  if (bytes < 4) {
+    s.a.movzx(gp(number, 4), p.value("CV", bytes));
+  } else {
+    s.a.mov(count, p.value("CV", bytes));
+  }
+  rising(s, step, in, step);
+  s.a.emit(up ? x86::Inst::kIdAdd : x86::Inst::kIdSub, count, gp(step, bytes));
+  const asmjit::Label ends = s.a.newLabel(), counted = s.a.newLabel();
+  s.a.j(with_sign ? x86::CondCode::kO : x86::CondCode::kB, ends);
+  s.a.bind(counted);
+  if (up) {
+    // All bits of CV stay, or none.
+    s.a.sub(gp(back, 8), 1);
+    s.a.and_(gp(number, 8), gp(back, 8));
+  } else {
+    const asmjit::Operand preset = p.value("PV", bytes);
+    s.a.test(gp(back, 1), gp(back, 1));
+    if (bytes == 1) {
+      // There is no conditional move of one byte; the step is not needed any more.
+      s.a.mov(gp(step, 1), p.value("PV", bytes));
+      s.a.cmovne(gp(number, 4), gp(step, 4));
+    } else {
+      s.a.emit(x86::Inst::kIdCmovnz, count, preset);
+    }
+  }
+  s.a.mov(p.value("CV", bytes), count);
   if (up) {
     s.a.cmp(count, p.value("PV", bytes));
-    s.a.set(with_sign ? x86::CondCode::kGE : x86::CondCode::kAE, x86::al);
+    s.a.set(with_sign ? x86::CondCode::kGE : x86::CondCode::kAE, gp(number, 1));
   } else {
     s.a.test(count, count);
-    s.a.set(with_sign ? x86::CondCode::kLE : x86::CondCode::kE, x86::al);
+    s.a.set(with_sign ? x86::CondCode::kLE : x86::CondCode::kE, gp(number, 1));
   }
-  s.store(p.operand("Q"), 1, reg::kAx);
-  s.aside([&s, p, bytes, with_sign, up, edge, reset, memory, count, in, back, load_value, counts, counted] {
-    const unsigned wide = bytes == 8 ? 8 : 4;
-    s.a.bind(counts);
-    s.a.shr(gp(back, 4), 16);
-    s.a.mov(p.bit(edge), gp(in, 1));
-    s.a.mov(p.bit(reset), gp(back, 1));
-    if (in != reg::kCx) s.a.mov(x86::ecx, gp(in, 4));
-    s.a.movzx(x86::edx, p.bit(memory));
-    load_value(reg::kAx, p.value("CV", bytes));
-    s.a.mov(p.bit(memory), x86::cl);
-    s.a.cmp(x86::cl, x86::dl);
-    s.a.seta(x86::cl);
-    s.a.movzx(x86::ecx, x86::cl);
-    s.a.mov(gp(reg::kDx, wide), gp(reg::kAx, wide));
-    s.a.emit(up ? x86::Inst::kIdAdd : x86::Inst::kIdSub, count, gp(reg::kCx, bytes));
-    s.a.emit(with_sign ? x86::Inst::kIdCmovo : x86::Inst::kIdCmovb, gp(reg::kAx, wide), gp(reg::kDx, wide));
-    if (up) {
-      s.a.xor_(x86::edx, x86::edx);
-    } else {
-      load_value(reg::kDx, p.value("PV", bytes));
-    }
-    s.a.cmp(p.bit(reset), 0);
-    s.a.cmovne(gp(reg::kAx, wide), gp(reg::kDx, wide));
-    s.a.mov(p.value("CV", bytes), count);
+  s.store(p.operand("Q"), 1, number);
+  s.aside([&s, up, count, step, bytes, ends, counted] {
+    s.a.bind(ends);
+    s.a.emit(up ? x86::Inst::kIdSub : x86::Inst::kIdAdd, count, gp(step, bytes));
     s.a.jmp(counted);
   });
 }
