@@ -129,9 +129,11 @@ lap "initramfs ($(du -k "$W/initrd" | cut -f1) KiB)"
 
 # ---- 4. boot and run ----------------------------------------------------------------------------
 # ttyS0: kernel and init; ttyS1: the program's output; ttyS2: its exit code, which must agree with QEMU's.
+# The GPIO trace events are on from boot, before there is a second CPU: enabling them patches the kernel's scheduler, and
+# QEMU can miss such a patch while both CPUs run (one takes a breakpoint for ever that is no longer in memory).
 timeout -k 5 "$LIMIT" qemu-system-x86_64 -accel tcg,thread=multi -cpu max -machine pc -smp "$SMP" -m "$MEM" \
   -display none -nodefaults -no-user-config -no-reboot -kernel "$KERNEL/vmlinuz" -initrd "$W/initrd" \
-  -append "console=ttyS0 quiet loglevel=4 panic=-1 oops=panic nokaslr tsc=reliable mitigations=off" \
+  -append "console=ttyS0 quiet loglevel=4 panic=-1 oops=panic nokaslr tsc=reliable mitigations=off trace_event=gpio:gpio_value" \
   -chardev "file,id=con,path=$W/console" -serial chardev:con \
   -chardev stdio,id=io,signal=off -serial chardev:io \
   -chardev "file,id=ctl,path=$W/ctl" -serial chardev:ctl \

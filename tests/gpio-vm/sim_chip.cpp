@@ -92,12 +92,7 @@ bool SimChip::value(int line) const {
   return text == "1";
 }
 
-KernelTrace::KernelTrace() {
-  write_text(kTracing + "trace", "");
-  write_text(kTracing + "events/gpio/gpio_value/enable", "1");
-}
-
-KernelTrace::~KernelTrace() { write_text(kTracing + "events/gpio/gpio_value/enable", "0"); }
+KernelTrace::KernelTrace() { write_text(kTracing + "trace", ""); }
 
 std::vector<KernelTrace::Set> KernelTrace::sets(int number) const {
   // "    plc-guardian-123     [000] d..1.    12.345678: gpio_value: 496 set 1"

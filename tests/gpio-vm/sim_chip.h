@@ -39,13 +39,10 @@ class SimChip {
   int base_ = 0;
 };
 
-/// The kernel's own record of every value that was set on an output, from now on.
+/// The kernel's own record of every value that was set on an output, from now on. The guest records them from its boot.
 class KernelTrace {
  public:
   KernelTrace();
-  ~KernelTrace();
-  KernelTrace(const KernelTrace&) = delete;
-  KernelTrace& operator=(const KernelTrace&) = delete;
   struct Set {
     std::string process;  ///< "plc-run", "plc-guardian"
     int value = -1;
