@@ -3,6 +3,7 @@
 #include <pthread.h>
 
 #include <algorithm>
+#include <future>
 #include <system_error>
 #include <utility>
 
@@ -26,10 +27,16 @@ Watchdog::~Watchdog() {
 }
 
 std::string Watchdog::start(bool realtime) {
-  thread_ = std::thread([this] { run(); });
-  if (cpu_ >= 0) static_cast<void>(bind_to_cpu(thread_.native_handle(), cpu_));
-  if (!realtime) return {};
-  const int error = set_fifo(thread_.native_handle(), kWatchdogPriority);
+  // WHY by the thread itself, before it sleeps: with PREEMPT_RT the timer of a sleep that began at an ordinary priority
+  // is left to a thread of low priority, which a task that spins on the same processor keeps from running.
+  std::promise<int> settled;
+  std::future<int> settling = settled.get_future();
+  thread_ = std::thread([this, realtime, settled = std::move(settled)]() mutable {
+    if (cpu_ >= 0) static_cast<void>(bind_to_cpu(pthread_self(), cpu_));
+    settled.set_value(realtime ? set_fifo(pthread_self(), kWatchdogPriority) : 0);
+    run();
+  });
+  const int error = settling.get();
   if (error == 0) return {};
   return "the watchdog runs without real-time priority (" + std::system_category().message(error) +
          "): tasks that keep a processor busy may keep it from acting";
