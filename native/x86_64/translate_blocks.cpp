@@ -112,29 +112,42 @@ void measure(Assembly& s, const Ports& p) {
   s.a.mov(p.time("ET"), x86::rax);
 }
 
-/// TON: the time runs while IN is TRUE. TOF: while it is FALSE, after it was TRUE.
+/// TON: the time runs while IN is TRUE. TOF: while it is FALSE, after it was TRUE. IN is in cl; most often the time
+/// runs.
 void delay(Assembly& s, const Ports& p, bool on) {
   const int before = on ? kIdle : kArmed;  // the time may begin
-  const asmjit::Label at_rest = s.a.newLabel();
-  const asmjit::Label waits = s.a.newLabel();
+  const asmjit::Label not_running = s.a.newLabel();
   const asmjit::Label runs = s.a.newLabel();
+  const asmjit::Label limit = s.a.newLabel();
+  const asmjit::Label at_rest = s.a.newLabel();
   const asmjit::Label end = s.a.newLabel();
-  s.a.movzx(x86::eax, p.bit("IN"));
-  s.a.mov(p.bit("M"), x86::al);
-  s.a.test(x86::al, x86::al);
-  s.a.j(on ? x86::CondCode::kZ : x86::CondCode::kNZ, at_rest);
-  s.a.movzx(x86::edx, p.bit("STATE"));
-  s.a.cmp(x86::dl, before);
-  s.a.je(waits);
-  s.a.cmp(x86::dl, kRunning);
-  s.a.jne(end);
+  const x86::CondCode rests = on ? x86::CondCode::kZ : x86::CondCode::kNZ;
+  s.a.mov(p.bit("M"), x86::cl);
+  s.a.cmp(p.bit("STATE"), kRunning);
+  s.a.jne(not_running);
+  s.a.test(x86::cl, x86::cl);
+  s.a.j(rests, at_rest);
   s.a.bind(runs);
+  s.a.mov(x86::rax, machine::now());
+  s.a.sub(x86::rax, p.time("START"));
+  s.a.mov(x86::rdx, p.time("PT"));
+  s.a.cmp(x86::rax, x86::rdx);
+  s.a.jae(limit);  // or a clock that went back
+  s.a.test(x86::rdx, x86::rdx);
+  s.a.js(limit);
+  s.a.mov(p.time("ET"), x86::rax);
+  s.a.jmp(end);
+  s.a.bind(limit);
   measure(s, p);
   s.a.jl(end);
   s.a.mov(p.bit("STATE"), kDone);
   s.a.mov(p.bit("Q"), on ? 1 : 0);
   s.a.jmp(end);
-  s.a.bind(waits);
+  s.a.bind(not_running);
+  s.a.test(x86::cl, x86::cl);
+  s.a.j(rests, at_rest);
+  s.a.cmp(p.bit("STATE"), before);
+  s.a.jne(end);
   begin(s, p);
   s.a.jmp(runs);
   s.a.bind(at_rest);
@@ -144,11 +157,12 @@ void delay(Assembly& s, const Ports& p, bool on) {
   s.a.bind(end);
 }
 
+/// TP: IN is in cl.
 void pulse(Assembly& s, const Ports& p) {
   const asmjit::Label no_start = s.a.newLabel();
   const asmjit::Label not_running = s.a.newLabel();
   const asmjit::Label end = s.a.newLabel();
-  s.a.movzx(x86::edi, p.bit("IN"));
+  s.a.mov(x86::edi, x86::ecx);
   s.a.movzx(x86::eax, p.bit("M"));
   s.a.mov(p.bit("M"), x86::dil);
   s.a.movzx(x86::edx, p.bit("STATE"));
@@ -203,7 +217,8 @@ void choose(Assembly& s, const x86::Gp& to, const x86::Gp& in, std::int32_t with
 }
 
 /// A timer: nothing, where its four bytes say that there is nothing to do, or what `step` writes. They are looked at
-/// together, with what they are to be computed from IN: without a jump that would depend on it. Q is in cl behind it.
+/// together, with what they are to be computed from IN: without a jump that would depend on it. Q is read from memory,
+/// so that what follows does not wait for IN. Q is in cl behind it.
 void timer(Assembly& s, const Ports& p, const Steady& steady, std::function<void()> step) {
   const std::uint32_t first = p.operand("IN");
   const auto byte = [&](std::string_view port, int value) {
@@ -226,14 +241,13 @@ void timer(Assembly& s, const Ports& p, const Steady& steady, std::function<void
     s.a.test(p.time("ET"), x86::rdx);
     s.a.jne(changes);
   }
-  if (!steady.q[1]) s.a.xor_(x86::ecx, x86::ecx);
   s.land(end);
+  s.a.movzx(x86::ecx, p.bit("Q"));
   s.hold(p.operand("Q"), reg::kCx);
   s.aside([&s, p, step, changes, end, owed] {
     s.a.bind(changes);
     if (owed) s.a.mov(p.bit("IN"), x86::cl);
     step();
-    s.a.movzx(x86::ecx, p.bit("Q"));
     s.a.jmp(end);
   });
 }
