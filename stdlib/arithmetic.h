@@ -5,11 +5,16 @@
 // Does not belong here: text, tables, opcodes.
 #pragma once
 
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
+
 #include <bit>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <type_traits>
+#include <utility>
 
 #include "stdlib/library.h"
 
@@ -80,22 +85,30 @@ constexpr double canonical(double v) noexcept {
 
 constexpr bool is_finite(double v) noexcept { return v - v == 0; }
 
-/// Nearest integer, ties to even, as the double that holds it; independent of the rounding mode. Infinities and NaN
-/// stay.
+inline constexpr double kAllIntegers = 4503599627370496.0;  // from 2^52 on every double is an integer
+
+/// Nearest integer of |v| < 2^52, ties to even (the mode in which threads begin). No jump: what is behind the point of
+/// measured values cannot be predicted.
+constexpr std::int64_t nearest_integer(double v) noexcept {
+#ifdef __SSE2__
+  if (!std::is_constant_evaluated()) return _mm_cvtsd_si64(_mm_set_sd(v));
+#endif
+  const auto bits = std::bit_cast<std::int64_t>(v);
+  const auto magnitude = std::bit_cast<double>(bits & std::numeric_limits<std::int64_t>::max());
+  const auto whole = static_cast<std::int64_t>(magnitude);
+  // Doubles from 0 on are in the order of their bits: those above a half, for odd numbers from a half on.
+  const auto rest = std::bit_cast<std::int64_t>(magnitude - static_cast<double>(whole));
+  const std::int64_t nearest = whole + ((rest + (whole & 1) > std::bit_cast<std::int64_t>(0.5)) ? 1 : 0);
+  const std::int64_t sign = bits >> 63;
+  return (nearest ^ sign) - sign;
+}
+/// The same for all, as the double that holds it. Infinities and NaN stay.
 constexpr double round_half_even(double v) noexcept {
-  constexpr double kAllIntegers = 4503599627370496.0;  // from 2^52 on every double is an integer
-  if (!(v > -kAllIntegers && v < kAllIntegers)) return v;
-  const auto whole = static_cast<std::int64_t>(v);
-  const double rest = v - static_cast<double>(whole);
-  const bool odd = (whole & 1) != 0;
-  if (rest > 0.5 || (rest == 0.5 && odd)) return static_cast<double>(whole + 1);
-  if (rest < -0.5 || (rest == -0.5 && odd)) return static_cast<double>(whole - 1);
-  return static_cast<double>(whole);
+  return v > -kAllIntegers && v < kAllIntegers ? static_cast<double>(nearest_integer(v)) : v;
 }
 /// The integer part of `v` held within T: out of range saturates and NaN is 0, both with an event.
 template <class T>
 constexpr T saturate_cast(double v, Event& event) noexcept {
-  constexpr double kAllIntegers = 4503599627370496.0;
   constexpr double kAbove = 2.0 * static_cast<double>(std::numeric_limits<T>::max() / 2 + 1);
   constexpr double kLeast = static_cast<double>(std::numeric_limits<T>::min());
   if (v != v) {
@@ -117,6 +130,11 @@ constexpr T saturate_cast(double v, Event& event) noexcept {
 /// REAL to integer: rounds half to even, saturates with an event, NaN gives 0 with an event.
 template <class T>
 constexpr T real_to_int(double v, Event& event) noexcept {
+  if (v > -kAllIntegers && v < kAllIntegers) [[likely]] {
+    const std::int64_t whole = nearest_integer(v);
+    if (std::in_range<T>(whole)) [[likely]]
+      return static_cast<T>(whole);
+  }
   return saturate_cast<T>(round_half_even(v), event);
 }
 
