@@ -107,9 +107,9 @@ class LoopLinker {
   void link(const LinkedLoop& loop) {
     if (!read_end(loop) || !read_body(loop) || !check_variables() || !check_elements() || !make_records()) return;
     leave_out_unread(loop.addressing);
-    join_products(loop.addressing);
+    join_products();
     make_last_round();
-    number_values();
+    number_streams();
     if (variables_.size() + values_.size() + elements_.size() <= kMostStreams) write(loop);
   }
 
@@ -201,7 +201,7 @@ class LoopLinker {
       step.out = value;
     }
     step.element = std::move(element);
-    return true;
+    return !step.element->indices.empty();
   }
   bool read_call(const LinkedInstruction& instruction, Step& step) const {
     if (instruction.op != ResolvedOp::kCallStd || word(instruction, 3) == 0 || word(instruction, 3) > 3) return false;
@@ -564,8 +564,8 @@ class LoopLinker {
     std::erase_if(records_, [](const Record& record) { return record.run == 0; });
   }
 
-  /// Sums of products, as filters and matrices have them, need not keep the products.
-  void join_products(Addressing addressing) {
+  /// Sums of products, as filters and matrices have them, keep the last product alone.
+  void join_products() {
     for (std::size_t i = 0; i + 1 < records_.size(); ++i) {
       Record& product = records_[i];
       const Record& sum = records_[i + 1];
@@ -578,7 +578,10 @@ class LoopLinker {
       if (!adds || readers != 1) continue;
       const StreamRun both =
           sum_of_products(reinterpret_cast<StreamRun>(product.run), reinterpret_cast<StreamRun>(sum.run));
-      if (both == nullptr || !compute_last(product, addressing)) continue;
+      if (both == nullptr) continue;
+      const std::optional<std::uint32_t> home = home_of(product.out);
+      product.in.push_back(home ? variable(*home) : product.out);
+      computed_.push_back(product.out);
       product.run = reinterpret_cast<std::uintptr_t>(both);
       product.out = sum.out;
       records_.erase(records_.begin() + static_cast<std::ptrdiff_t>(i) + 1);
@@ -598,16 +601,18 @@ class LoopLinker {
     }
   }
 
-  /// Values that nobody keeps any more take no stream.
-  void number_values() {
-    std::vector<std::uint32_t> kept, bytes;
+  /// Variables and values that nobody keeps any more take no stream.
+  void number_streams() {
+    std::vector<std::uint32_t> kept[2], content[2];
     const auto renumber = [&](std::uint32_t& stream) {
-      if (!is_value(stream)) return;
-      const auto known = std::find(kept.begin(), kept.end(), stream);
-      const std::uint32_t renumbered = number(StreamKind::kValue, static_cast<std::size_t>(known - kept.begin()));
-      if (known == kept.end()) {
-        kept.push_back(stream);
-        bytes.push_back(values_[stream & 0xffffu]);
+      const std::uint32_t kind = stream >> 16;
+      if (kind >= std::size(kept)) return;
+      const auto known = std::find(kept[kind].begin(), kept[kind].end(), stream);
+      const std::uint32_t renumbered =
+          number(static_cast<StreamKind>(kind), static_cast<std::size_t>(known - kept[kind].begin()));
+      if (known == kept[kind].end()) {
+        kept[kind].push_back(stream);
+        content[kind].push_back((kind == 0 ? variables_ : values_)[stream & 0xffffu]);
       }
       stream = renumbered;
     };
@@ -616,7 +621,8 @@ class LoopLinker {
       for (std::uint32_t& in : record.in) renumber(in);
     }
     for (LastValue& value : last_values_) renumber(value.stream);
-    values_ = std::move(bytes);
+    variables_ = std::move(content[0]);
+    values_ = std::move(content[1]);
   }
 
   // ---- writing
@@ -628,25 +634,26 @@ class LoopLinker {
     std::memcpy(pair, &value, sizeof pair);
     words_.insert(words_.end(), {pair[0], pair[1]});
   }
+  /// Where the stream stands, in bytes.
   [[nodiscard]] std::uint32_t row(std::uint32_t stream) const {
     const auto kind = static_cast<StreamKind>(stream >> 16);
     const std::size_t before = kind == StreamKind::kVariable ? 0
                                : kind == StreamKind::kValue  ? variables_.size()
                                                              : variables_.size() + values_.size();
-    return static_cast<std::uint32_t>(before) + (stream & 0xffffu);
+    return (static_cast<std::uint32_t>(before) + (stream & 0xffffu)) * std::uint32_t{sizeof(Stream)};
   }
-  void put_index(const Index& index) {
+  /// `further`: kFurther, or nothing for the first index of `element`.
+  void put_index(const Element& element, const Index& index, std::uint32_t further) {
     const Affine& number = index.number;
     const std::int64_t start = number.constant - index.lower;
     const bool fits = start == static_cast<std::int32_t>(start);
-    const bool by_control = number.factor == 1 && number.terms.empty();
-    const bool by_variable = number.factor == 0 && number.terms.size() == 1 && number.terms[0].factor == 1;
-    const LoopIndex kind = !fits || (!by_control && !by_variable) ? LoopIndex::kSum
-                           : by_control                           ? LoopIndex::kControl
-                           : number.bytes == 4                    ? LoopIndex::kDint
-                                                                  : LoopIndex::kInt;
-    words_.insert(words_.end(), {static_cast<std::uint32_t>(kind), index.count, index.stride});
-    if (kind != LoopIndex::kSum) {
+    const bool by_variable = number.terms.size() == 1 && number.terms[0].factor == 1;
+    const bool is_sum = !fits || number.factor < 0 || number.factor > 1 || (!by_variable && !number.terms.empty());
+    const std::uint32_t by = (number.factor == 1 ? kByControl : 0) | (!by_variable        ? 0
+                                                                      : number.bytes == 4 ? kByDint
+                                                                                          : kByInt);
+    words_.insert(words_.end(), {(is_sum ? kBySum : by) | further, index.count, index.stride, element.array.operand});
+    if (!is_sum) {
       words_.insert(words_.end(),
                     {static_cast<std::uint32_t>(start), by_variable ? number.terms[0].operand : std::uint32_t{0}});
       return;
@@ -661,21 +668,24 @@ class LoopLinker {
   void write(const LinkedLoop& loop) {
     const auto start = static_cast<std::uint32_t>(words_.size());
     const auto size = [](const auto& list) { return static_cast<std::uint32_t>(list.size()); };
+    std::uint32_t indices = 0;
+    for (const Element* element : elements_) indices += size(element->indices);
     words_.insert(words_.end(),
                   {handler_word(loop.addressing, ResolvedOp::kLoopRun), head_, end_, jump_, control_, limit_, step_,
-                   (wide_ ? kWide : 0) | (down_ ? kDown : 0), size(variables_), size(values_), size(elements_),
+                   (wide_ ? kWide : 0) | (down_ ? kDown : 0), size(variables_), size(values_), size(elements_), indices,
                    size(records_), size(last_values_), size(last_computed_), scratch_});
     words_.insert(words_.end(), variables_.begin(), variables_.end());
     words_.insert(words_.end(), values_.begin(), values_.end());
     for (const Element* element : elements_) {
-      words_.insert(words_.end(), {element->array.operand, size(element->indices)});
-      for (const Index& index : element->indices) put_index(index);
+      for (const Index& index : element->indices) {
+        put_index(*element, index, &index == element->indices.data() ? 0 : kFurther);
+      }
     }
     for (const Record& record : records_) {
       put_wide(record.run);
-      std::uint32_t streams = row(record.out);
-      for (std::size_t i = 0; i < record.in.size(); ++i) streams |= row(record.in[i]) << (8 * (i + 1));
-      words_.insert(words_.end(), {streams, record.arguments, record.position});
+      const auto in = [&](std::size_t i) { return i < record.in.size() ? row(record.in[i]) : 0; };
+      words_.insert(words_.end(),
+                    {row(record.out) | in(0) << 16, in(1) | in(2) << 16, record.arguments, record.position});
     }
     for (const LastValue& value : last_values_) {
       words_.insert(words_.end(), {value.operand, row(value.stream), value.bytes});

@@ -21,7 +21,7 @@ inline constexpr std::uint32_t kLoopChunk = 64;
 inline constexpr std::uint32_t kMostStreams = 32;
 
 /// First words of a LOOP_RUN; position 0 is its handler word. Behind them: the operands of variables; of each value its
-/// bytes; elements; records; what the last round leaves: values, computed ones.
+/// bytes; indices of the elements; records; what the last round leaves: values, computed ones.
 struct LoopWords {
   enum : std::uint32_t {
     kHead = 1,   ///< where the loop begins
@@ -34,6 +34,7 @@ struct LoopWords {
     kVariables,  ///< how many of each
     kValues,
     kElements,
+    kIndices,  ///< of all elements
     kRecords,
     kLastValues,
     kLastComputed,
@@ -44,20 +45,20 @@ struct LoopWords {
 inline constexpr std::uint32_t kWide = 1;  ///< the control variable has 32 bits, not 16; both are signed
 inline constexpr std::uint32_t kDown = 2;
 
-/// An element: place, number of indices; then the indices. The first word of an index is its kind, behind it are count
-/// and stride in bytes, and what makes its number, from 0.
-inline constexpr std::uint32_t kElementWords = 2;
-enum class LoopIndex : std::uint32_t {
-  kSum = 0,      ///< factor of the control variable, number of terms, start (2); the terms: operand, factor, bytes
-  kControl = 1,  ///< start: the control variable plus that
-  kInt = 2,      ///< start, operand: a variable plus that
-  kDint = 4,     ///< the same
-};
-inline constexpr std::uint32_t kSumIndexWords = 7, kTermWords = 3, kPlainIndexWords = 5;
+/// An index of an element: kind, count, stride in bytes, operand of the array, and what makes its number, from 0. Sums:
+/// factor of the control variable, number of terms, start (2); the terms: operand, factor, bytes. Others: start,
+/// operand; what is added to the start is what the kind says.
+inline constexpr std::uint32_t kByControl = 1;  ///< the control variable
+inline constexpr std::uint32_t kByInt = 2;      ///< the variable that is the operand, of 16 bits
+inline constexpr std::uint32_t kByDint = 4;     ///< ..of 32
+inline constexpr std::uint32_t kBySum = 8;
+inline constexpr std::uint32_t kFurther = 16;  ///< one more index of the element before; the array does not count
+inline constexpr std::uint32_t kSumIndexWords = 8, kTermWords = 3, kPlainIndexWords = 6;
 
-/// A record: StreamRun or stdlib::Kernel (2), streams (out, inputs; one byte each), arguments of the kernel (0 = a
-/// StreamRun), position of the instruction. Streams are numbered: variables, values, elements.
-inline constexpr std::uint32_t kLoopRecordWords = 5;
+/// A record: StreamRun or stdlib::Kernel (2), streams (2; out, inputs: 16 bits each), arguments of the kernel (0 = a
+/// StreamRun), position of the instruction. Streams stand in a row: variables, values, elements; they are named by
+/// their distance from the first one in bytes.
+inline constexpr std::uint32_t kLoopRecordWords = 6;
 
 /// What the last round leaves in variables that the others do not set. First values are copied: operand, stream that
 /// has it, bytes; then what no stream has is computed from variables: ValueRun (2), number of operands, operands.

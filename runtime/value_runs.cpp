@@ -192,22 +192,36 @@ void count_rounds(const Stream& out, const Stream& in0, const Stream& in1, const
 }
 
 template <class T>
-void add_products(const Stream& out, const Stream& in0, const Stream& in1, const Stream& /*in2*/,
+void add_products(const Stream& out, const Stream& in0, const Stream& in1, const Stream& in2,
                   std::uint32_t count) noexcept {
   T sum = load<T>(out.at);
+  T product{};
   const std::byte* a = in0.at;
   const std::byte* b = in1.at;
-#pragma GCC unroll 4
-  for (; count != 0; --count, a += in0.step, b += in1.step) {
+  const std::ptrdiff_t a_step = in0.step, b_step = in1.step;
+  // A sum that is NaN stays NaN: one look at the end is enough.
+  const auto add = [&](std::ptrdiff_t round) {
     if constexpr (std::is_floating_point_v<T>) {
-      // A sum that is NaN stays NaN: one look at the end is enough.
-      sum += load<T>(a) * load<T>(b);
+      product = load<T>(a + round * a_step) * load<T>(b + round * b_step);
+      sum += product;
     } else {
-      sum = stdlib::add(sum, stdlib::mul(load<T>(a), load<T>(b)));
+      product = stdlib::mul(load<T>(a + round * a_step), load<T>(b + round * b_step));
+      sum = stdlib::add(sum, product);
     }
+  };
+  for (; count >= 4; count -= 4, a += 4 * a_step, b += 4 * b_step) {
+    add(0);
+    add(1);
+    add(2);
+    add(3);
   }
-  if constexpr (std::is_floating_point_v<T>) sum = stdlib::canonical(sum);
+  for (; count != 0; --count, a += a_step, b += b_step) add(0);
+  if constexpr (std::is_floating_point_v<T>) {
+    sum = stdlib::canonical(sum);
+    product = stdlib::canonical(product);
+  }
   store(out.at, sum);
+  store(in2.at, product);
 }
 
 }  // namespace
