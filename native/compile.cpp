@@ -33,8 +33,10 @@ namespace {
 /// Machine code that any instruction takes at most, by word of resolved code; addresses cost nothing.
 constexpr std::size_t kBytesPerWord = 64;
 constexpr std::size_t kBytesBeside = 64 * 1024;
-/// How often the code of a loop without others inside is there at most.
+/// How many rounds of a loop without others inside are code at most, one behind the other.
 constexpr std::size_t kMostRounds = 4;
+/// Its code is there as often, and once more for rounds that are left.
+constexpr std::size_t kMostCopies = kMostRounds + 1;
 /// As many times of it with groups: some are there twice, and it takes code to leave them out.
 constexpr std::size_t kCodeWithGroups = 3;
 
@@ -175,6 +177,22 @@ class TaskCompiler {
 
   // ---- loops (loops.h)
 
+  struct LoopCode {
+    std::uint32_t first = 0, last = 0;  ///< positions
+    const LinkedInstruction* instructions = nullptr;
+    LoopFacts facts;
+    std::map<std::uint32_t, asmjit::Label> exits{};  ///< by position outside
+    struct Round {
+      asmjit::Label next;    ///< where its loop jump goes
+      bool follows = false;  ///< what comes next
+      bool goes_on = false;  ///< the round behind it is known to come: no comparison, no jump
+    };
+    std::optional<Round> round{};  ///< that is being written
+    [[nodiscard]] const InstructionFacts& of(const LinkedInstruction& instruction) const {
+      return facts.instructions[static_cast<std::size_t>(&instruction - instructions)];
+    }
+  };
+
   /// A loop, with its variables in registers. Returns the number of the instruction behind it.
   std::size_t write_loop(Loop loop, std::span<const LinkedInstruction> instructions) {
     LoopCode code{instructions[loop.first].position, instructions[loop.last].position, &instructions[loop.first],
@@ -220,18 +238,59 @@ class TaskCompiler {
     const std::size_t size = inner.last - inner.first + 1;
     const std::size_t rounds = size <= kShort ? kMostRounds : size <= kNotLong ? kMostRounds / 2 : 1;
     const asmjit::Label head = targets_.at(instructions[inner.first].position).label;
-    for (std::size_t round = 1; round <= rounds; ++round) {
-      loop_->round = LoopCode::Round{round < rounds ? s_.label() : head, round < rounds};
-      for (std::size_t i = inner.first; i <= inner.last;) i = write_in_loop(instructions, i);
-      // The next round has labels of its own.
-      for (std::size_t i = inner.first; i <= inner.last && round < rounds; ++i) {
-        if (const auto target = targets_.find(instructions[i].position); target != targets_.end()) {
-          target->second.label = i == inner.first ? loop_->round->next : s_.label();
-        }
+    if (rounds > 1 && write_group(inner, instructions, head, rounds)) {
+      write_round(inner, instructions, {head, false, false});
+    } else {
+      for (std::size_t round = 1; round < rounds; ++round) {
+        write_round(inner, instructions, {s_.label(), true, false});
+        take_new_labels(inner, instructions, loop_->round->next);
       }
+      write_round(inner, instructions, {head, false, false});
     }
     targets_.at(instructions[inner.first].position).label = head;
     loop_->round.reset();
+  }
+  /// Of a counted loop, `rounds` rounds that are counted, and paid for with the loop budget, at once: only the last one
+  /// looks whether it was the last. Behind it is where code for a single round belongs. False, and nothing was written,
+  /// when somebody would see the difference.
+  bool write_group(const Loop::Inner& inner, std::span<const LinkedInstruction> instructions, const asmjit::Label& head,
+                   std::size_t rounds) {
+    constexpr std::uint64_t kLongStep = 1 << 20;
+    if (!inner.counts) return false;
+    const Instruction compare = instruction_of(instructions[inner.last - 2]);
+    const std::uint32_t step_operand = linked_.data()[instructions[inner.last - 1].position + 3];
+    const auto step = s_.constant(step_operand, bytes_of(compare.operation.type));
+    if (!compare.known.unread || !step || *step == 0 || *step > kLongStep) return false;
+    const asmjit::Label fewer = s_.label();
+    const auto jumps = static_cast<std::uint32_t>(rounds - 1);
+    s_.land(head);
+    s_.begin_rounds(compare, compare.operation.relation == Relation::kGt,
+                    static_cast<std::int64_t>(*step) * (jumps - 1), jumps, fewer);
+    for (std::size_t round = 1; round <= rounds; ++round) {
+      take_new_labels(inner, instructions, s_.label());
+      write_round(inner, instructions, {head, false, round < rounds});
+    }
+    take_new_labels(inner, instructions, fewer);
+    return true;
+  }
+  void write_round(const Loop::Inner& inner, std::span<const LinkedInstruction> instructions, LoopCode::Round round) {
+    loop_->round = std::move(round);
+    for (std::size_t i = inner.first; i <= inner.last;) {
+      if (loop_->round->goes_on && (i == inner.last - 2 || i == inner.last)) {
+        land_at(instructions[i++]);
+      } else {
+        i = write_in_loop(instructions, i);
+      }
+    }
+  }
+  /// The next round has labels of its own.
+  void take_new_labels(const Loop::Inner& inner, std::span<const LinkedInstruction> instructions,
+                       const asmjit::Label& head) {
+    for (std::size_t i = inner.first; i <= inner.last; ++i) {
+      if (const auto target = targets_.find(instructions[i].position); target != targets_.end()) {
+        target->second.label = i == inner.first ? head : s_.label();
+      }
+    }
   }
   /// What nobody looks at in a loop, for those who look behind it.
   void put_right(const LoopEnd& end) {
@@ -607,26 +666,12 @@ class TaskCompiler {
     std::size_t jumps = 0;  ///< that go there
   };
   std::unordered_map<std::uint32_t, Target> targets_;  ///< of jumps in this body, by position
-  struct LoopCode {
-    std::uint32_t first = 0, last = 0;  ///< positions
-    const LinkedInstruction* instructions = nullptr;
-    LoopFacts facts;
-    std::map<std::uint32_t, asmjit::Label> exits{};  ///< by position outside
-    struct Round {
-      asmjit::Label next;  ///< where its loop jump goes
-      bool follows = false;
-    };
-    std::optional<Round> round{};  ///< that is being written
-    [[nodiscard]] const InstructionFacts& of(const LinkedInstruction& instruction) const {
-      return facts.instructions[static_cast<std::size_t>(&instruction - instructions)];
-    }
-  };
-  std::optional<LoopCode> loop_;       ///< that is being written
-  asmjit::Label failed_;               ///< of this body: the scan is over
-  bool records_as_data_ = false;       ///< boolean logic is not made code
-  std::vector<asmjit::Label> chunks_;  ///< by chunk: its straight code
-  std::vector<asmjit::Label> exits_;   ///< of stretches
-  std::vector<asmjit::Label> groups_;  ///< that are code
+  std::optional<LoopCode> loop_;                       ///< that is being written
+  asmjit::Label failed_;                               ///< of this body: the scan is over
+  bool records_as_data_ = false;                       ///< boolean logic is not made code
+  std::vector<asmjit::Label> chunks_;                  ///< by chunk: its straight code
+  std::vector<asmjit::Label> exits_;                   ///< of stretches
+  std::vector<asmjit::Label> groups_;                  ///< that are code
   CompileReport report_;
 };
 
@@ -637,7 +682,7 @@ core::Result<std::unique_ptr<NativeTask>> compile(runtime::Program& program, con
   const std::span<std::byte> table(program.table().data(), program.table().layout().total);
   std::unique_ptr<ChangedPlan> plan;
   std::unique_ptr<ChangeTracker> tracker;
-  std::size_t bytes = linked.words.size() / sizeof(std::uint32_t) * kBytesPerWord * kMostRounds + kBytesBeside;
+  std::size_t bytes = linked.words.size() / sizeof(std::uint32_t) * kBytesPerWord * kMostCopies + kBytesBeside;
   if (options.changed) {
     plan = std::make_unique<ChangedPlan>(linked, program.table().layout());
     tracker = std::make_unique<ChangeTracker>(table.data(), table.size(), plan->take_tables(), options.patience);

@@ -24,6 +24,8 @@
 
 namespace plc::native {
 
+struct Instruction;
+
 /// What code works on.
 struct Memory {
   std::byte* table = nullptr;
@@ -77,6 +79,10 @@ class Emitter : private asmjit::ErrorHandler {
   virtual void begin_ways(std::span<const std::uint32_t>) {}
   virtual void other_way() {}
   virtual void end_ways(std::uint32_t, bool) {}
+  /// Several rounds of a counted loop at once: jumps to `fewer` unless the integer `limit` is more than `distance`
+  /// above `control` (below it: `down`), and the part of the loop budget at hand has `jumps`, which are taken then.
+  virtual void begin_rounds(const Instruction& /*compare*/, bool /*down*/, std::int64_t /*distance*/,
+                            std::uint32_t /*jumps*/, const asmjit::Label& /*fewer*/) {}
   [[nodiscard]] bool in_loop() const { return kept_ != nullptr; }
   /// The loop's code ends here.
   void end_loop() { kept_.reset(); }

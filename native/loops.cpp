@@ -281,10 +281,43 @@ class Finder {
       if (std::all_of(innermost_.begin() + static_cast<std::ptrdiff_t>(first),
                       innermost_.begin() + static_cast<std::ptrdiff_t>(last) + 1,
                       [l](std::size_t innermost) { return innermost == l; })) {
-        result.inner.push_back({first, last});
+        result.inner.push_back({first, last, counts(first, last)});
       }
     }
     return result;
+  }
+
+  [[nodiscard]] Operation operation(std::size_t i) const { return operation_of(instructions_[i].op); }
+  /// Whether the loop [first, last] is as Loop::Inner::counts says.
+  [[nodiscard]] bool counts(std::size_t first, std::size_t last) const {
+    if (last < first + 2) return false;
+    const std::size_t compare = last - 2;
+    const Operation relation = operation(compare), count = operation(last - 1);
+    const std::uint32_t control = words(compare)[2], limit = words(compare)[3], step = words(last - 1)[3];
+    const bool up = relation.relation == Relation::kLt && count.form == Form::kAdd;
+    const bool down = relation.relation == Relation::kGt && count.form == Form::kSub;
+    if (relation.form != Form::kCompareJumpUnless || (!up && !down) ||
+        (relation.type != Type::kI16 && relation.type != Type::kI32) || is_real(count.type) ||
+        bytes_of(count.type) != bytes_of(relation.type) || words(last - 1)[1] != control ||
+        words(last - 1)[2] != control) {
+      return false;
+    }
+    const unsigned bytes = bytes_of(relation.type);
+    for (std::size_t i = first; i <= last; ++i) {
+      const bool goes_elsewhere = form(i) == Form::kReturn || target_of(form(i), words(i)) != kNoTarget;
+      if (goes_elsewhere && i != compare && i != last) return false;
+      const auto accesses = accesses_of(code_, {words(i), instructions_[i].position, operation(i)});
+      if (!accesses) return false;
+      for (const Access& access : *accesses) {
+        if (!access.write && access.use != Use::kMemory) continue;
+        for (const std::uint32_t operand : {control, limit, step}) {
+          const bool overlaps =
+              access.operand < std::uint64_t{operand} + bytes && operand < access.operand + access.bytes;
+          if (overlaps && (i != last - 1 || operand != control)) return false;
+        }
+      }
+    }
+    return true;
   }
 
   /// Elements of an array that is not the instance's.

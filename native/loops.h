@@ -55,6 +55,9 @@ struct Loop {
   /// A loop in it, or all of it, that has none inside.
   struct Inner {
     std::size_t first = 0, last = 0;
+    /// It ends as FOR does, with a comparison that leaves it, counting, and its jump. There is no other jump, and
+    /// nothing else changes what it counts with.
+    bool counts = false;
   };
   std::vector<Inner> inner;  ///< in the order of the code
 };

@@ -39,11 +39,17 @@ template <Addressing kAddressing>
                                                 const std::uint32_t* path) noexcept {
   base += path[0];
   const std::uint32_t* index = path + 2;
-  for (const std::uint32_t* const end = path + path_words(path); index != end; index += kIndexWords) {
+  const auto next = [&m, instance, &base, &index ]() __attribute__((always_inline)) {
     const std::uint64_t element = element_of(index, place<kAddressing>(m.table, instance, index[0]));
-    if (element >= index[1]) [[unlikely]]
-      return nullptr;
     base += element * index[2];
+    const bool inside = element < index[1];
+    index += kIndexWords;
+    return inside;
+  };
+  // Most paths that come here have two.
+  if (path[1] == 2) return next() && next() ? base : nullptr;
+  for (std::uint32_t i = path[1]; i != 0; --i) {
+    if (!next()) return nullptr;
   }
   return base;
 }

@@ -136,7 +136,7 @@ class LoopLinker {
     step_ = word(count, 3);
     limit_ = word(compare, 3);
     jump_ = jump.position;
-    end_ = compare.position;
+    exit_ = word(compare, 4);
     head_ = words_[jump.position + 1];
     const std::uint32_t bytes = wide_ ? 4 : 2;
     counted_ = {{control_, bytes}, {step_, bytes}, {limit_, bytes}};
@@ -670,10 +670,11 @@ class LoopLinker {
     const auto size = [](const auto& list) { return static_cast<std::uint32_t>(list.size()); };
     std::uint32_t indices = 0;
     for (const Element* element : elements_) indices += size(element->indices);
-    words_.insert(words_.end(),
-                  {handler_word(loop.addressing, ResolvedOp::kLoopRun), head_, end_, jump_, control_, limit_, step_,
-                   (wide_ ? kWide : 0) | (down_ ? kDown : 0), size(variables_), size(values_), size(elements_), indices,
-                   size(records_), size(last_values_), size(last_computed_), scratch_});
+    words_.insert(
+        words_.end(),
+        {handler_word(loop.addressing, ResolvedOp::kLoopRun), head_, exit_, jump_, control_, limit_, step_,
+         static_cast<std::uint32_t>(result_.operand), (wide_ ? kWide : 0) | (down_ ? kDown : 0), size(variables_),
+         size(values_), size(elements_), indices, size(records_), size(last_values_), size(last_computed_), scratch_});
     words_.insert(words_.end(), variables_.begin(), variables_.end());
     words_.insert(words_.end(), values_.begin(), values_.end());
     for (const Element* element : elements_) {
@@ -706,7 +707,7 @@ class LoopLinker {
   std::uint32_t scratch_;
   bool wide_ = false, down_ = false;
   std::uint32_t control_ = 0, step_ = 0, limit_ = 0;  ///< operands
-  std::uint32_t head_ = 0, end_ = 0, jump_ = 0;       ///< positions
+  std::uint32_t head_ = 0, exit_ = 0, jump_ = 0;      ///< positions
   std::vector<OperandRange> counted_;                 ///< control variable, step, limit
   OperandRange result_;                               ///< of the comparison
   std::vector<Step> steps_;

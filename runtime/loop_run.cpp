@@ -1,7 +1,9 @@
 #include "runtime/loop_run.h"
 
 #include <algorithm>
+#include <tuple>
 #include <type_traits>
+#include <utility>
 
 #include "runtime/memory/table.h"
 #include "runtime/operations.h"
@@ -47,8 +49,9 @@ const Stream& stream_at(const Stream* streams, std::uint32_t place) noexcept {
 
 /// Sets what the last of `count` rounds leaves in variables; `last` is behind the records. RT.
 template <Addressing kAddressing>
-void finish(std::byte* table, std::uint32_t instance, const std::uint32_t* words, const std::uint32_t* last,
-            const Stream* streams, std::uint32_t count) noexcept {
+[[gnu::always_inline]] inline void finish(std::byte* table, std::uint32_t instance, const std::uint32_t* words,
+                                          const std::uint32_t* last, const Stream* streams,
+                                          std::uint32_t count) noexcept {
   for (std::uint32_t i = words[LoopWords::kLastValues]; i != 0; --i, last += kLastValueWords) {
     const Stream& from = stream_at(streams, last[1]);
     std::byte* const to = place<kAddressing>(table, instance, last[0]);
@@ -131,15 +134,19 @@ template <Addressing kAddressing>
   const std::int64_t ahead = rounds.step * (rounds.count - 1);  // of the control variable, in the last round
   for (; indices != 0; --indices) {
     const std::uint32_t kind = next[0], count = next[1], stride = next[2], array = next[3];
-    std::int64_t number = 0, factor = kind & kByControl;
+    std::int64_t number = 0, factor = 0;
     if ((kind & kBySum) != 0) [[unlikely]] {
       factor = static_cast<std::int32_t>(next[4]);
       number = sum_at<kAddressing>(table, instance, next, rounds.value);
       next += kSumIndexWords + std::size_t{next[5]} * kTermWords;
     } else {
-      number = static_cast<std::int32_t>(next[4]) + (rounds.value & -factor);
+      number = static_cast<std::int32_t>(next[4]);
       if ((kind & (kByInt | kByDint)) != 0) {
         number += load_part(place<kAddressing>(table, instance, next[5]), (kind & kByDint) != 0);
+      }
+      if ((kind & kByControl) != 0) {
+        factor = 1;
+        number += rounds.value;
       }
       next += kPlainIndexWords;
     }
@@ -156,6 +163,35 @@ template <Addressing kAddressing>
   return next;
 }
 
+/// The loop took `count` jumps of those that were left. RT.
+void jump_on(Machine& m, const std::uint32_t* words, std::uint32_t count, std::uint32_t left) noexcept {
+  m.place.store(words[LoopWords::kLoopJump], std::memory_order_relaxed);
+  m.loops_left.store(left - count, std::memory_order_relaxed);
+}
+
+/// Runs all but the last kLoopChunk of many rounds, or as many as the budget has jumps for. Returns the rounds to come;
+/// false when those are left to the code of the loop. RT.
+template <bool kWide>
+[[gnu::noinline]] std::pair<Rounds, bool> run_chunks(Machine& m, const std::uint32_t* words,
+                                                     const std::uint32_t* records, Stream* streams, std::byte* control,
+                                                     Rounds rounds) noexcept {
+  Stream* const elements = streams + words[LoopWords::kVariables] + words[LoopWords::kValues];
+  while (rounds.count > kLoopChunk || !rounds.all) {
+    // What a budget ends in is left to the loop's own jump.
+    const std::uint32_t left = m.loops_left.load(std::memory_order_relaxed);
+    const auto count = static_cast<std::uint32_t>(std::min<std::int64_t>({rounds.count, left, kLoopChunk}));
+    if (count == 0) return {rounds, false};
+    run_records(m, words, records, streams, count);
+    for (std::uint32_t i = 0; i < words[LoopWords::kElements]; ++i) elements[i].at += elements[i].step * count;
+    rounds.value += rounds.step * count;
+    rounds.count -= count;
+    store_control<kWide>(control, rounds.value);
+    jump_on(m, words, count, left);
+    if (count < kLoopChunk) return {rounds, false};
+  }
+  return {rounds, true};
+}
+
 template <Addressing kAddressing, bool kWide>
 const std::uint32_t* run(Machine& m, std::uint32_t instance, const std::uint32_t* words) noexcept {
   std::byte* const table = m.table;
@@ -167,18 +203,20 @@ const std::uint32_t* run(Machine& m, std::uint32_t instance, const std::uint32_t
   std::byte* const control = at(words[LoopWords::kControl]);
   Rounds rounds;
   rounds.value = load_control<kWide>(control);
+  rounds.step = load_control<kWide>(at(words[LoopWords::kStep]));
   const std::int64_t limit = load_control<kWide>(at(words[LoopWords::kLimit]));
-  const std::int64_t step = load_control<kWide>(at(words[LoopWords::kStep]));
-  const std::int64_t distance = down ? rounds.value - limit : limit - rounds.value;
-  if (distance < kLeastRounds || step <= 0) return head;
-  const std::int64_t jumps =
-      step == 1 ? distance : (static_cast<std::uint32_t>(distance) - 1) / static_cast<std::uint32_t>(step) + 1;
+  std::int64_t jumps = down ? rounds.value - limit : limit - rounds.value;
+  if (jumps < kLeastRounds) return head;
+  if (rounds.step != 1) [[unlikely]] {
+    if (rounds.step <= 0) return head;
+    jumps = (static_cast<std::uint32_t>(jumps) - 1) / static_cast<std::uint32_t>(rounds.step) + 1;
+    if (!fits<kWide>(rounds.value + (down ? -jumps : jumps) * rounds.step)) return head;
+  }
+  if (down) rounds.step = -rounds.step;
   const std::uint32_t budget = m.loops_left.load(std::memory_order_relaxed);
-  rounds.step = down ? -step : step;
   rounds.all = jumps <= budget;
   rounds.count = rounds.all ? jumps + 1 : budget;
-  if (rounds.count < kLeastRounds || !fits<kWide>(rounds.value + rounds.step * (rounds.count - rounds.all)))
-    return head;
+  if (rounds.count < kLeastRounds) return head;
 
   // Streams.
   Stream streams[kMostStreams];
@@ -191,36 +229,25 @@ const std::uint32_t* run(Machine& m, std::uint32_t instance, const std::uint32_t
     *stream++ = {scratch, static_cast<std::ptrdiff_t>(bytes)};
     scratch += std::size_t{bytes} * kLoopChunk;
   }
-  Stream* const elements = stream;
   const std::uint32_t* const records =
       find_elements<kAddressing>(table, instance, next, words[LoopWords::kIndices], rounds, stream);
   if (records == nullptr) return head;
 
-  const auto jump_on = [&m, words](std::uint32_t count, std::uint32_t left) {
-    m.place.store(words[LoopWords::kLoopJump], std::memory_order_relaxed);
-    m.loops_left.store(left - count, std::memory_order_relaxed);
-  };
-  while (rounds.count > kLoopChunk || !rounds.all) [[unlikely]] {
-      // What a budget ends in is left to the loop's own jump.
-      const std::uint32_t left = m.loops_left.load(std::memory_order_relaxed);
-      const auto count = static_cast<std::uint32_t>(std::min<std::int64_t>({rounds.count, left, kLoopChunk}));
-      if (count == 0) return head;
-      run_records(m, words, records, streams, count);
-      for (std::uint32_t i = 0; i < words[LoopWords::kElements]; ++i) elements[i].at += elements[i].step * count;
-      rounds.value += rounds.step * count;
-      rounds.count -= count;
-      store_control<kWide>(control, rounds.value);
-      jump_on(count, left);
-      if (count < kLoopChunk) return head;
-    }
+  if (rounds.count > kLoopChunk || !rounds.all) [[unlikely]] {
+    bool goes_on = false;
+    std::tie(rounds, goes_on) = run_chunks<kWide>(m, words, records, streams, control, rounds);
+    if (!goes_on) return head;
+  }
   const auto count = static_cast<std::uint32_t>(rounds.count);
   const std::uint32_t left = m.loops_left.load(std::memory_order_relaxed);
   if (left < count - 1) return head;
   const std::uint32_t* const last = run_records(m, words, records, streams, count);
   store_control<kWide>(control, rounds.value + rounds.step * (count - 1));
-  jump_on(count - 1, left);
+  jump_on(m, words, count - 1, left);
   finish<kAddressing>(table, instance, words, last, streams, count);
-  return m.code + words[LoopWords::kEnd];
+  // The comparison that ends it.
+  store(at(words[LoopWords::kResult]), std::uint8_t{0});
+  return m.code + words[LoopWords::kExit];
 }
 
 }  // namespace

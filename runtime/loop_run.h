@@ -3,7 +3,7 @@
 //
 // What an instruction reads and writes is a stream: a variable, which stays where it is; an element, which steps
 // through its array; a value between two instructions, in scratch memory. In: the words below, which link_loops.h
-// makes. Out: the loop as it is behind its last round, at the comparison that leaves it; where the loop budget ends
+// makes. Out: what the loop leaves behind its last round and the comparison that ends it; where the loop budget ends
 // first, before the round it ends in; when an index leaves its array, before the first one. RT: takes no more rounds
 // than the loop budget has.
 #pragma once
@@ -25,11 +25,12 @@ inline constexpr std::uint32_t kMostStreams = 32;
 struct LoopWords {
   enum : std::uint32_t {
     kHead = 1,   ///< where the loop begins
-    kEnd,        ///< position of its comparison
+    kExit,       ///< where its comparison leads when it ends
     kLoopJump,   ///< position of its jump
     kControl,    ///< operands: the control variable,
     kLimit,      ///< which counts while it is less (or greater) than this,
     kStep,       ///< by this
+    kResult,     ///< operand of the comparison's BOOL
     kForm,       ///< kWide | kDown
     kVariables,  ///< how many of each
     kValues,

@@ -37,8 +37,8 @@ struct ValueOp {
 };
 /// in0 + round * in1 (`down`: less), of 32 or 16 bits: what a control variable is in each round.
 StreamRun counting(bool wide, bool down);
-/// What runs `product` and then `sum`, which adds its result to a variable, in one go: out + in0 * in1, the last product
-/// in in2. Null when they are something else.
+/// What runs `product` and then `sum`, which adds its result to a variable, in one go: out + in0 * in1, the last
+/// product in in2. Null when they are something else.
 StreamRun sum_of_products(StreamRun product, StreamRun sum);
 /// Null when it does more, or calls.
 const ValueOp* value_op(ResolvedOp op);

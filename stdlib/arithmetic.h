@@ -130,6 +130,15 @@ constexpr T saturate_cast(double v, Event& event) noexcept {
 /// REAL to integer: rounds half to even, saturates with an event, NaN gives 0 with an event.
 template <class T>
 constexpr T real_to_int(double v, Event& event) noexcept {
+#ifdef __SSE2__
+  if (!std::is_constant_evaluated()) {
+    // What does not fit into 64 bits, and NaN, becomes the least of them.
+    const std::int64_t whole = _mm_cvtsd_si64(_mm_set_sd(v));
+    if (std::in_range<T>(whole) && whole != std::numeric_limits<std::int64_t>::min()) [[likely]]
+      return static_cast<T>(whole);
+    return saturate_cast<T>(round_half_even(v), event);
+  }
+#endif
   if (v > -kAllIntegers && v < kAllIntegers) [[likely]] {
     const std::int64_t whole = nearest_integer(v);
     if (std::in_range<T>(whole)) [[likely]]

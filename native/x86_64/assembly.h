@@ -52,6 +52,9 @@ class Assembly final : public Emitter {
   /// Whether ANDN may be used: processors with BMI1, most since 2013.
   [[nodiscard]] bool has_andn() const { return !baseline && __builtin_cpu_supports("bmi") != 0; }
 
+  /// Whether AVX may be used: processors since 2011, if the system saves its registers.
+  [[nodiscard]] bool has_avx() const { return !baseline && __builtin_cpu_supports("avx") != 0; }
+
   // ---- operands
   /// In the table: not for a variable that lies in a register.
   [[nodiscard]] x86::Mem at(std::uint32_t operand, unsigned bytes);
@@ -98,6 +101,8 @@ class Assembly final : public Emitter {
   void enter_loop(const Loop& loop) override;
   void write_back() override;
   void make_one_nan(std::uint32_t operand, Type type) override;
+  void begin_rounds(const Instruction& compare, bool down, std::int64_t distance, std::uint32_t jumps,
+                    const asmjit::Label& fewer) override;
   [[nodiscard]] bool keeps(std::span<const std::uint32_t> written) const override;
   void begin_ways(std::span<const std::uint32_t> written) override;
   void other_way() override;

@@ -3,6 +3,7 @@
 #include <array>
 
 #include "native/assembly.h"
+#include "native/translate.h"
 
 namespace plc::native {
 namespace {
@@ -124,6 +125,38 @@ void Assembly::loop_back(std::uint32_t position, const asmjit::Label& head, cons
   a.jb(over);
   a.mov(machine::loops_left(), x86::eax);
   jump(head);
+}
+
+void Assembly::begin_rounds(const Instruction& compare, bool down, std::int64_t distance, std::uint32_t jumps,
+                            const asmjit::Label& fewer) {
+  const Type type = compare.operation.type;
+  const unsigned bytes = bytes_of(type);
+  const std::uint32_t control = compare.words[2], limit = compare.words[3];
+  forget();
+  load_extended(reg::kAx, control, type);
+  const asmjit::Operand known = value(limit, bytes);
+  const std::int64_t bound =
+      known.isImm() ? known.as<asmjit::Imm>().value() + (down ? distance : -distance) : std::int64_t{0};
+  if (known.isImm() && bound == static_cast<std::int32_t>(bound)) {
+    a.cmp(x86::eax, bound);
+    a.j(down ? x86::CondCode::kLE : x86::CondCode::kGE, fewer);
+  } else {
+    load_extended(reg::kCx, limit, type);
+    a.movsxd(x86::rax, x86::eax);
+    a.movsxd(x86::rcx, x86::ecx);
+    a.sub(down ? x86::rax : x86::rcx, down ? x86::rcx : x86::rax);
+    a.cmp(down ? x86::rax : x86::rcx, distance);
+    a.jle(fewer);
+  }
+  const asmjit::Label less = label();
+  a.sub(gp(kept_->budget, 4), jumps);
+  a.jb(less);
+  aside([this, less, fewer, jumps] {
+    bind(less);
+    a.add(gp(kept_->budget, 4), jumps);
+    a.jmp(fewer);
+  });
+  forget();
 }
 
 void Assembly::pass(unsigned argument, std::uint64_t value) {

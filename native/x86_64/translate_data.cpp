@@ -79,16 +79,21 @@ void integer(Assembly& s, const Instruction& i) {
   s.store(out, bytes, to);
 }
 
-InstId real_id(Form form, bool f32) {
+struct Reals {
+  InstId in_place;
+  InstId of_two;  ///< the same with a register of its own for the result (AVX)
+};
+Reals reals_of(Form form, bool f32) {
+  namespace Inst = x86::Inst;
   switch (form) {
     case Form::kAdd:
-      return f32 ? x86::Inst::kIdAddss : x86::Inst::kIdAddsd;
+      return f32 ? Reals{Inst::kIdAddss, Inst::kIdVaddss} : Reals{Inst::kIdAddsd, Inst::kIdVaddsd};
     case Form::kSub:
-      return f32 ? x86::Inst::kIdSubss : x86::Inst::kIdSubsd;
+      return f32 ? Reals{Inst::kIdSubss, Inst::kIdVsubss} : Reals{Inst::kIdSubsd, Inst::kIdVsubsd};
     case Form::kMul:
-      return f32 ? x86::Inst::kIdMulss : x86::Inst::kIdMulsd;
+      return f32 ? Reals{Inst::kIdMulss, Inst::kIdVmulss} : Reals{Inst::kIdMulsd, Inst::kIdVmulsd};
     default:
-      return f32 ? x86::Inst::kIdDivss : x86::Inst::kIdDivsd;
+      return f32 ? Reals{Inst::kIdDivss, Inst::kIdVdivss} : Reals{Inst::kIdDivsd, Inst::kIdVdivsd};
   }
 }
 
@@ -107,8 +112,13 @@ void real(Assembly& s, const Instruction& i) {
   std::uint32_t to = s.holds_real(x, type) ? s.holder() : fresh_real(s);
   if (const auto kept = s.kept(out, true); kept && (x == out || y != out)) to = *kept;
   const asmjit::Operand second = s.real_value(y, type);
-  s.load_real(to, x, type);
-  s.a.emit(real_id(i.operation.form, f32), x86::xmm(to), second);
+  const Reals what = reals_of(i.operation.form, f32);
+  if (const auto first = s.in_register(x, type); first && *first != to && s.has_avx()) {
+    s.a.emit(what.of_two, x86::xmm(to), x86::xmm(*first), second);
+  } else {
+    s.load_real(to, x, type);
+    s.a.emit(what.in_place, x86::xmm(to), second);
+  }
   if (!i.known.any_nan) s.one_nan(to, f32);
   s.store_real(out, type, to);
 }

@@ -7,6 +7,9 @@
 #include <atomic>
 #include <cstring>
 #include <functional>
+#include <initializer_list>
+#include <limits>
+#include <memory>
 #include <span>
 #include <thread>
 #include <vector>
@@ -108,6 +111,86 @@ TEST(Loops, TheBudgetEndsThemInTheSameRound) {
     EXPECT_EQ(engines->fault().kind, budget < 500 ? runtime::FaultKind::kLoopBudget : runtime::FaultKind::kNone)
         << budget;
   }
+}
+
+/// FOR i := first TO last BY step (down: -step): sum := sum + i; of 16 or 32 bits.
+struct Count {
+  bool wide = true, down = false;
+  std::int32_t first = 0, last = 0, step = 1;
+  bool limit_is_variable = false;
+};
+std::unique_ptr<Engines> load(const Count& count, std::uint32_t budget) {
+  ImageBuilder b;
+  PouBuilder main = b.pou("Main", PouKind::kProgram);
+  const TypeId type = count.wide ? TypeId::kDint : TypeId::kInt;
+  const auto number = [&](std::int32_t value) {
+    return count.wide ? b.constant(type, value) : b.constant(type, static_cast<std::int16_t>(value));
+  };
+  const Word sum = main.variable("sum", b.type(type));
+  const Word i = main.variable("i", b.type(type));
+  const Word limit = main.variable("limit", b.type(type));
+  const Word more = main.frame("more", b.boolean());
+  const auto op = [&](Opcode of_32, Opcode of_16, std::initializer_list<Word> operands) {
+    main.op(count.wide ? of_32 : of_16, operands);
+  };
+  op(Opcode::kMove32, Opcode::kMove16, {limit, number(count.last)});
+  op(Opcode::kMove32, Opcode::kMove16, {i, number(count.first)});
+  const std::uint32_t head = main.here();
+  op(Opcode::kAdd32, Opcode::kAdd16, {sum, sum, i});
+  op(count.down ? Opcode::kGtI32 : Opcode::kLtI32, count.down ? Opcode::kGtI16 : Opcode::kLtI16,
+     {more, i, count.limit_is_variable ? limit : number(count.last)});
+  const std::uint32_t out = main.jump(Opcode::kCondJump, {more});
+  op(count.down ? Opcode::kSub32 : Opcode::kAdd32, count.down ? Opcode::kSub16 : Opcode::kAdd16,
+     {i, i, number(count.step)});
+  main.op(Opcode::kLoopJump, {head});
+  main.land(out);
+  return load(b, main, budget);
+}
+
+TEST(Loops, SeveralRoundsAtOnceEndWhereSingleOnesDo) {
+  for (const bool wide : {false, true}) {
+    const std::int32_t most =
+        wide ? std::numeric_limits<std::int32_t>::max() : std::numeric_limits<std::int16_t>::max();
+    const std::int32_t least = -most - 1;
+    std::vector<Count> counts;
+    for (const std::int32_t step : {1, 3, 7}) {
+      for (std::int32_t rounds = 0; rounds < 20; ++rounds) {
+        counts.push_back({wide, false, -5, -5 + rounds, step});
+        counts.push_back({wide, true, 5, 5 - rounds, step});
+        // Behind the end of the type they go on at its other end, until the budget is used up.
+        counts.push_back({wide, false, most - rounds, most, step});
+        counts.push_back({wide, true, least + rounds, least, step});
+        counts.push_back({wide, false, least, least + rounds, step});
+        counts.push_back({wide, true, most, most - rounds, step});
+      }
+    }
+    for (Count count : counts) {
+      for (const bool variable : {false, true}) {
+        count.limit_is_variable = variable;
+        for (const std::uint32_t budget : {1u, 2u, 3u, 4u, 5u, 8u, 100u}) {
+          const auto engines = load(count, budget);
+          const auto loops = loops_of(*engines);
+          ASSERT_EQ(loops.size(), 1u);
+          EXPECT_TRUE(loops[0].inner.at(0).counts);
+          for (int scan = 0; scan < 2; ++scan) {
+            ASSERT_EQ(engines->scan(scan * kPeriodNs), "") << count.first << " to " << count.last << ", " << budget;
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST(Loops, OnesThatAreLeftElsewhereRunRoundByRound) {
+  Sum s(20, [](Sum& sum) {
+    sum.main.op(Opcode::kLtI32, {sum.more, sum.sum, sum.number(9)});
+    const std::uint32_t out = sum.main.jump(Opcode::kCondJump, {sum.more});
+    sum.main.land(out);
+  });
+  const auto engines = load(s.b, s.main, 10);
+  ASSERT_EQ(loops_of(*engines).size(), 1u);
+  EXPECT_FALSE(loops_of(*engines)[0].inner.at(0).counts);
+  EXPECT_EQ(engines->scan(0), "");
 }
 
 TEST(Loops, OthersCutThemWithinAPortion) {
