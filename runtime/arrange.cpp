@@ -109,7 +109,7 @@ class Arranger {
   Arranger(std::vector<std::uint32_t>& words, LinkedCode& code, std::uint32_t scratch)
       : words_(words), code_(code), scratch_(scratch) {
     for (const stdlib::BlockSpec& block : stdlib::blocks()) {
-      block_bytes_.emplace(reinterpret_cast<std::uint64_t>(block.step), block.size);
+      blocks_.emplace(reinterpret_cast<std::uint64_t>(block.step), &block);
     }
   }
 
@@ -185,7 +185,7 @@ class Arranger {
         Item item;
         item.kind = kind_number({Kind::Form::kBlocks, step});
         item.operand[0] = word(3);
-        item.bytes[0] = block_bytes_.at(step);
+        item.bytes[0] = blocks_.at(step)->size;
         add(item);
         return;
       }
@@ -321,6 +321,7 @@ class Arranger {
       items_.clear();
       return;
     }
+    make_moves();
     find_moving();
     find_edges();
     find_heights();
@@ -340,6 +341,15 @@ class Arranger {
     }
     code_.report.arranged += items_.size();
     items_.clear();
+  }
+  /// Records that only copy their input, as coils behind blocks do, are moves: a third of the steps.
+  void make_moves() {
+    constexpr std::uint32_t kCopies = 0xaaaaaaaau;
+    for (Item& item : items_) {
+      if (!is(item, Kind::Form::kRecords) || item.truth != kCopies) continue;
+      item.kind = kind_number({Kind::Form::kValues, static_cast<std::uint64_t>(ResolvedOp::kMoveBool)});
+      item.inputs = 1;
+    }
   }
   /// How many instructions wait for each other behind each one.
   void find_heights() {
@@ -431,7 +441,9 @@ class Arranger {
         return;
       case Kind::Form::kBlocks:
         put_handler(ResolvedOp::kBlockRun);
-        put_pointer(kind.what);
+        put_pointer(addressing_ == Addressing::kFixed
+                        ? reinterpret_cast<std::uint64_t>(blocks_.at(kind.what)->step_each)
+                        : kind.what);
         words_.push_back(static_cast<std::uint32_t>(run.size()));
         for (const std::uint32_t number : run) words_.push_back(items_[number].operand[0]);
         return;
@@ -533,7 +545,7 @@ class Arranger {
   LinkedCode& code_;
   std::uint32_t scratch_;
   Addressing addressing_ = Addressing::kFixed;
-  std::unordered_map<std::uint64_t, std::uint32_t> block_bytes_;
+  std::unordered_map<std::uint64_t, const stdlib::BlockSpec*> blocks_;  ///< by step
   std::vector<Kind> kinds_;
   std::map<Kind, std::uint32_t> kind_numbers_;
   std::vector<Item> items_;

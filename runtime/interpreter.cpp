@@ -393,10 +393,15 @@ op_LoopRun : {
   PLC_NEXT(0);
 }
 op_BlockRun : {
-  const auto step = load_pointer<stdlib::Step>(pc + 1);
   const std::uint32_t* place = pc + 4;
-  for (const std::uint32_t* const end = place + pc[3]; place != end; ++place) step(at(*place), m.step);
-  pc = place;
+  const std::uint32_t* const end = place + pc[3];
+  if constexpr (kAddressing == Addressing::kFixed) {
+    load_pointer<stdlib::StepEach>(pc + 1)(table, place, pc[3], m.step);
+  } else {
+    const auto step = load_pointer<stdlib::Step>(pc + 1);
+    for (; place != end; ++place) step(at(*place), m.step);
+  }
+  pc = end;
   PLC_NEXT(0);
 }
 op_RunTaskblock : {

@@ -21,6 +21,10 @@ template <class Row>
 void step(void* ports, const StepContext& context) noexcept {
   Row::step(*static_cast<typename Row::Ports*>(ports), context);
 }
+template <class Row>
+void step_each(std::byte* base, const std::uint32_t* places, std::uint32_t count, const StepContext& context) noexcept {
+  for (; count != 0; --count, ++places) Row::step(*reinterpret_cast<typename Row::Ports*>(base + *places), context);
+}
 template <class Ports>
 constexpr Ports kFresh{};
 
@@ -34,6 +38,7 @@ constexpr BlockSpec block() {
           static_cast<std::uint32_t>(alignof(Ports)),
           &kFresh<Ports>,
           &step<Row>,
+          &step_each<Row>,
           Row::clause,
           Row::summary,
           Row::examples};

@@ -217,6 +217,10 @@ struct StepContext {
 };
 /// One execution of a block on its port struct. RT: noexcept, bounded.
 using Step = void (*)(void* ports, const StepContext& context) noexcept;
+/// One execution of each of `count` instances, whose port structs lie at `base` + places[i]: the same, without as many
+/// calls. RT.
+using StepEach = void (*)(std::byte* base, const std::uint32_t* places, std::uint32_t count,
+                          const StepContext& context) noexcept;
 
 /// What a block does, scan by scan, in a form that tests run and pages show. The first line names the columns: "at",
 /// inputs, "|", outputs. Each further line is one scan: the time of it as a TIME, input values as ST literals, "|", the
@@ -234,6 +238,7 @@ struct BlockSpec {
   std::uint32_t align = 1;
   const void* initial = nullptr;  ///< `size` bytes: a fresh instance
   Step step = nullptr;
+  StepEach step_each = nullptr;
   std::string_view clause;
   std::string_view summary;
   std::span<const BlockExample> examples;

@@ -113,7 +113,7 @@ void delay(Assembly& s, const Ports& p, bool on) {
   s.bind(runs);
   measure(s, p);
   s.a.b(Condition::kLT, end);
-  p.store_byte("STATE", kDone);
+  p.store_byte("STATE", on ? kDone : kIdle);
   p.store_byte("Q", on ? 1 : 0);
   s.jump(end);
   s.bind(waits);

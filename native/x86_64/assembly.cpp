@@ -156,20 +156,20 @@ void Assembly::store_change(std::uint32_t operand, unsigned bytes, std::int32_t 
   }
   store_if_not_equal(to, asmjit::imm(value));
 }
-std::optional<std::uint32_t> Assembly::take_owed(std::uint32_t operand) {
+std::optional<Assembly::OwedBit> Assembly::take_owed(std::uint32_t operand) {
   const auto owed =
-      std::find_if(owed_.begin(), owed_.end(), [operand](const HeldBit& bit) { return bit.operand == operand; });
+      std::find_if(owed_.begin(), owed_.end(), [operand](const OwedBit& bit) { return bit.operand == operand; });
   if (owed == owed_.end()) return std::nullopt;
-  const std::uint32_t number = owed->number;
+  const OwedBit bit = *owed;
   owed_.erase(owed);
-  return number;
+  return bit;
 }
 std::uint32_t Assembly::unused() const {
   // One more than may be held and owed.
   constexpr std::uint32_t kAny[] = {reg::kDx, reg::kCx, reg::kSi, reg::kDi};
   return *std::find_if(std::begin(kAny), std::prev(std::end(kAny)), [this](std::uint32_t number) {
     return held_.reg != number &&
-           std::none_of(owed_.begin(), owed_.end(), [number](const HeldBit& bit) { return bit.number == number; });
+           std::none_of(owed_.begin(), owed_.end(), [number](const OwedBit& bit) { return bit.number == number; });
   });
 }
 void Assembly::store_if_not_equal(const x86::Mem& to, const asmjit::Operand& value) {

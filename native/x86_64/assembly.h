@@ -82,11 +82,16 @@ class Assembly final : public Emitter {
   void store_change(std::uint32_t operand, unsigned bytes, std::int32_t value);
   /// The BOOL at `operand` is in this register, too.
   void hold(std::uint32_t operand, std::uint32_t number) { held_ = {operand, 1, false, number}; }
-  /// The BOOL at `operand` is in this register alone: the block behind, whose port it is, stores it. Until then,
-  /// nothing but constants are stored. Upper bits are not known.
-  void owe(std::uint32_t operand, std::uint32_t number) { owed_.push_back({operand, number}); }
-  /// The register of a port, if it is owed; from now on it is not.
-  std::optional<std::uint32_t> take_owed(std::uint32_t operand);
+  /// A BOOL in a register; `extended`: its upper bits are zero, else they are not known.
+  struct OwedBit {
+    std::uint32_t operand, number;
+    bool extended;
+  };
+  /// The BOOL is in this register alone: the block behind, whose port it is, stores it. Until then, nothing but
+  /// constants are stored.
+  void owe(const OwedBit& bit) { owed_.push_back(bit); }
+  /// A port, if it is owed; from now on it is not.
+  std::optional<OwedBit> take_owed(std::uint32_t operand);
   /// A register that nothing is held or owed in.
   [[nodiscard]] std::uint32_t unused() const;
   // ---- reals
@@ -141,7 +146,7 @@ class Assembly final : public Emitter {
   void read_back();
   void store_if_not_equal(const x86::Mem& to, const asmjit::Operand& value);
 
-  std::vector<HeldBit> owed_;
+  std::vector<OwedBit> owed_;
   std::shared_ptr<const Kept> other_;   ///< registers of the second way
   std::vector<std::uint32_t> written_;  ///< by one of the two
 

@@ -4,6 +4,7 @@
 #include <functional>
 #include <optional>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/types.h"
@@ -38,15 +39,20 @@ class Ports {
   std::uint32_t operand_;
 };
 
-/// The input at `operand`, extended. True when it is not stored yet.
-bool load_input(Assembly& s, std::uint32_t to, std::uint32_t operand) {
+/// An input, extended, in some register.
+struct Input {
+  std::uint32_t number = 0;
+  bool owed = false;  ///< it is not stored yet
+};
+/// Takes the input at `operand`: where it is owed, or from memory into `to`.
+Input take_input(Assembly& s, std::uint32_t to, std::uint32_t operand) {
   if (const auto owed = s.take_owed(operand)) {
     s.forget();
-    s.a.movzx(gp(to, 4), gp(*owed, 1));
-    return true;
+    if (!owed->extended) s.a.movzx(gp(owed->number, 4), gp(owed->number, 1));
+    return {owed->number, true};
   }
   s.load_extended(to, operand, Type::kU8);
-  return false;
+  return {to, false};
 }
 
 // ---- edges and bistables
@@ -64,7 +70,7 @@ void rising(Assembly& s, std::uint32_t to, std::uint32_t in, std::uint32_t befor
 
 /// M is the input, negated for F_TRIG. No jump: an input that changes with each scan would be mispredicted.
 void edge(Assembly& s, const Ports& p, bool is_rising) {
-  if (const auto owed = s.take_owed(p.operand("CLK"))) s.store(p.operand("CLK"), 1, *owed);
+  if (const auto owed = s.take_owed(p.operand("CLK"))) s.store(p.operand("CLK"), 1, owed->number);
   s.load_extended(reg::kAx, p.operand("CLK"), Type::kU8);
   s.forget();
   if (!is_rising) s.a.xor_(x86::eax, 1);
@@ -140,7 +146,7 @@ void delay(Assembly& s, const Ports& p, bool on) {
   s.a.bind(limit);
   measure(s, p);
   s.a.jl(end);
-  s.a.mov(p.bit("STATE"), kDone);
+  s.a.mov(p.bit("STATE"), on ? kDone : kIdle);
   s.a.mov(p.bit("Q"), on ? 1 : 0);
   s.a.jmp(end);
   s.a.bind(not_running);
@@ -197,7 +203,7 @@ struct Steady {
   bool et_is_zero[2];
 };
 constexpr Steady kOnDelay = {{kIdle, kDone}, {false, true}, {true, false}};
-constexpr Steady kOffDelay = {{kDone, kArmed}, {false, true}, {false, true}};
+constexpr Steady kOffDelay = {{kIdle, kArmed}, {false, true}, {false, true}};
 constexpr Steady kPulse = {{kIdle, kDone}, {false, false}, {false, false}};
 
 static_assert(offsetof(TimerPorts, q) - offsetof(TimerPorts, in) < 4 &&
@@ -217,8 +223,8 @@ void choose(Assembly& s, const x86::Gp& to, const x86::Gp& in, std::int32_t with
 }
 
 /// A timer: nothing, where its four bytes say that there is nothing to do, or what `step` writes. They are looked at
-/// together, with what they are to be computed from IN: without a jump that would depend on it. Q is read from memory,
-/// so that what follows does not wait for IN. Q is in cl behind it.
+/// together, with what they are to be computed from IN: without a jump that would depend on it. Q is in the register of
+/// IN behind it.
 void timer(Assembly& s, const Ports& p, const Steady& steady, std::function<void()> step) {
   const std::uint32_t first = p.operand("IN");
   const auto byte = [&](std::string_view port, int value) {
@@ -231,23 +237,31 @@ void timer(Assembly& s, const Ports& p, const Steady& steady, std::function<void
   };
   const asmjit::Label changes = s.a.newLabel();
   const asmjit::Label end = s.a.newLabel();
-  const bool owed = load_input(s, reg::kCx, first);
-  choose(s, x86::edx, x86::ecx, pattern(0), pattern(1));
-  s.a.cmp(x86::edx, s.at(first, 4));
+  const Input in = take_input(s, reg::kCx, first);
+  // WHY values in registers: a comparison with memory is no one step with the jump behind it.
+  const auto [wanted, found] = in.number == reg::kDx ? std::pair(reg::kSi, reg::kDi)
+                                                     : std::pair(reg::kDx, in.number == reg::kSi ? reg::kDi : reg::kSi);
+  choose(s, gp(wanted, 4), gp(in.number, 4), pattern(0), pattern(1));
+  s.a.mov(gp(found, 4), s.at(first, 4));
+  s.a.cmp(gp(wanted, 4), gp(found, 4));
   s.a.jne(changes);
   if (steady.et_is_zero[0] || steady.et_is_zero[1]) {
     // All bits of ET count, or none.
-    choose(s, x86::rdx, x86::rcx, steady.et_is_zero[0] ? -1 : 0, steady.et_is_zero[1] ? -1 : 0);
-    s.a.test(p.time("ET"), x86::rdx);
+    choose(s, gp(wanted, 8), gp(in.number, 8), steady.et_is_zero[0] ? -1 : 0, steady.et_is_zero[1] ? -1 : 0);
+    s.a.mov(gp(found, 8), p.time("ET"));
+    s.a.test(gp(wanted, 8), gp(found, 8));
     s.a.jne(changes);
   }
+  const bool q_is_in = !steady.q[0] && steady.q[1];
   s.land(end);
-  s.a.movzx(x86::ecx, p.bit("Q"));
-  s.hold(p.operand("Q"), reg::kCx);
-  s.aside([&s, p, step, changes, end, owed] {
+  if (!q_is_in) s.a.movzx(gp(in.number, 4), p.bit("Q"));
+  s.hold(p.operand("Q"), in.number);
+  s.aside([&s, p, step, changes, end, in, q_is_in] {
     s.a.bind(changes);
-    if (owed) s.a.mov(p.bit("IN"), x86::cl);
+    if (in.number != reg::kCx) s.a.mov(x86::ecx, gp(in.number, 4));
+    if (in.owed) s.a.mov(p.bit("IN"), x86::cl);
     step();
+    if (q_is_in) s.a.movzx(gp(in.number, 4), p.bit("Q"));
     s.a.jmp(end);
   });
 }
@@ -267,17 +281,19 @@ void counter(Assembly& s, const Ports& p, core::Rep rep, bool up) {
   const auto owed_edge = s.take_owed(p.operand(edge));
   const auto owed_reset = s.take_owed(p.operand(reset));
   s.forget();
-  std::erase_if(unused, [&](std::uint32_t number) { return number == owed_edge || number == owed_reset; });
+  std::erase_if(unused, [&](std::uint32_t number) {
+    return (owed_edge && number == owed_edge->number) || (owed_reset && number == owed_reset->number);
+  });
   const auto take = [&unused] {
     const std::uint32_t number = unused.back();
     unused.pop_back();
     return number;
   };
-  const auto input = [&](std::optional<std::uint32_t> owed, std::string_view port) {
-    const std::uint32_t number = owed ? *owed : take();
+  const auto input = [&](const std::optional<Assembly::OwedBit>& owed, std::string_view port) {
+    const std::uint32_t number = owed ? owed->number : take();
     if (owed) {
       s.a.mov(p.bit(port), gp(number, 1));
-      s.a.movzx(gp(number, 4), gp(number, 1));
+      if (!owed->extended) s.a.movzx(gp(number, 4), gp(number, 1));
     } else {
       s.a.movzx(gp(number, 4), p.bit(port));
     }

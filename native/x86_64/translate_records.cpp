@@ -17,17 +17,29 @@ namespace {
 
 using Kind = BooleanExpression::Kind;
 
-/// Temporary values of a record, and outputs that wait for their next reader; upper bits of what is in them are not
-/// known.
+/// Temporary values of a record, and outputs that wait for their next reader.
 constexpr std::uint32_t kRegisters[] = {0, 1, 2, 6, 7, 8, 9, 10, 11};
 /// Of them, those that loops leave.
 constexpr std::size_t kRegistersInLoops = 5;
 
+/// Registers whose upper bits are not known to be zero.
+class Unclean {
+ public:
+  [[nodiscard]] bool operator[](std::uint32_t number) const { return (numbers_ >> number & 1u) != 0; }
+  void set(std::uint32_t number, bool unclean) {
+    numbers_ = (numbers_ & ~(1u << number)) | static_cast<std::uint32_t>(unclean) << number;
+  }
+
+ private:
+  std::uint32_t numbers_ = 0;
+};
+
 /// The expression of one record.
 class Evaluation {
  public:
-  Evaluation(Assembly& s, RecordRegisters& registers, const Record& record, const BooleanExpression& e)
-      : s_(s), registers_(registers), record_(record) {
+  Evaluation(Assembly& s, RecordRegisters& registers, Unclean& unclean, const Record& record,
+             const BooleanExpression& e)
+      : s_(s), registers_(registers), unclean_(unclean), record_(record) {
     count_uses(e);
   }
 
@@ -37,6 +49,7 @@ class Evaluation {
       case Kind::kConstant: {
         const std::uint32_t to = registers_.take();
         s_.a.mov(gp(to, 4), e.negated ? 1 : 0);
+        unclean_.set(to, false);
         return to;
       }
       case Kind::kInput: {
@@ -57,6 +70,11 @@ class Evaluation {
 
  private:
   void flip(std::uint32_t value) { s_.a.xor_(gp(value, 1), 1); }
+  /// Extended.
+  void load(std::uint32_t to, const asmjit::Operand& from) {
+    s_.a.emit(x86::Inst::kIdMovzx, gp(to, 4), from);
+    unclean_.set(to, false);
+  }
   /// The register that holds an input, if any does, or shall from now on: what is read again soon is loaded once.
   const std::uint32_t* held(const BooleanExpression& input) {
     const std::uint32_t operand = record_.in[input.input];
@@ -64,7 +82,7 @@ class Evaluation {
     const std::uint32_t next = record_.next[input.input];
     if (!registers_.worth_holding(next)) return nullptr;
     const std::uint32_t number = registers_.take();
-    s_.a.movzx(gp(number, 4), s_.at(operand, 1));
+    load(number, s_.at(operand, 1));
     registers_.hold(number, operand, next);
     return registers_.holder(operand);
   }
@@ -77,13 +95,13 @@ class Evaluation {
     return --uses_[input.input] == 0 && record_.next[input.input] == kNever;
   }
 
-  /// An input, whether negated or not, in a register that is taken; upper bits are not known if one held it.
+  /// An input, whether negated or not, in a register that is taken.
   std::uint32_t first(const BooleanExpression& input) {
     const std::uint32_t* const holder = held(input);
     const bool last = is_last_use(input);
     if (holder == nullptr) {
       const std::uint32_t to = registers_.take();
-      s_.a.movzx(gp(to, 4), s_.at(record_.in[input.input], 1));
+      load(to, s_.at(record_.in[input.input], 1));
       return to;
     }
     // Before a register is taken, which may be that one.
@@ -93,7 +111,7 @@ class Evaluation {
       return from;
     }
     const std::uint32_t to = registers_.take();
-    s_.a.movzx(gp(to, 4), gp(from, 1));
+    load(to, gp(from, 1));
     return to;
   }
   void combine(asmjit::InstId id, std::uint32_t to, const BooleanExpression& input) {
@@ -195,6 +213,7 @@ class Evaluation {
     if (!takes_other) registers_.pin(other, false);
     const std::uint32_t to = takes_from ? from : takes_other ? other : registers_.take();
     s_.a.andn(gp(to, 4), gp(other, 4), gp(from, 4));
+    unclean_.set(to, unclean_[from]);
     if (takes_other && takes_from) registers_.give_back(other);
     for (const BooleanExpression& child : e.children) {
       if (is_input(child, false) && &child != &plain) combine(x86::Inst::kIdAnd, to, child);
@@ -217,6 +236,7 @@ class Evaluation {
     is_last_use(other);
     const std::uint32_t to = registers_.take();
     s_.a.setae(gp(to, 1));
+    unclean_.set(to, true);
     for (const BooleanExpression& child : e.children) {
       if (is_input(child, false) && &child != &plain) combine(x86::Inst::kIdOr, to, child);
     }
@@ -276,9 +296,8 @@ class Evaluation {
 
   /// With upper bits zero.
   std::uint32_t extended(const BooleanExpression& e) {
-    const bool loaded = e.kind == Kind::kInput && held(e) == nullptr;
     const std::uint32_t to = value(e);
-    if (!loaded) s_.a.movzx(gp(to, 4), gp(to, 1));
+    if (unclean_[to]) load(to, gp(to, 1));
     return to;
   }
   /// The row's number as c0 + 2 (c1 + 2 (c2 + ..)), then its bit.
@@ -299,6 +318,7 @@ class Evaluation {
 
   Assembly& s_;
   RecordRegisters& registers_;
+  Unclean& unclean_;
   const Record& record_;
   std::array<std::uint32_t, 5> uses_{};  ///< of each input, still to come
 };
@@ -315,16 +335,19 @@ void translate(Assembly& s, const Instruction& i, std::span<const Record> record
   const std::span<const std::uint32_t> numbers(kRegisters, s.in_loop() ? kRegistersInLoops : std::size(kRegisters));
   RecordRegisters registers(numbers,
                             [&s](std::uint32_t number, std::uint32_t operand) { s.store(operand, 1, number); });
-  if (const auto known = s.held_bit())
+  Unclean unclean;
+  if (const auto known = s.held_bit()) {
     registers.hold(known->number, known->operand, first_reader(records, known->operand));
+    unclean.set(known->number, true);
+  }
   for (const Record& r : records) {
     const BooleanExpression& e = expressions.of(r.truth, r.inputs);
     const std::uint32_t* const same = copied(e, r, registers);
-    const std::uint32_t value = same != nullptr ? *same : Evaluation(s, registers, r, e).value(e);
+    const std::uint32_t value = same != nullptr ? *same : Evaluation(s, registers, unclean, r, e).value(e);
     for (unsigned k = 0; k < r.inputs; ++k) registers.read(r.in[k], r.next[k]);
     if (last && i.may_owe(r.out) && r.next_of_out == kNever && !r.is_overwritten && registers.keep(value)) {
       s.forget();
-      s.owe(r.out, value);
+      s.owe({r.out, value, !unclean[value]});
     } else if (!registers.hold_out(value, r)) {
       s.forget();
     } else if (i.is_port(r.out)) {

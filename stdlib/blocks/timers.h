@@ -101,6 +101,7 @@ at      IN PT      | Q ET
 T#0ms   0  T#100ms | 0 T#0ms
 T#500ms 0  .       | 0 T#0ms
 )"}};
+  /// It waits for IN in the same state whether the time has run out or never ran.
   static void step(Ports& p, const StepContext& context) noexcept {
     p.m = p.in;
     if (p.in != 0) {
@@ -111,7 +112,7 @@ T#500ms 0  .       | 0 T#0ms
     }
     if (p.state == Ports::kArmed) p.begin(context.now_ns);
     if (p.state == Ports::kRunning && p.has_run_out(context.now_ns)) {
-      p.state = Ports::kDone;
+      p.state = Ports::kIdle;
       p.q = 0;
     }
   }
@@ -135,15 +136,21 @@ T#510ms 0  .       | 0 T#0ms
 T#520ms 1  .       | 1 T#0ms
 )"}};
   static void step(Ports& p, const StepContext& context) noexcept {
-    const bool edge = p.in != 0 && p.m == 0;
-    p.m = p.in;
-    if (edge && p.state != Ports::kRunning) p.begin(context.now_ns);
-    if (p.state == Ports::kRunning) {
+    // Bytes one by one: who just wrote one of them would have to be waited for to read all of them.
+    const std::uint8_t in = p.in;
+    std::uint8_t state = p.state;
+    if (in != 0 && p.m == 0 && state != Ports::kRunning) {
+      p.begin(context.now_ns);
+      state = Ports::kRunning;
+    }
+    p.m = in;
+    if (state == Ports::kRunning) {
       const bool over = p.has_run_out(context.now_ns);
       p.q = !over;
-      if (over) p.state = Ports::kDone;
+      if (!over) return;
+      p.state = state = Ports::kDone;
     }
-    if (p.state == Ports::kDone && p.in == 0) {
+    if (state == Ports::kDone && in == 0) {
       p.state = Ports::kIdle;
       p.et = 0;
     }
