@@ -17,17 +17,17 @@ static_assert(kLoopChunk * sizeof(std::uint64_t) * kMostStreams <= kScratchBytes
 /// Fewer are not worth it.
 constexpr std::uint32_t kLeastRounds = 4;
 
-template <bool kWide>
+template <bool kDint>
 std::int64_t load_control(const std::byte* from) noexcept {
-  return load<std::conditional_t<kWide, std::int32_t, std::int16_t>>(from);
+  return load<std::conditional_t<kDint, std::int32_t, std::int16_t>>(from);
 }
-template <bool kWide>
+template <bool kDint>
 void store_control(std::byte* to, std::int64_t value) noexcept {
-  store(to, static_cast<std::conditional_t<kWide, std::int32_t, std::int16_t>>(value));
+  store(to, static_cast<std::conditional_t<kDint, std::int32_t, std::int16_t>>(value));
 }
-template <bool kWide>
+template <bool kDint>
 bool fits(std::int64_t value) noexcept {
-  return value == static_cast<std::conditional_t<kWide, std::int32_t, std::int16_t>>(value);
+  return value == static_cast<std::conditional_t<kDint, std::int32_t, std::int16_t>>(value);
 }
 /// A variable that is part of an index.
 std::int64_t load_part(const std::byte* from, bool wide) noexcept {
@@ -171,7 +171,7 @@ void jump_on(Machine& m, const std::uint32_t* words, std::uint32_t count, std::u
 
 /// Runs all but the last kLoopChunk of many rounds, or as many as the budget has jumps for. Returns the rounds to come;
 /// false when those are left to the code of the loop. RT.
-template <bool kWide>
+template <bool kDint>
 [[gnu::noinline]] std::pair<Rounds, bool> run_chunks(Machine& m, const std::uint32_t* words,
                                                      const std::uint32_t* records, Stream* streams, std::byte* control,
                                                      Rounds rounds) noexcept {
@@ -185,14 +185,14 @@ template <bool kWide>
     for (std::uint32_t i = 0; i < words[LoopWords::kElements]; ++i) elements[i].at += elements[i].step * count;
     rounds.value += rounds.step * count;
     rounds.count -= count;
-    store_control<kWide>(control, rounds.value);
+    store_control<kDint>(control, rounds.value);
     jump_on(m, words, count, left);
     if (count < kLoopChunk) return {rounds, false};
   }
   return {rounds, true};
 }
 
-template <Addressing kAddressing, bool kWide>
+template <Addressing kAddressing, bool kDint>
 const std::uint32_t* run(Machine& m, std::uint32_t instance, const std::uint32_t* words) noexcept {
   std::byte* const table = m.table;
   const auto at = [table, instance](std::uint32_t operand) { return place<kAddressing>(table, instance, operand); };
@@ -202,15 +202,15 @@ const std::uint32_t* run(Machine& m, std::uint32_t instance, const std::uint32_t
   // How many rounds a jump follows.
   std::byte* const control = at(words[LoopWords::kControl]);
   Rounds rounds;
-  rounds.value = load_control<kWide>(control);
-  rounds.step = load_control<kWide>(at(words[LoopWords::kStep]));
-  const std::int64_t limit = load_control<kWide>(at(words[LoopWords::kLimit]));
+  rounds.value = load_control<kDint>(control);
+  rounds.step = load_control<kDint>(at(words[LoopWords::kStep]));
+  const std::int64_t limit = load_control<kDint>(at(words[LoopWords::kLimit]));
   std::int64_t jumps = down ? rounds.value - limit : limit - rounds.value;
   if (jumps < kLeastRounds) return head;
   if (rounds.step != 1) [[unlikely]] {
     if (rounds.step <= 0) return head;
     jumps = (static_cast<std::uint32_t>(jumps) - 1) / static_cast<std::uint32_t>(rounds.step) + 1;
-    if (!fits<kWide>(rounds.value + (down ? -jumps : jumps) * rounds.step)) return head;
+    if (!fits<kDint>(rounds.value + (down ? -jumps : jumps) * rounds.step)) return head;
   }
   if (down) rounds.step = -rounds.step;
   const std::uint32_t budget = m.loops_left.load(std::memory_order_relaxed);
@@ -235,14 +235,14 @@ const std::uint32_t* run(Machine& m, std::uint32_t instance, const std::uint32_t
 
   if (rounds.count > kLoopChunk || !rounds.all) [[unlikely]] {
     bool goes_on = false;
-    std::tie(rounds, goes_on) = run_chunks<kWide>(m, words, records, streams, control, rounds);
+    std::tie(rounds, goes_on) = run_chunks<kDint>(m, words, records, streams, control, rounds);
     if (!goes_on) return head;
   }
   const auto count = static_cast<std::uint32_t>(rounds.count);
   const std::uint32_t left = m.loops_left.load(std::memory_order_relaxed);
   if (left < count - 1) return head;
   const std::uint32_t* const last = run_records(m, words, records, streams, count);
-  store_control<kWide>(control, rounds.value + rounds.step * (count - 1));
+  store_control<kDint>(control, rounds.value + rounds.step * (count - 1));
   jump_on(m, words, count - 1, left);
   finish<kAddressing>(table, instance, words, last, streams, count);
   // The comparison that ends it.
