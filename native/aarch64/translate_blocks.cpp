@@ -120,8 +120,11 @@ void delay(Assembly& s, const Ports& p, bool on) {
   begin(s, p);
   s.jump(runs);
   s.bind(at_rest);
-  p.store_byte("STATE", before);
   p.store_byte("Q", on ? 0 : 1);
+  p.load(3, "STATE", 1);
+  s.a.cmp(a64::w3, before);
+  s.a.b(Condition::kEQ, end);
+  p.store_byte("STATE", before);
   p.store("ET", 8, Assembly::kZero);
   s.land(end);
 }

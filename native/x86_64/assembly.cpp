@@ -133,28 +133,30 @@ void Assembly::store(std::uint32_t operand, unsigned bytes, std::uint32_t from) 
   held_ = {operand, bytes, false, from};
 }
 
-void Assembly::store_change(std::uint32_t operand, unsigned bytes, std::uint32_t from) {
+void Assembly::store_change(std::uint32_t operand, std::uint32_t from) {
   if (held_.operand == operand) forget();
-  const x86::Mem to = at(operand, bytes);
-  a.cmp(to, gp(from, bytes));
-  store_if_not_equal(to, gp(from, bytes));
+  const x86::Mem to = at(operand, 1);
+  a.cmp(to, gp(from, 1));
+  store_if_not_equal(to, gp(from, 1));
 }
-void Assembly::store_change(std::uint32_t operand, unsigned bytes, std::int32_t value) {
+void Assembly::store_port(std::uint32_t operand, unsigned bytes, std::uint64_t value) {
   if (held_.operand == operand) forget();
   const x86::Mem to = at(operand, bytes);
-  // WHY through a register: a comparison of memory with a constant is no one step with the jump behind it.
-  const std::uint32_t known = unused();
-  if (bytes < 4) {
-    a.emit(x86::Inst::kIdMovsx, gp(known, 4), to);
+  const std::int64_t number = static_cast<std::int64_t>(value << (64 - 8 * bytes)) >> (64 - 8 * bytes);
+  if (bytes == 1) {
+    // As store_change(). WHY through a register: a comparison of memory with a constant is no one step with the jump
+    // behind it.
+    const x86::Gp found = gp(unused(), 4);
+    a.movzx(found, to);
+    a.cmp(found, static_cast<std::uint8_t>(value));
+    store_if_not_equal(to, asmjit::imm(number));
+  } else if (number == static_cast<std::int32_t>(number)) {
+    a.mov(to, number);
   } else {
-    a.mov(gp(known, bytes), to);
+    const x86::Gp known = gp(unused(), 8);
+    a.mov(known, value);
+    a.mov(to, known);
   }
-  if (value == 0) {
-    a.test(gp(known, bytes == 8 ? 8 : 4), gp(known, bytes == 8 ? 8 : 4));
-  } else {
-    a.cmp(gp(known, bytes == 8 ? 8 : 4), value);
-  }
-  store_if_not_equal(to, asmjit::imm(value));
 }
 std::optional<Assembly::OwedBit> Assembly::take_owed(std::uint32_t operand) {
   const auto owed =

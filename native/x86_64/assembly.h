@@ -77,9 +77,11 @@ class Assembly final : public Emitter {
   /// Extended to 4 bytes if it has less.
   void load_extended(std::uint32_t to, std::uint32_t operand, Type type);
   void store(std::uint32_t operand, unsigned bytes, std::uint32_t from);
-  /// The same for what seldom changes: looks first, since a processor reads more than it writes in the same time.
-  void store_change(std::uint32_t operand, unsigned bytes, std::uint32_t from);
-  void store_change(std::uint32_t operand, unsigned bytes, std::int32_t value);
+  /// The same for a BOOL that seldom changes, and whose block looks at it together with others: a byte that was just
+  /// written would have to be waited for.
+  void store_change(std::uint32_t operand, std::uint32_t from);
+  /// A constant for a port of the block behind it; no register but an unused one is lost.
+  void store_port(std::uint32_t operand, unsigned bytes, std::uint64_t value);
   /// The BOOL at `operand` is in this register, too.
   void hold(std::uint32_t operand, std::uint32_t number) { held_ = {operand, 1, false, number}; }
   /// A BOOL in a register; `extended`: its upper bits are zero, else they are not known.

@@ -33,7 +33,21 @@ class Ports {
   [[nodiscard]] x86::Mem time(std::string_view port) const { return s_.at(operand(port), 8); }
   [[nodiscard]] x86::Mem value(std::string_view port, unsigned bytes) const { return s_.at(operand(port), bytes); }
 
+  /// Stores two bits that lie side by side, as one store where the registers allow: a processor writes less to its
+  /// cache at a time than it reads. The second byte of `low` is lost.
+  void store_both(std::string_view first, std::uint32_t low, std::string_view second, std::uint32_t high) const {
+    if (low <= kLastWithTwoBytes && high <= kLastWithTwoBytes && operand(second) == operand(first) + 1) {
+      s_.a.mov(x86::gpb_hi(low), gp(high, 1));
+      s_.a.mov(value(first, 2), gp(low, 2));
+      return;
+    }
+    s_.a.mov(bit(first), gp(low, 1));
+    s_.a.mov(bit(second), gp(high, 1));
+  }
+
  private:
+  static constexpr std::uint32_t kLastWithTwoBytes = reg::kDx;
+
   Assembly& s_;
   const BlockSpec& spec_;
   std::uint32_t operand_;
@@ -70,14 +84,15 @@ void rising(Assembly& s, std::uint32_t to, std::uint32_t in, std::uint32_t befor
 
 /// M is the input, negated for F_TRIG. No jump: an input that changes with each scan would be mispredicted.
 void edge(Assembly& s, const Ports& p, bool is_rising) {
-  if (const auto owed = s.take_owed(p.operand("CLK"))) s.store(p.operand("CLK"), 1, owed->number);
-  s.load_extended(reg::kAx, p.operand("CLK"), Type::kU8);
+  const Input in = take_input(s, reg::kAx, p.operand("CLK"));
   s.forget();
-  if (!is_rising) s.a.xor_(x86::eax, 1);
-  s.a.movzx(x86::ecx, p.bit("M"));
-  s.a.mov(p.bit("M"), x86::al);
-  rising(s, reg::kAx, reg::kAx, reg::kCx);
-  s.store(p.operand("Q"), 1, reg::kAx);
+  if (in.owed) s.a.mov(p.bit("CLK"), gp(in.number, 1));
+  if (!is_rising) s.a.xor_(gp(in.number, 4), 1);
+  const std::uint32_t q = in.number == reg::kCx ? reg::kAx : reg::kCx;
+  s.a.movzx(gp(q, 4), p.bit("M"));
+  rising(s, q, in.number, q);
+  p.store_both("Q", q, "M", in.number);
+  s.hold(p.operand("Q"), q);
 }
 
 void set_dominant(Assembly& s, const Ports& p) {
@@ -157,8 +172,10 @@ void delay(Assembly& s, const Ports& p, bool on) {
   begin(s, p);
   s.a.jmp(runs);
   s.a.bind(at_rest);
-  s.a.mov(p.bit("STATE"), before);
   s.a.mov(p.bit("Q"), on ? 0 : 1);
+  s.a.cmp(p.bit("STATE"), before);
+  s.a.je(end);
+  s.a.mov(p.bit("STATE"), before);
   s.a.mov(p.time("ET"), 0);
   s.a.bind(end);
 }
@@ -200,27 +217,14 @@ void pulse(Assembly& s, const Ports& p) {
 struct Steady {
   int state[2];
   bool q[2];
-  bool et_is_zero[2];
 };
-constexpr Steady kOnDelay = {{kIdle, kDone}, {false, true}, {true, false}};
-constexpr Steady kOffDelay = {{kIdle, kArmed}, {false, true}, {false, true}};
-constexpr Steady kPulse = {{kIdle, kDone}, {false, false}, {false, false}};
+constexpr Steady kOnDelay = {{kIdle, kDone}, {false, true}};
+constexpr Steady kOffDelay = {{kIdle, kArmed}, {false, true}};
+constexpr Steady kPulse = {{kIdle, kDone}, {false, false}};
 
 static_assert(offsetof(TimerPorts, q) - offsetof(TimerPorts, in) < 4 &&
               offsetof(TimerPorts, m) - offsetof(TimerPorts, in) < 4 &&
               offsetof(TimerPorts, state) - offsetof(TimerPorts, in) < 4);
-
-/// to = without + IN * (with - without), of four or eight bytes.
-void choose(Assembly& s, const x86::Gp& to, const x86::Gp& in, std::int32_t without, std::int32_t with) {
-  if (without == -1 && with == 0) return static_cast<void>(s.a.lea(to, x86::ptr(in, -1)));
-  if (without == 0 && with == -1) {
-    s.a.mov(to, in);
-    s.a.neg(to);
-    return;
-  }
-  s.a.imul(to, in, static_cast<std::int32_t>(static_cast<std::uint32_t>(with) - static_cast<std::uint32_t>(without)));
-  if (without != 0) s.a.add(to, without);
-}
 
 /// A timer: nothing, where its four bytes say that there is nothing to do, or what `step` writes. They are looked at
 /// together, with what they are to be computed from IN: without a jump that would depend on it. Q is in the register of
@@ -231,9 +235,7 @@ void timer(Assembly& s, const Ports& p, const Steady& steady, std::function<void
     return static_cast<std::uint32_t>(value) << 8 * (p.operand(port) - first);
   };
   const auto pattern = [&](int in) {
-    const std::uint32_t bytes =
-        byte("IN", in) | byte("M", in) | byte("STATE", steady.state[in]) | byte("Q", steady.q[in] ? 1 : 0);
-    return static_cast<std::int32_t>(bytes);
+    return byte("IN", in) | byte("M", in) | byte("STATE", steady.state[in]) | byte("Q", steady.q[in] ? 1 : 0);
   };
   const asmjit::Label changes = s.a.newLabel();
   const asmjit::Label end = s.a.newLabel();
@@ -241,17 +243,11 @@ void timer(Assembly& s, const Ports& p, const Steady& steady, std::function<void
   // WHY values in registers: a comparison with memory is no one step with the jump behind it.
   const auto [wanted, found] = in.number == reg::kDx ? std::pair(reg::kSi, reg::kDi)
                                                      : std::pair(reg::kDx, in.number == reg::kSi ? reg::kDi : reg::kSi);
-  choose(s, gp(wanted, 4), gp(in.number, 4), pattern(0), pattern(1));
+  s.a.imul(gp(wanted, 4), gp(in.number, 4), static_cast<std::int32_t>(pattern(1) - pattern(0)));
+  if (pattern(0) != 0) s.a.add(gp(wanted, 4), pattern(0));
   s.a.mov(gp(found, 4), s.at(first, 4));
   s.a.cmp(gp(wanted, 4), gp(found, 4));
   s.a.jne(changes);
-  if (steady.et_is_zero[0] || steady.et_is_zero[1]) {
-    // All bits of ET count, or none.
-    choose(s, gp(wanted, 8), gp(in.number, 8), steady.et_is_zero[0] ? -1 : 0, steady.et_is_zero[1] ? -1 : 0);
-    s.a.mov(gp(found, 8), p.time("ET"));
-    s.a.test(gp(wanted, 8), gp(found, 8));
-    s.a.jne(changes);
-  }
   const bool q_is_in = !steady.q[0] && steady.q[1];
   s.land(end);
   if (!q_is_in) s.a.movzx(gp(in.number, 4), p.bit("Q"));
@@ -276,7 +272,7 @@ void counter(Assembly& s, const Ports& p, core::Rep rep, bool up) {
       rep == core::Rep::kI8 || rep == core::Rep::kI16 || rep == core::Rep::kI32 || rep == core::Rep::kI64;
   const char* const edge = up ? "CU" : "CD";
   const char* const reset = up ? "R" : "LD";
-  const x86::Mem memory = p.bit(up ? "CU_M" : "CD_M");
+  const char* const memory = up ? "CU_M" : "CD_M";
   std::vector<std::uint32_t> unused = {reg::kSi, reg::kDx, reg::kCx, reg::kAx};
   const auto owed_edge = s.take_owed(p.operand(edge));
   const auto owed_reset = s.take_owed(p.operand(reset));
@@ -291,11 +287,10 @@ void counter(Assembly& s, const Ports& p, core::Rep rep, bool up) {
   };
   const auto input = [&](const std::optional<Assembly::OwedBit>& owed, std::string_view port) {
     const std::uint32_t number = owed ? owed->number : take();
-    if (owed) {
-      s.a.mov(p.bit(port), gp(number, 1));
-      if (!owed->extended) s.a.movzx(gp(number, 4), gp(number, 1));
-    } else {
+    if (!owed) {
       s.a.movzx(gp(number, 4), p.bit(port));
+    } else if (!owed->extended) {
+      s.a.movzx(gp(number, 4), gp(number, 1));
     }
     return number;
   };
@@ -304,14 +299,20 @@ void counter(Assembly& s, const Ports& p, core::Rep rep, bool up) {
   const std::uint32_t step = take();
   const std::uint32_t number = take();
   const x86::Gp count = gp(number, bytes);
-  s.a.movzx(gp(step, 4), memory);
-  s.a.mov(memory, gp(in, 1));
+  s.a.movzx(gp(step, 4), p.bit(memory));
   if (bytes < 4) {
     s.a.movzx(gp(number, 4), p.value("CV", bytes));
   } else {
     s.a.mov(count, p.value("CV", bytes));
   }
   rising(s, step, in, step);
+  if (owed_edge && owed_reset) {
+    p.store_both(edge, in, reset, back);
+  } else if (owed_edge) {
+    s.a.mov(p.bit(edge), gp(in, 1));
+  } else if (owed_reset) {
+    s.a.mov(p.bit(reset), gp(back, 1));
+  }
   s.a.emit(up ? x86::Inst::kIdAdd : x86::Inst::kIdSub, count, gp(step, bytes));
   const asmjit::Label ends = s.a.newLabel(), counted = s.a.newLabel();
   s.a.j(with_sign ? x86::CondCode::kO : x86::CondCode::kB, ends);
@@ -324,7 +325,7 @@ void counter(Assembly& s, const Ports& p, core::Rep rep, bool up) {
     const asmjit::Operand preset = p.value("PV", bytes);
     s.a.test(gp(back, 1), gp(back, 1));
     if (bytes == 1) {
-      // There is no conditional move of one byte; the step is not needed any more.
+      // There is no conditional move of one byte.
       s.a.mov(gp(step, 1), p.value("PV", bytes));
       s.a.cmovne(gp(number, 4), gp(step, 4));
     } else {
@@ -332,14 +333,17 @@ void counter(Assembly& s, const Ports& p, core::Rep rep, bool up) {
     }
   }
   s.a.mov(p.value("CV", bytes), count);
+  // The register of the step is free now.
+  x86::CondCode q = with_sign ? x86::CondCode::kGE : x86::CondCode::kAE;
   if (up) {
     s.a.cmp(count, p.value("PV", bytes));
-    s.a.set(with_sign ? x86::CondCode::kGE : x86::CondCode::kAE, gp(number, 1));
   } else {
     s.a.test(count, count);
-    s.a.set(with_sign ? x86::CondCode::kLE : x86::CondCode::kE, gp(number, 1));
+    q = with_sign ? x86::CondCode::kLE : x86::CondCode::kE;
   }
-  s.store(p.operand("Q"), 1, number);
+  s.a.set(q, gp(step, 1));
+  p.store_both("Q", step, memory, in);
+  s.hold(p.operand("Q"), step);
   s.aside([&s, up, count, step, bytes, ends, counted] {
     s.a.bind(ends);
     s.a.emit(up ? x86::Inst::kIdSub : x86::Inst::kIdAdd, count, gp(step, bytes));

@@ -271,12 +271,8 @@ x86::CondCode compare(Assembly& s, const Instruction& i) {
 void move(Assembly& s, const Instruction& i) {
   const Type type = i.operation.type;
   const unsigned bytes = bytes_of(type);
-  if (i.is_port(i.words[1]) && s.constant(i.words[2], bytes)) {
-    const asmjit::Operand value = s.value(i.words[2], bytes);
-    if (value.isImm()) return s.store_change(i.words[1], bytes, value.as<asmjit::Imm>().valueAs<std::int32_t>());
-    const std::uint32_t number = s.unused();
-    s.a.mov(gp(number, 8), *s.constant(i.words[2], bytes));
-    return s.store_change(i.words[1], bytes, number);
+  if (i.is_port(i.words[1])) {
+    if (const auto known = s.constant(i.words[2], bytes)) return s.store_port(i.words[1], bytes, *known);
   }
   // A real in its register may be moved as an integer, which is what most moves are.
   for (const Type real_type : {Type::kF32, Type::kF64}) {

@@ -352,7 +352,7 @@ void translate(Assembly& s, const Instruction& i, std::span<const Record> record
       s.forget();
     } else if (i.is_port(r.out)) {
       // Blocks that do nothing see so in what their ports hold together, unless one was just written.
-      s.store_change(r.out, 1, value);
+      s.store_change(r.out, value);
       s.hold(r.out, value);
     } else {
       s.store(r.out, 1, value);

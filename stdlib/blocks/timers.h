@@ -31,6 +31,12 @@ struct TimerPorts {
     state = kRunning;
     start = now;
   }
+  /// No time runs; ET becomes 0 with the state, and is not written again.
+  void rest(State at, std::uint8_t output) noexcept {
+    et = state == at ? et : 0;
+    state = at;
+    q = output;
+  }
 };
 
 template <TypeId T>
@@ -67,12 +73,7 @@ T#70ms  1  T#200ms | 1 T#50ms
 )"}};
   static void step(Ports& p, const StepContext& context) noexcept {
     p.m = p.in;
-    if (p.in == 0) {
-      p.state = Ports::kIdle;
-      p.q = 0;
-      p.et = 0;
-      return;
-    }
+    if (p.in == 0) return p.rest(Ports::kIdle, 0);
     if (p.state == Ports::kIdle) p.begin(context.now_ns);
     if (p.state == Ports::kRunning && p.has_run_out(context.now_ns)) {
       p.state = Ports::kDone;
@@ -104,12 +105,7 @@ T#500ms 0  .       | 0 T#0ms
   /// It waits for IN in the same state whether the time has run out or never ran.
   static void step(Ports& p, const StepContext& context) noexcept {
     p.m = p.in;
-    if (p.in != 0) {
-      p.state = Ports::kArmed;
-      p.q = 1;
-      p.et = 0;
-      return;
-    }
+    if (p.in != 0) return p.rest(Ports::kArmed, 1);
     if (p.state == Ports::kArmed) p.begin(context.now_ns);
     if (p.state == Ports::kRunning && p.has_run_out(context.now_ns)) {
       p.state = Ports::kIdle;
