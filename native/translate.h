@@ -21,6 +21,8 @@ struct Known {
   std::uint32_t inside = 0;  ///< bit n: index number n lies within its array
   bool any_nan = false;      ///< a NaN as the processor makes it will do
   bool unread = false;       ///< nobody reads the BOOL that a comparison with a jump makes
+  /// Nobody reads the element that is loaded but the real arithmetic behind it, as its second operand. It is inside.
+  bool passes_on = false;
 };
 
 /// One instruction, and what a translator needs to know of its body.

@@ -81,6 +81,7 @@ asmjit::Operand Assembly::value(std::uint32_t operand, unsigned bytes) {
   return at(operand, bytes);
 }
 asmjit::Operand Assembly::real_value(std::uint32_t operand, Type type) {
+  if (passed_ && passed_->first == operand) return std::exchange(passed_, std::nullopt)->second;
   if (const auto number = in_register(operand, type)) return x86::xmm(*number);
   return at(operand, bytes_of(type));
 }

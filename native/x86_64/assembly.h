@@ -69,6 +69,8 @@ class Assembly final : public Emitter {
   /// second operand.
   [[nodiscard]] asmjit::Operand value(std::uint32_t operand, unsigned bytes);
   [[nodiscard]] asmjit::Operand real_value(std::uint32_t operand, Type type);
+  /// real_value() of the operand is this place, once: it is not loaded by itself.
+  void pass_on(std::uint32_t operand, const x86::Mem& place) { passed_ = {operand, place}; }
   /// Address of an operand's place.
   void address(const x86::Gp& to, std::uint32_t operand);
 
@@ -149,6 +151,7 @@ class Assembly final : public Emitter {
   void store_if_not_equal(const x86::Mem& to, const asmjit::Operand& value);
 
   std::vector<OwedBit> owed_;
+  std::optional<std::pair<std::uint32_t, x86::Mem>> passed_;
   std::shared_ptr<const Kept> other_;   ///< registers of the second way
   std::vector<std::uint32_t> written_;  ///< by one of the two
 

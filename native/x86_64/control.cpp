@@ -13,7 +13,7 @@ constexpr std::array<std::uint32_t, 4> kArguments = {reg::kDi, reg::kSi, reg::kD
 
 /// How much of the loop budget a loop with kept variables takes at a time. Others, who cut loops by setting the rest to
 /// 0, wait for so many rounds at most.
-constexpr std::uint32_t kPortion = 64;
+constexpr std::uint32_t kPortion = 256;
 
 }  // namespace
 

@@ -152,6 +152,7 @@ void load_part(Assembly& s, const Instruction& i) {
   const asmjit::Label done = s.a.newLabel();
   const x86::Mem part = part_place(s, i, bytes, outside);
   const auto real = s.kept(out, true);
+  if (real && i.known.passes_on) return s.pass_on(out, part);
   const std::uint32_t to = s.kept(out).value_or(reg::kDx);
   if (real) {
     s.a.emit(bytes == 4 ? x86::Inst::kIdMovss : x86::Inst::kIdMovsd, x86::xmm(*real), part);

@@ -104,11 +104,11 @@ TEST(Loops, OneThatSomebodyJumpsIntoIsNone) {
 }
 
 TEST(Loops, TheBudgetEndsThemInTheSameRound) {
-  for (const std::uint32_t budget : {1u, 63u, 64u, 65u, 128u, 200u, 1000u}) {
-    Sum s(500);
+  for (const std::uint32_t budget : {1u, 64u, 255u, 256u, 257u, 512u, 1000u}) {
+    Sum s(600);
     const auto engines = load(s.b, s.main, budget);
     ASSERT_EQ(engines->scan(0), "") << budget;
-    EXPECT_EQ(engines->fault().kind, budget < 500 ? runtime::FaultKind::kLoopBudget : runtime::FaultKind::kNone)
+    EXPECT_EQ(engines->fault().kind, budget < 600 ? runtime::FaultKind::kLoopBudget : runtime::FaultKind::kNone)
         << budget;
   }
 }
@@ -175,6 +175,53 @@ TEST(Loops, SeveralRoundsAtOnceEndWhereSingleOnesDo) {
           for (int scan = 0; scan < 2; ++scan) {
             ASSERT_EQ(engines->scan(scan * kPeriodNs), "") << count.first << " to " << count.last << ", " << budget;
           }
+        }
+      }
+    }
+  }
+}
+
+/// x := x + 1.5 and a[i] := x, then sum := sum + factor * a[i], FOR i := 0 TO last; ARRAY [0..15] OF REAL.
+enum class Reads { kSecond, kFirst, kBoth, kElsewhereToo };
+std::unique_ptr<Engines> load_products(std::int32_t last, Reads reads, std::uint32_t budget) {
+  ImageBuilder b;
+  PouBuilder main = b.pou("Main", PouKind::kProgram);
+  const std::uint32_t real = b.type(TypeId::kReal), dint = b.type(TypeId::kDint), array = b.array(real, 16);
+  const Word a = main.variable("a", array), sum = main.variable("sum", real), x = main.variable("x", real);
+  const Word i = main.variable("i", dint), factor = main.variable("factor", real);
+  const Word element = main.frame("element", real), product = main.frame("product", real);
+  const Word more = main.frame("more", b.boolean());
+  const auto for_i = [&](const std::function<void()>& inside) {
+    main.op(Opcode::kMove32, {i, b.constant(TypeId::kDint, std::int32_t{0})});
+    const std::uint32_t head = main.here();
+    inside();
+    main.op(Opcode::kLtI32, {more, i, b.constant(TypeId::kDint, last)});
+    const std::uint32_t out = main.jump(Opcode::kCondJump, {more});
+    main.op(Opcode::kAdd32, {i, i, b.constant(TypeId::kDint, std::int32_t{1})});
+    main.op(Opcode::kLoopJump, {head});
+    main.land(out);
+  };
+  main.op(Opcode::kAddF32, {factor, factor, b.constant(TypeId::kReal, 0.75f)});
+  for_i([&] {
+    main.op(Opcode::kAddF32, {x, x, b.constant(TypeId::kReal, 1.5f)});
+    main.path(Opcode::kStoreAt, {a, x, array}, {{bytecode::PathStep::kIndex, i}});
+  });
+  for_i([&] {
+    main.path(Opcode::kLoadAt, {element, a, array}, {{bytecode::PathStep::kIndex, i}});
+    main.op(Opcode::kMulF32, {product, reads == Reads::kFirst || reads == Reads::kBoth ? element : factor,
+                              reads == Reads::kFirst ? factor : element});
+    main.op(Opcode::kAddF32, {sum, sum, reads == Reads::kElsewhereToo ? element : product});
+  });
+  return load(b, main, budget);
+}
+
+TEST(Loops, AnElementGoesStraightIntoArithmeticButIsThereBehindTheLoop) {
+  for (const Reads reads : {Reads::kSecond, Reads::kFirst, Reads::kBoth, Reads::kElsewhereToo}) {
+    for (std::int32_t last = 0; last < 20; ++last) {  // from 16 on, indices outside
+      for (const std::uint32_t budget : {3u, 20u, 24u, 25u, 26u, 27u, 28u, 1000u}) {
+        const auto engines = load_products(last, reads, budget);
+        for (int scan = 0; scan < 2; ++scan) {
+          ASSERT_EQ(engines->scan(scan * kPeriodNs), "") << static_cast<int>(reads) << ' ' << last << ' ' << budget;
         }
       }
     }
