@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
@@ -160,16 +161,39 @@ void name_seed(int signal) {
   std::raise(signal);
 }
 
+/// Of a run that somebody ends before its time, what was done counts.
+volatile std::sig_atomic_t ended = 0;
+void end(int) { ended = 1; }
+
+/// One line on standard error in every minute.
+class Progress {
+ public:
+  explicit Progress(const Plan& plan) : plan_(plan) {}
+  void tell(std::uint64_t seed) {
+    const auto now = std::chrono::steady_clock::now();
+    if (now - told_ < std::chrono::minutes(1)) return;
+    told_ = now;
+    std::cerr << fmt::format("{} of {} programs, next seed {}\n", seed - plan_.first, plan_.programs, seed);
+  }
+
+ private:
+  const Plan& plan_;
+  std::chrono::steady_clock::time_point told_ = std::chrono::steady_clock::now();
+};
+
 int run(const Plan& plan) {
   for (const int signal : {SIGSEGV, SIGBUS, SIGILL, SIGFPE, SIGABRT}) std::signal(signal, name_seed);
+  for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, end);
   Coverage coverage;
   std::vector<Engine> engines = all_engines();
   for (Engine& engine : engines) {
     if (engine.name == native_code().name) engine = coverage.native_code();
   }
   Tally tally;
-  for (std::uint64_t seed = plan.first; seed < plan.first + plan.programs; ++seed) {
+  Progress progress(plan);
+  for (std::uint64_t seed = plan.first; seed < plan.first + plan.programs && ended == 0; ++seed) {
     running_seed = seed;
+    progress.tell(seed);
     const Kind kind = kind_of(seed, plan);
     const Program program = make(seed, kind, plan);
     if (plan.print) {
@@ -211,6 +235,7 @@ int main(int argc, char** argv) {
       "  plc-test-engines --programs 1000000          the long run\n"
       "  plc-test-engines --seed 7 --programs 1       one program again\n"
       "\n"
+      "Long runs say every minute how far they are; Ctrl-C ends one with its counts.\n"
       "Exit codes: 0 all equal, 1 a difference, 2 trouble with files.",
       "plc-test-engines"};
   Plan plan;
