@@ -285,7 +285,9 @@ void compile(const Request& request, Compilation& compilation) {
   compilation.module.reset();
   if (!image) return;
   compilation.image = bytecode::verify(std::move(*image), diagnostics);
-  // WHY: the IR of 100,000 rungs is several times its image; a runtime that stays up for years gives that back.
+  if (request.goal == Goal::kRun) compilation.project.reset();
+  // WHY: what 100,000 rungs were made from is several times their image; a runtime that stays up for years gives that
+  // back.
   ::malloc_trim(0);
 }
 

@@ -29,7 +29,7 @@ inline constexpr std::size_t kMaxImageBytes = std::size_t{512} << 20;
 enum class Goal : std::uint8_t {
   kRead,   ///< the Project only
   kCheck,  ///< everything that can be compiled is; a file without instances is fine
-  kRun,    ///< an image to run: without any instance that is an error
+  kRun,    ///< an image to run, and nothing else: without any instance that is an error
 };
 
 struct Request {
@@ -44,7 +44,7 @@ struct Request {
 struct Compilation {
   core::Diagnostics diagnostics;
   bool readable = true;                       ///< false: the file could not be opened at all
-  std::unique_ptr<plcopen::Project> project;  ///< bodies are released once lowered; null for images
+  std::unique_ptr<plcopen::Project> project;  ///< bodies are released once lowered; null beside an image to run
   std::unique_ptr<ir::Module> module;         ///< null for images and after code generation
   std::optional<bytecode::VerifiedImage> image;
 
