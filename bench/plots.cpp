@@ -1,11 +1,13 @@
 // Cost of a rung over the number of rungs, as one SVG document for each drawn workload that has a plot.
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <fstream>
 #include <iostream>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "bench/bench.h"
@@ -20,8 +22,8 @@ struct Cache {
   double kib = 0;
 };
 
-/// Those of the first processor, as Linux tells them. WHY not sysconf: in virtual machines its L3 may be that of many
-/// processors.
+/// Those of the first processor, as Linux tells them. In some virtual machines it does not: then what the processor
+/// says of itself, but of its L3, which may be that of many processors.
 std::vector<Cache> caches() {
   std::vector<Cache> found;
   for (int index = 0;; ++index) {
@@ -31,11 +33,19 @@ std::vector<Cache> caches() {
     std::ifstream(folder + "level") >> cache.level;
     std::ifstream(folder + "type") >> type;
     std::ifstream(folder + "size") >> cache.kib;  // "32K"
-    if (cache.level == 0) return found;
+    if (cache.level == 0) break;
     if (type.empty() || cache.kib <= 0) continue;
     cache.holds = type.front();
     found.push_back(cache);
   }
+  if (!found.empty()) return found;
+  for (const auto& [name, level, holds] : {std::tuple(_SC_LEVEL1_DCACHE_SIZE, 1, 'D'),
+                                           {_SC_LEVEL1_ICACHE_SIZE, 1, 'I'},
+                                           {_SC_LEVEL2_CACHE_SIZE, 2, 'U'}}) {
+    if (const long bytes = ::sysconf(name); bytes > 0)
+      found.push_back({level, holds, static_cast<double>(bytes) / 1024});
+  }
+  return found;
 }
 
 constexpr const char* kColours[kSides] = {"#2563eb", "#7c3aed", "#16a34a", "#dc2626"};
