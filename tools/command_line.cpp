@@ -105,6 +105,18 @@ void add_loop_budget(CLI::App& app, runtime::ProgramOptions& options) {
       ->check(count_validator());
 }
 
+namespace {
+
+/// The first flag that was given and is none.
+std::optional<std::string> unknown_flag(const CLI::App& app) {
+  for (const std::string& argument : app.remaining(true)) {
+    if (argument.size() > 1 && argument.front() == '-') return argument.substr(0, argument.find('='));
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
 std::optional<int> parse(CLI::App& app, int argc, char** argv) {
   try {
     app.parse(argc, argv);
@@ -126,7 +138,18 @@ std::optional<int> parse(CLI::App& app, int argc, char** argv) {
                help.empty() ? fmt::format("{} --help lists them", command) : help);
       return kExitUsage;
     }
-    complain(command, error.what(), fmt::format("{} --help shows every flag with examples", command));
+    const std::string help = fmt::format("{} --help shows every flag with examples", command);
+    if (const auto flag = unknown_flag(app)) {
+      // Said before what may be missing: a misspelt flag is why it is.
+      core::Guess guess(*flag);
+      for (const CLI::Option* known : deepest->get_options()) {
+        for (const std::string& name : known->get_lnames()) guess.offer("--" + name);
+      }
+      const std::string similar = guess.help();
+      complain(command, fmt::format("there is no flag {}", *flag), similar.empty() ? help : similar + " " + help);
+      return kExitUsage;
+    }
+    complain(command, error.what(), help);
     return kExitUsage;
   }
 }

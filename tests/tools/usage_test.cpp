@@ -28,6 +28,19 @@ TEST(Usage, AMistypedCommandIsGuessed) {
   EXPECT_NE(result.err.find("did you mean \"check\"?"), std::string::npos) << result.err;
 }
 
+TEST(Usage, AMistypedFlagIsGuessedAndSaidBeforeWhatIsMissing) {
+  for (const std::vector<std::string>& command :
+       {std::vector<std::string>{PLC_TOOL, "sim", "--engin=native"}, {PLC_TOOL, "sim", tank(), "--engin", "auto"}}) {
+    const auto result = run_tool(command);
+    EXPECT_EQ(result.code, 2) << command_line(command);
+    EXPECT_EQ(result.err,
+              "plc sim: there is no flag --engin\n"
+              "  help: did you mean \"--engine\"? plc sim --help shows every flag with examples\n");
+  }
+  const auto missing = run_tool({PLC_TOOL, "sim"});
+  EXPECT_NE(missing.err.find("FILE is required"), std::string::npos) << missing.err;
+}
+
 TEST(Usage, FilesThatCannotBeOpenedExitWith2) {
   const ScratchFolder scratch;
   const std::string absent = scratch.file("absent.xml"), image = scratch.file("absent.pbc"), folder = scratch.file(".");
