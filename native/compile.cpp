@@ -191,9 +191,6 @@ class TaskCompiler {
     [[nodiscard]] const InstructionFacts& of(const LinkedInstruction& instruction) const {
       return facts.instructions[static_cast<std::size_t>(&instruction - instructions)];
     }
-    [[nodiscard]] InstructionFacts& of(const LinkedInstruction& instruction) {
-      return facts.instructions[static_cast<std::size_t>(&instruction - instructions)];
-    }
   };
 
   /// A loop, with its variables in registers. Returns the number of the instruction behind it.
@@ -269,40 +266,12 @@ class TaskCompiler {
     s_.land(head);
     s_.begin_rounds(compare, compare.operation.relation == Relation::kGt,
                     static_cast<std::int64_t>(*step) * (jumps - 1), jumps, fewer);
-    const std::vector<std::size_t> loads = loads_for_arithmetic(inner, instructions);
     for (std::size_t round = 1; round <= rounds; ++round) {
-      // The next round loads it anew; the last one leaves it to whoever looks behind the loop.
-      for (const std::size_t load : loads) loop_->of(instructions[load]).known.passes_on = round < rounds;
       take_new_labels(inner, instructions, s_.label());
       write_round(inner, instructions, {head, false, round < rounds});
     }
     take_new_labels(inner, instructions, fewer);
     return true;
-  }
-  /// Loads of elements that only the instruction behind them reads (Known::passes_on), in a counted loop.
-  [[nodiscard]] std::vector<std::size_t> loads_for_arithmetic(const Loop::Inner& inner,
-                                                              std::span<const LinkedInstruction> instructions) const {
-    std::vector<std::size_t> found;
-    for (std::size_t i = inner.first; i + 1 < inner.last - 2; ++i) {
-      const Instruction load = instruction_of(instructions[i]), next = instruction_of(instructions[i + 1]);
-      const std::uint32_t value = load.words[1];
-      const Form form = next.operation.form;
-      const bool computes = form == Form::kAdd || form == Form::kSub || form == Form::kMul || form == Form::kDiv;
-      if (load.operation.form != Form::kLoadElement || load.known.inside == 0 || !computes ||
-          !is_real(next.operation.type) || next.words[3] != value || next.words[2] == value || next.words[1] == value ||
-          !loop_->of(instructions[i + 1]).before.empty()) {
-        continue;
-      }
-      const auto looks = [&](std::size_t n) {
-        const auto accesses = accesses_of(linked_.data(), instruction_of(instructions[n]));
-        return !accesses || std::any_of(accesses->begin(), accesses->end(),
-                                        [value](const Access& access) { return access.operand == value; });
-      };
-      bool alone = true;
-      for (std::size_t n = inner.first; n <= inner.last; ++n) alone = alone && (n == i || n == i + 1 || !looks(n));
-      if (alone) found.push_back(i);
-    }
-    return found;
   }
   void write_round(const Loop::Inner& inner, std::span<const LinkedInstruction> instructions, LoopCode::Round round) {
     loop_->round = std::move(round);
@@ -474,7 +443,10 @@ class TaskCompiler {
   /// Not in words_, which grow while code behind the body (Emitter::aside) still reads the instruction.
   [[nodiscard]] Instruction instruction_of(const LinkedInstruction& instruction) const {
     Instruction i{linked_.data() + instruction.position, instruction.position, operation_of(instruction.op)};
-    if (loop_) i.known = loop_->of(instruction).known;
+    if (!loop_) return i;
+    i.known = loop_->of(instruction).known;
+    // The next round loads it anew; the last one leaves it to whoever looks behind the loop.
+    i.known.passes_on = i.known.passes_on && loop_->round && loop_->round->goes_on;
     return i;
   }
   void translate(const LinkedInstruction& instruction) {

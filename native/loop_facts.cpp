@@ -655,6 +655,33 @@ void find_rough_reals(const Emitter& emitter, const LoopCode& code, std::span<co
   }
 }
 
+/// Real arithmetic whose second operand is the element that the instruction in front of it loads, in counted loops
+/// where nobody else reads that.
+void find_passed_elements(const LoopCode& code, const Loop& loop, LoopFacts& facts) {
+  const auto touches = [&](std::size_t i, std::uint32_t operand) {
+    const std::vector<Access> accesses = code.accesses(i);
+    return std::any_of(accesses.begin(), accesses.end(),
+                       [operand](const Access& access) { return access.operand == operand; });
+  };
+  for (const Loop::Inner& inner : loop.inner) {
+    if (!inner.counts) continue;
+    for (std::size_t i = inner.first; i + 3 < inner.last; ++i) {
+      const Instruction load = code.at(i), next = code.at(i + 1);
+      Known& known = facts.instructions[i - code.first()].known;
+      if (load.operation.form != Form::kLoadElement || known.inside == 0 || !is_real(next.operation.type)) continue;
+      const std::uint32_t element = load.words[1];
+      const Form form = next.operation.form;
+      const bool computes = form == Form::kAdd || form == Form::kSub || form == Form::kMul || form == Form::kDiv;
+      if (!computes || next.words[3] != element || next.words[2] == element || next.words[1] == element) continue;
+      if (!facts.instructions[i + 1 - code.first()].before.empty()) continue;
+      known.passes_on = true;
+      for (std::size_t n = inner.first; n <= inner.last; ++n) {
+        if (n != i && n != i + 1 && touches(n, element)) known.passes_on = false;
+      }
+    }
+  }
+}
+
 }  // namespace
 
 LoopFacts find_facts(const Emitter& emitter, const std::uint32_t* code, std::span<const LinkedInstruction> body,
@@ -665,6 +692,7 @@ LoopFacts find_facts(const Emitter& emitter, const std::uint32_t* code, std::spa
   const LoopCode known(code, body, loop);
   find_ranges(emitter, known, loop.variables, facts);
   find_rough_reals(emitter, known, loop.variables, facts);
+  find_passed_elements(known, loop, facts);
   return facts;
 }
 
