@@ -16,6 +16,7 @@
 #include "native/library_rows.h"
 #include "native/loop_facts.h"
 #include "native/loops.h"
+#include "native/short_lived.h"
 #include "native/translate.h"
 #include "runtime/link.h"
 #include "runtime/operations.h"
@@ -128,11 +129,17 @@ class TaskCompiler {
     std::vector<Loop> loops;
     if (Assembly::kKeepsLoops && plan_ == nullptr) loops = find_loops(linked_.data(), instructions);
     auto loop = loops.cbegin();
+    // What a group leaves behind may be looked at when the one that would overwrite it is left out.
+    ShortLived short_lived(instructions.size());
+    if (plan_ == nullptr && !s_.relative) short_lived = find_short_lived(linked_, footprints_, instructions);
+    // Loops keep theirs in registers.
+    for (const Loop& l : loops) std::fill_n(short_lived.begin() + l.first, l.last + 1 - l.first, std::nullopt);
     failed_ = s_.label();
     s_.land(entries_.at(body.entry));
     s_.begin_body(counts_events);
     for (std::size_t i = 0; i < instructions.size();) {
       land_at(instructions[i]);
+      s_.leave_out(short_lived[i]);
       const ChangedPlan::Stretch* const stretch = plan_ != nullptr ? plan_->stretch_at(body.first + i) : nullptr;
       if (stretch != nullptr) {
         run_stretch(*stretch);
@@ -159,7 +166,7 @@ class TaskCompiler {
       }
       if (outside.effect == ChangedPlan::Outside::Effect::kList) settle(outside.list);
       i = next;
-      s_.keep_asides_near();
+      if (!short_lived[i - 1]) s_.keep_asides_near();
     }
     s_.write_asides();
     s_.land(failed_);
@@ -657,6 +664,7 @@ class TaskCompiler {
   }
 
   const LinkedCode& linked_;
+  Footprints footprints_{linked_};
   const ChangedPlan* plan_;
   std::unique_ptr<ChangeTracker> tracker_;
   Assembly s_;

@@ -25,7 +25,7 @@ std::optional<std::uint64_t> Emitter::constant(std::uint32_t operand, unsigned b
 
 void Emitter::aside(std::function<void()> code) {
   if (asides_.empty()) first_aside_ = size();
-  asides_.push_back({std::move(code), kept_});
+  asides_.push_back({std::move(code), kept_, missing_});
 }
 
 void Emitter::keep_asides_near() {
@@ -41,9 +41,11 @@ void Emitter::write_asides() {
   for (std::size_t i = 0; i < asides_.size(); ++i) {
     const Aside aside = std::move(asides_[i]);
     kept_ = aside.kept;
+    missing_ = aside.missing;
     aside.code();
   }
   kept_.reset();
+  missing_.reset();
   asides_.clear();
   forget();
 }

@@ -64,6 +64,9 @@ class Emitter : private asmjit::ErrorHandler {
     held_ = {operand, bytes_of(type), true, number};
   }
   void forget() { held_.bytes = 0; }
+  /// The result of the next instruction is only held, the one behind it takes it from there (short_lived.h):
+  /// `left_out`, if there is one. To be called in front of each instruction.
+  void leave_out(std::optional<std::uint32_t> left_out) { missing_ = std::exchange(left_out_, left_out); }
 
   // ---- loops: while one is written, variables of it lie in registers instead of in the table, but for calls
   /// Variables go into registers.
@@ -204,6 +207,16 @@ class Emitter : private asmjit::ErrorHandler {
   };
   std::shared_ptr<const Kept> kept_;  ///< null outside of loops
 
+  /// An operand is about to be written: whether it has to be stored.
+  bool is_stored(std::uint32_t operand) {
+    if (missing_ == operand) missing_.reset();
+    return left_out_ != operand;
+  }
+  /// An operand is about to be read in the table.
+  void expect_stored(std::uint32_t operand) {
+    if (missing_ == operand) refuse("a result that nobody stored is not in the table");
+  }
+
   struct Held {
     std::uint32_t operand = 0;
     unsigned bytes = 0;  ///< 0 = nothing
@@ -216,6 +229,8 @@ class Emitter : private asmjit::ErrorHandler {
  private:
   void handleError(asmjit::Error error, const char* message, asmjit::BaseEmitter* origin) override;
 
+  std::optional<std::uint32_t> left_out_;  ///< by the instruction that is being written
+  std::optional<std::uint32_t> missing_;   ///< left out by the one in front of it
   Memory memory_;
   asmjit::CodeHolder code_;
   asmjit::BaseAssembler& assembler_;
@@ -223,6 +238,7 @@ class Emitter : private asmjit::ErrorHandler {
   struct Aside {
     std::function<void()> code;
     std::shared_ptr<const Kept> kept;
+    std::optional<std::uint32_t> missing;
   };
   std::vector<Aside> asides_;
   std::size_t first_aside_ = 0;  ///< where the code is that put the first of them aside

@@ -30,6 +30,7 @@ std::uint32_t Assembly::page(std::uint32_t base, std::uint32_t offset) {
 }
 
 a64::Mem Assembly::at(std::uint32_t operand, unsigned bytes) {
+  expect_stored(operand);
   const Place place = place_of(operand);
   // A distance counts in units of what is there, of which 12 bits can be named.
   const bool aligned = place.offset % bytes == 0;
@@ -45,6 +46,7 @@ a64::Mem Assembly::at(std::uint32_t operand, unsigned bytes) {
 }
 
 void Assembly::address(const a64::Gp& to, std::uint32_t operand) {
+  expect_stored(operand);
   const Place place = place_of(operand);
   const std::uint32_t in_page = place.offset % kPageBytes;
   if (place.offset - in_page > kFarthestPage) {
@@ -158,7 +160,7 @@ std::uint32_t Assembly::extended_value(std::uint32_t to, std::uint32_t operand, 
 }
 
 void Assembly::store(std::uint32_t operand, unsigned bytes, std::uint32_t from) {
-  store_to(at(operand, bytes), bytes, from);
+  if (is_stored(operand)) store_to(at(operand, bytes), bytes, from);
   held_ = {operand, bytes, false, from};
 }
 
@@ -178,7 +180,7 @@ std::uint32_t Assembly::real_value(std::uint32_t to, std::uint32_t operand, Type
 }
 
 void Assembly::store_real(std::uint32_t operand, Type type, std::uint32_t from) {
-  a.str(vec(from, type), at(operand, bytes_of(type)));
+  if (is_stored(operand)) a.str(vec(from, type), at(operand, bytes_of(type)));
   held_ = {operand, bytes_of(type), true, from};
 }
 

@@ -31,6 +31,7 @@ x86::Gp gp(std::uint32_t number, unsigned bytes) {
 
 x86::Mem Assembly::at(std::uint32_t operand, unsigned bytes) {
   if (kept(operand) || kept(operand, true)) refuse("a variable of a loop is not in the table");
+  expect_stored(operand);
   return place(operand, bytes);
 }
 x86::Mem Assembly::place(std::uint32_t operand, unsigned bytes) const {
@@ -40,7 +41,10 @@ x86::Mem Assembly::place(std::uint32_t operand, unsigned bytes) const {
   return x86::ptr_rel(address_of(operand), bytes);
 }
 
-void Assembly::address(const x86::Gp& to, std::uint32_t operand) { a.lea(to, place(operand, 0)); }
+void Assembly::address(const x86::Gp& to, std::uint32_t operand) {
+  expect_stored(operand);
+  a.lea(to, place(operand, 0));
+}
 
 x86::Gp Assembly::base(const x86::Gp& scratch, std::uint32_t operand, std::int32_t& distance) {
   if (relative && (operand & runtime::kRelativeBit) != 0) {
@@ -130,7 +134,7 @@ void Assembly::store(std::uint32_t operand, unsigned bytes, std::uint32_t from) 
     a.emit(bytes == 8 ? x86::Inst::kIdMovq : x86::Inst::kIdMovd, x86::xmm(*to), gp(from, bytes));
     return forget();
   }
-  a.mov(at(operand, bytes), gp(from, bytes));
+  if (is_stored(operand)) a.mov(at(operand, bytes), gp(from, bytes));
   held_ = {operand, bytes, false, from};
 }
 
@@ -216,7 +220,9 @@ void Assembly::store_real(std::uint32_t operand, Type type, std::uint32_t from) 
     a.emit(f32 ? x86::Inst::kIdMovd : x86::Inst::kIdMovq, gp(*to, bytes_of(type)), x86::xmm(from));
     return forget();
   }
-  if (f32) {
+  if (!is_stored(operand)) {
+    // It is only held.
+  } else if (f32) {
     a.movss(at(operand, 4), x86::xmm(from));
   } else {
     a.movsd(at(operand, 8), x86::xmm(from));

@@ -213,14 +213,14 @@ void pulse(Assembly& s, const Ports& p) {
   s.a.bind(end);
 }
 
-/// Ports with which a timer leaves everything as it is. M is as IN, which is the index here.
+/// Ports with which a timer leaves everything as it is. M is as IN, which is the index here; Q is, too, or FALSE.
 struct Steady {
   int state[2];
-  bool q[2];
+  bool q_is_in;
 };
-constexpr Steady kOnDelay = {{kIdle, kDone}, {false, true}};
-constexpr Steady kOffDelay = {{kIdle, kArmed}, {false, true}};
-constexpr Steady kPulse = {{kIdle, kDone}, {false, false}};
+constexpr Steady kOnDelay = {{kIdle, kDone}, true};
+constexpr Steady kOffDelay = {{kIdle, kArmed}, true};
+constexpr Steady kPulse = {{kIdle, kDone}, false};
 
 static_assert(offsetof(TimerPorts, q) - offsetof(TimerPorts, in) < 4 &&
               offsetof(TimerPorts, m) - offsetof(TimerPorts, in) < 4 &&
@@ -235,7 +235,7 @@ void timer(Assembly& s, const Ports& p, const Steady& steady, std::function<void
     return static_cast<std::uint32_t>(value) << 8 * (p.operand(port) - first);
   };
   const auto pattern = [&](int in) {
-    return byte("IN", in) | byte("M", in) | byte("STATE", steady.state[in]) | byte("Q", steady.q[in] ? 1 : 0);
+    return byte("IN", in) | byte("M", in) | byte("STATE", steady.state[in]) | byte("Q", steady.q_is_in ? in : 0);
   };
   const asmjit::Label changes = s.a.newLabel();
   const asmjit::Label end = s.a.newLabel();
@@ -248,16 +248,15 @@ void timer(Assembly& s, const Ports& p, const Steady& steady, std::function<void
   s.a.mov(gp(found, 4), s.at(first, 4));
   s.a.cmp(gp(wanted, 4), gp(found, 4));
   s.a.jne(changes);
-  const bool q_is_in = !steady.q[0] && steady.q[1];
+  if (!steady.q_is_in) s.a.xor_(gp(in.number, 4), gp(in.number, 4));
   s.land(end);
-  if (!q_is_in) s.a.movzx(gp(in.number, 4), p.bit("Q"));
   s.hold(p.operand("Q"), in.number);
-  s.aside([&s, p, step, changes, end, in, q_is_in] {
+  s.aside([&s, p, step, changes, end, in] {
     s.a.bind(changes);
     if (in.number != reg::kCx) s.a.mov(x86::ecx, gp(in.number, 4));
     if (in.owed) s.a.mov(p.bit("IN"), x86::cl);
     step();
-    if (q_is_in) s.a.movzx(gp(in.number, 4), p.bit("Q"));
+    s.a.movzx(gp(in.number, 4), p.bit("Q"));
     s.a.jmp(end);
   });
 }

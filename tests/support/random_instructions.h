@@ -4,8 +4,10 @@
 // belong here: jumps (random_loops.h) and calls of what is in the image.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <utility>
@@ -24,6 +26,7 @@ class RandomInstructions : protected RandomVariables {
   void straight(Scope& scope) {
     static constexpr std::string_view kChoices[] = {"SEL", "LIMIT", "MIN", "MAX", "SHL", "SHR", "ROL", "ROR"};
     if (random_.once_in(4)) return ladder(scope);
+    if (random_.once_in(3)) return chain(scope);
     for (std::size_t n = 6 + below(60); n > 0; --n) {
       switch (below(8)) {
         case 0:
@@ -76,6 +79,39 @@ class RandomInstructions : protected RandomVariables {
       const Word at = instance(scope, block.type);
       note(fields, block.type, at);
       scope.pou.op(Opcode::kRunTb, {block.pou, at});
+    }
+  }
+
+  /// Values of one type that go from instruction to instruction through a few variables, which are written again and
+  /// again: what drawn arithmetic is made of.
+  void chain(Scope& scope) {
+    static constexpr std::string_view kFunctions[] = {"SEL", "LIMIT", "MIN", "MAX", "ABS", "NOT"};
+    static constexpr TypeId kTypes[] = {TypeId::kBool,  TypeId::kSint, TypeId::kUsint, TypeId::kInt,   TypeId::kWord,
+                                        TypeId::kDint,  TypeId::kDint, TypeId::kUdint, TypeId::kDword, TypeId::kLint,
+                                        TypeId::kUlint, TypeId::kReal, TypeId::kReal,  TypeId::kLreal};
+    const TypeId id = random_.one_of(kTypes);
+    std::vector<Word> variables;
+    for (std::size_t n = 1 + below(3); n > 0; --n) variables.push_back(declare(scope, type_of(id)));
+    Word last = read(scope, id);
+    const auto in = [&](TypeId wanted) {
+      if (wanted != id || random_.once_in(3)) return read(scope, wanted);
+      return random_.once_in(8) ? random_.one_of(variables) : last;
+    };
+    const auto out = [&](TypeId wanted) {
+      if (wanted != id) return write(scope, wanted);
+      return last = random_.once_in(6) ? write(scope, id) : random_.one_of(variables);
+    };
+    for (std::size_t n = 3 + below(30); n > 0; --n) {
+      const auto overloads = stdlib::overloads_named(random_.one_of(kFunctions));
+      const auto overload = std::find_if(overloads.begin(), overloads.end(),
+                                         [&](const stdlib::Overload& o) { return o.result_type() == id; });
+      if (random_.once_in(3) && overload != overloads.end()) {
+        std::vector<Word> arguments;
+        for (std::size_t i = 0; i < overload->spec->param_count; ++i) arguments.push_back(in(overload->param_type(i)));
+        scope.pou.call_std(stdlib::key_of(*overload), out(id), std::move(arguments));
+      } else {
+        plain(scope, in, out, id);
+      }
     }
   }
 
@@ -273,13 +309,38 @@ class RandomInstructions : protected RandomVariables {
     plain(
         scope, [&](TypeId id) { return read(scope, id); }, [&](TypeId id) { return write(scope, id); });
   }
+  /// `id`: what it writes, and reads where it may.
   template <class In, class Out>
-  void plain(Scope& scope, In in, Out out) {
-    struct Plain {
-      Opcode opcode;
-      std::vector<std::vector<TypeId>> types;  ///< of each operand
-      std::vector<bool> out;
-    };
+  void plain(Scope& scope, In in, Out out, std::optional<TypeId> id = std::nullopt) {
+    const Plain* plain = nullptr;
+    do {
+      plain = &random_.one_of(plains());
+    } while (id && !plain->writes(*id));
+    std::vector<Word> words(plain->types.size());
+    // What is written may be what is read next: operands that are read come first.
+    for (const bool written : {false, true}) {
+      for (std::size_t n = 0; n < words.size(); ++n) {
+        if (plain->out[n] != written) continue;
+        const TypeId type = id && plain->takes(n, *id) ? *id : random_.one_of(plain->types[n]);
+        words[n] = written ? out(type) : in(type);
+      }
+    }
+    scope.pou.list(plain->opcode, 0, std::move(words));
+  }
+
+ private:
+  /// An opcode all of whose operands are leaves.
+  struct Plain {
+    Opcode opcode;
+    std::vector<std::vector<TypeId>> types;  ///< of each operand
+    std::vector<bool> out;
+
+    [[nodiscard]] bool takes(std::size_t operand, TypeId id) const {
+      return std::find(types[operand].begin(), types[operand].end(), id) != types[operand].end();
+    }
+    [[nodiscard]] bool writes(TypeId id) const { return out[0] && takes(0, id); }
+  };
+  static const std::vector<Plain>& plains() {
     static const std::vector<Plain> kPlain = [] {
       std::vector<Plain> found;
       for (std::size_t i = 0; i < bytecode::opcodes().size(); ++i) {
@@ -301,13 +362,7 @@ class RandomInstructions : protected RandomVariables {
       }
       return found;
     }();
-    const Plain& plain = random_.one_of(kPlain);
-    std::vector<Word> words;
-    for (std::size_t n = 0; n < plain.types.size(); ++n) {
-      const TypeId id = random_.one_of(plain.types[n]);
-      words.push_back(plain.out[n] ? out(id) : in(id));
-    }
-    scope.pou.list(plain.opcode, 0, std::move(words));
+    return kPlain;
   }
 };
 
