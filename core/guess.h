@@ -15,6 +15,8 @@ class Guess {
  public:
   explicit Guess(std::string_view wrong) : wrong_(wrong) {}
   void offer(std::string_view candidate);
+  /// The nearest, or empty.
+  [[nodiscard]] const std::string& best() const { return best_; }
   /// "did you mean \"Start\"?", or empty when nothing is near.
   [[nodiscard]] std::string help() const;
 

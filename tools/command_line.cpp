@@ -141,12 +141,14 @@ std::optional<int> parse(CLI::App& app, int argc, char** argv) {
     const std::string help = fmt::format("{} --help shows every flag with examples", command);
     if (const auto flag = unknown_flag(app)) {
       // Said before what may be missing: a misspelt flag is why it is.
-      core::Guess guess(*flag);
+      const std::size_t dashes = std::min(flag->find_first_not_of('-'), flag->size());
+      core::Guess guess(std::string_view(*flag).substr(dashes));
       for (const CLI::Option* known : deepest->get_options()) {
-        for (const std::string& name : known->get_lnames()) guess.offer("--" + name);
+        for (const std::string& name : known->get_lnames()) guess.offer(name);
       }
-      const std::string similar = guess.help();
-      complain(command, fmt::format("there is no flag {}", *flag), similar.empty() ? help : similar + " " + help);
+      const std::string& similar = guess.best();
+      complain(command, fmt::format("there is no flag {}", *flag),
+               similar.empty() ? help : fmt::format("did you mean \"--{}\"? {}", similar, help));
       return kExitUsage;
     }
     complain(command, error.what(), help);

@@ -37,6 +37,9 @@ TEST(Usage, AMistypedFlagIsGuessedAndSaidBeforeWhatIsMissing) {
               "plc sim: there is no flag --engin\n"
               "  help: did you mean \"--engine\"? plc sim --help shows every flag with examples\n");
   }
+  // Dashes are no letters that agree.
+  const auto far = run_tool({PLC_RUN_TOOL, "--foo"});
+  EXPECT_EQ(far.err, "plc-run: there is no flag --foo\n  help: plc-run --help shows every flag with examples\n");
   const auto missing = run_tool({PLC_TOOL, "sim"});
   EXPECT_NE(missing.err.find("FILE is required"), std::string::npos) << missing.err;
 }
