@@ -61,9 +61,8 @@ void BlockLowering::lower_block_instance() {
 void BlockLowering::missing() {
   if (e.text.empty()) return poison();  // the reader said so
   const std::string supply =
-      "it is neither in this file nor in the standard library: export it with the project, or name the file that has "
-      "it "
-      "(--lib) or, for a component, the configuration that names its library (--config plc.toml)";
+      "it is neither in this file nor in the standard library: export it with the project, or name the file (--lib) "
+      "or, for a component, the configuration (--config plc.toml) that has it";
   if (d.options_.stub_missing) {
     b.pou().partial = true;
     b.report(Code::P3020, e.at, "block " + title() + " is missing and replaced by a stub that does nothing", supply);

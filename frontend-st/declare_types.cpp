@@ -157,11 +157,11 @@ std::optional<TypeRef> Declarer::unknown_type(std::string_view name, const Sourc
   for (const std::string& offered : project_.offered_types) guess.offer(offered);
   for (const core::TypeInfo& info : core::kTypes) guess.offer(info.iec);
   std::string help = guess.help();
-  if (help.empty())
-    help =
-        supplier_of(name) +
-        "; add it to the project, name the file (--lib) or the configuration (--config plc.toml) that has it, or run "
-        "with --stub-missing";
+  if (help.empty()) {
+    help = supplier_of(name) +
+           "; add it to the project, name the file (--lib) or the configuration (--config plc.toml) that has it, or "
+           "run with --stub-missing";
+  }
   report(Code::P4014, at, owner.pou, where + " has the unknown type " + quoted(name), help);
   return std::nullopt;
 }

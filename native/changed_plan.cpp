@@ -87,10 +87,6 @@ ChangedPlan::ChangedPlan(const LinkedCode& linked, const runtime::TaskLayout& la
   make_cells();
 }
 
-std::size_t ChangedPlan::end_of_body(std::size_t body) const {
-  return body + 1 < linked_.bodies.size() ? linked_.bodies[body + 1].first : linked_.instructions.size();
-}
-
 std::size_t ChangedPlan::index_at(std::uint32_t position) const {
   const auto found = std::lower_bound(linked_.instructions.begin(), linked_.instructions.end(), position,
                                       [](const LinkedInstruction& i, std::uint32_t p) { return i.position < p; });
@@ -100,7 +96,7 @@ std::size_t ChangedPlan::index_at(std::uint32_t position) const {
 ChangedPlan::Body ChangedPlan::body_of(std::size_t number) {
   Body body;
   body.begin = linked_.bodies[number].first;
-  body.end = end_of_body(number);
+  body.end = body.begin + linked_.instructions_of(number).size();
   body.in_loop.resize(body.size());
   body.lands.resize(body.size() + 1);
   for (std::size_t i = body.begin; i < body.end; ++i) {

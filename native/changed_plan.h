@@ -68,7 +68,6 @@ class ChangedPlan {
   };
   static constexpr std::size_t kNone = ~std::size_t{0};
 
-  [[nodiscard]] std::size_t end_of_body(std::size_t body) const;
   [[nodiscard]] std::size_t index_at(std::uint32_t position) const;
   Body body_of(std::size_t number);
   void find_bodies_once_a_scan();

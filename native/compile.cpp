@@ -68,8 +68,7 @@ class TaskCompiler {
     entry();
     for (std::size_t b = 0; b < linked_.bodies.size(); ++b) {
       const std::size_t begin = s_.size();
-      const bool last = b + 1 == linked_.bodies.size();
-      body(linked_.bodies[b], last ? linked_.instructions.size() : linked_.bodies[b + 1].first);
+      body(linked_.bodies[b], linked_.instructions_of(b));
       report_.bodies.push_back({linked_.bodies[b].pou, s_.size() - begin});
     }
     if (plan_ != nullptr) write_groups();
@@ -115,9 +114,7 @@ class TaskCompiler {
 
   // ---- one body
 
-  void body(const LinkedBody& body, std::size_t end) {
-    const std::span<const LinkedInstruction> instructions =
-        std::span(linked_.instructions).subspan(body.first, end - body.first);
+  void body(const LinkedBody& body, std::span<const LinkedInstruction> instructions) {
     s_.relative = body.addressing == Addressing::kRelative;
     bool counts_events = false;
     targets_.clear();

@@ -207,8 +207,8 @@ class Emitter : private asmjit::ErrorHandler {
   };
   std::shared_ptr<const Kept> kept_;  ///< null outside of loops
 
-  /// An operand is about to be written: whether it has to be stored.
-  bool is_stored(std::uint32_t operand) {
+  /// An operand gets a value. Returns whether that has to be stored.
+  bool begin_store(std::uint32_t operand) {
     if (missing_ == operand) missing_.reset();
     return left_out_ != operand;
   }

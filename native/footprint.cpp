@@ -286,11 +286,8 @@ void Footprints::add_function(Footprint& f, const std::uint32_t* w) {
 const Footprints::Writes& Footprints::writes_of_body(std::uint32_t entry) {
   if (const auto known = writes_.find(entry); known != writes_.end()) return known->second;
   Writes writes = std::vector<Range>();
-  const std::size_t body = body_at_.at(entry);
-  const std::size_t end =
-      body + 1 < linked_.bodies.size() ? linked_.bodies[body + 1].first : linked_.instructions.size();
-  for (std::size_t i = linked_.bodies[body].first; i < end && writes; ++i) {
-    const LinkedInstruction& instruction = linked_.instructions[i];
+  for (const LinkedInstruction& instruction : linked_.instructions_of(body_at_.at(entry))) {
+    if (!writes) break;
     if (is_boolean_run(operation_of(instruction.op).form)) {
       for (const GeneralRecord& record : records_of(instruction)) writes->push_back({record.out, 1});
       continue;

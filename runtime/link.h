@@ -9,8 +9,10 @@
 // instances. Does not belong here: running (interpreter.h), checking images (bytecode::verify).
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "bytecode/image.h"
@@ -75,6 +77,12 @@ struct LinkedCode {
   std::vector<std::unique_ptr<std::byte[]>> constants;  ///< zeros of types, pointed into by the code
   Program::LinkReport report;
   [[nodiscard]] const std::uint32_t* data() const { return reinterpret_cast<const std::uint32_t*>(words.data()); }
+  /// All instructions of body number `body`.
+  [[nodiscard]] std::span<const LinkedInstruction> instructions_of(std::size_t body) const {
+    const std::size_t first = bodies[body].first;
+    const std::size_t end = body + 1 < bodies.size() ? bodies[body + 1].first : instructions.size();
+    return std::span(instructions).subspan(first, end - first);
+  }
 };
 
 /// Resolves everything the task reaches, and arranges straight code for the interpreter. Registers its exchange ranges.

@@ -160,7 +160,7 @@ std::uint32_t Assembly::extended_value(std::uint32_t to, std::uint32_t operand, 
 }
 
 void Assembly::store(std::uint32_t operand, unsigned bytes, std::uint32_t from) {
-  if (is_stored(operand)) store_to(at(operand, bytes), bytes, from);
+  if (begin_store(operand)) store_to(at(operand, bytes), bytes, from);
   held_ = {operand, bytes, false, from};
 }
 
@@ -180,7 +180,7 @@ std::uint32_t Assembly::real_value(std::uint32_t to, std::uint32_t operand, Type
 }
 
 void Assembly::store_real(std::uint32_t operand, Type type, std::uint32_t from) {
-  if (is_stored(operand)) a.str(vec(from, type), at(operand, bytes_of(type)));
+  if (begin_store(operand)) a.str(vec(from, type), at(operand, bytes_of(type)));
   held_ = {operand, bytes_of(type), true, from};
 }
 

@@ -134,7 +134,7 @@ void Assembly::store(std::uint32_t operand, unsigned bytes, std::uint32_t from) 
     a.emit(bytes == 8 ? x86::Inst::kIdMovq : x86::Inst::kIdMovd, x86::xmm(*to), gp(from, bytes));
     return forget();
   }
-  if (is_stored(operand)) a.mov(at(operand, bytes), gp(from, bytes));
+  if (begin_store(operand)) a.mov(at(operand, bytes), gp(from, bytes));
   held_ = {operand, bytes, false, from};
 }
 
@@ -220,7 +220,7 @@ void Assembly::store_real(std::uint32_t operand, Type type, std::uint32_t from) 
     a.emit(f32 ? x86::Inst::kIdMovd : x86::Inst::kIdMovq, gp(*to, bytes_of(type)), x86::xmm(from));
     return forget();
   }
-  if (!is_stored(operand)) {
+  if (!begin_store(operand)) {
     // It is only held.
   } else if (f32) {
     a.movss(at(operand, 4), x86::xmm(from));

@@ -69,9 +69,7 @@ struct Program {
     const runtime::TaskLayout& layout = program.table().layout();
     const native::Assembly emitter({program.table().data(), layout.constants, layout.instance}, 0);
     for (std::size_t n = 0; n < linked.bodies.size(); ++n) {
-      const std::size_t first = linked.bodies[n].first;
-      const std::size_t end = n + 1 < linked.bodies.size() ? linked.bodies[n + 1].first : linked.instructions.size();
-      const auto body = std::span(linked.instructions).subspan(first, end - first);
+      const auto body = linked.instructions_of(n);
       for (const native::Loop& loop : native::find_loops(linked.data(), body)) {
         return native::find_facts(emitter, linked.data(), body, loop);
       }

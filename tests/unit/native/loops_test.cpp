@@ -28,9 +28,7 @@ std::vector<native::Loop> loops_of(Engines& engines) {
   const runtime::LinkedCode& linked = engines[0].program(0).linked();
   std::vector<native::Loop> found;
   for (std::size_t i = 0; i < linked.bodies.size(); ++i) {
-    const std::size_t first = linked.bodies[i].first;
-    const std::size_t end = i + 1 < linked.bodies.size() ? linked.bodies[i + 1].first : linked.instructions.size();
-    const auto of_body = native::find_loops(linked.data(), std::span(linked.instructions).subspan(first, end - first));
+    const auto of_body = native::find_loops(linked.data(), linked.instructions_of(i));
     found.insert(found.end(), of_body.begin(), of_body.end());
   }
   return found;

@@ -46,9 +46,7 @@ struct Program {
     native::Footprints footprints(linked);
     std::size_t count = 0;
     for (std::size_t n = 0; n < linked.bodies.size(); ++n) {
-      const std::size_t first = linked.bodies[n].first;
-      const std::size_t end = n + 1 < linked.bodies.size() ? linked.bodies[n + 1].first : linked.instructions.size();
-      const auto body = std::span(linked.instructions).subspan(first, end - first);
+      const auto body = linked.instructions_of(n);
       for (const auto& operand : native::find_short_lived(linked, footprints, body)) count += operand ? 1 : 0;
     }
     return count;
@@ -84,7 +82,7 @@ TEST(ShortLived, AChainOfIntegersStoresWhatSomebodyReadsLater) {
   EXPECT_EQ(p.left_out(), 3u);
 }
 
-TEST(ShortLived, AChainOfRealsDoes) {
+TEST(ShortLived, AChainOfRealsDoesSo) {
   Program p;
   p.main.op(Opcode::kMulF32, {p.f[0], p.reals[0], p.reals[1]});
   p.main.op(Opcode::kSubF32, {p.f[1], p.reals[2], p.f[0]});
