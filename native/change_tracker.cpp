@@ -1,22 +1,15 @@
 #include "native/change_tracker.h"
 
-#if defined(__x86_64__)
-#include <immintrin.h>
-#endif
-
 #include <algorithm>
 #include <bit>
-#include <cstring>
 #include <utility>
 
-#include "runtime/operations.h"
 #include "stdlib/blocks/timers.h"
 
 namespace plc::native {
 namespace {
 
-constexpr std::size_t kLine = 64;
-/// Steps that a record costs which runs and marks four others, and each other mark; its straight code is one.
+/// Steps that a record costs which runs and marks six others, and each other mark; its straight code is one.
 constexpr std::uint32_t kRecordEffort = 16;
 constexpr std::uint32_t kMarkEffort = 3;
 
@@ -30,57 +23,17 @@ void run(const ChangeTables::Code& code, runtime::Machine& machine) noexcept {
 /// Limit that one more step does not wrap.
 constexpr std::uint64_t kMostEffort = 1u << 30;
 
-/// The first line from `line` on, of `count`, in which a and b differ; count when there is none.
-// RT:
-std::uint32_t first_difference(const std::byte* a, const std::byte* b, std::uint32_t line,
-                               std::uint32_t count) noexcept {
-  while (line < count && std::memcmp(a + line * kLine, b + line * kLine, kLine) == 0) ++line;
-  return line;
-}
-#if defined(__x86_64__)
-/// Where a and b differ within a line.
-// RT:
-[[gnu::target("avx2"), gnu::always_inline]] inline __m256i differences(const std::byte* a,
-                                                                       const std::byte* b) noexcept {
-  const auto* const x = reinterpret_cast<const __m256i*>(a);
-  const auto* const y = reinterpret_cast<const __m256i*>(b);
-  const __m256i low = _mm256_xor_si256(_mm256_loadu_si256(x), _mm256_loadu_si256(y));
-  const __m256i high = _mm256_xor_si256(_mm256_loadu_si256(x + 1), _mm256_loadu_si256(y + 1));
-  return _mm256_or_si256(low, high);
-}
-// The same, four times as fast: mostly nothing differs for many lines, of which four are looked at together.
-// RT:
-[[gnu::target("avx2")]] std::uint32_t first_difference_avx2(const std::byte* a, const std::byte* b, std::uint32_t line,
-                                                            std::uint32_t count) noexcept {
-  for (; line + 4 <= count; line += 4) {
-    const std::byte* const x = a + line * kLine;
-    const std::byte* const y = b + line * kLine;
-    const __m256i first = _mm256_or_si256(differences(x, y), differences(x + kLine, y + kLine));
-    const __m256i second =
-        _mm256_or_si256(differences(x + 2 * kLine, y + 2 * kLine), differences(x + 3 * kLine, y + 3 * kLine));
-    const __m256i any = _mm256_or_si256(first, second);
-    if (_mm256_testz_si256(any, any) == 0) break;
-  }
-  for (; line < count; ++line) {
-    const __m256i any = differences(a + line * kLine, b + line * kLine);
-    if (_mm256_testz_si256(any, any) == 0) break;
-  }
-  return line;
-}
-#endif
-
 }  // namespace
 
-ChangeTracker::ChangeTracker(std::byte* table, std::size_t bytes, ChangeTables tables_in, std::uint32_t patience)
+ChangeTracker::ChangeTracker(std::span<std::byte> table, ChangeTables tables_in, std::uint32_t patience, bool baseline)
     : tables(std::move(tables_in)),
-      table_(table),
-      shadow_((bytes + kLine - 1) / kLine * kLine),
+      table_(table.data()),
+      copy_(table, std::move(tables.areas), baseline),
       dirty_(tables.used.size() + 1),
       dirty_chunks_(tables.used.size() / 64 + 1),
       executed_(tables.stretches.size()),
       limit_(static_cast<std::uint32_t>(
-          std::min<std::uint64_t>(std::uint64_t{tables.effort} * patience / 100, kMostEffort))),
-      first_difference_(first_difference) {
+          std::min<std::uint64_t>(std::uint64_t{tables.effort} * patience / 100, kMostEffort))) {
   counts_.groups = tables.count;
   for (std::uint32_t number = 0; number + 1 < tables.groups.size(); ++number) {
     ChangeTables::State& state = tables.states[number];
@@ -91,9 +44,6 @@ ChangeTracker::ChangeTracker(std::byte* table, std::size_t bytes, ChangeTables t
     }
     if ((state.truth >> state.row & 1u) != 0) insist_on(number);
   }
-#if defined(__x86_64__)
-  if (__builtin_cpu_supports("avx2") != 0) first_difference_ = first_difference_avx2;
-#endif
 }
 
 /// What marking works on: copies, since bytes may be anything to the compiler, which would read members again behind
@@ -112,22 +62,26 @@ struct ChangeTracker::Marker {
     state.row ^= mark % kMarkOf;
     if ((state.truth >> state.row & 1u) != 0) set(number);
   }
-  /// The same for any mark. `toggled`: 1 when a BOOL changed, 0 when it cannot have been one.
+  /// The same for any mark. `toggled`: 1 when a BOOL changed, 0 when it cannot have been one. Without a jump that
+  /// depends on whether it is dirty: these come many at a time, and nobody could guess it.
   [[gnu::always_inline]] void any(std::uint32_t mark, std::uint32_t toggled) const noexcept {
     const std::uint32_t number = mark / kMarkOf;
     const std::uint32_t what = mark % kMarkOf * toggled;
     ChangeTables::State& state = states[number];
     state.truth ^= (what & ChangeTables::kOutput) != 0 ? ~0u : 0u;
     state.row ^= what & ChangeTables::kInputs;
-    if (mark % kMarkOf == 0 || (state.truth >> state.row & 1u) != 0) [[unlikely]]
-      set(number);
+    set_if((state.truth >> state.row & 1u) | std::uint32_t{mark % kMarkOf == 0}, number);
   }
   /// The group is dirty.
   [[gnu::always_inline]] void set(std::uint32_t number) const noexcept {
     __builtin_prefetch(groups + number);  // it runs soon, and there are more than near caches hold
+    set_if(1, number);
+  }
+  /// The group is dirty if is_dirty is 1, and as it was if 0.
+  [[gnu::always_inline]] void set_if(std::uint64_t is_dirty, std::uint32_t number) const noexcept {
     const std::uint32_t chunk = number / kChunkGroups;
-    dirty[chunk] |= std::uint64_t{1} << number % kChunkGroups;
-    dirty_chunks[chunk / 64] |= std::uint64_t{1} << chunk % 64;
+    dirty[chunk] |= is_dirty << number % kChunkGroups;
+    dirty_chunks[chunk / 64] |= is_dirty << chunk % 64;
   }
 };
 // RT:
@@ -176,7 +130,7 @@ std::uint32_t ChangeTracker::run_chunks(runtime::Machine& machine, std::uint32_t
   const Marker marks = marker();
   const ChangeTables::Group* const all = tables.groups.data();
   std::byte* const table = table_;
-  std::byte* const shadow = shadow_.data();
+  const TableCopy::Writer copy = copy_.writer();
   std::uint32_t runs = 0;
   std::uint32_t most = (limit_ - effort_) / kRecordEffort;
   for (std::uint32_t word = first / 64; word * 64 < end; ++word) {
@@ -210,11 +164,13 @@ std::uint32_t ChangeTracker::run_chunks(runtime::Machine& machine, std::uint32_t
           if (more == 0 || mark(more + 1, more + 1 + tables.marks[more], 1)) [[likely]] {
             const std::byte value = table[group.out] ^ std::byte{1};
             table[group.out] = value;
-            shadow[group.out] = value;
+            copy.set(group.out, value);
             marks.input(group.near[0]);
             marks.input(group.near[1]);
             marks.input(group.near[2]);
             marks.input(group.near[3]);
+            marks.input(group.near[4]);
+            marks.input(group.near[5]);
           } else {
             state.truth = ~state.truth;
             bits |= std::uint64_t{1} << bit;
@@ -317,12 +273,10 @@ bool ChangeTracker::is_timing(const ChangeTables::Code& code) const noexcept {
 
 // RT:
 void ChangeTracker::settle(const ChangeTables::Span& span, bool outside) noexcept {
-  const std::byte* const now = table_ + span.offset;
-  std::byte* const before = shadow_.data() + span.offset;
-  if (std::memcmp(now, before, span.bytes) == 0) return;
+  if (!copy_.differs(span.offset, span.bytes)) return;
   const ChangeTables::Cell& cell = tables.cells[span.cell];
-  const auto toggled = static_cast<std::uint32_t>((*now ^ *before) & std::byte{1});
-  if (mark(outside ? cell.begin : cell.others, cell.end, toggled)) std::memcpy(before, now, span.bytes);
+  const std::uint32_t toggled = copy_.toggled(span.offset);
+  if (mark(outside ? cell.begin : cell.others, cell.end, toggled)) copy_.take(span.offset, span.bytes);
 }
 
 // RT:
@@ -351,41 +305,19 @@ void ChangeTracker::expect_changes() noexcept {
   look_ = true;
 }
 
+/// Marks who reads or writes what changed.
 // RT:
 void ChangeTracker::look() noexcept {
   look_ = false;
-  for (const ChangeTables::Lines& lines : tables.lines) {
-    const std::byte* const now = table_ + lines.offset;
-    const std::byte* const before = shadow_.data() + lines.offset;
-    std::uint32_t line = first_difference_(now, before, 0, lines.count);
-    while (line < lines.count && !exhausted()) {
-      take_over(lines, line);
-      line = first_difference_(now, before, line + 1, lines.count);
-    }
-  }
-}
-
-/// Marks who reads or writes what changed in a line.
-// RT:
-void ChangeTracker::take_over(const ChangeTables::Lines& lines, std::uint32_t line) noexcept {
-  const std::size_t offset = lines.offset + line * kLine;
-  const std::uint32_t* const cells = tables.cell_of_byte.data() + lines.cells + line * kLine;
-  std::byte* const before = shadow_.data() + offset;
   std::uint32_t last = 0;
-  for (std::size_t word = 0; word < kLine; word += sizeof(std::uint64_t)) {
-    const auto now = runtime::load<std::uint64_t>(table_ + offset + word);
-    auto differ = now ^ runtime::load<std::uint64_t>(before + word);
-    while (differ != 0) {
-      const auto byte = static_cast<unsigned>(std::countr_zero(differ)) / 8;
-      const std::uint32_t cell = cells[word + byte];
-      const auto toggled = static_cast<std::uint32_t>(differ >> byte * 8 & 1u);
-      // All of a cell is marked at its first byte.
-      if (cell != last && !mark(tables.cells[cell].begin, tables.cells[cell].end, toggled)) return;
-      last = cell;
-      before[word + byte] = table_[offset + word + byte];
-      differ &= ~(std::uint64_t{0xff} << byte * 8);
-    }
-  }
+  copy_.for_each_change([&](const TableCopy::Area& area, std::uint32_t distance, std::uint32_t toggled) noexcept {
+    const std::uint32_t number = tables.cell_of_byte[area.cells + distance];
+    // All of a cell is marked at its first byte.
+    const ChangeTables::Cell& cell = tables.cells[number];
+    if (number != last && !mark(cell.begin, cell.end, toggled)) return false;
+    last = number;
+    return true;
+  });
 }
 
 /// After a scan of plain code, beside groups whose bytes changed in it.

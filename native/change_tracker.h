@@ -11,12 +11,13 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
+#include "native/table_copy.h"
 #include "runtime/bool_run.h"
 #include "runtime/compiled_task.h"
 #include "runtime/interpreter.h"
-#include "runtime/memory/table.h"
 
 namespace plc::native {
 
@@ -39,12 +40,12 @@ struct ChangeTables {
     std::uint32_t truth = 0;  ///< inverted while the output is TRUE: bit `row` says whether it is dirty
     std::uint32_t row = 0;    ///< inputs, i0 + 2 i1 + ..
   };
-  /// One look-up record, or code.
-  struct Group {
+  /// One look-up record, or code: in half a cache line.
+  struct alignas(32) Group {
     std::uint32_t out = 0;   ///< kCode: none
     std::uint32_t more = 0;  ///< code: into `codes`; records: a list of other marks, in `marks`: how many, then these
     /// Marks for the change of a record's output; of the group that is never dirty where there are fewer.
-    std::uint32_t near[4] = {};
+    std::uint32_t near[6] = {};
   };
   static constexpr std::uint32_t kCode = 0xffffffffu;
   /// A mark is the number of a group times 64 and what the byte is to it: to a record, its output, or (bit k) its input
@@ -77,12 +78,6 @@ struct ChangeTables {
     List codes;                       ///< of its groups, into `codes`
     const std::byte* exit = nullptr;  ///< of the code, behind it
   };
-  /// Cache lines of the table that hold cells.
-  struct Lines {
-    std::uint32_t offset = 0;
-    std::uint32_t count = 0;
-    std::uint32_t cells = 0;  ///< into `cell_of_byte`, 64 for each line
-  };
 
   std::vector<Group> groups;                    ///< by number; the last one is never dirty
   std::vector<State> states;                    ///< parallel to it
@@ -93,8 +88,8 @@ struct ChangeTables {
   std::vector<Code> codes;
   std::vector<Cell> cells;  ///< the first one has no groups
   std::vector<std::uint32_t> marks;
-  std::vector<Lines> lines;                 ///< ascending
-  std::vector<std::uint32_t> cell_of_byte;  ///< 0 = of nobody
+  std::vector<TableCopy::Area> areas;       ///< lines that hold cells
+  std::vector<std::uint32_t> cell_of_byte;  ///< of each byte of an area, from Area::cells on; 0 = of nobody
   std::vector<Span> spans;
   std::vector<List> outside;                       ///< what instructions that are no groups write, each a list of spans
   std::vector<std::uint32_t> timers;               ///< offsets of STATE
@@ -106,8 +101,8 @@ struct ChangeTables {
 
 class ChangeTracker {
  public:
-  /// `patience`: see CompileOptions. `tables` is filled by the compiler until the first scan.
-  ChangeTracker(std::byte* table, std::size_t bytes, ChangeTables tables, std::uint32_t patience);
+  /// `patience`, `baseline`: see CompileOptions. `tables` is filled by the compiler until the first scan.
+  ChangeTracker(std::span<std::byte> table, ChangeTables tables, std::uint32_t patience, bool baseline);
 
   ChangeTables tables;
 
@@ -141,7 +136,6 @@ class ChangeTracker {
   void run_code(runtime::Machine& machine, const ChangeTables::Code& code) noexcept;
   [[nodiscard]] bool is_timing(const ChangeTables::Code& code) const noexcept;
   void look() noexcept;
-  void take_over(const ChangeTables::Lines& lines, std::uint32_t line) noexcept;
   void settle(const ChangeTables::Span& span, bool outside) noexcept;
   bool mark(std::uint32_t begin, std::uint32_t end, std::uint32_t toggled) noexcept;
   struct Marker;
@@ -154,7 +148,7 @@ class ChangeTracker {
   std::byte* table_;
   /// The table as groups know it, where there are cells: in front of the first scan, zeros. It follows the table byte
   /// by byte as these are marked, so that the two together are never wrong, only late.
-  runtime::TableMemory shadow_;
+  TableCopy copy_;
   std::vector<std::uint64_t> dirty_;         ///< by chunk
   std::vector<std::uint64_t> dirty_chunks_;  ///< bits of chunks that may be dirty
   std::vector<std::uint8_t> executed_;       ///< by stretch, while settling
@@ -168,9 +162,6 @@ class ChangeTracker {
   std::uint32_t runs_ = 0;    ///< groups, in this scan
   std::uint64_t events_ = 0;  ///< when settling began
   runtime::SkipCounts counts_;
-  /// The first line from `line` on, of `count`, in which the two differ; count when there is none.
-  std::uint32_t (*first_difference_)(const std::byte* a, const std::byte* b, std::uint32_t line,
-                                     std::uint32_t count) noexcept;
 };
 
 }  // namespace plc::native

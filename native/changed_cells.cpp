@@ -1,5 +1,6 @@
 // ChangedPlan: cells, and who is told when one of them changes.
 #include <algorithm>
+#include <span>
 
 #include "native/changed_plan.h"
 
@@ -97,7 +98,7 @@ void ChangedPlan::make_cells() {
     const bool used = (tables_.used[number / kChunkGroups] >> number % kChunkGroups & 1u) != 0;
     if (used && !is_code(number)) place_marks(number);
   }
-  make_lines();
+  make_areas();
 }
 
 bool ChangedPlan::is_code(std::uint32_t group) const { return tables_.groups[group].out == ChangeTables::kCode; }
@@ -156,25 +157,40 @@ ChangeTables::List ChangedPlan::spans_in(const std::vector<Range>& ranges) {
   return list;
 }
 
-void ChangedPlan::make_lines() {
-  constexpr std::uint32_t kLine = 64;
-  std::uint32_t next = 0;  // the first line that is not there yet
+/// Lines that hold cells; where these are nothing but BOOLs for all of a block, it is kept as bits.
+void ChangedPlan::make_areas() {
+  enum Kind : std::uint8_t { kNobody, kBools, kBytes };
+  const std::uint32_t end = bounds_.back() / TableCopy::kBlock + 1;
+  std::vector<Kind> kinds(std::size_t{end} * TableCopy::kBlockLines);
   for (std::uint32_t c = 1; c < tables_.cells.size(); ++c) {
-    if (tables_.cells[c].begin == tables_.cells[c].end) continue;
-    const std::uint32_t first = std::max(bounds_[c - 1] / kLine, next);
-    const std::uint32_t end = (bounds_[c] - 1) / kLine + 1;
-    if (first < end) {
-      const bool follows = !tables_.lines.empty() && first == next;
-      if (!follows) {
-        tables_.lines.push_back({first * kLine, 0, static_cast<std::uint32_t>(tables_.cell_of_byte.size())});
-      }
-      tables_.lines.back().count += end - first;
-      tables_.cell_of_byte.resize(tables_.cell_of_byte.size() + std::size_t{end - first} * kLine);
-      next = end;
+    const ChangeTables::Cell& cell = tables_.cells[c];
+    if (cell.begin == cell.end) continue;
+    // Records know what they read and write: BOOLs.
+    const bool is_bool = std::any_of(tables_.marks.begin() + cell.begin, tables_.marks.begin() + cell.end,
+                                     [](std::uint32_t mark) { return mark % kMarkOf != 0; });
+    for (std::uint32_t line = bounds_[c - 1] / TableCopy::kLine; line * TableCopy::kLine < bounds_[c]; ++line) {
+      kinds[line] = std::max(kinds[line], is_bool ? kBools : kBytes);
     }
-    const ChangeTables::Lines& lines = tables_.lines.back();
-    for (std::uint32_t byte = bounds_[c - 1]; byte < bounds_[c]; ++byte) {
-      tables_.cell_of_byte[lines.cells + (byte - lines.offset)] = c;
+  }
+  for (std::uint32_t block = 0; block < end; ++block) {
+    const auto lines = std::span(kinds).subspan(std::size_t{block} * TableCopy::kBlockLines, TableCopy::kBlockLines);
+    const bool is_whole = std::uint64_t{block + 1} * TableCopy::kBlock <= table_bytes_;
+    const bool bits = is_whole && *std::max_element(lines.begin(), lines.end()) == kBools;
+    for (Kind& line : lines) {
+      if (bits || line != kNobody) line = bits ? kBools : kBytes;
+    }
+  }
+  for (std::uint32_t line = 0; line < kinds.size(); ++line) {
+    if (kinds[line] == kNobody) continue;
+    if (line == 0 || kinds[line] != kinds[line - 1]) {
+      const auto cells = static_cast<std::uint32_t>(tables_.cell_of_byte.size());
+      tables_.areas.push_back({line * TableCopy::kLine, 0, cells, kinds[line] == kBools});
+    }
+    ++tables_.areas.back().lines;
+    for (std::uint32_t byte = line * TableCopy::kLine; byte < (line + 1) * TableCopy::kLine; ++byte) {
+      const std::uint32_t cell = cell_at(byte);
+      const bool is_used = cell != 0 && tables_.cells[cell].begin != tables_.cells[cell].end;
+      tables_.cell_of_byte.push_back(is_used ? cell : 0);
     }
   }
 }

@@ -74,6 +74,7 @@ struct ChangedPlan::Body {
 
 ChangedPlan::ChangedPlan(const LinkedCode& linked, const runtime::TaskLayout& layout)
     : linked_(linked),
+      table_bytes_(layout.total),
       constants_{layout.constants, layout.instance - layout.constants},
       footprints_(linked),
       once_(linked.bodies.size()) {

@@ -86,13 +86,14 @@ class ChangedPlan {
   void make_cells();
   [[nodiscard]] bool is_code(std::uint32_t group) const;
   void place_marks(std::uint32_t number);
-  void make_lines();
+  void make_areas();
   [[nodiscard]] std::uint32_t cell_at(std::uint32_t offset) const;
   template <class Visit>
   void for_each_cell(const Range& range, Visit&& visit) const;
   ChangeTables::List spans_in(const std::vector<Range>& ranges);
 
   const runtime::LinkedCode& linked_;
+  std::uint64_t table_bytes_;
   Range constants_;
   Footprints footprints_;
   std::unordered_map<std::uint32_t, std::size_t> body_at_;  ///< by entry

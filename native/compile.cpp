@@ -693,7 +693,7 @@ core::Result<std::unique_ptr<NativeTask>> compile(runtime::Program& program, con
   std::size_t bytes = linked.words.size() / sizeof(std::uint32_t) * kBytesPerWord * kMostCopies + kBytesBeside;
   if (options.changed) {
     plan = std::make_unique<ChangedPlan>(linked, program.table().layout());
-    tracker = std::make_unique<ChangeTracker>(table.data(), table.size(), plan->take_tables(), options.patience);
+    tracker = std::make_unique<ChangeTracker>(table, plan->take_tables(), options.patience, options.baseline);
     bytes *= kCodeWithGroups;
   }
   auto memory = CodeMemory::reserve(table, bytes);
