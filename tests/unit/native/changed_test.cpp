@@ -99,6 +99,26 @@ TEST(Changed, WhatFollowsFromAChangeRunsAndNothingElse) {
   EXPECT_FALSE(pair.value("b9"));
 }
 
+TEST(Changed, AllReadersOfAResultRunHoweverMany) {
+  for (const int readers : {1, 5, 6, 7, 8, 30}) {
+    ImageBuilder b;
+    PouBuilder main = b.pou("Main", PouKind::kProgram);
+    chains(b, main);
+    const Word in = main.variable("in", b.boolean());
+    const Word result = main.variable("result", b.boolean());
+    main.record(kCopy, result, {in});
+    for (int n = 0; n < readers; ++n) {
+      main.record(kCopy, main.variable(numbered("reader", n), b.boolean()), {result});
+    }
+    Pair pair(b, main);
+    pair.scan(kScansToRest);
+    pair.flip("in");
+    EXPECT_EQ(pair.runs(), 1u + static_cast<unsigned>(readers));
+    EXPECT_TRUE(pair.value(numbered("reader", readers - 1)));
+    EXPECT_EQ(pair.runs(), 0u);
+  }
+}
+
 TEST(Changed, WhenEverythingChangesWholeScansRun) {
   ImageBuilder b;
   PouBuilder main = b.pou("Main", PouKind::kProgram);
