@@ -67,6 +67,14 @@ class TableCopy {
   Writer writer() noexcept { return {kinds_.data(), bits(), bytes_.data()}; }
 
  private:
+  static constexpr std::uint32_t kWord = sizeof(std::uint64_t);
+
+  /// for_each_change in one area. False: `visit` was.
+  template <class Visit>
+  bool visit_bits(const Area& area, Visit&& visit) noexcept;
+  template <class Visit>
+  bool visit_bytes(const Area& area, Visit&& visit) noexcept;
+
   static constexpr std::uint32_t packed_at(std::uint32_t offset) { return offset / kBlock * kRow + offset % kRow; }
   [[nodiscard]] std::uint8_t* bits() noexcept { return reinterpret_cast<std::uint8_t*>(bits_.data()); }
 
@@ -86,46 +94,52 @@ class TableCopy {
 // RT:
 template <class Visit>
 void TableCopy::for_each_change(Visit&& visit) noexcept {
-  constexpr std::uint32_t kWord = sizeof(std::uint64_t);
   for (const Area& area : areas_) {
-    const std::byte* const now = table_ + area.offset;
-    if (area.bits) {
-      std::byte* const packed = bits_.data() + area.offset / kBlock * kRow;
-      const std::uint32_t blocks = area.lines / kBlockLines;
-      std::uint64_t differ[4];
-      std::uint32_t block = next_block_(now, packed, 0, blocks, differ);
-      while (block < blocks) {
-        // Mostly one word of the four: found without a jump for each.
-        std::uint32_t words = 0;
-        for (std::uint32_t i = 0; i < 4; ++i) words |= std::uint32_t{differ[i] != 0} << i;
-        for (; words != 0; words &= words - 1) {
-          const auto word = static_cast<std::uint32_t>(std::countr_zero(words));
-          std::byte* const before = packed + block * kRow + word * kWord;
-          for (std::uint64_t bits = differ[word]; bits != 0; bits &= bits - 1) {
-            const auto i = static_cast<std::uint32_t>(std::countr_zero(bits));
-            if (!visit(area, block * kBlock + i % 8 * kRow + word * kWord + i / 8, 1u)) return;
-            before[i / 8] ^= std::byte{1} << i % 8;
-          }
-        }
-        block = next_block_(now, packed, block + 1, blocks, differ);
+    if (!(area.bits ? visit_bits(area, visit) : visit_bytes(area, visit))) return;
+  }
+}
+
+// RT:
+template <class Visit>
+bool TableCopy::visit_bits(const Area& area, Visit&& visit) noexcept {
+  const std::byte* const now = table_ + area.offset;
+  std::byte* const before = bits_.data() + packed_at(area.offset);
+  const std::uint32_t blocks = area.lines / kBlockLines;
+  std::uint64_t differ[4];
+  for (std::uint32_t block = 0; (block = next_block_(now, before, block, blocks, differ)) < blocks; ++block) {
+    // Mostly one word of the four: found without a jump for each.
+    std::uint32_t words = 0;
+    for (std::uint32_t i = 0; i < 4; ++i) words |= std::uint32_t{differ[i] != 0} << i;
+    for (; words != 0; words &= words - 1) {
+      const auto word = static_cast<std::uint32_t>(std::countr_zero(words));
+      for (std::uint64_t bits = differ[word]; bits != 0; bits &= bits - 1) {
+        const auto bit = static_cast<std::uint32_t>(std::countr_zero(bits));
+        const std::uint32_t place = word * kWord + bit / 8;
+        if (!visit(area, block * kBlock + bit % 8 * kRow + place, 1u)) return false;
+        before[block * kRow + place] ^= std::byte{1} << bit % 8;
       }
-      continue;
-    }
-    std::byte* const before = bytes_.data() + area.offset;
-    std::uint32_t line = next_line_(now, before, 0, area.lines);
-    while (line < area.lines) {
-      for (std::uint32_t word = line * kLine; word < (line + 1) * kLine; word += kWord) {
-        auto differ = runtime::load<std::uint64_t>(now + word) ^ runtime::load<std::uint64_t>(before + word);
-        while (differ != 0) {
-          const auto i = static_cast<std::uint32_t>(std::countr_zero(differ)) / 8;
-          if (!visit(area, word + i, static_cast<std::uint32_t>(differ >> i * 8 & 1u))) return;
-          before[word + i] = now[word + i];
-          differ &= ~(std::uint64_t{0xff} << i * 8);
-        }
-      }
-      line = next_line_(now, before, line + 1, area.lines);
     }
   }
+  return true;
+}
+
+// RT:
+template <class Visit>
+bool TableCopy::visit_bytes(const Area& area, Visit&& visit) noexcept {
+  const std::byte* const now = table_ + area.offset;
+  std::byte* const before = bytes_.data() + area.offset;
+  for (std::uint32_t line = 0; (line = next_line_(now, before, line, area.lines)) < area.lines; ++line) {
+    for (std::uint32_t word = line * kLine; word < (line + 1) * kLine; word += kWord) {
+      auto differ = runtime::load<std::uint64_t>(now + word) ^ runtime::load<std::uint64_t>(before + word);
+      while (differ != 0) {
+        const auto byte = static_cast<std::uint32_t>(std::countr_zero(differ)) / 8;
+        if (!visit(area, word + byte, static_cast<std::uint32_t>(differ >> byte * 8 & 1u))) return false;
+        before[word + byte] = now[word + byte];
+        differ &= ~(std::uint64_t{0xff} << byte * 8);
+      }
+    }
+  }
+  return true;
 }
 
 }  // namespace plc::native
