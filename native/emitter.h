@@ -61,7 +61,7 @@ class Emitter : private asmjit::ErrorHandler {
   }
   /// The value stored last is in this register, too.
   void hold_real(std::uint32_t operand, Type type, std::uint32_t number) {
-    held_ = {operand, bytes_of(type), true, number};
+    hold({operand, bytes_of(type), true, number});
   }
   void forget() { held_.bytes = 0; }
   /// The result of the next instruction is only held, the one behind it takes it from there (short_lived.h):
@@ -225,6 +225,15 @@ class Emitter : private asmjit::ErrorHandler {
   };
   std::uint64_t table_;
   Held held_;
+  /// The value stored last is in this register, which may become that of the next value: not one in which a loop keeps
+  /// a variable.
+  void hold(const Held& value) {
+    held_ = value;
+    if (kept_ == nullptr) return;
+    for (const Kept::Variable& variable : kept_->variables) {
+      if (variable.reg == value.reg && variable.what.real == value.real) forget();
+    }
+  }
 
  private:
   void handleError(asmjit::Error error, const char* message, asmjit::BaseEmitter* origin) override;

@@ -161,7 +161,7 @@ std::uint32_t Assembly::extended_value(std::uint32_t to, std::uint32_t operand, 
 
 void Assembly::store(std::uint32_t operand, unsigned bytes, std::uint32_t from) {
   if (begin_store(operand)) store_to(at(operand, bytes), bytes, from);
-  held_ = {operand, bytes, false, from};
+  hold({operand, bytes, false, from});
 }
 
 void Assembly::load_real(std::uint32_t to, std::uint32_t operand, Type type) {
@@ -181,7 +181,7 @@ std::uint32_t Assembly::real_value(std::uint32_t to, std::uint32_t operand, Type
 
 void Assembly::store_real(std::uint32_t operand, Type type, std::uint32_t from) {
   if (begin_store(operand)) a.str(vec(from, type), at(operand, bytes_of(type)));
-  held_ = {operand, bytes_of(type), true, from};
+  hold({operand, bytes_of(type), true, from});
 }
 
 void Assembly::jump_on(Condition condition, const asmjit::Label& target) {

@@ -135,7 +135,7 @@ void Assembly::store(std::uint32_t operand, unsigned bytes, std::uint32_t from) 
     return forget();
   }
   if (begin_store(operand)) a.mov(at(operand, bytes), gp(from, bytes));
-  held_ = {operand, bytes, false, from};
+  hold({operand, bytes, false, from});
 }
 
 void Assembly::store_change(std::uint32_t operand, std::uint32_t from) {
@@ -227,7 +227,7 @@ void Assembly::store_real(std::uint32_t operand, Type type, std::uint32_t from) 
   } else {
     a.movsd(at(operand, 8), x86::xmm(from));
   }
-  held_ = {operand, bytes_of(type), true, from};
+  hold({operand, bytes_of(type), true, from});
 }
 
 // ---- loops

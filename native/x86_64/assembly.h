@@ -85,7 +85,7 @@ class Assembly final : public Emitter {
   /// A constant for a port of the block behind it; no register but an unused one is lost.
   void store_port(std::uint32_t operand, unsigned bytes, std::uint64_t value);
   /// The BOOL at `operand` is in this register, too.
-  void hold(std::uint32_t operand, std::uint32_t number) { held_ = {operand, 1, false, number}; }
+  void hold_bit(std::uint32_t operand, std::uint32_t number) { hold({operand, 1, false, number}); }
   /// A BOOL in a register; `extended`: its upper bits are zero, else they are not known.
   struct OwedBit {
     std::uint32_t operand, number;

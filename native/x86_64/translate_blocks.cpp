@@ -92,7 +92,7 @@ void edge(Assembly& s, const Ports& p, bool is_rising) {
   s.a.movzx(gp(q, 4), p.bit("M"));
   rising(s, q, in.number, q);
   p.store_both("Q", q, "M", in.number);
-  s.hold(p.operand("Q"), q);
+  s.hold_bit(p.operand("Q"), q);
 }
 
 void set_dominant(Assembly& s, const Ports& p) {
@@ -250,7 +250,7 @@ void timer(Assembly& s, const Ports& p, const Steady& steady, std::function<void
   s.a.jne(changes);
   if (!steady.q_is_in) s.a.xor_(gp(in.number, 4), gp(in.number, 4));
   s.land(end);
-  s.hold(p.operand("Q"), in.number);
+  s.hold_bit(p.operand("Q"), in.number);
   s.aside([&s, p, step, changes, end, in] {
     s.a.bind(changes);
     if (in.number != reg::kCx) s.a.mov(x86::ecx, gp(in.number, 4));
@@ -342,7 +342,7 @@ void counter(Assembly& s, const Ports& p, core::Rep rep, bool up) {
   }
   s.a.set(q, gp(step, 1));
   p.store_both("Q", step, memory, in);
-  s.hold(p.operand("Q"), step);
+  s.hold_bit(p.operand("Q"), step);
   s.aside([&s, up, count, step, bytes, ends, counted] {
     s.a.bind(ends);
     s.a.emit(up ? x86::Inst::kIdSub : x86::Inst::kIdAdd, count, gp(step, bytes));

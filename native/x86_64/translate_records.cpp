@@ -353,7 +353,7 @@ void translate(Assembly& s, const Instruction& i, std::span<const Record> record
     } else if (i.is_port(r.out)) {
       // Blocks that do nothing see so in what their ports hold together, unless one was just written.
       s.store_change(r.out, value);
-      s.hold(r.out, value);
+      s.hold_bit(r.out, value);
     } else {
       s.store(r.out, 1, value);
     }

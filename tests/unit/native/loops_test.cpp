@@ -330,5 +330,43 @@ TEST(Footprint, PartsBehindSeveralIndicesEndWithTheLastOne) {
   FAIL() << "no LoadPath32";
 }
 
+/// A nested loop of more variables than there are registers: `copy` := `counts`, whose register is the loop's, and then
+/// a result that needs a register for itself.
+void copy_then_compute(Opcode move, Opcode subtract, TypeId type, std::vector<std::byte> step) {
+  ImageBuilder b;
+  PouBuilder main = b.pou("Main", PouKind::kProgram);
+  const std::uint32_t number = b.type(type);
+  std::vector<Word> more;
+  for (int n = 0; n < 20; ++n) more.push_back(main.variable("more" + std::to_string(n), number));
+  const Word counts = main.variable("counts", number, FieldRole::kLocal, std::move(step));
+  const Word copy = main.variable("copy", number), result = main.variable("result", number);
+  const Word going = main.variable("going", b.boolean());
+  const std::uint32_t outer = main.here();
+  main.op(move, {copy, counts});
+  main.op(subtract, {result, copy, more[0]});
+  const std::uint32_t inner = main.here();
+  for (int round = 0; round < 2; ++round) {
+    for (const Word word : more) main.op(subtract, {word, word, counts});
+  }
+  const std::uint32_t out = main.jump(Opcode::kCondJump, {going});
+  main.op(Opcode::kLoopJump, {inner});
+  main.land(out);
+  main.op(Opcode::kLoopJump, {outer});
+  const auto engines = load(b, main, 5);
+  ASSERT_NE(engines, nullptr);
+  for (int scan = 1; scan <= 3; ++scan) EXPECT_EQ(engines->scan(scan * kPeriodNs), "");
+}
+
+TEST(Loops, ACopyDoesNotLendTheRegisterOfWhatItCopies) {
+  const auto bytes = [](auto value) {
+    const auto* const at = reinterpret_cast<const std::byte*>(&value);
+    return std::vector<std::byte>(at, at + sizeof(value));
+  };
+  copy_then_compute(Opcode::kMove64, Opcode::kSub64, TypeId::kLint, bytes(std::int64_t{3}));
+  copy_then_compute(Opcode::kMove32, Opcode::kSub32, TypeId::kDint, bytes(std::int32_t{3}));
+  copy_then_compute(Opcode::kMoveF64, Opcode::kSubF64, TypeId::kLreal, bytes(3.0));
+  copy_then_compute(Opcode::kMoveF32, Opcode::kSubF32, TypeId::kReal, bytes(3.0f));
+}
+
 }  // namespace
 }  // namespace plc::test
