@@ -358,14 +358,10 @@ void copy_then_compute(Opcode move, Opcode subtract, TypeId type, std::vector<st
 }
 
 TEST(Loops, ACopyDoesNotLendTheRegisterOfWhatItCopies) {
-  const auto bytes = [](auto value) {
-    const auto* const at = reinterpret_cast<const std::byte*>(&value);
-    return std::vector<std::byte>(at, at + sizeof(value));
-  };
-  copy_then_compute(Opcode::kMove64, Opcode::kSub64, TypeId::kLint, bytes(std::int64_t{3}));
-  copy_then_compute(Opcode::kMove32, Opcode::kSub32, TypeId::kDint, bytes(std::int32_t{3}));
-  copy_then_compute(Opcode::kMoveF64, Opcode::kSubF64, TypeId::kLreal, bytes(3.0));
-  copy_then_compute(Opcode::kMoveF32, Opcode::kSubF32, TypeId::kReal, bytes(3.0f));
+  copy_then_compute(Opcode::kMove64, Opcode::kSub64, TypeId::kLint, bytes_of(std::int64_t{3}));
+  copy_then_compute(Opcode::kMove32, Opcode::kSub32, TypeId::kDint, bytes_of(std::int32_t{3}));
+  copy_then_compute(Opcode::kMoveF64, Opcode::kSubF64, TypeId::kLreal, bytes_of(3.0));
+  copy_then_compute(Opcode::kMoveF32, Opcode::kSubF32, TypeId::kReal, bytes_of(3.0f));
 }
 
 }  // namespace
