@@ -165,12 +165,8 @@ std::uint32_t ChangeTracker::run_chunks(runtime::Machine& machine, std::uint32_t
             const std::byte value = table[group.out] ^ std::byte{1};
             table[group.out] = value;
             copy.set(group.out, value);
-            marks.input(group.near[0]);
-            marks.input(group.near[1]);
-            marks.input(group.near[2]);
-            marks.input(group.near[3]);
-            marks.input(group.near[4]);
-            marks.input(group.near[5]);
+#pragma GCC unroll 6
+            for (const std::uint32_t near : group.near) marks.input(near);
           } else {
             state.truth = ~state.truth;
             bits |= std::uint64_t{1} << bit;

@@ -52,19 +52,19 @@ class TableCopy {
   /// Copies single BOOLs. A value of its own, so that a loop keeps it in registers.
   struct Writer {
     const std::uint8_t* kinds;
-    std::uint8_t* bits;
+    std::byte* bits;
     std::byte* bytes;
     [[gnu::always_inline]] void set(std::uint32_t offset, std::byte value) const noexcept {
       if (kinds[offset / kBlock] == 0) {
         bytes[offset] = value;
         return;
       }
-      std::uint8_t& packed = bits[packed_at(offset)];
+      std::byte& packed = bits[packed_at(offset)];
       const std::uint32_t row = offset / kRow % 8;
-      packed = static_cast<std::uint8_t>((packed & ~(1u << row)) | (static_cast<std::uint32_t>(value) & 1u) << row);
+      packed = (packed & ~(std::byte{1} << row)) | (value & std::byte{1}) << row;
     }
   };
-  Writer writer() noexcept { return {kinds_.data(), bits(), bytes_.data()}; }
+  Writer writer() noexcept { return {kinds_.data(), bits_.data(), bytes_.data()}; }
 
  private:
   static constexpr std::uint32_t kWord = sizeof(std::uint64_t);
@@ -76,7 +76,6 @@ class TableCopy {
   bool visit_bytes(const Area& area, Visit&& visit) noexcept;
 
   static constexpr std::uint32_t packed_at(std::uint32_t offset) { return offset / kBlock * kRow + offset % kRow; }
-  [[nodiscard]] std::uint8_t* bits() noexcept { return reinterpret_cast<std::uint8_t*>(bits_.data()); }
 
   const std::byte* table_;
   std::vector<Area> areas_;          ///< ascending
