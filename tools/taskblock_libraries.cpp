@@ -45,19 +45,20 @@ void add_taskblocks_option(CLI::App& app, std::string& configuration) {
 
 std::optional<int> load_taskblocks(const std::string& configuration, taskblocks::Registry& registry) {
   io::Configuration ignored;
-  return load_taskblocks(configuration, registry, ignored);
+  core::Diagnostics diagnostics;
+  const auto code = load_taskblocks(configuration, registry, ignored, diagnostics);
+  diagnostics.render_with_lines(std::cerr);
+  return code;
 }
 
 std::optional<int> load_taskblocks(const std::string& configuration, taskblocks::Registry& registry,
-                                   io::Configuration& read) {
+                                   io::Configuration& read, core::Diagnostics& diagnostics) {
   registry = taskblocks::Registry::built_in();
   if (configuration.empty()) return std::nullopt;
-  core::Diagnostics diagnostics;
   if (auto loaded = io::load_configuration(configuration, diagnostics)) {
     read = std::move(*loaded);
     registry = load_taskblocks(read, diagnostics);
   }
-  diagnostics.render_with_lines(std::cerr);
   if (!diagnostics.has_errors()) return std::nullopt;
   return diagnostics.all().front().code == core::Code::P7001 ? kExitUsage : kExitErrors;
 }

@@ -23,8 +23,8 @@ void add_taskblocks_option(CLI::App& app, std::string& configuration);
 /// What that option asks for into `registry`; all problems on stderr. The exit code when there is nothing to go on
 /// with.
 std::optional<int> load_taskblocks(const std::string& configuration, taskblocks::Registry& registry);
-/// The same; `read` becomes what the file says.
+/// The same; `read` becomes what the file says, and its problems are for the caller to print.
 std::optional<int> load_taskblocks(const std::string& configuration, taskblocks::Registry& registry,
-                                   io::Configuration& read);
+                                   io::Configuration& read, core::Diagnostics& diagnostics);
 
 }  // namespace plc::tools

@@ -4,6 +4,7 @@
 #include <sched.h>
 
 #include <algorithm>
+#include <numeric>
 
 #include "core/guess.h"
 #include "core/text.h"
@@ -145,6 +146,12 @@ std::vector<int> available_cpus() {
   for (int cpu = 0; cpu < CPU_SETSIZE; ++cpu) {
     if (CPU_ISSET(static_cast<unsigned>(cpu), &set)) cpus.push_back(cpu);
   }
+  return cpus;
+}
+
+std::vector<int> every_cpu() {
+  std::vector<int> cpus(CPU_SETSIZE);
+  std::iota(cpus.begin(), cpus.end(), 0);
   return cpus;
 }
 

@@ -16,6 +16,8 @@ namespace plc::io {
 
 /// Processors this process may use, ascending.
 std::vector<int> available_cpus();
+/// Those of any machine: for a plan that another one is to carry out.
+std::vector<int> every_cpu();
 
 /// `on_fault` is the policy of the tasks that declare none. The coherence protocol priority-ceiling binds every task to
 /// one processor: the one they name, or the first of `cpus`.

@@ -119,6 +119,18 @@ TEST_F(Sim, WhatDidNotChangeIsLeftOutWithEqualTraces) {
   EXPECT_FALSE(tasks.at(1).contains("groups"));
 }
 
+TEST_F(Sim, AConfigurationForAnotherProjectIsRefused) {
+  const std::string config = scratch_.file("plc.toml");
+  write_text(config, "[tasks.Fsat]\nevaluate = \"changed\"\n");
+  const auto result = run_tool({PLC_TOOL, "sim", tank(), "--config", config});
+  EXPECT_EQ(result.code, 1);
+  EXPECT_NE(result.err.find("1:8: error P7601: the project has no task \"Fsat\""), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find("did you mean \"Fast\"?"), std::string::npos) << result.err;
+  // Processors of the plant's machine, which this one need not have.
+  write_text(config, "[tasks.Fast]\ncpu = 200\n");
+  EXPECT_EQ(run_tool({PLC_TOOL, "sim", tank(), "--config", config}).code, 0);
+}
+
 TEST_F(Sim, StatsAsJsonNameTheEngine) {
   for (const char* engine : {"interp", "native"}) {
     const auto result = run_tool({PLC_TOOL, "sim", tank(), "--cycles", "50", "--stats=json", "--engine", engine});

@@ -4,7 +4,6 @@
 
 #include <iostream>
 #include <nlohmann/json.hpp>
-#include <numeric>
 #include <optional>
 
 #include "io-drivers/config/check_schedule.h"
@@ -205,9 +204,7 @@ int explain_schedule(const CLI::App& app, const ExplainSchedule& explain) {
   std::optional<io::MachineCosts> machine;
   if (configuration) {
     // The plant's machine may have others than this one: which there are, plc-run finds out.
-    std::vector<int> every_cpu(1024);
-    std::iota(every_cpu.begin(), every_cpu.end(), 0);
-    plan = io::plan_tasks(*configuration, image, every_cpu, runtime::FaultPolicy::kSafeState, diagnostics);
+    plan = io::plan_tasks(*configuration, image, io::every_cpu(), runtime::FaultPolicy::kSafeState, diagnostics);
     machine = io::machine_costs(*configuration, diagnostics);
   }
   diagnostics.render_with_lines(std::cerr);

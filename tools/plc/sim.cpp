@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "io-drivers/config/plan_tasks.h"
 #include "io-drivers/simulated.h"
 #include "io-drivers/trace.h"
 #include "runtime/sched/simulation.h"
@@ -109,14 +110,15 @@ std::vector<std::string> watched_paths(const std::vector<std::string>& patterns,
   return paths;
 }
 
-/// [tasks.NAME] evaluate, by task.
-std::vector<runtime::Evaluate> evaluations(const io::Configuration& configuration, const bytecode::Image& image) {
+/// [tasks.NAME] evaluate, by task; nothing when the configuration does not fit the project.
+std::optional<std::vector<runtime::Evaluate>> evaluations(const io::Configuration& configuration,
+                                                          const bytecode::Image& image,
+                                                          core::Diagnostics& diagnostics) {
+  const auto plan =
+      io::plan_tasks(configuration, image, io::every_cpu(), runtime::FaultPolicy::kSafeState, diagnostics);
+  if (!plan) return std::nullopt;
   std::vector<runtime::Evaluate> evaluate;
-  for (const bytecode::ImageTask& task : image.tasks) {
-    const auto said = std::find_if(configuration.tasks.begin(), configuration.tasks.end(),
-                                   [&](const io::TaskConfig& config) { return core::iequals(config.name, task.name); });
-    evaluate.push_back(said == configuration.tasks.end() ? runtime::Evaluate::kAll : said->evaluate);
-  }
+  for (const runtime::TaskPlan& task : *plan) evaluate.push_back(task.evaluate);
   return evaluate;
 }
 
@@ -128,7 +130,9 @@ int run(const CLI::App& app, const Sim& sim) {
   }
   taskblocks::Registry registry;
   io::Configuration configuration;
-  if (const auto code = load_taskblocks(sim.configuration, registry, configuration)) return *code;
+  core::Diagnostics diagnostics;
+  const auto unusable = load_taskblocks(sim.configuration, registry, configuration, diagnostics);
+  if (unusable) return diagnostics.render_with_lines(std::cerr), *unusable;
   Compilation compilation;
   if (const auto code =
           open_or_explain(app, {sim.file, sim.options, Goal::kRun, sim.libraries, {}, &registry}, compilation)) {
@@ -139,9 +143,11 @@ int run(const CLI::App& app, const Sim& sim) {
   auto loaded = runtime::Resource::load(std::move(*compilation.image), program);
   if (!loaded) return complain(loaded.error()), kExitErrors;
   runtime::Resource& resource = **loaded;
-  const std::vector<runtime::Evaluate> evaluate = evaluations(configuration, resource.image());
+  const auto evaluate = evaluations(configuration, resource.image(), diagnostics);
+  diagnostics.render_with_lines(std::cerr);
+  if (!evaluate) return kExitErrors;
   if (sim.engine == Engine::kNative) {
-    if (const auto problem = compile_all(resource, evaluate)) return complain(*problem), kExitErrors;
+    if (const auto problem = compile_all(resource, *evaluate)) return complain(*problem), kExitErrors;
   }
   runtime::Simulation simulation(resource);
 
@@ -168,7 +174,7 @@ int run(const CLI::App& app, const Sim& sim) {
   ScanTimes times(resource.task_count());
   if (sim.stats != Stats::kNone) simulation.add_listener(times);
   std::optional<BackgroundCompiler> compiler;
-  if (sim.engine == Engine::kAuto) compiler.emplace(resource, evaluate);
+  if (sim.engine == Engine::kAuto) compiler.emplace(resource, *evaluate);
 
   const bool until_stimulus_ends = sim.cycles == 0 && stimulus != nullptr;
   const std::uint64_t ran = until_stimulus_ends ? simulation.run_until(stimulus->end_ns() + 1)
