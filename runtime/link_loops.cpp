@@ -138,6 +138,7 @@ class LoopLinker {
     jump_ = jump.position;
     exit_ = word(compare, 4);
     head_ = words_[jump.position + 1];
+    first_ = loop.first;
     const std::uint32_t bytes = wide_ ? 4 : 2;
     counted_ = {{control_, bytes}, {step_, bytes}, {limit_, bytes}};
     result_ = {word(compare, 1), 1};
@@ -300,6 +301,14 @@ class LoopLinker {
     }
     return true;
   }
+  /// The value of a constant.
+  [[nodiscard]] std::optional<std::int64_t> constant_at(const OperandRange& range) const {
+    if (range.operand < constants_.at || range.operand - constants_.at + range.bytes > constants_.bytes.size()) {
+      return std::nullopt;
+    }
+    const std::byte* const at = constants_.bytes.data() + (range.operand - constants_.at);
+    return range.bytes == 4 ? plc::runtime::load<std::int32_t>(at) : plc::runtime::load<std::int16_t>(at);
+  }
   [[nodiscard]] std::optional<Affine> number_of(const OperandRange& range) const {
     Affine number;
     number.bytes = static_cast<std::uint32_t>(range.bytes);
@@ -312,9 +321,8 @@ class LoopLinker {
       return known->second;
     }
     if (is_written(range)) return std::nullopt;
-    if (range.operand >= constants_.at && range.operand - constants_.at + range.bytes <= constants_.bytes.size()) {
-      const std::byte* const at = constants_.bytes.data() + (range.operand - constants_.at);
-      number.constant = range.bytes == 4 ? plc::runtime::load<std::int32_t>(at) : plc::runtime::load<std::int16_t>(at);
+    if (const auto constant = constant_at(range)) {
+      number.constant = *constant;
     } else {
       number.terms = {{range.operand, 1}};
     }
@@ -404,6 +412,26 @@ class LoopLinker {
         std::count_if(steps_.begin(), steps_.end(), [&](const Step& s) { return s.out == range; }) +
         (result_ == range ? 1 : 0));
   }
+  /// The rounds of a loop from a constant to a constant, as most are. Nobody jumps to its first round: what stands in
+  /// front of it has set its variable.
+  struct KnownRounds {
+    std::int64_t start = 0, added = 0, jumps = 0;
+  };
+  [[nodiscard]] std::optional<KnownRounds> known_rounds() const {
+    std::size_t before = first_;
+    while (before > 0 && code_.instructions[before - 1].op == ResolvedOp::kStretch) --before;
+    if (before == 0) return std::nullopt;
+    const LinkedInstruction& sets = code_.instructions[before - 1];
+    if (sets.op != (wide_ ? ResolvedOp::kMove32 : ResolvedOp::kMove16) || word(sets, 1) != control_)
+      return std::nullopt;
+    const auto start = constant_at({word(sets, 2), counted_[0].bytes});
+    const auto step = constant_at(counted_[1]), limit = constant_at(counted_[2]);
+    if (!start || !step || !limit) return std::nullopt;
+    const std::int64_t jumps = wide_ ? jumps_of_loop<std::int32_t>(*start, *step, *limit, down_)
+                                     : jumps_of_loop<std::int16_t>(*start, *step, *limit, down_);
+    return KnownRounds{*start, down_ ? -*step : *step, jumps};
+  }
+
   /// Whether somebody reads what `from` left there.
   [[nodiscard]] bool is_read_behind(const OperandRange& range, std::size_t from) const {
     for (std::size_t i = from; i < steps_.size(); ++i) {
@@ -637,25 +665,49 @@ class LoopLinker {
   /// Where the stream stands, in bytes.
   [[nodiscard]] std::uint32_t row(std::uint32_t stream) const {
     const auto kind = static_cast<StreamKind>(stream >> 16);
-    const std::size_t before = kind == StreamKind::kVariable ? 0
-                               : kind == StreamKind::kValue  ? variables_.size()
-                                                             : variables_.size() + values_.size();
+    const std::size_t before = kind == StreamKind::kValue      ? 0
+                               : kind == StreamKind::kVariable ? values_.size()
+                                                               : values_.size() + variables_.size();
     return (static_cast<std::uint32_t>(before) + (stream & 0xffffu)) * std::uint32_t{sizeof(Stream)};
   }
-  /// `further`: kFurther, or nothing for the first index of `element`.
-  void put_index(const Element& element, const Index& index, std::uint32_t further) {
+
+  /// What makes the number of an index; they stand in this order.
+  enum class By : std::uint8_t { kControl, kVariable, kBoth, kSum };
+  static By by(const Index& index) {
     const Affine& number = index.number;
     const std::int64_t start = number.constant - index.lower;
-    const bool fits = start == static_cast<std::int32_t>(start);
-    const bool by_variable = number.terms.size() == 1 && number.terms[0].factor == 1;
-    const bool is_sum = !fits || number.factor < 0 || number.factor > 1 || (!by_variable && !number.terms.empty());
-    const std::uint32_t by = (number.factor == 1 ? kByControl : 0) | (!by_variable        ? 0
-                                                                      : number.bytes == 4 ? kByDint
-                                                                                          : kByInt);
-    words_.insert(words_.end(), {(is_sum ? kBySum : by) | further, index.count, index.stride, element.array.operand});
-    if (!is_sum) {
-      words_.insert(words_.end(),
-                    {static_cast<std::uint32_t>(start), by_variable ? number.terms[0].operand : std::uint32_t{0}});
+    const bool plain = start == static_cast<std::int32_t>(start) && (number.factor == 0 || number.factor == 1) &&
+                       (number.terms.empty() || (number.terms.size() == 1 && number.terms[0].factor == 1));
+    if (!plain || (number.factor == 0 && number.terms.empty())) return By::kSum;
+    return number.terms.empty() ? By::kControl : number.factor == 0 ? By::kVariable : By::kBoth;
+  }
+  /// Where the stream of an element begins and how far it steps, but for the indices that it has when it runs: those
+  /// of the control variable alone are known where the rounds are.
+  struct Begin {
+    std::uint32_t operand = 0;
+    std::int32_t step = 0;
+  };
+  static std::optional<Begin> begin_of(const Element& element, const std::optional<KnownRounds>& rounds) {
+    std::int64_t offset = 0, step = 0;
+    for (const Index& index : element.indices) {
+      if (!rounds || by(index) != By::kControl) continue;
+      const std::int64_t first = rounds->start + index.number.constant - index.lower;
+      const std::int64_t last = first + rounds->added * rounds->jumps;
+      if (std::min(first, last) < 0 || std::max(first, last) >= index.count) return std::nullopt;
+      offset += first * index.stride;
+      step += rounds->added * index.stride;
+    }
+    if (step != static_cast<std::int32_t>(step)) return std::nullopt;
+    return Begin{static_cast<std::uint32_t>(element.array.operand + offset), static_cast<std::int32_t>(step)};
+  }
+
+  void put_index(std::uint32_t stream, const Index& index) {
+    const Affine& number = index.number;
+    const std::int64_t start = number.constant - index.lower;
+    words_.insert(words_.end(), {stream, index.count, index.stride});
+    if (by(index) != By::kSum) {
+      const std::uint32_t operand = number.terms.empty() ? 0 : number.terms[0].operand;
+      words_.insert(words_.end(), {static_cast<std::uint32_t>(start), operand, number.bytes});
       return;
     }
     words_.insert(words_.end(),
@@ -665,28 +717,66 @@ class LoopLinker {
       words_.insert(words_.end(), {term.operand, static_cast<std::uint32_t>(term.factor), number.bytes});
     }
   }
+  void put_indices(By kind) {
+    for (std::size_t i = 0; i < elements_.size(); ++i) {
+      for (const Index& index : elements_[i]->indices) {
+        if (by(index) == kind) put_index(row(number(StreamKind::kElement, i)), index);
+      }
+    }
+  }
+
   void write(const LinkedLoop& loop) {
     const auto start = static_cast<std::uint32_t>(words_.size());
     const auto size = [](const auto& list) { return static_cast<std::uint32_t>(list.size()); };
-    std::uint32_t indices = 0;
-    for (const Element* element : elements_) indices += size(element->indices);
-    words_.insert(
-        words_.end(),
-        {handler_word(loop.addressing, ResolvedOp::kLoopRun), head_, exit_, jump_, control_, limit_, step_,
-         static_cast<std::uint32_t>(result_.operand), (wide_ ? kWide : 0) | (down_ ? kDown : 0), size(variables_),
-         size(values_), size(elements_), indices, size(records_), size(last_values_), size(last_computed_), scratch_});
-    words_.insert(words_.end(), variables_.begin(), variables_.end());
-    words_.insert(words_.end(), values_.begin(), values_.end());
-    for (const Element* element : elements_) {
-      for (const Index& index : element->indices) {
-        put_index(*element, index, &index == element->indices.data() ? 0 : kFurther);
-      }
+    // Where an index leaves its array, the rounds are not to be known: the loop is left to its code.
+    std::optional<KnownRounds> rounds = known_rounds();
+    if (!std::all_of(elements_.begin(), elements_.end(), [&](const Element* e) { return begin_of(*e, rounds); })) {
+      rounds.reset();
     }
+    std::uint32_t indices[4] = {};
+    for (const Element* element : elements_) {
+      for (const Index& index : element->indices) ++indices[static_cast<std::size_t>(by(index))];
+    }
+    if (rounds) indices[static_cast<std::size_t>(By::kControl)] = 0;
+    const KnownRounds known = rounds.value_or(KnownRounds{});
+    const auto others = std::stable_partition(last_values_.begin(), last_values_.end(),
+                                              [](const LastValue& value) { return value.bytes == 4; });
+    words_.insert(words_.end(), {handler_word(loop.addressing, ResolvedOp::kLoopRun),
+                                 head_,
+                                 exit_,
+                                 jump_,
+                                 control_,
+                                 limit_,
+                                 step_,
+                                 static_cast<std::uint32_t>(result_.operand),
+                                 (wide_ ? kWide : 0) | (down_ ? kDown : 0) | (rounds ? kKnown : 0),
+                                 static_cast<std::uint32_t>(known.start),
+                                 static_cast<std::uint32_t>(known.added),
+                                 static_cast<std::uint32_t>(known.jumps),
+                                 size(values_),
+                                 size(variables_) + size(elements_),
+                                 size(elements_),
+                                 indices[0],
+                                 indices[1],
+                                 indices[2],
+                                 indices[3],
+                                 size(records_),
+                                 static_cast<std::uint32_t>(others - last_values_.begin()),
+                                 static_cast<std::uint32_t>(last_values_.end() - others),
+                                 size(last_computed_),
+                                 scratch_});
+    words_.insert(words_.end(), values_.begin(), values_.end());
+    for (const std::uint32_t operand : variables_) words_.insert(words_.end(), {operand, 0});
+    for (const Element* element : elements_) {
+      const Begin begin = *begin_of(*element, rounds);
+      words_.insert(words_.end(), {begin.operand, static_cast<std::uint32_t>(begin.step)});
+    }
+    if (!rounds) put_indices(By::kControl);
+    for (const By kind : {By::kVariable, By::kBoth, By::kSum}) put_indices(kind);
     for (const Record& record : records_) {
       put_wide(record.run);
       const auto in = [&](std::size_t i) { return i < record.in.size() ? row(record.in[i]) : 0; };
-      words_.insert(words_.end(),
-                    {row(record.out) | in(0) << 16, in(1) | in(2) << 16, record.arguments, record.position});
+      words_.insert(words_.end(), {row(record.out), in(0), in(1), in(2), record.arguments, record.position});
     }
     for (const LastValue& value : last_values_) {
       words_.insert(words_.end(), {value.operand, row(value.stream), value.bytes});
@@ -708,6 +798,7 @@ class LoopLinker {
   bool wide_ = false, down_ = false;
   std::uint32_t control_ = 0, step_ = 0, limit_ = 0;  ///< operands
   std::uint32_t head_ = 0, exit_ = 0, jump_ = 0;      ///< positions
+  std::size_t first_ = 0;                             ///< its first instruction
   std::vector<OperandRange> counted_;                 ///< control variable, step, limit
   OperandRange result_;                               ///< of the comparison
   std::vector<Step> steps_;

@@ -17,17 +17,17 @@ static_assert(kLoopChunk * sizeof(std::uint64_t) * kMostStreams <= kScratchBytes
 /// Fewer are not worth it.
 constexpr std::uint32_t kLeastRounds = 4;
 
+/// The type of a control variable.
+template <bool kDint>
+using Control = std::conditional_t<kDint, std::int32_t, std::int16_t>;
+
 template <bool kDint>
 std::int64_t load_control(const std::byte* from) noexcept {
-  return load<std::conditional_t<kDint, std::int32_t, std::int16_t>>(from);
+  return load<Control<kDint>>(from);
 }
 template <bool kDint>
 void store_control(std::byte* to, std::int64_t value) noexcept {
-  store(to, static_cast<std::conditional_t<kDint, std::int32_t, std::int16_t>>(value));
-}
-template <bool kDint>
-bool fits(std::int64_t value) noexcept {
-  return value == static_cast<std::conditional_t<kDint, std::int32_t, std::int16_t>>(value);
+  store(to, static_cast<Control<kDint>>(value));
 }
 /// A variable that is part of an index.
 std::int64_t load_part(const std::byte* from, bool wide) noexcept {
@@ -39,12 +39,14 @@ struct Rounds {
   std::int64_t value = 0;
   std::int64_t step = 0;
   std::int64_t count = 0;
-  bool all = true;  ///< the last one is the loop's last one, which takes no jump
 };
 
-/// The stream that a record, or a last value, names.
+/// The stream that a record, an index or a last value names.
 const Stream& stream_at(const Stream* streams, std::uint32_t place) noexcept {
   return *reinterpret_cast<const Stream*>(reinterpret_cast<const std::byte*>(streams) + place);
+}
+Stream& stream_at(Stream* streams, std::uint32_t place) noexcept {
+  return *reinterpret_cast<Stream*>(reinterpret_cast<std::byte*>(streams) + place);
 }
 
 /// Sets what the last of `count` rounds leaves in variables; `last` is behind the records. RT.
@@ -52,15 +54,15 @@ template <Addressing kAddressing>
 [[gnu::always_inline]] inline void finish(std::byte* table, std::uint32_t instance, const std::uint32_t* words,
                                           const std::uint32_t* last, const Stream* streams,
                                           std::uint32_t count) noexcept {
+  const auto at = [streams, count](const std::uint32_t* value) {
+    const Stream& from = stream_at(streams, value[1]);
+    return from.at + from.step * (count - 1);
+  };
+  for (std::uint32_t i = words[LoopWords::kLastWords]; i != 0; --i, last += kLastValueWords) {
+    store(place<kAddressing>(table, instance, last[0]), load<std::uint32_t>(at(last)));
+  }
   for (std::uint32_t i = words[LoopWords::kLastValues]; i != 0; --i, last += kLastValueWords) {
-    const Stream& from = stream_at(streams, last[1]);
-    std::byte* const to = place<kAddressing>(table, instance, last[0]);
-    const std::byte* const at = from.at + from.step * (count - 1);
-    if (last[2] == 4) {
-      store(to, load<std::uint32_t>(at));
-    } else {
-      pass(to, at, last[2], 0);
-    }
+    pass(place<kAddressing>(table, instance, last[0]), at(last), last[2], 0);
   }
   for (std::uint32_t i = words[LoopWords::kLastComputed]; i != 0; --i, last += kLastComputedWords + last[2]) {
     load_pointer<ValueRun>(last)(table, instance, last + kLastComputedWords, 1);
@@ -71,17 +73,17 @@ template <Addressing kAddressing>
 template <std::uint32_t kArguments>
 [[gnu::noinline]] void call_rounds(Machine& m, const std::uint32_t* record, const Stream* streams,
                                    std::uint32_t count) noexcept {
-  const auto kernel = load_pointer<stdlib::Kernel>(record);
-  const Stream& out = stream_at(streams, record[2] & 0xffff);
-  const Stream* const in[] = {&stream_at(streams, record[2] >> 16), &stream_at(streams, record[3] & 0xffff),
-                              &stream_at(streams, record[3] >> 16)};
+  const auto kernel = load_pointer<stdlib::Kernel>(record + RecordWords::kRun);
+  const Stream& out = stream_at(streams, record[RecordWords::kOut]);
+  const Stream* in[kArguments];
+  for (std::uint32_t i = 0; i < kArguments; ++i) in[i] = &stream_at(streams, record[RecordWords::kIn + i]);
   std::byte* to = out.at;
   const void* places[kArguments];
   for (std::uint32_t i = 0; i < kArguments; ++i) places[i] = in[i]->at;
   for (; count != 0; --count) {
     const stdlib::Event event = kernel(to, places, kArguments);
     if (event != stdlib::Event::kNone) [[unlikely]]
-      raise(m, m.code + record[5], event);
+      raise(m, m.code + record[RecordWords::kPosition], event);
     to += out.step;
     for (std::uint32_t i = 0; i < kArguments; ++i) places[i] = static_cast<const std::byte*>(places[i]) + in[i]->step;
   }
@@ -91,12 +93,15 @@ template <std::uint32_t kArguments>
 [[gnu::always_inline]] inline const std::uint32_t* run_records(Machine& m, const std::uint32_t* words,
                                                                const std::uint32_t* record, const Stream* streams,
                                                                std::uint32_t count) noexcept {
-  for (std::uint32_t i = words[LoopWords::kRecords]; i != 0; --i, record += kLoopRecordWords) {
-    switch (record[4]) {
+  for (std::uint32_t i = words[LoopWords::kRecords]; i != 0; --i, record += RecordWords::kCount) {
+    switch (record[RecordWords::kArguments]) {
       [[likely]] case 0 : {
-        const std::uint32_t first = record[2], second = record[3];
-        load_pointer<StreamRun>(record)(stream_at(streams, first & 0xffff), stream_at(streams, first >> 16),
-                                        stream_at(streams, second & 0xffff), stream_at(streams, second >> 16), count);
+        const auto stream = [streams, record](std::uint32_t word) -> const Stream& {
+          return stream_at(streams, record[word]);
+        };
+        load_pointer<StreamRun>(record + RecordWords::kRun)(stream(RecordWords::kOut), stream(RecordWords::kIn),
+                                                            stream(RecordWords::kIn + 1), stream(RecordWords::kIn + 2),
+                                                            count);
         break;
       }
       case 1:
@@ -112,55 +117,67 @@ template <std::uint32_t kArguments>
   return record;
 }
 
-/// Number of an element, from 0, in the first round: a sum at `index`. RT.
-template <Addressing kAddressing>
-[[gnu::noinline]] std::int64_t sum_at(std::byte* table, std::uint32_t instance, const std::uint32_t* index,
-                                      std::int64_t control) noexcept {
-  std::int64_t number = load<std::int64_t>(index + 6) + static_cast<std::int32_t>(index[4]) * control;
-  const std::uint32_t* term = index + kSumIndexWords;
-  for (std::uint32_t i = index[5]; i != 0; --i, term += kTermWords) {
-    number +=
-        static_cast<std::int32_t>(term[1]) * load_part(place<kAddressing>(table, instance, term[0]), term[2] == 4);
-  }
-  return number;
+/// Moves the stream of an element to one of its indices: `number`, from 0, in the first round, `factor` times the
+/// control variable further in others. False when one leaves the array. RT.
+[[gnu::always_inline]] inline bool add_index(Stream* streams, const std::uint32_t* index, std::int64_t number,
+                                             std::int64_t factor, const Rounds& rounds) noexcept {
+  const std::uint32_t count = index[IndexWords::kElements], stride = index[IndexWords::kStride];
+  const std::int64_t ahead = factor * rounds.step * (rounds.count - 1);  // in the last round
+  if (static_cast<std::uint64_t>(number) >= count || static_cast<std::uint64_t>(number + ahead) >= count) return false;
+  Stream& stream = stream_at(streams, index[IndexWords::kStream]);
+  stream.at += number * stride;
+  stream.step += factor * rounds.step * stride;
+  return true;
 }
 
-/// Finds the elements whose indices are at `next` in the first round: streams from `stream` on. Returns what is behind
-/// the indices, or null when one leaves its array. RT.
-template <Addressing kAddressing>
-[[gnu::always_inline]] inline const std::uint32_t* find_elements(std::byte* table, std::uint32_t instance,
-                                                                 const std::uint32_t* next, std::uint32_t indices,
-                                                                 const Rounds& rounds, Stream* stream) noexcept {
-  const std::int64_t ahead = rounds.step * (rounds.count - 1);  // of the control variable, in the last round
-  for (; indices != 0; --indices) {
-    const std::uint32_t kind = next[0], count = next[1], stride = next[2], array = next[3];
-    std::int64_t number = 0, factor = 0;
-    if ((kind & kBySum) != 0) [[unlikely]] {
-      factor = static_cast<std::int32_t>(next[4]);
-      number = sum_at<kAddressing>(table, instance, next, rounds.value);
-      next += kSumIndexWords + std::size_t{next[5]} * kTermWords;
-    } else {
-      number = static_cast<std::int32_t>(next[4]);
-      if ((kind & (kByInt | kByDint)) != 0) {
-        number += load_part(place<kAddressing>(table, instance, next[5]), (kind & kByDint) != 0);
-      }
-      if ((kind & kByControl) != 0) {
-        factor = 1;
-        number += rounds.value;
-      }
-      next += kPlainIndexWords;
+/// `indices` of one kind. Returns what is behind them, or null when one leaves its array. RT.
+template <Addressing kAddressing, bool kControl, bool kVariable>
+[[gnu::always_inline]] inline const std::uint32_t* add_indices(std::byte* table, std::uint32_t instance,
+                                                               const std::uint32_t* next, std::uint32_t indices,
+                                                               const Rounds& rounds, Stream* streams) noexcept {
+  for (; indices != 0; --indices, next += IndexWords::kCount) {
+    std::int64_t number = static_cast<std::int32_t>(next[IndexWords::kStart]);
+    if (kVariable) {
+      number +=
+          load_part(place<kAddressing>(table, instance, next[IndexWords::kOperand]), next[IndexWords::kBytes] == 4);
     }
-    if (static_cast<std::uint64_t>(number) >= count || static_cast<std::uint64_t>(number + factor * ahead) >= count)
-      return nullptr;
-    const std::int64_t per_round = factor * rounds.step * stride;
-    if ((kind & kFurther) == 0) {
-      *stream++ = {place<kAddressing>(table, instance, array) + number * stride, per_round};
-    } else {
-      stream[-1].at += number * stride;
-      stream[-1].step += per_round;
-    }
+    if (kControl) number += rounds.value;
+    if (!add_index(streams, next, number, kControl ? 1 : 0, rounds)) return nullptr;
   }
   return next;
+}
+
+/// The same, of sums.
+template <Addressing kAddressing>
+[[gnu::noinline]] const std::uint32_t* add_sums(std::byte* table, std::uint32_t instance, const std::uint32_t* next,
+                                                std::uint32_t sums, Rounds rounds, Stream* streams) noexcept {
+  for (; sums != 0; --sums) {
+    const auto factor = static_cast<std::int32_t>(next[SumWords::kFactor]);
+    std::int64_t number = load<std::int64_t>(next + SumWords::kStart) + factor * rounds.value;
+    const std::uint32_t* term = next + SumWords::kCount;
+    for (std::uint32_t i = next[SumWords::kTerms]; i != 0; --i, term += kTermWords) {
+      number +=
+          static_cast<std::int32_t>(term[1]) * load_part(place<kAddressing>(table, instance, term[0]), term[2] == 4);
+    }
+    if (!add_index(streams, next, number, factor, rounds)) return nullptr;
+    next = term;
+  }
+  return next;
+}
+
+/// Finds the elements whose indices are at `next` in the first round. Returns what is behind the indices, or null when
+/// one leaves its array. RT.
+template <Addressing kAddressing>
+[[gnu::always_inline]] inline const std::uint32_t* find_elements(std::byte* table, std::uint32_t instance,
+                                                                 const std::uint32_t* words, const std::uint32_t* next,
+                                                                 const Rounds& rounds, Stream* streams) noexcept {
+  next = add_indices<kAddressing, true, false>(table, instance, next, words[LoopWords::kByControl], rounds, streams);
+  if (next == nullptr) return nullptr;
+  next = add_indices<kAddressing, false, true>(table, instance, next, words[LoopWords::kByVariable], rounds, streams);
+  if (next == nullptr) return nullptr;
+  next = add_indices<kAddressing, true, true>(table, instance, next, words[LoopWords::kByBoth], rounds, streams);
+  if (next == nullptr || words[LoopWords::kBySum] == 0) return next;
+  return add_sums<kAddressing>(table, instance, next, words[LoopWords::kBySum], rounds, streams);
 }
 
 /// The loop took `count` jumps of those that were left. RT.
@@ -169,14 +186,15 @@ void jump_on(Machine& m, const std::uint32_t* words, std::uint32_t count, std::u
   m.loops_left.store(left - count, std::memory_order_relaxed);
 }
 
-/// Runs all but the last kLoopChunk of many rounds, or as many as the budget has jumps for. Returns the rounds to come;
-/// false when those are left to the code of the loop. RT.
+/// Runs all but the last kLoopChunk of many rounds, or as many as the budget has jumps for: `all`, if it has enough.
+/// Returns the rounds to come; false when those are left to the code of the loop. RT.
 template <bool kDint>
 [[gnu::noinline]] std::pair<Rounds, bool> run_chunks(Machine& m, const std::uint32_t* words,
                                                      const std::uint32_t* records, Stream* streams, std::byte* control,
-                                                     Rounds rounds) noexcept {
-  Stream* const elements = streams + words[LoopWords::kVariables] + words[LoopWords::kValues];
-  while (rounds.count > kLoopChunk || !rounds.all) {
+                                                     Rounds rounds, bool all) noexcept {
+  Stream* const elements =
+      streams + words[LoopWords::kValues] + words[LoopWords::kVariables] - words[LoopWords::kElements];
+  while (rounds.count > kLoopChunk || !all) {
     // What a budget ends in is left to the loop's own jump.
     const std::uint32_t left = m.loops_left.load(std::memory_order_relaxed);
     const auto count = static_cast<std::uint32_t>(std::min<std::int64_t>({rounds.count, left, kLoopChunk}));
@@ -197,45 +215,49 @@ const std::uint32_t* run(Machine& m, std::uint32_t instance, const std::uint32_t
   std::byte* const table = m.table;
   const auto at = [table, instance](std::uint32_t operand) { return place<kAddressing>(table, instance, operand); };
   const std::uint32_t* const head = m.code + words[LoopWords::kHead];
-  const bool down = (words[LoopWords::kForm] & kDown) != 0;
 
   // How many rounds a jump follows.
   std::byte* const control = at(words[LoopWords::kControl]);
   Rounds rounds;
-  rounds.value = load_control<kDint>(control);
-  rounds.step = load_control<kDint>(at(words[LoopWords::kStep]));
-  const std::int64_t limit = load_control<kDint>(at(words[LoopWords::kLimit]));
-  std::int64_t jumps = down ? rounds.value - limit : limit - rounds.value;
-  if (jumps < kLeastRounds) return head;
-  if (rounds.step != 1) [[unlikely]] {
-    if (rounds.step <= 0) return head;
-    jumps = (static_cast<std::uint32_t>(jumps) - 1) / static_cast<std::uint32_t>(rounds.step) + 1;
-    if (!fits<kDint>(rounds.value + (down ? -jumps : jumps) * rounds.step)) return head;
+  std::int64_t jumps = words[LoopWords::kJumps];
+  if ((words[LoopWords::kForm] & kKnown) != 0) {
+    rounds.value = static_cast<std::int32_t>(words[LoopWords::kStart]);
+    rounds.step = static_cast<std::int32_t>(words[LoopWords::kAdded]);
+  } else {
+    rounds.value = load_control<kDint>(control);
+    const bool down = (words[LoopWords::kForm] & kDown) != 0;
+    rounds.step = load_control<kDint>(at(words[LoopWords::kStep]));
+    const std::int64_t limit = load_control<kDint>(at(words[LoopWords::kLimit]));
+    jumps = jumps_of_loop<Control<kDint>>(rounds.value, rounds.step, limit, down);
+    if (down) rounds.step = -rounds.step;
   }
-  if (down) rounds.step = -rounds.step;
+  if (jumps < kLeastRounds) return head;
+
+  // The last round takes no jump.
   const std::uint32_t budget = m.loops_left.load(std::memory_order_relaxed);
-  rounds.all = jumps <= budget;
-  rounds.count = rounds.all ? jumps + 1 : budget;
+  const bool all = jumps <= budget;
+  rounds.count = all ? jumps + 1 : budget;
   if (rounds.count < kLeastRounds) return head;
 
   // Streams.
   Stream streams[kMostStreams];
   Stream* stream = streams;
   const std::uint32_t* next = words + LoopWords::kCount;
-  for (std::uint32_t i = words[LoopWords::kVariables]; i != 0; --i) *stream++ = {at(*next++), 0};
   std::byte* scratch = table + words[LoopWords::kScratch];
   for (std::uint32_t i = words[LoopWords::kValues]; i != 0; --i) {
     const std::uint32_t bytes = *next++;
     *stream++ = {scratch, static_cast<std::ptrdiff_t>(bytes)};
     scratch += std::size_t{bytes} * kLoopChunk;
   }
-  const std::uint32_t* const records =
-      find_elements<kAddressing>(table, instance, next, words[LoopWords::kIndices], rounds, stream);
+  for (std::uint32_t i = words[LoopWords::kVariables]; i != 0; --i, next += 2) {
+    *stream++ = {at(next[0]), static_cast<std::int32_t>(next[1])};
+  }
+  const std::uint32_t* const records = find_elements<kAddressing>(table, instance, words, next, rounds, streams);
   if (records == nullptr) return head;
 
-  if (rounds.count > kLoopChunk || !rounds.all) [[unlikely]] {
+  if (rounds.count > kLoopChunk || !all) [[unlikely]] {
     bool goes_on = false;
-    std::tie(rounds, goes_on) = run_chunks<kDint>(m, words, records, streams, control, rounds);
+    std::tie(rounds, goes_on) = run_chunks<kDint>(m, words, records, streams, control, rounds, all);
     if (!goes_on) return head;
   }
   const auto count = static_cast<std::uint32_t>(rounds.count);

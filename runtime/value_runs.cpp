@@ -200,22 +200,23 @@ void add_products(const Stream& out, const Stream& in0, const Stream& in1, const
   const std::byte* b = in1.at;
   const std::ptrdiff_t a_step = in0.step, b_step = in1.step;
   // A sum that is NaN stays NaN: one look at the end is enough.
-  const auto add = [&](std::ptrdiff_t round) {
+  const auto add = [&sum, &product](const std::byte* x, const std::byte* y) {
     if constexpr (std::is_floating_point_v<T>) {
-      product = load<T>(a + round * a_step) * load<T>(b + round * b_step);
+      product = load<T>(x) * load<T>(y);
       sum += product;
     } else {
-      product = stdlib::mul(load<T>(a + round * a_step), load<T>(b + round * b_step));
+      product = stdlib::mul(load<T>(x), load<T>(y));
       sum = stdlib::add(sum, product);
     }
   };
-  for (; count >= 4; count -= 4, a += 4 * a_step, b += 4 * b_step) {
-    add(0);
-    add(1);
-    add(2);
-    add(3);
+  // Four rounds at a time. What is left over comes first: nothing of a and b is needed behind the others.
+  for (; (count & 3u) != 0; --count, a += a_step, b += b_step) add(a, b);
+  for (; count != 0; count -= 4, a += 4 * a_step, b += 4 * b_step) {
+    add(a, b);
+    add(a + a_step, b + b_step);
+    add(a + 2 * a_step, b + 2 * b_step);
+    add(a + 3 * a_step, b + 3 * b_step);
   }
-  for (; count != 0; --count, a += a_step, b += b_step) add(0);
   if constexpr (std::is_floating_point_v<T>) {
     sum = stdlib::canonical(sum);
     product = stdlib::canonical(product);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <cstdlib>
 #include <cstring>
 #include <functional>
 #include <memory>
@@ -19,7 +20,10 @@ using core::TypeId;
 class CountedLoop {
  public:
   using Body = std::function<void(CountedLoop&)>;
-  CountedLoop(std::int32_t first, std::int32_t last, const Body& body, std::int32_t step = 1) {
+  /// What it counts from, to and by.
+  enum class Rounds : std::uint8_t { kConstant, kVariable };
+  CountedLoop(std::int32_t first, std::int32_t last, const Body& body, std::int32_t step = 1,
+              Rounds rounds = Rounds::kConstant) {
     std::vector<std::byte> numbers(400), fractions(400);
     for (int n = 0; n < 100; ++n) {
       const std::int32_t number = n * 7 % 31 - 9;
@@ -32,12 +36,15 @@ class CountedLoop {
     r = main.variable("r", b.array(real, 100), bytecode::FieldRole::kLocal, fractions);
     i = main.variable("i", dint);
     more = main.frame("more", b.boolean());
-    main.op(Opcode::kMove32, {i, number(first)});
+    const bool vary = rounds == Rounds::kVariable;
+    const Word limit = vary ? variable("last", last) : number(last);
+    const Word by = vary ? variable("by", std::abs(step)) : number(std::abs(step));
+    main.op(Opcode::kMove32, {i, vary ? variable("first", first) : number(first)});
     const std::uint32_t head = main.here();
     body(*this);
-    main.op(step > 0 ? Opcode::kLtI32 : Opcode::kGtI32, {more, i, number(last)});
+    main.op(step > 0 ? Opcode::kLtI32 : Opcode::kGtI32, {more, i, limit});
     const std::uint32_t out = main.jump(Opcode::kCondJump, {more});
-    main.op(step > 0 ? Opcode::kAdd32 : Opcode::kSub32, {i, i, number(step > 0 ? step : -step)});
+    main.op(step > 0 ? Opcode::kAdd32 : Opcode::kSub32, {i, i, by});
     main.op(Opcode::kLoopJump, {head});
     main.land(out);
     main.op(Opcode::kAdd32, {main.variable("behind", dint), i, number(1)});
@@ -69,6 +76,11 @@ class CountedLoop {
   /// Returns how many loops were runs.
   std::uint64_t run(std::uint32_t budget = 10'000) { return report(budget).loops; }
 
+  Word variable(const char* name, std::int32_t value) {
+    std::vector<std::byte> bytes(sizeof value);
+    std::memcpy(bytes.data(), &value, sizeof value);
+    return main.variable(name, dint, bytecode::FieldRole::kLocal, bytes);
+  }
   Word number(std::int32_t value) { return b.constant(TypeId::kDint, value); }
   Word temporary(TypeId id = TypeId::kDint) { return main.frame("t" + std::to_string(made_++), b.type(id)); }
   Word sum(Opcode op, Word a, Word c) {

@@ -76,6 +76,56 @@ TEST(LoopRuns, DownAndBySteps) {
   EXPECT_EQ(value_of(*three.arranged, "Main0.y[97]"), "0");
 }
 
+TEST(LoopRuns, RoundsOfConstantsAndOfVariables) {
+  struct Case {
+    std::int32_t first, last, step;
+    const char* behind;
+  };
+  // From all of the array to one round, and to limits that are behind already.
+  for (const Case& c : {Case{0, 99, 1, "100"}, Case{99, 0, -1, "1"}, Case{0, 97, 3, "100"}, Case{2, 9, 1, "10"},
+                        Case{9, 9, 1, "10"}, Case{9, 3, 1, "10"}, Case{3, 9, -1, "4"}, Case{90, 130, 1, "131"}}) {
+    for (const auto rounds : {CountedLoop::Rounds::kConstant, CountedLoop::Rounds::kVariable}) {
+      CountedLoop loop(
+          c.first, c.last, [](CountedLoop& l) { l.store_to(l.y, l.i, l.load_from(l.x, l.i)); }, c.step, rounds);
+      EXPECT_EQ(loop.run(), 1u);
+      EXPECT_EQ(value_of(*loop.arranged, "Main0.behind"), c.behind) << c.first << " to " << c.last;
+    }
+  }
+}
+
+TEST(LoopRuns, IndicesOfEveryKind) {
+  for (const auto rounds : {CountedLoop::Rounds::kConstant, CountedLoop::Rounds::kVariable}) {
+    CountedLoop loop(
+        0, 9,
+        [](CountedLoop& l) {
+          const std::uint32_t row = l.b.array(l.dint, 10), rows = l.b.array(row, 10);
+          std::vector<std::byte> numbers(400);
+          for (std::size_t n = 0; n < 100; ++n) numbers[n * 4] = static_cast<std::byte>(n);
+          const Word table = l.main.variable("table", rows, bytecode::FieldRole::kLocal, numbers);
+          const Word line = l.variable("line", 3);
+          const Word column = l.main.variable("column", l.b.type(TypeId::kInt), bytecode::FieldRole::kLocal,
+                                              {std::byte{6}, std::byte{0}});
+          const auto element = [&](Word first, Word second) {
+            const Word out = l.temporary();
+            l.main.path(Opcode::kLoadAt, {out, table, rows},
+                        {{bytecode::PathStep::kIndex, first}, {bytecode::PathStep::kIndex, second}});
+            return out;
+          };
+          Word total = l.sum(Opcode::kAdd32, element(line, l.i), element(l.i, column));
+          for (const Word other : {element(l.number(5), l.i), element(l.i, l.i), element(l.number(1), column),
+                                   l.load_from(l.x, l.sum(Opcode::kAdd32, l.i, line)), l.load_from(l.x, l.number(7)),
+                                   l.load_from(l.x, l.sum(Opcode::kMul32, l.i, l.number(11)))}) {
+            total = l.sum(Opcode::kAdd32, total, other);
+          }
+          l.store_to(l.y, l.i, total);
+        },
+        1, rounds);
+    EXPECT_EQ(loop.run(), 1u);
+    // 34 + 46 + 54 + 44 + 16, and x[7], x[7], x[44]: 9, 9, 20.
+    EXPECT_EQ(value_of(*loop.arranged, "Main0.y[4]"), "232");
+  }
+}
+
 TEST(LoopRuns, ValuesMoveDownButNotUp) {
   // In x[i] := x[i + 1] each round reads what the next one writes; in x[i] := x[i - 1] what the one before has written.
   CountedLoop shift(
