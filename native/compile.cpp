@@ -190,6 +190,7 @@ class TaskCompiler {
       asmjit::Label next;    ///< where its loop jump goes
       bool follows = false;  ///< what comes next
       bool goes_on = false;  ///< the round behind it is known to come: no comparison, no jump
+      bool in_group = false;
     };
     std::optional<Round> round{};  ///< that is being written
     [[nodiscard]] const InstructionFacts& of(const LinkedInstruction& instruction) const {
@@ -271,8 +272,7 @@ class TaskCompiler {
     s_.begin_rounds(compare, compare.operation.relation == Relation::kGt,
                     static_cast<std::int64_t>(*step) * (jumps - 1), jumps, fewer);
     for (std::size_t round = 1; round <= rounds; ++round) {
-      take_new_labels(inner, instructions, s_.label());
-      write_round(inner, instructions, {head, false, round < rounds});
+      write_round(inner, instructions, {head, false, round < rounds, true});
     }
     take_new_labels(inner, instructions, fewer);
     return true;
@@ -280,10 +280,13 @@ class TaskCompiler {
   void write_round(const Loop::Inner& inner, std::span<const LinkedInstruction> instructions, LoopCode::Round round) {
     loop_->round = std::move(round);
     for (std::size_t i = inner.first; i <= inner.last;) {
-      if (loop_->round->goes_on && (i == inner.last - 2 || i == inner.last)) {
-        land_at(instructions[i++]);
-      } else {
+      if (!loop_->round->in_group) {
         i = write_in_loop(instructions, i);
+      } else if (loop_->round->goes_on && (i == inner.last - 2 || i == inner.last)) {
+        ++i;
+      } else {
+        // Nobody jumps here: what is known of registers stays.
+        translate(instructions[i++]);
       }
     }
   }
@@ -490,6 +493,7 @@ class TaskCompiler {
   }
   void translate(const LinkedInstruction& linked, const Instruction& i) {
     const std::uint32_t* const w = i.words;
+    s_.begin(i);
     switch (i.operation.form) {
       case Form::kReturn:
         if (loop_) put_right(loop_->of(linked).end);

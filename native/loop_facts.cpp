@@ -663,12 +663,17 @@ void find_passed_elements(const LoopCode& code, const Loop& loop, LoopFacts& fac
     return std::any_of(accesses.begin(), accesses.end(),
                        [operand](const Access& access) { return access.operand == operand; });
   };
+  const auto is_inside = [](const Instruction& load, const Known& known) {
+    if (load.operation.form == Form::kLoadElement) return known.inside == 1;
+    constexpr std::uint32_t kFew = 8;
+    return load.operation.form == Form::kLoadPath && load.words[4] <= kFew && known.inside == (1u << load.words[4]) - 1;
+  };
   for (const Loop::Inner& inner : loop.inner) {
     if (!inner.counts) continue;
     for (std::size_t i = inner.first; i + 3 < inner.last; ++i) {
       const Instruction load = code.at(i), next = code.at(i + 1);
       Known& known = facts.instructions[i - code.first()].known;
-      if (load.operation.form != Form::kLoadElement || known.inside == 0 || !is_real(next.operation.type)) continue;
+      if (!is_inside(load, known) || !is_real(next.operation.type)) continue;
       const std::uint32_t element = load.words[1];
       const Form form = next.operation.form;
       const bool computes = form == Form::kAdd || form == Form::kSub || form == Form::kMul || form == Form::kDiv;

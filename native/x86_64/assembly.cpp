@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "native/machine_layout.h"
+#include "native/translate.h"
 
 namespace plc::native {
 
@@ -230,6 +231,69 @@ void Assembly::store_real(std::uint32_t operand, Type type, std::uint32_t from) 
   hold({operand, bytes_of(type), true, from});
 }
 
+// ---- rows
+
+namespace {
+constexpr std::uint32_t kRowRegisters[] = {reg::kSi, reg::kDi};
+}
+
+const Assembly::Row* Assembly::find_row(const Row& like) const {
+  const auto row = std::find_if(rows_.begin(), rows_.end(), [&like](const Row& r) { return r.is_like(like); });
+  return row == rows_.end() ? nullptr : &*row;
+}
+const Assembly::Row& Assembly::add_row(Row row) {
+  if (rows_.size() == std::size(kRowRegisters)) rows_.erase(rows_.begin());
+  row.reg = rows_.empty() || rows_[0].reg != kRowRegisters[0] ? kRowRegisters[0] : kRowRegisters[1];
+  rows_.push_back(row);
+  return rows_.back();
+}
+void Assembly::begin(const Instruction& instruction) {
+  switch (instruction.operation.form) {
+    case Form::kDiv:
+      if (is_real(instruction.operation.type)) return;
+      break;
+    case Form::kMove:
+    case Form::kLoadElement:
+    case Form::kStoreElement:
+    case Form::kLoadPath:
+    case Form::kStorePath:
+    case Form::kAdd:
+    case Form::kSub:
+    case Form::kMul:
+    case Form::kAnd:
+    case Form::kOr:
+    case Form::kXor:
+    case Form::kCompare:
+    case Form::kCompareJumpUnless:
+    case Form::kCompareJumpIf:
+      return;
+    default:
+      break;
+  }
+  forget_rows();
+}
+void Assembly::end(const Instruction& instruction) {
+  const Form form = instruction.operation.form;
+  if (rows_.empty() || form == Form::kStoreElement || form == Form::kStorePath) return;
+  const std::uint32_t* const w = instruction.words;
+  std::optional<std::int64_t> added;
+  if (form == Form::kAdd || form == Form::kSub) {
+    const unsigned unused = 64 - 8 * bytes_of(instruction.operation.type);
+    if (const auto number = w[1] == w[2] ? constant(w[3], bytes_of(instruction.operation.type)) : std::nullopt) {
+      added = static_cast<std::int64_t>(*number << unused) >> unused;
+      if (form == Form::kSub) added = -*added;
+    }
+  }
+  // An index that wraps is not in its array any more.
+  constexpr std::int64_t kFar = 1 << 14;
+  std::erase_if(rows_, [&](Row& row) {
+    if (row.operand != w[1]) return false;
+    if (!added || *added > kFar || *added < -kFar || row.count > kFar) return true;
+    row.ahead += *added;
+    return false;
+  });
+}
+
 // ---- loops
 
 void Assembly::enter_loop(const Loop& loop) {
@@ -325,6 +389,7 @@ bool Assembly::keeps(std::span<const std::uint32_t> written) const {
 void Assembly::begin_ways(std::span<const std::uint32_t> written) {
   auto copies = std::make_shared<Kept>(*kept_);
   forget();
+  forget_rows();  // copies lie where they do
   for (std::size_t n = 0; n < written.size(); ++n) {
     a.mov(gp(kCopies[n], 8), gp(*kept(written[n]), 8));
     for (Kept::Variable& variable : copies->variables) {

@@ -105,6 +105,29 @@ class Assembly final : public Emitter {
   /// sign bit. Loses rax then.
   void one_nan(std::uint32_t number, bool f32);
 
+  // ---- rows: in loops, where an element lies is known from the one before, if they differ in the last index or in
+  // what the loop counts
+  struct Row {
+    std::uint32_t base = 0;     ///< register that the distance of the array is from
+    std::uint32_t operand = 0;  ///< its index, a variable of the loop,
+    std::int64_t lower = 0;     ///< which begins with this,
+    std::uint32_t count = 0;    ///< has so many values,
+    std::uint32_t stride = 0;   ///< so many bytes apart
+    std::int64_t ahead = 0;     ///< so much was added to it since
+    std::uint32_t reg = 0;      ///< base + (index - lower) * stride, as the index was
+    [[nodiscard]] bool is_like(const Row& other) const {
+      return base == other.base && operand == other.operand && lower == other.lower && count == other.count &&
+             stride == other.stride;
+    }
+  };
+  [[nodiscard]] const Row* find_row(const Row& like) const;
+  /// The row has a register, whose value is still to be made.
+  const Row& add_row(Row row);
+  void forget_rows() { rows_.clear(); }
+  void begin(const Instruction& instruction) override;
+  /// The instruction has written what it writes: behind an instruction that leaves rows as they are.
+  void end(const Instruction& instruction);
+
   // ---- loops
   static constexpr bool kKeepsLoops = true;
   void enter_loop(const Loop& loop) override;
@@ -123,6 +146,10 @@ class Assembly final : public Emitter {
   void begin_body(bool counts_events) override;
   void leave_body(bool result) override;
   void leave_to_body(const asmjit::Label& body) override;
+  void bind(const asmjit::Label& label) override {
+    forget_rows();
+    Emitter::bind(label);
+  }
   void jump(const asmjit::Label& target) override;
   void jump_if(std::uint32_t operand, bool value, const asmjit::Label& target) override;
   void jump_if_result(bool value, const asmjit::Label& target) override;
@@ -151,6 +178,7 @@ class Assembly final : public Emitter {
   void store_if_not_equal(const x86::Mem& to, const asmjit::Operand& value);
 
   std::vector<OwedBit> owed_;
+  std::vector<Row> rows_;  ///< the one made last behind the other
   std::optional<std::pair<std::uint32_t, x86::Mem>> passed_;
   std::shared_ptr<const Kept> other_;   ///< registers of the second way
   std::vector<std::uint32_t> written_;  ///< by one of the two

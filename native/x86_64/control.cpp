@@ -133,16 +133,18 @@ void Assembly::begin_rounds(const Instruction& compare, bool down, std::int64_t 
   const unsigned bytes = bytes_of(type);
   const std::uint32_t control = compare.words[2], limit = compare.words[3];
   forget();
-  load_extended(reg::kAx, control, type);
+  const auto kept_control = bytes == 4 ? kept(control) : std::nullopt;
+  if (!kept_control) load_extended(reg::kAx, control, type);
+  const x86::Gp counted = gp(kept_control.value_or(reg::kAx), 4);
   const asmjit::Operand known = value(limit, bytes);
   const std::int64_t bound =
       known.isImm() ? known.as<asmjit::Imm>().value() + (down ? distance : -distance) : std::int64_t{0};
   if (known.isImm() && bound == static_cast<std::int32_t>(bound)) {
-    a.cmp(x86::eax, bound);
+    a.cmp(counted, bound);
     a.j(down ? x86::CondCode::kLE : x86::CondCode::kGE, fewer);
   } else {
     load_extended(reg::kCx, limit, type);
-    a.movsxd(x86::rax, x86::eax);
+    a.movsxd(x86::rax, counted);
     a.movsxd(x86::rcx, x86::ecx);
     a.sub(down ? x86::rax : x86::rcx, down ? x86::rcx : x86::rax);
     a.cmp(down ? x86::rax : x86::rcx, distance);
@@ -176,6 +178,7 @@ void Assembly::pass_result(unsigned argument) { a.movzx(gp(kArguments[argument],
 
 void Assembly::call_address(std::uint64_t address) {
   forget();
+  forget_rows();
   write_back();
   a.mov(x86::rax, address);
   a.call(x86::rax);

@@ -112,6 +112,37 @@ x86::Gp element_number(Assembly& s, const Index& index, bool inside, const asmji
   return element;
 }
 
+/// Where an element is whose indices are inside, and whose only one, or last one but one, a loop keeps: behind its row.
+/// Nothing for others. Uses rax, rcx and registers of rows.
+std::optional<x86::Mem> place_in_row(Assembly& s, std::uint32_t place, const Index& index, std::optional<Index> last,
+                                     unsigned bytes, const asmjit::Label& outside) {
+  if (!s.kept(index.operand) || (index.rep != core::Rep::kI16 && index.rep != core::Rep::kI32)) return std::nullopt;
+  if (last ? !last->shift() : index.shift().has_value()) return std::nullopt;
+  std::int32_t distance = 0;
+  const x86::Gp base = s.base(x86::rcx, place, distance);
+  if (base.id() == x86::rcx.id()) return std::nullopt;
+  const Assembly::Row like{base.id(), index.operand, index.lower, index.count, index.stride};
+  const Assembly::Row* row = s.find_row(like);
+  if (row == nullptr) {
+    row = &s.add_row(like);
+    const x86::Gp address = gp(row->reg, 8);
+    s.a.imul(address, element_number(s, index, true, outside), static_cast<std::int32_t>(index.stride));
+    s.a.add(address, base);
+    s.forget();
+  }
+  const std::int64_t ahead = distance + row->ahead * index.stride;
+  if (ahead != static_cast<std::int32_t>(ahead)) {
+    s.forget_rows();
+    return std::nullopt;
+  }
+  const x86::Gp address = gp(row->reg, 8);
+  std::optional<x86::Gp> element;
+  if (last) element = element_number(s, *last, true, outside);
+  s.forget();
+  if (!element) return x86::ptr(address, static_cast<std::int32_t>(ahead), bytes);
+  return x86::ptr(address, *element, *last->shift(), static_cast<std::int32_t>(ahead), bytes);
+}
+
 /// Words: the value, place, index (6) or path. Where the part is; else to `outside`. Uses rax, rcx and rsi.
 x86::Mem part_place(Assembly& s, const Instruction& i, unsigned bytes, const asmjit::Label& outside) {
   const bool is_path = i.operation.form == Form::kLoadPath || i.operation.form == Form::kStorePath;
@@ -119,8 +150,15 @@ x86::Mem part_place(Assembly& s, const Instruction& i, unsigned bytes, const asm
   const std::uint32_t count = is_path ? i.words[4] : 1;
   const std::uint32_t* words = i.words + (is_path ? 5 : 3);
   const auto inside = [&](std::uint32_t n) { return n < 32 && (i.known.inside >> n & 1) != 0; };
+  if (count <= 2 && inside(0) && inside(count - 1)) {
+    const auto last = count == 2 ? std::optional(Index(words + runtime::kIndexWords)) : std::nullopt;
+    if (const auto found = place_in_row(s, place, Index(words), last, bytes, outside)) return *found;
+  } else {
+    s.forget_rows();  // an event is raised by a call
+  }
   bool far = false;  // rsi holds a distance
   const auto add = [&](const x86::Gp& element, std::uint32_t stride) {
+    s.forget_rows();
     s.a.imul(far ? x86::rax : x86::rsi, element, static_cast<std::int32_t>(stride));
     if (far) s.a.add(x86::rsi, x86::rax);
     far = true;
@@ -190,7 +228,8 @@ void store_part(Assembly& s, const Instruction& i) {
   } else {
     s.a.mov(part, gp(from, bytes));
   }
-  s.land(done);  // any variable may be an element
+  s.forget();  // any variable may be an element
+  s.a.bind(done);
   s.aside([&s, outside, done, position = i.position] {
     s.a.bind(outside);
     s.raise(position, static_cast<int>(Event::kBadIndex));

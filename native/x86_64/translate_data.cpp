@@ -235,6 +235,7 @@ x86::CondCode compare_reals(Assembly& s, const Instruction& i) {
   const std::uint32_t left = s.in_register(x, type).value_or(fresh_real(s));
   s.load_real(left, x, type);
   compare_reals(s, x86::xmm(left), right, f32);
+  s.forget();  // ax and cx get flags, stored or not
   x86::CondCode code = x86::CondCode::kNZ;
   switch (relation) {
     case Relation::kEq:
@@ -337,7 +338,9 @@ void range(Assembly& s, const Instruction& i) {
 
 }  // namespace
 
-void translate_data(Assembly& s, const Instruction& i) {
+namespace {
+
+void translate(Assembly& s, const Instruction& i) {
   switch (i.operation.form) {
     case Form::kMove:
       return move(s, i);
@@ -371,6 +374,13 @@ void translate_data(Assembly& s, const Instruction& i) {
     default:
       return store_part(s, i);
   }
+}
+
+}  // namespace
+
+void translate_data(Assembly& s, const Instruction& i) {
+  translate(s, i);
+  s.end(i);
 }
 
 void translate_compare(Assembly& s, const Instruction& i) { compare(s, i); }

@@ -240,24 +240,25 @@ TEST(LoopFacts, AResultThatSomebodyReadsIsStored) {
 }
 
 /// Loops in loops made from a seed: indices in and out of their arrays, reals that are computed, moved, stored and
-/// compared, ways past and out of all that.
+/// compared, ways past and out of all that. Integers are DINT, or INT in one program of four.
 class RandomLoops {
  public:
-  explicit RandomLoops(std::uint64_t seed) : random_(seed) {
+  explicit RandomLoops(std::uint64_t seed) : random_(seed), narrow_(seed % 4 == 0) {
     for (int k = 0; k < 3; ++k) {
-      counters_.push_back(main.variable("i" + std::to_string(k), dint_));
-      sums_.push_back(main.variable("n" + std::to_string(k), dint_));
+      counters_.push_back(main.variable("i" + std::to_string(k), integer_));
+      sums_.push_back(main.variable("n" + std::to_string(k), integer_));
     }
     for (int k = 0; k < 4; ++k) reals_.push_back(main.variable("r" + std::to_string(k), real_));
     for (int k = 0; k < 3; ++k) reals_.push_back(main.frame("t" + std::to_string(k), real_));
-    words_ = (3 + 3 + 4) + 10 + 36;
+    words_ = (3 + 3) / (narrow_ ? 2 : 1) + 4 + 10 + 36 + 15;
     list_ = main.variable("list", list_type_);
     square_ = main.variable("square", square_type_);
+    points_ = main.variable("points", points_type_);
     seen_ = main.variable("seen", real_);
-    index_ = main.frame("index", dint_);
+    index_ = main.frame("index", integer_);
     more_ = main.frame("more", b.boolean());
     const int loops = between(1, 3);
-    for (int k = 0; k < loops; ++k) loop(0);
+    for (int k = 0; k < loops; ++k) loop(0, one_in(4));
   }
   [[nodiscard]] std::size_t words() const { return words_; }
 
@@ -270,42 +271,89 @@ class RandomLoops {
   Word of(const std::vector<Word>& some) {
     return some[static_cast<std::size_t>(between(0, static_cast<int>(some.size()) - 1))];
   }
-  Word number(std::int32_t value) { return b.constant(TypeId::kDint, value); }
-  Word integer() { return one_in(3) ? number(between(-2, 12)) : of(one_in(2) ? counters_ : sums_); }
+  Word number(std::int16_t value) {
+    return narrow_ ? b.constant(TypeId::kInt, value) : b.constant(TypeId::kDint, std::int32_t{value});
+  }
+  Word number_between(int least, int most) { return number(static_cast<std::int16_t>(between(least, most))); }
+  [[nodiscard]] Opcode of_width(Opcode narrow, Opcode wide) const { return narrow_ ? narrow : wide; }
+  Opcode add_or_subtract() {
+    return one_in(2) ? of_width(Opcode::kAdd16, Opcode::kAdd32) : of_width(Opcode::kSub16, Opcode::kSub32);
+  }
+  Word integer() { return one_in(3) ? number_between(-2, 12) : of(one_in(2) ? counters_ : sums_); }
   Word index() {
     if (one_in(3)) return of(counters_);
-    main.op(one_in(2) ? Opcode::kAdd32 : Opcode::kSub32, {index_, of(counters_), integer()});
+    main.op(add_or_subtract(), {index_, of(counters_), integer()});
     return index_;
   }
   void compare() {
     static constexpr Opcode kIntegers[] = {Opcode::kLtI32, Opcode::kLeI32, Opcode::kGtI32,
                                            Opcode::kGeI32, Opcode::kEq32,  Opcode::kNe32};
+    static constexpr Opcode kNarrow[] = {Opcode::kLtI16, Opcode::kLeI16, Opcode::kGtI16,
+                                         Opcode::kGeI16, Opcode::kEq16,  Opcode::kNe16};
     static constexpr Opcode kReals[] = {Opcode::kLtF32, Opcode::kGeF32, Opcode::kEqF32, Opcode::kNeF32};
     if (one_in(3)) {
       main.op(kReals[between(0, 3)], {more_, of(reals_), of(reals_)});
     } else {
-      main.op(kIntegers[between(0, 5)], {more_, of(one_in(2) ? counters_ : sums_), integer()});
+      main.op((narrow_ ? kNarrow : kIntegers)[between(0, 5)], {more_, of(one_in(2) ? counters_ : sums_), integer()});
     }
   }
-  void loop(std::size_t depth) {
+  /// `straight`: nothing but arithmetic and elements, most of which are inside.
+  void loop(std::size_t depth, bool straight = false) {
     const Word i = counters_[depth];
-    main.op(Opcode::kMove32, {i, one_in(6) ? of(sums_) : number(between(-1, 2))});
+    const Word first = one_in(straight ? 20 : 6) ? of(sums_) : straight ? number_between(0, 2) : number_between(-1, 2);
+    main.op(of_width(Opcode::kMove16, Opcode::kMove32), {i, first});
     const std::uint32_t head = main.here();
     exits_.emplace_back();
-    const int statements = between(1, 5);
-    for (int k = 0; k < statements; ++k) statement(depth);
-    main.op(Opcode::kLtI32, {more_, i, one_in(5) ? of(sums_) : number(between(3, 10))});
+    const int statements = between(1, straight ? 4 : 5);
+    for (int k = 0; k < statements; ++k) straight ? straight_statement() : statement(depth);
+    const Word last = one_in(straight ? 20 : 5) ? of(sums_) : straight ? number_between(3, 5) : number_between(3, 10);
+    main.op(of_width(Opcode::kLtI16, Opcode::kLtI32), {more_, i, last});
     const std::uint32_t out = main.jump(Opcode::kCondJump, {more_});
-    main.op(Opcode::kAdd32, {i, i, number(between(1, 3))});
+    main.op(of_width(Opcode::kAdd16, Opcode::kAdd32), {i, i, number_between(1, straight && one_in(2) ? 1 : 3)});
     main.op(Opcode::kLoopJump, {head});
     main.land(out);
     for (const std::uint32_t exit : exits_.back()) main.land(exit);
     exits_.pop_back();
   }
+  void straight_statement() {
+    static constexpr Opcode kArithmetic[] = {Opcode::kAddF32, Opcode::kSubF32, Opcode::kMulF32, Opcode::kDivF32};
+    using bytecode::PathStep;
+    switch (between(0, 9)) {
+      case 0:
+      case 1:
+        main.op(kArithmetic[between(0, 3)], {of(reals_), of(reals_), of(reals_)});
+        break;
+      case 2:
+        if (one_in(2)) {
+          main.op(of_width(Opcode::kMove16, Opcode::kMove32), {of(counters_), number_between(0, 4)});
+        } else {
+          main.op(add_or_subtract(), {of(one_in(3) ? counters_ : sums_), of(counters_), integer()});
+        }
+        break;
+      case 3:
+        part(list_, list_type_, {{PathStep::kIndex, index()}});
+        break;
+      case 4:
+      case 5:
+        part(points_, points_type_,
+             {{PathStep::kIndex, of(counters_)}, {PathStep::kElement, static_cast<std::uint32_t>(between(0, 2))}});
+        break;
+      default:
+        part(square_, square_type_,
+             {{PathStep::kIndex, of(counters_)}, {PathStep::kIndex, one_in(4) ? index() : of(counters_)}});
+    }
+  }
+  void part(Word array, std::uint32_t type, const std::vector<PouBuilder::Step>& steps) {
+    if (one_in(2)) {
+      main.path(Opcode::kLoadAt, {of(reals_), array, type}, steps);
+    } else {
+      main.path(Opcode::kStoreAt, {array, of(reals_), type}, steps);
+    }
+  }
   void statement(std::size_t depth) {
     static constexpr Opcode kArithmetic[] = {Opcode::kAddF32, Opcode::kSubF32, Opcode::kMulF32, Opcode::kDivF32};
     using bytecode::PathStep;
-    switch (between(0, 13)) {
+    switch (between(0, 14)) {
       case 0:
       case 1:
       case 2:
@@ -318,9 +366,13 @@ class RandomLoops {
         main.path(Opcode::kStoreAt, {list_, of(reals_), list_type_}, {{PathStep::kIndex, index()}});
         break;
       case 5:
-        main.path(Opcode::kLoadAt, {of(reals_), square_, square_type_},
-                  {{PathStep::kIndex, of(counters_)}, {PathStep::kIndex, index()}});
+        part(square_, square_type_, {{PathStep::kIndex, of(counters_)}, {PathStep::kIndex, index()}});
         break;
+      case 14: {
+        const std::uint32_t coordinate = static_cast<std::uint32_t>(between(0, 2));
+        part(points_, points_type_, {{PathStep::kIndex, of(counters_)}, {PathStep::kElement, coordinate}});
+        break;
+      }
       case 6:
         main.op(Opcode::kMoveF32, {of(reals_), one_in(2) ? of(reals_) : b.constant(TypeId::kReal, 0.5f)});
         break;
@@ -328,10 +380,12 @@ class RandomLoops {
         main.op(Opcode::kMoveF32, {seen_, of(reals_)});
         break;
       case 8:
-        main.op(one_in(2) ? Opcode::kAdd32 : Opcode::kSub32, {of(sums_), of(sums_), integer()});
+        main.op(add_or_subtract(), {of(sums_), of(sums_), integer()});
         break;
       case 9:
-        if (one_in(6)) main.op(Opcode::kAdd32, {of(counters_), of(counters_), number(between(1, 2))});
+        if (one_in(6)) {
+          main.op(of_width(Opcode::kAdd16, Opcode::kAdd32), {of(counters_), of(counters_), number_between(1, 2)});
+        }
         break;
       case 10: {
         compare();
@@ -354,23 +408,25 @@ class RandomLoops {
         if (one_in(2)) {
           main.call_std("SQRT:REAL", of(reals_), {of(reals_)});
         } else {
-          main.call_std("REAL_TO_DINT:REAL,DINT", of(sums_), {of(reals_)});
+          main.call_std(narrow_ ? "REAL_TO_INT:REAL,INT" : "REAL_TO_DINT:REAL,DINT", of(sums_), {of(reals_)});
         }
         break;
       default:
-        if (depth < 2) loop(depth + 1);
+        if (depth < 2) loop(depth + 1, one_in(2));
         break;
     }
   }
 
   std::mt19937_64 random_;
   std::uint32_t real_ = b.type(TypeId::kReal);
-  std::uint32_t dint_ = b.type(TypeId::kDint);
+  bool narrow_;
+  std::uint32_t integer_ = b.type(narrow_ ? TypeId::kInt : TypeId::kDint);
   std::uint32_t list_type_ = b.array(real_, 10, -1);
   std::uint32_t row_type_ = b.array(real_, 6);
   std::uint32_t square_type_ = b.array(row_type_, 6);
+  std::uint32_t points_type_ = b.array(b.array(real_, 3), 5);
   std::vector<Word> counters_, sums_, reals_;
-  Word list_ = 0, square_ = 0, seen_ = 0, index_ = 0, more_ = 0;
+  Word list_ = 0, square_ = 0, points_ = 0, seen_ = 0, index_ = 0, more_ = 0;
   std::size_t words_ = 0;
   std::vector<std::vector<std::uint32_t>> exits_;  ///< jumps out of each loop
 };
@@ -378,7 +434,7 @@ class RandomLoops {
 TEST(LoopFacts, RandomLoopsLeaveTheSameTables) {
   static constexpr std::uint32_t kWords[] = {0,           1,           3,           0xffffffffu, 0x3f800000u,
                                              0x7f800000u, 0x7fc00000u, kStrangeNan, 0x7f800001u, 0xc0490fdbu};
-  for (std::uint64_t seed = 1; seed <= 400; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 2000; ++seed) {
     RandomLoops loops(seed);
     std::mt19937_64 random(seed);
     const auto engines = load(loops.b, loops.main, static_cast<std::uint32_t>(20 + random() % 2000));

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstring>
 #include <functional>
@@ -330,29 +331,39 @@ TEST(Footprint, PartsBehindSeveralIndicesEndWithTheLastOne) {
   FAIL() << "no LoadPath32";
 }
 
-/// A nested loop of more variables than there are registers: `copy` := `counts`, whose register is the loop's, and then
-/// a result that needs a register for itself.
-void copy_then_compute(Opcode move, Opcode subtract, TypeId type, std::vector<std::byte> step) {
-  ImageBuilder b;
-  PouBuilder main = b.pou("Main", PouKind::kProgram);
-  const std::uint32_t number = b.type(type);
-  std::vector<Word> more;
-  for (int n = 0; n < 20; ++n) more.push_back(main.variable("more" + std::to_string(n), number));
-  const Word counts = main.variable("counts", number, FieldRole::kLocal, std::move(step));
-  const Word copy = main.variable("copy", number), result = main.variable("result", number);
+/// In a loop: what `body` adds, which may leave the loop, and a loop of so many numbers that variables which are used
+/// less have no registers left. Ends with the budget.
+std::unique_ptr<Engines> load_crowded(ImageBuilder& b, PouBuilder& main, TypeId type, Opcode subtract, Word step,
+                                      const std::function<std::vector<std::uint32_t>(const std::vector<Word>&)>& body) {
+  std::vector<Word> numbers;
+  for (int n = 0; n < 20; ++n) numbers.push_back(main.variable("number" + std::to_string(n), b.type(type)));
   const Word going = main.variable("going", b.boolean());
   const std::uint32_t outer = main.here();
-  main.op(move, {copy, counts});
-  main.op(subtract, {result, copy, more[0]});
+  const std::vector<std::uint32_t> exits = body(numbers);
   const std::uint32_t inner = main.here();
   for (int round = 0; round < 2; ++round) {
-    for (const Word word : more) main.op(subtract, {word, word, counts});
+    for (const Word number : numbers) main.op(subtract, {number, number, step});
   }
   const std::uint32_t out = main.jump(Opcode::kCondJump, {going});
   main.op(Opcode::kLoopJump, {inner});
   main.land(out);
   main.op(Opcode::kLoopJump, {outer});
-  const auto engines = load(b, main, 5);
+  for (const std::uint32_t exit : exits) main.land(exit);
+  return load(b, main, 5);
+}
+
+/// `copy` := `counts`, whose register is the loop's, and then a result that needs a register for itself.
+void copy_then_compute(Opcode move, Opcode subtract, TypeId type, std::vector<std::byte> step) {
+  ImageBuilder b;
+  PouBuilder main = b.pou("Main", PouKind::kProgram);
+  const std::uint32_t number = b.type(type);
+  const Word counts = main.variable("counts", number, FieldRole::kLocal, std::move(step));
+  const Word copy = main.variable("copy", number), result = main.variable("result", number);
+  const auto engines = load_crowded(b, main, type, subtract, counts, [&](const std::vector<Word>& numbers) {
+    main.op(move, {copy, counts});
+    main.op(subtract, {result, copy, numbers[0]});
+    return std::vector<std::uint32_t>{};
+  });
   ASSERT_NE(engines, nullptr);
   for (int scan = 1; scan <= 3; ++scan) EXPECT_EQ(engines->scan(scan * kPeriodNs), "");
 }
@@ -362,6 +373,143 @@ TEST(Loops, ACopyDoesNotLendTheRegisterOfWhatItCopies) {
   copy_then_compute(Opcode::kMove32, Opcode::kSub32, TypeId::kDint, bytes_of(std::int32_t{3}));
   copy_then_compute(Opcode::kMoveF64, Opcode::kSubF64, TypeId::kLreal, bytes_of(3.0));
   copy_then_compute(Opcode::kMoveF32, Opcode::kSubF32, TypeId::kReal, bytes_of(3.0f));
+}
+
+TEST(Loops, AComparisonOfRealsLosesWhatIsHeld) {
+  // WHILE x = y AND i < n: n has just been made 0, in a register that the first comparison needs.
+  ImageBuilder b;
+  PouBuilder main = b.pou("Main", PouKind::kProgram);
+  const std::uint32_t dint = b.type(TypeId::kDint), real = b.type(TypeId::kReal);
+  const Word i = main.variable("i", dint), n = main.variable("n", dint);
+  const Word x = main.variable("x", real), y = main.variable("y", real);
+  const Word more = main.frame("more", b.boolean());
+  const Word step = b.constant(TypeId::kDint, std::int32_t{1});
+  const auto engines = load_crowded(b, main, TypeId::kDint, Opcode::kSub32, step, [&](const std::vector<Word>& of) {
+    main.op(Opcode::kSub32, {n, of[0], of[1]});
+    main.op(Opcode::kEqF32, {more, x, y});
+    const std::uint32_t other = main.jump(Opcode::kCondJump, {more});
+    main.op(Opcode::kLtI32, {more, i, n});
+    return std::vector{other, main.jump(Opcode::kCondJump, {more})};
+  });
+  ASSERT_NE(engines, nullptr);
+  EXPECT_EQ(engines->scan(kPeriodNs), "");
+  EXPECT_FALSE(engines->fault());
+}
+
+/// x and y: ARRAY [0..11, 0..11] of numbers.
+struct Matrices {
+  Matrices() {
+    std::array<float, 144> numbers{};
+    for (int n = 0; n < 144; ++n) numbers[static_cast<std::size_t>(n)] = static_cast<float>(n * n % 37 - 11) / 4;
+    x = main.variable("x", rows, FieldRole::kLocal, bytes_of(numbers));
+    y = main.variable("y", rows, FieldRole::kLocal, bytes_of(numbers));
+  }
+  Word number(std::int32_t value) { return b.constant(TypeId::kDint, value); }
+  void load(Word value, Word array, Word first, Word second) {
+    main.path(Opcode::kLoadAt, {value, array, rows},
+              {{bytecode::PathStep::kIndex, first}, {bytecode::PathStep::kIndex, second}});
+  }
+  void store(Word array, Word value, Word first, Word second) {
+    main.path(Opcode::kStoreAt, {array, value, rows},
+              {{bytecode::PathStep::kIndex, first}, {bytecode::PathStep::kIndex, second}});
+  }
+  void for_each(Word counter, std::int32_t last, std::int32_t step, const std::function<void()>& inside) {
+    main.op(Opcode::kMove32, {counter, number(0)});
+    const std::uint32_t head = main.here();
+    inside();
+    main.op(Opcode::kLtI32, {more, counter, number(last)});
+    const std::uint32_t out = main.jump(Opcode::kCondJump, {more});
+    main.op(Opcode::kAdd32, {counter, counter, number(step)});
+    main.op(Opcode::kLoopJump, {head});
+    main.land(out);
+  }
+  void run() {
+    const auto engines = plc::test::load(b, main, 100'000);
+    ASSERT_NE(engines, nullptr);
+    for (int scan = 0; scan < 2; ++scan) EXPECT_EQ(engines->scan(scan * kPeriodNs), "");
+    EXPECT_FALSE(engines->fault());
+  }
+
+  ImageBuilder b;
+  PouBuilder main = b.pou("Main", PouKind::kProgram);
+  std::uint32_t dint = b.type(TypeId::kDint), real = b.type(TypeId::kReal);
+  std::uint32_t row = b.array(real, 12), rows = b.array(row, 12);
+  Word x = 0, y = 0, z = main.variable("z", rows);
+  Word i = main.variable("i", dint), j = main.variable("j", dint), k = main.variable("k", dint);
+  Word f = main.frame("f", real), g = main.frame("g", real), more = main.frame("more", b.boolean());
+};
+
+TEST(Loops, AProductOfMatrices) {
+  // Rows of one by what the loop counts, of the other by what it does not change.
+  for (const std::int32_t step : {1, 2, 3}) {
+    Matrices m;
+    const Word sum = m.main.variable("sum", m.real);
+    m.for_each(m.i, 11, 1, [&] {
+      m.for_each(m.j, 11, 1, [&] {
+        m.main.op(Opcode::kMoveF32, {sum, m.b.constant(TypeId::kReal, 0.5f)});
+        m.for_each(m.k, 11 / step * step, step, [&] {
+          m.load(m.f, m.x, m.i, m.k);
+          m.load(m.g, m.y, m.k, m.j);
+          m.main.op(Opcode::kMulF32, {m.f, m.f, m.g});
+          m.main.op(Opcode::kAddF32, {sum, sum, m.f});
+        });
+        m.store(m.z, sum, m.i, m.j);
+      });
+    });
+    m.run();
+  }
+}
+
+TEST(Loops, ARowIsAnotherOneWhenItsIndexIs) {
+  // x[i, k], and the same where i has become something else, and where it is what it was.
+  for (const std::int32_t added : {-1, 1, 2}) {
+    Matrices m;
+    const Word was = m.main.variable("was", m.dint);
+    m.for_each(m.k, 11, 1, [&] {
+      const auto swap = [&](Word array) {
+        m.load(m.f, array, m.i, m.k);
+        m.store(m.z, m.f, m.k, m.i);
+      };
+      m.main.op(Opcode::kMove32, {m.i, m.number(3)});
+      swap(m.x);
+      m.main.op(Opcode::kAdd32, {m.i, m.i, m.number(added)});
+      swap(m.x);
+      m.main.op(Opcode::kSub32, {m.i, m.i, m.number(added)});
+      swap(m.y);
+      m.main.op(Opcode::kMove32, {m.i, m.number(9)});
+      swap(m.x);
+      m.main.op(Opcode::kMove32, {was, m.i});
+      m.main.op(Opcode::kMove32, {m.i, was});
+      swap(m.y);
+    });
+    m.run();
+  }
+}
+
+TEST(Loops, AnAddressOfARowLosesWhatIsHeld) {
+  // x[i, n]: n is held, in one of two registers, where the address of row i is made, since i has only 16 bits.
+  for (const bool other_register : {false, true}) {
+    Matrices m;
+    const std::uint32_t integer = m.b.type(TypeId::kInt);
+    const Word i = m.main.variable("small", integer);
+    const Word n = m.main.frame("n", integer), t = m.main.frame("t", integer);
+    const auto number = [&m](std::int16_t value) { return m.b.constant(TypeId::kInt, value); };
+    m.main.op(Opcode::kMove16, {i, number(0)});
+    const std::uint32_t head = m.main.here();
+    for (int other = 0; other < 5; ++other) {  // they use up registers
+      const Word variable = m.main.variable("other" + std::to_string(other), integer);
+      for (int time = 0; time < 3; ++time) m.main.op(Opcode::kAdd16, {variable, variable, i});
+    }
+    if (other_register) m.main.op(Opcode::kAdd16, {t, i, number(5)});
+    m.main.op(Opcode::kAdd16, {n, i, number(1)});
+    m.load(m.g, m.x, i, n);
+    m.main.op(Opcode::kLtI16, {m.more, i, number(10)});
+    const std::uint32_t out = m.main.jump(Opcode::kCondJump, {m.more});
+    m.main.op(Opcode::kAdd16, {i, i, number(1)});
+    m.main.op(Opcode::kLoopJump, {head});
+    m.main.land(out);
+    m.run();
+  }
 }
 
 }  // namespace
