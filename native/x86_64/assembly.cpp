@@ -248,6 +248,7 @@ const Assembly::Row& Assembly::add_row(Row row) {
   return rows_.back();
 }
 void Assembly::begin(const Instruction& instruction) {
+  // Those with code that leaves the registers of rows alone, and whose rare cases do not call.
   switch (instruction.operation.form) {
     case Form::kDiv:
       if (is_real(instruction.operation.type)) return;
@@ -284,13 +285,12 @@ void Assembly::end(const Instruction& instruction) {
       if (form == Form::kSub) added = -*added;
     }
   }
-  // An index that wraps is not in its array any more.
+  // So near that an index of 16 bits that wraps is not in its array any more.
   constexpr std::int64_t kFar = 1 << 14;
   std::erase_if(rows_, [&](Row& row) {
     if (row.operand != w[1]) return false;
-    if (!added || *added > kFar || *added < -kFar || row.count > kFar) return true;
-    row.ahead += *added;
-    return false;
+    row.ahead += added.value_or(0);
+    return !added || row.ahead > kFar || row.ahead < -kFar || row.count > kFar;
   });
 }
 

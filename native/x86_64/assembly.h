@@ -2,9 +2,9 @@
 //
 // In: what the compiler and the translators (translate_*.cpp) want done. Out: instructions. Registers: rbx = machine,
 // r13 = the instance in bodies with several, r14 = events at the last CLEAR_EVENT in bodies with ENO; in loops, rbp, r8
-// to r12, r15 and xmm2 to xmm15 are the loop's; all others are free between instructions. Variables are named by their
-// distance from the code (rip), never through a base register: twice as fast on the processors measured. Does not
-// belong here: what instructions mean.
+// to r12, r15 and xmm2 to xmm15 are the loop's, and rsi and rdi may hold addresses of rows (below); all others are free
+// between instructions. Variables are named by their distance from the code (rip), never through a base register: twice
+// as fast on the processors measured. Does not belong here: what instructions mean.
 #pragma once
 
 #include <asmjit/x86.h>
@@ -146,6 +146,7 @@ class Assembly final : public Emitter {
   void begin_body(bool counts_events) override;
   void leave_body(bool result) override;
   void leave_to_body(const asmjit::Label& body) override;
+  /// Others may come here, in whose registers are other rows.
   void bind(const asmjit::Label& label) override {
     forget_rows();
     Emitter::bind(label);

@@ -112,6 +112,18 @@ x86::Gp element_number(Assembly& s, const Index& index, bool inside, const asmji
   return element;
 }
 
+bool is_path(const Instruction& i) {
+  return i.operation.form == Form::kLoadPath || i.operation.form == Form::kStorePath;
+}
+bool is_inside(const Instruction& i, std::uint32_t index) { return index < 32 && (i.known.inside >> index & 1) != 0; }
+/// No index can leave its array.
+bool is_inside(const Instruction& i) {
+  for (std::uint32_t index = 0; index < (is_path(i) ? i.words[4] : 1); ++index) {
+    if (!is_inside(i, index)) return false;
+  }
+  return true;
+}
+
 /// Where an element is whose indices are inside, and whose only one, or last one but one, a loop keeps: behind its row.
 /// Nothing for others. Uses rax, rcx and registers of rows.
 std::optional<x86::Mem> place_in_row(Assembly& s, std::uint32_t place, const Index& index, std::optional<Index> last,
@@ -145,16 +157,15 @@ std::optional<x86::Mem> place_in_row(Assembly& s, std::uint32_t place, const Ind
 
 /// Words: the value, place, index (6) or path. Where the part is; else to `outside`. Uses rax, rcx and rsi.
 x86::Mem part_place(Assembly& s, const Instruction& i, unsigned bytes, const asmjit::Label& outside) {
-  const bool is_path = i.operation.form == Form::kLoadPath || i.operation.form == Form::kStorePath;
-  const std::uint32_t place = i.words[2] + (is_path ? i.words[3] : 0);
-  const std::uint32_t count = is_path ? i.words[4] : 1;
-  const std::uint32_t* words = i.words + (is_path ? 5 : 3);
-  const auto inside = [&](std::uint32_t n) { return n < 32 && (i.known.inside >> n & 1) != 0; };
-  if (count <= 2 && inside(0) && inside(count - 1)) {
+  const bool path = is_path(i);
+  const std::uint32_t place = i.words[2] + (path ? i.words[3] : 0);
+  const std::uint32_t count = path ? i.words[4] : 1;
+  const std::uint32_t* words = i.words + (path ? 5 : 3);
+  if (!is_inside(i)) {
+    s.forget_rows();  // an event is raised by a call
+  } else if (count <= 2) {
     const auto last = count == 2 ? std::optional(Index(words + runtime::kIndexWords)) : std::nullopt;
     if (const auto found = place_in_row(s, place, Index(words), last, bytes, outside)) return *found;
-  } else {
-    s.forget_rows();  // an event is raised by a call
   }
   bool far = false;  // rsi holds a distance
   const auto add = [&](const x86::Gp& element, std::uint32_t stride) {
@@ -165,11 +176,11 @@ x86::Mem part_place(Assembly& s, const Instruction& i, unsigned bytes, const asm
   };
   for (std::uint32_t n = 0; n + 1 < count; ++n, words += runtime::kIndexWords) {
     const Index index(words);
-    add(element_number(s, index, inside(n), outside), index.stride);
+    add(element_number(s, index, is_inside(i, n), outside), index.stride);
     s.forget();
   }
   const Index last(words);
-  const x86::Gp element = element_number(s, last, inside(count - 1), outside);
+  const x86::Gp element = element_number(s, last, is_inside(i, count - 1), outside);
   s.forget();
   const auto shift = last.shift();
   if (!shift) add(element, last.stride);
@@ -200,16 +211,18 @@ void load_part(Assembly& s, const Instruction& i) {
     s.a.mov(gp(to, bytes), part);
   }
   s.a.bind(done);
-  s.aside([&s, outside, done, position = i.position, real, to] {
-    s.a.bind(outside);
-    s.raise(position, static_cast<int>(Event::kBadIndex));
-    if (real) {
-      s.a.xorps(x86::xmm(*real), x86::xmm(*real));
-    } else {
-      s.a.xor_(gp(to, 4), gp(to, 4));
-    }
-    s.a.jmp(done);
-  });
+  if (!is_inside(i)) {
+    s.aside([&s, outside, done, position = i.position, real, to] {
+      s.a.bind(outside);
+      s.raise(position, static_cast<int>(Event::kBadIndex));
+      if (real) {
+        s.a.xorps(x86::xmm(*real), x86::xmm(*real));
+      } else {
+        s.a.xor_(gp(to, 4), gp(to, 4));
+      }
+      s.a.jmp(done);
+    });
+  }
   if (!real) s.store(out, bytes, to);
 }
 
@@ -230,6 +243,7 @@ void store_part(Assembly& s, const Instruction& i) {
   }
   s.forget();  // any variable may be an element
   s.a.bind(done);
+  if (is_inside(i)) return;
   s.aside([&s, outside, done, position = i.position] {
     s.a.bind(outside);
     s.raise(position, static_cast<int>(Event::kBadIndex));

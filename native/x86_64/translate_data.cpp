@@ -336,10 +336,6 @@ void range(Assembly& s, const Instruction& i) {
   s.store(i.words[1], bytes, reg::kAx);
 }
 
-}  // namespace
-
-namespace {
-
 void translate(Assembly& s, const Instruction& i) {
   switch (i.operation.form) {
     case Form::kMove:
