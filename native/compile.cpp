@@ -461,7 +461,8 @@ class TaskCompiler {
     if (loop_) {
       for (const RoughReal& real : loop_->of(instruction).before) s_.make_one_nan(real.operand, real.type);
     }
-    find_ports(i, std::span(&instruction + 1, linked_.instructions.data() + linked_.instructions.size()));
+    // A block behind a loop finds its ports in the table.
+    if (!loop_) find_ports(i, std::span(&instruction + 1, linked_.instructions.data() + linked_.instructions.size()));
     translate(instruction, i);
   }
   /// The ports of the block of the library that runs soon behind the instruction.

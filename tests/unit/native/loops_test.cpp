@@ -396,6 +396,27 @@ TEST(Loops, AComparisonOfRealsLosesWhatIsHeld) {
   EXPECT_FALSE(engines->fault());
 }
 
+TEST(Loops, APortOfTheBlockBehindOneIsAVariableOfIt) {
+  ImageBuilder b;
+  PouBuilder main = b.pou("Main", PouKind::kProgram);
+  const std::uint32_t boolean = b.boolean(), dint = b.type(TypeId::kDint);
+  const Word block = main.variable("rs", b.block_type("RS")), n = main.variable("n", dint);
+  const Word set = block;  // its first port
+  const Word more = main.frame("more", boolean);
+  const std::uint32_t head = main.here();
+  main.op(Opcode::kLtI32, {more, n, b.constant(TypeId::kDint, std::int32_t{5})});
+  const std::uint32_t out = main.jump(Opcode::kCondJump, {more});
+  main.op(Opcode::kAdd32, {n, n, b.constant(TypeId::kDint, std::int32_t{1})});
+  main.op(Opcode::kMoveBool, {set, b.constant(TypeId::kBool, std::uint8_t{1})});
+  main.op(Opcode::kLoopJump, {head});
+  main.land(out);
+  main.op(Opcode::kRunTb, {b.block("RS"), block});
+  const auto engines = load(b, main);
+  ASSERT_NE(engines, nullptr);
+  ASSERT_EQ(loops_of(*engines).size(), 1u);
+  EXPECT_EQ(engines->scan(kPeriodNs), "");
+}
+
 /// x and y: ARRAY [0..11, 0..11] of numbers.
 struct Matrices {
   Matrices() {
