@@ -263,8 +263,9 @@ void timer(Assembly& s, const Ports& p, const Steady& steady, std::function<void
 
 // ---- counters
 
-/// CTU: up, Q when CV has reached PV. CTD: down, Q when CV is not above 0. Neither passes the end of its type. No jump
-/// but at that end: an input that changes with each scan would be mispredicted.
+/// CTU: up, Q when CV has reached PV. CTD: down, Q when CV is not above 0. Neither passes the end of its type. Nothing
+/// is written where nothing is to be counted and the four bytes are what they are to be; most counters stand still.
+/// Otherwise no jump but at that end.
 void counter(Assembly& s, const Ports& p, core::Rep rep, bool up) {
   const unsigned bytes = core::rep_bytes(rep);
   const bool with_sign =
@@ -298,52 +299,69 @@ void counter(Assembly& s, const Ports& p, core::Rep rep, bool up) {
   const std::uint32_t step = take();
   const std::uint32_t number = take();
   const x86::Gp count = gp(number, bytes);
-  s.a.movzx(gp(step, 4), p.bit(memory));
   if (bytes < 4) {
     s.a.movzx(gp(number, 4), p.value("CV", bytes));
   } else {
     s.a.mov(count, p.value("CV", bytes));
   }
-  rising(s, step, in, step);
-  if (owed_edge && owed_reset) {
-    p.store_both(edge, in, reset, back);
-  } else if (owed_edge) {
-    s.a.mov(p.bit(edge), gp(in, 1));
-  } else if (owed_reset) {
-    s.a.mov(p.bit(reset), gp(back, 1));
-  }
-  s.a.emit(up ? x86::Inst::kIdAdd : x86::Inst::kIdSub, count, gp(step, bytes));
-  const asmjit::Label ends = s.a.newLabel(), counted = s.a.newLabel();
-  s.a.j(with_sign ? x86::CondCode::kO : x86::CondCode::kB, ends);
-  s.a.bind(counted);
-  if (up) {
-    // All bits of CV stay, or none.
-    s.a.sub(gp(back, 8), 1);
-    s.a.and_(gp(number, 8), gp(back, 8));
-  } else {
-    const asmjit::Operand preset = p.value("PV", bytes);
-    s.a.test(gp(back, 1), gp(back, 1));
-    if (bytes == 1) {
-      // There is no conditional move of one byte.
-      s.a.mov(gp(step, 1), p.value("PV", bytes));
-      s.a.cmovne(gp(number, 4), gp(step, 4));
+  // Q into the register of the step.
+  const auto compare = [&s, p, count, bytes, up, with_sign, step] {
+    if (up) {
+      s.a.cmp(count, p.value("PV", bytes));
+      s.a.set(with_sign ? x86::CondCode::kGE : x86::CondCode::kAE, gp(step, 1));
     } else {
-      s.a.emit(x86::Inst::kIdCmovnz, count, preset);
+      s.a.test(count, count);
+      s.a.set(with_sign ? x86::CondCode::kLE : x86::CondCode::kE, gp(step, 1));
     }
-  }
-  s.a.mov(p.value("CV", bytes), count);
-  // The register of the step is free now.
-  x86::CondCode q = with_sign ? x86::CondCode::kGE : x86::CondCode::kAE;
-  if (up) {
-    s.a.cmp(count, p.value("PV", bytes));
-  } else {
-    s.a.test(count, count);
-    q = with_sign ? x86::CondCode::kLE : x86::CondCode::kE;
-  }
-  s.a.set(q, gp(step, 1));
-  p.store_both("Q", step, memory, in);
+  };
+  s.a.xor_(gp(step, 4), gp(step, 4));
+  compare();
+  const std::uint32_t first = p.operand(edge);
+  const auto byte = [&](std::string_view port) { return std::int32_t{1} << 8 * (p.operand(port) - first); };
+  const asmjit::Label changes = s.a.newLabel(), end = s.a.newLabel();
+  // Two that no input is owed in.
+  std::vector<std::uint32_t> others = {reg::kDi, 8, 9, 10};
+  std::erase_if(others, [in, back](std::uint32_t other) { return other == in || other == back; });
+  const x86::Gp wanted = gp(others[0], 4), other = gp(others[1], 4);
+  s.a.test(gp(back, 4), gp(back, 4));
+  s.a.jnz(changes);
+  s.a.imul(wanted, gp(in, 4), byte(edge) | byte(memory));
+  s.a.imul(other, gp(step, 4), byte("Q"));
+  s.a.add(wanted, other);
+  s.a.mov(other, s.at(first, 4));
+  s.a.cmp(wanted, other);
+  s.a.jne(changes);
+  s.land(end);
   s.hold_bit(p.operand("Q"), step);
-  s.aside([&s, up, count, step, bytes, ends, counted] {
+  s.aside([=, &s] {
+    s.a.bind(changes);
+    if (owed_edge) s.a.mov(p.bit(edge), gp(in, 1));
+    if (owed_reset) s.a.mov(p.bit(reset), gp(back, 1));
+    s.a.movzx(gp(step, 4), p.bit(memory));
+    rising(s, step, in, step);
+    s.a.emit(up ? x86::Inst::kIdAdd : x86::Inst::kIdSub, count, gp(step, bytes));
+    const asmjit::Label ends = s.a.newLabel(), counted = s.a.newLabel();
+    s.a.j(with_sign ? x86::CondCode::kO : x86::CondCode::kB, ends);
+    s.a.bind(counted);
+    if (up) {
+      // All bits of CV stay, or none.
+      s.a.sub(gp(back, 8), 1);
+      s.a.and_(gp(number, 8), gp(back, 8));
+    } else {
+      s.a.test(gp(back, 1), gp(back, 1));
+      if (bytes == 1) {
+        // There is no conditional move of one byte.
+        s.a.mov(gp(step, 1), p.value("PV", bytes));
+        s.a.cmovne(gp(number, 4), gp(step, 4));
+      } else {
+        s.a.emit(x86::Inst::kIdCmovnz, count, p.value("PV", bytes));
+      }
+    }
+    s.a.mov(p.value("CV", bytes), count);
+    // The register of the step is free now.
+    compare();
+    p.store_both("Q", step, memory, in);
+    s.a.jmp(end);
     s.a.bind(ends);
     s.a.emit(up ? x86::Inst::kIdSub : x86::Inst::kIdAdd, count, gp(step, bytes));
     s.a.jmp(counted);
