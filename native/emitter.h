@@ -205,8 +205,7 @@ class Emitter : private asmjit::ErrorHandler {
       std::uint32_t reg = 0;
     };
     std::vector<Variable> variables;
-    std::uint32_t budget = 0;            ///< register of a part of the loop budget that memory has not
-    std::optional<std::uint32_t> table;  ///< register that holds the table's address
+    std::uint32_t budget = 0;  ///< register of a part of the loop budget that memory has not
   };
   std::shared_ptr<const Kept> kept_;  ///< null outside of loops
 

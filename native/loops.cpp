@@ -265,14 +265,13 @@ class Finder {
   }
 
   [[nodiscard]] std::optional<Loop> variables_of(const Interval& loop) const {
-    Loop result{loop.first, loop.last, {}, false, {}};
+    Loop result{loop.first, loop.last, {}, {}};
     Variables variables;
     for (std::size_t i = loop.first; i <= loop.last; ++i) {
       const Instruction instruction{words(i), instructions_[i].position, operation_of(instructions_[i].op)};
       const auto accesses = accesses_of(code_, instruction);
       if (!accesses) return std::nullopt;
       for (const Access& access : *accesses) variables.add(access, all_[innermost_[i]].weight);
-      result.has_parts = result.has_parts || has_parts(instruction);
     }
     result.variables = variables.take();
     for (std::size_t l = 0; l < all_.size(); ++l) {
@@ -318,19 +317,6 @@ class Finder {
       }
     }
     return true;
-  }
-
-  /// Elements of an array that is not the instance's.
-  static bool has_parts(const Instruction& i) {
-    switch (i.operation.form) {
-      case Form::kLoadElement:
-      case Form::kStoreElement:
-      case Form::kLoadPath:
-      case Form::kStorePath:
-        return (i.words[2] & runtime::kRelativeBit) == 0;
-      default:
-        return false;
-    }
   }
 
   const std::uint32_t* code_;

@@ -51,7 +51,6 @@ struct Loop {
   std::size_t first = 0, last = 0;  ///< instructions of the body, the last one a jump to the first
   /// The most used ones first. No other variable and no element of an array that the loop touches overlaps with one.
   std::vector<LoopVariable> variables;
-  bool has_parts = false;  ///< elements of arrays that are not the instance's
   /// A loop in it, or all of it, that has none inside.
   struct Inner {
     std::size_t first = 0, last = 0;

@@ -36,10 +36,9 @@ x86::Mem Assembly::at(std::uint32_t operand, unsigned bytes) {
   return place(operand, bytes);
 }
 x86::Mem Assembly::place(std::uint32_t operand, unsigned bytes) const {
-  if (relative && (operand & runtime::kRelativeBit) != 0) {
-    return x86::ptr(x86::r13, static_cast<std::int32_t>(operand & ~runtime::kRelativeBit), bytes);
-  }
-  return x86::ptr_rel(address_of(operand), bytes);
+  std::int32_t distance = 0;
+  const x86::Gp from = base(operand, distance);
+  return x86::ptr(from, distance, bytes);
 }
 
 void Assembly::address(const x86::Gp& to, std::uint32_t operand) {
@@ -47,18 +46,10 @@ void Assembly::address(const x86::Gp& to, std::uint32_t operand) {
   a.lea(to, place(operand, 0));
 }
 
-x86::Gp Assembly::base(const x86::Gp& scratch, std::uint32_t operand, std::int32_t& distance) {
-  if (relative && (operand & runtime::kRelativeBit) != 0) {
-    distance = static_cast<std::int32_t>(operand & ~runtime::kRelativeBit);
-    return x86::r13;
-  }
-  if (kept_ != nullptr && kept_->table) {
-    distance = static_cast<std::int32_t>(operand);
-    return gp(*kept_->table, 8);
-  }
-  distance = 0;
-  address(scratch, operand);
-  return scratch;
+x86::Gp Assembly::base(std::uint32_t operand, std::int32_t& distance) const {
+  const bool of_instance = relative && (operand & runtime::kRelativeBit) != 0;
+  distance = static_cast<std::int32_t>(of_instance ? operand & ~runtime::kRelativeBit : operand);
+  return of_instance ? x86::r13 : x86::rbp;
 }
 
 std::optional<std::uint32_t> Assembly::kept(std::uint32_t operand, bool real) const {
@@ -298,13 +289,12 @@ void Assembly::end(const Instruction& instruction) {
 
 void Assembly::enter_loop(const Loop& loop) {
   // Not those that calls take arguments in: arguments are there before registers are written back.
-  static constexpr std::uint32_t kIntegers[] = {8, 9, 10, 11, 12, 15, 5};
+  static constexpr std::uint32_t kIntegers[] = {8, 9, 10, 11, 12, 15};
   static constexpr std::uint32_t kFirstReal = 2, kReals = 14;
   auto kept = std::make_shared<Kept>();
   std::size_t integers = 0;
   std::uint32_t reals = 0;
   kept->budget = kIntegers[integers++];
-  if (loop.has_parts) kept->table = kIntegers[integers++];
   for (const LoopVariable& variable : loop.variables) {
     if (!variable.real && constant(variable.operand, variable.bytes)) continue;
     if (variable.real && reals < kReals) {
@@ -321,7 +311,6 @@ void Assembly::enter_loop(const Loop& loop) {
 void Assembly::read_back() {
   if (kept_ == nullptr) return;
   a.xor_(gp(kept_->budget, 4), gp(kept_->budget, 4));
-  if (kept_->table) a.lea(gp(*kept_->table, 8), place(0, 0));
   for (const auto& [variable, number] : kept_->variables) {
     const x86::Mem from = place(variable.operand, variable.bytes);
     if (variable.real) {

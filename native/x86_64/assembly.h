@@ -1,10 +1,11 @@
 // Assembly: the Emitter of x86-64, with operands and registers.
 //
 // In: what the compiler and the translators (translate_*.cpp) want done. Out: instructions. Registers: rbx = machine,
-// r13 = the instance in bodies with several, r14 = events at the last CLEAR_EVENT in bodies with ENO; in loops, rbp, r8
-// to r12, r15 and xmm2 to xmm15 are the loop's, and rsi and rdi may hold addresses of rows (below); all others are free
-// between instructions. Variables are named by their distance from the code (rip), never through a base register: twice
-// as fast on the processors measured. Does not belong here: what instructions mean.
+// rbp = the task's table, r13 = the instance in bodies with several, r14 = events at the last CLEAR_EVENT in bodies with
+// ENO; in loops, r8 to r12, r15 and xmm2 to xmm15 are the loop's, and rsi and rdi may hold addresses of rows (below); all
+// others are free between instructions. Variables are named by their distance from the table, as compiled C does: an
+// instruction that computes with memory at a distance from the code (rip) is two to the processor. Does not belong here:
+// what instructions mean.
 #pragma once
 
 #include <asmjit/x86.h>
@@ -58,8 +59,8 @@ class Assembly final : public Emitter {
   // ---- operands
   /// In the table: not for a variable that lies in a register.
   [[nodiscard]] x86::Mem at(std::uint32_t operand, unsigned bytes);
-  /// A register that holds an address `distance` bytes before the operand's place: `scratch`, if no other one does.
-  x86::Gp base(const x86::Gp& scratch, std::uint32_t operand, std::int32_t& distance);
+  /// A register that holds an address `distance` bytes before the operand's place.
+  x86::Gp base(std::uint32_t operand, std::int32_t& distance) const;
   /// The register that a loop keeps it in, if one does and it is one for integers (reals).
   [[nodiscard]] std::optional<std::uint32_t> kept(std::uint32_t operand, bool real = false) const;
   /// The register where it is kept or held, until something is written to that.

@@ -19,10 +19,11 @@ constexpr std::uint32_t kPortion = 256;
 
 void Assembly::begin_entry(bool loops) {
   a.push(x86::rbx);
-  a.mov(x86::rbx, x86::rdi);
-  if (!loops) return;
   a.push(x86::rbp);
-  a.push(x86::r12);
+  a.mov(x86::rbx, x86::rdi);
+  a.mov(x86::rbp, table_);
+  a.push(loops ? x86::r12 : x86::rax);  // an odd number of them, for the stack
+  if (!loops) return;
   a.push(x86::r15);
   a.sub(x86::rsp, 8);
 }
@@ -30,9 +31,9 @@ void Assembly::end_entry(bool loops) {
   if (loops) {
     a.add(x86::rsp, 8);
     a.pop(x86::r15);
-    a.pop(x86::r12);
-    a.pop(x86::rbp);
   }
+  a.pop(loops ? x86::r12 : x86::rcx);
+  a.pop(x86::rbp);
   a.pop(x86::rbx);
   a.ret();
 }
@@ -170,9 +171,8 @@ void Assembly::pass_step(unsigned argument) { a.lea(gp(kArguments[argument], 8),
 void Assembly::pass_address(unsigned argument, std::uint32_t operand) { address(gp(kArguments[argument], 8), operand); }
 void Assembly::pass_instance_offset(unsigned argument) {
   const x86::Gp to = gp(kArguments[argument], 8);
-  a.lea(to, x86::ptr_rel(table_));
-  a.neg(to);
-  a.add(to, x86::r13);
+  a.mov(to, x86::r13);
+  a.sub(to, x86::rbp);
 }
 void Assembly::pass_result(unsigned argument) { a.movzx(gp(kArguments[argument], 4), x86::al); }
 

@@ -131,8 +131,7 @@ std::optional<x86::Mem> place_in_row(Assembly& s, std::uint32_t place, const Ind
   if (!s.kept(index.operand) || (index.rep != core::Rep::kI16 && index.rep != core::Rep::kI32)) return std::nullopt;
   if (last ? !last->shift() : index.shift().has_value()) return std::nullopt;
   std::int32_t distance = 0;
-  const x86::Gp base = s.base(x86::rcx, place, distance);
-  if (base.id() == x86::rcx.id()) return std::nullopt;
+  const x86::Gp base = s.base(place, distance);
   const Assembly::Row like{base.id(), index.operand, index.lower, index.count, index.stride};
   const Assembly::Row* row = s.find_row(like);
   if (row == nullptr) {
@@ -185,7 +184,7 @@ x86::Mem part_place(Assembly& s, const Instruction& i, unsigned bytes, const asm
   const auto shift = last.shift();
   if (!shift) add(element, last.stride);
   std::int32_t distance = 0;
-  const x86::Gp base = s.base(x86::rcx, place, distance);
+  const x86::Gp base = s.base(place, distance);
   if (!far) return x86::ptr(base, element, *shift, distance, bytes);
   s.a.add(x86::rsi, base);
   if (!shift) return x86::ptr(x86::rsi, distance, bytes);

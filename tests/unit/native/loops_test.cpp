@@ -68,7 +68,6 @@ TEST(Loops, VariablesAreKeptAndArraysAreNot) {
   const auto engines = load(s.b, s.main);
   const auto loops = loops_of(*engines);
   ASSERT_EQ(loops.size(), 1u);
-  EXPECT_TRUE(loops[0].has_parts);
   // sum, i, element, more, and two constants
   EXPECT_EQ(loops[0].variables.size(), 6u);
   EXPECT_EQ(std::count_if(loops[0].variables.begin(), loops[0].variables.end(),
