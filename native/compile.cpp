@@ -16,6 +16,7 @@
 #include "native/library_rows.h"
 #include "native/loop_facts.h"
 #include "native/loops.h"
+#include "native/records.h"
 #include "native/short_lived.h"
 #include "native/translate.h"
 #include "runtime/link.h"
@@ -65,6 +66,7 @@ class TaskCompiler {
     s_.baseline = options.baseline;
     records_as_data_ = records() > options.most_records_as_code.value_or(most_records_as_code());
     for (const LinkedBody& body : linked_.bodies) entries_.emplace(body.entry, s_.label());
+    if (!records_as_data_) s_.expect_most_at(most_named());
     entry();
     for (std::size_t b = 0; b < linked_.bodies.size(); ++b) {
       const std::size_t begin = s_.size();
@@ -83,6 +85,33 @@ class TaskCompiler {
       if (is_boolean_run(operation_of(instruction.op).form)) count += linked_.data()[instruction.position + 1];
     }
     return count;
+  }
+
+  /// Where the bytes begin that boolean logic names most often.
+  [[nodiscard]] std::uint32_t most_named() const {
+    std::vector<std::uint32_t> operands;
+    for (std::size_t b = 0; b < linked_.bodies.size(); ++b) {
+      if (linked_.bodies[b].addressing == Addressing::kRelative) continue;
+      for (const LinkedInstruction& instruction : linked_.instructions_of(b)) {
+        const Instruction i = instruction_of(instruction);
+        if (!is_boolean_run(i.operation.form)) continue;
+        for (std::uint32_t n = 0; n < i.words[1]; ++n) {
+          const Record record = record_at(i, linked_.data(), n);
+          operands.insert(operands.end(), record.in.begin(), record.in.begin() + record.inputs);
+          operands.push_back(record.out);
+        }
+      }
+    }
+    std::sort(operands.begin(), operands.end());
+    std::size_t best = 0, most = 0;
+    for (std::size_t first = 0, last = 0; first < operands.size(); ++first) {
+      while (last < operands.size() && operands[last] - operands[first] < Emitter::kMostNamed) ++last;
+      if (last - first > most) {
+        most = last - first;
+        best = first;
+      }
+    }
+    return operands.empty() ? 0 : operands[best];
   }
 
   [[nodiscard]] const std::string& problem() const { return s_.problem(); }

@@ -93,6 +93,11 @@ class Emitter : private asmjit::ErrorHandler {
   /// The loop's code ends here.
   void end_loop() { kept_.reset(); }
 
+  /// The kMostNamed bytes of the table from this one on are named most often: shorter, if the processor can. Before the
+  /// first body.
+  virtual void expect_most_at(std::uint32_t /*begin*/) {}
+  static constexpr std::uint32_t kMostNamed = 256;
+
   // ---- bodies: bool (); in relative ones the instance is in argument 0
   /// The function that C++ calls, bool (Machine&): everything until end_entry(). `loops`: some
   /// body enters loops.

@@ -65,13 +65,43 @@ Record record_at(const Instruction& run, const std::uint32_t* code, std::uint32_
 }
 
 void visit_records(const Instruction& run, const std::uint32_t* code,
-                   const std::function<void(std::span<const Record>)>& visit) {
+                   const std::function<void(std::span<Record>)>& visit) {
   std::vector<Record> records;
   for (std::uint32_t n = 0; n < run.words[1];) {
     records.clear();
     for (; n < run.words[1] && records.size() < kLookAhead; ++n) records.push_back(record_at(run, code, n));
     find_next_users(records);
     visit(records);
+  }
+}
+
+void forget_late_readers(std::span<Record> records, std::size_t registers) {
+  struct Held {
+    std::uint32_t operand;
+    std::uint32_t until;
+    std::uint32_t* next;  ///< where that stands; null when it must
+  };
+  std::vector<Held> held;
+  std::unordered_set<std::uint32_t> in_register_alone;
+  for (std::uint32_t r = 0; r < records.size(); ++r) {
+    Record& record = records[r];
+    std::erase_if(held, [r](const Held& h) { return h.until == r; });
+    for (unsigned i = 0; i < record.inputs; ++i) {
+      const bool alone = in_register_alone.contains(record.in[i]);
+      if (record.next[i] != kNever) held.push_back({record.in[i], record.next[i], alone ? nullptr : &record.next[i]});
+    }
+    if (record.next_of_out != kNever) held.push_back({record.out, record.next_of_out, nullptr});
+    if (record.is_overwritten) {
+      in_register_alone.insert(record.out);
+    } else {
+      in_register_alone.erase(record.out);
+    }
+    while (held.size() > registers) {
+      const auto latest = std::max_element(held.begin(), held.end(),
+                                           [](const Held& a, const Held& b) { return a.until < b.until; });
+      if (latest->next != nullptr) *latest->next = kNever;
+      held.erase(latest);
+    }
   }
 }
 

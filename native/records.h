@@ -35,7 +35,10 @@ struct Record {
 Record record_at(const Instruction& run, const std::uint32_t* code, std::uint32_t n);
 /// All of them in order, as many at a time as are looked ahead: the next readers and writers are those among them.
 void visit_records(const Instruction& run, const std::uint32_t* code,
-                   const std::function<void(std::span<const Record>)>& visit);
+                   const std::function<void(std::span<Record>)>& visit);
+/// Forgets next readers of inputs that would have to give up their register, one of `registers`, before that reader
+/// comes: those are better read from memory each time. Of values that may be in a register alone it forgets none.
+void forget_late_readers(std::span<Record> records, std::size_t registers);
 /// The first of the records that reads the operand, or kNever.
 std::uint32_t first_reader(std::span<const Record> records, std::uint32_t operand);
 

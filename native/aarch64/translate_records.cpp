@@ -173,7 +173,7 @@ void translate(Assembly& s, std::span<const Record> records, BooleanExpressions&
 }  // namespace
 
 void translate_records(Assembly& s, const Instruction& i, const std::uint32_t* code, BooleanExpressions& expressions) {
-  visit_records(i, code, [&](std::span<const Record> records) {
+  visit_records(i, code, [&](std::span<Record> records) {
     translate(s, records, expressions);
     s.keep_asides_near();
   });

@@ -48,7 +48,7 @@ void Assembly::address(const x86::Gp& to, std::uint32_t operand) {
 
 x86::Gp Assembly::base(std::uint32_t operand, std::int32_t& distance) const {
   const bool of_instance = relative && (operand & runtime::kRelativeBit) != 0;
-  distance = static_cast<std::int32_t>(of_instance ? operand & ~runtime::kRelativeBit : operand);
+  distance = static_cast<std::int32_t>(of_instance ? operand & ~runtime::kRelativeBit : operand - middle_);
   return of_instance ? x86::r13 : x86::rbp;
 }
 

@@ -1,9 +1,9 @@
 // Assembly: the Emitter of x86-64, with operands and registers.
 //
 // In: what the compiler and the translators (translate_*.cpp) want done. Out: instructions. Registers: rbx = machine,
-// rbp = the task's table, r13 = the instance in bodies with several, r14 = events at the last CLEAR_EVENT in bodies with
+// rbp = in the task's table, r13 = the instance in bodies with several, r14 = events at the last CLEAR_EVENT in bodies with
 // ENO; in loops, r8 to r12, r15 and xmm2 to xmm15 are the loop's, and rsi and rdi may hold addresses of rows (below); all
-// others are free between instructions. Variables are named by their distance from the table, as compiled C does: an
+// others are free between instructions. Variables are named by their distance from there, as compiled C does: an
 // instruction that computes with memory at a distance from the code (rip) is two to the processor. Does not belong here:
 // what instructions mean.
 #pragma once
@@ -142,6 +142,7 @@ class Assembly final : public Emitter {
   void end_ways(std::uint32_t condition, bool value) override;
 
   // ---- control (control.cpp)
+  void expect_most_at(std::uint32_t begin) override { middle_ = begin + kMostNamed / 2; }
   void begin_entry(bool loops) override;
   void end_entry(bool loops) override;
   void begin_body(bool counts_events) override;
@@ -179,6 +180,7 @@ class Assembly final : public Emitter {
   void read_back();
   void store_if_not_equal(const x86::Mem& to, const asmjit::Operand& value);
 
+  std::uint32_t middle_ = 0;  ///< rbp points there: what lies up to 128 bytes away has short names
   std::vector<OwedBit> owed_;
   std::vector<Row> rows_;  ///< the one made last behind the other
   std::optional<std::pair<std::uint32_t, x86::Mem>> passed_;

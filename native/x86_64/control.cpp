@@ -21,7 +21,7 @@ void Assembly::begin_entry(bool loops) {
   a.push(x86::rbx);
   a.push(x86::rbp);
   a.mov(x86::rbx, x86::rdi);
-  a.mov(x86::rbp, table_);
+  a.mov(x86::rbp, table_ + middle_);
   a.push(loops ? x86::r12 : x86::rax);  // an odd number of them, for the stack
   if (!loops) return;
   a.push(x86::r15);
@@ -173,6 +173,7 @@ void Assembly::pass_instance_offset(unsigned argument) {
   const x86::Gp to = gp(kArguments[argument], 8);
   a.mov(to, x86::r13);
   a.sub(to, x86::rbp);
+  if (middle_ != 0) a.add(to, middle_);
 }
 void Assembly::pass_result(unsigned argument) { a.movzx(gp(kArguments[argument], 4), x86::al); }
 

@@ -21,6 +21,8 @@ using Kind = BooleanExpression::Kind;
 constexpr std::uint32_t kRegisters[] = {0, 1, 2, 6, 7, 8, 9, 10, 11};
 /// Of them, those that loops leave.
 constexpr std::size_t kRegistersInLoops = 5;
+/// Temporary values of a record that there are at a time, mostly.
+constexpr std::size_t kTemporary = 2;
 
 /// Registers whose upper bits are not known to be zero.
 class Unclean {
@@ -330,9 +332,10 @@ const std::uint32_t* copied(const BooleanExpression& e, const Record& record, co
 }
 
 /// `last`: no others of the run behind them.
-void translate(Assembly& s, const Instruction& i, std::span<const Record> records, bool last,
+void translate(Assembly& s, const Instruction& i, std::span<Record> records, bool last,
                BooleanExpressions& expressions) {
   const std::span<const std::uint32_t> numbers(kRegisters, s.in_loop() ? kRegistersInLoops : std::size(kRegisters));
+  forget_late_readers(records, numbers.size() - kTemporary);
   RecordRegisters registers(numbers,
                             [&s](std::uint32_t number, std::uint32_t operand) { s.store(operand, 1, number); });
   Unclean unclean;
@@ -364,7 +367,7 @@ void translate(Assembly& s, const Instruction& i, std::span<const Record> record
 
 void translate_records(Assembly& s, const Instruction& i, const std::uint32_t* code, BooleanExpressions& expressions) {
   std::size_t left = i.words[1];
-  visit_records(i, code, [&](std::span<const Record> records) {
+  visit_records(i, code, [&](std::span<Record> records) {
     left -= records.size();
     translate(s, i, records, left == 0, expressions);
   });
