@@ -13,11 +13,11 @@ namespace plc::runtime {
 #ifdef __x86_64__
 namespace {
 
-#define PLC_PACKED [[gnu::target("avx2,bmi2")]]
+#define PLC_PACKED [[gnu::target("avx2,bmi,bmi2")]]
 
 /// The lowest bit of each byte.
 PLC_PACKED inline std::uint64_t bits_of(const std::byte* window) noexcept {
-  const auto half = [](const std::byte* at) __attribute__((target("avx2,bmi2"), always_inline)) {
+  const auto half = [](const std::byte* at) __attribute__((target("avx2,bmi,bmi2"), always_inline)) {
     const __m256i bytes = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(at));
     return static_cast<std::uint32_t>(_mm256_movemask_epi8(_mm256_slli_epi16(bytes, 7)));
   };
@@ -43,17 +43,32 @@ PLC_PACKED inline void put(std::byte* window, std::uint64_t bits, std::uint64_t 
   put_half(window + 32, static_cast<std::uint32_t>(bits >> 32), static_cast<std::uint32_t>(written >> 32));
 }
 
-/// Shifts the bit `index` of `truth` into `results`.
-inline void look_up(std::uint64_t& results, std::uint64_t truth, std::uint64_t index) noexcept {
-  asm("bt %2, %1\n\tadc %0, %0" : "+r"(results) : "r"(truth), "r"(index) : "cc");
+/// Shifts the bit `index` of `truth` into `results`. WHY not BT: on some processors it runs where PEXT does, and only
+/// there.
+PLC_PACKED inline void look_up(std::uint64_t& results, const std::byte* truth, std::uint64_t index) noexcept {
+  std::uint64_t bit;
+  asm("shrx %2, %3, %1\n\tshr $1, %1\n\tadc %0, %0"
+      : "+r"(results), "=&r"(bit)
+      : "r"(index), "m"(*reinterpret_cast<const std::uint64_t*>(truth))
+      : "cc");
 }
 
-/// Keeps a word in a register of its own: compilers like to bring two of them into one vector.
-inline void keep(std::uint64_t& word) noexcept { asm("" : "+r"(word)); }
+/// PEXT with a mask in memory, right where it is needed: there are more masks than registers.
+PLC_PACKED inline std::uint64_t extract(std::uint64_t word, const std::byte* mask) noexcept {
+  std::uint64_t bits;
+  asm("pext %2, %1, %0" : "=r"(bits) : "r"(word), "m"(*reinterpret_cast<const std::uint64_t*>(mask)));
+  return bits;
+}
 
+/// Up to two words of bits. WHY kept: compilers like to bring two of them into one vector.
+struct Bits {
+  std::uint64_t first = 0, second = 0;
+  void keep() noexcept { asm("" : "+r"(first), "+r"(second)); }
+};
+
+/// Results of a chunk that reads `bits`.
 template <std::size_t kWords>
-PLC_PACKED [[gnu::always_inline]] inline std::uint64_t results_of(const std::byte* chunk, std::uint64_t first,
-                                                                  std::uint64_t second) noexcept {
+PLC_PACKED [[gnu::always_inline]] inline std::uint64_t results_of(const std::byte* chunk, Bits bits) noexcept {
   using Chunk = PackedChunk<kWords>;
   using Record = PackedRecord<kWords>;
   std::uint64_t results = 0;
@@ -61,14 +76,29 @@ PLC_PACKED [[gnu::always_inline]] inline std::uint64_t results_of(const std::byt
   for (std::size_t r = 0; r < kChunkRecords; ++r) {
     const std::byte* const record = chunk + offsetof(Chunk, records) + r * sizeof(Record);
     const std::byte* const in = record + offsetof(Record, in);
-    std::uint64_t index = _pext_u64(first, load<std::uint64_t>(in));
+    std::uint64_t index = extract(bits.first, in);
     if constexpr (kWords == 2) {
       const auto inputs = load<std::uint8_t>(chunk + offsetof(Chunk, inputs) + r);
-      index |= _pext_u64(second, load<std::uint64_t>(in + 8)) << (inputs & 63u);
+      index |= extract(bits.second, in + 8) << (inputs & 63u);
     }
-    look_up(results, load<std::uint64_t>(record + offsetof(Record, truth)), index);
+    look_up(results, record + offsetof(Record, truth), index);
   }
   return results;
+}
+
+/// `bits` with the results of a chunk that reads `before`.
+template <std::size_t kWords>
+PLC_PACKED [[gnu::always_inline]] inline Bits behind(const std::byte* chunk, Bits before, Bits bits) noexcept {
+  using Chunk = PackedChunk<kWords>;
+  const std::uint64_t results = results_of<kWords>(chunk, before);
+  const auto out = [chunk](std::size_t w) { return load<std::uint64_t>(chunk + offsetof(Chunk, out) + 8 * w); };
+  bits.first = (bits.first & ~out(0)) | _pdep_u64(results, out(0));
+  if constexpr (kWords == 2) {
+    const auto outputs = load<std::uint8_t>(chunk + offsetof(Chunk, outputs));
+    bits.second = (bits.second & ~out(1)) | _pdep_u64(results >> (outputs & 63u), out(1));
+  }
+  bits.keep();
+  return bits;
 }
 
 template <std::size_t kWords>
@@ -87,51 +117,46 @@ PLC_PACKED const std::uint32_t* run(std::byte* table, std::uint32_t instance, co
   const std::uint32_t scatters = field(offsetof(PackedHeader, scatters));
   std::byte* const state = place_of(header + offsetof(PackedHeader, state));
 
-  std::uint64_t first = 0, second = 0;
+  Bits bits;
   if (field(offsetof(PackedHeader, begins)) != 0) {
-    if (windows > 0) first = bits_of(window(0));
-    if (kWords == 2 && windows > 1) second = bits_of(window(1));
+    if (windows > 0) bits.first = bits_of(window(0));
+    if (kWords == 2 && windows > 1) bits.second = bits_of(window(1));
   } else {
-    first = load<std::uint64_t>(state);
-    if (kWords == 2) second = load<std::uint64_t>(state + 8);
+    bits.first = load<std::uint64_t>(state);
+    if (kWords == 2) bits.second = load<std::uint64_t>(state + 8);
   }
-  first &= ~mask(offsetof(PackedHeader, gathered), 0);
-  if (kWords == 2) second &= ~mask(offsetof(PackedHeader, gathered), 1);
+  bits.first &= ~mask(offsetof(PackedHeader, gathered), 0);
+  if (kWords == 2) bits.second &= ~mask(offsetof(PackedHeader, gathered), 1);
   const std::byte* single = header + sizeof(PackedHeader);
   for (std::uint32_t i = 0; i < gathers; ++i, single += sizeof(PackedBit)) {
     const auto bit = load<std::uint32_t>(single + offsetof(PackedBit, bit));
     const std::uint64_t value = std::uint64_t{load<std::uint8_t>(place_of(single))} << (bit & 63u);
-    (kWords == 2 && bit > 63 ? second : first) |= value;
+    (kWords == 2 && bit > 63 ? bits.second : bits.first) |= value;
   }
   const std::byte* const first_scatter = single;
   const std::byte* at = first_scatter + scatters * sizeof(PackedBit);
-  std::uint64_t later_first = first, later_second = second;
-  for (; count != 0; --count, at += sizeof(Chunk)) {
-    const std::uint64_t results = results_of<kWords>(at, first, second);
-    first = later_first;
-    const auto out = load<std::uint64_t>(at + offsetof(Chunk, out));
-    later_first = (later_first & ~out) | _pdep_u64(results, out);
-    keep(later_first);
-    if constexpr (kWords == 2) {
-      second = later_second;
-      const auto out_second = load<std::uint64_t>(at + offsetof(Chunk, out) + 8);
-      const auto outputs = load<std::uint8_t>(at + offsetof(Chunk, outputs));
-      later_second = (later_second & ~out_second) | _pdep_u64(results >> (outputs & 63u), out_second);
-      keep(later_second);
-    }
+  // As they were before the chunk in front, too: two chunks are under way at a time.
+  Bits before = bits;
+  for (; count > 1; count -= 2, at += 2 * sizeof(Chunk)) {
+    before = behind<kWords>(at, before, bits);
+    bits = behind<kWords>(at + sizeof(Chunk), bits, before);
+  }
+  if (count != 0) {
+    bits = behind<kWords>(at, before, bits);
+    at += sizeof(Chunk);
   }
 
   if (field(offsetof(PackedHeader, ends)) != 0) {
-    put(window(0), later_first, mask(offsetof(PackedHeader, written), 0));
-    if constexpr (kWords == 2) put(window(1), later_second, mask(offsetof(PackedHeader, written), 1));
+    put(window(0), bits.first, mask(offsetof(PackedHeader, written), 0));
+    if constexpr (kWords == 2) put(window(1), bits.second, mask(offsetof(PackedHeader, written), 1));
   } else {
-    store(state, later_first);
-    if constexpr (kWords == 2) store(state + 8, later_second);
+    store(state, bits.first);
+    if constexpr (kWords == 2) store(state + 8, bits.second);
   }
   single = first_scatter;
   for (std::uint32_t i = 0; i < scatters; ++i, single += sizeof(PackedBit)) {
     const auto bit = load<std::uint32_t>(single + offsetof(PackedBit, bit));
-    const std::uint64_t word = kWords == 2 && bit > 63 ? later_second : later_first;
+    const std::uint64_t word = kWords == 2 && bit > 63 ? bits.second : bits.first;
     store(place_of(single), static_cast<std::uint8_t>((word >> (bit & 63u)) & 1u));
   }
   return reinterpret_cast<const std::uint32_t*>(at);
