@@ -32,15 +32,8 @@ using runtime::Machine;
 
 namespace {
 
-/// Machine code that any instruction takes at most, by word of resolved code; addresses cost nothing.
-constexpr std::size_t kBytesPerWord = 64;
-constexpr std::size_t kBytesBeside = 64 * 1024;
 /// How many rounds of a loop without others inside are code at most, one behind the other.
 constexpr std::size_t kMostRounds = 4;
-/// Its code is there as often, and once more for rounds that are left.
-constexpr std::size_t kMostCopies = kMostRounds + 1;
-/// As many times of it with groups: some are there twice, and it takes code to leave them out.
-constexpr std::size_t kCodeWithGroups = 3;
 
 /// Code of more records than this runs slower than the records themselves: a record takes about 40 bytes of code, and
 /// from one and a half times the processor's second cache on fetching it costs more than looking up (bench/README.md).
@@ -53,12 +46,12 @@ std::size_t most_records_as_code() {
 class TaskCompiler {
  public:
   /// `plan` and `tracker` are null when each scan executes everything.
-  TaskCompiler(const LinkedCode& linked, const Memory& memory, std::uint64_t address, const ChangedPlan* plan,
+  TaskCompiler(const LinkedCode& linked, const Memory& memory, const ChangedPlan* plan,
                std::unique_ptr<ChangeTracker> tracker)
       : linked_(linked),
         plan_(plan),
         tracker_(std::move(tracker)),
-        s_(memory, address),
+        s_(memory),
         words_(linked.data(), linked.data() + linked.words.size() / sizeof(std::uint32_t)),
         marks_(linked.marks) {}
 
@@ -115,14 +108,11 @@ class TaskCompiler {
   }
 
   [[nodiscard]] const std::string& problem() const { return s_.problem(); }
-  std::vector<std::byte> code() {
-    std::vector<std::byte> bytes = s_.finish();
-    if (tracker_) tell_places();
-    return bytes;
-  }
-  std::unique_ptr<NativeTask> task(CodeMemory memory, const std::byte* at) {
-    return std::make_unique<NativeTask>(std::move(memory), at, std::move(words_), std::move(marks_),
-                                        std::move(tracker_), std::move(report_));
+  std::vector<std::byte> code() { return s_.finish(); }
+  std::unique_ptr<NativeTask> task(CodeMemory memory) {
+    if (tracker_) tell_places(memory.data());
+    return std::make_unique<NativeTask>(std::move(memory), std::move(words_), std::move(marks_), std::move(tracker_),
+                                        std::move(report_));
   }
 
  private:
@@ -454,11 +444,11 @@ class TaskCompiler {
     }
   }
   /// Where all of it lies.
-  void tell_places() {
+  void tell_places(const std::byte* code) {
     ChangeTables& tables = tracker_->tables;
-    for (const asmjit::Label& chunk : chunks_) tables.entries.push_back(s_.address_of_label(chunk));
-    for (std::size_t i = 0; i < exits_.size(); ++i) tables.stretches[i].exit = s_.address_of_label(exits_[i]);
-    for (std::size_t i = 0; i < groups_.size(); ++i) tables.codes[i].entry = s_.address_of_label(groups_[i]);
+    for (const asmjit::Label& chunk : chunks_) tables.entries.push_back(code + s_.offset_of(chunk));
+    for (std::size_t i = 0; i < exits_.size(); ++i) tables.stretches[i].exit = code + s_.offset_of(exits_[i]);
+    for (std::size_t i = 0; i < groups_.size(); ++i) tables.codes[i].entry = code + s_.offset_of(groups_[i]);
   }
 
   // ---- instructions
@@ -724,25 +714,20 @@ core::Result<std::unique_ptr<NativeTask>> compile(runtime::Program& program, con
   const std::span<std::byte> table(program.table().data(), program.table().layout().total);
   std::unique_ptr<ChangedPlan> plan;
   std::unique_ptr<ChangeTracker> tracker;
-  std::size_t bytes = linked.words.size() / sizeof(std::uint32_t) * kBytesPerWord * kMostCopies + kBytesBeside;
   if (options.changed) {
     plan = std::make_unique<ChangedPlan>(linked, program.table().layout());
     tracker = std::make_unique<ChangeTracker>(table, plan->take_tables(), options.patience, options.baseline);
-    bytes *= kCodeWithGroups;
   }
-  auto memory = CodeMemory::reserve(table, bytes);
-  if (!memory) return memory.error();
   const runtime::TaskLayout& layout = program.table().layout();
-  const Memory places{table.data(), layout.constants, layout.instance};
-  TaskCompiler compiler(linked, places, memory->address(), plan.get(), std::move(tracker));
+  TaskCompiler compiler(linked, {table.data(), layout.constants, layout.instance}, plan.get(), std::move(tracker));
   compiler.compile(options);
   const std::vector<std::byte> code = compiler.code();
-  if (!compiler.problem().empty() || code.size() > memory->reserved()) {
+  if (!compiler.problem().empty()) {
     return core::Problem{core::Code::P9001, "native code could not be made: " + compiler.problem(), {}};
   }
-  const auto at = memory->fill(code);
-  if (!at) return at.error();
-  return compiler.task(std::move(*memory), *at);
+  auto memory = CodeMemory::make(code);
+  if (!memory) return memory.error();
+  return compiler.task(std::move(*memory));
 }
 
 }  // namespace plc::native

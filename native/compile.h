@@ -37,14 +37,15 @@ struct CompileReport {
 
 class NativeTask final : public runtime::CompiledTask {
  public:
-  NativeTask(CodeMemory memory, const std::byte* entry, std::vector<std::uint32_t> words,
-             std::vector<runtime::CodeMark> code_marks, std::unique_ptr<ChangeTracker> tracker, CompileReport report)
+  /// The code begins with what a scan calls.
+  NativeTask(CodeMemory memory, std::vector<std::uint32_t> words, std::vector<runtime::CodeMark> code_marks,
+             std::unique_ptr<ChangeTracker> tracker, CompileReport report)
       : memory_(std::move(memory)),
         tracker_(std::move(tracker)),
         words_(std::move(words)),
         marks_(std::move(code_marks)),
         report_(std::move(report)) {
-    run = reinterpret_cast<bool (*)(runtime::Machine&) noexcept>(reinterpret_cast<std::uintptr_t>(entry));
+    run = reinterpret_cast<bool (*)(runtime::Machine&) noexcept>(reinterpret_cast<std::uintptr_t>(memory_.data()));
     code = words_;
     marks = marks_;
   }
@@ -76,7 +77,7 @@ struct CompileOptions {
   std::uint32_t patience = kPatience;
 };
 
-/// Compiles a task. P9001 when the system gives no executable memory near its variables, or there is no code generator
+/// Compiles a task. P9001 when the system gives no executable memory, or there is no code generator
 /// for this processor.
 core::Result<std::unique_ptr<NativeTask>> compile(runtime::Program& program, const CompileOptions& options = {});
 

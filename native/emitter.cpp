@@ -6,9 +6,9 @@
 
 namespace plc::native {
 
-Emitter::Emitter(asmjit::BaseAssembler& assembler, const Memory& memory, std::uint64_t address, std::size_t reach)
+Emitter::Emitter(asmjit::BaseAssembler& assembler, const Memory& memory, std::size_t reach)
     : table_(reinterpret_cast<std::uint64_t>(memory.table)), memory_(memory), assembler_(assembler), reach_(reach) {
-  code_.init(asmjit::Environment::host(), address);
+  code_.init(asmjit::Environment::host());
   code_.setErrorHandler(this);
 }
 
@@ -78,14 +78,13 @@ void Emitter::write_data() {
 std::vector<std::byte> Emitter::finish() {
   code_.flatten();
   code_.resolveUnresolvedLinks();
-  code_.relocateToBase(code_.baseAddress());
+  // No reference is absolute.
+  if (code_.hasRelocEntries()) refuse("the code does not run at any address");
   std::vector<std::byte> bytes(code_.codeSize());
   code_.copyFlattenedData(bytes.data(), bytes.size());
   return bytes;
 }
 
-const std::byte* Emitter::address_of_label(const asmjit::Label& label) const {
-  return reinterpret_cast<const std::byte*>(code_.baseAddress() + code_.labelOffset(label));
-}
+std::size_t Emitter::offset_of(const asmjit::Label& label) const { return code_.labelOffset(label); }
 
 }  // namespace plc::native

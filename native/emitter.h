@@ -1,7 +1,7 @@
 // Emitter: code of one task while it is written, as far as it is alike on all processors: labels, the value stored
 // last, code out of the way, words behind the code, and the control between instructions and bodies.
 //
-// In: what the compiler (compile.cpp) wants done. Out: bytes for one known address. Each processor has an Assembly,
+// In: what the compiler (compile.cpp) wants done. Out: bytes that run at any address. Each processor has an Assembly,
 // which is an Emitter with the operands, registers and instructions that its translators use (x86_64/, aarch64/).
 // Does not belong here: what instructions of resolved code mean.
 #pragma once
@@ -179,15 +179,15 @@ class Emitter : private asmjit::ErrorHandler {
   [[nodiscard]] std::size_t size() const { return assembler_.offset(); }
   /// What asmjit refused first, or empty.
   [[nodiscard]] const std::string& problem() const { return problem_; }
-  /// Resolves all references; the code as it is to lie at its address.
+  /// Resolves all references; the code, which runs at any address.
   std::vector<std::byte> finish();
-  /// Where a label lies; behind finish().
-  [[nodiscard]] const std::byte* address_of_label(const asmjit::Label& label) const;
+  /// Where a label lies in the code; behind finish().
+  [[nodiscard]] std::size_t offset_of(const asmjit::Label& label) const;
 
  protected:
-  /// For code that starts at `address`, written by `assembler`, which attach() is for. `reach`: bytes of code after
-  /// which what was put aside has to be written.
-  Emitter(asmjit::BaseAssembler& assembler, const Memory& memory, std::uint64_t address, std::size_t reach);
+  /// For code written by `assembler`, which attach() is for. `reach`: bytes of code after which what was put aside has
+  /// to be written.
+  Emitter(asmjit::BaseAssembler& assembler, const Memory& memory, std::size_t reach);
   Emitter(const Emitter&) = delete;
   Emitter& operator=(const Emitter&) = delete;
   ~Emitter() override = default;

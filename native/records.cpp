@@ -97,8 +97,8 @@ void forget_late_readers(std::span<Record> records, std::size_t registers) {
       in_register_alone.erase(record.out);
     }
     while (held.size() > registers) {
-      const auto latest = std::max_element(held.begin(), held.end(),
-                                           [](const Held& a, const Held& b) { return a.until < b.until; });
+      const auto latest =
+          std::max_element(held.begin(), held.end(), [](const Held& a, const Held& b) { return a.until < b.until; });
       if (latest->next != nullptr) *latest->next = kNever;
       held.erase(latest);
     }

@@ -34,7 +34,7 @@ inline a64::Vec vec(std::uint32_t number, Type type) {
 class Assembly final : public Emitter {
  public:
   /// For code that starts at `address`.
-  Assembly(const Memory& memory, std::uint64_t address) : Emitter(a, memory, address, kReach) { attach(); }
+  explicit Assembly(const Memory& memory) : Emitter(a, memory, kReach) { attach(); }
 
   a64::Assembler a;
 

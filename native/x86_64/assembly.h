@@ -1,11 +1,11 @@
 // Assembly: the Emitter of x86-64, with operands and registers.
 //
 // In: what the compiler and the translators (translate_*.cpp) want done. Out: instructions. Registers: rbx = machine,
-// rbp = in the task's table, r13 = the instance in bodies with several, r14 = events at the last CLEAR_EVENT in bodies with
-// ENO; in loops, r8 to r12, r15 and xmm2 to xmm15 are the loop's, and rsi and rdi may hold addresses of rows (below); all
-// others are free between instructions. Variables are named by their distance from there, as compiled C does: an
-// instruction that computes with memory at a distance from the code (rip) is two to the processor. Does not belong here:
-// what instructions mean.
+// rbp = in the task's table, r13 = the instance in bodies with several, r14 = events at the last CLEAR_EVENT in bodies
+// with ENO; in loops, r8 to r12, r15 and xmm2 to xmm15 are the loop's, and rsi and rdi may hold addresses of rows
+// (below); all others are free between instructions. Variables are named by their distance from there, as compiled C
+// does: an instruction that computes with memory at a distance from the code (rip) is two to the processor. Does not
+// belong here: what instructions mean.
 #pragma once
 
 #include <asmjit/x86.h>
@@ -42,11 +42,7 @@ x86::Gp gp(std::uint32_t number, unsigned bytes);
 
 class Assembly final : public Emitter {
  public:
-  /// For code that starts at `address`.
-  Assembly(const Memory& memory, std::uint64_t address)
-      : Emitter(a, memory, address, std::numeric_limits<std::size_t>::max()) {
-    attach();
-  }
+  explicit Assembly(const Memory& memory) : Emitter(a, memory, std::numeric_limits<std::size_t>::max()) { attach(); }
 
   x86::Assembler a;
 

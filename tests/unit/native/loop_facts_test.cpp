@@ -67,7 +67,7 @@ struct Program {
     runtime::Program& program = engines[0].program(0);
     const runtime::LinkedCode& linked = program.linked();
     const runtime::TaskLayout& layout = program.table().layout();
-    const native::Assembly emitter({program.table().data(), layout.constants, layout.instance}, 0);
+    const native::Assembly emitter({program.table().data(), layout.constants, layout.instance});
     for (std::size_t n = 0; n < linked.bodies.size(); ++n) {
       const auto body = linked.instructions_of(n);
       for (const native::Loop& loop : native::find_loops(linked.data(), body)) {
