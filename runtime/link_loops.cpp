@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "runtime/link_operand.h"
+#include "runtime/loop_plan.h"
 #include "runtime/loop_run.h"
 #include "runtime/operations.h"
 #include "runtime/value_runs.h"
@@ -25,32 +26,13 @@ constexpr std::size_t kMostInstructions = 64;
 
 constexpr std::uint32_t kNoStream = 0xffffffffu;
 
-/// constant + factor * control variable + the sum of factor * variable, modulo its size.
-struct Affine {
-  struct Term {
-    std::uint32_t operand = 0;
-    std::int64_t factor = 0;
-    friend auto operator<=>(const Term&, const Term&) = default;
-  };
-  std::int64_t constant = 0;
-  std::int64_t factor = 0;
-  std::vector<Term> terms;  ///< ascending, no operand twice
-  std::uint32_t bytes = 0;
-};
-
-struct Index {
-  std::uint32_t count = 0, stride = 0;
-  std::int64_t lower = 0;
-  Affine number;
-};
-
-/// One access to an element.
-struct Element {
-  OperandRange array;       ///< every element that the indices can name
-  std::uint32_t bytes = 0;  ///< of the element
-  std::vector<Index> indices;
-  bool write = false;
-};
+using Affine = LoopPlan::Affine;
+using Index = LoopPlan::Index;
+using Element = LoopPlan::Element;
+using KnownRounds = LoopPlan::KnownRounds;
+using LastValue = LoopPlan::LastValue;
+using LastComputed = LoopPlan::LastComputed;
+using StreamKind = LoopPlan::StreamKind;
 
 /// One instruction of the body.
 struct Step {
@@ -63,27 +45,9 @@ struct Step {
   stdlib::Kernel kernel = nullptr;
 };
 
-struct Record {
-  std::uintptr_t run = 0;  ///< StreamRun, or Kernel
-  std::uint32_t out = 0;
-  std::vector<std::uint32_t> in;
-  std::uint32_t arguments = 0;
-  std::uint32_t position = 0;
+struct Record : LoopPlan::Record {
   const Step* step = nullptr;  ///< null: counts
   bool of_its_round = false;   ///< reads what its round changes
-};
-
-/// What a variable has behind the last round.
-struct LastValue {
-  std::uint32_t operand = 0;
-  std::uint32_t stream = 0;
-  std::uint32_t bytes = 0;
-};
-/// The same, where it is computed from variables.
-struct LastComputed {
-  std::uint32_t position = 0;  ///< of its instruction
-  std::uintptr_t run = 0;      ///< ValueRun
-  std::vector<std::uint32_t> operands;
 };
 
 std::optional<std::uint32_t> scalar_bytes(core::TypeId type) {
@@ -110,7 +74,12 @@ class LoopLinker {
     join_products();
     make_last_round();
     number_streams();
-    if (variables_.size() + values_.size() + elements_.size() <= kMostStreams) write(loop);
+    if (plan_.variables.size() + plan_.values.size() + plan_.elements.size() > kMostStreams) return;
+    plan_.records.assign(records_.begin(), records_.end());
+    plan_.rounds = known_rounds();
+    words_[loop.position + 1] = write_loop_run(words_, plan_, loop.addressing, scratch_);
+    code_.arranged.push_back({words_[loop.position + 1], ResolvedOp::kLoopRun});
+    ++code_.report.loops;
   }
 
  private:
@@ -126,23 +95,24 @@ class LoopLinker {
     const LinkedInstruction& jump = code_.instructions[loop.last];
     const LinkedInstruction& count = code_.instructions[loop.last - 1];
     const LinkedInstruction& compare = code_.instructions[loop.last - 2];
-    wide_ = count.op == ResolvedOp::kAdd32 || count.op == ResolvedOp::kSub32;
-    down_ = count.op == ResolvedOp::kSub16 || count.op == ResolvedOp::kSub32;
-    const ResolvedOp counts =
-        wide_ ? (down_ ? ResolvedOp::kSub32 : ResolvedOp::kAdd32) : (down_ ? ResolvedOp::kSub16 : ResolvedOp::kAdd16);
-    const ResolvedOp compares = wide_ ? (down_ ? ResolvedOp::kGtI32Unless : ResolvedOp::kLtI32Unless)
-                                      : (down_ ? ResolvedOp::kGtI16Unless : ResolvedOp::kLtI16Unless);
-    control_ = word(count, 1);
-    step_ = word(count, 3);
-    limit_ = word(compare, 3);
-    jump_ = jump.position;
-    exit_ = word(compare, 4);
-    head_ = words_[jump.position + 1];
+    plan_.wide = count.op == ResolvedOp::kAdd32 || count.op == ResolvedOp::kSub32;
+    plan_.down = count.op == ResolvedOp::kSub16 || count.op == ResolvedOp::kSub32;
+    const ResolvedOp counts = plan_.wide ? (plan_.down ? ResolvedOp::kSub32 : ResolvedOp::kAdd32)
+                                         : (plan_.down ? ResolvedOp::kSub16 : ResolvedOp::kAdd16);
+    const ResolvedOp compares = plan_.wide ? (plan_.down ? ResolvedOp::kGtI32Unless : ResolvedOp::kLtI32Unless)
+                                           : (plan_.down ? ResolvedOp::kGtI16Unless : ResolvedOp::kLtI16Unless);
+    plan_.control = word(count, 1);
+    plan_.step = word(count, 3);
+    plan_.limit = word(compare, 3);
+    plan_.jump = jump.position;
+    plan_.exit = word(compare, 4);
+    plan_.head = words_[jump.position + 1];
     first_ = loop.first;
-    const std::uint32_t bytes = wide_ ? 4 : 2;
-    counted_ = {{control_, bytes}, {step_, bytes}, {limit_, bytes}};
-    result_ = {word(compare, 1), 1};
-    return count.op == counts && compare.op == compares && word(count, 2) == control_ && word(compare, 2) == control_;
+    const std::uint32_t bytes = plan_.wide ? 4 : 2;
+    counted_ = {{plan_.control, bytes}, {plan_.step, bytes}, {plan_.limit, bytes}};
+    plan_.result = {word(compare, 1), 1};
+    return count.op == counts && compare.op == compares && word(count, 2) == plan_.control &&
+           word(compare, 2) == plan_.control;
   }
 
   bool read_body(const LinkedLoop& loop) {
@@ -224,13 +194,13 @@ class LoopLinker {
 
   [[nodiscard]] bool is_written(const OperandRange& range) const {
     return std::any_of(steps_.begin(), steps_.end(), [&](const Step& s) { return s.out.overlaps(range); }) ||
-           result_.overlaps(range);
+           plan_.result.overlaps(range);
   }
   /// Variables are the same bytes or other bytes; none lies in an array, unless both are only read; the loop counts
   /// with what it does not change.
   [[nodiscard]] bool check_variables() const {
     std::vector<OperandRange> all = counted_;
-    all.push_back(result_);
+    all.push_back(plan_.result);
     for (const Step& step : steps_) {
       if (step.out.bytes != 0) all.push_back(step.out);
       all.insert(all.end(), step.in.begin(), step.in.end());
@@ -277,7 +247,7 @@ class LoopLinker {
     }
     // In later rounds, is the first one where the second one has been?
     const std::int64_t ahead = b.number.constant - a.number.constant;
-    const std::int64_t per_round = down_ ? -a.number.factor : a.number.factor;
+    const std::int64_t per_round = plan_.down ? -a.number.factor : a.number.factor;
     return per_round == 0 ? ahead != 0 : ahead == 0 || (ahead > 0) != (per_round > 0);
   }
   /// Finds out what indices are, and whether elements keep out of each other's way.
@@ -410,26 +380,22 @@ class LoopLinker {
   [[nodiscard]] std::size_t writers_of(const OperandRange& range) const {
     return static_cast<std::size_t>(
         std::count_if(steps_.begin(), steps_.end(), [&](const Step& s) { return s.out == range; }) +
-        (result_ == range ? 1 : 0));
+        (plan_.result == range ? 1 : 0));
   }
-  /// The rounds of a loop from a constant to a constant, as most are. Nobody jumps to its first round: what stands in
-  /// front of it has set its variable.
-  struct KnownRounds {
-    std::int64_t start = 0, added = 0, jumps = 0;
-  };
+  /// Nobody jumps to the first round of a loop: what stands in front of it has set its variable.
   [[nodiscard]] std::optional<KnownRounds> known_rounds() const {
     std::size_t before = first_;
     while (before > 0 && code_.instructions[before - 1].op == ResolvedOp::kStretch) --before;
     if (before == 0) return std::nullopt;
     const LinkedInstruction& sets = code_.instructions[before - 1];
-    if (sets.op != (wide_ ? ResolvedOp::kMove32 : ResolvedOp::kMove16) || word(sets, 1) != control_)
+    if (sets.op != (plan_.wide ? ResolvedOp::kMove32 : ResolvedOp::kMove16) || word(sets, 1) != plan_.control)
       return std::nullopt;
     const auto start = constant_at({word(sets, 2), counted_[0].bytes});
     const auto step = constant_at(counted_[1]), limit = constant_at(counted_[2]);
     if (!start || !step || !limit) return std::nullopt;
-    const std::int64_t jumps = wide_ ? jumps_of_loop<std::int32_t>(*start, *step, *limit, down_)
-                                     : jumps_of_loop<std::int16_t>(*start, *step, *limit, down_);
-    return KnownRounds{*start, down_ ? -*step : *step, jumps};
+    const std::int64_t jumps = plan_.wide ? jumps_of_loop<std::int32_t>(*start, *step, *limit, plan_.down)
+                                          : jumps_of_loop<std::int16_t>(*start, *step, *limit, plan_.down);
+    return KnownRounds{*start, plan_.down ? -*step : *step, jumps};
   }
 
   /// Whether somebody reads what `from` left there.
@@ -441,30 +407,26 @@ class LoopLinker {
     return false;
   }
 
-  // Streams are numbered by kind first, and put in a row when all are known.
-  enum class StreamKind : std::uint8_t { kVariable, kValue, kElement };
-  static std::uint32_t number(StreamKind kind, std::size_t i) {
-    return static_cast<std::uint32_t>(kind) << 16 | static_cast<std::uint32_t>(i);
-  }
   std::uint32_t variable(std::uint32_t operand) {
-    const auto known = std::find(variables_.begin(), variables_.end(), operand);
-    if (known == variables_.end()) variables_.push_back(operand);
-    return number(
-        StreamKind::kVariable,
-        static_cast<std::size_t>(std::find(variables_.begin(), variables_.end(), operand) - variables_.begin()));
+    const auto known = std::find(plan_.variables.begin(), plan_.variables.end(), operand);
+    if (known == plan_.variables.end()) plan_.variables.push_back(operand);
+    return LoopPlan::stream(StreamKind::kVariable, static_cast<std::size_t>(std::find(plan_.variables.begin(),
+                                                                                      plan_.variables.end(), operand) -
+                                                                            plan_.variables.begin()));
   }
   std::uint32_t new_value(std::uint64_t bytes) {
-    values_.push_back(static_cast<std::uint32_t>(bytes));
-    return number(StreamKind::kValue, values_.size() - 1);
+    plan_.values.push_back(static_cast<std::uint32_t>(bytes));
+    return LoopPlan::stream(StreamKind::kValue, plan_.values.size() - 1);
   }
   std::uint32_t new_element(const Element& element) {
-    elements_.push_back(&element);
-    return number(StreamKind::kElement, elements_.size() - 1);
+    plan_.elements.push_back(&element);
+    return LoopPlan::stream(StreamKind::kElement, plan_.elements.size() - 1);
   }
   template <class Run>
   Record& add_record(Run run, std::uint32_t out, std::vector<std::uint32_t> in, const Step& step) {
     const auto arguments = static_cast<std::uint32_t>(step.function != nullptr ? in.size() : 0);
-    records_.push_back({reinterpret_cast<std::uintptr_t>(run), out, std::move(in), arguments, step.position, &step});
+    records_.push_back(
+        {{reinterpret_cast<std::uintptr_t>(run), out, std::move(in), arguments, step.position}, &step, false});
     return records_.back();
   }
 
@@ -473,9 +435,8 @@ class LoopLinker {
     if (range == counted_[0]) {
       if (counter_ == kNoStream) {
         counter_ = new_value(range.bytes);
-        records_.insert(records_.begin(), Record{reinterpret_cast<std::uintptr_t>(counting(wide_, down_)),
-                                                 counter_,
-                                                 {variable(control_), variable(step_)}});
+        const auto run = reinterpret_cast<std::uintptr_t>(counting(plan_.wide, plan_.down));
+        records_.insert(records_.begin(), Record{{run, counter_, {variable(plan_.control), variable(plan_.step)}}});
       }
       return counter_;
     }
@@ -487,9 +448,9 @@ class LoopLinker {
   }
 
   bool make_records() {
-    variables_.clear();
-    values_.clear();
-    elements_.clear();
+    plan_.variables.clear();
+    plan_.values.clear();
+    plan_.elements.clear();
     records_.clear();
     now_.clear();
     counter_ = kNoStream;
@@ -551,8 +512,8 @@ class LoopLinker {
 
   /// The variable that has `stream` behind the last round.
   [[nodiscard]] std::optional<std::uint32_t> home_of(std::uint32_t stream) const {
-    if (stream == counter_) return control_;
-    if (stream >> 16 == static_cast<std::uint32_t>(StreamKind::kVariable)) return variables_[stream & 0xffffu];
+    if (stream == counter_) return plan_.control;
+    if (stream >> 16 == static_cast<std::uint32_t>(StreamKind::kVariable)) return plan_.variables[stream & 0xffffu];
     const auto home = std::find_if(now_.begin(), now_.end(), [&](const auto& now) { return now.second == stream; });
     return home == now_.end() ? std::nullopt : std::optional(home->first);
   }
@@ -570,15 +531,15 @@ class LoopLinker {
       if (!home) return false;
       last.operands.push_back(*home);
     }
-    last_computed_.push_back(std::move(last));
+    plan_.last_computed.push_back(std::move(last));
     computed_.push_back(record.out);
     return true;
   }
   /// What is only left in variables is computed in the last round alone.
   void leave_out_unread(Addressing addressing) {
-    last_computed_.clear();
+    plan_.last_computed.clear();
     computed_.clear();
-    std::vector<std::uint8_t> read(values_.size(), 0);
+    std::vector<std::uint8_t> read(plan_.values.size(), 0);
     for (auto record = records_.rbegin(); record != records_.rend(); ++record) {
       if (is_value(record->out) && read[record->out & 0xffffu] == 0 && record->arguments == 0 &&
           compute_last(*record, addressing)) {
@@ -618,15 +579,17 @@ class LoopLinker {
 
   /// Values are copied to their variables behind the last round, where no stream has them computed.
   void make_last_round() {
-    std::sort(last_computed_.begin(), last_computed_.end(),
+    std::sort(plan_.last_computed.begin(), plan_.last_computed.end(),
               [](const LastComputed& a, const LastComputed& b) { return a.position < b.position; });
-    last_values_.clear();
+    plan_.last_values.clear();
     for (const auto& [operand, stream] : now_) {
       if (std::find(computed_.begin(), computed_.end(), stream) != computed_.end()) continue;
       const auto writer = std::find_if(steps_.begin(), steps_.end(),
                                        [&](const Step& s) { return s.out.bytes != 0 && s.out.operand == operand; });
-      last_values_.push_back({operand, stream, static_cast<std::uint32_t>(writer->out.bytes)});
+      plan_.last_values.push_back({operand, stream, static_cast<std::uint32_t>(writer->out.bytes)});
     }
+    std::stable_partition(plan_.last_values.begin(), plan_.last_values.end(),
+                          [](const LastValue& value) { return value.bytes == 4; });
   }
 
   /// Variables and values that nobody keeps any more take no stream.
@@ -637,10 +600,10 @@ class LoopLinker {
       if (kind >= std::size(kept)) return;
       const auto known = std::find(kept[kind].begin(), kept[kind].end(), stream);
       const std::uint32_t renumbered =
-          number(static_cast<StreamKind>(kind), static_cast<std::size_t>(known - kept[kind].begin()));
+          LoopPlan::stream(static_cast<StreamKind>(kind), static_cast<std::size_t>(known - kept[kind].begin()));
       if (known == kept[kind].end()) {
         kept[kind].push_back(stream);
-        content[kind].push_back((kind == 0 ? variables_ : values_)[stream & 0xffffu]);
+        content[kind].push_back((kind == 0 ? plan_.variables : plan_.values)[stream & 0xffffu]);
       }
       stream = renumbered;
     };
@@ -648,169 +611,23 @@ class LoopLinker {
       renumber(record.out);
       for (std::uint32_t& in : record.in) renumber(in);
     }
-    for (LastValue& value : last_values_) renumber(value.stream);
-    variables_ = std::move(content[0]);
-    values_ = std::move(content[1]);
-  }
-
-  // ---- writing
-
-  template <class T>
-  void put_wide(T value) {
-    static_assert(sizeof value == 8);
-    std::uint32_t pair[2];
-    std::memcpy(pair, &value, sizeof pair);
-    words_.insert(words_.end(), {pair[0], pair[1]});
-  }
-  /// Where the stream stands, in bytes.
-  [[nodiscard]] std::uint32_t row(std::uint32_t stream) const {
-    const auto kind = static_cast<StreamKind>(stream >> 16);
-    const std::size_t before = kind == StreamKind::kValue      ? 0
-                               : kind == StreamKind::kVariable ? values_.size()
-                                                               : values_.size() + variables_.size();
-    return (static_cast<std::uint32_t>(before) + (stream & 0xffffu)) * std::uint32_t{sizeof(Stream)};
-  }
-
-  /// What makes the number of an index; they stand in this order.
-  enum class By : std::uint8_t { kControl, kVariable, kBoth, kSum };
-  static By by(const Index& index) {
-    const Affine& number = index.number;
-    const std::int64_t start = number.constant - index.lower;
-    const bool plain = start == static_cast<std::int32_t>(start) && (number.factor == 0 || number.factor == 1) &&
-                       (number.terms.empty() || (number.terms.size() == 1 && number.terms[0].factor == 1));
-    if (!plain || (number.factor == 0 && number.terms.empty())) return By::kSum;
-    return number.terms.empty() ? By::kControl : number.factor == 0 ? By::kVariable : By::kBoth;
-  }
-  /// Where the stream of an element begins and how far it steps, but for the indices that it has when it runs: those
-  /// of the control variable alone are known where the rounds are.
-  struct Begin {
-    std::uint32_t operand = 0;
-    std::int32_t step = 0;
-  };
-  static std::optional<Begin> begin_of(const Element& element, const std::optional<KnownRounds>& rounds) {
-    std::int64_t offset = 0, step = 0;
-    for (const Index& index : element.indices) {
-      if (!rounds || by(index) != By::kControl) continue;
-      const std::int64_t first = rounds->start + index.number.constant - index.lower;
-      const std::int64_t last = first + rounds->added * rounds->jumps;
-      if (std::min(first, last) < 0 || std::max(first, last) >= index.count) return std::nullopt;
-      offset += first * index.stride;
-      step += rounds->added * index.stride;
-    }
-    if (step != static_cast<std::int32_t>(step)) return std::nullopt;
-    return Begin{static_cast<std::uint32_t>(element.array.operand + offset), static_cast<std::int32_t>(step)};
-  }
-
-  void put_index(std::uint32_t stream, const Index& index) {
-    const Affine& number = index.number;
-    const std::int64_t start = number.constant - index.lower;
-    words_.insert(words_.end(), {stream, index.count, index.stride});
-    if (by(index) != By::kSum) {
-      const std::uint32_t operand = number.terms.empty() ? 0 : number.terms[0].operand;
-      words_.insert(words_.end(), {static_cast<std::uint32_t>(start), operand, number.bytes});
-      return;
-    }
-    words_.insert(words_.end(),
-                  {static_cast<std::uint32_t>(number.factor), static_cast<std::uint32_t>(number.terms.size())});
-    put_wide(start);
-    for (const Affine::Term& term : number.terms) {
-      words_.insert(words_.end(), {term.operand, static_cast<std::uint32_t>(term.factor), number.bytes});
-    }
-  }
-  void put_indices(By kind) {
-    for (std::size_t i = 0; i < elements_.size(); ++i) {
-      for (const Index& index : elements_[i]->indices) {
-        if (by(index) == kind) put_index(row(number(StreamKind::kElement, i)), index);
-      }
-    }
-  }
-
-  void write(const LinkedLoop& loop) {
-    const auto start = static_cast<std::uint32_t>(words_.size());
-    const auto size = [](const auto& list) { return static_cast<std::uint32_t>(list.size()); };
-    // Where an index leaves its array, the rounds are not to be known: the loop is left to its code.
-    std::optional<KnownRounds> rounds = known_rounds();
-    if (!std::all_of(elements_.begin(), elements_.end(), [&](const Element* e) { return begin_of(*e, rounds); })) {
-      rounds.reset();
-    }
-    std::uint32_t indices[4] = {};
-    for (const Element* element : elements_) {
-      for (const Index& index : element->indices) ++indices[static_cast<std::size_t>(by(index))];
-    }
-    if (rounds) indices[static_cast<std::size_t>(By::kControl)] = 0;
-    const KnownRounds known = rounds.value_or(KnownRounds{});
-    const auto others = std::stable_partition(last_values_.begin(), last_values_.end(),
-                                              [](const LastValue& value) { return value.bytes == 4; });
-    words_.insert(words_.end(), {handler_word(loop.addressing, ResolvedOp::kLoopRun),
-                                 head_,
-                                 exit_,
-                                 jump_,
-                                 control_,
-                                 limit_,
-                                 step_,
-                                 static_cast<std::uint32_t>(result_.operand),
-                                 (wide_ ? kWide : 0) | (down_ ? kDown : 0) | (rounds ? kKnown : 0),
-                                 static_cast<std::uint32_t>(known.start),
-                                 static_cast<std::uint32_t>(known.added),
-                                 static_cast<std::uint32_t>(known.jumps),
-                                 size(values_),
-                                 size(variables_) + size(elements_),
-                                 size(elements_),
-                                 indices[0],
-                                 indices[1],
-                                 indices[2],
-                                 indices[3],
-                                 size(records_),
-                                 static_cast<std::uint32_t>(others - last_values_.begin()),
-                                 static_cast<std::uint32_t>(last_values_.end() - others),
-                                 size(last_computed_),
-                                 scratch_});
-    words_.insert(words_.end(), values_.begin(), values_.end());
-    for (const std::uint32_t operand : variables_) words_.insert(words_.end(), {operand, 0});
-    for (const Element* element : elements_) {
-      const Begin begin = *begin_of(*element, rounds);
-      words_.insert(words_.end(), {begin.operand, static_cast<std::uint32_t>(begin.step)});
-    }
-    if (!rounds) put_indices(By::kControl);
-    for (const By kind : {By::kVariable, By::kBoth, By::kSum}) put_indices(kind);
-    for (const Record& record : records_) {
-      put_wide(record.run);
-      const auto in = [&](std::size_t i) { return i < record.in.size() ? row(record.in[i]) : 0; };
-      words_.insert(words_.end(), {row(record.out), in(0), in(1), in(2), record.arguments, record.position});
-    }
-    for (const LastValue& value : last_values_) {
-      words_.insert(words_.end(), {value.operand, row(value.stream), value.bytes});
-    }
-    for (const LastComputed& computed : last_computed_) {
-      put_wide(computed.run);
-      words_.push_back(size(computed.operands));
-      words_.insert(words_.end(), computed.operands.begin(), computed.operands.end());
-    }
-    words_[loop.position + 1] = start;
-    code_.arranged.push_back({start, ResolvedOp::kLoopRun});
-    ++code_.report.loops;
+    for (LastValue& value : plan_.last_values) renumber(value.stream);
+    plan_.variables = std::move(content[0]);
+    plan_.values = std::move(content[1]);
   }
 
   std::vector<std::uint32_t>& words_;
   LinkedCode& code_;
   const LinkedConstants& constants_;
   std::uint32_t scratch_;
-  bool wide_ = false, down_ = false;
-  std::uint32_t control_ = 0, step_ = 0, limit_ = 0;  ///< operands
-  std::uint32_t head_ = 0, exit_ = 0, jump_ = 0;      ///< positions
-  std::size_t first_ = 0;                             ///< its first instruction
-  std::vector<OperandRange> counted_;                 ///< control variable, step, limit
-  OperandRange result_;                               ///< of the comparison
+  LoopPlan plan_;
+  std::vector<Record> records_;        ///< of the plan
+  std::size_t first_ = 0;              ///< its first instruction
+  std::vector<OperandRange> counted_;  ///< control variable, step, limit
   std::vector<Step> steps_;
   std::map<std::uint32_t, Affine> numbers_;     ///< of variables, at this step of a round
   std::map<std::uint32_t, std::uint32_t> now_;  ///< streams of variables that the round has written
   std::uint32_t counter_ = kNoStream;
-  std::vector<std::uint32_t> variables_;  ///< operands
-  std::vector<std::uint32_t> values_;     ///< bytes
-  std::vector<const Element*> elements_;
-  std::vector<Record> records_;
-  std::vector<LastValue> last_values_;
-  std::vector<LastComputed> last_computed_;
   std::vector<std::uint32_t> computed_;  ///< streams that nobody fills
 };
 

@@ -2,7 +2,7 @@
 // the first one, all rounds of the second one, and so on, a few rounds at a time (kLoopChunk).
 //
 // What an instruction reads and writes is a stream: a variable, which stays where it is; an element, which steps
-// through its array; a value between two instructions, in scratch memory. In: the words below, which link_loops.h
+// through its array; a value between two instructions, in scratch memory. In: the words below, which loop_plan.h
 // makes. Out: what the loop leaves behind its last round and the comparison that ends it; where the loop budget ends
 // first, before the round it ends in; when an index leaves its array, before the first one. RT: takes no more rounds
 // than the loop budget has.
