@@ -77,8 +77,7 @@ struct CompileOptions {
   std::uint32_t patience = kPatience;
 };
 
-/// Compiles a task. P9001 when the system gives no executable memory, or there is no code generator
-/// for this processor.
+/// Compiles a task. P9001 when the system gives no executable memory, or there is no code generator for this processor.
 core::Result<std::unique_ptr<NativeTask>> compile(runtime::Program& program, const CompileOptions& options = {});
 
 }  // namespace plc::native

@@ -43,20 +43,23 @@ PLC_PACKED inline void put(std::byte* window, std::uint64_t bits, std::uint64_t 
   put_half(window + 32, static_cast<std::uint32_t>(bits >> 32), static_cast<std::uint32_t>(written >> 32));
 }
 
+/// One of a run, which are aligned as its words are.
+using WordInRun = std::uint64_t __attribute__((may_alias, aligned(4)));
+
 /// Shifts the bit `index` of `truth` into `results`. WHY not BT: on some processors it runs where PEXT does, and only
 /// there.
 PLC_PACKED inline void look_up(std::uint64_t& results, const std::byte* truth, std::uint64_t index) noexcept {
   std::uint64_t bit;
   asm("shrx %2, %3, %1\n\tshr $1, %1\n\tadc %0, %0"
       : "+r"(results), "=&r"(bit)
-      : "r"(index), "m"(*reinterpret_cast<const std::uint64_t*>(truth))
+      : "r"(index), "m"(*reinterpret_cast<const WordInRun*>(truth))
       : "cc");
 }
 
 /// PEXT with a mask in memory, right where it is needed: there are more masks than registers.
 PLC_PACKED inline std::uint64_t extract(std::uint64_t word, const std::byte* mask) noexcept {
   std::uint64_t bits;
-  asm("pext %2, %1, %0" : "=r"(bits) : "r"(word), "m"(*reinterpret_cast<const std::uint64_t*>(mask)));
+  asm("pext %2, %1, %0" : "=r"(bits) : "r"(word), "m"(*reinterpret_cast<const WordInRun*>(mask)));
   return bits;
 }
 
@@ -164,8 +167,8 @@ PLC_PACKED const std::uint32_t* run(std::byte* table, std::uint32_t instance, co
 
 /// AMD's first two generations with PEXT take as long for it as for twenty loads.
 bool is_fast() {
-  return __builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("bmi2") != 0 &&
-         __builtin_cpu_is("znver1") == 0 && __builtin_cpu_is("znver2") == 0;
+  return __builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("bmi") != 0 &&
+         __builtin_cpu_supports("bmi2") != 0 && __builtin_cpu_is("znver1") == 0 && __builtin_cpu_is("znver2") == 0;
 }
 
 }  // namespace

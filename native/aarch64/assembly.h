@@ -33,7 +33,6 @@ inline a64::Vec vec(std::uint32_t number, Type type) {
 
 class Assembly final : public Emitter {
  public:
-  /// For code that starts at `address`.
   explicit Assembly(const Memory& memory) : Emitter(a, memory, kReach) { attach(); }
 
   a64::Assembler a;
