@@ -59,7 +59,7 @@ class TaskCompiler {
     s_.baseline = options.baseline;
     records_as_data_ = records() > options.most_records_as_code.value_or(most_records_as_code());
     for (const LinkedBody& body : linked_.bodies) entries_.emplace(body.entry, s_.label());
-    if (!records_as_data_) s_.expect_most_at(most_named());
+    if (const auto begin = most_named(); begin && !records_as_data_) s_.expect_most_at(*begin);
     entry();
     for (std::size_t b = 0; b < linked_.bodies.size(); ++b) {
       const std::size_t begin = s_.size();
@@ -80,8 +80,8 @@ class TaskCompiler {
     return count;
   }
 
-  /// Where the bytes begin that boolean logic names most often.
-  [[nodiscard]] std::uint32_t most_named() const {
+  /// Where the bytes begin that boolean logic names most often, if there is any.
+  [[nodiscard]] std::optional<std::uint32_t> most_named() const {
     std::vector<std::uint32_t> operands;
     for (std::size_t b = 0; b < linked_.bodies.size(); ++b) {
       if (linked_.bodies[b].addressing == Addressing::kRelative) continue;
@@ -104,7 +104,7 @@ class TaskCompiler {
         best = first;
       }
     }
-    return operands.empty() ? 0 : operands[best];
+    return operands.empty() ? std::nullopt : std::optional(operands[best]);
   }
 
   [[nodiscard]] const std::string& problem() const { return s_.problem(); }
