@@ -36,11 +36,11 @@ namespace {
 constexpr std::size_t kMostRounds = 4;
 
 /// Code of more records than this runs slower than the records themselves: a record takes about 40 bytes of code, and
-/// from one and a half times the processor's second cache on fetching it costs more than looking up (bench/README.md).
+/// where that nearly fills the processor's second cache fetching it costs more than looking up (docs/adr/0021).
 std::size_t most_records_as_code() {
   constexpr long kUsualCache = 1024 * 1024;
   const long cache = ::sysconf(_SC_LEVEL2_CACHE_SIZE);
-  return static_cast<std::size_t>(cache > 0 ? cache : kUsualCache) * 3 / 2 / 40;
+  return static_cast<std::size_t>(cache > 0 ? cache : kUsualCache) * 3 / 4 / 40;
 }
 
 class TaskCompiler {
