@@ -28,7 +28,7 @@ int make_file() {
 }  // namespace
 
 CodeMemory::~CodeMemory() {
-  if (at_ != nullptr) ::munmap(const_cast<std::byte*>(at_), size_);
+  if (at_ != nullptr) ::munmap(at_, size_);
 }
 CodeMemory::CodeMemory(CodeMemory&& other) noexcept
     : at_(std::exchange(other.at_, nullptr)), size_(std::exchange(other.size_, 0)) {}
@@ -56,7 +56,7 @@ core::Result<CodeMemory> CodeMemory::make(std::span<const std::byte> code) {
   ::close(file);
   // Written through other addresses: processors whose caches of instructions do not look must be told.
   __builtin___clear_cache(static_cast<char*>(at), static_cast<char*>(at) + code.size());
-  return CodeMemory(static_cast<const std::byte*>(at), code.size());
+  return CodeMemory(static_cast<std::byte*>(at), code.size());
 }
 
 }  // namespace plc::native

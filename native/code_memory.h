@@ -26,9 +26,9 @@ class CodeMemory {
   [[nodiscard]] const std::byte* data() const { return at_; }
 
  private:
-  CodeMemory(const std::byte* at, std::size_t size) : at_(at), size_(size) {}
+  CodeMemory(std::byte* at, std::size_t size) : at_(at), size_(size) {}
 
-  const std::byte* at_ = nullptr;
+  std::byte* at_ = nullptr;
   std::size_t size_ = 0;
 };
 

@@ -59,7 +59,9 @@ class TaskCompiler {
     s_.baseline = options.baseline;
     records_as_data_ = records() > options.most_records_as_code.value_or(most_records_as_code());
     for (const LinkedBody& body : linked_.bodies) entries_.emplace(body.entry, s_.label());
-    if (const auto begin = most_named(); begin && !records_as_data_) s_.expect_most_at(*begin);
+    if (!records_as_data_) {
+      if (const auto begin = most_named()) s_.expect_most_at(*begin);
+    }
     entry();
     for (std::size_t b = 0; b < linked_.bodies.size(); ++b) {
       const std::size_t begin = s_.size();
@@ -80,6 +82,15 @@ class TaskCompiler {
     return count;
   }
 
+  [[nodiscard]] const std::string& problem() const { return s_.problem(); }
+  std::vector<std::byte> code() { return s_.finish(); }
+  std::unique_ptr<NativeTask> task(CodeMemory memory) {
+    if (tracker_) tell_places(memory.data());
+    return std::make_unique<NativeTask>(std::move(memory), std::move(words_), std::move(marks_), std::move(tracker_),
+                                        std::move(report_));
+  }
+
+ private:
   /// Where the bytes begin that boolean logic names most often, if there is any.
   [[nodiscard]] std::optional<std::uint32_t> most_named() const {
     std::vector<std::uint32_t> operands;
@@ -107,15 +118,6 @@ class TaskCompiler {
     return operands.empty() ? std::nullopt : std::optional(operands[best]);
   }
 
-  [[nodiscard]] const std::string& problem() const { return s_.problem(); }
-  std::vector<std::byte> code() { return s_.finish(); }
-  std::unique_ptr<NativeTask> task(CodeMemory memory) {
-    if (tracker_) tell_places(memory.data());
-    return std::make_unique<NativeTask>(std::move(memory), std::move(words_), std::move(marks_), std::move(tracker_),
-                                        std::move(report_));
-  }
-
- private:
   /// What C++ calls: bool (Machine&).
   void entry() {
     const bool loops = std::any_of(linked_.instructions.begin(), linked_.instructions.end(),
