@@ -501,7 +501,7 @@ class Arranger {
     if (!packed || !packed->pays) return false;
     moves_.assign(items_.size(), 0);
     definition_.assign(items_.size() * 6, kLiveIn);
-    for (const PackedStep& step : packed->steps) put_step(step, packed->bits);
+    for (const PackedStep& step : packed->steps) put_step(step, packed->form);
     code_.report.packed += records;
     return true;
   }
@@ -521,10 +521,10 @@ class Arranger {
     }
     return all;
   }
-  void put_step(const PackedStep& step, std::size_t bits) {
+  void put_step(const PackedStep& step, PackedForm form) {
     if (step.items.empty()) {
       put_handler(ResolvedOp::kPackedRun);
-      put_pointer(reinterpret_cast<std::uint64_t>(packed_run(bits)));
+      put_pointer(reinterpret_cast<std::uint64_t>(packed_run(form)));
       words_.push_back(step.chunks);
       words_.insert(words_.end(), step.words.begin(), step.words.end());
       ++code_.report.runs;

@@ -12,16 +12,10 @@
 #include <span>
 #include <vector>
 
-namespace plc::runtime {
+#include "runtime/packed_logic.h"
+#include "runtime/packed_run.h"
 
-/// A cell is a range of bytes that are always used together; those of records are one byte.
-struct StretchItem {
-  bool logic = false;                 ///< a boolean record
-  std::uint32_t kind = 0;             ///< of another instruction: those of one kind should run side by side
-  std::uint32_t truth = 0;            ///< of a record, over its inputs
-  std::vector<std::uint32_t> reads;   ///< cells; of a record, its inputs, at most 5
-  std::vector<std::uint32_t> writes;  ///< cells, each once; of a record, one
-};
+namespace plc::runtime {
 
 /// A packed run, or other instructions.
 struct PackedStep {
@@ -30,8 +24,8 @@ struct PackedStep {
   std::vector<std::uint32_t> words;
 };
 struct PackedStretch {
-  std::size_t bits = 0;  ///< words of bits, 1 or 2: see packed_run()
-  bool pays = false;     ///< faster than loops over the records
+  PackedForm form;
+  bool pays = false;  ///< faster than loops over the records
   std::vector<PackedStep> steps;
 };
 

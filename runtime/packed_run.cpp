@@ -15,13 +15,22 @@ namespace {
 
 #define PLC_PACKED [[gnu::target("avx2,bmi,bmi2")]]
 
-/// The lowest bit of each byte.
-PLC_PACKED inline std::uint64_t bits_of(const std::byte* window) noexcept {
-  const auto half = [](const std::byte* at) __attribute__((target("avx2,bmi,bmi2"), always_inline)) {
-    const __m256i bytes = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(at));
-    return static_cast<std::uint32_t>(_mm256_movemask_epi8(_mm256_slli_epi16(bytes, 7)));
-  };
-  return half(window) | std::uint64_t{half(window + 32)} << 32;
+PLC_PACKED inline __m256i load_half(const std::byte* at) noexcept {
+  return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(at));
+}
+/// The bytes in the order of `numbers`, where there is one.
+PLC_PACKED inline __m256i in_order(__m256i bytes, const std::byte* numbers) noexcept {
+  return numbers == nullptr ? bytes : _mm256_shuffle_epi8(bytes, load_half(numbers));
+}
+
+/// The lowest bit of each byte. `byte_of_bit`: null for a window in its own order.
+PLC_PACKED inline std::uint32_t half_of(const std::byte* window, const std::byte* byte_of_bit) noexcept {
+  const __m256i bytes = in_order(load_half(window), byte_of_bit);
+  return static_cast<std::uint32_t>(_mm256_movemask_epi8(_mm256_slli_epi16(bytes, 7)));
+}
+PLC_PACKED inline std::uint64_t bits_of(const std::byte* window, const std::byte* byte_of_bit) noexcept {
+  const std::byte* const high = byte_of_bit == nullptr ? nullptr : byte_of_bit + 32;
+  return half_of(window, byte_of_bit) | std::uint64_t{half_of(window + 32, high)} << 32;
 }
 
 /// 0xff for each bit that is set.
@@ -31,29 +40,32 @@ PLC_PACKED inline __m256i bytes_of(std::uint32_t bits) noexcept {
   const __m256i all = _mm256_shuffle_epi8(_mm256_set1_epi32(static_cast<int>(bits)), from);
   return _mm256_cmpeq_epi8(_mm256_and_si256(all, bit), bit);
 }
-PLC_PACKED inline void put_half(std::byte* at, std::uint32_t bits, std::uint32_t written) noexcept {
-  auto* const to = reinterpret_cast<__m256i*>(at);
-  const __m256i values = _mm256_and_si256(bytes_of(bits), _mm256_set1_epi8(1));
-  _mm256_storeu_si256(to, _mm256_blendv_epi8(_mm256_loadu_si256(to), values, bytes_of(written)));
+PLC_PACKED inline void put_half(std::byte* at, std::uint32_t bits, std::uint32_t written,
+                                const std::byte* bit_of_byte) noexcept {
+  const __m256i values = in_order(_mm256_and_si256(bytes_of(bits), _mm256_set1_epi8(1)), bit_of_byte);
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(at), _mm256_blendv_epi8(load_half(at), values, bytes_of(written)));
 }
-
-PLC_PACKED inline void put(std::byte* window, std::uint64_t bits, std::uint64_t written) noexcept {
+PLC_PACKED inline void put(std::byte* window, std::uint64_t bits, std::uint64_t written,
+                           const std::byte* bit_of_byte) noexcept {
   if (written == 0) return;
-  put_half(window, static_cast<std::uint32_t>(bits), static_cast<std::uint32_t>(written));
-  put_half(window + 32, static_cast<std::uint32_t>(bits >> 32), static_cast<std::uint32_t>(written >> 32));
+  const std::byte* const high = bit_of_byte == nullptr ? nullptr : bit_of_byte + 32;
+  put_half(window, static_cast<std::uint32_t>(bits), static_cast<std::uint32_t>(written), bit_of_byte);
+  put_half(window + 32, static_cast<std::uint32_t>(bits >> 32), static_cast<std::uint32_t>(written >> 32), high);
 }
 
 /// One of a run, which are aligned as its words are.
 using WordInRun = std::uint64_t __attribute__((may_alias, aligned(4)));
 
-/// Shifts the bit `index` of `truth` into `results`. WHY not BT: on some processors it runs where PEXT does, and only
+/// The bit `index` of `truth`, and any bits above it. WHY not BT: on some processors it runs where PEXT does, and only
 /// there.
-PLC_PACKED inline void look_up(std::uint64_t& results, const std::byte* truth, std::uint64_t index) noexcept {
+PLC_PACKED inline std::uint64_t look_up(const std::byte* truth, std::uint64_t index) noexcept {
   std::uint64_t bit;
-  asm("shrx %2, %3, %1\n\tshr $1, %1\n\tadc %0, %0"
-      : "+r"(results), "=&r"(bit)
-      : "r"(index), "m"(*reinterpret_cast<const WordInRun*>(truth))
-      : "cc");
+  asm("shrx %1, %2, %0" : "=r"(bit) : "r"(index), "m"(*reinterpret_cast<const WordInRun*>(truth)));
+  return bit;
+}
+/// Shifts the lowest bit of `bit` into `results`.
+PLC_PACKED inline void append(std::uint64_t& results, std::uint64_t bit) noexcept {
+  asm("shr $1, %1\n\tadc %0, %0" : "+r"(results), "+r"(bit) : : "cc");
 }
 
 /// PEXT with a mask in memory, right where it is needed: there are more masks than registers.
@@ -69,45 +81,75 @@ struct Bits {
   void keep() noexcept { asm("" : "+r"(first), "+r"(second)); }
 };
 
-/// Results of a chunk that reads `bits`.
+/// Where a chunk's inputs are: each in its column.
 template <std::size_t kWords>
-PLC_PACKED [[gnu::always_inline]] inline std::uint64_t results_of(const std::byte* chunk, Bits bits) noexcept {
-  using Chunk = PackedChunk<kWords>;
-  using Record = PackedRecord<kWords>;
-  std::uint64_t results = 0;
-#pragma GCC unroll 4
-  for (std::size_t r = 0; r < kChunkRecords; ++r) {
-    const std::byte* const record = chunk + offsetof(Chunk, records) + r * sizeof(Record);
-    const std::byte* const in = record + offsetof(Record, in);
-    std::uint64_t index = extract(bits.first, in);
-    if constexpr (kWords == 2) {
-      const auto inputs = load<std::uint8_t>(chunk + offsetof(Chunk, inputs) + r);
-      index |= extract(bits.second, in + 8) << (inputs & 63u);
-    }
-    look_up(results, record + offsetof(Record, truth), index);
-  }
-  return results;
+PLC_PACKED [[gnu::always_inline]] inline std::uint64_t inputs_of(const std::byte* chunk, Bits bits) noexcept {
+  if constexpr (kWords == 1) return bits.first;
+  auto from_first = load<std::uint64_t>(chunk + offsetof(PackedChunk<2>, from_first));
+  asm("" : "+r"(from_first));  // loaded once
+  return (bits.first & from_first) | (bits.second & ~from_first);
 }
 
 /// `bits` with the results of a chunk that reads `before`.
 template <std::size_t kWords>
 PLC_PACKED [[gnu::always_inline]] inline Bits behind(const std::byte* chunk, Bits before, Bits bits) noexcept {
   using Chunk = PackedChunk<kWords>;
-  const std::uint64_t results = results_of<kWords>(chunk, before);
-  const auto out = [chunk](std::size_t w) { return load<std::uint64_t>(chunk + offsetof(Chunk, out) + 8 * w); };
-  bits.first = (bits.first & ~out(0)) | _pdep_u64(results, out(0));
+  const std::uint64_t inputs = inputs_of<kWords>(chunk, before);
+  const auto result = [ chunk, inputs ](std::size_t r) __attribute__((target("avx2,bmi,bmi2"), always_inline)) {
+    const std::byte* const record = chunk + offsetof(Chunk, records) + r * sizeof(PackedRecord);
+    return look_up(record + offsetof(PackedRecord, truth), extract(inputs, record + offsetof(PackedRecord, in)));
+  };
+  // What the first one brings above its bit ends up above those of all: nobody takes it.
+  std::uint64_t results = result(0);
+#pragma GCC unroll 4
+  for (std::size_t r = 1; r < kChunkRecords; ++r) append(results, result(r));
+  const auto field = [chunk](std::size_t at) { return load<std::uint64_t>(chunk + at); };
+  const std::uint64_t out = field(offsetof(Chunk, out));
+  bits.first = (bits.first & ~out) | _pdep_u64(results, out);
   if constexpr (kWords == 2) {
-    const auto outputs = load<std::uint8_t>(chunk + offsetof(Chunk, outputs));
-    bits.second = (bits.second & ~out(1)) | _pdep_u64(results >> (outputs & 63u), out(1));
+    const std::uint64_t second = field(offsetof(Chunk, second_out));
+    const std::uint64_t others = results >> (field(offsetof(Chunk, first_outputs)) & 63u);
+    bits.second = (bits.second & ~second) | _pdep_u64(others, second);
   }
   bits.keep();
   return bits;
 }
 
+/// Runs chunks, two under way at a time. Returns their end.
 template <std::size_t kWords>
+PLC_PACKED [[gnu::always_inline]] inline const std::byte* run_two(const std::byte* at, std::uint32_t count,
+                                                                  Bits& bits) noexcept {
+  using Chunk = PackedChunk<kWords>;
+  Bits before = bits;
+  for (; count > 1; count -= 2, at += 2 * sizeof(Chunk)) {
+    before = behind<kWords>(at, before, bits);
+    bits = behind<kWords>(at + sizeof(Chunk), bits, before);
+  }
+  if (count == 0) return at;
+  bits = behind<kWords>(at, before, bits);
+  return at + sizeof(Chunk);
+}
+/// Three under way at a time.
+template <std::size_t kWords>
+PLC_PACKED [[gnu::always_inline]] inline const std::byte* run_three(const std::byte* at, std::uint32_t count,
+                                                                    Bits& bits) noexcept {
+  using Chunk = PackedChunk<kWords>;
+  Bits first = bits, second = bits;
+  for (; count > 2; count -= 3, at += 3 * sizeof(Chunk)) {
+    first = behind<kWords>(at, first, bits);
+    second = behind<kWords>(at + sizeof(Chunk), second, first);
+    bits = behind<kWords>(at + 2 * sizeof(Chunk), bits, second);
+  }
+  if (count == 0) return at;
+  bits = behind<kWords>(at, first, bits);
+  if (count == 1) return at + sizeof(Chunk);
+  bits = behind<kWords>(at + sizeof(Chunk), second, bits);
+  return at + 2 * sizeof(Chunk);
+}
+
+template <std::size_t kWords, int kDelay>
 PLC_PACKED const std::uint32_t* run(std::byte* table, std::uint32_t instance, const std::uint32_t* words,
                                     std::uint32_t count) noexcept {
-  using Chunk = PackedChunk<kWords>;
   const auto* const header = reinterpret_cast<const std::byte*>(words);
   const auto place_of = [table, instance](const std::byte* operand) {
     return place<Addressing::kRelative>(table, instance, load<std::uint32_t>(operand));
@@ -119,18 +161,19 @@ PLC_PACKED const std::uint32_t* run(std::byte* table, std::uint32_t instance, co
   const std::uint32_t gathers = field(offsetof(PackedHeader, gathers));
   const std::uint32_t scatters = field(offsetof(PackedHeader, scatters));
   std::byte* const state = place_of(header + offsetof(PackedHeader, state));
+  const std::byte* const order = kWords == 2 ? header + sizeof(PackedHeader) : nullptr;
 
   Bits bits;
   if (field(offsetof(PackedHeader, begins)) != 0) {
-    if (windows > 0) bits.first = bits_of(window(0));
-    if (kWords == 2 && windows > 1) bits.second = bits_of(window(1));
+    if (windows > 0) bits.first = bits_of(window(0), nullptr);
+    if (kWords == 2 && windows > 1) bits.second = bits_of(window(1), order + offsetof(PackedOrder, byte_of_bit));
   } else {
     bits.first = load<std::uint64_t>(state);
     if (kWords == 2) bits.second = load<std::uint64_t>(state + 8);
   }
   bits.first &= ~mask(offsetof(PackedHeader, gathered), 0);
   if (kWords == 2) bits.second &= ~mask(offsetof(PackedHeader, gathered), 1);
-  const std::byte* single = header + sizeof(PackedHeader);
+  const std::byte* single = header + sizeof(PackedHeader) + (kWords == 2 ? sizeof(PackedOrder) : 0);
   for (std::uint32_t i = 0; i < gathers; ++i, single += sizeof(PackedBit)) {
     const auto bit = load<std::uint32_t>(single + offsetof(PackedBit, bit));
     const std::uint64_t value = std::uint64_t{load<std::uint8_t>(place_of(single))} << (bit & 63u);
@@ -138,20 +181,13 @@ PLC_PACKED const std::uint32_t* run(std::byte* table, std::uint32_t instance, co
   }
   const std::byte* const first_scatter = single;
   const std::byte* at = first_scatter + scatters * sizeof(PackedBit);
-  // As they were before the chunk in front, too: two chunks are under way at a time.
-  Bits before = bits;
-  for (; count > 1; count -= 2, at += 2 * sizeof(Chunk)) {
-    before = behind<kWords>(at, before, bits);
-    bits = behind<kWords>(at + sizeof(Chunk), bits, before);
-  }
-  if (count != 0) {
-    bits = behind<kWords>(at, before, bits);
-    at += sizeof(Chunk);
-  }
+  at = kDelay == 2 ? run_two<kWords>(at, count, bits) : run_three<kWords>(at, count, bits);
 
   if (field(offsetof(PackedHeader, ends)) != 0) {
-    put(window(0), bits.first, mask(offsetof(PackedHeader, written), 0));
-    if constexpr (kWords == 2) put(window(1), bits.second, mask(offsetof(PackedHeader, written), 1));
+    put(window(0), bits.first, mask(offsetof(PackedHeader, written), 0), nullptr);
+    if constexpr (kWords == 2) {
+      put(window(1), bits.second, mask(offsetof(PackedHeader, written), 1), order + offsetof(PackedOrder, bit_of_byte));
+    }
   } else {
     store(state, bits.first);
     if constexpr (kWords == 2) store(state + 8, bits.second);
@@ -173,13 +209,14 @@ bool is_fast() {
 
 }  // namespace
 
-ValueRun packed_run(std::size_t words) {
+ValueRun packed_run(PackedForm form) {
   static const bool kFast = is_fast();
   if (!kFast) return nullptr;
-  return words == 1 ? &run<1> : &run<2>;
+  if (form.delay == 2) return form.words == 1 ? &run<1, 2> : &run<2, 2>;
+  return form.words == 1 ? &run<1, 3> : &run<2, 3>;
 }
 #else
-ValueRun packed_run(std::size_t /*words*/) { return nullptr; }
+ValueRun packed_run(PackedForm /*form*/) { return nullptr; }
 #endif
 
 }  // namespace plc::runtime

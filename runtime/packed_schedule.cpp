@@ -10,15 +10,13 @@ namespace {
 
 /// Chunks that run in the time of an instruction that is not logic.
 constexpr std::int32_t kChunksOfOther = 2;
-/// Whatever a segment computes is there when the next one begins, and what it stores is stored.
-constexpr std::int32_t kSegmentGap = kPackedDelay;
 
 /// List scheduling: each chunk takes the records that most others wait for, among those whose results have a bit.
 class Scheduler {
  public:
   Scheduler(std::span<const ScheduleNode> nodes, std::vector<ScheduleEdge> edges, std::vector<ScheduleValue> values,
-            std::size_t bits)
-      : nodes_(nodes), edges_(std::move(edges)), values_(std::move(values)) {
+            std::size_t bits, std::int32_t gap)
+      : nodes_(nodes), edges_(std::move(edges)), values_(std::move(values)), gap_(gap) {
     // Those from before the stretch have theirs from the beginning.
     std::vector<bool> is_written(values_.size(), false);
     for (const ScheduleNode& node : nodes) {
@@ -52,7 +50,7 @@ class Scheduler {
       if (logic.empty() || (!others.empty() && highest(others) >= highest(logic))) {
         release_held();
         while (!others.empty()) put_others(segments.back());
-        time_ += kSegmentGap;
+        time_ += gap_;
         segments.emplace_back().first = time_;
       } else {
         put_chunk(segments.back());
@@ -141,15 +139,16 @@ class Scheduler {
   std::vector<std::uint32_t> ready_[2];            ///< others, logic
   std::vector<ScheduleValue> values_;              ///< what is left of them
   std::vector<std::uint32_t> held_;                ///< written in this segment
-  std::ptrdiff_t free_ = 0;                        ///< bits
+  std::int32_t gap_;
+  std::ptrdiff_t free_ = 0;  ///< bits
   std::int32_t time_ = 0;
 };
 
 }  // namespace
 
 std::vector<Segment> schedule(std::span<const ScheduleNode> nodes, std::vector<ScheduleEdge> edges,
-                              std::vector<ScheduleValue> values, std::size_t bits) {
-  return Scheduler(nodes, std::move(edges), std::move(values), bits).run();
+                              std::vector<ScheduleValue> values, std::size_t bits, std::int32_t gap) {
+  return Scheduler(nodes, std::move(edges), std::move(values), bits, gap).run();
 }
 
 }  // namespace plc::runtime

@@ -11,10 +11,6 @@
 
 namespace plc::runtime {
 
-/// A record can be read that many chunks later: all of a chunk read the bits as they were before the chunk in front of
-/// it (packed_run.h).
-inline constexpr std::int32_t kPackedDelay = 2;
-
 struct ScheduleNode {
   bool logic = false;                        ///< a boolean record
   std::uint32_t kind = 0;                    ///< of everything else: those of one kind run side by side
@@ -42,8 +38,8 @@ struct Segment {
 };
 
 /// Nodes are numbered in an order in which they may run. `bits`: how many values may be there at a time; more if there
-/// is no other way.
+/// is no other way. `gap`: chunks between two segments, by which results are there.
 std::vector<Segment> schedule(std::span<const ScheduleNode> nodes, std::vector<ScheduleEdge> edges,
-                              std::vector<ScheduleValue> values, std::size_t bits);
+                              std::vector<ScheduleValue> values, std::size_t bits, std::int32_t gap);
 
 }  // namespace plc::runtime

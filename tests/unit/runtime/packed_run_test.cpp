@@ -4,10 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <cstring>
 #include <random>
 #include <set>
 
 #include "runtime/link_packed.h"
+#include "runtime/packed_columns.h"
 
 namespace plc::test {
 namespace {
@@ -79,7 +82,7 @@ struct Logic {
   }
 
   void run_packed(std::vector<std::uint8_t>& bytes, const PackedStretch& packed) const {
-    const runtime::ValueRun run = runtime::packed_run(packed.bits);
+    const runtime::ValueRun run = runtime::packed_run(packed.form);
     for (const runtime::PackedStep& step : packed.steps) {
       for (const std::uint32_t item : step.items) run_item(bytes, items[item]);
       if (!step.items.empty()) continue;
@@ -117,7 +120,7 @@ std::vector<std::uint32_t> joined(std::vector<std::uint32_t> a, const std::vecto
 class PackedRun : public testing::Test {
  protected:
   void SetUp() override {
-    if (runtime::packed_run(1) == nullptr) GTEST_SKIP() << "this processor has no fast PEXT";
+    if (runtime::packed_run({}) == nullptr) GTEST_SKIP() << "this processor has no fast PEXT";
   }
   static std::optional<PackedStretch> pack(const Logic& logic) {
     return runtime::pack(logic.items, logic.places, kScratch);
@@ -136,13 +139,14 @@ TEST_F(PackedRun, RunsAsTheModel) {
       joined(row(100, 62), row(500, 20, 70)),
   };
   std::mt19937 random(3);
-  std::size_t packed_in[3] = {}, runs = 0;
+  std::size_t packed_in[3] = {}, delayed_by[4] = {}, runs = 0;
   for (const auto& places : kPlaces) {
     for (int n = 0; n < 300; ++n) {
       const Logic logic = Logic::random(random, places, 1 + random() % 120, n % 3 == 0 ? 1000 : 2 + random() % 20);
       const auto packed = pack(logic);
       if (!packed) continue;
-      ++packed_in[packed->bits];
+      ++packed_in[packed->form.words];
+      ++delayed_by[packed->form.delay];
       runs += packed->steps.size();
       for (int scan = 0; scan < 3; ++scan) logic.expect_as_model(random, *packed);
       if (HasFailure()) return;
@@ -150,6 +154,8 @@ TEST_F(PackedRun, RunsAsTheModel) {
   }
   EXPECT_GT(packed_in[1], 500u);
   EXPECT_GT(packed_in[2], 300u);
+  EXPECT_GT(delayed_by[2], 300u);
+  EXPECT_GT(delayed_by[3], 300u);
   EXPECT_GT(runs, 3 * (packed_in[1] + packed_in[2])) << "most should have other instructions between runs";
 }
 
@@ -201,6 +207,117 @@ TEST_F(PackedRun, JoinsRecordsOfOneReader) {
   EXPECT_GT(chunks(), 1u);
   std::mt19937 random(5);
   logic.expect_as_model(random, *pack(logic));
+}
+
+TEST_F(PackedRun, TwoWindowsHoldWhatTwoWindowsCan) {
+  Logic logic;
+  logic.places = row(100, 80);
+  for (std::uint32_t i = 0; i + 3 < 80; ++i) logic.record(0x8000, {i, i + 1, i + 2, i + 3}, (i * 7) % 80);
+  const auto packed = pack(logic);
+  ASSERT_EQ(packed->steps.size(), 1u);
+  runtime::PackedHeader header;
+  std::memcpy(static_cast<void*>(&header), packed->steps[0].words.data(), sizeof header);
+  EXPECT_EQ(header.windows, 2u);
+  EXPECT_EQ(header.gathers + header.scatters, 0u);
+}
+
+/// All pairs of variables meet in some record, so whatever is in one column is there for two readers.
+TEST_F(PackedRun, InputsOfAChunkAreInDifferentColumns) {
+  std::mt19937 random(7);
+  for (int n = 0; n < 200; ++n) {
+    Logic logic;
+    logic.places = row(100, 100);
+    for (std::uint32_t i = 0; i < 90; ++i) {
+      std::vector<std::uint32_t> in;
+      for (int k = 0; k < 4; ++k) in.push_back(static_cast<std::uint32_t>(random() % 100));
+      logic.record(static_cast<std::uint32_t>(random()) & 0xffffu, in, i);
+    }
+    const auto packed = pack(logic);
+    ASSERT_TRUE(packed);
+    EXPECT_EQ(packed->form.words, 2u);
+    for (int scan = 0; scan < 3; ++scan) logic.expect_as_model(random, *packed);
+    if (HasFailure()) return;
+  }
+}
+
+TEST(PackedColumns, GivesEachByteABitWhereItMayBe) {
+  std::mt19937_64 random(1);
+  std::size_t found = 0;
+  for (int n = 0; n < 2000; ++n) {
+    std::array<std::uint64_t, runtime::kPackedWindowBytes> blocked;
+    for (std::uint64_t& bits : blocked) bits = random() & random();
+    if (n % 2 == 0) blocked[random() % 64] |= random() | random() | random();
+    const auto bits = runtime::order_window(blocked);
+    if (!bits) continue;
+    ++found;
+    std::set<std::uint8_t> taken;
+    for (std::uint32_t byte = 0; byte < runtime::kPackedWindowBytes; ++byte) {
+      const std::uint8_t bit = (*bits)[byte];
+      EXPECT_EQ(blocked[byte] >> bit & 1u, 0u);
+      EXPECT_EQ(bit / runtime::kLaneBytes, byte / runtime::kLaneBytes);
+      taken.insert(bit);
+    }
+    ASSERT_EQ(taken.size(), runtime::kPackedWindowBytes);
+  }
+  EXPECT_GT(found, 1500u);
+}
+
+TEST(PackedColumns, MovesBytesThatCanBeElsewhere) {
+  // Byte i may be at i and behind it; the first one is placed at 0 before byte 15 needs that.
+  std::array<std::uint64_t, runtime::kPackedWindowBytes> blocked{};
+  for (std::uint32_t byte = 0; byte < 15; ++byte) blocked[byte] = ~(std::uint64_t{3} << byte);
+  blocked[15] = ~std::uint64_t{1};
+  const auto bits = runtime::order_window(blocked);
+  ASSERT_TRUE(bits);
+  for (std::uint32_t byte = 0; byte < 16; ++byte) EXPECT_EQ((*bits)[byte], (byte + 1) % 16);
+  blocked[14] = blocked[15];  // two bytes for one bit
+  EXPECT_FALSE(runtime::order_window(blocked));
+}
+
+class PackedLogic : public testing::Test {
+ protected:
+  /// Records on the longest way.
+  static std::uint32_t depth(const runtime::PackedLogic& logic) {
+    std::vector<std::uint32_t> depths(logic.values().size(), 0);
+    std::uint32_t most = 0;
+    for (const runtime::PackedNode& node : logic.nodes()) {
+      if (node.gone) continue;
+      std::uint32_t& own = depths[node.out[0]];
+      for (const std::uint32_t in : node.in) own = std::max(own, depths[in] + 1);
+      most = std::max(most, own);
+    }
+    return most;
+  }
+};
+
+TEST_F(PackedLogic, ShortensWaysUpToSixInputs) {
+  Logic logic;
+  logic.places = row(0, 32);
+  for (std::uint32_t i = 0; i < 15; ++i) logic.record(0x6, {i, 16 + i}, i + 1);  // each waits for the one before
+  runtime::PackedLogic packed(logic.items, logic.places);
+  packed.join_records();
+  EXPECT_EQ(depth(packed), 15u) << "all of them are read behind the stretch";
+  EXPECT_TRUE(packed.shorten_ways());
+  EXPECT_EQ(depth(packed), 3u);
+  for (const runtime::PackedNode& node : packed.nodes()) {
+    EXPECT_FALSE(node.gone);
+    EXPECT_LE(node.in.size(), runtime::kMostPackedInputs);
+  }
+  EXPECT_FALSE(packed.shorten_ways()) << "there is nothing left to do";
+}
+
+TEST_F(PackedLogic, WhatHasChangedSinceIsNotComputedAgain) {
+  Logic logic;
+  logic.places = row(0, 8);
+  logic.record(0x6, {0, 1}, 2);
+  logic.record(0x6, {3, 4}, 1);  // an input of the first one
+  logic.record(0x6, {2, 5}, 6);
+  runtime::PackedLogic packed(logic.items, logic.places);
+  EXPECT_FALSE(packed.shorten_ways());
+  logic.items[1].writes = {7};
+  runtime::PackedLogic other(logic.items, logic.places);
+  EXPECT_TRUE(other.shorten_ways());
+  EXPECT_EQ(other.nodes()[2].in.size(), 3u);
 }
 
 }  // namespace
