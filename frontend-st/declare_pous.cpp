@@ -359,7 +359,7 @@ void Declarer::detect_edges(std::uint32_t index) {
     builder.store(*builder.member(instance, "CLK"), builder.load(builder.variable(input)));
     builder.run(instance);
     builder.store(builder.variable(edge), builder.load(*builder.member(instance, "Q")));
-    module_.pous[index].variables[input].edge = edge;
+    module_.pous[index].edges.emplace(input, edge);
   }
 }
 

@@ -7,8 +7,8 @@ namespace plc::st {
 Named find_name(const ir::Module& module, const ir::Pou& pou, std::string_view name) {
   const auto local = pou.by_name.find(name);
   if (local != pou.by_name.end()) {
-    const std::uint32_t edge = pou.variables[local->second].edge;
-    return {Named::Kind::kVariable, edge == ir::Variable::kNoEdge ? local->second : edge};
+    const auto edge = pou.edges.find(local->second);
+    return {Named::Kind::kVariable, edge == pou.edges.end() ? local->second : edge->second};
   }
   if (pou.refused.contains(name)) return {Named::Kind::kRefused};
   const auto global = module.global_by_name.find(name);

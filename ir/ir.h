@@ -174,11 +174,7 @@ struct Variable {
   std::uint32_t global = 0;               ///< kExternal: index into Module::globals
   std::vector<InitItem> initial;          ///< overrides of the type's defaults
   std::vector<ReferenceInit> references;  ///< initial values REF(x): tables hold no handles before a task runs
-  /// kInput with R_EDGE or F_EDGE: the hidden BOOL that the POU's own body reads by this name; else kNoEdge.
-  std::uint32_t edge = kNoEdge;
   SourceRef at;
-
-  static constexpr std::uint32_t kNoEdge = 0xffffffffu;
 };
 
 struct Global {
@@ -215,6 +211,8 @@ struct Pou {
   TypeRef return_type{};    ///< functions; invalid when none is declared
   std::vector<Variable> variables;
   std::unordered_map<std::string, std::uint32_t, core::NameHash, core::NameEqual> by_name;  ///< into variables
+  /// Inputs with R_EDGE or F_EDGE: the hidden BOOL that the POU's own body reads by their name.
+  std::unordered_map<std::uint32_t, std::uint32_t> edges = {};
   Body body;
   bool compiled = false;      ///< a front end lowered its body without error
   bool stub = false;          ///< --stub-missing: does nothing

@@ -520,9 +520,9 @@ TEST(DeclareText, EdgeInputsAreReadThroughTheirTrigger) {
   const Declared d("FUNCTION_BLOCK F VAR_INPUT up : BOOL R_EDGE; down : BOOL F_EDGE; END_VAR END_FUNCTION_BLOCK");
   ASSERT_EQ(d.diagnostics.error_count(), 0u) << d.rendered();
   const ir::Pou& pou = d.module->pous.at(0);
-  const ir::Variable& up = *pou.find("up");
-  ASSERT_NE(up.edge, ir::Variable::kNoEdge);
-  EXPECT_EQ(pou.variables[up.edge].type, ir::kBoolType);
+  ASSERT_EQ(pou.edges.count(pou.by_name.at("up")), 1u);
+  EXPECT_EQ(pou.variables[pou.edges.at(pou.by_name.at("up"))].type, ir::kBoolType);
+  EXPECT_EQ(pou.edges.size(), 2u);
   const auto runs = std::count_if(pou.body.insts.begin(), pou.body.insts.end(),
                                   [](const ir::Inst& inst) { return inst.op == ir::Op::kRun; });
   EXPECT_EQ(runs, 2);
