@@ -289,6 +289,7 @@ class TaskCompiler {
     if (!compare.known.unread || !step || *step == 0 || *step > kLongStep) return false;
     const asmjit::Label fewer = s_.label();
     const auto jumps = static_cast<std::uint32_t>(rounds - 1);
+    s_.align_head();
     s_.land(head);
     s_.begin_rounds(compare, compare.operation.relation == Relation::kGt,
                     static_cast<std::int64_t>(*step) * (jumps - 1), jumps, fewer);
