@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cstring>
 #include <utility>
 
@@ -15,12 +14,14 @@ namespace {
 
 constexpr std::size_t kWordBits = 64;
 constexpr std::uint32_t kMostBits = kMostPackedWords * kWordBits;
-constexpr std::uint32_t kNone = kNoNumber;
 
 /// Processor cycles, measured. A call waits for bytes that were stored just before.
 constexpr double kCyclesOfStretch = 20, kCyclesOfRun = 15, kCyclesOfWindow = 12, kCyclesOfSingle = 4;
 constexpr double kCyclesOfChunk[kMostPackedWords][2] = {{7.5, 5.5}, {10, 7}};    ///< with a delay of 2, of 3
 constexpr std::array<double, 6> kCyclesOfRecord = {2.5, 2.5, 2.5, 3.4, 3.4, 4};  ///< of a loop over them, by inputs
+
+/// A window with fewer cells costs more than they do one by one.
+constexpr std::size_t kFewestInWindow = 8;
 
 /// Where a value is, from where it is written to where it is read last. Cells of a window have one bit in the whole
 /// stretch; of the others, each value has its own.
@@ -61,6 +62,7 @@ class Packer {
     bool fits = false;
     for (std::size_t words = 1; words <= kMostPackedWords && !fits; ++words) {
       choose_windows(words);
+      if (bits_at_first() > words * kWordBits) continue;
       for (const std::int32_t delay : {2, 3}) {
         form_ = {words, delay};
         place_nodes();
@@ -85,7 +87,7 @@ class Packer {
     std::vector<bool> known(cells_.size(), false);
     for (const PackedValue& value : values_) {
       if (value.logic) ++written[value.cell];
-      if (value.writer == kNone && value.readers != 0) known[value.cell] = true;
+      if (value.writer == kNoNumber && value.readers != 0) known[value.cell] = true;
     }
     std::vector<std::uint32_t> open;
     bits_.assign(cells_.size(), kMostBits);
@@ -95,7 +97,10 @@ class Packer {
     }
     // The window at each of them: where it ends, and which of those from here on holds most.
     std::vector<std::size_t> end(open.size() + 1, open.size()), fullest = end;
-    const auto held = [&end](std::size_t window) { return end[window] - window; };
+    const auto held = [&end](std::size_t window) {
+      const std::size_t cells = end[window] - window;
+      return cells < kFewestInWindow ? 0 : cells;
+    };
     std::size_t first = open.size();
     const auto held_with_next = [&](std::size_t window) {
       return held(window) + (words == 2 ? held(fullest[end[window]]) : 0);
@@ -107,14 +112,22 @@ class Packer {
       if (held_with_next(i) >= held_with_next(first)) first = i;
     }
     windows_ = 0;
+    window_ = {};
     for (const std::size_t window : {first, words == 2 ? fullest[end[first]] : open.size()}) {
-      if (held(window) < kPackedWindowBytes / 8) continue;
+      if (held(window) == 0) continue;
       window_[windows_] = cells_[open[window]].operand;
       for (std::size_t i = window; i != end[window]; ++i) {
         bits_[open[i]] = static_cast<std::uint32_t>(windows_ * kWordBits) + cells_[open[i]].operand - window_[windows_];
       }
       ++windows_;
     }
+  }
+
+  /// That hold something when the stretch begins.
+  [[nodiscard]] std::size_t bits_at_first() const {
+    std::size_t bits = bits_.size() - static_cast<std::size_t>(std::count(bits_.begin(), bits_.end(), kMostBits));
+    for (std::uint32_t v = 0; v < values_.size(); ++v) bits += is_single(v) && values_[v].writer == kNoNumber ? 1 : 0;
+    return bits;
   }
 
   // ---- order
@@ -124,7 +137,7 @@ class Packer {
   /// Needs a bit for itself.
   [[nodiscard]] bool is_single(std::uint32_t value) const {
     const PackedValue& v = values_[value];
-    if (is_fixed(value) || !cells_[v.cell].logic || (v.writer != kNone && nodes_[v.writer].gone)) return false;
+    if (is_fixed(value) || !cells_[v.cell].logic || (v.writer != kNoNumber && nodes_[v.writer].gone)) return false;
     return v.logic || v.readers != 0;
   }
   /// Goes to the table behind the run that computes it.
@@ -134,10 +147,10 @@ class Packer {
   }
 
   void place_nodes() {
-    std::vector<std::uint32_t> number_of(nodes_.size(), kNone), node_of;
+    std::vector<std::uint32_t> number_of(nodes_.size(), kNoNumber), node_of;
     std::vector<ScheduleNode> scheduled;
     std::vector<ScheduleValue> values;
-    std::vector<std::uint32_t> value_numbers(values_.size(), kNone);
+    std::vector<std::uint32_t> value_numbers(values_.size(), kNoNumber);
     for (std::uint32_t v = 0; v < values_.size(); ++v) {
       if (!is_single(v)) continue;
       value_numbers[v] = static_cast<std::uint32_t>(values.size());
@@ -146,7 +159,7 @@ class Packer {
     const auto numbers = [&](const std::vector<std::uint32_t>& of) {
       std::vector<std::uint32_t> result;
       for (const std::uint32_t v : of) {
-        if (value_numbers[v] != kNone) result.push_back(value_numbers[v]);
+        if (value_numbers[v] != kNoNumber) result.push_back(value_numbers[v]);
       }
       return result;
     };
@@ -188,7 +201,7 @@ class Packer {
       if (node.gone) continue;
       for (const std::uint32_t in : node.in) {
         const std::uint32_t from = values_[in].writer;
-        if (from != kNone) edges.push_back({from, n, node.logic && nodes_[from].logic ? form_.delay : 0});
+        if (from != kNoNumber) edges.push_back({from, n, node.logic && nodes_[from].logic ? form_.delay : 0});
         users[values_[in].cell].readers[node.logic ? 1 : 0].push_back(n);
       }
       for (const std::uint32_t out : node.out) {
@@ -244,7 +257,7 @@ class Packer {
       const std::uint32_t cell = values_[value].cell;
       if (is_of_word(cell, 1)) blocked[cells_[cell].operand - window_[1]] |= columns_[chunk];
     });
-    const std::optional<WindowNumbers> bits = order_window(blocked);
+    const std::optional<WindowBits> bits = order_window(blocked);
     if (!bits) return false;
     bit_of_byte_ = *bits;
     for (std::uint32_t cell = 0; cell < cells_.size(); ++cell) {
@@ -269,7 +282,7 @@ class Packer {
   void find_lives() {
     gathers_.clear();
     scatters_.clear();
-    first_ = kNone;
+    first_ = kNoNumber;
     last_ = 0;
     for (std::uint32_t s = 0; s < segments_.size(); ++s) {
       if (segments_[s].chunks.empty()) continue;
@@ -285,7 +298,7 @@ class Packer {
       const PackedCell& cell = cells_[value.cell];
       Life& life = lives_[v];
       life.bit = bits_[value.cell];
-      if (!cell.logic || (value.writer != kNone && nodes_[value.writer].gone)) continue;
+      if (!cell.logic || (value.writer != kNoNumber && nodes_[value.writer].gone)) continue;
       if (value.logic) {
         const auto [segment, time] = places_[value.writer];
         life.begin = time;
@@ -294,9 +307,9 @@ class Packer {
         scatters_.push_back({segment, v});
         // As long as a chunk of this run could write it.
         life.end = std::max(life.end, segments_[segment].end() - 1 + form_.delay);
-      } else if (value.writer != kNone || !is_fixed(v)) {
+      } else if (value.writer != kNoNumber || !is_fixed(v)) {
         if (value.readers == 0 && !(is_fixed(v) && cell.logic_writes)) continue;
-        std::uint32_t segment = value.writer == kNone ? first_ : places_[value.writer].segment + 1;
+        std::uint32_t segment = value.writer == kNoNumber ? first_ : places_[value.writer].segment + 1;
         while (segment < segments_.size() && segments_[segment].chunks.empty()) ++segment;
         if (segment >= segments_.size()) continue;
         gathers_.push_back({segment, v});
@@ -471,9 +484,9 @@ class Packer {
   std::vector<Place> places_;           ///< by node
   std::vector<Life> lives_;             ///< by value
   std::vector<std::uint64_t> columns_;  ///< by chunk: those of its inputs
-  WindowNumbers bit_of_byte_{};         ///< of the second window
+  WindowBits bit_of_byte_{};            ///< of the second window
   std::vector<Single> gathers_, scatters_;
-  std::uint32_t first_ = kNone, last_ = 0;  ///< segments that have chunks
+  std::uint32_t first_ = kNoNumber, last_ = 0;  ///< segments that have chunks
   std::array<std::uint32_t, kMostPackedWords> window_{};
   std::size_t windows_ = 0;
   std::optional<PackedStretch> best_;

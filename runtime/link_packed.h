@@ -6,7 +6,6 @@
 // run (arrange.h).
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>

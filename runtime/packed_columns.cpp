@@ -38,8 +38,8 @@ class Lane {
 
 }  // namespace
 
-std::optional<WindowNumbers> order_window(const std::array<std::uint64_t, kPackedWindowBytes>& blocked) {
-  WindowNumbers bits{};
+std::optional<WindowBits> order_window(const std::array<std::uint64_t, kPackedWindowBytes>& blocked) {
+  WindowBits bits{};
   for (std::uint32_t first = 0; first < kPackedWindowBytes; first += kLaneBytes) {
     Lane lane(blocked, first);
     for (std::uint32_t byte = first; byte < first + kLaneBytes; ++byte) {

@@ -16,11 +16,11 @@ namespace plc::runtime {
 /// Bytes that are shuffled at once: those of a lane stay in it.
 inline constexpr std::uint32_t kLaneBytes = 16;
 
-/// For each byte of a window, or for each bit of its word, a number from 0 to 63.
-using WindowNumbers = std::array<std::uint8_t, kPackedWindowBytes>;
+/// For each byte of a window its bit.
+using WindowBits = std::array<std::uint8_t, kPackedWindowBytes>;
 
 /// `blocked[i]`: the bits where byte i may not be. The bit of each byte, all of them different; nothing if there is no
 /// such order.
-std::optional<WindowNumbers> order_window(const std::array<std::uint64_t, kPackedWindowBytes>& blocked);
+std::optional<WindowBits> order_window(const std::array<std::uint64_t, kPackedWindowBytes>& blocked);
 
 }  // namespace plc::runtime

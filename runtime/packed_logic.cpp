@@ -168,6 +168,7 @@ bool PackedLogic::join(PackedNode& reader, const Values& joined) {
     for (const std::uint32_t in : writer_of(value).in) add(inputs, in);
   }
   if (inputs.size() > kMostPackedInputs) return false;
+  for (const std::uint32_t value : reader.in) --values_[value].readers;
   reader.truth = table_of(inputs.size(), [&](std::uint32_t index) {
     std::uint32_t own = 0;
     for (std::size_t k = 0; k < reader.in.size(); ++k) {
@@ -176,9 +177,9 @@ bool PackedLogic::join(PackedNode& reader, const Values& joined) {
     }
     return static_cast<std::uint32_t>(reader.truth >> own);
   });
-  for (const std::uint32_t value : reader.in) --values_[value].readers;
-  for (const std::uint32_t value : inputs) ++values_[value].readers;
   reader.in = std::move(inputs);
+  reduce(reader);
+  for (const std::uint32_t value : reader.in) ++values_[value].readers;
   for (const std::uint32_t value : joined) {
     if (!is_needed(value)) remove(nodes_[values_[value].writer]);
   }

@@ -1,7 +1,5 @@
 #include "runtime/packed_run.h"
 
-#include <cstring>
-
 #include "runtime/operations.h"
 
 #ifdef __x86_64__

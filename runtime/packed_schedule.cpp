@@ -126,8 +126,7 @@ class Scheduler {
     take_bits(node);
     for (std::uint32_t e = first_edge_[node]; e != first_edge_[node + 1]; ++e) {
       const ScheduleEdge& edge = edges_[e];
-      // Not before: a chunk does not look back at those in front of it.
-      earliest_[edge.to] = std::max(earliest_[edge.to], time_ + std::max(edge.delay, -1));
+      earliest_[edge.to] = std::max(earliest_[edge.to], time_ + edge.delay);
       if (--waits_[edge.to] == 0) ready_[nodes_[edge.to].logic ? 1 : 0].push_back(edge.to);
     }
   }

@@ -221,7 +221,7 @@ TEST_F(PackedRun, TwoWindowsHoldWhatTwoWindowsCan) {
   EXPECT_EQ(header.gathers + header.scatters, 0u);
 }
 
-/// All pairs of variables meet in some record, so whatever is in one column is there for two readers.
+/// Records on any four of 100 variables: without an order of their own, some would need both bits of a column.
 TEST_F(PackedRun, InputsOfAChunkAreInDifferentColumns) {
   std::mt19937 random(7);
   for (int n = 0; n < 200; ++n) {
@@ -304,6 +304,18 @@ TEST_F(PackedLogic, ShortensWaysUpToSixInputs) {
     EXPECT_LE(node.in.size(), runtime::kMostPackedInputs);
   }
   EXPECT_FALSE(packed.shorten_ways()) << "there is nothing left to do";
+}
+
+TEST_F(PackedLogic, InputsThatCancelOutAreNotRead) {
+  Logic logic;
+  logic.places = row(0, 8);
+  logic.record(0x8, {0, 1}, 2);  // x AND y
+  logic.record(0x2, {0, 1}, 3);  // x AND NOT y
+  logic.record(0xe, {2, 3}, 4);  // x
+  runtime::PackedLogic packed(logic.items, logic.places);
+  EXPECT_TRUE(packed.shorten_ways());
+  EXPECT_EQ(packed.nodes()[2].in, (std::vector<std::uint32_t>{packed.nodes()[0].in[0]}));
+  EXPECT_EQ(packed.nodes()[2].truth, 2u);
 }
 
 TEST_F(PackedLogic, WhatHasChangedSinceIsNotComputedAgain) {
