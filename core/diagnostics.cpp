@@ -40,14 +40,20 @@ void Diagnostics::mute(Code code) {
 }
 
 void Diagnostics::report(Code code, const SourceRef& at, std::string_view pou, std::string message, std::string help) {
-  const Severity severity = info(code).severity;
+  Severity severity = info(code).severity;
   if (std::find(muted_.begin(), muted_.end(), code) != muted_.end()) return;
-  if (severity == Severity::kError) ++errors_;
-  if (severity == Severity::kWarning) ++warnings_;
-  if (all_.size() >= kMaxKept && !(severity == Severity::kError && errors_ == 1)) return;
+  if (severity == Severity::kNote) {
+    if (notes_ == Notes::kHide || at.file >= first_library_) return;
+    if (notes_ == Notes::kRefuse) severity = Severity::kError;
+  }
+  if (++count_of(severity) > kMaxKept) return;
   shorten(message);
   shorten(help);
   all_.push_back({code, severity, at, std::string(pou), std::move(message), std::move(help)});
+}
+
+std::size_t& Diagnostics::count_of(Severity severity) {
+  return severity == Severity::kError ? errors_ : severity == Severity::kWarning ? warnings_ : notes_counted_;
 }
 
 void Diagnostics::drop_repeated(std::size_t first) {
@@ -56,8 +62,7 @@ void Diagnostics::drop_repeated(std::size_t first) {
     const bool found = std::any_of(all_.begin(), all_.begin() + earlier, [&](const Diagnostic& e) {
       return e.code == d.code && e.at == d.at && e.message == d.message;
     });
-    if (found && d.severity == Severity::kError) --errors_;
-    if (found && d.severity == Severity::kWarning) --warnings_;
+    if (found) --count_of(d.severity);
     return found;
   };
   all_.erase(std::remove_if(all_.begin() + earlier, all_.end(), repeated), all_.end());
@@ -111,8 +116,9 @@ void Diagnostics::render_with_lines(std::ostream& out) const {
 }
 
 void Diagnostics::render_rest(std::ostream& out) const {
-  if (errors_ + warnings_ > all_.size()) {
-    out << "note: " << (errors_ + warnings_ - all_.size()) << " further problems are counted but not shown\n";
+  const std::size_t found = errors_ + warnings_ + notes_counted_;
+  if (found > all_.size()) {
+    out << "note: " << (found - all_.size()) << " further problems are counted but not shown\n";
   }
 }
 

@@ -17,7 +17,18 @@
 
 namespace plc::core {
 
-enum class Severity : std::uint8_t { kNote, kWarning, kError };
+enum class Severity : std::uint8_t {
+  kNote,  ///< an idiom that the standard does not know and other tools take, with one meaning everywhere
+  kWarning,
+  kError,
+};
+
+/// What becomes of notes.
+enum class Notes : std::uint8_t {
+  kShow,
+  kHide,    ///< neither kept nor counted
+  kRefuse,  ///< they are errors
+};
 
 enum class Code : std::uint16_t {
 #define PLC_DIAGNOSTIC(code, severity, title) code,
@@ -49,7 +60,12 @@ class Diagnostics {
   [[nodiscard]] std::size_t file_count() const { return files_.size(); }
   [[nodiscard]] const std::string& file_name(std::uint16_t file) const { return files_[file]; }
 
-  /// Warnings of this code are neither kept nor counted from now on; errors cannot be muted.
+  /// What becomes of notes that are reported from now on; at first they are shown.
+  void set_notes(Notes notes) { notes_ = notes; }
+  /// Files named from now on are libraries: notes about them are neither kept nor counted, nor refused.
+  void begin_libraries() { first_library_ = files_.size(); }
+
+  /// Warnings and notes of this code are neither kept nor counted from now on; errors cannot be muted.
   void mute(Code code);
   void report(Code code, const SourceRef& at, std::string_view pou, std::string message, std::string help = {});
 
@@ -60,8 +76,9 @@ class Diagnostics {
   [[nodiscard]] bool has_errors() const { return errors_ != 0; }
   [[nodiscard]] std::size_t error_count() const { return errors_; }
   [[nodiscard]] std::size_t warning_count() const { return warnings_; }
+  [[nodiscard]] std::size_t note_count() const { return notes_counted_; }
   [[nodiscard]] const std::vector<Diagnostic>& all() const { return all_; }
-  /// Diagnostics beyond this many are counted, not kept: a broken file of 10^6 elements stays readable.
+  /// Diagnostics of one severity beyond this many are counted, not kept: a broken file of 10^6 elements stays readable.
   static constexpr std::size_t kMaxKept = 1000;
 
   /// `motor.xml:212:9: error P3007: message [POU Fill, block 14]` and a help line; in file order as reported.
@@ -79,8 +96,13 @@ class Diagnostics {
   std::vector<FileStamp> stamps_;  ///< of the files, when they were named
   std::vector<Diagnostic> all_;
   std::vector<Code> muted_;
+  [[nodiscard]] std::size_t& count_of(Severity severity);
+
+  std::size_t first_library_ = SIZE_MAX;  ///< index of the first file that is a library's
+  Notes notes_ = Notes::kShow;
   std::size_t errors_ = 0;
   std::size_t warnings_ = 0;
+  std::size_t notes_counted_ = 0;
 };
 
 }  // namespace plc::core

@@ -40,6 +40,7 @@ struct CompileOptions {
   AddressProfile profile = AddressProfile::kSeparate;
   Coherence coherence = Coherence::kWaitFree;
   bool stub_missing = false;  ///< POUs, blocks and types that cannot be compiled become stubs that do nothing, loudly
+  bool strict = false;        ///< notes are errors: only what the standard knows compiles. Not in the image: it changes no meaning
   std::string pou;            ///< --pou: instantiate this program or function block alone in a 20 ms task; empty = the file's configuration
   friend bool operator==(const CompileOptions&, const CompileOptions&) = default;
 };

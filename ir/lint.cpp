@@ -75,7 +75,10 @@ void Findings::report(core::Diagnostics& diagnostics) {
   }
 }
 
-bool is_linted(const Pou& pou) { return pou.compiled && !pou.stub && !pou.from_library; }
+bool Findings::is_linted(const Pou& pou) const {
+  const bool made_again = pou.from_library && pou.made_from != Pou::kDeclared;
+  return pou.compiled && !pou.stub && !made_again && !pou.queue_call && pou.taskblock == 0 && !skips_library(pou.from_library);
+}
 
 void lint(const Module& module, const LintOptions& options, core::Diagnostics& diagnostics) {
   Findings findings(options);
@@ -84,7 +87,7 @@ void lint(const Module& module, const LintOptions& options, core::Diagnostics& d
   lint_coils(module, findings);
   lint_tasks(module, findings);
   for (const Pou& pou : module.pous) {
-    if (!is_linted(pou) || pou.body.insts.empty()) continue;
+    if (!findings.is_linted(pou) || pou.body.insts.empty()) continue;
     const BodyFlow flow(pou.body);
     const LintBody body{module, pou, flow};
     lint_expressions(body, findings);

@@ -41,15 +41,19 @@ class LintOptions {
   LintOptions();
   [[nodiscard]] bool on(Lint lint) const { return on_[static_cast<std::size_t>(lint)]; }
   void set(Lint lint, bool on) { on_[static_cast<std::size_t>(lint)] = on; }
+  /// Whether what comes from libraries is looked at, too; at first not.
+  [[nodiscard]] bool libraries() const { return libraries_; }
+  void set_libraries(bool on) { libraries_ = on; }
   /// Applies a list like "all,-shadowed-name" from left to right: "all", "none", a name, or a name behind '-'. A
   /// problem names the first item that is none of these, and what it may have meant.
   core::Result<LintOptions> with(std::string_view list) const;
 
  private:
   std::array<bool, kLintCount> on_{};
+  bool libraries_ = false;
 };
 
-/// Reports what the lints that are on find. POUs of libraries and stubs are left out.
+/// Reports what the lints that are on find. Stubs are left out, and libraries but on request.
 void lint(const Module& module, const LintOptions& options, core::Diagnostics& diagnostics);
 
 /// Mutes the codes of lints that are off, also those that earlier steps report.

@@ -33,7 +33,7 @@ void lint_coils(const Module& module, Findings& findings) {
   std::vector<std::uint32_t> order;
   for (std::uint32_t p = 0; p < module.pous.size(); ++p) {
     const Body& body = module.pous[p].body;
-    if (!is_linted(module.pous[p])) continue;
+    if (!findings.is_linted(module.pous[p])) continue;
     for (const Inst& inst : body.insts) {
       if (!is_normal_coil(body, inst)) continue;
       const Place& place = body.places[inst.a];

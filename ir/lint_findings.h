@@ -18,6 +18,10 @@ class Findings {
  public:
   explicit Findings(const LintOptions& options) : options_(options) {}
   [[nodiscard]] bool wants(Lint lint) const { return options_.on(lint); }
+  /// True for a POU whose declarations and body somebody wrote, whole: here, or on request in a library.
+  [[nodiscard]] bool is_linted(const Pou& pou) const;
+  /// True for what stands in a library that nobody asked to look at.
+  [[nodiscard]] bool skips_library(bool from_library) const { return from_library && !options_.libraries(); }
   void add(Lint lint, const SourceRef& at, std::string_view pou, std::string message, std::string help = {});
   void report(core::Diagnostics& diagnostics);
 
@@ -42,8 +46,6 @@ struct LintBody {
   [[nodiscard]] const SourceRef& at(std::uint32_t index) const { return pou.body.sources[inst(index).source]; }
 };
 
-/// True for a POU whose declarations and body the user wrote here, whole.
-bool is_linted(const Pou& pou);
 /// True for a name that the source spells.
 inline bool is_visible(const Variable& variable) {
   return !variable.name.empty() && variable.name.find('#') == std::string::npos;

@@ -36,7 +36,7 @@ void lint_names(const Module& module, Findings& findings) {
   if (!findings.wants(Lint::kShadowedName)) return;
   const EnumMembers members = members_of(module.types);
   for (const Pou& pou : module.pous) {
-    if (!is_linted(pou)) continue;
+    if (!findings.is_linted(pou)) continue;
     for (const Variable& v : pou.variables) {
       const bool local = v.role == Role::kLocal || v.role == Role::kTemp;
       if (!local || !is_visible(v)) continue;

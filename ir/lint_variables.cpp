@@ -138,7 +138,7 @@ class VariableLints {
       const Pou& pou = module_.pous[p];
       const bool unused_library = pou.from_library && !pou.compiled;
       whole = whole && (unused_library || pou.generic || (pou.compiled && !pou.stub && !pou.partial));
-      if (!is_linted(pou) || pou.partial || pou.body.insts.empty()) continue;
+      if (!findings_.is_linted(pou) || pou.partial || pou.body.insts.empty()) continue;
       for (std::uint32_t v = 0; v < pou.variables.size(); ++v) {
         if (is_visible(pou.variables[v])) look_at_variable(p, v);
       }
@@ -282,7 +282,7 @@ class VariableLints {
     std::size_t count = 0;
     for (std::uint32_t p = 0; p < module_.pous.size(); ++p) {
       const Pou& pou = module_.pous[p];
-      if (used[p] || !is_linted(pou)) continue;
+      if (used[p] || pou.from_library || !findings_.is_linted(pou)) continue;
       if (pou.kind == PouKind::kProgram) {
         findings_.add(Lint::kUnusedPou, pou.at, pou.name, fmt::format("no task runs program {}", quoted(pou.name)),
                       "give a task an instance of it, or delete it");

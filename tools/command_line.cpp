@@ -58,6 +58,8 @@ void add_compile_options(CLI::App& app, core::CompileOptions& options, bool with
   app.add_flag("--stub-missing", options.stub_missing,
                "POUs, blocks and types that cannot be compiled become stubs that do nothing; each is named")
       ->group(kCompileGroup);
+  app.add_flag("--strict", options.strict,
+               "idioms that other tools take and the standard does not know are errors (plc check names them in notes)");
   if (with_pou) {
     app.add_option("--pou", options.pou,
                    "run this program or function block alone in a 20 ms task, its instance named like it")
@@ -78,7 +80,7 @@ void add_library_option(CLI::App& app, std::vector<std::string>& libraries) {
 }
 
 bool has_compile_options(const CLI::App& app) {
-  for (const char* name : {"--order", "--compat", "--profile", "--coherence", "--stub-missing", "--pou", "--lib"}) {
+  for (const char* name : {"--order", "--compat", "--profile", "--coherence", "--stub-missing", "--strict", "--pou", "--lib"}) {
     const CLI::Option* option = app.get_option_no_throw(name);
     if (option != nullptr && option->count() > 0) return true;
   }

@@ -232,6 +232,7 @@ bool is_text_path(const std::string& path) {
 
 void read_libraries(const Request& request, Compilation& compilation) {
   core::Diagnostics& diagnostics = compilation.diagnostics;
+  if (!request.lint || !request.lint->libraries()) diagnostics.begin_libraries();
   for (const std::string& path : request.libraries) {
     if (is_image_path(path)) {
       core::SourceRef at;
@@ -261,6 +262,9 @@ std::unique_ptr<plcopen::Project> read_project(const std::string& path, core::Di
 void compile(const Request& request, Compilation& compilation) {
   if (!can_open(request.path, compilation)) return;
   core::Diagnostics& diagnostics = compilation.diagnostics;
+  diagnostics.set_notes(request.options.strict ? core::Notes::kRefuse
+                        : request.lint         ? core::Notes::kShow
+                                               : core::Notes::kHide);
   if (request.lint) ir::mute_others(*request.lint, diagnostics);
   compilation.project = read_project(request.path, diagnostics);
   if (compilation.project) read_libraries(request, compilation);

@@ -20,6 +20,7 @@ struct Check {
   std::string configuration;
   bool json = false;
   bool werror = false;
+  bool lint_libraries = false;
   std::vector<std::string> lints;
   core::CompileOptions options;
   std::vector<std::string> libraries;
@@ -30,6 +31,7 @@ std::string summary(const std::string& file, const Compilation& compilation) {
   const std::size_t warnings = compilation.diagnostics.warning_count();
   std::string text = fmt::format("{}: {}", file, compilation.ok() ? "ok" : counted(errors, "error"));
   if (warnings != 0) text += ", " + counted(warnings, "warning");
+  if (const std::size_t notes = compilation.diagnostics.note_count(); notes != 0) text += ", " + counted(notes, "note");
   if (compilation.project) {
     const auto& pous = compilation.project->pous;
     const auto own =
@@ -65,6 +67,7 @@ int run(const Check& check) {
     }
     lint = *changed;
   }
+  lint.set_libraries(check.lint_libraries);
   taskblocks::Registry registry;
   if (const auto code = load_taskblocks(check.configuration, registry)) return *code;
   int exit_code = kExitOk;
@@ -91,7 +94,8 @@ void add_check(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand(
       "check",
       "Compiles files and reports every problem found, writes nothing. Files without errors are linted: what\n"
-      "compiles, but is hardly meant, is a warning.\n"
+      "compiles, but is hardly meant, is a warning; what only other tools take, as the standard does not know it,\n"
+      "is a note.\n"
       "\n"
       "Examples:\n"
       "  plc check plant.xml\n"
@@ -100,7 +104,8 @@ void add_check(CLI::App& app, int& exit_code) {
       "  plc check --stub-missing plant.xml           what would be missing, as warnings\n"
       "  plc check --lint=-shadowed-name plant.xml    the usual lints but one\n"
       "  plc check --lint=none,double-coil plant.xml  one lint only\n"
-      "  plc check --werror plant.xml                 exit code 1 when there is any warning");
+      "  plc check --werror plant.xml                 exit code 1 when there is any warning\n"
+      "  plc check --strict plant.xml                 what the standard does not know is an error");
   command->add_option("FILE", check.files, "PLCopen XML or ST files, or images")->required();
   command->add_flag("--json", check.json, "one JSON document on stdout instead of text on stderr");
   add_library_option(*command, check.libraries);
@@ -111,6 +116,7 @@ void add_check(CLI::App& app, int& exit_code) {
                    "that are on by default")
       ->type_name("LIST")
       ->allow_extra_args(false);
+  command->add_flag("--lint-libraries", check.lint_libraries, "look also at what comes from libraries (--lib)");
   command->add_flag("--werror", check.werror, "warnings make the exit code 1, as errors do");
   command->footer(list_of_lints());
   add_compile_options(*command, check.options);

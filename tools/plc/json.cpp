@@ -45,7 +45,8 @@ std::string diagnostics_json(const std::vector<CheckedFile>& files) {
     document["files"].push_back({{"file", file.file},
                                  {"ok", file.ok},
                                  {"errors", file.diagnostics.error_count()},
-                                 {"warnings", file.diagnostics.warning_count()}});
+                                 {"warnings", file.diagnostics.warning_count()},
+                                 {"notes", file.diagnostics.note_count()}});
     for (const core::Diagnostic& diagnostic : file.diagnostics.all()) {
       document["diagnostics"].push_back(to_json(file.diagnostics, diagnostic));
     }
