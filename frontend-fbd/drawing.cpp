@@ -329,14 +329,14 @@ void Drawing::warn_double_writes() {
 }
 
 void Drawing::warn_order_of_writes() {
-  // Where everything that acts already stands in document order, the two rules agree.
+  // Where everything that acts already stands in document order, the two rules agree: reading and writing follows.
   std::vector<std::uint32_t> here(graph_.nodes.size(), 0);
-  bool same = true;
+  bool same = std::none_of(graph_.wires.begin(), graph_.wires.end(), [](const Wire& wire) { return wire.feedback; });
   NodeId last = 0;
   for (std::uint32_t i = 0; i < sequence_.steps.size(); ++i) {
     const NodeId n = sequence_.steps[i].node;
     here[n] = i;
-    if (!has_effect(element(n))) continue;
+    if (sequence_.steps[i].reason == Reason::kWithBlock || only_passes_on(graph_, n)) continue;
     same = same && n >= last;
     last = n;
   }

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -58,6 +59,23 @@ struct Graph {
   std::vector<Wire> wires;
 
   [[nodiscard]] const plcopen::Element& element(NodeId node) const { return *nodes[node].element; }
+  /// All wires into a node, input by input.
+  [[nodiscard]] std::span<const Wire> wires_into(NodeId node) const {
+    return {wires.data() + first_wire(node), wire_count(node)};
+  }
+  [[nodiscard]] std::span<Wire> wires_into(NodeId node) { return {wires.data() + first_wire(node), wire_count(node)}; }
+
+ private:
+  [[nodiscard]] std::uint32_t first_wire(NodeId node) const {
+    const Node& n = nodes[node];
+    return n.input_count == 0 ? 0 : inputs[n.first_input].first_wire;
+  }
+  [[nodiscard]] std::uint32_t wire_count(NodeId node) const {
+    const Node& n = nodes[node];
+    if (n.input_count == 0) return 0;
+    const Input& last = inputs[n.first_input + n.input_count - 1];
+    return last.first_wire + last.wire_count - first_wire(node);
+  }
 };
 
 /// Resolves all wires. Wires to elements that do not exist are left out with a warning (P3001), wires whose pin name is

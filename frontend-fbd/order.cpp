@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <numeric>
 #include <queue>
+#include <span>
 #include <tuple>
 #include <utility>
 
 #include "core/text.h"
+#include "frontend-fbd/loops.h"
 
 namespace plc::fbd {
 namespace {
@@ -24,10 +26,28 @@ class Orderer {
         pou_(pou),
         diagnostics_(diagnostics),
         placed_(graph.nodes.size(), false),
+        passes_(graph.nodes.size(), false),
+        waits_(graph.nodes.size(), false),
+        visited_(graph.nodes.size(), false),
+        pulling_(graph.nodes.size(), false),
+        pulled_through_(graph.nodes.size(), false),
+        blocks_missing_(graph.nodes.size(), 0),
         network_of_(graph.nodes.size(), 0) {
     const auto& elements = graph.body->elements;
     positioned_ = std::any_of(elements.begin(), elements.end(), [](const Element& e) { return e.x != 0 || e.y != 0; });
     sequence_.steps.reserve(graph.nodes.size());
+    keys_.reserve(graph.nodes.size());
+    for (NodeId n = 0; n < graph.nodes.size(); ++n) {
+      const Element& e = graph.element(n);
+      const auto wires = graph.wires_into(n);
+      keys_.push_back(positioned_ ? PlaceKey{e.y, e.x, n} : PlaceKey{0, 0, n});
+      passes_[n] = only_passes_on(graph, n) && e.execution_order == 0;
+      waits_[n] = passes_[n] || (is_output(n) && std::all_of(wires.begin(), wires.end(), [&](const Wire& wire) {
+                                   return graph.element(wire.from.node).kind == ElementKind::kBlock;
+                                 }));
+      blocks_missing_[n] = static_cast<std::uint32_t>(wires.size());
+    }
+    find_readers();
   }
 
   Sequence run(core::Order rule) {
@@ -36,43 +56,125 @@ class Orderer {
     place_by_execution_order_id();
     if (rule == core::Order::kDocument) {
       for (NodeId n = 0; n < graph_.nodes.size(); ++n) {
-        if (!placed_[n] && has_effect(graph_.element(n))) pull(n, Reason::kDocument, Reason::kDocument);
+        if (!placed_[n] && !passes_[n] && !is_rail(graph_.element(n).kind)) {
+          pull(n, Reason::kDocument, Reason::kDocument);
+        }
       }
-      for (NodeId n = 0; n < graph_.nodes.size(); ++n) {
-        if (!placed_[n] && !is_rail(graph_.element(n).kind)) pull(n, Reason::kDocument, Reason::kDocument);
+      for (NodeId n = 0; n < graph_.nodes.size(); ++n) {  // what nobody reads
+        if (placed_[n] || is_rail(graph_.element(n).kind)) continue;
+        pull(n, Reason::kDocument, Reason::kDocument);
+        place(n, Reason::kDocument);
       }
     } else {
       place_networks();
     }
     place_rails(ElementKind::kRightRail);
+    mark_feedback(rule);
     return std::move(sequence_);
   }
 
  private:
-  using Key = std::tuple<std::int32_t, std::int32_t, NodeId>;  // y, x, document order
+  struct Reader {
+    NodeId node;
+    std::uint32_t wire;  ///< into Graph::wires
+  };
 
-  [[nodiscard]] Key key(NodeId n) const {
+  /// Variables that a block writes to: their place is that of the block, unless the file gives them one.
+  [[nodiscard]] bool is_output(NodeId n) const {
     const Element& e = graph_.element(n);
-    return positioned_ ? Key{e.y, e.x, n} : Key{0, 0, n};
+    return (e.kind == ElementKind::kOutVariable || e.kind == ElementKind::kInOutVariable) && e.execution_order == 0 &&
+           !graph_.wires_into(n).empty();
   }
 
-  template <class Visit>
-  void for_each_wire(NodeId n, Visit visit) {
-    const Node& node = graph_.nodes[n];
-    for (std::uint32_t i = node.first_input; i < node.first_input + node.input_count; ++i) {
-      const Input& input = graph_.inputs[i];
-      for (std::uint32_t w = input.first_wire; w < input.first_wire + input.wire_count; ++w) visit(graph_.wires[w]);
+  [[nodiscard]] bool is_passage(NodeId n) const {
+    const ElementKind kind = graph_.element(n).kind;
+    return kind == ElementKind::kConnector || kind == ElementKind::kContinuation;
+  }
+
+  void find_readers() {
+    first_reader_.resize(graph_.nodes.size() + 1, 0);
+    for (const Wire& wire : graph_.wires) ++first_reader_[wire.from.node + 1];
+    std::partial_sum(first_reader_.begin(), first_reader_.end(), first_reader_.begin());
+    readers_.resize(graph_.wires.size());
+    std::vector<std::uint32_t> fill(first_reader_.begin(), first_reader_.end() - 1);
+    for (NodeId n = 0; n < graph_.nodes.size(); ++n) {
+      for (const Wire& wire : graph_.wires_into(n)) {
+        readers_[fill[wire.from.node]++] = {n, static_cast<std::uint32_t>(&wire - graph_.wires.data())};
+      }
     }
   }
+  [[nodiscard]] std::span<const Reader> readers_of(NodeId n) const {
+    return {readers_.data() + first_reader_[n], first_reader_[n + 1] - first_reader_[n]};
+  }
 
-  void place(NodeId n, Reason reason) {
-    placed_[n] = true;
-    sequence_.steps.push_back({n, network_of_[n], reason});
+  // ---- placing: what an element reads right before it, what a block writes right after it ----
+
+  /// Places `n` unless it has a place already; before it, what only passes values on to it.
+  void place(NodeId n, Reason reason, NodeId with = kNoNode) {
+    if (placed_[n]) return;
+    struct Frame {
+      NodeId node;
+      std::size_t next = 0;
+    };
+    visited_[n] = true;
+    std::vector<Frame> stack{{n}};
+    while (!stack.empty()) {
+      Frame& frame = stack.back();
+      const auto wires = graph_.wires_into(frame.node);
+      if (frame.next < wires.size()) {
+        const NodeId from = wires[frame.next++].from.node;
+        if (!passes_[from] || placed_[from] || visited_[from]) continue;
+        visited_[from] = true;
+        stack.push_back({from});
+        continue;
+      }
+      const NodeId done = frame.node;
+      stack.pop_back();
+      placed_[done] = true;
+      sequence_.steps.push_back(
+          {done, network_of_[done], done == n ? reason : Reason::kForReader, done == n ? with : n});
+    }
+    if (graph_.element(n).kind == ElementKind::kBlock) place_outputs(n);
+  }
+
+  /// An element is complete when its outputs are (IEC 61131-3, evaluation of networks): variables wired to outputs of
+  /// blocks alone, also through connectors, are written after the last of these blocks.
+  void place_outputs(NodeId block) {
+    std::vector<NodeId> outputs;
+    std::vector<NodeId> passing{block};
+    while (!passing.empty()) {
+      const NodeId n = passing.back();
+      passing.pop_back();
+      for (const Reader& reader : readers_of(n)) {
+        if (--blocks_missing_[reader.node] != 0) continue;
+        if (is_passage(reader.node) && passes_[reader.node]) {
+          passing.push_back(reader.node);
+        } else if (is_output(reader.node) && !placed_[reader.node]) {
+          outputs.push_back(reader.node);
+        }
+      }
+    }
+    std::sort(outputs.begin(), outputs.end(), [&](NodeId a, NodeId b) { return keys_[a] < keys_[b]; });
+    for (NodeId n : outputs) place(n, Reason::kWithBlock, block);
   }
 
   void place_rails(ElementKind kind) {
     for (NodeId n = 0; n < graph_.nodes.size(); ++n) {
       if (graph_.element(n).kind == kind) place(n, positioned_ ? Reason::kPosition : Reason::kDocument);
+    }
+  }
+
+  /// A wire carries the value of the previous scan when what it leads to comes before what it leads from.
+  void mark_feedback(core::Order rule) {
+    std::vector<std::uint32_t> at(graph_.nodes.size(), 0);
+    for (std::uint32_t i = 0; i < sequence_.steps.size(); ++i) at[sequence_.steps[i].node] = i;
+    for (Step& step : sequence_.steps) {
+      for (Wire& wire : graph_.wires_into(step.node)) {
+        wire.feedback = at[wire.from.node] >= at[step.node];
+        const bool by_drawing = step.reason == Reason::kPosition || step.reason == Reason::kDataFlow ||
+                                (step.reason == Reason::kDocument && rule == core::Order::kDrawing);
+        if (wire.feedback && by_drawing) step.reason = Reason::kFeedback;
+      }
     }
   }
 
@@ -89,9 +191,9 @@ class Orderer {
     std::iota(parent_.begin(), parent_.end(), 0u);
     for (NodeId n = 0; n < count; ++n) {
       if (is_rail(graph_.element(n).kind)) continue;
-      for_each_wire(n, [&](const Wire& wire) {
+      for (const Wire& wire : graph_.wires_into(n)) {
         if (!is_rail(graph_.element(wire.from.node).kind)) parent_[root(n)] = root(wire.from.node);
-      });
+      }
     }
     using NetworkKey =
         std::tuple<std::uint32_t, std::int32_t, std::int32_t, NodeId>;  // title group, then the top-most corner
@@ -101,7 +203,7 @@ class Orderer {
       const Element& e = graph_.element(n);
       if (is_rail(e.kind)) continue;
       auto& [group, y, x, document] = keys[root(n)];
-      const auto [ey, ex, en] = key(n);
+      const auto [ey, ex, en] = keys_[n];
       group = std::min(group, e.network);
       y = std::min(y, ey);
       x = std::min(x, ex);
@@ -122,47 +224,39 @@ class Orderer {
     sequence_.network_count = static_cast<std::uint32_t>(networks_.size());
   }
 
-  // ---- pulling: feeders first, depth first; a wire back into the element being pulled is feedback ----
+  // ---- pulling: what acts among the feeders first, depth first; a wire back into what is being pulled is a loop ----
 
   void pull(NodeId start, Reason own, Reason feeders, bool stop_at_ordered = false) {
     struct Frame {
       NodeId node;
-      std::vector<std::uint32_t> wires;
       std::size_t next = 0;
     };
-    if (pulling_.empty()) pulling_.resize(graph_.nodes.size(), false);
-    std::vector<Frame> stack;
-    const auto push = [&](NodeId n) {
-      pulling_[n] = true;
-      Frame frame{n, {}, 0};
-      const Node& node = graph_.nodes[n];
-      for (std::uint32_t i = node.first_input; i < node.first_input + node.input_count; ++i) {
-        const Input& input = graph_.inputs[i];
-        for (std::uint32_t w = 0; w < input.wire_count; ++w) frame.wires.push_back(input.first_wire + w);
-      }
-      stack.push_back(std::move(frame));
-    };
-    push(start);
+    if (pulled_through_[start]) return;
+    pulling_[start] = true;
+    std::vector<Frame> stack{{start}};
     while (!stack.empty()) {
       Frame& frame = stack.back();
-      if (frame.next < frame.wires.size()) {
-        Wire& wire = graph_.wires[frame.wires[frame.next++]];
-        const NodeId from = wire.from.node;
-        if (placed_[from]) continue;
+      const auto wires = graph_.wires_into(frame.node);
+      if (frame.next < wires.size()) {
+        const NodeId from = wires[frame.next++].from.node;
+        if (placed_[from] || pulled_through_[from]) continue;
         if (pulling_[from]) {
-          wire.feedback = true;
           check_loop(from, frame.node, stack);
-        } else if (stop_at_ordered && graph_.element(from).execution_order > 0) {
-          wire.feedback = true;  // its own id puts it later: the wire carries its value of the previous scan
-        } else {
-          push(from);
+        } else if (!stop_at_ordered || graph_.element(from).execution_order == 0) {
+          // An id of its own puts it later: then the wire carries its value of the previous scan.
+          pulling_[from] = true;
+          stack.push_back({from});
         }
         continue;
       }
       const NodeId n = frame.node;
-      pulling_[n] = false;
-      place(n, n == start ? own : feeders);
       stack.pop_back();
+      pulling_[n] = false;
+      if (passes_[n]) {
+        pulled_through_[n] = true;
+      } else {
+        place(n, n == start ? own : feeders);
+      }
     }
   }
 
@@ -172,14 +266,9 @@ class Orderer {
     bool inside = false;
     for (const auto& frame : stack) {
       inside = inside || frame.node == from;
-      if (inside) holds = holds || can_hold(frame.node);
+      if (inside) holds = holds || can_hold(graph_.element(frame.node));
     }
     if (!holds) report_loop(std::min(from, to));
-  }
-
-  [[nodiscard]] bool can_hold(NodeId n) const {
-    const ElementKind kind = graph_.element(n).kind;
-    return kind == ElementKind::kBlock || kind == ElementKind::kInOutVariable;
   }
 
   void report_loop(NodeId n) {
@@ -204,159 +293,60 @@ class Orderer {
   // ---- drawing order: networks, then data flow, ties top to bottom, left to right ----
 
   void place_networks() {
+    Loops loops({graph_, placed_, waits_, keys_, [this](NodeId n) { report_loop(n); }});
     std::vector<std::uint32_t> waiting(graph_.nodes.size(), 0);
-    std::vector<std::uint32_t> first_reader(graph_.nodes.size() + 1, 0);
-    for (NodeId n = 0; n < graph_.nodes.size(); ++n) {
-      for_each_wire(n, [&](const Wire& wire) { ++first_reader[wire.from.node + 1]; });
-    }
-    std::partial_sum(first_reader.begin(), first_reader.end(), first_reader.begin());
-    std::vector<NodeId> readers(first_reader.back());
-    std::vector<std::uint32_t> fill(first_reader.begin(), first_reader.end() - 1);
     for (std::vector<NodeId>& members : members_) {
       std::erase_if(members, [&](NodeId n) { return placed_[n]; });
-      break_loops(members);
-      for (NodeId n : members) {
-        for_each_wire(n, [&](const Wire& wire) {
-          if (wire.feedback || placed_[wire.from.node]) return;
-          ++waiting[n];
-          readers[fill[wire.from.node]++] = n;
-        });
-      }
-      using Entry = std::pair<Key, NodeId>;
-      std::priority_queue<Entry, std::vector<Entry>, std::greater<>> ready;
-      for (NodeId n : members) {
-        if (waiting[n] == 0) ready.emplace(key(n), n);
-      }
-      Key highest{INT32_MIN, INT32_MIN, 0};
-      while (!ready.empty()) {
-        const auto [own, n] = ready.top();
-        ready.pop();
-        place(n, reason_of(n, own < highest));
-        highest = std::max(highest, own);
-        for (std::uint32_t r = first_reader[n]; r < fill[n]; ++r) {
-          if (--waiting[readers[r]] == 0) ready.emplace(key(readers[r]), readers[r]);
-        }
-      }
+      loops.open(members);
+      place_network(members, waiting);
     }
   }
 
-  Reason reason_of(NodeId n, bool delayed) {
-    bool feedback = false;
-    for_each_wire(n, [&](const Wire& wire) { feedback = feedback || wire.feedback; });
-    if (feedback) return Reason::kFeedback;
-    if (delayed) return Reason::kDataFlow;
-    return positioned_ ? Reason::kPosition : Reason::kDocument;
-  }
-
-  /// Marks feedback wires until the members' wires form no loop: in each loop the wires from an inOutVariable or DELAY
-  /// into its first reader, or without one the wires into the first element of the loop.
-  void break_loops(const std::vector<NodeId>& members) {
-    if (inside_.empty()) {
-      inside_.resize(graph_.nodes.size(), 0);
-      index_.resize(graph_.nodes.size(), 0);
-      low_.resize(graph_.nodes.size(), 0);
-    }
-    std::vector<std::vector<NodeId>> work{members};
-    while (!work.empty()) {
-      const std::vector<NodeId> set = std::move(work.back());
-      work.pop_back();
-      for (std::vector<NodeId>& loop : loops_in(set)) {
-        break_loop(loop);
-        work.push_back(std::move(loop));
+  void place_network(std::vector<NodeId>& members, std::vector<std::uint32_t>& waiting) {
+    using Entry = std::pair<PlaceKey, NodeId>;
+    std::priority_queue<Entry, std::vector<Entry>, std::greater<>> ready;
+    std::vector<NodeId> has_value;  // who reads these has one feeder less to wait for
+    const auto is_free = [&](NodeId n) {
+      if (passes_[n]) {
+        has_value.push_back(n);
+      } else if (!placed_[n]) {
+        ready.emplace(keys_[n], n);
       }
-    }
-  }
-
-  void break_loop(const std::vector<NodeId>& loop) {
-    ++stamp_;
-    for (NodeId n : loop) inside_[n] = stamp_;
-    if (std::none_of(loop.begin(), loop.end(), [&](NodeId n) { return can_hold(n); })) {
-      report_loop(*std::min_element(loop.begin(), loop.end()));
-      // An error: no order is right, and looking for one loop after the other would take a large net forever.
-      for (NodeId n : loop) {
-        for_each_wire(n, [&](Wire& wire) { wire.feedback = wire.feedback || inside_[wire.from.node] == stamp_; });
-      }
-      return;
-    }
-    const auto from_variable = [&](const Wire& wire) {
-      return !wire.feedback && inside_[wire.from.node] == stamp_ &&
-             (graph_.element(wire.from.node).kind == ElementKind::kInOutVariable ||
-              is_delay(graph_.element(wire.from.node)));
     };
-    NodeId first = kNoNode;
-    NodeId first_reader = kNoNode;
-    for (NodeId n : loop) {
-      if (first == kNoNode || key(n) < key(first)) first = n;
-      bool reads = false;
-      for_each_wire(n, [&](const Wire& wire) { reads = reads || from_variable(wire); });
-      if (reads && (first_reader == kNoNode || key(n) < key(first_reader))) first_reader = n;
+    for (NodeId n : members) {
+      for (const Wire& wire : graph_.wires_into(n)) waiting[n] += !wire.feedback && !placed_[wire.from.node] ? 1 : 0;
     }
-    const NodeId target = first_reader != kNoNode ? first_reader : first;
-    for_each_wire(target, [&](Wire& wire) {
-      if (first_reader != kNoNode ? from_variable(wire) : inside_[wire.from.node] == stamp_) wire.feedback = true;
-    });
-  }
-
-  /// Tarjan's strongly connected components with more than one node (or a wire to itself), without recursion.
-  std::vector<std::vector<NodeId>> loops_in(const std::vector<NodeId>& set) {
-    std::vector<std::vector<NodeId>> loops;
-    ++stamp_;
-    const std::uint32_t mine = stamp_;
-    for (NodeId n : set) {
-      inside_[n] = mine;
-      index_[n] = 0;
+    for (NodeId n : members) {
+      if (waiting[n] == 0) is_free(n);
     }
-    struct Frame {
-      NodeId node;
-      std::vector<NodeId> feeders;
-      std::size_t next = 0;
-    };
-    std::vector<NodeId> open;
-    std::vector<Frame> stack;
-    std::uint32_t counter = 0;
-    const auto enter = [&](NodeId n) {
-      index_[n] = low_[n] = ++counter;
-      open.push_back(n);
-      Frame frame{n, {}, 0};
-      for_each_wire(n, [&](const Wire& wire) {
-        if (!wire.feedback && inside_[wire.from.node] == mine && !placed_[wire.from.node]) {
-          frame.feeders.push_back(wire.from.node);
-        }
-      });
-      stack.push_back(std::move(frame));
-    };
-    for (NodeId start : set) {
-      if (index_[start] != 0) continue;
-      enter(start);
-      while (!stack.empty()) {
-        Frame& frame = stack.back();
-        if (frame.next < frame.feeders.size()) {
-          const NodeId to = frame.feeders[frame.next++];
-          if (index_[to] == 0) {
-            enter(to);
-          } else if (inside_[to] == mine) {
-            low_[frame.node] = std::min(low_[frame.node], index_[to]);
-          }
-          continue;
-        }
-        const NodeId n = frame.node;
-        const bool self = std::find(frame.feeders.begin(), frame.feeders.end(), n) != frame.feeders.end();
-        stack.pop_back();
-        if (!stack.empty()) low_[stack.back().node] = std::min(low_[stack.back().node], low_[n]);
-        if (low_[n] == index_[n]) {
-          std::vector<NodeId> component;
-          NodeId member = kNoNode;
-          do {
-            member = open.back();
-            open.pop_back();
-            inside_[member] = 0;  // closed: later low links must not reach it
-            component.push_back(member);
-          } while (member != n);
-          if (component.size() > 1 || self) loops.push_back(std::move(component));
+    const auto tell_readers = [&] {
+      while (!has_value.empty()) {
+        const NodeId n = has_value.back();
+        has_value.pop_back();
+        for (const Reader& reader : readers_of(n)) {
+          if (graph_.wires[reader.wire].feedback || placed_[reader.node]) continue;
+          if (--waiting[reader.node] == 0) is_free(reader.node);
         }
       }
+    };
+    tell_readers();
+    PlaceKey highest{INT32_MIN, INT32_MIN, 0};
+    while (!ready.empty()) {
+      const auto [own, n] = ready.top();
+      ready.pop();
+      if (placed_[n]) continue;  // written with its block meanwhile
+      const std::size_t before = sequence_.steps.size();
+      place(n, own < highest ? Reason::kDataFlow : positioned_ ? Reason::kPosition : Reason::kDocument);
+      highest = std::max(highest, own);
+      for (std::size_t i = before; i < sequence_.steps.size(); ++i) {
+        if (!passes_[sequence_.steps[i].node]) has_value.push_back(sequence_.steps[i].node);
+      }
+      tell_readers();
     }
-    return loops;
+    // What nobody reads.
+    std::erase_if(members, [&](NodeId n) { return placed_[n]; });
+    std::sort(members.begin(), members.end(), [&](NodeId a, NodeId b) { return keys_[a] < keys_[b]; });
+    for (NodeId n : members) place(n, positioned_ ? Reason::kPosition : Reason::kDocument);
   }
 
   Graph& graph_;
@@ -364,29 +354,39 @@ class Orderer {
   core::Diagnostics& diagnostics_;
   bool positioned_ = false;
   Sequence sequence_;
+  std::vector<PlaceKey> keys_;
   std::vector<bool> placed_;
-  std::vector<bool> pulling_;
+  std::vector<bool> passes_;          ///< has no place of its own
+  std::vector<bool> waits_;           ///< the same, or an output of blocks
+  std::vector<bool> visited_;         ///< by place(): power that depends on itself ends there
+  std::vector<bool> pulling_;         ///< by pull()
+  std::vector<bool> pulled_through_;  ///< all that feeds it has been pulled
+  std::vector<std::uint32_t>
+      blocks_missing_;                       ///< wires into it whose block has no place yet, or that lead from no block
+  std::vector<std::uint32_t> first_reader_;  ///< per node, and one past the end
+  std::vector<Reader> readers_;
   std::vector<std::uint32_t> network_of_;
   std::vector<NodeId> parent_;
   std::vector<NodeId> networks_;              // root node of each network, in execution order
   std::vector<std::vector<NodeId>> members_;  // nodes of each network
-  std::vector<std::uint32_t> inside_, index_, low_;
-  std::uint32_t stamp_ = 0;
 };
 
 }  // namespace
 
-bool has_effect(const Element& element) {
-  switch (element.kind) {
+bool only_passes_on(const Graph& graph, NodeId node) {
+  switch (graph.element(node).kind) {
     case ElementKind::kContact:
     case ElementKind::kInVariable:
     case ElementKind::kConnector:
     case ElementKind::kContinuation:
-    case ElementKind::kLeftRail:
-    case ElementKind::kRightRail:
-      return false;
-    default:
       return true;
+    case ElementKind::kInOutVariable: {
+      const auto& inputs = graph.element(node).inputs;
+      return graph.wires_into(node).empty() &&
+             std::all_of(inputs.begin(), inputs.end(), [](const plcopen::Pin& pin) { return pin.expression.empty(); });
+    }
+    default:
+      return false;
   }
 }
 
@@ -408,6 +408,10 @@ std::string_view reason_text(Reason reason) {
       return "document order";
     case Reason::kFeedback:
       return "first of a loop: its feedback wires carry the previous scan";
+    case Reason::kForReader:
+      return "read for";
+    case Reason::kWithBlock:
+      return "written with";
   }
   return "";
 }

@@ -23,6 +23,8 @@ enum class Reason : std::uint8_t {
   kDataFlow,          ///< drawn higher than its predecessor, but fed by it (or by something after it)
   kDocument,          ///< document order: no positions, or --order=document
   kFeedback,          ///< first of a loop: its wires from the loop carry the values of the previous scan
+  kForReader,         ///< reads only: evaluated for Step::with, the first that asks for its value
+  kWithBlock,         ///< an output: written right after Step::with, the block (the last one) that feeds it
 };
 std::string_view reason_text(Reason reason);
 
@@ -30,6 +32,7 @@ struct Step {
   NodeId node = kNoNode;
   std::uint32_t network = 0;  ///< 1-based number of the network, in execution order
   Reason reason = Reason::kPosition;
+  NodeId with = kNoNode;  ///< of kForReader and kWithBlock
 };
 
 struct Sequence {
@@ -37,8 +40,9 @@ struct Sequence {
   std::uint32_t network_count = 0;
 };
 
-/// True for elements that do something by themselves; the others only carry values to them.
-bool has_effect(const plcopen::Element& element);
+/// True for elements that do nothing by themselves: contacts, inVariables, inOutVariables without a wire, connectors.
+/// They have no place of their own, unless an executionOrderId gives them one: they are read for who needs them.
+bool only_passes_on(const Graph& graph, NodeId node);
 
 /// True for a DELAY block: its output is what its input was in the previous scan, so it opens every loop through it.
 bool is_delay(const plcopen::Element& element);

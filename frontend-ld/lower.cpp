@@ -237,7 +237,8 @@ std::vector<OrderLine> explain_order(const plcopen::Body& body, core::Order rule
   lines.reserve(sequence.steps.size());
   for (const fbd::Step& step : sequence.steps) {
     const Element& e = graph.element(step.node);
-    OrderLine line{step.network, e.at, e.text, step.reason, {}};
+    OrderLine line{step.network, e.at, e.text, step.reason, {}, {}};
+    if (step.with != fbd::kNoNode) line.with = graph.element(step.with).at;
     if (!e.instance_name.empty()) line.text += " " + e.instance_name;
     if (e.kind == ElementKind::kActionBlock) line.text = action_summary(e);
     const fbd::Node& node = graph.nodes[step.node];

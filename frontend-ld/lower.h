@@ -24,6 +24,7 @@ struct OrderLine {
   core::SourceRef at;         ///< kind and localId name the element
   std::string text;           ///< variable, expression, or block type and instance
   fbd::Reason reason = fbd::Reason::kPosition;
+  core::SourceRef with;                     ///< of kForReader and kWithBlock: the reader, the block
   std::vector<std::int64_t> feedback_from;  ///< localIds whose previous value arrives here
 };
 /// The execution order of one drawn body by `rule`.

@@ -44,14 +44,15 @@ int explain_code(const std::string& code) {
   return kExitUsage;
 }
 
-std::string element_text(const ld::OrderLine& line) {
-  std::string text{core::element_word(line.at.kind)};
-  if (line.at.local_id >= 0) text += fmt::format(" {}", line.at.local_id);
+std::string element_text(const core::SourceRef& at) {
+  std::string text{core::element_word(at.kind)};
+  if (at.local_id >= 0) text += fmt::format(" {}", at.local_id);
   return text;
 }
 
 std::string why_text(const ld::OrderLine& line) {
   std::string why{fbd::reason_text(line.reason)};
+  if (line.with.kind != core::ElementKind::kNone) why += " " + element_text(line.with);
   if (!line.feedback_from.empty()) {
     why += "; value of the previous scan from";
     for (const std::int64_t id : line.feedback_from) why += fmt::format(" {}", id);
@@ -63,7 +64,7 @@ void print_body(const plcopen::Body& body, core::Order rule) {
   const std::vector<ld::OrderLine> lines = ld::explain_order(body, rule);
   std::size_t element_width = 0, text_width = 0;
   for (const ld::OrderLine& line : lines) {
-    element_width = std::max(element_width, element_text(line).size());
+    element_width = std::max(element_width, element_text(line.at).size());
     text_width = std::min<std::size_t>(40, std::max(text_width, line.text.size()));
   }
   std::uint32_t network = 0;
@@ -73,8 +74,8 @@ void print_body(const plcopen::Body& body, core::Order rule) {
       network = line.network;
       std::cout << fmt::format("  network {}\n", network);
     }
-    std::cout << fmt::format("  {:>5}  {:<{}}  {:<{}}  line {:<6}  {}\n", ++position, element_text(line), element_width,
-                             line.text, text_width, line.at.line, why_text(line));
+    std::cout << fmt::format("  {:>5}  {:<{}}  {:<{}}  line {:<6}  {}\n", ++position, element_text(line.at),
+                             element_width, line.text, text_width, line.at.line, why_text(line));
   }
 }
 

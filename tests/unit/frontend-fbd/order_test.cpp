@@ -139,6 +139,26 @@ TEST(Order, PowerFlowThatDependsOnItselfIsAnError) {
   EXPECT_EQ(ordered(b.body(), Order::kDocument).errors, 1u);
 }
 
+TEST(Order, ManyBlocksThatReadBehindOneLongChainTakeTimeInProportion) {
+  BodyBuilder b(plcopen::Language::kLd);
+  constexpr std::int64_t kCount = 20'000;
+  const std::int64_t last = 2 * kCount - 1;
+  for (std::int64_t id = 0; id < kCount; ++id) {  // each reads the end of the chain, each feeds one contact of it
+    auto& block = b.add(ElementKind::kBlock, id, "OR", 0, static_cast<std::int32_t>(id));
+    BodyBuilder::pin(block, "IN", {last});
+    BodyBuilder::out(block, "OUT");
+  }
+  for (std::int64_t id = kCount; id <= last; ++id) {
+    auto& contact = b.add(ElementKind::kContact, id, "A", 50, static_cast<std::int32_t>(id));
+    BodyBuilder::feed(contact, id == kCount ? std::vector{id - kCount} : std::vector{id - kCount, id - 1});
+  }
+  for (Order rule : {Order::kDrawing, Order::kDocument}) {
+    const Ordered o = ordered(b.body(), rule);
+    EXPECT_EQ(o.errors, 0u);
+    EXPECT_EQ(o.ids.size(), static_cast<std::size_t>(2 * kCount));
+  }
+}
+
 TEST(Order, ALargeNetThatDependsOnItselfIsOneError) {
   BodyBuilder b(plcopen::Language::kLd);
   constexpr std::int64_t kContacts = 20'000;
@@ -158,6 +178,157 @@ TEST(Order, DanglingWiresAndSelfConnectionsAreHandled) {
   const Ordered o = ordered(b.body());
   EXPECT_EQ(o.ids, (Ids{1}));
   EXPECT_EQ(o.feedback.size(), 1u);
+}
+
+// ---- reading for a reader, writing with a block -------------------------------------------------------------------
+
+plcopen::Element& add_block(BodyBuilder& b, std::int64_t id, std::int32_t x, std::int32_t y,
+                            std::vector<std::int64_t> in = {}, const std::string& from_pin = "OUT") {
+  auto& block = b.add(ElementKind::kBlock, id, "OR", x, y);
+  if (!in.empty()) BodyBuilder::pin(block, "IN", std::move(in), from_pin);
+  BodyBuilder::out(block, "OUT");
+  return block;
+}
+
+TEST(Order, AnOutVariableIsWrittenWithItsBlockHoweverLowItIsDrawn) {
+  BodyBuilder b(plcopen::Language::kFbd);
+  add_block(b, 1, 0, 10);
+  BodyBuilder::feed(b.add(ElementKind::kOutVariable, 2, "V", 50, 300), {1});
+  BodyBuilder::feed(b.add(ElementKind::kOutVariable, 3, "W", 50, 200), {1});
+  b.add(ElementKind::kInVariable, 4, "V", 100, 0);
+  add_block(b, 5, 150, 20, {4, 1});
+  for (Order rule : {Order::kDrawing, Order::kDocument}) EXPECT_EQ(ordered(b.body(), rule).ids, (Ids{1, 3, 2, 4, 5}));
+}
+
+TEST(Order, AnOutVariableOfJoinedBlocksIsWrittenAfterTheLastOfThem) {
+  BodyBuilder b(plcopen::Language::kFbd);
+  add_block(b, 1, 0, 10);
+  add_block(b, 2, 0, 50);
+  BodyBuilder::feed(b.add(ElementKind::kOutVariable, 3, "V", 50, 0), {1, 2});
+  b.add(ElementKind::kInVariable, 4, "V", 0, 0);
+  add_block(b, 5, 100, 90, {4, 1});
+  EXPECT_EQ(ordered(b.body()).ids, (Ids{1, 2, 3, 4, 5}));
+}
+
+TEST(Order, ConnectorsBetweenABlockAndItsOutVariableAreWires) {
+  BodyBuilder b(plcopen::Language::kFbd);
+  add_block(b, 1, 0, 10);
+  BodyBuilder::feed(b.add(ElementKind::kConnector, 2, "K", 50, 10), {1});
+  b.add(ElementKind::kContinuation, 3, "K", 0, 400);
+  BodyBuilder::feed(b.add(ElementKind::kOutVariable, 4, "V", 50, 400), {3});
+  b.add(ElementKind::kInVariable, 5, "V", 0, 100);
+  add_block(b, 6, 100, 100, {5, 1});
+  for (Order rule : {Order::kDrawing, Order::kDocument}) {
+    EXPECT_EQ(ordered(b.body(), rule).ids, (Ids{1, 2, 3, 4, 5, 6}));
+  }
+}
+
+TEST(Order, AnOutVariableBehindAContactHasAPlaceOfItsOwn) {
+  BodyBuilder b(plcopen::Language::kLd);
+  add_block(b, 1, 0, 10);
+  BodyBuilder::feed(b.add(ElementKind::kContact, 2, "A", 50, 10), {1});
+  BodyBuilder::feed(b.add(ElementKind::kOutVariable, 3, "V", 90, 300), {2});
+  BodyBuilder::feed(b.add(ElementKind::kCoil, 4, "C", 90, 50), {1});
+  EXPECT_EQ(ordered(b.body()).ids, (Ids{1, 4, 2, 3}));
+}
+
+TEST(Order, AContactIsReadForTheFirstThatNeedsItWithAllInFrontOfIt) {
+  BodyBuilder b(plcopen::Language::kLd);
+  b.add(ElementKind::kLeftRail, 1, "", 0, 0);
+  BodyBuilder::feed(b.add(ElementKind::kContact, 2, "A", 10, 10), {1});
+  BodyBuilder::feed(b.add(ElementKind::kContact, 3, "B", 20, 10), {2});
+  BodyBuilder::feed(b.add(ElementKind::kContact, 4, "C", 30, 10), {3});
+  BodyBuilder::feed(b.add(ElementKind::kCoil, 5, "Low", 90, 90), {4});
+  BodyBuilder::feed(b.add(ElementKind::kCoil, 6, "High", 90, 50), {3});  // takes A and B along, not C
+  EXPECT_EQ(ordered(b.body()).ids, (Ids{1, 2, 3, 6, 4, 5}));
+  EXPECT_EQ(ordered(b.body(), Order::kDocument).ids, (Ids{1, 2, 3, 4, 5, 6}));
+}
+
+TEST(Order, AnIdOfItsOwnGivesAVariableItsPlace) {
+  BodyBuilder b(plcopen::Language::kFbd);
+  add_block(b, 1, 0, 10).execution_order = 2;
+  auto& out = b.add(ElementKind::kOutVariable, 2, "V", 50, 10);
+  BodyBuilder::feed(out, {1});
+  out.execution_order = 5;
+  b.add(ElementKind::kInVariable, 3, "V", 0, 50).execution_order = 1;
+  add_block(b, 4, 50, 50, {3}).execution_order = 3;
+  EXPECT_EQ(ordered(b.body()).ids, (Ids{3, 1, 4, 2}));
+}
+
+TEST(Order, ContactsOnALoopAreReadInThisScan) {
+  // OR 1 <- contact 2 <- OR 1, and the coil reads behind the contact; the file has the coil first.
+  BodyBuilder b(plcopen::Language::kLd);
+  BodyBuilder::feed(b.add(ElementKind::kCoil, 3, "C", 90, 90), {2});
+  BodyBuilder::feed(b.add(ElementKind::kContact, 2, "A", 10, 0), {1});
+  add_block(b, 1, 50, 10, {2});
+  for (Order rule : {Order::kDrawing, Order::kDocument}) {
+    const Ordered o = ordered(b.body(), rule);
+    EXPECT_EQ(o.ids, (Ids{2, 1, 3}));
+    EXPECT_EQ(o.feedback, (std::vector<std::pair<std::int64_t, std::int64_t>>{{1, 2}}));
+  }
+}
+
+/// Contacts, variables and blocks at random: what only reads stands right in front of its first reader, what blocks
+/// write right behind the last of them, whatever is drawn.
+TEST(Order, RandomRungsReadLateAndWriteAtOnce) {
+  std::mt19937 random(31);
+  for (int round = 0; round < 500; ++round) {
+    BodyBuilder b(plcopen::Language::kLd);
+    const int count = 2 + static_cast<int>(random() % 40);
+    const auto any = [&](int below) { return static_cast<std::int64_t>(random() % static_cast<unsigned>(below)); };
+    for (int id = 0; id < count; ++id) {
+      const auto x = static_cast<std::int32_t>(random() % 5), y = static_cast<std::int32_t>(random() % 5);
+      constexpr ElementKind kKinds[] = {ElementKind::kContact, ElementKind::kInVariable, ElementKind::kBlock,
+                                        ElementKind::kCoil, ElementKind::kOutVariable};
+      const ElementKind kind = kKinds[random() % 5];
+      auto& e = b.add(kind, id, "A", x, y);
+      if (kind == ElementKind::kInVariable) continue;
+      if (kind == ElementKind::kBlock) {
+        BodyBuilder::pin(e, "IN1", {any(count)}, "OUT");  // forward, too: loops
+        BodyBuilder::pin(e, "IN2", {any(count)}, "OUT");
+        BodyBuilder::out(e, "OUT");
+      } else if (id > 0) {
+        BodyBuilder::feed(e, random() % 3 == 0 ? std::vector{any(id), any(id)} : std::vector{any(id)});
+      }
+    }
+    for (Order rule : {Order::kDrawing, Order::kDocument}) {
+      core::Diagnostics diagnostics;
+      fbd::Graph graph = fbd::build_graph(b.body(), "P", diagnostics);
+      const fbd::Sequence sequence = fbd::order(graph, rule, "P", diagnostics);
+      ASSERT_EQ(sequence.steps.size(), static_cast<std::size_t>(count));
+      const std::size_t none = sequence.steps.size();
+      std::vector<std::size_t> at(sequence.steps.size(), none);
+      for (std::size_t i = 0; i < sequence.steps.size(); ++i) at[sequence.steps[i].node] = i;
+      std::vector<std::size_t> first_reader(sequence.steps.size(), none);
+      for (fbd::NodeId n = 0; n < graph.nodes.size(); ++n) {
+        for (const fbd::Wire& wire : graph.wires_into(n)) {
+          ASSERT_EQ(wire.feedback, at[wire.from.node] >= at[n]);
+          // Only what acts can be late; what is read for somebody is never a scan old.
+          EXPECT_FALSE(wire.feedback && fbd::only_passes_on(graph, wire.from.node));
+          first_reader[wire.from.node] = std::min(first_reader[wire.from.node], at[n]);
+        }
+      }
+      for (std::size_t i = 0; i < sequence.steps.size(); ++i) {
+        const fbd::NodeId n = sequence.steps[i].node;
+        if (fbd::only_passes_on(graph, n)) {
+          if (first_reader[n] == none) continue;
+          for (std::size_t k = i + 1; k < first_reader[n]; ++k) {
+            EXPECT_TRUE(fbd::only_passes_on(graph, sequence.steps[k].node)) << "something acts between read and reader";
+          }
+        } else if (graph.element(n).kind == ElementKind::kOutVariable && !graph.wires_into(n).empty()) {
+          std::size_t last = 0;
+          bool of_blocks = true;
+          for (const fbd::Wire& wire : graph.wires_into(n)) {
+            of_blocks = of_blocks && graph.element(wire.from.node).kind == ElementKind::kBlock && !wire.feedback;
+            last = std::max(last, at[wire.from.node]);
+          }
+          for (std::size_t k = last + 1; of_blocks && k < i; ++k) {
+            EXPECT_EQ(graph.element(sequence.steps[k].node).kind, ElementKind::kOutVariable);
+          }
+        }
+      }
+    }
+  }
 }
 
 /// Every element is there once, and no wire that is not feedback leads backwards, whatever is drawn.
