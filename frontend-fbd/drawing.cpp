@@ -246,43 +246,7 @@ std::optional<PlaceId> Drawing::place_behind(const OutRef& out, std::size_t step
   }
 }
 
-// ---- modifiers ----------------------------------------------------------------------------------------------------
-
-ValueId Drawing::edge_of(ValueId value, Edge edge, std::string_view hint) {
-  if (edge == Edge::kNone) return value;
-  // The memory starts FALSE: a rising edge can happen in the first scan, a falling one cannot
-  // (docs/guides/first-scan.md).
-  const std::uint32_t index = builder_.hidden(std::string("edge.") + std::string(hint), ir::kBoolType);
-  const PlaceId memory = builder_.variable(index);
-  const ValueId before = builder_.load(memory);
-  const ValueId result = edge == Edge::kRising ? builder_.logic(Op::kAnd, value, builder_.not_(before))
-                                               : builder_.logic(Op::kAnd, builder_.not_(value), before);
-  builder_.store(memory, value);
-  return result;
-}
-
-ValueId Drawing::modify(ValueId value, bool negated, Edge edge, Storage storage, std::string_view hint) {
-  if (negated) value = builder_.not_(value);
-  value = edge_of(value, edge, hint);
-  if (storage == Storage::kNone) return value;
-  const PlaceId latch = builder_.variable(builder_.hidden(std::string("latch.") + std::string(hint), ir::kBoolType));
-  write_bool(latch, value, storage);
-  return builder_.load(latch);
-}
-
-void Drawing::write_bool(PlaceId place, ValueId value, Storage storage) {
-  switch (storage) {
-    case Storage::kNone:
-      builder_.store(place, value);
-      return;
-    case Storage::kSet:
-      builder_.store(place, builder_.logic(Op::kOr, builder_.load(place), value));
-      return;
-    case Storage::kReset:
-      builder_.store(place, builder_.logic(Op::kAnd, builder_.load(place), builder_.not_(value)));
-      return;
-  }
-}
+// ---- what is read and written ------------------------------------------------------------------------------------
 
 void Drawing::note_write(PlaceId place, NodeId node, bool plain_coil) { writes_.push_back({place, node, plain_coil}); }
 
@@ -304,6 +268,7 @@ void Drawing::finish() {
   }
   warn_double_writes();
   warn_order_of_writes();
+  warn_of_edges();
 }
 
 void Drawing::warn_double_writes() {

@@ -137,6 +137,10 @@ class Drawing {
   void warn_double_writes();
   void warn_order_of_writes();
 
+  // modifiers.cpp
+  /// Negation together with an edge (P3027), falling edges in the first scan (P3028): where tools differ.
+  void warn_of_edges();
+
   // lower_fbd.cpp
   void lower_in_variable(NodeId node);
   void lower_out_variable(NodeId node);

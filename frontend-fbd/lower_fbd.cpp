@@ -54,9 +54,7 @@ void Drawing::lower_in_variable(NodeId node) {
   if (!e.negated && e.edge == Edge::kNone && e.storage == Storage::kNone) return publish(out, *operand);
   const auto value = builder_.convert(*operand, ir::kBoolType, "inVariable \"" + e.text + "\" with a modifier");
   if (!value) return publish_poison(out);
-  // Like a contact: the edge is that of the variable, negation comes after it.
-  const ValueId edged = edge_of(*value, e.edge, e.text);
-  publish(out, modify(edged, e.negated, Edge::kNone, e.storage, e.text));
+  publish(out, modify(*value, e.negated, e.edge, e.storage, e.text));
 }
 
 void Drawing::lower_out_variable(NodeId node) {

@@ -47,7 +47,7 @@ class Ladder final : public fbd::Drawing {
   /// Beremiz writes the expression of a contact anew for each coil it feeds; edges keep their one evaluation there too.
   std::optional<ValueId> evaluate_afresh(NodeId node) override {
     const Element& e = element(node);
-    if (e.edge != Edge::kNone || e.storage != Storage::kNone) return std::nullopt;
+    if ((e.edge != Edge::kNone && !e.negated) || e.storage != Storage::kNone) return std::nullopt;
     if (e.kind == ElementKind::kContact) {
       const auto flow = power_into(node, false);
       const auto state = contact_state(node);
@@ -90,7 +90,7 @@ class Ladder final : public fbd::Drawing {
     return flow;
   }
 
-  /// State of the contact's variable: its value, edge, negation and storage, evaluated whether there is power or not.
+  /// State of the contact's variable: its value, negation, edge and storage, evaluated whether there is power or not.
   std::optional<ValueId> contact_state(NodeId node) {
     const Element& e = element(node);
     if (e.text.empty()) {
@@ -110,7 +110,7 @@ class Ladder final : public fbd::Drawing {
     const auto value = is_bool(*operand) ? std::optional(operand->value)
                                          : builder().convert(*operand, ir::kBoolType, "contact \"" + e.text + "\"");
     if (!value) return std::nullopt;
-    return modify(edge_of(*value, e.edge, e.text), e.negated, Edge::kNone, e.storage, e.text);
+    return modify(*value, e.negated, e.edge, e.storage, e.text);
   }
 
   void lower_contact(NodeId node) {

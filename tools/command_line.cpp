@@ -44,7 +44,8 @@ void add_compile_options(CLI::App& app, core::CompileOptions& options, bool with
                           "drawing: top to bottom as drawn (default). document: as the file lists the elements");
   add_choice<core::Compat>(app, "--compat", options.compat,
                            {{"none", core::Compat::kNone}, {"beremiz", core::Compat::kBeremiz}},
-                           "none: one value per wire (default). beremiz: contacts are read again for every coil");
+                           "none: one value per wire (default). beremiz: contacts are read again for every coil, and edges are "
+                           "its own");
   add_choice<core::AddressProfile>(
       app, "--profile", options.profile,
       {{"separate", core::AddressProfile::kSeparate}, {"overlay", core::AddressProfile::kOverlay}},

@@ -84,7 +84,7 @@ std::vector<Rendered> parse(const std::string& output, const std::string& file_n
   for (std::string row; std::getline(in, row);) {
     const std::size_t error = row.find("error ");
     const std::size_t warning = row.find("warning ");
-    const std::size_t severity = std::min(error, warning);
+    const std::size_t severity = std::min({error, warning, row.find("note ")});
     const std::size_t name = row.find(file_name);
     const std::size_t bar = row.find_first_not_of(" 0123456789");
     if (!result.empty() && row.starts_with(' ') && bar != std::string::npos && row.compare(bar, 2, "| ") == 0) {

@@ -74,10 +74,10 @@ std::string lint_statements(std::string_view name, const std::string& declaratio
 
 // ---- rows and switches --------------------------------------------------------------------------------------------
 
-TEST(LintOptions, EveryRowHasAWarningOfItsOwn) {
+TEST(LintOptions, EveryRowHasAWarningOrNoteOfItsOwn) {
   std::vector<core::Code> codes;
   for (const ir::LintInfo& row : ir::lints()) {
-    EXPECT_EQ(core::info(row.code).severity, core::Severity::kWarning) << row.name;
+    EXPECT_NE(core::info(row.code).severity, core::Severity::kError) << row.name;
     EXPECT_EQ(std::count(codes.begin(), codes.end(), row.code), 0) << row.name;
     codes.push_back(row.code);
   }
