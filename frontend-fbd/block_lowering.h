@@ -37,10 +37,15 @@ struct BlockLowering {
   NodeId node;
   const Element& e;
   ir::Builder& b;
-  std::optional<ValueId> enable{};  ///< EN, when wired
-  ir::LabelId skip{};               ///< behind the body, when EN is wired
-  bool watch_events = false;        ///< ENO depends on events
-  PlaceId eno_place{};              ///< ENO across the skipped body
+  std::optional<ValueId> enable{};   ///< EN, when wired
+  ir::LabelId skip{};                ///< behind the body, when EN is wired
+  bool watch_events = false;         ///< ENO depends on events
+  PlaceId eno_place{};               ///< ENO across the skipped body
+  std::optional<ValueId> own_eno{};  ///< ENO as the block declares and sets it itself
+  /// Where readers after the body find what it computed, with initial values: skipped, each gets its default.
+  std::vector<std::pair<PlaceId, std::vector<ir::InitItem>>> defaulted{};
+  std::vector<std::pair<std::uint16_t, ValueId>> values{};  ///< of a function, by output pin
+  std::vector<std::pair<std::uint16_t, PlaceId>> places{};  ///< the same, where they lie in memory
 
   BlockLowering(Drawing& drawing, NodeId n) : d(drawing), node(n), e(drawing.element(n)), b(drawing.builder_) {}
 
@@ -50,7 +55,7 @@ struct BlockLowering {
 
   // ---- EN and ENO ----
 
-  /// Reads EN. False when its wire is poisoned.
+  /// Reads EN, also that of a closed branch. False when its wire is poisoned.
   bool read_enable() {
     for (const Input& input : d.inputs(node)) {
       if (!is_enable_name(input.pin->name)) continue;
@@ -59,7 +64,7 @@ struct BlockLowering {
       if (!in.is_value()) continue;  // unconnected EN is TRUE
       const auto value = b.convert(in.operand, ir::kBoolType, "input \"EN\" of " + title());
       if (!value) return false;
-      enable = *value;
+      enable = enable ? b.logic(ir::Op::kAnd, *enable, *value) : *value;
     }
     return true;
   }
@@ -80,12 +85,19 @@ struct BlockLowering {
 
   void close() {
     if (watch_events) b.store(eno_place, b.eno());
-    if (skip.valid()) b.bind(skip);
+    if (!skip.valid()) return;
+    if (defaulted.empty()) return b.bind(skip);
+    const ir::LabelId done = b.new_label();
+    b.jump(done);
+    b.bind(skip);
+    for (auto& [place, initial] : defaulted) b.store_default(place, std::move(initial));
+    b.bind(done);
   }
 
   void publish_eno() {
     if (!d.has_reader(eno())) return;
-    const ValueId value = watch_events ? b.load(eno_place) : enable ? *enable : b.constant_bool(true);
+    ValueId value = watch_events ? b.load(eno_place) : enable ? *enable : b.constant_bool(true);
+    if (own_eno) value = enable ? b.logic(ir::Op::kAnd, *enable, *own_eno) : *own_eno;
     d.publish(eno(), value);
     for (std::uint16_t i = 0; i < e.outputs.size(); ++i) {
       if (is_eno_name(e.outputs[i].name)) d.publish({OutRef::Kind::kPin, i, node}, value);
@@ -128,13 +140,25 @@ struct BlockLowering {
            (d.has_reader({OutRef::Kind::kPin, pin, node}) || p.edge != Edge::kNone || p.storage != Storage::kNone);
   }
 
-  /// A value computed inside the guarded part as seen behind it: with EN it lives in memory and keeps while EN is
-  /// FALSE.
-  PlaceId keep(ValueId value, std::string_view pin) {
-    const PlaceId place =
-        b.variable(b.hidden("kept." + std::to_string(e.at.local_id) + "." + std::string(pin), b.type_of(value)));
-    b.assign(place, Operand::of(value, e.at), "output of " + title());
+  /// The place where readers find output `pin` of a function: its value, or the default where EN was FALSE.
+  PlaceId place_of_output(std::uint16_t pin, const std::string& name, ir::TypeRef type,
+                          std::vector<ir::InitItem> initial = {}) {
+    const PlaceId place = b.variable(b.hidden("out." + std::to_string(e.at.local_id) + "." + name, type));
+    defaulted.emplace_back(place, std::move(initial));
+    places.emplace_back(pin, place);
     return place;
+  }
+
+  /// A function's value for output `pin`, computed inside the guarded part.
+  void take(std::uint16_t pin, ValueId value, std::vector<ir::InitItem> initial = {}) {
+    if (!enable) return values.emplace_back(pin, value), void();
+    const PlaceId place = place_of_output(pin, e.outputs[pin].name, b.type_of(value), std::move(initial));
+    b.assign(place, Operand::of(value, e.at), "output of " + title());
+  }
+
+  void publish_taken() {
+    for (const auto& [pin, value] : values) publish_output(pin, value);
+    for (const auto& [pin, place] : places) publish_output(pin, b.load(place));
   }
 
   // ---- function blocks ----
@@ -173,7 +197,11 @@ struct BlockLowering {
     }
     if (!good) return poison();
 
-    open(false);
+    // A declared EN is an input: the body looks at it, and sets ENO.
+    const Port* const own_en = declared_enable(ports);
+    const Port* const eno_port = declared_eno(ports);
+    if (own_en == nullptr) open(false);
+    if (own_en != nullptr) b.store(b.field(instance, own_en->index), enable ? *enable : b.constant_bool(true));
     for (const auto& [port, place] : in_outs) {
       if (!port->queue) b.store(b.field(instance, port->index), b.make_ref(place));
     }
@@ -182,7 +210,9 @@ struct BlockLowering {
                      "input \"" + std::string(a.port->name) + "\" of " + title());
     }
     b.run(instance);
+    if (eno_port != nullptr) defaulted.emplace_back(b.field(instance, eno_port->index), std::vector<ir::InitItem>{});
     close();
+    if (eno_port != nullptr) own_eno = b.load(b.field(instance, eno_port->index));
 
     for (std::uint16_t i = 0; i < e.outputs.size(); ++i) {
       if (!output_wanted(i)) continue;
@@ -346,6 +376,8 @@ struct BlockLowering {
   /// those behind it, and whether EN is TRUE or not.
   void lower_delay();
   void lower_standard_function();
+  /// True when the function gives a BOOL for these operands.
+  bool is_power(std::span<const stdlib::Overload> candidates, const std::vector<Operand>& operands);
   /// Drawn pins go to the parameters they name, if all names are known and different; else by position.
   static void place_by_name(const stdlib::FunctionSpec& spec, std::vector<std::pair<std::size_t, const Input*>>& order);
   /// Real projects wire BOOL into EQ, ADD and the like next to integers: FALSE counts as 0, TRUE as 1, with a warning.

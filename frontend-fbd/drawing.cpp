@@ -51,6 +51,7 @@ Drawing::Drawing(ir::Builder& builder, const Graph& graph, const Sequence& seque
   feeds_known_.resize(graph.nodes.size());
   for (NodeId n = 0; n < graph.nodes.size(); ++n) {
     const plcopen::Element& e = element(n);
+    add_targets(n);
     const bool missing = e.kind == ElementKind::kBlock && is_missing(e);
     const Node& node = graph.nodes[n];
     for (std::uint32_t i = node.first_input; i < node.first_input + node.input_count; ++i) {
@@ -70,6 +71,29 @@ bool Drawing::is_missing(const plcopen::Element& e) {
   return !e.has_code && builder_.module().pou_by_name.count(e.text) == 0 && stdlib::block_named(e.text) == nullptr &&
          !stdlib::is_function(e.text) && !is_delay(e) && !ir::array_bound_named(e.text) &&
          !ir::queue_function_named(e.text);
+}
+
+void Drawing::add_targets(NodeId node) {
+  const plcopen::Element& e = element(node);
+  const bool block = e.kind == ElementKind::kBlock;
+  const auto add = [&](OutRef::Kind kind, std::size_t i, const plcopen::Pin& pin) {
+    if (pin.target.empty()) return;
+    targets_.push_back({{kind, static_cast<std::uint16_t>(i), node}, &pin});
+    slots_[slot_index(targets_.back().out)].read = true;
+    feeds_known_[node] = true;
+  };
+  for (std::size_t i = 0; i < e.outputs.size(); ++i) {
+    const bool eno = block && is_eno_name(e.outputs[i].name);
+    add(eno ? OutRef::Kind::kEno : block ? OutRef::Kind::kPin : OutRef::Kind::kFlow, i, e.outputs[i]);
+  }
+  for (std::size_t i = 0; block && i < e.in_outs.size(); ++i) add(OutRef::Kind::kInOut, i, e.in_outs[i]);
+}
+
+std::span<const Drawing::Target> Drawing::targets(NodeId node) const {
+  const auto [first, last] =
+      std::equal_range(targets_.begin(), targets_.end(), Target{{OutRef::Kind::kFlow, 0, node}, nullptr},
+                       [](const Target& a, const Target& b) { return a.out.node < b.out.node; });
+  return {first, last};
 }
 
 std::span<const Input> Drawing::inputs(NodeId node) const {
@@ -130,9 +154,8 @@ void Drawing::publish_poison(const OutRef& out) { slots_[slot_index(out)].state 
 
 // ---- reading ------------------------------------------------------------------------------------------------------
 
-Incoming Drawing::read_wire(const Wire& wire) {
-  if (wire.feedback) return read_feedback(wire.from);
-  const Slot& slot = slots_[slot_index(wire.from)];
+Incoming Drawing::read_slot(const OutRef& out, const core::SourceRef& at) {
+  const Slot& slot = slots_[slot_index(out)];
   Incoming in;
   in.state = Incoming::State::kValue;
   switch (slot.state) {
@@ -146,8 +169,15 @@ Incoming Drawing::read_wire(const Wire& wire) {
     case Slot::State::kValue:
       break;
   }
-  in.operand = Operand::of(slot.value, wire.at);
+  in.operand = Operand::of(slot.value, at);
   in.executed = slot.executed;
+  return in;
+}
+
+Incoming Drawing::read_wire(const Wire& wire) {
+  if (wire.feedback) return read_feedback(wire.from);
+  Incoming in = read_slot(wire.from, wire.at);
+  if (in.operand.kind != Operand::Kind::kValue) return in;
   if (options_.compat == core::Compat::kBeremiz && wire.from.kind == OutRef::Kind::kFlow) {
     if (const auto fresh = evaluate_afresh(wire.from.node)) in.operand.value = *fresh;
   }
@@ -337,8 +367,10 @@ void Drawing::warn_order_of_writes() {
                std::string(core::element_word(element(a.node).kind)) + " " +
                std::to_string(element(a.node).at.local_id);
       };
+      const plcopen::Element& e = element(second.node);
+      const std::string name = e.kind == ElementKind::kBlock ? builder_.describe(PlaceId{place}) : e.text;
       report(Code::P3018, second.node,
-             "\"" + element(second.node).text + "\" is " + phrase(first) + " and then " + phrase(second) + "; in " +
+             "\"" + name + "\" is " + phrase(first) + " and then " + phrase(second) + "; in " +
                  (drawing ? "document" : "drawing") + " order it is the other way round",
              "see `plc explain FILE POU`; choose with --order, or give the elements an executionOrderId");
     }

@@ -46,6 +46,8 @@ class Drawing {
 
   /// Lowers one element of the kinds block, in/out/inOutVariable, connector, continuation, jump, label, return.
   void lower_element(NodeId node);
+  /// Writes the variables that stand at the outputs of an element, right after it.
+  void write_targets(NodeId node);
   /// After the last element: jumps without label, bodies that do nothing, order of double writes.
   void finish();
 
@@ -118,6 +120,11 @@ class Drawing {
     NodeId node;
     std::uint32_t input;  ///< into Graph::inputs
   };
+  /// A variable at an output.
+  struct Target {
+    OutRef out;
+    const plcopen::Pin* pin;
+  };
   struct LabelState {
     ir::LabelId label;
     NodeId first_jump = kNoNode;
@@ -125,13 +132,17 @@ class Drawing {
   };
 
   // drawing.cpp
+  void add_targets(NodeId node);
+  /// The outputs of an element at which a variable stands.
+  [[nodiscard]] std::span<const Target> targets(NodeId node) const;
   [[nodiscard]] std::uint32_t slot_index(const OutRef& out) const;
+  Incoming read_slot(const OutRef& out, const core::SourceRef& at);
   Incoming read_wire(const Wire& wire);
   Incoming read_feedback(const OutRef& out);
   std::optional<ir::TypeRef> infer_type(const OutRef& out, unsigned depth);
   std::optional<ir::TypeRef> expected_type(const OutRef& out, unsigned depth);
   std::optional<ir::TypeRef> expected_by_readers(const OutRef& out, unsigned depth);
-  std::optional<ir::TypeRef> type_of_text(const plcopen::Element& e);
+  std::optional<ir::TypeRef> type_of_text(const std::string& text, const core::SourceRef& at);
   std::optional<ir::TypeRef> type_of_input(NodeId node, const Input& input, unsigned depth);
   std::uint32_t keep_for_feedback(const OutRef& out, ir::TypeRef type);
   void warn_double_writes();
@@ -142,6 +153,17 @@ class Drawing {
   void warn_of_edges();
 
   // lower_fbd.cpp
+  struct Modifiers {
+    bool negated = false;
+    plcopen::Edge edge = plcopen::Edge::kNone;
+    plcopen::Storage storage = plcopen::Storage::kNone;
+  };
+  /// place := what arrives, modified, unless its block was not executed. `text` is how the drawing names the place,
+  /// `what` how messages name it.
+  void write(const std::string& text, const core::SourceRef& at, const Incoming& in, const Modifiers& modifiers,
+             const std::string& what, NodeId node);
+  /// True when a variable at an output stands at the input of the same name, too: that is an in-out, nothing to write.
+  bool is_left_side(const OutRef& out, const plcopen::Pin& pin);
   void lower_in_variable(NodeId node);
   void lower_out_variable(NodeId node);
   void lower_in_out_variable(NodeId node);
@@ -169,6 +191,7 @@ class Drawing {
   std::vector<Write> writes_;
   std::vector<Read> reads_;
   std::vector<Reader> readers_;  ///< sorted by slot
+  std::vector<Target> targets_;  ///< in the order of the nodes
   unsigned type_steps_ = 0;      ///< of the question infer_type() or expected_type() answers now
   std::unordered_map<std::uint32_t, std::optional<ir::TypeRef>> expected_seen_;  ///< by slot, of the same question
   std::unordered_map<std::string, LabelState, core::NameHash, core::NameEqual> labels_;

@@ -1,16 +1,18 @@
 // Graph of one drawn body: which output every wire leads from. Built once per body; order and lowering read it.
 //
 // In: plcopen::Body. Out: nodes (one per element), inputs with their sources, dangling wires reported. Connectors are
-// wires: a continuation's source is the connector of its name. Does not belong here: types, values, meaning of
-// elements.
+// wires: a continuation's source is the connector of its name. Pins that an export leaves out of a block are added as
+// the block's type has them. Does not belong here: values, meaning of elements.
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <span>
 #include <string_view>
 #include <vector>
 
 #include "core/diagnostics.h"
+#include "ir/builder.h"
 #include "plcopen/project.h"
 
 namespace plc::fbd {
@@ -57,6 +59,7 @@ struct Graph {
   std::vector<Node> nodes;
   std::vector<Input> inputs;
   std::vector<Wire> wires;
+  std::deque<plcopen::Element> completed;  ///< elements that the file does not give whole
 
   [[nodiscard]] const plcopen::Element& element(NodeId node) const { return *nodes[node].element; }
   /// All wires into a node, input by input.
@@ -78,9 +81,12 @@ struct Graph {
   }
 };
 
-/// Resolves all wires. Wires to elements that do not exist are left out with a warning (P3001), wires whose pin name is
-/// unknown fall back as SEMANTICS "wire without or with an unknown pin name" says, with a warning (P3002).
-Graph build_graph(const plcopen::Body& body, std::string_view pou, core::Diagnostics& diagnostics);
+/// Resolves all wires. Wires to elements that do not exist are left out with a warning (P3001). A wire that names no
+/// output of its block is ENO where power flow is asked for, else the first output, with a warning (P3002). `types`
+/// knows the pins of blocks; without it, as for the order alone, only drawn pins count. Boxes in a closed branch with
+/// short-circuit evaluation get an EN more, from the lines that bypass them (closed_branches.h).
+Graph build_graph(const plcopen::Body& body, std::string_view pou, core::Diagnostics& diagnostics,
+                  ir::Builder* types = nullptr);
 
 /// True for EN and ENO in any letter case.
 bool is_enable_name(std::string_view pin);

@@ -15,6 +15,15 @@ using plcopen::Edge;
 using plcopen::Element;
 using plcopen::Storage;
 
+namespace {
+
+bool has_output(ElementKind kind) {
+  return kind != ElementKind::kRightRail && kind != ElementKind::kJump && kind != ElementKind::kReturn &&
+         kind != ElementKind::kLabel;
+}
+
+}  // namespace
+
 void Drawing::lower_element(NodeId node) {
   builder_.set_source(element(node).at);
   switch (element(node).kind) {
@@ -45,6 +54,7 @@ void Drawing::lower_element(NodeId node) {
 void Drawing::lower_in_variable(NodeId node) {
   const Element& e = element(node);
   const OutRef out{OutRef::Kind::kFlow, 0, node};
+  if (e.text.empty()) return publish_poison(out);  // nothing assigned: its wires are left out
   // What only feeds missing blocks may name values of missing types; the block is reported, that is enough.
   if (has_reader(out) && !feeds_known_[node]) return publish_poison(out);
   const auto operand =
@@ -62,6 +72,7 @@ void Drawing::lower_out_variable(NodeId node) {
   const OutRef out{OutRef::Kind::kFlow, 0, node};
   const auto own = inputs(node);
   const Incoming in = own.empty() ? Incoming{} : read(own[0]);
+  if (e.text.empty() && !in.is_value()) return publish_poison(out);  // neither wire nor variable
   if (in.state == Incoming::State::kUnconnected) {
     report(Code::P3022, node, "outVariable \"" + e.text + "\" is not connected",
            "it keeps its value; wire it, or delete it");
@@ -69,22 +80,28 @@ void Drawing::lower_out_variable(NodeId node) {
     return publish_poison(out);
   }
   if (!in.is_value()) return publish_poison(out);
+  if (!e.text.empty()) {
+    write(e.text, e.text_at, in, {e.negated, e.edge, e.storage}, "outVariable \"" + e.text + "\"", node);
+  }
+  if (has_reader(out)) publish(out, in.operand);
+}
+
+void Drawing::write(const std::string& text, const core::SourceRef& at, const Incoming& in, const Modifiers& modifiers,
+                    const std::string& what, NodeId node) {
   // What an EN that was FALSE left out must not be written: the variable keeps its value (IEC 61131-3:2013, 6.6.1.7).
   ir::LabelId skip;
   if (in.executed.valid()) {
     skip = builder_.new_label();
     builder_.jump_if_not(in.executed, skip);
   }
-  const auto place = st::lower_place(e.text, e.text_at, builder_, true);
-  if (place) {
-    const std::string what = "outVariable \"" + e.text + "\"";
-    if (e.negated || e.edge != Edge::kNone || e.storage != Storage::kNone) {
+  if (const auto place = st::lower_place(text, at, builder_, true)) {
+    if (modifiers.negated || modifiers.edge != Edge::kNone || modifiers.storage != Storage::kNone) {
       if (builder_.type_of(*place) != ir::kBoolType) {
         report(Code::P3023, node,
                what + " has a modifier but type " + builder_.module().types.name_of(builder_.type_of(*place)),
                "negation, edges and storage need BOOL");
       } else if (const auto value = builder_.convert(in.operand, ir::kBoolType, what)) {
-        write_bool(*place, modify(*value, e.negated, e.edge, Storage::kNone, e.text), e.storage);
+        write_bool(*place, modify(*value, modifiers.negated, modifiers.edge, Storage::kNone, text), modifiers.storage);
       }
     } else {
       builder_.assign(*place, in.operand, what);
@@ -92,7 +109,35 @@ void Drawing::lower_out_variable(NodeId node) {
     note_write(*place, node, false);
   }
   if (skip.valid()) builder_.bind(skip);
-  if (has_reader(out)) publish(out, in.operand);
+}
+
+void Drawing::write_targets(NodeId node) {
+  const Element& e = element(node);
+  for (const auto& [out, pin] : targets(node)) {
+    const std::string of = e.kind == ElementKind::kBlock ? "output \"" + pin->name + "\" of " + e.text
+                                                         : "the output of a " + std::string(core::element_word(e.kind));
+    if (!has_output(e.kind)) {
+      report(Code::P3003, node, "variable \"" + pin->target + "\" stands at " + of + ", which has none",
+             "it is not written; delete it");
+      continue;
+    }
+    if (is_left_side(out, *pin)) continue;
+    const Incoming in = read_slot(out, pin->target_at);
+    if (in.is_value()) write(pin->target, pin->target_at, in, {}, "variable \"" + pin->target + "\" at " + of, node);
+  }
+}
+
+bool Drawing::is_left_side(const OutRef& out, const plcopen::Pin& pin) {
+  if (pin.name.empty() || !st::is_variable_text(pin.target)) return false;
+  for (const Input& input : inputs(out.node)) {
+    if (!core::iequals(input.pin->name, pin.name)) continue;
+    const auto left = input.wire_count == 1 ? place_behind(graph_.wires[input.first_wire].from)
+                      : st::is_variable_text(input.pin->expression)
+                          ? st::lower_place(input.pin->expression, input.pin->at, builder_, true)
+                          : std::nullopt;
+    if (left && st::lower_place(pin.target, pin.target_at, builder_, true) == left) return true;
+  }
+  return false;
 }
 
 void Drawing::lower_in_out_variable(NodeId node) {

@@ -52,15 +52,18 @@ void BlockLowering::lower_array_bound(ir::ArrayBound bound) {
              "wire ARR to an array variable and DIM to a number");
     good = false;
   }
-  std::optional<Operand> result;
-  if (good) result = ir::array_bound(b, bound, b.type_of(in[0].operand.value), in[1].operand, e.at);
-  if (!result) return poison();
-  for (std::uint16_t i = 0; i < e.outputs.size(); ++i) {
+  if (!good) return poison();
+  open(false);
+  const auto result = ir::array_bound(b, bound, b.type_of(in[0].operand.value), in[1].operand, e.at);
+  for (std::uint16_t i = 0; result && good && i < e.outputs.size(); ++i) {
     if (!output_wanted(i)) continue;
     const auto value = b.settle(*result, d.expected_type({OutRef::Kind::kPin, i, node}));
-    if (!value) return poison();
-    publish_output(i, *value);
+    good = value.has_value();
+    if (value) take(i, *value);
   }
+  close();
+  if (!result || !good) return poison();
+  publish_taken();
   publish_eno();
 }
 
@@ -118,7 +121,11 @@ void BlockLowering::lower_function_pou(std::uint32_t pou_index) {
   good = all_in_outs_wired(ports, in_outs) && good;
   if (!good) return poison();
 
-  open(true);
+  const Port* const eno_port = declared_eno(ports);
+  open(eno_port == nullptr);
+  if (const Port* const own_en = declared_enable(ports)) {
+    args.push_back({ir::CallArg::Kind::kInput, own_en->index, b.constant_bool(true), {}});
+  }
   for (const Waiting& w : waiting) {
     const auto value =
         b.convert(w.in.operand, w.port->type, "input \"" + std::string(w.port->name) + "\" of " + title());
@@ -128,29 +135,35 @@ void BlockLowering::lower_function_pou(std::uint32_t pou_index) {
   for (const auto& [port, place] : in_outs) {
     if (!port->queue) args.push_back({ir::CallArg::Kind::kInOut, port->index, b.make_ref(place), {}});
   }
-  std::vector<std::pair<std::uint16_t, PlaceId>> outputs;
   std::optional<std::uint16_t> result_pin;
+  const auto initial_of = [&](const Port& port) { return b.module().pous[pou_index].variables[port.index].initial; };
+  std::optional<Port> result_port;
   for (std::uint16_t i = 0; i < e.outputs.size(); ++i) {
     if (!output_wanted(i)) continue;
     const Port* port = output_port(ports, i);
     if (port == nullptr) {
       good = false;
-    } else if (callee.variables[port->index].role == ir::Role::kReturnValue) {
+    } else if (port->result) {
       result_pin = i;  // editors call it OUT, or nothing
+      result_port = *port;
     } else {
       warn_of_place(*port, e.outputs[i], "output");
-      const PlaceId place =
-          b.variable(b.hidden("out." + std::to_string(e.at.local_id) + "." + std::string(port->name), port->type));
+      const PlaceId place = place_of_output(i, std::string(port->name), port->type, initial_of(*port));
       args.push_back({ir::CallArg::Kind::kOutput, port->index, {}, place});
-      outputs.emplace_back(i, place);
     }
   }
-  ValueId result = b.call_pou(pou_index, args);
-  if (result_pin && result.valid() && enable) outputs.emplace_back(*result_pin, keep(result, callee.name));
+  std::optional<PlaceId> eno_out;
+  if (eno_port != nullptr && d.has_reader(eno())) {
+    eno_out = b.variable(b.hidden("eno." + std::to_string(e.at.local_id), ir::kBoolType));
+    args.push_back({ir::CallArg::Kind::kOutput, eno_port->index, {}, *eno_out});
+    defaulted.emplace_back(*eno_out, std::vector<ir::InitItem>{});
+  }
+  const ValueId result = b.call_pou(pou_index, args);
+  if (result_pin && result.valid()) take(*result_pin, result, initial_of(*result_port));
   close();
   if (!good) return poison();
-  if (result_pin && result.valid() && !enable) publish_output(*result_pin, result);
-  for (const auto& [pin, place] : outputs) publish_output(pin, b.load(place));
+  if (eno_out) own_eno = b.load(*eno_out);
+  publish_taken();
   publish_in_outs(ports, in_outs);
   publish_eno();
 }
@@ -185,8 +198,6 @@ void BlockLowering::lower_bundle(const stdlib::BundleSpec& bundle) {
     return poison();
   }
   const Operand argument = Operand::of(*value, e.at);
-  std::vector<std::pair<std::uint16_t, ValueId>> results;
-  std::vector<std::pair<std::uint16_t, PlaceId>> kept;
   for (std::uint16_t i = 0; i < e.outputs.size(); ++i) {
     if (!output_wanted(i)) continue;
     const Port* port = output_port(ports, i);
@@ -198,16 +209,13 @@ void BlockLowering::lower_bundle(const stdlib::BundleSpec& bundle) {
     const auto result = b.call(bundle.outputs[port->index]->name, std::span(&argument, 1), e.at);
     if (!result) {
       good = false;
-    } else if (enable) {
-      kept.emplace_back(i, keep(*result, port->name));
     } else {
-      results.emplace_back(i, *result);
+      take(i, *result);
     }
   }
   close();
   if (!good) return poison();
-  for (const auto& [pin, result] : results) publish_output(pin, result);
-  for (const auto& [pin, place] : kept) publish_output(pin, b.load(place));
+  publish_taken();
   publish_eno();
 }
 
@@ -311,25 +319,37 @@ void BlockLowering::lower_standard_function() {
   for (std::uint16_t i = 0; i < e.outputs.size() && !result_pin; ++i) {
     if (!is_eno_name(e.outputs[i].name)) result_pin = i;
   }
-  open(may_event);
+  // Power through a compare box is AND with EN: nothing to jump around.
+  const bool gate = enable && !may_event && is_power(candidates, operands);
+  if (!gate) open(may_event);
   numbers_from_bool(operands, pins);
   const bool literals =
       std::any_of(operands.begin(), operands.end(), [](const Operand& o) { return o.kind != Operand::Kind::kValue; });
   const bool asks = result_pin && (literals || stdlib::result_is_open(spec));
   const auto expected = asks ? d.expected_type({OutRef::Kind::kPin, *result_pin, node}) : std::nullopt;
   const auto result = b.call(e.text, operands, e.at, expected, pins);
-  std::optional<PlaceId> kept;
-  if (result && enable && result_pin && output_wanted(*result_pin)) kept = keep(*result, "OUT");
-  close();
-  if (!result) return poison();
-  if (result_pin) {
-    if (kept) {
-      publish_output(*result_pin, b.load(*kept));
-    } else if (!enable) {
-      publish_output(*result_pin, *result);
-    }
+  if (!result) {
+    if (!gate) close();
+    return poison();
   }
+  if (gate) {
+    if (result_pin) publish_output(*result_pin, b.logic(ir::Op::kAnd, *enable, *result));
+    return publish_eno();
+  }
+  if (result_pin && output_wanted(*result_pin)) take(*result_pin, *result);
+  close();
+  publish_taken();
   publish_eno();
+}
+
+bool BlockLowering::is_power(std::span<const stdlib::Overload> candidates, const std::vector<Operand>& operands) {
+  const stdlib::FunctionSpec& spec = *candidates[0].spec;
+  if (spec.result.kind == stdlib::ParamType::Kind::kFixed) return spec.result.fixed == core::TypeId::kBool;
+  for (std::size_t i = 0; i < operands.size(); ++i) {
+    const auto& param = spec.params[std::min<std::size_t>(i, spec.param_count - 1u)];
+    if (param.type.kind == spec.result.kind && !d.is_bool(operands[i])) return false;
+  }
+  return true;
 }
 
 void BlockLowering::place_by_name(const stdlib::FunctionSpec& spec,

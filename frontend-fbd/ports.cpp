@@ -1,7 +1,13 @@
 #include "frontend-fbd/ports.h"
 
+#include <algorithm>
+
 #include "core/text.h"
 #include "frontend-fbd/graph.h"
+#include "frontend-fbd/order.h"
+#include "ir/generic.h"
+#include "ir/queues.h"
+#include "stdlib/specials.h"
 
 namespace plc::fbd {
 
@@ -30,13 +36,20 @@ void add_pou_ports(const ir::Module& module, const ir::Pou& pou, std::vector<Por
     const auto direction = direction_of(v.role);
     if (!direction) continue;
     const ir::TypeRef type = v.role == ir::Role::kInOut ? module.types[v.type].element : v.type;
-    const Port port{v.name, {}, *direction, i, type, v.role == ir::Role::kQueue};
+    const Port port{v.name, {}, *direction, i, type, v.role == ir::Role::kQueue, v.role == ir::Role::kReturnValue};
     if (v.role == ir::Role::kReturnValue) {
       ports.insert(ports.begin(), port);
     } else {
       ports.push_back(port);
     }
   }
+}
+
+/// EN or ENO as a POU declares it.
+bool is_enabling(const Port& port) {
+  if (port.type != ir::kBoolType || port.result) return false;
+  if (port.direction == Direction::kInput) return is_enable_name(port.name);
+  return port.direction == Direction::kOutput && is_eno_name(port.name);
 }
 
 }  // namespace
@@ -81,9 +94,23 @@ const Port* find_port(const std::vector<Port>& ports, Direction direction, std::
   }
   std::size_t seen = 0;
   for (const Port& port : ports) {
-    if (port.direction == direction && seen++ == position) return &port;
+    if (port.direction == direction && !is_enabling(port) && seen++ == position) return &port;
   }
   return nullptr;
+}
+
+const Port* declared_enable(const std::vector<Port>& ports) {
+  const auto it = std::find_if(ports.begin(), ports.end(), [](const Port& port) {
+    return is_enabling(port) && port.direction == Direction::kInput;
+  });
+  return it == ports.end() ? nullptr : &*it;
+}
+
+const Port* declared_eno(const std::vector<Port>& ports) {
+  const auto it = std::find_if(ports.begin(), ports.end(), [](const Port& port) {
+    return is_enabling(port) && port.direction == Direction::kOutput;
+  });
+  return it == ports.end() ? nullptr : &*it;
 }
 
 std::size_t output_position(const plcopen::Element& block, std::size_t pin) {
@@ -104,22 +131,51 @@ std::size_t input_position(const plcopen::Element& block, const plcopen::Pin& pi
 }
 
 std::optional<std::vector<Port>> ports_of_block(ir::Builder& builder, const plcopen::Element& block) {
-  const ir::Module& module = builder.module();
+  ir::Module& module = builder.module();
   if (const auto pou = module.pou_by_name.find(block.text); pou != module.pou_by_name.end()) {
     return ports_of_function(module, module.pous[pou->second]);
   }
+  if (stdlib::block_named(block.text) != nullptr) return ports_of(module, *module.types.find(block.text));
   if (const stdlib::BundleSpec* bundle = stdlib::bundle_named(block.text)) return ports_of_bundle(*bundle);
   return std::nullopt;
 }
 
+std::optional<std::vector<Port>> outputs_of(ir::Builder& builder, const plcopen::Element& block) {
+  auto ports = ports_of_block(builder, block);
+  if (!ports) {
+    const auto queue = ir::queue_function_named(block.text);
+    if (!queue && !stdlib::is_function(block.text) && !is_delay(block) && !ir::array_bound_named(block.text)) {
+      return std::nullopt;
+    }
+    ports.emplace();
+    Port result{block.text, {}, Direction::kOutput, 0, {}};
+    result.result = true;
+    ports->push_back(result);
+    if (queue == ir::QueueFunction::kGet) ports->push_back({"OUT", {}, Direction::kOutput, 0, {}});
+  }
+  std::erase_if(*ports, [](const Port& port) { return port.direction == Direction::kInput; });
+  return ports;
+}
+
+std::string_view type_name(ir::Builder& builder, std::string_view name) {
+  ir::Module& module = builder.module();
+  const auto is_known = [&](std::string_view text) {
+    return module.pou_by_name.find(text) != module.pou_by_name.end() || stdlib::block_named(text) != nullptr ||
+           stdlib::is_function(text);
+  };
+  const std::size_t dot = name.rfind('.');
+  if (dot == std::string_view::npos || is_known(name) || !is_known(name.substr(dot + 1))) return name;
+  // Not what belongs to a variable: an action of an instance.
+  if (builder.pou().find(name.substr(0, dot)) != nullptr) return name;
+  if (module.global_by_name.find(name.substr(0, dot)) != module.global_by_name.end()) return name;
+  return name.substr(dot + 1);
+}
+
 std::optional<ir::TypeRef> type_of_pin(ir::Builder& builder, const plcopen::Element& block, const plcopen::Pin& pin) {
-  const ir::Module& module = builder.module();
-  const ir::Variable* const instance = builder.pou().find(block.instance_name);
-  const auto ports =
-      instance != nullptr ? std::optional(ports_of(module, instance->type)) : ports_of_block(builder, block);
+  const auto ports = ports_of_block(builder, block);
   if (!ports) return std::nullopt;
   const Port* port = find_port(*ports, Direction::kInput, pin.name, input_position(block, pin));
-  if (port == nullptr || module.types[port->type].open) return std::nullopt;
+  if (port == nullptr || builder.module().types[port->type].open) return std::nullopt;
   return port->type;
 }
 

@@ -18,6 +18,7 @@ struct Port {
   std::uint32_t index = 0;  ///< field of the instance, or variable of the POU
   ir::TypeRef type{};       ///< for in-outs the type referred to
   bool queue = false;       ///< an in-out that names a queue
+  bool result = false;      ///< the output that is the value of a function
 };
 
 /// Inputs, outputs and in-outs of an instance type (standard block or POU), in declared order.
@@ -36,17 +37,30 @@ bool is_named(const Port& port, std::string_view pin);
 const Port* find_port(const std::vector<Port>& ports, stdlib::Direction direction, std::string_view pin,
                       std::size_t position);
 
+/// EN or ENO that a POU declares itself: filled from the wires EN and ENO of a block, and not counted among the pins.
+/// Null when it has none.
+const Port* declared_enable(const std::vector<Port>& ports);
+const Port* declared_eno(const std::vector<Port>& ports);
+
 /// Position of an output pin among the drawn outputs, ENO and in-outs drawn again not counted.
 std::size_t output_position(const plcopen::Element& block, std::size_t pin);
 
 /// Position of an input pin among the drawn inputs, EN not counted.
 std::size_t input_position(const plcopen::Element& block, const plcopen::Pin& pin);
 
-/// Ports of the POU, or of the function of several outputs, that a block stands for by its name; nothing for others.
+/// Ports of the POU, standard block or function of several outputs that a block stands for by its name; nothing for
+/// others.
 std::optional<std::vector<Port>> ports_of_block(ir::Builder& builder, const plcopen::Element& block);
 
-/// Declared type of an input pin of a drawn function block instance, function POU or standard function of several
-/// outputs; nothing for others (no report).
+/// All outputs and in-outs that a block has by its type, the result of a function included; nothing when the type is
+/// not known.
+std::optional<std::vector<Port>> outputs_of(ir::Builder& builder, const plcopen::Element& block);
+
+/// `name` without the namespace of a library before it ("Standard.TON"), where only what is left is known.
+std::string_view type_name(ir::Builder& builder, std::string_view name);
+
+/// Declared type of an input pin of a drawn function block, function POU or standard function of several outputs;
+/// nothing for others (no report).
 std::optional<ir::TypeRef> type_of_pin(ir::Builder& builder, const plcopen::Element& block, const plcopen::Pin& pin);
 
 /// The memory behind output `pin` of a drawn function block instance; nothing for functions and unknown blocks (no

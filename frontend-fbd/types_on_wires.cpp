@@ -75,8 +75,8 @@ Incoming Drawing::read_feedback(const OutRef& out) {
 }
 
 /// Type of the variable or expression an element names, told without lowering anything for good.
-std::optional<TypeRef> Drawing::type_of_text(const plcopen::Element& e) {
-  if (const ir::Variable* v = builder_.pou().find(e.text)) {
+std::optional<TypeRef> Drawing::type_of_text(const std::string& text, const core::SourceRef& at) {
+  if (const ir::Variable* v = builder_.pou().find(text)) {
     return v->role == ir::Role::kInOut ? builder_.module().types[v->type].element : v->type;
   }
   core::Diagnostics quiet;
@@ -84,7 +84,7 @@ std::optional<TypeRef> Drawing::type_of_text(const plcopen::Element& e) {
   std::optional<TypeRef> type;
   {
     ir::Builder probe(builder_.module(), builder_.pou_index(), quiet);
-    const auto operand = st::lower_expression(e.text, e.text_at, probe);
+    const auto operand = st::lower_expression(text, at, probe);
     if (operand && operand->kind == Operand::Kind::kValue) type = probe.type_of(operand->value);
   }
   builder_.body() = std::move(saved);
@@ -107,7 +107,7 @@ std::optional<TypeRef> Drawing::infer_type(const OutRef& out, unsigned depth) {
       return ir::kBoolType;
     case ElementKind::kInVariable:
     case ElementKind::kInOutVariable:
-      return type_of_text(e);
+      return type_of_text(e.text, e.text_at);
     case ElementKind::kConnector:
     case ElementKind::kContinuation:
       for (const Input& input : inputs(out.node)) {
@@ -120,9 +120,6 @@ std::optional<TypeRef> Drawing::infer_type(const OutRef& out, unsigned depth) {
       return std::nullopt;
   }
   if (out.kind == OutRef::Kind::kEno) return ir::kBoolType;
-  if (out.kind == OutRef::Kind::kPin) {
-    if (const auto place = instance_output(builder_, e, out.pin)) return builder_.type_of(*place);
-  }
   if (const auto ports = ports_of_block(builder_, e)) {
     const bool in_out = out.kind == OutRef::Kind::kInOut;
     const Port* port =
@@ -189,6 +186,10 @@ std::optional<TypeRef> Drawing::expected_type(const OutRef& out, unsigned depth)
 }
 
 std::optional<TypeRef> Drawing::expected_by_readers(const OutRef& out, unsigned depth) {
+  for (const Target& target : targets(out.node)) {
+    if (target.out != out) continue;
+    if (const auto type = type_of_text(target.pin->target, target.pin->target_at)) return type;
+  }
   const std::uint32_t slot = slot_index(out);
   auto it = std::lower_bound(readers_.begin(), readers_.end(), slot,
                              [](const Reader& r, std::uint32_t s) { return r.slot < s; });
@@ -199,7 +200,7 @@ std::optional<TypeRef> Drawing::expected_by_readers(const OutRef& out, unsigned 
     switch (reader.kind) {
       case ElementKind::kOutVariable:
       case ElementKind::kInOutVariable:
-        if (const auto type = type_of_text(reader)) return type;
+        if (const auto type = type_of_text(reader.text, reader.text_at)) return type;
         break;
       case ElementKind::kContact:
       case ElementKind::kCoil:

@@ -27,6 +27,11 @@ class Ladder final : public fbd::Drawing {
   using Drawing::Drawing;
 
   void lower(NodeId node) {
+    lower_by_kind(node);
+    write_targets(node);
+  }
+
+  void lower_by_kind(NodeId node) {
     switch (element(node).kind) {
       case ElementKind::kLeftRail:
         builder().set_source(element(node).at);
@@ -208,7 +213,7 @@ bool lower_body(const plcopen::Pou& pou, ir::Module& module, std::uint32_t pou_i
   for (const plcopen::Body& body : pou.bodies) {
     if (body.language != plcopen::Language::kLd && body.language != plcopen::Language::kFbd) continue;
     drawn = drawn || draws_something(body);
-    Graph graph = fbd::build_graph(body, pou.name, diagnostics);
+    Graph graph = fbd::build_graph(body, pou.name, diagnostics, &builder);
     const fbd::Sequence sequence = fbd::order(graph, module.options.order, pou.name, diagnostics);
     Ladder ladder(builder, graph, sequence, module.options);
     for (const fbd::Step& step : sequence.steps) ladder.lower(step.node);
@@ -223,7 +228,6 @@ bool lower_body(const plcopen::Pou& pou, ir::Module& module, std::uint32_t pou_i
                        "body of " + pou.name + " draws elements, but none of them writes a variable or runs a block",
                        connected ? "wire the blocks to coils, outVariables or function blocks"
                                  : "nothing is wired: connect the elements");
-    return false;
   }
   module.pous[pou_index].compiled = good;
   return good;
@@ -241,6 +245,11 @@ std::vector<OrderLine> explain_order(const plcopen::Body& body, core::Order rule
     if (step.with != fbd::kNoNode) line.with = graph.element(step.with).at;
     if (!e.instance_name.empty()) line.text += " " + e.instance_name;
     if (e.kind == ElementKind::kActionBlock) line.text = action_summary(e);
+    for (const auto* pins : {&e.outputs, &e.in_outs}) {
+      for (const plcopen::Pin& pin : *pins) {
+        if (!pin.target.empty()) line.text += ", " + pin.name + " => " + pin.target;
+      }
+    }
     const fbd::Node& node = graph.nodes[step.node];
     for (std::uint32_t i = node.first_input; i < node.first_input + node.input_count; ++i) {
       const fbd::Input& input = graph.inputs[i];

@@ -172,11 +172,10 @@ std::optional<TypeRef> Declarer::resolve_name(std::string_view name, const Sourc
   if (user != user_type_by_name_.end()) return resolve_user_type(user->second, at, owner);
   const auto known = types().find(name);
   if (!known) {
-    // Types of libraries are written with their namespace: "Tc2_Standard.TON".
+    // Types of libraries are written with their namespace: "Tc2_Standard.TON". All share one space of names here.
     const std::size_t dot = name.rfind('.');
-    if (dot != std::string_view::npos && stdlib::block_named(name.substr(dot + 1)) != nullptr) {
-      return types().find(name.substr(dot + 1));
-    }
+    const std::string_view own = dot == std::string_view::npos ? std::string_view() : name.substr(dot + 1);
+    if (user_type_by_name_.count(own) != 0 || types().find(own)) return resolve_name(own, at, owner);
     return unknown_type(name, at, owner);
   }
   const ir::Type& type = types()[*known];

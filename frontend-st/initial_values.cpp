@@ -401,7 +401,11 @@ void Declarer::initialize_all() {
   constexpr std::size_t kMaxTotalItems = 8 * kMaxItems;
   std::size_t total = 0;
   std::uint32_t pou = kNoPou;
-  for (std::uint32_t i = 0; i < user_types_.size(); ++i) defaults_of(i);
+  for (std::uint32_t i = 0; i < user_types_.size(); ++i) {
+    const Items& items = defaults_of(i);
+    const bool own = user_types_[i].declaration->type.kind == TypeSpec::Kind::kStruct && user_types_[i].type;
+    if (own && !items.empty()) module_.type_defaults.emplace(user_types_[i].type->index, items);
+  }
   for (const Pending& pending : pending_) {
     if (pending.pou != pou) {
       pou = pending.pou;

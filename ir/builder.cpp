@@ -10,6 +10,29 @@
 #include "ir/text.h"
 
 namespace plc::ir {
+namespace {
+
+/// Initial values beyond zero that structures bring, wherever they lie in a value of `type`.
+void add_defaults(const Module& module, TypeRef ref, std::vector<std::uint32_t>& path, std::vector<InitItem>& out) {
+  const Type& type = module.types[ref];
+  if (type.kind == TypeKind::kArray) {
+    path.push_back(0);
+    for (std::int64_t i = type.lower; i <= type.upper; ++i, ++path.back()) {
+      const std::size_t before = out.size();
+      add_defaults(module, type.element, path, out);
+      if (out.size() == before) break;  // nor do the other elements
+    }
+    path.pop_back();
+  }
+  const auto known = module.type_defaults.find(ref.index);
+  if (known == module.type_defaults.end()) return;
+  for (const InitItem& item : known->second) {
+    out.push_back({path, item.value});
+    out.back().path.insert(out.back().path.end(), item.path.begin(), item.path.end());
+  }
+}
+
+}  // namespace
 
 Builder::Builder(Module& module, std::uint32_t pou_index, core::Diagnostics& diagnostics)
     : module_(module), pou_index_(pou_index), diagnostics_(diagnostics) {
@@ -235,6 +258,27 @@ void Builder::store(PlaceId place, ValueId value) {
 void Builder::copy(PlaceId to, PlaceId from) {
   assert(type_of(to) == type_of(from));
   emit(Op::kCopy, {}, to.index, from.index);
+}
+
+void Builder::store_default(PlaceId place, std::vector<InitItem> initial) {
+  const TypeRef ref = type_of(place);
+  const Type& type = module_.types[ref];
+  const auto rep = module_.types.rep_of(ref);
+  if (rep && type.kind != TypeKind::kReference) {
+    Constant begins{ref, static_cast<std::uint64_t>(type.initial), {}};
+    if (!initial.empty()) begins = {ref, initial.back().value.bits, std::move(initial.back().value.text)};
+    if (core::rep_bytes(*rep) < 8) begins.bits &= (std::uint64_t{1} << (core::rep_bytes(*rep) * 8)) - 1;
+    return store(place, constant(begins));
+  }
+  // Aggregates and references: a variable that nobody writes holds it.
+  if (initial.empty()) {
+    std::vector<std::uint32_t> path;
+    add_defaults(module_, ref, path, initial);
+  }
+  const std::uint32_t fresh = hidden("default", ref);
+  pou().variables[fresh].initial = std::move(initial);
+  if (rep) return store(place, load(variable(fresh)));
+  copy(place, variable(fresh));
 }
 
 void Builder::run(PlaceId instance) { emit(Op::kRun, {}, instance.index); }

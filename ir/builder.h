@@ -92,6 +92,8 @@ class Builder {
   ValueId not_(ValueId a);
   void store(PlaceId place, ValueId value);  ///< types equal, or both STRING, or both WSTRING
   void copy(PlaceId to, PlaceId from);       ///< aggregates of one type
+  /// place := what a variable of its type begins with, or where one is declared so, with these initial values.
+  void store_default(PlaceId place, std::vector<InitItem> initial = {});
   void run(PlaceId instance);                ///< standard block or function block POU
   ValueId make_ref(PlaceId place);
   ValueId same_ref(ValueId a, ValueId b);  ///< references of one type

@@ -298,6 +298,8 @@ struct Module {
   std::map<std::pair<QueueFunction, std::uint32_t>, std::uint32_t>
       queue_functions;  ///< with the queue -> what was made
   std::vector<Task> tasks;
+  std::unordered_map<std::uint32_t, std::vector<InitItem>>
+      type_defaults;  ///< by index of a structure: initial values of its members, beyond zero
   std::vector<LocatedInGlobal> located;
   NameSet refused;  ///< globals whose declaration was reported as wrong
 };

@@ -243,8 +243,10 @@ constexpr Rule kFixed[] = {
     used(State::kXPin, "AddData", State::kXAddData),
     ignored(State::kXPin, "Documentation", kReasonNote),
     used(State::kXPointIn, "Connection", State::kLeaf, start_connection),
+    used(State::kXPointIn, "Expression", State::kText, start_text, point_expression),
     ignored(State::kXPointIn, "RelPosition", kReasonLayout),
     used(State::kXPointIn, "AddData", State::kXAddData),
+    used(State::kXPointOut, "Expression", State::kText, start_text, point_target),
     ignored(State::kXPointOut, "RelPosition", kReasonLayout),
     used(State::kXPointOut, "AddData", State::kXAddData),
 

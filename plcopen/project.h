@@ -136,8 +136,19 @@ struct Pin {
   bool has_point_in = false;            ///< a connectionPointIn is drawn
   bool has_point_out = false;           ///< a connectionPointOut is drawn
   std::vector<Connection> connections;  ///< inputs: wires that meet at the pin (several = OR for BOOL)
-  std::string expression;               ///< text given inside the connection point instead of a wire, or empty
+  std::string expression;               ///< text given inside the connection point in instead of a wire, or empty
+  std::string target;                   ///< variable given inside the connection point out, or empty
   SourceRef at;
+  SourceRef target_at;  ///< where `target` stands
+};
+
+/// Lines of a rung that leave one point and meet again, as CODESYS marks them where one holds a box. Their wires are
+/// drawn like all others.
+struct ClosedBranch {
+  std::int64_t local_id = -1;  ///< of the mark
+  bool short_circuit = false;  ///< mode "sce": boxes inside are not executed while a line without one is TRUE
+  Pin input;                   ///< where the lines leave: its connections
+  std::vector<Pin> lines;      ///< the end of each line: its connections
 };
 
 /// One action of an action block.
@@ -192,6 +203,7 @@ struct Body {
   Language language = Language::kNone;
   std::string name;                  ///< IEC 61131-10 worksheets; usually empty
   std::vector<Element> elements;     ///< LD, FBD: document order. SFC: not stored yet, see drawn_elements
+  std::vector<ClosedBranch> closed_branches;
   std::uint32_t drawn_elements = 0;  ///< elements drawn, comments excluded, whatever the language
   std::string text;                  ///< ST, IL
   SourceRef at;

@@ -60,11 +60,15 @@ void start_named(Reader& r, const Tag& tag) {
   }
 }
 
+/// CODESYS and its relatives write "???" where nothing is assigned yet.
+bool is_unassigned(std::string_view text) { return text.find_first_not_of("? \t\r\n") == std::string_view::npos; }
+std::string assigned(std::string_view text) { return std::string(is_unassigned(text) ? std::string_view() : text); }
+
 void start_block(Reader& r, const Tag& tag) {
   Element& e = open_element(r, tag, ElementKind::kBlock, local_id(r, tag));
   e.text = r.required_name(tag, Attr::kTypeName);
   e.text_at = e.at;
-  e.instance_name = core::trimmed(tag.attributes.get(Attr::kInstanceName));
+  e.instance_name = assigned(core::trimmed(tag.attributes.get(Attr::kInstanceName)));
   e.inputs.reserve(4);
 }
 
@@ -99,7 +103,7 @@ void start_element_text(Reader& r, const Tag& tag) {
 
 void element_text(Reader& r) {
   Element& e = element(r);
-  e.text = r.take_text(&e.text_at);
+  e.text = assigned(r.take_text(&e.text_at));
   e.text_at = r.element_place(e.text_at);
 }
 
@@ -221,7 +225,7 @@ constexpr Rule kRules[] = {
     used(State::kPointIn, "expression", State::kText, start_text, point_expression),
     ignored(State::kPointIn, "relPosition", kReasonLayout),
     used(State::kPointIn, "addData", State::kAddData),
-    used(State::kPointOut, "expression", State::kText, start_text, point_expression),
+    used(State::kPointOut, "expression", State::kText, start_text, point_target),
     ignored(State::kPointOut, "relPosition", kReasonLayout),
     used(State::kPointOut, "addData", State::kAddData),
     ignored(State::kConnection, "position", kReasonLayout),
@@ -324,7 +328,45 @@ void pin_point_in(Reader& r, const Tag&) { frame(r).pin->has_point_in = true; }
 void pin_point_out(Reader& r, const Tag&) { frame(r).pin->has_point_out = true; }
 void close_pin(Reader& r) { frame(r).pin = nullptr; }
 
-void point_expression(Reader& r) { frame(r).pin->expression = r.take_text(); }
+void point_expression(Reader& r) { frame(r).pin->expression = assigned(r.take_text()); }
+
+void point_target(Reader& r) {
+  Pin& pin = *frame(r).pin;
+  pin.target_at = pin.at;
+  pin.target = assigned(r.take_text(&pin.target_at));
+  pin.target_at = r.element_place(pin.target_at);
+}
+
+void start_closed_branch(Reader& r, const Tag& tag) {
+  ClosedBranch branch;
+  if (!r.bodies.empty()) branch.local_id = frame(r).element.at.local_id;
+  const std::string_view mode = core::trimmed(tag.attributes.get(Attr::kMode));
+  branch.short_circuit = core::iequals(mode, "sce");
+  if (!branch.short_circuit && !mode.empty() && !core::iequals(mode, "or")) {
+    r.report(core::Code::P3030, r.element_place(tag.at),
+             fmt::format("closed branch has the mode \"{}\", which is neither sce nor or", mode.substr(0, 60)),
+             "read as or: every box in it is executed in every scan");
+  }
+  // Its connections are no pins of the element that the mark stands in.
+  auto own = std::make_unique<BodyFrame>();
+  own->element.at = r.element_place(tag.at);
+  own->body.closed_branches.push_back(std::move(branch));
+  r.bodies.push_back(std::move(own));
+}
+
+void end_closed_branch(Reader& r) {
+  const std::unique_ptr<BodyFrame> own = std::move(r.bodies.back());
+  r.bodies.pop_back();
+  if (r.bodies.empty()) return;
+  frame(r).body.closed_branches.push_back(std::move(own->body.closed_branches.back()));
+}
+
+void start_branch_input(Reader& r, const Tag&) { frame(r).pin = &frame(r).body.closed_branches.back().input; }
+
+void start_branch_line(Reader& r, const Tag& tag) {
+  frame(r).pin = &frame(r).body.closed_branches.back().lines.emplace_back();
+  frame(r).pin->at = r.element_place(tag.at);
+}
 
 Connection& add_connection(Reader& r, const Tag& tag) {
   Connection& connection = frame(r).pin->connections.emplace_back();

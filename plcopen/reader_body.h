@@ -23,6 +23,12 @@ void pin_point_in(Reader& r, const Tag& tag);
 void pin_point_out(Reader& r, const Tag& tag);
 void close_pin(Reader& r);
 void point_expression(Reader& r);
+void point_target(Reader& r);
+/// A closed branch of CODESYS, in a frame of its own while it is read.
+void start_closed_branch(Reader& r, const Tag& tag);
+void end_closed_branch(Reader& r);
+void start_branch_input(Reader& r, const Tag& tag);
+void start_branch_line(Reader& r, const Tag& tag);
 /// Adds a wire to the open pin.
 Connection& add_connection(Reader& r, const Tag& tag);
 void element_code(Reader& r);

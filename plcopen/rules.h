@@ -54,6 +54,8 @@ class Reader;
   X(PointIn, "connectionPointIn")                                            \
   X(PointOut, "connectionPointOut")                                          \
   X(Connection, "connection")                                                \
+  X(ClosedBranch, "ParallelBranch (CODESYS)")                                \
+  X(BranchEnd, "ParallelBranch/BranchInput, Tree (CODESYS)")                 \
   X(Instances, "instances")                                                  \
   X(Configurations, "configurations")                                        \
   X(Configuration, "configuration")                                          \
