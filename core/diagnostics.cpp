@@ -32,8 +32,11 @@ const CodeInfo& info(Code code) { return all_codes()[static_cast<std::size_t>(co
 std::uint16_t Diagnostics::add_file(std::string name) {
   stamps_.push_back(stamp_of(name));
   files_.push_back(std::move(name));
+  jumps_.emplace_back();
   return static_cast<std::uint16_t>(files_.size() - 1);
 }
+
+void Diagnostics::set_text_jumps(std::uint16_t file, TextJumps jumps) { jumps_.at(file) = std::move(jumps); }
 
 void Diagnostics::mute(Code code) {
   if (info(code).severity != Severity::kError) muted_.push_back(code);
@@ -46,7 +49,12 @@ void Diagnostics::report(Code code, const SourceRef& at, std::string_view pou, s
     if (notes_ == Notes::kHide || at.file >= first_library_) return;
     if (notes_ == Notes::kRefuse) severity = Severity::kError;
   }
-  if (++count_of(severity) > kMaxKept) return;
+  std::size_t number = ++count_of(severity);
+  if (severity != Severity::kError) {
+    counts_.resize(all_codes().size());
+    number = ++counts_[static_cast<std::size_t>(code)];
+  }
+  if (number > kMaxKept && (severity == Severity::kError || !show_all_)) return;
   shorten(message);
   shorten(help);
   all_.push_back({code, severity, at, std::string(pou), std::move(message), std::move(help)});
@@ -63,6 +71,7 @@ void Diagnostics::drop_repeated(std::size_t first) {
       return e.code == d.code && e.at == d.at && e.message == d.message;
     });
     if (found) --count_of(d.severity);
+    if (found && d.severity != Severity::kError) --counts_[static_cast<std::size_t>(d.code)];
     return found;
   };
   all_.erase(std::remove_if(all_.begin() + earlier, all_.end(), repeated), all_.end());
@@ -100,26 +109,39 @@ std::string Diagnostics::render_one(const Diagnostic& d) const {
   return d.help.empty() ? message_line(d) : message_line(d) + "\n  help: " + d.help;
 }
 
+template <class One>
+void Diagnostics::render_each(std::ostream& out, One one) const {
+  std::vector<std::size_t> shown(all_codes().size());
+  std::vector<Code> shortened;
+  std::size_t errors = 0;
+  for (const Diagnostic& d : all_) {
+    std::size_t& number = shown[static_cast<std::size_t>(d.code)];
+    if (d.severity == Severity::kError) {
+      ++errors;
+    } else if (!show_all_ && ++number > kMaxShown) {
+      if (number == kMaxShown + 1) shortened.push_back(d.code);
+      continue;
+    }
+    one(d);
+  }
+  for (const Code code : shortened) {
+    const std::size_t more = counts_[static_cast<std::size_t>(code)] - kMaxShown;
+    out << info(code).name << ": " << more << " more; --all shows them\n";
+  }
+  if (errors_ > errors) out << "note: " << (errors_ - errors) << " further errors are counted but not shown\n";
+}
+
 void Diagnostics::render(std::ostream& out) const {
-  for (const Diagnostic& d : all_) out << render_one(d) << '\n';
-  render_rest(out);
+  render_each(out, [&](const Diagnostic& d) { out << render_one(d) << '\n'; });
 }
 
 void Diagnostics::render_with_lines(std::ostream& out) const {
   Excerpts excerpts;
-  for (const Diagnostic& d : all_) {
+  render_each(out, [&](const Diagnostic& d) {
     out << message_line(d) << '\n';
     if (d.at.file < files_.size()) out << excerpts.of(files_[d.at.file], stamps_[d.at.file], d.at.line, d.at.column);
     if (!d.help.empty()) out << "  help: " << d.help << '\n';
-  }
-  render_rest(out);
-}
-
-void Diagnostics::render_rest(std::ostream& out) const {
-  const std::size_t found = errors_ + warnings_ + notes_counted_;
-  if (found > all_.size()) {
-    out << "note: " << (found - all_.size()) << " further problems are counted but not shown\n";
-  }
+  });
 }
 
 }  // namespace plc::core

@@ -14,6 +14,7 @@
 
 #include "core/excerpt.h"
 #include "core/source_ref.h"
+#include "core/text_jumps.h"
 
 namespace plc::core {
 
@@ -60,6 +61,13 @@ class Diagnostics {
   [[nodiscard]] std::size_t file_count() const { return files_.size(); }
   [[nodiscard]] const std::string& file_name(std::uint16_t file) const { return files_[file]; }
 
+  /// Where texts of the file do not go on from character to character, for all who find places in them.
+  void set_text_jumps(std::uint16_t file, TextJumps jumps);
+  /// Null for a file that is not known here.
+  [[nodiscard]] const TextJumps* text_jumps(std::uint16_t file) const {
+    return file < jumps_.size() ? &jumps_[file] : nullptr;
+  }
+
   /// What becomes of notes that are reported from now on; at first they are shown.
   void set_notes(Notes notes) { notes_ = notes; }
   /// Files named from now on are libraries: notes about them are neither kept nor counted, nor refused.
@@ -78,8 +86,13 @@ class Diagnostics {
   [[nodiscard]] std::size_t warning_count() const { return warnings_; }
   [[nodiscard]] std::size_t note_count() const { return notes_counted_; }
   [[nodiscard]] const std::vector<Diagnostic>& all() const { return all_; }
-  /// Diagnostics of one severity beyond this many are counted, not kept: a broken file of 10^6 elements stays readable.
+  /// Errors beyond this many are counted, not kept, and so are warnings and notes of one code: a broken file of 10^6
+  /// elements stays readable.
   static constexpr std::size_t kMaxKept = 1000;
+  /// Warnings and notes of one code that are rendered; of the others a line says how many there are.
+  static constexpr std::size_t kMaxShown = 20;
+  /// From now on all warnings and notes are kept and rendered.
+  void show_all() { show_all_ = true; }
 
   /// `motor.xml:212:9: error P3007: message [POU Fill, block 14]` and a help line; in file order as reported.
   void render(std::ostream& out) const;
@@ -90,12 +103,17 @@ class Diagnostics {
 
  private:
   [[nodiscard]] std::string message_line(const Diagnostic& diagnostic) const;
-  void render_rest(std::ostream& out) const;
+  /// Calls `one` for each diagnostic that is to be shown, then says what is not.
+  template <class One>
+  void render_each(std::ostream& out, One one) const;
 
   std::vector<std::string> files_;
   std::vector<FileStamp> stamps_;  ///< of the files, when they were named
+  std::vector<TextJumps> jumps_;   ///< of the files
   std::vector<Diagnostic> all_;
   std::vector<Code> muted_;
+  std::vector<std::size_t> counts_;  ///< warnings and notes by code, also those that are not kept
+  bool show_all_ = false;
   [[nodiscard]] std::size_t& count_of(Severity severity);
 
   std::size_t first_library_ = SIZE_MAX;  ///< index of the first file that is a library's

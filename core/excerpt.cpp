@@ -72,7 +72,7 @@ std::string Excerpts::of(const std::string& path, const FileStamp& stamp, std::u
   const std::size_t begin = file->lines[line - 1];
   const std::size_t end = line < file->lines.size() ? file->lines[line] - 1 : file->text.size();
   std::string_view text = std::string_view(file->text).substr(begin, end - begin);
-  if (text.ends_with('\r')) text.remove_suffix(1);
+  while (text.ends_with('\r')) text.remove_suffix(1);
 
   const std::size_t first = column > kLastWhole ? column - 1 - kMaxBefore : 0;
   std::string source;

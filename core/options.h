@@ -41,6 +41,7 @@ struct CompileOptions {
   Coherence coherence = Coherence::kWaitFree;
   bool stub_missing = false;  ///< POUs, blocks and types that cannot be compiled become stubs that do nothing, loudly
   bool strict = false;        ///< notes are errors: only what the standard knows compiles. Not in the image: it changes no meaning
+  bool show_all = false;      ///< every warning and note is printed, not 20 of one code. Not in the image either
   std::string pou;            ///< --pou: instantiate this program or function block alone in a 20 ms task; empty = the file's configuration
   friend bool operator==(const CompileOptions&, const CompileOptions&) = default;
 };

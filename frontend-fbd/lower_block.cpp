@@ -1,5 +1,6 @@
 // What a block of a drawn body is: an EXECUTE box, a function, an instance, or missing.
 #include "frontend-fbd/block_lowering.h"
+#include "frontend-st/foreign.h"
 
 namespace plc::fbd {
 
@@ -60,7 +61,9 @@ void BlockLowering::lower_block_instance() {
 
 void BlockLowering::missing() {
   if (e.text.empty()) return poison();  // the reader said so
+  const std::string_view who = st::supplier_of(e.text);
   const std::string supply =
+      (who.empty() ? "" : std::string(who) + " brings it: ") +
       "it is neither in this file nor in the standard library: export it with the project, or name the file (--lib) "
       "or, for a component, the configuration (--config plc.toml) that has it";
   if (d.options_.stub_missing) {

@@ -428,7 +428,7 @@ std::optional<ConstantValue> evaluate_constant(std::string_view text, const core
     diagnostics.report(Code::P4002, at, pou, "the text is longer than " + std::to_string(kMaxTextBytes) + " bytes");
     return std::nullopt;
   }
-  const SourceText source(text, at);
+  const SourceText source(text, at, diagnostics);
   Parser parser(source, diagnostics, pou);
   const NodeId root = parser.parse_expression();
   if (root == kNoNode) return std::nullopt;
@@ -466,7 +466,12 @@ std::optional<ir::Constant> constant_as(const ConstantValue& value, ir::TypeRef 
     const bool wide = rep == Rep::kWstr || *id == TypeId::kWchar;
     if (value.kind != Kind::kTyped) return std::nullopt;
     const auto from = types.elementary_of(value.constant.type);
-    if (from != (wide ? TypeId::kWstring : TypeId::kString)) return std::nullopt;
+    if (from != (wide ? TypeId::kWstring : TypeId::kString)) {
+      if (from && core::in_category(*from, core::kAnyString)) {
+        problem += "; a STRING stands in single quotes, a WSTRING in double ones";
+      }
+      return std::nullopt;
+    }
     const std::size_t length = value.constant.text.size() / (wide ? 2u : 1u);
     if (target.kind == ir::TypeKind::kString) {
       if (length > target.capacity) {

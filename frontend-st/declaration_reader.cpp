@@ -47,6 +47,7 @@ constexpr std::pair<std::string_view, Word> kWords[] = {
     {"VAR_ACCESS", Word::kVarAccess},
     {"VAR_CONFIG", Word::kVarConfig},
     {"VAR_INST", Word::kVarInst},
+    {"VAR_GENERIC", Word::kVarGeneric},
     {"VAR_STAT", Word::kVarStat},
     {"END_VAR", Word::kEndVar},
     {"CLASS", Word::kClass},

@@ -48,6 +48,7 @@ enum class Word : std::uint8_t {
   kVarAccess,
   kVarConfig,
   kVarInst,
+  kVarGeneric,
   kVarStat,
   kEndVar,
   kClass,
@@ -162,6 +163,7 @@ class DeclarationReader {
   void pou(Word opener_word);
   bool pou_head(plcopen::Pou& pou, Word opener_word);
   void body(plcopen::Pou& pou, const Token& opener, Word opener_word);
+  void refuse_code(std::uint32_t begin, std::uint32_t end);
   bool opens_another();
   plcopen::Language language();
 

@@ -256,8 +256,13 @@ void Declarer::declare_task(const plcopen::Task& from, const std::string& resour
   if (!core::trimmed(from.interval).empty() && !freewheeling) {
     std::string problem;
     const auto ns = parse_interval(from.interval, from.interval_unit, problem);
+    const std::string_view written = core::trimmed(from.interval);
     if (ns) {
       task.period_ns = *ns;
+      if (written.find('#') != std::string_view::npos && written.find_first_of(" \t") != std::string_view::npos) {
+        report(Code::P4065, from.at, {},
+               "blank inside the interval " + quoted(written) + " of task " + quoted(from.name), "write it like T#20ms");
+      }
     } else {
       report(Code::P4025, from.at, {},
              "interval " + quoted(from.interval) + " of task " + quoted(from.name) + ": " + problem,

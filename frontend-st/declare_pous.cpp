@@ -5,6 +5,7 @@
 #include "core/text.h"
 #include "frontend-st/declare.h"
 #include "frontend-st/declarer.h"
+#include "frontend-st/foreign.h"
 #include "frontend-st/names.h"
 #include "ir/builder.h"
 
@@ -132,6 +133,24 @@ void Declarer::declare_globals() {
     }
   }
   publish_global_names();
+  if (options_.stub_missing) supply_missing_globals();
+}
+
+// --stub-missing: all POUs that name an external variable without a global share one that nothing else writes.
+void Declarer::supply_missing_globals() {
+  for (const plcopen::Pou& pou : project_.pous) {
+    for (const plcopen::Variable& variable : pou.variables) {
+      if (variable.section != Section::kExternal || variable.type.kind == plcopen::TypeSpec::Kind::kMissing) continue;
+      if (module_.global_by_name.contains(variable.name) || module_.refused.contains(variable.name)) continue;
+      if (!pou.from_library) {
+        report(Code::P4087, variable.at, pou.name,
+               "external variable " + quoted(variable.name) + " has no global variable: one is made that nobody else writes",
+               (supplier_of(variable.name).empty() ? "" : std::string(supplier_of(variable.name)) + " brings it: ") +
+                   "a file that declares it, given with --lib, makes it what it is");
+      }
+      declare_global(variable);
+    }
+  }
 }
 
 void Declarer::declare_global(const plcopen::Variable& variable) {
@@ -278,6 +297,14 @@ void Declarer::declare_variable(std::uint32_t pou_index, const plcopen::Variable
   out.retain = variable.retain;
   out.persistent = variable.persistent;
   out.at = variable.at;
+  if ((variable.section == Section::kExternal || variable.section == Section::kInOut) &&
+      variable.initial.kind != plcopen::InitialValue::Kind::kNone) {
+    const bool external = variable.section == Section::kExternal;
+    report(Code::P4086, variable.at, pou_name,
+           "initial value of " + quoted(variable.name) + " has no effect: " +
+               (external ? "an external variable is the global one" : "VAR_IN_OUT is the variable of the caller"),
+           external ? "give the global variable its value" : "leave it out, or declare a VAR_INPUT");
+  }
   if (variable.section == Section::kExternal || variable.section == Section::kGlobal) {
     if (!bind_external(out, variable, owner)) {
       module_.pous[pou_index].refused.insert(variable.name);
@@ -383,10 +410,14 @@ bool Declarer::bind_external(ir::Variable& out, const plcopen::Variable& variabl
     Guess guess(variable.name);
     for (const ir::Global& g : module_.globals) guess.offer(g.variable.name);
     std::string help = guess.help();
-    if (help.empty())
+    if (!supplier_of(variable.name).empty()) {
+      help = supply_help(variable.name, "VAR_GLOBAL " + variable.name + " : T; END_VAR");
+    } else if (help.empty()) {
       help = project_.version == plcopen::Version::kText
                  ? "declare it in VAR_GLOBAL of the configuration or resource"
                  : "declare it in a globalVars list of the configuration or resource";
+      help += ", or in a library (--lib) where an extension of the tool brings it; --stub-missing makes one";
+    }
     report(Code::P4021, variable.at, owner.pou,
            "external variable " + quoted(variable.name) + " has no global variable", help);
     // It stays usable, so that every use of it is not an error of its own.

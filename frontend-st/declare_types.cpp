@@ -5,6 +5,7 @@
 
 #include "core/text.h"
 #include "frontend-st/declarer.h"
+#include "frontend-st/foreign.h"
 #include "frontend-st/lexer.h"
 #include "frontend-st/literals.h"
 #include "frontend-st/names.h"
@@ -24,25 +25,6 @@ constexpr std::int64_t kMaxElements = std::int64_t{1} << 28;
 constexpr std::uint32_t kMaxTypeNesting = 64;
 
 std::string quoted(std::string_view text) { return '"' + std::string(text) + '"'; }
-
-/// Who is known to bring a type that projects use without bringing it.
-std::string supplier_of(std::string_view name) {
-  struct Known {
-    std::string_view prefix, supplier;
-  };
-  static constexpr Known kKnown[] = {
-      {"LOGGER", "the Beremiz target library brings it"},  {"LOGLEVEL", "the Beremiz target library brings it"},
-      {"HMI_", "the Beremiz SVGHMI extension brings it"},  {"python_", "the Beremiz Python extension brings it"},
-      {"MC_", "a PLCopen motion library brings it"},       {"AXIS_REF", "a PLCopen motion library brings it"},
-      {"FB_", "probably a library of the tool brings it"},
-  };
-  for (const Known& k : kKnown) {
-    if (name.size() >= k.prefix.size() && core::iequals(name.substr(0, k.prefix.size()), k.prefix)) {
-      return std::string(k.supplier);
-    }
-  }
-  return "neither the file nor the standard library declares it";
-}
 
 }  // namespace
 
@@ -157,10 +139,19 @@ std::optional<TypeRef> Declarer::unknown_type(std::string_view name, const Sourc
   for (const std::string& offered : project_.offered_types) guess.offer(offered);
   for (const core::TypeInfo& info : core::kTypes) guess.offer(info.iec);
   std::string help = guess.help();
-  if (help.empty()) {
-    help = supplier_of(name) +
-           "; add it to the project, name the file (--lib) or the configuration (--config plc.toml) that has it, or "
-           "run with --stub-missing";
+  if (const std::optional<Foreign> foreign = foreign_type(name)) {
+    report(Code::P4014, at, owner.pou,
+           where + " has the type " + quoted(name) + ", " + std::string(foreign->what) + ", which is not supported",
+           std::string(foreign->help));
+    return std::nullopt;
+  }
+  if (!supplier_of(name).empty()) {
+    help = supply_help(name, "TYPE " + std::string(name) + " : STRUCT .. END_STRUCT; END_TYPE or FUNCTION_BLOCK " +
+                                 std::string(name));
+  } else if (help.empty()) {
+    help =
+        "neither the file nor the standard library declares it; add it to the project, name the file (--lib) or the "
+        "configuration (--config plc.toml) that has it, or run with --stub-missing";
   }
   report(Code::P4014, at, owner.pou, where + " has the unknown type " + quoted(name), help);
   return std::nullopt;

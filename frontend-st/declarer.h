@@ -112,6 +112,7 @@ class Declarer final : public ConstantScope {
   void declare_globals();
   void declare_global(const plcopen::Variable& variable);
   void publish_global_names();
+  void supply_missing_globals();
   void declare_interface(std::uint32_t pou);
   void declare_variable(std::uint32_t pou, const plcopen::Variable& variable);
   void detect_edges(std::uint32_t pou);

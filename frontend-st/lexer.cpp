@@ -6,6 +6,12 @@
 
 namespace plc::st {
 
+namespace {
+
+bool is_blank(char c) { return c == ' ' || c == '\t'; }
+
+}  // namespace
+
 bool is_identifier(std::string_view text) {
   if (text.empty() || !is_identifier_start(text[0])) return false;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -28,7 +34,8 @@ bool is_conditional_pragma(std::string_view pragma) {
   if (pragma.size() < 2) return false;
   std::string_view word = core::trimmed(pragma.substr(1, pragma.size() - 2));
   word = word.substr(0, word.find_first_of(" \t\r\n("));
-  return core::iequals(word, "IF");
+  return core::iequals(word, "IF") || core::iequals(word, "IFDEF") || core::iequals(word, "IFNDEF") ||
+         core::iequals(word, "#IF");
 }
 
 std::string shown_token(std::string_view text) {
@@ -40,6 +47,11 @@ std::string shown_token(std::string_view text) {
   out += " (U+";
   for (int shift = 12; shift >= 0; shift -= 4) out += kDigits[(point >> shift) & 0xfu];
   return out + ")";
+}
+
+bool has_blank_inside(const Token& token, std::string_view text) {
+  if (token.kind != TokenKind::kTyped || text.find_first_of("'\"") != std::string_view::npos) return false;
+  return text.find_first_of(" \t") != std::string_view::npos;
 }
 
 void Lexer::skip_identifier() {
@@ -65,7 +77,8 @@ bool Lexer::skip_blanks(Token& bad) {
     const char next = at(position_ + 1);
     const std::size_t begin = position_;
     if (c == '/' && next == '/') {
-      const std::size_t end = text_.find('\n', position_);
+      // A CR alone ends the comment too: XML makes a line end of it, and both kinds of files mean the same.
+      const std::size_t end = text_.find_first_of("\r\n", position_);
       position_ = end == std::string_view::npos ? text_.size() : end + 1;
       continue;
     }
@@ -90,9 +103,9 @@ bool Lexer::skip_blanks(Token& bad) {
       return false;
     }
     if (c == '{') {
-      const std::size_t end = text_.find('}', position_);
+      const std::size_t end = pragma_end(position_);
       if (end != std::string_view::npos) {
-        position_ = end + 1;
+        position_ = end;
         if (pragmas_ != nullptr) pragmas_->push_back(make(TokenKind::kUnknown, begin));
         continue;
       }
@@ -102,6 +115,19 @@ bool Lexer::skip_blanks(Token& bad) {
     }
     return true;
   }
+}
+
+// Behind the pragma that begins at `begin`; npos when it has no end. Code in C may have braces of its own.
+std::size_t Lexer::pragma_end(std::size_t begin) const {
+  const std::size_t first = text_.find('}', begin);
+  if (first == std::string_view::npos) return first;
+  std::size_t open = 0;
+  for (std::size_t i = text_.find_first_of("{}", begin); i != std::string_view::npos;
+       i = text_.find_first_of("{}", i + 1)) {
+    open = text_[i] == '{' ? open + 1 : open - 1;
+    if (open == 0) return i + 1;
+  }
+  return first + 1;
 }
 
 Token Lexer::number(std::size_t begin) {
@@ -140,12 +166,31 @@ Token Lexer::quoted(std::size_t begin, TokenKind kind) {
   const char quote = at(position_);
   ++position_;
   // A line end stands as $N in a text: a forgotten quote spoils its line, not the rest of the file.
-  while (position_ < text_.size() && at(position_) != '\n') {
+  while (position_ < text_.size() && at(position_) != '\n' && at(position_) != '\r') {
     const char c = at(position_++);
     if (c == quote) return make(kind, begin);
     if (c == '$' && position_ < text_.size()) ++position_;
   }
   return make(TokenKind::kUnterminatedString, begin);
+}
+
+std::size_t Lexer::behind_blanks(std::size_t i) const {
+  while (is_blank(at(i))) ++i;
+  return i;
+}
+
+// "T#1h 30m", "T#5 s": the blanks at position_ stand between two parts, or between a number and its unit. Nothing else
+// begins with a digit behind a literal, and what follows a number without a unit is wrong if it is none.
+bool Lexer::goes_on_behind_blanks(char last) const {
+  const std::size_t begin = behind_blanks(position_);
+  if (!is_digit(last)) return last != '\0' && is_digit(at(begin));
+  std::size_t end = begin;
+  while (is_identifier_start(at(end)) && at(end) != '_') ++end;
+  const std::string_view unit = text_.substr(begin, end - begin);
+  for (const std::string_view known : {"d", "h", "m", "s", "ms", "us", "ns"}) {
+    if (core::iequals(unit, known)) return true;
+  }
+  return false;
 }
 
 // Behind `prefix#`: position_ stands on the '#'.
@@ -159,10 +204,17 @@ Token Lexer::prefixed(std::size_t begin, std::string_view prefix) {
   if (at(position_) == '\'' || at(position_) == '"') return quoted(begin, TokenKind::kTyped);
   const bool date = core::in_category(*type, core::kAnyDate);
   const bool real = core::in_category(*type, core::kAnyReal);
+  const bool duration = core::in_category(*type, core::kAnyDuration);
+  const std::size_t value = behind_blanks(position_);
+  if (is_digit(at(value)) || ((at(value) == '-' || at(value) == '+') && is_digit(at(value + 1)))) position_ = value;
   if (at(position_) == '+' || at(position_) == '-') ++position_;
   for (char last = '\0';; last = at(position_), ++position_) {
     const char c = at(position_);
     if (is_identifier_char(c) || (c == '#' && last != '\0')) continue;
+    if (duration && is_blank(c) && goes_on_behind_blanks(last)) {
+      position_ = behind_blanks(position_) - 1;
+      continue;
+    }
     const bool digit_follows = is_digit(at(position_ + 1));
     if (c == '.' && digit_follows) continue;
     if (date && (c == '-' || c == ':') && digit_follows) continue;

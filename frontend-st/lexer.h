@@ -68,10 +68,13 @@ class Lexer {
   [[nodiscard]] char at(std::size_t i) const { return i < text_.size() ? text_[i] : '\0'; }
   Token make(TokenKind kind, std::size_t begin);
   bool skip_blanks(Token& bad);
+  [[nodiscard]] std::size_t pragma_end(std::size_t begin) const;
   void skip_identifier();
   Token number(std::size_t begin);
   Token quoted(std::size_t begin, TokenKind kind);
   Token prefixed(std::size_t begin, std::string_view prefix);
+  [[nodiscard]] std::size_t behind_blanks(std::size_t i) const;
+  [[nodiscard]] bool goes_on_behind_blanks(char last) const;
   Token direct(std::size_t begin);
 
   std::string_view text_;
@@ -93,6 +96,8 @@ inline constexpr const char* kStrayHelp = "write blanks, quotes and signs as the
 std::string shown_token(std::string_view text);
 /// "{IF defined(..)}", which would choose what is compiled.
 bool is_conditional_pragma(std::string_view pragma);
+/// True for a literal such as "T# 30ms", which some tools write and the standard does not know.
+bool has_blank_inside(const Token& token, std::string_view text);
 /// True when all of `text` is one identifier.
 bool is_identifier(std::string_view text);
 

@@ -1,5 +1,6 @@
 #include "frontend-st/literals.h"
 
+#include <algorithm>
 #include <bit>
 #include <charconv>
 #include <cmath>
@@ -341,6 +342,8 @@ std::optional<Literal> parse_date_of(TypeId type, std::string_view text, std::st
 }
 
 std::optional<Literal> parse_typed(TypeId type, std::string_view body, std::string& problem) {
+  // "T# 30ms": the lexer takes blanks behind the prefix and between the parts of a duration.
+  body = core::trimmed(body);
   if (body.empty()) return fail(problem, "nothing follows " + std::string(core::name_of(type)) + "#");
   if (body[0] == '\'' || body[0] == '"') return parse_quoted_of(type, body, problem);
   if (core::in_category(type, core::kAnyDuration)) {
@@ -435,7 +438,8 @@ std::optional<std::int64_t> parse_duration(std::string_view text, std::string& p
     problem = "\"" + whole + "\" is not a duration: " + why;
     return std::nullopt;
   };
-  while (!text.empty()) {
+  const auto skip_blanks = [&text] { text.remove_prefix(std::min(text.find_first_not_of(" \t"), text.size())); };
+  while (skip_blanks(), !text.empty()) {
     if (any) take(text, '_');
     std::int64_t value = 0;
     std::size_t count = 0;
@@ -460,6 +464,7 @@ std::optional<std::int64_t> parse_duration(std::string_view text, std::string& p
       fraction_seen = true;
     }
     text.remove_prefix(i);
+    skip_blanks();
     std::int64_t unit = 0;
     for (const Unit& u : kUnits) {
       if (text.size() >= u.name.size() && core::iequals(text.substr(0, u.name.size()), u.name)) {

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "core/text.h"
+#include "frontend-st/foreign.h"
 #include "frontend-st/lowering.h"
 #include "ir/queues.h"
 #include "ir/reach.h"
@@ -217,7 +218,13 @@ void Lowering::report_unknown_function(NodeId id, std::string_view name) {
                     "a variable has the value of the scan before until it is assigned");
     }
   }
-  report(Code::P4009, at(id), "there is no function " + quoted(name), guess.help());
+  if (const std::optional<Foreign> foreign = foreign_word(name)) {
+    return report(Code::P4066, at(id), core::uppered(name) + ": " + std::string(foreign->what) + " is not supported",
+                  std::string(foreign->help));
+  }
+  std::string help = guess.help();
+  if (!supplier_of(name).empty()) help = supply_help(name, "FUNCTION " + std::string(name) + " : T");
+  report(Code::P4009, at(id), "there is no function " + quoted(name), std::move(help));
 }
 
 std::optional<Operand> Lowering::call(NodeId id, Expected expected, bool as_statement) {

@@ -432,7 +432,7 @@ std::optional<Operand> lower_expression(std::string_view text, const core::Sourc
     builder.report(Code::P4002, at, "the text is longer than " + std::to_string(kMaxTextBytes) + " bytes");
     return std::nullopt;
   }
-  const SourceText source(text, at);
+  const SourceText source(text, at, builder.diagnostics());
   Parser parser(source, builder.diagnostics(), builder.pou().name);
   const NodeId root = parser.parse_expression();
   if (root == kNoNode) return std::nullopt;

@@ -3,6 +3,7 @@
 
 #include "core/text.h"
 #include "frontend-st/addresses.h"
+#include "frontend-st/foreign.h"
 #include "frontend-st/lexer.h"
 #include "frontend-st/literals.h"
 #include "frontend-st/lowering.h"
@@ -79,7 +80,14 @@ void Lowering::report_unknown_name(NodeId id) {
            "a function is called with parentheses");
     return;
   }
-  report(Code::P4004, at(id), "there is no variable " + quoted(name), guess.help());
+  if (const std::optional<Foreign> foreign = foreign_word(name)) {
+    report(Code::P4066, at(id), core::uppered(name) + ": " + std::string(foreign->what) + " is not supported",
+           std::string(foreign->help));
+    return;
+  }
+  std::string help = guess.help();
+  if (!supplier_of(name).empty()) help = supply_help(name, "VAR_GLOBAL " + std::string(name) + " : T; END_VAR");
+  report(Code::P4004, at(id), "there is no variable " + quoted(name), std::move(help));
 }
 
 // "GVL.x" where the list exists and the variable does not.
@@ -428,7 +436,7 @@ std::optional<PlaceId> lower_place(std::string_view text, const core::SourceRef&
     builder.report(Code::P4002, at, "the text is longer than " + std::to_string(kMaxTextBytes) + " bytes");
     return std::nullopt;
   }
-  const SourceText source(text, at);
+  const SourceText source(text, at, builder.diagnostics());
   Parser parser(source, builder.diagnostics(), builder.pou().name);
   const NodeId root = parser.parse_expression();
   if (root == kNoNode) return std::nullopt;
@@ -439,7 +447,7 @@ bool is_variable_text(std::string_view text) {
   if (text.size() > kMaxTextBytes) return false;
   const std::string_view plain = core::trimmed(text);
   if (is_identifier(plain)) return !core::iequals(plain, "TRUE") && !core::iequals(plain, "FALSE");
-  const SourceText source(text, {});
+  const SourceText source(text);
   core::Diagnostics ignored;
   Parser parser(source, ignored, {});
   NodeId id = parser.parse_expression();

@@ -116,7 +116,7 @@ bool lower_statements(std::string_view text, const core::SourceRef& at, ir::Buil
     builder.report(Code::P4002, at, "the text is longer than " + std::to_string(kMaxTextBytes) + " bytes");
     return false;
   }
-  const SourceText source(text, at);
+  const SourceText source(text, at, builder.diagnostics());
   Parser parser(source, builder.diagnostics(), builder.pou().name);
   Lowering lowering(builder, source, parser.ast());
   bool lowered = true;

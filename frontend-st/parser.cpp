@@ -197,6 +197,7 @@ NodeId Parser::primary() {
     case TokenKind::kString:
     case TokenKind::kWstring:
       node.kind = NodeKind::kLiteral;
+      if (has_blank_inside(token_, text_of(token_))) warn_of_blank();
       break;
     case TokenKind::kEnumValue:
       node.kind = NodeKind::kEnumValue;
@@ -228,6 +229,15 @@ NodeId Parser::primary() {
   }
   advance();
   return postfix(ast_.add(node));
+}
+
+void Parser::warn_of_blank() {
+  std::string plain;
+  for (const char c : text_of(token_)) {
+    if (c != ' ' && c != '\t') plain += c;
+  }
+  diagnostics_.report(Code::P4065, source_.locate(token_.begin), pou_,
+                      "blank inside the literal \"" + std::string(text_of(token_)) + '"', "write " + plain);
 }
 
 NodeId Parser::postfix(NodeId base) {

@@ -30,7 +30,7 @@ class Parser {
   [[nodiscard]] bool failed() const { return failed_; }
 
  private:
-  void refuse_conditional_pragmas();
+  void refuse_pragmas();
   void advance();
   [[nodiscard]] std::string_view text_of(const Token& token) const { return source_.slice(token.begin, token.end); }
   [[nodiscard]] bool at_keyword(Keyword keyword) const { return keyword_ == keyword; }
@@ -45,6 +45,7 @@ class Parser {
   NodeId unary();
   [[nodiscard]] bool at_operator_name();
   NodeId primary();
+  void warn_of_blank();
   NodeId postfix(NodeId base);
   NodeId indices(NodeId base);
   NodeId arguments(NodeId callee);
@@ -54,6 +55,9 @@ class Parser {
   NodeId listed_statement();
   NodeId statement();
   NodeId assignment_or_call();
+  /// Reports a statement or operator that other tools have, if one stands here; behind `target` where it has a left side.
+  bool refuse_foreign_statement();
+  bool refuse_foreign_operator(NodeId target);
   NodeId if_statement();
   NodeId case_statement();
   NodeId for_statement();
@@ -67,7 +71,8 @@ class Parser {
   NodeId case_label();
   [[nodiscard]] bool at_case_label();
   [[nodiscard]] bool at_list_end();
-  bool end_compound(Keyword end, std::string_view word, const Token& begin, std::string_view what);
+  bool end_compound(Keyword end, std::string_view word, const Token& begin, std::string_view what,
+                    std::string_view help = {});
   void skip_statement();
 
   const SourceText& source_;

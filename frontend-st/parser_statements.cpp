@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "core/text.h"
+#include "frontend-st/foreign.h"
 #include "frontend-st/parser.h"
 
 namespace plc::st {
@@ -43,14 +44,17 @@ bool closes(Keyword keyword) {
 
 }  // namespace
 
-// {IF defined(..)} .. {ELSE} .. {END_IF}: what stands in both branches would run.
-void Parser::refuse_conditional_pragmas() {
+// {IF defined(..)} .. {ELSE} .. {END_IF}: what stands in both branches would run. And code in C would not.
+void Parser::refuse_pragmas() {
   // Looking ahead passes some of them twice.
   std::set<std::uint32_t> seen;
   for (const Token& pragma : pragmas_) {
     if (!seen.insert(pragma.begin).second) continue;
-    if (!is_conditional_pragma(text_of(pragma))) continue;
     in_error_ = false;
+    if (is_c_code(text_of(pragma))) {
+      fail(Code::P4067, pragma, kCodeInC, kCodeInCHelp);
+    }
+    if (!is_conditional_pragma(text_of(pragma))) continue;
     fail(Code::P4013, pragma, "pragmas do not choose what is compiled: both branches would run",
          "keep the branch that is meant");
   }
@@ -71,7 +75,7 @@ NodeId Parser::next_statement() {
     advance();
     accept(TokenKind::kSemicolon);
   }
-  refuse_conditional_pragmas();
+  refuse_pragmas();
   return kNoNode;
 }
 
@@ -207,6 +211,7 @@ NodeId Parser::word_statement(NodeKind kind) {
 NodeId Parser::assignment_or_call() {
   Node node;
   node.begin = token_.begin;
+  if (refuse_foreign_statement()) return kNoNode;
   if (token_.kind != TokenKind::kIdentifier && token_.kind != TokenKind::kDirect) return fail_unexpected("a statement");
   const NodeId target = primary();
   if (target == kNoNode) return kNoNode;
@@ -219,6 +224,7 @@ NodeId Parser::assignment_or_call() {
     node.end = ast_[node.b].end;
     return ast_.add(node);
   }
+  if (refuse_foreign_operator(target)) return kNoNode;
   if (ast_[target].kind != NodeKind::kCall) {
     if (token_.kind == TokenKind::kEqual) {
       return fail(Code::P4013, token_, "\"=\" compares and is no statement", "assignments are written with :=");
@@ -229,6 +235,71 @@ NodeId Parser::assignment_or_call() {
   node.a = target;
   node.end = ast_[target].end;
   return ast_.add(node);
+}
+
+// A word alone is a name like any other: what follows it decides.
+bool Parser::refuse_foreign_statement() {
+  if (token_.kind != TokenKind::kIdentifier) return false;
+  Lexer ahead = lexer_;
+  const Token next = has_peeked_ ? peeked_ : ahead.next();
+  if (next.kind == TokenKind::kColon) {
+    fail(Code::P4066, token_, "label \"" + std::string(text_of(token_)) + "\": jumps inside a text are not supported",
+         "use IF and CASE, loops with EXIT and CONTINUE, or RETURN");
+    advance();
+    advance();
+    in_error_ = false;
+    return true;
+  }
+  const std::optional<Foreign> foreign = foreign_word(text_of(token_));
+  const bool doubled = text_of(token_).starts_with("__");
+  if (!foreign || (next.kind != TokenKind::kIdentifier && next.kind != TokenKind::kCaret && !doubled)) return false;
+  if (next.kind == TokenKind::kAssign || next.kind == TokenKind::kDot) return false;
+  fail(Code::P4066, token_,
+       core::uppered(text_of(token_)) + ": " + std::string(foreign->what) + " is not supported",
+       std::string(foreign->help));
+  // __TRY, __CATCH(exc), .. end without a semicolon: the statement behind is one of its own.
+  if (core::iequals(text_of(token_), "__DELETE") || !doubled) return true;
+  advance();
+  if (token_.kind == TokenKind::kLeftParen) {
+    while (token_.kind != TokenKind::kEnd && token_.kind != TokenKind::kRightParen &&
+           token_.kind != TokenKind::kSemicolon) {
+      advance();
+    }
+    accept(TokenKind::kRightParen);
+  }
+  in_error_ = false;
+  return true;
+}
+
+// target ?= .., target REF= .., target += ..
+bool Parser::refuse_foreign_operator(NodeId target) {
+  const std::string_view word = text_of(token_);
+  const std::string_view rest = source_.text().substr(token_.end);
+  const std::string left(source_.slice(ast_[target].begin, ast_[target].end));
+  if (word == "?" && rest.starts_with('=')) {
+    fail(Code::P4066, token_, "\"?=\", the attempt of an assignment, is not supported",
+         "references of one type are assigned with :=, and compared with NULL");
+    return true;
+  }
+  const auto next = rest.find_first_not_of(" \t");
+  const bool equal = next != std::string_view::npos && rest[next] == '=';
+  if (core::iequals(word, "REF") && equal) {
+    fail(Code::P4066, token_, "\"REF=\" is not supported",
+         "declare \"" + left + "\" as REF_TO and write " + left + " := REF(variable)");
+    return true;
+  }
+  const bool sign = token_.kind == TokenKind::kPlus || token_.kind == TokenKind::kMinus ||
+                    token_.kind == TokenKind::kStar || token_.kind == TokenKind::kSlash;
+  if (!sign) return false;
+  if (rest.starts_with('=')) {
+    fail(Code::P4066, token_, "\"" + std::string(word) + "=\" is no operator of ST",
+         "write " + left + " := " + left + ' ' + std::string(word) + " value");
+    return true;
+  }
+  if (!rest.starts_with(word)) return false;
+  fail(Code::P4066, token_, "\"" + std::string(word) + std::string(word) + "\" is no operator of ST",
+       "write " + left + " := " + left + ' ' + std::string(word) + " 1");
+  return true;
 }
 
 NodeId Parser::head_expression(Keyword behind, std::string_view word) {
@@ -247,14 +318,18 @@ NodeId Parser::head_expression(Keyword behind, std::string_view word) {
 }
 
 // The keyword that ends the compound statement `what`, which began at `begin`.
-bool Parser::end_compound(Keyword end, std::string_view word, const Token& begin, std::string_view what) {
+bool Parser::end_compound(Keyword end, std::string_view word, const Token& begin, std::string_view what,
+                          std::string_view help) {
   if (at_keyword(end)) {
     advance();
     return true;
   }
   in_error_ = false;
   if (token_.kind == TokenKind::kEnd) {
-    fail(Code::P4013, begin, std::string(what) + " without " + std::string(word));
+    fail(Code::P4013, begin, std::string(what) + " without " + std::string(word), std::string(help));
+  } else if (!help.empty()) {
+    fail(Code::P4001, token_, "found " + shown_token(text_of(token_)) + " where " + std::string(word) + " should stand",
+         std::string(help));
   } else {
     fail_unexpected(word);
   }
@@ -281,17 +356,23 @@ NodeId Parser::if_statement() {
     node.end = last_end_;
     link(node);
   } while (at_keyword(Keyword::kElsif));
+  std::string_view help;
   if (at_keyword(Keyword::kElse)) {
     Node node;
     node.kind = NodeKind::kElse;
     node.begin = token_.begin;
     advance();
+    // "ELSE IF" opens an IF inside of the ELSE. On one line it was probably meant otherwise.
+    const bool same_line = source_.text().substr(last_end_, token_.begin - last_end_).find('\n') == std::string_view::npos;
+    if (at_keyword(Keyword::kIf) && same_line) {
+      help = "ELSE IF begins an IF of its own, with its own END_IF: the next condition of the same IF is ELSIF";
+    }
     node.b = statement_list();
     node.end = last_end_;
     link(node);
   }
   leave();
-  return end_compound(Keyword::kEndIf, "END_IF", begin, "IF") ? first : kNoNode;
+  return end_compound(Keyword::kEndIf, "END_IF", begin, "IF", help) ? first : kNoNode;
 }
 
 NodeId Parser::case_label() {

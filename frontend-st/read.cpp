@@ -102,7 +102,7 @@ std::unique_ptr<plcopen::Project> read_bytes(std::string_view bytes, const std::
   project->version = plcopen::Version::kText;
   at.line = 1;
   at.column = 1;
-  const SourceText source(text, at);
+  const SourceText source(text, at, diagnostics);
   DeclarationReader(source, *project, diagnostics).read_file();
   name_lists(*project, name);
   return project;
@@ -156,7 +156,7 @@ void read_plain_declarations(plcopen::Project& project, core::Diagnostics& diagn
   for (plcopen::Pou& pou : project.pous) pous.try_emplace(pou.name, &pou);
   for (const plcopen::PlainDeclaration& declaration : project.declarations) {
     if (declaration.text.size() > kMaxTextBytes) continue;
-    const SourceText source(declaration.text, declaration.at);
+    const SourceText source(declaration.text, declaration.at, diagnostics);
     DeclarationReader reader(source, project, diagnostics);
     if (declaration.of_list) {
       if (!lists.insert(declaration.owner).second) {

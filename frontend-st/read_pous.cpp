@@ -5,6 +5,7 @@
 
 #include "core/text.h"
 #include "frontend-st/declaration_reader.h"
+#include "frontend-st/foreign.h"
 
 namespace plc::st {
 
@@ -27,10 +28,19 @@ bool ends_pou(Word word) {
   return word == Word::kEndFunction || word == Word::kEndFunctionBlock || word == Word::kEndProgram;
 }
 
-void blank(std::string& text, std::size_t begin, std::size_t end) {
-  for (std::size_t i = begin; i < end; ++i) {
-    if (text[i] != '\n') text[i] = ' ';
+/// `text` with a blank for each character of the ranges but line ends: places behind them stay what they are.
+std::string blanked(std::string_view text, std::uint32_t text_begin,
+                    const std::vector<std::pair<std::uint32_t, std::uint32_t>>& ranges) {
+  std::string out;
+  out.reserve(text.size());
+  std::size_t at = 0;
+  for (const auto& [begin, end] : ranges) {
+    out.append(text, at, begin - text_begin - at);
+    for (at = begin - text_begin; at < end - text_begin; ++at) {
+      if ((static_cast<unsigned char>(text[at]) & 0xC0u) != 0x80u) out += text[at] == '\n' ? '\n' : ' ';
+    }
   }
+  return out.append(text, at);
 }
 
 }  // namespace
@@ -134,13 +144,26 @@ Language DeclarationReader::language() {
   return known && value && ends ? Language::kIl : Language::kSt;
 }
 
+/// Pragmas in front of the first statement and behind the last one are no part of the text, which its parser looks at.
+void DeclarationReader::refuse_code(std::uint32_t begin, std::uint32_t end) {
+  if (begin >= end) return;
+  std::vector<Token> pragmas;
+  Lexer(source_.slice(begin, end), &pragmas).next();
+  for (const Token& pragma : pragmas) {
+    if (!is_c_code(source_.slice(begin + pragma.begin, begin + pragma.end))) continue;
+    fail(Code::P4067, {TokenKind::kUnknown, begin + pragma.begin, begin + pragma.end}, kCodeInC, kCodeInCHelp);
+  }
+}
+
 void DeclarationReader::body(plcopen::Pou& out, const Token& opener, Word opener_word) {
   const std::string label = std::string(text_of_word(opener_word)) + (out.name.empty() ? "" : " \"" + out.name + '"');
   const Word end = end_of(opener_word);
   plcopen::Body& body = out.bodies.emplace_back();
   const std::uint32_t begin = token_.begin;
   std::uint32_t text_end = begin;
+  std::uint32_t end_at = begin;
   in_body_ = true;
+  refuse_code(last_end_, begin);
   body.language = language();
   body.at = body.text_at = place(begin, core::ElementKind::kText);
   std::vector<std::pair<std::uint32_t, std::uint32_t>> blanks;
@@ -155,6 +178,7 @@ void DeclarationReader::body(plcopen::Pou& out, const Token& opener, Word opener
         const std::string wanted = std::string("END_") + text_of_word(opener_word);
         fail(Code::P4042, token_, label + " ends with " + core::uppered(text_of(token_)), "write " + wanted);
       }
+      end_at = token_.begin;
       advance();
       accept(TokenKind::kSemicolon);
       break;
@@ -187,9 +211,9 @@ void DeclarationReader::body(plcopen::Pou& out, const Token& opener, Word opener
     text_end = last_end_;
   }
   in_body_ = false;
-  body.text = source_.slice(begin, text_end);
+  refuse_code(text_end, closed ? end_at : token_.begin);
+  body.text = blanked(source_.slice(begin, text_end), begin, blanks);
   if (body.text.empty()) body.language = Language::kNone;
-  for (const auto& [first, last] : blanks) blank(body.text, first - begin, last - begin);
   if (body.language == Language::kSfc) {
     out.has_actions = true;
     body.drawn_elements = 1;

@@ -57,6 +57,9 @@ bool DeclarationReader::section_may_stand(Word word, Owner owner, const Token& o
   switch (word) {
     case Word::kVarStat:
       return refuse_here("is not supported", "declare the variable as VAR in a function block, or as a global");
+    case Word::kVarGeneric:
+      return refuse_here("is not supported: constants that each declaration gives",
+                         "write the size into the type, as VAR CONSTANT, or pass an ARRAY [*] to a function");
     case Word::kVarInst:
       if (owner == Owner::kFunctionBlock || owner == Owner::kProgram) return true;
       return refuse_here("stands where nothing is kept from call to call",
@@ -106,11 +109,17 @@ void DeclarationReader::section(Owner owner, std::vector<Variable>& out) {
   std::vector<Variable> unwanted;
   const bool wanted = section_may_stand(word, owner, opener);
   // What is local by mistake is still declared, so that its uses are no errors of their own.
-  const bool keep = wanted || word == Word::kVarInst || word == Word::kVarStat;
+  const bool keep = wanted || word == Word::kVarInst || word == Word::kVarStat || word == Word::kVarGeneric;
   advance();
   Variable model;
   model.section = wanted ? section_of(word) : Section::kLocal;
   while (at(TokenKind::kIdentifier) && qualifier(model, opener)) {
+  }
+  if (model.constant && (model.retain || model.persistent)) {
+    fail(Code::P4068, opener,
+         core::uppered(text_of(opener)) + " is CONSTANT and " + (model.retain ? "RETAIN" : "PERSISTENT") +
+             ": what never changes has nothing to keep",
+         "leave one of them out");
   }
   count(core::uppered(text_of(opener)), wanted ? Fate::kUsed : Fate::kRefused, place(opener.begin),
         wanted ? "" : "it cannot stand where it does");

@@ -7,7 +7,13 @@ core::Result<std::vector<CsvRow>> parse_csv(std::string_view text, std::string_v
   std::uint32_t line = 1;
   std::size_t line_start = 0;
   std::size_t at = 0;
-  const auto column = [&] { return static_cast<std::uint32_t>(at - line_start + 1); };
+  std::size_t counted = 0;  // offset up to which columns are counted, in characters
+  std::uint32_t characters = 0;
+  const auto column = [&] {
+    if (counted < line_start || counted > at) counted = line_start, characters = 0;
+    for (; counted < at; ++counted) characters += (static_cast<unsigned char>(text[counted]) & 0xC0u) != 0x80u ? 1u : 0u;
+    return characters + 1;
+  };
   const auto problem = [&](std::uint32_t l, std::uint32_t c, std::string message) {
     return core::Problem{
         core::Code::P7201,
@@ -15,8 +21,13 @@ core::Result<std::vector<CsvRow>> parse_csv(std::string_view text, std::string_v
         "cells with commas, quotes or line ends stand in double quotes, quotes inside are doubled"};
   };
   const auto end_of_line = [&] { return at < text.size() && (text[at] == '\n' || text[at] == '\r'); };
+  // Rows end with LF, CR LF, CR CR LF or a CR alone; lines are counted by LF, as editors do.
   const auto next_line = [&] {
-    at += text.substr(at).starts_with("\r\n") ? 2 : 1;
+    std::size_t end = at;
+    while (end < text.size() && text[end] == '\r') ++end;
+    const bool counts = end < text.size() && text[end] == '\n';
+    at = counts ? end + 1 : at + 1;
+    if (!counts) return;
     ++line;
     line_start = at;
   };

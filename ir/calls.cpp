@@ -27,6 +27,19 @@ std::string text_of(const Operand& operand) {
   return fmt::format("{}", operand.int_value);
 }
 
+bool is_literal_text(const Operand& operand) {
+  return operand.text.size() > 1 && (operand.text.front() == '"' || operand.text.front() == '\'') &&
+         operand.text.back() == operand.text.front();
+}
+
+/// For a text where the other kind of text is wanted: the quotes tell them apart, other than in most languages.
+std::string quotes_help(const Operand& operand) {
+  const std::string inner = operand.text.substr(1, operand.text.size() - 2);
+  return operand.text.front() == '"'
+             ? fmt::format("{} is a WSTRING; a STRING stands in single quotes: '{}'", operand.text, inner)
+             : fmt::format("{} is a STRING; a WSTRING stands in double quotes: \"{}\"", operand.text, inner);
+}
+
 stdlib::Arg literal_arg(const Operand& operand) {
   stdlib::Arg arg;
   arg.kind = stdlib::Arg::Kind::kIntLiteral;
@@ -170,6 +183,7 @@ class Converter {
     } else if (types()[to].kind == TypeKind::kEnum) {
       help = fmt::format("use a value of the enumeration {}", types().name_of(to));
     }
+    if (id && core::in_category(*id, core::kAnyString) && is_literal_text(operand)) help = quotes_help(operand);
     const std::string given = operand.text.empty() ? "a value" : '"' + operand.text + '"';
     builder_.report(Code::P4101, operand.at,
                     fmt::format("{} needs {}, {} is {}", what_(), types().name_of(to), given, types().name_of(from)),
@@ -388,7 +402,9 @@ class NamedCall {
             break;
           }
           builder_.report(Code::P4103, place_of(i), fmt::format("{} has type {}", input(i), types().name_of(type)),
-                          "give it one element or member");
+                          types()[type].kind == TypeKind::kReference
+                              ? "references are not computed with: use an array and an index, or read what it refers to: ^"
+                              : "give it one element or member");
           fine = false;
           break;
         }
@@ -512,7 +528,7 @@ class NamedCall {
       if (taken) continue;
       builder_.report(Code::P4103, place_of(i),
                       fmt::format("{} has type {}, which {} does not take", input(i), type_text(i), name_),
-                      "candidates: " + candidate_list());
+                      is_literal_text(args_[i]) ? quotes_help(args_[i]) : "candidates: " + candidate_list());
       return;
     }
     const std::optional<std::size_t> reference = commonest();
@@ -526,7 +542,9 @@ class NamedCall {
       return;
     }
     std::string help = "candidates: " + candidate_list();
-    if (known_[odd].kind == stdlib::Arg::Kind::kTyped &&
+    if (is_literal_text(args_[odd])) {
+      help = quotes_help(args_[odd]);
+    } else if (known_[odd].kind == stdlib::Arg::Kind::kTyped &&
         conversion(known_[odd].type, known_[*reference].type) != nullptr) {
       help = fmt::format("convert it with {}_TO_{}", core::name_of(known_[odd].type),
                          core::name_of(known_[*reference].type));

@@ -52,7 +52,7 @@ template <ElementKind kKind, Attr kText>
 void start_object(Reader& r, const Tag& tag) {
   Element& e = open_object(r, tag, kKind);
   e.text = core::trimmed(tag.attributes.get(kText));
-  e.text_at = e.at;
+  e.text_at = r.element_place(r.value_place(tag, kText));
 }
 
 template <ElementKind kKind>
@@ -74,6 +74,7 @@ void start_compare(Reader& r, const Tag& tag) {
                        core::trimmed(tag.attributes.get(Attr::kCompareOperator)),
                        core::trimmed(tag.attributes.get(Attr::kOperand2)));
   e.text_at = e.at;
+  e.text_at.column = 0;  // the text stands nowhere as it is
 }
 
 void start_block(Reader& r, const Tag& tag) {

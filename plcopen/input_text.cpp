@@ -59,6 +59,20 @@ bool has_internal_subset(std::string_view text, std::size_t open) {
   return false;
 }
 
+/// CR CR LF, as OpenPLC Editor writes it on Windows, is one line end. XML would make two of it.
+void blank_doubled_returns(char* text, std::size_t size) {
+  std::size_t i = 0;
+  while (i + 2 < size) {
+    const void* const found = std::memchr(text + i, '\r', size - i - 2);
+    if (found == nullptr) return;
+    i = static_cast<std::size_t>(static_cast<const char*>(found) - text);
+    std::size_t end = i;
+    while (end < size && text[end] == '\r') ++end;
+    if (end < size && text[end] == '\n') std::memset(text + i, ' ', end - i - 1);
+    i = end;
+  }
+}
+
 class Descriptor {
  public:
   explicit Descriptor(int fd) : fd_(fd) {}
@@ -77,7 +91,11 @@ class Descriptor {
 
 Place PlaceFinder::at(std::size_t offset) {
   offset = std::min(offset, text_.size());
-  if (offset < offset_) return PlaceFinder(text_).at(offset);
+  if (offset < marked_offset_) return PlaceFinder(text_).at(offset);
+  if (offset < offset_) {
+    offset_ = marked_offset_;
+    place_ = marked_;
+  }
   const char* from = text_.data() + offset_;
   const char* const end = text_.data() + offset;
   while (from != end) {
@@ -92,6 +110,12 @@ Place PlaceFinder::at(std::size_t offset) {
   place_.column += characters;
   offset_ = offset;
   return place_;
+}
+
+Place PlaceFinder::mark(std::size_t offset) {
+  marked_ = at(offset);
+  marked_offset_ = offset_;
+  return marked_;
 }
 
 bool InputText::allocate(std::size_t size) {
@@ -175,6 +199,7 @@ bool InputText::normalise(std::uint16_t file, core::Diagnostics& diagnostics, co
   } else {
     begin_ = encoding.bom;
   }
+  blank_doubled_returns(bytes_.get() + begin_, size_ - begin_);
   const std::string_view all = text();
   if (all.size() > kMostBytes) {
     diagnostics.report(core::Code::P1006, {.file = file}, {},

@@ -23,16 +23,20 @@ struct Place {
 };
 
 /// Turns byte offsets into places. Offsets asked in ascending order cost O(file) altogether, whatever the line lengths;
-/// an offset before the last one is counted again from the start of the file.
+/// an offset before the last one is counted again from the mark, or from the start of the file.
 class PlaceFinder {
  public:
   explicit PlaceFinder(std::string_view text) : text_(text) {}
   Place at(std::size_t offset);
+  /// The same; what is asked for next may lie anywhere behind it.
+  Place mark(std::size_t offset);
 
  private:
   std::string_view text_;
   std::size_t offset_ = 0;
   Place place_;
+  std::size_t marked_offset_ = 0;
+  Place marked_;
 };
 
 /// Owns the text. The byte after the last one is zero, as libxml2 wants it of a buffer it does not copy.

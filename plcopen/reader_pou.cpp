@@ -35,9 +35,7 @@ void chart_element(Reader& r, const Tag&) { ++body(r).drawn_elements; }
 template <Language kLanguage>
 void start_code(Reader& r, const Tag& tag) {
   set_language(r, tag, kLanguage);
-  body(r).text_at = tag.at;
-  body(r).text_at.kind = ElementKind::kText;
-  r.begin_text();
+  begin_code(r, tag);
 }
 
 void action(Reader& r, const Tag& tag) {
@@ -191,6 +189,12 @@ void report_chart(Reader& r, const Tag& tag) {
   if (r.pous.empty() || std::exchange(r.pous.back()->chart_reported, true)) return;
   r.report(core::Code::P1016, tag.at, "sequential function chart, its steps, actions and transitions are not executed",
            "write the sequence as ST or as a diagram");
+}
+
+void begin_code(Reader& r, const Tag& tag) {
+  body(r).text_at = tag.at;
+  body(r).text_at.kind = ElementKind::kText;
+  r.begin_text();
 }
 
 void end_code(Reader& r) {

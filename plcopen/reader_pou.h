@@ -19,6 +19,8 @@ void close_body(Reader& r);
 void set_language(Reader& r, const Tag& tag, Language language);
 /// P1016, once per POU.
 void report_chart(Reader& r, const Tag& tag);
+/// Begins the text of an ST or IL body that is open.
+void begin_code(Reader& r, const Tag& tag);
 /// Ends the text of an ST or IL body.
 void end_code(Reader& r);
 /// Duplicate ids, order of networks; moves the body of the innermost frame to its POU (reader_body.cpp).

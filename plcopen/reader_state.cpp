@@ -57,9 +57,15 @@ void Reader::start_element(const char* name, std::string_view uri, const Attribu
       report(core::Code::P1013, tag.at,
              fmt::format("element \"{}\" is not known here and is ignored", shown(tag.name)));
     }
-  } else if (rule->start != nullptr) {
-    rule->start(*this, tag);
+    return;
   }
+  if (!rule->belongs.empty() && misplaced_.insert(rule).second) {
+    report(core::Code::P1019, tag.at,
+           fmt::format("element \"{}\" stands outside of \"{}\" and is read as if it stood there", tag.name,
+                       rule->belongs),
+           fmt::format("move it into \"{}\": other tools do not look for it here", rule->belongs));
+  }
+  if (rule->start != nullptr) rule->start(*this, tag);
 }
 
 void Reader::end_element() {
@@ -89,13 +95,24 @@ void Reader::begin_text() {
   text_.clear();
   text_at_ = {};
   capturing_ = true;
+  parser_.begin_text();
 }
 
 std::string Reader::take_text(SourceRef* at) {
+  if (capturing_) parser_.end_text();
   capturing_ = false;
   text_.resize(core::trimmed(text_).size());
   if (at != nullptr && text_at_.line != 0) *at = text_at_;
   return text_;
+}
+
+SourceRef Reader::value_place(const Tag& tag, Attr attribute) {
+  SourceRef at = tag.at;
+  if (const std::optional<Place> place = parser_.value_place(attribute)) {
+    at.line = place->line;
+    at.column = place->column;
+  }
+  return at;
 }
 
 bool Reader::open_document(std::string_view name, std::string_view uri, const SourceRef& at) {

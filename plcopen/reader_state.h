@@ -99,6 +99,8 @@ class Reader final : public XmlHandler {
   bool flag(const Tag& tag, Attr attribute);
   Edge edge(const Tag& tag, Attr attribute);
   Storage storage(const Tag& tag, Attr attribute);
+  /// Where the value of an attribute stands; the tag where it has none.
+  SourceRef value_place(const Tag& tag, Attr attribute);
   /// `at` as a place of the open drawn element.
   SourceRef element_place(SourceRef at) const;
   /// The configuration for what stands outside all configurations (TwinCAT, CODESYS).
@@ -133,6 +135,7 @@ class Reader final : public XmlHandler {
   Account account_;
   std::vector<Frame> frames_;
   std::unordered_set<std::string> unknown_;
+  std::unordered_set<const Rule*> misplaced_;  ///< those that were named
   std::unique_ptr<Configuration> outside_;
   std::string text_;
   SourceRef text_at_;

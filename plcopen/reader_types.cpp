@@ -30,6 +30,7 @@ void string_type(Reader& r, const Tag& tag) {
   type(r).kind = TypeSpec::Kind::kString;
   type(r).name = tag.name.size() == 7 ? "WSTRING" : "STRING";
   type(r).length = core::trimmed(tag.attributes.get(Attr::kLength));
+  type(r).length_at = r.value_place(tag, Attr::kLength);
 }
 
 constexpr std::string_view kElementary[] = {
@@ -123,6 +124,7 @@ void push_element_value(Reader& r, const Tag& tag) {
   element.at = tag.at;
   element.member = r.optional_name(tag, Attr::kMember);
   element.repetition = core::trimmed(tag.attributes.get(Attr::kRepetitionValue));
+  element.repetition_at = r.value_place(tag, Attr::kRepetitionValue);
   r.values.push_back(&element);
 }
 
@@ -131,6 +133,7 @@ void pop_value(Reader& r) { r.values.pop_back(); }
 void simple_value(Reader& r, const Tag& tag) {
   value(r).kind = InitialValue::Kind::kSimple;
   value(r).text = core::trimmed(tag.attributes.get(Attr::kValue));
+  value(r).at = r.value_place(tag, Attr::kValue);
 }
 
 void array_value(Reader& r, const Tag&) {
@@ -160,11 +163,13 @@ void enum_value(Reader& r, const Tag& tag) {
   enumerator.name = r.required_name(tag, Attr::kName);
   enumerator.value = core::trimmed(tag.attributes.get(Attr::kValue));
   enumerator.at = tag.at;
+  enumerator.value_at = r.value_place(tag, Attr::kValue);
 }
 
 void dimension(Reader& r, const Tag& tag) {
   type(r).dimensions.push_back({std::string(core::trimmed(tag.attributes.get(Attr::kLower))),
-                                std::string(core::trimmed(tag.attributes.get(Attr::kUpper)))});
+                                std::string(core::trimmed(tag.attributes.get(Attr::kUpper))),
+                                r.value_place(tag, Attr::kLower), r.value_place(tag, Attr::kUpper)});
 }
 
 void start_struct(Reader& r, const Tag&) {
@@ -182,6 +187,12 @@ void push_var_list(Reader& r, const Tag& tag, std::vector<Variable>& out, Sectio
   list.retain = r.flag(tag, Attr::kRetain);
   list.nonretain = r.flag(tag, Attr::kNonretain);
   list.persistent = r.flag(tag, Attr::kPersistent);
+  if (list.constant && (list.retain || list.persistent)) {
+    r.report(core::Code::P4068, tag.at,
+             std::string(tag.name) + " is constant and " + (list.retain ? "retain" : "persistent") +
+                 ": what never changes has nothing to keep",
+             "leave one of them out");
+  }
   r.var_lists.push_back(std::move(list));
 }
 

@@ -127,6 +127,7 @@ struct Rule {
   std::string_view name;     ///< local name; "*" = any other name
   std::string_view variant;  ///< "/..": end of data's name; else local part of xsi:type; empty = any
   std::string_view reason;   ///< for SUPPORT.md and the import report
+  std::string_view belongs{};  ///< misplaced: the element it should stand in
   StartHandler start = nullptr;
   EndHandler end = nullptr;
 };
@@ -185,6 +186,7 @@ std::span<const Rule> pou_rules();
 std::span<const Rule> body_rules();
 std::span<const Rule> configuration_rules();
 std::span<const Rule> vendor_rules();
+std::span<const Rule> misplaced_rules();
 std::span<const Rule> iec10_rules();
 std::span<const Rule> iec10_body_rules();
 

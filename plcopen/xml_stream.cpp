@@ -10,6 +10,8 @@
 #include <memory>
 #include <utility>
 
+#include "core/text.h"
+
 namespace plc::plcopen {
 
 namespace {
@@ -80,7 +82,8 @@ struct XmlParser::Callbacks {
     const std::size_t end = p.offset();
     const std::size_t open = p.text_.rfind('<', end);
     const std::size_t begin = open == std::string_view::npos ? end : open;
-    p.content_ = std::min(end + 1, p.text_.size());
+    p.tag_ = begin;
+    p.walk_.tag(std::min(end + 1, p.text_.size()));
     p.namespace_marks_.push_back(p.namespaces_);
     p.namespaces_ += static_cast<std::size_t>(namespace_count);
     ++p.depth_;
@@ -97,12 +100,12 @@ struct XmlParser::Callbacks {
       return;
     }
     p.fill(attribute_count, attributes);
-    p.handler_->start_element(reinterpret_cast<const char*>(name), view(uri), p.attributes_, p.places_.at(begin));
+    p.handler_->start_element(reinterpret_cast<const char*>(name), view(uri), p.attributes_, p.places_.mark(begin));
   }
 
   static void end(void* data, const xmlChar*, const xmlChar*, const xmlChar*) {
     guarded(data, [](XmlParser& p) {
-      p.content_ = p.offset();
+      p.walk_.tag(p.offset());
       --p.depth_;
       p.namespaces_ = p.namespace_marks_.back();
       p.namespace_marks_.pop_back();
@@ -113,7 +116,9 @@ struct XmlParser::Callbacks {
   static void text(void* data, const xmlChar* piece, int length) {
     guarded(data, [&](XmlParser& p) {
       if (!p.handler_->wants_text()) return;
-      p.handler_->text({reinterpret_cast<const char*>(piece), static_cast<std::size_t>(length)});
+      const std::string_view text(reinterpret_cast<const char*>(piece), static_cast<std::size_t>(length));
+      p.walk_.piece(text);
+      p.handler_->text(text);
     });
   }
 
@@ -212,33 +217,26 @@ void XmlParser::fill(int count, const unsigned char** attributes) {
   }
 }
 
-Place XmlParser::text_place() {
-  // From behind the last tag over blanks, comments, processing instructions and the borders of CDATA sections.
-  std::size_t i = content_;
-  while (i < text_.size()) {
-    const std::string_view rest = text_.substr(i);
-    const char c = rest.front();
-    std::string_view closing;
-    if (c == ' ' || c == '\t' || c == '\r' || c == '\n') {
-      ++i;
-    } else if (rest.starts_with("<![CDATA[")) {
-      i += 9;
-    } else if (rest.starts_with("]]>")) {
-      i += 3;
-    } else if (rest.starts_with("<!--")) {
-      closing = "-->";
-    } else if (rest.starts_with("<?")) {
-      closing = "?>";
-    } else {
-      break;
+std::optional<Place> XmlParser::value_place(Attr attribute) {
+  const std::string_view wanted = attribute == Attr::kXsiType ? "type" : attribute_name(attribute);
+  const auto skip_blanks = [&](std::size_t from) { return text_.find_first_not_of(" \t\r\n", from); };
+  std::size_t i = text_.find_first_of(" \t\r\n/>", tag_);
+  for (i = skip_blanks(i); i != std::string_view::npos && text_[i] != '/' && text_[i] != '>'; i = skip_blanks(i)) {
+    const std::size_t equals = text_.find('=', i);
+    if (equals == std::string_view::npos) return std::nullopt;
+    std::string_view name = core::trimmed(text_.substr(i, equals - i));
+    name.remove_prefix(name.rfind(':') + 1);
+    const std::size_t quote = skip_blanks(equals + 1);
+    if (quote == std::string_view::npos) return std::nullopt;
+    const std::size_t end = text_.find(text_[quote], quote + 1);
+    if (end == std::string_view::npos) return std::nullopt;
+    if (name == wanted) {
+      walk_.attribute(quote + 1, attributes_.get(attribute));
+      return walk_.first();
     }
-    if (!closing.empty()) {
-      const std::size_t end = text_.find(closing, i);
-      if (end == std::string_view::npos) break;
-      i = end + closing.size();
-    }
+    i = end + 1;
   }
-  return places_.at(i);
+  return std::nullopt;
 }
 
 bool XmlParser::run(XmlHandler& handler) {
@@ -280,6 +278,7 @@ bool XmlParser::run(XmlHandler& handler) {
   if (callbacks.error != nullptr) std::rethrow_exception(callbacks.error);
   if (!failed_ && context->wellFormed == 0) problem(core::Code::P1002, offset(), "not well-formed");
   context_ = nullptr;
+  diagnostics_.set_text_jumps(file_, std::move(walk_.jumps()));
   return !failed_;
 }
 

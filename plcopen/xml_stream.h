@@ -8,12 +8,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <optional>
 #include <string>
 #include <string_view>
 
 #include "core/diagnostics.h"
 #include "plcopen/input_text.h"
 #include "plcopen/reader.h"
+#include "plcopen/text_walk.h"
 
 namespace plc::plcopen {
 
@@ -62,12 +64,18 @@ class XmlHandler {
 class XmlParser {
  public:
   XmlParser(const InputText& input, std::uint16_t file, core::Diagnostics& diagnostics, const ReadLimits& limits)
-      : text_(input.text()), file_(file), diagnostics_(diagnostics), limits_(limits), places_(text_) {}
+      : text_(input.text()), file_(file), diagnostics_(diagnostics), limits_(limits), places_(text_), walk_(text_, places_) {}
   bool run(XmlHandler& handler);
   void stop();
 
-  /// During a text event: place of the first character of the current run of text that is not blank.
-  Place text_place();
+  /// The text events from now on belong to one text, until end_text().
+  void begin_text() { walk_.begin(); }
+  void end_text() { walk_.end(); }
+  /// Place of the first character of the text that is no blank; there was one.
+  [[nodiscard]] Place text_place() const { return walk_.first().value_or(Place{}); }
+  /// During a start event: place of the first character of an attribute's value that is no blank. None where there is
+  /// no such character.
+  std::optional<Place> value_place(Attr attribute);
 
  private:
   struct Callbacks;
@@ -91,7 +99,8 @@ class XmlParser {
   void* context_ = nullptr;  ///< xmlParserCtxt
   Attributes attributes_;
   std::array<CachedName, 256> names_{};
-  std::size_t content_ = 0;  ///< offset behind the last tag
+  TextWalk walk_;
+  std::size_t tag_ = 0;  ///< offset of the last start tag
   std::size_t elements_ = 0;
   std::size_t depth_ = 0;
   std::size_t namespaces_ = 0;  ///< in scope

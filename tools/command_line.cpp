@@ -61,12 +61,19 @@ void add_compile_options(CLI::App& app, core::CompileOptions& options, bool with
       ->group(kCompileGroup);
   app.add_flag("--strict", options.strict,
                "idioms that other tools take and the standard does not know are errors (plc check names them in notes)");
+  add_all_option(app, options);
   if (with_pou) {
     app.add_option("--pou", options.pou,
                    "run this program or function block alone in a 20 ms task, its instance named like it")
         ->type_name("NAME")
         ->group(kCompileGroup);
   }
+}
+
+void add_all_option(CLI::App& app, core::CompileOptions& options) {
+  app.add_flag("--all", options.show_all,
+               fmt::format("print all warnings and notes, not {} of one code and the number of the others",
+                           core::Diagnostics::kMaxShown));
 }
 
 void add_library_option(CLI::App& app, std::vector<std::string>& libraries) {

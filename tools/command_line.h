@@ -30,6 +30,9 @@ inline constexpr int kExitUsage = 2;   ///< wrong flags, or a file that cannot b
 /// must outlive the parsing.
 void add_compile_options(CLI::App& app, core::CompileOptions& options, bool with_pou = true);
 
+/// Adds --all; part of add_compile_options().
+void add_all_option(CLI::App& app, core::CompileOptions& options);
+
 /// Adds --lib, which may be repeated. The list must outlive the parsing.
 void add_library_option(CLI::App& app, std::vector<std::string>& libraries);
 

@@ -265,6 +265,7 @@ void compile(const Request& request, Compilation& compilation) {
   diagnostics.set_notes(request.options.strict ? core::Notes::kRefuse
                         : request.lint         ? core::Notes::kShow
                                                : core::Notes::kHide);
+  if (request.options.show_all) diagnostics.show_all();
   if (request.lint) ir::mute_others(*request.lint, diagnostics);
   compilation.project = read_project(request.path, diagnostics);
   if (compilation.project) read_libraries(request, compilation);

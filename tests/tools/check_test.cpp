@@ -211,6 +211,47 @@ TEST(Lint, LibrariesAreLeftOut) {
   EXPECT_EQ(result.err, "");
 }
 
+/// A program with 30 blanks inside of durations: as many warnings of one code, in plc check and where it runs.
+std::string many_warnings() {
+  std::string text = "PROGRAM Main VAR Out : BOOL;\n";
+  for (int i = 0; i < 30; ++i) text += "t" + std::to_string(i) + " : TIME := T# " + std::to_string(i) + "s;\n";
+  return text + "END_VAR Out := t0 = t1; END_PROGRAM\n"
+         "CONFIGURATION C TASK T(INTERVAL := T#10ms, PRIORITY := 0); PROGRAM main WITH T : Main; END_CONFIGURATION\n";
+}
+
+TEST(Check, OfOneCodeTwentyWarningsArePrintedEverywhereAndAllOnRequest) {
+  const ScratchFolder scratch;
+  const std::string file = scratch.file("many.st");
+  write_text(file, many_warnings());
+  const std::vector<std::vector<std::string>> commands = {
+      {PLC_TOOL, "check", "--lint=none", file},
+      {PLC_TOOL, "sim", "--cycles", "1", file},
+      {PLC_TOOL, "compile", file, "-o", scratch.file("x.pbc")},
+      {PLC_TOOL, "dump", file},
+      {PLC_TOOL, "map", file},
+      {PLC_TOOL, "config", "init", file},
+      {PLC_RUN_TOOL, file, "--duration", "1ms", "--modbus", "off"},
+  };
+  for (std::vector<std::string> command : commands) {
+    const auto warnings = [](const std::string& text) {
+      std::size_t count = 0;
+      for (std::size_t i = text.find("P4065: blank"); i != std::string::npos; i = text.find("P4065: blank", i + 1)) ++count;
+      return count;
+    };
+    const auto some = run_tool(command);
+    EXPECT_EQ(some.code, 0) << command_line(command) << some.err;
+    EXPECT_EQ(warnings(some.err), 20u) << command_line(command) << some.err;
+    EXPECT_NE(some.err.find("\nP4065: 10 more; --all shows them\n"), std::string::npos) << some.err;
+    command.emplace_back("--all");
+    const auto all = run_tool(command);
+    EXPECT_EQ(warnings(all.err), 30u) << command_line(command) << all.err;
+    EXPECT_EQ(all.err.find("more;"), std::string::npos) << all.err;
+  }
+  const auto json = run_tool({PLC_TOOL, "check", "--json", "--lint=none", file});
+  const nlohmann::json document = nlohmann::json::parse(json.out);
+  EXPECT_EQ(document["diagnostics"].size(), 30u);
+}
+
 TEST(Check, ReportAccountsForElements) {
   const auto result = run_tool({PLC_TOOL, "report", tank()});
   EXPECT_EQ(result.code, 0) << result.err;

@@ -189,6 +189,17 @@ TEST_F(Sim, AnUnknownWatchIsTold) {
   EXPECT_EQ(result.code, 2);
 }
 
+TEST_F(Sim, AProgramWithoutVariablesHasAnEmptyTrace) {
+  const std::string file = scratch_.file("empty.st"), trace = scratch_.file("out.csv");
+  write_text(file,
+             "PROGRAM Main ; END_PROGRAM\n"
+             "CONFIGURATION C TASK T(INTERVAL := T#10ms, PRIORITY := 0); PROGRAM main WITH T : Main; END_CONFIGURATION\n");
+  const auto result = run_tool({PLC_TOOL, "sim", file, "--cycles", "3", "--trace", trace});
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(read_text(trace), "cycle,time_ms\n0,0\n1,10\n2,20\n");
+  EXPECT_EQ(run_tool({PLC_TOOL, "sim", file, "--cycles", "1", "--watch", "*"}).code, 0);
+}
+
 TEST_F(Sim, WithoutAnInstanceItOffersThePous) {
   write_text(project_, small_project(false));
   const auto result = run_tool({PLC_TOOL, "sim", project_});

@@ -381,6 +381,7 @@ int run_command(int argc, char** argv) {
   const core::MonotonicClock clock;
   const core::TimeNs begin = clock.now_ns();
   core::Diagnostics diagnostics;
+  if (run.options.show_all) diagnostics.show_all();
   const auto give_up = [&diagnostics](int code) {
     diagnostics.render_with_lines(std::cerr);
     return code;

@@ -145,6 +145,7 @@ int check(const CLI::App& app, const Check& check) {
   }
   Compilation compilation;
   core::Diagnostics& diagnostics = compilation.diagnostics;
+  if (check.options.show_all) diagnostics.show_all();
   // What it names is there before the project that uses it.
   const auto configuration = io::load_configuration(check.configuration, diagnostics);
   taskblocks::Registry registry = taskblocks::Registry::built_in();

@@ -198,6 +198,7 @@ int explain_schedule(const CLI::App& app, const ExplainSchedule& explain) {
   }
   const bytecode::Image& image = compilation.image->image();
   core::Diagnostics diagnostics;
+  if (explain.options.show_all) diagnostics.show_all();
   std::optional<io::Configuration> configuration = io::Configuration{};
   if (!explain.configuration.empty()) configuration = io::load_configuration(explain.configuration, diagnostics);
   std::optional<std::vector<runtime::TaskPlan>> plan;

@@ -149,6 +149,7 @@ int run(const CLI::App& app, const Map& map) {
   runtime::Resource& resource = **loaded;
 
   core::Diagnostics diagnostics;
+  if (map.options.show_all) diagnostics.show_all();
   std::optional<io::Configuration> configuration = io::Configuration{};
   std::optional<io::Binding> binding = io::Binding{};
   if (!map.configuration.empty()) {

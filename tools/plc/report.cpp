@@ -48,9 +48,9 @@ void print_rows(const plcopen::Project& project, Fate fate, const char* heading)
   }
 }
 
-int run(const std::string& file) {
+int run(const std::string& file, const core::CompileOptions& options) {
   Compilation compilation;
-  open({file, {}, Goal::kRead}, compilation);
+  open({file, options, Goal::kRead}, compilation);
   compilation.diagnostics.render_with_lines(std::cerr);
   if (!compilation.readable) return kExitUsage;
   if (!compilation.project) return kExitErrors;
@@ -83,6 +83,7 @@ int run(const std::string& file) {
 
 void add_report(CLI::App& app, int& exit_code) {
   static std::string file;
+  static core::CompileOptions options;
   CLI::App* command = app.add_subcommand("report",
                                          "Prints what became of every XML element or declaration of a file: used, preserved, ignored\n"
                                          "(and why) or refused.\n"
@@ -90,7 +91,8 @@ void add_report(CLI::App& app, int& exit_code) {
                                          "Example:\n"
                                          "  plc report plant.xml");
   command->add_option("FILE", file, "PLCopen XML or ST file")->required();
-  command->callback([&exit_code] { exit_code = run(file); });
+  add_all_option(*command, options);
+  command->callback([&exit_code] { exit_code = run(file, options); });
 }
 
 }  // namespace plc::tools

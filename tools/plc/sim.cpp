@@ -131,6 +131,7 @@ int run(const CLI::App& app, const Sim& sim) {
   taskblocks::Registry registry;
   io::Configuration configuration;
   core::Diagnostics diagnostics;
+  if (sim.options.show_all) diagnostics.show_all();
   const auto unusable = load_taskblocks(sim.configuration, registry, configuration, diagnostics);
   if (unusable) return diagnostics.render_with_lines(std::cerr), *unusable;
   Compilation compilation;
@@ -161,7 +162,8 @@ int run(const CLI::App& app, const Sim& sim) {
   std::unique_ptr<io::TraceWriter> trace;
   if (!sim.trace.empty() || !sim.watch.empty()) {
     const std::vector<std::string> paths = watched_paths(sim.watch, resource);
-    if (paths.empty()) {
+    // A program without variables has an empty trace, and is none the worse for it.
+    if (paths.empty() && !watched_paths({}, resource).empty()) {
       complain("plc sim", fmt::format("no variable matches --watch {}", fmt::join(sim.watch, " --watch ")),
                "paths begin with the name of a program instance or a global: --watch '*' lists all of them");
       return kExitUsage;

@@ -39,6 +39,24 @@ TEST(Csv, QuotesAsInRfc4180) {
   EXPECT_FALSE(io::parse_csv("a\"b", "f"));
 }
 
+TEST(Csv, PlacesAreThoseOfTheFileWhateverItsLineEnds) {
+  for (const std::string end : {"\n", "\r\n", "\r\r\n"}) {
+    const auto rows = io::parse_csv("# note" + end + "a,b" + end + end + "\xC3\xA4\xE2\x82\xAC,\"c\",d", "f");
+    ASSERT_TRUE(rows.has_value());
+    ASSERT_EQ(rows->size(), 2u);
+    EXPECT_EQ((*rows)[0][1].line, 2u);
+    EXPECT_EQ((*rows)[0][1].column, 3u);
+    EXPECT_EQ((*rows)[1][2].line, 4u);
+    EXPECT_EQ((*rows)[1][2].column, 8u);
+  }
+  // A CR alone ends a row, and no line of the file.
+  const auto rows = io::parse_csv("a,b\rc,d\n", "f");
+  ASSERT_TRUE(rows.has_value());
+  ASSERT_EQ(rows->size(), 2u);
+  EXPECT_EQ((*rows)[1][1].line, 1u);
+  EXPECT_EQ((*rows)[1][1].column, 7u);
+}
+
 TEST(Time, MillisecondsAsText) {
   EXPECT_EQ(io::parse_time_ms("12.5"), 12'500'000);
   EXPECT_EQ(io::parse_time_ms(" 0.000001 "), 1);
