@@ -14,6 +14,7 @@ struct Problem {
   Code code;
   std::string message;
   std::string help;
+  std::string path = {};  ///< of the variable that it is about, as runtime/access.h spells it; or empty
 };
 
 template <class T>

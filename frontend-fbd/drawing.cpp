@@ -4,6 +4,7 @@
 #include <map>
 #include <utility>
 
+#include "core/text.h"
 #include "frontend-fbd/ports.h"
 #include "frontend-st/text.h"
 #include "ir/generic.h"
@@ -317,10 +318,33 @@ void Drawing::warn_double_writes() {
     }
     if (end - i < 2) continue;
     const NodeId last = coils[end - 1]->node;
+    const std::span<const Write* const> all = std::span(coils).subspan(i, end - i);
+    if (warn_coils_of_one_address(all)) continue;
     report(Code::P2002, last,
            "coil \"" + element(last).text + "\" is driven by " + std::to_string(end - i) + " coils: " + list,
            "the last one in execution order wins; join the rungs, or use set and reset coils");
   }
+}
+
+// Coils that are drawn for different variables, which have one address: nobody sees that in the drawing.
+bool Drawing::warn_coils_of_one_address(std::span<const Write* const> coils) {
+  const ir::Place& place = builder_.body().places[coils.front()->place.index];
+  const std::string_view first = core::trimmed(element(coils.front()->node).text);
+  const bool one_name = std::all_of(coils.begin(), coils.end(), [&](const Write* coil) {
+    return core::iequals(core::trimmed(element(coil->node).text), first);
+  });
+  if (one_name || place.kind != ir::Place::Kind::kGlobal) return false;
+  const std::string& address = builder_.module().globals[place.index].variable.address;
+  if (address.empty()) return false;
+  std::string list;
+  for (const Write* coil : coils) {
+    list += (list.empty() ? "\"" : ", \"") + element(coil->node).text + "\" " + place_in_list(element(coil->node).at);
+  }
+  report(Code::P2002, coils.back()->node,
+         "variable at " + address + " is driven by " + std::to_string(coils.size()) + " coils under several names: " + list,
+         "the last one in execution order wins; give each output an address of its own");
+  builder_.drop_written_names(place.index);
+  return true;
 }
 
 void Drawing::warn_order_of_writes() {

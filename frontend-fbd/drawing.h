@@ -146,6 +146,7 @@ class Drawing {
   std::optional<ir::TypeRef> type_of_input(NodeId node, const Input& input, unsigned depth);
   std::uint32_t keep_for_feedback(const OutRef& out, ir::TypeRef type);
   void warn_double_writes();
+  bool warn_coils_of_one_address(std::span<const Write* const> coils);
   void warn_order_of_writes();
 
   // modifiers.cpp

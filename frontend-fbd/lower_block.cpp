@@ -1,6 +1,7 @@
 // What a block of a drawn body is: an EXECUTE box, a function, an instance, or missing.
 #include "frontend-fbd/block_lowering.h"
 #include "frontend-st/foreign.h"
+#include "frontend-st/suggestions.h"
 
 namespace plc::fbd {
 
@@ -70,8 +71,9 @@ void BlockLowering::missing() {
     b.pou().partial = true;
     b.report(Code::P3020, e.at, "block " + title() + " is missing and replaced by a stub that does nothing", supply);
   } else {
+    const std::string meant = st::block_meant(b.module(), e.text);
     b.report(Code::P3008, e.at, "block " + title() + " is not known",
-             supply + "; --stub-missing runs the rest without it");
+             (meant.empty() ? "" : meant + " ") + supply + "; --stub-missing runs the rest without it");
   }
   poison();
 }

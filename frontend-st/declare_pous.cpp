@@ -102,7 +102,9 @@ void Declarer::declare_pou_names() {
       const bool said = from.at.line != 0 && project_.version != plcopen::Version::kText &&
                         module_.pous[module_.pou_by_name.find(from.name)->second].at.file == from.at.file;
       if (!said) {
-        report(Code::P4018, from.at, from.name, "POU " + quoted(from.name) + " is declared twice",
+        const core::SourceRef& first_at = module_.pous[module_.pou_by_name.find(from.name)->second].at;
+        report(Code::P4018, from.at, from.name,
+               "POU " + quoted(from.name) + " is declared twice, first " + first_place(first_at, from.at),
                "rename one of them");
       }
     } else if (is_standard(from.name)) {
@@ -153,11 +155,23 @@ void Declarer::supply_missing_globals() {
   }
 }
 
+/// Where `name`, which means that global, is declared.
+const core::SourceRef& Declarer::place_of_global(std::string_view name, std::uint32_t global) const {
+  for (const ir::GlobalAlias& alias : module_.global_aliases) {
+    const std::string own = alias.list.empty() ? alias.name : alias.list + "." + alias.name;
+    if (alias.global == global && core::iequals(own, name)) return alias.at;
+  }
+  return module_.globals[global].variable.at;
+}
+
 void Declarer::declare_global(const plcopen::Variable& variable) {
   const Owner owner{{}, variable.name, variable.at};
   const std::string qualified = variable.list.empty() ? variable.name : variable.list + "." + variable.name;
   if (module_.global_by_name.find(qualified) != module_.global_by_name.end()) {
-    report(Code::P4018, variable.at, {}, "global variable " + quoted(qualified) + " is declared twice");
+    const auto first = module_.global_by_name.find(qualified);
+    report(Code::P4018, variable.at, {},
+           "global variable " + quoted(qualified) + " is declared twice, first " +
+               first_place(place_of_global(qualified, first->second), variable.at));
     return;
   }
   const auto type = variable.refused ? std::nullopt : resolve(variable.type, owner);
@@ -186,6 +200,7 @@ void Declarer::declare_global(const plcopen::Variable& variable) {
       if (other != nullptr && other->variable.type == *type) {
         // Two names for one place.
         module_.global_by_name.emplace(qualified, known->second);
+        module_.global_aliases.push_back({variable.name, variable.list, known->second, variable.at});
         if (!variable.list.empty()) module_.global_by_name.emplace(variable.name, known->second);
         return;
       }
@@ -282,8 +297,13 @@ void Declarer::declare_variable(std::uint32_t pou_index, const plcopen::Variable
   const std::string& pou_name = project_.pous[pou_index].name;
   const bool in_function = project_.pous[pou_index].kind == plcopen::PouKind::kFunction;
   const Owner owner{pou_name, variable.name, variable.at};
-  if (module_.pous[pou_index].by_name.find(variable.name) != module_.pous[pou_index].by_name.end()) {
-    report(Code::P4018, variable.at, pou_name, "variable " + quoted(variable.name) + " is declared twice");
+  const auto known = module_.pous[pou_index].by_name.find(variable.name);
+  if (known != module_.pous[pou_index].by_name.end()) {
+    const ir::Variable& first = module_.pous[pou_index].variables[known->second];
+    report(Code::P4018, variable.at, pou_name,
+           "variable " + quoted(variable.name) +
+               (first.role == Role::kReturnValue ? " has the name of the function's result"
+                                                 : " is declared twice, first " + first_place(first.at, variable.at)));
     return;
   }
   if (variable.refused) {
@@ -397,6 +417,13 @@ bool Declarer::is_standard(std::string_view name) {
                                   : !functions.empty() ? functions.front().spec->clause
                                                        : std::string_view{};
   return stdlib::is_standard(clause);
+}
+
+std::string Declarer::first_place(const core::SourceRef& first, const core::SourceRef& second) const {
+  const bool elsewhere = first.file != second.file && first.file < diagnostics_.file_count();
+  if (first.line == 0) return elsewhere ? "in " + diagnostics_.file_name(first.file) : "elsewhere";
+  const std::string line = std::to_string(first.line);
+  return elsewhere ? "at " + diagnostics_.file_name(first.file) + ":" + line : "at line " + line;
 }
 
 bool Declarer::bind_external(ir::Variable& out, const plcopen::Variable& variable, const Owner& owner) {

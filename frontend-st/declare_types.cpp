@@ -1,6 +1,6 @@
 // Data types: structures, enumerations, subranges, arrays, aliases, in any order, nested and anonymous.
 #include <algorithm>
-#include <unordered_set>
+#include <unordered_map>
 #include <utility>
 
 #include "core/text.h"
@@ -42,8 +42,11 @@ void Declarer::declare_data_types() {
         continue;
       }
     }
-    if (!user_type_by_name_.emplace(type.name, static_cast<std::uint32_t>(user_types_.size())).second) {
-      report(Code::P4018, type.at, {}, "data type " + quoted(type.name) + " is declared twice");
+    const auto [known, fresh] = user_type_by_name_.emplace(type.name, static_cast<std::uint32_t>(user_types_.size()));
+    if (!fresh) {
+      report(Code::P4018, type.at, {},
+             "data type " + quoted(type.name) + " is declared twice, first " +
+                 first_place(user_types_[known->second].declaration->at, type.at));
       continue;
     }
     UserType entry;
@@ -257,13 +260,16 @@ std::optional<TypeRef> Declarer::anonymous(ir::Type type, const Owner& owner, st
 
 bool Declarer::fill_struct(TypeRef type, const TypeSpec& spec, const Owner& owner) {
   std::vector<ir::TypeField> fields;
-  std::unordered_set<std::string_view, core::NameHash, core::NameEqual> names;
+  std::unordered_map<std::string_view, core::SourceRef, core::NameHash, core::NameEqual> names;
   std::uint32_t deepest = 0;
   bool fine = true;
   for (const plcopen::Variable& member : spec.members) {
-    if (!names.insert(member.name).second) {
-      report(Code::P4018, place(member.at, owner), owner.pou,
-             "member " + quoted(member.name) + " of " + quoted(owner.name) + " is declared twice");
+    const core::SourceRef at = place(member.at, owner);
+    const auto [known, fresh] = names.emplace(member.name, at);
+    if (!fresh) {
+      report(Code::P4018, at, owner.pou,
+             "member " + quoted(member.name) + " of " + quoted(owner.name) + " is declared twice, first " +
+                 first_place(known->second, at));
       fine = false;
       continue;
     }
@@ -415,8 +421,12 @@ std::optional<ir::Type> Declarer::make_enum(const TypeSpec& spec, const Owner& o
                  std::string(core::name_of(out.elementary)));
     }
     if (!earlier_values_.emplace(value.name, next).second) {
+      const auto first = std::find_if(spec.values.begin(), spec.values.end(), [&](const plcopen::EnumValue& other) {
+        return core::iequals(other.name, value.name);
+      });
       report(Code::P4018, at, owner.pou,
-             "value " + quoted(value.name) + " of " + quoted(owner.name) + " is declared twice");
+             "value " + quoted(value.name) + " of " + quoted(owner.name) + " is declared twice, first " +
+                 first_place(place(first->at, owner), at));
       continue;
     }
     out.members.push_back({value.name, next});

@@ -35,9 +35,11 @@ class Declarer final : public ConstantScope {
  private:
   using Items = std::vector<ir::InitItem>;
 
-  /// The third edition has a function or block of this name, so that hiding it deserves a warning. What else the
-  /// library has ("SCALE", "RAMP") gives way to a project's own without a word.
+  /// The third edition has a function or block of this name, so that hiding it deserves a warning in every compilation.
+  /// For what else the library has, plc check warns (warn_of_hidden_names).
   static bool is_standard(std::string_view name);
+  /// Where something was declared first: "at line 12", as seen from `second`.
+  std::string first_place(const core::SourceRef& first, const core::SourceRef& second) const;
 
   /// Whose declaration is being read, for messages: a POU (or empty) and a variable, member or type.
   struct Owner {
@@ -111,6 +113,7 @@ class Declarer final : public ConstantScope {
   void declare_pou_names();
   void declare_globals();
   void declare_global(const plcopen::Variable& variable);
+  const core::SourceRef& place_of_global(std::string_view name, std::uint32_t global) const;
   void publish_global_names();
   void supply_missing_globals();
   void declare_interface(std::uint32_t pou);

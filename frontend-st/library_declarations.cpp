@@ -106,4 +106,33 @@ std::size_t drop_library_declarations(plcopen::Project& project) {
   return std::erase_if(project.pous, is_library_declaration);
 }
 
+void warn_of_hidden_names(const plcopen::Project& project, core::Diagnostics& diagnostics) {
+  const auto look_at = [&](std::string_view what, const std::string& name, const core::SourceRef& at, bool is_pou) {
+    const stdlib::BlockSpec* const block = stdlib::block_named(name);
+    const std::span<const stdlib::Overload> functions = stdlib::overloads_named(name);
+    const std::string_view clause = block != nullptr     ? block->clause
+                                    : !functions.empty() ? functions.front().spec->clause
+                                                         : std::string_view{};
+    if (stdlib::is_standard(clause)) return;
+    const auto specials = stdlib::specials();
+    const bool special = std::any_of(specials.begin(), specials.end(), [&](const stdlib::SpecialSpec& one) {
+      return core::iequals(one.name, name);
+    });
+    // A type takes the name of a block, not of a function.
+    if (block == nullptr && (!is_pou || (!special && !stdlib::is_function(name)))) return;
+    diagnostics.report(core::Code::P4019, at, is_pou ? name : std::string(),
+                       std::string(what) + " \"" + name + "\" hides the " +
+                           (block != nullptr ? "function block" : "function") + " of this name in the library",
+                       "rename it if the library's is meant: plc lib " + name);
+  };
+  for (const plcopen::Pou& pou : project.pous) {
+    // A program cannot be taken for a block: who means the library's gets an error.
+    if (pou.from_library || pou.taskblock != 0 || pou.kind == plcopen::PouKind::kProgram) continue;
+    look_at(plcopen::pou_kind_name(pou.kind), pou.name, pou.at, true);
+  }
+  for (const plcopen::DataType& type : project.data_types) {
+    if (type.at.file == project.file) look_at("data type", type.name, type.at, false);
+  }
+}
+
 }  // namespace plc::st

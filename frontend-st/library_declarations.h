@@ -8,6 +8,7 @@
 
 #include <cstddef>
 
+#include "core/diagnostics.h"
 #include "plcopen/project.h"
 
 namespace plc::st {
@@ -19,5 +20,10 @@ bool declares_only(const plcopen::Pou& pou);
 /// blocks of the same types and directions), no variables of its own and not one statement or drawn element. Returns
 /// how many. Anything else of a library's name is meant as it stands, and hides the library's (P4019).
 std::size_t drop_library_declarations(plcopen::Project& project);
+
+/// Warns (P4019) of functions, function blocks and data types of the project that have the name of something in the
+/// library beyond the standard: RAMP, PID, SCALE. Names of the standard are told in every compilation. Of a library of
+/// the user's own nothing is told: who names it means what it has.
+void warn_of_hidden_names(const plcopen::Project& project, core::Diagnostics& diagnostics);
 
 }  // namespace plc::st

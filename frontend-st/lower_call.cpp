@@ -4,6 +4,7 @@
 #include "core/text.h"
 #include "frontend-st/foreign.h"
 #include "frontend-st/lowering.h"
+#include "frontend-st/suggestions.h"
 #include "ir/queues.h"
 #include "ir/reach.h"
 #include "stdlib/specials.h"
@@ -127,7 +128,12 @@ Lowering::Arguments Lowering::bind_arguments(NodeId call, const std::vector<Para
       }
       Guess guess(name);
       for (const Parameter& p : parameters) guess.offer(p.name);
-      refuse(id, std::string(callee) + " has no parameter " + quoted(name), guess.help());
+      std::string help = guess.help();
+      const bool own = builder_.module().pou_by_name.find(callee) != builder_.module().pou_by_name.end();
+      if (help.empty() && !own && (stdlib::block_named(callee) != nullptr || stdlib::is_function(callee))) {
+        help = "it is the library's (plc lib " + std::string(callee) + "); one of your own joins with --lib FILE";
+      }
+      refuse(id, std::string(callee) + " has no parameter " + quoted(name), std::move(help));
       continue;
     }
     if (is_input == (parameters[found].role == Role::kOutput)) {
@@ -203,16 +209,7 @@ bool Lowering::deliver(NodeId argument, ValueId value) {
 }
 
 void Lowering::report_unknown_function(NodeId id, std::string_view name) {
-  Guess guess(name);
-  for (const ir::Pou& pou : builder_.module().pous) {
-    if (pou.kind == ir::PouKind::kFunction) guess.offer(pou.name);
-  }
-  for (const stdlib::FunctionSpec* spec : stdlib::function_specs()) {
-    if (!stdlib::is_bundle_output(*spec)) guess.offer(spec->name);
-  }
-  for (const stdlib::BundleSpec& bundle : stdlib::bundles()) guess.offer(bundle.name);
   for (const stdlib::SpecialSpec& special : stdlib::specials()) {
-    if (!special.drawn_only) guess.offer(special.name);
     if (special.drawn_only && core::iequals(special.name, name)) {
       return report(Code::P4009, at(id), quoted(special.name) + " is a block of drawings only",
                     "a variable has the value of the scan before until it is assigned");
@@ -222,7 +219,7 @@ void Lowering::report_unknown_function(NodeId id, std::string_view name) {
     return report(Code::P4066, at(id), core::uppered(name) + ": " + std::string(foreign->what) + " is not supported",
                   std::string(foreign->help));
   }
-  std::string help = guess.help();
+  std::string help = function_meant(builder_.module(), name);
   if (!supplier_of(name).empty()) help = supply_help(name, "FUNCTION " + std::string(name) + " : T");
   report(Code::P4009, at(id), "there is no function " + quoted(name), std::move(help));
 }

@@ -161,13 +161,17 @@ std::optional<Operand> Lowering::enum_value(NodeId id) {
   }
   const EnumValueRef found = find_enum_value(types(), *type, member);
   if (!found.type.valid()) {
-    Guess guess(member);
-    for (const ir::EnumMember& m : types()[*type].members) guess.offer(m.name);
-    report(Code::P4005, at(id), "enumeration " + types().name_of(*type) + " has no value " + quoted(member),
-           guess.help());
+    report_unknown_value(id, *type, member);
     return std::nullopt;
   }
   return enum_constant(found, id);
+}
+
+void Lowering::report_unknown_value(NodeId id, ir::TypeRef enumeration, std::string_view value) {
+  Guess guess(value);
+  for (const ir::EnumMember& m : types()[enumeration].members) guess.offer(m.name);
+  report(Code::P4005, at(id), "enumeration " + types().name_of(enumeration) + " has no value " + quoted(value),
+         guess.help());
 }
 
 bool Lowering::is_unresolved_name(NodeId id) {
@@ -189,6 +193,16 @@ std::optional<Operand> Lowering::name_value(NodeId id, Expected expected) {
       }
     }
     const std::vector<EnumValueRef> found = find_enum_values(types(), name);
+    if (found.empty() && expected && types()[*expected].kind == TypeKind::kEnum) {
+      Guess guess(name);
+      for (const ir::EnumMember& m : types()[*expected].members) guess.offer(m.name);
+      if (!guess.best().empty()) {
+        report(Code::P4004, at(id),
+               "there is no variable " + quoted(name) + " and no such value of " + types().name_of(*expected),
+               guess.help());
+        return std::nullopt;
+      }
+    }
     if (found.size() == 1) return enum_constant(found[0], id);
     if (found.size() > 1) {
       report(Code::P4011, at(id),
@@ -203,6 +217,8 @@ std::optional<Operand> Lowering::name_value(NodeId id, Expected expected) {
     if (type && types()[*type].kind == TypeKind::kEnum) {
       const EnumValueRef found = find_enum_value(types(), *type, name_text(id));
       if (found.type.valid()) return enum_constant(found, id);
+      report_unknown_value(id, *type, name_text(id));
+      return std::nullopt;
     }
   }
   const auto where = place(id, false);

@@ -30,6 +30,13 @@ std::string write_obstacle(const ir::Module& module, const ir::Variable& variabl
   return {};
 }
 
+/// Notes under which name a place at an address is written.
+void note_written(ir::Builder& builder, const Named& named, std::string_view name, const core::SourceRef& at) {
+  if (named.kind == Named::Kind::kGlobal) return builder.note_written_name(named.index, name, at);
+  const ir::Variable& variable = builder.pou().variables[named.index];
+  if (variable.role == Role::kExternal) builder.note_written_name(variable.global, variable.name, at);
+}
+
 }  // namespace
 
 bool Lowering::check_writable(const ir::Variable& variable, const core::SourceRef& where) {
@@ -65,6 +72,9 @@ void Lowering::report_unknown_name(NodeId id) {
   if (builder_.diagnostics().error_count() < core::Diagnostics::kMaxKept) {
     for (const ir::Variable& variable : builder_.pou().variables) guess.offer(variable.name);
     for (const ir::Global& global : module.globals) guess.offer(global.variable.name);
+    for (const TypeRef type : types().enumerations()) {
+      for (const ir::EnumMember& member : types()[type].members) guess.offer(member.name);
+    }
   }
   if (const auto type = types().find(name)) {
     report(Code::P4004, at(id), quoted(name) + " is a type, not a variable",
@@ -105,7 +115,7 @@ bool Lowering::report_unknown_in_list(NodeId root, NodeId member) {
   return true;
 }
 
-std::optional<PlaceId> Lowering::direct_place(NodeId id) {
+std::optional<PlaceId> Lowering::direct_place(NodeId id, bool for_writing) {
   std::string problem;
   const std::string_view written = name_text(id);
   const auto address = parse_address(written, problem);
@@ -117,7 +127,10 @@ std::optional<PlaceId> Lowering::direct_place(NodeId id) {
   ir::Module& module = builder_.module();
   const std::string normal = address->text();
   const auto known = module.global_by_name.find(normal);
-  if (known != module.global_by_name.end()) return builder_.global(known->second);
+  if (known != module.global_by_name.end()) {
+    if (for_writing) builder_.note_written_name(known->second, normal, at(id));
+    return builder_.global(known->second);
+  }
   ir::Global global;
   global.variable.name = normal;
   global.variable.type = ir::ref_of(address->type());
@@ -126,6 +139,7 @@ std::optional<PlaceId> Lowering::direct_place(NodeId id) {
   const auto index = static_cast<std::uint32_t>(module.globals.size());
   module.globals.push_back(std::move(global));
   module.global_by_name.emplace(normal, index);
+  if (for_writing) builder_.note_written_name(index, normal, at(id));
   return builder_.global(index);
 }
 
@@ -140,6 +154,7 @@ std::optional<PlaceId> Lowering::root_place(NodeId id, bool for_writing) {
     const ir::Variable& variable =
         local ? builder_.pou().variables[named.index] : builder_.module().globals[named.index].variable;
     if (!check_writable(variable, at(id))) return std::nullopt;
+    note_written(builder_, named, name_text(id), at(id));
   }
   return local ? builder_.variable(named.index) : builder_.global(named.index);
 }
@@ -368,7 +383,7 @@ std::optional<PlaceId> Lowering::place(NodeId id, bool for_writing) {
   bool checked_root = for_writing;
   for (NodeId step : path) checked_root = checked_root && node(step).kind != NodeKind::kDeref;
   if (node(root).kind == NodeKind::kDirect) {
-    where = direct_place(root);
+    where = direct_place(root, checked_root);
   } else if (node(root).kind != NodeKind::kName) {
     report(Code::P4006, at(root), quoted(text(root)) + " is not a variable");
     return std::nullopt;
@@ -379,6 +394,7 @@ std::optional<PlaceId> Lowering::place(NodeId id, bool for_writing) {
       if (global != builder_.module().global_by_name.end()) {
         if (checked_root && !check_writable(builder_.module().globals[global->second].variable, at(root)))
           return std::nullopt;
+        if (checked_root) builder_.note_written_name(global->second, name_text(path.back()), at(root));
         where = builder_.global(global->second);
         path.pop_back();
       }
@@ -426,10 +442,15 @@ std::optional<PlaceId> lower_place(std::string_view text, const core::SourceRef&
     const Named named = find_name(builder.module(), builder.pou(), plain);
     if (named.kind == Named::Kind::kVariable) {
       const ir::Variable& variable = builder.pou().variables[named.index];
-      if (!for_writing || (write_obstacle(builder.module(), variable).empty() && variable.role != Role::kInput))
+      if (!for_writing || (write_obstacle(builder.module(), variable).empty() && variable.role != Role::kInput)) {
+        if (for_writing) note_written(builder, named, plain, at);
         return builder.variable(named.index);
+      }
     } else if (named.kind == Named::Kind::kGlobal) {
-      if (!for_writing || !builder.module().globals[named.index].variable.constant) return builder.global(named.index);
+      if (!for_writing || !builder.module().globals[named.index].variable.constant) {
+        if (for_writing) note_written(builder, named, plain, at);
+        return builder.global(named.index);
+      }
     }
   }
   if (text.size() > kMaxTextBytes) {

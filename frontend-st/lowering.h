@@ -86,6 +86,7 @@ class Lowering {
   // lower_expression.cpp
   std::optional<ir::Operand> literal(NodeId id, Expected expected);
   std::optional<ir::Operand> enum_value(NodeId id);
+  void report_unknown_value(NodeId id, ir::TypeRef enumeration, std::string_view value);
   std::optional<ir::Operand> name_value(NodeId id, Expected expected);
   ir::Operand enum_constant(const EnumValueRef& value, NodeId id);
   std::optional<ir::Operand> part_value(NodeId id);
@@ -100,7 +101,7 @@ class Lowering {
 
   // lower_place.cpp
   std::optional<ir::PlaceId> root_place(NodeId id, bool for_writing);
-  std::optional<ir::PlaceId> direct_place(NodeId id);
+  std::optional<ir::PlaceId> direct_place(NodeId id, bool for_writing);
   std::optional<ir::PlaceId> member_place(ir::PlaceId parent, NodeId id, bool for_writing);
   struct Part {
     ir::TypeRef type;

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "core/text.h"
+#include "frontend-st/suggestions.h"
 
 namespace plc::st {
 namespace {
@@ -114,7 +115,7 @@ NodeId Parser::fail_unexpected(std::string_view wanted) {
       break;
   }
   return fail(Code::P4001, token_, "found " + shown_token(found) + " where " + std::string(wanted) + " should stand",
-              stray_character(found) != 0 ? kStrayHelp : "");
+              stray_character(found) != 0 ? kStrayHelp : operator_meant(source_.text(), token_.begin));
 }
 
 bool Parser::enter() {

@@ -70,6 +70,7 @@ class Parser {
   NodeId head_expression(Keyword behind, std::string_view word);
   NodeId case_label();
   [[nodiscard]] bool at_case_label();
+  [[nodiscard]] bool at_whole_label();
   [[nodiscard]] bool at_list_end();
   bool end_compound(Keyword end, std::string_view word, const Token& begin, std::string_view what,
                     std::string_view help = {});
@@ -87,6 +88,7 @@ class Parser {
   bool has_peeked_ = false;
   std::uint32_t last_end_ = 0;  ///< end of the token before the current one
   std::uint32_t depth_ = 0;
+  std::uint32_t open_branches_ = 0;  ///< CASE branches around the current token
   bool in_case_ = false;   ///< statements of a CASE branch: a label ends them
   bool in_error_ = false;  ///< an error of the current statement was reported
   bool failed_ = false;

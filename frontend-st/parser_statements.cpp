@@ -5,6 +5,7 @@
 #include "core/text.h"
 #include "frontend-st/foreign.h"
 #include "frontend-st/parser.h"
+#include "frontend-st/suggestions.h"
 
 namespace plc::st {
 namespace {
@@ -118,9 +119,36 @@ bool Parser::at_case_label() {
   }
 }
 
+// The labels of a CASE branch and their colon: they begin no statement, so that a compound statement inside the branch
+// before must have lost its end.
+bool Parser::at_whole_label() {
+  if (!at_case_label()) return false;
+  Lexer ahead = lexer_;
+  for (;;) {
+    switch (ahead.next().kind) {
+      case TokenKind::kColon:
+        return true;
+      case TokenKind::kInteger:
+      case TokenKind::kTyped:
+      case TokenKind::kEnumValue:
+      case TokenKind::kString:
+      case TokenKind::kWstring:
+      case TokenKind::kIdentifier:
+      case TokenKind::kDot:
+      case TokenKind::kComma:
+      case TokenKind::kRange:
+      case TokenKind::kPlus:
+      case TokenKind::kMinus:
+        break;
+      default:
+        return false;
+    }
+  }
+}
+
 bool Parser::at_list_end() {
-  if (token_.kind == TokenKind::kEnd) return true;
-  return !opener_of(keyword_).empty() || (in_case_ && at_case_label());
+  if (token_.kind == TokenKind::kEnd || !opener_of(keyword_).empty()) return true;
+  return in_case_ ? at_case_label() : open_branches_ > 0 && at_whole_label();
 }
 
 NodeId Parser::statement_list() {
@@ -147,7 +175,7 @@ NodeId Parser::listed_statement() {
   depth_ = depth;
   in_case_ = in_case;
   if (one == kNoNode) {
-    if (in_error_) skip_statement();
+    if (in_error_ && !at_list_end()) skip_statement();
     return kNoNode;
   }
   // END_IF and its like end a statement by themselves: many tools take them without a semicolon.
@@ -156,7 +184,7 @@ NodeId Parser::listed_statement() {
   if (token_.kind == TokenKind::kEnd) return one;
   in_error_ = false;
   fail(Code::P4013, token_, "\";\" is missing before " + shown_token(text_of(token_)),
-       stray_character(text_of(token_)) != 0 ? kStrayHelp : "");
+       stray_character(text_of(token_)) != 0 ? kStrayHelp : operator_meant(source_.text(), token_.begin));
   const bool begins_statement =
       token_.kind == TokenKind::kIdentifier && (keyword_ == Keyword::kNone || opens(keyword_));
   if (!at_list_end() && !begins_statement) skip_statement();
@@ -331,7 +359,10 @@ bool Parser::end_compound(Keyword end, std::string_view word, const Token& begin
     fail(Code::P4001, token_, "found " + shown_token(text_of(token_)) + " where " + std::string(word) + " should stand",
          std::string(help));
   } else {
-    fail_unexpected(word);
+    fail(Code::P4001, token_,
+         "found " + shown_token(text_of(token_)) + " where " + std::string(word) + " should stand",
+         "the " + std::string(what) + " of line " + std::to_string(source_.locate(begin.begin).line) +
+             " is open: write " + std::string(word) + " where it ends");
   }
   return false;
 }
@@ -431,7 +462,9 @@ NodeId Parser::case_statement() {
     }
     if (!accept(TokenKind::kColon)) accept(TokenKind::kSemicolon);
     in_case_ = true;
+    ++open_branches_;
     branch.b = statement_list();
+    --open_branches_;
     in_case_ = false;
     branch.end = last_end_;
     link(branch);

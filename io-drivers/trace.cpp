@@ -18,8 +18,9 @@ constexpr int kInMemory = -1;
 
 core::Result<std::unique_ptr<TraceWriter>> TraceWriter::open(const std::string& file,
                                                              const std::vector<std::string>& paths,
-                                                             runtime::Resource& resource) {
+                                                             runtime::Resource& resource, runtime::ValueStyle style) {
   std::unique_ptr<TraceWriter> trace(new TraceWriter(kInMemory, resource));
+  trace->style_ = style;
   trace->name_ = file == "-" ? "standard output" : file;
   trace->buffer_ = "cycle,time_ms";
   for (const std::string& path : paths) {
@@ -55,7 +56,7 @@ void TraceWriter::record(const runtime::Instant& instant) {
   for (std::size_t i = 0; i < places_.size(); ++i) {
     buffer_ += ',';
     if (may_need_quotes_[i] == 0) {
-      access_.read_to(places_[i], buffer_);
+      access_.read_to(places_[i], buffer_, style_);
     } else {
       append_csv(buffer_, access_.read(places_[i]));
     }

@@ -23,7 +23,8 @@ class TraceWriter {
   /// Resolves the paths (P7101, P7102) and opens `file`; "-" is standard output, an empty name keeps everything in
   /// memory.
   static core::Result<std::unique_ptr<TraceWriter>> open(const std::string& file, const std::vector<std::string>& paths,
-                                                         runtime::Resource& resource);
+                                                         runtime::Resource& resource,
+                                                         runtime::ValueStyle style = runtime::ValueStyle::kNumbers);
   ~TraceWriter();
   TraceWriter(const TraceWriter&) = delete;
   TraceWriter& operator=(const TraceWriter&) = delete;
@@ -39,6 +40,7 @@ class TraceWriter {
  private:
   TraceWriter(int descriptor, runtime::Resource& resource) : descriptor_(descriptor), access_(resource) {}
   void flush();
+  runtime::ValueStyle style_ = runtime::ValueStyle::kNumbers;
   int descriptor_;  ///< -1 = in memory
   int error_ = 0;   ///< errno of the first write that failed
   std::string name_;

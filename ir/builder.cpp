@@ -78,6 +78,24 @@ PlaceId Builder::intern(const Place& place) {
   return it->second;
 }
 
+void Builder::note_written_name(std::uint32_t global, std::string_view name, const SourceRef& at) {
+  if (module_.globals[global].variable.address.empty()) return;
+  std::vector<WrittenName>& names = module_.written_names[global];
+  const bool known = std::any_of(names.begin(), names.end(), [&](const WrittenName& one) {
+    return one.pou == pou_index_ && core::iequals(one.name, name);
+  });
+  if (!known) names.push_back({std::string(name), pou_index_, at});
+}
+
+void Builder::drop_written_names(std::uint32_t global) {
+  const auto found = module_.written_names.find(global);
+  if (found == module_.written_names.end()) return;
+  bool first = true;
+  std::erase_if(found->second, [&](const WrittenName& one) {
+    return one.pou == pou_index_ && !std::exchange(first, false);
+  });
+}
+
 PlaceId Builder::variable(std::uint32_t index) {
   if (index < variable_places_.size() && variable_places_[index].valid()) return variable_places_[index];
   const Variable& v = pou().variables[index];

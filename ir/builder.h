@@ -80,6 +80,11 @@ class Builder {
   /// Text for messages: "Tank.Level[3]".
   [[nodiscard]] std::string describe(PlaceId place);
 
+  /// Notes that the text at `at` writes `global` under `name`. Globals without an address are left out.
+  void note_written_name(std::uint32_t global, std::string_view name, const SourceRef& at);
+  /// The names under which this body writes `global` were reported: only the first of them is left for the lint.
+  void drop_written_names(std::uint32_t global);
+
   /// Adds a variable that no source can name: edge memory, feedback wire, value kept while EN is FALSE. It lives in the
   /// instance, or in functions in the frame. `hint` goes into its name ("#edge.12").
   std::uint32_t hidden(std::string_view hint, TypeRef type);

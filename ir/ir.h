@@ -285,6 +285,21 @@ struct LocatedInGlobal {
   LocatedPart part;
 };
 
+/// A name under which a body writes a global that has an address.
+struct WrittenName {
+  std::string name;       ///< of the variable, or the address itself
+  std::uint32_t pou = 0;  ///< whose body writes
+  SourceRef at;           ///< of the first such write in that body
+};
+
+/// A second global variable at the address of another: two names of one place.
+struct GlobalAlias {
+  std::string name;
+  std::string list;          ///< as in Global
+  std::uint32_t global = 0;  ///< into Module::globals
+  SourceRef at;
+};
+
 struct Module {
   core::CompileOptions options;
   std::string name;  ///< of the project
@@ -301,6 +316,8 @@ struct Module {
   std::unordered_map<std::uint32_t, std::vector<InitItem>>
       type_defaults;  ///< by index of a structure: initial values of its members, beyond zero
   std::vector<LocatedInGlobal> located;
+  std::vector<GlobalAlias> global_aliases;
+  std::map<std::uint32_t, std::vector<WrittenName>> written_names;  ///< by global; one for each name and POU
   NameSet refused;  ///< globals whose declaration was reported as wrong
 };
 

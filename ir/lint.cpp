@@ -84,6 +84,7 @@ void lint(const Module& module, const LintOptions& options, core::Diagnostics& d
   Findings findings(options);
   lint_variables(module, findings);
   lint_names(module, findings);
+  lint_declarations(module, findings);
   lint_coils(module, findings);
   lint_tasks(module, findings);
   for (const Pou& pou : module.pous) {

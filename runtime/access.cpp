@@ -4,11 +4,11 @@
 #include <charconv>
 #include <cstring>
 #include <numeric>
-#include <unordered_set>
 
-#include "core/glob.h"
+#include "core/guess.h"
 #include "core/text.h"
 #include "runtime/operations.h"
+#include "runtime/path_lister.h"
 #include "runtime/value_text.h"
 
 namespace plc::runtime {
@@ -102,11 +102,6 @@ class Nearest {
   std::string name_;
 };
 
-Place global_place(const Image& image, std::size_t index) {
-  const ImageField& field = image.types[image.global_type].fields[index];
-  return {Place::kGlobal, field.offset, field.type, field.constant};
-}
-
 /// Why a path leads nowhere; the deepest failure of several attempts counts.
 struct Failure {
   std::size_t depth = 0;
@@ -167,7 +162,7 @@ bool descend(const Image& image, std::span<const Step> steps, std::size_t done, 
       const auto alias = std::find_if(type.aliases.begin(), type.aliases.end(),
                                       [&step](const ImageAlias& a) { return core::iequals(a.name, step.name); });
       if (alias != type.aliases.end()) {
-        place = global_place(image, alias->global);
+        place = place_of_global(image, alias->global);
         continue;
       }
     }
@@ -185,120 +180,6 @@ bool descend(const Image& image, std::span<const Step> steps, std::size_t done, 
     for (const Place& instance : passed) follow_wire(image, instance.type, instance.offset, place);
   }
   return true;
-}
-
-/// False for a global that was made for located variables of POUs: it is called "Pou.Variable" or by its address.
-bool is_declared(const ImageField& global) {
-  return !global.name.starts_with('%') && global.name.find('.') == std::string::npos;
-}
-
-/// Collects the paths of leaves.
-class Lister {
- public:
-  Lister(const Image& image, std::string_view pattern, std::size_t limit)
-      : image_(image),
-        globals_(image.types[image.global_type].fields),
-        pattern_(pattern),
-        limit_(limit),
-        hidden_(pattern.find('#') != std::string_view::npos),
-        everything_(!pattern.empty() && pattern.find_first_not_of('*') == std::string_view::npos),
-        listed_(globals_.size()) {}
-
-  [[nodiscard]] bool shows(const std::string& name) const { return hidden_ || name.find('#') == std::string::npos; }
-
-  void add_global(std::size_t index) {
-    if (!shows(globals_[index].name) || (everything_ && listed_[index])) return;
-    listed_[index] = true;
-    const std::string& list = image_.globals[index].list;
-    std::string path = list.empty() ? globals_[index].name : list + "." + globals_[index].name;
-    walk(path, global_place(image_, index), false);
-    if (pattern_.starts_with('%') && !image_.globals[index].address.empty()) {
-      path = image_.globals[index].address;
-      walk(path, global_place(image_, index), false);
-    }
-  }
-
-  /// Adds the leaves of `place`, which is called `path`. Aliases that only aliases lead to stay out: they may go round
-  /// in circles.
-  void walk(std::string& path, const Place& place, bool behind_alias) {
-    if (found_.size() >= limit_) return;
-    const ImageType& type = image_.types[place.type];
-    const std::size_t length = path.size();
-    switch (type.kind) {
-      case TypeKind::kScalar:
-      case TypeKind::kString:
-        if (core::glob_match(pattern_, path) && known_.insert(path).second) found_.push_back({path, place});
-        return;
-      case TypeKind::kRef:
-        return;
-      case TypeKind::kArray:
-        for (std::uint32_t i = 0; i < type.count && found_.size() < limit_; ++i) {
-          path += '[';
-          path += std::to_string(type.lower + static_cast<std::int64_t>(i));
-          path += ']';
-          Place element = place;
-          element.offset += i * image_.types[type.element].size;
-          element.type = type.element;
-          walk(path, element, behind_alias);
-          path.resize(length);
-        }
-        return;
-      case TypeKind::kStruct:
-        for (const ImageField& field : type.fields) {
-          const Place member = {place.task, place.offset + field.offset, field.type, place.constant || field.constant};
-          walk_named(path, field.name, member, behind_alias);
-        }
-        if (!behind_alias) walk_aliases(path, type);
-        return;
-    }
-  }
-  void walk_aliases(std::string& path, const ImageType& type) {
-    for (const ImageAlias& alias : type.aliases) {
-      if (everything_ && !takes_over(alias)) continue;
-      walk_named(path, alias.name, global_place(image_, alias.global), true);
-    }
-  }
-  std::vector<Listed> take() { return std::move(found_); }
-
- private:
-  void walk_named(std::string& path, const std::string& name, const Place& place, bool behind_alias) {
-    if (!shows(name)) return;
-    const std::size_t length = path.size();
-    if (!path.empty()) path += '.';
-    path += name;
-    walk(path, place, behind_alias);
-    path.resize(length);
-  }
-
-  /// True when the global is listed under this alias instead of its own name.
-  bool takes_over(const ImageAlias& alias) {
-    if (is_declared(globals_[alias.global]) || listed_[alias.global] || !shows(alias.name)) return false;
-    listed_[alias.global] = true;
-    return true;
-  }
-
-  const Image& image_;
-  const std::vector<ImageField>& globals_;
-  std::string_view pattern_;
-  std::size_t limit_;
-  bool hidden_;
-  bool everything_;           // each variable once, otherwise under every path that matches
-  std::vector<bool> listed_;  // by global
-  std::vector<Listed> found_;
-  std::unordered_set<std::string, core::NameHash, core::NameEqual> known_;
-};
-
-/// True when a program instance of this name is in more than one task.
-bool in_several_tasks(const Image& image, std::string_view name) {
-  std::size_t tasks = 0;
-  for (const bytecode::ImageTask& task : image.tasks) {
-    const auto& fields = image.types[image.pous[task.body].instance_type].fields;
-    tasks +=
-        std::any_of(fields.begin(), fields.end(), [name](const ImageField& f) { return core::iequals(f.name, name); })
-            ? 1
-            : 0;
-  }
-  return tasks > 1;
 }
 
 /// Looks for a path in the tables. One text may name several places (an instance and a global of one name): the first
@@ -369,7 +250,7 @@ class Finder {
       if (list.empty() || !core::iequals(list, steps_[0].name) || !core::iequals(globals()[i].name, steps_[1].name)) {
         continue;
       }
-      if (accept(global_place(image_, i), steps_, 2)) return true;
+      if (accept(place_of_global(image_, i), steps_, 2)) return true;
     }
     return false;
   }
@@ -384,14 +265,21 @@ class Finder {
                     "write \"" + image_.globals[i].list + "." + globals()[i].name + "\""};
         continue;
       }
-      if (accept(global_place(image_, i), steps_, 1)) return true;
+      if (accept(place_of_global(image_, i), steps_, 1)) return true;
     }
     return false;
   }
   /// Names and addresses that hold dots themselves: "Pou.Variable" of a located variable, "%IX0.0".
   bool among_full_names(bool addresses) {
     for (std::size_t i = 0; i < globals().size(); ++i) {
-      if (!is_declared(globals()[i]) && accept_behind(globals()[i].name, i)) return true;
+      if (!is_declared_global(globals()[i]) && accept_behind(globals()[i].name, i)) return true;
+    }
+    for (const ImageAlias& alias : image_.types[image_.global_type].aliases) {
+      if (addresses) break;
+      if (accept_behind(alias.name, alias.global)) return true;
+      // As a variable of a list, it is also called without the list.
+      const std::size_t dot = alias.name.find('.');
+      if (dot != std::string::npos && accept_behind(alias.name.substr(dot + 1), alias.global)) return true;
     }
     for (std::size_t i = 0; i < globals().size() && addresses; ++i) {
       const std::string& address = image_.globals[i].address;
@@ -403,7 +291,7 @@ class Finder {
   bool accept_behind(std::string_view name, std::size_t global) {
     if (path_.size() < name.size() || !core::iequals(path_.substr(0, name.size()), name)) return false;
     const auto steps = parse_path(path_.substr(name.size()), true);
-    return steps && accept(global_place(image_, global), *steps, 0);
+    return steps && accept(place_of_global(image_, global), *steps, 0);
   }
   bool among_tasks() {
     for (std::uint32_t task = 0; task < image_.tasks.size(); ++task) {
@@ -412,14 +300,49 @@ class Finder {
     return false;
   }
 
+  /// The paths that end as the one that was written; else the nearest of the names that a path may begin with.
   [[nodiscard]] std::string nearest() const {
+    constexpr std::size_t kNamed = 3;
+    const auto listed = [this](const std::string& pattern) {
+      PathLister lister(resource_, pattern, kNamed + 1, Paths::kNames);
+      lister.run();
+      return lister.take();
+    };
+    // An asterisk or a question mark would match anything.
+    if (path_.find_first_of("*?#") == std::string_view::npos) {
+      std::vector<Listed> ends = listed("*." + std::string(path_));
+      if (ends.empty() && steps_.size() > 1) ends = listed("*." + std::string(path_.substr(path_.find('.') + 1)));
+      std::string help;
+      for (std::size_t i = 0; i < std::min(ends.size(), kNamed); ++i) {
+        help += (i == 0 ? "\"" : i + 1 == ends.size() ? " or \"" : ", \"") + ends[i].path + '"';
+      }
+      if (!help.empty()) return "did you mean " + help + (ends.size() > kNamed ? ", .." : "") + "?";
+    }
     Nearest nearest(steps_[0].name);
     for (const ImageField& field : globals()) nearest.offer(field.name);
     for (const bytecode::ImageGlobal& global : image_.globals) nearest.offer(global.list);
     for (std::size_t task = 0; task < image_.tasks.size(); ++task) {
       for (const ImageField& field : image_.types[body(task).instance_type].fields) nearest.offer(field.name);
     }
-    return nearest.help();
+    std::string help = nearest.help();
+    if (!help.empty() || steps_.size() > 1) return help;
+    return nearest_variable();
+  }
+
+  /// A variable of an instance whose own name is nearly the one that was written.
+  [[nodiscard]] std::string nearest_variable() const {
+    constexpr std::size_t kLookedAt = 20'000;
+    PathLister lister(resource_, "*", kLookedAt, Paths::kNames);
+    lister.run();
+    core::Guess guess(steps_[0].name);
+    std::string best, path;
+    for (Listed& listed : lister.take()) {
+      guess.offer(std::string_view(listed.path).substr(listed.path.rfind('.') + 1));
+      if (guess.best() == best) continue;
+      best = guess.best();
+      path = std::move(listed.path);
+    }
+    return path.empty() ? std::string{} : "did you mean \"" + path + "\"?";
   }
 
   const Resource& resource_;
@@ -447,27 +370,21 @@ core::Result<Place> Access::find_leaf(std::string_view path) const {
 }
 
 std::vector<Listed> Access::list_places(std::string_view pattern, std::size_t limit) const {
-  const Image& image = resource_.image();
-  Lister lister(image, pattern, limit);
-  for (std::uint32_t t = 0; t < image.tasks.size(); ++t) {
-    const bytecode::ImageTask& task = image.tasks[t];
-    const std::uint32_t instances = resource_.program(t).table().layout().instance;
-    const ImageType& whole = image.types[image.pous[task.body].instance_type];
-    for (const ImageField& field : whole.fields) {
-      if (!lister.shows(field.name)) continue;
-      std::string path = in_several_tasks(image, field.name) ? task.name + "." + field.name : field.name;
-      lister.walk(path, {t, instances + field.offset, field.type, field.constant}, false);
-    }
-    std::string path;
-    lister.walk_aliases(path, whole);  // located variables of the instances have whole paths
-  }
-  const auto& globals = image.types[image.global_type].fields;
-  for (const bool declared : {true, false}) {
-    for (std::size_t i = 0; i < globals.size(); ++i) {
-      if (is_declared(globals[i]) == declared) lister.add_global(i);
-    }
-  }
+  PathLister lister(resource_, pattern, limit, Paths::kAll);
+  lister.run();
   return lister.take();
+}
+
+std::vector<std::string> Access::list_names(std::string_view pattern, std::size_t limit) const {
+  PathLister lister(resource_, pattern, limit, Paths::kNames);
+  lister.run();
+  PathLister others(resource_, pattern, limit, Paths::kAll);
+  // What "*" leaves out is named already.
+  if (pattern.find_first_not_of('*') != std::string_view::npos) others.run();
+  lister.add_missing(std::move(others));
+  std::vector<std::string> paths;
+  for (Listed& listed : lister.take()) paths.push_back(std::move(listed.path));
+  return paths;
 }
 
 std::vector<std::string> Access::list(std::string_view pattern, std::size_t limit) const {
@@ -476,7 +393,7 @@ std::vector<std::string> Access::list(std::string_view pattern, std::size_t limi
   return paths;
 }
 
-void Access::read_to(const Place& place, std::string& out) const {
+void Access::read_to(const Place& place, std::string& out, ValueStyle style) const {
   const Image& image = resource_.image();
   const ImageType& type = image.types[place.type];
   if (type.kind == TypeKind::kArray || type.kind == TypeKind::kStruct) {
@@ -494,13 +411,13 @@ void Access::read_to(const Place& place, std::string& out) const {
         part.offset += type.fields[i].offset;
         out += type.fields[i].name + " := ";
       }
-      read_to(part, out);
+      read_to(part, out, style);
     }
     out += array ? ']' : ')';
     return;
   }
   if (place.task != Place::kGlobal) {
-    append_value(type, resource_.program(place.task).table().data() + place.offset, out);
+    append_value(type, resource_.program(place.task).table().data() + place.offset, out, style);
     return;
   }
   // Shared memory is read once into private memory.
@@ -512,12 +429,12 @@ void Access::read_to(const Place& place, std::string& out) const {
     to = large.data();
   }
   resource_.globals().read(place.offset, type.size, to);
-  append_value(type, to, out);
+  append_value(type, to, out, style);
 }
 
-std::string Access::read(const Place& place) const {
+std::string Access::read(const Place& place, ValueStyle style) const {
   std::string out;
-  read_to(place, out);
+  read_to(place, out, style);
   return out;
 }
 

@@ -7,7 +7,7 @@
 // BOOL is 0 or 1, ranges and subranges are checked, strings fit their capacity. Threads: globals any thread; task
 // variables only between cycles of that task. Text: BOOL 0/1, integers and enumerations decimal, REAL/LREAL shortest
 // form that reads back the same, durations and dates in ns, strings in single quotes with $-escapes (IEC
-// 61131-3, 6.3.3), CHAR as a string of one.
+// 61131-3, 6.3.3), CHAR as a string of one; in ValueStyle::kNames enumerations by name and times as literals.
 #pragma once
 
 #include <cstdint>
@@ -18,6 +18,7 @@
 
 #include "core/result.h"
 #include "runtime/resource.h"
+#include "runtime/value_text.h"
 
 namespace plc::runtime {
 
@@ -54,15 +55,20 @@ class Access {
   /// The same, with the place that each path has.
   [[nodiscard]] std::vector<Listed> list_places(std::string_view pattern = "*", std::size_t limit = 1'000'000) const;
 
+  /// What people look at: as list(), but a variable that has several names, because declarations give it the address of
+  /// another, is listed under each of them, and every name has one path: "*" lists all names, and a pattern that also
+  /// matches other paths of the same name lists the first.
+  [[nodiscard]] std::vector<std::string> list_names(std::string_view pattern = "*", std::size_t limit = 1'000'000) const;
+
   /// Value of a leaf as text; arrays and structures come out as "[a, b]" and "(x := a, y := b)".
-  [[nodiscard]] std::string read(const Place& place) const;
+  [[nodiscard]] std::string read(const Place& place, ValueStyle style = ValueStyle::kNumbers) const;
   /// Appends to `out` instead: no allocation once `out` is large enough.
-  void read_to(const Place& place, std::string& out) const;
+  void read_to(const Place& place, std::string& out, ValueStyle style = ValueStyle::kNumbers) const;
   /// Value of a scalar as an integer (BOOL 0/1); nothing for reals and strings.
   [[nodiscard]] std::optional<std::int64_t> read_integer(const Place& place) const;
 
   /// Writes a leaf from text. Besides what read() gives: TRUE/FALSE, 16#..., 2#..., 8#..., '_' between digits,
-  /// enumeration member names, T#1s500ms, strings without quotes. Returns nothing, or the problem (P7103 not a value of
+  /// enumeration members (Filling, Step#Filling), T#1s500ms, strings without quotes. Returns nothing, or the problem (P7103 not a value of
   /// the type, P7104 out of range, P7105 too long, P7106 cannot be written, P7107 busy). A global that
   /// a task exports changes at that task's next scan (memory/global_table.h).
   std::optional<core::Problem> write(const Place& place, std::string_view text);

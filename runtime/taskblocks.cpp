@@ -288,7 +288,8 @@ std::optional<core::Problem> Taskblocks::make_object(Object& object, std::uint32
   failure.text[PICARD_TEXT_BYTES - 1] = '\0';
   return core::Problem{core::Code::P7803,
                        std::string("taskblock ") + object.block->name + " of " + object.path + ": " + failure.text,
-                       {}};
+                       {},
+                       object.path};
 }
 
 // RT:

@@ -9,6 +9,7 @@
 #include "core/utf8.h"
 #include "runtime/operations.h"
 #include "stdlib/arithmetic.h"
+#include "stdlib/text_values.h"
 
 namespace plc::runtime {
 namespace {
@@ -346,8 +347,12 @@ std::optional<Problem> put_string(const ImageType& type, std::string_view text, 
 std::optional<Problem> put_number(const ImageType& type, std::string_view text, std::byte* to) {
   std::optional<Integer> value = parse_integer(text);
   if (!value && core::in_category(type.elementary, core::kAnyDuration)) value = parse_duration(text);
+  // "Filling", "Step#Filling" and, as CODESYS has it, "Step.Filling".
+  const std::size_t prefix = text.find_first_of("#.");
+  const bool qualified = prefix != std::string_view::npos && core::iequals(text.substr(0, prefix), type.name);
+  const std::string_view name = qualified ? text.substr(prefix + 1) : text;
   for (std::size_t i = 0; !value && i < type.members.size(); ++i) {
-    if (!core::iequals(text, type.members[i])) continue;
+    if (!core::iequals(name, type.members[i])) continue;
     const std::int64_t member = type.member_values[i];
     const auto bits = static_cast<std::uint64_t>(member);
     value = Integer{member < 0 ? 0 - bits : bits, member < 0, false};
@@ -375,9 +380,54 @@ std::optional<Problem> put_number(const ImageType& type, std::string_view text, 
   }
 }
 
+std::optional<std::int64_t> integer_at(const ImageType& type, const std::byte* bytes) {
+  switch (bytecode::rep_of(type)) {
+    case Rep::kI8:
+      return load<std::int8_t>(bytes);
+    case Rep::kU8:
+      return load<std::uint8_t>(bytes);
+    case Rep::kI16:
+      return load<std::int16_t>(bytes);
+    case Rep::kU16:
+      return load<std::uint16_t>(bytes);
+    case Rep::kI32:
+      return load<std::int32_t>(bytes);
+    case Rep::kU32:
+      return load<std::uint32_t>(bytes);
+    case Rep::kI64:
+    case Rep::kU64:
+      return load<std::int64_t>(bytes);
+    default:
+      return std::nullopt;
+  }
+}
+
+/// The value as people write it, when it has a name or is a time. False: it is a plain number.
+bool append_name(const ImageType& type, const std::byte* bytes, std::string& out) {
+  if (type.kind != TypeKind::kScalar) return false;
+  const bool duration = core::in_category(type.elementary, core::kAnyDuration);
+  const bool date = core::in_category(type.elementary, core::kAnyDate);
+  if (type.members.empty() && !duration && !date) return false;
+  const auto value = integer_at(type, bytes);
+  if (!value) return false;
+  for (std::size_t i = 0; i < type.members.size(); ++i) {
+    if (type.member_values[i] != *value) continue;
+    out += type.members[i];
+    return true;
+  }
+  if (!duration && !date) return false;
+  stdlib::ValueText text;
+  const std::size_t length =
+      duration ? stdlib::format_duration(*value, type.elementary == core::TypeId::kLtime ? "LT#" : "T#", text)
+               : stdlib::format_date(*value, type.elementary, text);
+  out.append(text, length);
+  return true;
+}
+
 }  // namespace
 
-void append_value(const ImageType& type, const std::byte* bytes, std::string& out) {
+void append_value(const ImageType& type, const std::byte* bytes, std::string& out, ValueStyle style) {
+  if (style == ValueStyle::kNames && append_name(type, bytes, out)) return;
   const bool is_character = type.kind == TypeKind::kScalar && core::in_category(type.elementary, core::kAnyChar);
   switch (bytecode::rep_of(type)) {
     case Rep::kBool:

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
@@ -15,8 +16,15 @@
 
 namespace plc::runtime {
 
+/// What numbers with a meaning of their own are written as.
+enum class ValueStyle : std::uint8_t {
+  kNumbers,  ///< for programs: enumerations as their number, durations and dates in ns
+  kNames,    ///< for people: Filling, T#1s500ms, D#2024-02-29
+};
+
 /// Appends the value at `bytes` (of type.size bytes) of a scalar, string or reference.
-void append_value(const bytecode::ImageType& type, const std::byte* bytes, std::string& out);
+void append_value(const bytecode::ImageType& type, const std::byte* bytes, std::string& out,
+                  ValueStyle style = ValueStyle::kNumbers);
 
 /// Stores the value that `text` stands for into `to` (type.size bytes); P7103, P7104 or P7105 when there is none.
 std::optional<core::Problem> parse_value(const bytecode::ImageType& type, std::string_view text,

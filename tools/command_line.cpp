@@ -95,6 +95,30 @@ bool has_compile_options(const CLI::App& app) {
   return false;
 }
 
+std::string shell_word(const std::string& word) {
+  constexpr std::string_view kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./:=@%+,";
+  if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
+  std::string quoted = "'";
+  for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
+}
+
+std::string compile_flags(const core::CompileOptions& options, const std::vector<std::string>& libraries) {
+  const core::CompileOptions usual;
+  std::string flags;
+  if (options.order != usual.order) flags += options.order == core::Order::kDrawing ? " --order=drawing" : " --order=document";
+  if (options.compat != usual.compat) flags += options.compat == core::Compat::kNone ? " --compat=none" : " --compat=beremiz";
+  if (options.profile != usual.profile) {
+    flags += options.profile == core::AddressProfile::kSeparate ? " --profile=separate" : " --profile=overlay";
+  }
+  if (options.coherence != usual.coherence) flags += fmt::format(" --coherence={}", coherence_name(options.coherence));
+  if (options.stub_missing) flags += " --stub-missing";
+  if (options.strict) flags += " --strict";
+  if (!options.pou.empty()) flags += " --pou " + shell_word(options.pou);
+  for (const std::string& library : libraries) flags += " --lib " + shell_word(library);
+  return flags;
+}
+
 const CLI::Validator& count_validator() {
   static const CLI::Validator kCount(
       [](const std::string& text) {

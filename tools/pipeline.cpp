@@ -267,6 +267,9 @@ void compile(const Request& request, Compilation& compilation) {
                                                : core::Notes::kHide);
   if (request.options.show_all) diagnostics.show_all();
   if (request.lint) ir::mute_others(*request.lint, diagnostics);
+  for (const ir::LintInfo& lint : ir::lints()) {
+    if (request.answers && core::info(lint.code).severity == core::Severity::kWarning) diagnostics.mute(lint.code);
+  }
   compilation.project = read_project(request.path, diagnostics);
   if (compilation.project) read_libraries(request, compilation);
   if (!compilation.readable || !compilation.project || request.goal == Goal::kRead) return;
@@ -275,6 +278,7 @@ void compile(const Request& request, Compilation& compilation) {
       *compilation.project, request.taskblocks != nullptr ? *request.taskblocks : taskblocks::Registry::built_in(),
       diagnostics);
   const bool declares_library = st::drop_library_declarations(*compilation.project) + declared_taskblocks != 0;
+  if (request.lint) st::warn_of_hidden_names(*compilation.project, diagnostics);
   compilation.module = st::declare(*compilation.project, request.options, diagnostics);
   if (!compilation.module) return;
   Lowering(request, compilation, declares_library).lower_all();

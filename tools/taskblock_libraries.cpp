@@ -1,7 +1,11 @@
 #include "tools/taskblock_libraries.h"
 
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
 #include <iostream>
+#include <system_error>
+#include <utility>
 
 #include "frontend-st/read.h"
 #include "taskblocks/shared_library.h"
@@ -38,26 +42,44 @@ taskblocks::Registry load_taskblocks(const io::Configuration& configuration, cor
   return registry;
 }
 
+void add_project_libraries(const io::Configuration& configuration, std::vector<std::string>& libraries,
+                           core::Diagnostics& diagnostics) {
+  for (const io::Placed& library : configuration.project.libraries) {
+    std::string path = configuration.beside(library.text);
+    std::error_code ignored;
+    if (!std::filesystem::is_regular_file(path, ignored) || !std::ifstream(path)) {
+      diagnostics.report(core::Code::P7001, library.at, {},
+                         "library " + path + " cannot be opened for reading",
+                         "give its path as seen from the folder of plc.toml");
+      continue;
+    }
+    libraries.push_back(std::move(path));
+  }
+}
+
 void add_taskblocks_option(CLI::App& app, std::string& configuration) {
-  app.add_option("--config", configuration, "configuration whose [taskblocks] libraries the project may use")
+  app.add_option("--config", configuration, "configuration whose [project] and [taskblocks] libraries the project uses")
       ->type_name("plc.toml");
 }
 
-std::optional<int> load_taskblocks(const std::string& configuration, taskblocks::Registry& registry) {
+std::optional<int> load_taskblocks(const std::string& configuration, taskblocks::Registry& registry,
+                                   std::vector<std::string>& libraries) {
   io::Configuration ignored;
   core::Diagnostics diagnostics;
-  const auto code = load_taskblocks(configuration, registry, ignored, diagnostics);
+  const auto code = load_taskblocks(configuration, registry, libraries, ignored, diagnostics);
   diagnostics.render_with_lines(std::cerr);
   return code;
 }
 
 std::optional<int> load_taskblocks(const std::string& configuration, taskblocks::Registry& registry,
-                                   io::Configuration& read, core::Diagnostics& diagnostics) {
+                                   std::vector<std::string>& libraries, io::Configuration& read,
+                                   core::Diagnostics& diagnostics) {
   registry = taskblocks::Registry::built_in();
   if (configuration.empty()) return std::nullopt;
   if (auto loaded = io::load_configuration(configuration, diagnostics)) {
     read = std::move(*loaded);
     registry = load_taskblocks(read, diagnostics);
+    add_project_libraries(read, libraries, diagnostics);
   }
   if (!diagnostics.has_errors()) return std::nullopt;
   return diagnostics.all().front().code == core::Code::P7001 ? kExitUsage : kExitErrors;

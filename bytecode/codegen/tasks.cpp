@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <cstring>
 #include <tuple>
+#include <unordered_set>
 #include <utility>
 
 #include "bytecode/codegen/writer.h"
+#include "core/text.h"
 #include "ir/queues.h"
 
 namespace plc::bytecode {
@@ -60,6 +62,17 @@ void initialise_located(Shared& shared, const ir::LocatedPart& part, ir::TypeRef
               whole + shared.layout.offset_of(type, part.path), shared.image.types[image_type].size);
 }
 
+/// Global variables at the address of another are names of its field.
+void add_second_names(const Shared& shared, ImageType& globals) {
+  std::unordered_set<std::string, core::NameHash, core::NameEqual> names;
+  for (const ImageField& field : globals.fields) names.insert(field.name);
+  for (const ir::GlobalAlias& alias : shared.module.global_aliases) {
+    std::string name = alias.list.empty() ? alias.name : alias.list + "." + alias.name;
+    const std::uint32_t field = shared.layout.global_field(alias.global);
+    if (field != kNoIndex && names.insert(name).second) globals.aliases.push_back({std::move(name), field});
+  }
+}
+
 }  // namespace
 
 void lay_out_globals(Shared& shared, const GlobalPlan& plan) {
@@ -79,7 +92,9 @@ void lay_out_globals(Shared& shared, const GlobalPlan& plan) {
     shared.global_offset[plan.order[f]] = fields.offset(fields.add(image, std::move(field)));
     image.globals.push_back({g.list, g.variable.address, plan.writers[f]});
   }
-  image.types.push_back(fields.finish("#globals"));
+  ImageType globals = fields.finish("#globals");
+  add_second_names(shared, globals);
+  image.types.push_back(std::move(globals));
   image.global_type = static_cast<std::uint32_t>(image.types.size() - 1);
   if (fields.too_large() || shared.layout.too_large()) return;
   image.global_initial.assign(image.types[image.global_type].size, std::byte{0});

@@ -134,6 +134,12 @@ struct TaskConfig {
   runtime::Evaluate evaluate = runtime::Evaluate::kAll;
 };
 
+/// [project]
+struct ProjectConfig {
+  core::SourceRef at;
+  std::vector<Placed> libraries;  ///< files of declarations, relative to plc.toml
+};
+
 /// [taskblocks]
 struct TaskblocksConfig {
   core::SourceRef at;
@@ -149,6 +155,7 @@ struct GuardianConfig {
 
 struct Configuration {
   std::string file;                        ///< as given; relative files in it are relative to its folder
+  ProjectConfig project;
   std::vector<DriverConfig> drivers;
   std::vector<ChannelConfig> inputs;
   std::vector<ChannelConfig> outputs;

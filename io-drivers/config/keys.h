@@ -57,6 +57,7 @@ struct KeyDefault {
 };
 
 enum class TableId : std::uint8_t {
+  kProject,
   kDriver,
   kChannel,
   kScheduler,

@@ -117,6 +117,8 @@ inline constexpr TableId kTableOf<SchedulerConfig> = TableId::kScheduler;
 template <>
 inline constexpr TableId kTableOf<TaskConfig> = TableId::kTask;
 template <>
+inline constexpr TableId kTableOf<ProjectConfig> = TableId::kProject;
+template <>
 inline constexpr TableId kTableOf<TaskblocksConfig> = TableId::kTaskblocks;
 template <>
 inline constexpr TableId kTableOf<GuardianConfig> = TableId::kGuardian;
@@ -137,8 +139,8 @@ class Reader {
 
   void read(const toml::table& root, Configuration& configuration) {
     configuration.at = configuration.outputs_at = file_at_;
-    static constexpr std::string_view kNames[] = {"drivers", "inputs",     "outputs", "scheduler",
-                                                  "tasks",   "taskblocks", "modbus",  "guardian"};
+    static constexpr std::string_view kNames[] = {"project", "drivers",    "inputs", "outputs", "scheduler",
+                                                  "tasks",   "taskblocks", "modbus", "guardian"};
     for (const auto& [key, node] : root) {
       if (std::find(std::begin(kNames), std::end(kNames), key.str()) == std::end(kNames)) {
         core::Guess guess(key.str());
@@ -157,6 +159,10 @@ class Reader {
       read_table(*table, configuration.scheduler, 0, configuration.scheduler.at, "[scheduler]");
     }
     if (const auto* table = root["tasks"].as_table()) read_tasks(*table, configuration.tasks);
+    if (const auto* table = root["project"].as_table()) {
+      configuration.project.at = place(*table);
+      read_table(*table, configuration.project, 0, configuration.project.at, "[project]");
+    }
     if (const auto* table = root["taskblocks"].as_table()) {
       configuration.taskblocks.at = place(*table);
       read_table(*table, configuration.taskblocks, 0, configuration.taskblocks.at, "[taskblocks]");

@@ -69,6 +69,10 @@ class Template {
     comment(fmt::format("Check the file: plc config check plc.toml {}", project_));
     comment("All tables and keys: docs/reference/configuration.md");
     out_ += '\n';
+    table(TableId::kProject);
+    out_ += "#[project]\n";
+    keys(TableId::kProject, 0);
+    out_ += '\n';
     table(TableId::kDriver);
     driver("panel", "gpio", kGpioBit);
     driver("plant", "simulated", kSimulatedBit);

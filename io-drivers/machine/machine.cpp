@@ -53,9 +53,20 @@ std::unique_ptr<Machine> Machine::configure(MachineOptions options, runtime::Res
     modbus.listen_at = {};
     machine->modbus_asked_for_ = true;
   }
+  std::vector<bool> stands_in;  // for a device, by driver
+  for (DriverConfig& driver : machine->configuration_.drivers) {
+    stands_in.push_back(options.simulate && driver.kind != DriverKind::kSimulated);
+    if (!stands_in.back()) continue;
+    driver.kind = DriverKind::kSimulated;
+    driver.poll_ns.reset();
+  }
   auto binding = bind(machine->configuration_, resource, diagnostics);
   if (!binding) return nullptr;
   machine->binding_ = std::move(*binding);
+  for (BoundDriver& bound : machine->binding_.drivers) {
+    const auto index = static_cast<std::size_t>(bound.config - machine->configuration_.drivers.data());
+    if (stands_in[index]) bound.inputs.clear();
+  }
   for (const BoundDriver& bound : machine->binding_.drivers) {
     auto driver = make_driver(bound, machine->configuration_, resource);
     if (const auto problem = driver->check()) report(diagnostics, place_of_device(*bound.config), *problem);
@@ -80,7 +91,7 @@ bool Machine::make_map(const MachineOptions& options, core::Diagnostics& diagnos
   map_ = modbus::AddressMap::build(resource_, configuration_.modbus, *frozen, diagnostics);
   if (!map_) return false;
   if (frozen->changed) {
-    freeze_command_ = "plc map " + options.project +
+    freeze_command_ = (options.map_command.empty() ? "plc map " + options.project : options.map_command) +
                       (configuration_.file.empty() ? "" : " --config " + configuration_.file) + " --freeze";
   }
   std::optional<modbus::SeenFlag> seen;

@@ -26,6 +26,10 @@ struct MachineOptions {
   Configuration configuration;  ///< as load_configuration() read it, or the defaults
   /// --modbus: replaces what the configuration says; an empty address is "off".
   std::optional<ListenText> modbus;
+  /// --simulate-io: no device is touched. Outputs go nowhere; inputs keep their initial values, and may be written by
+  /// HMIs and scripts.
+  bool simulate = false;
+  std::string map_command = {};  ///< that lists the addresses, "plc map plant.st --lib drives.st"; empty = of `project`
 };
 
 class Machine {

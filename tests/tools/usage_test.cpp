@@ -79,7 +79,7 @@ TEST(Usage, ExplainPrintsTheOrderWithReasons) {
   EXPECT_NE(result.out.find("order=drawing"), std::string::npos);
   EXPECT_NE(result.out.find("TON Pause"), std::string::npos) << result.out;
   EXPECT_NE(result.out.find("value of the previous scan from"), std::string::npos) << result.out;
-  EXPECT_EQ(result.out.find("LimitAlarm"), std::string::npos) << "only the POU asked for";
+  EXPECT_EQ(result.out.find("HighAlarm"), std::string::npos) << "only the POU asked for";
   EXPECT_EQ(run_tool({PLC_TOOL, "explain", tank(), "Nowhere"}).code, 1);
 }
 

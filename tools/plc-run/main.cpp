@@ -56,6 +56,7 @@ struct Run {
   core::CompileOptions options;
   std::vector<std::string> libraries;
   std::optional<io::ListenText> listen;  ///< --modbus
+  bool simulate = false;                 ///< --simulate-io
 };
 
 constexpr core::TimeNs kRedrawNs = 200'000'000;
@@ -181,7 +182,9 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
     if (const auto problem = compile_all(resource, evaluate)) return complain(*problem), kExitErrors;
   }
   const auto machine =
-      io::Machine::configure({run.file, std::move(plan.configuration), run.listen}, resource, diagnostics);
+      io::Machine::configure({run.file, std::move(plan.configuration), run.listen, run.simulate,
+                              "plc map " + shell_word(run.file) + compile_flags(run.options, run.libraries)},
+                             resource, diagnostics);
   diagnostics.render_with_lines(std::cerr);
   if (machine == nullptr) return kExitErrors;
   if (!run.stimulus.empty()) {
@@ -197,7 +200,9 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   }
   // What is said on the way leaves stdout to the document.
   std::ostream& talk = run.stats == Stats::kJson ? std::cerr : std::cout;
+  print_retained(image, std::cerr);
   print_start(run.file, image, plan.tasks, run.engine, load_ns, talk);
+  if (run.simulate) talk << "--simulate-io: no device is touched, outputs go nowhere\n";
   handle_signals();
   // From here on this may be the guardian's child: no thread before.
   const auto failed = [&](const core::Problem& problem) {
@@ -330,12 +335,15 @@ int run_command(int argc, char** argv) {
       ->type_name("in.csv");
   app.add_option(
          "--config", run.configuration,
-         "drivers, channels, Modbus, guardian and taskblock libraries of this machine; plc config init writes one")
+         "drivers, channels, Modbus, guardian and libraries of this machine; plc config init writes one")
       ->type_name("plc.toml");
+  app.add_flag("--simulate-io", run.simulate,
+               "no device of the configuration is touched: outputs go nowhere, and inputs keep their initial values "
+               "but for what HMIs and --stimulus write");
   app.add_option("--modbus", run.modbus,
                  "where HMIs connect, in place of what the configuration says; default 127.0.0.1:502 if it can be had")
       ->type_name("ADDR:PORT|off");
-  app.add_option("--watch", run.watch, "show these variables live; * and ? match; may be repeated")
+  app.add_option("--watch", run.watch, "show these variables live, five times a second; * and ? match; may be repeated")
       ->type_name("PATTERN")
       ->take_all()
       ->allow_extra_args(false);
@@ -392,7 +400,11 @@ int run_command(int argc, char** argv) {
     return give_up(diagnostics.all().front().code == core::Code::P7001 ? kExitUsage : kExitErrors);
   }
   const taskblocks::Registry registry = load_taskblocks(*configuration, diagnostics);
-  if (diagnostics.has_errors()) return give_up(kExitErrors);
+  std::vector<std::string> libraries = run.libraries;
+  add_project_libraries(*configuration, libraries, diagnostics);
+  if (diagnostics.has_errors()) {
+    return give_up(diagnostics.all().front().code == core::Code::P7001 ? kExitUsage : kExitErrors);
+  }
   run.program.taskblocks = &registry;
   run.program.budget_clock = &clock;
   run.program.start_taskblocks = false;  // the guardian splits the process before
@@ -401,7 +413,7 @@ int run_command(int argc, char** argv) {
   {
     Compilation compilation;
     if (const auto code =
-            open_or_explain(app, {run.file, run.options, Goal::kRun, run.libraries, {}, &registry}, compilation)) {
+            open_or_explain(app, {run.file, run.options, Goal::kRun, libraries, {}, &registry}, compilation)) {
       return *code;
     }
     plan = make_plan(run, std::move(*configuration), compilation.image->image(), diagnostics);

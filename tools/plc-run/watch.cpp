@@ -37,14 +37,17 @@ LiveView::LiveView(const std::vector<std::string>& patterns, runtime::Resource& 
     requests_.push_back(std::make_unique<std::atomic<Request>>(Request::kIdle));
   }
   for (const std::string& pattern : patterns) {
-    for (std::string& path : access_.list(pattern, kMostItems)) {
+    for (std::string& path : access_.list_names(pattern, kMostItems)) {
       const bool known = std::any_of(items_.begin(), items_.end(), [&](const Item& i) { return i.path == path; });
       const auto place = access_.find_leaf(path);
       if (known || !place || items_.size() == kMostItems) continue;
       Item item;
       item.place = *place;
       // Room for the longest text: every character of a string may be written as an escape of five.
-      item.text.reserve(64 + 5u * resource.image().types[item.place.type].capacity);
+      const bytecode::ImageType& type = resource.image().types[item.place.type];
+      std::size_t room = 64 + 5u * type.capacity;
+      for (const std::string& member : type.members) room = std::max(room, member.size());
+      item.text.reserve(room);
       item.path = std::move(path);
       path_width_ = std::max(path_width_, item.path.size());
       items_.push_back(std::move(item));
@@ -58,7 +61,7 @@ void LiveView::after_scan(const runtime::ReleaseContext& context) noexcept {
   for (Item& item : items_) {
     if (item.place.task != context.task) continue;
     item.text.clear();
-    access_.read_to(item.place, item.text);
+    access_.read_to(item.place, item.text, runtime::ValueStyle::kNames);
   }
   request.store(Request::kReady, std::memory_order_release);
 }
@@ -77,7 +80,7 @@ void LiveView::show(core::TimeNs since_start_ns, core::TimeNs patience_ns) {
   for (Item& item : items_) {
     if (item.place.task == runtime::Place::kGlobal) {
       item.text.clear();
-      access_.read_to(item.place, item.text);
+      access_.read_to(item.place, item.text, runtime::ValueStyle::kNames);
     }
   }
   // What a slow or stopped task has not answered is shown as it was; its request stays open.

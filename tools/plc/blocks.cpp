@@ -193,7 +193,9 @@ int write_html(const Blocks& blocks, const Registry& registry) {
 int write_example(const Blocks& blocks, const Registry::Entry& entry) {
   const TaskblockExample* const example = taskblock_example(*entry.block);
   if (example == nullptr) {
-    complain("plc blocks", fmt::format("{} has no example: it comes from {}", entry.block->name, origin_text(entry)));
+    complain("plc blocks", fmt::format("{} has no example: it comes from {}", entry.block->name, origin_text(entry)),
+             fmt::format("plc blocks {0} prints a call in ST to begin with, plc blocks {0} --xml the declaration to draw with",
+                         entry.block->name));
     return kExitErrors;
   }
   return write(blocks, example->text);
@@ -217,7 +219,8 @@ int misused(std::string_view message, std::string_view help) {
 
 int run(const Blocks& blocks) {
   Registry registry;
-  if (const auto code = load_taskblocks(blocks.configuration, registry)) return *code;
+  std::vector<std::string> libraries;  // of declarations: without blocks
+  if (const auto code = load_taskblocks(blocks.configuration, registry, libraries)) return *code;
   const bool document = blocks.json || blocks.xml || blocks.st || blocks.example;
   if (!blocks.output.empty() && !document)
     return misused("-o writes documents", "add --json, --xml, --st or --example");

@@ -2,12 +2,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
+#include <filesystem>
 #include <iostream>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "ir/lint.h"
+#include "runtime/resource.h"
+#include "stdlib/library.h"
 #include "tools/command_line.h"
+#include "tools/declarations.h"
 #include "tools/plc/commands.h"
 #include "tools/plc/json.h"
 #include "tools/taskblock_libraries.h"
@@ -56,6 +62,55 @@ std::string list_of_lints() {
   return text + "plc explain CODE shows the page of one, with a wrong and a right example.";
 }
 
+/// FILE_LOGGER and its like make their files where this says; a check leaves none.
+class ScratchFolder {
+ public:
+  ScratchFolder() {
+    char name[] = "/tmp/plc-check-XXXXXX";
+    if (::mkdtemp(name) == nullptr) return;
+    path_ = name;
+    ::setenv("PICARD_LOG_DIRECTORY", name, 1);
+  }
+  ~ScratchFolder() {
+    std::error_code ignored;
+    if (!path_.empty()) std::filesystem::remove_all(path_, ignored);
+  }
+  [[nodiscard]] bool made() const { return !path_.empty(); }
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+
+ private:
+  std::string path_;
+};
+
+/// Makes the taskblocks of a project as a start would, which is when they look at their configuration.
+void check_taskblocks(Compilation& compilation, const taskblocks::Registry& registry) {
+  const auto& blocks = compilation.image->image().blocks;
+  const bool any = std::any_of(blocks.begin(), blocks.end(), [](const bytecode::ImageBlock& block) {
+    return stdlib::block_named(block.name) == nullptr;
+  });
+  if (!any) return;
+  const ScratchFolder scratch;
+  if (!scratch.made()) return;
+  runtime::ProgramOptions options;
+  options.taskblocks = &registry;
+  options.start_taskblocks = false;
+  const auto report = [&](const core::Problem& problem) {
+    // What is not on this machine need not be: the image may be for another.
+    if (problem.code != core::Code::P7803) return;
+    const auto declared = compilation.project && !problem.path.empty()
+                              ? declaration_of(*compilation.project, problem.path)
+                              : std::nullopt;
+    compilation.diagnostics.report(problem.code, declared ? declared->at : core::SourceRef{},
+                                   declared ? declared->pou : std::string(), problem.message, problem.help);
+  };
+  const auto resource = runtime::Resource::load(*compilation.image, options);
+  if (!resource) return report(resource.error());
+  for (std::size_t task = 0; task < (*resource)->task_count(); ++task) {
+    if (const auto problem = (*resource)->program(task).start_taskblocks()) report(*problem);
+  }
+}
+
 int run(const Check& check) {
   std::vector<CheckedFile> checked;
   ir::LintOptions lint;
@@ -69,11 +124,13 @@ int run(const Check& check) {
   }
   lint.set_libraries(check.lint_libraries);
   taskblocks::Registry registry;
-  if (const auto code = load_taskblocks(check.configuration, registry)) return *code;
+  std::vector<std::string> libraries = check.libraries;
+  if (const auto code = load_taskblocks(check.configuration, registry, libraries)) return *code;
   int exit_code = kExitOk;
   for (const std::string& file : check.files) {
     Compilation compilation;
-    open({file, check.options, Goal::kCheck, check.libraries, lint, &registry}, compilation);
+    open({file, check.options, Goal::kCheck, libraries, lint, &registry}, compilation);
+    if (compilation.ok() && compilation.image) check_taskblocks(compilation, registry);
     const bool good = compilation.ok() && !(check.werror && compilation.diagnostics.warning_count() != 0);
     exit_code = std::max(exit_code, good ? kExitOk : compilation.readable ? kExitErrors : kExitUsage);
     if (!check.json) {

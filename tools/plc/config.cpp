@@ -63,10 +63,11 @@ int init(const CLI::App& app, const Init& init) {
     return kExitUsage;
   }
   taskblocks::Registry registry;
-  if (const auto code = load_taskblocks(init.configuration, registry)) return *code;
+  std::vector<std::string> libraries = init.libraries;
+  if (const auto code = load_taskblocks(init.configuration, registry, libraries)) return *code;
   Compilation compilation;
   if (const auto code =
-          open_or_explain(app, {init.file, init.options, Goal::kRun, init.libraries, {}, &registry}, compilation)) {
+          open_or_explain(app, {init.file, init.options, Goal::kRun, libraries, {}, &registry, true}, compilation)) {
     return *code;
   }
   const auto resource = load(compilation, registry);
@@ -149,9 +150,13 @@ int check(const CLI::App& app, const Check& check) {
   // What it names is there before the project that uses it.
   const auto configuration = io::load_configuration(check.configuration, diagnostics);
   taskblocks::Registry registry = taskblocks::Registry::built_in();
-  if (configuration) registry = load_taskblocks(*configuration, diagnostics);
+  std::vector<std::string> libraries = check.libraries;
+  if (configuration) {
+    registry = load_taskblocks(*configuration, diagnostics);
+    add_project_libraries(*configuration, libraries, diagnostics);
+  }
   const std::size_t errors = diagnostics.error_count();
-  open({check.file, check.options, Goal::kRun, check.libraries, {}, &registry}, compilation);
+  open({check.file, check.options, Goal::kRun, libraries, {}, &registry, true}, compilation);
   const std::size_t project_errors = diagnostics.error_count() - errors;
 
   std::unique_ptr<runtime::Resource> resource;

@@ -52,10 +52,11 @@ int print_native(bytecode::VerifiedImage image, const taskblocks::Registry& regi
 
 int run(const CLI::App& app, const Dump& dump) {
   taskblocks::Registry registry;
-  if (const auto code = load_taskblocks(dump.configuration, registry)) return *code;
+  std::vector<std::string> libraries = dump.libraries;
+  if (const auto code = load_taskblocks(dump.configuration, registry, libraries)) return *code;
   Compilation compilation;
   if (const auto code =
-          open_or_explain(app, {dump.file, dump.options, Goal::kRun, dump.libraries, {}, &registry}, compilation)) {
+          open_or_explain(app, {dump.file, dump.options, Goal::kRun, libraries, {}, &registry, true}, compilation)) {
     return *code;
   }
   if (dump.native) return print_native(std::move(*compilation.image), registry);

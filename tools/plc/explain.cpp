@@ -79,14 +79,14 @@ void print_body(const plcopen::Body& body, core::Order rule) {
   }
 }
 
-int explain_file(const Explain& explain) {
+int explain_file(const Explain& explain, const std::vector<std::string>& libraries) {
   Compilation compilation;
   if (is_image_path(explain.subject)) {
     complain("plc explain", explain.subject + " is an image: the drawing is not in it",
              "give the file it was made from, or use plc dump");
     return kExitUsage;
   }
-  open({explain.subject, explain.options, Goal::kRead, explain.libraries}, compilation);
+  open({explain.subject, explain.options, Goal::kRead, libraries}, compilation);
   compilation.diagnostics.render_with_lines(std::cerr);
   if (!compilation.readable) return kExitUsage;
   if (!compilation.project) return kExitErrors;
@@ -116,22 +116,19 @@ int explain_file(const Explain& explain) {
 }
 
 int run(const CLI::App& app, const Explain& explain) {
-  if (!explain.configuration.empty() && !explain.flow && !explain.schedule) {
-    complain("plc explain", "--config says nothing about drawings", "it goes with --schedule and --flow");
-    return kExitUsage;
-  }
   taskblocks::Registry registry;
-  if (const auto code = load_taskblocks(explain.configuration, registry)) return *code;
+  std::vector<std::string> libraries = explain.libraries;
+  if (const auto code = load_taskblocks(explain.configuration, registry, libraries)) return *code;
   if (explain.flow) {
-    return explain_flow(app, {explain.subject, explain.options, Goal::kRun, explain.libraries, {}, &registry},
+    return explain_flow(app, {explain.subject, explain.options, Goal::kRun, libraries, {}, &registry, true},
                         explain.svg);
   }
   if (explain.schedule) {
     return explain_schedule(
-        app, {explain.subject, explain.configuration, explain.json, explain.options, explain.libraries, &registry});
+        app, {explain.subject, explain.configuration, explain.json, explain.options, libraries, &registry});
   }
   if (is_code(explain.subject) && !std::filesystem::exists(explain.subject)) return explain_code(explain.subject);
-  return explain_file(explain);
+  return explain_file(explain, libraries);
 }
 
 }  // namespace
@@ -162,8 +159,8 @@ void add_explain(CLI::App& app, int& exit_code) {
       command->add_flag("--schedule", explain.schedule, "the tasks instead of the drawings")->excludes(pou, flow);
   command
       ->add_option("--config", explain.configuration,
-                   "with --schedule: priorities, processors, deadlines and measured times of the tasks, and the "
-                   "calibration; with it and --flow: [taskblocks] libraries that the project may use")
+                   "[project] and [taskblocks] libraries that the project uses; with --schedule also priorities, "
+                   "processors, deadlines and measured times of the tasks, and the calibration")
       ->type_name("plc.toml");
   command->add_flag("--json", explain.json, "the schedule as one JSON document")->needs(schedule);
   add_library_option(*command, explain.libraries);

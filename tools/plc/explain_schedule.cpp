@@ -193,7 +193,7 @@ void print_json(const Explained& e, const std::string& file) {
 int explain_schedule(const CLI::App& app, const ExplainSchedule& explain) {
   Compilation compilation;
   if (const auto code = open_or_explain(
-          app, {explain.file, explain.options, Goal::kRun, explain.libraries, {}, explain.taskblocks}, compilation)) {
+          app, {explain.file, explain.options, Goal::kRun, explain.libraries, {}, explain.taskblocks, true}, compilation)) {
     return *code;
   }
   const bytecode::Image& image = compilation.image->image();

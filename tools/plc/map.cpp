@@ -109,8 +109,9 @@ int keep(const Map& map, const std::string& lock_file, const modbus::FrozenAddre
       complain("plc map",
                fmt::format("{} automatic addresses are not frozen and may move when the project changes: {}",
                            changes.fresh.size(), listed(changes.fresh)),
-               fmt::format("plc map {}{} --freeze keeps them in {}", map.file,
-                           map.configuration.empty() ? "" : " --config " + map.configuration, lock_file));
+               fmt::format("plc map {}{}{} --freeze keeps them in {}", shell_word(map.file),
+                           compile_flags(map.options, map.libraries),
+                           map.configuration.empty() ? "" : " --config " + shell_word(map.configuration), lock_file));
     }
     return kExitOk;
   }
@@ -132,10 +133,11 @@ int keep(const Map& map, const std::string& lock_file, const modbus::FrozenAddre
 
 int run(const CLI::App& app, const Map& map) {
   taskblocks::Registry registry;
-  if (const auto code = load_taskblocks(map.configuration, registry)) return *code;
+  std::vector<std::string> libraries = map.libraries;
+  if (const auto code = load_taskblocks(map.configuration, registry, libraries)) return *code;
   Compilation compilation;
   if (const auto code =
-          open_or_explain(app, {map.file, map.options, Goal::kRun, map.libraries, {}, &registry}, compilation)) {
+          open_or_explain(app, {map.file, map.options, Goal::kRun, libraries, {}, &registry, true}, compilation)) {
     return *code;
   }
   runtime::ProgramOptions program;
@@ -235,7 +237,7 @@ void add_map(CLI::App& app, int& exit_code) {
   command->add_option("FILE", map.file, "PLCopen XML or ST file, or image")->required();
   command
       ->add_option("--config", map.configuration,
-                   "configuration with [modbus] and [taskblocks]; without it, the defaults")
+                   "configuration with [modbus], [project] and [taskblocks]; without it, the defaults")
       ->type_name("PLC.TOML");
   std::vector<std::string> names;
   for (const MapFormat& format : kMapFormats) names.emplace_back(format.name);

@@ -36,6 +36,7 @@ struct Sim {
   std::string file, stimulus, trace, configuration;
   std::vector<std::string> watch;
   std::uint64_t cycles = 0;
+  std::optional<runtime::ValueStyle> values;
   Stats stats = Stats::kNone;
   Engine engine = Engine::kInterpreter;
   runtime::ProgramOptions program;
@@ -100,10 +101,10 @@ class ScanTimes final : public runtime::CycleListener {
 /// The paths that a trace records: those that match any pattern, each once, in declaration order per pattern.
 std::vector<std::string> watched_paths(const std::vector<std::string>& patterns, runtime::Resource& resource) {
   const runtime::Access access(resource);
-  if (patterns.empty()) return access.list();
+  if (patterns.empty()) return access.list_names();
   std::vector<std::string> paths;
   for (const std::string& pattern : patterns) {
-    for (std::string& path : access.list(pattern)) {
+    for (std::string& path : access.list_names(pattern)) {
       if (std::find(paths.begin(), paths.end(), path) == paths.end()) paths.push_back(std::move(path));
     }
   }
@@ -132,11 +133,12 @@ int run(const CLI::App& app, const Sim& sim) {
   io::Configuration configuration;
   core::Diagnostics diagnostics;
   if (sim.options.show_all) diagnostics.show_all();
-  const auto unusable = load_taskblocks(sim.configuration, registry, configuration, diagnostics);
+  std::vector<std::string> libraries = sim.libraries;
+  const auto unusable = load_taskblocks(sim.configuration, registry, libraries, configuration, diagnostics);
   if (unusable) return diagnostics.render_with_lines(std::cerr), *unusable;
   Compilation compilation;
   if (const auto code =
-          open_or_explain(app, {sim.file, sim.options, Goal::kRun, sim.libraries, {}, &registry}, compilation)) {
+          open_or_explain(app, {sim.file, sim.options, Goal::kRun, libraries, {}, &registry}, compilation)) {
     return *code;
   }
   runtime::ProgramOptions program = sim.program;
@@ -168,7 +170,10 @@ int run(const CLI::App& app, const Sim& sim) {
                "paths begin with the name of a program instance or a global: --watch '*' lists all of them");
       return kExitUsage;
     }
-    auto writer = io::TraceWriter::open(sim.trace.empty() ? "-" : sim.trace, paths, resource);
+    // Who looks at a few variables reads names; what a file is compared with has numbers.
+    const auto usual = sim.trace.empty() ? runtime::ValueStyle::kNames : runtime::ValueStyle::kNumbers;
+    auto writer =
+        io::TraceWriter::open(sim.trace.empty() ? "-" : sim.trace, paths, resource, sim.values.value_or(usual));
     if (!writer) return complain(writer.error()), exit_code_of(writer.error());
     trace = std::move(*writer);
     trace->attach(simulation);
@@ -249,6 +254,13 @@ void add_sim(CLI::App& app, int& exit_code) {
       ->type_name("PATTERN")
       ->take_all()
       ->allow_extra_args(false);
+  command
+      ->add_option("--values", sim.values,
+                   "how enumerations, durations and dates are written: names (Filling, T#1s500ms), which is the default "
+                   "of --watch, or numbers (1, 1500000000 ns), which is that of --trace")
+      ->transform(choice_validator<runtime::ValueStyle>(
+          {{"names", runtime::ValueStyle::kNames}, {"numbers", runtime::ValueStyle::kNumbers}}))
+      ->type_name("STYLE");
   add_loop_budget(*command, sim.program);
   add_engine_option(*command, sim.engine);
   command
@@ -261,8 +273,8 @@ void add_sim(CLI::App& app, int& exit_code) {
   add_library_option(*command, sim.libraries);
   command
       ->add_option("--config", sim.configuration,
-                   "configuration whose [taskblocks] libraries the project may use, and whose [tasks.NAME] say with "
-                   "evaluate what native code executes")
+                   "configuration whose [project] and [taskblocks] libraries the project uses, and whose [tasks.NAME] "
+                   "say with evaluate what native code executes")
       ->type_name("plc.toml");
   add_compile_options(*command, sim.options);
   command->callback([&exit_code, command] { exit_code = run(*command, sim); });

@@ -303,6 +303,62 @@ TEST_F(StatementsTest, StrayAndMissingKeywords) {
   EXPECT_EQ(world.diagnostics.error_count(), 4u) << world.rendered();
 }
 
+TEST_F(StatementsTest, MissingEndsNameTheStatementThatIsOpen) {
+  const auto last = [this]() -> const core::Diagnostic& { return world.diagnostics.all().back(); };
+  EXPECT_FALSE(lower("FOR a := 1 TO 3 DO\n  IF x THEN\n    b := 1;\nEND_FOR;\nc := nope;"));
+  ASSERT_EQ(world.diagnostics.error_count(), 2u) << world.rendered();
+  EXPECT_EQ(world.diagnostics.all()[0].at.line, 13u);
+  EXPECT_NE(world.diagnostics.all()[0].message.find("END_IF"), std::string::npos);
+  EXPECT_EQ(world.diagnostics.all()[0].help, "the IF of line 11 is open: write END_IF where it ends");
+  // The label of the next branch ends what the branch before left open, and its statements are read.
+  EXPECT_FALSE(lower("CASE a OF\n1: IF x THEN\n     b := 1;\n2, 3: c := nope;\nELSE c := 2;\nEND_CASE;"));
+  ASSERT_EQ(world.diagnostics.error_count(), 4u) << world.rendered();
+  EXPECT_EQ(world.diagnostics.all()[2].at.line, 13u);
+  EXPECT_EQ(world.diagnostics.all()[2].help, "the IF of line 11 is open: write END_IF where it ends");
+  EXPECT_NE(last().message.find("nope"), std::string::npos) << last().message;
+  EXPECT_TRUE(lower("CASE a OF 1: IF x THEN b := 1; ELSE b := 2; END_IF; 2: WHILE x DO x := FALSE; END_WHILE; END_CASE;"))
+      << world.rendered();
+}
+
+TEST_F(StatementsTest, OperatorsOfOtherLanguagesAreNamed) {
+  const auto help = [this](const std::string& text) {
+    EXPECT_FALSE(lower(text)) << text;
+    return world.diagnostics.all().back().help;
+  };
+  const std::pair<const char*, const char*> cases[] = {
+      {"IF a == b THEN c := 1; END_IF;", "\"equal\" is written ="},
+      {"IF a != b THEN c := 1; END_IF;", "\"not equal\" is written <>"},
+      {"IF x && y THEN c := 1; END_IF;", "\"and\" is written AND"},
+      {"IF x || y THEN c := 1; END_IF;", "\"or\" is written OR"},
+      {"IF x&&!y THEN c := 1; END_IF;", "\"and\" is written AND"},
+      {"IF !x THEN c := 1; END_IF;", "\"not\" is written NOT"},
+      {"IF a := b THEN c := 1; END_IF;", ":= assigns"},
+      {"IF (a := b) THEN c := 1; END_IF;", ":= assigns"},
+      {"WHILE a =< b DO c := 1; END_WHILE;", "<="},
+      {"IF a => b THEN c := 1; END_IF;", ">="},
+      {"c := a % b;", "MOD"},
+      {"c := a%2;", "MOD"},
+      {"x := y || x;", "\"or\" is written OR"},
+      {"a++;", "x := x + 1"},
+      {"a += 2;", "x := x + .."},
+      {"c := a << 2;", "SHL"},
+      {"c := x ? a : b;", "SEL"},
+  };
+  for (const auto& [text, part] : cases) EXPECT_NE(help(text).find(part), std::string::npos) << text << ": " << help(text);
+  EXPECT_EQ(help("c := a %IX0.0;").find("MOD"), std::string::npos);
+}
+
+TEST_F(StatementsTest, FunctionsAreGuessedByTheTypesInTheirNames) {
+  const auto help = [this](const std::string& text) {
+    EXPECT_FALSE(lower(text)) << text;
+    return world.diagnostics.all().back().help;
+  };
+  EXPECT_EQ(help("a := INT_TO_STR(a);"), "did you mean \"INT_TO_STRING\"?");
+  EXPECT_EQ(help("a := FLOAT_TO_INT(a);"), "did you mean \"REAL_TO_INT\"?");
+  EXPECT_EQ(help("a := TO_STRNG(a);"), "did you mean \"TO_STRING\"?");
+  EXPECT_EQ(help("a := LIMTI(a);"), "did you mean \"LIMIT\"?");
+}
+
 TEST_F(StatementsTest, WritesThatAreNotAllowed) {
   EXPECT_FALSE(lower("T1.Q := TRUE;"));
   EXPECT_EQ(world.count(Code::P4007), 1u);

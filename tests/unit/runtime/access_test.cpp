@@ -159,6 +159,25 @@ TEST_F(Aliases, PatternsListEveryPathThatMatches) {
   }
 }
 
+TEST_F(Aliases, NamesListEachNameOnce) {
+  ASSERT_NE(r, nullptr);
+  const Access access(*r);
+  const std::vector<std::string> all = {
+      "Logic0.own",      "Logic0.fb.own",   "Logic0.fb.row[1]", "Logic0.fb.row[2]", "Logic0.Lamp",
+      "Logic0.table[1]", "Logic0.table[2]", "Logic0.lvl",       "Logic1.own",       "Logic1.fb.own",
+      "Level",           "Fixed",           "Unused.Spare"};
+  EXPECT_EQ(access.list_names(), all);
+  EXPECT_EQ(access.list_names("*lamp"), (std::vector<std::string>{"Logic0.Lamp"}));
+  EXPECT_EQ(access.list_names("Logic1.la*"), (std::vector<std::string>{"Logic1.Lamp"}));
+  EXPECT_EQ(access.list_names("Logic.*"), (std::vector<std::string>{"Logic.Lamp"}));
+  EXPECT_EQ(access.list_names("*l"), (std::vector<std::string>{"Logic0.lvl", "Level"}));
+  EXPECT_EQ(access.list_names("%*"), (std::vector<std::string>{"%QX0.0", "%QW4[1]", "%QW4[2]", "%IX7.0"}));
+  EXPECT_EQ(access.list_names("*", 2).size(), 2u);
+  for (const char* pattern : {"*", "*e*", "*o*", "%*"}) {
+    for (const std::string& path : access.list_names(pattern)) EXPECT_TRUE(access.find_leaf(path)) << path;
+  }
+}
+
 void expect_listed_where_found(runtime::Resource& r, std::string_view pattern) {
   const Access access(r);
   const auto listed = access.list_places(pattern);
@@ -208,6 +227,7 @@ TEST(Access, ABlockWhoseAliasIsItselfIsListedToAnEnd) {
   EXPECT_EQ(access.list(), (std::vector<std::string>{"One.x"}));
   EXPECT_EQ(access.list("*x"), (std::vector<std::string>{"Main0.one.x", "One.x", "One.me.x"}));
   EXPECT_TRUE(access.find_leaf("Main0.one.me.me.x"));
+  EXPECT_EQ(access.list_names(), (std::vector<std::string>{"One.x"}));
 }
 
 TEST(Access, AGlobalCalledLikeAnInstanceIsFoundAsAValue) {
