@@ -206,7 +206,11 @@ void BlockLowering::lower_bundle(const stdlib::BundleSpec& bundle) {
       continue;
     }
     warn_of_place(*port, e.outputs[i], "output");
-    const auto result = b.call(bundle.outputs[port->index]->name, std::span(&argument, 1), e.at);
+    const stdlib::FunctionSpec& output = *bundle.outputs[port->index];
+    const auto target = d.expected_type({OutRef::Kind::kPin, i, node});
+    const auto wanted = target ? b.module().types.elementary_of(*target) : std::nullopt;
+    const ir::TypeRef type = wanted && stdlib::output_takes(output, *wanted) ? ir::ref_of(*wanted) : port->type;
+    const auto result = b.call(output.name, std::span(&argument, 1), e.at, type);
     if (!result) {
       good = false;
     } else {
@@ -358,7 +362,9 @@ void BlockLowering::place_by_name(const stdlib::FunctionSpec& spec,
   std::vector<std::pair<std::size_t, const Input*>> named;
   for (const auto& [position, input] : order) {
     for (std::size_t i = 0; i < order.size(); ++i) {
-      if (!core::iequals(stdlib::pin_name(spec, i), input->pin->name)) continue;
+      const std::string_view alias = stdlib::pin_alias(spec, i);
+      const bool other = !alias.empty() && core::iequals(alias, input->pin->name);
+      if (!other && !core::iequals(stdlib::pin_name(spec, i), input->pin->name)) continue;
       named.emplace_back(i, input);
       break;
     }

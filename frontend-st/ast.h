@@ -37,6 +37,8 @@ enum class Operator : std::uint8_t {
   kNot,
   kAndThen,  ///< AND that leaves its right side alone when the left one is FALSE (CODESYS)
   kOrElse,   ///< OR that leaves its right side alone when the left one is TRUE (CODESYS)
+  kSet,      ///< of kAssign: S=
+  kReset,    ///< of kAssign: R=
 };
 
 enum class NodeKind : std::uint8_t {
@@ -54,7 +56,7 @@ enum class NodeKind : std::uint8_t {
   kCall,       ///< a ( b .. ): b is the first kArgument or kNoNode
   kArgument,   ///< positional, or [name, name_end) := a, or => a
   // statements, linked by next
-  kAssign,         ///< a := b
+  kAssign,         ///< a := b, a S= b, a R= b (op); b is a kAssign itself in a := b := c
   kCallStatement,  ///< a is the kCall
   kIf,             ///< IF a THEN b .. ; c is the next kIf (ELSIF), or kElse
   kElse,           ///< b ..

@@ -1,5 +1,6 @@
 #include "frontend-st/constants.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <compare>
@@ -41,45 +42,7 @@ ConstantValue typed(ir::TypeRef type, std::uint64_t bits) {
   return out;
 }
 
-double as_double(const ConstantValue& v) {
-  if (v.kind == Kind::kReal) return v.real_value;
-  return v.is_unsigned ? static_cast<double>(static_cast<std::uint64_t>(v.int_value))
-                       : static_cast<double>(v.int_value);
-}
-
-bool is_number(const ConstantValue& v) { return v.kind == Kind::kInt || v.kind == Kind::kReal; }
 bool is_typed(const ConstantValue& v, TypeId id) { return v.kind == Kind::kTyped && v.constant.type == ir::ref_of(id); }
-
-ConstantValue from_literal(const Literal& literal, ir::TypeTable& types) {
-  switch (literal.kind) {
-    case Literal::Kind::kInt:
-      return integer(literal.int_value, literal.int_is_unsigned);
-    case Literal::Kind::kReal:
-      return real(literal.real_value);
-    case Literal::Kind::kText: {
-      const std::size_t length =
-          literal.text.size() / (literal.type == TypeId::kWstring || literal.type == TypeId::kWchar ? 2u : 1u);
-      const TypeId type = core::in_category(literal.type, core::kAnyString) ? literal.type
-                          : literal.type == TypeId::kWchar                  ? TypeId::kWstring
-                                                                            : TypeId::kString;
-      ConstantValue out = typed(types.string(type, static_cast<std::uint16_t>(length == 0 ? 1 : length)), 0);
-      out.constant.text = literal.text;
-      return out;
-    }
-    case Literal::Kind::kScalar:
-      break;
-  }
-  const Rep rep = core::rep_of(literal.type);
-  if (core::in_category(literal.type, core::kAnyReal)) {
-    return constant_of_type(
-        real(rep == Rep::kF32 ? static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(literal.bits)))
-                              : std::bit_cast<double>(literal.bits)),
-        literal.type);
-  }
-  const bool number = core::in_category(literal.type, core::kAnyInt | core::kAnyBit) && literal.type != TypeId::kBool;
-  if (!number) return typed(ir::ref_of(literal.type), literal.bits);
-  return constant_of_type(integer(signed_value(literal.bits, rep), rep == Rep::kU64), literal.type);
-}
 
 /// The type in which the two are computed on, as in statements: the wider of their types; a literal takes the other's.
 std::optional<TypeId> common_type(const ConstantValue& a, const ConstantValue& b) {
@@ -105,8 +68,11 @@ class Evaluator {
   // Nodes stand behind their children, so one pass over the table computes every value.
   std::optional<ConstantValue> run(NodeId root) {
     std::vector<bool> part_of_name(ast_.nodes.size(), false);
-    for (const Node& n : ast_.nodes) {
-      if (n.kind == NodeKind::kMember) part_of_name[n.a] = true;
+    for (NodeId id = 0; id <= root; ++id) {
+      const Node& n = ast_[id];
+      if (n.kind == NodeKind::kMember || n.kind == NodeKind::kIndex || n.kind == NodeKind::kCall)
+        part_of_name[n.a] = true;
+      if (is_sizeof(n)) std::fill(part_of_name.begin() + n.a, part_of_name.begin() + id, true);
     }
     for (NodeId id = 0; id <= root; ++id) {
       values_.emplace_back();
@@ -121,6 +87,14 @@ class Evaluator {
   }
   [[nodiscard]] NodeId wrong() const { return wrong_; }
   [[nodiscard]] const std::string& problem() const { return problem_; }
+  /// Idioms that were met: code, node, message, help.
+  struct Note {
+    Code code;
+    NodeId at;
+    std::string message;
+    std::string help;
+  };
+  [[nodiscard]] const std::vector<Note>& notes() const { return notes_; }
 
  private:
   std::optional<ConstantValue> fail(std::string problem) {
@@ -135,12 +109,25 @@ class Evaluator {
       case NodeKind::kLiteral: {
         const auto literal = parse_literal(name, problem_);
         if (!literal) return std::nullopt;
-        return from_literal(*literal, types_);
+        if (!literal->beyond_latin_1.empty()) {
+          notes_.push_back({Code::P4346, id, beyond_latin_1_text(*literal), kBeyondLatin1Help});
+        }
+        return constant_of_literal(*literal, types_);
       }
       case NodeKind::kName:
-        return named(name);
+        return named(id, name);
       case NodeKind::kMember:
-        return named(source_.slice(n.begin, n.end));
+        return named(id, source_.slice(n.begin, n.end));
+      case NodeKind::kIndex: {
+        const auto value = part_of_variable(id);
+        return value ? value : fail("\"" + std::string(source_.slice(n.begin, n.end)) + "\" is not constant");
+      }
+      case NodeKind::kArgument:
+        if (n.a == kNoNode || (n.argument != ArgumentKind::kPositional && n.argument != ArgumentKind::kInput))
+          return fail("a call of constants has values at all inputs, and no outputs");
+        return values_[n.a];
+      case NodeKind::kCall:
+        return call(id);
       case NodeKind::kEnumValue:
         return enum_value(name.substr(0, name.find('#')), name.substr(name.find('#') + 1));
       case NodeKind::kUnary:
@@ -165,12 +152,65 @@ class Evaluator {
                  truncate_bits(static_cast<std::uint64_t>(value.value), core::rep_of(types_[value.type].elementary)));
   }
 
-  std::optional<ConstantValue> named(std::string_view name) {
+  bool is_sizeof(const Node& n) const {
+    return n.kind == NodeKind::kCall && ast_[n.a].kind == NodeKind::kName &&
+           core::iequals(source_.slice(ast_[n.a].name, ast_[n.a].name_end), "SIZEOF");
+  }
+
+  std::optional<ConstantValue> call(NodeId id) {
+    const Node& n = ast_[id];
+    const std::string_view callee = source_.slice(ast_[n.a].begin, ast_[n.a].end);
+    if (is_sizeof(n)) {
+      if (n.b == kNoNode || ast_[n.b].next != kNoNode || ast_[n.b].argument != ArgumentKind::kPositional)
+        return fail("SIZEOF takes one variable or type");
+      const auto size = scope_.size_of(ast_, source_, ast_[n.b].a, problem_);
+      if (!size) return std::nullopt;
+      notes_.push_back({Code::P4352, id,
+                        "SIZEOF is not in the standard; " + std::string(source_.slice(n.begin, n.end)) + " is " +
+                            std::to_string(*size) + " in CODESYS",
+                        "write the number"});
+      return integer(static_cast<std::int64_t>(*size));
+    }
+    if (ast_[n.a].kind != NodeKind::kName || scope_.is_own_function(callee))
+      return fail("\"" + std::string(source_.slice(n.begin, n.end)) + "\" is not constant");
+    std::vector<ConstantValue> arguments;
+    std::vector<std::string_view> pins;
+    for (NodeId argument = n.b; argument != kNoNode; argument = ast_[argument].next) {
+      if (ast_[argument].a == kNoNode) return fail("an argument is left out");
+      arguments.push_back(*values_[argument]);
+      pins.push_back(source_.slice(ast_[argument].name, ast_[argument].name_end));
+    }
+    return call_constant(callee, arguments, pins, types_, id + 1 == ast_.nodes.size() ? expected_ : std::nullopt,
+                         problem_);
+  }
+
+  /// What "a.b[2].c" begins with.
+  std::optional<ConstantValue> part_of_variable(NodeId id) {
+    std::vector<PathStep> path;
+    for (; ast_[id].kind == NodeKind::kMember || ast_[id].kind == NodeKind::kIndex; id = ast_[id].a) {
+      const Node& n = ast_[id];
+      if (n.kind == NodeKind::kMember) {
+        path.push_back({source_.slice(n.name, n.name_end)});
+        continue;
+      }
+      const std::size_t first = path.size();
+      for (NodeId index = n.b; index != kNoNode; index = ast_[index].next) {
+        if (values_[index]->kind != Kind::kInt) return std::nullopt;
+        path.insert(path.begin() + static_cast<std::ptrdiff_t>(first), PathStep{{}, values_[index]->int_value});
+      }
+    }
+    if (ast_[id].kind != NodeKind::kName) return std::nullopt;
+    std::reverse(path.begin(), path.end());
+    return scope_.variable_value(source_.slice(ast_[id].name, ast_[id].name_end), path);
+  }
+
+  std::optional<ConstantValue> named(NodeId id, std::string_view name) {
     if (expected_) {
       const EnumValueRef wanted = find_enum_value(types_, *expected_, name);
       if (wanted.type.valid()) return enum_constant(wanted);
     }
     if (const auto constant = scope_.constant_named(name)) return constant;
+    if (const auto value = part_of_variable(id)) return value;
     if (core::iequals(name, "NULL")) {
       ConstantValue null;
       null.kind = Kind::kNull;
@@ -263,7 +303,7 @@ class Evaluator {
   std::optional<ConstantValue> computed(const stdlib::Overload& overload, TypeId type,
                                         std::initializer_list<const ConstantValue*> operands) {
     std::vector<std::uint64_t> bits;
-    for (const ConstantValue* operand : operands) bits.push_back(bits_of(*operand, core::rep_of(type)));
+    for (const ConstantValue* operand : operands) bits.push_back(number_bits(*operand, core::rep_of(type)));
     std::vector<const void*> arguments;
     for (const std::uint64_t& one : bits) arguments.push_back(&one);
     Literal result;
@@ -274,12 +314,7 @@ class Evaluator {
     if (event == stdlib::Event::kDivideByZero) return fail("division by zero");
     if (event != stdlib::Event::kNone) return fail("the operator does not take these values");
     result.bits = truncate_bits(result.bits, core::rep_of(type));
-    return from_literal(result, types_);
-  }
-  static std::uint64_t bits_of(const ConstantValue& v, Rep rep) {
-    if (rep == Rep::kF32) return std::bit_cast<std::uint32_t>(static_cast<float>(as_double(v)));
-    if (rep == Rep::kF64) return std::bit_cast<std::uint64_t>(as_double(v));
-    return truncate_bits(static_cast<std::uint64_t>(v.int_value), rep);
+    return constant_of_literal(result, types_);
   }
 
   std::optional<ConstantValue> integers(Operator op, std::int64_t a, std::int64_t b) {
@@ -388,25 +423,49 @@ class Evaluator {
   ConstantScope& scope_;
   std::optional<ir::TypeRef> expected_;
   std::vector<std::optional<ConstantValue>> values_;
+  std::vector<Note> notes_;
   std::string problem_;
   NodeId wrong_ = kNoNode;
 };
 
-std::string shown(const ConstantValue& v, const ir::TypeTable& types) {
-  switch (v.kind) {
-    case Kind::kInt:
-      return v.is_unsigned ? std::to_string(static_cast<std::uint64_t>(v.int_value)) : std::to_string(v.int_value);
-    case Kind::kReal:
-      return "a real number";
-    case Kind::kNull:
-      return "NULL";
-    case Kind::kTyped:
+}  // namespace
+
+ConstantValue constant_of_literal(const Literal& literal, ir::TypeTable& types) {
+  switch (literal.kind) {
+    case Literal::Kind::kInt:
+      return integer(literal.int_value, literal.int_is_unsigned);
+    case Literal::Kind::kReal:
+      return real(literal.real_value);
+    case Literal::Kind::kText: {
+      const std::size_t length =
+          literal.text.size() / (literal.type == TypeId::kWstring || literal.type == TypeId::kWchar ? 2u : 1u);
+      const TypeId type = core::in_category(literal.type, core::kAnyString) ? literal.type
+                          : literal.type == TypeId::kWchar                  ? TypeId::kWstring
+                                                                            : TypeId::kString;
+      ConstantValue out = typed(types.string(type, static_cast<std::uint16_t>(length == 0 ? 1 : length)), 0);
+      out.constant.text = literal.text;
+      return out;
+    }
+    case Literal::Kind::kScalar:
       break;
   }
-  return "a value of type " + types.name_of(v.constant.type);
+  const Rep rep = core::rep_of(literal.type);
+  if (core::in_category(literal.type, core::kAnyReal)) {
+    return constant_of_type(
+        real(rep == Rep::kF32 ? static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(literal.bits)))
+                              : std::bit_cast<double>(literal.bits)),
+        literal.type);
+  }
+  const bool number = core::in_category(literal.type, core::kAnyInt | core::kAnyBit) && literal.type != TypeId::kBool;
+  if (!number) return typed(ir::ref_of(literal.type), literal.bits);
+  return constant_of_type(integer(signed_value(literal.bits, rep), rep == Rep::kU64), literal.type);
 }
 
-}  // namespace
+std::uint64_t number_bits(const ConstantValue& v, Rep rep) {
+  if (rep == Rep::kF32) return std::bit_cast<std::uint32_t>(static_cast<float>(as_double(v)));
+  if (rep == Rep::kF64) return std::bit_cast<std::uint64_t>(as_double(v));
+  return truncate_bits(static_cast<std::uint64_t>(v.int_value), rep);
+}
 
 ConstantValue constant_of_type(ConstantValue value, TypeId id) {
   if (!is_number(value)) return value;
@@ -434,101 +493,14 @@ std::optional<ConstantValue> evaluate_constant(std::string_view text, const core
   if (root == kNoNode) return std::nullopt;
   Evaluator evaluator(source, parser.ast(), types, scope, expected);
   const auto value = evaluator.run(root);
+  for (const Evaluator::Note& note : evaluator.notes()) {
+    diagnostics.report(note.code, source.locate(parser.ast()[note.at].begin), pou, note.message, note.help);
+  }
   if (!value) {
     diagnostics.report(Code::P4034, source.locate(parser.ast()[evaluator.wrong()].begin), pou,
                        "\"" + std::string(core::trimmed(text)) + "\" has no constant value: " + evaluator.problem());
   }
   return value;
-}
-
-std::optional<ir::Constant> constant_as(const ConstantValue& value, ir::TypeRef to, const ir::TypeTable& types,
-                                        std::string& problem) {
-  const ir::Type& target = types[to];
-  const auto id = types.elementary_of(to);
-  ir::Constant out;
-  out.type = to;
-  problem = types.name_of(to) + " does not take " + shown(value, types);
-  if (target.kind == ir::TypeKind::kReference) return value.kind == Kind::kNull ? std::optional(out) : std::nullopt;
-  if (!id || value.kind == Kind::kNull) return std::nullopt;
-  const Rep rep = core::rep_of(*id);
-  if (target.kind == ir::TypeKind::kEnum) {
-    if (value.kind == Kind::kTyped && value.constant.type == to) return value.constant;
-    if (value.kind != Kind::kInt) return std::nullopt;
-    // Some tools export enumeration values as their numbers.
-    for (const ir::EnumMember& member : target.members) {
-      if (member.value != value.int_value) continue;
-      out.bits = truncate_bits(static_cast<std::uint64_t>(member.value), rep);
-      return out;
-    }
-    return std::nullopt;
-  }
-  if (target.kind == ir::TypeKind::kString || core::in_category(*id, core::kAnyChar)) {
-    const bool wide = rep == Rep::kWstr || *id == TypeId::kWchar;
-    if (value.kind != Kind::kTyped) return std::nullopt;
-    const auto from = types.elementary_of(value.constant.type);
-    if (from != (wide ? TypeId::kWstring : TypeId::kString)) {
-      if (from && core::in_category(*from, core::kAnyString)) {
-        problem += "; a STRING stands in single quotes, a WSTRING in double ones";
-      }
-      return std::nullopt;
-    }
-    const std::size_t length = value.constant.text.size() / (wide ? 2u : 1u);
-    if (target.kind == ir::TypeKind::kString) {
-      if (length > target.capacity) {
-        problem = "a text of " + std::to_string(length) + " characters does not fit into " + types.name_of(to);
-        return std::nullopt;
-      }
-      out.text = value.constant.text;
-      return out;
-    }
-    if (length != 1) return std::nullopt;
-    for (std::size_t i = value.constant.text.size(); i-- > 0;) {
-      out.bits = (out.bits << 8) | static_cast<unsigned char>(value.constant.text[i]);
-    }
-    return out;
-  }
-  if (core::in_category(*id, core::kAnyReal)) {
-    if (!is_number(value)) return std::nullopt;
-    const double number = as_double(value);
-    if (rep == Rep::kF64) {
-      out.bits = std::bit_cast<std::uint64_t>(number);
-      return out;
-    }
-    const auto narrow = static_cast<float>(number);
-    if (std::isinf(narrow) && !std::isinf(number)) {
-      problem = "the value is out of the range of REAL";
-      return std::nullopt;
-    }
-    out.bits = std::bit_cast<std::uint32_t>(narrow);
-    return out;
-  }
-  if (value.kind == Kind::kTyped) {
-    const auto from = types.elementary_of(value.constant.type);
-    if (!from || types[value.constant.type].kind == ir::TypeKind::kEnum) return std::nullopt;
-    if (*from != *id && !stdlib::widens(*from, *id)) return std::nullopt;
-    if (core::in_category(*from, core::kAnyChars)) return std::nullopt;
-    if (*from == TypeId::kBool && *id != TypeId::kBool) return std::nullopt;
-    out.bits = value.constant.bits;
-    return out;
-  }
-  if (value.kind != Kind::kInt) return std::nullopt;
-  if (core::in_category(*id, core::kAnyDuration | core::kAnyDate)) {
-    // Tools that fill in defaults write a plain 0; any other number has no unit.
-    if (value.int_value == 0) return out;
-    problem += "; durations and dates have a prefix, as in T#5s";
-    return std::nullopt;
-  }
-  if (!int_fits(value.int_value, value.is_unsigned, *id)) {
-    problem = shown(value, types) + " does not fit into " + types.name_of(to);
-    return std::nullopt;
-  }
-  if (target.kind == ir::TypeKind::kSubrange && (value.int_value < target.lower || value.int_value > target.upper)) {
-    problem = shown(value, types) + " is outside of " + types.name_of(to) + " (" + std::to_string(target.lower) + ".." +
-              std::to_string(target.upper) + ")";
-    return std::nullopt;
-  }
-  out.bits = truncate_bits(static_cast<std::uint64_t>(value.int_value), rep);
-  return out;
 }
 
 }  // namespace plc::st

@@ -68,6 +68,9 @@ constexpr std::pair<std::string_view, Word> kWords[] = {
     {"INITIAL_STEP", Word::kInitialStep},
     {"TRANSITION", Word::kTransition},
     {"END_TRANSITION", Word::kEndTransition},
+    // Other spellings stand behind those of the standard.
+    {"FUNCTIONBLOCK", Word::kFunctionBlock},
+    {"END_FUNCTIONBLOCK", Word::kEndFunctionBlock},
 };
 
 /// Words that no declared thing can be called. Those of later editions and of charts are names in older texts.
@@ -126,6 +129,13 @@ Word DeclarationReader::word_of(const Token& token) const {
   if (token.kind != TokenKind::kIdentifier || length < 3 || length > 18) return Word::kNone;
   const auto found = kTable.find(text_of(token));
   return found == kTable.end() ? Word::kNone : found->second;
+}
+
+void DeclarationReader::note_spelling(const Token& token, Word word) {
+  const std::string_view standard = kWords[static_cast<std::size_t>(word) - 1].first;
+  if (core::iequals(text_of(token), standard)) return;
+  fail(Code::P4350, token, "keyword " + shown(token) + " is " + std::string(standard) + " in the standard",
+       "write " + std::string(standard));
 }
 
 bool DeclarationReader::is_text(const Token& token, std::string_view word) const {

@@ -98,6 +98,8 @@ class DeclarationReader {
   const Token& peek(std::size_t ahead);  ///< the token `ahead` behind the current one, 1 to 4
   [[nodiscard]] std::string_view text_of(const Token& token) const { return source_.slice(token.begin, token.end); }
   [[nodiscard]] Word word_of(const Token& token) const;
+  /// Says so where a keyword is not spelled as in the standard.
+  void note_spelling(const Token& token, Word word);
   /// Words that no declared thing can be called.
   [[nodiscard]] static bool is_reserved(Word word);
   [[nodiscard]] bool at(TokenKind kind) const { return token_.kind == kind; }

@@ -66,6 +66,7 @@ void Declarer::run() {
         if (!v.constant) continue;
         global_constants_.emplace(v.name, &v);
         if (!v.list.empty()) global_constants_.emplace(v.list + "." + v.name, &v);
+        if (!v.prefix.empty()) global_constants_.emplace(v.prefix + "." + v.name, &v);
       }
     };
     collect(configuration.globals);
@@ -213,6 +214,7 @@ void Declarer::declare_global(const plcopen::Variable& variable) {
     }
   }
   module_.global_by_name.emplace(qualified, index);
+  if (!variable.prefix.empty()) module_.global_by_name.emplace(variable.prefix + "." + variable.name, index);
   module_.globals.push_back(std::move(global));
   pending_.push_back({&variable, kNoPou, index});
 }
@@ -259,10 +261,7 @@ std::optional<Address> Declarer::address_of(const plcopen::Variable& variable, T
 
 void Declarer::declare_interface(std::uint32_t index) {
   const plcopen::Pou& from = project_.pous[index];
-  local_constants_.clear();
-  for (const plcopen::Variable& v : from.variables) {
-    if (v.constant && v.section != Section::kExternal) local_constants_.emplace(v.name, &v);
-  }
+  enter_scope(index);
   if (from.kind == plcopen::PouKind::kFunction && from.return_type.kind != plcopen::TypeSpec::Kind::kMissing) {
     const auto type = resolve(from.return_type, {from.name, from.name, from.at});
     if (type) {
@@ -283,7 +282,7 @@ void Declarer::declare_interface(std::uint32_t index) {
   for (const plcopen::Variable& v : from.variables) {
     if (v.section != Section::kAccess && v.section != Section::kConfig) declare_variable(index, v);
   }
-  local_constants_.clear();
+  enter_scope(kNoPou);
   if (from.taskblock == 0) return;
   ir::Variable object;
   object.name = ir::kObjectName;
@@ -327,6 +326,11 @@ void Declarer::declare_variable(std::uint32_t pou_index, const plcopen::Variable
   }
   if (variable.section == Section::kExternal || variable.section == Section::kGlobal) {
     if (!bind_external(out, variable, owner)) {
+      module_.pous[pou_index].refused.insert(variable.name);
+      return;
+    }
+  } else if (variable.section == Section::kStatic) {
+    if (!bind_static(out, variable, owner)) {
       module_.pous[pou_index].refused.insert(variable.name);
       return;
     }
@@ -424,6 +428,26 @@ std::string Declarer::first_place(const core::SourceRef& first, const core::Sour
   if (first.line == 0) return elsewhere ? "in " + diagnostics_.file_name(first.file) : "elsewhere";
   const std::string line = std::to_string(first.line);
   return elsewhere ? "at " + diagnostics_.file_name(first.file) + ":" + line : "at line " + line;
+}
+
+// One variable for all instances and calls of its POU: a global that nobody else can name.
+bool Declarer::bind_static(ir::Variable& out, const plcopen::Variable& variable, const Owner& owner) {
+  const auto type = resolve(variable.type, owner);
+  if (!type) return false;
+  if (!variable.address.empty()) {
+    report(Code::P4023, variable.at, owner.pou, quoted(variable.name) + " is VAR_STAT and has an address",
+           "declare it as a global variable");
+  }
+  out.type = *type;
+  ir::Global global;
+  global.variable = out;
+  global.variable.name = std::string(owner.pou) + "." + variable.name;
+  global.variable.role = Role::kLocal;
+  global.from_library = variable.at.file != project_.file;
+  out.role = Role::kExternal;
+  out.global = static_cast<std::uint32_t>(module_.globals.size());
+  module_.globals.push_back(std::move(global));
+  return true;
 }
 
 bool Declarer::bind_external(ir::Variable& out, const plcopen::Variable& variable, const Owner& owner) {

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -31,6 +32,10 @@ class Declarer final : public ConstantScope {
            ir::Module& module);
   void run();
   std::optional<ConstantValue> constant_named(std::string_view name) override;
+  std::optional<ConstantValue> variable_value(std::string_view root, std::span<const PathStep> path) override;
+  bool is_own_function(std::string_view name) override;
+  std::optional<std::uint64_t> size_of(const Ast& ast, const SourceText& source, NodeId id,
+                                       std::string& problem) override;
 
  private:
   using Items = std::vector<ir::InitItem>;
@@ -97,7 +102,7 @@ class Declarer final : public ConstantScope {
   const Items& defaults_of(std::uint32_t user_type);
   Items spec_defaults(const plcopen::TypeSpec& spec, ir::TypeRef type, const Owner& owner);
   std::optional<ConstantValue> evaluate_text(std::string_view text, const core::SourceRef& at, ir::TypeRef type,
-                                             const Owner& owner);
+                                             const Owner& owner, core::Diagnostics& diagnostics);
   bool add_items(const plcopen::InitialValue& value, ir::TypeRef type, std::vector<std::uint32_t>& path, Items& out,
                  const Owner& owner);
   bool add_array_items(const plcopen::InitialValue& value, ir::TypeRef type, std::vector<std::uint32_t>& path,
@@ -107,7 +112,23 @@ class Declarer final : public ConstantScope {
   std::optional<ConstantValue> constant_value(const plcopen::Variable* variable, bool is_local);
   std::optional<core::TypeId> number_behind(const plcopen::TypeSpec& spec, std::uint32_t depth);
   Items initial_of(const plcopen::Variable& variable, ir::TypeRef type, const Owner& owner);
+  /// Whether the value is to be computed by the POU itself, and what is said of it; false when it has an error.
+  bool add_scalar(const plcopen::InitialValue& value, ir::TypeRef type, const std::vector<std::uint32_t>& path,
+                  Items& out, const Owner& owner);
   void initialize_all();
+  void initialize(std::uint32_t pending);
+
+  // variable_values.cpp
+  void index_pending();
+  [[nodiscard]] const ir::Pou* scope_pou() const;
+  /// True when the text names a variable, or part of one, of this type, which holds no instances.
+  bool names_place_of(std::string_view text, ir::TypeRef type);
+  /// What the part of `variable` at `path` begins with; `fresh` leaves out what the variable itself is given.
+  std::optional<ConstantValue> part_value(const ir::Variable& variable, std::span<const PathStep> path, bool fresh);
+  ConstantValue value_of(const ir::Constant& constant, ir::TypeRef type);
+  /// Initialises these pending variables now, since another one asks for them. False when that nests too deep.
+  bool initialize_first(std::uint32_t first, std::uint32_t last);
+  void enter_scope(std::uint32_t pou);
 
   // declare_pous.cpp
   void declare_pou_names();
@@ -120,6 +141,7 @@ class Declarer final : public ConstantScope {
   void declare_variable(std::uint32_t pou, const plcopen::Variable& variable);
   void detect_edges(std::uint32_t pou);
   bool bind_external(ir::Variable& out, const plcopen::Variable& variable, const Owner& owner);
+  bool bind_static(ir::Variable& out, const plcopen::Variable& variable, const Owner& owner);
   std::optional<Address> address_of(const plcopen::Variable& variable, ir::TypeRef type, const Owner& owner);
 
   // declare_located.cpp
@@ -181,7 +203,24 @@ class Declarer final : public ConstantScope {
   NameMap<const plcopen::Variable*> local_constants_;  ///< of the POU being declared
   std::map<const plcopen::Variable*, std::optional<ConstantValue>> constant_values_;
 
+  static constexpr std::uint32_t kNoPending = 0xffffffffu;
+  /// What an initial value takes from variables.
+  struct InitialUse {
+    bool variable = false;       ///< it names one that is no constant
+    bool while_running = false;  ///< it is known only when the POU runs
+    std::string later{};         ///< it names one that is declared later
+  };
+
   std::vector<Pending> pending_;
+  std::vector<State> pending_state_;
+  std::unordered_map<std::uint64_t, std::uint32_t> pending_of_;  ///< by POU and variable
+  std::uint32_t current_ = kNoPending;                           ///< the variable that is being initialised
+  std::uint32_t scope_pou_ = kNoPou;                             ///< whose names expressions see
+  InitialUse use_;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> pending_of_pou_;  ///< first, and behind the last
+  std::uint32_t nested_initial_values_ = 0;
+  std::size_t initial_items_ = 0;
+  bool ltime_fits_ = false;  ///< the TIME that is being initialised is a timer's, which takes LTIME
   std::vector<ir::ReferenceInit>* references_ = nullptr;  ///< takes REF(x) of the variable being initialised
   std::unordered_set<std::uint32_t> owned_by_one_pou_;    ///< located globals made for one POU: named POU.variable
   std::vector<std::uint8_t> holds_located_;               ///< by type: not known yet, no, yes

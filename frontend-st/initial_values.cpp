@@ -5,6 +5,7 @@
 
 #include "core/text.h"
 #include "frontend-st/declarer.h"
+#include "frontend-st/lexer.h"
 
 namespace plc::st {
 
@@ -18,6 +19,7 @@ namespace {
 
 /// Scalars that initial values of one variable may set one by one.
 constexpr std::size_t kMaxItems = std::size_t{1} << 20;
+constexpr std::size_t kMaxTotalItems = 8 * kMaxItems;
 
 std::string quoted(std::string_view text) { return '"' + std::string(text) + '"'; }
 
@@ -106,6 +108,9 @@ Declarer::Items Declarer::spec_defaults(const TypeSpec& spec, TypeRef type, cons
     case TypeSpec::Kind::kStruct: {
       const std::vector<ir::TypeField> fields = types()[type].fields;
       std::uint32_t index = 0;
+      // A type is the same for all variables of it.
+      const auto current = std::exchange(current_, kNoPending);
+      auto* const references = std::exchange(references_, nullptr);
       for (const plcopen::Variable& member : spec.members) {
         if (index >= fields.size() || !core::iequals(fields[index].name, member.name)) continue;
         const std::string name = std::string(owner.name) + "." + member.name;
@@ -115,7 +120,8 @@ Declarer::Items Declarer::spec_defaults(const TypeSpec& spec, TypeRef type, cons
                  "structure " + quoted(owner.name) + " would need more than " + std::to_string(kMaxItems) +
                      " initial values",
                  "initialise it in a first cycle instead of in its type");
-          return {};
+          out.clear();
+          break;
         }
         for (ir::InitItem& item : inner) {
           item.path.insert(item.path.begin(), index);
@@ -123,6 +129,8 @@ Declarer::Items Declarer::spec_defaults(const TypeSpec& spec, TypeRef type, cons
         }
         ++index;
       }
+      current_ = current;
+      references_ = references;
       break;
     }
     default:
@@ -143,16 +151,22 @@ Declarer::Items Declarer::initial_of(const plcopen::Variable& variable, TypeRef 
 
 // Beremiz and OpenPLC Editor keep string values as typed, and add the quotes when they generate code.
 std::optional<ConstantValue> Declarer::evaluate_text(std::string_view text, const core::SourceRef& at, TypeRef type,
-                                                     const Owner& owner) {
+                                                     const Owner& owner, core::Diagnostics& diagnostics) {
   if (text.find_first_of("'\"") == std::string_view::npos) {
     core::Diagnostics unheard;
     std::string problem;
+    // A text that happens to be the name of a variable is a text there.
+    const bool keeps_quotes = project_.version == plcopen::Version::kText;
+    const auto current = current_;
+    if (!keeps_quotes && is_identifier(core::trimmed(text))) current_ = kNoPending;
     const auto value = evaluate_constant(text, at, types(), *this, unheard, owner.pou, type);
+    current_ = current;
     if (value && constant_as(*value, type, types(), problem)) return value;
+    if (use_.while_running) return std::nullopt;
     const std::string quote = types()[type].elementary == core::TypeId::kString ? "'" : "\"";
-    return evaluate_constant(quote + std::string(text) + quote, at, types(), *this, diagnostics_, owner.pou, type);
+    return evaluate_constant(quote + std::string(text) + quote, at, types(), *this, diagnostics, owner.pou, type);
   }
-  return evaluate_constant(text, at, types(), *this, diagnostics_, owner.pou, type);
+  return evaluate_constant(text, at, types(), *this, diagnostics, owner.pou, type);
 }
 
 bool Declarer::add_items(const InitialValue& value, TypeRef type, std::vector<std::uint32_t>& path, Items& out,
@@ -176,6 +190,13 @@ bool Declarer::add_items(const InitialValue& value, TypeRef type, std::vector<st
       break;
   }
   if (core::trimmed(value.text).empty()) return true;
+  if (!types().rep_of(type) && references_ != nullptr && names_place_of(value.text, type)) {
+    report(Code::P4349, at, owner.pou,
+           "initial value " + quoted(core::trimmed(value.text)) + " of " + quoted(owner.name) + " is a variable",
+           "assign it in the first scan");
+    references_->push_back({path, value.text, at});
+    return true;
+  }
   if (!types().rep_of(type)) {
     report(Code::P4020, at, owner.pou,
            "initial value " + quoted(value.text) + " of " + quoted(owner.name) + ", which has type " +
@@ -188,11 +209,40 @@ bool Declarer::add_items(const InitialValue& value, TypeRef type, std::vector<st
     references_->push_back({path, value.text, at});
     return true;
   }
-  const auto result = target.kind == TypeKind::kString
-                          ? evaluate_text(value.text, at, type, owner)
-                          : evaluate_constant(value.text, at, types(), *this, diagnostics_, owner.pou, type);
-  if (!result) return false;
+  return add_scalar(value, type, path, out, owner);
+}
+
+bool Declarer::add_scalar(const InitialValue& value, TypeRef type, const std::vector<std::uint32_t>& path, Items& out,
+                          const Owner& owner) {
+  const core::SourceRef& at = place(value.at, owner);
+  use_ = {};
+  core::Diagnostics heard;
+  auto result = types()[type].kind == TypeKind::kString
+                    ? evaluate_text(value.text, at, type, owner, heard)
+                    : evaluate_constant(value.text, at, types(), *this, heard, owner.pou, type);
+  const InitialUse use = use_;
+  const bool while_running = !result && use.while_running && references_ != nullptr;
+  for (const core::Diagnostic& d : heard.all()) {
+    if (!while_running || d.severity == core::Severity::kNote) report(d.code, d.at, d.pou, d.message, d.help);
+  }
+  if (!use.later.empty()) {
+    report(Code::P4055, at, owner.pou,
+           "initial value of " + quoted(owner.name) + " names " + quoted(use.later) +
+               ", which is declared later and still has its default value there",
+           "declare " + quoted(use.later) + " first");
+  }
+  if (while_running || (result && use.variable)) {
+    report(Code::P4349, at, owner.pou,
+           "initial value " + quoted(core::trimmed(value.text)) + " of " + quoted(owner.name) + " is no constant",
+           "make what it names CONSTANT, or assign it in the first scan");
+  }
+  if (while_running) references_->push_back({path, value.text, at});
+  if (!result) return while_running;
   std::string problem;
+  if (ltime_fits_ && result->kind == ConstantValue::Kind::kTyped &&
+      result->constant.type == ir::ref_of(core::TypeId::kLtime)) {
+    result->constant.type = type;
+  }
   auto constant = constant_as(*result, type, types(), problem);
   if (!constant) {
     report(Code::P4020, at, owner.pou,
@@ -309,7 +359,10 @@ bool Declarer::add_struct_items(const InitialValue& value, TypeRef type, std::ve
       continue;
     }
     path.push_back(*index);
+    ltime_fits_ = target.kind == TypeKind::kBlock && target.block->any_duration &&
+                  member_type == ir::ref_of(core::TypeId::kTime);
     fine = add_items(one, member_type, path, out, owner) && fine;
+    ltime_fits_ = false;
     path.pop_back();
   }
   return fine;
@@ -366,10 +419,13 @@ std::optional<ConstantValue> Declarer::constant_value(const plcopen::Variable* v
   ++chain_;
   // A global constant knows nothing of the POU that asks for it.
   NameMap<const plcopen::Variable*> hidden;
+  const auto current = current_;
   if (!is_local) std::swap(hidden, local_constants_);
+  if (!is_local) current_ = kNoPending;
   core::Diagnostics quiet;
   auto value = evaluate_constant(variable->initial.text, variable->initial.at, types(), *this, quiet, {});
   if (!is_local) std::swap(hidden, local_constants_);
+  current_ = current;
   --chain_;
   if (too_deep_.first != nullptr) {
     constant_values_.erase(variable);
@@ -398,58 +454,20 @@ std::optional<core::TypeId> Declarer::number_behind(const plcopen::TypeSpec& spe
 }
 
 void Declarer::initialize_all() {
-  constexpr std::size_t kMaxTotalItems = 8 * kMaxItems;
-  std::size_t total = 0;
-  std::uint32_t pou = kNoPou;
   for (std::uint32_t i = 0; i < user_types_.size(); ++i) {
     const Items& items = defaults_of(i);
     const bool own = user_types_[i].declaration->type.kind == TypeSpec::Kind::kStruct && user_types_[i].type;
     if (own && !items.empty()) module_.type_defaults.emplace(user_types_[i].type->index, items);
   }
-  for (const Pending& pending : pending_) {
-    if (pending.pou != pou) {
-      pou = pending.pou;
-      local_constants_.clear();
-      if (pou != kNoPou) {
-        for (const plcopen::Variable& v : project_.pous[pou].variables) {
-          if (v.constant && v.section != plcopen::Section::kExternal) local_constants_.emplace(v.name, &v);
-        }
-      }
-    }
-    const bool global = pending.pou == kNoPou;
-    const auto target = [&]() -> ir::Variable& {
-      return global ? module_.globals[pending.variable].variable
-                    : module_.pous[pending.pou].variables[pending.variable];
-    };
-    const std::string pou_name = global ? std::string{} : module_.pous[pending.pou].name;
-    ir::Variable& first = target();
-    if (first.role == ir::Role::kExternal) {
-      // A located variable lives in its global. An external takes the global's own value.
-      if (pending.declaration->section == plcopen::Section::kExternal) continue;
-      const std::uint32_t index = first.global;
-      if (!module_.globals[index].variable.initial.empty()) continue;
-      Items items =
-          initial_of(*pending.declaration, first.type, {pou_name, pending.declaration->name, pending.declaration->at});
-      module_.globals[index].variable.initial = std::move(items);
-      continue;
-    }
-    if (first.role == ir::Role::kInOut) continue;
-    std::vector<ir::ReferenceInit> references;
-    references_ = global ? nullptr : &references;
-    Items items =
-        initial_of(*pending.declaration, first.type, {pou_name, pending.declaration->name, pending.declaration->at});
-    references_ = nullptr;
-    total += items.size();
-    if (total > kMaxTotalItems) {
-      report(Code::P4020, pending.declaration->at, pou_name,
-             "the project sets more than " + std::to_string(kMaxTotalItems) + " initial values",
-             "initialise large arrays in a first cycle");
-      break;
-    }
-    target().initial = std::move(items);
-    target().references = std::move(references);
+  index_pending();
+  std::uint32_t pou = kNoPou;
+  enter_scope(pou);
+  for (std::uint32_t i = 0; i < pending_.size() && initial_items_ <= kMaxTotalItems; ++i) {
+    if (pending_[i].pou != pou) enter_scope(pou = pending_[i].pou);
+    if (pending_state_[i] == State::kNew) initialize(i);
   }
-  local_constants_.clear();
+  enter_scope(kNoPou);
+  current_ = kNoPending;
   // A function's result begins with what its type begins with.
   for (std::uint32_t i = 0; i < module_.pous.size() && i < project_.pous.size(); ++i) {
     if (!module_.pous[i].return_type.valid()) continue;
@@ -458,6 +476,44 @@ void Declarer::initialize_all() {
     result.initial =
         spec_defaults(project_.pous[i].return_type, result.type, {pou_name, pou_name, project_.pous[i].at});
   }
+}
+
+void Declarer::initialize(std::uint32_t number) {
+  const Pending& pending = pending_[number];
+  if (scope_pou_ != pending.pou) enter_scope(pending.pou);
+  current_ = number;
+  pending_state_[number] = State::kInProgress;
+  const bool global = pending.pou == kNoPou;
+  const auto target = [&]() -> ir::Variable& {
+    return global ? module_.globals[pending.variable].variable : module_.pous[pending.pou].variables[pending.variable];
+  };
+  const Owner owner{global ? std::string_view{} : module_.pous[pending.pou].name, pending.declaration->name,
+                    pending.declaration->at};
+  ir::Variable& first = target();
+  if (first.role == ir::Role::kExternal) {
+    // A located or static variable lives in its global. An external takes the global's own value.
+    const std::uint32_t index = first.global;
+    if (pending.declaration->section != plcopen::Section::kExternal &&
+        module_.globals[index].variable.initial.empty()) {
+      Items items = initial_of(*pending.declaration, first.type, owner);
+      module_.globals[index].variable.initial = std::move(items);
+    }
+  } else if (first.role != ir::Role::kInOut) {
+    std::vector<ir::ReferenceInit> references;
+    references_ = global ? nullptr : &references;
+    Items items = initial_of(*pending.declaration, first.type, owner);
+    references_ = nullptr;
+    initial_items_ += items.size();
+    if (initial_items_ > kMaxTotalItems) {
+      report(Code::P4020, pending.declaration->at, owner.pou,
+             "the project sets more than " + std::to_string(kMaxTotalItems) + " initial values",
+             "initialise large arrays in a first cycle");
+    } else {
+      target().initial = std::move(items);
+      target().references = std::move(references);
+    }
+  }
+  pending_state_[number] = State::kDone;
 }
 
 }  // namespace plc::st

@@ -7,6 +7,7 @@
 
 #include "core/text.h"
 #include "core/utf8.h"
+#include "core/windows_1252.h"
 #include "frontend-st/lexer.h"
 #include "stdlib/calendar.h"
 
@@ -177,11 +178,13 @@ std::optional<Literal> parse_quoted(std::string_view text, std::string& problem)
       const std::size_t begin = i;
       const std::uint32_t point = core::decode_utf8(inner, i);
       if (!wide) {
-        if (point > 0xff) {
+        const auto byte = core::to_windows_1252(point);
+        if (!byte) {
           return fail(problem, "STRING has no character \"" + std::string(inner.substr(begin, i - begin)) +
-                                   "\", only those of ISO 8859-1; WSTRING has it");
+                                   "\", only those of Windows-1252; WSTRING has it");
         }
-        out.text += static_cast<char>(point);
+        if (point > 0xff && out.beyond_latin_1.empty()) out.beyond_latin_1 = inner.substr(begin, i - begin);
+        out.text += static_cast<char>(*byte);
         continue;
       }
       if (point < 0x10000) {
@@ -369,6 +372,10 @@ std::optional<Literal> parse_typed(TypeId type, std::string_view body, std::stri
 }
 
 }  // namespace
+
+std::string beyond_latin_1_text(const Literal& literal) {
+  return "character \"" + literal.beyond_latin_1 + "\" of a STRING is one of Windows-1252, not of ISO 8859-1";
+}
 
 std::optional<TypeId> literal_prefix(std::string_view prefix) {
   if (core::iequals(prefix, "T")) return TypeId::kTime;

@@ -26,11 +26,17 @@ struct Literal {
   core::TypeId type = core::TypeId::kBool;
   std::uint64_t bits = 0;  ///< kScalar: zero-extended; REAL in the low 32
   std::string text;        ///< kText: bytes; WSTRING and WCHAR: UTF-16LE code units as bytes
+  /// The first character of a STRING that ISO 8859-1 does not have and Windows-1252 has, or empty.
+  std::string beyond_latin_1;
 };
 
 /// The value of a literal, sign included ("-5", "INT#-5", "T#1h2m", "'a$N'", "TRUE"). Nothing, and why in `problem`, if
 /// it is malformed or out of the range of its type.
 std::optional<Literal> parse_literal(std::string_view text, std::string& problem);
+
+/// What a note says of a text with a character that not every tool has in a STRING.
+std::string beyond_latin_1_text(const Literal& literal);
+inline constexpr const char* kBeyondLatin1Help = "other tools may store it in several bytes; WSTRING has it everywhere";
 
 /// Nanoseconds of a duration without prefix ("1h2m3.5s", "-10ms").
 std::optional<std::int64_t> parse_duration(std::string_view text, std::string& problem);

@@ -5,6 +5,7 @@
 #include "frontend-st/foreign.h"
 #include "frontend-st/lowering.h"
 #include "frontend-st/suggestions.h"
+#include "frontend-st/static_type.h"
 #include "ir/queues.h"
 #include "ir/reach.h"
 #include "stdlib/specials.h"
@@ -116,6 +117,11 @@ Lowering::Arguments Lowering::bind_arguments(NodeId call, const std::vector<Para
       if (core::iequals(parameters[i].name, name)) found = i;
       if (found == parameters.size() && !parameters[i].alias.empty() && core::iequals(parameters[i].alias, name))
         found = i;
+    }
+    if (!is_block && found != parameters.size() && !core::iequals(parameters[found].name, name)) {
+      report(Code::P4347, at(id),
+             quoted(name) + " of " + std::string(callee) + " is " + quoted(parameters[found].name) + " in the standard",
+             "write " + parameters[found].name + " := ..");
     }
     if (found == parameters.size()) {
       if (is_input && core::iequals(name, "EN")) {
@@ -250,6 +256,8 @@ std::optional<Operand> Lowering::call(NodeId id, Expected expected, bool as_stat
     return std::nullopt;
   }
   if (core::iequals(name, "REF") || core::iequals(name, "ADR")) return take_reference(id);
+  if (core::iequals(name, "SIZEOF")) return call_sizeof(id);
+  if ((core::iequals(name, "TIME") || core::iequals(name, "LTIME")) && node(id).b == kNoNode) return call_uptime(id);
   if (const auto type = types().find(name)) {
     const TypeKind kind = types()[*type].kind;
     if (kind == TypeKind::kPou && module.pous[types()[*type].pou].kind == ir::PouKind::kProgram) {
@@ -323,7 +331,10 @@ std::optional<Operand> Lowering::call_standard(NodeId id, std::string_view name,
   if (spec.extensible || !named) count = std::max(count, written);
   std::vector<Parameter> parameters;
   count = std::min(count, stdlib::kMaxArguments);
-  for (std::uint32_t i = 0; i < count; ++i) parameters.push_back({stdlib::pin_name(spec, i), Role::kInput, i, {}, {}});
+  for (std::uint32_t i = 0; i < count; ++i) {
+    parameters.push_back(
+        {stdlib::pin_name(spec, i), Role::kInput, i, {}, std::string(stdlib::pin_alias(spec, i))});
+  }
   const Arguments arguments = bind_arguments(id, parameters, name, false);
   if (!arguments.fine) return std::nullopt;
 
@@ -474,7 +485,7 @@ std::optional<Operand> Lowering::call_bundle(NodeId id, const stdlib::BundleSpec
   for (std::uint32_t i = 0; i < bundle.outputs.size(); ++i) {
     const stdlib::FunctionSpec& output = *bundle.outputs[i];
     parameters.push_back(
-        {std::string(stdlib::output_name(output)), Role::kOutput, i, ir::ref_of(output.result.fixed), {}});
+        {std::string(stdlib::output_name(output)), Role::kOutput, i, ir::ref_of(stdlib::usual_output_type(output)), {}});
   }
   const Arguments arguments = bind_arguments(id, parameters, name, false);
   if (!arguments.fine) return std::nullopt;
@@ -504,7 +515,12 @@ std::optional<Operand> Lowering::call_bundle(NodeId id, const stdlib::BundleSpec
   for (const Bound& bound : arguments.bound) {
     const Parameter& parameter = parameters[bound.parameter];
     if (parameter.role != Role::kOutput) continue;
-    const auto result = builder_.call(bundle.outputs[parameter.index]->name, std::span(&argument, 1), at(id));
+    const stdlib::FunctionSpec& output = *bundle.outputs[parameter.index];
+    TypeRef type = parameter.type;
+    const auto target = static_type(ast_, source_, node(bound.argument).a, builder_.module(), &builder_.pou());
+    const auto wanted = target ? types().elementary_of(*target) : std::nullopt;
+    if (wanted && stdlib::output_takes(output, *wanted)) type = ir::ref_of(*wanted);
+    const auto result = builder_.call(output.name, std::span(&argument, 1), at(id), type);
     if (!result) return std::nullopt;
     deliveries.emplace_back(bound.argument, *result);
   }

@@ -118,6 +118,9 @@ std::optional<Operand> Lowering::literal(NodeId id, Expected expected) {
       constant.bits = parsed->bits;
       break;
     case Literal::Kind::kText: {
+      if (!parsed->beyond_latin_1.empty()) {
+        report(Code::P4346, at(id), beyond_latin_1_text(*parsed), kBeyondLatin1Help);
+      }
       const bool wide = parsed->type == TypeId::kWstring || parsed->type == TypeId::kWchar;
       const std::size_t length = parsed->text.size() / (wide ? 2u : 1u);
       const TypeId character = wide ? TypeId::kWchar : TypeId::kChar;

@@ -392,6 +392,13 @@ std::optional<PlaceId> Lowering::place(NodeId id, bool for_writing) {
       const std::string qualified = std::string(name_text(root)) + "." + std::string(name_text(path.back()));
       const auto global = builder_.module().global_by_name.find(qualified);
       if (global != builder_.module().global_by_name.end()) {
+        const ir::Global& found = builder_.module().globals[global->second];
+        if (found.list.empty() && core::iequals(found.variable.name, name_text(path.back()))) {
+          report(Code::P4351, at(root),
+                 quoted(name_text(root)) + " is the name of a file, and stands in front of " +
+                     quoted(found.variable.name) + " as if it named a list",
+                 "write " + found.variable.name);
+        }
         if (checked_root && !check_writable(builder_.module().globals[global->second].variable, at(root)))
           return std::nullopt;
         if (checked_root) builder_.note_written_name(global->second, name_text(path.back()), at(root));

@@ -1,6 +1,7 @@
 // Statements: assignments, calls, IF, RETURN; entries for whole bodies and for the texts of EXECUTE boxes.
 #include "frontend-st/lowering.h"
 #include "frontend-st/parser.h"
+#include "frontend-st/static_type.h"
 #include "frontend-st/text.h"
 
 namespace plc::st {
@@ -10,6 +11,7 @@ using ir::TypeKind;
 
 bool Lowering::assign(NodeId id) {
   const Node n = node(id);
+  if (n.op != Operator::kNone || (n.b != kNoNode && node(n.b).kind == NodeKind::kAssign)) return assign_chain(id);
   const auto where = place(n.a, true);
   const bool target_is_stub = !where && stub_used_;
   // The right side is read even if the left one is wrong: its errors are its own.
@@ -21,6 +23,51 @@ bool Lowering::assign(NodeId id) {
     return true;
   }
   return builder_.assign(*where, *given, "variable \"" + std::string(text(n.a)) + '"');
+}
+
+// a := b := c: the value at the end goes to each of the variables, the last one first, and is read once.
+bool Lowering::assign_chain(NodeId id) {
+  std::vector<NodeId> steps;
+  NodeId last = id;
+  for (; node(last).kind == NodeKind::kAssign; last = node(last).b) steps.push_back(last);
+  if (steps.size() > 1) {
+    report(Code::P4355, at(id), "one assignment has " + std::to_string(steps.size()) + " variables",
+           "write an assignment for each");
+  }
+  const auto target = static_type(ast_, source_, node(steps.back()).a, builder_.module(), &builder_.pou());
+  const auto given = value(last, node(steps.back()).op == Operator::kNone ? target : ir::kBoolType);
+  bool fine = given.has_value();
+  for (; !steps.empty(); steps.pop_back()) {
+    const NodeId step = steps.back();
+    const auto where = place(node(step).a, true);
+    if (!where) {
+      fine = stub_used_ && fine;
+    } else if (given && node(step).op != Operator::kNone) {
+      fine = set_or_reset(step, *where, *given) && fine;
+    } else if (given) {
+      fine = builder_.assign(*where, *given, "variable \"" + std::string(text(node(step).a)) + '"') && fine;
+    }
+  }
+  return fine;
+}
+
+bool Lowering::set_or_reset(NodeId id, ir::PlaceId where, const ir::Operand& given) {
+  const bool set = node(id).op == Operator::kSet;
+  const std::string sign = set ? "S=" : "R=";
+  report(Code::P4348, at(id), sign + " is not in the standard",
+         set ? "write IF .. THEN x := TRUE; END_IF" : "write IF .. THEN x := FALSE; END_IF");
+  if (builder_.type_of(where) != ir::kBoolType) {
+    report(Code::P4101, at(id),
+           sign + " needs a variable of type BOOL, \"" + std::string(text(node(id).a)) + "\" is " +
+               types().name_of(builder_.type_of(where)));
+    return false;
+  }
+  const auto condition = builder_.convert(given, ir::kBoolType, "condition of " + sign);
+  if (!condition) return false;
+  const ir::ValueId before = builder_.load(where);
+  builder_.store(where, set ? builder_.logic(ir::Op::kOr, before, *condition)
+                            : builder_.logic(ir::Op::kAnd, before, builder_.not_(*condition)));
+  return true;
 }
 
 bool Lowering::if_chain(NodeId id) {

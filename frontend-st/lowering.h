@@ -142,6 +142,10 @@ class Lowering {
   std::optional<ir::Operand> call_standard(NodeId id, std::string_view name, Expected expected);
   std::optional<ir::Operand> call_bundle(NodeId id, const stdlib::BundleSpec& bundle, bool as_statement);
   std::optional<ir::Operand> take_reference(NodeId id);
+  // lower_machine.cpp
+  std::optional<ir::Operand> call_sizeof(NodeId id);
+  std::optional<ir::Operand> call_uptime(NodeId id);
+  // lower_call.cpp
   bool call_block(NodeId id);
   std::vector<Parameter> parameters_of_pou(std::uint32_t pou);
   std::vector<Parameter> parameters_of_block(const stdlib::BlockSpec& block);
@@ -158,6 +162,8 @@ class Lowering {
   // lower_statements.cpp
   bool statement(NodeId id);
   bool assign(NodeId id);
+  bool assign_chain(NodeId id);
+  bool set_or_reset(NodeId id, ir::PlaceId where, const ir::Operand& given);
   bool if_chain(NodeId id);
   bool call_statement(NodeId call_id);
   /// A standard function that a variable of the same name does not hide, because the variable cannot be called.

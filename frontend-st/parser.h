@@ -5,6 +5,7 @@
 // behind the statement. Does not belong here: names, types, IR, declarations.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -58,6 +59,8 @@ class Parser {
   /// Reports a statement or operator that other tools have, if one stands here; behind `target` where it has a left side.
   bool refuse_foreign_statement();
   bool refuse_foreign_operator(NodeId target);
+  /// The operator of an assignment that stands here, passed over: ":=", "S=" or "R=".
+  std::optional<Operator> assignment_operator();
   NodeId if_statement();
   NodeId case_statement();
   NodeId for_statement();

@@ -236,6 +236,19 @@ NodeId Parser::word_statement(NodeKind kind) {
   return ast_.add(node);
 }
 
+std::optional<Operator> Parser::assignment_operator() {
+  if (accept(TokenKind::kAssign)) return Operator::kNone;
+  if (token_.kind != TokenKind::kIdentifier || token_.end - token_.begin != 1) return std::nullopt;
+  const char letter = core::upper(text_of(token_)[0]);
+  if (letter != 'S' && letter != 'R') return std::nullopt;
+  if (!has_peeked_) peeked_ = lexer_.next();
+  has_peeked_ = true;
+  if (peeked_.kind != TokenKind::kEqual || peeked_.begin != token_.end) return std::nullopt;
+  advance();
+  advance();
+  return letter == 'S' ? Operator::kSet : Operator::kReset;
+}
+
 NodeId Parser::assignment_or_call() {
   Node node;
   node.begin = token_.begin;
@@ -243,14 +256,25 @@ NodeId Parser::assignment_or_call() {
   if (token_.kind != TokenKind::kIdentifier && token_.kind != TokenKind::kDirect) return fail_unexpected("a statement");
   const NodeId target = primary();
   if (target == kNoNode) return kNoNode;
-  if (token_.kind == TokenKind::kAssign) {
-    advance();
-    node.kind = NodeKind::kAssign;
-    node.a = target;
-    node.b = expression(1);
-    if (node.b == kNoNode) return kNoNode;
-    node.end = ast_[node.b].end;
-    return ast_.add(node);
+  // a := b := c: each value but the last is a variable of its own.
+  std::vector<std::pair<NodeId, Operator>> targets;
+  NodeId value = target;
+  while (const auto op = assignment_operator()) {
+    targets.emplace_back(value, *op);
+    value = expression(1);
+    if (value == kNoNode) return kNoNode;
+  }
+  if (!targets.empty()) {
+    for (; !targets.empty(); targets.pop_back()) {
+      node.kind = NodeKind::kAssign;
+      node.a = targets.back().first;
+      node.op = targets.back().second;
+      node.b = value;
+      node.begin = ast_[node.a].begin;
+      node.end = ast_[value].end;
+      value = ast_.add(node);
+    }
+    return value;
   }
   if (refuse_foreign_operator(target)) return kNoNode;
   if (ast_[target].kind != NodeKind::kCall) {

@@ -63,15 +63,19 @@ std::string_view file_stem(std::string_view path) {
   return path.substr(0, path.rfind('.'));
 }
 
-/// {attribute 'qualified_only'} in a file of globals: CODESYS and TwinCAT name the list like the file.
+/// CODESYS and TwinCAT name a list of globals like its file. With {attribute 'qualified_only'} the name has to stand in
+/// front of the variables, else it may.
 void name_lists(plcopen::Project& project, std::string_view path) {
-  for (const plcopen::Pragma& pragma : project.pragmas) {
-    if (pragma.text.find("'qualified_only'") == std::string::npos) continue;
-    for (plcopen::Configuration& configuration : project.configurations) {
-      if (!configuration.name.empty()) continue;
-      for (plcopen::Variable& variable : configuration.globals) variable.list = file_stem(path);
+  const bool required =
+      std::any_of(project.pragmas.begin(), project.pragmas.end(), [](const plcopen::Pragma& pragma) {
+        return pragma.text.find("'qualified_only'") != std::string::npos;
+      });
+  if (!required && !project.pous.empty()) return;  // a program with its globals is no list
+  for (plcopen::Configuration& configuration : project.configurations) {
+    if (!configuration.name.empty()) continue;
+    for (plcopen::Variable& variable : configuration.globals) {
+      (required ? variable.list : variable.prefix) = file_stem(path);
     }
-    return;
   }
 }
 

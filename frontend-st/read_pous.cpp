@@ -47,6 +47,7 @@ std::string blanked(std::string_view text, std::uint32_t text_begin,
 
 void DeclarationReader::pou(Word opener_word) {
   const Token opener = token_;
+  note_spelling(opener, opener_word);
   plcopen::Pou out;
   const bool named = pou_head(out, opener_word);
   pou_ = out.name;
@@ -174,6 +175,7 @@ void DeclarationReader::body(plcopen::Pou& out, const Token& opener, Word opener
     const Word word = before == TokenKind::kDot ? Word::kNone : word_of(token_);
     if (ends_pou(word)) {
       closed = true;
+      note_spelling(token_, word);
       if (word != end) {
         const std::string wanted = std::string("END_") + text_of_word(opener_word);
         fail(Code::P4042, token_, label + " ends with " + core::uppered(text_of(token_)), "write " + wanted);

@@ -39,6 +39,8 @@ Section section_of(Word word) {
       return Section::kConfig;
     case Word::kVarInst:
       return Section::kInstance;
+    case Word::kVarStat:
+      return Section::kStatic;
     default:
       return Section::kLocal;
   }
@@ -56,7 +58,10 @@ bool DeclarationReader::section_may_stand(Word word, Owner owner, const Token& o
   };
   switch (word) {
     case Word::kVarStat:
-      return refuse_here("is not supported", "declare the variable as VAR in a function block, or as a global");
+      if (!in_pou) return refuse_here("stands outside of a POU", "globals are declared as VAR_GLOBAL");
+      fail(Code::P4354, opener, "VAR_STAT is not in the standard",
+           "declare the variables as VAR of a function block, or as globals");
+      return true;
     case Word::kVarGeneric:
       return refuse_here("is not supported: constants that each declaration gives",
                          "write the size into the type, as VAR CONSTANT, or pass an ARRAY [*] to a function");
@@ -109,7 +114,7 @@ void DeclarationReader::section(Owner owner, std::vector<Variable>& out) {
   std::vector<Variable> unwanted;
   const bool wanted = section_may_stand(word, owner, opener);
   // What is local by mistake is still declared, so that its uses are no errors of their own.
-  const bool keep = wanted || word == Word::kVarInst || word == Word::kVarStat || word == Word::kVarGeneric;
+  const bool keep = wanted || word == Word::kVarInst || word == Word::kVarGeneric;
   advance();
   Variable model;
   model.section = wanted ? section_of(word) : Section::kLocal;

@@ -144,6 +144,10 @@ class Builder {
   std::optional<ValueId> settle(const Operand& operand, std::optional<TypeRef> expected = std::nullopt);
 
  private:
+  /// Whether the place is a TIME of a standard block that takes LTIME, too.
+  [[nodiscard]] bool takes_ltime(PlaceId place);
+  /// An LTIME as the TIME of as many nanoseconds; anything else as it is.
+  Operand as_time(const Operand& operand);
   bool configure(PlaceId instance, std::uint32_t index, const Operand& operand, std::string_view what);
   /// What loads and stores of a character become.
   ValueId character_of(ValueId string, ValueId position);

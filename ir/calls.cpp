@@ -631,10 +631,26 @@ bool Builder::assign(PlaceId place, const Operand& operand, std::string_view wha
     store(place, operand.value);
     return true;
   }
-  const auto value = convert(operand, type, what);
+  const auto value = convert(takes_ltime(place) ? as_time(operand) : operand, type, what);
   if (!value) return false;
   store(place, *value);
   return true;
+}
+
+// TP, TON and TOF are overloaded for both durations (IEC 61131-3:2013, table 46). Both count nanoseconds.
+bool Builder::takes_ltime(PlaceId place) {
+  const Place& at = body().places[place.index];
+  if (at.kind != Place::Kind::kField || at.type != ref_of(TypeId::kTime)) return false;
+  const Type& parent = module_.types[type_of(at.parent)];
+  return parent.kind == TypeKind::kBlock && parent.block->any_duration;
+}
+
+Operand Builder::as_time(const Operand& operand) {
+  if (operand.kind != Operand::Kind::kValue || type_of(operand.value) != ref_of(TypeId::kLtime)) return operand;
+  Operand out = operand;
+  const Overload* const same = conversion(TypeId::kLtime, TypeId::kTime);
+  out.value = call_or_fold(*this, *same, std::span(&operand.value, 1), ref_of(TypeId::kTime));
+  return out;
 }
 
 bool Builder::assign_input(PlaceId instance, std::uint32_t index, const Operand& operand, std::string_view what) {

@@ -1,18 +1,13 @@
 #include "plcopen/encoding.h"
 
 #include "core/text.h"
+#include "core/windows_1252.h"
 
 namespace plc::plcopen {
 
 namespace {
 
 constexpr char32_t kReplacement = 0xFFFD;
-
-/// Windows-1252 at 0x80..0x9F; the five unassigned ones stay C1 controls.
-constexpr char16_t kWindows1252[32] = {0x20AC, 0x81,   0x201A, 0x0192, 0x201E, 0x2026, 0x2020, 0x2021,
-                                       0x02C6, 0x2030, 0x0160, 0x2039, 0x0152, 0x8D,   0x017D, 0x8F,
-                                       0x90,   0x2018, 0x2019, 0x201C, 0x201D, 0x2022, 0x2013, 0x2014,
-                                       0x02DC, 0x2122, 0x0161, 0x203A, 0x0153, 0x9D,   0x017E, 0x0178};
 
 std::size_t append(char32_t c, char* out) {
   const auto put = [&](std::size_t i, char32_t bits) {
@@ -38,7 +33,7 @@ char32_t next(std::string_view bytes, Encoding::Kind kind, std::size_t& i) {
   const auto byte = [&](std::size_t at) { return static_cast<char32_t>(static_cast<unsigned char>(bytes[at])); };
   if (kind == Encoding::Kind::kLatin1 || kind == Encoding::Kind::kWindows1252) {
     const char32_t c = byte(i++);
-    return kind == Encoding::Kind::kWindows1252 && c >= 0x80 && c < 0xA0 ? kWindows1252[c - 0x80] : c;
+    return kind == Encoding::Kind::kWindows1252 ? char32_t{core::from_windows_1252(static_cast<std::uint8_t>(c))} : c;
   }
   const auto unit = [&](std::size_t at) {
     return kind == Encoding::Kind::kUtf16Le ? byte(at) | (byte(at + 1) << 8) : (byte(at) << 8) | byte(at + 1);

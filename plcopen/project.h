@@ -86,6 +86,7 @@ enum class Section : std::uint8_t {
   kAccess,
   kConfig,
   kInstance,
+  kStatic,  ///< VAR_STAT: one variable of the POU, whatever instances and calls it has
 };
 
 enum class Edge : std::uint8_t { kNone, kRising, kFalling };
@@ -97,6 +98,7 @@ struct Variable {
   InitialValue initial;
   std::string address;  ///< "%IX0.0" as written, or empty
   std::string list;     ///< name of the globalVars list ("GVL"), for qualified access GVL.x; or empty
+  std::string prefix;   ///< name that may stand in front of the variable though it is in no list: its file's; or empty
   bool constant = false;
   bool retain = false;
   bool nonretain = false;

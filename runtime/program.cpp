@@ -140,6 +140,7 @@ void Program::expect(std::size_t bytes) noexcept { state_->exchange->expect(byte
 Fault Program::execute(const CycleContext& context) noexcept {
   State& s = *state_;
   s.machine.step.now_ns = context.now_ns;
+  s.machine.step.start_ns = context.start_ns;
   if (s.taskblocks) s.taskblocks->begin(context.now_ns);
   const CompiledTask* const compiled = s.next.load(std::memory_order_acquire);
   if (compiled != s.current.load(std::memory_order_relaxed)) [[unlikely]]

@@ -34,6 +34,7 @@ struct SkipCounts;
 /// What a scan is told from outside. Taken once per cycle.
 struct CycleContext {
   core::TimeNs now_ns = 0;
+  core::TimeNs start_ns = 0;  ///< when the PLC started, by the same clock
 };
 
 enum class FaultKind : std::uint8_t {

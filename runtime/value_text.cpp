@@ -7,6 +7,7 @@
 
 #include "core/text.h"
 #include "core/utf8.h"
+#include "core/windows_1252.h"
 #include "runtime/operations.h"
 #include "stdlib/arithmetic.h"
 #include "stdlib/text_values.h"
@@ -264,10 +265,15 @@ std::optional<std::u16string> parse_characters(std::string_view text, unsigned w
   const bool quoted = text.size() >= 2 && text.front() == quote && text.back() == quote;
   std::u16string characters;
   const auto add = [&characters](unsigned c) { characters += static_cast<char16_t>(c); };
-  // A STRING has the characters of ISO 8859-1, a WSTRING units of UTF-16.
+  // A STRING has the characters of Windows-1252, a WSTRING units of UTF-16.
   const auto add_plain = [&](std::size_t& i) {
     const char32_t point = core::decode_utf8(text, i);
-    if (point > (width == 1 ? 0xffu : 0x10ffffu)) return false;
+    if (point > 0x10ffff) return false;
+    if (width == 1) {
+      const auto byte = core::to_windows_1252(point);
+      if (byte) add(*byte);
+      return byte.has_value();
+    }
     if (point > 0xffff) {
       add(0xd800u + ((static_cast<unsigned>(point) - 0x10000u) >> 10));
       add(0xdc00u + ((static_cast<unsigned>(point) - 0x10000u) & 0x3ffu));

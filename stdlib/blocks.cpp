@@ -41,7 +41,8 @@ constexpr BlockSpec block() {
           &step_each<Row>,
           Row::clause,
           Row::summary,
-          Row::examples};
+          Row::examples,
+          requires { Row::any_duration; }};
 }
 
 constexpr bool folded_less(std::string_view a, std::string_view b) {

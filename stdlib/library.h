@@ -52,6 +52,7 @@ struct ParamType {
 struct Param {
   std::string_view name;  ///< pin name; the standard's ("IN1", "MN", "G")
   ParamType type{};
+  std::string_view alias{};  ///< its name in the Standard libraries of CODESYS and TwinCAT ("STR1"), or empty
 };
 
 struct Example {
@@ -128,6 +129,10 @@ std::span<const FunctionGroup> function_groups();
 
 /// Name of pin `i` of the function as drawn: declared names, then the last one counted on ("IN3", "IN4", ..).
 std::string pin_name(const FunctionSpec& spec, std::size_t i);
+/// The other name that pin `i` goes by, or empty.
+constexpr std::string_view pin_alias(const FunctionSpec& spec, std::size_t i) {
+  return i < spec.param_count ? spec.params[i].alias : std::string_view{};
+}
 
 /// Stable name of an overload in images: "ADD:DINT", "SEL:REAL", "SHL:WORD,INT". Found again by overload_with_key.
 std::string key_of(const Overload& overload);
@@ -156,6 +161,15 @@ const BundleSpec* bundle_named(std::string_view name);
 constexpr bool is_bundle_output(const FunctionSpec& spec) { return spec.name.find('.') != std::string_view::npos; }
 /// Pin name of such a row: "YEAR".
 constexpr std::string_view output_name(const FunctionSpec& spec) { return spec.name.substr(spec.name.find('.') + 1); }
+/// The type of such an output where nothing asks for another: parts of dates are of any integer type.
+constexpr TypeId usual_output_type(const FunctionSpec& spec) {
+  return spec.result.kind == ParamType::Kind::kFixed ? spec.result.fixed : TypeId::kInt;
+}
+/// Whether such an output can be of this type.
+constexpr bool output_takes(const FunctionSpec& spec, TypeId type) {
+  return spec.result.kind == ParamType::Kind::kFixed ? spec.result.fixed == type
+                                                     : core::in_category(type, spec.t_categories);
+}
 /// True when overloads or a bundle have this name.
 bool is_function(std::string_view name);
 
@@ -212,8 +226,9 @@ struct Field {
 };
 
 struct StepContext {
-  core::TimeNs now_ns;   ///< taken once per cycle
-  void* host = nullptr;  ///< of whoever runs the block; standard blocks do not look at it
+  core::TimeNs now_ns;         ///< taken once per cycle
+  void* host = nullptr;        ///< of whoever runs the block; standard blocks do not look at it
+  core::TimeNs start_ns = 0;   ///< when the PLC started, by the same clock
 };
 /// One execution of a block on its port struct. RT: noexcept, bounded.
 using Step = void (*)(void* ports, const StepContext& context) noexcept;
@@ -242,6 +257,7 @@ struct BlockSpec {
   std::string_view clause;
   std::string_view summary;
   std::span<const BlockExample> examples;
+  bool any_duration = false;  ///< its inputs of type TIME take LTIME, too (IEC 61131-3:2013, table 46, 1a, 2a, 3a)
 };
 
 /// Every block, in the order of the groups.

@@ -29,6 +29,14 @@ inline constexpr SpecialSpec kSpecials[] = {
      "r := REF(level);"},
     {"ADR", "ADR(a variable) : REF_TO its type", "REF under the name that CODESYS and TwinCAT have for it.",
      "not in the standard; as in CODESYS", "r := ADR(level);"},
+    {"SIZEOF", "SIZEOF(a variable or type) : integer",
+     "Its bytes as CODESYS lays it out on a 64-bit machine, as a literal: BOOL 1, INT 2, TIME 4, STRING[n] n + 1; "
+     "members of structures begin at multiples of their size.",
+     "not in the standard; as in CODESYS", "FOR i := 0 TO SIZEOF(buffer) / SIZEOF(buffer[0]) - 1 DO .. END_FOR;"},
+    {"TIME", "TIME() : TIME", "The time since the PLC started. It stands still within a cycle.",
+     "not in the standard; as in CODESYS", "elapsed := TIME() - begun;"},
+    {"LTIME", "LTIME() : LTIME", "The time since the PLC started. It stands still within a cycle.",
+     "not in the standard; as in CODESYS", "elapsed := LTIME() - begun;"},
     {"QUEUE_PUT", "QUEUE_PUT(QUEUE: a global array, IN: its element) : BOOL",
      "Puts an element into a queue; FALSE when it is full. The array is the queue: as many elements as it has, for "
      "each task that puts.",

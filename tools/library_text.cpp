@@ -132,20 +132,20 @@ std::string_view group_of(std::string_view name) {
 
 bool is_family(const stdlib::FunctionSpec& spec) { return spec.name.find('*') != std::string_view::npos; }
 
-std::string signature(const stdlib::BundleSpec& bundle) {
-  std::string text = fmt::format("{}({}: {}", bundle.name, bundle.input.name, core::name_of(bundle.input.type.fixed));
-  for (const stdlib::FunctionSpec* output : bundle.outputs) {
-    text += fmt::format(", {} => {}", stdlib::output_name(*output), core::name_of(output->result.fixed));
-  }
-  return text + ")";
-}
-
 LibraryFunction library_function(const stdlib::FunctionSpec& spec) {
   LibraryFunction function{&spec, std::string(spec.name), {}};
   for (const stdlib::Overload& overload : stdlib::overloads()) {
     if (overload.spec == &spec) function.overloads.push_back(&overload);
   }
   return function;
+}
+
+std::string signature(const stdlib::BundleSpec& bundle) {
+  std::string text = fmt::format("{}({}: {}", bundle.name, bundle.input.name, core::name_of(bundle.input.type.fixed));
+  for (const stdlib::FunctionSpec* output : bundle.outputs) {
+    text += fmt::format(", {} => {}", stdlib::output_name(*output), type_text(library_function(*output), output->result));
+  }
+  return text + ")";
 }
 
 std::vector<LibraryFunction> functions_named(std::string_view name) {

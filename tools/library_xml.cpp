@@ -56,7 +56,7 @@ std::string function_xml(const stdlib::FunctionSpec& spec) {
 std::string bundle_xml(const stdlib::BundleSpec& bundle) {
   std::string outputs;
   for (const stdlib::FunctionSpec* output : bundle.outputs) {
-    outputs += variable_xml(stdlib::output_name(*output), type_xml(output->result.fixed), output->summary);
+    outputs += variable_xml(stdlib::output_name(*output), param_type_xml(*output, output->result), output->summary);
   }
   return row_xml(bundle.name, "function",
                  section_xml("inputVars", variable_xml(bundle.input.name, type_xml(bundle.input.type.fixed), {})) +

@@ -243,7 +243,7 @@ bool RealtimeScheduler::scan(TaskRun& task, const ReleaseContext& context) noexc
   task.busy_since.store(context.now_ns, std::memory_order_relaxed);
   for (CycleListener* const listener : listeners_) listener->before_scan(context);
   resource_.process_image().sync();
-  const Fault found = program.execute({context.now_ns});
+  const Fault found = program.execute({context.now_ns, start_ns_.load(std::memory_order_relaxed)});
   task.statistics.scans.fetch_add(1, std::memory_order_relaxed);
   // Revoked: the watchdog has done all that is to do, and the outputs are no longer this thread's.
   if (found.kind == FaultKind::kWatchdog) return false;

@@ -185,6 +185,27 @@ T#0s   16#A5 | 1  0  1  0  0  1  0  1
   }
 };
 
-using SignalRows = Rows<Rtc, Blink, Pwm, Unpack>;
+/// What TIME() of texts runs.
+struct Uptime {
+  struct Ports {
+    std::int64_t out = 0;
+  };
+  static constexpr std::string_view name = "UPTIME";
+  static constexpr std::string_view clause = "not in the standard; PICARD's own. TIME() in texts, as in CODESYS";
+  static constexpr std::string_view summary = "The time since the PLC started.";
+  static constexpr Field fields[] = {
+      {"OUT", Direction::kOutput, TypeId::kTime, offsetof(Ports, out), "time since the start"}};
+  static constexpr BlockExample examples[] = {{"It goes on whether the block is executed or not", R"(
+at     | OUT
+T#0s   | T#0s
+T#20ms | T#20ms
+T#9s   | T#9s
+)"}};
+  static void step(Ports& p, const StepContext& context) noexcept {
+    p.out = std::max<std::int64_t>(wrap_sub(context.now_ns, context.start_ns), 0);
+  }
+};
+
+using SignalRows = Rows<Rtc, Blink, Pwm, Unpack, Uptime>;
 
 }  // namespace plc::stdlib::fb

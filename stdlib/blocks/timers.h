@@ -158,15 +158,22 @@ T#520ms 1  .       | 1 T#0ms
     static constexpr std::string_view name = iec;                                \
     static constexpr std::span<const Field> fields = kTimerFields<TypeId::k##T>; \
   };
-PLC_TIMER(Tp, Pulse, "TP", Time)
+/// Overloaded for TIME and LTIME: both count nanoseconds, so one instance serves either.
+#define PLC_OVERLOADED_TIMER(Row, Base, iec) \
+  PLC_TIMER(Row##OfTime, Base, iec, Time)    \
+  struct Row : Row##OfTime {                 \
+    static constexpr bool any_duration = true; \
+  };
+PLC_OVERLOADED_TIMER(Tp, Pulse, "TP")
 PLC_TIMER(TpTime, Pulse, "TP_TIME", Time)
 PLC_TIMER(TpLtime, Pulse, "TP_LTIME", Ltime)
-PLC_TIMER(Ton, OnDelay, "TON", Time)
+PLC_OVERLOADED_TIMER(Ton, OnDelay, "TON")
 PLC_TIMER(TonTime, OnDelay, "TON_TIME", Time)
 PLC_TIMER(TonLtime, OnDelay, "TON_LTIME", Ltime)
-PLC_TIMER(Tof, OffDelay, "TOF", Time)
+PLC_OVERLOADED_TIMER(Tof, OffDelay, "TOF")
 PLC_TIMER(TofTime, OffDelay, "TOF_TIME", Time)
 PLC_TIMER(TofLtime, OffDelay, "TOF_LTIME", Ltime)
+#undef PLC_OVERLOADED_TIMER
 #undef PLC_TIMER
 
 using TimerRows = Rows<Tp, TpTime, TpLtime, Ton, TonTime, TonLtime, Tof, TofTime, TofLtime>;

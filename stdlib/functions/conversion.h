@@ -9,6 +9,7 @@
 #include <limits>
 #include <string_view>
 
+#include "core/windows_1252.h"
 #include "stdlib/arithmetic.h"
 #include "stdlib/functions/durations.h"
 #include "stdlib/row.h"
@@ -205,7 +206,14 @@ Event from_text(void* result, const void* const* args, std::uint32_t) noexcept {
   }
 }
 
-/// STRING is ISO 8859-1, the first 256 code units of WSTRING; others become '?' with an event.
+/// A character of STRING as a code unit of WSTRING, and back: what Windows-1252 does not have is '?' with an event.
+inline char16_t widened(std::uint8_t c) noexcept { return core::from_windows_1252(c); }
+inline std::uint8_t narrowed(char16_t unit, Event& event) noexcept {
+  const auto byte = core::to_windows_1252(unit);
+  if (!byte) event = Event::kInvalid;
+  return byte.value_or('?');
+}
+/// Strings of one width as those of the other.
 template <TypeId T, TypeId U>
 Event transcode(void* result, const void* const* args, std::uint32_t) noexcept {
   using To = typename ValueOf<U>::value_type;
@@ -217,10 +225,9 @@ Event transcode(void* result, const void* const* args, std::uint32_t) noexcept {
   Event event = n < in.size() ? Event::kTruncated : Event::kNone;
   for (std::size_t i = 0; i < n; ++i) {
     if constexpr (U == TypeId::kWstring) {
-      out[i] = static_cast<unsigned char>(in[i]);
+      out[i] = widened(static_cast<std::uint8_t>(in[i]));
     } else {
-      if (in[i] > 0xff) event = Event::kInvalid;
-      out[i] = static_cast<char>(in[i] > 0xff ? '?' : in[i]);
+      out[i] = static_cast<char>(narrowed(in[i], event));
     }
   }
   detail::set_text<To>(result, header, n);
@@ -228,9 +235,12 @@ Event transcode(void* result, const void* const* args, std::uint32_t) noexcept {
 }
 /// As transcode does with each of a string.
 inline Event narrow_character(void* result, const void* const* args, std::uint32_t) noexcept {
-  const auto in = load<ValueOf<TypeId::kWchar>>(args[0]);
-  const bool fits = in <= 0xff;
-  return either(fits ? Event::kNone : Event::kInvalid, store(result, static_cast<std::uint8_t>(fits ? in : '?')));
+  Event event = Event::kNone;
+  const std::uint8_t out = narrowed(static_cast<char16_t>(load<ValueOf<TypeId::kWchar>>(args[0])), event);
+  return either(event, store(result, out));
+}
+inline Event widen_character(void* result, const void* const* args, std::uint32_t) noexcept {
+  return store(result, static_cast<ValueOf<TypeId::kWchar>>(widened(load<ValueOf<TypeId::kChar>>(args[0]))));
 }
 /// A character as a string of one, and the first character of a string (0 of an empty one, with an event).
 template <TypeId T, TypeId U>
@@ -272,6 +282,8 @@ constexpr Kernel conversion() {
     return &time_part;
   } else if constexpr (T == TypeId::kWchar && U == TypeId::kChar) {
     return &narrow_character;
+  } else if constexpr (T == TypeId::kChar && U == TypeId::kWchar) {
+    return &widen_character;
   } else if constexpr (kSameMeaning) {
     return &copy_value<meaning_of(T)>;
   } else {

@@ -200,34 +200,54 @@ constexpr std::int64_t minute_of(std::int64_t ns) noexcept { return within_day(n
 constexpr std::int64_t second_of(std::int64_t ns) noexcept { return within_day(ns) / 1'000'000'000 % 60; }
 constexpr std::int64_t millisecond_of(std::int64_t ns) noexcept { return within_day(ns) / 1'000'000 % 1000; }
 
-#define PLC_SPLIT_PART(Row, iec, A, function, text, ...)                                                           \
-  struct Row {                                                                                                     \
-    static constexpr Example examples[] = {__VA_ARGS__};                                                           \
-    static constexpr FunctionSpec spec{.name = iec,                                                                \
-                                       .params = {{"IN", fixed(TypeId::k##A)}},                                    \
-                                       .param_count = 1,                                                           \
-                                       .result = fixed(TypeId::kInt),                                              \
-                                       .clause = kDateClause,                                                      \
-                                       .summary = text,                                                            \
-                                       .examples = examples};                                                      \
-    static std::int16_t eval(std::int64_t in, Event&) noexcept { return static_cast<std::int16_t>(function(in)); } \
-    template <TypeId, TypeId>                                                                                      \
-    static constexpr Kernel kernel = &unary<Row, std::int64_t>;                                                    \
+/// A part of a date in the integer type T of its output: one that T does not have is the nearest, with an event.
+template <TypeId T, std::int64_t (*Part)(std::int64_t) noexcept>
+Event part_of_date(void* result, const void* const* args, std::uint32_t) noexcept {
+  using V = ValueOf<T>;
+  Event event = Event::kNone;
+  const std::int64_t part = Part(load<std::int64_t>(args[0]));
+  constexpr auto kLeast = std::numeric_limits<V>::min();
+  constexpr auto kGreatest = std::numeric_limits<V>::max();
+  V out = static_cast<V>(part);
+  if (!std::in_range<V>(part)) {
+    event = Event::kOutOfRange;
+    out = part < 0 ? kLeast : kGreatest;
   }
-#define PLC_SPLIT_OF_DATE(Prefix, iec, A, literal)                                                            \
-  PLC_SPLIT_PART(Prefix##Year, iec ".YEAR", A, year_of, "The year.", {"", iec ".YEAR(" literal ")", "2024"}); \
-  PLC_SPLIT_PART(Prefix##Month, iec ".MONTH", A, month_of, "The month, 1 .. 12.",                             \
-                 {"", iec ".MONTH(" literal ")", "2"});                                                       \
-  PLC_SPLIT_PART(Prefix##Day, iec ".DAY", A, day_in_month, "The day of the month, 1 .. 31.",                  \
-                 {"", iec ".DAY(" literal ")", "29"})
-#define PLC_SPLIT_OF_TIME(Prefix, iec, A, literal)                                                                   \
-  PLC_SPLIT_PART(Prefix##Hour, iec ".HOUR", A, hour_of, "The hour, 0 .. 23.", {"", iec ".HOUR(" literal ")", "12"}); \
-  PLC_SPLIT_PART(Prefix##Minute, iec ".MINUTE", A, minute_of, "The minute, 0 .. 59.",                                \
-                 {"", iec ".MINUTE(" literal ")", "34"});                                                            \
-  PLC_SPLIT_PART(Prefix##Second, iec ".SECOND", A, second_of, "The second, 0 .. 59.",                                \
-                 {"", iec ".SECOND(" literal ")", "56"});                                                            \
-  PLC_SPLIT_PART(Prefix##Millisecond, iec ".MILLISECOND", A, millisecond_of,                                         \
-                 "The millisecond, 0 .. 999; what is finer is left out.", {"", iec ".MILLISECOND(" literal ")", "0"})
+  return either(event, store(result, out));
+}
+
+#define PLC_SPLIT_PART(Row, iec, A, function, text, ...)                         \
+  struct Row {                                                                   \
+    static constexpr Example examples[] = {__VA_ARGS__};                         \
+    static constexpr FunctionSpec spec{.name = iec,                              \
+                                       .t_categories = core::kAnyInt,            \
+                                       .params = {{"IN", fixed(TypeId::k##A)}},  \
+                                       .param_count = 1,                         \
+                                       .result = kT,                             \
+                                       .events = events(Event::kOutOfRange),     \
+                                       .clause = kDateClause,                    \
+                                       .summary = text,                          \
+                                       .examples = examples};                    \
+    template <TypeId T, TypeId>                                                  \
+    static constexpr Kernel kernel = &part_of_date<T, function>;                 \
+  }
+#define PLC_SPLIT_OF_DATE(Prefix, iec, A, literal)                                                               \
+  PLC_SPLIT_PART(Prefix##Year, iec ".YEAR", A, year_of, "The year.", {"INT", iec ".YEAR(" literal ")", "2024"},  \
+                 {"SINT", iec ".YEAR(" literal ")", "event:out_of_range 127"});                                  \
+  PLC_SPLIT_PART(Prefix##Month, iec ".MONTH", A, month_of, "The month, 1 .. 12.",                                \
+                 {"USINT", iec ".MONTH(" literal ")", "2"});                                                     \
+  PLC_SPLIT_PART(Prefix##Day, iec ".DAY", A, day_in_month, "The day of the month, 1 .. 31.",                     \
+                 {"INT", iec ".DAY(" literal ")", "29"})
+#define PLC_SPLIT_OF_TIME(Prefix, iec, A, literal)                                               \
+  PLC_SPLIT_PART(Prefix##Hour, iec ".HOUR", A, hour_of, "The hour, 0 .. 23.",                    \
+                 {"INT", iec ".HOUR(" literal ")", "12"});                                       \
+  PLC_SPLIT_PART(Prefix##Minute, iec ".MINUTE", A, minute_of, "The minute, 0 .. 59.",            \
+                 {"INT", iec ".MINUTE(" literal ")", "34"});                                     \
+  PLC_SPLIT_PART(Prefix##Second, iec ".SECOND", A, second_of, "The second, 0 .. 59.",            \
+                 {"INT", iec ".SECOND(" literal ")", "56"});                                     \
+  PLC_SPLIT_PART(Prefix##Millisecond, iec ".MILLISECOND", A, millisecond_of,                     \
+                 "The millisecond, 0 .. 999; what is finer is left out.",                        \
+                 {"INT", iec ".MILLISECOND(" literal ")", "0"})
 PLC_SPLIT_OF_DATE(SplitDate, "SPLIT_DATE", Date, "D#2024-02-29");
 PLC_SPLIT_OF_TIME(SplitTod, "SPLIT_TOD", Tod, "TOD#12:34:56");
 PLC_SPLIT_OF_TIME(SplitLtod, "SPLIT_LTOD", Ltod, "LTOD#12:34:56");

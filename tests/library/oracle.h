@@ -42,6 +42,9 @@ Wide least_of(TypeId type);
 Wide greatest_of(TypeId type);
 /// `number` held within `type`; out of range is an event.
 Expected saturated(TypeId type, Wide number);
+/// A character of STRING as one of WSTRING, and back; nothing when it has none.
+char16_t character_of_byte(char16_t byte);
+std::optional<char16_t> byte_of_character(char16_t character);
 
 // oracle_reals.cpp: MPFR, 24 or 53 bits, subnormals included.
 /// `a` + - * / `b`, to nearest.

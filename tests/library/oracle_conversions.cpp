@@ -48,8 +48,11 @@ Expected converted(TypeId type, const Value& in) {
   if (from_text) return read(type, in);
   if (is(in.type, core::kAnyReal)) return from_real(type, in);
   if (in.type == kWchar && type == kChar) {
-    const bool fits = wide_of(in) <= 0xff;
-    return exactly(wrapped(type, fits ? wide_of(in) : '?'), fits ? Event::kNone : Event::kInvalid);
+    const auto byte = byte_of_character(static_cast<char16_t>(wide_of(in)));
+    return exactly(wrapped(type, byte.value_or(u'?')), byte ? Event::kNone : Event::kInvalid);
+  }
+  if (in.type == kChar && type == kWchar) {
+    return exactly(wrapped(type, character_of_byte(static_cast<char16_t>(wide_of(in)))));
   }
   const bool from_date = is(in.type, core::kAnyDate), to_date = is(type, core::kAnyDate);
   if (from_date && is(type, core::kAnyDuration)) return exactly(wrapped(type, wide_of(in)));

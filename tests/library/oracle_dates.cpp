@@ -80,7 +80,7 @@ Expected part_of_date(TypeId type, std::string_view part, const Value& in) {
     if (part == "SECOND") return parts.calendar.tm_sec;
     return parts.fraction_ns / 1'000'000;
   };
-  return {Expected::As::kExactly, wrapped(type, number())};
+  return saturated(type, number());
 }
 
 Expected day_of_week(TypeId type, const Value& in) {

@@ -139,15 +139,36 @@ std::optional<Expected> text_function(const Overload& overload, std::span<const 
   return exactly(wrapped(type, at == Text::npos ? 0 : static_cast<Wide>(at) + 1));
 }
 
+// Windows-1252 from 16#80 on; a dot where it has no character and the code stays.
+static constexpr std::u16string_view kFrom80 = u"€.‚ƒ„…†‡ˆ‰Š‹Œ.Ž..‘’“”•–—˜™š›œ.žŸ";
+static_assert(kFrom80.size() == 32);
+
+char16_t character_of_byte(char16_t byte) {
+  const bool moved = byte >= 0x80 && byte < 0xa0 && kFrom80[byte - 0x80u] != u'.';
+  return moved ? kFrom80[byte - 0x80u] : byte;
+}
+std::optional<char16_t> byte_of_character(char16_t character) {
+  if (character <= 0xff) return character;
+  const std::size_t at = kFrom80.find(character);
+  if (at == std::u16string_view::npos) return std::nullopt;
+  return static_cast<char16_t>(0x80 + at);
+}
+
 Expected written(TypeId type, const Value& in) {
   const auto text = [&](const std::string& out) { return exactly({type, 0, widened(out)}); };
   if (core::in_category(in.type, core::kAnyChar)) return exactly({type, 0, Text(1, static_cast<char16_t>(in.bits))});
   if (is_string(in.type)) {
     Expected out = exactly({type, 0, in.text});
     for (char16_t& unit : out.value.text) {
-      if (type == TypeId::kWstring || unit <= 0xff) continue;
-      unit = u'?';
-      out.event = Event::kInvalid;
+      if (in.type == type) continue;
+      if (type == TypeId::kWstring) {
+        unit = character_of_byte(unit);
+      } else if (const auto byte = byte_of_character(unit)) {
+        unit = *byte;
+      } else {
+        unit = u'?';
+        out.event = Event::kInvalid;
+      }
     }
     return out;
   }

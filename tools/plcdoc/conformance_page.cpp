@@ -90,7 +90,7 @@ std::vector<Parameter> parameters() {
       {"length of a STRING or WSTRING without one", fmt::format("{} characters", core::kDefaultStringCapacity),
        kValues},
       {"greatest length of a STRING or WSTRING", fmt::format("{} characters", core::kMaxStringCapacity), kValues},
-      {"characters of STRING and WSTRING", "ISO 8859-1, one byte; units of UTF-16", kValues},
+      {"characters of STRING and WSTRING", "Windows-1252, one byte; units of UTF-16", kValues},
       {"elements of arrays and structures",
        fmt::format("as many as fit: {} bytes for the globals, for an instance, for the constants",
                    bytecode::kMaxTableBytes),

@@ -1,6 +1,7 @@
 // Conversions: every pair of numbers against a wide oracle, the ends of the ranges, text there and back, strings cut.
 #include <limits>
 
+#include "core/windows_1252.h"
 #include "stdlib/arithmetic.h"
 #include "stdlib/strings.h"
 #include "stdlib/text_values.h"
@@ -321,6 +322,20 @@ TEST(Strings, WideCharactersThatStringLacksAreMarked) {
   std::memcpy(in.bytes + 6, &omega, 2);
   EXPECT_EQ(call(overload("WSTRING_TO_STRING:WSTRING,STRING"), out, {in}), Event::kInvalid);
   EXPECT_EQ(out.text(), "a?");
+}
+
+TEST(Strings, WindowsHas27CharactersMoreThanLatin1) {
+  unsigned moved = 0;
+  for (unsigned byte = 0; byte < 256; ++byte) {
+    const char16_t wide = core::from_windows_1252(static_cast<std::uint8_t>(byte));
+    EXPECT_EQ(core::to_windows_1252(wide), byte);
+    moved += wide != byte;
+  }
+  EXPECT_EQ(moved, 27u);
+  EXPECT_EQ(core::from_windows_1252(0x80), u'\u20ac');
+  EXPECT_EQ(core::to_windows_1252(0x80), 0x80);  // as ISO 8859-1 has it
+  EXPECT_EQ(core::to_windows_1252(0x3a9), std::nullopt);
+  EXPECT_EQ(core::to_windows_1252(0x1f600), std::nullopt);
 }
 
 }  // namespace

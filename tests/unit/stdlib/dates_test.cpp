@@ -38,6 +38,7 @@ Outcome concat(const std::string& key, const std::vector<std::int64_t>& parts) {
 }
 std::int64_t part(const std::string& function, std::int64_t ns) {
   for (const Overload& o : stdlib::overloads_named(function)) {
+    if (o.result_type() != TypeId::kInt) continue;
     Value in(o.param_type(0));
     in.set_bits(static_cast<std::uint64_t>(ns));
     Value result(o.result_type());

@@ -1,0 +1,47 @@
+// SIZEOF and TIME(): what CODESYS and TwinCAT ask of the machine, answered the same on every one.
+#include "core/text.h"
+#include "frontend-st/lowering.h"
+#include "frontend-st/static_type.h"
+
+namespace plc::st {
+
+using core::Code;
+using ir::Operand;
+
+std::optional<Operand> Lowering::call_sizeof(NodeId id) {
+  const NodeId argument = node(id).b;
+  if (argument == kNoNode || node(argument).next != kNoNode || node(argument).argument != ArgumentKind::kPositional) {
+    report(Code::P4010, at(id), "SIZEOF takes one variable or type");
+    return std::nullopt;
+  }
+  std::string problem;
+  const auto size = size_of_named(ast_, source_, node(argument).a, builder_.module(), &builder_.pou(), problem);
+  if (!size) {
+    report(Code::P4056, at(argument), "SIZEOF: " + problem, "give it a variable or type without function blocks in it");
+    return std::nullopt;
+  }
+  report(Code::P4352, at(id),
+         "SIZEOF is not in the standard; " + std::string(text(id)) + " is " + std::to_string(*size) + " in CODESYS",
+         "write the number, or LOWER_BOUND and UPPER_BOUND for lengths of arrays");
+  Operand out;
+  out.kind = Operand::Kind::kIntLiteral;
+  out.int_value = static_cast<std::int64_t>(*size);
+  out.at = at(id);
+  out.text = std::string(text(id));
+  return out;
+}
+
+// The hidden instance holds nothing from scan to scan: it stands in frames of functions, too.
+std::optional<Operand> Lowering::call_uptime(NodeId id) {
+  report(Code::P4353, at(id), std::string(text(id)) + ", the time since the start, is not in the standard",
+         "measure times with TON");
+  const stdlib::BlockSpec* const spec = stdlib::block_named("UPTIME");
+  const ir::PlaceId clock = builder_.variable(builder_.hidden("uptime", types().block(*spec)));
+  builder_.run(clock);
+  const Operand time = operand(builder_.load(builder_.field(clock, 0)), id);
+  if (core::iequals(name_text(node(id).a), "TIME")) return time;
+  const auto wide = builder_.convert(time, ir::ref_of(core::TypeId::kLtime), "LTIME()");
+  return wide ? std::optional(operand(*wide, id)) : std::nullopt;
+}
+
+}  // namespace plc::st
