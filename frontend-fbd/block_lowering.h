@@ -380,8 +380,6 @@ struct BlockLowering {
   bool is_power(std::span<const stdlib::Overload> candidates, const std::vector<Operand>& operands);
   /// Drawn pins go to the parameters they name, if all names are known and different; else by position.
   static void place_by_name(const stdlib::FunctionSpec& spec, std::vector<std::pair<std::size_t, const Input*>>& order);
-  /// Real projects wire BOOL into EQ, ADD and the like next to integers: FALSE counts as 0, TRUE as 1, with a warning.
-  void numbers_from_bool(std::vector<Operand>& operands, const std::vector<std::string>& pins);
 
   // ---- EXECUTE boxes, and what the block is (lower_block.cpp) ----
 

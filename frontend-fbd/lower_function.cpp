@@ -326,10 +326,10 @@ void BlockLowering::lower_standard_function() {
   // Power through a compare box is AND with EN: nothing to jump around.
   const bool gate = enable && !may_event && is_power(candidates, operands);
   if (!gate) open(may_event);
-  numbers_from_bool(operands, pins);
   const bool literals =
       std::any_of(operands.begin(), operands.end(), [](const Operand& o) { return o.kind != Operand::Kind::kValue; });
-  const bool asks = result_pin && (literals || stdlib::result_is_open(spec));
+  const bool power = spec.name == "EXPT";  // an integer, where one is needed
+  const bool asks = result_pin && (literals || power || stdlib::result_is_open(spec));
   const auto expected = asks ? d.expected_type({OutRef::Kind::kPin, *result_pin, node}) : std::nullopt;
   const auto result = b.call(e.text, operands, e.at, expected, pins);
   if (!result) {
@@ -374,47 +374,6 @@ void BlockLowering::place_by_name(const stdlib::FunctionSpec& spec,
                           return x.first == y.first;
                         }) == named.end();
   if (named.size() == order.size() && distinct) order = std::move(named);
-}
-
-void BlockLowering::numbers_from_bool(std::vector<Operand>& operands, const std::vector<std::string>& pins) {
-  std::optional<core::TypeId> number;
-  bool has_bool = false;
-  for (const Operand& o : operands) {
-    if (o.kind != Operand::Kind::kValue) continue;
-    const auto type = b.module().types.elementary_of(b.type_of(o.value));
-    if (type && core::in_category(*type, core::kAnyNum)) {
-      if (!number || stdlib::widens(*number, *type)) number = type;
-    }
-    has_bool = has_bool || type == core::TypeId::kBool;
-  }
-  if (!number || !has_bool) return;
-  std::vector<stdlib::Arg> args;
-  for (const Operand& o : operands) {
-    stdlib::Arg arg;
-    if (o.kind == Operand::Kind::kValue) {
-      const auto type = b.module().types.elementary_of(b.type_of(o.value));
-      if (!type) return;
-      arg.type = *type;
-    } else {
-      arg.kind =
-          o.kind == Operand::Kind::kIntLiteral ? stdlib::Arg::Kind::kIntLiteral : stdlib::Arg::Kind::kRealLiteral;
-      arg.int_value = o.int_value;
-      arg.int_is_unsigned = o.int_is_unsigned;
-    }
-    args.push_back(arg);
-  }
-  if (stdlib::resolve(e.text, args).status != stdlib::Resolution::Status::kNoMatch) return;
-  for (std::size_t i = 0; i < operands.size(); ++i) {
-    if (operands[i].kind != Operand::Kind::kValue || b.type_of(operands[i].value) != ir::kBoolType) continue;
-    const std::string conversion = "BOOL_TO_" + std::string(core::name_of(*number));
-    const auto value = b.call(conversion, std::span(&operands[i], 1), e.at);
-    if (!value) return;
-    b.report(
-        Code::P3019, e.at,
-        "input \"" + pins[i] + "\" of " + title() + " is BOOL, other inputs are " + std::string(core::name_of(*number)),
-        "read as 0 and 1; draw a " + conversion + " block to say so");
-    operands[i].value = *value;
-  }
 }
 
 }  // namespace plc::fbd

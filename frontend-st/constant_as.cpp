@@ -4,11 +4,13 @@
 
 #include "frontend-st/constants.h"
 #include "frontend-st/literals.h"
+#include "stdlib/idioms.h"
 #include "stdlib/library.h"
 
 namespace plc::st {
 namespace {
 
+using core::Code;
 using core::Rep;
 using core::TypeId;
 using Kind = ConstantValue::Kind;
@@ -27,6 +29,17 @@ std::string shown(const ConstantValue& v, const ir::TypeTable& types) {
   return "a value of type " + types.name_of(v.constant.type);
 }
 
+/// An integer that is no value of `id`, but has its bits: -1 for UINT, 16#FFFF for INT. One with a type converts.
+bool fits_by_bits(const ConstantValue& v, TypeId id) {
+  stdlib::Arg literal;
+  literal.kind = stdlib::Arg::Kind::kIntLiteral;
+  literal.int_value = v.int_value;
+  literal.int_is_unsigned = v.is_unsigned;
+  literal.based = v.based;
+  if (v.type && stdlib::implicit_conversion(*v.type, id) == stdlib::Idiom::kNone) return false;
+  return stdlib::literal_fits_by_bits(literal, id) || (v.type && id != TypeId::kBool);
+}
+
 }  // namespace
 
 double as_double(const ConstantValue& v) {
@@ -36,7 +49,7 @@ double as_double(const ConstantValue& v) {
 }
 
 std::optional<ir::Constant> constant_as(const ConstantValue& value, ir::TypeRef to, const ir::TypeTable& types,
-                                        std::string& problem) {
+                                        std::string& problem, std::optional<core::Code>& note) {
   const ir::Type& target = types[to];
   const auto id = types.elementary_of(to);
   ir::Constant out;
@@ -99,10 +112,15 @@ std::optional<ir::Constant> constant_as(const ConstantValue& value, ir::TypeRef 
   if (value.kind == Kind::kTyped) {
     const auto from = types.elementary_of(value.constant.type);
     if (!from || types[value.constant.type].kind == ir::TypeKind::kEnum) return std::nullopt;
-    if (*from != *id && !stdlib::widens(*from, *id)) return std::nullopt;
+    const bool number_of_bool =
+        *from == TypeId::kBool && *id != TypeId::kBool && core::in_category(*id, core::kAnyInt | core::kAnyBit);
+    if (*from != *id && !stdlib::widens(*from, *id) && !number_of_bool) return std::nullopt;
     if (core::in_category(*from, core::kAnyChars)) return std::nullopt;
-    if (*from == TypeId::kBool && *id != TypeId::kBool) return std::nullopt;
     out.bits = value.constant.bits;
+    if (number_of_bool) {
+      note = Code::P4334;
+      problem = types.name_of(to) + " takes a BOOL as " + std::to_string(out.bits);
+    }
     return out;
   }
   if (value.kind != Kind::kInt) return std::nullopt;
@@ -112,13 +130,29 @@ std::optional<ir::Constant> constant_as(const ConstantValue& value, ir::TypeRef 
     problem += "; durations and dates have a prefix, as in T#5s";
     return std::nullopt;
   }
+  const bool other_type = value.type && *value.type != *id && !stdlib::widens(*value.type, *id);
+  if (other_type) {
+    note = Code::P4339;
+    problem = types.name_of(to) + " takes a value of type " + std::string(core::name_of(*value.type));
+  }
+  if (!int_fits(value.int_value, value.is_unsigned, *id) && fits_by_bits(value, *id) &&
+      target.kind != ir::TypeKind::kSubrange) {
+    if (!other_type) {
+      note = Code::P4335;
+      problem = types.name_of(to) + " takes the bits of " + shown(value, types);
+    }
+    out.bits = truncate_bits(static_cast<std::uint64_t>(value.int_value), rep);
+    return out;
+  }
   if (!int_fits(value.int_value, value.is_unsigned, *id)) {
+    note.reset();
     problem = shown(value, types) + " does not fit into " + types.name_of(to);
     return std::nullopt;
   }
   if (target.kind == ir::TypeKind::kSubrange && (value.int_value < target.lower || value.int_value > target.upper)) {
     problem = shown(value, types) + " is outside of " + types.name_of(to) + " (" + std::to_string(target.lower) + ".." +
               std::to_string(target.upper) + ")";
+    note.reset();
     return std::nullopt;
   }
   out.bits = truncate_bits(static_cast<std::uint64_t>(value.int_value), rep);

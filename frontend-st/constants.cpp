@@ -11,6 +11,7 @@
 #include "frontend-st/names.h"
 #include "frontend-st/operators.h"
 #include "frontend-st/parser.h"
+#include "stdlib/idioms.h"
 
 namespace plc::st {
 namespace {
@@ -112,7 +113,9 @@ class Evaluator {
         if (!literal->beyond_latin_1.empty()) {
           notes_.push_back({Code::P4346, id, beyond_latin_1_text(*literal), kBeyondLatin1Help});
         }
-        return constant_of_literal(*literal, types_);
+        ConstantValue value = constant_of_literal(*literal, types_);
+        value.based = name.find('#') != std::string_view::npos;
+        return value;
       }
       case NodeKind::kName:
         return named(id, name);
@@ -231,6 +234,11 @@ class Evaluator {
   std::optional<ConstantValue> unary(Operator op, const ConstantValue& v) {
     if (op == Operator::kPlus && is_number(v)) return v;
     if (op == Operator::kNot && is_typed(v, TypeId::kBool)) return typed(ir::kBoolType, v.constant.bits ^ 1u);
+    if (op == Operator::kNot && v.kind == Kind::kInt && v.type && core::in_category(*v.type, core::kAnyInt)) {
+      const Rep rep = core::rep_of(*v.type);
+      const std::uint64_t bits = truncate_bits(~static_cast<std::uint64_t>(v.int_value), rep);
+      return constant_of_type(integer(signed_value(bits, rep), rep == Rep::kU64), *v.type);
+    }
     if (is_number(v) && v.type) {
       if (const stdlib::Overload* const of_type = overload(op, *v.type)) return computed(*of_type, *v.type, {&v});
     }

@@ -27,6 +27,7 @@ struct ConstantValue {
   } kind = Kind::kInt;
   std::int64_t int_value = 0;
   bool is_unsigned = false;  ///< int_value is the bits of a value above 2^63-1
+  bool based = false;        ///< a literal with its base (16#FF): bits may be meant
   double real_value = 0;
   /// kInt, kReal: the type in which it is computed on; none for literals, which are exact.
   std::optional<core::TypeId> type = std::nullopt;
@@ -84,8 +85,9 @@ std::optional<ConstantValue> evaluate_constant(std::string_view text, const core
                                                std::string_view pou,
                                                std::optional<ir::TypeRef> expected = std::nullopt);
 
-/// `value` as a constant of the scalar type `to`. Nothing, and why in `problem`, when it does not fit.
+/// `value` as a constant of the scalar type `to`. Nothing, and why in `problem`, when it does not fit. Where only other
+/// tools would take it, `problem` says what it is, and `note` under which code.
 std::optional<ir::Constant> constant_as(const ConstantValue& value, ir::TypeRef to, const ir::TypeTable& types,
-                                        std::string& problem);
+                                        std::string& problem, std::optional<core::Code>& note);
 
 }  // namespace plc::st

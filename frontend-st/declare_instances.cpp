@@ -111,7 +111,9 @@ void Declarer::connect(ir::ProgramInstance& instance, const plcopen::InstanceCon
   }
   const auto value = evaluate_constant(other, connection.other_at, types(), *this, diagnostics_, {}, type);
   std::string problem;
-  auto constant = value ? constant_as(*value, type, types(), problem) : std::nullopt;
+  std::optional<Code> note;
+  auto constant = value ? constant_as(*value, type, types(), problem, note) : std::nullopt;
+  if (note) report(*note, connection.other_at, {}, quoted(connection.variable) + ": " + problem);
   if (constant) {
     instance.initial.push_back({{variable}, std::move(*constant)});
   } else if (value) {

@@ -104,13 +104,15 @@ std::optional<TypeRef> Declarer::resolve_user_type(std::uint32_t index, const So
       const auto value = evaluate_constant(declaration.initial.text, place(declaration.initial.at, self), types(),
                                            *this, diagnostics_, {}, result);
       std::string problem;
-      const auto constant = value ? constant_as(*value, *result, types(), problem) : std::nullopt;
+      std::optional<Code> note;
+      const auto constant = value ? constant_as(*value, *result, types(), problem, note) : std::nullopt;
       if (constant) {
         types().mutable_type(*result).initial = signed_value(constant->bits, core::rep_of(types()[*result].elementary));
       } else if (value) {
         report(Code::P4020, place(declaration.initial.at, self), {},
                "initial value of type " + quoted(declaration.name) + ": " + problem);
       }
+      if (note) report(*note, place(declaration.initial.at, self), {}, quoted(declaration.name) + ": " + problem);
       break;
     }
     default:

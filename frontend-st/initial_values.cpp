@@ -155,13 +155,14 @@ std::optional<ConstantValue> Declarer::evaluate_text(std::string_view text, cons
   if (text.find_first_of("'\"") == std::string_view::npos) {
     core::Diagnostics unheard;
     std::string problem;
+    std::optional<Code> note;
     // A text that happens to be the name of a variable is a text there.
     const bool keeps_quotes = project_.version == plcopen::Version::kText;
     const auto current = current_;
     if (!keeps_quotes && is_identifier(core::trimmed(text))) current_ = kNoPending;
     const auto value = evaluate_constant(text, at, types(), *this, unheard, owner.pou, type);
     current_ = current;
-    if (value && constant_as(*value, type, types(), problem)) return value;
+    if (value && constant_as(*value, type, types(), problem, note)) return value;
     if (use_.while_running) return std::nullopt;
     const std::string quote = types()[type].elementary == core::TypeId::kString ? "'" : "\"";
     return evaluate_constant(quote + std::string(text) + quote, at, types(), *this, diagnostics, owner.pou, type);
@@ -243,12 +244,13 @@ bool Declarer::add_scalar(const InitialValue& value, TypeRef type, const std::ve
       result->constant.type == ir::ref_of(core::TypeId::kLtime)) {
     result->constant.type = type;
   }
-  auto constant = constant_as(*result, type, types(), problem);
-  if (!constant) {
-    report(Code::P4020, at, owner.pou,
+  std::optional<Code> note;
+  auto constant = constant_as(*result, type, types(), problem, note);
+  if (!constant || note) {
+    report(note.value_or(Code::P4020), at, owner.pou,
            "initial value " + quoted(core::trimmed(value.text)) + " of " + quoted(owner.name) + ": " + problem);
-    return false;
   }
+  if (!constant) return false;
   // References are born as NULL.
   if (types()[type].kind != TypeKind::kReference) out.push_back({path, std::move(*constant)});
   return true;

@@ -24,6 +24,12 @@ namespace {
 std::string quoted(std::string_view text) { return '"' + std::string(text) + '"'; }
 }  // namespace
 
+// EN and ENO are given by name alone, whether a POU declares them or not.
+bool Lowering::Parameter::has_place() const {
+  if (type != ir::kBoolType) return true;
+  return !(role == Role::kInput && core::iequals(name, "EN")) && !(role == Role::kOutput && core::iequals(name, "ENO"));
+}
+
 std::vector<Lowering::Parameter> Lowering::parameters_of_pou(std::uint32_t pou) {
   std::vector<Parameter> out;
   const std::vector<ir::Variable>& variables = builder_.module().pous[pou].variables;
@@ -62,7 +68,7 @@ Lowering::Arguments Lowering::bind_arguments(NodeId call, const std::vector<Para
                                              std::string_view callee, bool is_block) {
   Arguments out;
   std::vector<bool> taken(parameters.size(), false);
-  // Without names all parameters are given in the order of their declaration, outputs too (IEC
+  // Without names all parameters but EN and ENO are given in the order of their declaration, outputs too (IEC
   // 61131-3:2013, 6.6.1.4.2); shorter calls leave the outputs out.
   std::size_t unnamed = 0;
   std::size_t given = 0;
@@ -71,7 +77,8 @@ Lowering::Arguments Lowering::bind_arguments(NodeId call, const std::vector<Para
     ++given;
   }
   const auto inputs = static_cast<std::size_t>(
-      std::count_if(parameters.begin(), parameters.end(), [](const Parameter& p) { return p.role != Role::kOutput; }));
+      std::count_if(parameters.begin(), parameters.end(),
+                    [](const Parameter& p) { return p.role != Role::kOutput && p.has_place(); }));
   const bool with_outputs = unnamed > inputs;
   const bool some_named = unnamed != given;
   bool named_seen = false;
@@ -100,7 +107,10 @@ Lowering::Arguments Lowering::bind_arguments(NodeId call, const std::vector<Para
         refuse(id, "an argument without name follows arguments with names", "name all arguments or none");
         continue;
       }
-      while (!with_outputs && position < parameters.size() && parameters[position].role == Role::kOutput) ++position;
+      const auto is_passed = [&](const Parameter& p) {
+        return !p.has_place() || (!with_outputs && p.role == Role::kOutput);
+      };
+      while (position < parameters.size() && is_passed(parameters[position])) ++position;
       if (position == parameters.size()) {
         refuse(id, "call of " + std::string(callee) + " has more arguments than it has parameters");
         continue;
@@ -359,7 +369,7 @@ std::optional<Operand> Lowering::call_standard(NodeId id, std::string_view name,
   };
   if (!enable && arguments.eno == kNoNode) {
     if (!lower_arguments()) return std::nullopt;
-    const auto result = builder_.call(name, operands, at(id), expected);
+    const auto result = builder_.call(name, operands, at(id), expected_of(name, expected));
     if (!result) return std::nullopt;
     return operand(*result, id);
   }
@@ -369,7 +379,7 @@ std::optional<Operand> Lowering::call_standard(NodeId id, std::string_view name,
   if (enable) builder_.jump_if_not(*enable, skip);
   if (!lower_arguments()) return std::nullopt;
   builder_.clear_event();
-  const auto result = builder_.call(name, operands, at(id), expected);
+  const auto result = builder_.call(name, operands, at(id), expected_of(name, expected));
   if (!result) return std::nullopt;
   const std::uint32_t kept = builder_.hidden("en", builder_.type_of(*result));
   const ValueId eno = builder_.eno();

@@ -42,9 +42,34 @@ std::optional<ValueId> Lowering::compare(std::string_view function, ValueId a, V
   return builder_.call(function, both, at(where));
 }
 
+// A constant of another integer type, which does not widen to the selector's: its number counts.
+std::optional<Operand> Lowering::number_of_constant(const Operand& given, TypeRef selector) {
+  if (given.kind != Operand::Kind::kValue) return std::nullopt;
+  const ir::Inst& inst = builder_.body().insts[given.value.index];
+  const auto is_whole = [this](TypeRef type) {
+    const auto id = types().elementary_of(type);
+    return id && types()[type].kind == TypeKind::kElementary && *id != core::TypeId::kBool &&
+           core::in_category(*id, core::kAnyInt | core::kAnyBit);
+  };
+  if (inst.op != ir::Op::kConst || !is_whole(inst.type) || !is_whole(selector)) return std::nullopt;
+  const core::TypeId from = types()[inst.type].elementary;
+  if (stdlib::widens(from, types()[selector].elementary)) return std::nullopt;
+  Operand out = given;
+  out.kind = Operand::Kind::kIntLiteral;
+  out.int_value = signed_value(builder_.body().constants[inst.a].bits, core::rep_of(from));
+  out.int_is_unsigned = core::rep_of(from) == core::Rep::kU64 && out.int_value < 0;
+  return out;
+}
+
 std::optional<ValueId> Lowering::label_value(NodeId id, TypeRef selector) {
   const auto given = value(id, selector);
   if (!given) return std::nullopt;
+  if (const auto number = number_of_constant(*given, selector)) {
+    report(Code::P4339, at(id),
+           "label " + quoted(text(id)) + " of CASE has type " + types().name_of(builder_.type_of(given->value)) +
+               ", the selector " + types().name_of(selector));
+    return builder_.convert(*number, selector, "label of CASE");
+  }
   std::optional<ValueId> label = given->value;
   // Strings of any length compare; everything else takes the selector's type.
   const auto elementary = types().elementary_of(selector);

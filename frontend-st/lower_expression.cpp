@@ -1,6 +1,7 @@
 // Expressions: literals, names, operators. A plain variable name, the text of most contacts and pins, takes the short
 // way through lower_expression: one look-up, no tokens, no tree.
 #include <bit>
+#include <utility>
 
 #include "core/text.h"
 #include "frontend-st/lexer.h"
@@ -313,7 +314,8 @@ std::optional<Operand> Lowering::unary(NodeId id, Expected expected) {
   if (n.op == Operator::kPlus) {
     const auto type =
         inner->kind == Operand::Kind::kValue ? types().elementary_of(builder_.type_of(inner->value)) : TypeId::kInt;
-    if (type && core::in_category(*type, core::kAnyMagnitude)) return inner;
+    const bool bits = type && core::in_category(*type, core::kAnyBit) && *type != TypeId::kBool;
+    if (type && (bits || core::in_category(*type, core::kAnyMagnitude))) return inner;
     report(Code::P4001, at(id), "sign before " + quoted(text(n.a)) + ", which is no number");
     return std::nullopt;
   }
@@ -363,9 +365,17 @@ std::optional<Operand> Lowering::combine(NodeId id, const Operand& left, const O
     return compare_references(id, left, right);
   }
   const Operand both[] = {left, right};
-  const auto result = builder_.call(function_of(op), both, at(id), is_comparison(op) ? std::nullopt : expected);
+  const auto result = builder_.call(function_of(op), both, at(id),
+                                    is_comparison(op) ? std::nullopt : expected_of(function_of(op), expected));
   if (!result) return std::nullopt;
   return operand(*result, id);
+}
+
+// A comparison of integers with a power is one of reals.
+Lowering::Expected Lowering::expected_of(std::string_view function, Expected expected) {
+  if (!compared_ || !expected || !core::iequals(function, "EXPT")) return expected;
+  const auto elementary = types().elementary_of(*expected);
+  return elementary && core::in_category(*elementary, core::kAnyReal) ? expected : std::nullopt;
 }
 
 // a AND_THEN b: the right side is computed only when the left one does not decide.
@@ -420,7 +430,9 @@ std::optional<Operand> Lowering::binary(NodeId id, Expected expected) {
       continue;
     }
     const bool taken = i + 1 == spine.size() && first_right;
+    const bool compared = std::exchange(compared_, compared_ || is_comparison(node(spine[i].id).op));
     const auto right = taken ? first_right : value(node(spine[i].id).b, hint);
+    compared_ = compared;
     fine = fine && right.has_value();
     // After an error the rest is still read, for the errors it has of its own.
     if (!fine) continue;

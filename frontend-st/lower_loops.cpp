@@ -38,6 +38,22 @@ ValueId Lowering::integer(TypeRef type, std::int64_t value) {
   return builder_.constant(constant);
 }
 
+// Bit strings count as the integers without sign of their bits.
+std::optional<ValueId> Lowering::counted(std::string_view function, ValueId a, ValueId b, NodeId where) {
+  const core::TypeId type = *types().elementary_of(builder_.type_of(a));
+  if (!core::in_category(type, core::kAnyBit)) return compare(function, a, b, where);
+  const std::string bits(core::name_of(type));
+  const std::string number(core::name_of(stdlib::unsigned_of(type)));
+  const auto converted = [&](ValueId value, const std::string& from, const std::string& to) {
+    const Operand given = operand(value, where);
+    return builder_.call(from + "_TO_" + to, std::span(&given, 1), at(where));
+  };
+  const auto first = converted(a, bits, number);
+  const auto second = converted(b, bits, number);
+  const auto result = first && second ? compare(function, *first, *second, where) : std::nullopt;
+  return result ? converted(*result, number, bits) : std::nullopt;
+}
+
 bool Lowering::loop_body(NodeId id, Loop loop) {
   loops_.push_back(loop);
   const ir::PartScope plain(builder_, ir::Part::kPlain);
@@ -88,7 +104,8 @@ bool Lowering::for_loop(NodeId id) {
   const NodeId step_id = final_id == kNoNode ? kNoNode : node(final_id).next;
   const auto control = node(id).a == kNoNode ? std::nullopt : place(node(id).a, true);
   const auto elementary = control ? types().elementary_of(builder_.type_of(*control)) : std::nullopt;
-  const bool integral = elementary && core::in_category(*elementary, core::kAnyInt) &&
+  const bool bits = elementary && core::in_category(*elementary, core::kAnyBit) && *elementary != core::TypeId::kBool;
+  const bool integral = elementary && (bits || core::in_category(*elementary, core::kAnyInt)) &&
                         types()[builder_.type_of(*control)].kind != TypeKind::kEnum;
   if (control && !integral) {
     report(Code::P4071, at(node(id).a),
@@ -103,6 +120,11 @@ bool Lowering::for_loop(NodeId id) {
   }
   const TypeRef type = builder_.type_of(*control);
   const TypeRef base = ir::ref_of(*elementary);
+  if (bits) {
+    report(Code::P4333, at(node(id).a),
+           "FOR counts with " + quoted(text(node(id).a)) + " of type " + types().name_of(type),
+           "count with a variable of an integer type");
+  }
   const auto bound = [&](NodeId bound_id, std::string_view what) {
     const auto given = value(bound_id, type);
     return given ? builder_.convert(*given, type, what) : std::nullopt;
@@ -164,7 +186,7 @@ bool Lowering::for_known_step(NodeId id, PlaceId control, ValueId initial, Value
     const ValueId room = integer(base, up ? range.least + less : range.greatest - less);
     const ValueId distance = integer(base, less);
     const auto too_near = compare(up ? "LT" : "GT", final_value, room, head);
-    const auto moved = compare(up ? "SUB" : "ADD", final_value, distance, head);
+    const auto moved = counted(up ? "SUB" : "ADD", final_value, distance, head);
     if (!too_near || !moved) return false;
     const Operand choice[] = {operand(*too_near, head), operand(*moved, head), operand(nearest, head)};
     const auto chosen = builder_.call("SEL", choice, at(head));
@@ -182,7 +204,7 @@ bool Lowering::for_known_step(NodeId id, PlaceId control, ValueId initial, Value
   const auto more = compare(up ? "LT" : "GT", builder_.load(control), limit, head);
   if (!more) return false;
   const auto count = [&] {
-    const auto next = compare(up ? "ADD" : "SUB", builder_.load(control), integer(base, less + 1), head);
+    const auto next = counted(up ? "ADD" : "SUB", builder_.load(control), integer(base, less + 1), head);
     if (next) builder_.store(control, *next);
     return next.has_value();
   };
@@ -217,7 +239,7 @@ bool Lowering::for_any_step(NodeId id, PlaceId control, ValueId final_value, Val
   builder_.jump_if_not(builder_.logic(ir::Op::kOr, rising, falling), loop.exit);
   const bool fine = loop_body(id, loop);
   const ValueId now = builder_.load(control);
-  const auto next = compare("ADD", now, step, head);
+  const auto next = counted("ADD", now, step, head);
   if (!next) return false;
   // Beyond the limits of the type the count wraps, and the loop is over.
   const auto grew = compare("GE", *next, now, head);

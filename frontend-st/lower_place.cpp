@@ -267,9 +267,15 @@ std::optional<PlaceId> Lowering::element_place(PlaceId array, NodeId index) {
 
 // s[2]: the second character of a string (IEC 61131-3:2013, 6.4.2.2).
 std::optional<PlaceId> Lowering::character_place(PlaceId string, NodeId index) {
-  const auto given = index_of(index, core::kAnyInt);
+  const auto given = index_of(index, core::kAnyInt | core::kAnyBit);
   if (!given) return std::nullopt;
-  if (!given->known) return builder_.character(string, given->value);
+  if (!given->known) {
+    const core::TypeId type_given = *types().elementary_of(builder_.type_of(given->value));
+    if (!core::in_category(type_given, core::kAnyBit)) return builder_.character(string, given->value);
+    const auto number =
+        builder_.convert(operand(given->value, index), ir::ref_of(stdlib::unsigned_of(type_given)), "a position");
+    return number ? std::optional(builder_.character(string, *number)) : std::nullopt;
+  }
   const TypeRef type = builder_.type_of(string);
   const std::uint16_t capacity = types()[type].capacity;
   if (*given->known < 1 || *given->known > capacity) {

@@ -55,6 +55,8 @@ class Lowering {
     std::uint32_t index = 0;  ///< into the callee's variables or fields
     ir::TypeRef type{};       ///< in-outs: the declared type, not the reference
     std::string alias{};      ///< another name drawings and texts use for it, or empty
+    /// Whether an argument without name may stand for it.
+    [[nodiscard]] bool has_place() const;
   };
   /// Arguments of one call, EN and ENO taken out; `parameter` numbers an entry of the parameter list.
   struct Bound {
@@ -96,6 +98,8 @@ class Lowering {
   std::optional<ir::Operand> compare_references(NodeId id, const ir::Operand& left, const ir::Operand& right);
   std::optional<ir::Operand> combine(NodeId id, const ir::Operand& left, const ir::Operand& right, Expected expected);
   std::optional<ir::Operand> short_circuit(NodeId id, const std::optional<ir::Operand>& left);
+  /// What is expected of a call of `function`: where its result is compared, no power of integers is.
+  Expected expected_of(std::string_view function, Expected expected);
   std::optional<ir::Operand> negated(NodeId id, ir::Operand operand, Expected expected);
   bool is_unresolved_name(NodeId id);
 
@@ -176,6 +180,7 @@ class Lowering {
   std::optional<std::int64_t> label_number(ir::ValueId label);
   /// The constant value of a label as an operand of the selector's type.
   std::optional<ir::ValueId> label_value(NodeId id, ir::TypeRef selector);
+  std::optional<ir::Operand> number_of_constant(const ir::Operand& given, ir::TypeRef selector);
   std::optional<ir::ValueId> compare(std::string_view function, ir::ValueId a, ir::ValueId b, NodeId where);
 
   // lower_loops.cpp
@@ -192,11 +197,14 @@ class Lowering {
   bool loop_body(NodeId id, Loop loop);
   bool leave_loop(NodeId id);
   ir::ValueId integer(ir::TypeRef type, std::int64_t value);
+  /// The sum or difference of two values of a control variable's type.
+  std::optional<ir::ValueId> counted(std::string_view function, ir::ValueId a, ir::ValueId b, NodeId where);
 
   ir::Builder& builder_;
   const SourceText& source_;
   const Ast& ast_;
   bool stub_used_ = false;
+  bool compared_ = false;    ///< what is lowered is compared with a value, whose type is expected as a hint
   std::vector<Loop> loops_;  ///< around the statement being lowered, innermost last
 };
 

@@ -250,7 +250,11 @@ ValueId Builder::load(PlaceId place) {
   const Place at = body().places[place.index];
   if (at.kind == Place::Kind::kPart) return extract(load(at.parent), at.type, at.index);
   if (at.kind == Place::Kind::kCharacter) return character_of(load(at.parent), ValueId{at.index});
-  return {emit(Op::kLoad, at.type, place.index)};
+  const ValueId value{emit(Op::kLoad, at.type, place.index)};
+  if (const auto narrow = narrow_hidden_.find(place.index); narrow != narrow_hidden_.end()) {
+    set_narrow(value, narrow->second);
+  }
+  return value;
 }
 
 ValueId Builder::logic(Op and_or_xor, ValueId a, ValueId b) {
@@ -271,6 +275,11 @@ void Builder::store(PlaceId place, ValueId value) {
     return store(at.parent, with_character(load(at.parent), value, ValueId{at.index}));
   }
   emit(Op::kStore, {}, place.index, value.index);
+  const Narrow* const narrow = narrow_of(value);
+  const bool own = at.kind == Place::Kind::kInstance || at.kind == Place::Kind::kFrame;
+  if (narrow != nullptr && own && pou().variables[at.index].role == Role::kHidden) {
+    narrow_hidden_[place.index] = *narrow;
+  }
 }
 
 void Builder::copy(PlaceId to, PlaceId from) {

@@ -13,6 +13,7 @@
 
 #include "core/diagnostics.h"
 #include "ir/ir.h"
+#include "stdlib/idioms.h"
 
 namespace plc::ir {
 
@@ -143,6 +144,20 @@ class Builder {
   /// `expected`).
   std::optional<ValueId> settle(const Operand& operand, std::optional<TypeRef> expected = std::nullopt);
 
+  /// What a value stands for that was computed in a wider type: BYTE + BYTE is a LINT that goes where a BYTE may go
+  /// (stdlib/idioms.h).
+  struct Narrow {
+    TypeId type = TypeId::kBool;
+    stdlib::Idiom idiom = stdlib::Idiom::kNone;  ///< of taking it for its type
+    bool noted = false;                          ///< an idiom was noted where it was computed
+  };
+  void set_narrow(ValueId value, const Narrow& narrow) { narrow_[value.index] = narrow; }
+  /// Null for a value that is of its type.
+  [[nodiscard]] const Narrow* narrow_of(ValueId value) const {
+    const auto found = narrow_.find(value.index);
+    return found == narrow_.end() ? nullptr : &found->second;
+  }
+
  private:
   /// Whether the place is a TIME of a standard block that takes LTIME, too.
   [[nodiscard]] bool takes_ltime(PlaceId place);
@@ -172,6 +187,8 @@ class Builder {
     }
   };
   std::unordered_map<Place, PlaceId, PlaceHash, PlaceEqual> interned_;
+  std::unordered_map<std::uint32_t, Narrow> narrow_;        ///< by value
+  std::unordered_map<std::uint32_t, Narrow> narrow_hidden_;  ///< by place: what hidden variables keep for later
   std::vector<PlaceId> variable_places_;  ///< by variable index, in-outs left out: most places need no hash
 };
 

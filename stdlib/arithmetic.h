@@ -64,6 +64,31 @@ constexpr T mod_wrap(T a, T b) noexcept {
   return static_cast<T>(a % b);
 }
 
+/// `base` to the power `exponent`, the low bits of it. Below 0 it is 1 / base^n, toward zero: 0 but for 1 and -1; of 0 it
+/// is a division by zero.
+template <class T, class N>
+constexpr T power_wrap(T base, N exponent, Event& event) noexcept {
+  if constexpr (std::is_signed_v<N>) {
+    if (exponent < 0) {
+      if (base == 0) {
+        event = Event::kDivideByZero;
+        return 0;
+      }
+      if (base == 1) return 1;
+      if constexpr (std::is_signed_v<T>) {
+        if (base == -1) return (exponent & 1) != 0 ? T{-1} : T{1};
+      }
+      return 0;
+    }
+  }
+  T result = 1;
+  for (auto n = static_cast<std::uint64_t>(exponent); n != 0; n >>= 1) {
+    if ((n & 1) != 0) result = wrap_mul(result, base);
+    base = wrap_mul(base, base);
+  }
+  return result;
+}
+
 // ---- reals: IEEE 754, one NaN -----------------------------------------------------------------------------------
 
 /// `v`, or the canonical quiet NaN (positive, 0x7fc00000 or 0x7ff8000000000000) if it is any NaN.

@@ -189,6 +189,7 @@ struct Arg {
   TypeId type = TypeId::kBool;
   std::int64_t int_value = 0;  ///< kIntLiteral (wraps for values above 2^63-1, then `int_is_unsigned`)
   bool int_is_unsigned = false;
+  bool based = false;  ///< kIntLiteral: written with its base (16#FF), so that bits may be meant
 };
 
 /// True when the third edition widens `from` to `to` implicitly (IEC 61131-3:2013, figure 12), or they are equal.

@@ -151,6 +151,31 @@ struct Abs {
   static constexpr Kernel kernel = &unary<Abs, ValueOf<T>>;
 };
 
-using ArithmeticRows = Rows<Add, Sub, Mul, Div, Mod, Neg, Abs>;
+/// What ** and EXPT are where an integer is needed: no name of the standard's, as NEG.
+struct IntegerPower {
+  static constexpr Example examples[] = {{"DINT,INT", "INTEGER_POWER(2, 10)", "1024"},
+                                         {"SINT,INT", "INTEGER_POWER(-3, 5)", "13"},
+                                         {"DINT,INT", "INTEGER_POWER(2, -1)", "0"},
+                                         {"DINT,INT", "INTEGER_POWER(0, -1)", "event:divide_by_zero 0"}};
+  static constexpr FunctionSpec spec{
+      .name = "INTEGER_POWER",
+      .t_categories = core::kAnyInt,
+      .u_categories = core::kAnyInt,
+      .params = {{"IN1", kT}, {"IN2", kU}},
+      .param_count = 2,
+      .result = kT,
+      .events = events(Event::kDivideByZero),
+      .clause = "not in the standard; ** of integers where an integer is needed",
+      .summary = "IN1 to the power IN2; integers wrap. Below 0 the power is cut to an integer, and an event for 0.",
+      .examples = examples};
+  template <class V, class W>
+  static V eval(V base, W exponent, Event& event) noexcept {
+    return power_wrap(base, exponent, event);
+  }
+  template <TypeId T, TypeId U>
+  static constexpr Kernel kernel = &binary<IntegerPower, ValueOf<T>, ValueOf<U>>;
+};
+
+using ArithmeticRows = Rows<Add, Sub, Mul, Div, Mod, Neg, Abs, IntegerPower>;
 
 }  // namespace plc::stdlib::rows

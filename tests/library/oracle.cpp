@@ -66,6 +66,25 @@ Expected divide(const Overload& o, std::span<const Value> a) {
 Expected modulo(const Overload& o, std::span<const Value> a) {
   return exactly(wrapped(o.t, wide_of(a[1]) == 0 ? 0 : wide_of(a[0]) % wide_of(a[1])));
 }
+/// By multiplying one by one, as far as the bits still change; powers of 2^n repeat.
+Expected integer_power(const Overload& o, std::span<const Value> a) {
+  const Wide base = wide_of(a[0]);
+  const Wide exponent = wide_of(a[1]);
+  if (exponent < 0 && base == 0) return exactly(wrapped(o.t, 0), Event::kDivideByZero);
+  if (exponent < 0) return exactly(wrapped(o.t, base == 1 ? 1 : base != -1 ? 0 : exponent % 2 == 0 ? 1 : -1));
+  // Odd numbers to the power 2^62 are 1 in 64 bits, and even ones are 0 from the 64th power on.
+  const Wide rounds = exponent < 64 ? exponent : base % 2 == 0 ? 64 : -1;
+  Value result = wrapped(o.t, 1);
+  if (rounds >= 0) {
+    for (Wide i = 0; i < rounds; ++i) result = product(o.t, result, a[0]);
+    return exactly(result);
+  }
+  for (int bit = 63; bit >= 0; --bit) {
+    result = product(o.t, result, result);
+    if ((exponent >> bit & 1) != 0) result = product(o.t, result, a[0]);
+  }
+  return exactly(result);
+}
 Value sign_changed(const Value& value) {
   if (!is_real(value.type)) return wrapped(value.type, -wide_of(value));
   return real_value(value.type, -real_of(value));
@@ -279,6 +298,7 @@ const std::map<std::string_view, Oracle> kOracles = {
     {"DIV_LTIME", divide},
     {"MOD", modulo},
     {"NEG", negate},
+    {"INTEGER_POWER", integer_power},
     {"ABS", magnitude},
     {"AND", bits_and},
     {"OR", bits_or},

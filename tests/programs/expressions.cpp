@@ -235,6 +235,7 @@ Expr Generator::integer(const Type& type, int depth) {
     const Expr a = left();
     return binary(type, op, power, name + type.c, a, typed(type, depth - 1));
   };
+  if (random_.chance(6)) return mixed(type, depth);
   switch (random_.below(12)) {
     case 0:
     case 1:
@@ -272,6 +273,7 @@ Expr Generator::bit_string(const Type& type, int depth) {
     const Expr a = typed(type, depth - 1);
     return binary(type, op, power, name + type.c, a, operand_of(type, depth - 1, true));
   };
+  if (random_.chance(6)) return mixed(type, depth);
   switch (random_.below(9)) {
     case 0:
       return both(random_.chance(70) ? "AND" : "&", kAnd, "and_");
@@ -301,6 +303,44 @@ Expr Generator::bit_string(const Type& type, int depth) {
     default:
       return converted(type, depth);
   }
+}
+
+Expr Generator::mixed(const Type& type, int depth) {
+  struct Operation {
+    const char* op;
+    const char* function;
+    Power power;
+    bool logic;
+  };
+  static constexpr Operation kAll[] = {{"+", "add", kSum, false},       {"-", "sub", kSum, false},
+                                       {"*", "mul", kProduct, false},   {"/", "div", kProduct, false},
+                                       {"MOD", "mod", kProduct, false}, {"AND", "and", kAnd, true},
+                                       {"OR", "or", kOr, true},         {"XOR", "xor", kXor, true}};
+  const Operation& how = kAll[random_.below(8)];
+  // Arithmetic has a bit string, logic an integer: what the standard knows is made elsewhere.
+  const Type& one = how.logic ? *any_int() : *elementary_[9 + random_.below(4)];
+  const Type& other = *elementary_[1 + random_.below(12)];
+  const bool swaps = random_.chance(50);
+  const Type& first = swaps ? other : one;
+  const Type& second = swaps ? one : other;
+  const bool is_signed = first.kind == Kind::kSigned || second.kind == Kind::kSigned;
+  const unsigned bits = std::max(first.bits, second.bits);
+  Expr a = typed(first, depth - 1);
+  Expr b = typed(second, depth - 1);
+  // Logic is of the bits of the longer one, and its result has a sign where one of them has.
+  const std::string computed = how.logic ? "u64" : is_signed || bits < 32 ? "i64" : bits == 32 ? "u32" : "u64";
+  const std::string meant = how.logic ? fmt::format("({}{})", is_signed ? "i" : "u", bits) : std::string();
+  Expr out;
+  out.type = &type;
+  out.power = kPrimary;
+  out.constant = a.constant && b.constant;
+  out.pre = a.pre + b.pre;
+  out.st = fmt::format("TO_{}({} {} {})", type.st, inside(a, how.power), how.op, inside(b, how.power + 1));
+  out.c = temp(
+      type,
+      fmt::format("({}){}{}_{}(({}){}, ({}){})", type.c, meant, how.function, computed, computed, a.c, computed, b.c),
+      out.pre);
+  return out;
 }
 
 Expr Generator::real(const Type& type, int depth) {

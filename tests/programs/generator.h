@@ -75,6 +75,8 @@ class Generator {
   Expr comparison(int depth);
   Expr integer(const Type& type, int depth);
   Expr bit_string(const Type& type, int depth);
+  /// Bit strings and integers mixed (docs/guides/conversions.md), made the type by a conversion.
+  Expr mixed(const Type& type, int depth);
   Expr real(const Type& type, int depth);
   Expr duration(const Type& type, int depth);
   Expr date(const Type& type, int depth);

@@ -362,7 +362,7 @@ TEST_F(StatementsTest, FunctionsAreGuessedByTheTypesInTheirNames) {
 TEST_F(StatementsTest, WritesThatAreNotAllowed) {
   EXPECT_FALSE(lower("T1.Q := TRUE;"));
   EXPECT_EQ(world.count(Code::P4007), 1u);
-  EXPECT_FALSE(lower("a := x;"));
+  EXPECT_FALSE(lower("x := a;"));
   EXPECT_FALSE(lower("a := 100000;"));
   EXPECT_EQ(world.count(Code::P4101) + world.count(Code::P4107), 2u) << world.rendered();
 }
