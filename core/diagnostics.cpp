@@ -2,10 +2,14 @@
 
 #include <algorithm>
 #include <ostream>
+#include <tuple>
 #include <utility>
 
 namespace plc::core {
 namespace {
+
+/// A library of more problems than these has every further one reported at once.
+constexpr std::size_t kMaxAside = std::size_t{1} << 16;
 
 /// Messages quote the file, where a name or a literal may have a megabyte. Cut between characters, not inside one.
 void shorten(std::string& text) {
@@ -45,19 +49,78 @@ void Diagnostics::mute(Code code) {
 void Diagnostics::report(Code code, const SourceRef& at, std::string_view pou, std::string message, std::string help) {
   Severity severity = info(code).severity;
   if (std::find(muted_.begin(), muted_.end(), code) != muted_.end()) return;
+  // Without a line it is about the file as a whole.
+  const bool of_library = is_library(at.file) && at.line != 0;
+  if (of_library && severity != Severity::kError &&
+      std::find(unwanted_.begin(), unwanted_.end(), code) != unwanted_.end()) {
+    return;
+  }
   if (severity == Severity::kNote) {
-    if (notes_ == Notes::kHide || at.file >= first_library_) return;
+    if (notes_ == Notes::kHide) return;
     if (notes_ == Notes::kRefuse) severity = Severity::kError;
   }
-  std::size_t number = ++count_of(severity);
-  if (severity != Severity::kError) {
-    counts_.resize(all_codes().size());
-    number = ++counts_[static_cast<std::size_t>(code)];
-  }
-  if (number > kMaxKept && (severity == Severity::kError || !show_all_)) return;
+  const bool set_aside = of_library && sets_aside_ && aside_.size() < kMaxAside;
   shorten(message);
   shorten(help);
-  all_.push_back({code, severity, at, std::string(pou), std::move(message), std::move(help)});
+  Diagnostic diagnostic{code, severity, at, std::string(pou), std::move(message), std::move(help)};
+  if (set_aside) {
+    aside_.push_back(std::move(diagnostic));
+  } else {
+    keep(std::move(diagnostic));
+  }
+}
+
+void Diagnostics::report_at_once(Code code, const SourceRef& at, std::string_view pou, std::string message,
+                                 std::string help) {
+  const bool outer = std::exchange(sets_aside_, false);
+  report(code, at, pou, std::move(message), std::move(help));
+  sets_aside_ = outer;
+}
+
+void Diagnostics::keep(Diagnostic diagnostic) {
+  const bool error = diagnostic.severity == Severity::kError;
+  std::size_t number = ++count_of(diagnostic.severity);
+  if (!error) {
+    counts_.resize(all_codes().size());
+    number = ++counts_[static_cast<std::size_t>(diagnostic.code)];
+  }
+  if (number <= kMaxKept || (!error && show_all_)) all_.push_back(std::move(diagnostic));
+}
+
+void Diagnostics::begin_libraries(std::vector<Code> unwanted) {
+  first_library_ = files_.size();
+  unwanted_ = std::move(unwanted);
+}
+
+std::pair<Diagnostics::Aside::iterator, Diagnostics::Aside::iterator> Diagnostics::aside(const SourceRef& begin,
+                                                                                         const SourceRef& end) {
+  const auto before = [](const SourceRef& a, const SourceRef& b) {
+    return std::tie(a.file, a.line, a.column) < std::tie(b.file, b.line, b.column);
+  };
+  if (sorted_aside_ != aside_.size()) {
+    std::stable_sort(aside_.begin(), aside_.end(),
+                     [&](const Diagnostic& a, const Diagnostic& b) { return before(a.at, b.at); });
+    sorted_aside_ = aside_.size();
+  }
+  const auto first = std::lower_bound(aside_.begin(), aside_.end(), begin,
+                                      [&](const Diagnostic& d, const SourceRef& at) { return before(d.at, at); });
+  const auto last = std::upper_bound(first, aside_.end(), end,
+                                     [&](const SourceRef& at, const Diagnostic& d) { return before(at, d.at); });
+  return {first, last};
+}
+
+const Diagnostic* Diagnostics::error_aside(const SourceRef& begin, const SourceRef& end) {
+  const auto [first, last] = aside(begin, end);
+  const auto found = std::find_if(first, last, [](const Diagnostic& d) { return d.severity == Severity::kError; });
+  return found == last ? nullptr : &*found;
+}
+
+void Diagnostics::release(const SourceRef& begin, const SourceRef& end) {
+  const auto [first, last] = aside(begin, end);
+  if (first == last) return;
+  for (auto it = first; it != last; ++it) keep(std::move(*it));
+  aside_.erase(first, last);
+  sorted_aside_ = aside_.size();
 }
 
 std::size_t& Diagnostics::count_of(Severity severity) {

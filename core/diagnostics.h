@@ -10,6 +10,7 @@
 #include <iosfwd>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/excerpt.h"
@@ -70,12 +71,24 @@ class Diagnostics {
 
   /// What becomes of notes that are reported from now on; at first they are shown.
   void set_notes(Notes notes) { notes_ = notes; }
-  /// Files named from now on are libraries: notes about them are neither kept nor counted, nor refused.
-  void begin_libraries() { first_library_ = files_.size(); }
+  /// Files named from now on, up to end_libraries(), are libraries. What is reported of places in them is set aside, and
+  /// `unwanted` codes, unless they are errors, are neither kept nor counted, nor refused.
+  void begin_libraries(std::vector<Code> unwanted);
+  void end_libraries() { last_library_ = files_.size(); }
+  [[nodiscard]] bool is_library(std::uint16_t file) const { return file >= first_library_ && file < last_library_; }
+  /// The first error set aside from `begin` to `end`, places of one file; null when there is none.
+  [[nodiscard]] const Diagnostic* error_aside(const SourceRef& begin, const SourceRef& end);
+  /// Reports what was set aside from `begin` to `end`.
+  void release(const SourceRef& begin, const SourceRef& end);
+  /// What is reported of libraries from now on is reported at once.
+  void end_setting_aside() { sets_aside_ = false; }
 
   /// Warnings and notes of this code are neither kept nor counted from now on; errors cannot be muted.
   void mute(Code code);
   void report(Code code, const SourceRef& at, std::string_view pou, std::string message, std::string help = {});
+
+  /// The same, and not set aside: about what the project does with the library that `at` lies in.
+  void report_at_once(Code code, const SourceRef& at, std::string_view pou, std::string message, std::string help = {});
 
   /// Takes out again what was reported from the `first` diagnostic on and stood there before, with the same code, place
   /// and words: text that is read more than once has the same mistakes.
@@ -116,7 +129,16 @@ class Diagnostics {
   bool show_all_ = false;
   [[nodiscard]] std::size_t& count_of(Severity severity);
 
+  using Aside = std::vector<Diagnostic>;
+  [[nodiscard]] std::pair<Aside::iterator, Aside::iterator> aside(const SourceRef& begin, const SourceRef& end);
+  void keep(Diagnostic diagnostic);
+
   std::size_t first_library_ = SIZE_MAX;  ///< index of the first file that is a library's
+  std::size_t last_library_ = SIZE_MAX;   ///< index behind the last one
+  std::vector<Code> unwanted_;            ///< in libraries
+  bool sets_aside_ = true;
+  Aside aside_;                  ///< what was reported of libraries and nobody asked for yet
+  std::size_t sorted_aside_ = 0; ///< so many of them, from the first on, are in the order of their places
   Notes notes_ = Notes::kShow;
   std::size_t errors_ = 0;
   std::size_t warnings_ = 0;

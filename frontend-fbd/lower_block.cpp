@@ -62,6 +62,7 @@ void BlockLowering::lower_block_instance() {
 
 void BlockLowering::missing() {
   if (e.text.empty()) return poison();  // the reader said so
+  if (b.is_broken(e.text, e.at)) return poison();
   const std::string_view who = st::supplier_of(e.text);
   const std::string supply =
       (who.empty() ? "" : std::string(who) + " brings it: ") +

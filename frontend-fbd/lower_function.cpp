@@ -90,6 +90,7 @@ void BlockLowering::lower_function_pou(std::uint32_t pou_index) {
     if (!made) return poison();
     pou_index = *made;
   }
+  if (!b.use_pou(pou_index, e.at)) return poison();
   const ir::Pou& callee = b.module().pous[pou_index];
   if (!callee.refused.empty()) return poison();  // its pins are not all known
   const auto ports = ports_of_function(b.module(), callee);

@@ -225,7 +225,7 @@ class Evaluator {
       if (type && types_[*type].kind == ir::TypeKind::kEnum)
         return enum_value(name.substr(0, dot), name.substr(dot + 1));
     }
-    const std::vector<EnumValueRef> found = find_enum_values(types_, name);
+    const std::vector<EnumValueRef> found = find_enum_values(types_, name, scope_.in_library());
     if (found.size() == 1) return enum_constant(found[0]);
     if (found.size() > 1) return fail("\"" + std::string(name) + "\" is a value of several enumerations");
     return fail("\"" + std::string(name) + "\" is not a constant");

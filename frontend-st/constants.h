@@ -77,6 +77,8 @@ class ConstantScope {
     problem = "sizes are not known here";
     return std::nullopt;
   }
+  /// Whether the expression stands in a library.
+  [[nodiscard]] virtual bool in_library() const { return false; }
 };
 
 /// The value of the expression `text`, errors reported at `at`. `expected` decides bare enumeration names.

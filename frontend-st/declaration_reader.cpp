@@ -253,6 +253,19 @@ bool DeclarationReader::end_declaration() {
   return false;
 }
 
+void DeclarationReader::note_extent(std::vector<std::string> names, std::uint32_t begin) {
+  project_.extents.push_back({std::move(names), place(begin), place(last_end_)});
+}
+
+/// The names among two tokens.
+std::vector<std::string> DeclarationReader::names_of(const Token& first, const Token& second) const {
+  std::vector<std::string> names;
+  for (const Token& token : {first, second}) {
+    if (token.kind == TokenKind::kIdentifier && word_of(token) == Word::kNone) names.emplace_back(text_of(token));
+  }
+  return names;
+}
+
 /// Object orientation: one error for the construct, nothing for what is in it.
 void DeclarationReader::refuse(Word opener, Word end, std::string_view what) {
   const Token first = token_;
@@ -262,6 +275,8 @@ void DeclarationReader::refuse(Word opener, Word end, std::string_view what) {
     advance();
   }
   std::string label(what);
+  std::vector<std::string> names;  // of what is in it, too: a namespace has types and POUs
+  if (at(TokenKind::kIdentifier)) names.emplace_back(text_of(token_));
   if (at(TokenKind::kIdentifier)) label += " \"" + std::string(text_of(token_).substr(0, kMaxShown)) + '"';
   fail(Code::P4041, first, label + " belongs to object orientation, which is not supported",
        "write it as function blocks, functions and structures");
@@ -270,12 +285,18 @@ void DeclarationReader::refuse(Word opener, Word end, std::string_view what) {
     const Word word = word_of(token_);
     if (word == opener) ++open;
     if (word == end && --open == 0) break;
+    const bool names_next = word == Word::kFunction || word == Word::kFunctionBlock || word == Word::kProgram ||
+                            word == Word::kClass || word == Word::kInterface || word == Word::kType;
+    if (opener == Word::kNamespace && names_next && peek(1).kind == TokenKind::kIdentifier) {
+      names.emplace_back(text_of(peek(1)));
+    }
   }
   if (!at(TokenKind::kEnd)) {
     advance();
   } else {
     fail_unclosed(label, first, kWords[static_cast<std::size_t>(end) - 1].first);
   }
+  if (pou_.empty()) note_extent(std::move(names), first.begin);
 }
 
 void DeclarationReader::count(std::string element, plcopen::Fate fate, const SourceRef& at, std::string_view reason) {
@@ -415,8 +436,11 @@ void DeclarationReader::read_file() {
            shown(token_) +
                " where a declaration is expected: TYPE, FUNCTION, FUNCTION_BLOCK, PROGRAM, VAR_GLOBAL or "
                "CONFIGURATION");
+      const std::uint32_t begin = token_.begin;
+      std::vector<std::string> words = names_of(token_, peek(1));
       advance();
       skip_to_opener();
+      note_extent(std::move(words), begin);
     }
   }
   if (has_outside_) project_.configurations.push_back(std::move(outside_));

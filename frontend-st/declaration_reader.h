@@ -124,6 +124,9 @@ class DeclarationReader {
   void skip_to_opener();
   bool end_declaration();
   void refuse(Word opener, Word end, std::string_view what);
+  /// Notes where a declaration of `names` stands: from `begin` to the end of the last token.
+  void note_extent(std::vector<std::string> names, std::uint32_t begin);
+  [[nodiscard]] std::vector<std::string> names_of(const Token& first, const Token& second) const;
   void count(std::string element, plcopen::Fate fate, const core::SourceRef& at, std::string_view reason = {});
   void keep_pragmas();
 

@@ -219,11 +219,13 @@ std::optional<ir::ProgramInstance> Declarer::instance(const plcopen::PouInstance
         return std::nullopt;
       }
     }
+    note_use(from.at, module_.pous[found->second].at, from.at, {});
     ir::ProgramInstance out{from.name, found->second, from.at, from.retain};
     for (const plcopen::InstanceConnection& connection : from.connections) connect(out, connection);
     return out;
   }
   instance_failed_ = true;
+  if (found == module_.pou_by_name.end() && is_broken(type, from.at, from.at, {})) return std::nullopt;
   const std::string programs = pou_list(false);
   std::string help = programs.empty() ? "the file has no program" : "programs of the file: " + programs;
   const std::string runnable = pou_list(true);

@@ -61,7 +61,10 @@ std::optional<std::uint32_t> Declarer::global_at(std::string_view name, TypeRef 
   }
   while (true) {
     const auto found = module_.global_by_name.find(name);
-    if (found != module_.global_by_name.end()) return found->second;
+    if (found != module_.global_by_name.end()) {
+      note_use(at, module_.globals[found->second].variable.at, at, {});
+      return found->second;
+    }
     const std::size_t dot = name.find('.');
     if (dot == std::string_view::npos) return std::nullopt;
     name.remove_prefix(dot + 1);

@@ -59,6 +59,7 @@ Declarer::Declarer(const plcopen::Project& project, const core::CompileOptions& 
 void Declarer::run() {
   module_.options = options_;
   module_.name = project_.name;
+  declare_libraries();
   declare_pou_names();
   for (const plcopen::Configuration& configuration : project_.configurations) {
     const auto collect = [&](const std::vector<plcopen::Variable>& globals) {
@@ -78,6 +79,7 @@ void Declarer::run() {
   initialize_all();
   for (std::uint32_t i = 0; i < project_.pous.size(); ++i) detect_edges(i);
   declare_configuration();
+  report_uses();
 }
 
 std::unique_ptr<ir::Module> declare(const plcopen::Project& project, const core::CompileOptions& options,
@@ -97,8 +99,11 @@ void Declarer::declare_pou_names() {
     pou.at = from.at;
     pou.from_library = from.from_library;
     pou.taskblock = from.taskblock;
-    const bool first = module_.pou_by_name.emplace(from.name, i).second;
-    if (!first) {
+    const bool circular = i < circular_.size() && circular_[i];
+    const bool first = circular || module_.pou_by_name.emplace(from.name, i).second;
+    if (circular) {
+      // It has no type: whoever names it is told.
+    } else if (!first) {
       // The XML reader says so of two POUs of its file (P1012).
       const bool said = from.at.line != 0 && project_.version != plcopen::Version::kText &&
                         module_.pous[module_.pou_by_name.find(from.name)->second].at.file == from.at.file;
@@ -116,7 +121,7 @@ void Declarer::declare_pou_names() {
     } else if (core::type_named(from.name)) {
       report(Code::P4018, from.at, from.name, "POU " + quoted(from.name) + " has the name of an elementary type");
     }
-    if (pou.kind != ir::PouKind::kFunction) pou.instance_type = types().pou(i, from.name);
+    if (pou.kind != ir::PouKind::kFunction && !circular) pou.instance_type = types().pou(i, from.name);
     module_.pous.push_back(std::move(pou));
   }
 }
@@ -177,6 +182,8 @@ void Declarer::declare_global(const plcopen::Variable& variable) {
   }
   const auto type = variable.refused ? std::nullopt : resolve(variable.type, owner);
   if (!type) {
+    // Those of a library stay unknown names: whoever uses one is told why.
+    if (is_library(variable.at)) return;
     module_.refused.insert(qualified);
     module_.refused.insert(variable.name);
     return;
@@ -219,15 +226,23 @@ void Declarer::declare_global(const plcopen::Variable& variable) {
   pending_.push_back({&variable, kNoPou, index});
 }
 
-// "X" names a variable of a list when only one list has an X; a global outside of lists wins.
+// "X" names a variable of a list when only one list has an X; a global outside of lists wins, and one of the project over
+// those of libraries.
 void Declarer::publish_global_names() {
   NameMap<std::uint32_t> count;
+  NameMap<std::uint32_t> of_project;
   for (const ir::Global& g : module_.globals) {
-    if (!g.list.empty()) ++count[g.variable.name];
+    if (g.list.empty()) continue;
+    ++count[g.variable.name];
+    if (!g.from_library) ++of_project[g.variable.name];
   }
   for (std::uint32_t i = 0; i < module_.globals.size(); ++i) {
     const ir::Global& g = module_.globals[i];
-    if (!g.list.empty() && count[g.variable.name] == 1) module_.global_by_name.emplace(g.variable.name, i);
+    if (g.list.empty()) continue;
+    const std::uint32_t own = of_project[g.variable.name];
+    if (g.from_library ? own != 0 || count[g.variable.name] != 1 : own != 1) continue;
+    const auto [known, fresh] = module_.global_by_name.emplace(g.variable.name, i);
+    if (!fresh && !g.from_library && module_.globals[known->second].from_library) known->second = i;
   }
 }
 
@@ -457,6 +472,7 @@ bool Declarer::bind_external(ir::Variable& out, const plcopen::Variable& variabl
   }
   // Its own declaration was reported as wrong.
   if (found == module_.global_by_name.end() && module_.refused.contains(variable.name)) return false;
+  if (found == module_.global_by_name.end() && is_broken(variable.name, owner.at, variable.at, owner.pou)) return false;
   if (found == module_.global_by_name.end()) {
     Guess guess(variable.name);
     for (const ir::Global& g : module_.globals) guess.offer(g.variable.name);
@@ -481,6 +497,7 @@ bool Declarer::bind_external(ir::Variable& out, const plcopen::Variable& variabl
   }
   const ir::Variable& global = module_.globals[found->second].variable;
   const TypeRef global_type = global.type;
+  note_use(owner.at, global.at, variable.at, owner.pou);
   out.role = Role::kExternal;
   out.global = found->second;
   out.address = global.address;

@@ -98,11 +98,12 @@ std::optional<TypeRef> Declarer::resolve_user_type(std::uint32_t index, const So
       auto type = spec.kind == TypeSpec::Kind::kEnum ? make_enum(spec, self) : make_subrange(spec, self);
       if (!type) break;
       type->at = declaration.at;
+      type->from_library = is_library(declaration.at);
       types().declare(declaration.name, std::move(*type));
       result = types().find(declaration.name);
       if (declaration.initial.kind != plcopen::InitialValue::Kind::kSimple) break;
-      const auto value = evaluate_constant(declaration.initial.text, place(declaration.initial.at, self), types(),
-                                           *this, diagnostics_, {}, result);
+      const auto value =
+          evaluate(declaration.initial.text, place(declaration.initial.at, self), diagnostics_, {}, result);
       std::string problem;
       std::optional<Code> note;
       const auto constant = value ? constant_as(*value, *result, types(), problem, note) : std::nullopt;
@@ -138,6 +139,7 @@ std::optional<TypeRef> Declarer::unknown_type(std::string_view name, const Sourc
     types().declare(name, std::move(type));
     return types().find(name);
   }
+  if (is_broken(name, owner.at, at, owner.pou)) return std::nullopt;
   Guess guess(name);
   for (const UserType& type : user_types_) guess.offer(type.declaration->name);
   for (const stdlib::BlockSpec& block : stdlib::blocks()) guess.offer(block.name);
@@ -165,7 +167,10 @@ std::optional<TypeRef> Declarer::unknown_type(std::string_view name, const Sourc
 std::optional<TypeRef> Declarer::resolve_name(std::string_view name, const SourceRef& at, const Owner& owner) {
   name = core::trimmed(name);
   const auto user = user_type_by_name_.find(name);
-  if (user != user_type_by_name_.end()) return resolve_user_type(user->second, at, owner);
+  if (user != user_type_by_name_.end()) {
+    note_use(owner.at, user_types_[user->second].declaration->at, at, owner.pou);
+    return resolve_user_type(user->second, at, owner);
+  }
   const auto known = types().find(name);
   if (!known) {
     // Types of libraries are written with their namespace: "Tc2_Standard.TON". All share one space of names here.
@@ -175,6 +180,7 @@ std::optional<TypeRef> Declarer::resolve_name(std::string_view name, const Sourc
     return unknown_type(name, at, owner);
   }
   const ir::Type& type = types()[*known];
+  if (type.kind == TypeKind::kPou) note_use(owner.at, module_.pous[type.pou].at, at, owner.pou);
   if (type.stub)
     report(Code::P4031, at, owner.pou, quoted(owner.name) + " has the unknown type " + quoted(name) + " and is a stub");
   if (type.kind == TypeKind::kPou && module_.pous[type.pou].kind == ir::PouKind::kProgram) {
@@ -294,7 +300,7 @@ bool Declarer::fill_struct(TypeRef type, const TypeSpec& spec, const Owner& owne
 
 std::optional<std::int64_t> Declarer::integer_constant(std::string_view text, const SourceRef& at, const Owner& owner,
                                                        std::string_view what) {
-  const auto value = evaluate_constant(text, at, types(), *this, diagnostics_, owner.pou);
+  const auto value = evaluate(text, at, diagnostics_, owner.pou);
   if (!value) return std::nullopt;
   if (value->kind == ConstantValue::Kind::kTyped && types()[value->constant.type].kind == TypeKind::kEnum) {
     return signed_value(value->constant.bits, core::rep_of(types()[value->constant.type].elementary));

@@ -36,6 +36,7 @@ class Declarer final : public ConstantScope {
   bool is_own_function(std::string_view name) override;
   std::optional<std::uint64_t> size_of(const Ast& ast, const SourceText& source, NodeId id,
                                        std::string& problem) override;
+  [[nodiscard]] bool in_library() const override { return is_library(asking_); }
 
  private:
   using Items = std::vector<ir::InitItem>;
@@ -80,6 +81,17 @@ class Declarer final : public ConstantScope {
     return exact.line != 0 ? exact : place(preferred, owner);
   }
 
+  // declare_libraries.cpp
+  void declare_libraries();
+  void refuse_circular_blocks();
+  /// The declaration at `user` names the one at `used`, at `at`.
+  void note_use(const core::SourceRef& user, const core::SourceRef& used, const core::SourceRef& at,
+                std::string_view pou);
+  /// Whether `name`, which stands for nothing, is that of something broken in a library; notes that it is used.
+  bool is_broken(std::string_view name, const core::SourceRef& user, const core::SourceRef& at, std::string_view pou);
+  void report_uses();
+  [[nodiscard]] bool is_library(const core::SourceRef& at) const { return diagnostics_.is_library(at.file); }
+
   // declare_types.cpp
   void declare_data_types();
   std::optional<ir::TypeRef> resolve_user_type(std::uint32_t index, const core::SourceRef& at, const Owner& owner);
@@ -109,6 +121,10 @@ class Declarer final : public ConstantScope {
                        Items& out, const Owner& owner);
   bool add_struct_items(const plcopen::InitialValue& value, ir::TypeRef type, std::vector<std::uint32_t>& path,
                         Items& out, const Owner& owner);
+  /// evaluate_constant() of a text of this project.
+  std::optional<ConstantValue> evaluate(std::string_view text, const core::SourceRef& at,
+                                        core::Diagnostics& diagnostics, std::string_view pou,
+                                        std::optional<ir::TypeRef> expected = std::nullopt);
   std::optional<ConstantValue> constant_value(const plcopen::Variable* variable, bool is_local);
   std::optional<core::TypeId> number_behind(const plcopen::TypeSpec& spec, std::uint32_t depth);
   Items initial_of(const plcopen::Variable& variable, ir::TypeRef type, const Owner& owner);
@@ -210,6 +226,16 @@ class Declarer final : public ConstantScope {
     bool while_running = false;  ///< it is known only when the POU runs
     std::string later{};         ///< it names one that is declared later
   };
+  /// A declaration of a library that the project's own declarations name.
+  struct Use {
+    ir::Library::Index part;
+    core::SourceRef at;
+    std::string pou;
+    std::string name;  ///< by which it is used; empty = the first it has
+  };
+  std::vector<Use> uses_;
+  std::vector<bool> circular_;    ///< by POU: of a library, and contains itself
+  core::SourceRef asking_;        ///< the constant expression that is being computed
 
   std::vector<Pending> pending_;
   std::vector<State> pending_state_;

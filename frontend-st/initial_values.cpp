@@ -6,6 +6,7 @@
 #include "core/text.h"
 #include "frontend-st/declarer.h"
 #include "frontend-st/lexer.h"
+#include "frontend-st/names.h"
 
 namespace plc::st {
 
@@ -160,14 +161,14 @@ std::optional<ConstantValue> Declarer::evaluate_text(std::string_view text, cons
     const bool keeps_quotes = project_.version == plcopen::Version::kText;
     const auto current = current_;
     if (!keeps_quotes && is_identifier(core::trimmed(text))) current_ = kNoPending;
-    const auto value = evaluate_constant(text, at, types(), *this, unheard, owner.pou, type);
+    const auto value = evaluate(text, {}, unheard, owner.pou, type);  // a text may be anything
     current_ = current;
     if (value && constant_as(*value, type, types(), problem, note)) return value;
     if (use_.while_running) return std::nullopt;
     const std::string quote = types()[type].elementary == core::TypeId::kString ? "'" : "\"";
-    return evaluate_constant(quote + std::string(text) + quote, at, types(), *this, diagnostics, owner.pou, type);
+    return evaluate(quote + std::string(text) + quote, at, diagnostics, owner.pou, type);
   }
-  return evaluate_constant(text, at, types(), *this, diagnostics, owner.pou, type);
+  return evaluate(text, at, diagnostics, owner.pou, type);
 }
 
 bool Declarer::add_items(const InitialValue& value, TypeRef type, std::vector<std::uint32_t>& path, Items& out,
@@ -218,9 +219,8 @@ bool Declarer::add_scalar(const InitialValue& value, TypeRef type, const std::ve
   const core::SourceRef& at = place(value.at, owner);
   use_ = {};
   core::Diagnostics heard;
-  auto result = types()[type].kind == TypeKind::kString
-                    ? evaluate_text(value.text, at, type, owner, heard)
-                    : evaluate_constant(value.text, at, types(), *this, heard, owner.pou, type);
+  auto result = types()[type].kind == TypeKind::kString ? evaluate_text(value.text, at, type, owner, heard)
+                                                        : evaluate(value.text, at, heard, owner.pou, type);
   const InitialUse use = use_;
   const bool while_running = !result && use.while_running && references_ != nullptr;
   for (const core::Diagnostic& d : heard.all()) {
@@ -372,6 +372,15 @@ bool Declarer::add_struct_items(const InitialValue& value, TypeRef type, std::ve
 
 // ---- constants ------------------------------------------------------------------------------------------------
 
+std::optional<ConstantValue> Declarer::evaluate(std::string_view text, const core::SourceRef& at,
+                                                core::Diagnostics& diagnostics, std::string_view pou,
+                                                std::optional<TypeRef> expected) {
+  const core::SourceRef outer = std::exchange(asking_, at);
+  auto value = evaluate_constant(text, at, types(), *this, diagnostics, pou, expected);
+  asking_ = outer;
+  return value;
+}
+
 std::optional<ConstantValue> Declarer::constant_named(std::string_view name) {
   const auto earlier = earlier_values_.find(name);
   if (earlier != earlier_values_.end()) {
@@ -387,7 +396,12 @@ std::optional<ConstantValue> Declarer::constant_named(std::string_view name) {
   } else if (global != global_constants_.end()) {
     variable = global->second;
   }
+  if (variable != nullptr && is_library(variable->at) && !in_library() && is_project_enum_value(types(), name)) {
+    return std::nullopt;
+  }
+  if (variable == nullptr) is_broken(name, asking_, asking_, {});
   if (variable == nullptr || variable->initial.kind != InitialValue::Kind::kSimple) return std::nullopt;
+  note_use(asking_, variable->at, asking_, {});
   const bool is_local = local != local_constants_.end();
   if (chain_ != 0) return constant_value(variable, is_local);
   // What lies too deep for the stack is computed first, and the rest begun anew.
@@ -425,7 +439,7 @@ std::optional<ConstantValue> Declarer::constant_value(const plcopen::Variable* v
   if (!is_local) std::swap(hidden, local_constants_);
   if (!is_local) current_ = kNoPending;
   core::Diagnostics quiet;
-  auto value = evaluate_constant(variable->initial.text, variable->initial.at, types(), *this, quiet, {});
+  auto value = evaluate(variable->initial.text, variable->initial.at, quiet, {});
   if (!is_local) std::swap(hidden, local_constants_);
   current_ = current;
   --chain_;

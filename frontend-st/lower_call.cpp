@@ -225,6 +225,7 @@ bool Lowering::deliver(NodeId argument, ValueId value) {
 }
 
 void Lowering::report_unknown_function(NodeId id, std::string_view name) {
+  if (builder_.is_broken(name, at(id))) return;
   for (const stdlib::SpecialSpec& special : stdlib::specials()) {
     if (special.drawn_only && core::iequals(special.name, name)) {
       return report(Code::P4009, at(id), quoted(special.name) + " is a block of drawings only",
@@ -550,6 +551,7 @@ std::optional<Operand> Lowering::call_bundle(NodeId id, const stdlib::BundleSpec
 }
 
 std::optional<Operand> Lowering::call_function(NodeId id, std::uint32_t pou, bool as_statement) {
+  if (!builder_.use_pou(pou, at(id))) return std::nullopt;
   if (!builder_.module().pous[pou].refused.empty()) return std::nullopt;  // its parameters are not all known
   const std::string name = builder_.module().pous[pou].name;
   const TypeRef result_type = builder_.module().pous[pou].return_type;

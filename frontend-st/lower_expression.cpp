@@ -158,6 +158,7 @@ std::optional<Operand> Lowering::enum_value(NodeId id) {
   const std::string_view type_name = written.substr(0, hash);
   const std::string_view member = written.substr(hash + 1);
   const auto type = types().find(type_name);
+  if (!type && builder_.is_broken(type_name, at(id))) return std::nullopt;
   if (!type || types()[*type].kind != TypeKind::kEnum) {
     report(Code::P4004, at(id), "there is no enumeration " + quoted(type_name),
            "a prefix before # is an elementary type or an enumeration of the project");
@@ -196,7 +197,8 @@ std::optional<Operand> Lowering::name_value(NodeId id, Expected expected) {
         return operand(builder_.constant(null), id);
       }
     }
-    const std::vector<EnumValueRef> found = find_enum_values(types(), name);
+    const bool in_library = builder_.diagnostics().is_library(builder_.pou().at.file);
+    const std::vector<EnumValueRef> found = find_enum_values(types(), name, in_library);
     if (found.empty() && expected && types()[*expected].kind == TypeKind::kEnum) {
       Guess guess(name);
       for (const ir::EnumMember& m : types()[*expected].members) guess.offer(m.name);

@@ -55,6 +55,7 @@ bool Lowering::check_writable(const ir::Variable& variable, const core::SourceRe
 
 void Lowering::report_unknown_name(NodeId id) {
   const std::string_view name = name_text(id);
+  if (builder_.is_broken(name, at(id))) return;
   const ir::Module& module = builder_.module();
   std::string lists;
   std::string first;
@@ -103,6 +104,7 @@ void Lowering::report_unknown_name(NodeId id) {
 // "GVL.x" where the list exists and the variable does not.
 bool Lowering::report_unknown_in_list(NodeId root, NodeId member) {
   const std::string_view list = name_text(root);
+  if (builder_.is_broken(name_text(member), at(root))) return true;
   Guess guess(name_text(member));
   bool found = false;
   for (const ir::Global& global : builder_.module().globals) {

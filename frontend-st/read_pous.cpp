@@ -64,6 +64,7 @@ void DeclarationReader::pou(Word opener_word) {
   body(out, opener, opener_word);
   count(text_of_word(opener_word), Fate::kUsed, place(opener.begin));
   pou_.clear();
+  note_extent({out.name}, opener.begin);
   if (!out.name.empty()) project_.pous.push_back(std::move(out));
 }
 

@@ -30,7 +30,9 @@ void DeclarationReader::type_block() {
     }
     if (is_reserved(word) || (word != Word::kNone && peek(1).kind != TokenKind::kColon)) break;
     const std::uint32_t begin = token_.begin;
+    std::vector<std::string> names = names_of(token_, token_);
     if (!type_declaration()) recover(begin);
+    note_extent(std::move(names), begin);
   }
   fail_unclosed("TYPE", opener, "END_TYPE");
 }

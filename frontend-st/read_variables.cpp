@@ -142,10 +142,15 @@ void DeclarationReader::section(Owner owner, std::vector<Variable>& out) {
     const bool opens = is_reserved(inner) || (inner != Word::kNone && !named);
     const std::uint32_t begin = token_.begin;
     if (opens || (word != Word::kVarConfig && begins_statement())) break;
+    const std::size_t known = target.size();
     const bool fine = word == Word::kVarAccess   ? access_variable(target)
                       : word == Word::kVarConfig ? config_variable(target)
                                                  : variables(model, target);
     if (!fine) recover(begin);
+    if (word != Word::kVarGlobal || !pou_.empty()) continue;
+    std::vector<std::string> names;
+    for (std::size_t i = known; i < target.size(); ++i) names.push_back(target[i].name);
+    note_extent(std::move(names), begin);
   }
   fail_unclosed(core::uppered(text_of(opener)), opener, "END_VAR");
 }

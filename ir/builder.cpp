@@ -53,6 +53,26 @@ void Builder::report(core::Code code, const SourceRef& at, std::string message, 
   diagnostics_.report(code, at, pou().name, std::move(message), std::move(help));
 }
 
+bool Builder::use_part(const SourceRef& declared, const SourceRef& at) {
+  Library& library = module_.library;
+  const auto part = library.at(declared);
+  if (!part) return true;
+  if (const auto own = library.at(pou().at)) library.need(*own, *part);
+  return library.use(*part, at, pou().name, diagnostics_);
+}
+
+bool Builder::use_pou(std::uint32_t used, const SourceRef& at) { return use_part(module_.pous[used].at, at); }
+
+bool Builder::is_broken(std::string_view name, const SourceRef& at) {
+  Library& library = module_.library;
+  name = name.substr(name.rfind('.') + 1);
+  const auto part = library.broken(name, diagnostics_);
+  if (!part) return false;
+  if (const auto own = library.at(pou().at)) library.need(*own, *part);
+  library.use(*part, at, pou().name, diagnostics_, name);
+  return true;
+}
+
 std::uint32_t Builder::emit(Op op, TypeRef type, std::uint32_t a, std::uint32_t b, std::uint16_t count) {
   Body& target = body();
   Inst inst;
@@ -121,6 +141,7 @@ PlaceId Builder::global(std::uint32_t index) {
   place.kind = Place::Kind::kGlobal;
   place.index = index;
   place.type = module_.globals[index].variable.type;
+  if (module_.globals[index].from_library) use_part(module_.globals[index].variable.at, body().sources[source_]);
   return intern(place);
 }
 

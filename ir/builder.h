@@ -56,6 +56,12 @@ class Builder {
   /// Reports with the POU's name at `at`.
   void report(core::Code code, const SourceRef& at, std::string message, std::string help = {});
 
+  /// Says that the function or block `used`, of a library perhaps, is used at `at`. False, and reported, when it is of a
+  /// library and broken.
+  bool use_pou(std::uint32_t used, const SourceRef& at);
+  /// Whether `name`, which stands for nothing here, is that of something broken in a library; reports that it is used.
+  bool is_broken(std::string_view name, const SourceRef& at);
+
   // ---- places (interned) ----
   PlaceId variable(
       std::uint32_t index);  ///< instance or frame variable; an external becomes its global, an in-out is dereferenced
@@ -163,6 +169,7 @@ class Builder {
   [[nodiscard]] bool takes_ltime(PlaceId place);
   /// An LTIME as the TIME of as many nanoseconds; anything else as it is.
   Operand as_time(const Operand& operand);
+  bool use_part(const SourceRef& declared, const SourceRef& at);
   bool configure(PlaceId instance, std::uint32_t index, const Operand& operand, std::string_view what);
   /// What loads and stores of a character become.
   ValueId character_of(ValueId string, ValueId position);

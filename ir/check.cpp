@@ -28,7 +28,8 @@ class CycleSearch {
     state_.assign(module_.pous.size(), State::kNew);
     on_cycle_.assign(module_.pous.size(), false);
     for (std::uint32_t pou = 0; pou < module_.pous.size(); ++pou) {
-      if (state_[pou] == State::kNew) visit(pou);
+      const bool unused = module_.pous[pou].from_library && !module_.pous[pou].compiled;
+      if (state_[pou] == State::kNew && !unused) visit(pou);
     }
     return on_cycle_;
   }

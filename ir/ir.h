@@ -16,6 +16,7 @@
 
 #include "core/options.h"
 #include "core/source_ref.h"
+#include "ir/library.h"
 #include "ir/types.h"
 #include "stdlib/library.h"
 
@@ -318,6 +319,7 @@ struct Module {
   std::vector<LocatedInGlobal> located;
   std::vector<GlobalAlias> global_aliases;
   std::map<std::uint32_t, std::vector<WrittenName>> written_names;  ///< by global; one for each name and POU
+  Library library;  ///< declarations of libraries that the project may use
   NameSet refused;  ///< globals whose declaration was reported as wrong
 };
 

@@ -54,6 +54,18 @@ core::Result<LintOptions> LintOptions::with(std::string_view list) const {
   return out;
 }
 
+std::vector<core::Code> codes_about_writing() {
+  std::vector<core::Code> out;
+  for (std::size_t i = 0; i < core::all_codes().size(); ++i) {
+    if (core::all_codes()[i].severity == core::Severity::kNote) out.push_back(static_cast<core::Code>(i));
+  }
+  for (const LintInfo& row : lints()) {
+    // What several tasks do to a library's global is the project's doing.
+    if (row.code != core::Code::P4204) out.push_back(row.code);
+  }
+  return out;
+}
+
 void mute_others(const LintOptions& options, core::Diagnostics& diagnostics) {
   for (std::size_t i = 0; i < kLintCount; ++i) {
     if (!options.on(static_cast<Lint>(i))) diagnostics.mute(lints()[i].code);

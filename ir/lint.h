@@ -56,6 +56,9 @@ class LintOptions {
 /// Reports what the lints that are on find. Stubs are left out, and libraries but on request.
 void lint(const Module& module, const LintOptions& options, core::Diagnostics& diagnostics);
 
+/// The codes of lints and notes that are about how a body is written: nobody wants them of a library.
+std::vector<core::Code> codes_about_writing();
+
 /// Mutes the codes of lints that are off, also those that earlier steps report.
 void mute_others(const LintOptions& options, core::Diagnostics& diagnostics);
 

@@ -48,11 +48,14 @@ void lint_names(const Module& module, Findings& findings) {
       const auto global = module.global_by_name.find(v.name);
       const auto other = module.pou_by_name.find(v.name);
       const auto member = members.find(v.name);
-      if (global != module.global_by_name.end()) {
+      // A library has hundreds of names that the project does not mean.
+      const auto hides = [&](bool of_library) { return !findings.skips_library(of_library); };
+      if (global != module.global_by_name.end() && hides(module.globals[global->second].from_library)) {
         add("the global variable of this name" + place_of(module.globals[global->second].variable.at));
-      } else if (other != module.pou_by_name.end() && !is_instance_of(module.types, v.type, other->second)) {
+      } else if (other != module.pou_by_name.end() && hides(module.pous[other->second].from_library) &&
+                 !is_instance_of(module.types, v.type, other->second)) {
         add("the POU of this name" + place_of(module.pous[other->second].at));
-      } else if (member != members.end()) {
+      } else if (member != members.end() && hides(module.types[member->second].from_library)) {
         add("a value of the enumeration " + module.types.name_of(member->second));
       }
     }

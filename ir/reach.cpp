@@ -13,24 +13,22 @@ const Place& root_of(const Body& body, PlaceId place) {
   return *p;
 }
 
+std::optional<std::uint32_t> callee_of(const Module& module, const Body& body, const Inst& inst) {
+  if (inst.op == Op::kCallPou) return inst.a;
+  if (inst.op != Op::kRun) return std::nullopt;
+  const Type& type = module.types[body.places[inst.a].type];
+  return type.kind == TypeKind::kPou ? std::optional(type.pou) : std::nullopt;
+}
+
 std::vector<std::uint32_t> callees(const Module& module, std::uint32_t pou) {
   std::vector<std::uint32_t> found;
   std::vector<bool> seen(module.pous.size());
   const Body& body = module.pous[pou].body;
   for (const Inst& inst : body.insts) {
-    std::uint32_t callee = 0;
-    if (inst.op == Op::kCallPou) {
-      callee = inst.a;
-    } else if (inst.op == Op::kRun) {
-      const Type& type = module.types[body.places[inst.a].type];
-      if (type.kind != TypeKind::kPou) continue;
-      callee = type.pou;
-    } else {
-      continue;
-    }
-    if (seen[callee]) continue;
-    seen[callee] = true;
-    found.push_back(callee);
+    const auto callee = callee_of(module, body, inst);
+    if (!callee || seen[*callee]) continue;
+    seen[*callee] = true;
+    found.push_back(*callee);
   }
   return found;
 }

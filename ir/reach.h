@@ -19,6 +19,9 @@ const Place& root_of(const Body& body, PlaceId place);
 /// Where the body first reads or writes a global that is an array, or makes a handle of it.
 std::optional<SourceRef> first_access(const Body& body, std::uint32_t global);
 
+/// The POU that the instruction calls or runs.
+std::optional<std::uint32_t> callee_of(const Module& module, const Body& body, const Inst& inst);
+
 /// POUs that executing `pou` may call or run directly; each once, in order of appearance.
 std::vector<std::uint32_t> callees(const Module& module, std::uint32_t pou);
 

@@ -70,6 +70,7 @@ struct Type {
   /// kStruct without fields that stands for a type the project does not bring (--stub-missing). Values of it do
   /// nothing.
   bool stub = false;
+  bool from_library = false;  ///< kEnum: declared in a library
   bool open = false;  ///< kArray [*]: the type of a parameter of a generic function, of no value
   SourceRef at;
 };

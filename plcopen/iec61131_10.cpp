@@ -19,6 +19,8 @@ void start_pou_of(Reader& r, const Tag& tag) {
 void object_oriented(Reader& r, const Tag& tag) {
   r.report(core::Code::P1015, tag.at, "classes, interfaces, methods and inheritance are not executed",
            "write the method as a function block or a function");
+  const std::string name = r.optional_name(tag, Attr::kName);
+  if (r.pous.empty() && !name.empty()) r.note_extent(name, tag.at);
 }
 
 void chart_part(Reader& r, const Tag& tag) {

@@ -296,6 +296,14 @@ struct PlainDeclaration {
   SourceRef at;
 };
 
+/// Where a declaration stands that others may name, whether it was understood or not: a data type, a POU, the global
+/// variables of one line of a list. Problems between its ends are its own.
+struct Extent {
+  std::vector<std::string> names;
+  SourceRef begin;
+  SourceRef end;
+};
+
 /// A pragma, "{attribute 'qualified_only'}", kept as written; none has a meaning for the program.
 struct Pragma {
   std::string text;
@@ -312,6 +320,8 @@ struct Project {
   std::vector<Configuration> configurations;
   std::vector<PlainDeclaration> declarations;
   std::vector<Pragma> pragmas;
+  std::vector<Extent> extents;          ///< of the file's own declarations
+  std::vector<Extent> library_extents;  ///< of the declarations of libraries that joined the project
   std::vector<std::string>
       offered_types;              ///< join the project when it names them (taskblocks); guessed for misspelt ones
   std::vector<ReportRow> report;  ///< XML: counts add up to the number of elements of the file

@@ -156,6 +156,7 @@ void close_pou(Reader& r) {
     for (const std::size_t i : order) sorted.push_back(std::move(frame.pou.bodies[i]));
     frame.pou.bodies = std::move(sorted);
   }
+  r.note_extent(frame.pou.name, frame.pou.at);
   r.project.pous.push_back(std::move(frame.pou));
   r.pous.pop_back();
 }

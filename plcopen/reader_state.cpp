@@ -138,6 +138,11 @@ void Reader::report(core::Code code, const SourceRef& at, std::string message, s
                       std::move(message), std::move(help));
 }
 
+void Reader::note_extent(const std::string& name, const SourceRef& begin) {
+  const Place end = parser_.end_place();
+  project.extents.push_back({{name}, begin, {.line = end.line, .column = end.column, .file = project.file}});
+}
+
 bool Reader::check_name(std::string_view name, const Tag& tag, Attr attribute) {
   const auto refuse = [&](const std::string& why) {
     report(core::Code::P1007, tag.at,

@@ -86,6 +86,8 @@ class Reader final : public XmlHandler {
 
   // ---- help for handlers ----
   void report(core::Code code, const SourceRef& at, std::string message, std::string help = {});
+  /// Notes where a declaration stands: from `begin` to where reading is.
+  void note_extent(const std::string& name, const SourceRef& begin);
   /// Text of the open element and of those in it is collected until take_text(), blanks at both ends removed.
   void begin_text();
   std::string take_text(SourceRef* at = nullptr);

@@ -83,7 +83,8 @@ struct XmlParser::Callbacks {
     const std::size_t open = p.text_.rfind('<', end);
     const std::size_t begin = open == std::string_view::npos ? end : open;
     p.tag_ = begin;
-    p.walk_.tag(std::min(end + 1, p.text_.size()));
+    p.content_ = std::min(end + 1, p.text_.size());
+    p.walk_.tag(p.content_);
     p.namespace_marks_.push_back(p.namespaces_);
     p.namespaces_ += static_cast<std::size_t>(namespace_count);
     ++p.depth_;
@@ -105,7 +106,8 @@ struct XmlParser::Callbacks {
 
   static void end(void* data, const xmlChar*, const xmlChar*, const xmlChar*) {
     guarded(data, [](XmlParser& p) {
-      p.walk_.tag(p.offset());
+      p.content_ = p.offset();
+      p.walk_.tag(p.content_);
       --p.depth_;
       p.namespaces_ = p.namespace_marks_.back();
       p.namespace_marks_.pop_back();

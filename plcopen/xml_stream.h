@@ -76,6 +76,8 @@ class XmlParser {
   /// During a start event: place of the first character of an attribute's value that is no blank. None where there is
   /// no such character.
   std::optional<Place> value_place(Attr attribute);
+  /// Place after what was read last.
+  Place end_place() { return places_.at(content_); }
 
  private:
   struct Callbacks;
@@ -100,7 +102,8 @@ class XmlParser {
   Attributes attributes_;
   std::array<CachedName, 256> names_{};
   TextWalk walk_;
-  std::size_t tag_ = 0;  ///< offset of the last start tag
+  std::size_t tag_ = 0;      ///< offset of the last start tag
+  std::size_t content_ = 0;  ///< offset after the last tag
   std::size_t elements_ = 0;
   std::size_t depth_ = 0;
   std::size_t namespaces_ = 0;  ///< in scope

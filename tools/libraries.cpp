@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <iterator>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -39,6 +41,7 @@ class Merger {
   }
 
   void add(plcopen::Project&& library) {
+    std::move(library.extents.begin(), library.extents.end(), std::back_inserter(project_.library_extents));
     for (plcopen::DataType& type : library.data_types) {
       if (is_free(types_, "data type", type.name, type.at)) project_.data_types.push_back(std::move(type));
     }
@@ -66,7 +69,7 @@ class Merger {
     const auto [known, fresh] = names.try_emplace(name, at);
     // Twice in one file is an error of that file, found when it is declared.
     if (fresh || known->second.file == at.file) return true;
-    diagnostics_.report(
+    diagnostics_.report_at_once(
         core::Code::P5110, known->second, {},
         fmt::format("\"{}\" hides the {} of this name in {}:{}", name, what, diagnostics_.file_name(at.file), at.line),
         "rename it if the library's is meant");

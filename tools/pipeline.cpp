@@ -81,6 +81,7 @@ class Lowering {
       if (const auto made = ir::specialize_for_check(module, i)) lower(*made);
     }
     lower_reached();
+    if (compilation_.diagnostics.has_errors() && !module.library.empty()) report_failed_uses();
     // A text of types and globals alone is a library, and so is what plc lib --xml writes.
     const bool declares_only =
         project.pous.empty() && (project.version == plcopen::Version::kText || declares_library_);
@@ -114,13 +115,40 @@ class Lowering {
     const bool declared = made.made_from == ir::Pou::kDeclared;
     plcopen::Pou& pou = compilation_.project->pous[declared ? index : made.made_from];
     const std::size_t problems = compilation_.diagnostics.all().size();
+    const std::size_t errors = compilation_.diagnostics.error_count();
+    const auto part = compilation_.module->library.at(made.at);
+    if (part) compilation_.module->library.use(*part, {}, {}, compilation_.diagnostics);
     lower_bodies(pou, index);
+    if (part && compilation_.diagnostics.error_count() != errors) fail(*part, problems);
     if (!declared) {
       compilation_.diagnostics.drop_repeated(problems);
       return;
     }
     // WHY: a large drawing takes more memory than the program it becomes; release it body by body.
     pou.bodies = {};
+  }
+
+  /// The body of a library's POU has errors, which were reported from the `first` diagnostic on.
+  void fail(ir::Library::Index part, std::size_t first) {
+    const std::vector<core::Diagnostic>& all = compilation_.diagnostics.all();
+    for (std::size_t i = first; i < all.size(); ++i) {
+      if (all[i].severity != core::Severity::kError || !compilation_.diagnostics.is_library(all[i].at.file)) continue;
+      compilation_.module->library.fail(part, all[i].at, all[i].message);
+      return;
+    }
+  }
+
+  /// What the project itself calls and what cannot be compiled in a library.
+  void report_failed_uses() {
+    ir::Module& module = *compilation_.module;
+    for (const ir::Pou& pou : module.pous) {
+      if (compilation_.diagnostics.is_library(pou.at.file)) continue;
+      for (const ir::Inst& inst : pou.body.insts) {
+        const auto callee = ir::callee_of(module, pou.body, inst);
+        const auto part = callee ? module.library.at(module.pous[*callee].at) : std::nullopt;
+        if (part) module.library.use(*part, pou.body.sources[inst.source], pou.name, compilation_.diagnostics);
+      }
+    }
   }
 
   void lower_bodies(const plcopen::Pou& pou, std::uint32_t index) {
@@ -232,7 +260,8 @@ bool is_text_path(const std::string& path) {
 
 void read_libraries(const Request& request, Compilation& compilation) {
   core::Diagnostics& diagnostics = compilation.diagnostics;
-  if (!request.lint || !request.lint->libraries()) diagnostics.begin_libraries();
+  const bool linted = request.lint && request.lint->libraries();
+  diagnostics.begin_libraries(linted ? std::vector<Code>{} : ir::codes_about_writing());
   for (const std::string& path : request.libraries) {
     if (is_image_path(path)) {
       core::SourceRef at;
@@ -242,10 +271,17 @@ void read_libraries(const Request& request, Compilation& compilation) {
       continue;
     }
     if (!can_open(path, compilation)) continue;
+    core::SourceRef first;
+    first.file = static_cast<std::uint16_t>(diagnostics.file_count());
     if (auto library = read_project(path, diagnostics)) {
       add_library(*compilation.project, std::move(*library), diagnostics);
+    } else {
+      core::SourceRef last = first;
+      last.line = last.column = UINT32_MAX;
+      diagnostics.release(first, last);
     }
   }
+  diagnostics.end_libraries();
 }
 
 }  // namespace

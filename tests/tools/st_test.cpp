@@ -1,4 +1,4 @@
-// Files of Structured Text and libraries on every command.
+// Files of Structured Text on every command.
 #include <gtest/gtest.h>
 
 #include "tests/tools/fixture.h"
@@ -180,100 +180,6 @@ TEST(StructuredText, MessagesShowTheLineAndACaret) {
   EXPECT_NE(check.err.find("\n 3 | \tx : Nix;\n   | \t    ^\n  help: "), std::string::npos) << check.err;
   const auto json = run_tool({PLC_TOOL, "check", "--json", scratch.file("p.st")});
   EXPECT_EQ(json.out.find('^'), std::string::npos) << json.out;
-}
-
-// ---- libraries ------------------------------------------------------------------------------------------------
-
-constexpr const char* kUser = R"(PROGRAM Main
-VAR r : Ramp; c : Color; END_VAR
-VAR_EXTERNAL gain : REAL; END_VAR
-END_PROGRAM
-CONFIGURATION C TASK t (INTERVAL := T#10ms); PROGRAM p WITH t : Main; END_CONFIGURATION
-)";
-constexpr const char* kLibrary = R"(TYPE Color : (Red, Green); END_TYPE
-VAR_GLOBAL gain : REAL := 2.5; END_VAR
-FUNCTION_BLOCK Ramp VAR_INPUT x : REAL; END_VAR END_FUNCTION_BLOCK
-FUNCTION_BLOCK Chart INITIAL_STEP a: END_STEP END_FUNCTION_BLOCK
-CONFIGURATION Own TASK never (INTERVAL := T#1s); PROGRAM q WITH never : Ramp; END_CONFIGURATION
-)";
-
-struct Library {
-  ScratchFolder scratch;
-  std::string user = scratch.file("user.st"), library = scratch.file("library.st"), image = scratch.file("user.pbc");
-  Library() {
-    write_text(user, kUser);
-    write_text(library, kLibrary);
-  }
-};
-
-TEST(Libraries, JoinTheProjectOnEveryCommand) {
-  const Library l;
-  const auto without = run_tool({PLC_TOOL, "check", l.user});
-  EXPECT_EQ(without.code, 1);
-  EXPECT_NE(without.err.find("Ramp"), std::string::npos) << without.err;
-  const auto with = run_tool({PLC_TOOL, "check", l.user, "--lib", l.library});
-  EXPECT_EQ(with.code, 0) << with.all();
-  EXPECT_NE(with.out.find("1 task"), std::string::npos) << with.out;
-  for (const char* command : {"sim", "dump", "map"}) {
-    std::vector<std::string> arguments = {PLC_TOOL, command, l.user, "--lib", l.library};
-    if (command == std::string("sim")) arguments.insert(arguments.end(), {"--cycles", "1"});
-    const auto result = run_tool(arguments);
-    EXPECT_EQ(result.code, 0) << command_line(arguments) << result.all();
-  }
-  ASSERT_EQ(run_tool({PLC_TOOL, "compile", l.user, "--lib", l.library, "-o", l.image}).code, 0);
-  EXPECT_EQ(run_tool({PLC_TOOL, "config", "init", "--lib", l.library, l.user}).code, 0);
-  EXPECT_EQ(run_tool({PLC_RUN_TOOL, l.user, "--lib", l.library, "--duration", "30ms"}).code, 0);
-  // An image has its libraries in it.
-  EXPECT_EQ(run_tool({PLC_TOOL, "sim", l.image, "--cycles", "1"}).code, 0);
-  EXPECT_EQ(run_tool({PLC_TOOL, "sim", l.image, "--lib", l.library}).code, 2);
-}
-
-TEST(Libraries, WhatIsNotUsedCostsNothing) {
-  const Library l;
-  const auto listing = run_tool({PLC_TOOL, "dump", l.user, "--lib", l.library});
-  ASSERT_EQ(listing.code, 0) << listing.err;
-  EXPECT_EQ(listing.out.find("Chart"), std::string::npos) << listing.out;
-  EXPECT_EQ(listing.out.find("never"), std::string::npos) << listing.out;
-}
-
-TEST(Libraries, TheProjectsOwnDeclarationCounts) {
-  const Library l;
-  write_text(l.user, std::string(kUser) +
-                         "FUNCTION_BLOCK ramp VAR_INPUT own : REAL; END_VAR END_FUNCTION_BLOCK\n"
-                         "VAR_GLOBAL Gain : REAL; END_VAR TYPE color : (Blue); END_TYPE");
-  const auto check = run_tool({PLC_TOOL, "check", l.user, "--lib", l.library});
-  EXPECT_EQ(check.code, 0) << check.all();
-  EXPECT_NE(check.err.find("user.st:6:16: warning P5110: \"Ramp\" hides"), std::string::npos) << check.err;
-  EXPECT_NE(check.err.find("library.st:3"), std::string::npos) << check.err;
-  EXPECT_NE(check.err.find("\"Color\" hides the data type"), std::string::npos) << check.err;
-  EXPECT_NE(check.err.find("\"gain\" hides the global variable"), std::string::npos) << check.err;
-  // The second of two libraries with one name is hidden by the first.
-  const std::string second = l.scratch.file("second.st");
-  write_text(second, kLibrary);
-  write_text(l.user, kUser);
-  const auto both = run_tool({PLC_TOOL, "check", l.user, "--lib", l.library, "--lib", second});
-  EXPECT_EQ(both.code, 0) << both.all();
-  EXPECT_NE(both.err.find("library.st:3:16: warning P5110"), std::string::npos) << both.err;
-}
-
-TEST(Libraries, ErrorsNameTheLibrary) {
-  const Library l;
-  write_text(l.library, std::string(kLibrary) + "TYPE Bad : Missing; END_TYPE");
-  const auto check = run_tool({PLC_TOOL, "check", l.user, "--lib", l.library});
-  EXPECT_EQ(check.code, 1);
-  EXPECT_NE(check.err.find("library.st:6:12: error P4014"), std::string::npos) << check.err;
-  EXPECT_EQ(run_tool({PLC_TOOL, "check", l.user, "--lib", l.scratch.file("none.st")}).code, 2);
-  const auto image = run_tool({PLC_TOOL, "check", l.user, "--lib", l.scratch.file("x.pbc")});
-  EXPECT_EQ(image.code, 1);
-  EXPECT_NE(image.err.find("P5111"), std::string::npos) << image.err;
-}
-
-TEST(Libraries, MayBePlcopenXml) {
-  const Library l;
-  const auto check = run_tool({PLC_TOOL, "check", l.user, "--lib", tank(), "--lib", l.library});
-  EXPECT_EQ(check.code, 0) << check.all();
-  const auto onto_xml = run_tool({PLC_TOOL, "check", tank(), "--lib", l.library});
-  EXPECT_EQ(onto_xml.code, 0) << onto_xml.all();
 }
 
 }  // namespace
