@@ -321,9 +321,6 @@ class CodeVerifier {
     const bool fits = function ? kind == PouKind::kFunction
                                : kind == PouKind::kFunctionBlock || (in_place && kind == PouKind::kProgram);
     if (!fits) broken(Rule::kV401, fmt::format("{} of {}", op.mnemonic, image_.pous[callee].name));
-    if (fits && kind == PouKind::kProgram && pou_.kind != PouKind::kTask) {
-      broken(Rule::kV402, fmt::format("{} calls {}", pou_.name, image_.pous[callee].name));
-    }
     // The frame of a function is set up at each call.
     if (function) facts_.work += image_.pous[callee].frame_initial.size() / 8;
     facts_.calls.push_back({callee, 1});

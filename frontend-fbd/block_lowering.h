@@ -163,7 +163,8 @@ struct BlockLowering {
 
   // ---- function blocks ----
 
-  void lower_instance(PlaceId instance) {
+  /// `action`: runs this action of the instance instead of its body.
+  void lower_instance(PlaceId instance, std::uint32_t action = ir::Pou::kDeclared) {
     const auto ports = ports_of(b.module(), b.type_of(instance));
     struct Assignment {
       const Port* port;
@@ -191,7 +192,9 @@ struct BlockLowering {
         if (in.is_value()) assignments.push_back({port, input.pin, std::move(in)});
       }
     }
-    good = all_in_outs_wired(ports, in_outs) && good;
+    const bool whole = action == ir::Pou::kDeclared;
+    // What an action does not get is as the last call of the instance left it.
+    good = (!whole || all_in_outs_wired(ports, in_outs)) && good;
     for (const auto& [port, place] : in_outs) {
       if (port->queue) good = ir::connect_queue(b, instance, port->index, place, e.at, name_of(*port)) && good;
     }
@@ -209,7 +212,7 @@ struct BlockLowering {
       b.assign_input(instance, a.port->index, a.in.operand,
                      "input \"" + std::string(a.port->name) + "\" of " + title());
     }
-    b.run(instance);
+    whole ? b.run(instance) : b.run_action(instance, action);
     if (eno_port != nullptr) defaulted.emplace_back(b.field(instance, eno_port->index), std::vector<ir::InitItem>{});
     close();
     if (eno_port != nullptr) own_eno = b.load(b.field(instance, eno_port->index));
@@ -386,6 +389,7 @@ struct BlockLowering {
   void lower_execute();
   void lower();
   void lower_block_instance();
+  void lower_named(const NamedCall& call);
   void missing();
 };
 

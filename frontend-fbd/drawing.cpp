@@ -71,7 +71,7 @@ Drawing::Drawing(ir::Builder& builder, const Graph& graph, const Sequence& seque
 bool Drawing::is_missing(const plcopen::Element& e) {
   return !e.has_code && builder_.module().pou_by_name.count(e.text) == 0 && stdlib::block_named(e.text) == nullptr &&
          !stdlib::is_function(e.text) && !is_delay(e) && !ir::array_bound_named(e.text) &&
-         !ir::queue_function_named(e.text);
+         !ir::queue_function_named(e.text) && !named_call(builder_, e);
 }
 
 void Drawing::add_targets(NodeId node) {

@@ -24,6 +24,7 @@ void BlockLowering::lower_execute() {
 void BlockLowering::lower() {
   if (e.has_code) return lower_execute();
   if (d.is_missing(e)) return missing();
+  if (const auto call = named_call(b, e)) return lower_named(*call);
   ir::Module& module = b.module();
   const auto pou = module.pou_by_name.find(e.text);
   const bool is_function = pou != module.pou_by_name.end() && module.pous[pou->second].kind == ir::PouKind::kFunction;
@@ -58,6 +59,15 @@ void BlockLowering::lower_block_instance() {
   const ir::Type& type = b.module().types[found];
   if (type.kind == ir::TypeKind::kPou && !b.module().pous[type.pou].refused.empty()) return poison();
   lower_instance(*instance);
+}
+
+void BlockLowering::lower_named(const NamedCall& call) {
+  const auto instance =
+      call.instance.empty() ? std::optional(b.self()) : st::lower_place(call.instance, e.at, b, false);
+  if (!instance) return poison();
+  const ir::Type& type = b.module().types[b.type_of(*instance)];
+  if (type.kind == ir::TypeKind::kPou && !b.module().pous[type.pou].refused.empty()) return poison();
+  lower_instance(*instance, call.action);
 }
 
 void BlockLowering::missing() {

@@ -5,6 +5,7 @@
 #include "core/text.h"
 #include "frontend-fbd/graph.h"
 #include "frontend-fbd/order.h"
+#include "frontend-st/names.h"
 #include "ir/generic.h"
 #include "ir/queues.h"
 #include "stdlib/specials.h"
@@ -130,8 +131,30 @@ std::size_t input_position(const plcopen::Element& block, const plcopen::Pin& pi
   return position;
 }
 
+std::optional<NamedCall> named_call(ir::Builder& builder, const plcopen::Element& block) {
+  const ir::Module& module = builder.module();
+  if (block.has_code) return std::nullopt;
+  const auto action = [&](std::string_view path) -> std::optional<NamedCall> {
+    const auto found = st::find_action(module, builder.pou(), path);
+    if (!found) return std::nullopt;
+    return NamedCall{std::string(found->instance), found->action,
+                     module.pous[module.pous[found->action].owner].instance_type};
+  };
+  const bool plain = block.instance_name.empty();
+  const auto program = st::find_program(module, block.text);
+  const bool hidden = program && st::find_name(module, builder.pou(), block.text).is_place();
+  if (plain) {
+    if (auto found = action(block.text)) return found;
+  } else if (module.pou_by_name.find(block.text) == module.pou_by_name.end()) {
+    if (auto found = action(block.instance_name + "." + block.text.substr(block.text.rfind('.') + 1))) return found;
+  }
+  if (!program || hidden || (!plain && !core::iequals(block.instance_name, block.text))) return std::nullopt;
+  return NamedCall{block.text, ir::Pou::kDeclared, module.pous[*program].instance_type};
+}
+
 std::optional<std::vector<Port>> ports_of_block(ir::Builder& builder, const plcopen::Element& block) {
   ir::Module& module = builder.module();
+  if (const auto named = named_call(builder, block)) return ports_of(module, named->type);
   if (const auto pou = module.pou_by_name.find(block.text); pou != module.pou_by_name.end()) {
     return ports_of_function(module, module.pous[pou->second]);
   }

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -48,8 +49,18 @@ std::size_t output_position(const plcopen::Element& block, std::size_t pin);
 /// Position of an input pin among the drawn inputs, EN not counted.
 std::size_t input_position(const plcopen::Element& block, const plcopen::Pin& pin);
 
-/// Ports of the POU, standard block or function of several outputs that a block stands for by its name; nothing for
-/// others.
+/// A box that names an action, or a program: what it runs on.
+struct NamedCall {
+  std::string instance;                       ///< path of the instance; empty = that of the body
+  std::uint32_t action = ir::Pou::kDeclared;  ///< into Module::pous; kDeclared = the program's own body
+  ir::TypeRef type{};                         ///< of the instance
+};
+/// "Start", "pump.Start", "Pump.Start" with the instance above it, "Program.Start", "Program"; nothing for other boxes
+/// (no report).
+std::optional<NamedCall> named_call(ir::Builder& builder, const plcopen::Element& block);
+
+/// Ports of the action, program, POU, standard block or function of several outputs that a block stands for by its name;
+/// nothing for others.
 std::optional<std::vector<Port>> ports_of_block(ir::Builder& builder, const plcopen::Element& block);
 
 /// All outputs and in-outs that a block has by its type, the result of a function included; nothing when the type is

@@ -73,6 +73,10 @@ bool ActionBlocks::is_timed(Qualifier qualifier) {
   }
 }
 
+bool ActionBlocks::runs(const ActionLink& action) const {
+  return has_text(action) || st::find_action(b_.module(), b_.pou(), action.name).has_value();
+}
+
 /// An R may stand before what it resets, so the whole body is searched once.
 void ActionBlocks::find_stored() {
   if (searched_) return;
@@ -84,11 +88,11 @@ void ActionBlocks::find_stored() {
       const ActionLink& one = e.actions[i];
       const auto qualifier = qualifier_of(one.qualifier);
       if (one.name.empty() || !qualifier) continue;
-      if (has_text(one)) texts_.insert(key_of(one));
+      if (runs(one)) texts_.insert(key_of(one));
       // S and DS store into the variable itself; SD and SL, and all actions written as ST, into memory of their own.
       const bool own = *qualifier == Qualifier::kSd || *qualifier == Qualifier::kSl;
       const bool into_variable = *qualifier == Qualifier::kS || *qualifier == Qualifier::kDs;
-      if (own || (into_variable && has_text(one))) stored_[key_of(one)].emplace_back(node, i);
+      if (own || (into_variable && runs(one))) stored_[key_of(one)].emplace_back(node, i);
     }
   }
 }
@@ -137,7 +141,7 @@ std::optional<PlaceId> ActionBlocks::variable(const ActionLink& action) {
   const bool known = !plain || st::find_name(b_.module(), b_.pou(), action.name).kind != st::Named::Kind::kNothing;
   if (!known || !st::is_variable_text(action.name)) {
     report(action, not_bool,
-           "declare the variable; actions of sequential function charts are not available in a ladder");
+           "declare the variable, or name an action of the POU");
     return std::nullopt;
   }
   const auto place = st::lower_place(action.name, action.at, b_, true);
@@ -206,7 +210,11 @@ void ActionBlocks::run_text(const ActionId& id, ValueId active) {
   const ActionLink& one = action(id);
   const ir::LabelId skip = b_.new_label();
   b_.jump_if_not(active, skip);
-  st::lower_statements(one.text, one.text_at, b_);
+  if (has_text(one)) {
+    st::lower_statements(one.text, one.text_at, b_);
+  } else {
+    st::lower_statements(one.name + "();", one.at, b_);
+  }
   b_.set_source(d_.element(id.first).at);
   b_.bind(skip);
 }
@@ -244,7 +252,7 @@ void ActionBlocks::lower_action(const ActionId& id, ValueId flow) {
                   "qualifiers are N, R, S, L, D, P, P0, P1, SD, DS and SL");
   }
   const bool remembers =
-      *qualifier != Qualifier::kN && *qualifier != Qualifier::kR && (*qualifier != Qualifier::kS || has_text(one));
+      *qualifier != Qualifier::kN && *qualifier != Qualifier::kR && (*qualifier != Qualifier::kS || runs(one));
   if (remembers && b_.pou().kind == ir::PouKind::kFunction) {
     return report(one,
                   title(one) + " with qualifier " + one.qualifier + " stands in a function, which remembers nothing",
@@ -252,7 +260,7 @@ void ActionBlocks::lower_action(const ActionId& id, ValueId flow) {
   }
   if (*qualifier == Qualifier::kR) return reset(id, flow);
   std::optional<PlaceId> target;
-  if (!has_text(one)) {
+  if (!runs(one)) {
     target = variable(one);
     if (!target) return;
   }

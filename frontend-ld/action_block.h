@@ -46,6 +46,8 @@ class ActionBlocks {
   [[nodiscard]] const plcopen::ActionLink& action(const ActionId& id) const {
     return d_.element(id.first).actions[id.second];
   }
+  /// The action runs something, its own ST or an action of a POU, and drives no variable.
+  [[nodiscard]] bool runs(const plcopen::ActionLink& action) const;
   void find_stored();
   void lower_action(const ActionId& id, ir::ValueId flow);
   void reset(const ActionId& id, ir::ValueId flow);

@@ -177,11 +177,12 @@ bool draws_something(const plcopen::Body& body) {
 /// True when the body writes something a user can see, runs a block or jumps.
 bool does_something(const ir::Module& module, std::uint32_t pou_index) {
   const ir::Pou& pou = module.pous[pou_index];
+  const ir::Pou& owner = module.owner_of(pou);
   const auto visible = [&](std::uint32_t place) {
     const ir::Place* p = &pou.body.places[place];
     while (p->parent.valid()) p = &pou.body.places[p->parent.index];
     const bool own = p->kind == ir::Place::Kind::kInstance || p->kind == ir::Place::Kind::kFrame;
-    return !own || pou.variables[p->index].role != ir::Role::kHidden;
+    return !own || owner.variables[p->index].role != ir::Role::kHidden;
   };
   return std::any_of(pou.body.insts.begin(), pou.body.insts.end(), [&](const ir::Inst& inst) {
     switch (inst.op) {
@@ -206,6 +207,7 @@ bool does_something(const ir::Module& module, std::uint32_t pou_index) {
 
 bool lower_body(const plcopen::Pou& pou, ir::Module& module, std::uint32_t pou_index, core::Diagnostics& diagnostics) {
   const std::size_t errors_before = diagnostics.error_count();
+  const std::string name = module.pous[pou_index].name;
   ir::Builder builder(module, pou_index, diagnostics);
   st::lower_prologue(builder);
   bool drawn = false;
@@ -213,8 +215,8 @@ bool lower_body(const plcopen::Pou& pou, ir::Module& module, std::uint32_t pou_i
   for (const plcopen::Body& body : pou.bodies) {
     if (body.language != plcopen::Language::kLd && body.language != plcopen::Language::kFbd) continue;
     drawn = drawn || draws_something(body);
-    Graph graph = fbd::build_graph(body, pou.name, diagnostics, &builder);
-    const fbd::Sequence sequence = fbd::order(graph, module.options.order, pou.name, diagnostics);
+    Graph graph = fbd::build_graph(body, name, diagnostics, &builder);
+    const fbd::Sequence sequence = fbd::order(graph, module.options.order, name, diagnostics);
     Ladder ladder(builder, graph, sequence, module.options);
     for (const fbd::Step& step : sequence.steps) ladder.lower(step.node);
     ladder.finish();
@@ -222,10 +224,10 @@ bool lower_body(const plcopen::Pou& pou, ir::Module& module, std::uint32_t pou_i
   }
   const bool good = diagnostics.error_count() == errors_before;
   if (good && !drawn) {
-    diagnostics.report(Code::P3017, pou.at, pou.name, "body of " + pou.name + " draws nothing: it compiles to nothing");
+    diagnostics.report(Code::P3017, pou.at, name, "body of " + name + " draws nothing: it compiles to nothing");
   } else if (good && !does_something(module, pou_index)) {
-    diagnostics.report(Code::P3016, pou.at, pou.name,
-                       "body of " + pou.name + " draws elements, but none of them writes a variable or runs a block",
+    diagnostics.report(Code::P3016, pou.at, name,
+                       "body of " + name + " draws elements, but none of them writes a variable or runs a block",
                        connected ? "wire the blocks to coils, outVariables or function blocks"
                                  : "nothing is wired: connect the elements");
   }

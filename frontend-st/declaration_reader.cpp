@@ -63,6 +63,8 @@ constexpr std::pair<std::string_view, Word> kWords[] = {
     {"USING", Word::kUsing},
     {"ACTION", Word::kAction},
     {"END_ACTION", Word::kEndAction},
+    {"ACTIONS", Word::kActions},
+    {"END_ACTIONS", Word::kEndActions},
     {"STEP", Word::kStep},
     {"END_STEP", Word::kEndStep},
     {"INITIAL_STEP", Word::kInitialStep},
@@ -429,8 +431,9 @@ void DeclarationReader::read_file() {
       fail(Code::P4041, token_, "USING belongs to namespaces, which are not supported", "remove it");
       skip_declaration();
     } else if (names && word == Word::kAction) {
-      fail(Code::P4043, token_, "ACTION outside of a POU is not supported", "write it as a function block");
-      skip_to(Word::kEndAction);
+      action(project_.pous.empty() ? std::string() : project_.pous.back().name);
+    } else if (word == Word::kActions) {
+      actions();
     } else {
       fail(Code::P4040, token_,
            shown(token_) +
@@ -443,6 +446,7 @@ void DeclarationReader::read_file() {
       note_extent(std::move(words), begin);
     }
   }
+  give_actions();
   if (has_outside_) project_.configurations.push_back(std::move(outside_));
 }
 

@@ -64,6 +64,8 @@ enum class Word : std::uint8_t {
   kUsing,
   kAction,
   kEndAction,
+  kActions,
+  kEndActions,
   kStep,
   kEndStep,
   kInitialStep,
@@ -169,6 +171,10 @@ class DeclarationReader {
   bool pou_head(plcopen::Pou& pou, Word opener_word);
   void body(plcopen::Pou& pou, const Token& opener, Word opener_word);
   void refuse_code(std::uint32_t begin, std::uint32_t end);
+  void action(const std::string& owner);
+  void action_body(plcopen::Pou& action, const Token& opener);
+  void actions();
+  void give_actions();
   bool opens_another();
   plcopen::Language language();
 
@@ -196,6 +202,12 @@ class DeclarationReader {
   std::size_t copied_bytes_ = 0;  ///< text of declarations read several times, for `a, b : T`
   bool exhausted_ = false;        ///< a limit on the whole text was reported
   std::string pou_;               ///< name of the open POU, for messages
+  /// An action, and the name of the POU it belongs to, which may follow.
+  struct PendingAction {
+    std::string owner;
+    plcopen::Pou action;
+  };
+  std::vector<PendingAction> actions_;
   plcopen::Configuration outside_;
   bool has_outside_ = false;
 };

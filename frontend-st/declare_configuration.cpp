@@ -150,7 +150,7 @@ std::string Declarer::pou_list(bool function_blocks) const {
   for (const ir::Pou& pou : module_.pous) {
     const bool wanted =
         pou.kind == ir::PouKind::kProgram || (function_blocks && pou.kind == ir::PouKind::kFunctionBlock);
-    if (!wanted || pou.taskblock != 0) continue;
+    if (!wanted || pou.taskblock != 0 || pou.owner != ir::Pou::kDeclared) continue;
     if (count++ == kShown) return out + ", ..";
     out += (out.empty() ? "" : ", ") + pou.name;
   }
@@ -321,7 +321,7 @@ void Declarer::declare_single_pou() {
   if (found == module_.pou_by_name.end() || module_.pous[found->second].kind == ir::PouKind::kFunction) {
     Guess guess(options_.pou);
     for (const ir::Pou& pou : module_.pous) {
-      if (pou.kind != ir::PouKind::kFunction) guess.offer(pou.name);
+      if (pou.kind != ir::PouKind::kFunction && pou.owner == ir::Pou::kDeclared) guess.offer(pou.name);
     }
     const std::string candidates = pou_list(true);
     std::string help = guess.help();
@@ -344,6 +344,7 @@ void Declarer::declare_single_pou() {
 void Declarer::declare_configuration() {
   if (!options_.pou.empty()) {
     declare_single_pou();
+    place_programs();
     if (check_nesting()) locate_instances();
     return;
   }
@@ -355,6 +356,7 @@ void Declarer::declare_configuration() {
     }
     for (const plcopen::Variable& entry : configuration.configs) configure_variable(entry);
   }
+  place_programs();
   if (check_nesting()) locate_instances();
   std::size_t programs = 0;
   for (ir::Task& task : module_.tasks) {

@@ -232,6 +232,7 @@ void Declarer::locate_instances() {
   for (std::uint32_t t = 0; t < module_.tasks.size(); ++t) {
     for (std::uint32_t p = 0; p < module_.tasks[t].programs.size(); ++p) {
       ir::ProgramInstance& program = module_.tasks[t].programs[p];
+      if (program.global != ir::Pou::kDeclared) continue;
       locate_parts({t, p}, module_.pous[program.pou].instance_type, program.name, path, program.located);
     }
   }

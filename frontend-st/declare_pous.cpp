@@ -124,6 +124,32 @@ void Declarer::declare_pou_names() {
     if (pou.kind != ir::PouKind::kFunction && !circular) pou.instance_type = types().pou(i, from.name);
     module_.pous.push_back(std::move(pou));
   }
+  // Behind all of them: the place of a POU in both lists is the same.
+  for (std::uint32_t i = 0; i < project_.pous.size(); ++i) declare_actions(i);
+}
+
+void Declarer::declare_actions(std::uint32_t owner) {
+  const plcopen::Pou& from = project_.pous[owner];
+  for (const plcopen::Pou& one : from.actions) {
+    const std::string name = from.name + "." + one.name;
+    if (from.kind == plcopen::PouKind::kFunction) {
+      report(Code::P4050, one.at, name, "action " + quoted(one.name) + " belongs to the function " + quoted(from.name),
+             "functions have no instance that an action could run on: make it a function block");
+      continue;
+    }
+    const auto index = static_cast<std::uint32_t>(module_.pous.size());
+    if (!module_.pous[owner].actions.emplace(one.name, index).second) {
+      report(Code::P4018, one.at, name, "action " + quoted(one.name) + " is declared twice", "rename one of them");
+      continue;
+    }
+    ir::Pou action;
+    action.name = name;
+    action.kind = kind_of(from.kind);
+    action.at = one.at;
+    action.owner = owner;
+    action.from_library = from.from_library;
+    module_.pous.push_back(std::move(action));
+  }
 }
 
 // ---- globals --------------------------------------------------------------------------------------------------
@@ -320,6 +346,10 @@ void Declarer::declare_variable(std::uint32_t pou_index, const plcopen::Variable
                                                  : " is declared twice, first " + first_place(first.at, variable.at)));
     return;
   }
+  if (const auto& actions = module_.pous[pou_index].actions; actions.find(variable.name) != actions.end()) {
+    report(Code::P4018, variable.at, pou_name,
+           quoted(variable.name) + " is a variable and an action of " + pou_name, "rename one of them");
+  }
   if (variable.refused) {
     module_.pous[pou_index].refused.insert(variable.name);
     return;
@@ -391,6 +421,11 @@ void Declarer::declare_variable(std::uint32_t pou_index, const plcopen::Variable
     }
   }
   ir::Pou& pou = module_.pous[pou_index];
+  if (out.role == Role::kTemp && !in_function && !pou.actions.empty()) {
+    // Actions see it, and a frame is seen by one body alone.
+    out.in_frame = false;
+    if (out.constant) out.role = Role::kLocal;
+  }
   const auto index = static_cast<std::uint32_t>(pou.variables.size());
   pou.by_name.emplace(out.name, index);
   pou.variables.push_back(std::move(out));

@@ -148,6 +148,7 @@ class Declarer final : public ConstantScope {
 
   // declare_pous.cpp
   void declare_pou_names();
+  void declare_actions(std::uint32_t owner);
   void declare_globals();
   void declare_global(const plcopen::Variable& variable);
   const core::SourceRef& place_of_global(std::string_view name, std::uint32_t global) const;
@@ -171,6 +172,10 @@ class Declarer final : public ConstantScope {
   bool bind_located(ir::Variable& out, const plcopen::Variable& variable, const Owner& owner);
   bool holds_located(ir::TypeRef type);
   void locate_instances();
+
+  // declare_programs.cpp
+  /// Programs that are named somewhere become globals, once all instances are known.
+  void place_programs();
   bool check_nesting();
   void locate_parts(const InstanceRoot& root, ir::TypeRef type, const std::string& name,
                     std::vector<std::uint32_t>& path, std::vector<ir::LocatedPart>& out);

@@ -272,8 +272,8 @@ std::optional<Operand> Lowering::call(NodeId id, Expected expected, bool as_stat
   if (const auto type = types().find(name)) {
     const TypeKind kind = types()[*type].kind;
     if (kind == TypeKind::kPou && module.pous[types()[*type].pou].kind == ir::PouKind::kProgram) {
-      report(Code::P4009, at(id), quoted(name) + " is a program, which a task runs and nobody calls",
-             "give it to a task, or make it a function block and call an instance");
+      report(Code::P4009, at(id), quoted(name) + " is a program and gives no value",
+             "call it as a statement of its own and read " + std::string(name) + ".<output>");
       return std::nullopt;
     }
     if (kind == TypeKind::kBlock || kind == TypeKind::kPou) {
@@ -281,6 +281,11 @@ std::optional<Operand> Lowering::call(NodeId id, Expected expected, bool as_stat
              "declare a variable of type " + std::string(name) + " and call that");
       return std::nullopt;
     }
+  }
+  if (builder_.pou().actions.contains(std::string(name))) {
+    report(Code::P4009, at(id), quoted(name) + " is an action and gives no value",
+           "call it as a statement of its own and read the variables that it writes");
+    return std::nullopt;
   }
   if (module.options.stub_missing) {
     warn_stub(at(id), "function " + quoted(name));
@@ -649,10 +654,15 @@ std::optional<Operand> Lowering::call_function(NodeId id, std::uint32_t pou, boo
 }
 
 // instance(IN := x, Q => y);
-bool Lowering::call_block(NodeId id) {
+bool Lowering::call_block(NodeId id, std::optional<std::uint32_t> action) {
   const NodeId callee = node(id).a;
-  const auto instance = place(callee, false);
+  const bool own = action && node(callee).kind == NodeKind::kName;
+  const auto instance = own ? std::optional(builder_.self()) : place(action ? node(callee).a : callee, false);
   if (!instance) return stub_used_;
+  if (action && builder_.module().pous[*action].stub) {
+    warn_stub(at(id), "action " + quoted(text(callee)));
+    return true;
+  }
   const TypeRef type = builder_.type_of(*instance);
   const ir::Type copy = types()[type];
   if (copy.stub || (copy.kind == TypeKind::kPou && builder_.module().pous[copy.pou].stub)) {
@@ -670,7 +680,7 @@ bool Lowering::call_block(NodeId id) {
   const bool is_pou = copy.kind == TypeKind::kPou;
   if (is_pou && !builder_.module().pous[copy.pou].refused.empty()) return false;  // its parameters are not all known
   const std::vector<Parameter> parameters = is_pou ? parameters_of_pou(copy.pou) : parameters_of_block(*copy.block);
-  const std::string name = types().name_of(type);
+  const std::string name = action ? builder_.module().pous[*action].name : types().name_of(type);
   const Arguments arguments = bind_arguments(id, parameters, name, true);
   bool fine = arguments.fine;
   const bool bracketed = arguments.en != kNoNode;
@@ -702,11 +712,12 @@ bool Lowering::call_block(NodeId id) {
              fine;
     }
   }
-  fine = all_in_outs_given(id, parameters, arguments, name) && fine;
+  // What an action does not get is as the last call of the instance left it.
+  fine = (action || all_in_outs_given(id, parameters, arguments, name)) && fine;
   if (!fine) return false;
   const bool asks = arguments.eno != kNoNode;
   if (asks) builder_.clear_event();
-  builder_.run(*instance);
+  action ? builder_.run_action(*instance, *action) : builder_.run(*instance);
   const ValueId eno = asks ? builder_.eno() : ValueId{};
   for (const Bound& bound : arguments.bound) {
     const Parameter& parameter = parameters[bound.parameter];

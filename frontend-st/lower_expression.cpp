@@ -61,7 +61,7 @@ void Lowering::warn_stub(const core::SourceRef& where, const std::string& what) 
   builder_.pou().partial = true;
   const std::string message = what + " is a stub and does nothing";
   for (const core::Diagnostic& d : builder_.diagnostics().all()) {
-    if (d.code == Code::P4015 && d.message == message && d.pou == builder_.pou().name) return;
+    if (d.code == Code::P4015 && d.message == message && d.pou == builder_.name()) return;
   }
   report(Code::P4015, where, message, "bring its library into the project, or write a POU or type of this name");
 }
@@ -466,7 +466,7 @@ std::optional<Operand> lower_expression(std::string_view text, const core::Sourc
     return std::nullopt;
   }
   const SourceText source(text, at, builder.diagnostics());
-  Parser parser(source, builder.diagnostics(), builder.pou().name);
+  Parser parser(source, builder.diagnostics(), builder.name());
   const NodeId root = parser.parse_expression();
   if (root == kNoNode) return std::nullopt;
   return Lowering(builder, source, parser.ast()).value(root, expected);

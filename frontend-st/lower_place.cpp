@@ -82,6 +82,11 @@ void Lowering::report_unknown_name(NodeId id) {
            "declare a variable of this type and name it here");
     return;
   }
+  if (builder_.pou().actions.contains(std::string(name))) {
+    report(Code::P4004, at(id), quoted(name) + " is an action, not a variable",
+           "call it as a statement of its own: " + std::string(name) + "();");
+    return;
+  }
   if (module.pou_by_name.find(name) != module.pou_by_name.end()) {
     report(Code::P4004, at(id), quoted(name) + " is a POU, not a variable", "a function is called with parentheses");
     return;
@@ -148,7 +153,9 @@ std::optional<PlaceId> Lowering::direct_place(NodeId id, bool for_writing) {
 std::optional<PlaceId> Lowering::root_place(NodeId id, bool for_writing) {
   const Named named = find_name(builder_.module(), builder_.pou(), name_text(id));
   if (!named.is_place()) {
-    if (named.kind == Named::Kind::kNothing) report_unknown_name(id);
+    if (named.kind != Named::Kind::kNothing) return std::nullopt;
+    if (const auto program = find_program(builder_.module(), name_text(id))) return program_place(id, *program);
+    report_unknown_name(id);
     return std::nullopt;
   }
   const bool local = named.kind == Named::Kind::kVariable;
@@ -162,6 +169,7 @@ std::optional<PlaceId> Lowering::root_place(NodeId id, bool for_writing) {
 }
 
 std::optional<PlaceId> Lowering::member_place(PlaceId parent, NodeId id, bool for_writing) {
+  if (const auto variable = program_variable(parent, id, for_writing)) return variable->place;
   const std::string_view name = name_text(id);
   const TypeRef parent_type = builder_.type_of(parent);
   const auto found = builder_.member(parent, name);
@@ -220,6 +228,7 @@ std::optional<PlaceId> Lowering::member_place(PlaceId parent, NodeId id, bool fo
           guess.offer(variable.name);
         }
       }
+      for (const auto& [action, index] : pou.actions) guess.offer(action);
       if (pou.find(name) != nullptr)
         help = "only inputs, outputs and in-outs are seen from outside: make it a VAR_OUTPUT";
       break;
@@ -473,7 +482,7 @@ std::optional<PlaceId> lower_place(std::string_view text, const core::SourceRef&
     return std::nullopt;
   }
   const SourceText source(text, at, builder.diagnostics());
-  Parser parser(source, builder.diagnostics(), builder.pou().name);
+  Parser parser(source, builder.diagnostics(), builder.name());
   const NodeId root = parser.parse_expression();
   if (root == kNoNode) return std::nullopt;
   return Lowering(builder, source, parser.ast()).place(root, for_writing);

@@ -1,4 +1,6 @@
 // Statements: assignments, calls, IF, RETURN; entries for whole bodies and for the texts of EXECUTE boxes.
+#include <algorithm>
+
 #include "frontend-st/lowering.h"
 #include "frontend-st/parser.h"
 #include "frontend-st/static_type.h"
@@ -113,6 +115,15 @@ bool Lowering::names_instance(NodeId callee) {
 
 bool Lowering::call_statement(NodeId call_id) {
   const NodeId callee = node(call_id).a;
+  if (const auto action = find_action(builder_.module(), builder_.pou(), text(callee))) {
+    return call_block(call_id, action->action);
+  }
+  const bool program = is_unresolved_name(callee) && find_program(builder_.module(), name_text(callee));
+  if (program) return call_block(call_id);
+  if (node(call_id).name != node(call_id).name_end) {
+    report(Code::P4001, name_at(call_id), "found \";\" where \":=\" or \"(\" should stand");
+    return false;
+  }
   if (node(callee).kind == NodeKind::kName) {
     const ir::Module& module = builder_.module();
     const auto pou = module.pou_by_name.find(name_text(callee));
@@ -164,7 +175,7 @@ bool lower_statements(std::string_view text, const core::SourceRef& at, ir::Buil
     return false;
   }
   const SourceText source(text, at, builder.diagnostics());
-  Parser parser(source, builder.diagnostics(), builder.pou().name);
+  Parser parser(source, builder.diagnostics(), builder.name());
   Lowering lowering(builder, source, parser.ast());
   bool lowered = true;
   for (NodeId one = parser.next_statement(); one != kNoNode; one = parser.next_statement()) {
@@ -199,7 +210,8 @@ void lower_declared_enable(ir::Builder& builder) {
 }  // namespace
 
 void lower_prologue(ir::Builder& builder) {
-  lower_declared_enable(builder);
+  const bool action = builder.module().pous[builder.pou_index()].owner != ir::Pou::kDeclared;
+  if (!action) lower_declared_enable(builder);
   const auto make = [&](std::uint32_t index) {
     const std::vector<ir::ReferenceInit> references = builder.pou().variables[index].references;
     for (const ir::ReferenceInit& one : references) {
@@ -218,10 +230,18 @@ void lower_prologue(ir::Builder& builder) {
   for (std::uint32_t i = 0; i < builder.pou().variables.size(); ++i) {
     const ir::Variable& variable = builder.pou().variables[i];
     if (variable.references.empty()) continue;
-    variable.in_frame ? make(i) : once.push_back(i);
+    if (!variable.in_frame && variable.role != ir::Role::kTemp) {
+      once.push_back(i);
+    } else if (!action) {
+      make(i);
+    }
   }
   if (once.empty()) return;
-  const ir::PlaceId made = builder.variable(builder.hidden("refs", ir::kBoolType));
+  // The body and the actions of a POU share the mark.
+  const std::vector<ir::Variable>& all = builder.pou().variables;
+  const auto known = std::find_if(all.begin(), all.end(), [](const auto& v) { return v.name.starts_with("#refs."); });
+  const ir::PlaceId made = builder.variable(known == all.end() ? builder.hidden("refs", ir::kBoolType)
+                                                               : static_cast<std::uint32_t>(known - all.begin()));
   const ir::LabelId after = builder.new_label();
   builder.jump_if(builder.load(made), after);
   for (const std::uint32_t index : once) make(index);

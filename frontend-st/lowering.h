@@ -105,6 +105,12 @@ class Lowering {
 
   // lower_place.cpp
   std::optional<ir::PlaceId> root_place(NodeId id, bool for_writing);
+  std::optional<ir::PlaceId> program_place(NodeId id, std::uint32_t program);
+  /// Variables that the whole program shows to others; nothing for other parents.
+  struct Found {
+    std::optional<ir::PlaceId> place;  ///< nothing when it was reported
+  };
+  std::optional<Found> program_variable(ir::PlaceId parent, NodeId id, bool for_writing);
   std::optional<ir::PlaceId> direct_place(NodeId id, bool for_writing);
   std::optional<ir::PlaceId> member_place(ir::PlaceId parent, NodeId id, bool for_writing);
   struct Part {
@@ -150,7 +156,8 @@ class Lowering {
   std::optional<ir::Operand> call_sizeof(NodeId id);
   std::optional<ir::Operand> call_uptime(NodeId id);
   // lower_call.cpp
-  bool call_block(NodeId id);
+  /// `action`: runs this action of the instance, into Module::pous.
+  bool call_block(NodeId id, std::optional<std::uint32_t> action = std::nullopt);
   std::vector<Parameter> parameters_of_pou(std::uint32_t pou);
   std::vector<Parameter> parameters_of_block(const stdlib::BlockSpec& block);
   Arguments bind_arguments(NodeId call, const std::vector<Parameter>& parameters, std::string_view callee,

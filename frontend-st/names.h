@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -24,6 +25,18 @@ struct Named {
   [[nodiscard]] bool is_place() const { return kind == Kind::kVariable || kind == Kind::kGlobal; }
 };
 Named find_name(const ir::Module& module, const ir::Pou& pou, std::string_view name);
+
+/// The program of this name, into Module::pous.
+std::optional<std::uint32_t> find_program(const ir::Module& module, std::string_view name);
+
+/// An action as a call names it.
+struct ActionName {
+  std::string_view instance;  ///< path of the instance it runs on; empty = the one that the calling body runs on
+  std::uint32_t action = 0;   ///< into Module::pous
+};
+/// What "Start", "pump.Start", "line[2].pump.Start" or "Program.Start" means in a body of `pou`, if it is an action.
+/// Reports nothing, makes no instructions.
+std::optional<ActionName> find_action(const ir::Module& module, const ir::Pou& pou, std::string_view path);
 
 /// An enumeration value: its type and number.
 struct EnumValueRef {

@@ -254,8 +254,20 @@ NodeId Parser::assignment_or_call() {
   node.begin = token_.begin;
   if (refuse_foreign_statement()) return kNoNode;
   if (token_.kind != TokenKind::kIdentifier && token_.kind != TokenKind::kDirect) return fail_unexpected("a statement");
-  const NodeId target = primary();
+  NodeId target = primary();
   if (target == kNoNode) return kNoNode;
+  const NodeKind named = ast_[target].kind;
+  if (token_.kind == TokenKind::kSemicolon && (named == NodeKind::kName || named == NodeKind::kMember)) {
+    // "Start;" calls an action (CODESYS 2.3); the lowering knows whether it is one.
+    Node call;
+    call.kind = NodeKind::kCall;
+    call.begin = node.begin;
+    call.end = ast_[target].end;
+    call.name = token_.begin;
+    call.name_end = token_.end;
+    call.a = target;
+    target = ast_.add(call);
+  }
   // a := b := c: each value but the last is a variable of its own.
   std::vector<std::pair<NodeId, Operator>> targets;
   NodeId value = target;

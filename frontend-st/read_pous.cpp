@@ -122,8 +122,7 @@ bool DeclarationReader::opens_another() {
 Language DeclarationReader::language() {
   const Word word = word_of(token_);
   const TokenKind next = peek(1).kind;
-  const bool chart =
-      word == Word::kInitialStep || word == Word::kStep || word == Word::kTransition || word == Word::kAction;
+  const bool chart = word == Word::kInitialStep || word == Word::kStep || word == Word::kTransition;
   if (chart && (next == TokenKind::kIdentifier || (word == Word::kTransition && next == TokenKind::kLeftParen))) {
     return Language::kSfc;
   }
@@ -160,6 +159,7 @@ void DeclarationReader::refuse_code(std::uint32_t begin, std::uint32_t end) {
 void DeclarationReader::body(plcopen::Pou& out, const Token& opener, Word opener_word) {
   const std::string label = std::string(text_of_word(opener_word)) + (out.name.empty() ? "" : " \"" + out.name + '"');
   const Word end = end_of(opener_word);
+  while (word_of(token_) == Word::kAction && peek(1).kind == TokenKind::kIdentifier) action(out.name);
   plcopen::Body& body = out.bodies.emplace_back();
   const std::uint32_t begin = token_.begin;
   std::uint32_t text_end = begin;
@@ -200,9 +200,8 @@ void DeclarationReader::body(plcopen::Pou& out, const Token& opener, Word opener
     } else if (names && word == Word::kProperty) {
       refuse(Word::kProperty, Word::kEndProperty, "PROPERTY");
     } else if (names && word == Word::kAction && body.language == Language::kSt) {
-      out.has_actions = true;
-      fail(Code::P4043, token_, "ACTION in " + label + " is not supported", "write the action as a function block");
-      skip_to(Word::kEndAction);
+      action(out.name);
+      in_body_ = true;
     } else {
       before = token_.kind;
       text_end = token_.end;
@@ -218,7 +217,7 @@ void DeclarationReader::body(plcopen::Pou& out, const Token& opener, Word opener
   body.text = blanked(source_.slice(begin, text_end), begin, blanks);
   if (body.text.empty()) body.language = Language::kNone;
   if (body.language == Language::kSfc) {
-    out.has_actions = true;
+    out.has_chart = true;
     body.drawn_elements = 1;
   }
   if (!closed) fail_unclosed(label, opener, std::string("END_") + text_of_word(opener_word));

@@ -35,9 +35,11 @@ void add_defaults(const Module& module, TypeRef ref, std::vector<std::uint32_t>&
 }  // namespace
 
 Builder::Builder(Module& module, std::uint32_t pou_index, core::Diagnostics& diagnostics)
-    : module_(module), pou_index_(pou_index), diagnostics_(diagnostics) {
+    : module_(module), pou_index_(pou_index), owner_index_(pou_index), diagnostics_(diagnostics) {
+  const Pou& built = module_.pous[pou_index_];
+  if (built.owner != Pou::kDeclared) owner_index_ = built.owner;
   Body& b = body();
-  if (b.sources.empty()) b.sources.push_back(pou().at);
+  if (b.sources.empty()) b.sources.push_back(built.at);
   source_ = static_cast<std::uint32_t>(b.sources.size() - 1);
   for (std::uint32_t i = 0; i < b.places.size(); ++i) interned_.emplace(b.places[i], PlaceId{i});
 }
@@ -50,7 +52,7 @@ void Builder::set_source(const SourceRef& at) {
 }
 
 void Builder::report(core::Code code, const SourceRef& at, std::string message, std::string help) {
-  diagnostics_.report(code, at, pou().name, std::move(message), std::move(help));
+  diagnostics_.report(code, at, name(), std::move(message), std::move(help));
 }
 
 bool Builder::use_part(const SourceRef& declared, const SourceRef& at) {
@@ -142,6 +144,13 @@ PlaceId Builder::global(std::uint32_t index) {
   place.index = index;
   place.type = module_.globals[index].variable.type;
   if (module_.globals[index].from_library) use_part(module_.globals[index].variable.at, body().sources[source_]);
+  return intern(place);
+}
+
+PlaceId Builder::self() {
+  Place place;
+  place.kind = Place::Kind::kSelf;
+  place.type = pou().instance_type;
   return intern(place);
 }
 
@@ -238,7 +247,7 @@ std::optional<PlaceId> Builder::member(PlaceId parent, std::string_view name) {
   }
 }
 
-std::string Builder::describe(PlaceId place) { return place_text(module_, pou(), place); }
+std::string Builder::describe(PlaceId place) { return place_text(module_, module_.pous[pou_index_], place); }
 
 std::uint32_t Builder::hidden(std::string_view hint, TypeRef type) {
   Pou& p = pou();
@@ -330,6 +339,8 @@ void Builder::store_default(PlaceId place, std::vector<InitItem> initial) {
 }
 
 void Builder::run(PlaceId instance) { emit(Op::kRun, {}, instance.index); }
+
+void Builder::run_action(PlaceId instance, std::uint32_t action) { emit(Op::kRun, {}, instance.index, action + 1); }
 
 ValueId Builder::make_ref(PlaceId place) {
   assert(!is_part(place));

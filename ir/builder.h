@@ -42,9 +42,13 @@ class Builder {
   Builder(Module& module, std::uint32_t pou_index, core::Diagnostics& diagnostics);
 
   [[nodiscard]] Module& module() { return module_; }
-  [[nodiscard]] Pou& pou() { return module_.pous[pou_index_]; }
+  /// The POU whose names the body sees and whose instances it runs on: of an action its owner.
+  [[nodiscard]] Pou& pou() { return module_.pous[owner_index_]; }
+  /// The POU whose body is built: itself an action, if it is one.
   [[nodiscard]] std::uint32_t pou_index() const { return pou_index_; }
-  [[nodiscard]] Body& body() { return pou().body; }
+  /// Its name in messages: "Pump.Start" in an action.
+  [[nodiscard]] const std::string& name() { return module_.pous[pou_index_].name; }
+  [[nodiscard]] Body& body() { return module_.pous[pou_index_].body; }
   [[nodiscard]] core::Diagnostics& diagnostics() { return diagnostics_; }
   [[nodiscard]] TypeRef type_of(ValueId value) { return body().insts[value.index].type; }
   [[nodiscard]] TypeRef type_of(PlaceId place) { return body().places[place.index].type; }
@@ -66,6 +70,7 @@ class Builder {
   PlaceId variable(
       std::uint32_t index);  ///< instance or frame variable; an external becomes its global, an in-out is dereferenced
   PlaceId global(std::uint32_t index);
+  PlaceId self();  ///< the instance that the body runs on
   PlaceId field(PlaceId parent, std::uint32_t index);
   PlaceId element(PlaceId parent, std::uint32_t zero_based_index);
   /// Element at a value of any integer or bit string type, as declared (lower bound included).
@@ -106,7 +111,8 @@ class Builder {
   void copy(PlaceId to, PlaceId from);       ///< aggregates of one type
   /// place := what a variable of its type begins with, or where one is declared so, with these initial values.
   void store_default(PlaceId place, std::vector<InitItem> initial = {});
-  void run(PlaceId instance);                ///< standard block or function block POU
+  void run(PlaceId instance);                ///< standard block or POU
+  void run_action(PlaceId instance, std::uint32_t action);
   ValueId make_ref(PlaceId place);
   ValueId same_ref(ValueId a, ValueId b);  ///< references of one type
   /// Bits of `word` (an integer or bit string) from `bit_offset` on, as `part`: BOOL is one bit; BYTE, WORD and DWORD
@@ -180,6 +186,7 @@ class Builder {
 
   Module& module_;
   std::uint32_t pou_index_;
+  std::uint32_t owner_index_;
   core::Diagnostics& diagnostics_;
   std::uint32_t source_ = 0;
   Part part_ = Part::kPlain;

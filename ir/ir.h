@@ -48,6 +48,7 @@ struct Place {
     kGlobal,     ///< Module::globals[index]
     kInstance,   ///< variable `index` of the POU, in the instance
     kFrame,      ///< variable `index` of the POU, in the frame (functions; VAR_TEMP)
+    kSelf,       ///< the instance that the body runs on, whole: only kRun names it, for its actions
     kDeref,      ///< what the reference value `index` (a ValueId) points at
     kField,      ///< field `index` of `parent`: struct field, block port, or variable of a function block instance
     kElement,    ///< element `index` (0-based) of array `parent`
@@ -85,7 +86,7 @@ enum class Op : std::uint8_t {
   kNot,         ///< BOOL value := NOT a
   kCall,        ///< value := functions[a](args[b .. b+count)), a standard function
   kCallPou,     ///< value := function POU a; args[b .. b+count): one per CallArg, see Body::call_args
-  kRun,         ///< runs the function block instance at place a (standard block or POU)
+  kRun,         ///< runs the instance at place a (standard block or POU), or on it action b - 1, a POU (pou_run_by)
   kLabel,       ///< label a stands here
   kJump,        ///< to label a
   kJumpIf,      ///< to label a when BOOL value b
@@ -183,6 +184,7 @@ struct Global {
   std::string list;           ///< name of its list for qualified access ("GVL"), or empty
   bool from_library = false;  ///< brought by --lib: lint does not look at it
   bool queue = false;  ///< an array that a queue function or port names: a queue of its elements, and no variable
+  bool program = false;  ///< the one instance of a program that is called or read by name
 };
 
 /// The functions of queues (ir/queues.h).
@@ -230,6 +232,13 @@ struct Pou {
   bool has_made = false;  ///< functions were made from it
   /// The generic function that this one is made from; else kDeclared.
   std::uint32_t made_from = kDeclared;
+  /// An action: a body that runs on instances of this POU and works on its variables; it has none of its own. Else
+  /// kDeclared.
+  std::uint32_t owner = kDeclared;
+  /// Actions of a program or function block, by name, into Module::pous.
+  std::unordered_map<std::string, std::uint32_t, core::NameHash, core::NameEqual> actions = {};
+  /// A program that is called or read by name: the global that is its one instance; else kDeclared.
+  std::uint32_t instance = kDeclared;
   bool partial =
       false;  ///< parts of its body are left out (stubs, unconnected elements), with what they would read and write
   SourceRef at;
@@ -269,6 +278,7 @@ struct ProgramInstance {
   std::vector<InstanceWire> wires = {};
   std::vector<InitItem> initial = {};  ///< overrides of the program's initial values; paths begin at its variables
   std::vector<LocatedPart> located = {};
+  std::uint32_t global = Pou::kDeclared;  ///< the instance is this global, which others name; else it is the task's own
 };
 
 struct Task {
@@ -321,6 +331,17 @@ struct Module {
   std::map<std::uint32_t, std::vector<WrittenName>> written_names;  ///< by global; one for each name and POU
   Library library;  ///< declarations of libraries that the project may use
   NameSet refused;  ///< globals whose declaration was reported as wrong
+
+  /// The POU whose variables the body of `pou` names: of an action its owner.
+  [[nodiscard]] const Pou& owner_of(const Pou& pou) const {
+    return pou.owner == Pou::kDeclared ? pou : pous[pou.owner];
+  }
+  /// The POU that a kRun of `body` executes: an action or the body of a POU; nothing for a standard block.
+  [[nodiscard]] std::optional<std::uint32_t> pou_run_by(const Body& body, const Inst& run) const {
+    if (run.b != 0) return run.b - 1;
+    const Type& type = types[body.places[run.a].type];
+    return type.kind == TypeKind::kPou ? std::optional(type.pou) : std::nullopt;
+  }
 };
 
 }  // namespace plc::ir

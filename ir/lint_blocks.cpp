@@ -87,7 +87,9 @@ class Blocks {
     std::unordered_map<std::uint32_t, std::size_t> index;
     std::vector<Instance> instances;
     for (std::uint32_t i = 0; i < insts_.size(); ++i) {
-      if (insts_[i].op != Op::kRun || !b_.flow.reached[i] || !is_named(insts_[i].a)) continue;
+      // An action is no step of the block: calling it as often as one likes is what it is for.
+      if (insts_[i].op != Op::kRun || insts_[i].b != 0) continue;
+      if (!b_.flow.reached[i] || !is_named(insts_[i].a)) continue;
       const auto [it, fresh] = index.try_emplace(names[insts_[i].a], instances.size());
       if (fresh) instances.push_back({insts_[i].a, {}});
       instances[it->second].calls.push_back(i);
@@ -118,7 +120,7 @@ class Blocks {
   }
   [[nodiscard]] bool is_named(std::uint32_t id) const {
     const Place& p = root(id);
-    return !is_own(p) || is_visible(b_.pou.variables[p.index]);
+    return !is_own(p) || is_visible(b_.variable(p.index));
   }
   /// True when the call may mean another instance each time it runs.
   [[nodiscard]] bool varies(std::uint32_t id) const {
@@ -201,12 +203,13 @@ class Blocks {
   // ---- missing-preset ----
 
   void look_at_preset(const Instance& instance, std::uint32_t name, const stdlib::BlockSpec& block) {
+    if (!b_.module.owner_of(b_.pou).actions.empty()) return;  // another body of the POU may give it
     const std::uint32_t preset = field_index(block, "PT");
     const Place& variable = root(instance.place);
     if (preset == block.fields.size() || given(name, preset).something || !is_own(variable)) return;
     // Another name of the instance may be the one that gives it: an element by index, a handle.
     if (varies(instance.place) || place(instance.place).parent.valid() || given_out_.count(name) != 0) return;
-    if (!b_.pou.variables[variable.index].initial.empty()) return;
+    if (!b_.variable(variable.index).initial.empty()) return;
     add(Lint::kMissingPreset, instance.calls.front(),
         fmt::format("{} {} has no preset time: nobody gives PT", block.name, text(instance.place)),
         "it counts as T#0s; wire PT, or write PT := T#..");

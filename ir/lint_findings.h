@@ -38,9 +38,11 @@ class Findings {
 /// One body with its control flow, as the groups below see it.
 struct LintBody {
   const Module& module;
-  const Pou& pou;
+  const Pou& pou;  ///< may be an action
   const BodyFlow& flow;
 
+  /// Variable `index` of the POU, or of the one that the action belongs to.
+  [[nodiscard]] const Variable& variable(std::uint32_t index) const { return module.owner_of(pou).variables[index]; }
   [[nodiscard]] const Body& body() const { return pou.body; }
   [[nodiscard]] const Inst& inst(std::uint32_t index) const { return pou.body.insts[index]; }
   [[nodiscard]] const SourceRef& at(std::uint32_t index) const { return pou.body.sources[inst(index).source]; }

@@ -49,7 +49,7 @@ class Statements {
     const Place* p = &b_.body().places[place];
     while (p->parent.valid()) p = &b_.body().places[p->parent.index];
     const bool own = p->kind == Place::Kind::kInstance || p->kind == Place::Kind::kFrame;
-    return !own || is_visible(b_.pou.variables[p->index]);
+    return !own || is_visible(b_.variable(p->index));
   }
 
   // ---- unreachable ----

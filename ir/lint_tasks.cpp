@@ -58,9 +58,32 @@ std::string rate_monotonic(const std::vector<const Task*>& by_interval) {
   return text;
 }
 
+/// A program that its task runs and that another POU calls by its name.
+void look_at_programs(const Module& module, Findings& findings) {
+  for (const Task& task : module.tasks) {
+    for (const ProgramInstance& program : task.programs) {
+      if (program.global == Pou::kDeclared) continue;
+      for (const Pou& pou : module.pous) {
+        if (!findings.is_linted(pou)) continue;
+        const auto call = std::find_if(pou.body.insts.begin(), pou.body.insts.end(), [&](const Inst& inst) {
+          if (inst.op != Op::kRun || inst.b != 0) return false;
+          const Place& place = pou.body.places[inst.a];
+          return place.kind == Place::Kind::kGlobal && place.index == program.global;
+        });
+        if (call == pou.body.insts.end()) continue;
+        findings.add(Lint::kProgramTwice, pou.body.sources[call->source], pou.name,
+                     fmt::format("task {} runs program {}, and this calls it once more", task.name,
+                                 module.pous[program.pou].name),
+                     "its timers and counters see both calls: take it out of the task, or do not call it");
+      }
+    }
+  }
+}
+
 }  // namespace
 
 void lint_tasks(const Module& module, Findings& findings) {
+  look_at_programs(module, findings);
   std::vector<const Task*> tasks;  // by interval
   for (const Task& task : module.tasks) {
     if (task.single.empty() && task.period_ns > 0) tasks.push_back(&task);

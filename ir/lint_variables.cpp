@@ -31,10 +31,13 @@ class Usage {
 
   [[nodiscard]] Use variable(std::uint32_t pou, std::uint32_t index) const { return variables_[pou][index]; }
   [[nodiscard]] Use global(std::uint32_t index) const { return globals_[index]; }
-  /// What the body of `pou` itself does with the global.
+  /// Whether the body of `pou` or one of its actions uses the global itself.
   [[nodiscard]] bool uses(std::uint32_t pou, std::uint32_t global) const {
-    const auto& used = globals_of_[pou];
-    return std::binary_search(used.begin(), used.end(), global);
+    const auto in_body = [&](std::uint32_t body) {
+      return std::binary_search(globals_of_[body].begin(), globals_of_[body].end(), global);
+    };
+    const auto& actions = module_.pous[pou].actions;
+    return in_body(pou) || std::any_of(actions.begin(), actions.end(), [&](const auto& a) { return in_body(a.second); });
   }
 
  private:
@@ -110,8 +113,9 @@ class Usage {
       uses[place.parent.index] |= use;
     } else if (place.kind == Place::Kind::kGlobal) {
       add_global(pou, place.index, use);
-    } else if (place.kind != Place::Kind::kDeref) {
-      variables_[pou][place.index] |= use;
+    } else if (place.kind == Place::Kind::kInstance || place.kind == Place::Kind::kFrame) {
+      const std::uint32_t owner = module_.pous[pou].owner;
+      variables_[owner == Pou::kDeclared ? pou : owner][place.index] |= use;
     }
   }
 
@@ -138,7 +142,7 @@ class VariableLints {
       const Pou& pou = module_.pous[p];
       const bool unused_library = pou.from_library && !pou.compiled;
       whole = whole && (unused_library || pou.generic || (pou.compiled && !pou.stub && !pou.partial));
-      if (!findings_.is_linted(pou) || pou.partial || pou.body.insts.empty()) continue;
+      if (!findings_.is_linted(pou) || pou.partial || !is_written(pou)) continue;
       for (std::uint32_t v = 0; v < pou.variables.size(); ++v) {
         if (is_visible(pou.variables[v])) look_at_variable(p, v);
       }
@@ -149,6 +153,17 @@ class VariableLints {
   }
 
  private:
+  /// Whether something of the POU has instructions, and all of it is known.
+  [[nodiscard]] bool is_written(const Pou& pou) const {
+    bool any = !pou.body.insts.empty();
+    for (const auto& [name, index] : pou.actions) {
+      const Pou& action = module_.pous[index];
+      if (!action.compiled || action.stub) return false;
+      any = any || !action.body.insts.empty();
+    }
+    return any;
+  }
+
   void add(Lint lint, const Variable& v, std::string_view pou, std::string message, std::string help) {
     findings_.add(lint, v.at, pou, std::move(message), std::move(help));
   }
@@ -230,7 +245,7 @@ class VariableLints {
   void look_at_global(std::uint32_t index) {
     const Global& global = module_.globals[index];
     const Variable& v = global.variable;
-    if (global.from_library || !is_visible(v) || v.constant || !v.address.empty()) return;
+    if (global.from_library || global.program || !is_visible(v) || v.constant || !v.address.empty()) return;
     const Use use = usage_.global(index);
     const std::string name = quoted(global.list.empty() ? v.name : global.list + "." + v.name);
     if (use == 0) {
@@ -268,24 +283,30 @@ class VariableLints {
     }
     if (!runs) return;  // a library: everything is for others
     for (std::uint32_t p = 0; p < module_.pous.size(); ++p) {
-      for (const std::uint32_t callee : callees(module_, p)) used[callee] = true;
+      for (const std::uint32_t callee : callees(module_, p)) {
+        const std::uint32_t owner = module_.pous[callee].owner;
+        used[owner == Pou::kDeclared ? callee : owner] = true;
+      }
     }
     // Types of instances that are declared, wherever they are inside arrays and structures.
     std::vector<bool> seen(module_.types.size());
     for (const Pou& pou : module_.pous) {
       for (const Variable& v : pou.variables) mark_instances(v.type, seen, used);
     }
-    for (const Global& global : module_.globals) mark_instances(global.variable.type, seen, used);
+    for (const Global& global : module_.globals) {
+      if (!global.program) mark_instances(global.variable.type, seen, used);
+    }
     constexpr std::size_t kNamed = 8;
     const Pou* first = nullptr;
     std::string names;
     std::size_t count = 0;
     for (std::uint32_t p = 0; p < module_.pous.size(); ++p) {
       const Pou& pou = module_.pous[p];
-      if (used[p] || pou.from_library || !findings_.is_linted(pou)) continue;
+      if (used[p] || pou.from_library || pou.owner != Pou::kDeclared || !findings_.is_linted(pou)) continue;
       if (pou.kind == PouKind::kProgram) {
-        findings_.add(Lint::kUnusedPou, pou.at, pou.name, fmt::format("no task runs program {}", quoted(pou.name)),
-                      "give a task an instance of it, or delete it");
+        findings_.add(Lint::kUnusedPou, pou.at, pou.name,
+                      fmt::format("no task runs program {}, and nothing calls it", quoted(pou.name)),
+                      "give a task an instance of it, call it by its name, or delete it");
         continue;
       }
       if (first == nullptr) first = &pou;

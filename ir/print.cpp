@@ -30,7 +30,9 @@ std::string place_text(const Module& module, const Pou& pou, PlaceId place, bool
     }
     case Place::Kind::kInstance:
     case Place::Kind::kFrame:
-      return pou.variables[p.index].name;
+      return module.owner_of(pou).variables[p.index].name;
+    case Place::Kind::kSelf:
+      return module.owner_of(pou).name;
     case Place::Kind::kDeref: {
       const Inst& inst = pou.body.insts[p.index];
       if (inst.op == Op::kLoad || inst.op == Op::kMakeRef) return place_text(module, pou, PlaceId{inst.a}, value_ids);
@@ -163,7 +165,7 @@ class Printer {
 
   void pou(const Pou& p) {
     static constexpr std::string_view kWords[] = {"PROGRAM", "FUNCTION_BLOCK", "FUNCTION"};
-    line("{} {}{}{}", kWords[static_cast<std::size_t>(p.kind)], p.name,
+    line("{} {}{}{}", p.owner == Pou::kDeclared ? kWords[static_cast<std::size_t>(p.kind)] : "ACTION", p.name,
          p.return_type.valid() ? " : " + module_.types.name_of(p.return_type) : "", p.stub ? " [stub]" : "");
     for (const Variable& v : p.variables) line("  {} {}", role_word(v.role), variable(v));
     for (std::uint32_t i = 0; i < p.body.insts.size(); ++i) instruction(p, i);
@@ -207,7 +209,7 @@ class Printer {
       case Op::kCallPou:
         return "call " + module_.pous[inst.a].name + call_arguments(p, inst);
       case Op::kRun:
-        return "run " + place(inst.a);
+        return "run " + place(inst.a) + (inst.b == 0 ? "" : ", action " + module_.pous[inst.b - 1].name);
       case Op::kLabel:
         return fmt::format("L{}:", inst.a);
       case Op::kJump:

@@ -140,13 +140,13 @@ bool connect_queue(Builder& builder, PlaceId instance, std::uint32_t variable, P
     return refuse("is a queue, and the instance is no variable of this POU",
                   "declare the instance in the program or function block that calls it");
   }
-  for (const QueuePort& port : builder.pou().queue_ports) {
+  for (const QueuePort& port : module.pous[builder.pou_index()].queue_ports) {
     if (port.instance != instance || port.variable != variable) continue;
     if (port.global == *global) return true;
     return refuse(fmt::format("is connected to queue \"{}\" elsewhere", module.globals[port.global].variable.name),
                   "a port has one queue");
   }
-  builder.pou().queue_ports.push_back({instance, variable, *global});
+  module.pous[builder.pou_index()].queue_ports.push_back({instance, variable, *global});
   return true;
 }
 

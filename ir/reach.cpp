@@ -15,9 +15,7 @@ const Place& root_of(const Body& body, PlaceId place) {
 
 std::optional<std::uint32_t> callee_of(const Module& module, const Body& body, const Inst& inst) {
   if (inst.op == Op::kCallPou) return inst.a;
-  if (inst.op != Op::kRun) return std::nullopt;
-  const Type& type = module.types[body.places[inst.a].type];
-  return type.kind == TypeKind::kPou ? std::optional(type.pou) : std::nullopt;
+  return inst.op == Op::kRun ? module.pou_run_by(body, inst) : std::nullopt;
 }
 
 std::vector<std::uint32_t> callees(const Module& module, std::uint32_t pou) {
@@ -137,12 +135,12 @@ void add_targets(const Module& module, TypeRef type, std::vector<bool>& seen, st
 }
 
 /// Whether `place` is what a variable of the POU got as VAR_IN_OUT: its caller, in the same task, has named it.
-bool is_in_out(const Pou& pou, const Place& place) {
+bool is_in_out(const Module& module, const Pou& pou, const Place& place) {
   const Inst& made = pou.body.insts[place.index];
   if (made.op != Op::kLoad) return false;
   const Place& from = pou.body.places[made.a];
   const bool variable = from.kind == Place::Kind::kInstance || from.kind == Place::Kind::kFrame;
-  return variable && pou.variables[from.index].role == Role::kInOut;
+  return variable && module.owner_of(pou).variables[from.index].role == Role::kInOut;
 }
 
 /// By value: whether it is a handle for a VAR_IN_OUT that ends with the call. Those of instances that other tasks may
@@ -176,7 +174,7 @@ void add_global_use(const Module& module, const Pou& pou, const SharedReferences
   for_each_access(pou.body, [&](const Inst& inst, std::uint32_t place, bool read, bool written) {
     const Place& root = root_of(pou.body, PlaceId{place});
     if (root.kind == Place::Kind::kGlobal) mark(inst, root.index, read, written);
-    if (root.kind != Place::Kind::kDeref || shared.globals.empty() || is_in_out(pou, root)) return;
+    if (root.kind != Place::Kind::kDeref || shared.globals.empty() || is_in_out(module, pou, root)) return;
     const std::uint32_t type = root.type.index;
     if (!(read && !through.read[type]) && !(written && !through.written[type])) return;
     through.read[type] = through.read[type] || read;
@@ -215,7 +213,7 @@ SharedReferences shared_references(const Module& module) {
       const std::uint32_t target = pou.body.places[inst.a].type.index;
       if (root.kind == Place::Kind::kGlobal) reached[kind][target].insert(root.index);
       if (root.kind != Place::Kind::kDeref) continue;
-      derived.emplace(is_in_out(pou, root) ? kInOut : kReference, root.type.index, kind, target);
+      derived.emplace(is_in_out(module, pou, root) ? kInOut : kReference, root.type.index, kind, target);
     }
   }
   for (bool grows = true; grows;) {
@@ -248,6 +246,10 @@ GlobalUse global_use(const Module& module, const Task& task, const SharedReferen
     add_global_use(module, module.pous[pou], shared, use, through);
   }
   for (const ProgramInstance& program : task.programs) {
+    if (program.global != Pou::kDeclared) {
+      use.read[program.global] = true;
+      use.write(program.global, program.at);
+    }
     for (const InstanceWire& wire : program.wires) {
       if (wire.output) use.write(wire.global, program.at);
       if (!wire.output) use.read[wire.global] = true;

@@ -24,7 +24,7 @@ void object_oriented(Reader& r, const Tag& tag) {
 }
 
 void chart_part(Reader& r, const Tag& tag) {
-  if (!r.pous.empty()) r.pous.back()->pou.has_actions = true;
+  if (!r.pous.empty()) r.pous.back()->pou.has_chart = true;
   report_chart(r, tag);
 }
 
@@ -227,7 +227,7 @@ constexpr Rule kRules[] = {
     refused(State::kXPou, "Method", kReasonOop, object_oriented),
     refused(State::kXPou, "Extends", kReasonOop, object_oriented),
     refused(State::kXPou, "Implements", kReasonOop, object_oriented),
-    refused(State::kXPou, "Action", kReasonSfc, chart_part),
+    anchored(State::kXPou, "Action", State::kXMainBody, start_pou_action, close_pou_action),
     refused(State::kXPou, "Transition", kReasonSfc, chart_part),
     used(State::kXPou, "AddData", State::kXAddData),
     preserved(State::kXPou, "Documentation", State::kFormatted, kReasonKept, start_text, pou_note),

@@ -222,7 +222,8 @@ struct Pou {
   TypeSpec return_type;             ///< functions; kMissing otherwise
   std::vector<Variable> variables;  ///< all sections, in file order
   std::vector<Body> bodies;         ///< usually one
-  bool has_actions = false;         ///< actions or transitions of SFC are present
+  std::vector<Pou> actions;         ///< bodies that run on its instances; an action has a name and bodies, no more
+  bool has_chart = false;           ///< parts of a sequential function chart are present
   bool from_library = false;        ///< brought by --lib: compiled when something uses it, not looked at by lint
   std::uint64_t taskblock = 0;      ///< declares a taskblock: hash of its declaration; 0 = it does not
   std::string documentation;

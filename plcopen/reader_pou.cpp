@@ -38,9 +38,9 @@ void start_code(Reader& r, const Tag& tag) {
   begin_code(r, tag);
 }
 
-void action(Reader& r, const Tag& tag) {
+void transition(Reader& r, const Tag& tag) {
   if (r.pous.empty()) return;
-  r.pous.back()->pou.has_actions = true;
+  r.pous.back()->pou.has_chart = true;
   report_chart(r, tag);
 }
 
@@ -96,8 +96,12 @@ constexpr Rule kRules[] = {
     used(State::kInterface, "addData", State::kAddData),
     ignored(State::kInterface, "documentation", kReasonNote),
 
-    refused(State::kActions, "action", kReasonSfc, action),
-    refused(State::kActions, "transition", kReasonSfc, action),
+    anchored(State::kActions, "action", State::kPouAction, start_pou_action, close_pou_action),
+    refused(State::kActions, "transition", kReasonSfc, transition),
+
+    anchored(State::kPouAction, "body", State::kBody, start_body, close_body),
+    used(State::kPouAction, "addData", State::kAddData),
+    preserved(State::kPouAction, "documentation", State::kFormatted, kReasonKept, start_text, pou_note),
 
     used(State::kBody, "LD", State::kDrawing, start_drawing<Language::kLd>),
     used(State::kBody, "FBD", State::kDrawing, start_drawing<Language::kFbd>),
@@ -161,6 +165,30 @@ void close_pou(Reader& r) {
   r.pous.pop_back();
 }
 
+void start_pou_action(Reader& r, const Tag& tag) {
+  const PouKind kind = r.pous.empty() ? PouKind::kProgram : r.pous.back()->pou.kind;
+  open_pou(r, tag, kind);
+  r.pous.back()->is_action = true;
+}
+
+void close_pou_action(Reader& r) {
+  const std::unique_ptr<PouFrame> frame = std::move(r.pous.back());
+  r.pous.pop_back();
+  if (frame->pou.name.empty()) return;  // said so
+  if (!r.pous.empty()) {
+    r.pous.back()->pou.actions.push_back(std::move(frame->pou));
+    return;
+  }
+  // The path ends with the POU and the action itself.
+  const std::size_t depth = frame->path.size();
+  r.loose_actions.push_back({depth < 2 ? std::string() : frame->path[depth - 2], std::move(frame->pou)});
+}
+
+void path_structure(Reader& r, const Tag& tag) {
+  if (r.pous.empty() || !r.pous.back()->is_action) return;
+  r.pous.back()->path.emplace_back(core::trimmed(tag.attributes.get(Attr::kName)));
+}
+
 void open_body(Reader& r, const Tag& tag) {
   auto frame = std::make_unique<BodyFrame>();
   frame->body.at = tag.at;
@@ -187,8 +215,11 @@ void set_language(Reader& r, const Tag& tag, Language language) {
 }
 
 void report_chart(Reader& r, const Tag& tag) {
-  if (r.pous.empty() || std::exchange(r.pous.back()->chart_reported, true)) return;
-  r.report(core::Code::P1016, tag.at, "sequential function chart, its steps, actions and transitions are not executed",
+  if (r.pous.empty()) return;
+  // Once for a POU and its actions.
+  const std::size_t owner = r.pous.back()->is_action && r.pous.size() > 1 ? 2 : 1;
+  if (std::exchange(r.pous[r.pous.size() - owner]->chart_reported, true)) return;
+  r.report(core::Code::P1016, tag.at, "sequential function chart, its steps and transitions are not executed",
            "write the sequence as ST or as a diagram");
 }
 

@@ -13,11 +13,16 @@ void start_pou(Reader& r, const Tag& tag);
 /// Begins a POU named by the tag; close_pou() checks it and adds it to the project.
 void open_pou(Reader& r, const Tag& tag, PouKind kind);
 void close_pou(Reader& r);
+/// An action of the open POU, or outside of all POUs; close_pou_action() adds it to its POU.
+void start_pou_action(Reader& r, const Tag& tag);
+void close_pou_action(Reader& r);
+/// One step of the path in the project tree, by which an action outside of the POUs says where it belongs.
+void path_structure(Reader& r, const Tag& tag);
 /// Begins a body; close_body() checks it and adds it to the open POU.
 void open_body(Reader& r, const Tag& tag);
 void close_body(Reader& r);
 void set_language(Reader& r, const Tag& tag, Language language);
-/// P1016, once per POU.
+/// P1016, once per POU with its actions.
 void report_chart(Reader& r, const Tag& tag);
 /// Begins the text of an ST or IL body that is open.
 void begin_code(Reader& r, const Tag& tag);

@@ -134,8 +134,9 @@ bool Reader::open_document(std::string_view name, std::string_view uri, const So
 }
 
 void Reader::report(core::Code code, const SourceRef& at, std::string message, std::string help) {
-  diagnostics_.report(code, at, pous.empty() ? std::string_view() : std::string_view(pous.back()->pou.name),
-                      std::move(message), std::move(help));
+  std::string name = pous.empty() ? std::string() : pous.back()->pou.name;
+  if (pous.size() > 1 && pous.back()->is_action) name = pous[pous.size() - 2]->pou.name + "." + name;
+  diagnostics_.report(code, at, name, std::move(message), std::move(help));
 }
 
 void Reader::note_extent(const std::string& name, const SourceRef& begin) {
@@ -252,6 +253,20 @@ void Reader::finish() {
     diagnostics_.report(core::Code::P1012, pou.at, pou.name,
                         fmt::format("POU \"{}\" is declared twice, first at line {}", pou.name, it->second->at.line),
                         "rename or remove one of them");
+  }
+  for (LooseAction& loose : loose_actions) {
+    const auto owner = std::find_if(project.pous.begin(), project.pous.end(),
+                                    [&](const Pou& pou) { return core::iequals(pou.name, loose.owner); });
+    if (owner != project.pous.end()) {
+      owner->actions.push_back(std::move(loose.action));
+      continue;
+    }
+    diagnostics_.report(core::Code::P1018, loose.action.at, loose.action.name,
+                        loose.owner.empty()
+                            ? fmt::format("action \"{}\" does not say which POU it belongs to", loose.action.name)
+                            : fmt::format("action \"{}\" belongs to \"{}\", which is no POU of this file",
+                                          loose.action.name, loose.owner),
+                        "nothing can call it: export it together with its POU");
   }
   project.report = account_.take_rows();
 }

@@ -65,6 +65,14 @@ struct PouFrame {
   std::vector<std::int32_t> body_orders;  ///< evaluationOrder of each finished body
   bool body_seen = false;
   bool chart_reported = false;
+  bool is_action = false;
+  std::vector<std::string> path;  ///< of an action that stands outside its POU: names in the project tree, root first
+};
+
+/// An action that stands beside the POUs (CODESYS and its kin), with the name of the POU it belongs to.
+struct LooseAction {
+  std::string owner;
+  Pou action;
 };
 
 struct ResourceFrame {
@@ -121,6 +129,7 @@ class Reader final : public XmlHandler {
   std::vector<std::unique_ptr<Configuration>> configurations;
   std::vector<std::unique_ptr<ResourceFrame>> resources;
   std::vector<std::unique_ptr<Task>> tasks;
+  std::vector<LooseAction> loose_actions;
 
  private:
   struct Frame {

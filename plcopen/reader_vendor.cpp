@@ -36,18 +36,13 @@ void plain_declaration(Reader& r) {
     declaration.owner = r.pous.back()->pou.name;
   }
   declaration.text = r.take_text(&declaration.at);
+  if (!r.pous.empty() && r.pous.back()->is_action) return;  // an action declares nothing
   r.project.declarations.push_back(std::move(declaration));
 }
 
 void object_oriented(Reader& r, const Tag& tag) {
   r.report(core::Code::P1015, tag.at, "methods, properties, interfaces and inheritance are not executed",
            "write the method as a function block or a function");
-}
-
-void vendor_action(Reader& r, const Tag& tag) {
-  if (r.pous.empty()) return;
-  r.pous.back()->pou.has_actions = true;
-  report_chart(r, tag);
 }
 
 constexpr Rule editor_data(std::string_view ending) {
@@ -78,6 +73,8 @@ constexpr Rule kRules[] = {
     vendor_data("/interface"),
     vendor_data("/pouinheritance"),
     vendor_data("/action"),
+    vendor_data("/actions"),
+    vendor_data("/pathstructure"),
     editor_data("/objectid"),
     editor_data("/projectstructure"),
     editor_data("/projectinformation"),
@@ -110,8 +107,11 @@ constexpr Rule kRules[] = {
     refused(State::kVendor, "Property", kReasonOop, object_oriented),
     refused(State::kVendor, "Interface", kReasonOop, object_oriented),
     refused(State::kVendor, "Inheritance", kReasonOop, object_oriented),
-    refused(State::kVendor, "action", kReasonSfc, vendor_action),
-    refused(State::kVendor, "Action", kReasonSfc, vendor_action),
+    used(State::kVendor, "actions", State::kActions),
+    used(State::kVendor, "Actions", State::kActions),
+    anchored(State::kVendor, "action", State::kPouAction, start_pou_action, close_pou_action),
+    anchored(State::kVendor, "Action", State::kPouAction, start_pou_action, close_pou_action),
+    used(State::kVendor, "pathStructure", State::kVendor, path_structure),
     ignored(State::kVendor, "Watchdog", "the runtime has its own watchdog", State::kVendor),
     ignored(State::kVendor, "*", kReasonEditor, State::kVendor),
 };

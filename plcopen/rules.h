@@ -35,6 +35,7 @@ class Reader;
   X(Values, "arrayValue, structValue")                                       \
   X(Pous, "pous")                                                            \
   X(Pou, "pou")                                                              \
+  X(PouAction, "actions/action")                                             \
   X(Interface, "interface")                                                  \
   X(VarList, "a variable list (localVars, inputVars, globalVars, ..)")       \
   X(AccessVars, "accessVars")                                                \

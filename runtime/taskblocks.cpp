@@ -148,6 +148,15 @@ core::Result<std::unique_ptr<Taskblocks>> Taskblocks::make(const Image& image, s
   std::byte* const instance = table.data() + table.layout().instance;
   if (auto problem = for_each_instance(image, image.pous[body].instance_type, instance, {}, add)) return *problem;
   made->connect(image, image.pous[body].instance_type, instance, queues);
+  // A program that is called by name is a global.
+  for (const FieldRange& range : exchanged_ranges(image, body)) {
+    if (!range.exported) continue;
+    for (std::uint32_t f = range.first; f < range.first + range.count; ++f) {
+      const ImageField& field = globals.fields[f];
+      if (image.types[field.type].kind >= TypeKind::kArray)
+        made->connect(image, field.type, table.data() + field.offset, queues);
+    }
+  }
   if (auto problem = made->check_queues()) return *problem;
   return made;
 }
@@ -200,7 +209,7 @@ std::optional<core::Problem> Taskblocks::add(const Image& image, const ImageBloc
   return {};
 }
 
-// Globals have no wires: these lead from variable to variable of one instance.
+// Wires lead from variable to variable of one instance.
 void Taskblocks::connect(const Image& image, std::uint32_t type, std::byte* at, std::span<QueueEnd> queues) {
   const ImageType& t = image.types[type];
   for (const bytecode::ImagePou& pou : image.pous) {

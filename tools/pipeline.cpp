@@ -4,6 +4,7 @@
 #include <malloc.h>
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <fstream>
 #include <iterator>
 #include <span>
@@ -65,9 +66,15 @@ class Lowering {
     for (std::uint32_t i = 0; i < project.pous.size() && request_.options.stub_missing; ++i) {
       const plcopen::Language language = language_of(project.pous[i]);
       module.pous[i].stub = language == plcopen::Language::kIl || language == plcopen::Language::kSfc;
+      for (const auto& [name, action] : module.pous[i].actions) module.pous[action].stub = !compiles(action_of(action));
     }
     for (std::uint32_t i = 0; i < project.pous.size(); ++i) {
       if (!project.pous[i].from_library) lower(i);
+    }
+    // Those that are not compiled yet are no error until something calls them.
+    for (std::uint32_t i = 0; i < module.pous.size(); ++i) {
+      const bool own = module.pous[i].owner != ir::Pou::kDeclared && !module.pous[i].from_library;
+      if (own && (request_.options.stub_missing || compiles(action_of(i)))) lower(i);
     }
     // What a library has beyond that is not compiled, and its problems are nobody's.
     for (const ir::Task& task : module.tasks) {
@@ -96,6 +103,21 @@ class Lowering {
   }
 
  private:
+  static bool compiles(const plcopen::Pou& pou) {
+    const plcopen::Language language = language_of(pou);
+    return language != plcopen::Language::kIl && language != plcopen::Language::kSfc;
+  }
+
+  /// What the file says of action `index` of the module.
+  plcopen::Pou& action_of(std::uint32_t index) {
+    const ir::Pou& action = compilation_.module->pous[index];
+    std::vector<plcopen::Pou>& all = compilation_.project->pous[action.owner].actions;
+    return *std::find_if(all.begin(), all.end(), [&](const plcopen::Pou& one) {
+      const auto known = compilation_.module->pous[action.owner].actions.find(one.name);
+      return known != compilation_.module->pous[action.owner].actions.end() && known->second == index;
+    });
+  }
+
   void lower_reached() {
     while (!reached_.empty()) {
       const std::uint32_t pou = reached_.back();
@@ -113,7 +135,8 @@ class Lowering {
     if (made.queue_call) return;  // its body is one instruction, made with the code
     reached_.push_back(index);
     const bool declared = made.made_from == ir::Pou::kDeclared;
-    plcopen::Pou& pou = compilation_.project->pous[declared ? index : made.made_from];
+    plcopen::Pou& pou = made.owner != ir::Pou::kDeclared ? action_of(index)
+                                                         : compilation_.project->pous[declared ? index : made.made_from];
     const std::size_t problems = compilation_.diagnostics.all().size();
     const std::size_t errors = compilation_.diagnostics.error_count();
     const auto part = compilation_.module->library.at(made.at);
@@ -169,26 +192,25 @@ class Lowering {
       case plcopen::Language::kIl:
       case plcopen::Language::kSfc:
         ++texts_;
-        not_compiled(pou);
+        not_compiled(pou, index);
         return;
     }
   }
 
-  void not_compiled(const plcopen::Pou& pou) {
+  void not_compiled(const plcopen::Pou& pou, std::uint32_t index) {
     core::SourceRef at = pou.bodies.empty() ? pou.at : pou.bodies.front().at;
     if (at.line == 0) at = pou.at;
-    const char* language = plcopen::language_name(language_of(pou));
+    const ir::Pou& made = compilation_.module->pous[index];
+    const std::string what =
+        fmt::format("{} \"{}\" is written in {}",
+                    made.owner == ir::Pou::kDeclared ? plcopen::pou_kind_name(pou.kind) : "action", made.name,
+                    plcopen::language_name(language_of(pou)));
     if (request_.options.stub_missing) {
-      compilation_.diagnostics.report(
-          Code::P5102, at, pou.name,
-          fmt::format("{} \"{}\" is written in {}: a stub that does nothing runs in its place",
-                      plcopen::pou_kind_name(pou.kind), pou.name, language),
-          "write it in LD, FBD or ST before it runs a plant");
+      compilation_.diagnostics.report(Code::P5102, at, made.name, what + ": a stub that does nothing runs in its place",
+                                      "write it in LD, FBD or ST before it runs a plant");
       return;
     }
-    compilation_.diagnostics.report(Code::P5101, at, pou.name,
-                                    fmt::format("{} \"{}\" is written in {}, which is not compiled yet",
-                                                plcopen::pou_kind_name(pou.kind), pou.name, language),
+    compilation_.diagnostics.report(Code::P5101, at, made.name, what + ", which is not compiled yet",
                                     "write it in LD, FBD or ST, or run the rest with --stub-missing");
   }
 

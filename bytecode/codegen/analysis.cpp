@@ -227,7 +227,7 @@ class Analyser {
     if (!out_.places[place].is_static()) return kUnset;
     // The handle of an in-out stays the same while the body runs.
     const bool variable = p.kind == Place::Kind::kInstance || p.kind == Place::Kind::kFrame;
-    if (variable && pou_.variables[p.index].role == ir::Role::kInOut) return kUnset;
+    if (variable && module_.owner_of(pou_).variables[p.index].role == ir::Role::kInOut) return kUnset;
     std::uint32_t next = next_world_;
     if (!module_.types.rep_of(p.type)) next = std::min(next, next_any_[out_.places[place].root]);
     for (ir::PlaceId at{place}; at.valid(); at = body_.places[at.index].parent) {

@@ -155,6 +155,9 @@ class BodyGenerator final : private RecordSink {
         case Place::Kind::kFrame:
           place_words_[p] = operand_word(Space::kFrame, layout.offset[place.index]);
           break;
+        case Place::Kind::kSelf:
+          place_words_[p] = operand_word(Space::kInstance, 0);
+          break;
         case Place::Kind::kDeref:
           break;
         case Place::Kind::kField:
@@ -199,17 +202,19 @@ class BodyGenerator final : private RecordSink {
     }
   }
 
-  /// VAR_TEMP of programs and function blocks starts anew in every execution.
+  /// VAR_TEMP of programs and function blocks starts anew in every execution. Where actions share it, it lies in the
+  /// instance.
   void initialise_temps() {
     if (pou_.kind == ir::PouKind::kFunction) return;
     for (std::uint32_t i = 0; i < pou_.variables.size(); ++i) {
       const ir::Variable& v = pou_.variables[i];
-      if (!v.in_frame || v.role == ir::Role::kExternal) continue;
+      if (v.role != ir::Role::kTemp) continue;
       const std::uint32_t type = image_type(v.type);
       std::vector<std::byte> bytes(size_of(type));
       shared_.layout.initialise(v, bytes.data());
       writer_.source(v.at);
-      move(v.type, operand_word(Space::kFrame, shared_.layout.pou(pou_index_).offset[i]),
+      move(v.type,
+           operand_word(v.in_frame ? Space::kFrame : Space::kInstance, shared_.layout.pou(pou_index_).offset[i]),
            shared_.constants.word(type, bytes));
     }
   }
@@ -687,9 +692,9 @@ class BodyGenerator final : private RecordSink {
   }
 
   void run_block(const Inst& inst) {
-    const ir::TypeRef type = type_of_place(inst.a);
-    const bool pou = types_[type].kind == ir::TypeKind::kPou && shared_.module.pous[types_[type].pou].taskblock == 0;
-    const std::uint32_t what = pou ? shared_.image_pou[types_[type].pou] : shared_.block(type);
+    const auto executed = shared_.module.pou_run_by(body_, inst);
+    const bool pou = executed && shared_.module.pous[*executed].taskblock == 0;
+    const std::uint32_t what = pou ? shared_.image_pou[*executed] : shared_.block(type_of_place(inst.a));
     if (is_static(inst.a)) {
       writer_.op(pou ? Opcode::kCallPou : Opcode::kRunTb, {what, place_words_[inst.a]});
     } else {

@@ -98,7 +98,8 @@ std::optional<Image> generate(const ir::Module& module, core::Diagnostics& diagn
     const ir::Pou& pou = module.pous[order[i]];
     ImagePou& out = image.pous[i];
     out.name = pou.name;
-    out.kind = kind_of(pou.kind);
+    // An action is called like a function block, on an instance of its owner.
+    out.kind = pou.owner == ir::Pou::kDeclared ? kind_of(pou.kind) : PouKind::kFunctionBlock;
     out.instance_type = layout.pou(order[i]).instance_type;
     if (layout.too_large()) return too_large("an instance of " + pou.name);
     out.instance_initial = layout.instance_initial(order[i]);

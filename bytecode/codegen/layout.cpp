@@ -314,6 +314,7 @@ const PouLayout& Layout::pou(std::uint32_t index) {
   if (pous_.size() < module_.pous.size()) pous_.resize(module_.pous.size());
   if (pous_[index]) return *pous_[index];
   const ir::Pou& pou = module_.pous[index];
+  if (pou.owner != ir::Pou::kDeclared) return this->pou(pou.owner);
   if (pou.instance_type.valid()) {
     type(pou.instance_type);
   } else {
@@ -328,6 +329,7 @@ const PouLayout& Layout::pou(std::uint32_t index) {
 
 void Layout::lay_out_frame(std::uint32_t index, StructBuilder& frame) {
   pou(index);
+  if (module_.pous[index].owner != ir::Pou::kDeclared) return;
   PouLayout& layout = *pous_[index];
   const ir::Pou& p = module_.pous[index];
   for (std::uint32_t i = 0; i < p.variables.size(); ++i) {
@@ -470,6 +472,7 @@ std::uint32_t Layout::walk(ir::TypeRef& at, std::span<const std::uint32_t> path)
 const std::vector<std::byte>& Layout::instance_initial(std::uint32_t index) {
   if (instance_initial_.size() < module_.pous.size()) instance_initial_.resize(module_.pous.size());
   if (instance_initial_[index]) return *instance_initial_[index];
+  if (module_.pous[index].owner != ir::Pou::kDeclared) return instance_initial(module_.pous[index].owner);
   const PouLayout& layout = pou(index);
   std::vector<std::byte> bytes(image_.types[layout.instance_type].size);
   const ir::Pou& p = module_.pous[index];

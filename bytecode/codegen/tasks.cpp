@@ -159,8 +159,7 @@ class TaskGenerator {
     for (std::size_t p = 0; p < task_.programs.size(); ++p) {
       writer.source(task_.programs[p].at);
       connect(writer, p, false);
-      writer.op(Opcode::kCallPou,
-                {shared_.image_pou[task_.programs[p].pou], operand_word(Space::kInstance, offsets_[p])});
+      writer.op(Opcode::kCallPou, {shared_.image_pou[task_.programs[p].pou], word_in(p, 0)});
       connect(writer, p, true);
     }
     writer.source(task_.at);
@@ -205,14 +204,20 @@ class TaskGenerator {
     }
   }
 
+  /// What begins `offset` bytes behind the start of program `p`.
+  [[nodiscard]] std::uint32_t word_in(std::size_t p, std::uint32_t offset) const {
+    const std::uint32_t global = task_.programs[p].global;
+    if (global == ir::Pou::kDeclared) return operand_word(Space::kInstance, offsets_[p] + offset);
+    return operand_word(Space::kGlobal, shared_.global_offset[global] + offset);
+  }
+
   /// Inputs take the values of their globals, or outputs give theirs.
   void connect(CodeWriter& writer, std::size_t p, bool outputs) {
     const ir::ProgramInstance& program = task_.programs[p];
     for (const ir::InstanceWire& wire : program.wires) {
       if (wire.output != outputs) continue;
       const std::uint32_t type = shared_.layout.type(shared_.module.globals[wire.global].variable.type);
-      const std::uint32_t own =
-          operand_word(Space::kInstance, offsets_[p] + shared_.layout.pou(program.pou).offset[wire.variable]);
+      const std::uint32_t own = word_in(p, shared_.layout.pou(program.pou).offset[wire.variable]);
       const std::uint32_t other = operand_word(Space::kGlobal, shared_.global_offset[wire.global]);
       writer.op(Opcode::kCopy, {outputs ? other : own, outputs ? own : other, type});
     }
@@ -242,6 +247,10 @@ class TaskGenerator {
   void lay_out(ImagePou& out) {
     StructBuilder fields;
     for (const ir::ProgramInstance& program : task_.programs) {
+      if (program.global != ir::Pou::kDeclared) {
+        offsets_.push_back(kNoIndex);
+        continue;
+      }
       ImageField field;
       field.name = program.name;
       field.retain = program.retain;
@@ -260,6 +269,7 @@ class TaskGenerator {
     shared_.image.types.push_back(std::move(instance));
     out.instance_type = static_cast<std::uint32_t>(shared_.image.types.size() - 1);
     for (std::size_t p = 0; p < task_.programs.size() && fits; ++p) {
+      if (task_.programs[p].global != ir::Pou::kDeclared) continue;
       const std::vector<std::byte>& fresh = shared_.layout.instance_initial(task_.programs[p].pou);
       std::byte* const to = out.instance_initial.data() + offsets_[p];
       if (!fresh.empty()) std::memcpy(to, fresh.data(), fresh.size());

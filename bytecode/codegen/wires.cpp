@@ -12,10 +12,11 @@ using ir::Place;
 class Finder {
  public:
   Finder(const ir::Module& module, const ir::Pou& pou, const Analysis& analysis)
-      : module_(module), body_(pou.body), analysis_(analysis) {}
+      : module_(module), pou_(pou), body_(pou.body), analysis_(analysis) {}
 
   std::vector<Wire> find() {
     std::vector<Wire> wires;
+    if (pou_.owner != ir::Pou::kDeclared || !pou_.actions.empty()) return wires;  // other bodies may run the block too
     for (std::uint32_t run = 0; run < body_.insts.size(); ++run) {
       const Inst& inst = body_.insts[run];
       if (inst.op != Op::kRun || !is_taskblock(inst.a) || !in_instance(inst.a)) continue;
@@ -82,6 +83,7 @@ class Finder {
   }
 
   const ir::Module& module_;
+  const ir::Pou& pou_;
   const ir::Body& body_;
   const Analysis& analysis_;
 };

@@ -79,6 +79,18 @@ void print_body(const plcopen::Body& body, core::Order rule) {
   }
 }
 
+void print_bodies(const char* kind, const std::string& name, const std::vector<plcopen::Body>& bodies,
+                  core::Order rule) {
+  for (const plcopen::Body& body : bodies) {
+    std::cout << fmt::format("\n{} {} ({})\n", kind, name, plcopen::language_name(body.language));
+    if (body.language == plcopen::Language::kLd || body.language == plcopen::Language::kFbd) {
+      print_body(body, rule);
+    } else if (body.language != plcopen::Language::kNone) {
+      std::cout << "  executes as written: only drawings need an order\n";
+    }
+  }
+}
+
 int explain_file(const Explain& explain, const std::vector<std::string>& libraries) {
   Compilation compilation;
   if (is_image_path(explain.subject)) {
@@ -96,16 +108,14 @@ int explain_file(const Explain& explain, const std::vector<std::string>& librari
   std::string names;
   for (const plcopen::Pou& pou : compilation.project->pous) {
     names += (names.empty() ? "" : ", ") + pou.name;
-    if (!explain.pou.empty() && !core::iequals(pou.name, explain.pou)) continue;
-    found = true;
-    for (const plcopen::Body& body : pou.bodies) {
-      std::cout << fmt::format("\n{} {} ({})\n", plcopen::pou_kind_name(pou.kind), pou.name,
-                               plcopen::language_name(body.language));
-      if (body.language == plcopen::Language::kLd || body.language == plcopen::Language::kFbd) {
-        print_body(body, explain.options.order);
-      } else if (body.language != plcopen::Language::kNone) {
-        std::cout << "  executes as written: only drawings need an order\n";
-      }
+    const bool all = explain.pou.empty() || core::iequals(pou.name, explain.pou);
+    if (all) print_bodies(plcopen::pou_kind_name(pou.kind), pou.name, pou.bodies, explain.options.order);
+    found = found || all;
+    for (const plcopen::Pou& action : pou.actions) {
+      const std::string name = pou.name + "." + action.name;
+      if (!all && !core::iequals(name, explain.pou)) continue;
+      found = true;
+      print_bodies("action", name, action.bodies, explain.options.order);
     }
   }
   if (!found && !explain.pou.empty()) {
@@ -142,7 +152,7 @@ void add_explain(CLI::App& app, int& exit_code) {
       "\n"
       "Examples:\n"
       "  plc explain plant.xml                    all POUs\n"
-      "  plc explain plant.xml Main               one POU\n"
+      "  plc explain plant.xml Main               one POU with its actions; Main.Start: one action\n"
       "  plc explain plant.xml --order=document   the order under the other rule\n"
       "  plc explain plant.xml --flow             who writes and who reads each global, and how old values get\n"
       "  plc explain plant.pbc --flow --svg flow.svg\n"

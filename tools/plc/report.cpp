@@ -48,6 +48,20 @@ void print_rows(const plcopen::Project& project, Fate fate, const char* heading)
   }
 }
 
+void print_pou(const char* kind, const std::string& name, const plcopen::Pou& pou) {
+  std::size_t elements = 0;
+  std::size_t lines = 0;
+  std::string language = "none";
+  for (const plcopen::Body& body : pou.bodies) {
+    elements += body.drawn_elements;
+    const auto ends = std::count(body.text.begin(), body.text.end(), '\n');
+    if (!body.text.empty()) lines += static_cast<std::size_t>(ends) + 1;
+    if (body.language != plcopen::Language::kNone) language = plcopen::language_name(body.language);
+  }
+  std::cout << fmt::format("  {:<14} {:<5} {:>6} {:<8}  {}  (line {})\n", kind, language, lines != 0 ? lines : elements,
+                           lines != 0 ? "lines" : "elements", name, pou.at.line);
+}
+
 int run(const std::string& file, const core::CompileOptions& options) {
   Compilation compilation;
   open({file, options, Goal::kRead}, compilation);
@@ -60,17 +74,8 @@ int run(const std::string& file, const core::CompileOptions& options) {
   if (!project.name.empty()) std::cout << fmt::format(", project \"{}\"", project.name);
   std::cout << fmt::format("\n\nPOUs\n");
   for (const plcopen::Pou& pou : project.pous) {
-    std::size_t elements = 0;
-    std::size_t lines = 0;
-    std::string language = "none";
-    for (const plcopen::Body& body : pou.bodies) {
-      elements += body.drawn_elements;
-      const auto ends = std::count(body.text.begin(), body.text.end(), '\n');
-      if (!body.text.empty()) lines += static_cast<std::size_t>(ends) + 1;
-      if (body.language != plcopen::Language::kNone) language = plcopen::language_name(body.language);
-    }
-    std::cout << fmt::format("  {:<14} {:<5} {:>6} {:<8}  {}  (line {})\n", plcopen::pou_kind_name(pou.kind), language,
-                             lines != 0 ? lines : elements, lines != 0 ? "lines" : "elements", pou.name, pou.at.line);
+    print_pou(plcopen::pou_kind_name(pou.kind), pou.name, pou);
+    for (const plcopen::Pou& action : pou.actions) print_pou("action", pou.name + "." + action.name, action);
   }
   print_rows(project, Fate::kUsed, "Used");
   print_rows(project, Fate::kPreserved, "Preserved: read and kept, without meaning for the program");

@@ -271,12 +271,6 @@ const std::vector<Case>& cases() {
        [](Sample& s) { operand(s, s.main, Opcode::kCallPou, 0) = s.max2; }},
       {Rule::kV401, "a function block called as a function",
        [](Sample& s) { operand(s, s.main, Opcode::kCallFn, 0) = s.motor; }},
-      {Rule::kV402, "a program called from a function block",
-       [](Sample& s) {
-         ImagePou& p = s.image.pous[s.motor];
-         p.code.insert(p.code.begin(),
-                       {bytecode::opcode_word(Opcode::kCallPou), s.main, bytecode::operand_word(Space::kInstance, 0)});
-       }},
       {Rule::kV403, "a parameter that is not there", [](Sample& s) { operand(s, s.main, Opcode::kCallFn, 1) = 99; }},
       {Rule::kV403, "a hidden variable as parameter", [](Sample& s) { operand(s, s.main, Opcode::kCallFn, 1) = 6; }},
       {Rule::kV404, "an INT for a DINT", [](Sample& s) { operand(s, s.main, Opcode::kCallFn, 2) = s.level; }},

@@ -244,6 +244,49 @@ PROGRAM NotAList Step := 3; LD := 4; S(a := 1); END_PROGRAM)");
   EXPECT_EQ(pous[6].bodies.at(0).language, Language::kSt);
 }
 
+TEST(ReadPous, ActionsInBehindAndBesideTheirPou) {
+  const Reading r(R"(FUNCTION_BLOCK Pump
+VAR n : INT; END_VAR
+ACTION First: n := 1; END_ACTION
+  n := 2;
+ACTION Second
+  n := 3;
+END_ACTION;
+  n := 4;
+END_FUNCTION_BLOCK
+ACTION Third: n := a.action; END_ACTION
+PROGRAM Main END_PROGRAM
+ACTIONS pump ACTION Fourth END_ACTION END_ACTIONS
+ACTION Pump.Fifth: LD n END_ACTION
+ACTIONS ACTION Own: END_ACTION END_ACTIONS
+)");
+  EXPECT_EQ(r.diagnostics.error_count(), 0u) << r.rendered();
+  ASSERT_EQ(r.project->pous.size(), 2u);
+  const std::vector<plcopen::Pou>& actions = r.project->pous[0].actions;
+  ASSERT_EQ(actions.size(), 5u);
+  EXPECT_EQ(actions[0].name, "First");
+  EXPECT_EQ(actions[0].bodies.at(0).text, "n := 1;");
+  EXPECT_EQ(actions[1].bodies.at(0).text_at.line, 6u);
+  EXPECT_EQ(actions[2].bodies.at(0).text, "n := a.action;");
+  EXPECT_EQ(actions[3].bodies.at(0).language, Language::kNone);
+  EXPECT_EQ(actions[4].bodies.at(0).language, Language::kIl);
+  ASSERT_EQ(r.project->pous[1].actions.size(), 1u);
+  const std::string& body = r.project->pous[0].bodies.at(0).text;
+  EXPECT_EQ(body.find("ACTION"), std::string::npos) << body;
+  EXPECT_EQ(r.project->pous[0].bodies[0].text_at.line, 4u);
+  EXPECT_EQ(std::count(body.begin(), body.end(), '\n'), 4);
+}
+
+TEST(ReadErrors, ActionsThatDoNotEndOrBelongNowhere) {
+  EXPECT_EQ(Reading("ACTION a: END_ACTION PROGRAM P END_PROGRAM").places(), Places{"1:8 P4050"});
+  EXPECT_EQ(Reading("PROGRAM P END_PROGRAM ACTION Q.a: END_ACTION").places(), Places{"1:32 P4050"});
+  EXPECT_EQ(Reading("PROGRAM P END_PROGRAM ACTION a: x := 1;").places(), Places{"1:23 P4042"});
+  EXPECT_EQ(Reading("PROGRAM P ACTION a: x := 1; END_PROGRAM").places(), Places{"1:11 P4042"});
+  EXPECT_EQ(Reading("PROGRAM P END_PROGRAM ACTIONS P ACTION a: END_ACTION").places(), Places{"1:23 P4042"});
+  EXPECT_EQ(Reading("PROGRAM P END_PROGRAM ACTIONS P x := 1; END_ACTIONS").places(), Places{"1:33 P4040"});
+  EXPECT_EQ(Reading("PROGRAM P END_PROGRAM ACTION a: VAR x : INT; END_VAR END_ACTION").places(), Places{"1:33 P4045"});
+}
+
 TEST(ReadConfiguration, ResourcesTasksInstancesAndPaths) {
   const Reading r(R"(CONFIGURATION Plant
   VAR_GLOBAL CONSTANT N : INT := 5; END_VAR

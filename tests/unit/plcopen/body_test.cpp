@@ -178,14 +178,51 @@ TEST(Body, SfcIsCountedAndReportedOnce) {
   EXPECT_EQ(r.row("body/SFC/step")->fate, Fate::kRefused);
 }
 
-TEST(Body, ActionsAndTransitionsAreNoted) {
+TEST(Body, ActionsBelongToTheirPou) {
+  const auto r = read_clean(tc6(R"(<pous><pou name="P" pouType="program"><interface/>
+<actions><action name="a"><body><ST>x := 1;</ST></body></action>
+<action name="b"><body><FBD><label localId="1" label="l"/></FBD></body><documentation>why</documentation></action></actions>
+<body><ST/></body></pou></pous>)"));
+  const Pou& pou = r.project->pous.at(0);
+  EXPECT_FALSE(pou.has_chart);
+  ASSERT_EQ(pou.bodies.size(), 1u);
+  ASSERT_EQ(pou.actions.size(), 2u);
+  EXPECT_EQ(pou.actions[0].name, "a");
+  EXPECT_EQ(pou.actions[0].bodies.at(0).text, "x := 1;");
+  EXPECT_EQ(pou.actions[1].bodies.at(0).elements.size(), 1u);
+  EXPECT_EQ(pou.actions[1].documentation, "why");
+}
+
+TEST(Body, ChartsInActionsAreReportedOnceAPou) {
   const auto r = read_text(tc6(R"(<pous><pou name="P" pouType="program"><interface/>
-<actions><action name="a"><body><ST/></body></action></actions><body><ST/></body></pou></pous>)"));
+<actions><action name="a"><body><SFC/></body></action><action name="b"><body><SFC/></body></action></actions>
+<transitions><transition name="t"><body><ST/></body></transition></transitions><body><ST/></body></pou></pous>)"));
   EXPECT_EQ(r.codes(), "P1016");
-  EXPECT_TRUE(r.project->pous.at(0).has_actions);
+  EXPECT_TRUE(r.project->pous.at(0).has_chart);
   const auto none = read_clean(tc6(
       R"(<pous><pou name="P" pouType="program"><interface/><actions/><transitions/><body><ST/></body></pou></pous>)"));
-  EXPECT_FALSE(none.project->pous.at(0).has_actions);
+  EXPECT_FALSE(none.project->pous.at(0).has_chart);
+}
+
+TEST(Body, ActionsInVendorDataFindTheirPou) {
+  const auto data = [](const std::string& in) {
+    return R"(<addData><data name="http://www.3s-software.com/plcopenxml/action">)" + in + "</data></addData>";
+  };
+  const std::string path =
+      data(R"(<action name="b"><body><ST>y</ST></body><addData>
+<data name="http://www.3s-software.com/plcopenxml/pathstructure"><pathStructure name="App"><pathStructure name="p">
+<pathStructure name="b"/></pathStructure></pathStructure></data></addData></action>)");
+  const std::string inside = data(R"(<Action name="a"><body><ST>x</ST></body></Action>)");
+  const std::string pou = R"(<types><dataTypes/><pous><pou name="P" pouType="program"><interface/><body><ST/></body>)" +
+                          inside + "</pou></pous></types>";
+  const auto r = read_text("<project xmlns=\"http://www.plcopen.org/xml/tc6_0200\">" + pou + path + "</project>");
+  EXPECT_EQ(r.codes(), "");
+  ASSERT_EQ(r.project->pous.at(0).actions.size(), 2u);
+  EXPECT_EQ(r.project->pous[0].actions[0].name, "a");
+  EXPECT_EQ(r.project->pous[0].actions[1].name, "b");
+  const auto loose = read_text("<project xmlns=\"http://www.plcopen.org/xml/tc6_0200\">" + pou +
+                               data(R"(<action name="c"><body><ST>x</ST></body></action>)") + "</project>");
+  EXPECT_EQ(loose.codes(), "P1018");
 }
 
 TEST(Body, TwoLanguagesInOneBodyAreTwoBodies) {
