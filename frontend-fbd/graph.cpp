@@ -181,6 +181,16 @@ class Resolver {
     }
   }
 
+  /// True for a name, of no drawn output, at a function block that has several outputs: any of them may be meant.
+  /// Functions and blocks of one output are read by that, whatever the file calls it.
+  bool is_foreign(const Element& block, std::string_view name) {
+    if (types_ == nullptr || name.empty() || block.has_code) return false;
+    const auto known = outputs_of(*types_, block);
+    if (!known || std::any_of(known->begin(), known->end(), [](const Port& port) { return port.result; })) return false;
+    return std::count_if(known->begin(), known->end(),
+                         [](const Port& port) { return port.direction == stdlib::Direction::kOutput; }) > 1;
+  }
+
   OutRef block_output(const Element& reader, const Pin& pin, const plcopen::Connection& connection, NodeId from) {
     const std::string& name = connection.formal_parameter;
     if (!name.empty()) {
@@ -202,7 +212,7 @@ class Resolver {
       }
     }
     const bool power = wants_power(reader, pin);
-    if (plain == 1 && !(power && has_eno)) {
+    if (plain == 1 && !(power && has_eno) && !is_foreign(block, name)) {
       return {OutRef::Kind::kPin, static_cast<std::uint16_t>(plain_index), from};
     }
     if (!name.empty() || plain > 1) {

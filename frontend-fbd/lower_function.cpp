@@ -341,7 +341,7 @@ void BlockLowering::lower_standard_function() {
     if (result_pin) publish_output(*result_pin, b.logic(ir::Op::kAnd, *enable, *result));
     return publish_eno();
   }
-  if (result_pin && output_wanted(*result_pin)) take(*result_pin, *result);
+  if (result_pin && (!enable || output_wanted(*result_pin))) take(*result_pin, *result);
   close();
   publish_taken();
   publish_eno();

@@ -263,7 +263,8 @@ void Declarer::declare_task(const plcopen::Task& from, const std::string& resour
       task.period_ns = *ns;
       if (written.find('#') != std::string_view::npos && written.find_first_of(" \t") != std::string_view::npos) {
         report(Code::P4065, from.at, {},
-               "blank inside the interval " + quoted(written) + " of task " + quoted(from.name), "write it like T#20ms");
+               "blank inside the interval " + quoted(written) + " of task " + quoted(from.name),
+               "write it like T#20ms");
       }
     } else {
       report(Code::P4025, from.at, {},

@@ -48,8 +48,8 @@ void Declarer::report_uses() {
   diagnostics_.end_setting_aside();
 }
 
-// Blocks of a library that contain themselves get no type: nothing could be laid out that has one, used or not. Those of
-// the project are found by ir::check.
+// Blocks of a library that contain themselves get no type: nothing could be laid out that has one, used or not. Those
+// of the project are found by ir::check.
 void Declarer::refuse_circular_blocks() {
   // POUs first, then data types; what contains what by value.
   const auto pous = static_cast<std::uint32_t>(project_.pous.size());
@@ -75,8 +75,8 @@ void Declarer::refuse_circular_blocks() {
   for (std::uint32_t i = 0; i < pous; ++i) {
     if (!project_.pous[i].from_library || project_.pous[i].kind == plcopen::PouKind::kFunction) continue;
     for (const plcopen::Variable& v : project_.pous[i].variables) {
-      const bool held = v.section == Section::kInput || v.section == Section::kOutput ||
-                        v.section == Section::kLocal || v.section == Section::kInstance;
+      const bool held = v.section == Section::kInput || v.section == Section::kOutput || v.section == Section::kLocal ||
+                        v.section == Section::kInstance;
       if (held) collect(i, v.type);
     }
   }
@@ -108,8 +108,8 @@ void Declarer::refuse_circular_blocks() {
       std::vector<std::uint32_t> blocks;
       for (auto it = stack.rbegin(); it != stack.rend(); ++it) {
         if (it->first < pous) blocks.push_back(it->first);
-        path = (it->first < pous ? project_.pous[it->first].name : project_.data_types[it->first - pous].name) + " -> " +
-               path;
+        path = (it->first < pous ? project_.pous[it->first].name : project_.data_types[it->first - pous].name) +
+               " -> " + path;
         if (it->first == to) break;
       }
       path += to < pous ? project_.pous[to].name : project_.data_types[to - pous].name;

@@ -124,7 +124,7 @@ void Declarer::declare_pou_names() {
     if (pou.kind != ir::PouKind::kFunction && !circular) pou.instance_type = types().pou(i, from.name);
     module_.pous.push_back(std::move(pou));
   }
-  // Behind all of them: the place of a POU in both lists is the same.
+  // After all of them: the place of a POU in both lists is the same.
   for (std::uint32_t i = 0; i < project_.pous.size(); ++i) declare_actions(i);
 }
 
@@ -178,7 +178,8 @@ void Declarer::supply_missing_globals() {
       if (module_.global_by_name.contains(variable.name) || module_.refused.contains(variable.name)) continue;
       if (!pou.from_library) {
         report(Code::P4087, variable.at, pou.name,
-               "external variable " + quoted(variable.name) + " has no global variable: one is made that nobody else writes",
+               "external variable " + quoted(variable.name) +
+                   " has no global variable: one is made that nobody else writes",
                (supplier_of(variable.name).empty() ? "" : std::string(supplier_of(variable.name)) + " brings it: ") +
                    "a file that declares it, given with --lib, makes it what it is");
       }
@@ -252,8 +253,8 @@ void Declarer::declare_global(const plcopen::Variable& variable) {
   pending_.push_back({&variable, kNoPou, index});
 }
 
-// "X" names a variable of a list when only one list has an X; a global outside of lists wins, and one of the project over
-// those of libraries.
+// "X" names a variable of a list when only one list has an X; a global outside of lists wins, and one of the project
+// over those of libraries.
 void Declarer::publish_global_names() {
   NameMap<std::uint32_t> count;
   NameMap<std::uint32_t> of_project;

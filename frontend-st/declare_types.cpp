@@ -153,8 +153,8 @@ std::optional<TypeRef> Declarer::unknown_type(std::string_view name, const Sourc
     return std::nullopt;
   }
   if (!supplier_of(name).empty()) {
-    help = supply_help(name, "TYPE " + std::string(name) + " : STRUCT .. END_STRUCT; END_TYPE or FUNCTION_BLOCK " +
-                                 std::string(name));
+    help = supply_help(
+        name, "TYPE " + std::string(name) + " : STRUCT .. END_STRUCT; END_TYPE or FUNCTION_BLOCK " + std::string(name));
   } else if (help.empty()) {
     help =
         "neither the file nor the standard library declares it; add it to the project, name the file (--lib) or the "

@@ -125,15 +125,18 @@ bool starts_with(std::string_view text, std::string_view prefix) {
   return text.size() >= prefix.size() && core::iequals(text.substr(0, prefix.size()), prefix);
 }
 
-/// The text without what stands in quotes.
+/// The text without what stands in quotes, and without ":=", which C does not have.
 std::string unquoted(std::string_view text) {
   std::string out;
   char quote = '\0';
-  for (const char c : text) {
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
     if (quote != '\0') {
       if (c == quote) quote = '\0';
     } else if (c == '\'' || c == '"') {
       quote = c;
+    } else if (text.substr(i).starts_with(":=")) {
+      ++i;
     } else {
       out += c;
     }

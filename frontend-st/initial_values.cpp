@@ -299,9 +299,12 @@ bool Declarer::add_array_items(const InitialValue& value, TypeRef type, std::vec
         path[depth + d] = static_cast<std::uint32_t>(rest % sizes[d]);
         rest /= sizes[d];
       }
-      // A repeated value is evaluated, and its errors reported, once.
+      // A repeated value is evaluated, and its errors reported, once; so it has to be known now.
       if (r == 0) {
+        auto* const references = references_;
+        if (repetition != 1) references_ = nullptr;
         fine = add_items(one, element, path, out, owner) && fine;
+        references_ = references;
       } else {
         const std::size_t last = first + (out.size() - first) / static_cast<std::size_t>(r);
         for (std::size_t i = first; i < last; ++i) {
@@ -519,6 +522,12 @@ void Declarer::initialize(std::uint32_t number) {
     references_ = global ? nullptr : &references;
     Items items = initial_of(*pending.declaration, first.type, owner);
     references_ = nullptr;
+    // EN that nobody gives is TRUE, whether a POU declares it or not.
+    const bool enables = first.role == ir::Role::kInput && first.type == ir::kBoolType &&
+                         core::iequals(pending.declaration->name, "EN");
+    if (enables && pending.declaration->initial.kind == InitialValue::Kind::kNone) {
+      items.push_back({{}, {ir::kBoolType, 1, {}}});
+    }
     initial_items_ += items.size();
     if (initial_items_ > kMaxTotalItems) {
       report(Code::P4020, pending.declaration->at, owner.pou,

@@ -336,6 +336,18 @@ std::optional<Operand> Lowering::take_reference(NodeId id) {
   return operand(builder_.make_ref(*where), id);
 }
 
+// INT_TO_BYTE(TRUNC(x)): the function tells the type where all of its overloads have one, and none that a DINT, which an
+// open result is by itself, widens to.
+Lowering::Expected Lowering::argument_type(std::string_view name, std::size_t i) {
+  const auto overloads = stdlib::overloads_named(name);
+  const core::TypeId type = overloads.front().param_type(i);
+  const bool one = std::all_of(overloads.begin(), overloads.end(),
+                               [&](const stdlib::Overload& o) { return o.param_type(i) == type; });
+  const bool is_whole = core::in_category(type, core::kAnyInt | core::kAnyBit) && type != core::TypeId::kBool;
+  const bool decides = type == core::TypeId::kDint || !stdlib::widens(core::TypeId::kDint, type);
+  return one && is_whole && decides ? Expected(ir::ref_of(type)) : std::nullopt;
+}
+
 std::optional<Operand> Lowering::call_standard(NodeId id, std::string_view name, Expected expected) {
   const stdlib::Overload& first = stdlib::overloads_named(name).front();
   const stdlib::FunctionSpec& spec = *first.spec;
@@ -367,7 +379,7 @@ std::optional<Operand> Lowering::call_standard(NodeId id, std::string_view name,
   const bool wants_enum = expected && types()[*expected].kind == TypeKind::kEnum;
   const auto lower_arguments = [&] {
     for (const Bound& b : arguments.bound) {
-      const auto given = value(node(b.argument).a, wants_enum ? expected : std::nullopt);
+      const auto given = value(node(b.argument).a, wants_enum ? expected : argument_type(name, b.parameter));
       fine = fine && given.has_value();
       if (given) operands[b.parameter] = *given;
     }

@@ -149,6 +149,7 @@ class Lowering {
                                             const std::vector<Parameter>& parameters, Given& given);
   std::optional<ir::Operand> call_array_bound(NodeId id, ir::ArrayBound bound);
   std::optional<ir::Operand> call_queue(NodeId id, ir::QueueFunction function, bool as_statement);
+  Expected argument_type(std::string_view name, std::size_t i);
   std::optional<ir::Operand> call_standard(NodeId id, std::string_view name, Expected expected);
   std::optional<ir::Operand> call_bundle(NodeId id, const stdlib::BundleSpec& bundle, bool as_statement);
   std::optional<ir::Operand> take_reference(NodeId id);

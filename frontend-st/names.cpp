@@ -25,9 +25,8 @@ Named find_name(const ir::Module& module, const ir::Pou& pou, std::string_view n
 
 bool is_project_enum_value(const ir::TypeTable& types, std::string_view name) {
   const std::vector<ir::TypeRef>& all = types.enumerations();
-  return std::any_of(all.begin(), all.end(), [&](ir::TypeRef type) {
-    return !types[type].from_library && types.position_of(type, name);
-  });
+  return std::any_of(all.begin(), all.end(),
+                     [&](ir::TypeRef type) { return !types[type].from_library && types.position_of(type, name); });
 }
 
 std::optional<std::uint32_t> find_program(const ir::Module& module, std::string_view name) {
@@ -55,7 +54,7 @@ std::vector<std::string_view> steps_of(std::string_view path) {
 
 std::string_view name_in(std::string_view step) { return core::trimmed(step.substr(0, step.find_first_of("[^"))); }
 
-/// Type of a variable behind the indices and ^ of a step; how many of them fit is for the lowering to say.
+/// Type of a variable after the indices and ^ of a step; how many of them fit is for the lowering to say.
 ir::TypeRef inner_type(const ir::TypeTable& types, ir::TypeRef type, std::string_view step) {
   const bool indexed = step.find('[') != std::string_view::npos;
   const bool followed = step.find('^') != std::string_view::npos;

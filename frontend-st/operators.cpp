@@ -41,6 +41,8 @@ std::string_view function_of(Operator op) {
     case Operator::kAndThen:
     case Operator::kOrElse:
     case Operator::kPlus:
+    case Operator::kSet:
+    case Operator::kReset:
     case Operator::kNone:
       break;
   }

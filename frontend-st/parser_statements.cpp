@@ -318,8 +318,7 @@ bool Parser::refuse_foreign_statement() {
   const bool doubled = text_of(token_).starts_with("__");
   if (!foreign || (next.kind != TokenKind::kIdentifier && next.kind != TokenKind::kCaret && !doubled)) return false;
   if (next.kind == TokenKind::kAssign || next.kind == TokenKind::kDot) return false;
-  fail(Code::P4066, token_,
-       core::uppered(text_of(token_)) + ": " + std::string(foreign->what) + " is not supported",
+  fail(Code::P4066, token_, core::uppered(text_of(token_)) + ": " + std::string(foreign->what) + " is not supported",
        std::string(foreign->help));
   // __TRY, __CATCH(exc), .. end without a semicolon: the statement behind is one of its own.
   if (core::iequals(text_of(token_), "__DELETE") || !doubled) return true;
@@ -430,7 +429,8 @@ NodeId Parser::if_statement() {
     node.begin = token_.begin;
     advance();
     // "ELSE IF" opens an IF inside of the ELSE. On one line it was probably meant otherwise.
-    const bool same_line = source_.text().substr(last_end_, token_.begin - last_end_).find('\n') == std::string_view::npos;
+    const bool same_line =
+        source_.text().substr(last_end_, token_.begin - last_end_).find('\n') == std::string_view::npos;
     if (at_keyword(Keyword::kIf) && same_line) {
       help = "ELSE IF begins an IF of its own, with its own END_IF: the next condition of the same IF is ELSIF";
     }

@@ -1,4 +1,4 @@
-// Actions of POUs: ACTION .. END_ACTION inside a POU, behind it, or in ACTIONS .. END_ACTIONS. The body stays text, as
+// Actions of POUs: ACTION .. END_ACTION inside a POU, after it, or in ACTIONS .. END_ACTIONS. The body stays text, as
 // that of a POU.
 #include <algorithm>
 #include <utility>
@@ -11,7 +11,7 @@ namespace plc::st {
 using core::Code;
 using plcopen::Fate;
 
-/// At ACTION, with a name behind it. `owner` is the POU it stands in or behind; "ACTION Pump.Start" names another.
+/// At ACTION, with a name after it. `owner` is the POU it stands in or after; "ACTION Pump.Start" names another.
 void DeclarationReader::action(const std::string& owner) {
   const Token opener = token_;
   advance();
@@ -118,7 +118,7 @@ void DeclarationReader::give_actions() {
     message += one.owner.empty() ? " stands in front of all POUs" : " is one of \"" + one.owner + "\", which is no POU";
     if (!exhausted_) {
       diagnostics_.report(Code::P4050, one.action.at, one.action.name, std::move(message),
-                          "write it in its POU, behind it, or in ACTIONS <POU> .. END_ACTIONS");
+                          "write it in its POU, after it, or in ACTIONS <POU> .. END_ACTIONS");
     }
   }
   actions_.clear();

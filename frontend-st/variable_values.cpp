@@ -63,7 +63,7 @@ bool Declarer::is_own_function(std::string_view name) {
 
 bool Declarer::names_place_of(std::string_view text, TypeRef type) {
   if (types().holds_instance(type) || text.size() > kMaxTextBytes) return false;
-  const SourceText source(text, {});
+  const SourceText source(text);
   core::Diagnostics unheard;
   Parser parser(source, unheard, {});
   const NodeId root = parser.parse_expression();
@@ -159,7 +159,11 @@ std::optional<ConstantValue> Declarer::part_value(const ir::Variable& variable, 
       return std::nullopt;
     }
   }
-  if (!types().rep_of(type) || types()[type].kind == TypeKind::kReference) return std::nullopt;
+  // Structures, arrays and references are no values of expressions here; functions of the project take them.
+  if (!types().rep_of(type) || types()[type].kind == TypeKind::kReference) {
+    use_.while_running = true;
+    return std::nullopt;
+  }
   for (const Level& level : levels) {
     if (fresh && level.depth == 0) continue;
     const std::span<const std::uint32_t> rest(steps.data() + level.depth, steps.size() - level.depth);

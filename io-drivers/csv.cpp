@@ -11,7 +11,8 @@ core::Result<std::vector<CsvRow>> parse_csv(std::string_view text, std::string_v
   std::uint32_t characters = 0;
   const auto column = [&] {
     if (counted < line_start || counted > at) counted = line_start, characters = 0;
-    for (; counted < at; ++counted) characters += (static_cast<unsigned char>(text[counted]) & 0xC0u) != 0x80u ? 1u : 0u;
+    for (; counted < at; ++counted)
+      characters += (static_cast<unsigned char>(text[counted]) & 0xC0u) != 0x80u ? 1u : 0u;
     return characters + 1;
   };
   const auto problem = [&](std::uint32_t l, std::uint32_t c, std::string message) {

@@ -27,7 +27,8 @@ void Library::add(const std::vector<std::string>& names, const core::SourceRef& 
 void Library::finish() {
   std::vector<Index> order(parts_.size());
   for (Index i = 0; i < order.size(); ++i) order[i] = i;
-  std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return before(parts_[a].begin, parts_[b].begin); });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](Index a, Index b) { return before(parts_[a].begin, parts_[b].begin); });
   std::vector<Index> place(parts_.size());
   std::vector<Part> sorted(parts_.size());
   for (Index i = 0; i < order.size(); ++i) {
@@ -119,10 +120,11 @@ bool Library::use(Index index, const core::SourceRef& at, std::string_view pou, 
   std::string why = reason->error;
   if (reason != &part && !reason->name.empty()) why = fmt::format("it needs \"{}\": {}", reason->name, why);
   if (name.empty()) name = part.name;
-  diagnostics.report(core::Code::P4060, at, pou,
-                     fmt::format("\"{}\" of library {} cannot be used: {} (line {})", name,
-                                 diagnostics.file_name(part.begin.file), why, reason->error_at.line),
-                     fmt::format("\"plc check {}\" shows all that is wrong in it; what nothing uses does not matter", file));
+  diagnostics.report(
+      core::Code::P4060, at, pou,
+      fmt::format("\"{}\" of library {} cannot be used: {} (line {})", name, diagnostics.file_name(part.begin.file),
+                  why, reason->error_at.line),
+      fmt::format("\"plc check {}\" shows all that is wrong in it; what nothing uses does not matter", file));
   return false;
 }
 

@@ -89,7 +89,8 @@ void Findings::report(core::Diagnostics& diagnostics) {
 
 bool Findings::is_linted(const Pou& pou) const {
   const bool made_again = pou.from_library && pou.made_from != Pou::kDeclared;
-  return pou.compiled && !pou.stub && !made_again && !pou.queue_call && pou.taskblock == 0 && !skips_library(pou.from_library);
+  return pou.compiled && !pou.stub && !made_again && !pou.queue_call && pou.taskblock == 0 &&
+         !skips_library(pou.from_library);
 }
 
 void lint(const Module& module, const LintOptions& options, core::Diagnostics& diagnostics) {

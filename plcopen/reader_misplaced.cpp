@@ -1,5 +1,5 @@
-// Parts of a TC6 project that stand elsewhere than its schema has them, where there is no doubt what they are: converters
-// and people leave frames out. Each is read as in its place, with P1019.
+// Parts of a TC6 project that stand elsewhere than its schema has them, where there is no doubt what they are:
+// converters and people leave frames out. Each is read as in its place, with P1019.
 #include "plcopen/reader_configuration.h"
 #include "plcopen/reader_pou.h"
 #include "plcopen/reader_types.h"
@@ -41,7 +41,8 @@ constexpr Rule kRules[] = {
     misplaced(State::kProject, "configurations", State::kConfigurations, "instances"),
     misplaced(State::kProject, "configuration", State::kConfiguration, "instances/configurations", start_configuration,
               end_configuration),
-    misplaced(State::kProject, "globalVars", State::kVarList, "instances/configurations/configuration", start_globals, end_var_list),
+    misplaced(State::kProject, "globalVars", State::kVarList, "instances/configurations/configuration", start_globals,
+              end_var_list),
     misplaced(State::kTypes, "dataType", State::kDataType, "dataTypes", start_data_type, end_data_type),
     misplaced(State::kTypes, "pou", State::kPou, "pous", start_pou, close_pou),
     misplaced(State::kInstances, "configuration", State::kConfiguration, "configurations", start_configuration,

@@ -231,12 +231,12 @@ class Attempt {
       if (!is_bits(id) || has_u(id)) return Idiom::kNone;
       return only_bits() ? Idiom::kShiftCount : Idiom::kMixedBits;
     }
-    if (!t_ || id == *t_) return Idiom::kNone;
+    if (!t_ || id == *t_ || widens(id, *t_)) return Idiom::kNone;
     if (id == kBool) return Idiom::kBoolNumber;
     if (only_bits()) return is_int(id) ? Idiom::kIntegerBits : Idiom::kNone;
-    if (is_bits(id))
-      return has_t(id) || only_reals() ? (group_.all_bits && !group_.real() ? Idiom::kMixedSigns : Idiom::kMixedBits)
-                                       : Idiom::kBitArithmetic;
+    if (is_bits(id) && !has_t(id) && !only_reals()) return Idiom::kBitArithmetic;
+    if (is_bits(id) && (!group_.all_bits || group_.real() || only_reals())) return Idiom::kMixedBits;
+    if (is_bits(id)) return group_.has_signed ? Idiom::kMixedSigns : Idiom::kNone;  // beside a literal below 0
     return is_int(id) ? (is_real(*t_) ? Idiom::kIntoReal : Idiom::kMixedSigns) : Idiom::kNone;
   }
 

@@ -204,7 +204,7 @@ class TaskGenerator {
     }
   }
 
-  /// What begins `offset` bytes behind the start of program `p`.
+  /// What begins `offset` bytes after the start of program `p`.
   [[nodiscard]] std::uint32_t word_in(std::size_t p, std::uint32_t offset) const {
     const std::uint32_t global = task_.programs[p].global;
     if (global == ir::Pou::kDeclared) return operand_word(Space::kInstance, offsets_[p] + offset);

@@ -38,7 +38,12 @@ std::string content(const fs::path& path) {
 bool is_utf8(std::string_view text) {
   for (std::size_t i = 0; i < text.size();) {
     const auto lead = static_cast<unsigned char>(text[i]);
-    const std::size_t length = lead < 0x80 ? 1 : lead < 0xC2 ? 0 : lead < 0xE0 ? 2 : lead < 0xF0 ? 3 : lead < 0xF5 ? 4 : 0;
+    const std::size_t length = lead < 0x80   ? 1
+                               : lead < 0xC2 ? 0
+                               : lead < 0xE0 ? 2
+                               : lead < 0xF0 ? 3
+                               : lead < 0xF5 ? 4
+                                             : 0;
     if (length == 0 || text.size() - i < length) return false;
     for (std::size_t k = 1; k < length; ++k) {
       if ((static_cast<unsigned char>(text[i + k]) & 0xC0u) != 0x80u) return false;
@@ -73,7 +78,8 @@ std::string plain(std::string text) {
 }
 
 /// What plc check says of each of `files`, in the order in which it says it.
-std::vector<std::vector<Message>> check(const std::vector<std::string>& files, const std::vector<std::string>& options) {
+std::vector<std::vector<Message>> check(const std::vector<std::string>& files,
+                                        const std::vector<std::string>& options) {
   std::vector<std::string> arguments = {kTool, "check", "--json", "--lint=all"};
   arguments.insert(arguments.end(), options.begin(), options.end());
   arguments.insert(arguments.end(), files.begin(), files.end());
@@ -163,7 +169,8 @@ TEST_P(WrittenInAnotherWay, HasTheSameMessagesAtTheSameCharacters) {
 
 std::string name_of(const ::testing::TestParamInfo<fs::path>& param) {
   std::string name = std::to_string(param.index) + "_" + param.param.stem().string();
-  std::replace_if(name.begin(), name.end(), [](char c) { return std::isalnum(static_cast<unsigned char>(c)) == 0; }, '_');
+  std::replace_if(
+      name.begin(), name.end(), [](char c) { return std::isalnum(static_cast<unsigned char>(c)) == 0; }, '_');
   return name;
 }
 
@@ -203,7 +210,8 @@ void expect_places_inside(const std::vector<fs::path>& files, const std::vector<
       }
       const std::string name = lower(quoted_name(message.text));
       // Messages about arguments quote a parameter, which is declared elsewhere, and those about bodies their POU.
-      const bool of_elsewhere = message.code == "P4010" || message.code.starts_with("P410") || message.code.starts_with("P51");
+      const bool of_elsewhere =
+          message.code == "P4010" || message.code.starts_with("P410") || message.code.starts_with("P51");
       const bool named_there = !of_elsewhere && (message.element == "text" || message.element == "variable");
       if (!named_there || name.empty()) continue;
       const std::size_t begin = offset_of(text, {message.at.line, 0});

@@ -156,8 +156,7 @@ Variant in_utf16(const std::string& original) {
 struct Entity {
   std::string_view name, character;
 };
-constexpr Entity kEntities[] = {
-    {"&lt;", "<"}, {"&gt;", ">"}, {"&amp;", "&"}, {"&quot;", "\""}, {"&apos;", "'"}};
+constexpr Entity kEntities[] = {{"&lt;", "<"}, {"&gt;", ">"}, {"&amp;", "&"}, {"&quot;", "\""}, {"&apos;", "'"}};
 
 void keep_entity_or_character(Rewriting& r) {
   const std::size_t end = r.front() == '&' ? r.rest().find(';') : 0;
@@ -197,9 +196,8 @@ Variant with_sections(const std::string& original) {
       r.insert("<![CDATA[");
     }
     for (const std::size_t end = r.at() + length; r.at() < end;) {
-      const auto entity = std::find_if(std::begin(kEntities), std::end(kEntities), [&](const Entity& one) {
-        return !section && r.rest().starts_with(one.name);
-      });
+      const auto entity = std::find_if(std::begin(kEntities), std::end(kEntities),
+                                       [&](const Entity& one) { return !section && r.rest().starts_with(one.name); });
       if (entity != std::end(kEntities)) {
         r.replace(entity->name.size(), entity->character);
       } else if (!section && r.front() == '&') {
@@ -239,17 +237,18 @@ Variant with_comments(const std::string& original) {
 
 /// CR CR LF inside of texts only: what OpenPLC Editor writes on Windows.
 Variant with_returns_in_texts(const std::string& original) {
-  return over_texts("CR CR LF in texts", original, [](Rewriting& r, std::size_t border, std::size_t length, bool section) {
-    r.keep(border);
-    for (const std::size_t end = r.at() + length; r.at() < end;) {
-      if (r.front() == '\n') {
-        r.replace(1, "\r\r\n");
-      } else {
-        r.keep();
-      }
-    }
-    if (section) r.keep(3);
-  });
+  return over_texts("CR CR LF in texts", original,
+                    [](Rewriting& r, std::size_t border, std::size_t length, bool section) {
+                      r.keep(border);
+                      for (const std::size_t end = r.at() + length; r.at() < end;) {
+                        if (r.front() == '\n') {
+                          r.replace(1, "\r\r\n");
+                        } else {
+                          r.keep();
+                        }
+                      }
+                      if (section) r.keep(3);
+                    });
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// Rewriting: the same project written in another way, and where each of its characters went: line ends, byte order mark,
-// encodings, sections and entities. And lines and columns, counted here once more.
+// Rewriting: the same project written in another way, and where each of its characters went: line ends, byte order
+// mark, encodings, sections and entities. And lines and columns, counted here once more.
 //
 // In: the text of a project. Out: variants. Does not belong here: what is done with them.
 #pragma once
@@ -20,7 +20,8 @@ struct Position {
 
 /// Lines end with LF and nothing else; columns count characters of UTF-8; a byte order mark takes none.
 Position position_of(std::string_view text, std::size_t offset);
-/// npos where the text has no such place; behind the last character of a line is one. Column 0: the beginning of the line.
+/// npos where the text has no such place; behind the last character of a line is one. Column 0: the beginning of the
+/// line.
 std::size_t offset_of(std::string_view text, const Position& position);
 
 struct Variant {

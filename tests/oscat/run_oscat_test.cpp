@@ -1,8 +1,8 @@
 // OSCAT Basic 3.33 with --lib: it disturbs nothing, its POUs can be used one by one, and what they compute is right.
 //
-// The library is not part of this repository: PLC_OSCAT names the folder of its .EXP files (as CODESYS 2.3 exported them),
-// which are joined in the order of their names, bytes unchanged, behind the global lists of its project. Does not belong
-// here: code of the library.
+// The library is not part of this repository: PLC_OSCAT names the folder of its .EXP files (as CODESYS 2.3 exported
+// them), which are joined in the order of their names, bytes unchanged, behind the global lists of its project. Does
+// not belong here: code of the library.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -39,9 +39,7 @@ std::string read_bytes(const fs::path& path) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-void write_bytes(const std::string& path, const std::string& bytes) {
-  std::ofstream(path, std::ios::binary) << bytes;
-}
+void write_bytes(const std::string& path, const std::string& bytes) { std::ofstream(path, std::ios::binary) << bytes; }
 
 /// Comments nest in these files.
 std::string without_comments(const std::string& text) {
@@ -113,8 +111,8 @@ class Oscat : public ::testing::Test {
     const std::string source = scratch_.file("main.st"), trace = scratch_.file("trace.csv");
     write_bytes(source, "PROGRAM main\nVAR\nk : INT := -1;\n" + variables + "END_VAR\nk := k + 1;\n" + statements +
                             "END_PROGRAM\n");
-    const auto result = run_tool(with_library(
-        {"sim", source, "--pou", "main", "--cycles", std::to_string(scans), "--trace", trace}));
+    const auto result =
+        run_tool(with_library({"sim", source, "--pou", "main", "--cycles", std::to_string(scans), "--trace", trace}));
     EXPECT_EQ(result.code, 0) << result.err;
     return result.code == 0 ? read_csv(trace) : CsvTable{};
   }
@@ -149,8 +147,8 @@ std::string use_of(const Pou& pou) {
     arguments += (i == 0 ? "" : ", ") + pou.in_outs[i].first + " := " + variable;
   }
   if (!pou.function) variables += "instance : " + pou.name + ";\n";
-  return "PROGRAM use_" + pou.name + "\nVAR\n" + variables + "END_VAR\n" + (pou.function ? pou.name : "instance") + "(" +
-         arguments + ");\nEND_PROGRAM\n";
+  return "PROGRAM use_" + pou.name + "\nVAR\n" + variables + "END_VAR\n" + (pou.function ? pou.name : "instance") +
+         "(" + arguments + ");\nEND_PROGRAM\n";
 }
 
 std::string configuration_of(const std::vector<const Pou*>& pous) {
@@ -274,8 +272,8 @@ bool fits(const std::string& expected, const std::string& actual, double relativ
   if (expected.front() == '\'') return same_value(expected, actual);
   const double wanted = std::strtod(expected.c_str(), nullptr);
   const double found = std::strtod(actual.c_str(), nullptr);
-  const double most =
-      tilde == std::string::npos ? relative * std::max(std::abs(wanted), 0.01) : std::strtod(expected.c_str() + tilde + 1, nullptr);
+  const double most = tilde == std::string::npos ? relative * std::max(std::abs(wanted), 0.01)
+                                                 : std::strtod(expected.c_str() + tilde + 1, nullptr);
   return std::abs(wanted - found) <= most;
 }
 

@@ -215,7 +215,8 @@ TEST(Lint, LibrariesAreLeftOut) {
 std::string many_warnings() {
   std::string text = "PROGRAM Main VAR Out : BOOL;\n";
   for (int i = 0; i < 30; ++i) text += "t" + std::to_string(i) + " : TIME := T# " + std::to_string(i) + "s;\n";
-  return text + "END_VAR Out := t0 = t1; END_PROGRAM\n"
+  return text +
+         "END_VAR Out := t0 = t1; END_PROGRAM\n"
          "CONFIGURATION C TASK T(INTERVAL := T#10ms, PRIORITY := 0); PROGRAM main WITH T : Main; END_CONFIGURATION\n";
 }
 
@@ -235,7 +236,8 @@ TEST(Check, OfOneCodeTwentyWarningsArePrintedEverywhereAndAllOnRequest) {
   for (std::vector<std::string> command : commands) {
     const auto warnings = [](const std::string& text) {
       std::size_t count = 0;
-      for (std::size_t i = text.find("P4065: blank"); i != std::string::npos; i = text.find("P4065: blank", i + 1)) ++count;
+      for (std::size_t i = text.find("P4065: blank"); i != std::string::npos; i = text.find("P4065: blank", i + 1))
+        ++count;
       return count;
     };
     const auto some = run_tool(command);

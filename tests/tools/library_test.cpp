@@ -120,7 +120,8 @@ struct Broken {
 constexpr Broken kBroken[] = {
     {"method", "FUNCTION_BLOCK B\nVAR_OUTPUT q : INT; END_VAR\nMETHOD Go : INT\nEND_METHOD\nEND_FUNCTION_BLOCK",
      "x : B;", "x();", "METHOD", 3},
-    {"property", "FUNCTION_BLOCK B\nPROPERTY Speed : INT\nEND_PROPERTY\nEND_FUNCTION_BLOCK", "x : B;", "x();", "PROPERTY", 2},
+    {"property", "FUNCTION_BLOCK B\nPROPERTY Speed : INT\nEND_PROPERTY\nEND_FUNCTION_BLOCK", "x : B;", "x();",
+     "PROPERTY", 2},
     {"base", "FUNCTION_BLOCK A\nEND_FUNCTION_BLOCK\nFUNCTION_BLOCK B EXTENDS A\nEND_FUNCTION_BLOCK", "x : B;", "x();",
      "EXTENDS", 3},
     {"access word", "FUNCTION_BLOCK FINAL B\nEND_FUNCTION_BLOCK", "x : B;", "x();", "FINAL", 1},
@@ -131,8 +132,8 @@ constexpr Broken kBroken[] = {
     {"namespace", "NAMESPACE N\nFUNCTION B : INT\nB := 1;\nEND_FUNCTION\nEND_NAMESPACE", "x : INT;", "x := B();",
      "NAMESPACE", 1},
     {"union", "TYPE\nA : INT;\nB : UNION a : WORD; b : INT; END_UNION;\nEND_TYPE", "x : B;", ";", "UNION", 3},
-    {"member of an unknown type", "TYPE B : STRUCT\na : INT;\nb : Nowhere;\nEND_STRUCT;\nEND_TYPE", "x : B;", "x.a := 1;",
-     "Nowhere", 3},
+    {"member of an unknown type", "TYPE B : STRUCT\na : INT;\nb : Nowhere;\nEND_STRUCT;\nEND_TYPE", "x : B;",
+     "x.a := 1;", "Nowhere", 3},
     {"type in a type", "TYPE A : Nowhere; END_TYPE\nTYPE B : ARRAY [1..3] OF A; END_TYPE", "x : B;", ";",
      "it needs \"A\"", 1},
     {"input of an unknown type", "FUNCTION B : INT\nVAR_INPUT a : Nowhere; END_VAR\nB := 1;\nEND_FUNCTION", "x : INT;",
@@ -144,17 +145,19 @@ constexpr Broken kBroken[] = {
     {"constant that does not fit", "VAR_GLOBAL CONSTANT B : INT := 70000; END_VAR", "x : ARRAY [0..B] OF INT;",
      "x[0] := 1;", "70000", 1},
     {"global of an unknown type", "VAR_GLOBAL\na : INT; B : Nowhere;\nEND_VAR", "x : INT;", "x := B;", "Nowhere", 2},
-    {"text beyond what a STRING holds", "TYPE B : STRUCT\ns : STRING[10] := '\u7B49';\nEND_STRUCT; END_TYPE", "x : B;", ";",
-     "", 2},
+    {"text beyond what a STRING holds", "TYPE B : STRUCT\ns : STRING[10] := '\u7B49';\nEND_STRUCT; END_TYPE", "x : B;",
+     ";", "", 2},
     {"statement", "FUNCTION B : INT\nIF TRUE THEN B := 1;\nEND_FUNCTION", "x : INT;", "x := B();", "", 2},
-    {"statement of what is called", "FUNCTION A : INT\nA := Nowhere;\nEND_FUNCTION\nFUNCTION B : INT\nB := A();\nEND_FUNCTION",
-     "x : INT;", "x := B();", "it needs \"A\"", 2},
+    {"statement of what is called",
+     "FUNCTION A : INT\nA := Nowhere;\nEND_FUNCTION\nFUNCTION B : INT\nB := A();\nEND_FUNCTION", "x : INT;",
+     "x := B();", "it needs \"A\"", 2},
     {"chart", "FUNCTION_BLOCK B\nINITIAL_STEP S:\nEND_STEP\nEND_FUNCTION_BLOCK", "x : B;", "x();", "SFC", 2},
     {"block that contains itself", "FUNCTION_BLOCK B\nVAR b : B; END_VAR\nEND_FUNCTION_BLOCK", "x : B;", ";",
      "contains itself", 1},
-    {"blocks that contain each other", "FUNCTION_BLOCK A\nVAR b : ARRAY [0..1] OF B; END_VAR\nEND_FUNCTION_BLOCK\nTYPE "
-     "S : STRUCT a : A; END_STRUCT; END_TYPE\nFUNCTION_BLOCK B\nVAR s : S; END_VAR\nEND_FUNCTION_BLOCK", "x : B;", ";",
-     "contains itself", 5},
+    {"blocks that contain each other",
+     "FUNCTION_BLOCK A\nVAR b : ARRAY [0..1] OF B; END_VAR\nEND_FUNCTION_BLOCK\nTYPE "
+     "S : STRUCT a : A; END_STRUCT; END_TYPE\nFUNCTION_BLOCK B\nVAR s : S; END_VAR\nEND_FUNCTION_BLOCK",
+     "x : B;", ";", "contains itself", 5},
     {"type that contains itself", "TYPE B : STRUCT\nb : B;\nEND_STRUCT; END_TYPE", "x : B;", ";", "contains itself", 2},
     {"no end", "FUNCTION_BLOCK B\nVAR a : INT; END_VAR\na := 1;", "x : B;", "x();", "END_FUNCTION_BLOCK", 1},
     {"other end", "FUNCTION_BLOCK B\nEND_PROGRAM", "x : B;", "x();", "END_PROGRAM", 2},
@@ -173,12 +176,14 @@ TEST_P(BrokenLibrary, DoesNoHarmUntilItIsUsed) {
   const Broken& b = GetParam();
   const Library l;
   // The program's names may be those of the library.
-  write_text(l.user, "PROGRAM Main\nVAR B : INT; r : INT; A : INT; END_VAR\nr := Four(); B := r; A := B;\nEND_PROGRAM\n");
+  write_text(l.user,
+             "PROGRAM Main\nVAR B : INT; r : INT; A : INT; END_VAR\nr := Four(); B := r; A := B;\nEND_PROGRAM\n");
   for (const bool first : {true, false}) {
     write_text(l.library, first ? std::string(b.library) + "\n" + kFour : kFour + std::string(b.library) + "\n");
     // What does not end takes along what follows it.
     if (first && std::string(b.name) == "no end") continue;
-    const auto sim = run_tool({PLC_TOOL, "sim", l.user, "--lib", l.library, "--cycles", "1", "--trace", "-", "--pou", "Main"});
+    const auto sim =
+        run_tool({PLC_TOOL, "sim", l.user, "--lib", l.library, "--cycles", "1", "--trace", "-", "--pou", "Main"});
     EXPECT_EQ(sim.code, 0) << sim.all();
     EXPECT_EQ(sim.err.find("library.st"), std::string::npos) << sim.err;
     EXPECT_NE(sim.out.find(",4"), std::string::npos) << sim.out;
@@ -232,7 +237,8 @@ TEST(Libraries, NamesOfTheProjectKeepTheirMeaning) {
              "PROGRAM Main\nVAR s, t : State := Width; r : INT; n : INT; END_VAR\n"
              "s := Setup; IF t = Width THEN r := 1; END_IF;\n"
              "n := LampNumber(); t := Red;\nEND_PROGRAM\n");
-  const auto sim = run_tool({PLC_TOOL, "sim", l.user, "--lib", l.library, "--cycles", "1", "--trace", "-", "--pou", "Main"});
+  const auto sim =
+      run_tool({PLC_TOOL, "sim", l.user, "--lib", l.library, "--cycles", "1", "--trace", "-", "--pou", "Main"});
   EXPECT_EQ(sim.code, 0) << sim.all();
   const auto check = run_tool({PLC_TOOL, "check", l.user, "--lib", l.library, "--pou", "Main", "--lint", "all"});
   EXPECT_EQ(check.err.find("library.st"), std::string::npos) << check.err;
@@ -264,8 +270,7 @@ std::string xml_library(const std::string& types, const std::string& pous, const
 }
 
 TEST(Libraries, OfXmlAreLazyToo) {
-  const std::string block =
-      R"(<pou name="B" pouType="functionBlock"><interface>%I</interface><body>%B</body></pou>)";
+  const std::string block = R"(<pou name="B" pouType="functionBlock"><interface>%I</interface><body>%B</body></pou>)";
   const auto pou = [&](const std::string& interface, const std::string& body) {
     std::string out = block;
     out.replace(out.find("%I"), 2, interface);
@@ -281,20 +286,37 @@ TEST(Libraries, OfXmlAreLazyToo) {
   };
   const Case cases[] = {
       {"unknown type",
-       xml_library("", pou("<localVars><variable name=\"v\"><type><derived name=\"Nowhere\"/></type></variable></localVars>", empty)),
+       xml_library(
+           "", pou("<localVars><variable name=\"v\"><type><derived name=\"Nowhere\"/></type></variable></localVars>",
+                   empty)),
        "x : B;", "x();"},
-      {"chart", xml_library("", pou("", "<SFC><step localId=\"1\" name=\"S\" initialStep=\"true\"><position x=\"0\" y=\"0\"/></step></SFC>")),
+      {"chart",
+       xml_library(
+           "",
+           pou("",
+               "<SFC><step localId=\"1\" name=\"S\" initialStep=\"true\"><position x=\"0\" y=\"0\"/></step></SFC>")),
        "x : B;", "x();"},
       {"no body", xml_library("", "<pou name=\"B\" pouType=\"functionBlock\"><interface/></pou>"), "x : B;", "x();"},
-      {"no type of POU", xml_library("", "<pou name=\"B\" pouType=\"method\"><interface/><body>" + empty + "</body></pou>"),
-       "x : B;", ";"},
+      {"no type of POU",
+       xml_library("", "<pou name=\"B\" pouType=\"method\"><interface/><body>" + empty + "</body></pou>"), "x : B;",
+       ";"},
       {"statements", xml_library("", pou("", st + "IF nowhere THEN</xhtml></ST>")), "x : B;", "x();"},
-      {"drawing", xml_library("", pou("", "<FBD><block localId=\"1\" typeName=\"NOWHERE\"><position x=\"0\" y=\"0\"/><inputVariables/><inOutVariables/><outputVariables/></block></FBD>")),
+      {"drawing",
+       xml_library("", pou("",
+                           "<FBD><block localId=\"1\" typeName=\"NOWHERE\"><position x=\"0\" "
+                           "y=\"0\"/><inputVariables/><inOutVariables/><outputVariables/></block></FBD>")),
        "x : B;", "x();"},
-      {"data type", xml_library("<dataType name=\"B\"><baseType><derived name=\"Nowhere\"/></baseType></dataType>", ""), "x : B;", ";"},
-      {"global", xml_library("", "", "<globalVars name=\"G\"><variable name=\"B\"><type><derived name=\"Nowhere\"/></type></variable></globalVars>"),
+      {"data type", xml_library("<dataType name=\"B\"><baseType><derived name=\"Nowhere\"/></baseType></dataType>", ""),
+       "x : B;", ";"},
+      {"global",
+       xml_library("", "",
+                   "<globalVars name=\"G\"><variable name=\"B\"><type><derived "
+                   "name=\"Nowhere\"/></type></variable></globalVars>"),
        "x : INT;", "x := G.B;"},
-      {"initial value", xml_library("", "", "<globalVars><variable name=\"B\"><type><INT/></type><initialValue><simpleValue value=\"70000\"/></initialValue></variable></globalVars>"),
+      {"initial value",
+       xml_library("", "",
+                   "<globalVars><variable name=\"B\"><type><INT/></type><initialValue><simpleValue "
+                   "value=\"70000\"/></initialValue></variable></globalVars>"),
        "x : INT;", "x := B;"},
   };
   for (const Case& c : cases) {
@@ -306,7 +328,8 @@ TEST(Libraries, OfXmlAreLazyToo) {
     const auto unused = run_tool({PLC_TOOL, "check", l.user, "--lib", library, "--pou", "Main"});
     EXPECT_EQ(unused.code, 0) << unused.all();
     EXPECT_EQ(unused.err.find("library.xml"), std::string::npos) << unused.err;
-    write_text(l.user, std::string("PROGRAM Main\nVAR ") + c.variables + " END_VAR\n" + c.statements + "\nEND_PROGRAM\n");
+    write_text(l.user,
+               std::string("PROGRAM Main\nVAR ") + c.variables + " END_VAR\n" + c.statements + "\nEND_PROGRAM\n");
     const auto used = run_tool({PLC_TOOL, "check", l.user, "--lib", library, "--pou", "Main"});
     EXPECT_EQ(used.code, 1) << used.all();
     EXPECT_NE(used.err.find("error P4060: \"B\" of library "), std::string::npos) << used.err;
@@ -322,7 +345,8 @@ TEST(Libraries, ThatCannotBeReadAreErrors) {
     write_text(l.library, bytes);
     const std::string xml = l.scratch.file("library.xml");
     write_text(xml, bytes);
-    const auto check = run_tool({PLC_TOOL, "check", l.user, "--lib", bytes[0] == '<' ? xml : l.library, "--pou", "Main"});
+    const auto check =
+        run_tool({PLC_TOOL, "check", l.user, "--lib", bytes[0] == '<' ? xml : l.library, "--pou", "Main"});
     EXPECT_EQ(check.code, 1) << check.all();
     EXPECT_NE(check.err.find("library."), std::string::npos) << check.err;
   }

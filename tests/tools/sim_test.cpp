@@ -191,9 +191,10 @@ TEST_F(Sim, AnUnknownWatchIsTold) {
 
 TEST_F(Sim, AProgramWithoutVariablesHasAnEmptyTrace) {
   const std::string file = scratch_.file("empty.st"), trace = scratch_.file("out.csv");
-  write_text(file,
-             "PROGRAM Main ; END_PROGRAM\n"
-             "CONFIGURATION C TASK T(INTERVAL := T#10ms, PRIORITY := 0); PROGRAM main WITH T : Main; END_CONFIGURATION\n");
+  write_text(
+      file,
+      "PROGRAM Main ; END_PROGRAM\n"
+      "CONFIGURATION C TASK T(INTERVAL := T#10ms, PRIORITY := 0); PROGRAM main WITH T : Main; END_CONFIGURATION\n");
   const auto result = run_tool({PLC_TOOL, "sim", file, "--cycles", "3", "--trace", trace});
   EXPECT_EQ(result.code, 0) << result.err;
   EXPECT_EQ(read_text(trace), "cycle,time_ms\n0,0\n1,10\n2,20\n");

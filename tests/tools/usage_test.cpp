@@ -79,6 +79,10 @@ TEST(Usage, ExplainPrintsTheOrderWithReasons) {
   EXPECT_NE(result.out.find("order=drawing"), std::string::npos);
   EXPECT_NE(result.out.find("TON Pause"), std::string::npos) << result.out;
   EXPECT_NE(result.out.find("value of the previous scan from"), std::string::npos) << result.out;
+  const auto measure = run_tool({PLC_TOOL, "explain", tank(), "Measure"});
+  for (const char* reason : {"read for block 5", "written with block 5", "position"}) {
+    EXPECT_NE(measure.out.find(reason), std::string::npos) << reason << "\n" << measure.out;
+  }
   EXPECT_EQ(result.out.find("HighAlarm"), std::string::npos) << "only the POU asked for";
   EXPECT_EQ(run_tool({PLC_TOOL, "explain", tank(), "Nowhere"}).code, 1);
 }

@@ -244,7 +244,7 @@ PROGRAM NotAList Step := 3; LD := 4; S(a := 1); END_PROGRAM)");
   EXPECT_EQ(pous[6].bodies.at(0).language, Language::kSt);
 }
 
-TEST(ReadPous, ActionsInBehindAndBesideTheirPou) {
+TEST(ReadPous, ActionsInAfterAndBesideTheirPou) {
   const Reading r(R"(FUNCTION_BLOCK Pump
 VAR n : INT; END_VAR
 ACTION First: n := 1; END_ACTION

@@ -68,6 +68,67 @@ TEST(Body, BlockWithAllPinLists) {
   EXPECT_TRUE(block.outputs[0].has_point_out);
 }
 
+TEST(Body, VariablesAtOutputPoints) {
+  const auto r = read_clean(program(R"(<FBD><block localId="1" typeName="F" instanceName="???"><inputVariables>
+<variable formalParameter="A"><connectionPointIn><expression> ? ?? </expression></connectionPointIn></variable></inputVariables>
+<inOutVariables><variable formalParameter="IO"><connectionPointIn><expression>Left</expression></connectionPointIn>
+<connectionPointOut><expression>Right</expression></connectionPointOut></variable></inOutVariables>
+<outputVariables><variable formalParameter="Q"><connectionPointOut><expression> a[1].b </expression></connectionPointOut></variable>
+<variable formalParameter="ET"><connectionPointOut><expression>???</expression></connectionPointOut></variable></outputVariables></block>
+<inVariable localId="2"><connectionPointOut/><expression>??</expression></inVariable></FBD>)"));
+  const Element& block = body_of(r).elements.at(0);
+  EXPECT_EQ(block.instance_name, "");
+  EXPECT_EQ(block.inputs.at(0).expression, "");
+  EXPECT_EQ(block.in_outs.at(0).expression, "Left");
+  EXPECT_EQ(block.in_outs.at(0).target, "Right");
+  EXPECT_EQ(block.outputs.at(0).target, "a[1].b");
+  EXPECT_EQ(block.outputs.at(0).expression, "");
+  EXPECT_EQ(block.outputs.at(0).target_at.local_id, 1);
+  EXPECT_NE(block.outputs.at(0).target_at.line, block.at.line);
+  EXPECT_EQ(block.outputs.at(1).target, "");
+  EXPECT_EQ(body_of(r).elements.at(1).text, "");
+}
+
+TEST(Body, ClosedBranchesOfCodesys) {
+  const std::string mark = R"(<vendorElement localId="9"><alternativeText/><addData>
+<data name="http://www.3s-software.com/plcopenxml/ldparallelbranch" handleUnknown="implementation">
+<ParallelBranch mode="SCE"><BranchInput><connectionPointIn><connection refLocalId="3"/></connectionPointIn></BranchInput>
+<BranchTrees><Tree><connectionPointIn><connection refLocalId="4" formalParameter="Q"/><connection refLocalId="5"/></connectionPointIn></Tree>
+<Tree/></BranchTrees></ParallelBranch></data></addData></vendorElement>)";
+  const auto r = read_clean(ladder(mark));
+  const Body& body = body_of(r);
+  EXPECT_TRUE(body.elements.empty());
+  ASSERT_EQ(body.closed_branches.size(), 1u);
+  const ClosedBranch& branch = body.closed_branches[0];
+  EXPECT_EQ(branch.local_id, 9);
+  EXPECT_TRUE(branch.short_circuit);
+  ASSERT_EQ(branch.input.connections.size(), 1u);
+  EXPECT_EQ(branch.input.connections[0].ref_local_id, 3);
+  ASSERT_EQ(branch.lines.size(), 2u);
+  ASSERT_EQ(branch.lines[0].connections.size(), 2u);
+  EXPECT_EQ(branch.lines[0].connections[0].formal_parameter, "Q");
+  EXPECT_EQ(branch.lines[0].connections[0].at.local_id, 9);
+  EXPECT_TRUE(branch.lines[1].connections.empty());
+}
+
+TEST(Body, ClosedBranchesOfOtherModesAreOr) {
+  const auto of_mode = [](const std::string& mode) {
+    return read_text(ladder("<vendorElement localId=\"9\"><addData><data name=\"x/ldparallelbranch\"><ParallelBranch " + mode +
+                            "/></data></addData></vendorElement>"));
+  };
+  EXPECT_EQ(of_mode("").codes(), "");
+  EXPECT_EQ(of_mode("mode=\"or\"").codes(), "");
+  const auto r = of_mode("mode=\"xor\"");
+  EXPECT_EQ(r.codes(), "P3030");
+  EXPECT_FALSE(body_of(r).closed_branches.at(0).short_circuit);
+}
+
+TEST(Body, ClosedBranchOutsideOfABody) {
+  const auto r = read_text(tc6("", "", R"(<addData><data name="x/ldparallelbranch"><ParallelBranch mode="sce"><BranchInput>
+<connectionPointIn><connection refLocalId="3"/></connectionPointIn></BranchInput></ParallelBranch></data></addData>)"));
+  EXPECT_EQ(r.codes(), "");
+}
+
 TEST(Body, VariablesJumpsLabelsReturnsAndConnectors) {
   const auto r = read_clean(program(R"(<FBD>
 <inVariable localId="1" negated="true" edge="rising" storage="reset"><connectionPointOut/><expression>T#500ms</expression></inVariable>

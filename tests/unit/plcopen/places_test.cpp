@@ -69,6 +69,50 @@ TEST(Places, CarriageReturnsAndByteOrderMark) {
     EXPECT_EQ(place(body_of(plain).elements.at(i).at), place(body_of(other).elements.at(i).at));
 }
 
+TEST(Places, DoubledCarriageReturnsAreOneLineEnd) {
+  const std::string xml = program("<ST>\r\r\n a;\r\r\n\r\r\n b;\r\r\n</ST>");
+  const auto r = read_clean(xml);
+  EXPECT_EQ(body_of(r).text, "a; \n \n b;");
+  EXPECT_EQ(place(body_of(r).text_at), place_of(xml, "a;"));
+  EXPECT_TRUE(r.diagnostics.text_jumps(r.project->file)->all().empty());
+}
+
+/// "1:4>1:8": what stands at column 4 is followed by what stands at column 8.
+std::string jumps_of(const ReadResult& r) {
+  std::string out;
+  for (const core::TextJumps::Jump& jump : r.diagnostics.text_jumps(r.project->file)->all()) {
+    out += (out.empty() ? "" : " ") + std::to_string(jump.at.line) + ':' + std::to_string(jump.at.column) + '>' +
+           std::to_string(jump.next.line) + ':' + std::to_string(jump.next.column);
+  }
+  return out;
+}
+
+TEST(Places, TextsJumpBehindEntitiesSectionsAndLoneReturns) {
+  const auto jumps = [](const std::string& text) { return jumps_of(read_clean(program("<ST>\n" + text + "</ST>"))); };
+  EXPECT_EQ(jumps("a\n\xC3\xA4 b"), "");
+  EXPECT_EQ(jumps("a&lt;b"), "5:2>5:6");
+  EXPECT_EQ(jumps("a&#60;&#x3c;b;"), "5:2>5:7 5:7>5:13");
+  EXPECT_EQ(jumps("a<![CDATA[b&]]>c"), "5:1>5:11 5:12>5:16");
+  EXPECT_EQ(jumps("<![CDATA[a]]><![CDATA[b]]>"), "5:10>5:23");
+  EXPECT_EQ(jumps("a<!-- x\n -->b"), "5:1>6:5");
+  EXPECT_EQ(jumps("a\rb"), "5:2>5:3");
+  EXPECT_EQ(jumps("a<xhtml:b>c</xhtml:b>"), "5:1>5:11");
+}
+
+TEST(Places, ValuesOfAttributesHavePlacesOfTheirOwn) {
+  const std::string xml =
+      program("<ST/>",
+              "<localVars><variable name=\"a\"><type><array><dimension upper=\"N - 1\"\n lower='2'/><baseType><INT/>"
+              "</baseType></array></type><initialValue><simpleValue\n value = ' 3 &amp; x'/></initialValue>"
+              "</variable></localVars>");
+  const auto r = read_clean(xml);
+  const Variable& a = r.project->pous.at(0).variables.at(0);
+  EXPECT_EQ(place(a.type.dimensions.at(0).upper_at), place_of(xml, "N - 1"));
+  EXPECT_EQ(place(a.type.dimensions.at(0).lower_at), place_of(xml, "2'"));
+  EXPECT_EQ(a.initial.text, "3 & x");
+  EXPECT_EQ(place(a.initial.at), place_of(xml, "3 &amp;"));
+}
+
 TEST(Places, ColumnsCountCharacters) {
   const auto r = read_clean(
       ladder("\n<comment localId=\"9\" width=\"1\" height=\"1\"><content>\xC3\xA4\xE2\x82\xAC</content></comment><coil "
