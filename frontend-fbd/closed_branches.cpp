@@ -85,14 +85,20 @@ void add_bypasses(Graph& graph, const std::vector<BranchWires>& branches) {
     }
   }
   for (const auto& [box, wires] : bypasses) {
-    // The inputs of a node stand together: they move to the end.
+    // The inputs of a node, and their wires, stand together: they move to the end.
     Node& node = graph.nodes[box];
     const std::uint32_t first = static_cast<std::uint32_t>(graph.inputs.size());
-    for (std::uint32_t k = 0; k < node.input_count; ++k)
-      graph.inputs.push_back(Input{graph.inputs[node.first_input + k]});
-    graph.inputs.push_back(
-        {&kBypass, static_cast<std::uint32_t>(graph.wires.size()), static_cast<std::uint32_t>(wires.size())});
-    graph.wires.insert(graph.wires.end(), wires.begin(), wires.end());
+    const auto add = [&](const plcopen::Pin* pin, const std::vector<Wire>& own) {
+      graph.inputs.push_back(
+          {pin, static_cast<std::uint32_t>(graph.wires.size()), static_cast<std::uint32_t>(own.size())});
+      graph.wires.insert(graph.wires.end(), own.begin(), own.end());
+    };
+    for (std::uint32_t k = node.first_input; k < node.first_input + node.input_count; ++k) {
+      const Input input = graph.inputs[k];
+      const auto begin = graph.wires.begin() + input.first_wire;
+      add(input.pin, std::vector<Wire>(begin, begin + input.wire_count));
+    }
+    add(&kBypass, wires);
     node.first_input = first;
     ++node.input_count;
   }

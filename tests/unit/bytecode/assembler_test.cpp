@@ -20,6 +20,7 @@ TEST(Assembler, RoundTripKeepsEveryByte) {
                      core::AddressProfile::kOverlay,
                      core::Coherence::kGlobalLock,
                      true,
+                     false,
                      "Main \"x\""};
   s.image.tasks[0].single = "go";
   const std::string text = disassemble(s.image);

@@ -22,6 +22,7 @@ TEST(ImageFile, RoundTripKeepsEveryByte) {
                      core::AddressProfile::kOverlay,
                      core::Coherence::kGlobalLock,
                      true,
+                     false,
                      "Main"};
   s.image.tasks[0].single = "go";
   const std::vector<std::byte> bytes = save(s.image);
