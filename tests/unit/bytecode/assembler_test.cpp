@@ -21,6 +21,7 @@ TEST(Assembler, RoundTripKeepsEveryByte) {
                      core::Coherence::kGlobalLock,
                      true,
                      false,
+                     false,
                      "Main \"x\""};
   s.image.tasks[0].single = "go";
   const std::string text = disassemble(s.image);

@@ -23,6 +23,7 @@ TEST(ImageFile, RoundTripKeepsEveryByte) {
                      core::Coherence::kGlobalLock,
                      true,
                      false,
+                     false,
                      "Main"};
   s.image.tasks[0].single = "go";
   const std::vector<std::byte> bytes = save(s.image);
