@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <utility>
 
 namespace plc::fbd {
 namespace {
@@ -84,24 +85,27 @@ void add_bypasses(Graph& graph, const std::vector<BranchWires>& branches) {
       wires.insert(wires.end(), free_ends.begin(), free_ends.end());
     }
   }
-  for (const auto& [box, wires] : bypasses) {
-    // The inputs of a node, and their wires, stand together: they move to the end.
-    Node& node = graph.nodes[box];
-    const std::uint32_t first = static_cast<std::uint32_t>(graph.inputs.size());
-    const auto add = [&](const plcopen::Pin* pin, const std::vector<Wire>& own) {
-      graph.inputs.push_back(
-          {pin, static_cast<std::uint32_t>(graph.wires.size()), static_cast<std::uint32_t>(own.size())});
-      graph.wires.insert(graph.wires.end(), own.begin(), own.end());
-    };
+  if (bypasses.empty()) return;
+  // Inputs and wires of a node stand together, in the order of the nodes: all move.
+  std::vector<Input> inputs;
+  std::vector<Wire> wires;
+  const auto add = [&](const plcopen::Pin* pin, const Wire* first, std::size_t count) {
+    inputs.push_back({pin, static_cast<std::uint32_t>(wires.size()), static_cast<std::uint32_t>(count)});
+    wires.insert(wires.end(), first, first + count);
+  };
+  for (NodeId n = 0; n < graph.nodes.size(); ++n) {
+    Node& node = graph.nodes[n];
+    const auto first = static_cast<std::uint32_t>(inputs.size());
     for (std::uint32_t k = node.first_input; k < node.first_input + node.input_count; ++k) {
-      const Input input = graph.inputs[k];
-      const auto begin = graph.wires.begin() + input.first_wire;
-      add(input.pin, std::vector<Wire>(begin, begin + input.wire_count));
+      const Input& input = graph.inputs[k];
+      add(input.pin, graph.wires.data() + input.first_wire, input.wire_count);
     }
-    add(&kBypass, wires);
+    if (const auto it = bypasses.find(n); it != bypasses.end()) add(&kBypass, it->second.data(), it->second.size());
     node.first_input = first;
-    ++node.input_count;
+    node.input_count = static_cast<std::uint32_t>(inputs.size()) - first;
   }
+  graph.inputs = std::move(inputs);
+  graph.wires = std::move(wires);
 }
 
 }  // namespace plc::fbd
