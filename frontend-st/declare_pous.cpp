@@ -224,6 +224,8 @@ void Declarer::declare_global(const plcopen::Variable& variable) {
   out.persistent = variable.persistent;
   out.at = variable.at;
   global.list = variable.list;
+  global.prefix = variable.prefix;
+  global.file_prefix = variable.file_prefix;
   global.from_library = variable.at.file != project_.file;
   const auto index = static_cast<std::uint32_t>(module_.globals.size());
   if (!variable.address.empty()) {

@@ -410,7 +410,7 @@ std::optional<PlaceId> Lowering::place(NodeId id, bool for_writing) {
       const auto global = builder_.module().global_by_name.find(qualified);
       if (global != builder_.module().global_by_name.end()) {
         const ir::Global& found = builder_.module().globals[global->second];
-        if (found.list.empty() && core::iequals(found.variable.name, name_text(path.back()))) {
+        if (found.file_prefix && core::iequals(found.variable.name, name_text(path.back()))) {
           report(Code::P4351, at(root),
                  quoted(name_text(root)) + " is the name of a file, and stands in front of " +
                      quoted(found.variable.name) + " as if it named a list",

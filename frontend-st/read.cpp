@@ -10,6 +10,7 @@
 #include <new>
 #include <unordered_map>
 #include <unordered_set>
+#include <utility>
 
 #include "core/text.h"
 #include "frontend-st/declaration_reader.h"
@@ -75,6 +76,7 @@ void name_lists(plcopen::Project& project, std::string_view path) {
     if (!configuration.name.empty()) continue;
     for (plcopen::Variable& variable : configuration.globals) {
       (required ? variable.list : variable.prefix) = file_stem(path);
+      variable.file_prefix = !required;
     }
   }
 }
@@ -145,6 +147,36 @@ std::unique_ptr<plcopen::Project> read_memory(std::string_view bytes, const std:
   return read_bytes(bytes, name, diagnostics.add_file(name), diagnostics);
 }
 
+namespace {
+
+/// A list of an XML file without the attribute qualified_only need not be named: its variables are called by their own
+/// names, from outside too, where no other global has the name.
+void free_lists(plcopen::Project& project) {
+  std::unordered_set<std::string, core::NameHash, core::NameEqual> qualified(project.qualified_lists.begin(),
+                                                                             project.qualified_lists.end());
+  for (const plcopen::PlainDeclaration& declaration : project.declarations) {
+    if (declaration.of_list && declaration.text.find("'qualified_only'") != std::string::npos) {
+      qualified.insert(declaration.owner);
+    }
+  }
+  std::unordered_map<std::string_view, std::size_t, core::NameHash, core::NameEqual> count;
+  const auto each_global = [&](const auto& visit) {
+    for (plcopen::Configuration& configuration : project.configurations) {
+      for (plcopen::Variable& variable : configuration.globals) visit(variable);
+      for (plcopen::Resource& resource : configuration.resources) {
+        for (plcopen::Variable& variable : resource.globals) visit(variable);
+      }
+    }
+  };
+  each_global([&](const plcopen::Variable& variable) { ++count[variable.name]; });
+  each_global([&](plcopen::Variable& variable) {
+    if (variable.list.empty() || qualified.contains(variable.list) || count[variable.name] != 1) return;
+    variable.prefix = std::exchange(variable.list, {});
+  });
+}
+
+}  // namespace
+
 void read_plain_declarations(plcopen::Project& project, core::Diagnostics& diagnostics) {
   std::unordered_set<std::string, core::NameHash, core::NameEqual> lists;
   const auto add_lists = [&](const std::vector<plcopen::Variable>& globals) {
@@ -179,6 +211,7 @@ void read_plain_declarations(plcopen::Project& project, core::Diagnostics& diagn
       reader.read_pragmas();
     }
   }
+  free_lists(project);
 }
 
 bool looks_like_text(std::string_view bytes) {

@@ -98,7 +98,8 @@ struct Variable {
   InitialValue initial;
   std::string address;  ///< "%IX0.0" as written, or empty
   std::string list;     ///< name of the globalVars list ("GVL"), for qualified access GVL.x; or empty
-  std::string prefix;   ///< name that may stand in front of the variable though it is in no list: its file's; or empty
+  std::string prefix;   ///< name that may stand before the variable though it needs none: its file's or list's; or empty
+  bool file_prefix = false;  ///< the prefix is the name of the file, which the standard does not know
   bool constant = false;
   bool retain = false;
   bool nonretain = false;
@@ -320,6 +321,7 @@ struct Project {
   std::vector<Pou> pous;
   std::vector<Configuration> configurations;
   std::vector<PlainDeclaration> declarations;
+  std::vector<std::string> qualified_lists;  ///< globalVars lists of XML with the attribute qualified_only
   std::vector<Pragma> pragmas;
   std::vector<Extent> extents;          ///< of the file's own declarations
   std::vector<Extent> library_extents;  ///< of the declarations of libraries that joined the project

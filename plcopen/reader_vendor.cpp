@@ -40,6 +40,14 @@ void plain_declaration(Reader& r) {
   r.project.declarations.push_back(std::move(declaration));
 }
 
+/// An attribute of the tool: of a list, that its name has to stand before its variables.
+void vendor_attribute(Reader& r, const Tag& tag) {
+  if (r.var_lists.empty() || r.var_lists.back().section != Section::kGlobal) return;
+  if (core::iequals(core::trimmed(tag.attributes.get(Attr::kAttributeName)), "qualified_only")) {
+    r.project.qualified_lists.push_back(r.var_lists.back().list);
+  }
+}
+
 void object_oriented(Reader& r, const Tag& tag) {
   r.report(core::Code::P1015, tag.at, "methods, properties, interfaces and inheritance are not executed",
            "write the method as a function block or a function");
@@ -75,12 +83,12 @@ constexpr Rule kRules[] = {
     vendor_data("/action"),
     vendor_data("/actions"),
     vendor_data("/pathstructure"),
+    vendor_data("/attributes"),
     editor_data("/objectid"),
     editor_data("/projectstructure"),
     editor_data("/projectinformation"),
     editor_data("/libraries"),
     editor_data("/buildproperties"),
-    editor_data("/attributes"),
     editor_data("/fbdcalltype"),
     editor_data("/inputparamtypes"),
     editor_data("/outputparamtypes"),
@@ -111,6 +119,8 @@ constexpr Rule kRules[] = {
     used(State::kVendor, "Actions", State::kActions),
     anchored(State::kVendor, "action", State::kPouAction, start_pou_action, close_pou_action),
     anchored(State::kVendor, "Action", State::kPouAction, start_pou_action, close_pou_action),
+    used(State::kVendor, "Attributes", State::kVendor),
+    used(State::kVendor, "Attribute", State::kLeaf, vendor_attribute),
     used(State::kVendor, "pathStructure", State::kVendor, path_structure),
     ignored(State::kVendor, "Watchdog", "the runtime has its own watchdog", State::kVendor),
     ignored(State::kVendor, "*", kReasonEditor, State::kVendor),

@@ -62,14 +62,19 @@ void initialise_located(Shared& shared, const ir::LocatedPart& part, ir::TypeRef
               whole + shared.layout.offset_of(type, part.path), shared.image.types[image_type].size);
 }
 
-/// Global variables at the address of another are names of its field.
+/// Global variables at the address of another are names of its field; so are names with a list that need none.
 void add_second_names(const Shared& shared, ImageType& globals) {
   std::unordered_set<std::string, core::NameHash, core::NameEqual> names;
   for (const ImageField& field : globals.fields) names.insert(field.name);
-  for (const ir::GlobalAlias& alias : shared.module.global_aliases) {
-    std::string name = alias.list.empty() ? alias.name : alias.list + "." + alias.name;
-    const std::uint32_t field = shared.layout.global_field(alias.global);
+  const auto add = [&](std::uint32_t global, const std::string& list, const std::string& variable) {
+    std::string name = list.empty() ? variable : list + "." + variable;
+    const std::uint32_t field = shared.layout.global_field(global);
     if (field != kNoIndex && names.insert(name).second) globals.aliases.push_back({std::move(name), field});
+  };
+  for (const ir::GlobalAlias& alias : shared.module.global_aliases) add(alias.global, alias.list, alias.name);
+  for (std::uint32_t g = 0; g < shared.module.globals.size(); ++g) {
+    const ir::Global& global = shared.module.globals[g];
+    if (!global.prefix.empty()) add(g, global.prefix, global.variable.name);
   }
 }
 
