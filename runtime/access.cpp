@@ -305,6 +305,7 @@ class Finder {
     constexpr std::size_t kNamed = 3;
     const auto listed = [this](const std::string& pattern) {
       PathLister lister(resource_, pattern, kNamed + 1, Paths::kNames);
+      lister.leave_out_states();
       lister.run();
       return lister.take();
     };
@@ -333,6 +334,7 @@ class Finder {
   [[nodiscard]] std::string nearest_variable() const {
     constexpr std::size_t kLookedAt = 20'000;
     PathLister lister(resource_, "*", kLookedAt, Paths::kNames);
+    lister.leave_out_states();
     lister.run();
     core::Guess guess(steps_[0].name);
     std::string best, path;

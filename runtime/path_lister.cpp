@@ -123,6 +123,7 @@ void PathLister::walk(std::string& path, const Place& place, bool behind_alias) 
       return;
     case TypeKind::kStruct:
       for (const ImageField& field : type.fields) {
+        if (!states_ && field.role == bytecode::FieldRole::kState) continue;
         const Place member = {place.task, place.offset + field.offset, field.type, place.constant || field.constant};
         walk_named(path, field.name, member, behind_alias);
       }

@@ -32,6 +32,8 @@ enum class Paths : std::uint8_t {
 class PathLister {
  public:
   PathLister(const Resource& resource, std::string_view pattern, std::size_t limit, Paths paths);
+  /// Memory of blocks of the library is left out: nobody means it who misspells a name.
+  void leave_out_states() { states_ = false; }
   /// Walks through everything: instances before globals, in declaration order.
   void run();
   /// What was found.
@@ -58,6 +60,7 @@ class PathLister {
   std::string_view pattern_;
   std::size_t limit_;
   bool hidden_;
+  bool states_ = true;
   Paths paths_;
   std::string_view root_name_;  ///< by which the walk came to the global that it is in
   std::vector<bool> listed_;    ///< by global
