@@ -158,34 +158,59 @@ class Resolver {
   }
 
   /// Adds what the export leaves out: all outputs where none are drawn, else the one that the wire names.
-  void complete(NodeId from, std::string_view name) {
+  void complete(NodeId from, std::string_view name, const std::optional<std::vector<Port>>& known) {
     const Element& block = element(from);
     if (types_ == nullptr || block.has_code) return;
     const bool none = block.outputs.empty();
-    const auto known = outputs_of(*types_, block);
     if (!known) {  // the block is not known, and said so
       if (!name.empty()) add_output(from, name);
       return;
     }
-    const bool result_as_out =
-        core::iequals(name, "OUT") && std::none_of(known->begin(), known->end(), [&](auto& port) {
-          return port.direction == stdlib::Direction::kOutput && is_named(port, name);
-        });
     for (const Port& port : *known) {
       if (none && port.direction == stdlib::Direction::kOutput && !is_eno_name(port.name)) {
-        const bool result = port.result && result_as_out;
-        add_output(from, result || is_named(port, name) ? name : port.name);
+        add_output(from, is_named(port, name) ? name : port.name);
       } else if (is_named(port, name)) {
         add_output(from, name);
       }
     }
   }
 
+  std::optional<std::vector<Port>> known_outputs(NodeId node) {
+    if (types_ == nullptr || element(node).has_code) return std::nullopt;
+    return outputs_of(*types_, element(node));
+  }
+
+  /// The drawn result of a function, whatever its pin is called: the first that no other output has the name of.
+  std::optional<OutRef> drawn_result(NodeId from, const std::vector<Port>& known) const {
+    const Element& block = element(from);
+    for (std::size_t i = 0; i < block.outputs.size(); ++i) {
+      const std::string& pin = block.outputs[i].name;
+      const bool other = std::any_of(known.begin() + 1, known.end(), [&](const Port& p) { return is_named(p, pin); });
+      if (!other && !is_eno_name(pin)) return OutRef{OutRef::Kind::kPin, static_cast<std::uint16_t>(i), from};
+    }
+    return std::nullopt;
+  }
+
+  /// The output that a wire names: drawn, or as the type has it. Editors call the result of a function OUT.
+  std::optional<OutRef> named_output(NodeId from, std::string_view name) {
+    if (const auto drawn = drawn_output(from, name)) return drawn;
+    const auto known = known_outputs(from);
+    const bool result =
+        known && !known->empty() && known->front().result &&
+        (is_named(known->front(), name) || core::iequals(name, "OUT")) &&
+        std::none_of(known->begin() + 1, known->end(), [&](const Port& port) { return is_named(port, name); });
+    if (result) {
+      if (const auto drawn = drawn_result(from, *known)) return drawn;
+    }
+    complete(from, name, known);
+    if (const auto drawn = drawn_output(from, name)) return drawn;
+    return result ? drawn_result(from, *known) : std::nullopt;
+  }
+
   /// True for a name, of no drawn output, at a function block that has several outputs: any of them may be meant.
   /// Functions and blocks of one output are read by that, whatever the file calls it.
-  bool is_foreign(const Element& block, std::string_view name) {
-    if (types_ == nullptr || name.empty() || block.has_code) return false;
-    const auto known = outputs_of(*types_, block);
+  bool is_foreign(NodeId node, std::string_view name) {
+    const auto known = name.empty() ? std::nullopt : known_outputs(node);
     if (!known || std::any_of(known->begin(), known->end(), [](const Port& port) { return port.result; })) return false;
     return std::count_if(known->begin(), known->end(),
                          [](const Port& port) { return port.direction == stdlib::Direction::kOutput; }) > 1;
@@ -193,12 +218,10 @@ class Resolver {
 
   OutRef block_output(const Element& reader, const Pin& pin, const plcopen::Connection& connection, NodeId from) {
     const std::string& name = connection.formal_parameter;
-    if (!name.empty()) {
-      if (const auto drawn = drawn_output(from, name)) return *drawn;
-    }
-    if (!name.empty() || element(from).outputs.empty()) complete(from, name);
-    if (!name.empty()) {
-      if (const auto drawn = drawn_output(from, name)) return *drawn;
+    if (name.empty()) {
+      if (element(from).outputs.empty()) complete(from, name, known_outputs(from));
+    } else if (const auto named = named_output(from, name)) {
+      return *named;
     }
     const Element& block = element(from);
     std::size_t plain = 0;
@@ -212,7 +235,7 @@ class Resolver {
       }
     }
     const bool power = wants_power(reader, pin);
-    if (plain == 1 && !(power && has_eno) && !is_foreign(block, name)) {
+    if (plain == 1 && !(power && has_eno) && !is_foreign(from, name)) {
       return {OutRef::Kind::kPin, static_cast<std::uint16_t>(plain_index), from};
     }
     if (!name.empty() || plain > 1) {
