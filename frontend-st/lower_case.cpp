@@ -64,6 +64,12 @@ std::optional<Operand> Lowering::number_of_constant(const Operand& given, TypeRe
 std::optional<ValueId> Lowering::label_value(NodeId id, TypeRef selector) {
   const auto given = value(id, selector);
   if (!given) return std::nullopt;
+  if (given->kind == Operand::Kind::kValue && builder_.type_of(given->value) == ir::kBoolType &&
+      selector != ir::kBoolType) {
+    report(Code::P4101, at(id),
+           "label of CASE needs " + types().name_of(selector) + ", " + quoted(text(id)) + " is BOOL");
+    return std::nullopt;
+  }
   if (const auto number = number_of_constant(*given, selector)) {
     report(Code::P4339, at(id),
            "label " + quoted(text(id)) + " of CASE has type " + types().name_of(builder_.type_of(given->value)) +

@@ -9,6 +9,7 @@ namespace {
 
 using core::Code;
 __extension__ using Wide = __int128;
+__extension__ using WideBits = unsigned __int128;
 
 struct Kind {
   const char* name;
@@ -80,8 +81,7 @@ Wide result_of(const Operation& operation, Wide x, Wide y, const Kind& a, const 
   y = as(y, in);
   if (symbol == "+") return as(x + y, in);
   if (symbol == "-") return as(x - y, in);
-  if (symbol == "*")
-    return as(static_cast<Wide>(static_cast<unsigned __int128>(x) * static_cast<unsigned __int128>(y)), in);
+  if (symbol == "*") return as(static_cast<Wide>(static_cast<WideBits>(x) * static_cast<WideBits>(y)), in);
   if (y == 0) return 0;
   return as(symbol == "/" ? x / y : x % y, in);
 }
@@ -148,7 +148,9 @@ TEST_F(IdiomsTest, EveryPairOfTypesComputesAsInC) {
           const std::string statement =
               std::string(operation.name) + "_" + to.name + " := " + x + " " + operation.symbol + " " + y + ";\n";
           if (to.bits >= most) text += statement;
-          if (to.bits < most) EXPECT_FALSE(lower(statement)) << statement;
+          if (to.bits < most) {
+            EXPECT_FALSE(lower(statement)) << statement;
+          }
         }
       }
       for (const Operation& comparison : kComparisons) {
@@ -263,7 +265,7 @@ TEST_F(IdiomsTest, WhatTheStandardKnowsHasNoNote) {
   EXPECT_EQ(codes("x_INT := x_INT + 1; x_DINT := x_INT + x_UINT; x_WORD := x_BYTE; lr := x_DINT; r := x_INT ** 2;"),
             "");
   EXPECT_EQ(codes("x_WORD := x_WORD AND 16#FF; x_WORD := SHL(x_WORD, 3); t := x_INT > x_UINT; x_BYTE := 255;"), "");
-  EXPECT_EQ(codes("x_BYTE := USINT_TO_BYTE(BYTE_TO_USINT(x_BYTE) + 1); t := x_LINT > x_INT ** 2;"), "");
+  EXPECT_EQ(codes("x_BYTE := USINT_TO_BYTE(BYTE_TO_USINT(x_BYTE) + 1); t := x_DINT > x_INT ** 2;"), "");
 }
 
 TEST_F(IdiomsTest, WhatLosesBitsIsRefused) {
@@ -272,6 +274,7 @@ TEST_F(IdiomsTest, WhatLosesBitsIsRefused) {
   EXPECT_EQ(codes("x_BYTE := 300; x_BYTE := -129; x_INT := 40000; x_SINT := 16#1FF; t := 2;"), "P4107");
   EXPECT_EQ(codes("r := lr;"), "P4101");
   EXPECT_EQ(codes("x_INT := x_INT AND t;"), "P4103");
+  EXPECT_EQ(codes("CASE x_INT OF TRUE: t := TRUE; END_CASE;"), "P4101");
 }
 
 TEST_F(IdiomsTest, IntermediateResultsAreNotCut) {
