@@ -192,7 +192,8 @@ void BlockLowering::lower_bundle(const stdlib::BundleSpec& bundle) {
   }
   if (!good) return poison();
 
-  open(false);
+  open(std::any_of(bundle.outputs.begin(), bundle.outputs.end(),
+                   [](const stdlib::FunctionSpec* output) { return !output->events.empty(); }));
   const auto value = b.convert(*given, ports[0].type, in_name);
   if (!value) {
     close();
