@@ -236,7 +236,7 @@ void Lowering::report_unknown_function(NodeId id, std::string_view name) {
     return report(Code::P4066, at(id), core::uppered(name) + ": " + std::string(foreign->what) + " is not supported",
                   std::string(foreign->help));
   }
-  std::string help = function_meant(builder_.module(), name);
+  std::string help = function_meant(builder_.module(), builder_.pou(), name);
   if (!supplier_of(name).empty()) help = supply_help(name, "FUNCTION " + std::string(name) + " : T");
   report(Code::P4009, at(id), "there is no function " + quoted(name), std::move(help));
 }

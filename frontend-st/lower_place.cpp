@@ -228,6 +228,9 @@ std::optional<PlaceId> Lowering::member_place(PlaceId parent, NodeId id, bool fo
           guess.offer(variable.name);
         }
       }
+      if (pou.actions.contains(std::string(name))) {
+        help = quoted(name) + " is an action: call it as a statement of its own, " + std::string(text(id)) + "();";
+      }
       for (const auto& [action, index] : pou.actions) guess.offer(action);
       if (pou.find(name) != nullptr)
         help = "only inputs, outputs and in-outs are seen from outside: make it a VAR_OUTPUT";

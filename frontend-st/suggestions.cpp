@@ -106,10 +106,14 @@ bool is_address(std::string_view text) {
 
 }  // namespace
 
-std::string function_meant(const ir::Module& module, std::string_view name) {
+std::string function_meant(const ir::Module& module, const ir::Pou& caller, std::string_view name) {
   const std::string conversion = conversion_meant(name);
   if (!conversion.empty()) return "did you mean \"" + conversion + "\"?";
   core::Guess guess(name);
+  for (const auto& [action, index] : caller.actions) guess.offer(action);
+  for (const ir::Pou& pou : module.pous) {
+    if (pou.kind == ir::PouKind::kProgram && pou.owner == ir::Pou::kDeclared) guess.offer(pou.name);
+  }
   offer_functions(module, false, guess);
   return guess.help();
 }

@@ -13,7 +13,7 @@
 namespace plc::st {
 
 /// For a function that there is not: one of the project or of the library, conversions by the types in their name.
-std::string function_meant(const ir::Module& module, std::string_view name);
+std::string function_meant(const ir::Module& module, const ir::Pou& caller, std::string_view name);
 /// For a drawn block that there is not: functions and function blocks.
 std::string block_meant(const ir::Module& module, std::string_view name);
 /// For the operator at `position` of `text` that ST does not have ("==", "!=", "&&"), or that does not stand there

@@ -162,8 +162,8 @@ void check_writers(const Module& module, core::Diagnostics& diagnostics) {
     if (writers[g].size() < 2) continue;
     const Variable& v = module.globals[g].variable;
     diagnostics.report(Code::P4204, v.at, "",
-                       fmt::format("variable {} is written by tasks {}", v.name.empty() ? v.address : v.name,
-                                   names_of(module, writers[g], diagnostics)),
+                       fmt::format("{} {} is written by tasks {}", module.globals[g].program ? "program" : "variable",
+                                   v.name.empty() ? v.address : v.name, names_of(module, writers[g], diagnostics)),
                        "each task publishes only what it changed, the last one wins; give the variable one writer");
   }
 }

@@ -188,6 +188,8 @@ class IrEvaluator {
       case ir::Place::Kind::kElement:
       case ir::Place::Kind::kElementAt:
         break;
+      case ir::Place::Kind::kSelf:
+        return instance;
       case ir::Place::Kind::kPart:
       case ir::Place::Kind::kCharacter:
         return {};

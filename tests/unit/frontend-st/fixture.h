@@ -300,6 +300,8 @@ class Machine {
         return path_of(place.parent) + "." + std::to_string(place.index);
       case ir::Place::Kind::kElement:
         return path_of(place.parent) + "[" + std::to_string(place.index) + "]";
+      case ir::Place::Kind::kSelf:
+        return "self";
       case ir::Place::Kind::kPart:
       case ir::Place::Kind::kCharacter:
         break;
