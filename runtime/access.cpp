@@ -378,6 +378,7 @@ std::vector<Listed> Access::list_places(std::string_view pattern, std::size_t li
 }
 
 std::vector<std::string> Access::list_names(std::string_view pattern, std::size_t limit) const {
+  if (pattern.starts_with('%')) return list(pattern, limit);  // addresses have no other names
   PathLister lister(resource_, pattern, limit, Paths::kNames);
   lister.run();
   PathLister others(resource_, pattern, limit, Paths::kAll);

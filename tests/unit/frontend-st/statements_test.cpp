@@ -339,8 +339,8 @@ TEST_F(StatementsTest, OperatorsOfOtherLanguagesAreNamed) {
       {"c := a % b;", "MOD"},
       {"c := a%2;", "MOD"},
       {"x := y || x;", "\"or\" is written OR"},
-      {"a++;", "x := x + 1"},
-      {"a += 2;", "x := x + .."},
+      {"a++;", ":= a + 1"},
+      {"a += 2;", ":= a + "},
       {"c := a << 2;", "SHL"},
       {"c := x ? a : b;", "SEL"},
   };

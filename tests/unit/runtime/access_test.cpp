@@ -227,7 +227,7 @@ TEST(Access, ABlockWhoseAliasIsItselfIsListedToAnEnd) {
   EXPECT_EQ(access.list(), (std::vector<std::string>{"One.x"}));
   EXPECT_EQ(access.list("*x"), (std::vector<std::string>{"Main0.one.x", "One.x", "One.me.x"}));
   EXPECT_TRUE(access.find_leaf("Main0.one.me.me.x"));
-  EXPECT_EQ(access.list_names(), (std::vector<std::string>{"One.x"}));
+  EXPECT_EQ(access.list_names(), (std::vector<std::string>{"One.x", "One.me.x"}));
 }
 
 TEST(Access, AGlobalCalledLikeAnInstanceIsFoundAsAValue) {
