@@ -33,9 +33,9 @@ std::vector<std::size_t> positions_of(const stdlib::FunctionSpec& spec, std::spa
     std::size_t position = i;
     if (!pins[i].empty()) {
       position = 0;
-      while (position < pins.size() && !core::iequals(stdlib::pin_name(spec, position), pins[i]) &&
-             !(!stdlib::pin_alias(spec, position).empty() &&
-               core::iequals(stdlib::pin_alias(spec, position), pins[i]))) {
+      while (
+          position < pins.size() && !core::iequals(stdlib::pin_name(spec, position), pins[i]) &&
+          !(!stdlib::pin_alias(spec, position).empty() && core::iequals(stdlib::pin_alias(spec, position), pins[i]))) {
         ++position;
       }
     }

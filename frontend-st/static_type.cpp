@@ -30,8 +30,7 @@ class Finder {
     } else if (ast_[id].kind == NodeKind::kName) {
       type = variable(name(id));
       if (!type && !path.empty() && ast_[path.back()].kind == NodeKind::kMember) {
-        const auto global =
-            module_.global_by_name.find(std::string(name(id)) + "." + std::string(name(path.back())));
+        const auto global = module_.global_by_name.find(std::string(name(id)) + "." + std::string(name(path.back())));
         if (global == module_.global_by_name.end()) return std::nullopt;
         type = module_.globals[global->second].variable.type;
         path.pop_back();
@@ -151,7 +150,8 @@ std::optional<std::uint64_t> size_of_named(const Ast& ast, const SourceText& sou
   }
   const auto size = ir::foreign_size(module.types, *type);
   if (!size) {
-    problem = '"' + std::string(text) + "\" of type " + module.types.name_of(*type) + " has no size that is the same everywhere";
+    problem = '"' + std::string(text) + "\" of type " + module.types.name_of(*type) +
+              " has no size that is the same everywhere";
   }
   return size;
 }

@@ -140,10 +140,20 @@ LibraryFunction library_function(const stdlib::FunctionSpec& spec) {
   return function;
 }
 
+namespace {
+
+/// Each output of a bundle has a type of its own: "ANY_INT" says so, where T would be one for all.
+std::string output_type_text(const stdlib::FunctionSpec& output) {
+  const bool fixed = output.result.kind == stdlib::ParamType::Kind::kFixed;
+  return fixed ? std::string(core::name_of(output.result.fixed)) : generic_text(types_in(output.t_categories));
+}
+
+}  // namespace
+
 std::string signature(const stdlib::BundleSpec& bundle) {
   std::string text = fmt::format("{}({}: {}", bundle.name, bundle.input.name, core::name_of(bundle.input.type.fixed));
   for (const stdlib::FunctionSpec* output : bundle.outputs) {
-    text += fmt::format(", {} => {}", stdlib::output_name(*output), type_text(library_function(*output), output->result));
+    text += fmt::format(", {} => {}", stdlib::output_name(*output), output_type_text(*output));
   }
   return text + ")";
 }

@@ -159,9 +159,9 @@ T#520ms 1  .       | 1 T#0ms
     static constexpr std::span<const Field> fields = kTimerFields<TypeId::k##T>; \
   };
 /// Overloaded for TIME and LTIME: both count nanoseconds, so one instance serves either.
-#define PLC_OVERLOADED_TIMER(Row, Base, iec) \
-  PLC_TIMER(Row##OfTime, Base, iec, Time)    \
-  struct Row : Row##OfTime {                 \
+#define PLC_OVERLOADED_TIMER(Row, Base, iec)   \
+  PLC_TIMER(Row##OfTime, Base, iec, Time)      \
+  struct Row : Row##OfTime {                   \
     static constexpr bool any_duration = true; \
   };
 PLC_OVERLOADED_TIMER(Tp, Pulse, "TP")

@@ -216,37 +216,39 @@ Event part_of_date(void* result, const void* const* args, std::uint32_t) noexcep
   return either(event, store(result, out));
 }
 
-#define PLC_SPLIT_PART(Row, iec, A, function, text, ...)                         \
-  struct Row {                                                                   \
-    static constexpr Example examples[] = {__VA_ARGS__};                         \
-    static constexpr FunctionSpec spec{.name = iec,                              \
-                                       .t_categories = core::kAnyInt,            \
-                                       .params = {{"IN", fixed(TypeId::k##A)}},  \
-                                       .param_count = 1,                         \
-                                       .result = kT,                             \
-                                       .events = events(Event::kOutOfRange),     \
-                                       .clause = kDateClause,                    \
-                                       .summary = text,                          \
-                                       .examples = examples};                    \
-    template <TypeId T, TypeId>                                                  \
-    static constexpr Kernel kernel = &part_of_date<T, function>;                 \
+// Only years and milliseconds are ever too large for a type.
+#define PLC_SPLIT_PART(Row, iec, A, function, happens, text, ...)               \
+  struct Row {                                                                  \
+    static constexpr Example examples[] = {__VA_ARGS__};                        \
+    static constexpr FunctionSpec spec{.name = iec,                             \
+                                       .t_categories = core::kAnyInt,           \
+                                       .params = {{"IN", fixed(TypeId::k##A)}}, \
+                                       .param_count = 1,                        \
+                                       .result = kT,                            \
+                                       .events = happens,                       \
+                                       .clause = kDateClause,                   \
+                                       .summary = text,                         \
+                                       .examples = examples};                   \
+    template <TypeId T, TypeId>                                                 \
+    static constexpr Kernel kernel = &part_of_date<T, function>;                \
   }
-#define PLC_SPLIT_OF_DATE(Prefix, iec, A, literal)                                                               \
-  PLC_SPLIT_PART(Prefix##Year, iec ".YEAR", A, year_of, "The year.", {"INT", iec ".YEAR(" literal ")", "2024"},  \
-                 {"SINT", iec ".YEAR(" literal ")", "event:out_of_range 127"});                                  \
-  PLC_SPLIT_PART(Prefix##Month, iec ".MONTH", A, month_of, "The month, 1 .. 12.",                                \
-                 {"USINT", iec ".MONTH(" literal ")", "2"});                                                     \
-  PLC_SPLIT_PART(Prefix##Day, iec ".DAY", A, day_in_month, "The day of the month, 1 .. 31.",                     \
+#define PLC_SPLIT_OF_DATE(Prefix, iec, A, literal)                                                       \
+  PLC_SPLIT_PART(Prefix##Year, iec ".YEAR", A, year_of, events(Event::kOutOfRange), "The year.",         \
+                 {"INT", iec ".YEAR(" literal ")", "2024"},                                              \
+                 {"SINT", iec ".YEAR(" literal ")", "event:out_of_range 127"});                          \
+  PLC_SPLIT_PART(Prefix##Month, iec ".MONTH", A, month_of, EventSet{}, "The month, 1 .. 12.",            \
+                 {"USINT", iec ".MONTH(" literal ")", "2"});                                             \
+  PLC_SPLIT_PART(Prefix##Day, iec ".DAY", A, day_in_month, EventSet{}, "The day of the month, 1 .. 31.", \
                  {"INT", iec ".DAY(" literal ")", "29"})
-#define PLC_SPLIT_OF_TIME(Prefix, iec, A, literal)                                               \
-  PLC_SPLIT_PART(Prefix##Hour, iec ".HOUR", A, hour_of, "The hour, 0 .. 23.",                    \
-                 {"INT", iec ".HOUR(" literal ")", "12"});                                       \
-  PLC_SPLIT_PART(Prefix##Minute, iec ".MINUTE", A, minute_of, "The minute, 0 .. 59.",            \
-                 {"INT", iec ".MINUTE(" literal ")", "34"});                                     \
-  PLC_SPLIT_PART(Prefix##Second, iec ".SECOND", A, second_of, "The second, 0 .. 59.",            \
-                 {"INT", iec ".SECOND(" literal ")", "56"});                                     \
-  PLC_SPLIT_PART(Prefix##Millisecond, iec ".MILLISECOND", A, millisecond_of,                     \
-                 "The millisecond, 0 .. 999; what is finer is left out.",                        \
+#define PLC_SPLIT_OF_TIME(Prefix, iec, A, literal)                                                       \
+  PLC_SPLIT_PART(Prefix##Hour, iec ".HOUR", A, hour_of, EventSet{}, "The hour, 0 .. 23.",                \
+                 {"INT", iec ".HOUR(" literal ")", "12"});                                               \
+  PLC_SPLIT_PART(Prefix##Minute, iec ".MINUTE", A, minute_of, EventSet{}, "The minute, 0 .. 59.",        \
+                 {"INT", iec ".MINUTE(" literal ")", "34"});                                             \
+  PLC_SPLIT_PART(Prefix##Second, iec ".SECOND", A, second_of, EventSet{}, "The second, 0 .. 59.",        \
+                 {"INT", iec ".SECOND(" literal ")", "56"});                                             \
+  PLC_SPLIT_PART(Prefix##Millisecond, iec ".MILLISECOND", A, millisecond_of, events(Event::kOutOfRange), \
+                 "The millisecond, 0 .. 999; what is finer is left out.",                                \
                  {"INT", iec ".MILLISECOND(" literal ")", "0"})
 PLC_SPLIT_OF_DATE(SplitDate, "SPLIT_DATE", Date, "D#2024-02-29");
 PLC_SPLIT_OF_TIME(SplitTod, "SPLIT_TOD", Tod, "TOD#12:34:56");

@@ -199,7 +199,9 @@ TEST(Dates, BundlesAreFoundAndTheirOutputsAreFunctionsNobodyCanName) {
       EXPECT_EQ(std::string(bundle.name) + "." + std::string(stdlib::output_name(*output)), output->name);
       EXPECT_EQ(output->param_count, 1);
       EXPECT_EQ(output->params[0].type.fixed, bundle.input.type.fixed);
-      EXPECT_EQ(stdlib::overloads_named(output->name).size(), 1u) << output->name;
+      // Parts of dates are ANY_INT, one row for each type.
+      const bool any_integer = stdlib::output_takes(*output, TypeId::kUsint);
+      EXPECT_EQ(stdlib::overloads_named(output->name).size(), any_integer ? 8u : 1u) << output->name;
       EXPECT_TRUE(outputs.insert(output->name).second) << output->name;
     }
   }
