@@ -43,6 +43,9 @@ struct Linted {
       const plcopen::Pou& p = project->pous[i];
       const bool drawn = !p.bodies.empty() && p.bodies.front().language != plcopen::Language::kSt;
       drawn ? ld::lower_body(p, *module, i, diagnostics) : st::lower_body(p, *module, i, diagnostics);
+      for (const plcopen::Pou& action : p.actions) {
+        st::lower_body(action, *module, module->pous[i].actions.find(action.name)->second, diagnostics);
+      }
     }
     const ir::LintOptions options = ir::LintOptions().with(lints).value();
     ir::mute_others(options, diagnostics);
@@ -206,6 +209,31 @@ TEST(Lint, PousThatNothingUses) {
       "PROGRAM m WITH T : Main; END_RESOURCE END_CONFIGURATION\n";
   EXPECT_EQ(lint("none,unused-pou", rest + configuration), "F:1 Spare:5");
   EXPECT_EQ(lint("none,unused-pou", rest), "") << "a file without a task is a library";
+}
+
+TEST(Lint, ActionsUseTheVariablesOfTheirPou) {
+  const std::string text =
+      "FUNCTION_BLOCK B VAR\n a : INT;\n b : INT;\n t : TON; END_VAR\n"
+      "t(IN := TRUE); END_FUNCTION_BLOCK\n"
+      "ACTION Run: a := a + 1; t.PT := T#1s; END_ACTION\n"
+      "PROGRAM Main VAR n : INT; END_VAR n := 1; END_PROGRAM ACTION Idle: END_ACTION\n";
+  EXPECT_EQ(lint("none,unused-variable,never-written,never-read,missing-preset", text), "B:3");
+  const std::string loop = "PROGRAM P VAR i : INT; END_VAR END_PROGRAM\n"
+                           "ACTION A:\n FOR i := 1 TO 3 DO\n i := i + 1; END_FOR END_ACTION\n";
+  EXPECT_EQ(lint("none,loop-variable", loop), "P.A:4");
+}
+
+TEST(Lint, ProgramsByName) {
+  const std::string programs =
+      "PROGRAM Run VAR_OUTPUT q : INT; END_VAR q := 1; END_PROGRAM\n"
+      "PROGRAM Called VAR n : INT; END_VAR n := 1; END_PROGRAM\n"
+      "PROGRAM Seen VAR n : INT; END_VAR n := 1; END_PROGRAM\n"
+      "PROGRAM Main VAR n : INT; END_VAR\n Called();\n n := Seen.n + Run.q;\n";
+  const std::string rest =
+      " END_PROGRAM\nCONFIGURATION C RESOURCE R ON PLC TASK T(INTERVAL := T#10ms, PRIORITY := 0);\n"
+      "PROGRAM r WITH T : Run; PROGRAM m WITH T : Main; END_RESOURCE END_CONFIGURATION\n";
+  EXPECT_EQ(lint("none,unused-pou,program-twice,foreign-output,two-task-writes", programs + rest), "Seen:3");
+  EXPECT_EQ(lint("none,program-twice", programs + "\n Run();" + rest), "Main:8");
 }
 
 TEST(Lint, ShadowedNames) {
