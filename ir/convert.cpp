@@ -206,6 +206,8 @@ class Converter {
   TypeTable& types() { return builder_.module().types; }
 
   std::optional<ValueId> misfit(const Operand& operand, TypeRef from, TypeRef to) {
+    // BYTE + WORD is a WORD for who wrote it.
+    if (const Builder::Narrow* const narrow = builder_.narrow_of(operand.value)) from = ref_of(narrow->type);
     const auto from_id = types().elementary_of(from);
     const auto id = types().elementary_of(to);
     std::string help;

@@ -420,7 +420,12 @@ class NamedCall {
     for (std::size_t i = 0; i < args_.size(); ++i) {
       const bool taken = std::any_of(candidates.begin(), candidates.end(), [&](const Overload& o) {
         const TypeId want = o.param_type(i);
-        if (known_[i].kind == stdlib::Arg::Kind::kTyped) return stdlib::widens(known_[i].type, want);
+        if (known_[i].kind == stdlib::Arg::Kind::kTyped) {
+          // What a shift moves may be an integer: its count does not fit then.
+          const bool moved = o.spec->u_categories != 0 && i == 0;
+          return stdlib::widens(known_[i].type, want) ||
+                 (moved && stdlib::implicit_conversion(loose_[i].narrow, want) != Idiom::kNone);
+        }
         if (known_[i].kind == stdlib::Arg::Kind::kRealLiteral) return core::in_category(want, core::kAnyReal);
         return stdlib::literal_fits(known_[i], want);
       });

@@ -277,6 +277,14 @@ TEST_F(IdiomsTest, WhatLosesBitsIsRefused) {
   EXPECT_EQ(codes("CASE x_INT OF TRUE: t := TRUE; END_CASE;"), "P4101");
 }
 
+TEST_F(IdiomsTest, MessagesNameWhatAValueStandsFor) {
+  codes("x_BYTE := x_BYTE + x_WORD;");
+  EXPECT_EQ(world.diagnostics.all().back().message, "variable \"x_BYTE\" needs BYTE, \"x_BYTE + x_WORD\" is WORD");
+  EXPECT_EQ(world.diagnostics.all().back().help, "convert with WORD_TO_BYTE");
+  codes("x_INT := SHL(x_INT, t);");
+  EXPECT_NE(world.diagnostics.all().back().message.find("input \"N\" of SHL has type BOOL"), std::string::npos);
+}
+
 TEST_F(IdiomsTest, IntermediateResultsAreNotCut) {
   const auto cells =
       run("x_INT := y_BYTE + 100; x_BYTE := y_BYTE + 100; t := y_BYTE - 201 < 0; x_DINT := (y_BYTE + 100) * 2;"
