@@ -150,7 +150,7 @@ std::string Declarer::pou_list(bool function_blocks) const {
   for (const ir::Pou& pou : module_.pous) {
     const bool wanted =
         pou.kind == ir::PouKind::kProgram || (function_blocks && pou.kind == ir::PouKind::kFunctionBlock);
-    if (!wanted || pou.taskblock != 0 || pou.owner != ir::Pou::kDeclared) continue;
+    if (!wanted || pou.from_library || pou.taskblock != 0 || pou.owner != ir::Pou::kDeclared) continue;
     if (count++ == kShown) return out + ", ..";
     out += (out.empty() ? "" : ", ") + pou.name;
   }

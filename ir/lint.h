@@ -56,7 +56,8 @@ class LintOptions {
 /// Reports what the lints that are on find. Stubs are left out, and libraries but on request.
 void lint(const Module& module, const LintOptions& options, core::Diagnostics& diagnostics);
 
-/// The codes of lints and notes that are about how a body is written: nobody wants them of a library.
+/// The codes that nobody wants of a library: warnings and notes about how it is written. What is left is about what the
+/// project does with it.
 std::vector<core::Code> codes_about_writing();
 
 /// Mutes the codes of lints that are off, also those that earlier steps report.

@@ -233,7 +233,7 @@ bool runs_anything(const ir::Module& module) {
 void report_nothing_to_run(const plcopen::Project& project, core::Diagnostics& diagnostics) {
   std::string choices;
   for (const plcopen::Pou& pou : project.pous) {
-    if (pou.kind == plcopen::PouKind::kFunction) continue;
+    if (pou.kind == plcopen::PouKind::kFunction || pou.from_library) continue;
     if (!choices.empty()) choices += ", ";
     choices += "--pou " + pou.name;
   }

@@ -123,7 +123,7 @@ class Oscat : public ::testing::Test {
 
  private:
   void note_pou(const std::string& text) {
-    static const std::regex kHead(R"(\b(FUNCTION_BLOCK|FUNCTION)\s+(\w+))");
+    static const std::regex kHead(R"(\b(FUNCTION_?BLOCK|FUNCTION)\s+(\w+))");
     static const std::regex kVariables(R"(([\w\s,]+?)\s*:\s*([^;:]+?)\s*;)");
     std::smatch head;
     if (!std::regex_search(text, head, kHead)) return;
@@ -228,8 +228,11 @@ TEST_F(Oscat, DisturbsNothing) {
   std::size_t compared = 0;
   for (const auto& entry : fs::directory_iterator(PLC_CASES)) {
     const fs::path source = entry.path() / "project.st";
-    // Cases with options or libraries of their own stand for themselves.
-    if (!fs::exists(source) || fs::exists(entry.path() / "case.txt")) continue;
+    // Cases with libraries of their own are no programs without them.
+    if (!fs::exists(source) || read_bytes(entry.path() / "case.txt").find("lib:") != std::string::npos) continue;
+    // OSCAT's own ATAN2 is for REAL alone, and its DAY_OF_WEEK counts from Monday: they hide the standard's (P4019).
+    const std::string text = read_bytes(source);
+    if (text.find("ATAN2(LREAL#") != std::string::npos || text.find("DAY_OF_WEEK") != std::string::npos) continue;
     SCOPED_TRACE(source);
     const std::string alone = scratch_.file("alone.csv"), beside = scratch_.file("beside.csv");
     std::vector<std::string> arguments = {"sim", source.string(), "--cycles", "5", "--trace", alone};
@@ -242,12 +245,13 @@ TEST_F(Oscat, DisturbsNothing) {
     arguments[5] = beside;
     const auto with = run_tool(with_library(arguments));
     EXPECT_EQ(with.code, without.code) << with.err;
-    // Only what the project hides of the library is new.
+    // Only what the project hides of the library, and the library of the standard, is new.
     std::istringstream lines(with.err);
     for (std::string line; std::getline(lines, line);) {
-      const bool known = line.find("P5110") != std::string::npos || line.rfind("  ", 0) == 0 ||
+      const bool problem = line.find(": warning P") != std::string::npos || line.find(": error P") != std::string::npos;
+      const bool known = line.find("P5110") != std::string::npos || line.find("P4019") != std::string::npos ||
                          without.err.find(line) != std::string::npos;
-      EXPECT_TRUE(known) << line;
+      EXPECT_TRUE(!problem || known) << line;
     }
     if (with.code != 0 || without.code != 0) continue;
     const CsvTable a = read_csv(alone), b = read_csv(beside);

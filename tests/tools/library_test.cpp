@@ -208,8 +208,8 @@ TEST_P(BrokenLibrary, SaysWhatItLacksWhereItIsUsed) {
   EXPECT_EQ(run_tool({PLC_TOOL, "check", l.library}).code, 1);
 }
 
-INSTANTIATE_TEST_SUITE_P(Declarations, BrokenLibrary, ::testing::ValuesIn(kBroken), [](const auto& info) {
-  std::string name = info.param.name;
+INSTANTIATE_TEST_SUITE_P(Declarations, BrokenLibrary, ::testing::ValuesIn(kBroken), [](const auto& test) {
+  std::string name = test.param.name;
   for (char& c : name) {
     if (c == ' ') c = '_';
   }
