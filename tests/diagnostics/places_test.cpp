@@ -210,8 +210,8 @@ void expect_places_inside(const std::vector<fs::path>& files, const std::vector<
       }
       const std::string name = lower(quoted_name(message.text));
       // Messages about arguments quote a parameter, which is declared elsewhere, and those about bodies their POU.
-      const bool of_elsewhere =
-          message.code == "P4010" || message.code.starts_with("P410") || message.code.starts_with("P51");
+      const bool of_elsewhere = message.code == "P4010" || message.code.starts_with("P410") ||
+                                message.code.starts_with("P51") || message.text.starts_with("input ");
       const bool named_there = !of_elsewhere && (message.element == "text" || message.element == "variable");
       if (!named_there || name.empty()) continue;
       const std::size_t begin = offset_of(text, {message.at.line, 0});
