@@ -121,7 +121,10 @@ bool Lowering::call_statement(NodeId call_id) {
   const bool program = is_unresolved_name(callee) && find_program(builder_.module(), name_text(callee));
   if (program) return call_block(call_id);
   if (node(call_id).name != node(call_id).name_end) {
-    report(Code::P4001, name_at(call_id), "found \";\" where \":=\" or \"(\" should stand");
+    const bool at_end = node(call_id).name >= source_.text().size();
+    report(Code::P4001, name_at(call_id),
+           at_end ? "the text ends where \":=\" or \"(\" should follow"
+                  : "found \";\" where \":=\" or \"(\" should stand");
     return false;
   }
   if (node(callee).kind == NodeKind::kName) {

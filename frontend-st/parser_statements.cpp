@@ -257,14 +257,15 @@ NodeId Parser::assignment_or_call() {
   NodeId target = primary();
   if (target == kNoNode) return kNoNode;
   const NodeKind named = ast_[target].kind;
-  if (token_.kind == TokenKind::kSemicolon && (named == NodeKind::kName || named == NodeKind::kMember)) {
+  const bool ends = token_.kind == TokenKind::kSemicolon || token_.kind == TokenKind::kEnd;
+  if (ends && (named == NodeKind::kName || named == NodeKind::kMember)) {
     // "Start;" calls an action (CODESYS 2.3); the lowering knows whether it is one.
     Node call;
     call.kind = NodeKind::kCall;
     call.begin = node.begin;
     call.end = ast_[target].end;
     call.name = token_.begin;
-    call.name_end = token_.end;
+    call.name_end = token_.begin + 1;
     call.a = target;
     target = ast_.add(call);
   }
