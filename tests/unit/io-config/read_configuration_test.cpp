@@ -170,7 +170,7 @@ TEST(ReadConfiguration, WindowsLineEndsAndByteOrderMark) {
 /// Every documented default, written out: it must change nothing. Also shows that the default has the key's type.
 TEST(Keys, DefaultsAreThoseOfTheStructures) {
   std::string modbus = "[modbus]\n", guardian = "[guardian]\n", gpio, simulated, input, output, range;
-  std::string scheduler = "[scheduler]\n", task = "[tasks.T]\n", taskblocks = "[taskblocks]\n";
+  std::string scheduler = "[scheduler]\n", task = "[tasks.T]\n", taskblocks = "[taskblocks]\n", project = "[project]\n";
   const auto entry = [](std::string& line, const KeyInfo& key) {
     line += (line.empty() ? "" : ", ") + std::string(key.name) + " = " + std::string(key.fallback.toml);
   };
@@ -183,6 +183,7 @@ TEST(Keys, DefaultsAreThoseOfTheStructures) {
     if (key.table == TableId::kScheduler) scheduler += line;
     if (key.table == TableId::kTask) task += line;
     if (key.table == TableId::kTaskblocks) taskblocks += line;
+    if (key.table == TableId::kProject) project += line;
     if (key.table == TableId::kDriver && belongs(key.applies, kGpioBit)) gpio += line;
     if (key.table == TableId::kDriver && belongs(key.applies, kSimulatedBit)) simulated += line;
     if (key.table == TableId::kChannel && belongs(key.applies, kGpioBit | kInputBit)) entry(input, key);
@@ -192,8 +193,9 @@ TEST(Keys, DefaultsAreThoseOfTheStructures) {
       good("[drivers.g]\nkind = \"gpio\"\nchip = \"c\"\n" + gpio + "[drivers.s]\nkind = \"simulated\"\n" + simulated +
            "[inputs]\nX = { driver = \"g\", channel = 1, " + input +
            " }\n[outputs]\nY = { driver = \"g\", channel = 2, " + output + " }\n" + modbus +
-           "[[modbus.range]]\ntable = \"holding-registers\"\n" + range + guardian + scheduler + taskblocks + task);
+           "[[modbus.range]]\ntable = \"holding-registers\"\n" + range + guardian + scheduler + taskblocks + project + task);
   EXPECT_TRUE(c.taskblocks.libraries.empty());
+  EXPECT_TRUE(c.project.libraries.empty());
   const DriverConfig driver;
   ASSERT_EQ(c.drivers.size(), 2u);
   for (const DriverConfig& d : c.drivers) {
