@@ -180,8 +180,6 @@ class IrEvaluator {
       case ir::Place::Kind::kInstance:
       case ir::Place::Kind::kFrame:
         return instance + "." + p.variables[at.index].name;
-      case ir::Place::Kind::kSelf:
-        return instance;
       case ir::Place::Kind::kDeref:
         return values[at.index].target;
       case ir::Place::Kind::kField:

@@ -292,8 +292,6 @@ class Machine {
       case ir::Place::Kind::kInstance:
       case ir::Place::Kind::kFrame:
         return pou_.variables[place.index].name;
-      case ir::Place::Kind::kSelf:
-        return "self";
       case ir::Place::Kind::kDeref:
         return values_[place.index].path;
       case ir::Place::Kind::kField:
