@@ -21,7 +21,7 @@ std::optional<Foreign> foreign_word(std::string_view word);
 std::optional<Foreign> foreign_type(std::string_view name);
 /// True for a pragma that holds C, as matiec and OpenPLC compile it, also between double braces.
 bool is_c_code(std::string_view pragma);
-inline constexpr const char* kCodeInC = "code in C between braces is not compiled: what it does would be missing";
+inline constexpr const char* kCodeInC = "code in C between braces is not compiled: what it does is missing";
 inline constexpr const char* kCodeInCHelp = "write it in ST, or as a taskblock in C++ (docs/guides/taskblocks.md)";
 
 /// Who is known to bring a type, block, function or variable of this name: "the SVGHMI extension of Beremiz"; empty when

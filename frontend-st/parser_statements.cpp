@@ -45,7 +45,7 @@ bool closes(Keyword keyword) {
 
 }  // namespace
 
-// {IF defined(..)} .. {ELSE} .. {END_IF}: what stands in both branches would run. And code in C would not.
+// {IF defined(..)} .. {ELSE} .. {END_IF}: what stands in both branches would run. And code in C does not.
 void Parser::refuse_pragmas() {
   // Looking ahead passes some of them twice.
   std::set<std::uint32_t> seen;
@@ -53,7 +53,7 @@ void Parser::refuse_pragmas() {
     if (!seen.insert(pragma.begin).second) continue;
     in_error_ = false;
     if (is_c_code(text_of(pragma))) {
-      fail(Code::P4067, pragma, kCodeInC, kCodeInCHelp);
+      diagnostics_.report(Code::P4067, source_.locate(pragma.begin), pou_, kCodeInC, kCodeInCHelp);
     }
     if (!is_conditional_pragma(text_of(pragma))) continue;
     fail(Code::P4013, pragma, "pragmas do not choose what is compiled: both branches would run",

@@ -82,11 +82,12 @@ TEST(Values, AmpersandAndEntitiesInAttributes) {
 }
 
 TEST(Interface, SectionsAndFlags) {
-  const auto r = read_clean(program("<ST/>", R"(<returnType><INT/></returnType>
+  const auto r = read_text(program("<ST/>", R"(<returnType><INT/></returnType>
 <inputVars retain="true"><variable name="i"><type><BOOL/></type></variable></inputVars><outputVars><variable name="o"/></outputVars>
 <inOutVars><variable name="io"/></inOutVars><localVars constant="true" persistent="true"><variable name="l" address="%IX0.0"><documentation>
 <xhtml:p>a note</xhtml:p></documentation></variable></localVars><tempVars><variable name="t"/></tempVars>
 <externalVars nonretain="true"><variable name="e"/></externalVars><globalVars name="G"><variable name="g"/></globalVars>)"));
+  EXPECT_NE(r.shown().find("warning P4068: localVars is constant and persistent"), std::string::npos) << r.shown();
   const std::vector<Variable>& v = r.project->pous.at(0).variables;
   ASSERT_EQ(v.size(), 7u);
   EXPECT_TRUE(v[0].section == Section::kInput && v[0].retain);
