@@ -71,8 +71,8 @@ class Diagnostics {
 
   /// What becomes of notes that are reported from now on; at first they are shown.
   void set_notes(Notes notes) { notes_ = notes; }
-  /// Files named from now on, up to end_libraries(), are libraries. What is reported of places in them is set aside, and
-  /// `unwanted` codes, unless they are errors, are neither kept nor counted, nor refused.
+  /// Files named from now on, up to end_libraries(), are libraries. What is reported of places in them is set aside,
+  /// and `unwanted` codes, unless they are errors, are neither kept nor counted, nor refused.
   void begin_libraries(std::vector<Code> unwanted);
   void end_libraries() { last_library_ = files_.size(); }
   [[nodiscard]] bool is_library(std::uint16_t file) const { return file >= first_library_ && file < last_library_; }
@@ -137,8 +137,8 @@ class Diagnostics {
   std::size_t last_library_ = SIZE_MAX;   ///< index behind the last one
   std::vector<Code> unwanted_;            ///< in libraries
   bool sets_aside_ = true;
-  Aside aside_;                  ///< what was reported of libraries and nobody asked for yet
-  std::size_t sorted_aside_ = 0; ///< so many of them, from the first on, are in the order of their places
+  Aside aside_;                   ///< what was reported of libraries and nobody asked for yet
+  std::size_t sorted_aside_ = 0;  ///< so many of them, from the first on, are in the order of their places
   Notes notes_ = Notes::kShow;
   std::size_t errors_ = 0;
   std::size_t warnings_ = 0;

@@ -12,7 +12,8 @@ namespace plc::core {
 enum class Order : std::uint8_t { kDrawing, kDocument };
 /// Whose semantics to reproduce where tools disagree.
 enum class Compat : std::uint8_t { kNone, kBeremiz };
-/// How direct addresses relate: kSeparate = %IX, %IB, %IW .. are independent (OpenPLC); kOverlay = %IW0 contains %IX0.0..%IX1.7.
+/// How direct addresses relate: kSeparate = %IX, %IB, %IW .. are independent (OpenPLC); kOverlay = %IW0 contains
+/// %IX0.0..%IX1.7.
 enum class AddressProfile : std::uint8_t { kSeparate, kOverlay };
 /// How tasks exchange globals at the ends of their cycles (docs/guides/coherence.md).
 enum class Coherence : std::uint8_t {
@@ -40,9 +41,11 @@ struct CompileOptions {
   AddressProfile profile = AddressProfile::kSeparate;
   Coherence coherence = Coherence::kWaitFree;
   bool stub_missing = false;  ///< POUs, blocks and types that cannot be compiled become stubs that do nothing, loudly
-  bool strict = false;        ///< notes are errors: only what the standard knows compiles. Not in the image: it changes no meaning
-  bool show_all = false;      ///< every warning and note is printed, not 20 of one code. Not in the image either
-  std::string pou;            ///< --pou: instantiate this program or function block alone in a 20 ms task; empty = the file's configuration
+  bool strict =
+      false;  ///< notes are errors: only what the standard knows compiles. Not in the image: it changes no meaning
+  bool show_all = false;  ///< every warning and note is printed, not 20 of one code. Not in the image either
+  std::string pou;  ///< --pou: instantiate this program or function block alone in a 20 ms task; empty = the file's
+                    ///< configuration
   friend bool operator==(const CompileOptions&, const CompileOptions&) = default;
 };
 

@@ -12,8 +12,8 @@
 
 namespace plc::core {
 
-/// A line and a column, as in SourceRef. One rule for every kind of file: a line ends with LF, whatever stands before it
-/// (CR LF, CR CR LF); a CR alone is a character of its line. Columns count characters.
+/// A line and a column, as in SourceRef. One rule for every kind of file: a line ends with LF, whatever stands before
+/// it (CR LF, CR CR LF); a CR alone is a character of its line. Columns count characters.
 struct Spot {
   std::uint32_t line = 1;
   std::uint32_t column = 1;

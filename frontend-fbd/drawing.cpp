@@ -341,7 +341,8 @@ bool Drawing::warn_coils_of_one_address(std::span<const Write* const> coils) {
     list += (list.empty() ? "\"" : ", \"") + element(coil->node).text + "\" " + place_in_list(element(coil->node).at);
   }
   report(Code::P2002, coils.back()->node,
-         "variable at " + address + " is driven by " + std::to_string(coils.size()) + " coils under several names: " + list,
+         "variable at " + address + " is driven by " + std::to_string(coils.size()) +
+             " coils under several names: " + list,
          "the last one in execution order wins; give each output an address of its own");
   builder_.drop_written_names(place.index);
   return true;

@@ -79,7 +79,8 @@ std::vector<Port> ports_of_bundle(const stdlib::BundleSpec& bundle) {
   std::vector<Port> ports{{bundle.input.name, {}, Direction::kInput, 0, ir::ref_of(bundle.input.type.fixed)}};
   for (std::uint32_t i = 0; i < bundle.outputs.size(); ++i) {
     const stdlib::FunctionSpec& output = *bundle.outputs[i];
-    ports.push_back({stdlib::output_name(output), {}, Direction::kOutput, i, ir::ref_of(stdlib::usual_output_type(output))});
+    ports.push_back(
+        {stdlib::output_name(output), {}, Direction::kOutput, i, ir::ref_of(stdlib::usual_output_type(output))});
   }
   return ports;
 }

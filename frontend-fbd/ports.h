@@ -59,8 +59,8 @@ struct NamedCall {
 /// (no report).
 std::optional<NamedCall> named_call(ir::Builder& builder, const plcopen::Element& block);
 
-/// Ports of the action, program, POU, standard block or function of several outputs that a block stands for by its name;
-/// nothing for others.
+/// Ports of the action, program, POU, standard block or function of several outputs that a block stands for by its
+/// name; nothing for others.
 std::optional<std::vector<Port>> ports_of_block(ir::Builder& builder, const plcopen::Element& block);
 
 /// All outputs and in-outs that a block has by its type, the result of a function included; nothing when the type is

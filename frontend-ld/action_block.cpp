@@ -140,8 +140,7 @@ std::optional<PlaceId> ActionBlocks::variable(const ActionLink& action) {
   const bool plain = action.name.find_first_of(".[%^") == std::string::npos;
   const bool known = !plain || st::find_name(b_.module(), b_.pou(), action.name).kind != st::Named::Kind::kNothing;
   if (!known || !st::is_variable_text(action.name)) {
-    report(action, not_bool,
-           "declare the variable, or name an action of the POU");
+    report(action, not_bool, "declare the variable, or name an action of the POU");
     return std::nullopt;
   }
   const auto place = st::lower_place(action.name, action.at, b_, true);

@@ -214,7 +214,8 @@ std::optional<ir::ProgramInstance> Declarer::instance(const plcopen::PouInstance
     for (const ir::Task& task : module_.tasks) {
       for (const ir::ProgramInstance& other : task.programs) {
         if (!core::iequals(other.name, from.name)) continue;
-        report(Code::P4018, from.at, {}, "program instance " + quoted(from.name) + " is declared twice, first " + first_place(other.at, from.at));
+        report(Code::P4018, from.at, {},
+               "program instance " + quoted(from.name) + " is declared twice, first " + first_place(other.at, from.at));
         instance_failed_ = true;
         return std::nullopt;
       }
@@ -251,7 +252,8 @@ void Declarer::declare_task(const plcopen::Task& from, const std::string& resour
   }
   for (const ir::Task& other : module_.tasks) {
     if (!core::iequals(other.name, task.name)) continue;
-    report(Code::P4018, from.at, {}, "task " + quoted(from.name) + " is declared twice, first " + first_place(other.at, from.at));
+    report(Code::P4018, from.at, {},
+           "task " + quoted(from.name) + " is declared twice, first " + first_place(other.at, from.at));
     break;
   }
   const bool freewheeling = core::iequals(core::trimmed(from.kind), "Freewheeling");

@@ -350,8 +350,8 @@ void Declarer::declare_variable(std::uint32_t pou_index, const plcopen::Variable
     return;
   }
   if (const auto& actions = module_.pous[pou_index].actions; actions.find(variable.name) != actions.end()) {
-    report(Code::P4018, variable.at, pou_name,
-           quoted(variable.name) + " is a variable and an action of " + pou_name, "rename one of them");
+    report(Code::P4018, variable.at, pou_name, quoted(variable.name) + " is a variable and an action of " + pou_name,
+           "rename one of them");
   }
   if (variable.refused) {
     module_.pous[pou_index].refused.insert(variable.name);

@@ -105,8 +105,7 @@ void Declarer::place_programs() {
       }
     }
     if (roots.size() > 1) continue;  // whoever names it is told so
-    ir::ProgramInstance* const run =
-        roots.empty() ? nullptr : &module_.tasks[roots[0].task].programs[roots[0].index];
+    ir::ProgramInstance* const run = roots.empty() ? nullptr : &module_.tasks[roots[0].task].programs[roots[0].index];
     ir::Pou& pou = module_.pous[program];
     const auto index = static_cast<std::uint32_t>(module_.globals.size());
     ir::Global global;

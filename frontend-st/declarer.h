@@ -214,7 +214,7 @@ class Declarer final : public ConstantScope {
   std::uint32_t pointers_ = 0;
   std::uint32_t nesting_ = 0;
   bool open_allowed_ = false;  ///< the type that is resolved next may be ARRAY [*]
-  std::uint32_t chain_ = 0;  ///< constants that are being computed because another one needs them
+  std::uint32_t chain_ = 0;    ///< constants that are being computed because another one needs them
   std::pair<const plcopen::Variable*, bool> too_deep_{};  ///< where a chain was given up, and whether that is local
   std::vector<std::uint32_t> depth_;                      ///< levels of arrays and structures, by type
   std::uint32_t anonymous_count_ = 0;
@@ -239,8 +239,8 @@ class Declarer final : public ConstantScope {
     std::string name;  ///< by which it is used; empty = the first it has
   };
   std::vector<Use> uses_;
-  std::vector<bool> circular_;    ///< by POU: of a library, and contains itself
-  core::SourceRef asking_;        ///< the constant expression that is being computed
+  std::vector<bool> circular_;  ///< by POU: of a library, and contains itself
+  core::SourceRef asking_;      ///< the constant expression that is being computed
 
   std::vector<Pending> pending_;
   std::vector<State> pending_state_;

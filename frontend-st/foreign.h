@@ -24,8 +24,8 @@ bool is_c_code(std::string_view pragma);
 inline constexpr const char* kCodeInC = "code in C between braces is not compiled: what it does is missing";
 inline constexpr const char* kCodeInCHelp = "write it in ST, or as a taskblock in C++ (docs/guides/taskblocks.md)";
 
-/// Who is known to bring a type, block, function or variable of this name: "the SVGHMI extension of Beremiz"; empty when
-/// nobody is.
+/// Who is known to bring a type, block, function or variable of this name: "the SVGHMI extension of Beremiz"; empty
+/// when nobody is.
 std::string_view supplier_of(std::string_view name);
 /// How to come by what a library brings: for help lines.
 std::string supply_help(std::string_view name, std::string_view declaration);

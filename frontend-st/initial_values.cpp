@@ -364,8 +364,8 @@ bool Declarer::add_struct_items(const InitialValue& value, TypeRef type, std::ve
       continue;
     }
     path.push_back(*index);
-    ltime_fits_ = target.kind == TypeKind::kBlock && target.block->any_duration &&
-                  member_type == ir::ref_of(core::TypeId::kTime);
+    ltime_fits_ =
+        target.kind == TypeKind::kBlock && target.block->any_duration && member_type == ir::ref_of(core::TypeId::kTime);
     fine = add_items(one, member_type, path, out, owner) && fine;
     ltime_fits_ = false;
     path.pop_back();
@@ -523,8 +523,8 @@ void Declarer::initialize(std::uint32_t number) {
     Items items = initial_of(*pending.declaration, first.type, owner);
     references_ = nullptr;
     // EN that nobody gives is TRUE, whether a POU declares it or not.
-    const bool enables = first.role == ir::Role::kInput && first.type == ir::kBoolType &&
-                         core::iequals(pending.declaration->name, "EN");
+    const bool enables =
+        first.role == ir::Role::kInput && first.type == ir::kBoolType && core::iequals(pending.declaration->name, "EN");
     if (enables && pending.declaration->initial.kind == InitialValue::Kind::kNone) {
       items.push_back({{}, {ir::kBoolType, 1, {}}});
     }

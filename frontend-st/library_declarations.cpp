@@ -115,9 +115,8 @@ void warn_of_hidden_names(const plcopen::Project& project, core::Diagnostics& di
                                                          : std::string_view{};
     if (stdlib::is_standard(clause)) return;
     const auto specials = stdlib::specials();
-    const bool special = std::any_of(specials.begin(), specials.end(), [&](const stdlib::SpecialSpec& one) {
-      return core::iequals(one.name, name);
-    });
+    const bool special = std::any_of(specials.begin(), specials.end(),
+                                     [&](const stdlib::SpecialSpec& one) { return core::iequals(one.name, name); });
     // A type takes the name of a block, not of a function.
     if (block == nullptr && (!is_pou || (!special && !stdlib::is_function(name)))) return;
     diagnostics.report(core::Code::P4019, at, is_pou ? name : std::string(),

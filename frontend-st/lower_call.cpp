@@ -4,8 +4,8 @@
 #include "core/text.h"
 #include "frontend-st/foreign.h"
 #include "frontend-st/lowering.h"
-#include "frontend-st/suggestions.h"
 #include "frontend-st/static_type.h"
+#include "frontend-st/suggestions.h"
 #include "ir/queues.h"
 #include "ir/reach.h"
 #include "stdlib/specials.h"
@@ -76,9 +76,10 @@ Lowering::Arguments Lowering::bind_arguments(NodeId call, const std::vector<Para
     if (node(id).argument == ArgumentKind::kPositional) ++unnamed;
     ++given;
   }
-  const auto inputs = static_cast<std::size_t>(
-      std::count_if(parameters.begin(), parameters.end(),
-                    [](const Parameter& p) { return p.role != Role::kOutput && p.has_place(); }));
+  const auto inputs =
+      static_cast<std::size_t>(std::count_if(parameters.begin(), parameters.end(), [](const Parameter& p) {
+        return p.role != Role::kOutput && p.has_place();
+      }));
   const bool with_outputs = unnamed > inputs;
   const bool some_named = unnamed != given;
   bool named_seen = false;
@@ -336,8 +337,8 @@ std::optional<Operand> Lowering::take_reference(NodeId id) {
   return operand(builder_.make_ref(*where), id);
 }
 
-// INT_TO_BYTE(TRUNC(x)): the function tells the type where all of its overloads have one, and none that a DINT, which an
-// open result is by itself, widens to.
+// INT_TO_BYTE(TRUNC(x)): the function tells the type where all of its overloads have one, and none that a DINT, which
+// an open result is by itself, widens to.
 Lowering::Expected Lowering::argument_type(std::string_view name, std::size_t i) {
   const auto overloads = stdlib::overloads_named(name);
   const core::TypeId type = overloads.front().param_type(i);
@@ -360,8 +361,7 @@ std::optional<Operand> Lowering::call_standard(NodeId id, std::string_view name,
   std::vector<Parameter> parameters;
   count = std::min(count, stdlib::kMaxArguments);
   for (std::uint32_t i = 0; i < count; ++i) {
-    parameters.push_back(
-        {stdlib::pin_name(spec, i), Role::kInput, i, {}, std::string(stdlib::pin_alias(spec, i))});
+    parameters.push_back({stdlib::pin_name(spec, i), Role::kInput, i, {}, std::string(stdlib::pin_alias(spec, i))});
   }
   const Arguments arguments = bind_arguments(id, parameters, name, false);
   if (!arguments.fine) return std::nullopt;
@@ -512,8 +512,11 @@ std::optional<Operand> Lowering::call_bundle(NodeId id, const stdlib::BundleSpec
       {std::string(bundle.input.name), Role::kInput, 0, ir::ref_of(bundle.input.type.fixed), {}}};
   for (std::uint32_t i = 0; i < bundle.outputs.size(); ++i) {
     const stdlib::FunctionSpec& output = *bundle.outputs[i];
-    parameters.push_back(
-        {std::string(stdlib::output_name(output)), Role::kOutput, i, ir::ref_of(stdlib::usual_output_type(output)), {}});
+    parameters.push_back({std::string(stdlib::output_name(output)),
+                          Role::kOutput,
+                          i,
+                          ir::ref_of(stdlib::usual_output_type(output)),
+                          {}});
   }
   const Arguments arguments = bind_arguments(id, parameters, name, false);
   if (!arguments.fine) return std::nullopt;

@@ -50,9 +50,8 @@ std::optional<Lowering::Found> Lowering::program_variable(PlaceId parent, NodeId
            "declare it as VAR");
     return Found{};
   }
-  const bool constant =
-      variable.constant ||
-      (variable.role == Role::kExternal && builder_.module().globals[variable.global].variable.constant);
+  const bool constant = variable.constant || (variable.role == Role::kExternal &&
+                                              builder_.module().globals[variable.global].variable.constant);
   if (for_writing && constant) {
     report(Code::P4007, name_at(id), quoted(text(id)) + " is a constant and is written here");
     return Found{};

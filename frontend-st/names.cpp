@@ -31,7 +31,8 @@ bool is_project_enum_value(const ir::TypeTable& types, std::string_view name) {
 
 std::optional<std::uint32_t> find_program(const ir::Module& module, std::string_view name) {
   const auto found = module.pou_by_name.find(name);
-  if (found == module.pou_by_name.end() || module.pous[found->second].kind != ir::PouKind::kProgram) return std::nullopt;
+  if (found == module.pou_by_name.end() || module.pous[found->second].kind != ir::PouKind::kProgram)
+    return std::nullopt;
   return found->second;
 }
 

@@ -43,8 +43,8 @@ struct EnumValueRef {
   ir::TypeRef type{};
   std::int64_t value = 0;
 };
-/// Every enumeration that has a value of this name; aliases count once. Those of libraries are no choice where the project
-/// has one, nor those of the project where a library asks and libraries have one.
+/// Every enumeration that has a value of this name; aliases count once. Those of libraries are no choice where the
+/// project has one, nor those of the project where a library asks and libraries have one.
 std::vector<EnumValueRef> find_enum_values(const ir::TypeTable& types, std::string_view name, bool in_library);
 /// The value `name` of enumeration `type`; invalid type if it has none.
 EnumValueRef find_enum_value(const ir::TypeTable& types, ir::TypeRef type, std::string_view name);

@@ -23,9 +23,9 @@ class Parser {
 
   /// The whole text as one expression; kNoNode when it is none.
   NodeId parse_expression();
-  /// The next statement of the text, kNoNode behind the last one. The nodes of those before are gone: a text may be long.
-  /// Statements with syntax errors are left out; compound ones whose head has one keep their statements, and kNoNode
-  /// stands for what could not be read of the head.
+  /// The next statement of the text, kNoNode behind the last one. The nodes of those before are gone: a text may be
+  /// long. Statements with syntax errors are left out; compound ones whose head has one keep their statements, and
+  /// kNoNode stands for what could not be read of the head.
   NodeId next_statement();
   [[nodiscard]] const Ast& ast() const { return ast_; }
   [[nodiscard]] bool failed() const { return failed_; }
@@ -56,7 +56,8 @@ class Parser {
   NodeId listed_statement();
   NodeId statement();
   NodeId assignment_or_call();
-  /// Reports a statement or operator that other tools have, if one stands here; behind `target` where it has a left side.
+  /// Reports a statement or operator that other tools have, if one stands here; behind `target` where it has a left
+  /// side.
   bool refuse_foreign_statement();
   bool refuse_foreign_operator(NodeId target);
   /// The operator of an assignment that stands here, passed over: ":=", "S=" or "R=".
@@ -92,8 +93,8 @@ class Parser {
   std::uint32_t last_end_ = 0;  ///< end of the token before the current one
   std::uint32_t depth_ = 0;
   std::uint32_t open_branches_ = 0;  ///< CASE branches around the current token
-  bool in_case_ = false;   ///< statements of a CASE branch: a label ends them
-  bool in_error_ = false;  ///< an error of the current statement was reported
+  bool in_case_ = false;             ///< statements of a CASE branch: a label ends them
+  bool in_error_ = false;            ///< an error of the current statement was reported
   bool failed_ = false;
 };
 

@@ -395,8 +395,7 @@ bool Parser::end_compound(Keyword end, std::string_view word, const Token& begin
     fail(Code::P4001, token_, "found " + shown_token(text_of(token_)) + " where " + std::string(word) + " should stand",
          std::string(help));
   } else {
-    fail(Code::P4001, token_,
-         "found " + shown_token(text_of(token_)) + " where " + std::string(word) + " should stand",
+    fail(Code::P4001, token_, "found " + shown_token(text_of(token_)) + " where " + std::string(word) + " should stand",
          "the " + std::string(what) + " of line " + std::to_string(source_.locate(begin.begin).line) +
              " is open: write " + std::string(word) + " where it ends");
   }

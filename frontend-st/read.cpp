@@ -67,10 +67,9 @@ std::string_view file_stem(std::string_view path) {
 /// CODESYS and TwinCAT name a list of globals like its file. With {attribute 'qualified_only'} the name has to stand in
 /// front of the variables, else it may.
 void name_lists(plcopen::Project& project, std::string_view path) {
-  const bool required =
-      std::any_of(project.pragmas.begin(), project.pragmas.end(), [](const plcopen::Pragma& pragma) {
-        return pragma.text.find("'qualified_only'") != std::string::npos;
-      });
+  const bool required = std::any_of(project.pragmas.begin(), project.pragmas.end(), [](const plcopen::Pragma& pragma) {
+    return pragma.text.find("'qualified_only'") != std::string::npos;
+  });
   if (!required && !project.pous.empty()) return;  // a program with its globals is no list
   for (plcopen::Configuration& configuration : project.configurations) {
     if (!configuration.name.empty()) continue;

@@ -24,7 +24,8 @@ void DeclarationReader::action(const std::string& owner) {
     named = name(out.action.name, "the name of the ACTION");
   }
   accept(TokenKind::kColon);
-  const std::string before = std::exchange(pou_, out.owner.empty() ? out.action.name : out.owner + "." + out.action.name);
+  const std::string before =
+      std::exchange(pou_, out.owner.empty() ? out.action.name : out.owner + "." + out.action.name);
   const bool in_body = std::exchange(in_body_, true);
   action_body(out.action, opener);
   in_body_ = in_body;

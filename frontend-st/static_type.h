@@ -1,8 +1,8 @@
 // The type of what a place names, found without making any instruction: for SIZEOF, and where a value takes the type of
 // the variable that it goes to.
 //
-// In: a syntax tree, the names of a POU. Out: a type. Errors are left to whoever lowers the place. Does not belong here:
-// types of expressions.
+// In: a syntax tree, the names of a POU. Out: a type. Errors are left to whoever lowers the place. Does not belong
+// here: types of expressions.
 #pragma once
 
 #include <optional>

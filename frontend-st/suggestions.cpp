@@ -14,12 +14,12 @@ namespace {
 
 /// Types as other languages and hurried people write them.
 constexpr std::pair<std::string_view, std::string_view> kTypeWords[] = {
-    {"STR", "STRING"},    {"WSTR", "WSTRING"},  {"DW", "DWORD"},      {"W", "WORD"},        {"B", "BYTE"},
-    {"BOOLEAN", "BOOL"},  {"BIT", "BOOL"},      {"FLOAT", "REAL"},    {"FLOAT32", "REAL"},  {"SINGLE", "REAL"},
-    {"DOUBLE", "LREAL"},  {"FLOAT64", "LREAL"}, {"INTEGER", "INT"},   {"SHORT", "INT"},     {"LONG", "DINT"},
-    {"INT8", "SINT"},     {"INT16", "INT"},     {"INT32", "DINT"},    {"INT64", "LINT"},    {"UINT8", "USINT"},
-    {"UINT16", "UINT"},   {"UINT32", "UDINT"},  {"UINT64", "ULINT"},  {"TEXT", "STRING"},   {"DATETIME", "DT"},
-    {"DATE_TIME", "DT"},  {"TIMEOFDAY", "TOD"}, {"UDINT32", "UDINT"}, {"LONGLONG", "LINT"},
+    {"STR", "STRING"},   {"WSTR", "WSTRING"},  {"DW", "DWORD"},      {"W", "WORD"},        {"B", "BYTE"},
+    {"BOOLEAN", "BOOL"}, {"BIT", "BOOL"},      {"FLOAT", "REAL"},    {"FLOAT32", "REAL"},  {"SINGLE", "REAL"},
+    {"DOUBLE", "LREAL"}, {"FLOAT64", "LREAL"}, {"INTEGER", "INT"},   {"SHORT", "INT"},     {"LONG", "DINT"},
+    {"INT8", "SINT"},    {"INT16", "INT"},     {"INT32", "DINT"},    {"INT64", "LINT"},    {"UINT8", "USINT"},
+    {"UINT16", "UINT"},  {"UINT32", "UDINT"},  {"UINT64", "ULINT"},  {"TEXT", "STRING"},   {"DATETIME", "DT"},
+    {"DATE_TIME", "DT"}, {"TIMEOFDAY", "TOD"}, {"UDINT32", "UDINT"}, {"LONGLONG", "LINT"},
 };
 
 std::string type_meant(std::string_view word) {
@@ -101,7 +101,8 @@ bool is_operator_character(char c) { return std::string_view("=!<>&|:+-*/%~?").f
 bool is_address(std::string_view text) {
   if (text.size() < 3 || text[0] != '%') return false;
   const char area = core::upper(text[1]);
-  return (area == 'I' || area == 'Q' || area == 'M') && (is_digit(text[2]) || is_identifier_start(text[2]) || text[2] == '*');
+  return (area == 'I' || area == 'Q' || area == 'M') &&
+         (is_digit(text[2]) || is_identifier_start(text[2]) || text[2] == '*');
 }
 
 }  // namespace

@@ -29,9 +29,9 @@ bool lower_statements(std::string_view text, const core::SourceRef& at, ir::Buil
 /// Lowers the ST bodies of a POU. False when any statement had an error.
 bool lower_body(const plcopen::Pou& pou, ir::Module& module, std::uint32_t pou_index, core::Diagnostics& diagnostics);
 
-/// What a body begins with before anything of it is lowered. A POU that declares EN and ENO itself ends at once with ENO
-/// FALSE when EN is FALSE, else sets ENO (IEC 61131-3:2013, table 18). References that begin with REF(x) are made in the
-/// first execution of an instance, in every execution of a function. Actions begin with the references alone.
+/// What a body begins with before anything of it is lowered. A POU that declares EN and ENO itself ends at once with
+/// ENO FALSE when EN is FALSE, else sets ENO (IEC 61131-3:2013, table 18). References that begin with REF(x) are made
+/// in the first execution of an instance, in every execution of a function. Actions begin with the references alone.
 void lower_prologue(ir::Builder& builder);
 
 /// True when the text is one plain variable name or path (no operators, no literal): what may be written.

@@ -113,9 +113,8 @@ void Builder::drop_written_names(std::uint32_t global) {
   const auto found = module_.written_names.find(global);
   if (found == module_.written_names.end()) return;
   bool first = true;
-  std::erase_if(found->second, [&](const WrittenName& one) {
-    return one.pou == pou_index_ && !std::exchange(first, false);
-  });
+  std::erase_if(found->second,
+                [&](const WrittenName& one) { return one.pou == pou_index_ && !std::exchange(first, false); });
 }
 
 PlaceId Builder::variable(std::uint32_t index) {

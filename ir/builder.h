@@ -60,8 +60,8 @@ class Builder {
   /// Reports with the POU's name at `at`.
   void report(core::Code code, const SourceRef& at, std::string message, std::string help = {});
 
-  /// Says that the function or block `used`, of a library perhaps, is used at `at`. False, and reported, when it is of a
-  /// library and broken.
+  /// Says that the function or block `used`, of a library perhaps, is used at `at`. False, and reported, when it is of
+  /// a library and broken.
   bool use_pou(std::uint32_t used, const SourceRef& at);
   /// Whether `name`, which stands for nothing here, is that of something broken in a library; reports that it is used.
   bool is_broken(std::string_view name, const SourceRef& at);
@@ -111,7 +111,7 @@ class Builder {
   void copy(PlaceId to, PlaceId from);       ///< aggregates of one type
   /// place := what a variable of its type begins with, or where one is declared so, with these initial values.
   void store_default(PlaceId place, std::vector<InitItem> initial = {});
-  void run(PlaceId instance);                ///< standard block or POU
+  void run(PlaceId instance);  ///< standard block or POU
   void run_action(PlaceId instance, std::uint32_t action);
   ValueId make_ref(PlaceId place);
   ValueId same_ref(ValueId a, ValueId b);  ///< references of one type
@@ -145,8 +145,8 @@ class Builder {
   std::optional<ValueId> convert(const Operand& operand, TypeRef to, std::string_view what);
   /// store(place, convert(operand)): also copies aggregates, fits strings, checks constants against subranges.
   bool assign(PlaceId place, const Operand& operand, std::string_view what);
-  /// What a call gives input `index` of the instance: assign(), but for configuration ports of taskblocks, which get their
-  /// constant before anything runs.
+  /// What a call gives input `index` of the instance: assign(), but for configuration ports of taskblocks, which get
+  /// their constant before anything runs.
   bool assign_input(PlaceId instance, std::uint32_t index, const Operand& operand, std::string_view what);
   /// Resolves and calls the standard function `name`; BOOL AND/OR/XOR/NOT become logic ops, constants are folded where
   /// the row allows. Messages list candidates. `pins` name the arguments when the drawing does (else empty).
@@ -201,7 +201,7 @@ class Builder {
     }
   };
   std::unordered_map<Place, PlaceId, PlaceHash, PlaceEqual> interned_;
-  std::unordered_map<std::uint32_t, Narrow> narrow_;        ///< by value
+  std::unordered_map<std::uint32_t, Narrow> narrow_;         ///< by value
   std::unordered_map<std::uint32_t, Narrow> narrow_hidden_;  ///< by place: what hidden variables keep for later
   std::vector<PlaceId> variable_places_;  ///< by variable index, in-outs left out: most places need no hash
 };

@@ -185,7 +185,7 @@ struct Global {
   std::string prefix;         ///< name of the list or file that may stand before its name and need not, or empty
   bool file_prefix = false;   ///< the prefix is the name of a file
   bool from_library = false;  ///< brought by --lib: lint does not look at it
-  bool queue = false;  ///< an array that a queue function or port names: a queue of its elements, and no variable
+  bool queue = false;    ///< an array that a queue function or port names: a queue of its elements, and no variable
   bool program = false;  ///< the one instance of a program that is called or read by name
 };
 

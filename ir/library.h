@@ -1,7 +1,7 @@
 // What the declarations of libraries need of each other, and which of them the project uses.
 //
-// In: where each stands, which names which. Out: problems of those that are used, and of no others. What is wrong with a
-// declaration was set aside by Diagnostics, by its place. Does not belong here: reading, declaring.
+// In: where each stands, which names which. Out: problems of those that are used, and of no others. What is wrong with
+// a declaration was set aside by Diagnostics, by its place. Does not belong here: reading, declaring.
 #pragma once
 
 #include <cstdint>
@@ -34,9 +34,9 @@ class Library {
   /// The declaration `user` names `used`.
   void need(Index user, Index used);
 
-  /// `part` is used at `at`, in POU `pou`: what was set aside of it and of all it needs is reported, and P4060 at the first
-  /// such place of the project if there is an error among it. False when there is. `name` is the one it is used by, where
-  /// a declaration has several.
+  /// `part` is used at `at`, in POU `pou`: what was set aside of it and of all it needs is reported, and P4060 at the
+  /// first such place of the project if there is an error among it. False when there is. `name` is the one it is used
+  /// by, where a declaration has several.
   bool use(Index part, const core::SourceRef& at, std::string_view pou, core::Diagnostics& diagnostics,
            std::string_view name = {});
   /// An error was found in `part` while it was compiled.

@@ -33,9 +33,8 @@ void look_at_names(const Module& module, Findings& findings) {
     std::vector<const WrittenName*> different;
     for (const WrittenName& name : names) {
       const bool counts = running[name.pou] && findings.is_linted(module.pous[name.pou]);
-      const bool known = std::any_of(different.begin(), different.end(), [&](const WrittenName* other) {
-        return core::iequals(other->name, name.name);
-      });
+      const bool known = std::any_of(different.begin(), different.end(),
+                                     [&](const WrittenName* other) { return core::iequals(other->name, name.name); });
       if (counts && !known) different.push_back(&name);
     }
     if (different.size() < 2) continue;
@@ -45,10 +44,10 @@ void look_at_names(const Module& module, Findings& findings) {
       list += i == 0 ? "" : i + 1 == different.size() ? " and " : ", ";
       list += fmt::format("{} ({}, line {})", quoted(name.name), module.pous[name.pou].name, name.at.line);
     }
-    findings.add(Lint::kTwoNames, different.back()->at, module.pous[different.back()->pou].name,
-                 fmt::format("{} are one variable at {}, and all are written", list,
-                             module.globals[global].variable.address),
-                 "the last write in a scan wins; give each an address of its own, or use one of the names");
+    findings.add(
+        Lint::kTwoNames, different.back()->at, module.pous[different.back()->pou].name,
+        fmt::format("{} are one variable at {}, and all are written", list, module.globals[global].variable.address),
+        "the last write in a scan wins; give each an address of its own, or use one of the names");
   }
 }
 
@@ -113,11 +112,12 @@ void look_at_retained(const Module& module, Findings& findings) {
   for (const Task& task : module.tasks) {
     for (const ProgramInstance& program : task.programs) {
       if (!program.retain) continue;
-      findings.add(Lint::kRetain, program.at, {},
-                   fmt::format("program instance {} is retained, and begins with its initial values after each start all "
-                               "the same",
-                               quoted(program.name)),
-                   "RETAIN and PERSISTENT are read, and keep nothing over a restart yet");
+      findings.add(
+          Lint::kRetain, program.at, {},
+          fmt::format("program instance {} is retained, and begins with its initial values after each start all "
+                      "the same",
+                      quoted(program.name)),
+          "RETAIN and PERSISTENT are read, and keep nothing over a restart yet");
     }
   }
 }

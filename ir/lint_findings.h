@@ -54,13 +54,13 @@ inline bool is_visible(const Variable& variable) {
 }
 inline std::string quoted(std::string_view text) { return '"' + std::string(text) + '"'; }
 
-void lint_variables(const Module& module, Findings& findings);    // lint_variables.cpp
+void lint_variables(const Module& module, Findings& findings);     // lint_variables.cpp
 void lint_declarations(const Module& module, Findings& findings);  // lint_declarations.cpp
-void lint_names(const Module& module, Findings& findings);        // lint_names.cpp
-void lint_coils(const Module& module, Findings& findings);        // lint_coils.cpp
-void lint_tasks(const Module& module, Findings& findings);        // lint_tasks.cpp
-void lint_expressions(const LintBody& body, Findings& findings);  // lint_expressions.cpp
-void lint_statements(const LintBody& body, Findings& findings);   // lint_statements.cpp
-void lint_blocks(const LintBody& body, Findings& findings);       // lint_blocks.cpp
+void lint_names(const Module& module, Findings& findings);         // lint_names.cpp
+void lint_coils(const Module& module, Findings& findings);         // lint_coils.cpp
+void lint_tasks(const Module& module, Findings& findings);         // lint_tasks.cpp
+void lint_expressions(const LintBody& body, Findings& findings);   // lint_expressions.cpp
+void lint_statements(const LintBody& body, Findings& findings);    // lint_statements.cpp
+void lint_blocks(const LintBody& body, Findings& findings);        // lint_blocks.cpp
 
 }  // namespace plc::ir

@@ -37,7 +37,8 @@ class Usage {
       return std::binary_search(globals_of_[body].begin(), globals_of_[body].end(), global);
     };
     const auto& actions = module_.pous[pou].actions;
-    return in_body(pou) || std::any_of(actions.begin(), actions.end(), [&](const auto& a) { return in_body(a.second); });
+    return in_body(pou) ||
+           std::any_of(actions.begin(), actions.end(), [&](const auto& a) { return in_body(a.second); });
   }
 
  private:

@@ -163,10 +163,11 @@ class NamedCall {
             arg.type = *id;
             break;
           }
-          builder_.report(Code::P4103, place_of(i), fmt::format("{} has type {}", input(i), types().name_of(type)),
-                          types()[type].kind == TypeKind::kReference
-                              ? "references are not computed with: use an array and an index, or read what it refers to: ^"
-                              : "give it one element or member");
+          builder_.report(
+              Code::P4103, place_of(i), fmt::format("{} has type {}", input(i), types().name_of(type)),
+              types()[type].kind == TypeKind::kReference
+                  ? "references are not computed with: use an array and an index, or read what it refers to: ^"
+                  : "give it one element or member");
           fine = false;
           break;
         }
@@ -449,7 +450,7 @@ class NamedCall {
     if (is_literal_text(args_[odd])) {
       help = quotes_help(args_[odd]);
     } else if (known_[odd].kind == stdlib::Arg::Kind::kTyped &&
-        conversion(known_[odd].type, known_[*reference].type) != nullptr) {
+               conversion(known_[odd].type, known_[*reference].type) != nullptr) {
       help = fmt::format("convert it with {}_TO_{}", core::name_of(known_[odd].type),
                          core::name_of(known_[*reference].type));
     }

@@ -71,7 +71,7 @@ struct Type {
   /// nothing.
   bool stub = false;
   bool from_library = false;  ///< kEnum: declared in a library
-  bool open = false;  ///< kArray [*]: the type of a parameter of a generic function, of no value
+  bool open = false;          ///< kArray [*]: the type of a parameter of a generic function, of no value
   SourceRef at;
 };
 

@@ -98,7 +98,7 @@ struct Variable {
   InitialValue initial;
   std::string address;  ///< "%IX0.0" as written, or empty
   std::string list;     ///< name of the globalVars list ("GVL"), for qualified access GVL.x; or empty
-  std::string prefix;   ///< name that may stand before the variable though it needs none: its file's or list's; or empty
+  std::string prefix;  ///< name that may stand before the variable though it needs none: its file's or list's; or empty
   bool file_prefix = false;  ///< the prefix is the name of the file, which the standard does not know
   bool constant = false;
   bool retain = false;
@@ -204,8 +204,8 @@ const char* language_name(Language language);
 
 struct Body {
   Language language = Language::kNone;
-  std::string name;                  ///< IEC 61131-10 worksheets; usually empty
-  std::vector<Element> elements;     ///< LD, FBD: document order. SFC: not stored yet, see drawn_elements
+  std::string name;               ///< IEC 61131-10 worksheets; usually empty
+  std::vector<Element> elements;  ///< LD, FBD: document order. SFC: not stored yet, see drawn_elements
   std::vector<ClosedBranch> closed_branches;
   std::uint32_t drawn_elements = 0;  ///< elements drawn, comments excluded, whatever the language
   std::string text;                  ///< ST, IL

@@ -123,11 +123,11 @@ struct Rule {
   State parent;
   State state;  ///< state for the children
   Fate fate = Fate::kUsed;
-  bool anchor = false;       ///< paths in the import report begin here
-  bool inherit = false;      ///< fate and reason come from the parent ("*" rows)
-  std::string_view name;     ///< local name; "*" = any other name
-  std::string_view variant;  ///< "/..": end of data's name; else local part of xsi:type; empty = any
-  std::string_view reason;   ///< for SUPPORT.md and the import report
+  bool anchor = false;         ///< paths in the import report begin here
+  bool inherit = false;        ///< fate and reason come from the parent ("*" rows)
+  std::string_view name;       ///< local name; "*" = any other name
+  std::string_view variant;    ///< "/..": end of data's name; else local part of xsi:type; empty = any
+  std::string_view reason;     ///< for SUPPORT.md and the import report
   std::string_view belongs{};  ///< misplaced: the element it should stand in
   StartHandler start = nullptr;
   EndHandler end = nullptr;

@@ -64,7 +64,12 @@ class XmlHandler {
 class XmlParser {
  public:
   XmlParser(const InputText& input, std::uint16_t file, core::Diagnostics& diagnostics, const ReadLimits& limits)
-      : text_(input.text()), file_(file), diagnostics_(diagnostics), limits_(limits), places_(text_), walk_(text_, places_) {}
+      : text_(input.text()),
+        file_(file),
+        diagnostics_(diagnostics),
+        limits_(limits),
+        places_(text_),
+        walk_(text_, places_) {}
   bool run(XmlHandler& handler);
   void stop();
 

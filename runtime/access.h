@@ -58,7 +58,8 @@ class Access {
   /// What people look at: as list(), but a variable that has several names, because declarations give it the address of
   /// another, is listed under each of them, and every name has one path: "*" lists all names, and a pattern that also
   /// matches other paths of the same name lists the first.
-  [[nodiscard]] std::vector<std::string> list_names(std::string_view pattern = "*", std::size_t limit = 1'000'000) const;
+  [[nodiscard]] std::vector<std::string> list_names(std::string_view pattern = "*",
+                                                    std::size_t limit = 1'000'000) const;
 
   /// Value of a leaf as text; arrays and structures come out as "[a, b]" and "(x := a, y := b)".
   [[nodiscard]] std::string read(const Place& place, ValueStyle style = ValueStyle::kNumbers) const;
@@ -68,9 +69,9 @@ class Access {
   [[nodiscard]] std::optional<std::int64_t> read_integer(const Place& place) const;
 
   /// Writes a leaf from text. Besides what read() gives: TRUE/FALSE, 16#..., 2#..., 8#..., '_' between digits,
-  /// enumeration members (Filling, Step#Filling), T#1s500ms, strings without quotes. Returns nothing, or the problem (P7103 not a value of
-  /// the type, P7104 out of range, P7105 too long, P7106 cannot be written, P7107 busy). A global that
-  /// a task exports changes at that task's next scan (memory/global_table.h).
+  /// enumeration members (Filling, Step#Filling), T#1s500ms, strings without quotes. Returns nothing, or the problem
+  /// (P7103 not a value of the type, P7104 out of range, P7105 too long, P7106 cannot be written, P7107 busy). A global
+  /// that a task exports changes at that task's next scan (memory/global_table.h).
   std::optional<core::Problem> write(const Place& place, std::string_view text);
 
   [[nodiscard]] Resource& resource() const { return resource_; }

@@ -172,8 +172,8 @@ std::string PathLister::key_of(const Place& place) const {
 void PathLister::add_missing(PathLister&& other) {
   Names keys(keys_.begin(), keys_.end());
   for (std::size_t i = 0; i < other.found_.size() && found_.size() < limit_; ++i) {
-    const bool fresh = other.keys_[i].empty() ? known_.insert(other.found_[i].path).second
-                                              : keys.insert(other.keys_[i]).second;
+    const bool fresh =
+        other.keys_[i].empty() ? known_.insert(other.found_[i].path).second : keys.insert(other.keys_[i]).second;
     if (fresh) found_.push_back(std::move(other.found_[i]));
   }
 }

@@ -64,8 +64,8 @@ constexpr T mod_wrap(T a, T b) noexcept {
   return static_cast<T>(a % b);
 }
 
-/// `base` to the power `exponent`, the low bits of it. Below 0 it is 1 / base^n, toward zero: 0 but for 1 and -1; of 0 it
-/// is a division by zero.
+/// `base` to the power `exponent`, the low bits of it. Below 0 it is 1 / base^n, toward zero: 0 but for 1 and -1; of 0
+/// it is a division by zero.
 template <class T, class N>
 constexpr T power_wrap(T base, N exponent, Event& event) noexcept {
   if constexpr (std::is_signed_v<N>) {

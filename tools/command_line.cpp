@@ -42,10 +42,10 @@ void add_compile_options(CLI::App& app, core::CompileOptions& options, bool with
   add_choice<core::Order>(app, "--order", options.order,
                           {{"drawing", core::Order::kDrawing}, {"document", core::Order::kDocument}},
                           "drawing: top to bottom as drawn (default). document: as the file lists the elements");
-  add_choice<core::Compat>(app, "--compat", options.compat,
-                           {{"none", core::Compat::kNone}, {"beremiz", core::Compat::kBeremiz}},
-                           "none: one value per wire (default). beremiz: contacts are read again for every coil, and edges are "
-                           "its own");
+  add_choice<core::Compat>(
+      app, "--compat", options.compat, {{"none", core::Compat::kNone}, {"beremiz", core::Compat::kBeremiz}},
+      "none: one value per wire (default). beremiz: contacts are read again for every coil, and edges are "
+      "its own");
   add_choice<core::AddressProfile>(
       app, "--profile", options.profile,
       {{"separate", core::AddressProfile::kSeparate}, {"overlay", core::AddressProfile::kOverlay}},
@@ -59,8 +59,9 @@ void add_compile_options(CLI::App& app, core::CompileOptions& options, bool with
   app.add_flag("--stub-missing", options.stub_missing,
                "POUs, blocks and types that cannot be compiled become stubs that do nothing; each is named")
       ->group(kCompileGroup);
-  app.add_flag("--strict", options.strict,
-               "idioms that other tools take and the standard does not know are errors (plc check names them in notes)");
+  app.add_flag(
+      "--strict", options.strict,
+      "idioms that other tools take and the standard does not know are errors (plc check names them in notes)");
   add_all_option(app, options);
   if (with_pou) {
     app.add_option("--pou", options.pou,
@@ -88,7 +89,8 @@ void add_library_option(CLI::App& app, std::vector<std::string>& libraries) {
 }
 
 bool has_compile_options(const CLI::App& app) {
-  for (const char* name : {"--order", "--compat", "--profile", "--coherence", "--stub-missing", "--strict", "--pou", "--lib"}) {
+  for (const char* name :
+       {"--order", "--compat", "--profile", "--coherence", "--stub-missing", "--strict", "--pou", "--lib"}) {
     const CLI::Option* option = app.get_option_no_throw(name);
     if (option != nullptr && option->count() > 0) return true;
   }
@@ -106,8 +108,10 @@ std::string shell_word(const std::string& word) {
 std::string compile_flags(const core::CompileOptions& options, const std::vector<std::string>& libraries) {
   const core::CompileOptions usual;
   std::string flags;
-  if (options.order != usual.order) flags += options.order == core::Order::kDrawing ? " --order=drawing" : " --order=document";
-  if (options.compat != usual.compat) flags += options.compat == core::Compat::kNone ? " --compat=none" : " --compat=beremiz";
+  if (options.order != usual.order)
+    flags += options.order == core::Order::kDrawing ? " --order=drawing" : " --order=document";
+  if (options.compat != usual.compat)
+    flags += options.compat == core::Compat::kNone ? " --compat=none" : " --compat=beremiz";
   if (options.profile != usual.profile) {
     flags += options.profile == core::AddressProfile::kSeparate ? " --profile=separate" : " --profile=overlay";
   }

@@ -135,8 +135,9 @@ class Lowering {
     if (made.queue_call) return;  // its body is one instruction, made with the code
     reached_.push_back(index);
     const bool declared = made.made_from == ir::Pou::kDeclared;
-    plcopen::Pou& pou = made.owner != ir::Pou::kDeclared ? action_of(index)
-                                                         : compilation_.project->pous[declared ? index : made.made_from];
+    plcopen::Pou& pou = made.owner != ir::Pou::kDeclared
+                            ? action_of(index)
+                            : compilation_.project->pous[declared ? index : made.made_from];
     const std::size_t problems = compilation_.diagnostics.all().size();
     const std::size_t errors = compilation_.diagnostics.error_count();
     const auto part = compilation_.module->library.at(made.at);
@@ -201,10 +202,9 @@ class Lowering {
     core::SourceRef at = pou.bodies.empty() ? pou.at : pou.bodies.front().at;
     if (at.line == 0) at = pou.at;
     const ir::Pou& made = compilation_.module->pous[index];
-    const std::string what =
-        fmt::format("{} \"{}\" is written in {}",
-                    made.owner == ir::Pou::kDeclared ? plcopen::pou_kind_name(pou.kind) : "action", made.name,
-                    plcopen::language_name(language_of(pou)));
+    const std::string what = fmt::format("{} \"{}\" is written in {}",
+                                         made.owner == ir::Pou::kDeclared ? plcopen::pou_kind_name(pou.kind) : "action",
+                                         made.name, plcopen::language_name(language_of(pou)));
     if (request_.options.stub_missing) {
       compilation_.diagnostics.report(Code::P5102, at, made.name, what + ": a stub that does nothing runs in its place",
                                       "write it in LD, FBD or ST before it runs a plant");

@@ -39,7 +39,8 @@ struct Request {
   std::vector<std::string> libraries = {};  ///< files whose data types, POUs and globals join the project
   std::optional<ir::LintOptions> lint{};    ///< lint a project that has no errors; lints that are off stay silent
   const taskblocks::Registry* taskblocks = nullptr;  ///< that the project may use; null = those that come with PICARD
-  bool answers = false;  ///< for a command that answers a question about the project: lints that compiling finds stay silent
+  bool answers =
+      false;  ///< for a command that answers a question about the project: lints that compiling finds stay silent
 };
 
 struct Compilation {

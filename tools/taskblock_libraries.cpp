@@ -48,8 +48,7 @@ void add_project_libraries(const io::Configuration& configuration, std::vector<s
     std::string path = configuration.beside(library.text);
     std::error_code ignored;
     if (!std::filesystem::is_regular_file(path, ignored) || !std::ifstream(path)) {
-      diagnostics.report(core::Code::P7001, library.at, {},
-                         "library " + path + " cannot be opened for reading",
+      diagnostics.report(core::Code::P7001, library.at, {}, "library " + path + " cannot be opened for reading",
                          "give its path as seen from the folder of plc.toml");
       continue;
     }

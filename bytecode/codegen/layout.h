@@ -56,7 +56,8 @@ class Layout {
   std::uint32_t reference(ir::TypeRef target);
   /// A structure without fields, for functions and tasks without memory.
   std::uint32_t empty_struct();
-  /// Instance layout of a POU, of an action that of its owner; frame variables (functions, VAR_TEMP) get places when lay_out_frame is called.
+  /// Instance layout of a POU, of an action that of its owner; frame variables (functions, VAR_TEMP) get places when
+  /// lay_out_frame is called.
   const PouLayout& pou(std::uint32_t index);
   /// Adds the frame variables of `index` to `frame`.
   void lay_out_frame(std::uint32_t index, StructBuilder& frame);

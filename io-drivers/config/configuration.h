@@ -2,8 +2,8 @@
 //
 // In: TOML text (read_configuration.cpp, the only user of toml++). Out: plain data in which every entry knows its place
 // in the file; nothing is resolved against a project yet (bind.h does that). Keys, their types, defaults and
-// documentation are declared once, in config/keys.def; `plc config init`, the checker and docs/reference/configuration.md
-// come from there. Does not belong here: devices, images.
+// documentation are declared once, in config/keys.def; `plc config init`, the checker and
+// docs/reference/configuration.md come from there. Does not belong here: devices, images.
 #pragma once
 
 #include <cstdint>
@@ -32,32 +32,36 @@ struct DriverConfig {
   std::string name;
   core::SourceRef at;
   DriverKind kind = DriverKind::kSimulated;
-  Placed task;                 ///< name of the task it serves; empty = the fastest
+  Placed task;  ///< name of the task it serves; empty = the fastest
   OnLoss on_loss = OnLoss::kHold;
   core::TimeNs retry_ns = 1'000'000'000;  ///< between attempts to come back
-  Placed ok;                   ///< BOOL global that is TRUE while the device answers, or empty
+  Placed ok;                              ///< BOOL global that is TRUE while the device answers, or empty
   // kind = "gpio"
-  Placed chip;                 ///< "gpiochip0", a label, or "/dev/gpiochip0"
+  Placed chip;                          ///< "gpiochip0", a label, or "/dev/gpiochip0"
   std::optional<core::TimeNs> poll_ns;  ///< exchanged with on a thread of its own, this often; nothing = in the cycle
   // kind = "simulated"
-  Placed stimulus;             ///< CSV file, relative to plc.toml; empty = inputs keep their initial values
+  Placed stimulus;  ///< CSV file, relative to plc.toml; empty = inputs keep their initial values
 };
 
 enum class Bias : std::uint8_t { kAsIs, kDisabled, kPullUp, kPullDown };
 enum class Drive : std::uint8_t { kPushPull, kOpenDrain, kOpenSource };
-enum class Latch : std::uint8_t { kNone, kRising, kFalling };  ///< an edge between two cycles is seen as one cycle TRUE / FALSE
+enum class Latch : std::uint8_t {
+  kNone,
+  kRising,
+  kFalling
+};  ///< an edge between two cycles is seen as one cycle TRUE / FALSE
 
 /// One line of [inputs] or [outputs]:  "%IX0.0" = { driver = "panel", channel = 17, invert = true }
 struct ChannelConfig {
-  Placed variable;             ///< address, global or path as the key has it
+  Placed variable;  ///< address, global or path as the key has it
   Placed driver;
-  Placed channel;              ///< gpio: line offset ("17") or line name; simulated: ignored, may be empty
-  bool invert = false;         ///< TRUE in the program is FALSE at the device
+  Placed channel;       ///< gpio: line offset ("17") or line name; simulated: ignored, may be empty
+  bool invert = false;  ///< TRUE in the program is FALSE at the device
   // outputs
-  Placed safe;                 ///< value at stop, fault, death; empty = FALSE / 0
-  Placed initial;              ///< value from open() to the end of the first cycle; empty = safe
+  Placed safe;     ///< value at stop, fault, death; empty = FALSE / 0
+  Placed initial;  ///< value from open() to the end of the first cycle; empty = safe
   // gpio
-  bool active_low = false;     ///< done by the kernel; together with invert they cancel out
+  bool active_low = false;  ///< done by the kernel; together with invert they cancel out
   Bias bias = Bias::kAsIs;
   Drive drive = Drive::kPushPull;  ///< outputs
   Latch latch = Latch::kNone;      ///< inputs
@@ -85,23 +89,24 @@ struct ModbusRange {
 struct ModbusConfig {
   core::SourceRef at;
   bool enabled = true;
-  core::SourceRef listen_at;               ///< of `listen`; no line when it is not there
-  std::string address = "127.0.0.1";       ///< to listen on; IPv4 or IPv6 literal
-  std::uint16_t port = 502;                ///< 0 = any free one (tests)
-  bool read_only = false;                  ///< writing functions are answered with exception 1
-  std::vector<Placed> writable;            ///< path patterns that may be written; empty = everything writable in the map
+  core::SourceRef listen_at;          ///< of `listen`; no line when it is not there
+  std::string address = "127.0.0.1";  ///< to listen on; IPv4 or IPv6 literal
+  std::uint16_t port = 502;           ///< 0 = any free one (tests)
+  bool read_only = false;             ///< writing functions are answered with exception 1
+  std::vector<Placed> writable;       ///< path patterns that may be written; empty = everything writable in the map
   std::vector<Placed> exported = {{"*", {}}};  ///< path patterns of unlocated globals that get automatic addresses
   WordOrder word_order = WordOrder::kAbcd;
   std::vector<ModbusRange> ranges;
-  bool strict_gaps = false;                ///< exception 2 for addresses without a variable, instead of 0
-  std::optional<std::uint8_t> unit_id;     ///< answer only this one; nothing = all
-  bool unit_exception = false;             ///< other unit ids: exception 11 instead of silence
+  bool strict_gaps = false;             ///< exception 2 for addresses without a variable, instead of 0
+  std::optional<std::uint8_t> unit_id;  ///< answer only this one; nothing = all
+  bool unit_exception = false;          ///< other unit ids: exception 11 instead of silence
   std::uint32_t max_clients = 64;
-  std::uint32_t max_clients_per_address = 0;   ///< 0 = max_clients
-  core::TimeNs frame_timeout_ns = 5'000'000'000;   ///< for the rest of a frame that has begun
-  core::TimeNs idle_timeout_ns = 0;        ///< connections without a request; 0 = never closed (TCP keep-alive finds dead ones)
-  Placed lock_file;                        ///< automatic addresses, relative to plc.toml; empty = beside the project: NAME.modbus.csv
-  Placed client_seen;                      ///< BOOL global: a request was answered within client_timeout_ns; empty = none
+  std::uint32_t max_clients_per_address = 0;      ///< 0 = max_clients
+  core::TimeNs frame_timeout_ns = 5'000'000'000;  ///< for the rest of a frame that has begun
+  core::TimeNs idle_timeout_ns =
+      0;               ///< connections without a request; 0 = never closed (TCP keep-alive finds dead ones)
+  Placed lock_file;    ///< automatic addresses, relative to plc.toml; empty = beside the project: NAME.modbus.csv
+  Placed client_seen;  ///< BOOL global: a request was answered within client_timeout_ns; empty = none
   core::TimeNs client_timeout_ns = 5'000'000'000;
 };
 
@@ -112,9 +117,9 @@ enum class Unfit : std::uint8_t { kRefuse, kRun };  ///< tasks that cannot meet 
 struct SchedulerConfig {
   core::SourceRef at;
   Priorities priorities = Priorities::kProject;
-  std::optional<std::uint32_t> cpu;        ///< of tasks that name none; nothing = any
-  std::optional<core::TimeNs> lead_ns;     ///< of tasks with an interval that say nothing; nothing = by default
-  Placed calibration;                      ///< file, relative to plc.toml; empty = built-in times
+  std::optional<std::uint32_t> cpu;     ///< of tasks that name none; nothing = any
+  std::optional<core::TimeNs> lead_ns;  ///< of tasks with an interval that say nothing; nothing = by default
+  Placed calibration;                   ///< file, relative to plc.toml; empty = built-in times
   Unfit unfit = Unfit::kRefuse;
 };
 
@@ -122,7 +127,7 @@ struct SchedulerConfig {
 struct TaskConfig {
   std::string name;
   core::SourceRef at;
-  std::optional<std::uint32_t> priority;   ///< 0 is the most urgent
+  std::optional<std::uint32_t> priority;  ///< 0 is the most urgent
   std::optional<std::uint32_t> cpu;
   core::TimeNs offset_ns = 0;
   std::optional<core::TimeNs> lead_ns;       ///< nothing = as [scheduler] says
@@ -149,23 +154,24 @@ struct TaskblocksConfig {
 /// [guardian]
 struct GuardianConfig {
   core::SourceRef at;
-  bool enabled = true;                     ///< only ever started when a driver has outputs
-  core::TimeNs hang_timeout_ns = 1'000'000'000;  ///< without a completed cycle of a task that serves outputs; 0 = deaths only. Slower tasks get three periods
+  bool enabled = true;                           ///< only ever started when a driver has outputs
+  core::TimeNs hang_timeout_ns = 1'000'000'000;  ///< without a completed cycle of a task that serves outputs; 0 =
+                                                 ///< deaths only. Slower tasks get three periods
 };
 
 struct Configuration {
-  std::string file;                        ///< as given; relative files in it are relative to its folder
+  std::string file;  ///< as given; relative files in it are relative to its folder
   ProjectConfig project;
   std::vector<DriverConfig> drivers;
   std::vector<ChannelConfig> inputs;
   std::vector<ChannelConfig> outputs;
   SchedulerConfig scheduler;
-  std::vector<TaskConfig> tasks;           ///< in the order of the file
+  std::vector<TaskConfig> tasks;  ///< in the order of the file
   TaskblocksConfig taskblocks;
   ModbusConfig modbus;
   GuardianConfig guardian;
-  core::SourceRef at;                      ///< the file itself, without a line
-  core::SourceRef outputs_at;              ///< [outputs], or the file
+  core::SourceRef at;          ///< the file itself, without a line
+  core::SourceRef outputs_at;  ///< [outputs], or the file
 
   [[nodiscard]] const DriverConfig* driver(std::string_view name) const;
   /// A file that is named in plc.toml, seen from where that lies; empty stays empty.

@@ -60,9 +60,10 @@ std::string chips_help() {
     if (chip != nullptr)
       list += fmt::format(" [{}] ({} lines)", gpiod_chip_label(chip.get()), gpiod_chip_num_lines(chip.get()));
   }
-  return list.empty() ? "this machine has no GPIO chips (/dev/gpiochip*): is the kernel's driver loaded? plc-run --simulate-io "
-                        "runs without"
-                      : "chips of this machine: " + list;
+  return list.empty()
+             ? "this machine has no GPIO chips (/dev/gpiochip*): is the kernel's driver loaded? plc-run --simulate-io "
+               "runs without"
+             : "chips of this machine: " + list;
 }
 
 Problem no_chip(const std::string& name, int error) {

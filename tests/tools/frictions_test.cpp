@@ -170,11 +170,12 @@ TEST(Paths, AreSuggested) {
 TEST(Retained, IsWarnedOfWhenItIsCheckedAndWhenItStarts) {
   const ScratchFolder scratch;
   const std::string file = scratch.file("plant.st"), image = scratch.file("plant.pbc");
-  write_text(file, std::string("FUNCTION_BLOCK Counter VAR RETAIN n : INT; END_VAR n := n + 1; END_FUNCTION_BLOCK\n"
-                               "PROGRAM Main VAR c : ARRAY [1..2] OF Counter; END_VAR VAR_EXTERNAL Total : INT; END_VAR\n"
-                               "  c[1](); c[2](); Total := Total + 1; END_PROGRAM\n"
-                               "VAR_GLOBAL RETAIN Total : INT; END_VAR\n") +
-                       kTask);
+  write_text(file,
+             std::string("FUNCTION_BLOCK Counter VAR RETAIN n : INT; END_VAR n := n + 1; END_FUNCTION_BLOCK\n"
+                         "PROGRAM Main VAR c : ARRAY [1..2] OF Counter; END_VAR VAR_EXTERNAL Total : INT; END_VAR\n"
+                         "  c[1](); c[2](); Total := Total + 1; END_PROGRAM\n"
+                         "VAR_GLOBAL RETAIN Total : INT; END_VAR\n") +
+                 kTask);
   const auto check = run_tool({PLC_TOOL, "check", file});
   EXPECT_EQ(check.code, 0) << check.all();
   EXPECT_TRUE(has(check.err, "plant.st:1:") && has(check.err, "plant.st:4:")) << check.err;
@@ -252,9 +253,9 @@ TEST(Names, DeclaredTwiceSayWhereTheFirstOneIs) {
   const auto result = run_tool({PLC_TOOL, "check", file});
   EXPECT_EQ(result.code, 1);
   for (const char* found :
-       {"\"Idle\" of \"Step\" is declared twice, first at line 1", "\"A\" of \"Pair\" is declared twice, first at line 3",
-        "variable \"N\" is declared twice, first at line 5", "global variable \"G\" is declared twice, first at line 7",
-        "POU \"f\" is declared twice, first at line 9"}) {
+       {"\"Idle\" of \"Step\" is declared twice, first at line 1",
+        "\"A\" of \"Pair\" is declared twice, first at line 3", "variable \"N\" is declared twice, first at line 5",
+        "global variable \"G\" is declared twice, first at line 7", "POU \"f\" is declared twice, first at line 9"}) {
     EXPECT_TRUE(has(result.err, found)) << found << " is not in\n" << result.err;
   }
 }
@@ -266,12 +267,14 @@ TEST(Names, OfTheLibraryAreNotHiddenWithoutAWord) {
     return "FUNCTION_BLOCK " + name + " VAR_INPUT a : INT; END_VAR VAR b : INT; END_VAR b := a; END_FUNCTION_BLOCK\n";
   };
   std::string text;
-  for (const char* name : {"RAMP", "PID", "LAG1", "HYSTERESIS", "INTEGRAL", "DELAY", "SEMA", "RTC", "TON"}) text += pou(name);
+  for (const char* name : {"RAMP", "PID", "LAG1", "HYSTERESIS", "INTEGRAL", "DELAY", "SEMA", "RTC", "TON"})
+    text += pou(name);
   write_text(library, text);
   const auto own = run_tool({PLC_TOOL, "check", "--lint=none", library});
   EXPECT_EQ(own.code, 0) << own.all();
   EXPECT_TRUE(has(own.out, "10 warnings")) << own.all();  // and that nothing is instantiated
-  EXPECT_TRUE(has(own.err, "P4019: functionBlock \"RAMP\" hides the function block of this name in the library")) << own.err;
+  EXPECT_TRUE(has(own.err, "P4019: functionBlock \"RAMP\" hides the function block of this name in the library"))
+      << own.err;
   EXPECT_TRUE(has(own.err, "P4019: functionBlock \"DELAY\" hides the function of this name in the library")) << own.err;
   EXPECT_TRUE(has(own.err, "P4019: functionBlock \"TON\" hides the standard function block")) << own.err;
   // Who names a library means what it has.

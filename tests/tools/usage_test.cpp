@@ -11,10 +11,15 @@ using tools::duration_text;
 using tools::parse_duration_ns;
 
 TEST(Usage, UnknownFlagsAndCommandsExitWith2AndHelp) {
-  for (const std::vector<std::string>& command :
-       {std::vector<std::string>{PLC_TOOL}, {PLC_TOOL, "nonsense", tank()}, {PLC_TOOL, "check"},
-        {PLC_TOOL, "check", tank(), "--jsn"}, {PLC_TOOL, "sim", tank(), "--order=sideways"},
-        {PLC_TOOL, "sim", tank(), "--cycles", "many"}, {PLC_TOOL, "compile", tank()}, {PLC_RUN_TOOL}, {PLC_RUN_TOOL, tank(), "--fast"}}) {
+  for (const std::vector<std::string>& command : {std::vector<std::string>{PLC_TOOL},
+                                                  {PLC_TOOL, "nonsense", tank()},
+                                                  {PLC_TOOL, "check"},
+                                                  {PLC_TOOL, "check", tank(), "--jsn"},
+                                                  {PLC_TOOL, "sim", tank(), "--order=sideways"},
+                                                  {PLC_TOOL, "sim", tank(), "--cycles", "many"},
+                                                  {PLC_TOOL, "compile", tank()},
+                                                  {PLC_RUN_TOOL},
+                                                  {PLC_RUN_TOOL, tank(), "--fast"}}) {
     const auto result = run_tool(command);
     EXPECT_EQ(result.code, 2) << command_line(command);
     EXPECT_NE(result.err.find("--help"), std::string::npos) << command_line(command) << "\n" << result.err;
@@ -47,19 +52,29 @@ TEST(Usage, AMistypedFlagIsGuessedAndSaidBeforeWhatIsMissing) {
 TEST(Usage, FilesThatCannotBeOpenedExitWith2) {
   const ScratchFolder scratch;
   const std::string absent = scratch.file("absent.xml"), image = scratch.file("absent.pbc"), folder = scratch.file(".");
-  for (const std::vector<std::string>& command :
-       {std::vector<std::string>{PLC_TOOL, "check", absent}, {PLC_TOOL, "sim", absent}, {PLC_TOOL, "sim", image},
-        {PLC_TOOL, "dump", image}, {PLC_TOOL, "explain", absent}, {PLC_TOOL, "report", absent}, {PLC_TOOL, "check", folder},
-        {PLC_TOOL, "sim", tank(), "--stimulus", scratch.file("no.csv")}, {PLC_RUN_TOOL, absent}}) {
+  for (const std::vector<std::string>& command : {std::vector<std::string>{PLC_TOOL, "check", absent},
+                                                  {PLC_TOOL, "sim", absent},
+                                                  {PLC_TOOL, "sim", image},
+                                                  {PLC_TOOL, "dump", image},
+                                                  {PLC_TOOL, "explain", absent},
+                                                  {PLC_TOOL, "report", absent},
+                                                  {PLC_TOOL, "check", folder},
+                                                  {PLC_TOOL, "sim", tank(), "--stimulus", scratch.file("no.csv")},
+                                                  {PLC_RUN_TOOL, absent}}) {
     EXPECT_EQ(run_tool(command).code, 2) << command_line(command);
   }
 }
 
 TEST(Usage, HelpTeachesWithExamples) {
-  for (const std::vector<std::string>& command :
-       {std::vector<std::string>{PLC_TOOL, "--help"}, {PLC_TOOL, "check", "--help"}, {PLC_TOOL, "compile", "--help"},
-        {PLC_TOOL, "dump", "--help"}, {PLC_TOOL, "explain", "--help"}, {PLC_TOOL, "lib", "--help"}, {PLC_TOOL, "sim", "--help"},
-        {PLC_TOOL, "report", "--help"}, {PLC_RUN_TOOL, "--help"}}) {
+  for (const std::vector<std::string>& command : {std::vector<std::string>{PLC_TOOL, "--help"},
+                                                  {PLC_TOOL, "check", "--help"},
+                                                  {PLC_TOOL, "compile", "--help"},
+                                                  {PLC_TOOL, "dump", "--help"},
+                                                  {PLC_TOOL, "explain", "--help"},
+                                                  {PLC_TOOL, "lib", "--help"},
+                                                  {PLC_TOOL, "sim", "--help"},
+                                                  {PLC_TOOL, "report", "--help"},
+                                                  {PLC_RUN_TOOL, "--help"}}) {
     const auto result = run_tool(command);
     EXPECT_EQ(result.code, 0) << command_line(command);
     EXPECT_NE(result.out.find("Example"), std::string::npos) << command_line(command);
@@ -94,7 +109,8 @@ TEST(Durations, AreReadWithUnits) {
   EXPECT_EQ(parse_duration_ns("2min"), 120'000'000'000);
   EXPECT_EQ(parse_duration_ns("T#1m30s"), 90'000'000'000);
   EXPECT_EQ(parse_duration_ns("1h"), 3'600'000'000'000);
-  for (const char* wrong : {"", "s", "5x", "1..2s", "-1s", "T#"}) EXPECT_EQ(parse_duration_ns(wrong), std::nullopt) << wrong;
+  for (const char* wrong : {"", "s", "5x", "1..2s", "-1s", "T#"})
+    EXPECT_EQ(parse_duration_ns(wrong), std::nullopt) << wrong;
 }
 
 TEST(Durations, AreWrittenShort) {

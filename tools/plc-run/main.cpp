@@ -333,9 +333,8 @@ int run_command(int argc, char** argv) {
       ->take_last();
   app.add_option("--stimulus", run.stimulus, "inputs as CSV, as plc sim takes it; time 0 is the first cycle")
       ->type_name("in.csv");
-  app.add_option(
-         "--config", run.configuration,
-         "drivers, channels, Modbus, guardian and libraries of this machine; plc config init writes one")
+  app.add_option("--config", run.configuration,
+                 "drivers, channels, Modbus, guardian and libraries of this machine; plc config init writes one")
       ->type_name("plc.toml");
   app.add_flag("--simulate-io", run.simulate,
                "no device of the configuration is touched: outputs go nowhere, and inputs keep their initial values "

@@ -194,8 +194,9 @@ int write_example(const Blocks& blocks, const Registry::Entry& entry) {
   const TaskblockExample* const example = taskblock_example(*entry.block);
   if (example == nullptr) {
     complain("plc blocks", fmt::format("{} has no example: it comes from {}", entry.block->name, origin_text(entry)),
-             fmt::format("plc blocks {0} prints a call in ST to begin with, plc blocks {0} --xml the declaration to draw with",
-                         entry.block->name));
+             fmt::format(
+                 "plc blocks {0} prints a call in ST to begin with, plc blocks {0} --xml the declaration to draw with",
+                 entry.block->name));
     return kExitErrors;
   }
   return write(blocks, example->text);

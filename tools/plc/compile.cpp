@@ -34,8 +34,8 @@ int run(const CLI::App& app, const Compile& compile) {
   taskblocks::Registry registry;
   std::vector<std::string> libraries = compile.libraries;
   if (const auto code = load_taskblocks(compile.configuration, registry, libraries)) return *code;
-  if (const auto code = open_or_explain(
-          app, {compile.file, compile.options, Goal::kRun, libraries, {}, &registry}, compilation)) {
+  if (const auto code =
+          open_or_explain(app, {compile.file, compile.options, Goal::kRun, libraries, {}, &registry}, compilation)) {
     return *code;
   }
   const std::vector<std::byte> bytes = bytecode::save(compilation.image->image());

@@ -93,8 +93,7 @@ int init(const CLI::App& app, const Init& init) {
 std::string summary(const Check& check, const core::Diagnostics& diagnostics, std::size_t errors,
                     const std::optional<io::Binding>& binding) {
   const std::string warnings = counted(diagnostics.warning_count(), "warning");
-  if (!binding)
-    return fmt::format("{}: {}, {}", check.configuration, counted(errors, "error"), warnings);
+  if (!binding) return fmt::format("{}: {}, {}", check.configuration, counted(errors, "error"), warnings);
   std::size_t inputs = 0, outputs = 0;
   for (const io::BoundDriver& driver : binding->drivers) {
     inputs += driver.inputs.size();

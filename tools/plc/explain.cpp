@@ -159,7 +159,9 @@ void add_explain(CLI::App& app, int& exit_code) {
       "  plc explain plant.xml --schedule         do all tasks end in time? estimated scans, response times, margins\n"
       "  plc explain plant.pbc --schedule --config plc.toml --json\n"
       "  plc explain P3007                        what a code means, with a wrong and a right example");
-  command->add_option("SUBJECT", explain.subject, "PLCopen XML or ST file, or problem code; --flow, --schedule: or an image")
+  command
+      ->add_option("SUBJECT", explain.subject,
+                   "PLCopen XML or ST file, or problem code; --flow, --schedule: or an image")
       ->required();
   CLI::Option* pou = command->add_option("POU", explain.pou, "only this POU");
   CLI::Option* flow =

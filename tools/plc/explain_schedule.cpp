@@ -58,17 +58,17 @@ std::string released(const bytecode::ImageTask& task) {
 
 void print_processor(const Explained& e, const ProcessorSchedule& processor) {
   std::cout << (processor.cpu < 0 ? std::string("any processor") : fmt::format("processor {}", processor.cpu)) << '\n';
-  std::vector<std::vector<std::string>> rows = {
-      {"task", "period", "priority", "scan", "by", "lead", "load", "blocking", "response", "deadline", "margin", "verdict"}};
+  std::vector<std::vector<std::string>> rows = {{"task", "period", "priority", "scan", "by", "lead", "load", "blocking",
+                                                 "response", "deadline", "margin", "verdict"}};
   for (std::size_t i = 0; i < processor.tasks.size(); ++i) {
     const std::uint32_t t = processor.tasks[i];
     const TaskDemand& demand = e.schedule.tasks[t];
     const TaskTiming& timing = processor.timings[i];
     rows.push_back({e.image.tasks[t].name, released(e.image.tasks[t]), std::to_string(e.plan[t].priority),
-                    time(demand.execution_ns), demand.measured ? "measured" : "estimate", time(demand.lead_ns), percent(timing.utilization),
-                    time(demand.blocking_ns + demand.waiting_ns), time_or_none(timing.response_ns),
-                    timing.deadline_ns == 0 ? "-" : time(timing.deadline_ns), time_or_none(timing.margin_ns),
-                    std::string(verdict_text(timing.verdict))});
+                    time(demand.execution_ns), demand.measured ? "measured" : "estimate", time(demand.lead_ns),
+                    percent(timing.utilization), time(demand.blocking_ns + demand.waiting_ns),
+                    time_or_none(timing.response_ns), timing.deadline_ns == 0 ? "-" : time(timing.deadline_ns),
+                    time_or_none(timing.margin_ns), std::string(verdict_text(timing.verdict))});
   }
   print_table(rows, std::cout);
 
@@ -193,7 +193,8 @@ void print_json(const Explained& e, const std::string& file) {
 int explain_schedule(const CLI::App& app, const ExplainSchedule& explain) {
   Compilation compilation;
   if (const auto code = open_or_explain(
-          app, {explain.file, explain.options, Goal::kRun, explain.libraries, {}, explain.taskblocks, true}, compilation)) {
+          app, {explain.file, explain.options, Goal::kRun, explain.libraries, {}, explain.taskblocks, true},
+          compilation)) {
     return *code;
   }
   const bytecode::Image& image = compilation.image->image();

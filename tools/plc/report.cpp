@@ -89,12 +89,13 @@ int run(const std::string& file, const core::CompileOptions& options) {
 void add_report(CLI::App& app, int& exit_code) {
   static std::string file;
   static core::CompileOptions options;
-  CLI::App* command = app.add_subcommand("report",
-                                         "Prints what became of every XML element or declaration of a file: used, preserved, ignored\n"
-                                         "(and why) or refused.\n"
-                                         "\n"
-                                         "Example:\n"
-                                         "  plc report plant.xml");
+  CLI::App* command =
+      app.add_subcommand("report",
+                         "Prints what became of every XML element or declaration of a file: used, preserved, ignored\n"
+                         "(and why) or refused.\n"
+                         "\n"
+                         "Example:\n"
+                         "  plc report plant.xml");
   command->add_option("FILE", file, "PLCopen XML or ST file")->required();
   add_all_option(*command, options);
   command->callback([&exit_code] { exit_code = run(file, options); });

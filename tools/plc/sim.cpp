@@ -255,9 +255,10 @@ void add_sim(CLI::App& app, int& exit_code) {
       ->take_all()
       ->allow_extra_args(false);
   command
-      ->add_option("--values", sim.values,
-                   "how enumerations, durations and dates are written: names (Filling, T#1s500ms), which is the default "
-                   "of --watch, or numbers (1, 1500000000 ns), which is that of --trace")
+      ->add_option(
+          "--values", sim.values,
+          "how enumerations, durations and dates are written: names (Filling, T#1s500ms), which is the default "
+          "of --watch, or numbers (1, 1500000000 ns), which is that of --trace")
       ->transform(choice_validator<runtime::ValueStyle>(
           {{"names", runtime::ValueStyle::kNames}, {"numbers", runtime::ValueStyle::kNumbers}}))
       ->type_name("STYLE");

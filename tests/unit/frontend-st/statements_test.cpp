@@ -357,7 +357,8 @@ TEST_F(StatementsTest, OperatorsOfOtherLanguagesAreNamed) {
       {"c := a << 2;", "SHL"},
       {"c := x ? a : b;", "SEL"},
   };
-  for (const auto& [text, part] : cases) EXPECT_NE(help(text).find(part), std::string::npos) << text << ": " << help(text);
+  for (const auto& [text, part] : cases)
+    EXPECT_NE(help(text).find(part), std::string::npos) << text << ": " << help(text);
   EXPECT_EQ(help("c := a %IX0.0;").find("MOD"), std::string::npos);
 }
 

@@ -189,11 +189,11 @@ TEST(Keys, DefaultsAreThoseOfTheStructures) {
     if (key.table == TableId::kChannel && belongs(key.applies, kGpioBit | kInputBit)) entry(input, key);
     if (key.table == TableId::kChannel && belongs(key.applies, kGpioBit | kOutputBit)) entry(output, key);
   }
-  const Configuration c =
-      good("[drivers.g]\nkind = \"gpio\"\nchip = \"c\"\n" + gpio + "[drivers.s]\nkind = \"simulated\"\n" + simulated +
-           "[inputs]\nX = { driver = \"g\", channel = 1, " + input +
-           " }\n[outputs]\nY = { driver = \"g\", channel = 2, " + output + " }\n" + modbus +
-           "[[modbus.range]]\ntable = \"holding-registers\"\n" + range + guardian + scheduler + taskblocks + project + task);
+  const Configuration c = good(
+      "[drivers.g]\nkind = \"gpio\"\nchip = \"c\"\n" + gpio + "[drivers.s]\nkind = \"simulated\"\n" + simulated +
+      "[inputs]\nX = { driver = \"g\", channel = 1, " + input + " }\n[outputs]\nY = { driver = \"g\", channel = 2, " +
+      output + " }\n" + modbus + "[[modbus.range]]\ntable = \"holding-registers\"\n" + range + guardian + scheduler +
+      taskblocks + project + task);
   EXPECT_TRUE(c.taskblocks.libraries.empty());
   EXPECT_TRUE(c.project.libraries.empty());
   const DriverConfig driver;

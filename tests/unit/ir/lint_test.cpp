@@ -218,8 +218,9 @@ TEST(Lint, ActionsUseTheVariablesOfTheirPou) {
       "ACTION Run: a := a + 1; t.PT := T#1s; END_ACTION\n"
       "PROGRAM Main VAR n : INT; END_VAR n := 1; END_PROGRAM ACTION Idle: END_ACTION\n";
   EXPECT_EQ(lint("none,unused-variable,never-written,never-read,missing-preset", text), "B:3");
-  const std::string loop = "PROGRAM P VAR i : INT; END_VAR END_PROGRAM\n"
-                           "ACTION A:\n FOR i := 1 TO 3 DO\n i := i + 1; END_FOR END_ACTION\n";
+  const std::string loop =
+      "PROGRAM P VAR i : INT; END_VAR END_PROGRAM\n"
+      "ACTION A:\n FOR i := 1 TO 3 DO\n i := i + 1; END_FOR END_ACTION\n";
   EXPECT_EQ(lint("none,loop-variable", loop), "P.A:4");
 }
 

@@ -113,8 +113,8 @@ TEST(Body, ClosedBranchesOfCodesys) {
 
 TEST(Body, ClosedBranchesOfOtherModesAreOr) {
   const auto of_mode = [](const std::string& mode) {
-    return read_text(ladder("<vendorElement localId=\"9\"><addData><data name=\"x/ldparallelbranch\"><ParallelBranch " + mode +
-                            "/></data></addData></vendorElement>"));
+    return read_text(ladder("<vendorElement localId=\"9\"><addData><data name=\"x/ldparallelbranch\"><ParallelBranch " +
+                            mode + "/></data></addData></vendorElement>"));
   };
   EXPECT_EQ(of_mode("").codes(), "");
   EXPECT_EQ(of_mode("mode=\"or\"").codes(), "");
@@ -124,7 +124,8 @@ TEST(Body, ClosedBranchesOfOtherModesAreOr) {
 }
 
 TEST(Body, ClosedBranchOutsideOfABody) {
-  const auto r = read_text(tc6("", "", R"(<addData><data name="x/ldparallelbranch"><ParallelBranch mode="sce"><BranchInput>
+  const auto r =
+      read_text(tc6("", "", R"(<addData><data name="x/ldparallelbranch"><ParallelBranch mode="sce"><BranchInput>
 <connectionPointIn><connection refLocalId="3"/></connectionPointIn></BranchInput></ParallelBranch></data></addData>)"));
   EXPECT_EQ(r.codes(), "");
 }
@@ -269,8 +270,7 @@ TEST(Body, ActionsInVendorDataFindTheirPou) {
   const auto data = [](const std::string& in) {
     return R"(<addData><data name="http://www.3s-software.com/plcopenxml/action">)" + in + "</data></addData>";
   };
-  const std::string path =
-      data(R"(<action name="b"><body><ST>y</ST></body><addData>
+  const std::string path = data(R"(<action name="b"><body><ST>y</ST></body><addData>
 <data name="http://www.3s-software.com/plcopenxml/pathstructure"><pathStructure name="App"><pathStructure name="p">
 <pathStructure name="b"/></pathStructure></pathStructure></data></addData></action>)");
   const std::string inside = data(R"(<Action name="a"><body><ST>x</ST></body></Action>)");
