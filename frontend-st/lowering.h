@@ -1,6 +1,6 @@
 // Lowering: syntax tree of one text -> IR through the Builder of its POU. Shared by expressions, places, calls and
-// statements; what each file adds stands in its own .cpp (lower_expression, lower_place, lower_call, lower_statements,
-// lower_case, lower_loops).
+// statements; what each file adds stands in its own .cpp (lower_expression, lower_place, lower_call,
+// lower_arguments, lower_library_call, lower_statements, lower_case, lower_loops, ..).
 //
 // In: Ast and SourceText of one text. Out: instructions, operands, places. Does not belong here: syntax, declarations.
 #pragma once
@@ -147,18 +147,23 @@ class Lowering {
   };
   std::optional<std::uint32_t> function_for(NodeId id, std::uint32_t pou, const Arguments& arguments,
                                             const std::vector<Parameter>& parameters, Given& given);
+  std::optional<ir::Operand> take_reference(NodeId id);
+  /// `action`: runs this action of the instance, into Module::pous.
+  bool call_block(NodeId id, std::optional<std::uint32_t> action = std::nullopt);
+  void report_unknown_function(NodeId id, std::string_view name);
+
+  // lower_library_call.cpp
   std::optional<ir::Operand> call_array_bound(NodeId id, ir::ArrayBound bound);
   std::optional<ir::Operand> call_queue(NodeId id, ir::QueueFunction function, bool as_statement);
   Expected argument_type(std::string_view name, std::size_t i);
   std::optional<ir::Operand> call_standard(NodeId id, std::string_view name, Expected expected);
   std::optional<ir::Operand> call_bundle(NodeId id, const stdlib::BundleSpec& bundle, bool as_statement);
-  std::optional<ir::Operand> take_reference(NodeId id);
+
   // lower_machine.cpp
   std::optional<ir::Operand> call_sizeof(NodeId id);
   std::optional<ir::Operand> call_uptime(NodeId id);
-  // lower_call.cpp
-  /// `action`: runs this action of the instance, into Module::pous.
-  bool call_block(NodeId id, std::optional<std::uint32_t> action = std::nullopt);
+
+  // lower_arguments.cpp
   std::vector<Parameter> parameters_of_pou(std::uint32_t pou);
   std::vector<Parameter> parameters_of_block(const stdlib::BlockSpec& block);
   Arguments bind_arguments(NodeId call, const std::vector<Parameter>& parameters, std::string_view callee,
@@ -169,7 +174,6 @@ class Lowering {
                          std::string_view callee);
   std::optional<ir::ValueId> condition(NodeId id, std::string_view what);
   bool deliver(NodeId argument, ir::ValueId value);
-  void report_unknown_function(NodeId id, std::string_view name);
 
   // lower_statements.cpp
   bool statement(NodeId id);

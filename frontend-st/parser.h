@@ -1,5 +1,6 @@
 // Parser of ST texts: expressions by operator precedence (IEC 61131-3:2013, table 71) and statements (table 72). Syntax
-// only: nothing is looked up. Expressions stand in parser.cpp, statements in parser_statements.cpp.
+// only: nothing is looked up. Expressions stand in parser.cpp, statements in parser_statements.cpp, what other tools know in
+// parser_foreign.cpp.
 //
 // In: a SourceText. Out: an Ast. Errors are reported once per expression, or once per statement, and parsing goes on
 // behind the statement. Does not belong here: names, types, IR, declarations.

@@ -1,9 +1,7 @@
 // Statements. An error is reported once per statement; reading goes on behind it, inside compound statements too.
-#include <set>
 #include <utility>
 
 #include "core/text.h"
-#include "frontend-st/foreign.h"
 #include "frontend-st/parser.h"
 #include "frontend-st/suggestions.h"
 
@@ -44,22 +42,6 @@ bool closes(Keyword keyword) {
 }
 
 }  // namespace
-
-// {IF defined(..)} .. {ELSE} .. {END_IF}: what stands in both branches would run. And code in C does not.
-void Parser::refuse_pragmas() {
-  // Looking ahead passes some of them twice.
-  std::set<std::uint32_t> seen;
-  for (const Token& pragma : pragmas_) {
-    if (!seen.insert(pragma.begin).second) continue;
-    in_error_ = false;
-    if (is_c_code(text_of(pragma))) {
-      diagnostics_.report(Code::P4067, source_.locate(pragma.begin), pou_, kCodeInC, kCodeInCHelp);
-    }
-    if (!is_conditional_pragma(text_of(pragma))) continue;
-    fail(Code::P4013, pragma, "pragmas do not choose what is compiled: both branches would run",
-         "keep the branch that is meant");
-  }
-}
 
 NodeId Parser::next_statement() {
   ast_.nodes.clear();
@@ -300,70 +282,6 @@ NodeId Parser::assignment_or_call() {
   node.a = target;
   node.end = ast_[target].end;
   return ast_.add(node);
-}
-
-// A word alone is a name like any other: what follows it decides.
-bool Parser::refuse_foreign_statement() {
-  if (token_.kind != TokenKind::kIdentifier) return false;
-  Lexer ahead = lexer_;
-  const Token next = has_peeked_ ? peeked_ : ahead.next();
-  if (next.kind == TokenKind::kColon) {
-    fail(Code::P4066, token_, "label \"" + std::string(text_of(token_)) + "\": jumps inside a text are not supported",
-         "use IF and CASE, loops with EXIT and CONTINUE, or RETURN");
-    advance();
-    advance();
-    in_error_ = false;
-    return true;
-  }
-  const std::optional<Foreign> foreign = foreign_word(text_of(token_));
-  const bool doubled = text_of(token_).starts_with("__");
-  if (!foreign || (next.kind != TokenKind::kIdentifier && next.kind != TokenKind::kCaret && !doubled)) return false;
-  if (next.kind == TokenKind::kAssign || next.kind == TokenKind::kDot) return false;
-  fail(Code::P4066, token_, core::uppered(text_of(token_)) + ": " + std::string(foreign->what) + " is not supported",
-       std::string(foreign->help));
-  // __TRY, __CATCH(exc), .. end without a semicolon: the statement behind is one of its own.
-  if (core::iequals(text_of(token_), "__DELETE") || !doubled) return true;
-  advance();
-  if (token_.kind == TokenKind::kLeftParen) {
-    while (token_.kind != TokenKind::kEnd && token_.kind != TokenKind::kRightParen &&
-           token_.kind != TokenKind::kSemicolon) {
-      advance();
-    }
-    accept(TokenKind::kRightParen);
-  }
-  in_error_ = false;
-  return true;
-}
-
-// target ?= .., target REF= .., target += ..
-bool Parser::refuse_foreign_operator(NodeId target) {
-  const std::string_view word = text_of(token_);
-  const std::string_view rest = source_.text().substr(token_.end);
-  const std::string left(source_.slice(ast_[target].begin, ast_[target].end));
-  if (word == "?" && rest.starts_with('=')) {
-    fail(Code::P4066, token_, "\"?=\", the attempt of an assignment, is not supported",
-         "references of one type are assigned with :=, and compared with NULL");
-    return true;
-  }
-  const auto next = rest.find_first_not_of(" \t");
-  const bool equal = next != std::string_view::npos && rest[next] == '=';
-  if (core::iequals(word, "REF") && equal) {
-    fail(Code::P4066, token_, "\"REF=\" is not supported",
-         "declare \"" + left + "\" as REF_TO and write " + left + " := REF(variable)");
-    return true;
-  }
-  const bool sign = token_.kind == TokenKind::kPlus || token_.kind == TokenKind::kMinus ||
-                    token_.kind == TokenKind::kStar || token_.kind == TokenKind::kSlash;
-  if (!sign) return false;
-  if (rest.starts_with('=')) {
-    fail(Code::P4066, token_, "\"" + std::string(word) + "=\" is no operator of ST",
-         "write " + left + " := " + left + ' ' + std::string(word) + " value");
-    return true;
-  }
-  if (!rest.starts_with(word)) return false;
-  fail(Code::P4066, token_, "\"" + std::string(word) + std::string(word) + "\" is no operator of ST",
-       "write " + left + " := " + left + ' ' + std::string(word) + " 1");
-  return true;
 }
 
 NodeId Parser::head_expression(Keyword behind, std::string_view word) {
