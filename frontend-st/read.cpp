@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "core/text.h"
+#include "core/utf8.h"
 #include "frontend-st/declaration_reader.h"
 #include "plcopen/encoding.h"
 
@@ -21,25 +22,6 @@ namespace plc::st {
 using core::Code;
 
 namespace {
-
-/// Well-formed enough: every lead byte has its continuation bytes.
-bool is_utf8(std::string_view bytes) {
-  for (std::size_t i = 0; i < bytes.size();) {
-    const auto lead = static_cast<unsigned char>(bytes[i]);
-    const std::size_t length = lead < 0x80   ? 1
-                               : lead < 0xC2 ? 0
-                               : lead < 0xE0 ? 2
-                               : lead < 0xF0 ? 3
-                               : lead < 0xF5 ? 4
-                                             : 0;
-    if (length == 0 || bytes.size() - i < length) return false;
-    for (std::size_t k = 1; k < length; ++k) {
-      if ((static_cast<unsigned char>(bytes[i + k]) & 0xC0u) != 0x80u) return false;
-    }
-    i += length;
-  }
-  return true;
-}
 
 /// The text as UTF-8; `converted` owns it where the file is none.
 std::string_view to_text(std::string_view bytes, std::string& converted) {
@@ -51,7 +33,7 @@ std::string_view to_text(std::string_view bytes, std::string& converted) {
     kind = bytes[0] == '\xFF' ? Kind::kUtf16Le : Kind::kUtf16Be;
     bytes.remove_prefix(2);
   }
-  if (kind == Kind::kUtf8 && is_utf8(bytes)) return bytes;
+  if (kind == Kind::kUtf8 && core::is_utf8(bytes)) return bytes;
   if (kind == Kind::kUtf8) kind = Kind::kWindows1252;
   converted.resize(plcopen::utf8_size(bytes, kind));
   plcopen::to_utf8(bytes, kind, converted.data());

@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "core/utf8.h"
 #include "tests/diagnostics/rewriting.h"
 #include "tests/support/run_tool.h"
 
@@ -33,24 +34,6 @@ const char* const kTool = PLC_TOOL;
 std::string content(const fs::path& path) {
   std::ifstream in(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(in), {}};
-}
-
-bool is_utf8(std::string_view text) {
-  for (std::size_t i = 0; i < text.size();) {
-    const auto lead = static_cast<unsigned char>(text[i]);
-    const std::size_t length = lead < 0x80   ? 1
-                               : lead < 0xC2 ? 0
-                               : lead < 0xE0 ? 2
-                               : lead < 0xF0 ? 3
-                               : lead < 0xF5 ? 4
-                                             : 0;
-    if (length == 0 || text.size() - i < length) return false;
-    for (std::size_t k = 1; k < length; ++k) {
-      if ((static_cast<unsigned char>(text[i + k]) & 0xC0u) != 0x80u) return false;
-    }
-    i += length;
-  }
-  return true;
 }
 
 struct Message {
@@ -144,7 +127,7 @@ TEST_P(WrittenInAnotherWay, HasTheSameMessagesAtTheSameCharacters) {
   std::string original = content(GetParam());
   std::erase(original, '\r');
   if (original.starts_with("\xEF\xBB\xBF")) original.erase(0, 3);
-  if (!is_utf8(original) || original.find('\0') != std::string::npos) GTEST_SKIP() << "is no text in UTF-8";
+  if (!plc::core::is_utf8(original) || original.find('\0') != std::string::npos) GTEST_SKIP() << "is no text in UTF-8";
   const bool markup = GetParam().extension() == ".xml";
   const std::vector<Variant> variants = plc::test::variants_of(original, markup);
 
@@ -205,7 +188,7 @@ void expect_places_inside(const std::vector<fs::path>& files, const std::vector<
     for (const Message& message : said[i]) {
       EXPECT_LE(message.at.line, lines) << names[i] << ": " << message;
       if (message.at.line == 0) continue;
-      if (is_utf8(text)) {
+      if (plc::core::is_utf8(text)) {
         EXPECT_NE(offset_of(text, message.at), std::string::npos) << names[i] << ": " << message;
       }
       const std::string name = lower(quoted_name(message.text));
