@@ -4,11 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
-#include <sstream>
 
-#include "frontend-st/declare.h"
 #include "frontend-st/lexer.h"
 #include "plcopen/reader.h"
+#include "tests/unit/frontend-st/reading.h"
 
 namespace plc::st {
 namespace {
@@ -17,29 +16,6 @@ using plcopen::InitialValue;
 using plcopen::Language;
 using plcopen::Section;
 using plcopen::TypeSpec;
-
-struct Reading {
-  core::Diagnostics diagnostics;
-  std::unique_ptr<plcopen::Project> project;
-
-  explicit Reading(std::string_view text) : project(read_memory(text, "test.st", diagnostics)) {}
-  [[nodiscard]] std::string rendered() const {
-    std::ostringstream out;
-    diagnostics.render(out);
-    return out.str();
-  }
-  /// "12:3 P4040" for every message.
-  [[nodiscard]] std::vector<std::string> places() const {
-    std::vector<std::string> out;
-    for (const core::Diagnostic& d : diagnostics.all()) {
-      out.push_back(std::to_string(d.at.line) + ":" + std::to_string(d.at.column) + " " +
-                    std::string(core::info(d.code).name));
-    }
-    return out;
-  }
-};
-
-using Places = std::vector<std::string>;
 
 std::string text_of(const TypeSpec& type);
 
@@ -550,90 +526,6 @@ TEST(Read, AHundredThousandLinesInLinearTime) {
   EXPECT_EQ(r.project->pous.size(), 1000u);
   // Measured 0.03 s; sanitizers and a busy machine take their share.
   EXPECT_LT(took.count(), 3.0);
-}
-
-// ---- what declare makes of it ---------------------------------------------------------------------------------
-
-struct Declared : Reading {
-  std::unique_ptr<ir::Module> module;
-  explicit Declared(std::string_view text) : Reading(text), module(declare(*project, {}, diagnostics)) {}
-};
-
-TEST(DeclareText, EdgeInputsAreReadThroughTheirTrigger) {
-  const Declared d("FUNCTION_BLOCK F VAR_INPUT up : BOOL R_EDGE; down : BOOL F_EDGE; END_VAR END_FUNCTION_BLOCK");
-  ASSERT_EQ(d.diagnostics.error_count(), 0u) << d.rendered();
-  const ir::Pou& pou = d.module->pous.at(0);
-  ASSERT_EQ(pou.edges.count(pou.by_name.at("up")), 1u);
-  EXPECT_EQ(pou.variables[pou.edges.at(pou.by_name.at("up"))].type, ir::kBoolType);
-  EXPECT_EQ(pou.edges.size(), 2u);
-  const auto runs = std::count_if(pou.body.insts.begin(), pou.body.insts.end(),
-                                  [](const ir::Inst& inst) { return inst.op == ir::Op::kRun; });
-  EXPECT_EQ(runs, 2);
-  EXPECT_EQ(Declared("FUNCTION F : INT VAR_INPUT up : BOOL R_EDGE; END_VAR END_FUNCTION").places(),
-            (Places{"1:28 P4046"}));
-  EXPECT_EQ(Declared("FUNCTION_BLOCK F VAR_INPUT up : INT R_EDGE; END_VAR END_FUNCTION_BLOCK").places().front(),
-            "1:28 P4046");
-}
-
-constexpr std::string_view kFiller = R"(VAR_GLOBAL speed : INT := 4; wrong : REAL; END_VAR
-FUNCTION_BLOCK Inner VAR k : INT; END_VAR END_FUNCTION_BLOCK
-PROGRAM Filler
-VAR_INPUT Speed, Mode : INT; END_VAR VAR_OUTPUT Full : BOOL; END_VAR VAR valve AT %Q* : BOOL; i : Inner; END_VAR
-END_PROGRAM
-)";
-
-TEST(DeclareText, ConnectionsOfProgramInstances) {
-  const Declared d(std::string(kFiller) +
-                   "CONFIGURATION C TASK t (INTERVAL := T#1s);\n"
-                   "PROGRAM p WITH t : Filler (Speed := speed, Mode := 1 + 2, Full => %QX0.0); END_CONFIGURATION");
-  ASSERT_EQ(d.diagnostics.error_count(), 0u) << d.rendered();
-  const ir::ProgramInstance& p = d.module->tasks.at(0).programs.at(0);
-  ASSERT_EQ(p.wires.size(), 2u);
-  EXPECT_EQ(d.module->globals[p.wires[0].global].variable.name, "speed");
-  EXPECT_TRUE(p.wires[1].output);
-  EXPECT_EQ(d.module->globals[p.wires[1].global].variable.address, "%QX0.0");
-  ASSERT_EQ(p.initial.size(), 1u);
-  EXPECT_EQ(p.initial[0].value.bits, 3u);
-  const Declared bad(std::string(kFiller) +
-                     "CONFIGURATION C TASK t (INTERVAL := T#1s);\n"
-                     "PROGRAM p WITH t : Filler (Speed := wrong, Nix := 1, Full => nothing, Mode := 'x');\n"
-                     "END_CONFIGURATION");
-  EXPECT_EQ(bad.places(), (Places{"7:37 P4048", "7:44 P4048", "7:62 P4048", "7:79 P4048"})) << bad.rendered();
-}
-
-TEST(DeclareText, VarConfigGivesAddressesAndInitialValues) {
-  const std::string head = std::string(kFiller) + "CONFIGURATION C RESOURCE R ON X TASK t (INTERVAL := T#1s);\n" +
-                           "PROGRAM p WITH t : Filler; END_RESOURCE\nVAR_CONFIG ";
-  const Declared d(head + "R.p.valve AT %QX3.0 : BOOL := TRUE; p.i.k : INT := 7; END_VAR END_CONFIGURATION");
-  ASSERT_EQ(d.diagnostics.error_count(), 0u) << d.rendered();
-  const ir::Global& valve = d.module->globals[d.module->global_by_name.at("p.valve")];
-  EXPECT_EQ(valve.variable.address, "%QX3.0");
-  const ir::ProgramInstance& p = d.module->tasks.at(0).programs.at(0);
-  ASSERT_EQ(p.located.size(), 1u);
-  EXPECT_TRUE(p.located[0].output);
-  EXPECT_TRUE(p.located[0].begins);
-  EXPECT_EQ(d.module->globals[p.located[0].global].variable.name, "p.valve");
-  ASSERT_EQ(p.initial.size(), 2u);
-  EXPECT_EQ(p.initial[0].path, p.located[0].path);
-  EXPECT_EQ(p.initial[0].value.bits, 1u);
-  EXPECT_EQ(p.initial[1].value.bits, 7u);
-  EXPECT_EQ(p.initial[1].path.size(), 2u);
-  EXPECT_EQ(Declared(head + "R.q.valve AT %QX3.0 : BOOL; R.p.none AT %QX3.0 : BOOL; R.p.Full AT %QX3.0 : BOOL;"
-                            " END_VAR END_CONFIGURATION")
-                .places()
-                .size(),
-            3u);
-}
-
-TEST(DeclareText, PlacesOfWrongConstantsAreExact) {
-  const Declared d(
-      "TYPE\n"
-      "  A : ARRAY [0..1, 0..M] OF INT;\n"      // 2:23
-      "  S : STRING[M];\n"                      // 3:14
-      "  E : INT (a := 1, b := M);\n"           // 4:25
-      "  V : ARRAY [0..1] OF INT := [1, M];\n"  // 5:34
-      "END_TYPE");
-  EXPECT_EQ(d.places(), (Places{"2:23 P4034", "3:14 P4034", "4:25 P4034", "5:34 P4034"})) << d.rendered();
 }
 
 }  // namespace

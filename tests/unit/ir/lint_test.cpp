@@ -4,76 +4,23 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <memory>
 #include <string>
 #include <vector>
 
-#include "core/text.h"
-#include "frontend-ld/lower.h"
-#include "frontend-st/declare.h"
-#include "frontend-st/read.h"
-#include "frontend-st/text.h"
-#include "ir/check.h"
-#include "tests/support/body_builder.h"
+#include "tests/unit/ir/linted.h"
 
 namespace plc {
 namespace {
 
 using core::ElementKind;
 using ir::Lint;
+using test::add_coil;
 using test::BodyBuilder;
-
-/// A project from ST, compiled as plc check does; bodies may be replaced by drawings before that.
-struct Linted {
-  core::Diagnostics diagnostics;
-  std::unique_ptr<plcopen::Project> project;
-  std::unique_ptr<ir::Module> module;
-
-  explicit Linted(std::string_view text) { project = st::read_memory(text, "test.st", diagnostics); }
-
-  plcopen::Pou& pou(std::string_view name) {
-    return *std::find_if(project->pous.begin(), project->pous.end(),
-                         [&](const plcopen::Pou& p) { return core::iequals(p.name, name); });
-  }
-
-  /// The findings of `lints`, as "POU:line", separated by blanks; or the errors.
-  std::string run(std::string_view lints) {
-    module = st::declare(*project, {}, diagnostics);
-    for (std::uint32_t i = 0; i < project->pous.size(); ++i) {
-      const plcopen::Pou& p = project->pous[i];
-      const bool drawn = !p.bodies.empty() && p.bodies.front().language != plcopen::Language::kSt;
-      drawn ? ld::lower_body(p, *module, i, diagnostics) : st::lower_body(p, *module, i, diagnostics);
-      for (const plcopen::Pou& action : p.actions) {
-        st::lower_body(action, *module, module->pous[i].actions.find(action.name)->second, diagnostics);
-      }
-    }
-    const ir::LintOptions options = ir::LintOptions().with(lints).value();
-    ir::mute_others(options, diagnostics);
-    const std::size_t before = diagnostics.all().size();
-    if (ir::check(*module, diagnostics) && !diagnostics.has_errors()) ir::lint(*module, options, diagnostics);
-    std::string found;
-    for (std::size_t i = 0; i < diagnostics.all().size(); ++i) {
-      const core::Diagnostic& d = diagnostics.all()[i];
-      if (d.severity == core::Severity::kError) return diagnostics.render_one(d);
-      if (i < before) continue;
-      found += (found.empty() ? "" : " ") + d.pou + ":" + std::to_string(d.at.line);
-    }
-    return found;
-  }
-};
-
-std::string lint(std::string_view lints, std::string_view text) { return Linted(text).run(lints); }
-
-/// A program of `declarations` and `statements`; the statements begin in line 11.
-std::string program(const std::string& declarations, const std::string& statements) {
-  const auto lines = std::count(declarations.begin(), declarations.end(), '\n');
-  return "PROGRAM Main VAR\n" + declarations + std::string(static_cast<std::size_t>(8 - lines), '\n') + "END_VAR\n" +
-         statements + "\nEND_PROGRAM\n";
-}
-
-std::string lint_statements(std::string_view name, const std::string& declarations, const std::string& statements) {
-  return lint("none," + std::string(name), program(declarations, statements));
-}
+using test::ladder;
+using test::lint;
+using test::lint_statements;
+using test::Linted;
+using test::program;
 
 // ---- rows and switches --------------------------------------------------------------------------------------------
 
@@ -413,24 +360,6 @@ TEST(Lint, TimersWithoutPreset) {
 
 // ---- drawings -----------------------------------------------------------------------------------------------------
 
-/// A rail (1), a contact (2) on `contact` and what `rest` draws behind it.
-template <class Rest>
-plcopen::Body ladder(const std::string& contact, Rest rest) {
-  BodyBuilder b(plcopen::Language::kLd);
-  BodyBuilder::out(b.add(ElementKind::kLeftRail, 1, "", 0, 0), "");
-  plcopen::Element& c = b.add(ElementKind::kContact, 2, contact, 50, 0);
-  BodyBuilder::feed(c, {1});
-  BodyBuilder::out(c, "");
-  rest(b);
-  return b.body();
-}
-
-plcopen::Element& add_coil(BodyBuilder& b, std::int64_t id, const std::string& name) {
-  plcopen::Element& coil = b.add(ElementKind::kCoil, id, name, 200, static_cast<std::int32_t>(id) * 10);
-  BodyBuilder::feed(coil, {2});
-  return coil;
-}
-
 /// A timer `t` whose IN, and EN if `enabled`, are fed by the contact.
 void add_timer(BodyBuilder& b, std::int64_t id, bool enabled) {
   plcopen::Element& timer = b.add(ElementKind::kBlock, id, "TON", 100, static_cast<std::int32_t>(id) * 10);
@@ -561,70 +490,6 @@ TEST(LintTasks, RateMonotonicOnesEqualIntervalsAndTasksWithoutIntervalAreFine) {
   EXPECT_EQ(priorities({"Fast(INTERVAL := T#10ms, PRIORITY := 0)", "Slow(INTERVAL := T#100ms, PRIORITY := 1)"}), "");
   EXPECT_EQ(priorities({"A(INTERVAL := T#10ms, PRIORITY := 5)", "B(INTERVAL := T#10ms, PRIORITY := 0)"}), "");
   EXPECT_EQ(priorities({"Fast(INTERVAL := T#10ms, PRIORITY := 1)", "Event(SINGLE := e, PRIORITY := 0)"}), "");
-}
-
-// ---- addresses and retention ----------------------------------------------------------------------------------------
-
-TEST(LintAddresses, TwoNamesThatAreBothWritten) {
-  EXPECT_EQ(lint_statements("two-names", "Motor AT %QX3.0 : BOOL;\nValve AT %QX3.0 : BOOL;\na : BOOL;",
-                            "Motor := a;\nValve := NOT a;"),
-            "Main:12");
-  EXPECT_EQ(lint_statements("two-names", "Motor AT %QX3.0 : BOOL;\na : BOOL;", "Motor := a;\n%QX3.0 := NOT a;"),
-            "Main:12")
-      << "an address is a name, too";
-  EXPECT_EQ(lint("none,two-names",
-                 "VAR_GLOBAL A AT %QW1 : INT; B AT %QW1 : INT; END_VAR\n"
-                 "PROGRAM Main VAR x : INT; END_VAR\nA := x;\nB := x;\nEND_PROGRAM"),
-            "Main:4");
-  EXPECT_EQ(lint("none,two-names",
-                 "PROGRAM P VAR Motor AT %QX3.0 : BOOL; END_VAR\nMotor := TRUE;\nEND_PROGRAM\n"
-                 "PROGRAM Q VAR Pump AT %QX3.0 : BOOL; END_VAR\nPump := FALSE;\nEND_PROGRAM"),
-            "Q:5");
-}
-
-TEST(LintAddresses, OneNameOrOneWriterIsFine) {
-  EXPECT_EQ(lint_statements("two-names", "Motor AT %QX3.0 : BOOL;\nShown AT %QX3.0 : BOOL;\na : BOOL;",
-                            "Motor := a;\nMotor := Shown AND a;"),
-            "");
-  EXPECT_EQ(lint("none,two-names",
-                 "PROGRAM P VAR Motor AT %QX3.0 : BOOL; END_VAR\nMotor := TRUE;\nEND_PROGRAM\n"
-                 "PROGRAM Q VAR MOTOR AT %QX3.0 : BOOL; END_VAR\nMotor := FALSE;\nEND_PROGRAM"),
-            "")
-      << "POUs share an output by its name";
-  EXPECT_EQ(lint_statements("two-names", "a : INT;\nb : INT;", "a := 1;\nb := 2;"), "");
-}
-
-TEST(LintAddresses, CoilsUnderSeveralNamesAreToldOnce) {
-  Linted drawn("PROGRAM Main VAR go : BOOL; Motor AT %QX3.0 : BOOL; Valve AT %QX3.0 : BOOL; END_VAR END_PROGRAM");
-  drawn.pou("Main").bodies = {ladder("go", [](BodyBuilder& b) {
-    add_coil(b, 3, "Motor");
-    add_coil(b, 4, "Valve");
-  })};
-  EXPECT_EQ(drawn.run("none,two-names,double-coil"), "");
-  const auto& all = drawn.diagnostics.all();
-  const auto is_one = [](const core::Diagnostic& d) { return d.code == core::Code::P2002; };
-  ASSERT_EQ(std::count_if(all.begin(), all.end(), is_one), 1);
-  const core::Diagnostic& found = *std::find_if(all.begin(), all.end(), is_one);
-  for (const char* part : {"%QX3.0", "\"Motor\" 3", "\"Valve\" 4", "2 coils"}) {
-    EXPECT_NE(found.message.find(part), std::string::npos) << found.message;
-  }
-}
-
-TEST(LintAddresses, NumbersTooMany) {
-  EXPECT_EQ(lint_statements("dotted-address", "Level AT %IW0.0 : INT;\nb AT %QX1.2.3 : BOOL;\nc AT %QX1.2 : BOOL;",
-                            "b := Level > 0; c := b;"),
-            ":2 :3");
-  EXPECT_EQ(lint_statements("dotted-address", "Level AT %IW0 : INT;\nx AT %I* : BOOL;\nd AT %MD3 : REAL;", "d := 1.0;"),
-            "");
-}
-
-TEST(LintRetain, IsToldOncePerPou) {
-  EXPECT_EQ(lint("none,retain",
-                 "PROGRAM Main VAR RETAIN a, b : INT; END_VAR\nVAR c : INT; END_VAR a := b + c;\nEND_PROGRAM\n"
-                 "FUNCTION_BLOCK Fb\nVAR PERSISTENT d : INT; END_VAR d := d + 1; END_FUNCTION_BLOCK\n"
-                 "VAR_GLOBAL RETAIN e : INT; END_VAR"),
-            "Main:1 Fb:5 :6");
-  EXPECT_EQ(lint_statements("retain", "a : INT;", "a := 1;"), "");
 }
 
 }  // namespace
