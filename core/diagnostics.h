@@ -134,7 +134,7 @@ class Diagnostics {
   void keep(Diagnostic diagnostic);
 
   std::size_t first_library_ = SIZE_MAX;  ///< index of the first file that is a library's
-  std::size_t last_library_ = SIZE_MAX;   ///< index behind the last one
+  std::size_t last_library_ = SIZE_MAX;   ///< index past the last one
   std::vector<Code> unwanted_;            ///< in libraries
   bool sets_aside_ = true;
   Aside aside_;                   ///< what was reported of libraries and nobody asked for yet

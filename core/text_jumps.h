@@ -43,7 +43,7 @@ class TextJumps {
       jumps_.insert(jumps_.begin() + static_cast<std::ptrdiff_t>(index), {at, next});
     }
   }
-  /// Index of the first jump at or behind `at`.
+  /// Index of the first jump at or after `at`.
   [[nodiscard]] std::size_t first_from(const Spot& at) const {
     const auto found = std::lower_bound(jumps_.begin(), jumps_.end(), at,
                                         [](const Jump& jump, const Spot& spot) { return jump.at < spot; });

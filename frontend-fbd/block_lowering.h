@@ -38,7 +38,7 @@ struct BlockLowering {
   const Element& e;
   ir::Builder& b;
   std::optional<ValueId> enable{};   ///< EN, when wired
-  ir::LabelId skip{};                ///< behind the body, when EN is wired
+  ir::LabelId skip{};                ///< after the body, when EN is wired
   bool watch_events = false;         ///< ENO depends on events
   PlaceId eno_place{};               ///< ENO across the skipped body
   std::optional<ValueId> own_eno{};  ///< ENO as the block declares and sets it itself

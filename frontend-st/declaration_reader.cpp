@@ -70,7 +70,7 @@ constexpr std::pair<std::string_view, Word> kWords[] = {
     {"INITIAL_STEP", Word::kInitialStep},
     {"TRANSITION", Word::kTransition},
     {"END_TRANSITION", Word::kEndTransition},
-    // Other spellings stand behind those of the standard.
+    // Other spellings stand after those of the standard.
     {"FUNCTIONBLOCK", Word::kFunctionBlock},
     {"END_FUNCTIONBLOCK", Word::kEndFunctionBlock},
 };

@@ -248,7 +248,7 @@ class Declarer final : public ConstantScope {
   std::uint32_t current_ = kNoPending;                           ///< the variable that is being initialised
   std::uint32_t scope_pou_ = kNoPou;                             ///< whose names expressions see
   InitialUse use_;
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> pending_of_pou_;  ///< first, and behind the last
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> pending_of_pou_;  ///< first, and one past the last
   std::uint32_t nested_initial_values_ = 0;
   std::size_t initial_items_ = 0;
   bool ltime_fits_ = false;  ///< the TIME that is being initialised is a timer's, which takes LTIME

@@ -180,7 +180,7 @@ std::size_t Lexer::behind_blanks(std::size_t i) const {
 }
 
 // "T#1h 30m", "T#5 s": the blanks at position_ stand between two parts, or between a number and its unit. Nothing else
-// begins with a digit behind a literal, and what follows a number without a unit is wrong if it is none.
+// begins with a digit after a literal, and what follows a number without a unit is wrong if it is none.
 bool Lexer::goes_on_behind_blanks(char last) const {
   const std::size_t begin = behind_blanks(position_);
   if (!is_digit(last)) return last != '\0' && is_digit(at(begin));

@@ -345,7 +345,7 @@ std::optional<Literal> parse_date_of(TypeId type, std::string_view text, std::st
 }
 
 std::optional<Literal> parse_typed(TypeId type, std::string_view body, std::string& problem) {
-  // "T# 30ms": the lexer takes blanks behind the prefix and between the parts of a duration.
+  // "T# 30ms": the lexer takes blanks after the prefix and between the parts of a duration.
   body = core::trimmed(body);
   if (body.empty()) return fail(problem, "nothing follows " + std::string(core::name_of(type)) + "#");
   if (body[0] == '\'' || body[0] == '"') return parse_quoted_of(type, body, problem);

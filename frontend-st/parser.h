@@ -1,6 +1,6 @@
 // Parser of ST texts: expressions by operator precedence (IEC 61131-3:2013, table 71) and statements (table 72). Syntax
-// only: nothing is looked up. Expressions stand in parser.cpp, statements in parser_statements.cpp, what other tools know in
-// parser_foreign.cpp.
+// only: nothing is looked up. Expressions stand in parser.cpp, statements in parser_statements.cpp, what other tools
+// know in parser_foreign.cpp.
 //
 // In: a SourceText. Out: an Ast. Errors are reported once per expression, or once per statement, and parsing goes on
 // behind the statement. Does not belong here: names, types, IR, declarations.
@@ -24,7 +24,7 @@ class Parser {
 
   /// The whole text as one expression; kNoNode when it is none.
   NodeId parse_expression();
-  /// The next statement of the text, kNoNode behind the last one. The nodes of those before are gone: a text may be
+  /// The next statement of the text, kNoNode after the last one. The nodes of those before are gone: a text may be
   /// long. Statements with syntax errors are left out; compound ones whose head has one keep their statements, and
   /// kNoNode stands for what could not be read of the head.
   NodeId next_statement();
@@ -57,7 +57,7 @@ class Parser {
   NodeId listed_statement();
   NodeId statement();
   NodeId assignment_or_call();
-  /// Reports a statement or operator that other tools have, if one stands here; behind `target` where it has a left
+  /// Reports a statement or operator that other tools have, if one stands here; after `target` where it has a left
   /// side.
   bool refuse_foreign_statement();
   bool refuse_foreign_operator(NodeId target);

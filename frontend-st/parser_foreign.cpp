@@ -44,7 +44,7 @@ bool Parser::refuse_foreign_statement() {
   if (next.kind == TokenKind::kAssign || next.kind == TokenKind::kDot) return false;
   fail(Code::P4066, token_, core::uppered(text_of(token_)) + ": " + std::string(foreign->what) + " is not supported",
        std::string(foreign->help));
-  // __TRY, __CATCH(exc), .. end without a semicolon: the statement behind is one of its own.
+  // __TRY, __CATCH(exc), .. end without a semicolon: the statement after is one of its own.
   if (core::iequals(text_of(token_), "__DELETE") || !doubled) return true;
   advance();
   if (token_.kind == TokenKind::kLeftParen) {

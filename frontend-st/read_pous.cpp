@@ -28,7 +28,7 @@ bool ends_pou(Word word) {
   return word == Word::kEndFunction || word == Word::kEndFunctionBlock || word == Word::kEndProgram;
 }
 
-/// `text` with a blank for each character of the ranges but line ends: places behind them stay what they are.
+/// `text` with a blank for each character of the ranges but line ends: places after them stay what they are.
 std::string blanked(std::string_view text, std::uint32_t text_begin,
                     const std::vector<std::pair<std::uint32_t, std::uint32_t>>& ranges) {
   std::string out;
@@ -145,7 +145,7 @@ Language DeclarationReader::language() {
   return known && value && ends ? Language::kIl : Language::kSt;
 }
 
-/// Pragmas in front of the first statement and behind the last one are no part of the text, which its parser looks at.
+/// Pragmas in front of the first statement and after the last one are no part of the text, which its parser looks at.
 void DeclarationReader::refuse_code(std::uint32_t begin, std::uint32_t end) {
   if (begin >= end) return;
   std::vector<Token> pragmas;

@@ -49,7 +49,7 @@ void SourceText::follow(const core::TextJumps& jumps) {
   }
 }
 
-// Places are mostly asked for from the beginning to the end: at the anchor counted from last, or soon behind it.
+// Places are mostly asked for from the beginning to the end: at the anchor counted from last, or soon after it.
 std::size_t SourceText::anchor_of(std::uint32_t offset) const {
   constexpr std::size_t kNear = 4;
   if (anchors_[counted_anchor_].offset <= offset) {

@@ -28,7 +28,7 @@ class PlaceFinder {
  public:
   explicit PlaceFinder(std::string_view text) : text_(text) {}
   Place at(std::size_t offset);
-  /// The same; what is asked for next may lie anywhere behind it.
+  /// The same; what is asked for next may lie anywhere after it.
   Place mark(std::size_t offset);
 
  private:

@@ -20,12 +20,12 @@ class TextWalk {
 
   /// What comes next belongs to a new text.
   void begin();
-  /// A tag ends in front of `offset`; the text may go on behind it.
+  /// A tag ends in front of `offset`; the text may go on after it.
   void tag(std::size_t offset);
   void piece(std::string_view piece);
   /// All of the text was given.
   void end();
-  /// A whole text: the value of an attribute, behind the quote at `offset`, as the parser gives it.
+  /// A whole text: the value of an attribute, after the quote at `offset`, as the parser gives it.
   void attribute(std::size_t offset, std::string_view value);
 
   /// Of the first character that is no blank; none while there were only blanks.
@@ -51,7 +51,7 @@ class TextWalk {
   std::optional<Place> first_;
   std::size_t at_ = 0;        ///< offset in the file of what comes next
   std::size_t last_ = kNone;  ///< offset of the last character; none while there were only blanks
-  std::size_t after_ = 0;     ///< offset behind it
+  std::size_t after_ = 0;     ///< offset after it
   std::size_t next_ = kNone;  ///< where the following character is expected; none: it needs a jump
   bool section_ = false;      ///< inside of <![CDATA[
   bool value_ = false;        ///< inside of an attribute

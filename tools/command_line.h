@@ -36,7 +36,7 @@ void add_all_option(CLI::App& app, core::CompileOptions& options);
 /// Adds --lib, which may be repeated. The list must outlive the parsing.
 void add_library_option(CLI::App& app, std::vector<std::string>& libraries);
 
-/// The compile options that are not by default and the libraries, to be put behind a command: " --lib drives.st".
+/// The compile options that are not by default and the libraries, to be put after a command: " --lib drives.st".
 std::string compile_flags(const core::CompileOptions& options, const std::vector<std::string>& libraries);
 /// A word as a shell takes it: in quotes when it must be.
 std::string shell_word(const std::string& word);

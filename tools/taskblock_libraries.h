@@ -20,7 +20,7 @@ namespace plc::tools {
 /// Those of PICARD and of [taskblocks] libraries. What cannot be used is reported at its line (P7801) and left out.
 taskblocks::Registry load_taskblocks(const io::Configuration& configuration, core::Diagnostics& diagnostics);
 
-/// Adds the files of [project] libraries behind those of --lib. What cannot be opened is reported at its line (P7001).
+/// Adds the files of [project] libraries after those of --lib. What cannot be opened is reported at its line (P7001).
 void add_project_libraries(const io::Configuration& configuration, std::vector<std::string>& libraries,
                            core::Diagnostics& diagnostics);
 

@@ -20,7 +20,7 @@ struct Position {
 
 /// Lines end with LF and nothing else; columns count characters of UTF-8; a byte order mark takes none.
 Position position_of(std::string_view text, std::size_t offset);
-/// npos where the text has no such place; behind the last character of a line is one. Column 0: the beginning of the
+/// npos where the text has no such place; after the last character of a line is one. Column 0: the beginning of the
 /// line.
 std::size_t offset_of(std::string_view text, const Position& position);
 

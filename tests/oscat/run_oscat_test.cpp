@@ -1,7 +1,7 @@
 // OSCAT Basic 3.33 with --lib: it disturbs nothing, its POUs can be used one by one, and what they compute is right.
 //
 // The library is not part of this repository: PLC_OSCAT names the folder of its .EXP files (as CODESYS 2.3 exported
-// them), which are joined in the order of their names, bytes unchanged, behind the global lists of its project. Does
+// them), which are joined in the order of their names, bytes unchanged, after the global lists of its project. Does
 // not belong here: code of the library.
 #include <gtest/gtest.h>
 
@@ -352,7 +352,7 @@ TEST_F(Oscat, BlocksGiveKnownAnswers) {
       ASSERT_LT(column, table.header.size()) << path;
       for (std::size_t scan = 0; scan < values.size(); ++scan) {
         EXPECT_TRUE(fits(values[scan], table.rows[scan][column], 1e-5))
-            << path << " is " << table.rows[scan][column] << " behind scan " << scan << ", not " << values[scan];
+            << path << " is " << table.rows[scan][column] << " after scan " << scan << ", not " << values[scan];
       }
     }
   }

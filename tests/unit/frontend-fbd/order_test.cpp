@@ -256,7 +256,7 @@ TEST(Order, AnIdOfItsOwnGivesAVariableItsPlace) {
 }
 
 TEST(Order, ContactsOnALoopAreReadInThisScan) {
-  // OR 1 <- contact 2 <- OR 1, and the coil reads behind the contact; the file has the coil first.
+  // OR 1 <- contact 2 <- OR 1, and the coil reads after the contact; the file has the coil first.
   BodyBuilder b(plcopen::Language::kLd);
   BodyBuilder::feed(b.add(ElementKind::kCoil, 3, "C", 90, 90), {2});
   BodyBuilder::feed(b.add(ElementKind::kContact, 2, "A", 10, 0), {1});
@@ -269,7 +269,7 @@ TEST(Order, ContactsOnALoopAreReadInThisScan) {
 }
 
 /// Contacts, variables and blocks at random: what only reads stands right in front of its first reader, what blocks
-/// write right behind the last of them, whatever is drawn.
+/// write right after the last of them, whatever is drawn.
 TEST(Order, RandomRungsReadLateAndWriteAtOnce) {
   std::mt19937 random(31);
   for (int round = 0; round < 500; ++round) {

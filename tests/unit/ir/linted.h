@@ -73,7 +73,7 @@ inline std::string lint_statements(std::string_view name, const std::string& dec
   return lint("none," + std::string(name), program(declarations, statements));
 }
 
-/// A rail (1), a contact (2) on `contact` and what `rest` draws behind it.
+/// A rail (1), a contact (2) on `contact` and what `rest` draws after it.
 template <class Rest>
 plcopen::Body ladder(const std::string& contact, Rest rest) {
   BodyBuilder b(plcopen::Language::kLd);
