@@ -28,6 +28,12 @@ void step_each(std::byte* base, const std::uint32_t* places, std::uint32_t count
 template <class Ports>
 constexpr Ports kFresh{};
 
+/// A block whose TIME ports take LTIME as well.
+template <class Row>
+concept AnyDuration = requires {
+  Row::any_duration;
+};
+
 template <class Row>
 constexpr BlockSpec block() {
   using Ports = typename Row::Ports;
@@ -42,7 +48,7 @@ constexpr BlockSpec block() {
           Row::clause,
           Row::summary,
           Row::examples,
-          requires { Row::any_duration; }};
+          AnyDuration<Row>};
 }
 
 constexpr bool folded_less(std::string_view a, std::string_view b) {
