@@ -11,8 +11,8 @@ using ir::Place;
 
 class Analyser {
  public:
-  Analyser(const ir::Module& module, const ir::Pou& pou, Analysis& out)
-      : module_(module), pou_(pou), body_(pou.body), out_(out) {}
+  Analyser(const ir::Module& module, const ir::Pou& pou, const ir::Body& body, Analysis& out)
+      : module_(module), pou_(pou), body_(body), out_(out) {}
 
   void run() {
     out_.values.assign(body_.insts.size(), {});
@@ -293,6 +293,8 @@ class Analyser {
 
 }  // namespace
 
-void analyse(const ir::Module& module, const ir::Pou& pou, Analysis& out) { Analyser(module, pou, out).run(); }
+void analyse(const ir::Module& module, const ir::Pou& pou, const ir::Body& body, Analysis& out) {
+  Analyser(module, pou, body, out).run();
+}
 
 }  // namespace plc::bytecode

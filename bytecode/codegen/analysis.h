@@ -58,7 +58,8 @@ struct Analysis {
 };
 
 /// Fills `out` (vectors are reused from body to body).
-void analyse(const ir::Module& module, const ir::Pou& pou, Analysis& out);
+/// `body`: that of the POU, or what was made of it.
+void analyse(const ir::Module& module, const ir::Pou& pou, const ir::Body& body, Analysis& out);
 
 inline bool is_logic(ir::Op op) { return op == ir::Op::kAnd || op == ir::Op::kOr || op == ir::Op::kXor; }
 

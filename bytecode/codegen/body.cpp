@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "bytecode/codegen/frame.h"
+#include "bytecode/codegen/if_conversion.h"
 #include "bytecode/codegen/select.h"
 #include "bytecode/codegen/wires.h"
 #include "bytecode/codegen/writer.h"
@@ -51,7 +52,8 @@ class BodyGenerator final : private RecordSink {
       : shared_(shared),
         pou_index_(pou),
         pou_(shared.module.pous[pou]),
-        body_(pou_.body),
+        converted_(convert_ifs(pou_.body)),
+        body_(converted_ ? *converted_ : pou_.body),
         types_(shared.module.types),
         analysis_(shared.analysis),
         out_(out),
@@ -59,7 +61,7 @@ class BodyGenerator final : private RecordSink {
         writer_(out.code, out.debug) {}
 
   bool run() {
-    analyse(shared_.module, pou_, analysis_);
+    analyse(shared_.module, pou_, body_, analysis_);
     shared_.layout.lay_out_frame(pou_index_, frame_.fields());
     place_words();
     wire_taskblocks();
@@ -93,7 +95,7 @@ class BodyGenerator final : private RecordSink {
 
   /// Inputs of taskblocks that are read where they come from: their stores are left out.
   void wire_taskblocks() {
-    for (const Wire& wire : find_wires(shared_.module, pou_, analysis_)) {
+    for (const Wire& wire : find_wires(shared_.module, pou_, body_, analysis_)) {
       const ir::TypeRef type = body_.places[wire.block].type;
       const std::uint32_t input = shared_.layout.field_index(type, wire.input);
       out_.wires.push_back({offset_of(place_words_[wire.block]), input, offset_of(place_words_[wire.source])});
@@ -745,6 +747,7 @@ class BodyGenerator final : private RecordSink {
   Shared& shared_;
   std::uint32_t pou_index_;
   const ir::Pou& pou_;
+  const std::optional<ir::Body> converted_;  ///< if_conversion.h
   const ir::Body& body_;
   const ir::TypeTable& types_;
   Analysis& analysis_;

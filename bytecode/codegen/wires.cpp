@@ -11,8 +11,8 @@ using ir::Place;
 
 class Finder {
  public:
-  Finder(const ir::Module& module, const ir::Pou& pou, const Analysis& analysis)
-      : module_(module), pou_(pou), body_(pou.body), analysis_(analysis) {}
+  Finder(const ir::Module& module, const ir::Pou& pou, const ir::Body& body, const Analysis& analysis)
+      : module_(module), pou_(pou), body_(body), analysis_(analysis) {}
 
   std::vector<Wire> find() {
     std::vector<Wire> wires;
@@ -90,8 +90,9 @@ class Finder {
 
 }  // namespace
 
-std::vector<Wire> find_wires(const ir::Module& module, const ir::Pou& pou, const Analysis& analysis) {
-  return Finder(module, pou, analysis).find();
+std::vector<Wire> find_wires(const ir::Module& module, const ir::Pou& pou, const ir::Body& body,
+                             const Analysis& analysis) {
+  return Finder(module, pou, body, analysis).find();
 }
 
 }  // namespace plc::bytecode

@@ -21,6 +21,7 @@ struct Wire {
   std::uint32_t source = 0;  ///< place
 };
 
-std::vector<Wire> find_wires(const ir::Module& module, const ir::Pou& pou, const Analysis& analysis);
+std::vector<Wire> find_wires(const ir::Module& module, const ir::Pou& pou, const ir::Body& body,
+                             const Analysis& analysis);
 
 }  // namespace plc::bytecode
