@@ -1,4 +1,5 @@
-// Places and instructions: what appends to a body. The typed helpers (conversion, calls by name) are in calls.cpp.
+// Places and instructions: what appends to a body. The typed helpers
+// are in assign.cpp, convert.cpp and named_call.cpp.
 #include "ir/builder.h"
 
 #include <fmt/format.h>

@@ -343,4 +343,30 @@ std::optional<ValueId> convert_with(Builder& builder, const Operand& operand, Ty
   return Converter(builder, what).convert(operand, to);
 }
 
+std::optional<ValueId> Builder::settle(const Operand& operand, std::optional<TypeRef> expected) {
+  const What what = [] { return std::string("this place"); };
+  switch (operand.kind) {
+    case Operand::Kind::kUnconnected:
+      return std::nullopt;
+    case Operand::Kind::kValue:
+      return operand.value;
+    case Operand::Kind::kRealLiteral: {
+      const bool wanted = expected && module_.types[*expected].kind == TypeKind::kElementary &&
+                          core::in_category(module_.types[*expected].elementary, core::kAnyReal);
+      return convert_with(*this, operand, wanted ? *expected : ref_of(TypeId::kLreal), what);
+    }
+    case Operand::Kind::kIntLiteral:
+      break;
+  }
+  const stdlib::Arg arg = literal_arg(operand);
+  if (expected && module_.types[*expected].kind == TypeKind::kElementary &&
+      stdlib::literal_fits(arg, module_.types[*expected].elementary)) {
+    return convert_with(*this, operand, *expected, what);
+  }
+  for (const TypeId id : {TypeId::kDint, TypeId::kLint, TypeId::kUlint}) {
+    if (stdlib::literal_fits(arg, id)) return convert_with(*this, operand, ref_of(id), what);
+  }
+  return convert_with(*this, operand, ref_of(TypeId::kDint), what);
+}
+
 }  // namespace plc::ir

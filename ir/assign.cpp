@@ -1,4 +1,4 @@
-// Typed helpers of the builder: assignments, configuration ports, characters of strings.
+// Typed helpers of the builder: assignments, and configuration ports of taskblocks.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -128,55 +128,6 @@ bool Builder::configure(PlaceId instance, std::uint32_t index, const Operand& op
     }
   }
   return true;
-}
-
-// s[p] is the one character that MID takes and REPLACE puts: what happens outside of the string is theirs.
-ValueId Builder::character_of(ValueId string, ValueId position) {
-  const TypeId text = module_.types[type_of(string)].elementary;
-  const TypeId index = *module_.types.elementary_of(type_of(position));
-  const TypeId character = text == TypeId::kWstring ? TypeId::kWchar : TypeId::kChar;
-  const ValueId one = constant({ref_of(index), 1, {}});
-  const Overload* const mid =
-      stdlib::overload_with_key(fmt::format("MID:{},{}", core::name_of(text), core::name_of(index)));
-  const ValueId taken = call_overload(*mid, std::array{string, one, position}, module_.types.string(text, 1));
-  return call_overload(*conversion(text, character), std::array{taken}, ref_of(character));
-}
-
-ValueId Builder::with_character(ValueId string, ValueId character, ValueId position) {
-  const TypeId text = module_.types[type_of(string)].elementary;
-  const TypeId index = *module_.types.elementary_of(type_of(position));
-  const ValueId one = constant({ref_of(index), 1, {}});
-  const Overload* const put = conversion(*module_.types.elementary_of(type_of(character)), text);
-  const ValueId piece = call_overload(*put, std::array{character}, module_.types.string(text, 1));
-  const Overload* const replace =
-      stdlib::overload_with_key(fmt::format("REPLACE:{},{}", core::name_of(text), core::name_of(index)));
-  return call_overload(*replace, std::array{string, piece, one, position}, type_of(string));
-}
-
-std::optional<ValueId> Builder::settle(const Operand& operand, std::optional<TypeRef> expected) {
-  const What what = [] { return std::string("this place"); };
-  switch (operand.kind) {
-    case Operand::Kind::kUnconnected:
-      return std::nullopt;
-    case Operand::Kind::kValue:
-      return operand.value;
-    case Operand::Kind::kRealLiteral: {
-      const bool wanted = expected && module_.types[*expected].kind == TypeKind::kElementary &&
-                          core::in_category(module_.types[*expected].elementary, core::kAnyReal);
-      return convert_with(*this, operand, wanted ? *expected : ref_of(TypeId::kLreal), what);
-    }
-    case Operand::Kind::kIntLiteral:
-      break;
-  }
-  const stdlib::Arg arg = literal_arg(operand);
-  if (expected && module_.types[*expected].kind == TypeKind::kElementary &&
-      stdlib::literal_fits(arg, module_.types[*expected].elementary)) {
-    return convert_with(*this, operand, *expected, what);
-  }
-  for (const TypeId id : {TypeId::kDint, TypeId::kLint, TypeId::kUlint}) {
-    if (stdlib::literal_fits(arg, id)) return convert_with(*this, operand, ref_of(id), what);
-  }
-  return convert_with(*this, operand, ref_of(TypeId::kDint), what);
 }
 
 }  // namespace plc::ir
