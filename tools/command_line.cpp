@@ -105,21 +105,30 @@ std::string shell_word(const std::string& word) {
   return quoted + "'";
 }
 
-std::string compile_flags(const core::CompileOptions& options, const std::vector<std::string>& libraries) {
+std::vector<std::string> compile_arguments(const core::CompileOptions& options,
+                                           const std::vector<std::string>& libraries) {
   const core::CompileOptions usual;
-  std::string flags;
+  std::vector<std::string> words;
   if (options.order != usual.order)
-    flags += options.order == core::Order::kDrawing ? " --order=drawing" : " --order=document";
+    words.emplace_back(options.order == core::Order::kDrawing ? "--order=drawing" : "--order=document");
   if (options.compat != usual.compat)
-    flags += options.compat == core::Compat::kNone ? " --compat=none" : " --compat=beremiz";
+    words.emplace_back(options.compat == core::Compat::kNone ? "--compat=none" : "--compat=beremiz");
   if (options.profile != usual.profile) {
-    flags += options.profile == core::AddressProfile::kSeparate ? " --profile=separate" : " --profile=overlay";
+    const bool separate = options.profile == core::AddressProfile::kSeparate;
+    words.emplace_back(separate ? "--profile=separate" : "--profile=overlay");
   }
-  if (options.coherence != usual.coherence) flags += fmt::format(" --coherence={}", coherence_name(options.coherence));
-  if (options.stub_missing) flags += " --stub-missing";
-  if (options.strict) flags += " --strict";
-  if (!options.pou.empty()) flags += " --pou " + shell_word(options.pou);
-  for (const std::string& library : libraries) flags += " --lib " + shell_word(library);
+  if (options.coherence != usual.coherence)
+    words.push_back(fmt::format("--coherence={}", coherence_name(options.coherence)));
+  if (options.stub_missing) words.emplace_back("--stub-missing");
+  if (options.strict) words.emplace_back("--strict");
+  if (!options.pou.empty()) words.insert(words.end(), {"--pou", options.pou});
+  for (const std::string& library : libraries) words.insert(words.end(), {"--lib", library});
+  return words;
+}
+
+std::string compile_flags(const core::CompileOptions& options, const std::vector<std::string>& libraries) {
+  std::string flags;
+  for (const std::string& word : compile_arguments(options, libraries)) flags += " " + shell_word(word);
   return flags;
 }
 
@@ -194,18 +203,11 @@ std::optional<int> parse(CLI::App& app, int argc, char** argv) {
   }
 }
 
-std::optional<int> open_or_explain(const CLI::App& app, const Request& request, Compilation& compilation) {
-  if (is_image_path(request.path) && has_compile_options(app)) {
-    complain(command_name(app),
-             fmt::format("{} is an image: its compile options and libraries are stored in it", request.path),
-             "compile the project file again with other options, or leave the options away");
-    return kExitUsage;
-  }
-  open(request, compilation);
-  compilation.diagnostics.render_with_lines(std::cerr);
-  if (!compilation.readable) return kExitUsage;
-  if (!compilation.ok()) return kExitErrors;
-  return std::nullopt;
+std::optional<int> refuse_options_of_image(const CLI::App& app, const std::string& path) {
+  if (!is_image_path(path) || !has_compile_options(app)) return std::nullopt;
+  complain(command_name(app), fmt::format("{} is an image: its compile options and libraries are stored in it", path),
+           "compile the project file again with other options, or leave the options away");
+  return kExitUsage;
 }
 
 std::string command_name(const CLI::App& app) {

@@ -17,7 +17,7 @@
 #include "core/result.h"
 #include "core/text.h"
 #include "runtime/program.h"
-#include "tools/pipeline.h"
+#include "tools/image_file.h"
 
 namespace plc::tools {
 
@@ -36,7 +36,10 @@ void add_all_option(CLI::App& app, core::CompileOptions& options);
 /// Adds --lib, which may be repeated. The list must outlive the parsing.
 void add_library_option(CLI::App& app, std::vector<std::string>& libraries);
 
-/// The compile options that are not by default and the libraries, to be put after a command: " --lib drives.st".
+/// The compile options that are not by default and the libraries, as arguments: "--lib", "drives.st".
+std::vector<std::string> compile_arguments(const core::CompileOptions& options,
+                                           const std::vector<std::string>& libraries);
+/// The same, to be put after a command in a shell: " --lib drives.st".
 std::string compile_flags(const core::CompileOptions& options, const std::vector<std::string>& libraries);
 /// A word as a shell takes it: in quotes when it must be.
 std::string shell_word(const std::string& word);
@@ -71,9 +74,8 @@ void add_loop_budget(CLI::App& app, runtime::ProgramOptions& options);
 /// Parses argv; prints help or what was wrong. The exit code when the program should end now.
 std::optional<int> parse(CLI::App& app, int argc, char** argv);
 
-/// compile() or load with all diagnostics on stderr. Refuses compile options for an image. The exit code when there is
-/// nothing to go on with.
-std::optional<int> open_or_explain(const CLI::App& app, const Request& request, Compilation& compilation);
+/// Refuses compile options for an image. The exit code then.
+std::optional<int> refuse_options_of_image(const CLI::App& app, const std::string& path);
 
 /// "plc config check": the command with those it belongs to.
 std::string command_name(const CLI::App& app);

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <malloc.h>
-#include <sys/stat.h>
 
 #include <algorithm>
 #include <fstream>
@@ -29,19 +28,10 @@ namespace {
 
 using core::Code;
 
-/// Larger images cannot come from a file that the reader takes.
-
-/// True when the file can be opened for reading; reports otherwise. A pipe or a device is not opened: that may block,
-/// or never come to an end.
 bool can_open(const std::string& path, Compilation& compilation) {
-  struct stat status {};
-  if (::stat(path.c_str(), &status) == 0 && S_ISREG(status.st_mode) && std::ifstream(path)) return true;
-  core::SourceRef at;
-  at.file = compilation.diagnostics.add_file(path);
-  compilation.diagnostics.report(Code::P7001, at, {}, "file cannot be opened for reading",
-                                 "give the path of a PLCopen XML file, an ST file or an image made by plc compile");
-  compilation.readable = false;
-  return false;
+  const bool can = tools::can_open(path, compilation.diagnostics);
+  compilation.readable = compilation.readable && can;
+  return can;
 }
 
 /// The language of a POU's bodies; the first that is not empty decides.
@@ -245,29 +235,6 @@ void report_nothing_to_run(const plcopen::Project& project, core::Diagnostics& d
                                      : "run one alone in a 20 ms task: " + choices);
 }
 
-void load_image(const std::string& path, Compilation& compilation) {
-  core::SourceRef at;
-  at.file = compilation.diagnostics.add_file(path);
-  struct stat status {};
-  if (::stat(path.c_str(), &status) != 0 || status.st_size > static_cast<off_t>(kMaxImageBytes)) {
-    compilation.diagnostics.report(
-        Code::P6001, at, {}, fmt::format("file has {} bytes, an image at most {}", status.st_size, kMaxImageBytes));
-    return;
-  }
-  std::ifstream in(path, std::ios::binary);
-  const std::string bytes{std::istreambuf_iterator<char>(in), {}};
-  core::Result<bytecode::Image> image = bytecode::load(std::as_bytes(std::span(bytes)));
-  if (!image) {
-    compilation.diagnostics.report(image.error().code, at, {}, image.error().message, image.error().help);
-    return;
-  }
-  compilation.image = bytecode::verify(std::move(*image), compilation.diagnostics);
-}
-
-bool has_extension(std::string_view path, std::string_view extension) {
-  return path.size() >= extension.size() && core::iequals(path.substr(path.size() - extension.size()), extension);
-}
-
 /// True when the file is to be read as ST. Files named neither way are looked into.
 bool is_text_path(const std::string& path) {
   if (has_extension(path, ".st") || has_extension(path, ".iecst")) return true;
@@ -307,8 +274,6 @@ void read_libraries(const Request& request, Compilation& compilation) {
 }
 
 }  // namespace
-
-bool is_image_path(const std::string& path) { return has_extension(path, ".pbc"); }
 
 std::unique_ptr<plcopen::Project> read_project(const std::string& path, core::Diagnostics& diagnostics) {
   if (is_text_path(path)) return st::read(path, diagnostics);
@@ -362,18 +327,7 @@ void open(const Request& request, Compilation& compilation) {
   if (!is_image_path(request.path)) {
     compile(request, compilation);
   } else if (can_open(request.path, compilation)) {
-    load_image(request.path, compilation);
+    compilation.image = load_image(request.path, compilation.diagnostics);
   }
 }
-
-std::string describe(const core::CompileOptions& options) {
-  std::string text = fmt::format("order={} compat={} profile={} coherence={} stub-missing={}",
-                                 options.order == core::Order::kDrawing ? "drawing" : "document",
-                                 options.compat == core::Compat::kNone ? "none" : "beremiz",
-                                 options.profile == core::AddressProfile::kSeparate ? "separate" : "overlay",
-                                 coherence_name(options.coherence), options.stub_missing ? "yes" : "no");
-  if (!options.pou.empty()) text += " pou=" + options.pou;
-  return text;
-}
-
 }  // namespace plc::tools

@@ -19,11 +19,9 @@
 #include "ir/lint.h"
 #include "plcopen/project.h"
 #include "taskblocks/registry.h"
+#include "tools/image_file.h"
 
 namespace plc::tools {
-
-/// Larger images are neither written nor read.
-inline constexpr std::size_t kMaxImageBytes = std::size_t{512} << 20;
 
 /// How far to go.
 enum class Goal : std::uint8_t {
@@ -53,9 +51,6 @@ struct Compilation {
   [[nodiscard]] bool ok() const { return readable && !diagnostics.has_errors(); }
 };
 
-/// True when the path names a compiled image (by its ".pbc").
-bool is_image_path(const std::string& path);
-
 /// Reads a project or library file: ST by its ".st" or ".iecst" or because its text begins no XML, else PLCopen XML.
 /// Null when it cannot be read.
 std::unique_ptr<plcopen::Project> read_project(const std::string& path, core::Diagnostics& diagnostics);
@@ -65,8 +60,5 @@ void compile(const Request& request, Compilation& compilation);
 
 /// Compiles a project file or loads an image, by its name.
 void open(const Request& request, Compilation& compilation);
-
-/// "order=drawing compat=none profile=separate coherence=wait-free stub-missing=no"
-std::string describe(const core::CompileOptions& options);
 
 }  // namespace plc::tools

@@ -66,7 +66,8 @@ std::optional<int> load_taskblocks(const std::string& configuration, taskblocks:
   io::Configuration ignored;
   core::Diagnostics diagnostics;
   const auto code = load_taskblocks(configuration, registry, libraries, ignored, diagnostics);
-  diagnostics.render_with_lines(std::cerr);
+  // What else the file says is for plc config check, and for who runs the project with it.
+  if (code) diagnostics.render_with_lines(std::cerr);
   return code;
 }
 

@@ -26,7 +26,7 @@ void add_project_libraries(const io::Configuration& configuration, std::vector<s
 
 /// Adds --config for the sake of [project] and [taskblocks] alone. The text must outlive the parsing.
 void add_taskblocks_option(CLI::App& app, std::string& configuration);
-/// What that option asks for into `registry`, and its [project] libraries into `libraries`; all problems on stderr. The
+/// What that option asks for into `registry`, and its [project] libraries into `libraries`; errors on stderr. The
 /// exit code when there is nothing to go on with.
 std::optional<int> load_taskblocks(const std::string& configuration, taskblocks::Registry& registry,
                                    std::vector<std::string>& libraries);

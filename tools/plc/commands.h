@@ -1,4 +1,4 @@
-// The commands of plc, one file each. add_*() declares the command's flags and what to call when it is chosen.
+// The commands of plc, one file each. add_<name>() declares the command's flags and what to call when it is chosen.
 //
 // In: the application, the place for the exit code. Out: the exit code once CLI11 has run the chosen command.
 #pragma once
@@ -7,16 +7,7 @@
 
 namespace plc::tools {
 
-void add_blocks(CLI::App& app, int& exit_code);
-void add_calibrate(CLI::App& app, int& exit_code);
-void add_check(CLI::App& app, int& exit_code);
-void add_compile(CLI::App& app, int& exit_code);
-void add_config(CLI::App& app, int& exit_code);
-void add_dump(CLI::App& app, int& exit_code);
-void add_explain(CLI::App& app, int& exit_code);
-void add_lib(CLI::App& app, int& exit_code);
-void add_map(CLI::App& app, int& exit_code);
-void add_sim(CLI::App& app, int& exit_code);
-void add_report(CLI::App& app, int& exit_code);
+#define PLC_COMMAND(name, example, purpose) void add_##name(CLI::App& app, int& exit_code);
+#include "tools/plc/commands.def"
 
 }  // namespace plc::tools

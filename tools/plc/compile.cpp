@@ -7,6 +7,7 @@
 #include <system_error>
 
 #include "tools/command_line.h"
+#include "tools/open.h"
 #include "tools/plc/commands.h"
 #include "tools/taskblock_libraries.h"
 
@@ -45,6 +46,10 @@ int run(const CLI::App& app, const Compile& compile) {
              "make arrays smaller");
     return kExitErrors;
   }
+  if (compile.output == "-") {
+    std::cout.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    return kExitOk;
+  }
   std::string why;
   if (!write_file(compile.output, {reinterpret_cast<const char*>(bytes.data()), bytes.size()}, why)) {
     complain("plc compile", fmt::format("{} cannot be written: {}", compile.output, why));
@@ -65,7 +70,7 @@ void add_compile(CLI::App& app, int& exit_code) {
                          "Example:\n"
                          "  plc compile plant.xml -o plant.pbc && plc-run plant.pbc");
   command->add_option("FILE", compile.file, "PLCopen XML or ST file")->required();
-  command->add_option("-o,--output", compile.output, "image to write")->type_name("X.pbc")->required();
+  command->add_option("-o,--output", compile.output, "image to write; - is standard output")->type_name("X.pbc")->required();
   add_library_option(*command, compile.libraries);
   add_taskblocks_option(*command, compile.configuration);
   add_compile_options(*command, compile.options);

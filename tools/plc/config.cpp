@@ -16,6 +16,7 @@
 #include "io-drivers/simulated.h"
 #include "runtime/memory/global_ports.h"
 #include "tools/command_line.h"
+#include "tools/open.h"
 #include "tools/plc/commands.h"
 #include "tools/plc/json.h"
 #include "tools/taskblock_libraries.h"

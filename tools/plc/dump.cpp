@@ -8,6 +8,7 @@
 #include "native/compile.h"
 #include "runtime/resource.h"
 #include "tools/command_line.h"
+#include "tools/open.h"
 #include "tools/plc/commands.h"
 #include "tools/statistics.h"
 #include "tools/taskblock_libraries.h"

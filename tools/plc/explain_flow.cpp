@@ -7,6 +7,7 @@
 #include <system_error>
 
 #include "tools/command_line.h"
+#include "tools/open.h"
 #include "tools/plc/flow.h"
 
 namespace plc::tools {

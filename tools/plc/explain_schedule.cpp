@@ -10,6 +10,7 @@
 #include "io-drivers/config/plan_tasks.h"
 #include "runtime/program.h"
 #include "tools/command_line.h"
+#include "tools/open.h"
 #include "tools/statistics.h"
 
 namespace plc::tools {

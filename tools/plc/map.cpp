@@ -15,6 +15,7 @@
 #include "io-drivers/modbus/address_map.h"
 #include "runtime/memory/global_ports.h"
 #include "tools/command_line.h"
+#include "tools/open.h"
 #include "tools/plc/commands.h"
 #include "tools/plc/map_formats.h"
 #include "tools/taskblock_libraries.h"

@@ -18,6 +18,7 @@
 #include "runtime/sched/statistics.h"
 #include "tools/command_line.h"
 #include "tools/engine.h"
+#include "tools/open.h"
 #include "tools/plc/commands.h"
 #include "tools/statistics.h"
 #include "tools/taskblock_libraries.h"
@@ -38,7 +39,7 @@ struct Sim {
   std::uint64_t cycles = 0;
   std::optional<runtime::ValueStyle> values;
   Stats stats = Stats::kNone;
-  Engine engine = Engine::kInterpreter;
+  Engine engine = Engine::kAuto;
   runtime::ProgramOptions program;
   core::CompileOptions options;
   std::vector<std::string> libraries;
@@ -68,8 +69,6 @@ class ScanTimes final : public runtime::CycleListener {
     }
     print_table(rows, out);
     for (std::size_t i = 0; i < times_.size(); ++i) {
-      const std::string skipped = skipped_text(resource.program(i));
-      if (!skipped.empty()) out << resource.program(i).task().name << ": " << skipped << '\n';
     }
   }
   /// {"tasks": [{"name": .., "engine": .., "scans": .., "min_ns": .., "median_ns": .., "p99_ns": ..}]}, and what
@@ -86,7 +85,6 @@ class ScanTimes final : public runtime::CycleListener {
                                    {"min_ns", h.count() ? h.min_ns() : 0},
                                    {"median_ns", h.percentile_ns(0.5)},
                                    {"p99_ns", h.percentile_ns(0.99)}});
-      for (const auto& [name, count] : skipped_counts(program)) document["tasks"].back()[name] = count;
     }
     // WHY replace: a name that is no UTF-8 must not spoil the document.
     out << document.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << '\n';
@@ -109,18 +107,6 @@ std::vector<std::string> watched_paths(const std::vector<std::string>& patterns,
     }
   }
   return paths;
-}
-
-/// [tasks.NAME] evaluate, by task; nothing when the configuration does not fit the project.
-std::optional<std::vector<runtime::Evaluate>> evaluations(const io::Configuration& configuration,
-                                                          const bytecode::Image& image,
-                                                          core::Diagnostics& diagnostics) {
-  const auto plan =
-      io::plan_tasks(configuration, image, io::every_cpu(), runtime::FaultPolicy::kSafeState, diagnostics);
-  if (!plan) return std::nullopt;
-  std::vector<runtime::Evaluate> evaluate;
-  for (const runtime::TaskPlan& task : *plan) evaluate.push_back(task.evaluate);
-  return evaluate;
 }
 
 int run(const CLI::App& app, const Sim& sim) {
@@ -146,12 +132,13 @@ int run(const CLI::App& app, const Sim& sim) {
   auto loaded = runtime::Resource::load(std::move(*compilation.image), program);
   if (!loaded) return complain(loaded.error()), kExitErrors;
   runtime::Resource& resource = **loaded;
-  const auto evaluate = evaluations(configuration, resource.image(), diagnostics);
+  // Times and processors of the configuration are for the plant; that it is one for this project counts here, too.
+  const bool fits =
+      io::plan_tasks(configuration, resource.image(), io::every_cpu(), runtime::FaultPolicy::kSafeState, diagnostics)
+          .has_value();
   diagnostics.render_with_lines(std::cerr);
-  if (!evaluate) return kExitErrors;
-  if (sim.engine == Engine::kNative) {
-    if (const auto problem = compile_all(resource, *evaluate)) return complain(*problem), kExitErrors;
-  }
+  if (!fits) return kExitErrors;
+  if (const auto problem = prepare_engine(resource, sim.engine, "plc sim")) return complain(*problem), kExitErrors;
   runtime::Simulation simulation(resource);
 
   std::unique_ptr<io::SimulatedDriver> stimulus;
@@ -180,8 +167,6 @@ int run(const CLI::App& app, const Sim& sim) {
   }
   ScanTimes times(resource.task_count());
   if (sim.stats != Stats::kNone) simulation.add_listener(times);
-  std::optional<BackgroundCompiler> compiler;
-  if (sim.engine == Engine::kAuto) compiler.emplace(resource, *evaluate);
 
   const bool until_stimulus_ends = sim.cycles == 0 && stimulus != nullptr;
   const std::uint64_t ran = until_stimulus_ends ? simulation.run_until(stimulus->end_ns() + 1)
@@ -209,9 +194,6 @@ int run(const CLI::App& app, const Sim& sim) {
         return events;
       }(),
       simulation.fault_count(), describe(resource.image().options));
-  if (compiler) {
-    for (const std::string& note : compiler->take_notes()) std::cerr << "plc sim: " << note << '\n';
-  }
   if (sim.stats == Stats::kJson) times.print_json(resource, std::cout);
   if (sim.stats == Stats::kText) {
     times.print(resource, out);
@@ -274,8 +256,7 @@ void add_sim(CLI::App& app, int& exit_code) {
   add_library_option(*command, sim.libraries);
   command
       ->add_option("--config", sim.configuration,
-                   "configuration whose [project] and [taskblocks] libraries the project uses, and whose [tasks.NAME] "
-                   "say with evaluate what native code executes")
+                   "configuration whose [project] and [taskblocks] libraries the project uses")
       ->type_name("plc.toml");
   add_compile_options(*command, sim.options);
   command->callback([&exit_code, command] { exit_code = run(*command, sim); });

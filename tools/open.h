@@ -1,0 +1,18 @@
+// open_or_explain(): what every command that compiles does first.
+//
+// In: a request. Out: a compilation with all its diagnostics on stderr. Does not belong here: compiling (pipeline.h).
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <optional>
+
+#include "tools/command_line.h"
+#include "tools/pipeline.h"
+
+namespace plc::tools {
+
+/// compile() or load with all diagnostics on stderr. Refuses compile options for an image. The exit code when there is
+/// nothing to go on with.
+std::optional<int> open_or_explain(const CLI::App& app, const Request& request, Compilation& compilation);
+
+}  // namespace plc::tools
