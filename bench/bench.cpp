@@ -102,8 +102,7 @@ int main(int argc, char** argv) {
       "  bench/run scan --only arithmetic --only mixed --size 1000 --batches 20\n"
       "                            some rows of it, quickly\n"
       "  bench/run plots           cost of a rung over the number of rungs, into docs/guides/scan_*.svg; five minutes\n"
-      "  bench/run changed         scans that leave out what did not change beside full evaluation\n"
-      "  bench/run load            file to first scan beside xmllint, from there to native code, memory\n"
+      "  bench/run load            file to first scan beside xmllint, memory\n"
       "  bench/run taskblocks      taskblocks and their wires beside plain calls\n"
       "  bench/run compile         100,000 lines of ST to image, 10 MB of garbage to errors\n"
       "  bench/run modbus          100 clients against the Modbus server, beside libmodbus; two minutes\n"
@@ -130,7 +129,6 @@ int main(int argc, char** argv) {
       ->check(
           [](const std::string& name) { return find_workload(name) == nullptr ? "there is no workload " + name : ""; });
   scan->add_option("--size", wanted.sizes, "sizes instead of those of the table")->check(CLI::Range(10u, 1'000'000u));
-  CLI::App* changed = app.add_subcommand("changed", "scans that leave out what did not change");
   PlotPlan plot_plan;
   CLI::App* plots = app.add_subcommand("plots", "cost of a rung over the number of rungs, as SVG files");
   plots->add_option("--only", plot_plan.only, "plain, blocks, arithmetic, mixed")
@@ -159,7 +157,7 @@ int main(int argc, char** argv) {
   CLI::App* check = app.add_subcommand("check", "small programs of every workload, results only");
   CLI::App* limits = app.add_subcommand("limits", "what each figure may be at most, as the table of README.md");
   app.require_subcommand(0, 1);
-  for (CLI::App* command : {scan, changed, plots, load, taskblocks, compile, modbus, coherence, check})
+  for (CLI::App* command : {scan, plots, load, taskblocks, compile, modbus, coherence, check})
     command->fallthrough();
   CLI11_PARSE(app, argc, argv);
   compile_plan.seed = seed;
@@ -171,7 +169,6 @@ int main(int argc, char** argv) {
       print_limits();
     } else if (check->parsed()) {
       verdict.merge(measure_taskblocks({0}));
-      verdict.merge(measure_changed({seed, 500, 200, 0}));
       verdict.merge(measure_compile({seed, 3000, 1, 1, false}));
       verdict.merge(check_scans(seed));
     } else if (plots->parsed()) {
@@ -188,7 +185,6 @@ int main(int argc, char** argv) {
         wanted.plan.batches = batches;
         verdict.merge(scans(wanted));
       }
-      if (everything || changed->parsed()) verdict.merge(measure_changed({seed, 10'000, 1000, batches}));
       if (everything || load->parsed()) {
         std::cout << "Load: project file to the end of the first scan, against xmllint --noout, interleaved\n";
         verdict.merge(measure_load({seed, repetitions}));

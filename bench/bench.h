@@ -78,21 +78,12 @@ struct PlotPlan {
 /// measure_scan() over many sizes of the drawn workloads, as curves, with the ends of this machine's caches.
 Verdict plot_scans(const PlotPlan& plan);
 
-struct ChangedPlan {
-  std::uint64_t seed = 1;
-  std::uint32_t rungs = 10'000;
-  std::uint32_t scans = 1000;   ///< checked scans of each kind
-  std::uint32_t batches = 200;  ///< timed ones of each side, interleaved; 0 = check only
-};
-/// evaluate = "changed" against full evaluation, both native: nothing, one input and all inputs changing per scan.
-Verdict measure_changed(const ChangedPlan& plan);
-
 struct LoadPlan {
   std::uint64_t seed = 1;
   std::uint32_t repetitions = 7;
 };
-/// From file to the end of the first scan (`plc sim --cycles 1`) against `xmllint --noout` on the same file; from there
-/// to native code (`plc-run`), and resident memory then. Up to 100,000 rungs.
+/// From file to the end of the first scan (`plc sim --cycles 1`) against `xmllint --noout` on the same file, and resident
+/// memory then. Up to 100,000 rungs.
 Verdict measure_load(const LoadPlan& plan);
 
 struct TaskblockPlan {

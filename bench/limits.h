@@ -26,23 +26,12 @@ inline constexpr Limit kDrawnNative{
     kBarrierC};
 inline constexpr Limit kLoopNative{2, "times", "native code of loops in ST",
                                    "C, `gcc -O2` with a barrier after each sample, byte, row .."};
-inline constexpr Limit kPlainInterpreter{2, "times", "interpreter on plain ladders (`plain`)", kBarrierC};
-inline constexpr Limit kNestedInterpreter{3, "times", "interpreter on nested ladders (`nested`)", kBarrierC};
-inline constexpr Limit kInterpreter{6, "times", "interpreter on everything else", "the same C"};
-
-// Scans that leave out what did not change.
-inline constexpr Limit kOneInput{
-    0.1, "times", "scan with `evaluate = \"changed\"` at 10,000 plain rungs, one input changing per scan",
-    "the same with `\"all\"`, native code"};
-inline constexpr Limit kAllInputs{1.15, "times", "the same, all inputs changing per scan",
-                                  "the same with `\"all\"`, native code"};
+inline constexpr Limit kInterpreter{6, "times", "interpreter on all of these but loops, taskblocks and exchange too",
+                                    "the same C"};
 
 // Load.
-inline constexpr Limit kFirstScan{3, "times", "`plc sim --cycles 1` at 10,000 plain rungs (24 MB of XML)",
+inline constexpr Limit kFirstScan{1, "times", "`plc sim --cycles 1` at 10,000 plain rungs (24 MB of XML)",
                                   "`xmllint --noout` on the same file"};
-inline constexpr Limit kNativeSince{
-    0.5, "s for each 10,000 rungs",
-    "`plc-run` at 10,000 and 100,000 plain rungs: native code runs after the first scan", ""};
 inline constexpr Limit kResident{2, "kB a rung",
                                  "resident memory with 10,000 and 100,000 plain rungs loaded and compiled", ""};
 inline constexpr Limit kPeak{200, "MB", "peak memory of loading 10,000 plain rungs", ""};
@@ -76,10 +65,9 @@ inline constexpr Limit kExchange{
 
 /// All of them, in the order of the table.
 inline constexpr const Limit* kAll[] = {
-    &kLadderNative, &kLadderNotSlower, &kDrawnNative,       &kLoopNative,     &kPlainInterpreter, &kNestedInterpreter,
-    &kInterpreter,  &kOneInput,        &kAllInputs,         &kFirstScan,      &kNativeSince,      &kResident,
-    &kPeak,         &kMarginalLoad,    &kTaskblockCall,     &kTaskblockWires, &kCompile,          &kCompilePeak,
-    &kRefuse,       &kRequests,        &kScanBesideClients, &kGrowth,         &kExchange};
+    &kLadderNative, &kLadderNotSlower,   &kDrawnNative,   &kLoopNative,     &kInterpreter, &kFirstScan,   &kResident,
+    &kPeak,         &kMarginalLoad,      &kTaskblockCall, &kTaskblockWires, &kCompile,     &kCompilePeak, &kRefuse,
+    &kRequests,     &kScanBesideClients, &kGrowth,        &kExchange};
 
 }  // namespace limit
 }  // namespace plc::bench

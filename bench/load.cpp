@@ -1,5 +1,4 @@
-// From project file to the end of the first scan, against xmllint on the same file; when native code runs; memory of
-// large projects.
+// From project file to the end of the first scan, against xmllint on the same file; memory of large projects.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -22,14 +21,6 @@ double resident_mb(const std::string& output) {
   if (end == std::string::npos) return 0;
   const std::size_t begin = output.rfind(' ', end - 1);
   return std::stod(output.substr(begin + 1, end - begin - 1));
-}
-
-/// What `plc-run --stats=json` says of its first task, or nothing when the interpreter still ran at the end.
-std::optional<double> native_since_s(const std::string& output) {
-  const std::string name = "\"native_since_ns\":";
-  const std::size_t at = output.find(name);
-  if (at == std::string::npos) return std::nullopt;
-  return std::stod(output.substr(at + name.size())) / 1e9;
 }
 
 struct Size {
@@ -76,30 +67,19 @@ void print(const Size& size) {
   std::cout << '\n';
 }
 
-/// The interpreter scans at once; how much later native code does, and what is resident then.
-Verdict measure_native(const Size& size) {
+/// What is resident once a program runs as native code.
+Verdict measure_resident(const Size& size) {
   constexpr int kRuns = 3;
   Verdict verdict;
-  const double tens = size.rungs / 10'000.0;
-  const double longest_s = limit::kNativeSince.most * tens + 0.5;
-  std::vector<double> since_s, resident_kb;
+  std::vector<double> resident_kb;
   for (int i = 0; i < kRuns; ++i) {
-    const Cost live = run({PLC_RUN_TOOL, size.path, "--engine", "auto", "--modbus", "off", "--stats=json", "--duration",
-                           fmt::format("{:.0f}ms", longest_s * 1e3)},
-                          true);
     const Cost sim = run({PLC_TOOL, "sim", size.path, "--engine", "native", "--cycles", "1", "--stats"});
-    verdict.correct = verdict.correct && live.ok && sim.ok;
-    since_s.push_back(native_since_s(live.output).value_or(longest_s));
+    verdict.correct = verdict.correct && sim.ok;
     resident_kb.push_back(resident_mb(sim.output) * 1024 / size.rungs);
   }
-  if (!verdict.correct) std::cerr << fmt::format("plc-run or plc sim {} failed\n", size.path);
-  std::cout << fmt::format(
-      "{:>7} rungs plain: native code {:.2f} s after the first scan, {:.2f} s for each 10,000 rungs, {}; resident "
-      "{:.2f} "
-      "kB a rung, {}\n",
-      size.rungs, median(since_s), median(since_s) / tens,
-      limit_text(median(since_s) / tens, limit::kNativeSince, verdict), median(resident_kb),
-      limit_text(median(resident_kb), limit::kResident, verdict));
+  if (!verdict.correct) std::cerr << fmt::format("plc sim {} failed\n", size.path);
+  std::cout << fmt::format("{:>7} rungs plain: resident {:.2f} kB a rung, {}\n", size.rungs, median(resident_kb),
+                           limit_text(median(resident_kb), limit::kResident, verdict));
   return verdict;
 }
 
@@ -119,7 +99,7 @@ Verdict measure_load(const LoadPlan& plan) {
                            limit_text(median(middle.ratios), limit::kFirstScan, verdict), middle.peak_mb,
                            limit_text(middle.peak_mb, limit::kPeak, verdict));
   if (!verdict.correct) return verdict;
-  verdict.merge(measure_native(middle));
+  verdict.merge(measure_resident(middle));
 
   Size large = make_size(100'000, plan.seed, scratch);
   // WHY processor time: the sizes take from milliseconds to seconds, so that other work on the machine would hit them
@@ -135,7 +115,7 @@ Verdict measure_load(const LoadPlan& plan) {
   print(large);
   std::cout << fmt::format("  marginal cost 10k..100k to 1k..10k {:.2f}, {}\n", marginal,
                            limit_text(marginal, limit::kMarginalLoad, verdict));
-  verdict.merge(measure_native(large));
+  verdict.merge(measure_resident(large));
   return verdict;
 }
 

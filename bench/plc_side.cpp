@@ -74,7 +74,7 @@ std::unique_ptr<Side> make_plc_side(const bytecode::VerifiedImage& image, const 
     return nullptr;
   }
   auto side = std::make_unique<PlcSide>(std::move(*loaded), engine);
-  if (engine != Engine::kInterpreter && !side->compile({.changed = engine == Engine::kNativeChanged})) return nullptr;
+  if (engine != Engine::kInterpreter && !side->compile({})) return nullptr;
   return side->find(source) ? std::move(side) : nullptr;
 }
 

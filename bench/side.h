@@ -30,7 +30,7 @@ class Side {
   Footprint footprint_;
 };
 
-enum class Engine : std::uint8_t { kInterpreter, kNative, kNativeChanged };
+enum class Engine : std::uint8_t { kInterpreter, kNative };
 
 /// Each of them is null when that cannot be made; why is on stderr. The C side needs the image for its taskblocks only.
 std::unique_ptr<Side> make_c_side(const bytecode::VerifiedImage& image, const Source& source, bool barriers);

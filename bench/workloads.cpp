@@ -17,7 +17,7 @@ Source drawn(std::uint32_t size, std::uint64_t seed) {
 std::span<const Workload> workloads() {
   using namespace limit;
   constexpr ScanLimits kDrawn{&kInterpreter, &kDrawnNative, nullptr};
-  constexpr ScanLimits kLoop{&kInterpreter, &kLoopNative, nullptr};
+  constexpr ScanLimits kLoop{nullptr, &kLoopNative, nullptr};
   constexpr ScanLimits kOther{&kInterpreter, nullptr, nullptr};
   static const std::vector<Workload> all = {
       {"plain",
@@ -26,14 +26,8 @@ std::span<const Workload> workloads() {
        {100, 1'000, 10'000, 100'000},
        200,
        true,
-       {&kPlainInterpreter, &kLadderNative, &kLadderNotSlower}},
-      {"nested",
-       "rung",
-       &drawn<Kind::kNested>,
-       {1'000, 10'000},
-       100,
-       true,
-       {&kNestedInterpreter, &kDrawnNative, nullptr}},
+       {&kInterpreter, &kLadderNative, &kLadderNotSlower}},
+      {"nested", "rung", &drawn<Kind::kNested>, {1'000, 10'000}, 100, true, {&kInterpreter, &kDrawnNative, nullptr}},
       {"blocks", "rung", &drawn<Kind::kBlocks>, {100, 1'000, 10'000}, 100, true, kDrawn},
       {"arithmetic", "chain", &drawn<Kind::kArithmetic>, {100, 1'000, 10'000}, 100, true, kDrawn},
       {"mixed", "rung", &drawn<Kind::kMixed>, {100, 1'000, 10'000}, 100, true, kDrawn},

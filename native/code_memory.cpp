@@ -25,6 +25,24 @@ int make_file() {
   return ::memfd_create("picard-code", MFD_CLOEXEC);
 }
 
+/// The file as executable pages. The system takes an address as a wish: the first ones are below and above what the
+/// code works on, in steps of what programs and their memory usually leave between each other.
+void* map_near(int file, std::size_t bytes, std::uintptr_t near) {
+  constexpr std::uintptr_t kStep = std::uintptr_t{64} << 20, kReach = std::uintptr_t{1} << 30, kPage = 4096;
+  const auto map = [&](std::uintptr_t wish) {
+    return ::mmap(reinterpret_cast<void*>(wish), bytes, PROT_READ | PROT_EXEC, MAP_SHARED | MAP_POPULATE, file, 0);
+  };
+  const std::uintptr_t page = near & ~(kPage - 1);
+  for (std::uintptr_t away = kStep; away < kReach && bytes < kStep; away += kStep) {
+    for (const std::uintptr_t wish : {page - away, page + away}) {
+      void* const at = map(wish);
+      if (at == MAP_FAILED || reinterpret_cast<std::uintptr_t>(at) == wish) return at;
+      ::munmap(at, bytes);
+    }
+  }
+  return map(0);
+}
+
 }  // namespace
 
 CodeMemory::~CodeMemory() {
@@ -38,7 +56,8 @@ CodeMemory& CodeMemory::operator=(CodeMemory&& other) noexcept {
   return *this;
 }
 
-core::Result<CodeMemory> CodeMemory::make(std::span<const std::byte> code) {
+core::Result<CodeMemory> CodeMemory::make(std::size_t bytes, const void* near,
+                                          const std::function<void(std::span<std::byte>, std::uint64_t)>& write) {
   const int file = make_file();
   if (file < 0) return refused("memfd_create");
   const auto give_up = [&](const char* call) {
@@ -46,17 +65,20 @@ core::Result<CodeMemory> CodeMemory::make(std::span<const std::byte> code) {
     ::close(file);
     return problem;
   };
-  if (::ftruncate(file, static_cast<off_t>(code.size())) != 0) return give_up("ftruncate");
-  void* const writable = ::mmap(nullptr, code.size(), PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
+  if (::ftruncate(file, static_cast<off_t>(bytes)) != 0) return give_up("ftruncate");
+  void* const writable = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
   if (writable == MAP_FAILED) return give_up("mmap");
-  std::memcpy(writable, code.data(), code.size());
-  ::munmap(writable, code.size());
-  void* const at = ::mmap(nullptr, code.size(), PROT_READ | PROT_EXEC, MAP_SHARED | MAP_POPULATE, file, 0);
-  if (at == MAP_FAILED) return give_up("mmap of executable pages");
+  void* const at = map_near(file, bytes, reinterpret_cast<std::uintptr_t>(near));
+  if (at == MAP_FAILED) {
+    ::munmap(writable, bytes);
+    return give_up("mmap of executable pages");
+  }
+  write({static_cast<std::byte*>(writable), bytes}, reinterpret_cast<std::uintptr_t>(at));
+  ::munmap(writable, bytes);
   ::close(file);
   // Written through other addresses: processors whose caches of instructions do not look must be told.
-  __builtin___clear_cache(static_cast<char*>(at), static_cast<char*>(at) + code.size());
-  return CodeMemory(static_cast<std::byte*>(at), code.size());
+  __builtin___clear_cache(static_cast<char*>(at), static_cast<char*>(at) + bytes);
+  return CodeMemory(static_cast<std::byte*>(at), bytes);
 }
 
 }  // namespace plc::native

@@ -10,12 +10,12 @@
 #include <utility>
 
 #include "bytecode/image.h"
-#include "native/changed_plan.h"
 #include "native/choice.h"
 #include "native/helpers.h"
 #include "native/library_rows.h"
 #include "native/loop_facts.h"
 #include "native/loops.h"
+#include "native/naming.h"
 #include "native/records.h"
 #include "native/short_lived.h"
 #include "native/translate.h"
@@ -45,30 +45,24 @@ std::size_t most_records_as_code() {
 
 class TaskCompiler {
  public:
-  /// `plan` and `tracker` are null when each scan executes everything.
-  TaskCompiler(const LinkedCode& linked, const Memory& memory, const ChangedPlan* plan,
-               std::unique_ptr<ChangeTracker> tracker)
+  TaskCompiler(const LinkedCode& linked, const Memory& memory)
       : linked_(linked),
-        plan_(plan),
-        tracker_(std::move(tracker)),
+        table_(memory.table),
         s_(memory),
         words_(linked.data(), linked.data() + linked.words.size() / sizeof(std::uint32_t)),
         marks_(linked.marks) {}
 
-  void compile(const CompileOptions& options) {
+  void compile(const CompileOptions& options, Naming naming) {
     s_.baseline = options.baseline;
+    s_.from_code = naming == Naming::kFromCode;
     records_as_data_ = records() > options.most_records_as_code.value_or(most_records_as_code());
     for (const LinkedBody& body : linked_.bodies) entries_.emplace(body.entry, s_.label());
-    if (!records_as_data_) {
-      if (const auto begin = most_named()) s_.expect_most_at(*begin);
-    }
     entry();
     for (std::size_t b = 0; b < linked_.bodies.size(); ++b) {
       const std::size_t begin = s_.size();
       body(linked_.bodies[b], linked_.instructions_of(b));
       report_.bodies.push_back({linked_.bodies[b].pou, s_.size() - begin});
     }
-    if (plan_ != nullptr) write_groups();
     s_.write_data();
     report_.code_bytes = s_.size();
   }
@@ -83,53 +77,25 @@ class TaskCompiler {
   }
 
   [[nodiscard]] const std::string& problem() const { return s_.problem(); }
-  std::vector<std::byte> code() { return s_.finish(); }
+  /// Executable memory with the code. Nothing when variables are named by their distance from it and are too far.
+  core::Result<std::optional<CodeMemory>> write() {
+    bool reached = true;
+    auto memory = CodeMemory::make(s_.finish(), table_,
+                                   [&](std::span<std::byte> to, std::uint64_t at) { reached = s_.write(to, at); });
+    if (!memory) return memory.error();
+    return reached ? std::optional(std::move(*memory)) : std::nullopt;
+  }
   std::unique_ptr<NativeTask> task(CodeMemory memory) {
-    if (tracker_) tell_places(memory.data());
-    return std::make_unique<NativeTask>(std::move(memory), std::move(words_), std::move(marks_), std::move(tracker_),
-                                        std::move(report_));
+    return std::make_unique<NativeTask>(std::move(memory), std::move(words_), std::move(marks_), std::move(report_));
   }
 
  private:
-  /// Where the bytes begin that boolean logic names most often, if there is any.
-  [[nodiscard]] std::optional<std::uint32_t> most_named() const {
-    std::vector<std::uint32_t> operands;
-    for (std::size_t b = 0; b < linked_.bodies.size(); ++b) {
-      if (linked_.bodies[b].addressing == Addressing::kRelative) continue;
-      for (const LinkedInstruction& instruction : linked_.instructions_of(b)) {
-        const Instruction i = instruction_of(instruction);
-        if (!is_boolean_run(i.operation.form)) continue;
-        for (std::uint32_t n = 0; n < i.words[1]; ++n) {
-          const Record record = record_at(i, linked_.data(), n);
-          operands.insert(operands.end(), record.in.begin(), record.in.begin() + record.inputs);
-          operands.push_back(record.out);
-        }
-      }
-    }
-    std::sort(operands.begin(), operands.end());
-    std::size_t best = 0, most = 0;
-    for (std::size_t first = 0, last = 0; first < operands.size(); ++first) {
-      while (last < operands.size() && operands[last] - operands[first] < Emitter::kMostNamed) ++last;
-      if (last - first > most) {
-        most = last - first;
-        best = first;
-      }
-    }
-    return operands.empty() ? std::nullopt : std::optional(operands[best]);
-  }
-
   /// What C++ calls: bool (Machine&).
   void entry() {
     const bool loops = std::any_of(linked_.instructions.begin(), linked_.instructions.end(),
                                    [](const LinkedInstruction& i) { return i.op == runtime::ResolvedOp::kLoopJump; });
     s_.begin_entry(loops);
-    if (tracker_) call_tracker(&begin_changed);
     s_.call_body(entries_.at(linked_.entry));
-    if (tracker_) {
-      s_.pass_result(2);
-      s_.pass_machine(1);
-      call_tracker(&end_changed);
-    }
     s_.end_entry(loops);
   }
 
@@ -143,13 +109,11 @@ class TaskCompiler {
       counts_events = counts_events || operation_of(instruction.op).form == Form::kEno;
       expect_target(instruction);
     }
-    // Leaving groups out and keeping variables in registers do not go together.
     std::vector<Loop> loops;
-    if (Assembly::kKeepsLoops && plan_ == nullptr) loops = find_loops(linked_.data(), instructions);
+    if (Assembly::kKeepsLoops) loops = find_loops(linked_.data(), instructions);
     auto loop = loops.cbegin();
-    // What a group leaves behind may be looked at when the one that would overwrite it is left out.
     ShortLived short_lived(instructions.size());
-    if (plan_ == nullptr && !s_.relative) short_lived = find_short_lived(linked_, footprints_, instructions);
+    if (!s_.relative) short_lived = find_short_lived(linked_, instructions);
     // Loops keep theirs in registers.
     for (const Loop& l : loops) std::fill_n(short_lived.begin() + l.first, l.last + 1 - l.first, std::nullopt);
     failed_ = s_.label();
@@ -158,12 +122,6 @@ class TaskCompiler {
     for (std::size_t i = 0; i < instructions.size();) {
       land_at(instructions[i]);
       s_.leave_out(short_lived[i]);
-      const ChangedPlan::Stretch* const stretch = plan_ != nullptr ? plan_->stretch_at(body.first + i) : nullptr;
-      if (stretch != nullptr) {
-        run_stretch(*stretch);
-        i = stretch->end - body.first;
-        continue;
-      }
       if (loop != loops.cend() && loop->first == i) {
         i = write_loop(*loop++, instructions);
         continue;
@@ -175,14 +133,11 @@ class TaskCompiler {
         continue;
       }
       const std::size_t next = next_of(instructions, i);
-      const ChangedPlan::Outside outside = outside_of(body.first + i, body.first + next);
-      if (outside.effect == ChangedPlan::Outside::Effect::kAnywhere) call_tracker(&expect_changes);
       if (is_interpreted(instructions[i])) {
         interpret(body, instructions, i, next);
       } else {
         translate(instructions[i]);
       }
-      if (outside.effect == ChangedPlan::Outside::Effect::kList) settle(outside.list);
       i = next;
       if (!short_lived[i - 1]) s_.keep_asides_near();
     }
@@ -197,7 +152,7 @@ class TaskCompiler {
   /// Whether instruction `i` calls a body and nothing follows it.
   [[nodiscard]] bool ends_with_body(std::span<const LinkedInstruction> instructions, std::size_t i) const {
     const auto form = [&](std::size_t n) { return operation_of(instructions[n].op).form; };
-    return plan_ == nullptr && form(i) == Form::kCallFixed && form(i + 1) == Form::kReturn;
+    return form(i) == Form::kCallFixed && form(i + 1) == Form::kReturn;
   }
 
   // ---- loops (loops.h)
@@ -354,106 +309,6 @@ class TaskCompiler {
     return exit->second;
   }
 
-  // ---- scans that leave groups out (change_tracker.h)
-
-  /// With what else it takes in arguments 1 and 2.
-  template <class Result, class... Arguments>
-  void call_tracker(Result (*function)(ChangeTracker&, Arguments...) noexcept) {
-    s_.pass(0, reinterpret_cast<std::uint64_t>(tracker_.get()));
-    s_.call(function);
-  }
-
-  /// Groups: the dirty ones, by the tracker, or the straight code of all, from one of the chunks on.
-  void run_stretch(const ChangedPlan::Stretch& stretch) {
-    const std::size_t first = chunks_.size();
-    for (std::size_t c = 0; c < stretch.chunks.size(); ++c) chunks_.push_back(s_.label());
-    s_.jump_if_set(tracker_->whole(), chunks_[first]);
-    s_.pass(2, stretch.number);
-    s_.pass_machine(1);
-    call_tracker(&run_changed);
-    s_.jump_to_result();
-    for (std::size_t c = 0; c < stretch.chunks.size(); ++c) {
-      s_.land(chunks_[first + c]);
-      for (const ChangedPlan::Piece& piece : stretch.chunks[c]) {
-        const LinkedInstruction& instruction = linked_.instructions[piece.instruction];
-        if (piece.first_record == 0 && piece.instruction != stretch.begin) land_at(instruction);
-        if (piece.records != 0) {
-          translate_some(instruction, piece.first_record, piece.records);
-        } else {
-          translate(instruction);
-        }
-        s_.keep_asides_near();
-      }
-    }
-    exits_.push_back(s_.label());
-    s_.land(exits_.back());
-  }
-  /// Some records of a boolean run, as a run of their own.
-  void translate_some(const LinkedInstruction& instruction, std::uint32_t first, std::uint32_t count) {
-    const Operation operation = operation_of(instruction.op);
-    if (records_as_data_) return call_records(instruction.position, operation.form, first, count);
-    const std::uint32_t* const w = linked_.data() + instruction.position;
-    std::vector<std::uint32_t> words = {w[0], count};
-    if (operation.form == Form::kGeneralRecords) {
-      const std::uint32_t* const records = w + 2 + std::size_t{first} * runtime::kGeneralRecordWords;
-      words.insert(words.end(), records, records + std::size_t{count} * runtime::kGeneralRecordWords);
-    } else {
-      words.insert(words.end(), {w[2], w[3] + first * runtime::kShortRecordWords});
-    }
-    translate_records(s_, {words.data(), instruction.position, operation}, linked_.data(), expressions_);
-  }
-
-  /// What instructions outside of groups, [first, end), do to groups.
-  [[nodiscard]] ChangedPlan::Outside outside_of(std::size_t first, std::size_t end) const {
-    using Outside = ChangedPlan::Outside;
-    if (plan_ == nullptr) return {};
-    if (end == first + 1) return plan_->outside(first);
-    for (std::size_t i = first; i < end; ++i) {
-      if (plan_->outside(i).effect != Outside::Effect::kNone) return {Outside::Effect::kAnywhere, 0};
-    }
-    return {};
-  }
-  /// The instruction in front wrote what list `list` says.
-  void settle(std::uint32_t list) {
-    const asmjit::Label whole = s_.label();
-    s_.jump_if_set(tracker_->whole(), whole);
-    s_.pass(1, list);
-    call_tracker(&settle_changed);
-    s_.land(whole);
-  }
-
-  /// Groups that are code once more, as functions: bool (Machine&).
-  void write_groups() {
-    s_.relative = false;
-    for (const ChangedPlan::CodeGroup& group : plan_->code_groups()) {
-      targets_.clear();
-      for (std::size_t i = group.begin; i < group.end; ++i) expect_target(linked_.instructions[i]);
-      const asmjit::Label body = s_.label();
-      groups_.push_back(s_.label());
-      s_.land(groups_.back());
-      s_.begin_entry(false);
-      s_.call_body(body);
-      s_.end_entry(false);
-      s_.land(body);
-      s_.begin_body(group.counts_events);
-      for (std::size_t i = group.begin; i < group.end; ++i) {
-        land_at(linked_.instructions[i]);
-        translate(linked_.instructions[i]);
-      }
-      // A RETURN at least lies behind it.
-      land_at(linked_.instructions[group.end]);
-      s_.leave_body(true);
-      s_.write_asides();
-    }
-  }
-  /// Where all of it lies.
-  void tell_places(const std::byte* code) {
-    ChangeTables& tables = tracker_->tables;
-    for (const asmjit::Label& chunk : chunks_) tables.entries.push_back(code + s_.offset_of(chunk));
-    for (std::size_t i = 0; i < exits_.size(); ++i) tables.stretches[i].exit = code + s_.offset_of(exits_[i]);
-    for (std::size_t i = 0; i < groups_.size(); ++i) tables.codes[i].entry = code + s_.offset_of(groups_[i]);
-  }
-
   // ---- instructions
 
   void land_at(const LinkedInstruction& instruction) {
@@ -506,7 +361,7 @@ class TaskCompiler {
   /// still is when the block runs.
   [[nodiscard]] bool leads_to_block(std::span<const LinkedInstruction> between, const LinkedInstruction& next,
                                     const Instruction& instruction) const {
-    if (plan_ != nullptr || loop_ || targets_.contains(next.position)) return false;
+    if (loop_ || targets_.contains(next.position)) return false;
     return std::all_of(between.begin(), between.end(), [&](const LinkedInstruction& i) {
       const Operation operation = operation_of(i.op);
       const std::uint32_t* const words = linked_.data() + i.position;
@@ -539,7 +394,7 @@ class TaskCompiler {
       case Form::kShortRecords4:
       case Form::kShortRecords5:
       case Form::kGeneralRecords:
-        if (records_as_data_ && !s_.relative) return call_records(i.position, i.operation.form, 0, w[1]);
+        if (records_as_data_ && !s_.relative) return call_records(i.position, i.operation.form, w[1]);
         return translate_records(s_, i, linked_.data(), expressions_);
       case Form::kRunBlock:
         if (translate_block(s_, runtime::load_pointer<stdlib::Step>(w + 1), w[3])) return;
@@ -579,12 +434,10 @@ class TaskCompiler {
 
   /// Records of a boolean run in the program, which outlives its native code. Words: count, then the window and the
   /// position of short records, or general records.
-  void call_records(std::uint32_t position, Form form, std::uint32_t first, std::uint32_t count) {
+  void call_records(std::uint32_t position, Form form, std::uint32_t count) {
     const std::uint32_t* const w = linked_.data() + position;
     const bool general = form == Form::kGeneralRecords;
-    const std::uint32_t* const records = general
-                                             ? w + 2 + std::size_t{first} * runtime::kGeneralRecordWords
-                                             : linked_.data() + w[3] + std::size_t{first} * runtime::kShortRecordWords;
+    const std::uint32_t* const records = general ? w + 2 : linked_.data() + w[3];
     s_.pass(2, count);
     s_.pass(1, reinterpret_cast<std::uint64_t>(records));
     s_.pass_address(0, general ? 0 : w[2]);
@@ -688,9 +541,7 @@ class TaskCompiler {
   }
 
   const LinkedCode& linked_;
-  Footprints footprints_{linked_};
-  const ChangedPlan* plan_;
-  std::unique_ptr<ChangeTracker> tracker_;
+  const std::byte* table_;
   Assembly s_;
   std::vector<std::uint32_t> words_;
   std::vector<runtime::CodeMark> marks_;
@@ -704,9 +555,6 @@ class TaskCompiler {
   std::optional<LoopCode> loop_;                       ///< that is being written
   asmjit::Label failed_;                               ///< of this body: the scan is over
   bool records_as_data_ = false;                       ///< boolean logic is not made code
-  std::vector<asmjit::Label> chunks_;                  ///< by chunk: its straight code
-  std::vector<asmjit::Label> exits_;                   ///< of stretches
-  std::vector<asmjit::Label> groups_;                  ///< that are code
   CompileReport report_;
 };
 
@@ -714,23 +562,19 @@ class TaskCompiler {
 
 core::Result<std::unique_ptr<NativeTask>> compile(runtime::Program& program, const CompileOptions& options) {
   const LinkedCode& linked = program.linked();
-  const std::span<std::byte> table(program.table().data(), program.table().layout().total);
-  std::unique_ptr<ChangedPlan> plan;
-  std::unique_ptr<ChangeTracker> tracker;
-  if (options.changed) {
-    plan = std::make_unique<ChangedPlan>(linked, program.table().layout());
-    tracker = std::make_unique<ChangeTracker>(table, plan->take_tables(), options.patience, options.baseline);
-  }
   const runtime::TaskLayout& layout = program.table().layout();
-  TaskCompiler compiler(linked, {table.data(), layout.constants, layout.instance}, plan.get(), std::move(tracker));
-  compiler.compile(options);
-  const std::vector<std::byte> code = compiler.code();
-  if (!compiler.problem().empty()) {
-    return core::Problem{core::Code::P9001, "native code could not be made: " + compiler.problem(), {}};
+  const Naming wanted = options.naming.value_or(names_from_code() ? Naming::kFromCode : Naming::kFromRegister);
+  for (const Naming naming : {wanted, Naming::kFromRegister}) {
+    TaskCompiler compiler(linked, {program.table().data(), layout.constants, layout.instance});
+    compiler.compile(options, naming);
+    auto memory = compiler.write();
+    if (!compiler.problem().empty()) {
+      return core::Problem{core::Code::P9001, "native code could not be made: " + compiler.problem(), {}};
+    }
+    if (!memory) return memory.error();
+    if (*memory) return compiler.task(std::move(**memory));
   }
-  auto memory = CodeMemory::make(code);
-  if (!memory) return memory.error();
-  return compiler.task(std::move(*memory));
+  return core::Problem{core::Code::P9001, "native code could not be made: the table is out of reach", {}};
 }
 
 }  // namespace plc::native

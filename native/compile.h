@@ -15,12 +15,10 @@
 #include <vector>
 
 #include "core/result.h"
-#include "native/change_tracker.h"
 #include "native/code_memory.h"
 #include "native/operation.h"
 #include "runtime/compiled_task.h"
 #include "runtime/program.h"
-#include "runtime/sched/task_plan.h"
 
 namespace plc::native {
 
@@ -39,9 +37,8 @@ class NativeTask final : public runtime::CompiledTask {
  public:
   /// The code begins with what a scan calls.
   NativeTask(CodeMemory memory, std::vector<std::uint32_t> words, std::vector<runtime::CodeMark> code_marks,
-             std::unique_ptr<ChangeTracker> tracker, CompileReport report)
+             CompileReport report)
       : memory_(std::move(memory)),
-        tracker_(std::move(tracker)),
         words_(std::move(words)),
         marks_(std::move(code_marks)),
         report_(std::move(report)) {
@@ -50,19 +47,16 @@ class NativeTask final : public runtime::CompiledTask {
     marks = marks_;
   }
   [[nodiscard]] const CompileReport& report() const { return report_; }
-  [[nodiscard]] const runtime::SkipCounts* skipped() const noexcept override {
-    return tracker_ ? &tracker_->counts() : nullptr;
-  }
 
  private:
   CodeMemory memory_;
-  std::unique_ptr<ChangeTracker> tracker_;  ///< null when each scan executes everything
   std::vector<std::uint32_t> words_;
   std::vector<runtime::CodeMark> marks_;
   CompileReport report_;
 };
 
-inline constexpr auto kPatience = static_cast<std::uint32_t>(100 * runtime::kChangedShare);
+/// How variables of the table are named.
+enum class Naming : std::uint8_t { kFromRegister, kFromCode };
 
 struct CompileOptions {
   /// Boolean logic of more look-up records than this is not made code; nothing = as many as this processor's second
@@ -70,11 +64,8 @@ struct CompileOptions {
   std::optional<std::size_t> most_records_as_code = std::nullopt;
   /// No instructions but those that every processor of this kind has.
   bool baseline = false;
-  /// Scans leave out what would change nothing, because none of its inputs changed (docs/adr/0022).
-  bool changed = false;
-  /// Most that finding and running changed parts one by one may take before the rest of a scan runs as a whole; in
-  /// percent of a whole scan.
-  std::uint32_t patience = kPatience;
+  /// Nothing = what this processor runs faster (naming.h). kFromCode is a wish: the table may be out of reach.
+  std::optional<Naming> naming = std::nullopt;
 };
 
 /// Compiles a task. P9001 when the system gives no executable memory, or there is no code generator for this processor.

@@ -75,16 +75,16 @@ void Emitter::write_data() {
   }
 }
 
-std::vector<std::byte> Emitter::finish() {
+std::size_t Emitter::finish() {
   code_.flatten();
   code_.resolveUnresolvedLinks();
-  // No reference is absolute.
-  if (code_.hasRelocEntries()) refuse("the code does not run at any address");
-  std::vector<std::byte> bytes(code_.codeSize());
-  code_.copyFlattenedData(bytes.data(), bytes.size());
-  return bytes;
+  return code_.codeSize();
 }
 
-std::size_t Emitter::offset_of(const asmjit::Label& label) const { return code_.labelOffset(label); }
+bool Emitter::write(std::span<std::byte> to, std::uint64_t address) {
+  if (code_.relocateToBase(address) == asmjit::kErrorRelocOffsetOutOfRange) return false;
+  code_.copyFlattenedData(to.data(), to.size());
+  return true;
+}
 
 }  // namespace plc::native

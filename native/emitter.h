@@ -1,7 +1,7 @@
 // Emitter: code of one task while it is written, as far as it is alike on all processors: labels, the value stored
 // last, code out of the way, words behind the code, and the control between instructions and bodies.
 //
-// In: what the compiler (compile.cpp) wants done. Out: bytes that run at any address. Each processor has an Assembly,
+// In: what the compiler (compile.cpp) wants done. Out: bytes. Each processor has an Assembly,
 // which is an Emitter with the operands, registers and instructions that its translators use (x86_64/, aarch64/).
 // Does not belong here: what instructions of resolved code mean.
 #pragma once
@@ -38,6 +38,8 @@ class Emitter : private asmjit::ErrorHandler {
   bool relative = false;
   /// No instructions but those that every processor of this kind has.
   bool baseline = false;
+  /// Variables are named by their distance from the code, on processors that can (x86-64).
+  bool from_code = false;
 
   /// The value of an operand of 1 to 8 bytes that nobody ever writes, zero-extended.
   [[nodiscard]] std::optional<std::uint64_t> constant(std::uint32_t operand, unsigned bytes) const;
@@ -93,11 +95,6 @@ class Emitter : private asmjit::ErrorHandler {
   /// The loop's code ends here.
   void end_loop() { kept_.reset(); }
 
-  /// The kMostNamed bytes of the table from this one on are named most often: shorter, if the processor can. Before the
-  /// first body.
-  virtual void expect_most_at(std::uint32_t /*begin*/) {}
-  static constexpr std::uint32_t kMostNamed = 256;
-
   // ---- bodies: bool (); in relative ones the instance is in argument 0
   /// The function that C++ calls, bool (Machine&): everything until end_entry(). `loops`: some
   /// body enters loops.
@@ -125,10 +122,6 @@ class Emitter : private asmjit::ErrorHandler {
   virtual void jump_if(std::uint32_t operand, bool value, const asmjit::Label& target) = 0;
   /// Jumps if the function called last returned `value`.
   virtual void jump_if_result(bool value, const asmjit::Label& target) = 0;
-  /// Jumps if a byte that C++ writes is not 0; `target` is near.
-  virtual void jump_if_set(const std::uint8_t& flag, const asmjit::Label& target) = 0;
-  /// Jumps to the address that the function called last returned.
-  virtual void jump_to_result() = 0;
   /// To `head`, and takes one from the loop budget; to `over`, and nothing is taken, when there is none. Notes the
   /// place, if not in every round. `follows`: the code at `head` comes next.
   virtual void loop_back(std::uint32_t position, const asmjit::Label& head, const asmjit::Label& over,
@@ -182,10 +175,10 @@ class Emitter : private asmjit::ErrorHandler {
   [[nodiscard]] std::size_t size() const { return assembler_.offset(); }
   /// What asmjit refused first, or empty.
   [[nodiscard]] const std::string& problem() const { return problem_; }
-  /// Resolves all references; the code, which runs at any address.
-  std::vector<std::byte> finish();
-  /// Where a label lies in the code; behind finish().
-  [[nodiscard]] std::size_t offset_of(const asmjit::Label& label) const;
+  /// Resolves all references within the code. Its size.
+  std::size_t finish();
+  /// Writes it, to run at `address`. False when the table is too far from there for the form of its operands.
+  bool write(std::span<std::byte> to, std::uint64_t address);
 
  protected:
   /// For code written by `assembler`, which attach() is for. `reach`: bytes of code after which what was put aside has

@@ -47,20 +47,4 @@ bool copy_text(std::byte* to, const std::byte* from, std::uint32_t capacities, s
   return runtime::copy_string(to, from, capacities, width);
 }
 
-// RT:
-void begin_changed(ChangeTracker& tracker) noexcept { tracker.begin(); }
-// RT:
-bool end_changed(ChangeTracker& tracker, const runtime::Machine& machine, bool fine) noexcept {
-  tracker.end(machine, fine);
-  return fine;
-}
-// RT:
-const std::byte* run_changed(ChangeTracker& tracker, runtime::Machine& machine, std::uint32_t stretch) noexcept {
-  return tracker.run(machine, stretch);
-}
-// RT:
-void expect_changes(ChangeTracker& tracker) noexcept { tracker.expect_changes(); }
-// RT:
-void settle_changed(ChangeTracker& tracker, std::uint32_t list) noexcept { tracker.settle_outside(list); }
-
 }  // namespace plc::native

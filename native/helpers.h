@@ -7,7 +7,6 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "native/change_tracker.h"
 #include "runtime/interpreter.h"
 
 namespace plc::native {
@@ -25,13 +24,5 @@ void run_records_of_5(std::uint8_t* window, const std::uint32_t* records, std::u
 void run_general_records(std::uint8_t* table, const std::uint32_t* records, std::uint32_t count) noexcept;
 /// Copies a text (runtime::copy_string). False when it was cut.
 bool copy_text(std::byte* to, const std::byte* from, std::uint32_t capacities, std::uint32_t width) noexcept;
-
-/// Scans that leave groups out: functions of ChangeTracker.
-void begin_changed(ChangeTracker& tracker) noexcept;
-/// Returns `fine`.
-bool end_changed(ChangeTracker& tracker, const runtime::Machine& machine, bool fine) noexcept;
-const std::byte* run_changed(ChangeTracker& tracker, runtime::Machine& machine, std::uint32_t stretch) noexcept;
-void expect_changes(ChangeTracker& tracker) noexcept;
-void settle_changed(ChangeTracker& tracker, std::uint32_t list) noexcept;
 
 }  // namespace plc::native

@@ -79,18 +79,7 @@ Operation operation_of(ResolvedOp op) {
     PLC_ONE(Return, kReturn, kU8)
     PLC_ONE(Stretch, kStretch, kU8)
     PLC_ONE(ValueRun, kArranged, kU8)
-    PLC_ONE(PackedRun, kArranged, kU8)
-    PLC_ONE(LoopRun, kArranged, kU8)
     PLC_ONE(BlockRun, kArranged, kU8)
-#define PLC_COUNT_OP(Name, T, compares, goes_on, counts, next) \
-  PLC_ONE(Name, kArranged, kU8) PLC_ONE(Rounds##Name, kArranged, kU8)
-#include "runtime/count_ops.def"
-#define PLC_TEST_OP(Name, T, masks, compares, sign) PLC_ONE(Name, kArranged, kU8)
-#include "runtime/test_ops.def"
-#define PLC_WHEN_OP(Name, T, expression) PLC_ONE(Name##When, kArranged, kU8)
-#include "runtime/when_ops.def"
-#define PLC_FEEDBACK_OP(Name, T, tests, shifts, function, mixes, sign) PLC_ONE(Name, kArranged, kU8)
-#include "runtime/feedback_ops.def"
     PLC_ONE(BoolRun2, kArranged, kU8)
     PLC_ONE(Jump, kJump, kU8)
     PLC_ONE(CondJump, kJumpUnless, kU8)

@@ -1,5 +1,6 @@
 #include "native/short_lived.h"
 
+#include <algorithm>
 #include <initializer_list>
 #include <map>
 #include <unordered_set>
@@ -7,7 +8,7 @@
 
 #include "native/library_rows.h"
 #include "native/loops.h"
-#include "runtime/bool_run.h"
+#include "native/translate.h"
 #include "runtime/operations.h"
 #include "stdlib/library.h"
 
@@ -89,8 +90,8 @@ Role role_of(const LinkedInstruction& instruction, const std::uint32_t* w) {
 /// Straight code, from behind.
 class Finder {
  public:
-  Finder(const LinkedCode& linked, Footprints& footprints, std::span<const LinkedInstruction> body)
-      : linked_(linked), footprints_(footprints), body_(body), found_(body.size()) {
+  Finder(const LinkedCode& linked, std::span<const LinkedInstruction> body)
+      : linked_(linked), body_(body), found_(body.size()) {
     for (const LinkedInstruction& instruction : body) {
       const std::uint32_t target = target_of(operation_of(instruction.op).form, words_of(instruction));
       if (target != kNoTarget) targets_.insert(target);
@@ -118,36 +119,43 @@ class Finder {
   }
 
   void visit(std::size_t i) {
-    const LinkedInstruction& instruction = body_[i];
-    if (is_boolean_run(operation_of(instruction.op).form)) {
-      if (overwritten_.empty()) return;
-      for (const runtime::GeneralRecord& record : footprints_.records_of(instruction)) {
-        for (const std::uint32_t in : record.in) read({in, 1}, i);
+    const Instruction instruction{words_of(body_[i]), body_[i].position, operation_of(body_[i].op)};
+    const Form form = instruction.operation.form;
+    if (form == Form::kRunBlock) return visit_block(instruction.words, i);
+    const auto accesses = accesses_of(linked_.data(), instruction);
+    const bool leaves = form == Form::kReturn || target_of(form, instruction.words) != kNoTarget;
+    if (!accesses || leaves) return overwritten_.clear();
+    for (const Access& access : *accesses) {
+      if (!access.write) continue;
+      const auto later = overwritten_.find(access.operand);
+      if (later != overwritten_.end() && later->second.bytes == access.bytes && later->second.instruction == i + 1 &&
+          leaves_to_next(i, access.operand)) {
+        found_[i] = access.operand;
       }
-      return;
+      overwritten_[access.operand] = {static_cast<unsigned>(access.bytes), std::nullopt};
     }
-    const Footprint f = footprints_.of(instruction);
-    if (!f.pure || f.target) return overwritten_.clear();
-    if (f.always_writes && f.writes.size() == 1 && f.writes[0].bytes <= kMostBytes) {
-      const Range& out = f.writes[0];
-      const auto later = overwritten_.find(out.begin);
-      if (later != overwritten_.end() && later->second.bytes == out.bytes && later->second.instruction == i + 1 &&
-          leaves_to_next(i, out.begin)) {
-        found_[i] = out.begin;
-      }
-      overwritten_[out.begin] = {out.bytes, std::nullopt};
+    for (const Access& access : *accesses) {
+      if (!access.write) read(access.operand, access.bytes, i);
     }
-    for (const Range& range : f.reads) read(range, i);
+  }
+  /// A block of the library looks at its ports alone.
+  void visit_block(const std::uint32_t* w, std::size_t i) {
+    const auto step = runtime::load_pointer<stdlib::Step>(w + 1);
+    const auto blocks = stdlib::blocks();
+    const auto spec =
+        std::find_if(blocks.begin(), blocks.end(), [step](const auto& block) { return block.step == step; });
+    if (spec == blocks.end()) return overwritten_.clear();
+    read(w[3], spec->size, i);
   }
 
   /// Nobody but one may look at what is overwritten.
-  void read(const Range& range, std::size_t i) {
-    auto entry = overwritten_.lower_bound(range.begin < kMostBytes ? 0 : range.begin - kMostBytes + 1);
-    while (entry != overwritten_.end() && entry->first < range.begin + range.bytes) {
+  void read(std::uint32_t operand, std::uint64_t bytes, std::size_t i) {
+    auto entry = overwritten_.lower_bound(operand < kMostBytes ? 0 : operand - kMostBytes + 1);
+    while (entry != overwritten_.end() && entry->first < operand + bytes) {
       auto& [begin, reader] = *entry;
-      if (begin + reader.bytes <= range.begin) {
+      if (begin + reader.bytes <= operand) {
         ++entry;
-      } else if (begin == range.begin && reader.bytes == range.bytes && !reader.instruction) {
+      } else if (begin == operand && reader.bytes == bytes && !reader.instruction) {
         reader.instruction = i;
         ++entry;
       } else {
@@ -172,7 +180,6 @@ class Finder {
   }
 
   const LinkedCode& linked_;
-  Footprints& footprints_;
   std::span<const LinkedInstruction> body_;
   ShortLived found_;
   std::unordered_set<std::uint32_t> targets_;
@@ -181,8 +188,8 @@ class Finder {
 
 }  // namespace
 
-ShortLived find_short_lived(const LinkedCode& linked, Footprints& footprints, std::span<const LinkedInstruction> body) {
-  return Finder(linked, footprints, body).find();
+ShortLived find_short_lived(const LinkedCode& linked, std::span<const LinkedInstruction> body) {
+  return Finder(linked, body).find();
 }
 
 }  // namespace plc::native

@@ -13,14 +13,13 @@
 #include <span>
 #include <vector>
 
-#include "native/footprint.h"
+#include "native/operation.h"
 #include "runtime/link.h"
 
 namespace plc::native {
 
 /// By instruction of `body`, which has no operands relative to an instance: a place may have one of these and another.
 using ShortLived = std::vector<std::optional<std::uint32_t>>;
-ShortLived find_short_lived(const runtime::LinkedCode& linked, Footprints& footprints,
-                            std::span<const runtime::LinkedInstruction> body);
+ShortLived find_short_lived(const runtime::LinkedCode& linked, std::span<const runtime::LinkedInstruction> body);
 
 }  // namespace plc::native

@@ -11,9 +11,7 @@
 
 #include "runtime/bool_run.h"
 #include "runtime/link_bool.h"
-#include "runtime/link_packed.h"
 #include "runtime/operations.h"
-#include "runtime/packed_run.h"
 #include "runtime/value_runs.h"
 #include "stdlib/library.h"
 
@@ -27,9 +25,6 @@ constexpr std::size_t kFewRecords = 8;
 
 /// Instructions after which the value of one has been stored.
 constexpr std::size_t kLatency = 3;
-
-/// More never have bits for all of them.
-constexpr std::size_t kMostPackedVariables = 160;
 
 constexpr std::uint32_t kLiveIn = 0xffffffffu;
 
@@ -130,7 +125,7 @@ class Arranger {
     std::size_t i = stretch.first;
     for (; code_.instructions[i].position != stretch.end; ++i) read(code_.instructions[i], add);
     arrange_items();
-    if ((code_.report.runs - report.runs) * 4 > before * 3 && code_.report.packed == report.packed) {
+    if ((code_.report.runs - report.runs) * 4 > before * 3) {
       words_.resize(start);
       code_.arranged.resize(arranged);
       code_.report = report;
@@ -316,11 +311,6 @@ class Arranger {
 
   void arrange_items() {
     find_cells();
-    if (put_packed()) {
-      code_.report.arranged += items_.size();
-      items_.clear();
-      return;
-    }
     make_moves();
     find_moving();
     find_edges();
@@ -481,63 +471,6 @@ class Arranger {
                             : inputs == 4                               ? ResolvedOp::kBoolRun4
                                                                         : ResolvedOp::kBoolRun5;
       append_segment(words_, handler(op), segment, std::span(records).subspan(segment.first, segment.count));
-    }
-  }
-
-  // ---- packed stretches (link_packed.h)
-
-  /// Boolean logic with a few other instructions in it.
-  bool put_packed() {
-    std::size_t records = 0;
-    std::vector<std::uint8_t> is_variable(bounds_.size(), 0);
-    for (const Item& item : items_) {
-      if (!is(item, Kind::Form::kRecords)) continue;
-      ++records;
-      for (std::size_t i = 0; i <= item.inputs; ++i) is_variable[cell_at(item.operand[i])] = 1;
-    }
-    const auto variables = static_cast<std::size_t>(std::count(is_variable.begin(), is_variable.end(), 1));
-    if (records * 4 < items_.size() * 3 || variables > kMostPackedVariables) return false;
-    const auto packed = pack(stretch_items(), bounds_, scratch_);
-    if (!packed || !packed->pays) return false;
-    moves_.assign(items_.size(), 0);
-    definition_.assign(items_.size() * 6, kLiveIn);
-    for (const PackedStep& step : packed->steps) put_step(step, packed->form);
-    code_.report.packed += records;
-    return true;
-  }
-  [[nodiscard]] std::vector<StretchItem> stretch_items() const {
-    std::vector<StretchItem> all;
-    for (const Item& item : items_) {
-      const bool block = is(item, Kind::Form::kBlocks);
-      StretchItem to;
-      to.logic = is(item, Kind::Form::kRecords);
-      to.kind = item.kind;
-      to.truth = item.truth;
-      for (std::size_t in = block ? 0 : 1; in <= item.inputs; ++in) {
-        for_cells(item, in, [&](std::size_t c) { to.reads.push_back(static_cast<std::uint32_t>(c)); });
-      }
-      for_cells(item, 0, [&](std::size_t c) { to.writes.push_back(static_cast<std::uint32_t>(c)); });
-      all.push_back(std::move(to));
-    }
-    return all;
-  }
-  void put_step(const PackedStep& step, PackedForm form) {
-    if (step.items.empty()) {
-      put_handler(ResolvedOp::kPackedRun);
-      put_pointer(reinterpret_cast<std::uint64_t>(packed_run(form)));
-      words_.push_back(step.chunks);
-      words_.insert(words_.end(), step.words.begin(), step.words.end());
-      ++code_.report.runs;
-      return;
-    }
-    std::vector<std::uint32_t> run;
-    for (std::size_t i = 0; i < step.items.size(); ++i) {
-      run.push_back(step.items[i]);
-      const std::uint32_t kind = items_[run.back()].kind;
-      if (i + 1 < step.items.size() && items_[step.items[i + 1]].kind == kind) continue;
-      put_run(kinds_[kind], run);
-      ++code_.report.runs;
-      run.clear();
     }
   }
 

@@ -7,8 +7,6 @@
 #include "core/types.h"
 #include "runtime/bool_run.h"
 #include "runtime/handle.h"
-#include "runtime/link_pairs.h"
-#include "runtime/loop_run.h"
 #include "runtime/memory/queue.h"
 #include "runtime/operations.h"
 #include "runtime/value_runs.h"
@@ -227,98 +225,18 @@ op_JumpIf : {
   pc = *bytes_at(pc[1]) != 0 ? code + pc[2] : pc + 3;
   PLC_NEXT(0);
 }
-// One writer of the budget but for those who set it to 0: load and store instead of a locked subtraction.
-#define PLC_LOOP_JUMP()                                                              \
-  do {                                                                               \
-    const std::uint32_t left = m.loops_left.load(std::memory_order_relaxed);         \
-    m.place.store(static_cast<std::uint32_t>(pc - code), std::memory_order_relaxed); \
-    if (left == 0) [[unlikely]] {                                                    \
-      fail(m, pc, FaultKind::kLoopBudget);                                           \
-      return false;                                                                  \
-    }                                                                                \
-    m.loops_left.store(left - 1, std::memory_order_relaxed);                         \
-    pc = code + pc[1];                                                               \
-    PLC_NEXT(0);                                                                     \
-  } while (false)
-op_LoopJump : { PLC_LOOP_JUMP(); }
-// Words: comparison (5), counting (4), LOOP_JUMP.
-#define PLC_COUNT_OP(Name, T, compares, goes_on, counts, next) \
-  op_##Name : {                                                \
-    {                                                          \
-      const T a = load<T>(at(pc[2]));                          \
-      const T b = load<T>(at(pc[3]));                          \
-      const bool more = goes_on;                               \
-      *bytes_at(pc[1]) = static_cast<std::uint8_t>(more);      \
-      if (!more) {                                             \
-        pc = code + pc[4];                                     \
-        PLC_NEXT(0);                                           \
-      }                                                        \
-    }                                                          \
-    const T a = load<T>(at(pc[7]));                            \
-    const T b = load<T>(at(pc[8]));                            \
-    store<T>(at(pc[6]), next);                                 \
-    pc += 9;                                                   \
-    PLC_LOOP_JUMP();                                           \
+op_LoopJump : {
+  // One writer of the budget but for those who set it to 0: load and store instead of a locked subtraction.
+  const std::uint32_t left = m.loops_left.load(std::memory_order_relaxed);
+  m.place.store(static_cast<std::uint32_t>(pc - code), std::memory_order_relaxed);
+  if (left == 0) [[unlikely]] {
+    fail(m, pc, FaultKind::kLoopBudget);
+    return false;
   }
-#include "runtime/count_ops.def"
-
-// The comparison before the last of the jumps still goes on.
-#define PLC_COUNT_OP(Name, T, compares, goes_on, counts, next)                                  \
-  op_Rounds##Name : {                                                                           \
-    constexpr std::int64_t kJumps = kRoundsAtOnce - 1;                                          \
-    constexpr std::int64_t kSign = std::string_view(#counts).starts_with("Sub") ? -1 : 1;       \
-    const std::int64_t step = load<T>(at(pc[3]));                                               \
-    const std::int64_t last = load<T>(at(pc[1])) + kSign * step * kJumps;                       \
-    const std::int64_t a = last - kSign * step;                                                 \
-    const std::int64_t b = load<T>(at(pc[2]));                                                  \
-    const std::uint32_t left = m.loops_left.load(std::memory_order_relaxed);                    \
-    const bool all = (goes_on) && step > 0 && last == static_cast<T>(last) && left >= kJumps;   \
-    if (all) [[likely]] {                                                                       \
-      m.loops_left.store(left - static_cast<std::uint32_t>(kJumps), std::memory_order_relaxed); \
-      if (pc[4] != 0) store<T>(at(pc[1]), static_cast<T>(last));                                \
-      pc += 6;                                                                                  \
-    } else {                                                                                    \
-      pc = code + pc[5];                                                                        \
-    }                                                                                           \
-    PLC_NEXT(0);                                                                                \
-  }
-#include "runtime/count_ops.def"
-// Words: AND (4), comparison (4).
-#define PLC_TEST_OP(Name, T, masks, compares, sign)                             \
-  op_##Name : {                                                                 \
-    const T bits = load<T>(at(pc[2])) & load<T>(at(pc[3]));                     \
-    store<T>(at(pc[1]), bits);                                                  \
-    *bytes_at(pc[5]) = static_cast<std::uint8_t>(bits sign load<T>(at(pc[7]))); \
-    PLC_NEXT(8);                                                                \
-  }
-#include "runtime/test_ops.def"
-// WHY asm: what is computed already is chosen without a jump, which would be mispredicted every other time.
-#define PLC_WHEN_OP(Name, T, expression)                             \
-  op_##Name##When : {                                                \
-    const T a = load<T>(at(pc[3]));                                  \
-    const T b = load<T>(at(pc[4]));                                  \
-    T result = static_cast<T>(expression);                           \
-    asm("" : "+r"(result));                                          \
-    const T otherwise = load<T>(at(pc[5]));                          \
-    store<T>(at(pc[1]), *bytes_at(pc[2]) != 0 ? result : otherwise); \
-    PLC_NEXT(6);                                                     \
-  }
-#include "runtime/when_ops.def"
-// Words: test (8), shift (7), XOR (6), SEL (8). The word stays in a register; only the XOR and the temporary that the
-// test wrote, too, take the shifted one. No jump: it would be mispredicted every other time.
-#define PLC_FEEDBACK_OP(Name, T, tests, shifts, function, mixes, sign)              \
-  op_##Name : {                                                                     \
-    const T word = load<T>(at(pc[2]));                                              \
-    const T bits = word & load<T>(at(pc[3]));                                       \
-    const auto mixed = static_cast<std::uint8_t>(bits sign load<T>(at(pc[7])));     \
-    *bytes_at(pc[5]) = mixed;                                                       \
-    const T shifted = static_cast<T>(function(word, *bytes_at(pc[14])));            \
-    const T chosen = static_cast<T>(-static_cast<std::int64_t>(mixed));             \
-    store<T>(at(pc[16]), static_cast<T>(shifted ^ (load<T>(at(pc[19])) & chosen))); \
-    store<T>(at(pc[1]), static_cast<T>(bits ^ ((bits ^ shifted) & chosen)));        \
-    PLC_NEXT(29);                                                                   \
-  }
-#include "runtime/feedback_ops.def"
+  m.loops_left.store(left - 1, std::memory_order_relaxed);
+  pc = code + pc[1];
+  PLC_NEXT(0);
+}
 
 #define PLC_FUSED_JUMP(Name, T, expression) \
   PLC_COMPARE_JUMP(Name##Unless, T, expression, !) PLC_COMPARE_JUMP(Name##If, T, expression, )
@@ -383,13 +301,8 @@ op_RunTb : {
   load_pointer<stdlib::Step>(pc + 1)(at(pc[3]), m.step);
   PLC_NEXT(4);
 }
-op_ValueRun:
-op_PackedRun : {
+op_ValueRun : {
   pc = load_pointer<ValueRun>(pc + 1)(table, instance, pc + 4, pc[3]);
-  PLC_NEXT(0);
-}
-op_LoopRun : {
-  pc = run_loop<kAddressing>(m, instance, pc);
   PLC_NEXT(0);
 }
 op_BlockRun : {

@@ -13,10 +13,7 @@
 #include "runtime/decoded.h"
 #include "runtime/handle.h"
 #include "runtime/link_bool.h"
-#include "runtime/link_choices.h"
 #include "runtime/link_library.h"
-#include "runtime/link_loops.h"
-#include "runtime/link_pairs.h"
 #include "runtime/link_path.h"
 #include "runtime/operations.h"
 #include "runtime/taskblocks.h"
@@ -60,8 +57,6 @@ class Linker {
     if (problem_) return *problem_;
     for (const auto& [position, callee] : call_patches_) stream_[position] = entries_[callee];
     arrange(stream_, result_, layout_.scratch);
-    link_loops(stream_, result_, {layout_.constants, std::as_bytes(std::span(image_.const_bytes))}, layout_.scratch);
-    link_choices(stream_, result_, layout_.scratch);
     result_.words = TableMemory(stream_.size() * sizeof(std::uint32_t));
     std::memcpy(result_.words.data(), stream_.data(), stream_.size() * sizeof(std::uint32_t));
     result_.entry = entries_[body];
@@ -139,16 +134,12 @@ class Linker {
     const ImagePou& source = image_.pous[pou];
     std::vector<std::uint32_t> positions(source.code.size(), 0);
     std::vector<std::uint8_t> is_target(source.code.size(), 0);
-    std::vector<Jump> jumps;
     for_each_instruction(source, [&](const Decoded& d) {
       const bytecode::Operands& operands = bytecode::info(d.opcode).operands;
       for (std::uint32_t i = 0; i < operands.count; ++i) {
-        if (operands.specs[i].kind != OperandKind::kTarget) continue;
-        is_target[d.operands[i]] = 1;
-        jumps.push_back({d.word, d.operands[i], d.next, d.opcode});
+        if (operands.specs[i].kind == OperandKind::kTarget) is_target[d.operands[i]] = 1;
       }
     });
-    find_loops(jumps);
     jump_patches_.clear();
     entries_[pou] = position();
     result_.bodies.push_back(
@@ -156,7 +147,6 @@ class Linker {
     std::uint32_t stretch_end = 0;
     for (std::uint32_t word = 0; word < source.code.size();) {
       Decoded d = decode(source.code, word);
-      begin_loop(word);
       positions[word] = position();
       result_.marks.push_back({position(), pou, word});
       if (word >= stretch_end) {
@@ -186,70 +176,6 @@ class Linker {
     }
     end_stretch();
     for (const auto& [at, word] : jump_patches_) stream_[at] = positions[word];
-    if (arranged_) join(result_.bodies.back().first);
-  }
-
-  /// Instructions behind each other that are one step of the interpreter (link_pairs.h), from number `first` on.
-  void join(std::size_t first) {
-    const auto& list = result_.instructions;
-    const auto put_joined = [&](std::size_t at, ResolvedOp op) {
-      stream_[list[at].position] = handler(op);
-      result_.arranged.push_back({list[at].position, op});
-    };
-    for (std::size_t i = first; i + 1 < list.size(); ++i) {
-      if (const auto test = test_op(list[i].op, list[i + 1].op)) {
-        const std::uint32_t masked = list[i].position + 1, compared = list[i + 1].position + 2;
-        if (compared == masked + 5 && stream_[masked] == stream_[compared]) put_joined(i, *test);
-      } else if (const auto form = count_form(list[i].op, list[i + 1].op)) {
-        if (i + 2 < list.size() && list[i + 2].op == ResolvedOp::kLoopJump) put_joined(i, form->joined);
-      }
-    }
-  }
-
-  // ---- loops (link_loops.h)
-
-  struct Jump {
-    std::uint32_t from = 0, to = 0, next = 0;  ///< words
-    Opcode opcode = Opcode::kJump;
-  };
-  /// Loops without a loop in them, whose other jumps lead forward, no further than behind them, and into which nobody
-  /// else jumps.
-  void find_loops(const std::vector<Jump>& jumps) {
-    loop_ends_.clear();
-    open_loop_.reset();
-    if (!arranged_) return;
-    std::vector<std::uint32_t> targets;
-    for (const Jump& jump : jumps) targets.push_back(jump.to);
-    std::sort(targets.begin(), targets.end());
-    for (std::size_t i = 0; i < jumps.size(); ++i) {
-      const Jump& loop = jumps[i];
-      if (loop.opcode != Opcode::kLoopJump || loop.to > loop.from) continue;
-      std::ptrdiff_t inside = 1;
-      bool plain = true;
-      for (std::size_t k = i; plain && k > 0 && jumps[k - 1].from >= loop.to; --k) {
-        const Jump& jump = jumps[k - 1];
-        plain = jump.opcode != Opcode::kLoopJump && jump.to > jump.from && jump.to <= loop.next;
-        inside += jump.to < loop.next ? 1 : 0;
-      }
-      const auto first = std::lower_bound(targets.begin(), targets.end(), loop.to);
-      if (plain && std::lower_bound(first, targets.end(), loop.next) - first == inside) {
-        loop_ends_.emplace(loop.to, loop.from);
-      }
-    }
-  }
-  void begin_loop(std::uint32_t word) {
-    if (const auto loop = loop_ends_.find(word); loop != loop_ends_.end()) {
-      end_stretch();
-      const std::uint32_t at = position();
-      put_handler(ResolvedOp::kStretch);
-      put(at + 2);
-      result_.loops.push_back({bindings_.addressing(pou_), at, result_.instructions.size(), 0});
-      open_loop_ = loop->second;
-    }
-    if (word == open_loop_) {
-      result_.loops.back().last = result_.instructions.size();
-      open_loop_.reset();
-    }
   }
 
   // ---- straight code (arrange.h)
@@ -670,8 +596,6 @@ class Linker {
   std::optional<core::Problem> problem_;
   std::uint32_t pou_ = 0;
   bool in_stretch_ = false;
-  std::map<std::uint32_t, std::uint32_t> loop_ends_;  ///< words: of the first instruction, of the jump back to it
-  std::optional<std::uint32_t> open_loop_;            ///< word of its jump
   LinkedCode result_;
 };
 

@@ -58,21 +58,13 @@ struct LinkedStretch {
   std::size_t first = 0;       ///< the instruction behind the STRETCH, into LinkedCode::instructions
 };
 
-/// A loop without a loop in it that nobody jumps into, behind a STRETCH (link_loops.h, link_choices.h).
-struct LinkedLoop {
-  Addressing addressing = Addressing::kFixed;
-  std::uint32_t position = 0;       ///< of the STRETCH
-  std::size_t first = 0, last = 0;  ///< into LinkedCode::instructions: of the first round, and the jump to it
-};
-
 struct LinkedCode {
   TableMemory words;  ///< 64-byte aligned, so that records lie as the linker placed them
   std::vector<CodeMark> marks;
   std::vector<LinkedInstruction> instructions;  ///< ascending positions
   std::vector<LinkedBody> bodies;               ///< in the order of the code
   std::vector<LinkedStretch> stretches;         ///< ascending positions
-  std::vector<LinkedLoop> loops;                ///< in the order of the code
-  std::vector<LinkedInstruction> arranged;      ///< of the interpreter alone: what STRETCH leads to, ends of loops
+  std::vector<LinkedInstruction> arranged;      ///< of the interpreter alone: what STRETCH leads to
   std::uint32_t entry = 0;                      ///< of the task's body
   std::vector<std::unique_ptr<std::byte[]>> constants;  ///< zeros of types, pointed into by the code
   Program::LinkReport report;

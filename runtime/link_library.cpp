@@ -1,13 +1,21 @@
 #include "runtime/link_library.h"
 
+#include <bit>
 #include <string_view>
 #include <type_traits>
 
 #include "core/types.h"
-#include "runtime/link_operand.h"
 
 namespace plc::runtime {
 namespace {
+
+/// Of four instructions for values of 1, 2, 4 and 8 bytes, the first of which is `first`, that for `bytes`.
+ResolvedOp of_size(ResolvedOp first, std::uint32_t bytes) {
+  return static_cast<ResolvedOp>(static_cast<std::uint32_t>(first) +
+                                 static_cast<std::uint32_t>(std::countr_zero(bytes)));
+}
+static_assert(static_cast<std::uint32_t>(ResolvedOp::kSelect64) ==
+              static_cast<std::uint32_t>(ResolvedOp::kSelect8) + 3);
 
 /// The instruction of a family (internal_ops.def: PLC_VALUE_OPS) for a representation, whose order rows have.
 ResolvedOp of_rep(ResolvedOp first, core::Rep rep) {

@@ -1,7 +1,6 @@
 #include "runtime/program.h"
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
 #include "runtime/compiled_task.h"
@@ -14,11 +13,6 @@
 #include "runtime/taskblocks.h"
 
 namespace plc::runtime {
-
-namespace {
-/// No scan has run compiled code.
-constexpr core::TimeNs kNever = std::numeric_limits<core::TimeNs>::min();
-}  // namespace
 
 struct Program::State {
   State(const bytecode::Image& image_in, std::uint32_t index_in, GlobalTable& globals, TaskLayout layout,
@@ -41,21 +35,7 @@ struct Program::State {
   std::unique_ptr<Taskblocks> taskblocks;  ///< null when the task runs none
   LinkedCode code;
   Machine machine;
-  std::vector<std::unique_ptr<CompiledTask>> compiled;  ///< kept to the end: a scan may run the one before the last
-  std::atomic<const CompiledTask*> next{nullptr};       ///< what the next scan runs; null = the interpreter
-  std::atomic<const CompiledTask*> current{nullptr};    ///< what the present or last scan ran
-  std::atomic<core::TimeNs> compiled_since{kNever};
-
-  /// RT. Before Machine::place of the scan is set, see Program::place().
-  void change_to(const CompiledTask& task, core::TimeNs now_ns) noexcept {
-    machine.code = task.code.data();
-    machine.marks = task.marks;
-    current.store(&task, std::memory_order_relaxed);
-    if (compiled_since.load(std::memory_order_relaxed) == kNever) {
-      compiled_since.store(now_ns, std::memory_order_relaxed);
-    }
-    std::atomic_thread_fence(std::memory_order_release);
-  }
+  std::unique_ptr<CompiledTask> compiled;  ///< null = the interpreter
 };
 
 core::Code fault_code(FaultKind kind) {
@@ -142,14 +122,11 @@ Fault Program::execute(const CycleContext& context) noexcept {
   s.machine.step.now_ns = context.now_ns;
   s.machine.step.start_ns = context.start_ns;
   if (s.taskblocks) s.taskblocks->begin(context.now_ns);
-  const CompiledTask* const compiled = s.next.load(std::memory_order_acquire);
-  if (compiled != s.current.load(std::memory_order_relaxed)) [[unlikely]]
-    s.change_to(*compiled, context.now_ns);
   s.machine.loops_left.store(s.options.loop_budget, std::memory_order_relaxed);
   s.machine.place.store(s.code.entry, std::memory_order_relaxed);
   s.exchange->begin();
-  const bool ran = compiled != nullptr
-                       ? compiled->run(s.machine)
+  const bool ran = s.compiled != nullptr
+                       ? s.compiled->run(s.machine)
                        : run_body(s.machine, Addressing::kFixed, s.code.entry, s.table.layout().instance);
   const bool published = s.exchange->end();
   // WHY not Machine::fault, reset before the scan: whoever reads it back here waits for all that the scan has written.
@@ -165,30 +142,19 @@ Fault Program::execute(const CycleContext& context) noexcept {
 
 // RT:
 Fault Program::place(FaultKind kind) const noexcept {
-  // The place first: its marks are then those of the code it is a place of, or of newer code, which knows it too.
-  const std::uint32_t position = state_->machine.place.load(std::memory_order_relaxed);
-  std::atomic_thread_fence(std::memory_order_acquire);
-  const CompiledTask* const compiled = state_->current.load(std::memory_order_relaxed);
-  const CodeMark& mark = mark_at(compiled != nullptr ? compiled->marks : state_->code.marks, position);
+  const CodeMark& mark = mark_at(state_->machine.marks, state_->machine.place.load(std::memory_order_relaxed));
   return {kind, mark.pou, mark.word, state_->taskblocks ? state_->taskblocks->running() : Taskblocks::kNone};
 }
 
 const LinkedCode& Program::linked() const { return state_->code; }
 
 void Program::install(std::unique_ptr<CompiledTask> compiled) {
-  state_->compiled.push_back(std::move(compiled));
-  state_->next.store(state_->compiled.back().get(), std::memory_order_release);
+  state_->compiled = std::move(compiled);
+  state_->machine.code = state_->compiled->code.data();
+  state_->machine.marks = state_->compiled->marks;
 }
 
-std::optional<core::TimeNs> Program::compiled_since() const noexcept {
-  const core::TimeNs since = state_->compiled_since.load(std::memory_order_relaxed);
-  return since == kNever ? std::nullopt : std::optional(since);
-}
-
-const SkipCounts* Program::skipped() const noexcept {
-  const CompiledTask* const compiled = state_->current.load(std::memory_order_acquire);
-  return compiled != nullptr ? compiled->skipped() : nullptr;
-}
+bool Program::is_compiled() const noexcept { return state_->compiled != nullptr; }
 
 // RT:
 void Program::cut_loops() noexcept { state_->machine.loops_left.store(0, std::memory_order_relaxed); }

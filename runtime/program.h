@@ -29,7 +29,6 @@ namespace plc::runtime {
 
 struct CompiledTask;
 struct LinkedCode;
-struct SkipCounts;
 
 /// What a scan is told from outside. Taken once per cycle.
 struct CycleContext {
@@ -98,14 +97,9 @@ class Program {
 
   /// The task's resolved code: what a compiler starts from. Lives as long as the program.
   [[nodiscard]] const LinkedCode& linked() const;
-  /// The next scan, and all after it, run this instead of the interpreter. Any thread, one at a time; the scan that
-  /// runs meanwhile is not disturbed.
+  /// From the next scan on this runs instead of the interpreter. Not while a scan runs.
   void install(std::unique_ptr<CompiledTask> compiled);
-  /// The instant (CycleContext) of the first scan that ran compiled code, or nothing. Any thread.
-  [[nodiscard]] std::optional<core::TimeNs> compiled_since() const noexcept;
-
-  /// What compiled code leaves out of scans, or null. Any thread.
-  [[nodiscard]] const SkipCounts* skipped() const noexcept;
+  [[nodiscard]] bool is_compiled() const noexcept;
 
   /// Where a running scan is, roughly: at its last loop jump or program call. Any thread; RT.
   [[nodiscard]] Fault place(FaultKind kind) const noexcept;
@@ -166,10 +160,6 @@ class Program {
     std::uint64_t mixed_records = 0;    ///< BOOL_RUN records of relative bodies that mix instance and other memory
     std::uint64_t arranged = 0;         ///< instructions and records that stand side by side with their like
     std::uint64_t runs = 0;             ///< ..in so many runs
-    std::uint64_t packed = 0;           ///< boolean records whose variables are bits in registers
-    std::uint64_t loops = 0;            ///< loops that run instruction by instruction
-    std::uint64_t choices = 0;          ///< IFs in loops that choose instead of jumping
-    std::uint64_t rounds = 0;           ///< loops with such IFs that run several rounds at once
     std::uint64_t code_bytes = 0;       ///< resolved code of the task
   };
   [[nodiscard]] const LinkReport& link_report() const;

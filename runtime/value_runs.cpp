@@ -27,41 +27,9 @@ const std::uint32_t* run(std::byte* table, std::uint32_t instance, const std::ui
                                                         std::index_sequence_for<In...>{});
 }
 
-/// The same with operands that step through memory.
-template <class Function, class Out, class... In, std::size_t... kIn>
-void stream_values(const Stream& out, const Stream* const (&in)[3], std::uint32_t count,
-                   std::index_sequence<kIn...> /*inputs*/) noexcept {
-  if constexpr (sizeof...(In) == 2 && (std::is_same_v<Out, In> && ...)) {
-    // A sum, or its like: in a register.
-    if (out.step == 0 && in[0]->at == out.at && in[0]->step == 0 && in[1]->at != out.at) {
-      Out value = load<Out>(out.at);
-      const std::byte* other = in[1]->at;
-#pragma GCC unroll 4
-      for (; count != 0; --count, other += in[1]->step) value = Function{}(value, load<Out>(other));
-      store(out.at, value);
-      return;
-    }
-  }
-  std::byte* to = out.at;
-  const std::byte* from[] = {in[kIn]->at...};
-  const std::ptrdiff_t step[] = {in[kIn]->step...};
-  const std::ptrdiff_t out_step = out.step;
-#pragma GCC unroll 4
-  for (; count != 0; --count) {
-    store<Out>(to, Function{}(load<In>(from[kIn])...));
-    to += out_step;
-    ((from[kIn] += step[kIn]), ...);
-  }
-}
-template <class Function, class Out, class... In>
-void stream(const Stream& out, const Stream& in0, const Stream& in1, const Stream& in2, std::uint32_t count) noexcept {
-  stream_values<Function, Out, In...>(out, {&in0, &in1, &in2}, count, std::index_sequence_for<In...>{});
-}
-
 template <class Function, class Out, class... In>
 constexpr ValueOp row(std::uint8_t first) {
   ValueOp op;
-  op.stream = &stream<Function, Out, In...>;
   op.run[0] = &run<Addressing::kFixed, Function, Out, In...>;
   op.run[1] = &run<Addressing::kRelative, Function, Out, In...>;
   op.first = first;
@@ -179,73 +147,7 @@ Rows make_rows() {
   return rows;
 }
 
-template <class T, bool kDown>
-void count_rounds(const Stream& out, const Stream& in0, const Stream& in1, const Stream& /*in2*/,
-                  std::uint32_t count) noexcept {
-  T value = load<T>(in0.at);
-  const T step = load<T>(in1.at);
-  std::byte* to = out.at;
-  for (; count != 0; --count, to += out.step) {
-    store(to, value);
-    value = kDown ? stdlib::wrap_sub(value, step) : stdlib::wrap_add(value, step);
-  }
-}
-
-template <class T>
-void add_products(const Stream& out, const Stream& in0, const Stream& in1, const Stream& in2,
-                  std::uint32_t count) noexcept {
-  T sum = load<T>(out.at);
-  T product{};
-  const std::byte* a = in0.at;
-  const std::byte* b = in1.at;
-  const std::ptrdiff_t a_step = in0.step, b_step = in1.step;
-  // A sum that is NaN stays NaN: one look at the end is enough.
-  const auto add = [&sum, &product](const std::byte* x, const std::byte* y) {
-    if constexpr (std::is_floating_point_v<T>) {
-      product = load<T>(x) * load<T>(y);
-      sum += product;
-    } else {
-      product = stdlib::mul(load<T>(x), load<T>(y));
-      sum = stdlib::add(sum, product);
-    }
-  };
-  // Four rounds at a time. What is left over comes first: nothing of a and b is needed behind the others.
-  for (; (count & 3u) != 0; --count, a += a_step, b += b_step) add(a, b);
-  for (; count != 0; count -= 4, a += 4 * a_step, b += 4 * b_step) {
-    add(a, b);
-    add(a + a_step, b + b_step);
-    add(a + 2 * a_step, b + 2 * b_step);
-    add(a + 3 * a_step, b + 3 * b_step);
-  }
-  if constexpr (std::is_floating_point_v<T>) {
-    sum = stdlib::canonical(sum);
-    product = stdlib::canonical(product);
-  }
-  store(out.at, sum);
-  store(in2.at, product);
-}
-
 }  // namespace
-
-StreamRun counting(bool wide, bool down) {
-  if (wide) return down ? &count_rounds<std::uint32_t, true> : &count_rounds<std::uint32_t, false>;
-  return down ? &count_rounds<std::uint16_t, true> : &count_rounds<std::uint16_t, false>;
-}
-
-StreamRun sum_of_products(StreamRun product, StreamRun sum) {
-  struct Pair {
-    ResolvedOp product, sum;
-    StreamRun both;
-  };
-  static constexpr Pair kPairs[] = {{ResolvedOp::kMulF32, ResolvedOp::kAddF32, &add_products<float>},
-                                    {ResolvedOp::kMulF64, ResolvedOp::kAddF64, &add_products<double>},
-                                    {ResolvedOp::kMul32, ResolvedOp::kAdd32, &add_products<std::uint32_t>},
-                                    {ResolvedOp::kMul16, ResolvedOp::kAdd16, &add_products<std::uint16_t>}};
-  for (const Pair& pair : kPairs) {
-    if (value_op(pair.product)->stream == product && value_op(pair.sum)->stream == sum) return pair.both;
-  }
-  return nullptr;
-}
 
 const ValueOp* value_op(ResolvedOp op) {
   static const Rows kRows = make_rows();

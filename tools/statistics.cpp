@@ -78,10 +78,7 @@ void print_link_report(const runtime::Resource& resource, std::ostream& out) {
     out << fmt::format("task {}: table {} bytes, code {} bytes, boolean records {}+{} short, {} wide, {} mixed\n", name,
                        program.table().layout().total, report.code_bytes, report.short4_records, report.short5_records,
                        report.wide_records, report.mixed_records)
-        << fmt::format("task {}: interpreter: {} instructions in {} runs, {} runs on bits\n", name, report.arranged,
-                       report.runs, report.packed)
-        << fmt::format("task {}: loops: {} by instructions, {} IFs both ways, {} in eights\n", name, report.loops,
-                       report.choices, report.rounds);
+        << fmt::format("task {}: interpreter: {} instructions in {} runs\n", name, report.arranged, report.runs);
   }
 }
 

@@ -136,7 +136,6 @@ struct TaskConfig {
   core::TimeNs watchdog_ns = 0;              ///< 0 = none
   runtime::OverrunPolicy overrun = runtime::OverrunPolicy::kSkip;
   std::optional<runtime::FaultPolicy> on_fault;  ///< nothing = as the command line says
-  runtime::Evaluate evaluate = runtime::Evaluate::kAll;
 };
 
 /// [project]

@@ -84,7 +84,6 @@ class Planner {
     to.watchdog_ns = task.watchdog_ns;
     to.overrun = task.overrun;
     if (task.on_fault) to.on_fault = *task.on_fault;
-    to.evaluate = task.evaluate;
   }
 
   /// `said`: the task's table, or null.

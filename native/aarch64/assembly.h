@@ -78,8 +78,6 @@ class Assembly final : public Emitter {
   void jump(const asmjit::Label& target) override;
   void jump_if(std::uint32_t operand, bool value, const asmjit::Label& target) override;
   void jump_if_result(bool value, const asmjit::Label& target) override;
-  void jump_if_set(const std::uint8_t& flag, const asmjit::Label& target) override;
-  void jump_to_result() override;
   void loop_back(std::uint32_t position, const asmjit::Label& head, const asmjit::Label& over, bool follows) override;
   void pass(unsigned argument, std::uint64_t value) override;
   void pass_machine(unsigned argument) override;

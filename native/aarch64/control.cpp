@@ -84,16 +84,6 @@ void Assembly::jump_if_result(bool value, const asmjit::Label& target) {
     a.b(target);
   });
 }
-void Assembly::jump_if_set(const std::uint8_t& flag, const asmjit::Label& target) {
-  forget();
-  constant(a64::x0, reinterpret_cast<std::uint64_t>(&flag));
-  a.ldrb(a64::w0, a64::ptr(a64::x0));
-  a.cbnz(a64::w0, target);
-}
-void Assembly::jump_to_result() {
-  a.br(a64::x0);
-  forget();
-}
 void Assembly::loop_back(std::uint32_t position, const asmjit::Label& head, const asmjit::Label& over, bool) {
   forget();
   a.ldr(a64::w0, member(machine::kLoopsLeft));

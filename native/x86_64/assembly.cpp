@@ -36,6 +36,11 @@ x86::Mem Assembly::at(std::uint32_t operand, unsigned bytes) {
   return place(operand, bytes);
 }
 x86::Mem Assembly::place(std::uint32_t operand, unsigned bytes) const {
+  if (from_code && !(relative && (operand & runtime::kRelativeBit) != 0)) {
+    x86::Mem at = x86::ptr(address_of(operand), bytes);
+    at.setRel();
+    return at;
+  }
   std::int32_t distance = 0;
   const x86::Gp from = base(operand, distance);
   return x86::ptr(from, distance, bytes);
@@ -48,7 +53,7 @@ void Assembly::address(const x86::Gp& to, std::uint32_t operand) {
 
 x86::Gp Assembly::base(std::uint32_t operand, std::int32_t& distance) const {
   const bool of_instance = relative && (operand & runtime::kRelativeBit) != 0;
-  distance = static_cast<std::int32_t>(of_instance ? operand & ~runtime::kRelativeBit : operand - middle_);
+  distance = static_cast<std::int32_t>(of_instance ? operand & ~runtime::kRelativeBit : operand);
   return of_instance ? x86::r13 : x86::rbp;
 }
 

@@ -1,7 +1,7 @@
 // Assembly: the Emitter of x86-64, with operands and registers.
 //
 // In: what the compiler and the translators (translate_*.cpp) want done. Out: instructions. Registers: rbx = machine,
-// rbp = in the task's table, r13 = the instance in bodies with several, r14 = events at the last CLEAR_EVENT in bodies
+// rbp = the task's table, r13 = the instance in bodies with several, r14 = events at the last CLEAR_EVENT in bodies
 // with ENO; in loops, r8 to r12, r15 and xmm2 to xmm15 are the loop's, and rsi and rdi may hold addresses of rows
 // (below); all others are free between instructions. Variables are named by their distance from there, as compiled C
 // does: an instruction that computes with memory at a distance from the code (rip) is two to the processor. Does not
@@ -138,7 +138,6 @@ class Assembly final : public Emitter {
   void end_ways(std::uint32_t condition, bool value) override;
 
   // ---- control (control.cpp)
-  void expect_most_at(std::uint32_t begin) override { middle_ = begin + kMostNamed / 2; }
   void begin_entry(bool loops) override;
   void end_entry(bool loops) override;
   void begin_body(bool counts_events) override;
@@ -152,8 +151,6 @@ class Assembly final : public Emitter {
   void jump(const asmjit::Label& target) override;
   void jump_if(std::uint32_t operand, bool value, const asmjit::Label& target) override;
   void jump_if_result(bool value, const asmjit::Label& target) override;
-  void jump_if_set(const std::uint8_t& flag, const asmjit::Label& target) override;
-  void jump_to_result() override;
   void loop_back(std::uint32_t position, const asmjit::Label& head, const asmjit::Label& over, bool follows) override;
   void pass(unsigned argument, std::uint64_t value) override;
   void pass_machine(unsigned argument) override;
@@ -176,7 +173,6 @@ class Assembly final : public Emitter {
   void read_back();
   void store_if_not_equal(const x86::Mem& to, const asmjit::Operand& value);
 
-  std::uint32_t middle_ = 0;  ///< rbp points there: what lies up to 128 bytes away has short names
   std::vector<OwedBit> owed_;
   std::vector<Row> rows_;  ///< the one made last behind the other
   std::optional<std::pair<std::uint32_t, x86::Mem>> passed_;

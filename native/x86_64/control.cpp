@@ -21,7 +21,7 @@ void Assembly::begin_entry(bool loops) {
   a.push(x86::rbx);
   a.push(x86::rbp);
   a.mov(x86::rbx, x86::rdi);
-  a.mov(x86::rbp, table_ + middle_);
+  a.mov(x86::rbp, table_);
   a.push(loops ? x86::r12 : x86::rax);  // an odd number of them, for the stack
   if (!loops) return;
   a.push(x86::r15);
@@ -81,16 +81,6 @@ void Assembly::jump_if(std::uint32_t operand, bool value, const asmjit::Label& t
 void Assembly::jump_if_result(bool value, const asmjit::Label& target) {
   a.test(x86::al, x86::al);
   a.j(value ? x86::CondCode::kNZ : x86::CondCode::kZ, target);
-}
-void Assembly::jump_if_set(const std::uint8_t& flag, const asmjit::Label& target) {
-  forget();
-  a.mov(x86::rax, reinterpret_cast<std::uint64_t>(&flag));
-  a.cmp(x86::byte_ptr(x86::rax), 0);
-  a.jne(target);
-}
-void Assembly::jump_to_result() {
-  a.jmp(x86::rax);
-  forget();
 }
 void Assembly::loop_back(std::uint32_t position, const asmjit::Label& head, const asmjit::Label& over, bool follows) {
   if (kept_ != nullptr) {
@@ -173,7 +163,6 @@ void Assembly::pass_instance_offset(unsigned argument) {
   const x86::Gp to = gp(kArguments[argument], 8);
   a.mov(to, x86::r13);
   a.sub(to, x86::rbp);
-  if (middle_ != 0) a.add(to, middle_);
 }
 void Assembly::pass_result(unsigned argument) { a.movzx(gp(kArguments[argument], 4), x86::al); }
 

@@ -190,11 +190,6 @@ Schedule make_schedule(const Image& image, std::span<const TaskPlan> plan, const
     TaskDemand demand;
     demand.measured = plan[t].execution_ns.has_value();
     demand.estimate_ns = estimates[t].scan.first;
-    if (plan[t].evaluate == Evaluate::kChanged) {
-      // At worst all is changed, which is found out too late; and each variable is looked at.
-      demand.estimate_ns += kChangedShare * estimates[t].scan.first +
-                            costs[CostKind::kByte].first * static_cast<double>(estimates[t].table_bytes);
-    }
     demand.execution_ns = plan[t].execution_ns.value_or(whole(demand.estimate_ns * (1 + margin)));
     demand.lead_ns = lead_of(image.tasks[t], plan[t]);
     demand.waiting_ns = whole(protocol.waiting(t) * (1 + margin));

@@ -18,7 +18,7 @@ namespace plc::runtime {
 
 struct TaskDemand {
   bool measured = false;
-  double estimate_ns = 0;            ///< from the instructions, without margin; what Evaluate::kChanged adds is in it
+  double estimate_ns = 0;            ///< from the instructions, without margin
   core::TimeNs execution_ns = 0;     ///< measured, or the estimate with its margin
   core::TimeNs lead_ns = 0;          ///< awake before each release: processor time beside that of the scan
   core::TimeNs waiting_ns = 0;       ///< for the lock of the global table while tasks on other processors hold it

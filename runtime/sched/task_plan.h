@@ -26,14 +26,6 @@ enum class OverrunPolicy : std::uint8_t {
   kFault,  ///< it is a fault (R1003)
 };
 
-/// What a scan executes of a task that runs as native code.
-enum class Evaluate : std::uint8_t {
-  kAll,
-  kChanged,  ///< what would change nothing, because none of its inputs changed, is left out (docs/adr/0022)
-};
-/// Most that finding and running what changed takes before the rest of a scan runs as a whole: this part of a whole one.
-inline constexpr double kChangedShare = 0.5;
-
 struct TaskPlan {
   std::int32_t priority = 0;     ///< 0 is the most urgent; equal ones run in the order of their release
   int cpu = -1;                  ///< processor it is bound to; -1 = any
@@ -44,7 +36,6 @@ struct TaskPlan {
   core::TimeNs watchdog_ns = 0;  ///< a scan longer than this is a fault (R1002); 0 = no watchdog
   OverrunPolicy overrun = OverrunPolicy::kSkip;
   FaultPolicy on_fault = FaultPolicy::kSafeState;
-  Evaluate evaluate = Evaluate::kAll;
 };
 
 /// One plan a task, with the priorities that the image declares and nothing else.

@@ -35,18 +35,13 @@ inline Engine native_code(const native::CompileOptions& options = {}, std::strin
             return std::unique_ptr<runtime::CompiledTask>(std::move(*compiled));
           }};
 }
-/// Most programs of tests are so small that any change is a large part of them: this one is never given up for.
-inline constexpr std::uint32_t kEndlessPatience = 1'000'000;
-/// Native code that leaves out what did not change; `patience`: see native::CompileOptions. One of the two that
-/// all_engines() has is made of the instructions of all processors.
-inline Engine native_changed(std::uint32_t patience = native::kPatience) {
-  return native_code({.baseline = patience == kEndlessPatience, .changed = true, .patience = patience},
-                     "native code of what changed, patience " + std::to_string(patience));
-}
 /// Those that this processor has. The first is what the others are compared with.
 inline std::vector<Engine> all_engines() {
 #if defined(__x86_64__) || defined(__aarch64__)
-  return {interpreter(), native_code(), native_changed(), native_changed(kEndlessPatience)};
+  using native::Naming;
+  return {interpreter(), native_code({.naming = Naming::kFromCode}),
+          native_code({.naming = Naming::kFromRegister}, "native code, variables from a register"),
+          native_code({.most_records_as_code = 0, .baseline = true}, "native code of any processor, records as data")};
 #else
   return {interpreter()};
 #endif

@@ -89,7 +89,7 @@ TEST(Run, StatisticsAsJson) {
   }
 }
 
-TEST(Run, SaysWhichEngineRunsSinceWhen) {
+TEST(Run, SaysWhichEngineRuns) {
   const auto engines = [](std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), {PLC_RUN_TOOL, tank(), "--modbus", "off"});
     const auto result = run_tool(arguments);
@@ -98,34 +98,11 @@ TEST(Run, SaysWhichEngineRunsSinceWhen) {
   };
   EXPECT_NE(engines({"--cycles", "3", "--engine", "interp", "--stats"}).find("engine of Fast: interpreter\n"),
             std::string::npos);
-  EXPECT_NE(engines({"--cycles", "3", "--engine", "native", "--stats"}).find("engine of Fast: native since "),
+  EXPECT_NE(engines({"--cycles", "3", "--engine", "native", "--stats"}).find("engine of Fast: native\n"),
             std::string::npos);
-  // Time enough for the change, on a machine that is busy too.
-  const auto document = nlohmann::json::parse(engines({"--duration", "3s", "--stats=json"}), nullptr, false);
+  const auto document = nlohmann::json::parse(engines({"--cycles", "3", "--stats=json"}), nullptr, false);
   ASSERT_FALSE(document.is_discarded());
   EXPECT_EQ(document.at("tasks").at(0).at("engine"), "native");
-  EXPECT_GE(document.at("tasks").at(0).at("native_since_ns").get<std::int64_t>(), 0);
-}
-
-TEST(Run, SaysWhatIsLeftOut) {
-  const ScratchFolder scratch;
-  const std::string config = scratch.file("plc.toml");
-  write_text(config, "[tasks.Fast]\nevaluate = \"changed\"\n");
-  const auto run = [&config](const char* engine, const char* stats) {
-    const auto result = run_tool({PLC_RUN_TOOL, tank(), "--modbus", "off", "--config", config, "--cycles", "50",
-                                  "--engine", engine, stats});
-    EXPECT_EQ(result.code, 0) << result.err;
-    return result.out;
-  };
-  const std::string native = run("native", "--stats");
-  EXPECT_NE(native.find(", evaluates what changed\n"), std::string::npos) << native;
-  EXPECT_NE(native.find(" groups left out, "), std::string::npos) << native;
-  EXPECT_NE(run("interp", "--stats").find(", evaluates what changed in native code only: here everything\n"),
-            std::string::npos);
-  const auto task = nlohmann::json::parse(run("native", "--stats=json")).at("tasks").at(0);
-  EXPECT_GT(task.at("groups"), 0);
-  EXPECT_EQ(task.at("native_scans"), task.at("cycles"));
-  EXPECT_LE(task.at("whole_scans"), task.at("native_scans"));
 }
 
 TEST(Run, JsonHasStdoutForItself) {

@@ -27,8 +27,10 @@
 #include "runtime/sched/realtime.h"
 #include "tools/command_line.h"
 #include "tools/engine.h"
+#include "tools/manual.h"
 #include "tools/plc-run/component_faults.h"
 #include "tools/plc-run/listeners.h"
+#include "tools/plc-run/open_image.h"
 #include "tools/plc-run/report.h"
 #include "tools/plc-run/watch.h"
 #include "tools/statistics.h"
@@ -121,12 +123,12 @@ void complain_at(const std::string& file, core::SourceRef at, const core::Proble
 
 /// What the tasks needed so far; they may run.
 void print_statistics(const Run& run, const runtime::Resource& resource, const runtime::RealtimeScheduler& scheduler,
-                      core::TimeNs begin_ns, std::ostream& out) {
+                      std::ostream& out) {
   const bytecode::Image& image = resource.image();
-  if (run.stats == Stats::kJson) return print_json(resource, scheduler, begin_ns, out);
+  if (run.stats == Stats::kJson) return print_json(resource, scheduler, out);
   print_times(image, scheduler, out);
   if (run.stats != Stats::kText) return;
-  print_engines(resource, begin_ns, out);
+  print_engines(resource, out);
   print_histograms(image, scheduler, out);
   print_executions(image, scheduler, out);
 }
@@ -176,11 +178,6 @@ class AllocationWarnings {
 int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::Diagnostics& diagnostics,
                  std::int64_t duration_ns, core::TimeNs load_ns) {
   const bytecode::Image& image = resource.image();
-  std::vector<runtime::Evaluate> evaluate;
-  for (const runtime::TaskPlan& task : plan.tasks) evaluate.push_back(task.evaluate);
-  if (run.engine == Engine::kNative) {
-    if (const auto problem = compile_all(resource, evaluate)) return complain(*problem), kExitErrors;
-  }
   const auto machine =
       io::Machine::configure({run.file, std::move(plan.configuration), run.listen, run.simulate,
                               "plc map " + shell_word(run.file) + compile_flags(run.options, run.libraries)},
@@ -201,7 +198,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   // What is said on the way leaves stdout to the document.
   std::ostream& talk = run.stats == Stats::kJson ? std::cerr : std::cout;
   print_retained(image, std::cerr);
-  print_start(run.file, image, plan.tasks, run.engine, load_ns, talk);
+  print_start(run.file, image, plan.tasks, load_ns, talk);
   if (run.simulate) talk << "--simulate-io: no device is touched, outputs go nowhere\n";
   handle_signals();
   // From here on this may be the guardian's child: no thread before.
@@ -235,10 +232,6 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   }
   print_realtime(report, talk);
   talk << std::endl;
-  // A thread, so behind the guardian's fork; its memory is locked like all other.
-  std::optional<BackgroundCompiler> compiler;
-  if (run.engine == Engine::kAuto) compiler.emplace(resource, evaluate);
-
   std::size_t faults = 0;
   const auto show_faults = [&] {
     for (const runtime::TaskFault& fault : scheduler.new_faults()) {
@@ -262,11 +255,8 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
     }
     show_faults();
     allocations.print_new(std::cerr);
-    if (compiler) {
-      for (const std::string& note : compiler->take_notes()) std::cerr << "plc-run: " << note << std::endl;
-    }
     if (report_wanted.exchange(false, std::memory_order_relaxed)) {
-      print_statistics(run, resource, scheduler, begin, std::cerr);
+      print_statistics(run, resource, scheduler, std::cerr);
       std::cerr << std::flush;
     }
     const core::TimeNs end = duration_ns == 0 ? now + kPollNs : std::min(now + kPollNs, begin + duration_ns);
@@ -281,7 +271,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   show_faults();
   allocations.print_new(std::cerr);
   print_events(resource, std::cerr);
-  print_statistics(run, resource, scheduler, begin, std::cout);
+  print_statistics(run, resource, scheduler, std::cout);
   if (run.stats == Stats::kText) {
     std::cout << '\n';
     if (const auto modbus = machine->modbus_statistics()) print_modbus(*modbus, std::cout);
@@ -323,6 +313,7 @@ int run_command(int argc, char** argv) {
       "plc-run"};
   Run run;
   app.set_version_flag("--version", kVersionText);
+  add_manual_option(app);
   app.add_option("FILE", run.file, "PLCopen XML or ST file, or image made by plc compile")->required();
   app.add_option("--cycles", run.cycles, "stop after N scans of the fastest task")
       ->type_name("N")
@@ -399,8 +390,6 @@ int run_command(int argc, char** argv) {
     return give_up(diagnostics.all().front().code == core::Code::P7001 ? kExitUsage : kExitErrors);
   }
   const taskblocks::Registry registry = load_taskblocks(*configuration, diagnostics);
-  std::vector<std::string> libraries = run.libraries;
-  add_project_libraries(*configuration, libraries, diagnostics);
   if (diagnostics.has_errors()) {
     return give_up(diagnostics.all().front().code == core::Code::P7001 ? kExitUsage : kExitErrors);
   }
@@ -410,21 +399,21 @@ int run_command(int argc, char** argv) {
   std::unique_ptr<runtime::Resource> resource;
   std::optional<Plan> plan;
   {
-    Compilation compilation;
-    if (const auto code =
-            open_or_explain(app, {run.file, run.options, Goal::kRun, libraries, {}, &registry}, compilation)) {
+    std::optional<bytecode::VerifiedImage> image;
+    if (const auto code = open_image(app, {run.file, run.options, run.libraries, run.configuration}, image)) {
       return *code;
     }
-    plan = make_plan(run, std::move(*configuration), compilation.image->image(), diagnostics);
+    plan = make_plan(run, std::move(*configuration), image->image(), diagnostics);
     if (!plan) return give_up(kExitErrors);
     for (const runtime::TaskPlan& task : plan->tasks) run.program.priorities.push_back(task.priority);
-    auto loaded = runtime::Resource::load(std::move(*compilation.image), run.program);
+    auto loaded = runtime::Resource::load(std::move(*image), run.program);
     if (!loaded) {
       give_up(kExitErrors);
       return complain(loaded.error()), kExitErrors;
     }
     resource = std::move(*loaded);
   }
+  if (const auto problem = prepare_engine(*resource, run.engine, "plc-run")) return complain(*problem), kExitErrors;
   return run_resource(run, *resource, std::move(*plan), diagnostics, duration_ns, clock.now_ns() - begin);
 }
 

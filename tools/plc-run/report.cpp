@@ -120,7 +120,7 @@ ordered_json to_json(const Histogram& histogram) {
 }  // namespace
 
 void print_start(std::string_view file, const bytecode::Image& image, std::span<const runtime::TaskPlan> plan,
-                 Engine engine, core::TimeNs load_ns, std::ostream& out) {
+                 core::TimeNs load_ns, std::ostream& out) {
   out << fmt::format("{}: {} with {}, ready in {}\n", kVersionText, file, counted(image.tasks.size(), "task"),
                      time_text(load_ns));
   out << "options: " << describe(image.options) << '\n';
@@ -131,10 +131,6 @@ void print_start(std::string_view file, const bytecode::Image& image, std::span<
     if (plan[t].offset_ns != 0) out << ", offset " << time_text(plan[t].offset_ns);
     if (plan[t].lead_ns) out << ", lead " << time_text(*plan[t].lead_ns);
     if (plan[t].watchdog_ns != 0) out << ", watchdog " << time_text(plan[t].watchdog_ns);
-    if (plan[t].evaluate == runtime::Evaluate::kChanged) {
-      out << ", evaluates what changed"
-          << (engine == Engine::kInterpreter ? " in native code only: here everything" : "");
-    }
     out << '\n';
   }
 }
@@ -216,20 +212,15 @@ void print_executions(const bytecode::Image& image, const runtime::RealtimeSched
   }
 }
 
-void print_engines(const runtime::Resource& resource, core::TimeNs begin_ns, std::ostream& out) {
+void print_engines(const runtime::Resource& resource, std::ostream& out) {
   out << '\n';
   for (std::size_t i = 0; i < resource.task_count(); ++i) {
     const runtime::Program& program = resource.program(i);
-    out << fmt::format("engine of {}: {}", program.task().name, engine_name(program));
-    if (const auto since = program.compiled_since())
-      out << " since " << time_text(std::max<core::TimeNs>(*since - begin_ns, 0));
-    if (const std::string skipped = skipped_text(program); !skipped.empty()) out << ", " << skipped;
-    out << '\n';
+    out << fmt::format("engine of {}: {}\n", program.task().name, engine_name(program));
   }
 }
 
-void print_json(const runtime::Resource& resource, const runtime::RealtimeScheduler& scheduler, core::TimeNs begin_ns,
-                std::ostream& out) {
+void print_json(const runtime::Resource& resource, const runtime::RealtimeScheduler& scheduler, std::ostream& out) {
   const bytecode::Image& image = resource.image();
   ordered_json document;
   document["realtime_priority"] = scheduler.report().realtime_priority;
@@ -245,9 +236,6 @@ void print_json(const runtime::Resource& resource, const runtime::RealtimeSchedu
     task["period_ns"] = declared.single.empty() ? declared.period_ns : 0;
     const runtime::Program& program = resource.program(i);
     task["engine"] = engine_name(program);
-    if (const auto since = program.compiled_since())
-      task["native_since_ns"] = std::max<core::TimeNs>(*since - begin_ns, 0);
-    for (const auto& [name, count] : skipped_counts(program)) task[name] = count;
     task["cycles"] = s.scans.load();
     task["overruns"] = s.overruns.load();
     task["missed"] = s.missed.load();

@@ -14,14 +14,13 @@
 #include "core/clock.h"
 #include "io-drivers/machine/machine.h"
 #include "runtime/sched/realtime.h"
-#include "tools/engine.h"
 
 namespace plc::tools {
 
 /// Version, options, and each task with its release and what the machine has planned for it. `load_ns`: from the start
 /// to here.
 void print_start(std::string_view file, const bytecode::Image& image, std::span<const runtime::TaskPlan> plan,
-                 Engine engine, core::TimeNs load_ns, std::ostream& out);
+                 core::TimeNs load_ns, std::ostream& out);
 /// Says which variables are declared as retained: nothing is kept over a restart yet.
 void print_retained(const bytecode::Image& image, std::ostream& out);
 void print_devices(const io::Machine& machine, const std::vector<std::string>& notes, std::ostream& out);
@@ -34,13 +33,12 @@ void print_times(const bytecode::Image& image, const runtime::RealtimeScheduler&
 void print_histograms(const bytecode::Image& image, const runtime::RealtimeScheduler& scheduler, std::ostream& out);
 /// The longest scans as they may stand in plc.toml, for the analysis of the schedule; tasks without a scan left out.
 void print_executions(const bytecode::Image& image, const runtime::RealtimeScheduler& scheduler, std::ostream& out);
-/// A line per task: its engine, and for native code since when, counted from `begin_ns`.
-void print_engines(const runtime::Resource& resource, core::TimeNs begin_ns, std::ostream& out);
+/// A line per task: its engine.
+void print_engines(const runtime::Resource& resource, std::ostream& out);
 /// The same as the four above as one line of JSON, all times in ns:
 /// {"realtime_priority": .., "memory_locked": .., "refused": [..], "tasks": [{"name": .., "engine": .., "latency":
 /// {"count": .., .., "buckets": [[upper, count], ..]}, ..}]}.
-void print_json(const runtime::Resource& resource, const runtime::RealtimeScheduler& scheduler, core::TimeNs begin_ns,
-                std::ostream& out);
+void print_json(const runtime::Resource& resource, const runtime::RealtimeScheduler& scheduler, std::ostream& out);
 
 void print_modbus(const modbus::ServerStatistics& statistics, std::ostream& out);
 

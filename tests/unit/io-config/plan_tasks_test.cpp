@@ -76,7 +76,7 @@ TEST(PlanTasks, EveryKeyOfATask) {
       "[tasks.fast]\n"  // names are those of IEC 61131-3: case does not count
       "priority = 9\ncpu = 5\noffset = \"250us\"\nlead = \"15us\"\ndeadline = \"900us\"\nexecution = "
       "\"350us\"\nwatchdog = \"5ms\"\n"
-      "overrun = \"fault\"\non_fault = \"stop\"\nevaluate = \"changed\"\n");
+      "overrun = \"fault\"\non_fault = \"stop\"\n");
   ASSERT_TRUE(p.plan.has_value()) << p.problems;
   const TaskPlan& fast = p.of(kFast);
   EXPECT_EQ(fast.priority, 9);
@@ -88,14 +88,12 @@ TEST(PlanTasks, EveryKeyOfATask) {
   EXPECT_EQ(fast.watchdog_ns, 5 * kMs);
   EXPECT_EQ(fast.overrun, OverrunPolicy::kFault);
   EXPECT_EQ(fast.on_fault, FaultPolicy::kStop);
-  EXPECT_EQ(fast.evaluate, runtime::Evaluate::kChanged);
   int keys = 0;
   for (const KeyInfo& key : config_keys()) keys += key.table == TableId::kTask ? 1 : 0;
-  EXPECT_EQ(keys, 10) << "keys that this test does not know";
+  EXPECT_EQ(keys, 9) << "keys that this test does not know";
   // Nothing of it is the others'.
   EXPECT_EQ(p.of(kSlow).watchdog_ns, 0);
   EXPECT_EQ(p.of(kSlow).cpu, -1);
-  EXPECT_EQ(p.of(kSlow).evaluate, runtime::Evaluate::kAll);
   EXPECT_FALSE(p.of(kSlow).lead_ns.has_value());
   EXPECT_EQ(p.of(kStop).on_fault, FaultPolicy::kSafeState);
 }

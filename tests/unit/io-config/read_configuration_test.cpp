@@ -256,7 +256,6 @@ TEST(Keys, DefaultsAreThoseOfTheStructures) {
   EXPECT_EQ(c.tasks.at(0).watchdog_ns, t.watchdog_ns);
   EXPECT_EQ(c.tasks.at(0).overrun, t.overrun);
   EXPECT_EQ(c.tasks.at(0).on_fault, t.on_fault);
-  EXPECT_EQ(c.tasks.at(0).evaluate, t.evaluate);
 }
 
 /// The choices stand in the order of the enumerators.

@@ -86,7 +86,6 @@ constexpr Wrong kWrong[] = {
     {"ProcessorTooLarge", "[scheduler]\ncpu = 1024\n", "2:7 P7305"},
     {"DeadlineOfNothing", "[tasks.Fast]\ndeadline = \"0s\"\n", "2:12 P7305"},
     {"OverrunOfNoKind", "[tasks.Fast]\noverrun = \"stop\"\n", "2:11 P7305"},
-    {"EvaluateOfNoKind", "[tasks.Fast]\nevaluate = \"some\"\n", "2:12 P7305"},
     {"PolicyOfNoKind", "[tasks.Fast]\non_fault = \"safe\"\n", "2:12 P7305"},
     {"UnitTooLarge", "[modbus]\nunit_id = 256\n", "2:11 P7305"},
     {"NoClients", "[modbus]\nmax_clients = 0\n", "2:15 P7305"},

@@ -16,7 +16,6 @@
 #include <vector>
 
 #include "native/choice.h"
-#include "native/footprint.h"
 #include "tests/support/engines.h"
 #include "tests/support/image_builder.h"
 #include "tests/unit/native/loop_support.h"
@@ -303,7 +302,7 @@ TEST(Loops, AChoiceOfIntegersIsMadeWithoutAJump) {
   }
 }
 
-TEST(Footprint, PartsBehindSeveralIndicesEndWithTheLastOne) {
+TEST(Accesses, PartsBehindSeveralIndicesEndWithTheLastOne) {
   ImageBuilder b;
   PouBuilder main = b.pou("Main", PouKind::kProgram);
   const std::uint32_t dint = b.type(TypeId::kDint);
@@ -317,14 +316,15 @@ TEST(Footprint, PartsBehindSeveralIndicesEndWithTheLastOne) {
             {{bytecode::PathStep::kIndex, i}, {bytecode::PathStep::kField, 1}, {bytecode::PathStep::kIndex, i}});
   const auto engines = load(b, main);
   const runtime::LinkedCode& linked = (*engines)[0].program(0).linked();
-  native::Footprints footprints(linked);
   for (const runtime::LinkedInstruction& instruction : linked.instructions) {
     if (instruction.op != runtime::ResolvedOp::kLoadPath32) continue;
-    const native::Footprint found = footprints.of(instruction);
-    ASSERT_EQ(found.writes.size(), 1u);
-    ASSERT_EQ(found.reads.size(), 3u);
-    EXPECT_EQ(found.reads[2].begin, found.writes[0].begin + 4 + 12);  // a[0].y[0]
-    EXPECT_EQ(found.reads[2].bytes, 24u + 8u + 4u);                   // to a[1].y[2]
+    const auto found = native::accesses_of(linked.data(), {linked.data() + instruction.position, instruction.position,
+                                                           native::operation_of(instruction.op)});
+    ASSERT_TRUE(found.has_value());
+    ASSERT_EQ(found->size(), 4u);
+    EXPECT_TRUE(found->front().write);
+    EXPECT_EQ(found->back().operand, found->front().operand + 4 + 12);  // a[0].y[0]
+    EXPECT_EQ(found->back().bytes, 24u + 8u + 4u);                      // to a[1].y[2]
     return;
   }
   FAIL() << "no LoadPath32";

@@ -120,30 +120,5 @@ TEST(Records, BlocksFindTheirInputsInAnyRegister) {
   }
 }
 
-#ifdef __x86_64__
-TEST(Records, WhereVariablesLieMakesCodeNoLonger) {
-  const auto code_bytes = [](std::uint32_t room) {
-    ImageBuilder b;
-    PouBuilder main = b.pou("Main", PouKind::kProgram);
-    main.variable("room", b.array(b.type(TypeId::kByte), room));
-    const Word bits = main.variable("bits", b.array(b.boolean(), 200));
-    std::vector<Word> words;
-    for (Word n = 0; n < 199; ++n) {
-      words.insert(words.end(), {0x80008000u, bits + n, bits + n + 1, bits + (n + 70) % 200, bits + (n + 130) % 200,
-                                 bits + (n + 190) % 200, bits + n + 1});
-    }
-    main.list(Opcode::kBoolRun, 199, std::move(words));
-    const auto engines = load(b, main);
-    if (engines == nullptr) return std::size_t{0};
-    EXPECT_EQ(engines->scan(0), "");
-    const auto compiled = native::compile((*engines)[0].program(0));
-    return compiled ? (*compiled)->report().code_bytes : 0;
-  };
-  const std::size_t near = code_bytes(8);
-  EXPECT_GT(near, 199u);
-  EXPECT_EQ(code_bytes(40'000), near);
-}
-#endif
-
 }  // namespace
 }  // namespace plc::test

@@ -43,11 +43,10 @@ struct Program {
       EXPECT_EQ(engines->scan(scan * kPeriodNs), "") << "scan " << scan;
     }
     const runtime::LinkedCode& linked = (*engines)[0].program(0).linked();
-    native::Footprints footprints(linked);
     std::size_t count = 0;
     for (std::size_t n = 0; n < linked.bodies.size(); ++n) {
       const auto body = linked.instructions_of(n);
-      for (const auto& operand : native::find_short_lived(linked, footprints, body)) count += operand ? 1 : 0;
+      for (const auto& operand : native::find_short_lived(linked, body)) count += operand ? 1 : 0;
     }
     return count;
   }

@@ -69,19 +69,6 @@ TEST(Schedule, ALeadIsProcessorTimeOfEveryRelease) {
   EXPECT_EQ(s.processors[0].timings[1].response_ns, 950'000 + 2 * 350'000);
 }
 
-TEST(Schedule, EvaluatingWhatChangedCountsInFullAndItsBookkeeping) {
-  Tasks tasks({{1'000'000, 0}, {2'000'000, 1, 300'000}});
-  CostTable costs;
-  costs[CostKind::kScan] = {1000, 1};
-  const double full = tasks.schedule(costs, 0).tasks[0].estimate_ns;
-  costs[CostKind::kByte] = {2, 2};
-  tasks.plan[0].evaluate = tasks.plan[1].evaluate = runtime::Evaluate::kChanged;
-  const Schedule s = tasks.schedule(costs, 0);
-  const auto bytes = static_cast<double>(runtime::estimate_task(tasks.image, 0, costs).table_bytes);
-  EXPECT_EQ(s.tasks[0].estimate_ns, full * (1 + runtime::kChangedShare) + 2 * bytes);
-  EXPECT_EQ(s.tasks[1].execution_ns, 300'000) << "what was measured is in it already";
-}
-
 TEST(Schedule, MeasuredTimesCountAsTheyAreAndEstimatesWithTheirMargin) {
   const Tasks tasks({{1'000'000, 0, 300'000}, {2'000'000, 1}});
   CostTable costs;
