@@ -1,5 +1,5 @@
 // The layers, by reading #include lines: a folder may include only what stands in its row. Changing a row is an
-// architectural decision (ARCHITECTURE.md, "Layers").
+// architectural decision (docs/internals/layers.md).
 #include <gtest/gtest.h>
 
 #include <algorithm>
