@@ -1,11 +1,10 @@
-// The documents keep up with the program: a page for every problem code, man pages with every flag, links that lead
-// somewhere, decision records with unique numbers, and nothing in the tree that does not belong there.
+// The documents keep up with the program: a page for every problem code, man pages with every flag, decision records
+// with unique numbers, and nothing in the tree that does not belong there. Links: links_test.cpp.
 #include <gtest/gtest.h>
 
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <map>
 #include <regex>
 #include <set>
@@ -13,34 +12,16 @@
 #include <vector>
 
 #include "core/diagnostics.h"
+#include "tests/docs/tree.h"
 #include "tests/support/run_tool.h"
 
 namespace {
 
 namespace fs = std::filesystem;
+using plc::test::kRoot;
 using plc::test::run_tool;
-
-const fs::path kRoot = PLC_SOURCE_DIR;
-
-std::string text_of(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-/// Files of the tree, without build folders and what starts with a dot.
-std::vector<fs::path> tree() {
-  std::vector<fs::path> files;
-  auto it = fs::recursive_directory_iterator(kRoot);
-  for (; it != fs::recursive_directory_iterator(); ++it) {
-    const std::string name = it->path().filename().string();
-    if (it->is_directory() && (name.front() == '.' || (it.depth() == 0 && name.rfind("build", 0) == 0))) {
-      it.disable_recursion_pending();
-    } else if (it->is_regular_file()) {
-      files.push_back(it->path());
-    }
-  }
-  return files;
-}
+using plc::test::text_of;
+using plc::test::tree;
 
 TEST(ProblemPages, EveryCodeHasItsPage) {
   for (const plc::core::CodeInfo& code : plc::core::all_codes()) {
@@ -113,22 +94,6 @@ TEST(Manuals, MentionNoFlagThatDoesNotExist) {
   for (const std::string& flag : manual("plc.1")) EXPECT_EQ(known.count(flag), 1u) << "plc.1 invents " << flag;
   known.insert(run_flags.begin(), run_flags.end());
   for (const std::string& flag : manual("plc-run.1")) EXPECT_EQ(known.count(flag), 1u) << "plc-run.1 invents " << flag;
-}
-
-TEST(Links, LeadToFilesThatExist) {
-  static const std::regex link(R"(\]\(([^)#\s]+)(#[^)]*)?\))");
-  std::size_t seen = 0;
-  for (const fs::path& file : tree()) {
-    if (file.extension() != ".md") continue;
-    const std::string text = text_of(file);
-    for (std::sregex_iterator it(text.begin(), text.end(), link), end; it != end; ++it) {
-      const std::string target = (*it)[1];
-      if (target.find("://") != std::string::npos || target.rfind("mailto:", 0) == 0) continue;
-      ++seen;
-      EXPECT_TRUE(fs::exists(file.parent_path() / target)) << fs::relative(file, kRoot) << " links to " << target;
-    }
-  }
-  EXPECT_GT(seen, 10u);
 }
 
 TEST(DecisionRecords, HaveUniqueNumbersAndAStatus) {

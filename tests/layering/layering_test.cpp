@@ -1,10 +1,11 @@
 // The layers, by reading #include lines: a folder may include only what stands in its row. Changing a row is an
-// architectural decision (ARCHITECTURE.md, "Layers").
+// architectural decision (docs/internals/layers.md).
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <set>
 #include <string>
@@ -142,6 +143,16 @@ TEST(Layering, EveryFolderWithSourcesHasARow) {
       has_sources = has_sources || file.path().extension() == ".cpp" || file.path().extension() == ".h";
     }
     EXPECT_TRUE(!has_sources || kAllowed.count(name) == 1) << name << " has sources but no row in this test";
+  }
+}
+
+TEST(Layering, EveryFolderHasARowInItsDocument) {
+  std::ifstream in(kRoot / "docs/internals/layers.md");
+  const std::string page{std::istreambuf_iterator<char>(in), {}};
+  for (const auto& [folder, allowed] : kAllowed) {
+    if (folder.find('/') != std::string::npos) continue;
+    EXPECT_NE(page.find("\n| `" + folder + "/` |"), std::string::npos)
+        << "docs/internals/layers.md has no row of " << folder;
   }
 }
 
