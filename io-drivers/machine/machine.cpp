@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "io-drivers/gpio/gpio_driver.h"
-#include "io-drivers/machine/simulated_device.h"
+#include "io-drivers/simulated/simulated_device.h"
 #include "io-drivers/threaded.h"
 
 namespace plc::io {

@@ -23,7 +23,7 @@
 #include "io-drivers/config/plan_tasks.h"
 #include "io-drivers/csv.h"
 #include "io-drivers/machine/machine.h"
-#include "io-drivers/machine/simulated_device.h"
+#include "io-drivers/simulated/simulated_device.h"
 #include "runtime/sched/realtime.h"
 #include "tools/command_line.h"
 #include "tools/engine.h"

@@ -13,7 +13,7 @@
 #include "io-drivers/config/plan_tasks.h"
 #include "io-drivers/config/template.h"
 #include "io-drivers/modbus/address_map.h"
-#include "io-drivers/simulated.h"
+#include "io-drivers/stimulus.h"
 #include "runtime/memory/global_ports.h"
 #include "tools/command_line.h"
 #include "tools/plc/commands.h"
@@ -114,7 +114,7 @@ void check_files(const Check& check, const io::Configuration& configuration, con
     const auto& named = driver.config->stimulus;
     if (named.text.empty()) continue;
     const std::string path = (folder / named.text).string();
-    const auto stimulus = io::SimulatedDriver::load(path, resource);
+    const auto stimulus = io::Stimulus::load(path, resource);
     const auto problem = stimulus ? stimulus->check_real_time(path, driver.task) : stimulus.error();
     if (problem) report(named.at, *problem);
   }

@@ -1,4 +1,4 @@
-#include "io-drivers/machine/simulated_device.h"
+#include "io-drivers/simulated/simulated_device.h"
 
 #include <algorithm>
 #include <utility>
@@ -9,7 +9,7 @@ namespace plc::io {
 
 std::optional<core::Problem> SimulatedDevice::check() {
   if (stimulus_.empty()) return std::nullopt;
-  auto loaded = SimulatedDriver::load(stimulus_, resource_);
+  auto loaded = Stimulus::load(stimulus_, resource_);
   if (!loaded) return loaded.error();
   for (const runtime::Place& place : loaded->places()) {
     const bool global = place.task == runtime::Place::kGlobal;
