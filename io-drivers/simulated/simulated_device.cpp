@@ -24,14 +24,9 @@ std::optional<core::Problem> SimulatedDevice::check() {
 }
 
 void SimulatedDevice::claim(const BoundDriver& bound) {
-  for (const BoundChannel& input : bound.inputs) {
-    claimed_.push_back(input.field);
-    variables_.push_back(input.config->variable.text);
-  }
+  for (const BoundChannel& input : bound.inputs) variables_.push_back(input.config->variable.text);
   ok_ = bound.ok;
-  if (ok_) claimed_.push_back(ok_->field);
-  std::sort(claimed_.begin(), claimed_.end());
-  claimed_.erase(std::unique(claimed_.begin(), claimed_.end()), claimed_.end());
+  claimed_ = claimed_fields(bound);
   if (!claimed_.empty()) inputs_.emplace(resource_.globals(), claimed_);
 }
 

@@ -11,8 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "io-drivers/config/bind.h"
-#include "io-drivers/driver.h"
+#include "io-drivers/config/driver_type.h"
 #include "io-drivers/stimulus.h"
 #include "runtime/memory/global_ports.h"
 
@@ -60,5 +59,8 @@ class SimulatedDevice final : public Driver {
   bool told_ = false;
   std::vector<std::string_view> variables_;  ///< of its inputs, as plc.toml has them
 };
+
+/// kind = "simulated" (simulated_type.cpp).
+extern const DriverType kSimulatedType;
 
 }  // namespace plc::io
