@@ -164,7 +164,8 @@ std::optional<ListenText> parse_listen(std::string_view text);
 
 /// Reads TOML text. Reports every problem it finds (P73xx: syntax, unknown keys, wrong types, values out of range,
 /// unknown drivers, double use of a variable or channel), each with line and column; nothing when there was an error.
-/// Syntax errors stop at the first, as toml++ does. `types`: the kinds that drivers can be of.
+/// Syntax errors stop at the first, as toml++ does. `types`: the kinds that drivers can be of; the configuration keeps
+/// pointers to their rows.
 std::optional<Configuration> read_configuration(std::string_view text, std::string_view file, DriverTypes types,
                                                 core::Diagnostics& diagnostics);
 /// Reads the file, at most 4 MB, and then its text. P7001 when it cannot be opened.

@@ -23,7 +23,7 @@ void Findings::add(core::Code code, const core::SourceRef& at, std::string messa
 }
 
 void Findings::report(core::Diagnostics& diagnostics) {
-  std::stable_sort(found_.begin(), found_.end(), [](const Finding& a, const Finding& b) { return before(a.at, b.at); });
+  std::ranges::stable_sort(found_, before, &Finding::at);
   for (Finding& one : found_) diagnostics.report(one.code, one.at, {}, std::move(one.message), std::move(one.help));
 }
 
@@ -31,8 +31,7 @@ void check_channels(const Configuration& configuration, Findings& findings) {
   std::vector<const ChannelConfig*> channels;
   for (const ChannelConfig& channel : configuration.inputs) channels.push_back(&channel);
   for (const ChannelConfig& channel : configuration.outputs) channels.push_back(&channel);
-  std::sort(channels.begin(), channels.end(),
-            [](const auto* a, const auto* b) { return before(a->variable.at, b->variable.at); });
+  std::ranges::sort(channels, before, [](const ChannelConfig* channel) { return channel->variable.at; });
   struct Used {
     const DriverConfig* driver = nullptr;
     std::vector<const ChannelConfig*> channels;

@@ -387,7 +387,7 @@ class Reader {
       task.at = place(key);
       read_table(*one, task, {}, task.at, fmt::format("task \"{}\"", name));
     }
-    std::sort(tasks.begin(), tasks.end(), [](const TaskConfig& a, const TaskConfig& b) { return before(a.at, b.at); });
+    std::ranges::sort(tasks, before, &TaskConfig::at);
   }
 
   void read_drivers(const toml::table& table, std::vector<DriverConfig>& drivers) {
@@ -419,8 +419,7 @@ class Reader {
       read_table(*one, driver, {.kind = driver.type}, driver.at, fmt::format("driver \"{}\"", name));
       drivers_[driver.name] = driver.type;
     }
-    std::sort(drivers.begin(), drivers.end(),
-              [](const DriverConfig& a, const DriverConfig& b) { return before(a.at, b.at); });
+    std::ranges::sort(drivers, before, &DriverConfig::at);
   }
 
   void read_channels(const toml::table& table, Applies direction, std::vector<ChannelConfig>& channels) {
@@ -455,8 +454,7 @@ class Reader {
       if (entry.kind != nullptr) channel.values = KeyValues(entry.kind->channel_keys);
       read_table(*one, channel, entry, channel.variable.at, fmt::format("{} \"{}\"", word, name));
     }
-    std::sort(channels.begin(), channels.end(),
-              [](const ChannelConfig& a, const ChannelConfig& b) { return before(a.variable.at, b.variable.at); });
+    std::ranges::sort(channels, before, [](const ChannelConfig& channel) { return channel.variable.at; });
   }
 
   void unknown_driver(std::string_view name, const SourceRef& at) {
