@@ -8,7 +8,7 @@
 #include <system_error>
 
 #include "io-drivers/csv.h"
-#include "io-drivers/simulated.h"
+#include "io-drivers/stimulus.h"
 
 namespace plc::io {
 namespace {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "frontend-st/read.h"
+#include "io-drivers/machine/driver_types.h"
 #include "taskblocks/shared_library.h"
 #include "tools/command_line.h"
 
@@ -76,7 +77,7 @@ std::optional<int> load_taskblocks(const std::string& configuration, taskblocks:
                                    core::Diagnostics& diagnostics) {
   registry = taskblocks::Registry::built_in();
   if (configuration.empty()) return std::nullopt;
-  if (auto loaded = io::load_configuration(configuration, diagnostics)) {
+  if (auto loaded = io::load_configuration(configuration, io::driver_types(), diagnostics)) {
     read = std::move(*loaded);
     registry = load_taskblocks(read, diagnostics);
     add_project_libraries(read, libraries, diagnostics);

@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 #include <tuple>
 #include <unordered_map>
 
 #include "core/guess.h"
 #include "core/text.h"
+#include "io-drivers/config/driver_type.h"
 #include "io-drivers/config/findings.h"
 #include "runtime/access.h"
 #include "runtime/value_text.h"
@@ -22,8 +24,6 @@ using bytecode::ImageType;
 using bytecode::TypeKind;
 using core::Code;
 using core::SourceRef;
-
-bool is_bool(const ImageType& type) { return type.kind == TypeKind::kScalar && type.elementary == core::TypeId::kBool; }
 
 std::string type_name(const ImageType& type) {
   return type.name.empty() ? std::string(core::name_of(type.elementary)) : type.name;
@@ -181,9 +181,10 @@ class Binder {
     if (!channel) return std::nullopt;
     channel->config = &config;
     const ImageType& type = image_.types[channel->type];
-    if (driver.kind == DriverKind::kGpio && !is_bool(type)) {
+    const auto refuses = driver.type->refuses;
+    if (const std::string_view why = refuses == nullptr ? "" : refuses(config.values, type); !why.empty()) {
       findings_.add(Code::P7322, config.variable.at,
-                    fmt::format("\"{}\" has type {}, a GPIO line is a BOOL", config.variable.text, type_name(type)));
+                    fmt::format("\"{}\" has type {}, {}", config.variable.text, type_name(type), why));
       return std::nullopt;
     }
     if (config.invert && !is_bool(type)) {
@@ -283,16 +284,20 @@ class Binder {
 
 }  // namespace
 
+std::vector<std::uint32_t> claimed_fields(const BoundDriver& driver) {
+  std::set<std::uint32_t> fields;
+  if (driver.ok) fields.insert(driver.ok->field);
+  for (const BoundChannel& input : driver.inputs) fields.insert(input.field);
+  return {fields.begin(), fields.end()};
+}
+
 std::vector<std::uint32_t> claimed_fields(const Binding& binding) {
-  std::vector<std::uint32_t> fields;
+  std::set<std::uint32_t> fields;
   for (const BoundDriver& driver : binding.drivers) {
-    if (driver.ok) fields.push_back(driver.ok->field);
-    for (const BoundChannel& input : driver.inputs) fields.push_back(input.field);
+    for (const std::uint32_t field : claimed_fields(driver)) fields.insert(field);
   }
-  if (binding.client_seen) fields.push_back(binding.client_seen->field);
-  std::sort(fields.begin(), fields.end());
-  fields.erase(std::unique(fields.begin(), fields.end()), fields.end());
-  return fields;
+  if (binding.client_seen) fields.insert(binding.client_seen->field);
+  return {fields.begin(), fields.end()};
 }
 
 std::uint32_t fastest_task(const Image& image) {

@@ -14,6 +14,10 @@
 
 namespace plc::io {
 
+inline bool is_bool(const bytecode::ImageType& type) {
+  return type.kind == bytecode::TypeKind::kScalar && type.elementary == core::TypeId::kBool;
+}
+
 /// One variable and its channel.
 struct BoundChannel {
   const ChannelConfig* config = nullptr;  ///< null for BoundDriver::ok
@@ -38,7 +42,9 @@ struct Binding {
   std::optional<BoundChannel> client_seen;  ///< ModbusConfig::client_seen; an input of the server (config is null)
 };
 
-/// The fields that drivers and the server own while they run, ascending: Modbus clients cannot write them.
+/// The fields that the driver, or drivers and the server, own while they run, ascending: Modbus clients cannot write
+/// them.
+std::vector<std::uint32_t> claimed_fields(const BoundDriver& driver);
 std::vector<std::uint32_t> claimed_fields(const Binding& binding);
 
 /// The task that a driver serves when it names none: the one with the shortest interval.

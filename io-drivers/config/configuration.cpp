@@ -53,7 +53,8 @@ std::optional<ListenText> parse_listen(std::string_view text) {
   return listen;
 }
 
-std::optional<Configuration> load_configuration(const std::string& path, core::Diagnostics& diagnostics) {
+std::optional<Configuration> load_configuration(const std::string& path, DriverTypes types,
+                                                core::Diagnostics& diagnostics) {
   // A pipe or a device is not opened: that may block, or never come to an end.
   struct stat status {};
   std::ifstream in;
@@ -69,7 +70,7 @@ std::optional<Configuration> load_configuration(const std::string& path, core::D
   std::string text(std::min<std::size_t>(static_cast<std::size_t>(status.st_size), kMaxConfigurationBytes + 1), '\0');
   in.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(in.gcount()));
-  return read_configuration(text, path, diagnostics);
+  return read_configuration(text, path, types, diagnostics);
 }
 
 }  // namespace plc::io

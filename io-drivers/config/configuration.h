@@ -2,7 +2,7 @@
 //
 // In: TOML text (read_configuration.cpp, the only user of toml++). Out: plain data in which every entry knows its place
 // in the file; nothing is resolved against a project yet (bind.h does that). Keys, their types, defaults and
-// documentation are declared once, in config/keys.def; `plc config init`, the checker and
+// documentation are declared once, in config/keys.def and by the kinds of drivers; `plc config init`, the checker and
 // docs/reference/configuration.md come from there. Does not belong here: devices, images.
 #pragma once
 
@@ -14,57 +14,34 @@
 
 #include "core/clock.h"
 #include "core/diagnostics.h"
+#include "io-drivers/config/key_values.h"
 #include "runtime/sched/task_plan.h"
 
 namespace plc::io {
 
-/// A text with its place in the file.
-struct Placed {
-  std::string text;
-  core::SourceRef at;
-};
-
-enum class DriverKind : std::uint8_t { kGpio, kSimulated };
 enum class OnLoss : std::uint8_t { kHold, kZero };  ///< inputs of a lost device: last value, or FALSE / 0
 
 /// [drivers.NAME]
 struct DriverConfig {
   std::string name;
   core::SourceRef at;
-  DriverKind kind = DriverKind::kSimulated;
+  const DriverType* type = nullptr;  ///< of `kind`; never null once the file was found good
   Placed task;  ///< name of the task it serves; empty = the fastest
   OnLoss on_loss = OnLoss::kHold;
   core::TimeNs retry_ns = 1'000'000'000;  ///< between attempts to come back
   Placed ok;                              ///< BOOL global that is TRUE while the device answers, or empty
-  // kind = "gpio"
-  Placed chip;                          ///< "gpiochip0", a label, or "/dev/gpiochip0"
-  std::optional<core::TimeNs> poll_ns;  ///< exchanged with on a thread of its own, this often; nothing = in the cycle
-  // kind = "simulated"
-  Placed stimulus;  ///< CSV file, relative to plc.toml; empty = inputs keep their initial values
+  KeyValues values;                       ///< of the kind's own keys
 };
-
-enum class Bias : std::uint8_t { kAsIs, kDisabled, kPullUp, kPullDown };
-enum class Drive : std::uint8_t { kPushPull, kOpenDrain, kOpenSource };
-enum class Latch : std::uint8_t {
-  kNone,
-  kRising,
-  kFalling
-};  ///< an edge between two cycles is seen as one cycle TRUE / FALSE
 
 /// One line of [inputs] or [outputs]:  "%IX0.0" = { driver = "panel", channel = 17, invert = true }
 struct ChannelConfig {
   Placed variable;  ///< address, global or path as the key has it
   Placed driver;
-  Placed channel;       ///< gpio: line offset ("17") or line name; simulated: ignored, may be empty
   bool invert = false;  ///< TRUE in the program is FALSE at the device
   // outputs
   Placed safe;     ///< value at stop, fault, death; empty = FALSE / 0
   Placed initial;  ///< value from open() to the end of the first cycle; empty = safe
-  // gpio
-  bool active_low = false;  ///< done by the kernel; together with invert they cancel out
-  Bias bias = Bias::kAsIs;
-  Drive drive = Drive::kPushPull;  ///< outputs
-  Latch latch = Latch::kNone;      ///< inputs
+  KeyValues values;  ///< of the keys that the driver's kind has of its own
 };
 
 /// Which 16-bit word of a value comes first (and which byte in it): 123.456 = 42F6 E979 is ABCD.
@@ -186,10 +163,12 @@ std::optional<ListenText> parse_listen(std::string_view text);
 
 /// Reads TOML text. Reports every problem it finds (P73xx: syntax, unknown keys, wrong types, values out of range,
 /// unknown drivers, double use of a variable or channel), each with line and column; nothing when there was an error.
-/// Syntax errors stop at the first, as toml++ does.
-std::optional<Configuration> read_configuration(std::string_view text, std::string_view file,
+/// Syntax errors stop at the first, as toml++ does. `types`: the kinds that drivers can be of; the configuration keeps
+/// pointers to their rows.
+std::optional<Configuration> read_configuration(std::string_view text, std::string_view file, DriverTypes types,
                                                 core::Diagnostics& diagnostics);
 /// Reads the file, at most 4 MB, and then its text. P7001 when it cannot be opened.
-std::optional<Configuration> load_configuration(const std::string& path, core::Diagnostics& diagnostics);
+std::optional<Configuration> load_configuration(const std::string& path, DriverTypes types,
+                                                core::Diagnostics& diagnostics);
 
 }  // namespace plc::io

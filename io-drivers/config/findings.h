@@ -31,7 +31,7 @@ class Findings {
   std::vector<Finding> found_;
 };
 
-/// Variables with two entries, in any letter case, and GPIO lines with two users.
-void check_double_use(const Configuration& configuration, Findings& findings);
+/// Variables with two entries, in any letter case; channels with two users, and what else the kinds of drivers check.
+void check_channels(const Configuration& configuration, Findings& findings);
 
 }  // namespace plc::io

@@ -1,59 +1,65 @@
 #include "io-drivers/config/keys.h"
 
-#include <algorithm>
+#include "io-drivers/config/driver_type.h"
 
 namespace plc::io {
 namespace {
 
-// The columns of keys.def.
-constexpr KeyType boolean() { return {.kind = KeyKind::kBoolean}; }
-constexpr KeyType integer(std::int64_t low, std::int64_t high) {
-  return {.kind = KeyKind::kInteger, .low = low, .high = high};
-}
-constexpr KeyType text() { return {.kind = KeyKind::kText}; }
-constexpr KeyType texts() { return {.kind = KeyKind::kTexts}; }
-constexpr KeyType choice(std::string_view choices) { return {.kind = KeyKind::kChoice, .choices = choices}; }
-constexpr KeyType duration(std::string_view low, std::string_view high) {
-  return {.kind = KeyKind::kDuration, .low_text = low, .high_text = high};
-}
-constexpr KeyType listen() { return {.kind = KeyKind::kListen}; }
-constexpr KeyType channel() { return {.kind = KeyKind::kChannel, .high = 65535}; }
-constexpr KeyType value() { return {.kind = KeyKind::kValue}; }
-constexpr KeyDefault otherwise(std::string_view toml) { return {KeyDefault::Kind::kValue, toml}; }
-constexpr KeyDefault nothing(std::string_view example) { return {KeyDefault::Kind::kNothing, example}; }
-constexpr KeyDefault required(std::string_view example, Applies required_for = kAlways) {
-  return {KeyDefault::Kind::kRequired, example, required_for};
-}
+using namespace key;
 
 constexpr TableInfo kTables[] = {
-#define PLC_CONFIG_TABLE(table, heading, documentation) {TableId::table, heading, documentation},
+#define PLC_CONFIG_TABLE(table, structure, heading, documentation) {TableId::table, heading, documentation},
 #include "io-drivers/config/keys.def"
 };
 constexpr KeyInfo kKeys[] = {
 #define PLC_CONFIG_KEY(table, name, place, type, fallback, applies, documentation) \
-  {TableId::table, name, type, fallback, applies, documentation},
+  {name, type, fallback, documentation, applies, TableId::table},
 #include "io-drivers/config/keys.def"
 };
 
 }  // namespace
 
-std::span<const TableInfo> config_tables() { return kTables; }
-std::span<const KeyInfo> config_keys() { return kKeys; }
-
-const KeyInfo* find_key(TableId table, std::string_view name) {
-  const auto found = std::find_if(std::begin(kKeys), std::end(kKeys),
-                                  [&](const KeyInfo& key) { return key.table == table && key.name == name; });
-  return found == std::end(kKeys) ? nullptr : found;
+Keys::Keys(DriverTypes types) : rows_(std::begin(kKeys), std::end(kKeys)) {
+  for (const DriverType* type : types) {
+    kinds_ += (kinds_.empty() ? "" : "|") + std::string(type->name);
+    kinds_help_ += (kinds_help_.empty() ? "" : " ") + std::string(type->name) + ": " + std::string(type->summary);
+    if (first_kind_.empty()) first_kind_ = '"' + std::string(type->name) + '"';
+    const auto add = [&](std::span<const KeyInfo> keys, TableId table) {
+      for (KeyInfo key : keys) {
+        key.table = table;
+        key.kind = type;
+        rows_.push_back(key);
+      }
+    };
+    add(type->driver_keys, TableId::kDriver);
+    add(type->channel_keys, TableId::kChannel);
+  }
+  for (KeyInfo& key : rows_) {
+    if (key.table != TableId::kDriver || key.name != "kind") continue;
+    key.type.choices = kinds_;
+    key.fallback.toml = first_kind_;
+    key.documentation = kinds_help_;
+  }
 }
 
-std::string applies_text(Applies applies) {
-  std::string text;
-  const auto add = [&text](std::string_view part) { text += (text.empty() ? "" : ", ") + std::string(part); };
-  if ((applies & kSimulatedBit) == 0) add("gpio only");
-  if ((applies & kGpioBit) == 0) add("simulated only");
-  if ((applies & kInputBit) == 0) add("outputs only");
-  if ((applies & kOutputBit) == 0) add("inputs only");
-  return text;
+const KeyInfo* Keys::find(TableId table, std::string_view name, const DriverType* kind) const {
+  const KeyInfo* other = nullptr;
+  for (const KeyInfo& key : rows_) {
+    if (key.table != table || key.name != name) continue;
+    if (key.kind == nullptr || key.kind == kind) return &key;
+    if (other == nullptr) other = &key;
+  }
+  return other;
+}
+
+std::span<const TableInfo> config_tables() { return kTables; }
+
+std::string applies_text(const KeyInfo& key) {
+  std::string text = key.kind == nullptr ? "" : std::string(key.kind->name) + " only";
+  const std::string_view way = key.applies == kOutputsOnly  ? "outputs only"
+                               : key.applies == kInputsOnly ? "inputs only"
+                                                            : "";
+  return text + (text.empty() || way.empty() ? "" : ", ") + std::string(way);
 }
 
 std::string type_text(const KeyType& type) {

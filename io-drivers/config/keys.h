@@ -1,15 +1,21 @@
 // The tables and keys of plc.toml as data: what the reader checks, what `plc config init` writes, what the reference
 // page says.
 //
-// In: keys.def. Out: rows. Does not belong here: TOML, where values go (read_configuration.cpp takes that column).
+// In: keys.def, the keys that kinds of drivers have of their own (driver_type.h). Out: rows. Does not belong here:
+// TOML, where values go (read_configuration.cpp takes that column).
 #pragma once
 
 #include <cstdint>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace plc::io {
+
+struct DriverType;
+/// The kinds of drivers that a program knows, in the order in which people see them.
+using DriverTypes = std::span<const DriverType* const>;
 
 enum class KeyKind : std::uint8_t {
   kBoolean,
@@ -23,22 +29,11 @@ enum class KeyKind : std::uint8_t {
   kValue,     ///< TRUE or FALSE, a number, or text: a value of the variable
 };
 
-/// Which entries a key belongs to: a bit for each kind of driver and each direction. An entry has one of each, or none
-/// while it is not known.
+/// Which directions a key belongs to, or an entry has: a bit each.
 using Applies = std::uint8_t;
-inline constexpr Applies kGpioBit = 1;
-inline constexpr Applies kSimulatedBit = 2;
-inline constexpr Applies kInputBit = 4;
-inline constexpr Applies kOutputBit = 8;
-inline constexpr Applies kAlways = kGpioBit | kSimulatedBit | kInputBit | kOutputBit;
-inline constexpr Applies kGpioOnly = kAlways & ~kSimulatedBit;
-inline constexpr Applies kSimulatedOnly = kAlways & ~kGpioBit;
-inline constexpr Applies kInputsOnly = kAlways & ~kOutputBit;
-inline constexpr Applies kOutputsOnly = kAlways & ~kInputBit;
-/// Whether a key with `applies` belongs to an entry with these bits.
-constexpr bool belongs(Applies applies, Applies entry) { return (applies & entry) == entry; }
-/// "gpio only, outputs only", or empty.
-std::string applies_text(Applies applies);
+inline constexpr Applies kInputsOnly = 1;
+inline constexpr Applies kOutputsOnly = 2;
+inline constexpr Applies kAlways = kInputsOnly | kOutputsOnly;
 
 struct KeyType {
   KeyKind kind = KeyKind::kText;
@@ -53,7 +48,6 @@ struct KeyType {
 struct KeyDefault {
   enum class Kind : std::uint8_t { kValue, kNothing, kRequired } kind = Kind::kValue;
   std::string_view toml;  ///< the default as TOML writes it; an example when there is none
-  Applies required_for = kAlways;
 };
 
 enum class TableId : std::uint8_t {
@@ -75,20 +69,37 @@ struct TableInfo {
 };
 
 struct KeyInfo {
-  TableId table;
   std::string_view name;
-  KeyType type;
-  KeyDefault fallback;
+  KeyType type = {};
+  KeyDefault fallback = {};
+  std::string_view documentation = {};  ///< sentences
   Applies applies = kAlways;
-  std::string_view documentation;  ///< sentences
+  // A kind's folder leaves these away: Keys knows them.
+  TableId table = TableId::kDriver;
+  const DriverType* kind = nullptr;  ///< whose key it is; null: that of every kind, or of another table
+};
+
+/// All keys of plc.toml for a program that knows these kinds of drivers.
+class Keys {
+ public:
+  explicit Keys(DriverTypes types);
+  Keys(const Keys&) = delete;
+  Keys& operator=(const Keys&) = delete;
+
+  /// Those of keys.def in its order, then those of the kinds in theirs.
+  [[nodiscard]] const std::vector<KeyInfo>& rows() const { return rows_; }
+  /// The key that entries of `kind` (null: not known) have, else one that only other kinds have, else null.
+  [[nodiscard]] const KeyInfo* find(TableId table, std::string_view name, const DriverType* kind = nullptr) const;
+
+ private:
+  std::string kinds_, kinds_help_, first_kind_;  ///< of the key "kind"
+  std::vector<KeyInfo> rows_;
 };
 
 /// In the order of keys.def.
 std::span<const TableInfo> config_tables();
-std::span<const KeyInfo> config_keys();
-/// Null when `table` has no key of this name.
-const KeyInfo* find_key(TableId table, std::string_view name);
-
+/// "gpio only, outputs only", or empty.
+std::string applies_text(const KeyInfo& key);
 /// "a duration from 10ms to 1h", "one of \"hold\", \"zero\"".
 std::string type_text(const KeyType& type);
 /// Position of `text` among the choices, -1 when it is none.
@@ -102,5 +113,27 @@ void for_choices(const KeyType& type, Each each) {
     rest = bar == std::string_view::npos ? std::string_view{} : rest.substr(bar + 1);
   }
 }
+
+/// The columns of a row, for keys.def and the kinds of drivers.
+namespace key {
+constexpr KeyType boolean() { return {.kind = KeyKind::kBoolean}; }
+constexpr KeyType integer(std::int64_t low, std::int64_t high) {
+  return {.kind = KeyKind::kInteger, .low = low, .high = high};
+}
+constexpr KeyType text() { return {.kind = KeyKind::kText}; }
+constexpr KeyType texts() { return {.kind = KeyKind::kTexts}; }
+constexpr KeyType choice(std::string_view choices) { return {.kind = KeyKind::kChoice, .choices = choices}; }
+constexpr KeyType duration(std::string_view low, std::string_view high) {
+  return {.kind = KeyKind::kDuration, .low_text = low, .high_text = high};
+}
+constexpr KeyType listen() { return {.kind = KeyKind::kListen}; }
+constexpr KeyType channel() { return {.kind = KeyKind::kChannel, .high = 65535}; }
+constexpr KeyType value() { return {.kind = KeyKind::kValue}; }
+/// Without the key: this value, of texts without escapes.
+constexpr KeyDefault otherwise(std::string_view toml) { return {KeyDefault::Kind::kValue, toml}; }
+/// Without the key: nothing, which the documentation explains.
+constexpr KeyDefault nothing(std::string_view example) { return {KeyDefault::Kind::kNothing, example}; }
+constexpr KeyDefault required(std::string_view example) { return {KeyDefault::Kind::kRequired, example}; }
+}  // namespace key
 
 }  // namespace plc::io

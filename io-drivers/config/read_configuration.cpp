@@ -3,12 +3,14 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <concepts>
 #include <map>
 
 #include "core/duration.h"
 #include "core/guess.h"
 #include "core/text.h"
 #include "io-drivers/config/configuration.h"
+#include "io-drivers/config/driver_type.h"
 #include "io-drivers/config/findings.h"
 #include "io-drivers/config/keys.h"
 #include "io-drivers/config/toml_limits.h"
@@ -28,27 +30,11 @@ struct Listen {
 };
 
 std::string_view type_word(const toml::node& node) {
-  switch (node.type()) {
-    case toml::node_type::table:
-      return "a table";
-    case toml::node_type::array:
-      return "a list";
-    case toml::node_type::string:
-      return "a text";
-    case toml::node_type::integer:
-      return "a whole number";
-    case toml::node_type::floating_point:
-      return "a number with a fraction";
-    case toml::node_type::boolean:
-      return "true or false";
-    case toml::node_type::date:
-    case toml::node_type::time:
-    case toml::node_type::date_time:
-      return "a date or time";
-    case toml::node_type::none:
-      break;
-  }
-  return "nothing";
+  // In the order of toml::node_type.
+  constexpr std::string_view kWords[] = {
+      "nothing", "a table", "a list", "a text", "a whole number", "a number with a fraction", "true or false"};
+  const auto type = static_cast<std::size_t>(node.type());
+  return type < std::size(kWords) ? kWords[type] : "a date or time";
 }
 
 /// The scalar as text, the way runtime/value_text.h reads it.
@@ -64,6 +50,12 @@ bool has_control_character(std::string_view text) {
   return std::any_of(text.begin(), text.end(),
                      [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; });
 }
+
+/// What an entry is that decides which keys it has.
+struct Entry {
+  const DriverType* kind = nullptr;  ///< null: not known, or not of a driver
+  Applies direction = 0;             ///< 0: of no channel
+};
 
 /// A value that was found good, on its way into the structure.
 struct Value {
@@ -81,10 +73,12 @@ void put(const Value& value, Listen to) {
   if (to.enabled) to.address = text->address;
   if (to.enabled) to.port = text->port;
 }
+/// Found before the other keys, which depend on it.
+void put(const Value&, const DriverType*) {}
 void put(const Value& value, core::TimeNs& to) { to = *core::parse_duration_ns(value.node.as_string()->get()); }
-void put(const Value& value, std::uint8_t& to) { to = static_cast<std::uint8_t>(value.node.as_integer()->get()); }
-void put(const Value& value, std::uint16_t& to) { to = static_cast<std::uint16_t>(value.node.as_integer()->get()); }
-void put(const Value& value, std::uint32_t& to) { to = static_cast<std::uint32_t>(value.node.as_integer()->get()); }
+void put(const Value& value, std::unsigned_integral auto& to) {
+  to = static_cast<std::remove_reference_t<decltype(to)>>(value.node.as_integer()->get());
+}
 void put(const Value& value, std::vector<Placed>& to) {
   to.clear();
   for (const toml::node& one : *value.node.as_array()) {
@@ -106,26 +100,19 @@ void put(const Value& value, std::optional<T>& to) {
 
 template <class T>
 inline constexpr TableId kTableOf = TableId::kModbus;
-template <>
-inline constexpr TableId kTableOf<ModbusRange> = TableId::kModbusRange;
-template <>
-inline constexpr TableId kTableOf<DriverConfig> = TableId::kDriver;
-template <>
-inline constexpr TableId kTableOf<ChannelConfig> = TableId::kChannel;
-template <>
-inline constexpr TableId kTableOf<SchedulerConfig> = TableId::kScheduler;
-template <>
-inline constexpr TableId kTableOf<TaskConfig> = TableId::kTask;
-template <>
-inline constexpr TableId kTableOf<ProjectConfig> = TableId::kProject;
-template <>
-inline constexpr TableId kTableOf<TaskblocksConfig> = TableId::kTaskblocks;
-template <>
-inline constexpr TableId kTableOf<GuardianConfig> = TableId::kGuardian;
+#define PLC_CONFIG_TABLE(table, Config, ...) \
+  template <>                                \
+  inline constexpr TableId kTableOf<Config> = TableId::table;
+#include "io-drivers/config/keys.def"
 
-/// Puts the value where the key's row says.
+/// Puts the value where the key's row says; of a kind's own key, to its values.
 template <class T>
 void store(const Value& value, T& c) {
+  if constexpr (requires { c.values; }) {
+    std::vector<Placed> list;
+    if (value.key.type.kind == KeyKind::kTexts) put(value, list);
+    if (value.key.kind != nullptr) return c.values.set(value.key.name, {scalar_text(value.node), value.at}, list);
+  }
 #define PLC_CONFIG_KEY(table, key_name, place, ...)           \
   if constexpr (kTableOf<T> == TableId::table) {              \
     if (value.key.name == key_name) return put(value, place); \
@@ -135,7 +122,9 @@ void store(const Value& value, T& c) {
 
 class Reader {
  public:
-  Reader(std::uint16_t file, Findings& findings) : findings_(findings) { file_at_.file = file; }
+  Reader(std::uint16_t file, DriverTypes types, Findings& findings) : types_(types), keys_(types), findings_(findings) {
+    file_at_.file = file;
+  }
 
   void read(const toml::table& root, Configuration& configuration) {
     configuration.at = configuration.outputs_at = file_at_;
@@ -153,31 +142,25 @@ class Reader {
                 fmt::format("write [{}]", key.str()));
       }
     }
+    const auto read_section = [&](std::string_view name, auto& to) {
+      const toml::table* table = root[name].as_table();
+      if (table == nullptr) return;
+      to.at = place(*table);
+      read_table(*table, to, {}, to.at, fmt::format("[{}]", name));
+    };
     if (const auto* table = root["modbus"].as_table()) read_modbus(*table, configuration.modbus);
-    if (const auto* table = root["scheduler"].as_table()) {
-      configuration.scheduler.at = place(*table);
-      read_table(*table, configuration.scheduler, 0, configuration.scheduler.at, "[scheduler]");
-    }
+    read_section("scheduler", configuration.scheduler);
+    read_section("project", configuration.project);
+    read_section("taskblocks", configuration.taskblocks);
+    read_section("guardian", configuration.guardian);
     if (const auto* table = root["tasks"].as_table()) read_tasks(*table, configuration.tasks);
-    if (const auto* table = root["project"].as_table()) {
-      configuration.project.at = place(*table);
-      read_table(*table, configuration.project, 0, configuration.project.at, "[project]");
-    }
-    if (const auto* table = root["taskblocks"].as_table()) {
-      configuration.taskblocks.at = place(*table);
-      read_table(*table, configuration.taskblocks, 0, configuration.taskblocks.at, "[taskblocks]");
-    }
-    if (const auto* table = root["guardian"].as_table()) {
-      configuration.guardian.at = place(*table);
-      read_table(*table, configuration.guardian, 0, configuration.guardian.at, "[guardian]");
-    }
     if (const auto* table = root["drivers"].as_table()) read_drivers(*table, configuration.drivers);
-    if (const auto* table = root["inputs"].as_table()) read_channels(*table, kInputBit, configuration.inputs);
+    if (const auto* table = root["inputs"].as_table()) read_channels(*table, kInputsOnly, configuration.inputs);
     if (const auto* table = root["outputs"].as_table()) {
       configuration.outputs_at = place(*table);
-      read_channels(*table, kOutputBit, configuration.outputs);
+      read_channels(*table, kOutputsOnly, configuration.outputs);
     }
-    check_double_use(configuration, findings_);
+    check_channels(configuration, findings_);
   }
 
  private:
@@ -199,8 +182,8 @@ class Reader {
   }
 
   /// "it belongs to [guardian]", for a key that stands in the wrong table.
-  static std::string home_of(std::string_view name) {
-    for (const KeyInfo& key : config_keys()) {
+  [[nodiscard]] std::string home_of(std::string_view name) const {
+    for (const KeyInfo& key : keys_.rows()) {
       if (key.name != name) continue;
       for (const TableInfo& table : config_tables()) {
         if (table.id == key.table) return fmt::format("\"{}\" belongs to {}", name, table.heading);
@@ -211,7 +194,7 @@ class Reader {
 
   void unknown_key(TableId table, const toml::key& key, std::string_view where) {
     core::Guess guess(key.str());
-    for (const KeyInfo& known : config_keys()) {
+    for (const KeyInfo& known : keys_.rows()) {
       if (known.table == table) guess.offer(known.name);
     }
     std::string help = guess.help();
@@ -219,28 +202,39 @@ class Reader {
     problem(Code::P7303, place(key), fmt::format("{} has no key \"{}\"", where, key.str()), std::move(help));
   }
 
-  /// Reads all keys of one table into `to`. `entry`: what is known about it, see Applies.
+  /// Why the key does not belong to the entry: "gpio only, outputs only"; empty when it does.
+  [[nodiscard]] std::string misplaced(const KeyInfo& key, const Entry& entry) const {
+    const bool of_kind = key.kind == nullptr || entry.kind == nullptr || key.kind == entry.kind;
+    if (of_kind && (key.applies & entry.direction) == entry.direction) return {};
+    std::string text = applies_text(key);
+    if (of_kind) return text;
+    std::string others;  // that have a key of this name
+    for (const KeyInfo& other : keys_.rows()) {
+      if (other.table != key.table || other.name != key.name || &other == &key) continue;
+      others += ", " + std::string(other.kind->name);
+    }
+    return text.insert(key.kind->name.size(), others);
+  }
+
+  /// Reads all keys of one table into `to`.
   template <class T>
-  void read_table(const toml::table& table, T& to, Applies entry, const SourceRef& at, const std::string& where) {
+  void read_table(const toml::table& table, T& to, const Entry& entry, const SourceRef& at, const std::string& where) {
     for (const auto& [name, node] : table) {
-      const KeyInfo* key = find_key(kTableOf<T>, name.str());
+      const KeyInfo* key = keys_.find(kTableOf<T>, name.str(), entry.kind);
       if (key == nullptr) {
         const bool has_own_reader = kTableOf<T> == TableId::kModbus && name.str() == "range";
         if (!has_own_reader) unknown_key(kTableOf<T>, name, where);
-      } else if (!belongs(key->applies, entry)) {
+      } else if (const std::string only = misplaced(*key, entry); !only.empty()) {
         problem(Code::P7307, place(name), fmt::format("\"{}\" does not belong to {}", name.str(), where),
-                applies_text(key->applies) + ": take it out");
+                only + ": take it out");
       } else if (check(*key, node)) {
         store(Value{node, *key, place(node)}, to);
       }
     }
-    for (const KeyInfo& key : config_keys()) {
+    for (const KeyInfo& key : keys_.rows()) {
       if (key.table != kTableOf<T> || key.fallback.kind != KeyDefault::Kind::kRequired || table.contains(key.name))
         continue;
-      const Applies needed = key.applies & key.fallback.required_for;
-      const bool for_any_kind = (needed & kGpioBit) != 0 && (needed & kSimulatedBit) != 0;
-      const bool kind_known = (entry & (kGpioBit | kSimulatedBit)) != 0;
-      if (!belongs(needed, entry) || (!for_any_kind && !kind_known)) continue;
+      if (!misplaced(key, entry).empty() || (key.kind != nullptr && entry.kind == nullptr)) continue;
       problem(Code::P7306, at, fmt::format("{} has no \"{}\"", where, key.name),
               fmt::format("add {} = {}", key.name, key.fallback.toml));
     }
@@ -336,7 +330,7 @@ class Reader {
 
   void read_modbus(const toml::table& table, ModbusConfig& to) {
     to.at = place(table);
-    read_table(table, to, 0, to.at, "[modbus]");
+    read_table(table, to, {}, to.at, "[modbus]");
     if (to.max_clients_per_address > to.max_clients) {
       problem(Code::P7311, place(table, "max_clients_per_address"),
               fmt::format("{} connections from one address are more than {} in all", to.max_clients_per_address,
@@ -359,7 +353,7 @@ class Reader {
 
   void read_range(const toml::table& table, ModbusRange& to) {
     to.at = place(table);
-    read_table(table, to, 0, to.at, "[[modbus.range]]");
+    read_table(table, to, {}, to.at, "[[modbus.range]]");
     if (to.first > to.last) {
       problem(Code::P7311, place(table, table.contains("last") ? "last" : "first"),
               fmt::format("the range ends with {}, before its first address {}", to.last, to.first));
@@ -391,9 +385,9 @@ class Reader {
       TaskConfig& task = tasks.emplace_back();
       task.name = name;
       task.at = place(key);
-      read_table(*one, task, 0, task.at, fmt::format("task \"{}\"", name));
+      read_table(*one, task, {}, task.at, fmt::format("task \"{}\"", name));
     }
-    std::sort(tasks.begin(), tasks.end(), [](const TaskConfig& a, const TaskConfig& b) { return before(a.at, b.at); });
+    std::ranges::sort(tasks, before, &TaskConfig::at);
   }
 
   void read_drivers(const toml::table& table, std::vector<DriverConfig>& drivers) {
@@ -417,17 +411,19 @@ class Reader {
       driver.name = name;
       driver.at = place(key);
       const auto kind = (*one)["kind"].value<std::string_view>();
-      const int known = kind ? choice_index(find_key(TableId::kDriver, "kind")->type, *kind) : -1;
-      const Applies bit = known < 0 ? 0 : known == static_cast<int>(DriverKind::kGpio) ? kGpioBit : kSimulatedBit;
-      read_table(*one, driver, bit, driver.at, fmt::format("driver \"{}\"", name));
-      drivers_[driver.name] = {bit, driver.poll_ns.has_value()};
+      const auto type = std::find_if(types_.begin(), types_.end(), [&](const auto* t) { return t->name == kind; });
+      if (type != types_.end()) {
+        driver.type = *type;
+        driver.values = KeyValues(driver.type->driver_keys);
+      }
+      read_table(*one, driver, {.kind = driver.type}, driver.at, fmt::format("driver \"{}\"", name));
+      drivers_[driver.name] = driver.type;
     }
-    std::sort(drivers.begin(), drivers.end(),
-              [](const DriverConfig& a, const DriverConfig& b) { return before(a.at, b.at); });
+    std::ranges::sort(drivers, before, &DriverConfig::at);
   }
 
   void read_channels(const toml::table& table, Applies direction, std::vector<ChannelConfig>& channels) {
-    const char* const word = direction == kInputBit ? "input" : "output";
+    const char* const word = direction == kInputsOnly ? "input" : "output";
     for (const auto& [key, node] : table) {
       const toml::table* one = node.as_table();
       const std::string name{core::trimmed(key.str())};
@@ -446,25 +442,19 @@ class Reader {
       }
       ChannelConfig& channel = channels.emplace_back();
       channel.variable = {name, place(key)};
-      Applies entry = direction;
-      bool polled = false;
+      Entry entry = {.direction = direction};
       if (const auto driver = (*one)["driver"].value<std::string_view>()) {
         const auto known = drivers_.find(*driver);
         if (known != drivers_.end()) {
-          entry |= known->second.kind;
-          polled = known->second.polled;
+          entry.kind = known->second;
         } else if (!core::trimmed(*driver).empty()) {
           unknown_driver(*driver, place(*one, "driver"));
         }
       }
+      if (entry.kind != nullptr) channel.values = KeyValues(entry.kind->channel_keys);
       read_table(*one, channel, entry, channel.variable.at, fmt::format("{} \"{}\"", word, name));
-      if (polled && channel.latch != Latch::kNone) {
-        problem(Code::P7311, place(*one, "latch"),
-                fmt::format("driver \"{}\" has \"poll\", which does not go with \"latch\"", channel.driver.text));
-      }
     }
-    std::sort(channels.begin(), channels.end(),
-              [](const ChannelConfig& a, const ChannelConfig& b) { return before(a.variable.at, b.variable.at); });
+    std::ranges::sort(channels, before, [](const ChannelConfig& channel) { return channel.variable.at; });
   }
 
   void unknown_driver(std::string_view name, const SourceRef& at) {
@@ -479,11 +469,9 @@ class Reader {
   }
 
   SourceRef file_at_;
-  struct Known {
-    Applies kind = 0;  ///< 0 while not known
-    bool polled = false;
-  };
-  std::map<std::string, Known, std::less<>> drivers_;
+  DriverTypes types_;
+  Keys keys_;
+  std::map<std::string, const DriverType*, std::less<>> drivers_;  ///< null: of no kind that is known
   Findings& findings_;
 };
 
@@ -515,7 +503,7 @@ std::string syntax_message(const toml::parse_error& error) {
 
 }  // namespace
 
-std::optional<Configuration> read_configuration(std::string_view text, std::string_view file,
+std::optional<Configuration> read_configuration(std::string_view text, std::string_view file, DriverTypes types,
                                                 core::Diagnostics& diagnostics) {
   Configuration configuration;
   configuration.file = file;
@@ -539,7 +527,7 @@ std::optional<Configuration> read_configuration(std::string_view text, std::stri
   }
   Findings findings;
   try {
-    Reader(at.file, findings).read(toml::parse(text, file), configuration);
+    Reader(at.file, types, findings).read(toml::parse(text, file), configuration);
   } catch (const toml::parse_error& error) {
     at.line = error.source().begin.line;
     at.column = error.source().begin.column;

@@ -4,11 +4,12 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <vector>
 
 #include "core/text.h"
 #include "io-drivers/config/bind.h"
-#include "io-drivers/config/keys.h"
+#include "io-drivers/config/driver_type.h"
 #include "runtime/access.h"
 
 namespace plc::io {
@@ -55,8 +56,13 @@ struct Part {
 
 class Template {
  public:
-  Template(runtime::Resource& resource, std::string_view project)
-      : resource_(resource), image_(resource.image()), access_(resource), project_(plain(project)) {}
+  Template(runtime::Resource& resource, std::string_view project, DriverTypes types)
+      : resource_(resource),
+        image_(resource.image()),
+        access_(resource),
+        project_(plain(project)),
+        types_(types),
+        keys_(types) {}
 
   std::string run() {
     find_aliases();
@@ -68,46 +74,31 @@ class Template {
         "it away to use the line.");
     comment(fmt::format("Check the file: plc config check plc.toml {}", project_));
     comment("All tables and keys: docs/reference/configuration.md");
-    out_ += '\n';
-    table(TableId::kProject);
-    out_ += "#[project]\n";
-    keys(TableId::kProject, 0);
+    section(TableId::kProject, "[project]");
     out_ += '\n';
     table(TableId::kDriver);
-    driver("panel", "gpio", kGpioBit);
-    driver("plant", "simulated", kSimulatedBit);
+    for (const DriverType* type : types_) {
+      out_ += fmt::format("#[drivers.{}]\n", type->example);
+      keys(TableId::kDriver, type);
+      out_ += '\n';
+    }
 
     table(TableId::kChannel);
-    for (const KeyInfo& key : config_keys()) {
+    for (const KeyInfo& key : keys_.rows()) {
       if (key.table == TableId::kChannel) comment(fmt::format("  {}: {}", key.name, describe(key)), "    ");
     }
     variables('I', "\n[inputs]\n");
     variables('Q', "\n[outputs]\n");
     memory();
 
-    out_ += '\n';
-    table(TableId::kScheduler);
-    out_ += "#[scheduler]\n";
-    keys(TableId::kScheduler, 0);
+    section(TableId::kScheduler, "[scheduler]");
     out_ += '\n';
     table(TableId::kTask);
     tasks();
-    out_ += '\n';
-    table(TableId::kTaskblocks);
-    out_ += "#[taskblocks]\n";
-    keys(TableId::kTaskblocks, 0);
-    out_ += '\n';
-    table(TableId::kModbus);
-    out_ += "#[modbus]\n";
-    keys(TableId::kModbus, 0);
-    out_ += '\n';
-    table(TableId::kModbusRange);
-    out_ += "#[[modbus.range]]\n";
-    keys(TableId::kModbusRange, 0);
-    out_ += '\n';
-    table(TableId::kGuardian);
-    out_ += "#[guardian]\n";
-    keys(TableId::kGuardian, 0);
+    section(TableId::kTaskblocks, "[taskblocks]");
+    section(TableId::kModbus, "[modbus]");
+    section(TableId::kModbusRange, "[[modbus.range]]");
+    section(TableId::kGuardian, "[guardian]");
     return std::move(out_);
   }
 
@@ -138,39 +129,40 @@ class Template {
     }
   }
 
+  void section(TableId id, std::string_view heading) {
+    out_ += '\n';
+    table(id);
+    out_ += fmt::format("#{}\n", heading);
+    keys(id);
+  }
+
   static std::string describe(const KeyInfo& key) {
     std::string text{key.documentation};
     const KeyKind kind = key.type.kind;
     // The default tells of other types what they are.
     const bool limited = kind == KeyKind::kInteger || kind == KeyKind::kChoice || kind == KeyKind::kDuration;
     if (limited) text += fmt::format(" Takes {}.", type_text(key.type));
-    const std::string applies = applies_text(key.applies);
+    const std::string applies = applies_text(key);
     if (!applies.empty()) text += fmt::format(" ({})", applies);
     return text;
   }
 
-  void keys(TableId id, Applies entry, std::string_view kind = {}) {
-    for (const KeyInfo& key : config_keys()) {
-      if (key.table != id || !belongs(key.applies, entry)) continue;
+  void keys(TableId id, const DriverType* type = nullptr) {
+    for (const KeyInfo& key : keys_.rows()) {
+      if (key.table != id || (key.kind != nullptr && key.kind != type)) continue;
       comment(describe(key));
       std::string value{key.fallback.toml};
-      if (id == TableId::kDriver && key.name == "kind") value = quoted(kind);
+      if (id == TableId::kDriver && key.name == "kind") value = quoted(type->name);
       if (id == TableId::kDriver && key.name == "task") value = quoted(image_.tasks[fastest_task(image_)].name);
       out_ += fmt::format("#{} = {}\n", key.name, value);
     }
-  }
-
-  void driver(std::string_view name, std::string_view kind, Applies bit) {
-    out_ += fmt::format("#[drivers.{}]\n", name);
-    keys(TableId::kDriver, bit, kind);
-    out_ += '\n';
   }
 
   /// Every key for the first task; the others are named.
   void tasks() {
     for (const bytecode::ImageTask& task : image_.tasks) {
       out_ += fmt::format("#[tasks.{}]\n", toml_key(task.name));
-      if (&task == &image_.tasks.front()) keys(TableId::kTask, 0);
+      if (&task == &image_.tasks.front()) keys(TableId::kTask);
     }
   }
 
@@ -267,13 +259,27 @@ class Template {
     }
   }
 
+  /// The keys that lead to the next free channel for a variable of this type; nothing when no driver takes it.
+  std::optional<std::string> next_channel(const ImageType& type) {
+    for (const DriverType* kind : types_) {
+      if (kind->refuses != nullptr && !kind->refuses(KeyValues(kind->channel_keys), type).empty()) continue;
+      std::uint32_t& number = used_[kind];
+      const auto keys = kind->example_channel == nullptr ? std::optional(std::string()) : kind->example_channel(number);
+      if (!keys) continue;
+      ++number;
+      return fmt::format("driver = {}{}{}", quoted(kind->example), keys->empty() ? "" : ", ", *keys);
+    }
+    return std::nullopt;
+  }
+
   void channel(const Part& part, bool output, const std::string& head) {
-    const bool is_bool = part.type->kind == TypeKind::kScalar && part.type->elementary == core::TypeId::kBool;
-    const bool line = is_bool && next_line_ <= find_key(TableId::kChannel, "channel")->type.high;
-    std::string text = line ? fmt::format("driver = \"panel\", channel = {}", next_line_++) : "driver = \"plant\"";
+    const auto keys = next_channel(*part.type);
+    if (!keys) return;
+    std::string text = *keys;
+    const bool bit = is_bool(*part.type);
     const bool is_number =
-        part.type->kind == TypeKind::kScalar && !is_bool && !core::in_category(part.type->elementary, core::kAnyChar);
-    if (output && is_bool) text += ", safe = false";
+        part.type->kind == TypeKind::kScalar && !bit && !core::in_category(part.type->elementary, core::kAnyChar);
+    if (output && bit) text += ", safe = false";
     if (output && is_number) text += ", safe = " + safe_number(*part.type);
     out_ += fmt::format("#{} = {{ {} }}  # {}{}{}\n", quoted(part.path), text, head, head.empty() ? "" : ": ",
                         type_name(*part.type));
@@ -298,14 +304,42 @@ class Template {
   runtime::Access access_;
   std::string project_;
   std::map<std::uint32_t, std::string> aliases_;  ///< by global
-  std::int64_t next_line_ = 0;
+  DriverTypes types_;
+  Keys keys_;
+  std::map<const DriverType*, std::uint32_t> used_;  ///< channels
   std::string out_;
 };
 
 }  // namespace
 
-std::string configuration_template(runtime::Resource& resource, std::string_view project) {
-  return Template(resource, project).run();
+std::string configuration_template(runtime::Resource& resource, std::string_view project, DriverTypes types) {
+  return Template(resource, project, types).run();
+}
+
+std::string configuration_reference(DriverTypes types) {
+  std::string out =
+      "# Configuration: plc.toml\n\n"
+      "What is connected to a machine, in [TOML](https://toml.io/en/v1.0.0). `plc config init` writes a file for a "
+      "project,\n"
+      "`plc config check` checks one; the [guide](../guides/configuration.md) has an example. Unknown keys are errors. "
+      "Durations\n"
+      "are texts: `\"500ms\"`, `\"5s\"`, `\"1.5min\"`.\n";
+  const Keys keys(types);
+  for (const TableInfo& table : config_tables()) {
+    out += fmt::format("\n## {}\n\n{}\n\n| key | takes | default | |\n| --- | --- | --- | --- |\n", table.heading,
+                       table.documentation);
+    for (const KeyInfo& key : keys.rows()) {
+      if (key.table != table.id) continue;
+      const std::string applies = applies_text(key);
+      const bool has_default = key.fallback.kind == KeyDefault::Kind::kValue;
+      const std::string without = has_default ? fmt::format("`{}`", key.fallback.toml)
+                                  : key.fallback.kind == KeyDefault::Kind::kNothing ? "none"
+                                                                                    : "required";
+      out += fmt::format("| `{}` | {}{} | {} | {} |\n", key.name, type_text(key.type),
+                         applies.empty() ? "" : "; " + applies, without, key.documentation);
+    }
+  }
+  return out;
 }
 
 std::string toml_key(std::string_view name) {

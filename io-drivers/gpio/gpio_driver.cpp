@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cstring>
-#include <set>
 #include <thread>
 
 namespace plc::io {
@@ -15,22 +14,21 @@ namespace {
 constexpr int kBusyTries = 30;
 constexpr std::chrono::milliseconds kBusyPause{10};
 
+Latch latch_of(const ChannelConfig& channel) { return channel.values.choice<Latch>("latch"); }
+
 LineEdge edge_of(const ChannelConfig& channel) {
-  if (channel.latch == Latch::kNone) return LineEdge::kNone;
+  const Latch latch = latch_of(channel);
+  if (latch == Latch::kNone) return LineEdge::kNone;
   // The program's rising edge is the line's falling one when the driver inverts; active-low is turned by the kernel.
-  return (channel.latch == Latch::kRising) != channel.invert ? LineEdge::kRising : LineEdge::kFalling;
+  return (latch == Latch::kRising) != channel.invert ? LineEdge::kRising : LineEdge::kFalling;
 }
 
 bool truth(const std::vector<std::byte>& value) { return !value.empty() && value.front() != std::byte{0}; }
 
 LineSpec spec_of(const BoundChannel& channel) {
   const ChannelConfig& config = *channel.config;
-  return {config.channel.text,
-          config.variable.text,
-          config.active_low,
-          config.bias,
-          edge_of(config),
-          config.drive,
+  return {config.values.text("channel"),          config.variable.text, config.values.flag("active_low"),
+          config.values.choice<Bias>("bias"),     edge_of(config),      config.values.choice<Drive>("drive"),
           truth(channel.initial) != config.invert};
 }
 
@@ -38,13 +36,11 @@ LineSpec spec_of(const BoundChannel& channel) {
 
 GpioDriver::GpioDriver(const BoundDriver& bound, runtime::Resource& resource, GpioAccess access)
     : config_(bound.config), access_(std::move(access)), task_(bound.task) {
-  request_.chip = config_->chip.text;
-  std::set<std::uint32_t> fields;
+  request_.chip = config_->values.text("chip");
   for (const BoundChannel& channel : bound.inputs) {
     request_.inputs.push_back(spec_of(channel));
-    inputs_.push_back(
-        {channel.config->variable.text, channel.offset, channel.type, channel.config->invert, channel.config->latch});
-    fields.insert(channel.field);
+    inputs_.push_back({channel.config->variable.text, channel.offset, channel.type, channel.config->invert,
+                       latch_of(*channel.config)});
   }
   for (const BoundChannel& channel : bound.outputs) {
     request_.outputs.push_back(spec_of(channel));
@@ -56,11 +52,8 @@ GpioDriver::GpioDriver(const BoundDriver& bound, runtime::Resource& resource, Gp
     safe_values_.push_back(output->safe);
     outputs_.push_back(std::move(output));
   }
-  if (bound.ok) {
-    ok_.emplace(bound.ok->offset, bound.ok->type);
-    fields.insert(bound.ok->field);
-  }
-  const std::vector<std::uint32_t> claimed(fields.begin(), fields.end());
+  if (bound.ok) ok_.emplace(bound.ok->offset, bound.ok->type);
+  const std::vector<std::uint32_t> claimed = claimed_fields(bound);
   if (!claimed.empty()) to_table_.emplace(resource.globals(), claimed);
   if (!outputs_.empty()) from_table_.emplace(resource.globals());
   read_.resize(inputs_.size());
@@ -96,7 +89,7 @@ std::optional<core::Problem> GpioDriver::open() {
     (*lines)->write(safe_values_);
     return core::Problem{
         core::Code::P7406,
-        fmt::format("{}: the lines of {} cannot be read: {}", config_->name, config_->chip.text, std::strerror(error)),
+        fmt::format("{}: the lines of {} cannot be read: {}", config_->name, request_.chip, std::strerror(error)),
         "see what the kernel says about the chip: dmesg"};
   }
   std::vector<std::uint8_t> initial;
@@ -250,8 +243,8 @@ std::vector<std::string> GpioDriver::service(core::TimeNs now_ns) {
     parked_.reset(lost);
     away_ = true;
     away_since_ns_ = next_try_ns_ = now_ns;
-    problem_ = fmt::format("{} does not answer: {}", config_->chip.text,
-                           std::strerror(error_.load(std::memory_order_relaxed)));
+    problem_ =
+        fmt::format("{} does not answer: {}", request_.chip, std::strerror(error_.load(std::memory_order_relaxed)));
     said.push_back(fmt::format("{}: {}; {}", config_->name, problem_,
                                inputs_.empty()                     ? "it is tried again"
                                : config_->on_loss == OnLoss::kZero ? "its inputs read FALSE"
@@ -266,7 +259,7 @@ std::vector<std::string> GpioDriver::service(core::TimeNs now_ns) {
   away_ = false;
   problem_.clear();
   recoveries_.fetch_add(1, std::memory_order_relaxed);
-  said.push_back(fmt::format("{}: {} is back after {:.1f} s", config_->name, config_->chip.text,
+  said.push_back(fmt::format("{}: {} is back after {:.1f} s", config_->name, request_.chip,
                              static_cast<double>(now_ns - away_since_ns_) / 1e9));
   return said;
 }
@@ -336,10 +329,6 @@ void GpioDriver::close() noexcept {
   delete borrow();
   delete lost_.exchange(nullptr, std::memory_order_acquire);
   parked_.reset();
-}
-
-std::unique_ptr<Driver> make_gpio_driver(const BoundDriver& bound, runtime::Resource& resource) {
-  return std::make_unique<GpioDriver>(bound, resource, kernel_gpio());
 }
 
 }  // namespace plc::io

@@ -13,12 +13,14 @@
 #include <string>
 #include <vector>
 
-#include "io-drivers/config/bind.h"
-#include "io-drivers/driver.h"
+#include "io-drivers/config/driver_type.h"
 #include "io-drivers/gpio/gpio_lines.h"
 #include "runtime/memory/global_ports.h"
 
 namespace plc::io {
+
+/// An edge between two cycles is seen as one cycle of TRUE (rising) or FALSE (falling).
+enum class Latch : std::uint8_t { kNone, kRising, kFalling };
 
 class GpioDriver final : public Driver {
  public:
@@ -117,7 +119,7 @@ class GpioDriver final : public Driver {
   std::string problem_;
 };
 
-/// A driver for the lines of this machine.
-std::unique_ptr<Driver> make_gpio_driver(const BoundDriver& bound, runtime::Resource& resource);
+/// kind = "gpio" (gpio_type.cpp).
+extern const DriverType kGpioType;
 
 }  // namespace plc::io

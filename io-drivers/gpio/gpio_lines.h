@@ -15,10 +15,11 @@
 #include <vector>
 
 #include "core/result.h"
-#include "io-drivers/config/configuration.h"
 
 namespace plc::io {
 
+enum class Bias : std::uint8_t { kAsIs, kDisabled, kPullUp, kPullDown };
+enum class Drive : std::uint8_t { kPushPull, kOpenDrain, kOpenSource };
 /// Which edges of an input are remembered between two reads, as the value goes (after active-low).
 enum class LineEdge : std::uint8_t { kNone, kRising, kFalling };
 

@@ -2,35 +2,10 @@
 
 #include <algorithm>
 
-#include "io-drivers/gpio/gpio_driver.h"
-#include "io-drivers/machine/simulated_device.h"
-#include "io-drivers/threaded.h"
+#include "io-drivers/simulated/simulated_device.h"
 
 namespace plc::io {
 namespace {
-
-std::unique_ptr<Driver> make_driver(const BoundDriver& bound, const Configuration& configuration,
-                                    runtime::Resource& resource) {
-  switch (bound.config->kind) {
-    case DriverKind::kGpio: {
-      auto driver = make_gpio_driver(bound, resource);
-      if (!bound.config->poll_ns) return driver;
-      return std::make_unique<ThreadedDriver>(std::move(driver), *bound.config->poll_ns);
-    }
-    case DriverKind::kSimulated:
-      break;
-  }
-  auto device = std::make_unique<SimulatedDevice>(bound.config->name, configuration.beside(bound.config->stimulus.text),
-                                                  bound.task, resource);
-  device->claim(bound);
-  return device;
-}
-
-/// Where plc.toml says which device it is.
-const core::SourceRef& place_of_device(const DriverConfig& driver) {
-  const core::SourceRef& at = driver.kind == DriverKind::kGpio ? driver.chip.at : driver.stimulus.at;
-  return at.line != 0 ? at : driver.at;
-}
 
 void report(core::Diagnostics& diagnostics, const core::SourceRef& at, const core::Problem& problem) {
   diagnostics.report(problem.code, at, {}, problem.message, problem.help);
@@ -55,10 +30,10 @@ std::unique_ptr<Machine> Machine::configure(MachineOptions options, runtime::Res
   }
   std::vector<bool> stands_in;  // for a device, by driver
   for (DriverConfig& driver : machine->configuration_.drivers) {
-    stands_in.push_back(options.simulate && driver.kind != DriverKind::kSimulated);
+    stands_in.push_back(options.simulate && driver.type->real);
     if (!stands_in.back()) continue;
-    driver.kind = DriverKind::kSimulated;
-    driver.poll_ns.reset();
+    driver.type = &kSimulatedType;
+    driver.values = KeyValues(kSimulatedType.driver_keys);
   }
   auto binding = bind(machine->configuration_, resource, diagnostics);
   if (!binding) return nullptr;
@@ -68,8 +43,11 @@ std::unique_ptr<Machine> Machine::configure(MachineOptions options, runtime::Res
     if (stands_in[index]) bound.inputs.clear();
   }
   for (const BoundDriver& bound : machine->binding_.drivers) {
-    auto driver = make_driver(bound, machine->configuration_, resource);
-    if (const auto problem = driver->check()) report(diagnostics, place_of_device(*bound.config), *problem);
+    const DriverConfig& config = *bound.config;
+    auto driver = config.type->make(bound, machine->configuration_, resource);
+    if (const auto problem = driver->check()) {
+      report(diagnostics, config.values.place(config.type->device_key, config.at), *problem);
+    }
     machine->drivers_.push_back(std::move(driver));
   }
   if (const auto& seen = machine->binding_.client_seen; seen && machine->configuration_.modbus.enabled) {

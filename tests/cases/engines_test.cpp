@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "io-drivers/simulated.h"
+#include "io-drivers/stimulus.h"
 #include "runtime/sched/simulation.h"
 #include "tests/cases/case_file.h"
 #include "tests/support/compiled_image.h"
@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 struct Simulated {
   explicit Simulated(runtime::Resource& resource) : simulation(resource) {}
   runtime::Simulation simulation;
-  std::unique_ptr<io::SimulatedDriver> stimulus;
+  std::unique_ptr<io::Stimulus> stimulus;
 };
 
 void run_in_all_engines(const fs::path& folder, const bytecode::Image& image, std::size_t instants) {
@@ -35,9 +35,9 @@ void run_in_all_engines(const fs::path& folder, const bytecode::Image& image, st
   for (std::size_t e = 0; e < engines->size(); ++e) {
     runs.push_back(std::make_unique<Simulated>((*engines)[e]));
     if (!fs::exists(folder / "stimulus.csv")) continue;
-    auto stimulus = io::SimulatedDriver::load((folder / "stimulus.csv").string(), (*engines)[e]);
+    auto stimulus = io::Stimulus::load((folder / "stimulus.csv").string(), (*engines)[e]);
     ASSERT_TRUE(stimulus.has_value()) << stimulus.error().message;
-    runs[e]->stimulus = std::make_unique<io::SimulatedDriver>(std::move(*stimulus));
+    runs[e]->stimulus = std::make_unique<io::Stimulus>(std::move(*stimulus));
     runs[e]->stimulus->attach(runs[e]->simulation);
   }
   for (std::size_t instant = 0; instant < instants; ++instant) {

@@ -41,7 +41,8 @@ struct GpioRig {
     auto verified = bytecode::verify(b.build(), diagnostics);
     stop_at(verified.has_value(), diagnostics);
     resource = std::move(*runtime::Resource::load(std::move(*verified)));
-    configuration = io::read_configuration(toml, "plc.toml", diagnostics);
+    static constexpr const io::DriverType* types[] = {&io::kGpioType};
+    configuration = io::read_configuration(toml, "plc.toml", types, diagnostics);
     std::optional<io::Binding> binding;
     if (configuration) binding = io::bind(*configuration, *resource, diagnostics);
     stop_at(binding.has_value(), diagnostics);

@@ -22,8 +22,9 @@
 #include "io-drivers/config/check_schedule.h"
 #include "io-drivers/config/plan_tasks.h"
 #include "io-drivers/csv.h"
+#include "io-drivers/machine/driver_types.h"
 #include "io-drivers/machine/machine.h"
-#include "io-drivers/machine/simulated_device.h"
+#include "io-drivers/simulated/simulated_device.h"
 #include "runtime/sched/realtime.h"
 #include "tools/command_line.h"
 #include "tools/engine.h"
@@ -385,7 +386,8 @@ int run_command(int argc, char** argv) {
     return code;
   };
   std::optional<io::Configuration> configuration = io::Configuration{};
-  if (!run.configuration.empty()) configuration = io::load_configuration(run.configuration, diagnostics);
+  if (!run.configuration.empty())
+    configuration = io::load_configuration(run.configuration, io::driver_types(), diagnostics);
   if (!configuration) {
     return give_up(diagnostics.all().front().code == core::Code::P7001 ? kExitUsage : kExitErrors);
   }

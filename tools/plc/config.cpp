@@ -10,10 +10,11 @@
 
 #include "io-drivers/config/bind.h"
 #include "io-drivers/config/check_schedule.h"
+#include "io-drivers/config/driver_type.h"
 #include "io-drivers/config/plan_tasks.h"
 #include "io-drivers/config/template.h"
+#include "io-drivers/machine/driver_types.h"
 #include "io-drivers/modbus/address_map.h"
-#include "io-drivers/simulated.h"
 #include "runtime/memory/global_ports.h"
 #include "tools/command_line.h"
 #include "tools/open.h"
@@ -76,7 +77,7 @@ int init(const CLI::App& app, const Init& init) {
     compilation.diagnostics.render_with_lines(std::cerr);
     return kExitErrors;
   }
-  const std::string text = io::configuration_template(*resource, init.file);
+  const std::string text = io::configuration_template(*resource, init.file, io::driver_types());
   if (init.output.empty()) {
     std::cout << text;
     return kExitOk;
@@ -110,14 +111,11 @@ void check_files(const Check& check, const io::Configuration& configuration, con
   const auto report = [&](const core::SourceRef& at, const core::Problem& problem) {
     diagnostics.report(problem.code, at.line != 0 ? at : configuration.at, {}, problem.message, problem.help);
   };
-  const std::filesystem::path folder = std::filesystem::path(check.configuration).parent_path();
   for (const io::BoundDriver& driver : binding.drivers) {
-    const auto& named = driver.config->stimulus;
-    if (named.text.empty()) continue;
-    const std::string path = (folder / named.text).string();
-    const auto stimulus = io::SimulatedDriver::load(path, resource);
-    const auto problem = stimulus ? stimulus->check_real_time(path, driver.task) : stimulus.error();
-    if (problem) report(named.at, *problem);
+    const io::DriverType& type = *driver.config->type;
+    if (type.check_files == nullptr) continue;
+    const auto problem = type.check_files(driver, configuration, resource);
+    if (problem) report(driver.config->values.place(type.device_key, driver.config->at), *problem);
   }
   if (!configuration.modbus.enabled) return;
   auto frozen = modbus::read_frozen(modbus::lock_file_of(configuration, check.file));
@@ -148,7 +146,7 @@ int check(const CLI::App& app, const Check& check) {
   core::Diagnostics& diagnostics = compilation.diagnostics;
   if (check.options.show_all) diagnostics.show_all();
   // What it names is there before the project that uses it.
-  const auto configuration = io::load_configuration(check.configuration, diagnostics);
+  const auto configuration = io::load_configuration(check.configuration, io::driver_types(), diagnostics);
   taskblocks::Registry registry = taskblocks::Registry::built_in();
   std::vector<std::string> libraries = check.libraries;
   if (configuration) {

@@ -8,6 +8,7 @@
 
 #include "io-drivers/config/check_schedule.h"
 #include "io-drivers/config/plan_tasks.h"
+#include "io-drivers/machine/driver_types.h"
 #include "runtime/program.h"
 #include "tools/command_line.h"
 #include "tools/open.h"
@@ -202,7 +203,8 @@ int explain_schedule(const CLI::App& app, const ExplainSchedule& explain) {
   core::Diagnostics diagnostics;
   if (explain.options.show_all) diagnostics.show_all();
   std::optional<io::Configuration> configuration = io::Configuration{};
-  if (!explain.configuration.empty()) configuration = io::load_configuration(explain.configuration, diagnostics);
+  if (!explain.configuration.empty())
+    configuration = io::load_configuration(explain.configuration, io::driver_types(), diagnostics);
   std::optional<std::vector<runtime::TaskPlan>> plan;
   std::optional<io::MachineCosts> machine;
   if (configuration) {

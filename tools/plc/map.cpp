@@ -12,6 +12,7 @@
 
 #include "core/text.h"
 #include "io-drivers/config/bind.h"
+#include "io-drivers/machine/driver_types.h"
 #include "io-drivers/modbus/address_map.h"
 #include "runtime/memory/global_ports.h"
 #include "tools/command_line.h"
@@ -156,7 +157,7 @@ int run(const CLI::App& app, const Map& map) {
   std::optional<io::Configuration> configuration = io::Configuration{};
   std::optional<io::Binding> binding = io::Binding{};
   if (!map.configuration.empty()) {
-    configuration = io::load_configuration(map.configuration, diagnostics);
+    configuration = io::load_configuration(map.configuration, io::driver_types(), diagnostics);
     if (configuration) binding = io::bind(*configuration, resource, diagnostics);
   } else {
     diagnostics.add_file(map.file);

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "io-drivers/config/plan_tasks.h"
-#include "io-drivers/simulated.h"
+#include "io-drivers/stimulus.h"
 #include "io-drivers/trace.h"
 #include "runtime/sched/simulation.h"
 #include "runtime/sched/statistics.h"
@@ -141,11 +141,11 @@ int run(const CLI::App& app, const Sim& sim) {
   if (const auto problem = prepare_engine(resource, sim.engine, "plc sim")) return complain(*problem), kExitErrors;
   runtime::Simulation simulation(resource);
 
-  std::unique_ptr<io::SimulatedDriver> stimulus;
+  std::unique_ptr<io::Stimulus> stimulus;
   if (!sim.stimulus.empty()) {
-    auto driver = io::SimulatedDriver::load(sim.stimulus, resource);
+    auto driver = io::Stimulus::load(sim.stimulus, resource);
     if (!driver) return complain(driver.error()), exit_code_of(driver.error());
-    stimulus = std::make_unique<io::SimulatedDriver>(std::move(*driver));
+    stimulus = std::make_unique<io::Stimulus>(std::move(*driver));
     stimulus->attach(simulation);
   }
   std::unique_ptr<io::TraceWriter> trace;

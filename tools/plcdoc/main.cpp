@@ -14,7 +14,8 @@
 #include "bytecode/opcode.h"
 #include "core/diagnostics.h"
 #include "core/types.h"
-#include "io-drivers/config/keys.h"
+#include "io-drivers/config/template.h"
+#include "io-drivers/machine/driver_types.h"
 #include "ir/lint.h"
 #include "tools/library_xml.h"
 #include "tools/plcdoc/pages.h"
@@ -136,41 +137,6 @@ std::string lint_page() {
   return out.str();
 }
 
-std::string default_text(const io::KeyInfo& key) {
-  switch (key.fallback.kind) {
-    case io::KeyDefault::Kind::kValue:
-      return fmt::format("`{}`", key.fallback.toml);
-    case io::KeyDefault::Kind::kNothing:
-      return "none";
-    case io::KeyDefault::Kind::kRequired:
-      return key.fallback.required_for == io::kAlways ? "required"
-                                                      : "required, " + io::applies_text(key.fallback.required_for);
-  }
-  return "";
-}
-
-std::string configuration_page() {
-  std::ostringstream out;
-  out << tools::generated_from("io-drivers/config/keys.def")
-      << "# Configuration: plc.toml\n\n"
-         "What is connected to a machine, in [TOML](https://toml.io/en/v1.0.0). `plc config init` writes a file for a "
-         "project,\n"
-         "`plc config check` checks one; the [guide](../guides/configuration.md) has an example. Unknown keys are "
-         "errors. Durations\n"
-         "are texts: `\"500ms\"`, `\"5s\"`, `\"1.5min\"`.\n";
-  for (const io::TableInfo& table : io::config_tables()) {
-    out << fmt::format("\n## {}\n\n{}\n\n| key | takes | default | |\n| --- | --- | --- | --- |\n", table.heading,
-                       table.documentation);
-    for (const io::KeyInfo& key : io::config_keys()) {
-      if (key.table != table.id) continue;
-      const std::string applies = io::applies_text(key.applies);
-      out << fmt::format("| `{}` | {}{} | {} | {} |\n", key.name, io::type_text(key.type),
-                         applies.empty() ? "" : "; " + applies, default_text(key), key.documentation);
-    }
-  }
-  return out.str();
-}
-
 using tools::Page;
 
 /// False when the file holds something else; says so.
@@ -242,12 +208,14 @@ int main(int argc, char** argv) {
   for (const std::string& problem : features.problems) std::cerr << "tables.txt: " << problem << '\n';
   if (!features.problems.empty()) return 1;
 
-  std::vector<Page> pages = {{"opcodes.md", opcodes_page()},
-                             {"problems.md", problems_page()},
-                             {"lint.md", lint_page()},
-                             {"configuration.md", configuration_page()},
-                             {"picard-library.xml", tools::library_xml()},
-                             tools::conformance_page(features)};
+  std::vector<Page> pages = {
+      {"opcodes.md", opcodes_page()},
+      {"problems.md", problems_page()},
+      {"lint.md", lint_page()},
+      {"configuration.md", tools::generated_from("io-drivers/config/keys.def and the kinds of drivers") +
+                               io::configuration_reference(io::driver_types())},
+      {"picard-library.xml", tools::library_xml()},
+      tools::conformance_page(features)};
   for (Page& page : tools::library_pages()) pages.push_back(std::move(page));
   for (Page& page : tools::taskblock_pages()) pages.push_back(std::move(page));
   int exit_code = 0;

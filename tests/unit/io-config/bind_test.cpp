@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include "io-drivers/machine/driver_types.h"
 #include "tests/support/image_builder.h"
 
 namespace plc::io {
@@ -63,7 +64,7 @@ struct Bound {
   std::size_t unmapped = 0;
 
   explicit Bound(const std::string& text, bool with_event_task = false) : resource(plant(with_event_task)) {
-    configuration = read_configuration(text, "plc.toml", diagnostics);
+    configuration = read_configuration(text, "plc.toml", driver_types(), diagnostics);
     if (configuration) binding = bind(*configuration, *resource, diagnostics);
     for (const core::Diagnostic& d : diagnostics.all()) {
       if (d.code == core::Code::P7326) {
@@ -107,7 +108,7 @@ Text = { driver = "bench", safe = "off" }
   ASSERT_EQ(panel.inputs.size(), 2u);
   EXPECT_EQ(field(bound, panel.inputs[0]).name, "Start");
   EXPECT_EQ(panel.inputs[0].offset, field(bound, panel.inputs[0]).offset);
-  EXPECT_EQ(panel.inputs[0].config->channel.text, "17");
+  EXPECT_EQ(panel.inputs[0].config->values.text("channel"), "17");
   EXPECT_EQ(field(bound, panel.inputs[1]).name, "Stop");
   ASSERT_EQ(panel.outputs.size(), 1u);
   EXPECT_EQ(panel.outputs[0].safe, std::vector<std::byte>{std::byte{1}});

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "io-drivers/config/plan_tasks.h"
+#include "io-drivers/machine/driver_types.h"
 
 namespace plc::test {
 namespace {
@@ -27,7 +28,7 @@ bytecode::Image two_tasks() {
 std::string said(const std::string& toml) {
   const bytecode::Image image = two_tasks();
   core::Diagnostics diagnostics;
-  const auto configuration = io::read_configuration(toml, "plc.toml", diagnostics);
+  const auto configuration = io::read_configuration(toml, "plc.toml", io::driver_types(), diagnostics);
   EXPECT_TRUE(configuration.has_value());
   if (configuration) {
     const std::vector<int> cpus = {0, 1};

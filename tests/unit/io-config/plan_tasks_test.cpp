@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "io-drivers/config/keys.h"
+#include "io-drivers/machine/driver_types.h"
 #include "tests/support/image_builder.h"
 
 namespace plc::io {
@@ -42,7 +43,7 @@ struct Planned {
 Planned planned(const std::string& toml, core::Coherence coherence = core::Coherence::kWaitFree,
                 std::vector<int> cpus = {0, 1, 2, 5}, FaultPolicy on_fault = FaultPolicy::kSafeState) {
   core::Diagnostics diagnostics;
-  const auto configuration = read_configuration(toml, "plc.toml", diagnostics);
+  const auto configuration = read_configuration(toml, "plc.toml", driver_types(), diagnostics);
   EXPECT_TRUE(configuration.has_value()) << toml;
   Planned result;
   if (configuration) result.plan = plan_tasks(*configuration, project(coherence), cpus, on_fault, diagnostics);
@@ -89,7 +90,7 @@ TEST(PlanTasks, EveryKeyOfATask) {
   EXPECT_EQ(fast.overrun, OverrunPolicy::kFault);
   EXPECT_EQ(fast.on_fault, FaultPolicy::kStop);
   int keys = 0;
-  for (const KeyInfo& key : config_keys()) keys += key.table == TableId::kTask ? 1 : 0;
+  for (const Keys all(driver_types()); const KeyInfo& key : all.rows()) keys += key.table == TableId::kTask ? 1 : 0;
   EXPECT_EQ(keys, 9) << "keys that this test does not know";
   // Nothing of it is the others'.
   EXPECT_EQ(p.of(kSlow).watchdog_ns, 0);

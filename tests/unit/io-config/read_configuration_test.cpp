@@ -4,7 +4,9 @@
 #include <string>
 
 #include "io-drivers/config/configuration.h"
-#include "io-drivers/config/keys.h"
+#include "io-drivers/config/driver_type.h"
+#include "io-drivers/gpio/gpio_driver.h"
+#include "io-drivers/machine/driver_types.h"
 
 namespace plc::io {
 namespace {
@@ -12,7 +14,7 @@ namespace {
 /// The configuration of a text that has no problems.
 Configuration good(std::string_view text) {
   core::Diagnostics diagnostics;
-  auto configuration = read_configuration(text, "plc.toml", diagnostics);
+  auto configuration = read_configuration(text, "plc.toml", driver_types(), diagnostics);
   for (const core::Diagnostic& d : diagnostics.all()) ADD_FAILURE() << diagnostics.render_one(d);
   return configuration.value_or(Configuration{});
 }
@@ -73,39 +75,39 @@ hang_timeout = "0s"
   ASSERT_EQ(c.drivers.size(), 3u);
   const DriverConfig& panel = c.drivers[0];
   EXPECT_EQ(panel.name, "panel");
-  EXPECT_EQ(panel.kind, DriverKind::kGpio);
-  EXPECT_EQ(panel.chip.text, "gpiochip0");
+  EXPECT_EQ(panel.type->name, "gpio");
+  EXPECT_EQ(panel.values.text("chip"), "gpiochip0");
   EXPECT_EQ(panel.task.text, "Fast");
   EXPECT_EQ(panel.task.at.line, 5u);
   EXPECT_EQ(panel.task.at.column, 8u);
   EXPECT_EQ(panel.on_loss, OnLoss::kZero);
   EXPECT_EQ(panel.retry_ns, 2'500'000'000);
   EXPECT_EQ(panel.ok.text, "PanelOk");
-  EXPECT_EQ(panel.poll_ns, std::nullopt);
-  EXPECT_EQ(c.drivers[1].poll_ns, 5'000'000);
+  EXPECT_EQ(panel.values.has("poll"), false);
+  EXPECT_EQ(c.drivers[1].values.number("poll"), 5'000'000);
   EXPECT_EQ(c.drivers[2].name, "bench");  // in the order of the file, not of the alphabet
-  EXPECT_EQ(c.drivers[2].kind, DriverKind::kSimulated);
-  EXPECT_EQ(c.drivers[2].stimulus.text, "in.csv");
+  EXPECT_EQ(c.drivers[2].type->name, "simulated");
+  EXPECT_EQ(c.drivers[2].values.text("stimulus"), "in.csv");
   EXPECT_EQ(c.driver("bench"), &c.drivers[2]);
   EXPECT_EQ(c.driver("Bench"), nullptr);
 
   ASSERT_EQ(c.inputs.size(), 3u);
   EXPECT_EQ(c.inputs[0].variable.text, "%IX0.0");
   EXPECT_EQ(c.inputs[0].variable.at.line, 17u);
-  EXPECT_EQ(c.inputs[0].channel.text, "17");
-  EXPECT_EQ(c.inputs[0].bias, Bias::kPullUp);
-  EXPECT_EQ(c.inputs[0].latch, Latch::kFalling);
+  EXPECT_EQ(c.inputs[0].values.text("channel"), "17");
+  EXPECT_EQ(c.inputs[0].values.choice<Bias>("bias"), Bias::kPullUp);
+  EXPECT_EQ(c.inputs[0].values.choice<Latch>("latch"), Latch::kFalling);
   EXPECT_TRUE(c.inputs[0].invert);
-  EXPECT_TRUE(c.inputs[0].active_low);
-  EXPECT_EQ(c.inputs[1].channel.text, "START");
+  EXPECT_TRUE(c.inputs[0].values.flag("active_low"));
+  EXPECT_EQ(c.inputs[1].values.text("channel"), "START");
   EXPECT_EQ(c.inputs[2].variable.text, "Tank.Level");
   EXPECT_EQ(c.inputs[2].driver.text, "bench");
-  EXPECT_EQ(c.inputs[2].channel.text, "");
+  EXPECT_EQ(c.inputs[2].values.text("channel"), "");
 
   ASSERT_EQ(c.outputs.size(), 3u);
   EXPECT_EQ(c.outputs[0].safe.text, "TRUE");
   EXPECT_EQ(c.outputs[0].initial.text, "FALSE");
-  EXPECT_EQ(c.outputs[0].drive, Drive::kOpenDrain);
+  EXPECT_EQ(c.outputs[0].values.choice<Drive>("drive"), Drive::kOpenDrain);
   EXPECT_EQ(c.outputs[1].safe.text, "-12");
   EXPECT_EQ(c.outputs[1].initial.text, "0.5");
   EXPECT_EQ(c.outputs[2].safe.text, "idle");
@@ -160,7 +162,7 @@ TEST(ReadConfiguration, HeadersInsteadOfInlineTables) {
   const Configuration c =
       good("[inputs.\"%IX0.0\"]\ndriver = \"a\"\nchannel = 3\n[drivers]\na = { kind = \"gpio\", chip = \"c\" }\n");
   ASSERT_EQ(c.inputs.size(), 1u);
-  EXPECT_EQ(c.inputs[0].channel.text, "3");
+  EXPECT_EQ(c.inputs[0].values.text("channel"), "3");
 }
 
 TEST(ReadConfiguration, WindowsLineEndsAndByteOrderMark) {
@@ -174,7 +176,9 @@ TEST(Keys, DefaultsAreThoseOfTheStructures) {
   const auto entry = [](std::string& line, const KeyInfo& key) {
     line += (line.empty() ? "" : ", ") + std::string(key.name) + " = " + std::string(key.fallback.toml);
   };
-  for (const KeyInfo& key : config_keys()) {
+  const Keys keys(driver_types());
+  const DriverType* const gpio_type = driver_types()[0];
+  for (const KeyInfo& key : keys.rows()) {
     if (key.fallback.kind != KeyDefault::Kind::kValue) continue;
     const std::string line = std::string(key.name) + " = " + std::string(key.fallback.toml) + "\n";
     if (key.table == TableId::kModbus) modbus += line;
@@ -184,10 +188,11 @@ TEST(Keys, DefaultsAreThoseOfTheStructures) {
     if (key.table == TableId::kTask) task += line;
     if (key.table == TableId::kTaskblocks) taskblocks += line;
     if (key.table == TableId::kProject) project += line;
-    if (key.table == TableId::kDriver && belongs(key.applies, kGpioBit)) gpio += line;
-    if (key.table == TableId::kDriver && belongs(key.applies, kSimulatedBit)) simulated += line;
-    if (key.table == TableId::kChannel && belongs(key.applies, kGpioBit | kInputBit)) entry(input, key);
-    if (key.table == TableId::kChannel && belongs(key.applies, kGpioBit | kOutputBit)) entry(output, key);
+    const bool of_gpio = key.kind == nullptr || key.kind == gpio_type;
+    if (key.table == TableId::kDriver && of_gpio) gpio += line;
+    if (key.table == TableId::kDriver && key.kind != gpio_type) simulated += line;
+    if (key.table == TableId::kChannel && of_gpio && (key.applies & kInputsOnly) != 0) entry(input, key);
+    if (key.table == TableId::kChannel && of_gpio && (key.applies & kOutputsOnly) != 0) entry(output, key);
   }
   const Configuration c = good(
       "[drivers.g]\nkind = \"gpio\"\nchip = \"c\"\n" + gpio + "[drivers.s]\nkind = \"simulated\"\n" + simulated +
@@ -202,19 +207,27 @@ TEST(Keys, DefaultsAreThoseOfTheStructures) {
     EXPECT_EQ(d.task.text, driver.task.text);
     EXPECT_EQ(d.on_loss, driver.on_loss);
     EXPECT_EQ(d.retry_ns, driver.retry_ns);
-    EXPECT_EQ(d.poll_ns, driver.poll_ns);
     EXPECT_EQ(d.ok.text, driver.ok.text);
-    EXPECT_EQ(d.stimulus.text, driver.stimulus.text);
   }
   const ChannelConfig channel;
   for (const ChannelConfig* one : {&c.inputs.at(0), &c.outputs.at(0)}) {
     EXPECT_EQ(one->invert, channel.invert);
     EXPECT_EQ(one->safe.text, channel.safe.text);
     EXPECT_EQ(one->initial.text, channel.initial.text);
-    EXPECT_EQ(one->active_low, channel.active_low);
-    EXPECT_EQ(one->bias, channel.bias);
-    EXPECT_EQ(one->drive, channel.drive);
-    EXPECT_EQ(one->latch, channel.latch);
+  }
+  // Kinds have no structures here: what they read is the same whether the file has a default or not.
+  for (const KeyInfo& key : keys.rows()) {
+    if (key.fallback.kind != KeyDefault::Kind::kValue || key.kind == nullptr) continue;
+    const bool of_driver = key.table == TableId::kDriver;
+    for (const DriverConfig& d : c.drivers) {
+      if (!of_driver || d.type != key.kind) continue;
+      EXPECT_TRUE(d.values.has(key.name)) << key.name;
+      EXPECT_EQ(d.values.text(key.name), KeyValues(key.kind->driver_keys).text(key.name)) << key.name;
+    }
+    for (const ChannelConfig* one : {&c.inputs.at(0), &c.outputs.at(0)}) {
+      if (of_driver || key.kind != gpio_type || !one->values.has(key.name)) continue;
+      EXPECT_EQ(one->values.number(key.name), KeyValues(gpio_type->channel_keys).number(key.name)) << key.name;
+    }
   }
   const ModbusConfig m;
   EXPECT_EQ(c.modbus.enabled, m.enabled);
@@ -260,11 +273,12 @@ TEST(Keys, DefaultsAreThoseOfTheStructures) {
 
 /// The choices stand in the order of the enumerators.
 TEST(Keys, ChoicesAreInOrder) {
-  const KeyType& orders = find_key(TableId::kModbus, "word_order")->type;
+  const Keys keys(driver_types());
+  const KeyType& orders = keys.find(TableId::kModbus, "word_order")->type;
   for (const WordOrder order : {WordOrder::kAbcd, WordOrder::kCdab, WordOrder::kBadc, WordOrder::kDcba}) {
     EXPECT_EQ(choice_index(orders, word_order_text(order)), static_cast<int>(order));
   }
-  const KeyType& tables = find_key(TableId::kModbusRange, "table")->type;
+  const KeyType& tables = keys.find(TableId::kModbusRange, "table")->type;
   for (const ModbusTable table : {ModbusTable::kCoils, ModbusTable::kDiscreteInputs, ModbusTable::kInputRegisters,
                                   ModbusTable::kHoldingRegisters}) {
     EXPECT_EQ(choice_index(tables, modbus_table_text(table)), static_cast<int>(table));
@@ -273,8 +287,10 @@ TEST(Keys, ChoicesAreInOrder) {
 
 TEST(Keys, AreDocumentedOnce) {
   std::set<std::string> seen;
-  for (const KeyInfo& key : config_keys()) {
-    EXPECT_TRUE(seen.insert(std::to_string(static_cast<int>(key.table)) + std::string(key.name)).second) << key.name;
+  for (const Keys keys(driver_types()); const KeyInfo& key : keys.rows()) {
+    const std::string owner = key.kind == nullptr ? "" : std::string(key.kind->name) + ' ';
+    EXPECT_TRUE(seen.insert(owner + std::to_string(static_cast<int>(key.table)) + std::string(key.name)).second)
+        << key.name;
     EXPECT_FALSE(key.documentation.empty()) << key.name;
     EXPECT_EQ(key.documentation.back(), '.') << key.name;
   }

@@ -7,7 +7,8 @@
 #include <string>
 
 #include "io-drivers/config/bind.h"
-#include "io-drivers/config/keys.h"
+#include "io-drivers/config/driver_type.h"
+#include "io-drivers/machine/driver_types.h"
 #include "tests/support/image_builder.h"
 
 namespace plc::io {
@@ -73,7 +74,7 @@ struct Checked {
   std::string problems;
   Checked(const std::string& text, runtime::Resource& resource) {
     core::Diagnostics diagnostics;
-    configuration = read_configuration(text, "plc.toml", diagnostics);
+    configuration = read_configuration(text, "plc.toml", driver_types(), diagnostics);
     if (configuration) binding = bind(*configuration, resource, diagnostics);
     for (const core::Diagnostic& d : diagnostics.all()) problems += diagnostics.render_one(d) + '\n';
   }
@@ -81,7 +82,7 @@ struct Checked {
 
 TEST(Template, AsItIsItSetsNothing) {
   const auto resource = plant();
-  const Checked checked(configuration_template(*resource, "plant.xml"), *resource);
+  const Checked checked(configuration_template(*resource, "plant.xml", driver_types()), *resource);
   ASSERT_TRUE(checked.binding.has_value()) << checked.problems;
   EXPECT_EQ(checked.problems, "");
   EXPECT_TRUE(checked.configuration->drivers.empty());
@@ -92,14 +93,14 @@ TEST(Template, AsItIsItSetsNothing) {
 
 TEST(Template, UncommentedItConnectsEverything) {
   const auto resource = plant();
-  const std::string text = uncommented(configuration_template(*resource, "plant.xml"));
+  const std::string text = uncommented(configuration_template(*resource, "plant.xml", driver_types()));
   const Checked checked(text, *resource);
   ASSERT_TRUE(checked.binding.has_value()) << checked.problems << text;
   EXPECT_EQ(checked.problems, "") << "every output is mapped";
   ASSERT_EQ(checked.binding->drivers.size(), 2u);
   EXPECT_EQ(checked.configuration->drivers[0].task.text, "Task \"A\"");
-  EXPECT_EQ(checked.configuration->drivers[0].kind, DriverKind::kGpio);
-  EXPECT_EQ(checked.configuration->drivers[1].kind, DriverKind::kSimulated);
+  EXPECT_EQ(checked.configuration->drivers[0].type->name, "gpio");
+  EXPECT_EQ(checked.configuration->drivers[1].type->name, "simulated");
   EXPECT_EQ(checked.configuration->modbus.ranges.size(), 1u);
   EXPECT_EQ(checked.configuration->modbus.unit_id, 1);
   const auto key_of = [](const BoundChannel& channel) { return channel.config->variable.text; };
@@ -117,8 +118,8 @@ TEST(Template, UncommentedItConnectsEverything) {
 
 TEST(Template, NamesEveryKeyAndEveryLocatedVariable) {
   const auto resource = plant();
-  const std::string text = configuration_template(*resource, "plant.xml");
-  for (const KeyInfo& key : config_keys()) {
+  const std::string text = configuration_template(*resource, "plant.xml", driver_types());
+  for (const Keys all(driver_types()); const KeyInfo& key : all.rows()) {
     const std::string start = (key.table == TableId::kChannel ? "#   " : "#") + std::string(key.name);
     EXPECT_NE(text.find("\n" + start), std::string::npos) << key.name;
   }
@@ -136,7 +137,7 @@ TEST(Template, AProjectWithoutAddresses) {
   ImageBuilder b;
   b.task("T", 1'000'000, {b.pou("Main", PouKind::kProgram).finish()});
   const auto resource = load(b);
-  const std::string text = configuration_template(*resource, "bad\nname.xml");
+  const std::string text = configuration_template(*resource, "bad\nname.xml", driver_types());
   EXPECT_EQ(Checked(text, *resource).problems, "");
   EXPECT_EQ(Checked(uncommented(text), *resource).problems, "");
   EXPECT_NE(text.find("The project has no variable at a %I address."), std::string::npos);

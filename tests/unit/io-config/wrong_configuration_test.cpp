@@ -5,6 +5,7 @@
 #include <string>
 
 #include "io-drivers/config/configuration.h"
+#include "io-drivers/machine/driver_types.h"
 
 namespace plc::io {
 namespace {
@@ -173,7 +174,7 @@ class WrongConfiguration : public testing::TestWithParam<Wrong> {};
 TEST_P(WrongConfiguration, IsReportedAtItsPlace) {
   core::Diagnostics diagnostics;
   diagnostics.add_file("project.xml");
-  EXPECT_FALSE(read_configuration(GetParam().text, "plc.toml", diagnostics).has_value());
+  EXPECT_FALSE(read_configuration(GetParam().text, "plc.toml", driver_types(), diagnostics).has_value());
   std::string found;
   for (const core::Diagnostic& d : diagnostics.all()) {
     found += (found.empty() ? "" : "\n") + std::to_string(d.at.line) + ':' + std::to_string(d.at.column) + ' ' +
@@ -194,7 +195,7 @@ INSTANTIATE_TEST_SUITE_P(Files, WrongConfiguration, testing::ValuesIn(kWrong),
 /// The first problem of a text, rendered.
 std::string first_problem(std::string_view text) {
   core::Diagnostics diagnostics;
-  read_configuration(text, "plc.toml", diagnostics);
+  read_configuration(text, "plc.toml", driver_types(), diagnostics);
   return diagnostics.all().empty() ? "" : diagnostics.render_one(diagnostics.all().front());
 }
 
@@ -261,15 +262,15 @@ TEST(ConfigurationLimits, AFileOfMistakesStaysReadable) {
   std::string text = "[inputs]\n";
   for (int i = 0; i < 60'000; ++i) text += "V" + std::to_string(i) + " = { driver = \"d" + std::to_string(i) + "\" }\n";
   core::Diagnostics diagnostics;
-  EXPECT_FALSE(read_configuration(text, "plc.toml", diagnostics).has_value());
+  EXPECT_FALSE(read_configuration(text, "plc.toml", driver_types(), diagnostics).has_value());
   EXPECT_LE(diagnostics.all().size(), core::Diagnostics::kMaxKept);
   EXPECT_GE(diagnostics.error_count(), 1000u);
 }
 
 TEST(ConfigurationFile, AbsentFileIsP7001) {
   core::Diagnostics diagnostics;
-  EXPECT_FALSE(load_configuration("/nowhere/plc.toml", diagnostics).has_value());
-  EXPECT_FALSE(load_configuration("/dev", diagnostics).has_value());
+  EXPECT_FALSE(load_configuration("/nowhere/plc.toml", driver_types(), diagnostics).has_value());
+  EXPECT_FALSE(load_configuration("/dev", driver_types(), diagnostics).has_value());
   ASSERT_EQ(diagnostics.all().size(), 2u);
   for (const core::Diagnostic& d : diagnostics.all()) EXPECT_EQ(core::info(d.code).name, "P7001");
 }

@@ -3,7 +3,7 @@
 #include <fstream>
 
 #include "io-drivers/csv.h"
-#include "io-drivers/simulated.h"
+#include "io-drivers/stimulus.h"
 #include "io-drivers/trace.h"
 #include "tests/unit/runtime/run_support.h"
 
@@ -11,7 +11,7 @@ namespace plc::test {
 namespace {
 
 using core::Code;
-using io::SimulatedDriver;
+using io::Stimulus;
 using io::TraceWriter;
 
 struct Follower : OneProgram {
@@ -77,7 +77,7 @@ TEST(Simulated, RowsApplyAtTheFirstInstantAtOrAfterTheirTime) {
   Follower p;
   auto r = p.load();
   ASSERT_NE(r, nullptr);
-  auto driver = SimulatedDriver::parse("time_ms,IN,text\n0,1,\n5,2,'hi'\n10,3\n10.5,,\"\"\n30,9,x\n", "s.csv", *r);
+  auto driver = Stimulus::parse("time_ms,IN,text\n0,1,\n5,2,'hi'\n10,3\n10.5,,\"\"\n30,9,x\n", "s.csv", *r);
   ASSERT_TRUE(driver.has_value()) << driver.error().message;
   auto trace = TraceWriter::open("", {"in", "out", "text"}, *r);
   ASSERT_TRUE(trace.has_value());
@@ -116,12 +116,12 @@ TEST(Simulated, ProblemsNameFileLineAndColumn) {
       {"time_ms,in\n0,\"\n", Code::P7201, "s.csv:2:3:"},
   };
   for (const auto& c : cases) {
-    const auto driver = SimulatedDriver::parse(c.text, "s.csv", *r);
+    const auto driver = Stimulus::parse(c.text, "s.csv", *r);
     ASSERT_FALSE(driver.has_value()) << c.text;
     EXPECT_EQ(driver.error().code, c.code) << c.text << driver.error().message;
     EXPECT_TRUE(driver.error().message.starts_with(c.place)) << driver.error().message;
   }
-  EXPECT_EQ(SimulatedDriver::load("/no/such/file.csv", *r).error().code, Code::P7001);
+  EXPECT_EQ(Stimulus::load("/no/such/file.csv", *r).error().code, Code::P7001);
 }
 
 TEST(Trace, WritesFilesAndReportsWhatItCannotWrite) {

@@ -1,4 +1,4 @@
-#include "io-drivers/simulated.h"
+#include "io-drivers/stimulus.h"
 
 #include <sys/stat.h>
 
@@ -68,11 +68,10 @@ void append_time_ms(std::string& out, core::TimeNs time_ns) {
   }
 }
 
-core::Result<SimulatedDriver> SimulatedDriver::parse(std::string_view text, std::string_view file,
-                                                     runtime::Resource& resource) {
+core::Result<Stimulus> Stimulus::parse(std::string_view text, std::string_view file, runtime::Resource& resource) {
   auto rows = parse_csv(text, file);
   if (!rows) return rows.error();
-  SimulatedDriver driver(resource);
+  Stimulus driver(resource);
   if (rows->empty() || !core::iequals(core::trimmed(rows->front().front().text), "time_ms")) {
     const CsvCell place = rows->empty() ? CsvCell{{}, false, 1, 1} : rows->front().front();
     return wrong(file, place, "the first column is not \"time_ms\"",
@@ -122,7 +121,7 @@ core::Result<SimulatedDriver> SimulatedDriver::parse(std::string_view text, std:
   return driver;
 }
 
-core::Result<SimulatedDriver> SimulatedDriver::load(const std::string& path, runtime::Resource& resource) {
+core::Result<Stimulus> Stimulus::load(const std::string& path, runtime::Resource& resource) {
   // A pipe or a device may block, or never come to an end.
   struct stat status {};
   if (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode)) {
@@ -137,7 +136,7 @@ core::Result<SimulatedDriver> SimulatedDriver::load(const std::string& path, run
   return parse(text.str(), path, resource);
 }
 
-std::optional<core::Problem> SimulatedDriver::check_real_time(std::string_view name, std::uint32_t task) const {
+std::optional<core::Problem> Stimulus::check_real_time(std::string_view name, std::uint32_t task) const {
   const auto& tasks = resource_->image().tasks;
   for (const runtime::Place& place : places_) {
     if (place.task == runtime::Place::kGlobal || place.task == task) continue;
@@ -149,17 +148,17 @@ std::optional<core::Problem> SimulatedDriver::check_real_time(std::string_view n
   return std::nullopt;
 }
 
-void SimulatedDriver::apply(core::TimeNs now_ns, const Sink& sink) {
+void Stimulus::apply(core::TimeNs now_ns, const Sink& sink) {
   for (; next_ < rows_.size() && rows_[next_].time_ns <= now_ns; ++next_) {
     for (const Value& value : rows_[next_].values) sink(places_[value.column], value.text);
   }
 }
 
-void SimulatedDriver::apply(core::TimeNs now_ns) {
+void Stimulus::apply(core::TimeNs now_ns) {
   apply(now_ns, [&](const runtime::Place& place, std::string_view text) { write(place, text, now_ns); });
 }
 
-void SimulatedDriver::write(const runtime::Place& place, std::string_view text, core::TimeNs now_ns) {
+void Stimulus::write(const runtime::Place& place, std::string_view text, core::TimeNs now_ns) {
   const auto problem = access_.write(place, text);
   if (!problem || lost_.values++ != 0) return;
   std::string at;
@@ -167,7 +166,7 @@ void SimulatedDriver::write(const runtime::Place& place, std::string_view text, 
   lost_.first = core::Problem{problem->code, "at " + at + " ms: " + problem->message, problem->help};
 }
 
-void SimulatedDriver::attach(runtime::Simulation& simulation) {
+void Stimulus::attach(runtime::Simulation& simulation) {
   simulation.before_instant([this](const runtime::Instant& instant) { apply(instant.now_ns); });
 }
 

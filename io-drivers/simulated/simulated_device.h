@@ -1,10 +1,9 @@
 // SimulatedDevice: a driver whose inputs come from a CSV file instead of wires: kind = "simulated" in plc.toml, and
 // plc-run --stimulus.
 //
-// In: a stimulus (simulated.h); time 0 is the first release of its task. Out: variables written before the scans of
+// In: a stimulus (stimulus.h); time 0 is the first release of its task. Out: variables written before the scans of
 // that task. It owns the inputs that plc.toml gives it, as any driver does; its stimulus may name other variables of
-// its task and globals too. Offline: it allocates in the cycle. Does not belong here: virtual time
-// (SimulatedDriver::attach).
+// its task and globals too. Offline: it allocates in the cycle. Does not belong here: virtual time (Stimulus::attach).
 #pragma once
 
 #include <atomic>
@@ -12,9 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "io-drivers/config/bind.h"
-#include "io-drivers/driver.h"
-#include "io-drivers/simulated.h"
+#include "io-drivers/config/driver_type.h"
+#include "io-drivers/stimulus.h"
 #include "runtime/memory/global_ports.h"
 
 namespace plc::io {
@@ -50,7 +48,7 @@ class SimulatedDevice final : public Driver {
   std::string stimulus_;
   std::uint32_t task_;
   runtime::Resource& resource_;
-  std::optional<SimulatedDriver> script_;
+  std::optional<Stimulus> script_;
   runtime::Access access_{resource_};
   std::vector<std::uint32_t> claimed_;  ///< fields, ascending
   std::optional<BoundChannel> ok_;
@@ -61,5 +59,8 @@ class SimulatedDevice final : public Driver {
   bool told_ = false;
   std::vector<std::string_view> variables_;  ///< of its inputs, as plc.toml has them
 };
+
+/// kind = "simulated" (simulated_type.cpp).
+extern const DriverType kSimulatedType;
 
 }  // namespace plc::io

@@ -1,11 +1,10 @@
-// SimulatedDriver: inputs scripted in a CSV file, for simulation and tests.
+// Stimulus: inputs scripted in a CSV file, for simulation and tests.
 //
 // In: "time_ms,path,path,..." and rows of values in ascending time; time_ms may be fractional, an empty cell keeps the
-// value,
-// '' or "" in quotes is the empty string. Out: variables written at the first release instant at or after each row's
-// time, through Access, so normalised. All values are checked when the script is loaded: later a value is lost only
-// when its task does not take writes any more (lost()). Problems are "file:line:column: ..." with P72xx codes. Does not
-// belong here: real devices.
+// value, '' or "" in quotes is the empty string. Out: variables written at the first release instant at or after each
+// row's time, through Access, so normalised. All values are checked when the script is loaded: later a value is lost
+// only when its task does not take writes any more (lost()). Problems are "file:line:column: ..." with P72xx codes.
+// Does not belong here: devices, real or simulated.
 #pragma once
 
 #include <cstdint>
@@ -21,12 +20,12 @@
 
 namespace plc::io {
 
-class SimulatedDriver {
+class Stimulus {
  public:
   /// Parses `text`; `file` names it in problems.
-  static core::Result<SimulatedDriver> parse(std::string_view text, std::string_view file, runtime::Resource& resource);
+  static core::Result<Stimulus> parse(std::string_view text, std::string_view file, runtime::Resource& resource);
   /// Reads and parses a file.
-  static core::Result<SimulatedDriver> load(const std::string& path, runtime::Resource& resource);
+  static core::Result<Stimulus> load(const std::string& path, runtime::Resource& resource);
 
   /// Takes a value of a row: text that stands for a value of the place's type.
   using Sink = std::function<void(const runtime::Place&, std::string_view)>;
@@ -62,7 +61,7 @@ class SimulatedDriver {
     core::TimeNs time_ns = 0;
     std::vector<Value> values;
   };
-  explicit SimulatedDriver(runtime::Resource& resource) : resource_(&resource), access_(resource) {}
+  explicit Stimulus(runtime::Resource& resource) : resource_(&resource), access_(resource) {}
   const runtime::Resource* resource_;
   runtime::Access access_;
   std::vector<runtime::Place> places_;

@@ -1,4 +1,4 @@
-#include "io-drivers/machine/simulated_device.h"
+#include "io-drivers/simulated/simulated_device.h"
 
 #include <algorithm>
 #include <utility>
@@ -9,7 +9,7 @@ namespace plc::io {
 
 std::optional<core::Problem> SimulatedDevice::check() {
   if (stimulus_.empty()) return std::nullopt;
-  auto loaded = SimulatedDriver::load(stimulus_, resource_);
+  auto loaded = Stimulus::load(stimulus_, resource_);
   if (!loaded) return loaded.error();
   for (const runtime::Place& place : loaded->places()) {
     const bool global = place.task == runtime::Place::kGlobal;
@@ -24,14 +24,9 @@ std::optional<core::Problem> SimulatedDevice::check() {
 }
 
 void SimulatedDevice::claim(const BoundDriver& bound) {
-  for (const BoundChannel& input : bound.inputs) {
-    claimed_.push_back(input.field);
-    variables_.push_back(input.config->variable.text);
-  }
+  for (const BoundChannel& input : bound.inputs) variables_.push_back(input.config->variable.text);
   ok_ = bound.ok;
-  if (ok_) claimed_.push_back(ok_->field);
-  std::sort(claimed_.begin(), claimed_.end());
-  claimed_.erase(std::unique(claimed_.begin(), claimed_.end()), claimed_.end());
+  claimed_ = claimed_fields(bound);
   if (!claimed_.empty()) inputs_.emplace(resource_.globals(), claimed_);
 }
 
