@@ -1,40 +1,19 @@
 // plc-bench: what loading and scanning programs costs, side by side with xmllint and with C compiled by -O2; what ST
 // costs to compile; what calling taskblocks costs; what clients of the Modbus server get, side by side with libmodbus.
-#include "bench/bench.h"
-
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cstdlib>
-#include <filesystem>
 #include <iostream>
-#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "bench/limits.h"
+#include "bench/measurements.h"
+#include "bench/scan.h"
+#include "bench/workload.h"
 
 namespace plc::bench {
-
-Scratch::Scratch() {
-  std::string name = (std::filesystem::temp_directory_path() / "plc-bench-XXXXXX").string();
-  if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
-  path_ = name;
-}
-Scratch::~Scratch() {
-  std::error_code ignored;
-  std::filesystem::remove_all(path_, ignored);
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-std::string limit_text(double value, const Limit& limit, Verdict& verdict) {
-  const bool within = value <= limit.most;
-  verdict.within_limits = verdict.within_limits && within;
-  return fmt::format("{} {}", within ? "within" : "MISSED", limit.most);
-}
 
 namespace {
 
@@ -157,8 +136,7 @@ int main(int argc, char** argv) {
   CLI::App* check = app.add_subcommand("check", "small programs of every workload, results only");
   CLI::App* limits = app.add_subcommand("limits", "what each figure may be at most, as the table of README.md");
   app.require_subcommand(0, 1);
-  for (CLI::App* command : {scan, plots, load, taskblocks, compile, modbus, coherence, check})
-    command->fallthrough();
+  for (CLI::App* command : {scan, plots, load, taskblocks, compile, modbus, coherence, check}) command->fallthrough();
   CLI11_PARSE(app, argc, argv);
   compile_plan.seed = seed;
   compile_plan.repetitions = repetitions;

@@ -10,6 +10,7 @@
 #include <span>
 #include <thread>
 
+#include "bench/scratch.h"
 #include "bench/side.h"
 #include "bench/taskblock_types.h"
 #include "picard/taskblock.h"

@@ -1,10 +1,10 @@
-// C of drawn programs, as a good engineer writes it by hand: plain arrays, blocks as structures and inline functions.
+// Plain arrays, blocks as structures and inline functions.
+#include "bench/c_source.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <iterator>
-
-#include "bench/program.h"
 
 namespace plc::bench {
 namespace {

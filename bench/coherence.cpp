@@ -16,8 +16,9 @@
 #include <thread>
 #include <vector>
 
-#include "bench/bench.h"
 #include "bench/chart.h"
+#include "bench/measurements.h"
+#include "bench/scratch.h"
 #include "core/clock.h"
 #include "runtime/link.h"
 #include "runtime/memory/common_table_exchange.h"

@@ -6,8 +6,9 @@
 #include <iostream>
 #include <vector>
 
-#include "bench/bench.h"
+#include "bench/measurements.h"
 #include "bench/process.h"
+#include "bench/scratch.h"
 #include "bench/st_source.h"
 
 namespace plc::bench {

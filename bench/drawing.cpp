@@ -1,11 +1,10 @@
-// PLCopen XML of drawn programs, as OpenPLC Editor writes it.
+#include "bench/drawing.h"
+
 #include <algorithm>
 #include <initializer_list>
 #include <ostream>
 #include <string_view>
 #include <utility>
-
-#include "bench/program.h"
 
 namespace plc::bench {
 namespace {

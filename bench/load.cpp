@@ -5,12 +5,13 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
-#include <optional>
 #include <string>
 
-#include "bench/bench.h"
+#include "bench/drawing.h"
+#include "bench/measurements.h"
 #include "bench/process.h"
 #include "bench/program.h"
+#include "bench/scratch.h"
 
 namespace plc::bench {
 namespace {

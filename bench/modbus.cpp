@@ -12,9 +12,10 @@
 #include <iostream>
 #include <thread>
 
-#include "bench/bench.h"
 #include "bench/libmodbus_server.h"
+#include "bench/measurements.h"
 #include "bench/modbus_load.h"
+#include "bench/scratch.h"
 #include "io-drivers/modbus/server.h"
 #include "runtime/sched/realtime.h"
 #include "tools/pipeline.h"

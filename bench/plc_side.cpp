@@ -1,6 +1,7 @@
 #include <fstream>
 #include <iostream>
 
+#include "bench/scratch.h"
 #include "bench/side.h"
 #include "bench/taskblock_types.h"
 #include "native/compile.h"

@@ -10,8 +10,9 @@
 #include <tuple>
 #include <vector>
 
-#include "bench/bench.h"
 #include "bench/chart.h"
+#include "bench/measurements.h"
+#include "bench/scan.h"
 
 namespace plc::bench {
 namespace {

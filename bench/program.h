@@ -1,17 +1,15 @@
 // Drawn programs made from a seed: the same logic as a PLCopen drawing and as C on plain arrays.
 //
-// In: Shape (kind, rungs, seed). Out: Program, written by write_plcopen (drawing.cpp) and write_c (c_source.cpp). Equal
-// shapes give equal bytes. Does not belong here: which sizes are measured (workload.h), measuring (load.cpp, scan.cpp).
+// In: Shape (kind, rungs, seed). Out: Program, to be written as a drawing (drawing.h) and as C (c_source.h).
+// Equal shapes give equal programs. Does not belong here: which sizes are measured (workload.h), measuring (load.cpp,
+// scan.cpp).
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
-#include <iosfwd>
 #include <string>
 #include <variant>
 #include <vector>
-
-#include "bench/workload.h"
 
 namespace plc::bench {
 
@@ -105,18 +103,5 @@ std::string variable_name(Type type, std::uint32_t variable);
 std::string instance_name(Box box, std::uint32_t instance);
 /// The program instance that holds them all.
 inline constexpr const char* kInstanceName = "Main";
-
-/// One element a line, positions and rails as OpenPLC Editor writes them, about 2 kB a plain rung.
-void write_plcopen(const Program& program, std::ostream& out);
-
-/// The same as lvalues of the C.
-std::string c_variable(Type type, std::uint32_t variable);
-std::string c_instance(Box box, std::uint32_t instance);
-
-/// Functions of 500 rungs, four to a file.
-std::vector<std::string> write_c(const Program& program);
-
-/// Both texts, and as variables those of the rungs and what the blocks show.
-Source make_source(const Shape& shape);
 
 }  // namespace plc::bench

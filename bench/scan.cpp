@@ -1,5 +1,5 @@
-// One row of the table of `plc-bench scan`: a workload of one size, all sides compared variable by variable and timed
-// in turns.
+#include "bench/scan.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,9 +9,7 @@
 #include <iterator>
 #include <memory>
 
-#include "bench/bench.h"
 #include "bench/process.h"
-#include "bench/side.h"
 #include "core/clock.h"
 
 namespace plc::bench {

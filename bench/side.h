@@ -4,16 +4,23 @@
 // comparing and timing (scan.cpp).
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <vector>
 
-#include "bench/bench.h"
 #include "bench/workload.h"
 #include "bytecode/image.h"
 #include "core/clock.h"
 
 namespace plc::bench {
+
+/// What a scan goes through, bytes.
+struct Footprint {
+  std::size_t code = 0;  ///< machine code
+  std::size_t data = 0;  ///< variables, and of the interpreter its instructions
+};
 
 /// One of those that do the same.
 class Side {

@@ -11,7 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "bench/bench.h"
+#include "bench/measurements.h"
+#include "bench/scratch.h"
 #include "bench/taskblock_types.h"
 #include "core/clock.h"
 #include "runtime/access.h"

@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "bench/program.h"
+#include "bench/drawn_source.h"
 #include "bench/st_programs.h"
 #include "bench/workload.h"
 

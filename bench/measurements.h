@@ -1,0 +1,67 @@
+// The measurements of plc-bench but that of scans (scan.h). Every figure is a ratio of two things measured interleaved
+// in the same run, and every speed comes with a check that the results are right.
+//
+// In: what to measure. Out: rows on stdout and a Verdict. Does not belong here: how (a file of its name for each).
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "bench/verdict.h"
+
+namespace plc::bench {
+
+struct PlotPlan {
+  std::uint64_t seed = 1;
+  std::uint32_t batches = 100;
+  std::vector<std::string> only;  ///< names of workloads; none = all that have a plot
+  std::string folder;             ///< where the SVG files go
+};
+/// measure_scan() over many sizes of the drawn workloads, as curves, with the ends of this machine's caches.
+Verdict plot_scans(const PlotPlan& plan);
+
+struct LoadPlan {
+  std::uint64_t seed = 1;
+  std::uint32_t repetitions = 7;
+};
+/// From file to the end of the first scan (`plc sim --cycles 1`) against `xmllint --noout` on the same file, and
+/// resident memory then. Up to 100,000 rungs.
+Verdict measure_load(const LoadPlan& plan);
+
+struct TaskblockPlan {
+  std::uint32_t batches = 200;  ///< timed batches of each side, interleaved; 0 = check only
+};
+/// What RUNTB adds to the fire() of a taskblock, and what a wire between two of them costs.
+Verdict measure_taskblocks(const TaskblockPlan& plan);
+
+struct CompilePlan {
+  std::uint64_t seed = 1;
+  std::uint32_t lines = 100'000;
+  std::uint32_t garbage_mb = 10;
+  std::uint32_t repetitions = 7;
+  bool limits = true;  ///< false: only that programs compile and garbage is refused
+};
+/// From .st file to verified image, and how fast garbage is refused.
+Verdict measure_compile(const CompilePlan& plan);
+
+struct CoherencePlan {
+  std::uint32_t cycles = 20'000;  ///< of the fast task, for each protocol, size and place
+  std::uint32_t parts = 10;       ///< of these cycles, protocols interleaved
+  std::vector<std::uint32_t> sizes = {1, 10, 100, 1'000, 10'000};  ///< variables in each direction
+  bool limits = true;
+  std::string plot;  ///< SVG file to write, or empty
+};
+/// The three coherence protocols, and memcpy of the same bytes. Needs two processors and SCHED_FIFO.
+Verdict measure_coherence(const CoherencePlan& plan);
+
+struct ModbusPlan {
+  double seconds = 60;  ///< of load; a sixth of it for each of the other phases
+  unsigned connections = 100;
+  std::string torture;  ///< tool that plays hostile clients; a file that is not there is said to be so
+};
+/// The Modbus server: torn values, speed against libmodbus's own server in the same run, memory, and what the scan
+/// notices.
+Verdict measure_modbus(const ModbusPlan& plan);
+
+}  // namespace plc::bench
