@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <cstring>
 #include <fstream>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -17,16 +17,12 @@
 #include <vector>
 
 #include "bench/chart.h"
+#include "bench/exchange_rig.h"
 #include "bench/measurements.h"
-#include "bench/scratch.h"
 #include "core/clock.h"
-#include "runtime/link.h"
-#include "runtime/memory/common_table_exchange.h"
-#include "runtime/memory/exchange.h"
 #include "runtime/sched/priority.h"
 #include "runtime/sched/task_plan.h"
 #include "runtime/sched/thread_settings.h"
-#include "tools/pipeline.h"
 
 namespace plc::bench {
 namespace {
@@ -37,10 +33,8 @@ using core::TimeNs;
 constexpr std::array kProtocols = {Coherence::kWaitFree, Coherence::kPriorityCeiling, Coherence::kGlobalLock};
 constexpr std::uint32_t kFast = 0;
 constexpr TimeNs kPeriodNs = 100'000;    ///< of the fast task
-constexpr TimeNs kLeadNs = 10'000;       ///< a tenth of the period
 constexpr TimeNs kSlowPauseNs = 20'000;  ///< between two exchanges of a slow task: more would starve the system
 
-TimeNs now() { return core::MonotonicClock().now_ns(); }
 void sleep_until(TimeNs at) { core::MonotonicClock().sleep_until_ns(at); }
 
 /// Binds the calling thread and makes it a real-time one; throws where the system grants none.
@@ -50,198 +44,6 @@ void become_task(int cpu, std::int32_t priority) {
     throw std::runtime_error("the coherence benchmark needs two processors and SCHED_FIFO: run it as root");
   }
 }
-
-/// Fast and Slow exchange `common` DINTs in both directions; Slow and Slowest exchange `others` that Fast does not use.
-std::string source(std::uint32_t common, std::uint32_t others) {
-  std::string text = "VAR_GLOBAL\n";
-  const auto list = [&text](char letter, std::uint32_t count, std::string_view format) {
-    for (std::uint32_t i = 0; i < count; ++i) text += fmt::format(fmt::runtime(format), letter, i);
-  };
-  for (const char letter : {'a', 'b'}) list(letter, common, "  {}{} : DINT;\n");
-  for (const char letter : {'c', 'd'}) list(letter, others, "  {}{} : DINT;\n");
-  text += "END_VAR\n";
-  const auto program = [&](std::string_view name, std::string_view pairs, std::uint32_t first_count,
-                           std::uint32_t second_count) {
-    text += fmt::format("PROGRAM {}\nVAR_EXTERNAL\n", name);
-    for (std::size_t i = 0; i < pairs.size(); ++i)
-      list(pairs[i], i < 2 ? first_count : second_count, "  {}{} : DINT;\n");
-    text += "END_VAR\n";
-    for (std::size_t i = 0; i + 1 < pairs.size(); i += 2) {
-      const std::uint32_t count = i < 2 ? first_count : second_count;
-      for (std::uint32_t v = 0; v < count; ++v) text += fmt::format("  {0}{2} := {1}{2};\n", pairs[i], pairs[i + 1], v);
-    }
-    text += "END_PROGRAM\n";
-  };
-  program("Fast", "ba", common, 0);
-  program("Slow", "abcd", common, others);
-  program("Slowest", "dc", others, 0);
-  text += "CONFIGURATION C\n  RESOURCE R ON PLC\n";
-  text += "    TASK TFast(INTERVAL := T#1ms, PRIORITY := 0);\n    TASK TSlow(INTERVAL := T#10ms, PRIORITY := 1);\n";
-  text += "    TASK TSlowest(INTERVAL := T#20ms, PRIORITY := 2);\n    PROGRAM fast WITH TFast : Fast;\n";
-  text += "    PROGRAM slow WITH TSlow : Slow;\n    PROGRAM slowest WITH TSlowest : Slowest;\n";
-  return text + "  END_RESOURCE\nEND_CONFIGURATION\n";
-}
-
-/// The copies of a common table without anything that keeps others off: what the protocols add is what they cost.
-class UnprotectedExchange final : public runtime::CommonTableExchange {
- public:
-  using CommonTableExchange::CommonTableExchange;
-  void import(std::uint32_t range) noexcept override { copy_in(range); }
-  void export_range(std::uint32_t range) noexcept override {
-    if (may_publish()) copy_out(range);
-  }
-};
-
-/// Part of an exchange in which the fast task is held off.
-struct Section {
-  TimeNs begin = 0;
-  TimeNs end = 0;
-};
-
-/// One task without code: its exchange as its body has it, and its local copy.
-class alignas(runtime::kTableAlign) Side {
- public:
-  Side(runtime::GlobalTable& globals, std::uint32_t task, bool protected_copies)
-      : protocol_(globals.image().options.coherence), local_(globals.size()) {
-    if (protected_copies) {
-      exchange_ = runtime::make_exchange(protocol_, globals, task, local_.data());
-    } else {
-      exchange_ = std::make_unique<UnprotectedExchange>(globals, task, local_.data());
-    }
-    const bytecode::Image& image = globals.image();
-    for (const runtime::FieldRange& range : runtime::exchanged_ranges(image, image.tasks[task].body)) {
-      using Use = runtime::Exchange::Use;
-      bool urgent = false;
-      for (std::uint32_t f = range.first; f < range.first + range.count; ++f)
-        urgent = urgent || globals.ceiling(f) == 0;
-      (range.exported ? exports_ : imports_)
-          .push_back({exchange_->add_range(range.first, range.count, Use::kRaise),
-                      exchange_->add_range(range.first, range.count, range.exported ? Use::kExport : Use::kImport),
-                      urgent});
-    }
-    exchange_->prepare();
-    exchange_->set_priority_change(runtime::set_own_priority);
-  }
-  /// What a task does ahead of its release: as many bytes as the lead has nanoseconds (runtime/sched/realtime.cpp).
-  void expect() { exchange_->expect(std::size_t{kLeadNs}); }
-  void take() {
-    exchange_->begin();
-    critical(imports_, [this](std::uint32_t range) { exchange_->import(range); });
-  }
-  void give() {
-    critical(exports_, [this](std::uint32_t range) { exchange_->export_range(range); });
-    if (protocol_ == Coherence::kWaitFree) exchange_->end();
-  }
-  /// Under the protocols with a common table the snapshot for devices and servers is made here, which is not theirs.
-  void finish() {
-    if (protocol_ != Coherence::kWaitFree) exchange_->end();
-  }
-  /// Notes from now on when it holds the fast task off.
-  void note_sections(std::vector<Section>& sections) { sections_ = &sections; }
-  [[nodiscard]] std::int32_t* values(std::uint32_t offset) {
-    return reinterpret_cast<std::int32_t*>(local_.data() + offset);
-  }
-
- private:
-  struct Part {
-    std::uint32_t raise;
-    std::uint32_t copy;
-    bool urgent;  ///< the fast task uses it
-  };
-  template <class Copy>
-  void critical(const std::vector<Part>& parts, Copy copy) {
-    TimeNs begin = 0;
-    if (protocol_ == Coherence::kGlobalLock) {
-      exchange_->lock();
-      if (sections_ != nullptr) begin = now();
-    }
-    for (const Part& part : parts) {
-      if (sections_ != nullptr && part.urgent && begin == 0) begin = now();
-      if (protocol_ == Coherence::kPriorityCeiling) exchange_->raise(part.raise);
-      copy(part.copy);
-    }
-    // Before the fast task can run again.
-    if (begin != 0) sections_->push_back({begin, now()});
-    if (protocol_ == Coherence::kGlobalLock) exchange_->unlock();
-    if (protocol_ == Coherence::kPriorityCeiling) exchange_->reschedule();
-  }
-
-  Coherence protocol_;
-  runtime::TableMemory local_;
-  std::unique_ptr<runtime::Exchange> exchange_;
-  std::vector<Part> imports_, exports_;
-  std::vector<Section>* sections_ = nullptr;
-};
-
-/// One protocol with its tasks.
-class alignas(runtime::kTableAlign) Rig {
- public:
-  Rig(Coherence protocol, std::uint32_t common, std::uint32_t others, bool protected_copies = true)
-      : protocol_(protocol), common_(common), others_(others) {
-    const Scratch scratch;
-    std::ofstream(scratch.file("exchange.st")) << source(common, others);
-    tools::Compilation compilation;
-    core::CompileOptions options;
-    options.coherence = protocol;
-    tools::compile({scratch.file("exchange.st"), options, tools::Goal::kRun}, compilation);
-    if (!compilation.image) throw std::runtime_error("the project of the coherence benchmark does not compile");
-    image_ = std::move(*compilation.image);
-    const bytecode::Image& image = image_->image();
-    globals_ = std::make_unique<runtime::GlobalTable>(image);
-    for (std::uint32_t task = 0; task < 3; ++task)
-      sides_[task] = std::make_unique<Side>(*globals_, task, protected_copies);
-    for (const bytecode::ImageField& field : image.types[image.global_type].fields) {
-      if (field.name.size() == 2 && field.name[1] == '0')
-        at_[static_cast<std::size_t>(field.name[0] - 'a')] = field.offset;
-    }
-  }
-  Side& side(std::uint32_t task) { return *sides_[task]; }
-  /// Variables of a letter lie side by side: one task writes them, and the same ones read them.
-  std::int32_t* values(std::uint32_t task, char letter) {
-    return sides_[task]->values(at_[static_cast<std::size_t>(letter - 'a')]);
-  }
-  [[nodiscard]] std::uint32_t count(char letter) const { return letter < 'c' ? common_ : others_; }
-
-  [[nodiscard]] Coherence protocol() const { return protocol_; }
-
- private:
-  Coherence protocol_;
-  std::uint32_t common_, others_;
-  std::optional<bytecode::VerifiedImage> image_;
-  std::unique_ptr<runtime::GlobalTable> globals_;
-  std::array<std::unique_ptr<Side>, 3> sides_;
-  std::array<std::uint32_t, 4> at_{};
-};
-
-/// One exchange of a slow task: takes, checks, fills what it exports with the number of its round, gives. What it took
-/// is mixed when not all values of a letter are of one round of the other side.
-class alignas(runtime::kTableAlign) SlowSide {
- public:
-  SlowSide(Rig& rig, std::uint32_t task, std::string_view in, std::string_view out)
-      : rig_(rig), task_(task), in_(in), out_(out) {}
-  void exchange() {
-    ++rounds_;
-    Side& side = rig_.side(task_);
-    side.take();
-    for (const char letter : in_) mixed_ += is_mixed(rig_, task_, letter) ? 1 : 0;
-    for (const char letter : out_)
-      std::fill_n(rig_.values(task_, letter), rig_.count(letter), static_cast<std::int32_t>(rounds_));
-    side.give();
-    side.finish();
-  }
-  static bool is_mixed(Rig& rig, std::uint32_t task, char letter) {
-    const std::int32_t* const v = rig.values(task, letter);
-    return std::any_of(v, v + rig.count(letter), [&](std::int32_t one) { return one != v[0]; });
-  }
-  [[nodiscard]] std::uint64_t rounds() const { return rounds_; }
-  [[nodiscard]] std::uint64_t mixed() const { return mixed_; }
-
- private:
-  Rig& rig_;
-  std::uint32_t task_;
-  std::string_view in_, out_;
-  std::uint64_t rounds_ = 0, mixed_ = 0;
-};
 
 /// A thread that does one thing again and again until it is destroyed, with pauses, as a task of `priority`.
 class SlowThread {
@@ -263,49 +65,6 @@ class SlowThread {
  private:
   std::atomic<bool> stop_{false};
   std::thread thread_;
-};
-
-/// Bytes that another processor has just written, and bytes that it reads, for memcpy.
-class alignas(runtime::kTableAlign) Mailbox {
- public:
-  explicit Mailbox(std::uint32_t count)
-      : in_(kBuffers, std::vector<std::int32_t>(count)), out_(in_), local_(count), slow_(count) {}
-  /// The copy of what comes in, once more and ahead.
-  void expect() { copy_in(); }
-  /// Nanoseconds that two memcpy take, with the words that say where the bytes are.
-  TimeNs copy() {
-    const TimeNs t0 = now();
-    copy_in();
-    const TimeNs t1 = now();
-    std::fill(local_.begin(), local_.end(), static_cast<std::int32_t>(++round_));
-    const TimeNs t2 = now();
-    std::memcpy(out_[round_ % kBuffers].data(), local_.data(), local_.size() * sizeof(std::int32_t));
-    taken_.store(round_, std::memory_order_release);
-    const TimeNs t3 = now();
-    return t1 - t0 + t3 - t2;
-  }
-  /// The other side.
-  void exchange() {
-    const std::vector<std::int32_t>& from = out_[taken_.load(std::memory_order_acquire) % kBuffers];
-    std::memcpy(slow_.data(), from.data(), from.size() * sizeof(std::int32_t));
-    std::fill(slow_.begin(), slow_.end(), static_cast<std::int32_t>(++slow_round_));
-    std::memcpy(in_[slow_round_ % kBuffers].data(), slow_.data(), slow_.size() * sizeof(std::int32_t));
-    written_.store(slow_round_, std::memory_order_release);
-  }
-
- private:
-  [[gnu::noinline]] void copy_in() {
-    const std::vector<std::int32_t>& from = in_[written_.load(std::memory_order_acquire) % kBuffers];
-    std::memcpy(local_.data(), from.data(), from.size() * sizeof(std::int32_t));
-  }
-
-  /// As many as a snapshot of one reader has: as long as nobody is held up, none is written while it is read.
-  static constexpr std::uint64_t kBuffers = 3;
-  std::vector<std::vector<std::int32_t>> in_, out_;
-  std::vector<std::int32_t> local_, slow_;
-  std::uint64_t round_ = 0, slow_round_ = 0;
-  alignas(runtime::kTableAlign) std::atomic<std::uint64_t> written_{0};
-  alignas(runtime::kTableAlign) std::atomic<std::uint64_t> taken_{0};
 };
 
 struct Times {
@@ -382,17 +141,17 @@ void match(const std::vector<Section>& sections, const std::vector<TimeNs>& want
 }
 
 /// One cycle of the fast task; nanoseconds that both halves of its exchange took. `delays` gets when each began.
-TimeNs fast_exchange(Rig& rig, std::uint32_t cycle, Times& times, std::vector<TimeNs>* wanted = nullptr) {
+TimeNs fast_exchange(ExchangeRig& rig, std::uint32_t cycle, Times& times, std::vector<TimeNs>* wanted = nullptr) {
   const TimeNs t0 = now();
-  rig.side(kFast).take();
+  rig.task(kFast).take();
   const TimeNs t1 = now();
-  times.mixed += SlowSide::is_mixed(rig, kFast, 'a') ? 1 : 0;
+  times.mixed += SlowTask::is_mixed(rig, kFast, 'a') ? 1 : 0;
   ++times.rounds;
   std::fill_n(rig.values(kFast, 'b'), rig.count('b'), static_cast<std::int32_t>(cycle));
   const TimeNs t2 = now();
-  rig.side(kFast).give();
+  rig.task(kFast).give();
   const TimeNs t3 = now();
-  rig.side(kFast).finish();
+  rig.task(kFast).finish();
   if (wanted != nullptr) wanted->insert(wanted->end(), {t0, t2});
   return t1 - t0 + t3 - t2;
 }
@@ -400,16 +159,16 @@ TimeNs fast_exchange(Rig& rig, std::uint32_t cycle, Times& times, std::vector<Ti
 constexpr int kFastCpu = 1;
 
 /// The slow task, or two of them, on the fast one's processor.
-void measure(Rig& rig, bool third, std::uint32_t cycles, Times& times) {
+void measure(ExchangeRig& rig, bool third, std::uint32_t cycles, Times& times) {
   std::vector<Section> sections;
   sections.reserve(std::size_t{cycles} * 8);
-  rig.side(1).note_sections(sections);
+  rig.task(1).note_sections(sections);
   // Under the lock the fast task runs, and waits where it takes it; under ceilings it does not run.
   std::vector<TimeNs> wanted;
   wanted.reserve(std::size_t{cycles} * 2);
   const bool by_lock = rig.protocol() == Coherence::kGlobalLock;
-  SlowSide slow(rig, 1, third ? "bd" : "b", third ? "ac" : "a");
-  SlowSide slowest(rig, 2, "c", "d");
+  SlowTask slow(rig, 1, third ? "bd" : "b", third ? "ac" : "a");
+  SlowTask slowest(rig, 2, "c", "d");
   {
     const SlowThread thread(kFastCpu, 1, [&slow] { slow.exchange(); });
     std::optional<SlowThread> other;
@@ -448,21 +207,22 @@ constexpr std::array<std::string_view, kComparedCount> kComparedNames = {"memcpy
 void measure_apart(std::uint32_t n, std::uint32_t cycles, std::array<Times, kComparedCount>& times) {
   Mailbox cold(n), warm(n);
   // Under priority ceilings without priorities: LOCK and UNLOCK would be no calls either.
-  Rig unprotected(Coherence::kPriorityCeiling, n, 0, false);
-  Rig wait_free(Coherence::kWaitFree, n, 0);
-  Rig wait_free_lead(Coherence::kWaitFree, n, 0);
-  Rig lock(Coherence::kGlobalLock, n, 0);
-  const std::array<Rig*, kComparedCount> rigs = {nullptr, nullptr, &unprotected, &wait_free, &wait_free_lead, &lock};
+  ExchangeRig unprotected(Coherence::kPriorityCeiling, n, 0, false);
+  ExchangeRig wait_free(Coherence::kWaitFree, n, 0);
+  ExchangeRig wait_free_lead(Coherence::kWaitFree, n, 0);
+  ExchangeRig lock(Coherence::kGlobalLock, n, 0);
+  const std::array<ExchangeRig*, kComparedCount> rigs = {nullptr,    nullptr,         &unprotected,
+                                                         &wait_free, &wait_free_lead, &lock};
   std::vector<Section> sections;
   sections.reserve(std::size_t{cycles} * kComparedCount * 20);
-  lock.side(1).note_sections(sections);
+  lock.task(1).note_sections(sections);
   std::vector<TimeNs> wanted;
   wanted.reserve(std::size_t{cycles} * 2);
-  std::array<SlowSide, kComparedCount - kUnprotected> slow = {
+  std::array<SlowTask, kComparedCount - kUnprotected> slow = {
       {{unprotected, 1, "b", "a"}, {wait_free, 1, "b", "a"}, {wait_free_lead, 1, "b", "a"}, {lock, 1, "b", "a"}}};
   const auto ahead = [&](std::uint32_t cycle) {
     if (cycle % kComparedCount == kMemcpyLead) warm.expect();
-    if (cycle % kComparedCount == kWaitFreeLead) wait_free_lead.side(kFast).expect();
+    if (cycle % kComparedCount == kWaitFreeLead) wait_free_lead.task(kFast).expect();
   };
   const auto run = [&](TimeNs, std::uint32_t cycle) {
     const std::size_t which = cycle % kComparedCount;
@@ -476,7 +236,7 @@ void measure_apart(std::uint32_t n, std::uint32_t cycles, std::array<Times, kCom
     const SlowThread thread(1 - kFastCpu, 1, [&] {
       cold.exchange();
       warm.exchange();
-      for (SlowSide& side : slow) side.exchange();
+      for (SlowTask& side : slow) side.exchange();
     });
     run_fast(kFastCpu, true, (cycles + kWarmUp) * kComparedCount, run, ahead);
   }
@@ -615,8 +375,8 @@ Verdict measure_coherence(const CoherencePlan& plan) {
 
   const auto same_cpu = [&](std::size_t chart, std::uint32_t common, std::uint32_t others, std::uint32_t shown) {
     std::array<Times, 3> times;
-    std::array<std::unique_ptr<Rig>, 3> rigs;
-    for (std::size_t p = 0; p < 3; ++p) rigs[p] = std::make_unique<Rig>(kProtocols[p], common, others);
+    std::array<std::unique_ptr<ExchangeRig>, 3> rigs;
+    for (std::size_t p = 0; p < 3; ++p) rigs[p] = std::make_unique<ExchangeRig>(kProtocols[p], common, others);
     for (std::uint32_t part = 0; part < plan.parts; ++part) {
       for (std::size_t p = 0; p < 3; ++p) measure(*rigs[p], others != 0, plan.cycles / plan.parts, times[p]);
     }
