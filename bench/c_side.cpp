@@ -7,8 +7,12 @@
 #include <cstdlib>
 #include <fstream>
 #include <iostream>
+#include <map>
 #include <span>
+#include <string>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "bench/scratch.h"
 #include "bench/side.h"
@@ -125,24 +129,39 @@ class CSide final : public Side {
   void (*scan_)(long long) = nullptr;
 };
 
-}  // namespace
+/// The shared object of the C, made once: several workloads may have the same. Empty when that fails. It must not be
+/// opened twice at a time, since its variables are then the same.
+std::string shared_object(const Source& source, bool barriers) {
+  static const Scratch kept;
+  static std::map<std::string, std::string> made;  ///< by all that decides what it is
+  std::vector<std::string> texts;
+  std::string key = barriers ? "with" : "without";
+  for (const std::string& c : source.c) texts.push_back(std::string(kShown) + "void plc_scan(long long);\n" + c);
+  if (source.taskblocks == 0) texts.back() += table_of_variables(source);
+  for (const std::string& text : texts) key += text;
+  const auto [place, added] = made.try_emplace(std::move(key));
+  if (!added) return place->second;
 
-std::unique_ptr<Side> make_c_side(const bytecode::VerifiedImage& image, const Source& source, bool barriers) {
   const Scratch scratch;
-  const std::string object = scratch.file("scan.so");
+  const std::string object = kept.file(fmt::format("scan{}.so", made.size()));
   std::string link = fmt::format("{} -shared -o {}", PLC_C_COMPILER, object);
   std::vector<std::string> commands;
-  for (std::size_t i = 0; i < source.c.size(); ++i) {
+  for (std::size_t i = 0; i < texts.size(); ++i) {
     const std::string name = scratch.file(std::to_string(i));
-    std::ofstream(name + ".c") << kShown << "void plc_scan(long long);\n"
-                               << source.c[i]
-                               << (i + 1 == source.c.size() && source.taskblocks == 0 ? table_of_variables(source)
-                                                                                      : "");
+    std::ofstream(name + ".c") << texts[i];
     commands.push_back(
         fmt::format("{} {} {} -c -o {}.o {}.c", PLC_C_COMPILER, kFlags, barriers ? "" : "-DBARRIER=", name, name));
     link += fmt::format(" {}.o", name);
   }
-  if (!run_all(commands) || !run_all({link + " -lm"})) return nullptr;
+  if (run_all(commands) && run_all({link + " -lm"})) place->second = object;
+  return place->second;
+}
+
+}  // namespace
+
+std::unique_ptr<Side> make_c_side(const bytecode::VerifiedImage& image, const Source& source, bool barriers) {
+  const std::string object = shared_object(source, barriers);
+  if (object.empty()) return nullptr;
   void* const library = ::dlopen(object.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (library == nullptr) {
     std::cerr << ::dlerror() << '\n';

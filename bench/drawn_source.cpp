@@ -6,14 +6,22 @@
 
 #include "bench/c_source.h"
 #include "bench/drawing.h"
+#include "bench/drawn_text.h"
 
 namespace plc::bench {
 
-Source make_source(const Shape& shape) {
+Source make_source(const Shape& shape, Text text) {
   const Program program = make_program(shape);
-  std::ostringstream xml;
-  write_plcopen(program, xml);
-  Source source{std::move(xml).str(), write_c(program), {}};
+  Source source;
+  if (text == Text::kXml) {
+    std::ostringstream xml;
+    write_plcopen(program, xml);
+    source.project = std::move(xml).str();
+  } else {
+    source.project = write_st(program);
+    source.extension = "st";
+  }
+  source.c = write_c(program);
   const std::string in = std::string(kInstanceName) + '.';
   constexpr std::uint32_t kBytes[kTypes] = {1, 4, 4};
   constexpr Stimulus kStimuli[kTypes] = {Stimulus::kBool, Stimulus::kDint, Stimulus::kReal};

@@ -1,5 +1,4 @@
-// plc-gen-workload: writes a workload of the benchmark, made from a seed, as a PLCopen project and as C (see
-// workload.h).
+// plc-gen-workload: writes a workload of the benchmark, made from a seed, as a project and as C (see workload.h).
 #include <CLI/CLI.hpp>
 #include <fstream>
 #include <iostream>
@@ -12,10 +11,10 @@ int main(int argc, char** argv) {
   std::string names;
   for (const Workload& workload : workloads()) names += std::string(names.empty() ? "" : ", ") + workload.name;
   CLI::App app{
-      "Writes a workload of the benchmark, made from a seed, as a PLCopen project and, with the same logic, as C.\n"
-      "Example: plc-gen-workload --only mixed --size 10000 --xml mixed.xml --c mixed.c",
+      "Writes a workload of the benchmark, made from a seed, as a project and, with the same logic, as C.\n"
+      "Example: plc-gen-workload --only mixed --size 10000 --project mixed.xml --c mixed.c",
       "plc-gen-workload"};
-  std::string name = "plain", xml, c;
+  std::string name = "plain", project, c;
   std::uint32_t size = 1000;
   std::uint64_t seed = 1;
   app.add_option("--only", name, names)->capture_default_str();
@@ -23,7 +22,7 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(10u, 1'000'000u))
       ->capture_default_str();
   app.add_option("--seed", seed, "equal seeds give equal files")->capture_default_str();
-  app.add_option("--xml", xml, "file for the PLCopen project");
+  app.add_option("--project", project, "file for the project: PLCopen, of the workloads with .st in their name ST");
   app.add_option("--c", c, "file for the C source");
   CLI11_PARSE(app, argc, argv);
 
@@ -41,5 +40,5 @@ int main(int argc, char** argv) {
     if (!out) std::cerr << path << ": cannot be written\n";
     return static_cast<bool>(out);
   };
-  return write(xml, std::initializer_list<std::string>{source.xml}) && write(c, source.c) ? 0 : 2;
+  return write(project, std::initializer_list<std::string>{source.project}) && write(c, source.c) ? 0 : 2;
 }

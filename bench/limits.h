@@ -18,9 +18,9 @@ namespace limit {
 inline constexpr const char* kBarrierC = "C, `gcc -O2` with a barrier after each rung";
 
 // Scan.
-inline constexpr Limit kLadderNative{1.15, "times", "native code of boolean ladders (`plain`)", kBarrierC};
+inline constexpr Limit kLadderNative{1.15, "times", "native code of boolean ladders (`plain`, `rewritten`)", kBarrierC};
 /// WHY not 1: medians of equal code differ by as much on a machine that does other things, too.
-inline constexpr Limit kLadderNotSlower{1.02, "times", "the same", "C, `gcc -O2` without barriers: not slower"};
+inline constexpr Limit kLadderNotSlower{1.02, "times", "`plain` of these", "C, `gcc -O2` without barriers: not slower"};
 inline constexpr Limit kDrawnNative{
     1.25, "times", "native code of timers and counters, drawn arithmetic, and ladders that hold some of them",
     kBarrierC};
@@ -28,6 +28,9 @@ inline constexpr Limit kLoopNative{2, "times", "native code of loops in ST",
                                    "C, `gcc -O2` with a barrier after each sample, byte, row .."};
 inline constexpr Limit kInterpreter{6, "times", "interpreter on all of these but loops, taskblocks and exchange too",
                                     "the same C"};
+/// WHY not 1: where nothing is gained, both run at the same speed, and medians differ by as much.
+inline constexpr Limit kNotSlowerThanInterpreter{1.02, "times", "native code of every workload",
+                                                 "the interpreter: not slower"};
 
 // Load.
 inline constexpr Limit kFirstScan{1, "times", "`plc sim --cycles 1` at 10,000 plain rungs (24 MB of XML)",
@@ -65,9 +68,10 @@ inline constexpr Limit kExchange{
 
 /// All of them, in the order of the table.
 inline constexpr const Limit* kAll[] = {
-    &kLadderNative, &kLadderNotSlower,   &kDrawnNative,   &kLoopNative,     &kInterpreter, &kFirstScan,   &kResident,
-    &kPeak,         &kMarginalLoad,      &kTaskblockCall, &kTaskblockWires, &kCompile,     &kCompilePeak, &kRefuse,
-    &kRequests,     &kScanBesideClients, &kGrowth,        &kExchange};
+    &kLadderNative, &kLadderNotSlower, &kDrawnNative, &kLoopNative,   &kInterpreter,       &kNotSlowerThanInterpreter,
+    &kFirstScan,    &kResident,        &kPeak,        &kMarginalLoad, &kTaskblockCall,     &kTaskblockWires,
+    &kCompile,      &kCompilePeak,     &kRefuse,      &kRequests,     &kScanBesideClients, &kGrowth,
+    &kExchange};
 
 }  // namespace limit
 }  // namespace plc::bench

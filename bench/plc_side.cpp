@@ -1,5 +1,6 @@
 #include <fstream>
 #include <iostream>
+#include <string>
 
 #include "bench/scratch.h"
 #include "bench/side.h"
@@ -81,8 +82,8 @@ std::unique_ptr<Side> make_plc_side(const bytecode::VerifiedImage& image, const 
 
 std::optional<bytecode::VerifiedImage> compile_project(const Source& source) {
   const Scratch scratch;
-  const std::string path = scratch.file("project.xml");
-  std::ofstream(path, std::ios::binary) << source.xml;
+  const std::string path = scratch.file(std::string("project.") + source.extension);
+  std::ofstream(path, std::ios::binary) << source.project;
   tools::Compilation compilation;
   tools::Request request{path, {}, tools::Goal::kRun};
   request.taskblocks = &bench_taskblocks();

@@ -21,17 +21,23 @@ class Dice {
   std::mt19937_64 engine_;
 };
 
-Net contact(Dice& dice, std::uint32_t variables) {
+/// What contacts read: any BOOL, or with `inputs` every other time one that is an input.
+struct Readable {
+  std::uint32_t count = 0;
+  std::uint32_t inputs = 0;
+};
+
+Net contact(Dice& dice, Readable readable) {
   Net net;
-  net.variable = dice.below(variables);
+  net.variable = dice.below(readable.inputs != 0 && dice.chance(50) ? readable.inputs : readable.count);
   // WHY half: a ladder of plain contacts goes all FALSE after a few scans and would compare nothing.
   net.negated = dice.chance(50);
   return net;
 }
 
 /// `contacts` contacts in series or parallel; alternate levels nest as long as `nesting` allows.
-Net random_net(Dice& dice, std::uint32_t contacts, bool parallel, int nesting, std::uint32_t variables) {
-  if (contacts == 1) return contact(dice, variables);
+Net random_net(Dice& dice, std::uint32_t contacts, bool parallel, int nesting, Readable readable) {
+  if (contacts == 1) return contact(dice, readable);
   Net net;
   net.kind = parallel ? Net::Kind::kParallel : Net::Kind::kSeries;
   while (contacts > 0) {
@@ -39,22 +45,22 @@ Net random_net(Dice& dice, std::uint32_t contacts, bool parallel, int nesting, s
     const std::uint32_t most = net.children.empty() ? contacts - 1 : contacts;
     const bool nest = nesting > 0 && most >= 2 && dice.chance(50);
     const std::uint32_t part = nest ? 2 + dice.below(most - 1) : 1;
-    net.children.push_back(nest ? random_net(dice, part, !parallel, parallel ? nesting : nesting - 1, variables)
-                                : contact(dice, variables));
+    net.children.push_back(nest ? random_net(dice, part, !parallel, parallel ? nesting : nesting - 1, readable)
+                                : contact(dice, readable));
     contacts -= part;
   }
   return net;
 }
 
 /// (a OR b) AND c AND d, any of them negated.
-Net plain_net(Dice& dice, std::uint32_t variables) {
+Net plain_net(Dice& dice, Readable readable) {
   Net branch;
   branch.kind = Net::Kind::kParallel;
-  for (int i = 0; i < 2; ++i) branch.children.push_back(contact(dice, variables));
+  for (int i = 0; i < 2; ++i) branch.children.push_back(contact(dice, readable));
   Net net;
   net.kind = Net::Kind::kSeries;
   net.children.push_back(std::move(branch));
-  for (int i = 0; i < 2; ++i) net.children.push_back(contact(dice, variables));
+  for (int i = 0; i < 2; ++i) net.children.push_back(contact(dice, readable));
   return net;
 }
 
@@ -72,8 +78,13 @@ class Maker {
     }
     std::vector<Form> forms;
     std::uint32_t written[kTypes] = {};
+    std::uint32_t rewritten = 0;
     for (std::uint32_t i = 0; i < rungs; ++i) {
       forms.push_back(form());
+      if (forms.back() == Form::kRewritten) {
+        ++rewritten;
+        continue;
+      }
       const Type type = type_of(forms.back());
       written[static_cast<std::size_t>(type)] += type == Type::kBool ? 1 : 2;
     }
@@ -84,12 +95,13 @@ class Maker {
       program_.variables[t].count = program_.variables[t].inputs + written[t];
       next_[t] = program_.variables[t].inputs;
     }
+    if (rewritten != 0) share(rewritten);
     for (const Form form : forms) rung(form);
     return std::move(program_);
   }
 
  private:
-  enum class Form : std::uint8_t { kPlain, kBlock, kDint, kReal };
+  enum class Form : std::uint8_t { kPlain, kBlock, kDint, kReal, kRewritten, kTimer };
   static Type type_of(Form form) {
     return form == Form::kDint ? Type::kDint : form == Form::kReal ? Type::kReal : Type::kBool;
   }
@@ -103,6 +115,14 @@ class Maker {
       case Kind::kMixed: {
         const std::uint32_t part = dice_.below(100);
         return part < 60 ? Form::kPlain : part < 80 ? Form::kBlock : chain();
+      }
+      case Kind::kRewritten:
+        return Form::kRewritten;
+      case Kind::kTimers:
+        return Form::kTimer;
+      case Kind::kMixed2: {
+        const std::uint32_t part = dice_.below(100);
+        return part < 60 ? Form::kRewritten : part < 80 ? Form::kTimer : chain();
       }
       case Kind::kPlain:
       case Kind::kNested:
@@ -119,16 +139,61 @@ class Maker {
       program_.rungs.emplace_back(chain(type_of(form)));
       return;
     }
-    const std::uint32_t bools = variables(Type::kBool).count;
+    const auto [bools, inputs] = variables(Type::kBool);
     Rung rung;
-    if (form == Form::kPlain) {
-      rung.net = plain_net(dice_, bools);
-    } else {
-      rung.net = random_net(dice_, 1 + dice_.below(3), dice_.chance(50), 1, bools);
-      put_box(rung, static_cast<Box>(1 + dice_.below(kBoxes - 1)), bools);
+    switch (form) {
+      case Form::kRewritten: {
+        rung.net = random_net(dice_, 4, dice_.chance(50), 1, {bools, inputs});
+        const std::uint32_t kind = dice_.below(100);
+        rung.coil = kind < 20 ? Coil::kSet : kind < 40 ? Coil::kReset : kind < 55 ? Coil::kNegated : Coil::kNormal;
+        rung.target = targets_.back();
+        targets_.pop_back();
+        break;
+      }
+      case Form::kBlock:
+      case Form::kTimer: {
+        const Readable readable{bools, form == Form::kTimer ? inputs : 0};
+        rung.net = random_net(dice_, 1 + dice_.below(3), dice_.chance(50), 1, readable);
+        put_box(rung, static_cast<Box>(1 + dice_.below(kBoxes - 1)), bools);
+        if (form == Form::kTimer) rung.preset = wide_preset(rung.box);
+        rung.target = next(Type::kBool);
+        break;
+      }
+      case Form::kPlain:
+      case Form::kDint:
+      case Form::kReal:
+        rung.net = plain_net(dice_, {bools});
+        rung.target = next(Type::kBool);
     }
-    rung.target = next(Type::kBool);
     program_.rungs.emplace_back(std::move(rung));
+  }
+
+  /// Variables for rungs that write each other's: half as many as rungs, a quarter of them inputs. Each of the others
+  /// is written by two to six rungs, in any order; what other rungs write comes behind them.
+  void share(std::uint32_t rungs) {
+    constexpr std::uint32_t kFewest = 2, kMost = 6;
+    const std::uint32_t all = std::max(16u, rungs / 2);
+    const std::uint32_t outputs = std::min(all - all / 4, std::max(1u, rungs / kFewest));
+    Variables& bools = variables(Type::kBool);
+    bools.count += all - bools.inputs;
+    bools.inputs = all - outputs;
+    next_[static_cast<std::size_t>(Type::kBool)] = all;
+    std::vector<std::uint32_t> writers(outputs);
+    while (targets_.size() < rungs) {
+      const auto turn = static_cast<std::uint32_t>(targets_.size());
+      const std::uint32_t output = turn < kFewest * outputs ? turn % outputs : dice_.below(outputs);
+      if (writers[output] == kMost) continue;
+      ++writers[output];
+      targets_.push_back(bools.inputs + output);
+    }
+    for (std::uint32_t i = rungs; i > 1; --i) std::swap(targets_[i - 1], targets_[dice_.below(i)]);
+  }
+
+  /// Timers: 2 to 255 scans of 20 ms, short ones as often as long ones.
+  std::uint32_t wide_preset(Box box) {
+    if (!is_timer(box)) return 1 + dice_.below(30);
+    const std::uint32_t least = 2u << dice_.below(7);
+    return 20 * (least + dice_.below(least));
   }
 
   void put_box(Rung& rung, Box box, std::uint32_t bools) {
@@ -150,7 +215,7 @@ class Maker {
     std::uint32_t next_normal = 0;
     for (std::uint32_t i = 0; i < rungs; ++i) {
       Rung rung;
-      rung.net = random_net(dice_, 1 + dice_.below(kMaxContacts), false, kMaxNesting, bools.count);
+      rung.net = random_net(dice_, 1 + dice_.below(kMaxContacts), false, kMaxNesting, {bools.count});
       const std::uint32_t kind = dice_.below(100);
       if (kind < 40 && next_normal < normals) {
         rung.coil = dice_.chance(20) ? Coil::kNegated : Coil::kNormal;
@@ -213,6 +278,7 @@ class Maker {
   Program program_;
   Dice dice_;
   std::uint32_t next_[kTypes] = {};
+  std::vector<std::uint32_t> targets_;  ///< of the rungs that write each other's variables, the last one first
 };
 
 }  // namespace

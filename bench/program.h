@@ -1,8 +1,8 @@
-// Drawn programs made from a seed: the same logic as a PLCopen drawing and as C on plain arrays.
+// Ladders and chains of functions made from a seed.
 //
-// In: Shape (kind, rungs, seed). Out: Program, to be written as a drawing (drawing.h) and as C (c_source.h).
-// Equal shapes give equal programs. Does not belong here: which sizes are measured (workload.h), measuring (load.cpp,
-// scan.cpp).
+// In: Shape (kind, rungs, seed). Out: Program, to be written as a drawing (drawing.h), as ST (drawn_text.h) and as C
+// (c_source.h). Equal shapes give equal programs. Does not belong here: which sizes are measured (workload.h),
+// measuring (load.cpp, scan.cpp).
 #pragma once
 
 #include <cstddef>
@@ -19,6 +19,9 @@ enum class Kind : std::uint8_t {
   kBlocks,  ///< ladder: one to three contacts, a timer, counter or edge, a coil of its own
   kArithmetic,  ///< FBD: chains of four to eight functions, half of them DINT, half REAL
   kMixed,       ///< ladder: of 100 rungs 60 as kPlain, 20 as kBlocks, 20 as kArithmetic
+  kRewritten,   ///< ladder: four contacts over rungs/2 variables, each coil in two to six rungs, some set or reset
+  kTimers,      ///< ladder: as kBlocks, but timers of a few to some hundred scans that run and elapse
+  kMixed2,      ///< ladder: of 100 rungs 60 as kRewritten, 20 as kTimers, 20 as kArithmetic
 };
 
 struct Shape {

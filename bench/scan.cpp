@@ -8,7 +8,9 @@
 #include <iostream>
 #include <iterator>
 #include <memory>
+#include <optional>
 
+#include "bench/inputs.h"
 #include "bench/process.h"
 #include "core/clock.h"
 
@@ -22,20 +24,9 @@ constexpr std::uint64_t kComparedBytes = 100'000'000;  ///< at most, in the scan
 constexpr const char* kNames[kSides] = {"C", "C without barriers", "interpreter", "native"};
 using Times = std::array<double, kSides>;  ///< nanoseconds per scan
 
-/// Spreads consecutive numbers over all 64 bits.
-std::uint64_t scatter(std::uint64_t number) {
-  number = (number ^ (number >> 30)) * 0xbf58476d1ce4e5b9u;
-  number = (number ^ (number >> 27)) * 0x94d049bb133111ebu;
-  return number ^ (number >> 31);
-}
-
 class Comparison {
  public:
-  explicit Comparison(const Source& source) : source_(source) {
-    for (std::uint32_t i = 0; i < source.variables.size(); ++i) {
-      if (source.variables[i].stimulus != Stimulus::kNone) inputs_.push_back(i);
-    }
-  }
+  explicit Comparison(const Source& source) : source_(source) {}
   /// False when one of them could not be made.
   bool make(const Workload& workload, const ScanPlan& plan) {
     const auto image = compile_project(source_);
@@ -46,7 +37,9 @@ class Comparison {
     sides_[kInterpreter] = make_plc_side(*image, source_, Engine::kInterpreter);
     sides_[kNative] = make_plc_side(*image, source_, Engine::kNative);
     for (std::size_t s = 0; s < kSides; ++s) {
-      if (wanted_[s] && sides_[s] == nullptr) return false;
+      if (!wanted_[s]) continue;
+      if (sides_[s] == nullptr) return false;
+      inputs_[s].emplace(source_, *sides_[s], workload.inputs);
     }
     first_side_ = wanted_[kC] ? kC : kInterpreter;
     for (std::size_t i = 0; i < source_.variables.size(); ++i) {
@@ -57,14 +50,14 @@ class Comparison {
     return true;
   }
 
-  /// `scans` scans of each side, one after the other, with one input changing before each; all see the same.
+  /// `scans` scans of each side, one after the other, with inputs changing before each; all see the same.
   Times round(std::uint32_t scans) {
     Times times{};
     for (std::size_t s = 0; s < kSides; ++s) {
       if (!wanted_[s]) continue;
       const core::TimeNs begin = own_time_ns();
       for (std::uint32_t i = 1; i <= scans; ++i) {
-        stimulate(*sides_[s], scans_ + i);
+        inputs_[s]->write(scans_ + i);
         good_ = sides_[s]->scan(now_ns(scans_ + i)) && good_;
       }
       times[s] = static_cast<double>(own_time_ns() - begin) / scans;
@@ -110,33 +103,11 @@ class Comparison {
  private:
   static core::TimeNs now_ns(std::uint64_t scan) { return static_cast<core::TimeNs>(scan) * kPeriodNs; }
 
-  void stimulate(const Side& side, std::uint64_t scan) const {
-    if (inputs_.empty()) return;
-    const std::uint32_t input = inputs_[scan * 2654435761u % inputs_.size()];
-    unsigned char* const at = side.variables()[input];
-    const auto value = static_cast<std::int32_t>(scatter(scan));
-    switch (source_.variables[input].stimulus) {
-      case Stimulus::kNone:
-        break;
-      case Stimulus::kBool:
-        *at ^= 1;
-        break;
-      case Stimulus::kDint:
-        std::memcpy(at, &value, sizeof value);
-        break;
-      case Stimulus::kReal: {
-        const float real = static_cast<float>(value % 100'000) / 100;
-        std::memcpy(at, &real, sizeof real);
-        break;
-      }
-    }
-  }
-
   const Source& source_;
   std::array<std::unique_ptr<Side>, kSides> sides_;
   std::array<bool, kSides> wanted_{};
   std::size_t first_side_ = kC;
-  std::vector<std::uint32_t> inputs_;
+  std::array<std::optional<InputWriter>, kSides> inputs_;
   std::vector<unsigned char> first_;  ///< variables before the first scan
   std::vector<bool> changed_;         ///< ... and which of them had another value since
   std::uint64_t scans_ = 0;
@@ -146,15 +117,16 @@ class Comparison {
 }  // namespace
 
 std::string scan_head() {
-  return fmt::format("{:<12} {:>7} {:>6} {:>5} | {:>8} {:>8} {:>8} {:>8} | {:>17} {:>17} {:>17}\n", "workload", "size",
-                     "scans", "alive", "C", "plain C", "interp", "native", "interp/C", "native/C", "native/plain C");
+  return fmt::format("{:<20} {:>7} {:>6} {:>5} | {:>8} {:>8} {:>8} {:>8} | {:>17} {:>17} {:>17} {:>17}\n", "workload",
+                     "size", "scans", "alive", "C", "plain C", "interp", "native", "native/interp", "interp/C",
+                     "native/C", "native/plain C");
 }
 
 ScanResult measure_scan(const Workload& workload, const ScanPlan& plan) {
   ScanResult result;
   const Source source = workload.make(plan.size, plan.seed);
   Comparison comparison(source);
-  std::string line = fmt::format("{:<12} {:>7}", workload.name, plan.size);
+  std::string line = fmt::format("{:<20} {:>7}", workload.name, plan.size);
   if (!comparison.make(workload, plan)) {
     std::cout << line << " could not be built" << std::endl;
     result.verdict.correct = false;
@@ -174,13 +146,14 @@ ScanResult measure_scan(const Workload& workload, const ScanPlan& plan) {
     std::uint32_t scans = 1;
     while (comparison.round(scans)[comparison.first_side()] * scans < kBatchNs) scans *= 2;
     std::array<std::vector<double>, kSides> times, to_c;
-    std::vector<double> to_plain;
+    std::vector<double> to_plain, to_interpreter;
     for (std::uint32_t i = 0; i < plan.batches; ++i) {
       const Times batch = comparison.round(scans);
       for (std::size_t s = 0; s < kSides; ++s) {
         times[s].push_back(batch[s] / plan.size);
         to_c[s].push_back(batch[s] / batch[kC]);
       }
+      to_interpreter.push_back(batch[kNative] / batch[kInterpreter]);
       to_plain.push_back(batch[kNative] / batch[kPlainC]);
     }
     result.verdict.correct = comparison.same();
@@ -195,6 +168,7 @@ ScanResult measure_scan(const Workload& workload, const ScanPlan& plan) {
       const std::string text = limit == nullptr ? "" : ", " + limit_text(ratio, *limit, result.verdict);
       line += fmt::format(" {:>17}", fmt::format("{:.2f}{}", ratio, text));
     };
+    against(to_interpreter, workload.limits.native_interpreter);
     if (comparison.has(kC)) {
       against(to_c[kInterpreter], workload.limits.interpreter);
       against(to_c[kNative], workload.limits.native);

@@ -366,7 +366,7 @@ Source make_calls(std::uint32_t size, std::uint64_t) {
     variables.push_back({fmt::format("Main.b{}.OUT1", i), {}, 8, Stimulus::kNone});
   }
   Source source;
-  source.xml = project(pou("Main_t", locals, {}, body), task("Main", 0));
+  source.project = project(pou("Main_t", locals, {}, body), task("Main", 0));
   source.c = {
       fmt::format("#pragma GCC visibility push(default)\n"
                   "struct {{ int (*fire)(void *object, void *failure); void *object; }} plc_calls[{0}];\n"
@@ -433,8 +433,7 @@ void plc_scan(long long now) {{
            {"Near.got", "near.got", 4, Stimulus::kNone},
            {"Far.got", "far.got", 4, Stimulus::kNone},
            {"there[0]", "near.there", 4 * size, Stimulus::kNone},
-           {"back[0]", "near.back", 4 * size, Stimulus::kNone}},
-          0};
+           {"back[0]", "near.back", 4 * size, Stimulus::kNone}}};
 }
 
 }  // namespace plc::bench

@@ -1,9 +1,10 @@
-// Workloads of `plc-bench scan`: programs made from a seed that do the same as PLCopen XML and as C.
+// Workloads of `plc-bench scan`: programs made from a seed that do the same as a project and as C.
 //
 // In: name, size, seed. Out: texts, and the variables that all sides must agree on; equal inputs give equal bytes.
 // Does not belong here: running and measuring them (scan.cpp, side.h).
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -13,12 +14,19 @@
 
 namespace plc::bench {
 
-/// How the benchmark changes an input before a scan.
+/// Which values the benchmark gives an input.
 enum class Stimulus : std::uint8_t {
   kNone,  ///< no input: the program writes it, or nobody does
-  kBool,  ///< inverted
+  kBool,  ///< 0 or 1
   kDint,  ///< any value
   kReal,  ///< -1000 .. 1000
+};
+inline constexpr std::size_t kStimulusCount = 4;
+
+/// Which inputs change before each scan.
+enum class Inputs : std::uint8_t {
+  kOneOfEachType,  ///< a BOOL is inverted, a DINT and a REAL get a new value
+  kAll,            ///< all get random values
 };
 
 /// A variable that every side has; all hold the same bytes after each scan.
@@ -31,7 +39,7 @@ struct Variable {
 
 /// One program in both languages.
 struct Source {
-  std::string xml;  ///< PLCopen project; one task, one instance
+  std::string project;  ///< one task, one instance
   /// Files that make one shared object; one behind the other they are a valid file, too. They define plc_scan(long long
   /// now_ns). BARRIER stands behind each rung: a compiler barrier, so that the compiler may not carry values from rung
   /// to rung, or nothing with -DBARRIER=.
@@ -40,6 +48,7 @@ struct Source {
   /// So many taskblocks the C calls through its arrays `plc_calls` of {fire, object}, with `plc_failure` behind the
   /// object. The variables are then those of the ports that their objects are bound to.
   std::uint32_t taskblocks = 0;
+  const char* extension = "xml";  ///< of the project's file: PLCopen, or "st"
 };
 
 /// Of medians of ratios; null = no limit.
@@ -47,16 +56,18 @@ struct ScanLimits {
   const Limit* interpreter = nullptr;   ///< interpreter / C
   const Limit* native = nullptr;        ///< native code / C
   const Limit* native_plain = nullptr;  ///< native code / C without barriers
+  const Limit* native_interpreter = nullptr;
 };
 
 struct Workload {
-  const char* name;
+  std::string name;
   const char* unit;  ///< what a size counts, and times are per; work grows with the size in proportion
   Source (*make)(std::uint32_t size, std::uint64_t seed);
   std::vector<std::uint32_t> sizes;
   std::uint32_t small_size;  ///< for checks without measuring
   bool barriers;             ///< the C has barriers: it is measured with and without them
   ScanLimits limits;
+  Inputs inputs = Inputs::kOneOfEachType;
 };
 
 /// All of them, in the order of the table.
