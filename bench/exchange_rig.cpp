@@ -8,10 +8,10 @@
 #include <utility>
 
 #include "bench/scratch.h"
-#include "runtime/link.h"
+#include "compiler/compile.h"
+#include "runtime/link/link.h"
 #include "runtime/memory/common_table_exchange.h"
 #include "runtime/sched/thread_settings.h"
-#include "tools/pipeline.h"
 
 namespace plc::bench {
 namespace {
@@ -86,10 +86,10 @@ ExchangeRig::ExchangeRig(Coherence protocol, std::uint32_t common, std::uint32_t
     : protocol_(protocol), common_(common), others_(others) {
   const Scratch scratch;
   std::ofstream(scratch.file("exchange.st")) << source(common, others);
-  tools::Compilation compilation;
+  compiler::Compilation compilation;
   core::CompileOptions options;
   options.coherence = protocol;
-  tools::compile({scratch.file("exchange.st"), options, tools::Goal::kRun}, compilation);
+  compiler::compile({scratch.file("exchange.st"), options, compiler::Goal::kRun}, compilation);
   if (!compilation.image) throw std::runtime_error("the project of the coherence benchmark does not compile");
   image_ = std::move(*compilation.image);
   const bytecode::Image& image = image_->image();

@@ -16,9 +16,9 @@
 #include "bench/measurements.h"
 #include "bench/modbus_load.h"
 #include "bench/scratch.h"
+#include "compiler/compile.h"
 #include "io-drivers/modbus/server.h"
 #include "runtime/sched/realtime.h"
-#include "tools/pipeline.h"
 
 namespace plc::bench {
 namespace {
@@ -118,8 +118,8 @@ class Plant {
   explicit Plant(const Scratch& scratch) {
     const std::string path = scratch.file("load.xml");
     std::ofstream(path, std::ios::binary) << project_text();
-    tools::Compilation compilation;
-    tools::compile({path, {}, tools::Goal::kRun}, compilation);
+    compiler::Compilation compilation;
+    compiler::compile({path, {}, compiler::Goal::kRun}, compilation);
     if (!compilation.ok()) {
       compilation.diagnostics.render(std::cerr);
       throw std::runtime_error("the project does not compile");

@@ -5,10 +5,10 @@
 #include "bench/scratch.h"
 #include "bench/side.h"
 #include "bench/taskblock_types.h"
+#include "compiler/compile.h"
 #include "native/compile.h"
 #include "runtime/access.h"
 #include "runtime/resource.h"
-#include "tools/pipeline.h"
 
 namespace plc::bench {
 namespace {
@@ -84,10 +84,10 @@ std::optional<bytecode::VerifiedImage> compile_project(const Source& source) {
   const Scratch scratch;
   const std::string path = scratch.file(std::string("project.") + source.extension);
   std::ofstream(path, std::ios::binary) << source.project;
-  tools::Compilation compilation;
-  tools::Request request{path, {}, tools::Goal::kRun};
+  compiler::Compilation compilation;
+  compiler::Request request{path, {}, compiler::Goal::kRun};
   request.taskblocks = &bench_taskblocks();
-  tools::compile(request, compilation);
+  compiler::compile(request, compilation);
   if (compilation.ok()) return std::move(compilation.image);
   compilation.diagnostics.render(std::cerr);
   return std::nullopt;

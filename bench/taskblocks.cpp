@@ -14,10 +14,10 @@
 #include "bench/measurements.h"
 #include "bench/scratch.h"
 #include "bench/taskblock_types.h"
+#include "compiler/compile.h"
 #include "core/clock.h"
 #include "runtime/access.h"
 #include "runtime/resource.h"
-#include "tools/pipeline.h"
 
 namespace plc::bench {
 namespace {
@@ -61,10 +61,10 @@ class Compiled {
     const Scratch scratch;
     const std::string path = scratch.file("taskblocks.st");
     std::ofstream(path) << source(type, blocks, wires, inputs);
-    tools::Compilation compilation;
-    tools::Request request{path, {}, tools::Goal::kRun};
+    compiler::Compilation compilation;
+    compiler::Request request{path, {}, compiler::Goal::kRun};
     request.taskblocks = &bench_taskblocks();
-    tools::compile(request, compilation);
+    compiler::compile(request, compilation);
     if (!compilation.ok()) {
       compilation.diagnostics.render(std::cerr);
       throw std::runtime_error("the project of the taskblock benchmark does not compile");

@@ -26,8 +26,8 @@ std::unique_ptr<plcopen::Project> read(const std::string& path, core::Diagnostic
 std::unique_ptr<plcopen::Project> read_memory(std::string_view bytes, const std::string& name,
                                               core::Diagnostics& diagnostics);
 
-/// Declarations that a tool's XML has as text beside the typed ones: read where the typed interface of the POU or list is
-/// empty, else only looked through for pragmas.
+/// Declarations that a tool's XML has as text beside the typed ones: read where the typed interface of the POU or list
+/// is empty, else only looked through for pragmas.
 void read_plain_declarations(plcopen::Project& project, core::Diagnostics& diagnostics);
 
 /// True when the first character that is no blank begins no XML.

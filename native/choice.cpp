@@ -5,7 +5,7 @@
 
 #include "native/library_rows.h"
 #include "native/loops.h"
-#include "runtime/operations.h"
+#include "runtime/interpreter/operations.h"
 
 namespace plc::native {
 

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "native/translate.h"
-#include "runtime/link.h"
+#include "runtime/link/link.h"
 
 namespace plc::native {
 

@@ -19,8 +19,8 @@
 #include "native/records.h"
 #include "native/short_lived.h"
 #include "native/translate.h"
-#include "runtime/link.h"
-#include "runtime/operations.h"
+#include "runtime/interpreter/operations.h"
+#include "runtime/link/link.h"
 
 namespace plc::native {
 

@@ -3,7 +3,7 @@
 // In: a program, whose linked code holds all addresses already. Out: a CompiledTask for Program::install(), which does
 // what the interpreter does, bit for bit. Instructions without code of their own run in the interpreter, a few at a
 // time. Time and memory grow with the program and with nothing else. Any thread; the task may run meanwhile.
-// Does not belong here: when to compile (tools), resolving (runtime/link.h).
+// Does not belong here: when to compile (tools), resolving (runtime/link/link.h).
 #pragma once
 
 #include <cstddef>

@@ -20,7 +20,7 @@
 
 #include "native/loops.h"
 #include "native/operation.h"
-#include "runtime/interpreter.h"
+#include "runtime/interpreter/interpreter.h"
 
 namespace plc::native {
 

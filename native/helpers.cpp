@@ -1,7 +1,7 @@
 #include "native/helpers.h"
 
-#include "runtime/bool_run.h"
-#include "runtime/operations.h"
+#include "runtime/interpreter/bool_run.h"
+#include "runtime/interpreter/operations.h"
 #include "runtime/taskblocks.h"
 
 namespace plc::native {

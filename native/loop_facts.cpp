@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "native/choice.h"
-#include "runtime/operations.h"
+#include "runtime/interpreter/operations.h"
 
 namespace plc::native {
 

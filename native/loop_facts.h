@@ -17,7 +17,7 @@
 #include "native/emitter.h"
 #include "native/loops.h"
 #include "native/translate.h"
-#include "runtime/link.h"
+#include "runtime/link/link.h"
 
 namespace plc::native {
 

@@ -7,7 +7,7 @@
 
 #include "native/library_rows.h"
 #include "native/records.h"
-#include "runtime/operations.h"
+#include "runtime/interpreter/operations.h"
 
 namespace plc::native {
 

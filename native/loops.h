@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "native/operation.h"
-#include "runtime/link.h"
+#include "runtime/link/link.h"
 
 namespace plc::native {
 

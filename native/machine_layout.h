@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "runtime/interpreter.h"
+#include "runtime/interpreter/interpreter.h"
 
 namespace plc::native::machine {
 

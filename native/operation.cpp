@@ -112,7 +112,7 @@ Operation operation_of(ResolvedOp op) {
     PLC_SIZES(Rol, kCallLibrary)
     PLC_SIZES(Ror, kCallLibrary)
 #define PLC_CONVERT_OP(Name, From, To) PLC_ONE(Name, kCallLibrary, kU8)
-#include "runtime/convert_ops.def"
+#include "runtime/interpreter/convert_ops.def"
     PLC_ONE(ClearEvent, kClearEvent, kU8)
     PLC_ONE(Eno, kEno, kU8)
     PLC_INDEXED(LoadAt8, kLoadElement, kU8)
@@ -146,7 +146,7 @@ Operation operation_of(ResolvedOp op) {
     case ResolvedOp::kSameRef:
       return {Form::kCompare, Type::kU64, Relation::kEq};
 #define PLC_FUSED_JUMP(Name, T, expression) PLC_FUSED(Name)
-#include "runtime/fused_jumps.def"
+#include "runtime/interpreter/fused_jumps.def"
       PLC_ONE(Extract, kExtract, kU8)
       PLC_ONE(Insert, kInsert, kU8)
       PLC_INTEGERS(Range, kRange)
@@ -199,7 +199,7 @@ std::string_view name_of(ResolvedOp op) {
 #define PLC_OPCODE(Name, mnemonic, operands, events, function, meaning) mnemonic,
 #include "bytecode/opcodes.def"
 #define PLC_INTERNAL_OP(Name, words, meaning) #Name,
-#include "runtime/internal_ops.def"
+#include "runtime/interpreter/internal_ops.def"
   };
   static_assert(std::size(kNames) == static_cast<std::size_t>(ResolvedOp::kCount));
   return kNames[static_cast<std::size_t>(op)];

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "runtime/interpreter.h"
+#include "runtime/interpreter/interpreter.h"
 
 namespace plc::native {
 
@@ -20,7 +20,7 @@ enum class Form : std::uint8_t {
   kInterpreted,  ///< runs in the interpreter
   kReturn,
   kStretch,   ///< for the interpreter alone: does nothing
-  kArranged,  ///< only in copies that the interpreter alone runs (runtime/arrange.h)
+  kArranged,  ///< only in copies that the interpreter alone runs (runtime/link/arrange.h)
   kJump,
   kJumpUnless,
   kJumpIf,

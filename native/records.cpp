@@ -4,7 +4,7 @@
 #include <unordered_map>
 #include <unordered_set>
 
-#include "runtime/bool_run.h"
+#include "runtime/interpreter/bool_run.h"
 
 namespace plc::native {
 namespace {

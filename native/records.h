@@ -1,8 +1,8 @@
 // Look-up records of boolean runs, made ready for code on any processor: who reads what next, and what stays in
 // registers for that reader.
 //
-// A chain of rungs would otherwise wait for memory at each link. In: BOOL_RUN instructions (runtime/bool_run.h). Does
-// not belong here: their functions (boolean_function.h), code.
+// A chain of rungs would otherwise wait for memory at each link. In: BOOL_RUN instructions
+// (runtime/interpreter/bool_run.h). Does not belong here: their functions (boolean_function.h), code.
 #pragma once
 
 #include <array>

@@ -9,7 +9,7 @@
 #include "native/library_rows.h"
 #include "native/loops.h"
 #include "native/translate.h"
-#include "runtime/operations.h"
+#include "runtime/interpreter/operations.h"
 #include "stdlib/library.h"
 
 namespace plc::native {

@@ -3,7 +3,7 @@
 
 #include "native/helpers.h"
 #include "native/translate.h"
-#include "runtime/operations.h"
+#include "runtime/interpreter/operations.h"
 
 namespace plc::native {
 namespace {

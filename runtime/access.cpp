@@ -7,7 +7,7 @@
 
 #include "core/guess.h"
 #include "core/text.h"
-#include "runtime/operations.h"
+#include "runtime/interpreter/operations.h"
 #include "runtime/path_lister.h"
 #include "runtime/value_text.h"
 

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <span>
 
-#include "runtime/interpreter.h"
+#include "runtime/interpreter/interpreter.h"
 
 namespace plc::runtime {
 

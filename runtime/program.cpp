@@ -4,11 +4,11 @@
 #include <utility>
 
 #include "runtime/compiled_task.h"
-#include "runtime/events.h"
-#include "runtime/handle.h"
-#include "runtime/interpreter.h"
-#include "runtime/link.h"
-#include "runtime/operations.h"
+#include "runtime/interpreter/events.h"
+#include "runtime/interpreter/handle.h"
+#include "runtime/interpreter/interpreter.h"
+#include "runtime/interpreter/operations.h"
+#include "runtime/link/link.h"
 #include "runtime/sched/task.h"
 #include "runtime/taskblocks.h"
 

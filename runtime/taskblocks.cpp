@@ -5,8 +5,8 @@
 #include <cstring>
 
 #include "core/text.h"
-#include "runtime/link.h"
-#include "runtime/operations.h"
+#include "runtime/interpreter/operations.h"
+#include "runtime/link/link.h"
 
 namespace plc::runtime {
 namespace {

@@ -8,7 +8,7 @@
 #include "core/text.h"
 #include "core/utf8.h"
 #include "core/windows_1252.h"
-#include "runtime/operations.h"
+#include "runtime/interpreter/operations.h"
 #include "stdlib/arithmetic.h"
 #include "stdlib/text_values.h"
 

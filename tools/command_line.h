@@ -12,14 +12,20 @@
 #include <utility>
 #include <vector>
 
+#include "compiler/image_file.h"
 #include "core/duration.h"
 #include "core/options.h"
 #include "core/result.h"
 #include "core/text.h"
 #include "runtime/program.h"
-#include "tools/image_file.h"
 
 namespace plc::tools {
+
+using compiler::can_open;
+using compiler::describe;
+using compiler::is_image_path;
+using compiler::kMaxImageBytes;
+using compiler::load_image;
 
 /// Exit codes, the same for every command.
 inline constexpr int kExitOk = 0;

@@ -1,7 +1,7 @@
 // Manual pages, made of what a program says of its flags.
 //
-// In: a CLI11 application with all its commands. Out: a page for man(1). Does not belong here: what the flags mean, which
-// the application says itself.
+// In: a CLI11 application with all its commands. Out: a page for man(1). Does not belong here: what the flags mean,
+// which the application says itself.
 #pragma once
 
 #include <CLI/CLI.hpp>

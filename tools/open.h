@@ -1,15 +1,19 @@
 // open_or_explain(): what every command that compiles does first.
 //
-// In: a request. Out: a compilation with all its diagnostics on stderr. Does not belong here: compiling (pipeline.h).
+// In: a request. Out: a compilation with all its diagnostics on stderr. Does not belong here: compiling (compile.h).
 #pragma once
 
 #include <CLI/CLI.hpp>
 #include <optional>
 
+#include "compiler/compile.h"
 #include "tools/command_line.h"
-#include "tools/pipeline.h"
 
 namespace plc::tools {
+
+using compiler::Compilation;
+using compiler::Goal;
+using compiler::Request;
 
 /// compile() or load with all diagnostics on stderr. Refuses compile options for an image. The exit code when there is
 /// nothing to go on with.

@@ -108,13 +108,13 @@ class Binder {
     }
     const auto [first, fresh] = used_.emplace(place->offset, &variable);
     if (!fresh) {
-      findings_.add(Code::P7309, variable.at,
-                    core::iequals(variable.text, first->second->text)
-                        ? fmt::format("\"{}\" is configured twice, first at line {}", variable.text,
-                                      first->second->at.line)
-                        : fmt::format("\"{}\" is the same variable as \"{}\" in line {}", variable.text,
-                                      first->second->text, first->second->at.line),
-                    "one variable has one channel");
+      findings_.add(
+          Code::P7309, variable.at,
+          core::iequals(variable.text, first->second->text)
+              ? fmt::format("\"{}\" is configured twice, first at line {}", variable.text, first->second->at.line)
+              : fmt::format("\"{}\" is the same variable as \"{}\" in line {}", variable.text, first->second->text,
+                            first->second->at.line),
+          "one variable has one channel");
       return std::nullopt;
     }
     BoundChannel channel;

@@ -26,7 +26,7 @@ struct DriverConfig {
   std::string name;
   core::SourceRef at;
   const DriverType* type = nullptr;  ///< of `kind`; never null once the file was found good
-  Placed task;  ///< name of the task it serves; empty = the fastest
+  Placed task;                       ///< name of the task it serves; empty = the fastest
   OnLoss on_loss = OnLoss::kHold;
   core::TimeNs retry_ns = 1'000'000'000;  ///< between attempts to come back
   Placed ok;                              ///< BOOL global that is TRUE while the device answers, or empty
@@ -39,8 +39,8 @@ struct ChannelConfig {
   Placed driver;
   bool invert = false;  ///< TRUE in the program is FALSE at the device
   // outputs
-  Placed safe;     ///< value at stop, fault, death; empty = FALSE / 0
-  Placed initial;  ///< value from open() to the end of the first cycle; empty = safe
+  Placed safe;       ///< value at stop, fault, death; empty = FALSE / 0
+  Placed initial;    ///< value from open() to the end of the first cycle; empty = safe
   KeyValues values;  ///< of the keys that the driver's kind has of its own
 };
 

@@ -1,6 +1,7 @@
 // Findings: the problems of one plc.toml, collected in any order and reported from top to bottom.
 //
-// In: problems (TOML's tables come sorted by name). Out: diagnostics in file order. Does not belong here: what is wrong.
+// In: problems (TOML's tables come sorted by name). Out: diagnostics in file order. Does not belong here: what is
+// wrong.
 #pragma once
 
 #include <cstddef>

@@ -1,7 +1,7 @@
 // Server: Modbus/TCP on one I/O thread (Boost.Asio), away from the tasks.
 //
-// In: AddressMap, the global table, [modbus]. Out: functions 1-6, 15, 16, 22, 23, 43/14 for any number of clients up to the
-// limit. A read request sees one snapshot per owner; a write request goes in as one batch. Rules of the wire: see
+// In: AddressMap, the global table, [modbus]. Out: functions 1-6, 15, 16, 22, 23, 43/14 for any number of clients up to
+// the limit. A read request sees one snapshot per owner; a write request goes in as one batch. Rules of the wire: see
 // docs/guides/modbus.md. Threads: start() and stop() belong to one owner thread; counters any thread.
 #pragma once
 
@@ -19,15 +19,15 @@ namespace plc::modbus {
 
 struct ServerStatistics {
   std::uint64_t accepted = 0;
-  std::uint64_t refused = 0;     ///< connections over the limit
+  std::uint64_t refused = 0;  ///< connections over the limit
   std::uint64_t requests = 0;
   std::uint64_t exceptions = 0;  ///< requests answered with one
   std::uint64_t dropped = 0;     ///< connections closed for bad framing or a time-out
   std::uint32_t clients = 0;     ///< connected now
 };
 
-/// A BOOL that the server sets while clients are answered ([modbus] client_seen); claimed before the map is built, so that
-/// clients cannot write it.
+/// A BOOL that the server sets while clients are answered ([modbus] client_seen); claimed before the map is built, so
+/// that clients cannot write it.
 struct SeenFlag {
   runtime::GlobalInputs* owner = nullptr;
   std::uint32_t offset = 0;  ///< in the global table
@@ -36,14 +36,16 @@ struct SeenFlag {
 
 class Server {
  public:
-  /// Set-up only (it registers as a reader of the table). Map, resource, config and the owner of `seen` must outlive it.
+  /// Set-up only (it registers as a reader of the table). Map, resource, config and the owner of `seen` must outlive
+  /// it.
   Server(runtime::Resource& resource, const AddressMap& map, const io::ModbusConfig& config,
          const std::optional<SeenFlag>& seen = std::nullopt);
   ~Server();
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
 
-  /// Whether the address can be had: binds and lets go. Before anything is touched that start() would find out too late.
+  /// Whether the address can be had: binds and lets go. Before anything is touched that start() would find out too
+  /// late.
   [[nodiscard]] std::optional<core::Problem> check() const;
   /// Binds, listens and starts the thread. P7510 when the address cannot be had.
   std::optional<core::Problem> start();

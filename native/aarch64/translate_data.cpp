@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "native/translate.h"
-#include "runtime/operations.h"
+#include "runtime/interpreter/operations.h"
 #include "stdlib/library.h"
 
 namespace plc::native {
@@ -219,8 +219,8 @@ void range(Assembly& s, const Instruction& i) {
   s.store(i.words[1], bytes, to);
 }
 
-/// The number of the element in x0, below the count; else to `outside`. `index`: six words (runtime/operations.h). Uses
-/// x1 as well.
+/// The number of the element in x0, below the count; else to `outside`. `index`: six words
+/// (runtime/interpreter/operations.h). Uses x1 as well.
 void element_number(Assembly& s, const std::uint32_t* index, const asmjit::Label& outside) {
   const auto rep = static_cast<core::Rep>(index[5]);
   const a64::Gp element = a64::x0;

@@ -3,7 +3,7 @@
 // leaves to the kernel.
 #include "native/function_translator.h"
 #include "native/translate.h"
-#include "runtime/operations.h"
+#include "runtime/interpreter/operations.h"
 
 namespace plc::native {
 namespace {

@@ -3,7 +3,7 @@
 #include <limits>
 #include <optional>
 
-#include "runtime/operations.h"
+#include "runtime/interpreter/operations.h"
 #include "stdlib/library.h"
 
 namespace plc::native {
@@ -14,7 +14,7 @@ using stdlib::Event;
 constexpr std::int64_t kMost = std::numeric_limits<std::int32_t>::max();
 constexpr std::int64_t kLeast = std::numeric_limits<std::int32_t>::min();
 
-/// One index: six words (runtime/operations.h).
+/// One index: six words (runtime/interpreter/operations.h).
 struct Index {
   explicit Index(const std::uint32_t* words)
       : operand(words[0]),

@@ -5,7 +5,7 @@
 
 #include "native/translate.h"
 #include "native/x86_64/parts.h"
-#include "runtime/operations.h"
+#include "runtime/interpreter/operations.h"
 #include "stdlib/library.h"
 
 namespace plc::native {

@@ -4,7 +4,7 @@
 #include "native/choice.h"
 #include "native/function_translator.h"
 #include "native/translate.h"
-#include "runtime/operations.h"
+#include "runtime/interpreter/operations.h"
 #include "stdlib/library.h"
 
 namespace plc::native {

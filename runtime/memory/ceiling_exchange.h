@@ -1,6 +1,6 @@
-// CeilingExchange: the protocol of the paper (docs/references.md, 3.2.3) for tasks of one processor. A task copies at the
-// priority ceiling of what it copies: that of the most urgent task that uses it. No task that uses it can run meanwhile,
-// and a more urgent task that uses none of it is not held up at all.
+// CeilingExchange: the protocol of the paper (docs/references.md, 3.2.3) for tasks of one processor. A task copies at
+// the priority ceiling of what it copies: that of the most urgent task that uses it. No task that uses it can run
+// meanwhile, and a more urgent task that uses none of it is not held up at all.
 //
 // The code raises the priority group by group, less urgent ceilings first, and gives it back at the end
 // (RAISE_PRIORITY, RESCHEDULE). Between the two it only rises, so that all that a reader takes from one writer is of

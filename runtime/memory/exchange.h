@@ -38,9 +38,9 @@ class Exchange {
   /// How raise() and reschedule() change the priority of the task's thread; null (as at first) = they do not. Set-up.
   virtual void set_priority_change(SetPriority /*set*/) {}
 
-  /// Shortly before begin(): does ahead what can be done twice, so that begin() and import() find it in the caches: code,
-  /// tables, and what others publish. Nobody sees a difference. Between cycles; copies ranges to import only as long as
-  /// they read at most `bytes` in all. RT.
+  /// Shortly before begin(): does ahead what can be done twice, so that begin() and import() find it in the caches:
+  /// code, tables, and what others publish. Nobody sees a difference. Between cycles; copies ranges to import only as
+  /// long as they read at most `bytes` in all. RT.
   virtual void expect(std::size_t bytes) noexcept = 0;
   /// Start of a cycle: applies the journal, takes what others publish without a protocol. RT.
   virtual void begin() noexcept = 0;

@@ -5,11 +5,11 @@
 #include <cstring>
 
 #include "bytecode/paths.h"
-#include "runtime/link.h"
+#include "runtime/interpreter/operations.h"
+#include "runtime/link/link.h"
 #include "runtime/memory/exchange.h"
 #include "runtime/memory/process_image.h"
 #include "runtime/memory/shared_words.h"
-#include "runtime/operations.h"
 #include "stdlib/arithmetic.h"
 
 namespace plc::runtime {

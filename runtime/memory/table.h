@@ -49,7 +49,7 @@ struct TaskLayout {
   std::uint32_t global_bytes = 0;  ///< the copy of the global table is at offset 0
   std::uint32_t constants = 0;
   std::uint32_t instance = 0;
-  std::uint32_t scratch = 0;  ///< kScratchBytes for values inside a scan, behind the table
+  std::uint32_t scratch = 0;          ///< kScratchBytes for values inside a scan, behind the table
   std::vector<std::uint32_t> frames;  ///< per POU of the image; kAbsent when the task cannot reach it
   std::uint64_t total = 0;            ///< without scratch; may exceed what can be addressed: link refuses that
 };

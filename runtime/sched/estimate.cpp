@@ -9,11 +9,11 @@
 #include <utility>
 
 #include "bytecode/type_map.h"
-#include "runtime/bindings.h"
-#include "runtime/decoded.h"
-#include "runtime/link.h"
-#include "runtime/link_bool.h"
-#include "runtime/link_path.h"
+#include "runtime/link/bindings.h"
+#include "runtime/link/decoded.h"
+#include "runtime/link/link.h"
+#include "runtime/link/link_bool.h"
+#include "runtime/link/link_path.h"
 #include "runtime/sched/longest_path.h"
 #include "stdlib/library.h"
 
@@ -32,7 +32,7 @@ using bytecode::TypeKind;
 bool joins_jump(const Decoded& comparison, const Decoded& jump) {
   switch (comparison.opcode) {
 #define PLC_FUSED_JUMP(Name, T, expression) case Opcode::k##Name:
-#include "runtime/fused_jumps.def"
+#include "runtime/interpreter/fused_jumps.def"
     return comparison.operands[0] == jump.operands[0];
     default:
       return false;

@@ -27,9 +27,9 @@ enum class OverrunPolicy : std::uint8_t {
 };
 
 struct TaskPlan {
-  std::int32_t priority = 0;     ///< 0 is the most urgent; equal ones run in the order of their release
-  int cpu = -1;                  ///< processor it is bound to; -1 = any
-  core::TimeNs offset_ns = 0;    ///< from the common start to the first release
+  std::int32_t priority = 0;   ///< 0 is the most urgent; equal ones run in the order of their release
+  int cpu = -1;                ///< processor it is bound to; -1 = any
+  core::TimeNs offset_ns = 0;  ///< from the common start to the first release
   std::optional<core::TimeNs> lead_ns = std::nullopt;  ///< nothing = the default: see lead_of()
   core::TimeNs deadline_ns = 0;  ///< from a release to the end of the scan, for the analysis; 0 = the interval
   std::optional<core::TimeNs> execution_ns = std::nullopt;  ///< longest scan as measured; nothing = not measured
@@ -41,9 +41,9 @@ struct TaskPlan {
 /// One plan a task, with the priorities that the image declares and nothing else.
 std::vector<TaskPlan> default_plan(const bytecode::Image& image);
 
-/// How long before its release a task with real-time priority wakes, to do ahead what can be done twice and to wait awake
-/// for the instant: what it is released to do is in the caches by then. As planned, by default 5 % of the interval, at
-/// most kDefaultLeadNs. Event tasks and freewheeling ones have no instant to wait for, and so none.
+/// How long before its release a task with real-time priority wakes, to do ahead what can be done twice and to wait
+/// awake for the instant: what it is released to do is in the caches by then. As planned, by default 5 % of the
+/// interval, at most kDefaultLeadNs. Event tasks and freewheeling ones have no instant to wait for, and so none.
 core::TimeNs lead_of(const bytecode::ImageTask& task, const TaskPlan& plan);
 inline constexpr core::TimeNs kDefaultLeadNs = 50'000;
 /// The longest lead is this part of the interval: nobody less urgent runs meanwhile.

@@ -30,7 +30,7 @@ struct TaskRun {
   std::atomic<core::TimeNs> busy_since{kIdle};
   std::atomic<std::uint64_t> cycle{0};  ///< scans begun
   std::atomic<bool> demoted{false};     ///< the watchdog took its priority
-  std::atomic<bool> cut{false};  ///< its loops are cut short since everything stops
+  std::atomic<bool> cut{false};         ///< its loops are cut short since everything stops
   std::atomic<bool> ended{false};
   FaultLog faults;               ///< found by its own thread
   FaultLog timeouts;             ///< found by the watchdog

@@ -5,7 +5,7 @@
 #include <ostream>
 
 #include "native/operation.h"
-#include "runtime/link.h"
+#include "runtime/link/link.h"
 
 namespace plc::test {
 

@@ -21,7 +21,7 @@
 #include "tests/support/failing_taskblock.h"
 #include "tests/support/random_image.h"
 #include "tests/support/random_inputs.h"
-#include "tools/pipeline.h"
+#include "compiler/compile.h"
 
 namespace plc::test {
 namespace {
@@ -62,8 +62,8 @@ Program compile_source(std::string source, const std::string& path) {
     std::fwrite(source.data(), 1, source.size(), file);
     std::fclose(file);
   }
-  tools::Compilation compilation;
-  tools::compile({path, {}, tools::Goal::kRun}, compilation);
+  compiler::Compilation compilation;
+  compiler::compile({path, {}, compiler::Goal::kRun}, compilation);
   if (compilation.ok() && compilation.image) {
     out.image = std::move(*compilation.image);
   } else {

@@ -15,7 +15,7 @@
 #include "bytecode/image.h"
 #include "core/diagnostics.h"
 #include "frontend-ld/lower.h"
-#include "frontend-st/declare.h"
+#include "declare/declare.h"
 #include "frontend-st/text.h"
 #include "ir/check.h"
 #include "plcopen/project.h"

@@ -5,7 +5,7 @@
 #include <memory>
 #include <string_view>
 
-#include "frontend-st/declare.h"
+#include "declare/declare.h"
 #include "frontend-st/text.h"
 
 namespace {

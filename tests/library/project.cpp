@@ -9,7 +9,7 @@
 
 #include "runtime/access.h"
 #include "tests/support/run_tool.h"
-#include "tools/pipeline.h"
+#include "compiler/compile.h"
 
 namespace plc::test {
 namespace {
@@ -132,8 +132,8 @@ Project::Project(const std::string& file_name, const std::string& text) {
   const ScratchFolder scratch;
   const std::string path = scratch.file(file_name);
   std::ofstream(path, std::ios::binary) << text;
-  tools::Compilation compilation;
-  tools::compile({path, {}, tools::Goal::kRun}, compilation);
+  compiler::Compilation compilation;
+  compiler::compile({path, {}, compiler::Goal::kRun}, compilation);
   if (!compilation.ok() || !compilation.image) {
     std::ostringstream problems;
     compilation.diagnostics.render(problems);

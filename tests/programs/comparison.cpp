@@ -13,7 +13,7 @@
 
 #include "runtime/access.h"
 #include "runtime/resource.h"
-#include "tools/pipeline.h"
+#include "compiler/compile.h"
 
 namespace plc::programs {
 namespace {
@@ -117,8 +117,8 @@ class Compiled {
   Compiled(const Program& program, const ComparisonPlan& plan) {
     const std::string path = plan.folder + "/program.st";
     std::ofstream(path) << program.st();
-    tools::Compilation compilation;
-    tools::compile({path, {}, tools::Goal::kRun}, compilation);
+    compiler::Compilation compilation;
+    compiler::compile({path, {}, compiler::Goal::kRun}, compilation);
     std::ostringstream problems;
     if (!compilation.ok() || !compilation.image) {
       compilation.diagnostics.render(problems);

@@ -34,7 +34,7 @@ class RandomLoops : protected RandomInstructions {
     static const std::vector<Comparison> kUsual = [] {
       std::vector<Comparison> rows;
 #define PLC_FUSED_JUMP(Name, T, expression) rows.push_back({Opcode::k##Name, type_named_in(#Name)});
-#include "runtime/fused_jumps.def"
+#include "runtime/interpreter/fused_jumps.def"
       return rows;
     }();
     if (random_.once_in(4)) {

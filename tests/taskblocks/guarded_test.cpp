@@ -10,7 +10,7 @@
 #include "taskblocks/shared_library.h"
 #include "tests/support/guardian_fixture.h"
 #include "tests/taskblocks/libraries.h"
-#include "tools/pipeline.h"
+#include "compiler/compile.h"
 #include "tools/plc-run/component_faults.h"
 
 namespace plc::io {
@@ -26,7 +26,7 @@ class Guarded : public GuardianTest {
     test::write_text(scratch.file("plant.st"), test::faulty_project());
     // Before the split: nothing of a component may run there but its static objects.
     ASSERT_FALSE(taskblocks::load_shared_library(scratch.file(library + ".so"), registry));
-    tools::compile({scratch.file("plant.st"), {}, tools::Goal::kRun, {}, {}, &registry}, compilation);
+    compiler::compile({scratch.file("plant.st"), {}, compiler::Goal::kRun, {}, {}, &registry}, compilation);
     ASSERT_TRUE(compilation.image);
     runtime::ProgramOptions program;
     program.taskblocks = &registry;
@@ -54,7 +54,7 @@ class Guarded : public GuardianTest {
 
   test::ScratchFolder scratch;
   taskblocks::Registry registry;
-  tools::Compilation compilation;
+  compiler::Compilation compilation;
   std::unique_ptr<runtime::Resource> resource;
 };
 

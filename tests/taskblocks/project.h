@@ -10,12 +10,12 @@
 #include "runtime/resource.h"
 #include "taskblocks/registry.h"
 #include "tests/support/run_tool.h"
-#include "tools/pipeline.h"
+#include "compiler/compile.h"
 
 namespace plc::test {
 
 struct TaskblockProject {
-  tools::Compilation compilation;
+  compiler::Compilation compilation;
   std::unique_ptr<runtime::Resource> resource;
   std::string problem;  ///< codes of what was reported, or of what refused to load
 
@@ -23,9 +23,9 @@ struct TaskblockProject {
                    runtime::ProgramOptions options = {}) {
     const ScratchFolder scratch;
     std::ofstream(scratch.file("test.st")) << text;
-    tools::Request request{scratch.file("test.st"), {}, tools::Goal::kRun};
+    compiler::Request request{scratch.file("test.st"), {}, compiler::Goal::kRun};
     request.taskblocks = &registry;
-    tools::compile(request, compilation);
+    compiler::compile(request, compilation);
     for (const auto& d : compilation.diagnostics.all()) problem += std::string(core::info(d.code).name) + " ";
     if (!compilation.image) return;
     options.taskblocks = &registry;

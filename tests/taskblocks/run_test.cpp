@@ -15,7 +15,7 @@
 #include "taskblocks/registry.h"
 #include "tests/support/run_tool.h"
 #include "tests/taskblocks/project.h"
-#include "tools/pipeline.h"
+#include "compiler/compile.h"
 
 namespace plc::test {
 
@@ -398,10 +398,10 @@ TEST(Taskblocks, WhatIsNotReadyIsNotLoaded) {
 TEST(Taskblocks, AnImageForOtherBlocksIsRefused) {
   const ScratchFolder scratch;
   std::ofstream(scratch.file("test.st")) << in_task("A : SCALE_BY;\n", "A();\n");
-  tools::Compilation compilation;
-  tools::Request request{scratch.file("test.st"), {}, tools::Goal::kRun};
+  compiler::Compilation compilation;
+  compiler::Request request{scratch.file("test.st"), {}, compiler::Goal::kRun};
   request.taskblocks = &registry();
-  tools::compile(request, compilation);
+  compiler::compile(request, compilation);
   ASSERT_TRUE(compilation.image);
   bytecode::Image image = compilation.image->image();
   const auto missing = runtime::Resource::load(std::move(*compilation.image), {});

@@ -14,7 +14,7 @@
 #include "stdlib/library.h"
 #include "tools/command_line.h"
 #include "tools/declarations.h"
-#include "tools/pipeline.h"
+#include "tools/open.h"
 #include "tools/plc/commands.h"
 #include "tools/plc/json.h"
 #include "tools/taskblock_libraries.h"

@@ -70,7 +70,9 @@ void add_compile(CLI::App& app, int& exit_code) {
                          "Example:\n"
                          "  plc compile plant.xml -o plant.pbc && plc-run plant.pbc");
   command->add_option("FILE", compile.file, "PLCopen XML or ST file")->required();
-  command->add_option("-o,--output", compile.output, "image to write; - is standard output")->type_name("X.pbc")->required();
+  command->add_option("-o,--output", compile.output, "image to write; - is standard output")
+      ->type_name("X.pbc")
+      ->required();
   add_library_option(*command, compile.libraries);
   add_taskblocks_option(*command, compile.configuration);
   add_compile_options(*command, compile.options);

@@ -11,7 +11,7 @@
 #include "core/text.h"
 #include "frontend-ld/lower.h"
 #include "tools/command_line.h"
-#include "tools/pipeline.h"
+#include "tools/open.h"
 #include "tools/plc/commands.h"
 #include "tools/plc/explain_flow.h"
 #include "tools/plc/explain_schedule.h"

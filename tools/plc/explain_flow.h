@@ -6,7 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <string>
 
-#include "tools/pipeline.h"
+#include "tools/open.h"
 
 namespace plc::tools {
 

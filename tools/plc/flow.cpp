@@ -12,10 +12,10 @@
 
 #include "bytecode/paths.h"
 #include "core/text.h"
-#include "runtime/decoded.h"
-#include "runtime/link.h"
+#include "runtime/link/decoded.h"
+#include "runtime/link/link.h"
 #include "tools/command_line.h"
-#include "tools/pipeline.h"
+#include "tools/open.h"
 
 namespace plc::tools {
 namespace {

@@ -20,14 +20,14 @@ enum class FlowOwner : std::uint8_t {
   kDevices,  ///< an input (%I) that no task writes
   kOutside,  ///< no task writes it: HMIs, stimuli, or nobody
   kConstant,
-  kQueue,    ///< of all who put elements in; each has a ring of its own
+  kQueue,  ///< of all who put elements in; each has a ring of its own
 };
 
 /// A global variable or queue and the tasks that exchange it; tasks by their index in the image, ascending.
 struct FlowGlobal {
   std::string name;  ///< "GVL.Level"
   std::string type;
-  std::string address;  ///< "%QX0.0", or empty
+  std::string address;      ///< "%QX0.0", or empty
   std::uint32_t bytes = 0;  ///< of a queue: an element
   FlowOwner owner = FlowOwner::kOutside;
   std::vector<std::uint32_t> writers;
@@ -55,8 +55,9 @@ struct Flow {
 };
 
 struct DataFlow {
-  std::vector<FlowGlobal> globals;  ///< owners in the order of the tasks, then shared ones, devices, outside, constants, queues
-  std::vector<Flow> flows;          ///< by their ends
+  std::vector<FlowGlobal>
+      globals;              ///< owners in the order of the tasks, then shared ones, devices, outside, constants, queues
+  std::vector<Flow> flows;  ///< by their ends
 };
 
 DataFlow data_flow(const bytecode::Image& image);

@@ -20,7 +20,7 @@
 #include "runtime/sched/estimate.h"
 #include "runtime/sched/thread_settings.h"
 #include "stdlib/library.h"
-#include "tools/pipeline.h"
+#include "tools/open.h"
 #include "tools/plc/probes.h"
 
 namespace plc::tools {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "tools/command_line.h"
-#include "tools/pipeline.h"
+#include "tools/open.h"
 #include "tools/plc/commands.h"
 
 namespace plc::tools {

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "frontend-st/declare.h"
+#include "declare/declare.h"
 #include "tests/unit/frontend-st/reading.h"
 
 namespace plc::st {

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "core/text.h"
-#include "frontend-st/declare.h"
+#include "declare/declare.h"
 #include "frontend-st/literals.h"
 #include "frontend-st/text.h"
 #include "ir/builder.h"

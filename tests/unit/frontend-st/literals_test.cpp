@@ -5,7 +5,7 @@
 #include <bit>
 
 #include "frontend-st/addresses.h"
-#include "frontend-st/declarer.h"
+#include "declare/declarer.h"
 
 namespace plc::st {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "core/text.h"
 #include "frontend-ld/lower.h"
-#include "frontend-st/declare.h"
+#include "declare/declare.h"
 #include "frontend-st/read.h"
 #include "frontend-st/text.h"
 #include "ir/check.h"

@@ -2,8 +2,8 @@
 #include <array>
 #include <random>
 
-#include "runtime/interpreter.h"
-#include "runtime/link_bool.h"
+#include "runtime/interpreter/interpreter.h"
+#include "runtime/link/link_bool.h"
 #include "tests/unit/runtime/run_support.h"
 
 namespace plc::test {

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "runtime/link.h"
+#include "runtime/link/link.h"
 #include "runtime/memory/exchange.h"
 #include "runtime/memory/global_ports.h"
 #include "tests/unit/runtime/run_support.h"

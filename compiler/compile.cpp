@@ -1,0 +1,152 @@
+#include "compiler/compile.h"
+
+#include <fmt/format.h>
+#include <malloc.h>
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <span>
+#include <utility>
+
+#include "bytecode/codegen/generate.h"
+#include "compiler/libraries.h"
+#include "compiler/lower_project.h"
+#include "compiler/taskblock_declarations.h"
+#include "core/text.h"
+#include "declare/declare.h"
+#include "declare/library_declarations.h"
+#include "frontend-st/read.h"
+#include "frontend-st/text.h"
+#include "ir/check.h"
+#include "plcopen/reader.h"
+
+namespace plc::compiler {
+namespace {
+
+using core::Code;
+
+bool can_open(const std::string& path, Compilation& compilation) {
+  const bool can = compiler::can_open(path, compilation.diagnostics);
+  compilation.readable = compilation.readable && can;
+  return can;
+}
+
+bool runs_anything(const ir::Module& module) {
+  for (const ir::Task& task : module.tasks) {
+    if (!task.programs.empty()) return true;
+  }
+  return false;
+}
+
+void report_nothing_to_run(const plcopen::Project& project, core::Diagnostics& diagnostics) {
+  std::string choices;
+  for (const plcopen::Pou& pou : project.pous) {
+    if (pou.kind == plcopen::PouKind::kFunction || pou.from_library) continue;
+    if (!choices.empty()) choices += ", ";
+    choices += "--pou " + pou.name;
+  }
+  core::SourceRef at;
+  at.line = 1;
+  at.file = project.file;
+  diagnostics.report(Code::P5104, at, {}, "no task runs a program: the file has no instance of any POU",
+                     choices.empty() ? std::string("add a task with a program instance to the configuration")
+                                     : "run one alone in a 20 ms task: " + choices);
+}
+
+/// True when the file is to be read as ST. Files named neither way are looked into.
+bool is_text_path(const std::string& path) {
+  if (has_extension(path, ".st") || has_extension(path, ".iecst")) return true;
+  if (has_extension(path, ".xml")) return false;
+  constexpr std::size_t kLookedAt = 65536;
+  std::string bytes(kLookedAt, '\0');
+  std::ifstream in(path, std::ios::binary);
+  in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  bytes.resize(static_cast<std::size_t>(in.gcount()));
+  return st::looks_like_text(bytes);
+}
+
+void read_libraries(const Request& request, Compilation& compilation) {
+  core::Diagnostics& diagnostics = compilation.diagnostics;
+  const bool linted = request.lint && request.lint->libraries();
+  diagnostics.begin_libraries(linted ? std::vector<Code>{} : ir::codes_about_writing());
+  for (const std::string& path : request.libraries) {
+    if (is_image_path(path)) {
+      core::SourceRef at;
+      at.file = diagnostics.add_file(path);
+      diagnostics.report(Code::P5111, at, {}, "image as a library: it has no declarations any more",
+                         "give the ST or PLCopen XML file it was made from");
+      continue;
+    }
+    if (!can_open(path, compilation)) continue;
+    core::SourceRef first;
+    first.file = static_cast<std::uint16_t>(diagnostics.file_count());
+    if (auto library = read_project(path, diagnostics)) {
+      add_library(*compilation.project, std::move(*library), diagnostics);
+    } else {
+      core::SourceRef last = first;
+      last.line = last.column = UINT32_MAX;
+      diagnostics.release(first, last);
+    }
+  }
+  diagnostics.end_libraries();
+}
+
+}  // namespace
+
+std::unique_ptr<plcopen::Project> read_project(const std::string& path, core::Diagnostics& diagnostics) {
+  if (is_text_path(path)) return st::read(path, diagnostics);
+  auto project = plcopen::read(path, diagnostics);
+  if (project) st::read_plain_declarations(*project, diagnostics);
+  return project;
+}
+
+void compile(const Request& request, Compilation& compilation) {
+  if (!can_open(request.path, compilation)) return;
+  core::Diagnostics& diagnostics = compilation.diagnostics;
+  diagnostics.set_notes(request.options.strict ? core::Notes::kRefuse
+                        : request.lint         ? core::Notes::kShow
+                                               : core::Notes::kHide);
+  if (request.options.show_all) diagnostics.show_all();
+  if (request.lint) ir::mute_others(*request.lint, diagnostics);
+  for (const ir::LintInfo& lint : ir::lints()) {
+    if (request.answers && core::info(lint.code).severity == core::Severity::kWarning) diagnostics.mute(lint.code);
+  }
+  compilation.project = read_project(request.path, diagnostics);
+  if (compilation.project) read_libraries(request, compilation);
+  if (!compilation.readable || !compilation.project || request.goal == Goal::kRead) return;
+
+  const std::size_t declared_taskblocks = add_taskblocks(
+      *compilation.project, request.taskblocks != nullptr ? *request.taskblocks : taskblocks::Registry::built_in(),
+      diagnostics);
+  const bool declares_library = st::drop_library_declarations(*compilation.project) + declared_taskblocks != 0;
+  if (request.lint) st::warn_of_hidden_names(*compilation.project, diagnostics);
+  compilation.module = st::declare(*compilation.project, request.options, diagnostics);
+  if (!compilation.module) return;
+  lower_project(*compilation.project, *compilation.module, request.options.stub_missing, declares_library, diagnostics);
+  ir::check(*compilation.module, diagnostics);
+  if (diagnostics.has_errors()) return;
+  if (request.lint) ir::lint(*compilation.module, *request.lint, diagnostics);
+
+  if (!runs_anything(*compilation.module)) {
+    if (request.goal == Goal::kRun) report_nothing_to_run(*compilation.project, diagnostics);
+    return;
+  }
+  std::optional<bytecode::Image> image = bytecode::generate(*compilation.module, diagnostics);
+  compilation.module.reset();
+  if (!image) return;
+  compilation.image = bytecode::verify(std::move(*image), diagnostics);
+  if (request.goal == Goal::kRun) compilation.project.reset();
+  // WHY: what 100,000 rungs were made from is several times their image; a runtime that stays up for years gives that
+  // back.
+  ::malloc_trim(0);
+}
+
+void open(const Request& request, Compilation& compilation) {
+  if (!is_image_path(request.path)) {
+    compile(request, compilation);
+  } else if (can_open(request.path, compilation)) {
+    compilation.image = load_image(request.path, compilation.diagnostics);
+  }
+}
+}  // namespace plc::compiler

@@ -1,0 +1,609 @@
+#include "runtime/link/link.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "bytecode/type_map.h"
+#include "runtime/interpreter/handle.h"
+#include "runtime/interpreter/operations.h"
+#include "runtime/interpreter/value_runs.h"
+#include "runtime/link/arrange.h"
+#include "runtime/link/bindings.h"
+#include "runtime/link/decoded.h"
+#include "runtime/link/link_bool.h"
+#include "runtime/link/link_library.h"
+#include "runtime/link/link_path.h"
+#include "runtime/taskblocks.h"
+#include "stdlib/library.h"
+
+namespace plc::runtime {
+namespace {
+
+using bytecode::Image;
+using bytecode::ImagePou;
+using bytecode::ImageType;
+using bytecode::Opcode;
+using bytecode::OperandKind;
+using bytecode::Space;
+using bytecode::TypeKind;
+
+class Linker {
+ public:
+  Linker(const Image& image, std::uint32_t body, const std::vector<std::uint32_t>& pous, const TaskLayout& layout,
+         Exchange& exchange, bool arranged)
+      : image_(image),
+        pous_(pous),
+        layout_(layout),
+        exchange_(exchange),
+        arranged_(arranged),
+        bindings_(image, body, pous, layout),
+        entries_(image.pous.size()) {
+    for (std::size_t op = 0; op < kOps; ++op) {
+      handlers_[0][op] = handler_word(Addressing::kFixed, static_cast<ResolvedOp>(op));
+      handlers_[1][op] = handler_word(Addressing::kRelative, static_cast<ResolvedOp>(op));
+    }
+  }
+
+  core::Result<LinkedCode> link(std::uint32_t body) {
+    for (const std::uint32_t pou : pous_) {
+      const bool fixed = bindings_.addressing(pou) == Addressing::kFixed;
+      ++(fixed ? result_.report.fixed_bodies : result_.report.relative_bodies);
+      link_body(pou);
+    }
+    if (problem_) return *problem_;
+    for (const auto& [position, callee] : call_patches_) stream_[position] = entries_[callee];
+    arrange(stream_, result_, layout_.scratch);
+    result_.words = TableMemory(stream_.size() * sizeof(std::uint32_t));
+    std::memcpy(result_.words.data(), stream_.data(), stream_.size() * sizeof(std::uint32_t));
+    result_.entry = entries_[body];
+    result_.report.code_bytes = stream_.size() * sizeof(std::uint32_t);
+    return std::move(result_);
+  }
+
+ private:
+  static constexpr std::size_t kOps = static_cast<std::size_t>(ResolvedOp::kCount);
+
+  [[nodiscard]] std::optional<std::uint32_t> absolute(std::uint32_t pou, std::uint32_t operand) const {
+    return bindings_.absolute(pou, operand);
+  }
+  [[nodiscard]] std::uint32_t resolve(std::uint32_t operand) const { return bindings_.resolve(pou_, operand); }
+  [[nodiscard]] std::uint32_t position() const { return static_cast<std::uint32_t>(stream_.size()); }
+  void put(std::uint32_t word) { stream_.push_back(word); }
+  void put_operand(std::uint32_t operand) { put(resolve(operand)); }
+  /// The next instruction is one of these.
+  ResolvedOp note(ResolvedOp op) {
+    result_.instructions.push_back({position(), op});
+    return op;
+  }
+  [[nodiscard]] std::uint32_t handler(ResolvedOp op) const {
+    return handlers_[bindings_.addressing(pou_) == Addressing::kFixed ? 0 : 1][static_cast<std::size_t>(op)];
+  }
+  void put_handler(ResolvedOp op) { put(handler(note(op))); }
+  template <class T>
+  void put_pointer(T pointer) {
+    std::uint32_t words[2];
+    static_assert(sizeof pointer == sizeof words);
+    std::memcpy(words, &pointer, sizeof words);
+    put(words[0]);
+    put(words[1]);
+  }
+  void put_target(std::uint32_t word) {
+    jump_patches_.emplace_back(position(), word);
+    put(0);
+  }
+  void put_entry(std::uint32_t callee) {
+    call_patches_.emplace_back(position(), callee);
+    put(0);
+  }
+  void refuse(std::string message) {
+    if (!problem_) {
+      problem_ = core::Problem{core::Code::P9001, std::move(message), "compile the project again with this version"};
+    }
+  }
+
+  /// Types that are equal have one number in handles.
+  std::uint32_t canonical(std::uint32_t type) {
+    if (const auto known = canonical_.find(type); known != canonical_.end()) return known->second;
+    // The same in every task of the image: handles go from one to the other.
+    std::uint32_t first = type;
+    const TypeKind kind = image_.types[type].kind;
+    for (std::uint32_t t = 0; kind != TypeKind::kStruct && t < type && first == type; ++t) {
+      if (image_.types[t].kind == kind && bytecode::same_type(image_, t, type)) first = t;
+    }
+    canonical_.emplace(type, first);
+    return first;
+  }
+
+  /// Type of the leaf that an operand names.
+  const ImageType& leaf_type(std::uint32_t operand) const {
+    const Space space = bytecode::space_of(operand);
+    const std::uint32_t root = space == Space::kGlobal     ? image_.global_type
+                               : space == Space::kConst    ? image_.const_type
+                               : space == Space::kInstance ? image_.pous[pou_].instance_type
+                                                           : image_.pous[pou_].frame_type;
+    return image_.types[*bytecode::leaf_at(image_, root, bytecode::offset_of(operand))];
+  }
+  static std::uint32_t capacities(std::uint16_t to, std::uint16_t from) { return to | std::uint32_t{from} << 16; }
+
+  void link_body(std::uint32_t pou) {
+    pou_ = pou;
+    const ImagePou& source = image_.pous[pou];
+    std::vector<std::uint32_t> positions(source.code.size(), 0);
+    std::vector<std::uint8_t> is_target(source.code.size(), 0);
+    for_each_instruction(source, [&](const Decoded& d) {
+      const bytecode::Operands& operands = bytecode::info(d.opcode).operands;
+      for (std::uint32_t i = 0; i < operands.count; ++i) {
+        if (operands.specs[i].kind == OperandKind::kTarget) is_target[d.operands[i]] = 1;
+      }
+    });
+    jump_patches_.clear();
+    entries_[pou] = position();
+    result_.bodies.push_back(
+        {pou, bindings_.addressing(pou), position(), static_cast<std::uint32_t>(result_.instructions.size())});
+    std::uint32_t stretch_end = 0;
+    for (std::uint32_t word = 0; word < source.code.size();) {
+      Decoded d = decode(source.code, word);
+      positions[word] = position();
+      result_.marks.push_back({position(), pou, word});
+      if (word >= stretch_end) {
+        end_stretch();
+        stretch_end = begin_stretch(source, is_target, word);
+      }
+      if (d.opcode == Opcode::kBoolRun) {
+        // Runs that follow each other are one run, unless somebody jumps between them.
+        std::vector<GeneralRecord> records;
+        for (;;) {
+          append_records(d, records);
+          word = d.next;
+          if (word >= source.code.size() || is_target[word] != 0) break;
+          d = decode(source.code, word);
+          if (d.opcode != Opcode::kBoolRun) break;
+        }
+        put_records(records);
+      } else if (const auto jump = jump_behind(source, is_target, d)) {
+        put_handler(jump->op);
+        for (std::uint32_t i = 0; i < 3; ++i) put_operand(d.operands[i]);
+        put_target(jump->target);
+        word = jump->next;
+      } else {
+        put_instruction(d);
+        word = d.next;
+      }
+    }
+    end_stretch();
+    for (const auto& [at, word] : jump_patches_) stream_[at] = positions[word];
+  }
+
+  // ---- straight code (arrange.h)
+
+  /// What is shorter is not worth a jump.
+  static constexpr std::size_t kLeastStretch = 12;
+
+  /// Marks the straight code that begins at `word`, if there is enough. Returns the word behind it.
+  std::uint32_t begin_stretch(const ImagePou& source, const std::vector<std::uint8_t>& is_target, std::uint32_t word) {
+    std::size_t count = 0;
+    std::uint32_t end = word;
+    while (end < source.code.size() && (end == word || is_target[end] == 0)) {
+      const Decoded d = decode(source.code, end);
+      if (!can_be_arranged(d) || jump_behind(source, is_target, d)) break;
+      count += d.opcode == Opcode::kBoolRun ? d.items : 1;
+      end = d.next;
+    }
+    if (count < kLeastStretch || !arranged_) return end;
+    const std::uint32_t at = position();
+    put_handler(ResolvedOp::kStretch);
+    put(at + 2);
+    result_.stretches.push_back({bindings_.addressing(pou_), at, 0, result_.instructions.size()});
+    in_stretch_ = true;
+    return end;
+  }
+  void end_stretch() {
+    if (std::exchange(in_stretch_, false)) result_.stretches.back().end = position();
+  }
+  /// Computes, and does nothing else.
+  [[nodiscard]] bool can_be_arranged(const Decoded& d) const {
+    if (d.opcode == Opcode::kBoolRun) return true;
+    if (d.opcode == Opcode::kRunTb) return !is_taskblock(d.operands[0]);
+    return value_op(d.opcode == Opcode::kCallStd ? library_op(d) : static_cast<ResolvedOp>(d.opcode)) != nullptr;
+  }
+  [[nodiscard]] ResolvedOp library_op(const Decoded& call) const {
+    const stdlib::Overload* const overload = stdlib::overload_with_key(image_.functions[call.operands[0]]);
+    return overload == nullptr ? ResolvedOp::kCallStd
+                               : runtime::library_op(*overload, call.items - 1, is_number_of_places(call));
+  }
+  /// Whether the second argument of a call is a constant from 0 to 63.
+  [[nodiscard]] bool is_number_of_places(const Decoded& call) const {
+    if (call.items != 3 || bytecode::space_of(call.list[2]) != Space::kConst) return false;
+    const std::byte* const at = image_.const_bytes.data() + bytecode::offset_of(call.list[2]);
+    const std::uint32_t bytes = leaf_type(call.list[2]).size;
+    return load<std::uint8_t>(at) < 64 && std::all_of(at + 1, at + bytes, [](std::byte b) { return b == std::byte{}; });
+  }
+
+  struct FusedJump {
+    ResolvedOp op = ResolvedOp::kReturn;
+    std::uint32_t target = 0, next = 0;
+  };
+  /// The conditional jump behind comparison `d` on its result, if one instruction can do both.
+  static std::optional<FusedJump> jump_behind(const ImagePou& source, const std::vector<std::uint8_t>& is_target,
+                                              const Decoded& d) {
+    if (d.next >= source.code.size() || is_target[d.next] != 0) return std::nullopt;
+    const Decoded jump = decode(source.code, d.next);
+    const bool unless = jump.opcode == Opcode::kCondJump;
+    if ((!unless && jump.opcode != Opcode::kJumpIf) || jump.operands[0] != d.operands[0]) return std::nullopt;
+    const auto fused = [&](ResolvedOp when_false, ResolvedOp when_true) {
+      return FusedJump{unless ? when_false : when_true, jump.operands[1], jump.next};
+    };
+    switch (d.opcode) {
+#define PLC_FUSED_JUMP(Name, T, expression) \
+  case Opcode::k##Name:                     \
+    return fused(ResolvedOp::k##Name##Unless, ResolvedOp::k##Name##If);
+#include "runtime/interpreter/fused_jumps.def"
+      default:
+        return std::nullopt;
+    }
+  }
+
+  void append_records(const Decoded& d, std::vector<GeneralRecord>& records) const {
+    for (std::uint32_t i = 0; i < d.items; ++i) {
+      const std::uint32_t* const words = d.list + std::size_t{i} * bytecode::kRecordWords;
+      GeneralRecord record;
+      record.truth = words[0];
+      record.out = resolve(words[1]);
+      for (std::size_t input = 0; input < 5; ++input) record.in[input] = resolve(words[2 + input]);
+      records.push_back(record);
+    }
+  }
+
+  void put_records(const std::vector<GeneralRecord>& records) {
+    auto& report = result_.report;
+    const bool fixed = bindings_.addressing(pou_) == Addressing::kFixed;
+    for (const BoolSegment& segment : cut_into_segments(records)) {
+      const auto part = std::span(records).subspan(segment.first, segment.count);
+      append_segment(stream_, handler(note(op_of(segment.form))), segment, part);
+      (segment.form == BoolSegment::Form::kShort4   ? report.short4_records
+       : segment.form == BoolSegment::Form::kShort5 ? report.short5_records
+       : fixed                                      ? report.wide_records
+                                                    : report.mixed_records) += segment.count;
+    }
+  }
+  static ResolvedOp op_of(BoolSegment::Form form) {
+    return form == BoolSegment::Form::kShort4   ? ResolvedOp::kBoolRun4
+           : form == BoolSegment::Form::kShort5 ? ResolvedOp::kBoolRun5
+                                                : ResolvedOp::kBoolRun;
+  }
+
+  void put_instruction(const Decoded& d) {
+    switch (d.opcode) {
+      case Opcode::kMoveStr:
+      case Opcode::kMoveWstr:
+        put_plain(d);
+        put(capacities(leaf_type(d.operands[0]).capacity, leaf_type(d.operands[1]).capacity));
+        return;
+      case Opcode::kCopy:
+        put_handler(ResolvedOp::kCopy);
+        put_operand(d.operands[0]);
+        put_operand(d.operands[1]);
+        put(image_.types[d.operands[2]].size);
+        return;
+      case Opcode::kRunTb:
+        if (is_taskblock(d.operands[0])) {
+          put_handler(ResolvedOp::kRunTaskblock);
+        } else {
+          put_handler(ResolvedOp::kRunTb);
+          put_step(d.operands[0]);
+        }
+        put_operand(d.operands[1]);
+        return;
+      case Opcode::kCallPou:
+        if (bindings_.addressing(d.operands[0]) == Addressing::kFixed) {
+          const bool last = bindings_.addressing(pou_) == Addressing::kFixed &&
+                            decode(image_.pous[pou_].code, d.next).opcode == Opcode::kReturn;
+          put_handler(last ? ResolvedOp::kEnterPou : ResolvedOp::kCallPouFixed);
+          put_entry(d.operands[0]);
+        } else {
+          put_handler(ResolvedOp::kCallPou);
+          put_entry(d.operands[0]);
+          put_operand(d.operands[1]);
+        }
+        return;
+      case Opcode::kCallFn:
+        put_function_call(d);
+        return;
+      case Opcode::kCallStd: {
+        const std::string& key = image_.functions[d.operands[0]];
+        const stdlib::Overload* const overload = stdlib::overload_with_key(key);
+        put_handler(library_op(d));
+        if (overload == nullptr) refuse("standard function \"" + key + "\" is not in this library");
+        put_pointer(overload == nullptr ? stdlib::Kernel{} : overload->kernel);
+        put(d.items - 1);
+        for (std::uint32_t i = 0; i < d.items; ++i) put_operand(d.list[i]);
+        return;
+      }
+      case Opcode::kLoadAt:
+      case Opcode::kStoreAt:
+      case Opcode::kLoadVia:
+      case Opcode::kStoreVia:
+        put_access(d);
+        return;
+      case Opcode::kRefAt:
+      case Opcode::kRefVia:
+        put_ref(d);
+        return;
+      case Opcode::kRunAt:
+      case Opcode::kRunVia:
+      case Opcode::kCallAt:
+      case Opcode::kCallVia:
+        put_execution(d);
+        return;
+      case Opcode::kExtract:
+        put_extract(d);
+        return;
+      case Opcode::kInsert:
+        put_insert(d);
+        return;
+      case Opcode::kReadN:
+      case Opcode::kWriteN:
+      case Opcode::kWriteChangedN:
+        put_handler(static_cast<ResolvedOp>(d.opcode));
+        put(exchange_.add_range(d.operands[0], d.operands[1],
+                                d.opcode == Opcode::kReadN ? Exchange::Use::kImport : Exchange::Use::kExport));
+        return;
+      case Opcode::kQueuePut:
+      case Opcode::kQueueGet:
+      case Opcode::kQueueCount:
+      case Opcode::kQueueSpace:
+        put_handler(static_cast<ResolvedOp>(d.opcode));
+        put_operand(d.operands[0]);
+        put(d.operands[1]);
+        if (bytecode::info(d.opcode).operands.count > 2) put_operand(d.operands[2]);
+        return;
+      case Opcode::kRaisePriority:
+        put_handler(static_cast<ResolvedOp>(d.opcode));
+        put(exchange_.add_range(d.operands[0], d.operands[1], Exchange::Use::kRaise));
+        return;
+      default:
+        put_plain(d);
+        return;
+    }
+  }
+
+  static ResolvedOp move_of(std::uint32_t bytes) {
+    return bytes == 1   ? ResolvedOp::kMove8
+           : bytes == 2 ? ResolvedOp::kMove16
+           : bytes == 4 ? ResolvedOp::kMove32
+                        : ResolvedOp::kMove64;
+  }
+  // Words are little-endian: a wide part is a value of its own inside the word, a bit is one of a byte.
+  static_assert(std::endian::native == std::endian::little);
+  void put_extract(const Decoded& d) {
+    const ImageType& part = leaf_type(d.operands[0]);
+    const bool bit = bytecode::rep_of(part) == core::Rep::kBool;
+    put_handler(bit ? ResolvedOp::kExtract : move_of(part.size));
+    put_operand(d.operands[0]);
+    put(resolve(d.operands[1]) + d.operands[2] / 8);
+    if (bit) put(d.operands[2] % 8);
+  }
+  void put_insert(const Decoded& d) {
+    if (resolve(d.operands[0]) != resolve(d.operands[1])) {
+      put_handler(move_of(leaf_type(d.operands[0]).size));
+      put_operand(d.operands[0]);
+      put_operand(d.operands[1]);
+    }
+    const ImageType& part = leaf_type(d.operands[2]);
+    const bool bit = bytecode::rep_of(part) == core::Rep::kBool;
+    put_handler(bit ? ResolvedOp::kInsert : move_of(part.size));
+    put(resolve(d.operands[0]) + d.operands[3] / 8);
+    put_operand(d.operands[2]);
+    if (bit) put(d.operands[3] % 8);
+  }
+
+  // ---- parts of values (link_path.h)
+
+  static bool is_via(Opcode opcode) { return opcode >= Opcode::kLoadVia && opcode <= Opcode::kCallVia; }
+  ResolvedPath path_of(const Decoded& d) const {
+    const std::uint32_t spaces[] = {image_.global_type, image_.pous[pou_].instance_type, image_.pous[pou_].frame_type,
+                                    image_.const_type};
+    return resolve_path(image_, spaces, d.operands[2], {d.list, std::size_t{d.items} * bytecode::kPathWords});
+  }
+  void put_index(const PathIndex& index) {
+    put_operand(index.operand);
+    put(index.count);
+    put(index.stride);
+    put_pointer(index.lower);
+    put(static_cast<std::uint32_t>(index.rep));
+  }
+  void put_path(const ResolvedPath& path) {
+    put(path.offset);
+    put(static_cast<std::uint32_t>(path.indices.size()));
+    for (const PathIndex& index : path.indices) put_index(index);
+  }
+
+  void put_access(const Decoded& d) {
+    const ResolvedPath path = path_of(d);
+    const bool via = is_via(d.opcode);
+    const bool load = d.opcode == Opcode::kLoadAt || d.opcode == Opcode::kLoadVia;
+    const std::uint32_t base = d.operands[load ? 1 : 0];
+    const std::uint32_t value = d.operands[load ? 0 : 1];
+    const ImageType& part = image_.types[path.type];
+    if (!via && path.indices.empty()) return put_known_access(path, base, value, load);
+    if (const auto several = path_access(image_, path, load); several && !via) {
+      put_handler(*several);
+      put_operand(value);
+      put_operand(base);
+      return put_path(path);
+    }
+    if (const auto quick = quick_access(image_, path, load, via)) {
+      put_handler(*quick);
+      put_operand(value);
+      if (via) {
+        put_operand(base);
+        put(canonical(d.operands[2]));
+        put(path.offset);
+      } else {
+        put(resolve(base) + path.offset);
+      }
+      if (!path.indices.empty()) put_index(path.indices.front());
+      return;
+    }
+    put_handler(static_cast<ResolvedOp>(d.opcode));
+    put_operand(value);
+    put_operand(base);
+    if (via) put(canonical(d.operands[2]));
+    put_bytes(part, value, load);
+    if (load) put_pointer(zeros(path.type));
+    put_path(path);
+  }
+  /// The two words that say how pass() moves a value of type `type` to (or from) the leaf or place `outside`.
+  void put_bytes(const ImageType& type, std::uint32_t outside, bool to_outside) {
+    if (type.kind != TypeKind::kString) {
+      put(type.size);
+      put(0);
+      return;
+    }
+    const std::uint16_t other = leaf_type(outside).capacity;
+    put(bytecode::rep_of(type) == core::Rep::kStr ? kPassStr : kPassWstr);
+    put(to_outside ? capacities(other, type.capacity) : capacities(type.capacity, other));
+  }
+  /// An access whose path leads to one place is a move.
+  void put_known_access(const ResolvedPath& path, std::uint32_t base, std::uint32_t value, bool load) {
+    const ImageType& part = image_.types[path.type];
+    const std::uint32_t inside = resolve(base) + path.offset;
+    const bool string = part.kind == TypeKind::kString;
+    const bool scalar = part.kind == TypeKind::kScalar || part.kind == TypeKind::kRef;
+    put_handler(string   ? (bytecode::rep_of(part) == core::Rep::kStr ? ResolvedOp::kMoveStr : ResolvedOp::kMoveWstr)
+                : scalar ? move_of(part.size)
+                         : ResolvedOp::kCopy);
+    put(load ? resolve(value) : inside);
+    put(load ? inside : resolve(value));
+    if (string) {
+      const std::uint16_t other = leaf_type(value).capacity;
+      put(load ? capacities(other, part.capacity) : capacities(part.capacity, other));
+    } else if (!scalar) {
+      put(part.size);
+    }
+  }
+  void put_ref(const Decoded& d) {
+    const ResolvedPath path = path_of(d);
+    put_handler(static_cast<ResolvedOp>(d.opcode));
+    put_operand(d.operands[0]);
+    put_operand(d.operands[1]);
+    if (d.opcode == Opcode::kRefVia) put(canonical(d.operands[2]));
+    put(canonical(path.type));
+    put_path(path);
+  }
+  void put_execution(const Decoded& d) {
+    const ResolvedPath path = path_of(d);
+    put_handler(static_cast<ResolvedOp>(d.opcode));
+    if (d.opcode == Opcode::kRunAt || d.opcode == Opcode::kRunVia) {
+      put_step(d.operands[0]);
+    } else {
+      put_entry(d.operands[0]);
+    }
+    put_operand(d.operands[1]);
+    if (is_via(d.opcode)) put(canonical(d.operands[2]));
+    put_path(path);
+  }
+
+  /// An instruction whose operands are leaves and targets.
+  void put_plain(const Decoded& d) {
+    put_handler(static_cast<ResolvedOp>(d.opcode));
+    const bytecode::Operands& operands = bytecode::info(d.opcode).operands;
+    for (std::uint32_t i = 0; i < operands.count; ++i) {
+      if (operands.specs[i].kind == OperandKind::kTarget) {
+        put_target(d.operands[i]);
+      } else {
+        put_operand(d.operands[i]);
+      }
+    }
+  }
+
+  void put_step(std::uint32_t block) {
+    const bytecode::ImageBlock& wanted = image_.blocks[block];
+    const stdlib::BlockSpec* const spec = stdlib::block_named(wanted.name);
+    if (spec == nullptr) {
+      // Whether this machine has it is found out when its objects are made.
+      put_pointer(&Taskblocks::step);
+      return;
+    }
+    if (stdlib::layout_hash(*spec) != wanted.layout_hash) {
+      refuse("function block \"" + wanted.name + "\" has other ports in this library than in the image");
+    }
+    put_pointer(spec->step);
+  }
+  [[nodiscard]] bool is_taskblock(std::uint32_t block) const {
+    return stdlib::block_named(image_.blocks[block].name) == nullptr;
+  }
+
+  /// Zeros of a type, one block for all that need them.
+  const std::byte* zeros(std::uint32_t type) {
+    const auto [known, fresh] = zeros_.try_emplace(type, nullptr);
+    if (!fresh) return known->second;
+    auto bytes = std::make_unique<std::byte[]>(std::max<std::uint32_t>(image_.types[type].size, 1));
+    fill_zeros(image_, type, bytes.get());
+    result_.constants.push_back(std::move(bytes));
+    return known->second = result_.constants.back().get();
+  }
+
+  void put_function_call(const Decoded& d) {
+    const std::uint32_t callee = d.operands[0];
+    const ImagePou& function = image_.pous[callee];
+    const std::uint32_t frame = layout_.frames[callee];
+    put_handler(ResolvedOp::kCallFn);
+    put(frame);
+    put(static_cast<std::uint32_t>(function.frame_initial.size()));
+    put_pointer(function.frame_initial.empty() ? &kNoBytes : function.frame_initial.data());
+    put_entry(callee);
+    const std::uint32_t counts = position();
+    put(0);
+    put(0);
+    for (const bool inputs : {true, false}) {
+      for (std::uint32_t i = 0; i < d.items; ++i) {
+        const bytecode::ImageField& parameter = image_.types[function.frame_type].fields[d.list[2 * i]];
+        const bool is_input =
+            parameter.role == bytecode::FieldRole::kInput || parameter.role == bytecode::FieldRole::kInOut;
+        if (is_input != inputs) continue;
+        ++stream_[counts + (inputs ? 0 : 1)];
+        put_argument(frame + parameter.offset, image_.types[parameter.type], d.list[2 * i + 1], inputs);
+      }
+    }
+  }
+  void put_argument(std::uint32_t parameter, const ImageType& type, std::uint32_t operand, bool input) {
+    const std::uint32_t outside = resolve(operand);
+    put(input ? parameter : outside);
+    put(input ? outside : parameter);
+    put_bytes(type, operand, !input);
+  }
+
+  static constexpr std::byte kNoBytes{};
+
+  const Image& image_;
+  const std::vector<std::uint32_t>& pous_;
+  const TaskLayout& layout_;
+  Exchange& exchange_;
+  bool arranged_;
+  Bindings bindings_;
+  std::vector<std::uint32_t> entries_;
+  std::uint32_t handlers_[2][kOps] = {};
+  std::vector<std::uint32_t> stream_;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> jump_patches_;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> call_patches_;
+  std::map<std::uint32_t, std::uint32_t> canonical_;
+  std::map<std::uint32_t, const std::byte*> zeros_;
+  std::optional<core::Problem> problem_;
+  std::uint32_t pou_ = 0;
+  bool in_stretch_ = false;
+  LinkedCode result_;
+};
+
+}  // namespace
+
+core::Result<LinkedCode> link_task(const Image& image, std::uint32_t body, const std::vector<std::uint32_t>& pous,
+                                   const TaskLayout& layout, Exchange& exchange, bool arranged) {
+  return Linker(image, body, pous, layout, exchange, arranged).link(body);
+}
+
+}  // namespace plc::runtime
