@@ -46,7 +46,7 @@ constexpr auto kEvent = Events::kEvent;
 constexpr auto kBudget = Events::kBudget;
 
 constexpr OpcodeInfo kOpcodes[] = {
-#define PLC_OPCODE(Name, mnemonic_, operands_, events_, function_, meaning_) \
+#define PLC_OPCODE(Name, mnemonic_, operands_, events_, cost_, function_, meaning_) \
   {#Name, mnemonic_, operands_, events_, function_, meaning_},
 #include "bytecode/opcodes.def"
 };

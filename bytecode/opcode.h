@@ -73,7 +73,7 @@ struct Operands {
 enum class Events : std::uint8_t { kNever, kEvent, kBudget };
 
 enum class Opcode : std::uint16_t {
-#define PLC_OPCODE(Name, mnemonic, operands, events, function, meaning) k##Name,
+#define PLC_OPCODE(Name, mnemonic, operands, events, cost, function, meaning) k##Name,
 #include "bytecode/opcodes.def"
 };
 

@@ -1,4 +1,5 @@
-// Durations as people type them, on command lines and in plc.toml. Literals of the languages are runtime/value_text.h's.
+// Durations as people type them, on command lines and in plc.toml. Literals of the languages are
+// runtime/value_text.h's.
 #pragma once
 
 #include <optional>

@@ -1,7 +1,7 @@
 // Guess: what a misspelt name was meant to be.
 //
-// In: the name as written, the names there are. Out: a help line. Letter case is ignored; far candidates are not offered.
-// Does not belong here: looking names up.
+// In: the name as written, the names there are. Out: a help line. Letter case is ignored; far candidates are not
+// offered. Does not belong here: looking names up.
 #pragma once
 
 #include <cstddef>

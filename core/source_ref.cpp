@@ -4,28 +4,50 @@ namespace plc::core {
 
 std::string_view element_word(ElementKind kind) {
   switch (kind) {
-    case ElementKind::kNone: return "";
-    case ElementKind::kContact: return "contact";
-    case ElementKind::kCoil: return "coil";
-    case ElementKind::kBlock: return "block";
-    case ElementKind::kInVariable: return "inVariable";
-    case ElementKind::kOutVariable: return "outVariable";
-    case ElementKind::kInOutVariable: return "inOutVariable";
-    case ElementKind::kConnector: return "connector";
-    case ElementKind::kContinuation: return "continuation";
-    case ElementKind::kJump: return "jump";
-    case ElementKind::kLabel: return "label";
-    case ElementKind::kReturn: return "return";
-    case ElementKind::kLeftRail: return "leftPowerRail";
-    case ElementKind::kRightRail: return "rightPowerRail";
-    case ElementKind::kActionBlock: return "actionBlock";
-    case ElementKind::kStep: return "step";
-    case ElementKind::kTransition: return "transition";
-    case ElementKind::kVariable: return "variable";
-    case ElementKind::kTask: return "task";
-    case ElementKind::kInstance: return "instance";
-    case ElementKind::kType: return "type";
-    case ElementKind::kText: return "text";
+    case ElementKind::kNone:
+      return "";
+    case ElementKind::kContact:
+      return "contact";
+    case ElementKind::kCoil:
+      return "coil";
+    case ElementKind::kBlock:
+      return "block";
+    case ElementKind::kInVariable:
+      return "inVariable";
+    case ElementKind::kOutVariable:
+      return "outVariable";
+    case ElementKind::kInOutVariable:
+      return "inOutVariable";
+    case ElementKind::kConnector:
+      return "connector";
+    case ElementKind::kContinuation:
+      return "continuation";
+    case ElementKind::kJump:
+      return "jump";
+    case ElementKind::kLabel:
+      return "label";
+    case ElementKind::kReturn:
+      return "return";
+    case ElementKind::kLeftRail:
+      return "leftPowerRail";
+    case ElementKind::kRightRail:
+      return "rightPowerRail";
+    case ElementKind::kActionBlock:
+      return "actionBlock";
+    case ElementKind::kStep:
+      return "step";
+    case ElementKind::kTransition:
+      return "transition";
+    case ElementKind::kVariable:
+      return "variable";
+    case ElementKind::kTask:
+      return "task";
+    case ElementKind::kInstance:
+      return "instance";
+    case ElementKind::kType:
+      return "type";
+    case ElementKind::kText:
+      return "text";
   }
   return "";
 }

@@ -37,8 +37,8 @@ std::string_view element_word(ElementKind kind);
 
 /// A place in a file and, if it is drawn, the element there.
 struct SourceRef {
-  std::uint32_t line = 0;    ///< 1-based; 0 = no place in a file
-  std::uint32_t column = 0;  ///< 1-based, in characters of the XML file
+  std::uint32_t line = 0;      ///< 1-based; 0 = no place in a file
+  std::uint32_t column = 0;    ///< 1-based, in characters of the XML file
   std::int64_t local_id = -1;  ///< localId of the drawn element (TwinCAT's exceed 32 bits), -1 = none
   std::uint16_t file = 0;      ///< index into the compilation's list of input files
   ElementKind kind = ElementKind::kNone;

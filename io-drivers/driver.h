@@ -1,12 +1,11 @@
 // Driver: what moves values between a device and the global table.
 //
 // In: the channels a configuration binds to it, the exchange points of a task's cycle (runtime/sched/cycle_listener.h).
-// Out: inputs published as one snapshot (runtime::GlobalInputs), device outputs. A bounded driver works on the thread of
-// the task it is attached to: before_scan() reads the device, after_scan() writes it. A threaded one has a thread of its
-// own and meets the tasks in the global table only.
-// Life: make -> check() -> open() -> [fork: the guardian keeps a copy] -> start() -> exchange points and service() ->
-// safe_state() -> close().
-// Does not belong here: the mapping of addresses to channels (config/), what a task is.
+// Out: inputs published as one snapshot (runtime::GlobalInputs), device outputs. A bounded driver works on the thread
+// of the task it is attached to: before_scan() reads the device, after_scan() writes it. A threaded one has a thread of
+// its own and meets the tasks in the global table only. Life: make -> check() -> open() -> [fork: the guardian keeps a
+// copy] -> start() -> exchange points and service() -> safe_state() -> close(). Does not belong here: the mapping of
+// addresses to channels (config/), what a task is.
 #pragma once
 
 #include <cstdint>
@@ -66,15 +65,17 @@ class Driver : public runtime::CycleListener {
   virtual std::optional<core::Problem> open() = 0;
   /// From here on the process is the one that runs the tasks: threads may be made. Before any task runs.
   virtual void start() {}
-  /// What cannot be done in a cycle: notices loss, tries to come back. Called about every 100 ms from a thread that is not
-  /// a task's. Returns sentences for the operator: what changed since the last call ("panel: gpiochip0 is gone: ...").
+  /// What cannot be done in a cycle: notices loss, tries to come back. Called about every 100 ms from a thread that is
+  /// not a task's. Returns sentences for the operator: what changed since the last call ("panel: gpiochip0 is gone:
+  /// ...").
   virtual std::vector<std::string> service(core::TimeNs now_ns) = 0;
   /// Any thread.
   [[nodiscard]] virtual DriverStatus status() const = 0;
   [[nodiscard]] virtual std::vector<InputStatus> inputs(core::TimeNs now_ns) const = 0;
 
-  /// Drives the declared safe values, with whatever still works; also called by the guardian, in another process than the
-  /// one that ran, when that one died (docs/adr/0014). True when every output is known to have its safe value. Not RT.
+  /// Drives the declared safe values, with whatever still works; also called by the guardian, in another process than
+  /// the one that ran, when that one died (docs/adr/0014). True when every output is known to have its safe value. Not
+  /// RT.
   virtual bool drive_safe() noexcept = 0;
   /// Guardian only, a few times a second: lets go of a handle whose device is gone. WHY: the kernel gives the name of a
   /// device to the next one only when the last process has let go (Linux 6.1 not even then).

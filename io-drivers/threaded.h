@@ -3,8 +3,8 @@
 //
 // In: the driver, how often it is to exchange. Out: the same driver to everybody else. The task only shares the global
 // table with it: inputs appear as one snapshot when the device has been read, outputs are those of the newest complete
-// cycle. Threads: start() makes one, safe_state() and close() end it; the guardian's copy never has one. Does not belong here: what a device
-// is.
+// cycle. Threads: start() makes one, safe_state() and close() end it; the guardian's copy never has one. Does not
+// belong here: what a device is.
 #pragma once
 
 #include <atomic>

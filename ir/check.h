@@ -8,8 +8,9 @@
 
 namespace plc::ir {
 
-/// Recursion among POUs (with its path), instances of function blocks inside themselves, labels jumped to but not bound,
-/// several normal coils or tasks writing one variable (warnings). Errors are reported; true when there were none.
+/// Recursion among POUs (with its path), instances of function blocks inside themselves, labels jumped to but not
+/// bound, several normal coils or tasks writing one variable (warnings). Errors are reported; true when there were
+/// none.
 bool check(const Module& module, core::Diagnostics& diagnostics);
 
 /// The module as text: declarations and bodies, one instruction a line, with localIds. For goldens and --dump.

@@ -100,19 +100,8 @@ Operation operation_of(ResolvedOp op) {
     PLC_ONE(CallPou, kCallRelative, kU8)
     PLC_ONE(CallFn, kCallFunction, kU8)
     PLC_ONE(CallStd, kCallLibrary, kU8)
-    PLC_INTEGERS(Min, kCallLibrary)
-    PLC_REALS(Min, kCallLibrary)
-    PLC_INTEGERS(Max, kCallLibrary)
-    PLC_REALS(Max, kCallLibrary)
-    PLC_INTEGERS(Limit, kCallLibrary)
-    PLC_REALS(Limit, kCallLibrary)
-    PLC_SIZES(Select, kCallLibrary)
-    PLC_SIZES(Shl, kCallLibrary)
-    PLC_SIZES(Shr, kCallLibrary)
-    PLC_SIZES(Rol, kCallLibrary)
-    PLC_SIZES(Ror, kCallLibrary)
-#define PLC_CONVERT_OP(Name, From, To) PLC_ONE(Name, kCallLibrary, kU8)
-#include "runtime/interpreter/convert_ops.def"
+#define PLC_LIBRARY_OP(Name, meaning, Out, inputs, expression) PLC_ONE(Name, kCallLibrary, kU8)
+#include "runtime/interpreter/library_ops.def"
     PLC_ONE(ClearEvent, kClearEvent, kU8)
     PLC_ONE(Eno, kEno, kU8)
     PLC_INDEXED(LoadAt8, kLoadElement, kU8)
@@ -196,7 +185,7 @@ Operation operation_of(ResolvedOp op) {
 
 std::string_view name_of(ResolvedOp op) {
   static constexpr std::string_view kNames[] = {
-#define PLC_OPCODE(Name, mnemonic, operands, events, function, meaning) mnemonic,
+#define PLC_OPCODE(Name, mnemonic, operands, events, cost, function, meaning) mnemonic,
 #include "bytecode/opcodes.def"
 #define PLC_INTERNAL_OP(Name, words, meaning) #Name,
 #include "runtime/interpreter/internal_ops.def"

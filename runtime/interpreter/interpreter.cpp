@@ -8,6 +8,7 @@
 #include "runtime/interpreter/bool_run.h"
 #include "runtime/interpreter/handle.h"
 #include "runtime/interpreter/operations.h"
+#include "runtime/interpreter/value_ops.h"
 #include "runtime/interpreter/value_runs.h"
 #include "runtime/memory/queue.h"
 #include "stdlib/arithmetic.h"
@@ -75,7 +76,7 @@ std::byte* part_via(Machine& m, std::uint32_t instance, const std::uint32_t* pc,
 template <Addressing kAddressing>
 PLC_ONE_COPY bool interpret(Machine& m, const std::uint32_t* pc, std::uint32_t instance, Labels* labels) noexcept {
   static const void* const kLabels[] = {
-#define PLC_OPCODE(Name, mnemonic, operands, events, function, meaning) &&op_##Name,
+#define PLC_OPCODE(Name, mnemonic, operands, events, cost, function, meaning) &&op_##Name,
 #include "bytecode/opcodes.def"
 #define PLC_INTERNAL_OP(Name, words, meaning) &&op_##Name,
 #include "runtime/interpreter/internal_ops.def"
@@ -109,13 +110,6 @@ PLC_ONE_COPY bool interpret(Machine& m, const std::uint32_t* pc, std::uint32_t i
   op_##Name : {                              \
     store<T>(at(pc[1]), load<T>(at(pc[2]))); \
     PLC_NEXT(3);                             \
-  }
-#define PLC_BINARY(Name, T, Result, expression)                \
-  op_##Name : {                                                \
-    const T a = load<T>(at(pc[2]));                            \
-    const T b = load<T>(at(pc[3]));                            \
-    store<Result>(at(pc[1]), static_cast<Result>(expression)); \
-    PLC_NEXT(4);                                               \
   }
 #define PLC_COMPARE_JUMP(Name, T, expression, sense)      \
   op_##Name : {                                           \
@@ -370,61 +364,12 @@ op_CallStd : {
   PLC_NEXT(5 + count);
 }
 // Functions of the library without a call; words as those of CALL_STD.
-#define PLC_VALUE_OPS(R, T)                                                                         \
-  op_Min##R : {                                                                                     \
-    store<T>(at(pc[4]), stdlib::least(load<T>(at(pc[5])), load<T>(at(pc[6]))));                     \
-    PLC_NEXT(7);                                                                                    \
-  }                                                                                                 \
-  op_Max##R : {                                                                                     \
-    store<T>(at(pc[4]), stdlib::greatest(load<T>(at(pc[5])), load<T>(at(pc[6]))));                  \
-    PLC_NEXT(7);                                                                                    \
-  }                                                                                                 \
-  op_Limit##R : {                                                                                   \
-    store<T>(at(pc[4]), stdlib::limit(load<T>(at(pc[5])), load<T>(at(pc[6])), load<T>(at(pc[7])))); \
-    PLC_NEXT(8);                                                                                    \
+#define PLC_LIBRARY_OP(Name, meaning, Out, inputs, expression) \
+  op_##Name : {                                                \
+    compute<value::Name>(pc + 4, at);                          \
+    PLC_NEXT(5 + kInputs<value::Name>);                        \
   }
-  PLC_VALUE_OPS(I8, std::int8_t)
-  PLC_VALUE_OPS(U8, std::uint8_t)
-  PLC_VALUE_OPS(I16, std::int16_t)
-  PLC_VALUE_OPS(U16, std::uint16_t)
-  PLC_VALUE_OPS(I32, std::int32_t)
-  PLC_VALUE_OPS(U32, std::uint32_t)
-  PLC_VALUE_OPS(I64, std::int64_t)
-  PLC_VALUE_OPS(U64, std::uint64_t)
-  PLC_VALUE_OPS(F32, float)
-  PLC_VALUE_OPS(F64, double)
-// Both inputs are read: choosing between addresses would wait for G.
-#define PLC_SELECT(Name, T)                                 \
-  op_##Name : {                                             \
-    const T in0 = load<T>(at(pc[6]));                       \
-    const T in1 = load<T>(at(pc[7]));                       \
-    store<T>(at(pc[4]), *bytes_at(pc[5]) != 0 ? in1 : in0); \
-    PLC_NEXT(8);                                            \
-  }
-  PLC_SELECT(Select8, std::uint8_t)
-  PLC_SELECT(Select16, std::uint16_t)
-  PLC_SELECT(Select32, std::uint32_t)
-  PLC_SELECT(Select64, std::uint64_t)
-// N is a constant that its lowest byte holds, whatever its type.
-#define PLC_PLACES(Name, T, function)                                    \
-  op_##Name : {                                                          \
-    store<T>(at(pc[4]), function(load<T>(at(pc[5])), *bytes_at(pc[6]))); \
-    PLC_NEXT(7);                                                         \
-  }
-#define PLC_PLACES_OPS(Name, function)          \
-  PLC_PLACES(Name##8, std::uint8_t, function)   \
-  PLC_PLACES(Name##16, std::uint16_t, function) \
-  PLC_PLACES(Name##32, std::uint32_t, function) PLC_PLACES(Name##64, std::uint64_t, function)
-  PLC_PLACES_OPS(Shl, shift_left)
-  PLC_PLACES_OPS(Shr, shift_right)
-  PLC_PLACES_OPS(Rol, stdlib::rotate_left)
-  PLC_PLACES_OPS(Ror, stdlib::rotate_right)
-#define PLC_CONVERT_OP(Name, From, To)                            \
-  op_##Name : {                                                   \
-    store<To>(at(pc[4]), static_cast<To>(load<From>(at(pc[5])))); \
-    PLC_NEXT(6);                                                  \
-  }
-#include "runtime/interpreter/convert_ops.def"
+#include "runtime/interpreter/library_ops.def"
 op_ClearEvent : {
   events_at_clear = m.event_count;
   PLC_NEXT(1);
@@ -552,7 +497,11 @@ op_CallVia : {
 }
 
 // ---- arithmetic, comparison, bit strings
-#define PLC_BINARY_OP(Name, T, Result, expression) PLC_BINARY(Name, T, Result, expression)
+#define PLC_BINARY_OP(Name, T, Result, expression) \
+  op_##Name : {                                    \
+    compute<value::Name>(pc + 1, at);              \
+    PLC_NEXT(4);                                   \
+  }
 #include "runtime/interpreter/binary_ops.def"
   PLC_INTEGER_TYPES(PLC_DIVISION, Div)
 

@@ -21,7 +21,7 @@ namespace plc::runtime {
 
 /// Instructions of resolved code: those of images, then the linker's own.
 enum class ResolvedOp : std::uint16_t {
-#define PLC_OPCODE(Name, mnemonic, operands, events, function, meaning) k##Name,
+#define PLC_OPCODE(Name, mnemonic, operands, events, cost, function, meaning) k##Name,
 #include "bytecode/opcodes.def"
 #define PLC_INTERNAL_OP(Name, words, meaning) k##Name,
 #include "runtime/interpreter/internal_ops.def"

@@ -3,10 +3,12 @@
 //
 // In: field ranges of the global table as READ_N, WRITE_N, WRITE_CHANGED_N and RAISE_PRIORITY name them. Out: the
 // task's local copy of the table, in which all that one owner publishes is of one time, and what the task exports made
-// visible as a whole. Interpreter and engines know this interface only.
+// visible as a whole. Interpreter and engines know this interface only:
+//
 //   wait_free_exchange.h  a snapshot per owner; nobody waits                       --coherence=wait-free
 //   lock_exchange.h       one table, one lock around every copy (Chimera)          --coherence=global-lock
 //   ceiling_exchange.h    one table, copies at raised priority, group by group     --coherence=priority-ceiling
+//
 // Threads: all calls on the task's thread, but for revoke() and publish_safe() (see there).
 #pragma once
 

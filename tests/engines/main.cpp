@@ -13,6 +13,7 @@
 #include <sstream>
 #include <string>
 
+#include "compiler/compile.h"
 #include "tests/engines/coverage.h"
 #include "tests/engines/drawing.h"
 #include "tests/engines/reduce.h"
@@ -21,7 +22,6 @@
 #include "tests/support/failing_taskblock.h"
 #include "tests/support/random_image.h"
 #include "tests/support/random_inputs.h"
-#include "compiler/compile.h"
 
 namespace plc::test {
 namespace {

@@ -46,8 +46,9 @@ plc::plcopen::Project small_project() {
                         variable("out", named("INT"), Section::kOutput)};
   plc::plcopen::Pou program;
   program.name = "p";
-  program.variables = {variable("a", named("BOOL")), variable("b", named("BOOL")),  variable("i", named("INT")),
-                       variable("r", named("REAL")), variable("t", named("TIME")),  variable("m", array_of("INT")),
+  program.variables = {variable("a", named("BOOL")), variable("b", named("BOOL")),
+                       variable("i", named("INT")),  variable("r", named("REAL")),
+                       variable("t", named("TIME")), variable("m", array_of("INT")),
                        variable("k", named("TON")),  variable("c", named("INT"), Section::kInput)};
   project.pous = {function, program};
   return project;

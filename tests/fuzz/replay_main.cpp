@@ -1,5 +1,5 @@
-// Runs every file of the folders (or files) given as arguments through LLVMFuzzerTestOneInput, so that the seeds and all
-// inputs once found to break something are ordinary tests, without libFuzzer. Shared by all fuzzers.
+// Runs every file of the folders (or files) given as arguments through LLVMFuzzerTestOneInput, so that the seeds and
+// all inputs once found to break something are ordinary tests, without libFuzzer. Shared by all fuzzers.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>

@@ -7,9 +7,9 @@
 #include <iostream>
 #include <sstream>
 
+#include "compiler/compile.h"
 #include "runtime/access.h"
 #include "tests/support/run_tool.h"
-#include "compiler/compile.h"
 
 namespace plc::test {
 namespace {

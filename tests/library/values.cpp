@@ -34,7 +34,8 @@ std::vector<Sample> integers(TypeId type) {
     }
     out.push_back({value, fmt::format("{}#{}{}", core::name_of(type), negative ? "-" : "", magnitude)});
   };
-  for (const std::uint64_t small : {0u, 1u, 2u, 3u, 8u, 10u, 12u, 16u, 23u, 29u, 31u, 59u, 64u, 80u, 81u, 99u, 100u, 999u, 1970u, 2024u}) {
+  for (const std::uint64_t small :
+       {0u, 1u, 2u, 3u, 8u, 10u, 12u, 16u, 23u, 29u, 31u, 59u, 64u, 80u, 81u, 99u, 100u, 999u, 1970u, 2024u}) {
     add(small, false);
   }
   add(1, true);

@@ -11,9 +11,9 @@
 #include <sstream>
 #include <vector>
 
+#include "compiler/compile.h"
 #include "runtime/access.h"
 #include "runtime/resource.h"
-#include "compiler/compile.h"
 
 namespace plc::programs {
 namespace {

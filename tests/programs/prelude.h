@@ -17,26 +17,24 @@ typedef uint64_t u64;
 typedef float f32;
 typedef double f64;
 
-static u8 ev;       /* an event happened since this was last cleared */
+static u8 ev;        /* an event happened since this was last cleared */
 static u64 executed; /* statements */
 
 /* ---- integers: modulo 2^width; the cast back to T does it, since -fwrapv defines everything before it */
-#define INTEGERS(T, is_signed)                                            \
-  static inline T add_##T(T a, T b) { return (T)(a + b); }                \
-  static inline T sub_##T(T a, T b) { return (T)(a - b); }                \
-  static inline T mul_##T(T a, T b) { return (T)((u64)a * (u64)b); }      \
-  static inline T neg_##T(T a) { return (T)(0 - a); }                     \
-  static inline T abs_##T(T a) { return a < 0 ? (T)(0 - a) : a; }         \
-  static inline T div_##T(T a, T b) {                                     \
-    if (b == 0) {                                                         \
-      ev = 1;                                                             \
-      return 0;                                                           \
-    }                                                                     \
-    return (is_signed) && b == (T)-1 ? (T)(0 - a) : (T)(a / b);           \
-  }                                                                       \
-  static inline T mod_##T(T a, T b) {                                     \
-    return b == 0 || ((is_signed) && b == (T)-1) ? (T)0 : (T)(a % b);     \
-  }
+#define INTEGERS(T, is_signed)                                       \
+  static inline T add_##T(T a, T b) { return (T)(a + b); }           \
+  static inline T sub_##T(T a, T b) { return (T)(a - b); }           \
+  static inline T mul_##T(T a, T b) { return (T)((u64)a * (u64)b); } \
+  static inline T neg_##T(T a) { return (T)(0 - a); }                \
+  static inline T abs_##T(T a) { return a < 0 ? (T)(0 - a) : a; }    \
+  static inline T div_##T(T a, T b) {                                \
+    if (b == 0) {                                                    \
+      ev = 1;                                                        \
+      return 0;                                                      \
+    }                                                                \
+    return (is_signed) && b == (T)-1 ? (T)(0 - a) : (T)(a / b);      \
+  }                                                                  \
+  static inline T mod_##T(T a, T b) { return b == 0 || ((is_signed) && b == (T)-1) ? (T)0 : (T)(a % b); }
 INTEGERS(i8, 1)
 INTEGERS(i16, 1)
 INTEGERS(i32, 1)
@@ -57,35 +55,35 @@ static inline f64 one_f64(f64 v) {
   if (isnan(v)) memcpy(&v, &quiet, 8);
   return v;
 }
-#define REALS(T)                                                                      \
-  static inline T add_##T(T a, T b) { return one_##T(a + b); }                        \
-  static inline T sub_##T(T a, T b) { return one_##T(a - b); }                        \
-  static inline T mul_##T(T a, T b) { return one_##T(a * b); }                        \
-  static inline T div_##T(T a, T b) { return one_##T(a / b); }                        \
-  static inline T neg_##T(T a) { return one_##T(-a); }                                \
-  static inline T abs_##T(T a) { return one_##T(signbit(a) ? -a : a); }               \
-  static inline T expt_##T(T a, f64 b) { return one_##T((T)pow((f64)a, b)); }         \
-  static inline T sqrt_##T(T a) { return one_##T((T)sqrt((f64)a)); }                  \
-  static inline T sin_##T(T a) { return one_##T((T)sin((f64)a)); }                    \
-  static inline T cos_##T(T a) { return one_##T((T)cos((f64)a)); }                    \
-  static inline T atan_##T(T a) { return one_##T((T)atan((f64)a)); }                  \
-  static inline T exp_##T(T a) { return one_##T((T)exp((f64)a)); }                    \
+#define REALS(T)                                                              \
+  static inline T add_##T(T a, T b) { return one_##T(a + b); }                \
+  static inline T sub_##T(T a, T b) { return one_##T(a - b); }                \
+  static inline T mul_##T(T a, T b) { return one_##T(a * b); }                \
+  static inline T div_##T(T a, T b) { return one_##T(a / b); }                \
+  static inline T neg_##T(T a) { return one_##T(-a); }                        \
+  static inline T abs_##T(T a) { return one_##T(signbit(a) ? -a : a); }       \
+  static inline T expt_##T(T a, f64 b) { return one_##T((T)pow((f64)a, b)); } \
+  static inline T sqrt_##T(T a) { return one_##T((T)sqrt((f64)a)); }          \
+  static inline T sin_##T(T a) { return one_##T((T)sin((f64)a)); }            \
+  static inline T cos_##T(T a) { return one_##T((T)cos((f64)a)); }            \
+  static inline T atan_##T(T a) { return one_##T((T)atan((f64)a)); }          \
+  static inline T exp_##T(T a) { return one_##T((T)exp((f64)a)); }            \
   static inline T ln_##T(T a) { return one_##T((T)log((f64)a)); }
 REALS(f32)
 REALS(f64)
 
 /* ---- comparison and selection: MIN and MAX keep their first input unless the next is really beyond it */
-#define ORDERED(T)                                                                       \
-  static inline u8 eq_##T(T a, T b) { return a == b; }                                   \
-  static inline u8 ne_##T(T a, T b) { return a != b; }                                   \
-  static inline u8 lt_##T(T a, T b) { return a < b; }                                    \
-  static inline u8 le_##T(T a, T b) { return a <= b; }                                   \
-  static inline u8 gt_##T(T a, T b) { return a > b; }                                    \
-  static inline u8 ge_##T(T a, T b) { return a >= b; }                                   \
-  static inline T min_##T(T a, T b) { return b < a ? b : a; }                            \
-  static inline T max_##T(T a, T b) { return b > a ? b : a; }                            \
-  static inline T limit_##T(T lo, T v, T hi) { return min_##T(max_##T(v, lo), hi); }     \
-  static inline T sel_##T(u8 g, T a, T b) { return g ? b : a; }                          \
+#define ORDERED(T)                                                                   \
+  static inline u8 eq_##T(T a, T b) { return a == b; }                               \
+  static inline u8 ne_##T(T a, T b) { return a != b; }                               \
+  static inline u8 lt_##T(T a, T b) { return a < b; }                                \
+  static inline u8 le_##T(T a, T b) { return a <= b; }                               \
+  static inline u8 gt_##T(T a, T b) { return a > b; }                                \
+  static inline u8 ge_##T(T a, T b) { return a >= b; }                               \
+  static inline T min_##T(T a, T b) { return b < a ? b : a; }                        \
+  static inline T max_##T(T a, T b) { return b > a ? b : a; }                        \
+  static inline T limit_##T(T lo, T v, T hi) { return min_##T(max_##T(v, lo), hi); } \
+  static inline T sel_##T(u8 g, T a, T b) { return g ? b : a; }                      \
   static inline T range_##T(T lo, T v, T hi) { return v < lo ? (ev = 1, lo) : v > hi ? (ev = 1, hi) : v; }
 ORDERED(i8)
 ORDERED(i16)
@@ -99,23 +97,23 @@ ORDERED(f32)
 ORDERED(f64)
 
 /* ---- bit strings */
-#define BITS(T, width)                                                                                   \
-  static inline T and_##T(T a, T b) { return a & b; }                                                    \
-  static inline T or_##T(T a, T b) { return a | b; }                                                     \
-  static inline T xor_##T(T a, T b) { return a ^ b; }                                                    \
-  static inline T not_##T(T a) { return (T)~a; }                                                         \
+#define BITS(T, width)                                                                                    \
+  static inline T and_##T(T a, T b) { return a & b; }                                                     \
+  static inline T or_##T(T a, T b) { return a | b; }                                                      \
+  static inline T xor_##T(T a, T b) { return a ^ b; }                                                     \
+  static inline T not_##T(T a) { return (T)~a; }                                                          \
   static inline T shl_##T(T a, i64 n) { return n < 0 ? (ev = 1, a) : n >= width ? 0 : (T)((u64)a << n); } \
   static inline T shr_##T(T a, i64 n) { return n < 0 ? (ev = 1, a) : n >= width ? 0 : (T)((u64)a >> n); } \
-  static inline T rol_##T(T a, i64 n) {                                                                  \
-    if (n < 0) ev = 1;                                                                                   \
-    for (n = n < 0 ? 0 : n % width; n > 0; --n) a = (T)((T)(a << 1) | (a >> (width - 1)));               \
-    return a;                                                                                            \
-  }                                                                                                      \
-  static inline T ror_##T(T a, i64 n) { return n < 0 ? (ev = 1, a) : rol_##T(a, width - n % width); }    \
-  static inline T put_##T(T a, unsigned at, unsigned bits, u64 v) {                                      \
-    const u64 mask = (~0ull >> (64 - bits)) << at;                                                       \
-    return (T)((a & ~mask) | ((v << at) & mask));                                                        \
-  }                                                                                                      \
+  static inline T rol_##T(T a, i64 n) {                                                                   \
+    if (n < 0) ev = 1;                                                                                    \
+    for (n = n < 0 ? 0 : n % width; n > 0; --n) a = (T)((T)(a << 1) | (a >> (width - 1)));                \
+    return a;                                                                                             \
+  }                                                                                                       \
+  static inline T ror_##T(T a, i64 n) { return n < 0 ? (ev = 1, a) : rol_##T(a, width - n % width); }     \
+  static inline T put_##T(T a, unsigned at, unsigned bits, u64 v) {                                       \
+    const u64 mask = (~0ull >> (64 - bits)) << at;                                                        \
+    return (T)((a & ~mask) | ((v << at) & mask));                                                         \
+  }                                                                                                       \
   static inline u64 get_##T(T a, unsigned at, unsigned bits) { return ((u64)a >> at) & (~0ull >> (64 - bits)); }
 BITS(u8, 8)
 BITS(u16, 16)
@@ -124,16 +122,16 @@ BITS(u64, 64)
 static inline u8 not_bool(u8 a) { return !a; }
 
 /* ---- conversions: reals round half to even and saturate */
-#define FROM_REAL(T, low, high, above)                                                        \
-  static inline T real_to_##T(f64 v) {                                                        \
-    if (isnan(v)) return (ev = 1, 0);                                                         \
-    v = nearbyint(v);                                                                         \
-    return v < (low) ? (ev = 1, (T)(low)) : v >= (above) ? (ev = 1, (T)(high)) : (T)v;        \
-  }                                                                                           \
-  static inline T trunc_to_##T(f64 v) {                                                       \
-    if (isnan(v)) return (ev = 1, 0);                                                         \
-    v = trunc(v);                                                                             \
-    return v < (low) ? (ev = 1, (T)(low)) : v >= (above) ? (ev = 1, (T)(high)) : (T)v;        \
+#define FROM_REAL(T, low, high, above)                                                 \
+  static inline T real_to_##T(f64 v) {                                                 \
+    if (isnan(v)) return (ev = 1, 0);                                                  \
+    v = nearbyint(v);                                                                  \
+    return v < (low) ? (ev = 1, (T)(low)) : v >= (above) ? (ev = 1, (T)(high)) : (T)v; \
+  }                                                                                    \
+  static inline T trunc_to_##T(f64 v) {                                                \
+    if (isnan(v)) return (ev = 1, 0);                                                  \
+    v = trunc(v);                                                                      \
+    return v < (low) ? (ev = 1, (T)(low)) : v >= (above) ? (ev = 1, (T)(high)) : (T)v; \
   }
 FROM_REAL(i8, INT8_MIN, INT8_MAX, 0x1p7)
 FROM_REAL(i16, INT16_MIN, INT16_MAX, 0x1p15)

@@ -95,7 +95,9 @@ class PouBuilder {
   Word instance_of(std::string name, std::uint32_t pou);
 
   /// A name for global number `global` (in the order of ImageBuilder::global) below the instances of this POU.
-  void alias(std::string name, std::uint32_t global) { instance_struct.type.aliases.push_back({std::move(name), global}); }
+  void alias(std::string name, std::uint32_t global) {
+    instance_struct.type.aliases.push_back({std::move(name), global});
+  }
 
   /// Appends an instruction: its operand words.
   PouBuilder& op(Opcode opcode, std::initializer_list<Word> words = {}) { return list(opcode, 0, words); }

@@ -3,7 +3,8 @@
 // Out: an image of one to three tasks, whose programs call functions and function blocks with one or several instances.
 // All bodies are random instructions on random variables, so that results mean nothing and cover much. Variables are
 // declared when an instruction first wants one, so images are small and their values meet often. Does not belong here:
-// single instructions (random_instructions.h), loops with forms of their own (random_loops.h), inputs (random_inputs.h).
+// single instructions (random_instructions.h), loops with forms of their own (random_loops.h), inputs
+// (random_inputs.h).
 #pragma once
 
 #include <algorithm>

@@ -13,8 +13,8 @@ namespace plc::test {
 
 struct Sample {
   Image image;
-  std::uint32_t boolean = 0, integer = 0, dint = 0, lint = 0, real = 0, colour = 0, line = 0, point = 0,
-                label = 0, grid = 0, motors = 0;                      // types
+  std::uint32_t boolean = 0, integer = 0, dint = 0, lint = 0, real = 0, colour = 0, line = 0, point = 0, label = 0,
+                grid = 0, motors = 0;                                 // types
   std::uint32_t max2 = 0, motor = 0, main = 0;                        // POUs
   Word go = 0, level = 0, limit = 0, total = 0, title = 0, gain = 0;  // globals
   Word one = 0;                                                       // constant

@@ -5,12 +5,12 @@
 #include <cstring>
 #include <memory>
 
+#include "compiler/compile.h"
 #include "runtime/access.h"
 #include "runtime/sched/realtime.h"
 #include "taskblocks/shared_library.h"
 #include "tests/support/guardian_fixture.h"
 #include "tests/taskblocks/libraries.h"
-#include "compiler/compile.h"
 #include "tools/plc-run/component_faults.h"
 
 namespace plc::io {

@@ -6,11 +6,11 @@
 #include <string>
 #include <utility>
 
+#include "compiler/compile.h"
 #include "runtime/access.h"
 #include "runtime/resource.h"
 #include "taskblocks/registry.h"
 #include "tests/support/run_tool.h"
-#include "compiler/compile.h"
 
 namespace plc::test {
 

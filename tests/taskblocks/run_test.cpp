@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "compiler/compile.h"
 #include "core/clock.h"
 #include "picard/taskblock.h"
 #include "runtime/access.h"
@@ -15,7 +16,6 @@
 #include "taskblocks/registry.h"
 #include "tests/support/run_tool.h"
 #include "tests/taskblocks/project.h"
-#include "compiler/compile.h"
 
 namespace plc::test {
 

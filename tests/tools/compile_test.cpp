@@ -20,7 +20,10 @@ TEST(Compile, ImageRunsLikeTheProject) {
 TEST(Compile, OptionsAreStoredInTheImage) {
   const ScratchFolder scratch;
   const std::string image = scratch.file("tank.pbc");
-  ASSERT_EQ(run_tool({PLC_TOOL, "compile", tank(), "-o", image, "--order=document", "--compat", "beremiz", "--profile=overlay"}).code, 0);
+  ASSERT_EQ(run_tool({PLC_TOOL, "compile", tank(), "-o", image, "--order=document", "--compat", "beremiz",
+                      "--profile=overlay"})
+                .code,
+            0);
   const auto run = run_tool({PLC_TOOL, "sim", image, "--cycles", "1"});
   EXPECT_NE(run.out.find("order=document compat=beremiz profile=overlay"), std::string::npos) << run.out;
   const auto other = run_tool({PLC_TOOL, "sim", image, "--order=drawing"});

@@ -41,14 +41,14 @@ inline std::string small_project(bool instance = true, std::string_view body = {
   text += body.empty() ? kRung : body;
   text += "\n</body></pou></pous></types>\n<instances><configurations>";
   if (instance) {
-    text += R"(<configuration name="C"><resource name="R"><task name="T" priority="0" interval="T#10ms"><pouInstance name="main" typeName="Main"/></task></resource></configuration>)";
+    text +=
+        R"(<configuration name="C"><resource name="R"><task name="T" priority="0" interval="T#10ms"><pouInstance name="main" typeName="Main"/></task></resource></configuration>)";
   }
   return text + "</configurations></instances>\n</project>\n";
 }
 
 /// A body in IL, which is named but not compiled.
-constexpr std::string_view kIlBody =
-    R"(<IL><xhtml xmlns="http://www.w3.org/1999/xhtml">LD In ST Out</xhtml></IL>)";
+constexpr std::string_view kIlBody = R"(<IL><xhtml xmlns="http://www.w3.org/1999/xhtml">LD In ST Out</xhtml></IL>)";
 /// A rung whose contact names a variable that is not declared.
 constexpr std::string_view kUnknownVariableBody = R"(<LD>
 <leftPowerRail localId="1"><position x="0" y="0"/><connectionPointOut formalParameter=""/></leftPowerRail>

@@ -197,14 +197,16 @@ TEST(RunTasks, StartLinesSayWhatThisMachineMakesOfTheTasks) {
   const std::vector<int> cpus = io::available_cpus();
   ASSERT_FALSE(cpus.empty());
   const std::string cpu = std::to_string(cpus.back());
-  const ToolResult result = run(plant(""),
-                                "[scheduler]\npriorities = \"rate-monotonic\"\n[tasks.Bad]\noffset = \"3ms\"\nlead = \"30us\"\n"
-                                "watchdog = \"5s\"\npriority = 9\n[tasks.Slow]\ncpu = " +
-                                    cpu + "\n",
-                                {"--cycles", "20"});
+  const ToolResult result =
+      run(plant(""),
+          "[scheduler]\npriorities = \"rate-monotonic\"\n[tasks.Bad]\noffset = \"3ms\"\nlead = \"30us\"\n"
+          "watchdog = \"5s\"\npriority = 9\n[tasks.Slow]\ncpu = " +
+              cpu + "\n",
+          {"--cycles", "20"});
   EXPECT_EQ(result.code, 0) << result.all();
   EXPECT_TRUE(contains(result.out, "\ntask Fast: every 10ms, priority 0\n")) << result.out;
-  EXPECT_TRUE(contains(result.out, "\ntask Bad: every 50ms, priority 9, offset 3ms, lead 30us, watchdog 5s\n")) << result.out;
+  EXPECT_TRUE(contains(result.out, "\ntask Bad: every 50ms, priority 9, offset 3ms, lead 30us, watchdog 5s\n"))
+      << result.out;
   EXPECT_TRUE(contains(result.out, "\ntask Slow: every 100ms, priority 2, processor " + cpu + "\n")) << result.out;
 }
 

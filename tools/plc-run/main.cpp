@@ -23,7 +23,7 @@
 #include "io-drivers/config/plan_tasks.h"
 #include "io-drivers/csv.h"
 #include "io-drivers/machine/driver_types.h"
-#include "io-drivers/machine/machine.h"
+#include "io-drivers/machine/plant.h"
 #include "io-drivers/simulated/simulated_device.h"
 #include "runtime/sched/realtime.h"
 #include "tools/command_line.h"
@@ -63,12 +63,8 @@ struct Run {
 };
 
 constexpr core::TimeNs kRedrawNs = 200'000'000;
-constexpr core::TimeNs kPollNs = 20'000'000;
-
-constexpr core::TimeNs kServiceNs = 100'000'000;
-
-/// The scheduler that signals stop, once there is one.
-std::atomic<runtime::RealtimeScheduler*> running{nullptr};
+/// The plant that signals stop, once there is one.
+std::atomic<io::Plant*> running{nullptr};
 std::atomic<bool> signalled{false};
 /// SIGUSR1 came: print what was measured so far.
 std::atomic<bool> report_wanted{false};
@@ -78,8 +74,8 @@ void on_report_signal(int) { report_wanted.store(true, std::memory_order_relaxed
 
 void on_signal(int) {
   signalled.store(true, std::memory_order_relaxed);
-  runtime::RealtimeScheduler* scheduler = running.load(std::memory_order_relaxed);
-  if (scheduler != nullptr) scheduler->request_stop();
+  io::Plant* const plant = running.load(std::memory_order_relaxed);
+  if (plant != nullptr) plant->request_stop();
 }
 
 void handle_signals() {
@@ -179,10 +175,9 @@ class AllocationWarnings {
 int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::Diagnostics& diagnostics,
                  std::int64_t duration_ns, core::TimeNs load_ns) {
   const bytecode::Image& image = resource.image();
-  const auto machine =
-      io::Machine::configure({run.file, std::move(plan.configuration), run.listen, run.simulate,
-                              "plc map " + shell_word(run.file) + compile_flags(run.options, run.libraries)},
-                             resource, diagnostics);
+  auto machine = io::Machine::configure({run.file, std::move(plan.configuration), run.listen, run.simulate,
+                                         "plc map " + shell_word(run.file) + compile_flags(run.options, run.libraries)},
+                                        resource, diagnostics);
   diagnostics.render_with_lines(std::cerr);
   if (machine == nullptr) return kExitErrors;
   if (!run.stimulus.empty()) {
@@ -202,36 +197,26 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   print_start(run.file, image, plan.tasks, load_ns, talk);
   if (run.simulate) talk << "--simulate-io: no device is touched, outputs go nowhere\n";
   handle_signals();
-  // From here on this may be the guardian's child: no thread before.
-  const auto failed = [&](const core::Problem& problem) {
-    const bool listening = problem.code == core::Code::P7510;
-    complain_at(run.configuration, listening ? machine->listen_at() : core::SourceRef{}, problem);
-    return kExitErrors;
-  };
-  if (const auto problem = machine->open()) return failed(*problem);
-  name_crashes(resource);
-  if (const auto problem = resource.start_taskblocks()) return failed(*problem);
   runtime::RealtimeOptions realtime;
   realtime.plan = std::move(plan.tasks);
-  realtime.safe_values = machine->safe_values();
   realtime.on_thread_start = watch_task_thread;
-  runtime::RealtimeScheduler scheduler(resource, std::move(realtime));
+  io::Plant plant(resource, std::move(machine), std::move(realtime));
+  const auto failed = [&](const core::Problem& problem) {
+    const bool listening = problem.code == core::Code::P7510;
+    complain_at(run.configuration, listening ? plant.machine().listen_at() : core::SourceRef{}, problem);
+    return kExitErrors;
+  };
   std::vector<std::string> notes;
-  if (const auto problem = machine->start(scheduler, notes)) return failed(*problem);
+  if (const auto problem = plant.prepare([&resource] { name_crashes(resource); }, notes)) return failed(*problem);
+  runtime::RealtimeScheduler& scheduler = plant.scheduler();
   if (!view.empty()) scheduler.add_listener(view);
   CycleLimit limit(scheduler, io::fastest_task(image), run.cycles);
   if (run.cycles != 0) scheduler.add_listener(limit);
-  print_devices(*machine, notes, talk);
-  running.store(&scheduler, std::memory_order_relaxed);
-  core::MonotonicClock clock;
-  const core::TimeNs begin = clock.now_ns();
-  const runtime::RealtimeReport& report = scheduler.start();
-  if (report.problem) {
-    machine->stopping();
-    machine->stop();
-    return failed(*report.problem);
-  }
-  print_realtime(report, talk);
+  print_devices(plant.machine(), notes, talk);
+  running.store(&plant, std::memory_order_relaxed);
+  if (signalled.load(std::memory_order_relaxed)) plant.request_stop();  // before anybody knew the plant
+  if (const auto problem = plant.start()) return failed(*problem);
+  print_realtime(scheduler.report(), talk);
   talk << std::endl;
   std::size_t faults = 0;
   const auto show_faults = [&] {
@@ -241,17 +226,10 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
     }
   };
   AllocationWarnings allocations(resource);
-  core::TimeNs next_view = begin;
-  core::TimeNs next_service = begin;
-  while (!scheduler.stop_requested() && !signalled.load(std::memory_order_relaxed)) {
-    const core::TimeNs now = clock.now_ns();
-    if (now >= next_service) {
-      for (const std::string& sentence : machine->service(now)) std::cerr << "plc-run: " << sentence << std::endl;
-      next_service = now + kServiceNs;
-    }
-    if (duration_ns != 0 && now - begin >= duration_ns) break;
+  core::TimeNs next_view = plant.begin_ns();
+  const auto often = [&](core::TimeNs now) {
     if (!view.empty() && now >= next_view) {
-      view.show(now - begin, kRedrawNs / 2);
+      view.show(now - plant.begin_ns(), kRedrawNs / 2);
       next_view += kRedrawNs * (1 + (now - next_view) / kRedrawNs);
     }
     show_faults();
@@ -260,13 +238,9 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
       print_statistics(run, resource, scheduler, std::cerr);
       std::cerr << std::flush;
     }
-    const core::TimeNs end = duration_ns == 0 ? now + kPollNs : std::min(now + kPollNs, begin + duration_ns);
-    clock.sleep_until_ns(end);
-  }
-  machine->stopping();
-  scheduler.request_stop();
-  const std::vector<std::uint32_t> stuck = scheduler.join();
-  machine->stop();
+  };
+  plant.run(duration_ns, often, [](const std::string& sentence) { std::cerr << "plc-run: " << sentence << std::endl; });
+  const std::vector<std::uint32_t> stuck = plant.stop();
   running.store(nullptr, std::memory_order_relaxed);
 
   show_faults();
@@ -275,7 +249,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   print_statistics(run, resource, scheduler, std::cout);
   if (run.stats == Stats::kText) {
     std::cout << '\n';
-    if (const auto modbus = machine->modbus_statistics()) print_modbus(*modbus, std::cout);
+    if (const auto modbus = plant.machine().modbus_statistics()) print_modbus(*modbus, std::cout);
     print_link_report(resource, std::cout);
     print_allocations(resource, std::cout);
     print_memory(std::cout);

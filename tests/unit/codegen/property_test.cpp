@@ -25,8 +25,7 @@ using test::ModuleBuilder;
 /// Appends random instructions to a body. Values made behind a forward jump are forgotten at its label.
 class RandomBody {
  public:
-  RandomBody(ModuleBuilder& m, std::uint32_t pou, std::mt19937& random)
-      : b_(m.body(pou)), random_(random) {}
+  RandomBody(ModuleBuilder& m, std::uint32_t pou, std::mt19937& random) : b_(m.body(pou)), random_(random) {}
 
   void add_bool(ir::PlaceId p) { bool_places_.push_back(p); }
   void add_int(ir::PlaceId p) { int_places_.push_back(p); }

@@ -4,8 +4,8 @@
 
 #include <bit>
 
-#include "frontend-st/addresses.h"
 #include "declare/declarer.h"
+#include "frontend-st/addresses.h"
 
 namespace plc::st {
 namespace {

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "core/text.h"
-#include "frontend-ld/lower.h"
 #include "declare/declare.h"
+#include "frontend-ld/lower.h"
 #include "frontend-st/read.h"
 #include "frontend-st/text.h"
 #include "ir/check.h"

@@ -3,8 +3,8 @@
 #include <fstream>
 #include <sstream>
 
-#include "tests/unit/plcopen/fixture.h"
 #include "tests/support/golden.h"
+#include "tests/unit/plcopen/fixture.h"
 
 namespace plc::plcopen {
 namespace {
