@@ -4,14 +4,12 @@
 // Every global has one way to change:
 //
 // - Owned by a task: it alone exports the variable, and publishes all it owns as one snapshot at the end of a cycle.
-// Writes
-//   from outside wait in its journal and are applied at its next start.
+//   Writes from outside wait in its journal and are applied at its next start.
 // - Owned by a driver: an input that the driver claimed. It publishes all its inputs as one snapshot.
 // - Owned by the outside: nobody else writes it. A batch of outside writes is published at once, as one snapshot.
 // - Shared: several tasks export it. Each publishes the values it changed, stamped; the newest stamp counts.
 // - Overlapping: its address shares bits with another one under --profile=overlay. Single values of at most 8 bytes,
-// each
-//   read and written whole; ProcessImage brings them into agreement.
+//   each read and written whole; ProcessImage brings them into agreement.
 //
 // Readers take the newest complete snapshot of each owner; nobody waits for anybody and nothing tears.
 // Threads: set-up (constructor, GlobalReader, GlobalInputs) before tasks run, on one thread. read(), write(), copy():
