@@ -31,7 +31,7 @@ lap() { [ $VERBOSE = 0 ] || echo "gpio-vm: $1 after $(echo "$(date +%s.%N) $T0" 
 # ---- 1. packages -------------------------------------------------------------------------------
 [ "$(uname -m)" = x86_64 ] || die "only prepared for x86_64 machines, this is $(uname -m)"
 command -v dpkg-query >/dev/null || die "needs Debian's packages, and this is not Debian"
-KERNEL=$CACHE/$FLAVOUR-2  # the number changes with what is kept
+KERNEL=$CACHE/$FLAVOUR-$(sha256sum "$0" | cut -c1-12)  # made anew when this script changes
 missing=()
 for p in qemu-system-x86 busybox-static cpio $([ -e "$KERNEL/ok" ] || echo gcc make xz-utils); do
   [ "$(dpkg-query -W -f '${db:Status-Abbrev}' "$p" 2>/dev/null)" = "ii " ] || missing+=("$p"); done
