@@ -10,14 +10,14 @@
 #include <utility>
 
 #include "bytecode/image.h"
-#include "native/choice.h"
+#include "native/dead_stores.h"
 #include "native/helpers.h"
+#include "native/if_conversion.h"
 #include "native/library_rows.h"
-#include "native/loop_facts.h"
 #include "native/loops.h"
 #include "native/naming.h"
+#include "native/range_analysis.h"
 #include "native/records.h"
-#include "native/short_lived.h"
 #include "native/translate.h"
 #include "runtime/interpreter/operations.h"
 #include "runtime/link/link.h"
@@ -32,8 +32,8 @@ using runtime::Machine;
 
 namespace {
 
-/// How many rounds of a loop without others inside are code at most, one behind the other.
-constexpr std::size_t kMostRounds = 4;
+/// How many iterations of a loop without others inside are code at most, one after the other.
+constexpr std::size_t kMostIterations = 4;
 
 /// Code of more records than this runs slower than the records themselves: a record takes about 40 bytes of code, and
 /// where that nearly fills the processor's second cache fetching it costs more than looking up (docs/adr/0021).
@@ -112,16 +112,16 @@ class TaskCompiler {
     std::vector<Loop> loops;
     if (Assembly::kKeepsLoops) loops = find_loops(linked_.data(), instructions);
     auto loop = loops.cbegin();
-    ShortLived short_lived(instructions.size());
-    if (!s_.relative) short_lived = find_short_lived(linked_, instructions);
+    DeadStores dead_stores(instructions.size());
+    if (!s_.relative) dead_stores = find_dead_stores(linked_, instructions);
     // Loops keep theirs in registers.
-    for (const Loop& l : loops) std::fill_n(short_lived.begin() + l.first, l.last + 1 - l.first, std::nullopt);
+    for (const Loop& l : loops) std::fill_n(dead_stores.begin() + l.first, l.last + 1 - l.first, std::nullopt);
     failed_ = s_.label();
     s_.land(entries_.at(body.entry));
     s_.begin_body(counts_events);
     for (std::size_t i = 0; i < instructions.size();) {
       land_at(instructions[i]);
-      s_.leave_out(short_lived[i]);
+      s_.leave_out(dead_stores[i]);
       if (loop != loops.cend() && loop->first == i) {
         i = write_loop(*loop++, instructions);
         continue;
@@ -139,9 +139,9 @@ class TaskCompiler {
         translate(instructions[i]);
       }
       i = next;
-      if (!short_lived[i - 1]) s_.keep_asides_near();
+      if (!dead_stores[i - 1]) s_.keep_cold_paths_near();
     }
-    s_.write_asides();
+    s_.write_cold_paths();
     s_.land(failed_);
     s_.leave_body(false);
   }
@@ -160,24 +160,24 @@ class TaskCompiler {
   struct LoopCode {
     std::uint32_t first = 0, last = 0;  ///< positions
     const LinkedInstruction* instructions = nullptr;
-    LoopFacts facts;
+    LoopRanges facts;
     std::map<std::uint32_t, asmjit::Label> exits{};  ///< by position outside
     struct Round {
       asmjit::Label next;    ///< where its loop jump goes
       bool follows = false;  ///< what comes next
-      bool goes_on = false;  ///< the round behind it is known to come: no comparison, no jump
+      bool goes_on = false;  ///< the iteration after it is known to come: no comparison, no jump
       bool in_group = false;
     };
     std::optional<Round> round{};  ///< that is being written
-    [[nodiscard]] const InstructionFacts& of(const LinkedInstruction& instruction) const {
+    [[nodiscard]] const InstructionRanges& of(const LinkedInstruction& instruction) const {
       return facts.instructions[static_cast<std::size_t>(&instruction - instructions)];
     }
   };
 
-  /// A loop, with its variables in registers. Returns the number of the instruction behind it.
+  /// A loop, with its variables in registers. Returns the number of the instruction after it.
   std::size_t write_loop(Loop loop, std::span<const LinkedInstruction> instructions) {
     LoopCode code{instructions[loop.first].position, instructions[loop.last].position, &instructions[loop.first],
-                  find_facts(s_, linked_.data(), instructions, loop)};
+                  analyse_ranges(s_, linked_.data(), instructions, loop)};
     std::erase_if(loop.variables, [&](const LoopVariable& variable) {
       return std::find(code.facts.unread.begin(), code.facts.unread.end(), variable.operand) != code.facts.unread.end();
     });
@@ -188,7 +188,7 @@ class TaskCompiler {
     auto inner = loop.inner.cbegin();
     for (std::size_t i = loop.first; i <= loop.last;) {
       if (inner != loop.inner.cend() && inner->first == i) {
-        write_rounds(*inner++, instructions);
+        write_iterations(*inner++, instructions);
         i = std::prev(inner)->last + 1;
       } else {
         i = write_in_loop(instructions, i);
@@ -196,7 +196,7 @@ class TaskCompiler {
     }
     for (const auto& [position, exit] : loop_->exits) {
       s_.land(exit);
-      put_right(loop_->facts.exits[position]);
+      canonicalise(loop_->facts.exits[position]);
       s_.write_back();
       s_.jump(targets_.at(position).label);
     }
@@ -205,19 +205,19 @@ class TaskCompiler {
     s_.end_loop();
     return loop.last + 1;
   }
-  /// Instruction `i` of a loop, or a choice. Returns the number of the instruction behind it.
+  /// Instruction `i` of a loop, or a short_if. Returns the number of the instruction after it.
   std::size_t write_in_loop(std::span<const LinkedInstruction> instructions, std::size_t i) {
     land_at(instructions[i]);
-    const std::size_t behind = write_choice(instructions, i);
+    const std::size_t behind = write_short_if(instructions, i);
     if (behind == i) translate(instructions[i]);
     return std::max(behind, i + 1);
   }
-  /// A short loop without others inside, several rounds of it one behind the other: a processor sees more of what can
-  /// be done at once, and guesses better where it ends.
-  void write_rounds(const Loop::Inner& inner, std::span<const LinkedInstruction> instructions) {
+  /// A short loop without others inside, several iterations of it one after the other: a processor sees more of what
+  /// can be done at once, and guesses better where it ends.
+  void write_iterations(const Loop::Inner& inner, std::span<const LinkedInstruction> instructions) {
     constexpr std::size_t kShort = 12, kNotLong = 24;
     const std::size_t size = inner.last - inner.first + 1;
-    const std::size_t rounds = size <= kShort ? kMostRounds : size <= kNotLong ? kMostRounds / 2 : 1;
+    const std::size_t rounds = size <= kShort ? kMostIterations : size <= kNotLong ? kMostIterations / 2 : 1;
     const asmjit::Label head = targets_.at(instructions[inner.first].position).label;
     if (rounds > 1 && write_group(inner, instructions, head, rounds)) {
       write_round(inner, instructions, {head, false, false});
@@ -231,9 +231,9 @@ class TaskCompiler {
     targets_.at(instructions[inner.first].position).label = head;
     loop_->round.reset();
   }
-  /// Of a counted loop, `rounds` rounds that are counted, and paid for with the loop budget, at once: only the last one
-  /// looks whether it was the last. Behind it is where code for a single round belongs. False, and nothing was written,
-  /// when somebody would see the difference.
+  /// Of a counted loop, `iterations` iterations that are counted, and paid for with the loop budget, at once: only the
+  /// last one looks whether it was the last. Behind it is where code for a single iteration belongs. False, and nothing
+  /// was written, when somebody would see the difference.
   bool write_group(const Loop::Inner& inner, std::span<const LinkedInstruction> instructions, const asmjit::Label& head,
                    std::size_t rounds) {
     constexpr std::uint64_t kLongStep = 1 << 20;
@@ -246,8 +246,8 @@ class TaskCompiler {
     const auto jumps = static_cast<std::uint32_t>(rounds - 1);
     s_.align_head();
     s_.land(head);
-    s_.begin_rounds(compare, compare.operation.relation == Relation::kGt,
-                    static_cast<std::int64_t>(*step) * (jumps - 1), jumps, fewer);
+    s_.begin_iterations(compare, compare.operation.relation == Relation::kGt,
+                        static_cast<std::int64_t>(*step) * (jumps - 1), jumps, fewer);
     for (std::size_t round = 1; round <= rounds; ++round) {
       write_round(inner, instructions, {head, false, round < rounds, true});
     }
@@ -267,7 +267,7 @@ class TaskCompiler {
       }
     }
   }
-  /// The next round has labels of its own.
+  /// The next iteration has labels of its own.
   void take_new_labels(const Loop::Inner& inner, std::span<const LinkedInstruction> instructions,
                        const asmjit::Label& head) {
     for (std::size_t i = inner.first; i <= inner.last; ++i) {
@@ -276,29 +276,29 @@ class TaskCompiler {
       }
     }
   }
-  /// What nobody looks at in a loop, for those who look behind it.
-  void put_right(const LoopEnd& end) {
-    for (const RoughReal& real : end.reals) s_.make_one_nan(real.operand, real.type);
+  /// What nobody looks at in a loop, for those who look after it.
+  void canonicalise(const LoopEnd& end) {
+    for (const NonCanonicalReal& real : end.reals) s_.make_one_nan(real.operand, real.type);
     for (const auto& [operand, value] : end.results) s_.store_constant(operand, 1, value ? 1 : 0);
   }
 
-  /// In a loop: both parts of a choice that begins with instruction `i`, and the values of one of them. Returns the
-  /// number of the instruction behind them, or `i` when there is no such choice.
-  std::size_t write_choice(std::span<const LinkedInstruction> instructions, std::size_t i) {
-    const auto choice = choice_at(linked_.data(), instructions, i, [this](std::uint32_t position) {
+  /// In a loop: both parts of a short_if that begins with instruction `i`, and the values of one of them. Returns the
+  /// number of the instruction after them, or `i` when there is no such short_if.
+  std::size_t write_short_if(std::span<const LinkedInstruction> instructions, std::size_t i) {
+    const auto short_if = short_if_at(linked_.data(), instructions, i, [this](std::uint32_t position) {
       const auto target = targets_.find(position);
       return target == targets_.end() ? 0 : target->second.jumps;
     });
-    if (!choice) return i;
-    const auto written = written_by(s_, linked_.data(), instructions, *choice);
+    if (!short_if) return i;
+    const auto written = written_by(s_, linked_.data(), instructions, *short_if);
     if (!written || !s_.keeps(*written)) return i;
-    if (choice->compares) translate_compare(s_, instruction_of(instructions[i]));
-    s_.begin_ways(*written);
-    for (std::size_t n = choice->taken.first; n < choice->taken.last; ++n) translate(instructions[n]);
-    s_.other_way();
-    for (std::size_t n = choice->other.first; n < choice->other.last; ++n) translate(instructions[n]);
-    s_.end_ways(choice->condition, choice->value);
-    return choice->end;
+    if (short_if->compares) translate_compare(s_, instruction_of(instructions[i]));
+    s_.begin_both_branches(*written);
+    for (std::size_t n = short_if->taken.first; n < short_if->taken.last; ++n) translate(instructions[n]);
+    s_.other_branch();
+    for (std::size_t n = short_if->other.first; n < short_if->other.last; ++n) translate(instructions[n]);
+    s_.end_both_branches(short_if->condition, short_if->value);
+    return short_if->end;
   }
 
   /// Where a jump to this position goes: out of a loop, through code that ends it.
@@ -324,25 +324,25 @@ class TaskCompiler {
   static bool is_interpreted(const LinkedInstruction& instruction) {
     return operation_of(instruction.op).form == Form::kInterpreted;
   }
-  /// Not in words_, which grow while code behind the body (Emitter::aside) still reads the instruction.
+  /// Not in words_, which grow while code after the body (Emitter::aside) still reads the instruction.
   [[nodiscard]] Instruction instruction_of(const LinkedInstruction& instruction) const {
     Instruction i{linked_.data() + instruction.position, instruction.position, operation_of(instruction.op)};
     if (!loop_) return i;
     i.known = loop_->of(instruction).known;
-    // The next round loads it anew; the last one leaves it to whoever looks behind the loop.
+    // The next iteration loads it anew; the last one leaves it to whoever looks after the loop.
     i.known.passes_on = i.known.passes_on && loop_->round && loop_->round->goes_on;
     return i;
   }
   void translate(const LinkedInstruction& instruction) {
     Instruction i = instruction_of(instruction);
     if (loop_) {
-      for (const RoughReal& real : loop_->of(instruction).before) s_.make_one_nan(real.operand, real.type);
+      for (const NonCanonicalReal& real : loop_->of(instruction).before) s_.make_one_nan(real.operand, real.type);
     }
-    // A block behind a loop finds its ports in the table.
+    // A block after a loop finds its ports in the table.
     if (!loop_) find_ports(i, std::span(&instruction + 1, linked_.instructions.data() + linked_.instructions.size()));
     translate(instruction, i);
   }
-  /// The ports of the block of the library that runs soon behind the instruction.
+  /// The ports of the block of the library that runs soon after the instruction.
   void find_ports(Instruction& instruction, std::span<const LinkedInstruction> behind) const {
     constexpr std::size_t kSoon = 4;
     for (const LinkedInstruction& next : behind.first(std::min(kSoon, behind.size()))) {
@@ -353,7 +353,7 @@ class TaskCompiler {
       instruction.ports = words[3];
       instruction.port_bytes = block->spec->size;
       const auto between = behind.first(static_cast<std::size_t>(&next - behind.data()));
-      if (leads_to_block(between, next, instruction)) instruction.owed_bytes = owed_bytes(block->block);
+      if (leads_to_block(between, next, instruction)) instruction.deferred_bytes = deferred_bytes(block->block);
       return;
     }
   }
@@ -366,7 +366,7 @@ class TaskCompiler {
       const Operation operation = operation_of(i.op);
       const std::uint32_t* const words = linked_.data() + i.position;
       return operation.form == Form::kMove && !targets_.contains(i.position) && instruction.is_port(words[1]) &&
-             words[1] - instruction.ports >= kMostOwedBytes && s_.constant(words[2], bytes_of(operation.type));
+             words[1] - instruction.ports >= kMostDeferredBytes && s_.constant(words[2], bytes_of(operation.type));
     });
   }
   void translate(const LinkedInstruction& linked, const Instruction& i) {
@@ -374,10 +374,10 @@ class TaskCompiler {
     s_.begin(i);
     switch (i.operation.form) {
       case Form::kReturn:
-        if (loop_) put_right(loop_->of(linked).end);
+        if (loop_) canonicalise(loop_->of(linked).end);
         s_.write_back();
         return s_.leave_body(true);
-      case Form::kStretch:
+      case Form::kBlockStart:
       case Form::kArranged:
         return;
       case Form::kJump:
@@ -453,9 +453,9 @@ class TaskCompiler {
     } else {
       s_.loop_back(i.position, target(i.words[1]), over, false);
     }
-    s_.aside([this, over, end, position = i.position] {
+    s_.cold_path([this, over, end, position = i.position] {
       s_.land(over);
-      put_right(end);
+      canonicalise(end);
       s_.pass(1, position);
       s_.pass_machine(0);
       s_.call(&fail_loop);
@@ -491,14 +491,14 @@ class TaskCompiler {
     const asmjit::Label done = s_.label();
     s_.jump_if_result(true, event);
     s_.bind(done);
-    s_.aside([this, event, done, position = i.position] {
+    s_.cold_path([this, event, done, position = i.position] {
       s_.land(event);
       s_.raise(position, -1);
       s_.jump(done);
     });
   }
 
-  /// The number behind an instruction, or behind those that the interpreter runs at once: as far as nobody jumps
+  /// The number after an instruction, or after those that the interpreter runs at once: as far as nobody jumps
   /// between them.
   [[nodiscard]] std::size_t next_of(std::span<const LinkedInstruction> instructions, std::size_t i) const {
     const bool interpreted = is_interpreted(instructions[i]);
@@ -508,7 +508,7 @@ class TaskCompiler {
              !targets_.contains(instructions[i].position));
     return i;
   }
-  /// Instructions [first, next) run in the interpreter: copied behind the resolved code, with a RETURN.
+  /// Instructions [first, next) run in the interpreter: copied after the resolved code, with a RETURN.
   void interpret(const LinkedBody& body, std::span<const LinkedInstruction> instructions, std::size_t first,
                  std::size_t next) {
     const auto start = static_cast<std::uint32_t>(words_.size());

@@ -23,30 +23,30 @@ std::optional<std::uint64_t> Emitter::constant(std::uint32_t operand, unsigned b
   return value;
 }
 
-void Emitter::aside(std::function<void()> code) {
-  if (asides_.empty()) first_aside_ = size();
-  asides_.push_back({std::move(code), kept_, missing_});
+void Emitter::cold_path(std::function<void()> code) {
+  if (cold_paths_.empty()) first_cold_path_ = size();
+  cold_paths_.push_back({std::move(code), kept_, missing_});
 }
 
-void Emitter::keep_asides_near() {
-  if (asides_.empty() || size() - first_aside_ < reach_) return;
+void Emitter::keep_cold_paths_near() {
+  if (cold_paths_.empty() || size() - first_cold_path_ < reach_) return;
   const asmjit::Label behind = label();
   jump(behind);
-  write_asides();
+  write_cold_paths();
   land(behind);
 }
 
-void Emitter::write_asides() {
+void Emitter::write_cold_paths() {
   // Index by index: what is written may put more aside.
-  for (std::size_t i = 0; i < asides_.size(); ++i) {
-    const Aside aside = std::move(asides_[i]);
+  for (std::size_t i = 0; i < cold_paths_.size(); ++i) {
+    const ColdPath aside = std::move(cold_paths_[i]);
     kept_ = aside.kept;
     missing_ = aside.missing;
     aside.code();
   }
   kept_.reset();
   missing_.reset();
-  asides_.clear();
+  cold_paths_.clear();
   forget();
 }
 

@@ -1,5 +1,5 @@
 // Emitter: code of one task while it is written, as far as it is alike on all processors: labels, the value stored
-// last, code out of the way, words behind the code, and the control between instructions and bodies.
+// last, code out of the way, words after the code, and the control between instructions and bodies.
 //
 // In: what the compiler (compile.cpp) wants done. Out: bytes. Each processor has an Assembly,
 // which is an Emitter with the operands, registers and instructions that its translators use (x86_64/, aarch64/).
@@ -66,8 +66,8 @@ class Emitter : private asmjit::ErrorHandler {
     hold({operand, bytes_of(type), true, number});
   }
   void forget() { held_.bytes = 0; }
-  /// The result of the next instruction is only held, the one behind it takes it from there (short_lived.h):
-  /// `left_out`, if there is one. To be called in front of each instruction.
+  /// The result of the next instruction is only held, the one after it takes it from there (dead_stores.h):
+  /// `left_out`, if there is one. To be called before each instruction.
   void leave_out(std::optional<std::uint32_t> left_out) { missing_ = std::exchange(left_out_, left_out); }
 
   /// In front of each instruction: what is known of registers that its code loses is forgotten.
@@ -80,17 +80,18 @@ class Emitter : private asmjit::ErrorHandler {
   virtual void write_back() {}
   /// Makes the NaN in a variable, if one is there, that of the interpreter.
   virtual void make_one_nan(std::uint32_t, Type) {}
-  /// Two ways to compute integers, in a loop: the first one works on copies, the second one, behind other_way(), on the
-  /// variables themselves; what the copies hold is taken if the BOOL `condition` is `value`. In between, nothing but
-  /// what computes_integer(). `written`: by one of the two or both; keeps() says whether this can be done with them.
+  /// Two ways to compute integers, in a loop: the first one works on copies, the second one, after other_branch(), on
+  /// the variables themselves; what the copies hold is taken if the BOOL `condition` is `value`. In between, nothing
+  /// but what computes_integer(). `written`: by one of the two or both; keeps() says whether this can be done with
+  /// them.
   [[nodiscard]] virtual bool keeps(std::span<const std::uint32_t>) const { return false; }
-  virtual void begin_ways(std::span<const std::uint32_t>) {}
-  virtual void other_way() {}
-  virtual void end_ways(std::uint32_t, bool) {}
-  /// Several rounds of a counted loop at once: jumps to `fewer` unless the integer `limit` is more than `distance`
+  virtual void begin_both_branches(std::span<const std::uint32_t>) {}
+  virtual void other_branch() {}
+  virtual void end_both_branches(std::uint32_t, bool) {}
+  /// Several iterations of a counted loop at once: jumps to `fewer` unless the integer `limit` is more than `distance`
   /// above `control` (below it: `down`), and the part of the loop budget at hand has `jumps`, which are taken then.
-  virtual void begin_rounds(const Instruction& /*compare*/, bool /*down*/, std::int64_t /*distance*/,
-                            std::uint32_t /*jumps*/, const asmjit::Label& /*fewer*/) {}
+  virtual void begin_iterations(const Instruction& /*compare*/, bool /*down*/, std::int64_t /*distance*/,
+                                std::uint32_t /*jumps*/, const asmjit::Label& /*fewer*/) {}
   [[nodiscard]] bool in_loop() const { return kept_ != nullptr; }
   /// The loop's code ends here.
   void end_loop() { kept_.reset(); }
@@ -110,7 +111,7 @@ class Emitter : private asmjit::ErrorHandler {
   asmjit::Label label() { return assembler_.newLabel(); }
   virtual void bind(const asmjit::Label& label) { assembler_.bind(label); }
   /// What comes next is the head of a loop. WHY 16 bytes: filters take a tenth less than anywhere; 32 or 64 gain
-  /// nothing more, and short loops inside of others lose by what stands in front of their heads.
+  /// nothing more, and short loops inside of others lose by what stands before their heads.
   void align_head() { assembler_.align(asmjit::AlignMode::kCode, 16); }
   /// Others jump here: nothing is known of registers.
   void land(const asmjit::Label& label) {
@@ -123,7 +124,7 @@ class Emitter : private asmjit::ErrorHandler {
   /// Jumps if the function called last returned `value`.
   virtual void jump_if_result(bool value, const asmjit::Label& target) = 0;
   /// To `head`, and takes one from the loop budget; to `over`, and nothing is taken, when there is none. Notes the
-  /// place, if not in every round. `follows`: the code at `head` comes next.
+  /// place, if not in every iteration. `follows`: the code at `head` comes next.
   virtual void loop_back(std::uint32_t position, const asmjit::Label& head, const asmjit::Label& over,
                          bool follows) = 0;
 
@@ -157,17 +158,18 @@ class Emitter : private asmjit::ErrorHandler {
   virtual void mark_events() = 0;
   virtual void store_no_event(std::uint32_t operand) = 0;
 
-  /// Code for a rare case: written behind the body, where straight execution does not come by.
-  void aside(std::function<void()> code);
-  /// Writes what was put aside. At the end of a body.
-  void write_asides();
-  /// Writes it here, behind a jump, if the code that jumps to it would otherwise get out of reach. Between
+  /// Code for a rare case: written after the body, where straight execution does not come by.
+  void cold_path(std::function<void()> code);
+  /// Writes what was put on a cold path. At the end of a body.
+  void write_cold_paths();
+  /// Writes it here, after a jump, if the code that jumps to it would otherwise get out of reach. Between
   /// instructions.
-  void keep_asides_near();
-  /// Code for an event of the instruction at `position`; to be put aside. `event` < 0: it was returned by a call.
+  void keep_cold_paths_near();
+  /// Code for an event of the instruction at `position`; to be put on a cold path. `event` < 0: it was returned by a
+  /// call.
   void raise(std::uint32_t position, int event);
 
-  /// 64-bit words that the code refers to, behind all of it.
+  /// 64-bit words that the code refers to, after all of it.
   asmjit::Label data(std::vector<std::uint64_t> words);
   void write_data();
 
@@ -181,8 +183,8 @@ class Emitter : private asmjit::ErrorHandler {
   bool write(std::span<std::byte> to, std::uint64_t address);
 
  protected:
-  /// For code written by `assembler`, which attach() is for. `reach`: bytes of code after which what was put aside has
-  /// to be written.
+  /// For code written by `assembler`, which attach() is for. `reach`: bytes of code after which what was put on a cold
+  /// path has to be written.
   Emitter(asmjit::BaseAssembler& assembler, const Memory& memory, std::size_t reach);
   Emitter(const Emitter&) = delete;
   Emitter& operator=(const Emitter&) = delete;
@@ -242,18 +244,18 @@ class Emitter : private asmjit::ErrorHandler {
   void handleError(asmjit::Error error, const char* message, asmjit::BaseEmitter* origin) override;
 
   std::optional<std::uint32_t> left_out_;  ///< by the instruction that is being written
-  std::optional<std::uint32_t> missing_;   ///< left out by the one in front of it
+  std::optional<std::uint32_t> missing_;   ///< left out by the one before it
   Memory memory_;
   asmjit::CodeHolder code_;
   asmjit::BaseAssembler& assembler_;
   std::size_t reach_;
-  struct Aside {
+  struct ColdPath {
     std::function<void()> code;
     std::shared_ptr<const Kept> kept;
     std::optional<std::uint32_t> missing;
   };
-  std::vector<Aside> asides_;
-  std::size_t first_aside_ = 0;  ///< where the code is that put the first of them aside
+  std::vector<ColdPath> cold_paths_;
+  std::size_t first_cold_path_ = 0;  ///< where the code is that put the first of them aside
   std::vector<std::pair<asmjit::Label, std::vector<std::uint64_t>>> data_;
   std::string problem_;
 };

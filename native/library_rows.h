@@ -47,7 +47,7 @@ enum class Block : std::uint8_t {
   kCountDown,
 };
 /// Ports of a block, at its beginning, that its code stores by itself if what is in front left them in registers.
-constexpr std::uint32_t owed_bytes(Block block) {
+constexpr std::uint32_t deferred_bytes(Block block) {
   switch (block) {
     case Block::kSetDominant:
     case Block::kResetDominant:
@@ -59,7 +59,7 @@ constexpr std::uint32_t owed_bytes(Block block) {
       return 1;
   }
 }
-inline constexpr std::uint32_t kMostOwedBytes = 2;
+inline constexpr std::uint32_t kMostDeferredBytes = 2;
 struct BlockRow {
   Block block;
   const stdlib::BlockSpec* spec;

@@ -59,7 +59,7 @@ std::optional<std::vector<Access>> accesses_of(const std::uint32_t* code, const 
   const auto write = [&](unsigned word, unsigned size, Use use) { found.push_back({i.words[word], size, use, true}); };
   switch (i.operation.form) {
     case Form::kReturn:
-    case Form::kStretch:
+    case Form::kBlockStart:
     case Form::kArranged:
     case Form::kJump:
     case Form::kLoopJump:

@@ -1,4 +1,4 @@
-// Loops: which stretches of a body run again and again, and which variables are worth a register meanwhile.
+// Loops of a body: where they are, and which variables are worth a register in them.
 //
 // In: the resolved instructions of one body. Out: loops that nobody jumps into but at their head, with everything
 // inside them, and the variables that only instructions with known operands touch there. Compile time, for all
@@ -43,7 +43,7 @@ struct LoopVariable {
   unsigned bytes = 0;
   bool real = false;     ///< a register for reals suits it
   bool written = false;  ///< in the loop
-  /// How often it is touched, if every loop in the loop takes eight rounds.
+  /// How often it is touched, if every loop in the loop takes eight iterations.
   std::uint64_t weight = 0;
 };
 

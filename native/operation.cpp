@@ -77,7 +77,7 @@ Operation operation_of(ResolvedOp op) {
   PLC_ONE(Name##I16, form, type) PLC_ONE(Name##I32, form, type) PLC_ONE(Name##Any, form, type)
   switch (op) {
     PLC_ONE(Return, kReturn, kU8)
-    PLC_ONE(Stretch, kStretch, kU8)
+    PLC_ONE(BlockStart, kBlockStart, kU8)
     PLC_ONE(ValueRun, kArranged, kU8)
     PLC_ONE(BlockRun, kArranged, kU8)
     PLC_ONE(BoolRun2, kArranged, kU8)

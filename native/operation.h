@@ -19,8 +19,8 @@ bool is_real(Type type);
 enum class Form : std::uint8_t {
   kInterpreted,  ///< runs in the interpreter
   kReturn,
-  kStretch,   ///< for the interpreter alone: does nothing
-  kArranged,  ///< only in copies that the interpreter alone runs (runtime/link/arrange.h)
+  kBlockStart,  ///< for the interpreter alone: does nothing
+  kArranged,    ///< only in copies that the interpreter alone runs (runtime/link/arrange.h)
   kJump,
   kJumpUnless,
   kJumpIf,

@@ -16,12 +16,12 @@
 
 namespace plc::native {
 
-/// What code of an instruction need not do (loop_facts.h).
+/// What code of an instruction need not do (range_analysis.h).
 struct Known {
   std::uint32_t inside = 0;  ///< bit n: index number n lies within its array
   bool any_nan = false;      ///< a NaN as the processor makes it will do
   bool unread = false;       ///< nobody reads the BOOL that a comparison with a jump makes
-  /// Until it is loaded anew nobody reads the element but the real arithmetic behind, as its second operand.
+  /// Until it is loaded anew nobody reads the element but the real arithmetic after, as its second operand.
   bool passes_on = false;
 };
 
@@ -30,11 +30,11 @@ struct Instruction {
   const std::uint32_t* words = nullptr;  ///< from the handler word on
   std::uint32_t position = 0;
   Operation operation;
-  std::uint32_t ports = 0, port_bytes = 0;  ///< of a block that runs soon behind it
-  std::uint32_t owed_bytes = 0;             ///< of its ports: the first ones, which the block may store by itself
+  std::uint32_t ports = 0, port_bytes = 0;  ///< of a block that runs soon after it
+  std::uint32_t deferred_bytes = 0;         ///< of its ports: the first ones, which the block may store by itself
   Known known{};
   [[nodiscard]] bool is_port(std::uint32_t out) const { return out - ports < port_bytes; }
-  [[nodiscard]] bool may_owe(std::uint32_t out) const { return out - ports < owed_bytes; }
+  [[nodiscard]] bool may_defer(std::uint32_t out) const { return out - ports < deferred_bytes; }
 };
 
 /// Moves, arithmetic, comparisons, parts of integers, elements of arrays.

@@ -54,7 +54,7 @@ void pass_argument(Emitter& s, std::uint32_t position, const std::uint32_t* argu
   const asmjit::Label done = s.label();
   s.jump_if_result(false, cut);
   s.bind(done);
-  s.aside([&s, cut, done, position] {
+  s.cold_path([&s, cut, done, position] {
     s.land(cut);
     s.raise(position, static_cast<int>(stdlib::Event::kTruncated));
     s.jump(done);

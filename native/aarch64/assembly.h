@@ -101,7 +101,8 @@ class Assembly final : public Emitter {
 
  private:
   void end_body();
-  /// Conditional jumps reach 1 MiB; what is put aside has to be near enough with all that is put aside besides.
+  /// Conditional jumps reach 1 MiB; what is put on a cold path has to be near enough with all that is put on a cold
+  /// path besides.
   static constexpr std::size_t kReach = 128 * 1024;
   static constexpr std::uint32_t kPageBytes = 4096;
 

@@ -79,7 +79,7 @@ void Assembly::jump_if_result(bool value, const asmjit::Label& target) {
   const asmjit::Label rare = label();
   a.tst(a64::w0, 0xff);
   a.b(value ? Condition::kNE : Condition::kEQ, rare);
-  aside([this, rare, target] {
+  cold_path([this, rare, target] {
     land(rare);
     a.b(target);
   });

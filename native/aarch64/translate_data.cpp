@@ -73,7 +73,7 @@ void real(Assembly& s, const Instruction& i) {
   s.a.fcmp(result, result);
   s.a.b(Condition::kVS, nan);
   s.bind(done);
-  s.aside([&s, nan, done, result, type] {
+  s.cold_path([&s, nan, done, result, type] {
     s.land(nan);
     const a64::Gp bits = gp(0, bytes_of(type));
     s.constant(bits, type == Type::kF32 ? 0x7fc00000u : 0x7ff8000000000000u);
@@ -106,7 +106,7 @@ void division(Assembly& s, const Instruction& i) {
   const asmjit::Label done = s.label();
   s.a.cbz(y, by_zero);
   s.bind(done);
-  s.aside([&s, by_zero, done, result, position = i.position] {
+  s.cold_path([&s, by_zero, done, result, position = i.position] {
     s.land(by_zero);
     s.raise(position, number(Event::kDivideByZero));
     s.constant(result, 0);
@@ -208,7 +208,7 @@ void range(Assembly& s, const Instruction& i) {
     s.load_extended(1, limit, type);
     s.a.cmp(gp(to, bytes), gp(1, bytes));
     s.a.b(condition(lower ? Relation::kLt : Relation::kGt, is_signed(type)), outside);
-    s.aside([&s, outside, done, position = i.position, limit, type] {
+    s.cold_path([&s, outside, done, position = i.position, limit, type] {
       s.land(outside);
       s.raise(position, number(Event::kOutOfRange));
       s.load_extended(to, limit, type);
@@ -311,7 +311,7 @@ void load_element(Assembly& s, const Instruction& i) {
   const asmjit::Label done = s.label();
   s.load_from(part_place(s, i, outside), bytes, 2);
   s.bind(done);
-  s.aside([&s, outside, done, position = i.position] {
+  s.cold_path([&s, outside, done, position = i.position] {
     s.land(outside);
     s.raise(position, number(Event::kBadIndex));
     s.constant(a64::w2, 0);
@@ -336,7 +336,7 @@ void store_element(Assembly& s, const Instruction& i) {
     s.store_to(element, bytes, 2);
   }
   s.land(done);  // any variable may be an element
-  s.aside([&s, outside, done, position = i.position] {
+  s.cold_path([&s, outside, done, position = i.position] {
     s.land(outside);
     s.raise(position, number(Event::kBadIndex));
     s.jump(done);

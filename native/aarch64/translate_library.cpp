@@ -37,7 +37,7 @@ class Translator final : public FunctionTranslator {
   void leave_to_kernel(const asmjit::Label& rare, Type type) {
     const asmjit::Label done = s_.label();
     s_.bind(done);
-    s_.aside([&s = s_, call = call_, rare, done, type, place = result()] {
+    s_.cold_path([&s = s_, call = call_, rare, done, type, place = result()] {
       s.land(rare);
       call();
       if (is_real(type)) {

@@ -175,7 +175,7 @@ void translate(Assembly& s, std::span<const Record> records, BooleanExpressions&
 void translate_records(Assembly& s, const Instruction& i, const std::uint32_t* code, BooleanExpressions& expressions) {
   visit_records(i, code, [&](std::span<Record> records) {
     translate(s, records, expressions);
-    s.keep_asides_near();
+    s.keep_cold_paths_near();
   });
 }
 

@@ -147,7 +147,7 @@ void Assembly::store_port(std::uint32_t operand, unsigned bytes, std::uint64_t v
   const std::int64_t number = static_cast<std::int64_t>(value << (64 - 8 * bytes)) >> (64 - 8 * bytes);
   if (bytes == 1) {
     // As store_change(). WHY through a register: a comparison of memory with a constant is no one step with the jump
-    // behind it.
+    // after it.
     const x86::Gp found = gp(unused(), 4);
     a.movzx(found, to);
     a.cmp(found, static_cast<std::uint8_t>(value));
@@ -160,20 +160,20 @@ void Assembly::store_port(std::uint32_t operand, unsigned bytes, std::uint64_t v
     a.mov(to, known);
   }
 }
-std::optional<Assembly::OwedBit> Assembly::take_owed(std::uint32_t operand) {
-  const auto owed =
-      std::find_if(owed_.begin(), owed_.end(), [operand](const OwedBit& bit) { return bit.operand == operand; });
-  if (owed == owed_.end()) return std::nullopt;
-  const OwedBit bit = *owed;
-  owed_.erase(owed);
+std::optional<Assembly::DeferredStore> Assembly::take_deferred(std::uint32_t operand) {
+  const auto owed = std::find_if(deferred_.begin(), deferred_.end(),
+                                 [operand](const DeferredStore& bit) { return bit.operand == operand; });
+  if (owed == deferred_.end()) return std::nullopt;
+  const DeferredStore bit = *owed;
+  deferred_.erase(owed);
   return bit;
 }
 std::uint32_t Assembly::unused() const {
   // One more than may be held and owed.
   constexpr std::uint32_t kAny[] = {reg::kDx, reg::kCx, reg::kSi, reg::kDi};
   return *std::find_if(std::begin(kAny), std::prev(std::end(kAny)), [this](std::uint32_t number) {
-    return held_.reg != number &&
-           std::none_of(owed_.begin(), owed_.end(), [number](const OwedBit& bit) { return bit.number == number; });
+    return held_.reg != number && std::none_of(deferred_.begin(), deferred_.end(),
+                                               [number](const DeferredStore& bit) { return bit.number == number; });
   });
 }
 void Assembly::store_if_not_equal(const x86::Mem& to, const asmjit::Operand& value) {
@@ -181,7 +181,7 @@ void Assembly::store_if_not_equal(const x86::Mem& to, const asmjit::Operand& val
   const asmjit::Label done = label();
   a.jne(changed);
   a.bind(done);
-  aside([this, changed, done, to, value] {
+  cold_path([this, changed, done, to, value] {
     a.bind(changed);
     a.emit(x86::Inst::kIdMov, to, value);
     a.jmp(done);
@@ -358,7 +358,7 @@ void Assembly::one_nan(std::uint32_t number, bool f32) {
   a.emit(f32 ? x86::Inst::kIdUcomiss : x86::Inst::kIdUcomisd, value, value);
   a.jp(nan);
   a.bind(done);
-  aside([this, nan, done, value, f32] {
+  cold_path([this, nan, done, value, f32] {
     a.bind(nan);
     if (f32) {
       a.mov(x86::eax, 0x7fc00000u);
@@ -380,7 +380,7 @@ bool Assembly::keeps(std::span<const std::uint32_t> written) const {
          std::all_of(written.begin(), written.end(),
                      [this](std::uint32_t operand) { return kept(operand).has_value(); });
 }
-void Assembly::begin_ways(std::span<const std::uint32_t> written) {
+void Assembly::begin_both_branches(std::span<const std::uint32_t> written) {
   auto copies = std::make_shared<Kept>(*kept_);
   forget();
   forget_rows();  // copies lie where they do
@@ -393,11 +393,11 @@ void Assembly::begin_ways(std::span<const std::uint32_t> written) {
   written_.assign(written.begin(), written.end());
   other_ = std::exchange(kept_, std::move(copies));
 }
-void Assembly::other_way() {
+void Assembly::other_branch() {
   forget();
   std::swap(kept_, other_);
 }
-void Assembly::end_ways(std::uint32_t condition, bool value) {
+void Assembly::end_both_branches(std::uint32_t condition, bool value) {
   forget();
   if (const auto number = kept(condition)) {
     a.test(gp(*number, 1), gp(*number, 1));

@@ -79,20 +79,20 @@ class Assembly final : public Emitter {
   /// The same for a BOOL that seldom changes, and whose block looks at it together with others: a byte that was just
   /// written would have to be waited for.
   void store_change(std::uint32_t operand, std::uint32_t from);
-  /// A constant for a port of the block behind it; no register but an unused one is lost.
+  /// A constant for a port of the block after it; no register but an unused one is lost.
   void store_port(std::uint32_t operand, unsigned bytes, std::uint64_t value);
   /// The BOOL at `operand` is in this register, too.
   void hold_bit(std::uint32_t operand, std::uint32_t number) { hold({operand, 1, false, number}); }
   /// A BOOL in a register; `extended`: its upper bits are zero, else they are not known.
-  struct OwedBit {
+  struct DeferredStore {
     std::uint32_t operand, number;
     bool extended;
   };
-  /// The BOOL is in this register alone: the block behind, whose port it is, stores it. Until then, nothing but
+  /// The BOOL is in this register alone: the block after, whose port it is, stores it. Until then, nothing but
   /// constants are stored.
-  void owe(const OwedBit& bit) { owed_.push_back(bit); }
+  void defer_store(const DeferredStore& bit) { deferred_.push_back(bit); }
   /// A port, if it is owed; from now on it is not.
-  std::optional<OwedBit> take_owed(std::uint32_t operand);
+  std::optional<DeferredStore> take_deferred(std::uint32_t operand);
   /// A register that nothing is held or owed in.
   [[nodiscard]] std::uint32_t unused() const;
   // ---- reals
@@ -122,7 +122,7 @@ class Assembly final : public Emitter {
   const Row& add_row(Row row);
   void forget_rows() { rows_.clear(); }
   void begin(const Instruction& instruction) override;
-  /// The instruction has written what it writes: behind an instruction that leaves rows as they are.
+  /// The instruction has written what it writes: after an instruction that leaves rows as they are.
   void end(const Instruction& instruction);
 
   // ---- loops
@@ -130,12 +130,12 @@ class Assembly final : public Emitter {
   void enter_loop(const Loop& loop) override;
   void write_back() override;
   void make_one_nan(std::uint32_t operand, Type type) override;
-  void begin_rounds(const Instruction& compare, bool down, std::int64_t distance, std::uint32_t jumps,
-                    const asmjit::Label& fewer) override;
+  void begin_iterations(const Instruction& compare, bool down, std::int64_t distance, std::uint32_t jumps,
+                        const asmjit::Label& fewer) override;
   [[nodiscard]] bool keeps(std::span<const std::uint32_t> written) const override;
-  void begin_ways(std::span<const std::uint32_t> written) override;
-  void other_way() override;
-  void end_ways(std::uint32_t condition, bool value) override;
+  void begin_both_branches(std::span<const std::uint32_t> written) override;
+  void other_branch() override;
+  void end_both_branches(std::uint32_t condition, bool value) override;
 
   // ---- control (control.cpp)
   void begin_entry(bool loops) override;
@@ -173,8 +173,8 @@ class Assembly final : public Emitter {
   void read_back();
   void store_if_not_equal(const x86::Mem& to, const asmjit::Operand& value);
 
-  std::vector<OwedBit> owed_;
-  std::vector<Row> rows_;  ///< the one made last behind the other
+  std::vector<DeferredStore> deferred_;
+  std::vector<Row> rows_;  ///< the one made last after the other
   std::optional<std::pair<std::uint32_t, x86::Mem>> passed_;
   std::shared_ptr<const Kept> other_;   ///< registers of the second way
   std::vector<std::uint32_t> written_;  ///< by one of the two

@@ -12,7 +12,7 @@ namespace {
 constexpr std::array<std::uint32_t, 4> kArguments = {reg::kDi, reg::kSi, reg::kDx, reg::kCx};
 
 /// How much of the loop budget a loop with kept variables takes at a time. Others, who cut loops by setting the rest to
-/// 0, wait for so many rounds at most.
+/// 0, wait for so many iterations at most.
 constexpr std::uint32_t kPortion = 256;
 
 }  // namespace
@@ -93,7 +93,7 @@ void Assembly::loop_back(std::uint32_t position, const asmjit::Label& head, cons
       a.jmp(more);
     }
     forget();
-    return aside([this, position, head, over, more, portion = gp(kept_->budget, 4)] {
+    return cold_path([this, position, head, over, more, portion = gp(kept_->budget, 4)] {
       bind(more);
       note_place(position);
       a.xor_(portion, portion);
@@ -118,8 +118,8 @@ void Assembly::loop_back(std::uint32_t position, const asmjit::Label& head, cons
   jump(head);
 }
 
-void Assembly::begin_rounds(const Instruction& compare, bool down, std::int64_t distance, std::uint32_t jumps,
-                            const asmjit::Label& fewer) {
+void Assembly::begin_iterations(const Instruction& compare, bool down, std::int64_t distance, std::uint32_t jumps,
+                                const asmjit::Label& fewer) {
   const Type type = compare.operation.type;
   const unsigned bytes = bytes_of(type);
   const std::uint32_t control = compare.words[2], limit = compare.words[3];
@@ -144,7 +144,7 @@ void Assembly::begin_rounds(const Instruction& compare, bool down, std::int64_t 
   const asmjit::Label less = label();
   a.sub(gp(kept_->budget, 4), jumps);
   a.jb(less);
-  aside([this, less, fewer, jumps] {
+  cold_path([this, less, fewer, jumps] {
     bind(less);
     a.add(gp(kept_->budget, 4), jumps);
     a.jmp(fewer);

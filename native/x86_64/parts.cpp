@@ -124,7 +124,7 @@ bool is_inside(const Instruction& i) {
   return true;
 }
 
-/// Where an element is whose indices are inside, and whose only one, or last one but one, a loop keeps: behind its row.
+/// Where an element is whose indices are inside, and whose only one, or last one but one, a loop keeps: after its row.
 /// Nothing for others. Uses rax, rcx and registers of rows.
 std::optional<x86::Mem> place_in_row(Assembly& s, std::uint32_t place, const Index& index, std::optional<Index> last,
                                      unsigned bytes, const asmjit::Label& outside) {
@@ -211,7 +211,7 @@ void load_part(Assembly& s, const Instruction& i) {
   }
   s.a.bind(done);
   if (!is_inside(i)) {
-    s.aside([&s, outside, done, position = i.position, real, to] {
+    s.cold_path([&s, outside, done, position = i.position, real, to] {
       s.a.bind(outside);
       s.raise(position, static_cast<int>(Event::kBadIndex));
       if (real) {
@@ -243,7 +243,7 @@ void store_part(Assembly& s, const Instruction& i) {
   s.forget();  // any variable may be an element
   s.a.bind(done);
   if (is_inside(i)) return;
-  s.aside([&s, outside, done, position = i.position] {
+  s.cold_path([&s, outside, done, position = i.position] {
     s.a.bind(outside);
     s.raise(position, static_cast<int>(Event::kBadIndex));
     s.a.jmp(done);

@@ -1,4 +1,4 @@
-// Elements of arrays, behind one index or several.
+// Elements of arrays, after one index or several.
 //
 // In: instructions of the forms kLoadElement to kStorePath. Out: code. A part of translate_data.cpp.
 #pragma once

@@ -60,7 +60,7 @@ struct Input {
 };
 /// Takes the input at `operand`: where it is owed, or from memory into `to`.
 Input take_input(Assembly& s, std::uint32_t to, std::uint32_t operand) {
-  if (const auto owed = s.take_owed(operand)) {
+  if (const auto owed = s.take_deferred(operand)) {
     s.forget();
     if (!owed->extended) s.a.movzx(gp(owed->number, 4), gp(owed->number, 1));
     return {owed->number, true};
@@ -228,7 +228,7 @@ static_assert(offsetof(TimerPorts, q) - offsetof(TimerPorts, in) < 4 &&
 
 /// A timer: nothing, where its four bytes say that there is nothing to do, or what `step` writes. They are looked at
 /// together, with what they are to be computed from IN: without a jump that would depend on it. Q is in the register of
-/// IN behind it.
+/// IN after it.
 void timer(Assembly& s, const Ports& p, const Steady& steady, std::function<void()> step) {
   const std::uint32_t first = p.operand("IN");
   const auto byte = [&](std::string_view port, int value) {
@@ -240,7 +240,7 @@ void timer(Assembly& s, const Ports& p, const Steady& steady, std::function<void
   const asmjit::Label changes = s.a.newLabel();
   const asmjit::Label end = s.a.newLabel();
   const Input in = take_input(s, reg::kCx, first);
-  // WHY values in registers: a comparison with memory is no one step with the jump behind it.
+  // WHY values in registers: a comparison with memory is no one step with the jump after it.
   const auto [wanted, found] = in.number == reg::kDx ? std::pair(reg::kSi, reg::kDi)
                                                      : std::pair(reg::kDx, in.number == reg::kSi ? reg::kDi : reg::kSi);
   s.a.imul(gp(wanted, 4), gp(in.number, 4), static_cast<std::int32_t>(pattern(1) - pattern(0)));
@@ -251,7 +251,7 @@ void timer(Assembly& s, const Ports& p, const Steady& steady, std::function<void
   if (!steady.q_is_in) s.a.xor_(gp(in.number, 4), gp(in.number, 4));
   s.land(end);
   s.hold_bit(p.operand("Q"), in.number);
-  s.aside([&s, p, step, changes, end, in] {
+  s.cold_path([&s, p, step, changes, end, in] {
     s.a.bind(changes);
     if (in.number != reg::kCx) s.a.mov(x86::ecx, gp(in.number, 4));
     if (in.owed) s.a.mov(p.bit("IN"), x86::cl);
@@ -274,8 +274,8 @@ void counter(Assembly& s, const Ports& p, core::Rep rep, bool up) {
   const char* const reset = up ? "R" : "LD";
   const char* const memory = up ? "CU_M" : "CD_M";
   std::vector<std::uint32_t> unused = {reg::kSi, reg::kDx, reg::kCx, reg::kAx};
-  const auto owed_edge = s.take_owed(p.operand(edge));
-  const auto owed_reset = s.take_owed(p.operand(reset));
+  const auto owed_edge = s.take_deferred(p.operand(edge));
+  const auto owed_reset = s.take_deferred(p.operand(reset));
   s.forget();
   std::erase_if(unused, [&](std::uint32_t number) {
     return (owed_edge && number == owed_edge->number) || (owed_reset && number == owed_reset->number);
@@ -285,7 +285,7 @@ void counter(Assembly& s, const Ports& p, core::Rep rep, bool up) {
     unused.pop_back();
     return number;
   };
-  const auto input = [&](const std::optional<Assembly::OwedBit>& owed, std::string_view port) {
+  const auto input = [&](const std::optional<Assembly::DeferredStore>& owed, std::string_view port) {
     const std::uint32_t number = owed ? owed->number : take();
     if (!owed) {
       s.a.movzx(gp(number, 4), p.bit(port));
@@ -333,7 +333,7 @@ void counter(Assembly& s, const Ports& p, core::Rep rep, bool up) {
   s.a.jne(changes);
   s.land(end);
   s.hold_bit(p.operand("Q"), step);
-  s.aside([=, &s] {
+  s.cold_path([=, &s] {
     s.a.bind(changes);
     if (owed_edge) s.a.mov(p.bit(edge), gp(in, 1));
     if (owed_reset) s.a.mov(p.bit(reset), gp(back, 1));

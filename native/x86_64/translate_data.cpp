@@ -151,7 +151,7 @@ void division(Assembly& s, const Instruction& i) {
       const asmjit::Label by_minus_one = s.a.newLabel();
       s.a.cmp(divisor, -1);
       s.a.je(by_minus_one);
-      s.aside([&s, by_minus_one, done, quotient, dividend, rest] {
+      s.cold_path([&s, by_minus_one, done, quotient, dividend, rest] {
         s.a.bind(by_minus_one);
         if (quotient) {
           s.a.neg(dividend);
@@ -172,7 +172,7 @@ void division(Assembly& s, const Instruction& i) {
     s.a.div(rest, dividend, divisor);
   }
   s.a.bind(done);
-  s.aside([&s, by_zero, done, quotient, position = i.position, result] {
+  s.cold_path([&s, by_zero, done, quotient, position = i.position, result] {
     s.a.bind(by_zero);
     if (quotient) s.raise(position, number(Event::kDivideByZero));
     s.a.xor_(gp(result, 4), gp(result, 4));
@@ -227,7 +227,7 @@ x86::CondCode compare_reals(Assembly& s, const Instruction& i) {
   const Type type = i.operation.type;
   const bool f32 = type == Type::kF32;
   const Relation relation = i.operation.relation;
-  // "Above" is the order that is false for NaN: less is above the other way round.
+  // "Above" is the order that is false for NaN: less is above the other way iteration.
   const bool turned = relation == Relation::kLt || relation == Relation::kLe;
   const std::uint32_t x = i.words[turned ? 3 : 2];
   const std::uint32_t y = i.words[turned ? 2 : 3];
@@ -325,7 +325,7 @@ void range(Assembly& s, const Instruction& i) {
     const asmjit::Operand bound = s.value(limit, bytes);
     s.a.emit(x86::Inst::kIdCmp, value, bound);
     s.a.j(condition(lower ? Relation::kLt : Relation::kGt, is_signed(type)), outside);
-    s.aside([&s, outside, done, position = i.position, limit, bytes] {
+    s.cold_path([&s, outside, done, position = i.position, limit, bytes] {
       s.a.bind(outside);
       s.raise(position, number(Event::kOutOfRange));
       s.load(reg::kAx, limit, bytes);

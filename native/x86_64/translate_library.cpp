@@ -1,8 +1,8 @@
 // Functions of the library that cost less than a call: selection, conversions of numbers, absolute values, square root,
 // NOT, shifts (stdlib/functions/). Each does what the kernel of its row does; what it leaves out, events above all, it
 // leaves to the kernel.
-#include "native/choice.h"
 #include "native/function_translator.h"
+#include "native/if_conversion.h"
 #include "native/translate.h"
 #include "runtime/interpreter/operations.h"
 #include "stdlib/library.h"
@@ -22,7 +22,7 @@ class Translator final : public FunctionTranslator {
   void leave_to_kernel(const asmjit::Label& rare, std::uint32_t to, Type type) {
     const asmjit::Label done = s_.a.newLabel();
     s_.a.bind(done);
-    s_.aside([&s = s_, call = call_, rare, done, to, type, place = result()] {
+    s_.cold_path([&s = s_, call = call_, rare, done, to, type, place = result()] {
       s.a.bind(rare);
       call();
       if (is_real(type)) {

@@ -331,7 +331,7 @@ const std::uint32_t* copied(const BooleanExpression& e, const Record& record, co
   return copies ? registers.holder(record.in[e.input]) : nullptr;
 }
 
-/// `last`: no others of the run behind them.
+/// `last`: no others of the run after them.
 void translate(Assembly& s, const Instruction& i, std::span<Record> records, bool last,
                BooleanExpressions& expressions) {
   const std::span<const std::uint32_t> numbers(kRegisters, s.in_loop() ? kRegistersInLoops : std::size(kRegisters));
@@ -348,9 +348,9 @@ void translate(Assembly& s, const Instruction& i, std::span<Record> records, boo
     const std::uint32_t* const same = copied(e, r, registers);
     const std::uint32_t value = same != nullptr ? *same : Evaluation(s, registers, unclean, r, e).value(e);
     for (unsigned k = 0; k < r.inputs; ++k) registers.read(r.in[k], r.next[k]);
-    if (last && i.may_owe(r.out) && r.next_of_out == kNever && !r.is_overwritten && registers.keep(value)) {
+    if (last && i.may_defer(r.out) && r.next_of_out == kNever && !r.is_overwritten && registers.keep(value)) {
       s.forget();
-      s.owe({r.out, value, !unclean[value]});
+      s.defer_store({r.out, value, !unclean[value]});
     } else if (!registers.hold_out(value, r)) {
       s.forget();
     } else if (i.is_port(r.out)) {

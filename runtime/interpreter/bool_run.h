@@ -3,7 +3,7 @@
 // A record is a truth table over up to five BOOLs; evaluating one takes no branch, so the cost is flat in the size of
 // the program and in how its inputs change. Records run in order and may read what earlier ones wrote. Short records
 // (16 bytes) hold offsets within a 64 KiB window; the linker cuts runs into windows and picks the four-input loop for
-// stretches whose tables ignore the fifth input: the loops are bound by loads, and it makes two fewer. Measured: one
+// basic blocks whose tables ignore the fifth input: the loops are bound by loads, and it makes two fewer. Measured: one
 // pair of offsets for four inputs, two for five; with more of them the steps that part them take longer than the loads,
 // as they do everywhere on a processor whose other thread is busy.
 #pragma once

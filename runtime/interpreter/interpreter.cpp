@@ -207,7 +207,7 @@ op_Jump : {
   pc = code + pc[1];
   PLC_NEXT(0);
 }
-op_Stretch : {
+op_BlockStart : {
   pc = code + pc[1];
   PLC_NEXT(0);
 }

@@ -108,8 +108,8 @@ class Arranger {
     }
   }
 
-  void arrange(const LinkedStretch& stretch) {
-    addressing_ = stretch.addressing;
+  void arrange(const LinkedBlock& block) {
+    addressing_ = block.addressing;
     const std::size_t start = words_.size();
     const std::size_t arranged = code_.arranged.size();
     Program::LinkReport report = code_.report;
@@ -122,8 +122,8 @@ class Arranger {
       if (items_.size() == kMostItems) arrange_items();
       items_.push_back(item);
     };
-    std::size_t i = stretch.first;
-    for (; code_.instructions[i].position != stretch.end; ++i) read(code_.instructions[i], add);
+    std::size_t i = block.first;
+    for (; code_.instructions[i].position != block.end; ++i) read(code_.instructions[i], add);
     arrange_items();
     if ((code_.report.runs - report.runs) * 4 > before * 3) {
       words_.resize(start);
@@ -135,9 +135,9 @@ class Arranger {
       put_handler(ResolvedOp::kReturn);
     } else {
       put_handler(ResolvedOp::kJump);
-      words_.push_back(stretch.end);
+      words_.push_back(block.end);
     }
-    words_[stretch.position + 1] = static_cast<std::uint32_t>(start);
+    words_[block.position + 1] = static_cast<std::uint32_t>(start);
   }
 
  private:
@@ -498,7 +498,7 @@ class Arranger {
 
 void arrange(std::vector<std::uint32_t>& words, LinkedCode& code, std::uint32_t scratch) {
   Arranger arranger(words, code, scratch);
-  for (const LinkedStretch& stretch : code.stretches) arranger.arrange(stretch);
+  for (const LinkedBlock& block : code.blocks) arranger.arrange(block);
 }
 
 }  // namespace plc::runtime

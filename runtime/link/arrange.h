@@ -1,22 +1,22 @@
 // Arranges straight code for the interpreter: brings instructions of one kind side by side, so that a loop over their
 // operands (value_runs.h, bool_run.h) runs them instead of one mispredicted jump each.
 //
-// A stretch is code that nobody jumps into or out of and whose instructions do nothing but compute. Networks of a
-// drawing are mostly independent, so its instructions may run in many orders; any order in which each one reads what it
-// read before is as good, and nobody sees a table inside a scan. Values that are overwritten later in the stretch move
-// to scratch memory behind the table, so that reuse of a temporary does not put networks in line.
+// It works on basic blocks of instructions without side effects. Networks of a drawing are mostly independent, so their
+// instructions may run in any order that keeps data dependences; nobody sees a table inside a scan. Values that are
+// overwritten later in the block are renamed to scratch memory after the table, so that the reuse of a temporary does
+// not make networks depend on each other.
 //
-// In: linked code, whose stretches are marked by STRETCH instructions. Out: the same code, arranged copies behind it,
-// STRETCH instructions that lead to them. Compilers (native/) read the code as it was. Compile time. Does not belong
-// here: what instructions do.
+// In: linked code, whose basic blocks are marked by BLOCK_START instructions. Out: the same code, arranged copies
+// behind it, BLOCK_START instructions that lead to them. Compilers (native/) read the code as it was. Compile time.
+// Does not belong here: what instructions do.
 #pragma once
 
 #include "runtime/link/link.h"
 
 namespace plc::runtime {
 
-/// `words`: the code so far, aligned as in LinkedCode. Appends to it and changes the operands of STRETCH instructions.
-/// `scratch`: table offset of kScratchBytes bytes that belong to nobody.
+/// `words`: the code so far, aligned as in LinkedCode. Appends to it and changes the operands of BLOCK_START
+/// instructions. `scratch`: table offset of kScratchBytes bytes that belong to nobody.
 void arrange(std::vector<std::uint32_t>& words, LinkedCode& code, std::uint32_t scratch);
 
 }  // namespace plc::runtime

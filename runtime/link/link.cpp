@@ -144,14 +144,14 @@ class Linker {
     entries_[pou] = position();
     result_.bodies.push_back(
         {pou, bindings_.addressing(pou), position(), static_cast<std::uint32_t>(result_.instructions.size())});
-    std::uint32_t stretch_end = 0;
+    std::uint32_t block_end = 0;
     for (std::uint32_t word = 0; word < source.code.size();) {
       Decoded d = decode(source.code, word);
       positions[word] = position();
       result_.marks.push_back({position(), pou, word});
-      if (word >= stretch_end) {
-        end_stretch();
-        stretch_end = begin_stretch(source, is_target, word);
+      if (word >= block_end) {
+        end_block();
+        block_end = begin_block(source, is_target, word);
       }
       if (d.opcode == Opcode::kBoolRun) {
         // Runs that follow each other are one run, unless somebody jumps between them.
@@ -174,17 +174,17 @@ class Linker {
         word = d.next;
       }
     }
-    end_stretch();
+    end_block();
     for (const auto& [at, word] : jump_patches_) stream_[at] = positions[word];
   }
 
   // ---- straight code (arrange.h)
 
   /// What is shorter is not worth a jump.
-  static constexpr std::size_t kLeastStretch = 12;
+  static constexpr std::size_t kLeastBlock = 12;
 
   /// Marks the straight code that begins at `word`, if there is enough. Returns the word behind it.
-  std::uint32_t begin_stretch(const ImagePou& source, const std::vector<std::uint8_t>& is_target, std::uint32_t word) {
+  std::uint32_t begin_block(const ImagePou& source, const std::vector<std::uint8_t>& is_target, std::uint32_t word) {
     std::size_t count = 0;
     std::uint32_t end = word;
     while (end < source.code.size() && (end == word || is_target[end] == 0)) {
@@ -193,16 +193,16 @@ class Linker {
       count += d.opcode == Opcode::kBoolRun ? d.items : 1;
       end = d.next;
     }
-    if (count < kLeastStretch || !arranged_) return end;
+    if (count < kLeastBlock || !arranged_) return end;
     const std::uint32_t at = position();
-    put_handler(ResolvedOp::kStretch);
+    put_handler(ResolvedOp::kBlockStart);
     put(at + 2);
-    result_.stretches.push_back({bindings_.addressing(pou_), at, 0, result_.instructions.size()});
-    in_stretch_ = true;
+    result_.blocks.push_back({bindings_.addressing(pou_), at, 0, result_.instructions.size()});
+    in_block_ = true;
     return end;
   }
-  void end_stretch() {
-    if (std::exchange(in_stretch_, false)) result_.stretches.back().end = position();
+  void end_block() {
+    if (std::exchange(in_block_, false)) result_.blocks.back().end = position();
   }
   /// Computes, and does nothing else.
   [[nodiscard]] bool can_be_arranged(const Decoded& d) const {
@@ -595,7 +595,7 @@ class Linker {
   std::map<std::uint32_t, const std::byte*> zeros_;
   std::optional<core::Problem> problem_;
   std::uint32_t pou_ = 0;
-  bool in_stretch_ = false;
+  bool in_block_ = false;
   LinkedCode result_;
 };
 

@@ -50,12 +50,12 @@ struct LinkedBody {
   std::uint32_t first = 0;  ///< into LinkedCode::instructions
 };
 
-/// Code that nobody jumps into, from a STRETCH on (arrange.h).
-struct LinkedStretch {
+/// Code that nobody jumps into, from a BLOCK_START on (arrange.h).
+struct LinkedBlock {
   Addressing addressing = Addressing::kFixed;
-  std::uint32_t position = 0;  ///< of the STRETCH
+  std::uint32_t position = 0;  ///< of the BLOCK_START
   std::uint32_t end = 0;       ///< behind its last instruction
-  std::size_t first = 0;       ///< the instruction behind the STRETCH, into LinkedCode::instructions
+  std::size_t first = 0;       ///< the instruction behind the BLOCK_START, into LinkedCode::instructions
 };
 
 struct LinkedCode {
@@ -63,8 +63,8 @@ struct LinkedCode {
   std::vector<CodeMark> marks;
   std::vector<LinkedInstruction> instructions;          ///< ascending positions
   std::vector<LinkedBody> bodies;                       ///< in the order of the code
-  std::vector<LinkedStretch> stretches;                 ///< ascending positions
-  std::vector<LinkedInstruction> arranged;              ///< of the interpreter alone: what STRETCH leads to
+  std::vector<LinkedBlock> blocks;                      ///< ascending positions
+  std::vector<LinkedInstruction> arranged;              ///< of the interpreter alone: what BLOCK_START leads to
   std::uint32_t entry = 0;                              ///< of the task's body
   std::vector<std::unique_ptr<std::byte[]>> constants;  ///< zeros of types, pointed into by the code
   Program::LinkReport report;

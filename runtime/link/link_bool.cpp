@@ -8,7 +8,7 @@
 namespace plc::runtime {
 namespace {
 
-/// A switch of loops costs a mispredicted branch or two, about ten records: shorter stretches do not pay for it.
+/// A switch of loops costs a mispredicted branch or two, about ten records: shorter basic blocks do not pay for it.
 constexpr std::uint32_t kLeastWindowed = 16;
 constexpr std::uint32_t kLeastFourInput = 64;
 constexpr std::uint32_t kWindowBytes = 0x10000;
@@ -63,7 +63,7 @@ void append(std::vector<BoolSegment>& segments, BoolSegment segment) {
   }
 }
 
-/// Splits one window into long four-input stretches and the rest.
+/// Splits one window into long four-input basic blocks and the rest.
 void append_window(std::vector<BoolSegment>& segments, std::span<const GeneralRecord> records, std::uint32_t first,
                    const Window& window) {
   const std::uint32_t end = first + window.count;

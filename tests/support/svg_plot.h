@@ -30,7 +30,7 @@ struct PlotPanel {
   std::vector<PlotSeries> series{};
 };
 
-/// A stretch of time with a name above it, shaded.
+/// A basic block of time with a name above it, shaded.
 struct PlotSpan {
   double from = 0, to = 0;
   std::string name;
@@ -87,7 +87,7 @@ class SvgWriter {
     for (const PlotSeries& series : panel.series) {
       std::string points;
       for (std::size_t i = 0; i < series.points.size(); ++i) {
-        // Of a level stretch its ends will do.
+        // Of a level basic block its ends will do.
         const auto height = [&](std::size_t at) { return number(y(series.points[at].second)); };
         const bool inside = i > 0 && i + 1 < series.points.size();
         if (inside && height(i - 1) == height(i) && height(i) == height(i + 1)) continue;

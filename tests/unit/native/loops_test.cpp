@@ -15,7 +15,7 @@
 #include <thread>
 #include <vector>
 
-#include "native/choice.h"
+#include "native/if_conversion.h"
 #include "tests/support/engines.h"
 #include "tests/support/image_builder.h"
 #include "tests/unit/native/loop_support.h"
@@ -275,22 +275,22 @@ TEST(Loops, AChoiceOfIntegersIsMadeWithoutAJump) {
     Sum s(7, with_if(stores));
     const auto engines = load(s.b, s.main);
     const runtime::LinkedCode& linked = (*engines)[0].program(0).linked();
-    std::size_t choices = 0;
+    std::size_t short_ifs = 0;
     for (std::size_t i = 0; i + 1 < linked.instructions.size(); ++i) {
-      const auto choice = native::choice_at(linked.data(), linked.instructions, i, [&](std::uint32_t position) {
+      const auto short_if = native::short_if_at(linked.data(), linked.instructions, i, [&](std::uint32_t position) {
         return static_cast<std::size_t>(
             std::count_if(linked.instructions.begin(), linked.instructions.end(), [&](const auto& instruction) {
               return native::target_of(native::operation_of(instruction.op).form,
                                        linked.data() + instruction.position) == position;
             }));
       });
-      if (!choice || choice->other.first == choice->other.last) continue;
-      ++choices;
-      EXPECT_TRUE(choice->value);
-      EXPECT_EQ(choice->taken.last - choice->taken.first, stores ? 2u : 1u);
-      EXPECT_EQ(choice->other.last - choice->other.first, 1u);
+      if (!short_if || short_if->other.first == short_if->other.last) continue;
+      ++short_ifs;
+      EXPECT_TRUE(short_if->value);
+      EXPECT_EQ(short_if->taken.last - short_if->taken.first, stores ? 2u : 1u);
+      EXPECT_EQ(short_if->other.last - short_if->other.first, 1u);
     }
-    EXPECT_EQ(choices, 1u);
+    EXPECT_EQ(short_ifs, 1u);
     for (int scan = 0; scan < 20; ++scan) {
       for (std::size_t e = 0; e < engines->size(); ++e) {
         runtime::Program& program = (*engines)[e].program(0);

@@ -1,4 +1,4 @@
-#include "native/short_lived.h"
+#include "native/dead_stores.h"
 
 #include <algorithm>
 #include <initializer_list>
@@ -87,7 +87,7 @@ Role role_of(const LinkedInstruction& instruction, const std::uint32_t* w) {
   }
 }
 
-/// Straight code, from behind.
+/// Straight code, from after.
 class Finder {
  public:
   Finder(const LinkedCode& linked, std::span<const LinkedInstruction> body)
@@ -98,7 +98,7 @@ class Finder {
     }
   }
 
-  ShortLived find() {
+  DeadStores find() {
     for (std::size_t i = body_.size(); i-- > 0;) {
       visit(i);
       if (targets_.contains(body_[i].position)) overwritten_.clear();
@@ -181,14 +181,14 @@ class Finder {
 
   const LinkedCode& linked_;
   std::span<const LinkedInstruction> body_;
-  ShortLived found_;
+  DeadStores found_;
   std::unordered_set<std::uint32_t> targets_;
-  std::map<std::uint32_t, Reader> overwritten_;  ///< behind what is visited, by operand
+  std::map<std::uint32_t, Reader> overwritten_;  ///< after what is visited, by operand
 };
 
 }  // namespace
 
-ShortLived find_short_lived(const LinkedCode& linked, std::span<const LinkedInstruction> body) {
+DeadStores find_dead_stores(const LinkedCode& linked, std::span<const LinkedInstruction> body) {
   return Finder(linked, body).find();
 }
 

@@ -1,5 +1,5 @@
 // What code of a loop leaves out: only what nobody could tell.
-#include "native/loop_facts.h"
+#include "native/range_analysis.h"
 
 #include <gtest/gtest.h>
 
@@ -63,7 +63,7 @@ struct Program {
     main.land(out);
   }
   /// Facts of the only loop.
-  static native::LoopFacts facts(Engines& engines) {
+  static native::LoopRanges facts(Engines& engines) {
     runtime::Program& program = engines[0].program(0);
     const runtime::LinkedCode& linked = program.linked();
     const runtime::TaskLayout& layout = program.table().layout();
@@ -71,17 +71,17 @@ struct Program {
     for (std::size_t n = 0; n < linked.bodies.size(); ++n) {
       const auto body = linked.instructions_of(n);
       for (const native::Loop& loop : native::find_loops(linked.data(), body)) {
-        return native::find_facts(emitter, linked.data(), body, loop);
+        return native::analyse_ranges(emitter, linked.data(), body, loop);
       }
     }
     ADD_FAILURE() << "no loop";
     return {};
   }
-  static std::size_t inside(const native::LoopFacts& facts) {
+  static std::size_t inside(const native::LoopRanges& facts) {
     return static_cast<std::size_t>(std::count_if(facts.instructions.begin(), facts.instructions.end(),
                                                   [](const auto& of) { return of.known.inside != 0; }));
   }
-  static std::size_t any_nan(const native::LoopFacts& facts) {
+  static std::size_t any_nan(const native::LoopRanges& facts) {
     return static_cast<std::size_t>(std::count_if(facts.instructions.begin(), facts.instructions.end(),
                                                   [](const auto& of) { return of.known.any_nan; }));
   }
@@ -99,7 +99,7 @@ struct Program {
   Word more = main.frame("more", b.boolean());
 };
 
-TEST(LoopFacts, AnIndexThatCountsWithinTheArrayIsNotChecked) {
+TEST(LoopRanges, AnIndexThatCountsWithinTheArrayIsNotChecked) {
   for (const std::int32_t last : {7, 8}) {
     Program p;
     p.loop(last, [&] { p.load_element(p.i); });
@@ -110,7 +110,7 @@ TEST(LoopFacts, AnIndexThatCountsWithinTheArrayIsNotChecked) {
   }
 }
 
-TEST(LoopFacts, ASumOfIndicesHasARange) {
+TEST(LoopRanges, ASumOfIndicesHasARange) {
   for (const std::int32_t more : {3, 4}) {
     Program p;
     p.loop(4, [&] {
@@ -123,7 +123,7 @@ TEST(LoopFacts, ASumOfIndicesHasARange) {
   }
 }
 
-TEST(LoopFacts, AnIndexThatTheBodyWritesIsChecked) {
+TEST(LoopRanges, AnIndexThatTheBodyWritesIsChecked) {
   Program p;
   p.loop(7, [&] {
     p.load_element(p.i);
@@ -138,7 +138,7 @@ TEST(LoopFacts, AnIndexThatTheBodyWritesIsChecked) {
   EXPECT_NE((*engines)[1].program(0).event_total(), 0u);
 }
 
-TEST(LoopFacts, AnIndexIsCheckedWhenOthersJumpToTheLoop) {
+TEST(LoopRanges, AnIndexIsCheckedWhenOthersJumpToTheLoop) {
   Program p;
   p.main.op(Opcode::kMove32, {p.i, p.n});
   p.main.op(Opcode::kLtI32, {p.more, p.n, p.number(0)});
@@ -159,7 +159,7 @@ TEST(LoopFacts, AnIndexIsCheckedWhenOthersJumpToTheLoop) {
   EXPECT_EQ((*engines)[1].program(0).event_total(), 3u);
 }
 
-TEST(LoopFacts, ANanIsMadeTheOneWhereSomebodyLooks) {
+TEST(LoopRanges, ANanIsMadeTheOneWhereSomebodyLooks) {
   Program p;
   p.main.op(Opcode::kMoveF32, {p.reals[0], p.b.constant(TypeId::kReal, 0.0f)});
   p.loop(7, [&] {
@@ -168,7 +168,7 @@ TEST(LoopFacts, ANanIsMadeTheOneWhereSomebodyLooks) {
     p.add(p.reals[0], p.product);
   });
   const auto engines = load(p.b, p.main);
-  const native::LoopFacts facts = Program::facts(*engines);
+  const native::LoopRanges facts = Program::facts(*engines);
   // The product. The sum may be strange where the loop is entered, as far as the loop itself says.
   EXPECT_EQ(Program::any_nan(facts), 1u);
   ASSERT_EQ(facts.exits.size(), 1u);
@@ -181,7 +181,7 @@ TEST(LoopFacts, ANanIsMadeTheOneWhereSomebodyLooks) {
   }
 }
 
-TEST(LoopFacts, ANanThatIsStoredOrMovedInTheLoopIsTheOne) {
+TEST(LoopRanges, ANanThatIsStoredOrMovedInTheLoopIsTheOne) {
   Program p;
   p.main.op(Opcode::kMoveF32, {p.reals[0], p.b.constant(TypeId::kReal, 0.0f)});
   p.loop(7, [&] {
@@ -197,7 +197,7 @@ TEST(LoopFacts, ANanThatIsStoredOrMovedInTheLoopIsTheOne) {
   EXPECT_EQ(read(*engines, Program::kKept), 0x7fc00000u);
 }
 
-TEST(LoopFacts, AStrangeNanThatNobodyComputedWithStaysAsItIs) {
+TEST(LoopRanges, AStrangeNanThatNobodyComputedWithStaysAsItIs) {
   // Added to in some rounds only: behind the loop it is what it was, or the sum.
   Program p;
   p.loop(7, [&] {
@@ -216,7 +216,7 @@ TEST(LoopFacts, AStrangeNanThatNobodyComputedWithStaysAsItIs) {
   }
 }
 
-TEST(LoopFacts, TheBudgetEndsARoundOfAnyNumberWithAllPutRight) {
+TEST(LoopRanges, TheBudgetEndsARoundOfAnyNumberWithAllPutRight) {
   for (std::uint32_t budget = 1; budget <= 9; ++budget) {
     Program p;
     p.main.op(Opcode::kMoveF32, {p.reals[0], p.b.constant(TypeId::kReal, 0.0f)});
@@ -230,7 +230,7 @@ TEST(LoopFacts, TheBudgetEndsARoundOfAnyNumberWithAllPutRight) {
   }
 }
 
-TEST(LoopFacts, AResultThatSomebodyReadsIsStored) {
+TEST(LoopRanges, AResultThatSomebodyReadsIsStored) {
   Program p;
   const Word seen = p.main.variable("seen", p.b.boolean());
   p.loop(7, [&] { p.main.op(Opcode::kMoveBool, {seen, p.more}); });
@@ -431,7 +431,7 @@ class RandomLoops {
   std::vector<std::vector<std::uint32_t>> exits_;  ///< jumps out of each loop
 };
 
-TEST(LoopFacts, RandomLoopsLeaveTheSameTables) {
+TEST(LoopRanges, RandomLoopsLeaveTheSameTables) {
   static constexpr std::uint32_t kWords[] = {0,           1,           3,           0xffffffffu, 0x3f800000u,
                                              0x7f800000u, 0x7fc00000u, kStrangeNan, 0x7f800001u, 0xc0490fdbu};
   for (std::uint64_t seed = 1; seed <= 2000; ++seed) {

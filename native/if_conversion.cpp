@@ -1,4 +1,4 @@
-#include "native/choice.h"
+#include "native/if_conversion.h"
 
 #include <algorithm>
 #include <string_view>
@@ -18,20 +18,20 @@ constexpr std::size_t kMostInstructions = 4;
 
 }  // namespace
 
-std::optional<Choice> choice_at(const std::uint32_t* code, std::span<const LinkedInstruction> instructions,
-                                std::size_t i, const std::function<std::size_t(std::uint32_t)>& jumps_to) {
+std::optional<ShortIf> short_if_at(const std::uint32_t* code, std::span<const LinkedInstruction> instructions,
+                                   std::size_t i, const std::function<std::size_t(std::uint32_t)>& jumps_to) {
   const std::uint32_t* const words = code + instructions[i].position;
   const Form form = operation_of(instructions[i].op).form;
   const bool compares = form == Form::kCompareJumpUnless || form == Form::kCompareJumpIf;
   if (!compares && form != Form::kJumpUnless && form != Form::kJumpIf) return std::nullopt;
-  Choice choice;
-  choice.condition = words[1];
-  choice.value = form == Form::kJumpUnless || form == Form::kCompareJumpUnless;
-  choice.compares = compares;
+  ShortIf short_if;
+  short_if.condition = words[1];
+  short_if.value = form == Form::kJumpUnless || form == Form::kCompareJumpUnless;
+  short_if.compares = compares;
 
   // Nobody jumps to what lies between the jump and where it goes, nor, if there are two parts, between these.
-  const auto walk = [&](std::size_t from, std::uint32_t position) -> std::optional<Stretch> {
-    Stretch found{from, from};
+  const auto walk = [&](std::size_t from, std::uint32_t position) -> std::optional<Branch> {
+    Branch found{from, from};
     while (found.last < instructions.size() && instructions[found.last].position < position) {
       if (found.last != from && jumps_to(instructions[found.last].position) != 0) return std::nullopt;
       if (++found.last - from > kMostInstructions) return std::nullopt;
@@ -43,28 +43,28 @@ std::optional<Choice> choice_at(const std::uint32_t* code, std::span<const Linke
   if (over <= instructions[i].position) return std::nullopt;
   const auto taken = walk(i + 1, over);
   if (!taken || taken->first == taken->last || jumps_to(instructions[i + 1].position) != 0) return std::nullopt;
-  choice.taken = *taken;
-  choice.end = taken->last;
-  choice.other = {choice.end, choice.end};
+  short_if.taken = *taken;
+  short_if.end = taken->last;
+  short_if.other = {short_if.end, short_if.end};
   const LinkedInstruction& last = instructions[taken->last - 1];
-  if (operation_of(last.op).form != Form::kJump) return choice;
+  if (operation_of(last.op).form != Form::kJump) return short_if;
   const auto other = walk(taken->last, target_of(Form::kJump, code + last.position));
   if (!other || jumps_to(over) != 1) return std::nullopt;
-  --choice.taken.last;
-  choice.other = *other;
-  choice.end = other->last;
-  return choice;
+  --short_if.taken.last;
+  short_if.other = *other;
+  short_if.end = other->last;
+  return short_if;
 }
 
 std::optional<std::vector<std::uint32_t>> written_by(const Emitter& emitter, const std::uint32_t* code,
                                                      std::span<const LinkedInstruction> instructions,
-                                                     const Choice& choice) {
+                                                     const ShortIf& short_if) {
   std::vector<std::uint32_t> written;
-  for (const Stretch& part : {choice.taken, choice.other}) {
+  for (const Branch& part : {short_if.taken, short_if.other}) {
     for (std::size_t n = part.first; n < part.last; ++n) {
       const std::uint32_t position = instructions[n].position;
       const auto operand = computes_integer(emitter, {code + position, position, operation_of(instructions[n].op)});
-      if (!operand || *operand == choice.condition) return std::nullopt;
+      if (!operand || *operand == short_if.condition) return std::nullopt;
       if (std::find(written.begin(), written.end(), *operand) == written.end()) written.push_back(*operand);
     }
   }

@@ -1,11 +1,11 @@
-#include "native/loop_facts.h"
+#include "native/range_analysis.h"
 
 #include <algorithm>
 #include <bit>
 #include <limits>
 #include <optional>
 
-#include "native/choice.h"
+#include "native/if_conversion.h"
 #include "runtime/interpreter/operations.h"
 
 namespace plc::native {
@@ -61,10 +61,10 @@ class LoopCode {
   }
   /// Whether both sides of the jump may be computed, after which its BOOL says which one counts.
   [[nodiscard]] bool is_choice(const Emitter& emitter, std::size_t i) const {
-    const auto choice = choice_at(code_, body_, i, [this](std::uint32_t p) { return jumps_to(p); });
-    return choice && written_by(emitter, code_, body_, *choice);
+    const auto short_if = short_if_at(code_, body_, i, [this](std::uint32_t p) { return jumps_to(p); });
+    return short_if && written_by(emitter, code_, body_, *short_if);
   }
-  /// The first of a few instructions in front of the loop that are executed whenever it is entered, one by one.
+  /// The first of a few instructions before the loop that are executed whenever it is entered, one by one.
   [[nodiscard]] std::size_t straight_before() const {
     constexpr std::size_t kFew = 8;
     const auto others_come = [this](std::size_t i) {
@@ -100,7 +100,7 @@ class LoopCode {
 
 /// Follows all ways through a loop, from a state where it is entered, until no instruction is reached in a state that
 /// it was not reached in before. A Domain has a State; step(), which takes an instruction and the state before it,
-/// makes it that behind it, and returns that where the jump leads, if there is one and it may be taken; and join(),
+/// makes it that after it, and returns that where the jump leads, if there is one and it may be taken; and join(),
 /// which adds a state to another one and says whether that changed it.
 template <class Domain>
 class Walk {
@@ -198,7 +198,7 @@ class Integers {
     State state = anything();
     for (std::size_t i = loop_.straight_before(); i < loop_.first(); ++i) {
       switch (loop_.at(i).operation.form) {
-        case Form::kStretch:
+        case Form::kBlockStart:
           break;
         case Form::kMove:
         case Form::kAdd:
@@ -300,7 +300,7 @@ class Integers {
     const unsigned unused = 64 - 8 * bytes;
     return static_cast<std::int64_t>(*known << unused) >> unused;
   }
-  /// Also forgets what overlaps with it, which in front of the loop something may.
+  /// Also forgets what overlaps with it, which before the loop something may.
   void set(State& state, std::uint32_t operand, std::uint64_t bytes, const Interval& range) const {
     for (std::size_t v = 0; v < variables_.size(); ++v) {
       const Variable& variable = variables_[v];
@@ -432,7 +432,7 @@ std::vector<std::uint32_t> unread_results(const Emitter& emitter, const LoopCode
 }
 
 void find_ranges(const Emitter& emitter, const LoopCode& code, std::span<const LoopVariable> variables,
-                 LoopFacts& facts) {
+                 LoopRanges& facts) {
   Integers integers(emitter, code, variables);
   Walk walk(code, integers);
   if (!walk.run(integers.entry())) return;
@@ -460,7 +460,7 @@ void find_ranges(const Emitter& emitter, const LoopCode& code, std::span<const L
   };
   for (std::size_t i = code.first(); i <= code.last(); ++i) {
     if (!walk.before(i)) continue;
-    InstructionFacts& of = facts.instructions[i - code.first()];
+    InstructionRanges& of = facts.instructions[i - code.first()];
     const Instruction instruction = code.at(i);
     of.known.inside = inside(integers, *walk.before(i), instruction);
     if (ends(i)) of.end.results = results(*walk.before(i));
@@ -480,12 +480,12 @@ void find_ranges(const Emitter& emitter, const LoopCode& code, std::span<const L
 
 /// Which reals may hold another NaN than in the interpreter. A variable is smooth when it holds what it would there,
 /// and no NaN but the one that arithmetic makes; strange when it holds what it would there, perhaps a NaN from
-/// elsewhere; rough when it may hold any NaN for the one that arithmetic makes. What may be both strange and rough
-/// cannot be put right later: such variables are checked where they are computed.
+/// elsewhere; non_canonical when it may hold any NaN for the one that arithmetic makes. What may be both strange and
+/// non_canonical cannot be put right later: such variables are checked where they are computed.
 class Reals {
  public:
   struct State {
-    std::uint64_t strange = 0, rough = 0;  ///< bits by variable
+    std::uint64_t strange = 0, non_canonical = 0;  ///< bits by variable
   };
 
   Reals(const Emitter& emitter, const LoopCode& loop, std::span<const LoopVariable> variables)
@@ -500,14 +500,14 @@ class Reals {
   /// Where the loop is entered.
   [[nodiscard]] State entry() const { return {live_.front(), 0}; }
   [[nodiscard]] bool is_any() const { return !variables_.empty(); }
-  /// Variables that were found to be strange and rough; those are not rough in a walk from now on.
+  /// Variables that were found to be strange and non_canonical; those are not non_canonical in a walk from now on.
   bool take_mixed() {
     const bool any = mixed_ != 0;
     checked_ |= std::exchange(mixed_, 0);
     return any;
   }
-  [[nodiscard]] std::vector<RoughReal> list(std::uint64_t variables) const {
-    std::vector<RoughReal> found;
+  [[nodiscard]] std::vector<NonCanonicalReal> list(std::uint64_t variables) const {
+    std::vector<NonCanonicalReal> found;
     for (; variables != 0; variables &= variables - 1) {
       found.push_back(variables_[static_cast<std::size_t>(std::countr_zero(variables))]);
     }
@@ -522,7 +522,7 @@ class Reals {
 
   std::optional<State> step(std::size_t i, State& state) {
     const Instruction instruction = loop_.at(i);
-    state.rough &= ~looked_at(i);
+    state.non_canonical &= ~looked_at(i);
     const std::uint64_t written = written_[i - loop_.first()];
     std::uint64_t strange = written;
     if (is_arithmetic(i)) {
@@ -531,7 +531,7 @@ class Reals {
       strange = 0;
     }
     state.strange = (state.strange & ~written) | strange;
-    state.rough = (state.rough & ~written) | (makes_rough(i) ? written : 0);
+    state.non_canonical = (state.non_canonical & ~written) | (makes_rough(i) ? written : 0);
     if (target_of(instruction.operation.form, instruction.words) == kNoTarget) return std::nullopt;
     return state;
   }
@@ -539,13 +539,13 @@ class Reals {
   bool join(State& into, const State& from, bool, std::size_t i) {
     const State old = into;
     into.strange |= from.strange;
-    into.rough |= from.rough;
+    into.non_canonical |= from.non_canonical;
     // Behind the loop everything counts, in it only what somebody reads.
     const std::uint64_t counts = i > loop_.last() ? ~std::uint64_t{0} : live_[i - loop_.first()];
     into.strange &= counts;
-    into.rough &= counts;
-    mixed_ |= into.strange & into.rough;
-    return into.strange != old.strange || into.rough != old.rough;
+    into.non_canonical &= counts;
+    mixed_ |= into.strange & into.non_canonical;
+    return into.strange != old.strange || into.non_canonical != old.non_canonical;
   }
 
  private:
@@ -628,13 +628,13 @@ class Reals {
 
   const Emitter& emitter_;
   const LoopCode& loop_;
-  std::vector<RoughReal> variables_;
+  std::vector<NonCanonicalReal> variables_;
   std::vector<std::uint64_t> written_, looked_at_, live_;  ///< by instruction; live: before it
   std::uint64_t mixed_ = 0, checked_ = 0;
 };
 
 void find_rough_reals(const Emitter& emitter, const LoopCode& code, std::span<const LoopVariable> variables,
-                      LoopFacts& facts) {
+                      LoopRanges& facts) {
   Reals reals(emitter, code, variables);
   if (!reals.is_any()) return;
   for (;;) {
@@ -643,21 +643,21 @@ void find_rough_reals(const Emitter& emitter, const LoopCode& code, std::span<co
     if (reals.take_mixed()) continue;
     for (std::size_t i = code.first(); i <= code.last(); ++i) {
       if (!walk.before(i)) continue;
-      const std::uint64_t rough = walk.before(i)->rough;
+      const std::uint64_t non_canonical = walk.before(i)->non_canonical;
       const Form form = code.at(i).operation.form;
-      InstructionFacts& of = facts.instructions[i - code.first()];
+      InstructionRanges& of = facts.instructions[i - code.first()];
       of.known.any_nan = reals.makes_rough(i);
-      of.before = reals.list(rough & reals.looked_at(i));
-      if (form == Form::kLoopJump || form == Form::kReturn) of.end.reals = reals.list(rough);
+      of.before = reals.list(non_canonical & reals.looked_at(i));
+      if (form == Form::kLoopJump || form == Form::kReturn) of.end.reals = reals.list(non_canonical);
     }
-    for (const auto& [position, state] : walk.exits()) facts.exits[position].reals = reals.list(state.rough);
+    for (const auto& [position, state] : walk.exits()) facts.exits[position].reals = reals.list(state.non_canonical);
     return;
   }
 }
 
-/// Real arithmetic whose second operand is the element that the instruction in front of it loads, in counted loops
+/// Real arithmetic whose second operand is the element that the instruction before it loads, in counted loops
 /// where nobody else reads that.
-void find_passed_elements(const LoopCode& code, const Loop& loop, LoopFacts& facts) {
+void find_passed_elements(const LoopCode& code, const Loop& loop, LoopRanges& facts) {
   const auto touches = [&](std::size_t i, std::uint32_t operand) {
     const std::vector<Access> accesses = code.accesses(i);
     return std::any_of(accesses.begin(), accesses.end(),
@@ -689,9 +689,9 @@ void find_passed_elements(const LoopCode& code, const Loop& loop, LoopFacts& fac
 
 }  // namespace
 
-LoopFacts find_facts(const Emitter& emitter, const std::uint32_t* code, std::span<const LinkedInstruction> body,
-                     const Loop& loop) {
-  LoopFacts facts;
+LoopRanges analyse_ranges(const Emitter& emitter, const std::uint32_t* code, std::span<const LinkedInstruction> body,
+                          const Loop& loop) {
+  LoopRanges facts;
   facts.instructions.resize(loop.last - loop.first + 1);
   if (facts.instructions.size() > kMostInstructions) return facts;
   const LoopCode known(code, body, loop);

@@ -1,5 +1,5 @@
 // Results that nobody stores: only those that nobody could look for.
-#include "native/short_lived.h"
+#include "native/dead_stores.h"
 
 #include <gtest/gtest.h>
 
@@ -46,7 +46,7 @@ struct Program {
     std::size_t count = 0;
     for (std::size_t n = 0; n < linked.bodies.size(); ++n) {
       const auto body = linked.instructions_of(n);
-      for (const auto& operand : native::find_short_lived(linked, body)) count += operand ? 1 : 0;
+      for (const auto& operand : native::find_dead_stores(linked, body)) count += operand ? 1 : 0;
     }
     return count;
   }
@@ -71,7 +71,7 @@ struct Program {
   std::vector<Word> ints, reals, bits, t, f;
 };
 
-TEST(ShortLived, AChainOfIntegersStoresWhatSomebodyReadsLater) {
+TEST(DeadStores, AChainOfIntegersStoresWhatSomebodyReadsLater) {
   Program p;
   p.main.op(Opcode::kAdd32, {p.t[0], p.ints[0], p.number(85)});
   p.main.call_std("LIMIT:DINT", p.t[1], {p.number(-50), p.t[0], p.number(900)});
@@ -81,7 +81,7 @@ TEST(ShortLived, AChainOfIntegersStoresWhatSomebodyReadsLater) {
   EXPECT_EQ(p.left_out(), 3u);
 }
 
-TEST(ShortLived, AChainOfRealsDoesSo) {
+TEST(DeadStores, AChainOfRealsDoesSo) {
   Program p;
   p.main.op(Opcode::kMulF32, {p.f[0], p.reals[0], p.reals[1]});
   p.main.op(Opcode::kSubF32, {p.f[1], p.reals[2], p.f[0]});
@@ -93,7 +93,7 @@ TEST(ShortLived, AChainOfRealsDoesSo) {
   EXPECT_EQ(p.left_out(), 5u);
 }
 
-TEST(ShortLived, EveryOperationTakesWhatTheOneInFrontLeft) {
+TEST(DeadStores, EveryOperationTakesWhatTheOneInFrontLeft) {
   for (const auto op : {Opcode::kAdd32, Opcode::kSub32, Opcode::kMul32, Opcode::kDivI32, Opcode::kModI32,
                         Opcode::kAnd32, Opcode::kXor32, Opcode::kLtI32}) {
     for (const auto from : {Opcode::kAdd32, Opcode::kModI32, Opcode::kDivI32}) {
@@ -109,7 +109,7 @@ TEST(ShortLived, EveryOperationTakesWhatTheOneInFrontLeft) {
   }
 }
 
-TEST(ShortLived, ItMayBeWrittenAgainByWhoReadsIt) {
+TEST(DeadStores, ItMayBeWrittenAgainByWhoReadsIt) {
   Program p;
   p.main.op(Opcode::kAdd32, {p.t[0], p.ints[0], p.ints[1]});
   p.main.op(Opcode::kSub32, {p.t[0], p.ints[2], p.t[0]});
@@ -117,7 +117,7 @@ TEST(ShortLived, ItMayBeWrittenAgainByWhoReadsIt) {
   EXPECT_EQ(p.left_out(), 1u);  // the last one stays in the table
 }
 
-TEST(ShortLived, WhatIsReadTwiceIsStored) {
+TEST(DeadStores, WhatIsReadTwiceIsStored) {
   Program p;
   p.main.op(Opcode::kAdd32, {p.t[0], p.ints[0], p.ints[1]});
   p.main.op(Opcode::kMul32, {p.t[1], p.t[0], p.t[0]});
@@ -127,7 +127,7 @@ TEST(ShortLived, WhatIsReadTwiceIsStored) {
   EXPECT_EQ(p.left_out(), 0u);
 }
 
-TEST(ShortLived, WhatIsReadLaterIsStored) {
+TEST(DeadStores, WhatIsReadLaterIsStored) {
   Program p;
   p.main.op(Opcode::kAdd32, {p.t[0], p.ints[0], p.ints[1]});
   p.main.op(Opcode::kAdd32, {p.t[1], p.ints[0], p.ints[2]});
@@ -137,7 +137,7 @@ TEST(ShortLived, WhatIsReadLaterIsStored) {
   EXPECT_EQ(p.left_out(), 0u);
 }
 
-TEST(ShortLived, WhatACallLooksAtIsStored) {
+TEST(DeadStores, WhatACallLooksAtIsStored) {
   Program p;
   p.main.op(Opcode::kMulF32, {p.f[0], p.reals[0], p.reals[1]});
   p.main.call_std("SQRT:REAL", p.reals[2], {p.f[0]});  // its rare cases are a call
@@ -147,7 +147,7 @@ TEST(ShortLived, WhatACallLooksAtIsStored) {
   EXPECT_EQ(p.left_out(), 0u);
 }
 
-TEST(ShortLived, WhatIsThereWhenSomebodyJumpsIsStored) {
+TEST(DeadStores, WhatIsThereWhenSomebodyJumpsIsStored) {
   Program p;
   p.main.op(Opcode::kAdd32, {p.t[0], p.ints[0], p.ints[1]});
   p.main.op(Opcode::kSub32, {p.ints[2], p.t[0], p.ints[3]});
@@ -158,7 +158,7 @@ TEST(ShortLived, WhatIsThereWhenSomebodyJumpsIsStored) {
   EXPECT_EQ(p.left_out(), 0u);
 }
 
-TEST(ShortLived, WhoIsJumpedToTakesItFromTheTable) {
+TEST(DeadStores, WhoIsJumpedToTakesItFromTheTable) {
   Program p;
   p.main.op(Opcode::kSub32, {p.t[0], p.ints[0], p.ints[1]});
   const std::uint32_t over = p.main.jump(Opcode::kCondJump, {p.bits[0]});
@@ -169,7 +169,7 @@ TEST(ShortLived, WhoIsJumpedToTakesItFromTheTable) {
   EXPECT_EQ(p.left_out(), 0u);
 }
 
-TEST(ShortLived, WhatIsThereWhenAScanEndsInALoopIsStored) {
+TEST(DeadStores, WhatIsThereWhenAScanEndsInALoopIsStored) {
   Program p;
   p.main.op(Opcode::kAdd32, {p.t[0], p.ints[0], p.ints[1]});
   p.main.op(Opcode::kSub32, {p.ints[2], p.t[0], p.ints[3]});
@@ -179,7 +179,7 @@ TEST(ShortLived, WhatIsThereWhenAScanEndsInALoopIsStored) {
   EXPECT_EQ(p.left_out(), 0u);
 }
 
-TEST(ShortLived, BooleanLogicInBetweenReadsWhatItReads) {
+TEST(DeadStores, BooleanLogicInBetweenReadsWhatItReads) {
   for (const bool reads : {false, true}) {
     Program p;
     p.main.op(Opcode::kLtI32, {p.bits[1], p.ints[0], p.ints[1]});
