@@ -15,7 +15,7 @@ namespace plc::bench {
 std::string c_variable(Type type, std::uint32_t variable);
 std::string c_instance(Box box, std::uint32_t instance);
 
-/// Functions of 500 rungs, four to a file.
+/// Functions of 500 rungs, or of 100 where there are blocks, four to a file.
 std::vector<std::string> write_c(const Program& program);
 
 }  // namespace plc::bench
