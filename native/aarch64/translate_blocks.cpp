@@ -1,19 +1,14 @@
-// Blocks of the library that cost less than a call: edges, bistables, timers, counters (stdlib/blocks/). Each does what
+// Blocks of the library that cost less than a call: edges, bistables, counters (stdlib/blocks/). Each does what
 // the step of its row does, byte by byte, whatever its ports and states hold.
 #include <string_view>
 
 #include "native/library_rows.h"
-#include "native/machine_layout.h"
 #include "native/translate.h"
-#include "stdlib/blocks/timers.h"
 
 namespace plc::native {
 namespace {
 
 using stdlib::BlockSpec;
-using TimerPorts = stdlib::fb::TimerPorts;
-constexpr int kIdle = TimerPorts::kIdle, kArmed = TimerPorts::kArmed, kRunning = TimerPorts::kRunning,
-              kDone = TimerPorts::kDone;
 
 /// The ports of one instance.
 class Ports {
@@ -28,10 +23,6 @@ class Ports {
   }
   void store(std::string_view port, unsigned bytes, std::uint32_t from) const {
     s_.store_to(s_.at(operand(port), bytes), bytes, from);
-  }
-  void store_byte(std::string_view port, int value) const {
-    s_.a.mov(a64::w5, value);
-    store(port, 1, 5);
   }
 
  private:
@@ -67,98 +58,6 @@ void reset_dominant(Assembly& s, const Ports& p) {
   s.a.orr(a64::w0, a64::w0, a64::w1);
   s.a.bic(a64::w0, a64::w0, a64::w2);
   s.store(p.operand("Q1"), 1, 0);
-}
-
-// ---- timers
-
-void load_now(Assembly& s) { s.a.ldr(a64::x0, a64::ptr(a64::x(Assembly::kMachine), machine::kNow)); }
-
-void begin(Assembly& s, const Ports& p) {
-  p.store_byte("STATE", kRunning);
-  load_now(s);
-  p.store("START", 8, 0);
-}
-
-/// ET follows the time since the start; flags are those of time against PT, "less" while it runs. Uses x0 .. x2.
-void measure(Assembly& s, const Ports& p) {
-  p.load(1, "PT", 8);
-  p.load(2, "START", 8);
-  load_now(s);
-  s.a.sub(a64::x0, a64::x0, a64::x2);
-  for (const a64::Gp& time : {a64::Gp(a64::x0), a64::Gp(a64::x1)}) {
-    s.a.cmp(time, 0);
-    s.a.csel(time, time, a64::xzr, Condition::kGE);
-  }
-  s.a.cmp(a64::x0, a64::x1);
-  s.a.csel(a64::x0, a64::x0, a64::x1, Condition::kLT);
-  p.store("ET", 8, 0);
-}
-
-/// TON: the time runs while IN is TRUE. TOF: while it is FALSE, after it was TRUE.
-void delay(Assembly& s, const Ports& p, bool on) {
-  const int before = on ? kIdle : kArmed;  // the time may begin
-  const asmjit::Label at_rest = s.label();
-  const asmjit::Label waits = s.label();
-  const asmjit::Label runs = s.label();
-  const asmjit::Label end = s.label();
-  s.load(0, p.operand("IN"), 1);
-  p.store("M", 1, 0);
-  s.a.cmp(a64::w0, 0);
-  s.a.b(on ? Condition::kEQ : Condition::kNE, at_rest);
-  p.load(3, "STATE", 1);
-  s.a.cmp(a64::w3, before);
-  s.a.b(Condition::kEQ, waits);
-  s.a.cmp(a64::w3, kRunning);
-  s.a.b(Condition::kNE, end);
-  s.bind(runs);
-  measure(s, p);
-  s.a.b(Condition::kLT, end);
-  p.store_byte("STATE", on ? kDone : kIdle);
-  p.store_byte("Q", on ? 1 : 0);
-  s.jump(end);
-  s.bind(waits);
-  begin(s, p);
-  s.jump(runs);
-  s.bind(at_rest);
-  p.store_byte("Q", on ? 0 : 1);
-  p.load(3, "STATE", 1);
-  s.a.cmp(a64::w3, before);
-  s.a.b(Condition::kEQ, end);
-  p.store_byte("STATE", before);
-  p.store("ET", 8, Assembly::kZero);
-  s.land(end);
-}
-
-void pulse(Assembly& s, const Ports& p) {
-  const asmjit::Label no_start = s.label();
-  const asmjit::Label not_running = s.label();
-  const asmjit::Label end = s.label();
-  s.load(4, p.operand("IN"), 1);
-  p.load(0, "M", 1);
-  p.store("M", 1, 4);
-  p.load(3, "STATE", 1);
-  s.a.cmp(a64::w4, a64::w0);
-  s.a.b(Condition::kLS, no_start);
-  s.a.cmp(a64::w3, kRunning);
-  s.a.b(Condition::kEQ, no_start);
-  begin(s, p);
-  s.a.mov(a64::w3, kRunning);
-  s.bind(no_start);
-  s.a.cmp(a64::w3, kRunning);
-  s.a.b(Condition::kNE, not_running);
-  measure(s, p);
-  s.a.cset(a64::w5, Condition::kLT);
-  p.store("Q", 1, 5);
-  s.a.b(Condition::kLT, end);
-  p.store_byte("STATE", kDone);
-  s.a.mov(a64::w3, kDone);
-  s.bind(not_running);
-  s.a.cmp(a64::w3, kDone);
-  s.a.b(Condition::kNE, end);
-  s.a.cbnz(a64::w4, end);
-  p.store_byte("STATE", kIdle);
-  p.store("ET", 8, Assembly::kZero);
-  s.land(end);
 }
 
 // ---- counters
@@ -226,11 +125,8 @@ bool translate_block(Assembly& s, stdlib::Step step, std::uint32_t ports) {
       break;
     case Block::kOnDelay:
     case Block::kOffDelay:
-      delay(s, p, row->block == Block::kOnDelay);
-      break;
     case Block::kPulse:
-      pulse(s, p);
-      break;
+      return false;  // a call of the step is no more code
     case Block::kCountUp:
     case Block::kCountDown:
       counter(s, p, *machine_type(stdlib::field_named(*row->spec, "CV")->type), row->block == Block::kCountUp);

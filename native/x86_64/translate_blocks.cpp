@@ -1,7 +1,6 @@
 // Blocks of the library that cost less than a call: edges, bistables, timers, counters (stdlib/blocks/). Each does what
 // the step of its row does, byte by byte, whatever its ports and states hold.
 #include <cstddef>
-#include <functional>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -18,19 +17,19 @@ namespace {
 
 using stdlib::BlockSpec;
 using TimerPorts = stdlib::fb::TimerPorts;
-constexpr int kIdle = TimerPorts::kIdle, kArmed = TimerPorts::kArmed, kRunning = TimerPorts::kRunning,
-              kDone = TimerPorts::kDone;
+constexpr int kIdle = TimerPorts::kIdle, kArmed = TimerPorts::kArmed, kDone = TimerPorts::kDone;
 
 /// The ports of one instance.
 class Ports {
  public:
   Ports(Assembly& s, const BlockSpec& spec, std::uint32_t operand) : s_(s), spec_(spec), operand_(operand) {}
 
+  [[nodiscard]] const BlockSpec& spec() const { return spec_; }
+  [[nodiscard]] std::uint32_t operand() const { return operand_; }
   [[nodiscard]] std::uint32_t operand(std::string_view port) const {
     return operand_ + stdlib::field_named(spec_, port)->offset;
   }
   [[nodiscard]] x86::Mem bit(std::string_view port) const { return s_.at(operand(port), 1); }
-  [[nodiscard]] x86::Mem time(std::string_view port) const { return s_.at(operand(port), 8); }
   [[nodiscard]] x86::Mem value(std::string_view port, unsigned bytes) const { return s_.at(operand(port), bytes); }
 
   /// Stores two bits that lie side by side, as one store where the registers allow: a processor writes less to its
@@ -113,104 +112,12 @@ void reset_dominant(Assembly& s, const Ports& p) {
 
 // ---- timers
 
-void begin(Assembly& s, const Ports& p) {
-  s.a.mov(p.bit("STATE"), kRunning);
-  s.a.mov(x86::rax, machine::now());
-  s.a.mov(p.time("START"), x86::rax);
-}
-
-/// ET follows the time since the start; flags are those of time against PT, "less" while it runs. Uses rax, rcx, rsi.
-void measure(Assembly& s, const Ports& p) {
-  s.a.xor_(x86::esi, x86::esi);
-  s.a.mov(x86::rcx, p.time("PT"));
-  s.a.test(x86::rcx, x86::rcx);
-  s.a.cmovs(x86::rcx, x86::rsi);
-  s.a.mov(x86::rax, machine::now());
-  s.a.sub(x86::rax, p.time("START"));
-  s.a.cmovs(x86::rax, x86::rsi);
-  s.a.cmp(x86::rax, x86::rcx);
-  s.a.cmovg(x86::rax, x86::rcx);
-  s.a.mov(p.time("ET"), x86::rax);
-}
-
-/// TON: the time runs while IN is TRUE. TOF: while it is FALSE, after it was TRUE. IN is in cl; most often the time
-/// runs.
-void delay(Assembly& s, const Ports& p, bool on) {
-  const int before = on ? kIdle : kArmed;  // the time may begin
-  const asmjit::Label not_running = s.a.newLabel();
-  const asmjit::Label runs = s.a.newLabel();
-  const asmjit::Label limit = s.a.newLabel();
-  const asmjit::Label at_rest = s.a.newLabel();
-  const asmjit::Label end = s.a.newLabel();
-  const x86::CondCode rests = on ? x86::CondCode::kZ : x86::CondCode::kNZ;
-  s.a.mov(p.bit("M"), x86::cl);
-  s.a.cmp(p.bit("STATE"), kRunning);
-  s.a.jne(not_running);
-  s.a.test(x86::cl, x86::cl);
-  s.a.j(rests, at_rest);
-  s.a.bind(runs);
-  s.a.mov(x86::rax, machine::now());
-  s.a.sub(x86::rax, p.time("START"));
-  s.a.mov(x86::rdx, p.time("PT"));
-  s.a.cmp(x86::rax, x86::rdx);
-  s.a.jae(limit);  // or a clock that went back
-  s.a.test(x86::rdx, x86::rdx);
-  s.a.js(limit);
-  s.a.mov(p.time("ET"), x86::rax);
-  s.a.jmp(end);
-  s.a.bind(limit);
-  measure(s, p);
-  s.a.jl(end);
-  s.a.mov(p.bit("STATE"), on ? kDone : kIdle);
-  s.a.mov(p.bit("Q"), on ? 1 : 0);
-  s.a.jmp(end);
-  s.a.bind(not_running);
-  s.a.test(x86::cl, x86::cl);
-  s.a.j(rests, at_rest);
-  s.a.cmp(p.bit("STATE"), before);
-  s.a.jne(end);
-  begin(s, p);
-  s.a.jmp(runs);
-  s.a.bind(at_rest);
-  s.a.mov(p.bit("Q"), on ? 0 : 1);
-  s.a.cmp(p.bit("STATE"), before);
-  s.a.je(end);
-  s.a.mov(p.bit("STATE"), before);
-  s.a.mov(p.time("ET"), 0);
-  s.a.bind(end);
-}
-
-/// TP: IN is in cl.
-void pulse(Assembly& s, const Ports& p) {
-  const asmjit::Label no_start = s.a.newLabel();
-  const asmjit::Label not_running = s.a.newLabel();
-  const asmjit::Label end = s.a.newLabel();
-  s.a.mov(x86::edi, x86::ecx);
-  s.a.movzx(x86::eax, p.bit("M"));
-  s.a.mov(p.bit("M"), x86::dil);
-  s.a.movzx(x86::edx, p.bit("STATE"));
-  s.a.cmp(x86::dil, x86::al);
-  s.a.jbe(no_start);
-  s.a.cmp(x86::dl, kRunning);
-  s.a.je(no_start);
-  begin(s, p);
-  s.a.mov(x86::edx, kRunning);
-  s.a.bind(no_start);
-  s.a.cmp(x86::dl, kRunning);
-  s.a.jne(not_running);
-  measure(s, p);
-  s.a.setl(p.bit("Q"));
-  s.a.jl(end);
-  s.a.mov(p.bit("STATE"), kDone);
-  s.a.mov(x86::edx, kDone);
-  s.a.bind(not_running);
-  s.a.cmp(x86::dl, kDone);
-  s.a.jne(end);
-  s.a.test(x86::dil, x86::dil);
-  s.a.jnz(end);
-  s.a.mov(p.bit("STATE"), kIdle);
-  s.a.mov(p.time("ET"), 0);
-  s.a.bind(end);
+/// What a block does that is not at rest: its step, on a cold path. One call for all of them keeps the code of programs
+/// with thousands of timers inside the caches, and what inputs at random cost is a mispredicted jump either way.
+void call_step(Assembly& s, const BlockSpec& spec, std::uint32_t ports) {
+  s.pass_step(1);
+  s.pass_address(0, ports);
+  s.call_address(reinterpret_cast<std::uint64_t>(spec.step));
 }
 
 /// Ports with which a timer leaves everything as it is. M is as IN, which is the index here; Q is, too, or FALSE.
@@ -226,10 +133,10 @@ static_assert(offsetof(TimerPorts, q) - offsetof(TimerPorts, in) < 4 &&
               offsetof(TimerPorts, m) - offsetof(TimerPorts, in) < 4 &&
               offsetof(TimerPorts, state) - offsetof(TimerPorts, in) < 4);
 
-/// A timer: nothing, where its four bytes say that there is nothing to do, or what `step` writes. They are looked at
-/// together, with what they are to be computed from IN: without a jump that would depend on it. Q is in the register of
-/// IN after it.
-void timer(Assembly& s, const Ports& p, const Steady& steady, std::function<void()> step) {
+/// A timer: nothing, where its four bytes say that there is nothing to do, or its step. They are looked at together,
+/// with what they are to be computed from IN: without a jump that would depend on it. Q is in the register of IN after
+/// it.
+void timer(Assembly& s, const Ports& p, const Steady& steady) {
   const std::uint32_t first = p.operand("IN");
   const auto byte = [&](std::string_view port, int value) {
     return static_cast<std::uint32_t>(value) << 8 * (p.operand(port) - first);
@@ -251,11 +158,10 @@ void timer(Assembly& s, const Ports& p, const Steady& steady, std::function<void
   if (!steady.q_is_in) s.a.xor_(gp(in.number, 4), gp(in.number, 4));
   s.land(end);
   s.hold_bit(p.operand("Q"), in.number);
-  s.cold_path([&s, p, step, changes, end, in] {
+  s.cold_path([&s, p, changes, end, in] {
     s.a.bind(changes);
-    if (in.number != reg::kCx) s.a.mov(x86::ecx, gp(in.number, 4));
-    if (in.owed) s.a.mov(p.bit("IN"), x86::cl);
-    step();
+    if (in.owed) s.a.mov(p.bit("IN"), gp(in.number, 1));
+    call_step(s, p.spec(), p.operand());
     s.a.movzx(gp(in.number, 4), p.bit("Q"));
     s.a.jmp(end);
   });
@@ -263,9 +169,8 @@ void timer(Assembly& s, const Ports& p, const Steady& steady, std::function<void
 
 // ---- counters
 
-/// CTU: up, Q when CV has reached PV. CTD: down, Q when CV is not above 0. Neither passes the end of its type. Nothing
-/// is written where nothing is to be counted and the four bytes are what they are to be; most counters stand still.
-/// Otherwise no jump but at that end.
+/// CTU: Q when CV has reached PV. CTD: Q when CV is not above 0. If there is no edge and the status bytes already have
+/// their final values, nothing is stored; most counters stand still. Otherwise their step runs.
 void counter(Assembly& s, const Ports& p, core::Rep rep, bool up) {
   const unsigned bytes = core::rep_bytes(rep);
   const bool with_sign =
@@ -296,7 +201,7 @@ void counter(Assembly& s, const Ports& p, core::Rep rep, bool up) {
   };
   const std::uint32_t in = input(owed_edge, edge);
   const std::uint32_t back = input(owed_reset, reset);
-  const std::uint32_t step = take();
+  const std::uint32_t q = take();
   const std::uint32_t number = take();
   const x86::Gp count = gp(number, bytes);
   if (bytes < 4) {
@@ -304,18 +209,14 @@ void counter(Assembly& s, const Ports& p, core::Rep rep, bool up) {
   } else {
     s.a.mov(count, p.value("CV", bytes));
   }
-  // Q into the register of the step.
-  const auto compare = [&s, p, count, bytes, up, with_sign, step] {
-    if (up) {
-      s.a.cmp(count, p.value("PV", bytes));
-      s.a.set(with_sign ? x86::CondCode::kGE : x86::CondCode::kAE, gp(step, 1));
-    } else {
-      s.a.test(count, count);
-      s.a.set(with_sign ? x86::CondCode::kLE : x86::CondCode::kE, gp(step, 1));
-    }
-  };
-  s.a.xor_(gp(step, 4), gp(step, 4));
-  compare();
+  s.a.xor_(gp(q, 4), gp(q, 4));
+  if (up) {
+    s.a.cmp(count, p.value("PV", bytes));
+    s.a.set(with_sign ? x86::CondCode::kGE : x86::CondCode::kAE, gp(q, 1));
+  } else {
+    s.a.test(count, count);
+    s.a.set(with_sign ? x86::CondCode::kLE : x86::CondCode::kE, gp(q, 1));
+  }
   const std::uint32_t first = p.operand(edge);
   const auto byte = [&](std::string_view port) { return std::int32_t{1} << 8 * (p.operand(port) - first); };
   const asmjit::Label changes = s.a.newLabel(), end = s.a.newLabel();
@@ -326,45 +227,20 @@ void counter(Assembly& s, const Ports& p, core::Rep rep, bool up) {
   s.a.test(gp(back, 4), gp(back, 4));
   s.a.jnz(changes);
   s.a.imul(wanted, gp(in, 4), byte(edge) | byte(memory));
-  s.a.imul(other, gp(step, 4), byte("Q"));
+  s.a.imul(other, gp(q, 4), byte("Q"));
   s.a.add(wanted, other);
   s.a.mov(other, s.at(first, 4));
   s.a.cmp(wanted, other);
   s.a.jne(changes);
   s.land(end);
-  s.hold_bit(p.operand("Q"), step);
+  s.hold_bit(p.operand("Q"), q);
   s.cold_path([=, &s] {
     s.a.bind(changes);
     if (owed_edge) s.a.mov(p.bit(edge), gp(in, 1));
     if (owed_reset) s.a.mov(p.bit(reset), gp(back, 1));
-    s.a.movzx(gp(step, 4), p.bit(memory));
-    rising(s, step, in, step);
-    s.a.emit(up ? x86::Inst::kIdAdd : x86::Inst::kIdSub, count, gp(step, bytes));
-    const asmjit::Label ends = s.a.newLabel(), counted = s.a.newLabel();
-    s.a.j(with_sign ? x86::CondCode::kO : x86::CondCode::kB, ends);
-    s.a.bind(counted);
-    if (up) {
-      // All bits of CV stay, or none.
-      s.a.sub(gp(back, 8), 1);
-      s.a.and_(gp(number, 8), gp(back, 8));
-    } else {
-      s.a.test(gp(back, 1), gp(back, 1));
-      if (bytes == 1) {
-        // There is no conditional move of one byte.
-        s.a.mov(gp(step, 1), p.value("PV", bytes));
-        s.a.cmovne(gp(number, 4), gp(step, 4));
-      } else {
-        s.a.emit(x86::Inst::kIdCmovnz, count, p.value("PV", bytes));
-      }
-    }
-    s.a.mov(p.value("CV", bytes), count);
-    // The register of the step is free now.
-    compare();
-    p.store_both("Q", step, memory, in);
+    call_step(s, p.spec(), p.operand());
+    s.a.movzx(gp(q, 4), p.bit("Q"));
     s.a.jmp(end);
-    s.a.bind(ends);
-    s.a.emit(up ? x86::Inst::kIdSub : x86::Inst::kIdAdd, count, gp(step, bytes));
-    s.a.jmp(counted);
   });
 }
 
@@ -386,13 +262,13 @@ bool translate_block(Assembly& s, stdlib::Step step, std::uint32_t ports) {
       reset_dominant(s, p);
       break;
     case Block::kOnDelay:
-      timer(s, p, kOnDelay, [&s, p] { delay(s, p, true); });
+      timer(s, p, kOnDelay);
       break;
     case Block::kOffDelay:
-      timer(s, p, kOffDelay, [&s, p] { delay(s, p, false); });
+      timer(s, p, kOffDelay);
       break;
     case Block::kPulse:
-      timer(s, p, kPulse, [&s, p] { pulse(s, p); });
+      timer(s, p, kPulse);
       break;
     case Block::kCountUp:
     case Block::kCountDown:
