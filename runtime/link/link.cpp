@@ -12,8 +12,7 @@
 #include "runtime/interpreter/operations.h"
 #include "runtime/interpreter/value_runs.h"
 #include "runtime/link/arrange.h"
-#include "runtime/link/bindings.h"
-#include "runtime/link/decoded.h"
+#include "runtime/link/body_reader.h"
 #include "runtime/link/link_bool.h"
 #include "runtime/link/link_library.h"
 #include "runtime/link/link_path.h"
@@ -41,6 +40,7 @@ class Linker {
         exchange_(exchange),
         arranged_(arranged),
         bindings_(image, body, pous, layout),
+        reader_(image, bindings_),
         entries_(image.pous.size()) {
     for (std::size_t op = 0; op < kOps; ++op) {
       handlers_[0][op] = handler_word(Addressing::kFixed, static_cast<ResolvedOp>(op));
@@ -118,53 +118,30 @@ class Linker {
     return first;
   }
 
-  /// Type of the leaf that an operand names.
-  const ImageType& leaf_type(std::uint32_t operand) const {
-    const Space space = bytecode::space_of(operand);
-    const std::uint32_t root = space == Space::kGlobal     ? image_.global_type
-                               : space == Space::kConst    ? image_.const_type
-                               : space == Space::kInstance ? image_.pous[pou_].instance_type
-                                                           : image_.pous[pou_].frame_type;
-    return image_.types[*bytecode::leaf_at(image_, root, bytecode::offset_of(operand))];
-  }
+  [[nodiscard]] const ImageType& leaf_type(std::uint32_t operand) const { return reader_.leaf_type(operand); }
   static std::uint32_t capacities(std::uint16_t to, std::uint16_t from) { return to | std::uint32_t{from} << 16; }
 
   void link_body(std::uint32_t pou) {
     pou_ = pou;
-    const ImagePou& source = image_.pous[pou];
-    std::vector<std::uint32_t> positions(source.code.size(), 0);
-    std::vector<std::uint8_t> is_target(source.code.size(), 0);
-    for_each_instruction(source, [&](const Decoded& d) {
-      const bytecode::Operands& operands = bytecode::info(d.opcode).operands;
-      for (std::uint32_t i = 0; i < operands.count; ++i) {
-        if (operands.specs[i].kind == OperandKind::kTarget) is_target[d.operands[i]] = 1;
-      }
-    });
+    reader_.open(pou);
+    const std::vector<std::uint32_t>& code = reader_.code();
+    std::vector<std::uint32_t> positions(code.size(), 0);
     jump_patches_.clear();
     entries_[pou] = position();
     result_.bodies.push_back(
         {pou, bindings_.addressing(pou), position(), static_cast<std::uint32_t>(result_.instructions.size())});
     std::uint32_t block_end = 0;
-    for (std::uint32_t word = 0; word < source.code.size();) {
-      Decoded d = decode(source.code, word);
+    for (std::uint32_t word = 0; word < code.size();) {
+      const Decoded d = decode(code, word);
       positions[word] = position();
       result_.marks.push_back({position(), pou, word});
       if (word >= block_end) {
         end_block();
-        block_end = begin_block(source, is_target, word);
+        block_end = begin_block(word);
       }
       if (d.opcode == Opcode::kBoolRun) {
-        // Runs that follow each other are one run, unless somebody jumps between them.
-        std::vector<GeneralRecord> records;
-        for (;;) {
-          append_records(d, records);
-          word = d.next;
-          if (word >= source.code.size() || is_target[word] != 0) break;
-          d = decode(source.code, word);
-          if (d.opcode != Opcode::kBoolRun) break;
-        }
-        put_records(records);
-      } else if (const auto jump = jump_behind(source, is_target, d)) {
+        put_records(reader_.records(d, word));
+      } else if (const auto jump = reader_.fused_jump(d)) {
         put_handler(jump->op);
         for (std::uint32_t i = 0; i < 3; ++i) put_operand(d.operands[i]);
         put_target(jump->target);
@@ -183,13 +160,13 @@ class Linker {
   /// What is shorter is not worth a jump.
   static constexpr std::size_t kLeastBlock = 12;
 
-  /// Marks the straight code that begins at `word`, if there is enough. Returns the word behind it.
-  std::uint32_t begin_block(const ImagePou& source, const std::vector<std::uint8_t>& is_target, std::uint32_t word) {
+  /// Marks the straight code that begins at `word`, if there is enough. Returns the word after it.
+  std::uint32_t begin_block(std::uint32_t word) {
     std::size_t count = 0;
     std::uint32_t end = word;
-    while (end < source.code.size() && (end == word || is_target[end] == 0)) {
-      const Decoded d = decode(source.code, end);
-      if (!can_be_arranged(d) || jump_behind(source, is_target, d)) break;
+    while (end < reader_.code().size() && (end == word || !reader_.is_target(end))) {
+      const Decoded d = decode(reader_.code(), end);
+      if (!can_be_arranged(d) || reader_.fused_jump(d)) break;
       count += d.opcode == Opcode::kBoolRun ? d.items : 1;
       end = d.next;
     }
@@ -221,41 +198,6 @@ class Linker {
     const std::byte* const at = image_.const_bytes.data() + bytecode::offset_of(call.list[2]);
     const std::uint32_t bytes = leaf_type(call.list[2]).size;
     return load<std::uint8_t>(at) < 64 && std::all_of(at + 1, at + bytes, [](std::byte b) { return b == std::byte{}; });
-  }
-
-  struct FusedJump {
-    ResolvedOp op = ResolvedOp::kReturn;
-    std::uint32_t target = 0, next = 0;
-  };
-  /// The conditional jump behind comparison `d` on its result, if one instruction can do both.
-  static std::optional<FusedJump> jump_behind(const ImagePou& source, const std::vector<std::uint8_t>& is_target,
-                                              const Decoded& d) {
-    if (d.next >= source.code.size() || is_target[d.next] != 0) return std::nullopt;
-    const Decoded jump = decode(source.code, d.next);
-    const bool unless = jump.opcode == Opcode::kCondJump;
-    if ((!unless && jump.opcode != Opcode::kJumpIf) || jump.operands[0] != d.operands[0]) return std::nullopt;
-    const auto fused = [&](ResolvedOp when_false, ResolvedOp when_true) {
-      return FusedJump{unless ? when_false : when_true, jump.operands[1], jump.next};
-    };
-    switch (d.opcode) {
-#define PLC_FUSED_JUMP(Name, T, expression) \
-  case Opcode::k##Name:                     \
-    return fused(ResolvedOp::k##Name##Unless, ResolvedOp::k##Name##If);
-#include "runtime/interpreter/fused_jumps.def"
-      default:
-        return std::nullopt;
-    }
-  }
-
-  void append_records(const Decoded& d, std::vector<GeneralRecord>& records) const {
-    for (std::uint32_t i = 0; i < d.items; ++i) {
-      const std::uint32_t* const words = d.list + std::size_t{i} * bytecode::kRecordWords;
-      GeneralRecord record;
-      record.truth = words[0];
-      record.out = resolve(words[1]);
-      for (std::size_t input = 0; input < 5; ++input) record.in[input] = resolve(words[2 + input]);
-      records.push_back(record);
-    }
   }
 
   void put_records(const std::vector<GeneralRecord>& records) {
@@ -404,11 +346,6 @@ class Linker {
   // ---- parts of values (link_path.h)
 
   static bool is_via(Opcode opcode) { return opcode >= Opcode::kLoadVia && opcode <= Opcode::kCallVia; }
-  ResolvedPath path_of(const Decoded& d) const {
-    const std::uint32_t spaces[] = {image_.global_type, image_.pous[pou_].instance_type, image_.pous[pou_].frame_type,
-                                    image_.const_type};
-    return resolve_path(image_, spaces, d.operands[2], {d.list, std::size_t{d.items} * bytecode::kPathWords});
-  }
   void put_index(const PathIndex& index) {
     put_operand(index.operand);
     put(index.count);
@@ -423,7 +360,7 @@ class Linker {
   }
 
   void put_access(const Decoded& d) {
-    const ResolvedPath path = path_of(d);
+    const ResolvedPath path = reader_.path_of(d);
     const bool via = is_via(d.opcode);
     const bool load = d.opcode == Opcode::kLoadAt || d.opcode == Opcode::kLoadVia;
     const std::uint32_t base = d.operands[load ? 1 : 0];
@@ -487,7 +424,7 @@ class Linker {
     }
   }
   void put_ref(const Decoded& d) {
-    const ResolvedPath path = path_of(d);
+    const ResolvedPath path = reader_.path_of(d);
     put_handler(static_cast<ResolvedOp>(d.opcode));
     put_operand(d.operands[0]);
     put_operand(d.operands[1]);
@@ -496,7 +433,7 @@ class Linker {
     put_path(path);
   }
   void put_execution(const Decoded& d) {
-    const ResolvedPath path = path_of(d);
+    const ResolvedPath path = reader_.path_of(d);
     put_handler(static_cast<ResolvedOp>(d.opcode));
     if (d.opcode == Opcode::kRunAt || d.opcode == Opcode::kRunVia) {
       put_step(d.operands[0]);
@@ -586,6 +523,7 @@ class Linker {
   Exchange& exchange_;
   bool arranged_;
   Bindings bindings_;
+  BodyReader reader_;
   std::vector<std::uint32_t> entries_;
   std::uint32_t handlers_[2][kOps] = {};
   std::vector<std::uint32_t> stream_;

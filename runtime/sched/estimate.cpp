@@ -9,11 +9,8 @@
 #include <utility>
 
 #include "bytecode/type_map.h"
-#include "runtime/link/bindings.h"
-#include "runtime/link/decoded.h"
+#include "runtime/link/body_reader.h"
 #include "runtime/link/link.h"
-#include "runtime/link/link_bool.h"
-#include "runtime/link/link_path.h"
 #include "runtime/sched/longest_path.h"
 #include "stdlib/library.h"
 
@@ -27,17 +24,6 @@ using bytecode::Opcode;
 using bytecode::OperandKind;
 using bytecode::Space;
 using bytecode::TypeKind;
-
-/// True when the linker joins a comparison with the jump on its result behind it.
-bool joins_jump(const Decoded& comparison, const Decoded& jump) {
-  switch (comparison.opcode) {
-#define PLC_FUSED_JUMP(Name, T, expression) case Opcode::k##Name:
-#include "runtime/interpreter/fused_jumps.def"
-    return comparison.operands[0] == jump.operands[0];
-    default:
-      return false;
-  }
-}
 
 /// Number of a leaf's bytes as an integer of its type.
 std::int64_t integer_at(const std::byte* from, core::Rep rep) {
@@ -73,6 +59,7 @@ class Estimator {
         pous_(reached_pous(image, body_)),
         layout_(lay_out_task()),
         bindings_(image, body_, pous_, layout_),
+        reader_(image, bindings_),
         costs_of_pous_(image.pous.size()),
         mine_(image.globals.size(), false) {
     for (const bytecode::ImageType& type : image.types) parts_.push_back(bytecode::parts_of(type, parts_));
@@ -128,7 +115,7 @@ class Estimator {
 
   Cost body_cost(std::uint32_t pou) {
     pou_ = pou;
-    const Body body = steps_of(image_.pous[pou]);
+    const Body body = steps_of(pou);
     std::vector<Loop> loops = loops_of(body.steps);
     const std::vector<bool> reached = reached_steps(body.steps);
     for (Loop& loop : loops) {
@@ -153,66 +140,34 @@ class Estimator {
     return reached;
   }
 
-  Body steps_of(const ImagePou& pou) {
-    std::vector<std::uint8_t> is_target(pou.code.size(), 0);
-    for_each_instruction(pou, [&](const Decoded& d) {
-      if (const auto target = target_of(d)) is_target[*target] = 1;
-    });
+  Body steps_of(std::uint32_t pou) {
+    reader_.open(pou);
+    const std::vector<std::uint32_t>& code = reader_.code();
     Body body;
-    std::vector<std::uint32_t> step_at(pou.code.size(), kNoStep);
-    for (std::uint32_t word = 0; word < pou.code.size();) {
-      const Decoded d = decode(pou.code, word);
+    std::vector<std::uint32_t> step_at(code.size(), kNoStep);
+    bool joined = false;  // with the comparison before
+    for (std::uint32_t word = 0; word < code.size();) {
+      const Decoded d = decode(code, word);
       step_at[word] = static_cast<std::uint32_t>(body.steps.size());
       Step step;
       if (d.opcode == Opcode::kBoolRun) {
-        // Runs that follow each other are one, as the linker makes them.
-        std::vector<GeneralRecord> records;
-        Decoded run = d;
-        for (;;) {
-          append_records(run, records);
-          word = run.next;
-          if (word >= pou.code.size() || is_target[word] != 0) break;
-          run = decode(pou.code, word);
-          if (run.opcode != Opcode::kBoolRun) break;
-        }
-        step.cost = cost_of_records(records);
+        step.cost = cost_of_records(reader_.records(d, word));
       } else {
         word = d.next;
-        step.cost = cost_of(d);
-        step.falls = d.opcode != Opcode::kReturn && d.opcode != Opcode::kJump && d.opcode != Opcode::kLoopJump;
-        const bool tests = d.opcode == Opcode::kCondJump || d.opcode == Opcode::kJumpIf;
-        if (tests && is_target[d.word] == 0 && !body.code.empty() && joins_jump(body.code.back(), d)) {
-          body.steps.back().cost = costs_[CostKind::kTest];
-          step.cost = {};
+        if (!std::exchange(joined, reader_.fused_jump(d).has_value())) {
+          step.cost = joined ? costs_[CostKind::kTest] : cost_of(d);
         }
+        step.falls = d.opcode != Opcode::kReturn && d.opcode != Opcode::kJump && d.opcode != Opcode::kLoopJump;
       }
       body.steps.push_back(step);
       body.code.push_back(d);
     }
     for (std::size_t s = 0; s < body.steps.size(); ++s) {
-      if (const auto target = target_of(body.code[s])) body.steps[s].target = step_at[*target];
+      if (const auto target = BodyReader::target_of(body.code[s])) body.steps[s].target = step_at[*target];
     }
     return body;
   }
 
-  static std::optional<std::uint32_t> target_of(const Decoded& d) {
-    const bytecode::Operands& operands = bytecode::info(d.opcode).operands;
-    for (std::uint32_t i = 0; i < operands.count; ++i) {
-      if (operands.specs[i].kind == OperandKind::kTarget) return d.operands[i];
-    }
-    return std::nullopt;
-  }
-
-  void append_records(const Decoded& d, std::vector<GeneralRecord>& records) const {
-    for (std::uint32_t i = 0; i < d.items; ++i) {
-      const std::uint32_t* const words = d.list + std::size_t{i} * bytecode::kRecordWords;
-      GeneralRecord record;
-      record.truth = words[0];
-      record.out = bindings_.resolve(pou_, words[1]);
-      for (std::size_t input = 0; input < 5; ++input) record.in[input] = bindings_.resolve(pou_, words[2 + input]);
-      records.push_back(record);
-    }
-  }
   [[nodiscard]] Cost cost_of_records(const std::vector<GeneralRecord>& records) const {
     Cost cost;
     for (const BoolSegment& segment : cut_into_segments(records)) {
@@ -230,7 +185,7 @@ class Estimator {
     switch (d.opcode) {
       case Opcode::kMoveStr:
       case Opcode::kMoveWstr:
-        cost += bytes(std::min(leaf_type(d.operands[0]).size, leaf_type(d.operands[1]).size));
+        cost += bytes(std::min(reader_.leaf_type(d.operands[0]).size, reader_.leaf_type(d.operands[1]).size));
         break;
       case Opcode::kCopy:
         cost += bytes(image_.types[d.operands[2]].size);
@@ -285,17 +240,12 @@ class Estimator {
     const TypeKind kind = image_.types[type].kind;
     return kind == TypeKind::kScalar || kind == TypeKind::kRef ? Cost{} : bytes(image_.types[type].size);
   }
-  [[nodiscard]] ResolvedPath path_of(const Decoded& d) const {
-    const std::uint32_t spaces[] = {image_.global_type, image_.pous[pou_].instance_type, image_.pous[pou_].frame_type,
-                                    image_.const_type};
-    return resolve_path(image_, spaces, d.operands[2], {d.list, std::size_t{d.items} * bytecode::kPathWords});
-  }
   [[nodiscard]] Cost indices(const Decoded& d) const {
-    return costs_[CostKind::kIndex] * static_cast<double>(path_of(d).indices.size());
+    return costs_[CostKind::kIndex] * static_cast<double>(reader_.path_of(d).indices.size());
   }
   /// In the form that the linker gives it.
   [[nodiscard]] Cost access(const Decoded& d) const {
-    const ResolvedPath path = path_of(d);
+    const ResolvedPath path = reader_.path_of(d);
     const bool via = d.opcode == Opcode::kLoadVia || d.opcode == Opcode::kStoreVia;
     const bool load = d.opcode == Opcode::kLoadAt || d.opcode == Opcode::kLoadVia;
     const TypeKind kind = image_.types[path.type].kind;
@@ -329,7 +279,7 @@ class Estimator {
     double times = std::max(1.0, static_cast<double>(d.items - 1) / function.declared);
     std::uint32_t capacity = core::kDefaultStringCapacity;
     for (std::uint32_t i = 0; i < d.items; ++i) {
-      const ImageType& type = leaf_type(d.list[i]);
+      const ImageType& type = reader_.leaf_type(d.list[i]);
       if (type.kind == TypeKind::kString) capacity = std::max<std::uint32_t>(capacity, type.capacity);
     }
     times *= static_cast<double>(capacity) / core::kDefaultStringCapacity;
@@ -344,16 +294,6 @@ class Estimator {
       cost += costs_[CostKind::kArgument] + value_bytes(parameter.type);
     }
     return cost;
-  }
-
-  /// Type of the leaf that an operand names.
-  [[nodiscard]] const ImageType& leaf_type(std::uint32_t operand) const {
-    const Space space = bytecode::space_of(operand);
-    const std::uint32_t root = space == Space::kGlobal     ? image_.global_type
-                               : space == Space::kConst    ? image_.const_type
-                               : space == Space::kInstance ? image_.pous[pou_].instance_type
-                                                           : image_.pous[pou_].frame_type;
-    return image_.types[*bytecode::leaf_at(image_, root, bytecode::offset_of(operand))];
   }
 
   // ---- globals ----------------------------------------------------------------------------------------------------
@@ -416,7 +356,7 @@ class Estimator {
 
   [[nodiscard]] std::optional<std::int64_t> constant(std::uint32_t operand) const {
     if (bytecode::space_of(operand) != Space::kConst) return std::nullopt;
-    const core::Rep rep = bytecode::rep_of(leaf_type(operand));
+    const core::Rep rep = bytecode::rep_of(reader_.leaf_type(operand));
     if (core::rep_bytes(rep) == 0 || rep == core::Rep::kF32 || rep == core::Rep::kF64) return std::nullopt;
     return integer_at(image_.const_bytes.data() + bytecode::offset_of(operand), rep);
   }
@@ -502,6 +442,7 @@ class Estimator {
   std::vector<std::uint32_t> pous_;
   TaskLayout layout_;
   Bindings bindings_;
+  BodyReader reader_;
   std::vector<Cost> costs_of_pous_;   ///< one execution each, by POU of the image
   std::vector<bool> mine_;            ///< globals that this task alone writes
   std::vector<std::uint64_t> parts_;  ///< leaves of each type
