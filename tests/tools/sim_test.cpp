@@ -72,20 +72,6 @@ TEST_F(Sim, StatsNameEveryTask) {
   }
 }
 
-TEST_F(Sim, StatsSayWhatBecameOfLoops) {
-  write_text(scratch_.file("crc.st"), R"(
-PROGRAM Main VAR crc : DWORD := 16#CAFE; bit : DINT; END_VAR
-  FOR bit := 1 TO 8 DO
-    IF (crc AND 1) <> 0 THEN crc := SHR(crc, 1) XOR 16#EDB88320; ELSE crc := SHR(crc, 1); END_IF;
-  END_FOR;
-END_PROGRAM
-)");
-  const auto result = run_tool({PLC_TOOL, "sim", scratch_.file("crc.st"), "--pou", "Main", "--stats"});
-  EXPECT_EQ(result.code, 0) << result.all();
-  EXPECT_NE(result.out.find("loops: 0 by instructions, 1 IFs both ways, 1 in eights\n"), std::string::npos)
-      << result.out;
-}
-
 TEST_F(Sim, EnginesGiveEqualTraces) {
   std::vector<std::string> command = {PLC_TOOL,        "sim",     tank(), "--stimulus",
                                       tank_stimulus(), "--watch", "*",    "--engine"};
