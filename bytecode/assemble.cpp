@@ -104,12 +104,12 @@ class Assembler {
 
   void take_options(Line& line) {
     core::CompileOptions& options = image_.options;
-    options.order = line.one_of<core::Order>(listing::kOrders);
-    options.compat = line.one_of<core::Compat>(listing::kCompats);
-    options.profile = line.one_of<core::AddressProfile>(listing::kProfiles);
-    options.coherence = line.one_of<core::Coherence>(listing::kCoherences);
+    core::for_each_choice(
+        [&]<class E>(const core::Choice<E>& choice) { options.*choice.value = line.one_of<E>(choice.words); });
     options.pou = line.text();
-    options.stub_missing = line.accept("stub-missing");
+    for (const core::Switch& flag : core::kSwitches) {
+      if (flag.stored) options.*flag.value = line.accept(flag.name);
+    }
   }
 
   // ---- types

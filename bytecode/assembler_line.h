@@ -9,6 +9,7 @@
 #include <charconv>
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -76,8 +77,8 @@ class Line {
     return to_number<std::uint32_t>(found.substr(1));
   }
   /// The position of the next word among `words`, as an enumerator.
-  template <class E, std::size_t kCount>
-  E one_of(const std::array<std::string_view, kCount>& words) {
+  template <class E>
+  E one_of(std::span<const std::string_view> words) {
     const std::string_view found = word();
     const auto it = std::find(words.begin(), words.end(), found);
     if (it == words.end()) fail(quoted(found) + " is unknown here");

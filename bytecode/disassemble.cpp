@@ -80,11 +80,13 @@ class Disassembler {
     line("project {}", quoted(image_.project));
     line("product {}", quoted(image_.product));
     const core::CompileOptions& options = image_.options;
-    line("options {} {} {} {} {}{}", listing::kOrders[static_cast<std::size_t>(options.order)],
-         listing::kCompats[static_cast<std::size_t>(options.compat)],
-         listing::kProfiles[static_cast<std::size_t>(options.profile)],
-         listing::kCoherences[static_cast<std::size_t>(options.coherence)], quoted(options.pou),
-         options.stub_missing ? " stub-missing" : "");
+    put("options");
+    core::for_each_choice([&](const auto& choice) { put(" {}", word_of(choice, options)); });
+    put(" {}", quoted(options.pou));
+    for (const core::Switch& flag : core::kSwitches) {
+      if (flag.stored && options.*flag.value) put(" {}", flag.name);
+    }
+    line("");
     for (const std::string& file : image_.files) line("file {}", quoted(file));
     for (std::size_t i = 0; i < image_.types.size(); ++i) put_type(i, image_.types[i]);
     line("globals {}", image_.global_type);

@@ -98,11 +98,12 @@ class Loader {
   }
 
   void get_project(ByteReader& in) {
-    image_.options.order = get_enum(in, core::Order::kDocument);
-    image_.options.compat = get_enum(in, core::Compat::kBeremiz);
-    image_.options.profile = get_enum(in, core::AddressProfile::kOverlay);
-    image_.options.coherence = get_enum(in, core::Coherence::kGlobalLock);
-    image_.options.stub_missing = get_bool(in);
+    core::for_each_choice([&]<class E>(const core::Choice<E>& choice) {
+      image_.options.*choice.value = get_enum(in, static_cast<E>(choice.words.size() - 1));
+    });
+    for (const core::Switch& flag : core::kSwitches) {
+      if (flag.stored) image_.options.*flag.value = get_bool(in);
+    }
     image_.options.pou = get_text(in);
     image_.project = get_text(in);
     image_.product = get_text(in);

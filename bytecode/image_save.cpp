@@ -79,12 +79,12 @@ class Saver {
   }
 
   void put_project(ByteWriter& out) {
-    out.put(static_cast<std::uint8_t>(image_.options.order));
-    out.put(static_cast<std::uint8_t>(image_.options.compat));
-    out.put(static_cast<std::uint8_t>(image_.options.profile));
-    out.put(static_cast<std::uint8_t>(image_.options.coherence));
-    out.put(static_cast<std::uint8_t>(image_.options.stub_missing));
-    put_text(out, image_.options.pou);
+    const core::CompileOptions& options = image_.options;
+    core::for_each_choice([&](const auto& choice) { out.put(static_cast<std::uint8_t>(options.*choice.value)); });
+    for (const core::Switch& flag : core::kSwitches) {
+      if (flag.stored) out.put(static_cast<std::uint8_t>(options.*flag.value));
+    }
+    put_text(out, options.pou);
     put_text(out, image_.project);
     put_text(out, image_.product);
     put_count(out, image_.files.size());

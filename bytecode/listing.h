@@ -20,13 +20,6 @@ namespace plc::bytecode::listing {
 inline constexpr std::array<std::string_view, 9> kRoles = {"member", "input",  "output", "inout", "local",
                                                            "temp",   "return", "hidden", "state"};
 inline constexpr std::array<std::string_view, 4> kPouKinds = {"program", "block", "function", "task"};
-inline constexpr std::array<std::string_view, 2> kOrders = {"drawing", "document"};
-inline constexpr std::array<std::string_view, 2> kCompats = {"none", "beremiz"};
-inline constexpr std::array<std::string_view, 2> kProfiles = {"separate", "overlay"};
-inline constexpr std::array<std::string_view, 3> kCoherences = {core::coherence_name(core::Coherence::kWaitFree),
-                                                                core::coherence_name(core::Coherence::kPriorityCeiling),
-                                                                core::coherence_name(core::Coherence::kGlobalLock)};
-static_assert(core::coherence_name(static_cast<core::Coherence>(kCoherences.size())).empty(), "a protocol is missing");
 /// First letters of operands, by Space: globals, instance, frame, constants.
 inline constexpr std::array<char, 4> kSpaces = {'g', 'i', 'f', 'c'};
 

@@ -6,8 +6,10 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <string>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include "core/text.h"
 
@@ -59,13 +61,14 @@ std::optional<bytecode::VerifiedImage> load_image(const std::string& path, core:
 }
 
 std::string describe(const core::CompileOptions& options) {
-  std::string text = fmt::format("order={} compat={} profile={} coherence={} stub-missing={}",
-                                 options.order == core::Order::kDrawing ? "drawing" : "document",
-                                 options.compat == core::Compat::kNone ? "none" : "beremiz",
-                                 options.profile == core::AddressProfile::kSeparate ? "separate" : "overlay",
-                                 coherence_name(options.coherence), options.stub_missing ? "yes" : "no");
-  if (!options.pou.empty()) text += " pou=" + options.pou;
-  return text;
+  std::vector<std::string> texts;
+  core::for_each_choice(
+      [&](const auto& choice) { texts.push_back(fmt::format("{}={}", choice.name, word_of(choice, options))); });
+  for (const core::Switch& flag : core::kSwitches) {
+    if (flag.stored) texts.push_back(fmt::format("{}={}", flag.name, options.*flag.value ? "yes" : "no"));
+  }
+  if (!options.pou.empty()) texts.push_back("pou=" + options.pou);
+  return fmt::format("{}", fmt::join(texts, " "));
 }
 
 }  // namespace plc::compiler

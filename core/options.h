@@ -1,10 +1,15 @@
 // Compile options: everything that changes what a program means. Stored in the image and printed at start, so that
-// simulation and plant cannot differ (docs/adr/0004).
+// simulation and plant cannot differ (docs/adr/0004). One row each: flags, the image, its listing and what is printed
+// at start follow from the rows.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
+#include <tuple>
 
 namespace plc::core {
 
@@ -22,31 +27,78 @@ enum class Coherence : std::uint8_t {
   kGlobalLock,       ///< one lock around every copy (Chimera)
 };
 
-/// "wait-free", "priority-ceiling", "global-lock": the words of --coherence.
-constexpr std::string_view coherence_name(Coherence coherence) {
-  switch (coherence) {
-    case Coherence::kWaitFree:
-      return "wait-free";
-    case Coherence::kPriorityCeiling:
-      return "priority-ceiling";
-    case Coherence::kGlobalLock:
-      return "global-lock";
-  }
-  return {};
-}
-
 struct CompileOptions {
   Order order = Order::kDrawing;
   Compat compat = Compat::kNone;
   AddressProfile profile = AddressProfile::kSeparate;
   Coherence coherence = Coherence::kWaitFree;
-  bool stub_missing = false;  ///< POUs, blocks and types that cannot be compiled become stubs that do nothing, loudly
-  bool strict =
-      false;  ///< notes are errors: only what the standard knows compiles. Not in the image: it changes no meaning
-  bool show_all = false;  ///< every warning and note is printed, not 20 of one code. Not in the image either
+  bool stub_missing = false;
+  bool strict = false;
+  bool show_all = false;  ///< every warning and note is printed, not 20 of one code. Not in the image
   std::string pou;  ///< --pou: instantiate this program or function block alone in a 20 ms task; empty = the file's
                     ///< configuration
   friend bool operator==(const CompileOptions&, const CompileOptions&) = default;
 };
+
+/// An option that is one of a few words.
+template <class E>
+struct Choice {
+  using Value = E;
+  std::string_view name;                    ///< of the flag without its dashes, and where options are listed
+  E CompileOptions::*value;                 ///< where it is kept
+  std::span<const std::string_view> words;  ///< by value, from 0; the first is the default
+  std::string_view help;                    ///< what --help says
+};
+
+/// An option that is given or not.
+struct Switch {
+  std::string_view name;
+  bool CompileOptions::*value;
+  bool stored;  ///< in the image; others change no meaning of what compiles
+  std::string_view help;
+};
+
+inline constexpr std::array<std::string_view, 2> kOrderWords = {"drawing", "document"};
+inline constexpr std::array<std::string_view, 2> kCompatWords = {"none", "beremiz"};
+inline constexpr std::array<std::string_view, 2> kProfileWords = {"separate", "overlay"};
+inline constexpr std::array<std::string_view, 3> kCoherenceWords = {"wait-free", "priority-ceiling", "global-lock"};
+
+/// In the order in which the image has them.
+inline constexpr std::tuple kChoices = {
+    Choice<Order>{"order", &CompileOptions::order, kOrderWords,
+                  "drawing: top to bottom as drawn (default). document: as the file lists the elements"},
+    Choice<Compat>{"compat", &CompileOptions::compat, kCompatWords,
+                   "none: one value per wire (default). beremiz: contacts are read again for every coil, and edges are "
+                   "its own"},
+    Choice<AddressProfile>{"profile", &CompileOptions::profile, kProfileWords,
+                           "separate: %IX, %IB, %IW are independent (default). overlay: %IW0 contains %IX0.0 to "
+                           "%IX1.7"},
+    Choice<Coherence>{"coherence", &CompileOptions::coherence, kCoherenceWords,
+                      "how tasks exchange globals. wait-free: nobody waits (default). priority-ceiling: group by group "
+                      "at raised priority, all tasks on one processor. global-lock: one lock around every exchange"},
+};
+inline constexpr std::array<Switch, 2> kSwitches = {{
+    {"stub-missing", &CompileOptions::stub_missing, true,
+     "POUs, blocks and types that cannot be compiled become stubs that do nothing; each is named"},
+    {"strict", &CompileOptions::strict, false,
+     "idioms that other tools take and the standard does not know are errors (plc check names them in notes)"},
+}};
+
+/// Calls visit(row) with each Choice.
+template <class Visit>
+constexpr void for_each_choice(Visit visit) {
+  std::apply([&visit](const auto&... row) { (visit(row), ...); }, kChoices);
+}
+
+/// The word that stands for a value of this option.
+template <class E>
+constexpr std::string_view word_of(const Choice<E>& choice, const CompileOptions& options) {
+  return choice.words[static_cast<std::size_t>(options.*choice.value)];
+}
+
+/// "wait-free", "priority-ceiling", "global-lock".
+constexpr std::string_view coherence_name(Coherence coherence) {
+  return kCoherenceWords[static_cast<std::size_t>(coherence)];
+}
 
 }  // namespace plc::core
