@@ -349,9 +349,12 @@ bool Drawing::warn_coils_of_one_address(std::span<const Write* const> coils) {
 }
 
 void Drawing::warn_order_of_writes() {
-  // Where everything that acts already stands in document order, the two rules agree: reading and writing follows.
+  // Where by the drawing everything that acts stands in document order, the two rules agree: reading and writing
+  // follows. The order of the file says nothing about that of the drawing.
+  const bool drawing = options_.order == core::Order::kDrawing;
   std::vector<std::uint32_t> here(graph_.nodes.size(), 0);
-  bool same = std::none_of(graph_.wires.begin(), graph_.wires.end(), [](const Wire& wire) { return wire.feedback; });
+  bool same =
+      drawing && std::none_of(graph_.wires.begin(), graph_.wires.end(), [](const Wire& wire) { return wire.feedback; });
   NodeId last = 0;
   for (std::uint32_t i = 0; i < sequence_.steps.size(); ++i) {
     const NodeId n = sequence_.steps[i].node;
@@ -364,7 +367,6 @@ void Drawing::warn_order_of_writes() {
   Graph other = graph_;
   for (Wire& wire : other.wires) wire.feedback = false;
   core::Diagnostics quiet;
-  const bool drawing = options_.order == core::Order::kDrawing;
   const Sequence sequence = order(other, drawing ? core::Order::kDocument : core::Order::kDrawing, {}, quiet);
   std::vector<std::uint32_t> there(graph_.nodes.size(), 0);
   for (std::uint32_t i = 0; i < sequence.steps.size(); ++i) there[sequence.steps[i].node] = i;

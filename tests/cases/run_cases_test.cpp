@@ -1,5 +1,6 @@
 // Runs every folder cases/<area>/<case>: simulates the project from its file and again from its image, there as native
-// code, and compares the trace with what was worked out by hand (README.md of the case).
+// code, and compares the trace with what was worked out by hand. Why the numbers prove the point
+// stands at the head of the project.
 //
 // Form of a case: docs in cases/README.md. Does not belong here: any knowledge of a single case.
 #include <gtest/gtest.h>
@@ -7,9 +8,13 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <map>
 #include <sstream>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "tests/cases/case_file.h"
@@ -141,13 +146,29 @@ std::string test_name(const ::testing::TestParamInfo<std::string>& param) {
   return name;
 }
 
+/// The comment that a project begins with, behind the declaration of XML, or nothing.
+std::string reason_of(const fs::path& project) {
+  std::ifstream in(project);
+  std::string text{std::istreambuf_iterator<char>(in), {}};
+  if (project.extension() == ".xml") {
+    text.erase(0, text.find("?>") + 2);
+    text.erase(0, text.find_first_not_of("\r\n"));
+  }
+  for (const auto& [begin, end] : {std::pair("<!--", "-->"), std::pair("(*", "*)"), std::pair("//", "\n")}) {
+    const std::size_t size = std::string_view(begin).size();
+    if (text.rfind(begin, 0) == 0) return text.substr(size, text.find(end) - size);
+  }
+  return {};
+}
+
 class Case : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(Case, TraceEqualsTheHandWorkedTable) {
   const fs::path folder = fs::path(kCases) / GetParam();
-  ASSERT_TRUE(fs::exists(folder / "README.md")) << "a case says why its numbers prove its point";
-  const CaseFile the_case = plc::test::read_case(folder);
   const std::string project = plc::test::project_of(folder).string();
+  EXPECT_NE(reason_of(project).find_first_not_of(" \r\n"), std::string::npos)
+      << "the head of the project says why its numbers prove its point";
+  const CaseFile the_case = plc::test::read_case(folder);
   for (std::size_t i = 0; i < the_case.runs.size(); ++i) {
     const CaseRun& run = the_case.runs[i];
     SCOPED_TRACE("run " + run.expected + " " + command_line(run.options));

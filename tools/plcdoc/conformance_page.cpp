@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <limits>
 #include <sstream>
 
@@ -34,12 +35,13 @@ constexpr std::string_view answer_word(Answer answer) {
   return "";
 }
 
-/// "[a-case](..)", the page of the library, or nothing.
-std::string evidence(const Feature& feature) {
+/// "[a-case](..)", the page of the library, or nothing. Cases are shown by their project: its head gives the reason.
+std::string evidence(const Feature& feature, const std::filesystem::path& cases) {
   constexpr std::string_view kCases = "../../tests/cases/";
   std::string text;
   for (const std::string& name : feature.cases) {
-    text += fmt::format("{}[{}]({}{}/README.md)", text.empty() ? "" : ", ", name, kCases, name);
+    const bool drawn = std::filesystem::exists(cases / name / "project.xml");
+    text += fmt::format("{}[{}]({}{}/project.{})", text.empty() ? "" : ", ", name, kCases, name, drawn ? "xml" : "st");
   }
   if (text.empty() && !feature.group.empty()) text = fmt::format("[examples]({})", page_of_group(feature.group));
   return text;
@@ -164,7 +166,7 @@ Count count(const FeatureTables& features) {
 
 }  // namespace
 
-Page conformance_page(const FeatureTables& features) {
+Page conformance_page(const FeatureTables& features, const std::filesystem::path& cases) {
   const Count sum = count(features);
   std::ostringstream out;
   out << generated_from("tests/cases/tables.txt, the cases and stdlib/") << "# Conformance with IEC 61131-3:2013\n\n"
@@ -182,7 +184,7 @@ Page conformance_page(const FeatureTables& features) {
         << "\n\n| feature | what | here | shown by | note |\n| --- | --- | --- | --- | --- |\n";
     for (const Feature& feature : table.features) {
       out << fmt::format("| {} | {} | {} | {} | {} |\n", feature.number, cell(feature.text),
-                         answer_word(feature.answer), evidence(feature), cell(feature.note));
+                         answer_word(feature.answer), evidence(feature, cases), cell(feature.note));
     }
   }
   out << "\n## Parameters of the implementer\n\n| parameter | here | |\n| --- | --- | --- |\n";

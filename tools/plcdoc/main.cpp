@@ -215,7 +215,7 @@ int main(int argc, char** argv) {
       {"configuration.md", tools::generated_from("io-drivers/config/keys.def and the kinds of drivers") +
                                io::configuration_reference(io::driver_types())},
       {"picard-library.xml", tools::library_xml()},
-      tools::conformance_page(features)};
+      tools::conformance_page(features, cases)};
   for (Page& page : tools::library_pages()) pages.push_back(std::move(page));
   for (Page& page : tools::taskblock_pages()) pages.push_back(std::move(page));
   int exit_code = 0;

@@ -1,6 +1,7 @@
 // The reference pages, one function each: Markdown from tables. main.cpp writes or compares them.
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -29,8 +30,9 @@ std::string as_code(std::string_view text);
 std::vector<Page> library_pages();
 /// taskblocks.md, the index, and taskblocks/<group>.md for every group of the set that comes with PICARD.
 std::vector<Page> taskblock_pages();
-/// conformance.md: features of the standard with their evidence, and what it leaves to the implementer.
-Page conformance_page(const FeatureTables& features);
+/// conformance.md: features of the standard with their evidence, and what it leaves to the implementer. `cases`:
+/// the folder of the cases, as the features were read from it.
+Page conformance_page(const FeatureTables& features, const std::filesystem::path& cases);
 /// File of the page about the group with this title: "library/bit-strings.md".
 std::string page_of_group(std::string_view title);
 
