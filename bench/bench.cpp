@@ -2,7 +2,6 @@
 // costs to compile; what calling taskblocks costs; what clients of the Modbus server get, side by side with libmodbus.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <iostream>
 #include <string>
@@ -12,6 +11,7 @@
 #include "bench/measurements.h"
 #include "bench/scan.h"
 #include "bench/workload.h"
+#include "tools/cli.h"
 
 namespace plc::bench {
 
@@ -71,7 +71,9 @@ Verdict check_scans(std::uint64_t seed) {
 
 int main(int argc, char** argv) {
   using namespace plc::bench;
-  CLI::App app{
+  using plc::tools::Command;
+  const plc::tools::Program program(
+      "plc-bench",
       "Measures what PICARD costs beside something known, both in turns in one run, and checks every result.\n"
       "\n"
       "Examples:\n"
@@ -94,84 +96,83 @@ int main(int argc, char** argv) {
       "\"MISSED 1.15\" says what the limit is. alive: variables that changed while all sides were compared, byte by\n"
       "byte, scan by scan. bench/README.md tells what each workload does, and what its C does and does not do.\n"
       "\n"
-      "Exit codes: 0 results right and all ratios within their limits, 1 a limit missed, 2 a result wrong.",
-      "plc-bench"};
+      "Exit codes: 0 results right and all ratios within their limits, 1 a limit missed, 2 a result wrong.");
   std::uint64_t seed = 1;
   std::uint32_t repetitions = 7, batches = 100;
-  app.add_option("--seed", seed, "of what is generated")->capture_default_str();
-  app.add_option("--repetitions", repetitions, "of each load, interleaved; medians are printed")->capture_default_str();
-  app.add_option("--batches", batches, "of scans per side, interleaved; medians are printed")->capture_default_str();
-  CLI::App* scan = app.add_subcommand("scan", "interpreter and native code against C, one row per workload and size");
+  program.option("--seed", seed, "of what is generated").shows_default();
+  program.option("--repetitions", repetitions, "of each load, interleaved; medians are printed").shows_default();
+  program.option("--batches", batches, "of scans per side, interleaved; medians are printed").shows_default();
+  const Command scan = program.sub("scan", "interpreter and native code against C, one row per workload and size");
   Scans wanted;
-  scan->add_option("--only", wanted.only, "names of workloads: " + names_of_workloads())
-      ->type_name("NAME")
-      ->check(
+  scan.option("--only=NAME", wanted.only, "names of workloads: " + names_of_workloads())
+      .check(
           [](const std::string& name) { return find_workload(name) == nullptr ? "there is no workload " + name : ""; });
-  scan->add_option("--size", wanted.sizes, "sizes instead of those of the table")->check(CLI::Range(10u, 1'000'000u));
+  scan.option("--size", wanted.sizes, "sizes instead of those of the table").range(10u, 1'000'000u);
   PlotPlan plot_plan;
-  CLI::App* plots = app.add_subcommand("plots", "cost of a rung over the number of rungs, as SVG files");
-  plots->add_option("--only", plot_plan.only, "plain, blocks, arithmetic, mixed")
-      ->type_name("NAME")
-      ->check(CLI::IsMember({"plain", "blocks", "arithmetic", "mixed"}));
-  plots->add_option("--folder", plot_plan.folder, "where the SVG files go: scan_plain.svg and others")
-      ->type_name("FOLDER")
-      ->default_val(PLC_PLOTS);
-  CLI::App* load = app.add_subcommand("load", "file to first scan against xmllint, memory");
+  plot_plan.folder = PLC_PLOTS;
+  const Command plots = program.sub("plots", "cost of a rung over the number of rungs, as SVG files");
+  plots.option("--only=NAME", plot_plan.only, "plain, blocks, arithmetic, mixed")
+      .one_of({"plain", "blocks", "arithmetic", "mixed"});
+  plots.option("--folder=FOLDER", plot_plan.folder, "where the SVG files go: scan_plain.svg and others")
+      .shows_default();
+  const Command load = program.sub("load", "file to first scan against xmllint, memory");
   ModbusPlan modbus_plan;
-  CLI::App* modbus = app.add_subcommand("modbus", "clients as fast as they can, against libmodbus");
-  modbus->add_option("--seconds", modbus_plan.seconds, "of load")->capture_default_str();
-  modbus->add_option("--connections", modbus_plan.connections, "at a time")->capture_default_str();
-  modbus->add_option("--torture", modbus_plan.torture, "tool that plays hostile clients")->default_val(PLC_TORTURE);
+  modbus_plan.torture = PLC_TORTURE;
+  const Command modbus = program.sub("modbus", "clients as fast as they can, against libmodbus");
+  modbus.option("--seconds", modbus_plan.seconds, "of load").shows_default();
+  modbus.option("--connections", modbus_plan.connections, "at a time").shows_default();
+  modbus.option("--torture", modbus_plan.torture, "tool that plays hostile clients").shows_default();
   CoherencePlan coherence_plan;
-  CLI::App* coherence = app.add_subcommand("coherence", "exchange of globals under the three protocols");
-  coherence->add_option("--cycles", coherence_plan.cycles, "of the fast task in each row")->capture_default_str();
-  coherence->add_option("--sizes", coherence_plan.sizes, "variables in each direction")->capture_default_str();
-  coherence->add_option("--plot", coherence_plan.plot, "SVG file to draw the p99.9 of each row into")
-      ->type_name("FILE");
-  CLI::App* taskblocks = app.add_subcommand("taskblocks", "calls of taskblocks, and wires between them");
-  CLI::App* compile = app.add_subcommand("compile", "ST to image, garbage to errors");
+  const Command coherence = program.sub("coherence", "exchange of globals under the three protocols");
+  coherence.option("--cycles", coherence_plan.cycles, "of the fast task in each row").shows_default();
+  coherence.option("--sizes", coherence_plan.sizes, "variables in each direction").shows_default();
+  coherence.option("--plot=FILE", coherence_plan.plot, "SVG file to draw the p99.9 of each row into");
+  const Command taskblocks = program.sub("taskblocks", "calls of taskblocks, and wires between them");
+  const Command compile = program.sub("compile", "ST to image, garbage to errors");
   CompilePlan compile_plan;
-  compile->add_option("--lines", compile_plan.lines, "of the project")->capture_default_str();
-  compile->add_option("--garbage-mb", compile_plan.garbage_mb, "of each kind")->capture_default_str();
-  CLI::App* check = app.add_subcommand("check", "small programs of every workload, results only");
-  CLI::App* limits = app.add_subcommand("limits", "what each figure may be at most, as the table of README.md");
-  app.require_subcommand(0, 1);
-  for (CLI::App* command : {scan, plots, load, taskblocks, compile, modbus, coherence, check}) command->fallthrough();
-  CLI11_PARSE(app, argc, argv);
+  compile.option("--lines", compile_plan.lines, "of the project").shows_default();
+  compile.option("--garbage-mb", compile_plan.garbage_mb, "of each kind").shows_default();
+  const Command check = program.sub("check", "small programs of every workload, results only");
+  const Command limits = program.sub("limits", "what each figure may be at most, as the table of README.md");
+  program.runs_alone();
+  for (const Command& command : {scan, plots, load, taskblocks, compile, modbus, coherence, check})
+    command.falls_through();
+  if (const auto code = program.parse(argc, argv)) return *code;
   compile_plan.seed = seed;
   compile_plan.repetitions = repetitions;
-  const bool everything = app.get_subcommands().empty();
+  const auto any = {scan, plots, load, modbus, coherence, taskblocks, compile, check, limits};
+  const bool everything = std::none_of(any.begin(), any.end(), [](Command command) { return command.chosen(); });
   try {
     Verdict verdict;
-    if (limits->parsed()) {
+    if (limits.chosen()) {
       print_limits();
-    } else if (check->parsed()) {
+    } else if (check.chosen()) {
       verdict.merge(measure_taskblocks({0}));
       verdict.merge(measure_compile({seed, 3000, 1, 1, false}));
       verdict.merge(check_scans(seed));
-    } else if (plots->parsed()) {
+    } else if (plots.chosen()) {
       plot_plan.seed = seed;
       plot_plan.batches = batches;
       verdict.merge(plot_scans(plot_plan));
-    } else if (coherence->parsed()) {
+    } else if (coherence.chosen()) {
       verdict.merge(measure_coherence(coherence_plan));
-    } else if (modbus->parsed()) {
+    } else if (modbus.chosen()) {
       verdict.merge(measure_modbus(modbus_plan));
     } else {
-      if (everything || scan->parsed()) {
+      if (everything || scan.chosen()) {
         wanted.plan.seed = seed;
         wanted.plan.batches = batches;
         verdict.merge(scans(wanted));
       }
-      if (everything || load->parsed()) {
+      if (everything || load.chosen()) {
         std::cout << "Load: project file to the end of the first scan, against xmllint --noout, interleaved\n";
         verdict.merge(measure_load({seed, repetitions}));
       }
-      if (everything || taskblocks->parsed()) {
+      if (everything || taskblocks.chosen()) {
         std::cout << "Taskblocks: RUNTB against a plain indirect call, interleaved\n";
         verdict.merge(measure_taskblocks({batches}));
       }
-      if (everything || compile->parsed()) {
+      if (everything || compile.chosen()) {
         std::cout << "Compile: plc compile and plc check on .st files\n";
         verdict.merge(measure_compile(compile_plan));
       }

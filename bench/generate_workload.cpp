@@ -1,30 +1,28 @@
 // plc-gen-workload: writes a workload of the benchmark, made from a seed, as a project and as C (see workload.h).
-#include <CLI/CLI.hpp>
 #include <fstream>
 #include <iostream>
 #include <string>
 
 #include "bench/workload.h"
+#include "tools/cli.h"
 
 int main(int argc, char** argv) {
   using namespace plc::bench;
   std::string names;
   for (const Workload& workload : workloads()) names += std::string(names.empty() ? "" : ", ") + workload.name;
-  CLI::App app{
+  const plc::tools::Program program(
+      "plc-gen-workload",
       "Writes a workload of the benchmark, made from a seed, as a project and, with the same logic, as C.\n"
-      "Example: plc-gen-workload --only mixed --size 10000 --project mixed.xml --c mixed.c",
-      "plc-gen-workload"};
+      "Example: plc-gen-workload --only mixed --size 10000 --project mixed.xml --c mixed.c");
   std::string name = "plain", project, c;
   std::uint32_t size = 1000;
   std::uint64_t seed = 1;
-  app.add_option("--only", name, names)->capture_default_str();
-  app.add_option("--size", size, "how many rungs, chains or the like")
-      ->check(CLI::Range(10u, 1'000'000u))
-      ->capture_default_str();
-  app.add_option("--seed", seed, "equal seeds give equal files")->capture_default_str();
-  app.add_option("--project", project, "file for the project: PLCopen, of the workloads with .st in their name ST");
-  app.add_option("--c", c, "file for the C source");
-  CLI11_PARSE(app, argc, argv);
+  program.option("--only", name, names).shows_default();
+  program.option("--size", size, "how many rungs, chains or the like").range(10u, 1'000'000u).shows_default();
+  program.option("--seed", seed, "equal seeds give equal files").shows_default();
+  program.option("--project", project, "file for the project: PLCopen, of the workloads with .st in their name ST");
+  program.option("--c", c, "file for the C source");
+  if (const auto code = program.parse(argc, argv)) return *code;
 
   const Workload* const workload = find_workload(name);
   if (workload == nullptr) {

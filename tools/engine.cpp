@@ -11,13 +11,11 @@
 
 namespace plc::tools {
 
-void add_engine_option(CLI::App& app, Engine& engine) {
-  app.add_option("--engine", engine,
+void add_engine_option(Command command, Engine& engine) {
+  command.choice("--engine=NAME", engine,
+                 {{"auto", Engine::kAuto}, {"interp", Engine::kInterpreter}, {"native", Engine::kNative}},
                  "what runs the tasks: native (machine code, made before the first scan), interp (the interpreter) or "
-                 "auto (native where this machine allows it, the default)")
-      ->transform(choice_validator<Engine>(
-          {{"auto", Engine::kAuto}, {"interp", Engine::kInterpreter}, {"native", Engine::kNative}}))
-      ->type_name("NAME");
+                 "auto (native where this machine allows it, the default)");
 }
 
 std::string engine_name(const runtime::Program& program) { return program.is_compiled() ? "native" : "interpreter"; }

@@ -4,12 +4,12 @@
 // belong here: the compiler (native/).
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <optional>
 #include <string>
 
 #include "runtime/resource.h"
+#include "tools/cli.h"
 
 namespace plc::tools {
 
@@ -20,7 +20,7 @@ enum class Engine : std::uint8_t {
 };
 
 /// Adds --engine. `engine` must outlive the parsing.
-void add_engine_option(CLI::App& app, Engine& engine);
+void add_engine_option(Command command, Engine& engine);
 
 /// "interpreter" or "native": what the task runs in.
 std::string engine_name(const runtime::Program& program);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cctype>
 #include <string_view>
@@ -33,11 +34,6 @@ std::string escaped(std::string_view text) {
 std::string upper(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::toupper(c); });
   return text;
-}
-
-/// "plc config check"
-std::string full_name(const CLI::App& app) {
-  return app.get_parent() == nullptr ? app.get_name() : full_name(*app.get_parent()) + " " + app.get_name();
 }
 
 std::vector<const CLI::App*> commands_of(const CLI::App& app) {
@@ -143,10 +139,8 @@ std::string manual_page(const CLI::App& app) {
   return out + shared + ".SH SEE ALSO\n.BR plc (1),\n.BR plc\\-run (1)\n";
 }
 
-void add_manual_option(CLI::App& app) {
-  app.add_flag_callback(
-         "--manual", [&app] { throw CLI::CallForVersion(manual_page(app), 0); }, "this page in the language of man(1)")
-      ->group("");
+std::string full_name(const CLI::App& app) {
+  return app.get_parent() == nullptr ? app.get_name() : full_name(*app.get_parent()) + " " + app.get_name();
 }
 
 }  // namespace plc::tools

@@ -4,8 +4,8 @@
 
 namespace plc::tools {
 
-std::optional<int> open_or_explain(const CLI::App& app, const Request& request, Compilation& compilation) {
-  if (const auto code = refuse_options_of_image(app, request.path)) return code;
+std::optional<int> open_or_explain(Command command, const Request& request, Compilation& compilation) {
+  if (const auto code = refuse_options_of_image(command, request.path)) return code;
   open(request, compilation);
   compilation.diagnostics.render_with_lines(std::cerr);
   if (!compilation.readable) return kExitUsage;

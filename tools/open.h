@@ -3,7 +3,6 @@
 // In: a request. Out: a compilation with all its diagnostics on stderr. Does not belong here: compiling (compile.h).
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <optional>
 
 #include "compiler/compile.h"
@@ -17,6 +16,6 @@ using compiler::Request;
 
 /// compile() or load with all diagnostics on stderr. Refuses compile options for an image. The exit code when there is
 /// nothing to go on with.
-std::optional<int> open_or_explain(const CLI::App& app, const Request& request, Compilation& compilation);
+std::optional<int> open_or_explain(Command command, const Request& request, Compilation& compilation);
 
 }  // namespace plc::tools

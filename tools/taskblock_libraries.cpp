@@ -57,9 +57,9 @@ void add_project_libraries(const io::Configuration& configuration, std::vector<s
   }
 }
 
-void add_taskblocks_option(CLI::App& app, std::string& configuration) {
-  app.add_option("--config", configuration, "configuration whose [project] and [taskblocks] libraries the project uses")
-      ->type_name("plc.toml");
+void add_taskblocks_option(Command command, std::string& configuration) {
+  command.option("--config=plc.toml", configuration,
+                 "configuration whose [project] and [taskblocks] libraries the project uses");
 }
 
 std::optional<int> load_taskblocks(const std::string& configuration, taskblocks::Registry& registry,

@@ -6,7 +6,6 @@
 // (taskblocks/shared_library.h).
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,6 +13,7 @@
 #include "core/diagnostics.h"
 #include "io-drivers/config/configuration.h"
 #include "taskblocks/registry.h"
+#include "tools/cli.h"
 
 namespace plc::tools {
 
@@ -25,7 +25,7 @@ void add_project_libraries(const io::Configuration& configuration, std::vector<s
                            core::Diagnostics& diagnostics);
 
 /// Adds --config for the sake of [project] and [taskblocks] alone. The text must outlive the parsing.
-void add_taskblocks_option(CLI::App& app, std::string& configuration);
+void add_taskblocks_option(Command command, std::string& configuration);
 /// What that option asks for into `registry`, and its [project] libraries into `libraries`; errors on stderr. The
 /// exit code when there is nothing to go on with.
 std::optional<int> load_taskblocks(const std::string& configuration, taskblocks::Registry& registry,

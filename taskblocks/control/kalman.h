@@ -90,9 +90,7 @@ class Kalman final : public picard::Taskblock {
     model.r = read_covariance<kMeasured>(r.get(), ny, "R is not symmetric and positive definite");
     model.x0 = read_matrix<kStates, 1>(x0.get(), nx, 1, "a number in X0 is not finite");
     model.p0 = read_covariance<kStates>(p0.get(), nx, "P0 is not symmetric and positive semidefinite");
-    if (Eigen::LLT<Matrix<kMeasured, kMeasured>>(model.r).info() != Eigen::Success) {
-      throw picard::Failure("R is not symmetric and positive definite");
-    }
+    if (!is_definite(model.r)) throw picard::Failure("R is not symmetric and positive definite");
     filter_ = KalmanFilter(model);
     inputs_ = Vector<kInputs>::Zero(nu.get());
   }

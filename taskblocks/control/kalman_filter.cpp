@@ -1,5 +1,7 @@
 #include "taskblocks/control/kalman_filter.h"
 
+#include <Eigen/Cholesky>
+
 namespace plc::blocks {
 namespace {
 

@@ -4,9 +4,7 @@
 // either. RT except for reading and checking, which are for ready(). Does not belong here: models.
 #pragma once
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
-#include <Eigen/Eigenvalues>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -41,15 +39,16 @@ Matrix<Rows, Columns> read_matrix(const std::array<double, Count>& numbers, int 
   return matrix;
 }
 
-/// The same for a covariance: throws `complaint` also when it is not symmetric, or not positive semidefinite.
+/// Symmetric and positive semidefinite, but for rounding.
+bool is_covariance(const Matrix<kStates, kStates>& matrix);
+/// Symmetric matrices only: positive definite.
+bool is_definite(const Matrix<kStates, kStates>& matrix);
+
+/// The same for a covariance: throws `complaint` also when it is none.
 template <int Size, std::size_t Count>
 Matrix<Size, Size> read_covariance(const std::array<double, Count>& numbers, int size, const char* complaint) {
-  constexpr double kRounding = 1e-9;
   const Matrix<Size, Size> matrix = read_matrix<Size, Size>(numbers, size, size, complaint);
-  const double scale = matrix.cwiseAbs().maxCoeff();
-  if ((matrix - matrix.transpose()).cwiseAbs().maxCoeff() > kRounding * scale) throw picard::Failure(complaint);
-  const Eigen::SelfAdjointEigenSolver<Matrix<Size, Size>> solver(matrix, Eigen::EigenvaluesOnly);
-  if (solver.eigenvalues().minCoeff() < -kRounding * scale) throw picard::Failure(complaint);
+  if (!is_covariance(matrix)) throw picard::Failure(complaint);
   return matrix;
 }
 

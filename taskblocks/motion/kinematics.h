@@ -54,7 +54,8 @@ class Kinematics final : public picard::Taskblock {
     if (!m_.allFinite() || !offset_.allFinite()) {
       throw picard::Failure("KINEMATICS: MATRIX and OFFSET must be finite numbers");
     }
-    const auto singular_values = Eigen::JacobiSVD<Matrix>(m_).singularValues();
+    // Matrices that are not square would need a preconditioner, which takes long to compile.
+    const auto singular_values = Eigen::JacobiSVD<Matrix, Eigen::NoQRPreconditioner>(m_).singularValues();
     const double smallest = singular_values(n - 1);
     condition_ = smallest > 0 ? singular_values(0) / smallest : std::numeric_limits<double>::infinity();
     if (!(condition_ <= max_condition)) {

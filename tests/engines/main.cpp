@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
@@ -22,6 +21,7 @@
 #include "tests/support/failing_taskblock.h"
 #include "tests/support/random_image.h"
 #include "tests/support/random_inputs.h"
+#include "tools/cli.h"
 
 namespace plc::test {
 namespace {
@@ -227,7 +227,8 @@ int run(const Plan& plan) {
 
 int main(int argc, char** argv) {
   using namespace plc::test;
-  CLI::App app{
+  const plc::tools::Program program(
+      "plc-test-engines",
       "Generated programs in every engine: tables, events and faults are equal after every scan.\n"
       "\n"
       "Examples:\n"
@@ -236,21 +237,19 @@ int main(int argc, char** argv) {
       "  plc-test-engines --seed 7 --programs 1       one program again\n"
       "\n"
       "Long runs say every minute how far they are; Ctrl-C ends one with its counts.\n"
-      "Exit codes: 0 all equal, 1 a difference, 2 trouble with files.",
-      "plc-test-engines"};
+      "Exit codes: 0 all equal, 1 a difference, 2 trouble with files.");
   Plan plan;
-  app.add_option("--seed", plan.first, "of the first program; the next have the next seeds")->capture_default_str();
-  app.add_option("--programs", plan.programs, "how many")->capture_default_str();
-  app.add_option("--scans", plan.scans, "of each task of a program, about")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 1'000'000));
-  app.add_option("--kind", plan.kind, "images (made of instructions), texts (ST), drawings (LD and FBD), or mixed")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, Kind>{
-          {"images", Kind::kImage}, {"texts", Kind::kText}, {"drawings", Kind::kDrawing}, {"mixed", Kind::kMixed}}));
-  app.add_option("--failures", plan.most_failures, "stop after this many, 0 = never")->capture_default_str();
-  app.add_flag("--coverage", plan.coverage, "print how many programs had which instruction");
-  app.add_flag("--print", plan.print, "print the programs: text, XML, or a listing of the image");
-  CLI11_PARSE(app, argc, argv);
+  program.option("--seed", plan.first, "of the first program; the next have the next seeds").shows_default();
+  program.option("--programs", plan.programs, "how many").shows_default();
+  program.option("--scans", plan.scans, "of each task of a program, about").shows_default().range(1, 1'000'000);
+  program.choice(
+      "--kind", plan.kind,
+      {{"images", Kind::kImage}, {"texts", Kind::kText}, {"drawings", Kind::kDrawing}, {"mixed", Kind::kMixed}},
+      "images (made of instructions), texts (ST), drawings (LD and FBD), or mixed");
+  program.option("--failures", plan.most_failures, "stop after this many, 0 = never").shows_default();
+  program.flag("--coverage", plan.coverage, "print how many programs had which instruction");
+  program.flag("--print", plan.print, "print the programs: text, XML, or a listing of the image");
+  if (const auto code = program.parse(argc, argv)) return *code;
   std::string folder = (std::filesystem::temp_directory_path() / "plc-engines-XXXXXX").string();
   if (::mkdtemp(folder.data()) == nullptr) return 2;
   plan.folder = folder;

@@ -63,11 +63,16 @@ struct Foreign {
   bool in_headers;
 };
 const std::vector<Foreign> kForeign = {
-    {"libxml/", {"plcopen"}, false},         {"fmt/", {}, false},  // any folder
-    {"CLI/", {"tools", "bench"}, true},      {"nlohmann/", {"tools"}, false},
-    {"xxhash", {"bytecode"}, false},         {"toml++/", {"io-drivers/config"}, false},
-    {"boost/", {"io-drivers/modbus"}, true}, {"Eigen/", {"taskblocks"}, true},
-    {"gpiod", {"io-drivers/gpio"}, false},   {"asmjit/", {"native"}, true},
+    {"libxml/", {"plcopen"}, false},
+    {"fmt/", {}, false},  // any folder
+    {"CLI/", {"tools"}, false},
+    {"nlohmann/", {"tools"}, false},
+    {"xxhash", {"bytecode"}, false},
+    {"toml++/", {"io-drivers/config"}, false},
+    {"boost/", {"io-drivers/modbus"}, true},
+    {"Eigen/", {"taskblocks"}, true},
+    {"gpiod", {"io-drivers/gpio"}, false},
+    {"asmjit/", {"native"}, true},
 };
 
 struct Include {

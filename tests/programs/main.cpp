@@ -2,13 +2,13 @@
 // after every scan (README.md of this folder).
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
 
 #include "tests/programs/comparison.h"
+#include "tools/cli.h"
 
 namespace plc::programs {
 namespace {
@@ -63,7 +63,8 @@ int run(std::uint64_t first, std::uint64_t programs, std::uint64_t statements, b
 
 int main(int argc, char** argv) {
   using namespace plc::programs;
-  CLI::App app{
+  const plc::tools::Program tool(
+      "plc-test-programs",
       "Random ST programs, compiled by PICARD and by the C compiler: all variables are equal after every scan.\n"
       "\n"
       "Examples:\n"
@@ -71,21 +72,20 @@ int main(int argc, char** argv) {
       "  plc-test-programs --statements 10000000    the long run\n"
       "  plc-test-programs --seed 7 --print st      one program\n"
       "\n"
-      "Exit codes: 0 all equal, 1 a difference, 2 trouble with files.",
-      "plc-test-programs"};
+      "Exit codes: 0 all equal, 1 a difference, 2 trouble with files.");
   std::uint64_t seed = 1, programs = 0, statements = 0, failures = 1;
   std::string print;
   bool keep = false, no_shrink = false;
   ComparisonPlan plan;
-  app.add_option("--seed", seed, "of the first program; the next have the next seeds")->capture_default_str();
-  app.add_option("--programs", programs, "how many, 0 = no limit");
-  app.add_option("--statements", statements, "until this many were executed, 0 = no limit");
-  app.add_option("--scans", plan.scans, "of each program")->capture_default_str();
-  app.add_option("--failures", failures, "stop after this many, 0 = never")->capture_default_str();
-  app.add_option("--print", print, "only print the program of --seed: st or c")->check(CLI::IsMember({"st", "c"}));
-  app.add_flag("--keep", keep, "leave the files of the last program and say where");
-  app.add_flag("--no-shrink", no_shrink, "do not make failing programs smaller");
-  CLI11_PARSE(app, argc, argv);
+  tool.option("--seed", seed, "of the first program; the next have the next seeds").shows_default();
+  tool.option("--programs", programs, "how many, 0 = no limit");
+  tool.option("--statements", statements, "until this many were executed, 0 = no limit");
+  tool.option("--scans", plan.scans, "of each program").shows_default();
+  tool.option("--failures", failures, "stop after this many, 0 = never").shows_default();
+  tool.option("--print", print, "only print the program of --seed: st or c").one_of({"st", "c"});
+  tool.flag("--keep", keep, "leave the files of the last program and say where");
+  tool.flag("--no-shrink", no_shrink, "do not make failing programs smaller");
+  if (const auto code = tool.parse(argc, argv)) return *code;
   if (programs == 0 && statements == 0) programs = 1;
   plan.prelude = PLC_PROGRAMS_PRELUDE;
   if (!print.empty()) {

@@ -13,7 +13,6 @@
 #include <iterator>
 #include <map>
 #include <memory>
-#include <new>
 #include <set>
 #include <string>
 #include <utility>
@@ -28,7 +27,6 @@
 #include "runtime/sched/realtime.h"
 #include "tools/command_line.h"
 #include "tools/engine.h"
-#include "tools/manual.h"
 #include "tools/plc-run/component_faults.h"
 #include "tools/plc-run/listeners.h"
 #include "tools/plc-run/open_image.h"
@@ -266,7 +264,8 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
 }
 
 int run_command(int argc, char** argv) {
-  CLI::App app{
+  const Program program(
+      "plc-run",
       "Runs a PLC project in real time, one thread per task, until SIGINT, SIGTERM or SIGHUP; then outputs go to "
       "their safe state.\n"
       "\n"
@@ -285,56 +284,48 @@ int run_command(int argc, char** argv) {
       "\n"
       "Exit codes: 0 all is well, 1 the project has errors or a task faulted, 2 wrong flags or a file that cannot be "
       "opened, 3 the runtime died or hung and the guardian drove the safe values.",
-      "plc-run"};
+      kVersionText);
   Run run;
-  app.set_version_flag("--version", kVersionText);
-  add_manual_option(app);
-  app.add_option("FILE", run.file, "PLCopen XML or ST file, or image made by plc compile")->required();
-  app.add_option("--cycles", run.cycles, "stop after N scans of the fastest task")
-      ->type_name("N")
-      ->check(count_validator());
-  app.add_option("--duration", run.duration,
-                 "stop after this time: 500ms, 20s, 1h, a plain number is seconds; given twice, the last counts")
-      ->type_name("T")
-      ->take_last();
-  app.add_option("--stimulus", run.stimulus, "inputs as CSV, as plc sim takes it; time 0 is the first cycle")
-      ->type_name("in.csv");
-  app.add_option("--config", run.configuration,
-                 "drivers, channels, Modbus, guardian and libraries of this machine; plc config init writes one")
-      ->type_name("plc.toml");
-  app.add_flag("--simulate-io", run.simulate,
+  program.option("FILE", run.file, "PLCopen XML or ST file, or image made by plc compile").required();
+  program.option("--cycles=N", run.cycles, "stop after N scans of the fastest task").check(wrong_count);
+  const Flag duration =
+      program
+          .option("--duration=T", run.duration,
+                  "stop after this time: 500ms, 20s, 1h, a plain number is seconds; given twice, the last counts")
+          .last();
+  program.option("--stimulus=in.csv", run.stimulus, "inputs as CSV, as plc sim takes it; time 0 is the first cycle");
+  program.option("--config=plc.toml", run.configuration,
+                 "drivers, channels, Modbus, guardian and libraries of this machine; plc config init writes one");
+  program.flag("--simulate-io", run.simulate,
                "no device of the configuration is touched: outputs go nowhere, and inputs keep their initial values "
                "but for what HMIs and --stimulus write");
-  app.add_option("--modbus", run.modbus,
-                 "where HMIs connect, in place of what the configuration says; default 127.0.0.1:502 if it can be had")
-      ->type_name("ADDR:PORT|off");
-  app.add_option("--watch", run.watch, "show these variables live, five times a second; * and ? match; may be repeated")
-      ->type_name("PATTERN")
-      ->take_all()
-      ->allow_extra_args(false);
-  app.add_option("--on-fault", run.on_fault,
-                 "what a task fault does: continue, safe-state (the task stops, outputs go safe; default), stop")
-      ->transform(choice_validator<runtime::FaultPolicy>({{"continue", runtime::FaultPolicy::kContinue},
-                                                          {"safe-state", runtime::FaultPolicy::kSafeState},
-                                                          {"stop", runtime::FaultPolicy::kStop}}))
-      ->type_name("POLICY");
-  add_loop_budget(app, run.program);
-  add_engine_option(app, run.engine);
-  app.add_flag(
-         "--stats{text}", run.stats,
-         "also print engines, histograms, memory and code sizes at the end; --stats=json prints the times as one JSON "
-         "document on stdout, and all else on stderr")
-      ->transform(choice_validator<Stats>({{"text", Stats::kText}, {"json", Stats::kJson}}))
-      ->type_name("[=json]");
-  add_library_option(app, run.libraries);
-  add_compile_options(app, run.options);
-  if (const auto code = parse(app, argc, argv)) return *code;
+  const Flag modbus = program.option(
+      "--modbus=ADDR:PORT|off", run.modbus,
+      "where HMIs connect, in place of what the configuration says; default 127.0.0.1:502 if it can be had");
+  program
+      .option("--watch=PATTERN", run.watch,
+              "show these variables live, five times a second; * and ? match; may be repeated")
+      .repeated();
+  program.choice("--on-fault=POLICY", run.on_fault,
+                 {{"continue", runtime::FaultPolicy::kContinue},
+                  {"safe-state", runtime::FaultPolicy::kSafeState},
+                  {"stop", runtime::FaultPolicy::kStop}},
+                 "what a task fault does: continue, safe-state (the task stops, outputs go safe; default), stop");
+  add_loop_budget(program, run.program);
+  add_engine_option(program, run.engine);
+  program.choice(
+      "--stats{text}=[=json]", run.stats, {{"text", Stats::kText}, {"json", Stats::kJson}},
+      "also print engines, histograms, memory and code sizes at the end; --stats=json prints the times as one JSON "
+      "document on stdout, and all else on stderr");
+  add_library_option(program, run.libraries);
+  add_compile_options(program, run.options);
+  if (const auto code = program.parse(argc, argv)) return *code;
 
   if (run.stats == Stats::kJson && !run.watch.empty()) {
     complain("plc-run", "--stats=json and --watch both want stdout", "leave one of them away");
     return kExitUsage;
   }
-  if (app.count("--modbus") != 0) {
+  if (modbus.given()) {
     run.listen = io::parse_listen(run.modbus);
     if (!run.listen) {
       complain("plc-run", "--modbus \"" + run.modbus + "\" is not an address and a port",
@@ -343,7 +334,7 @@ int run_command(int argc, char** argv) {
     }
   }
   std::int64_t duration_ns = 0;
-  if (app.count("--duration") != 0) {
+  if (duration.given()) {
     const auto parsed = parse_duration_ns(run.duration);
     if (!parsed || *parsed <= 0) {
       complain("plc-run", "--duration \"" + run.duration + "\" is not a duration", "write 500ms, 20s, 1.5min or 1h");
@@ -376,7 +367,7 @@ int run_command(int argc, char** argv) {
   std::optional<Plan> plan;
   {
     std::optional<bytecode::VerifiedImage> image;
-    if (const auto code = open_image(app, {run.file, run.options, run.libraries, run.configuration}, image)) {
+    if (const auto code = open_image(program, {run.file, run.options, run.libraries, run.configuration}, image)) {
       return *code;
     }
     plan = make_plan(run, std::move(*configuration), image->image(), diagnostics);
@@ -396,16 +387,4 @@ int run_command(int argc, char** argv) {
 }  // namespace
 }  // namespace plc::tools
 
-int main(int argc, char** argv) {
-  try {
-    return plc::tools::run_command(argc, argv);
-  } catch (const std::bad_alloc&) {
-    plc::tools::complain("plc-run", "error P5001: the project needs more memory than this machine gives",
-                         "look for arrays and instances of great size: plc explain P5001");
-    return plc::tools::kExitErrors;
-  } catch (const std::exception& error) {
-    plc::tools::complain("plc-run", std::string("internal error P9001: ") + error.what(),
-                         "please report this with the file that caused it");
-    return plc::tools::kExitErrors;
-  }
-}
+int main(int argc, char** argv) { return plc::tools::guarded("plc-run", plc::tools::run_command, argc, argv); }

@@ -85,9 +85,9 @@ std::optional<int> run_compiler(const ImageRequest& request, int output) {
 
 }  // namespace
 
-std::optional<int> open_image(const CLI::App& app, const ImageRequest& request,
+std::optional<int> open_image(Command command, const ImageRequest& request,
                               std::optional<bytecode::VerifiedImage>& image) {
-  if (const auto code = refuse_options_of_image(app, request.file)) return code;
+  if (const auto code = refuse_options_of_image(command, request.file)) return code;
   core::Diagnostics diagnostics;
   if (is_image_path(request.file)) {
     if (!can_open(request.file, diagnostics)) return diagnostics.render_with_lines(std::cerr), kExitUsage;

@@ -5,13 +5,13 @@
 // compiling.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "bytecode/image.h"
 #include "core/options.h"
+#include "tools/cli.h"
 
 namespace plc::tools {
 
@@ -23,7 +23,7 @@ struct ImageRequest {
 };
 
 /// All messages are on stderr. The exit code when there is nothing to go on with; else `image` is set.
-std::optional<int> open_image(const CLI::App& app, const ImageRequest& request,
+std::optional<int> open_image(Command command, const ImageRequest& request,
                               std::optional<bytecode::VerifiedImage>& image);
 
 }  // namespace plc::tools

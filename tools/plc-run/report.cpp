@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
+#include "core/text.h"
 #include "io-drivers/config/template.h"
 #include "tools/command_line.h"
 #include "tools/engine.h"

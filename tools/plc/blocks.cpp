@@ -254,9 +254,9 @@ int run(const Blocks& blocks) {
 
 }  // namespace
 
-void add_blocks(CLI::App& app, int& exit_code) {
+void add_blocks(Command program) {
   static Blocks blocks;
-  CLI::App* command = app.add_subcommand(
+  const Command command = program.sub(
       "blocks",
       "Prints the taskblocks, components in C++ that drawings and texts use like function blocks; or what one of them\n"
       "does: ports with types, units, ranges and defaults, details, a call in ST.\n"
@@ -268,24 +268,22 @@ void add_blocks(CLI::App& app, int& exit_code) {
       "  plc blocks --xml -o blocks.xml             all of them for editors to import\n"
       "  plc blocks --html reference                a reference to read in a browser: reference/index.html\n"
       "  plc blocks --json                          for scripts, editors and HMIs");
-  command->add_option("NAME", blocks.name, "taskblock, in any letter case");
-  add_taskblocks_option(*command, blocks.configuration);
-  CLI::Option* json = command->add_flag("--json", blocks.json, "one JSON document on standard output");
-  CLI::Option* xml = command->add_flag("--xml", blocks.xml,
-                                       "a PLCopen XML library: interfaces to draw with, the runtime has the bodies");
-  CLI::Option* st = command->add_flag("--st", blocks.st, "the same declarations in ST");
-  CLI::Option* example = command->add_flag("--example", blocks.example, "a PLCopen XML project that shows the block");
-  CLI::Option* html =
-      command->add_option("--html", blocks.html, "folder for an HTML reference: an index and a page a block")
-          ->type_name("DIR");
-  CLI::Option* output =
-      command->add_option("-o,--output", blocks.output, "file to write instead of standard output")->type_name("FILE");
-  json->excludes(xml, st, example, html);
-  xml->excludes(st, example, html);
-  st->excludes(example, html);
-  example->excludes(html);
-  html->excludes(output);
-  command->callback([&exit_code] { exit_code = run(blocks); });
+  command.option("NAME", blocks.name, "taskblock, in any letter case");
+  add_taskblocks_option(command, blocks.configuration);
+  const Flag json = command.flag("--json", blocks.json, "one JSON document on standard output");
+  const Flag xml =
+      command.flag("--xml", blocks.xml, "a PLCopen XML library: interfaces to draw with, the runtime has the bodies");
+  const Flag st = command.flag("--st", blocks.st, "the same declarations in ST");
+  const Flag example = command.flag("--example", blocks.example, "a PLCopen XML project that shows the block");
+  const Flag html =
+      command.option("--html=DIR", blocks.html, "folder for an HTML reference: an index and a page a block");
+  const Flag output = command.option("-o,--output=FILE", blocks.output, "file to write instead of standard output");
+  json.excludes({xml, st, example, html});
+  xml.excludes({st, example, html});
+  st.excludes({example, html});
+  example.excludes({html});
+  html.excludes({output});
+  command.on_run([] { return run(blocks); });
 }
 
 }  // namespace plc::tools

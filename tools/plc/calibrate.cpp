@@ -90,9 +90,9 @@ int run(const Calibrate& calibrate_options) {
 
 }  // namespace
 
-void add_calibrate(CLI::App& app, int& exit_code) {
+void add_calibrate(Command program) {
   static Calibrate options;
-  CLI::App* command = app.add_subcommand(
+  const Command command = program.sub(
       "calibrate",
       "Measures on this machine what each kind of instruction and every function and block of the library takes, for\n"
       "the estimates of plc explain --schedule and plc-run. Takes some seconds of one processor; let nothing else "
@@ -101,12 +101,11 @@ void add_calibrate(CLI::App& app, int& exit_code) {
       "Examples:\n"
       "  plc calibrate                      shows the costs, and how well they add up\n"
       "  plc calibrate -o machine.toml      keeps them: calibration = \"machine.toml\" in [scheduler] of plc.toml");
-  command->add_option("-o,--output", options.output, "file to write")->type_name("FILE");
-  command->add_option("--repetitions", options.repetitions, "of each measurement; few are quick and rough")
-      ->type_name("N")
-      ->capture_default_str()
-      ->check(CLI::Range(1u, 100'000u));
-  command->callback([&exit_code] { exit_code = run(options); });
+  command.option("-o,--output=FILE", options.output, "file to write");
+  command.option("--repetitions=N", options.repetitions, "of each measurement; few are quick and rough")
+      .shows_default()
+      .range(1u, 100'000u);
+  command.on_run([] { return run(options); });
 }
 
 }  // namespace plc::tools

@@ -147,9 +147,9 @@ int run(const Check& check) {
 
 }  // namespace
 
-void add_check(CLI::App& app, int& exit_code) {
+void add_check(Command program) {
   static Check check;
-  CLI::App* command = app.add_subcommand(
+  const Command command = program.sub(
       "check",
       "Compiles files and reports every problem found, writes nothing. Files without errors are linted: what\n"
       "compiles, but is hardly meant, is a warning; what only other tools take, as the standard does not know it,\n"
@@ -164,21 +164,20 @@ void add_check(CLI::App& app, int& exit_code) {
       "  plc check --lint=none,double-coil plant.xml  one lint only\n"
       "  plc check --werror plant.xml                 exit code 1 when there is any warning\n"
       "  plc check --strict plant.xml                 what the standard does not know is an error");
-  command->add_option("FILE", check.files, "PLCopen XML or ST files, or images")->required();
-  command->add_flag("--json", check.json, "one JSON document on stdout instead of text on stderr");
-  add_library_option(*command, check.libraries);
-  add_taskblocks_option(*command, check.configuration);
+  command.option("FILE", check.files, "PLCopen XML or ST files, or images").required();
+  command.flag("--json", check.json, "one JSON document on stdout instead of text on stderr");
+  add_library_option(command, check.libraries);
+  add_taskblocks_option(command, check.configuration);
   command
-      ->add_option("--lint", check.lints,
-                   "which lints: all, none, NAME, -NAME, separated by commas, applied from left to right to those "
-                   "that are on by default")
-      ->type_name("LIST")
-      ->allow_extra_args(false);
-  command->add_flag("--lint-libraries", check.lint_libraries, "look also at what comes from libraries (--lib)");
-  command->add_flag("--werror", check.werror, "warnings make the exit code 1, as errors do");
-  command->footer(list_of_lints());
-  add_compile_options(*command, check.options);
-  command->callback([&exit_code] { exit_code = run(check); });
+      .option("--lint=LIST", check.lints,
+              "which lints: all, none, NAME, -NAME, separated by commas, applied from left to right to those "
+              "that are on by default")
+      .repeated();
+  command.flag("--lint-libraries", check.lint_libraries, "look also at what comes from libraries (--lib)");
+  command.flag("--werror", check.werror, "warnings make the exit code 1, as errors do");
+  command.footer(list_of_lints());
+  add_compile_options(command, check.options);
+  command.on_run([] { return run(check); });
 }
 
 }  // namespace plc::tools

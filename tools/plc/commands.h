@@ -1,13 +1,13 @@
 // The commands of plc, one file each. add_<name>() declares the command's flags and what to call when it is chosen.
 //
-// In: the application, the place for the exit code. Out: the exit code once CLI11 has run the chosen command.
+// In: the program. Out: its commands.
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include "tools/cli.h"
 
 namespace plc::tools {
 
-#define PLC_COMMAND(name, example, purpose) void add_##name(CLI::App& app, int& exit_code);
+#define PLC_COMMAND(name, example, purpose) void add_##name(Command program);
 #include "tools/plc/commands.def"
 
 }  // namespace plc::tools

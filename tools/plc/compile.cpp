@@ -20,7 +20,7 @@ struct Compile {
   std::vector<std::string> libraries;
 };
 
-int run(const CLI::App& app, const Compile& compile) {
+int run(Command command, const Compile& compile) {
   Compilation compilation;
   if (is_image_path(compile.file)) {
     complain("plc compile", compile.file + " is an image already", "give the file it was made from");
@@ -35,8 +35,8 @@ int run(const CLI::App& app, const Compile& compile) {
   taskblocks::Registry registry;
   std::vector<std::string> libraries = compile.libraries;
   if (const auto code = load_taskblocks(compile.configuration, registry, libraries)) return *code;
-  if (const auto code =
-          open_or_explain(app, {compile.file, compile.options, Goal::kRun, libraries, {}, &registry}, compilation)) {
+  if (const auto code = open_or_explain(command, {compile.file, compile.options, Goal::kRun, libraries, {}, &registry},
+                                        compilation)) {
     return *code;
   }
   const std::vector<std::byte> bytes = bytecode::save(compilation.image->image());
@@ -61,22 +61,20 @@ int run(const CLI::App& app, const Compile& compile) {
 
 }  // namespace
 
-void add_compile(CLI::App& app, int& exit_code) {
+void add_compile(Command program) {
   static Compile compile;
-  CLI::App* command =
-      app.add_subcommand("compile",
-                         "Compiles a project into an image, which plc-run and plc sim load without compiling.\n"
-                         "\n"
-                         "Example:\n"
-                         "  plc compile plant.xml -o plant.pbc && plc-run plant.pbc");
-  command->add_option("FILE", compile.file, "PLCopen XML or ST file")->required();
-  command->add_option("-o,--output", compile.output, "image to write; - is standard output")
-      ->type_name("X.pbc")
-      ->required();
-  add_library_option(*command, compile.libraries);
-  add_taskblocks_option(*command, compile.configuration);
-  add_compile_options(*command, compile.options);
-  command->callback([&exit_code, command] { exit_code = run(*command, compile); });
+  const Command command =
+      program.sub("compile",
+                  "Compiles a project into an image, which plc-run and plc sim load without compiling.\n"
+                  "\n"
+                  "Example:\n"
+                  "  plc compile plant.xml -o plant.pbc && plc-run plant.pbc");
+  command.option("FILE", compile.file, "PLCopen XML or ST file").required();
+  command.option("-o,--output=X.pbc", compile.output, "image to write; - is standard output").required();
+  add_library_option(command, compile.libraries);
+  add_taskblocks_option(command, compile.configuration);
+  add_compile_options(command, compile.options);
+  command.on_run([command] { return run(command, compile); });
 }
 
 }  // namespace plc::tools

@@ -50,7 +50,7 @@ std::unique_ptr<runtime::Resource> load(Compilation& compilation, const taskbloc
   return nullptr;
 }
 
-int init(const CLI::App& app, const Init& init) {
+int init(Command command, const Init& init) {
   std::error_code ignored;
   if (std::filesystem::equivalent(init.file, init.output, ignored)) {
     complain("plc config init", "-o " + init.output + " would overwrite the project", "call it plc.toml");
@@ -68,8 +68,8 @@ int init(const CLI::App& app, const Init& init) {
   std::vector<std::string> libraries = init.libraries;
   if (const auto code = load_taskblocks(init.configuration, registry, libraries)) return *code;
   Compilation compilation;
-  if (const auto code =
-          open_or_explain(app, {init.file, init.options, Goal::kRun, libraries, {}, &registry, true}, compilation)) {
+  if (const auto code = open_or_explain(command, {init.file, init.options, Goal::kRun, libraries, {}, &registry, true},
+                                        compilation)) {
     return *code;
   }
   const auto resource = load(compilation, registry);
@@ -136,8 +136,8 @@ void check_tasks(const io::Configuration& configuration, const bytecode::Image& 
   if (plan) io::check_schedule(configuration, image, *plan, cpus, diagnostics);
 }
 
-int check(const CLI::App& app, const Check& check) {
-  if (is_image_path(check.file) && has_compile_options(app)) {
+int check(Command command, const Check& check) {
+  if (is_image_path(check.file) && has_compile_options(command)) {
     complain("plc config check", fmt::format("{} is an image: its compile options are stored in it", check.file),
              "compile the project file again with other options, or leave the options away");
     return kExitUsage;
@@ -182,9 +182,9 @@ int check(const CLI::App& app, const Check& check) {
   return exit_code;
 }
 
-void add_init(CLI::App& config, int& exit_code) {
+void add_init(Command config) {
   static Init options;
-  CLI::App* command = config.add_subcommand(
+  const Command command = config.sub(
       "init",
       "Writes a plc.toml for a project: every key with its default and what it means, every variable at an address\n"
       "with a line that would connect it. All settings are commented out.\n"
@@ -192,45 +192,44 @@ void add_init(CLI::App& config, int& exit_code) {
       "Examples:\n"
       "  plc config init plant.xml                    on standard output\n"
       "  plc config init plant.xml -o plc.toml        never overwrites a file without --force");
-  command->add_option("FILE", options.file, "PLCopen XML or ST file, or image")->required();
-  command->add_option("-o,--output", options.output, "file to write instead of standard output")->type_name("PLC.TOML");
-  command->add_flag("--force", options.force, "replace the file when it exists");
-  add_library_option(*command, options.libraries);
-  add_taskblocks_option(*command, options.configuration);
-  add_compile_options(*command, options.options);
-  command->callback([&exit_code, command] { exit_code = init(*command, options); });
+  command.option("FILE", options.file, "PLCopen XML or ST file, or image").required();
+  command.option("-o,--output=PLC.TOML", options.output, "file to write instead of standard output");
+  command.flag("--force", options.force, "replace the file when it exists");
+  add_library_option(command, options.libraries);
+  add_taskblocks_option(command, options.configuration);
+  add_compile_options(command, options.options);
+  command.on_run([command] { return init(command, options); });
 }
 
-void add_config_check(CLI::App& config, int& exit_code) {
+void add_config_check(Command config) {
   static Check options;
-  CLI::App* command = config.add_subcommand(
+  const Command command = config.sub(
       "check",
       "Checks a plc.toml against a project and reports every problem with line and column; opens no device.\n"
       "\n"
       "Examples:\n"
       "  plc config check plc.toml plant.xml\n"
       "  plc config check --json plc.toml plant.pbc > problems.json");
-  command->add_option("PLC.TOML", options.configuration, "the configuration")->required();
-  command->add_option("FILE", options.file, "PLCopen XML or ST file, or image")->required();
-  command->add_flag("--json", options.json, "one JSON document on stdout instead of text on stderr");
-  add_library_option(*command, options.libraries);
-  add_compile_options(*command, options.options);
-  command->callback([&exit_code, command] { exit_code = check(*command, options); });
+  command.option("PLC.TOML", options.configuration, "the configuration").required();
+  command.option("FILE", options.file, "PLCopen XML or ST file, or image").required();
+  command.flag("--json", options.json, "one JSON document on stdout instead of text on stderr");
+  add_library_option(command, options.libraries);
+  add_compile_options(command, options.options);
+  command.on_run([command] { return check(command, options); });
 }
 
 }  // namespace
 
-void add_config(CLI::App& app, int& exit_code) {
-  CLI::App* config = app.add_subcommand("config",
-                                        "Writes and checks plc.toml: which device is which variable, Modbus/TCP, the "
-                                        "guardian.\n"
-                                        "\n"
-                                        "Examples:\n"
-                                        "  plc config init plant.xml -o plc.toml\n"
-                                        "  plc config check plc.toml plant.xml");
-  config->require_subcommand(1);
-  add_init(*config, exit_code);
-  add_config_check(*config, exit_code);
+void add_config(Command program) {
+  const Command config = program.sub("config",
+                                     "Writes and checks plc.toml: which device is which variable, Modbus/TCP, the "
+                                     "guardian.\n"
+                                     "\n"
+                                     "Examples:\n"
+                                     "  plc config init plant.xml -o plc.toml\n"
+                                     "  plc config check plc.toml plant.xml");
+  add_init(config);
+  add_config_check(config);
 }
 
 }  // namespace plc::tools

@@ -51,13 +51,13 @@ int print_native(bytecode::VerifiedImage image, const taskblocks::Registry& regi
   return kExitOk;
 }
 
-int run(const CLI::App& app, const Dump& dump) {
+int run(Command command, const Dump& dump) {
   taskblocks::Registry registry;
   std::vector<std::string> libraries = dump.libraries;
   if (const auto code = load_taskblocks(dump.configuration, registry, libraries)) return *code;
   Compilation compilation;
-  if (const auto code =
-          open_or_explain(app, {dump.file, dump.options, Goal::kRun, libraries, {}, &registry, true}, compilation)) {
+  if (const auto code = open_or_explain(command, {dump.file, dump.options, Goal::kRun, libraries, {}, &registry, true},
+                                        compilation)) {
     return *code;
   }
   if (dump.native) return print_native(std::move(*compilation.image), registry);
@@ -67,24 +67,24 @@ int run(const CLI::App& app, const Dump& dump) {
 
 }  // namespace
 
-void add_dump(CLI::App& app, int& exit_code) {
+void add_dump(Command program) {
   static Dump dump;
-  CLI::App* command =
-      app.add_subcommand("dump",
-                         "Prints the instructions and tables of an image, or of what a project compiles to.\n"
-                         "\n"
-                         "Examples:\n"
-                         "  plc dump plant.pbc\n"
-                         "  plc dump plant.xml --native   what the native engine makes of it\n"
-                         "  plc dump plant.xml --pou Mixer");
-  command->add_option("FILE", dump.file, "image, or PLCopen XML or ST file")->required();
-  command->add_flag("--native", dump.native,
-                    "instead: per task the size of the native code of each POU, and which instructions run in the "
-                    "interpreter");
-  add_library_option(*command, dump.libraries);
-  add_taskblocks_option(*command, dump.configuration);
-  add_compile_options(*command, dump.options);
-  command->callback([&exit_code, command] { exit_code = run(*command, dump); });
+  const Command command =
+      program.sub("dump",
+                  "Prints the instructions and tables of an image, or of what a project compiles to.\n"
+                  "\n"
+                  "Examples:\n"
+                  "  plc dump plant.pbc\n"
+                  "  plc dump plant.xml --native   what the native engine makes of it\n"
+                  "  plc dump plant.xml --pou Mixer");
+  command.option("FILE", dump.file, "image, or PLCopen XML or ST file").required();
+  command.flag("--native", dump.native,
+               "instead: per task the size of the native code of each POU, and which instructions run in the "
+               "interpreter");
+  add_library_option(command, dump.libraries);
+  add_taskblocks_option(command, dump.configuration);
+  add_compile_options(command, dump.options);
+  command.on_run([command] { return run(command, dump); });
 }
 
 }  // namespace plc::tools

@@ -126,17 +126,17 @@ int explain_file(const Explain& explain, const std::vector<std::string>& librari
   return compilation.ok() ? kExitOk : kExitErrors;
 }
 
-int run(const CLI::App& app, const Explain& explain) {
+int run(Command command, const Explain& explain) {
   taskblocks::Registry registry;
   std::vector<std::string> libraries = explain.libraries;
   if (const auto code = load_taskblocks(explain.configuration, registry, libraries)) return *code;
   if (explain.flow) {
-    return explain_flow(app, {explain.subject, explain.options, Goal::kRun, libraries, {}, &registry, true},
+    return explain_flow(command, {explain.subject, explain.options, Goal::kRun, libraries, {}, &registry, true},
                         explain.svg);
   }
   if (explain.schedule) {
     return explain_schedule(
-        app, {explain.subject, explain.configuration, explain.json, explain.options, libraries, &registry});
+        command, {explain.subject, explain.configuration, explain.json, explain.options, libraries, &registry});
   }
   if (is_code(explain.subject) && !std::filesystem::exists(explain.subject)) return explain_code(explain.subject);
   return explain_file(explain, libraries);
@@ -144,9 +144,9 @@ int run(const CLI::App& app, const Explain& explain) {
 
 }  // namespace
 
-void add_explain(CLI::App& app, int& exit_code) {
+void add_explain(Command program) {
   static Explain explain;
-  CLI::App* command = app.add_subcommand(
+  const Command command = program.sub(
       "explain",
       "Prints the execution order of a project's drawings, with localIds and the reason for each place;\n"
       "the data flow between its tasks; whether they meet their deadlines; or the page of a problem code.\n"
@@ -160,25 +160,20 @@ void add_explain(CLI::App& app, int& exit_code) {
       "  plc explain plant.xml --schedule         do all tasks end in time? estimated scans, response times, margins\n"
       "  plc explain plant.pbc --schedule --config plc.toml --json\n"
       "  plc explain P3007                        what a code means, with a wrong and a right example");
-  command
-      ->add_option("SUBJECT", explain.subject,
-                   "PLCopen XML or ST file, or problem code; --flow, --schedule: or an image")
-      ->required();
-  CLI::Option* pou = command->add_option("POU", explain.pou, "only this POU");
-  CLI::Option* flow =
-      command->add_flag("--flow", explain.flow, "the data flow between tasks, as tables")->excludes(pou);
-  command->add_option("--svg", explain.svg, "with --flow: draw it to this file instead")->type_name("OUT")->needs(flow);
-  CLI::Option* schedule =
-      command->add_flag("--schedule", explain.schedule, "the tasks instead of the drawings")->excludes(pou, flow);
-  command
-      ->add_option("--config", explain.configuration,
-                   "[project] and [taskblocks] libraries that the project uses; with --schedule also priorities, "
-                   "processors, deadlines and measured times of the tasks, and the calibration")
-      ->type_name("plc.toml");
-  command->add_flag("--json", explain.json, "the schedule as one JSON document")->needs(schedule);
-  add_library_option(*command, explain.libraries);
-  add_compile_options(*command, explain.options, false);
-  command->callback([&exit_code, command] { exit_code = run(*command, explain); });
+  command.option("SUBJECT", explain.subject, "PLCopen XML or ST file, or problem code; --flow, --schedule: or an image")
+      .required();
+  const Flag pou = command.option("POU", explain.pou, "only this POU");
+  const Flag flow = command.flag("--flow", explain.flow, "the data flow between tasks, as tables").excludes({pou});
+  command.option("--svg=OUT", explain.svg, "with --flow: draw it to this file instead").needs(flow);
+  const Flag schedule =
+      command.flag("--schedule", explain.schedule, "the tasks instead of the drawings").excludes({pou, flow});
+  command.option("--config=plc.toml", explain.configuration,
+                 "[project] and [taskblocks] libraries that the project uses; with --schedule also priorities, "
+                 "processors, deadlines and measured times of the tasks, and the calibration");
+  command.flag("--json", explain.json, "the schedule as one JSON document").needs(schedule);
+  add_library_option(command, explain.libraries);
+  add_compile_options(command, explain.options, false);
+  command.on_run([command] { return run(command, explain); });
 }
 
 }  // namespace plc::tools

@@ -12,9 +12,9 @@
 
 namespace plc::tools {
 
-int explain_flow(const CLI::App& app, const Request& request, const std::string& svg) {
+int explain_flow(Command command, const Request& request, const std::string& svg) {
   Compilation compilation;
-  if (const auto code = open_or_explain(app, request, compilation)) return *code;
+  if (const auto code = open_or_explain(command, request, compilation)) return *code;
   const bytecode::Image& image = compilation.image->image();
   const DataFlow flow = data_flow(image);
   if (svg.empty()) {

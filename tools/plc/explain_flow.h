@@ -3,7 +3,6 @@
 // In: what to compile or load. Out: exit code. Does not belong here: what flows (flow.h).
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 
 #include "tools/open.h"
@@ -11,6 +10,6 @@
 namespace plc::tools {
 
 /// Prints the tables, or writes the drawing to the file `svg` when one is named.
-int explain_flow(const CLI::App& app, const Request& request, const std::string& svg);
+int explain_flow(Command command, const Request& request, const std::string& svg);
 
 }  // namespace plc::tools

@@ -192,10 +192,10 @@ void print_json(const Explained& e, const std::string& file) {
 
 }  // namespace
 
-int explain_schedule(const CLI::App& app, const ExplainSchedule& explain) {
+int explain_schedule(Command command, const ExplainSchedule& explain) {
   Compilation compilation;
   if (const auto code = open_or_explain(
-          app, {explain.file, explain.options, Goal::kRun, explain.libraries, {}, explain.taskblocks, true},
+          command, {explain.file, explain.options, Goal::kRun, explain.libraries, {}, explain.taskblocks, true},
           compilation)) {
     return *code;
   }

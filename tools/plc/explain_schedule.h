@@ -4,12 +4,12 @@
 // (runtime/sched/schedule.h).
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 #include <vector>
 
 #include "core/options.h"
 #include "taskblocks/registry.h"
+#include "tools/cli.h"
 
 namespace plc::tools {
 
@@ -22,6 +22,6 @@ struct ExplainSchedule {
   const taskblocks::Registry* taskblocks = nullptr;  ///< that the project may use
 };
 
-int explain_schedule(const CLI::App& app, const ExplainSchedule& explain);
+int explain_schedule(Command command, const ExplainSchedule& explain);
 
 }  // namespace plc::tools

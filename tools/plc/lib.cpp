@@ -331,9 +331,9 @@ int run(const Lib& lib) {
 
 }  // namespace
 
-void add_lib(CLI::App& app, int& exit_code) {
+void add_lib(Command program) {
   static Lib lib;
-  CLI::App* command = app.add_subcommand(
+  const Command command = program.sub(
       "lib",
       "Prints the functions and function blocks of the library, or what one of them means: inputs, types, events,\n"
       "examples.\n"
@@ -346,13 +346,12 @@ void add_lib(CLI::App& app, int& exit_code) {
       "  plc lib '*_TO_STRING'              all names that match\n"
       "  plc lib --xml -o picard.xml        blocks beyond the standard, as a library for editors\n"
       "  plc lib --xml 'CTU_*' -o ctu.xml   the same of other blocks");
-  command->add_option("NAME", lib.name, "function or block in any letter case, or a pattern with * and ?");
-  CLI::Option* json = command->add_flag("--json", lib.json, "one JSON document on standard output");
-  command->add_flag("--xml", lib.xml, "a PLCopen XML library: interfaces to draw with, the runtime has the bodies")
-      ->excludes(json);
-  command->add_option("-o,--output", lib.output, "--json, --xml: file to write instead of standard output")
-      ->type_name("FILE");
-  command->callback([&exit_code] { exit_code = run(lib); });
+  command.option("NAME", lib.name, "function or block in any letter case, or a pattern with * and ?");
+  const Flag json = command.flag("--json", lib.json, "one JSON document on standard output");
+  command.flag("--xml", lib.xml, "a PLCopen XML library: interfaces to draw with, the runtime has the bodies")
+      .excludes({json});
+  command.option("-o,--output=FILE", lib.output, "--json, --xml: file to write instead of standard output");
+  command.on_run([] { return run(lib); });
 }
 
 }  // namespace plc::tools

@@ -133,13 +133,13 @@ int keep(const Map& map, const std::string& lock_file, const modbus::FrozenAddre
   return kExitOk;
 }
 
-int run(const CLI::App& app, const Map& map) {
+int run(Command command, const Map& map) {
   taskblocks::Registry registry;
   std::vector<std::string> libraries = map.libraries;
   if (const auto code = load_taskblocks(map.configuration, registry, libraries)) return *code;
   Compilation compilation;
   if (const auto code =
-          open_or_explain(app, {map.file, map.options, Goal::kRun, libraries, {}, &registry, true}, compilation)) {
+          open_or_explain(command, {map.file, map.options, Goal::kRun, libraries, {}, &registry, true}, compilation)) {
     return *code;
   }
   runtime::ProgramOptions program;
@@ -224,9 +224,9 @@ int run(const CLI::App& app, const Map& map) {
 
 }  // namespace
 
-void add_map(CLI::App& app, int& exit_code) {
+void add_map(Command program) {
   static Map map;
-  CLI::App* command = app.add_subcommand(
+  const Command command = program.sub(
       "map",
       "Prints which Modbus address each variable has, for people, for scripts, or as the import file of an HMI.\n"
       "\n"
@@ -236,23 +236,19 @@ void add_map(CLI::App& app, int& exit_code) {
       "on\n"
       "  plc map plant.xml --format csv -o plant.csv\n"
       "  plc map plant.xml --format fuxa --host 192.168.1.20 --port 1502 -o fuxa.json");
-  command->add_option("FILE", map.file, "PLCopen XML or ST file, or image")->required();
-  command
-      ->add_option("--config", map.configuration,
-                   "configuration with [modbus], [project] and [taskblocks]; without it, the defaults")
-      ->type_name("PLC.TOML");
+  command.option("FILE", map.file, "PLCopen XML or ST file, or image").required();
+  command.option("--config=PLC.TOML", map.configuration,
+                 "configuration with [modbus], [project] and [taskblocks]; without it, the defaults");
   std::vector<std::string> names;
   for (const MapFormat& format : kMapFormats) names.emplace_back(format.name);
-  command->add_option("--format", map.format, "what to print (default table)")
-      ->type_name("NAME")
-      ->check(CLI::IsMember(names));
-  command->add_option("--host", map.host, "where HMIs find the server (default: where it listens)");
-  command->add_option("--port", map.port, "and on which port")->check(CLI::Range(1, 65535));
-  command->add_flag("--freeze", map.freeze, "keep automatic addresses in the lock file");
-  command->add_option("-o,--output", map.output, "file to write instead of standard output")->type_name("OUT");
-  add_library_option(*command, map.libraries);
-  add_compile_options(*command, map.options);
-  command->callback([&exit_code, command] { exit_code = run(*command, map); });
+  command.option("--format=NAME", map.format, "what to print (default table)").one_of(names);
+  command.option("--host", map.host, "where HMIs find the server (default: where it listens)");
+  command.option("--port", map.port, "and on which port").range(1, 65535);
+  command.flag("--freeze", map.freeze, "keep automatic addresses in the lock file");
+  command.option("-o,--output=OUT", map.output, "file to write instead of standard output");
+  add_library_option(command, map.libraries);
+  add_compile_options(command, map.options);
+  command.on_run([command] { return run(command, map); });
 }
 
 }  // namespace plc::tools

@@ -87,19 +87,19 @@ int run(const std::string& file, const core::CompileOptions& options) {
 
 }  // namespace
 
-void add_report(CLI::App& app, int& exit_code) {
+void add_report(Command program) {
   static std::string file;
   static core::CompileOptions options;
-  CLI::App* command =
-      app.add_subcommand("report",
-                         "Prints what became of every XML element or declaration of a file: used, preserved, ignored\n"
-                         "(and why) or refused.\n"
-                         "\n"
-                         "Example:\n"
-                         "  plc report plant.xml");
-  command->add_option("FILE", file, "PLCopen XML or ST file")->required();
-  add_all_option(*command, options);
-  command->callback([&exit_code] { exit_code = run(file, options); });
+  const Command command =
+      program.sub("report",
+                  "Prints what became of every XML element or declaration of a file: used, preserved, ignored\n"
+                  "(and why) or refused.\n"
+                  "\n"
+                  "Example:\n"
+                  "  plc report plant.xml");
+  command.option("FILE", file, "PLCopen XML or ST file").required();
+  add_all_option(command, options);
+  command.on_run([] { return run(file, options); });
 }
 
 }  // namespace plc::tools

@@ -109,7 +109,7 @@ std::vector<std::string> watched_paths(const std::vector<std::string>& patterns,
   return paths;
 }
 
-int run(const CLI::App& app, const Sim& sim) {
+int run(Command command, const Sim& sim) {
   const bool trace_on_stdout = sim.trace == "-" || (sim.trace.empty() && !sim.watch.empty());
   if (trace_on_stdout && sim.stats == Stats::kJson) {
     complain("plc sim", "--stats=json and the trace both want stdout", "give the trace a file: --trace out.csv");
@@ -124,7 +124,7 @@ int run(const CLI::App& app, const Sim& sim) {
   if (unusable) return diagnostics.render_with_lines(std::cerr), *unusable;
   Compilation compilation;
   if (const auto code =
-          open_or_explain(app, {sim.file, sim.options, Goal::kRun, libraries, {}, &registry}, compilation)) {
+          open_or_explain(command, {sim.file, sim.options, Goal::kRun, libraries, {}, &registry}, compilation)) {
     return *code;
   }
   runtime::ProgramOptions program = sim.program;
@@ -205,9 +205,9 @@ int run(const CLI::App& app, const Sim& sim) {
 
 }  // namespace
 
-void add_sim(CLI::App& app, int& exit_code) {
+void add_sim(Command program) {
   static Sim sim;
-  CLI::App* command = app.add_subcommand(
+  const Command command = program.sub(
       "sim",
       "Runs a project in virtual time: deterministic, as fast as the machine goes.\n"
       "\n"
@@ -220,46 +220,33 @@ void add_sim(CLI::App& app, int& exit_code) {
       "Stimulus: 'time_ms,path,path' and rows of values in ascending time; a row is applied at the first release\n"
       "at or after its time, an empty cell keeps the value. Trace: 'cycle,time_ms,path,..', a row per release\n"
       "instant. Paths are INSTANCE.VAR, INSTANCE.FB.Q or GLOBAL, in any letter case.");
-  command->add_option("FILE", sim.file, "PLCopen XML or ST file, or image")->required();
+  command.option("FILE", sim.file, "PLCopen XML or ST file, or image").required();
   command
-      ->add_option("--cycles", sim.cycles,
-                   fmt::format("release instants to run; default: until the stimulus ends, else {}", kDefaultCycles))
-      ->type_name("N")
-      ->check(count_validator());
-  command->add_option("--stimulus", sim.stimulus, "inputs, as CSV")->type_name("in.csv");
-  command->add_option("--trace", sim.trace, "write the values of every cycle as CSV; - is stdout")
-      ->type_name("out.csv");
+      .option("--cycles=N", sim.cycles,
+              fmt::format("release instants to run; default: until the stimulus ends, else {}", kDefaultCycles))
+      .check(wrong_count);
+  command.option("--stimulus=in.csv", sim.stimulus, "inputs, as CSV");
+  command.option("--trace=out.csv", sim.trace, "write the values of every cycle as CSV; - is stdout");
   command
-      ->add_option("--watch", sim.watch,
-                   "variables to trace, * and ? match; may be repeated (--watch a --watch b). Without --trace the "
-                   "trace goes to stdout; with it, all are traced by default")
-      ->type_name("PATTERN")
-      ->take_all()
-      ->allow_extra_args(false);
-  command
-      ->add_option(
-          "--values", sim.values,
-          "how enumerations, durations and dates are written: names (Filling, T#1s500ms), which is the default "
-          "of --watch, or numbers (1, 1500000000 ns), which is that of --trace")
-      ->transform(choice_validator<runtime::ValueStyle>(
-          {{"names", runtime::ValueStyle::kNames}, {"numbers", runtime::ValueStyle::kNumbers}}))
-      ->type_name("STYLE");
-  add_loop_budget(*command, sim.program);
-  add_engine_option(*command, sim.engine);
-  command
-      ->add_flag(
-          "--stats{text}", sim.stats,
-          "per task: engine, scans, scan time min, median and p99 in ns; memory. --stats=json prints the tasks as "
-          "one JSON document on stdout, and all else on stderr")
-      ->transform(choice_validator<Stats>({{"text", Stats::kText}, {"json", Stats::kJson}}))
-      ->type_name("[=json]");
-  add_library_option(*command, sim.libraries);
-  command
-      ->add_option("--config", sim.configuration,
-                   "configuration whose [project] and [taskblocks] libraries the project uses")
-      ->type_name("plc.toml");
-  add_compile_options(*command, sim.options);
-  command->callback([&exit_code, command] { exit_code = run(*command, sim); });
+      .option("--watch=PATTERN", sim.watch,
+              "variables to trace, * and ? match; may be repeated (--watch a --watch b). Without --trace the "
+              "trace goes to stdout; with it, all are traced by default")
+      .repeated();
+  command.choice("--values=STYLE", sim.values,
+                 {{"names", runtime::ValueStyle::kNames}, {"numbers", runtime::ValueStyle::kNumbers}},
+                 "how enumerations, durations and dates are written: names (Filling, T#1s500ms), which is the default "
+                 "of --watch, or numbers (1, 1500000000 ns), which is that of --trace");
+  add_loop_budget(command, sim.program);
+  add_engine_option(command, sim.engine);
+  command.choice(
+      "--stats{text}=[=json]", sim.stats, {{"text", Stats::kText}, {"json", Stats::kJson}},
+      "per task: engine, scans, scan time min, median and p99 in ns; memory. --stats=json prints the tasks as "
+      "one JSON document on stdout, and all else on stderr");
+  add_library_option(command, sim.libraries);
+  command.option("--config=plc.toml", sim.configuration,
+                 "configuration whose [project] and [taskblocks] libraries the project uses");
+  add_compile_options(command, sim.options);
+  command.on_run([command] { return run(command, sim); });
 }
 
 }  // namespace plc::tools

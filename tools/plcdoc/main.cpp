@@ -2,7 +2,6 @@
 // taskblocks, and the library for editors. A test compares them with docs/reference.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -17,6 +16,7 @@
 #include "io-drivers/config/template.h"
 #include "io-drivers/machine/driver_types.h"
 #include "ir/lint.h"
+#include "tools/cli.h"
 #include "tools/library_xml.h"
 #include "tools/plcdoc/pages.h"
 
@@ -196,13 +196,14 @@ std::string table(const std::vector<std::string>& heading, const std::vector<std
 }  // namespace plc::tools
 
 int main(int argc, char** argv) {
-  CLI::App app{"Writes the reference pages that follow from the tables, or checks that they are current.", "plcdoc"};
+  const tools::Program program(
+      "plcdoc", "Writes the reference pages that follow from the tables, or checks that they are current.");
   std::string folder, cases;
   bool check = false;
-  app.add_option("FOLDER", folder, "docs/reference")->required();
-  app.add_option("CASES", cases, "tests/cases, with the features of the standard")->required();
-  app.add_flag("--check", check, "write nothing; exit 1 when a page differs");
-  CLI11_PARSE(app, argc, argv);
+  program.option("FOLDER", folder, "docs/reference").required();
+  program.option("CASES", cases, "tests/cases, with the features of the standard").required();
+  program.flag("--check", check, "write nothing; exit 1 when a page differs");
+  if (const auto code = program.parse(argc, argv)) return *code;
 
   const tools::FeatureTables features = tools::read_feature_tables(cases);
   for (const std::string& problem : features.problems) std::cerr << "tables.txt: " << problem << '\n';
