@@ -38,7 +38,7 @@ std::vector<std::string_view> indices_of(std::string_view element) {
 
 }  // namespace
 
-/// The global that `name` means: "X", "GVL.X", either behind names of configuration and resource, or an address, which
+/// The global that `name` means: "X", "GVL.X", either after names of configuration and resource, or an address, which
 /// becomes a global of type `type` when nothing is declared there.
 std::optional<std::uint32_t> Declarer::global_at(std::string_view name, TypeRef type, const core::SourceRef& at) {
   if (name.starts_with('%')) {

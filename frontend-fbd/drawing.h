@@ -29,7 +29,7 @@ struct Incoming {
     kValue,
   } state = State::kUnconnected;
   ir::Operand operand;
-  /// BOOL: the block behind this single wire executed in this scan (its EN was TRUE); invalid = always.
+  /// BOOL: the block that drives this single wire executed in this scan (its EN was TRUE); invalid = always.
   ir::ValueId executed{};
   [[nodiscard]] bool is_value() const { return state == State::kValue; }
 };
@@ -70,9 +70,9 @@ class Drawing {
   void publish(const OutRef& out, const ir::Operand& operand);
   void publish_poison(const OutRef& out);
   [[nodiscard]] bool has_reader(const OutRef& out) const;
-  /// The place behind an output that is a variable (inVariable, inOutVariable, in-out pin), for in-out connections.
+  /// The place of the variable that an output gives (inVariable, inOutVariable, in-out pin), for in-out connections.
   /// `steps`: outputs passed on the way here.
-  std::optional<ir::PlaceId> place_behind(const OutRef& out, std::size_t steps = 0);
+  std::optional<ir::PlaceId> place_of_source(const OutRef& out, std::size_t steps = 0);
 
   // ---- modifiers: the memory they need is hidden ----
 
@@ -83,7 +83,7 @@ class Drawing {
   /// place := value, set or reset by it; counts as a write for the warnings about double writes.
   void write_bool(ir::PlaceId place, ir::ValueId value, plcopen::Storage storage);
   void note_write(ir::PlaceId place, NodeId node, bool plain_coil);
-  /// Notes that `node` read the variable behind `operand`, if it is one: for the warnings about order.
+  /// Notes that `node` read the variable of `operand`, if it is one: for the warnings about order.
   void note_read(const ir::Operand& operand, NodeId node);
   /// The type that the readers of an output need, where the drawing tells it.
   std::optional<ir::TypeRef> expected_type(const OutRef& out) { return expected_type(out, 0); }

@@ -131,7 +131,7 @@ bool Drawing::is_left_side(const OutRef& out, const plcopen::Pin& pin) {
   if (pin.name.empty() || !st::is_variable_text(pin.target)) return false;
   for (const Input& input : inputs(out.node)) {
     if (!core::iequals(input.pin->name, pin.name)) continue;
-    const auto left = input.wire_count == 1 ? place_behind(graph_.wires[input.first_wire].from)
+    const auto left = input.wire_count == 1 ? place_of_source(graph_.wires[input.first_wire].from)
                       : st::is_variable_text(input.pin->expression)
                           ? st::lower_place(input.pin->expression, input.pin->at, builder_, true)
                           : std::nullopt;

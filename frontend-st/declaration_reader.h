@@ -97,7 +97,7 @@ class DeclarationReader {
 
   // declaration_reader.cpp: tokens
   void advance();
-  const Token& peek(std::size_t ahead);  ///< the token `ahead` behind the current one, 1 to 4
+  const Token& peek(std::size_t ahead);  ///< the token `ahead` places after the current one, 1 to 4
   [[nodiscard]] std::string_view text_of(const Token& token) const { return source_.slice(token.begin, token.end); }
   [[nodiscard]] Word word_of(const Token& token) const;
   /// Says so where a keyword is not spelled as in the standard.
@@ -194,7 +194,7 @@ class DeclarationReader {
   bool in_body_ = false;        ///< whose parser looks at its pragmas itself
   std::vector<Token> pragmas_;  ///< passed over and not yet kept
   Token token_;                 ///< the current one
-  std::array<Token, 4> ahead_;  ///< those behind it
+  std::array<Token, 4> ahead_;  ///< those after it
   std::size_t ahead_count_ = 0;
   std::uint32_t last_end_ = 0;  ///< end of the token before the current one
   std::uint32_t depth_ = 0;

@@ -73,8 +73,8 @@ class Lexer {
   Token number(std::size_t begin);
   Token quoted(std::size_t begin, TokenKind kind);
   Token prefixed(std::size_t begin, std::string_view prefix);
-  [[nodiscard]] std::size_t behind_blanks(std::size_t i) const;
-  [[nodiscard]] bool goes_on_behind_blanks(char last) const;
+  [[nodiscard]] std::size_t after_blanks(std::size_t i) const;
+  [[nodiscard]] bool continues_after_blanks(char last) const;
   Token direct(std::size_t begin);
 
   std::string_view text_;

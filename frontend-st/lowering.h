@@ -117,7 +117,7 @@ class Lowering {
     ir::TypeRef type;
     unsigned bit;
   };
-  /// What "3", "%X3" or "%B1" behind a value of type `word` names.
+  /// What "3", "%X3" or "%B1" after a value of type `word` names.
   std::optional<Part> part_of(NodeId id, ir::TypeRef word);
   std::optional<ir::PlaceId> part_place(ir::PlaceId word, NodeId id);
   std::optional<ir::PlaceId> index_place(ir::PlaceId array, NodeId id);

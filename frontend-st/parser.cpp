@@ -337,7 +337,7 @@ NodeId Parser::argument() {
   bool negated = false;
   if (token_.kind == TokenKind::kIdentifier) {
     if (at_keyword(Keyword::kNot)) {
-      // "NOT Q => x" negates an output; anything else behind NOT is an expression. Two tokens decide.
+      // "NOT Q => x" negates an output; anything else after NOT is an expression. Two tokens decide.
       Lexer ahead = lexer_;
       negated = ahead.next().kind == TokenKind::kIdentifier && ahead.next().kind == TokenKind::kOutput;
       if (negated) advance();
@@ -352,7 +352,7 @@ NodeId Parser::argument() {
       node.name_end = token_.end;
       advance();
       advance();
-      // "Q =>" and "IN :=" with nothing behind are unconnected (matiec and CODESYS write them).
+      // "Q =>" and "IN :=" with nothing after them are unconnected (matiec and CODESYS write them).
       if (token_.kind == TokenKind::kComma || token_.kind == TokenKind::kRightParen) {
         node.end = last_end_;
         return ast_.add(node);

@@ -84,7 +84,7 @@ bool DeclarationReader::section_may_stand(Word word, Owner owner, const Token& o
   }
 }
 
-/// CONSTANT, RETAIN, .. behind the word that opens a section.
+/// CONSTANT, RETAIN, .. after the word that opens a section.
 bool DeclarationReader::qualifier(Variable& model, const Token& opener) {
   if (peek(1).kind == TokenKind::kColon || peek(1).kind == TokenKind::kComma) return false;  // a variable of this name
   const Token word = token_;
@@ -214,7 +214,8 @@ bool DeclarationReader::variables(const Variable& model, std::vector<Variable>& 
   if (rising || accept_text("F_EDGE")) {
     first.edge = rising ? plcopen::Edge::kRising : plcopen::Edge::kFalling;
     if (first.section != Section::kInput) {
-      fail(Code::P4046, edge, shown(edge) + " stands behind what is no VAR_INPUT", "call R_TRIG or F_TRIG in the body");
+      fail(Code::P4046, edge, shown(edge) + " follows a variable that is no VAR_INPUT",
+           "call R_TRIG or F_TRIG in the body");
       first.edge = plcopen::Edge::kNone;
     }
   }

@@ -1,7 +1,7 @@
 // Generic functions: those with parameters ARRAY [*] (IEC 61131-3:2013, 6.4.4.5.3, table 15).
 //
 // In: a function as declared and the arrays of one call. Out: a function of its own for these arrays, in which the
-// bounds are constants; calls with the same arrays share it. So nothing behind the front ends knows of variable length.
+// bounds are constants; calls with the same arrays share it. So nothing after the front ends knows of variable length.
 // Does not belong here: where ARRAY [*] may stand (frontend-st).
 #pragma once
 

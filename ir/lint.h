@@ -44,7 +44,7 @@ class LintOptions {
   /// Whether what comes from libraries is looked at, too; at first not.
   [[nodiscard]] bool libraries() const { return libraries_; }
   void set_libraries(bool on) { libraries_ = on; }
-  /// Applies a list like "all,-shadowed-name" from left to right: "all", "none", a name, or a name behind '-'. A
+  /// Applies a list like "all,-shadowed-name" from left to right: "all", "none", a name, or a name after '-'. A
   /// problem names the first item that is none of these, and what it may have meant.
   core::Result<LintOptions> with(std::string_view list) const;
 

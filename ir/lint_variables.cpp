@@ -95,7 +95,7 @@ class Usage {
       const Type& block = module_.types[body.places[port.instance.index].type];
       add_global(pou, port.global, module_.pous[block.pou].variables[port.variable].constant ? kRead : kWritten);
     }
-    // Parts stand behind what they are part of, so that one pass from the end reaches every root.
+    // Parts come after what they are part of, so that one pass from the end reaches every root.
     for (std::size_t i = uses.size(); i-- > 0;) {
       if (uses[i] != 0) add_place(pou, body.places[i], uses[i], uses);
     }

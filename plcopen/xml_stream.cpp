@@ -22,7 +22,8 @@ constexpr std::string_view kAttributeNames[] = {
     "xsi:type",
 };
 
-/// Bytes of all different names of a file; real ones have some hundreds. The table behind them is slow when crowded.
+/// Bytes of all different names of a file; real ones have some hundreds. The table that holds them is slow when
+/// crowded.
 constexpr std::size_t kMaxNameBytes = std::size_t{512} << 10;
 
 std::string_view view(const xmlChar* text) {

@@ -46,9 +46,9 @@ class PathLister {
   void add_global(std::size_t index);
   /// Adds the leaves of `place`, which is called `path`. Aliases that only aliases lead to stay out: they may go round
   /// in circles.
-  void walk(std::string& path, const Place& place, bool behind_alias);
+  void walk(std::string& path, const Place& place, bool inside_alias);
   void walk_aliases(std::string& path, const bytecode::ImageType& type);
-  void walk_named(std::string& path, const std::string& name, const Place& place, bool behind_alias);
+  void walk_named(std::string& path, const std::string& name, const Place& place, bool inside_alias);
   /// Whether an alias is listed, or its global under its own name.
   bool lists_alias(const bytecode::ImageAlias& alias);
   /// A part of a global under one of its names; empty for variables of tasks.

@@ -74,8 +74,8 @@ struct ProgramOptions {
   std::vector<std::int32_t> priorities{};            ///< of the tasks, 0 the most urgent; empty = as the image declares
   const taskblocks::Registry* taskblocks = nullptr;  ///< of this machine; null = those that come with PICARD
   const core::Clock* budget_clock = nullptr;  ///< measures taskblocks that declare a time budget; null = nobody does
-  /// False: nothing of taskblocks runs before Resource::start_taskblocks(), which whoever forks calls behind that:
-  /// threads that they start must be of the process that runs them.
+  /// False: nothing of taskblocks runs before Resource::start_taskblocks(), which a process that forks calls after
+  /// that: threads that they start must be of the process that runs them.
   bool start_taskblocks = true;
 };
 

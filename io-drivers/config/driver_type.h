@@ -24,7 +24,7 @@ class Findings;
 /// All functions run before tasks do; they may allocate, and touch no device. Those that are null have nothing to say.
 struct DriverType {
   std::string_view name;     ///< what `kind` says: "gpio"
-  std::string_view summary;  ///< what it is, behind "gpio: "; a sentence
+  std::string_view summary;  ///< what it is, after "gpio: "; a sentence
   std::string_view example;  ///< NAME of the driver of this kind that `plc config init` writes
   bool real = true;          ///< there is a device: not with --simulate-io
 

@@ -21,7 +21,7 @@ namespace {
 using core::Code;
 using core::SourceRef;
 
-/// The fields behind `listen`.
+/// The fields of `listen`.
 struct Listen {
   bool& enabled;
   std::string& address;
@@ -475,7 +475,7 @@ class Reader {
   Findings& findings_;
 };
 
-/// What most often lies behind a syntax error.
+/// The most frequent cause of a syntax error.
 std::string syntax_help(std::string_view text, const toml::parse_error& error) {
   std::size_t begin = 0;
   for (std::uint32_t line = 1; line < error.source().begin.line && begin != std::string_view::npos; ++line) {

@@ -22,7 +22,7 @@ class Plant {
   Plant(runtime::Resource& resource, std::unique_ptr<Machine> machine, runtime::RealtimeOptions realtime);
 
   /// Takes the devices, makes the taskblocks and starts the server. `in_child` is called in the process that goes on,
-  /// which may be another one than before (Machine::open()), ahead of any thread. Listeners may be added behind this.
+  /// which may be another one than before (Machine::open()), ahead of any thread. Listeners may be added after this.
   std::optional<core::Problem> prepare(const std::function<void()>& in_child, std::vector<std::string>& notes);
   /// Starts the tasks. A problem: the devices are given back.
   std::optional<core::Problem> start();

@@ -11,7 +11,7 @@
 
 namespace plc::runtime {
 
-/// Runs `count` records in order. Returns the word behind them.
+/// Runs `count` records in order. Returns the word after them.
 using ValueRun = const std::uint32_t* (*)(std::byte* table, std::uint32_t instance, const std::uint32_t* records,
                                           std::uint32_t count) noexcept;
 

@@ -7,7 +7,7 @@
 // not make networks depend on each other.
 //
 // In: linked code, whose basic blocks are marked by BLOCK_START instructions. Out: the same code, arranged copies
-// behind it, BLOCK_START instructions that lead to them. Compilers (native/) read the code as it was. Compile time.
+// after it, BLOCK_START instructions that lead to them. Compilers (native/) read the code as it was. Compile time.
 // Does not belong here: what instructions do.
 #pragma once
 

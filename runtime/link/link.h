@@ -54,8 +54,8 @@ struct LinkedBody {
 struct LinkedBlock {
   Addressing addressing = Addressing::kFixed;
   std::uint32_t position = 0;  ///< of the BLOCK_START
-  std::uint32_t end = 0;       ///< behind its last instruction
-  std::size_t first = 0;       ///< the instruction behind the BLOCK_START, into LinkedCode::instructions
+  std::uint32_t end = 0;       ///< past its last instruction
+  std::size_t first = 0;       ///< the instruction after the BLOCK_START, into LinkedCode::instructions
 };
 
 struct LinkedCode {

@@ -36,9 +36,9 @@ ResolvedPath resolve_path(const bytecode::Image& image, std::span<const std::uin
 /// The value of `type` that an access leading nowhere reads: zeros, with the capacities of strings in place.
 void fill_zeros(const bytecode::Image& image, std::uint32_t type, std::byte* to);
 
-/// The form for scalars and references behind at most one index, or nothing.
+/// The form for scalars and references with at most one index, or nothing.
 std::optional<ResolvedOp> quick_access(const bytecode::Image& image, const ResolvedPath& path, bool load, bool via);
-/// The form for scalars and references behind several indices, but not via references.
+/// The form for scalars and references with several indices, but not via references.
 std::optional<ResolvedOp> path_access(const bytecode::Image& image, const ResolvedPath& path, bool load);
 
 }  // namespace plc::runtime

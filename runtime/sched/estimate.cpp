@@ -351,7 +351,7 @@ class Estimator {
   //                                       first: ..
   //                                              LT t, i, limit     (GT downwards)
   //                                              COND_JUMP t, out
-  //                                              ADD i, i, step     (SUB downwards; a RANGE behind it for subranges)
+  //                                              ADD i, i, step     (SUB downwards; a RANGE after it for subranges)
   //                                        last: LOOP_JUMP first
 
   [[nodiscard]] std::optional<std::int64_t> constant(std::uint32_t operand) const {

@@ -197,7 +197,7 @@ Schedule make_schedule(const Image& image, std::span<const TaskPlan> plan, const
     demand.priority = told_apart(plan[t].priority);
     demand.assumed = std::move(estimates[t].assumed);
     TaskLoad load = load_of(image, plan[t], t);
-    // As if it came behind the release: by so much a response is found longer than it is.
+    // As if it came after the release: by so much a response is found longer than it is.
     load.execution_ns = add(add(schedule.release_ns, demand.lead_ns), add(demand.execution_ns, demand.waiting_ns));
     load.blocking_ns = demand.blocking_ns;
     loads.push_back(std::move(load));

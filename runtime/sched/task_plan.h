@@ -50,7 +50,7 @@ inline constexpr core::TimeNs kDefaultLeadNs = 50'000;
 inline constexpr core::TimeNs kLongestLeadPart = 4;
 
 /// Priorities 0, 1, .. by interval, the shortest first; equal intervals get equal ones. Event tasks and freewheeling
-/// ones come behind, each after the other as the plan has them. Liu, Layland 1973.
+/// ones come last, in the order of the plan. Liu, Layland 1973.
 void make_rate_monotonic(const bytecode::Image& image, std::vector<TaskPlan>& plan);
 
 }  // namespace plc::runtime

@@ -39,7 +39,7 @@ struct Stopwatch {
   std::int64_t last = 0;
   std::uint8_t started = 0;
 
-  /// Seconds since the last call; 0 in the first one, and when the clock is behind it.
+  /// Seconds since the last call; 0 in the first one, and when the clock is before it.
   double lap(core::TimeNs now) noexcept {
     const std::int64_t passed = started != 0 ? wrap_sub(now, last) : 0;
     last = now;

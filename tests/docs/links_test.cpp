@@ -26,7 +26,7 @@ using plc::test::tree;
 
 struct Link {
   std::string file;     ///< as written; empty: the document itself
-  std::string heading;  ///< behind #; or empty
+  std::string heading;  ///< after #; or empty
 };
 
 /// Links of a document to files; none to other hosts.

@@ -61,7 +61,7 @@ struct Variable {
   std::string name;
   const Type* type = nullptr;
   Role role = Role::kLocal;
-  std::string initial_st;  ///< behind ":=", or empty
+  std::string initial_st;  ///< after ":=", or empty
   std::string initial_c;   ///< statements on the variable, written "@"
 };
 

@@ -84,7 +84,7 @@ void print_processor(const Explained& e, const ProcessorSchedule& processor) {
   if (cpu.not_rate_monotonic) {
     const auto& [first, second] = *cpu.not_rate_monotonic;
     std::cout << fmt::format(
-        "not rate-monotonic: {} does not come behind {} and has the longer period; priorities = \"rate-monotonic\" of "
+        "not rate-monotonic: {} does not come after {} and has the longer period; priorities = \"rate-monotonic\" of "
         "[scheduler] would\n",
         e.image.tasks[processor.tasks[first]].name, e.image.tasks[processor.tasks[second]].name);
   }

@@ -154,7 +154,7 @@ core::Result<std::unique_ptr<runtime::Resource>> Meter::load(std::string_view te
         "please report this"};
   }
   runtime::ProgramOptions options;
-  options.arrange = false;  // what one instruction takes behind any other
+  options.arrange = false;  // what one instruction takes after any other
   return runtime::Resource::load(std::move(*compilation.image), options);
 }
 

@@ -116,8 +116,7 @@ std::vector<Parameter> parameters() {
       // Execution.
       {"order of operands",
        "from left to right; both sides of AND and OR are computed, AND_THEN and OR_ELSE stop early", kStatements},
-      {"bounds of FOR", "computed once; the variable stands one step behind its last value after the loop",
-       kStatements},
+      {"bounds of FOR", "computed once; after the loop the variable is one step past its last value", kStatements},
       {"length of loops",
        fmt::format("{} jumps back of all loops in one scan of a task, or --loop-budget; more is a fault",
                    bytecode::kDefaultLoopBudget),

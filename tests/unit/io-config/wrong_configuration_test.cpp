@@ -35,7 +35,7 @@ constexpr Wrong kWrong[] = {
     {"ControlCharacterInAHeader", "[modbus\x01]\n", "1:8 P7301"},
     {"QuoteInsideAWord", "[modbus]\nunit_id = 5\"\n", "2:12 P7301"},
     {"QuoteInsideAName", "[inputs]\nArr[\"1\"] = {}\n", "2:5 P7301"},
-    {"NotAsciiBehindAJoinedLine", "[drivers.a]\nkind = \"\"\"\\\n \xc2\xa7\"\"\"\n", "3:2 P7301"},
+    {"NotAsciiAfterAJoinedLine", "[drivers.a]\nkind = \"\"\"\\\n \xc2\xa7\"\"\"\n", "3:2 P7301"},
     {"OnlyTheFirstSyntaxError", "a = \nb = \n", "1:5 P7301"},
     // Unknown names.
     {"UnknownTable", "[modbuss]\n", "1:2 P7303"},

@@ -87,7 +87,7 @@ std::string jumps_of(const ReadResult& r) {
   return out;
 }
 
-TEST(Places, TextsJumpBehindEntitiesSectionsAndLoneReturns) {
+TEST(Places, TextsJumpAfterEntitiesSectionsAndLoneReturns) {
   const auto jumps = [](const std::string& text) { return jumps_of(read_clean(program("<ST>\n" + text + "</ST>"))); };
   EXPECT_EQ(jumps("a\n\xC3\xA4 b"), "");
   EXPECT_EQ(jumps("a&lt;b"), "5:2>5:6");

@@ -197,7 +197,7 @@ TEST(Estimate, AssumesRoundsWhereTheCodeDoesNotSay) {
   }
 }
 
-// WHILE: the condition stands behind the statements, and the first jump goes there.
+// WHILE: the condition comes after the statements, and the first jump goes there.
 TEST(Estimate, ALoopEnteredInItsMiddle) {
   Small s;
   const std::uint32_t entry = s.main.jump(Opcode::kJump);
