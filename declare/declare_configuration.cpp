@@ -177,7 +177,7 @@ std::optional<std::string> Declarer::resolve_trigger(std::string_view name) {
     return global_named(normal) ? std::optional(normal) : std::nullopt;
   }
   if (global_named(name)) return std::string(name);
-  // "Instance.Variable", with or without the names of configuration and resource in front.
+  // "Instance.Variable", with or without the names of configuration and resource before it.
   const std::size_t last = name.rfind('.');
   if (last == std::string_view::npos) return std::nullopt;
   const std::string_view variable_name = name.substr(last + 1);

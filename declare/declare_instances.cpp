@@ -125,7 +125,7 @@ void Declarer::connect(ir::ProgramInstance& instance, const plcopen::InstanceCon
 }
 
 /// "Resource.Program.Variable AT %QX0.0 : BOOL := TRUE;" in VAR_CONFIG. The names of configuration and resource may be
-/// left away.
+/// omitted.
 void Declarer::configure_variable(const plcopen::Variable& entry) {
   const auto refuse = [&](std::string message, std::string help = {}) {
     report(Code::P4049, entry.at, {}, "VAR_CONFIG " + quoted(entry.name) + ": " + message, std::move(help));

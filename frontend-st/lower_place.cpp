@@ -415,7 +415,7 @@ std::optional<PlaceId> Lowering::place(NodeId id, bool for_writing) {
         const ir::Global& found = builder_.module().globals[global->second];
         if (found.file_prefix && core::iequals(found.variable.name, name_text(path.back()))) {
           report(Code::P4351, at(root),
-                 quoted(name_text(root)) + " is the name of a file, and stands in front of " +
+                 quoted(name_text(root)) + " is the name of a file, and is written before " +
                      quoted(found.variable.name) + " as if it named a list",
                  "write " + found.variable.name);
         }

@@ -177,7 +177,7 @@ NodeId Parser::unary() {
   return ast_.add(node);
 }
 
-// AND(a, b): where a value is expected, an operator in front of a parenthesis is the function of this name.
+// AND(a, b): where a value is expected, an operator before a parenthesis is the function of this name.
 bool Parser::at_operator_name() {
   if (keyword_ != Keyword::kAnd && keyword_ != Keyword::kOr && keyword_ != Keyword::kXor && keyword_ != Keyword::kMod) {
     return false;

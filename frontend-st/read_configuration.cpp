@@ -169,7 +169,7 @@ bool DeclarationReader::program_instance(plcopen::Resource& resource) {
     fail(Code::P4026, with,
          "program instance \"" + out.name + "\" runs WITH the task \"" + task_name +
              "\", which the resource does not declare before it",
-         "declare the TASK in front of the PROGRAM");
+         "declare the TASK before the PROGRAM");
     target = &resource.instances;
   }
   target->push_back(std::move(out));

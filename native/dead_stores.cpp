@@ -30,8 +30,8 @@ Value value_of(Type type) { return {bytes_of(type), is_real(type)}; }
 struct Role {
   std::optional<Value> result;
   Value operand;
-  /// Bit n: word n of the instruction is an operand that is in its register when the instruction uses it, if the one in
-  /// front left it there.
+  /// Bit n: word n of the instruction is an operand that is in its register when the instruction uses it, if the one
+  /// before left it there.
   std::uint32_t taken = 0;
 };
 

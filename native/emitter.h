@@ -70,7 +70,7 @@ class Emitter : private asmjit::ErrorHandler {
   /// `left_out`, if there is one. To be called before each instruction.
   void leave_out(std::optional<std::uint32_t> left_out) { missing_ = std::exchange(left_out_, left_out); }
 
-  /// In front of each instruction: what is known of registers that its code loses is forgotten.
+  /// Before each instruction: what is known of registers that its code loses is forgotten.
   virtual void begin(const Instruction&) {}
 
   // ---- loops: while one is written, variables of it lie in registers instead of in the table, but for calls

@@ -66,10 +66,10 @@ struct PouFrame {
   bool body_seen = false;
   bool chart_reported = false;
   bool is_action = false;
-  std::vector<std::string> path;  ///< of an action that stands outside its POU: names in the project tree, root first
+  std::vector<std::string> path;  ///< of an action outside its POU: names in the project tree, root first
 };
 
-/// An action that stands beside the POUs (CODESYS and its kin), with the name of the POU it belongs to.
+/// An action beside the POUs (CODESYS and the tools derived from it), with the name of the POU it belongs to.
 struct LooseAction {
   std::string owner;
   Pou action;

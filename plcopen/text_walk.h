@@ -20,7 +20,7 @@ class TextWalk {
 
   /// What comes next belongs to a new text.
   void begin();
-  /// A tag ends in front of `offset`; the text may go on after it.
+  /// A tag ends before `offset`; the text may continue after it.
   void tag(std::size_t offset);
   void piece(std::string_view piece);
   /// All of the text was given.

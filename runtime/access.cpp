@@ -232,7 +232,7 @@ class Finder {
 
   bool among_instances() {
     if (in_several_tasks(image_, steps_[0].name)) {
-      failure_ = {1, "instances of this name are in several tasks", "put the task's name in front"};
+      failure_ = {1, "instances of this name are in several tasks", "put the task's name before it"};
       return false;
     }
     for (std::uint32_t task = 0; task < image_.tasks.size(); ++task) {

@@ -41,7 +41,7 @@ bool literal_fits_by_bits(const Arg& literal, TypeId to);
 struct LooseArg {
   Arg arg;                        ///< as it was computed
   TypeId narrow = TypeId::kBool;  ///< typed: what it stands for
-  bool noted = false;             ///< an idiom was found in front of it
+  bool noted = false;             ///< an idiom was found before it
 };
 
 struct LooseCall {

@@ -206,7 +206,7 @@ std::optional<int> parse(CLI::App& app, int argc, char** argv) {
 std::optional<int> refuse_options_of_image(const CLI::App& app, const std::string& path) {
   if (!is_image_path(path) || !has_compile_options(app)) return std::nullopt;
   complain(command_name(app), fmt::format("{} is an image: its compile options and libraries are stored in it", path),
-           "compile the project file again with other options, or leave the options away");
+           "compile the project file again with other options, or omit the options");
   return kExitUsage;
 }
 

@@ -99,7 +99,7 @@ class Planner {
                                      *lead_ns, task.name, task.period_ns)
                        : fmt::format("task \"{}\" has no interval, so nobody knows when to wake it ahead", task.name),
               periodic ? fmt::format("at most {} ns: meanwhile less urgent tasks of its processor wait", longest)
-                       : "leave `lead` away");
+                       : "omit `lead`");
     }
     return lead_ns;
   }

@@ -337,8 +337,7 @@ class Reader {
                           to.max_clients));
     }
     if (to.unit_exception && !table.contains("unit_id")) {
-      problem(Code::P7311, place(table, "unit_exception"),
-              "there are no other units to answer: \"unit_id\" is left away",
+      problem(Code::P7311, place(table, "unit_exception"), "there are no other units to answer: \"unit_id\" is omitted",
               "add unit_id = 1, or take unit_exception out");
     }
     const toml::node* ranges = table.get("range");

@@ -10,7 +10,7 @@ constexpr KeyInfo kDriverKeys[] = {
      "name more than what stands in [inputs]. Empty: inputs keep their initial values."},
 };
 constexpr KeyInfo kChannelKeys[] = {
-    {"channel", key::channel(), key::otherwise("\"\""), "Not used, may be left away."},
+    {"channel", key::channel(), key::otherwise("\"\""), "Not used, may be omitted."},
 };
 
 std::string stimulus_of(const BoundDriver& bound, const Configuration& configuration) {

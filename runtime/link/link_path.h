@@ -1,4 +1,4 @@
-// Paths of LOAD_AT and its kin, resolved: a distance in bytes and the indices that only the running program knows.
+// Paths of LOAD_AT and the like, resolved: a distance in bytes and the indices that only the running program knows.
 //
 // In: types and path of a verified image. Out: ResolvedPath; which of the quick forms of internal_ops.def does.
 // Internal to the linker. Does not belong here: operands as addresses (link.cpp).

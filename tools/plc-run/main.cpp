@@ -331,7 +331,7 @@ int run_command(int argc, char** argv) {
   if (const auto code = parse(app, argc, argv)) return *code;
 
   if (run.stats == Stats::kJson && !run.watch.empty()) {
-    complain("plc-run", "--stats=json and --watch both want stdout", "leave one of them away");
+    complain("plc-run", "--stats=json and --watch both want stdout", "omit one of them");
     return kExitUsage;
   }
   if (app.count("--modbus") != 0) {
