@@ -395,7 +395,7 @@ class Assembler {
     } else if (word.back() == ':') {
       const auto at = static_cast<std::uint32_t>(pou.code.size());
       if (!labels_.emplace(std::string(word.substr(0, word.size() - 1)), at).second)
-        fail(fmt::format("{} stands twice", word));
+        fail(fmt::format("{} is there twice", word));
     } else {
       take_instruction(pou, word, line);
     }

@@ -38,7 +38,7 @@ class Lowering {
     const plcopen::Project& project = project_;
     ir::Module& module = module_;
     done_.resize(project.pous.size());
-    // Before any body: whoever uses a stub is told so, wherever it stands.
+    // Before any body: every use of a stub is reported, wherever the stub is.
     for (std::uint32_t i = 0; i < project.pous.size() && stub_missing_; ++i) {
       const plcopen::Language language = language_of(project.pous[i]);
       module.pous[i].stub = language == plcopen::Language::kIl || language == plcopen::Language::kSfc;

@@ -90,7 +90,7 @@ class Diagnostics {
   /// The same, and not set aside: about what the project does with the library that `at` lies in.
   void report_at_once(Code code, const SourceRef& at, std::string_view pou, std::string message, std::string help = {});
 
-  /// Takes out again what was reported from the `first` diagnostic on and stood there before, with the same code, place
+  /// Takes out again what was reported from the `first` diagnostic on and was there before, with the same code, place
   /// and words: text that is read more than once has the same mistakes.
   void drop_repeated(std::size_t first);
 

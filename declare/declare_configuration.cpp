@@ -309,7 +309,7 @@ void Declarer::declare_instances(const plcopen::Resource& resource, std::size_t 
     module_.tasks.push_back(std::move(task));
   } else if (tasks > 1) {
     report(Code::P4030, at, {},
-           "program instances stand beside the tasks of " +
+           "program instances are declared beside the tasks of " +
                (resource.name.empty() ? "the configuration" : "resource " + quoted(resource.name)) +
                "; the first task, " + quoted(module_.tasks[first_task].name) + ", runs them",
            "move them into the task that shall run them");

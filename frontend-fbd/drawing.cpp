@@ -349,7 +349,7 @@ bool Drawing::warn_coils_of_one_address(std::span<const Write* const> coils) {
 }
 
 void Drawing::warn_order_of_writes() {
-  // Where everything that acts already stands in document order, the two rules agree: reading and writing follows.
+  // Where everything that acts is already in document order, the two rules agree: reading and writing follows.
   std::vector<std::uint32_t> here(graph_.nodes.size(), 0);
   bool same = std::none_of(graph_.wires.begin(), graph_.wires.end(), [](const Wire& wire) { return wire.feedback; });
   NodeId last = 0;

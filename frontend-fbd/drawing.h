@@ -46,7 +46,7 @@ class Drawing {
 
   /// Lowers one element of the kinds block, in/out/inOutVariable, connector, continuation, jump, label, return.
   void lower_element(NodeId node);
-  /// Writes the variables that stand at the outputs of an element, right after it.
+  /// Writes the variables that are drawn at the outputs of an element, right after it.
   void write_targets(NodeId node);
   /// After the last element: jumps without label, bodies that do nothing, order of double writes.
   void finish();
@@ -133,7 +133,7 @@ class Drawing {
 
   // drawing.cpp
   void add_targets(NodeId node);
-  /// The outputs of an element at which a variable stands.
+  /// The outputs of an element at which a variable is drawn.
   [[nodiscard]] std::span<const Target> targets(NodeId node) const;
   [[nodiscard]] std::uint32_t slot_index(const OutRef& out) const;
   Incoming read_slot(const OutRef& out, const core::SourceRef& at);
@@ -163,7 +163,7 @@ class Drawing {
   /// `what` how messages name it.
   void write(const std::string& text, const core::SourceRef& at, const Incoming& in, const Modifiers& modifiers,
              const std::string& what, NodeId node);
-  /// True when a variable at an output stands at the input of the same name, too: that is an in-out, nothing to write.
+  /// True when a variable at an output is at the input of the same name, too: that is an in-out, nothing to write.
   bool is_left_side(const OutRef& out, const plcopen::Pin& pin);
   void lower_in_variable(NodeId node);
   void lower_out_variable(NodeId node);

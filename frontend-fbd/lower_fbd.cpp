@@ -117,7 +117,7 @@ void Drawing::write_targets(NodeId node) {
     const std::string of = e.kind == ElementKind::kBlock ? "output \"" + pin->name + "\" of " + e.text
                                                          : "the output of a " + std::string(core::element_word(e.kind));
     if (!has_output(e.kind)) {
-      report(Code::P3003, node, "variable \"" + pin->target + "\" stands at " + of + ", which has none",
+      report(Code::P3003, node, "variable \"" + pin->target + "\" is drawn at " + of + ", which has none",
              "it is not written; delete it");
       continue;
     }

@@ -1,7 +1,7 @@
 // Execution order of a drawn body (docs/guides/execution-order.md). Explicit, printable, switchable.
 //
-// In: a Graph. Out: the sequence of nodes, the wires that are feedback (marked in the Graph), and why each node stands
-// where it does. Does not belong here: values, types.
+// In: a Graph. Out: the sequence of nodes, the wires that are feedback (marked in the Graph), and why each node is
+// where it is. Does not belong here: values, types.
 #pragma once
 
 #include <cstdint>

@@ -70,7 +70,7 @@ constexpr std::pair<std::string_view, Word> kWords[] = {
     {"INITIAL_STEP", Word::kInitialStep},
     {"TRANSITION", Word::kTransition},
     {"END_TRANSITION", Word::kEndTransition},
-    // Other spellings stand after those of the standard.
+    // Other spellings come after those of the standard.
     {"FUNCTIONBLOCK", Word::kFunctionBlock},
     {"END_FUNCTIONBLOCK", Word::kEndFunctionBlock},
 };
@@ -245,7 +245,7 @@ void DeclarationReader::skip_to_opener() {
   }
 }
 
-/// The `;` of a declaration. A missing one is reported where it should stand; what looks like the next declaration is
+/// The `;` of a declaration. A missing one is reported where it should be; what looks like the next declaration is
 /// not skipped.
 bool DeclarationReader::end_declaration() {
   if (accept(TokenKind::kSemicolon)) return true;
@@ -390,7 +390,7 @@ DeclarationReader::Piece DeclarationReader::dotted_path() {
   }
 }
 
-/// The configuration for what stands outside all configurations.
+/// The configuration for what is outside all configurations.
 plcopen::Configuration& DeclarationReader::outside() {
   has_outside_ = true;
   return outside_;

@@ -18,7 +18,7 @@
 
 namespace plc::st {
 
-/// Words that give a text its structure. Others, as AT and OF, are looked at where they may stand.
+/// Words that give a text its structure. Others, as AT and OF, are looked at where they may occur.
 enum class Word : std::uint8_t {
   kNone,
   kType,
@@ -77,7 +77,7 @@ class DeclarationReader {
  public:
   DeclarationReader(const SourceText& source, plcopen::Project& project, core::Diagnostics& diagnostics);
 
-  /// Everything that may stand in a file.
+  /// Everything that may be in a file.
   void read_file();
   /// A POU's head and variable sections without body and END_: the interface of `pou`. Its name stays.
   void read_interface(plcopen::Pou& pou);
@@ -126,7 +126,7 @@ class DeclarationReader {
   void skip_to_opener();
   bool end_declaration();
   void refuse(Word opener, Word end, std::string_view what);
-  /// Notes where a declaration of `names` stands: from `begin` to the end of the last token.
+  /// Notes where a declaration of `names` is: from `begin` to the end of the last token.
   void note_extent(std::vector<std::string> names, std::uint32_t begin);
   [[nodiscard]] std::vector<std::string> names_of(const Token& first, const Token& second) const;
   void count(std::string element, plcopen::Fate fate, const core::SourceRef& at, std::string_view reason = {});

@@ -165,7 +165,7 @@ Token Lexer::number(std::size_t begin) {
 Token Lexer::quoted(std::size_t begin, TokenKind kind) {
   const char quote = at(position_);
   ++position_;
-  // A line end stands as $N in a text: a forgotten quote spoils its line, not the rest of the file.
+  // A line end is written as $N in a text: a forgotten quote spoils its line, not the rest of the file.
   while (position_ < text_.size() && at(position_) != '\n' && at(position_) != '\r') {
     const char c = at(position_++);
     if (c == quote) return make(kind, begin);
@@ -179,7 +179,7 @@ std::size_t Lexer::after_blanks(std::size_t i) const {
   return i;
 }
 
-// "T#1h 30m", "T#5 s": the blanks at position_ stand between two parts, or between a number and its unit. Nothing else
+// "T#1h 30m", "T#5 s": the blanks at position_ are between two parts, or between a number and its unit. Nothing else
 // begins with a digit after a literal, and what follows a number without a unit is wrong if it is none.
 bool Lexer::continues_after_blanks(char last) const {
   const std::size_t begin = after_blanks(position_);

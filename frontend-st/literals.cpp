@@ -25,7 +25,7 @@ std::optional<Literal> fail(std::string& problem, std::string why) {
   return std::nullopt;
 }
 
-/// `text` without underscores; nothing when one stands at an end or beside another.
+/// `text` without underscores; nothing when one is at an end or beside another.
 std::optional<std::string> without_underscores(std::string_view text) {
   std::string out;
   char last = '_';

@@ -67,7 +67,7 @@ bool Lowering::loop_body(NodeId id, Loop loop) {
 bool Lowering::leave_loop(NodeId id) {
   const bool exit = node(id).kind == NodeKind::kExit;
   if (loops_.empty()) {
-    report(Code::P4013, at(id), std::string(exit ? "EXIT" : "CONTINUE") + " stands outside of a loop");
+    report(Code::P4013, at(id), std::string(exit ? "EXIT" : "CONTINUE") + " is outside of a loop");
     return false;
   }
   builder_.jump(exit ? loops_.back().exit : loops_.back().again);

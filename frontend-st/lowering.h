@@ -1,5 +1,5 @@
 // Lowering: syntax tree of one text -> IR through the Builder of its POU. Shared by expressions, places, calls and
-// statements; what each file adds stands in its own .cpp (lower_expression, lower_place, lower_call,
+// statements; what each file adds is in its own .cpp (lower_expression, lower_place, lower_call,
 // lower_arguments, lower_library_call, lower_statements, lower_case, lower_loops, ..).
 //
 // In: Ast and SourceText of one text. Out: instructions, operands, places. Does not belong here: syntax, declarations.

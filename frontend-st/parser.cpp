@@ -114,7 +114,7 @@ NodeId Parser::fail_unexpected(std::string_view wanted) {
     default:
       break;
   }
-  return fail(Code::P4001, token_, "found " + shown_token(found) + " where " + std::string(wanted) + " should stand",
+  return fail(Code::P4001, token_, "found " + shown_token(found) + " where " + std::string(wanted) + " is expected",
               stray_character(found) != 0 ? kStrayHelp : operator_meant(source_.text(), token_.begin));
 }
 
@@ -129,7 +129,7 @@ bool Parser::enter() {
 
 NodeId Parser::parse_expression() {
   if (token_.kind == TokenKind::kEnd)
-    return fail(Code::P4001, token_, "the text is empty where an expression should stand");
+    return fail(Code::P4001, token_, "the text is empty where an expression is expected");
   const NodeId root = expression(1);
   if (root == kNoNode) return root;
   if (token_.kind != TokenKind::kEnd) return fail_unexpected("an operator or the end of the expression");

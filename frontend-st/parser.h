@@ -1,5 +1,5 @@
 // Parser of ST texts: expressions by operator precedence (IEC 61131-3:2013, table 71) and statements (table 72). Syntax
-// only: nothing is looked up. Expressions stand in parser.cpp, statements in parser_statements.cpp, what other tools
+// only: nothing is looked up. Expressions are in parser.cpp, statements in parser_statements.cpp, what other tools
 // know in parser_foreign.cpp.
 //
 // In: a SourceText. Out: an Ast. Errors are reported once per expression, or once per statement, and parsing continues
@@ -57,11 +57,11 @@ class Parser {
   NodeId listed_statement();
   NodeId statement();
   NodeId assignment_or_call();
-  /// Reports a statement or operator that other tools have, if one stands here; after `target` where it has a left
+  /// Reports a statement or operator that other tools have, if one is here; after `target` where it has a left
   /// side.
   bool refuse_foreign_statement();
   bool refuse_foreign_operator(NodeId target);
-  /// The operator of an assignment that stands here, passed over: ":=", "S=" or "R=".
+  /// The operator of an assignment that is here, passed over: ":=", "S=" or "R=".
   std::optional<Operator> assignment_operator();
   NodeId if_statement();
   NodeId case_statement();

@@ -10,7 +10,7 @@ namespace {
 
 using core::Code;
 
-/// The statement that a keyword belongs to, for words that stand without it.
+/// The statement that a keyword belongs to, for words that occur without it.
 std::string_view opener_of(Keyword keyword) {
   switch (keyword) {
     case Keyword::kElsif:
@@ -162,7 +162,7 @@ NodeId Parser::listed_statement() {
   }
   // END_IF and its like end a statement by themselves: many tools take them without a semicolon.
   if (accept(TokenKind::kSemicolon) || compound) return one;
-  // The last statement of a text may stand without its semicolon: EXECUTE boxes are often one assignment.
+  // The last statement of a text may lack its semicolon: EXECUTE boxes are often one assignment.
   if (token_.kind == TokenKind::kEnd) return one;
   in_error_ = false;
   fail(Code::P4013, token_, "\";\" is missing before " + shown_token(text_of(token_)),
@@ -310,10 +310,10 @@ bool Parser::end_compound(Keyword end, std::string_view word, const Token& begin
   if (token_.kind == TokenKind::kEnd) {
     fail(Code::P4013, begin, std::string(what) + " without " + std::string(word), std::string(help));
   } else if (!help.empty()) {
-    fail(Code::P4001, token_, "found " + shown_token(text_of(token_)) + " where " + std::string(word) + " should stand",
+    fail(Code::P4001, token_, "found " + shown_token(text_of(token_)) + " where " + std::string(word) + " is expected",
          std::string(help));
   } else {
-    fail(Code::P4001, token_, "found " + shown_token(text_of(token_)) + " where " + std::string(word) + " should stand",
+    fail(Code::P4001, token_, "found " + shown_token(text_of(token_)) + " where " + std::string(word) + " is expected",
          "the " + std::string(what) + " of line " + std::to_string(source_.locate(begin.begin).line) +
              " is open: write " + std::string(word) + " where it ends");
   }

@@ -11,7 +11,7 @@ namespace plc::st {
 using core::Code;
 using plcopen::Fate;
 
-/// At ACTION, with a name after it. `owner` is the POU it stands in or after; "ACTION Pump.Start" names another.
+/// At ACTION, with a name after it. `owner` is the POU it is in or after; "ACTION Pump.Start" names another.
 void DeclarationReader::action(const std::string& owner) {
   const Token opener = token_;
   advance();

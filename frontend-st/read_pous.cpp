@@ -1,4 +1,4 @@
-// POUs: heads and bodies. A body stays text, from its first token to its last; what cannot stand in it is blanked out,
+// POUs: heads and bodies. A body stays text, from its first token to its last; what cannot be in it is blanked out,
 // so that the places of the rest stay true.
 #include <algorithm>
 #include <utility>

@@ -2,7 +2,7 @@
 //
 // In: a function as declared and the arrays of one call. Out: a function of its own for these arrays, in which the
 // bounds are constants; calls with the same arrays share it. So nothing after the front ends knows of variable length.
-// Does not belong here: where ARRAY [*] may stand (frontend-st).
+// Does not belong here: where ARRAY [*] may be used (frontend-st).
 #pragma once
 
 #include <optional>

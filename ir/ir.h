@@ -87,7 +87,7 @@ enum class Op : std::uint8_t {
   kCall,        ///< value := functions[a](args[b .. b+count)), a standard function
   kCallPou,     ///< value := function POU a; args[b .. b+count): one per CallArg, see Body::call_args
   kRun,         ///< runs the instance at place a (standard block or POU), or on it action b - 1, a POU (pou_run_by)
-  kLabel,       ///< label a stands here
+  kLabel,       ///< label a is here
   kJump,        ///< to label a
   kJumpIf,      ///< to label a when BOOL value b
   kJumpIfNot,   ///< to label a unless BOOL value b
@@ -182,7 +182,7 @@ struct Variable {
 struct Global {
   Variable variable;
   std::string list;           ///< name of its list for qualified access ("GVL"), or empty
-  std::string prefix;         ///< name of the list or file that may stand before its name and need not, or empty
+  std::string prefix;         ///< name of the list or file that may be written before its name and need not, or empty
   bool file_prefix = false;   ///< the prefix is the name of a file
   bool from_library = false;  ///< brought by --lib: lint does not look at it
   bool queue = false;    ///< an array that a queue function or port names: a queue of its elements, and no variable

@@ -111,7 +111,7 @@ class Emitter : private asmjit::ErrorHandler {
   asmjit::Label label() { return assembler_.newLabel(); }
   virtual void bind(const asmjit::Label& label) { assembler_.bind(label); }
   /// What comes next is the head of a loop. WHY 16 bytes: filters take a tenth less than anywhere; 32 or 64 gain
-  /// nothing more, and short loops inside of others lose by what stands before their heads.
+  /// nothing more, and short loops inside of others lose by what comes before their heads.
   void align_head() { assembler_.align(asmjit::AlignMode::kCode, 16); }
   /// Others jump here: nothing is known of registers.
   void land(const asmjit::Label& label) {

@@ -79,7 +79,7 @@ void forget_late_readers(std::span<Record> records, std::size_t registers) {
   struct Held {
     std::uint32_t operand;
     std::uint32_t until;
-    std::uint32_t* next;  ///< where that stands; null when it must
+    std::uint32_t* next;  ///< where that is; null when it must
   };
   std::vector<Held> held;
   std::unordered_set<std::uint32_t> in_register_alone;

@@ -37,7 +37,7 @@ class TextWalk {
   struct Step {
     std::size_t raw = 0;   ///< bytes in the file; 0: it says something else than the parser
     std::size_t text = 0;  ///< bytes in the text
-    bool plain = false;    ///< what follows stands next to it, or on the next line
+    bool plain = false;    ///< what follows is next to it, or on the next line
   };
   [[nodiscard]] Step step(std::string_view text) const;
   void skip_markup();

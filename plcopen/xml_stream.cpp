@@ -79,7 +79,7 @@ struct XmlParser::Callbacks {
 
   static void p_start(XmlParser& p, const xmlChar* name, const xmlChar* uri, int namespace_count, int attribute_count,
                       const xmlChar** attributes) {
-    // The parser stands at the '>' or '/>' of the tag; an attribute value cannot contain a '<'.
+    // The parser is at the '>' or '/>' of the tag; an attribute value cannot contain a '<'.
     const std::size_t end = p.offset();
     const std::size_t open = p.text_.rfind('<', end);
     const std::size_t begin = open == std::string_view::npos ? end : open;

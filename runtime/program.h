@@ -158,7 +158,7 @@ class Program {
     std::uint64_t short5_records = 0;   ///< BOOL_RUN records of 16 bytes, five inputs
     std::uint64_t wide_records = 0;     ///< BOOL_RUN records with 32-bit offsets
     std::uint64_t mixed_records = 0;    ///< BOOL_RUN records of relative bodies that mix instance and other memory
-    std::uint64_t arranged = 0;         ///< instructions and records that stand side by side with their like
+    std::uint64_t arranged = 0;         ///< instructions and records arranged side by side with others of their kind
     std::uint64_t runs = 0;             ///< ..in so many runs
     std::uint64_t code_bytes = 0;       ///< resolved code of the task
   };

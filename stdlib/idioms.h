@@ -29,7 +29,7 @@ enum class Idiom : std::uint8_t {
   kShiftCount,     ///< bit string as count of a shift or rotation
 };
 
-/// The idiom by which a value of `from` may stand where `to` is needed, though the third edition does not widen it;
+/// The idiom by which a value of `from` may be used where `to` is needed, though the third edition does not widen it;
 /// kNone when tools refuse it. Integers and bit strings keep their low bits, signed ones are extended by their sign.
 Idiom implicit_conversion(TypeId from, TypeId to);
 

@@ -241,7 +241,7 @@ using StepEach = void (*)(std::byte* base, const std::uint32_t* places, std::uin
 /// What a block does, scan by scan, in a form that tests run and pages show. The first line names the columns: "at",
 /// inputs, "|", outputs. Each further line is one scan: the time of it as a TIME, input values as ST literals, "|", the
 /// outputs after it. "." leaves an input as it is, and says nothing of an output. Reals count within 1e-6 of what
-/// stands there, relative to values beyond 1.
+/// is there, relative to values beyond 1.
 struct BlockExample {
   std::string_view title;  ///< "PT changed while the time runs"
   std::string_view table;

@@ -5,7 +5,7 @@ namespace {
 
 constexpr bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
 
-/// Walks over TOML far enough to tell what stands inside of texts and comments from what stands outside. A place where
+/// Walks over TOML far enough to tell what is inside of texts and comments from what is outside. A place where
 /// it and the parser could disagree has a mistake before it.
 class Walk {
  public:

@@ -44,7 +44,7 @@ struct Point {
   io::WordOrder word_order = io::WordOrder::kAbcd;
 };
 
-/// What stands at one bit or register of a table: part of a point, or of several (overlay). Word order is already in
+/// What is at one bit or register of a table: part of a point, or of several (overlay). Word order is already in
 /// it: under BADC and DCBA a register is two cells of eight bits. An 8-bit value alone in a register is a cell of 16
 /// bits: readers extend values by their type (SINT keeps its sign), and refuse a written register that no value of it
 /// gives.

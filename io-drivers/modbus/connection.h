@@ -23,7 +23,7 @@ namespace plc::modbus {
 inline constexpr std::size_t kFrameHead = 7;
 inline constexpr std::size_t kMaxFrame = kFrameHead + kMaxPdu;
 
-/// What stands at the beginning of a stream.
+/// What is at the beginning of a stream.
 struct FrameScan {
   enum class State : std::uint8_t {
     kPartial,  ///< more bytes are needed

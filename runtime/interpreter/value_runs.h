@@ -1,7 +1,7 @@
 // Value runs: instructions of one kind side by side, executed by one loop, as boolean logic is by its records.
 //
 // A record holds the operands of one instruction: out, then its inputs, as resolved operand words (link.h). In:
-// records. Out: changed values. For the interpreter; which instructions may stand side by side: arrange.h. RT.
+// records. Out: changed values. For the interpreter; which instructions may run side by side: arrange.h. RT.
 #pragma once
 
 #include <array>

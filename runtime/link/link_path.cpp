@@ -55,7 +55,7 @@ void fill_zeros(const bytecode::Image& image, std::uint32_t type, std::byte* to)
 
 namespace {
 
-/// Forms of a family stand in a row by size: 1, 2, 4, 8 bytes. Nothing for what has no such size.
+/// Forms of a family are in a row by size: 1, 2, 4, 8 bytes. Nothing for what has no such size.
 std::optional<unsigned> number_of_size(const ImageType& part) {
   if (part.kind != TypeKind::kScalar && part.kind != TypeKind::kRef) return std::nullopt;
   return static_cast<unsigned>(std::countr_zero(part.size));

@@ -147,7 +147,7 @@ void GlobalTable::add_leaves(std::uint32_t type, std::uint32_t offset) {
   }
 }
 
-// What an owner has stands close together in its snapshot, so that publishing costs what it owns and not what lies
+// What an owner has is close together in its snapshot, so that publishing costs what it owns and not what lies
 // between. Neighbours in the table are neighbours there: they are copied in one piece.
 void GlobalTable::place_owned(std::vector<std::size_t>& bytes) {
   const Field* before = nullptr;

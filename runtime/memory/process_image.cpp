@@ -18,7 +18,7 @@ struct Span : Location {
   std::uint32_t bytes = 1;
 };
 
-constexpr std::uint64_t kMaxAreaBits = std::uint64_t{1} << 24;  // 2 MB an area; beyond it a location stands alone
+constexpr std::uint64_t kMaxAreaBits = std::uint64_t{1} << 24;  // 2 MB an area; beyond it a location is on its own
 
 /// Which spans share bits with another one; the others need no work.
 std::vector<bool> overlapping(const std::vector<Span>& spans) {

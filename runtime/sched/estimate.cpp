@@ -93,7 +93,7 @@ class Estimator {
     return lay_out(image_, body_, reached);
   }
 
-  /// Functions and blocks of the library that stand anywhere in the task.
+  /// Functions and blocks of the library that are anywhere in the task.
   [[nodiscard]] std::size_t library_used() const {
     std::set<std::pair<bool, std::uint32_t>> used;
     for (const std::uint32_t pou : pous_) {

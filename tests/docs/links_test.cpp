@@ -168,7 +168,7 @@ TEST(FrontPages, AreOnePage) {
   }
 }
 
-// How long a build takes stands in README.md alone: other places became wrong one by one.
+// How long a build takes is in README.md alone: other places became wrong one by one.
 TEST(Times, AreSaidOnce) {
   static const std::regex minutes(R"(\b(\d+|an?|quarter|half)( of)?( an)? (minutes?|hour)\b)");
   std::vector<fs::path> files = documents();

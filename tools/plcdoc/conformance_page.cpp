@@ -174,7 +174,7 @@ Page conformance_page(const FeatureTables& features) {
              "are the\n"
              "same. A case is a program with hand-made results that the tests run, examples are those of the library, "
              "which\n"
-             "the tests run too. What the standard leaves open stands [below](#parameters-of-the-implementer).\n",
+             "the tests run too. What the standard leaves open is [below](#parameters-of-the-implementer).\n",
              sum.yes, sum.partly, sum.no);
   for (const FeatureTable& table : features.tables) {
     out << "\n## Table " << table.title

@@ -220,7 +220,7 @@ TEST(Machine, AProgramWithAMistakeIsNotBegun) {
   EXPECT_FALSE(plant.gcode.port<bool>("RUNNING"));
   EXPECT_EQ(plant.gcode.port<std::int32_t>("LINE"), 2);
   EXPECT_EQ(plant.gcode.port<std::int32_t>("COLUMN"), 8);
-  EXPECT_EQ(plant.gcode.port<picard::Text<80>>("MESSAGE").view(), "a number must stand here");
+  EXPECT_EQ(plant.gcode.port<picard::Text<80>>("MESSAGE").view(), "a number must be here");
   EXPECT_EQ(plant.sets.back(), (Vector{0, 0, 0}));
 }
 

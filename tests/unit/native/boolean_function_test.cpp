@@ -21,7 +21,7 @@ void expect_same(std::uint32_t truth, unsigned inputs) {
   }
 }
 
-/// How often inputs stand in it; tables are no expressions of them.
+/// How often inputs are in it; tables are no expressions of them.
 int inputs_in(const BooleanExpression& e) {
   if (e.kind == Kind::kTable) return 1000;
   int count = e.kind == Kind::kInput ? 1 : 0;
