@@ -137,7 +137,7 @@ class Diagnostics {
   std::size_t last_library_ = SIZE_MAX;   ///< index past the last one
   std::vector<Code> unwanted_;            ///< in libraries
   bool sets_aside_ = true;
-  Aside aside_;                   ///< what was reported of libraries and nobody asked for yet
+  Aside aside_;                   ///< what was reported of libraries and not asked for yet
   std::size_t sorted_aside_ = 0;  ///< so many of them, from the first on, are in the order of their places
   Notes notes_ = Notes::kShow;
   std::size_t errors_ = 0;

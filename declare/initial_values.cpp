@@ -522,7 +522,7 @@ void Declarer::initialize(std::uint32_t number) {
     references_ = global ? nullptr : &references;
     Items items = initial_of(*pending.declaration, first.type, owner);
     references_ = nullptr;
-    // EN that nobody gives is TRUE, whether a POU declares it or not.
+    // EN without a value is TRUE, whether a POU declares it or not.
     const bool enables =
         first.role == ir::Role::kInput && first.type == ir::kBoolType && core::iequals(pending.declaration->name, "EN");
     if (enables && pending.declaration->initial.kind == InitialValue::Kind::kNone) {

@@ -81,7 +81,7 @@ class Lowering {
   }
   ir::TypeTable& types() { return builder_.module().types; }
   ir::Operand operand(ir::ValueId value, NodeId id);
-  /// The value a stub gives: a variable of the expected type (or BOOL) that nobody writes.
+  /// The value a stub gives: a variable of the expected type (or BOOL) that is never written.
   ir::Operand stub_value(NodeId id, Expected expected);
   void warn_stub(const core::SourceRef& where, const std::string& what);
 

@@ -1,4 +1,4 @@
-// What somebody may have meant: names of functions and blocks, operators of other languages.
+// What may have been meant: names of functions and blocks, operators of other languages.
 //
 // In: what was written. Out: help lines, empty when nothing is near. Does not belong here: names of one table
 // (core/guess.h).

@@ -31,7 +31,7 @@ inline constexpr std::string_view kTooManyMade =
     "is called with more sets of array bounds than a project may have, 4096";
 /// Whether a function made from a generic one got arrays of this type, or with parts of it, for its ARRAY [*].
 bool is_given_array(const Module& module, const Pou& pou, TypeRef array);
-/// The same for arrays that nobody passes, so that the body of a function that is never called is checked too.
+/// The same for arrays that are never passed, so that the body of a function that is never called is checked too.
 std::optional<std::uint32_t> specialize_for_check(Module& module, std::uint32_t pou);
 
 /// LOWER_BOUND and UPPER_BOUND: functions of an array and the number of a dimension, which no row of the library can

@@ -102,8 +102,8 @@ enum class Op : std::uint8_t {
 };
 inline constexpr std::size_t kOpCount = 23;
 
-/// What an instruction belongs to where nobody wrote it as such: lint leaves the comparisons and stores out that a loop
-/// or CASE implies. Code generation does not look at it.
+/// What an instruction belongs to where it was not written as such: lint leaves the comparisons and stores out that a
+/// loop or CASE implies. Code generation does not look at it.
 enum class Part : std::uint8_t {
   kPlain,
   kCaseLabel,   ///< compares the selector of a CASE (the first argument) with a label, or jumps past the branch

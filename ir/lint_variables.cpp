@@ -14,7 +14,7 @@ namespace {
 
 using Use = std::uint8_t;
 constexpr Use kRead = 1, kWritten = 2, kRun = 4;
-constexpr Use kHandle = kRead | kWritten | kRun;  ///< whoever gets a handle may do everything
+constexpr Use kHandle = kRead | kWritten | kRun;  ///< code that gets a handle may do everything
 
 /// What all bodies together do with every variable.
 class Usage {
@@ -197,7 +197,7 @@ class VariableLints {
             "the caller always gets the initial value; assign it");
         return;
       case Role::kExternal:
-        // A global that nobody uses is reported once, where it is declared.
+        // A global that is never used is reported once, where it is declared.
         if (!usage_.uses(p, v.global) && usage_.global(v.global) != 0 &&
             v.at != module_.globals[v.global].variable.at) {
           add(Lint::kUnusedVariable, v, pou.name, fmt::format("external variable {} is not used", name),

@@ -262,7 +262,7 @@ class TaskCompiler {
       } else if (loop_->round->goes_on && (i == inner.last - 2 || i == inner.last)) {
         ++i;
       } else {
-        // Nobody jumps here: what is known of registers stays.
+        // No jump leads here: what is known of registers stays.
         translate(instructions[i++]);
       }
     }
@@ -276,7 +276,7 @@ class TaskCompiler {
       }
     }
   }
-  /// What nobody looks at in a loop, for those who look after it.
+  /// What is not read in the loop, for what reads it after the loop.
   void canonicalise(const LoopEnd& end) {
     for (const NonCanonicalReal& real : end.reals) s_.make_one_nan(real.operand, real.type);
     for (const auto& [operand, value] : end.results) s_.store_constant(operand, 1, value ? 1 : 0);
@@ -329,7 +329,7 @@ class TaskCompiler {
     Instruction i{linked_.data() + instruction.position, instruction.position, operation_of(instruction.op)};
     if (!loop_) return i;
     i.known = loop_->of(instruction).known;
-    // The next iteration loads it anew; the last one leaves it to whoever looks after the loop.
+    // The next iteration loads it anew; the last one leaves it to what reads it after the loop.
     i.known.passes_on = i.known.passes_on && loop_->round && loop_->round->goes_on;
     return i;
   }
@@ -357,7 +357,7 @@ class TaskCompiler {
       return;
     }
   }
-  /// Nothing but constants for ports of the block, `next`, lies between, and nobody jumps there: what is in registers
+  /// Nothing but constants for ports of the block, `next`, lies between, and no jump leads there: what is in registers
   /// still is when the block runs.
   [[nodiscard]] bool leads_to_block(std::span<const LinkedInstruction> between, const LinkedInstruction& next,
                                     const Instruction& instruction) const {
@@ -498,7 +498,7 @@ class TaskCompiler {
     });
   }
 
-  /// The number after an instruction, or after those that the interpreter runs at once: as far as nobody jumps
+  /// The number after an instruction, or after those that the interpreter runs at once: as far as no jump leads
   /// between them.
   [[nodiscard]] std::size_t next_of(std::span<const LinkedInstruction> instructions, std::size_t i) const {
     const bool interpreted = is_interpreted(instructions[i]);

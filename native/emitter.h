@@ -29,7 +29,7 @@ struct Instruction;
 /// What code works on.
 struct Memory {
   std::byte* table = nullptr;
-  std::uint32_t constants = 0, constants_end = 0;  ///< offsets of what nobody writes
+  std::uint32_t constants = 0, constants_end = 0;  ///< offsets of what is never written
 };
 
 class Emitter : private asmjit::ErrorHandler {
@@ -41,7 +41,7 @@ class Emitter : private asmjit::ErrorHandler {
   /// Variables are named by their distance from the code, on processors that can (x86-64).
   bool from_code = false;
 
-  /// The value of an operand of 1 to 8 bytes that nobody ever writes, zero-extended.
+  /// The value of an operand of 1 to 8 bytes that is never written, zero-extended.
   [[nodiscard]] std::optional<std::uint64_t> constant(std::uint32_t operand, unsigned bytes) const;
 
   // ---- the value stored last is still in its register; nothing else is known of registers between instructions
@@ -219,7 +219,7 @@ class Emitter : private asmjit::ErrorHandler {
   }
   /// An operand is about to be read in the table.
   void expect_stored(std::uint32_t operand) {
-    if (missing_ == operand) refuse("a result that nobody stored is not in the table");
+    if (missing_ == operand) refuse("a result that was not stored is not in the table");
   }
 
   struct Held {

@@ -124,7 +124,7 @@ std::uint32_t RecordRegisters::take() {
     latest = next;
     best = i;
   }
-  // Without a reader that is still to come, nobody will look for it.
+  // Without a reader that is still to come, it will not be looked for.
   if (!slots_[best].is_stored && slots_[best].next != kNever) store_(numbers_[best], slots_[best].operand);
   slots_[best] = {true, kNever, 0};
   return numbers_[best];

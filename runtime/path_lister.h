@@ -32,7 +32,7 @@ enum class Paths : std::uint8_t {
 class PathLister {
  public:
   PathLister(const Resource& resource, std::string_view pattern, std::size_t limit, Paths paths);
-  /// Memory of blocks of the library is left out: nobody means it who misspells a name.
+  /// Memory of blocks of the library is left out: a misspelt name does not mean it.
   void leave_out_states() { states_ = false; }
   /// Walks through everything: instances before globals, in declaration order.
   void run();

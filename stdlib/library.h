@@ -228,7 +228,7 @@ struct Field {
 
 struct StepContext {
   core::TimeNs now_ns;        ///< taken once per cycle
-  void* host = nullptr;       ///< of whoever runs the block; standard blocks do not look at it
+  void* host = nullptr;       ///< of the code that runs the block; standard blocks do not look at it
   core::TimeNs start_ns = 0;  ///< when the PLC started, by the same clock
 };
 /// One execution of a block on its port struct. RT: noexcept, bounded.

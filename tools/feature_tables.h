@@ -33,7 +33,7 @@ struct FeatureTable {
 struct FeatureTables {
   std::vector<FeatureTable> tables;
   /// Lines that cannot be read, features that are there twice, have no case, or a case beside a reason to have none;
-  /// cases that name a feature nobody lists.
+  /// cases that name a feature that is not listed.
   std::vector<std::string> problems;
 };
 

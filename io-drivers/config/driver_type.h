@@ -1,5 +1,5 @@
 // DriverType: a kind of driver, `kind` in plc.toml, as one row. Its folder has the row; a list names the rows
-// (machine/driver_types.h), and nobody else knows which kinds there are.
+// (machine/driver_types.h), and nothing else knows which kinds there are.
 //
 // In: nothing but constants and functions of the kind's folder. Out: what the reader of plc.toml, bind(), `plc config`,
 // the reference page and Machine ask. Does not belong here: what a driver does while it runs (driver.h).

@@ -26,7 +26,7 @@ class Plant {
   std::optional<core::Problem> prepare(const std::function<void()>& in_child, std::vector<std::string>& notes);
   /// Starts the tasks. A problem: the devices are given back.
   std::optional<core::Problem> start();
-  /// Until somebody requests a stop or `duration_ns` has passed (0 = for ever). Calls `often` every 20 ms and `say`
+  /// Until a stop is requested or `duration_ns` has passed (0 = for ever). Calls `often` every 20 ms and `say`
   /// with what changed at devices.
   void run(core::TimeNs duration_ns, const std::function<void(core::TimeNs now_ns)>& often,
            const std::function<void(const std::string& sentence)>& say);

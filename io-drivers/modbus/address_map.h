@@ -5,10 +5,10 @@
 // %IWn input register n (0..1023), %IDn 2048+2n and %ILn 4096+4n there, %QWn holding n (0..1023), %MWn 1024+n,
 // %MDn 2048+2n, %MLn 4096+4n (n 0..1023); bytes %IBn/%QBn/%MBn, %QDn and %QLn have no place in that map and get
 // automatic addresses like unlocated variables. Automatic area: from 16384 on in every table, aligned to the size:
-// BOOLs that nobody outside may write as discrete inputs, other BOOLs as coils, constants and driver inputs as input
-// registers, the rest as holding registers. Scalars and arrays of scalars, also inside structures; strings are not
-// mapped. Under --profile=overlay the located areas are one bit field per %I, %Q, %M: a register shows whatever located
-// variables share its bits. Immutable once built, any thread. Does not belong here: values, protocol.
+// BOOLs that may not be written from outside as discrete inputs, other BOOLs as coils, constants and driver inputs as
+// input registers, the rest as holding registers. Scalars and arrays of scalars, also inside structures; strings are
+// not mapped. Under --profile=overlay the located areas are one bit field per %I, %Q, %M: a register shows whatever
+// located variables share its bits. Immutable once built, any thread. Does not belong here: values, protocol.
 #pragma once
 
 #include <cstdint>

@@ -348,8 +348,8 @@ class Arranger {
       heights_[edge->first] = std::max(heights_[edge->first], heights_[edge->second] + 1);
     }
   }
-  /// That of the instruction which most others wait for in line, or else the one with most instructions: whoever waits
-  /// long for its turn makes more runs.
+  /// That of the instruction which most others wait for in line, or else the one with most instructions: a kind that
+  /// waits long for its turn makes more runs.
   [[nodiscard]] std::uint32_t best_kind() const {
     std::uint32_t best = 0;
     std::pair<std::uint32_t, std::size_t> most{};

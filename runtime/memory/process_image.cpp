@@ -128,7 +128,7 @@ void ProcessImage::sync() noexcept {
   for (std::size_t i = 0; i < locations_.size(); ++i) {
     const std::uint64_t value = packed(locations_[i]);
     if (value == found_[i]) continue;
-    // What somebody has written meanwhile stays: the next sync finds it changed.
+    // What was written meanwhile stays: the next sync finds it changed.
     std::byte before[8], after[8];
     std::memcpy(before, &found_[i], sizeof before);
     std::memcpy(after, &value, sizeof after);

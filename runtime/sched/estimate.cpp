@@ -389,7 +389,7 @@ class Estimator {
     const auto limit = constant(compare.operands[2]);
     const auto step = constant(count.operands[2]);
     if (!initial || !limit || !step || *step <= 0 || changes(code, loop.first, at - 1, control)) return std::nullopt;
-    // Patterns of 64 bits without sign order otherwise beyond the middle; nobody counts there.
+    // Patterns of 64 bits without sign order otherwise beyond the middle; no loop counts there.
     const double distance = up ? static_cast<double>(*limit) - static_cast<double>(*initial)
                                : static_cast<double>(*initial) - static_cast<double>(*limit);
     return distance <= 0 ? 0 : std::ceil(distance / static_cast<double>(*step));

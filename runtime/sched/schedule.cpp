@@ -222,11 +222,11 @@ std::vector<std::uint32_t> certain_misses(const Image& image, std::span<const Ta
     measured.push_back(t);
     if (load.execution_ns > (load.deadline_ns > 0 ? load.deadline_ns : load.period_ns)) misses.insert(t);
     everything += static_cast<double>(load.execution_ns) / static_cast<double>(load.period_ns);
-    // On a machine of one processor nobody has a choice.
+    // On a machine of one processor there is no choice.
     const int cpu = cpus.size() == 1 ? cpus.front() : plan[t].cpu;
     if (cpu >= 0) by_cpu[cpu].push_back(t);
   }
-  // Which of them it will be, nobody knows; on one processor the analysis does.
+  // Which of them it will be is not known; on one processor the analysis tells.
   const bool overloaded = cpus.size() > 1 && everything > static_cast<double>(cpus.size());
   if (overloaded) misses.insert(measured.begin(), measured.end());
   for (const auto& [cpu, tasks] : by_cpu) {

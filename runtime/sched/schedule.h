@@ -24,7 +24,7 @@ struct TaskDemand {
   core::TimeNs waiting_ns = 0;       ///< for the lock of the global table while tasks on other processors hold it
   core::TimeNs blocking_ns = 0;      ///< by less urgent tasks of its processor that hold it off
   std::int32_t priority = 0;         ///< as the kernel tells them apart (runtime/sched/priority.h)
-  std::vector<AssumedLoop> assumed;  ///< loops of the estimate whose rounds nobody knows
+  std::vector<AssumedLoop> assumed;  ///< loops of the estimate whose number of rounds is not known
 };
 
 /// The tasks that may meet on one processor.

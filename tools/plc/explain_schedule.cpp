@@ -114,7 +114,7 @@ void print_notes(const Explained& e) {
     const TaskDemand& demand = e.schedule.tasks[t];
     if (demand.measured) continue;
     for (const runtime::AssumedLoop& loop : demand.assumed) {
-      std::cout << fmt::format("{}: {}: a loop that goes round nobody knows how often counts as {} rounds [POU {}]\n",
+      std::cout << fmt::format("{}: {}: a loop whose number of rounds is not known counts as {} rounds [POU {}]\n",
                                e.image.tasks[t].name, place(e, loop.at), runtime::kAssumedRounds,
                                e.image.pous[loop.pou].name);
     }
