@@ -50,7 +50,7 @@ struct LinkedBody {
   std::uint32_t first = 0;  ///< into LinkedCode::instructions
 };
 
-/// Code that nobody jumps into, from a BLOCK_START on (arrange.h).
+/// Code that no jump leads into, from a BLOCK_START on (arrange.h).
 struct LinkedBlock {
   Addressing addressing = Addressing::kFixed;
   std::uint32_t position = 0;  ///< of the BLOCK_START
