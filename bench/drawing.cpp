@@ -57,7 +57,7 @@ class Drawing {
     if (powered_.size() == kRungsPerRail) rails();
   }
 
-  /// First value and second inputs stand above and below the row of functions.
+  /// First value and second inputs are above and below the row of functions.
   void draw(const Chain& chain) {
     const int top = y_;
     Point value = in_variable(text(chain.type, chain.start), 60, top + 20);

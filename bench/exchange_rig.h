@@ -1,7 +1,7 @@
 // Tasks that exchange globals under one protocol and do nothing else, and memcpy of the same bytes, for
 // `plc-bench coherence`.
 //
-// In: a protocol, how many variables. Out: one half of an exchange at a time. What is timed stands in this header: a
+// In: a protocol, how many variables. Out: one half of an exchange at a time. What is timed is in this header: a
 // call more would be measured with it. Does not belong here: threads and figures (coherence.cpp).
 #pragma once
 

@@ -1,6 +1,6 @@
 // Limits of plc-bench: what each measured figure may be at most, and in words what is measured against what.
 //
-// Out: the only place where they stand; `plc-bench limits` prints them as the table of README.md. Does not belong here:
+// Out: the only place where they are; `plc-bench limits` prints them as the table of README.md. Does not belong here:
 // measuring.
 #pragma once
 

@@ -16,7 +16,7 @@
 namespace plc::bench {
 namespace {
 
-/// The number in front of " MB resident" in what `plc sim --stats` prints; 0 when it is not there.
+/// The number before " MB resident" in what `plc sim --stats` prints; 0 when it is not there.
 double resident_mb(const std::string& output) {
   const std::size_t end = output.find(" MB resident");
   if (end == std::string::npos) return 0;

@@ -169,7 +169,7 @@ class Maker {
   }
 
   /// Variables for rungs that write each other's: half as many as rungs, a quarter of them inputs. Each of the others
-  /// is written by two to six rungs, in any order; what other rungs write comes behind them.
+  /// is written by two to six rungs, in any order; what other rungs write comes after them.
   void share(std::uint32_t rungs) {
     constexpr std::uint32_t kFewest = 2, kMost = 6;
     const std::uint32_t all = std::max(16u, rungs / 2);

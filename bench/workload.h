@@ -40,12 +40,12 @@ struct Variable {
 /// One program in both languages.
 struct Source {
   std::string project;  ///< one task, one instance
-  /// Files that make one shared object; one behind the other they are a valid file, too. They define plc_scan(long long
-  /// now_ns). BARRIER stands behind each rung: a compiler barrier, so that the compiler may not carry values from rung
+  /// Files that make one shared object; one after another they are a valid file, too. They define plc_scan(long long
+  /// now_ns). BARRIER follows each rung: a compiler barrier, so that the compiler may not carry values from rung
   /// to rung, or nothing with -DBARRIER=.
   std::vector<std::string> c;
   std::vector<Variable> variables;
-  /// So many taskblocks the C calls through its arrays `plc_calls` of {fire, object}, with `plc_failure` behind the
+  /// So many taskblocks the C calls through its arrays `plc_calls` of {fire, object}, with `plc_failure` after the
   /// object. The variables are then those of the ports that their objects are bound to.
   std::uint32_t taskblocks = 0;
   const char* extension = "xml";  ///< of the project's file: PLCopen, or "st"

@@ -120,7 +120,7 @@ class Assembler {
   }
 
   void take_type(Line& line) {
-    if (table_bytes_ != nullptr) fail("a type behind the tables");
+    if (table_bytes_ != nullptr) fail("a type after the tables");
     if (line.number<std::size_t>() != image_.types.size())
       fail(fmt::format("the next type is {}", image_.types.size()));
     constexpr std::array<std::string_view, 5> kKinds = {"scalar", "string", "array", "struct", "ref"};
@@ -187,7 +187,7 @@ class Assembler {
 
   void take_field(Line& line) {
     if (image_.types.empty() || image_.types.back().kind != TypeKind::kStruct) fail("a field without a structure");
-    if (table_bytes_ != nullptr) fail("a field behind the tables");
+    if (table_bytes_ != nullptr) fail("a field after the tables");
     ImageField field;
     field.name = line.text();
     field.type = line.index('t');
@@ -201,7 +201,7 @@ class Assembler {
 
   void take_alias(Line& line) {
     if (image_.types.empty() || image_.types.back().kind != TypeKind::kStruct) fail("an alias without a structure");
-    if (table_bytes_ != nullptr) fail("an alias behind the tables");
+    if (table_bytes_ != nullptr) fail("an alias after the tables");
     ImageAlias alias;
     alias.name = line.text();
     line.expect("global");
@@ -395,7 +395,7 @@ class Assembler {
     } else if (word.back() == ':') {
       const auto at = static_cast<std::uint32_t>(pou.code.size());
       if (!labels_.emplace(std::string(word.substr(0, word.size() - 1)), at).second)
-        fail(fmt::format("{} stands twice", word));
+        fail(fmt::format("{} is there twice", word));
     } else {
       take_instruction(pou, word, line);
     }

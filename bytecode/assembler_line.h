@@ -70,7 +70,7 @@ class Line {
   T number() {
     return to_number<T>(word());
   }
-  /// A number behind `letter`: "t12".
+  /// A number after `letter`: "t12".
   std::uint32_t index(char letter) {
     const std::string_view found = word();
     if (found.size() < 2 || found[0] != letter) fail(quoted(found) + " where " + letter + "<number> belongs");

@@ -1,9 +1,9 @@
 // The layout of an image file, shared by image_save.cpp and image_load.cpp.
 //
 //   header   8 bytes magic, u32 format version, u32 number of sections, u64 XXH3-64 of every byte after the header
-//   section  u32 id, u64 size, `size` bytes; every section of the list below once, in its order, nothing behind the
+//   section  u32 id, u64 size, `size` bytes; every section of the list below once, in its order, nothing after the
 //   last
-// Numbers are little-endian. Text stands once in the string pool; records refer to it by index.
+// Numbers are little-endian. Each text is once in the string pool; records refer to it by index.
 #pragma once
 
 #include <array>

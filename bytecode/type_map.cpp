@@ -205,7 +205,7 @@ class LeafMap::Filler {
 
   const Image& image_;
   std::vector<std::uint8_t>& map_;
-  std::unordered_map<std::uint64_t, std::size_t> known_;  // structure and flags -> where it stands
+  std::unordered_map<std::uint64_t, std::size_t> known_;  // structure and flags -> where it is
 };
 
 LeafMap::LeafMap(const Image& image, std::uint32_t type) : map_(image.types[type].size) {

@@ -54,7 +54,7 @@ class LeafMap {
   static constexpr std::uint8_t kConstantLeaf = 0x80;
 
   LeafMap(const Image& image, std::uint32_t type);
-  /// The byte at `offset`, 0 behind the end.
+  /// The byte at `offset`, 0 past the end.
   [[nodiscard]] std::uint8_t at(std::uint32_t offset) const { return offset < map_.size() ? map_[offset] : 0; }
 
  private:

@@ -122,7 +122,7 @@ class CodeVerifier {
     return word;
   }
 
-  /// A place may stand before the type() operand that names its type, a value before the path that leads to its type.
+  /// A place may come before the type() operand that names its type, a value before the path that leads to its type.
   void type_before_places(const OpcodeInfo& op) {
     for (std::uint8_t i = 0; i < op.operands.count; ++i) {
       if (op.operands.specs[i].kind != OperandKind::kType) continue;

@@ -38,7 +38,7 @@ class Lowering {
     const plcopen::Project& project = project_;
     ir::Module& module = module_;
     done_.resize(project.pous.size());
-    // Before any body: whoever uses a stub is told so, wherever it stands.
+    // Before any body: every use of a stub is reported, wherever the stub is.
     for (std::uint32_t i = 0; i < project.pous.size() && stub_missing_; ++i) {
       const plcopen::Language language = language_of(project.pous[i]);
       module.pous[i].stub = language == plcopen::Language::kIl || language == plcopen::Language::kSfc;
@@ -52,12 +52,12 @@ class Lowering {
       const bool own = module.pous[i].owner != ir::Pou::kDeclared && !module.pous[i].from_library;
       if (own && (stub_missing_ || compiles(action_of(i)))) lower(i);
     }
-    // What a library has beyond that is not compiled, and its problems are nobody's.
+    // What a library has beyond that is not compiled, and its problems are not reported.
     for (const ir::Task& task : module.tasks) {
       for (const ir::ProgramInstance& program : task.programs) lower(program.pou);
     }
     lower_reached();
-    // Nobody calls them: their bodies are checked all the same.
+    // They are never called: their bodies are checked all the same.
     for (std::uint32_t i = 0; i < project.pous.size(); ++i) {
       const ir::Pou& pou = module.pous[i];
       if (!pou.generic || pou.has_made || pou.from_library) continue;

@@ -90,7 +90,7 @@ class Diagnostics {
   /// The same, and not set aside: about what the project does with the library that `at` lies in.
   void report_at_once(Code code, const SourceRef& at, std::string_view pou, std::string message, std::string help = {});
 
-  /// Takes out again what was reported from the `first` diagnostic on and stood there before, with the same code, place
+  /// Takes out again what was reported from the `first` diagnostic on and was there before, with the same code, place
   /// and words: text that is read more than once has the same mistakes.
   void drop_repeated(std::size_t first);
 
@@ -137,7 +137,7 @@ class Diagnostics {
   std::size_t last_library_ = SIZE_MAX;   ///< index past the last one
   std::vector<Code> unwanted_;            ///< in libraries
   bool sets_aside_ = true;
-  Aside aside_;                   ///< what was reported of libraries and nobody asked for yet
+  Aside aside_;                   ///< what was reported of libraries and not asked for yet
   std::size_t sorted_aside_ = 0;  ///< so many of them, from the first on, are in the order of their places
   Notes notes_ = Notes::kShow;
   std::size_t errors_ = 0;

@@ -12,7 +12,7 @@
 
 namespace plc::core {
 
-/// A line and a column, as in SourceRef. One rule for every kind of file: a line ends with LF, whatever stands before
+/// A line and a column, as in SourceRef. One rule for every kind of file: a line ends with LF, whatever comes before
 /// it (CR LF, CR CR LF); a CR alone is a character of its line. Columns count characters.
 struct Spot {
   std::uint32_t line = 1;

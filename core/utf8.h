@@ -6,7 +6,7 @@
 
 namespace plc::core {
 
-/// The character that begins at byte `i`, which moves behind it. A byte that begins none counts as its own value.
+/// The character that begins at byte `i`, which moves past it. A byte that begins none counts as its own value.
 char32_t decode_utf8(std::string_view text, std::size_t& i);
 
 /// True when every lead byte has its continuation bytes, and no byte stands alone.

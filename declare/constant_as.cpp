@@ -75,7 +75,7 @@ std::optional<ir::Constant> constant_as(const ConstantValue& value, ir::TypeRef 
     const auto from = types.elementary_of(value.constant.type);
     if (from != (wide ? TypeId::kWstring : TypeId::kString)) {
       if (from && core::in_category(*from, core::kAnyString)) {
-        problem += "; a STRING stands in single quotes, a WSTRING in double ones";
+        problem += "; a STRING is written in single quotes, a WSTRING in double ones";
       }
       return std::nullopt;
     }

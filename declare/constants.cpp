@@ -66,7 +66,7 @@ class Evaluator {
             std::optional<ir::TypeRef> expected)
       : source_(source), ast_(ast), types_(types), scope_(scope), expected_(expected) {}
 
-  // Nodes stand behind their children, so one pass over the table computes every value.
+  // Nodes come after their children, so one pass over the table computes every value.
   std::optional<ConstantValue> run(NodeId root) {
     std::vector<bool> part_of_name(ast_.nodes.size(), false);
     for (NodeId id = 0; id <= root; ++id) {

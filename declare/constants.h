@@ -65,7 +65,7 @@ class ConstantScope {
   virtual ~ConstantScope() = default;
   /// The constant called `name` ("N", "GVL.N"); nothing when there is none or it has no value.
   virtual std::optional<ConstantValue> constant_named(std::string_view name) = 0;
-  /// What a variable, or the part of it at the end of `path`, begins with, where that may stand in an expression.
+  /// What a variable, or the part of it at the end of `path`, begins with, where that may be used in an expression.
   virtual std::optional<ConstantValue> variable_value(std::string_view /*root*/, std::span<const PathStep> /*path*/) {
     return std::nullopt;
   }
@@ -77,7 +77,7 @@ class ConstantScope {
     problem = "sizes are not known here";
     return std::nullopt;
   }
-  /// Whether the expression stands in a library.
+  /// Whether the expression is in a library.
   [[nodiscard]] virtual bool in_library() const { return false; }
 };
 

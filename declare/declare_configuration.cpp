@@ -177,7 +177,7 @@ std::optional<std::string> Declarer::resolve_trigger(std::string_view name) {
     return global_named(normal) ? std::optional(normal) : std::nullopt;
   }
   if (global_named(name)) return std::string(name);
-  // "Instance.Variable", with or without the names of configuration and resource in front.
+  // "Instance.Variable", with or without the names of configuration and resource before it.
   const std::size_t last = name.rfind('.');
   if (last == std::string_view::npos) return std::nullopt;
   const std::string_view variable_name = name.substr(last + 1);
@@ -309,7 +309,7 @@ void Declarer::declare_instances(const plcopen::Resource& resource, std::size_t 
     module_.tasks.push_back(std::move(task));
   } else if (tasks > 1) {
     report(Code::P4030, at, {},
-           "program instances stand beside the tasks of " +
+           "program instances are declared beside the tasks of " +
                (resource.name.empty() ? "the configuration" : "resource " + quoted(resource.name)) +
                "; the first task, " + quoted(module_.tasks[first_task].name) + ", runs them",
            "move them into the task that shall run them");

@@ -38,7 +38,7 @@ std::vector<std::string_view> indices_of(std::string_view element) {
 
 }  // namespace
 
-/// The global that `name` means: "X", "GVL.X", either behind names of configuration and resource, or an address, which
+/// The global that `name` means: "X", "GVL.X", either after names of configuration and resource, or an address, which
 /// becomes a global of type `type` when nothing is declared there.
 std::optional<std::uint32_t> Declarer::global_at(std::string_view name, TypeRef type, const core::SourceRef& at) {
   if (name.starts_with('%')) {
@@ -125,7 +125,7 @@ void Declarer::connect(ir::ProgramInstance& instance, const plcopen::InstanceCon
 }
 
 /// "Resource.Program.Variable AT %QX0.0 : BOOL := TRUE;" in VAR_CONFIG. The names of configuration and resource may be
-/// left away.
+/// omitted.
 void Declarer::configure_variable(const plcopen::Variable& entry) {
   const auto refuse = [&](std::string message, std::string help = {}) {
     report(Code::P4049, entry.at, {}, "VAR_CONFIG " + quoted(entry.name) + ": " + message, std::move(help));

@@ -102,7 +102,7 @@ void Declarer::declare_pou_names() {
     const bool circular = i < circular_.size() && circular_[i];
     const bool first = circular || module_.pou_by_name.emplace(from.name, i).second;
     if (circular) {
-      // It has no type: whoever names it is told.
+      // It has no type: that is reported where it is named.
     } else if (!first) {
       // The XML reader says so of two POUs of its file (P1012).
       const bool said = from.at.line != 0 && project_.version != plcopen::Version::kText &&
@@ -209,7 +209,7 @@ void Declarer::declare_global(const plcopen::Variable& variable) {
   }
   const auto type = variable.refused ? std::nullopt : resolve(variable.type, owner);
   if (!type) {
-    // Those of a library stay unknown names: whoever uses one is told why.
+    // Those of a library stay unknown names: the reason is reported where one is used.
     if (is_library(variable.at)) return;
     module_.refused.insert(qualified);
     module_.refused.insert(variable.name);
@@ -483,7 +483,7 @@ std::string Declarer::first_place(const core::SourceRef& first, const core::Sour
   return elsewhere ? "at " + diagnostics_.file_name(first.file) + ":" + line : "at line " + line;
 }
 
-// One variable for all instances and calls of its POU: a global that nobody else can name.
+// One variable for all instances and calls of its POU: a global that no other code can name.
 bool Declarer::bind_static(ir::Variable& out, const plcopen::Variable& variable, const Owner& owner) {
   const auto type = resolve(variable.type, owner);
   if (!type) return false;

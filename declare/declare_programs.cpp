@@ -1,7 +1,7 @@
 // Programs by name: which programs texts and drawings name, and where their one instance lies.
 //
-// A program that is named is a global: everybody reaches it, and other tasks see it as they see any global. Those that
-// nobody names stay in the memory of their task, as they always were.
+// A program that is named is a global: all code reaches it, and other tasks see it as they see any global. Those that
+// are never named stay in the memory of their task, as they always were.
 #include <algorithm>
 #include <utility>
 
@@ -104,7 +104,7 @@ void Declarer::place_programs() {
         if (module_.tasks[t].programs[p].pou == program) roots.push_back({t, p});
       }
     }
-    if (roots.size() > 1) continue;  // whoever names it is told so
+    if (roots.size() > 1) continue;  // reported where it is named
     ir::ProgramInstance* const run = roots.empty() ? nullptr : &module_.tasks[roots[0].task].programs[roots[0].index];
     ir::Pou& pou = module_.pous[program];
     const auto index = static_cast<std::uint32_t>(module_.globals.size());

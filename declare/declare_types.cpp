@@ -464,7 +464,7 @@ std::optional<ir::Type> Declarer::make_subrange(const TypeSpec& spec, const Owne
   if (*lower > *upper) {
     report(Code::P4017, out.at, owner.pou,
            "range " + std::to_string(*lower) + ".." + std::to_string(*upper) + " of " + quoted(owner.name) +
-               " begins behind its end");
+               " begins after its end");
     return std::nullopt;
   }
   if (!int_fits(*lower, false, *id) || !int_fits(*upper, false, *id)) {

@@ -126,7 +126,7 @@ class Declarer final : public ConstantScope {
                                         core::Diagnostics& diagnostics, std::string_view pou,
                                         std::optional<ir::TypeRef> expected = std::nullopt);
   std::optional<ConstantValue> constant_value(const plcopen::Variable* variable, bool is_local);
-  std::optional<core::TypeId> number_behind(const plcopen::TypeSpec& spec, std::uint32_t depth);
+  std::optional<core::TypeId> underlying_number(const plcopen::TypeSpec& spec, std::uint32_t depth);
   Items initial_of(const plcopen::Variable& variable, ir::TypeRef type, const Owner& owner);
   /// Whether the value is to be computed by the POU itself, and what is said of it; false when it has an error.
   bool add_scalar(const plcopen::InitialValue& value, ir::TypeRef type, const std::vector<std::uint32_t>& path,

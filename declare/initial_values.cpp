@@ -450,17 +450,17 @@ std::optional<ConstantValue> Declarer::constant_value(const plcopen::Variable* v
     constant_values_.erase(variable);
     return std::nullopt;
   }
-  const auto id = number_behind(variable->type, 0);
+  const auto id = underlying_number(variable->type, 0);
   if (value && id) value = constant_of_type(*value, *id);
   constant_values_[variable] = value;
   return value;
 }
 
 // The number type that a declaration comes down to. Types need not be resolved yet.
-std::optional<core::TypeId> Declarer::number_behind(const plcopen::TypeSpec& spec, std::uint32_t depth) {
+std::optional<core::TypeId> Declarer::underlying_number(const plcopen::TypeSpec& spec, std::uint32_t depth) {
   constexpr std::uint32_t kMaxAliases = 64;
   if (depth == kMaxAliases) return std::nullopt;
-  if (spec.kind == plcopen::TypeSpec::Kind::kSubrange && spec.base) return number_behind(*spec.base, depth + 1);
+  if (spec.kind == plcopen::TypeSpec::Kind::kSubrange && spec.base) return underlying_number(*spec.base, depth + 1);
   if (spec.kind != plcopen::TypeSpec::Kind::kNamed) return std::nullopt;
   if (const auto id = core::type_named(core::trimmed(spec.name))) {
     const bool number =
@@ -469,7 +469,7 @@ std::optional<core::TypeId> Declarer::number_behind(const plcopen::TypeSpec& spe
   }
   const auto user = user_type_by_name_.find(core::trimmed(spec.name));
   if (user == user_type_by_name_.end()) return std::nullopt;
-  return number_behind(user_types_[user->second].declaration->type, depth + 1);
+  return underlying_number(user_types_[user->second].declaration->type, depth + 1);
 }
 
 void Declarer::initialize_all() {
@@ -522,7 +522,7 @@ void Declarer::initialize(std::uint32_t number) {
     references_ = global ? nullptr : &references;
     Items items = initial_of(*pending.declaration, first.type, owner);
     references_ = nullptr;
-    // EN that nobody gives is TRUE, whether a POU declares it or not.
+    // EN without a value is TRUE, whether a POU declares it or not.
     const bool enables =
         first.role == ir::Role::kInput && first.type == ir::kBoolType && core::iequals(pending.declaration->name, "EN");
     if (enables && pending.declaration->initial.kind == InitialValue::Kind::kNone) {

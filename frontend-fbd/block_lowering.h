@@ -291,7 +291,7 @@ struct BlockLowering {
   std::optional<PlaceId> in_out_place(const Input& input, const Port& port) {
     const std::string what = name_of(port);
     std::optional<PlaceId> place;
-    if (input.wire_count == 1) place = d.place_behind(d.graph().wires[input.first_wire].from);
+    if (input.wire_count == 1) place = d.place_of_source(d.graph().wires[input.first_wire].from);
     if (input.wire_count == 0 && !input.pin->expression.empty()) {
       place = st::lower_place(input.pin->expression, input.pin->at, b, true);
     }
@@ -375,8 +375,8 @@ struct BlockLowering {
   void lower_function_pou(std::uint32_t pou_index);
   /// SPLIT_DATE and its like: the input once, then one function of it for each output that is read.
   void lower_bundle(const stdlib::BundleSpec& bundle);
-  /// DELAY: a register. It shows what entered last before this scan, to readers in front of it (feedback wires) as to
-  /// those behind it, and whether EN is TRUE or not.
+  /// DELAY: a register. It shows what entered last before this scan, to readers before it (feedback wires) as to
+  /// those after it, and whether EN is TRUE or not.
   void lower_delay();
   void lower_standard_function();
   /// True when the function gives a BOOL for these operands.

@@ -86,7 +86,7 @@ void add_bypasses(Graph& graph, const std::vector<BranchWires>& branches) {
     }
   }
   if (bypasses.empty()) return;
-  // Inputs and wires of a node stand together, in the order of the nodes: all move.
+  // Inputs and wires of a node are together, in the order of the nodes: all move.
   std::vector<Input> inputs;
   std::vector<Wire> wires;
   const auto add = [&](const plcopen::Pin* pin, const Wire* first, std::size_t count) {

@@ -349,7 +349,7 @@ bool Drawing::warn_coils_of_one_address(std::span<const Write* const> coils) {
 }
 
 void Drawing::warn_order_of_writes() {
-  // Where by the drawing everything that acts stands in document order, the two rules agree: reading and writing
+  // Where by the drawing everything that acts is in document order, the two rules agree: reading and writing
   // follows. The order of the file says nothing about that of the drawing.
   const bool drawing = options_.order == core::Order::kDrawing;
   std::vector<std::uint32_t> here(graph_.nodes.size(), 0);

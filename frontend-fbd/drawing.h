@@ -29,7 +29,7 @@ struct Incoming {
     kValue,
   } state = State::kUnconnected;
   ir::Operand operand;
-  /// BOOL: the block behind this single wire executed in this scan (its EN was TRUE); invalid = always.
+  /// BOOL: the block that drives this single wire executed in this scan (its EN was TRUE); invalid = always.
   ir::ValueId executed{};
   [[nodiscard]] bool is_value() const { return state == State::kValue; }
 };
@@ -46,7 +46,7 @@ class Drawing {
 
   /// Lowers one element of the kinds block, in/out/inOutVariable, connector, continuation, jump, label, return.
   void lower_element(NodeId node);
-  /// Writes the variables that stand at the outputs of an element, right after it.
+  /// Writes the variables that are drawn at the outputs of an element, right after it.
   void write_targets(NodeId node);
   /// After the last element: jumps without label, bodies that do nothing, order of double writes.
   void finish();
@@ -70,9 +70,9 @@ class Drawing {
   void publish(const OutRef& out, const ir::Operand& operand);
   void publish_poison(const OutRef& out);
   [[nodiscard]] bool has_reader(const OutRef& out) const;
-  /// The place behind an output that is a variable (inVariable, inOutVariable, in-out pin), for in-out connections.
+  /// The place of the variable that an output gives (inVariable, inOutVariable, in-out pin), for in-out connections.
   /// `steps`: outputs passed on the way here.
-  std::optional<ir::PlaceId> place_behind(const OutRef& out, std::size_t steps = 0);
+  std::optional<ir::PlaceId> place_of_source(const OutRef& out, std::size_t steps = 0);
 
   // ---- modifiers: the memory they need is hidden ----
 
@@ -83,7 +83,7 @@ class Drawing {
   /// place := value, set or reset by it; counts as a write for the warnings about double writes.
   void write_bool(ir::PlaceId place, ir::ValueId value, plcopen::Storage storage);
   void note_write(ir::PlaceId place, NodeId node, bool plain_coil);
-  /// Notes that `node` read the variable behind `operand`, if it is one: for the warnings about order.
+  /// Notes that `node` read the variable of `operand`, if it is one: for the warnings about order.
   void note_read(const ir::Operand& operand, NodeId node);
   /// The type that the readers of an output need, where the drawing tells it.
   std::optional<ir::TypeRef> expected_type(const OutRef& out) { return expected_type(out, 0); }
@@ -133,7 +133,7 @@ class Drawing {
 
   // drawing.cpp
   void add_targets(NodeId node);
-  /// The outputs of an element at which a variable stands.
+  /// The outputs of an element at which a variable is drawn.
   [[nodiscard]] std::span<const Target> targets(NodeId node) const;
   [[nodiscard]] std::uint32_t slot_index(const OutRef& out) const;
   Incoming read_slot(const OutRef& out, const core::SourceRef& at);
@@ -163,7 +163,7 @@ class Drawing {
   /// `what` how messages name it.
   void write(const std::string& text, const core::SourceRef& at, const Incoming& in, const Modifiers& modifiers,
              const std::string& what, NodeId node);
-  /// True when a variable at an output stands at the input of the same name, too: that is an in-out, nothing to write.
+  /// True when a variable at an output is at the input of the same name, too: that is an in-out, nothing to write.
   bool is_left_side(const OutRef& out, const plcopen::Pin& pin);
   void lower_in_variable(NodeId node);
   void lower_out_variable(NodeId node);

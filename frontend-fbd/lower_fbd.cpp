@@ -117,7 +117,7 @@ void Drawing::write_targets(NodeId node) {
     const std::string of = e.kind == ElementKind::kBlock ? "output \"" + pin->name + "\" of " + e.text
                                                          : "the output of a " + std::string(core::element_word(e.kind));
     if (!has_output(e.kind)) {
-      report(Code::P3003, node, "variable \"" + pin->target + "\" stands at " + of + ", which has none",
+      report(Code::P3003, node, "variable \"" + pin->target + "\" is drawn at " + of + ", which has none",
              "it is not written; delete it");
       continue;
     }
@@ -131,7 +131,7 @@ bool Drawing::is_left_side(const OutRef& out, const plcopen::Pin& pin) {
   if (pin.name.empty() || !st::is_variable_text(pin.target)) return false;
   for (const Input& input : inputs(out.node)) {
     if (!core::iequals(input.pin->name, pin.name)) continue;
-    const auto left = input.wire_count == 1 ? place_behind(graph_.wires[input.first_wire].from)
+    const auto left = input.wire_count == 1 ? place_of_source(graph_.wires[input.first_wire].from)
                       : st::is_variable_text(input.pin->expression)
                           ? st::lower_place(input.pin->expression, input.pin->at, builder_, true)
                           : std::nullopt;

@@ -60,7 +60,7 @@ class Orderer {
           pull(n, Reason::kDocument, Reason::kDocument);
         }
       }
-      for (NodeId n = 0; n < graph_.nodes.size(); ++n) {  // what nobody reads
+      for (NodeId n = 0; n < graph_.nodes.size(); ++n) {  // what is never read
         if (placed_[n] || is_rail(graph_.element(n).kind)) continue;
         pull(n, Reason::kDocument, Reason::kDocument);
         place(n, Reason::kDocument);
@@ -343,7 +343,7 @@ class Orderer {
       }
       tell_readers();
     }
-    // What nobody reads.
+    // What is never read.
     std::erase_if(members, [&](NodeId n) { return placed_[n]; });
     std::sort(members.begin(), members.end(), [&](NodeId a, NodeId b) { return keys_[a] < keys_[b]; });
     for (NodeId n : members) place(n, positioned_ ? Reason::kPosition : Reason::kDocument);

@@ -1,7 +1,7 @@
 // Execution order of a drawn body (docs/guides/execution-order.md). Explicit, printable, switchable.
 //
-// In: a Graph. Out: the sequence of nodes, the wires that are feedback (marked in the Graph), and why each node stands
-// where it does. Does not belong here: values, types.
+// In: a Graph. Out: the sequence of nodes, the wires that are feedback (marked in the Graph), and why each node is
+// where it is. Does not belong here: values, types.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ namespace plc::fbd {
 /// Why an element executes where it does.
 enum class Reason : std::uint8_t {
   kExecutionOrderId,  ///< executionOrderId, ascending
-  kFeedsOrdered,      ///< pulled in front of an element with an executionOrderId that it feeds
+  kFeedsOrdered,      ///< pulled before an element with an executionOrderId that it feeds
   kPosition,          ///< top to bottom, left to right, among what data flow allows
   kDataFlow,          ///< drawn higher than its predecessor, but fed by it (or by something after it)
   kDocument,          ///< document order: no positions, or --order=document

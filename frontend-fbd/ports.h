@@ -74,7 +74,7 @@ std::string_view type_name(ir::Builder& builder, std::string_view name);
 /// nothing for others (no report).
 std::optional<ir::TypeRef> type_of_pin(ir::Builder& builder, const plcopen::Element& block, const plcopen::Pin& pin);
 
-/// The memory behind output `pin` of a drawn function block instance; nothing for functions and unknown blocks (no
+/// The memory of output `pin` of a drawn function block instance; nothing for functions and unknown blocks (no
 /// report).
 std::optional<ir::PlaceId> instance_output(ir::Builder& builder, const plcopen::Element& block, std::size_t pin);
 

@@ -35,9 +35,9 @@ std::optional<ir::ValueId> PowerFlows::between(ir::Builder& builder, ir::ValueId
 }
 
 ir::ValueId PowerFlows::series(ir::Builder& builder, ir::ValueId flow, ir::ValueId state) {
-  const ir::ValueId behind = builder.logic(ir::Op::kAnd, flow, state);
-  steps_.push_back({behind.index, flow, state});
-  return behind;
+  const ir::ValueId after = builder.logic(ir::Op::kAnd, flow, state);
+  steps_.push_back({after.index, flow, state});
+  return after;
 }
 
 ir::ValueId PowerFlows::parallel(ir::Builder& builder, ir::ValueId a, ir::ValueId b) {

@@ -15,7 +15,7 @@ namespace plc::fbd {
 
 class PowerFlows {
  public:
-  /// Power behind a contact (IEC 61131-3:2013, 8.2.4).
+  /// Power after a contact (IEC 61131-3:2013, 8.2.4).
   ir::ValueId series(ir::Builder& builder, ir::ValueId flow, ir::ValueId state);
   /// Power where two flows meet.
   ir::ValueId parallel(ir::Builder& builder, ir::ValueId a, ir::ValueId b);

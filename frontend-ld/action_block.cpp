@@ -77,7 +77,7 @@ bool ActionBlocks::runs(const ActionLink& action) const {
   return has_text(action) || st::find_action(b_.module(), b_.pou(), action.name).has_value();
 }
 
-/// An R may stand before what it resets, so the whole body is searched once.
+/// An R may come before what it resets, so the whole body is searched once.
 void ActionBlocks::find_stored() {
   if (searched_) return;
   searched_ = true;
@@ -253,8 +253,7 @@ void ActionBlocks::lower_action(const ActionId& id, ValueId flow) {
   const bool remembers =
       *qualifier != Qualifier::kN && *qualifier != Qualifier::kR && (*qualifier != Qualifier::kS || runs(one));
   if (remembers && b_.pou().kind == ir::PouKind::kFunction) {
-    return report(one,
-                  title(one) + " with qualifier " + one.qualifier + " stands in a function, which remembers nothing",
+    return report(one, title(one) + " with qualifier " + one.qualifier + " is in a function, which remembers nothing",
                   "draw it in a function block or a program");
   }
   if (*qualifier == Qualifier::kR) return reset(id, flow);

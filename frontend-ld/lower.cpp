@@ -139,7 +139,7 @@ class Ladder final : public fbd::Drawing {
     }
     const auto flow = power_into(node, true);
     if (!flow) return publish_poison(flow_of(node));
-    publish(flow_of(node), *flow);  // a coil is transparent: the flow behind it is the flow in front of it
+    publish(flow_of(node), *flow);  // a coil is transparent: the flow after it is the flow before it
     if (e.text.empty()) {
       return report(Code::P3014, node, "coil names no variable", "write the variable above the coil");
     }
@@ -149,7 +149,7 @@ class Ladder final : public fbd::Drawing {
       return report(Code::P2003, node,
                     "coil \"" + e.text + "\" has type " + builder().module().types.name_of(builder().type_of(*place)) +
                         ", a coil is BOOL",
-                    "use an outVariable behind a block for numbers");
+                    "use an outVariable at the output of a block for numbers");
     }
     const ValueId value = modify(*flow, e.negated, e.edge, Storage::kNone, e.text);
     write_bool(*place, value, e.storage);

@@ -53,8 +53,8 @@ enum class NodeKind : std::uint8_t {
   kDeref,      ///< a ^
   kUnary,      ///< op a
   kBinary,     ///< a op b
-  kCall,       ///< a ( b .. ): b is the first kArgument or kNoNode; [name, name_end) is what stands in place of the
-               ///< parentheses where they are left away, else empty
+  kCall,       ///< a ( b .. ): b is the first kArgument or kNoNode; [name, name_end) is what replaces the
+               ///< parentheses where they are omitted, else empty
   kArgument,   ///< positional, or [name, name_end) := a, or => a
   // statements, linked by next
   kAssign,         ///< a := b, a S= b, a R= b (op); b is a kAssign itself in a := b := c

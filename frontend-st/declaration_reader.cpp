@@ -70,7 +70,7 @@ constexpr std::pair<std::string_view, Word> kWords[] = {
     {"INITIAL_STEP", Word::kInitialStep},
     {"TRANSITION", Word::kTransition},
     {"END_TRANSITION", Word::kEndTransition},
-    // Other spellings stand after those of the standard.
+    // Other spellings come after those of the standard.
     {"FUNCTIONBLOCK", Word::kFunctionBlock},
     {"END_FUNCTIONBLOCK", Word::kEndFunctionBlock},
 };
@@ -221,13 +221,13 @@ void DeclarationReader::skip_declaration() {
   }
 }
 
-/// Behind a declaration that failed and began at `begin`. Always makes progress.
+/// Past a declaration that failed and began at `begin`. Always makes progress.
 void DeclarationReader::recover(std::uint32_t begin) {
   skip_declaration();
   if (token_.begin == begin) advance();
 }
 
-/// Behind `end`, passing over inner constructs of the same kind by their own `end`.
+/// Past `end`, passing over inner constructs of the same kind by their own `end`.
 void DeclarationReader::skip_to(Word end) {
   while (!at(TokenKind::kEnd) && word_of(token_) != end) advance();
   if (!at(TokenKind::kEnd)) advance();
@@ -245,7 +245,7 @@ void DeclarationReader::skip_to_opener() {
   }
 }
 
-/// The `;` of a declaration. A missing one is reported where it should stand; what looks like the next declaration is
+/// The `;` of a declaration. A missing one is reported where it should be; what looks like the next declaration is
 /// not skipped.
 bool DeclarationReader::end_declaration() {
   if (accept(TokenKind::kSemicolon)) return true;
@@ -344,7 +344,7 @@ DeclarationReader::Piece DeclarationReader::expression() {
   const std::uint32_t begin = token_.begin;
   std::uint32_t end = begin;
   std::uint32_t open = 0;
-  bool operand = false;  // the last token ended an operand: a name behind it belongs to the next declaration
+  bool operand = false;  // the last token ended an operand: a name after it belongs to the next declaration
   for (; !at(TokenKind::kEnd) && !at(TokenKind::kSemicolon); advance()) {
     const TokenKind kind = token_.kind;
     if (kind == TokenKind::kLeftParen || kind == TokenKind::kLeftBracket) {
@@ -390,7 +390,7 @@ DeclarationReader::Piece DeclarationReader::dotted_path() {
   }
 }
 
-/// The configuration for what stands outside all configurations.
+/// The configuration for what is outside all configurations.
 plcopen::Configuration& DeclarationReader::outside() {
   has_outside_ = true;
   return outside_;

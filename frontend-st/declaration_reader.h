@@ -18,7 +18,7 @@
 
 namespace plc::st {
 
-/// Words that give a text its structure. Others, as AT and OF, are looked at where they may stand.
+/// Words that give a text its structure. Others, as AT and OF, are looked at where they may occur.
 enum class Word : std::uint8_t {
   kNone,
   kType,
@@ -77,7 +77,7 @@ class DeclarationReader {
  public:
   DeclarationReader(const SourceText& source, plcopen::Project& project, core::Diagnostics& diagnostics);
 
-  /// Everything that may stand in a file.
+  /// Everything that may be in a file.
   void read_file();
   /// A POU's head and variable sections without body and END_: the interface of `pou`. Its name stays.
   void read_interface(plcopen::Pou& pou);
@@ -97,7 +97,7 @@ class DeclarationReader {
 
   // declaration_reader.cpp: tokens
   void advance();
-  const Token& peek(std::size_t ahead);  ///< the token `ahead` behind the current one, 1 to 4
+  const Token& peek(std::size_t ahead);  ///< the token `ahead` places after the current one, 1 to 4
   [[nodiscard]] std::string_view text_of(const Token& token) const { return source_.slice(token.begin, token.end); }
   [[nodiscard]] Word word_of(const Token& token) const;
   /// Says so where a keyword is not spelled as in the standard.
@@ -126,7 +126,7 @@ class DeclarationReader {
   void skip_to_opener();
   bool end_declaration();
   void refuse(Word opener, Word end, std::string_view what);
-  /// Notes where a declaration of `names` stands: from `begin` to the end of the last token.
+  /// Notes where a declaration of `names` is: from `begin` to the end of the last token.
   void note_extent(std::vector<std::string> names, std::uint32_t begin);
   [[nodiscard]] std::vector<std::string> names_of(const Token& first, const Token& second) const;
   void count(std::string element, plcopen::Fate fate, const core::SourceRef& at, std::string_view reason = {});
@@ -194,7 +194,7 @@ class DeclarationReader {
   bool in_body_ = false;        ///< whose parser looks at its pragmas itself
   std::vector<Token> pragmas_;  ///< passed over and not yet kept
   Token token_;                 ///< the current one
-  std::array<Token, 4> ahead_;  ///< those behind it
+  std::array<Token, 4> ahead_;  ///< those after it
   std::size_t ahead_count_ = 0;
   std::uint32_t last_end_ = 0;  ///< end of the token before the current one
   std::uint32_t depth_ = 0;

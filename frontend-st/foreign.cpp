@@ -125,7 +125,7 @@ bool starts_with(std::string_view text, std::string_view prefix) {
   return text.size() >= prefix.size() && core::iequals(text.substr(0, prefix.size()), prefix);
 }
 
-/// The text without what stands in quotes, and without ":=", which C does not have.
+/// The text without what is in quotes, and without ":=", which C does not have.
 std::string unquoted(std::string_view text) {
   std::string out;
   char quote = '\0';

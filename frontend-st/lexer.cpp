@@ -117,7 +117,7 @@ bool Lexer::skip_blanks(Token& bad) {
   }
 }
 
-// Behind the pragma that begins at `begin`; npos when it has no end. Code in C may have braces of its own.
+// Past the pragma that begins at `begin`; npos when it has no end. Code in C may have braces of its own.
 std::size_t Lexer::pragma_end(std::size_t begin) const {
   const std::size_t first = text_.find('}', begin);
   if (first == std::string_view::npos) return first;
@@ -165,7 +165,7 @@ Token Lexer::number(std::size_t begin) {
 Token Lexer::quoted(std::size_t begin, TokenKind kind) {
   const char quote = at(position_);
   ++position_;
-  // A line end stands as $N in a text: a forgotten quote spoils its line, not the rest of the file.
+  // A line end is written as $N in a text: a forgotten quote spoils its line, not the rest of the file.
   while (position_ < text_.size() && at(position_) != '\n' && at(position_) != '\r') {
     const char c = at(position_++);
     if (c == quote) return make(kind, begin);
@@ -174,15 +174,15 @@ Token Lexer::quoted(std::size_t begin, TokenKind kind) {
   return make(TokenKind::kUnterminatedString, begin);
 }
 
-std::size_t Lexer::behind_blanks(std::size_t i) const {
+std::size_t Lexer::after_blanks(std::size_t i) const {
   while (is_blank(at(i))) ++i;
   return i;
 }
 
-// "T#1h 30m", "T#5 s": the blanks at position_ stand between two parts, or between a number and its unit. Nothing else
+// "T#1h 30m", "T#5 s": the blanks at position_ are between two parts, or between a number and its unit. Nothing else
 // begins with a digit after a literal, and what follows a number without a unit is wrong if it is none.
-bool Lexer::goes_on_behind_blanks(char last) const {
-  const std::size_t begin = behind_blanks(position_);
+bool Lexer::continues_after_blanks(char last) const {
+  const std::size_t begin = after_blanks(position_);
   if (!is_digit(last)) return last != '\0' && is_digit(at(begin));
   std::size_t end = begin;
   while (is_identifier_start(at(end)) && at(end) != '_') ++end;
@@ -193,7 +193,7 @@ bool Lexer::goes_on_behind_blanks(char last) const {
   return false;
 }
 
-// Behind `prefix#`: position_ stands on the '#'.
+// After `prefix#`: position_ is on the '#'.
 Token Lexer::prefixed(std::size_t begin, std::string_view prefix) {
   ++position_;
   const std::optional<core::TypeId> type = literal_prefix(prefix);
@@ -205,14 +205,14 @@ Token Lexer::prefixed(std::size_t begin, std::string_view prefix) {
   const bool date = core::in_category(*type, core::kAnyDate);
   const bool real = core::in_category(*type, core::kAnyReal);
   const bool duration = core::in_category(*type, core::kAnyDuration);
-  const std::size_t value = behind_blanks(position_);
+  const std::size_t value = after_blanks(position_);
   if (is_digit(at(value)) || ((at(value) == '-' || at(value) == '+') && is_digit(at(value + 1)))) position_ = value;
   if (at(position_) == '+' || at(position_) == '-') ++position_;
   for (char last = '\0';; last = at(position_), ++position_) {
     const char c = at(position_);
     if (is_identifier_char(c) || (c == '#' && last != '\0')) continue;
-    if (duration && is_blank(c) && goes_on_behind_blanks(last)) {
-      position_ = behind_blanks(position_) - 1;
+    if (duration && is_blank(c) && continues_after_blanks(last)) {
+      position_ = after_blanks(position_) - 1;
       continue;
     }
     const bool digit_follows = is_digit(at(position_ + 1));

@@ -73,8 +73,8 @@ class Lexer {
   Token number(std::size_t begin);
   Token quoted(std::size_t begin, TokenKind kind);
   Token prefixed(std::size_t begin, std::string_view prefix);
-  [[nodiscard]] std::size_t behind_blanks(std::size_t i) const;
-  [[nodiscard]] bool goes_on_behind_blanks(char last) const;
+  [[nodiscard]] std::size_t after_blanks(std::size_t i) const;
+  [[nodiscard]] bool continues_after_blanks(char last) const;
   Token direct(std::size_t begin);
 
   std::string_view text_;
@@ -88,7 +88,7 @@ constexpr bool is_identifier_start(char c) {
 }
 constexpr bool is_digit(char c) { return c >= '0' && c <= '9'; }
 constexpr bool is_identifier_char(char c) { return is_identifier_start(c) || is_digit(c); }
-/// Bytes of the blank, quote or dash in front of `text` that word processors put where ASCII is meant; 0 for anything
+/// Bytes of the blank, quote or dash before `text` that word processors put where ASCII is meant; 0 for anything
 /// else. Such a character is no part of a name.
 std::size_t stray_character(std::string_view text);
 inline constexpr const char* kStrayHelp = "write blanks, quotes and signs as they are on the keyboard";

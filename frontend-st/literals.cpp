@@ -25,7 +25,7 @@ std::optional<Literal> fail(std::string& problem, std::string why) {
   return std::nullopt;
 }
 
-/// `text` without underscores; nothing when one stands at an end or beside another.
+/// `text` without underscores; nothing when one is at an end or beside another.
 std::optional<std::string> without_underscores(std::string_view text) {
   std::string out;
   char last = '_';
@@ -327,13 +327,13 @@ std::optional<Literal> parse_date_of(TypeId type, std::string_view text, std::st
     const auto date = take_date(text, problem);
     if (!date) return std::nullopt;
     value += *date;
-    if (has_time && !take(text, '-')) return fail(problem, "the time of day is missing behind the date");
+    if (has_time && !take(text, '-')) return fail(problem, "the time of day is missing after the date");
   }
   if (has_time) {
     const auto time = take_time_of_day(text, problem);
     if (!time) return std::nullopt;
     if (__builtin_add_overflow(value, *time, &value)) {
-      return fail(problem, "times behind 2262-04-11-23:47:16.854775807 have no 64-bit nanosecond value");
+      return fail(problem, "times after 2262-04-11-23:47:16.854775807 have no 64-bit nanosecond value");
     }
   }
   if (!text.empty()) return fail(problem, "\"" + std::string(text) + "\" is left over");

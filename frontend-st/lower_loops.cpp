@@ -1,4 +1,4 @@
-// FOR, WHILE, REPEAT, EXIT, CONTINUE (IEC 61131-3:2013, table 72). Conditions stand behind the statements of a loop, so
+// FOR, WHILE, REPEAT, EXIT, CONTINUE (IEC 61131-3:2013, table 72). Conditions come after the statements of a loop, so
 // that one jump back closes an iteration; each counts against the loop budget of the task.
 #include "frontend-st/literals.h"
 #include "frontend-st/lowering.h"
@@ -67,7 +67,7 @@ bool Lowering::loop_body(NodeId id, Loop loop) {
 bool Lowering::leave_loop(NodeId id) {
   const bool exit = node(id).kind == NodeKind::kExit;
   if (loops_.empty()) {
-    report(Code::P4013, at(id), std::string(exit ? "EXIT" : "CONTINUE") + " stands outside of a loop");
+    report(Code::P4013, at(id), std::string(exit ? "EXIT" : "CONTINUE") + " is outside of a loop");
     return false;
   }
   builder_.jump(exit ? loops_.back().exit : loops_.back().again);
@@ -169,7 +169,7 @@ bool Lowering::for_loop(NodeId id) {
 }
 
 // The loop goes on while the control variable lies a whole step before the final value; asking before counting, it ends
-// at the limits of the type too. Afterwards the control variable stands one step behind the last value, but for
+// at the limits of the type too. Afterwards the control variable is one step past the last value, but for
 // subranges, which hold no such value.
 bool Lowering::for_known_step(NodeId id, PlaceId control, ValueId initial, ValueId final_value, std::int64_t step) {
   const TypeRef type = builder_.type_of(control);
@@ -200,7 +200,7 @@ bool Lowering::for_known_step(NodeId id, PlaceId control, ValueId initial, Value
   builder_.jump_if_not(*first, loop.exit);
   builder_.bind(body);
   const bool fine = loop_body(id, loop);
-  // The jump directly behind its comparison is one step of the interpreter; so the way out counts for itself.
+  // The jump directly after its comparison is one step of the interpreter; so the way out counts for itself.
   const auto more = compare(up ? "LT" : "GT", builder_.load(control), limit, head);
   if (!more) return false;
   const auto count = [&] {

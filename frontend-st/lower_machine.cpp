@@ -31,7 +31,7 @@ std::optional<Operand> Lowering::call_sizeof(NodeId id) {
   return out;
 }
 
-// The hidden instance holds nothing from scan to scan: it stands in frames of functions, too.
+// The hidden instance holds nothing from scan to scan: it is in frames of functions, too.
 std::optional<Operand> Lowering::call_uptime(NodeId id) {
   report(Code::P4353, at(id), std::string(text(id)) + ", the time since the start, is not in the standard",
          "measure times with TON");

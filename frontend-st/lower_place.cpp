@@ -69,7 +69,7 @@ void Lowering::report_unknown_name(NodeId id) {
     return;
   }
   Guess guess(name);
-  // Nobody reads what comes behind the thousandth error.
+  // After the thousandth error no message is kept.
   if (builder_.diagnostics().error_count() < core::Diagnostics::kMaxKept) {
     for (const ir::Variable& variable : builder_.pou().variables) guess.offer(variable.name);
     for (const ir::Global& global : module.globals) guess.offer(global.variable.name);
@@ -393,13 +393,13 @@ std::optional<PlaceId> Lowering::place(NodeId id, bool for_writing) {
   NodeId root = id;
   for (;;) {
     const NodeKind kind = node(root).kind;
-    const bool part = kind == NodeKind::kBit && root == id;  // nothing comes behind a part
+    const bool part = kind == NodeKind::kBit && root == id;  // nothing follows a part
     if (!part && kind != NodeKind::kMember && kind != NodeKind::kIndex && kind != NodeKind::kDeref) break;
     path.push_back(root);
     root = node(root).a;
   }
   std::optional<PlaceId> where;
-  // Only the last block on the way, and what comes behind the last ^, decides whether writing is allowed.
+  // Only the last block on the way, and what comes after the last ^, decides whether writing is allowed.
   bool checked_root = for_writing;
   for (NodeId step : path) checked_root = checked_root && node(step).kind != NodeKind::kDeref;
   if (node(root).kind == NodeKind::kDirect) {
@@ -415,7 +415,7 @@ std::optional<PlaceId> Lowering::place(NodeId id, bool for_writing) {
         const ir::Global& found = builder_.module().globals[global->second];
         if (found.file_prefix && core::iequals(found.variable.name, name_text(path.back()))) {
           report(Code::P4351, at(root),
-                 quoted(name_text(root)) + " is the name of a file, and stands in front of " +
+                 quoted(name_text(root)) + " is the name of a file, and is written before " +
                      quoted(found.variable.name) + " as if it named a list",
                  "write " + found.variable.name);
         }
@@ -433,12 +433,12 @@ std::optional<PlaceId> Lowering::place(NodeId id, bool for_writing) {
   const auto last_deref = std::find_if(path.begin(), path.end(), [this](NodeId step) {
     return node(step).kind == NodeKind::kDeref;  // the last one on the way is the first in the list
   });
-  const auto behind = static_cast<std::size_t>(last_deref - path.begin());
+  const auto deref = static_cast<std::size_t>(last_deref - path.begin());
   for (std::size_t i = path.size(); where && i-- > 0;) {
     const NodeId step = path[i];
     switch (node(step).kind) {
       case NodeKind::kMember:
-        where = member_place(*where, step, for_writing && i < behind);
+        where = member_place(*where, step, for_writing && i < deref);
         break;
       case NodeKind::kIndex:
         where = index_place(*where, step);

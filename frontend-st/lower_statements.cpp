@@ -122,9 +122,9 @@ bool Lowering::call_statement(NodeId call_id) {
   if (program) return call_block(call_id);
   if (node(call_id).name != node(call_id).name_end) {
     const bool at_end = node(call_id).name >= source_.text().size();
-    report(Code::P4001, name_at(call_id),
-           at_end ? "the text ends where \":=\" or \"(\" should follow"
-                  : "found \";\" where \":=\" or \"(\" should stand");
+    report(
+        Code::P4001, name_at(call_id),
+        at_end ? "the text ends where \":=\" or \"(\" should follow" : "found \";\" where \":=\" or \"(\" is expected");
     return false;
   }
   if (node(callee).kind == NodeKind::kName) {

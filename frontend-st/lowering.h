@@ -1,5 +1,5 @@
 // Lowering: syntax tree of one text -> IR through the Builder of its POU. Shared by expressions, places, calls and
-// statements; what each file adds stands in its own .cpp (lower_expression, lower_place, lower_call,
+// statements; what each file adds is in its own .cpp (lower_expression, lower_place, lower_call,
 // lower_arguments, lower_library_call, lower_statements, lower_case, lower_loops, ..).
 //
 // In: Ast and SourceText of one text. Out: instructions, operands, places. Does not belong here: syntax, declarations.
@@ -81,7 +81,7 @@ class Lowering {
   }
   ir::TypeTable& types() { return builder_.module().types; }
   ir::Operand operand(ir::ValueId value, NodeId id);
-  /// The value a stub gives: a variable of the expected type (or BOOL) that nobody writes.
+  /// The value a stub gives: a variable of the expected type (or BOOL) that is never written.
   ir::Operand stub_value(NodeId id, Expected expected);
   void warn_stub(const core::SourceRef& where, const std::string& what);
 
@@ -117,7 +117,7 @@ class Lowering {
     ir::TypeRef type;
     unsigned bit;
   };
-  /// What "3", "%X3" or "%B1" behind a value of type `word` names.
+  /// What "3", "%X3" or "%B1" after a value of type `word` names.
   std::optional<Part> part_of(NodeId id, ir::TypeRef word);
   std::optional<ir::PlaceId> part_place(ir::PlaceId word, NodeId id);
   std::optional<ir::PlaceId> index_place(ir::PlaceId array, NodeId id);

@@ -114,7 +114,7 @@ NodeId Parser::fail_unexpected(std::string_view wanted) {
     default:
       break;
   }
-  return fail(Code::P4001, token_, "found " + shown_token(found) + " where " + std::string(wanted) + " should stand",
+  return fail(Code::P4001, token_, "found " + shown_token(found) + " where " + std::string(wanted) + " is expected",
               stray_character(found) != 0 ? kStrayHelp : operator_meant(source_.text(), token_.begin));
 }
 
@@ -129,7 +129,7 @@ bool Parser::enter() {
 
 NodeId Parser::parse_expression() {
   if (token_.kind == TokenKind::kEnd)
-    return fail(Code::P4001, token_, "the text is empty where an expression should stand");
+    return fail(Code::P4001, token_, "the text is empty where an expression is expected");
   const NodeId root = expression(1);
   if (root == kNoNode) return root;
   if (token_.kind != TokenKind::kEnd) return fail_unexpected("an operator or the end of the expression");
@@ -177,7 +177,7 @@ NodeId Parser::unary() {
   return ast_.add(node);
 }
 
-// AND(a, b): where a value is expected, an operator in front of a parenthesis is the function of this name.
+// AND(a, b): where a value is expected, an operator before a parenthesis is the function of this name.
 bool Parser::at_operator_name() {
   if (keyword_ != Keyword::kAnd && keyword_ != Keyword::kOr && keyword_ != Keyword::kXor && keyword_ != Keyword::kMod) {
     return false;
@@ -337,7 +337,7 @@ NodeId Parser::argument() {
   bool negated = false;
   if (token_.kind == TokenKind::kIdentifier) {
     if (at_keyword(Keyword::kNot)) {
-      // "NOT Q => x" negates an output; anything else behind NOT is an expression. Two tokens decide.
+      // "NOT Q => x" negates an output; anything else after NOT is an expression. Two tokens decide.
       Lexer ahead = lexer_;
       negated = ahead.next().kind == TokenKind::kIdentifier && ahead.next().kind == TokenKind::kOutput;
       if (negated) advance();
@@ -352,7 +352,7 @@ NodeId Parser::argument() {
       node.name_end = token_.end;
       advance();
       advance();
-      // "Q =>" and "IN :=" with nothing behind are unconnected (matiec and CODESYS write them).
+      // "Q =>" and "IN :=" with nothing after them are unconnected (matiec and CODESYS write them).
       if (token_.kind == TokenKind::kComma || token_.kind == TokenKind::kRightParen) {
         node.end = last_end_;
         return ast_.add(node);

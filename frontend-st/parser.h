@@ -1,9 +1,9 @@
 // Parser of ST texts: expressions by operator precedence (IEC 61131-3:2013, table 71) and statements (table 72). Syntax
-// only: nothing is looked up. Expressions stand in parser.cpp, statements in parser_statements.cpp, what other tools
+// only: nothing is looked up. Expressions are in parser.cpp, statements in parser_statements.cpp, what other tools
 // know in parser_foreign.cpp.
 //
-// In: a SourceText. Out: an Ast. Errors are reported once per expression, or once per statement, and parsing goes on
-// behind the statement. Does not belong here: names, types, IR, declarations.
+// In: a SourceText. Out: an Ast. Errors are reported once per expression, or once per statement, and parsing continues
+// after the statement. Does not belong here: names, types, IR, declarations.
 #pragma once
 
 #include <optional>
@@ -57,11 +57,11 @@ class Parser {
   NodeId listed_statement();
   NodeId statement();
   NodeId assignment_or_call();
-  /// Reports a statement or operator that other tools have, if one stands here; after `target` where it has a left
+  /// Reports a statement or operator that other tools have, if one is here; after `target` where it has a left
   /// side.
   bool refuse_foreign_statement();
   bool refuse_foreign_operator(NodeId target);
-  /// The operator of an assignment that stands here, passed over: ":=", "S=" or "R=".
+  /// The operator of an assignment that is here, passed over: ":=", "S=" or "R=".
   std::optional<Operator> assignment_operator();
   NodeId if_statement();
   NodeId case_statement();
@@ -69,10 +69,10 @@ class Parser {
   NodeId while_statement();
   NodeId repeat_statement();
   NodeId word_statement(NodeKind kind);
-  /// The expression of a statement's head and the keyword behind it. After an error reading goes on behind that
+  /// The expression of a statement's head and the keyword that ends it. After an error reading continues past that
   /// keyword, and the statement is kept without it: a head that cannot be read does not hide errors of the statements
   /// inside.
-  NodeId head_expression(Keyword behind, std::string_view word);
+  NodeId head_expression(Keyword terminator, std::string_view word);
   NodeId case_label();
   [[nodiscard]] bool at_case_label();
   [[nodiscard]] bool at_whole_label();
@@ -89,7 +89,7 @@ class Parser {
   Ast ast_;
   Token token_;                       ///< the current token
   Keyword keyword_ = Keyword::kNone;  ///< what the current token spells
-  Token peeked_;                      ///< the one behind it, if has_peeked_
+  Token peeked_;                      ///< the one after it, if has_peeked_
   bool has_peeked_ = false;
   std::uint32_t last_end_ = 0;  ///< end of the token before the current one
   std::uint32_t depth_ = 0;

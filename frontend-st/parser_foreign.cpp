@@ -9,7 +9,7 @@ namespace plc::st {
 
 using core::Code;
 
-// {IF defined(..)} .. {ELSE} .. {END_IF}: what stands in both branches would run. And code in C does not.
+// {IF defined(..)} .. {ELSE} .. {END_IF}: what is in both branches would run. And code in C does not.
 void Parser::refuse_pragmas() {
   // Looking ahead passes some of them twice.
   std::set<std::uint32_t> seen;

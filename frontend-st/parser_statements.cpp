@@ -1,4 +1,4 @@
-// Statements. An error is reported once per statement; reading goes on behind it, inside compound statements too.
+// Statements. An error is reported once per statement; reading continues after it, inside compound statements too.
 #include <utility>
 
 #include "core/text.h"
@@ -10,7 +10,7 @@ namespace {
 
 using core::Code;
 
-/// The statement that a keyword belongs to, for words that stand without it.
+/// The statement that a keyword belongs to, for words that occur without it.
 std::string_view opener_of(Keyword keyword) {
   switch (keyword) {
     case Keyword::kElsif:
@@ -51,7 +51,7 @@ NodeId Parser::next_statement() {
       if (one != kNoNode) return one;
       continue;
     }
-    // A part of a compound statement without its head: say so and go on behind it.
+    // A part of a compound statement without its head: say so and continue after it.
     in_error_ = false;
     fail(Code::P4013, token_,
          "\"" + std::string(text_of(token_)) + "\" without its " + std::string(opener_of(keyword_)));
@@ -146,7 +146,7 @@ NodeId Parser::statement_list() {
   return first;
 }
 
-// One statement and its semicolon. kNoNode for a semicolon alone, and behind an error.
+// One statement and its semicolon. kNoNode for a semicolon alone, and after an error.
 NodeId Parser::listed_statement() {
   if (accept(TokenKind::kSemicolon)) return kNoNode;
   in_error_ = false;
@@ -162,7 +162,7 @@ NodeId Parser::listed_statement() {
   }
   // END_IF and its like end a statement by themselves: many tools take them without a semicolon.
   if (accept(TokenKind::kSemicolon) || compound) return one;
-  // The last statement of a text may stand without its semicolon: EXECUTE boxes are often one assignment.
+  // The last statement of a text may lack its semicolon: EXECUTE boxes are often one assignment.
   if (token_.kind == TokenKind::kEnd) return one;
   in_error_ = false;
   fail(Code::P4013, token_, "\";\" is missing before " + shown_token(text_of(token_)),
@@ -173,7 +173,7 @@ NodeId Parser::listed_statement() {
   return one;
 }
 
-// Behind an error: to the end of the statement it stands in, nested ones included.
+// After an error: to the end of the statement that has it, nested ones included.
 void Parser::skip_statement() {
   std::uint32_t nested = 0;
   for (;;) {
@@ -284,18 +284,18 @@ NodeId Parser::assignment_or_call() {
   return ast_.add(node);
 }
 
-NodeId Parser::head_expression(Keyword behind, std::string_view word) {
+NodeId Parser::head_expression(Keyword terminator, std::string_view word) {
   const std::uint32_t depth = depth_;
   NodeId head = expression(1);
   depth_ = depth;
-  if (head != kNoNode && !at_keyword(behind)) {
+  if (head != kNoNode && !at_keyword(terminator)) {
     fail_unexpected("an operator or " + std::string(word));
     head = kNoNode;
   }
   if (head == kNoNode) {
-    while (token_.kind != TokenKind::kEnd && token_.kind != TokenKind::kSemicolon && !at_keyword(behind)) advance();
+    while (token_.kind != TokenKind::kEnd && token_.kind != TokenKind::kSemicolon && !at_keyword(terminator)) advance();
   }
-  if (at_keyword(behind)) advance();
+  if (at_keyword(terminator)) advance();
   return head;
 }
 
@@ -310,10 +310,10 @@ bool Parser::end_compound(Keyword end, std::string_view word, const Token& begin
   if (token_.kind == TokenKind::kEnd) {
     fail(Code::P4013, begin, std::string(what) + " without " + std::string(word), std::string(help));
   } else if (!help.empty()) {
-    fail(Code::P4001, token_, "found " + shown_token(text_of(token_)) + " where " + std::string(word) + " should stand",
+    fail(Code::P4001, token_, "found " + shown_token(text_of(token_)) + " where " + std::string(word) + " is expected",
          std::string(help));
   } else {
-    fail(Code::P4001, token_, "found " + shown_token(text_of(token_)) + " where " + std::string(word) + " should stand",
+    fail(Code::P4001, token_, "found " + shown_token(text_of(token_)) + " where " + std::string(word) + " is expected",
          "the " + std::string(what) + " of line " + std::to_string(source_.locate(begin.begin).line) +
              " is open: write " + std::string(word) + " where it ends");
   }

@@ -46,8 +46,8 @@ std::string_view file_stem(std::string_view path) {
   return path.substr(0, path.rfind('.'));
 }
 
-/// CODESYS and TwinCAT name a list of globals like its file. With {attribute 'qualified_only'} the name has to stand in
-/// front of the variables, else it may.
+/// CODESYS and TwinCAT name a list of globals like its file. With {attribute 'qualified_only'} the name must come
+/// before the variables, else it may.
 void name_lists(plcopen::Project& project, std::string_view path) {
   const bool required = std::any_of(project.pragmas.begin(), project.pragmas.end(), [](const plcopen::Pragma& pragma) {
     return pragma.text.find("'qualified_only'") != std::string::npos;

@@ -19,7 +19,7 @@ inline constexpr std::size_t kMaxFileBytes = std::size_t{64} << 20;
 
 /// Reads declarations of IEC 61131-3 (third edition, annex A): data types, functions, function blocks, programs,
 /// globals, configurations. The text is UTF-8, or UTF-16 with a byte order mark, else Windows-1252. Reports every
-/// problem once and goes on behind it. Null when the file cannot be read at all.
+/// problem once and continues after it. Null when the file cannot be read at all.
 std::unique_ptr<plcopen::Project> read(const std::string& path, core::Diagnostics& diagnostics);
 
 /// The same from memory; `name` appears in messages.

@@ -11,7 +11,7 @@ namespace plc::st {
 using core::Code;
 using plcopen::Fate;
 
-/// At ACTION, with a name after it. `owner` is the POU it stands in or after; "ACTION Pump.Start" names another.
+/// At ACTION, with a name after it. `owner` is the POU it is in or after; "ACTION Pump.Start" names another.
 void DeclarationReader::action(const std::string& owner) {
   const Token opener = token_;
   advance();
@@ -79,7 +79,7 @@ void DeclarationReader::action_body(plcopen::Pou& action, const Token& opener) {
   if (!closed) fail_unclosed(label, opener, "END_ACTION");
 }
 
-/// ACTIONS Pump .. END_ACTIONS; without a name those of the POU in front.
+/// ACTIONS Pump .. END_ACTIONS; without a name those of the POU before.
 void DeclarationReader::actions() {
   const Token opener = token_;
   advance();
@@ -116,7 +116,7 @@ void DeclarationReader::give_actions() {
       continue;
     }
     std::string message = "action \"" + one.action.name + '"';
-    message += one.owner.empty() ? " stands in front of all POUs" : " is one of \"" + one.owner + "\", which is no POU";
+    message += one.owner.empty() ? " comes before all POUs" : " is one of \"" + one.owner + "\", which is no POU";
     if (!exhausted_) {
       diagnostics_.report(Code::P4050, one.action.at, one.action.name, std::move(message),
                           "write it in its POU, after it, or in ACTIONS <POU> .. END_ACTIONS");

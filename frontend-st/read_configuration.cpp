@@ -52,7 +52,7 @@ void DeclarationReader::resource(plcopen::Configuration& owner) {
   plcopen::Resource out;
   out.at = place(token_.begin);
   bool head = name(out.name, "the name of the RESOURCE");
-  // The kind of processor behind ON has no meaning here; some tools leave it away.
+  // The kind of processor after ON has no meaning here; some tools omit it.
   if (head && accept_text("ON")) {
     head = at(TokenKind::kIdentifier) || fail_expected("the type of the resource");
     if (head) dotted_path();
@@ -84,7 +84,7 @@ bool DeclarationReader::resource_part(plcopen::Resource& out) {
     if (!task(out)) skip_declaration();
     return true;
   }
-  // A POU behind a configuration without its end: its name stands before variables, not before ":" or WITH.
+  // A POU after a configuration without its end: its name comes before variables, not before ":" or WITH.
   const bool instance = peek(2).kind == TokenKind::kColon || is_text(peek(2), "WITH") || is_text(peek(1), "RETAIN") ||
                         is_text(peek(1), "NON_RETAIN");
   if (word == Word::kProgram && instance) {
@@ -169,7 +169,7 @@ bool DeclarationReader::program_instance(plcopen::Resource& resource) {
     fail(Code::P4026, with,
          "program instance \"" + out.name + "\" runs WITH the task \"" + task_name +
              "\", which the resource does not declare before it",
-         "declare the TASK in front of the PROGRAM");
+         "declare the TASK before the PROGRAM");
     target = &resource.instances;
   }
   target->push_back(std::move(out));

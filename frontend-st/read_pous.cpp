@@ -1,4 +1,4 @@
-// POUs: heads and bodies. A body stays text, from its first token to its last; what cannot stand in it is blanked out,
+// POUs: heads and bodies. A body stays text, from its first token to its last; what cannot be in it is blanked out,
 // so that the places of the rest stay true.
 #include <algorithm>
 #include <utility>
@@ -118,7 +118,7 @@ bool DeclarationReader::opens_another() {
   return opens && peek(1).kind == TokenKind::kIdentifier;
 }
 
-/// The language of the body that begins at the current token, by its first words. A name behind a name is no ST.
+/// The language of the body that begins at the current token, by its first words. A name after a name is no ST.
 Language DeclarationReader::language() {
   const Word word = word_of(token_);
   const TokenKind next = peek(1).kind;
@@ -138,14 +138,14 @@ Language DeclarationReader::language() {
   const bool value = kind == TokenKind::kIdentifier || kind == TokenKind::kInteger || kind == TokenKind::kReal ||
                      kind == TokenKind::kTyped || kind == TokenKind::kEnumValue || kind == TokenKind::kString ||
                      kind == TokenKind::kWstring || kind == TokenKind::kDirect;
-  // The next instruction stands behind the operand, or its members; in ST something that goes on with the statement.
+  // The next instruction follows the operand, or its members; in ST something that continues the statement.
   const TokenKind then = peek(label ? 4 : 2).kind;
   const bool ends = then == TokenKind::kIdentifier || then == TokenKind::kEnd || then == TokenKind::kDot ||
                     then == TokenKind::kLeftBracket || then == TokenKind::kLeftParen || then == TokenKind::kComma;
   return known && value && ends ? Language::kIl : Language::kSt;
 }
 
-/// Pragmas in front of the first statement and after the last one are no part of the text, which its parser looks at.
+/// Pragmas before the first statement and after the last one are no part of the text, which its parser looks at.
 void DeclarationReader::refuse_code(std::uint32_t begin, std::uint32_t end) {
   if (begin >= end) return;
   std::vector<Token> pragmas;
@@ -191,8 +191,8 @@ void DeclarationReader::body(plcopen::Pou& out, const Token& opener, Word opener
     const bool names = peek(1).kind == TokenKind::kIdentifier;
     if (is_section(word)) {
       if (!std::exchange(misplaced, true)) {
-        fail(Code::P4045, token_, "variables are declared behind the first statement of " + label,
-             "move the section in front of the statements");
+        fail(Code::P4045, token_, "variables are declared after the first statement of " + label,
+             "move the section before the statements");
       }
       skip_to(Word::kEndVar);
     } else if (names && word == Word::kMethod) {

@@ -55,7 +55,7 @@ bool DeclarationReader::type_declaration() {
   const bool fine = type_spec(type.type) && (!accept(TokenKind::kAssign) || initial_value(type.initial));
   if (!fine) return false;
   count("data type", Fate::kUsed, type.at);
-  // Tools leave the ";" behind END_STRUCT away.
+  // Tools omit the ";" after END_STRUCT.
   const bool structure = type.type.kind == TypeSpec::Kind::kStruct && type.initial.kind == InitialValue::Kind::kNone;
   project_.data_types.push_back(std::move(type));
   if (structure && !at(TokenKind::kSemicolon)) return true;
@@ -130,7 +130,7 @@ bool DeclarationReader::struct_spec(TypeSpec& out) {
     if (accept(TokenKind::kSemicolon)) continue;
     const TokenKind next = peek(1).kind;
     if (is_reserved(word) || (word != Word::kNone && next != TokenKind::kColon && next != TokenKind::kComma)) break;
-    // A wrong member is one error; those behind it are read.
+    // A wrong member is one error; those after it are read.
     plcopen::Variable model;
     const std::uint32_t begin = token_.begin;
     if (!variables(model, out.members)) recover(begin);
@@ -161,11 +161,12 @@ bool DeclarationReader::named_spec(TypeSpec& out) {
   out.base->kind = TypeSpec::Kind::kNamed;
   out.base->name = std::move(type_name);
   out.base->at = out.at;
-  const TokenKind behind = peek(2).kind;
-  const bool names = peek(1).kind == TokenKind::kIdentifier &&
-                     (behind == TokenKind::kComma || behind == TokenKind::kRightParen || behind == TokenKind::kAssign);
+  const TokenKind following = peek(2).kind;
+  const bool names =
+      peek(1).kind == TokenKind::kIdentifier &&
+      (following == TokenKind::kComma || following == TokenKind::kRightParen || following == TokenKind::kAssign);
   if (!names) return subrange(out);
-  if (behind == TokenKind::kAssign && !core::type_named(out.base->name)) {
+  if (following == TokenKind::kAssign && !core::type_named(out.base->name)) {
     return fail(Code::P4043, first, "arguments of a function block's declaration are not supported",
                 "initial values are written as in: fb : T := (In := 1);");
   }
@@ -201,7 +202,7 @@ bool DeclarationReader::enumeration(TypeSpec& out) {
     out.values.push_back(std::move(value));
   } while (accept(TokenKind::kComma));
   if (!require(TokenKind::kRightParen, "\",\" or \")\"")) return false;
-  // CODESYS writes the base type behind the values.
+  // CODESYS writes the base type after the values.
   if (out.base == nullptr && at(TokenKind::kIdentifier) && core::type_named(text_of(token_))) {
     out.base = std::make_shared<TypeSpec>();
     return type_spec(*out.base);

@@ -58,7 +58,7 @@ bool DeclarationReader::section_may_stand(Word word, Owner owner, const Token& o
   };
   switch (word) {
     case Word::kVarStat:
-      if (!in_pou) return refuse_here("stands outside of a POU", "globals are declared as VAR_GLOBAL");
+      if (!in_pou) return refuse_here("is outside of a POU", "globals are declared as VAR_GLOBAL");
       fail(Code::P4354, opener, "VAR_STAT is not in the standard",
            "declare the variables as VAR of a function block, or as globals");
       return true;
@@ -67,24 +67,24 @@ bool DeclarationReader::section_may_stand(Word word, Owner owner, const Token& o
                          "write the size into the type, as VAR CONSTANT, or pass an ARRAY [*] to a function");
     case Word::kVarInst:
       if (owner == Owner::kFunctionBlock || owner == Owner::kProgram) return true;
-      return refuse_here("stands where nothing is kept from call to call",
+      return refuse_here("is where nothing is kept from call to call",
                          "make the function a function block, or pass the variable as VAR_IN_OUT");
     case Word::kVarConfig:
       if (owner == Owner::kConfiguration || owner == Owner::kFile) return true;
-      return refuse_here("stands outside of a configuration", "move it into the CONFIGURATION");
+      return refuse_here("is outside of a configuration", "move it into the CONFIGURATION");
     case Word::kVarAccess:
       if (owner == Owner::kConfiguration || owner == Owner::kFile || owner == Owner::kProgram) return true;
-      return refuse_here("stands outside of a configuration or program", "move it into the CONFIGURATION");
+      return refuse_here("is outside of a configuration or program", "move it into the CONFIGURATION");
     case Word::kVarGlobal:
       if (owner != Owner::kFunction && owner != Owner::kFunctionBlock) return true;
-      return refuse_here("stands in a function or function block",
+      return refuse_here("is in a function or function block",
                          "declare the variable in a configuration, and here as VAR_EXTERNAL");
     default:
-      return in_pou || refuse_here("stands outside of a POU", "globals are declared as VAR_GLOBAL");
+      return in_pou || refuse_here("is outside of a POU", "globals are declared as VAR_GLOBAL");
   }
 }
 
-/// CONSTANT, RETAIN, .. behind the word that opens a section.
+/// CONSTANT, RETAIN, .. after the word that opens a section.
 bool DeclarationReader::qualifier(Variable& model, const Token& opener) {
   if (peek(1).kind == TokenKind::kColon || peek(1).kind == TokenKind::kComma) return false;  // a variable of this name
   const Token word = token_;
@@ -127,7 +127,7 @@ void DeclarationReader::section(Owner owner, std::vector<Variable>& out) {
          "leave one of them out");
   }
   count(core::uppered(text_of(opener)), wanted ? Fate::kUsed : Fate::kRefused, place(opener.begin),
-        wanted ? "" : "it cannot stand where it does");
+        wanted ? "" : "it is not allowed here");
   std::vector<Variable>& target = keep ? out : unwanted;
   while (!at(TokenKind::kEnd)) {
     const Word inner = word_of(token_);
@@ -214,7 +214,8 @@ bool DeclarationReader::variables(const Variable& model, std::vector<Variable>& 
   if (rising || accept_text("F_EDGE")) {
     first.edge = rising ? plcopen::Edge::kRising : plcopen::Edge::kFalling;
     if (first.section != Section::kInput) {
-      fail(Code::P4046, edge, shown(edge) + " stands behind what is no VAR_INPUT", "call R_TRIG or F_TRIG in the body");
+      fail(Code::P4046, edge, shown(edge) + " follows a variable that is no VAR_INPUT",
+           "call R_TRIG or F_TRIG in the body");
       first.edge = plcopen::Edge::kNone;
     }
   }

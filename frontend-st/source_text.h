@@ -31,7 +31,7 @@ class SourceText {
   [[nodiscard]] core::SourceRef locate(std::uint32_t offset) const;
 
  private:
-  /// A character whose place is known: the first of the text, of a line, and what stands after a jump.
+  /// A character whose place is known: the first of the text, of a line, and what comes after a jump.
   struct Anchor {
     std::uint32_t offset = 0;
     core::Spot spot;

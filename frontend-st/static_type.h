@@ -1,7 +1,7 @@
 // The type of what a place names, found without making any instruction: for SIZEOF, and where a value takes the type of
 // the variable that it goes to.
 //
-// In: a syntax tree, the names of a POU. Out: a type. Errors are left to whoever lowers the place. Does not belong
+// In: a syntax tree, the names of a POU. Out: a type. Errors are left to the lowering of the place. Does not belong
 // here: types of expressions.
 #pragma once
 

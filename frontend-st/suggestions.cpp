@@ -83,7 +83,7 @@ constexpr Foreign kOperators[] = {
     {"/=", "write x := x / .., and \"not equal\" as <>"},
     {"|=", "write x := x OR .."},
     {"&=", "write x := x AND .."},
-    {":=", ":= assigns, and stands after the variable of a statement; \"equal\" is written ="},
+    {":=", ":= assigns, and comes after the variable of a statement; \"equal\" is written ="},
     {"<>", {}},
     {"<=", {}},
     {">=", {}},

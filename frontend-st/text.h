@@ -1,6 +1,6 @@
 // Lowering of texts: bodies in ST; expressions in contacts, coils, pins and variables; statements of EXECUTE boxes.
 //
-// In: a text with its place in the file, the Builder of the POU it stands in. Out: IR through the Builder. Errors P4xxx
+// In: a text with its place in the file, the Builder of the POU it is in. Out: IR through the Builder. Errors P4xxx
 // name the line and column inside the XML file. Does not belong here: drawings, declarations (declare.h).
 #pragma once
 

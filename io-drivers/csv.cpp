@@ -19,7 +19,7 @@ core::Result<std::vector<CsvRow>> parse_csv(std::string_view text, std::string_v
     return core::Problem{
         core::Code::P7201,
         std::string(file) + ":" + std::to_string(l) + ":" + std::to_string(c) + ": " + std::move(message),
-        "cells with commas, quotes or line ends stand in double quotes, quotes inside are doubled"};
+        "cells with commas, quotes or line ends are in double quotes, quotes inside are doubled"};
   };
   const auto end_of_line = [&] { return at < text.size() && (text[at] == '\n' || text[at] == '\r'); };
   // Rows end with LF, CR LF, CR CR LF or a CR alone; lines are counted by LF, as editors do.

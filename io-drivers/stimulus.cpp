@@ -103,7 +103,7 @@ core::Result<Stimulus> Stimulus::parse(std::string_view text, std::string_view f
     }
     row.time_ns = *time;
     if (!driver.rows_.empty() && row.time_ns < driver.rows_.back().time_ns) {
-      return wrong(file, cells[0], "time goes back", "rows stand in ascending time");
+      return wrong(file, cells[0], "time goes back", "rows are in ascending time");
     }
     if (cells.size() > header.size()) {
       return wrong(file, cells[header.size()], "more cells than the header has columns", {});

@@ -1,5 +1,5 @@
-// ThreadedDriver: lets a driver whose calls may take long (lines behind I2C or SPI) work on a thread of its own instead
-// of in a task's cycle.
+// ThreadedDriver: lets a driver whose calls may take long (lines of an I2C or SPI chip) work on a thread of its own
+// instead of in a task's cycle.
 //
 // In: the driver, how often it is to exchange. Out: the same driver to everybody else. The task only shares the global
 // table with it: inputs appear as one snapshot when the device has been read, outputs are those of the newest complete

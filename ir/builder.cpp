@@ -327,7 +327,7 @@ void Builder::store_default(PlaceId place, std::vector<InitItem> initial) {
     if (core::rep_bytes(*rep) < 8) begins.bits &= (std::uint64_t{1} << (core::rep_bytes(*rep) * 8)) - 1;
     return store(place, constant(begins));
   }
-  // Aggregates and references: a variable that nobody writes holds it.
+  // Aggregates and references: a variable that is never written holds it.
   if (initial.empty()) {
     std::vector<std::uint32_t> path;
     add_defaults(module_, ref, path, initial);

@@ -116,7 +116,7 @@ class Builder {
   ValueId make_ref(PlaceId place);
   ValueId same_ref(ValueId a, ValueId b);  ///< references of one type
   /// Bits of `word` (an integer or bit string) from `bit_offset` on, as `part`: BOOL is one bit; BYTE, WORD and DWORD
-  /// are narrower than the word and stand at multiples of their width.
+  /// are narrower than the word and are at multiples of their width.
   ValueId extract(ValueId word, TypeRef part, unsigned bit_offset);
   /// `word` with the bits from `bit_offset` on replaced by `part`.
   ValueId insert(ValueId word, ValueId part, unsigned bit_offset);

@@ -120,8 +120,8 @@ bool is_literal_text(const Operand& operand) {
 std::string quotes_help(const Operand& operand) {
   const std::string inner = operand.text.substr(1, operand.text.size() - 2);
   return operand.text.front() == '"'
-             ? fmt::format("{} is a WSTRING; a STRING stands in single quotes: '{}'", operand.text, inner)
-             : fmt::format("{} is a STRING; a WSTRING stands in double quotes: \"{}\"", operand.text, inner);
+             ? fmt::format("{} is a WSTRING; a STRING is written in single quotes: '{}'", operand.text, inner)
+             : fmt::format("{} is a STRING; a WSTRING is written in double quotes: \"{}\"", operand.text, inner);
 }
 
 stdlib::Arg literal_arg(const Operand& operand) {

@@ -1,4 +1,4 @@
-// How many bytes a type has in CODESYS on a 64-bit machine, which is what SIZEOF means to whoever wrote it. Values lie
+// How many bytes a type has in CODESYS on a 64-bit machine, which is what SIZEOF means to the author. Values lie
 // otherwise here (bytecode/codegen/layout).
 //
 // In: a type. Out: bytes. Does not belong here: SIZEOF itself (frontend-st).

@@ -1,8 +1,8 @@
 // Generic functions: those with parameters ARRAY [*] (IEC 61131-3:2013, 6.4.4.5.3, table 15).
 //
 // In: a function as declared and the arrays of one call. Out: a function of its own for these arrays, in which the
-// bounds are constants; calls with the same arrays share it. So nothing behind the front ends knows of variable length.
-// Does not belong here: where ARRAY [*] may stand (frontend-st).
+// bounds are constants; calls with the same arrays share it. So nothing after the front ends knows of variable length.
+// Does not belong here: where ARRAY [*] may be used (frontend-st).
 #pragma once
 
 #include <optional>
@@ -31,7 +31,7 @@ inline constexpr std::string_view kTooManyMade =
     "is called with more sets of array bounds than a project may have, 4096";
 /// Whether a function made from a generic one got arrays of this type, or with parts of it, for its ARRAY [*].
 bool is_given_array(const Module& module, const Pou& pou, TypeRef array);
-/// The same for arrays that nobody passes, so that the body of a function that is never called is checked too.
+/// The same for arrays that are never passed, so that the body of a function that is never called is checked too.
 std::optional<std::uint32_t> specialize_for_check(Module& module, std::uint32_t pou);
 
 /// LOWER_BOUND and UPPER_BOUND: functions of an array and the number of a dimension, which no row of the library can

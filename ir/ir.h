@@ -87,7 +87,7 @@ enum class Op : std::uint8_t {
   kCall,        ///< value := functions[a](args[b .. b+count)), a standard function
   kCallPou,     ///< value := function POU a; args[b .. b+count): one per CallArg, see Body::call_args
   kRun,         ///< runs the instance at place a (standard block or POU), or on it action b - 1, a POU (pou_run_by)
-  kLabel,       ///< label a stands here
+  kLabel,       ///< label a is here
   kJump,        ///< to label a
   kJumpIf,      ///< to label a when BOOL value b
   kJumpIfNot,   ///< to label a unless BOOL value b
@@ -102,8 +102,8 @@ enum class Op : std::uint8_t {
 };
 inline constexpr std::size_t kOpCount = 23;
 
-/// What an instruction belongs to where nobody wrote it as such: lint leaves the comparisons and stores out that a loop
-/// or CASE implies. Code generation does not look at it.
+/// What an instruction belongs to where it was not written as such: lint leaves the comparisons and stores out that a
+/// loop or CASE implies. Code generation does not look at it.
 enum class Part : std::uint8_t {
   kPlain,
   kCaseLabel,   ///< compares the selector of a CASE (the first argument) with a label, or jumps past the branch
@@ -182,7 +182,7 @@ struct Variable {
 struct Global {
   Variable variable;
   std::string list;           ///< name of its list for qualified access ("GVL"), or empty
-  std::string prefix;         ///< name of the list or file that may stand before its name and need not, or empty
+  std::string prefix;         ///< name of the list or file that may be written before its name and need not, or empty
   bool file_prefix = false;   ///< the prefix is the name of a file
   bool from_library = false;  ///< brought by --lib: lint does not look at it
   bool queue = false;    ///< an array that a queue function or port names: a queue of its elements, and no variable

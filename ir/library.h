@@ -1,6 +1,6 @@
 // What the declarations of libraries need of each other, and which of them the project uses.
 //
-// In: where each stands, which names which. Out: problems of those that are used, and of no others. What is wrong with
+// In: where each is, which names which. Out: problems of those that are used, and of no others. What is wrong with
 // a declaration was set aside by Diagnostics, by its place. Does not belong here: reading, declaring.
 #pragma once
 

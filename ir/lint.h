@@ -44,7 +44,7 @@ class LintOptions {
   /// Whether what comes from libraries is looked at, too; at first not.
   [[nodiscard]] bool libraries() const { return libraries_; }
   void set_libraries(bool on) { libraries_ = on; }
-  /// Applies a list like "all,-shadowed-name" from left to right: "all", "none", a name, or a name behind '-'. A
+  /// Applies a list like "all,-shadowed-name" from left to right: "all", "none", a name, or a name after '-'. A
   /// problem names the first item that is none of these, and what it may have meant.
   core::Result<LintOptions> with(std::string_view list) const;
 
@@ -56,8 +56,8 @@ class LintOptions {
 /// Reports what the lints that are on find. Stubs are left out, and libraries but on request.
 void lint(const Module& module, const LintOptions& options, core::Diagnostics& diagnostics);
 
-/// The codes that nobody wants of a library: warnings and notes about how it is written. What is left is about what the
-/// project does with it.
+/// The codes that are not wanted of a library: warnings and notes about how it is written. What is left is about what
+/// the project does with it.
 std::vector<core::Code> codes_about_writing();
 
 /// Mutes the codes of lints that are off, also those that earlier steps report.

@@ -211,7 +211,7 @@ class Blocks {
     if (varies(instance.place) || place(instance.place).parent.valid() || given_out_.count(name) != 0) return;
     if (!b_.variable(variable.index).initial.empty()) return;
     add(Lint::kMissingPreset, instance.calls.front(),
-        fmt::format("{} {} has no preset time: nobody gives PT", block.name, text(instance.place)),
+        fmt::format("{} {} has no preset time: PT has no value", block.name, text(instance.place)),
         "it counts as T#0s; wire PT, or write PT := T#..");
   }
 

@@ -25,7 +25,7 @@ std::vector<bool> running_pous(const Module& module) {
 }
 
 // Several POUs may share an address under one name: that is how texts without global variables do it. Under two names
-// nobody sees that a write undoes another.
+// it is hard to see that a write undoes another.
 void look_at_names(const Module& module, Findings& findings) {
   if (!findings.wants(Lint::kTwoNames)) return;
   const std::vector<bool> running = running_pous(module);

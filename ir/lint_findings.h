@@ -20,7 +20,7 @@ class Findings {
   [[nodiscard]] bool wants(Lint lint) const { return options_.on(lint); }
   /// True for a POU whose declarations and body somebody wrote, whole: here, or on request in a library.
   [[nodiscard]] bool is_linted(const Pou& pou) const;
-  /// True for what stands in a library that nobody asked to look at.
+  /// True for what is in a library that was not to be looked at.
   [[nodiscard]] bool skips_library(bool from_library) const { return from_library && !options_.libraries(); }
   void add(Lint lint, const SourceRef& at, std::string_view pou, std::string message, std::string help = {});
   void report(core::Diagnostics& diagnostics);

@@ -82,13 +82,13 @@ class Statements {
     const std::string where = line(b_.at(begin - 1));
     switch (insts_[begin - 1].op) {
       case Op::kReturn:
-        return "it stands behind a RETURN" + where;
+        return "it comes after a RETURN" + where;
       case Op::kJump:
-        return (b_.at(begin - 1).kind == core::ElementKind::kText ? "it stands behind an EXIT, CONTINUE or ELSE"
-                                                                  : "it stands behind a jump") +
+        return (b_.at(begin - 1).kind == core::ElementKind::kText ? "it comes after an EXIT, CONTINUE or ELSE"
+                                                                  : "it comes after a jump") +
                where;
       case Op::kJumpIf:
-        return "it stands behind a loop that has no end" + where;
+        return "it comes after a loop that has no end" + where;
       default:
         return "its condition is always FALSE" + where;
     }
@@ -107,8 +107,8 @@ class Statements {
 
   // ---- empty-branch ----
 
-  /// Where the labels that stand at `index` end.
-  [[nodiscard]] std::uint32_t behind_labels(std::uint32_t index) const {
+  /// Where the labels at `index` end.
+  [[nodiscard]] std::uint32_t after_labels(std::uint32_t index) const {
     while (index < insts_.size() && insts_[index].op == Op::kLabel) ++index;
     return index;
   }
@@ -117,7 +117,7 @@ class Statements {
     const Inst& jump = insts_[index];
     if (jump.part != Part::kPlain || b_.at(index).kind != core::ElementKind::kText) return;
     const std::uint32_t target = b_.flow.target(b_.body(), index);
-    if (target <= index || behind_labels(index + 1) <= target) return;
+    if (target <= index || after_labels(index + 1) <= target) return;
     add(Lint::kEmptyBranch, index, "IF has no statements", "write what is to happen, or delete it");
   }
 
@@ -188,7 +188,7 @@ class Statements {
   struct Loop {
     std::uint32_t place, begin, end;  ///< from the first instruction of the body to the counting store
   };
-  /// Behind the jump back the loop counts once more: label, load, constant, sum, store.
+  /// After the jump back the loop counts once more: label, load, constant, sum, store.
   static constexpr std::uint32_t kLastCount = 6;
 
   void look_at_loops() {

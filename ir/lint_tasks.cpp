@@ -91,7 +91,7 @@ void lint_tasks(const Module& module, Findings& findings) {
   std::stable_sort(tasks.begin(), tasks.end(),
                    [](const Task* a, const Task* b) { return a->period_ns < b->period_ns; });
 
-  // Each task that waits, with the slowest one that it waits for; tasks that wait for the same one stand together.
+  // Each task that waits, with the slowest one that it waits for; tasks that wait for the same one are together.
   std::vector<Waiting> all;
   for (const Task* fast : tasks) {
     const auto slow = std::find_if(tasks.rbegin(), tasks.rend(), [&](const Task* task) {

@@ -14,7 +14,7 @@ namespace {
 
 using Use = std::uint8_t;
 constexpr Use kRead = 1, kWritten = 2, kRun = 4;
-constexpr Use kHandle = kRead | kWritten | kRun;  ///< whoever gets a handle may do everything
+constexpr Use kHandle = kRead | kWritten | kRun;  ///< code that gets a handle may do everything
 
 /// What all bodies together do with every variable.
 class Usage {
@@ -95,7 +95,7 @@ class Usage {
       const Type& block = module_.types[body.places[port.instance.index].type];
       add_global(pou, port.global, module_.pous[block.pou].variables[port.variable].constant ? kRead : kWritten);
     }
-    // Parts stand behind what they are part of, so that one pass from the end reaches every root.
+    // Parts come after what they are part of, so that one pass from the end reaches every root.
     for (std::size_t i = uses.size(); i-- > 0;) {
       if (uses[i] != 0) add_place(pou, body.places[i], uses[i], uses);
     }
@@ -197,7 +197,7 @@ class VariableLints {
             "the caller always gets the initial value; assign it");
         return;
       case Role::kExternal:
-        // A global that nobody uses is reported once, where it is declared.
+        // A global that is never used is reported once, where it is declared.
         if (!usage_.uses(p, v.global) && usage_.global(v.global) != 0 &&
             v.at != module_.globals[v.global].variable.at) {
           add(Lint::kUnusedVariable, v, pou.name, fmt::format("external variable {} is not used", name),

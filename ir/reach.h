@@ -37,7 +37,7 @@ struct GlobalUse {
   std::vector<bool> written;          ///< by global index
   std::vector<SourceRef> written_at;  ///< by global index: a place that writes it, the first of those found
 };
-/// What references that stand in globals, where every task finds them, may refer to.
+/// What references in globals, where every task finds them, may refer to.
 struct SharedReferences {
   /// By type: every global of which, or of a part of which, a reference of this type is made anywhere; handles that are
   /// passed as VAR_IN_OUT count where a reference is made from them. Empty for types to which no global holds a

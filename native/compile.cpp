@@ -208,9 +208,9 @@ class TaskCompiler {
   /// Instruction `i` of a loop, or a short_if. Returns the number of the instruction after it.
   std::size_t write_in_loop(std::span<const LinkedInstruction> instructions, std::size_t i) {
     land_at(instructions[i]);
-    const std::size_t behind = write_short_if(instructions, i);
-    if (behind == i) translate(instructions[i]);
-    return std::max(behind, i + 1);
+    const std::size_t after = write_short_if(instructions, i);
+    if (after == i) translate(instructions[i]);
+    return std::max(after, i + 1);
   }
   /// A short loop without others inside, several iterations of it one after the other: a processor sees more of what
   /// can be done at once, and guesses better where it ends.
@@ -232,8 +232,8 @@ class TaskCompiler {
     loop_->round.reset();
   }
   /// Of a counted loop, `iterations` iterations that are counted, and paid for with the loop budget, at once: only the
-  /// last one looks whether it was the last. Behind it is where code for a single iteration belongs. False, and nothing
-  /// was written, when somebody would see the difference.
+  /// last one looks whether it was the last. After it is where code for a single iteration belongs. False, and nothing
+  /// was written, when the difference would be seen.
   bool write_group(const Loop::Inner& inner, std::span<const LinkedInstruction> instructions, const asmjit::Label& head,
                    std::size_t rounds) {
     constexpr std::uint64_t kLongStep = 1 << 20;
@@ -262,7 +262,7 @@ class TaskCompiler {
       } else if (loop_->round->goes_on && (i == inner.last - 2 || i == inner.last)) {
         ++i;
       } else {
-        // Nobody jumps here: what is known of registers stays.
+        // No jump leads here: what is known of registers stays.
         translate(instructions[i++]);
       }
     }
@@ -276,7 +276,7 @@ class TaskCompiler {
       }
     }
   }
-  /// What nobody looks at in a loop, for those who look after it.
+  /// What is not read in the loop, for what reads it after the loop.
   void canonicalise(const LoopEnd& end) {
     for (const NonCanonicalReal& real : end.reals) s_.make_one_nan(real.operand, real.type);
     for (const auto& [operand, value] : end.results) s_.store_constant(operand, 1, value ? 1 : 0);
@@ -329,7 +329,7 @@ class TaskCompiler {
     Instruction i{linked_.data() + instruction.position, instruction.position, operation_of(instruction.op)};
     if (!loop_) return i;
     i.known = loop_->of(instruction).known;
-    // The next iteration loads it anew; the last one leaves it to whoever looks after the loop.
+    // The next iteration loads it anew; the last one leaves it to what reads it after the loop.
     i.known.passes_on = i.known.passes_on && loop_->round && loop_->round->goes_on;
     return i;
   }
@@ -343,21 +343,21 @@ class TaskCompiler {
     translate(instruction, i);
   }
   /// The ports of the block of the library that runs soon after the instruction.
-  void find_ports(Instruction& instruction, std::span<const LinkedInstruction> behind) const {
+  void find_ports(Instruction& instruction, std::span<const LinkedInstruction> following) const {
     constexpr std::size_t kSoon = 4;
-    for (const LinkedInstruction& next : behind.first(std::min(kSoon, behind.size()))) {
+    for (const LinkedInstruction& next : following.first(std::min(kSoon, following.size()))) {
       if (operation_of(next.op).form != Form::kRunBlock) continue;
       const std::uint32_t* const words = linked_.data() + next.position;
       const auto block = block_of(runtime::load_pointer<stdlib::Step>(words + 1));
       if (!block) return;
       instruction.ports = words[3];
       instruction.port_bytes = block->spec->size;
-      const auto between = behind.first(static_cast<std::size_t>(&next - behind.data()));
+      const auto between = following.first(static_cast<std::size_t>(&next - following.data()));
       if (leads_to_block(between, next, instruction)) instruction.deferred_bytes = deferred_bytes(block->block);
       return;
     }
   }
-  /// Nothing but constants for ports of the block, `next`, lies between, and nobody jumps there: what is in registers
+  /// Nothing but constants for ports of the block, `next`, lies between, and no jump leads there: what is in registers
   /// still is when the block runs.
   [[nodiscard]] bool leads_to_block(std::span<const LinkedInstruction> between, const LinkedInstruction& next,
                                     const Instruction& instruction) const {
@@ -498,7 +498,7 @@ class TaskCompiler {
     });
   }
 
-  /// The number after an instruction, or after those that the interpreter runs at once: as far as nobody jumps
+  /// The number after an instruction, or after those that the interpreter runs at once: as far as no jump leads
   /// between them.
   [[nodiscard]] std::size_t next_of(std::span<const LinkedInstruction> instructions, std::size_t i) const {
     const bool interpreted = is_interpreted(instructions[i]);

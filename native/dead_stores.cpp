@@ -30,8 +30,8 @@ Value value_of(Type type) { return {bytes_of(type), is_real(type)}; }
 struct Role {
   std::optional<Value> result;
   Value operand;
-  /// Bit n: word n of the instruction is an operand that is in its register when the instruction uses it, if the one in
-  /// front left it there.
+  /// Bit n: word n of the instruction is an operand that is in its register when the instruction uses it, if the one
+  /// before left it there.
   std::uint32_t taken = 0;
 };
 
@@ -148,7 +148,7 @@ class Finder {
     read(w[3], spec->size, i);
   }
 
-  /// Nobody but one may look at what is overwritten.
+  /// Only one instruction may look at what is overwritten.
   void read(std::uint32_t operand, std::uint64_t bytes, std::size_t i) {
     auto entry = overwritten_.lower_bound(operand < kMostBytes ? 0 : operand - kMostBytes + 1);
     while (entry != overwritten_.end() && entry->first < operand + bytes) {

@@ -1,9 +1,9 @@
-// Dead stores: results that the next instruction takes from their register, and that are overwritten before anybody
+// Dead stores: results that the next instruction takes from their register, and that are overwritten before anything
 // else reads them. Code does not store them.
 //
 // In: the resolved code of one body. Out: for each of its instructions, the operand that it need not store. Drawn
 // arithmetic is full of them: every block leaves its result in a temporary of the frame that the next chain uses again.
-// A result that nobody overwrites is stored, even if nobody reads it: tables are the same after every scan, and
+// A result that is not overwritten is stored, even if it is never read: tables are the same after every scan, and
 // whenever one ends early. Compile time, for all processors. Does not belong here: registers and code.
 #pragma once
 

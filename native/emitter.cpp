@@ -30,10 +30,10 @@ void Emitter::cold_path(std::function<void()> code) {
 
 void Emitter::keep_cold_paths_near() {
   if (cold_paths_.empty() || size() - first_cold_path_ < reach_) return;
-  const asmjit::Label behind = label();
-  jump(behind);
+  const asmjit::Label after = label();
+  jump(after);
   write_cold_paths();
-  land(behind);
+  land(after);
 }
 
 void Emitter::write_cold_paths() {

@@ -29,7 +29,7 @@ struct Instruction;
 /// What code works on.
 struct Memory {
   std::byte* table = nullptr;
-  std::uint32_t constants = 0, constants_end = 0;  ///< offsets of what nobody writes
+  std::uint32_t constants = 0, constants_end = 0;  ///< offsets of what is never written
 };
 
 class Emitter : private asmjit::ErrorHandler {
@@ -41,7 +41,7 @@ class Emitter : private asmjit::ErrorHandler {
   /// Variables are named by their distance from the code, on processors that can (x86-64).
   bool from_code = false;
 
-  /// The value of an operand of 1 to 8 bytes that nobody ever writes, zero-extended.
+  /// The value of an operand of 1 to 8 bytes that is never written, zero-extended.
   [[nodiscard]] std::optional<std::uint64_t> constant(std::uint32_t operand, unsigned bytes) const;
 
   // ---- the value stored last is still in its register; nothing else is known of registers between instructions
@@ -70,7 +70,7 @@ class Emitter : private asmjit::ErrorHandler {
   /// `left_out`, if there is one. To be called before each instruction.
   void leave_out(std::optional<std::uint32_t> left_out) { missing_ = std::exchange(left_out_, left_out); }
 
-  /// In front of each instruction: what is known of registers that its code loses is forgotten.
+  /// Before each instruction: what is known of registers that its code loses is forgotten.
   virtual void begin(const Instruction&) {}
 
   // ---- loops: while one is written, variables of it lie in registers instead of in the table, but for calls
@@ -111,7 +111,7 @@ class Emitter : private asmjit::ErrorHandler {
   asmjit::Label label() { return assembler_.newLabel(); }
   virtual void bind(const asmjit::Label& label) { assembler_.bind(label); }
   /// What comes next is the head of a loop. WHY 16 bytes: filters take a tenth less than anywhere; 32 or 64 gain
-  /// nothing more, and short loops inside of others lose by what stands before their heads.
+  /// nothing more, and short loops inside of others lose by what comes before their heads.
   void align_head() { assembler_.align(asmjit::AlignMode::kCode, 16); }
   /// Others jump here: nothing is known of registers.
   void land(const asmjit::Label& label) {
@@ -219,7 +219,7 @@ class Emitter : private asmjit::ErrorHandler {
   }
   /// An operand is about to be read in the table.
   void expect_stored(std::uint32_t operand) {
-    if (missing_ == operand) refuse("a result that nobody stored is not in the table");
+    if (missing_ == operand) refuse("a result that was not stored is not in the table");
   }
 
   struct Held {

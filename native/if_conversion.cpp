@@ -29,7 +29,7 @@ std::optional<ShortIf> short_if_at(const std::uint32_t* code, std::span<const Li
   short_if.value = form == Form::kJumpUnless || form == Form::kCompareJumpUnless;
   short_if.compares = compares;
 
-  // Nobody jumps to what lies between the jump and where it goes, nor, if there are two parts, between these.
+  // No jump leads to what lies between the jump and where it goes, nor, if there are two parts, between these.
   const auto walk = [&](std::size_t from, std::uint32_t position) -> std::optional<Branch> {
     Branch found{from, from};
     while (found.last < instructions.size() && instructions[found.last].position < position) {

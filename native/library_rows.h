@@ -46,7 +46,7 @@ enum class Block : std::uint8_t {
   kCountUp,
   kCountDown,
 };
-/// Ports of a block, at its beginning, that its code stores by itself if what is in front left them in registers.
+/// Ports of a block, at its beginning, that its code stores by itself if what is before it left them in registers.
 constexpr std::uint32_t deferred_bytes(Block block) {
   switch (block) {
     case Block::kSetDominant:

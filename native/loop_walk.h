@@ -122,7 +122,7 @@ class Walk {
     }
     return false;
   }
-  /// The state before an instruction; nothing when nobody gets there.
+  /// The state before an instruction; nothing when it is not reached.
   [[nodiscard]] const std::optional<State>& before(std::size_t i) const { return at_[i - loop_.first()]; }
   /// By position outside.
   [[nodiscard]] const std::map<std::uint32_t, State>& exits() const { return exits_; }

@@ -251,7 +251,7 @@ class Finder {
                 innermost_.begin() + static_cast<std::ptrdiff_t>(loop.last) + 1, l);
     }
   }
-  /// Loops that somebody jumps into, past their heads.
+  /// Loops that a jump enters past their heads.
   void refuse_other_entries() {
     if (all_.empty()) return;
     for (std::size_t i = 0; i < instructions_.size(); ++i) {

@@ -1,6 +1,6 @@
 // Loops of a body: where they are, and which variables are worth a register in them.
 //
-// In: the resolved instructions of one body. Out: loops that nobody jumps into but at their head, with everything
+// In: the resolved instructions of one body. Out: loops that no jump enters but at their head, with everything
 // inside them, and the variables that only instructions with known operands touch there. Compile time, for all
 // processors. Does not belong here: registers and code (assembly.h), what instructions mean.
 #pragma once

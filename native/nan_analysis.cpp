@@ -71,7 +71,7 @@ class Reals {
     const State old = into;
     into.strange |= from.strange;
     into.non_canonical |= from.non_canonical;
-    // Behind the loop everything counts, in it only what somebody reads.
+    // After the loop everything counts, in it only what is read.
     const std::uint64_t counts = i > loop_.last() ? ~std::uint64_t{0} : live_[i - loop_.first()];
     into.strange &= counts;
     into.non_canonical &= counts;
@@ -142,15 +142,15 @@ class Reals {
         const std::size_t i = loop_.first() + n;
         const Instruction instruction = loop_.at(i);
         const Form form = instruction.operation.form;
-        std::uint64_t behind = 0;
-        if (loop_.goes_on(i)) behind |= live_[n + 1];
+        std::uint64_t live_after = 0;
+        if (loop_.goes_on(i)) live_after |= live_[n + 1];
         if (target_of(form, instruction.words) != kNoTarget) {
           const auto target = loop_.target(i);
-          behind |= target ? live_[*target - loop_.first()] : ~std::uint64_t{0};
+          live_after |= target ? live_[*target - loop_.first()] : ~std::uint64_t{0};
         }
         // The scan may end here.
-        if (form == Form::kLoopJump || form == Form::kReturn) behind = ~std::uint64_t{0};
-        const std::uint64_t live = (behind & kept[n]) | read[n];
+        if (form == Form::kLoopJump || form == Form::kReturn) live_after = ~std::uint64_t{0};
+        const std::uint64_t live = (live_after & kept[n]) | read[n];
         changed = changed || live != live_[n];
         live_[n] = live;
       }

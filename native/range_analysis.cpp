@@ -24,7 +24,7 @@ struct Interval {
 /// Variables of up to four bytes as numbers with a sign.
 class Integers {
  public:
-  using State = std::vector<Interval>;  ///< by variable; one that is empty: nobody gets here
+  using State = std::vector<Interval>;  ///< by variable; one that is empty: not reached
 
   Integers(const Emitter& emitter, const LoopCode& loop, std::span<const LoopVariable> variables)
       : emitter_(emitter), loop_(loop) {
@@ -267,7 +267,7 @@ std::uint32_t inside(const Integers& integers, const Integers::State& state, con
   return found;
 }
 
-/// The BOOLs of comparisons with a jump that nobody reads in the loop.
+/// The BOOLs of comparisons with a jump that are not read in the loop.
 std::vector<std::uint32_t> unread_results(const Emitter& emitter, const LoopCode& loop,
                                           std::span<const LoopVariable> variables) {
   std::vector<std::uint32_t> found;
@@ -331,7 +331,7 @@ void find_ranges(const Emitter& emitter, const LoopCode& code, std::span<const L
 }
 
 /// Real arithmetic whose second operand is the element that the instruction before it loads, in counted loops
-/// where nobody else reads that.
+/// where nothing else reads that.
 void find_passed_elements(const LoopCode& code, const Loop& loop, LoopRanges& facts) {
   const auto touches = [&](std::size_t i, std::uint32_t operand) {
     const std::vector<Access> accesses = code.accesses(i);

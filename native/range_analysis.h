@@ -1,7 +1,7 @@
-// Range analysis of loops: what code of a loop need not do, because nobody can tell the difference.
+// Range analysis of loops: what code of a loop need not do, because the difference cannot be seen.
 //
 // In: a loop (loops.h) and the body around it. Out: for each of its instructions, which indices are inside their
-// arrays, whether a non-canonical NaN may stay, and whether anybody reads the BOOL of its comparison; and what has to
+// arrays, whether a non-canonical NaN may stay, and whether the BOOL of its comparison is read; and what has to
 // be made canonical before an instruction and at each exit. Two abstract interpretations over the control flow of the
 // loop, one with the range of each integer, one with the state of each real. What they cannot prove is computed.
 // Compile time, for all processors. Does not belong here: registers and code.
@@ -30,7 +30,7 @@ struct NonCanonicalReal {
 /// What is put right where the loop is left, or the scan ends in it.
 struct LoopEnd {
   std::vector<NonCanonicalReal> reals;
-  std::vector<std::pair<std::uint32_t, bool>> results;  ///< BOOLs of comparisons, which nobody has stored
+  std::vector<std::pair<std::uint32_t, bool>> results;  ///< BOOLs of comparisons, which have not been stored
 };
 
 struct InstructionRanges {
@@ -41,7 +41,7 @@ struct InstructionRanges {
 
 struct LoopRanges {
   std::vector<InstructionRanges> instructions;  ///< from the first one of the loop on
-  std::map<std::uint32_t, LoopEnd> exits;       ///< by the position outside that somebody jumps to
+  std::map<std::uint32_t, LoopEnd> exits;       ///< by the position outside that a jump leads to
   std::vector<std::uint32_t> unread;            ///< BOOLs that are written only where the loop is left
 };
 

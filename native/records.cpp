@@ -79,7 +79,7 @@ void forget_late_readers(std::span<Record> records, std::size_t registers) {
   struct Held {
     std::uint32_t operand;
     std::uint32_t until;
-    std::uint32_t* next;  ///< where that stands; null when it must
+    std::uint32_t* next;  ///< where that is; null when it must
   };
   std::vector<Held> held;
   std::unordered_set<std::uint32_t> in_register_alone;
@@ -124,7 +124,7 @@ std::uint32_t RecordRegisters::take() {
     latest = next;
     best = i;
   }
-  // Without a reader that is still to come, nobody will look for it.
+  // Without a reader that is still to come, it will not be looked for.
   if (!slots_[best].is_stored && slots_[best].next != kNever) store_(numbers_[best], slots_[best].operand);
   slots_[best] = {true, kNever, 0};
   return numbers_[best];

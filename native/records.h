@@ -56,7 +56,7 @@ class RecordRegisters {
   /// One for a temporary value: free, or that of the output that waits longest.
   std::uint32_t take();
   void give_back(std::uint32_t number) { slot(number) = {}; }
-  /// One that holds a variable which nobody reads from it any more becomes one for a temporary value.
+  /// One that holds a variable which is not read from it any more becomes one for a temporary value.
   void take_over(std::uint32_t number) { slot(number) = {true, kNever, 0}; }
   /// While it is pinned, what it holds stays where it is.
   void pin(std::uint32_t number, bool pinned) { slot(number).pinned = pinned; }

@@ -20,8 +20,8 @@ namespace plc::native {
 struct Known {
   std::uint32_t inside = 0;  ///< bit n: index number n lies within its array
   bool any_nan = false;      ///< a NaN as the processor makes it will do
-  bool unread = false;       ///< nobody reads the BOOL that a comparison with a jump makes
-  /// Until it is loaded anew nobody reads the element but the real arithmetic after, as its second operand.
+  bool unread = false;       ///< the BOOL that a comparison with a jump makes is not read
+  /// Until it is loaded anew nothing reads the element but the real arithmetic after, as its second operand.
   bool passes_on = false;
 };
 

@@ -28,7 +28,7 @@ std::size_t append(char32_t c, char* out) {
   return 4;
 }
 
-/// The character at `i`, which moves behind it.
+/// The character at `i`, which moves past it.
 char32_t next(std::string_view bytes, Encoding::Kind kind, std::size_t& i) {
   const auto byte = [&](std::size_t at) { return static_cast<char32_t>(static_cast<unsigned char>(bytes[at])); };
   if (kind == Encoding::Kind::kLatin1 || kind == Encoding::Kind::kWindows1252) {

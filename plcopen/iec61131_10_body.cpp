@@ -74,7 +74,7 @@ void start_compare(Reader& r, const Tag& tag) {
                        core::trimmed(tag.attributes.get(Attr::kCompareOperator)),
                        core::trimmed(tag.attributes.get(Attr::kOperand2)));
   e.text_at = e.at;
-  e.text_at.column = 0;  // the text stands nowhere as it is
+  e.text_at.column = 0;  // the text is nowhere in the file as it is
 }
 
 void start_block(Reader& r, const Tag& tag) {

@@ -58,7 +58,7 @@ class InputText {
 
   std::unique_ptr<char[]> bytes_;
   std::size_t size_ = 0;
-  std::size_t begin_ = 0;  ///< behind the byte order mark
+  std::size_t begin_ = 0;  ///< after the byte order mark
 };
 
 }  // namespace plc::plcopen

@@ -29,14 +29,14 @@ struct TypeSpec;
 struct Dimension {
   std::string lower;
   std::string upper;
-  SourceRef lower_at = {};  ///< where the texts stand, if known more exactly than the type
+  SourceRef lower_at = {};  ///< where the texts are, if known more exactly than the type
   SourceRef upper_at = {};
 };
 struct EnumValue {
   std::string name;
   std::string value;  ///< as written, empty = previous + 1
   SourceRef at;
-  SourceRef value_at = {};  ///< where `value` stands, if known more exactly
+  SourceRef value_at = {};  ///< where `value` is, if known more exactly
 };
 struct Variable;
 
@@ -59,7 +59,7 @@ struct TypeSpec {
   std::vector<Variable> members;
   std::shared_ptr<TypeSpec> base;
   SourceRef at;
-  SourceRef length_at;  ///< where `length` stands, if known more exactly
+  SourceRef length_at;  ///< where `length` is, if known more exactly
 };
 
 struct InitialValue {
@@ -70,7 +70,7 @@ struct InitialValue {
   std::string repetition;            ///< repetition count inside a kArray parent, as written; empty = 1
   std::vector<InitialValue> values;  ///< kArray elements or kStruct members, in order
   SourceRef at;
-  SourceRef repetition_at;  ///< where `repetition` stands, if known more exactly
+  SourceRef repetition_at;  ///< where `repetition` is, if known more exactly
 };
 
 /// kAccess: `name` is the alias, `address` the instance path, `constant` = read only. kConfig (VAR_CONFIG): `name` is
@@ -98,7 +98,7 @@ struct Variable {
   InitialValue initial;
   std::string address;  ///< "%IX0.0" as written, or empty
   std::string list;     ///< name of the globalVars list ("GVL"), for qualified access GVL.x; or empty
-  std::string prefix;  ///< name that may stand before the variable though it needs none: its file's or list's; or empty
+  std::string prefix;   ///< name that may precede the variable though it needs none: its file's or list's; or empty
   bool file_prefix = false;  ///< the prefix is the name of the file, which the standard does not know
   bool constant = false;
   bool retain = false;
@@ -142,7 +142,7 @@ struct Pin {
   std::string expression;               ///< text given inside the connection point in instead of a wire, or empty
   std::string target;                   ///< variable given inside the connection point out, or empty
   SourceRef at;
-  SourceRef target_at;  ///< where `target` stands
+  SourceRef target_at;  ///< where `target` is
 };
 
 /// Lines of a rung that leave one point and meet again, as CODESYS marks them where one holds a box. Their wires are
@@ -187,7 +187,7 @@ struct Element {
   /// label, jump: the name. actionBlock: the names its actions refer to, for messages. comment-like elements are not
   /// stored.
   std::string text;
-  SourceRef text_at;          ///< where `text` stands in the file
+  SourceRef text_at;          ///< where `text` is in the file
   std::string instance_name;  ///< block: instanceName, or empty
   std::string code;           ///< block: ST of an EXECUTE box
   SourceRef code_at;
@@ -269,7 +269,7 @@ struct Resource {
 };
 
 struct Configuration {
-  std::string name;  ///< empty for resources that stand outside a configuration (TwinCAT)
+  std::string name;  ///< empty for resources outside a configuration (TwinCAT)
   std::vector<Resource> resources;
   std::vector<Variable> globals;
   std::vector<Variable> access;
@@ -298,7 +298,7 @@ struct PlainDeclaration {
   SourceRef at;
 };
 
-/// Where a declaration stands that others may name, whether it was understood or not: a data type, a POU, the global
+/// Where a declaration is that others may name, whether it was understood or not: a data type, a POU, the global
 /// variables of one line of a list. Problems between its ends are its own.
 struct Extent {
   std::vector<std::string> names;

@@ -347,7 +347,7 @@ void start_closed_branch(Reader& r, const Tag& tag) {
              fmt::format("closed branch has the mode \"{}\", which is neither sce nor or", mode.substr(0, 60)),
              "read as or: every box in it is executed in every scan");
   }
-  // Its connections are no pins of the element that the mark stands in.
+  // Its connections are no pins of the element that the mark is in.
   auto own = std::make_unique<BodyFrame>();
   own->element.at = r.element_place(tag.at);
   own->body.closed_branches.push_back(std::move(branch));

@@ -1,4 +1,4 @@
-// Parts of a TC6 project that stand elsewhere than its schema has them, where there is no doubt what they are:
+// Parts of a TC6 project that are elsewhere than its schema has them, where there is no doubt what they are:
 // converters and people leave frames out. Each is read as in its place, with P1019.
 #include "plcopen/reader_configuration.h"
 #include "plcopen/reader_pou.h"

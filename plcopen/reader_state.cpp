@@ -61,8 +61,7 @@ void Reader::start_element(const char* name, std::string_view uri, const Attribu
   }
   if (!rule->belongs.empty() && misplaced_.insert(rule).second) {
     report(core::Code::P1019, tag.at,
-           fmt::format("element \"{}\" stands outside of \"{}\" and is read as if it stood there", tag.name,
-                       rule->belongs),
+           fmt::format("element \"{}\" is outside of \"{}\" and is read as if it were inside", tag.name, rule->belongs),
            fmt::format("move it into \"{}\": other tools do not look for it here", rule->belongs));
   }
   if (rule->start != nullptr) rule->start(*this, tag);

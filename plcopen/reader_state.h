@@ -66,10 +66,10 @@ struct PouFrame {
   bool body_seen = false;
   bool chart_reported = false;
   bool is_action = false;
-  std::vector<std::string> path;  ///< of an action that stands outside its POU: names in the project tree, root first
+  std::vector<std::string> path;  ///< of an action outside its POU: names in the project tree, root first
 };
 
-/// An action that stands beside the POUs (CODESYS and its kin), with the name of the POU it belongs to.
+/// An action beside the POUs (CODESYS and the tools derived from it), with the name of the POU it belongs to.
 struct LooseAction {
   std::string owner;
   Pou action;
@@ -94,7 +94,7 @@ class Reader final : public XmlHandler {
 
   // ---- help for handlers ----
   void report(core::Code code, const SourceRef& at, std::string message, std::string help = {});
-  /// Notes where a declaration stands: from `begin` to where reading is.
+  /// Notes where a declaration is: from `begin` to where reading is.
   void note_extent(const std::string& name, const SourceRef& begin);
   /// Text of the open element and of those in it is collected until take_text(), blanks at both ends removed.
   void begin_text();
@@ -109,11 +109,11 @@ class Reader final : public XmlHandler {
   bool flag(const Tag& tag, Attr attribute);
   Edge edge(const Tag& tag, Attr attribute);
   Storage storage(const Tag& tag, Attr attribute);
-  /// Where the value of an attribute stands; the tag where it has none.
+  /// Where the value of an attribute is; the tag where it has none.
   SourceRef value_place(const Tag& tag, Attr attribute);
   /// `at` as a place of the open drawn element.
   SourceRef element_place(SourceRef at) const;
-  /// The configuration for what stands outside all configurations (TwinCAT, CODESYS).
+  /// The configuration for what is outside all configurations (TwinCAT, CODESYS).
   Configuration& outside();
   [[nodiscard]] std::size_t max_text() const { return limits_.max_text; }
 

@@ -40,7 +40,7 @@ void plain_declaration(Reader& r) {
   r.project.declarations.push_back(std::move(declaration));
 }
 
-/// An attribute of the tool: of a list, that its name has to stand before its variables.
+/// An attribute of the tool: of a list, that its name must come before its variables.
 void vendor_attribute(Reader& r, const Tag& tag) {
   if (r.var_lists.empty() || r.var_lists.back().section != Section::kGlobal) return;
   if (core::iequals(core::trimmed(tag.attributes.get(Attr::kAttributeName)), "qualified_only")) {

@@ -128,7 +128,7 @@ struct Rule {
   std::string_view name;       ///< local name; "*" = any other name
   std::string_view variant;    ///< "/..": end of data's name; else local part of xsi:type; empty = any
   std::string_view reason;     ///< for SUPPORT.md and the import report
-  std::string_view belongs{};  ///< misplaced: the element it should stand in
+  std::string_view belongs{};  ///< misplaced: the element it should be in
   StartHandler start = nullptr;
   EndHandler end = nullptr;
 };

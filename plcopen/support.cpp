@@ -37,7 +37,7 @@ std::string element_text(const Rule& rule) {
 std::string support_tables() {
   std::string out;
   State open = State::kSkip;
-  // Rows of one place may stand in several tables of the source: gather them by state.
+  // Rows of one place may be in several tables of the source: gather them by state.
   for (std::size_t s = 0; s <= static_cast<std::size_t>(State::kSkip); ++s) {
     const auto state = static_cast<State>(s);
     for (const Rule& rule : all_rules()) {

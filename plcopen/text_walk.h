@@ -20,7 +20,7 @@ class TextWalk {
 
   /// What comes next belongs to a new text.
   void begin();
-  /// A tag ends in front of `offset`; the text may go on after it.
+  /// A tag ends before `offset`; the text may continue after it.
   void tag(std::size_t offset);
   void piece(std::string_view piece);
   /// All of the text was given.
@@ -37,7 +37,7 @@ class TextWalk {
   struct Step {
     std::size_t raw = 0;   ///< bytes in the file; 0: it says something else than the parser
     std::size_t text = 0;  ///< bytes in the text
-    bool plain = false;    ///< what follows stands next to it, or on the next line
+    bool plain = false;    ///< what follows is next to it, or on the next line
   };
   [[nodiscard]] Step step(std::string_view text) const;
   void skip_markup();

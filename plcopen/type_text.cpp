@@ -8,7 +8,7 @@ namespace plc::plcopen {
 
 namespace {
 
-/// What follows `word` at the start of `text` (any letter case, blanks or a bracket behind it), trimmed; null if
+/// What follows `word` at the start of `text` (any letter case, blanks or a bracket after it), trimmed; null if
 /// absent.
 std::optional<std::string_view> after_word(std::string_view text, std::string_view word) {
   if (text.size() <= word.size() || !core::iequals(text.substr(0, word.size()), word)) return std::nullopt;
@@ -45,9 +45,9 @@ bool take_dimensions(std::string_view& text, std::vector<Dimension>& dimensions)
 /// Takes "ARRAY [a..b] OF" off the text; false if it is none.
 bool take_array(std::string_view& text, std::vector<Dimension>& dimensions) {
   const std::optional<std::string_view> rest = after_word(text, "ARRAY");
-  std::string_view behind = rest.value_or(std::string_view{});
-  if (!take_dimensions(behind, dimensions)) return false;
-  text = behind;
+  std::string_view remaining = rest.value_or(std::string_view{});
+  if (!take_dimensions(remaining, dimensions)) return false;
+  text = remaining;
   return true;
 }
 

@@ -22,7 +22,8 @@ constexpr std::string_view kAttributeNames[] = {
     "xsi:type",
 };
 
-/// Bytes of all different names of a file; real ones have some hundreds. The table behind them is slow when crowded.
+/// Bytes of all different names of a file; real ones have some hundreds. The table that holds them is slow when
+/// crowded.
 constexpr std::size_t kMaxNameBytes = std::size_t{512} << 10;
 
 std::string_view view(const xmlChar* text) {
@@ -78,7 +79,7 @@ struct XmlParser::Callbacks {
 
   static void p_start(XmlParser& p, const xmlChar* name, const xmlChar* uri, int namespace_count, int attribute_count,
                       const xmlChar** attributes) {
-    // The parser stands at the '>' or '/>' of the tag; an attribute value cannot contain a '<'.
+    // The parser is at the '>' or '/>' of the tag; an attribute value cannot contain a '<'.
     const std::size_t end = p.offset();
     const std::size_t open = p.text_.rfind('<', end);
     const std::size_t begin = open == std::string_view::npos ? end : open;

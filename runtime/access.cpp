@@ -30,11 +30,11 @@ struct Step {
   std::int64_t index = 0;
 };
 
-/// The parts of "a.b[1].c", or of the ".b[1].c" behind a name.
-std::optional<std::vector<Step>> parse_path(std::string_view path, bool behind_name = false) {
+/// The parts of "a.b[1].c", or of the ".b[1].c" after a name.
+std::optional<std::vector<Step>> parse_path(std::string_view path, bool after_name = false) {
   std::vector<Step> steps;
   std::size_t at = 0;
-  bool name_next = !behind_name;
+  bool name_next = !after_name;
   while (at < path.size()) {
     if (name_next) {
       std::size_t end = path.find_first_of(".[", at);
@@ -64,7 +64,7 @@ std::optional<std::vector<Step>> parse_path(std::string_view path, bool behind_n
       return std::nullopt;
     }
   }
-  if ((steps.empty() && !behind_name) || name_next) return std::nullopt;
+  if ((steps.empty() && !after_name) || name_next) return std::nullopt;
   return steps;
 }
 
@@ -232,13 +232,13 @@ class Finder {
 
   bool among_instances() {
     if (in_several_tasks(image_, steps_[0].name)) {
-      failure_ = {1, "instances of this name are in several tasks", "put the task's name in front"};
+      failure_ = {1, "instances of this name are in several tasks", "put the task's name before it"};
       return false;
     }
     for (std::uint32_t task = 0; task < image_.tasks.size(); ++task) {
       if (accept(task_place(task), steps_, 0)) return true;
       for (const ImageAlias& alias : image_.types[body(task).instance_type].aliases) {
-        if (accept_behind(alias.name, alias.global)) return true;
+        if (accept_prefixed(alias.name, alias.global)) return true;
       }
     }
     return false;
@@ -272,23 +272,23 @@ class Finder {
   /// Names and addresses that hold dots themselves: "Pou.Variable" of a located variable, "%IX0.0".
   bool among_full_names(bool addresses) {
     for (std::size_t i = 0; i < globals().size(); ++i) {
-      if (!is_declared_global(globals()[i]) && accept_behind(globals()[i].name, i)) return true;
+      if (!is_declared_global(globals()[i]) && accept_prefixed(globals()[i].name, i)) return true;
     }
     for (const ImageAlias& alias : image_.types[image_.global_type].aliases) {
       if (addresses) break;
-      if (accept_behind(alias.name, alias.global)) return true;
+      if (accept_prefixed(alias.name, alias.global)) return true;
       // As a variable of a list, it is also called without the list.
       const std::size_t dot = alias.name.find('.');
-      if (dot != std::string::npos && accept_behind(alias.name.substr(dot + 1), alias.global)) return true;
+      if (dot != std::string::npos && accept_prefixed(alias.name.substr(dot + 1), alias.global)) return true;
     }
     for (std::size_t i = 0; i < globals().size() && addresses; ++i) {
       const std::string& address = image_.globals[i].address;
       // "%I*" is no address: many variables have it.
-      if (!address.empty() && !address.ends_with('*') && accept_behind(address, i)) return true;
+      if (!address.empty() && !address.ends_with('*') && accept_prefixed(address, i)) return true;
     }
     return false;
   }
-  bool accept_behind(std::string_view name, std::size_t global) {
+  bool accept_prefixed(std::string_view name, std::size_t global) {
     if (path_.size() < name.size() || !core::iequals(path_.substr(0, name.size()), name)) return false;
     const auto steps = parse_path(path_.substr(name.size()), true);
     return steps && accept(place_of_global(image_, global), *steps, 0);

@@ -19,7 +19,7 @@ struct CompiledTask {
 
   /// Executes the body of the task. False: machine.fault is set. RT.
   bool (*run)(Machine& machine) noexcept = nullptr;
-  /// Machine::code and Machine::marks while it runs: those of the linked code, with more behind them at most.
+  /// Machine::code and Machine::marks while it runs: those of the linked code, with more after them at most.
   std::span<const std::uint32_t> code;
   std::span<const CodeMark> marks;
 };

@@ -96,7 +96,7 @@ void PathLister::add_global(std::size_t index) {
   }
 }
 
-void PathLister::walk(std::string& path, const Place& place, bool behind_alias) {
+void PathLister::walk(std::string& path, const Place& place, bool inside_alias) {
   if (found_.size() >= limit_) return;
   const ImageType& type = image_.types[place.type];
   const std::size_t length = path.size();
@@ -117,7 +117,7 @@ void PathLister::walk(std::string& path, const Place& place, bool behind_alias) 
         Place element = place;
         element.offset += i * image_.types[type.element].size;
         element.type = type.element;
-        walk(path, element, behind_alias);
+        walk(path, element, inside_alias);
         path.resize(length);
       }
       return;
@@ -125,9 +125,9 @@ void PathLister::walk(std::string& path, const Place& place, bool behind_alias) 
       for (const ImageField& field : type.fields) {
         if (!states_ && field.role == bytecode::FieldRole::kState) continue;
         const Place member = {place.task, place.offset + field.offset, field.type, place.constant || field.constant};
-        walk_named(path, field.name, member, behind_alias);
+        walk_named(path, field.name, member, inside_alias);
       }
-      if (!behind_alias) walk_aliases(path, type);
+      if (!inside_alias) walk_aliases(path, type);
       return;
   }
 }
@@ -142,12 +142,12 @@ void PathLister::walk_aliases(std::string& path, const ImageType& type) {
   root_name_ = before;
 }
 
-void PathLister::walk_named(std::string& path, const std::string& name, const Place& place, bool behind_alias) {
+void PathLister::walk_named(std::string& path, const std::string& name, const Place& place, bool inside_alias) {
   if (!shows(name)) return;
   const std::size_t length = path.size();
   if (!path.empty()) path += '.';
   path += name;
-  walk(path, place, behind_alias);
+  walk(path, place, inside_alias);
   path.resize(length);
 }
 

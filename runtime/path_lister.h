@@ -32,7 +32,7 @@ enum class Paths : std::uint8_t {
 class PathLister {
  public:
   PathLister(const Resource& resource, std::string_view pattern, std::size_t limit, Paths paths);
-  /// Memory of blocks of the library is left out: nobody means it who misspells a name.
+  /// Memory of blocks of the library is left out: a misspelt name does not mean it.
   void leave_out_states() { states_ = false; }
   /// Walks through everything: instances before globals, in declaration order.
   void run();
@@ -46,9 +46,9 @@ class PathLister {
   void add_global(std::size_t index);
   /// Adds the leaves of `place`, which is called `path`. Aliases that only aliases lead to stay out: they may go round
   /// in circles.
-  void walk(std::string& path, const Place& place, bool behind_alias);
+  void walk(std::string& path, const Place& place, bool inside_alias);
   void walk_aliases(std::string& path, const bytecode::ImageType& type);
-  void walk_named(std::string& path, const std::string& name, const Place& place, bool behind_alias);
+  void walk_named(std::string& path, const std::string& name, const Place& place, bool inside_alias);
   /// Whether an alias is listed, or its global under its own name.
   bool lists_alias(const bytecode::ImageAlias& alias);
   /// A part of a global under one of its names; empty for variables of tasks.

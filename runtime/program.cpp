@@ -129,11 +129,11 @@ Fault Program::execute(const CycleContext& context) noexcept {
                        ? s.compiled->run(s.machine)
                        : run_body(s.machine, Addressing::kFixed, s.code.entry, s.table.layout().instance);
   const bool published = s.exchange->end();
-  // WHY not Machine::fault, reset before the scan: whoever reads it back here waits for all that the scan has written.
+  // WHY not Machine::fault, reset before the scan: reading it back here waits for all that the scan has written.
   if (ran && published) [[likely]]
     return {};
   if (!published) {
-    // A scan that was cut short knows its place better than whoever looked from outside.
+    // A scan that was cut short knows its place better than the thread that looked from outside.
     if (ran) s.machine.fault = place(FaultKind::kWatchdog);
     s.machine.fault.kind = FaultKind::kWatchdog;
   }

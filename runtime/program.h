@@ -73,9 +73,9 @@ struct ProgramOptions {
   bool arrange = true;  ///< false: the interpreter keeps the order of straight code (arrange.h), for who measures it
   std::vector<std::int32_t> priorities{};            ///< of the tasks, 0 the most urgent; empty = as the image declares
   const taskblocks::Registry* taskblocks = nullptr;  ///< of this machine; null = those that come with PICARD
-  const core::Clock* budget_clock = nullptr;  ///< measures taskblocks that declare a time budget; null = nobody does
-  /// False: nothing of taskblocks runs before Resource::start_taskblocks(), which whoever forks calls behind that:
-  /// threads that they start must be of the process that runs them.
+  const core::Clock* budget_clock = nullptr;  ///< measures taskblocks that declare a time budget; null = none does
+  /// False: nothing of taskblocks runs before Resource::start_taskblocks(), which a process that forks calls after
+  /// that: threads that they start must be of the process that runs them.
   bool start_taskblocks = true;
 };
 
@@ -90,7 +90,7 @@ class Program {
   Program& operator=(const Program&) = delete;
 
   /// Shortly before execute(): does ahead what can be done twice, so that the scan finds it in the caches. Copies at
-  /// most about `bytes`. Nobody sees a difference. Between scans. RT: like execute().
+  /// most about `bytes`. No result changes. Between scans. RT: like execute().
   void expect(std::size_t bytes) noexcept;
   /// One scan. RT: noexcept, no allocation, no lock, no system call.
   Fault execute(const CycleContext& context) noexcept;
@@ -108,8 +108,8 @@ class Program {
   /// Takes the right to publish from a running scan: execute() will return kWatchdog, without effect on the global
   /// table. False when it is exporting already, or does not run. Any thread; RT.
   bool revoke() noexcept;
-  /// Publishes these values of globals that the task exports, all else as published last. Between scans, or by whoever
-  /// revoked it. RT.
+  /// Publishes these values of globals that the task exports, all else as published last. Between scans, or by the
+  /// thread that revoked it. RT.
   void publish_safe(std::span<const GlobalWrite> values) noexcept;
   /// How the task's thread changes its priority under --coherence=priority-ceiling; null = it does not. Between scans.
   void set_priority_change(SetPriority set);
@@ -158,7 +158,7 @@ class Program {
     std::uint64_t short5_records = 0;   ///< BOOL_RUN records of 16 bytes, five inputs
     std::uint64_t wide_records = 0;     ///< BOOL_RUN records with 32-bit offsets
     std::uint64_t mixed_records = 0;    ///< BOOL_RUN records of relative bodies that mix instance and other memory
-    std::uint64_t arranged = 0;         ///< instructions and records that stand side by side with their like
+    std::uint64_t arranged = 0;         ///< instructions and records arranged side by side with others of their kind
     std::uint64_t runs = 0;             ///< ..in so many runs
     std::uint64_t code_bytes = 0;       ///< resolved code of the task
   };

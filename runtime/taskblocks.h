@@ -41,7 +41,7 @@ class Taskblocks {
 
   /// Prepares an object for every instance that task `task` runs: those in its own instance, and the globals it
   /// exports. They run after restart(). `queues`: the task's ends of the image's. `clock` measures blocks that declare
-  /// a budget; null = nobody does. P7802 when a block is not in the registry or has other ports. Null when the image
+  /// a budget; null = none does. P7802 when a block is not in the registry or has other ports. Null when the image
   /// has none.
   static core::Result<std::unique_ptr<Taskblocks>> make(const bytecode::Image& image, std::uint32_t task,
                                                         const taskblocks::Registry& registry, TaskTable& table,

@@ -92,7 +92,7 @@ constexpr T power_wrap(T base, N exponent, Event& event) noexcept {
 // ---- reals: IEEE 754, one NaN -----------------------------------------------------------------------------------
 
 /// `v`, or the canonical quiet NaN (positive, 0x7fc00000 or 0x7ff8000000000000) if it is any NaN.
-/// By a jump: choosing one of two values takes three times as long as the addition in front of it.
+/// By a jump: choosing one of two values takes three times as long as the addition before it.
 constexpr float canonical(float v) noexcept {
   if (v != v) [[unlikely]] {
     if (!std::is_constant_evaluated()) asm("");  // what the compiler may not choose between
@@ -112,7 +112,7 @@ constexpr bool is_finite(double v) noexcept { return v - v == 0; }
 
 inline constexpr double kAllIntegers = 4503599627370496.0;  // from 2^52 on every double is an integer
 
-/// Nearest integer of |v| < 2^52, ties to even (the mode in which threads begin). No jump: what is behind the point of
+/// Nearest integer of |v| < 2^52, ties to even (the mode in which threads begin). No jump: what is after the point of
 /// measured values cannot be predicted.
 constexpr std::int64_t nearest_integer(double v) noexcept {
 #ifdef __SSE2__
@@ -300,7 +300,7 @@ constexpr T abs(T a) noexcept {
   }
 }
 
-/// The least and the greatest of two, the first of equal ones; a NaN behind another value is passed over.
+/// The least and the greatest of two, the first of equal ones; a NaN after another value is passed over.
 template <class T>
 constexpr T least(T a, T b) noexcept {
   return b < a ? b : a;

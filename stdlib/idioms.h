@@ -29,7 +29,7 @@ enum class Idiom : std::uint8_t {
   kShiftCount,     ///< bit string as count of a shift or rotation
 };
 
-/// The idiom by which a value of `from` may stand where `to` is needed, though the third edition does not widen it;
+/// The idiom by which a value of `from` may be used where `to` is needed, though the third edition does not widen it;
 /// kNone when tools refuse it. Integers and bit strings keep their low bits, signed ones are extended by their sign.
 Idiom implicit_conversion(TypeId from, TypeId to);
 
@@ -41,7 +41,7 @@ bool literal_fits_by_bits(const Arg& literal, TypeId to);
 struct LooseArg {
   Arg arg;                        ///< as it was computed
   TypeId narrow = TypeId::kBool;  ///< typed: what it stands for
-  bool noted = false;             ///< an idiom was found in front of it
+  bool noted = false;             ///< an idiom was found before it
 };
 
 struct LooseCall {

@@ -228,7 +228,7 @@ struct Field {
 
 struct StepContext {
   core::TimeNs now_ns;        ///< taken once per cycle
-  void* host = nullptr;       ///< of whoever runs the block; standard blocks do not look at it
+  void* host = nullptr;       ///< of the code that runs the block; standard blocks do not look at it
   core::TimeNs start_ns = 0;  ///< when the PLC started, by the same clock
 };
 /// One execution of a block on its port struct. RT: noexcept, bounded.
@@ -241,7 +241,7 @@ using StepEach = void (*)(std::byte* base, const std::uint32_t* places, std::uin
 /// What a block does, scan by scan, in a form that tests run and pages show. The first line names the columns: "at",
 /// inputs, "|", outputs. Each further line is one scan: the time of it as a TIME, input values as ST literals, "|", the
 /// outputs after it. "." leaves an input as it is, and says nothing of an output. Reals count within 1e-6 of what
-/// stands there, relative to values beyond 1.
+/// is there, relative to values beyond 1.
 struct BlockExample {
   std::string_view title;  ///< "PT changed while the time runs"
   std::string_view table;

@@ -1,6 +1,6 @@
 // Reading and writing STRING and WSTRING values in tables.
 //
-// In: pointers to core::StringHeader, the characters right behind it. Out: views that stay inside the value, writes
+// In: pointers to core::StringHeader, the characters right after it. Out: views that stay inside the value, writes
 // that stay inside the capacity and report what was cut off. STRING holds bytes (ISO 8859-1), WSTRING UTF-16 code
 // units. Does not belong here: what the string functions do (functions/strings.h), numbers as text (text_values.h).
 #pragma once
@@ -60,7 +60,7 @@ template <class Char>
 
 }  // namespace detail
 
-/// Writes the pieces one behind the other; kTruncated when they do not fit. Pieces may lie in `value` itself. RT.
+/// Writes the pieces one after another; kTruncated when they do not fit. Pieces may lie in `value` itself. RT.
 template <class Char>
 Event write_text(void* value, std::span<const std::basic_string_view<Char>> pieces) noexcept {
   core::StringHeader header;

@@ -24,7 +24,7 @@ class Writer {
   void put(std::string_view text) noexcept {
     for (const char c : text) put(c);
   }
-  /// Decimal, with zeros in front up to `width` digits.
+  /// Decimal, with leading zeros up to `width` digits.
   void number(std::uint64_t value, unsigned width = 1) noexcept {
     char digits[20];
     const auto end = std::to_chars(digits, digits + sizeof digits, value).ptr;

@@ -47,10 +47,10 @@ std::uint64_t layout_hash(const picard_block& block);
 /// How a type is spelled: "LREAL", "STRING[20]", "ARRAY [0..5] OF MOVE".
 std::string type_text(const picard_type& type);
 
-/// The block as FUNCTION_BLOCK without statements, behind the data types its ports need, in the language ST.
+/// The block as FUNCTION_BLOCK without statements, after the data types its ports need, in the language ST.
 /// Configuration ports are constant inputs.
 std::string declaration(const picard_block& block);
-/// The structures and enumerations that the ports of `block` need, each behind those it needs itself.
+/// The structures and enumerations that the ports of `block` need, each after those it needs itself.
 std::vector<const picard_type*> data_types_of(const picard_block& block);
 /// One of them as TYPE .. END_TYPE.
 std::string declaration(const picard_type& type);

@@ -92,7 +92,7 @@ class Command {
   /// "--json": true when it is given.
   Flag flag(const std::string& name, bool& to, const std::string& help) const;
 
-  /// One of a few words, in any letter case. The value of "--stats{text}=[=json]" may be left away and is "text" then.
+  /// One of a few words, in any letter case. The value of "--stats{text}=[=json]" may be omitted and is "text" then.
   template <class T>
   using Words = std::vector<std::pair<std::string_view, T>>;
   template <class T>

@@ -117,7 +117,7 @@ void add_loop_budget(Command command, runtime::ProgramOptions& options) {
 std::optional<int> refuse_options_of_image(Command command, const std::string& path) {
   if (!is_image_path(path) || !has_compile_options(command)) return std::nullopt;
   complain(command.name(), fmt::format("{} is an image: its compile options and libraries are stored in it", path),
-           "compile the project file again with other options, or leave the options away");
+           "compile the project file again with other options, or omit the options");
   return kExitUsage;
 }
 

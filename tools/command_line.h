@@ -70,7 +70,7 @@ std::string counted(std::size_t count, const char* word);
 /// "20ms", "1.5us", "2s": at most four significant digits.
 std::string duration_text(double ns);
 
-/// Lines of cells as columns, left aligned and two blanks apart, behind `indent` blanks.
+/// Lines of cells as columns, left aligned and two blanks apart, after `indent` blanks.
 std::string columns_text(const std::vector<std::vector<std::string>>& lines, std::size_t indent = 0);
 
 /// Replaces the file by `bytes` in one step; false, with errno's words in `why`, when that fails.

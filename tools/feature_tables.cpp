@@ -106,7 +106,7 @@ class Reader {
     feature.number = parts[0];
     feature.text = parts[1];
     if (marked) feature.note = parts[2];
-    if (!listed_.insert(feature.number).second) complain(feature.number + " stands twice");
+    if (!listed_.insert(feature.number).second) complain(feature.number + " is there twice");
     if (const auto proven = cases_.find(feature.number); proven != cases_.end()) feature.cases = proven->second;
     ask_library(feature);
     check(feature);

@@ -16,7 +16,7 @@ enum class Answer : std::uint8_t { kYes, kPartly, kNo };
 
 struct Feature {
   std::string number;              ///< "72.4"
-  std::string text;                ///< what it is; names of the library stand in backquotes
+  std::string text;                ///< what it is; names of the library are in backquotes
   Answer answer = Answer::kYes;    ///< for names of the library: whether it has them
   std::string note;                ///< what is missing and why; never empty for kPartly and kNo
   std::vector<std::string> cases;  ///< folders that prove it: "st/case"
@@ -32,8 +32,8 @@ struct FeatureTable {
 
 struct FeatureTables {
   std::vector<FeatureTable> tables;
-  /// Lines that cannot be read, features that stand twice, have no case, or a case beside a reason to have none; cases
-  /// that name a feature nobody lists.
+  /// Lines that cannot be read, features that are there twice, have no case, or a case beside a reason to have none;
+  /// cases that name a feature that is not listed.
   std::vector<std::string> problems;
 };
 

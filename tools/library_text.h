@@ -54,7 +54,7 @@ struct LibraryFunction {
 LibraryFunction library_function(const stdlib::FunctionSpec& spec);
 /// "SPLIT_DATE(IN: DATE, YEAR => INT, MONTH => INT, DAY => INT)".
 std::string signature(const stdlib::BundleSpec& bundle);
-/// The rows behind `name` in any letter case: of this name, the family with this pattern, or families with such a
+/// The rows that `name` means, in any letter case: of this name, the family with this pattern, or families with such a
 /// member.
 std::vector<LibraryFunction> functions_named(std::string_view name);
 

@@ -12,7 +12,7 @@
 
 namespace plc::tools {
 
-/// "plant.xml:12:3 [POU Mixer, block 14]": the drawn element behind a code word.
+/// "plant.xml:12:3 [POU Mixer, block 14]": the drawn element that a code word is of.
 std::string place_text(const bytecode::Image& image, std::uint32_t pou, std::uint32_t word);
 
 /// One line per instruction that raised events.

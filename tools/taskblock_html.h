@@ -15,7 +15,7 @@ struct HtmlFile {
   std::string text;
 };
 
-/// The index first, then the blocks in its order, each with its example behind it.
+/// The index first, then the blocks in its order, each followed by its example.
 std::vector<HtmlFile> taskblock_html(const taskblocks::Registry& registry);
 
 /// The block drawn, an <svg> that the page's style colours: pins with their names, types outside, a double wire to

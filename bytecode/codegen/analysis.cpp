@@ -223,7 +223,7 @@ class Analyser {
   /// First instruction known so far (that is, later than the current one) that may write into `place`.
   std::uint32_t next_write(std::uint32_t place) const {
     const Place& p = body_.places[place];
-    // Copied where it stands.
+    // Copied where it is.
     if (!out_.places[place].is_static()) return kUnset;
     // The handle of an in-out stays the same while the body runs.
     const bool variable = p.kind == Place::Kind::kInstance || p.kind == Place::Kind::kFrame;
@@ -270,7 +270,7 @@ class Analyser {
         next_world_ = i;
         break;
       case Op::kLabel:
-        // What follows runs again without what stands before.
+        // What follows runs again without what comes before.
         if (loop_head_[inst.a]) next_world_ = next_loop_ = i;
         next_label_ = i;
         break;

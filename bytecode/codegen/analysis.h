@@ -37,10 +37,9 @@ struct ValueInfo {
   std::uint8_t leaves = 1;       ///< leaves of the logic tree below, at most 255
   std::uint8_t root_leaves = 0;  ///< the most leaves of a tree it is part of
   bool live = false;
-  bool pinned = false;  ///< a loop starts between value and last use: its intermediate is never reused
-  bool crosses_label =
-      false;                 ///< a label stands between value and last use: not every way there passes every use before
-  bool store_first = false;  ///< evaluated by the store that uses it first; read from there afterwards
+  bool pinned = false;         ///< a loop starts between value and last use: its intermediate is never reused
+  bool crosses_label = false;  ///< a label is between value and last use: not every way there passes every use before
+  bool store_first = false;    ///< evaluated by the store that uses it first; read from there afterwards
 };
 
 struct PlaceInfo {

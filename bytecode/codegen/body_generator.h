@@ -198,7 +198,7 @@ class BodyGenerator final : private RecordSink {
   ConeArena arena_;
   std::uint32_t now_ = 0;
   std::uint32_t cone_lifetime_ = 0;
-  std::vector<std::uint32_t> place_words_;  ///< by place, kUnset for those behind references
+  std::vector<std::uint32_t> place_words_;  ///< by place, kUnset for those reached through references
   std::vector<std::uint32_t> label_words_;
   std::vector<Patch> patches_;
 };

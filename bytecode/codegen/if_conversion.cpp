@@ -21,9 +21,9 @@ constexpr std::uint32_t kNone = 0xffffffffu;
 /// One branch of an IF, or both. Instructions are numbers into Body::insts.
 struct Conversion {
   std::uint32_t jump = 0;                        ///< past the first branch
-  std::uint32_t first_end = 0;                   ///< behind its last instruction
+  std::uint32_t first_end = 0;                   ///< past its last instruction
   std::uint32_t other_begin = 0, other_end = 0;  ///< of the ELSE branch, empty without one
-  std::uint32_t end = 0;                         ///< behind the last label
+  std::uint32_t end = 0;                         ///< past the last label
 };
 
 class Converter {
@@ -94,7 +94,7 @@ class Converter {
     c.end = c.other_end + 1;
     return c;
   }
-  /// Behind the instructions from `begin` on that may be part of a branch; `begin` when they are too many or store
+  /// Past the instructions from `begin` on that may be part of a branch; `begin` when they are too many or store
   /// nothing.
   [[nodiscard]] std::uint32_t end_of_branch(std::uint32_t begin) const {
     bool stores = false;

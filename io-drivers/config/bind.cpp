@@ -120,9 +120,9 @@ class Binder {
     BoundChannel channel;
     channel.offset = place->offset;
     channel.type = place->type;
-    const auto behind = std::upper_bound(globals().begin(), globals().end(), place->offset,
-                                         [](std::uint32_t offset, const ImageField& f) { return offset < f.offset; });
-    channel.field = static_cast<std::uint32_t>(behind - globals().begin()) - 1;
+    const auto next = std::upper_bound(globals().begin(), globals().end(), place->offset,
+                                       [](std::uint32_t offset, const ImageField& f) { return offset < f.offset; });
+    channel.field = static_cast<std::uint32_t>(next - globals().begin()) - 1;
     return channel;
   }
 

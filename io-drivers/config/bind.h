@@ -2,7 +2,7 @@
 //
 // In: Configuration, Resource. Out: per driver its channels with offsets, types and values as bytes; or diagnostics
 // (P73xx) with the place in plc.toml: unknown variable, not a BOOL where the driver has lines, an input that a program
-// writes, an output nobody writes, unmapped %Q (warning), two keys for one variable. Nothing is opened here.
+// writes, an output that nothing writes, unmapped %Q (warning), two keys for one variable. Nothing is opened here.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // DriverType: a kind of driver, `kind` in plc.toml, as one row. Its folder has the row; a list names the rows
-// (machine/driver_types.h), and nobody else knows which kinds there are.
+// (machine/driver_types.h), and nothing else knows which kinds there are.
 //
 // In: nothing but constants and functions of the kind's folder. Out: what the reader of plc.toml, bind(), `plc config`,
 // the reference page and Machine ask. Does not belong here: what a driver does while it runs (driver.h).
@@ -24,7 +24,7 @@ class Findings;
 /// All functions run before tasks do; they may allocate, and touch no device. Those that are null have nothing to say.
 struct DriverType {
   std::string_view name;     ///< what `kind` says: "gpio"
-  std::string_view summary;  ///< what it is, behind "gpio: "; a sentence
+  std::string_view summary;  ///< what it is, after "gpio: "; a sentence
   std::string_view example;  ///< NAME of the driver of this kind that `plc config init` writes
   bool real = true;          ///< there is a device: not with --simulate-io
 

@@ -74,7 +74,7 @@ struct KeyInfo {
   KeyDefault fallback = {};
   std::string_view documentation = {};  ///< sentences
   Applies applies = kAlways;
-  // A kind's folder leaves these away: Keys knows them.
+  // A kind's folder omits these: Keys knows them.
   TableId table = TableId::kDriver;
   const DriverType* kind = nullptr;  ///< whose key it is; null: that of every kind, or of another table
 };

@@ -95,11 +95,12 @@ class Planner {
     const core::TimeNs longest = periodic ? task.period_ns / runtime::kLongestLeadPart : 0;
     if (*lead_ns > longest) {
       problem(Code::P7608, own ? said->at : configuration_.scheduler.at,
-              periodic ? fmt::format("a lead of {} ns is more than a quarter of the interval of task \"{}\", {} ns",
-                                     *lead_ns, task.name, task.period_ns)
-                       : fmt::format("task \"{}\" has no interval, so nobody knows when to wake it ahead", task.name),
+              periodic
+                  ? fmt::format("a lead of {} ns is more than a quarter of the interval of task \"{}\", {} ns",
+                                *lead_ns, task.name, task.period_ns)
+                  : fmt::format("task \"{}\" has no interval, so it is not known when to wake it ahead", task.name),
               periodic ? fmt::format("at most {} ns: meanwhile less urgent tasks of its processor wait", longest)
-                       : "leave `lead` away");
+                       : "omit `lead`");
     }
     return lead_ns;
   }

@@ -21,7 +21,7 @@ namespace {
 using core::Code;
 using core::SourceRef;
 
-/// The fields behind `listen`.
+/// The fields of `listen`.
 struct Listen {
   bool& enabled;
   std::string& address;
@@ -181,7 +181,7 @@ class Reader {
     return node != nullptr ? place(*node) : place(table);
   }
 
-  /// "it belongs to [guardian]", for a key that stands in the wrong table.
+  /// "it belongs to [guardian]", for a key that is in the wrong table.
   [[nodiscard]] std::string home_of(std::string_view name) const {
     for (const KeyInfo& key : keys_.rows()) {
       if (key.name != name) continue;
@@ -257,7 +257,7 @@ class Reader {
         if (integer == nullptr) return refuse(Code::P7304);
         return (integer->get() >= key.type.low && integer->get() <= key.type.high) || refuse(Code::P7305);
       case KeyKind::kText:
-        if (text == nullptr) return refuse(Code::P7304, "texts stand in quotes");
+        if (text == nullptr) return refuse(Code::P7304, "texts are written in quotes");
         return check_text(key, text->get(), node);
       case KeyKind::kTexts:
         return check_texts(key, node);
@@ -337,8 +337,7 @@ class Reader {
                           to.max_clients));
     }
     if (to.unit_exception && !table.contains("unit_id")) {
-      problem(Code::P7311, place(table, "unit_exception"),
-              "there are no other units to answer: \"unit_id\" is left away",
+      problem(Code::P7311, place(table, "unit_exception"), "there are no other units to answer: \"unit_id\" is omitted",
               "add unit_id = 1, or take unit_exception out");
     }
     const toml::node* ranges = table.get("range");
@@ -436,8 +435,9 @@ class Reader {
       }
       if (name.empty()) problem(Code::P7305, place(key), fmt::format("the name of an {} is empty", word));
       if (!one->empty() && std::all_of(one->begin(), one->end(), [](const auto& e) { return e.second.is_table(); })) {
-        problem(Code::P7303, place(key), fmt::format("{} \"{}\" holds tables, not keys", word, name),
-                fmt::format("a path stands in quotes: \"{}.{}\" = {{ driver = .. }}", name, one->begin()->first.str()));
+        problem(
+            Code::P7303, place(key), fmt::format("{} \"{}\" holds tables, not keys", word, name),
+            fmt::format("a path is written in quotes: \"{}.{}\" = {{ driver = .. }}", name, one->begin()->first.str()));
         continue;
       }
       ChannelConfig& channel = channels.emplace_back();
@@ -475,7 +475,7 @@ class Reader {
   Findings& findings_;
 };
 
-/// What most often lies behind a syntax error.
+/// The most frequent cause of a syntax error.
 std::string syntax_help(std::string_view text, const toml::parse_error& error) {
   std::size_t begin = 0;
   for (std::uint32_t line = 1; line < error.source().begin.line && begin != std::string_view::npos; ++line) {
@@ -484,11 +484,13 @@ std::string syntax_help(std::string_view text, const toml::parse_error& error) {
   }
   if (begin == std::string_view::npos) return {};
   const std::string_view line = core::trimmed(text.substr(begin, text.find('\n', begin) - begin));
-  if (line.starts_with('%')) return "addresses stand in quotes: \"%IX0.0\" = { driver = \"panel\", channel = 17 }";
+  if (line.starts_with('%'))
+    return "addresses are written in quotes: \"%IX0.0\" = { driver = \"panel\", channel = 17 }";
   const std::string_view what = error.description();
-  if (what.find("could not determine value type") != std::string_view::npos) return "texts stand in quotes";
+  if (what.find("could not determine value type") != std::string_view::npos) return "texts are written in quotes";
   if (what.find("representable") != std::string_view::npos) return "the number is too great for any key";
-  if (what.find("decimal integer") != std::string_view::npos) return "a number with a unit stands in quotes: \"500ms\"";
+  if (what.find("decimal integer") != std::string_view::npos)
+    return "a number with a unit is written in quotes: \"500ms\"";
   if (what.find("inline table") != std::string_view::npos) return "from { to } is one line";
   return {};
 }
@@ -520,8 +522,8 @@ std::optional<Configuration> read_configuration(std::string_view text, std::stri
       diagnostics.report(Code::P7302, at, {}, fmt::format("nested more than {} deep", kMaxConfigurationDepth));
     } else {
       diagnostics.report(Code::P7301, at, {},
-                         "a character that stands only in quotes or comments, or a quote inside a word",
-                         "texts, and names with other than letters, digits, _ and -, stand in quotes as a whole");
+                         "a character that may be in quotes or comments only, or a quote inside a word",
+                         "texts, and names with other than letters, digits, _ and -, are written in quotes as a whole");
     }
     return std::nullopt;
   }

@@ -69,7 +69,7 @@ class Template {
     comment(fmt::format("plc.toml: what is connected to this machine, for {}.", project_));
     comment("");
     comment(
-        "Comments have a blank behind the #. A # without one stands before a setting, with its default or an example: "
+        "Comments have a blank after the #. A # without one is before a setting, with its default or an example: "
         "take "
         "it away to use the line.");
     comment(fmt::format("Check the file: plc config check plc.toml {}", project_));
@@ -221,7 +221,7 @@ class Template {
     return fields;
   }
 
-  /// "%IX0.0 StartButton", "%IX0.0 Main.Start"; without the address behind a key that is the address.
+  /// "%IX0.0 StartButton", "%IX0.0 Main.Start"; without the address after a key that is the address.
   std::string heading(std::uint32_t field, std::string_view key = {}) {
     const std::string& name = globals()[field].name;
     const bool declared = !name.starts_with('%') && name.find('.') == std::string::npos;

@@ -5,7 +5,7 @@ namespace {
 
 constexpr bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
 
-/// Walks over TOML far enough to tell what stands inside of texts and comments from what stands outside. A place where
+/// Walks over TOML far enough to tell what is inside of texts and comments from what is outside. A place where
 /// it and the parser could disagree has a mistake before it.
 class Walk {
  public:
@@ -41,7 +41,7 @@ class Walk {
     return place_;
   }
 
-  /// What a character outside of texts and comments means for those behind it.
+  /// What a character outside of texts and comments means for those after it.
   void note(char c) {
     const bool in_table = depth_ > 0 && (tables_ >> depth_ & 1u) != 0;
     if (c == '.') {
@@ -80,7 +80,7 @@ class Walk {
   }
   [[nodiscard]] bool starts(std::string_view with) const { return text_.substr(at_).starts_with(with); }
 
-  /// False at a character beyond ASCII where the parser looks for blanks: behind a backslash that joins lines.
+  /// False at a character beyond ASCII where the parser looks for blanks: after a backslash that joins lines.
   bool skip_text(char quote) {
     const char triple[] = {quote, quote, quote};
     const std::string_view long_quote(triple, 3);
@@ -115,7 +115,7 @@ class Walk {
   std::uint32_t depth_ = 0;   ///< open brackets
   std::uint32_t tables_ = 0;  ///< bit n: bracket n is a {
   std::uint32_t dots_ = 0;    ///< in this key
-  bool in_value_ = false;     ///< behind a =
+  bool in_value_ = false;     ///< after a =
   bool in_word_ = false;      ///< something other than a text has begun
 };
 

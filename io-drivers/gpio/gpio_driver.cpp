@@ -112,7 +112,7 @@ void GpioDriver::before_scan(const runtime::ReleaseContext& context) noexcept {
   const int error = lines == nullptr ? 0 : lines->read(read_);
   if (lines == nullptr || error != 0) {
     if (lines != nullptr) lose(lines, error);
-    // Without an error somebody else has the lines for a moment, or they are lost already.
+    // Without an error another thread has the lines for a moment, or they are lost already.
     if (inputs_good_ && !connected_.load(std::memory_order_relaxed)) lose_inputs();
     return;
   }

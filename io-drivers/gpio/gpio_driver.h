@@ -92,8 +92,9 @@ class GpioDriver final : public Driver {
   std::optional<runtime::GlobalReader> from_table_;
   std::vector<std::uint8_t> safe_values_;
 
-  // The lines wander, and whoever has the pointer may use them: the cycle borrows from active_ and gives back, or puts
-  // what failed into lost_; service() takes from lost_ and puts what works into active_. Neither ever waits.
+  // The lines change hands, and the thread that has the pointer may use them: the cycle borrows from active_ and gives
+  // back, or puts what failed into lost_; service() takes from lost_ and puts what works into active_. Neither ever
+  // waits.
   std::atomic<GpioLines*> active_{nullptr};
   std::atomic<GpioLines*> lost_{nullptr};
 

@@ -290,7 +290,7 @@ class KernelLines final : public GpioLines {
     gpiod_line* line = nullptr;
     int fd = -1;
     std::uint32_t member = 0;
-    int level = 1;             ///< behind the edge asked for
+    int level = 1;             ///< after the edge asked for
     core::TimeNs seen_ns = 0;  ///< when this level was last read
   };
   /// When the kernel saw the edge, CLOCK_MONOTONIC.

@@ -13,8 +13,8 @@ constexpr KeyInfo kDriverKeys[] = {
     {"chip", key::text(), key::required("\"gpiochip0\""),
      "GPIO chip: its name, its label, or its path below /dev (`gpiodetect` lists them)."},
     {"poll", key::duration("1ms", "10s"), key::nothing("\"5ms\""),
-     "The device is exchanged with on a thread of its own, this often: for slow lines, such as expanders on I2C. Left "
-     "away: in the cycle of the task. Not together with latch."},
+     "The device is exchanged with on a thread of its own, this often: for slow lines, such as expanders on I2C. "
+     "Omitted: in the cycle of the task. Not together with latch."},
 };
 constexpr KeyType kLine = key::channel();
 // The choices are in the order of the enumerators.

@@ -81,7 +81,7 @@ sigset_t guarded_signals() {
   sigset_t set;
   sigemptyset(&set);
   for (const int signal : {SIGTERM, SIGINT, SIGHUP, SIGQUIT, SIGUSR1, SIGCHLD, SIGTSTP, SIGTTIN, SIGTTOU}) {
-    // What whoever started us wants ignored (nohup) asks nobody to stop.
+    // A signal that the parent process set to be ignored (nohup) is no request to stop.
     struct sigaction now {};
     if (::sigaction(signal, nullptr, &now) == 0 && now.sa_handler == SIG_IGN) continue;
     sigaddset(&set, signal);

@@ -1,6 +1,6 @@
 // The kinds of drivers that PICARD comes with: one line each.
 //
-// In: the rows of their folders. Out: the list, for whoever reads plc.toml. Does not belong here: anything of one kind.
+// In: the rows of their folders. Out: the list, for what reads plc.toml. Does not belong here: anything of one kind.
 #pragma once
 
 #include "io-drivers/config/keys.h"

@@ -85,7 +85,7 @@ std::optional<core::Problem> Machine::add(std::unique_ptr<Driver> driver) {
 }
 
 std::optional<core::Problem> Machine::open() {
-  // A port that somebody else has is found before an output moves.
+  // A port that another process has is found before an output moves.
   if (server_ && modbus_asked_for_) {
     if (auto problem = server_->check()) return problem;
   }

@@ -22,11 +22,11 @@ class Plant {
   Plant(runtime::Resource& resource, std::unique_ptr<Machine> machine, runtime::RealtimeOptions realtime);
 
   /// Takes the devices, makes the taskblocks and starts the server. `in_child` is called in the process that goes on,
-  /// which may be another one than before (Machine::open()), ahead of any thread. Listeners may be added behind this.
+  /// which may be another one than before (Machine::open()), ahead of any thread. Listeners may be added after this.
   std::optional<core::Problem> prepare(const std::function<void()>& in_child, std::vector<std::string>& notes);
   /// Starts the tasks. A problem: the devices are given back.
   std::optional<core::Problem> start();
-  /// Until somebody requests a stop or `duration_ns` has passed (0 = for ever). Calls `often` every 20 ms and `say`
+  /// Until a stop is requested or `duration_ns` has passed (0 = for ever). Calls `often` every 20 ms and `say`
   /// with what changed at devices.
   void run(core::TimeNs duration_ns, const std::function<void(core::TimeNs now_ns)>& often,
            const std::function<void(const std::string& sentence)>& say);

@@ -5,10 +5,10 @@
 // %IWn input register n (0..1023), %IDn 2048+2n and %ILn 4096+4n there, %QWn holding n (0..1023), %MWn 1024+n,
 // %MDn 2048+2n, %MLn 4096+4n (n 0..1023); bytes %IBn/%QBn/%MBn, %QDn and %QLn have no place in that map and get
 // automatic addresses like unlocated variables. Automatic area: from 16384 on in every table, aligned to the size:
-// BOOLs that nobody outside may write as discrete inputs, other BOOLs as coils, constants and driver inputs as input
-// registers, the rest as holding registers. Scalars and arrays of scalars, also inside structures; strings are not
-// mapped. Under --profile=overlay the located areas are one bit field per %I, %Q, %M: a register shows whatever located
-// variables share its bits. Immutable once built, any thread. Does not belong here: values, protocol.
+// BOOLs that may not be written from outside as discrete inputs, other BOOLs as coils, constants and driver inputs as
+// input registers, the rest as holding registers. Scalars and arrays of scalars, also inside structures; strings are
+// not mapped. Under --profile=overlay the located areas are one bit field per %I, %Q, %M: a register shows whatever
+// located variables share its bits. Immutable once built, any thread. Does not belong here: values, protocol.
 #pragma once
 
 #include <cstdint>
@@ -44,7 +44,7 @@ struct Point {
   io::WordOrder word_order = io::WordOrder::kAbcd;
 };
 
-/// What stands at one bit or register of a table: part of a point, or of several (overlay). Word order is already in
+/// What is at one bit or register of a table: part of a point, or of several (overlay). Word order is already in
 /// it: under BADC and DCBA a register is two cells of eight bits. An 8-bit value alone in a register is a cell of 16
 /// bits: readers extend values by their type (SINT keeps its sign), and refuse a written register that no value of it
 /// gives.

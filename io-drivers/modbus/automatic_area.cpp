@@ -23,7 +23,7 @@ std::optional<std::uint16_t> AutomaticArea::allocate(Table table, std::uint32_t 
   std::uint32_t& from = addresses.search_from[std::countr_zero(width)];
   while (from + width <= kEnd && !is_free(addresses.taken, from, width)) from += width;
   if (count > (kEnd - from) / width) return std::nullopt;
-  std::uint32_t run = 0;  // values that fit, one behind the other, before `at`
+  std::uint32_t run = 0;  // values that fit, one after another, before `at`
   for (std::uint32_t at = from; at + width <= kEnd; at += width) {
     run = is_free(addresses.taken, at, width) ? run + 1 : 0;
     if (run != count) continue;

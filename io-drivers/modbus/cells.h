@@ -23,7 +23,7 @@ class CellMaker {
   /// Those bits of a located point that show in `view` and are not covered yet.
   void add_view(std::uint32_t index, const runtime::Location& location, const View& view, const OrderAt& order_at);
   /// Cells by table and address. Those of an address are begin[table][address] .. begin[table][address + 1]; `begin`
-  /// ends behind the last address that has any.
+  /// ends after the last address that has any.
   std::vector<Cell> finish(std::vector<std::uint32_t> (&begin)[4]);
 
  private:

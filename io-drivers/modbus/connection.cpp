@@ -68,7 +68,7 @@ void Connection::close(bool dropped) {
   if (closed_) return;
   closed_ = true;
   const auto self = shared_from_this();
-  owner_.closed(*this, dropped);  // first, so that whoever sees the end of the connection sees it counted
+  owner_.closed(*this, dropped);  // first, so that a thread that sees the end of the connection sees it counted
   error_code ignored;
   socket_.close(ignored);
 }

@@ -1,7 +1,7 @@
 // Connection: one Modbus/TCP client: frames cut out of its stream, answers sent back in order.
 //
-// In: a connected socket, somebody who answers requests. Out: answers. Bounded in both directions: what does not fit is
-// left in the socket, and a client that takes no answers is not read from. A turn answers at most kRequestsPerTurn
+// In: a connected socket, a function that answers requests. Out: answers. Bounded in both directions: what does not fit
+// is left in the socket, and a client that takes no answers is not read from. A turn answers at most kRequestsPerTurn
 // requests, so that no client starves the others. Threads: the server's I/O thread. Does not belong here: who may
 // connect, PDUs.
 #pragma once
@@ -23,7 +23,7 @@ namespace plc::modbus {
 inline constexpr std::size_t kFrameHead = 7;
 inline constexpr std::size_t kMaxFrame = kFrameHead + kMaxPdu;
 
-/// What stands at the beginning of a stream.
+/// What is at the beginning of a stream.
 struct FrameScan {
   enum class State : std::uint8_t {
     kPartial,  ///< more bytes are needed

@@ -63,7 +63,7 @@ class IoThread {
   std::thread thread_;
 };
 
-/// The BOOL that says whether somebody is there.
+/// The BOOL that says whether a client is there.
 class ClientSeen {
  public:
   ClientSeen(const std::optional<SeenFlag>& flag, core::TimeNs timeout_ns) : flag_(flag), timeout_ns_(timeout_ns) {}

@@ -7,10 +7,10 @@ namespace {
 constexpr KeyInfo kDriverKeys[] = {
     {"stimulus", key::text(), key::otherwise("\"\""),
      "CSV file with the values of variables over time, as `plc sim --stimulus` takes it; relative to plc.toml. It may "
-     "name more than what stands in [inputs]. Empty: inputs keep their initial values."},
+     "name more than what is in [inputs]. Empty: inputs keep their initial values."},
 };
 constexpr KeyInfo kChannelKeys[] = {
-    {"channel", key::channel(), key::otherwise("\"\""), "Not used, may be left away."},
+    {"channel", key::channel(), key::otherwise("\"\""), "Not used, may be omitted."},
 };
 
 std::string stimulus_of(const BoundDriver& bound, const Configuration& configuration) {

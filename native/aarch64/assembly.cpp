@@ -185,10 +185,10 @@ void Assembly::store_real(std::uint32_t operand, Type type, std::uint32_t from) 
 }
 
 void Assembly::jump_on(Condition condition, const asmjit::Label& target) {
-  const asmjit::Label behind = a.newLabel();
-  a.b(asmjit::arm::negateCond(condition), behind);
+  const asmjit::Label skip = a.newLabel();
+  a.b(asmjit::arm::negateCond(condition), skip);
   a.b(target);
-  a.bind(behind);  // only this jump comes here: what is known of registers stays
+  a.bind(skip);  // only this jump comes here: what is known of registers stays
 }
 
 }  // namespace plc::native

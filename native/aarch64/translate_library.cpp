@@ -33,7 +33,7 @@ class Translator final : public FunctionTranslator {
       s_.store(result(), bytes_of(type), 0);
     }
   }
-  /// In front of the store of the result: the code at `rare` has the kernel compute it instead.
+  /// Before the store of the result: the code at `rare` has the kernel compute it instead.
   void leave_to_kernel(const asmjit::Label& rare, Type type) {
     const asmjit::Label done = s_.label();
     s_.bind(done);

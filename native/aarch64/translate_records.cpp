@@ -1,6 +1,6 @@
 // Boolean runs: each look-up record as straight code, without branches.
 //
-// Every record stores its output, so that nothing differs for whoever looks at the table. What is read again soon stays
+// Every record stores its output, so that the table is the same whenever it is looked at. What is read again soon stays
 // in registers as well (native/records.h).
 #include <algorithm>
 #include <cstddef>

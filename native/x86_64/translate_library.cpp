@@ -18,7 +18,7 @@ class Translator final : public FunctionTranslator {
       : FunctionTranslator(i, row, call), s_(s) {}
 
  private:
-  /// Behind the store of the result from register `to`: the code at `rare` has the kernel compute it instead.
+  /// After the store of the result from register `to`: the code at `rare` has the kernel compute it instead.
   void leave_to_kernel(const asmjit::Label& rare, std::uint32_t to, Type type) {
     const asmjit::Label done = s_.a.newLabel();
     s_.a.bind(done);

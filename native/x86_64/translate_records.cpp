@@ -1,6 +1,6 @@
 // Boolean runs: each look-up record as straight code on bytes, without branches.
 //
-// Every record stores its output, so that nothing differs for whoever looks at the table. What is read again soon stays
+// Every record stores its output, so that the table is the same whenever it is looked at. What is read again soon stays
 // in registers as well (native/records.h).
 #include <algorithm>
 #include <array>
@@ -92,7 +92,7 @@ class Evaluation {
     if (e.kind == Kind::kInput) ++uses_[e.input];
     for (const BooleanExpression& child : e.children) count_uses(child);
   }
-  /// An input was read, or is by the next instruction. Whether nobody else wants what holds it.
+  /// An input was read, or is by the next instruction. Whether nothing else needs what holds it.
   bool is_last_use(const BooleanExpression& input) {
     return --uses_[input.input] == 0 && record_.next[input.input] == kNever;
   }
@@ -325,7 +325,7 @@ class Evaluation {
   std::array<std::uint32_t, 5> uses_{};  ///< of each input, still to come
 };
 
-/// The register whose value the record only copies, if nobody else wants it.
+/// The register whose value the record only copies, if nothing else needs it.
 const std::uint32_t* copied(const BooleanExpression& e, const Record& record, const RecordRegisters& registers) {
   const bool copies = e.kind == BooleanExpression::Kind::kInput && !e.negated && record.next[e.input] == kNever;
   return copies ? registers.holder(record.in[e.input]) : nullptr;

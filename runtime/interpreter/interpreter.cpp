@@ -61,7 +61,7 @@ std::byte* part_at(Machine& m, std::uint32_t instance, const std::uint32_t* pc, 
     raise(m, pc, Event::kBadIndex);
   return part;
 }
-/// The same behind a reference. RT.
+/// The same through a reference. RT.
 template <Addressing kAddressing>
 std::byte* part_via(Machine& m, std::uint32_t instance, const std::uint32_t* pc, std::uint32_t ref, std::uint32_t type,
                     Use use, const std::uint32_t* path) noexcept {

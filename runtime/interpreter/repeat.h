@@ -7,7 +7,7 @@
 
 namespace plc::runtime {
 
-/// Calls `one` with each of `count` records, `kStep` elements apart from `at` on. Returns what lies behind them. RT.
+/// Calls `one` with each of `count` records, `kStep` elements apart from `at` on. Returns what follows them. RT.
 template <std::size_t kStep, class T, class One>
 [[gnu::always_inline]] inline const T* repeat(const T* at, std::uint32_t count, One one) noexcept {
   const auto some = [one]<std::size_t... kNumber>(const T* from, std::index_sequence<kNumber...> /*numbers*/)

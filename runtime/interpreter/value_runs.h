@@ -1,7 +1,7 @@
 // Value runs: instructions of one kind side by side, executed by one loop, as boolean logic is by its records.
 //
 // A record holds the operands of one instruction: out, then its inputs, as resolved operand words (link.h). In:
-// records. Out: changed values. For the interpreter; which instructions may stand side by side: arrange.h. RT.
+// records. Out: changed values. For the interpreter; which instructions may run side by side: arrange.h. RT.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace plc::runtime {
 
-/// Runs `count` records in order. Returns the word behind them.
+/// Runs `count` records in order. Returns the word after them.
 using ValueRun = const std::uint32_t* (*)(std::byte* table, std::uint32_t instance, const std::uint32_t* records,
                                           std::uint32_t count) noexcept;
 

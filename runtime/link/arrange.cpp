@@ -40,7 +40,7 @@ struct Kind {
 struct Item {
   std::uint32_t kind = 0;                  ///< into kinds
   std::uint32_t truth = 0;                 ///< of a record
-  std::uint8_t inputs = 0;                 ///< operands behind the first
+  std::uint8_t inputs = 0;                 ///< operands after the first
   std::array<std::uint32_t, 6> operand{};  ///< out, inputs; of a block, its place
   std::array<std::uint32_t, 6> bytes{};
 };
@@ -239,7 +239,7 @@ class Arranger {
     return bounds_[cell_at(item.operand[operand]) + 1] == item.operand[operand] + item.bytes[operand];
   }
 
-  /// Values that somebody overwrites behind their last reader, if they and all their readers are operands of their own:
+  /// Values that are overwritten after their last reader, if they and all their readers are operands of their own:
   /// those move to scratch memory.
   void find_moving() {
     const auto count = static_cast<std::uint32_t>(items_.size());
@@ -332,7 +332,7 @@ class Arranger {
     code_.report.arranged += items_.size();
     items_.clear();
   }
-  /// Records that only copy their input, as coils behind blocks do, are moves: a third of the steps.
+  /// Records that only copy their input, as coils at outputs of blocks do, are moves: a third of the steps.
   void make_moves() {
     constexpr std::uint32_t kCopies = 0xaaaaaaaau;
     for (Item& item : items_) {
@@ -341,15 +341,15 @@ class Arranger {
       item.inputs = 1;
     }
   }
-  /// How many instructions wait for each other behind each one.
+  /// How many instructions wait for each other after each one.
   void find_heights() {
     heights_.assign(items_.size(), 0);
     for (auto edge = edges_.rbegin(); edge != edges_.rend(); ++edge) {
       heights_[edge->first] = std::max(heights_[edge->first], heights_[edge->second] + 1);
     }
   }
-  /// That of the instruction which most others wait for in line, or else the one with most instructions: whoever waits
-  /// long for its turn makes more runs.
+  /// That of the instruction which most others wait for in line, or else the one with most instructions: a kind that
+  /// waits long for its turn makes more runs.
   [[nodiscard]] std::uint32_t best_kind() const {
     std::uint32_t best = 0;
     std::pair<std::uint32_t, std::size_t> most{};

@@ -50,12 +50,12 @@ struct LinkedBody {
   std::uint32_t first = 0;  ///< into LinkedCode::instructions
 };
 
-/// Code that nobody jumps into, from a BLOCK_START on (arrange.h).
+/// Code that no jump leads into, from a BLOCK_START on (arrange.h).
 struct LinkedBlock {
   Addressing addressing = Addressing::kFixed;
   std::uint32_t position = 0;  ///< of the BLOCK_START
-  std::uint32_t end = 0;       ///< behind its last instruction
-  std::size_t first = 0;       ///< the instruction behind the BLOCK_START, into LinkedCode::instructions
+  std::uint32_t end = 0;       ///< past its last instruction
+  std::size_t first = 0;       ///< the instruction after the BLOCK_START, into LinkedCode::instructions
 };
 
 struct LinkedCode {

@@ -55,12 +55,12 @@ void fill_zeros(const bytecode::Image& image, std::uint32_t type, std::byte* to)
 
 namespace {
 
-/// Forms of a family stand in a row by size: 1, 2, 4, 8 bytes. Nothing for what has no such size.
+/// Forms of a family are in a row by size: 1, 2, 4, 8 bytes. Nothing for what has no such size.
 std::optional<unsigned> number_of_size(const ImageType& part) {
   if (part.kind != TypeKind::kScalar && part.kind != TypeKind::kRef) return std::nullopt;
   return static_cast<unsigned>(std::countr_zero(part.size));
 }
-ResolvedOp behind(ResolvedOp first, unsigned number) {
+ResolvedOp form_after(ResolvedOp first, unsigned number) {
   return static_cast<ResolvedOp>(static_cast<unsigned>(first) + number);
 }
 
@@ -72,19 +72,19 @@ std::optional<ResolvedOp> quick_access(const bytecode::Image& image, const Resol
   if (path.indices.empty()) {
     if (!via) return std::nullopt;
     const ResolvedOp first = load ? ResolvedOp::kLoadVia8 : ResolvedOp::kStoreVia8;
-    return behind(first, *size);
+    return form_after(first, *size);
   }
   const ResolvedOp first = load ? (via ? ResolvedOp::kLoadVia8I16 : ResolvedOp::kLoadAt8I16)
                                 : (via ? ResolvedOp::kStoreVia8I16 : ResolvedOp::kStoreAt8I16);
   const core::Rep rep = path.indices.front().rep;
   const unsigned index = rep == core::Rep::kI16 ? 0 : rep == core::Rep::kI32 ? 1 : 2;
-  return behind(first, 3 * *size + index);
+  return form_after(first, 3 * *size + index);
 }
 
 std::optional<ResolvedOp> path_access(const bytecode::Image& image, const ResolvedPath& path, bool load) {
   const auto size = number_of_size(image.types[path.type]);
   if (!size || path.indices.size() < 2) return std::nullopt;
-  return behind(load ? ResolvedOp::kLoadPath8 : ResolvedOp::kStorePath8, *size);
+  return form_after(load ? ResolvedOp::kLoadPath8 : ResolvedOp::kStorePath8, *size);
 }
 
 }  // namespace plc::runtime

@@ -1,4 +1,4 @@
-// Paths of LOAD_AT and its kin, resolved: a distance in bytes and the indices that only the running program knows.
+// Paths of LOAD_AT and the like, resolved: a distance in bytes and the indices that only the running program knows.
 //
 // In: types and path of a verified image. Out: ResolvedPath; which of the quick forms of internal_ops.def does.
 // Internal to the linker. Does not belong here: operands as addresses (link.cpp).
@@ -36,9 +36,9 @@ ResolvedPath resolve_path(const bytecode::Image& image, std::span<const std::uin
 /// The value of `type` that an access leading nowhere reads: zeros, with the capacities of strings in place.
 void fill_zeros(const bytecode::Image& image, std::uint32_t type, std::byte* to);
 
-/// The form for scalars and references behind at most one index, or nothing.
+/// The form for scalars and references with at most one index, or nothing.
 std::optional<ResolvedOp> quick_access(const bytecode::Image& image, const ResolvedPath& path, bool load, bool via);
-/// The form for scalars and references behind several indices, but not via references.
+/// The form for scalars and references with several indices, but not via references.
 std::optional<ResolvedOp> path_access(const bytecode::Image& image, const ResolvedPath& path, bool load);
 
 }  // namespace plc::runtime

@@ -9,7 +9,7 @@
 namespace plc::runtime {
 namespace {
 
-/// Of a project without globals: nothing goes in or out, and whoever revokes a task that has just ended its cycle ends
+/// Of a project without globals: nothing goes in or out, and revoking a task that has just ended its cycle ends
 /// the next one.
 class NoExchange final : public Exchange {
  public:

@@ -41,7 +41,7 @@ class Exchange {
   virtual void set_priority_change(SetPriority /*set*/) {}
 
   /// Shortly before begin(): does ahead what can be done twice, so that begin() and import() find it in the caches:
-  /// code, tables, and what others publish. Nobody sees a difference. Between cycles; copies ranges to import only as
+  /// code, tables, and what others publish. No result changes. Between cycles; copies ranges to import only as
   /// long as they read at most `bytes` in all. RT.
   virtual void expect(std::size_t bytes) noexcept = 0;
   /// Start of a cycle: applies the journal, takes what others publish without a protocol. RT.
@@ -66,7 +66,7 @@ class Exchange {
   /// it does not compute: between cycles, or exporting already. Any thread; wait-free.
   virtual bool revoke() noexcept = 0;
   /// Publishes these values of fields that the task exports, all else as published last. By the task's thread between
-  /// cycles, or by whoever revoked it. RT.
+  /// cycles, or by the thread that revoked it. RT.
   virtual void publish_safe(std::span<const GlobalWrite> values) noexcept = 0;
 };
 

@@ -147,7 +147,7 @@ void GlobalTable::add_leaves(std::uint32_t type, std::uint32_t offset) {
   }
 }
 
-// What an owner has stands close together in its snapshot, so that publishing costs what it owns and not what lies
+// What an owner has is close together in its snapshot, so that publishing costs what it owns and not what lies
 // between. Neighbours in the table are neighbours there: they are copied in one piece.
 void GlobalTable::place_owned(std::vector<std::size_t>& bytes) {
   const Field* before = nullptr;
@@ -193,7 +193,7 @@ void GlobalTable::rebuild(const std::vector<std::byte>& values) {
   for (const ImageType& type : image_.types) {
     if (type.kind == TypeKind::kString) largest = std::max<std::size_t>(largest, type.size);
   }
-  // Nobody looks at what was in the old one any more.
+  // What was in the old one is not looked at any more.
   arena_ = std::make_unique<Arena>();
   const std::uint32_t readers = task_count_ + 1 + static_cast<std::uint32_t>(views_.size());
   for (std::uint32_t o = 0; o < owners_.size(); ++o) {
@@ -514,7 +514,7 @@ bool GlobalTable::writable(std::uint32_t field) const {
 bool GlobalTable::claimable(std::uint32_t field) const {
   const Field& f = fields_[field];
   bool free = f.kind != Kind::kConstant && f.exporters.empty() && f.owner == outside();
-  // Whoever writes what shares its bits writes it.
+  // A write to what shares its bits writes it.
   for_each_overlapping(field, [&](std::uint32_t other) { free = free && fields_[other].exporters.empty(); });
   return free;
 }

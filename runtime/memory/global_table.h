@@ -47,7 +47,7 @@ struct FieldBits {
   std::uint32_t bits = 1;
 };
 
-/// One value that somebody outside the tasks wants written: a scalar or a whole string.
+/// One value to be written from outside the tasks: a scalar or a whole string.
 struct GlobalWrite {
   std::uint32_t offset = 0;          ///< of a leaf in the global table
   std::uint32_t type = 0;            ///< of that leaf, index into Image::types

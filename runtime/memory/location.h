@@ -1,6 +1,6 @@
 // Location: a direct address as bits of its area.
 //
-// In: addresses as images have them: "%QX0.3", "%MW7". Out: where the bits lie, and the address of a place behind it.
+// In: addresses as images have them: "%QX0.3", "%MW7". Out: where the bits lie, and the address of a place after it.
 // Does not belong here: variables (process_image.h), addresses as written in sources (frontend-st/addresses.h).
 #pragma once
 
@@ -21,7 +21,7 @@ struct Location {
 
 /// Nothing for unlocated ("%I*") and hierarchical addresses ("%IW0.0.1"): they have no number in the area.
 std::optional<Location> parse_location(std::string_view address);
-/// Address of the element `index` places behind: "%QX1.7" + 1 is "%QX2.0".
+/// Address of the element `index` places further: "%QX1.7" + 1 is "%QX2.0".
 std::string location_text(const Location& location, std::uint32_t index);
 
 }  // namespace plc::runtime

@@ -37,7 +37,7 @@ bool LockExchange::end() noexcept {
   return CommonTableExchange::end();
 }
 
-// RT: by whoever revoked the task, so locked_ is not ours to look at.
+// RT: by the thread that revoked the task, so locked_ is not ours to look at.
 void LockExchange::publish_safe(std::span<const GlobalWrite> values) noexcept {
   pthread_mutex_lock(&mutex());
   put_safe(values);

@@ -18,7 +18,7 @@ struct Span : Location {
   std::uint32_t bytes = 1;
 };
 
-constexpr std::uint64_t kMaxAreaBits = std::uint64_t{1} << 24;  // 2 MB an area; beyond it a location stands alone
+constexpr std::uint64_t kMaxAreaBits = std::uint64_t{1} << 24;  // 2 MB an area; beyond it a location is on its own
 
 /// Which spans share bits with another one; the others need no work.
 std::vector<bool> overlapping(const std::vector<Span>& spans) {
@@ -128,7 +128,7 @@ void ProcessImage::sync() noexcept {
   for (std::size_t i = 0; i < locations_.size(); ++i) {
     const std::uint64_t value = packed(locations_[i]);
     if (value == found_[i]) continue;
-    // What somebody has written meanwhile stays: the next sync finds it changed.
+    // What was written meanwhile stays: the next sync finds it changed.
     std::byte before[8], after[8];
     std::memcpy(before, &found_[i], sizeof before);
     std::memcpy(after, &value, sizeof after);

@@ -81,7 +81,7 @@ class alignas(kTableAlign) Snapshot {
   std::uint32_t newest_ = 0;
   std::uint32_t writing_ = 0;
   std::uint32_t reader_count_ = 0;
-  bool chosen_ = false;  ///< writing_ is nobody's
+  bool chosen_ = false;  ///< no reader has writing_
   std::byte* buffers_;
   struct Subscription {
     std::atomic<std::uint32_t>* held = nullptr;  ///< the reader's word

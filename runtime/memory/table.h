@@ -40,7 +40,7 @@ class TableMemory {
   std::size_t mapped_ = 0;
 };
 
-/// Of the memory behind each table in which the interpreter keeps values that are overwritten in the same scan.
+/// Of the memory after each table in which the interpreter keeps values that are overwritten in the same scan.
 inline constexpr std::size_t kScratchBytes = 16 * 1024;
 
 /// Byte offsets of the parts of one task's table.
@@ -49,7 +49,7 @@ struct TaskLayout {
   std::uint32_t global_bytes = 0;  ///< the copy of the global table is at offset 0
   std::uint32_t constants = 0;
   std::uint32_t instance = 0;
-  std::uint32_t scratch = 0;          ///< kScratchBytes for values inside a scan, behind the table
+  std::uint32_t scratch = 0;          ///< kScratchBytes for values inside a scan, after the table
   std::vector<std::uint32_t> frames;  ///< per POU of the image; kAbsent when the task cannot reach it
   std::uint64_t total = 0;            ///< without scratch; may exceed what can be addressed: link refuses that
 };

@@ -130,7 +130,7 @@ void WaitFreeExchange::apply(const Journal::Entry& entry, const std::byte* value
 // RT:
 [[gnu::hot]] void WaitFreeExchange::begin() noexcept {
   take();
-  // Release: whoever revokes the task sees what its last publication left.
+  // Release: the thread that revokes the task sees what its last publication left.
   turn_.store(Turn::kComputing, std::memory_order_release);
 }
 

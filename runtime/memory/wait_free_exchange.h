@@ -114,7 +114,7 @@ class alignas(kTableAlign) WaitFreeExchange : public Exchange {
   std::byte* writing_ = nullptr;  ///< the snapshot of this cycle, once something was exported
   std::uint64_t stamp_ = 0;       ///< of this cycle; 0 = none drawn yet
   std::size_t owned_bytes_ = 0;   ///< of its snapshot: what it alone exports, from the start
-  std::size_t shared_bytes_ = 0;  ///< and its copies of shared leaves, behind that
+  std::size_t shared_bytes_ = 0;  ///< and its copies of shared leaves, after that
   const std::byte* shared_image_ = nullptr;
   std::uint32_t task_;
 

@@ -123,7 +123,7 @@ TimeNs scaled(TimeNs time, TimeNs factor) {
   return add(multiply(time / kFactorScale, factor), rest / kFactorScale + (rest % kFactorScale != 0 ? 1 : 0));
 }
 
-/// Nothing when nobody can say how often the task is released. A freewheeling task keeps a distance of kFreewheelNs as
+/// Nothing when it is not known how often the task is released. A freewheeling task keeps a distance of kFreewheelNs as
 /// long as its scan is shorter; then it is a task with that period to those below and beside it.
 std::optional<Demand> demand_of(const TaskLoad& task, TimeNs factor) {
   Demand demand;

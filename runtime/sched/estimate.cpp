@@ -93,7 +93,7 @@ class Estimator {
     return lay_out(image_, body_, reached);
   }
 
-  /// Functions and blocks of the library that stand anywhere in the task.
+  /// Functions and blocks of the library that are anywhere in the task.
   [[nodiscard]] std::size_t library_used() const {
     std::set<std::pair<bool, std::uint32_t>> used;
     for (const std::uint32_t pou : pous_) {
@@ -351,7 +351,7 @@ class Estimator {
   //                                       first: ..
   //                                              LT t, i, limit     (GT downwards)
   //                                              COND_JUMP t, out
-  //                                              ADD i, i, step     (SUB downwards; a RANGE behind it for subranges)
+  //                                              ADD i, i, step     (SUB downwards; a RANGE after it for subranges)
   //                                        last: LOOP_JUMP first
 
   [[nodiscard]] std::optional<std::int64_t> constant(std::uint32_t operand) const {
@@ -389,7 +389,7 @@ class Estimator {
     const auto limit = constant(compare.operands[2]);
     const auto step = constant(count.operands[2]);
     if (!initial || !limit || !step || *step <= 0 || changes(code, loop.first, at - 1, control)) return std::nullopt;
-    // Patterns of 64 bits without sign order otherwise beyond the middle; nobody counts there.
+    // Patterns of 64 bits without sign order otherwise beyond the middle; no loop counts there.
     const double distance = up ? static_cast<double>(*limit) - static_cast<double>(*initial)
                                : static_cast<double>(*initial) - static_cast<double>(*limit);
     return distance <= 0 ? 0 : std::ceil(distance / static_cast<double>(*step));

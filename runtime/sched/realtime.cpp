@@ -118,7 +118,7 @@ const RealtimeReport& RealtimeScheduler::start() {
   while (ready_.load(std::memory_order_acquire) < runs_.size() && !stop_requested()) {
     clock_.sleep_until_ns(clock_.now_ns() + kStartPollNs);
   }
-  // Behind the threads, whose handles it uses.
+  // After the threads, whose handles it uses.
   std::vector<TaskRun*> watched;
   for (const auto& run : runs_) {
     if (run->plan.watchdog_ns > 0) watched.push_back(run.get());
@@ -282,7 +282,7 @@ void RealtimeScheduler::on_timeout(TaskRun& task) noexcept {
   task.timeouts.record(
       {task.index, task.cycle.load(std::memory_order_relaxed), clock_.now_ns(), program.place(FaultKind::kWatchdog)});
   static_cast<void>(set_ordinary(task.thread.native_handle()));
-  // Behind the demotion: the task takes its priority back when it sees this.
+  // After the demotion: the task takes its priority back when it sees this.
   task.demoted.store(true, std::memory_order_release);
   if (task.plan.on_fault == FaultPolicy::kContinue || !program.revoke()) return;
   stop_task(task);

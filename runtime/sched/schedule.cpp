@@ -197,7 +197,7 @@ Schedule make_schedule(const Image& image, std::span<const TaskPlan> plan, const
     demand.priority = told_apart(plan[t].priority);
     demand.assumed = std::move(estimates[t].assumed);
     TaskLoad load = load_of(image, plan[t], t);
-    // As if it came behind the release: by so much a response is found longer than it is.
+    // As if it came after the release: by so much a response is found longer than it is.
     load.execution_ns = add(add(schedule.release_ns, demand.lead_ns), add(demand.execution_ns, demand.waiting_ns));
     load.blocking_ns = demand.blocking_ns;
     loads.push_back(std::move(load));
@@ -222,11 +222,11 @@ std::vector<std::uint32_t> certain_misses(const Image& image, std::span<const Ta
     measured.push_back(t);
     if (load.execution_ns > (load.deadline_ns > 0 ? load.deadline_ns : load.period_ns)) misses.insert(t);
     everything += static_cast<double>(load.execution_ns) / static_cast<double>(load.period_ns);
-    // On a machine of one processor nobody has a choice.
+    // On a machine of one processor there is no choice.
     const int cpu = cpus.size() == 1 ? cpus.front() : plan[t].cpu;
     if (cpu >= 0) by_cpu[cpu].push_back(t);
   }
-  // Which of them it will be, nobody knows; on one processor the analysis does.
+  // Which of them it will be is not known; on one processor the analysis tells.
   const bool overloaded = cpus.size() > 1 && everything > static_cast<double>(cpus.size());
   if (overloaded) misses.insert(measured.begin(), measured.end());
   for (const auto& [cpu, tasks] : by_cpu) {

@@ -24,7 +24,7 @@ struct TaskDemand {
   core::TimeNs waiting_ns = 0;       ///< for the lock of the global table while tasks on other processors hold it
   core::TimeNs blocking_ns = 0;      ///< by less urgent tasks of its processor that hold it off
   std::int32_t priority = 0;         ///< as the kernel tells them apart (runtime/sched/priority.h)
-  std::vector<AssumedLoop> assumed;  ///< loops of the estimate whose rounds nobody knows
+  std::vector<AssumedLoop> assumed;  ///< loops of the estimate whose number of rounds is not known
 };
 
 /// The tasks that may meet on one processor.
@@ -38,7 +38,7 @@ struct ProcessorSchedule {
 struct Schedule {
   std::vector<TaskDemand> tasks;  ///< parallel to Image::tasks
   core::TimeNs release_ns = 0;    ///< what the system takes around each scan, measured or not, with the margin
-  /// Ascending by processor. A task that is bound to none stands in each: a processor that it meets everybody on and
+  /// Ascending by processor. A task that is bound to none is in each: a processor that it meets everybody on and
   /// has for its own is the worst that can happen to any of them, as long as a task that is ready runs where a less
   /// urgent one would.
   std::vector<ProcessorSchedule> processors;

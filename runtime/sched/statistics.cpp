@@ -33,7 +33,7 @@ void Histogram::record(std::int64_t value_ns) noexcept {
   bump(sum_, static_cast<std::uint64_t>(value));
   if (value < min_.load(std::memory_order_relaxed)) min_.store(value, std::memory_order_relaxed);
   if (value > max_.load(std::memory_order_relaxed)) max_.store(value, std::memory_order_relaxed);
-  // Release: whoever sees the count sees the rest.
+  // Release: a thread that sees the count sees the rest.
   count_.store(count_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
 }
 

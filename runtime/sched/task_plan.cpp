@@ -18,7 +18,7 @@ core::TimeNs lead_of(const bytecode::ImageTask& task, const TaskPlan& plan) {
 }
 
 void make_rate_monotonic(const bytecode::Image& image, std::vector<TaskPlan>& plan) {
-  // What has no interval keeps its order behind all that has one.
+  // What has no interval keeps its order after all that has one.
   const auto rank = [&](std::size_t t) {
     const bytecode::ImageTask& task = image.tasks[t];
     const bool periodic = task.single.empty() && task.period_ns > 0;

@@ -46,11 +46,11 @@ std::vector<TaskPlan> default_plan(const bytecode::Image& image);
 /// interval, at most kDefaultLeadNs. Event tasks and freewheeling ones have no instant to wait for, and so none.
 core::TimeNs lead_of(const bytecode::ImageTask& task, const TaskPlan& plan);
 inline constexpr core::TimeNs kDefaultLeadNs = 50'000;
-/// The longest lead is this part of the interval: nobody less urgent runs meanwhile.
+/// The longest lead is this part of the interval: no less urgent task runs meanwhile.
 inline constexpr core::TimeNs kLongestLeadPart = 4;
 
 /// Priorities 0, 1, .. by interval, the shortest first; equal intervals get equal ones. Event tasks and freewheeling
-/// ones come behind, each after the other as the plan has them. Liu, Layland 1973.
+/// ones come last, in the order of the plan. Liu, Layland 1973.
 void make_rate_monotonic(const bytecode::Image& image, std::vector<TaskPlan>& plan);
 
 }  // namespace plc::runtime

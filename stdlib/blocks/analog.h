@@ -175,7 +175,7 @@ T#4s    .    T#0s .   | 10.0
     const bool first = p.watch.started == 0;
     const double elapsed = p.watch.lap(context.now_ns);
     const double target = static_cast<double>(p.k) * static_cast<double>(p.in);
-    // The exact solution for an input that stands still: the cycle time makes no difference.
+    // The exact solution for an input that does not change: the cycle time makes no difference.
     p.y = first || p.t <= 0 ? target : canonical(p.y - (target - p.y) * std::expm1(-elapsed / to_seconds(p.t)));
     p.out = to_real(p.y);
   }

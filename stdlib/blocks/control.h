@@ -1,7 +1,7 @@
 // Blocks: closed loops and what they are made of (IEC 61131-3:2003, annex F): INTEGRAL, DERIVATIVE, PID, RAMP,
 // HYSTERESIS.
 //
-// Pins are those of the annex, with more behind them, so that drawings made for Beremiz, OpenPLC and their kin fit.
+// Pins are those of the annex, with more after them, so that drawings made for Beremiz, OpenPLC and the like fit.
 // measured.h has the rules for time and for what is no number; docs/guides/pid.md says how to use PID.
 #pragma once
 

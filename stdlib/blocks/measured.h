@@ -1,6 +1,6 @@
 // What the blocks for measured values share: numbers that are none, the time between executions, the slope of samples.
 //
-// In: values and the clock of the cycle. Out: finite numbers only, unless somebody writes others into the memory of an
+// In: values and the clock of the cycle. Out: finite numbers only, unless others are written into the memory of an
 // instance: then they are the same on every processor, too. The rules for all of them: an execution with a NaN
 // or an infinity at an input that counts leaves outputs and memory as they are; results are computed as LREAL and held
 // within the range of REAL. Pins called CYCLE exist for drawings made elsewhere: time is
@@ -39,7 +39,7 @@ struct Stopwatch {
   std::int64_t last = 0;
   std::uint8_t started = 0;
 
-  /// Seconds since the last call; 0 in the first one, and when the clock is behind it.
+  /// Seconds since the last call; 0 in the first one, and when the clock is before it.
   double lap(core::TimeNs now) noexcept {
     const std::int64_t passed = started != 0 ? wrap_sub(now, last) : 0;
     last = now;

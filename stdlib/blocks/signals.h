@@ -1,6 +1,6 @@
 // Blocks: a clock that runs from a preset time, signals that switch by themselves, the bits of a byte.
 //
-// Time is that of the cycle, as for the timers (timers.h): edges come with the first execution at or behind their time.
+// Time is that of the cycle, as for the timers (timers.h): edges come with the first execution at or after their time.
 #pragma once
 
 #include <algorithm>

@@ -21,7 +21,7 @@ struct TimerPorts {
   std::uint8_t in = 0, q = 0, m = 0, state = kIdle;
   std::int64_t pt = 0, et = 0, start = 0;
 
-  /// The time since the start has run to PT; ET follows it. A clock behind the start counts as no time.
+  /// The time since the start has run to PT; ET follows it. A clock before the start counts as no time.
   bool has_run_out(core::TimeNs now) noexcept {
     const std::int64_t whole = std::max<std::int64_t>(pt, 0);
     et = std::min(std::max<std::int64_t>(wrap_sub(now, start), 0), whole);

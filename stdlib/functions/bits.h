@@ -149,10 +149,11 @@ struct RorExamples {
 };
 
 PLC_SHIFT(Shl, "SHL", shift_left, false,
-          "IN shifted left by N bits, zeros behind; by the width or more 0; a negative N counts as 0 with an event.");
-PLC_SHIFT(
-    Shr, "SHR", shift_right, false,
-    "IN shifted right by N bits, zeros in front; by the width or more 0; a negative N counts as 0 with an event.");
+          "IN shifted left by N bits, filled with zeros on the right; by the width or more 0; a negative N counts as 0 "
+          "with an event.");
+PLC_SHIFT(Shr, "SHR", shift_right, false,
+          "IN shifted right by N bits, filled with zeros on the left; by the width or more 0; a negative N counts as 0 "
+          "with an event.");
 PLC_SHIFT(Rol, "ROL", rotate_left, true,
           "IN rotated left by N bits, modulo the width; a negative N counts as 0 with an event.");
 PLC_SHIFT(Ror, "ROR", rotate_right, true,

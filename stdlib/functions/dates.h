@@ -41,7 +41,7 @@ constexpr std::int64_t time_of_day(V hour, V minute, V second, V millisecond, Ev
   const std::int64_t ms = (minutes * 60 + held(second, 0, 59, event)) * 1000 + held(millisecond, 0, 999, event);
   return ms * 1'000'000;
 }
-/// The instant `in_day` nanoseconds (0 .. kDayNs - 1) behind the midnight of a day.
+/// The instant `in_day` nanoseconds (0 .. kDayNs - 1) after the midnight of a day.
 constexpr std::int64_t instant(std::int64_t days, std::int64_t in_day, Event& event) noexcept {
   // The first and the last day are there in part: a sum that leaves them wraps to another day.
   const std::int64_t near_by = held(days, -kMostDays - 1, kMostDays, event);

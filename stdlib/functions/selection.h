@@ -61,7 +61,7 @@ struct Max {
       .result = kT,
       .events = events(Event::kTruncated),
       .clause = kSelectionClause,
-      .summary = "The greatest input, the first of equal ones; a NaN behind another input is passed over.",
+      .summary = "The greatest input, the first of equal ones; a NaN after another input is passed over.",
       .examples = examples};
   template <class V>
   static V eval(V a, V b, Event&) noexcept {
@@ -83,7 +83,7 @@ struct Min {
       .result = kT,
       .events = events(Event::kTruncated),
       .clause = kSelectionClause,
-      .summary = "The least input, the first of equal ones; a NaN behind another input is passed over.",
+      .summary = "The least input, the first of equal ones; a NaN after another input is passed over.",
       .examples = examples};
   template <class V>
   static V eval(V a, V b, Event&) noexcept {

@@ -32,7 +32,7 @@ bool offset_of_position(N p, std::size_t last, std::size_t& offset, Event& event
   offset = static_cast<std::size_t>(p) - 1;
   return true;
 }
-/// The numbers behind the strings are of one type U, widened by the caller; the kernels read them by that type.
+/// The numbers after the strings are of one type U, widened by the caller; the kernels read them by that type.
 template <TypeId U>
 std::int64_t number(const void* place) noexcept {
   const auto n = load<ValueOf<U>>(place);
@@ -141,7 +141,7 @@ struct Concat {
                                      .result = kT,
                                      .events = events(Event::kTruncated),
                                      .clause = kStringClause,
-                                     .summary = "The inputs one behind the other.",
+                                     .summary = "The inputs one after another.",
                                      .examples = examples};
   template <class V>
   static Event call(void* result, const void* const* args, std::uint32_t count) noexcept {
@@ -174,7 +174,7 @@ struct Insert {
                                      .result = kT,
                                      .events = events(Event::kOutOfRange, Event::kTruncated),
                                      .clause = kStringClause,
-                                     .summary = "IN2 put into IN1 behind position P; P = 0 puts it in front.",
+                                     .summary = "IN2 put into IN1 after position P; P = 0 puts it at the start.",
                                      .examples = examples};
   template <TypeId T, TypeId U>
   static Event call(void* result, const void* const* args, std::uint32_t) noexcept {

@@ -143,7 +143,7 @@ class Pid final : public picard::Taskblock {
     return (std::isfinite(static_cast<double>(values)) && ...);
   }
 
-  /// Nothing while one of them is NaN: there are limits then that nobody knows.
+  /// Nothing while one of them is NaN: the limits are then not known.
   [[nodiscard]] std::optional<PidLimits> limits_now() const {
     if (std::isnan(xmin) || std::isnan(xmax)) return {};
     return xmin < xmax ? PidLimits{xmin, xmax} : PidLimits{};
@@ -184,7 +184,7 @@ class Pid final : public picard::Taskblock {
     tuning_ = tuner_.running();
   }
 
-  /// Whoever gives XOUT next begins in the middle of the relay's swing.
+  /// What gives XOUT next begins in the middle of the relay's swing.
   void end_tuning(RelayTuner::State why) {
     if (!tuning_) return;
     tuning_ = false;

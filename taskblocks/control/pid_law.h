@@ -45,13 +45,13 @@ class PidLaw {
   /// `direct`: more process value asks for more output (cooling); otherwise for less (heating).
   PidLaw(bool direct, AntiWindup anti_windup) : sign_(direct ? -1 : 1), anti_windup_(anti_windup) {}
 
-  /// Follows the slope of the process value. To be called in every cycle, whoever gives the output: the derivative part
-  /// is there when the controller takes over.
+  /// Follows the slope of the process value. To be called in every cycle, whatever gives the output: the derivative
+  /// part is there when the controller takes over.
   void sample(const PidSignals& signals, const PidGains& gains, double seconds) noexcept;
   /// There is no process value in this cycle: the slope is not taken across the gap.
   void skip_sample() noexcept { sampled_ = false; }
 
-  /// Somebody else gives the output, now `output`. The next step goes on from there.
+  /// The output comes from elsewhere, now `output`. The next step goes on from there.
   void stand_at(double output) noexcept {
     output_ = output;
     takes_over_ = true;

@@ -18,7 +18,8 @@ class StateFeedback final : public picard::Taskblock {
       .group = "Control",
       .summary = "State feedback with set-points: U = N R - K X, up to 8 states, 4 outputs, 4 set-points.",
       .details =
-          "X is an array as OBSERVER and KALMAN give it. K is NU by NX, N is NU by NR; their numbers stand row by row "
+          "X is an array as OBSERVER and KALMAN give it. K is NU by NX, N is NU by NR; their numbers are stored row by "
+          "row "
           "from "
           "the start of the array, as many as the sizes say. K comes from pole placement or LQR for the sample time of "
           "the "

@@ -22,7 +22,8 @@ class StateSpace final : public picard::Taskblock {
       .details =
           "Each execution gives Y and then moves on by one sample:\n\n"
           "`Y = C x + D U`, held within YMIN .. YMAX; `x := A x + B U`\n\n"
-          "A is NX by NX, B NX by NU, C NY by NX, D NY by NU. Their numbers stand row by row from the start of the "
+          "A is NX by NX, B NX by NU, C NY by NX, D NY by NU. Their numbers are stored row by row from the start of "
+          "the "
           "array, as "
           "many as the sizes say: with NX = 2, A is [a11, a12, a21, a22]. Outputs and states that are not used are "
           "0.\n\n"

@@ -2,7 +2,7 @@
 // (V. Zavalishin, The Art of VA Filter Design, 2012, section 4). Its transfer functions are those of the bilinear
 // transform,
 // but its states are the signals of the analogue circuit: coefficients may change in every step, because the time
-// between two samples did or because somebody tunes, without a jump. In: samples, coefficients. Ports and limits of
+// between two samples did or because it is being tuned, without a jump. In: samples, coefficients. Ports and limits of
 // coefficients belong to the blocks.
 #pragma once
 

@@ -122,7 +122,7 @@ CsvLog::~CsvLog() {
 
 void CsvLog::open(const Options& options) {
   if (!is_file_name(options.file)) {
-    refuse("FILE is not a name of letters, digits, '.', '_' and '-', without a folder and no '.' or '-' in front");
+    refuse("FILE is not a name of letters, digits, '.', '_' and '-', without a folder and no '.' or '-' at the start");
   }
   const Descriptor directory{::open(options.directory.c_str(), O_DIRECTORY | O_RDONLY | O_CLOEXEC)};
   if (directory.fd < 0) refuse("the directory of logs '" + options.directory + "' cannot be opened", errno);

@@ -51,7 +51,7 @@ class LookupTable final : public picard::Taskblock {
     const double last = x[count_ - 1];
     outside = in < first || in > last;
     const double at = extrapolate && std::isfinite(in) ? in : std::clamp(in.get(), first, last);
-    // The line that begins at the last point not behind `at`; the outer lines serve what is outside.
+    // The line that begins at the last point not after `at`; the outer lines serve what is outside.
     const auto begin = x->begin() + 1;
     const auto end = x->begin() + static_cast<std::ptrdiff_t>(count_) - 1;
     const auto i = static_cast<std::size_t>(std::upper_bound(begin, end, at) - x->begin()) - 1;

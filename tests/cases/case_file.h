@@ -18,7 +18,7 @@ struct CaseRun {
   std::vector<std::string> options;
 };
 
-/// A warning that must be printed: its code ("?" = any) and texts that must stand in the same message.
+/// A warning that must be printed: its code ("?" = any) and texts that must be in the same message.
 struct ExpectedWarning {
   std::string code;
   std::vector<std::string> texts;
@@ -33,7 +33,7 @@ struct ExpectedFault {
 
 struct CaseFile {
   std::vector<CaseRun> runs;
-  std::vector<std::string> order;  ///< localIds as `plc explain` must list them, whatever stands between
+  std::vector<std::string> order;  ///< localIds as `plc explain` must list them, whatever is between
   std::vector<ExpectedWarning> warnings;
   std::map<std::string, std::uint64_t> events;  ///< kind -> how often in all; what is not named must not happen
   std::vector<ExpectedFault> faults;

@@ -1,4 +1,4 @@
-// What SWITCH costs a group that it does not choose: one jump for each of its blocks, and nothing behind that.
+// What SWITCH costs a group that it does not choose: one jump for each of its blocks, and nothing more.
 #include <gtest/gtest.h>
 
 #include <set>
@@ -17,7 +17,7 @@ TEST(Switch, AJumpLeadsPastEveryBlockOfAGroup) {
   const std::size_t body = dump.out.find("pou \"Logic\"");
   ASSERT_NE(body, std::string::npos) << dump.out;
 
-  // Two lines for each block and outVariable: what it does, and the jump in front of it.
+  // Two lines for each block and outVariable: what it does, and the jump before it.
   std::istringstream lines(dump.out.substr(body, dump.out.find("\npou ", body) - body));
   std::multiset<std::string> guarded;
   std::string past;  // label that the last jump leads to, until it is reached

@@ -48,7 +48,7 @@ TEST(CaseTables, WhatIsWrongWithTheListIsSaid) {
   const Cases cases;
   EXPECT_TRUE(cases.read("1.1 | one\n").problems.empty());
   EXPECT_EQ(cases.read("1.1 | one\n1.2 | two\n").problems, std::vector<std::string>{"1.2 (two) has no case"});
-  EXPECT_EQ(cases.read("1.1 | one\n1.1 | one\n").problems, std::vector<std::string>{"1.1 stands twice"});
+  EXPECT_EQ(cases.read("1.1 | one\n1.1 | one\n").problems, std::vector<std::string>{"1.1 is there twice"});
   EXPECT_EQ(cases.read("- 1.1 | one | why not\n").problems,
             std::vector<std::string>{"1.1 (one) is missing: why not, and . proves it"});
   EXPECT_EQ(cases.read("- 1.2 | two | why not\n").problems,

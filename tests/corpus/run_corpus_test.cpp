@@ -231,7 +231,7 @@ std::vector<Runnable> all_runnable() {
 
 class InEveryEngine : public Corpus, public ::testing::WithParamInterface<Runnable> {};
 
-// Random inputs into globals and the variables of the programs before each scan: all tables are equal behind it.
+// Random inputs into globals and the variables of the programs before each scan: all tables are equal after it.
 TEST_P(InEveryEngine, AThousandScansLeaveTheSame) {
   constexpr std::uint64_t kScans = 1000;
   const auto image = plc::test::compiled_image(kTool, file(GetParam().file), GetParam().options);

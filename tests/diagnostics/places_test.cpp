@@ -131,7 +131,7 @@ TEST_P(WrittenInAnotherWay, HasTheSameMessagesAtTheSameCharacters) {
   const bool markup = GetParam().extension() == ".xml";
   const std::vector<Variant> variants = plc::test::variants_of(original, markup);
 
-  // Names of files stand in messages: one folder for each variant.
+  // Names of files are in messages: one folder for each variant.
   const ScratchFolder scratch;
   std::vector<std::string> files;
   const auto add = [&](const std::string& bytes) {
@@ -176,7 +176,7 @@ std::string lower(std::string text) {
   return text;
 }
 
-/// Each message has a place inside of the file, and one about a text or a declaration stands where the name is.
+/// Each message has a place inside of the file, and one about a text or a declaration is where the name is.
 void expect_places_inside(const std::vector<fs::path>& files, const std::vector<std::string>& options) {
   std::vector<std::string> names;
   for (const fs::path& file : files) names.push_back(file.string());

@@ -113,7 +113,7 @@ Variant with_mark(const std::string& original) {
   return r.finish();
 }
 
-/// A CR alone for the blank in front of an assignment.
+/// A CR alone for the blank before an assignment.
 Variant with_lone_returns(const std::string& original) {
   Rewriting r("CR alone", original);
   while (!r.done()) {

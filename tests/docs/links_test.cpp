@@ -26,7 +26,7 @@ using plc::test::tree;
 
 struct Link {
   std::string file;     ///< as written; empty: the document itself
-  std::string heading;  ///< behind #; or empty
+  std::string heading;  ///< after #; or empty
 };
 
 /// Links of a document to files; none to other hosts.
@@ -168,7 +168,7 @@ TEST(FrontPages, AreOnePage) {
   }
 }
 
-// How long a build takes stands in README.md alone: other places became wrong one by one.
+// How long a build takes is in README.md alone: other places became wrong one by one.
 TEST(Times, AreSaidOnce) {
   static const std::regex minutes(R"(\b(\d+|an?|quarter|half)( of)?( an)? (minutes?|hour)\b)");
   std::vector<fs::path> files = documents();

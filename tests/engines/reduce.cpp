@@ -24,7 +24,7 @@ std::vector<std::size_t> instructions(const ImagePou& pou) {
   return starts;
 }
 
-/// The words from `first` to `last` out of the code; jumps to them go to what stands behind.
+/// The words from `first` to `last` out of the code; jumps to them go to what follows.
 void cut(ImagePou& pou, std::size_t first, std::size_t last) {
   const std::vector<std::size_t> starts = instructions(pou);
   for (std::size_t i = 0; i + 1 < starts.size(); ++i) {

@@ -1,7 +1,7 @@
 // Fuzzes the PDU handler over a small map: every answer fits its request, and no variable gets a value it must not
 // have.
 //
-// Input: requests one behind the other, each a byte with its length and so many bytes; a length of 0 runs the task
+// Input: requests one after another, each a byte with its length and so many bytes; a length of 0 runs the task
 // once.
 #include <cstdint>
 #include <cstdio>

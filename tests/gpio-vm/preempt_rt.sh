@@ -34,7 +34,7 @@ printf '[tasks.Fast]\ncpu = 1\n' >/tmp/plc.toml
 plc=$!
 tries=0
 until grep -q "S.seen=[1-9]" /tmp/out || [ $tries -ge 300 ]; do sleep 0.1; tries=$((tries + 1)); done
-# Fields of /proc/PID/stat behind the name: 38 is the real-time priority, 39 the policy, 1 being SCHED_FIFO.
+# Fields of /proc/PID/stat after the name: 38 is the real-time priority, 39 the policy, 1 being SCHED_FIFO.
 cat /proc/$plc/task/*/stat | sed 's/.*) //' | cut -d' ' -f38,39 | sort -rn >/tmp/policies
 check "the fast task's thread runs at SCHED_FIFO 80" grep -qx "80 1" /tmp/policies
 check "the slow one's at 75" grep -qx "75 1" /tmp/policies

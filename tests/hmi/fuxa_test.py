@@ -3,7 +3,7 @@
 
 usage: fuxa_test.py PORT PLC EXAMPLE-FOLDER FUXA-FOLDER     (started by scripts/test-fuxa through with_plant.py)
 
-A dead PLC keeps its last values in FUXA: every check wants a time stamp behind the moment it asks about.
+A dead PLC keeps its last values in FUXA: every check wants a time stamp after the moment it asks about.
 """
 import json
 import os

@@ -1,4 +1,4 @@
-// The layers, by reading #include lines: a folder may include only what stands in its row. Changing a row is an
+// The layers, by reading #include lines: a folder may include only what is in its row. Changing a row is an
 // architectural decision (docs/internals/layers.md).
 #include <gtest/gtest.h>
 

@@ -81,7 +81,7 @@ std::vector<ProgramText> with_variables() {
 }
 
 /// Room in which no result of the samples is cut: whether ENO tells of an event is asked of the call alone, and what a
-/// variable cannot take belongs to the assignment behind it.
+/// variable cannot take belongs to the assignment after it.
 constexpr std::uint16_t kAmpleRoom = 1000;
 
 /// Sets the inputs of all calls, scans, and compares; `with_eno` where ENO is drawn too.

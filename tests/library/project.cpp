@@ -31,7 +31,7 @@ std::string escaped(std::string_view text) {
   return out;
 }
 
-/// One drawn POU, elements numbered as they are written. All of them stand in one column, each block a row.
+/// One drawn POU, elements numbered as they are written. All of them are in one column, each block a row.
 class Drawing {
  public:
   explicit Drawing(std::string& out) : out_(out) {}

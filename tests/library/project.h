@@ -39,7 +39,7 @@ struct DrawnBlock {
 struct ProgramText {
   std::vector<Declaration> variables{};
   std::vector<std::string> statements{};  ///< ST
-  std::vector<DrawnBlock> blocks{};       ///< FBD; order of execution as they stand here
+  std::vector<DrawnBlock> blocks{};       ///< FBD; order of execution as they are here
 };
 
 /// Programs P0, P1, .. of one task, instances "p0", "p1", ..

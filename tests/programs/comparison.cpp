@@ -203,7 +203,7 @@ class Compiled {
   std::vector<runtime::Place> places_;
 };
 
-/// What stands on an input: edges of its type, small numbers, anything.
+/// What is at an input: edges of its type, small numbers, anything.
 Value random_input(const Type& type, Random& random) {
   Value value;
   switch (type.kind) {

@@ -46,7 +46,7 @@ class Generator {
   Expr string_literal(const Type& type);
   Expr enum_literal(const Type& type);
   std::int64_t edge_value(const Type& type);
-  /// Text behind ":=" and C statements on "@", or nothing.
+  /// Text after ":=" and C statements on "@", or nothing.
   void initial_value(Variable& variable);
   std::optional<std::pair<std::string, std::string>> initial_of(const Type& type, const std::string& place);
 

@@ -61,7 +61,7 @@ struct Variable {
   std::string name;
   const Type* type = nullptr;
   Role role = Role::kLocal;
-  std::string initial_st;  ///< behind ":=", or empty
+  std::string initial_st;  ///< after ":=", or empty
   std::string initial_c;   ///< statements on the variable, written "@"
 };
 
@@ -103,7 +103,7 @@ struct Expr {
   int power = kPrimary;
   std::string pre;
   std::string c;
-  bool untyped = false;            ///< literal that takes its type from where it stands
+  bool untyped = false;            ///< literal that takes its type from where it is
   bool constant = false;           ///< made of literals alone: the compiler knows its value
   const Type* subrange = nullptr;  ///< read from a variable of this subrange: within it already
 };
@@ -121,7 +121,7 @@ struct Place {
 struct Stmt;
 struct Part {
   std::string st, c;
-  std::vector<Stmt> block;  ///< not empty: stands instead of the texts
+  std::vector<Stmt> block;  ///< not empty: replaces the texts
   bool is_block = false;
 };
 struct Stmt {

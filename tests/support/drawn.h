@@ -67,7 +67,7 @@ class Drawn {
     }
     return codes;
   }
-  /// The first message, with its help behind " | "; or nothing.
+  /// The first message, with its help after " | "; or nothing.
   std::string message() {
     lower();
     if (diagnostics.all().empty()) return {};

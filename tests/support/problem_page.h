@@ -21,7 +21,7 @@ Example read_example(const std::string& page, const std::string& heading);
 /// What plc.toml is checked against where the page brings no project.
 extern const char* const kSmallProject;
 
-/// True when the code stands in `output` as a word.
+/// True when the code is in `output` as a word.
 bool names(const std::string& output, const std::string& code);
 
 }  // namespace plc::test

@@ -231,7 +231,7 @@ class RandomImage : private RandomLoops {
     if (random_.once_in(4)) {
       condition = read(scope, TypeId::kBool);
     } else {
-      // Often of the kind that becomes one instruction with the jump behind it.
+      // Often of the kind that becomes one instruction with the jump after it.
       condition = write(scope, TypeId::kBool);
       const bool split = random_.once_in(8);
       if (split) early = pou.jump(Opcode::kJumpIf, {read(scope, TypeId::kBool)});

@@ -13,7 +13,7 @@
 namespace plc::test {
 namespace {
 
-/// What `plc lib NAME` prints is what stands in the golden file.
+/// What `plc lib NAME` prints is what is in the golden file.
 void expect_text(const std::string& name, const std::string& golden) {
   std::vector<std::string> command = {PLC_TOOL, "lib"};
   if (!name.empty()) command.push_back(name);

@@ -150,7 +150,7 @@ TEST_P(FaultOfOneTask, LeavesTheOthersAloneAndItsOutputsSafe) {
   EXPECT_EQ(seen.back().at("Speed"), "-7") << "and stays so";
   EXPECT_EQ(seen.back().at("Valve"), "0");
 
-  // The cycle counters of the others go on behind the fault.
+  // The cycle counters of the others continue after the fault.
   EXPECT_GE(std::stol(seen.back().at("FastCount")), std::stol(safe->at("FastCount")) + 10) << result.out;
   EXPECT_GE(std::stol(seen.back().at("SlowCount")), std::stol(safe->at("SlowCount")) + 2) << result.out;
   EXPECT_GT(cycles(result.out, "Fast"), 2 * cycles(result.out, "Bad")) << result.out;

@@ -63,7 +63,7 @@ TEST_F(ScheduleTool, ShowsEveryTaskWithWhatIsKnownOfIt) {
   for (const char* words :
        {"coherence=wait-free", "any processor", "Fast", "Slow", "estimate", "lead", " 50us ", "fits", "utilisation",
         "Liu and Layland's bound 82.8 %", "100 % more", "a typical machine (plc calibrate measures yours)",
-        "plant.st:5:3: a loop that goes round nobody knows how often counts as 10 rounds [POU Counting]",
+        "plant.st:5:3: a loop whose number of rounds is not known counts as 10 rounds [POU Counting]",
         "tasks that are bound to no processor count as if they all ran on one"}) {
     EXPECT_NE(result.out.find(words), std::string::npos) << words << " is not in\n" << result.out;
   }

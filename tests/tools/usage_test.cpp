@@ -1,4 +1,4 @@
-// Wrong flags, absent files, help; and the small functions behind them.
+// Wrong flags, absent files, help; and the small functions that they use.
 #include <gtest/gtest.h>
 
 #include "tests/tools/fixture.h"

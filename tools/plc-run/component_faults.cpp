@@ -29,7 +29,7 @@ class Line {
   }
   void print() noexcept {
     text_[length_++] = '\n';
-    // WHY: nobody is left to be told when this fails.
+    // WHY: nothing is left to report it to when this fails.
     [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, text_, length_);
   }
 
@@ -68,7 +68,7 @@ void on_crash(int signal, siginfo_t* info, void* /*context*/) {
   for (std::size_t i = 0; i < kCrashes.size(); ++i) {
     if (kCrashes[i] == signal) ::sigaction(signal, &before[i], nullptr);
   }
-  // What the processor found, it finds again on return; what somebody sent has to be sent again.
+  // What the processor found, it finds again on return; a signal that was sent has to be sent again.
   if (info->si_code <= 0) ::raise(signal);
 }
 

@@ -1,4 +1,4 @@
-// malloc and its kin of this program: glibc's, and a count for the taskblock that is running. Components, the C++
+// malloc and the like of this program: glibc's, and a count for the taskblock that is running. Components, the C++
 // library and all other shared objects get these. Not in builds with a sanitizer, which brings its own.
 #include <cerrno>
 #include <cstddef>

@@ -82,8 +82,8 @@ void handle_signals() {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     struct sigaction before {};
     ::sigaction(signal, nullptr, &before);
-    // A hang-up that whoever started us wants ignored (nohup) stays so; SIGINT, which shells ignore for what they run
-    // in the background, is a request to stop all the same.
+    // A hang-up that the parent process set to be ignored (nohup) stays so; SIGINT, which shells ignore for what they
+    // run in the background, is a request to stop all the same.
     if (signal != SIGHUP || before.sa_handler != SIG_IGN) ::sigaction(signal, &action, nullptr);
   }
   action.sa_handler = on_report_signal;
@@ -212,7 +212,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   if (run.cycles != 0) scheduler.add_listener(limit);
   print_devices(plant.machine(), notes, talk);
   running.store(&plant, std::memory_order_relaxed);
-  if (signalled.load(std::memory_order_relaxed)) plant.request_stop();  // before anybody knew the plant
+  if (signalled.load(std::memory_order_relaxed)) plant.request_stop();  // before the handler knew the plant
   if (const auto problem = plant.start()) return failed(*problem);
   print_realtime(scheduler.report(), talk);
   talk << std::endl;
@@ -322,7 +322,7 @@ int run_command(int argc, char** argv) {
   if (const auto code = program.parse(argc, argv)) return *code;
 
   if (run.stats == Stats::kJson && !run.watch.empty()) {
-    complain("plc-run", "--stats=json and --watch both want stdout", "leave one of them away");
+    complain("plc-run", "--stats=json and --watch both want stdout", "omit one of them");
     return kExitUsage;
   }
   if (modbus.given()) {

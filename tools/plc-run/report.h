@@ -31,7 +31,8 @@ void print_realtime(const runtime::RealtimeReport& report, std::ostream& out);
 void print_times(const bytecode::Image& image, const runtime::RealtimeScheduler& scheduler, std::ostream& out);
 /// A block per task: how many scans fell into each octave of time.
 void print_histograms(const bytecode::Image& image, const runtime::RealtimeScheduler& scheduler, std::ostream& out);
-/// The longest scans as they may stand in plc.toml, for the analysis of the schedule; tasks without a scan left out.
+/// The longest scans as they may be written in plc.toml, for the analysis of the schedule; tasks without a scan left
+/// out.
 void print_executions(const bytecode::Image& image, const runtime::RealtimeScheduler& scheduler, std::ostream& out);
 /// A line per task: its engine.
 void print_engines(const runtime::Resource& resource, std::ostream& out);

@@ -54,7 +54,7 @@ void print_overview(const Registry& registry) {
             << "\nplc blocks NAME tells more: plc blocks LOWPASS. The standard function blocks: plc lib\n";
 }
 
-/// `text` behind `indent` blanks.
+/// `text` after `indent` blanks.
 std::string indented(const std::string& text, std::size_t indent) {
   std::string out;
   for (std::size_t begin = 0; begin < text.size();) {

@@ -139,7 +139,7 @@ void check_tasks(const io::Configuration& configuration, const bytecode::Image& 
 int check(Command command, const Check& check) {
   if (is_image_path(check.file) && has_compile_options(command)) {
     complain("plc config check", fmt::format("{} is an image: its compile options are stored in it", check.file),
-             "compile the project file again with other options, or leave the options away");
+             "compile the project file again with other options, or omit the options");
     return kExitUsage;
   }
   Compilation compilation;

@@ -41,7 +41,7 @@ int explain_code(const std::string& code) {
       return kExitOk;
     }
   }
-  complain("plc explain", "there is no problem code " + code, "codes stand in the messages of plc check, like P4001");
+  complain("plc explain", "there is no problem code " + code, "codes are in the messages of plc check, like P4001");
   return kExitUsage;
 }
 

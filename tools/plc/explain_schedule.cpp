@@ -84,7 +84,7 @@ void print_processor(const Explained& e, const ProcessorSchedule& processor) {
   if (cpu.not_rate_monotonic) {
     const auto& [first, second] = *cpu.not_rate_monotonic;
     std::cout << fmt::format(
-        "not rate-monotonic: {} does not come behind {} and has the longer period; priorities = \"rate-monotonic\" of "
+        "not rate-monotonic: {} does not come after {} and has the longer period; priorities = \"rate-monotonic\" of "
         "[scheduler] would\n",
         e.image.tasks[processor.tasks[first]].name, e.image.tasks[processor.tasks[second]].name);
   }
@@ -114,7 +114,7 @@ void print_notes(const Explained& e) {
     const TaskDemand& demand = e.schedule.tasks[t];
     if (demand.measured) continue;
     for (const runtime::AssumedLoop& loop : demand.assumed) {
-      std::cout << fmt::format("{}: {}: a loop that goes round nobody knows how often counts as {} rounds [POU {}]\n",
+      std::cout << fmt::format("{}: {}: a loop whose number of rounds is not known counts as {} rounds [POU {}]\n",
                                e.image.tasks[t].name, place(e, loop.at), runtime::kAssumedRounds,
                                e.image.pous[loop.pou].name);
     }

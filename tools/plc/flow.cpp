@@ -50,10 +50,10 @@ constexpr std::size_t kNoField = ~std::size_t{0};
 
 /// The field that holds this byte of the global table.
 std::size_t field_at(const std::vector<bytecode::ImageField>& fields, std::uint32_t offset) {
-  const auto behind =
+  const auto next =
       std::upper_bound(fields.begin(), fields.end(), offset,
                        [](std::uint32_t wanted, const bytecode::ImageField& field) { return wanted < field.offset; });
-  return behind == fields.begin() ? kNoField : static_cast<std::size_t>(behind - fields.begin()) - 1;
+  return next == fields.begin() ? kNoField : static_cast<std::size_t>(next - fields.begin()) - 1;
 }
 
 /// What the code that one task reaches does with globals, by field.

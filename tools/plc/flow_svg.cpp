@@ -1,7 +1,7 @@
 // The data flow as a drawing: tasks side by side, the most urgent one on the left; below each a line, and between the
-// lines one arrow a flow. Inputs stand on the left, outputs on the right, the outside below.
+// lines one arrow a flow. Inputs are on the left, outputs on the right, the outside below.
 //
-// An arrow's label stands in the gap beside the line where it starts, which is as wide as the longest label. So nothing
+// An arrow's label is in the gap beside the line where it starts, which is as wide as the longest label. So nothing
 // ever covers a text, however many tasks there are.
 #include <fmt/format.h>
 
@@ -228,7 +228,7 @@ class Drawing {
       std::fill(taken[row].begin() + low, taken[row].begin() + high, true);
       rows_[row].push_back(std::move(lane));
     }
-    // The line itself lies at the end of its row; what stands below it belongs to the next one's height.
+    // The line itself lies at the end of its row; what is below it belongs to the next one's height.
     std::size_t below = 0;
     for (const std::vector<Lane>& row : rows_) {
       std::size_t above = 0, next = 0;
@@ -445,7 +445,7 @@ class Drawing {
   std::vector<std::uint32_t> order_;  ///< tasks from left to right
   std::vector<int> column_;           ///< by task
   std::vector<std::vector<Lane>> rows_;
-  std::vector<int> heights_;  ///< of the rows, and of what stands below the last
+  std::vector<int> heights_;  ///< of the rows, and of what is below the last
   int outside_gap_ = 0;
   bool has_inputs_ = false, has_outputs_ = false, has_outside_ = false;
   std::string out_;

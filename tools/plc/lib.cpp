@@ -28,7 +28,7 @@ struct Lib {
   std::string output;
 };
 
-/// Names in front of summaries; longer lists stand in a line of their own.
+/// Names before summaries; longer lists are on a line of their own.
 constexpr std::size_t kNameWidth = 24;
 
 bool is_pattern(std::string_view name) { return name.find_first_of("*?") != std::string_view::npos; }

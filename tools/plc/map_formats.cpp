@@ -43,10 +43,10 @@ const picard_port* port_of(const MapSource& source, const Point& point) {
       continue;
     }
     if (t.kind != bytecode::TypeKind::kStruct) return nullptr;
-    const auto behind = std::upper_bound(t.fields.begin(), t.fields.end(), offset,
-                                         [](std::uint32_t at, const auto& field) { return at < field.offset; });
-    if (behind == t.fields.begin()) return nullptr;
-    const bytecode::ImageField& field = *(behind - 1);
+    const auto next = std::upper_bound(t.fields.begin(), t.fields.end(), offset,
+                                       [](std::uint32_t at, const auto& field) { return at < field.offset; });
+    if (next == t.fields.begin()) return nullptr;
+    const bytecode::ImageField& field = *(next - 1);
     for (const bytecode::ImageBlock& block : image.blocks) {
       const auto* const entry = block.type == type ? source.taskblocks.find(block.name) : nullptr;
       if (entry == nullptr) continue;

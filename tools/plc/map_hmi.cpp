@@ -102,7 +102,7 @@ const char* scadalts_range(Table table) {
   return kRanges[static_cast<std::size_t>(table)];
 }
 
-/// Designator in an OPC item path, behind HR or IR, and the data type of the tag.
+/// Designator in an OPC item path, after HR or IR, and the data type of the tag.
 struct IgnitionType {
   const char* suffix;
   const char* data_type;

@@ -154,7 +154,7 @@ core::Result<std::unique_ptr<runtime::Resource>> Meter::load(std::string_view te
         "please report this"};
   }
   runtime::ProgramOptions options;
-  options.arrange = false;  // what one instruction takes behind any other
+  options.arrange = false;  // what one instruction takes after any other
   return runtime::Resource::load(std::move(*compilation.image), options);
 }
 
@@ -378,7 +378,7 @@ core::Result<CostTable> calibrate(Meter& meter, const std::function<void(std::st
   }
   const std::vector<Cost> measured = meter.scans(subjects);
   for (std::size_t p = 0; p < all.size(); ++p) {
-    // What is known of the program, and how often the one thing stands in it that is not.
+    // What is known of the program, and how often it has the one thing that is not.
     quickest.kinds = costs.kinds;
     const Cost known = runtime::estimate_task(resources[p]->image(), 0, quickest).scan;
     CostTable unit;

@@ -118,8 +118,7 @@ std::vector<Parameter> parameters() {
       // Execution.
       {"order of operands",
        "from left to right; both sides of AND and OR are computed, AND_THEN and OR_ELSE stop early", kStatements},
-      {"bounds of FOR", "computed once; the variable stands one step behind its last value after the loop",
-       kStatements},
+      {"bounds of FOR", "computed once; after the loop the variable is one step past its last value", kStatements},
       {"length of loops",
        fmt::format("{} jumps back of all loops in one scan of a task, or --loop-budget; more is a fault",
                    bytecode::kDefaultLoopBudget),
@@ -177,7 +176,7 @@ Page conformance_page(const FeatureTables& features, const std::filesystem::path
              "are the\n"
              "same. A case is a program with hand-made results that the tests run, examples are those of the library, "
              "which\n"
-             "the tests run too. What the standard leaves open stands [below](#parameters-of-the-implementer).\n",
+             "the tests run too. What the standard leaves open is [below](#parameters-of-the-implementer).\n",
              sum.yes, sum.partly, sum.no);
   for (const FeatureTable& table : features.tables) {
     out << "\n## Table " << table.title

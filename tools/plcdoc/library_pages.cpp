@@ -17,7 +17,7 @@ std::string quoted_list(const std::vector<std::string_view>& names) {
   return text;
 }
 
-/// Signature, types and examples of one row; events and clause once, behind the rows of the topic.
+/// Signature, types and examples of one row; events and clause once, after the rows of the topic.
 void write_function(std::ostream& out, const LibraryFunction& function) {
   out << "\n```\n" << function.signature() << "\n```\n";
   const std::vector<std::string> types = function.type_lines();

@@ -90,7 +90,7 @@ bool Interpreter::scan(std::string_view line, Block& block) noexcept {
       if (!scan_number(line, at, word.value)) return false;
       block.words[block.count++] = word;
     } else {
-      return fail(column, "a letter must stand here");
+      return fail(column, "a letter must be here");
     }
   }
   return true;
@@ -115,7 +115,7 @@ bool Interpreter::scan_number(std::string_view line, std::size_t& at, double& va
     if (fraction) scale *= 10;
     ++seen;
   }
-  if (seen == 0) return fail(column, "a number must stand here");
+  if (seen == 0) return fail(column, "a number must be here");
   if (seen > 15) return fail(column, "a number has 15 digits at most");
   value = (negative ? -digits : digits) / scale;
   return true;

@@ -70,7 +70,7 @@ double Interpolator::cap(const Element& element) const noexcept {
 
 void Interpolator::look_ahead() noexcept {
   if (count_ == 0) return;
-  double entry = 0;  // of the element behind: after the last one that is known, rest
+  double entry = 0;  // of the next element: after the last one that is known, rest
   for (std::size_t i = count_; i-- > 0;) {
     const Element& element = at(i);
     double& exit = exits_[(head_ + i) % kCapacity];

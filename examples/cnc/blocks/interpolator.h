@@ -27,7 +27,7 @@ class Interpolator {
   /// `limits` are valid().
   void start(const PathLimits& limits, const Vector& position) noexcept;
 
-  /// The drives were off, and the axes stand here: forgets the program.
+  /// The drives were off, and the axes are here: forgets the program.
   void place(const Vector& position) noexcept;
 
   /// Is there room for one more segment?

@@ -60,7 +60,7 @@ class PathDrawing {
   Point low_{};
   Point high_{};
 
-  std::array<std::string, kDepths + 1> lines_;  ///< what the axes did: `d` for each colour, rapids behind them
+  std::array<std::string, kDepths + 1> lines_;  ///< what the axes did: `d` for each colour, rapids after them
   std::size_t colour_ = kRapid;
   bool drawing_ = false;
   // The straight line that is being drawn: from `from_` to `to_`, and the directions that pass by all points between

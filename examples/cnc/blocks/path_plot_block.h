@@ -27,7 +27,7 @@ class PathPlotBlock final : public picard::Taskblock {
           "or the PLC stops, FILE is replaced by a picture: seen from above, the programmed path as wide as the tool, "
           "on it the one of the axes in colours of depth, rapids dashed. DEVIATION and FOLLOWING_ERROR tell how far "
           "set points were from the program, and axes from their set points.\n\n"
-          "The program is taken to begin where the axes stand at the rising edge of RECORD, as GCODE does at START.\n\n"
+          "The program is taken to begin where the axes are at the rising edge of RECORD, as GCODE does at START.\n\n"
           "The task never waits: a thread draws, every 20 ms. When BUFFER samples wait for it, further ones are "
           "dropped and counted. When FILE cannot be written, ERROR is the number that Linux gives the reason."};
 

@@ -18,7 +18,7 @@ class ServoBlock final : public picard::Taskblock {
           "COMMAND = GAIN (SET - ACTUAL) + SPEED_SHARE dSET/dt + ACC_TIME d2SET/dt2. The simulated drive follows "
           "COMMAND with TIME_CONSTANT, the axis integrates, the encoder counts steps of RESOLUTION: ACTUAL = steps "
           "of 1 / (s (1 + s TIME_CONSTANT)) COMMAND. SPEED_SHARE = 1 and ACC_TIME = TIME_CONSTANT make up for the "
-          "drive; without them the axis follows behind by speed / GAIN.\n\n"
+          "drive; without them the axis lags by speed / GAIN.\n\n"
           "EXCESS is set when FOLLOWING_ERROR was above MAX_ERROR or SET no number, and stays until ENABLE is FALSE. "
           "With EXCESS, or without ENABLE, COMMAND is 0 and the drive stops by itself; with ENABLE again SET must be "
           "ACTUAL, or the axis goes there without a ramp. AT_LOW and AT_HIGH are the limit switches: ACTUAL is at "

@@ -13,7 +13,7 @@
 //   };
 //   PICARD_LIBRARY("filters", "1.0.0", LowPass)
 //
-// Names, types, units, ranges, defaults and documentation of a port stand in its declaration and nowhere else: what
+// Names, types, units, ranges, defaults and documentation of a port are in its declaration and nowhere else: what
 // drawings may wire to it, the page of `plc blocks`, the stub for editors and what HMIs see follow from it. Ports are
 // used as plain variables; their values lie in the table of variables of the task (paper, 3.1). In: nothing of PICARD
 // but abi.h. Threads: construction, ready() and destruction on one that may wait; fire() on the task's.

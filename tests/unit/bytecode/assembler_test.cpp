@@ -110,7 +110,7 @@ TEST(Assembler, MistakesAreToldWithTheirLine) {
       {"ADD_16 g:x, g:x, q:x", "line 8: \"q:x\" is no operand"},
       {"ADD_16 g:x, g:x, g:x, g:x", "line 8: \"g:x\" is too much"},
       {"RETURN\n\nJUMP L9", "line 10: label \"L9\" does not exist"},
-      {"L1:\nL1:", "line 9: L1: stands twice"},
+      {"L1:\nL1:", "line 9: L1: is there twice"},
       {"| 1 g:x, g:x, g:x, g:x, g:x, g:x", "line 8: a record without BOOL_RUN"},
       {"instance x = 99999", "line 8: \"99999\" is not a number that fits here"},
       {"instance y = 1", "line 8: \"y\" is not in the table"},

@@ -94,7 +94,7 @@ const std::vector<Case>& cases() {
          }
        }},
       {Rule::kV107, "two fields at one place", [](Sample& s) { s.image.types[s.point].fields[1].offset = 0; }},
-      {Rule::kV107, "a field behind the end", [](Sample& s) { s.image.types[s.point].fields[1].offset = 8; }},
+      {Rule::kV107, "a field past the end", [](Sample& s) { s.image.types[s.point].fields[1].offset = 8; }},
       {Rule::kV107, "bytes without fields", [](Sample& s) { s.image.types[s.point].fields.clear(); }},
       {Rule::kV108, "a structure aligned to 3", [](Sample& s) { s.image.types[s.point].align = 3; }},
       {Rule::kV108, "a field at an odd place",
@@ -176,7 +176,7 @@ const std::vector<Case>& cases() {
       {Rule::kV303, "code that runs off the end", [](Sample& s) { s.image.pous[s.main].code.pop_back(); }},
       {Rule::kV303, "no code", [](Sample& s) { s.image.pous[s.motor].code.clear(); }},
       {Rule::kV304, "a jump into an instruction", [](Sample& s) { ++operand(s, s.max2, Opcode::kCondJump, 1); }},
-      {Rule::kV304, "a jump behind the end", [](Sample& s) { operand(s, s.max2, Opcode::kCondJump, 1) = 100000; }},
+      {Rule::kV304, "a jump past the end", [](Sample& s) { operand(s, s.max2, Opcode::kCondJump, 1) = 100000; }},
       {Rule::kV305, "a jump back that nothing counts", [](Sample& s) { operand(s, s.max2, Opcode::kCondJump, 1) = 0; }},
       {Rule::kV305, "a counted jump forward",
        [](Sample& s) {
@@ -189,7 +189,7 @@ const std::vector<Case>& cases() {
        [](Sample& s) { s.image.pous[s.main].code.back() = bytecode::opcode_word(Opcode::kBoolRun, 0); }},
       {Rule::kV307, "an operand between two variables", [](Sample& s) { ++operand(s, s.main, Opcode::kAdd16, 1); }},
       {Rule::kV307, "an operand of another width", [](Sample& s) { operand(s, s.main, Opcode::kAdd16, 1) = s.total; }},
-      {Rule::kV307, "an operand behind the table",
+      {Rule::kV307, "an operand past the table",
        [](Sample& s) { operand(s, s.main, Opcode::kAdd16, 1) = 0x3fffffff; }},
       {Rule::kV307, "a run over a number", [](Sample& s) { operand(s, s.motor, Opcode::kBoolRun, 3) = s.level; }},
       {Rule::kV308, "a timer where none is", [](Sample& s) { operand(s, s.motor, Opcode::kRunTb, 1) = s.level; }},
@@ -203,7 +203,7 @@ const std::vector<Case>& cases() {
       {Rule::kV311, "a function that looks into an instance",
        [](Sample& s) { operand(s, s.max2, Opcode::kMove32, 1) = bytecode::operand_word(Space::kInstance, 0); }},
       {Rule::kV312, "debug entries the wrong way round", [](Sample& s) { s.image.pous[s.main].debug[0].word = 5; }},
-      {Rule::kV312, "a debug entry behind the code", [](Sample& s) { s.image.pous[s.main].debug[1].word = 100000; }},
+      {Rule::kV312, "a debug entry past the code", [](Sample& s) { s.image.pous[s.main].debug[1].word = 100000; }},
       {Rule::kV312, "a file that is not there", [](Sample& s) { s.image.files.clear(); }},
       {Rule::kV313, "a reference to a line moved to one to a motor",
        [](Sample& s) {
@@ -233,10 +233,10 @@ const std::vector<Case>& cases() {
       {Rule::kV316, "an index into a structure", [](Sample& s) { operand(s, s.main, Opcode::kLoadAt, 5) = 2; }},
       {Rule::kV316, "an element of a structure", [](Sample& s) { operand(s, s.main, Opcode::kLoadAt, 5) = 1; }},
       {Rule::kV316, "a field that is not there", [](Sample& s) { operand(s, s.main, Opcode::kLoadAt, 6) = 2; }},
-      {Rule::kV316, "the element behind the last", [](Sample& s) { operand(s, s.main, Opcode::kStoreAt, 4) = 3; }},
-      {Rule::kV316, "a path that goes on behind a number",
+      {Rule::kV316, "the element after the last", [](Sample& s) { operand(s, s.main, Opcode::kStoreAt, 4) = 3; }},
+      {Rule::kV316, "a path that continues after a number",
        [](Sample& s) { operand(s, s.main, Opcode::kLoadAt, 2) = s.line; }},
-      {Rule::kV316, "the element behind the last of what a reference refers to",
+      {Rule::kV316, "the element after the last of what a reference refers to",
        [](Sample& s) { operand(s, s.main, Opcode::kLoadVia, 4) = 4; }},
       {Rule::kV307, "a BOOL as index", [](Sample& s) { operand(s, s.main, Opcode::kLoadAt, 4) = s.go; }},
       {Rule::kV307, "a REAL as index", [](Sample& s) { operand(s, s.main, Opcode::kRefVia, 4) = s.gain; }},
@@ -314,7 +314,7 @@ const std::vector<Case>& cases() {
          p.code.insert(p.code.end() - 1, bytecode::opcode_word(Opcode::kReschedule));
          p.debug.clear();
        }},
-      {Rule::kV409, "globals behind the last", [](Sample& s) { operand(s, body(s), Opcode::kReadN, 1) = 1000; }},
+      {Rule::kV409, "globals after the last", [](Sample& s) { operand(s, body(s), Opcode::kReadN, 1) = 1000; }},
       {Rule::kV409, "a range that wraps", [](Sample& s) { operand(s, body(s), Opcode::kReadN, 0) = 0xffffffffu; }},
       {Rule::kV410, "an exported constant",
        [](Sample& s) {
@@ -344,7 +344,7 @@ const std::vector<Case>& cases() {
          s.image.options.coherence = core::Coherence::kPriorityCeiling;
          insert(s, Opcode::kReturn, {kReschedule});
        }},
-      {Rule::kV416, "the same behind a lock",
+      {Rule::kV416, "the same after a lock",
        [](Sample& s) {
          s.image.options.coherence = core::Coherence::kPriorityCeiling;
          insert(s, Opcode::kReadN, {kLock});

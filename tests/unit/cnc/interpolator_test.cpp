@@ -20,7 +20,7 @@ namespace {
 constexpr double kPeriod = 0.001;
 constexpr double kDeviation = 0.01;
 
-/// An interpolator with a program in front of it, and what its set points did so far.
+/// An interpolator with a program to run, and what its set points did so far.
 class Machine {
  public:
   explicit Machine(const PathLimits& limits = {}) : limits_(limits) { core.start(limits, {}); }

@@ -220,7 +220,7 @@ TEST(Machine, AProgramWithAMistakeIsNotBegun) {
   EXPECT_FALSE(plant.gcode.port<bool>("RUNNING"));
   EXPECT_EQ(plant.gcode.port<std::int32_t>("LINE"), 2);
   EXPECT_EQ(plant.gcode.port<std::int32_t>("COLUMN"), 8);
-  EXPECT_EQ(plant.gcode.port<picard::Text<80>>("MESSAGE").view(), "a number must stand here");
+  EXPECT_EQ(plant.gcode.port<picard::Text<80>>("MESSAGE").view(), "a number must be here");
   EXPECT_EQ(plant.sets.back(), (Vector{0, 0, 0}));
 }
 
@@ -251,7 +251,7 @@ TEST(Servo, TheSimulatedAxisIsTheTransferFunction) {
   }
 }
 
-// Without feed-forward an axis with gain K follows a ramp at v / K behind (type 1 loop); with it, not at all.
+// Without feed-forward an axis with gain K lags a ramp by v / K (type 1 loop); with it, not at all.
 TEST(Servo, FollowsARampWithTheErrorOfTheLoop) {
   for (const double share : {0.0, 1.0}) {
     picard::Instance servo(picard_library_v1(), "SERVO", milliseconds(1));

@@ -22,7 +22,7 @@ using core::TypeId;
 using ir::Op;
 using test::ModuleBuilder;
 
-/// Appends random instructions to a body. Values made behind a forward jump are forgotten at its label.
+/// Appends random instructions to a body. Values made after a forward jump are forgotten at its label.
 class RandomBody {
  public:
   RandomBody(ModuleBuilder& m, std::uint32_t pou, std::mt19937& random) : b_(m.body(pou)), random_(random) {}
@@ -63,7 +63,7 @@ class RandomBody {
     }
   }
 
-  /// WHILE counter < n DO .. EXIT .. CONTINUE .. END_WHILE, as ST has it. What is made inside is forgotten behind it.
+  /// WHILE counter < n DO .. EXIT .. CONTINUE .. END_WHILE, as ST has it. What is made inside is forgotten after it.
   void while_loop(int instructions) {
     if (loops_ >= counters_.size()) return;
     const ir::PlaceId counter = counters_[loops_++];

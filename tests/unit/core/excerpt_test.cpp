@@ -29,7 +29,7 @@ TEST_F(Excerpt, LineAndCaret) {
   write("a\n  Lvel := 3;\r\nc");
   EXPECT_EQ(of(2, 3), " 2 |   Lvel := 3;\n   |   ^\n");
   EXPECT_EQ(of(3, 1), " 3 | c\n   | ^\n");
-  EXPECT_EQ(of(3, 2), " 3 | c\n   |  ^\n");  // behind the last character: something is missing there
+  EXPECT_EQ(of(3, 2), " 3 | c\n   |  ^\n");  // after the last character: something is missing there
 }
 
 TEST_F(Excerpt, TabsStayAndColumnsCountCharacters) {

@@ -266,7 +266,7 @@ TEST(ClosedBranch, WithShortCircuitGivesItsBoxesAnEnable) {
   const Built g(closed(true));
   EXPECT_EQ(g.into(5), "=3.Q,4");
   EXPECT_EQ(g.into(3), "IN=2 !EN=4");
-  EXPECT_EQ(g.into(4), "=2") << "inputs behind the box moved on, and lead to the same";
+  EXPECT_EQ(g.into(4), "=2") << "inputs after the box moved on, and lead to the same";
 }
 
 TEST(ClosedBranch, WhereEveryLineHoldsABoxNothingIsSkipped) {

@@ -186,13 +186,13 @@ INSTANTIATE_TEST_SUITE_P(Wires, TypesOnWires,
                                                  s.connector(3, "K", "2");
                                                },
                                                "m", "6"},
-                                         Types{"LiteralsByTheVariableBehindTheBlock",
+                                         Types{"LiteralsByTheVariableAfterTheBlock",
                                                [](Sketch& s) {
                                                  s.block(1, "ADD", "IN1:=1 IN2:=2", "OUT");
                                                  s.out(2, "r", "1");
                                                },
                                                "r", "3"},
-                                         Types{"LiteralsByTheBlockBehindTheBlock",
+                                         Types{"LiteralsByTheBlockAfterTheBlock",
                                                [](Sketch& s) {
                                                  s.block(1, "ADD", "IN1:=70000 IN2:=2", "OUT");
                                                  s.block(2, "SUB", "IN1=1 IN2:=1", "OUT");
@@ -299,7 +299,7 @@ TEST(Loops, InsideLoopsAreOpenedToo) {
   EXPECT_EQ(opened(s), "4>1 3>2");
 }
 
-TEST(Loops, AreOpenedBehindContactsWherePowerComesFromABlock) {
+TEST(Loops, AreOpenedAfterContactsWherePowerComesFromABlock) {
   Sketch s;
   s.contact(1, "A", "4");
   s.contact(2, "B", "1");

@@ -139,7 +139,7 @@ TEST(Order, PowerFlowThatDependsOnItselfIsAnError) {
   EXPECT_EQ(ordered(b.body(), Order::kDocument).errors, 1u);
 }
 
-TEST(Order, ManyBlocksThatReadBehindOneLongChainTakeTimeInProportion) {
+TEST(Order, ManyBlocksThatReadAfterOneLongChainTakeTimeInProportion) {
   BodyBuilder b(plcopen::Language::kLd);
   constexpr std::int64_t kCount = 20'000;
   const std::int64_t last = 2 * kCount - 1;
@@ -223,7 +223,7 @@ TEST(Order, ConnectorsBetweenABlockAndItsOutVariableAreWires) {
   }
 }
 
-TEST(Order, AnOutVariableBehindAContactHasAPlaceOfItsOwn) {
+TEST(Order, AnOutVariableAfterAContactHasAPlaceOfItsOwn) {
   BodyBuilder b(plcopen::Language::kLd);
   add_block(b, 1, 0, 10);
   BodyBuilder::feed(b.add(ElementKind::kContact, 2, "A", 50, 10), {1});
@@ -268,7 +268,7 @@ TEST(Order, ContactsOnALoopAreReadInThisScan) {
   }
 }
 
-/// Contacts, variables and blocks at random: what only reads stands right in front of its first reader, what blocks
+/// Contacts, variables and blocks at random: what only reads comes right before its first reader, what blocks
 /// write right after the last of them, whatever is drawn.
 TEST(Order, RandomRungsReadLateAndWriteAtOnce) {
   std::mt19937 random(31);

@@ -72,9 +72,9 @@ TEST_F(PowerFlow, OfOneFlowWithItselfIsTheFlow) {
 
 TEST_F(PowerFlow, PastAContactIsTheFlowInFrontOfIt) {
   const ValueId x = variable("x"), y = variable("y");
-  const ValueId behind = flows.series(b, x, y);
-  EXPECT_EQ(flows.parallel(b, behind, x).index, x.index);
-  EXPECT_EQ(flows.parallel(b, x, behind).index, x.index);
+  const ValueId in_series = flows.series(b, x, y);
+  EXPECT_EQ(flows.parallel(b, in_series, x).index, x.index);
+  EXPECT_EQ(flows.parallel(b, x, in_series).index, x.index);
   EXPECT_EQ(count(Op::kOr), 0u);
 }
 

@@ -306,7 +306,7 @@ INSTANTIATE_TEST_SUITE_P(
                             test::BodyBuilder::out(jump, "").target = "B";
                             s.label(4, "L");
                           },
-                          "P3003", "variable \"B\" stands at the output of a jump, which has none"},
+                          "P3003", "variable \"B\" is drawn at the output of a jump, which has none"},
                     Wrong{"NegatedEdgeAtAPin",
                           [](Sketch& s) {
                             s.block(3, "OR", "!^IN1=2 IN2:=B", "OUT");

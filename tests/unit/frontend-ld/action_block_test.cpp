@@ -12,14 +12,14 @@
 namespace plc {
 namespace {
 
-using test::behind_a;
+using test::after_a;
 using test::Ladder;
 using test::Sketch;
 
 using Actions = std::vector<std::string>;
 
 Sketch block_of(const Actions& actions) {
-  Sketch s = behind_a();
+  Sketch s = after_a();
   s.actions(3, "2", actions);
   return s;
 }
@@ -72,7 +72,7 @@ TEST(ActionBlock, ResetClearsTheVariableWithPowerOnly) {
 }
 
 TEST(ActionBlock, IsTransparentAndItsNegationIsNot) {
-  Sketch s = behind_a();
+  Sketch s = after_a();
   s.actions(3, "2", {"N X"}).negated = true;
   s.coil(4, "Y", "3");
   Ladder d("A, X, Y : BOOL;", s);
@@ -81,7 +81,7 @@ TEST(ActionBlock, IsTransparentAndItsNegationIsNot) {
 }
 
 TEST(ActionBlock, HasWiresFromItsActions) {
-  Sketch s = behind_a();
+  Sketch s = after_a();
   s.actions(3, "2", {"N X"}).actions[0].local_id = 30;
   s.coil(4, "Y", "30");
   Ladder d("A, X, Y : BOOL;", s);
@@ -101,11 +101,11 @@ TEST(ActionBlock, AStoredActionIsNotPartOfTheOr) {
 }
 
 TEST(ActionBlock, BlocksOnOneVariableAreDoubleWrites) {
-  Sketch s = behind_a();
+  Sketch s = after_a();
   s.actions(3, "2", {"N Y"});
   s.actions(4, "1", {"N Y"});
   EXPECT_EQ(Ladder("A, Y : BOOL;", s).codes(), "P2002");
-  Sketch stored = behind_a();
+  Sketch stored = after_a();
   stored.actions(3, "2", {"S Y"});
   stored.actions(4, "1", {"R Y"});
   EXPECT_EQ(Ladder("A, Y : BOOL;", stored).codes(), "");
@@ -118,7 +118,7 @@ TEST(ActionBlock, DurationsMayBeComputed) {
 
 // ---- what R undoes ------------------------------------------------------------------------------------------------
 
-/// A resets behind an action that B feeds; `above`: the R is drawn first.
+/// A resets after an action that B feeds; `above`: the R is drawn first.
 Sketch with_reset(const std::string& action, const std::string& name, bool above) {
   Sketch s;
   s.rail(1);
@@ -163,7 +163,7 @@ TEST(Reset, LeavesTheTimerOfDsToPower) {
 }
 
 TEST(Reset, OfOneNameLeavesOthers) {
-  Sketch s = behind_a();
+  Sketch s = after_a();
   s.actions(3, "1", {"SD Y T#10ms", "SD Z T#10ms"});
   s.actions(4, "2", {"R Y"});
   Ladder d("A, Y, Z : BOOL;", s);
@@ -222,7 +222,7 @@ TEST(ActionBlock, ReportsADurationThatIsNoTime) {
   EXPECT_NE(d.message().find("duration of action \"Y\""), std::string::npos) << d.message();
 }
 
-TEST(ActionBlock, GoesOnBehindAWrongAction) {
+TEST(ActionBlock, GoesOnAfterAWrongAction) {
   Ladder d("A, Y : BOOL;", block_of({"Q Y", "L Y", "N Y"}));
   EXPECT_EQ(d.codes(), "P2004 P2004");
 }
@@ -247,7 +247,7 @@ TEST(ActionBlock, InAFunctionRemembersNothing) {
   for (const char* action : {"P F", "L F T#1s", "SD F T#1s", "S work {F := TRUE;}"}) {
     const auto d = drawn(action);
     EXPECT_EQ(d->codes(), "P2004") << action;
-    EXPECT_NE(d->message().find("stands in a function, which remembers nothing"), std::string::npos);
+    EXPECT_NE(d->message().find("is in a function, which remembers nothing"), std::string::npos);
   }
 }
 

@@ -13,8 +13,8 @@ struct Ladder : Drawn {
       : Drawn(ld::lower_body, variables, body, others) {}
 };
 
-/// Rail 1 and a contact 2 on A, for what a test draws behind them.
-inline Sketch behind_a() {
+/// Rail 1 and a contact 2 on A, for what a test draws after them.
+inline Sketch after_a() {
   Sketch s(plcopen::Language::kLd);
   s.rail(1);
   s.contact(2, "A", "1");

@@ -10,7 +10,7 @@
 namespace plc {
 namespace {
 
-using test::behind_a;
+using test::after_a;
 using test::Ladder;
 using test::Sketch;
 
@@ -75,7 +75,7 @@ INSTANTIATE_TEST_SUITE_P(
               },
               "P2003", "contact \"n\" has type INT, a contact is BOOL"},
         Wrong{"CoilOnAText", [](Sketch& s) { s.coil(3, "s", "2"); }, "P2003", "coil \"s\" has type STRING"},
-        Wrong{"UnknownContactIsReportedOnceForAllBehindIt",
+        Wrong{"UnknownContactIsReportedOnceForAllAfterIt",
               [](Sketch& s) {
                 s.contact(3, "nothing", "2");
                 s.contact(4, "B", "3");
@@ -166,7 +166,7 @@ TEST(Reports, NoFallingEdgeToWhomTheStandardIsEnough) {
 }
 
 TEST(Reports, ErrorsKeepThePouFromBeingCompiled) {
-  Sketch s = behind_a();
+  Sketch s = after_a();
   s.coil(3, "", "2");
   s.coil(4, "Y", "2");
   Ladder d("A, Y : BOOL;", s);
@@ -175,7 +175,7 @@ TEST(Reports, ErrorsKeepThePouFromBeingCompiled) {
 }
 
 TEST(Reports, UnconnectedElementsLeaveThePouPartial) {
-  Sketch s = behind_a();
+  Sketch s = after_a();
   s.coil(3, "Y", "2");
   s.coil(4, "X", "");
   Ladder d("A, X, Y : BOOL;", s);
@@ -183,7 +183,7 @@ TEST(Reports, UnconnectedElementsLeaveThePouPartial) {
   EXPECT_EQ(d.scan("A=1 X=1", "X Y"), "1 1") << "X keeps its value";
 }
 
-TEST(Reports, PowerBehindAnUnconnectedContactIsFalse) {
+TEST(Reports, PowerAfterAnUnconnectedContactIsFalse) {
   Sketch s;
   s.contact(1, "A", "");
   s.coil(2, "Y", "1");

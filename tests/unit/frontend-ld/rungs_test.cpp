@@ -13,7 +13,7 @@ namespace plc {
 namespace {
 
 using ir::Op;
-using test::behind_a;
+using test::after_a;
 using test::Ladder;
 using test::Sketch;
 
@@ -61,7 +61,7 @@ INSTANTIATE_TEST_SUITE_P(Modifiers, BeremizContacts,
                                          Modified{"!^A", "1 0 0 1 1 0"}, Modified{"!~A", "1 0 0 1 1 0"}));
 
 TEST(Contact, SeesItsEdgeWithoutPower) {
-  Sketch s = behind_a();
+  Sketch s = after_a();
   s.contact(3, "^B", "2");
   s.coil(4, "Y", "3");
   Ladder d("A, B, Y : BOOL;", s);
@@ -84,7 +84,7 @@ TEST(Contact, MayNameAnExpression) {
 
 TEST(Contact, OfOneScanHasOneValueForAllCoils) {
   const auto drawn = [] {
-    Sketch s = behind_a();
+    Sketch s = after_a();
     s.coil(3, "(R)A", "2");
     s.coil(4, "Y", "2");
     return s;
@@ -119,7 +119,7 @@ struct CoilRow {
 class Coils : public testing::TestWithParam<CoilRow> {};
 
 TEST_P(Coils, StoreAsTheirModifiersSay) {
-  Sketch s = behind_a();
+  Sketch s = after_a();
   s.coil(3, GetParam().text, "2");
   Ladder d("A : BOOL; Y : BOOL := " + std::string(GetParam().initial) + ";", s);
   EXPECT_EQ(d.over("A", "0 1 1 0 0 1", "Y"), GetParam().expected) << GetParam().text;
@@ -136,17 +136,17 @@ INSTANTIATE_TEST_SUITE_P(Modifiers, Coils,
                                          CoilRow{"^(R)Y", "TRUE", "1 0 0 0 0 0"}));
 
 TEST(Coil, IsTransparent) {
-  Sketch s = behind_a();
+  Sketch s = after_a();
   s.coil(3, "!X", "2");
   s.contact(4, "B", "3");
   s.coil(5, "Y", "4");
   Ladder d("A, B, X, Y : BOOL;", s);
-  EXPECT_EQ(d.scan("A=1 B=1", "X Y"), "0 1") << "the flow behind a coil is not what it stores";
+  EXPECT_EQ(d.scan("A=1 B=1", "X Y"), "0 1") << "the flow after a coil is not what it stores";
   EXPECT_EQ(d.scan("A=0", "X Y"), "1 0");
 }
 
 TEST(Coil, WritesAnElementOfAnArrayChosenByAnExpression) {
-  Sketch s = behind_a();
+  Sketch s = after_a();
   s.coil(3, "list[i + 1]", "2");
   Ladder d("A : BOOL; i : INT; list : ARRAY [1..3] OF BOOL;", s);
   EXPECT_EQ(d.scan("A=1 i=1", "list"), "[0, 1, 0]");
@@ -154,7 +154,7 @@ TEST(Coil, WritesAnElementOfAnArrayChosenByAnExpression) {
 }
 
 TEST(Coil, SetWritesNothingWithoutPowerButKeepsWhatOthersWrote) {
-  Sketch s = behind_a();
+  Sketch s = after_a();
   s.coil(3, "(S)Y", "2");
   s.contact(4, "B", "1");
   s.coil(5, "(R)Y", "4");
@@ -207,7 +207,7 @@ TEST(Power, ConnectionPointsOfOneElementAreOr) {
 
 // A in front of both branches is evaluated once: A AND (B OR C) AND D.
 TEST(Power, OfBranchesIsTakenOutOfThem) {
-  Sketch s = behind_a();
+  Sketch s = after_a();
   s.contact(3, "B", "2");
   s.contact(4, "C", "2");
   s.contact(5, "D", "3|4");
@@ -221,7 +221,7 @@ TEST(Power, OfBranchesIsTakenOutOfThem) {
 }
 
 TEST(Power, PastAContactMakesTheContactMeaningless) {
-  Sketch s = behind_a();
+  Sketch s = after_a();
   s.contact(3, "B", "2");
   s.coil(4, "Y", "2|3");
   Ladder d("A, B, Y : BOOL;", s);
@@ -293,8 +293,8 @@ TEST(Power, ThroughRandomNetsIsThatOfAWalk) {
   }
 }
 
-TEST(Power, BehindBlocksIsWhatTheirPinGives) {
-  Sketch s = behind_a();
+TEST(Power, AfterBlocksIsWhatTheirPinGives) {
+  Sketch s = after_a();
   s.block(3, "TON t", "IN=2 PT:=T#20ms", "Q");
   s.contact(4, "B", "3.Q");
   s.coil(5, "Y", "4");
@@ -330,7 +330,7 @@ TEST(Rung, AsInstructions) {
 // ---- jumps --------------------------------------------------------------------------------------------------------
 
 TEST(Jump, SkipsRungsWhileItHasPower) {
-  Sketch s = behind_a();
+  Sketch s = after_a();
   s.jump(3, "L", "2");
   s.coil(4, "X", "1");
   s.label(5, "L");
@@ -364,7 +364,7 @@ TEST(Jump, BackwardsLoopsInOneScan) {
 }
 
 TEST(Return, EndsTheBodyWithPowerOnly) {
-  Sketch s = behind_a();
+  Sketch s = after_a();
   s.ret(3, "2");
   s.coil(4, "X", "1");
   s.ret(5);

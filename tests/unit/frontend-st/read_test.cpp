@@ -146,7 +146,7 @@ TEST(ReadTypes, InitialValuesOfEveryForm) {
   EXPECT_EQ(type_of("TIME := T#1h2m"), "TIME := T#1h2m");
 }
 
-TEST(ReadTypes, StructWithoutSemicolonBehindIt) {
+TEST(ReadTypes, StructWithoutSemicolonAfterIt) {
   const Reading r("TYPE\n A : STRUCT x : INT; END_STRUCT\n B : INT;\nEND_TYPE");
   EXPECT_EQ(r.diagnostics.error_count(), 0u) << r.rendered();
   EXPECT_EQ(r.project->data_types.size(), 2u);
@@ -399,8 +399,8 @@ TEST(ReadErrors, MissingEndsNameWhatIsOpen) {
 TEST(ReadErrors, KeywordsInPlaceOfNamesDoNotStopTheReader) {
   for (const char* word : {"TYPE", "END_TYPE", "VAR", "END_VAR", "STRUCT", "END_STRUCT", "PROGRAM", "END_PROGRAM",
                            "CONFIGURATION", "TASK", "RESOURCE", "CLASS", "METHOD", "UNION", "END_UNION", "ACTION"}) {
-    for (const char* behind : {" : INT;", ", x : INT;", ";", " x", "", " := 1;", "(a)"}) {
-      const std::string text = std::string(word) + behind;
+    for (const char* following : {" : INT;", ", x : INT;", ";", " x", "", " := 1;", "(a)"}) {
+      const std::string text = std::string(word) + following;
       static_cast<void>(Reading(text));
       static_cast<void>(Reading("TYPE " + text + " END_TYPE"));
       static_cast<void>(Reading("TYPE S : STRUCT " + text + " END_STRUCT; END_TYPE"));
@@ -428,7 +428,7 @@ TEST(ReadErrors, ObjectOrientationIsRefusedOnceAConstruct) {
   ASSERT_EQ(r.project->pous.size(), 2u);
   const std::string& body = r.project->pous[0].bodies.at(0).text;
   EXPECT_EQ(body.find("METHOD"), std::string::npos) << body;
-  EXPECT_EQ(std::count(body.begin(), body.end(), '\n'), 2);  // the lines behind the method keep their numbers
+  EXPECT_EQ(std::count(body.begin(), body.end(), '\n'), 2);  // the lines following the method keep their numbers
 }
 
 TEST(ReadErrors, SectionsThatCannotStand) {

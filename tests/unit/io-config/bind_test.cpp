@@ -160,7 +160,7 @@ TEST(Bind, OutputsWithoutAChannelAreNamed) {
 
 struct Wrong {
   const char* name;
-  const char* text;      ///< behind kDrivers: from line 6 on
+  const char* text;      ///< after kDrivers: from line 6 on
   const char* problems;  ///< "line:column code", one a line
 };
 std::ostream& operator<<(std::ostream& out, const Wrong& wrong) { return out << wrong.name; }

@@ -113,7 +113,7 @@ TEST(PlanTasks, RateMonotonicPriorities) {
   ASSERT_TRUE(p.plan.has_value()) << p.problems;
   EXPECT_EQ(p.of(kFast).priority, 0);
   EXPECT_EQ(p.of(kSlow).priority, 1);
-  EXPECT_EQ(p.of(kStop).priority, 2) << "event tasks come behind";
+  EXPECT_EQ(p.of(kStop).priority, 2) << "event tasks come last";
 }
 
 TEST(PlanTasks, APriorityOfATaskCountsBeforeRateMonotonicOnes) {

@@ -271,7 +271,7 @@ TEST(Keys, DefaultsAreThoseOfTheStructures) {
   EXPECT_EQ(c.tasks.at(0).on_fault, t.on_fault);
 }
 
-/// The choices stand in the order of the enumerators.
+/// The choices are in the order of the enumerators.
 TEST(Keys, ChoicesAreInOrder) {
   const Keys keys(driver_types());
   const KeyType& orders = keys.find(TableId::kModbus, "word_order")->type;

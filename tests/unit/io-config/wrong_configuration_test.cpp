@@ -35,7 +35,7 @@ constexpr Wrong kWrong[] = {
     {"ControlCharacterInAHeader", "[modbus\x01]\n", "1:8 P7301"},
     {"QuoteInsideAWord", "[modbus]\nunit_id = 5\"\n", "2:12 P7301"},
     {"QuoteInsideAName", "[inputs]\nArr[\"1\"] = {}\n", "2:5 P7301"},
-    {"NotAsciiBehindAJoinedLine", "[drivers.a]\nkind = \"\"\"\\\n \xc2\xa7\"\"\"\n", "3:2 P7301"},
+    {"NotAsciiAfterAJoinedLine", "[drivers.a]\nkind = \"\"\"\\\n \xc2\xa7\"\"\"\n", "3:2 P7301"},
     {"OnlyTheFirstSyntaxError", "a = \nb = \n", "1:5 P7301"},
     // Unknown names.
     {"UnknownTable", "[modbuss]\n", "1:2 P7303"},
@@ -210,7 +210,7 @@ TEST(ConfigurationHelp, SaysHowToMendIt) {
   EXPECT_EQ(first_problem("[drivers.panel]\nkind = \"simulated\"\n[inputs]\nX = { driver = \"pannel\" }\n"),
             "plc.toml:4:16: error P7308: no driver \"pannel\"\n  help: did you mean \"panel\"?");
   EXPECT_EQ(first_problem("[inputs]\n%IX0.0 = { driver = \"a\" }\n").substr(0, 27), "plc.toml:2:1: error P7301: ");
-  EXPECT_NE(first_problem("[inputs]\n%IX0.0 = { driver = \"a\" }\n").find("help: addresses stand in quotes"),
+  EXPECT_NE(first_problem("[inputs]\n%IX0.0 = { driver = \"a\" }\n").find("help: addresses are written in quotes"),
             std::string::npos);
   EXPECT_NE(first_problem("[outputs]\nlisten = \"off\"\n").find("help: \"listen\" belongs to [modbus]"),
             std::string::npos)

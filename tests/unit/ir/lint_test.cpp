@@ -388,7 +388,7 @@ TEST(LintDrawing, AnInstanceDrawnTwice) {
   EXPECT_EQ(project.run("none,block-twice"), "Main:4");
 }
 
-TEST(LintDrawing, ElementsBehindAReturnAreNotReached) {
+TEST(LintDrawing, ElementsAfterAReturnAreNotReached) {
   Linted project("PROGRAM Main VAR go, a : BOOL; END_VAR END_PROGRAM");
   project.pou("Main").bodies = {ladder("go", [](BodyBuilder& b) {
     b.add(ElementKind::kReturn, 3, "", 0, 5);

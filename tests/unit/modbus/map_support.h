@@ -63,7 +63,7 @@ struct MapFixture {
         std::find_if(map->points().begin(), map->points().end(), [&](const Point& p) { return p.path == path; });
     return found == map->points().end() ? nullptr : &*found;
   }
-  /// "holding-registers 1024", with "*" behind automatic ones; "none" for a variable that is not in the map.
+  /// "holding-registers 1024", with "*" after automatic ones; "none" for a variable that is not in the map.
   [[nodiscard]] std::string place(const std::string& path) const {
     const Point* const p = point(path);
     if (p == nullptr) return "none";

@@ -140,7 +140,7 @@ TEST(ModbusPdu, B9WhatMustNotBeWritten) {
   PlantPdu pdu;
   EXPECT_EQ(pdu.exception(pdu_of(6, {kFixed, 1})), 2);
   EXPECT_EQ(pdu.exception(pdu_of(22, {kFixed, 0, 1})), 2);
-  // All or nothing: the variables before and behind the constant keep their values as well.
+  // All or nothing: the variables before and after the constant keep their values as well.
   EXPECT_EQ(pdu.exception(write_registers(kPercent, {5, 5, 5})), 2);
   EXPECT_EQ(pdu.holding(kPercent, 2), (Registers{0, 77}));
 }

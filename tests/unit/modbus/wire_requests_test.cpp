@@ -121,7 +121,7 @@ TEST(ModbusWire, B10NothingTearsWhileTheTaskRuns) {
 }
 
 TEST(ModbusWire, B11OnlyProcessDataOnThisPort) {
-  // No function beyond the served ones does anything: OpenPLC's debugger (65..69) and its kin are not there.
+  // No function beyond the served ones does anything: OpenPLC's debugger (65..69) and the like are not there.
   PlantServer plant;
   ModbusClient client = plant.client();
   for (unsigned function = 0; function < 256; ++function) {

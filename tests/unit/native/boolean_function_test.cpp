@@ -21,7 +21,7 @@ void expect_same(std::uint32_t truth, unsigned inputs) {
   }
 }
 
-/// How often inputs stand in it; tables are no expressions of them.
+/// How often inputs are in it; tables are no expressions of them.
 int inputs_in(const BooleanExpression& e) {
   if (e.kind == Kind::kTable) return 1000;
   int count = e.kind == Kind::kInput ? 1 : 0;
@@ -63,9 +63,9 @@ TEST(BooleanFunction, RungsReadEachContactOnce) {
 TEST(BooleanFunction, WhatCannotBeReadOnceIsATable) {
   const BooleanExpression mux = native::expression_of(0xca, 3);
   EXPECT_EQ(mux.kind, Kind::kTable);
-  // Behind a contact in series the table is of three inputs still.
-  const BooleanExpression behind = native::expression_of(0xca00, 4);
-  EXPECT_EQ(behind.kind, Kind::kAnd);
+  // After a contact in series the table is of three inputs still.
+  const BooleanExpression in_series = native::expression_of(0xca00, 4);
+  EXPECT_EQ(in_series.kind, Kind::kAnd);
 }
 
 TEST(BooleanFunction, InputsThatDoNotMatterAreNotRead) {

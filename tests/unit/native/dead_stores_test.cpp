@@ -29,7 +29,7 @@ struct Program {
 
   Word number(std::int32_t value) { return b.constant(TypeId::kDint, value); }
   Word number(float value) { return b.constant(TypeId::kReal, value); }
-  /// Writes all temporaries, so that nothing in front of it is worth keeping.
+  /// Writes all temporaries, so that nothing before it is worth keeping.
   void overwrite() {
     for (const Word word : t) main.op(Opcode::kAdd32, {word, ints[3], ints[3]});
     for (const Word word : f) main.op(Opcode::kAddF32, {word, reals[3], reals[3]});

@@ -222,7 +222,7 @@ std::string shift_left() {
   return stdlib::key_of(*found);
 }
 
-TEST(NativeEngine, RareCodeBehindABodyOfManyInterpretedInstructions) {
+TEST(NativeEngine, RareCodeAfterABodyOfManyInterpretedInstructions) {
   // What is copied for the interpreter is longer than the code itself: nothing may point into the copy.
   ImageBuilder b;
   PouBuilder main = b.pou("Main", PouKind::kProgram);
@@ -237,7 +237,7 @@ TEST(NativeEngine, RareCodeBehindABodyOfManyInterpretedInstructions) {
 }
 
 TEST(NativeEngine, ABodyOfManyRareCases) {
-  // So many that they lie further behind it than conditional jumps of some processors reach.
+  // So many that they lie further after it than conditional jumps of some processors reach.
   ImageBuilder b;
   PouBuilder main = b.pou("Main", PouKind::kProgram);
   const Word value = main.variable("value", b.type(TypeId::kDword), FieldRole::kLocal, bytes_of(0x80000001u));
@@ -255,7 +255,7 @@ TEST(NativeEngine, ABodyOfManyRareCases) {
 }
 
 TEST(NativeEngine, VariablesFarAway) {
-  // Behind 4 KiB and 16 MiB, in a program and in a function block with two instances.
+  // Beyond 4 KiB and 16 MiB, in a program and in a function block with two instances.
   ImageBuilder b;
   const auto use = [&b](PouBuilder& pou) {
     const Word element = pou.variable("element", b.type(TypeId::kDint), FieldRole::kLocal, bytes_of(std::int32_t{3}));

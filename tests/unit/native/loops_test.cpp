@@ -86,7 +86,7 @@ TEST(Loops, ElementsOutsideAreEventsAndZero) {
 
 TEST(Loops, OneThatSomebodyJumpsIntoIsNone) {
   Sum s(7);
-  // Once more, past the head: from behind the first one, into a second one.
+  // Once more, past the head: from after the first one, into a second one.
   const std::uint32_t into = s.main.jump(Opcode::kJump);
   const std::uint32_t head = s.main.here();
   s.main.op(Opcode::kAdd32, {s.sum, s.sum, s.number(1)});
@@ -154,7 +154,7 @@ TEST(Loops, SeveralRoundsAtOnceEndWhereSingleOnesDo) {
       for (std::int32_t rounds = 0; rounds < 20; ++rounds) {
         counts.push_back({wide, false, -5, -5 + rounds, step});
         counts.push_back({wide, true, 5, 5 - rounds, step});
-        // Behind the end of the type they go on at its other end, until the budget is used up.
+        // Past the end of the type they continue at its other end, until the budget is used up.
         counts.push_back({wide, false, most - rounds, most, step});
         counts.push_back({wide, true, least + rounds, least, step});
         counts.push_back({wide, false, least, least + rounds, step});
@@ -212,7 +212,7 @@ std::unique_ptr<Engines> load_products(std::int32_t last, Reads reads, std::uint
   return load(b, main, budget);
 }
 
-TEST(Loops, AnElementGoesStraightIntoArithmeticButIsThereBehindTheLoop) {
+TEST(Loops, AnElementGoesStraightIntoArithmeticButIsThereAfterTheLoop) {
   for (const Reads reads : {Reads::kSecond, Reads::kFirst, Reads::kBoth, Reads::kElsewhereToo}) {
     for (std::int32_t last = 0; last < 20; ++last) {  // from 16 on, indices outside
       for (const std::uint32_t budget : {3u, 20u, 24u, 25u, 26u, 27u, 28u, 1000u}) {
@@ -302,7 +302,7 @@ TEST(Loops, AChoiceOfIntegersIsMadeWithoutAJump) {
   }
 }
 
-TEST(Accesses, PartsBehindSeveralIndicesEndWithTheLastOne) {
+TEST(Accesses, PartsWithSeveralIndicesEndWithTheLastOne) {
   ImageBuilder b;
   PouBuilder main = b.pou("Main", PouKind::kProgram);
   const std::uint32_t dint = b.type(TypeId::kDint);
@@ -395,7 +395,7 @@ TEST(Loops, AComparisonOfRealsLosesWhatIsHeld) {
   EXPECT_FALSE(engines->fault());
 }
 
-TEST(Loops, APortOfTheBlockBehindOneIsAVariableOfIt) {
+TEST(Loops, APortOfTheBlockAfterOneIsAVariableOfIt) {
   ImageBuilder b;
   PouBuilder main = b.pou("Main", PouKind::kProgram);
   const std::uint32_t boolean = b.boolean(), dint = b.type(TypeId::kDint);

@@ -35,7 +35,7 @@ std::uint32_t read(Engines& engines, std::size_t offset) {
   return value;
 }
 
-/// One REAL or DINT of the instance per name, at 4 bytes each, and ARRAY [0..7] OF REAL behind them.
+/// One REAL or DINT of the instance per name, at 4 bytes each, and ARRAY [0..7] OF REAL after them.
 struct Program {
   Program() {
     for (const char* name : {"sum", "x", "kept"}) reals.push_back(main.variable(name, real));
@@ -198,7 +198,7 @@ TEST(LoopRanges, ANanThatIsStoredOrMovedInTheLoopIsTheOne) {
 }
 
 TEST(LoopRanges, AStrangeNanThatNobodyComputedWithStaysAsItIs) {
-  // Added to in some rounds only: behind the loop it is what it was, or the sum.
+  // Added to in some rounds only: after the loop it is what it was, or the sum.
   Program p;
   p.loop(7, [&] {
     p.main.op(Opcode::kLtI32, {p.more, p.i, p.n});

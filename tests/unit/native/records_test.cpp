@@ -62,7 +62,7 @@ TEST(Records, WhatIsInARegisterAloneIsNotForgotten) {
   EXPECT_EQ(records[1].next[0], kNever) << "it is in the table";
 }
 
-/// Blocks behind boolean logic that leaves their inputs in any registers, beside values that it holds.
+/// Blocks after boolean logic that leaves their inputs in any registers, beside values that it holds.
 TEST(Records, BlocksFindTheirInputsInAnyRegister) {
   struct Kind {
     const char* name;

@@ -77,7 +77,7 @@ TEST(Places, DoubledCarriageReturnsAreOneLineEnd) {
   EXPECT_TRUE(r.diagnostics.text_jumps(r.project->file)->all().empty());
 }
 
-/// "1:4>1:8": what stands at column 4 is followed by what stands at column 8.
+/// "1:4>1:8": what is at column 4 is followed by what is at column 8.
 std::string jumps_of(const ReadResult& r) {
   std::string out;
   for (const core::TextJumps::Jump& jump : r.diagnostics.text_jumps(r.project->file)->all()) {
@@ -87,7 +87,7 @@ std::string jumps_of(const ReadResult& r) {
   return out;
 }
 
-TEST(Places, TextsJumpBehindEntitiesSectionsAndLoneReturns) {
+TEST(Places, TextsJumpAfterEntitiesSectionsAndLoneReturns) {
   const auto jumps = [](const std::string& text) { return jumps_of(read_clean(program("<ST>\n" + text + "</ST>"))); };
   EXPECT_EQ(jumps("a\n\xC3\xA4 b"), "");
   EXPECT_EQ(jumps("a&lt;b"), "5:2>5:6");
@@ -117,7 +117,7 @@ TEST(Places, ColumnsCountCharacters) {
   const auto r = read_clean(
       ladder("\n<comment localId=\"9\" width=\"1\" height=\"1\"><content>\xC3\xA4\xE2\x82\xAC</content></comment><coil "
              "localId=\"1\"><variable>\xC3\xA4</variable></coil>"));
-  // 9 + 58 characters stand before the coil: both umlaut and euro sign count once.
+  // 9 + 58 characters come before the coil: both umlaut and euro sign count once.
   EXPECT_EQ(
       body_of(r).elements.at(0).at.column,
       std::string_view("<comment localId=\"9\" width=\"1\" height=\"1\"><content>xx</content></comment>").size() + 1);

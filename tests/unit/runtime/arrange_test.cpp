@@ -84,7 +84,7 @@ TEST(Arrange, AValueMayBeReadBetweenTwoWrites) {
 }
 
 TEST(Arrange, BlocksWaitForTheirInputsAndTheirReadersForThem) {
-  // Every coil counts, and the next one is set by the counter in front.
+  // Every coil counts, and the next one is set by the counter before it.
   OneProgram p;
   const std::uint32_t block = p.b.block("CTU");
   Word enabled = p.main.variable("start", p.b.boolean());
@@ -121,7 +121,7 @@ TEST(Arrange, MoreThanIsArrangedAtOnce) {
 }
 
 TEST(Arrange, OrderThatGainsNothingStays) {
-  // Each instruction needs the one in front.
+  // Each instruction needs the one before it.
   Numbers p;
   const Word sum = p.number("sum", 1);
   const Word two = p.number("two", 2);

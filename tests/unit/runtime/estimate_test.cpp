@@ -1,5 +1,5 @@
 // The estimator against programs counted by hand: with one cost set to 1 and all others to 0, the estimate is how often
-// that kind stands on the longest path.
+// that kind is on the longest path.
 #include "runtime/sched/estimate.h"
 
 #include <gtest/gtest.h>
@@ -197,7 +197,7 @@ TEST(Estimate, AssumesRoundsWhereTheCodeDoesNotSay) {
   }
 }
 
-// WHILE: the condition stands behind the statements, and the first jump goes there.
+// WHILE: the condition comes after the statements, and the first jump goes there.
 TEST(Estimate, ALoopEnteredInItsMiddle) {
   Small s;
   const std::uint32_t entry = s.main.jump(Opcode::kJump);

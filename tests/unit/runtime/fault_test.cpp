@@ -92,7 +92,7 @@ TEST(Watchdog, TakesTheOutputsOfATaskThatSpins) {
   scheduler.start();
   ASSERT_TRUE(within(std::chrono::seconds(20), [&] { return witness.stopped[kBad] != 0; }));
   EXPECT_EQ(plant.read(plant.output), -7) << "the declared safe value";
-  EXPECT_LT(witness.stopped_at - witness.bad_began, 2 * kWatchdog) << "within one period behind the limit";
+  EXPECT_LT(witness.stopped_at - witness.bad_began, 2 * kWatchdog) << "within one period after the limit";
   const std::vector<runtime::TaskFault> faults = scheduler.new_faults();
   ASSERT_EQ(faults.size(), 1u);
   EXPECT_EQ(faults[0].task, kBad);
@@ -267,7 +267,7 @@ TEST(Plan, RateMonotonicPriorities) {
   EXPECT_EQ(plan[2].priority, 0) << "the shortest interval";
   EXPECT_EQ(plan[0].priority, 1);
   EXPECT_EQ(plan[3].priority, 1) << "equal intervals, equal priorities";
-  EXPECT_EQ(plan[4].priority, 2) << "without an interval: behind, as declared";
+  EXPECT_EQ(plan[4].priority, 2) << "without an interval: last, as declared";
   EXPECT_EQ(plan[1].priority, 3);
 }
 

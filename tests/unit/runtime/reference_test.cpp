@@ -65,7 +65,7 @@ TEST(Parts, EverySizeOfElementsAndEveryTypeOfIndex) {
       EXPECT_EQ(value_of(*r, "Main0.values[11]"), value_of(*r, "Main0.in"));
       EXPECT_EQ(value_of(*r, "Main0.out_at"), value_of(*r, "Main0.in"));
       EXPECT_EQ(r->program(0).event_total(), 0u);
-      // Two accesses before the jump and three behind it.
+      // Two accesses before the jump and three after it.
       for (const char* bad : {"9", "14", "0", "127"}) {
         const std::uint64_t before = r->program(0).event_total();
         const std::string whole = value_of(*r, "Main0.values");
@@ -227,7 +227,7 @@ TEST(Parts, StructuresOfNullKeepTheCapacitiesOfTheirStrings) {
   for (const Event kind : kinds(*r)) EXPECT_EQ(kind, Event::kNullReference);
 }
 
-TEST(Parts, BlocksInArraysAndBehindReferences) {
+TEST(Parts, BlocksInArraysAndThroughReferences) {
   OneProgram p;
   PouBuilder counter = p.b.pou("Counter", PouKind::kFunctionBlock);
   const Word n = counter.variable("n", p.b.type(TypeId::kDint));

@@ -18,7 +18,7 @@ namespace plc::test {
 
 constexpr std::int64_t kMs = 1'000'000;
 
-/// An instance in memory that is no larger than the block says, with a canary behind it.
+/// An instance in memory that is no larger than the block says, with a canary after it.
 class Instance {
  public:
   explicit Instance(std::string_view name) : spec_(stdlib::block_named(name)) {

@@ -54,7 +54,7 @@ TEST(Blocks, FieldsAreAlignedInsideAndApart) {
   }
 }
 
-TEST(Blocks, EveryBooleanStaysABooleanAndNothingIsWrittenBehind) {
+TEST(Blocks, EveryBooleanStaysABooleanAndNothingIsWrittenPastIt) {
   for (const BlockSpec& block : stdlib::blocks()) {
     Instance instance(block.name);
     for (unsigned pattern = 0; pattern < 64; ++pattern) {
@@ -390,7 +390,7 @@ at      IN PT     | Q ET
 T#7s    1  T#20ms | 0 T#0ms
 T#7s20ms 1 .      | 1 T#20ms
 )"},
-                               {kOn, "a clock behind the start counts as no time", R"(
+                               {kOn, "a clock before the start counts as no time", R"(
 at      IN PT     | Q ET
 T#1s    1  T#50ms | 0 T#0ms
 T#10ms  1  .      | 0 T#0ms
@@ -446,7 +446,7 @@ at      IN PT     | Q ET
 T#10ms  1  T#-1s  | 1 T#0ms
 T#20ms  0  .      | 0 T#0ms
 )"},
-                               {kOff, "a clock behind the start counts as no time", R"(
+                               {kOff, "a clock before the start counts as no time", R"(
 at      IN PT     | Q ET
 T#1s    1  T#50ms | 1 T#0ms
 T#2s    0  .      | 1 T#0ms
@@ -503,7 +503,7 @@ at      IN PT     | Q ET
 T#7s    1  T#20ms | 1 T#0ms
 T#7s20ms 1 .      | 0 T#20ms
 )"},
-                               {kPulse, "a clock behind the start counts as no time", R"(
+                               {kPulse, "a clock before the start counts as no time", R"(
 at      IN PT     | Q ET
 T#1s    1  T#50ms | 1 T#0ms
 T#0ms   1  .      | 1 T#0ms

@@ -123,7 +123,7 @@ TEST(Library, HasTheNamesOfTheStandard) {
   }
 }
 
-TEST(Library, PinsAreCountedOnBehindTheDeclaredOnes) {
+TEST(Library, PinsAreCountedOnAfterTheDeclaredOnes) {
   const auto& add = *overload("ADD:DINT").spec;
   EXPECT_EQ(stdlib::pin_name(add, 0), "IN1");
   EXPECT_EQ(stdlib::pin_name(add, 11), "IN12");

@@ -114,7 +114,7 @@ TEST(PidLoop, NoLimitsWhereXminIsNotBelowXmax) {
   EXPECT_NEAR(loop.out(), 200, 1e-3) << "a limit on one side";
 }
 
-/// The same loop with an integral that nobody stops, held within the limits behind it only.
+/// The same loop with an integral that nothing stops, held only within the limits after it.
 struct Windup {
   Oven oven{};
   double integral = 0, out = 0, highest = -1e9;

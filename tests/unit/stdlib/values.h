@@ -152,7 +152,7 @@ struct Value {
   }
 };
 
-/// Calls an overload on values; the result has a canary behind it.
+/// Calls an overload on values; the result has a canary after it.
 inline stdlib::Event call(const stdlib::Overload& overload, Value& result, const std::vector<Value>& args) {
   std::vector<const void*> places;
   for (const Value& arg : args) places.push_back(arg.bytes);

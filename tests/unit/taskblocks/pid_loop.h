@@ -27,7 +27,7 @@ class Loop : public picard::Instance {
   std::int16_t tune_state() { return port<std::int16_t>("TUNE_STATE"); }
 };
 
-/// K / (T s + 1) behind a zero-order hold: exact.
+/// K / (T s + 1) after a zero-order hold: exact.
 struct FirstOrder {
   double gain;
   double decay;  ///< exp(-period / T)
