@@ -244,7 +244,7 @@ std::optional<ValueId> Drawing::read_bool(const Input& input, NodeId reader) {
                           "power flow into " + std::string(core::element_word(e.kind)) + " \"" + e.text + "\"");
 }
 
-std::optional<PlaceId> Drawing::place_behind(const OutRef& out, std::size_t steps) {
+std::optional<PlaceId> Drawing::place_of_source(const OutRef& out, std::size_t steps) {
   // In-outs wired to themselves, at once or around, lead to no variable.
   if (steps > graph_.nodes.size()) return std::nullopt;
   const plcopen::Element& e = element(out.node);
@@ -256,7 +256,7 @@ std::optional<PlaceId> Drawing::place_behind(const OutRef& out, std::size_t step
     case ElementKind::kConnector:
     case ElementKind::kContinuation:
       for (const Input& input : inputs(out.node)) {
-        if (input.wire_count == 1) return place_behind(graph_.wires[input.first_wire].from, steps + 1);
+        if (input.wire_count == 1) return place_of_source(graph_.wires[input.first_wire].from, steps + 1);
       }
       return std::nullopt;
     case ElementKind::kBlock: {
@@ -267,7 +267,7 @@ std::optional<PlaceId> Drawing::place_behind(const OutRef& out, std::size_t step
       if (name == nullptr) return std::nullopt;
       for (const Input& input : inputs(out.node)) {
         if (core::iequals(input.pin->name, *name) && input.wire_count == 1) {
-          return place_behind(graph_.wires[input.first_wire].from, steps + 1);
+          return place_of_source(graph_.wires[input.first_wire].from, steps + 1);
         }
       }
       return std::nullopt;

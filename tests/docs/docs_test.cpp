@@ -69,8 +69,8 @@ TEST(DecisionRecords, HaveUniqueNumbersAndAStatus) {
     const auto [it, fresh] = by_number.emplace(name.substr(0, 4), name);
     EXPECT_TRUE(fresh) << name << " and " << it->second << " share a number";
     const std::string text = text_of(entry.path());
-    const bool decided = text.find("Status: accepted") != std::string::npos ||
-                         text.find("Status: superseded by [") != std::string::npos;
+    const bool decided =
+        text.find("Status: accepted") != std::string::npos || text.find("Status: superseded by [") != std::string::npos;
     EXPECT_TRUE(decided) << name << " is neither accepted nor superseded: decide, or do not merge it";
     for (const char* section : {"## Context", "## Decision", "## Consequences"}) {
       EXPECT_NE(text.find(section), std::string::npos) << name << " has no " << section;
