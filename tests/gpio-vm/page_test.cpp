@@ -20,7 +20,8 @@ const std::string kPages = "/srv/problems/";
 /// The name that the pages give to the machine's chip.
 const std::string kChipOfPages = "gpiochip0";
 
-/// plc-run's exit code and output with the example's configuration.
+/// plc-run's exit code and output with the example's configuration. Given a command to run right before, the project is
+/// compiled before that and plc-run gets the image, so that it needs no process for the compiler.
 ToolResult run(const Example& example, const std::string& chip, const std::string& before = "") {
   const ScratchFolder folder;
   std::string toml = example.files.at("plc.toml");
@@ -29,8 +30,14 @@ ToolResult run(const Example& example, const std::string& chip, const std::strin
   }
   write_text(folder.file("plc.toml"), toml);
   write_text(folder.file("example.st"), kSmallProject);
+  std::string project = "example.st";
+  std::string first = before;
+  if (!before.empty()) {
+    project = "example.pbc";
+    first = "plc compile example.st --config plc.toml -o " + project + "; " + before;
+  }
   return run_tool({"/bin/sh", "-ec",
-                   "cd \"$0\"; " + before + "exec plc-run example.st --config plc.toml --modbus off --cycles 3",
+                   "cd \"$0\"; " + first + "exec plc-run " + project + " --config plc.toml --modbus off --cycles 3",
                    folder.file("")});
 }
 

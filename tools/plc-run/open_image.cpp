@@ -72,7 +72,10 @@ std::optional<int> run_compiler(const ImageRequest& request, int output) {
   posix_spawn_file_actions_destroy(&actions);
   if (refused != 0) {
     complain("plc-run", fmt::format("{} cannot be run: {}", words[0], std::strerror(refused)),
-             "plc and plc-run are installed side by side; or give an image made by plc compile");
+             refused == EAGAIN || refused == ENOMEM
+                 ? "a project is compiled in a process of its own: allow one more (TasksMax, ulimit -u), or give an "
+                   "image made by plc compile"
+                 : "plc and plc-run are installed side by side; or give an image made by plc compile");
     return std::nullopt;
   }
   int status = 0;
