@@ -130,18 +130,19 @@ Language DeclarationReader::language() {
   const bool label = next == TokenKind::kColon;
   const Token instruction = label ? peek(2) : token_;
   const Token operand = label ? peek(3) : peek(1);
-  static constexpr std::string_view kInstructions[] = {"LD",    "LDN", "ST",   "STN",   "CAL", "CALC",
-                                                       "CALCN", "JMP", "JMPC", "JMPCN", "S",   "R"};
+  static constexpr std::string_view kInstructions[] = {"LD",    "LDN", "ST",   "STN",   "CAL", "CALC", "CALCN",
+                                                       "CALN", "JMP", "JMPC", "JMPCN", "JMPN", "S",   "R"};
   const bool known = std::any_of(std::begin(kInstructions), std::end(kInstructions),
                                  [&](std::string_view one) { return is_text(instruction, one); });
   const TokenKind kind = operand.kind;
   const bool value = kind == TokenKind::kIdentifier || kind == TokenKind::kInteger || kind == TokenKind::kReal ||
                      kind == TokenKind::kTyped || kind == TokenKind::kEnumValue || kind == TokenKind::kString ||
-                     kind == TokenKind::kWstring || kind == TokenKind::kDirect;
+                     kind == TokenKind::kWstring || kind == TokenKind::kDirect || kind == TokenKind::kMinus;
   // The next instruction follows the operand, or its members; in ST something that continues the statement.
   const TokenKind then = peek(label ? 4 : 2).kind;
   const bool ends = then == TokenKind::kIdentifier || then == TokenKind::kEnd || then == TokenKind::kDot ||
-                    then == TokenKind::kLeftBracket || then == TokenKind::kLeftParen || then == TokenKind::kComma;
+                    then == TokenKind::kLeftBracket || then == TokenKind::kLeftParen || then == TokenKind::kComma ||
+                    then == TokenKind::kSemicolon || then == TokenKind::kCaret || kind == TokenKind::kMinus;
   return known && value && ends ? Language::kIl : Language::kSt;
 }
 
@@ -199,7 +200,7 @@ void DeclarationReader::body(plcopen::Pou& out, const Token& opener, Word opener
       refuse(Word::kMethod, Word::kEndMethod, "METHOD");
     } else if (names && word == Word::kProperty) {
       refuse(Word::kProperty, Word::kEndProperty, "PROPERTY");
-    } else if (names && word == Word::kAction && body.language == Language::kSt) {
+    } else if (names && word == Word::kAction && body.language != Language::kSfc) {
       action(out.name);
       in_body_ = true;
     } else {
