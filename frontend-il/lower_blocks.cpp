@@ -83,6 +83,7 @@ bool Lowering::lower_all() {
 void Lowering::lower_block(BlockId id, bool reached) {
   const Block& block = flow_.blocks[id];
   jump_condition_.reset();
+  block_ = id;
   builder_.set_source(at(listing_.instructions[block.first]));
   enter(id, reached);
   for (std::uint32_t i = block.first; i < block.last; ++i) lower(i);

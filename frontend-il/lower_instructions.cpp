@@ -108,18 +108,18 @@ void Lowering::lower(std::uint32_t index) {
     case Kind::kNot:
       return negate(index);
     case Kind::kBinary:
-      return one.opens ? open_bracket(index) : combine(one);
+      return one.opens ? open_bracket(index) : combine(index);
     case Kind::kClose:
-      return close_bracket(one);
+      return close_bracket(index);
     case Kind::kJump:
     case Kind::kReturn:
       return end(one);
     case Kind::kCall:
-      return call(one);
+      return call(index);
     case Kind::kInput:
       return give_input(one, one.operand);
     case Kind::kFunction:
-      return call_function(one);
+      return call_function(one, index);
     case Kind::kBroken:
       return set(std::nullopt);
   }
@@ -196,15 +196,19 @@ void Lowering::negate(std::uint32_t index) {
   const Instruction& one = listing_.instructions[index];
   const auto value = needed(one.begin);
   if (!value) return;
-  Expected expected;
-  for (BlockId id = 0; id < flow_.blocks.size() && value->kind != Operand::Kind::kValue; ++id) {
-    if (index >= flow_.blocks[id].first && index < flow_.blocks[id].last) expected = wanted_type(id, index + 1);
-  }
+  const Expected expected = expected_after(index, *value);
   set(st_.value(negated(given(one, kAccumulator, *value)), expected));
 }
 
+/// The type that what is made of a literal is to have: of what it meets later.
+Lowering::Expected Lowering::expected_after(std::uint32_t index, const Operand& accumulator) {
+  if (accumulator.kind == Operand::Kind::kValue) return std::nullopt;
+  return wanted_type(block_, index + 1);
+}
+
 // ADD 1, 2 is ADD 1 and ADD 2.
-void Lowering::combine(const Instruction& one) {
+void Lowering::combine(std::uint32_t index) {
+  const Instruction& one = listing_.instructions[index];
   for (NodeId operand = one.operand; operand != kNoNode;) {
     const NodeId next = std::exchange(listing_.ast.nodes[operand].next, kNoNode);
     const auto value = needed(one.begin);
@@ -213,7 +217,7 @@ void Lowering::combine(const Instruction& one) {
     } else {
       const NodeId right = one.negated ? negated(operand) : operand;
       const NodeId left = given(one, kAccumulator, *value);
-      set(st_.value(binary(one, left, right), std::nullopt));
+      set(st_.value(binary(one, left, right), expected_after(index, *value)));
     }
     operand = next;
   }
@@ -228,7 +232,8 @@ void Lowering::open_bracket(std::uint32_t index) {
   set(st_.value(one.operand, value ? type_of(*value) : std::nullopt));
 }
 
-void Lowering::close_bracket(const Instruction& one) {
+void Lowering::close_bracket(std::uint32_t index) {
+  const Instruction& one = listing_.instructions[index];
   if (brackets_.empty()) return set(std::nullopt);  // its beginning was reported
   const Bracket bracket = brackets_.back();
   brackets_.pop_back();
@@ -243,7 +248,8 @@ void Lowering::close_bracket(const Instruction& one) {
   builder_.set_source(at(opener));
   const NodeId left = given(opener, kAccumulator, accumulator_.value);
   const NodeId value = given(opener, kInner, *inner);
-  set(st_.value(binary(opener, left, opener.negated ? negated(value) : value), std::nullopt));
+  const Expected expected = expected_after(index, accumulator_.value);
+  set(st_.value(binary(opener, left, opener.negated ? negated(value) : value), expected));
 }
 
 std::optional<ir::ValueId> Lowering::condition(const Instruction& one) {
@@ -266,7 +272,8 @@ void Lowering::end(const Instruction& one) {
   builder_.bind(stay);
 }
 
-void Lowering::call(const Instruction& one) {
+void Lowering::call(std::uint32_t index) {
+  const Instruction& one = listing_.instructions[index];
   const NodeId callee = listing_.ast[one.operand].a;
   const Node& named = listing_.ast[callee];
   const std::string_view name = source_.slice(named.begin, named.end);
@@ -286,7 +293,7 @@ void Lowering::call(const Instruction& one) {
       function.end = named.end;
       function.operand = kNoNode;
     }
-    return call_function(function);
+    return call_function(function, index);
   }
   ir::LabelId stay{};
   if (one.condition != Condition::kAlways) {
@@ -330,7 +337,7 @@ void Lowering::give_input(const Instruction& one, NodeId instance) {
   fine_ = st_.statements(listing_.ast.add(statement)) && fine_;
 }
 
-void Lowering::call_function(const Instruction& one) {
+void Lowering::call_function(const Instruction& one, std::uint32_t index) {
   const NodeId callee = one.formal ? listing_.ast[one.operand].a : kNoNode;
   const std::string_view name =
       callee == kNoNode ? word(one) : source_.slice(listing_.ast[callee].begin, listing_.ast[callee].end);
@@ -343,6 +350,7 @@ void Lowering::call_function(const Instruction& one) {
       std::string help = operator_meant(name);
       if (help.empty()) help = st::function_meant(module, builder_.pou(), name);
       if (named.is_place()) help = "an instance is called with CAL, a value loaded with LD";
+      if (help.empty()) help = "an instruction begins with an operator, as LD, or with the name of a function";
       fail(Code::P4502, one.begin, quoted(name) + " is neither an operator nor a function", std::move(help));
       return set(std::nullopt);
     }
@@ -382,7 +390,7 @@ void Lowering::call_function(const Instruction& one) {
   const auto pou = module.pou_by_name.find(name);
   const bool own = pou != module.pou_by_name.end() && module.pous[pou->second].kind == ir::PouKind::kFunction;
   const bool has_result = own ? module.pous[pou->second].return_type.valid() : stdlib::bundle_named(name) == nullptr;
-  if (has_result) return set(st_.value(call, std::nullopt));
+  if (has_result) return set(st_.value(call, wanted_type(block_, index + 1)));
   Node statement;
   statement.kind = NodeKind::kCallStatement;
   statement.begin = one.begin;

@@ -76,11 +76,12 @@ class Lowering {
   void store(const Instruction& one);
   void set_or_reset(const Instruction& one);
   void negate(std::uint32_t index);
-  void combine(const Instruction& one);
+  Expected expected_after(std::uint32_t index, const ir::Operand& accumulator);
+  void combine(std::uint32_t index);
   void open_bracket(std::uint32_t index);
-  void close_bracket(const Instruction& one);
-  void call(const Instruction& one);
-  void call_function(const Instruction& one);
+  void close_bracket(std::uint32_t index);
+  void call(std::uint32_t index);
+  void call_function(const Instruction& one, std::uint32_t index);
   void give_input(const Instruction& one, st::NodeId instance);
   void end(const Instruction& one);
   /// The value of the accumulator, which instruction `begin` needs. Nothing, and reported where it is an error of its
@@ -107,6 +108,7 @@ class Lowering {
   const Flow& flow_;
   bool gives_value_;
   st::Lowering st_;
+  BlockId block_ = 0;  ///< that is lowered
   Accumulator accumulator_;
   std::vector<Bracket> brackets_;
   std::vector<Accumulator> after_;             ///< by block: the accumulator at its end

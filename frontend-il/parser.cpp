@@ -224,6 +224,7 @@ void Parser::bracket(Instruction& out, const Token& word) {
   if (token_.kind == TokenKind::kRightParen) {
     fail(Code::P4503, token_, "the bracket of " + quoted(text_of(word)) + " is empty",
          "write an operand or LD after (");
+    advance();
     return;
   }
   if (!at_bracketed_load()) {

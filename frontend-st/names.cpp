@@ -40,9 +40,9 @@ std::optional<std::uint32_t> find_program(const ir::Module& module, std::string_
 bool names_function(const ir::Module& module, const ir::Pou& pou, std::string_view name) {
   const auto declared = module.pou_by_name.find(name);
   const bool own = declared != module.pou_by_name.end() && module.pous[declared->second].kind == ir::PouKind::kFunction;
-  const bool special = std::any_of(
-      stdlib::specials().begin(), stdlib::specials().end(),
-      [&](const stdlib::SpecialSpec& one) { return !one.drawn_only && core::iequals(one.name, name); });
+  const bool special =
+      std::any_of(stdlib::specials().begin(), stdlib::specials().end(),
+                  [&](const stdlib::SpecialSpec& one) { return !one.drawn_only && core::iequals(one.name, name); });
   if (!own && !special && !stdlib::is_function(name)) return false;
   const Named named = find_name(module, pou, name);
   if (!named.is_place()) return true;
