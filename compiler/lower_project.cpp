@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "frontend-il/text.h"
 #include "frontend-ld/lower.h"
 #include "frontend-st/text.h"
 #include "ir/generic.h"
@@ -41,7 +42,7 @@ class Lowering {
     // Before any body: every use of a stub is reported, wherever the stub is.
     for (std::uint32_t i = 0; i < project.pous.size() && stub_missing_; ++i) {
       const plcopen::Language language = language_of(project.pous[i]);
-      module.pous[i].stub = language == plcopen::Language::kIl || language == plcopen::Language::kSfc;
+      module.pous[i].stub = language == plcopen::Language::kSfc;
       for (const auto& [name, action] : module.pous[i].actions) module.pous[action].stub = !compiles(action_of(action));
     }
     for (std::uint32_t i = 0; i < project.pous.size(); ++i) {
@@ -81,7 +82,7 @@ class Lowering {
  private:
   static bool compiles(const plcopen::Pou& pou) {
     const plcopen::Language language = language_of(pou);
-    return language != plcopen::Language::kIl && language != plcopen::Language::kSfc;
+    return language != plcopen::Language::kSfc;
   }
 
   /// What the file says of action `index` of the module.
@@ -166,6 +167,9 @@ class Lowering {
         st::lower_body(pou, module, index, diagnostics_);
         return;
       case plcopen::Language::kIl:
+        ++texts_;
+        il::lower_body(pou, module, index, diagnostics_);
+        return;
       case plcopen::Language::kSfc:
         ++texts_;
         not_compiled(pou, index);
@@ -182,11 +186,11 @@ class Lowering {
                                          made.name, plcopen::language_name(language_of(pou)));
     if (stub_missing_) {
       diagnostics_.report(Code::P5102, at, made.name, what + ": a stub that does nothing runs in its place",
-                          "write it in LD, FBD or ST before it runs a plant");
+                          "write it in LD, FBD, ST or IL before it runs a plant");
       return;
     }
     diagnostics_.report(Code::P5101, at, made.name, what + ", which is not compiled yet",
-                        "write it in LD, FBD or ST, or run the rest with --stub-missing");
+                        "write it in LD, FBD, ST or IL, or run the rest with --stub-missing");
   }
 
   plcopen::Project& project_;

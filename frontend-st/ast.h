@@ -56,6 +56,7 @@ enum class NodeKind : std::uint8_t {
   kCall,       ///< a ( b .. ): b is the first kArgument or kNoNode; [name, name_end) is what replaces the
                ///< parentheses where they are omitted, else empty
   kArgument,   ///< positional, or [name, name_end) := a, or => a
+  kGiven,      ///< no text: the value number `given` that the lowering was given (the accumulator of IL)
   // statements, linked by next
   kAssign,         ///< a := b, a S= b, a R= b (op); b is a kAssign itself in a := b := c
   kCallStatement,  ///< a is the kCall
@@ -82,6 +83,7 @@ struct Node {
   std::uint32_t end = 0;
   std::uint32_t name = 0;      ///< leaves: where the token begins; kMember, kBit, kArgument: where the name begins
   std::uint32_t name_end = 0;  ///< where it ends
+  std::uint32_t given = 0;     ///< kGiven: which one
   NodeId a = kNoNode;
   NodeId b = kNoNode;
   NodeId c = kNoNode;

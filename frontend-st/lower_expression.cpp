@@ -71,6 +71,11 @@ Operand Lowering::stub_value(NodeId id, Expected expected) {
   return operand(builder_.load(builder_.variable(variable)), id);
 }
 
+void Lowering::give(std::uint32_t number, const Operand& operand) {
+  if (given_.size() <= number) given_.resize(number + 1);
+  given_[number] = operand;
+}
+
 std::optional<Operand> Lowering::value(NodeId id, Expected expected) {
   if (id == kNoNode) return std::nullopt;  // not readable, and said so
   switch (node(id).kind) {
@@ -86,6 +91,8 @@ std::optional<Operand> Lowering::value(NodeId id, Expected expected) {
       return binary(id, expected);
     case NodeKind::kCall:
       return call(id, expected, false);
+    case NodeKind::kGiven:
+      return given_[node(id).given];
     default:
       return name_value(id, expected);
   }

@@ -39,6 +39,8 @@ class Lowering {
   std::optional<ir::Operand> value(NodeId id, std::optional<ir::TypeRef> expected);
   /// Nothing after an error, and for members of stubs (which are warnings; see stub_used).
   std::optional<ir::PlaceId> place(NodeId id, bool for_writing);
+  /// What nodes kGiven with the number `number` stand for from now on.
+  void give(std::uint32_t number, const ir::Operand& operand);
   /// Lowers the list that begins with `first`. False when any statement had an error.
   bool statements(NodeId first);
   /// True when the last place() failed without an error because a stub is in its way.
@@ -215,6 +217,7 @@ class Lowering {
   ir::Builder& builder_;
   const SourceText& source_;
   const Ast& ast_;
+  std::vector<ir::Operand> given_;  ///< by number
   bool stub_used_ = false;
   bool compared_ = false;    ///< what is lowered is compared with a value, whose type is expected as a hint
   std::vector<Loop> loops_;  ///< around the statement being lowered, innermost last

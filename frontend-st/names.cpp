@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/text.h"
+#include "stdlib/specials.h"
 
 namespace plc::st {
 
@@ -34,6 +35,22 @@ std::optional<std::uint32_t> find_program(const ir::Module& module, std::string_
   if (found == module.pou_by_name.end() || module.pous[found->second].kind != ir::PouKind::kProgram)
     return std::nullopt;
   return found->second;
+}
+
+bool names_function(const ir::Module& module, const ir::Pou& pou, std::string_view name) {
+  const auto declared = module.pou_by_name.find(name);
+  const bool own = declared != module.pou_by_name.end() && module.pous[declared->second].kind == ir::PouKind::kFunction;
+  const bool special =
+      std::any_of(stdlib::specials().begin(), stdlib::specials().end(),
+                  [&](const stdlib::SpecialSpec& one) { return !one.drawn_only && core::iequals(one.name, name); });
+  if (!own && !special && !stdlib::is_function(name)) return false;
+  const Named named = find_name(module, pou, name);
+  if (!named.is_place()) return true;
+  const bool local = named.kind == Named::Kind::kVariable;
+  const ir::Variable& variable = local ? pou.variables[named.index] : module.globals[named.index].variable;
+  const bool in_out = local && variable.role == ir::Role::kInOut;
+  const ir::TypeKind kind = module.types[in_out ? module.types[variable.type].element : variable.type].kind;
+  return kind != ir::TypeKind::kBlock && kind != ir::TypeKind::kPou;
 }
 
 namespace {

@@ -38,6 +38,10 @@ struct ActionName {
 /// Reports nothing, makes no instructions.
 std::optional<ActionName> find_action(const ir::Module& module, const ir::Pou& pou, std::string_view path);
 
+/// Whether a call of `name` in a body of `pou` is that of a function, of the project or of the library: instances hide
+/// functions of their name, other variables do not.
+bool names_function(const ir::Module& module, const ir::Pou& pou, std::string_view name);
+
 /// An enumeration value: its type and number.
 struct EnumValueRef {
   ir::TypeRef type{};

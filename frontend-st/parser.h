@@ -1,6 +1,6 @@
 // Parser of ST texts: expressions by operator precedence (IEC 61131-3:2013, table 71) and statements (table 72). Syntax
 // only: nothing is looked up. Expressions are in parser.cpp, statements in parser_statements.cpp, what other tools
-// know in parser_foreign.cpp.
+// know in parser_foreign.cpp. Instruction lists have the same operands: their parser is derived from this one.
 //
 // In: a SourceText. Out: an Ast. Errors are reported once per expression, or once per statement, and parsing continues
 // after the statement. Does not belong here: names, types, IR, declarations.
@@ -31,7 +31,7 @@ class Parser {
   [[nodiscard]] const Ast& ast() const { return ast_; }
   [[nodiscard]] bool failed() const { return failed_; }
 
- private:
+ protected:
   void refuse_pragmas();
   void advance();
   [[nodiscard]] std::string_view text_of(const Token& token) const { return source_.slice(token.begin, token.end); }
@@ -43,14 +43,33 @@ class Parser {
   bool enter();
   void leave() { --depth_; }
 
-  NodeId expression(int min_power);
+  /// A value without infix operators.
   NodeId unary();
-  [[nodiscard]] bool at_operator_name();
   NodeId primary();
+  /// A call of `callee`; the current token is "(".
+  NodeId arguments(NodeId callee);
+
+  const SourceText& source_;
+  core::Diagnostics& diagnostics_;
+  std::string_view pou_;
+  std::vector<Token> pragmas_;  ///< passed over
+  Lexer lexer_;
+  Ast ast_;
+  Token token_;                       ///< the current token
+  Keyword keyword_ = Keyword::kNone;  ///< what the current token spells
+  Token peeked_;                      ///< the one after it, if has_peeked_
+  bool has_peeked_ = false;
+  std::uint32_t last_end_ = 0;  ///< end of the token before the current one
+  std::uint32_t depth_ = 0;
+  bool in_error_ = false;  ///< an error of the current statement was reported
+  bool failed_ = false;
+
+ private:
+  NodeId expression(int min_power);
+  [[nodiscard]] bool at_operator_name();
   void warn_of_blank();
   NodeId postfix(NodeId base);
   NodeId indices(NodeId base);
-  NodeId arguments(NodeId callee);
   NodeId argument();
 
   NodeId statement_list();
@@ -81,22 +100,8 @@ class Parser {
                     std::string_view help = {});
   void skip_statement();
 
-  const SourceText& source_;
-  core::Diagnostics& diagnostics_;
-  std::string_view pou_;
-  std::vector<Token> pragmas_;  ///< passed over
-  Lexer lexer_;
-  Ast ast_;
-  Token token_;                       ///< the current token
-  Keyword keyword_ = Keyword::kNone;  ///< what the current token spells
-  Token peeked_;                      ///< the one after it, if has_peeked_
-  bool has_peeked_ = false;
-  std::uint32_t last_end_ = 0;  ///< end of the token before the current one
-  std::uint32_t depth_ = 0;
   std::uint32_t open_branches_ = 0;  ///< CASE branches around the current token
   bool in_case_ = false;             ///< statements of a CASE branch: a label ends them
-  bool in_error_ = false;            ///< an error of the current statement was reported
-  bool failed_ = false;
 };
 
 }  // namespace plc::st

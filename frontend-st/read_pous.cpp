@@ -43,6 +43,50 @@ std::string blanked(std::string_view text, std::uint32_t text_begin,
   return out.append(text, at);
 }
 
+/// Whether a body is an instruction list, by its first instruction. A name after a name is no ST.
+bool begins_instructions(std::string_view text) {
+  Lexer lexer(text);
+  const auto is_instruction = [&](const Token& token) {
+    static constexpr std::string_view kInstructions[] = {"LD",   "LDN", "ST",   "STN",   "CAL",  "CALC", "CALCN",
+                                                         "CALN", "JMP", "JMPC", "JMPCN", "JMPN", "S",    "R"};
+    return token.kind == TokenKind::kIdentifier &&
+           std::any_of(std::begin(kInstructions), std::end(kInstructions), [&](std::string_view one) {
+             return core::iequals(text.substr(token.begin, token.end - token.begin), one);
+           });
+  };
+  const auto is_operand = [](TokenKind kind) {
+    return kind == TokenKind::kIdentifier || kind == TokenKind::kInteger || kind == TokenKind::kReal ||
+           kind == TokenKind::kTyped || kind == TokenKind::kEnumValue || kind == TokenKind::kString ||
+           kind == TokenKind::kWstring || kind == TokenKind::kDirect || kind == TokenKind::kMinus;
+  };
+  Token first = lexer.next();
+  Token second = lexer.next();
+  while (first.kind == TokenKind::kIdentifier && second.kind == TokenKind::kColon) {
+    first = lexer.next();
+    second = lexer.next();
+  }
+  if (is_instruction(first) && is_operand(second.kind)) {
+    // The next instruction follows the operand, or its members; in ST something that continues the statement.
+    const TokenKind then = lexer.next().kind;
+    return second.kind == TokenKind::kMinus || then == TokenKind::kIdentifier || then == TokenKind::kEnd ||
+           then == TokenKind::kDot || then == TokenKind::kLeftBracket || then == TokenKind::kLeftParen ||
+           then == TokenKind::kRightParen || then == TokenKind::kComma || then == TokenKind::kSemicolon ||
+           then == TokenKind::kCaret || then == TokenKind::kAnd;
+  }
+  if (first.kind != TokenKind::kIdentifier || second.kind != TokenKind::kLeftParen) return false;
+  // LIMIT(MN := 1, ..) and what is done with its result.
+  std::size_t open = 1;
+  while (open != 0) {
+    const TokenKind kind = lexer.next().kind;
+    if (kind == TokenKind::kEnd || kind == TokenKind::kSemicolon) return false;
+    if (kind == TokenKind::kLeftParen) ++open;
+    if (kind == TokenKind::kRightParen) --open;
+  }
+  Token next = lexer.next();
+  if (next.kind == TokenKind::kSemicolon) next = lexer.next();
+  return is_instruction(next) && is_operand(lexer.next().kind);
+}
+
 }  // namespace
 
 void DeclarationReader::pou(Word opener_word) {
@@ -118,7 +162,7 @@ bool DeclarationReader::opens_another() {
   return opens && peek(1).kind == TokenKind::kIdentifier;
 }
 
-/// The language of the body that begins at the current token, by its first words. A name after a name is no ST.
+/// The language of the body that begins at the current token, by its first words.
 Language DeclarationReader::language() {
   const Word word = word_of(token_);
   const TokenKind next = peek(1).kind;
@@ -126,23 +170,8 @@ Language DeclarationReader::language() {
   if (chart && (next == TokenKind::kIdentifier || (word == Word::kTransition && next == TokenKind::kLeftParen))) {
     return Language::kSfc;
   }
-  if (!at(TokenKind::kIdentifier)) return Language::kSt;
-  const bool label = next == TokenKind::kColon;
-  const Token instruction = label ? peek(2) : token_;
-  const Token operand = label ? peek(3) : peek(1);
-  static constexpr std::string_view kInstructions[] = {"LD",    "LDN", "ST",   "STN",   "CAL", "CALC",
-                                                       "CALCN", "JMP", "JMPC", "JMPCN", "S",   "R"};
-  const bool known = std::any_of(std::begin(kInstructions), std::end(kInstructions),
-                                 [&](std::string_view one) { return is_text(instruction, one); });
-  const TokenKind kind = operand.kind;
-  const bool value = kind == TokenKind::kIdentifier || kind == TokenKind::kInteger || kind == TokenKind::kReal ||
-                     kind == TokenKind::kTyped || kind == TokenKind::kEnumValue || kind == TokenKind::kString ||
-                     kind == TokenKind::kWstring || kind == TokenKind::kDirect;
-  // The next instruction follows the operand, or its members; in ST something that continues the statement.
-  const TokenKind then = peek(label ? 4 : 2).kind;
-  const bool ends = then == TokenKind::kIdentifier || then == TokenKind::kEnd || then == TokenKind::kDot ||
-                    then == TokenKind::kLeftBracket || then == TokenKind::kLeftParen || then == TokenKind::kComma;
-  return known && value && ends ? Language::kIl : Language::kSt;
+  return at(TokenKind::kIdentifier) && begins_instructions(source_.text().substr(token_.begin)) ? Language::kIl
+                                                                                                : Language::kSt;
 }
 
 /// Pragmas before the first statement and after the last one are no part of the text, which its parser looks at.
@@ -199,7 +228,7 @@ void DeclarationReader::body(plcopen::Pou& out, const Token& opener, Word opener
       refuse(Word::kMethod, Word::kEndMethod, "METHOD");
     } else if (names && word == Word::kProperty) {
       refuse(Word::kProperty, Word::kEndProperty, "PROPERTY");
-    } else if (names && word == Word::kAction && body.language == Language::kSt) {
+    } else if (names && word == Word::kAction && body.language != Language::kSfc) {
       action(out.name);
       in_body_ = true;
     } else {

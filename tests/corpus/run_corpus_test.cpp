@@ -177,18 +177,18 @@ TEST_P(NamesWhatIsMissing, WithLineAndRunsWithStubs) {
 }
 
 const std::vector<Partial> kPartial = {
-    {"09_beremiz_all_languages_first_steps.xml", {{"SFC", "CounterSFC"}, {"IL", "CounterIL"}}, {}},
+    {"09_beremiz_all_languages_first_steps.xml", {{"SFC", "CounterSFC"}}, {}},
     {"10_beremiz_fbd_logging.xml", {{":234:", "LOGGER"}, {":39:", "LOGLEVEL"}}, {}},
     {"11_beremiz_fbd_connectors_langtest.xml", {{":1128:", "LOGGER"}}, {}},
-    {"13_phoenix_grid_tc001.xml", {{"IL", "functionBlock0"}, {"SFC", "functionBlock4"}}, {"--pou", "functionBlock3"}}};
+    {"13_phoenix_grid_tc001.xml", {{"SFC", "functionBlock4"}}, {"--pou", "functionBlock3"}}};
 
 INSTANTIATE_TEST_SUITE_P(Corpus, NamesWhatIsMissing, ::testing::ValuesIn(kPartial),
                          [](const auto& param) { return file_number(param.param.file); });
 
-TEST_F(Corpus, CountersInThreeLanguagesAreOne) {
+TEST_F(Corpus, CountersInFourLanguagesAreOne) {
   const ScratchFolder scratch;
   const std::string counter = "plc_task_instance.Counter";
-  const std::vector<std::string> languages = {"ST0", "FBD0", "LD0"};
+  const std::vector<std::string> languages = {"ST0", "FBD0", "LD0", "IL0"};
   std::vector<std::string> arguments = {
       kTool, "sim", file("09_beremiz_all_languages_first_steps.xml"), "--stub-missing", "--cycles", "50"};
   arguments.insert(arguments.end(), {"--stimulus", scratch.file("stimulus.csv"), "--trace", scratch.file("trace.csv")});

@@ -28,6 +28,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"bytecode", {"core", "stdlib"}},
     {"bytecode/codegen", {"core", "stdlib", "ir", "bytecode"}},
     {"frontend-st", {"core", "stdlib", "ir", "plcopen"}},
+    {"frontend-il", {"core", "stdlib", "ir", "plcopen", "frontend-st"}},
     {"declare", {"core", "stdlib", "ir", "plcopen", "frontend-st"}},
     {"frontend-fbd", {"core", "stdlib", "ir", "plcopen", "frontend-st"}},
     {"frontend-ld", {"core", "stdlib", "ir", "plcopen", "frontend-st", "frontend-fbd"}},
@@ -44,8 +45,8 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
      {"core", "stdlib", "bytecode", "runtime", "io-drivers", "io-drivers/config", "io-drivers/gpio",
       "io-drivers/simulated", "io-drivers/modbus", "io-drivers/guardian"}},
     {"compiler",
-     {"core", "stdlib", "plcopen", "ir", "bytecode", "bytecode/codegen", "frontend-st", "declare", "frontend-fbd",
-      "frontend-ld", "taskblocks"}},
+     {"core", "stdlib", "plcopen", "ir", "bytecode", "bytecode/codegen", "frontend-st", "frontend-il", "declare",
+      "frontend-fbd", "frontend-ld", "taskblocks"}},
     {"tools",  // io-drivers/simulated: plc-run --stimulus
      {"core", "stdlib", "plcopen", "ir", "bytecode", "frontend-st", "frontend-fbd", "frontend-ld", "compiler",
       "runtime", "native", "io-drivers", "io-drivers/config", "io-drivers/machine", "io-drivers/modbus",

@@ -1,7 +1,8 @@
-// Drawn: a project from ST whose bodies are drawings, from declarations to values that a scan leaves.
+// Drawn: a project from ST whose bodies are drawings or instruction lists, from declarations to values that a scan
+// leaves.
 //
-// In: declarations, a Sketch per body, what lowers them. Out: codes of what is reported, the IR, and after each scan
-// the values of variables of the instance Main. Does not belong here: any engine but the interpreter.
+// In: declarations, a Sketch or a text per body, what lowers them. Out: codes of what is reported, the IR, and after
+// each scan the values of variables of the instance Main. Does not belong here: any engine but the interpreter.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -44,6 +45,14 @@ class Drawn {
     EXPECT_EQ(diagnostics.error_count(), 0u) << rendered();
     options.pou = "Main";
     draw("Main", body);
+  }
+
+  /// A program Main whose body is a text, in IL perhaps.
+  Drawn(Lower lowering, const std::string& variables, const std::string& body, const std::string& others = "")
+      : lower_(lowering),
+        project_(st::read_memory("PROGRAM Main VAR\n" + variables + "\nEND_VAR\n" + body + "\nEND_PROGRAM\n" + others,
+                                 "test.st", diagnostics)) {
+    options.pou = "Main";
   }
 
   /// Draws the body of another POU.
@@ -159,7 +168,9 @@ class Drawn {
       const bool drawn = !p.bodies.empty() && p.bodies.front().language != plcopen::Language::kSt;
       drawn ? lower_(p, *module, i, diagnostics) : st::lower_body(p, *module, i, diagnostics);
       for (const plcopen::Pou& action : p.actions) {
-        st::lower_body(action, *module, module->pous[i].actions.find(action.name)->second, diagnostics);
+        const bool list = action.bodies.front().language == plcopen::Language::kIl;
+        const Lower one = list ? lower_ : st::lower_body;
+        one(action, *module, module->pous[i].actions.find(action.name)->second, diagnostics);
       }
     }
   }
