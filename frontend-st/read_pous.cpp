@@ -199,7 +199,7 @@ void DeclarationReader::body(plcopen::Pou& out, const Token& opener, Word opener
       refuse(Word::kMethod, Word::kEndMethod, "METHOD");
     } else if (names && word == Word::kProperty) {
       refuse(Word::kProperty, Word::kEndProperty, "PROPERTY");
-    } else if (names && word == Word::kAction && body.language == Language::kSt) {
+    } else if (names && word == Word::kAction && (body.language == Language::kSt || body.language == Language::kSfc)) {
       action(out.name);
       in_body_ = true;
     } else {
