@@ -47,8 +47,7 @@ class Lowering {
     }
     // Before any body: every use of a stub is reported, wherever the stub is.
     for (std::uint32_t i = 0; i < project.pous.size() && stub_missing_; ++i) {
-      const plcopen::Language language = language_of(project.pous[i]);
-      module.pous[i].stub = language == plcopen::Language::kIl;
+      module.pous[i].stub = !compiles(project.pous[i]);
       for (const auto& [name, action] : module.pous[i].actions) module.pous[action].stub = !compiles(part_of(action));
     }
     for (std::uint32_t i = 0; i < project.pous.size(); ++i) {
@@ -87,7 +86,13 @@ class Lowering {
 
  private:
   static bool compiles(const plcopen::Pou& pou) {
-    return language_of(pou) != plcopen::Language::kIl;
+    const plcopen::Language language = language_of(pou);
+    if (language != plcopen::Language::kSfc) return language != plcopen::Language::kIl;
+    // A chart in a form that is not read has neither elements nor text.
+    return std::none_of(pou.bodies.begin(), pou.bodies.end(), [](const plcopen::Body& body) {
+      return body.language == plcopen::Language::kSfc && body.drawn_elements != 0 && body.elements.empty() &&
+             body.text.empty();
+    });
   }
 
   /// What the file says of action or transition `index` of the module.
@@ -201,6 +206,7 @@ class Lowering {
         return;
       case plcopen::Language::kSfc: {
         ++texts_;
+        if (!compiles(pou)) return not_compiled(pou, index);
         const std::uint32_t owner = module.pous[index].owner;
         const sfc::PreparedCharts* const charts = charts_of(owner == ir::Pou::kDeclared ? index : owner);
         if (charts != nullptr) sfc::lower_body(*charts, module, index, diagnostics_);
@@ -222,11 +228,11 @@ class Lowering {
                                          made.name, plcopen::language_name(language_of(pou)));
     if (stub_missing_) {
       diagnostics_.report(Code::P5102, at, made.name, what + ": a stub that does nothing runs in its place",
-                          "write it in LD, FBD or ST before it runs a plant");
+                          "write it in LD, FBD, ST or SFC before it runs a plant");
       return;
     }
     diagnostics_.report(Code::P5101, at, made.name, what + ", which is not compiled yet",
-                        "write it in LD, FBD or ST, or run the rest with --stub-missing");
+                        "write it in LD, FBD, ST or SFC, or run the rest with --stub-missing");
   }
 
   plcopen::Project& project_;

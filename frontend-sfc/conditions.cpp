@@ -4,6 +4,7 @@
 
 #include "frontend-ld/lower.h"
 #include "frontend-sfc/evaluation.h"
+#include "frontend-st/names.h"
 #include "frontend-st/text.h"
 
 namespace plc::sfc {
@@ -127,6 +128,15 @@ std::optional<ValueId> Evaluation::condition(std::uint32_t t) {
       const std::uint32_t owner = b_.module().pous[b_.pou_index()].owner;
       const auto known =
           b_.module().find_transition(owner == ir::Pou::kDeclared ? b_.pou_index() : owner, condition.text);
+      // A name that no transition has may be that of a BOOL variable.
+      if (!known && st::is_variable_text(condition.text) &&
+          st::find_name(b_.module(), b_.pou(), condition.text).is_place()) {
+        foreign([&] {
+          const auto operand = st::lower_expression(condition.text, condition.at, b_, ir::kBoolType);
+          if (operand) value = b_.convert(*operand, ir::kBoolType, "condition of a transition");
+        });
+        break;
+      }
       if (!known) {
         b_.report(Code::P3105, condition.at,
                   "condition refers to the transition \"" + condition.text + "\", which " + b_.pou().name + " has not",

@@ -87,11 +87,13 @@ class Preparation {
 
   void read_bodies(const plcopen::Pou& from, std::uint32_t index, PreparedCharts& out) {
     for (std::uint32_t b = 0; b < from.bodies.size(); ++b) {
-      if (from.bodies[b].language != plcopen::Language::kSfc) continue;
+      const plcopen::Body& body = from.bodies[b];
+      const bool unread = body.drawn_elements != 0 && body.elements.empty() && body.text.empty();
+      if (body.language != plcopen::Language::kSfc || unread) continue;
       PreparedChart& chart = out.charts.emplace_back();
       chart.pou = index;
       chart.body = b;
-      chart.chart = read_chart(from.bodies[b], module_.pous[index].name, diagnostics_);
+      chart.chart = read_chart(body, module_.pous[index].name, diagnostics_);
     }
   }
 

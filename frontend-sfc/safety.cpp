@@ -121,10 +121,8 @@ class Exploration {
         return std::all_of(set.begin(), set.end(), [&](std::uint32_t s) { return active_[s]; });
       });
       if (!sources) continue;
-      const bool joins = transition.sources.front().size() > 1;
-      report(joins ? Code::P3117 : Code::P3115, transition.at,
-             joins ? "the steps that this transition joins are never active together: it never clears"
-                   : "transition is never tested",
+      report(Code::P3117, transition.at,
+             "the steps that this transition joins are never active together: it never clears",
              "simultaneous branches begin at one simultaneous divergence and end at one convergence");
     }
   }

@@ -2,7 +2,7 @@
 // can never happen or should not happen is reported: dead steps and transitions, steps entered while they are active,
 // simultaneous branches that cannot join.
 //
-// In: Chart, Plan. Out: warnings P3114 to P3117; P3119 where there are more markings than are looked at. Does not
+// In: Chart, Plan. Out: warnings P3114, P3116, P3117; P3119 where there are more markings than are looked at. Does not
 // belong here: wires (read_drawing.cpp).
 #pragma once
 
