@@ -414,7 +414,7 @@ class Assembler {
     entry.at.local_id = line.number<std::int64_t>();
     line.expect("kind");
     const auto kind = line.number<std::uint8_t>();
-    if (kind > static_cast<std::uint8_t>(core::ElementKind::kText)) fail(fmt::format("element kind {}", kind));
+    if (kind > static_cast<std::uint8_t>(core::kLastElementKind)) fail(fmt::format("element kind {}", kind));
     entry.at.kind = static_cast<core::ElementKind>(kind);
     pou.debug.push_back(entry);
   }

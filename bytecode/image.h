@@ -24,7 +24,7 @@
 
 namespace plc::bytecode {
 
-inline constexpr std::uint32_t kFormatVersion = 5;
+inline constexpr std::uint32_t kFormatVersion = 6;
 /// Nesting of CALL_POU / CALL_FN that an image may need.
 inline constexpr std::uint32_t kMaxCallDepth = 64;
 /// Loop iterations (LOOP_JUMP) one execution of a task may take unless plc.toml says otherwise.

@@ -197,7 +197,7 @@ class Loader {
         entry.at.column = in.get<std::uint32_t>();
         entry.at.local_id = in.get<std::int64_t>();
         entry.at.file = in.get<std::uint16_t>();
-        entry.at.kind = get_enum(in, core::ElementKind::kText);
+        entry.at.kind = get_enum(in, core::kLastElementKind);
       }
       const std::uint32_t wires = in.count(format::kWireRecord);
       pou.wires.reserve(wires);

@@ -3,11 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "frontend-il/text.h"
 #include "frontend-ld/lower.h"
+#include "frontend-sfc/lower.h"
 #include "frontend-st/text.h"
 #include "ir/generic.h"
 #include "ir/reach.h"
@@ -39,11 +42,14 @@ class Lowering {
     const plcopen::Project& project = project_;
     ir::Module& module = module_;
     done_.resize(project.pous.size());
+    core::FinalScan& final_scan = module.options.sfc_final_scan;
+    if (final_scan == core::FinalScan::kAuto && std::any_of(project.pous.begin(), project.pous.end(), has_chart)) {
+      final_scan = project.has_3s_charts ? core::FinalScan::kOn : core::FinalScan::kOff;
+    }
     // Before any body: every use of a stub is reported, wherever the stub is.
     for (std::uint32_t i = 0; i < project.pous.size() && stub_missing_; ++i) {
-      const plcopen::Language language = language_of(project.pous[i]);
-      module.pous[i].stub = language == plcopen::Language::kSfc;
-      for (const auto& [name, action] : module.pous[i].actions) module.pous[action].stub = !compiles(action_of(action));
+      module.pous[i].stub = !compiles(project.pous[i]);
+      for (const auto& [name, action] : module.pous[i].actions) module.pous[action].stub = !compiles(part_of(action));
     }
     for (std::uint32_t i = 0; i < project.pous.size(); ++i) {
       if (!project.pous[i].from_library) lower(i);
@@ -51,7 +57,7 @@ class Lowering {
     // Those that are not compiled yet are no error until something calls them.
     for (std::uint32_t i = 0; i < module.pous.size(); ++i) {
       const bool own = module.pous[i].owner != ir::Pou::kDeclared && !module.pous[i].from_library;
-      if (own && (stub_missing_ || compiles(action_of(i)))) lower(i);
+      if (own && (stub_missing_ || compiles(part_of(i)))) lower(i);
     }
     // What a library has beyond that is not compiled, and its problems are not reported.
     for (const ir::Task& task : module.tasks) {
@@ -81,18 +87,42 @@ class Lowering {
 
  private:
   static bool compiles(const plcopen::Pou& pou) {
-    const plcopen::Language language = language_of(pou);
-    return language != plcopen::Language::kSfc;
+    // A chart in a form that is not read has neither elements nor text.
+    return std::none_of(pou.bodies.begin(), pou.bodies.end(), [](const plcopen::Body& body) {
+      return body.language == plcopen::Language::kSfc && body.drawn_elements != 0 && body.elements.empty() &&
+             body.text.empty();
+    });
   }
 
-  /// What the file says of action `index` of the module.
-  plcopen::Pou& action_of(std::uint32_t index) {
-    const ir::Pou& action = module_.pous[index];
-    std::vector<plcopen::Pou>& all = project_.pous[action.owner].actions;
+  /// What the file says of action or transition `index` of the module.
+  plcopen::Pou& part_of(std::uint32_t index) {
+    const ir::Pou& part = module_.pous[index];
+    const ir::Pou& owner = module_.pous[part.owner];
+    const bool transition = module_.transitions.contains(index);
+    plcopen::Pou& from = project_.pous[part.owner];
+    std::vector<plcopen::Pou>& all = transition ? from.transitions : from.actions;
     return *std::find_if(all.begin(), all.end(), [&](const plcopen::Pou& one) {
-      const auto known = module_.pous[action.owner].actions.find(one.name);
-      return known != module_.pous[action.owner].actions.end() && known->second == index;
+      if (transition) return module_.find_transition(part.owner, one.name) == index;
+      const auto known = owner.actions.find(one.name);
+      return known != owner.actions.end() && known->second == index;
     });
+  }
+
+  /// The charts of a POU, which its bodies see: read before the first of them is lowered.
+  const sfc::PreparedCharts* charts_of(std::uint32_t owner) {
+    const auto [known, fresh] = charts_.try_emplace(owner);
+    if (fresh && has_chart(project_.pous[owner])) {
+      known->second = sfc::prepare(project_.pous[owner], module_, owner, diagnostics_);
+    }
+    return known->second.get();
+  }
+
+  static bool has_chart(const plcopen::Pou& pou) {
+    const auto draws = [](const plcopen::Pou& one) {
+      return std::any_of(one.bodies.begin(), one.bodies.end(),
+                         [](const plcopen::Body& body) { return body.language == plcopen::Language::kSfc; });
+    };
+    return draws(pou) || std::any_of(pou.actions.begin(), pou.actions.end(), draws);
   }
 
   void lower_reached() {
@@ -107,15 +137,18 @@ class Lowering {
     if (done_.size() <= index) done_.resize(index + 1);
     if (done_[index]) return;
     done_[index] = true;
-    const ir::Pou& made = module_.pous[index];
-    if (made.generic) return;     // what is made from it has its body
-    if (made.queue_call) return;  // its body is one instruction, made with the code
+    if (module_.pous[index].generic) return;     // what is made from it has its body
+    if (module_.pous[index].queue_call) return;  // its body is one instruction, made with the code
     reached_.push_back(index);
-    const bool declared = made.made_from == ir::Pou::kDeclared;
-    plcopen::Pou& pou =
-        made.owner != ir::Pou::kDeclared ? action_of(index) : project_.pous[declared ? index : made.made_from];
-    const std::size_t problems = diagnostics_.all().size();
-    const std::size_t errors = diagnostics_.error_count();
+    const bool declared = module_.pous[index].made_from == ir::Pou::kDeclared;
+    const bool part_of_pou = module_.pous[index].owner != ir::Pou::kDeclared;
+    const std::size_t first_problem = diagnostics_.all().size();
+    const std::size_t first_error = diagnostics_.error_count();
+    if (declared) charts_of(part_of_pou ? module_.pous[index].owner : index);
+    const ir::Pou& made = module_.pous[index];
+    plcopen::Pou& pou = part_of_pou ? part_of(index) : project_.pous[declared ? index : made.made_from];
+    const std::size_t problems = first_problem;
+    const std::size_t errors = first_error;
     const auto part = module_.library.at(made.at);
     if (part) module_.library.use(*part, {}, {}, diagnostics_);
     lower_bodies(pou, index);
@@ -154,6 +187,10 @@ class Lowering {
   void lower_bodies(const plcopen::Pou& pou, std::uint32_t index) {
     ir::Module& module = module_;
     for (const plcopen::Body& body : pou.bodies) drawn_ += body.drawn_elements;
+    if (module.transitions.contains(index)) {
+      sfc::lower_transition(pou, module, index, diagnostics_);
+      return;
+    }
     switch (language_of(pou)) {
       case plcopen::Language::kNone:
         module.pous[index].compiled = true;
@@ -166,13 +203,17 @@ class Lowering {
         ++texts_;
         st::lower_body(pou, module, index, diagnostics_);
         return;
+      case plcopen::Language::kSfc: {
+        ++texts_;
+        if (!compiles(pou)) return not_compiled(pou, index);
+        const std::uint32_t owner = module.pous[index].owner;
+        const sfc::PreparedCharts* const charts = charts_of(owner == ir::Pou::kDeclared ? index : owner);
+        if (charts != nullptr) sfc::lower_body(*charts, module, index, diagnostics_);
+        return;
+      }
       case plcopen::Language::kIl:
         ++texts_;
         il::lower_body(pou, module, index, diagnostics_);
-        return;
-      case plcopen::Language::kSfc:
-        ++texts_;
-        not_compiled(pou, index);
         return;
     }
   }
@@ -186,11 +227,11 @@ class Lowering {
                                          made.name, plcopen::language_name(language_of(pou)));
     if (stub_missing_) {
       diagnostics_.report(Code::P5102, at, made.name, what + ": a stub that does nothing runs in its place",
-                          "write it in LD, FBD, ST or IL before it runs a plant");
+                          "write it in LD, FBD, ST, IL, or as a chart of PLCopen XML before it runs a plant");
       return;
     }
-    diagnostics_.report(Code::P5101, at, made.name, what + ", which is not compiled yet",
-                        "write it in LD, FBD, ST or IL, or run the rest with --stub-missing");
+    diagnostics_.report(Code::P5101, at, made.name, what + " in a form that is not read",
+                        "write it in LD, FBD, ST, IL, or as a chart of PLCopen XML, or run the rest with --stub-missing");
   }
 
   plcopen::Project& project_;
@@ -198,6 +239,7 @@ class Lowering {
   bool stub_missing_;
   bool declares_library_;
   core::Diagnostics& diagnostics_;
+  std::map<std::uint32_t, std::unique_ptr<sfc::PreparedCharts>> charts_;  ///< by POU
   std::vector<bool> done_;
   std::vector<std::uint32_t> reached_;  ///< lowered, what they call not yet looked at
   std::uint64_t drawn_ = 0;

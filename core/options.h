@@ -27,6 +27,10 @@ enum class Coherence : std::uint8_t {
   kGlobalLock,       ///< one lock around every copy (Chimera)
 };
 
+/// Whether the body of an action runs once more when it ends (IEC 61131-3:2013, 6.7.4.5 leaves both open). kAuto: with
+/// charts of CODESYS and tools derived from it, not with others; what is compiled has kOn or kOff.
+enum class FinalScan : std::uint8_t { kAuto, kOn, kOff };
+
 struct CompileOptions {
   Order order = Order::kDrawing;
   Compat compat = Compat::kNone;
@@ -35,6 +39,7 @@ struct CompileOptions {
   bool stub_missing = false;
   bool strict = false;
   bool show_all = false;  ///< every warning and note is printed, not 20 of one code. Not in the image
+  FinalScan sfc_final_scan = FinalScan::kAuto;
   std::string pou;  ///< --pou: instantiate this program or function block alone in a 20 ms task; empty = the file's
                     ///< configuration
   friend bool operator==(const CompileOptions&, const CompileOptions&) = default;
@@ -62,6 +67,7 @@ inline constexpr std::array<std::string_view, 2> kOrderWords = {"drawing", "docu
 inline constexpr std::array<std::string_view, 2> kCompatWords = {"none", "beremiz"};
 inline constexpr std::array<std::string_view, 2> kProfileWords = {"separate", "overlay"};
 inline constexpr std::array<std::string_view, 3> kCoherenceWords = {"wait-free", "priority-ceiling", "global-lock"};
+inline constexpr std::array<std::string_view, 3> kFinalScanWords = {"auto", "on", "off"};
 
 /// In the order in which the image has them.
 inline constexpr std::tuple kChoices = {
@@ -76,6 +82,9 @@ inline constexpr std::tuple kChoices = {
     Choice<Coherence>{"coherence", &CompileOptions::coherence, kCoherenceWords,
                       "how tasks exchange globals. wait-free: nobody waits (default). priority-ceiling: group by group "
                       "at raised priority, all tasks on one processor. global-lock: one lock around every exchange"},
+    Choice<FinalScan>{"sfc-final-scan", &CompileOptions::sfc_final_scan, kFinalScanWords,
+                      "bodies of actions of charts run once more when they end. auto: in charts of CODESYS and TwinCAT "
+                      "(default). on, off: in all, in none"},
 };
 inline constexpr std::array<Switch, 2> kSwitches = {{
     {"stub-missing", &CompileOptions::stub_missing, true,

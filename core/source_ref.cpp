@@ -48,6 +48,18 @@ std::string_view element_word(ElementKind kind) {
       return "type";
     case ElementKind::kText:
       return "text";
+    case ElementKind::kMacroStep:
+      return "macroStep";
+    case ElementKind::kJumpStep:
+      return "jumpStep";
+    case ElementKind::kSelectionDivergence:
+      return "selectionDivergence";
+    case ElementKind::kSelectionConvergence:
+      return "selectionConvergence";
+    case ElementKind::kSimultaneousDivergence:
+      return "simultaneousDivergence";
+    case ElementKind::kSimultaneousConvergence:
+      return "simultaneousConvergence";
   }
   return "";
 }

@@ -31,7 +31,15 @@ enum class ElementKind : std::uint8_t {
   kInstance,
   kType,
   kText,  ///< a statement or expression of a textual body
+  kMacroStep,
+  kJumpStep,
+  kSelectionDivergence,
+  kSelectionConvergence,
+  kSimultaneousDivergence,
+  kSimultaneousConvergence,
 };
+/// The last of them: images store kinds as numbers.
+inline constexpr ElementKind kLastElementKind = ElementKind::kSimultaneousConvergence;
 /// "contact", "coil", "block", ...; empty for kNone.
 std::string_view element_word(ElementKind kind);
 

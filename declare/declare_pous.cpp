@@ -76,6 +76,7 @@ void Declarer::run() {
   declare_data_types();
   declare_globals();
   for (std::uint32_t i = 0; i < project_.pous.size(); ++i) declare_interface(i);
+  for (std::uint32_t i = 0; i < project_.pous.size(); ++i) declare_transitions(i);
   initialize_all();
   for (std::uint32_t i = 0; i < project_.pous.size(); ++i) detect_edges(i);
   declare_configuration();
@@ -149,6 +150,33 @@ void Declarer::declare_actions(std::uint32_t owner) {
     action.owner = owner;
     action.from_library = from.from_library;
     module_.pous.push_back(std::move(action));
+  }
+}
+
+void Declarer::declare_transitions(std::uint32_t owner) {
+  const plcopen::Pou& from = project_.pous[owner];
+  if (from.kind == plcopen::PouKind::kFunction) return;  // its chart is refused
+  for (const plcopen::Pou& one : from.transitions) {
+    const std::string name = from.name + "." + one.name;
+    const auto index = static_cast<std::uint32_t>(module_.pous.size());
+    if (module_.find_transition(owner, one.name)) {
+      report(Code::P4018, one.at, name, "transition " + quoted(one.name) + " is declared twice", "rename one of them");
+      continue;
+    }
+    ir::Pou transition;
+    transition.name = name;
+    transition.kind = kind_of(from.kind);
+    transition.at = one.at;
+    transition.owner = owner;
+    transition.from_library = from.from_library;
+    ir::Variable result;
+    result.name = "#transition." + std::to_string(index);
+    result.type = ir::kBoolType;
+    result.role = Role::kHidden;
+    result.at = one.at;
+    module_.transitions[index] = {owner, one.name, static_cast<std::uint32_t>(module_.pous[owner].variables.size())};
+    module_.pous[owner].variables.push_back(std::move(result));
+    module_.pous.push_back(std::move(transition));
   }
 }
 

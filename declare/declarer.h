@@ -149,6 +149,7 @@ class Declarer final : public ConstantScope {
   // declare_pous.cpp
   void declare_pou_names();
   void declare_actions(std::uint32_t owner);
+  void declare_transitions(std::uint32_t owner);
   void declare_globals();
   void declare_global(const plcopen::Variable& variable);
   const core::SourceRef& place_of_global(std::string_view name, std::uint32_t global) const;

@@ -26,6 +26,8 @@ class Ladder final : public fbd::Drawing {
  public:
   using Drawing::Drawing;
 
+  void set_sink(const ConditionSink& sink) { sink_ = sink; }
+
   void lower(NodeId node) {
     lower_by_kind(node);
     write_targets(node);
@@ -44,6 +46,9 @@ class Ladder final : public fbd::Drawing {
         return lower_coil(node);
       case ElementKind::kActionBlock:
         return lower_action_block(node);
+      case ElementKind::kTransition:
+        builder().set_source(element(node).at);
+        return sink_(element(node), is_connected(node) ? power_into(node, false) : std::nullopt);
       default:
         return lower_element(node);
     }
@@ -166,6 +171,7 @@ class Ladder final : public fbd::Drawing {
   }
 
   ActionBlocks actions_{*this};
+  ConditionSink sink_;
 };
 
 bool draws_something(const plcopen::Body& body) {
@@ -178,11 +184,14 @@ bool draws_something(const plcopen::Body& body) {
 bool does_something(const ir::Module& module, std::uint32_t pou_index) {
   const ir::Pou& pou = module.pous[pou_index];
   const ir::Pou& owner = module.owner_of(pou);
+  const auto transition = module.transitions.find(pou_index);
+  const std::optional<std::uint32_t> result =
+      transition == module.transitions.end() ? std::nullopt : std::optional(transition->second.result);
   const auto visible = [&](std::uint32_t place) {
     const ir::Place* p = &pou.body.places[place];
     while (p->parent.valid()) p = &pou.body.places[p->parent.index];
     const bool own = p->kind == ir::Place::Kind::kInstance || p->kind == ir::Place::Kind::kFrame;
-    return !own || owner.variables[p->index].role != ir::Role::kHidden;
+    return !own || owner.variables[p->index].role != ir::Role::kHidden || p->index == result;
   };
   return std::any_of(pou.body.insts.begin(), pou.body.insts.end(), [&](const ir::Inst& inst) {
     switch (inst.op) {
@@ -233,6 +242,17 @@ bool lower_body(const plcopen::Pou& pou, ir::Module& module, std::uint32_t pou_i
   }
   module.pous[pou_index].compiled = good;
   return good;
+}
+
+void lower_conditions(const plcopen::Body& body, ir::Builder& builder, const ConditionSink& sink) {
+  const std::string name = builder.name();
+  Graph graph = fbd::build_graph(body, name, builder.diagnostics(), &builder);
+  const core::CompileOptions options = builder.module().options;
+  const fbd::Sequence sequence = fbd::order(graph, options.order, name, builder.diagnostics());
+  Ladder ladder(builder, graph, sequence, options);
+  ladder.set_sink(sink);
+  for (const fbd::Step& step : sequence.steps) ladder.lower(step.node);
+  ladder.finish();
 }
 
 std::vector<OrderLine> explain_order(const plcopen::Body& body, core::Order rule) {

@@ -3,12 +3,15 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/diagnostics.h"
 #include "core/options.h"
 #include "frontend-fbd/order.h"
+#include "ir/builder.h"
 #include "ir/ir.h"
 #include "plcopen/project.h"
 
@@ -17,6 +20,12 @@ namespace plc::ld {
 /// Lowers all drawn bodies of `pou` into module.pous[pou_index].body, in the order of SEMANTICS /
 /// docs/guides/execution-order.md. Reports every problem; true (and Pou::compiled set) when there was no error.
 bool lower_body(const plcopen::Pou& pou, ir::Module& module, std::uint32_t pou_index, core::Diagnostics& diagnostics);
+
+/// Takes the value that is wired to the condition of a transition; nothing when there is none, or it had an error.
+using ConditionSink = std::function<void(const plcopen::Element& transition, std::optional<ir::ValueId> value)>;
+/// Lowers elements that are drawn between the steps of a chart into the body that `builder` makes; transitions are
+/// elements with one input.
+void lower_conditions(const plcopen::Body& body, ir::Builder& builder, const ConditionSink& sink);
 
 /// One line of `plc explain`: an element at its place in the execution order.
 struct OrderLine {

@@ -111,6 +111,7 @@ bool Lowering::is_constant(PlaceId place) {
   if (is_configuration(place)) return true;
   const ir::Place& root = ir::root_of(builder_.body(), place);
   const bool own = root.kind == ir::Place::Kind::kInstance || root.kind == ir::Place::Kind::kFrame;
+  if (own && builder_.pou().variables[root.index].step) return true;
   return (own && builder_.pou().variables[root.index].constant) ||
          (root.kind == ir::Place::Kind::kGlobal && builder_.module().globals[root.index].variable.constant);
 }

@@ -25,6 +25,7 @@ std::string quoted(std::string_view text) { return '"' + std::string(text) + '"'
 
 /// What keeps `variable` from being written, or empty.
 std::string write_obstacle(const ir::Module& module, const ir::Variable& variable) {
+  if (variable.step) return "a step, which only its chart changes,";
   const bool external = variable.role == Role::kExternal;
   if (variable.constant || (external && module.globals[variable.global].variable.constant)) return "a constant";
   return {};
@@ -38,6 +39,11 @@ void note_written(ir::Builder& builder, const Named& named, std::string_view nam
 }
 
 }  // namespace
+
+bool Lowering::is_step(PlaceId place) {
+  const ir::Place& one = builder_.body().places[place.index];
+  return one.kind == ir::Place::Kind::kInstance && builder_.pou().variables[one.index].step;
+}
 
 bool Lowering::check_writable(const ir::Variable& variable, const core::SourceRef& where) {
   const std::string obstacle = write_obstacle(builder_.module(), variable);
@@ -170,8 +176,10 @@ std::optional<PlaceId> Lowering::root_place(NodeId id, bool for_writing) {
 
 std::optional<PlaceId> Lowering::member_place(PlaceId parent, NodeId id, bool for_writing) {
   if (const auto variable = program_variable(parent, id, for_writing)) return variable->place;
-  const std::string_view name = name_text(id);
+  std::string_view name = name_text(id);
   const TypeRef parent_type = builder_.type_of(parent);
+  // CODESYS reads the next marking of a step by _x, which is x while its actions run.
+  if (is_step(parent) && (core::iequals(name, "_x") || core::iequals(name, "_t"))) name.remove_prefix(1);
   const auto found = builder_.member(parent, name);
   if (found) {
     const ir::Place place = builder_.body().places[found->index];

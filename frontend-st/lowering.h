@@ -131,6 +131,7 @@ class Lowering {
   std::optional<Index> index_of(NodeId index, std::uint16_t categories);
   std::optional<ir::PlaceId> character_place(ir::PlaceId string, NodeId index);
   std::optional<ir::PlaceId> element_place(ir::PlaceId array, NodeId index);
+  bool is_step(ir::PlaceId place);
   bool check_writable(const ir::Variable& variable, const core::SourceRef& where);
   void report_unknown_name(NodeId id);
   bool report_unknown_in_list(NodeId root, NodeId member);

@@ -228,7 +228,7 @@ void DeclarationReader::body(plcopen::Pou& out, const Token& opener, Word opener
       refuse(Word::kMethod, Word::kEndMethod, "METHOD");
     } else if (names && word == Word::kProperty) {
       refuse(Word::kProperty, Word::kEndProperty, "PROPERTY");
-    } else if (names && word == Word::kAction && body.language != Language::kSfc) {
+    } else if (names && word == Word::kAction) {
       action(out.name);
       in_body_ = true;
     } else {

@@ -108,6 +108,7 @@ enum class Part : std::uint8_t {
   kPlain,
   kCaseLabel,   ///< compares the selector of a CASE (the first argument) with a label, or jumps past the branch
   kForControl,  ///< compares, counts or stores the control variable of a FOR, or jumps because of it
+  kChart,       ///< evaluates a sequential function chart around its actions and conditions
 };
 
 struct Inst {
@@ -172,6 +173,7 @@ struct Variable {
   bool constant = false;  ///< kQueue: elements are taken out of it, not put into it
   bool retain = false;
   bool persistent = false;
+  bool step = false;  ///< a step of a chart: a structure of X and T that the chart alone writes
   std::string address;                    ///< located: "%IX0.0" as written; or empty
   std::uint32_t global = 0;               ///< kExternal: index into Module::globals
   std::vector<InitItem> initial;          ///< overrides of the type's defaults
@@ -313,6 +315,13 @@ struct GlobalAlias {
   SourceRef at;
 };
 
+/// A transition that charts of a POU refer to by name: a body like an action, which gives a condition.
+struct TransitionBody {
+  std::uint32_t owner = 0;   ///< the POU, into Module::pous
+  std::string name;          ///< as charts write it
+  std::uint32_t result = 0;  ///< hidden BOOL that takes the condition, into the owner's variables
+};
+
 struct Module {
   core::CompileOptions options;
   std::string name;  ///< of the project
@@ -333,7 +342,15 @@ struct Module {
   std::map<std::uint32_t, std::vector<WrittenName>> written_names;  ///< by global; one for each name and POU
   Library library;  ///< declarations of libraries that the project may use
   NameSet refused;  ///< globals whose declaration was reported as wrong
+  std::map<std::uint32_t, TransitionBody> transitions;  ///< by the index of their bodies into `pous`
 
+  /// The transition of `pou` that is called so, into `pous`; nothing when it has none.
+  [[nodiscard]] std::optional<std::uint32_t> find_transition(std::uint32_t pou, std::string_view name) const {
+    for (const auto& [body, transition] : transitions) {
+      if (transition.owner == pou && core::iequals(transition.name, name)) return body;
+    }
+    return std::nullopt;
+  }
   /// The POU whose variables the body of `pou` names: of an action its owner.
   [[nodiscard]] const Pou& owner_of(const Pou& pou) const {
     return pou.owner == Pou::kDeclared ? pou : pous[pou.owner];

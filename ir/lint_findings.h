@@ -48,9 +48,9 @@ struct LintBody {
   [[nodiscard]] const SourceRef& at(std::uint32_t index) const { return pou.body.sources[inst(index).source]; }
 };
 
-/// True for a name that the source spells.
+/// True for a variable that the source declares.
 inline bool is_visible(const Variable& variable) {
-  return !variable.name.empty() && variable.name.find('#') == std::string::npos;
+  return !variable.step && !variable.name.empty() && variable.name.find('#') == std::string::npos;
 }
 inline std::string quoted(std::string_view text) { return '"' + std::string(text) + '"'; }
 

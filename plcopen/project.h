@@ -166,6 +166,22 @@ struct ActionLink {
   SourceRef text_at;
 };
 
+/// What an element of a sequential function chart has beyond its pins (IEC 61131-3:2013, 6.7).
+struct ChartPart {
+  bool initial = false;    ///< step: initial step
+  bool excluded = false;   ///< left out of the build (3S)
+  std::string main;        ///< step: action of the POU or of an instance, run while it is active (3S); or empty
+  std::string entry;       ///< step: the same, once when it becomes active
+  std::string exit;        ///< step: the same, once when it ceases to be active
+  std::string min_time;    ///< step: TIME before which no transition is tested (3S); or empty
+  std::string max_time;    ///< step: TIME after which it is active too long (3S); or empty
+  std::string reference;   ///< transition: name of a transition of the POU that is its condition; or empty
+  std::string text;        ///< transition: condition as ST; or empty
+  SourceRef text_at = {};  ///< where `text` is
+  std::int64_t priority = -1;  ///< transition: small numbers first; -1 = none
+  Pin condition = {};          ///< transition: what is wired to its condition
+};
+
 /// One drawn element. Which fields mean something depends on `kind`; the rest is empty.
 struct Element {
   ElementKind kind = ElementKind::kNone;
@@ -184,7 +200,7 @@ struct Element {
   std::uint32_t network = 0;
   SourceRef at;
   /// contact/coil: the <variable> text. in/out/inOutVariable: the expression. block: typeName. connector, continuation,
-  /// label, jump: the name. actionBlock: the names its actions refer to, for messages. comment-like elements are not
+  /// label, jump, step: the name. jumpStep: the step it goes to. actionBlock: the names its actions refer to, for messages. comment-like elements are not
   /// stored.
   std::string text;
   SourceRef text_at;          ///< where `text` is in the file
@@ -195,7 +211,8 @@ struct Element {
       inputs;  ///< contact, coil, outVariable, connector, jump, return, right rail: the connection points in order
   std::vector<Pin> in_outs;
   std::vector<Pin> outputs;  ///< left rail, continuation, contact, coil, inVariable: the connection points out in order
-  std::vector<ActionLink> actions;  ///< actionBlock
+  std::vector<ActionLink> actions;   ///< actionBlock
+  std::shared_ptr<ChartPart> chart;  ///< step, transition; else null
 };
 
 enum class Language : std::uint8_t { kNone, kLd, kFbd, kSt, kIl, kSfc };
@@ -205,10 +222,11 @@ const char* language_name(Language language);
 struct Body {
   Language language = Language::kNone;
   std::string name;               ///< IEC 61131-10 worksheets; usually empty
-  std::vector<Element> elements;  ///< LD, FBD: document order. SFC: not stored yet, see drawn_elements
+  std::vector<Element> elements;  ///< LD, FBD, SFC drawn: document order
   std::vector<ClosedBranch> closed_branches;
   std::uint32_t drawn_elements = 0;  ///< elements drawn, comments excluded, whatever the language
-  std::string text;                  ///< ST, IL
+  std::string text;                  ///< ST, IL, SFC as text
+  std::vector<std::string> flags;    ///< SFC: flags that its settings declare and use, "SFCInit" (3S)
   SourceRef at;
   SourceRef text_at;  ///< first character of `text`
 };
@@ -224,6 +242,8 @@ struct Pou {
   std::vector<Variable> variables;  ///< all sections, in file order
   std::vector<Body> bodies;         ///< usually one
   std::vector<Pou> actions;         ///< bodies that run on its instances; an action has a name and bodies, no more
+  std::vector<Pou> transitions;     ///< conditions of its charts: a name and a body, no more
+  std::string result;  ///< of a transition: the name by which its body gives the condition; empty = its own
   bool has_chart = false;           ///< parts of a sequential function chart are present
   bool from_library = false;        ///< brought by --lib: compiled when something uses it, not looked at by lint
   std::uint64_t taskblock = 0;      ///< declares a taskblock: hash of its declaration; 0 = it does not
@@ -321,6 +341,7 @@ struct Project {
   std::vector<Pou> pous;
   std::vector<Configuration> configurations;
   std::vector<PlainDeclaration> declarations;
+  bool has_3s_charts = false;  ///< some chart comes from CODESYS or a tool derived from it
   std::vector<std::string> qualified_lists;  ///< globalVars lists of XML with the attribute qualified_only
   std::vector<Pragma> pragmas;
   std::vector<Extent> extents;          ///< of the file's own declarations

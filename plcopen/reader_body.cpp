@@ -139,7 +139,9 @@ void start_action(Reader& r, const Tag& tag) {
   action.indicator = core::trimmed(tag.attributes.get(Attr::kIndicator));
   action.at = r.element_place(tag.at);
   action.local_id = r.integer(tag, Attr::kLocalId, -1, kMaxId);
+  frame(r).action_open = true;
 }
+void end_action(Reader& r) { frame(r).action_open = false; }
 
 void action_reference(Reader& r, const Tag& tag) {
   Element& e = element(r);
@@ -196,7 +198,7 @@ constexpr Rule kRules[] = {
     used(State::kElement, "inputVariables", State::kInputPins),
     used(State::kElement, "inOutVariables", State::kInOutPins),
     used(State::kElement, "outputVariables", State::kOutputPins),
-    used(State::kElement, "action", State::kAction, start_action),
+    used(State::kElement, "action", State::kAction, start_action, end_action),
     used(State::kElement, "addData", State::kAddData),
     ignored(State::kElement, "documentation", kReasonNote),
     ignored(State::kElement, "alternativeText", kReasonEditor),

@@ -27,10 +27,8 @@ void start_drawing(Reader& r, const Tag& tag) {
 
 void start_chart(Reader& r, const Tag& tag) {
   set_language(r, tag, Language::kSfc);
-  report_chart(r, tag);
+  if (!r.pous.empty()) r.pous.back()->pou.has_chart = true;
 }
-
-void chart_element(Reader& r, const Tag&) { ++body(r).drawn_elements; }
 
 template <Language kLanguage>
 void start_code(Reader& r, const Tag& tag) {
@@ -38,42 +36,18 @@ void start_code(Reader& r, const Tag& tag) {
   begin_code(r, tag);
 }
 
-void transition(Reader& r, const Tag& tag) {
-  if (r.pous.empty()) return;
-  r.pous.back()->pou.has_chart = true;
-  report_chart(r, tag);
+void start_pou_transition(Reader& r, const Tag& tag) {
+  open_pou(r, tag, r.pous.empty() ? PouKind::kProgram : r.pous.back()->pou.kind);
+  r.pous.back()->is_action = true;
+}
+
+void close_pou_transition(Reader& r) {
+  const std::unique_ptr<PouFrame> frame = std::move(r.pous.back());
+  r.pous.pop_back();
+  if (!frame->pou.name.empty() && !r.pous.empty()) r.pous.back()->pou.transitions.push_back(std::move(frame->pou));
 }
 
 void pou_note(Reader& r) { r.pous.back()->pou.documentation = r.take_text(); }
-
-Rule chart_row(std::string_view name) {
-  Rule rule = refused(State::kSfc, name, kReasonSfc, chart_element);
-  return rule;
-}
-
-constexpr std::string_view kChartElements[] = {"step",
-                                               "macroStep",
-                                               "jumpStep",
-                                               "transition",
-                                               "selectionDivergence",
-                                               "selectionConvergence",
-                                               "simultaneousDivergence",
-                                               "simultaneousConvergence",
-                                               "actionBlock",
-                                               "block",
-                                               "inVariable",
-                                               "outVariable",
-                                               "inOutVariable",
-                                               "contact",
-                                               "coil",
-                                               "leftPowerRail",
-                                               "rightPowerRail",
-                                               "connector",
-                                               "continuation",
-                                               "label",
-                                               "jump",
-                                               "return",
-                                               "vendorElement"};
 
 constexpr Rule kRules[] = {
     anchored(State::kPous, "pou", State::kPou, start_pou, close_pou),
@@ -97,7 +71,7 @@ constexpr Rule kRules[] = {
     ignored(State::kInterface, "documentation", kReasonNote),
 
     anchored(State::kActions, "action", State::kPouAction, start_pou_action, close_pou_action),
-    refused(State::kActions, "transition", kReasonSfc, transition),
+    anchored(State::kActions, "transition", State::kPouAction, start_pou_transition, close_pou_transition),
 
     anchored(State::kPouAction, "body", State::kBody, start_body, close_body),
     used(State::kPouAction, "addData", State::kAddData),
@@ -110,9 +84,6 @@ constexpr Rule kRules[] = {
     used(State::kBody, "SFC", State::kSfc, start_chart),
     used(State::kBody, "addData", State::kAddData),
     ignored(State::kBody, "documentation", kReasonNote),
-
-    ignored(State::kSfc, "comment", kReasonComment),
-    ignored(State::kSfc, "error", kReasonEditor),
 };
 
 }  // namespace
@@ -219,8 +190,8 @@ void report_chart(Reader& r, const Tag& tag) {
   // Once for a POU and its actions.
   const std::size_t owner = r.pous.back()->is_action && r.pous.size() > 1 ? 2 : 1;
   if (std::exchange(r.pous[r.pous.size() - owner]->chart_reported, true)) return;
-  r.report(core::Code::P1016, tag.at, "sequential function chart, its steps and transitions are not executed",
-           "write the sequence as ST or as a diagram");
+  r.report(core::Code::P1016, tag.at, "sequential function chart in the form of IEC 61131-10, which is not read",
+           "export the project as PLCopen XML 2.01 (TC6), or write the chart as text");
 }
 
 void begin_code(Reader& r, const Tag& tag) {
@@ -234,13 +205,6 @@ void end_code(Reader& r) {
   b.text = r.take_text(&b.text_at);
 }
 
-std::span<const Rule> pou_rules() {
-  static const std::vector<Rule> kAll = [] {
-    std::vector<Rule> all(std::begin(kRules), std::end(kRules));
-    for (const std::string_view name : kChartElements) all.push_back(chart_row(name));
-    return all;
-  }();
-  return kAll;
-}
+std::span<const Rule> pou_rules() { return kRules; }
 
 }  // namespace plc::plcopen

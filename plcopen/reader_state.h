@@ -50,6 +50,8 @@ struct BodyFrame {
   Element element;
   bool element_open = false;
   bool network_title = false;  ///< the open vendorElement is a network title
+  bool action_open = false;    ///< an action of the open action block is read
+  std::string guid;            ///< of the open attribute (CODESYS)
   Pin* pin = nullptr;
   Connection* connection = nullptr;
   std::uint32_t network = 0;

@@ -45,6 +45,11 @@ class Reader;
   X(Body, "body")                                                            \
   X(Drawing, "LD, FBD")                                                      \
   X(Sfc, "SFC")                                                              \
+  X(Condition, "SFC/transition/condition")                                   \
+  X(Inline, "SFC/transition/condition/inline")                               \
+  X(SfcAttributes, "attributes of a chart's element (CODESYS)")              \
+  X(SfcSettings, "sfcsettings (CODESYS)")                                    \
+  X(SfcFlags, "sfcsettings/Flags (CODESYS)")                                 \
   X(Element, "a drawn element")                                              \
   X(Action, "actionBlock/action")                                            \
   X(ActionText, "actionBlock/action/inline")                                 \
@@ -177,7 +182,7 @@ inline constexpr std::string_view kReasonEditor = "editor data";
 inline constexpr std::string_view kReasonComment = "comment";
 inline constexpr std::string_view kReasonNote = "documentation of this element is not kept";
 inline constexpr std::string_view kReasonHeader = "project information";
-inline constexpr std::string_view kReasonSfc = "sequential function charts are not executed (P1016)";
+inline constexpr std::string_view kReasonSfc = "charts of IEC 61131-10 are not read (P1016)";
 inline constexpr std::string_view kReasonOop = "object-oriented parts are not executed (P1015)";
 inline constexpr std::string_view kReasonKept = "kept as documentation";
 
@@ -185,6 +190,7 @@ std::span<const Rule> project_rules();
 std::span<const Rule> type_rules();
 std::span<const Rule> pou_rules();
 std::span<const Rule> body_rules();
+std::span<const Rule> chart_rules();
 std::span<const Rule> configuration_rules();
 std::span<const Rule> vendor_rules();
 std::span<const Rule> misplaced_rules();

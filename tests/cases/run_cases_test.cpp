@@ -177,6 +177,8 @@ TEST_P(Case, TraceEqualsTheHandWorkedTable) {
       options.insert(options.end(), {"--lib", (folder / library).string()});
     }
     simulate(folder, the_case, project, options, run.expected, i == 0);
+    const fs::path drawn = folder / "drawn.xml";
+    if (fs::exists(drawn)) simulate(folder, the_case, drawn.string(), options, run.expected, i == 0);
 
     const ScratchFolder scratch;
     const std::string image = scratch.file("project.pbc");

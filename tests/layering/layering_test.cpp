@@ -32,6 +32,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"declare", {"core", "stdlib", "ir", "plcopen", "frontend-st"}},
     {"frontend-fbd", {"core", "stdlib", "ir", "plcopen", "frontend-st"}},
     {"frontend-ld", {"core", "stdlib", "ir", "plcopen", "frontend-st", "frontend-fbd"}},
+    {"frontend-sfc", {"core", "stdlib", "ir", "plcopen", "frontend-st", "frontend-il", "frontend-ld"}},
     {"taskblocks", {"core"}},
     {"runtime", {"core", "stdlib", "bytecode", "taskblocks"}},
     {"native", {"core", "stdlib", "bytecode", "runtime"}},
@@ -46,9 +47,9 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
       "io-drivers/simulated", "io-drivers/modbus", "io-drivers/guardian"}},
     {"compiler",
      {"core", "stdlib", "plcopen", "ir", "bytecode", "bytecode/codegen", "frontend-st", "frontend-il", "declare",
-      "frontend-fbd", "frontend-ld", "taskblocks"}},
+      "frontend-fbd", "frontend-ld", "frontend-sfc", "taskblocks"}},
     {"tools",  // io-drivers/simulated: plc-run --stimulus
-     {"core", "stdlib", "plcopen", "ir", "bytecode", "frontend-st", "frontend-fbd", "frontend-ld", "compiler",
+     {"core", "stdlib", "plcopen", "ir", "bytecode", "frontend-st", "frontend-fbd", "frontend-ld", "frontend-sfc", "compiler",
       "runtime", "native", "io-drivers", "io-drivers/config", "io-drivers/machine", "io-drivers/modbus",
       "io-drivers/simulated", "taskblocks"}},
     {"bench",  // tests: the builder of hand-made images

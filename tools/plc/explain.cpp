@@ -10,6 +10,7 @@
 
 #include "core/text.h"
 #include "frontend-ld/lower.h"
+#include "frontend-sfc/explain.h"
 #include "tools/command_line.h"
 #include "tools/open.h"
 #include "tools/plc/commands.h"
@@ -81,11 +82,13 @@ void print_body(const plcopen::Body& body, core::Order rule) {
 }
 
 void print_bodies(const char* kind, const std::string& name, const std::vector<plcopen::Body>& bodies,
-                  core::Order rule) {
+                  core::Order rule, bool final_scan) {
   for (const plcopen::Body& body : bodies) {
     std::cout << fmt::format("\n{} {} ({})\n", kind, name, plcopen::language_name(body.language));
     if (body.language == plcopen::Language::kLd || body.language == plcopen::Language::kFbd) {
       print_body(body, rule);
+    } else if (body.language == plcopen::Language::kSfc) {
+      for (const std::string& line : sfc::explain_chart(body, final_scan)) std::cout << line << '\n';
     } else if (body.language != plcopen::Language::kNone) {
       std::cout << "  executes as written: only drawings need an order\n";
     }
@@ -105,18 +108,21 @@ int explain_file(const Explain& explain, const std::vector<std::string>& librari
   if (!compilation.project) return kExitErrors;
 
   std::cout << fmt::format("order={}\n", explain.options.order == core::Order::kDrawing ? "drawing" : "document");
+  const core::FinalScan asked = explain.options.sfc_final_scan;
+  const bool final_scan =
+      asked == core::FinalScan::kAuto ? compilation.project->has_3s_charts : asked == core::FinalScan::kOn;
   bool found = false;
   std::string names;
   for (const plcopen::Pou& pou : compilation.project->pous) {
     names += (names.empty() ? "" : ", ") + pou.name;
     const bool all = explain.pou.empty() || core::iequals(pou.name, explain.pou);
-    if (all) print_bodies(plcopen::pou_kind_name(pou.kind), pou.name, pou.bodies, explain.options.order);
+    if (all) print_bodies(plcopen::pou_kind_name(pou.kind), pou.name, pou.bodies, explain.options.order, final_scan);
     found = found || all;
     for (const plcopen::Pou& action : pou.actions) {
       const std::string name = pou.name + "." + action.name;
       if (!all && !core::iequals(name, explain.pou)) continue;
       found = true;
-      print_bodies("action", name, action.bodies, explain.options.order);
+      print_bodies("action", name, action.bodies, explain.options.order, final_scan);
     }
   }
   if (!found && !explain.pou.empty()) {

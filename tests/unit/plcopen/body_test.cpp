@@ -230,14 +230,20 @@ TEST(Body, DuplicateLocalIdNamesBothPlaces) {
   EXPECT_EQ(d.pou, "Main");
 }
 
-TEST(Body, SfcIsCountedAndReportedOnce) {
-  const auto r = read_text(
+TEST(Body, ChartsAreReadAsElements) {
+  const auto r = read_clean(
       program(R"(<SFC><step localId="1" name="s" initialStep="true"/><transition localId="2"><condition><inline name="">
 <ST><xhtml:p>TRUE</xhtml:p></ST></inline></condition></transition><comment localId="9" width="1" height="1"/></SFC>)"));
-  EXPECT_EQ(r.codes(), "P1016");
   EXPECT_EQ(body_of(r).language, Language::kSfc);
-  EXPECT_EQ(body_of(r).drawn_elements, 2u);
-  EXPECT_EQ(r.row("body/SFC/step")->fate, Fate::kRefused);
+  ASSERT_EQ(body_of(r).elements.size(), 2u);
+  EXPECT_EQ(body_of(r).elements[0].kind, ElementKind::kStep);
+  EXPECT_EQ(body_of(r).elements[0].text, "s");
+  ASSERT_NE(body_of(r).elements[0].chart, nullptr);
+  EXPECT_TRUE(body_of(r).elements[0].chart->initial);
+  EXPECT_EQ(body_of(r).elements[1].kind, ElementKind::kTransition);
+  ASSERT_NE(body_of(r).elements[1].chart, nullptr);
+  EXPECT_EQ(body_of(r).elements[1].chart->text, "TRUE");
+  EXPECT_EQ(r.row("body/SFC/step")->fate, Fate::kUsed);
 }
 
 TEST(Body, ActionsBelongToTheirPou) {
@@ -255,15 +261,39 @@ TEST(Body, ActionsBelongToTheirPou) {
   EXPECT_EQ(pou.actions[1].documentation, "why");
 }
 
-TEST(Body, ChartsInActionsAreReportedOnceAPou) {
-  const auto r = read_text(tc6(R"(<pous><pou name="P" pouType="program"><interface/>
+TEST(Body, ChartsInActionsAndTransitionsOfAPou) {
+  const auto r = read_clean(tc6(R"(<pous><pou name="P" pouType="program"><interface/>
 <actions><action name="a"><body><SFC/></body></action><action name="b"><body><SFC/></body></action></actions>
-<transitions><transition name="t"><body><ST/></body></transition></transitions><body><ST/></body></pou></pous>)"));
-  EXPECT_EQ(r.codes(), "P1016");
-  EXPECT_TRUE(r.project->pous.at(0).has_chart);
-  const auto none = read_clean(tc6(
-      R"(<pous><pou name="P" pouType="program"><interface/><actions/><transitions/><body><ST/></body></pou></pous>)"));
-  EXPECT_FALSE(none.project->pous.at(0).has_chart);
+<transitions><transition name="t"><body><ST>:= x;</ST></body></transition></transitions><body><ST/></body></pou></pous>)"));
+  const Pou& pou = r.project->pous.at(0);
+  ASSERT_EQ(pou.actions.size(), 2u);
+  EXPECT_EQ(pou.actions[0].bodies.at(0).language, Language::kSfc);
+  ASSERT_EQ(pou.transitions.size(), 1u);
+  EXPECT_EQ(pou.transitions[0].name, "t");
+  EXPECT_EQ(pou.transitions[0].bodies.at(0).text, ":= x;");
+}
+
+TEST(Body, WhatCodesysKeepsOfStepsAndFlags) {
+  const auto r = read_clean(program(R"(<SFC><step localId="1" name="s"><addData>
+<data name="http://www.3s-software.com/plcopenxml/sfc/element"><attributes xmlns="">
+<attribute guid="700a583f-b4d4">Main
+</attribute><attribute guid="a6b08bd8-5a9b">In</attribute><attribute guid="a2621e18-7de3">Out</attribute>
+<attribute guid="cacf1a68-0000">T#1s</attribute><attribute guid="b693554c-0000">T#2s</attribute>
+<attribute guid="01580b27-6378">TRUE</attribute></attributes></data></addData></step>
+<actionBlock localId="2"><action localId="3"><reference name="a"/><addData>
+<data name="http://www.3s-software.com/plcopenxml/sfc/element"><attributes xmlns="">
+<attribute guid="01580b27-6378">TRUE</attribute></attributes></data></addData></action></actionBlock>
+<addData><data name="http://www.3s-software.com/plcopenxml/sfcsettings"><SFCSettings><LibTitle>x</LibTitle>
+<Flags><Init Declare="true" Use="false"/><Reset Declare="true" Use="true"/></Flags></SFCSettings></data></addData></SFC>)"));
+  const ChartPart& step = *body_of(r).elements.at(0).chart;
+  EXPECT_EQ(step.main, "Main");
+  EXPECT_EQ(step.entry, "In");
+  EXPECT_EQ(step.exit, "Out");
+  EXPECT_EQ(step.min_time, "T#1s");
+  EXPECT_EQ(step.max_time, "T#2s");
+  EXPECT_TRUE(step.excluded);
+  EXPECT_EQ(body_of(r).flags, std::vector<std::string>{"SFCReset"});
+  EXPECT_TRUE(r.project->has_3s_charts);
 }
 
 TEST(Body, ActionsInVendorDataFindTheirPou) {

@@ -1,0 +1,43 @@
+// Tree: which of many things have something to do. BOOLs in the instance, one for each few things, and for each few of
+// those another, so that looking at them costs what there is to do and not how many there are.
+//
+// In: a number of things, code for each. Out: IR that marks one, and IR that visits those that are marked. Does not
+// belong here: what the things are.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string_view>
+#include <vector>
+
+#include "ir/builder.h"
+
+namespace plc::sfc {
+
+class Tree {
+ public:
+  /// A tree over things 0 to `count`; up to kFan of them need no marks.
+  Tree(ir::Builder& builder, std::string_view hint, std::uint32_t count);
+
+  /// Code: thing `i` has something to do.
+  void mark(std::uint32_t i);
+  /// Code: `visit` writes the code for each thing that may have something to do, ascending; that code tests the thing
+  /// itself. With `alive`, which gives a BOOL that is TRUE while a thing has something to do, marks without one are
+  /// taken away.
+  void walk(const std::function<void(std::uint32_t)>& visit,
+            const std::function<ir::ValueId(std::uint32_t)>& alive = nullptr);
+
+  static constexpr std::uint32_t kFan = 8;
+
+ private:
+  void walk_range(std::size_t level, std::uint32_t begin, std::uint32_t end,
+                  const std::function<void(std::uint32_t)>& visit,
+                  const std::function<ir::ValueId(std::uint32_t)>& alive);
+  [[nodiscard]] ir::PlaceId node(std::size_t level, std::uint32_t i) { return builder_.variable(levels_[level][i]); }
+
+  ir::Builder& builder_;
+  std::uint32_t count_;
+  std::vector<std::vector<std::uint32_t>> levels_;  ///< hidden variables, from the things upwards
+};
+
+}  // namespace plc::sfc

@@ -1,0 +1,209 @@
+// Sequential function charts of TC6 files: steps, transitions and what joins them are drawn elements as all others;
+// actions and times of steps that CODESYS and TwinCAT keep in addData, conditions in four forms, transitions of a POU.
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "core/text.h"
+#include "plcopen/reader_body.h"
+#include "plcopen/reader_pou.h"
+
+namespace plc::plcopen {
+
+namespace {
+
+constexpr std::int64_t kMaxId = std::numeric_limits<std::int64_t>::max();
+constexpr std::int64_t kMaxPriority = std::numeric_limits<std::int32_t>::max();
+
+BodyFrame& frame(Reader& r) { return *r.bodies.back(); }
+Element& element(Reader& r) { return r.bodies.back()->element; }
+
+void start_chart_step(Reader& r, const Tag& tag) {
+  Element& e = open_element(r, tag, ElementKind::kStep, r.integer(tag, Attr::kLocalId, -1, kMaxId));
+  e.chart = std::make_shared<ChartPart>();
+  e.chart->initial = r.flag(tag, Attr::kInitialStep);
+  e.text = r.required_name(tag, Attr::kName);
+  e.text_at = e.at;
+}
+
+void start_macro_step(Reader& r, const Tag& tag) {
+  Element& e = open_element(r, tag, ElementKind::kMacroStep, r.integer(tag, Attr::kLocalId, -1, kMaxId));
+  e.text = r.optional_name(tag, Attr::kName);
+}
+
+void start_jump_step(Reader& r, const Tag& tag) {
+  Element& e = open_element(r, tag, ElementKind::kJumpStep, r.integer(tag, Attr::kLocalId, -1, kMaxId));
+  e.text = r.required_name(tag, Attr::kTargetName);
+  e.text_at = e.at;
+}
+
+void start_chart_transition(Reader& r, const Tag& tag) {
+  Element& e = open_element(r, tag, ElementKind::kTransition, r.integer(tag, Attr::kLocalId, -1, kMaxId));
+  e.chart = std::make_shared<ChartPart>();
+  e.chart->priority = r.integer(tag, Attr::kPriority, -1, kMaxPriority);
+}
+
+template <ElementKind kKind>
+void start_branch(Reader& r, const Tag& tag) {
+  open_element(r, tag, kKind, r.integer(tag, Attr::kLocalId, -1, kMaxId));
+}
+
+// ---- conditions -----------------------------------------------------------------------------------------------
+
+void condition_reference(Reader& r, const Tag& tag) {
+  element(r).chart->reference = r.required_name(tag, Attr::kName);
+  element(r).chart->text_at = r.element_place(tag.at);
+}
+
+void condition_point(Reader& r, const Tag& tag) {
+  Pin& pin = element(r).chart->condition;
+  pin.has_point_in = true;
+  pin.at = r.element_place(tag.at);
+  frame(r).pin = &pin;
+}
+
+/// Version 1 has the wires of a condition without their connection point.
+void condition_wire(Reader& r, const Tag& tag) {
+  condition_point(r, tag);
+  Connection& connection = add_connection(r, tag);
+  connection.ref_local_id = r.integer(tag, Attr::kRefLocalId, -1, kMaxId);
+  connection.formal_parameter = core::trimmed(tag.attributes.get(Attr::kFormalParameter));
+}
+
+/// A condition in a language of its own: the body of a transition of the POU that only this one refers to.
+void start_inline(Reader& r, const Tag& tag) {
+  auto pou = std::make_unique<PouFrame>();
+  pou->pou.kind = r.pous.empty() ? PouKind::kProgram : r.pous.back()->pou.kind;
+  pou->pou.result = r.optional_name(tag, Attr::kName);
+  pou->pou.at = r.element_place(tag.at);
+  pou->is_action = true;
+  r.pous.push_back(std::move(pou));
+  open_body(r, tag);
+}
+
+void end_inline(Reader& r) {
+  if (frame(r).body.language != Language::kNone) finish_body(r);
+  r.bodies.pop_back();
+  const std::unique_ptr<PouFrame> own = std::move(r.pous.back());
+  r.pous.pop_back();
+  if (r.bodies.empty() || own->pou.bodies.empty() || element(r).chart == nullptr) return;
+  ChartPart& part = *element(r).chart;
+  Body& body = own->pou.bodies.front();
+  if (body.language == Language::kSt) {
+    part.text_at = r.element_place(body.text_at.line != 0 ? body.text_at : body.at);
+    part.text = std::move(body.text);
+    return;
+  }
+  if (r.pous.empty()) return;
+  // No name of a file has a #.
+  own->pou.name = fmt::format("#condition.{}.{}", r.pous.back()->pou.transitions.size(), element(r).at.local_id);
+  if (own->pou.result.empty()) own->pou.result = "condition";
+  part.reference = own->pou.name;
+  part.text_at = own->pou.at;
+  PouFrame& owner = r.pous.back()->is_action && r.pous.size() > 1 ? *r.pous[r.pous.size() - 2] : *r.pous.back();
+  owner.pou.transitions.push_back(std::move(own->pou));
+}
+
+template <Language kLanguage>
+void start_inline_drawing(Reader& r, const Tag& tag) {
+  set_language(r, tag, kLanguage);
+}
+
+template <Language kLanguage>
+void start_inline_code(Reader& r, const Tag& tag) {
+  set_language(r, tag, kLanguage);
+  begin_code(r, tag);
+}
+
+// ---- CODESYS and TwinCAT --------------------------------------------------------------------------------------
+
+/// Attributes of elements by the beginning of their guid.
+struct GuidRow {
+  std::string_view begin;
+  void (*take)(ChartPart&, std::string);
+};
+constexpr GuidRow kGuids[] = {
+    {"700a583f", [](ChartPart& part, std::string value) { part.main = std::move(value); }},
+    {"a6b08bd8", [](ChartPart& part, std::string value) { part.entry = std::move(value); }},
+    {"a2621e18", [](ChartPart& part, std::string value) { part.exit = std::move(value); }},
+    {"cacf1a68", [](ChartPart& part, std::string value) { part.min_time = std::move(value); }},
+    {"b693554c", [](ChartPart& part, std::string value) { part.max_time = std::move(value); }},
+    {"01580b27", [](ChartPart& part, std::string value) { part.excluded = core::iequals(value, "true"); }},
+};
+
+void start_attribute(Reader& r, const Tag& tag) {
+  if (!r.bodies.empty()) frame(r).guid = core::trimmed(tag.attributes.get(Attr::kGuid));
+  r.begin_text();
+}
+
+void end_attribute(Reader& r) {
+  std::string value = r.take_text();
+  if (r.bodies.empty() || !frame(r).element_open || frame(r).action_open || element(r).chart == nullptr) return;
+  r.project.has_3s_charts = true;
+  for (const GuidRow& row : kGuids) {
+    if (frame(r).guid.starts_with(row.begin)) return row.take(*element(r).chart, std::move(value));
+  }
+}
+
+/// <Init Declare="true" Use="true"/>: the flag SFCInit acts though the POU does not declare it.
+void flag_setting(Reader& r, const Tag& tag) {
+  if (r.bodies.empty() || frame(r).body.language != Language::kSfc) return;
+  r.project.has_3s_charts = true;
+  if (r.flag(tag, Attr::kDeclare) && r.flag(tag, Attr::kUse)) {
+    frame(r).body.flags.push_back("SFC" + std::string(tag.name));
+  }
+}
+
+constexpr Rule part(std::string_view name, StartHandler handler) {
+  return used(State::kSfc, name, State::kElement, handler, close_element);
+}
+
+constexpr Rule kRules[] = {
+    part("step", start_chart_step),
+    part("macroStep", start_macro_step),
+    part("jumpStep", start_jump_step),
+    part("transition", start_chart_transition),
+    part("selectionDivergence", start_branch<ElementKind::kSelectionDivergence>),
+    part("selectionConvergence", start_branch<ElementKind::kSelectionConvergence>),
+    part("simultaneousDivergence", start_branch<ElementKind::kSimultaneousDivergence>),
+    part("simultaneousConvergence", start_branch<ElementKind::kSimultaneousConvergence>),
+    used(State::kSfc, "addData", State::kAddData),
+
+    ignored(State::kElement, "connectionPointOutAction", kReasonLayout),
+    used(State::kElement, "condition", State::kCondition),
+    used(State::kCondition, "reference", State::kLeaf, condition_reference),
+    used(State::kCondition, "connectionPointIn", State::kPointIn, condition_point, close_pin),
+    used(State::kCondition, "connection", State::kConnection, condition_wire, close_pin),
+    used(State::kCondition, "inline", State::kInline, start_inline, end_inline),
+    used(State::kInline, "ST", State::kFormatted, start_inline_code<Language::kSt>, end_code),
+    used(State::kInline, "IL", State::kFormatted, start_inline_code<Language::kIl>, end_code),
+    used(State::kInline, "LD", State::kDrawing, start_inline_drawing<Language::kLd>),
+    used(State::kInline, "FBD", State::kDrawing, start_inline_drawing<Language::kFbd>),
+    ignored(State::kCondition, "documentation", kReasonNote),
+
+    used(State::kVendor, "attributes", State::kSfcAttributes),
+    used(State::kSfcAttributes, "attribute", State::kText, start_attribute, end_attribute),
+    used(State::kVendor, "SFCSettings", State::kSfcSettings),
+    used(State::kSfcSettings, "Flags", State::kSfcFlags),
+    ignored(State::kSfcSettings, "*", kReasonEditor),
+    used(State::kSfcFlags, "*", State::kLeaf, flag_setting),
+};
+
+}  // namespace
+
+std::span<const Rule> chart_rules() {
+  // Conditions are drawn inside a chart with the elements of LD and FBD.
+  static const std::vector<Rule> kAll = [] {
+    std::vector<Rule> all(std::begin(kRules), std::end(kRules));
+    for (Rule rule : body_rules()) {
+      if (rule.parent != State::kDrawing || rule.name == "*") continue;
+      rule.parent = State::kSfc;
+      all.push_back(rule);
+    }
+    return all;
+  }();
+  return kAll;
+}
+
+}  // namespace plc::plcopen
