@@ -230,8 +230,9 @@ class Lowering {
                           "write it in LD, FBD, ST, IL, or as a chart of PLCopen XML before it runs a plant");
       return;
     }
-    diagnostics_.report(Code::P5101, at, made.name, what + " in a form that is not read",
-                        "write it in LD, FBD, ST, IL, or as a chart of PLCopen XML, or run the rest with --stub-missing");
+    diagnostics_.report(
+        Code::P5101, at, made.name, what + " in a form that is not read",
+        "write it in LD, FBD, ST, IL, or as a chart of PLCopen XML, or run the rest with --stub-missing");
   }
 
   plcopen::Project& project_;

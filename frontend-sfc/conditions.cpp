@@ -27,7 +27,8 @@ void Evaluation::lower_drawing() {
       if (value) {
         store(wires_[t], *value);
       } else {
-        b_.report(Code::P3105, c_.transitions[t].at, "nothing that has a value is wired to the condition of the transition",
+        b_.report(Code::P3105, c_.transitions[t].at,
+                  "nothing that has a value is wired to the condition of the transition",
                   "wire a contact, a block or a variable to it, or write the condition as ST");
       }
     });
@@ -44,11 +45,12 @@ void Evaluation::test() {
   });
   const auto any_source = [&](std::uint32_t i) {
     ValueId any{};
-    for (const std::uint32_t s : chart_.plan.groups[joins_[i]].sources) any = any.valid() ? or_(any, active(s)) : active(s);
+    for (const std::uint32_t s : chart_.plan.groups[joins_[i]].sources)
+      any = any.valid() ? or_(any, active(s)) : active(s);
     return any;
   };
-  joins_tree_.walk(
-      [&](std::uint32_t i) { when(any_source(i), [&] { test_group(chart_.plan.groups[joins_[i]]); }); }, any_source);
+  joins_tree_.walk([&](std::uint32_t i) { when(any_source(i), [&] { test_group(chart_.plan.groups[joins_[i]]); }); },
+                   any_source);
 }
 
 void Evaluation::test_group(const Group& group) {

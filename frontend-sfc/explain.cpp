@@ -70,8 +70,8 @@ std::vector<std::string> explain_chart(const plcopen::Body& body, bool final_sca
         with = " from " + names_of(chart, set);
         break;
       }
-      lines.push_back(fmt::format("    {}.{} to {} when {}{}  ({})", ++place, with,
-                                  names_of(chart, transition.targets), condition_of(transition.condition),
+      lines.push_back(fmt::format("    {}.{} to {} when {}{}  ({})", ++place, with, names_of(chart, transition.targets),
+                                  condition_of(transition.condition),
                                   transition.priority >= 0 ? fmt::format(", priority {}", transition.priority) : "",
                                   place_of(transition.at)));
     }

@@ -1,5 +1,5 @@
-// Flags of CODESYS and TwinCAT: variables of the POU by which a program holds, restarts and watches its charts. They are
-// read when the chart is evaluated, so each chart of a POU sees them at its own next call.
+// Flags of CODESYS and TwinCAT: variables of the POU by which a program holds, restarts and watches its charts. They
+// are read when the chart is evaluated, so each chart of a POU sees them at its own next call.
 #include "core/text.h"
 #include "frontend-sfc/evaluation.h"
 #include "frontend-st/names.h"
@@ -58,7 +58,8 @@ void Evaluation::set(Flag flag, bool value) {
 void Evaluation::set(Flag flag, const std::string& text) {
   if (!has(flag)) return;
   ir::Constant constant;
-  constant.type = b_.module().types.string(core::TypeId::kString, static_cast<std::uint16_t>(text.empty() ? 1 : text.size()));
+  constant.type =
+      b_.module().types.string(core::TypeId::kString, static_cast<std::uint16_t>(text.empty() ? 1 : text.size()));
   constant.text = text;
   b_.assign(*flags_[static_cast<std::size_t>(flag)], ir::Operand::of(b_.constant(constant)), "flag of a chart");
 }

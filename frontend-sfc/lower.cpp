@@ -77,7 +77,8 @@ bool lower_transition(const plcopen::Pou& transition, ir::Module& module, std::u
       good = false;
       diagnostics.report(Code::P3105, transition.at, module.pous[pou_index].name,
                          std::string("condition is written in ") +
-                             plcopen::language_name(transition.bodies.front().language) + ", which a condition cannot be",
+                             plcopen::language_name(transition.bodies.front().language) +
+                             ", which a condition cannot be",
                          "write it in ST, LD, FBD or IL");
   }
   good = good && diagnostics.error_count() == errors;

@@ -100,8 +100,8 @@ class Preparation {
   /// Flags that the settings of a chart declare are variables of the POU, which its bodies may name.
   void declare_flags(const Chart& chart) {
     for (const std::string& used : chart.flags) {
-      const auto* const row =
-          std::find_if(std::begin(kFlags), std::end(kFlags), [&](const FlagRow& f) { return core::iequals(f.name, used); });
+      const auto* const row = std::find_if(std::begin(kFlags), std::end(kFlags),
+                                           [&](const FlagRow& f) { return core::iequals(f.name, used); });
       if (row == std::end(kFlags)) {
         diagnostics_.report(Code::P3109, chart.at, chart.name, "chart uses the flag " + used + ", which is not known",
                             "switch it off in the settings of the chart");
@@ -110,8 +110,8 @@ class Preparation {
       if (pou().by_name.contains(std::string(row->name))) continue;
       ir::Variable flag;
       flag.name = row->name;
-      flag.type = row->type == core::TypeId::kString ? module_.types.string(core::TypeId::kString, 80)
-                                                     : ir::ref_of(row->type);
+      flag.type =
+          row->type == core::TypeId::kString ? module_.types.string(core::TypeId::kString, 80) : ir::ref_of(row->type);
       flag.at = chart.at;
       pou().by_name.emplace(flag.name, static_cast<std::uint32_t>(pou().variables.size()));
       pou().variables.push_back(std::move(flag));
@@ -208,8 +208,8 @@ class Preparation {
                               "write one, as T#2s, or the name of a TIME variable");
           continue;
         }
-        Target target = one.has_text ? written(one, step)
-                                     : resolve(module_, pou(), one.name, step, one.at, false, diagnostics_);
+        Target target =
+            one.has_text ? written(one, step) : resolve(module_, pou(), one.name, step, one.at, false, diagnostics_);
         if (target.kind != Target::Kind::kNothing) all.push_back({s, a, std::move(target)});
       }
     }
@@ -217,8 +217,7 @@ class Preparation {
                           [](const Found& one) { return one.target.kind == Target::Kind::kVariable; });
     std::map<std::string, std::uint32_t> by_key;
     for (Found& one : all) {
-      const auto [known, fresh] =
-          by_key.emplace(key_of(one.target), static_cast<std::uint32_t>(chart.controls.size()));
+      const auto [known, fresh] = by_key.emplace(key_of(one.target), static_cast<std::uint32_t>(chart.controls.size()));
       if (fresh) {
         Control control;
         control.target = std::move(one.target);

@@ -69,7 +69,9 @@ class DrawingReader {
     if (e.kind == ElementKind::kStep || e.kind == ElementKind::kJumpStep) return text + " \"" + e.text + '"';
     return text + (e.at.local_id >= 0 ? " " + std::to_string(e.at.local_id) : "");
   }
-  [[nodiscard]] bool left_out(std::uint32_t i) const { return element(i).chart != nullptr && element(i).chart->excluded; }
+  [[nodiscard]] bool left_out(std::uint32_t i) const {
+    return element(i).chart != nullptr && element(i).chart->excluded;
+  }
 
   void index() {
     for (std::uint32_t i = 0; i < body_.elements.size(); ++i) {
@@ -256,7 +258,8 @@ class DrawingReader {
       case ElementKind::kJumpStep: {
         const auto target = by_name_.find(core::folded(element(i).text));
         if (target == by_name_.end()) {
-          report(Code::P3104, element(i).at, "jump goes to step \"" + element(i).text + "\", which is not in this chart",
+          report(Code::P3104, element(i).at,
+                 "jump goes to step \"" + element(i).text + "\", which is not in this chart",
                  "correct the name, or draw the step");
           return false;
         }

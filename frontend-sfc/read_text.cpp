@@ -83,7 +83,8 @@ class TextReader {
   bool fail(std::string_view wanted) {
     const std::string found =
         token_.kind == TokenKind::kEnd ? "the end of the chart" : st::shown_token(std::string(text()));
-    report(Code::P3110, place(token_.begin, ElementKind::kText), found + " where " + std::string(wanted) + " is expected",
+    report(Code::P3110, place(token_.begin, ElementKind::kText),
+           found + " where " + std::string(wanted) + " is expected",
            "docs/guides/charts.md has the grammar of charts as text");
     return false;
   }

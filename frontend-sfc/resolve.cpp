@@ -59,8 +59,8 @@ Target resolve(const ir::Module& module, const ir::Pou& pou, const std::string& 
   }
   std::string help = guess.help();
   if (help.empty()) help = "declare a BOOL variable, or add an action of this name to the POU";
-  diagnostics.report(Code::P3106, at, pou.name,
-                     "action \"" + name + "\" of step \"" + step.name + "\" does not exist", std::move(help));
+  diagnostics.report(Code::P3106, at, pou.name, "action \"" + name + "\" of step \"" + step.name + "\" does not exist",
+                     std::move(help));
   return target;
 }
 
