@@ -10,6 +10,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <unordered_map>
 #include <unordered_set>
 #include <vector>
@@ -313,6 +314,12 @@ struct GlobalAlias {
   SourceRef at;
 };
 
+/// Key of Module::attributes: attribute `name` of a variable of `pou`, or of the POU itself; an empty POU means outside
+/// of POUs.
+inline std::string attribute_key(std::string_view pou, std::string_view variable, std::string_view name) {
+  return std::string(pou) + "\n" + std::string(variable) + "\n" + std::string(name);
+}
+
 struct Module {
   core::CompileOptions options;
   std::string name;  ///< of the project
@@ -331,8 +338,9 @@ struct Module {
   std::vector<LocatedInGlobal> located;
   std::vector<GlobalAlias> global_aliases;
   std::map<std::uint32_t, std::vector<WrittenName>> written_names;  ///< by global; one for each name and POU
-  Library library;  ///< declarations of libraries that the project may use
-  NameSet refused;  ///< globals whose declaration was reported as wrong
+  Library library;     ///< declarations of libraries that the project may use
+  NameSet attributes;  ///< {attribute 'name'} by attribute_key(): what pragmas ask for
+  NameSet refused;     ///< globals whose declaration was reported as wrong
 
   /// The POU whose variables the body of `pou` names: of an action its owner.
   [[nodiscard]] const Pou& owner_of(const Pou& pou) const {
