@@ -446,7 +446,10 @@ class Context {
     return std::any_of(words.begin(), words.end(), [&](std::string_view one) { return core::iequals(one, word); });
   }
   static bool opens_section(std::string_view word) {
-    return core::iequals(word, "VAR") || (word.size() > 4 && core::iequals(word.substr(0, 4), "VAR_"));
+    static constexpr std::string_view kSections[] = {"VAR",          "VAR_INPUT",  "VAR_OUTPUT", "VAR_IN_OUT",
+                                                     "VAR_TEMP",     "VAR_GLOBAL", "VAR_ACCESS", "VAR_CONFIG",
+                                                     "VAR_EXTERNAL", "VAR_INST",   "VAR_STAT",   "VAR_GENERIC"};
+    return is_one_of(word, kSections);
   }
   bool code_ = false;
   bool section_ = false;

@@ -190,6 +190,15 @@ END_PROGRAM
   EXPECT_EQ(project->pous[1].actions.at(0).bodies.at(0).text, "{IF defined (OUTSIDE)} a := 2; {END_IF}");
 }
 
+TEST(DeclaredChoices, TakeNamesLikeSectionsForNames) {
+  core::Diagnostics diagnostics;
+  const auto project =
+      read_memory("PROGRAM p VAR VAR_1 : INT; END_VAR {IF defined (variable: VAR_1)} VAR_1 := 1; {END_IF} END_PROGRAM",
+                  "test.st", diagnostics);
+  EXPECT_EQ(diagnostics.error_count(), 0u);
+  EXPECT_EQ(project->pous.at(0).bodies.at(0).text, "{IF defined (variable: VAR_1)} VAR_1 := 1; {END_IF}");
+}
+
 TEST(DeclaredChoices, AskForDefinesAlone) {
   core::Diagnostics diagnostics;
   const auto project = read_memory("PROGRAM p VAR {IF defined (type: T)} a : T; {END_IF} b : INT; END_VAR END_PROGRAM",
