@@ -110,6 +110,9 @@ class Assembler {
     for (const core::Switch& flag : core::kSwitches) {
       if (flag.stored) options.*flag.value = line.accept(flag.name);
     }
+    for (const core::Texts& texts : core::kTexts) {
+      while (line.accept(texts.name)) (options.*texts.value).push_back(line.text());
+    }
   }
 
   // ---- types

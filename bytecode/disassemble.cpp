@@ -86,6 +86,9 @@ class Disassembler {
     for (const core::Switch& flag : core::kSwitches) {
       if (flag.stored && options.*flag.value) put(" {}", flag.name);
     }
+    for (const core::Texts& texts : core::kTexts) {
+      for (const std::string& text : options.*texts.value) put(" {} {}", texts.name, quoted(text));
+    }
     line("");
     for (const std::string& file : image_.files) line("file {}", quoted(file));
     for (std::size_t i = 0; i < image_.types.size(); ++i) put_type(i, image_.types[i]);

@@ -109,6 +109,9 @@ class Loader {
     image_.product = get_text(in);
     const std::uint32_t n = in.count(4);
     for (std::uint32_t i = 0; i < n && !in.failed(); ++i) image_.files.push_back(get_text(in));
+    // To the end of the section: most images have none.
+    static_assert(core::kTexts.size() == 1);
+    while (!in.failed() && !in.at_end()) (image_.options.*core::kTexts[0].value).push_back(get_text(in));
   }
 
   void get_types(ByteReader& in) {

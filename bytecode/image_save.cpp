@@ -89,6 +89,9 @@ class Saver {
     put_text(out, image_.product);
     put_count(out, image_.files.size());
     for (const std::string& file : image_.files) put_text(out, file);
+    for (const core::Texts& texts : core::kTexts) {
+      for (const std::string& text : options.*texts.value) put_text(out, text);
+    }
   }
 
   void put_types(ByteWriter& out) {

@@ -15,6 +15,7 @@
 #include "compiler/taskblock_declarations.h"
 #include "core/text.h"
 #include "declare/declare.h"
+#include "declare/generic_blocks.h"
 #include "declare/library_declarations.h"
 #include "frontend-st/read.h"
 #include "frontend-st/text.h"
@@ -81,7 +82,7 @@ void read_libraries(const Request& request, Compilation& compilation) {
     if (!can_open(path, compilation)) continue;
     core::SourceRef first;
     first.file = static_cast<std::uint16_t>(diagnostics.file_count());
-    if (auto library = read_project(path, diagnostics)) {
+    if (auto library = read_project(path, diagnostics, request.options.defines)) {
       add_library(*compilation.project, std::move(*library), diagnostics);
     } else {
       core::SourceRef last = first;
@@ -94,10 +95,11 @@ void read_libraries(const Request& request, Compilation& compilation) {
 
 }  // namespace
 
-std::unique_ptr<plcopen::Project> read_project(const std::string& path, core::Diagnostics& diagnostics) {
-  if (is_text_path(path)) return st::read(path, diagnostics);
+std::unique_ptr<plcopen::Project> read_project(const std::string& path, core::Diagnostics& diagnostics,
+                                               const std::vector<std::string>& defines) {
+  if (is_text_path(path)) return st::read(path, diagnostics, defines);
   auto project = plcopen::read(path, diagnostics);
-  if (project) st::read_plain_declarations(*project, diagnostics);
+  if (project) st::read_plain_declarations(*project, diagnostics, defines);
   return project;
 }
 
@@ -112,7 +114,7 @@ void compile(const Request& request, Compilation& compilation) {
   for (const ir::LintInfo& lint : ir::lints()) {
     if (request.answers && core::info(lint.code).severity == core::Severity::kWarning) diagnostics.mute(lint.code);
   }
-  compilation.project = read_project(request.path, diagnostics);
+  compilation.project = read_project(request.path, diagnostics, request.options.defines);
   if (compilation.project) read_libraries(request, compilation);
   if (!compilation.readable || !compilation.project || request.goal == Goal::kRead) return;
 
@@ -120,6 +122,7 @@ void compile(const Request& request, Compilation& compilation) {
       *compilation.project, request.taskblocks != nullptr ? *request.taskblocks : taskblocks::Registry::built_in(),
       diagnostics);
   const bool declares_library = st::drop_library_declarations(*compilation.project) + declared_taskblocks != 0;
+  st::make_generic_blocks(*compilation.project, diagnostics);
   if (request.lint) st::warn_of_hidden_names(*compilation.project, diagnostics);
   compilation.module = st::declare(*compilation.project, request.options, diagnostics);
   if (!compilation.module) return;

@@ -52,8 +52,9 @@ struct Compilation {
 };
 
 /// Reads a project or library file: ST by its ".st" or ".iecst" or because its text begins no XML, else PLCopen XML.
-/// Null when it cannot be read.
-std::unique_ptr<plcopen::Project> read_project(const std::string& path, core::Diagnostics& diagnostics);
+/// Null when it cannot be read. `defines` as CompileOptions::defines.
+std::unique_ptr<plcopen::Project> read_project(const std::string& path, core::Diagnostics& diagnostics,
+                                               const std::vector<std::string>& defines = {});
 
 /// Runs the steps as far as the request says; stops after a step whose result cannot be worked on.
 void compile(const Request& request, Compilation& compilation);

@@ -67,6 +67,9 @@ std::string describe(const core::CompileOptions& options) {
   for (const core::Switch& flag : core::kSwitches) {
     if (flag.stored) texts.push_back(fmt::format("{}={}", flag.name, options.*flag.value ? "yes" : "no"));
   }
+  for (const core::Texts& row : core::kTexts) {
+    for (const std::string& text : options.*row.value) texts.push_back(fmt::format("{}={}", row.name, text));
+  }
   if (!options.pou.empty()) texts.push_back("pou=" + options.pou);
   return fmt::format("{}", fmt::join(texts, " "));
 }

@@ -42,6 +42,7 @@ class Merger {
 
   void add(plcopen::Project&& library) {
     std::move(library.extents.begin(), library.extents.end(), std::back_inserter(project_.library_extents));
+    std::move(library.attributes.begin(), library.attributes.end(), std::back_inserter(project_.attributes));
     for (plcopen::DataType& type : library.data_types) {
       if (is_free(types_, "data type", type.name, type.at)) project_.data_types.push_back(std::move(type));
     }

@@ -153,10 +153,9 @@ class Lowering {
     if (part) module_.library.use(*part, {}, {}, diagnostics_);
     lower_bodies(pou, index);
     if (part && diagnostics_.error_count() != errors) fail(*part, problems);
-    if (!declared) {
-      diagnostics_.drop_repeated(problems);
-      return;
-    }
+    // Blocks made from a generic one have its text.
+    if (!declared || pou.name.find('<') != std::string::npos) diagnostics_.drop_repeated(problems);
+    if (!declared) return;
     // WHY: a large drawing takes more memory than the program it becomes; release it body by body.
     pou.bodies = {};
   }

@@ -10,6 +10,7 @@
 #include <string>
 #include <string_view>
 #include <tuple>
+#include <vector>
 
 namespace plc::core {
 
@@ -42,6 +43,7 @@ struct CompileOptions {
   FinalScan sfc_final_scan = FinalScan::kAuto;
   std::string pou;  ///< --pou: instantiate this program or function block alone in a 20 ms task; empty = the file's
                     ///< configuration
+  std::vector<std::string> defines = {};  ///< --define: what {IF defined (X)} asks for, each "NAME" or "NAME=text"
   friend bool operator==(const CompileOptions&, const CompileOptions&) = default;
 };
 
@@ -62,6 +64,18 @@ struct Switch {
   bool stored;  ///< in the image; others change no meaning of what compiles
   std::string_view help;
 };
+
+/// An option that may be given several times, each time with one text.
+struct Texts {
+  std::string_view name;
+  std::string_view value_name;  ///< what --help calls a text
+  std::vector<std::string> CompileOptions::*value;
+  std::string (*wrong)(const std::string& text);  ///< what is wrong with a text; empty when nothing is
+  std::string_view help;
+};
+
+/// "NAME" or "NAME=text", as --define takes it: what is wrong with it, or empty.
+std::string wrong_define(const std::string& text);
 
 inline constexpr std::array<std::string_view, 2> kOrderWords = {"drawing", "document"};
 inline constexpr std::array<std::string_view, 2> kCompatWords = {"none", "beremiz"};
@@ -91,6 +105,13 @@ inline constexpr std::array<Switch, 2> kSwitches = {{
      "POUs, blocks and types that cannot be compiled become stubs that do nothing; each is named"},
     {"strict", &CompileOptions::strict, false,
      "idioms that other tools take and the standard does not know are errors (plc check names them in notes)"},
+}};
+
+/// Stored in the image, in their order.
+inline constexpr std::array<Texts, 1> kTexts = {{
+    {"define", "NAME[=TEXT]", &CompileOptions::defines, wrong_define,
+     "a name that pragmas ask for: {IF defined (NAME)}, or with its text {IF hasvalue (NAME, 'TEXT')}; may be "
+     "repeated"},
 }};
 
 /// Calls visit(row) with each Choice.

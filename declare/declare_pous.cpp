@@ -58,6 +58,9 @@ Declarer::Declarer(const plcopen::Project& project, const core::CompileOptions& 
 
 void Declarer::run() {
   module_.options = options_;
+  for (const plcopen::Attribute& one : project_.attributes) {
+    module_.attributes.insert(ir::attribute_key(one.pou, one.variable, one.name));
+  }
   module_.name = project_.name;
   declare_libraries();
   declare_pou_names();

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "frontend-il/lowering.h"
+#include "frontend-st/operators.h"
 #include "frontend-st/static_type.h"
 
 namespace plc::il {
@@ -195,7 +196,7 @@ void Lowering::deliver(BlockId to, std::uint32_t from) {
 /// The type of a literal that comes to `instruction` of `block`: of the first operand that it meets. Nothing when none
 /// tells.
 Lowering::Expected Lowering::wanted_type(BlockId block, std::uint32_t instruction) {
-  std::vector<bool> seen(flow_.blocks.size(), false);
+  std::set<BlockId> seen;
   std::vector<std::pair<BlockId, std::uint32_t>> open = {{block, instruction}};
   while (!open.empty()) {
     const auto [id, first] = open.back();
@@ -206,14 +207,13 @@ Lowering::Expected Lowering::wanted_type(BlockId block, std::uint32_t instructio
       if (!reads_accumulator(one) && !writes_accumulator(one)) continue;
       if (const auto type = type_wanted_by(one)) return type;
       const bool keeps_type = one.kind == Kind::kNot ||
-                              (one.kind == Kind::kBinary && !one.opens && one.op >= st::Operator::kAdd) ||
+                              (one.kind == Kind::kBinary && !one.opens && !st::is_comparison(one.op)) ||
                               !writes_accumulator(one);
       passed = keeps_type;
     }
     if (!passed) continue;
     for (const auto& to : {flow_.blocks[id].jump, flow_.blocks[id].next}) {
-      if (!to || seen[*to]) continue;
-      seen[*to] = true;
+      if (!to || !seen.insert(*to).second) continue;
       open.emplace_back(*to, flow_.blocks[*to].first);
     }
   }

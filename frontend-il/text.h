@@ -5,7 +5,9 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/diagnostics.h"
 #include "ir/builder.h"
@@ -14,8 +16,9 @@
 namespace plc::il {
 
 /// Lowers an instruction list (IEC 61131-3:2013, 7.2). Every independent error is reported once. False when any was.
-/// What is lowered after it goes on where the list ends.
-bool lower_instructions(std::string_view text, const core::SourceRef& at, ir::Builder& builder);
+/// What is lowered after it goes on where the list ends. `defines` as for st::lower_statements().
+bool lower_instructions(std::string_view text, const core::SourceRef& at, ir::Builder& builder,
+                        const std::vector<std::string>* defines = nullptr);
 
 /// Lowers an instruction list whose meaning is the value in the accumulator at its end, as in the condition of a
 /// transition: of whatever way leads there, RET included. Reports and returns nothing when there is an error or no

@@ -89,8 +89,8 @@ bool is_operator(std::string_view text) {
 }  // namespace
 
 DeclarationReader::DeclarationReader(const SourceText& source, plcopen::Project& project,
-                                     core::Diagnostics& diagnostics)
-    : source_(source), project_(project), diagnostics_(diagnostics), lexer_(source.text(), &pragmas_) {
+                                     core::Diagnostics& diagnostics, const DeclaredText* chosen)
+    : source_(source), project_(project), diagnostics_(diagnostics), chosen_(chosen), lexer_(source.text(), &pragmas_) {
   advance();
 }
 
@@ -314,13 +314,27 @@ void DeclarationReader::keep_pragmas() {
   for (const Token& pragma : pragmas_) {
     const SourceRef at = place(pragma.begin);
     count("pragma", plcopen::Fate::kPreserved, at, "kept as text");
-    if (!in_body_ && is_conditional_pragma(text_of(pragma))) {
-      fail(Code::P4043, pragma, "pragmas do not choose what is compiled: both branches would be declared",
-           "keep the branch that is meant");
-    }
     project_.pragmas.push_back({std::string(text_of(pragma)), at});
+    kept_pragmas_.push_back(pragma);
   }
   pragmas_.clear();
+}
+
+/// Notes the attributes that stand right before the declaration that begins at `to`; `from` is where the one before
+/// ends.
+void DeclarationReader::note_attributes(std::string_view pou, std::string_view variable, std::uint32_t from,
+                                        std::uint32_t to) {
+  for (auto pragma = kept_pragmas_.rbegin(); pragma != kept_pragmas_.rend() && pragma->begin >= from; ++pragma) {
+    if (pragma->begin >= to) continue;
+    Lexer lexer(text_of(*pragma).substr(1));
+    const std::string_view inner = text_of(*pragma).substr(1);
+    const Token word = lexer.next();
+    const Token name = lexer.next();
+    if (!core::iequals(inner.substr(word.begin, word.end - word.begin), "attribute")) continue;
+    if (name.kind != TokenKind::kString || name.end - name.begin < 2) continue;
+    project_.attributes.push_back({std::string(pou), std::string(variable),
+                                   std::string(inner.substr(name.begin + 1, name.end - name.begin - 2))});
+  }
 }
 
 // ---- parts of declarations ------------------------------------------------------------------------------------

@@ -7,11 +7,13 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "core/diagnostics.h"
+#include "frontend-st/conditions.h"
 #include "frontend-st/lexer.h"
 #include "frontend-st/source_text.h"
 #include "plcopen/project.h"
@@ -75,7 +77,9 @@ enum class Word : std::uint8_t {
 
 class DeclarationReader {
  public:
-  DeclarationReader(const SourceText& source, plcopen::Project& project, core::Diagnostics& diagnostics);
+  /// `chosen` knows the defines that hold in `source`, which is its text; null: those of the compile options.
+  DeclarationReader(const SourceText& source, plcopen::Project& project, core::Diagnostics& diagnostics,
+                    const DeclaredText* chosen = nullptr);
 
   /// Everything that may be in a file.
   void read_file();
@@ -131,6 +135,7 @@ class DeclarationReader {
   [[nodiscard]] std::vector<std::string> names_of(const Token& first, const Token& second) const;
   void count(std::string element, plcopen::Fate fate, const core::SourceRef& at, std::string_view reason = {});
   void keep_pragmas();
+  void note_attributes(std::string_view pou, std::string_view variable, std::uint32_t from, std::uint32_t to);
 
   // declaration_reader.cpp: what all declarations have
   bool name(std::string& out, std::string_view what);
@@ -146,6 +151,7 @@ class DeclarationReader {
   bool array_spec(plcopen::TypeSpec& out);
   bool struct_spec(plcopen::TypeSpec& out);
   bool named_spec(plcopen::TypeSpec& out);
+  bool generic_values(std::string& type_name);
   bool string_length(plcopen::TypeSpec& out);
   bool enumeration(plcopen::TypeSpec& out);
   bool subrange(plcopen::TypeSpec& out);
@@ -171,6 +177,10 @@ class DeclarationReader {
   bool pou_head(plcopen::Pou& pou, Word opener_word);
   void body(plcopen::Pou& pou, const Token& opener, Word opener_word);
   void refuse_code(std::uint32_t begin, std::uint32_t end);
+  /// Where pragmas that choose begin and end from `begin` to `end`, where no tokens are; `none` when there are none.
+  [[nodiscard]] std::uint32_t first_choice(std::uint32_t begin, std::uint32_t end, std::uint32_t none) const;
+  [[nodiscard]] std::uint32_t last_choice(std::uint32_t begin, std::uint32_t end, std::uint32_t none) const;
+  [[nodiscard]] std::shared_ptr<const std::vector<std::string>> defines_at(std::uint32_t offset) const;
   void action(const std::string& owner);
   void action_body(plcopen::Pou& action, const Token& opener);
   void actions();
@@ -190,9 +200,11 @@ class DeclarationReader {
   const SourceText& source_;
   plcopen::Project& project_;
   core::Diagnostics& diagnostics_;
+  const DeclaredText* chosen_;
   Lexer lexer_;
   bool in_body_ = false;        ///< whose parser looks at its pragmas itself
   std::vector<Token> pragmas_;  ///< passed over and not yet kept
+  std::vector<Token> kept_pragmas_;
   Token token_;                 ///< the current one
   std::array<Token, 4> ahead_;  ///< those after it
   std::size_t ahead_count_ = 0;

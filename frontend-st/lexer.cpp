@@ -30,14 +30,6 @@ std::size_t stray_character(std::string_view text) {
   return blank || mark ? end : 0;
 }
 
-bool is_conditional_pragma(std::string_view pragma) {
-  if (pragma.size() < 2) return false;
-  std::string_view word = core::trimmed(pragma.substr(1, pragma.size() - 2));
-  word = word.substr(0, word.find_first_of(" \t\r\n("));
-  return core::iequals(word, "IF") || core::iequals(word, "IFDEF") || core::iequals(word, "IFNDEF") ||
-         core::iequals(word, "#IF");
-}
-
 std::string shown_token(std::string_view text) {
   std::string out = '"' + std::string(text) + '"';
   if (stray_character(text) == 0) return out;

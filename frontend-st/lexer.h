@@ -94,8 +94,6 @@ std::size_t stray_character(std::string_view text);
 inline constexpr const char* kStrayHelp = "write blanks, quotes and signs as they are on the keyboard";
 /// A token for messages: in quotes, and with its code point when it is such a character.
 std::string shown_token(std::string_view text);
-/// "{IF defined(..)}", which would choose what is compiled.
-bool is_conditional_pragma(std::string_view pragma);
 /// True for a literal such as "T# 30ms", which some tools write and the standard does not know.
 bool has_blank_inside(const Token& token, std::string_view text);
 /// True when all of `text` is one identifier.

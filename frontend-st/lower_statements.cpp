@@ -1,6 +1,7 @@
 // Statements: assignments, calls, IF, RETURN; entries for whole bodies and for the texts of EXECUTE boxes.
 #include <algorithm>
 
+#include "frontend-st/choosing.h"
 #include "frontend-st/lowering.h"
 #include "frontend-st/parser.h"
 #include "frontend-st/static_type.h"
@@ -172,12 +173,15 @@ bool Lowering::statements(NodeId first) {
   return fine;
 }
 
-bool lower_statements(std::string_view text, const core::SourceRef& at, ir::Builder& builder) {
+bool lower_statements(std::string_view text, const core::SourceRef& at, ir::Builder& builder,
+                      const std::vector<std::string>* defines) {
   if (text.size() > kMaxTextBytes) {
     builder.report(Code::P4002, at, "the text is longer than " + std::to_string(kMaxTextBytes) + " bytes");
     return false;
   }
-  const SourceText source(text, at, builder.diagnostics());
+  const SourceText whole(text, at, builder.diagnostics());
+  const ChosenText chosen = choose(whole, builder, defines);
+  const SourceText source(chosen.text(), at, builder.diagnostics());
   Parser parser(source, builder.diagnostics(), builder.name());
   Lowering lowering(builder, source, parser.ast());
   bool lowered = true;
@@ -185,7 +189,7 @@ bool lower_statements(std::string_view text, const core::SourceRef& at, ir::Buil
     lowered = lowering.statements(one) && lowered;
   }
   builder.set_source(at);
-  return lowered && !parser.failed();
+  return lowered && chosen.fine() && !parser.failed();
 }
 
 namespace {
@@ -259,7 +263,8 @@ bool lower_body(const plcopen::Pou& pou, ir::Module& module, std::uint32_t pou_i
   bool good = diagnostics.error_count() == errors_before;
   for (const plcopen::Body& body : pou.bodies) {
     if (body.language != plcopen::Language::kSt) continue;
-    good = lower_statements(body.text, body.text_at.line != 0 ? body.text_at : body.at, builder) && good;
+    good = lower_statements(body.text, body.text_at.line != 0 ? body.text_at : body.at, builder, body.defines.get()) &&
+           good;
   }
   module.pous[pou_index].compiled = good;
   return good;

@@ -9,7 +9,7 @@ namespace plc::st {
 
 using core::Code;
 
-// {IF defined(..)} .. {ELSE} .. {END_IF}: what is in both branches would run. And code in C does not.
+// Code in C between braces does not run.
 void Parser::refuse_pragmas() {
   // Looking ahead passes some of them twice.
   std::set<std::uint32_t> seen;
@@ -19,9 +19,6 @@ void Parser::refuse_pragmas() {
     if (is_c_code(text_of(pragma))) {
       diagnostics_.report(Code::P4067, source_.locate(pragma.begin), pou_, kCodeInC, kCodeInCHelp);
     }
-    if (!is_conditional_pragma(text_of(pragma))) continue;
-    fail(Code::P4013, pragma, "pragmas do not choose what is compiled: both branches would run",
-         "keep the branch that is meant");
   }
 }
 

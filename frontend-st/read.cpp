@@ -63,7 +63,7 @@ void name_lists(plcopen::Project& project, std::string_view path) {
 }
 
 std::unique_ptr<plcopen::Project> read_bytes(std::string_view bytes, const std::string& name, std::uint16_t file,
-                                             core::Diagnostics& diagnostics) {
+                                             core::Diagnostics& diagnostics, const std::vector<std::string>& defines) {
   core::SourceRef at;
   at.file = file;
   const auto refuse = [&](Code code, std::string message, std::string help) {
@@ -89,15 +89,18 @@ std::unique_ptr<plcopen::Project> read_bytes(std::string_view bytes, const std::
   project->version = plcopen::Version::kText;
   at.line = 1;
   at.column = 1;
-  const SourceText source(text, at, diagnostics);
-  DeclarationReader(source, *project, diagnostics).read_file();
+  const SourceText whole(text, at, diagnostics);
+  const DeclaredText chosen(whole, Defines(defines), diagnostics);
+  const SourceText source(chosen.text(), at, diagnostics);
+  DeclarationReader(source, *project, diagnostics, &chosen).read_file();
   name_lists(*project, name);
   return project;
 }
 
 }  // namespace
 
-std::unique_ptr<plcopen::Project> read(const std::string& path, core::Diagnostics& diagnostics) {
+std::unique_ptr<plcopen::Project> read(const std::string& path, core::Diagnostics& diagnostics,
+                                       const std::vector<std::string>& defines) {
   const std::uint16_t file = diagnostics.add_file(path);
   core::SourceRef at;
   at.file = file;
@@ -116,7 +119,7 @@ std::unique_ptr<plcopen::Project> read(const std::string& path, core::Diagnostic
       in.read(block.data(), static_cast<std::streamsize>(block.size()));
       bytes.append(block, 0, static_cast<std::size_t>(in.gcount()));
     }
-    return read_bytes(bytes, path, file, diagnostics);
+    return read_bytes(bytes, path, file, diagnostics, defines);
   } catch (const std::bad_alloc&) {
     diagnostics.report(Code::P1001, at, {}, "not enough memory to read the file");
     return nullptr;
@@ -124,8 +127,8 @@ std::unique_ptr<plcopen::Project> read(const std::string& path, core::Diagnostic
 }
 
 std::unique_ptr<plcopen::Project> read_memory(std::string_view bytes, const std::string& name,
-                                              core::Diagnostics& diagnostics) {
-  return read_bytes(bytes, name, diagnostics.add_file(name), diagnostics);
+                                              core::Diagnostics& diagnostics, const std::vector<std::string>& defines) {
+  return read_bytes(bytes, name, diagnostics.add_file(name), diagnostics, defines);
 }
 
 namespace {
@@ -158,7 +161,8 @@ void free_lists(plcopen::Project& project) {
 
 }  // namespace
 
-void read_plain_declarations(plcopen::Project& project, core::Diagnostics& diagnostics) {
+void read_plain_declarations(plcopen::Project& project, core::Diagnostics& diagnostics,
+                             const std::vector<std::string>& defines) {
   std::unordered_set<std::string, core::NameHash, core::NameEqual> lists;
   const auto add_lists = [&](const std::vector<plcopen::Variable>& globals) {
     for (const plcopen::Variable& variable : globals) {
@@ -173,8 +177,10 @@ void read_plain_declarations(plcopen::Project& project, core::Diagnostics& diagn
   for (plcopen::Pou& pou : project.pous) pous.try_emplace(pou.name, &pou);
   for (const plcopen::PlainDeclaration& declaration : project.declarations) {
     if (declaration.text.size() > kMaxTextBytes) continue;
-    const SourceText source(declaration.text, declaration.at, diagnostics);
-    DeclarationReader reader(source, project, diagnostics);
+    const SourceText whole(declaration.text, declaration.at, diagnostics);
+    const DeclaredText chosen(whole, Defines(defines), diagnostics);
+    const SourceText source(chosen.text(), declaration.at, diagnostics);
+    DeclarationReader reader(source, project, diagnostics, &chosen);
     if (declaration.of_list) {
       if (!lists.insert(declaration.owner).second) {
         reader.read_pragmas();
@@ -186,6 +192,15 @@ void read_plain_declarations(plcopen::Project& project, core::Diagnostics& diagn
       continue;
     }
     const auto pou = pous.find(declaration.owner);
+    if (pou != pous.end() && chosen.has_defines()) {
+      // What the declaration defines, the bodies ask for.
+      const auto defined = std::make_shared<const std::vector<std::string>>(
+          chosen.defines_at(static_cast<std::uint32_t>(chosen.text().size())));
+      for (plcopen::Body& body : pou->second->bodies) body.defines = defined;
+      for (plcopen::Pou& action : pou->second->actions) {
+        for (plcopen::Body& body : action.bodies) body.defines = defined;
+      }
+    }
     if (pou != pous.end() && pou->second->variables.empty()) {
       reader.read_interface(*pou->second);
     } else {

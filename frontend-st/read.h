@@ -8,6 +8,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/diagnostics.h"
 #include "plcopen/project.h"
@@ -20,15 +21,19 @@ inline constexpr std::size_t kMaxFileBytes = std::size_t{64} << 20;
 /// Reads declarations of IEC 61131-3 (third edition, annex A): data types, functions, function blocks, programs,
 /// globals, configurations. The text is UTF-8, or UTF-16 with a byte order mark, else Windows-1252. Reports every
 /// problem once and continues after it. Null when the file cannot be read at all.
-std::unique_ptr<plcopen::Project> read(const std::string& path, core::Diagnostics& diagnostics);
+/// `defines`: what pragmas among declarations may ask for ({IF defined (X)}), each "NAME" or "NAME=text".
+std::unique_ptr<plcopen::Project> read(const std::string& path, core::Diagnostics& diagnostics,
+                                       const std::vector<std::string>& defines = {});
 
 /// The same from memory; `name` appears in messages.
 std::unique_ptr<plcopen::Project> read_memory(std::string_view bytes, const std::string& name,
-                                              core::Diagnostics& diagnostics);
+                                              core::Diagnostics& diagnostics,
+                                              const std::vector<std::string>& defines = {});
 
 /// Declarations that a tool's XML has as text beside the typed ones: read where the typed interface of the POU or list
 /// is empty, else only looked through for pragmas.
-void read_plain_declarations(plcopen::Project& project, core::Diagnostics& diagnostics);
+void read_plain_declarations(plcopen::Project& project, core::Diagnostics& diagnostics,
+                             const std::vector<std::string>& defines = {});
 
 /// True when the first character that is no blank begins no XML.
 bool looks_like_text(std::string_view bytes);

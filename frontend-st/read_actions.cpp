@@ -37,10 +37,12 @@ void DeclarationReader::action(const std::string& owner) {
 void DeclarationReader::action_body(plcopen::Pou& action, const Token& opener) {
   const std::string label = "ACTION" + (action.name.empty() ? "" : " \"" + action.name + '"');
   plcopen::Body& body = action.bodies.emplace_back();
-  const std::uint32_t begin = token_.begin;
+  const std::uint32_t begin = first_choice(last_end_, token_.begin, token_.begin);
   std::uint32_t text_end = begin;
+  std::uint32_t end_at = begin;
   body.language = language();
   body.at = body.text_at = place(begin, core::ElementKind::kText);
+  body.defines = defines_at(begin);
   std::vector<std::pair<std::uint32_t, std::uint32_t>> blanks;
   TokenKind before = TokenKind::kEnd;
   bool closed = false;
@@ -48,6 +50,7 @@ void DeclarationReader::action_body(plcopen::Pou& action, const Token& opener) {
     const Word word = before == TokenKind::kDot ? Word::kNone : word_of(token_);
     if (word == Word::kEndAction) {
       closed = true;
+      end_at = token_.begin;
       advance();
       accept(TokenKind::kSemicolon);
       break;
@@ -69,6 +72,7 @@ void DeclarationReader::action_body(plcopen::Pou& action, const Token& opener) {
     }
     text_end = last_end_;
   }
+  text_end = last_choice(text_end, closed ? end_at : token_.begin, text_end);
   body.text = source_.slice(begin, text_end);
   if (body.text.empty()) body.language = plcopen::Language::kNone;
   for (const auto& [first, last] : blanks) {

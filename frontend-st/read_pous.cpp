@@ -28,21 +28,6 @@ bool ends_pou(Word word) {
   return word == Word::kEndFunction || word == Word::kEndFunctionBlock || word == Word::kEndProgram;
 }
 
-/// `text` with a blank for each character of the ranges but line ends: places after them stay what they are.
-std::string blanked(std::string_view text, std::uint32_t text_begin,
-                    const std::vector<std::pair<std::uint32_t, std::uint32_t>>& ranges) {
-  std::string out;
-  out.reserve(text.size());
-  std::size_t at = 0;
-  for (const auto& [begin, end] : ranges) {
-    out.append(text, at, begin - text_begin - at);
-    for (at = begin - text_begin; at < end - text_begin; ++at) {
-      if ((static_cast<unsigned char>(text[at]) & 0xC0u) != 0x80u) out += text[at] == '\n' ? '\n' : ' ';
-    }
-  }
-  return out.append(text, at);
-}
-
 /// Whether a body is an instruction list, by its first instruction. A name after a name is no ST.
 bool begins_instructions(std::string_view text) {
   Lexer lexer(text);
@@ -91,10 +76,12 @@ bool begins_instructions(std::string_view text) {
 
 void DeclarationReader::pou(Word opener_word) {
   const Token opener = token_;
+  const std::uint32_t before = last_end_;
   note_spelling(opener, opener_word);
   plcopen::Pou out;
   const bool named = pou_head(out, opener_word);
   pou_ = out.name;
+  note_attributes(out.name, {}, before, opener.begin);
   if (!named) {
     // What follows up to the sections belongs to the head.
     while (!at(TokenKind::kEnd) && !is_section(word_of(token_)) && !ends_pou(word_of(token_)) && !opens_another()) {
@@ -185,18 +172,45 @@ void DeclarationReader::refuse_code(std::uint32_t begin, std::uint32_t end) {
   }
 }
 
+std::uint32_t DeclarationReader::first_choice(std::uint32_t begin, std::uint32_t end, std::uint32_t none) const {
+  std::vector<Token> pragmas;
+  Lexer(source_.slice(begin, end), &pragmas).next();
+  for (const Token& pragma : pragmas) {
+    if (is_choosing_pragma(source_.slice(begin + pragma.begin, begin + pragma.end))) return begin + pragma.begin;
+  }
+  return none;
+}
+
+std::uint32_t DeclarationReader::last_choice(std::uint32_t begin, std::uint32_t end, std::uint32_t none) const {
+  if (begin >= end) return none;
+  std::vector<Token> pragmas;
+  Lexer(source_.slice(begin, end), &pragmas).next();
+  std::uint32_t last = none;
+  for (const Token& pragma : pragmas) {
+    if (is_choosing_pragma(source_.slice(begin + pragma.begin, begin + pragma.end))) last = begin + pragma.end;
+  }
+  return last;
+}
+
+std::shared_ptr<const std::vector<std::string>> DeclarationReader::defines_at(std::uint32_t offset) const {
+  if (chosen_ == nullptr || !chosen_->has_defines()) return nullptr;
+  return std::make_shared<const std::vector<std::string>>(chosen_->defines_at(offset));
+}
+
 void DeclarationReader::body(plcopen::Pou& out, const Token& opener, Word opener_word) {
   const std::string label = std::string(text_of_word(opener_word)) + (out.name.empty() ? "" : " \"" + out.name + '"');
   const Word end = end_of(opener_word);
   while (word_of(token_) == Word::kAction && peek(1).kind == TokenKind::kIdentifier) action(out.name);
   plcopen::Body& body = out.bodies.emplace_back();
-  const std::uint32_t begin = token_.begin;
+  // Pragmas that choose belong to the text, also before its first token and after its last one.
+  const std::uint32_t begin = first_choice(last_end_, token_.begin, token_.begin);
   std::uint32_t text_end = begin;
   std::uint32_t end_at = begin;
   in_body_ = true;
-  refuse_code(last_end_, begin);
+  refuse_code(last_end_, token_.begin);
   body.language = language();
   body.at = body.text_at = place(begin, core::ElementKind::kText);
+  body.defines = defines_at(begin);
   std::vector<std::pair<std::uint32_t, std::uint32_t>> blanks;
   bool misplaced = false;
   bool closed = false;
@@ -243,7 +257,12 @@ void DeclarationReader::body(plcopen::Pou& out, const Token& opener, Word opener
   }
   in_body_ = false;
   refuse_code(text_end, closed ? end_at : token_.begin);
-  body.text = blanked(source_.slice(begin, text_end), begin, blanks);
+  text_end = last_choice(text_end, closed ? end_at : token_.begin, text_end);
+  for (auto& [first, last] : blanks) {
+    first -= begin;
+    last -= begin;
+  }
+  body.text = blanked(source_.slice(begin, text_end), blanks);
   if (body.text.empty()) body.language = Language::kNone;
   if (body.language == Language::kSfc) {
     out.has_chart = true;

@@ -138,6 +138,29 @@ bool DeclarationReader::struct_spec(TypeSpec& out) {
   return fail_unclosed("STRUCT", opener, "END_STRUCT");
 }
 
+/// At "<" after the name of a block: FB<10, (2 * n)>. The values become part of the name, without blanks.
+bool DeclarationReader::generic_values(std::string& type_name) {
+  type_name += '<';
+  do {
+    advance();
+    std::string value;
+    std::size_t open = 0;
+    while (!at(TokenKind::kEnd) && !at(TokenKind::kSemicolon)) {
+      if (open == 0 && (at(TokenKind::kComma) || at(TokenKind::kGreater))) break;
+      if (at(TokenKind::kLeftParen)) ++open;
+      if (at(TokenKind::kRightParen) && open-- == 0) break;
+      if (!value.empty() && is_identifier_char(value.back()) && is_identifier_char(text_of(token_)[0])) value += ' ';
+      value += text_of(token_);
+      advance();
+    }
+    if (value.empty()) return fail_expected("the value of a generic constant");
+    if (type_name.back() != '<') type_name += ',';
+    type_name += value;
+  } while (at(TokenKind::kComma));
+  type_name += '>';
+  return require(TokenKind::kGreater, "\">\"");
+}
+
 bool DeclarationReader::named_spec(TypeSpec& out) {
   std::string type_name;
   const Token first = token_;
@@ -152,6 +175,7 @@ bool DeclarationReader::named_spec(TypeSpec& out) {
     out.name = core::uppered(type_name);
     return string_length(out);
   }
+  if (at(TokenKind::kLess) && !generic_values(type_name)) return false;
   if (!at(TokenKind::kLeftParen)) {
     out.kind = TypeSpec::Kind::kNamed;
     out.name = std::move(type_name);

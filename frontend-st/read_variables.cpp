@@ -41,6 +41,8 @@ Section section_of(Word word) {
       return Section::kInstance;
     case Word::kVarStat:
       return Section::kStatic;
+    case Word::kVarGeneric:
+      return Section::kGeneric;
     default:
       return Section::kLocal;
   }
@@ -63,8 +65,8 @@ bool DeclarationReader::section_may_stand(Word word, Owner owner, const Token& o
            "declare the variables as VAR of a function block, or as globals");
       return true;
     case Word::kVarGeneric:
-      return refuse_here("is not supported: constants that each declaration gives",
-                         "write the size into the type, as VAR CONSTANT, or pass an ARRAY [*] to a function");
+      if (owner == Owner::kFunctionBlock) return true;
+      return refuse_here("is outside of a function block", "constants that a declaration gives belong to its type");
     case Word::kVarInst:
       if (owner == Owner::kFunctionBlock || owner == Owner::kProgram) return true;
       return refuse_here("is where nothing is kept from call to call",
@@ -119,6 +121,10 @@ void DeclarationReader::section(Owner owner, std::vector<Variable>& out) {
   Variable model;
   model.section = wanted ? section_of(word) : Section::kLocal;
   while (at(TokenKind::kIdentifier) && qualifier(model, opener)) {
+  }
+  if (model.section == Section::kGeneric && !model.constant) {
+    fail(Code::P4045, opener, "VAR_GENERIC without CONSTANT", "write VAR_GENERIC CONSTANT");
+    model.constant = true;
   }
   if (model.constant && (model.retain || model.persistent)) {
     fail(Code::P4068, opener,
@@ -181,6 +187,7 @@ bool DeclarationReader::pay(std::size_t things, std::size_t copied_bytes) {
 
 /// "a, b AT %IX0.0 : INT := 3;": one variable for each name. `model` has what the section says of all of them.
 bool DeclarationReader::variables(const Variable& model, std::vector<Variable>& out) {
+  const std::uint32_t before = last_end_;
   const std::uint32_t begin = token_.begin;
   Variable first = model;
   std::vector<Token> names;
@@ -225,6 +232,7 @@ bool DeclarationReader::variables(const Variable& model, std::vector<Variable>& 
     Variable& variable = i + 1 == names.size() ? out.emplace_back(std::move(first)) : out.emplace_back(first);
     variable.name = text_of(names[i]);
     variable.at = place(names[i].begin, ElementKind::kVariable);
+    if (!kept_pragmas_.empty()) note_attributes(pou_, variable.name, before, begin);
   }
   end_declaration();
   return true;

@@ -5,7 +5,9 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "ir/builder.h"
 #include "plcopen/project.h"
@@ -23,8 +25,10 @@ std::optional<ir::PlaceId> lower_place(std::string_view text, const core::Source
                                        bool for_writing);
 
 /// Lowers a statement list (IEC 61131-3:2013, 7.3.3). Recovers at statement ends: every independent error is reported
-/// once. False when any was.
-bool lower_statements(std::string_view text, const core::SourceRef& at, ir::Builder& builder);
+/// once. False when any was. Pragmas that choose what is compiled (conditions.h) are asked first; `defines` are those
+/// that hold where the text begins, null for those of the compile options.
+bool lower_statements(std::string_view text, const core::SourceRef& at, ir::Builder& builder,
+                      const std::vector<std::string>* defines = nullptr);
 
 /// Lowers the ST bodies of a POU. False when any statement had an error.
 bool lower_body(const plcopen::Pou& pou, ir::Module& module, std::uint32_t pou_index, core::Diagnostics& diagnostics);

@@ -10,6 +10,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <unordered_map>
 #include <unordered_set>
 #include <vector>
@@ -322,6 +323,12 @@ struct TransitionBody {
   std::uint32_t result = 0;  ///< hidden BOOL that takes the condition, into the owner's variables
 };
 
+/// Key of Module::attributes: attribute `name` of a variable of `pou`, or of the POU itself; an empty POU means outside
+/// of POUs.
+inline std::string attribute_key(std::string_view pou, std::string_view variable, std::string_view name) {
+  return std::string(pou) + "\n" + std::string(variable) + "\n" + std::string(name);
+}
+
 struct Module {
   core::CompileOptions options;
   std::string name;  ///< of the project
@@ -340,14 +347,15 @@ struct Module {
   std::vector<LocatedInGlobal> located;
   std::vector<GlobalAlias> global_aliases;
   std::map<std::uint32_t, std::vector<WrittenName>> written_names;  ///< by global; one for each name and POU
-  Library library;  ///< declarations of libraries that the project may use
-  NameSet refused;  ///< globals whose declaration was reported as wrong
+  Library library;     ///< declarations of libraries that the project may use
+  NameSet attributes;  ///< {attribute 'name'} by attribute_key(): what pragmas ask for
+  NameSet refused;     ///< globals whose declaration was reported as wrong
   std::map<std::uint32_t, TransitionBody> transitions;  ///< by the index of their bodies into `pous`
 
   /// The transition of `pou` that is called so, into `pous`; nothing when it has none.
-  [[nodiscard]] std::optional<std::uint32_t> find_transition(std::uint32_t pou, std::string_view name) const {
+  [[nodiscard]] std::optional<std::uint32_t> find_transition(std::uint32_t pou, std::string_view wanted) const {
     for (const auto& [body, transition] : transitions) {
-      if (transition.owner == pou && core::iequals(transition.name, name)) return body;
+      if (transition.owner == pou && core::iequals(transition.name, wanted)) return body;
     }
     return std::nullopt;
   }

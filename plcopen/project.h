@@ -86,7 +86,8 @@ enum class Section : std::uint8_t {
   kAccess,
   kConfig,
   kInstance,
-  kStatic,  ///< VAR_STAT: one variable of the POU, whatever instances and calls it has
+  kStatic,   ///< VAR_STAT: one variable of the POU, whatever instances and calls it has
+  kGeneric,  ///< VAR_GENERIC CONSTANT: constants whose values a declaration may give, FB<10>
 };
 
 enum class Edge : std::uint8_t { kNone, kRising, kFalling };
@@ -229,6 +230,8 @@ struct Body {
   std::vector<std::string> flags;    ///< SFC: flags that its settings declare and use, "SFCInit" (3S)
   SourceRef at;
   SourceRef text_at;  ///< first character of `text`
+  /// Names that pragmas of the text may ask for, as --define has them; null: those of the options.
+  std::shared_ptr<const std::vector<std::string>> defines = {};
 };
 
 enum class PouKind : std::uint8_t { kProgram, kFunctionBlock, kFunction };
@@ -332,6 +335,13 @@ struct Pragma {
   SourceRef at;
 };
 
+/// {attribute 'name'} or {attribute 'name' := 'value'} before a POU or a variable.
+struct Attribute {
+  std::string pou;       ///< the POU, or that of the variable; empty for variables outside of POUs
+  std::string variable;  ///< empty: of the POU itself
+  std::string name;
+};
+
 struct Project {
   std::string path;
   Version version = Version::kUnknown;
@@ -344,6 +354,7 @@ struct Project {
   bool has_3s_charts = false;  ///< some chart comes from CODESYS or a tool derived from it
   std::vector<std::string> qualified_lists;  ///< globalVars lists of XML with the attribute qualified_only
   std::vector<Pragma> pragmas;
+  std::vector<Attribute> attributes;    ///< of texts
   std::vector<Extent> extents;          ///< of the file's own declarations
   std::vector<Extent> library_extents;  ///< of the declarations of libraries that joined the project
   std::vector<std::string>

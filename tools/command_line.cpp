@@ -41,6 +41,11 @@ void add_compile_options(Command command, core::CompileOptions& options, bool wi
   });
   for (const core::Switch& row : core::kSwitches)
     (row.stored ? stored : command).flag(flag_of(row), options.*row.value, std::string(row.help));
+  for (const core::Texts& row : core::kTexts) {
+    stored.option(fmt::format("{}={}", flag_of(row), row.value_name), options.*row.value, std::string(row.help))
+        .repeated(false)
+        .check([wrong = row.wrong](const std::string& text) { return wrong(text); });
+  }
   add_all_option(command, options);
   if (with_pou) {
     stored.option("--pou=NAME", options.pou,
@@ -66,6 +71,7 @@ bool has_compile_options(Command command) {
   std::vector<std::string> flags = {"--pou", "--lib"};
   core::for_each_choice([&](const auto& choice) { flags.push_back(flag_of(choice)); });
   for (const core::Switch& row : core::kSwitches) flags.push_back(flag_of(row));
+  for (const core::Texts& row : core::kTexts) flags.push_back(flag_of(row));
   return std::any_of(flags.begin(), flags.end(), [command](const std::string& flag) { return command.gives(flag); });
 }
 
@@ -87,6 +93,9 @@ std::vector<std::string> compile_arguments(const core::CompileOptions& options,
   });
   for (const core::Switch& row : core::kSwitches) {
     if (options.*row.value) words.push_back(flag_of(row));
+  }
+  for (const core::Texts& row : core::kTexts) {
+    for (const std::string& text : options.*row.value) words.insert(words.end(), {flag_of(row), text});
   }
   if (!options.pou.empty()) words.insert(words.end(), {"--pou", options.pou});
   for (const std::string& library : libraries) words.insert(words.end(), {"--lib", library});

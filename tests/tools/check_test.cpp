@@ -70,7 +70,7 @@ TEST(Check, JsonSurvivesBytesThatAreNoText) {
 TEST(Check, BodiesInOtherLanguagesAreNamedEach) {
   const ScratchFolder scratch;
   const std::string file = scratch.file("il.xml");
-  write_text(file, small_project(true, kIlBody));
+  write_text(file, small_project(true, kChartBody));
   const auto result = run_tool({PLC_TOOL, "check", file});
   EXPECT_EQ(result.code, 1);
   EXPECT_NE(result.err.find("P5101"), std::string::npos) << result.err;

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "tests/support/golden.h"
 #include "tests/unit/frontend-il/listed.h"
 
 namespace plc::il {
@@ -227,6 +228,16 @@ TEST(Labels, AreFoundOrNamed) {
   EXPECT_EQ(Listed("a : BOOL;", "LD a\nJMPC nowhere\nST a").codes(), "P4505");
   EXPECT_EQ(Listed("a : BOOL;", "on: LD a\non: ST a\nJMP on").codes(), "P4505");
   EXPECT_EQ(Listed("a : BOOL;", "LD a\nJMPC Finished\nfinished: LD a\nST a").codes(), "") << "in any letter case";
+}
+
+// What a list becomes: no variable for the accumulator inside of a block, one where ways meet; the loop entered from
+// below comes after the jump that enters it.
+TEST(Golden, Listing) {
+  Listed l("reset, a, b, q : BOOL; cnt, k, n : INT;",
+           "LD reset\nJMPC clear\nLD cnt\nADD 1\nJMP quit\nclear:\nLD 0\nquit:\nST cnt\n"
+           "LD a\nAND( b\nORN q\n)\nST q\n"
+           "LD 5\nJMP test\nbody:\nSUB 1\nST k\ntest:\nST n\nGT 0\nJMPCN out\nLD n\nJMP body\nout:\nLD q\nRETC\nR a");
+  test::expect_golden("tests/golden/instruction-list.txt", l.listing());
 }
 
 // ---- what is wrong ------------------------------------------------------------------------------------------------
