@@ -133,7 +133,7 @@ void check(std::uint32_t seed) {
   const std::string text = program(net);
   SCOPED_TRACE("seed " + std::to_string(seed));
   CompiledChart chart(text, options);
-  ASSERT_NE(chart.simulation, nullptr) << text << (chart.diagnostics.all().empty() ? "" : chart.diagnostics.all().front().message);
+  ASSERT_NE(chart.simulation, nullptr) << text << chart.errors();
   ChartModel model(net, final_scan);
   for (int scan = 0; scan < kScans; ++scan) {
     std::vector<bool> inputs;
