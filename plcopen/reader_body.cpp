@@ -145,7 +145,7 @@ void end_action(Reader& r) { frame(r).action_open = false; }
 
 void action_reference(Reader& r, const Tag& tag) {
   Element& e = element(r);
-  e.actions.back().name = r.required_name(tag, Attr::kName);
+  e.actions.back().name = r.optional_name(tag, Attr::kName);
   if (!e.text.empty()) e.text += ", ";
   e.text += e.actions.back().name;
 }

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "bytecode/codegen/generate.h"
-#include "bytecode/verify.h"
+#include "bytecode/verifier.h"
 #include "compiler/lower_project.h"
 #include "core/diagnostics.h"
 #include "declare/declare.h"
@@ -33,7 +33,10 @@ class CompiledChart {
     auto verified = bytecode::verify(std::move(*image), diagnostics);
     if (!verified) return;
     auto loaded = runtime::Resource::load(std::move(*verified));
-    if (!loaded) return;
+    if (!loaded) {
+      problem = loaded.error().message + '\n';
+      return;
+    }
     resource = std::move(*loaded);
     simulation = std::make_unique<runtime::Simulation>(*resource);
   }
@@ -49,6 +52,14 @@ class CompiledChart {
     ASSERT_TRUE(place) << path;
     EXPECT_FALSE(access.write(*place, value)) << path;
   }
+  /// What is wrong with it, a line each.
+  [[nodiscard]] std::string errors() const {
+    std::string text = problem;
+    for (const core::Diagnostic& one : diagnostics.all()) {
+      if (one.severity == core::Severity::kError) text += one.message + '\n';
+    }
+    return text;
+  }
   /// Messages of one code.
   [[nodiscard]] std::size_t count(core::Code code) const {
     std::size_t n = 0;
@@ -57,6 +68,7 @@ class CompiledChart {
   }
 
   core::Diagnostics diagnostics;
+  std::string problem;  ///< why it cannot be loaded
   std::unique_ptr<runtime::Resource> resource;
   std::unique_ptr<runtime::Simulation> simulation;
 };

@@ -85,7 +85,8 @@ std::string program(const ModelNet& net) {
     for (const ModelAssociation& a : net.steps[s].actions) {
       text += "  a" + std::to_string(a.action) + "(" + a.qualifier;
       const std::string& q = a.qualifier;
-      if (q == "L" || q == "D" || q == "SD" || q == "DS" || q == "SL") text += ", T#" + std::to_string(a.time_ms) + "ms";
+      if (q == "L" || q == "D" || q == "SD" || q == "DS" || q == "SL")
+        text += ", T#" + std::to_string(a.time_ms) + "ms";
       text += ");\n";
     }
     text += "END_STEP\n";
@@ -102,7 +103,8 @@ std::string program(const ModelNet& net) {
     text += "; END_TRANSITION\n";
   }
   for (int a = net.variables; a < net.actions; ++a) {
-    text += "ACTION a" + std::to_string(a) + ": log := (log * 31 + " + std::to_string(a + 1) + ") MOD 1000003; END_ACTION\n";
+    text += "ACTION a" + std::to_string(a) + ": log := (log * 31 + " + std::to_string(a + 1) +
+            ") MOD 1000003; END_ACTION\n";
   }
   return text +
          "END_PROGRAM\nCONFIGURATION c\nRESOURCE r ON PLC\nTASK t(INTERVAL := T#10ms, PRIORITY := 0);\n"
@@ -114,11 +116,13 @@ std::string difference(CompiledChart& chart, const ChartModel& model, const Mode
   for (std::size_t s = 0; s < net.steps.size(); ++s) {
     const std::string step = "main.S" + std::to_string(s);
     if (chart.read(step + ".X") != (model.x[s] ? "1" : "0")) return step + ".X is " + chart.read(step + ".X");
-    if (chart.read(step + ".T") != std::to_string(model.t[s] * 1'000'000)) return step + ".T is " + chart.read(step + ".T");
+    if (chart.read(step + ".T") != std::to_string(model.t[s] * 1'000'000))
+      return step + ".T is " + chart.read(step + ".T");
   }
   for (int a = 0; a < net.variables; ++a) {
     const std::string name = "main.a" + std::to_string(a);
-    if (chart.read(name) != (model.value[static_cast<std::size_t>(a)] ? "1" : "0")) return name + " is " + chart.read(name);
+    if (chart.read(name) != (model.value[static_cast<std::size_t>(a)] ? "1" : "0"))
+      return name + " is " + chart.read(name);
   }
   const std::string log = chart.read("main.log");
   return log == std::to_string(model.log) ? "" : "main.log is " + log + ", not " + std::to_string(model.log);
@@ -133,7 +137,7 @@ void check(std::uint32_t seed) {
   const std::string text = program(net);
   SCOPED_TRACE("seed " + std::to_string(seed));
   CompiledChart chart(text, options);
-  ASSERT_NE(chart.simulation, nullptr) << text << (chart.diagnostics.all().empty() ? "" : chart.diagnostics.all().front().message);
+  ASSERT_NE(chart.simulation, nullptr) << text << chart.errors();
   ChartModel model(net, final_scan);
   for (int scan = 0; scan < kScans; ++scan) {
     std::vector<bool> inputs;
