@@ -14,6 +14,7 @@
 
 #include "bytecode/image.h"
 #include "compiler/image_file.h"
+#include "compiler/tests.h"
 #include "core/diagnostics.h"
 #include "core/options.h"
 #include "ir/ir.h"
@@ -37,6 +38,9 @@ struct Request {
   std::vector<std::string> libraries = {};  ///< files whose data types, POUs and globals join the project
   std::optional<ir::LintOptions> lint{};    ///< lint a project that has no errors; lints that are off stay silent
   const taskblocks::Registry* taskblocks = nullptr;  ///< that the project may use; null = those that come with PICARD
+  bool tests = false;                                ///< compile the tests of the project, too: Compilation::tests
+  std::vector<std::string> test_files = {};          ///< ST files whose tests are of this project
+  bool coverage = false;                             ///< note what happened (ir/coverage.h): Compilation::cover_sites
   bool answers =
       false;  ///< for a command that answers a question about the project: lints that compiling finds stay silent
 };
@@ -47,6 +51,8 @@ struct Compilation {
   std::unique_ptr<plcopen::Project> project;  ///< bodies are released once lowered; null beside an image to run
   std::unique_ptr<ir::Module> module;         ///< null for images and after code generation
   std::optional<bytecode::VerifiedImage> image;
+  std::optional<TestImage> tests;          ///< with Request::tests, where there are any
+  std::vector<ir::CoverSite> cover_sites;  ///< with Request::coverage: of both images
 
   [[nodiscard]] bool ok() const { return readable && !diagnostics.has_errors(); }
 };

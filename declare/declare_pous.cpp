@@ -102,6 +102,7 @@ void Declarer::declare_pou_names() {
     pou.kind = kind_of(from.kind);
     pou.at = from.at;
     pou.from_library = from.from_library;
+    pou.test = from.test;
     pou.taskblock = from.taskblock;
     const bool circular = i < circular_.size() && circular_[i];
     const bool first = circular || module_.pou_by_name.emplace(from.name, i).second;

@@ -70,6 +70,8 @@ constexpr std::pair<std::string_view, Word> kWords[] = {
     {"INITIAL_STEP", Word::kInitialStep},
     {"TRANSITION", Word::kTransition},
     {"END_TRANSITION", Word::kEndTransition},
+    {"TEST", Word::kTest},
+    {"END_TEST", Word::kEndTest},
     // Other spellings come after those of the standard.
     {"FUNCTIONBLOCK", Word::kFunctionBlock},
     {"END_FUNCTIONBLOCK", Word::kEndFunctionBlock},
@@ -421,6 +423,8 @@ void DeclarationReader::read_file() {
       type_block();
     } else if (word == Word::kFunction || word == Word::kFunctionBlock || word == Word::kProgram) {
       pou(word);
+    } else if (opens_test()) {
+      test();
     } else if (word == Word::kConfiguration) {
       configuration();
     } else if (word == Word::kResource) {

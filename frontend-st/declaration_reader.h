@@ -1,5 +1,6 @@
 // DeclarationReader: one pass over a text of declarations, by recursive descent. Split by what is read: read_types,
-// read_variables, read_pous, read_configuration; the tokens and recovery from errors are in declaration_reader.cpp.
+// read_variables, read_pous, read_tests, read_configuration; the tokens and recovery from errors are in
+// declaration_reader.cpp.
 //
 // In: SourceText. Out: a Project grows. Errors recover at the `;` of a declaration and at the END_ of what is open.
 // Does not belong here: files (read.cpp), names, types, statements.
@@ -73,6 +74,8 @@ enum class Word : std::uint8_t {
   kInitialStep,
   kTransition,
   kEndTransition,
+  kTest,
+  kEndTest,
 };
 
 class DeclarationReader {
@@ -97,7 +100,7 @@ class DeclarationReader {
     core::SourceRef at;
   };
   /// What a section of variables belongs to.
-  enum class Owner : std::uint8_t { kFile, kConfiguration, kResource, kFunction, kFunctionBlock, kProgram };
+  enum class Owner : std::uint8_t { kFile, kConfiguration, kResource, kFunction, kFunctionBlock, kProgram, kTest };
 
   // declaration_reader.cpp: tokens
   void advance();
@@ -187,6 +190,11 @@ class DeclarationReader {
   void give_actions();
   bool opens_another();
   plcopen::Language language();
+
+  // read_tests.cpp
+  /// True at TEST with a text after it: TEST alone is an ordinary name.
+  bool opens_test();
+  void test();
 
   // read_configuration.cpp
   void configuration();

@@ -19,10 +19,14 @@ namespace {
 Word end_of(Word opener) {
   return opener == Word::kFunction        ? Word::kEndFunction
          : opener == Word::kFunctionBlock ? Word::kEndFunctionBlock
+         : opener == Word::kTest          ? Word::kEndTest
                                           : Word::kEndProgram;
 }
 const char* text_of_word(Word opener) {
-  return opener == Word::kFunction ? "FUNCTION" : opener == Word::kFunctionBlock ? "FUNCTION_BLOCK" : "PROGRAM";
+  return opener == Word::kFunction        ? "FUNCTION"
+         : opener == Word::kFunctionBlock ? "FUNCTION_BLOCK"
+         : opener == Word::kTest          ? "TEST"
+                                          : "PROGRAM";
 }
 bool ends_pou(Word word) {
   return word == Word::kEndFunction || word == Word::kEndFunctionBlock || word == Word::kEndProgram;
@@ -142,6 +146,7 @@ bool DeclarationReader::pou_head(plcopen::Pou& out, Word opener_word) {
 
 /// True at a word that opens another POU or part of a file: the END_ of the open POU is missing.
 bool DeclarationReader::opens_another() {
+  if (opens_test()) return true;
   const Word word = word_of(token_);
   const bool opens = word == Word::kFunction || word == Word::kFunctionBlock || word == Word::kProgram ||
                      word == Word::kConfiguration || word == Word::kType || word == Word::kClass ||
@@ -217,7 +222,7 @@ void DeclarationReader::body(plcopen::Pou& out, const Token& opener, Word opener
   TokenKind before = TokenKind::kEnd;
   while (!at(TokenKind::kEnd)) {
     const Word word = before == TokenKind::kDot ? Word::kNone : word_of(token_);
-    if (ends_pou(word)) {
+    if (ends_pou(word) || (opener_word == Word::kTest && word == Word::kEndTest)) {
       closed = true;
       note_spelling(token_, word);
       if (word != end) {

@@ -58,6 +58,10 @@ bool DeclarationReader::section_may_stand(Word word, Owner owner, const Token& o
   const auto refuse_here = [&](const char* why, const char* help) {
     return fail(Code::P4045, opener, core::uppered(text) + " " + why, help);
   };
+  if (owner == Owner::kTest) {
+    const bool fits = word == Word::kVar || word == Word::kVarTemp || word == Word::kVarExternal;
+    return fits || refuse_here("is in a test, which nobody calls", "a test has VAR, VAR_TEMP and VAR_EXTERNAL");
+  }
   switch (word) {
     case Word::kVarStat:
       if (!in_pou) return refuse_here("is outside of a POU", "globals are declared as VAR_GLOBAL");

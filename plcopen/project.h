@@ -249,6 +249,7 @@ struct Pou {
   std::string result;  ///< of a transition: the name by which its body gives the condition; empty = its own
   bool has_chart = false;           ///< parts of a sequential function chart are present
   bool from_library = false;        ///< brought by --lib: compiled when something uses it, not looked at by lint
+  bool test = false;                ///< a TEST block, which nothing but plc test compiles and runs
   std::uint64_t taskblock = 0;      ///< declares a taskblock: hash of its declaration; 0 = it does not
   std::string documentation;
   SourceRef at;
@@ -349,6 +350,7 @@ struct Project {
   std::string product;  ///< fileHeader productName
   std::vector<DataType> data_types;
   std::vector<Pou> pous;
+  std::vector<Pou> tests;  ///< TEST blocks of texts, each named by what stands in its quotes
   std::vector<Configuration> configurations;
   std::vector<PlainDeclaration> declarations;
   bool has_3s_charts = false;  ///< some chart comes from CODESYS or a tool derived from it

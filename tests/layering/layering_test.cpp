@@ -48,10 +48,12 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"compiler",
      {"core", "stdlib", "plcopen", "ir", "bytecode", "bytecode/codegen", "frontend-st", "frontend-il", "declare",
       "frontend-fbd", "frontend-ld", "frontend-sfc", "taskblocks"}},
+    {"testing",
+     {"core", "stdlib", "plcopen", "ir", "bytecode", "frontend-st", "compiler", "runtime", "io-drivers", "taskblocks"}},
     {"tools",  // io-drivers/simulated: plc-run --stimulus
      {"core", "stdlib", "plcopen", "ir", "bytecode", "frontend-st", "frontend-fbd", "frontend-ld", "frontend-sfc",
       "compiler", "runtime", "native", "io-drivers", "io-drivers/config", "io-drivers/machine", "io-drivers/modbus",
-      "io-drivers/simulated", "taskblocks"}},
+      "io-drivers/simulated", "taskblocks", "testing"}},
     {"bench",  // tests: the builder of hand-made images
      {"core", "stdlib", "bytecode", "runtime", "native", "io-drivers", "io-drivers/modbus", "taskblocks", "compiler",
       "tools", "tests"}},

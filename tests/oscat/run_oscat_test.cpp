@@ -19,18 +19,18 @@
 #include <string>
 #include <vector>
 
-#include "tests/support/csv_table.h"
+#include "testing/table.h"
 #include "tests/support/golden.h"
 #include "tests/support/run_tool.h"
 
 namespace {
 
 namespace fs = std::filesystem;
-using plc::test::CsvTable;
-using plc::test::read_csv;
 using plc::test::run_tool;
-using plc::test::same_value;
 using plc::test::ScratchFolder;
+using plc::tests::CsvTable;
+using plc::tests::read_csv;
+using plc::tests::same_value;
 
 const char* const kTool = PLC_TOOL;
 
