@@ -40,8 +40,7 @@ class Lowering {
     done_.resize(project.pous.size());
     // Before any body: every use of a stub is reported, wherever the stub is.
     for (std::uint32_t i = 0; i < project.pous.size() && stub_missing_; ++i) {
-      const plcopen::Language language = language_of(project.pous[i]);
-      module.pous[i].stub = language == plcopen::Language::kIl || language == plcopen::Language::kSfc;
+      module.pous[i].stub = !compiles(project.pous[i]);
       for (const auto& [name, action] : module.pous[i].actions) module.pous[action].stub = !compiles(action_of(action));
     }
     for (std::uint32_t i = 0; i < project.pous.size(); ++i) {
@@ -80,6 +79,7 @@ class Lowering {
 
  private:
   static bool compiles(const plcopen::Pou& pou) {
+    if (!pou.unread.empty()) return false;
     const plcopen::Language language = language_of(pou);
     return language != plcopen::Language::kIl && language != plcopen::Language::kSfc;
   }
@@ -153,6 +153,11 @@ class Lowering {
   void lower_bodies(const plcopen::Pou& pou, std::uint32_t index) {
     ir::Module& module = module_;
     for (const plcopen::Body& body : pou.bodies) drawn_ += body.drawn_elements;
+    if (!pou.unread.empty()) {
+      ++texts_;
+      not_compiled(pou, index);
+      return;
+    }
     switch (language_of(pou)) {
       case plcopen::Language::kNone:
         module.pous[index].compiled = true;
@@ -177,12 +182,21 @@ class Lowering {
     core::SourceRef at = pou.bodies.empty() ? pou.at : pou.bodies.front().at;
     if (at.line == 0) at = pou.at;
     const ir::Pou& made = module_.pous[index];
-    const std::string what = fmt::format("{} \"{}\" is written in {}",
+    const std::string reason =
+        pou.unread.empty() ? fmt::format("is written in {}", plcopen::language_name(language_of(pou))) : pou.unread;
+    const std::string what = fmt::format("{} \"{}\" {}",
                                          made.owner == ir::Pou::kDeclared ? plcopen::pou_kind_name(pou.kind) : "action",
-                                         made.name, plcopen::language_name(language_of(pou)));
+                                         made.name, reason);
     if (stub_missing_) {
       diagnostics_.report(Code::P5102, at, made.name, what + ": a stub that does nothing runs in its place",
                           "write it in LD, FBD or ST before it runs a plant");
+      return;
+    }
+    if (!pou.unread.empty()) {
+      diagnostics_.report(pou.object_oriented ? Code::P1201 : Code::P1202, at, made.name, what,
+                          pou.object_oriented
+                              ? "write it as function blocks, functions and structures, or run the rest with --stub-missing"
+                              : "export it as PLCopen XML or write it in ST, or run the rest with --stub-missing");
       return;
     }
     diagnostics_.report(Code::P5101, at, made.name, what + ", which is not compiled yet",

@@ -28,6 +28,8 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"bytecode", {"core", "stdlib"}},
     {"bytecode/codegen", {"core", "stdlib", "ir", "bytecode"}},
     {"frontend-st", {"core", "stdlib", "ir", "plcopen"}},
+    {"convert", {"core", "stdlib", "plcopen", "ir", "frontend-st"}},
+    {"sources", {"core", "plcopen", "frontend-st"}},
     {"declare", {"core", "stdlib", "ir", "plcopen", "frontend-st"}},
     {"frontend-fbd", {"core", "stdlib", "ir", "plcopen", "frontend-st"}},
     {"frontend-ld", {"core", "stdlib", "ir", "plcopen", "frontend-st", "frontend-fbd"}},
@@ -44,10 +46,10 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
      {"core", "stdlib", "bytecode", "runtime", "io-drivers", "io-drivers/config", "io-drivers/gpio",
       "io-drivers/simulated", "io-drivers/modbus", "io-drivers/guardian"}},
     {"compiler",
-     {"core", "stdlib", "plcopen", "ir", "bytecode", "bytecode/codegen", "frontend-st", "declare", "frontend-fbd",
-      "frontend-ld", "taskblocks"}},
+     {"core", "stdlib", "plcopen", "ir", "bytecode", "bytecode/codegen", "frontend-st", "sources", "declare",
+      "frontend-fbd", "frontend-ld", "taskblocks"}},
     {"tools",  // io-drivers/simulated: plc-run --stimulus
-     {"core", "stdlib", "plcopen", "ir", "bytecode", "frontend-st", "frontend-fbd", "frontend-ld", "compiler",
+     {"convert", "core", "stdlib", "plcopen", "ir", "bytecode", "frontend-st", "frontend-fbd", "frontend-ld", "compiler",
       "runtime", "native", "io-drivers", "io-drivers/config", "io-drivers/machine", "io-drivers/modbus",
       "io-drivers/simulated", "taskblocks"}},
     {"bench",  // tests: the builder of hand-made images
