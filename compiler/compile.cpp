@@ -4,9 +4,11 @@
 #include <malloc.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <span>
+#include <system_error>
 #include <utility>
 
 #include "bytecode/codegen/generate.h"
@@ -21,6 +23,7 @@
 #include "frontend-st/text.h"
 #include "ir/check.h"
 #include "plcopen/reader.h"
+#include "sources/folder.h"
 
 namespace plc::compiler {
 namespace {
@@ -28,7 +31,9 @@ namespace {
 using core::Code;
 
 bool can_open(const std::string& path, Compilation& compilation) {
-  const bool can = compiler::can_open(path, compilation.diagnostics);
+  // Folders are read by sources::read().
+  std::error_code ignored;
+  const bool can = std::filesystem::is_directory(path, ignored) || compiler::can_open(path, compilation.diagnostics);
   compilation.readable = compilation.readable && can;
   return can;
 }
@@ -119,6 +124,7 @@ void read_libraries(const Request& request, Compilation& compilation) {
 
 std::unique_ptr<plcopen::Project> read_project(const std::string& path, core::Diagnostics& diagnostics,
                                                const std::vector<std::string>& defines) {
+  if (sources::is_source_path(path)) return sources::read(path, diagnostics, defines);
   if (is_text_path(path)) return st::read(path, diagnostics, defines);
   auto project = plcopen::read(path, diagnostics);
   if (project) st::read_plain_declarations(*project, diagnostics, defines);
@@ -154,7 +160,7 @@ void compile(const Request& request, Compilation& compilation) {
   if (request.coverage) ir::begin_coverage(*compilation.module);
   lower_project(*compilation.project, *compilation.module, request.options.stub_missing, declares_library, diagnostics);
   ir::check(*compilation.module, diagnostics);
-  if (diagnostics.has_errors()) return;
+  if (diagnostics.has_errors() || request.goal == Goal::kModule) return;
   if (request.lint) ir::lint(*compilation.module, *request.lint, diagnostics);
 
   const bool runs = runs_anything(*compilation.module);

@@ -26,9 +26,10 @@ namespace plc::compiler {
 
 /// How far to go.
 enum class Goal : std::uint8_t {
-  kRead,   ///< the Project only
-  kCheck,  ///< everything that can be compiled is; a file without instances is fine
-  kRun,    ///< an image to run, and nothing else: without any instance that is an error
+  kRead,    ///< the Project only
+  kModule,  ///< everything that can be compiled is lowered and checked, and stays as it is then
+  kCheck,   ///< everything that can be compiled is; a file without instances is fine
+  kRun,     ///< an image to run, and nothing else: without any instance that is an error
 };
 
 struct Request {
@@ -49,7 +50,7 @@ struct Compilation {
   core::Diagnostics diagnostics;
   bool readable = true;                       ///< false: the file could not be opened at all
   std::unique_ptr<plcopen::Project> project;  ///< bodies are released once lowered; null beside an image to run
-  std::unique_ptr<ir::Module> module;         ///< null for images and after code generation
+  std::unique_ptr<ir::Module> module;         ///< null for images and after code generation; kept for Goal::kModule
   std::optional<bytecode::VerifiedImage> image;
   std::optional<TestImage> tests;          ///< with Request::tests, where there are any
   std::vector<ir::CoverSite> cover_sites;  ///< with Request::coverage: of both images
@@ -57,7 +58,8 @@ struct Compilation {
   [[nodiscard]] bool ok() const { return readable && !diagnostics.has_errors(); }
 };
 
-/// Reads a project or library file: ST by its ".st" or ".iecst" or because its text begins no XML, else PLCopen XML.
+/// Reads a project or library: a folder, or a source file of CODESYS or TwinCAT (sources/folder.h); ST by its ".st" or
+/// ".iecst" or because its text begins no XML; else PLCopen XML.
 /// Null when it cannot be read. `defines` as CompileOptions::defines.
 std::unique_ptr<plcopen::Project> read_project(const std::string& path, core::Diagnostics& diagnostics,
                                                const std::vector<std::string>& defines = {});

@@ -112,7 +112,11 @@ bool DeclarationReader::pou_head(plcopen::Pou& out, Word opener_word) {
   advance();
   while ((at_text("FINAL") || at_text("ABSTRACT") || at_text("PUBLIC") || at_text("INTERNAL")) &&
          peek(1).kind == TokenKind::kIdentifier) {
-    fail(Code::P4041, token_, shown(token_) + " belongs to object orientation, which is not supported", "remove it");
+    if (objects_ != nullptr) {
+      objects_->push_back(core::uppered(text_of(token_)));
+    } else {
+      fail(Code::P4041, token_, shown(token_) + " belongs to object orientation, which is not supported", "remove it");
+    }
     advance();
   }
   const std::uint32_t at_name = token_.begin;
@@ -121,7 +125,8 @@ bool DeclarationReader::pou_head(plcopen::Pou& out, Word opener_word) {
   pou_ = out.name;
   bool reported = false;
   while (at_text("EXTENDS") || at_text("IMPLEMENTS")) {
-    if (!std::exchange(reported, true)) {
+    const std::uint32_t clause = token_.begin;
+    if (objects_ == nullptr && !std::exchange(reported, true)) {
       fail(Code::P4041, token_,
            std::string(what) + " \"" + out.name + "\" " + core::uppered(text_of(token_)) +
                ": inheritance belongs to object orientation, which is not supported",
@@ -130,6 +135,7 @@ bool DeclarationReader::pou_head(plcopen::Pou& out, Word opener_word) {
     advance();
     dotted_path();
     while (accept(TokenKind::kComma)) dotted_path();
+    if (objects_ != nullptr) objects_->emplace_back(source_.slice(clause, last_end_));
   }
   while (at_text("USING")) {
     fail(Code::P4041, token_, "USING belongs to namespaces, which are not supported", "remove it");

@@ -121,8 +121,9 @@ void DeclarationReader::section(Owner owner, std::vector<Variable>& out) {
   const bool wanted = section_may_stand(word, owner, opener);
   // What is local by mistake is still declared, so that its uses are no errors of their own.
   const bool keep = wanted || word == Word::kVarInst || word == Word::kVarGeneric;
-  advance();
   Variable model;
+  if (word == Word::kVarGlobal && pou_.empty()) name_section(model);
+  advance();
   model.section = wanted ? section_of(word) : Section::kLocal;
   while (at(TokenKind::kIdentifier) && qualifier(model, opener)) {
   }
@@ -163,6 +164,18 @@ void DeclarationReader::section(Owner owner, std::vector<Variable>& out) {
     note_extent(std::move(names), begin);
   }
   fail_unclosed(core::uppered(text_of(opener)), opener, "END_VAR");
+}
+
+/// {attribute 'global_list' := 'GVL'} before VAR_GLOBAL names its list, which an XML file does by its element; with
+/// {attribute 'qualified_only'} the name must come before the variables, else it may.
+void DeclarationReader::name_section(Variable& model) {
+  const bool required = attribute_here("qualified_only").has_value();
+  const auto list = attribute_here("global_list");
+  if (list && is_identifier(*list)) {
+    (required ? model.list : model.prefix) = *list;
+  } else {
+    project_.qualified_globals |= required;
+  }
 }
 
 /// True where a body begins though END_VAR was forgotten.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <fstream>
+#include <iterator>
 #include <sstream>
 
 #include "core/glob.h"
@@ -10,6 +11,13 @@
 namespace plc::tests {
 
 namespace fs = std::filesystem;
+
+namespace {
+
+/// A file, or a folder of source files.
+constexpr const char* kProjects[] = {"project.st", "project.xml", "project.exp", "project"};
+
+}  // namespace
 
 std::vector<std::string> words(const std::string& line) {
   std::istringstream in(line);
@@ -78,15 +86,17 @@ bool is_case(const fs::path& folder) {
 }
 
 fs::path project_of(const fs::path& folder) {
-  const fs::path text = folder / "project.st";
-  return fs::exists(text) ? text : folder / "project.xml";
+  for (const char* const name : kProjects) {
+    if (fs::exists(folder / name)) return folder / name;
+  }
+  return folder / "project.xml";
 }
 
 std::vector<std::string> case_names(const fs::path& root) {
   std::vector<std::string> names;
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(root)) {
     const std::string name = entry.path().filename().string();
-    if (name == "project.xml" || name == "project.st") {
+    if (std::find(std::begin(kProjects), std::end(kProjects), name) != std::end(kProjects)) {
       names.push_back(fs::relative(entry.path().parent_path(), root).generic_string());
     }
   }

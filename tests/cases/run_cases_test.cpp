@@ -150,8 +150,9 @@ std::string test_name(const ::testing::TestParamInfo<std::string>& param) {
 
 /// The comment that a project begins with, behind the declaration of XML, or nothing.
 std::string reason_of(const fs::path& project) {
-  std::ifstream in(project);
+  std::ifstream in(fs::is_directory(project) ? project / "README.md" : project);
   std::string text{std::istreambuf_iterator<char>(in), {}};
+  if (fs::is_directory(project)) return text;
   if (project.extension() == ".xml") {
     text.erase(0, text.find("?>") + 2);
     text.erase(0, text.find_first_not_of("\r\n"));
