@@ -4,9 +4,11 @@
 #include <malloc.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <span>
+#include <system_error>
 #include <utility>
 
 #include "bytecode/codegen/generate.h"
@@ -21,6 +23,7 @@
 #include "frontend-st/text.h"
 #include "ir/check.h"
 #include "plcopen/reader.h"
+#include "sources/folder.h"
 
 namespace plc::compiler {
 namespace {
@@ -28,7 +31,9 @@ namespace {
 using core::Code;
 
 bool can_open(const std::string& path, Compilation& compilation) {
-  const bool can = compiler::can_open(path, compilation.diagnostics);
+  // Folders are read by sources::read().
+  std::error_code ignored;
+  const bool can = std::filesystem::is_directory(path, ignored) || compiler::can_open(path, compilation.diagnostics);
   compilation.readable = compilation.readable && can;
   return can;
 }
@@ -67,6 +72,28 @@ bool is_text_path(const std::string& path) {
   return st::looks_like_text(bytes);
 }
 
+/// Files of tests, and the tests of the project, where they are compiled; else a look at their syntax.
+void read_tests(const Request& request, Compilation& compilation) {
+  core::Diagnostics& diagnostics = compilation.diagnostics;
+  if (!request.tests) {
+    for (const plcopen::Pou& test : compilation.project->tests) {
+      for (const plcopen::Body& body : test.bodies)
+        st::check_syntax(body.text, body.text_at, "TEST '" + test.name + "'", diagnostics);
+    }
+    return;
+  }
+  std::vector<plcopen::Project> files;
+  for (const std::string& path : request.test_files) {
+    if (!can_open(path, compilation)) continue;
+    if (auto file = read_project(path, diagnostics)) files.push_back(std::move(*file));
+  }
+  add_tests(*compilation.project, std::move(files), diagnostics);
+}
+
+bool has_tests(const plcopen::Project& project) {
+  return std::any_of(project.pous.begin(), project.pous.end(), [](const plcopen::Pou& pou) { return pou.test; });
+}
+
 void read_libraries(const Request& request, Compilation& compilation) {
   core::Diagnostics& diagnostics = compilation.diagnostics;
   const bool linted = request.lint && request.lint->libraries();
@@ -97,6 +124,7 @@ void read_libraries(const Request& request, Compilation& compilation) {
 
 std::unique_ptr<plcopen::Project> read_project(const std::string& path, core::Diagnostics& diagnostics,
                                                const std::vector<std::string>& defines) {
+  if (sources::is_source_path(path)) return sources::read(path, diagnostics, defines);
   if (is_text_path(path)) return st::read(path, diagnostics, defines);
   auto project = plcopen::read(path, diagnostics);
   if (project) st::read_plain_declarations(*project, diagnostics, defines);
@@ -116,6 +144,7 @@ void compile(const Request& request, Compilation& compilation) {
   }
   compilation.project = read_project(request.path, diagnostics, request.options.defines);
   if (compilation.project) read_libraries(request, compilation);
+  if (compilation.project && request.goal != Goal::kRead) read_tests(request, compilation);
   if (!compilation.readable || !compilation.project || request.goal == Goal::kRead) return;
 
   const std::size_t declared_taskblocks = add_taskblocks(
@@ -126,19 +155,26 @@ void compile(const Request& request, Compilation& compilation) {
   if (request.lint) st::warn_of_hidden_names(*compilation.project, diagnostics);
   compilation.module = st::declare(*compilation.project, request.options, diagnostics);
   if (!compilation.module) return;
+  const bool tests = request.tests && has_tests(*compilation.project);
+  if (tests) prepare_tests(*compilation.project, *compilation.module, diagnostics);
+  if (request.coverage) ir::begin_coverage(*compilation.module);
   lower_project(*compilation.project, *compilation.module, request.options.stub_missing, declares_library, diagnostics);
   ir::check(*compilation.module, diagnostics);
-  if (diagnostics.has_errors()) return;
+  if (diagnostics.has_errors() || request.goal == Goal::kModule) return;
   if (request.lint) ir::lint(*compilation.module, *request.lint, diagnostics);
 
-  if (!runs_anything(*compilation.module)) {
+  const bool runs = runs_anything(*compilation.module);
+  if (!runs && !tests) {
     if (request.goal == Goal::kRun) report_nothing_to_run(*compilation.project, diagnostics);
     return;
   }
-  std::optional<bytecode::Image> image = bytecode::generate(*compilation.module, diagnostics);
+  if (compilation.module->coverage) compilation.cover_sites = compilation.module->coverage->sites;
+  std::optional<bytecode::Image> image;
+  if (runs) image = bytecode::generate(*compilation.module, diagnostics);
+  if (tests && !diagnostics.has_errors()) compilation.tests = generate_tests(*compilation.module, diagnostics);
+  if (compilation.tests) compilation.tests->pragmas = compilation.project->pragmas;
   compilation.module.reset();
-  if (!image) return;
-  compilation.image = bytecode::verify(std::move(*image), diagnostics);
+  if (image) compilation.image = bytecode::verify(std::move(*image), diagnostics);
   if (request.goal == Goal::kRun) compilation.project.reset();
   // WHY: what 100,000 rungs were made from is several times their image; a runtime that stays up for years gives that
   // back.

@@ -87,6 +87,7 @@ class Lowering {
 
  private:
   static bool compiles(const plcopen::Pou& pou) {
+    if (!pou.unread.empty()) return false;
     // A chart in a form that is not read has neither elements nor text.
     return std::none_of(pou.bodies.begin(), pou.bodies.end(), [](const plcopen::Body& body) {
       return body.language == plcopen::Language::kSfc && body.drawn_elements != 0 && body.elements.empty() &&
@@ -190,6 +191,11 @@ class Lowering {
       sfc::lower_transition(pou, module, index, diagnostics_);
       return;
     }
+    if (!pou.unread.empty()) {
+      ++texts_;
+      not_compiled(pou, index);
+      return;
+    }
     switch (language_of(pou)) {
       case plcopen::Language::kNone:
         module.pous[index].compiled = true;
@@ -221,12 +227,21 @@ class Lowering {
     core::SourceRef at = pou.bodies.empty() ? pou.at : pou.bodies.front().at;
     if (at.line == 0) at = pou.at;
     const ir::Pou& made = module_.pous[index];
-    const std::string what = fmt::format("{} \"{}\" is written in {}",
+    const std::string reason =
+        pou.unread.empty() ? fmt::format("is written in {}", plcopen::language_name(language_of(pou))) : pou.unread;
+    const std::string what = fmt::format("{} \"{}\" {}",
                                          made.owner == ir::Pou::kDeclared ? plcopen::pou_kind_name(pou.kind) : "action",
-                                         made.name, plcopen::language_name(language_of(pou)));
+                                         made.name, reason);
     if (stub_missing_) {
       diagnostics_.report(Code::P5102, at, made.name, what + ": a stub that does nothing runs in its place",
                           "write it in LD, FBD, ST, IL, or as a chart of PLCopen XML before it runs a plant");
+      return;
+    }
+    if (!pou.unread.empty()) {
+      diagnostics_.report(pou.object_oriented ? Code::P1201 : Code::P1202, at, made.name, what,
+                          pou.object_oriented
+                              ? "write it as function blocks, functions and structures, or run the rest with --stub-missing"
+                              : "export it as PLCopen XML or write it in ST, or run the rest with --stub-missing");
       return;
     }
     diagnostics_.report(

@@ -59,7 +59,7 @@ bool Declarer::bind_located(ir::Variable& out, const plcopen::Variable& variable
   }
   ir::Global global;
   global.variable = out;
-  global.from_library = variable.at.file != project_.file;
+  global.from_library = is_library(variable.at);
   global.variable.name = own_name;
   global.variable.role = Role::kLocal;
   const auto index = static_cast<std::uint32_t>(module_.globals.size());
@@ -153,7 +153,7 @@ ir::LocatedPart Declarer::locate(const InstanceRoot& root, const ir::Variable& v
   }
   ir::Global global;
   global.variable = v;
-  global.from_library = v.at.file != project_.file;
+  global.from_library = is_library(v.at);
   global.variable.name = name;
   global.variable.address = address;
   global.variable.role = Role::kLocal;

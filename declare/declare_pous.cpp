@@ -102,7 +102,9 @@ void Declarer::declare_pou_names() {
     pou.kind = kind_of(from.kind);
     pou.at = from.at;
     pou.from_library = from.from_library;
+    pou.test = from.test;
     pou.taskblock = from.taskblock;
+    pou.refused.insert(from.unread_members.begin(), from.unread_members.end());
     const bool circular = i < circular_.size() && circular_[i];
     const bool first = circular || module_.pou_by_name.emplace(from.name, i).second;
     if (circular) {
@@ -257,7 +259,7 @@ void Declarer::declare_global(const plcopen::Variable& variable) {
   global.list = variable.list;
   global.prefix = variable.prefix;
   global.file_prefix = variable.file_prefix;
-  global.from_library = variable.at.file != project_.file;
+  global.from_library = is_library(variable.at);
   const auto index = static_cast<std::uint32_t>(module_.globals.size());
   if (!variable.address.empty()) {
     const auto address = address_of(variable, *type, owner);
@@ -527,7 +529,7 @@ bool Declarer::bind_static(ir::Variable& out, const plcopen::Variable& variable,
   global.variable = out;
   global.variable.name = std::string(owner.pou) + "." + variable.name;
   global.variable.role = Role::kLocal;
-  global.from_library = variable.at.file != project_.file;
+  global.from_library = is_library(variable.at);
   out.role = Role::kExternal;
   out.global = static_cast<std::uint32_t>(module_.globals.size());
   module_.globals.push_back(std::move(global));

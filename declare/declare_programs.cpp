@@ -31,6 +31,7 @@ class Mentions {
 
   void look_at(const plcopen::Pou& bodies, std::uint32_t pou) {
     pou_ = pou;
+    if (module_.pous[pou].test) return;  // it works on copies of programs
     // A program's own name means the instance that runs.
     if (programs_.size() < 2 && module_.pous[pou].kind == ir::PouKind::kProgram) return;
     for (const plcopen::Body& body : bodies.bodies) {

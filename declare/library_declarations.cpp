@@ -99,7 +99,7 @@ bool is_library_declaration(const plcopen::Pou& pou) {
 }  // namespace
 
 bool declares_only(const plcopen::Pou& pou) {
-  return !pou.has_chart && pou.actions.empty() && std::all_of(pou.bodies.begin(), pou.bodies.end(), is_empty);
+  return !pou.has_chart && pou.unread.empty() && pou.actions.empty() && std::all_of(pou.bodies.begin(), pou.bodies.end(), is_empty);
 }
 
 std::size_t drop_library_declarations(plcopen::Project& project) {
@@ -130,7 +130,7 @@ void warn_of_hidden_names(const plcopen::Project& project, core::Diagnostics& di
     look_at(plcopen::pou_kind_name(pou.kind), pou.name, pou.at, true);
   }
   for (const plcopen::DataType& type : project.data_types) {
-    if (type.at.file == project.file) look_at("data type", type.name, type.at, false);
+    if (!diagnostics.is_library(type.at.file)) look_at("data type", type.name, type.at, false);
   }
 }
 

@@ -28,7 +28,13 @@ class Ladder final : public fbd::Drawing {
 
   void set_sink(const ConditionSink& sink) { sink_ = sink; }
 
-  void lower(NodeId node) {
+  void lower(const fbd::Step& step) {
+    const NodeId node = step.node;
+    if (step.network != rung_ && !is_rail(node)) {
+      rung_ = step.network;
+      const auto site = builder().cover_site(ir::CoverKind::kRung, element(node).at, element(node).text, rung_);
+      builder().cover(site, 0);
+    }
     lower_by_kind(node);
     write_targets(node);
   }
@@ -74,6 +80,10 @@ class Ladder final : public fbd::Drawing {
 
  private:
   static OutRef flow_of(NodeId node) { return {OutRef::Kind::kFlow, 0, node}; }
+
+  [[nodiscard]] bool is_rail(NodeId node) const {
+    return element(node).kind == ElementKind::kLeftRail || element(node).kind == ElementKind::kRightRail;
+  }
 
   [[nodiscard]] bool is_connected(NodeId node) const {
     return std::any_of(inputs(node).begin(), inputs(node).end(),
@@ -132,6 +142,11 @@ class Ladder final : public fbd::Drawing {
     const auto state = contact_state(node);
     const auto flow = power_into(node, true);
     if (!state || !flow) return publish_poison(flow_of(node));
+    const Element& e = element(node);
+    if (const auto site = builder().cover_site(ir::CoverKind::kContact, e.at, e.text, rung_)) {
+      builder().cover(site, 0, builder().logic(ir::Op::kAnd, *flow, *state));
+      builder().cover(site, 1, builder().logic(ir::Op::kAnd, *flow, builder().not_(*state)));
+    }
     publish(flow_of(node), flows().series(builder(), *flow, *state));
   }
 
@@ -145,6 +160,10 @@ class Ladder final : public fbd::Drawing {
     const auto flow = power_into(node, true);
     if (!flow) return publish_poison(flow_of(node));
     publish(flow_of(node), *flow);  // a coil is transparent: the flow after it is the flow before it
+    if (const auto site = builder().cover_site(ir::CoverKind::kCoil, e.at, e.text, rung_)) {
+      builder().cover(site, 0, *flow);
+      builder().cover(site, 1, builder().not_(*flow));
+    }
     if (e.text.empty()) {
       return report(Code::P3014, node, "coil names no variable", "write the variable above the coil");
     }
@@ -172,6 +191,7 @@ class Ladder final : public fbd::Drawing {
 
   ActionBlocks actions_{*this};
   ConditionSink sink_;
+  std::uint32_t rung_ = 0;  ///< network of the element that is lowered
 };
 
 bool draws_something(const plcopen::Body& body) {
@@ -227,7 +247,7 @@ bool lower_body(const plcopen::Pou& pou, ir::Module& module, std::uint32_t pou_i
     Graph graph = fbd::build_graph(body, name, diagnostics, &builder);
     const fbd::Sequence sequence = fbd::order(graph, module.options.order, name, diagnostics);
     Ladder ladder(builder, graph, sequence, module.options);
-    for (const fbd::Step& step : sequence.steps) ladder.lower(step.node);
+    for (const fbd::Step& step : sequence.steps) ladder.lower(step);
     ladder.finish();
     connected = connected && !graph.wires.empty();
   }
@@ -251,7 +271,7 @@ void lower_conditions(const plcopen::Body& body, ir::Builder& builder, const Con
   const fbd::Sequence sequence = fbd::order(graph, options.order, name, builder.diagnostics());
   Ladder ladder(builder, graph, sequence, options);
   ladder.set_sink(sink);
-  for (const fbd::Step& step : sequence.steps) ladder.lower(step.node);
+  for (const fbd::Step& step : sequence.steps) ladder.lower(step);
   ladder.finish();
 }
 

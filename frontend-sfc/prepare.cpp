@@ -48,6 +48,7 @@ class Preparation {
 
   std::unique_ptr<PreparedCharts> run() {
     auto out = std::make_unique<PreparedCharts>();
+    const std::size_t errors = diagnostics_.error_count();
     read_bodies(from_, index_, *out);
     for (const plcopen::Pou& action : from_.actions) {
       const auto known = pou().actions.find(action.name);
@@ -68,7 +69,9 @@ class Preparation {
     // Texts at steps become actions only now: the lists of actions were walked above.
     for (PreparedChart& chart : out->charts) {
       prepare_actions(chart);
-      if (!pou().from_library) report_unsafe(chart.chart, chart.plan, diagnostics_);
+      // A chart that is not read whole has dead ends of its own.
+      const bool whole = diagnostics_.error_count() == errors;
+      if (whole && !pou().from_library) report_unsafe(chart.chart, chart.plan, diagnostics_);
     }
     return out;
   }

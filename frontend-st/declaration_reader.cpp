@@ -70,6 +70,8 @@ constexpr std::pair<std::string_view, Word> kWords[] = {
     {"INITIAL_STEP", Word::kInitialStep},
     {"TRANSITION", Word::kTransition},
     {"END_TRANSITION", Word::kEndTransition},
+    {"TEST", Word::kTest},
+    {"END_TEST", Word::kEndTest},
     // Other spellings come after those of the standard.
     {"FUNCTIONBLOCK", Word::kFunctionBlock},
     {"END_FUNCTIONBLOCK", Word::kEndFunctionBlock},
@@ -337,6 +339,34 @@ void DeclarationReader::note_attributes(std::string_view pou, std::string_view v
   }
 }
 
+namespace {
+
+/// The text in the quotes that begin at or after `at`; moves past them.
+std::optional<std::string_view> quoted_from(std::string_view text, std::size_t& at) {
+  const std::size_t begin = text.find('\'', at);
+  const std::size_t end = begin == std::string_view::npos ? begin : text.find('\'', begin + 1);
+  if (end == std::string_view::npos) return std::nullopt;
+  at = end + 1;
+  return text.substr(begin + 1, end - begin - 1);
+}
+
+}  // namespace
+
+std::optional<std::string> DeclarationReader::attribute_here(std::string_view name) const {
+  const std::string_view gap = source_.slice(last_end_, token_.begin);
+  std::vector<Token> pragmas;
+  Lexer(gap, &pragmas).next();
+  for (const Token& pragma : pragmas) {
+    std::string_view text = core::trimmed(gap.substr(pragma.begin + 1, pragma.end - pragma.begin - 1));
+    if (text.size() < 9 || !core::iequals(text.substr(0, 9), "attribute")) continue;
+    std::size_t at = 0;
+    const auto key = quoted_from(text, at);
+    if (!key || !core::iequals(*key, name)) continue;
+    return std::string(quoted_from(text, at).value_or(std::string_view()));
+  }
+  return std::nullopt;
+}
+
 // ---- parts of declarations ------------------------------------------------------------------------------------
 
 bool DeclarationReader::name(std::string& out, std::string_view what) {
@@ -406,6 +436,7 @@ DeclarationReader::Piece DeclarationReader::dotted_path() {
 
 /// The configuration for what is outside all configurations.
 plcopen::Configuration& DeclarationReader::outside() {
+  if (!has_outside_) outside_at_ = project_.configurations.size();
   has_outside_ = true;
   return outside_;
 }
@@ -421,6 +452,8 @@ void DeclarationReader::read_file() {
       type_block();
     } else if (word == Word::kFunction || word == Word::kFunctionBlock || word == Word::kProgram) {
       pou(word);
+    } else if (opens_test()) {
+      test();
     } else if (word == Word::kConfiguration) {
       configuration();
     } else if (word == Word::kResource) {
@@ -461,7 +494,9 @@ void DeclarationReader::read_file() {
     }
   }
   give_actions();
-  if (has_outside_) project_.configurations.push_back(std::move(outside_));
+  if (!has_outside_) return;
+  const auto place = project_.configurations.begin() + static_cast<std::ptrdiff_t>(outside_at_);
+  project_.configurations.insert(place, std::move(outside_));
 }
 
 void DeclarationReader::read_interface(plcopen::Pou& target) {
@@ -477,6 +512,25 @@ void DeclarationReader::read_interface(plcopen::Pou& target) {
                                                                         : Owner::kProgram;
   while (is_section(word_of(token_))) section(owner, target.variables);
   if (!at(TokenKind::kEnd)) fail_expected("a section of variables");
+}
+
+bool DeclarationReader::read_head(plcopen::Pou& target, std::vector<std::string>& objects) {
+  const Word word = word_of(token_);
+  if (word != Word::kFunction && word != Word::kFunctionBlock && word != Word::kProgram) {
+    return fail_expected("PROGRAM, FUNCTION_BLOCK or FUNCTION");
+  }
+  objects_ = &objects;
+  if (!pou_head(target, word)) {
+    while (!at(TokenKind::kEnd) && !is_section(word_of(token_))) advance();
+  }
+  objects_ = nullptr;
+  const Owner owner = word == Word::kFunction        ? Owner::kFunction
+                      : word == Word::kFunctionBlock ? Owner::kFunctionBlock
+                                                     : Owner::kProgram;
+  while (is_section(word_of(token_))) section(owner, target.variables);
+  if (!at(TokenKind::kEnd)) fail_expected("a section of variables");
+  pou_.clear();
+  return !target.name.empty();
 }
 
 void DeclarationReader::read_pragmas() {

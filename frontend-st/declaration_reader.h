@@ -1,5 +1,6 @@
 // DeclarationReader: one pass over a text of declarations, by recursive descent. Split by what is read: read_types,
-// read_variables, read_pous, read_configuration; the tokens and recovery from errors are in declaration_reader.cpp.
+// read_variables, read_pous, read_tests, read_configuration; the tokens and recovery from errors are in
+// declaration_reader.cpp.
 //
 // In: SourceText. Out: a Project grows. Errors recover at the `;` of a declaration and at the END_ of what is open.
 // Does not belong here: files (read.cpp), names, types, statements.
@@ -8,6 +9,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -73,6 +75,8 @@ enum class Word : std::uint8_t {
   kInitialStep,
   kTransition,
   kEndTransition,
+  kTest,
+  kEndTest,
 };
 
 class DeclarationReader {
@@ -85,6 +89,9 @@ class DeclarationReader {
   void read_file();
   /// A POU's head and variable sections without body and END_: the interface of `pou`. Its name stays.
   void read_interface(plcopen::Pou& pou);
+  /// A head and its sections without body and END_, as TwinCAT keeps them apart from the body. What is object-oriented
+  /// in the head goes to `objects` ("EXTENDS Base") and is no error. False when the text begins no POU (reported).
+  bool read_head(plcopen::Pou& pou, std::vector<std::string>& objects);
   /// VAR_GLOBAL sections alone.
   void read_globals(std::vector<plcopen::Variable>& out, const std::string& list);
   /// Nothing but the pragmas.
@@ -97,7 +104,7 @@ class DeclarationReader {
     core::SourceRef at;
   };
   /// What a section of variables belongs to.
-  enum class Owner : std::uint8_t { kFile, kConfiguration, kResource, kFunction, kFunctionBlock, kProgram };
+  enum class Owner : std::uint8_t { kFile, kConfiguration, kResource, kFunction, kFunctionBlock, kProgram, kTest };
 
   // declaration_reader.cpp: tokens
   void advance();
@@ -136,6 +143,9 @@ class DeclarationReader {
   void count(std::string element, plcopen::Fate fate, const core::SourceRef& at, std::string_view reason = {});
   void keep_pragmas();
   void note_attributes(std::string_view pou, std::string_view variable, std::uint32_t from, std::uint32_t to);
+  /// The value of {attribute 'name' := 'value'} between the token before and the current one: empty for an attribute
+  /// without value, nothing when it is not there.
+  [[nodiscard]] std::optional<std::string> attribute_here(std::string_view name) const;
 
   // declaration_reader.cpp: what all declarations have
   bool name(std::string& out, std::string_view what);
@@ -145,7 +155,7 @@ class DeclarationReader {
 
   // read_types.cpp
   void type_block();
-  bool type_declaration();
+  bool type_declaration(bool qualified);
   bool type_spec(plcopen::TypeSpec& out);
   bool type_spec_inner(plcopen::TypeSpec& out);
   bool array_spec(plcopen::TypeSpec& out);
@@ -164,6 +174,7 @@ class DeclarationReader {
   // read_variables.cpp
   [[nodiscard]] static bool is_section(Word word);
   void section(Owner owner, std::vector<plcopen::Variable>& out);
+  void name_section(plcopen::Variable& model);
   bool variables(const plcopen::Variable& model, std::vector<plcopen::Variable>& out);
   bool access_variable(std::vector<plcopen::Variable>& out);
   bool config_variable(std::vector<plcopen::Variable>& out);
@@ -187,6 +198,11 @@ class DeclarationReader {
   void give_actions();
   bool opens_another();
   plcopen::Language language();
+
+  // read_tests.cpp
+  /// True at TEST with a text after it: TEST alone is an ordinary name.
+  bool opens_test();
+  void test();
 
   // read_configuration.cpp
   void configuration();
@@ -212,6 +228,7 @@ class DeclarationReader {
   std::uint32_t depth_ = 0;
   std::size_t declared_ = 0;      ///< variables, members and values read
   std::size_t copied_bytes_ = 0;  ///< text of declarations read several times, for `a, b : T`
+  std::vector<std::string>* objects_ = nullptr;  ///< read_head: where object-oriented words of the head go
   bool exhausted_ = false;        ///< a limit on the whole text was reported
   std::string pou_;               ///< name of the open POU, for messages
   /// An action, and the name of the POU it belongs to, which may follow.
@@ -222,6 +239,7 @@ class DeclarationReader {
   std::vector<PendingAction> actions_;
   plcopen::Configuration outside_;
   bool has_outside_ = false;
+  std::size_t outside_at_ = 0;  ///< where it belongs among the configurations: in file order
 };
 
 }  // namespace plc::st

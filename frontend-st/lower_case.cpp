@@ -141,6 +141,7 @@ bool Lowering::case_of(NodeId id) {
   for (NodeId branch = node(id).c; branch != kNoNode; branch = node(branch).c) {
     builder_.set_source(at(branch));
     if (node(branch).kind == NodeKind::kElse) {
+      cover_branch(branch, "ELSE");
       fine = statements(node(branch).b) && fine;
       break;
     }
@@ -155,12 +156,15 @@ bool Lowering::case_of(NodeId id) {
       const ir::PartScope part(builder_, ir::Part::kCaseLabel);
       builder_.jump_if_not(*taken, next);
     }
+    cover_branch(branch, "CASE");
     fine = statements(node(branch).b) && fine;
-    if (node(branch).c != kNoNode) {
+    const bool last = node(branch).c == kNoNode;
+    if (!last || covered()) {
       const ir::PartScope part(builder_, ir::Part::kCaseLabel);
       builder_.jump(end);
     }
     builder_.bind(next);
+    if (last) cover_branch(id, "none of CASE");
   }
   builder_.bind(end);
   return fine;

@@ -144,6 +144,11 @@ std::optional<PlaceId> Lowering::direct_place(NodeId id, bool for_writing) {
     if (for_writing) builder_.note_written_name(known->second, normal, at(id));
     return builder_.global(known->second);
   }
+  if (builder_.pou().test) {
+    report(Code::P7902, at(id), "the project has no variable at " + normal,
+           "tests write and read addresses that the project declares or uses");
+    return std::nullopt;
+  }
   ir::Global global;
   global.variable.name = normal;
   global.variable.type = ir::ref_of(address->type());
@@ -160,6 +165,11 @@ std::optional<PlaceId> Lowering::root_place(NodeId id, bool for_writing) {
   const Named named = find_name(builder_.module(), builder_.pou(), name_text(id));
   if (!named.is_place()) {
     if (named.kind != Named::Kind::kNothing) return std::nullopt;
+    if (builder_.pou().test) {
+      const auto& programs = builder_.module().bench->programs;
+      const auto mirror = programs.find(name_text(id));
+      if (mirror != programs.end()) return builder_.global(mirror->second);
+    }
     if (const auto program = find_program(builder_.module(), name_text(id))) return program_place(id, *program);
     report_unknown_name(id);
     return std::nullopt;
@@ -200,7 +210,7 @@ std::optional<PlaceId> Lowering::member_place(PlaceId parent, NodeId id, bool fo
         return std::nullopt;
       }
     }
-    if (output && for_writing) {
+    if (output && for_writing && !builder_.pou().test) {
       report(Code::P4007, name_at(id),
              quoted(text(id)) + " is an output of " + types().name_of(parent_type) + " and is written here",
              "outputs are written by the block itself");

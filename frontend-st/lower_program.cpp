@@ -34,7 +34,8 @@ std::optional<Lowering::Found> Lowering::program_variable(PlaceId parent, NodeId
   if (type.kind != ir::TypeKind::kPou) return std::nullopt;
   const ir::Pou& program = builder_.module().pous[type.pou];
   const bool own = builder_.body().places[parent.index].kind == ir::Place::Kind::kSelf;
-  if (program.kind != ir::PouKind::kProgram && !own) return std::nullopt;
+  const bool test = builder_.pou().test;
+  if (program.kind != ir::PouKind::kProgram && !own && (!test || program.taskblock != 0)) return std::nullopt;
   const std::string_view name = name_text(id);
   const auto known = program.by_name.find(name);
   if (known == program.by_name.end()) return std::nullopt;
@@ -58,7 +59,7 @@ std::optional<Lowering::Found> Lowering::program_variable(PlaceId parent, NodeId
   }
   if (variable.role == Role::kExternal) return Found{builder_.global(variable.global)};
   if (variable.role == Role::kInOut) return std::nullopt;
-  if (for_writing && variable.role == Role::kOutput) {
+  if (for_writing && variable.role == Role::kOutput && !test) {
     report(Code::P4053, name_at(id),
            quoted(text(id)) + " is an output of program " + quoted(program.name) + " and is written here",
            "it keeps this value until the program writes its output again; an input or a local variable would say so");

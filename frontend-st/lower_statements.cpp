@@ -78,6 +78,7 @@ bool Lowering::if_chain(NodeId id) {
   bool fine = true;
   for (NodeId part = id; part != kNoNode; part = node(part).c) {
     if (node(part).kind == NodeKind::kElse) {
+      cover_branch(part, "ELSE");
       fine = statements(node(part).b) && fine;
       break;
     }
@@ -86,12 +87,25 @@ bool Lowering::if_chain(NodeId id) {
     const ir::LabelId next = builder_.new_label();
     if (taken) builder_.jump_if_not(*taken, next);
     fine = taken.has_value() && fine;
+    cover_branch(part, part == id ? "IF" : "ELSIF");
     fine = statements(node(part).b) && fine;
-    if (node(part).c != kNoNode) builder_.jump(end);
+    const bool last = node(part).c == kNoNode;
+    if (!last || covered()) builder_.jump(end);
     builder_.bind(next);
+    if (last) cover_branch(id, "none of IF");
   }
   builder_.bind(end);
   return fine;
+}
+
+bool Lowering::covered() { return builder_.module().coverage.has_value() && !builder_.pou().test; }
+
+// The word and the condition or labels after it are its text; what has none (ELSE) is the word alone.
+void Lowering::cover_branch(NodeId id, std::string_view word) {
+  if (!covered()) return;
+  const bool headed = word != "ELSE" && node(id).a != kNoNode;
+  const std::string head = headed ? " " + std::string(text(node(id).a)) : "";
+  builder_.cover(builder_.cover_site(ir::CoverKind::kBranch, at(id), std::string(word) + head), 0);
 }
 
 bool Lowering::is_standard_call(NodeId callee) {
@@ -116,6 +130,9 @@ bool Lowering::names_instance(NodeId callee) {
 
 bool Lowering::call_statement(NodeId call_id) {
   const NodeId callee = node(call_id).a;
+  if (builder_.pou().test && node(callee).kind == NodeKind::kName) {
+    if (const ir::TestCallInfo* const known = ir::test_call_named(name_text(callee))) return test_call(call_id, *known);
+  }
   if (const auto action = find_action(builder_.module(), builder_.pou(), text(callee))) {
     return call_block(call_id, action->action);
   }
@@ -171,6 +188,15 @@ bool Lowering::statements(NodeId first) {
   bool fine = true;
   for (NodeId id = first; id != kNoNode; id = node(id).next) fine = statement(id) && fine;
   return fine;
+}
+
+bool check_syntax(std::string_view text, const core::SourceRef& at, std::string_view pou,
+                  core::Diagnostics& diagnostics) {
+  const SourceText source(text, at, diagnostics);
+  Parser parser(source, diagnostics, pou);
+  while (parser.next_statement() != kNoNode) {
+  }
+  return !parser.failed();
 }
 
 bool lower_statements(std::string_view text, const core::SourceRef& at, ir::Builder& builder,

@@ -6,8 +6,10 @@
 #pragma once
 
 #include <cstdint>
+#include <initializer_list>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -188,6 +190,32 @@ class Lowering {
   /// A standard function that a variable of the same name does not hide, because the variable cannot be called.
   bool names_instance(NodeId callee);
   bool is_standard_call(NodeId callee);
+  /// Whether branches are noted (ir/coverage.h), and the note of one: `id` is its IF, ELSE, CASE or branch.
+  bool covered();
+  void cover_branch(NodeId id, std::string_view word);
+
+  // lower_test_calls.cpp
+  struct Compared {
+    ir::ValueId expected;
+    ir::ValueId got;
+  };
+  bool refuse_test_call(NodeId id, const ir::TestCallInfo& info, const std::string& why);
+  bool test_call(NodeId id, const ir::TestCallInfo& info);
+  /// Tells the runner of the test: the call, and these inputs of its component.
+  void call_host(ir::TestCall call, std::initializer_list<std::pair<const char*, ir::ValueId>> inputs);
+  /// Stores the value in a hidden variable, whose name it gives.
+  std::string keep_for_message(std::string_view hint, ir::ValueId kept);
+  void assert_that(NodeId id, ir::Assertion assertion, ir::ValueId holds, std::span<const ir::ValueId> kept);
+  bool assert_condition(NodeId id, const ir::TestCallInfo& info, NodeId argument, std::string message);
+  std::optional<Compared> compared_values(const ir::TestCallInfo& info, NodeId first, NodeId second);
+  bool assert_comparison(NodeId id, const ir::TestCallInfo& info, const std::vector<NodeId>& arguments,
+                         std::string message);
+  std::optional<ir::ValueId> as_lreal(NodeId id, const ir::Operand& given, std::string_view what);
+  bool assert_near(NodeId id, const ir::TestCallInfo& info, const std::vector<NodeId>& arguments, std::string message);
+  bool advance_time(NodeId id, NodeId argument);
+  bool run_cycles(NodeId id, const ir::TestCallInfo& info, const std::vector<NodeId>& arguments);
+  /// MOCK, and UNMOCK where `given` is kNoNode.
+  bool mock(NodeId id, const ir::TestCallInfo& info, NodeId output, NodeId given);
 
   // lower_case.cpp
   bool case_of(NodeId id);

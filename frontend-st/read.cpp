@@ -46,20 +46,22 @@ std::string_view file_stem(std::string_view path) {
   return path.substr(0, path.rfind('.'));
 }
 
-/// CODESYS and TwinCAT name a list of globals like its file. With {attribute 'qualified_only'} the name must come
-/// before the variables, else it may.
-void name_lists(plcopen::Project& project, std::string_view path) {
-  const bool required = std::any_of(project.pragmas.begin(), project.pragmas.end(), [](const plcopen::Pragma& pragma) {
-    return pragma.text.find("'qualified_only'") != std::string::npos;
-  });
-  if (!required && !project.pous.empty()) return;  // a program with its globals is no list
+void name_globals(plcopen::Project& project, std::string_view name, bool required, bool of_file) {
   for (plcopen::Configuration& configuration : project.configurations) {
     if (!configuration.name.empty()) continue;
     for (plcopen::Variable& variable : configuration.globals) {
-      (required ? variable.list : variable.prefix) = file_stem(path);
-      variable.file_prefix = !required;
+      if (!variable.list.empty() || !variable.prefix.empty()) continue;  // it names its list itself
+      (required ? variable.list : variable.prefix) = name;
+      variable.file_prefix = of_file && !required;
     }
   }
+}
+
+/// CODESYS and TwinCAT name a list of globals like its file.
+void name_file(plcopen::Project& project, std::string_view path) {
+  const bool required = project.qualified_globals;
+  if (!required && !project.pous.empty()) return;  // a program with its globals is no list
+  name_globals(project, file_stem(path), required, true);
 }
 
 std::unique_ptr<plcopen::Project> read_bytes(std::string_view bytes, const std::string& name, std::uint16_t file,
@@ -93,7 +95,7 @@ std::unique_ptr<plcopen::Project> read_bytes(std::string_view bytes, const std::
   const DeclaredText chosen(whole, Defines(defines), diagnostics);
   const SourceText source(chosen.text(), at, diagnostics);
   DeclarationReader(source, *project, diagnostics, &chosen).read_file();
-  name_lists(*project, name);
+  name_file(*project, name);
   return project;
 }
 
@@ -208,6 +210,31 @@ void read_plain_declarations(plcopen::Project& project, core::Diagnostics& diagn
     }
   }
   free_lists(project);
+}
+
+void read_text(std::string_view text, const core::SourceRef& at, plcopen::Project& project,
+               core::Diagnostics& diagnostics, const std::vector<std::string>& defines) {
+  if (text.size() > kMaxTextBytes) {
+    diagnostics.report(Code::P1006, at, {}, "text is longer than " + std::to_string(kMaxTextBytes >> 20) + " MiB");
+    return;
+  }
+  const SourceText whole(text, at, diagnostics);
+  const DeclaredText chosen(whole, Defines(defines), diagnostics);
+  const SourceText source(chosen.text(), at, diagnostics);
+  DeclarationReader(source, project, diagnostics, &chosen).read_file();
+}
+
+bool read_head(std::string_view text, const core::SourceRef& at, plcopen::Project& project, plcopen::Pou& pou,
+               std::vector<std::string>& objects, core::Diagnostics& diagnostics,
+               const std::vector<std::string>& defines) {
+  const SourceText whole(text, at, diagnostics);
+  const DeclaredText chosen(whole, Defines(defines), diagnostics);
+  const SourceText source(chosen.text(), at, diagnostics);
+  return DeclarationReader(source, project, diagnostics, &chosen).read_head(pou, objects);
+}
+
+void name_list(plcopen::Project& project, std::string_view name) {
+  name_globals(project, name, project.qualified_globals, false);
 }
 
 bool looks_like_text(std::string_view bytes) {

@@ -35,6 +35,20 @@ std::unique_ptr<plcopen::Project> read_memory(std::string_view bytes, const std:
 void read_plain_declarations(plcopen::Project& project, core::Diagnostics& diagnostics,
                              const std::vector<std::string>& defines = {});
 
+// ---- texts that another reader has taken out of its file; `at` is the place of the first character ----------------
+
+/// Everything that may be in a file of declarations joins the project.
+void read_text(std::string_view text, const core::SourceRef& at, plcopen::Project& project,
+               core::Diagnostics& diagnostics, const std::vector<std::string>& defines = {});
+/// A POU without body and END_: its name, kind, result and variables. What is object-oriented in its head goes to
+/// `objects` ("EXTENDS Base") and is no error. False when the text begins no POU, which was reported.
+bool read_head(std::string_view text, const core::SourceRef& at, plcopen::Project& project, plcopen::Pou& pou,
+               std::vector<std::string>& objects, core::Diagnostics& diagnostics,
+               const std::vector<std::string>& defines = {});
+/// Globals outside of configurations become a list of this name: with {attribute 'qualified_only'} the name must come
+/// before the variables, else it may.
+void name_list(plcopen::Project& project, std::string_view name);
+
 /// True when the first character that is no blank begins no XML.
 bool looks_like_text(std::string_view bytes);
 

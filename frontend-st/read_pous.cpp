@@ -19,10 +19,14 @@ namespace {
 Word end_of(Word opener) {
   return opener == Word::kFunction        ? Word::kEndFunction
          : opener == Word::kFunctionBlock ? Word::kEndFunctionBlock
+         : opener == Word::kTest          ? Word::kEndTest
                                           : Word::kEndProgram;
 }
 const char* text_of_word(Word opener) {
-  return opener == Word::kFunction ? "FUNCTION" : opener == Word::kFunctionBlock ? "FUNCTION_BLOCK" : "PROGRAM";
+  return opener == Word::kFunction        ? "FUNCTION"
+         : opener == Word::kFunctionBlock ? "FUNCTION_BLOCK"
+         : opener == Word::kTest          ? "TEST"
+                                          : "PROGRAM";
 }
 bool ends_pou(Word word) {
   return word == Word::kEndFunction || word == Word::kEndFunctionBlock || word == Word::kEndProgram;
@@ -108,7 +112,11 @@ bool DeclarationReader::pou_head(plcopen::Pou& out, Word opener_word) {
   advance();
   while ((at_text("FINAL") || at_text("ABSTRACT") || at_text("PUBLIC") || at_text("INTERNAL")) &&
          peek(1).kind == TokenKind::kIdentifier) {
-    fail(Code::P4041, token_, shown(token_) + " belongs to object orientation, which is not supported", "remove it");
+    if (objects_ != nullptr) {
+      objects_->push_back(core::uppered(text_of(token_)));
+    } else {
+      fail(Code::P4041, token_, shown(token_) + " belongs to object orientation, which is not supported", "remove it");
+    }
     advance();
   }
   const std::uint32_t at_name = token_.begin;
@@ -117,7 +125,8 @@ bool DeclarationReader::pou_head(plcopen::Pou& out, Word opener_word) {
   pou_ = out.name;
   bool reported = false;
   while (at_text("EXTENDS") || at_text("IMPLEMENTS")) {
-    if (!std::exchange(reported, true)) {
+    const std::uint32_t clause = token_.begin;
+    if (objects_ == nullptr && !std::exchange(reported, true)) {
       fail(Code::P4041, token_,
            std::string(what) + " \"" + out.name + "\" " + core::uppered(text_of(token_)) +
                ": inheritance belongs to object orientation, which is not supported",
@@ -126,6 +135,7 @@ bool DeclarationReader::pou_head(plcopen::Pou& out, Word opener_word) {
     advance();
     dotted_path();
     while (accept(TokenKind::kComma)) dotted_path();
+    if (objects_ != nullptr) objects_->emplace_back(source_.slice(clause, last_end_));
   }
   while (at_text("USING")) {
     fail(Code::P4041, token_, "USING belongs to namespaces, which are not supported", "remove it");
@@ -142,6 +152,7 @@ bool DeclarationReader::pou_head(plcopen::Pou& out, Word opener_word) {
 
 /// True at a word that opens another POU or part of a file: the END_ of the open POU is missing.
 bool DeclarationReader::opens_another() {
+  if (opens_test()) return true;
   const Word word = word_of(token_);
   const bool opens = word == Word::kFunction || word == Word::kFunctionBlock || word == Word::kProgram ||
                      word == Word::kConfiguration || word == Word::kType || word == Word::kClass ||
@@ -217,7 +228,7 @@ void DeclarationReader::body(plcopen::Pou& out, const Token& opener, Word opener
   TokenKind before = TokenKind::kEnd;
   while (!at(TokenKind::kEnd)) {
     const Word word = before == TokenKind::kDot ? Word::kNone : word_of(token_);
-    if (ends_pou(word)) {
+    if (ends_pou(word) || (opener_word == Word::kTest && word == Word::kEndTest)) {
       closed = true;
       note_spelling(token_, word);
       if (word != end) {

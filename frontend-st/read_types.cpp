@@ -15,6 +15,7 @@ using plcopen::TypeSpec;
 
 void DeclarationReader::type_block() {
   const Token opener = token_;
+  const bool qualified = attribute_here("qualified_only").has_value();
   advance();
   while (!at(TokenKind::kEnd)) {
     const Word word = word_of(token_);
@@ -31,14 +32,15 @@ void DeclarationReader::type_block() {
     if (is_reserved(word) || (word != Word::kNone && peek(1).kind != TokenKind::kColon)) break;
     const std::uint32_t begin = token_.begin;
     std::vector<std::string> names = names_of(token_, token_);
-    if (!type_declaration()) recover(begin);
+    if (!type_declaration(qualified)) recover(begin);
     note_extent(std::move(names), begin);
   }
   fail_unclosed("TYPE", opener, "END_TYPE");
 }
 
-bool DeclarationReader::type_declaration() {
+bool DeclarationReader::type_declaration(bool qualified) {
   plcopen::DataType type;
+  type.qualified = qualified || attribute_here("qualified_only").has_value();
   const std::uint32_t at_name = token_.begin;
   if (!name(type.name, "the name of a data type")) return false;
   type.at = place(at_name, ElementKind::kType);

@@ -58,6 +58,10 @@ bool DeclarationReader::section_may_stand(Word word, Owner owner, const Token& o
   const auto refuse_here = [&](const char* why, const char* help) {
     return fail(Code::P4045, opener, core::uppered(text) + " " + why, help);
   };
+  if (owner == Owner::kTest) {
+    const bool fits = word == Word::kVar || word == Word::kVarTemp || word == Word::kVarExternal;
+    return fits || refuse_here("is in a test, which nobody calls", "a test has VAR, VAR_TEMP and VAR_EXTERNAL");
+  }
   switch (word) {
     case Word::kVarStat:
       if (!in_pou) return refuse_here("is outside of a POU", "globals are declared as VAR_GLOBAL");
@@ -117,8 +121,9 @@ void DeclarationReader::section(Owner owner, std::vector<Variable>& out) {
   const bool wanted = section_may_stand(word, owner, opener);
   // What is local by mistake is still declared, so that its uses are no errors of their own.
   const bool keep = wanted || word == Word::kVarInst || word == Word::kVarGeneric;
-  advance();
   Variable model;
+  if (word == Word::kVarGlobal && pou_.empty()) name_section(model);
+  advance();
   model.section = wanted ? section_of(word) : Section::kLocal;
   while (at(TokenKind::kIdentifier) && qualifier(model, opener)) {
   }
@@ -159,6 +164,18 @@ void DeclarationReader::section(Owner owner, std::vector<Variable>& out) {
     note_extent(std::move(names), begin);
   }
   fail_unclosed(core::uppered(text_of(opener)), opener, "END_VAR");
+}
+
+/// {attribute 'global_list' := 'GVL'} before VAR_GLOBAL names its list, which an XML file does by its element; with
+/// {attribute 'qualified_only'} the name must come before the variables, else it may.
+void DeclarationReader::name_section(Variable& model) {
+  const bool required = attribute_here("qualified_only").has_value();
+  const auto list = attribute_here("global_list");
+  if (list && is_identifier(*list)) {
+    (required ? model.list : model.prefix) = *list;
+  } else {
+    project_.qualified_globals |= required;
+  }
 }
 
 /// True where a body begins though END_VAR was forgotten.

@@ -30,6 +30,11 @@ std::optional<ir::PlaceId> lower_place(std::string_view text, const core::Source
 bool lower_statements(std::string_view text, const core::SourceRef& at, ir::Builder& builder,
                       const std::vector<std::string>* defines = nullptr);
 
+/// Reads a statement list without looking up a name: reports errors of syntax alone. False when there was any. `pou` is
+/// for the messages.
+bool check_syntax(std::string_view text, const core::SourceRef& at, std::string_view pou,
+                  core::Diagnostics& diagnostics);
+
 /// Lowers the ST bodies of a POU. False when any statement had an error.
 bool lower_body(const plcopen::Pou& pou, ir::Module& module, std::uint32_t pou_index, core::Diagnostics& diagnostics);
 

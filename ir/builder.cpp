@@ -338,7 +338,19 @@ void Builder::store_default(PlaceId place, std::vector<InitItem> initial) {
   copy(place, variable(fresh));
 }
 
-void Builder::run(PlaceId instance) { emit(Op::kRun, {}, instance.index); }
+void Builder::run(PlaceId instance) {
+  emit(Op::kRun, {}, instance.index);
+  const Place at = body().places[instance.index];
+  if (at.kind != Place::Kind::kInstance || pou().mocks.empty()) return;
+  const std::vector<Mock> mocks = pou().mocks;
+  for (const Mock& mock : mocks) {
+    if (mock.variable != at.index) continue;
+    const LabelId own = new_label();
+    jump_if_not(load(variable(mock.active)), own);
+    store(field(instance, mock.output), load(variable(mock.value)));
+    bind(own);
+  }
+}
 
 void Builder::run_action(PlaceId instance, std::uint32_t action) { emit(Op::kRun, {}, instance.index, action + 1); }
 

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "core/diagnostics.h"
+#include "ir/coverage.h"
 #include "ir/ir.h"
 #include "stdlib/idioms.h"
 
@@ -155,6 +156,14 @@ class Builder {
   /// The operand as a value of the type it has by itself (an untyped integer is DINT or LINT, a real is LREAL or
   /// `expected`).
   std::optional<ValueId> settle(const Operand& operand, std::optional<TypeRef> expected = std::nullopt);
+
+  // ---- coverage: nothing without Module::coverage, in tests and in libraries ----
+
+  /// The site of this kind at `at`, which is added where it is new. Nothing where nothing is covered.
+  std::optional<std::uint32_t> cover_site(CoverKind kind, const SourceRef& at, std::string_view text,
+                                          std::uint32_t rung = 0);
+  /// Notes that outcome 0 or 1 of the site happened, or that it did when `when` is TRUE.
+  void cover(std::optional<std::uint32_t> site, std::uint32_t outcome, std::optional<ValueId> when = std::nullopt);
 
   /// What a value stands for that was computed in a wider type: BYTE + BYTE is a LINT that goes where a BYTE may go
   /// (stdlib/idioms.h).

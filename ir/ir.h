@@ -17,7 +17,9 @@
 
 #include "core/options.h"
 #include "core/source_ref.h"
+#include "ir/coverage.h"
 #include "ir/library.h"
+#include "ir/tests.h"
 #include "ir/types.h"
 #include "stdlib/library.h"
 
@@ -190,6 +192,8 @@ struct Global {
   bool from_library = false;  ///< brought by --lib: lint does not look at it
   bool queue = false;    ///< an array that a queue function or port names: a queue of its elements, and no variable
   bool program = false;  ///< the one instance of a program that is called or read by name
+  /// A program instance as tests see it: no variable of the project, and laid out with Module::tests_run alone.
+  bool mirror = false;
 };
 
 /// The functions of queues (ir/queues.h).
@@ -204,6 +208,14 @@ struct QueuePort {
   PlaceId instance{};          ///< known before the program runs: a variable of the POU's instance, or part of one
   std::uint32_t variable = 0;  ///< the port, of role kQueue, into the taskblock's variables
   std::uint32_t global = 0;    ///< the queue
+};
+
+/// An output that tests mock (MOCK): when the body has run the block, the output gets `value` if `active`.
+struct Mock {
+  std::uint32_t variable = 0;  ///< the block instance, into the POU's variables
+  std::uint32_t output = 0;    ///< field of its type
+  std::uint32_t value = 0;     ///< hidden variables of the POU
+  std::uint32_t active = 0;
 };
 
 /// The hidden UDINT at the start of each instance of a taskblock: which object belongs to it, set when the image is
@@ -225,12 +237,14 @@ struct Pou {
   bool compiled = false;      ///< a front end lowered its body without error
   bool stub = false;          ///< --stub-missing: does nothing
   bool from_library = false;  ///< brought by --lib: lint does not look at it
+  bool test = false;          ///< a TEST block: sees and writes all that instances have, and may call test_calls.def
   /// Names whose declaration was reported as wrong: their uses are no errors of their own.
   NameSet refused = {};
   /// A component in C++: hash of its declaration, and no body; 0 = it is none. Its constant inputs are configuration
   /// ports, and a hidden variable says which object belongs to an instance.
   std::uint64_t taskblock = 0;
   std::vector<QueuePort> queue_ports = {};  ///< of taskblocks that the body runs
+  std::vector<Mock> mocks = {};             ///< outputs of its blocks that tests of this compilation mock
   std::optional<QueueCall> queue_call = {};
   bool generic =
       false;  ///< has parameters ARRAY [*]: calls call what is made from it (generic.h), and it has no body itself
@@ -351,6 +365,9 @@ struct Module {
   NameSet attributes;  ///< {attribute 'name'} by attribute_key(): what pragmas ask for
   NameSet refused;     ///< globals whose declaration was reported as wrong
   std::map<std::uint32_t, TransitionBody> transitions;  ///< by the index of their bodies into `pous`
+  std::optional<TestBench> bench = {};                  ///< the module is compiled with its tests
+  std::optional<Coverage> coverage = {};                ///< the module is compiled with notes of what happened
+  bool tests_run = false;                               ///< the tasks are that of the tests, which have mirrors of programs
 
   /// The transition of `pou` that is called so, into `pous`; nothing when it has none.
   [[nodiscard]] std::optional<std::uint32_t> find_transition(std::uint32_t pou, std::string_view wanted) const {

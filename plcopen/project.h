@@ -116,6 +116,7 @@ struct DataType {
   TypeSpec type;
   InitialValue initial;
   SourceRef at;
+  bool qualified = false;  ///< enumeration: its values are named with the type before them (qualified_only)
 };
 
 // ---- drawings -------------------------------------------------------------------------------------------------
@@ -247,8 +248,14 @@ struct Pou {
   std::vector<Pou> actions;         ///< bodies that run on its instances; an action has a name and bodies, no more
   std::vector<Pou> transitions;     ///< conditions of its charts: a name and a body, no more
   std::string result;  ///< of a transition: the name by which its body gives the condition; empty = its own
+  /// Why the bodies are not read, as part of a sentence: "drawn in CFC, in the format of TwinCAT"; empty = they are.
+  /// Compiling it is an error, and --stub-missing makes it a stub.
+  std::string unread;
+  bool object_oriented = false;             ///< that is the reason
+  std::vector<std::string> unread_members;  ///< methods and properties: uses of these names are no errors of their own
   bool has_chart = false;           ///< parts of a sequential function chart are present
   bool from_library = false;        ///< brought by --lib: compiled when something uses it, not looked at by lint
+  bool test = false;                ///< a TEST block, which nothing but plc test compiles and runs
   std::uint64_t taskblock = 0;      ///< declares a taskblock: hash of its declaration; 0 = it does not
   std::string documentation;
   SourceRef at;
@@ -349,12 +356,14 @@ struct Project {
   std::string product;  ///< fileHeader productName
   std::vector<DataType> data_types;
   std::vector<Pou> pous;
+  std::vector<Pou> tests;  ///< TEST blocks of texts, each named by what stands in its quotes
   std::vector<Configuration> configurations;
   std::vector<PlainDeclaration> declarations;
   bool has_3s_charts = false;  ///< some chart comes from CODESYS or a tool derived from it
   std::vector<std::string> qualified_lists;  ///< globalVars lists of XML with the attribute qualified_only
   std::vector<Pragma> pragmas;
   std::vector<Attribute> attributes;    ///< of texts
+  bool qualified_globals = false;  ///< text: {attribute 'qualified_only'} is before globals that name no list
   std::vector<Extent> extents;          ///< of the file's own declarations
   std::vector<Extent> library_extents;  ///< of the declarations of libraries that joined the project
   std::vector<std::string>

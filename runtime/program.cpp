@@ -90,7 +90,7 @@ core::Result<std::unique_ptr<Program>> Program::link(const bytecode::VerifiedIma
   state->exchange->prepare();
   const taskblocks::Registry& registry =
       options.taskblocks != nullptr ? *options.taskblocks : taskblocks::Registry::built_in();
-  auto blocks = Taskblocks::make(image, task, registry, state->table, state->queues, options.budget_clock);
+  auto blocks = Taskblocks::make(image, task, registry, state->table, state->queues, options);
   if (!blocks) return blocks.error();
   state->taskblocks = std::move(*blocks);
   if (state->taskblocks && options.start_taskblocks) {
@@ -138,6 +138,11 @@ Fault Program::execute(const CycleContext& context) noexcept {
     s.machine.fault.kind = FaultKind::kWatchdog;
   }
   return s.machine.fault;
+}
+
+void Program::set_now(core::TimeNs now_ns) noexcept {
+  state_->machine.step.now_ns = now_ns;
+  if (state_->taskblocks) state_->taskblocks->begin(now_ns);
 }
 
 // RT:

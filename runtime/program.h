@@ -74,6 +74,9 @@ struct ProgramOptions {
   std::vector<std::int32_t> priorities{};            ///< of the tasks, 0 the most urgent; empty = as the image declares
   const taskblocks::Registry* taskblocks = nullptr;  ///< of this machine; null = those that come with PICARD
   const core::Clock* budget_clock = nullptr;  ///< measures taskblocks that declare a time budget; null = none does
+  /// False: taskblock instances in globals have no objects, and running one is a fault. For an image whose globals are
+  /// copies of those of another one, which has the objects.
+  bool global_taskblocks = true;
   /// False: nothing of taskblocks runs before Resource::start_taskblocks(), which a process that forks calls after
   /// that: threads that they start must be of the process that runs them.
   bool start_taskblocks = true;
@@ -94,6 +97,10 @@ class Program {
   void expect(std::size_t bytes) noexcept;
   /// One scan. RT: noexcept, no allocation, no lock, no system call.
   Fault execute(const CycleContext& context) noexcept;
+
+  /// Another time for the rest of the scan that runs, for who is called by it and lets time go on (testing/). On the
+  /// thread of the scan.
+  void set_now(core::TimeNs now_ns) noexcept;
 
   /// The task's resolved code: what a compiler starts from. Lives as long as the program.
   [[nodiscard]] const LinkedCode& linked() const;

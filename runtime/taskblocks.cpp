@@ -7,6 +7,7 @@
 #include "core/text.h"
 #include "runtime/interpreter/operations.h"
 #include "runtime/link/link.h"
+#include "runtime/program.h"
 
 namespace plc::runtime {
 namespace {
@@ -125,12 +126,12 @@ bool limit(core::TypeId type, std::byte* at, double lowest, double highest) noex
 
 core::Result<std::unique_ptr<Taskblocks>> Taskblocks::make(const Image& image, std::uint32_t task,
                                                            const taskblocks::Registry& registry, TaskTable& table,
-                                                           std::span<QueueEnd> queues, const core::Clock* clock) {
+                                                           std::span<QueueEnd> queues, const ProgramOptions& options) {
   const bool any = std::any_of(image.blocks.begin(), image.blocks.end(),
                                [](const ImageBlock& block) { return stdlib::block_named(block.name) == nullptr; });
   if (!any) return std::unique_ptr<Taskblocks>();
   std::unique_ptr<Taskblocks> made(new Taskblocks());
-  made->clock_ = clock;
+  made->clock_ = options.budget_clock;
   made->context_.period_ns = image.tasks[task].single.empty() ? image.tasks[task].period_ns : 0;
   const auto add = [&](const ImageBlock& block, std::byte* ports, const std::string& path) {
     return made->add(image, block, ports, path, registry);
@@ -138,7 +139,7 @@ core::Result<std::unique_ptr<Taskblocks>> Taskblocks::make(const Image& image, s
   const std::uint32_t body = image.tasks[task].body;
   const ImageType& globals = image.types[image.global_type];
   for (const FieldRange& range : exchanged_ranges(image, body)) {
-    if (!range.exported) continue;
+    if (!range.exported || !options.global_taskblocks) continue;
     for (std::uint32_t f = range.first; f < range.first + range.count; ++f) {
       const ImageField& field = globals.fields[f];
       if (auto problem = for_each_instance(image, field.type, table.data() + field.offset, field.name, add))

@@ -26,6 +26,8 @@
 
 namespace plc::runtime {
 
+struct ProgramOptions;
+
 class Taskblocks {
  public:
   /// Number of no object.
@@ -39,13 +41,13 @@ class Taskblocks {
     kLate,        ///< fire() took longer than its budget
   };
 
-  /// Prepares an object for every instance that task `task` runs: those in its own instance, and the globals it
-  /// exports. They run after restart(). `queues`: the task's ends of the image's. `clock` measures blocks that declare
-  /// a budget; null = none does. P7802 when a block is not in the registry or has other ports. Null when the image
-  /// has none.
+  /// Prepares an object for every instance that task `task` runs: those in its own instance, and, unless the options
+  /// leave them out, the globals it exports. They run after restart(). `queues`: the task's ends of the image's. The
+  /// clock of the options measures blocks that declare a budget. P7802 when a block is not in the registry or has other
+  /// ports. Null when the image has none.
   static core::Result<std::unique_ptr<Taskblocks>> make(const bytecode::Image& image, std::uint32_t task,
                                                         const taskblocks::Registry& registry, TaskTable& table,
-                                                        std::span<QueueEnd> queues, const core::Clock* clock);
+                                                        std::span<QueueEnd> queues, const ProgramOptions& options);
   ~Taskblocks();
   Taskblocks(const Taskblocks&) = delete;
   Taskblocks& operator=(const Taskblocks&) = delete;

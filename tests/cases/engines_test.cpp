@@ -11,11 +11,17 @@
 
 #include "io-drivers/stimulus.h"
 #include "runtime/sched/simulation.h"
-#include "tests/cases/case_file.h"
+#include "testing/case_file.h"
+#include "testing/table.h"
 #include "tests/support/compiled_image.h"
-#include "tests/support/csv_table.h"
 
 namespace plc::test {
+using plc::tests::case_names;
+using plc::tests::CaseFile;
+using plc::tests::CaseRun;
+using plc::tests::project_of;
+using plc::tests::read_case;
+using plc::tests::read_csv;
 namespace {
 
 namespace fs = std::filesystem;

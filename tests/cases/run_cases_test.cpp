@@ -17,23 +17,23 @@
 #include <utility>
 #include <vector>
 
-#include "tests/cases/case_file.h"
-#include "tests/support/csv_table.h"
+#include "testing/case_file.h"
+#include "testing/table.h"
 #include "tests/support/run_tool.h"
 
 namespace {
 
 namespace fs = std::filesystem;
-using plc::test::CaseFile;
-using plc::test::CaseRun;
 using plc::test::command_line;
-using plc::test::CsvTable;
-using plc::test::ExpectedFault;
-using plc::test::ExpectedWarning;
 using plc::test::run_tool;
-using plc::test::same_value;
 using plc::test::ScratchFolder;
 using plc::test::ToolResult;
+using plc::tests::CaseFile;
+using plc::tests::CaseRun;
+using plc::tests::CsvTable;
+using plc::tests::ExpectedFault;
+using plc::tests::ExpectedWarning;
+using plc::tests::same_value;
 
 const char* const kTool = PLC_TOOL;
 const char* const kCases = PLC_CASES;
@@ -74,7 +74,7 @@ void check_warnings(const CaseFile& the_case, const std::string& output) {
 std::map<std::string, std::uint64_t> events_of(const std::string& output) {
   std::map<std::string, std::uint64_t> result;
   for (const std::string& line : lines_of(output)) {
-    const std::vector<std::string> parts = plc::test::words(line);
+    const std::vector<std::string> parts = plc::tests::words(line);
     if (parts.size() < 4 || parts[0] != "event:") continue;
     result[parts[1]] += std::strtoull(parts[parts.size() - 2].c_str(), nullptr, 10);
   }
@@ -100,7 +100,8 @@ void check_run(const CaseFile& the_case, const ToolResult& result) {
   }
 }
 
-void compare(const CsvTable& expected, const std::string& expected_name, const CsvTable& actual) {
+void compare(const CaseFile& the_case, const CsvTable& expected, const std::string& expected_name,
+             const CsvTable& actual) {
   ASSERT_EQ(expected.rows.size(), actual.rows.size()) << expected_name << ": number of release instants";
   for (std::size_t c = 0; c < expected.header.size(); ++c) {
     const std::size_t column = actual.column(expected.header[c]);
@@ -108,7 +109,8 @@ void compare(const CsvTable& expected, const std::string& expected_name, const C
     for (std::size_t r = 0; r < expected.rows.size(); ++r) {
       ASSERT_LT(c, expected.rows[r].size()) << expected_name << ":" << expected.lines[r] << ": short row";
       ASSERT_LT(column, actual.rows[r].size()) << "the trace has a short row " << r + 1;
-      EXPECT_TRUE(same_value(expected.rows[r][c], actual.rows[r][column]))
+      EXPECT_TRUE(same_value(expected.rows[r][c], actual.rows[r][column],
+                             plc::tests::tolerance_of(the_case, expected.header[c])))
           << expected_name << ":" << expected.lines[r] << ": " << expected.header[c] << " in cycle "
           << expected.rows[r][0] << " is " << actual.rows[r][column] << ", should be " << expected.rows[r][c];
     }
@@ -119,7 +121,7 @@ void compare(const CsvTable& expected, const std::string& expected_name, const C
 void simulate(const fs::path& folder, const CaseFile& the_case, const std::string& source,
               const std::vector<std::string>& options, const std::string& expected_name, bool with_warnings) {
   SCOPED_TRACE(source);
-  const CsvTable expected = plc::test::read_csv((folder / expected_name).string());
+  const CsvTable expected = plc::tests::read_csv((folder / expected_name).string());
   ASSERT_GE(expected.header.size(), 3U) << expected_name << ": columns are cycle, time_ms and at least one path";
   const ScratchFolder scratch;
   std::vector<std::string> arguments = {
@@ -136,7 +138,7 @@ void simulate(const fs::path& folder, const CaseFile& the_case, const std::strin
   ASSERT_TRUE(fs::exists(scratch.file("trace.csv"))) << result.all();
   check_run(the_case, result);
   if (with_warnings) check_warnings(the_case, result.all());
-  compare(expected, expected_name, plc::test::read_csv(scratch.file("trace.csv")));
+  compare(the_case, expected, expected_name, plc::tests::read_csv(scratch.file("trace.csv")));
 }
 
 std::string test_name(const ::testing::TestParamInfo<std::string>& param) {
@@ -148,8 +150,9 @@ std::string test_name(const ::testing::TestParamInfo<std::string>& param) {
 
 /// The comment that a project begins with, behind the declaration of XML, or nothing.
 std::string reason_of(const fs::path& project) {
-  std::ifstream in(project);
+  std::ifstream in(fs::is_directory(project) ? project / "README.md" : project);
   std::string text{std::istreambuf_iterator<char>(in), {}};
+  if (fs::is_directory(project)) return text;
   if (project.extension() == ".xml") {
     text.erase(0, text.find("?>") + 2);
     text.erase(0, text.find_first_not_of("\r\n"));
@@ -165,10 +168,11 @@ class Case : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(Case, TraceEqualsTheHandWorkedTable) {
   const fs::path folder = fs::path(kCases) / GetParam();
-  const std::string project = plc::test::project_of(folder).string();
+  const std::string project = plc::tests::project_of(folder).string();
   EXPECT_NE(reason_of(project).find_first_not_of(" \r\n"), std::string::npos)
       << "the head of the project says why its numbers prove its point";
-  const CaseFile the_case = plc::test::read_case(folder);
+  const CaseFile the_case = plc::tests::read_case(folder);
+  EXPECT_TRUE(the_case.wrong.empty()) << the_case.wrong.front();
   for (std::size_t i = 0; i < the_case.runs.size(); ++i) {
     const CaseRun& run = the_case.runs[i];
     SCOPED_TRACE("run " + run.expected + " " + command_line(run.options));
@@ -196,6 +200,6 @@ TEST_P(Case, TraceEqualsTheHandWorkedTable) {
       << explained.out;
 }
 
-INSTANTIATE_TEST_SUITE_P(Cases, Case, ::testing::ValuesIn(plc::test::case_names(kCases)), test_name);
+INSTANTIATE_TEST_SUITE_P(Cases, Case, ::testing::ValuesIn(plc::tests::case_names(kCases)), test_name);
 
 }  // namespace

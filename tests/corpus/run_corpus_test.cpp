@@ -14,8 +14,8 @@
 #include <string>
 #include <vector>
 
+#include "testing/table.h"
 #include "tests/support/compiled_image.h"
-#include "tests/support/csv_table.h"
 #include "tests/support/engines.h"
 #include "tests/support/random_inputs.h"
 #include "tests/support/run_tool.h"
@@ -24,11 +24,11 @@ namespace {
 
 namespace fs = std::filesystem;
 using plc::test::command_line;
-using plc::test::CsvTable;
 using plc::test::run_tool;
-using plc::test::same_value;
 using plc::test::ScratchFolder;
 using plc::test::ToolResult;
+using plc::tests::CsvTable;
+using plc::tests::same_value;
 
 const char* const kTool = PLC_TOOL;
 const char* const kScenarios = PLC_SCENARIOS;
@@ -199,7 +199,7 @@ TEST_F(Corpus, CountersInFourLanguagesAreOne) {
   }
   const ToolResult result = run_tool(arguments);
   ASSERT_EQ(result.code, 0) << command_line(arguments) << "\n" << result.all();
-  const CsvTable trace = plc::test::read_csv(scratch.file("trace.csv"));
+  const CsvTable trace = plc::tests::read_csv(scratch.file("trace.csv"));
   ASSERT_EQ(trace.rows.size(), 50u);
   std::vector<std::size_t> columns;
   for (const std::string& language : languages) {
@@ -283,7 +283,7 @@ TEST_P(Scenario, RowsEqualTheHandWorkedTable) {
       if (key == "options:") options.push_back(word);
     }
   }
-  const CsvTable expected = plc::test::read_csv((folder / "expected.csv").string());
+  const CsvTable expected = plc::tests::read_csv((folder / "expected.csv").string());
   ASSERT_FALSE(expected.rows.empty());
   const ScratchFolder scratch;
   std::vector<std::string> arguments = {kTool,
@@ -302,7 +302,7 @@ TEST_P(Scenario, RowsEqualTheHandWorkedTable) {
   const ToolResult result = run_tool(arguments);
   ASSERT_EQ(result.code, 0) << command_line(arguments) << "\n" << result.all();
 
-  const CsvTable actual = plc::test::read_csv(scratch.file("trace.csv"));
+  const CsvTable actual = plc::tests::read_csv(scratch.file("trace.csv"));
   for (std::size_t r = 0; r < expected.rows.size(); ++r) {
     const std::vector<std::string>& row = expected.rows[r];
     const std::size_t cycle = std::stoul(row[0]);

@@ -1,8 +1,7 @@
 // OSCAT Basic 3.33 with --lib: it disturbs nothing, its POUs can be used one by one, and what they compute is right.
 //
-// The library is not part of this repository: PLC_OSCAT names the folder of its .EXP files (as CODESYS 2.3 exported
-// them), which are joined in the order of their names, bytes unchanged, after the global lists of its project. Does
-// not belong here: code of the library.
+// The library is not part of this repository: PLC_OSCAT names the folder of its .EXP files, as CODESYS 2.3 exported
+// them, which joins the project beside the global lists of its own. Does not belong here: code of the library.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,18 +18,18 @@
 #include <string>
 #include <vector>
 
-#include "tests/support/csv_table.h"
+#include "testing/table.h"
 #include "tests/support/golden.h"
 #include "tests/support/run_tool.h"
 
 namespace {
 
 namespace fs = std::filesystem;
-using plc::test::CsvTable;
-using plc::test::read_csv;
 using plc::test::run_tool;
-using plc::test::same_value;
 using plc::test::ScratchFolder;
+using plc::tests::CsvTable;
+using plc::tests::read_csv;
+using plc::tests::same_value;
 
 const char* const kTool = PLC_TOOL;
 
@@ -85,24 +84,19 @@ class Oscat : public ::testing::Test {
     if (folder == nullptr) GTEST_SKIP() << "PLC_OSCAT does not name the folder of OSCAT Basic's .EXP files";
     ASSERT_TRUE(fs::is_directory(folder)) << folder;
     if (!fs::exists(PLC_OSCAT_GLOBALS)) GTEST_SKIP() << "no file " << PLC_OSCAT_GLOBALS;
+    folder_ = folder;
     std::vector<fs::path> files;
     for (const auto& entry : fs::directory_iterator(folder)) {
       if (entry.path().extension() == ".EXP") files.push_back(entry.path());
     }
     std::sort(files.begin(), files.end());
-    std::string all = read_bytes(PLC_OSCAT_GLOBALS);
-    for (const fs::path& file : files) {
-      const std::string bytes = read_bytes(file);
-      all += bytes;
-      note_pou(without_comments(bytes));
-    }
-    write_bytes(library_, all);
+    for (const fs::path& file : files) note_pou(without_comments(read_bytes(file)));
   }
 
   /// The command with the library.
   [[nodiscard]] std::vector<std::string> with_library(std::vector<std::string> arguments) const {
     arguments.insert(arguments.begin(), kTool);
-    arguments.insert(arguments.end(), {"--lib", library_});
+    arguments.insert(arguments.end(), {"--lib", PLC_OSCAT_GLOBALS, "--lib", folder_});
     return arguments;
   }
 
@@ -119,7 +113,7 @@ class Oscat : public ::testing::Test {
 
   std::vector<Pou> pous_;
   ScratchFolder scratch_;
-  std::string library_ = scratch_.file("oscat.st");
+  std::string folder_;  ///< of the .EXP files
 
  private:
   void note_pou(const std::string& text) {

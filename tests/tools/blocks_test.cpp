@@ -13,7 +13,7 @@
 
 #include "picard/taskblock.h"
 #include "taskblocks/registry.h"
-#include "tests/support/csv_table.h"
+#include "testing/table.h"
 #include "tests/support/golden.h"
 #include "tests/tools/fixture.h"
 #include "tools/taskblock_html.h"
@@ -21,6 +21,9 @@
 #include "tools/taskblock_xml.h"
 
 namespace plc::test {
+using plc::tests::CsvTable;
+using plc::tests::read_csv;
+using plc::tests::same_value;
 namespace {
 
 using nlohmann::json;

@@ -286,7 +286,7 @@ int run_command(int argc, char** argv) {
       "opened, 3 the runtime died or hung and the guardian drove the safe values.",
       kVersionText);
   Run run;
-  program.option("FILE", run.file, "PLCopen XML or ST file, or image made by plc compile").required();
+  program.option("FILE", run.file, "PLCopen XML or ST file, source folder, or image made by plc compile").required();
   program.option("--cycles=N", run.cycles, "stop after N scans of the fastest task").check(wrong_count);
   const Flag duration =
       program

@@ -164,7 +164,7 @@ void add_check(Command program) {
       "  plc check --lint=none,double-coil plant.xml  one lint only\n"
       "  plc check --werror plant.xml                 exit code 1 when there is any warning\n"
       "  plc check --strict plant.xml                 what the standard does not know is an error");
-  command.option("FILE", check.files, "PLCopen XML or ST files, or images").required();
+  command.option("FILE", check.files, "PLCopen XML or ST files, source folders, or images").required();
   command.flag("--json", check.json, "one JSON document on stdout instead of text on stderr");
   add_library_option(command, check.libraries);
   add_taskblocks_option(command, check.configuration);

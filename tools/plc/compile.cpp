@@ -69,7 +69,7 @@ void add_compile(Command program) {
                   "\n"
                   "Example:\n"
                   "  plc compile plant.xml -o plant.pbc && plc-run plant.pbc");
-  command.option("FILE", compile.file, "PLCopen XML or ST file").required();
+  command.option("FILE", compile.file, "PLCopen XML or ST file, or source folder").required();
   command.option("-o,--output=X.pbc", compile.output, "image to write; - is standard output").required();
   add_library_option(command, compile.libraries);
   add_taskblocks_option(command, compile.configuration);

@@ -192,7 +192,7 @@ void add_init(Command config) {
       "Examples:\n"
       "  plc config init plant.xml                    on standard output\n"
       "  plc config init plant.xml -o plc.toml        never overwrites a file without --force");
-  command.option("FILE", options.file, "PLCopen XML or ST file, or image").required();
+  command.option("FILE", options.file, "PLCopen XML or ST file, source folder, or image").required();
   command.option("-o,--output=PLC.TOML", options.output, "file to write instead of standard output");
   command.flag("--force", options.force, "replace the file when it exists");
   add_library_option(command, options.libraries);
@@ -211,7 +211,7 @@ void add_config_check(Command config) {
       "  plc config check plc.toml plant.xml\n"
       "  plc config check --json plc.toml plant.pbc > problems.json");
   command.option("PLC.TOML", options.configuration, "the configuration").required();
-  command.option("FILE", options.file, "PLCopen XML or ST file, or image").required();
+  command.option("FILE", options.file, "PLCopen XML or ST file, source folder, or image").required();
   command.flag("--json", options.json, "one JSON document on stdout instead of text on stderr");
   add_library_option(command, options.libraries);
   add_compile_options(command, options.options);

@@ -236,7 +236,7 @@ void add_map(Command program) {
       "on\n"
       "  plc map plant.xml --format csv -o plant.csv\n"
       "  plc map plant.xml --format fuxa --host 192.168.1.20 --port 1502 -o fuxa.json");
-  command.option("FILE", map.file, "PLCopen XML or ST file, or image").required();
+  command.option("FILE", map.file, "PLCopen XML or ST file, source folder, or image").required();
   command.option("--config=PLC.TOML", map.configuration,
                  "configuration with [modbus], [project] and [taskblocks]; without it, the defaults");
   std::vector<std::string> names;

@@ -49,7 +49,13 @@ void print_rows(const plcopen::Project& project, Fate fate, const char* heading)
   }
 }
 
-void print_pou(const char* kind, const std::string& name, const plcopen::Pou& pou) {
+/// "line 12"; in projects of several files with the name of the file.
+std::string place_text(const Compilation& compilation, const core::SourceRef& at) {
+  if (at.file == compilation.project->file) return fmt::format("line {}", at.line);
+  return fmt::format("{}, line {}", compilation.diagnostics.file_name(at.file), at.line);
+}
+
+void print_pou(const char* kind, const std::string& name, const plcopen::Pou& pou, const Compilation& compilation) {
   std::size_t elements = 0;
   std::size_t lines = 0;
   std::string language = "none";
@@ -59,8 +65,9 @@ void print_pou(const char* kind, const std::string& name, const plcopen::Pou& po
     if (!body.text.empty()) lines += static_cast<std::size_t>(ends) + 1;
     if (body.language != plcopen::Language::kNone) language = plcopen::language_name(body.language);
   }
-  std::cout << fmt::format("  {:<14} {:<5} {:>6} {:<8}  {}  (line {})\n", kind, language, lines != 0 ? lines : elements,
-                           lines != 0 ? "lines" : "elements", name, pou.at.line);
+  if (!pou.unread.empty()) language = "-";
+  std::cout << fmt::format("  {:<14} {:<5} {:>6} {:<8}  {}  ({})\n", kind, language, lines != 0 ? lines : elements,
+                           lines != 0 ? "lines" : "elements", name, place_text(compilation, pou.at));
 }
 
 int run(const std::string& file, const core::CompileOptions& options) {
@@ -75,8 +82,8 @@ int run(const std::string& file, const core::CompileOptions& options) {
   if (!project.name.empty()) std::cout << fmt::format(", project \"{}\"", project.name);
   std::cout << fmt::format("\n\nPOUs\n");
   for (const plcopen::Pou& pou : project.pous) {
-    print_pou(plcopen::pou_kind_name(pou.kind), pou.name, pou);
-    for (const plcopen::Pou& action : pou.actions) print_pou("action", pou.name + "." + action.name, action);
+    print_pou(plcopen::pou_kind_name(pou.kind), pou.name, pou, compilation);
+    for (const plcopen::Pou& action : pou.actions) print_pou("action", pou.name + "." + action.name, action, compilation);
   }
   print_rows(project, Fate::kUsed, "Used");
   print_rows(project, Fate::kPreserved, "Preserved: read and kept, without meaning for the program");
@@ -97,7 +104,7 @@ void add_report(Command program) {
                   "\n"
                   "Example:\n"
                   "  plc report plant.xml");
-  command.option("FILE", file, "PLCopen XML or ST file").required();
+  command.option("FILE", file, "PLCopen XML or ST file, or source folder").required();
   add_all_option(command, options);
   command.on_run([] { return run(file, options); });
 }

@@ -220,7 +220,7 @@ void add_sim(Command program) {
       "Stimulus: 'time_ms,path,path' and rows of values in ascending time; a row is applied at the first release\n"
       "at or after its time, an empty cell keeps the value. Trace: 'cycle,time_ms,path,..', a row per release\n"
       "instant. Paths are INSTANCE.VAR, INSTANCE.FB.Q or GLOBAL, in any letter case.");
-  command.option("FILE", sim.file, "PLCopen XML or ST file, or image").required();
+  command.option("FILE", sim.file, "PLCopen XML or ST file, source folder, or image").required();
   command
       .option("--cycles=N", sim.cycles,
               fmt::format("release instants to run; default: until the stimulus ends, else {}", kDefaultCycles))

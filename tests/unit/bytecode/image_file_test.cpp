@@ -24,6 +24,7 @@ TEST(ImageFile, RoundTripKeepsEveryByte) {
                      true,
                      false,
                      false,
+                     core::FinalScan::kOn,
                      "Main"};
   s.image.tasks[0].single = "go";
   const std::vector<std::byte> bytes = save(s.image);

@@ -1,7 +1,7 @@
-image 5
+image 6
 project "test"
 product "PICARD test"
-options drawing none separate priority-ceiling ""
+options drawing none separate priority-ceiling auto ""
 type 0 scalar DINT
 type 1 struct size 0 align 1 name "P0"
 type 2 struct size 0 align 1 name "P0#frame"

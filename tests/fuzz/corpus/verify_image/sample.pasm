@@ -1,7 +1,7 @@
-image 5
+image 6
 project "test"
 product "PICARD test"
-options drawing none separate wait-free ""
+options drawing none separate wait-free auto ""
 file "sample.xml"
 type 0 scalar BOOL
 type 1 scalar INT

@@ -1,15 +1,23 @@
-#include "tests/cases/case_file.h"
-
-#include <gtest/gtest.h>
+#include "testing/case_file.h"
 
 #include <algorithm>
 #include <cstdlib>
 #include <fstream>
+#include <iterator>
 #include <sstream>
 
-namespace plc::test {
+#include "core/glob.h"
+
+namespace plc::tests {
 
 namespace fs = std::filesystem;
+
+namespace {
+
+/// A file, or a folder of source files.
+constexpr const char* kProjects[] = {"project.st", "project.xml", "project.exp", "project"};
+
+}  // namespace
 
 std::vector<std::string> words(const std::string& line) {
   std::istringstream in(line);
@@ -18,15 +26,25 @@ std::vector<std::string> words(const std::string& line) {
   return result;
 }
 
+namespace {
+bool is_number(const std::string& text) {
+  char* end = nullptr;
+  const double value = std::strtod(text.c_str(), &end);
+  return *end == '\0' && value >= 0;
+}
+}  // namespace
+
 CaseFile read_case(const fs::path& folder) {
   CaseFile result;
   std::ifstream in(folder / "case.txt");
+  std::size_t number = 0;
   for (std::string line; std::getline(in, line);) {
+    const std::string place = "case.txt:" + std::to_string(++number) + ": ";
     const std::vector<std::string> parts = words(line);
     if (parts.empty() || parts[0].front() == '#') continue;
     const std::string& key = parts[0];
     if (parts.size() < 2) {
-      ADD_FAILURE() << "case.txt: line without a value: " << line;
+      result.wrong.push_back(place + "line without a value: " + line);
     } else if (key == "run:") {
       result.runs.push_back({parts[1], {parts.begin() + 2, parts.end()}});
     } else if (key == "order:") {
@@ -41,26 +59,44 @@ CaseFile read_case(const fs::path& folder) {
       result.libraries.insert(result.libraries.end(), parts.begin() + 1, parts.end());
     } else if (key == "tables:") {
       result.tables.insert(result.tables.end(), parts.begin() + 1, parts.end());
+    } else if (key == "tolerance:" && parts.size() == 3 && is_number(parts[2])) {
+      result.tolerances.push_back({parts[1], std::strtod(parts[2].c_str(), nullptr)});
     } else if (key == "only:" && parts.size() > 2) {
       result.only = line.substr(line.find(parts[1]));
     } else {
-      ADD_FAILURE() << "case.txt: line that is not understood: " << line;
+      result.wrong.push_back(place + "line that is not understood: " + line);
     }
   }
   if (result.runs.empty()) result.runs.push_back({"expected.csv", {}});
   return result;
 }
 
+double tolerance_of(const CaseFile& the_case, const std::string& path) {
+  double most = 0;
+  for (const Tolerance& one : the_case.tolerances) {
+    if (core::glob_match(one.pattern, path)) most = one.most;
+  }
+  return most;
+}
+
+bool is_case(const fs::path& folder) {
+  std::error_code ignored;
+  return fs::is_regular_file(project_of(folder), ignored) &&
+         (fs::exists(folder / "expected.csv", ignored) || fs::exists(folder / "case.txt", ignored));
+}
+
 fs::path project_of(const fs::path& folder) {
-  const fs::path text = folder / "project.st";
-  return fs::exists(text) ? text : folder / "project.xml";
+  for (const char* const name : kProjects) {
+    if (fs::exists(folder / name)) return folder / name;
+  }
+  return folder / "project.xml";
 }
 
 std::vector<std::string> case_names(const fs::path& root) {
   std::vector<std::string> names;
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(root)) {
     const std::string name = entry.path().filename().string();
-    if (name == "project.xml" || name == "project.st") {
+    if (std::find(std::begin(kProjects), std::end(kProjects), name) != std::end(kProjects)) {
       names.push_back(fs::relative(entry.path().parent_path(), root).generic_string());
     }
   }
@@ -68,4 +104,4 @@ std::vector<std::string> case_names(const fs::path& root) {
   return names;
 }
 
-}  // namespace plc::test
+}  // namespace plc::tests

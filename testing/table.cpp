@@ -1,12 +1,13 @@
-#include "tests/support/csv_table.h"
+#include "testing/table.h"
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <stdexcept>
 
-namespace plc::test {
+namespace plc::tests {
 namespace {
 
 std::string lower(std::string text) {
@@ -73,16 +74,17 @@ CsvTable read_csv(const std::string& path) {
   return table;
 }
 
-bool same_value(const std::string& expected, const std::string& actual) {
+bool same_value(const std::string& expected, const std::string& actual, double tolerance) {
   if (expected == actual) return true;
   if (unquoted(expected) == unquoted(actual)) return true;
   if (lower(expected) == "nan") return lower(actual) == "nan";
-  if (!is_real_text(expected) && !is_real_text(actual)) return false;
+  if (tolerance == 0 && !is_real_text(expected) && !is_real_text(actual)) return false;
   char* end_expected = nullptr;
   char* end_actual = nullptr;
   const double a = std::strtod(expected.c_str(), &end_expected);
   const double b = std::strtod(actual.c_str(), &end_actual);
-  return !expected.empty() && !actual.empty() && *end_expected == '\0' && *end_actual == '\0' && a == b;
+  const bool numbers = !expected.empty() && !actual.empty() && *end_expected == '\0' && *end_actual == '\0';
+  return numbers && (a == b || std::fabs(a - b) <= tolerance);
 }
 
-}  // namespace plc::test
+}  // namespace plc::tests

@@ -1,0 +1,185 @@
+// plc test: exit codes, what it prints and writes.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include "tests/tools/fixture.h"
+
+namespace plc::test {
+namespace {
+
+std::string text_of(const std::string& path) {
+  std::ifstream in(path);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+const std::string kPlant = R"(PROGRAM Main
+VAR
+  Button AT %IX0.0 : BOOL;
+  Lamp AT %QX0.0 : BOOL;
+END_VAR
+  Lamp := Button;
+END_PROGRAM
+CONFIGURATION C
+  RESOURCE R ON PLC
+    TASK T(INTERVAL := T#20ms, PRIORITY := 0);
+    PROGRAM main WITH T : Main;
+  END_RESOURCE
+END_CONFIGURATION
+)";
+
+class TestCommand : public ::testing::Test {
+ protected:
+  void SetUp() override { write_text(scratch_.file("lamp.st"), kPlant); }
+  /// Writes tests of the plant, and runs `plc test` on them.
+  ToolResult run(const std::string& tests, const std::vector<std::string>& flags = {}) {
+    write_text(tests_, tests);
+    std::vector<std::string> arguments = {PLC_TOOL, "test", tests_};
+    arguments.insert(arguments.end(), flags.begin(), flags.end());
+    return run_tool(arguments);
+  }
+  ScratchFolder scratch_;
+  std::string tests_ = scratch_.file("lamp_test.st");
+};
+
+const std::string kGood = "TEST 'on' main.Button := TRUE; RUN_CYCLES(1); ASSERT_TRUE(main.Lamp); END_TEST\n";
+const std::string kBad = "TEST 'off'\n  RUN_CYCLES(2);\n  ASSERT_TRUE(main.Lamp, 'it is <on> & \"lit\"');\nEND_TEST\n";
+
+TEST_F(TestCommand, PassesAndFailsByExitCode) {
+  const ToolResult good = run(kGood);
+  EXPECT_EQ(good.code, 0) << good.all();
+  EXPECT_NE(good.out.find("  ok    on (1 cycle"), std::string::npos) << good.out;
+  EXPECT_NE(good.out.find("1 test, 0 failed, 1 check\n"), std::string::npos) << good.out;
+  const ToolResult bad = run(kGood + kBad);
+  EXPECT_EQ(bad.code, 1);
+  EXPECT_NE(bad.out.find(tests_ + ":4:3: main.Lamp: expected TRUE, got FALSE, after 40ms, cycle 2: it is <on>"),
+            std::string::npos)
+      << bad.out;
+  EXPECT_NE(bad.out.find("2 tests, 1 failed, 2 checks\n"), std::string::npos) << bad.out;
+}
+
+TEST_F(TestCommand, WrongTestsAndFilesAreSaid) {
+  const ToolResult wrong = run("TEST 'x' ASSERT_EQ(main.Lmp, TRUE); END_TEST");
+  EXPECT_EQ(wrong.code, 1);
+  EXPECT_NE(wrong.err.find(tests_ + ":1:25: error P4005"), std::string::npos) << wrong.err;
+  EXPECT_EQ(run_tool({PLC_TOOL, "test", scratch_.file("nothing.st")}).code, 2);
+  const ToolResult none = run_tool({PLC_TOOL, "test", scratch_.file("lamp.st"), "--filter", "x"});
+  EXPECT_EQ(none.code, 2) << none.all();
+  EXPECT_EQ(run("TEST 'x' END_TEST\nTEST 'y' (*").code, 1);
+}
+
+TEST_F(TestCommand, OtherCommandsReadTheSyntaxAndNothingElse) {
+  write_text(scratch_.file("both.st"), kPlant + kGood + "TEST 'calls what is nowhere' Foo(1); END_TEST\n");
+  EXPECT_EQ(run_tool({PLC_TOOL, "check", scratch_.file("both.st")}).code, 0);
+  const ToolResult dump = run_tool({PLC_TOOL, "dump", scratch_.file("both.st")});
+  EXPECT_EQ(dump.out.find("TEST"), std::string::npos) << "no test is in an image";
+  write_text(scratch_.file("both.st"), kPlant + "TEST 'broken' ASSERT_TRUE(; END_TEST\n");
+  const ToolResult broken = run_tool({PLC_TOOL, "check", scratch_.file("both.st")});
+  EXPECT_EQ(broken.code, 1);
+  EXPECT_NE(broken.err.find("[TEST 'broken']"), std::string::npos) << broken.err;
+}
+
+TEST_F(TestCommand, TapIsOnStdoutAlone) {
+  const ToolResult result = run(kGood + kBad, {"--tap"});
+  EXPECT_EQ(result.code, 1);
+  EXPECT_EQ(result.out.rfind("TAP version 14\n1..2\nok 1 - ", 0), 0u) << result.out;
+  EXPECT_NE(result.out.find("\nnot ok 2 - "), std::string::npos);
+  EXPECT_NE(result.out.find("      expected: 'TRUE'\n      got: 'FALSE'\n"), std::string::npos) << result.out;
+  EXPECT_NE(result.err.find("2 tests, 1 failed"), std::string::npos);
+}
+
+TEST_F(TestCommand, JunitHasFailuresAsText) {
+  run(kGood + kBad, {"--junit", scratch_.file("out.xml")});
+  const std::string xml = text_of(scratch_.file("out.xml"));
+  EXPECT_NE(xml.find("<testsuites tests=\"2\" failures=\"1\" errors=\"0\">"), std::string::npos) << xml;
+  EXPECT_NE(xml.find("it is &lt;on&gt; &amp; &quot;lit&quot;</failure>"), std::string::npos) << xml;
+  EXPECT_EQ(run_tool({"/bin/sh", "-c", "command -v xmllint >/dev/null || exit 0; xmllint --noout \"$0\"",
+                      scratch_.file("out.xml")})
+                .code,
+            0);
+  EXPECT_EQ(run(kGood, {"--junit", "/nonexistent/out.xml"}).code, 2);
+}
+
+TEST_F(TestCommand, FilterListAndSeed) {
+  EXPECT_NE(run(kGood + kBad, {"--filter", "O?"}).out.find("1 test, 0 failed"), std::string::npos);
+  EXPECT_EQ(run(kGood + kBad, {"--list"}).out,
+            scratch_.file("lamp.st") + ": on\n" + scratch_.file("lamp.st") + ": off\n");
+  std::string many;
+  for (int i = 0; i < 20; ++i) many += "TEST 't" + std::to_string(i) + "' ASSERT_TRUE(TRUE); END_TEST\n";
+  const std::string one = run(many, {"--seed", "1"}).out;
+  EXPECT_EQ(one, run(many, {"--seed", "1"}).out);
+  EXPECT_NE(one, run(many, {"--seed", "2"}).out);
+  EXPECT_NE(one.find("seed 1"), std::string::npos);
+}
+
+TEST_F(TestCommand, AThousandTestsTakeLessThanASecond) {
+  std::string many;
+  for (int i = 0; i < 1000; ++i) {
+    many += "TEST 't" + std::to_string(i) +
+            "'\nVAR t : TON; END_VAR\n  main.Button := TRUE; RUN_CYCLES(3); t(IN := TRUE, PT := T#1s);\n"
+            "  ASSERT_TRUE(main.Lamp); ASSERT_FALSE(t.Q);\nEND_TEST\n";
+  }
+  const ToolResult result = run(many, {"--junit", scratch_.file("out.xml")});
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_NE(result.out.find("1000 tests, 0 failed, 2000 checks"), std::string::npos);
+  // What the tests themselves took, without the compiler: a machine that is busy with other tests may take its time.
+  const std::string xml = text_of(scratch_.file("out.xml"));
+  const std::size_t at = xml.find(" time=\"") + 7;
+  EXPECT_LT(std::stod(xml.substr(at)), 5.0) << xml.substr(0, 200);
+}
+
+TEST_F(TestCommand, CasesRunInTheirFolder) {
+  const std::string folder = scratch_.file("case");
+  std::filesystem::create_directory(folder);
+  write_text(folder + "/project.st", kPlant);
+  write_text(folder + "/stimulus.csv", "time_ms,main.Button\n20,1\n");
+  write_text(folder + "/expected.csv", "cycle,time_ms,main.Lamp\n0,0,0\n1,20,1\n");
+  const ToolResult good = run_tool({PLC_TOOL, "test", folder});
+  EXPECT_EQ(good.code, 0) << good.all();
+  EXPECT_NE(good.out.find("1 test, 0 failed"), std::string::npos);
+  write_text(folder + "/expected.csv", "cycle,time_ms,main.Lamp\n0,0,0\n1,20,0\n");
+  const ToolResult bad = run_tool({PLC_TOOL, "test", folder});
+  EXPECT_EQ(bad.code, 1);
+  EXPECT_NE(bad.out.find("expected.csv:3: main.Lamp: expected 0, got 1"), std::string::npos) << bad.out;
+}
+
+TEST_F(TestCommand, CoverageIsATableAndAPicture) {
+  const std::string folder = scratch_.file("svg");
+  const ToolResult result =
+      run_tool({PLC_TOOL, "test", std::string(PLC_EXAMPLES) + "/tank", "--coverage", "--svg", folder});
+  EXPECT_EQ(result.code, 0) << result.all();
+  EXPECT_NE(result.out.find("outcomes seen"), std::string::npos) << result.out;
+  const std::string svg = text_of(folder + "/Station.svg");
+  EXPECT_NE(svg.find("class=\"shape seen\""), std::string::npos);
+  EXPECT_NE(svg.find(">StopButton</text>"), std::string::npos);
+  EXPECT_EQ(run_tool({"/bin/sh", "-c", "command -v xmllint >/dev/null || exit 0; xmllint --noout \"$0\"",
+                      folder + "/Station.svg"})
+                .code,
+            0);
+}
+
+TEST_F(TestCommand, CoverAllWantsEveryContactOrAReason) {
+  const std::string tank = std::string(PLC_EXAMPLES) + "/tank/";
+  std::filesystem::copy_file(tank + "tank.xml", scratch_.file("tank.xml"));
+  const std::string tests = scratch_.file("tank_test.st");
+  const std::string one = "TEST 'idle' RUN_CYCLES(1); ASSERT_FALSE(Running); END_TEST\n";
+  write_text(tests, one);
+  const ToolResult open = run_tool({PLC_TOOL, "test", tests, "--cover-all"});
+  EXPECT_EQ(open.code, 1);
+  EXPECT_NE(open.out.find("contact \"StopButton\" [localId 5]: not seen closed: no power reached it"),
+            std::string::npos)
+      << open.out;
+  write_text(tests,
+             one + "{not_covered Station 'StopButton' 'no \"stop\" here'}\n{not_covered Station 'Nobody' 'x'}\n");
+  const ToolResult named = run_tool({PLC_TOOL, "test", tests, "--coverage"});
+  EXPECT_EQ(named.code, 0) << named.all();
+  EXPECT_NE(named.out.find("no power reached it; reason: no \"stop\" here"), std::string::npos) << named.out;
+  EXPECT_NE(named.out.find("{not_covered Station 'Nobody' ..} names nothing"), std::string::npos) << named.out;
+}
+
+}  // namespace
+}  // namespace plc::test
