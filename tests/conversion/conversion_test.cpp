@@ -121,7 +121,7 @@ TEST(Convert, CasesGiveTheSameImageOrAReason) {
     projects.push_back(std::move(project));
   }
   std::size_t same = 0;
-  plc::test::expect_golden("tests/convert/reasons.txt", reasons(projects, same));
+  plc::test::expect_golden("tests/conversion/reasons.txt", reasons(projects, same));
   EXPECT_GT(same, projects.size() / 2);
 }
 
@@ -138,7 +138,7 @@ TEST(Convert, RealProjectsGiveTheSameImageOrAReason) {
   }
   std::sort(projects.begin(), projects.end(), [](const Project& a, const Project& b) { return a.name < b.name; });
   std::size_t same = 0;
-  plc::test::expect_golden("tests/convert/corpus_reasons.txt", reasons(projects, same));
+  plc::test::expect_golden("tests/conversion/corpus_reasons.txt", reasons(projects, same));
 }
 
 }  // namespace
