@@ -1,6 +1,7 @@
 #include "convert/body_plan.h"
 
 #include <algorithm>
+#include <string_view>
 
 namespace plc::convert {
 
@@ -136,8 +137,31 @@ void BodyPlan::find_runs() {
   }
 }
 
+/// An instruction that makes a value and does nothing else.
+bool BodyPlan::is_pure(std::uint32_t inst) const {
+  switch (body_.insts[inst].op) {
+    case Op::kConst:
+    case Op::kLoad:
+    case Op::kAnd:
+    case Op::kOr:
+    case Op::kXor:
+    case Op::kNot:
+    case Op::kExtract:
+    case Op::kInsert:
+    case Op::kMakeRef:
+    case Op::kSameRef:
+      return true;
+    case Op::kCall:
+      return body_.functions[body_.insts[inst].a]->spec->events.empty();
+    default:
+      return false;
+  }
+}
+
+/// From the end on: a value that nobody wants needs no operands.
 void BodyPlan::count_uses() {
-  for (std::uint32_t i = first_; i < body_.insts.size(); ++i) {
+  for (auto i = static_cast<std::uint32_t>(body_.insts.size()); i-- > first_;) {
+    if (is_pure(i) && uses_[i] == 0) continue;
     // Arguments are written where the instance runs.
     const std::uint32_t at = run_of_[i] != 0 ? run_of_[i] : i;
     each_value(body_.insts[i], [&](std::uint32_t value) {
@@ -168,25 +192,6 @@ void BodyPlan::find_chains() {
   }
 }
 
-bool BodyPlan::is_barrier(std::uint32_t inst) const {
-  switch (body_.insts[inst].op) {
-    case Op::kStore:
-    case Op::kCopy:
-    case Op::kRun:
-    case Op::kCallPou:
-    case Op::kLabel:
-    case Op::kJump:
-    case Op::kJumpIf:
-    case Op::kJumpIfNot:
-    case Op::kReturn:
-    case Op::kClearEvent:
-    case Op::kEno:
-      return true;
-    default:
-      return false;
-  }
-}
-
 PlaceId BodyPlan::root_of(PlaceId place) const {
   while (body_.places[place.index].parent.valid()) place = body_.places[place.index].parent;
   return place;
@@ -213,35 +218,74 @@ bool BodyPlan::reads(std::uint32_t value, PlaceId root, int depth) const {
   return found;
 }
 
-void BodyPlan::find_inline() {
-  const auto count = static_cast<std::uint32_t>(body_.insts.size());
-  std::vector<std::uint32_t> next_barrier(count + 1, count);
-  for (std::uint32_t i = count; i-- > 0;) {
-    next_barrier[i] = is_barrier(i) && run_of_[i] == 0 && !in_chain_[i] ? i : next_barrier[i + 1];
+/// True when computing the value can be an event, which counts once for each time.
+bool BodyPlan::is_counted(std::uint32_t value, int depth) const {
+  constexpr int kDeepest = 200;
+  const Inst& inst = body_.insts[value];
+  if (depth > kDeepest || inst.op == Op::kCallPou || inst.op == Op::kRange || inst.op == Op::kEno) return true;
+  if (inst.op == Op::kCall && !body_.functions[inst.a]->spec->events.empty()) return true;
+  if (inst.op == Op::kLoad || inst.op == Op::kMakeRef) {
+    for (PlaceId at{inst.a}; at.valid(); at = body_.places[at.index].parent) {
+      const Place::Kind kind = body_.places[at.index].kind;
+      if (kind == Place::Kind::kElementAt || kind == Place::Kind::kDeref) return true;
+    }
   }
+  bool found = false;
+  each_value(inst, [&](std::uint32_t operand) { found = found || (inline_[operand] && is_counted(operand, depth + 1)); });
+  return found;
+}
+
+/// Value `i` may be computed at `use` instead: nothing in between changes what it reads, and it counts as often.
+bool BodyPlan::can_move(std::uint32_t i, std::uint32_t use) const {
+  constexpr std::uint32_t kFarthest = 5000;
+  if (use - i > kFarthest) return false;
+  const bool counted = is_counted(i, 0);
+  for (std::uint32_t j = i + 1; j < use; ++j) {
+    const Inst& inst = body_.insts[j];
+    switch (inst.op) {
+      case Op::kStore:
+      case Op::kCopy:
+        // An argument that is this value is written with the call.
+        if (run_of_[j] == use && inst.b == i) break;
+        if (run_of_[j] != 0 && run_of_[j] != use && run_of_[j] > use) return false;
+        if (reads(i, root_of(PlaceId{inst.a}), 0)) return false;
+        break;
+      case Op::kRun:
+      case Op::kCallPou:
+        return false;
+      case Op::kLabel:
+      case Op::kJump:
+      case Op::kJumpIf:
+      case Op::kJumpIfNot:
+      case Op::kReturn:
+        if (counted || has_loops_) return false;
+        break;
+      case Op::kClearEvent:
+      case Op::kEno:
+        if (counted) return false;
+        break;
+      default:
+        break;
+    }
+  }
+  return true;
+}
+
+void BodyPlan::find_inline() {
+  has_loops_ = std::find(forward_.begin(), forward_.end(), false) != forward_.end();
+  const auto count = static_cast<std::uint32_t>(body_.insts.size());
   for (std::uint32_t i = first_; i < count; ++i) {
     const Inst& inst = body_.insts[i];
     if (inst.op == Op::kConst) {
       inline_[i] = true;
       continue;
     }
+    // One output of a function of several is given by a statement: SPLIT_DATE(IN := d, MONTH => m).
+    if (inst.op == Op::kCall && body_.functions[inst.a]->name.find('.') != std::string_view::npos) continue;
     if (uses_[i] != 1) continue;
     const std::uint32_t use = last_use_[i];
-    if (inst.op == Op::kCallPou) {
-      // What it changes must be changed before anything that follows is read.
-      inline_[i] = use == i + 1;
-      continue;
-    }
-    if (next_barrier[i + 1] < use) continue;
-    bool fine = true;
-    for (std::uint32_t j = i + 1; j < use && fine; ++j) {
-      if (run_of_[j] != 0 && run_of_[j] == use) {
-        fine = body_.insts[j].b == i || !reads(i, root_of(PlaceId{body_.insts[j].a}), 0);
-      } else if (run_of_[j] != 0) {
-        fine = false;
-      }
-    }
-    inline_[i] = fine;
+    // What a function changes must be changed before anything that follows is read.
+    inline_[i] = inst.op == Op::kCallPou ? use == i + 1 : can_move(i, use);
   }
 }
 

@@ -21,6 +21,8 @@ class BodyPlan {
   /// True when all jumps to the label are before it.
   [[nodiscard]] bool label_is_known(std::uint32_t label) const { return forward_[label]; }
   [[nodiscard]] std::uint32_t uses(std::uint32_t value) const { return uses_[value]; }
+  /// The value is used by nothing, and computing it does nothing.
+  [[nodiscard]] bool is_unwanted(std::uint32_t value) const { return uses_[value] == 0 && is_pure(value); }
   /// The value may be written where its use is: it has one, and nothing in between changes what it reads.
   [[nodiscard]] bool is_inline(std::uint32_t value) const { return inline_[value]; }
   /// The store at `inst` sets an input for the run at the result; 0 when it does not.
@@ -41,7 +43,9 @@ class BodyPlan {
   template <class Visit>
   void each_value_of(ir::PlaceId place, const Visit& visit) const;
   [[nodiscard]] bool is_input(ir::TypeRef instance, std::uint32_t field) const;
-  [[nodiscard]] bool is_barrier(std::uint32_t inst) const;
+  [[nodiscard]] bool is_pure(std::uint32_t inst) const;
+  [[nodiscard]] bool is_counted(std::uint32_t value, int depth) const;
+  [[nodiscard]] bool can_move(std::uint32_t i, std::uint32_t use) const;
   [[nodiscard]] bool reads(std::uint32_t value, ir::PlaceId root, int depth) const;
   [[nodiscard]] ir::PlaceId root_of(ir::PlaceId place) const;
   [[nodiscard]] bool place_reads(ir::PlaceId place, ir::PlaceId root, int depth) const;
@@ -59,6 +63,7 @@ class BodyPlan {
   std::vector<bool> forward_;
   std::vector<std::uint32_t> uses_, last_use_, run_of_, chain_, watched_;
   std::vector<bool> inline_, in_chain_;
+  bool has_loops_ = false;  ///< a jump goes back
 };
 
 }  // namespace plc::convert

@@ -8,6 +8,8 @@
 
 #include "convert/literals.h"
 #include "core/text.h"
+#include "frontend-st/keywords.h"
+#include "frontend-st/lexer.h"
 
 namespace plc::convert {
 namespace {
@@ -260,7 +262,9 @@ std::string write_configuration(const plcopen::Configuration& configuration, con
   if (named) text += "CONFIGURATION " + configuration.name + "\n";
   text += write_variables(configuration.globals, indent);
   for (const plcopen::Resource& resource : configuration.resources) {
-    text += margin + "RESOURCE " + (resource.name.empty() ? "Resource" : resource.name) + " ON PLC\n";
+    // Nothing refers to the name: where it is none in ST, another one does.
+    const bool usable = st::is_identifier(resource.name) && st::keyword_of(resource.name) == st::Keyword::kNone;
+    text += margin + "RESOURCE " + (usable ? resource.name : "Resource") + " ON PLC\n";
     text += write_variables(resource.globals, indent + 2);
     for (const plcopen::Task& task : resource.tasks) text += margin + "  " + task_text(task, module);
     for (const plcopen::Task& task : resource.tasks) {

@@ -169,6 +169,11 @@ std::string Expressions::condition(std::uint32_t id, bool negate) {
 }
 
 Expressions::Value Expressions::binary(std::string_view op, Binding binding, std::uint32_t a, std::uint32_t b) {
+  // A rail is TRUE.
+  const Inst& left = body_.insts[a];
+  if (op == "AND" && left.op == Op::kConst && left.type == ir::kBoolType && body_.constants[left.a].bits != 0) {
+    return value(b);
+  }
   // Operators of one kind are applied from left to right, comparisons are not joined.
   const bool joins = binding != Binding::kCompare;
   return {operand(a, binding, joins ? op : std::string_view()) + " " + std::string(op) + " " + operand(b, binding),
@@ -296,6 +301,25 @@ void Expressions::keep(std::uint32_t i, Value made, std::vector<std::string>& ou
   values_[i] = {*name, Binding::kOperand, {}};
 }
 
+/// SPLIT_DATE(IN := d, MONTH => m): one output of a function of several.
+void Expressions::keep_output(std::uint32_t i, std::vector<std::string>& out) {
+  const Inst& inst = body_.insts[i];
+  const stdlib::Overload& overload = *body_.functions[inst.a];
+  const std::size_t dot = overload.name.find('.');
+  const auto name = added_.temporary(inst.type);
+  if (!name) {
+    fail("has a value of a type without a name");
+    return;
+  }
+  std::string text(overload.name.substr(0, dot));
+  text += "(";
+  for (std::uint32_t n = 0; n < inst.count; ++n) {
+    text += stdlib::pin_name(*overload.spec, n) + " := " + value(body_.args[inst.b + n].index).text + ", ";
+  }
+  out.push_back(text + std::string(overload.name.substr(dot + 1)) + " => " + *name + ");");
+  values_[i] = {*name, Binding::kOperand, {}};
+}
+
 void Expressions::store(std::uint32_t i, std::vector<std::string>& out) {
   const Inst& inst = body_.insts[i];
   const Inst& from = body_.insts[inst.b];
@@ -392,6 +416,7 @@ std::vector<std::string> Expressions::statements(std::uint32_t i) {
     case Op::kConst:
       break;
     case Op::kInsert: {
+      if (plan_.is_unwanted(i)) break;
       // The store that follows writes it, or a variable of its own takes the word.
       const bool stored = plan_.uses(i) == 1 && plan_.is_inline(i) && body_.insts[inst.a].op == Op::kLoad &&
                           i + 1 < body_.insts.size() && body_.insts[i + 1].op == Op::kStore &&
@@ -406,9 +431,12 @@ std::vector<std::string> Expressions::statements(std::uint32_t i) {
     }
     default:
       if (plan_.is_inline(i)) break;
-      // A load that nobody wants does nothing; a call may be counted.
-      if (plan_.uses(i) == 0 && inst.op != Op::kCall) break;
-      if (i < plan_.first()) break;
+      // What nobody wants does nothing, but a call may be counted.
+      if (plan_.is_unwanted(i)) break;
+      if (inst.op == Op::kCall && body_.functions[inst.a]->name.find('.') != std::string_view::npos) {
+        keep_output(i, out);
+        break;
+      }
       keep(i, compute(i), out);
       break;
   }

@@ -68,6 +68,7 @@ class Expressions {
   std::string part_suffix(ir::TypeRef part, std::uint32_t bit) const;
   void store(std::uint32_t i, std::vector<std::string>& out);
   void run(std::uint32_t i, std::vector<std::string>& out);
+  void keep_output(std::uint32_t i, std::vector<std::string>& out);
   void keep(std::uint32_t i, Value made, std::vector<std::string>& out);
 
   const ir::Module& module_;

@@ -268,7 +268,9 @@ class Splitter {
         for (plcopen::Pou& action : pou.actions) {
           if (!one.action.empty() && core::iequals(action.name, one.action)) target = &action;
         }
-        if (target != nullptr) target->unread = one.what + ", in the format of an export file, which is not read";
+        if (target == nullptr) continue;
+        target->bodies.clear();  // the message names the head
+        target->unread = one.what + ", in the format of an export file, which is not read";
       }
     }
   }

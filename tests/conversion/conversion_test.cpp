@@ -13,18 +13,18 @@
 #include <string>
 #include <vector>
 
-#include "tests/cases/case_file.h"
-#include "tests/support/csv_table.h"
+#include "testing/case_file.h"
+#include "testing/table.h"
 #include "tests/support/golden.h"
 #include "tests/support/run_tool.h"
 
 namespace {
 
 namespace fs = std::filesystem;
-using plc::test::CsvTable;
-using plc::test::read_csv;
+using plc::tests::CsvTable;
+using plc::tests::read_csv;
 using plc::test::run_tool;
-using plc::test::same_value;
+using plc::tests::same_value;
 using plc::test::ScratchFolder;
 using plc::test::ToolResult;
 
@@ -110,10 +110,10 @@ std::string reasons(const std::vector<Project>& projects, std::size_t& same) {
 
 TEST(Convert, CasesGiveTheSameImageOrAReason) {
   std::vector<Project> projects;
-  for (const std::string& name : plc::test::case_names(PLC_CASES)) {
+  for (const std::string& name : plc::tests::case_names(PLC_CASES)) {
     const fs::path folder = fs::path(PLC_CASES) / name;
-    const plc::test::CaseFile the_case = plc::test::read_case(folder);
-    Project project{name, plc::test::project_of(folder).string(), the_case.runs.front().options, {}, 20};
+    const plc::tests::CaseFile the_case = plc::tests::read_case(folder);
+    Project project{name, plc::tests::project_of(folder).string(), the_case.runs.front().options, {}, 20};
     for (const std::string& library : the_case.libraries) {
       project.options.insert(project.options.end(), {"--lib", (folder / library).string()});
     }
@@ -121,7 +121,7 @@ TEST(Convert, CasesGiveTheSameImageOrAReason) {
     projects.push_back(std::move(project));
   }
   std::size_t same = 0;
-  plc::test::expect_golden("tests/convert/reasons.txt", reasons(projects, same));
+  plc::test::expect_golden("tests/conversion/reasons.txt", reasons(projects, same));
   EXPECT_GT(same, projects.size() / 2);
 }
 
@@ -138,7 +138,7 @@ TEST(Convert, RealProjectsGiveTheSameImageOrAReason) {
   }
   std::sort(projects.begin(), projects.end(), [](const Project& a, const Project& b) { return a.name < b.name; });
   std::size_t same = 0;
-  plc::test::expect_golden("tests/convert/corpus_reasons.txt", reasons(projects, same));
+  plc::test::expect_golden("tests/conversion/corpus_reasons.txt", reasons(projects, same));
 }
 
 }  // namespace
