@@ -43,6 +43,8 @@ std::string_view word_of(Section section) {
       return "VAR_INST";
     case Section::kStatic:
       return "VAR_STAT";
+    case Section::kGeneric:
+      return "VAR_GENERIC";
   }
   return "VAR";
 }

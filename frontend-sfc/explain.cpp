@@ -20,6 +20,7 @@ std::string names_of(const Chart& chart, const std::vector<std::uint32_t>& steps
 std::string condition_of(const Condition& condition) {
   switch (condition.kind) {
     case Condition::Kind::kText:
+    case Condition::Kind::kInstructions:
       return condition.text;
     case Condition::Kind::kReference:
       return "transition " + condition.text;
