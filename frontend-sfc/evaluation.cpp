@@ -200,8 +200,10 @@ void Evaluation::look_at_steps() {
       for (const Use& use : step.uses) {
         const Control& control = chart_.controls[use.control];
         store(control.inputs[use.input].active, true);
-        store(control.pending, true);
-        controls_tree_.mark(use.control);
+        unless(load(control.pending), [&] {
+          store(control.pending, true);
+          controls_tree_.mark(use.control);
+        });
       }
     });
   });

@@ -4,51 +4,69 @@
 
 namespace plc::sfc {
 
+using ir::LabelId;
+using ir::ValueId;
+
 Tree::Tree(ir::Builder& builder, std::string_view hint, std::uint32_t count) : builder_(builder), count_(count) {
-  for (std::uint32_t width = count; width > kFan;) {
-    width = (width + kFan - 1) / kFan;
+  if (count <= kGroup) return;
+  for (std::uint32_t width = (count + kGroup - 1) / kGroup;; width = (width + 1) / 2) {
     std::vector<std::uint32_t>& level = levels_.emplace_back();
     for (std::uint32_t i = 0; i < width; ++i) level.push_back(builder.hidden(hint, ir::kBoolType));
+    if (width == 1) return;
   }
 }
 
 void Tree::mark(std::uint32_t i) {
   if (levels_.empty()) return;
-  const ir::ValueId on = builder_.constant_bool(true);
-  for (std::size_t level = 0; level < levels_.size(); ++level) builder_.store(node(level, i /= kFan), on);
+  const ValueId on = builder_.constant_bool(true);
+  i /= kGroup;
+  for (std::size_t level = 0; level < levels_.size(); ++level, i /= 2) builder_.store(node(level, i), on);
 }
 
-void Tree::walk(const std::function<void(std::uint32_t)>& visit,
-                const std::function<ir::ValueId(std::uint32_t)>& alive) {
-  const std::size_t top = levels_.size();
-  walk_range(top, 0, top == 0 ? count_ : static_cast<std::uint32_t>(levels_[top - 1].size()), visit, alive);
+void Tree::walk(const Visit& visit, const Alive& alive) {
+  if (count_ == 0) return;
+  if (levels_.empty()) return walk_group(0, visit, nullptr);
+  const LabelId end = builder_.new_label();
+  const std::size_t top = levels_.size() - 1;
+  builder_.jump_if_not(builder_.load(node(top, 0)), end);
+  walk_node(top, 0, visit, alive);
+  builder_.bind(end);
 }
 
-/// Things or marks `begin` to `end` of what is below `level`: 0 are the things.
-void Tree::walk_range(std::size_t level, std::uint32_t begin, std::uint32_t end,
-                      const std::function<void(std::uint32_t)>& visit,
-                      const std::function<ir::ValueId(std::uint32_t)>& alive) {
-  for (std::uint32_t i = begin; i < end; ++i) {
-    if (level == 0) {
-      visit(i);
-      continue;
-    }
-    const ir::LabelId skip = builder_.new_label();
-    builder_.jump_if_not(builder_.load(node(level - 1, i)), skip);
-    const std::uint32_t first = i * kFan;
-    const std::uint32_t width = level == 1 ? count_ : static_cast<std::uint32_t>(levels_[level - 2].size());
-    const std::uint32_t last = std::min(width, first + kFan);
-    walk_range(level - 1, first, last, visit, alive);
-    if (alive) {
-      ir::ValueId any{};
-      for (std::uint32_t k = first; k < last; ++k) {
-        const ir::ValueId one = level == 1 ? alive(k) : builder_.load(node(level - 2, k));
-        any = any.valid() ? builder_.logic(ir::Op::kOr, any, one) : one;
-      }
-      builder_.store(node(level - 1, i), any);
-    }
-    builder_.bind(skip);
+/// Node `i` is marked, so one of its two parts is: if it is not the first, it is the second.
+void Tree::walk_node(std::size_t level, std::uint32_t i, const Visit& visit, const Alive& alive) {
+  if (level == 0) return walk_group(i, visit, alive);
+  const std::uint32_t first = i * 2;
+  const std::uint32_t second = first + 1;
+  const bool pair = second < levels_[level - 1].size();
+  if (pair) {
+    const LabelId right = builder_.new_label();
+    const LabelId end = builder_.new_label();
+    builder_.jump_if_not(builder_.load(node(level - 1, first)), right);
+    walk_node(level - 1, first, visit, alive);
+    builder_.jump_if_not(builder_.load(node(level - 1, second)), end);
+    builder_.bind(right);
+    walk_node(level - 1, second, visit, alive);
+    builder_.bind(end);
+  } else {
+    walk_node(level - 1, first, visit, alive);
   }
+  if (!alive) return;
+  ValueId any = builder_.load(node(level - 1, first));
+  if (pair) any = builder_.logic(ir::Op::kOr, any, builder_.load(node(level - 1, second)));
+  builder_.store(node(level, i), any);
+}
+
+void Tree::walk_group(std::uint32_t group, const Visit& visit, const Alive& alive) {
+  const std::uint32_t end = std::min(count_, (group + 1) * kGroup);
+  for (std::uint32_t i = group * kGroup; i < end; ++i) visit(i);
+  if (!alive) return;
+  ValueId any{};
+  for (std::uint32_t i = group * kGroup; i < end; ++i) {
+    const ValueId one = alive(i);
+    any = any.valid() ? builder_.logic(ir::Op::kOr, any, one) : one;
+  }
+  builder_.store(node(0, group), any);
 }
 
 }  // namespace plc::sfc

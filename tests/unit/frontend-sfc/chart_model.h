@@ -52,11 +52,13 @@ class ChartModel {
     value.assign(static_cast<std::size_t>(net.actions), false);
     q_.assign(static_cast<std::size_t>(net.actions), false);
     for (std::size_t s = 0; s < steps; ++s) {
-      for (const ModelAssociation& a : net.steps[s].actions) parts_.push_back({static_cast<int>(s), a, false, false, -1});
+      for (const ModelAssociation& a : net.steps[s].actions)
+        parts_.push_back({static_cast<int>(s), a, false, false, -1});
       if (net.steps[s].initial) entered_.insert(static_cast<int>(s));
     }
     for (const Part& part : parts_) {
-      if (std::find(actions_.begin(), actions_.end(), part.a.action) == actions_.end()) actions_.push_back(part.a.action);
+      if (std::find(actions_.begin(), actions_.end(), part.a.action) == actions_.end())
+        actions_.push_back(part.a.action);
     }
     for (std::size_t i = 0; i < net.transitions.size(); ++i) order_.push_back(i);
     std::stable_sort(order_.begin(), order_.end(), [&](std::size_t a, std::size_t b) {
@@ -170,8 +172,8 @@ class ChartModel {
     entered_.clear();
     for (const std::size_t i : order_) {
       const ModelTransition& one = net_.transitions[i];
-      const bool enabled = std::all_of(one.from.begin(), one.from.end(),
-                                       [&](int s) { return x[index(s)] && left_.count(s) == 0; });
+      const bool enabled =
+          std::all_of(one.from.begin(), one.from.end(), [&](int s) { return x[index(s)] && left_.count(s) == 0; });
       if (!enabled || !holds(one.condition, inputs)) continue;
       left_.insert(one.from.begin(), one.from.end());
       entered_.insert(one.to.begin(), one.to.end());
