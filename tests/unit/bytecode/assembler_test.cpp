@@ -22,7 +22,8 @@ TEST(Assembler, RoundTripKeepsEveryByte) {
                      true,
                      false,
                      false,
-                     "Main \"x\""};
+                     "Main \"x\"",
+                     {"FIRST", "SECOND=a b"}};
   s.image.tasks[0].single = "go";
   const std::string text = disassemble(s.image);
   const auto image = assemble(text);

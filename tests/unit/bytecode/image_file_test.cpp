@@ -24,7 +24,8 @@ TEST(ImageFile, RoundTripKeepsEveryByte) {
                      true,
                      false,
                      false,
-                     "Main"};
+                     "Main",
+                     {"FIRST", "SECOND=a b"}};
   s.image.tasks[0].single = "go";
   const std::vector<std::byte> bytes = save(s.image);
   const auto loaded = load(bytes);
