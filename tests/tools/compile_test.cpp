@@ -31,6 +31,24 @@ TEST(Compile, OptionsAreStoredInTheImage) {
   EXPECT_NE(other.err.find("stored in it"), std::string::npos) << other.err;
 }
 
+TEST(Compile, DefinesAreStoredInTheImage) {
+  const ScratchFolder scratch;
+  const std::string project = scratch.file("plant.st");
+  write_text(project,
+             "PROGRAM Main VAR n : INT; END_VAR {IF hasvalue (MODE, 'fast day')} n := 1; {ELSE} n := 2; {END_IF} "
+             "END_PROGRAM\n");
+  const std::string image = scratch.file("plant.pbc");
+  const auto compiled = run_tool(
+      {PLC_TOOL, "compile", project, "--pou", "Main", "--define", "OTHER", "--define=MODE=fast day", "-o", image});
+  ASSERT_EQ(compiled.code, 0) << compiled.err;
+  const auto run = run_tool({PLC_TOOL, "sim", image, "--cycles", "1", "--watch", "Main.n"});
+  EXPECT_NE(run.out.find("define=OTHER define=MODE=fast day"), std::string::npos) << run.out;
+  EXPECT_EQ(run_tool({PLC_TOOL, "sim", image, "--define", "X"}).code, 2) << "stored in it";
+  const auto wrong = run_tool({PLC_TOOL, "check", project, "--define", "2X"});
+  EXPECT_EQ(wrong.code, 2);
+  EXPECT_NE(wrong.err.find("is no name"), std::string::npos) << wrong.err;
+}
+
 TEST(Compile, EqualInputsGiveEqualImages) {
   const ScratchFolder scratch;
   ASSERT_EQ(run_tool({PLC_TOOL, "compile", tank(), "-o", scratch.file("a.pbc")}).code, 0);

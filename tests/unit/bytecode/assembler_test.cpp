@@ -23,7 +23,8 @@ TEST(Assembler, RoundTripKeepsEveryByte) {
                      false,
                      false,
                      core::FinalScan::kOn,
-                     "Main \"x\""};
+                     "Main \"x\"",
+                     {"FIRST", "SECOND=a b"}};
   s.image.tasks[0].single = "go";
   const std::string text = disassemble(s.image);
   const auto image = assemble(text);

@@ -25,7 +25,8 @@ TEST(ImageFile, RoundTripKeepsEveryByte) {
                      false,
                      false,
                      core::FinalScan::kOn,
-                     "Main"};
+                     "Main",
+                     {"FIRST", "SECOND=a b"}};
   s.image.tasks[0].single = "go";
   const std::vector<std::byte> bytes = save(s.image);
   const auto loaded = load(bytes);
