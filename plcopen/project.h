@@ -230,9 +230,9 @@ struct Pou {
   std::string unread;
   bool object_oriented = false;             ///< that is the reason
   std::vector<std::string> unread_members;  ///< methods and properties: uses of these names are no errors of their own
-  bool has_chart = false;           ///< parts of a sequential function chart are present
-  bool from_library = false;        ///< brought by --lib: compiled when something uses it, not looked at by lint
-  std::uint64_t taskblock = 0;      ///< declares a taskblock: hash of its declaration; 0 = it does not
+  bool has_chart = false;                   ///< parts of a sequential function chart are present
+  bool from_library = false;    ///< brought by --lib: compiled when something uses it, not looked at by lint
+  std::uint64_t taskblock = 0;  ///< declares a taskblock: hash of its declaration; 0 = it does not
   std::string documentation;
   SourceRef at;
 };
@@ -329,7 +329,7 @@ struct Project {
   std::vector<PlainDeclaration> declarations;
   std::vector<std::string> qualified_lists;  ///< globalVars lists of XML with the attribute qualified_only
   std::vector<Pragma> pragmas;
-  bool qualified_globals = false;  ///< text: {attribute 'qualified_only'} is before globals that name no list
+  bool qualified_globals = false;       ///< text: {attribute 'qualified_only'} is before globals that name no list
   std::vector<Extent> extents;          ///< of the file's own declarations
   std::vector<Extent> library_extents;  ///< of the declarations of libraries that joined the project
   std::vector<std::string>

@@ -163,8 +163,8 @@ class Converter {
              "give the task a cycle time in TwinCAT");
       return;
     }
-    task.interval = microseconds % 1000 == 0 ? fmt::format("T#{}ms", microseconds / 1000)
-                                             : fmt::format("T#{}us", microseconds);
+    task.interval =
+        microseconds % 1000 == 0 ? fmt::format("T#{}ms", microseconds / 1000) : fmt::format("T#{}us", microseconds);
     task.priority = object.priority.text;
     for (const Text& call : object.calls) {
       plcopen::PouInstance& instance = task.instances.emplace_back();
@@ -266,9 +266,10 @@ std::string without_namespaces(std::string text, const std::vector<std::string>&
   while (token.kind != st::TokenKind::kEnd) {
     const st::Token next = lexer.next();
     const std::string_view name = std::string_view(original).substr(token.begin, token.end - token.begin);
-    const bool qualifies =
-        token.kind == st::TokenKind::kIdentifier && next.kind == st::TokenKind::kDot && before.kind != st::TokenKind::kDot &&
-        std::any_of(namespaces.begin(), namespaces.end(), [&](const std::string& one) { return core::iequals(one, name); });
+    const bool qualifies = token.kind == st::TokenKind::kIdentifier && next.kind == st::TokenKind::kDot &&
+                           before.kind != st::TokenKind::kDot &&
+                           std::any_of(namespaces.begin(), namespaces.end(),
+                                       [&](const std::string& one) { return core::iequals(one, name); });
     before = token;
     token = next;
     if (!qualifies) continue;

@@ -49,8 +49,8 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
      {"core", "stdlib", "plcopen", "ir", "bytecode", "bytecode/codegen", "frontend-st", "sources", "declare",
       "frontend-fbd", "frontend-ld", "taskblocks"}},
     {"tools",  // io-drivers/simulated: plc-run --stimulus
-     {"convert", "core", "stdlib", "plcopen", "ir", "bytecode", "frontend-st", "frontend-fbd", "frontend-ld", "compiler",
-      "runtime", "native", "io-drivers", "io-drivers/config", "io-drivers/machine", "io-drivers/modbus",
+     {"convert", "core", "stdlib", "plcopen", "ir", "bytecode", "frontend-st", "frontend-fbd", "frontend-ld",
+      "compiler", "runtime", "native", "io-drivers", "io-drivers/config", "io-drivers/machine", "io-drivers/modbus",
       "io-drivers/simulated", "taskblocks"}},
     {"bench",  // tests: the builder of hand-made images
      {"core", "stdlib", "bytecode", "runtime", "native", "io-drivers", "io-drivers/modbus", "taskblocks", "compiler",

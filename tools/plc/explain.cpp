@@ -160,7 +160,9 @@ void add_explain(Command program) {
       "  plc explain plant.xml --schedule         do all tasks end in time? estimated scans, response times, margins\n"
       "  plc explain plant.pbc --schedule --config plc.toml --json\n"
       "  plc explain P3007                        what a code means, with a wrong and a right example");
-  command.option("SUBJECT", explain.subject, "PLCopen XML or ST file, source folder, or problem code; --flow, --schedule: or an image")
+  command
+      .option("SUBJECT", explain.subject,
+              "PLCopen XML or ST file, source folder, or problem code; --flow, --schedule: or an image")
       .required();
   const Flag pou = command.option("POU", explain.pou, "only this POU");
   const Flag flow = command.flag("--flow", explain.flow, "the data flow between tasks, as tables").excludes({pou});
