@@ -229,19 +229,20 @@ class Lowering {
     const ir::Pou& made = module_.pous[index];
     const std::string reason =
         pou.unread.empty() ? fmt::format("is written in {}", plcopen::language_name(language_of(pou))) : pou.unread;
-    const std::string what = fmt::format("{} \"{}\" {}",
-                                         made.owner == ir::Pou::kDeclared ? plcopen::pou_kind_name(pou.kind) : "action",
-                                         made.name, reason);
+    const std::string what =
+        fmt::format("{} \"{}\" {}", made.owner == ir::Pou::kDeclared ? plcopen::pou_kind_name(pou.kind) : "action",
+                    made.name, reason);
     if (stub_missing_) {
       diagnostics_.report(Code::P5102, at, made.name, what + ": a stub that does nothing runs in its place",
                           "write it in LD, FBD, ST, IL, or as a chart of PLCopen XML before it runs a plant");
       return;
     }
     if (!pou.unread.empty()) {
-      diagnostics_.report(pou.object_oriented ? Code::P1201 : Code::P1202, at, made.name, what,
-                          pou.object_oriented
-                              ? "write it as function blocks, functions and structures, or run the rest with --stub-missing"
-                              : "export it as PLCopen XML or write it in ST, or run the rest with --stub-missing");
+      diagnostics_.report(
+          pou.object_oriented ? Code::P1201 : Code::P1202, at, made.name, what,
+          pou.object_oriented
+              ? "write it as function blocks, functions and structures, or run the rest with --stub-missing"
+              : "export it as PLCopen XML or write it in ST, or run the rest with --stub-missing");
       return;
     }
     diagnostics_.report(

@@ -22,7 +22,8 @@ BodyPlan::BodyPlan(const ir::Module& module, const ir::Pou& pou, const ir::Pou& 
   in_chain_.assign(count, false);
   // A load, a store, a run, a load and a store for each input with an edge.
   constexpr std::size_t kPerEdge = 5;
-  if (pou.owner == ir::Pou::kDeclared) first_ = static_cast<std::uint32_t>(std::min(count, owner.edges.size() * kPerEdge));
+  if (pou.owner == ir::Pou::kDeclared)
+    first_ = static_cast<std::uint32_t>(std::min(count, owner.edges.size() * kPerEdge));
   find_labels();
   find_runs();
   count_uses();
@@ -122,8 +123,8 @@ void BodyPlan::find_runs() {
     for (std::uint32_t j = i; j-- > first_;) {
       const Inst& inst = body_.insts[j];
       const bool value = inst.op == Op::kConst || inst.op == Op::kLoad || inst.op == Op::kAnd || inst.op == Op::kOr ||
-                         inst.op == Op::kXor || inst.op == Op::kNot || inst.op == Op::kCall || inst.op == Op::kMakeRef ||
-                         inst.op == Op::kExtract || inst.op == Op::kSameRef;
+                         inst.op == Op::kXor || inst.op == Op::kNot || inst.op == Op::kCall ||
+                         inst.op == Op::kMakeRef || inst.op == Op::kExtract || inst.op == Op::kSameRef;
       if (value) continue;
       const Place* const place = inst.op == Op::kStore ? &body_.places[inst.a] : nullptr;
       if (place == nullptr || place->kind != Place::Kind::kField || place->parent != instance) break;
@@ -202,7 +203,8 @@ bool BodyPlan::place_reads(PlaceId place, PlaceId root, int depth) const {
   const Place::Kind kind = body_.places[own.index].kind;
   const Place::Kind other = body_.places[root.index].kind;
   // What a reference points at may be anything.
-  if (own == root || kind == Place::Kind::kDeref || other == Place::Kind::kDeref || other == Place::Kind::kSelf) return true;
+  if (own == root || kind == Place::Kind::kDeref || other == Place::Kind::kDeref || other == Place::Kind::kSelf)
+    return true;
   bool found = false;
   each_value_of(place, [&](std::uint32_t value) { found = found || reads(value, root, depth + 1); });
   return found;
@@ -214,7 +216,8 @@ bool BodyPlan::reads(std::uint32_t value, PlaceId root, int depth) const {
   const Inst& inst = body_.insts[value];
   if (inst.op == Op::kLoad) return place_reads(PlaceId{inst.a}, root, depth);
   bool found = false;
-  each_value(inst, [&](std::uint32_t operand) { found = found || (inline_[operand] && reads(operand, root, depth + 1)); });
+  each_value(inst,
+             [&](std::uint32_t operand) { found = found || (inline_[operand] && reads(operand, root, depth + 1)); });
   return found;
 }
 
@@ -231,7 +234,8 @@ bool BodyPlan::is_counted(std::uint32_t value, int depth) const {
     }
   }
   bool found = false;
-  each_value(inst, [&](std::uint32_t operand) { found = found || (inline_[operand] && is_counted(operand, depth + 1)); });
+  each_value(inst,
+             [&](std::uint32_t operand) { found = found || (inline_[operand] && is_counted(operand, depth + 1)); });
   return found;
 }
 
@@ -282,7 +286,9 @@ void BodyPlan::find_inline() {
     }
     // One output of a function of several is given by a statement: SPLIT_DATE(IN := d, MONTH => m).
     if (inst.op == Op::kCall && body_.functions[inst.a]->name.find('.') != std::string_view::npos) continue;
-    if (uses_[i] != 1) continue;
+    // A variable that nothing writes in between may be read again for each use.
+    const bool again = inst.op == Op::kLoad && uses_[i] > 1 && !is_counted(i, 0);
+    if (uses_[i] != 1 && !again) continue;
     const std::uint32_t use = last_use_[i];
     // What a function changes must be changed before anything that follows is read.
     inline_[i] = inst.op == Op::kCallPou ? use == i + 1 : can_move(i, use);

@@ -41,7 +41,8 @@ std::optional<std::string> AddedVariables::hidden(std::uint32_t index) {
     initial = *value;
   }
   std::string wish = "kept";
-  for (const char c : variable.name) wish += st::is_identifier_char(c) && static_cast<unsigned char>(c) < 0x80 ? c : '_';
+  for (const char c : variable.name)
+    wish += st::is_identifier_char(c) && static_cast<unsigned char>(c) < 0x80 ? c : '_';
   // IEC 61131-3, 6.1.2: no two underscores in a row.
   wish.erase(std::unique(wish.begin(), wish.end(), [](char a, char b) { return a == '_' && b == '_'; }), wish.end());
   std::string name = unused(wish);
@@ -63,7 +64,12 @@ namespace {
 class BodyWriter {
  public:
   BodyWriter(const ir::Module& module, const ir::Pou& pou, const ir::Pou& owner, AddedVariables& added)
-      : module_(module), pou_(pou), body_(pou.body), added_(added), plan_(module, pou, owner), expressions_(module, pou, owner, plan_, added) {}
+      : module_(module),
+        pou_(pou),
+        body_(pou.body),
+        added_(added),
+        plan_(module, pou, owner),
+        expressions_(module, pou, owner, plan_, added) {}
 
   WrittenBody run() {
     WrittenBody out;
@@ -119,7 +125,8 @@ class BodyWriter {
           if (target <= i) return false;
           if (only_labels(target, end())) {
             if (!only_labels(i + 1, end())) line(depth, "RETURN;");
-          } else if (!only_labels(i + 1, target) && !(target >= last && only_labels(i + 1, last) && only_labels(last, target))) {
+          } else if (!only_labels(i + 1, target) &&
+                     !(target >= last && only_labels(i + 1, last) && only_labels(last, target))) {
             return false;
           }
           break;

@@ -22,7 +22,7 @@ namespace plc::convert {
 struct AddedVariable {
   std::string name;
   std::string type;
-  std::string initial;  ///< as text, or empty
+  std::string initial;     ///< as text, or empty
   bool temporary = false;  ///< needs no memory between calls
 };
 

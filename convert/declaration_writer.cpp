@@ -158,7 +158,8 @@ std::string write_type(const TypeSpec& type) {
       return type.length.empty() ? type.name : type.name + "[" + type.length + "]";
     case TypeSpec::Kind::kArray: {
       std::string text = "ARRAY [";
-      for (std::size_t i = 0; i < type.dimensions.size(); ++i) text += (i == 0 ? "" : ", ") + bounds(type.dimensions[i]);
+      for (std::size_t i = 0; i < type.dimensions.size(); ++i)
+        text += (i == 0 ? "" : ", ") + bounds(type.dimensions[i]);
       return text + "] OF " + (type.base ? write_type(*type.base) : std::string());
     }
     case TypeSpec::Kind::kStruct: {

@@ -28,7 +28,8 @@ std::string write_added(const std::vector<AddedVariable>& added, bool in_functio
 /// "FUNCTION Share : REAL", with the documentation of the POU as a comment before it.
 std::string write_head(const plcopen::Pou& pou);
 
-/// Globals, tasks, program instances. Intervals and priorities are those of the module, which understands all spellings.
+/// Globals, tasks, program instances. Intervals and priorities are those of the module, which understands all
+/// spellings.
 std::string write_configuration(const plcopen::Configuration& configuration, const ir::Module& module);
 
 }  // namespace plc::convert

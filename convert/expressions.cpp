@@ -26,9 +26,9 @@ struct Operator {
 };
 // IEC 61131-3:2013, table 71.
 constexpr Operator kOperators[] = {
-    {"AND", "AND", 3}, {"OR", "OR", 1}, {"XOR", "XOR", 2}, {"EQ", "=", 4},  {"NE", "<>", 4}, {"LT", "<", 4},
-    {"GT", ">", 4},    {"LE", "<=", 4}, {"GE", ">=", 4},   {"ADD", "+", 5}, {"SUB", "-", 5}, {"MUL", "*", 6},
-    {"DIV", "/", 6},   {"MOD", "MOD", 6},
+    {"AND", "AND", 3}, {"OR", "OR", 1}, {"XOR", "XOR", 2}, {"EQ", "=", 4},    {"NE", "<>", 4},
+    {"LT", "<", 4},    {"GT", ">", 4},  {"LE", "<=", 4},   {"GE", ">=", 4},   {"ADD", "+", 5},
+    {"SUB", "-", 5},   {"MUL", "*", 6}, {"DIV", "/", 6},   {"MOD", "MOD", 6},
 };
 
 }  // namespace
@@ -235,8 +235,9 @@ Expressions::Value Expressions::call(std::uint32_t i) {
     return overload.name == row.function && inst.count == 2;
   });
   // Sums of durations and dates are functions with names of their own in the standard.
-  const bool plain = overload.spec->t_categories != 0 &&
-                     (core::in_category(overload.t, core::kAnyNum | core::kAnyBit) || overload.result_type() == core::TypeId::kBool);
+  const bool plain =
+      overload.spec->t_categories != 0 &&
+      (core::in_category(overload.t, core::kAnyNum | core::kAnyBit) || overload.result_type() == core::TypeId::kBool);
   if (known != std::end(kOperators) && plain && eno == eno_of_call_.end()) {
     return binary(known->text, static_cast<Binding>(known->binding), argument(0), argument(1));
   }
@@ -365,8 +366,8 @@ void Expressions::run(std::uint32_t i, std::vector<std::string>& out) {
     const Place& field = body_.places[argument.a];
     const ir::Type& type = module_.types[instance.type];
     const bool block = type.kind == TypeKind::kBlock;
-    const std::string name = block ? std::string(type.block->fields[field.index].name)
-                                   : module_.pous[type.pou].variables[field.index].name;
+    const std::string name =
+        block ? std::string(type.block->fields[field.index].name) : module_.pous[type.pou].variables[field.index].name;
     const Inst& from = body_.insts[argument.b];
     const bool in_out = !block && module_.pous[type.pou].variables[field.index].role == ir::Role::kInOut;
     std::string given;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <string_view>
 #include <utility>
 
@@ -74,9 +75,15 @@ class Writer {
     out_.text += write_added(added.all(), pou.kind == plcopen::PouKind::kFunction);
     out_.text += body;
     out_.text += std::string(end_of(pou.kind)) + "\n\n" + actions;
-    if (!added.all().empty()) {
-      out_.remarks.push_back({pou.name, fmt::format("has {} variables that the drawing has not", added.all().size())});
-    }
+    const auto values =
+        std::count_if(added.all().begin(), added.all().end(), [](const AddedVariable& one) { return one.temporary; });
+    const auto kept = static_cast<std::ptrdiff_t>(added.all().size()) - values;
+    if (values != 0) remark(pou.name, values, "for values that are used more than once, or later");
+    if (kept != 0) remark(pou.name, kept, "for memory that the drawing has without a name");
+  }
+
+  void remark(const std::string& pou, std::ptrdiff_t count, std::string_view what) {
+    out_.remarks.push_back({pou, fmt::format("has {} variable{} {}", count, count == 1 ? "" : "s", what)});
   }
 
   /// The statements of a body. A further language has its case here: what it returns stands between the variables and

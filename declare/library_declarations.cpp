@@ -99,7 +99,8 @@ bool is_library_declaration(const plcopen::Pou& pou) {
 }  // namespace
 
 bool declares_only(const plcopen::Pou& pou) {
-  return !pou.has_chart && pou.unread.empty() && pou.actions.empty() && std::all_of(pou.bodies.begin(), pou.bodies.end(), is_empty);
+  return !pou.has_chart && pou.unread.empty() && pou.actions.empty() &&
+         std::all_of(pou.bodies.begin(), pou.bodies.end(), is_empty);
 }
 
 std::size_t drop_library_declarations(plcopen::Project& project) {

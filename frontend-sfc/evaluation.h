@@ -1,6 +1,6 @@
-// Evaluation: the code of one chart. It acts, then tests: takes over the marking decided last time; runs exit, entry and
-// main actions; computes the control of each action and runs what is active; tests the transitions of active steps and
-// decides the next marking (docs/adr/0036).
+// Evaluation: the code of one chart. It acts, then tests: takes over the marking decided last time; runs exit, entry
+// and main actions; computes the control of each action and runs what is active; tests the transitions of active steps
+// and decides the next marking (docs/adr/0036).
 //
 // In: a prepared chart. Out: IR through the Builder of its body. Split: evaluation.cpp is the order of work and the
 // marking, control.cpp the actions, conditions.cpp the transitions, flags.cpp what CODESYS adds. Cost: what is active
@@ -107,13 +107,13 @@ class Evaluation {
   std::vector<std::uint32_t> bodies_, entries_, exits_, joins_;  ///< controls that run a body; steps; groups of several
   std::vector<std::uint32_t> place_in_bodies_, place_in_entries_, place_in_exits_, place_in_joins_;
   Tree bodies_tree_, entries_tree_, exits_tree_, joins_tree_;
-  std::uint32_t started_, moved_;          ///< BOOL, hidden: the chart was evaluated before; a transition cleared
+  std::uint32_t started_, moved_;  ///< BOOL, hidden: the chart was evaluated before; a transition cleared
   std::map<std::uint32_t, std::uint32_t> wires_;  ///< by transition: hidden BOOL with the condition that is drawn
   ir::ValueId now_{};
   ir::LabelId end_{};
   bool final_scan_;
   std::array<std::optional<ir::PlaceId>, 16> flags_{};
-  std::uint32_t quiet_ = kNoVariable;    ///< BOOL: SFCInit holds the chart
+  std::uint32_t quiet_ = kNoVariable;      ///< BOOL: SFCInit holds the chart
   std::uint32_t restarted_ = kNoVariable;  ///< BOOL: SFCInit or SFCReset began it anew
   std::uint32_t quitting_ = kNoVariable, tipped_ = kNoVariable, tip_ = kNoVariable;
   std::uint32_t last_time_ = kNoVariable, lost_time_ = kNoVariable;

@@ -13,8 +13,8 @@
 
 namespace plc::sfc {
 
-/// Lowers the charts that are the body of `pou_index`, the POU that `charts` belong to or an action of it. Reports every
-/// problem; true (and Pou::compiled set) when there was no error.
+/// Lowers the charts that are the body of `pou_index`, the POU that `charts` belong to or an action of it. Reports
+/// every problem; true (and Pou::compiled set) when there was no error.
 bool lower_body(const PreparedCharts& charts, ir::Module& module, std::uint32_t pou_index,
                 core::Diagnostics& diagnostics);
 

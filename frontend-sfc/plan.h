@@ -22,7 +22,7 @@ struct Group {
 
 struct Plan {
   std::vector<Group> groups;
-  std::vector<std::uint32_t> group_of_step;  ///< of the step's only group; kNone = no transition leaves it
+  std::vector<std::uint32_t> group_of_step;         ///< of the step's only group; kNone = no transition leaves it
   std::vector<std::vector<std::uint32_t>> choices;  ///< by step: its transitions, first choice first
   static constexpr std::uint32_t kNone = 0xffffffffu;
 };

@@ -226,11 +226,11 @@ class DeclarationReader {
   std::size_t ahead_count_ = 0;
   std::uint32_t last_end_ = 0;  ///< end of the token before the current one
   std::uint32_t depth_ = 0;
-  std::size_t declared_ = 0;      ///< variables, members and values read
-  std::size_t copied_bytes_ = 0;  ///< text of declarations read several times, for `a, b : T`
+  std::size_t declared_ = 0;                     ///< variables, members and values read
+  std::size_t copied_bytes_ = 0;                 ///< text of declarations read several times, for `a, b : T`
   std::vector<std::string>* objects_ = nullptr;  ///< read_head: where object-oriented words of the head go
-  bool exhausted_ = false;        ///< a limit on the whole text was reported
-  std::string pou_;               ///< name of the open POU, for messages
+  bool exhausted_ = false;                       ///< a limit on the whole text was reported
+  std::string pou_;                              ///< name of the open POU, for messages
   /// An action, and the name of the POU it belongs to, which may follow.
   struct PendingAction {
     std::string owner;

@@ -176,7 +176,7 @@ struct Variable {
   bool constant = false;  ///< kQueue: elements are taken out of it, not put into it
   bool retain = false;
   bool persistent = false;
-  bool step = false;  ///< a step of a chart: a structure of X and T that the chart alone writes
+  bool step = false;                      ///< a step of a chart: a structure of X and T that the chart alone writes
   std::string address;                    ///< located: "%IX0.0" as written; or empty
   std::uint32_t global = 0;               ///< kExternal: index into Module::globals
   std::vector<InitItem> initial;          ///< overrides of the type's defaults
@@ -361,13 +361,13 @@ struct Module {
   std::vector<LocatedInGlobal> located;
   std::vector<GlobalAlias> global_aliases;
   std::map<std::uint32_t, std::vector<WrittenName>> written_names;  ///< by global; one for each name and POU
-  Library library;     ///< declarations of libraries that the project may use
-  NameSet attributes;  ///< {attribute 'name'} by attribute_key(): what pragmas ask for
-  NameSet refused;     ///< globals whose declaration was reported as wrong
+  Library library;                                      ///< declarations of libraries that the project may use
+  NameSet attributes;                                   ///< {attribute 'name'} by attribute_key(): what pragmas ask for
+  NameSet refused;                                      ///< globals whose declaration was reported as wrong
   std::map<std::uint32_t, TransitionBody> transitions;  ///< by the index of their bodies into `pous`
   std::optional<TestBench> bench = {};                  ///< the module is compiled with its tests
   std::optional<Coverage> coverage = {};                ///< the module is compiled with notes of what happened
-  bool tests_run = false;                               ///< the tasks are that of the tests, which have mirrors of programs
+  bool tests_run = false;  ///< the tasks are that of the tests, which have mirrors of programs
 
   /// The transition of `pou` that is called so, into `pous`; nothing when it has none.
   [[nodiscard]] std::optional<std::uint32_t> find_transition(std::uint32_t pou, std::string_view wanted) const {

@@ -46,8 +46,9 @@ std::string_view state_title(State state) { return kStateTitles[static_cast<std:
 const std::vector<Rule>& all_rules() {
   static const std::vector<Rule> kAll = [] {
     std::vector<Rule> all;
-    for (const auto rules : {project_rules(), type_rules(), pou_rules(), body_rules(), chart_rules(),
-                             configuration_rules(), vendor_rules(), misplaced_rules(), iec10_rules(), iec10_body_rules()}) {
+    for (const auto rules :
+         {project_rules(), type_rules(), pou_rules(), body_rules(), chart_rules(), configuration_rules(),
+          vendor_rules(), misplaced_rules(), iec10_rules(), iec10_body_rules()}) {
       all.insert(all.end(), rules.begin(), rules.end());
     }
     return all;

@@ -170,16 +170,16 @@ struct ActionLink {
 
 /// What an element of a sequential function chart has beyond its pins (IEC 61131-3:2013, 6.7).
 struct ChartPart {
-  bool initial = false;    ///< step: initial step
-  bool excluded = false;   ///< left out of the build (3S)
-  std::string main;        ///< step: action of the POU or of an instance, run while it is active (3S); or empty
-  std::string entry;       ///< step: the same, once when it becomes active
-  std::string exit;        ///< step: the same, once when it ceases to be active
-  std::string min_time;    ///< step: TIME before which no transition is tested (3S); or empty
-  std::string max_time;    ///< step: TIME after which it is active too long (3S); or empty
-  std::string reference;   ///< transition: name of a transition of the POU that is its condition; or empty
-  std::string text;        ///< transition: condition as ST; or empty
-  SourceRef text_at = {};  ///< where `text` is
+  bool initial = false;        ///< step: initial step
+  bool excluded = false;       ///< left out of the build (3S)
+  std::string main;            ///< step: action of the POU or of an instance, run while it is active (3S); or empty
+  std::string entry;           ///< step: the same, once when it becomes active
+  std::string exit;            ///< step: the same, once when it ceases to be active
+  std::string min_time;        ///< step: TIME before which no transition is tested (3S); or empty
+  std::string max_time;        ///< step: TIME after which it is active too long (3S); or empty
+  std::string reference;       ///< transition: name of a transition of the POU that is its condition; or empty
+  std::string text;            ///< transition: condition as ST; or empty
+  SourceRef text_at = {};      ///< where `text` is
   std::int64_t priority = -1;  ///< transition: small numbers first; -1 = none
   Pin condition = {};          ///< transition: what is wired to its condition
 };
@@ -202,8 +202,8 @@ struct Element {
   std::uint32_t network = 0;
   SourceRef at;
   /// contact/coil: the <variable> text. in/out/inOutVariable: the expression. block: typeName. connector, continuation,
-  /// label, jump, step: the name. jumpStep: the step it goes to. actionBlock: the names its actions refer to, for messages. comment-like elements are not
-  /// stored.
+  /// label, jump, step: the name. jumpStep: the step it goes to. actionBlock: the names its actions refer to, for
+  /// messages. comment-like elements are not stored.
   std::string text;
   SourceRef text_at;          ///< where `text` is in the file
   std::string instance_name;  ///< block: instanceName, or empty
@@ -253,10 +253,10 @@ struct Pou {
   std::string unread;
   bool object_oriented = false;             ///< that is the reason
   std::vector<std::string> unread_members;  ///< methods and properties: uses of these names are no errors of their own
-  bool has_chart = false;           ///< parts of a sequential function chart are present
-  bool from_library = false;        ///< brought by --lib: compiled when something uses it, not looked at by lint
-  bool test = false;                ///< a TEST block, which nothing but plc test compiles and runs
-  std::uint64_t taskblock = 0;      ///< declares a taskblock: hash of its declaration; 0 = it does not
+  bool has_chart = false;                   ///< parts of a sequential function chart are present
+  bool from_library = false;    ///< brought by --lib: compiled when something uses it, not looked at by lint
+  bool test = false;            ///< a TEST block, which nothing but plc test compiles and runs
+  std::uint64_t taskblock = 0;  ///< declares a taskblock: hash of its declaration; 0 = it does not
   std::string documentation;
   SourceRef at;
 };
@@ -359,11 +359,11 @@ struct Project {
   std::vector<Pou> tests;  ///< TEST blocks of texts, each named by what stands in its quotes
   std::vector<Configuration> configurations;
   std::vector<PlainDeclaration> declarations;
-  bool has_3s_charts = false;  ///< some chart comes from CODESYS or a tool derived from it
+  bool has_3s_charts = false;                ///< some chart comes from CODESYS or a tool derived from it
   std::vector<std::string> qualified_lists;  ///< globalVars lists of XML with the attribute qualified_only
   std::vector<Pragma> pragmas;
   std::vector<Attribute> attributes;    ///< of texts
-  bool qualified_globals = false;  ///< text: {attribute 'qualified_only'} is before globals that name no list
+  bool qualified_globals = false;       ///< text: {attribute 'qualified_only'} is before globals that name no list
   std::vector<Extent> extents;          ///< of the file's own declarations
   std::vector<Extent> library_extents;  ///< of the declarations of libraries that joined the project
   std::vector<std::string>

@@ -227,9 +227,10 @@ class Splitter {
     setting_end_ = known != std::end(kSettings) ? std::string(known->end) : "END_" + name;
     const core::SourceRef at{.line = line_, .column = 1, .file = file_};
     if (known == std::end(kSettings)) {
-      diagnostics_.report(Code::P1210, at, {}, fmt::format("\"{}\" begins a part of the export that is not read", name),
-                          "tasks and settings of the tool are not in exports as text: write a CONFIGURATION, or run one "
-                          "program with --pou");
+      diagnostics_.report(
+          Code::P1210, at, {}, fmt::format("\"{}\" begins a part of the export that is not read", name),
+          "tasks and settings of the tool are not in exports as text: write a CONFIGURATION, or run one "
+          "program with --pou");
     }
     plcopen::Project part;
     part.report.push_back(

@@ -25,8 +25,8 @@ namespace fs = std::filesystem;
 using core::Code;
 
 /// Namespaces of libraries that projects name without listing them: folders have no list.
-constexpr const char* kNamespaces[] = {"Standard", "Standard64", "Util", "Tc2_Standard", "Tc2_System", "Tc2_Utilities",
-                                       "Tc3_Module"};
+constexpr const char* kNamespaces[] = {"Standard",   "Standard64",    "Util",      "Tc2_Standard",
+                                       "Tc2_System", "Tc2_Utilities", "Tc3_Module"};
 
 bool has_extension(std::string_view path, std::string_view extension) {
   return path.size() > extension.size() && core::iequals(path.substr(path.size() - extension.size()), extension);
@@ -109,8 +109,8 @@ class FolderReader {
       }
       std::error_code ignored;
       const std::string path = it->path().string();
-      const bool wanted = has_extension(path, ".plcproj") || is_object_path(path) || is_text_path(path) ||
-                          has_extension(path, ".exp");
+      const bool wanted =
+          has_extension(path, ".plcproj") || is_object_path(path) || is_text_path(path) || has_extension(path, ".exp");
       if (!wanted || !it->is_regular_file(ignored) || (it->is_symlink(ignored) && !lies_in(path, base))) continue;
       (has_extension(path, ".plcproj") ? projects : files).push_back(path);
     }
@@ -132,7 +132,8 @@ class FolderReader {
     if (projects.size() == 1) return project_file(projects[0]);
     if (projects.size() > 1) {
       std::string names;
-      for (std::size_t i = 0; i < std::min<std::size_t>(projects.size(), 5); ++i) names += (i == 0 ? "" : ", ") + projects[i];
+      for (std::size_t i = 0; i < std::min<std::size_t>(projects.size(), 5); ++i)
+        names += (i == 0 ? "" : ", ") + projects[i];
       report(Code::P1209, at, fmt::format("folder has {} projects of TwinCAT", projects.size()),
              "give one of them: " + names);
       return nullptr;
@@ -193,7 +194,8 @@ class FolderReader {
     std::string path = entry.path;
     std::replace(path.begin(), path.end(), '\\', '/');
     const auto refuse = [&] {
-      report(Code::P1205, entry.at, fmt::format("file \"{}\" is outside of the project's folder", entry.path.substr(0, 200)),
+      report(Code::P1205, entry.at,
+             fmt::format("file \"{}\" is outside of the project's folder", entry.path.substr(0, 200)),
              "move it into the folder, or name it as a library (--lib)");
       return std::nullopt;
     };

@@ -122,9 +122,7 @@ class Handler final : public plcopen::XmlHandler {
 
  private:
   Object& object() { return out_.objects.back(); }
-  Implementation& body() {
-    return member_ ? object().members.back().implementation : object().implementation;
-  }
+  Implementation& body() { return member_ ? object().members.back().implementation : object().implementation; }
 
   void root(std::string_view name, const core::SourceRef& at) {
     if (name != "TcPlcObject") {
@@ -190,8 +188,8 @@ class Handler final : public plcopen::XmlHandler {
     if (name.empty()) {
       diagnostics_.report(Code::P1009, at, {}, fmt::format("element \"{}\" has no Name", element));
     } else if (name.size() > limits_.max_name) {
-      diagnostics_.report(Code::P1007, at, {}, fmt::format("Name of element \"{}\" is longer than {} bytes", element,
-                                                          limits_.max_name));
+      diagnostics_.report(Code::P1007, at, {},
+                          fmt::format("Name of element \"{}\" is longer than {} bytes", element, limits_.max_name));
       return {};
     }
     return std::string(name);
@@ -215,8 +213,7 @@ class Handler final : public plcopen::XmlHandler {
     }
     constexpr std::size_t kMostRows = 200;
     if (out_.report.size() == kMostRows) return;
-    out_.report.push_back(
-        {std::string(row.name.substr(0, kShown)), row.fate, 1, line, std::string(row.reason)});
+    out_.report.push_back({std::string(row.name.substr(0, kShown)), row.fate, 1, line, std::string(row.reason)});
   }
 
   ObjectFile& out_;
@@ -252,9 +249,8 @@ std::optional<ObjectFile> read_with(const std::string& name, core::Diagnostics& 
 
 std::optional<ObjectFile> read_object_file(const std::string& path, core::Diagnostics& diagnostics,
                                            const plcopen::ReadLimits& limits) {
-  return read_with(path, diagnostics, limits, [&](std::uint16_t file) {
-    return plcopen::InputText::from_file(path, file, diagnostics, limits);
-  });
+  return read_with(path, diagnostics, limits,
+                   [&](std::uint16_t file) { return plcopen::InputText::from_file(path, file, diagnostics, limits); });
 }
 
 std::optional<ObjectFile> read_object_memory(std::string_view bytes, const std::string& name,

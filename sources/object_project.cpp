@@ -165,8 +165,8 @@ class Converter {
              "give the task a cycle time in TwinCAT");
       return;
     }
-    task.interval = microseconds % 1000 == 0 ? fmt::format("T#{}ms", microseconds / 1000)
-                                             : fmt::format("T#{}us", microseconds);
+    task.interval =
+        microseconds % 1000 == 0 ? fmt::format("T#{}ms", microseconds / 1000) : fmt::format("T#{}us", microseconds);
     task.priority = object.priority.text;
     for (const Text& call : object.calls) {
       plcopen::PouInstance& instance = task.instances.emplace_back();
@@ -217,8 +217,8 @@ void append(std::vector<T>& to, std::vector<T>&& from) {
 
 }  // namespace
 
-plcopen::Project to_project(ObjectFile file, const std::vector<std::string>& namespaces,
-                            core::Diagnostics& diagnostics, const std::vector<std::string>& defines) {
+plcopen::Project to_project(ObjectFile file, const std::vector<std::string>& namespaces, core::Diagnostics& diagnostics,
+                            const std::vector<std::string>& defines) {
   plcopen::Project out = Converter(file, namespaces, diagnostics, defines).run();
   out.report = std::move(file.report);
   return out;
@@ -271,9 +271,10 @@ std::string without_namespaces(std::string text, const std::vector<std::string>&
   while (token.kind != st::TokenKind::kEnd) {
     const st::Token next = lexer.next();
     const std::string_view name = std::string_view(original).substr(token.begin, token.end - token.begin);
-    const bool qualifies =
-        token.kind == st::TokenKind::kIdentifier && next.kind == st::TokenKind::kDot && before.kind != st::TokenKind::kDot &&
-        std::any_of(namespaces.begin(), namespaces.end(), [&](const std::string& one) { return core::iequals(one, name); });
+    const bool qualifies = token.kind == st::TokenKind::kIdentifier && next.kind == st::TokenKind::kDot &&
+                           before.kind != st::TokenKind::kDot &&
+                           std::any_of(namespaces.begin(), namespaces.end(),
+                                       [&](const std::string& one) { return core::iequals(one, name); });
     before = token;
     token = next;
     if (!qualifies) continue;

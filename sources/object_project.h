@@ -16,8 +16,8 @@ namespace plc::sources {
 
 /// The objects of a file as a project of their own. `namespaces` are those of libraries: "Tc2_Standard.TON" is TON.
 /// `defines` as those of st::read().
-plcopen::Project to_project(ObjectFile file, const std::vector<std::string>& namespaces,
-                            core::Diagnostics& diagnostics, const std::vector<std::string>& defines = {});
+plcopen::Project to_project(ObjectFile file, const std::vector<std::string>& namespaces, core::Diagnostics& diagnostics,
+                            const std::vector<std::string>& defines = {});
 
 /// Everything of `part` joins `whole`. Counts of the import report add up.
 void merge(plcopen::Project& whole, plcopen::Project&& part);

@@ -53,7 +53,8 @@ class Handler final : public plcopen::XmlHandler {
     core::SourceRef at{.line = place.line, .column = place.column, .file = out_.file};
     ++depth_;
     if (depth_ == 1 && name != "Project") {
-      diagnostics_.report(Code::P1207, at, {}, fmt::format(R"(root element is "{}", not "Project")", name.substr(0, 60)),
+      diagnostics_.report(Code::P1207, at, {},
+                          fmt::format(R"(root element is "{}", not "Project")", name.substr(0, 60)),
                           "give a .plcproj of TwinCAT, or the folder of its source files");
       parser_.stop();
       return;
@@ -140,9 +141,8 @@ std::optional<PlcProject> read_with(const std::string& name, core::Diagnostics& 
 
 std::optional<PlcProject> read_plcproj(const std::string& path, core::Diagnostics& diagnostics,
                                        const plcopen::ReadLimits& limits) {
-  return read_with(path, diagnostics, limits, [&](std::uint16_t file) {
-    return plcopen::InputText::from_file(path, file, diagnostics, limits);
-  });
+  return read_with(path, diagnostics, limits,
+                   [&](std::uint16_t file) { return plcopen::InputText::from_file(path, file, diagnostics, limits); });
 }
 
 std::optional<PlcProject> read_plcproj_memory(std::string_view bytes, const std::string& name,

@@ -21,12 +21,12 @@
 namespace {
 
 namespace fs = std::filesystem;
-using plc::tests::CsvTable;
-using plc::tests::read_csv;
 using plc::test::run_tool;
-using plc::tests::same_value;
 using plc::test::ScratchFolder;
 using plc::test::ToolResult;
+using plc::tests::CsvTable;
+using plc::tests::read_csv;
+using plc::tests::same_value;
 
 const char* const kTool = PLC_TOOL;
 
@@ -49,7 +49,8 @@ struct Project {
 
 /// A trace of all variables.
 CsvTable trace_of(const Project& project, const std::string& path, const std::string& file) {
-  std::vector<std::string> arguments = {kTool, "sim", path, "--cycles", std::to_string(project.cycles), "--trace", file};
+  std::vector<std::string> arguments = {kTool,     "sim", path, "--cycles", std::to_string(project.cycles),
+                                        "--trace", file};
   if (!project.stimulus.empty()) arguments.insert(arguments.end(), {"--stimulus", project.stimulus});
   arguments.insert(arguments.end(), project.options.begin(), project.options.end());
   const ToolResult result = run_tool(arguments, 120);

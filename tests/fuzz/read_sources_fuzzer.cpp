@@ -1,5 +1,5 @@
-// Any bytes as a source file of TwinCAT, as a .plcproj and as an .EXP file: read, declared, lowered, checked, or refused
-// with a message.
+// Any bytes as a source file of TwinCAT, as a .plcproj and as an .EXP file: read, declared, lowered, checked, or
+// refused with a message.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>

@@ -56,9 +56,10 @@ TEST(SourceFolders, EveryCommandTakesThem) {
   EXPECT_EQ(run_tool({kTool, "explain", folder}).code, 0);
   EXPECT_EQ(run_tool({kTool, "map", folder}).code, 0);
   // As a library, too.
-  write(scratch.file("use.st"),
-        "PROGRAM P VAR x : INT; END_VAR x := Twice(x); END_PROGRAM CONFIGURATION c TASK t (INTERVAL := T#10ms, PRIORITY "
-        ":= 1); PROGRAM p WITH t : P; END_CONFIGURATION\n");
+  write(
+      scratch.file("use.st"),
+      "PROGRAM P VAR x : INT; END_VAR x := Twice(x); END_PROGRAM CONFIGURATION c TASK t (INTERVAL := T#10ms, PRIORITY "
+      ":= 1); PROGRAM p WITH t : P; END_CONFIGURATION\n");
   const ToolResult used = run_tool({kTool, "check", scratch.file("use.st"), "--lib", folder});
   EXPECT_EQ(used.code, 0) << used.all();
 }
@@ -93,11 +94,13 @@ TEST(SourceFolders, HostileFoldersAreRefused) {
   EXPECT_EQ(outside.code, 1) << outside.all();
   EXPECT_EQ(outside.all().find("Secret"), std::string::npos) << outside.all();
   std::size_t refused = 0;
-  for (std::size_t at = outside.err.find("P1205"); at != std::string::npos; at = outside.err.find("P1205", at + 1)) ++refused;
+  for (std::size_t at = outside.err.find("P1205"); at != std::string::npos; at = outside.err.find("P1205", at + 1))
+    ++refused;
   EXPECT_EQ(refused, 4u) << outside.err;
   // Broken in several ways: an error with a place, exit code 1, and nothing worse.
-  for (const std::string& text : {std::string(), std::string("<TcPlcObject>"), std::string("\0\0", 2),
-                                  std::string(200000, '<'), std::string("<TcPlcObject><POU Name=\"A\"></TcPlcObject>")}) {
+  for (const std::string& text :
+       {std::string(), std::string("<TcPlcObject>"), std::string("\0\0", 2), std::string(200000, '<'),
+        std::string("<TcPlcObject><POU Name=\"A\"></TcPlcObject>")}) {
     write(scratch.file("b/MAIN.TcPOU"), text);
     const ToolResult broken = run_tool({kTool, "check", scratch.file("b")});
     EXPECT_EQ(broken.code, 1) << broken.all().substr(0, 2000);
@@ -108,9 +111,10 @@ TEST(SourceFolders, HostileFoldersAreRefused) {
 
 TEST(Convert, RefusesWhatItCannotConvert) {
   const ScratchFolder scratch;
-  write(scratch.file("p.st"),
-        "PROGRAM P VAR x : INT; END_VAR x := x + 1; END_PROGRAM CONFIGURATION c TASK t (INTERVAL := T#10ms, PRIORITY := "
-        "1); PROGRAM p WITH t : P; END_CONFIGURATION\n");
+  write(
+      scratch.file("p.st"),
+      "PROGRAM P VAR x : INT; END_VAR x := x + 1; END_PROGRAM CONFIGURATION c TASK t (INTERVAL := T#10ms, PRIORITY := "
+      "1); PROGRAM p WITH t : P; END_CONFIGURATION\n");
   EXPECT_EQ(run_tool({kTool, "convert", scratch.file("p.st"), "-o", scratch.file("p.st")}).code, 2);
   ASSERT_EQ(run_tool({kTool, "compile", scratch.file("p.st"), "-o", scratch.file("p.pbc")}).code, 0);
   EXPECT_EQ(run_tool({kTool, "convert", scratch.file("p.pbc"), "-o", scratch.file("q.st")}).code, 2);

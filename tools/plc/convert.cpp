@@ -1,6 +1,4 @@
 // plc convert: a project of any form as one text.
-#include "convert/write.h"
-
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -9,6 +7,7 @@
 #include <system_error>
 
 #include "bytecode/fingerprint.h"
+#include "convert/write.h"
 #include "tools/command_line.h"
 #include "tools/open.h"
 #include "tools/plc/commands.h"

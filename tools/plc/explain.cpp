@@ -1,5 +1,7 @@
 // plc explain: the execution order of drawn bodies, the data flow between tasks, whether they meet their deadlines, or
 // the page of a problem code.
+#include "frontend-sfc/explain.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,7 +12,6 @@
 
 #include "core/text.h"
 #include "frontend-ld/lower.h"
-#include "frontend-sfc/explain.h"
 #include "tools/command_line.h"
 #include "tools/open.h"
 #include "tools/plc/commands.h"
@@ -81,8 +82,8 @@ void print_body(const plcopen::Body& body, core::Order rule) {
   }
 }
 
-void print_bodies(const char* kind, const std::string& name, const std::vector<plcopen::Body>& bodies,
-                  core::Order rule, bool final_scan) {
+void print_bodies(const char* kind, const std::string& name, const std::vector<plcopen::Body>& bodies, core::Order rule,
+                  bool final_scan) {
   for (const plcopen::Body& body : bodies) {
     std::cout << fmt::format("\n{} {} ({})\n", kind, name, plcopen::language_name(body.language));
     if (body.language == plcopen::Language::kLd || body.language == plcopen::Language::kFbd) {
@@ -166,7 +167,9 @@ void add_explain(Command program) {
       "  plc explain plant.xml --schedule         do all tasks end in time? estimated scans, response times, margins\n"
       "  plc explain plant.pbc --schedule --config plc.toml --json\n"
       "  plc explain P3007                        what a code means, with a wrong and a right example");
-  command.option("SUBJECT", explain.subject, "PLCopen XML or ST file, source folder, or problem code; --flow, --schedule: or an image")
+  command
+      .option("SUBJECT", explain.subject,
+              "PLCopen XML or ST file, source folder, or problem code; --flow, --schedule: or an image")
       .required();
   const Flag pou = command.option("POU", explain.pou, "only this POU");
   const Flag flow = command.flag("--flow", explain.flow, "the data flow between tasks, as tables").excludes({pou});

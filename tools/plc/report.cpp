@@ -83,7 +83,8 @@ int run(const std::string& file, const core::CompileOptions& options) {
   std::cout << fmt::format("\n\nPOUs\n");
   for (const plcopen::Pou& pou : project.pous) {
     print_pou(plcopen::pou_kind_name(pou.kind), pou.name, pou, compilation);
-    for (const plcopen::Pou& action : pou.actions) print_pou("action", pou.name + "." + action.name, action, compilation);
+    for (const plcopen::Pou& action : pou.actions)
+      print_pou("action", pou.name + "." + action.name, action, compilation);
   }
   print_rows(project, Fate::kUsed, "Used");
   print_rows(project, Fate::kPreserved, "Preserved: read and kept, without meaning for the program");

@@ -21,7 +21,8 @@ struct Reading {
 
 TEST(ExportFile, SeveralObjectsAListAndAnAction) {
   const Reading r(
-      "(* @NESTEDCOMMENTS := 'Yes' *)\r\n(* @GLOBAL_VARIABLE_LIST := 'Plant' *)\r\nVAR_GLOBAL\r\n\tlevel : INT; (* (* f\x81 *) *)\r\n"
+      "(* @NESTEDCOMMENTS := 'Yes' *)\r\n(* @GLOBAL_VARIABLE_LIST := 'Plant' *)\r\nVAR_GLOBAL\r\n\tlevel : INT; (* (* "
+      "f\x81 *) *)\r\n"
       "END_VAR\r\n\r\n(* @OBJECT_END := 'Plant' *)\r\n(* @CONNECTIONS := Plant\r\nFILENAME : ''\r\n*)\r\n"
       "PROGRAM P\r\nVAR\r\n\tx : INT;\r\nEND_VAR\r\n(* @END_DECLARATION := '0' *)\r\nx := 1;\r\nEND_PROGRAM\r\n\r\n"
       "ACTION A:\r\nx := 2;\r\nEND_ACTION\r\n");
@@ -38,7 +39,8 @@ TEST(ExportFile, SeveralObjectsAListAndAnAction) {
 
 TEST(ExportFile, DrawingsAreNamedWithTheirPouAndOthersGoOn) {
   const Reading r(
-      "FUNCTION_BLOCK Drawn\r\nVAR_INPUT\r\n\ta : BOOL;\r\nEND_VAR\r\n(* @END_DECLARATION := '0' *)\r\n_LD_BODY\r\n_NETWORKS : 1\r\n"
+      "FUNCTION_BLOCK Drawn\r\nVAR_INPUT\r\n\ta : BOOL;\r\nEND_VAR\r\n(* @END_DECLARATION := '0' "
+      "*)\r\n_LD_BODY\r\n_NETWORKS : 1\r\n"
       "_NETWORK\r\n_COMMENT\r\n'it's (* anything\r\n_END_COMMENT\r\n_LD_ASSIGN\r\nEND_FUNCTION_BLOCK\r\n"
       "PROGRAM P\r\nVAR\r\n\tx : INT;\r\nEND_VAR\r\nx := 1;\r\nEND_PROGRAM\r\n"
       "ACTION A:\r\n_IL_BODY\r\nLD 1\r\nEND_ACTION\r\n");
@@ -56,7 +58,8 @@ TEST(ExportFile, DrawingsAreNamedWithTheirPouAndOthersGoOn) {
 
 TEST(ExportFile, WhatIsNoProgramIsPassedOver) {
   const Reading r(
-      "LIBRARY\r\nStandard.lib 2.12\r\nit's: 0\r\nEND_LIBRARY\r\nPLC_CONFIGURATION\r\n(* \r\nPLC_END\r\nSTRANGE\r\nx\r\n"
+      "LIBRARY\r\nStandard.lib 2.12\r\nit's: 0\r\nEND_LIBRARY\r\nPLC_CONFIGURATION\r\n(* "
+      "\r\nPLC_END\r\nSTRANGE\r\nx\r\n"
       "(* @NESTEDCOMMENTS := 'Yes' *)\r\nPROGRAM P\r\nVAR x : INT; END_VAR\r\nx := 1;\r\nEND_PROGRAM\r\n");
   ASSERT_TRUE(r.project);
   EXPECT_EQ(r.count(core::Code::P1210), 1u);

@@ -63,9 +63,8 @@ TEST(ObjectFile, SplitSectionsAreOneText) {
 
 TEST(ObjectFile, ObjectsAreNamedOnceAndKeepTheirVariables) {
   const Reading r(pou("FUNCTION_BLOCK PUBLIC A EXTENDS B IMPLEMENTS C, D\nVAR_INPUT x : INT; END_VAR",
-                      st("x := 1;") +
-                          "<Method Name=\"M\"><Declaration><![CDATA[METHOD M]]></Declaration></Method>"
-                          "<Property Name=\"P\"><Get Name=\"Get\"><Declaration/></Get></Property>"));
+                      st("x := 1;") + "<Method Name=\"M\"><Declaration><![CDATA[METHOD M]]></Declaration></Method>"
+                                      "<Property Name=\"P\"><Get Name=\"Get\"><Declaration/></Get></Property>"));
   EXPECT_FALSE(r.diagnostics.has_errors());  // reported when it is compiled
   ASSERT_EQ(r.project.pous.size(), 1u);
   const plcopen::Pou& a = r.project.pous[0];
@@ -77,15 +76,17 @@ TEST(ObjectFile, ObjectsAreNamedOnceAndKeepTheirVariables) {
 
 TEST(ObjectFile, DrawingsAreNamed) {
   for (const std::string format : {"NWL", "SFC", "CFC"}) {
-    const Reading r(pou("PROGRAM A", "<Implementation><" + format + "><XmlArchive/></" + format + "></Implementation>"));
+    const Reading r(
+        pou("PROGRAM A", "<Implementation><" + format + "><XmlArchive/></" + format + "></Implementation>"));
     ASSERT_EQ(r.project.pous.size(), 1u);
     EXPECT_NE(r.project.pous[0].unread.find(format), std::string::npos);
   }
 }
 
 TEST(ObjectFile, ActionsAndTasks) {
-  const Reading actions(pou("PROGRAM A\nVAR x : INT; END_VAR",
-                            st("B();") + "<Action Name=\"B\"><Implementation><ST><![CDATA[x := 1;]]></ST></Implementation></Action>"));
+  const Reading actions(
+      pou("PROGRAM A\nVAR x : INT; END_VAR",
+          st("B();") + "<Action Name=\"B\"><Implementation><ST><![CDATA[x := 1;]]></ST></Implementation></Action>"));
   ASSERT_EQ(actions.project.pous.size(), 1u);
   ASSERT_EQ(actions.project.pous[0].actions.size(), 1u);
   EXPECT_EQ(actions.project.pous[0].actions[0].bodies[0].text, "x := 1;");
