@@ -51,6 +51,7 @@ class Parser {
   NodeId postfix(NodeId base);
   NodeId indices(NodeId base);
   NodeId arguments(NodeId callee);
+  bool binds_next();
   NodeId argument();
 
   NodeId statement_list();
