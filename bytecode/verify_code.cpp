@@ -134,7 +134,7 @@ class CodeVerifier {
 
   [[nodiscard]] bool makes_reference() const {
     const auto opcode = static_cast<Opcode>(code_[here_.word] & 0xffffu);
-    return opcode == Opcode::kRefAt || opcode == Opcode::kRefVia;
+    return opcode == Opcode::kRefAt || opcode == Opcode::kRefVia || opcode == Opcode::kRefPtr;
   }
 
   /// Finds where the path of the instruction ends; reports steps that lead nowhere.
@@ -298,7 +298,11 @@ class CodeVerifier {
     const auto found = find_place(image_, root_of(word), offset_of(word), wanted);
     if (!found) return broken(Rule::kV308, fmt::format("{} for type {}", describe(word), wanted));
     if (written && found->constant) return broken(Rule::kV309, describe(word));
-    if (makes_reference() && (found->constant || space_of(word) == Space::kConst)) broken(Rule::kV314, describe(word));
+    const bool constants = space_of(word) == Space::kConst;
+    if (makes_reference() && (found->constant || constants)) broken(Rule::kV314, describe(word));
+    if (constants && static_cast<Opcode>(opcode_of(code_[here_.word])) == Opcode::kAdrAt) {
+      broken(Rule::kV314, describe(word));
+    }
   }
 
   void check_target(const OpcodeInfo& op, std::uint32_t word) {

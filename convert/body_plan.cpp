@@ -46,6 +46,7 @@ void BodyPlan::each_value(const Inst& inst, const Visit& visit) const {
     case Op::kLoad:
     case Op::kRun:
     case Op::kMakeRef:
+    case Op::kAddress:
       each_value_of(PlaceId{inst.a}, visit);
       break;
     case Op::kStore:
@@ -67,6 +68,9 @@ void BodyPlan::each_value(const Inst& inst, const Visit& visit) const {
     case Op::kNot:
     case Op::kExtract:
     case Op::kRange:
+    case Op::kPointerRef:
+    case Op::kPointerTo32:
+    case Op::kPointerFrom32:
       visit(inst.a);
       break;
     case Op::kJumpIf:

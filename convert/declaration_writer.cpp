@@ -179,8 +179,17 @@ std::string write_type(const TypeSpec& type) {
     case TypeSpec::Kind::kSubrange:
       return (type.base ? write_type(*type.base) : std::string("INT")) + " (" +
              (type.dimensions.empty() ? std::string() : bounds(type.dimensions[0])) + ")";
+    case TypeSpec::Kind::kUnion: {
+      std::string text = "UNION\n";
+      for (const Variable& member : type.members) text += "    " + write_variable(member) + "\n";
+      return text + "  END_UNION";
+    }
     case TypeSpec::Kind::kPointer:
+      return "POINTER TO " + (type.base ? write_type(*type.base) : std::string());
+    case TypeSpec::Kind::kReference:
       return "REF_TO " + (type.base ? write_type(*type.base) : std::string());
+    case TypeSpec::Kind::kReferenceTo:
+      return "REFERENCE TO " + (type.base ? write_type(*type.base) : std::string());
     case TypeSpec::Kind::kMissing:
       break;
   }

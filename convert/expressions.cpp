@@ -211,6 +211,12 @@ Expressions::Value Expressions::compute(std::uint32_t i) {
       return call_pou(i);
     case Op::kMakeRef:
       return {"REF(" + place(PlaceId{inst.a}) + ")", Binding::kOperand, {}};
+    case Op::kAddress:
+      return {"ADR(" + place(PlaceId{inst.a}) + ")", Binding::kOperand, {}};
+    case Op::kPointerRef:
+    case Op::kPointerTo32:
+    case Op::kPointerFrom32:
+      return {fail("makes a number or a reference of a pointer"), Binding::kOperand, {}};
     case Op::kSameRef:
       return binary("=", Binding::kCompare, inst.a, inst.b);
     case Op::kExtract:

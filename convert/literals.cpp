@@ -180,7 +180,12 @@ std::optional<std::string> type_text(const ir::TypeTable& types, ir::TypeRef typ
       const auto target = type_text(types, t.element);
       return target ? std::optional("REF_TO " + *target) : std::nullopt;
     }
+    case TypeKind::kPointer: {
+      const auto target = type_text(types, t.element);
+      return target ? std::optional("POINTER TO " + *target) : std::nullopt;
+    }
     case TypeKind::kStruct:
+    case TypeKind::kUnion:
     case TypeKind::kEnum:
       return std::nullopt;
     default:

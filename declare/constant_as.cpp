@@ -56,6 +56,10 @@ std::optional<ir::Constant> constant_as(const ConstantValue& value, ir::TypeRef 
   out.type = to;
   problem = types.name_of(to) + " does not take " + shown(value, types);
   if (target.kind == ir::TypeKind::kReference) return value.kind == Kind::kNull ? std::optional(out) : std::nullopt;
+  if (target.kind == ir::TypeKind::kPointer) {
+    const bool zero = value.kind == Kind::kNull || (value.kind == Kind::kInt && value.int_value == 0);
+    return zero ? std::optional(out) : std::nullopt;
+  }
   if (!id || value.kind == Kind::kNull) return std::nullopt;
   const Rep rep = core::rep_of(*id);
   if (target.kind == ir::TypeKind::kEnum) {

@@ -5,6 +5,7 @@
 #include "core/text.h"
 #include "declare/declare.h"
 #include "declare/declarer.h"
+#include "frontend-st/any_types.h"
 #include "frontend-st/foreign.h"
 #include "frontend-st/names.h"
 #include "ir/builder.h"
@@ -419,7 +420,9 @@ void Declarer::declare_variable(std::uint32_t pou_index, const plcopen::Variable
     const bool is_taskblock = project_.pous[pou_index].taskblock != 0;
     open_allowed_ = (in_function && (out.role == Role::kInput || out.role == Role::kInOut)) ||
                     (is_taskblock && out.role == Role::kInOut);
-    const auto type = resolve(variable.type, owner);
+    const bool generic = out.role == Role::kInput && variable.type.kind == plcopen::TypeSpec::Kind::kNamed;
+    auto type = generic ? any_type(types(), core::trimmed(variable.type.name)) : std::nullopt;
+    if (!type) type = resolve(variable.type, owner);
     open_allowed_ = false;
     if (!type) {
       module_.pous[pou_index].refused.insert(variable.name);

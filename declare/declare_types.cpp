@@ -9,6 +9,7 @@
 #include "frontend-st/lexer.h"
 #include "frontend-st/literals.h"
 #include "frontend-st/names.h"
+#include "ir/foreign_size.h"
 
 namespace plc::st {
 
@@ -83,9 +84,10 @@ std::optional<TypeRef> Declarer::resolve_user_type(std::uint32_t index, const So
   std::optional<TypeRef> result;
   const TypeSpec& spec = declaration.type;
   switch (spec.kind) {
-    case TypeSpec::Kind::kStruct: {
+    case TypeSpec::Kind::kStruct:
+    case TypeSpec::Kind::kUnion: {
       ir::Type type;
-      type.kind = TypeKind::kStruct;
+      type.kind = spec.kind == TypeSpec::Kind::kUnion ? TypeKind::kUnion : TypeKind::kStruct;
       type.at = declaration.at;
       types().declare(declaration.name, std::move(type));
       user_types_[index].type = types().find(declaration.name);
@@ -222,11 +224,13 @@ std::optional<TypeRef> Declarer::resolve(const TypeSpec& spec, const Owner& owne
     case TypeSpec::Kind::kArray:
       result = resolve_array(spec, owner, open_allowed);
       break;
-    case TypeSpec::Kind::kStruct: {
+    case TypeSpec::Kind::kStruct:
+    case TypeSpec::Kind::kUnion: {
+      const bool united = spec.kind == TypeSpec::Kind::kUnion;
       ir::Type type;
-      type.kind = TypeKind::kStruct;
+      type.kind = united ? TypeKind::kUnion : TypeKind::kStruct;
       type.at = at;
-      result = anonymous(std::move(type), owner, "struct");
+      result = anonymous(std::move(type), owner, united ? "union" : "struct");
       if (result) fill_struct(*result, spec, owner);
       break;
     }
@@ -240,12 +244,17 @@ std::optional<TypeRef> Declarer::resolve(const TypeSpec& spec, const Owner& owne
       if (type) result = anonymous(std::move(*type), owner, "range");
       break;
     }
-    case TypeSpec::Kind::kPointer: {
+    case TypeSpec::Kind::kPointer:
+    case TypeSpec::Kind::kReference:
+    case TypeSpec::Kind::kReferenceTo: {
       if (!spec.base) break;
       ++pointers_;
       const auto target = resolve(*spec.base, owner);
       --pointers_;
-      if (target) result = types().reference(*target);
+      if (!target) break;
+      result = spec.kind == TypeSpec::Kind::kPointer     ? types().pointer(*target)
+               : spec.kind == TypeSpec::Kind::kReference ? types().reference(*target)
+                                                         : types().reference_to(*target);
       break;
     }
     case TypeSpec::Kind::kMissing:
@@ -295,7 +304,26 @@ bool Declarer::fill_struct(TypeRef type, const TypeSpec& spec, const Owner& owne
   }
   types().mutable_type(type).fields = std::move(fields);
   set_depth(type, deepest + 1);
+  if (fine && types()[type].kind == TypeKind::kUnion) check_union(type, spec, owner);
   return fine;
+}
+
+// Members of a union share their bytes: what is checked where it is used, or has a state, cannot be among them.
+void Declarer::check_union(TypeRef type, const TypeSpec& spec, const Owner& owner) {
+  const core::SourceRef& at = place(spec.at, owner);
+  if (types()[type].fields.empty()) {
+    report(Code::P4209, at, owner.pou, "union " + quoted(owner.name) + " has no member");
+    return;
+  }
+  for (std::size_t i = 0; i < spec.members.size(); ++i) {
+    const TypeRef member = types()[type].fields[i].type;
+    const bool reference = types().holds_reference(member);
+    if (!reference && ir::foreign_size(types(), member)) continue;
+    report(Code::P4209, place(spec.members[i].at, owner), owner.pou,
+           "member " + quoted(spec.members[i].name) + " of union " + quoted(owner.name) + " has type " +
+               types().name_of(member) + ", which shares its bytes with nothing",
+           reference ? "references are checked handles: use POINTER TO" : "function blocks have a state of their own");
+  }
 }
 
 std::optional<std::int64_t> Declarer::integer_constant(std::string_view text, const SourceRef& at, const Owner& owner,

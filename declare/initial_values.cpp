@@ -106,7 +106,8 @@ Declarer::Items Declarer::spec_defaults(const TypeSpec& spec, TypeRef type, cons
       }
       break;
     }
-    case TypeSpec::Kind::kStruct: {
+    case TypeSpec::Kind::kStruct:
+    case TypeSpec::Kind::kUnion: {
       const std::vector<ir::TypeField> fields = types()[type].fields;
       std::uint32_t index = 0;
       // A type is the same for all variables of it.
@@ -206,8 +207,9 @@ bool Declarer::add_items(const InitialValue& value, TypeRef type, std::vector<st
            target.kind == TypeKind::kArray ? "arrays take a list of values" : "structures take values by member");
     return false;
   }
-  if (target.kind == TypeKind::kReference && !core::iequals(core::trimmed(value.text), "NULL") &&
-      references_ != nullptr) {
+  const bool leads = target.kind == TypeKind::kReference || target.kind == TypeKind::kPointer;
+  const std::string_view written = core::trimmed(value.text);
+  if (leads && !core::iequals(written, "NULL") && written != "0" && references_ != nullptr) {
     references_->push_back({path, value.text, at});
     return true;
   }
@@ -336,7 +338,7 @@ bool Declarer::add_struct_items(const InitialValue& value, TypeRef type, std::ve
     const ir::Type& target = types()[type];
     std::optional<std::uint32_t> index;
     TypeRef member_type{};
-    if (target.kind == TypeKind::kStruct) {
+    if (target.kind == TypeKind::kStruct || target.kind == TypeKind::kUnion) {
       for (std::uint32_t i = 0; i < target.fields.size(); ++i) {
         if (!core::iequals(target.fields[i].name, one.member)) continue;
         index = i;
@@ -475,7 +477,9 @@ std::optional<core::TypeId> Declarer::underlying_number(const plcopen::TypeSpec&
 void Declarer::initialize_all() {
   for (std::uint32_t i = 0; i < user_types_.size(); ++i) {
     const Items& items = defaults_of(i);
-    const bool own = user_types_[i].declaration->type.kind == TypeSpec::Kind::kStruct && user_types_[i].type;
+    const bool own = user_types_[i].type && (types()[*user_types_[i].type].kind == TypeKind::kStruct ||
+                                               types()[*user_types_[i].type].kind == TypeKind::kUnion) &&
+                     user_types_[i].declaration->type.kind != TypeSpec::Kind::kNamed;
     if (own && !items.empty()) module_.type_defaults.emplace(user_types_[i].type->index, items);
   }
   index_pending();

@@ -39,6 +39,7 @@ enum class Operator : std::uint8_t {
   kOrElse,   ///< OR that leaves its right side alone when the left one is TRUE (CODESYS)
   kSet,      ///< of kAssign: S=
   kReset,    ///< of kAssign: R=
+  kBind,     ///< of kAssign and kArgument: REF=
 };
 
 enum class NodeKind : std::uint8_t {

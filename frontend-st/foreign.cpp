@@ -32,8 +32,6 @@ constexpr Word kWords[] = {
     {"__QUERYPOINTER", kObjects},
     {"THIS", kObjects},
     {"SUPER", kObjects},
-    {"__ISVALIDREF",
-     {"the validity of a reference, as CODESYS asks for it,", "declare it as REF_TO and compare it with NULL"}},
     {"__VARINFO", kOperators},
     {"__POUNAME", kOperators},
     {"__POSITION", kOperators},

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "core/text.h"
+#include "frontend-st/any_types.h"
 #include "frontend-st/foreign.h"
 #include "frontend-st/lowering.h"
 #include "frontend-st/suggestions.h"
@@ -65,7 +66,8 @@ std::optional<Operand> Lowering::call(NodeId id, Expected expected, bool as_stat
            "call function block instances as a statement of their own and read " + std::string(name) + ".<output>");
     return std::nullopt;
   }
-  if (core::iequals(name, "REF") || core::iequals(name, "ADR")) return take_reference(id);
+  if (core::iequals(name, "REF") || core::iequals(name, "ADR")) return take_reference(id, expected);
+  if (core::iequals(name, "__ISVALIDREF")) return call_is_valid_ref(id);
   if (core::iequals(name, "SIZEOF")) return call_sizeof(id);
   if ((core::iequals(name, "TIME") || core::iequals(name, "LTIME")) && node(id).b == kNoNode) return call_uptime(id);
   if (const auto type = types().find(name)) {
@@ -114,26 +116,6 @@ bool Lowering::is_constant(PlaceId place) {
   if (own && builder_.pou().variables[root.index].step) return true;
   return (own && builder_.pou().variables[root.index].constant) ||
          (root.kind == ir::Place::Kind::kGlobal && builder_.module().globals[root.index].variable.constant);
-}
-
-std::optional<Operand> Lowering::take_reference(NodeId id) {
-  const NodeId argument = node(id).b;
-  if (argument == kNoNode || node(argument).next != kNoNode || node(argument).argument != ArgumentKind::kPositional) {
-    report(Code::P4010, at(id), std::string(name_text(node(id).a)) + " takes one variable");
-    return std::nullopt;
-  }
-  const auto where = place(node(argument).a, false);
-  if (!where) return std::nullopt;
-  if (builder_.is_part(*where)) {
-    report(Code::P4010, at(argument), quoted(text(argument)) + " is a part of a variable and has no reference");
-    return std::nullopt;
-  }
-  if (is_constant(*where)) {
-    report(Code::P4007, at(argument), quoted(text(argument)) + " is a constant, which a reference could write",
-           "copy it to a variable, and refer to that");
-    return std::nullopt;
-  }
-  return operand(builder_.make_ref(*where), id);
 }
 
 // Looks at the arrays that a call of a generic function passes, and gives the function made for them. What was lowered
@@ -225,6 +207,22 @@ std::optional<Operand> Lowering::call_function(NodeId id, std::uint32_t pou, boo
     ir::CallArg arg;
     arg.variable = parameter.index;
     if (parameter.role == Role::kInput) {
+      if (types()[parameter.type].implicit) {
+        const auto bound_to = bound_reference(written, parameter.type, quoted(parameter.name) + " of " + name);
+        fine = fine && bound_to;
+        if (!bound_to) continue;
+        arg.value = *bound_to;
+        args.push_back(arg);
+        continue;
+      }
+      if (any_input(types(), parameter.type)) {
+        const auto made = described(written, parameter.type, quoted(parameter.name) + " of " + name);
+        fine = fine && made;
+        if (!made) continue;
+        arg.value = builder_.load(*made);
+        args.push_back(arg);
+        continue;
+      }
       const auto known = given.values.find(bound.argument);
       const auto operand_given =
           known != given.values.end() ? std::optional(known->second) : value(written, parameter.type);
@@ -323,7 +321,15 @@ bool Lowering::call_block(NodeId id, std::optional<std::uint32_t> action) {
   for (const Bound& bound : arguments.bound) {
     const Parameter& parameter = parameters[bound.parameter];
     const NodeId written = node(bound.argument).a;
-    if (parameter.role == Role::kInput) {
+    if (parameter.role == Role::kInput && types()[parameter.type].implicit) {
+      const auto bound_to = bound_reference(written, parameter.type, quoted(parameter.name) + " of " + name);
+      fine = fine && bound_to;
+      if (bound_to) builder_.store(builder_.field(*instance, parameter.index), *bound_to);
+    } else if (parameter.role == Role::kInput && any_input(types(), parameter.type)) {
+      const auto made = described(written, parameter.type, quoted(parameter.name) + " of " + name);
+      fine = fine && made;
+      if (made) builder_.copy(builder_.field(*instance, parameter.index), *made);
+    } else if (parameter.role == Role::kInput) {
       const auto given = value(written, parameter.type);
       fine = given &&
              builder_.assign_input(*instance, parameter.index, *given,

@@ -10,6 +10,7 @@
 #include "frontend-st/operators.h"
 #include "frontend-st/parser.h"
 #include "frontend-st/text.h"
+#include "ir/pointers.h"
 
 namespace plc::st {
 
@@ -198,7 +199,9 @@ std::optional<Operand> Lowering::name_value(NodeId id, Expected expected) {
     if (expected) {
       const EnumValueRef wanted = find_enum_value(types(), *expected, name);
       if (wanted.type.valid()) return enum_constant(wanted, id);
-      if (core::iequals(name, "NULL") && types()[*expected].kind == TypeKind::kReference) {
+      const TypeKind wanted_kind = types()[*expected].kind;
+      if (core::iequals(name, "NULL") &&
+          (wanted_kind == TypeKind::kReference || wanted_kind == TypeKind::kPointer)) {
         ir::Constant null;
         null.type = *expected;
         return operand(builder_.constant(null), id);
@@ -367,6 +370,7 @@ std::optional<Operand> Lowering::combine(NodeId id, const Operand& left, const O
     if (op == Operator::kOr) return operand(builder_.logic(ir::Op::kOr, left.value, right.value), id);
     if (op == Operator::kXor) return operand(builder_.logic(ir::Op::kXor, left.value, right.value), id);
   }
+  if (ir::is_pointer(builder_, left) || ir::is_pointer(builder_, right)) return pointer_operation(id, left, right);
   const auto is_reference = [this](const Operand& o) {
     return o.kind == Operand::Kind::kValue && types()[builder_.type_of(o.value)].kind == TypeKind::kReference;
   };
@@ -461,7 +465,8 @@ std::optional<Operand> lower_expression(std::string_view text, const core::Sourc
     if (named.is_place()) {
       const ir::PlaceId place =
           named.kind == Named::Kind::kVariable ? builder.variable(named.index) : builder.global(named.index);
-      if (!builder.module().types[builder.type_of(place)].stub) {
+      const ir::Type& type = builder.module().types[builder.type_of(place)];
+      if (!type.stub && !type.implicit) {
         Operand out = Operand::of(builder.load(place), at);
         out.text = std::string(plain);
         return out;

@@ -1,5 +1,6 @@
 // Places: variables, members, elements, direct addresses. A plain variable name takes the short way in lower_place.
 #include <algorithm>
+#include <utility>
 
 #include "core/text.h"
 #include "frontend-st/addresses.h"
@@ -29,6 +30,13 @@ std::string write_obstacle(const ir::Module& module, const ir::Variable& variabl
   const bool external = variable.role == Role::kExternal;
   if (variable.constant || (external && module.globals[variable.global].variable.constant)) return "a constant";
   return {};
+}
+
+/// Whether the variable is a REFERENCE TO, or an in-out that is one.
+bool stands_for_another(ir::Builder& builder, const ir::Variable& variable) {
+  const ir::TypeTable& types = builder.module().types;
+  const ir::Type& type = types[variable.type];
+  return type.implicit || (variable.role == Role::kInOut && types[type.element].implicit);
 }
 
 /// Notes under which name a place at an address is written.
@@ -175,9 +183,9 @@ std::optional<PlaceId> Lowering::root_place(NodeId id, bool for_writing) {
     return std::nullopt;
   }
   const bool local = named.kind == Named::Kind::kVariable;
-  if (for_writing) {
-    const ir::Variable& variable =
-        local ? builder_.pou().variables[named.index] : builder_.module().globals[named.index].variable;
+  const ir::Variable& variable =
+      local ? builder_.pou().variables[named.index] : builder_.module().globals[named.index].variable;
+  if (for_writing && !types()[variable.type].implicit) {
     if (!check_writable(variable, at(id))) return std::nullopt;
     note_written(builder_, named, name_text(id), at(id));
   }
@@ -254,8 +262,12 @@ std::optional<PlaceId> Lowering::member_place(PlaceId parent, NodeId id, bool fo
         help = "only inputs, outputs and in-outs are seen from outside: make it a VAR_OUTPUT";
       break;
     }
+    case TypeKind::kUnion:
+      for (const ir::TypeField& field : type.fields) guess.offer(field.name);
+      break;
     case TypeKind::kReference:
-      help = "write ^ to reach what a reference points at";
+    case TypeKind::kPointer:
+      help = "write ^ to reach what it leads to";
       break;
     default:
       break;
@@ -392,6 +404,7 @@ std::optional<PlaceId> Lowering::part_place(PlaceId word, NodeId id) {
 }
 
 std::optional<PlaceId> Lowering::index_place(PlaceId array, NodeId id) {
+  if (types()[builder_.type_of(array)].kind == TypeKind::kPointer) return pointer_element(array, node(id).b);
   std::optional<PlaceId> where = array;
   for (NodeId index = node(id).b; where && index != kNoNode; index = node(index).next) {
     const bool character = types()[builder_.type_of(*where)].kind == TypeKind::kString;
@@ -407,6 +420,7 @@ std::optional<PlaceId> Lowering::index_place(PlaceId array, NodeId id) {
 
 std::optional<PlaceId> Lowering::place(NodeId id, bool for_writing) {
   stub_used_ = false;
+  const bool keep = std::exchange(keep_reference_, false);
   std::vector<NodeId> path;
   NodeId root = id;
   for (;;) {
@@ -448,6 +462,7 @@ std::optional<PlaceId> Lowering::place(NodeId id, bool for_writing) {
       return std::nullopt;
     if (!where) where = root_place(root, checked_root);
   }
+  if (where && !(keep && path.empty())) where = follow_implicit(*where);
   const auto last_deref = std::find_if(path.begin(), path.end(), [this](NodeId step) {
     return node(step).kind == NodeKind::kDeref;  // the last one on the way is the first in the list
   });
@@ -466,14 +481,16 @@ std::optional<PlaceId> Lowering::place(NodeId id, bool for_writing) {
         break;
       default: {
         const TypeRef type = builder_.type_of(*where);
-        if (types()[type].kind != TypeKind::kReference) {
+        if (types()[type].kind != TypeKind::kReference && types()[type].kind != TypeKind::kPointer) {
           report(Code::P4006, at(step),
-                 quoted(text(node(step).a)) + " has type " + types().name_of(type) + " and is no reference");
+                 quoted(text(node(step).a)) + " has type " + types().name_of(type) +
+                     " and is neither a reference nor a pointer");
           return std::nullopt;
         }
         where = builder_.deref(builder_.load(*where));
       }
     }
+    if (where && !(keep && i == 0)) where = follow_implicit(*where);
   }
   return where;
 }
@@ -487,12 +504,14 @@ std::optional<PlaceId> lower_place(std::string_view text, const core::SourceRef&
     const Named named = find_name(builder.module(), builder.pou(), plain);
     if (named.kind == Named::Kind::kVariable) {
       const ir::Variable& variable = builder.pou().variables[named.index];
-      if (!for_writing || (write_obstacle(builder.module(), variable).empty() && variable.role != Role::kInput)) {
+      const bool writable = write_obstacle(builder.module(), variable).empty() && variable.role != Role::kInput;
+      if ((!for_writing || writable) && !stands_for_another(builder, variable)) {
         if (for_writing) note_written(builder, named, plain, at);
         return builder.variable(named.index);
       }
     } else if (named.kind == Named::Kind::kGlobal) {
-      if (!for_writing || !builder.module().globals[named.index].variable.constant) {
+      const ir::Variable& variable = builder.module().globals[named.index].variable;
+      if ((!for_writing || !variable.constant) && !stands_for_another(builder, variable)) {
         if (for_writing) note_written(builder, named, plain, at);
         return builder.global(named.index);
       }

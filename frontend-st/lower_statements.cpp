@@ -14,6 +14,7 @@ using ir::TypeKind;
 
 bool Lowering::assign(NodeId id) {
   const Node n = node(id);
+  if (n.op == Operator::kBind && node(n.b).kind != NodeKind::kAssign) return bind_reference(id);
   if (n.op != Operator::kNone || (n.b != kNoNode && node(n.b).kind == NodeKind::kAssign)) return assign_chain(id);
   const auto where = place(n.a, true);
   const bool target_is_stub = !where && stub_used_;
@@ -55,6 +56,10 @@ bool Lowering::assign_chain(NodeId id) {
 }
 
 bool Lowering::set_or_reset(NodeId id, ir::PlaceId where, const ir::Operand& given) {
+  if (node(id).op == Operator::kBind) {
+    report(Code::P4208, at(id), "REF= is part of an assignment to several variables", "write an assignment for each");
+    return false;
+  }
   const bool set = node(id).op == Operator::kSet;
   const std::string sign = set ? "S=" : "R=";
   report(Code::P4348, at(id), sign + " is not in the standard",
@@ -123,8 +128,8 @@ bool Lowering::names_instance(NodeId callee) {
   const bool local = named.kind == Named::Kind::kVariable;
   const ir::Variable& variable =
       local ? builder_.pou().variables[named.index] : builder_.module().globals[named.index].variable;
-  const bool in_out = local && variable.role == ir::Role::kInOut;
-  const ir::TypeKind kind = types()[in_out ? types()[variable.type].element : variable.type].kind;
+  const bool followed = (local && variable.role == ir::Role::kInOut) || types()[variable.type].implicit;
+  const ir::TypeKind kind = types()[followed ? types()[variable.type].element : variable.type].kind;
   return kind == ir::TypeKind::kBlock || kind == ir::TypeKind::kPou;
 }
 
@@ -253,6 +258,10 @@ void lower_prologue(ir::Builder& builder) {
       for (const std::uint32_t step : one.path) {
         const bool array = builder.module().types[builder.type_of(where)].kind == TypeKind::kArray;
         where = array ? builder.element(where, step) : builder.field(where, step);
+      }
+      if (builder.module().types[builder.type_of(where)].implicit) {
+        lower_binding(where, one.text, one.at, builder);
+        continue;
       }
       const auto given = lower_expression(one.text, one.at, builder, builder.type_of(where));
       const std::string& name = builder.pou().variables[index].name;

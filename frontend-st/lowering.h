@@ -45,6 +45,8 @@ class Lowering {
   void give(std::uint32_t number, const ir::Operand& operand);
   /// Lowers the list that begins with `first`. False when any statement had an error.
   bool statements(NodeId first);
+  /// Makes the REFERENCE TO at `where` stand for the variable at `written`. False after an error.
+  bool bind(ir::PlaceId where, NodeId written);
   /// True when the last place() failed without an error because a stub is in its way.
   [[nodiscard]] bool stub_used() const { return stub_used_; }
 
@@ -152,7 +154,6 @@ class Lowering {
   };
   std::optional<std::uint32_t> function_for(NodeId id, std::uint32_t pou, const Arguments& arguments,
                                             const std::vector<Parameter>& parameters, Given& given);
-  std::optional<ir::Operand> take_reference(NodeId id);
   /// `action`: runs this action of the instance, into Module::pous.
   bool call_block(NodeId id, std::optional<std::uint32_t> action = std::nullopt);
   void report_unknown_function(NodeId id, std::string_view name);
@@ -163,6 +164,18 @@ class Lowering {
   Expected argument_type(std::string_view name, std::size_t i);
   std::optional<ir::Operand> call_standard(NodeId id, std::string_view name, Expected expected);
   std::optional<ir::Operand> call_bundle(NodeId id, const stdlib::BundleSpec& bundle, bool as_statement);
+
+  // lower_pointer.cpp
+  ir::PlaceId follow_implicit(ir::PlaceId where);
+  /// place() of a name of type REFERENCE TO: the reference itself.
+  std::optional<ir::PlaceId> reference_place(NodeId id);
+  std::optional<ir::Operand> take_reference(NodeId id, Expected expected);
+  std::optional<ir::PlaceId> pointer_element(ir::PlaceId pointer, NodeId index);
+  std::optional<ir::Operand> pointer_operation(NodeId id, const ir::Operand& left, const ir::Operand& right);
+  std::optional<ir::ValueId> bound_reference(NodeId written, ir::TypeRef reference, const std::string& what);
+  bool bind_reference(NodeId id);
+  std::optional<ir::PlaceId> described(NodeId written, ir::TypeRef any, const std::string& what);
+  std::optional<ir::Operand> call_is_valid_ref(NodeId id);
 
   // lower_machine.cpp
   std::optional<ir::Operand> call_sizeof(NodeId id);
@@ -249,6 +262,7 @@ class Lowering {
   std::vector<ir::Operand> given_;  ///< by number
   bool stub_used_ = false;
   bool compared_ = false;    ///< what is lowered is compared with a value, whose type is expected as a hint
+  bool keep_reference_ = false;  ///< the next place() does not follow a reference that it ends at
   std::vector<Loop> loops_;  ///< around the statement being lowered, innermost last
 };
 

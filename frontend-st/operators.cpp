@@ -43,6 +43,7 @@ std::string_view function_of(Operator op) {
     case Operator::kPlus:
     case Operator::kSet:
     case Operator::kReset:
+    case Operator::kBind:
     case Operator::kNone:
       break;
   }

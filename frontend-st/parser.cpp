@@ -330,6 +330,14 @@ NodeId Parser::arguments(NodeId callee) {
   return ast_.add(node);
 }
 
+// Whether REF= is next, whose REF is known already.
+bool Parser::binds_next() {
+  if (peeked_.kind != TokenKind::kIdentifier || !core::iequals(text_of(peeked_), "REF")) return false;
+  Lexer ahead = lexer_;
+  const Token equal = ahead.next();
+  return equal.kind == TokenKind::kEqual && equal.begin == peeked_.end;
+}
+
 NodeId Parser::argument() {
   Node node;
   node.kind = NodeKind::kArgument;
@@ -344,7 +352,14 @@ NodeId Parser::argument() {
     }
     peeked_ = lexer_.next();
     has_peeked_ = true;
-    if (peeked_.kind == TokenKind::kAssign || peeked_.kind == TokenKind::kOutput) {
+    if (binds_next()) {
+      // "r REF= x"
+      node.argument = ArgumentKind::kInput;
+      node.op = Operator::kBind;
+      node.name = token_.begin;
+      node.name_end = token_.end;
+      for (int token = 0; token < 3; ++token) advance();
+    } else if (peeked_.kind == TokenKind::kAssign || peeked_.kind == TokenKind::kOutput) {
       node.argument = peeked_.kind == TokenKind::kAssign ? ArgumentKind::kInput
                       : negated                          ? ArgumentKind::kNegatedOutput
                                                          : ArgumentKind::kOutput;

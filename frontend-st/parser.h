@@ -70,6 +70,7 @@ class Parser {
   void warn_of_blank();
   NodeId postfix(NodeId base);
   NodeId indices(NodeId base);
+  bool binds_next();
   NodeId argument();
 
   NodeId statement_list();

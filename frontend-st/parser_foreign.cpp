@@ -65,13 +65,6 @@ bool Parser::refuse_foreign_operator(NodeId target) {
          "references of one type are assigned with :=, and compared with NULL");
     return true;
   }
-  const auto next = rest.find_first_not_of(" \t");
-  const bool equal = next != std::string_view::npos && rest[next] == '=';
-  if (core::iequals(word, "REF") && equal) {
-    fail(Code::P4066, token_, "\"REF=\" is not supported",
-         "declare \"" + left + "\" as REF_TO and write " + left + " := REF(variable)");
-    return true;
-  }
   const bool sign = token_.kind == TokenKind::kPlus || token_.kind == TokenKind::kMinus ||
                     token_.kind == TokenKind::kStar || token_.kind == TokenKind::kSlash;
   if (!sign) return false;

@@ -220,14 +220,16 @@ NodeId Parser::word_statement(NodeKind kind) {
 
 std::optional<Operator> Parser::assignment_operator() {
   if (accept(TokenKind::kAssign)) return Operator::kNone;
-  if (token_.kind != TokenKind::kIdentifier || token_.end - token_.begin != 1) return std::nullopt;
+  if (token_.kind != TokenKind::kIdentifier) return std::nullopt;
+  const bool binds = core::iequals(text_of(token_), "REF");
   const char letter = core::upper(text_of(token_)[0]);
-  if (letter != 'S' && letter != 'R') return std::nullopt;
+  if (!binds && (token_.end - token_.begin != 1 || (letter != 'S' && letter != 'R'))) return std::nullopt;
   if (!has_peeked_) peeked_ = lexer_.next();
   has_peeked_ = true;
   if (peeked_.kind != TokenKind::kEqual || peeked_.begin != token_.end) return std::nullopt;
   advance();
   advance();
+  if (binds) return Operator::kBind;
   return letter == 'S' ? Operator::kSet : Operator::kReset;
 }
 

@@ -58,7 +58,8 @@ bool DeclarationReader::type_declaration(bool qualified) {
   if (!fine) return false;
   count("data type", Fate::kUsed, type.at);
   // Tools omit the ";" after END_STRUCT.
-  const bool structure = type.type.kind == TypeSpec::Kind::kStruct && type.initial.kind == InitialValue::Kind::kNone;
+  const bool structure = (type.type.kind == TypeSpec::Kind::kStruct || type.type.kind == TypeSpec::Kind::kUnion) &&
+                         type.initial.kind == InitialValue::Kind::kNone;
   project_.data_types.push_back(std::move(type));
   if (structure && !at(TokenKind::kSemicolon)) return true;
   end_declaration();
@@ -75,18 +76,16 @@ bool DeclarationReader::type_spec(TypeSpec& out) {
 bool DeclarationReader::type_spec_inner(TypeSpec& out) {
   const Word word = word_of(token_);
   if (word == Word::kStruct) return struct_spec(out);
-  if (word == Word::kUnion) {
-    fail(Code::P4043, token_, "UNION is not supported", "use a structure, or partial access as in w.%B0");
-    skip_to(Word::kEndUnion);
-    return false;
-  }
+  if (word == Word::kUnion) return struct_spec(out);
   if (at_text("ARRAY")) return array_spec(out);
   if (at(TokenKind::kLeftParen)) return enumeration(out);
   const bool two_words = (at_text("POINTER") || at_text("REFERENCE")) && is_text(peek(1), "TO");
   if (at_text("REF_TO") || two_words) {
+    out.kind = !two_words           ? TypeSpec::Kind::kReference
+               : at_text("POINTER") ? TypeSpec::Kind::kPointer
+                                    : TypeSpec::Kind::kReferenceTo;
     advance();
     if (two_words) advance();
-    out.kind = TypeSpec::Kind::kPointer;
     out.base = std::make_shared<TypeSpec>();
     return type_spec(*out.base);
   }
@@ -117,15 +116,16 @@ bool DeclarationReader::array_spec(TypeSpec& out) {
 
 bool DeclarationReader::struct_spec(TypeSpec& out) {
   const Token opener = token_;
+  const bool united = word_of(token_) == Word::kUnion;
   advance();
-  out.kind = TypeSpec::Kind::kStruct;
+  out.kind = united ? TypeSpec::Kind::kUnion : TypeSpec::Kind::kStruct;
   if (at_text("OVERLAP") && peek(1).kind == TokenKind::kIdentifier) {
     fail(Code::P4043, token_, "structures with OVERLAP are not supported", "use partial access as in w.%B0");
     advance();
   }
   while (!at(TokenKind::kEnd)) {
     const Word word = word_of(token_);
-    if (word == Word::kEndStruct) {
+    if (word == (united ? Word::kEndUnion : Word::kEndStruct)) {
       advance();
       return true;
     }
@@ -137,7 +137,7 @@ bool DeclarationReader::struct_spec(TypeSpec& out) {
     const std::uint32_t begin = token_.begin;
     if (!variables(model, out.members)) recover(begin);
   }
-  return fail_unclosed("STRUCT", opener, "END_STRUCT");
+  return united ? fail_unclosed("UNION", opener, "END_UNION") : fail_unclosed("STRUCT", opener, "END_STRUCT");
 }
 
 /// At "<" after the name of a block: FB<10, (2 * n)>. The values become part of the name, without blanks.

@@ -36,11 +36,20 @@ class Finder {
         path.pop_back();
       }
     }
-    for (; type && !path.empty(); path.pop_back()) type = step(*type, path.back());
+    if (type) type = followed(*type);
+    for (; type && !path.empty(); path.pop_back()) {
+      type = step(*type, path.back());
+      if (type) type = followed(*type);
+    }
     return type;
   }
 
  private:
+  /// What a REFERENCE TO stands for.
+  [[nodiscard]] TypeRef followed(TypeRef type) const {
+    while (module_.types[type].implicit) type = module_.types[type].element;
+    return type;
+  }
   static bool is_step(NodeKind kind) {
     return kind == NodeKind::kMember || kind == NodeKind::kIndex || kind == NodeKind::kDeref || kind == NodeKind::kBit;
   }
@@ -67,7 +76,7 @@ class Finder {
       case NodeKind::kMember:
         return member(type, name(id));
       case NodeKind::kDeref:
-        return t.kind == TypeKind::kReference ? std::optional(t.element) : std::nullopt;
+        return t.kind == TypeKind::kReference || t.kind == TypeKind::kPointer ? std::optional(t.element) : std::nullopt;
       case NodeKind::kIndex: {
         std::optional<TypeRef> element = type;
         for (NodeId index = ast_[id].b; element && index != kNoNode; index = ast_[index].next) {
@@ -86,14 +95,14 @@ class Finder {
 
   std::optional<TypeRef> element_of(TypeRef type) const {
     const ir::Type& t = module_.types[type];
-    if (t.kind == TypeKind::kArray) return t.element;
+    if (t.kind == TypeKind::kArray || t.kind == TypeKind::kPointer) return t.element;
     if (t.kind != TypeKind::kString) return std::nullopt;
     return ir::ref_of(t.elementary == core::TypeId::kWstring ? core::TypeId::kWchar : core::TypeId::kChar);
   }
 
   std::optional<TypeRef> member(TypeRef type, std::string_view name) const {
     const ir::Type& t = module_.types[type];
-    if (t.kind == TypeKind::kStruct) {
+    if (t.kind == TypeKind::kStruct || t.kind == TypeKind::kUnion) {
       const auto position = module_.types.position_of(type, name);
       return position ? std::optional(t.fields[*position].type) : std::nullopt;
     }

@@ -43,6 +43,9 @@ bool lower_body(const plcopen::Pou& pou, ir::Module& module, std::uint32_t pou_i
 /// in the first execution of an instance, in every execution of a function. Actions begin with the references alone.
 void lower_prologue(ir::Builder& builder);
 
+/// Makes the REFERENCE TO at `where` stand for the variable that `text` names. False after an error.
+bool lower_binding(ir::PlaceId where, std::string_view text, const core::SourceRef& at, ir::Builder& builder);
+
 /// True when the text is one plain variable name or path (no operators, no literal): what may be written.
 bool is_variable_text(std::string_view text);
 

@@ -195,6 +195,10 @@ PlaceId Builder::element_at(PlaceId array, ValueId index) {
 }
 
 PlaceId Builder::deref(ValueId reference) {
+  const Type& type = module_.types[type_of(reference)];
+  if (type.kind == TypeKind::kPointer && module_.types.holds_instance(type.element)) {
+    reference = {emit(Op::kPointerRef, module_.types.reference(type.element), reference.index)};
+  }
   Place place;
   place.kind = Place::Kind::kDeref;
   place.index = reference.index;
@@ -227,6 +231,12 @@ std::optional<PlaceId> Builder::member(PlaceId parent, std::string_view name) {
   switch (type.kind) {
     case TypeKind::kStruct:
       if (const auto position = module_.types.position_of(type_of(parent), name)) return field(parent, *position);
+      return std::nullopt;
+    case TypeKind::kUnion:
+      // All members lie where the union does: one is read as what a pointer to it would lead to.
+      if (const auto position = module_.types.position_of(type_of(parent), name)) {
+        return deref(address(parent, type.fields[*position].type));
+      }
       return std::nullopt;
     case TypeKind::kBlock:
       for (std::uint32_t i = 0; i < type.block->fields.size(); ++i) {
@@ -362,6 +372,21 @@ ValueId Builder::make_ref(PlaceId place) {
 ValueId Builder::same_ref(ValueId a, ValueId b) {
   assert(type_of(a) == type_of(b) && module_.types[type_of(a)].kind == TypeKind::kReference);
   return {emit(Op::kSameRef, kBoolType, a.index, b.index)};
+}
+
+ValueId Builder::address(PlaceId place, TypeRef target) {
+  assert(!is_part(place));
+  return {emit(Op::kAddress, module_.types.pointer(target), place.index)};
+}
+
+ValueId Builder::pointer_to_32(ValueId pointer, TypeRef to) {
+  assert(module_.types[type_of(pointer)].kind == TypeKind::kPointer);
+  return {emit(Op::kPointerTo32, to, pointer.index)};
+}
+
+ValueId Builder::pointer_from_32(ValueId address, TypeRef to) {
+  assert(module_.types[to].kind == TypeKind::kPointer);
+  return {emit(Op::kPointerFrom32, to, address.index)};
 }
 
 ValueId Builder::extract(ValueId word, TypeRef part, unsigned bit_offset) {

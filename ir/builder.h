@@ -76,6 +76,7 @@ class Builder {
   PlaceId element(PlaceId parent, std::uint32_t zero_based_index);
   /// Element at a value of any integer or bit string type, as declared (lower bound included).
   PlaceId element_at(PlaceId array, ValueId index);
+  /// What a reference or pointer leads to. A pointer to what holds function block instances leads to exactly that type.
   PlaceId deref(ValueId reference);
   /// Bits of the integer or bit string `word` from `bit_offset` on, as for extract(). Loaded and stored like any place;
   /// it has no handle.
@@ -116,6 +117,11 @@ class Builder {
   void run_action(PlaceId instance, std::uint32_t action);
   ValueId make_ref(PlaceId place);
   ValueId same_ref(ValueId a, ValueId b);  ///< references of one type
+  /// ADR of a place, as POINTER TO `target`: its type, or what shall be read there instead.
+  ValueId address(PlaceId place, TypeRef target);
+  /// A pointer as an address of 32 bits of type `to` (UDINT, DWORD), and back as a value of pointer type `to`.
+  ValueId pointer_to_32(ValueId pointer, TypeRef to);
+  ValueId pointer_from_32(ValueId address, TypeRef to);
   /// Bits of `word` (an integer or bit string) from `bit_offset` on, as `part`: BOOL is one bit; BYTE, WORD and DWORD
   /// are narrower than the word and are at multiples of their width.
   ValueId extract(ValueId word, TypeRef part, unsigned bit_offset);

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <utility>
 
+#include "ir/pointers.h"
 #include "stdlib/arithmetic.h"
 
 namespace plc::ir {
@@ -184,6 +185,10 @@ class Converter {
       return std::nullopt;
     }
     const Type target = types()[to];
+    if (target.kind == TypeKind::kPointer || is_pointer(builder_, operand)) {
+      if (operand.kind == Operand::Kind::kValue && builder_.type_of(operand.value) == to) return operand.value;
+      return convert_pointer(builder_, operand, to, what_);
+    }
     const auto id = types().elementary_of(to);
     if (operand.kind != Operand::Kind::kValue)
       return id ? literal(operand, to, target, *id) : literal_misfit(operand, to);

@@ -52,7 +52,7 @@ struct Place {
     kInstance,   ///< variable `index` of the POU, in the instance
     kFrame,      ///< variable `index` of the POU, in the frame (functions; VAR_TEMP)
     kSelf,       ///< the instance that the body runs on, whole: only kRun names it, for its actions
-    kDeref,      ///< what the reference value `index` (a ValueId) points at
+    kDeref,      ///< what the reference or pointer value `index` (a ValueId) points at
     kField,      ///< field `index` of `parent`: struct field, block port, or variable of a function block instance
     kElement,    ///< element `index` (0-based) of array `parent`
     kElementAt,  ///< element of array `parent` at the value `index` (a ValueId) of any integer or bit string type,
@@ -102,8 +102,12 @@ enum class Op : std::uint8_t {
   kInsert,      ///< value := value a with the part that begins at bit `count` replaced by value b
   kSameRef,     ///< BOOL value := reference values a and b refer to one variable, or both to none
   kRange,       ///< value of a subrange := value a of its base, outside the limits the nearest of them with an event
+  kAddress,     ///< pointer value := address of place a
+  kPointerRef,  ///< REF value := handle of what pointer value a points at, exactly of the REF's target type
+  kPointerTo32,    ///< UDINT or DWORD value := 32-bit address of pointer value a
+  kPointerFrom32,  ///< pointer value := pointer of 32-bit address a
 };
-inline constexpr std::size_t kOpCount = 23;
+inline constexpr std::size_t kOpCount = 27;
 
 /// What an instruction belongs to where it was not written as such: lint leaves the comparisons and stores out that a
 /// loop or CASE implies. Code generation does not look at it.

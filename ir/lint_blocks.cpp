@@ -133,7 +133,7 @@ class Blocks {
 
   void note_inputs(const PlaceNames& names) {
     for (const Inst& inst : insts_) {
-      if (inst.op == Op::kMakeRef) given_out_[names[inst.a]] = true;
+      if (inst.op == Op::kMakeRef || inst.op == Op::kAddress) given_out_[names[inst.a]] = true;
       if (inst.op != Op::kStore) continue;
       const Place& port = place(inst.a);
       if (port.kind != Place::Kind::kField || b_.module.types[place(port.parent.index).type].kind != TypeKind::kBlock)

@@ -76,6 +76,7 @@ class Usage {
           uses[inst.a] |= kRun;
           break;
         case Op::kMakeRef:
+        case Op::kAddress:
           uses[inst.a] |= kHandle;
           break;
         case Op::kCallPou:

@@ -35,7 +35,15 @@ std::string place_text(const Module& module, const Pou& pou, PlaceId place, bool
       return module.owner_of(pou).name;
     case Place::Kind::kDeref: {
       const Inst& inst = pou.body.insts[p.index];
-      if (inst.op == Op::kLoad || inst.op == Op::kMakeRef) return place_text(module, pou, PlaceId{inst.a}, value_ids);
+      if (inst.op == Op::kPointerRef && pou.body.insts[inst.a].op == Op::kLoad) {
+        return place_text(module, pou, PlaceId{pou.body.insts[inst.a].a}, value_ids) + "^";
+      }
+      const bool through = module.types[inst.type].kind == TypeKind::kPointer;
+      // A member of a union is reached through the address of the union.
+      if (inst.op == Op::kAddress) return place_text(module, pou, PlaceId{inst.a}, value_ids);
+      if (inst.op == Op::kLoad || inst.op == Op::kMakeRef) {
+        return place_text(module, pou, PlaceId{inst.a}, value_ids) + (through ? "^" : "");
+      }
       return "referenced value";
     }
     case Place::Kind::kField: {
@@ -228,6 +236,14 @@ class Printer {
         return "ref " + place(inst.a);
       case Op::kSameRef:
         return fmt::format("same reference %{} %{}", inst.a, inst.b);
+      case Op::kAddress:
+        return "address of " + place(inst.a);
+      case Op::kPointerRef:
+        return fmt::format("ref through pointer %{}", inst.a);
+      case Op::kPointerTo32:
+        return fmt::format("32-bit address of %{}", inst.a);
+      case Op::kPointerFrom32:
+        return fmt::format("pointer of 32-bit address %{}", inst.a);
       case Op::kExtract:
         return fmt::format("extract %{} bit {} as {}", inst.a, inst.b, module_.types.name_of(inst.type));
       case Op::kInsert:

@@ -13,6 +13,14 @@ const Place& root_of(const Body& body, PlaceId place) {
   return *p;
 }
 
+const Place& reached_root(const Body& body, PlaceId place) {
+  const Place* root = &root_of(body, place);
+  while (root->kind == Place::Kind::kDeref && body.insts[root->index].op == Op::kAddress) {
+    root = &root_of(body, PlaceId{body.insts[root->index].a});
+  }
+  return *root;
+}
+
 std::optional<std::uint32_t> callee_of(const Module& module, const Body& body, const Inst& inst) {
   if (inst.op == Op::kCallPou) return inst.a;
   return inst.op == Op::kRun ? module.pou_run_by(body, inst) : std::nullopt;
@@ -62,9 +70,24 @@ std::vector<std::uint32_t> reached_pous(const Module& module, const Task& task) 
 
 namespace {
 
+/// By value: whether the address of a place goes anywhere. That of a union serves its members alone.
+std::vector<bool> kept_addresses(const Body& body) {
+  std::vector<bool> kept(body.insts.size());
+  for (const Inst& inst : body.insts) {
+    if (inst.op == Op::kStore) kept[inst.b] = true;
+    if (inst.op == Op::kPointerRef || inst.op == Op::kPointerTo32) kept[inst.a] = true;
+  }
+  for (const ValueId argument : body.args) kept[argument.index] = true;
+  for (const CallArg& argument : body.call_args) {
+    if (argument.value.valid()) kept[argument.value.index] = true;
+  }
+  return kept;
+}
+
 /// Calls visit(instruction, place, read, written) for every access of the body.
 template <typename Visit>
 void for_each_access(const Body& body, Visit&& visit) {
+  const std::vector<bool> kept = kept_addresses(body);
   for (const Inst& inst : body.insts) {
     // A partly written aggregate is exported whole: the rest of it has to be imported.
     const auto write = [&](std::uint32_t place) { visit(inst, place, body.places[place].parent.valid(), true); };
@@ -82,6 +105,9 @@ void for_each_access(const Body& body, Visit&& visit) {
       case Op::kRun:
       case Op::kMakeRef:
         visit(inst, inst.a, true, true);
+        break;
+      case Op::kAddress:
+        if (kept[static_cast<std::size_t>(&inst - body.insts.data())]) visit(inst, inst.a, true, true);
         break;
       case Op::kCallPou:
         for (std::uint32_t i = 0; i < inst.count; ++i) {
@@ -109,7 +135,7 @@ bool is_passed_on(const Body& body, std::uint32_t value) {
 std::optional<SourceRef> first_access(const Body& body, std::uint32_t global) {
   std::optional<SourceRef> found;
   for_each_access(body, [&](const Inst& inst, std::uint32_t place, bool, bool) {
-    const Place& root = root_of(body, PlaceId{place});
+    const Place& root = reached_root(body, PlaceId{place});
     if (found || root.kind != Place::Kind::kGlobal || root.index != global) return;
     // Drawings load what is wired to an in-out pin, and throw it away.
     const bool whole = inst.op == Op::kLoad && !body.places[place].parent.valid();
@@ -132,6 +158,22 @@ void add_targets(const Module& module, TypeRef type, std::vector<bool>& seen, st
   for (const Variable& v : module.pous[t.pou].variables) {
     if (v.role != Role::kExternal) add_targets(module, v.type, seen, targets);
   }
+}
+
+/// Whether a value of this type, or the instance that it is, holds a pointer.
+bool holds_pointer(const Module& module, TypeRef type, std::vector<bool>& seen) {
+  if (seen[type.index]) return false;
+  seen[type.index] = true;
+  const Type& t = module.types[type];
+  if (t.kind == TypeKind::kPointer) return true;
+  if (t.kind == TypeKind::kArray && holds_pointer(module, t.element, seen)) return true;
+  const auto field = [&](const TypeField& one) { return holds_pointer(module, one.type, seen); };
+  if (std::any_of(t.fields.begin(), t.fields.end(), field)) return true;
+  if (t.kind != TypeKind::kPou) return false;
+  const std::vector<Variable>& variables = module.pous[t.pou].variables;
+  return std::any_of(variables.begin(), variables.end(), [&](const Variable& v) {
+    return v.role != Role::kExternal && holds_pointer(module, v.type, seen);
+  });
 }
 
 /// Whether `place` is what a variable of the POU got as VAR_IN_OUT: its caller, in the same task, has named it.
@@ -164,6 +206,12 @@ std::vector<bool> passing_handles(const Module& module, const Pou& pou) {
   return found;
 }
 
+/// Whether `place`, a kDeref, is what a pointer leads to.
+bool is_pointer(const Module& module, const Body& body, const Place& place) {
+  const Inst& made = body.insts[place.index];
+  return made.op == Op::kPointerRef || module.types[made.type].kind == TypeKind::kPointer;
+}
+
 /// Adds the globals that the body of `pou` reads and writes, by name or through a reference.
 void add_global_use(const Module& module, const Pou& pou, const SharedReferences& shared, GlobalUse& use,
                     GlobalUse& through) {
@@ -172,8 +220,13 @@ void add_global_use(const Module& module, const Pou& pou, const SharedReferences
     if (written && !module.globals[global].variable.constant) use.write(global, pou.body.sources[inst.source]);
   };
   for_each_access(pou.body, [&](const Inst& inst, std::uint32_t place, bool read, bool written) {
-    const Place& root = root_of(pou.body, PlaceId{place});
+    const Place& root = reached_root(pou.body, PlaceId{place});
     if (root.kind == Place::Kind::kGlobal) mark(inst, root.index, read, written);
+    if (root.kind == Place::Kind::kDeref && is_pointer(module, pou.body, root)) {
+      // Made by this task it has named its global there; others find theirs in a global.
+      for (const std::uint32_t global : shared.pointed) mark(inst, global, read, written);
+      return;
+    }
     if (root.kind != Place::Kind::kDeref || shared.globals.empty() || is_in_out(module, pou, root)) return;
     const std::uint32_t type = root.type.index;
     if (!(read && !through.read[type]) && !(written && !through.written[type])) return;
@@ -190,8 +243,34 @@ void add_located(const LocatedPart& part, bool written, const SourceRef& at, Glo
 
 }  // namespace
 
+namespace {
+
+/// Globals whose address is taken anywhere, where pointers may go from task to task: a global holds one.
+std::vector<std::uint32_t> pointed_globals(const Module& module) {
+  std::vector<bool> seen(module.types.size());
+  const bool shared = std::any_of(module.globals.begin(), module.globals.end(), [&](const Global& global) {
+    return holds_pointer(module, global.variable.type, seen);
+  });
+  if (!shared) return {};
+  std::set<std::uint32_t> pointed;
+  for (const Pou& pou : module.pous) {
+    const std::vector<bool> kept = kept_addresses(pou.body);
+    for (std::size_t i = 0; i < pou.body.insts.size(); ++i) {
+      const Inst& inst = pou.body.insts[i];
+      if (inst.op != Op::kAddress && inst.op != Op::kMakeRef) continue;
+      if (inst.op == Op::kAddress && !kept[i]) continue;
+      const Place& root = reached_root(pou.body, PlaceId{inst.a});
+      if (root.kind == Place::Kind::kGlobal) pointed.insert(root.index);
+    }
+  }
+  return {pointed.begin(), pointed.end()};
+}
+
+}  // namespace
+
 SharedReferences shared_references(const Module& module) {
   SharedReferences shared;
+  shared.pointed = pointed_globals(module);
   std::vector<bool> targets(module.types.size());
   std::vector<bool> seen(module.types.size());
   for (const Global& global : module.globals) add_targets(module, global.variable.type, seen, targets);

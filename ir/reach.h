@@ -16,6 +16,9 @@ namespace plc::ir {
 /// The place that `place` is part of: a global, a variable, or what a reference points at.
 const Place& root_of(const Body& body, PlaceId place);
 
+/// The same, where a member of a union counts as part of the union, whose address leads to it.
+const Place& reached_root(const Body& body, PlaceId place);
+
 /// Where the body first reads or writes a global that is an array, or makes a handle of it.
 std::optional<SourceRef> first_access(const Body& body, std::uint32_t global);
 
@@ -43,6 +46,8 @@ struct SharedReferences {
   /// passed as VAR_IN_OUT count where a reference is made from them. Empty for types to which no global holds a
   /// reference or in-out; without any such type the list itself is empty.
   std::vector<std::vector<std::uint32_t>> globals;
+  /// Every global whose address is taken anywhere, where a global holds a pointer; else empty. Pointers lead to anything.
+  std::vector<std::uint32_t> pointed;
 };
 SharedReferences shared_references(const Module& module);
 /// The globals used by everything that `task` reaches, by name or through references, which may refer to any global

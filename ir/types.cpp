@@ -76,6 +76,22 @@ TypeRef TypeTable::reference(TypeRef target) {
   return intern(fmt::format("R{}", target.index), std::move(type));
 }
 
+TypeRef TypeTable::reference_to(TypeRef target) {
+  Type type;
+  type.kind = TypeKind::kReference;
+  type.element = target;
+  type.implicit = true;
+  return intern(fmt::format("I{}", target.index), std::move(type));
+}
+
+TypeRef TypeTable::pointer(TypeRef target) {
+  Type type;
+  type.kind = TypeKind::kPointer;
+  type.elementary = TypeId::kPointer;
+  type.element = target;
+  return intern(fmt::format("*{}", target.index), std::move(type));
+}
+
 TypeRef TypeTable::block(const stdlib::BlockSpec& block) {
   Type type;
   type.kind = TypeKind::kBlock;
@@ -111,7 +127,7 @@ std::optional<TypeRef> TypeTable::find(std::string_view name) {
   // A project's own declaration hides a standard block of the same name: real projects bring their own "CTU" or "RTC".
   const auto it = by_name_.find(name);
   if (it != by_name_.end()) return it->second;
-  if (const auto id = core::type_named(name)) return ref_of(*id);
+  if (const auto id = core::type_named(name); id && *id != TypeId::kPointer) return ref_of(*id);
   if (const stdlib::BlockSpec* spec = stdlib::block_named(name)) return block(*spec);
   return std::nullopt;
 }
@@ -137,7 +153,9 @@ std::string TypeTable::name_of(TypeRef ref) const {
       return fmt::format("ARRAY [{}] OF {}", bounds, name_of(element));
     }
     case TypeKind::kReference:
-      return "REF_TO " + name_of(type.element);
+      return (type.implicit ? "REFERENCE TO " : "REF_TO ") + name_of(type.element);
+    case TypeKind::kPointer:
+      return "POINTER TO " + name_of(type.element);
     case TypeKind::kSubrange:
       return fmt::format("{} ({}..{})", core::name_of(type.elementary), type.lower, type.upper);
     default:
@@ -158,6 +176,7 @@ std::optional<TypeId> TypeTable::elementary_of(TypeRef ref) const {
     case TypeKind::kString:
     case TypeKind::kEnum:
     case TypeKind::kSubrange:
+    case TypeKind::kPointer:
       return type.elementary;
     default:
       return std::nullopt;
@@ -166,7 +185,7 @@ std::optional<TypeId> TypeTable::elementary_of(TypeRef ref) const {
 
 std::optional<std::uint32_t> TypeTable::position_of(TypeRef ref, std::string_view name) const {
   const Type& type = types_[ref.index];
-  const bool fields = type.kind == TypeKind::kStruct;
+  const bool fields = type.kind == TypeKind::kStruct || type.kind == TypeKind::kUnion;
   const std::size_t count = fields ? type.fields.size() : type.members.size();
   const auto name_at = [&](std::size_t i) -> const std::string& {
     return fields ? type.fields[i].name : type.members[i].name;
@@ -187,7 +206,8 @@ std::optional<std::uint32_t> TypeTable::position_of(TypeRef ref, std::string_vie
   return found == positions.end() ? std::nullopt : std::optional(found->second);
 }
 
-bool TypeTable::holds_instance(TypeRef ref) const {
+template <class Found>
+bool TypeTable::holds(TypeRef ref, Found found) const {
   // Each type once: two members of one type each, nested sixty deep, have 2^60 leaves.
   std::vector<TypeRef> open = {ref};
   std::unordered_set<std::uint32_t> seen;
@@ -195,12 +215,20 @@ bool TypeTable::holds_instance(TypeRef ref) const {
     const Type& type = types_[open.back().index];
     const bool fresh = seen.insert(open.back().index).second;
     open.pop_back();
-    if (type.kind == TypeKind::kBlock || type.kind == TypeKind::kPou) return true;
+    if (found(type.kind)) return true;
     if (!fresh) continue;
     if (type.kind == TypeKind::kArray) open.push_back(type.element);
     for (const TypeField& field : type.fields) open.push_back(field.type);
   }
   return false;
+}
+
+bool TypeTable::holds_instance(TypeRef ref) const {
+  return holds(ref, [](TypeKind kind) { return kind == TypeKind::kBlock || kind == TypeKind::kPou; });
+}
+
+bool TypeTable::holds_reference(TypeRef ref) const {
+  return holds(ref, [](TypeKind kind) { return kind == TypeKind::kReference; });
 }
 
 }  // namespace plc::ir

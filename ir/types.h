@@ -43,7 +43,9 @@ enum class TypeKind : std::uint8_t {
   kSubrange,
   kBlock,
   kPou,
-  kReference
+  kReference,
+  kPointer,
+  kUnion
 };
 
 struct TypeField {
@@ -60,9 +62,9 @@ struct Type {
   TypeId elementary = TypeId::kBool;  ///< kElementary; kString: kString or kWstring; kEnum, kSubrange: the base
   std::uint16_t capacity = 0;         ///< kString
   std::string name;                   ///< declared name; empty for anonymous arrays
-  TypeRef element{};                  ///< kArray element, kReference target
+  TypeRef element{};                  ///< kArray element, kReference and kPointer target
   std::int64_t lower = 0, upper = 0;  ///< kArray bounds of this dimension (arrays of arrays for more), kSubrange limits
-  std::vector<TypeField> fields;      ///< kStruct
+  std::vector<TypeField> fields;      ///< kStruct, kUnion
   std::vector<EnumMember> members;    ///< kEnum
   std::int64_t initial = 0;           ///< kEnum, kSubrange: initial value
   const stdlib::BlockSpec* block = nullptr;  ///< kBlock: standard function block
@@ -72,6 +74,7 @@ struct Type {
   bool stub = false;
   bool from_library = false;  ///< kEnum: declared in a library
   bool open = false;          ///< kArray [*]: the type of a parameter of a generic function, of no value
+  bool implicit = false;      ///< kReference: REFERENCE TO, which stands for what it refers to; else REF_TO
   SourceRef at;
 };
 
@@ -90,6 +93,9 @@ class TypeTable {
   /// ARRAY [*] OF element.
   TypeRef open_array(TypeRef element);
   TypeRef reference(TypeRef target);
+  /// REFERENCE TO target: a reference whose name stands for what it refers to.
+  TypeRef reference_to(TypeRef target);
+  TypeRef pointer(TypeRef target);
   TypeRef block(const stdlib::BlockSpec& block);
   /// The instance type of a program or function block POU.
   TypeRef pou(std::uint32_t pou_index, std::string_view name);
@@ -107,6 +113,8 @@ class TypeTable {
   [[nodiscard]] std::optional<std::uint32_t> position_of(TypeRef ref, std::string_view name) const;
   /// True when a function block instance, standard or not, is part of a value of this type.
   [[nodiscard]] bool holds_instance(TypeRef ref) const;
+  /// True when a reference is part of a value of this type.
+  [[nodiscard]] bool holds_reference(TypeRef ref) const;
   /// Machine representation of a scalar (elementary, enum, subrange, string, reference); nothing for aggregates.
   [[nodiscard]] std::optional<Rep> rep_of(TypeRef ref) const;
   /// The elementary type an operand of this type counts as in a call: itself, an enumeration's or subrange's base,
@@ -115,6 +123,9 @@ class TypeTable {
 
  private:
   TypeRef add(Type type);
+  /// Whether a value of type `ref` is of a kind that is looked for, or has one in it.
+  template <class Found>
+  bool holds(TypeRef ref, Found found) const;
   TypeRef intern(const std::string& key, Type type);
   std::vector<Type> types_;
   using Positions = std::unordered_map<std::string, std::uint32_t, core::NameHash, core::NameEqual>;

@@ -150,6 +150,14 @@ Operation operation_of(ResolvedOp op) {
     case ResolvedOp::kLoadVia:
     case ResolvedOp::kStoreVia:
     case ResolvedOp::kRefVia:
+    case ResolvedOp::kAdrAt:
+    case ResolvedOp::kAdrVia:
+    case ResolvedOp::kAdrPtr:
+    case ResolvedOp::kLoadPtr:
+    case ResolvedOp::kStorePtr:
+    case ResolvedOp::kRefPtr:
+    case ResolvedOp::kPtrTo32:
+    case ResolvedOp::kPtrFrom32:
     case ResolvedOp::kRunVia:
     case ResolvedOp::kCallVia:
 #define PLC_REFERENCED(Name)     \

@@ -111,8 +111,8 @@ constexpr Rule type_spec(State parent, std::string_view name, std::string_view v
     case TypeSpec::Kind::kSubrange:
       start = type_kind<TypeSpec::Kind::kSubrange>;
       break;
-    case TypeSpec::Kind::kPointer:
-      start = type_kind<TypeSpec::Kind::kPointer>;
+    case TypeSpec::Kind::kReference:
+      start = type_kind<TypeSpec::Kind::kReference>;
       break;
     case TypeSpec::Kind::kString:
       start = string_spec;
@@ -183,8 +183,8 @@ constexpr Rule kRules[] = {
     declared("EnumTypeWithNamedValueSpec", start_declared<Kind::kEnum>),
     declared("StructTypeSpec", start_declared<Kind::kStruct>),
     declared("SubrangeTypeSpec", start_declared<Kind::kSubrange>),
-    declared("RefTypeSpec", start_declared<Kind::kPointer>),
-    declared("ReferenceTypeSpec", start_declared<Kind::kPointer>),
+    declared("RefTypeSpec", start_declared<Kind::kReference>),
+    declared("ReferenceTypeSpec", start_declared<Kind::kReference>),
     declared("StringTypeSpec", start_declared_string),
     declared("WStringTypeSpec", start_declared_string),
     used(State::kXDataType, "InitialValue", State::kXValue, push_data_type_value, pop_value),
@@ -196,8 +196,8 @@ constexpr Rule kRules[] = {
     type_spec(kInline, "InstantlyDefinedType", "ArrayTypeSpec", Kind::kArray),
     type_spec(kInline, "InstantlyDefinedType", "EnumTypeSpec", Kind::kEnum),
     type_spec(kInline, "InstantlyDefinedType", "SubrangeTypeSpec", Kind::kSubrange),
-    type_spec(kInline, "InstantlyDefinedType", "RefTypeSpec", Kind::kPointer),
-    type_spec(kInline, "InstantlyDefinedType", "ReferenceTypeSpec", Kind::kPointer),
+    type_spec(kInline, "InstantlyDefinedType", "RefTypeSpec", Kind::kReference),
+    type_spec(kInline, "InstantlyDefinedType", "ReferenceTypeSpec", Kind::kReference),
     type_spec(kInline, "InstantlyDefinedType", "StringTypeSpec", Kind::kString),
     type_spec(kInline, "InstantlyDefinedType", "WStringTypeSpec", Kind::kString),
 

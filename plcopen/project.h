@@ -48,8 +48,11 @@ struct TypeSpec {
     kStruct,    ///< `members`
     kEnum,      ///< `values`, `base` or null
     kSubrange,  ///< `dimensions[0]`, `base`
-    kPointer,   ///< `base` (REF_TO / pointer)
+    kPointer,   ///< `base` (POINTER TO, <pointer>)
     kMissing,   ///< no type given
+    kReference,   ///< `base` (REF_TO)
+    kReferenceTo, ///< `base` (REFERENCE TO of CODESYS, followed by its name alone)
+    kUnion,     ///< `members`
   };
   Kind kind = Kind::kMissing;
   std::string name;

@@ -55,6 +55,7 @@ constexpr Rule kRules[] = {
     used(State::kType, "derived", State::kLeaf, derived_type),
     used(State::kType, "enum", State::kEnum, type_kind<TypeSpec::Kind::kEnum>),
     used(State::kType, "struct", State::kStruct, start_struct, end_var_list),
+    used(State::kType, "union", State::kStruct, start_union, end_var_list),
     used(State::kType, "subrangeSigned", State::kSubrange, type_kind<TypeSpec::Kind::kSubrange>),
     used(State::kType, "subrangeUnsigned", State::kSubrange, type_kind<TypeSpec::Kind::kSubrange>),
     used(State::kType, "pointer", State::kPointer, type_kind<TypeSpec::Kind::kPointer>),
@@ -177,6 +178,11 @@ void start_struct(Reader& r, const Tag&) {
   type(r).kind = TypeSpec::Kind::kStruct;
   VarListFrame& list = r.var_lists.emplace_back();
   list.out = &type(r).members;
+}
+
+void start_union(Reader& r, const Tag& tag) {
+  start_struct(r, tag);
+  type(r).kind = TypeSpec::Kind::kUnion;
 }
 
 void push_var_list(Reader& r, const Tag& tag, std::vector<Variable>& out, Section section) {

@@ -38,6 +38,7 @@ void type_kind(Reader& r, const Tag&) {
   r.types.back()->kind = kKind;
 }
 void start_struct(Reader& r, const Tag& tag);
+void start_union(Reader& r, const Tag& tag);
 void end_var_list(Reader& r);
 
 void start_variable(Reader& r, const Tag& tag);

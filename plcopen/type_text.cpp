@@ -51,13 +51,16 @@ bool take_array(std::string_view& text, std::vector<Dimension>& dimensions) {
   return true;
 }
 
-/// Takes "REF_TO" and its older spellings off the text; false if there is none.
-bool take_pointer(std::string_view& text) {
-  for (const std::string_view word :
-       {std::string_view("REF_TO"), std::string_view("POINTER TO"), std::string_view("REFERENCE TO")}) {
+/// Takes "REF_TO", "POINTER TO" or "REFERENCE TO" off the text; false if there is none.
+bool take_pointer(std::string_view& text, TypeSpec::Kind& kind) {
+  using Kind = TypeSpec::Kind;
+  constexpr std::pair<std::string_view, Kind> kWords[] = {
+      {"REF_TO", Kind::kReference}, {"POINTER TO", Kind::kPointer}, {"REFERENCE TO", Kind::kReferenceTo}};
+  for (const auto& [word, made] : kWords) {
     const std::optional<std::string_view> rest = after_word(text, word);
     if (!rest) continue;
     text = *rest;
+    kind = made;
     return true;
   }
   return false;
@@ -88,9 +91,7 @@ void parse_type_text(std::string_view text, const SourceRef& at, TypeSpec& resul
     type->at = at;
     if (take_array(text, type->dimensions)) {
       type->kind = TypeSpec::Kind::kArray;
-    } else if (take_pointer(text)) {
-      type->kind = TypeSpec::Kind::kPointer;
-    } else {
+    } else if (!take_pointer(text, type->kind)) {
       break;
     }
     type->base = std::make_shared<TypeSpec>();

@@ -9,6 +9,7 @@
 #include "runtime/interpreter/interpreter.h"
 #include "runtime/interpreter/operations.h"
 #include "runtime/link/link.h"
+#include "runtime/pointers/objects.h"
 #include "runtime/sched/task.h"
 #include "runtime/taskblocks.h"
 
@@ -34,6 +35,7 @@ struct Program::State {
   std::vector<QueueEnd> queues;            ///< by queue of the image
   std::unique_ptr<Taskblocks> taskblocks;  ///< null when the task runs none
   LinkedCode code;
+  std::optional<Objects> objects;  ///< nothing when the task uses no pointers
   Machine machine;
   std::unique_ptr<CompiledTask> compiled;  ///< null = the interpreter
 };
@@ -88,6 +90,11 @@ core::Result<std::unique_ptr<Program>> Program::link(const bytecode::VerifiedIma
   if (!code) return code.error();
   state->code = std::move(*code);
   state->exchange->prepare();
+  if (uses_pointers(image, pous)) {
+    auto objects = Objects::make(image, entry.body, state->table.layout(), Handle::task_tag(task));
+    if (!objects) return objects.error();
+    state->objects.emplace(std::move(*objects));
+  }
   const taskblocks::Registry& registry =
       options.taskblocks != nullptr ? *options.taskblocks : taskblocks::Registry::built_in();
   auto blocks = Taskblocks::make(image, task, registry, state->table, state->queues, options);
@@ -105,6 +112,7 @@ core::Result<std::unique_ptr<Program>> Program::link(const bytecode::VerifiedIma
   m.events = &state->events;
   m.taskblocks = state->taskblocks.get();
   m.queues = state->queues.data();
+  m.objects = state->objects ? &*state->objects : nullptr;
   m.step.host = m.taskblocks;
   m.task_tag = Handle::task_tag(task);
   m.global_bytes = state->table.layout().global_bytes;

@@ -229,7 +229,7 @@ std::string generic_text(std::vector<TypeId> types) {
 std::vector<std::string_view> event_names(stdlib::EventSet events) {
   std::vector<std::string_view> names;
   for (const Event event : {Event::kDivideByZero, Event::kOutOfRange, Event::kTruncated, Event::kBadIndex,
-                            Event::kNullReference, Event::kInvalid}) {
+                            Event::kNullReference, Event::kInvalid, Event::kBadPointer}) {
     if (events.contains(event)) names.push_back(stdlib::event_name(event));
   }
   return names;

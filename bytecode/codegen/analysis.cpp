@@ -133,6 +133,10 @@ class Analyser {
       case Op::kXor:
       case Op::kNot:
       case Op::kMakeRef:
+      case Op::kAddress:
+      case Op::kPointerRef:
+      case Op::kPointerTo32:
+      case Op::kPointerFrom32:
       case Op::kExtract:
       case Op::kInsert:
       case Op::kSameRef:
@@ -180,8 +184,12 @@ class Analyser {
       case Op::kLoad:
       case Op::kRun:
       case Op::kMakeRef:
+      case Op::kAddress:
         use_place(i, inst, inst.a);
         break;
+      case Op::kPointerRef:
+      case Op::kPointerTo32:
+      case Op::kPointerFrom32:
       case Op::kExtract:
       case Op::kRange:
         use(i, inst, inst.a);

@@ -129,15 +129,18 @@ class BodyGenerator final : private RecordSink {
 
   // ---- parts of values that only the running program can find ------------------------------------------------------
 
-  /// How an instruction reaches a place: its path from a place of known address, or from what a reference refers to.
+  /// How an instruction reaches a place: its path from a place of known address, or from what a reference or a pointer
+  /// leads to.
   struct Access {
-    bool via = false;
-    std::uint32_t base = 0;  ///< operand: the place, or the reference
+    enum class From : std::uint8_t { kPlace, kReference, kPointer } from = From::kPlace;
+    std::uint32_t base = 0;  ///< operand: the place, the reference or the pointer
     std::uint32_t type = 0;  ///< image type where the path starts
     std::vector<std::uint32_t> path;
     [[nodiscard]] std::uint32_t items() const { return static_cast<std::uint32_t>(path.size()) / kPathWords; }
     /// The member of a family of instructions.
-    [[nodiscard]] Opcode pick(Opcode at_place, Opcode via_reference) const { return via ? via_reference : at_place; }
+    [[nodiscard]] Opcode pick(Opcode at_place, Opcode via_reference, Opcode through_pointer) const {
+      return from == From::kPlace ? at_place : from == From::kReference ? via_reference : through_pointer;
+    }
   };
 
   Access access(std::uint32_t place);
@@ -149,13 +152,15 @@ class BodyGenerator final : private RecordSink {
     writer_.op(opcode, words, access.path, access.items());
   }
   void load_part(std::uint32_t to, const Access& from) {
-    access_op(from.pick(Opcode::kLoadAt, Opcode::kLoadVia), {to, from.base, from.type}, from);
+    access_op(from.pick(Opcode::kLoadAt, Opcode::kLoadVia, Opcode::kLoadPtr), {to, from.base, from.type}, from);
   }
   void store_part(const Access& to, std::uint32_t from) {
-    access_op(to.pick(Opcode::kStoreAt, Opcode::kStoreVia), {to.base, from, to.type}, to);
+    access_op(to.pick(Opcode::kStoreAt, Opcode::kStoreVia, Opcode::kStorePtr), {to.base, from, to.type}, to);
   }
 
   void make_ref(const Inst& inst);
+
+  void take_address(const Inst& inst);
 
   // ---- instructions -----------------------------------------------------------------------------------------------
 

@@ -17,8 +17,14 @@ BodyGenerator::Access BodyGenerator::access(std::uint32_t place) {
   for (; !is_static(at.index) && body_.places[at.index].parent.valid(); at = body_.places[at.index].parent) {
     steps.push_back(at.index);
   }
-  found.via = !is_static(at.index);
-  found.base = found.via ? operand(body_.places[at.index].index) : place_words_[at.index];
+  if (is_static(at.index)) {
+    found.base = place_words_[at.index];
+  } else {
+    const std::uint32_t leads = body_.places[at.index].index;
+    const bool pointer = types_[body_.insts[leads].type].kind == ir::TypeKind::kPointer;
+    found.from = pointer ? Access::From::kPointer : Access::From::kReference;
+    found.base = operand(leads);
+  }
   found.type = image_type(type_of_place(at.index));
   const auto step = [&](PathStep kind, std::uint32_t number) {
     found.path.push_back(static_cast<std::uint32_t>(kind));
@@ -54,10 +60,21 @@ std::optional<std::uint32_t> BodyGenerator::known_element(const Place& place) {
 
 void BodyGenerator::make_ref(const Inst& inst) {
   const Access place = access(inst.a);
-  if (place.via && place.path.empty()) {
+  if (place.from == Access::From::kReference && place.path.empty()) {
     move(inst.type, destination(true), place.base);
   } else {
-    access_op(place.pick(Opcode::kRefAt, Opcode::kRefVia), {destination(true), place.base, place.type}, place);
+    const Opcode opcode = place.pick(Opcode::kRefAt, Opcode::kRefVia, Opcode::kRefPtr);
+    access_op(opcode, {destination(true), place.base, place.type}, place);
+  }
+}
+
+void BodyGenerator::take_address(const Inst& inst) {
+  const Access place = access(inst.a);
+  if (place.from == Access::From::kPointer && place.path.empty()) {
+    move(inst.type, destination(false), place.base);
+  } else {
+    const Opcode opcode = place.pick(Opcode::kAdrAt, Opcode::kAdrVia, Opcode::kAdrPtr);
+    access_op(opcode, {destination(false), place.base, place.type}, place);
   }
 }
 
@@ -113,6 +130,21 @@ void BodyGenerator::instruction(const Inst& inst) {
     case Op::kMakeRef:
       make_ref(inst);
       break;
+    case Op::kAddress:
+      take_address(inst);
+      break;
+    case Op::kPointerRef: {
+      const std::uint32_t pointer = operand(inst.a);
+      writer_.op(Opcode::kRefPtr, {destination(true), pointer, image_type(types_[inst.type].element)});
+      break;
+    }
+    case Op::kPointerTo32:
+    case Op::kPointerFrom32: {
+      const std::uint32_t given = operand(inst.a);
+      const bool to = inst.op == Op::kPointerTo32;
+      writer_.op(to ? Opcode::kPtrTo32 : Opcode::kPtrFrom32, {destination(false), given});
+      break;
+    }
     case Op::kExtract: {
       const std::uint32_t word = operand(inst.a);
       writer_.op(Opcode::kExtract, {destination(false), word, inst.b});
@@ -267,8 +299,9 @@ void BodyGenerator::run_block(const Inst& inst) {
     writer_.op(pou ? Opcode::kCallPou : Opcode::kRunTb, {what, place_words_[inst.a]});
   } else {
     const Access instance = access(inst.a);
-    const Opcode opcode =
-        pou ? instance.pick(Opcode::kCallAt, Opcode::kCallVia) : instance.pick(Opcode::kRunAt, Opcode::kRunVia);
+    const bool placed = instance.from == Access::From::kPlace;  // pointers to instances are followed as references
+    const Opcode opcode = pou ? (placed ? Opcode::kCallAt : Opcode::kCallVia)
+                              : (placed ? Opcode::kRunAt : Opcode::kRunVia);
     access_op(opcode, {what, instance.base, instance.type}, instance);
   }
 }

@@ -194,6 +194,9 @@ class Converter {
           rename(inst.b);
           break;
         case Op::kNot:
+        case Op::kPointerRef:
+        case Op::kPointerTo32:
+        case Op::kPointerFrom32:
         case Op::kExtract:
         case Op::kRange:
           rename(inst.a);

@@ -8,6 +8,8 @@
 #include <utility>
 
 #include "bytecode/type_map.h"
+#include "core/packed.h"
+#include "ir/foreign_size.h"
 
 namespace plc::bytecode {
 namespace {
@@ -117,7 +119,10 @@ std::uint32_t Layout::make(ir::TypeRef ref) {
     case ir::TypeKind::kElementary:
     case ir::TypeKind::kEnum:
     case ir::TypeKind::kSubrange:
+    case ir::TypeKind::kPointer:
       return make_scalar(type);
+    case ir::TypeKind::kUnion:
+      return make_union(ref);
     case ir::TypeKind::kString:
       return make_string(type.elementary, type.capacity);
     case ir::TypeKind::kArray:
@@ -238,6 +243,24 @@ std::uint32_t Layout::make_struct(const ir::Type& type) {
   }
   too_large_ = too_large_ || builder.too_large();
   return add(builder.finish(type.name));
+}
+
+// Words of the size that the members are aligned to: what lies in them is read as pointers read.
+std::uint32_t Layout::make_union(ir::TypeRef ref) {
+  const auto align = ir::foreign_align(module_.types, ref).value_or(1);
+  const auto bytes = ir::foreign_size(module_.types, ref).value_or(0);
+  using enum core::TypeId;
+  const core::TypeId word = align == 1 ? kByte : align == 2 ? kWord : align == 4 ? kDword : kLword;
+  ImageType out;
+  out.kind = TypeKind::kArray;
+  out.name = module_.types[ref].name;
+  out.element = type(ir::ref_of(word));
+  out.align = static_cast<std::uint32_t>(align);
+  const bool fits = bytes != 0 && bytes <= kMaxTableBytes;
+  too_large_ = too_large_ || !fits;
+  out.count = fits ? static_cast<std::uint32_t>(bytes / align) : 1;
+  out.size = out.count * out.align;
+  return add(std::move(out));
 }
 
 std::uint32_t Layout::make_block(const stdlib::BlockSpec& spec) {
@@ -404,6 +427,8 @@ void Layout::initialise(ir::TypeRef ref, std::byte* to) {
   switch (t.kind) {
     case ir::TypeKind::kElementary:
     case ir::TypeKind::kReference:
+    case ir::TypeKind::kPointer:
+    case ir::TypeKind::kUnion:
       return;
     case ir::TypeKind::kString:
       initialise_raw(made, to);
@@ -444,28 +469,61 @@ void Layout::initialise(const ir::Variable& variable, std::byte* to) {
 
 void Layout::override_values(ir::TypeRef ref, std::span<const ir::InitItem> items, std::byte* to) {
   for (const ir::InitItem& item : items) {
+    if (write_in_union(item, ref, to)) continue;
     ir::TypeRef at = ref;
     std::byte* const leaf = to + walk(at, item.path);
     write_constant(item.value, at, leaf);
   }
 }
 
+// In a union values lie as pointers see them (runtime/pointers/packed_types.h).
+bool Layout::write_in_union(const ir::InitItem& item, ir::TypeRef ref, std::byte* to) {
+  const std::span<const std::uint32_t> path = item.path;
+  ir::TypeRef at = ref;
+  std::size_t steps = 0;
+  for (; steps < path.size() && module_.types[at].kind != ir::TypeKind::kUnion; ++steps) walk_step(at, path[steps]);
+  if (steps == path.size()) return false;
+  at = ref;
+  std::uint64_t offset = walk(at, path.first(steps));
+  for (; steps < path.size(); ++steps) {
+    offset += ir::foreign_offset(module_.types, at, path[steps]).value_or(0);
+    const ir::Type& t = module_.types[at];
+    at = t.kind == ir::TypeKind::kArray ? t.element : t.fields[path[steps]].type;
+  }
+  const ir::Type& type = module_.types[at];
+  std::byte* const member = to + offset;
+  if (type.kind == ir::TypeKind::kString) {
+    const std::size_t width = type.elementary == core::TypeId::kWstring ? 2 : 1;
+    const std::size_t bytes = std::min<std::size_t>(item.value.text.size(), type.capacity * width);
+    std::memcpy(member, item.value.text.data(), bytes);
+    std::memset(member + bytes, 0, width);
+    return true;
+  }
+  std::uint64_t bits = item.value.bits;
+  const std::int64_t step = core::packed_step_ns(type.elementary);
+  if (step != 0) bits = static_cast<std::uint64_t>(static_cast<std::int64_t>(bits) / step);
+  std::memcpy(member, &bits, ir::foreign_size(module_.types, at).value_or(0));
+  return true;
+}
+
 std::uint32_t Layout::offset_of(ir::TypeRef ref, std::span<const std::uint32_t> path) { return walk(ref, path); }
 
 std::uint32_t Layout::walk(ir::TypeRef& at, std::span<const std::uint32_t> path) {
   std::uint32_t offset = 0;
-  for (const std::uint32_t step : path) {
-    const ir::Type& t = module_.types[at];
-    if (t.kind == ir::TypeKind::kArray) {
-      offset += step * image_.types[type(t.element)].size;
-      at = t.element;
-      continue;
-    }
-    offset += field_offset(at, step);
-    if (t.kind == ir::TypeKind::kStruct) at = t.fields[step].type;
-    if (t.kind == ir::TypeKind::kBlock) at = ir::ref_of(t.block->fields[step].type);
-    if (t.kind == ir::TypeKind::kPou) at = module_.pous[t.pou].variables[step].type;
+  for (const std::uint32_t step : path) offset += walk_step(at, step);
+  return offset;
+}
+
+std::uint32_t Layout::walk_step(ir::TypeRef& at, std::uint32_t step) {
+  const ir::Type& t = module_.types[at];
+  if (t.kind == ir::TypeKind::kArray) {
+    at = t.element;
+    return step * image_.types[type(t.element)].size;
   }
+  const std::uint32_t offset = field_offset(at, step);
+  if (t.kind == ir::TypeKind::kStruct) at = t.fields[step].type;
+  if (t.kind == ir::TypeKind::kBlock) at = ir::ref_of(t.block->fields[step].type);
+  if (t.kind == ir::TypeKind::kPou) at = module_.pous[t.pou].variables[step].type;
   return offset;
 }
 

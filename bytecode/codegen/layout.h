@@ -92,12 +92,17 @@ class Layout {
  private:
   /// offset_of(); `at` becomes the type of the part.
   std::uint32_t walk(ir::TypeRef& at, std::span<const std::uint32_t> path);
+  /// One step of it.
+  std::uint32_t walk_step(ir::TypeRef& at, std::uint32_t step);
+  /// Writes an initial value that lies in a union; false when it does not.
+  bool write_in_union(const ir::InitItem& item, ir::TypeRef ref, std::byte* to);
   std::uint32_t add(ImageType type);
   std::uint32_t make(ir::TypeRef ref);
   std::uint32_t make_scalar(const ir::Type& type);
   std::uint32_t make_string(core::TypeId id, std::uint16_t capacity);
   std::uint32_t make_array(const ir::Type& type);
   std::uint32_t make_struct(const ir::Type& type);
+  std::uint32_t make_union(ir::TypeRef ref);
   std::uint32_t make_block(const stdlib::BlockSpec& spec);
   std::uint32_t make_instance(std::uint32_t pou);
 

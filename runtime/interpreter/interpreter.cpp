@@ -8,6 +8,8 @@
 #include "runtime/interpreter/bool_run.h"
 #include "runtime/interpreter/handle.h"
 #include "runtime/interpreter/operations.h"
+#include "runtime/interpreter/paths.h"
+#include "runtime/interpreter/pointer_ops.h"
 #include "runtime/interpreter/value_ops.h"
 #include "runtime/interpreter/value_runs.h"
 #include "runtime/memory/queue.h"
@@ -31,46 +33,6 @@ using stdlib::Event;
 
 /// Addresses of the handlers, indexed by ResolvedOp; handler words are distances from that of Return.
 using Labels = const void* const*;
-
-/// The part of the value at `base` that a path leads to; null where an index leaves its array.
-template <Addressing kAddressing>
-[[gnu::always_inline]] inline std::byte* follow(const Machine& m, std::uint32_t instance, std::byte* base,
-                                                const std::uint32_t* path) noexcept {
-  base += path[0];
-  const std::uint32_t* index = path + 2;
-  const auto next = [&m, instance, &base, &index ]() __attribute__((always_inline)) {
-    const std::uint64_t element = element_of(index, place<kAddressing>(m.table, instance, index[0]));
-    base += element * index[2];
-    const bool inside = element < index[1];
-    index += kIndexWords;
-    return inside;
-  };
-  // Most paths that come here have two.
-  if (path[1] == 2) return next() && next() ? base : nullptr;
-  for (std::uint32_t i = path[1]; i != 0; --i) {
-    if (!next()) return nullptr;
-  }
-  return base;
-}
-/// Null after an event, for the instruction at `pc`. RT.
-template <Addressing kAddressing>
-std::byte* part_at(Machine& m, std::uint32_t instance, const std::uint32_t* pc, std::uint32_t whole,
-                   const std::uint32_t* path) noexcept {
-  std::byte* const part = follow<kAddressing>(m, instance, place<kAddressing>(m.table, instance, whole), path);
-  if (part == nullptr) [[unlikely]]
-    raise(m, pc, Event::kBadIndex);
-  return part;
-}
-/// The same through a reference. RT.
-template <Addressing kAddressing>
-std::byte* part_via(Machine& m, std::uint32_t instance, const std::uint32_t* pc, std::uint32_t ref, std::uint32_t type,
-                    Use use, const std::uint32_t* path) noexcept {
-  std::byte* const whole = target(m, load<Handle>(place<kAddressing>(m.table, instance, ref)), type, use);
-  std::byte* const part = whole == nullptr ? nullptr : follow<kAddressing>(m, instance, whole, path);
-  if (part == nullptr) [[unlikely]]
-    raise(m, pc, whole == nullptr ? Event::kNullReference : Event::kBadIndex);
-  return part;
-}
 
 /// With `labels` set: hands them out and executes nothing.
 template <Addressing kAddressing>
@@ -495,6 +457,45 @@ op_CallVia : {
     return false;
   PLC_NEXT(4 + path_words(pc + 4));
 }
+
+  // ---- pointers: paths in the layout that they see (runtime/pointers/)
+op_AdrAt : {
+  // Words: out, place, type of the part, path.
+  store(at(pc[1]), address_of(m, pc, part_at<kAddressing>(m, instance, pc, pc[2], pc + 4), pc[3]));
+  PLC_NEXT(4 + path_words(pc + 4));
+}
+op_AdrVia : {
+  // Words: out, ref, type, type of the part, path.
+  const std::byte* const part = part_via<kAddressing>(m, instance, pc, pc[2], pc[3], Use::kRead, pc + 5);
+  store(at(pc[1]), address_of(m, pc, part, pc[4]));
+  PLC_NEXT(5 + path_words(pc + 5));
+}
+op_AdrPtr : {
+  // Words: out, pointer, path.
+  store(at(pc[1]), part_of(load<Pointer>(at(pc[2])), moved<kAddressing>(m, instance, pc, pc[2], pc + 3)));
+  PLC_NEXT(3 + path_words(pc + 3));
+}
+op_LoadPtr : {
+  // Words: out, pointer, type of the part, capacity, zeros (2), path.
+  load_through(m, pc, moved<kAddressing>(m, instance, pc, pc[2], pc + 7), pc + 3, at(pc[1]));
+  PLC_NEXT(7 + path_words(pc + 7));
+}
+op_StorePtr : {
+  // Words: in, pointer, type of the part, capacity, path.
+  store_through(m, pc, moved<kAddressing>(m, instance, pc, pc[2], pc + 5), pc + 3, at(pc[1]));
+  PLC_NEXT(5 + path_words(pc + 5));
+}
+op_RefPtr : {
+  // Words: out, pointer, type of the part, path.
+  store(at(pc[1]), handle_through(m, pc, moved<kAddressing>(m, instance, pc, pc[2], pc + 4), pc[3]));
+  PLC_NEXT(4 + path_words(pc + 4));
+}
+op_PtrTo32:
+  store(at(pc[1]), pointer_to_32(m, pc, load<Pointer>(at(pc[2]))));
+  PLC_NEXT(3);
+op_PtrFrom32:
+  store(at(pc[1]), pointer_from_32(m, pc, load<std::uint32_t>(at(pc[2]))));
+  PLC_NEXT(3);
 
 // ---- arithmetic, comparison, bit strings
 #define PLC_BINARY_OP(Name, T, Result, expression) \

@@ -42,6 +42,7 @@ struct CodeMark {
   std::uint32_t word = 0;
 };
 
+class Objects;
 class QueueEnd;
 class Taskblocks;
 
@@ -65,6 +66,7 @@ struct Machine {
   /// Position in the code of the last loop jump, program or taskblock call: where a scan is that does not end.
   std::atomic<std::uint32_t> place{0};
   Fault fault;  ///< of a scan that ended in one; what it was before, else
+  const Objects* objects = nullptr;  ///< what pointers lead to; null when the task uses none
 };
 
 /// Executes the body at stream position `entry`, whose instance is at table offset `instance`. False: machine.fault is

@@ -60,10 +60,10 @@ std::optional<BodyReader::FusedJump> BodyReader::fused_jump(const Decoded& d) co
   }
 }
 
-ResolvedPath BodyReader::path_of(const Decoded& d) const {
+ResolvedPath BodyReader::path_of(const Decoded& d, const PackedTypes* packed) const {
   const std::uint32_t spaces[] = {image_.global_type, image_.pous[pou_].instance_type, image_.pous[pou_].frame_type,
                                   image_.const_type};
-  return resolve_path(image_, spaces, d.operands[2], {d.list, std::size_t{d.items} * bytecode::kPathWords});
+  return resolve_path(image_, spaces, d.operands[2], {d.list, std::size_t{d.items} * bytecode::kPathWords}, packed);
 }
 
 const bytecode::ImageType& BodyReader::leaf_type(std::uint32_t operand) const {

@@ -39,7 +39,7 @@ class BodyReader {
   /// The conditional jump after comparison `d` on its result, if one instruction does both.
   [[nodiscard]] std::optional<FusedJump> fused_jump(const Decoded& d) const;
   /// Where LOAD_AT and the like lead.
-  [[nodiscard]] ResolvedPath path_of(const Decoded& d) const;
+  [[nodiscard]] ResolvedPath path_of(const Decoded& d, const PackedTypes* packed = nullptr) const;
   /// Type of the leaf that an operand names.
   [[nodiscard]] const bytecode::ImageType& leaf_type(std::uint32_t operand) const;
 

@@ -16,6 +16,7 @@
 #include "runtime/link/link_bool.h"
 #include "runtime/link/link_library.h"
 #include "runtime/link/link_path.h"
+#include "runtime/pointers/packed_types.h"
 #include "runtime/taskblocks.h"
 #include "stdlib/library.h"
 
@@ -281,6 +282,16 @@ class Linker {
       case Opcode::kCallVia:
         put_execution(d);
         return;
+      case Opcode::kAdrAt:
+      case Opcode::kAdrVia:
+      case Opcode::kAdrPtr:
+      case Opcode::kRefPtr:
+        put_address(d);
+        return;
+      case Opcode::kLoadPtr:
+      case Opcode::kStorePtr:
+        put_pointer_access(d);
+        return;
       case Opcode::kExtract:
         put_extract(d);
         return;
@@ -432,6 +443,34 @@ class Linker {
     put(canonical(path.type));
     put_path(path);
   }
+  /// Instructions that make a pointer, or a handle of one.
+  void put_address(const Decoded& d) {
+    const bool through = d.opcode == Opcode::kAdrPtr || d.opcode == Opcode::kRefPtr;
+    const ResolvedPath path = through ? packed_path(d) : reader_.path_of(d);
+    put_handler(static_cast<ResolvedOp>(d.opcode));
+    put_operand(d.operands[0]);
+    put_operand(d.operands[1]);
+    if (d.opcode == Opcode::kAdrVia) put(canonical(d.operands[2]));
+    if (d.opcode != Opcode::kAdrPtr) put(canonical(path.type));
+    put_path(path);
+  }
+  void put_pointer_access(const Decoded& d) {
+    const bool load = d.opcode == Opcode::kLoadPtr;
+    const ResolvedPath path = packed_path(d);
+    const std::uint32_t value = d.operands[load ? 0 : 1];
+    put_handler(static_cast<ResolvedOp>(d.opcode));
+    put_operand(value);
+    put_operand(d.operands[load ? 1 : 0]);
+    put(path.type);
+    put(image_.types[path.type].kind == TypeKind::kString ? leaf_type(value).capacity : 0);
+    if (load) put_pointer(zeros(path.type));
+    put_path(path);
+  }
+  /// The path of an instruction in the layout that pointers see.
+  [[nodiscard]] ResolvedPath packed_path(const Decoded& d) {
+    if (!packed_) packed_.emplace(image_);
+    return reader_.path_of(d, &*packed_);
+  }
   void put_execution(const Decoded& d) {
     const ResolvedPath path = reader_.path_of(d);
     put_handler(static_cast<ResolvedOp>(d.opcode));
@@ -531,6 +570,7 @@ class Linker {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> call_patches_;
   std::map<std::uint32_t, std::uint32_t> canonical_;
   std::map<std::uint32_t, const std::byte*> zeros_;
+  std::optional<PackedTypes> packed_;  ///< made when an instruction goes through a pointer
   std::optional<core::Problem> problem_;
   std::uint32_t pou_ = 0;
   bool in_block_ = false;

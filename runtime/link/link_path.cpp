@@ -13,7 +13,10 @@ using bytecode::PathStep;
 using bytecode::TypeKind;
 
 ResolvedPath resolve_path(const bytecode::Image& image, std::span<const std::uint32_t, 4> spaces, std::uint32_t root,
-                          std::span<const std::uint32_t> path) {
+                          std::span<const std::uint32_t> path, const PackedTypes* packed) {
+  const auto size_of = [&](std::uint32_t type) {
+    return packed != nullptr ? (*packed)[type].size : image.types[type].size;
+  };
   ResolvedPath resolved;
   resolved.type = root;
   for (; !path.empty(); path = path.subspan(bytecode::kPathWords)) {
@@ -23,9 +26,17 @@ ResolvedPath resolve_path(const bytecode::Image& image, std::span<const std::uin
       const std::uint32_t space = spaces[static_cast<std::size_t>(bytecode::space_of(path[1]))];
       const auto leaf = bytecode::leaf_at(image, space, bytecode::offset_of(path[1]));
       resolved.indices.push_back(
-          {path[1], bytecode::rep_of(image.types[*leaf]), array.lower, array.count, image.types[array.element].size});
+          {path[1], bytecode::rep_of(image.types[*leaf]), array.lower, array.count, size_of(array.element)});
+    } else if (packed == nullptr) {
+      resolved.offset += next->offset;
+    } else if (path[0] == static_cast<std::uint32_t>(PathStep::kElement)) {
+      resolved.offset += path[1] * size_of(next->type);
+    } else if (!(*packed)[resolved.type].at.empty()) {
+      resolved.offset += (*packed)[resolved.type].at[path[1]];
+    } else {
+      // Members of instances: nothing is there for a pointer to read.
+      resolved.offset += next->offset;
     }
-    resolved.offset += next->offset;
     resolved.type = next->type;
   }
   return resolved;

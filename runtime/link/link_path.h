@@ -12,6 +12,7 @@
 
 #include "bytecode/image.h"
 #include "runtime/interpreter/interpreter.h"
+#include "runtime/pointers/packed_types.h"
 
 namespace plc::runtime {
 
@@ -29,9 +30,10 @@ struct ResolvedPath {
   std::vector<PathIndex> indices;
 };
 
-/// `spaces`: structure of each bytecode::Space, to find the representation of indices.
+/// `spaces`: structure of each bytecode::Space, to find the representation of indices. With `packed`, distances are
+/// those in the layout that pointers see.
 ResolvedPath resolve_path(const bytecode::Image& image, std::span<const std::uint32_t, 4> spaces, std::uint32_t root,
-                          std::span<const std::uint32_t> path);
+                          std::span<const std::uint32_t> path, const PackedTypes* packed = nullptr);
 
 /// The value of `type` that an access leading nowhere reads: zeros, with the capacities of strings in place.
 void fill_zeros(const bytecode::Image& image, std::uint32_t type, std::byte* to);

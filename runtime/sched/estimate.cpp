@@ -215,6 +215,16 @@ class Estimator {
       case Opcode::kRefVia:
         cost += indices(d);
         break;
+      case Opcode::kAdrAt:
+      case Opcode::kAdrVia:
+      case Opcode::kAdrPtr:
+      case Opcode::kRefPtr:
+        cost += pointer(d);
+        break;
+      case Opcode::kLoadPtr:
+      case Opcode::kStorePtr:
+        cost += pointer(d) + value_bytes(reader_.path_of(d).type) * kBytesOneByOne;
+        break;
       case Opcode::kRunAt:
       case Opcode::kRunVia:
         cost += indices(d) + costs_[CostKind::kBlock] + block(d.operands[0]);
@@ -243,6 +253,11 @@ class Estimator {
   [[nodiscard]] Cost indices(const Decoded& d) const {
     return costs_[CostKind::kIndex] * static_cast<double>(reader_.path_of(d).indices.size());
   }
+  /// Pointers are looked up: what that takes, in accesses by a reference, beyond the first; and a byte that is not
+  /// copied as it lies, in bytes that are.
+  static constexpr double kLookUp = 4;
+  static constexpr double kBytesOneByOne = 20;
+  [[nodiscard]] Cost pointer(const Decoded& d) const { return indices(d) + costs_[CostKind::kAccess] * kLookUp; }
   /// In the form that the linker gives it.
   [[nodiscard]] Cost access(const Decoded& d) const {
     const ResolvedPath path = reader_.path_of(d);
@@ -411,7 +426,7 @@ class Estimator {
             if (d.operands[i] == control) return true;
             break;
           case OperandKind::kBaseIn:
-            if (d.opcode == Opcode::kRefAt && d.operands[i] == control) return true;
+            if ((d.opcode == Opcode::kRefAt || d.opcode == Opcode::kAdrAt) && d.operands[i] == control) return true;
             break;
           case OperandKind::kStdArgs:
             if (d.list[0] == control) return true;

@@ -103,6 +103,12 @@ class Generator {
   Stmt function_call();
   Stmt block_call();
   Stmt eno_call();
+  // ---- pointers.cpp
+  void make_pointer_types();
+  /// A pointer of this POU, perhaps a new one.
+  Visible some_pointer();
+  Stmt pointer_statement();
+
   Stmt simple(const std::string& st, const std::string& c) const;
 
   struct Call {
@@ -129,7 +135,7 @@ class Generator {
   static constexpr double kMostCost = 4000;
   Random random_;
   Program program_;
-  std::vector<const Type*> elementary_, scalars_, aggregates_;
+  std::vector<const Type*> elementary_, scalars_, aggregates_, pointers_;
   const Type *bool_ = nullptr, *int_ = nullptr, *dint_ = nullptr, *real_ = nullptr, *lreal_ = nullptr;
   const Type *time_ = nullptr, *ltime_ = nullptr, *string_ = nullptr, *wstring_ = nullptr;
   Pou* pou_ = nullptr;

@@ -50,6 +50,7 @@ enum class Kind {
   kStruct,
   kBlock,
   kRef,
+  kPointer,
 };
 
 struct Type;

@@ -11,7 +11,7 @@ namespace {
 /// Globals hold numbers: they are read as text (comparison.cpp), and a reference means nothing outside of its task.
 bool is_plain_data(const Type& type) {
   if (type.kind == Kind::kArray) return is_plain_data(*type.base);
-  return type.kind != Kind::kRef && type.kind != Kind::kString && type.kind != Kind::kBlock &&
+  return type.kind != Kind::kRef && type.kind != Kind::kPointer && type.kind != Kind::kString && type.kind != Kind::kBlock &&
          std::all_of(type.members.begin(), type.members.end(),
                      [](const Variable& v) { return is_plain_data(*v.type); });
 }
@@ -219,6 +219,7 @@ void Generator::make_program() {
 void Generator::collect_leaves(const std::string& path, const std::string& c, const Type& type, bool input) {
   switch (type.kind) {
     case Kind::kRef:
+    case Kind::kPointer:
       return;
     case Kind::kArray: {
       std::vector<std::int64_t> at;

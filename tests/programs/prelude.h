@@ -178,6 +178,70 @@ static inline i64 time_div_u64(i64 t, u64 by) {
 
 /* ---- strings of either kind: more room than any capacity that occurs */
 #define ROOM 600
+/* A pointer: its object, its place in it, and how wide the REALs in the object are, if it is made of REALs. */
+typedef struct {
+  u8* base;
+  i64 size, at;
+  int real;
+} ptr;
+static inline ptr ptr_by(ptr p, i64 bytes) {
+  p.at = (i64)((u64)p.at + (u64)bytes);
+  return p;
+}
+static inline int ptr_null(ptr p) { return p.base == 0 && p.at == 0; }
+static inline int ptr_inside(ptr p, i64 bytes) {
+  if (p.base != 0 && p.at >= 0 && p.at <= p.size - bytes) return 1;
+  ev = 1;
+  return 0;
+}
+/* There is one NaN. */
+static inline f32 one_nan_f32(f32 x) {
+  const u32 bits = 0x7fc00000u;
+  if (x != x) memcpy(&x, &bits, sizeof x);
+  return x;
+}
+static inline f64 one_nan_f64(f64 x) {
+  const u64 bits = 0x7ff8000000000000u;
+  if (x != x) memcpy(&x, &bits, sizeof x);
+  return x;
+}
+static inline void ptr_settle(ptr p) {
+  for (i64 i = 0; p.real != 0 && i < p.size; i += p.real) {
+    if (p.real == 4) {
+      f32 x;
+      memcpy(&x, p.base + i, sizeof x);
+      x = one_nan_f32(x);
+      memcpy(p.base + i, &x, sizeof x);
+    } else {
+      f64 x;
+      memcpy(&x, p.base + i, sizeof x);
+      x = one_nan_f64(x);
+      memcpy(p.base + i, &x, sizeof x);
+    }
+  }
+}
+#define POINTER_TO(T, settled)                            \
+  static inline T ptr_get_##T(ptr p) {                    \
+    T x = 0;                                              \
+    if (ptr_inside(p, sizeof x)) memcpy(&x, p.base + p.at, sizeof x); \
+    return settled(x);                                    \
+  }                                                       \
+  static inline void ptr_put_##T(ptr p, T x) {            \
+    if (!ptr_inside(p, sizeof x)) return;                 \
+    memcpy(p.base + p.at, &x, sizeof x);                  \
+    ptr_settle(p);                                        \
+  }
+POINTER_TO(i8, )
+POINTER_TO(i16, )
+POINTER_TO(i32, )
+POINTER_TO(i64, )
+POINTER_TO(u8, )
+POINTER_TO(u16, )
+POINTER_TO(u32, )
+POINTER_TO(u64, )
+POINTER_TO(f32, one_nan_f32)
+POINTER_TO(f64, one_nan_f64)
+
 typedef struct {
   u16 n;
   u16 d[ROOM];

@@ -25,7 +25,7 @@ Stmt Generator::statement(int depth) {
     const bool leave = random_.chance(50);
     return simple(leave ? "EXIT;" : "CONTINUE;", fmt::format("goto {}_{};\n", leave ? "leave" : "next", loops_.back()));
   }
-  switch (random_.below(20)) {
+  switch (random_.below(23)) {
     case 0:
     case 1:
     case 2:
@@ -54,6 +54,10 @@ Stmt Generator::statement(int depth) {
       return reference_assignment();
     case 14:
       return eno_call();
+    case 20:
+    case 21:
+    case 22:
+      return pointer_statement();
     case 15:
       if (random_.chance(5) && loops_.empty()) return simple("RETURN;", "goto done;\n");
       break;

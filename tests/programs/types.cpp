@@ -155,6 +155,7 @@ void Generator::make_types() {
   elementary("LTIME_OF_DAY", "i64", Kind::kTod, 64, true);
   elementary("DATE_AND_TIME", "i64", Kind::kDt, 64);
   elementary("LDATE_AND_TIME", "i64", Kind::kDt, 64, true);
+  make_pointer_types();
   for (int i = 0; i < 3; ++i) scalars_.push_back(string_type(false));
   scalars_.push_back(string_type(true));
   // What STRING and WSTRING functions return: longer than any argument.
@@ -449,6 +450,7 @@ Expr Generator::literal(const Type& type, bool may_be_untyped) {
 std::optional<std::pair<std::string, std::string>> Generator::initial_of(const Type& type, const std::string& place) {
   switch (type.kind) {
     case Kind::kRef:
+    case Kind::kPointer:
     case Kind::kBlock:
       return std::nullopt;
     case Kind::kArray: {
@@ -520,6 +522,8 @@ std::string initialisation(const Type& type, const std::string& place) {
       return fmt::format("{} = {};\n", place, c_integer(type.initial, type.c));
     case Kind::kString:
       return fmt::format("memset(&{}, 0, sizeof(str));\n", place);
+    case Kind::kPointer:
+      return fmt::format("memset(&{}, 0, sizeof(ptr));\n", place);
     default:
       return fmt::format("{} = 0;\n", place);
   }

@@ -133,10 +133,14 @@ class RandomImage : private RandomLoops {
   // ---- statements
 
   void statement(Scope& scope, int depth) {
-    switch (below(28)) {
+    switch (below(31)) {
       case 0:
       case 1:
         return records(scope);
+      case 28:
+      case 29:
+      case 30:
+        return through_pointer(scope);
       case 2:
       case 3:
         return call_library(scope);

@@ -263,6 +263,59 @@ class RandomInstructions : protected RandomVariables {
         scope.pou.path(Opcode::kStoreVia, {ref, value(scope, end, false), root}, steps);
     }
   }
+  /// Pointers of places, moved by a few bytes or from anywhere, and what is done through them.
+  void through_pointer(Scope& scope) {
+    const bool scalar = random_.once_in(2);
+    const std::uint32_t root = scalar ? type_of(any_type()) : random_.one_of(aggregates_);
+    const Word pointer = random_.once_in(8) ? read(scope, TypeId::kPointer) : point(scope);
+    std::uint32_t end = root;
+    const Steps steps = walk(scope, root, end);
+    switch (below(8)) {
+      case 0:
+        scope.pou.path(Opcode::kAdrPtr, {write(scope, TypeId::kPointer), pointer, root}, steps);
+        return;
+      case 1: {
+        const Word ref = whole(scope, ref_type(end));
+        scope.pou.path(Opcode::kRefPtr, {ref, pointer, root}, steps);
+        if (type(end).kind > TypeKind::kString) return;
+        scope.pou.path(Opcode::kStoreVia, {ref, value(scope, end, false), end}, {});
+        return;
+      }
+      case 2: {
+        const Word address = write(scope, TypeId::kDword);
+        scope.pou.op(Opcode::kPtrTo32, {address, pointer});
+        scope.pou.op(Opcode::kPtrFrom32, {write(scope, TypeId::kPointer), address});
+        return;
+      }
+      case 3:
+      case 4:
+        scope.pou.path(Opcode::kLoadPtr, {value(scope, end, true), pointer, root}, steps);
+        return;
+      default:
+        scope.pou.path(Opcode::kStorePtr, {pointer, value(scope, end, false), root}, steps);
+    }
+  }
+  /// A pointer to some part of a variable, close to it at least.
+  Word point(Scope& scope) {
+    const Word pointer = write(scope, TypeId::kPointer);
+    const std::uint32_t target = random_.once_in(2) ? type_of(any_type()) : random_.one_of(aggregates_);
+    std::uint32_t end = target;
+    if (random_.once_in(5)) {
+      const Word ref = whole(scope, ref_type(target));
+      if (!random_.once_in(3)) refer(scope, ref, target);
+      scope.pou.path(Opcode::kAdrVia, {pointer, ref, target}, walk(scope, target, end));
+    } else {
+      const Word base = type(target).kind >= TypeKind::kArray ? whole(scope, target) : declare(scope, target);
+      scope.pou.path(Opcode::kAdrAt, {pointer, base, target}, walk(scope, target, end));
+    }
+    if (random_.once_in(2)) return pointer;
+    const auto bytes = static_cast<std::int64_t>(below(24)) - 4;
+    std::vector<std::byte> distance(sizeof bytes);
+    std::memcpy(distance.data(), &bytes, sizeof bytes);
+    const Word by = b_.constant_bytes(b_.type(TypeId::kLint), std::move(distance));
+    scope.pou.op(Opcode::kAdd64, {pointer, pointer, by});
+    return pointer;
+  }
   /// Lets a reference refer to a variable, or to a part of one.
   void refer(Scope& scope, Word ref, std::uint32_t target) {
     if (type(target).kind >= TypeKind::kArray) {

@@ -131,7 +131,7 @@ constexpr Broken kBroken[] = {
     {"class", "\nCLASS B\nEND_CLASS", "x : B;", ";", "CLASS", 2},
     {"namespace", "NAMESPACE N\nFUNCTION B : INT\nB := 1;\nEND_FUNCTION\nEND_NAMESPACE", "x : INT;", "x := B();",
      "NAMESPACE", 1},
-    {"union", "TYPE\nA : INT;\nB : UNION a : WORD; b : INT; END_UNION;\nEND_TYPE", "x : B;", ";", "UNION", 3},
+    {"union", "TYPE\nA : INT;\nB : UNION a : WORD; b : TON; END_UNION;\nEND_TYPE", "x : B;", ";", "union", 3},
     {"member of an unknown type", "TYPE B : STRUCT\na : INT;\nb : Nowhere;\nEND_STRUCT;\nEND_TYPE", "x : B;",
      "x.a := 1;", "Nowhere", 3},
     {"type in a type", "TYPE A : Nowhere; END_TYPE\nTYPE B : ARRAY [1..3] OF A; END_TYPE", "x : B;", ";",

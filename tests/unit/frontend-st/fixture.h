@@ -278,6 +278,10 @@ class Machine {
           break;
         case ir::Op::kCopy:
         case ir::Op::kCallPou:
+        case ir::Op::kAddress:
+        case ir::Op::kPointerRef:
+        case ir::Op::kPointerTo32:
+        case ir::Op::kPointerFrom32:
           ADD_FAILURE() << "not in this machine";
           return;
       }

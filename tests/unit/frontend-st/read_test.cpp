@@ -57,7 +57,14 @@ std::string text_of(const TypeSpec& type) {
     case TypeSpec::Kind::kMissing:
       return "-";
     case TypeSpec::Kind::kPointer:
+      return "POINTER TO " + text_of(*type.base);
+    case TypeSpec::Kind::kReference:
       return "REF_TO " + text_of(*type.base);
+    case TypeSpec::Kind::kReferenceTo:
+      return "REFERENCE TO " + text_of(*type.base);
+    case TypeSpec::Kind::kUnion:
+      for (const plcopen::Variable& member : type.members) out += text_of(member) + "; ";
+      return "union {" + out + "}";
     case TypeSpec::Kind::kArray:
     case TypeSpec::Kind::kSubrange:
       for (const plcopen::Dimension& d : type.dimensions) out += d.lower + ".." + d.upper + ",";
@@ -128,8 +135,8 @@ TEST(ReadTypes, EveryForm) {
   EXPECT_EQ(type_of("string[20] := 'a;b'"), "STRING[20] := 'a;b'");
   EXPECT_EQ(type_of("WSTRING(N + 1)"), "WSTRING[N + 1]");
   EXPECT_EQ(type_of("REF_TO REF_TO INT := NULL"), "REF_TO REF_TO INT := NULL");
-  EXPECT_EQ(type_of("POINTER TO INT"), "REF_TO INT");
-  EXPECT_EQ(type_of("REFERENCE TO INT"), "REF_TO INT");
+  EXPECT_EQ(type_of("POINTER TO INT"), "POINTER TO INT");
+  EXPECT_EQ(type_of("REFERENCE TO INT"), "REFERENCE TO INT");
   EXPECT_EQ(type_of("STRUCT a, b : INT := 2; c : STRUCT d : BOOL; END_STRUCT; END_STRUCT"),
             "{3 a : INT := 2; 3 b : INT := 2; 3 c : {3 d : BOOL; }; }");
   EXPECT_EQ(type_of("STRUCT a : INT; END_STRUCT := (a := 1)"), "{3 a : INT; } := (a:=1;)");
@@ -336,7 +343,7 @@ TEST(Read, TextAndXmlGiveOneProject) {
   Pct : INT (0..100);
   Point : STRUCT x : REAL := 1.5; name : STRING[20]; END_STRUCT;
   Grid : ARRAY [0..4, 1..2] OF INT := [3(0), 1];
-  Ref : REF_TO Point;
+  Ref : POINTER TO Point;
 END_TYPE
 FUNCTION Add : INT
 VAR_INPUT a : INT; END_VAR
@@ -440,7 +447,8 @@ TEST(ReadErrors, SectionsThatCannotStand) {
 }
 
 TEST(ReadErrors, WhatIsNotSupportedIsNamed) {
-  EXPECT_EQ(Reading("TYPE A : UNION a : INT; b : REAL; END_UNION; B : INT; END_TYPE").places(), Places{"1:10 P4043"});
+  EXPECT_EQ(Reading("TYPE A : STRUCT OVERLAP a : INT; b : REAL; END_STRUCT; B : INT; END_TYPE").places(),
+            Places{"1:17 P4043"});
   EXPECT_EQ(Reading("PROGRAM P VAR f : Fb(a := 1); END_VAR END_PROGRAM").places(), Places{"1:19 P4043"});
 }
 

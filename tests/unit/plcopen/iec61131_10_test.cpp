@@ -145,7 +145,7 @@ TEST(Iec10, InterfaceAndTypes) {
   EXPECT_TRUE(f.variables[3].constant && f.variables[3].section == Section::kExternal);
   EXPECT_EQ(f.variables[4].address, "%QX0.1");
   EXPECT_EQ(f.variables[4].initial.text, "'a'");
-  EXPECT_EQ(f.variables[5].type.kind, TypeSpec::Kind::kPointer);
+  EXPECT_EQ(f.variables[5].type.kind, TypeSpec::Kind::kReference);
   EXPECT_EQ(f.bodies.at(0).text, "F := 1.0;");
 }
 
