@@ -477,8 +477,9 @@ std::optional<core::TypeId> Declarer::underlying_number(const plcopen::TypeSpec&
 void Declarer::initialize_all() {
   for (std::uint32_t i = 0; i < user_types_.size(); ++i) {
     const Items& items = defaults_of(i);
-    const bool own = user_types_[i].type && (types()[*user_types_[i].type].kind == TypeKind::kStruct ||
-                                               types()[*user_types_[i].type].kind == TypeKind::kUnion) &&
+    const bool own = user_types_[i].type &&
+                     (types()[*user_types_[i].type].kind == TypeKind::kStruct ||
+                      types()[*user_types_[i].type].kind == TypeKind::kUnion) &&
                      user_types_[i].declaration->type.kind != TypeSpec::Kind::kNamed;
     if (own && !items.empty()) module_.type_defaults.emplace(user_types_[i].type->index, items);
   }

@@ -160,8 +160,7 @@ std::optional<ConstantValue> Declarer::part_value(const ir::Variable& variable, 
     }
   }
   // Structures, arrays and references are no values of expressions here; functions of the project take them.
-  if (!types().rep_of(type) || types()[type].kind == TypeKind::kReference ||
-      types()[type].kind == TypeKind::kPointer) {
+  if (!types().rep_of(type) || types()[type].kind == TypeKind::kReference || types()[type].kind == TypeKind::kPointer) {
     use_.while_running = true;
     return std::nullopt;
   }

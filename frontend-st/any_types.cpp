@@ -81,8 +81,8 @@ constexpr TypeClass kTypeClasses[] = {
 };
 
 std::int64_t number_named(std::string_view name) {
-  const auto found =
-      std::find_if(std::begin(kTypeClasses), std::end(kTypeClasses), [&](const TypeClass& c) { return c.name == name; });
+  const auto found = std::find_if(std::begin(kTypeClasses), std::end(kTypeClasses),
+                                  [&](const TypeClass& c) { return c.name == name; });
   return found - std::begin(kTypeClasses);
 }
 

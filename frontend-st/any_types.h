@@ -1,7 +1,7 @@
 // Inputs of type ANY and its kin (CODESYS): what they take, and the structure that the POU sees of what it gets.
 //
-// In: a name of a generic type, a module. Out: the structure (TypeClass, pValue, diSize), numbers of TYPE_CLASS. Does not
-// belong here: which variable is given (lower_any.cpp).
+// In: a name of a generic type, a module. Out: the structure (TypeClass, pValue, diSize), numbers of TYPE_CLASS. Does
+// not belong here: which variable is given (lower_any.cpp).
 #pragma once
 
 #include <cstdint>

@@ -200,8 +200,7 @@ std::optional<Operand> Lowering::name_value(NodeId id, Expected expected) {
       const EnumValueRef wanted = find_enum_value(types(), *expected, name);
       if (wanted.type.valid()) return enum_constant(wanted, id);
       const TypeKind wanted_kind = types()[*expected].kind;
-      if (core::iequals(name, "NULL") &&
-          (wanted_kind == TypeKind::kReference || wanted_kind == TypeKind::kPointer)) {
+      if (core::iequals(name, "NULL") && (wanted_kind == TypeKind::kReference || wanted_kind == TypeKind::kPointer)) {
         ir::Constant null;
         null.type = *expected;
         return operand(builder_.constant(null), id);

@@ -103,8 +103,8 @@ std::optional<Operand> Lowering::pointer_operation(NodeId id, const Operand& lef
 // The reference to what `written` names, of type `reference`.
 std::optional<ir::ValueId> Lowering::bound_reference(NodeId written, TypeRef reference, const std::string& what) {
   const TypeRef target = types()[reference].element;
-  const bool null = (node(written).kind == NodeKind::kName && core::iequals(text(written), "NULL")) ||
-                    text(written) == "0";
+  const bool null =
+      (node(written).kind == NodeKind::kName && core::iequals(text(written), "NULL")) || text(written) == "0";
   if (null) return null_of(builder_, reference);
   const auto where = place(written, true);
   if (!where) return std::nullopt;
@@ -136,8 +136,8 @@ bool Lowering::bind_reference(NodeId id) {
 
 std::optional<Operand> Lowering::call_is_valid_ref(NodeId id) {
   const NodeId argument = node(id).b;
-  const bool one = argument != kNoNode && node(argument).next == kNoNode &&
-                   node(argument).argument == ArgumentKind::kPositional;
+  const bool one =
+      argument != kNoNode && node(argument).next == kNoNode && node(argument).argument == ArgumentKind::kPositional;
   const auto where = one ? reference_place(node(argument).a) : std::nullopt;
   if (one && !where) return std::nullopt;
   if (!one || types()[builder_.type_of(*where)].kind != TypeKind::kReference) {
@@ -150,8 +150,8 @@ std::optional<Operand> Lowering::call_is_valid_ref(NodeId id) {
   return operand(builder_.not_(builder_.same_ref(reference, null_of(builder_, type))), id);
 }
 
-// What an input of type ANY gets of the variable that is given: its class, address and size. The place holds it until the
-// call; the input of an instance keeps it.
+// What an input of type ANY gets of the variable that is given: its class, address and size. The place holds it until
+// the call; the input of an instance keeps it.
 std::optional<PlaceId> Lowering::described(NodeId written, TypeRef any, const std::string& what) {
   const auto where = place(written, false);
   if (!where) return std::nullopt;
@@ -162,10 +162,11 @@ std::optional<PlaceId> Lowering::described(NodeId written, TypeRef any, const st
   const bool fits = input.categories == 0 || (elementary && core::in_category(*elementary, input.categories));
   const auto size = ir::foreign_size(types(), type);
   if (!fits || !size || builder_.is_part(*where)) {
-    report(Code::P4210, at(written),
-           what + " takes a variable of " + std::string(input.name) + ", " + quoted(text(written)) + " is " +
-               (builder_.is_part(*where) ? "a part of one" : types().name_of(type)),
-           size ? "give it a whole variable of such a type" : "function blocks have no size that is the same everywhere");
+    report(
+        Code::P4210, at(written),
+        what + " takes a variable of " + std::string(input.name) + ", " + quoted(text(written)) + " is " +
+            (builder_.is_part(*where) ? "a part of one" : types().name_of(type)),
+        size ? "give it a whole variable of such a type" : "function blocks have no size that is the same everywhere");
     return std::nullopt;
   }
   const PlaceId made = builder_.variable(builder_.hidden("any", any));

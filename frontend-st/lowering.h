@@ -261,9 +261,9 @@ class Lowering {
   const Ast& ast_;
   std::vector<ir::Operand> given_;  ///< by number
   bool stub_used_ = false;
-  bool compared_ = false;    ///< what is lowered is compared with a value, whose type is expected as a hint
+  bool compared_ = false;        ///< what is lowered is compared with a value, whose type is expected as a hint
   bool keep_reference_ = false;  ///< the next place() does not follow a reference that it ends at
-  std::vector<Loop> loops_;  ///< around the statement being lowered, innermost last
+  std::vector<Loop> loops_;      ///< around the statement being lowered, innermost last
 };
 
 }  // namespace plc::st

@@ -78,9 +78,9 @@ ir::TypeRef inner_type(const ir::TypeTable& types, ir::TypeRef type, std::string
   const bool followed = step.find('^') != std::string_view::npos;
   for (;;) {
     const ir::Type& t = types[type];
-    const bool goes_on =
-        (t.kind == ir::TypeKind::kArray && indexed) || (t.kind == ir::TypeKind::kReference && (followed || t.implicit)) ||
-        (t.kind == ir::TypeKind::kPointer && (followed || indexed));
+    const bool goes_on = (t.kind == ir::TypeKind::kArray && indexed) ||
+                         (t.kind == ir::TypeKind::kReference && (followed || t.implicit)) ||
+                         (t.kind == ir::TypeKind::kPointer && (followed || indexed));
     if (!goes_on) return type;
     type = t.element;
   }

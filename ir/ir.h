@@ -79,32 +79,32 @@ struct Constant {
 
 // Instructions. a, b, c by op; a value operand is a ValueId index, a place a PlaceId index.
 enum class Op : std::uint8_t {
-  kConst,       ///< value := constants[a]
-  kLoad,        ///< value := place a
-  kStore,       ///< place a := value b (equal types, or STRING of any capacity)
-  kCopy,        ///< place a := place b, aggregates of equal type
-  kAnd,         ///< BOOL value := a AND b      (And, Or, Xor, Not on BOOL have ops of their own: they become look-ups)
-  kOr,          ///< BOOL value := a OR b
-  kXor,         ///< BOOL value := a XOR b
-  kNot,         ///< BOOL value := NOT a
-  kCall,        ///< value := functions[a](args[b .. b+count)), a standard function
-  kCallPou,     ///< value := function POU a; args[b .. b+count): one per CallArg, see Body::call_args
-  kRun,         ///< runs the instance at place a (standard block or POU), or on it action b - 1, a POU (pou_run_by)
-  kLabel,       ///< label a is here
-  kJump,        ///< to label a
-  kJumpIf,      ///< to label a when BOOL value b
-  kJumpIfNot,   ///< to label a unless BOOL value b
-  kReturn,      ///< ends the body
-  kClearEvent,  ///< forgets events
-  kEno,         ///< BOOL value := no event since the last kClearEvent
-  kMakeRef,     ///< REF value := handle of place a
-  kExtract,     ///< value := the part of its type that begins at bit b of value a
-  kInsert,      ///< value := value a with the part that begins at bit `count` replaced by value b
-  kSameRef,     ///< BOOL value := reference values a and b refer to one variable, or both to none
-  kRange,       ///< value of a subrange := value a of its base, outside the limits the nearest of them with an event
-  kAddress,     ///< pointer value := address of place a
-  kPointerRef,  ///< REF value := handle of what pointer value a points at, exactly of the REF's target type
-  kPointerTo32,    ///< UDINT or DWORD value := 32-bit address of pointer value a
+  kConst,        ///< value := constants[a]
+  kLoad,         ///< value := place a
+  kStore,        ///< place a := value b (equal types, or STRING of any capacity)
+  kCopy,         ///< place a := place b, aggregates of equal type
+  kAnd,          ///< BOOL value := a AND b      (And, Or, Xor, Not on BOOL have ops of their own: they become look-ups)
+  kOr,           ///< BOOL value := a OR b
+  kXor,          ///< BOOL value := a XOR b
+  kNot,          ///< BOOL value := NOT a
+  kCall,         ///< value := functions[a](args[b .. b+count)), a standard function
+  kCallPou,      ///< value := function POU a; args[b .. b+count): one per CallArg, see Body::call_args
+  kRun,          ///< runs the instance at place a (standard block or POU), or on it action b - 1, a POU (pou_run_by)
+  kLabel,        ///< label a is here
+  kJump,         ///< to label a
+  kJumpIf,       ///< to label a when BOOL value b
+  kJumpIfNot,    ///< to label a unless BOOL value b
+  kReturn,       ///< ends the body
+  kClearEvent,   ///< forgets events
+  kEno,          ///< BOOL value := no event since the last kClearEvent
+  kMakeRef,      ///< REF value := handle of place a
+  kExtract,      ///< value := the part of its type that begins at bit b of value a
+  kInsert,       ///< value := value a with the part that begins at bit `count` replaced by value b
+  kSameRef,      ///< BOOL value := reference values a and b refer to one variable, or both to none
+  kRange,        ///< value of a subrange := value a of its base, outside the limits the nearest of them with an event
+  kAddress,      ///< pointer value := address of place a
+  kPointerRef,   ///< REF value := handle of what pointer value a points at, exactly of the REF's target type
+  kPointerTo32,  ///< UDINT or DWORD value := 32-bit address of pointer value a
   kPointerFrom32,  ///< pointer value := pointer of 32-bit address a
 };
 inline constexpr std::size_t kOpCount = 27;

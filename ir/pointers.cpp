@@ -33,9 +33,7 @@ bool has_64_bits(TypeId id) {
 }
 bool has_32_bits(TypeId id) { return id == TypeId::kUdint || id == TypeId::kDword; }
 
-std::string shown(const Operand& operand) {
-  return operand.text.empty() ? "a value" : '"' + operand.text + '"';
-}
+std::string shown(const Operand& operand) { return operand.text.empty() ? "a value" : '"' + operand.text + '"'; }
 
 void note_32(Builder& builder, const Operand& operand, const What& what, TypeRef to, TypeRef from) {
   const TypeTable& types = builder.module().types;
@@ -98,7 +96,8 @@ std::optional<ValueId> convert_pointer(Builder& builder, const Operand& operand,
       return builder.pointer_to_32(operand.value, to);
     }
   }
-  if (!to_pointer) return refuse(types.name_of(from), "LWORD and ULINT hold a pointer; what it leads to is read with ^");
+  if (!to_pointer)
+    return refuse(types.name_of(from), "LWORD and ULINT hold a pointer; what it leads to is read with ^");
   const bool reference = types[from].kind == TypeKind::kReference;
   return refuse(types.name_of(from), reference ? "take the address of what it refers to: ADR(reference^)"
                                                : "take the address of a variable: ADR(variable)");
@@ -117,8 +116,8 @@ std::optional<ValueId> index_pointer(Builder& builder, ValueId pointer, const Op
   const std::array factors = {*number, constant(builder, kLintType, size)};
   const Overload& times = overload("MUL", TypeId::kLint);
   const bool known = builder.body().insts[number->index].op == Op::kConst;
-  const ValueId distance = known ? call_or_fold(builder, times, factors, kLintType)
-                                 : builder.call_overload(times, factors, kLintType);
+  const ValueId distance =
+      known ? call_or_fold(builder, times, factors, kLintType) : builder.call_overload(times, factors, kLintType);
   const std::array both = {pointer, distance};
   return builder.call_overload(overload("ADD", TypeId::kUlint), both, builder.type_of(pointer));
 }

@@ -46,7 +46,8 @@ struct SharedReferences {
   /// passed as VAR_IN_OUT count where a reference is made from them. Empty for types to which no global holds a
   /// reference or in-out; without any such type the list itself is empty.
   std::vector<std::vector<std::uint32_t>> globals;
-  /// Every global whose address is taken anywhere, where a global holds a pointer; else empty. Pointers lead to anything.
+  /// Every global whose address is taken anywhere, where a global holds a pointer; else empty. Pointers lead to
+  /// anything.
   std::vector<std::uint32_t> pointed;
 };
 SharedReferences shared_references(const Module& module);

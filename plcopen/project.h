@@ -42,17 +42,17 @@ struct Variable;
 
 struct TypeSpec {
   enum class Kind : std::uint8_t {
-    kNamed,     ///< elementary or derived: `name`
-    kString,    ///< `name` is STRING or WSTRING, `length` as written or empty
-    kArray,     ///< `dimensions`, `base`
-    kStruct,    ///< `members`
-    kEnum,      ///< `values`, `base` or null
-    kSubrange,  ///< `dimensions[0]`, `base`
-    kPointer,   ///< `base` (POINTER TO, <pointer>)
-    kMissing,   ///< no type given
-    kReference,   ///< `base` (REF_TO)
-    kReferenceTo, ///< `base` (REFERENCE TO of CODESYS, followed by its name alone)
-    kUnion,     ///< `members`
+    kNamed,        ///< elementary or derived: `name`
+    kString,       ///< `name` is STRING or WSTRING, `length` as written or empty
+    kArray,        ///< `dimensions`, `base`
+    kStruct,       ///< `members`
+    kEnum,         ///< `values`, `base` or null
+    kSubrange,     ///< `dimensions[0]`, `base`
+    kPointer,      ///< `base` (POINTER TO, <pointer>)
+    kMissing,      ///< no type given
+    kReference,    ///< `base` (REF_TO)
+    kReferenceTo,  ///< `base` (REFERENCE TO of CODESYS, followed by its name alone)
+    kUnion,        ///< `members`
   };
   Kind kind = Kind::kMissing;
   std::string name;

@@ -22,7 +22,16 @@ using core::TypeId;
 
 /// What can happen inside a function besides its result. An event sets ENO FALSE, is counted with its drawn element and
 /// stops nothing (docs/guides/events.md).
-enum class Event : std::uint8_t { kNone, kDivideByZero, kOutOfRange, kTruncated, kBadIndex, kNullReference, kInvalid, kBadPointer };
+enum class Event : std::uint8_t {
+  kNone,
+  kDivideByZero,
+  kOutOfRange,
+  kTruncated,
+  kBadIndex,
+  kNullReference,
+  kInvalid,
+  kBadPointer
+};
 std::string_view event_name(Event event);
 
 /// The events that a function can report.

@@ -159,7 +159,7 @@ void each_key_type(const Overload& overload, F f) {
 
 std::string_view event_name(Event event) {
   constexpr std::string_view kNames[] = {"none",      "divide_by_zero", "out_of_range", "truncated",
-                                         "bad_index", "null_reference", "invalid", "bad_pointer"};
+                                         "bad_index", "null_reference", "invalid",      "bad_pointer"};
   return kNames[static_cast<std::size_t>(event)];
 }
 

@@ -300,8 +300,8 @@ void BodyGenerator::run_block(const Inst& inst) {
   } else {
     const Access instance = access(inst.a);
     const bool placed = instance.from == Access::From::kPlace;  // pointers to instances are followed as references
-    const Opcode opcode = pou ? (placed ? Opcode::kCallAt : Opcode::kCallVia)
-                              : (placed ? Opcode::kRunAt : Opcode::kRunVia);
+    const Opcode opcode =
+        pou ? (placed ? Opcode::kCallAt : Opcode::kCallVia) : (placed ? Opcode::kRunAt : Opcode::kRunVia);
     access_op(opcode, {what, instance.base, instance.type}, instance);
   }
 }

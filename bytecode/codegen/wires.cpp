@@ -20,8 +20,7 @@ class Finder {
     for (std::uint32_t run = 0; run < body_.insts.size(); ++run) {
       const Inst& inst = body_.insts[run];
       if (inst.op != Op::kRun || !is_taskblock(inst.a) || !in_instance(inst.a)) continue;
-      if (uses_of(inst.a, Op::kRun) != 1 || uses_of(inst.a, Op::kMakeRef) != 0 ||
-          uses_of(inst.a, Op::kAddress) != 0) {
+      if (uses_of(inst.a, Op::kRun) != 1 || uses_of(inst.a, Op::kMakeRef) != 0 || uses_of(inst.a, Op::kAddress) != 0) {
         continue;
       }
       add(run, inst.a, wires);
@@ -56,9 +55,8 @@ class Finder {
     std::size_t count = 0;
     const auto meets = [&](std::uint32_t other) { return is_within(other, place) || is_within(place, other); };
     for (const Inst& inst : body_.insts) {
-      const bool first =
-          inst.op == Op::kLoad || inst.op == Op::kStore || inst.op == Op::kCopy || inst.op == Op::kMakeRef ||
-          inst.op == Op::kAddress;
+      const bool first = inst.op == Op::kLoad || inst.op == Op::kStore || inst.op == Op::kCopy ||
+                         inst.op == Op::kMakeRef || inst.op == Op::kAddress;
       if (first && meets(inst.a)) ++count;
       if (inst.op == Op::kCopy && meets(inst.b)) ++count;
     }

@@ -65,7 +65,7 @@ struct Machine {
   std::atomic<std::uint32_t> loops_left{0};
   /// Position in the code of the last loop jump, program or taskblock call: where a scan is that does not end.
   std::atomic<std::uint32_t> place{0};
-  Fault fault;  ///< of a scan that ended in one; what it was before, else
+  Fault fault;                       ///< of a scan that ended in one; what it was before, else
   const Objects* objects = nullptr;  ///< what pointers lead to; null when the task uses none
 };
 

@@ -1,5 +1,5 @@
-// What the instructions of pointers do beyond finding their operands: accesses through pointers/objects.h, and the event
-// of one that leads nowhere.
+// What the instructions of pointers do beyond finding their operands: accesses through pointers/objects.h, and the
+// event of one that leads nowhere.
 //
 // In: a pointer, or nothing after an index that was an event; words of resolved code. Out: changed memory, at most one
 // event. All of it is RT, bounded as Objects is. Internal to the interpreter. Does not belong here: paths (paths.h).

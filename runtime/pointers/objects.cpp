@@ -209,7 +209,8 @@ Reached Objects::load_text(const std::byte* table, Spot spot, std::uint32_t type
     if (length < capacity) std::memcpy(characters + std::size_t{length} * width, &character, width);
     ++length;
   }
-  runtime::store(to, core::StringHeader{capacity, static_cast<std::uint16_t>(std::min<std::uint32_t>(length, capacity))});
+  runtime::store(to,
+                 core::StringHeader{capacity, static_cast<std::uint16_t>(std::min<std::uint32_t>(length, capacity))});
   return cut ? Reached::kCut : Reached::kFine;
 }
 
@@ -253,10 +254,9 @@ std::optional<std::uint32_t> Objects::to_32(Pointer pointer) const noexcept {
 // RT:
 std::optional<Pointer> Objects::from_32(std::uint32_t address) const noexcept {
   if (address == 0) return Pointer{};
-  const auto after =
-      std::upper_bound(objects_.begin(), objects_.end(), address, [](std::uint32_t at, const Object& object) {
-        return object.address == 0 || at < object.address - kMargin;
-      });
+  const auto after = std::upper_bound(
+      objects_.begin(), objects_.end(), address,
+      [](std::uint32_t at, const Object& object) { return object.address == 0 || at < object.address - kMargin; });
   if (after == objects_.begin()) return std::nullopt;
   const Object& object = *(after - 1);
   const std::int64_t offset = std::int64_t{address} - object.address;

@@ -3,8 +3,8 @@
 // from one to the next; the instance itself is part of the object that holds it, closed but for calls and members.
 //
 // In: a verified image and the layout of the task's table. Out: pointers of places, and checked accesses through
-// pointers, whatever bits they have. Built when a program is loaded; the accesses are RT: bounded by the size of the type
-// that is read or written, and by the logarithm of the number of objects. Does not belong here: instructions
+// pointers, whatever bits they have. Built when a program is loaded; the accesses are RT: bounded by the size of the
+// type that is read or written, and by the logarithm of the number of objects. Does not belong here: instructions
 // (interpreter.cpp), events.
 #pragma once
 
@@ -63,9 +63,9 @@ class Objects {
  private:
   static constexpr std::uint32_t kNone = 0xffffffffu;
   struct Object {
-    std::uint32_t begin = 0;   ///< in the table
-    std::uint32_t type = 0;    ///< of the image
-    std::uint32_t parent = 0;  ///< the object that holds the instance it belongs to, or kNone
+    std::uint32_t begin = 0;    ///< in the table
+    std::uint32_t type = 0;     ///< of the image
+    std::uint32_t parent = 0;   ///< the object that holds the instance it belongs to, or kNone
     std::uint32_t address = 0;  ///< of 32 bits; 0 = none
     bool constant = false;
   };

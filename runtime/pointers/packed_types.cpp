@@ -80,9 +80,8 @@ void PackedTypes::find_equal_types() {
       case TypeKind::kStruct:
         break;
       case TypeKind::kRef: {
-        const auto equal = std::find_if(references.begin(), references.end(), [&](std::uint32_t other) {
-          return bytecode::same_type(*image_, other, type);
-        });
+        const auto equal = std::find_if(references.begin(), references.end(),
+                                        [&](std::uint32_t other) { return bytecode::same_type(*image_, other, type); });
         if (equal == references.end()) {
           references.push_back(type);
         } else {
@@ -97,8 +96,8 @@ void PackedTypes::find_equal_types() {
       case TypeKind::kString: {
         const auto elementary = static_cast<std::uint32_t>(t.elementary);
         const std::int64_t lower = t.limited ? t.lower : t.capacity;
-        first = known.try_emplace(Key{t.kind, elementary, t.limited, lower, t.limited ? t.upper : 0}, type)
-                    .first->second;
+        first =
+            known.try_emplace(Key{t.kind, elementary, t.limited, lower, t.limited ? t.upper : 0}, type).first->second;
         break;
       }
     }
@@ -193,9 +192,8 @@ std::optional<std::uint32_t> PackedTypes::offset_of(std::uint32_t type, std::uin
       storage %= size;
       type = t.element;
     } else if (t.kind == TypeKind::kStruct && !packed.instance) {
-      const auto after =
-          std::upper_bound(t.fields.begin(), t.fields.end(), storage,
-                           [](std::uint32_t at, const ImageField& field) { return at < field.offset; });
+      const auto after = std::upper_bound(t.fields.begin(), t.fields.end(), storage,
+                                          [](std::uint32_t at, const ImageField& field) { return at < field.offset; });
       if (after == t.fields.begin()) return std::nullopt;
       const auto number = static_cast<std::size_t>(after - t.fields.begin()) - 1;
       const ImageField& field = t.fields[number];

@@ -1,6 +1,6 @@
 // PackedTypes: the layout that pointers see of each type of an image: natural alignment and the widths of CODESYS, as
-// SIZEOF states them. A STRING is its characters and a zero, TIME and DATE are 32 bits; function blocks, and references,
-// take room that no pointer reads or writes.
+// SIZEOF states them. A STRING is its characters and a zero, TIME and DATE are 32 bits; function blocks, and
+// references, take room that no pointer reads or writes.
 //
 // In: a verified image. Out: sizes and offsets by type, which leaf lies at an offset. Built when a program is loaded;
 // find() is RT. Does not belong here: bytes (packed_access.h), objects (objects.h).

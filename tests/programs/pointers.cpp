@@ -1,4 +1,5 @@
-// Pointers: into variables of numbers, moved by bytes, read and written as any other number, in and out of their object.
+// Pointers: into variables of numbers, moved by bytes, read and written as any other number, in and out of their
+// object.
 #include <fmt/format.h>
 
 #include "tests/programs/generator.h"
@@ -59,8 +60,9 @@ Stmt Generator::pointer_statement() {
       const Type& element = element_of(*object.type);
       const std::int64_t by = random_.chance(50) ? 0 : random_.between(-2, 12);
       const int real = element.kind == Kind::kReal ? static_cast<int>(element.bits / 8) : 0;
-      return simple(fmt::format("{} := ADR({}){};", pointer.st, object.st, by == 0 ? "" : fmt::format(" + ({})", by)),
-                    fmt::format("{} = (ptr){{(u8*)&{}, sizeof {}, {}, {}}};\n", pointer.c, object.c, object.c, by, real));
+      return simple(
+          fmt::format("{} := ADR({}){};", pointer.st, object.st, by == 0 ? "" : fmt::format(" + ({})", by)),
+          fmt::format("{} = (ptr){{(u8*)&{}, sizeof {}, {}, {}}};\n", pointer.c, object.c, object.c, by, real));
     }
     case 2: {
       const Visible other = some_pointer();
@@ -70,8 +72,9 @@ Stmt Generator::pointer_statement() {
       const Type& number = *any_int();
       const Expr by = random_.chance(60) ? integer_literal(*dint_, random_.between(-4, 9), true) : typed(number, 1);
       const bool back = random_.chance(30);
-      return simple(fmt::format("{0} := {0} {1} ({2});", pointer.st, back ? "-" : "+", by.st),
-                    by.pre + fmt::format("{0}.at = (i64)((u64){0}.at {1} (u64)(i64){2});\n", pointer.c, back ? "-" : "+", by.c));
+      return simple(
+          fmt::format("{0} := {0} {1} ({2});", pointer.st, back ? "-" : "+", by.st),
+          by.pre + fmt::format("{0}.at = (i64)((u64){0}.at {1} (u64)(i64){2});\n", pointer.c, back ? "-" : "+", by.c));
     }
     case 4: {
       const auto to = place(*bool_, Use::kWrite, 2);
@@ -85,17 +88,19 @@ Stmt Generator::pointer_statement() {
       if (!to) return assignment();
       const std::int64_t index = random_.between(-1, 3);
       const bool indexed = random_.chance(40);
-      return simple(fmt::format("{} := {};", to->st, indexed ? fmt::format("{}[{}]", pointer.st, index) : pointer.st + "^"),
-                    to->pre + store(*to, fmt::format("ptr_get_{}(ptr_by({}, {}))", target.c, pointer.c,
-                                                     indexed ? index * bytes : 0)));
+      return simple(
+          fmt::format("{} := {};", to->st, indexed ? fmt::format("{}[{}]", pointer.st, index) : pointer.st + "^"),
+          to->pre +
+              store(*to, fmt::format("ptr_get_{}(ptr_by({}, {}))", target.c, pointer.c, indexed ? index * bytes : 0)));
     }
     default: {
       const std::int64_t index = random_.between(-1, 3);
       const bool indexed = random_.chance(40);
       const Expr from = assignable(target, 2);
-      return simple(fmt::format("{} := {};", indexed ? fmt::format("{}[{}]", pointer.st, index) : pointer.st + "^", from.st),
-                    from.pre + fmt::format("ptr_put_{}(ptr_by({}, {}), {});\n", target.c, pointer.c,
-                                           indexed ? index * bytes : 0, from.c));
+      return simple(
+          fmt::format("{} := {};", indexed ? fmt::format("{}[{}]", pointer.st, index) : pointer.st + "^", from.st),
+          from.pre + fmt::format("ptr_put_{}(ptr_by({}, {}), {});\n", target.c, pointer.c, indexed ? index * bytes : 0,
+                                 from.c));
     }
   }
 }

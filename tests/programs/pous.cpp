@@ -11,9 +11,10 @@ namespace {
 /// Globals hold numbers: they are read as text (comparison.cpp), and a reference means nothing outside of its task.
 bool is_plain_data(const Type& type) {
   if (type.kind == Kind::kArray) return is_plain_data(*type.base);
-  return type.kind != Kind::kRef && type.kind != Kind::kPointer && type.kind != Kind::kString && type.kind != Kind::kBlock &&
-         std::all_of(type.members.begin(), type.members.end(),
-                     [](const Variable& v) { return is_plain_data(*v.type); });
+  return type.kind != Kind::kRef && type.kind != Kind::kPointer && type.kind != Kind::kString &&
+         type.kind != Kind::kBlock && std::all_of(type.members.begin(), type.members.end(), [](const Variable& v) {
+           return is_plain_data(*v.type);
+         });
 }
 
 void print(const std::vector<Stmt>& body, bool st, int indent, std::string& out) {

@@ -220,16 +220,16 @@ static inline void ptr_settle(ptr p) {
     }
   }
 }
-#define POINTER_TO(T, settled)                            \
-  static inline T ptr_get_##T(ptr p) {                    \
-    T x = 0;                                              \
+#define POINTER_TO(T, settled)                                        \
+  static inline T ptr_get_##T(ptr p) {                                \
+    T x = 0;                                                          \
     if (ptr_inside(p, sizeof x)) memcpy(&x, p.base + p.at, sizeof x); \
-    return settled(x);                                    \
-  }                                                       \
-  static inline void ptr_put_##T(ptr p, T x) {            \
-    if (!ptr_inside(p, sizeof x)) return;                 \
-    memcpy(p.base + p.at, &x, sizeof x);                  \
-    ptr_settle(p);                                        \
+    return settled(x);                                                \
+  }                                                                   \
+  static inline void ptr_put_##T(ptr p, T x) {                        \
+    if (!ptr_inside(p, sizeof x)) return;                             \
+    memcpy(p.base + p.at, &x, sizeof x);                              \
+    ptr_settle(p);                                                    \
   }
 POINTER_TO(i8, )
 POINTER_TO(i16, )
