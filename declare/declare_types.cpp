@@ -101,6 +101,7 @@ std::optional<TypeRef> Declarer::resolve_user_type(std::uint32_t index, const So
       if (!type) break;
       type->at = declaration.at;
       type->from_library = is_library(declaration.at);
+      type->qualified = declaration.qualified;
       types().declare(declaration.name, std::move(*type));
       result = types().find(declaration.name);
       if (declaration.initial.kind != plcopen::InitialValue::Kind::kSimple) break;

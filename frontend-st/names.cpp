@@ -163,6 +163,8 @@ std::vector<EnumValueRef> find_enum_values(const ir::TypeTable& types, std::stri
   }
   const auto elsewhere = [&](const EnumValueRef& one) { return types[one.type].from_library != in_library; };
   if (!std::all_of(out.begin(), out.end(), elsewhere)) std::erase_if(out, elsewhere);
+  const auto qualified = [&](const EnumValueRef& one) { return types[one.type].qualified; };
+  if (!std::all_of(out.begin(), out.end(), qualified)) std::erase_if(out, qualified);
   return out;
 }
 

@@ -73,6 +73,7 @@ struct Type {
   /// nothing.
   bool stub = false;
   bool from_library = false;  ///< kEnum: declared in a library
+  bool qualified = false;     ///< kEnum: its values are named with the type before them (qualified_only)
   bool open = false;          ///< kArray [*]: the type of a parameter of a generic function, of no value
   bool implicit = false;      ///< kReference: REFERENCE TO, which stands for what it refers to; else REF_TO
   SourceRef at;
