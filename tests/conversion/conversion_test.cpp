@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 #include <regex>
 #include <sstream>
 #include <string>
@@ -106,7 +107,8 @@ std::string reasons(const std::vector<Project>& projects, std::size_t& same) {
     if (why.empty()) ++same;
     if (!why.empty()) list += project.name + ": " + why + "\n";
   }
-  return std::to_string(same) + " of " + std::to_string(projects.size()) + " give the same image.\n" + list;
+  std::cout << same << " of " << projects.size() << " give the same image\n";
+  return list;
 }
 
 TEST(Convert, CasesGiveTheSameImageOrAReason) {
