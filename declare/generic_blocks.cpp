@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <map>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -78,12 +79,13 @@ class Maker {
       // Blocks are not made of what a generic block holds before its own values are known.
       if (!is_generic(project_.pous[i])) use_all(project_.pous[i].variables);
     }
+    for (std::size_t i = 0; i < declared; ++i) {
+      if (is_generic(project_.pous[i])) templates_.emplace(i, project_.pous[i]);
+    }
     for (std::size_t i = 0; i < wanted_.size(); ++i) make(wanted_[i]);
     for (const std::size_t generic : made_from_) project_.pous[generic].from_library = true;
-    for (std::size_t i = 0; i < declared; ++i) {
-      if (!is_generic(project_.pous[i]) || project_.pous[i].from_library) continue;
-      use_all(project_.pous[i].variables);
-    }
+    // By its plain name a block has the values of its declaration, and so have the blocks that it holds.
+    for (const auto& [generic, as_read] : templates_) use_with(project_.pous[generic], declared_values(as_read));
     for (std::size_t i = made_; i < wanted_.size(); ++i) make(wanted_[i]);
   }
 
@@ -103,6 +105,25 @@ class Maker {
   void use_type(TypeSpec& type) {
     if (type.name.find('<') == std::string::npos || !known_.emplace(type.name, "").second) return;
     wanted_.push_back({type.name, type.at});
+  }
+
+  static Names declared_values(const Pou& pou) {
+    Names values;
+    for (const Variable& variable : pou.variables) {
+      if (variable.section == Section::kGeneric) values.emplace(variable.name, '(' + variable.initial.text + ')');
+    }
+    return values;
+  }
+
+  /// The types that `pou` names become those with the values of its constants.
+  void use_with(Pou& pou, const Names& values) {
+    for (Variable& variable : pou.variables) {
+      each_named(variable.type, [&](TypeSpec& type) {
+        if (type.name.find('<') == std::string::npos) return;
+        type.name = with_values(type.name, values);
+        use_type(type);
+      });
+    }
   }
 
   void make(const Wanted wanted) {
@@ -133,7 +154,8 @@ class Maker {
       }
       return;
     }
-    Pou made = project_.pous[found];
+    const auto as_read = templates_.find(found);
+    Pou made = as_read == templates_.end() ? project_.pous[found] : as_read->second;
     made.name = wanted.name;
     Names names;
     std::size_t next = 0;
@@ -146,13 +168,7 @@ class Maker {
       variable.initial.at = wanted.at;
       names.emplace(variable.name, '(' + value + ')');
     }
-    for (Variable& variable : made.variables) {
-      each_named(variable.type, [&](TypeSpec& type) {
-        if (type.name.find('<') == std::string::npos) return;
-        type.name = with_values(type.name, names);
-        use_type(type);
-      });
-    }
+    use_with(made, names);
     project_.pous.push_back(std::move(made));
     made_from_.push_back(found);
   }
@@ -161,6 +177,7 @@ class Maker {
   core::Diagnostics& diagnostics_;
   Names known_;
   std::vector<Wanted> wanted_;
+  std::map<std::size_t, Pou> templates_;  ///< generic blocks as they were read
   std::vector<std::size_t> made_from_;
   std::size_t made_ = 0;
 };

@@ -229,6 +229,8 @@ class Chooser {
   /// Whether what comes next counts.
   [[nodiscard]] bool active() const { return frames_.empty() || frames_.back().active; }
   [[nodiscard]] bool fine() const { return fine_; }
+  /// Whether an {IF} is not closed yet.
+  [[nodiscard]] bool open() const { return !frames_.empty(); }
   const std::vector<std::pair<std::uint32_t, std::uint32_t>>& blanks() const { return blanks_; }
 
   void pragma(const Token& pragma) {
@@ -483,7 +485,8 @@ DeclaredText::DeclaredText(const SourceText& source, Defines defines, core::Diag
         ++in_body;
       } else if (directive == Directive::kEndIf && in_body != 0) {
         --in_body;
-      } else if (in_body == 0 && !(of_body && (directive == Directive::kDefine || directive == Directive::kUndefine))) {
+      } else if (in_body == 0 && !(of_body && (directive == Directive::kDefine || directive == Directive::kUndefine ||
+                                               !chooser.open()))) {
         chooser.pragma(pragma);
         noted.emplace_back(pragma.end, defines.entries());
       }
