@@ -18,14 +18,23 @@ namespace {
 namespace fs = std::filesystem;
 using plc::test::ToolResult;
 
+/// A file, or all files of a folder.
 std::string text_of(const fs::path& path) {
+  std::string text;
+  if (fs::is_directory(path)) {
+    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(path)) {
+      if (entry.is_regular_file()) text += text_of(entry.path());
+    }
+    return text;
+  }
   std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
+  text.assign(std::istreambuf_iterator<char>(in), {});
+  return text;
 }
 
 /// Cases whose project declares more than one task.
 std::vector<std::string> cases_with_tasks() {
-  const std::regex task(R"(<task |^\s*TASK )", std::regex::multiline);
+  const std::regex task(R"(<[tT]ask |^\s*TASK )", std::regex::multiline);
   std::vector<std::string> names = plc::tests::case_names(PLC_CASES);
   std::erase_if(names, [&](const std::string& name) {
     const std::string text = text_of(plc::tests::project_of(fs::path(PLC_CASES) / name));
