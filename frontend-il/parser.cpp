@@ -251,7 +251,12 @@ NodeId Parser::name_node(const Token& token) {
 NodeId Parser::operand(std::string_view word) {
   if (operand_missing()) {
     const bool bracket = token_.kind == TokenKind::kLeftParen;
-    return fail(Code::P4503, token_,
+    Token at = token_;
+    if (!bracket) {
+      at.begin = static_cast<std::uint32_t>(word.data() - source_.text().data());
+      at.end = at.begin + static_cast<std::uint32_t>(word.size());
+    }
+    return fail(Code::P4503, at,
                 bracket ? "found \"(\" where the operand of " + quoted(word) + " is expected"
                         : "the operand of " + quoted(word) + " is missing");
   }
