@@ -251,6 +251,8 @@ TEST_F(Oscat, DisturbsNothing) {
     const CsvTable a = read_csv(alone), b = read_csv(beside);
     ASSERT_EQ(a.rows.size(), b.rows.size());
     for (std::size_t column = 0; column < a.header.size(); ++column) {
+      // A number that a program makes of an address depends on how many variables there are.
+      if (a.header[column] == "main.address") continue;
       const std::size_t other = b.column(a.header[column]);
       ASSERT_LT(other, b.header.size()) << a.header[column];
       for (std::size_t row = 0; row < a.rows.size(); ++row) {
