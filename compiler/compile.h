@@ -39,11 +39,11 @@ struct Request {
   std::vector<std::string> libraries = {};  ///< files whose data types, POUs and globals join the project
   std::optional<ir::LintOptions> lint{};    ///< lint a project that has no errors; lints that are off stay silent
   const taskblocks::Registry* taskblocks = nullptr;  ///< that the project may use; null = those that come with PICARD
+  /// For a command that answers a question about the project: lints that compiling finds stay silent.
+  bool answers = false;
   bool tests = false;                                ///< compile the tests of the project, too: Compilation::tests
   std::vector<std::string> test_files = {};          ///< ST files whose tests are of this project
   bool coverage = false;                             ///< note what happened (ir/coverage.h): Compilation::cover_sites
-  bool answers =
-      false;  ///< for a command that answers a question about the project: lints that compiling finds stay silent
 };
 
 struct Compilation {

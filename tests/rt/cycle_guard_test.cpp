@@ -213,6 +213,16 @@ struct EveryInstruction {
     const Word same = pou.variable("same", b.boolean());
     pou.op(Opcode::kSameRef, {same, to_dint, to_null});
     pou.path(Opcode::kStoreVia, {to_dint, x, dint}, {});
+    const Word pointer = pou.variable("pointer", b.type(TypeId::kPointer));
+    const Word address = pou.variable("address", b.type(TypeId::kDword));
+    pou.path(Opcode::kAdrAt, {pointer, r, record}, {});
+    pou.path(Opcode::kAdrVia, {pointer, to_record, record}, {{PathStep::kField, 0}});
+    pou.path(Opcode::kAdrPtr, {pointer, pointer, dint}, {});
+    pou.path(Opcode::kLoadPtr, {x, pointer, dint}, {});
+    pou.path(Opcode::kStorePtr, {pointer, x, dint}, {});
+    pou.path(Opcode::kRefPtr, {to_dint, pointer, dint}, {});
+    pou.op(Opcode::kPtrTo32, {address, pointer});
+    pou.op(Opcode::kPtrFrom32, {pointer, address});
     pou.path(Opcode::kLoadVia, {x, to_null, dint}, {});
     pou.path(Opcode::kRefAt, {to_fb, instance, fb_type}, {});
     pou.path(Opcode::kCallVia, {fb, to_fb, fb_type}, {});

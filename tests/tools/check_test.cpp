@@ -67,10 +67,13 @@ TEST(Check, JsonSurvivesBytesThatAreNoText) {
   EXPECT_TRUE(nlohmann::json::accept(result.out)) << result.out;
 }
 
-TEST(Check, BodiesInOtherLanguagesAreNamedEach) {
+TEST(Check, BodiesThatAreNotReadAreNamedEach) {
   const ScratchFolder scratch;
-  const std::string file = scratch.file("il.xml");
-  write_text(file, small_project(true, kChartBody));
+  const std::string file = scratch.file("chart.xml");
+  write_text(file, R"(<Project xmlns="www.iec.ch/public/TC65SC65BWG7TF10"
+  xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance" schemaVersion="1"><FileHeader productName="tool"/>
+<ContentHeader name="demo"/><Types><GlobalNamespace><Program name="Main"><MainBody><BodyContent xsi:type="SFC"/></MainBody>
+</Program></GlobalNamespace></Types><Instances/></Project>)");
   const auto result = run_tool({PLC_TOOL, "check", file});
   EXPECT_EQ(result.code, 1);
   EXPECT_NE(result.err.find("P5101"), std::string::npos) << result.err;

@@ -47,9 +47,6 @@ inline std::string small_project(bool instance = true, std::string_view body = {
   return text + "</configurations></instances>\n</project>\n";
 }
 
-/// A body in IL, which is named but not compiled.
-constexpr std::string_view kChartBody =
-    R"(<SFC><step localId="1" name="Idle" initialStep="true"><position x="0" y="0"/></step></SFC>)";
 /// A rung whose contact names a variable that is not declared.
 constexpr std::string_view kUnknownVariableBody = R"(<LD>
 <leftPowerRail localId="1"><position x="0" y="0"/><connectionPointOut formalParameter=""/></leftPowerRail>

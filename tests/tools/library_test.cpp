@@ -290,11 +290,8 @@ TEST(Libraries, OfXmlAreLazyToo) {
            "", pou("<localVars><variable name=\"v\"><type><derived name=\"Nowhere\"/></type></variable></localVars>",
                    empty)),
        "x : B;", "x();"},
-      {"chart",
-       xml_library(
-           "",
-           pou("",
-               "<SFC><step localId=\"1\" name=\"S\" initialStep=\"true\"><position x=\"0\" y=\"0\"/></step></SFC>")),
+      {"chart without an initial step",
+       xml_library("", pou("", "<SFC><step localId=\"1\" name=\"S\"><position x=\"0\" y=\"0\"/></step></SFC>")),
        "x : B;", "x();"},
       {"no body", xml_library("", "<pou name=\"B\" pouType=\"functionBlock\"><interface/></pou>"), "x : B;", "x();"},
       {"no type of POU",

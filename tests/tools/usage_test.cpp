@@ -51,14 +51,13 @@ TEST(Usage, AMistypedFlagIsGuessedAndSaidBeforeWhatIsMissing) {
 
 TEST(Usage, FilesThatCannotBeOpenedExitWith2) {
   const ScratchFolder scratch;
-  const std::string absent = scratch.file("absent.xml"), image = scratch.file("absent.pbc"), folder = scratch.file(".");
+  const std::string absent = scratch.file("absent.xml"), image = scratch.file("absent.pbc");
   for (const std::vector<std::string>& command : {std::vector<std::string>{PLC_TOOL, "check", absent},
                                                   {PLC_TOOL, "sim", absent},
                                                   {PLC_TOOL, "sim", image},
                                                   {PLC_TOOL, "dump", image},
                                                   {PLC_TOOL, "explain", absent},
                                                   {PLC_TOOL, "report", absent},
-                                                  {PLC_TOOL, "check", folder},
                                                   {PLC_TOOL, "sim", tank(), "--stimulus", scratch.file("no.csv")},
                                                   {PLC_RUN_TOOL, absent}}) {
     EXPECT_EQ(run_tool(command).code, 2) << command_line(command);

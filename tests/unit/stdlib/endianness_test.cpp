@@ -28,7 +28,7 @@ TEST(Endianness, BigEndianReversesTheBytesOfEveryType) {
       EXPECT_EQ(call(o, out, {in}), Event::kNone);
       EXPECT_EQ(out.bits(), in.bits()) << stdlib::key_of(o);
     }
-    EXPECT_EQ(seen, core::kTypeCount) << name;
+    EXPECT_EQ(seen, core::kTypeCount - 1) << name;  // all but pointers
   }
 }
 
