@@ -25,20 +25,9 @@ core::Problem unusable(const fs::path& file, const std::string& why, const std::
   return {Code::P7904, file.string() + ": " + why, help};
 }
 
-/// Takes the compile option that begins at `words[i]`, and moves `i` to its last word; false when there is none.
-bool take_option(const std::vector<std::string>& words, std::size_t& i, core::CompileOptions& options) {
-  const std::string& word = words[i];
+/// Compile options as words of a command line; nothing when one of them is none.
+bool apply(const std::string& word, core::CompileOptions& options) {
   bool known = false;
-  const bool has_value = i + 1 < words.size();
-  if (word == "--pou" && has_value) {
-    options.pou = words[++i];
-    return true;
-  }
-  for (const core::Texts& row : core::kTexts) {
-    if (word != fmt::format("--{}", row.name) || !has_value || !row.wrong(words[i + 1]).empty()) continue;
-    (options.*row.value).push_back(words[++i]);
-    return true;
-  }
   core::for_each_choice([&]<class E>(const core::Choice<E>& choice) {
     for (std::size_t i = 0; i < choice.words.size(); ++i) {
       if (word != fmt::format("--{}={}", choice.name, choice.words[i])) continue;
@@ -77,9 +66,13 @@ class CaseOfTable {
       request.libraries.push_back((request_.folder / library).string());
     request.taskblocks = request_.taskblocks;
     for (std::size_t i = 0; i < run_.options.size(); ++i) {
-      if (!take_option(run_.options, i, request.options))
-        return unusable(request_.folder / "case.txt", "\"" + run_.options[i] + "\" is no compile option",
+      const std::string& word = run_.options[i];
+      if (word == "--pou" && i + 1 < run_.options.size()) {
+        request.options.pou = run_.options[++i];
+      } else if (!apply(word, request.options)) {
+        return unusable(request_.folder / "case.txt", "\"" + word + "\" is no compile option",
                         "write it with its value, as in --order=document");
+      }
     }
     compiler::compile(request, compilation);
     // Warnings are those of the first run: options of others may add to them.
