@@ -41,9 +41,9 @@ struct Request {
   const taskblocks::Registry* taskblocks = nullptr;  ///< that the project may use; null = those that come with PICARD
   /// For a command that answers a question about the project: lints that compiling finds stay silent.
   bool answers = false;
-  bool tests = false;                                ///< compile the tests of the project, too: Compilation::tests
-  std::vector<std::string> test_files = {};          ///< ST files whose tests are of this project
-  bool coverage = false;                             ///< note what happened (ir/coverage.h): Compilation::cover_sites
+  bool tests = false;                        ///< compile the tests of the project, too: Compilation::tests
+  std::vector<std::string> test_files = {};  ///< ST files whose tests are of this project
+  bool coverage = false;                     ///< note what happened (ir/coverage.h): Compilation::cover_sites
 };
 
 struct Compilation {

@@ -42,7 +42,7 @@ TEST(Compile, DefinesAreStoredInTheImage) {
       {PLC_TOOL, "compile", project, "--pou", "Main", "--define", "OTHER", "--define=MODE=fast day", "-o", image});
   ASSERT_EQ(compiled.code, 0) << compiled.err;
   const auto run = run_tool({PLC_TOOL, "sim", image, "--cycles", "1", "--watch", "Main.n"});
-  EXPECT_NE(run.out.find("define=OTHER define=MODE=fast day"), std::string::npos) << run.out;
+  EXPECT_NE(run.err.find("define=OTHER define=MODE=fast day"), std::string::npos) << run.err;
   EXPECT_EQ(run_tool({PLC_TOOL, "sim", image, "--define", "X"}).code, 2) << "stored in it";
   const auto wrong = run_tool({PLC_TOOL, "check", project, "--define", "2X"});
   EXPECT_EQ(wrong.code, 2);

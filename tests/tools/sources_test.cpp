@@ -46,7 +46,7 @@ TEST(SourceFolders, EveryCommandTakesThem) {
   const ToolResult checked = run_tool({kTool, "check", folder});
   EXPECT_EQ(checked.code, 0) << checked.all();
   EXPECT_NE(checked.out.find("2 POUs, 1 task"), std::string::npos) << checked.out;
-  const ToolResult simulated = run_tool({kTool, "sim", folder, "--cycles", "3", "--values"});
+  const ToolResult simulated = run_tool({kTool, "sim", folder, "--cycles", "3"});
   EXPECT_EQ(simulated.code, 0) << simulated.all();
   const ToolResult compiled = run_tool({kTool, "compile", folder, "-o", scratch.file("plant.pbc")});
   EXPECT_EQ(compiled.code, 0) << compiled.all();
