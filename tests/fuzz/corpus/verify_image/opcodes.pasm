@@ -161,6 +161,8 @@ pou "All" program instance t14 frame t15
     RANGE_I64 i:i64, i:i64, i:i64, i:i64
     RANGE_U64 i:u64, i:u64, i:u64, i:u64
     SAME_REF i:bool, i:ref, i:ref
+    PTR_TO_32 i:u32, i:u64
+    PTR_FROM_32 i:u64, i:u32
     RETURN
 pou "T" task instance t18 frame t19
     CALL_POU p0, i:All0  ; "All"
