@@ -31,10 +31,15 @@ struct Opener {
   std::string_view end;
 };
 constexpr Opener kOpeners[] = {
-    {"FUNCTION", "END_FUNCTION"}, {"FUNCTION_BLOCK", "END_FUNCTION_BLOCK"},
-    {"PROGRAM", "END_PROGRAM"},   {"TYPE", "END_TYPE"},
-    {"VAR_GLOBAL", "END_VAR"},    {"VAR_CONFIG", "END_VAR"},
-    {"ACTION", "END_ACTION"},     {"CONFIGURATION", "END_CONFIGURATION"},
+    {"FUNCTION", "END_FUNCTION"},
+    {"FUNCTION_BLOCK", "END_FUNCTION_BLOCK"},
+    {"FUNCTIONBLOCK", "END_FUNCTION_BLOCK"},
+    {"PROGRAM", "END_PROGRAM"},
+    {"TYPE", "END_TYPE"},
+    {"VAR_GLOBAL", "END_VAR"},
+    {"VAR_CONFIG", "END_VAR"},
+    {"ACTION", "END_ACTION"},
+    {"CONFIGURATION", "END_CONFIGURATION"},
 };
 /// Lines before bodies that are not ST.
 struct Drawing {

@@ -37,6 +37,13 @@ TEST(ExportFile, SeveralObjectsAListAndAnAction) {
   EXPECT_EQ(r.project->configurations[0].globals[0].at.line, 4u);
 }
 
+TEST(ExportFile, FunctionblockIsOneWord) {
+  const Reading r("FUNCTIONBLOCK B\r\nVAR\r\n\tx : INT;\r\nEND_VAR\r\nx := 1;\r\nEND_FUNCTION_BLOCK\r\n");
+  ASSERT_TRUE(r.project);
+  ASSERT_EQ(r.project->pous.size(), 1u);
+  EXPECT_EQ(r.project->pous[0].bodies[0].text, "x := 1;");
+}
+
 TEST(ExportFile, DrawingsAreNamedWithTheirPouAndOthersGoOn) {
   const Reading r(
       "FUNCTION_BLOCK Drawn\r\nVAR_INPUT\r\n\ta : BOOL;\r\nEND_VAR\r\n(* @END_DECLARATION := '0' "
