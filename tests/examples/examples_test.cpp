@@ -167,8 +167,9 @@ std::vector<std::string> contacts_of(const std::string& xml, const std::string& 
   return ids;
 }
 
-TEST(PlantedFaults, EachContactOfTankAndHmiCounts) {
-  for (const auto& [name, pou] : {std::pair("tank", "Station"), std::pair("hmi", "Belt")}) {
+TEST(PlantedFaults, EachContactCounts) {
+  for (const auto& [name, pou] :
+       {std::pair("tank", "Station"), std::pair("hmi", "Belt"), std::pair("cnc", "Interlocks")}) {
     const Example example(name);
     const std::string xml = text_of(example.project());
     const std::vector<std::string> contacts = contacts_of(xml, pou);
