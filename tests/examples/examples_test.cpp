@@ -40,7 +40,7 @@ class Example {
   [[nodiscard]] std::string project() const { return folder_.file(name_ + ".xml"); }
   /// `plc test .` in its folder.
   [[nodiscard]] ToolResult test(const std::string& flags = "") const {
-    return run_tool({"/bin/sh", "-ec", "cd \"$0\"; exec \"$1\" test . " + flags, folder_.file(""), PLC_TOOL}, 300);
+    return run_tool({"/bin/sh", "-ec", R"(cd "$0"; exec "$1" test . )" + flags, folder_.file(""), PLC_TOOL}, 300);
   }
 
  private:
