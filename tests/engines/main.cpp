@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
+#include <numeric>
 #include <optional>
 #include <sstream>
 #include <string>
@@ -19,6 +20,7 @@
 #include "tests/programs/model.h"
 #include "tests/support/engines.h"
 #include "tests/support/failing_taskblock.h"
+#include "tests/support/random_chart.h"
 #include "tests/support/random_image.h"
 #include "tests/support/random_inputs.h"
 #include "tools/cli.h"
@@ -26,7 +28,7 @@
 namespace plc::test {
 namespace {
 
-enum class Kind { kImage, kText, kDrawing, kMixed };
+enum class Kind { kImage, kText, kDrawing, kChart, kMixed };
 
 struct Plan {
   Kind kind = Kind::kMixed;
@@ -38,7 +40,7 @@ struct Plan {
 };
 
 struct Tally {
-  std::uint64_t programs[3] = {};  ///< by kind
+  std::uint64_t programs[4] = {};  ///< by kind
   std::uint64_t faults[2] = {};    ///< loop budgets, taskblocks
   std::uint64_t scans = 0, events = 0, failures = 0;
 };
@@ -46,7 +48,9 @@ struct Tally {
 /// What the programs of a seed are made from: most are images, which take the least time.
 Kind kind_of(std::uint64_t seed, const Plan& plan) {
   if (plan.kind != Kind::kMixed) return plan.kind;
-  return seed % 100 == 0 ? Kind::kText : seed % 10 == 1 ? Kind::kDrawing : Kind::kImage;
+  if (seed % 100 == 0) return Kind::kText;
+  if (seed % 100 == 50) return Kind::kChart;
+  return seed % 10 == 1 ? Kind::kDrawing : Kind::kImage;
 }
 
 /// A program, or why there is none.
@@ -81,6 +85,9 @@ Program make(std::uint64_t seed, Kind kind, const Plan& plan) {
       return compile_source(programs::generate(seed).st(), plan.folder + "/program.st");
     case Kind::kDrawing:
       return compile_source(random_drawing(seed), plan.folder + "/program.xml");
+    case Kind::kChart:
+      return compile_source(chart_program(RandomChart(static_cast<std::uint32_t>(seed)).net()),
+                            plan.folder + "/program.st");
     default:
       break;
   }
@@ -213,10 +220,12 @@ int run(const Plan& plan) {
     if (++tally.failures == plan.most_failures) break;
   }
   std::cout << fmt::format(
-      "{} programs from seed {} ({} images, {} texts, {} drawings), {} scans in each of {} engines, {} events, {} "
+      "{} programs from seed {} ({} images, {} texts, {} drawings, {} charts), {} scans in each of {} engines, {} "
+      "events, {} "
       "loop budgets used up, {} taskblocks failed; {} failed\n",
-      tally.programs[0] + tally.programs[1] + tally.programs[2], plan.first, tally.programs[0], tally.programs[1],
-      tally.programs[2], tally.scans, engines.size(), tally.events, tally.faults[0], tally.faults[1], tally.failures);
+      std::accumulate(std::begin(tally.programs), std::end(tally.programs), std::uint64_t{0}), plan.first,
+      tally.programs[0], tally.programs[1], tally.programs[2], tally.programs[3], tally.scans, engines.size(),
+      tally.events, tally.faults[0], tally.faults[1], tally.failures);
   coverage.print_summary(std::cout);
   if (plan.coverage) coverage.print(std::cout);
   return tally.failures == 0 ? 0 : 1;
@@ -242,10 +251,13 @@ int main(int argc, char** argv) {
   program.option("--seed", plan.first, "of the first program; the next have the next seeds").shows_default();
   program.option("--programs", plan.programs, "how many").shows_default();
   program.option("--scans", plan.scans, "of each task of a program, about").shows_default().range(1, 1'000'000);
-  program.choice(
-      "--kind", plan.kind,
-      {{"images", Kind::kImage}, {"texts", Kind::kText}, {"drawings", Kind::kDrawing}, {"mixed", Kind::kMixed}},
-      "images (made of instructions), texts (ST), drawings (LD and FBD), or mixed");
+  program.choice("--kind", plan.kind,
+                 {{"images", Kind::kImage},
+                  {"texts", Kind::kText},
+                  {"drawings", Kind::kDrawing},
+                  {"charts", Kind::kChart},
+                  {"mixed", Kind::kMixed}},
+                 "images (made of instructions), texts (ST), drawings (LD and FBD), charts (SFC), or mixed");
   program.option("--failures", plan.most_failures, "stop after this many, 0 = never").shows_default();
   program.flag("--coverage", plan.coverage, "print how many programs had which instruction");
   program.flag("--print", plan.print, "print the programs: text, XML, or a listing of the image");

@@ -7,44 +7,17 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <map>
 #include <set>
 #include <string>
 #include <vector>
 
-namespace plc::test {
+#include "tests/support/random_chart.h"
 
-struct ModelAssociation {
-  std::string qualifier;
-  int action = 0;
-  std::int64_t time_ms = 0;
-};
-struct ModelStep {
-  bool initial = false;
-  std::vector<ModelAssociation> actions;
-};
-/// TRUE when `input` (-1: always TRUE) is not `negated`, and step `timed` (-1: none) has lasted `time_ms`.
-struct ModelCondition {
-  int input = -1;
-  bool negated = false;
-  int timed = -1;
-  std::int64_t time_ms = 0;
-};
-struct ModelTransition {
-  std::set<int> from, to;
-  int priority = -1;
-  ModelCondition condition;
-};
-struct ModelNet {
-  std::vector<ModelStep> steps;
-  std::vector<ModelTransition> transitions;
-  int variables = 0;  ///< actions 0 to here drive variables, the others are bodies
-  int actions = 0;
-};
+namespace plc::test {
 
 class ChartModel {
  public:
-  ChartModel(const ModelNet& net, bool final_scan) : net_(net), final_scan_(final_scan) {
+  ChartModel(const ChartNet& net, bool final_scan) : net_(net), final_scan_(final_scan) {
     const std::size_t steps = net.steps.size();
     x.assign(steps, false);
     t.assign(steps, 0);
@@ -52,7 +25,7 @@ class ChartModel {
     value.assign(static_cast<std::size_t>(net.actions), false);
     q_.assign(static_cast<std::size_t>(net.actions), false);
     for (std::size_t s = 0; s < steps; ++s) {
-      for (const ModelAssociation& a : net.steps[s].actions)
+      for (const ChartAssociation& a : net.steps[s].actions)
         parts_.push_back({static_cast<int>(s), a, false, false, -1});
       if (net.steps[s].initial) entered_.insert(static_cast<int>(s));
     }
@@ -91,7 +64,7 @@ class ChartModel {
  private:
   struct Part {
     int step;
-    ModelAssociation a;
+    ChartAssociation a;
     bool stored;         ///< flip-flop of S, SD, DS, SL
     bool before;         ///< edge memory of P, P0, P1
     std::int64_t began;  ///< of its timer; -1 = not running
@@ -162,7 +135,7 @@ class ChartModel {
     }
   }
 
-  [[nodiscard]] bool holds(const ModelCondition& c, const std::vector<bool>& inputs) const {
+  [[nodiscard]] bool holds(const ChartCondition& c, const std::vector<bool>& inputs) const {
     const bool input = c.input < 0 || inputs[index(c.input)] != c.negated;
     return input && (c.timed < 0 || t[index(c.timed)] >= c.time_ms);
   }
@@ -171,7 +144,7 @@ class ChartModel {
     left_.clear();
     entered_.clear();
     for (const std::size_t i : order_) {
-      const ModelTransition& one = net_.transitions[i];
+      const ChartTransition& one = net_.transitions[i];
       const bool enabled =
           std::all_of(one.from.begin(), one.from.end(), [&](int s) { return x[index(s)] && left_.count(s) == 0; });
       if (!enabled || !holds(one.condition, inputs)) continue;
@@ -180,7 +153,7 @@ class ChartModel {
     }
   }
 
-  const ModelNet& net_;
+  const ChartNet& net_;
   bool final_scan_;
   std::vector<std::int64_t> since_;
   std::vector<bool> q_;
