@@ -89,7 +89,8 @@ std::string sizes_text(const std::vector<Cache>& known) {
 }  // namespace
 
 Verdict plot_scans(const PlotPlan& plan) {
-  // Marks are by the bytes of this many rungs: by fewer, what comes once would count; by more, it may be run as data.
+  // Marks are by the bytes of this many rungs: by fewer, what comes once would count; by more, the step at the first
+  // cache is passed.
   constexpr std::uint32_t kMarked = 5'000;
   const std::vector<std::uint32_t> short_axis = {50, 100, 200, 500, 1'000, 2'000, 5'000, 10'000};
   const std::vector<Plot> plots = {

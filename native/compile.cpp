@@ -1,7 +1,5 @@
 #include "native/compile.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <map>
 #include <optional>
@@ -35,14 +33,6 @@ namespace {
 /// How many iterations of a loop without others inside are code at most, one after the other.
 constexpr std::size_t kMostIterations = 4;
 
-/// Code of more records than this runs slower than the records themselves: a record takes about 40 bytes of code, and
-/// where that nearly fills the processor's second cache fetching it costs more than looking up (docs/adr/0021).
-std::size_t most_records_as_code() {
-  constexpr long kUsualCache = 1024 * 1024;
-  const long cache = ::sysconf(_SC_LEVEL2_CACHE_SIZE);
-  return static_cast<std::size_t>(cache > 0 ? cache : kUsualCache) * 3 / 4 / 40;
-}
-
 class TaskCompiler {
  public:
   TaskCompiler(const LinkedCode& linked, const Memory& memory)
@@ -55,7 +45,6 @@ class TaskCompiler {
   void compile(const CompileOptions& options, Naming naming) {
     s_.baseline = options.baseline;
     s_.from_code = naming == Naming::kFromCode;
-    records_as_data_ = records() > options.most_records_as_code.value_or(most_records_as_code());
     for (const LinkedBody& body : linked_.bodies) entries_.emplace(body.entry, s_.label());
     entry();
     for (std::size_t b = 0; b < linked_.bodies.size(); ++b) {
@@ -65,15 +54,6 @@ class TaskCompiler {
     }
     s_.write_data();
     report_.code_bytes = s_.size();
-  }
-
-  /// All boolean logic of the task.
-  [[nodiscard]] std::size_t records() const {
-    std::size_t count = 0;
-    for (const LinkedInstruction& instruction : linked_.instructions) {
-      if (is_boolean_run(operation_of(instruction.op).form)) count += linked_.data()[instruction.position + 1];
-    }
-    return count;
   }
 
   [[nodiscard]] const std::string& problem() const { return s_.problem(); }
@@ -394,7 +374,6 @@ class TaskCompiler {
       case Form::kShortRecords4:
       case Form::kShortRecords5:
       case Form::kGeneralRecords:
-        if (records_as_data_ && !s_.relative) return call_records(i.position, i.operation.form, w[1]);
         return translate_records(s_, i, linked_.data(), expressions_);
       case Form::kRunBlock:
         if (translate_block(s_, runtime::load_pointer<stdlib::Step>(w + 1), w[3])) return;
@@ -430,19 +409,6 @@ class TaskCompiler {
       default:
         return translate_data(s_, i);
     }
-  }
-
-  /// Records of a boolean run in the program, which outlives its native code. Words: count, then the window and the
-  /// position of short records, or general records.
-  void call_records(std::uint32_t position, Form form, std::uint32_t count) {
-    const std::uint32_t* const w = linked_.data() + position;
-    const bool general = form == Form::kGeneralRecords;
-    const std::uint32_t* const records = general ? w + 2 : linked_.data() + w[3];
-    s_.pass(2, count);
-    s_.pass(1, reinterpret_cast<std::uint64_t>(records));
-    s_.pass_address(0, general ? 0 : w[2]);
-    if (general) return s_.call(&run_general_records);
-    s_.call(form == Form::kShortRecords4 ? &run_records_of_4 : &run_records_of_5);
   }
 
   /// `end`: if there is no budget left.
@@ -554,7 +520,6 @@ class TaskCompiler {
   std::unordered_map<std::uint32_t, Target> targets_;  ///< of jumps in this body, by position
   std::optional<LoopCode> loop_;                       ///< that is being written
   asmjit::Label failed_;                               ///< of this body: the scan is over
-  bool records_as_data_ = false;                       ///< boolean logic is not made code
   CompileReport report_;
 };
 

@@ -59,9 +59,6 @@ class NativeTask final : public runtime::CompiledTask {
 enum class Naming : std::uint8_t { kFromRegister, kFromCode };
 
 struct CompileOptions {
-  /// Boolean logic of more look-up records than this is not made code; nothing = as many as this processor's second
-  /// cache holds as code.
-  std::optional<std::size_t> most_records_as_code = std::nullopt;
   /// No instructions but those that every processor of this kind has.
   bool baseline = false;
   /// Nothing = what this processor runs faster (naming.h). kFromCode is a wish: the table may be out of reach.

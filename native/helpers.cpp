@@ -1,6 +1,5 @@
 #include "native/helpers.h"
 
-#include "runtime/interpreter/bool_run.h"
 #include "runtime/interpreter/operations.h"
 #include "runtime/taskblocks.h"
 
@@ -22,24 +21,6 @@ bool run_taskblock(runtime::Machine& machine, std::uint32_t position, std::byte*
   const runtime::Taskblocks::Status status = machine.taskblocks->run(ports);
   return status == runtime::Taskblocks::Status::kFine ||
          runtime::settle_taskblock(machine, machine.code + position, status);
-}
-
-// RT:
-void run_records_of_4(std::uint8_t* window, const std::uint32_t* records, std::uint32_t count) noexcept {
-  runtime::run_short<4>(window, records, count);
-}
-
-// RT:
-void run_records_of_5(std::uint8_t* window, const std::uint32_t* records, std::uint32_t count) noexcept {
-  runtime::run_short<5>(window, records, count);
-}
-
-// RT:
-void run_general_records(std::uint8_t* table, const std::uint32_t* records, std::uint32_t count) noexcept {
-  const std::uint32_t* const end = records + std::size_t{count} * runtime::kGeneralRecordWords;
-  for (; records != end; records += runtime::kGeneralRecordWords) {
-    runtime::run_general(records, [table](std::uint32_t operand) noexcept { return table + operand; });
-  }
 }
 
 // RT:

@@ -17,11 +17,6 @@ void raise_event(runtime::Machine& machine, std::uint32_t position, std::uint32_
 void fail_loop(runtime::Machine& machine, std::uint32_t position) noexcept;
 /// One execution of a taskblock. False: machine.fault is set.
 bool run_taskblock(runtime::Machine& machine, std::uint32_t position, std::byte* ports) noexcept;
-/// Runs `count` look-up records of four or five inputs (runtime/interpreter/bool_run.h).
-void run_records_of_4(std::uint8_t* window, const std::uint32_t* records, std::uint32_t count) noexcept;
-void run_records_of_5(std::uint8_t* window, const std::uint32_t* records, std::uint32_t count) noexcept;
-/// Runs `count` general look-up records, whose operands are distances from `table`.
-void run_general_records(std::uint8_t* table, const std::uint32_t* records, std::uint32_t count) noexcept;
 /// Copies a text (runtime::copy_string). False when it was cut.
 bool copy_text(std::byte* to, const std::byte* from, std::uint32_t capacities, std::uint32_t width) noexcept;
 

@@ -67,10 +67,6 @@ struct Operation {
 };
 
 Operation operation_of(runtime::ResolvedOp op);
-/// Boolean logic: look-up records.
-constexpr bool is_boolean_run(Form form) {
-  return form == Form::kShortRecords4 || form == Form::kShortRecords5 || form == Form::kGeneralRecords;
-}
 /// "ADD_32", or the linker's own name "CallPouFixed".
 std::string_view name_of(runtime::ResolvedOp op);
 

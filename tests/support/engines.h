@@ -41,7 +41,7 @@ inline std::vector<Engine> all_engines() {
   using native::Naming;
   return {interpreter(), native_code({.naming = Naming::kFromCode}),
           native_code({.naming = Naming::kFromRegister}, "native code, variables from a register"),
-          native_code({.most_records_as_code = 0, .baseline = true}, "native code of any processor, records as data")};
+          native_code({.baseline = true}, "native code of any processor")};
 #else
   return {interpreter()};
 #endif

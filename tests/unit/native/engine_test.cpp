@@ -103,63 +103,6 @@ TEST(NativeEngine, ASampleOfFunctionsOfFiveInputs) {
   expect_all_rows(b, main, 32);
 }
 
-/// Native code that leaves boolean logic of more records than `most` as it is.
-Engine native_with_records(std::size_t most) {
-  return {"native code of at most " + std::to_string(most) + " records", [most](runtime::Program& program) {
-            auto compiled = native::compile(program, {.most_records_as_code = most});
-            using Made = core::Result<std::unique_ptr<runtime::CompiledTask>>;
-            return compiled ? Made(std::move(*compiled)) : Made(compiled.error());
-          }};
-}
-
-TEST(NativeEngine, BooleanLogicThatStaysData) {
-  // Records of each form: four inputs, five, and places more than 64 KiB apart.
-  constexpr std::uint32_t kEach = 300;
-  std::mt19937 random(5);
-  ImageBuilder b;
-  PouBuilder main = b.pou("Main", PouKind::kProgram);
-  std::vector<Word> in = counting_inputs(b, main, 5);
-  const Word near = main.variable("near", b.array(b.boolean(), 2 * kEach));
-  const Word far = main.variable("far", b.array(b.boolean(), 0x10000 + kEach));
-  std::vector<Word> words;
-  const auto record = [&](std::uint32_t truth, Word out, Word first) {
-    std::shuffle(in.begin(), in.end(), random);
-    words.insert(words.end(), {truth, out, first, in[1], in[2], in[3], in[4]});
-  };
-  // Each reads what the one before wrote, so that their order counts.
-  for (std::uint32_t n = 0; n < kEach; ++n) {
-    record((random() & 0xffffu) * 0x10001u, near + n, n == 0 ? in[0] : near + n - 1);
-  }
-  for (std::uint32_t n = kEach; n < 2 * kEach; ++n)
-    record(static_cast<std::uint32_t>(random()), near + n, near + n - 1);
-  for (std::uint32_t n = 0; n < kEach; ++n) {
-    record(static_cast<std::uint32_t>(random()), far + 0x10000 + n, n == 0 ? near : far + 0x10000 + n - 1);
-  }
-  main.list(Opcode::kBoolRun, 3 * kEach, std::move(words));
-  b.task("Cyclic", kPeriodNs, {main.finish()});
-  const Image image = b.build();
-
-  std::string problem;
-  const auto engines =
-      Engines::load(image, problem, {}, {interpreter(), native_with_records(0), native_with_records(3 * kEach)});
-  ASSERT_NE(engines, nullptr) << problem;
-  for (int scan = 0; scan < 64; ++scan) ASSERT_EQ(engines->scan(scan * kPeriodNs), "") << "scan " << scan;
-
-  runtime::Program& program = (*engines)[0].program(0);
-  const auto linked = program.link_report();
-  EXPECT_GT(linked.short4_records, 0u);
-  EXPECT_GT(linked.short5_records, 0u);
-  EXPECT_GT(linked.wide_records, 0u);
-  // What `plc dump --native` prints: as data each run is one call, as code each record has at least a store.
-  const auto code_bytes = [&program](std::size_t most) {
-    const auto compiled = native::compile(program, {.most_records_as_code = most});
-    return compiled ? (*compiled)->report().code_bytes : 0;
-  };
-  EXPECT_GT(code_bytes(3 * kEach), 3 * kEach * 8);
-  EXPECT_LT(code_bytes(3 * kEach - 1), 3 * kEach);
-  EXPECT_EQ(code_bytes(3 * kEach - 1), code_bytes(0));
-}
-
 TEST(NativeEngine, GoesOnWhereTheInterpreterWas) {
   RandomImage random(7);
   const Image image = random.make(30);
