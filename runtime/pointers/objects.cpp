@@ -26,6 +26,25 @@ bool is_object(const ImageField& field) {
   return field.role != FieldRole::kHidden && field.role != FieldRole::kState && field.role != FieldRole::kInOut;
 }
 
+/// A part of a value: `type` and where in it.
+template <class Byte>
+struct Slice {
+  std::uint32_t type;
+  Byte* value;
+  std::uint32_t offset;
+};
+
+/// Copies `size` open bytes between values of different layouts. RT.
+void copy_packed(const PackedTypes& types, Slice<std::byte> to, Slice<const std::byte> from, std::uint32_t size,
+                 Finer finer) noexcept {
+  std::array<std::byte, kChunk> bytes;
+  for (std::uint32_t done = 0; done < size; done += kChunk) {
+    const std::uint32_t here = std::min(kChunk, size - done);
+    read_packed(types, from.type, from.value, from.offset + done, here, bytes.data());
+    write_packed(types, to.type, to.value, to.offset + done, here, bytes.data(), finer);
+  }
+}
+
 }  // namespace
 
 core::Result<Objects> Objects::make(const Image& image, std::uint32_t body, const TaskLayout& layout,
@@ -101,6 +120,12 @@ Objects::Spot Objects::spot_of(Pointer pointer) const noexcept {
 }
 
 // RT:
+bool Objects::holds_open(Spot spot, std::uint32_t size) const noexcept {
+  const std::uint32_t type = spot.object->type;
+  return size <= types_[type].size - spot.offset && is_open(types_, type, spot.offset, size);
+}
+
+// RT:
 Pointer Objects::pointer_to(const Object& object, std::int64_t offset) const noexcept {
   const auto number = static_cast<std::uint32_t>(&object - objects_.data());
   return number < globals_ ? Pointer::make(Handle::kGlobalTag, number, offset)
@@ -143,15 +168,8 @@ Reached Objects::load(const std::byte* table, Pointer pointer, std::uint32_t typ
   }
   const std::uint32_t size = types_[type].size;
   const std::uint32_t there = spot.object->type;
-  if (size > types_[there].size - spot.offset || !types_[type].plain || !is_open(types_, there, spot.offset, size)) {
-    return Reached::kNowhere;
-  }
-  std::array<std::byte, kChunk> bytes;
-  for (std::uint32_t done = 0; done < size; done += kChunk) {
-    const std::uint32_t here = std::min(kChunk, size - done);
-    read_packed(types_, there, value, spot.offset + done, here, bytes.data());
-    write_packed(types_, type, to, done, here, bytes.data(), Finer::kNew);
-  }
+  if (!types_[type].plain || !holds_open(spot, size)) return Reached::kNowhere;
+  copy_packed(types_, {type, to, 0}, {there, value, spot.offset}, size, Finer::kNew);
   return Reached::kFine;
 }
 
@@ -169,15 +187,8 @@ Reached Objects::store(std::byte* table, Pointer pointer, std::uint32_t type, co
   }
   const std::uint32_t size = types_[type].size;
   const std::uint32_t there = spot.object->type;
-  if (size > types_[there].size - spot.offset || !types_[type].plain || !is_open(types_, there, spot.offset, size)) {
-    return Reached::kNowhere;
-  }
-  std::array<std::byte, kChunk> bytes;
-  for (std::uint32_t done = 0; done < size; done += kChunk) {
-    const std::uint32_t here = std::min(kChunk, size - done);
-    read_packed(types_, type, from, done, here, bytes.data());
-    write_packed(types_, there, value, spot.offset + done, here, bytes.data());
-  }
+  if (!types_[type].plain || !holds_open(spot, size)) return Reached::kNowhere;
+  copy_packed(types_, {there, value, spot.offset}, {type, from, 0}, size, Finer::kStays);
   return Reached::kFine;
 }
 
@@ -231,7 +242,7 @@ Reached Objects::store_text(std::byte* table, Spot spot, std::uint32_t type, con
     return whole && length == given ? Reached::kFine : Reached::kCut;
   }
   const std::uint32_t bytes = (length + 1) * width;
-  if (bytes > types_[there].size - spot.offset || !is_open(types_, there, spot.offset, bytes)) return Reached::kNowhere;
+  if (!holds_open(spot, bytes)) return Reached::kNowhere;
   const std::byte* const characters = from + sizeof(core::StringHeader);
   write_packed(types_, there, value, spot.offset, length * width, characters);
   constexpr std::byte kZero[2] = {};

@@ -87,6 +87,8 @@ class Objects {
   [[nodiscard]] const Object* object_of(Pointer pointer) const noexcept;
   /// Where `pointer` leads to, inside of an object.
   [[nodiscard]] Spot spot_of(Pointer pointer) const noexcept;
+  /// Whether the object has `size` bytes from there on, open to pointers.
+  [[nodiscard]] bool holds_open(Spot spot, std::uint32_t size) const noexcept;
   [[nodiscard]] Pointer pointer_to(const Object& object, std::int64_t offset) const noexcept;
   Reached load_text(const std::byte* table, Spot spot, std::uint32_t type, std::byte* to,
                     std::uint16_t capacity) const noexcept;
