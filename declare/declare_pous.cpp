@@ -51,6 +51,17 @@ ir::PouKind kind_of(plcopen::PouKind kind) {
   }
 }
 
+/// An action or transition of the POU `owner`: a body that works on its variables.
+ir::Pou part_of(const plcopen::Pou& from, std::uint32_t owner, const plcopen::Pou& one) {
+  ir::Pou part;
+  part.name = from.name + "." + one.name;
+  part.kind = kind_of(from.kind);
+  part.at = one.at;
+  part.owner = owner;
+  part.from_library = from.from_library;
+  return part;
+}
+
 }  // namespace
 
 Declarer::Declarer(const plcopen::Project& project, const core::CompileOptions& options, core::Diagnostics& diagnostics,
@@ -149,13 +160,7 @@ void Declarer::declare_actions(std::uint32_t owner) {
       report(Code::P4018, one.at, name, "action " + quoted(one.name) + " is declared twice", "rename one of them");
       continue;
     }
-    ir::Pou action;
-    action.name = name;
-    action.kind = kind_of(from.kind);
-    action.at = one.at;
-    action.owner = owner;
-    action.from_library = from.from_library;
-    module_.pous.push_back(std::move(action));
+    module_.pous.push_back(part_of(from, owner, one));
   }
 }
 
@@ -169,12 +174,6 @@ void Declarer::declare_transitions(std::uint32_t owner) {
       report(Code::P4018, one.at, name, "transition " + quoted(one.name) + " is declared twice", "rename one of them");
       continue;
     }
-    ir::Pou transition;
-    transition.name = name;
-    transition.kind = kind_of(from.kind);
-    transition.at = one.at;
-    transition.owner = owner;
-    transition.from_library = from.from_library;
     ir::Variable result;
     result.name = "#transition." + std::to_string(index);
     result.type = ir::kBoolType;
@@ -182,7 +181,7 @@ void Declarer::declare_transitions(std::uint32_t owner) {
     result.at = one.at;
     module_.transitions[index] = {owner, one.name, static_cast<std::uint32_t>(module_.pous[owner].variables.size())};
     module_.pous[owner].variables.push_back(std::move(result));
-    module_.pous.push_back(std::move(transition));
+    module_.pous.push_back(part_of(from, owner, one));
   }
 }
 
