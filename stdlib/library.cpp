@@ -8,6 +8,7 @@
 
 #include "core/text.h"
 #include "stdlib/functions/arithmetic.h"
+#include "stdlib/functions/assertion.h"
 #include "stdlib/functions/bcd.h"
 #include "stdlib/functions/bits.h"
 #include "stdlib/functions/comparison.h"
@@ -39,7 +40,7 @@ constexpr std::tuple kLists{
     Titled<rows::SelectionRows>{"Selection"},      Titled<rows::StringRows>{"Strings"},
     Titled<rows::DurationRows>{"Times and dates"}, Titled<rows::DateRows>{"Dates put together and taken apart"},
     Titled<rows::ConversionRows>{"Conversions"},   Titled<rows::BcdRows>{"BCD"},
-    Titled<rows::EndianRows>{"Order of bytes"}};
+    Titled<rows::EndianRows>{"Order of bytes"},    Titled<rows::AssertionRows>{"Assertions"}};
 
 template <class... List>
 Concat<List...> concat(const std::tuple<Titled<List>...>&);

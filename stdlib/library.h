@@ -30,13 +30,14 @@ enum class Event : std::uint8_t {
   kBadIndex,
   kNullReference,
   kInvalid,
-  kBadPointer
+  kBadPointer,
+  kAssertion
 };
 std::string_view event_name(Event event);
 
 /// The events that a function can report.
 struct EventSet {
-  std::uint8_t bits = 0;
+  std::uint16_t bits = 0;
   [[nodiscard]] constexpr bool empty() const { return bits == 0; }
   [[nodiscard]] constexpr bool contains(Event event) const {
     return event == Event::kNone || (bits >> static_cast<unsigned>(event) & 1u) != 0;
@@ -44,7 +45,7 @@ struct EventSet {
 };
 template <class... E>
 constexpr EventSet events(E... event) {
-  return {static_cast<std::uint8_t>(((1u << static_cast<unsigned>(event)) | ...))};
+  return {static_cast<std::uint16_t>(((1u << static_cast<unsigned>(event)) | ...))};
 }
 
 /// One call of a function: `args` are pointers to `count` typed values, `result` to the typed result. Result and

@@ -158,8 +158,8 @@ void each_key_type(const Overload& overload, F f) {
 }  // namespace
 
 std::string_view event_name(Event event) {
-  constexpr std::string_view kNames[] = {"none",      "divide_by_zero", "out_of_range", "truncated",
-                                         "bad_index", "null_reference", "invalid",      "bad_pointer"};
+  constexpr std::string_view kNames[] = {"none",           "divide_by_zero", "out_of_range", "truncated", "bad_index",
+                                         "null_reference", "invalid",        "bad_pointer",  "assertion"};
   return kNames[static_cast<std::size_t>(event)];
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <tuple>
 #include <utility>
 
 #include "core/clock.h"
@@ -133,6 +134,7 @@ core::Result<TestResult> Runner::run(std::size_t test) {
   runtime::Program& bench = bench_->program(0);
   const auto number = static_cast<std::uint32_t>(test);
   std::memcpy(bench.table().data() + which_, &number, sizeof number);
+  const std::vector<runtime::EventCount> before = bench.events();
   const runtime::Fault fault = bench.execute({0});
   if (fault && !ended_) {
     const core::SourceRef at = runtime::source_of(bench_->image(), fault.pou, fault.word);
@@ -143,6 +145,10 @@ core::Result<TestResult> Runner::run(std::size_t test) {
     if (!block.empty()) failure.what += " (" + block + ")";
     add_failure(result, std::move(failure));
   }
+  for (std::size_t task = 0; project_ && task < project_->task_count(); ++task) {
+    note_events(project_->image(), project_->program(task).events(), {});
+  }
+  note_events(bench_->image(), bench.events(), before);
   collect_coverage();
   result.cycles = simulation_ ? simulation_->cycles() : 0;
   result.virtual_ns = now_ns_;
@@ -222,6 +228,33 @@ void Runner::note_faults() {
     add_failure(*result_, std::move(failure));
   }
   faults_noted_ = simulation_->fault_count();
+}
+
+void Runner::note_events(const Image& image, const std::vector<runtime::EventCount>& events,
+                         const std::vector<runtime::EventCount>& before) {
+  struct Noted {
+    core::SourceRef at;
+    std::string pou;
+    std::uint64_t count = 0;
+  };
+  std::vector<Noted> all;
+  for (const runtime::EventCount& event : events) {
+    if (event.last != stdlib::Event::kAssertion) continue;
+    const auto known = std::find_if(before.begin(), before.end(), [&](const runtime::EventCount& one) {
+      return one.pou == event.pou && one.word == event.word;
+    });
+    const std::uint64_t count = event.count - (known == before.end() ? 0 : known->count);
+    if (count == 0) continue;
+    all.push_back({runtime::source_of(image, event.pou, event.word), image.pous[event.pou].name, count});
+  }
+  std::sort(all.begin(), all.end(), [](const Noted& a, const Noted& b) {
+    return std::tie(a.at.file, a.at.line, a.at.column) < std::tie(b.at.file, b.at.line, b.at.column);
+  });
+  for (const Noted& one : all) {
+    Failure failure = failure_at(one.at);
+    failure.what = fmt::format("ASSERT of {} did not hold, {} time{}", one.pou, one.count, one.count == 1 ? "" : "s");
+    add_failure(*result_, std::move(failure));
+  }
 }
 
 Failure Runner::failure_at(const core::SourceRef& at) const {

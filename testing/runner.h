@@ -81,6 +81,9 @@ class Runner final : public HostListener {
   bool advance_to(core::TimeNs end_ns);
   bool run_cycles(std::int64_t count);
   void note_faults();
+  /// ASSERTs that did not hold since `before`.
+  void note_events(const bytecode::Image& image, const std::vector<runtime::EventCount>& events,
+                   const std::vector<runtime::EventCount>& before);
   void fail_assertion(const ir::Assertion& assertion);
   [[nodiscard]] std::string value_of(const std::string& hidden) const;
   [[nodiscard]] Failure failure_at(const core::SourceRef& at) const;

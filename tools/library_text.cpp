@@ -199,7 +199,7 @@ stdlib::EventSet LibraryFunction::events() const {
   const bool strings = std::any_of(overloads.begin(), overloads.end(), [](const stdlib::Overload* overload) {
     return core::in_category(overload->result_type(), core::kAnyString);
   });
-  if (!strings) events.bits &= static_cast<std::uint8_t>(~stdlib::events(Event::kTruncated).bits);
+  if (!strings) events.bits &= static_cast<std::uint16_t>(~stdlib::events(Event::kTruncated).bits);
   return events;
 }
 
@@ -229,7 +229,7 @@ std::string generic_text(std::vector<TypeId> types) {
 std::vector<std::string_view> event_names(stdlib::EventSet events) {
   std::vector<std::string_view> names;
   for (const Event event : {Event::kDivideByZero, Event::kOutOfRange, Event::kTruncated, Event::kBadIndex,
-                            Event::kNullReference, Event::kInvalid, Event::kBadPointer}) {
+                            Event::kNullReference, Event::kInvalid, Event::kBadPointer, Event::kAssertion}) {
     if (events.contains(event)) names.push_back(stdlib::event_name(event));
   }
   return names;

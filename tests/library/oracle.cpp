@@ -231,6 +231,9 @@ Expected maximum(const Overload&, std::span<const Value> a) {
 }
 Expected limit(const Overload&, std::span<const Value> a) { return exactly(least(most(a[1], a[0]), a[2])); }
 Expected move(const Overload&, std::span<const Value> a) { return exactly(a[0]); }
+Expected assertion(const Overload&, std::span<const Value> a) {
+  return exactly(a[0], a[0].bits == 0 ? Event::kAssertion : Event::kNone);
+}
 Expected select(const Overload&, std::span<const Value> a) { return exactly(a[0].bits == 0 ? a[1] : a[2]); }
 Expected multiplex(const Overload&, std::span<const Value> a) {
   const Wide last = static_cast<Wide>(a.size()) - 2;
@@ -324,6 +327,7 @@ const std::map<std::string_view, Oracle> kOracles = {
     {"LE", not_greater},
     {"LT", less},
     {"NE", different},
+    {"ASSERT", assertion},
     {"MOVE", move},
     {"SEL", select},
     {"MAX", maximum},

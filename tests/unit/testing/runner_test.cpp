@@ -125,6 +125,26 @@ void expect_passes(const std::string& statements, const std::string& variables =
   EXPECT_GT(result.checks, 0u);
 }
 
+TEST(Runner, AnAssertOfTheProjectIsAFailureOfTheTestThatRanIt) {
+  const std::string text =
+      "FUNCTION Half : INT VAR_INPUT x : INT; END_VAR\n  ASSERT(x MOD 2 = 0);\n  Half := x / 2;\nEND_FUNCTION\n"
+      "PROGRAM Main VAR n : INT; END_VAR\n  n := n + 1;\n  ASSERT(n < 3);\nEND_PROGRAM\n"
+      "CONFIGURATION C RESOURCE R ON PLC TASK T(INTERVAL := T#20ms, PRIORITY := 0); PROGRAM main WITH T : Main;\n"
+      "END_RESOURCE END_CONFIGURATION\n"
+      "TEST 'holds' RUN_CYCLES(2); ASSERT_EQ(2, main.n); ASSERT_EQ(2, Half(4)); END_TEST\n"
+      "TEST 'does not' RUN_CYCLES(4); ASSERT_EQ(1, Half(3)); ASSERT_EQ(2, Half(5)); END_TEST\n"
+      "TEST 'holds again' RUN_CYCLES(1); ASSERT_EQ(1, Half(2)); END_TEST\n";
+  Project project(text);
+  EXPECT_TRUE(project.run(0).passed()) << shown(project.run(0));
+  const TestResult result = project.run(1);
+  ASSERT_EQ(result.failures.size(), 2u) << shown(result);
+  EXPECT_EQ(result.failures[0].what, "ASSERT of Main did not hold, 2 times");
+  EXPECT_EQ(result.failures[0].line, 7u);
+  EXPECT_EQ(result.failures[1].what, "ASSERT of Half did not hold, 2 times");
+  EXPECT_EQ(result.failures[1].line, 2u);
+  EXPECT_TRUE(project.run(2).passed()) << shown(project.run(2));
+}
+
 TEST(Runner, AFailureHasPlaceExpectedAndGot) {
   const TestResult result = run("ASSERT_EQ(7, Level, 'full');\nASSERT_TRUE(main.Lamp);\nASSERT_EQ(0, Level);");
   ASSERT_EQ(result.failures.size(), 2u);
