@@ -240,6 +240,7 @@ void Evaluation::run_main_actions() {
 void Evaluation::run(const Target& target) {
   foreign([&] {
     if (target.kind == Target::Kind::kAction) {
+      b_.module().pous[target.action].freezes |= !final_scan_;
       b_.run_action(b_.self(), target.action);
     } else {
       st::lower_statements(target.name + "();", target.at, b_);

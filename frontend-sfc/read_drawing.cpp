@@ -8,6 +8,7 @@
 
 #include "core/text.h"
 #include "frontend-sfc/chart.h"
+#include "frontend-sfc/macro_steps.h"
 
 namespace plc::sfc {
 
@@ -26,7 +27,6 @@ using StepSet = std::vector<std::uint32_t>;
 bool is_chart_element(ElementKind kind) {
   switch (kind) {
     case ElementKind::kStep:
-    case ElementKind::kMacroStep:
     case ElementKind::kJumpStep:
     case ElementKind::kTransition:
     case ElementKind::kSelectionDivergence:
@@ -121,10 +121,6 @@ class DrawingReader {
     step_of_.assign(body_.elements.size(), kNone);
     for (std::uint32_t i = 0; i < body_.elements.size(); ++i) {
       const Element& e = element(i);
-      if (e.kind == ElementKind::kMacroStep) {
-        report(Code::P3109, e.at, "macro step \"" + e.text + "\" is not executed: what is in it is not read",
-               "draw its steps in the chart itself");
-      }
       if (e.kind != ElementKind::kStep || left_out(i) || e.text.empty()) continue;
       step_of_[i] = static_cast<std::uint32_t>(chart_.steps.size());
       Step step;
@@ -275,8 +271,6 @@ class DrawingReader {
       }
       case ElementKind::kActionBlock:
         return true;
-      case ElementKind::kMacroStep:
-        return false;  // reported
       default:
         return wrong(i, "comes after a transition without a step between");
     }
@@ -472,7 +466,11 @@ class DrawingReader {
 }  // namespace
 
 Chart read_drawing(const plcopen::Body& body, const std::string& name, core::Diagnostics& diagnostics) {
-  return DrawingReader(body, name, diagnostics).read();
+  if (!has_macro_steps(body)) return DrawingReader(body, name, diagnostics).read();
+  const std::size_t errors = diagnostics.error_count();
+  const plcopen::Body whole = expand_macro_steps(body, name, diagnostics);
+  // Without what is in a macro step, wires lead nowhere.
+  return diagnostics.error_count() == errors ? DrawingReader(whole, name, diagnostics).read() : Chart{};
 }
 
 }  // namespace plc::sfc

@@ -1,8 +1,12 @@
 // Charts as text (IEC 61131-3:2013, annex A, sequential_function_chart):
 //
-//   network    := INITIAL_STEP name ':' {association ';'} END_STEP { STEP .. | transition }
+//   network    := INITIAL_STEP name [times] ':' {association ';'} END_STEP { STEP .. | transition }
 //   association := name '(' [qualifier [',' time] {',' indicator}] ')'
 //   transition := TRANSITION [name] ['(' PRIORITY ':=' n ')'] FROM steps TO steps ':=' expression ';' END_TRANSITION
+//
+// PICARD's own, for what CODESYS and TwinCAT keep beside: the qualifiers ENTRY, MAIN and EXIT, and
+//
+//   times      := '(' {MIN ':=' time | MAX ':=' time, with ',' between} ')'
 //
 // Several networks may follow each other, steps come in any order, and ':' after a name may be left out. ACTIONs are
 // actions of the POU: read_actions.cpp of frontend-st has read them.
@@ -115,8 +119,8 @@ class TextReader {
     advance();
     step.at = place(token_.begin, ElementKind::kStep);
     if (!name(step.name, "the name of a step")) return skip();
-    accept(TokenKind::kColon);
-    bool fine = true;
+    bool fine = token_.kind != TokenKind::kLeftParen || times(step);
+    if (fine) accept(TokenKind::kColon);
     while (fine && !at("END_STEP")) {
       if (accept(TokenKind::kSemicolon)) continue;
       if (token_.kind != TokenKind::kIdentifier) {
@@ -136,6 +140,25 @@ class TextReader {
     if (!fine) return skip();
     advance();
     accept(TokenKind::kSemicolon);
+  }
+
+  /// (MIN := T#1s, MAX := T#2s)
+  bool times(Step& step) {
+    do {
+      advance();
+      std::string* const time = at("MIN") ? &step.min_time : at("MAX") ? &step.max_time : nullptr;
+      if (time == nullptr) return fail("MIN or MAX");
+      advance();
+      if (!require(TokenKind::kAssign, "\":=\" and a time")) return false;
+      *time = argument();
+      if (time->empty()) return fail("a time");
+    } while (token_.kind == TokenKind::kComma);
+    return require(TokenKind::kRightParen, "\")\" after the times of a step");
+  }
+
+  /// Where the action of a step is kept that `word` means; null for a qualifier.
+  std::string* step_action(Step& step) {
+    return at("ENTRY") ? &step.entry : at("MAIN") ? &step.main : at("EXIT") ? &step.exit : nullptr;
   }
 
   /// A name with its members, as written: "Motor.Start", "a[3]".
@@ -160,7 +183,16 @@ class TextReader {
     action.name = path();
     if (!require(TokenKind::kLeftParen, "\"(\" after the name of an action")) return false;
     bool known = true;
-    if (token_.kind == TokenKind::kIdentifier) {
+    if (std::string* const own = step_action(step)) {
+      if (!own->empty()) {
+        report(Code::P3107, place(token_.begin, ElementKind::kStep),
+               "step \"" + step.name + "\" has a second action with the qualifier " + std::string(text()),
+               "call both in one action");
+      }
+      *own = action.name;
+      known = false;
+      advance();
+    } else if (token_.kind == TokenKind::kIdentifier) {
       const auto qualifier = qualifier_of(text());
       known = qualifier.has_value();
       if (!known) {

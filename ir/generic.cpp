@@ -96,6 +96,7 @@ std::optional<Operand> array_bound(Builder& builder, ArrayBound bound, TypeRef a
                    "give it an array");
     return std::nullopt;
   }
+  builder.module().pous[builder.pou_index()].asks_bounds = true;
   std::vector<std::int64_t> bounds;
   bool small = true;
   for (TypeRef type = array; types[type].kind == TypeKind::kArray; type = types[type].element) {

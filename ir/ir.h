@@ -252,7 +252,8 @@ struct Pou {
   std::optional<QueueCall> queue_call = {};
   bool generic =
       false;  ///< has parameters ARRAY [*]: calls call what is made from it (generic.h), and it has no body itself
-  bool has_made = false;  ///< functions were made from it
+  bool has_made = false;     ///< functions were made from it
+  bool asks_bounds = false;  ///< bounds of arrays are constants in its body
   /// The generic function that this one is made from; else kDeclared.
   std::uint32_t made_from = kDeclared;
   /// An action: a body that runs on instances of this POU and works on its variables; it has none of its own. Else
@@ -260,6 +261,8 @@ struct Pou {
   std::uint32_t owner = kDeclared;
   /// Actions of a program or function block, by name, into Module::pous.
   std::unordered_map<std::string, std::uint32_t, core::NameHash, core::NameEqual> actions = {};
+  /// An action that a chart runs without a final scan: what is in it stands still from then on.
+  bool freezes = false;
   /// A program that is called or read by name: the global that is its one instance; else kDeclared.
   std::uint32_t instance = kDeclared;
   bool partial =

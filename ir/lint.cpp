@@ -103,6 +103,7 @@ void lint(const Module& module, const LintOptions& options, core::Diagnostics& d
   lint_declarations(module, findings);
   lint_coils(module, findings);
   lint_tasks(module, findings);
+  lint_charts(module, findings);
   for (const Pou& pou : module.pous) {
     if (!findings.is_linted(pou) || pou.body.insts.empty()) continue;
     const BodyFlow flow(pou.body);

@@ -59,6 +59,7 @@ void lint_declarations(const Module& module, Findings& findings);  // lint_decla
 void lint_names(const Module& module, Findings& findings);         // lint_names.cpp
 void lint_coils(const Module& module, Findings& findings);         // lint_coils.cpp
 void lint_tasks(const Module& module, Findings& findings);         // lint_tasks.cpp
+void lint_charts(const Module& module, Findings& findings);        // lint_charts.cpp
 void lint_expressions(const LintBody& body, Findings& findings);   // lint_expressions.cpp
 void lint_statements(const LintBody& body, Findings& findings);    // lint_statements.cpp
 void lint_blocks(const LintBody& body, Findings& findings);        // lint_blocks.cpp

@@ -171,6 +171,8 @@ struct ActionLink {
   SourceRef text_at;
 };
 
+struct Body;
+
 /// What an element of a sequential function chart has beyond its pins (IEC 61131-3:2013, 6.7).
 struct ChartPart {
   bool initial = false;        ///< step: initial step
@@ -185,6 +187,7 @@ struct ChartPart {
   SourceRef text_at = {};      ///< where `text` is
   std::int64_t priority = -1;  ///< transition: small numbers first; -1 = none
   Pin condition = {};          ///< transition: what is wired to its condition
+  std::shared_ptr<Body> macro = {};  ///< macro step: the chart in it; null when it has none
 };
 
 /// One drawn element. Which fields mean something depends on `kind`; the rest is empty.
@@ -217,7 +220,7 @@ struct Element {
   std::vector<Pin> in_outs;
   std::vector<Pin> outputs;  ///< left rail, continuation, contact, coil, inVariable: the connection points out in order
   std::vector<ActionLink> actions;   ///< actionBlock
-  std::shared_ptr<ChartPart> chart;  ///< step, transition; else null
+  std::shared_ptr<ChartPart> chart;  ///< step, macro step, transition; else null
 };
 
 enum class Language : std::uint8_t { kNone, kLd, kFbd, kSt, kIl, kSfc };
@@ -345,6 +348,13 @@ struct Pragma {
   SourceRef at;
 };
 
+/// A comment between the declarations of a text, as written.
+struct Comment {
+  std::string text;
+  SourceRef at;
+  bool follows = false;  ///< something else is in its line before it
+};
+
 /// {attribute 'name'} or {attribute 'name' := 'value'} before a POU or a variable.
 struct Attribute {
   std::string pou;       ///< the POU, or that of the variable; empty for variables outside of POUs
@@ -362,9 +372,10 @@ struct Project {
   std::vector<Pou> tests;  ///< TEST blocks of texts, each named by what stands in its quotes
   std::vector<Configuration> configurations;
   std::vector<PlainDeclaration> declarations;
-  bool has_3s_charts = false;                ///< some chart comes from CODESYS or a tool derived from it
+  bool has_3s_charts = false;                ///< some chart comes from CODESYS or a tool derived from it, or says so
   std::vector<std::string> qualified_lists;  ///< globalVars lists of XML with the attribute qualified_only
   std::vector<Pragma> pragmas;
+  std::vector<Comment> comments;        ///< of texts, outside of bodies
   std::vector<Attribute> attributes;    ///< of texts
   bool qualified_globals = false;       ///< text: {attribute 'qualified_only'} is before globals that name no list
   std::vector<Extent> extents;          ///< of the file's own declarations

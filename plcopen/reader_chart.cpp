@@ -29,7 +29,9 @@ void start_chart_step(Reader& r, const Tag& tag) {
 
 void start_macro_step(Reader& r, const Tag& tag) {
   Element& e = open_element(r, tag, ElementKind::kMacroStep, r.integer(tag, Attr::kLocalId, -1, kMaxId));
+  e.chart = std::make_shared<ChartPart>();
   e.text = r.optional_name(tag, Attr::kName);
+  e.text_at = e.at;
 }
 
 void start_jump_step(Reader& r, const Tag& tag) {
@@ -71,22 +73,46 @@ void condition_wire(Reader& r, const Tag& tag) {
   connection.formal_parameter = core::trimmed(tag.attributes.get(Attr::kFormalParameter));
 }
 
-/// A condition in a language of its own: the body of a transition of the POU that only this one refers to.
-void start_inline(Reader& r, const Tag& tag) {
+/// A body inside of an element, in a frame of its own while it is read.
+PouFrame& start_inner(Reader& r, const Tag& tag) {
   auto pou = std::make_unique<PouFrame>();
   pou->pou.kind = r.pous.empty() ? PouKind::kProgram : r.pous.back()->pou.kind;
-  pou->pou.result = r.optional_name(tag, Attr::kName);
   pou->pou.at = r.element_place(tag.at);
   pou->is_action = true;
   r.pous.push_back(std::move(pou));
   open_body(r, tag);
+  return *r.pous.back();
 }
 
-void end_inline(Reader& r) {
+std::unique_ptr<PouFrame> end_inner(Reader& r) {
   if (frame(r).body.language != Language::kNone) finish_body(r);
   r.bodies.pop_back();
-  const std::unique_ptr<PouFrame> own = std::move(r.pous.back());
+  std::unique_ptr<PouFrame> own = std::move(r.pous.back());
   r.pous.pop_back();
+  return own;
+}
+
+/// The POU that is open, beyond its actions and what is inside of elements.
+PouFrame& open_owner(Reader& r) {
+  std::size_t i = r.pous.size() - 1;
+  while (i != 0 && r.pous[i]->is_action) --i;
+  return *r.pous[i];
+}
+
+/// The chart in a macro step.
+void start_macro_body(Reader& r, const Tag& tag) { start_inner(r, tag); }
+
+void end_macro_body(Reader& r) {
+  const std::unique_ptr<PouFrame> own = end_inner(r);
+  if (r.bodies.empty() || own->pou.bodies.empty() || element(r).kind != ElementKind::kMacroStep) return;
+  element(r).chart->macro = std::make_shared<Body>(std::move(own->pou.bodies.front()));
+}
+
+/// A condition in a language of its own: the body of a transition of the POU that only this one refers to.
+void start_inline(Reader& r, const Tag& tag) { start_inner(r, tag).pou.result = r.optional_name(tag, Attr::kName); }
+
+void end_inline(Reader& r) {
+  const std::unique_ptr<PouFrame> own = end_inner(r);
   if (r.bodies.empty() || own->pou.bodies.empty() || element(r).chart == nullptr) return;
   ChartPart& part = *element(r).chart;
   Body& body = own->pou.bodies.front();
@@ -97,12 +123,12 @@ void end_inline(Reader& r) {
   }
   if (r.pous.empty()) return;
   // No name of a file has a #.
-  own->pou.name = fmt::format("#condition.{}.{}", r.pous.back()->pou.transitions.size(), element(r).at.local_id);
+  std::vector<Pou>& transitions = open_owner(r).pou.transitions;
+  own->pou.name = fmt::format("#condition.{}.{}", transitions.size(), element(r).at.local_id);
   if (own->pou.result.empty()) own->pou.result = "condition";
   part.reference = own->pou.name;
   part.text_at = own->pou.at;
-  PouFrame& owner = r.pous.back()->is_action && r.pous.size() > 1 ? *r.pous[r.pous.size() - 2] : *r.pous.back();
-  owner.pou.transitions.push_back(std::move(own->pou));
+  transitions.push_back(std::move(own->pou));
 }
 
 template <Language kLanguage>
@@ -170,6 +196,7 @@ constexpr Rule kRules[] = {
     part("simultaneousConvergence", start_branch<ElementKind::kSimultaneousConvergence>),
     used(State::kSfc, "addData", State::kAddData),
 
+    used(State::kElement, "body", State::kBody, start_macro_body, end_macro_body),
     ignored(State::kElement, "connectionPointOutAction", kReasonLayout),
     used(State::kElement, "condition", State::kCondition),
     used(State::kCondition, "reference", State::kLeaf, condition_reference),
