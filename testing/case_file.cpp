@@ -71,6 +71,14 @@ CaseFile read_case(const fs::path& folder) {
   return result;
 }
 
+bool in_sequence(const std::vector<std::string>& ids, const std::vector<std::string>& order) {
+  std::size_t next = 0;
+  for (const std::string& id : order) {
+    if (next < ids.size() && id == ids[next]) ++next;
+  }
+  return next == ids.size();
+}
+
 double tolerance_of(const CaseFile& the_case, const std::string& path) {
   double most = 0;
   for (const Tolerance& one : the_case.tolerances) {

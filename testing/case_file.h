@@ -56,6 +56,9 @@ double tolerance_of(const CaseFile& the_case, const std::string& path);
 /// Words of a line, separated by blanks.
 std::vector<std::string> words(const std::string& line);
 
+/// Whether `ids` are in `order` one after the other, whatever is between.
+bool in_sequence(const std::vector<std::string>& ids, const std::vector<std::string>& order);
+
 CaseFile read_case(const std::filesystem::path& folder);
 
 /// project.st, or project.xml.

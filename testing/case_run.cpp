@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "core/clock.h"
+#include "frontend-ld/lower.h"
 #include "io-drivers/stimulus.h"
 #include "runtime/access.h"
 #include "runtime/sched/simulation.h"
@@ -25,22 +26,59 @@ core::Problem unusable(const fs::path& file, const std::string& why, const std::
   return {Code::P7904, file.string() + ": " + why, help};
 }
 
-/// Compile options as words of a command line; nothing when one of them is none.
-bool apply(const std::string& word, core::CompileOptions& options) {
-  bool known = false;
-  core::for_each_choice([&]<class E>(const core::Choice<E>& choice) {
-    for (std::size_t i = 0; i < choice.words.size(); ++i) {
-      if (word != fmt::format("--{}={}", choice.name, choice.words[i])) continue;
-      options.*choice.value = static_cast<E>(i);
+/// The compile options of a run, as words of a command line. What is wrong with them, or empty.
+std::string apply(const std::vector<std::string>& words, core::CompileOptions& options) {
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const std::size_t equals = words[i].find('=');
+    const std::string name = words[i].substr(0, equals);
+    const auto is = [&name](std::string_view option) { return name == fmt::format("--{}", option); };
+    bool known = false;
+    for (const core::Switch& row : core::kSwitches) {
+      if (!is(row.name) || equals != std::string::npos) continue;
+      options.*row.value = true;
       known = true;
     }
-  });
-  for (const core::Switch& row : core::kSwitches) {
-    if (word != fmt::format("--{}", row.name)) continue;
-    options.*row.value = true;
-    known = true;
+    if (known) continue;
+    if (equals == std::string::npos && i + 1 == words.size()) return "\"" + words[i] + "\" is no compile option";
+    const std::string value = equals == std::string::npos ? words[++i] : words[i].substr(equals + 1);
+    std::string wrong = "\"" + name + "\" is no compile option";
+    core::for_each_choice([&]<class E>(const core::Choice<E>& choice) {
+      if (!is(choice.name)) return;
+      wrong = name + " has no value \"" + value + '"';
+      for (std::size_t n = 0; n < choice.words.size(); ++n) {
+        if (value != choice.words[n]) continue;
+        options.*choice.value = static_cast<E>(n);
+        wrong.clear();
+      }
+    });
+    for (const core::Texts& row : core::kTexts) {
+      if (!is(row.name)) continue;
+      wrong = row.wrong(value);
+      (options.*row.value).push_back(value);
+    }
+    if (is("pou")) {
+      options.pou = value;
+      wrong.clear();
+    }
+    if (!wrong.empty()) return wrong;
   }
-  return known;
+  return {};
+}
+
+/// localIds of everything that is drawn, in the order of execution, POU by POU, as `plc explain` lists them.
+std::vector<std::string> drawn_order(const plcopen::Project& project, core::Order rule) {
+  std::vector<std::string> ids;
+  const auto add = [&](const plcopen::Pou& pou) {
+    for (const plcopen::Body& body : pou.bodies) {
+      if (body.language != plcopen::Language::kLd && body.language != plcopen::Language::kFbd) continue;
+      for (const ld::OrderLine& line : ld::explain_order(body, rule)) ids.push_back(std::to_string(line.at.local_id));
+    }
+  };
+  for (const plcopen::Pou& pou : project.pous) {
+    add(pou);
+    for (const plcopen::Pou& action : pou.actions) add(action);
+  }
+  return ids;
 }
 
 /// One run of a case: what it is compared with, and the result that grows.
@@ -65,18 +103,12 @@ class CaseOfTable {
     for (const std::string& library : case_.libraries)
       request.libraries.push_back((request_.folder / library).string());
     request.taskblocks = request_.taskblocks;
-    for (std::size_t i = 0; i < run_.options.size(); ++i) {
-      const std::string& word = run_.options[i];
-      if (word == "--pou" && i + 1 < run_.options.size()) {
-        request.options.pou = run_.options[++i];
-      } else if (!apply(word, request.options)) {
-        return unusable(request_.folder / "case.txt", "\"" + word + "\" is no compile option",
-                        "write it with its value, as in --order=document");
-      }
-    }
+    if (const std::string wrong = apply(run_.options, request.options); !wrong.empty())
+      return unusable(request_.folder / "case.txt", wrong, "plc sim --help lists compile options");
     compiler::compile(request, compilation);
     // Warnings are those of the first run: options of others may add to them.
-    check_messages(compilation, &run_ == &case_.runs.front());
+    check_messages(compilation, is_first());
+    if (is_first() && !case_.order.empty()) check_order(request.path);
     if (!compilation.ok() || !compilation.image) return std::nullopt;
     runtime::ProgramOptions program;
     program.taskblocks = request_.taskblocks;
@@ -96,6 +128,20 @@ class CaseOfTable {
     failure.cycle = result_.cycles;
     failure.at_ns = result_.virtual_ns;
     add_failure(result_, std::move(failure));
+  }
+
+  [[nodiscard]] bool is_first() const { return &run_ == &case_.runs.front(); }
+
+  /// The order that `plc explain` shows of the project, whatever the options of its runs are.
+  void check_order(const std::string& path) {
+    core::Diagnostics ignored;
+    const auto project = compiler::read_project(path, ignored);
+    if (!project) return;  // reported when it was compiled
+    ++result_.checks;
+    const std::vector<std::string> order = drawn_order(*project, core::Order::kDrawing);
+    if (in_sequence(case_.order, order)) return;
+    fail(0, "order of execution", fmt::format("{}", fmt::join(case_.order, " ")),
+         fmt::format("{}", fmt::join(order, " ")));
   }
 
   void check_messages(const compiler::Compilation& compilation, bool with_warnings) {

@@ -1,8 +1,8 @@
 // Cases: a folder with a project, its inputs and the table of what its variables are then (tests/cases/README.md).
 //
 // In: a folder. Out: one TestResult for each run that its case.txt names; every cell of the table is a check, and so is
-// every warning, event and fault that happens or is missing. Runs in the interpreter. Does not belong here: `order`,
-// which asks plc explain and not the program.
+// every warning, event and fault that happens or is missing, and the order of drawings. Runs in the interpreter. Does
+// not belong here: reading case.txt (case_file.h).
 #pragma once
 
 #include <filesystem>

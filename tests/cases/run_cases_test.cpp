@@ -195,7 +195,7 @@ TEST_P(Case, TraceEqualsTheHandWorkedTable) {
   if (the_case.order.empty()) return;
   const ToolResult explained = run_tool({kTool, "explain", project});
   EXPECT_EQ(explained.code, 0) << explained.all();
-  EXPECT_TRUE(plc::test::in_sequence(the_case.order, plc::test::explained_order(explained.out)))
+  EXPECT_TRUE(plc::tests::in_sequence(the_case.order, plc::test::explained_order(explained.out)))
       << "explain should list " << command_line(the_case.order) << " in this order:\n"
       << explained.out;
 }

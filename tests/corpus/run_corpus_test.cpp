@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "testing/case_file.h"
 #include "testing/table.h"
 #include "tests/support/compiled_image.h"
 #include "tests/support/engines.h"
@@ -137,7 +138,7 @@ TEST_F(Corpus, AnEmptyLadderCompilesToNothingAndSaysSo) {
 TEST_F(Corpus, ExplicitExecutionOrderIsPrinted) {
   const ToolResult result = run_tool({kTool, "explain", file("16_beremiz_fbd_execution_order.xml")});
   EXPECT_EQ(result.code, 0) << result.all();
-  EXPECT_TRUE(plc::test::in_sequence({"1", "12", "3", "7", "8", "9"}, plc::test::explained_order(result.out)))
+  EXPECT_TRUE(plc::tests::in_sequence({"1", "12", "3", "7", "8", "9"}, plc::test::explained_order(result.out)))
       << result.out;
 }
 

@@ -29,7 +29,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"bytecode/codegen", {"core", "stdlib", "ir", "bytecode"}},
     {"frontend-st", {"core", "stdlib", "ir", "plcopen"}},
     {"frontend-il", {"core", "stdlib", "ir", "plcopen", "frontend-st"}},
-    {"convert", {"core", "stdlib", "plcopen", "ir", "frontend-st"}},
+    {"convert", {"core", "stdlib", "plcopen", "ir", "frontend-st", "frontend-sfc"}},
     {"sources", {"core", "plcopen", "frontend-st"}},
     {"declare", {"core", "stdlib", "ir", "plcopen", "frontend-st"}},
     {"frontend-fbd", {"core", "stdlib", "ir", "plcopen", "frontend-st"}},
@@ -51,7 +51,8 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
      {"core", "stdlib", "plcopen", "ir", "bytecode", "bytecode/codegen", "frontend-st", "frontend-il", "sources",
       "declare", "frontend-fbd", "frontend-ld", "frontend-sfc", "taskblocks"}},
     {"testing",
-     {"core", "stdlib", "plcopen", "ir", "bytecode", "frontend-st", "compiler", "runtime", "io-drivers", "taskblocks"}},
+     {"core", "stdlib", "plcopen", "ir", "bytecode", "frontend-st", "frontend-ld", "compiler", "runtime", "io-drivers",
+      "taskblocks"}},
     {"tools",  // io-drivers/simulated: plc-run --stimulus
      {"convert",
       "core",

@@ -54,14 +54,6 @@ std::vector<std::string> explained_order(const std::string& output) {
   return order;
 }
 
-bool in_sequence(const std::vector<std::string>& ids, const std::vector<std::string>& order) {
-  std::size_t next = 0;
-  for (const std::string& id : order) {
-    if (next < ids.size() && id == ids[next]) ++next;
-  }
-  return next == ids.size();
-}
-
 ToolResult run_tool(const std::vector<std::string>& arguments, unsigned seconds) {
   const ScratchFolder scratch;
   const std::string out = scratch.file("out");

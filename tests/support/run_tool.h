@@ -26,9 +26,6 @@ std::string command_line(const std::vector<std::string>& arguments);
 /// The localIds in the order in which `plc explain` lists them: lines "  3  block 12  text ..".
 std::vector<std::string> explained_order(const std::string& output);
 
-/// True when `ids` are in `order` one after another, whatever is between.
-bool in_sequence(const std::vector<std::string>& ids, const std::vector<std::string>& order);
-
 /// A fresh empty folder below the system's temporary folder; removed with its content when the object dies.
 class ScratchFolder {
  public:

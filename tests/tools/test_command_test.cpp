@@ -7,6 +7,7 @@
 #include <iterator>
 #include <string>
 
+#include "tests/support/problem_page.h"
 #include "tests/tools/fixture.h"
 
 namespace plc::test {
@@ -17,24 +18,9 @@ std::string text_of(const std::string& path) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-const std::string kPlant = R"(PROGRAM Main
-VAR
-  Button AT %IX0.0 : BOOL;
-  Lamp AT %QX0.0 : BOOL;
-END_VAR
-  Lamp := Button;
-END_PROGRAM
-CONFIGURATION C
-  RESOURCE R ON PLC
-    TASK T(INTERVAL := T#20ms, PRIORITY := 0);
-    PROGRAM main WITH T : Main;
-  END_RESOURCE
-END_CONFIGURATION
-)";
-
 class TestCommand : public ::testing::Test {
  protected:
-  void SetUp() override { write_text(scratch_.file("lamp.st"), kPlant); }
+  void SetUp() override { write_text(scratch_.file("lamp.st"), kSmallProject); }
   /// Writes tests of the plant, and runs `plc test` on them.
   ToolResult run(const std::string& tests, const std::vector<std::string>& flags = {}) {
     write_text(tests_, tests);
@@ -46,8 +32,8 @@ class TestCommand : public ::testing::Test {
   std::string tests_ = scratch_.file("lamp_test.st");
 };
 
-const std::string kGood = "TEST 'on' main.Button := TRUE; RUN_CYCLES(1); ASSERT_TRUE(main.Lamp); END_TEST\n";
-const std::string kBad = "TEST 'off'\n  RUN_CYCLES(2);\n  ASSERT_TRUE(main.Lamp, 'it is <on> & \"lit\"');\nEND_TEST\n";
+const std::string kGood = "TEST 'on' main.Start := TRUE; RUN_CYCLES(1); ASSERT_TRUE(main.Motor); END_TEST\n";
+const std::string kBad = "TEST 'off'\n  RUN_CYCLES(2);\n  ASSERT_TRUE(main.Motor, 'it is <on> & \"lit\"');\nEND_TEST\n";
 
 TEST_F(TestCommand, PassesAndFailsByExitCode) {
   const ToolResult good = run(kGood);
@@ -56,7 +42,7 @@ TEST_F(TestCommand, PassesAndFailsByExitCode) {
   EXPECT_NE(good.out.find("1 test, 0 failed, 1 check\n"), std::string::npos) << good.out;
   const ToolResult bad = run(kGood + kBad);
   EXPECT_EQ(bad.code, 1);
-  EXPECT_NE(bad.out.find(tests_ + ":4:3: main.Lamp: expected TRUE, got FALSE, after 40ms, cycle 2: it is <on>"),
+  EXPECT_NE(bad.out.find(tests_ + ":4:3: main.Motor: expected TRUE, got FALSE, after 40ms, cycle 2: it is <on>"),
             std::string::npos)
       << bad.out;
   EXPECT_NE(bad.out.find("2 tests, 1 failed, 2 checks\n"), std::string::npos) << bad.out;
@@ -74,11 +60,11 @@ TEST_F(TestCommand, WrongTestsAndFilesAreSaid) {
 }
 
 TEST_F(TestCommand, OtherCommandsReadTheSyntaxAndNothingElse) {
-  write_text(scratch_.file("both.st"), kPlant + kGood + "TEST 'calls what is nowhere' Foo(1); END_TEST\n");
+  write_text(scratch_.file("both.st"), kSmallProject + kGood + "TEST 'calls what is nowhere' Foo(1); END_TEST\n");
   EXPECT_EQ(run_tool({PLC_TOOL, "check", scratch_.file("both.st")}).code, 0);
   const ToolResult dump = run_tool({PLC_TOOL, "dump", scratch_.file("both.st")});
   EXPECT_EQ(dump.out.find("TEST"), std::string::npos) << "no test is in an image";
-  write_text(scratch_.file("both.st"), kPlant + "TEST 'broken' ASSERT_TRUE(; END_TEST\n");
+  write_text(scratch_.file("both.st"), std::string(kSmallProject) + "TEST 'broken' ASSERT_TRUE(; END_TEST\n");
   const ToolResult broken = run_tool({PLC_TOOL, "check", scratch_.file("both.st")});
   EXPECT_EQ(broken.code, 1);
   EXPECT_NE(broken.err.find("TEST 'broken'"), std::string::npos) << broken.err;
@@ -121,8 +107,8 @@ TEST_F(TestCommand, AThousandTestsTakeLessThanASecond) {
   std::string many;
   for (int i = 0; i < 1000; ++i) {
     many += "TEST 't" + std::to_string(i) +
-            "'\nVAR t : TON; END_VAR\n  main.Button := TRUE; RUN_CYCLES(3); t(IN := TRUE, PT := T#1s);\n"
-            "  ASSERT_TRUE(main.Lamp); ASSERT_FALSE(t.Q);\nEND_TEST\n";
+            "'\nVAR t : TON; END_VAR\n  main.Start := TRUE; RUN_CYCLES(3); t(IN := TRUE, PT := T#1s);\n"
+            "  ASSERT_TRUE(main.Motor); ASSERT_FALSE(t.Q);\nEND_TEST\n";
   }
   const ToolResult result = run(many, {"--junit", scratch_.file("out.xml")});
   EXPECT_EQ(result.code, 0) << result.err;
@@ -136,16 +122,49 @@ TEST_F(TestCommand, AThousandTestsTakeLessThanASecond) {
 TEST_F(TestCommand, CasesRunInTheirFolder) {
   const std::string folder = scratch_.file("case");
   std::filesystem::create_directory(folder);
-  write_text(folder + "/project.st", kPlant);
-  write_text(folder + "/stimulus.csv", "time_ms,main.Button\n20,1\n");
-  write_text(folder + "/expected.csv", "cycle,time_ms,main.Lamp\n0,0,0\n1,20,1\n");
+  write_text(folder + "/project.st", kSmallProject);
+  write_text(folder + "/stimulus.csv", "time_ms,main.Start\n20,1\n");
+  write_text(folder + "/expected.csv", "cycle,time_ms,main.Motor\n0,0,0\n1,20,1\n");
   const ToolResult good = run_tool({PLC_TOOL, "test", folder});
   EXPECT_EQ(good.code, 0) << good.all();
   EXPECT_NE(good.out.find("1 test, 0 failed"), std::string::npos);
-  write_text(folder + "/expected.csv", "cycle,time_ms,main.Lamp\n0,0,0\n1,20,0\n");
+  write_text(folder + "/expected.csv", "cycle,time_ms,main.Motor\n0,0,0\n1,20,0\n");
   const ToolResult bad = run_tool({PLC_TOOL, "test", folder});
   EXPECT_EQ(bad.code, 1);
-  EXPECT_NE(bad.out.find("expected.csv:3: main.Lamp: expected 0, got 1"), std::string::npos) << bad.out;
+  EXPECT_NE(bad.out.find("expected.csv:3: main.Motor: expected 0, got 1"), std::string::npos) << bad.out;
+}
+
+TEST_F(TestCommand, CasesTakeCompileOptionsAndOrders) {
+  const std::string folder = scratch_.file("case");
+  std::filesystem::create_directory(folder);
+  write_text(folder + "/project.st",
+             "PROGRAM Main\nVAR x : INT; END_VAR\n  {IF hasvalue (MODE, 'fast')} x := 2; {ELSE} x := 1; {END_IF}\n"
+             "END_PROGRAM\nCONFIGURATION C\nRESOURCE R ON PLC\nTASK T(INTERVAL := T#20ms, PRIORITY := 0);\n"
+             "PROGRAM main WITH T : Main;\nEND_RESOURCE\nEND_CONFIGURATION\n");
+  write_text(folder + "/slow.csv", "cycle,time_ms,main.x\n0,0,1\n");
+  write_text(folder + "/fast.csv", "cycle,time_ms,main.x\n0,0,2\n");
+  write_text(folder + "/case.txt",
+             "run: slow.csv\nrun: fast.csv --define MODE=fast --order=document\nrun: fast.csv --define=MODE=fast\n");
+  const ToolResult good = run_tool({PLC_TOOL, "test", folder});
+  EXPECT_EQ(good.code, 0) << good.all();
+  EXPECT_NE(good.out.find("3 tests, 0 failed"), std::string::npos) << good.out;
+  for (const auto& [option, why] : {std::pair("--defines X", "is no compile option"), std::pair("--define 1", "1"),
+                                    std::pair("--order=size", "has no value"), std::pair("--define", "no compile")}) {
+    write_text(folder + "/case.txt", std::string("run: slow.csv ") + option + "\n");
+    const ToolResult bad = run_tool({PLC_TOOL, "test", folder});
+    EXPECT_EQ(bad.code, 1) << option << bad.all();
+    EXPECT_NE(bad.all().find(why), std::string::npos) << bad.all();
+  }
+  const std::string drawn = scratch_.file("drawn");
+  std::filesystem::create_directory(drawn);
+  write_text(drawn + "/project.xml", small_project());
+  write_text(drawn + "/expected.csv", "cycle,time_ms,main.Out\n0,0,0\n");
+  write_text(drawn + "/case.txt", "order: 2 3\n");
+  EXPECT_EQ(run_tool({PLC_TOOL, "test", drawn}).code, 0);
+  write_text(drawn + "/case.txt", "order: 3 2\n");
+  const ToolResult other = run_tool({PLC_TOOL, "test", drawn});
+  EXPECT_EQ(other.code, 1);
+  EXPECT_NE(other.out.find("order of execution: expected 3 2, got "), std::string::npos) << other.all();
 }
 
 TEST_F(TestCommand, CoverageIsATableAndAPicture) {
