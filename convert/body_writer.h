@@ -33,6 +33,8 @@ class AddedVariables {
 
   /// The name of hidden variable `index` of the owner. Nothing when its type has no name.
   std::optional<std::string> hidden(std::uint32_t index);
+  /// A variable that the drawing uses and nobody declares, by its own name.
+  void declare(std::string name, std::string type) { all_.push_back({std::move(name), std::move(type), {}, false}); }
   /// A new variable for a value.
   std::optional<std::string> temporary(ir::TypeRef type);
   [[nodiscard]] const std::vector<AddedVariable>& all() const { return all_; }

@@ -60,7 +60,7 @@ std::string write_value(const InitialValue& value) {
     for (std::size_t i = 0; i < value.values.size(); ++i) {
       const InitialValue& one = value.values[i];
       text += i == 0 ? "" : ", ";
-      if (!one.member.empty()) text += one.member + " := ";
+      if (!one.member.empty()) text += name_text(one.member) + " := ";
       std::string inner = write_value(one);
       text += one.repetition.empty() ? inner : one.repetition + "(" + inner + ")";
     }
@@ -93,21 +93,25 @@ std::string comment(std::string_view text) {
   return out + " *)";
 }
 
-std::string write_variable(const Variable& variable) {
+std::string write_variable(const Variable& variable, const Comments& comments) {
   std::string text;
   if (variable.section == Section::kAccess) {
-    return variable.name + " : " + variable.address + " : " + write_type(variable.type) +
-           (variable.constant ? " READ_ONLY;" : " READ_WRITE;");
+    return variable.name + " : " + variable.address + " : " + write_type(variable.type, comments) +
+           (variable.constant ? " READ_ONLY;" : " READ_WRITE;") + comments.after(variable.at);
   }
   const bool unnamed = variable.name.empty() || variable.name.front() == '%';
-  if (!unnamed) text += variable.name;
+  if (!unnamed) {
+    // VAR_CONFIG has paths.
+    text += variable.section == Section::kConfig ? variable.name : name_text(variable.name);
+  }
   if (!variable.address.empty()) text += (unnamed ? "AT " : " AT ") + variable.address;
-  text += " : " + write_type(variable.type);
+  text += " : " + write_type(variable.type, comments);
   if (variable.edge != plcopen::Edge::kNone) text += variable.edge == plcopen::Edge::kRising ? " R_EDGE" : " F_EDGE";
   const std::string value = write_value(variable.initial);
   if (!value.empty()) text += " := " + value;
   text += ";";
   if (!core::trimmed(variable.documentation).empty()) text += "  " + comment(variable.documentation);
+  text += comments.after(variable.at);
   return text;
 }
 
@@ -116,6 +120,15 @@ bool together(const Variable& a, const Variable& b) {
   const bool readable = a.section == Section::kAccess || a.constant == b.constant;
   return a.section == b.section && readable && a.retain == b.retain && a.nonretain == b.nonretain &&
          a.persistent == b.persistent && a.list == b.list && a.prefix == b.prefix;
+}
+
+/// Lines of the members of a structure or union.
+std::string write_members(const TypeSpec& type, const Comments& comments) {
+  std::string text;
+  for (const Variable& member : type.members) {
+    text += comments.before(member.at, 4) + "    " + write_variable(member, comments) + "\n";
+  }
+  return text;
 }
 
 std::string task_text(const plcopen::Task& task, const ir::Module& module) {
@@ -132,7 +145,7 @@ std::string task_text(const plcopen::Task& task, const ir::Module& module) {
     parts.push_back("INTERVAL := " + literal_text(module.types, interval).value_or("T#20ms"));
   }
   parts.push_back(fmt::format("PRIORITY := {}", made == module.tasks.end() ? 0 : made->priority));
-  return fmt::format("TASK {} ({});\n", task.name, fmt::join(parts, ", "));
+  return fmt::format("TASK {} ({});", task.name, fmt::join(parts, ", "));
 }
 
 std::string instance_text(const plcopen::PouInstance& instance, std::string_view task) {
@@ -145,12 +158,12 @@ std::string instance_text(const plcopen::PouInstance& instance, std::string_view
     connections.push_back(one.variable + (one.output ? " => " : " := ") + one.other);
   }
   if (!connections.empty()) text += fmt::format(" ({})", fmt::join(connections, ", "));
-  return text + ";\n";
+  return text + ";";
 }
 
 }  // namespace
 
-std::string write_type(const TypeSpec& type) {
+std::string write_type(const TypeSpec& type, const Comments& comments) {
   switch (type.kind) {
     case TypeSpec::Kind::kNamed:
       return std::string(core::trimmed(type.name));
@@ -160,55 +173,58 @@ std::string write_type(const TypeSpec& type) {
       std::string text = "ARRAY [";
       for (std::size_t i = 0; i < type.dimensions.size(); ++i)
         text += (i == 0 ? "" : ", ") + bounds(type.dimensions[i]);
-      return text + "] OF " + (type.base ? write_type(*type.base) : std::string());
+      return text + "] OF " + (type.base ? write_type(*type.base, comments) : std::string());
     }
     case TypeSpec::Kind::kStruct: {
-      std::string text = "STRUCT\n";
-      for (const Variable& member : type.members) text += "    " + write_variable(member) + "\n";
-      return text + "  END_STRUCT";
+      return "STRUCT\n" + write_members(type, comments) + "  END_STRUCT";
     }
     case TypeSpec::Kind::kEnum: {
-      std::string text = type.base && type.base->kind != TypeSpec::Kind::kMissing ? write_type(*type.base) + " (" : "(";
+      std::string text =
+          type.base && type.base->kind != TypeSpec::Kind::kMissing ? write_type(*type.base, comments) + " (" : "(";
+      const bool lines = std::any_of(type.values.begin(), type.values.end(),
+                                     [&](const plcopen::EnumValue& value) { return comments.has(value.at); });
       for (std::size_t i = 0; i < type.values.size(); ++i) {
         const plcopen::EnumValue& value = type.values[i];
-        text += (i == 0 ? "" : ", ") + value.name;
+        if (lines) text += "\n" + comments.before(value.at, 4) + "    ";
+        text += (i == 0 || lines ? "" : ", ") + value.name;
         if (!core::trimmed(value.value).empty()) text += " := " + std::string(core::trimmed(value.value));
+        if (lines) text += (i + 1 == type.values.size() ? "" : ",") + comments.after(value.at);
       }
+      if (lines) text += "\n  ";
       return text + ")";
     }
     case TypeSpec::Kind::kSubrange:
-      return (type.base ? write_type(*type.base) : std::string("INT")) + " (" +
+      return (type.base ? write_type(*type.base, comments) : std::string("INT")) + " (" +
              (type.dimensions.empty() ? std::string() : bounds(type.dimensions[0])) + ")";
     case TypeSpec::Kind::kUnion: {
-      std::string text = "UNION\n";
-      for (const Variable& member : type.members) text += "    " + write_variable(member) + "\n";
-      return text + "  END_UNION";
+      return "UNION\n" + write_members(type, comments) + "  END_UNION";
     }
     case TypeSpec::Kind::kPointer:
-      return "POINTER TO " + (type.base ? write_type(*type.base) : std::string());
+      return "POINTER TO " + (type.base ? write_type(*type.base, comments) : std::string());
     case TypeSpec::Kind::kReference:
-      return "REF_TO " + (type.base ? write_type(*type.base) : std::string());
+      return "REF_TO " + (type.base ? write_type(*type.base, comments) : std::string());
     case TypeSpec::Kind::kReferenceTo:
-      return "REFERENCE TO " + (type.base ? write_type(*type.base) : std::string());
+      return "REFERENCE TO " + (type.base ? write_type(*type.base, comments) : std::string());
     case TypeSpec::Kind::kMissing:
       break;
   }
   return {};
 }
 
-std::string write_types(const std::vector<plcopen::DataType>& types) {
+std::string write_types(const std::vector<plcopen::DataType>& types, const Comments& comments) {
   std::string text;
   for (const plcopen::DataType& type : types) {
+    text += comments.before(type.at, 0);
     if (type.qualified) text += "{attribute 'qualified_only'}\n";
-    text += "TYPE\n  " + type.name + " : " + write_type(type.type);
+    text += "TYPE\n  " + type.name + " : " + write_type(type.type, comments);
     const std::string value = write_value(type.initial);
     if (!value.empty()) text += " := " + value;
-    text += ";\nEND_TYPE\n\n";
+    text += ";" + comments.after(type.at) + "\nEND_TYPE\n\n";
   }
   return text;
 }
 
-std::string write_variables(const std::vector<Variable>& variables, std::size_t indent) {
+std::string write_variables(const std::vector<Variable>& variables, const Comments& comments, std::size_t indent) {
   const std::string margin(indent, ' ');
   std::string text;
   for (std::size_t i = 0; i < variables.size(); ++i) {
@@ -226,7 +242,8 @@ std::string write_variables(const std::vector<Variable>& variables, std::size_t 
       if (variable.persistent) text += " PERSISTENT";
       text += "\n";
     }
-    text += margin + "  " + write_variable(variable) + "\n";
+    text += comments.before(variable.at, indent + 2);
+    text += margin + "  " + write_variable(variable, comments) + "\n";
     if (i + 1 == variables.size() || !together(variable, variables[i + 1])) text += margin + "END_VAR\n";
   }
   return text;
@@ -245,8 +262,8 @@ std::string write_added(const std::vector<AddedVariable>& added, bool in_functio
   return text;
 }
 
-std::string write_head(const plcopen::Pou& pou) {
-  std::string text;
+std::string write_head(const plcopen::Pou& pou, const Comments& comments) {
+  std::string text = comments.before(pou.at, 0);
   if (!core::trimmed(pou.documentation).empty()) text += comment(pou.documentation) + "\n";
   switch (pou.kind) {
     case plcopen::PouKind::kProgram:
@@ -261,32 +278,44 @@ std::string write_head(const plcopen::Pou& pou) {
   }
   text += pou.name;
   if (pou.kind == plcopen::PouKind::kFunction && pou.return_type.kind != TypeSpec::Kind::kMissing) {
-    text += " : " + write_type(pou.return_type);
+    text += " : " + write_type(pou.return_type, comments);
   }
-  return text + "\n";
+  return text + comments.after(pou.at) + "\n";
 }
 
-std::string write_configuration(const plcopen::Configuration& configuration, const ir::Module& module) {
+std::string write_configuration(const plcopen::Configuration& configuration, const ir::Module& module,
+                                const Comments& comments) {
   const bool named = !core::trimmed(configuration.name).empty();
   const std::size_t indent = named ? 2 : 0;
   const std::string margin(indent, ' ');
   std::string text;
-  if (named) text += "CONFIGURATION " + configuration.name + "\n";
-  text += write_variables(configuration.globals, indent);
+  // One without a name is no declaration.
+  if (named) {
+    text += comments.before(configuration.at, 0) + "CONFIGURATION " + configuration.name +
+            comments.after(configuration.at) + "\n";
+  }
+  text += write_variables(configuration.globals, comments, indent);
   for (const plcopen::Resource& resource : configuration.resources) {
     // Nothing refers to the name: where it is none in ST, another one does.
     const bool usable = st::is_identifier(resource.name) && st::keyword_of(resource.name) == st::Keyword::kNone;
-    text += margin + "RESOURCE " + (usable ? resource.name : "Resource") + " ON PLC\n";
-    text += write_variables(resource.globals, indent + 2);
-    for (const plcopen::Task& task : resource.tasks) text += margin + "  " + task_text(task, module);
+    const auto line = [&](const core::SourceRef& at, const std::string& written) {
+      text += comments.before(at, indent + 2) + margin + "  " + written + comments.after(at) + "\n";
+    };
+    // A configuration without RESOURCE is one itself.
+    const bool own = !(resource.at == configuration.at);
+    if (own) text += comments.before(resource.at, indent);
+    text += margin + "RESOURCE " + (usable ? resource.name : "Resource") + " ON PLC" +
+            (own ? comments.after(resource.at) : std::string()) + "\n";
+    text += write_variables(resource.globals, comments, indent + 2);
+    for (const plcopen::Task& task : resource.tasks) line(task.at, task_text(task, module));
     for (const plcopen::Task& task : resource.tasks) {
-      for (const plcopen::PouInstance& one : task.instances) text += margin + "  " + instance_text(one, task.name);
+      for (const plcopen::PouInstance& one : task.instances) line(one.at, instance_text(one, task.name));
     }
-    for (const plcopen::PouInstance& one : resource.instances) text += margin + "  " + instance_text(one, {});
+    for (const plcopen::PouInstance& one : resource.instances) line(one.at, instance_text(one, {}));
     text += margin + "END_RESOURCE\n";
   }
-  text += write_variables(configuration.access, indent);
-  text += write_variables(configuration.configs, indent);
+  text += write_variables(configuration.access, comments, indent);
+  text += write_variables(configuration.configs, comments, indent);
   if (named) text += "END_CONFIGURATION\n";
   return text.empty() ? text : text + "\n";
 }

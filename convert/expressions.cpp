@@ -62,11 +62,11 @@ std::optional<std::string> Expressions::counter() { return added_.temporary(ir::
 std::string Expressions::variable_name(std::uint32_t index) {
   const ir::Variable& variable = owner_.variables[index];
   if (!variable.name.starts_with('#')) {
-    if (st::is_identifier(variable.name)) return variable.name;
+    if (st::is_identifier(variable.name)) return name_text(variable.name);
     return fail(fmt::format("names \"{}\", which is no name in ST", variable.name));
   }
   for (const auto& [input, edge] : owner_.edges) {
-    if (edge == index) return owner_.variables[input].name;
+    if (edge == index) return name_text(owner_.variables[input].name);
   }
   const auto name = added_.hidden(index);
   return name ? *name : fail("keeps a value of a type without a name");
@@ -75,7 +75,7 @@ std::string Expressions::variable_name(std::uint32_t index) {
 std::string Expressions::global_name(std::uint32_t index) {
   for (const ir::Variable& variable : owner_.variables) {
     if (variable.role == ir::Role::kExternal && variable.global == index && !variable.name.starts_with('#')) {
-      return variable.name;
+      return name_text(variable.name);
     }
   }
   const ir::Global& global = module_.globals[index];
@@ -87,8 +87,8 @@ std::string Expressions::global_name(std::uint32_t index) {
   if (hidden && global.prefix.empty()) {
     return fail(fmt::format("uses the global \"{}\" where another variable has its name", global.variable.name));
   }
-  if (hidden) return global.prefix + "." + global.variable.name;
-  return qualifier.empty() ? global.variable.name : qualifier + "." + global.variable.name;
+  if (hidden) return global.prefix + "." + name_text(global.variable.name);
+  return (qualifier.empty() ? qualifier : qualifier + ".") + name_text(global.variable.name);
 }
 
 std::string Expressions::root_name(const Place& p) {
@@ -125,7 +125,7 @@ std::string Expressions::place(PlaceId id) {
     if (type.kind == TypeKind::kBlock) name = std::string(type.block->fields[p.index].name);
     if (type.kind == TypeKind::kPou) name = module_.pous[type.pou].variables[p.index].name;
     if (name.empty() || name.front() == '#') return fail("works on a part of an instance that has no name");
-    return place(p.parent) + "." + name;
+    return place(p.parent) + "." + name_text(name);
   }
   if (p.kind == Place::Kind::kElement || p.kind == Place::Kind::kElementAt) {
     const ir::Type& type = module_.types[body_.places[p.parent.index].type];
@@ -271,10 +271,13 @@ Expressions::Value Expressions::call_pou(std::uint32_t i) {
     text += (first ? "" : ", ") + argument;
     first = false;
   };
-  if (callee.queue_call) return {fail("works on a queue"), Binding::kOperand, {}};
+  if (callee.queue_call) {
+    text = callee.name.substr(0, callee.name.find(' ')) + "(";
+    add("QUEUE := " + global_name(callee.queue_call->global));
+  }
   for (std::uint32_t n = 0; n < inst.count; ++n) {
     const ir::CallArg& arg = body_.call_args[inst.b + n];
-    const std::string& name = callee.variables[arg.variable].name;
+    const std::string name = name_text(callee.variables[arg.variable].name);
     if (arg.kind == ir::CallArg::Kind::kOutput) {
       add(name + " => " + place(arg.place));
     } else if (arg.kind == ir::CallArg::Kind::kInput) {
@@ -351,8 +354,8 @@ void Expressions::run(std::uint32_t i, std::vector<std::string>& out) {
   const ir::Type& run_type = module_.types[instance.type];
   if (run_type.kind == TypeKind::kPou && module_.pous[run_type.pou].taskblock != 0) {
     for (const ir::Variable& port : module_.pous[run_type.pou].variables) {
-      if (port.role == ir::Role::kQueue || (port.role == ir::Role::kInput && port.constant)) {
-        fail("runs a taskblock with a queue or a configuration");
+      if (port.role == ir::Role::kInput && port.constant) {
+        fail("runs a taskblock with a configuration");
         return;
       }
     }
@@ -384,10 +387,16 @@ void Expressions::run(std::uint32_t i, std::vector<std::string>& out) {
     } else {
       given = value(argument.b).text;
     }
-    text += (first ? "" : ", ") + name + " := " + given;
+    text += (first ? "" : ", ") + name_text(name) + " := " + given;
     first = false;
   }
   arguments_.erase(i);
+  for (const ir::QueuePort& port : pou_.queue_ports) {
+    if (port.instance.index != inst.a) continue;
+    text += (first ? "" : ", ") + module_.pous[run_type.pou].variables[port.variable].name +
+            " := " + global_name(port.global);
+    first = false;
+  }
   out.push_back(text + ");");
 }
 

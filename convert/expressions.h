@@ -22,7 +22,13 @@ class Expressions {
  public:
   Expressions(const ir::Module& module, const ir::Pou& pou, const ir::Pou& owner, const BodyPlan& plan,
               AddedVariables& added)
-      : module_(module), body_(pou.body), owner_(owner), plan_(plan), added_(added), values_(pou.body.insts.size()) {
+      : module_(module),
+        pou_(pou),
+        body_(pou.body),
+        owner_(owner),
+        plan_(plan),
+        added_(added),
+        values_(pou.body.insts.size()) {
     find_eno();
   }
 
@@ -72,6 +78,7 @@ class Expressions {
   void keep(std::uint32_t i, Value made, std::vector<std::string>& out);
 
   const ir::Module& module_;
+  const ir::Pou& pou_;
   const ir::Body& body_;
   const ir::Pou& owner_;
   const BodyPlan& plan_;

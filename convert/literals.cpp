@@ -10,6 +10,7 @@
 #include <string_view>
 #include <utility>
 
+#include "frontend-st/keywords.h"
 #include "frontend-st/lexer.h"
 
 namespace plc::convert {
@@ -164,6 +165,10 @@ std::optional<std::string> literal_text(const ir::TypeTable& types, const ir::Co
   }
   const auto id = types.elementary_of(constant.type);
   return id ? elementary_text(*id, constant.bits) : std::nullopt;
+}
+
+std::string name_text(std::string_view name) {
+  return std::string(name) + (st::keyword_of(name) == st::Keyword::kNone ? "" : "_");
 }
 
 std::optional<std::string> type_text(const ir::TypeTable& types, ir::TypeRef type) {

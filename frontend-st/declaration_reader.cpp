@@ -92,7 +92,11 @@ bool is_operator(std::string_view text) {
 
 DeclarationReader::DeclarationReader(const SourceText& source, plcopen::Project& project,
                                      core::Diagnostics& diagnostics, const DeclaredText* chosen)
-    : source_(source), project_(project), diagnostics_(diagnostics), chosen_(chosen), lexer_(source.text(), &pragmas_) {
+    : source_(source),
+      project_(project),
+      diagnostics_(diagnostics),
+      chosen_(chosen),
+      lexer_(source.text(), &pragmas_, &comments_) {
   advance();
 }
 
@@ -322,6 +326,30 @@ void DeclarationReader::keep_pragmas() {
   pragmas_.clear();
 }
 
+void DeclarationReader::keep_comments() {
+  std::sort(bodies_.begin(), bodies_.end());
+  auto body = bodies_.begin();
+  for (const Token& comment : comments_) {
+    while (body != bodies_.end() && body->second <= comment.begin) ++body;
+    if (body != bodies_.end() && body->first <= comment.begin) continue;
+    // Up to the begin of the line; a comment before this one is there, too.
+    const std::string_view before = source_.slice(0, comment.begin);
+    const std::size_t line = before.find_last_of("\r\n");
+    const std::string_view left = core::trimmed(before.substr(line == std::string_view::npos ? 0 : line));
+    const bool alone = left.empty() || (left.starts_with("(*") && left.ends_with("*)"));
+    project_.comments.push_back({std::string(text_of(comment)), place(comment.begin), !alone});
+  }
+  comments_.clear();
+}
+
+std::uint32_t DeclarationReader::last_comment(std::uint32_t begin, std::uint32_t end) const {
+  std::uint32_t last = begin;
+  for (auto comment = comments_.rbegin(); comment != comments_.rend() && comment->begin >= begin; ++comment) {
+    if (comment->end <= end) last = std::max(last, comment->end);
+  }
+  return last;
+}
+
 /// Notes the attributes that stand right before the declaration that begins at `to`; `from` is where the one before
 /// ends.
 void DeclarationReader::note_attributes(std::string_view pou, std::string_view variable, std::uint32_t from,
@@ -494,6 +522,7 @@ void DeclarationReader::read_file() {
     }
   }
   give_actions();
+  keep_comments();
   if (!has_outside_) return;
   const auto place = project_.configurations.begin() + static_cast<std::ptrdiff_t>(outside_at_);
   project_.configurations.insert(place, std::move(outside_));
@@ -529,6 +558,7 @@ bool DeclarationReader::read_head(plcopen::Pou& target, std::vector<std::string>
                                                      : Owner::kProgram;
   while (is_section(word_of(token_))) section(owner, target.variables);
   if (!at(TokenKind::kEnd)) fail_expected("a section of variables");
+  keep_comments();
   pou_.clear();
   return !target.name.empty();
 }

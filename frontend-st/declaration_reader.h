@@ -12,6 +12,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/diagnostics.h"
@@ -142,6 +143,10 @@ class DeclarationReader {
   [[nodiscard]] std::vector<std::string> names_of(const Token& first, const Token& second) const;
   void count(std::string element, plcopen::Fate fate, const core::SourceRef& at, std::string_view reason = {});
   void keep_pragmas();
+  /// Adds the comments outside of bodies to the project.
+  void keep_comments();
+  /// Where a body ends that goes on to `end`: past its last comment.
+  [[nodiscard]] std::uint32_t last_comment(std::uint32_t begin, std::uint32_t end) const;
   void note_attributes(std::string_view pou, std::string_view variable, std::uint32_t from, std::uint32_t to);
   /// The value of {attribute 'name' := 'value'} between the token before and the current one: empty for an attribute
   /// without value, nothing when it is not there.
@@ -221,8 +226,10 @@ class DeclarationReader {
   bool in_body_ = false;        ///< whose parser looks at its pragmas itself
   std::vector<Token> pragmas_;  ///< passed over and not yet kept
   std::vector<Token> kept_pragmas_;
-  Token token_;                 ///< the current one
-  std::array<Token, 4> ahead_;  ///< those after it
+  std::vector<Token> comments_;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> bodies_;  ///< from their first token to their last, ascending
+  Token token_;                                                  ///< the current one
+  std::array<Token, 4> ahead_;                                   ///< those after it
   std::size_t ahead_count_ = 0;
   std::uint32_t last_end_ = 0;  ///< end of the token before the current one
   std::uint32_t depth_ = 0;

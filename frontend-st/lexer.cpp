@@ -71,7 +71,8 @@ bool Lexer::skip_blanks(Token& bad) {
     if (c == '/' && next == '/') {
       // A CR alone ends the comment too: XML makes a line end of it, and both kinds of files mean the same.
       const std::size_t end = text_.find_first_of("\r\n", position_);
-      position_ = end == std::string_view::npos ? text_.size() : end + 1;
+      position_ = end == std::string_view::npos ? text_.size() : end;
+      if (comments_ != nullptr) comments_->push_back(make(TokenKind::kUnknown, begin));
       continue;
     }
     if ((c == '(' || c == '/') && next == '*') {
@@ -89,7 +90,10 @@ bool Lexer::skip_blanks(Token& bad) {
           ++position_;
         }
       }
-      if (depth == 0) continue;
+      if (depth == 0) {
+        if (comments_ != nullptr) comments_->push_back(make(TokenKind::kUnknown, begin));
+        continue;
+      }
       position_ = text_.size();
       bad = make(TokenKind::kUnterminatedComment, begin);
       return false;

@@ -59,8 +59,9 @@ struct Token {
 
 class Lexer {
  public:
-  /// Pragmas passed over are added to `pragmas`, if given.
-  explicit Lexer(std::string_view text, std::vector<Token>* pragmas = nullptr) : text_(text), pragmas_(pragmas) {}
+  /// Pragmas and comments passed over are added to `pragmas` and `comments`, if given.
+  explicit Lexer(std::string_view text, std::vector<Token>* pragmas = nullptr, std::vector<Token>* comments = nullptr)
+      : text_(text), pragmas_(pragmas), comments_(comments) {}
   /// The next token; kEnd for ever after the last.
   Token next();
 
@@ -79,6 +80,7 @@ class Lexer {
 
   std::string_view text_;
   std::vector<Token>* pragmas_;
+  std::vector<Token>* comments_;
   std::size_t position_ = 0;
 };
 

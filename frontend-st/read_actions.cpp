@@ -73,6 +73,8 @@ void DeclarationReader::action_body(plcopen::Pou& action, const Token& opener) {
     text_end = last_end_;
   }
   text_end = last_choice(text_end, closed ? end_at : token_.begin, text_end);
+  if (text_end > begin) text_end = last_comment(text_end, closed ? end_at : token_.begin);
+  bodies_.emplace_back(begin, text_end);
   body.text = source_.slice(begin, text_end);
   if (body.text.empty()) body.language = plcopen::Language::kNone;
   for (const auto& [first, last] : blanks) {

@@ -83,6 +83,8 @@ void DeclarationReader::pou(Word opener_word) {
   const std::uint32_t before = last_end_;
   note_spelling(opener, opener_word);
   plcopen::Pou out;
+  // Which dialect a chart has is not seen by its text.
+  if (attribute_here("sfc_final_scan")) project_.has_3s_charts = true;
   const bool named = pou_head(out, opener_word);
   pou_ = out.name;
   note_attributes(out.name, {}, before, opener.begin);
@@ -269,6 +271,8 @@ void DeclarationReader::body(plcopen::Pou& out, const Token& opener, Word opener
   in_body_ = false;
   refuse_code(text_end, closed ? end_at : token_.begin);
   text_end = last_choice(text_end, closed ? end_at : token_.begin, text_end);
+  if (text_end > begin) text_end = last_comment(text_end, closed ? end_at : token_.begin);
+  bodies_.emplace_back(begin, text_end);
   for (auto& [first, last] : blanks) {
     first -= begin;
     last -= begin;

@@ -231,6 +231,7 @@ void merge(plcopen::Project& whole, plcopen::Project&& part) {
   append(whole.qualified_lists, std::move(part.qualified_lists));
   append(whole.pragmas, std::move(part.pragmas));
   append(whole.attributes, std::move(part.attributes));
+  append(whole.comments, std::move(part.comments));
   append(whole.tests, std::move(part.tests));
   append(whole.extents, std::move(part.extents));
   // Tasks of one machine, each in a file of its own, are tasks of one resource.

@@ -78,7 +78,7 @@ int run(Command command, const Convert& convert) {
   }
   // Bodies were released as they were lowered: they are read once more.
   core::Diagnostics again;
-  const auto project = compiler::read_project(convert.file, again);
+  const auto project = compiler::read_project(convert.file, again, convert.options.defines);
   if (!project) return kExitErrors;
   core::Diagnostics problems;
   for (std::size_t i = 0; i < lowered.diagnostics.file_count(); ++i) {
@@ -106,8 +106,8 @@ void add_convert(Command program) {
   const Command command = program.sub(
       "convert",
       "Writes a project as one text of Structured Text: types, variables, tasks as they are declared, bodies in ST as\n"
-      "they are written, drawings as statements in the order of their execution. Reads the text back and says whether\n"
-      "it makes the same image; otherwise why not.\n"
+      "they are written, drawings as statements in the order of their execution, charts in words. Reads the text back\n"
+      "and says whether it makes the same image; otherwise why not.\n"
       "\n"
       "Examples:\n"
       "  plc convert plant.xml -o plant.st\n"
