@@ -6,6 +6,8 @@
 #include <map>
 #include <optional>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "core/text.h"
 
@@ -22,24 +24,25 @@ constexpr int kFont = 11;
 constexpr int kSmallWidth = 24, kSmallHeight = 18, kBlockWidth = 80, kPinPitch = 18;
 
 constexpr std::string_view kStyle = R"(<style>
-text { fill: #1f2937; font: 11px "DejaVu Sans Mono", Menlo, Consolas, monospace; }
+text { fill: #1f2937; font: 11px "DejaVu Sans Mono", Menlo, Consolas, monospace; stroke: #ffffff; stroke-width: 2;
+paint-order: stroke; }
 .page { fill: #ffffff; }
-.wire { stroke: #9ca3af; fill: none; }
+.wire { stroke: #9ca3af; fill: none; shape-rendering: crispEdges; }
 .shape { stroke: #374151; stroke-width: 1.5; fill: none; }
 .seen { stroke: #15803d; stroke-width: 2.5; }
 .half { stroke: #d97706; stroke-width: 2.5; }
 .unseen { stroke: #b91c1c; stroke-width: 2.5; }
-text.half { fill: #b45309; stroke: none; }
-text.unseen { fill: #b91c1c; stroke: none; }
+text.half { fill: #b45309; stroke: #ffffff; stroke-width: 2; }
+text.unseen { fill: #b91c1c; stroke: #ffffff; stroke-width: 2; }
 @media (prefers-color-scheme: dark) {
-text { fill: #e5e7eb; }
+text { fill: #e5e7eb; stroke: #14181f; }
 .page { fill: #14181f; }
 .shape { stroke: #9ca3af; }
 .seen { stroke: #4ade80; }
 .half { stroke: #fbbf24; }
 .unseen { stroke: #f87171; }
-text.half { fill: #fbbf24; }
-text.unseen { fill: #f87171; }
+text.half { fill: #fbbf24; stroke: #14181f; }
+text.unseen { fill: #f87171; stroke: #14181f; }
 }
 </style>
 )";
@@ -76,6 +79,7 @@ class Drawing {
     }
     if (by_id_.empty()) return {};
     find_sites();
+    find_ends();
     for (const Element& e : body_.elements) {
       if (e.has_position) wires_of(e);
     }
@@ -108,13 +112,64 @@ class Drawing {
   }
   [[nodiscard]] Point corner(const Element& e) const { return {e.x - left_ + kMargin, e.y - top_ + 2 * kMargin}; }
 
-  /// Where pin `index` of `count` on a side of the element is: the file's places of pins are not kept.
+  static bool is_rail(const Element& e) {
+    return e.kind == ElementKind::kLeftRail || e.kind == ElementKind::kRightRail;
+  }
+
+  /// Where the pins of blocks are wired to: an element with one place for its wire.
+  void find_ends() {
+    for (const Element& e : body_.elements) {
+      if (!e.has_position) continue;
+      const int middle = corner(e).y + height_of(e) / 2;
+      std::size_t index = 0;
+      for (const auto* pins : {&e.inputs, &e.in_outs}) {
+        for (const Pin& pin : *pins) {
+          for (const plcopen::Connection& wire : pin.connections) {
+            const auto source = by_id_.find(wire.ref_local_id);
+            if (source == by_id_.end()) continue;
+            const Element& from = *source->second;
+            if (is_block(e) && !is_block(from) && !is_rail(from))
+              ends_[{&e, false}].try_emplace(index, corner(from).y + height_of(from) / 2);
+            if (is_block(from) && !is_block(e) && !is_rail(e))
+              ends_[{&from, true}].try_emplace(output_index(from, wire.formal_parameter), middle);
+          }
+          ++index;
+        }
+      }
+    }
+  }
+
+  static std::size_t output_index(const Element& e, const std::string& name) {
+    for (std::size_t i = 0; i < e.outputs.size(); ++i) {
+      if (core::iequals(e.outputs[i].name, name)) return i;
+    }
+    return 0;
+  }
+
+  /// Heights of the `count` pins on a side of a block: where their wires go straight, if all find room there, else
+  /// evenly. The file's places of pins are not kept.
+  [[nodiscard]] std::vector<int> rows_of(const Element& e, std::size_t count, bool output) const {
+    const int top = corner(e).y, height = height_of(e);
+    std::vector<int> even, straight;
+    for (std::size_t i = 0; i < count; ++i)
+      even.push_back(top + height * (static_cast<int>(i) + 1) / (static_cast<int>(count) + 1));
+    const auto ends = ends_.find({&e, output});
+    if (ends == ends_.end()) return even;
+    int last = top + kFont;
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto end = ends->second.find(i);
+      const int row = end == ends->second.end() ? even[i] : end->second;
+      if (row < last + kFont || row > top + height - kFont / 2) return even;
+      straight.push_back(row);
+      last = row;
+    }
+    return straight;
+  }
+
   [[nodiscard]] Point pin_at(const Element& e, std::size_t index, std::size_t count, bool output) const {
     const Point at = corner(e);
     const int x = output ? at.x + width_of(e) : at.x;
-    const bool rail = e.kind == ElementKind::kLeftRail || e.kind == ElementKind::kRightRail;
-    if (!is_block(e) && (!rail || count < 2)) return {x, at.y + height_of(e) / 2};
-    return {x, at.y + height_of(e) * (static_cast<int>(index) + 1) / (static_cast<int>(count) + 1)};
+    return {x, is_block(e) ? rows_of(e, count, output)[index] : at.y + height_of(e) / 2};
   }
 
   void find_sites() {
@@ -130,25 +185,28 @@ class Drawing {
     std::size_t index = 0;
     for (const auto* pins : {&e.inputs, &e.in_outs}) {
       for (const Pin& pin : *pins) {
-        const Point to = pin_at(e, index++, count, false);
+        Point to = pin_at(e, index++, count, false);
         for (const plcopen::Connection& wire : pin.connections) {
           const auto source = by_id_.find(wire.ref_local_id);
-          if (source != by_id_.end()) add_wire(output_at(*source->second, wire.formal_parameter, to), to);
+          if (source == by_id_.end()) continue;
+          const Element& from = *source->second;
+          Point begin = pin_at(from, output_index(from, wire.formal_parameter),
+                               std::max<std::size_t>(from.outputs.size(), 1), true);
+          // Wires meet rails wherever they come from.
+          if (is_rail(from)) begin.y = reach(from, to.y);
+          if (is_rail(e)) to.y = reach(e, begin.y);
+          add_wire(begin, to);
         }
       }
     }
   }
 
-  /// Where a wire to `to` leaves the element: rails are as long as they are drawn.
-  [[nodiscard]] Point output_at(const Element& e, const std::string& name, Point to) const {
-    if (e.kind == ElementKind::kLeftRail) {
-      const Point at = corner(e);
-      return {at.x + width_of(e), std::clamp(to.y, at.y, at.y + height_of(e))};
-    }
-    for (std::size_t i = 0; i < e.outputs.size(); ++i) {
-      if (core::iequals(e.outputs[i].name, name)) return pin_at(e, i, e.outputs.size(), true);
-    }
-    return pin_at(e, 0, std::max<std::size_t>(e.outputs.size(), 1), true);
+  /// The rail is at least as long as to the height `y`, which it returns.
+  int reach(const Element& rail, int y) {
+    const auto [span, fresh] = rails_.try_emplace(&rail, y, y);
+    span->second.first = std::min(span->second.first, y);
+    span->second.second = std::max(span->second.second, y);
+    return y;
   }
 
   void add_wire(Point from, Point to) {
@@ -190,7 +248,7 @@ class Drawing {
         break;
       case ElementKind::kLeftRail:
       case ElementKind::kRightRail:
-        shapes_ += fmt::format("<path d=\"M{},{}V{}\"/>", at.x + w / 2, at.y, at.y + h);
+        shapes_ += rail(e, at, w, h);
         break;
       default:
         shapes_ += fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/>", at.x, at.y, w, h);
@@ -201,6 +259,14 @@ class Drawing {
       label({at.x + w / 2, at.y + h + kFont}, missing,
             seen == "shape unseen" ? " class=\"unseen\"" : " class=\"half\"");
     }
+  }
+
+  /// A line where the wires begin or end.
+  [[nodiscard]] std::string rail(const Element& e, Point at, int w, int h) const {
+    const auto span = rails_.find(&e);
+    const int top = span == rails_.end() ? at.y : std::min(at.y, span->second.first);
+    const int bottom = span == rails_.end() ? at.y + h : std::max(at.y + h, span->second.second);
+    return fmt::format("<path d=\"M{},{}V{}\"/>", e.kind == ElementKind::kLeftRail ? at.x + w : at.x, top, bottom);
   }
 
   void labels(const Element& e, Point at, int w, int h) {
@@ -248,7 +314,9 @@ class Drawing {
   const std::string& pou_;
   const tests::CoverageReport& coverage_;
   std::map<std::int64_t, const Element*> by_id_;
-  std::map<std::int64_t, std::uint32_t> sites_;  ///< by localId
+  std::map<std::int64_t, std::uint32_t> sites_;                                 ///< by localId
+  std::map<std::pair<const Element*, bool>, std::map<std::size_t, int>> ends_;  ///< by block and side (output), pin
+  std::map<const Element*, std::pair<int, int>> rails_;                         ///< highest and lowest wire
   int left_ = INT32_MAX, top_ = INT32_MAX, right_ = INT32_MIN, bottom_ = INT32_MIN;
   std::string wires_, shapes_;
 };
