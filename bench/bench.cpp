@@ -128,6 +128,7 @@ int main(int argc, char** argv) {
   coherence.option("--sizes", coherence_plan.sizes, "variables in each direction").shows_default();
   coherence.option("--plot=FILE", coherence_plan.plot, "SVG file to draw the p99.9 of each row into");
   const Command taskblocks = program.sub("taskblocks", "calls of taskblocks, and wires between them");
+  const Command charts = program.sub("charts", "evaluations of sequential function charts, large and small");
   const Command compile = program.sub("compile", "ST to image, garbage to errors");
   CompilePlan compile_plan;
   compile.option("--lines", compile_plan.lines, "of the project").shows_default();
@@ -135,12 +136,12 @@ int main(int argc, char** argv) {
   const Command check = program.sub("check", "small programs of every workload, results only");
   const Command limits = program.sub("limits", "what each figure may be at most, as the table of README.md");
   program.runs_alone();
-  for (const Command& command : {scan, plots, load, taskblocks, compile, modbus, coherence, check})
+  for (const Command& command : {scan, plots, load, taskblocks, charts, compile, modbus, coherence, check})
     command.falls_through();
   if (const auto code = program.parse(argc, argv)) return *code;
   compile_plan.seed = seed;
   compile_plan.repetitions = repetitions;
-  const auto any = {scan, plots, load, modbus, coherence, taskblocks, compile, check, limits};
+  const auto any = {scan, plots, load, modbus, coherence, taskblocks, charts, compile, check, limits};
   const bool everything = std::none_of(any.begin(), any.end(), [](Command command) { return command.chosen(); });
   try {
     Verdict verdict;
@@ -148,6 +149,7 @@ int main(int argc, char** argv) {
       print_limits();
     } else if (check.chosen()) {
       verdict.merge(measure_taskblocks({0}));
+      verdict.merge(measure_charts(0));
       verdict.merge(measure_compile({seed, 3000, 1, 1, false}));
       verdict.merge(check_scans(seed));
     } else if (plots.chosen()) {
@@ -171,6 +173,10 @@ int main(int argc, char** argv) {
       if (everything || taskblocks.chosen()) {
         std::cout << "Taskblocks: RUNTB against a plain indirect call, interleaved\n";
         verdict.merge(measure_taskblocks({batches}));
+      }
+      if (everything || charts.chosen()) {
+        std::cout << "Charts: one token in a ring of steps, interleaved\n";
+        verdict.merge(measure_charts(batches));
       }
       if (everything || compile.chosen()) {
         std::cout << "Compile: plc compile and plc check on .st files\n";

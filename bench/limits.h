@@ -47,6 +47,10 @@ inline constexpr Limit kTaskblockCall{3, "ns more", "RUNTB of an empty taskblock
 inline constexpr Limit kTaskblockWires{1.1, "times", "1,000 empty taskblocks in a chain, eight LREAL wires each",
                                        "the same, unconnected"};
 
+// Charts.
+inline constexpr Limit kLargeChart{2, "times", "native code of a chart of 1,000 steps with one token",
+                                   "a chart of that step alone, with its transition"};
+
 // Compile.
 inline constexpr Limit kCompile{2, "s", "`plc compile` of 100,000 lines of ST", ""};
 inline constexpr Limit kCompilePeak{500, "MB", "peak memory of that", ""};
@@ -68,10 +72,10 @@ inline constexpr Limit kExchange{
 
 /// All of them, in the order of the table.
 inline constexpr const Limit* kAll[] = {
-    &kLadderNative, &kLadderNotSlower, &kDrawnNative, &kLoopNative,   &kInterpreter,       &kNotSlowerThanInterpreter,
-    &kFirstScan,    &kResident,        &kPeak,        &kMarginalLoad, &kTaskblockCall,     &kTaskblockWires,
-    &kCompile,      &kCompilePeak,     &kRefuse,      &kRequests,     &kScanBesideClients, &kGrowth,
-    &kExchange};
+    &kLadderNative, &kLadderNotSlower, &kDrawnNative, &kLoopNative,   &kInterpreter,   &kNotSlowerThanInterpreter,
+    &kFirstScan,    &kResident,        &kPeak,        &kMarginalLoad, &kTaskblockCall, &kTaskblockWires,
+    &kLargeChart,   &kCompile,         &kCompilePeak, &kRefuse,       &kRequests,      &kScanBesideClients,
+    &kGrowth,       &kExchange};
 
 }  // namespace limit
 }  // namespace plc::bench

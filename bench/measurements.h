@@ -35,6 +35,10 @@ struct TaskblockPlan {
 /// What RUNTB adds to the fire() of a taskblock, and what a wire between two of them costs.
 Verdict measure_taskblocks(const TaskblockPlan& plan);
 
+/// An evaluation of a chart of 1,000 steps against one of its active step alone, `batches` timed batches of each;
+/// 0 = check only.
+Verdict measure_charts(std::uint32_t batches);
+
 struct CompilePlan {
   std::uint64_t seed = 1;
   std::uint32_t lines = 100'000;

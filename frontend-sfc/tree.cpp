@@ -52,9 +52,12 @@ void Tree::walk_node(std::size_t level, std::uint32_t i, const Visit& visit, con
     walk_node(level - 1, first, visit, alive);
   }
   if (!alive) return;
-  ValueId any = builder_.load(node(level - 1, first));
-  if (pair) any = builder_.logic(ir::Op::kOr, any, builder_.load(node(level - 1, second)));
-  builder_.store(node(level, i), any);
+  // Marks are taken away, and mostly stay: a mark that is written is one that the level above waits for.
+  const LabelId marked = builder_.new_label();
+  builder_.jump_if(builder_.load(node(level - 1, first)), marked);
+  if (pair) builder_.jump_if(builder_.load(node(level - 1, second)), marked);
+  builder_.store(node(level, i), builder_.constant_bool(false));
+  builder_.bind(marked);
 }
 
 void Tree::walk_group(std::uint32_t group, const Visit& visit, const Alive& alive) {
@@ -66,7 +69,10 @@ void Tree::walk_group(std::uint32_t group, const Visit& visit, const Alive& aliv
     const ValueId one = alive(i);
     any = any.valid() ? builder_.logic(ir::Op::kOr, any, one) : one;
   }
-  builder_.store(node(0, group), any);
+  const LabelId marked = builder_.new_label();
+  builder_.jump_if(any, marked);
+  builder_.store(node(0, group), builder_.constant_bool(false));
+  builder_.bind(marked);
 }
 
 }  // namespace plc::sfc
