@@ -126,14 +126,16 @@ class Analyser {
 
   bool is_live(const Inst& inst, const ValueInfo& v) const {
     switch (inst.op) {
-      case Op::kConst:
       case Op::kLoad:
+      case Op::kMakeRef:
+      case Op::kAddress:
+        // A reference to nothing, an index outside: events, whoever reads the value.
+        return v.uses != 0 || !out_.places[inst.a].is_static();
+      case Op::kConst:
       case Op::kAnd:
       case Op::kOr:
       case Op::kXor:
       case Op::kNot:
-      case Op::kMakeRef:
-      case Op::kAddress:
       case Op::kPointerRef:
       case Op::kPointerTo32:
       case Op::kPointerFrom32:

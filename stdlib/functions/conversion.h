@@ -27,7 +27,7 @@ constexpr bool is_numeric(TypeId id) { return core::in_category(id, kNumeric); }
 /// Conversions between different types that there are; TO_B also takes B itself.
 constexpr bool converts(TypeId t, TypeId u) {
   using enum TypeId;
-  if (t == u) return false;
+  if (t == u || t == kPointer || u == kPointer) return false;
   const auto either_is = [&](TypeId a, TypeId b) { return (t == a && u == b) || (t == b && u == a); };
   if (core::in_category(t, core::kAnyChar) || core::in_category(u, core::kAnyChar)) {
     if (either_is(kChar, kWchar) || either_is(kChar, kString) || either_is(kWchar, kWstring)) return true;
@@ -336,7 +336,7 @@ struct PairTables {
   static constexpr Kernel conversion_at() {
     constexpr auto kFrom = static_cast<TypeId>(I / core::kTypeCount);
     constexpr auto kInto = static_cast<TypeId>(I % core::kTypeCount);
-    if constexpr (kFrom == kInto || converts(kFrom, kInto)) {
+    if constexpr ((kFrom == kInto && kFrom != TypeId::kPointer) || converts(kFrom, kInto)) {
       return conversion<kFrom, kInto>();
     } else {
       return nullptr;
