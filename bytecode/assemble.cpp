@@ -198,6 +198,9 @@ class Assembler {
     field.offset = line.number<std::uint32_t>();
     field.role = line.one_of<FieldRole>(listing::kRoles);
     field.retain = line.accept("retain");
+    field.persistent = line.accept("persistent");
+    field.fresh = line.accept("fresh");
+    field.internal = line.accept("internal");
     field.constant = line.accept("constant");
     image_.types.back().fields.push_back(std::move(field));
   }

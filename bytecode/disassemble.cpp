@@ -155,8 +155,9 @@ class Disassembler {
     }
     line("{}", type.name.empty() ? "" : " name " + quoted(type.name));
     for (const ImageField& field : type.fields) {
-      line("  field {} t{} at {} {}{}{}", quoted(field.name), field.type, field.offset,
+      line("  field {} t{} at {} {}{}{}{}{}{}", quoted(field.name), field.type, field.offset,
            listing::kRoles[static_cast<std::size_t>(field.role)], field.retain ? " retain" : "",
+           field.persistent ? " persistent" : "", field.fresh ? " fresh" : "", field.internal ? " internal" : "",
            field.constant ? " constant" : "");
     }
     for (const ImageAlias& alias : type.aliases) line("  alias {} global {}", quoted(alias.name), alias.global);

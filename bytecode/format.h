@@ -45,5 +45,9 @@ inline constexpr std::size_t kTaskRecord = 24;
 // Bits of a field's flags.
 inline constexpr std::uint8_t kFieldRetain = 1;
 inline constexpr std::uint8_t kFieldConstant = 2;
+inline constexpr std::uint8_t kFieldPersistent = 4;
+inline constexpr std::uint8_t kFieldFresh = 8;
+inline constexpr std::uint8_t kFieldInternal = 16;
+inline constexpr std::uint8_t kFieldFlags = 31;
 
 }  // namespace plc::bytecode::format

@@ -24,7 +24,7 @@
 
 namespace plc::bytecode {
 
-inline constexpr std::uint32_t kFormatVersion = 6;
+inline constexpr std::uint32_t kFormatVersion = 7;
 /// Nesting of CALL_POU / CALL_FN that an image may need.
 inline constexpr std::uint32_t kMaxCallDepth = 64;
 /// Loop iterations (LOOP_JUMP) one execution of a task may take unless plc.toml says otherwise.
@@ -40,8 +40,12 @@ struct ImageField {
   std::uint32_t type = 0;
   std::uint32_t offset = 0;  ///< bytes from the start of the structure, aligned for the type
   FieldRole role = FieldRole::kMember;
-  bool retain = false;
   bool constant = false;
+  bool retain = false;      ///< kept over a warm start, with all that is in it
+  bool persistent = false;  ///< kept over a cold start too
+  bool fresh = false;       ///< NON_RETAIN: begins anew, also in an instance that is kept
+  /// Has a meaning for this code alone (edges, active steps): kept only as long as the program is the same.
+  bool internal = false;
 };
 
 /// A variable of a POU that lives in the global table (VAR_EXTERNAL, or located by AT), under its name in the POU. For

@@ -147,9 +147,12 @@ class Loader {
         field.offset = in.get<std::uint32_t>();
         field.role = get_enum(in, FieldRole::kState);
         const auto flags = in.get<std::uint8_t>();
-        if (flags > (format::kFieldRetain | format::kFieldConstant)) in.fail();
+        if (flags > format::kFieldFlags) in.fail();
         field.retain = (flags & format::kFieldRetain) != 0;
         field.constant = (flags & format::kFieldConstant) != 0;
+        field.persistent = (flags & format::kFieldPersistent) != 0;
+        field.fresh = (flags & format::kFieldFresh) != 0;
+        field.internal = (flags & format::kFieldInternal) != 0;
       }
       const std::uint32_t aliases = in.count(format::kAliasRecord);
       type.aliases.reserve(aliases);

@@ -119,8 +119,10 @@ class Saver {
         out.put(field.type);
         out.put(field.offset);
         out.put(static_cast<std::uint8_t>(field.role));
-        out.put(static_cast<std::uint8_t>((field.retain ? format::kFieldRetain : 0) |
-                                          (field.constant ? format::kFieldConstant : 0)));
+        out.put(static_cast<std::uint8_t>(
+            (field.retain ? format::kFieldRetain : 0) | (field.constant ? format::kFieldConstant : 0) |
+            (field.persistent ? format::kFieldPersistent : 0) | (field.fresh ? format::kFieldFresh : 0) |
+            (field.internal ? format::kFieldInternal : 0)));
       }
       put_count(out, type.aliases.size());
       for (const ImageAlias& alias : type.aliases) {

@@ -169,6 +169,10 @@ class TypeVerifier {
     for (const ImageField& field : type.fields) {
       if (report_.full()) return;
       if (field.name.empty() || !is_name(field.name)) broken(Rule::kV112, "a field has no proper name");
+      if ((field.retain || field.persistent) && (field.constant || field.fresh)) {
+        broken(Rule::kV115,
+               fmt::format("field \"{}\" is kept, and {}", field.name, field.constant ? "constant" : "NON_RETAIN"));
+      }
       if (!is_lower(field.type)) return;
       const ImageType& t = image_.types[field.type];
       if (field.offset < end || field.offset + std::uint64_t{t.size} > type.size) {

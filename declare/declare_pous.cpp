@@ -255,6 +255,7 @@ void Declarer::declare_global(const plcopen::Variable& variable) {
   out.constant = variable.constant;
   out.retain = variable.retain;
   out.persistent = variable.persistent;
+  out.nonretain = variable.nonretain;
   out.at = variable.at;
   global.list = variable.list;
   global.prefix = variable.prefix;
@@ -396,6 +397,7 @@ void Declarer::declare_variable(std::uint32_t pou_index, const plcopen::Variable
   out.constant = variable.constant;
   out.retain = variable.retain;
   out.persistent = variable.persistent;
+  out.nonretain = variable.nonretain;
   out.at = variable.at;
   if ((variable.section == Section::kExternal || variable.section == Section::kInOut) &&
       variable.initial.kind != plcopen::InitialValue::Kind::kNone) {

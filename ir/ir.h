@@ -180,6 +180,7 @@ struct Variable {
   bool constant = false;  ///< kQueue: elements are taken out of it, not put into it
   bool retain = false;
   bool persistent = false;
+  bool nonretain = false;                 ///< begins anew, also where its instance is retained
   bool step = false;                      ///< a step of a chart: a structure of X and T that the chart alone writes
   std::string address;                    ///< located: "%IX0.0" as written; or empty
   std::uint32_t global = 0;               ///< kExternal: index into Module::globals

@@ -167,6 +167,7 @@ class Printer {
     if (v.constant) text += " CONSTANT";
     if (v.retain) text += " RETAIN";
     if (v.persistent) text += " PERSISTENT";
+    if (v.nonretain) text += " NON_RETAIN";
     if (v.in_frame) text += " [frame]";
     return text;
   }

@@ -65,6 +65,12 @@ std::pair<std::int64_t, std::int64_t> widest(core::Rep rep) {
 
 }  // namespace
 
+void keep(const ir::Variable& variable, bool kept, ImageField& field) {
+  field.retain = kept && variable.retain;
+  field.persistent = kept && variable.persistent;
+  field.fresh = variable.nonretain;
+}
+
 // ---- structures ---------------------------------------------------------------------------------------------------
 
 std::uint32_t StructBuilder::add(const Image& image, ImageField field) {
@@ -311,10 +317,11 @@ std::uint32_t Layout::make_instance(std::uint32_t index) {
       f.name = located ? v.name + "#" : v.name;
       f.type = type(v.type);
       f.role = role_of(v.role);
-      f.retain = (v.retain || v.persistent) && !located;
       // Callers give inputs their values, and references are made when the POU first runs. Those of taskblocks that are
       // constant have theirs from the start: what ready() checked stays.
       f.constant = v.constant && (v.role != ir::Role::kInput || pou.taskblock != 0) && v.references.empty();
+      keep(v, !v.constant && !located, f);
+      f.internal = located || v.step || v.role == ir::Role::kHidden;
       layout.field[i] = builder.add(image_, std::move(f));
       layout.offset[i] = builder.offset(layout.field[i]);
     }

@@ -36,6 +36,9 @@ class StructBuilder {
   std::uint32_t align_ = 1;
 };
 
+/// What a field says of a declaration with RETAIN, PERSISTENT or NON_RETAIN. Not `kept`: nothing of the first two.
+void keep(const ir::Variable& variable, bool kept, ImageField& field);
+
 /// Where the variables of one POU lie. Both vectors are indexed like Pou::variables.
 struct PouLayout {
   std::vector<std::uint32_t> offset;  ///< in the instance or the frame; kNoIndex for externals

@@ -93,8 +93,8 @@ void lay_out_globals(Shared& shared, const GlobalPlan& plan) {
     ImageField field;
     field.name = g.variable.name.empty() ? g.variable.address : g.variable.name;
     field.type = shared.layout.type(g.variable.type);
-    field.retain = g.variable.retain || g.variable.persistent;
     field.constant = g.variable.constant;
+    keep(g.variable, !g.variable.constant, field);
     shared.global_offset[plan.order[f]] = fields.offset(fields.add(image, std::move(field)));
     image.globals.push_back({g.list, g.variable.address, plan.writers[f]});
   }

@@ -98,7 +98,7 @@ struct Wrong {
 
 TEST(Assembler, MistakesAreToldWithTheirLine) {
   const std::string head =
-      "image 6\n"                                  // 1
+      "image 7\n"                                  // 1
       "type 0 scalar INT\n"                        // 2
       "type 1 struct size 2 align 2\n"             // 3
       "  field \"x\" t0 at 0 member\n"             // 4
@@ -130,7 +130,7 @@ TEST(Assembler, MistakesAreToldWithTheirLine) {
     EXPECT_EQ(image.error().message, wrong.message);
     EXPECT_EQ(image.error().code, core::Code::P9001);
   }
-  const auto unknown = assemble("image 6\ntype 0 scalar FLOAT\n");
+  const auto unknown = assemble("image 7\ntype 0 scalar FLOAT\n");
   ASSERT_FALSE(unknown);
   EXPECT_EQ(unknown.error().message, "line 2: \"FLOAT\" is no elementary type");
 }

@@ -125,6 +125,16 @@ const std::vector<Case>& cases() {
       {Rule::kV114, "an alias without a name", [](Sample& s) { aliases(s)[0].name.clear(); }},
       {Rule::kV114, "an alias that rings the bell", [](Sample& s) { aliases(s)[0].name = "\a"; }},
       {Rule::kV114, "an alias called like a field", [](Sample& s) { aliases(s)[0].name = "RUN"; }},
+      {Rule::kV115, "a constant that is kept",
+       [](Sample& s) {
+         ImageField& field = s.image.types[s.image.pous[s.motor].instance_type].fields[0];
+         field.retain = field.constant = true;
+       }},
+      {Rule::kV115, "a field that is kept and begins anew",
+       [](Sample& s) {
+         ImageField& field = s.image.types[s.image.pous[s.motor].instance_type].fields[0];
+         field.persistent = field.fresh = true;
+       }},
       {Rule::kV114, "two aliases of one name", [](Sample& s) { aliases(s).push_back({"Sensor", 0}); }},
 
       {Rule::kV201, "a number as global table", [](Sample& s) { s.image.global_type = s.integer; }},

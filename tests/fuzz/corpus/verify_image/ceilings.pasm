@@ -1,4 +1,4 @@
-image 6
+image 7
 project "test"
 product "PICARD test"
 options drawing none separate priority-ceiling auto ""
