@@ -1,6 +1,7 @@
 #include "runtime/program.h"
 
 #include <algorithm>
+#include <cstring>
 #include <utility>
 
 #include "runtime/compiled_task.h"
@@ -37,6 +38,8 @@ struct Program::State {
   LinkedCode code;
   std::optional<Objects> objects;  ///< nothing when the task uses no pointers
   Machine machine;
+  std::optional<Handover> handover;        ///< nothing when nothing of the task is kept
+  bool whole = false;                      ///< the last scan has ended without a fault
   std::unique_ptr<CompiledTask> compiled;  ///< null = the interpreter
 };
 
@@ -127,6 +130,7 @@ void Program::expect(std::size_t bytes) noexcept { state_->exchange->expect(byte
 // RT:
 Fault Program::execute(const CycleContext& context) noexcept {
   State& s = *state_;
+  s.whole = false;
   s.machine.step.now_ns = context.now_ns;
   s.machine.step.start_ns = context.start_ns;
   if (s.taskblocks) s.taskblocks->begin(context.now_ns);
@@ -138,7 +142,8 @@ Fault Program::execute(const CycleContext& context) noexcept {
                        : run_body(s.machine, Addressing::kFixed, s.code.entry, s.table.layout().instance);
   const bool published = s.exchange->end();
   // WHY not Machine::fault, reset before the scan: reading it back here waits for all that the scan has written.
-  if (ran && published) [[likely]]
+  s.whole = ran && published;
+  if (s.whole) [[likely]]
     return {};
   if (!published) {
     // A scan that was cut short knows its place better than the thread that looked from outside.
@@ -189,6 +194,25 @@ std::vector<EventCount> Program::events() const { return state_->events.counts()
 std::uint64_t Program::other_events() const { return state_->events.other(); }
 std::uint64_t Program::event_total() const { return state_->events.total(); }
 const Program::LinkReport& Program::link_report() const { return state_->code.report; }
+
+void Program::restore(std::span<const std::byte> globals, std::span<const std::byte> instance) {
+  std::byte* const table = state_->table.data();
+  if (!globals.empty()) std::memcpy(table, globals.data(), globals.size());
+  if (!instance.empty()) std::memcpy(table + state_->table.layout().instance, instance.data(), instance.size());
+  state_->exchange->reset();
+}
+
+void Program::keep(std::vector<Handover::Run> runs, std::size_t bytes) {
+  state_->handover.emplace(std::move(runs), bytes);
+}
+
+Handover* Program::handover() noexcept { return state_->handover ? &*state_->handover : nullptr; }
+
+// RT:
+bool Program::offer_kept() noexcept {
+  State& s = *state_;
+  return s.handover && s.whole && s.handover->offer(s.table.data(), s.machine.step.now_ns);
+}
 
 std::optional<core::Problem> Program::start_taskblocks() {
   return state_->taskblocks ? state_->taskblocks->restart() : std::nullopt;

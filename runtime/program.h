@@ -21,6 +21,7 @@
 #include "core/source_ref.h"
 #include "runtime/memory/exchange.h"
 #include "runtime/memory/global_table.h"
+#include "runtime/memory/handover.h"
 #include "runtime/memory/table.h"
 #include "stdlib/library.h"
 #include "taskblocks/registry.h"
@@ -123,6 +124,17 @@ class Program {
 
   /// A BOOL of the global table as published now: what releases an event task. Between scans. RT.
   [[nodiscard]] bool read_global_bool(std::uint32_t offset) noexcept;
+
+  /// Other values than the initial ones: of the whole global table, and of the task's instance (as many bytes as
+  /// ImagePou::instance_initial has). Typed as the verifier demands of initial values. Before the first scan.
+  void restore(std::span<const std::byte> globals, std::span<const std::byte> instance);
+  /// From now on these places can be asked for: Handover::Run::from is in table(). Before the first scan.
+  void keep(std::vector<Handover::Run> runs, std::size_t bytes);
+  /// Null when nothing of the task is kept.
+  [[nodiscard]] Handover* handover() noexcept;
+  /// Answers who asked, if the last scan ended without a fault; true when that took a copy. After execute(), when its
+  /// outputs are where they belong. RT: bounded by what is kept.
+  bool offer_kept() noexcept;
 
   /// Makes the objects of the taskblocks, if link() did not. Before the first scan. P7803 when one is not ready.
   std::optional<core::Problem> start_taskblocks();

@@ -19,4 +19,9 @@ std::optional<core::Problem> Resource::start_taskblocks() {
   return std::nullopt;
 }
 
+void Resource::restore(std::span<const std::byte> globals, std::span<const std::vector<std::byte>> instances) {
+  globals_.reset(globals);
+  for (std::size_t task = 0; task < programs_.size(); ++task) programs_[task]->restore(globals, instances[task]);
+}
+
 }  // namespace plc::runtime

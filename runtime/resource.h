@@ -5,7 +5,9 @@
 // Does not belong here: threads, clocks, drivers.
 #pragma once
 
+#include <cstddef>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "runtime/memory/process_image.h"
@@ -22,6 +24,10 @@ class Resource {
   /// Makes the objects of the taskblocks of all tasks, where ProgramOptions::start_taskblocks was false. Before
   /// anything runs, once. P7803 when one is not ready.
   std::optional<core::Problem> start_taskblocks();
+
+  /// Other values than the initial ones: of the global table, and of the instance of each task. Typed as the verifier
+  /// demands of initial values. Before the taskblocks start, and before anything runs.
+  void restore(std::span<const std::byte> globals, std::span<const std::vector<std::byte>> instances);
 
   [[nodiscard]] const bytecode::Image& image() const { return image_.image(); }
   [[nodiscard]] GlobalTable& globals() { return globals_; }

@@ -184,7 +184,7 @@ void GlobalTable::place_shared(std::vector<std::size_t>& bytes) {
   }
 }
 
-void GlobalTable::rebuild(const std::vector<std::byte>& values) {
+void GlobalTable::rebuild(std::span<const std::byte> values) {
   std::vector<std::size_t> bytes(owners_.size(), 0);
   place_owned(bytes);
   for (std::size_t o = 0; o < owners_.size(); ++o) owners_[o].shared_at = bytes[o] = aligned(bytes[o], kTableAlign);
@@ -233,11 +233,19 @@ void GlobalTable::rebuild(const std::vector<std::byte>& values) {
   for (Exchange* const exchange : exchanges_) exchange->prepare();
 }
 
-void GlobalTable::reset() {
+void GlobalTable::reset() { reset(image_.global_initial); }
+
+void GlobalTable::reset(std::span<const std::byte> values) {
   for (Queue& queue : queues_) queue.clear();
-  if (overlapping_.size() != 0) std::memcpy(overlapping_.data(), image_.global_initial.data(), size_);
+  if (overlapping_.size() != 0) std::memcpy(overlapping_.data(), values.data(), size_);
   for (std::uint32_t task = 0; task < task_count_; ++task) owners_[task].stopped->store(false);
-  rebuild(image_.global_initial);
+  rebuild(values);
+}
+
+std::optional<std::uint32_t> GlobalTable::owning_task(std::uint32_t field) const {
+  const Field& f = fields_[field];
+  if (f.kind != Kind::kOwned || f.owner >= task_count_) return std::nullopt;
+  return f.owner;
 }
 
 void GlobalTable::task_stopped(std::uint32_t task) noexcept {

@@ -108,6 +108,10 @@ class GlobalTable {
   void task_stopped(std::uint32_t task) noexcept;
   /// Cold start: initial values, empty journals and queues. Not while tasks run.
   void reset();
+  /// The same with other values, of the whole table: size() bytes, typed as the verifier demands of initial values.
+  void reset(std::span<const std::byte> values);
+  /// The task that alone exports `field`: its copy is the newest. Nothing when several do, or none.
+  [[nodiscard]] std::optional<std::uint32_t> owning_task(std::uint32_t field) const;
 
  private:
   friend class WaitFreeExchange;
@@ -176,7 +180,7 @@ class GlobalTable {
   template <class Visit>
   void for_each_overlapping(std::uint32_t field, Visit visit) const;
   /// Snapshots and images anew, with these values of the whole table; tells the exchanges.
-  void rebuild(const std::vector<std::byte>& values);
+  void rebuild(std::span<const std::byte> values);
   /// The view is kept as long as there are owners, until it is removed.
   void add_view(View& view);
   void remove_view(View& view) { std::erase(views_, &view); }

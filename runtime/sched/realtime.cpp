@@ -188,10 +188,12 @@ void RealtimeScheduler::run(TaskRun& task) noexcept {
       task.statistics.latency.record(now_ns - release_ns);
       go_on = scan(task, context);
     }
-    const core::TimeNs end_ns = clock_.now_ns();
+    core::TimeNs end_ns = clock_.now_ns();
     if (released) {
       task.statistics.scan_time.record(end_ns - now_ns);
       task.statistics.response.record(end_ns - release_ns);
+      // After all that the scan is for.
+      if (resource_.program(task.index).offer_kept()) end_ns = clock_.now_ns();
     }
     // A freewheeling task has no instants to miss: it is as slow as it is.
     const std::uint64_t missed = grid.advance(end_ns);
@@ -235,6 +237,13 @@ void RealtimeScheduler::regain_priority(TaskRun& task) noexcept {
   if (options_.realtime_priority) static_cast<void>(set_fifo(pthread_self(), fifo_priority(task.plan.priority)));
 }
 
+// RT:
+CycleContext RealtimeScheduler::program_time(core::TimeNs now_ns) const noexcept {
+  const core::TimeNs start_ns = start_ns_.load(std::memory_order_relaxed);
+  if (!options_.program_time_ns) return {now_ns, start_ns};
+  return {*options_.program_time_ns + (now_ns - start_ns), *options_.program_time_ns};
+}
+
 // RT: false when the task must not be released again.
 bool RealtimeScheduler::scan(TaskRun& task, const ReleaseContext& context) noexcept {
   Program& program = resource_.program(task.index);
@@ -243,7 +252,7 @@ bool RealtimeScheduler::scan(TaskRun& task, const ReleaseContext& context) noexc
   task.busy_since.store(context.now_ns, std::memory_order_relaxed);
   for (CycleListener* const listener : listeners_) listener->before_scan(context);
   resource_.process_image().sync();
-  const Fault found = program.execute({context.now_ns, start_ns_.load(std::memory_order_relaxed)});
+  const Fault found = program.execute(program_time(context.now_ns));
   task.statistics.scans.fetch_add(1, std::memory_order_relaxed);
   // Revoked: the watchdog has done all that is to do, and the outputs are no longer this thread's.
   if (found.kind == FaultKind::kWatchdog) return false;

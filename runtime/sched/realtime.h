@@ -40,8 +40,11 @@ struct SafeValue {
 struct RealtimeOptions {
   std::vector<TaskPlan> plan{};          ///< one a task; empty = as the image declares
   std::vector<SafeValue> safe_values{};  ///< of all tasks
-  bool realtime_priority = true;         ///< SCHED_FIFO (priority.h), and idle processors stay awake
-  bool lock_memory = true;               ///< mlockall(MCL_CURRENT | MCL_FUTURE)
+  /// What the clock of the programs shows at the common start: timers that were kept go on where they were. Nothing:
+  /// the machine's monotonic clock.
+  std::optional<core::TimeNs> program_time_ns{};
+  bool realtime_priority = true;  ///< SCHED_FIFO (priority.h), and idle processors stay awake
+  bool lock_memory = true;        ///< mlockall(MCL_CURRENT | MCL_FUTURE)
   /// Called on each task's thread after it is set up and before its first cycle: where guards are installed.
   void (*on_thread_start)(std::uint32_t task) = nullptr;
 };
@@ -93,6 +96,7 @@ class RealtimeScheduler {
   core::TimeNs expect(TaskRun& run, core::TimeNs now_ns, core::TimeNs release_ns) noexcept;
   void regain_priority(TaskRun& run) noexcept;
   bool scan(TaskRun& run, const ReleaseContext& context) noexcept;
+  [[nodiscard]] CycleContext program_time(core::TimeNs now_ns) const noexcept;
   bool fault(TaskRun& run, const ReleaseContext& context, const Fault& fault) noexcept;
   void stop_task(TaskRun& run) noexcept;
   void on_timeout(TaskRun& run) noexcept;

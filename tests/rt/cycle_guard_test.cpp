@@ -336,15 +336,20 @@ class HmiLoad {
   std::atomic<std::uint64_t> answered_{0};
 };
 
-/// Runs 50 guarded scans of both tasks in a child; `plant` acts in the cycle; with `hmi`, clients are answered 500
-/// times meanwhile. With `realtime` and real-time priorities they wait awake for their releases. Returns the child's
-/// wait status.
+/// Runs 50 guarded scans of both tasks in a child, which are asked again and again for what is kept of them; `plant`
+/// acts in the cycle; with `hmi`, clients are answered 500 times meanwhile. With `realtime` and real-time priorities
+/// they wait awake for their releases. Returns the child's wait status.
 int guarded_run(runtime::CycleListener* plant, void (*guard)(std::uint32_t) = guard_thread<>, bool hmi = false,
                 core::Coherence coherence = core::Coherence::kWaitFree, bool realtime = false) {
   const pid_t child = fork();
   if (child == 0) {
     auto resource = load_every_instruction(coherence);
     if (resource == nullptr) _exit(kExitStuck);
+    for (std::size_t t = 0; t < 2; ++t) {
+      const auto instance = resource->program(t).table().layout().instance;
+      resource->program(t).keep({{instance, 0, 4}, {0, 4, 4}}, 8);
+    }
+    std::array<int, 2> answers{};
     runtime::RealtimeOptions options;
     // Priorities change under ceilings only; where the system grants none, the calls fail and are calls all the same.
     options.realtime_priority = realtime || coherence == core::Coherence::kPriorityCeiling;
@@ -356,7 +361,12 @@ int guarded_run(runtime::CycleListener* plant, void (*guard)(std::uint32_t) = gu
     if (hmi) load = std::make_unique<HmiLoad>(*resource);
     if (scheduler.start().problem || (realtime && !scheduler.report().realtime_priority)) _exit(kExitNoPriority);
     for (int i = 0; i < 20'000; ++i) {
-      const bool served = load == nullptr || load->answered() >= 500;
+      for (std::size_t t = 0; t < 2; ++t) {
+        runtime::Handover& kept = *resource->program(t).handover();
+        if (kept.answered()) ++answers[t], kept.taken();
+        kept.ask();
+      }
+      const bool served = (load == nullptr || load->answered() >= 500) && answers[0] >= 5 && answers[1] >= 5;
       if (scheduler.statistics(0).scans >= 50 && scheduler.statistics(1).scans >= 50 && served) {
         // Without joining: leaving a thread needs calls that its filter forbids.
         _exit(allocated ? kExitAllocated : kExitClean);
