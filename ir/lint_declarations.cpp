@@ -1,4 +1,4 @@
-// Lints of what declarations ask for: addresses and retention.
+// Lints of what declarations ask for: names and addresses.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -68,66 +68,11 @@ void look_at_address(const Global& global, Findings& findings) {
                "plc map shows which; where one number is meant, write it like %IW0, %IW1 or %QD2");
 }
 
-/// "n" and 2 more, at the place of the first.
-struct Retained {
-  const Variable* first = nullptr;
-  std::string names;
-  std::size_t count = 0;
-
-  void add(const Variable& v) {
-    if ((!v.retain && !v.persistent) || v.constant || !is_visible(v)) return;
-    constexpr std::size_t kNamed = 8;
-    if (first == nullptr) first = &v;
-    if (++count <= kNamed) names += (names.empty() ? "" : ", ") + quoted(v.name);
-    if (count == kNamed + 1) names += " and more";
-  }
-};
-
-void add_retained(const Retained& retained, std::string_view pou, Findings& findings) {
-  if (retained.first == nullptr) return;
-  findings.add(Lint::kRetain, retained.first->at, pou,
-               retained.count == 1
-                   ? fmt::format("{} is retained, and begins with its initial value after each start all the same",
-                                 retained.names)
-                   : fmt::format("{} are retained, and begin with their initial values after each start all the same",
-                                 retained.names),
-               "RETAIN and PERSISTENT are read, and keep nothing over a restart yet");
-}
-
-void look_at_retained(const Module& module, Findings& findings) {
-  if (!findings.wants(Lint::kRetain)) return;
-  Retained globals;
-  for (const Global& global : module.globals) {
-    // A located variable of a POU is found there, under its name.
-    const bool declared = global.variable.name.find_first_of(".%") == std::string::npos;
-    if (declared && !findings.skips_library(global.from_library)) globals.add(global.variable);
-  }
-  add_retained(globals, {}, findings);
-  for (const Pou& pou : module.pous) {
-    if (pou.made_from != Pou::kDeclared || pou.taskblock != 0 || findings.skips_library(pou.from_library)) continue;
-    Retained own;
-    for (const Variable& v : pou.variables) own.add(v);
-    add_retained(own, pou.name, findings);
-  }
-  for (const Task& task : module.tasks) {
-    for (const ProgramInstance& program : task.programs) {
-      if (!program.retain) continue;
-      findings.add(
-          Lint::kRetain, program.at, {},
-          fmt::format("program instance {} is retained, and begins with its initial values after each start all "
-                      "the same",
-                      quoted(program.name)),
-          "RETAIN and PERSISTENT are read, and keep nothing over a restart yet");
-    }
-  }
-}
-
 }  // namespace
 
 void lint_declarations(const Module& module, Findings& findings) {
   look_at_names(module, findings);
   for (const Global& global : module.globals) look_at_address(global, findings);
-  look_at_retained(module, findings);
 }
 
 }  // namespace plc::ir

@@ -127,6 +127,13 @@ struct TaskblocksConfig {
   std::vector<Placed> libraries;  ///< shared objects, relative to plc.toml
 };
 
+/// [retain]
+struct RetainConfig {
+  core::SourceRef at;
+  Placed state;                            ///< folder, relative to plc.toml; or empty
+  core::TimeNs interval_ns = 100'000'000;  ///< between two times of storing
+};
+
 /// [guardian]
 struct GuardianConfig {
   core::SourceRef at;
@@ -144,6 +151,7 @@ struct Configuration {
   SchedulerConfig scheduler;
   std::vector<TaskConfig> tasks;  ///< in the order of the file
   TaskblocksConfig taskblocks;
+  RetainConfig retain;
   ModbusConfig modbus;
   GuardianConfig guardian;
   core::SourceRef at;          ///< the file itself, without a line

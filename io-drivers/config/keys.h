@@ -57,6 +57,7 @@ enum class TableId : std::uint8_t {
   kScheduler,
   kTask,
   kTaskblocks,
+  kRetain,
   kModbus,
   kModbusRange,
   kGuardian

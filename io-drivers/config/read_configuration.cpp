@@ -129,7 +129,7 @@ class Reader {
   void read(const toml::table& root, Configuration& configuration) {
     configuration.at = configuration.outputs_at = file_at_;
     static constexpr std::string_view kNames[] = {"project", "drivers",    "inputs", "outputs", "scheduler",
-                                                  "tasks",   "taskblocks", "modbus", "guardian"};
+                                                  "tasks",   "taskblocks", "retain", "modbus",  "guardian"};
     for (const auto& [key, node] : root) {
       if (std::find(std::begin(kNames), std::end(kNames), key.str()) == std::end(kNames)) {
         core::Guess guess(key.str());
@@ -152,6 +152,7 @@ class Reader {
     read_section("scheduler", configuration.scheduler);
     read_section("project", configuration.project);
     read_section("taskblocks", configuration.taskblocks);
+    read_section("retain", configuration.retain);
     read_section("guardian", configuration.guardian);
     if (const auto* table = root["tasks"].as_table()) read_tasks(*table, configuration.tasks);
     if (const auto* table = root["drivers"].as_table()) read_drivers(*table, configuration.drivers);

@@ -96,6 +96,7 @@ class Template {
     table(TableId::kTask);
     tasks();
     section(TableId::kTaskblocks, "[taskblocks]");
+    section(TableId::kRetain, "[retain]");
     section(TableId::kModbus, "[modbus]");
     section(TableId::kModbusRange, "[[modbus.range]]");
     section(TableId::kGuardian, "[guardian]");

@@ -37,6 +37,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"frontend-sfc", {"core", "stdlib", "ir", "plcopen", "frontend-st", "frontend-il", "frontend-ld"}},
     {"taskblocks", {"core"}},
     {"runtime", {"core", "stdlib", "bytecode", "taskblocks"}},
+    {"retain", {"core", "stdlib", "bytecode", "runtime"}},
     {"native", {"core", "stdlib", "bytecode", "runtime"}},
     {"io-drivers", {"core", "stdlib", "bytecode", "runtime"}},
     {"io-drivers/config", {"core", "stdlib", "bytecode", "runtime", "io-drivers"}},
@@ -67,6 +68,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
       "compiler",
       "runtime",
       "native",
+      "retain",
       "io-drivers",
       "io-drivers/config",
       "io-drivers/machine",
@@ -75,8 +77,8 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
       "taskblocks",
       "testing"}},
     {"bench",  // tests: the builder of hand-made images
-     {"core", "stdlib", "bytecode", "runtime", "native", "io-drivers", "io-drivers/modbus", "taskblocks", "compiler",
-      "tools", "tests"}},
+     {"core", "stdlib", "bytecode", "runtime", "native", "retain", "io-drivers", "io-drivers/modbus", "taskblocks",
+      "compiler", "tools", "tests"}},
 };
 
 /// Foreign headers that belong to one place: prefix of the include, folders that may use it, and whether in headers
@@ -91,7 +93,7 @@ const std::vector<Foreign> kForeign = {
     {"fmt/", {}, false},  // any folder
     {"CLI/", {"tools"}, false},
     {"nlohmann/", {"tools"}, false},
-    {"xxhash", {"bytecode"}, false},
+    {"xxhash", {"bytecode", "retain"}, false},
     {"toml++/", {"io-drivers/config"}, false},
     {"boost/", {"io-drivers/modbus"}, true},
     {"Eigen/", {"taskblocks"}, true},

@@ -167,31 +167,6 @@ TEST(Paths, AreSuggested) {
 
 // ---- what is said ------------------------------------------------------------------------------------------------
 
-TEST(Retained, IsWarnedOfWhenItIsCheckedAndWhenItStarts) {
-  const ScratchFolder scratch;
-  const std::string file = scratch.file("plant.st"), image = scratch.file("plant.pbc");
-  write_text(file,
-             std::string("FUNCTION_BLOCK Counter VAR RETAIN n : INT; END_VAR n := n + 1; END_FUNCTION_BLOCK\n"
-                         "PROGRAM Main VAR c : ARRAY [1..2] OF Counter; END_VAR VAR_EXTERNAL Total : INT; END_VAR\n"
-                         "  c[1](); c[2](); Total := Total + 1; END_PROGRAM\n"
-                         "VAR_GLOBAL RETAIN Total : INT; END_VAR\n") +
-                 kTask);
-  const auto check = run_tool({PLC_TOOL, "check", file});
-  EXPECT_EQ(check.code, 0) << check.all();
-  EXPECT_TRUE(has(check.err, "plant.st:1:") && has(check.err, "plant.st:4:")) << check.err;
-  EXPECT_TRUE(has(check.err, "warning P4362: \"n\" is retained")) << check.err;
-  EXPECT_EQ(run_tool({PLC_TOOL, "check", "--lint=-retain", file}).err, "");
-  ASSERT_EQ(run_tool({PLC_TOOL, "compile", file, "-o", image}).code, 0);
-  for (const std::string& started : {file, image}) {
-    const auto run = run_tool({PLC_RUN_TOOL, started, "--cycles", "1", "--modbus", "off"});
-    EXPECT_EQ(run.code, 0) << run.all();
-    EXPECT_TRUE(has(run.err, "warning P4362: 3 retained variables start anew")) << run.err;
-    EXPECT_TRUE(has(run.err, "Total, main.c[1].n, main.c[2].n")) << run.err;
-  }
-  const auto none = run_tool({PLC_RUN_TOOL, tank(), "--cycles", "1", "--modbus", "off"});
-  EXPECT_FALSE(has(none.err, "P4362")) << none.err;
-}
-
 TEST(Taskblocks, LookAtTheirConfigurationWhenTheProjectIsChecked) {
   const ScratchFolder scratch;
   const std::string file = scratch.file("plant.st");

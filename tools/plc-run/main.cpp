@@ -31,6 +31,7 @@
 #include "tools/plc-run/listeners.h"
 #include "tools/plc-run/open_image.h"
 #include "tools/plc-run/report.h"
+#include "tools/plc-run/retained.h"
 #include "tools/plc-run/watch.h"
 #include "tools/statistics.h"
 #include "tools/taskblock_libraries.h"
@@ -47,7 +48,7 @@ enum class Stats : std::uint8_t {
 };
 
 struct Run {
-  std::string file, duration, stimulus, configuration, modbus;
+  std::string file, duration, stimulus, configuration, modbus, state;
   std::vector<std::string> watch;
   std::uint64_t cycles = 0;
   Stats stats = Stats::kTimes;
@@ -58,6 +59,7 @@ struct Run {
   std::vector<std::string> libraries;
   std::optional<io::ListenText> listen;  ///< --modbus
   bool simulate = false;                 ///< --simulate-io
+  retain::Start start = retain::Start::kWarm;
 };
 
 constexpr core::TimeNs kRedrawNs = 200'000'000;
@@ -173,6 +175,10 @@ class AllocationWarnings {
 int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::Diagnostics& diagnostics,
                  std::int64_t duration_ns, core::TimeNs load_ns) {
   const bytecode::Image& image = resource.image();
+  // What is said on the way leaves stdout to the document.
+  std::ostream& talk = run.stats == Stats::kJson ? std::cerr : std::cout;
+  const core::TimeNs retain_interval_ns = plan.configuration.retain.interval_ns;
+  const std::string folder = state_folder(run.state, plan.configuration, run.simulate);
   auto machine = io::Machine::configure({run.file, std::move(plan.configuration), run.listen, run.simulate,
                                          "plc map " + shell_word(run.file) + compile_flags(run.options, run.libraries)},
                                         resource, diagnostics);
@@ -189,15 +195,14 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
              "paths begin with the name of a program instance or a global: --watch '*' shows all of them");
     return kExitUsage;
   }
-  // What is said on the way leaves stdout to the document.
-  std::ostream& talk = run.stats == Stats::kJson ? std::cerr : std::cout;
-  print_retained(image, std::cerr);
   print_start(run.file, image, plan.tasks, load_ns, talk);
+  const Retained retained = restore_retained(resource, folder, retain_interval_ns, run.start, talk, std::cerr);
   if (run.simulate) talk << "--simulate-io: no device is touched, outputs go nowhere\n";
   handle_signals();
   runtime::RealtimeOptions realtime;
   realtime.plan = std::move(plan.tasks);
   realtime.on_thread_start = watch_task_thread;
+  realtime.program_time_ns = retained.program_time_ns;
   io::Plant plant(resource, std::move(machine), std::move(realtime));
   const auto failed = [&](const core::Problem& problem) {
     const bool listening = problem.code == core::Code::P7510;
@@ -211,6 +216,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   CycleLimit limit(scheduler, io::fastest_task(image), run.cycles);
   if (run.cycles != 0) scheduler.add_listener(limit);
   print_devices(plant.machine(), notes, talk);
+  if (retained.keeper) retained.keeper->start();
   running.store(&plant, std::memory_order_relaxed);
   if (signalled.load(std::memory_order_relaxed)) plant.request_stop();  // before the handler knew the plant
   if (const auto problem = plant.start()) return failed(*problem);
@@ -223,6 +229,10 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
       print_fault(resource, fault, std::cerr);
     }
   };
+  const auto show_retain = [&] {
+    if (!retained.keeper) return;
+    for (const std::string& sentence : retained.keeper->messages()) std::cerr << sentence << std::endl;
+  };
   AllocationWarnings allocations(resource);
   core::TimeNs next_view = plant.begin_ns();
   const auto often = [&](core::TimeNs now) {
@@ -231,6 +241,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
       next_view += kRedrawNs * (1 + (now - next_view) / kRedrawNs);
     }
     show_faults();
+    show_retain();
     allocations.print_new(std::cerr);
     if (report_wanted.exchange(false, std::memory_order_relaxed)) {
       print_statistics(run, resource, scheduler, std::cerr);
@@ -240,8 +251,10 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   plant.run(duration_ns, often, [](const std::string& sentence) { std::cerr << "plc-run: " << sentence << std::endl; });
   const std::vector<std::uint32_t> stuck = plant.stop();
   running.store(nullptr, std::memory_order_relaxed);
+  if (retained.keeper) retained.keeper->stop(stuck);
 
   show_faults();
+  show_retain();
   allocations.print_new(std::cerr);
   print_events(resource, std::cerr);
   print_statistics(run, resource, scheduler, std::cout);
@@ -276,6 +289,7 @@ int run_command(int argc, char** argv) {
       "  plc-run plant.xml --duration 1h --stats=json > times.json    what the tasks needed, for scripts\n"
       "  kill -USR1 $(pidof plc-run)                        what they needed so far, on stderr; it goes on\n"
       "  plc-run plant.xml --stimulus in.csv                with inputs from a script\n"
+      "  plc-run plant.xml --state state                    keeps RETAIN and PERSISTENT variables in this folder\n"
       "  plc-run plant.xml --config plc.toml                with the inputs and outputs of this machine\n"
       "  plc-run plant.xml --modbus 0.0.0.0:502             HMIs of the network may connect (default: this machine's)\n"
       "\n"
@@ -294,6 +308,13 @@ int run_command(int argc, char** argv) {
                   "stop after this time: 500ms, 20s, 1h, a plain number is seconds; given twice, the last counts")
           .last();
   program.option("--stimulus=in.csv", run.stimulus, "inputs as CSV, as plc sim takes it; time 0 is the first cycle");
+  program.option("--state=DIR", run.state,
+                 "folder in which RETAIN and PERSISTENT variables are kept over a restart; made when it is not there");
+  program.choice(
+      "--start=HOW", run.start,
+      {{"warm", retain::Start::kWarm}, {"cold", retain::Start::kCold}, {"origin", retain::Start::kOrigin}},
+      "warm: RETAIN and PERSISTENT variables have the values that were kept (default); cold: PERSISTENT ones "
+      "alone; origin: none, all begin with initial values");
   program.option("--config=plc.toml", run.configuration,
                  "drivers, channels, Modbus, guardian and libraries of this machine; plc config init writes one");
   program.flag("--simulate-io", run.simulate,

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <ostream>
 
@@ -38,46 +37,6 @@ struct Share {
   double share;
 };
 constexpr Share kShares[] = {{"p50", "p50_ns", 0.5}, {"p99", "p99_ns", 0.99}, {"p99.9", "p99_9_ns", 0.999}};
-
-/// Variables declared RETAIN or PERSISTENT, in instances and arrays too.
-class Retained {
- public:
-  explicit Retained(const bytecode::Image& image) : image_(image) {}
-  void add(const std::string& path, const bytecode::ImageField& field) {
-    if (field.name.find('#') != std::string::npos) return;
-    const std::string own = path.empty() ? field.name : path + "." + field.name;
-    if (!field.retain) return look_into(own, field.type);
-    constexpr std::size_t kNamed = 8;
-    if (++count_ <= kNamed) names_ += (names_.empty() ? "" : ", ") + own;
-    if (count_ == kNamed + 1) names_ += ", ..";
-  }
-  [[nodiscard]] std::size_t count() const { return count_; }
-  [[nodiscard]] const std::string& names() const { return names_; }
-
- private:
-  void look_into(const std::string& path, std::uint32_t type) {
-    if (!has_any(type)) return;
-    const bytecode::ImageType& t = image_.types[type];
-    for (const bytecode::ImageField& field : t.fields) add(path, field);
-    for (std::uint32_t i = 0; t.kind == bytecode::TypeKind::kArray && i < t.count; ++i) {
-      look_into(fmt::format("{}[{}]", path, t.lower + static_cast<std::int64_t>(i)), t.element);
-    }
-  }
-  /// WHY known by type: a large array of what has none is not walked through.
-  bool has_any(std::uint32_t type) {
-    const auto [known, fresh] = has_any_.try_emplace(type, false);
-    if (!fresh) return known->second;
-    const bytecode::ImageType& t = image_.types[type];
-    bool any = t.kind == bytecode::TypeKind::kArray && has_any(t.element);
-    for (const bytecode::ImageField& field : t.fields) any = any || field.retain || has_any(field.type);
-    return has_any_[type] = any;
-  }
-
-  const bytecode::Image& image_;
-  std::map<std::uint32_t, bool> has_any_;
-  std::size_t count_ = 0;
-  std::string names_;
-};
 
 std::string time_text(std::int64_t ns) { return duration_text(static_cast<double>(ns)); }
 
@@ -246,18 +205,6 @@ void print_json(const runtime::Resource& resource, const runtime::RealtimeSchedu
   }
   // WHY replace: a name that is no UTF-8 must not spoil the document.
   out << document.dump(-1, ' ', false, ordered_json::error_handler_t::replace) << '\n';
-}
-
-void print_retained(const bytecode::Image& image, std::ostream& out) {
-  Retained retained(image);
-  for (const bytecode::ImageField& field : image.types[image.global_type].fields) retained.add("", field);
-  for (const bytecode::ImageTask& task : image.tasks) {
-    for (const auto& field : image.types[image.pous[task.body].instance_type].fields) retained.add("", field);
-  }
-  if (retained.count() == 0) return;
-  out << fmt::format("warning {}: {} {} anew, nothing is kept over a restart yet: {}\n",
-                     core::info(core::Code::P4362).name, counted(retained.count(), "retained variable"),
-                     retained.count() == 1 ? "starts" : "start", retained.names());
 }
 
 void print_modbus(const modbus::ServerStatistics& s, std::ostream& out) {

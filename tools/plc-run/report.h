@@ -21,8 +21,6 @@ namespace plc::tools {
 /// to here.
 void print_start(std::string_view file, const bytecode::Image& image, std::span<const runtime::TaskPlan> plan,
                  core::TimeNs load_ns, std::ostream& out);
-/// Says which variables are declared as retained: nothing is kept over a restart yet.
-void print_retained(const bytecode::Image& image, std::ostream& out);
 void print_devices(const io::Machine& machine, const std::vector<std::string>& notes, std::ostream& out);
 /// What the system granted.
 void print_realtime(const runtime::RealtimeReport& report, std::ostream& out);

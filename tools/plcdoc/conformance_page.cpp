@@ -133,7 +133,7 @@ std::vector<Parameter> parameters() {
       {"scheduling of tasks", "preemptive by priority, on a fixed grid; missed releases are counted", kEvents},
       {"globals that tasks share", "one consistent copy for each cycle, published at its end",
        "../adr/0012-one-snapshot-per-owner.md"},
-      {"RETAIN at a warm restart", "nothing is kept yet: every start is cold", "../known-gaps.md"},
+      {"RETAIN at a warm restart", "kept, where plc-run has a folder for it", "../guides/retain.md"},
       // Errors.
       {"overflow of integers", "wraps, two's complement", kValues},
       {"overflow of REAL and LREAL", "an infinity", kValues},

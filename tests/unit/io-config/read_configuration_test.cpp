@@ -172,7 +172,8 @@ TEST(ReadConfiguration, WindowsLineEndsAndByteOrderMark) {
 /// Every documented default, written out: it must change nothing. Also shows that the default has the key's type.
 TEST(Keys, DefaultsAreThoseOfTheStructures) {
   std::string modbus = "[modbus]\n", guardian = "[guardian]\n", gpio, simulated, input, output, range;
-  std::string scheduler = "[scheduler]\n", task = "[tasks.T]\n", taskblocks = "[taskblocks]\n", project = "[project]\n";
+  std::string scheduler = "[scheduler]\n", task = "[tasks.T]\n", taskblocks = "[taskblocks]\n", project = "[project]\n",
+              retain = "[retain]\n";
   const auto entry = [](std::string& line, const KeyInfo& key) {
     line += (line.empty() ? "" : ", ") + std::string(key.name) + " = " + std::string(key.fallback.toml);
   };
@@ -188,6 +189,7 @@ TEST(Keys, DefaultsAreThoseOfTheStructures) {
     if (key.table == TableId::kTask) task += line;
     if (key.table == TableId::kTaskblocks) taskblocks += line;
     if (key.table == TableId::kProject) project += line;
+    if (key.table == TableId::kRetain) retain += line;
     const bool of_gpio = key.kind == nullptr || key.kind == gpio_type;
     if (key.table == TableId::kDriver && of_gpio) gpio += line;
     if (key.table == TableId::kDriver && key.kind != gpio_type) simulated += line;
@@ -198,7 +200,7 @@ TEST(Keys, DefaultsAreThoseOfTheStructures) {
       "[drivers.g]\nkind = \"gpio\"\nchip = \"c\"\n" + gpio + "[drivers.s]\nkind = \"simulated\"\n" + simulated +
       "[inputs]\nX = { driver = \"g\", channel = 1, " + input + " }\n[outputs]\nY = { driver = \"g\", channel = 2, " +
       output + " }\n" + modbus + "[[modbus.range]]\ntable = \"holding-registers\"\n" + range + guardian + scheduler +
-      taskblocks + project + task);
+      taskblocks + project + retain + task);
   EXPECT_TRUE(c.taskblocks.libraries.empty());
   EXPECT_TRUE(c.project.libraries.empty());
   const DriverConfig driver;
@@ -253,6 +255,8 @@ TEST(Keys, DefaultsAreThoseOfTheStructures) {
   EXPECT_EQ(c.modbus.ranges.at(0).last, r.last);
   EXPECT_EQ(c.modbus.ranges.at(0).writable, r.writable);
   EXPECT_EQ(c.modbus.ranges.at(0).word_order, r.word_order);
+  EXPECT_EQ(c.retain.state.text, RetainConfig{}.state.text);
+  EXPECT_EQ(c.retain.interval_ns, RetainConfig{}.interval_ns);
   EXPECT_EQ(c.guardian.enabled, GuardianConfig{}.enabled);
   EXPECT_EQ(c.guardian.hang_timeout_ns, GuardianConfig{}.hang_timeout_ns);
   const SchedulerConfig s;

@@ -1,4 +1,4 @@
-// Lints of addresses and of retained variables.
+// Lints of addresses.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -67,15 +67,6 @@ TEST(LintAddresses, NumbersTooMany) {
             ":2 :3");
   EXPECT_EQ(lint_statements("dotted-address", "Level AT %IW0 : INT;\nx AT %I* : BOOL;\nd AT %MD3 : REAL;", "d := 1.0;"),
             "");
-}
-
-TEST(LintRetain, IsToldOncePerPou) {
-  EXPECT_EQ(lint("none,retain",
-                 "PROGRAM Main VAR RETAIN a, b : INT; END_VAR\nVAR c : INT; END_VAR a := b + c;\nEND_PROGRAM\n"
-                 "FUNCTION_BLOCK Fb\nVAR PERSISTENT d : INT; END_VAR d := d + 1; END_FUNCTION_BLOCK\n"
-                 "VAR_GLOBAL RETAIN e : INT; END_VAR"),
-            "Main:1 Fb:5 :6");
-  EXPECT_EQ(lint_statements("retain", "a : INT;", "a := 1;"), "");
 }
 
 }  // namespace
