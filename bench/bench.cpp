@@ -85,6 +85,7 @@ int main(int argc, char** argv) {
       "  bench/run plots           cost of a rung over the number of rungs, into docs/guides/scan_*.svg; five minutes\n"
       "  bench/run load            file to first scan beside xmllint, memory\n"
       "  bench/run taskblocks      taskblocks and their wires beside plain calls\n"
+      "  bench/run retain          1 MB of retained variables beside none\n"
       "  bench/run compile         100,000 lines of ST to image, 10 MB of garbage to errors\n"
       "  bench/run modbus          100 clients against the Modbus server, beside libmodbus; two minutes\n"
       "  bench/run coherence       globals between tasks under the three protocols, beside memcpy; two minutes, as "
@@ -129,6 +130,7 @@ int main(int argc, char** argv) {
   coherence.option("--plot=FILE", coherence_plan.plot, "SVG file to draw the p99.9 of each row into");
   const Command taskblocks = program.sub("taskblocks", "calls of taskblocks, and wires between them");
   const Command charts = program.sub("charts", "evaluations of sequential function charts, large and small");
+  const Command retain = program.sub("retain", "what retained variables cost the scan");
   const Command compile = program.sub("compile", "ST to image, garbage to errors");
   CompilePlan compile_plan;
   compile.option("--lines", compile_plan.lines, "of the project").shows_default();
@@ -136,12 +138,12 @@ int main(int argc, char** argv) {
   const Command check = program.sub("check", "small programs of every workload, results only");
   const Command limits = program.sub("limits", "what each figure may be at most, as the table of README.md");
   program.runs_alone();
-  for (const Command& command : {scan, plots, load, taskblocks, charts, compile, modbus, coherence, check})
+  for (const Command& command : {scan, plots, load, taskblocks, charts, retain, compile, modbus, coherence, check})
     command.falls_through();
   if (const auto code = program.parse(argc, argv)) return *code;
   compile_plan.seed = seed;
   compile_plan.repetitions = repetitions;
-  const auto any = {scan, plots, load, modbus, coherence, taskblocks, charts, compile, check, limits};
+  const auto any = {scan, plots, load, modbus, coherence, taskblocks, charts, retain, compile, check, limits};
   const bool everything = std::none_of(any.begin(), any.end(), [](Command command) { return command.chosen(); });
   try {
     Verdict verdict;
@@ -150,6 +152,7 @@ int main(int argc, char** argv) {
     } else if (check.chosen()) {
       verdict.merge(measure_taskblocks({0}));
       verdict.merge(measure_charts(0));
+      verdict.merge(measure_retain({0}));
       verdict.merge(measure_compile({seed, 3000, 1, 1, false}));
       verdict.merge(check_scans(seed));
     } else if (plots.chosen()) {
@@ -177,6 +180,10 @@ int main(int argc, char** argv) {
       if (everything || charts.chosen()) {
         std::cout << "Charts: one token in a ring of steps, interleaved\n";
         verdict.merge(measure_charts(batches));
+      }
+      if (everything || retain.chosen()) {
+        std::cout << "Retained variables: 1 MB of them, against none, interleaved\n";
+        verdict.merge(measure_retain({batches}));
       }
       if (everything || compile.chosen()) {
         std::cout << "Compile: plc compile and plc check on .st files\n";

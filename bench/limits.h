@@ -51,6 +51,12 @@ inline constexpr Limit kTaskblockWires{1.1, "times", "1,000 empty taskblocks in 
 inline constexpr Limit kLargeChart{2, "times", "native code of a chart of 1,000 steps with one token",
                                    "a chart of that step alone, with its transition"};
 
+// Retained variables.
+inline constexpr Limit kRetainIdle{1.02, "times", "scans of a program that keeps 1 MB, while nobody asks for it",
+                                   "the same program, nothing kept"};
+inline constexpr Limit kRetainShare{0.5, "% of the time", "handing over 1 MB of retained variables, once in 100 ms",
+                                    ""};
+
 // Compile.
 inline constexpr Limit kCompile{2, "s", "`plc compile` of 100,000 lines of ST", ""};
 inline constexpr Limit kCompilePeak{500, "MB", "peak memory of that", ""};
@@ -76,6 +82,10 @@ inline constexpr const Limit* kAll[] = {
     &kFirstScan,    &kResident,        &kPeak,        &kMarginalLoad, &kTaskblockCall, &kTaskblockWires,
     &kLargeChart,   &kCompile,         &kCompilePeak, &kRefuse,       &kRequests,      &kScanBesideClients,
     &kGrowth,       &kExchange};
+    &kLadderNative,      &kLadderNotSlower, &kDrawnNative, &kLoopNative,   &kInterpreter,   &kNotSlowerThanInterpreter,
+    &kFirstScan,         &kResident,        &kPeak,        &kMarginalLoad, &kTaskblockCall, &kTaskblockWires,
+    &kRetainIdle,        &kRetainShare,     &kCompile,     &kCompilePeak,  &kRefuse,        &kRequests,
+    &kScanBesideClients, &kGrowth,          &kExchange};
 
 }  // namespace limit
 }  // namespace plc::bench

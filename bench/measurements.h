@@ -39,6 +39,12 @@ Verdict measure_taskblocks(const TaskblockPlan& plan);
 /// 0 = check only.
 Verdict measure_charts(std::uint32_t batches);
 
+struct RetainPlan {
+  std::uint32_t batches = 200;  ///< timed batches of each side, interleaved; 0 = check only
+};
+/// What 1 MB of retained variables costs the task that has them.
+Verdict measure_retain(const RetainPlan& plan);
+
 struct CompilePlan {
   std::uint64_t seed = 1;
   std::uint32_t lines = 100'000;
