@@ -29,6 +29,6 @@ Carried carry_over(const Layout& old, std::span<const std::byte> from, const Lay
                    Start start);
 
 /// The words for a type: "INT", "STRING[20]", "ARRAY [1..3] OF REAL", the name of a structure.
-std::string type_text(const std::vector<bytecode::ImageType>& types, std::uint32_t type);
+std::string type_text(const std::vector<bytecode::ImageType>& types, std::uint32_t index);
 
 }  // namespace plc::retain
