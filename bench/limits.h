@@ -82,10 +82,10 @@ inline constexpr const Limit* kAll[] = {
     &kFirstScan,    &kResident,        &kPeak,        &kMarginalLoad, &kTaskblockCall, &kTaskblockWires,
     &kLargeChart,   &kCompile,         &kCompilePeak, &kRefuse,       &kRequests,      &kScanBesideClients,
     &kGrowth,       &kExchange};
-    &kLadderNative,      &kLadderNotSlower, &kDrawnNative, &kLoopNative,   &kInterpreter,   &kNotSlowerThanInterpreter,
-    &kFirstScan,         &kResident,        &kPeak,        &kMarginalLoad, &kTaskblockCall, &kTaskblockWires,
-    &kRetainIdle,        &kRetainShare,     &kCompile,     &kCompilePeak,  &kRefuse,        &kRequests,
-    &kScanBesideClients, &kGrowth,          &kExchange};
+&kLadderNative, &kLadderNotSlower, &kDrawnNative, &kLoopNative, &kInterpreter, &kNotSlowerThanInterpreter, &kFirstScan,
+    &kResident, &kPeak, &kMarginalLoad, &kTaskblockCall, &kTaskblockWires, &kRetainIdle, &kRetainShare, &kCompile,
+    &kCompilePeak, &kRefuse, &kRequests, &kScanBesideClients, &kGrowth, &kExchange
+};
 
 }  // namespace limit
 }  // namespace plc::bench
