@@ -25,20 +25,22 @@ class FileLogger final : public picard::Taskblock {
           "the seconds since the first line by the task's clock; and one value for each name in COLUMNS, from IN1 on, "
           "in "
           "the shortest form that reads back the same (`nan`, `inf` and `-inf` are written so).\n\n"
-          "The task never waits: lines go through a ring of BUFFER lines to a thread that writes them every 20 ms. "
-          "When "
-          "the disk is slower than that, lines are dropped and DROPPED counts them: "
-          "after the end, WRITTEN + DROPPED is the number of lines there should be. When the file cannot be written, "
-          "or "
-          "has LIMIT megabytes, ERROR is the number that Linux gives the reason (28: the disk is full, 27: LIMIT is "
-          "reached), whole lines stay, and nothing more is written. When the program ends, what waits is written down "
-          "to the disk.\n\n"
+          "The task never waits: lines go through a ring of BUFFER lines to a thread that opens the file and writes "
+          "them every 20 ms. When the disk is slower than that, lines are dropped and DROPPED counts them: after the "
+          "end, WRITTEN + DROPPED is the number of lines there should be. A file that cannot be made or written does "
+          "not stop the program: ERROR is the number that Linux gives the reason (28: the disk is full, 30: it may "
+          "only be read, 13: the rights are missing, 2: no such directory), whole lines stay, lines wait in the ring, "
+          "and it is tried again every second until it can be done. With LIMIT megabytes the file is complete: ERROR "
+          "is 27, and nothing more is written. When the program ends, what waits is written down to the disk.\n\n"
+          "`utc` follows the clock of the machine: when that is set, as NTP does after the start, so are the lines "
+          "from there on. `time_s` never jumps.\n\n"
           "FILE is a name without folders; letters, digits, `.`, `_` and `-`. The file lies in the directory that the "
-          "environment variable PICARD_LOG_DIRECTORY names, otherwise in the one the program was started in. Nothing "
-          "is "
-          "ever overwritten. IF_EXISTS says what happens when there is such a file: `NUMBER` takes the first free one "
-          "of log-1.csv, log-2.csv ..; `APPEND` goes on in it, if it has the same columns and no other logger writes "
-          "it; `REFUSE` does not start."};
+          "environment variable PICARD_LOG_DIRECTORY names, otherwise in the one the program was started in. No line "
+          "is ever overwritten. IF_EXISTS says what happens when there is such a file: `NUMBER` takes the first free "
+          "one of log-1.csv, log-2.csv .. log-9999.csv; `APPEND` goes on in it, or in the first of these that has the "
+          "same columns or is not there (what a loss of power left of a header, and bytes of 0 at the end, are cut "
+          "off); `REFUSE` writes nothing while there is one. ERROR is 17 when no name is free, and 11 while another "
+          "logger writes the file."};
 
   picard::Input<double> in[CsvLog::kColumns]{
       {this, "IN1", "value of the first column"},   {this, "IN2", "value of the second column"},
@@ -56,7 +58,7 @@ class FileLogger final : public picard::Taskblock {
       this, "LIMIT", "size of the file at most, 0 = any", {.unit = "MB", .lowest = 0, .initial = "100"}};
   picard::Output<std::uint64_t> written{this, "WRITTEN", "lines in the file"};
   picard::Output<std::uint64_t> dropped{this, "DROPPED", "lines that are lost"};
-  picard::Output<std::int32_t> error{this, "ERROR", "why nothing more is written, 0 = it is"};
+  picard::Output<std::int32_t> error{this, "ERROR", "why nothing is written at present, 0 = it is"};
 
   void ready() override {
     CsvLog::Options options;
