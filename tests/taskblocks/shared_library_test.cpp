@@ -142,5 +142,74 @@ TEST_F(SharedLibrary, BelongsToSomebodyElse) {
   EXPECT_NE(refusal(path).find("it belongs to user 12345"), std::string::npos) << refusal(path);
 }
 
+std::string maps() {
+  std::ifstream in("/proc/self/maps");
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+TEST_F(SharedLibrary, IsLoadedFromACopy) {
+  const std::string path = installed(scratch, "good");
+  Registry registry;
+  ASSERT_FALSE(load_shared_library(path, registry));
+  EXPECT_EQ(maps().find(path), std::string::npos);
+  EXPECT_NE(maps().find("/memfd:good.so"), std::string::npos);
+  // As `cp` does: the same file, cut and written anew.
+  std::ofstream(path, std::ios::trunc) << "something else";
+  EXPECT_EQ(std::string(registry.find("FAULTY")->library->name), "good");
+}
+
+/// good.cpp with a function of libhelp.so, which lies in a folder `deps` beside it.
+class NeedsAnother : public SharedLibrary {
+ protected:
+  void SetUp() override {
+    std::filesystem::create_directory(scratch.file("deps"));
+    write_text(scratch.file("help.cpp"), "int help_of_another() { return 7; }\n");
+    write_text(scratch.file("needy.cpp"),
+               "int help_of_another();\nint needs = help_of_another();\n#include \"" PLC_FAULTY_SOURCES
+               "/good.cpp\"\n");
+    make("help.cpp", "deps/libhelp.so", "-Wl,-soname,libhelp.so");
+  }
+  void make(const std::string& source, const std::string& to, const std::string& flags) const {
+    const auto result =
+        run_tool({PLC_CXX, "-std=c++20", "-shared", "-fPIC", "-I", PLC_SOURCES, "-I", PLC_SOURCES "/taskblocks/include",
+                  "-I", PLC_FAULTY_SOURCES, scratch.file(source), "-o", scratch.file(to), "-L" + scratch.file("deps"),
+                  flags, "-Wl,--enable-new-dtags", source == "needy.cpp" ? "-lhelp" : "-lm"});
+    ASSERT_EQ(result.code, 0) << result.all();
+    ::chmod(scratch.file(to).c_str(), 0755);
+  }
+};
+
+TEST_F(NeedsAnother, WhichIsCheckedAndCopiedToo) {
+  make("needy.cpp", "needy.so", "-Wl,-rpath,$ORIGIN/deps");
+  const std::string library = scratch.file("needy.so"), help = scratch.file("deps/libhelp.so");
+  ::chmod(scratch.file("deps").c_str(), 0777);
+  EXPECT_NE(refusal(library).find("the folder " + scratch.file("deps") + " may be written by everybody"),
+            std::string::npos)
+      << refusal(library);
+  ::chmod(scratch.file("deps").c_str(), 0755);
+  ::chmod(help.c_str(), 0757);
+  EXPECT_NE(refusal(library).find("what it needs, " + help + ", may be written by everybody"), std::string::npos)
+      << refusal(library);
+  ::chmod(help.c_str(), 0755);
+  Registry registry;
+  const auto problem = load_shared_library(library, registry);
+  ASSERT_FALSE(problem) << problem->message;
+  EXPECT_EQ(maps().find(help), std::string::npos);
+  EXPECT_NE(maps().find("/memfd:libhelp.so"), std::string::npos);
+}
+
+TEST_F(NeedsAnother, FromAFolderThatSomebodyElseCouldMake) {
+  const std::string nobodys = (std::filesystem::temp_directory_path() / "plc-nobody-has-made-this").string();
+  make("needy.cpp", "needy.so", "-Wl,-rpath," + nobodys + ":$ORIGIN/deps");
+  EXPECT_NE(refusal(scratch.file("needy.so")).find("may be written by everybody"), std::string::npos)
+      << refusal(scratch.file("needy.so"));
+}
+
+TEST_F(NeedsAnother, FromWhereverTheProgramIsStarted) {
+  make("needy.cpp", "needy.so", "-Wl,-rpath,deps");
+  EXPECT_NE(refusal(scratch.file("needy.so")).find("looks for libraries in \"deps\""), std::string::npos)
+      << refusal(scratch.file("needy.so"));
+}
+
 }  // namespace
 }  // namespace plc::test
