@@ -61,6 +61,8 @@ class Assembler {
       image_.project = line.text();
     } else if (word == "product") {
       image_.product = line.text();
+    } else if (word == "addresses") {
+      image_.frozen_addresses = line.text();
     } else if (word == "options") {
       take_options(line);
     } else if (word == "file") {

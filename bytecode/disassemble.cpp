@@ -79,6 +79,7 @@ class Disassembler {
     line("image {}", kFormatVersion);
     line("project {}", quoted(image_.project));
     line("product {}", quoted(image_.product));
+    if (!image_.frozen_addresses.empty()) line("addresses {}", quoted(image_.frozen_addresses));
     const core::CompileOptions& options = image_.options;
     put("options");
     core::for_each_choice([&](const auto& choice) { put(" {}", word_of(choice, options)); });

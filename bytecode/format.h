@@ -2,7 +2,7 @@
 //
 //   header   8 bytes magic, u32 format version, u32 number of sections, u64 XXH3-64 of every byte after the header
 //   section  u32 id, u64 size, `size` bytes; every section of the list below once, in its order, nothing after the
-//   last
+//   last; kAddresses only where there are any
 // Numbers are little-endian. Each text is once in the string pool; records refer to it by index.
 #pragma once
 
@@ -19,8 +19,18 @@ inline constexpr std::size_t kChecksumAt = 16;
 inline constexpr std::size_t kHeaderBytes = 24;
 inline constexpr std::size_t kSectionHeaderBytes = 12;
 
-enum class Section : std::uint32_t { kStrings = 1, kProject, kTypes, kTables, kPous, kLibrary, kQueues, kTasks };
-inline constexpr std::uint32_t kSectionCount = 8;
+enum class Section : std::uint32_t {
+  kStrings = 1,
+  kProject,
+  kTypes,
+  kTables,
+  kPous,
+  kLibrary,
+  kQueues,
+  kTasks,
+  kAddresses
+};
+inline constexpr std::uint32_t kSectionCount = 8;  ///< without kAddresses
 
 /// Longest text in the pool, bytes.
 inline constexpr std::uint32_t kMaxTextBytes = 65535;

@@ -151,7 +151,10 @@ struct ImageTask {
 struct Image {
   core::CompileOptions options;
   std::string project;
-  std::string product;             ///< "PICARD 0.1.0"
+  std::string product;  ///< "PICARD 0.1.0"
+  /// Addresses of Modbus that were frozen when it was compiled, the text of a lock file; empty = none. Who serves them
+  /// checks it.
+  std::string frozen_addresses;
   std::vector<std::string> files;  ///< SourceRef::file indexes it
   std::vector<ImageType> types;
   std::uint32_t global_type = 0;     ///< kStruct: the global table

@@ -52,6 +52,11 @@ class Loader {
       case Section::kTasks:
         get_tasks(in);
         break;
+      case Section::kAddresses:
+        in.take(content.size());
+        image_.frozen_addresses.assign(reinterpret_cast<const char*>(content.data()), content.size());
+        if (content.empty()) in.fail();
+        break;
     }
     return !in.failed() && in.at_end();
   }
@@ -290,14 +295,15 @@ core::Result<Image> load(std::span<const std::byte> bytes) {
   if (load_le<std::uint64_t>(bytes.data() + format::kChecksumAt) != XXH3_64bits(rest.data(), rest.size())) {
     return Problem{Code::P6003, "the checksum does not match the content", std::string(kDamagedHelp)};
   }
-  if (load_le<std::uint32_t>(bytes.data() + format::kSectionCountAt) != format::kSectionCount) {
+  const auto sections = load_le<std::uint32_t>(bytes.data() + format::kSectionCountAt);
+  if (sections != format::kSectionCount && sections != format::kSectionCount + 1) {
     return Problem{Code::P6004, fmt::format("the image does not have {} sections", format::kSectionCount),
                    std::string(kDamagedHelp)};
   }
 
   Loader loader(bytes);
   ByteReader in(rest);
-  for (std::uint32_t i = 1; i <= format::kSectionCount; ++i) {
+  for (std::uint32_t i = 1; i <= sections; ++i) {
     const auto id = in.get<std::uint32_t>();
     const auto content = in.take(in.get<std::uint64_t>());
     if (in.failed() || id != i || !loader.read(static_cast<Section>(id), content)) {

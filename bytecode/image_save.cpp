@@ -46,7 +46,7 @@ class Saver {
     out.bytes().reserve(bytes + kAllHeads);
     out.put_bytes(std::as_bytes(std::span(format::kMagic)));
     out.put(kFormatVersion);
-    out.put(format::kSectionCount);
+    out.put(format::kSectionCount + (image_.frozen_addresses.empty() ? 0 : 1));
     out.put(std::uint64_t{0});
     put_section(out, Section::kStrings, strings);
     put_section(out, Section::kProject, project);
@@ -56,6 +56,11 @@ class Saver {
     put_section(out, Section::kLibrary, library);
     put_section(out, Section::kQueues, queues);
     put_section(out, Section::kTasks, tasks);
+    if (!image_.frozen_addresses.empty()) {
+      ByteWriter addresses;
+      addresses.put_bytes(std::as_bytes(std::span(image_.frozen_addresses)));
+      put_section(out, Section::kAddresses, addresses);
+    }
     reseal(out.bytes());
     return std::move(out.bytes());
   }

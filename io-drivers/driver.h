@@ -14,6 +14,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/diagnostics.h"
 #include "core/result.h"
 #include "runtime/sched/cycle_listener.h"
 
@@ -34,6 +35,12 @@ enum class Quality : std::uint8_t {
 };
 /// "never", "good", "lost".
 std::string_view quality_word(Quality quality);
+
+/// What the operator is told while the plant runs.
+struct Sentence {
+  std::string text;
+  core::Severity severity = core::Severity::kWarning;
+};
 
 struct InputStatus {
   std::string_view variable;
@@ -68,7 +75,7 @@ class Driver : public runtime::CycleListener {
   /// What cannot be done in a cycle: notices loss, tries to come back. Called about every 100 ms from a thread that is
   /// not a task's. Returns sentences for the operator: what changed since the last call ("panel: gpiochip0 is gone:
   /// ...").
-  virtual std::vector<std::string> service(core::TimeNs now_ns) = 0;
+  virtual std::vector<Sentence> service(core::TimeNs now_ns) = 0;
   /// Any thread.
   [[nodiscard]] virtual DriverStatus status() const = 0;
   [[nodiscard]] virtual std::vector<InputStatus> inputs(core::TimeNs now_ns) const = 0;

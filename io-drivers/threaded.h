@@ -28,7 +28,7 @@ class ThreadedDriver final : public Driver {
   std::optional<core::Problem> check() override { return driver_->check(); }
   std::optional<core::Problem> open() override { return driver_->open(); }
   void start() override;
-  std::vector<std::string> service(core::TimeNs now_ns) override { return driver_->service(now_ns); }
+  std::vector<Sentence> service(core::TimeNs now_ns) override { return driver_->service(now_ns); }
   [[nodiscard]] DriverStatus status() const override { return driver_->status(); }
   [[nodiscard]] std::vector<InputStatus> inputs(core::TimeNs now_ns) const override { return driver_->inputs(now_ns); }
   bool drive_safe() noexcept override;

@@ -60,6 +60,7 @@ struct ModbusRange {
   std::uint16_t last = 65535;
   std::optional<bool> writable;
   std::optional<WordOrder> word_order;
+  std::optional<bool> latch;  ///< coils: a reset waits until the program has seen the coil set
 };
 
 /// [modbus]; the defaults are what plc-run does without a configuration.
@@ -88,6 +89,8 @@ struct ModbusConfig {
 };
 
 enum class Priorities : std::uint8_t { kProject, kRateMonotonic };
+/// Outputs without a driver whose task a fault has stopped: last value, or the initial one.
+enum class FaultOutputs : std::uint8_t { kHold, kSafe };
 enum class Unfit : std::uint8_t { kRefuse, kRun };  ///< tasks that cannot meet their deadlines
 
 /// [scheduler]
@@ -98,6 +101,7 @@ struct SchedulerConfig {
   std::optional<core::TimeNs> lead_ns;  ///< of tasks with an interval that say nothing; nothing = by default
   Placed calibration;                   ///< file, relative to plc.toml; empty = built-in times
   Unfit unfit = Unfit::kRefuse;
+  FaultOutputs outputs = FaultOutputs::kHold;
 };
 
 /// [tasks.NAME]

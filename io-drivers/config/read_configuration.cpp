@@ -366,6 +366,10 @@ class Reader {
               fmt::format("no function of Modbus writes {}", modbus_table_text(to.table)),
               "coils and holding-registers can be written");
     }
+    if (to.table != ModbusTable::kCoils && to.latch.value_or(false)) {
+      problem(Code::P7307, place(table, "latch"), fmt::format("{} are not latched", modbus_table_text(to.table)),
+              "only coils are: take it out");
+    }
     if (of_bits && to.word_order) {
       problem(Code::P7307, place(table, "word_order"),
               fmt::format("{} have no word order", modbus_table_text(to.table)),

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <cstring>
 #include <thread>
@@ -13,6 +14,8 @@ namespace {
 /// While a killed process still lets go of its lines.
 constexpr int kBusyTries = 30;
 constexpr std::chrono::milliseconds kBusyPause{10};
+/// Errors that are got over are said once in this time.
+constexpr core::TimeNs kTellErrorsNs = 60'000'000'000;
 
 Latch latch_of(const ChannelConfig& channel) { return channel.values.choice<Latch>("latch"); }
 
@@ -32,6 +35,11 @@ LineSpec spec_of(const BoundChannel& channel) {
           truth(channel.initial) != config.invert};
 }
 
+/// Whether control may start without the device.
+bool may_wait(const DriverConfig& config, const core::Problem& problem) {
+  return problem.code == core::Code::P7401 && config.values.flag("wait");
+}
+
 }  // namespace
 
 GpioDriver::GpioDriver(const BoundDriver& bound, runtime::Resource& resource, GpioAccess access)
@@ -48,6 +56,7 @@ GpioDriver::GpioDriver(const BoundDriver& bound, runtime::Resource& resource, Gp
     output->offset = channel.offset;
     output->invert = channel.config->invert;
     output->safe = truth(channel.safe) != channel.config->invert ? 1 : 0;
+    output->wanted = request_.outputs.back().initial ? 1 : 0;
     output->exporters = resource.globals().exporters(channel.field);
     safe_values_.push_back(output->safe);
     outputs_.push_back(std::move(output));
@@ -56,6 +65,7 @@ GpioDriver::GpioDriver(const BoundDriver& bound, runtime::Resource& resource, Gp
   const std::vector<std::uint32_t> claimed = claimed_fields(bound);
   if (!claimed.empty()) to_table_.emplace(resource.globals(), claimed);
   if (!outputs_.empty()) from_table_.emplace(resource.globals());
+  errors_allowed_ = static_cast<std::uint32_t>(config_->values.number("errors"));
   read_.resize(inputs_.size());
   wanted_.resize(outputs_.size());
   written_.resize(outputs_.size());
@@ -63,15 +73,25 @@ GpioDriver::GpioDriver(const BoundDriver& bound, runtime::Resource& resource, Gp
 
 GpioDriver::~GpioDriver() { close(); }
 
-LinesRequest GpioDriver::request(bool with_inputs) const {
+LinesRequest GpioDriver::request(std::span<const std::uint8_t> values, bool with_inputs) const {
   LinesRequest again = request_;
-  for (std::size_t i = 0; i < again.outputs.size(); ++i) again.outputs[i].initial = safe_values_[i] != 0;
+  for (std::size_t i = 0; i < again.outputs.size(); ++i) again.outputs[i].initial = values[i] != 0;
   if (!with_inputs) again.inputs.clear();
   return again;
 }
 
+std::vector<std::uint8_t> GpioDriver::wanted_values() const {
+  std::vector<std::uint8_t> values;
+  for (const auto& output : outputs_) {
+    values.push_back(output->held.load(std::memory_order_relaxed) ? output->safe
+                                                                  : output->wanted.load(std::memory_order_relaxed));
+  }
+  return values;
+}
+
 std::optional<core::Problem> GpioDriver::check() {
   auto problem = access_.check(request_);
+  if (problem && may_wait(*config_, *problem)) return std::nullopt;
   if (problem) problem->message = config_->name + ": " + problem->message;
   return problem;
 }
@@ -79,9 +99,16 @@ std::optional<core::Problem> GpioDriver::check() {
 std::optional<core::Problem> GpioDriver::open() {
   const std::scoped_lock lock(mutex_);
   // Safe values first: when a later step fails, what was taken already is given back safe.
-  auto lines = access_.open(request(true));
+  auto lines = access_.open(request(safe_values_, true));
   if (!lines) {
     core::Problem problem = lines.error();
+    if (may_wait(*config_, problem)) {
+      opened_ = away_ = late_ = true;
+      away_since_ns_ = core::MonotonicClock().now_ns();
+      problem_ = problem.message + (problem.help.empty() ? "" : " (" + problem.help + ")");
+      lose_inputs();
+      return std::nullopt;
+    }
     problem.message = config_->name + ": " + problem.message;
     return problem;
   }
@@ -109,13 +136,14 @@ std::optional<core::Problem> GpioDriver::open() {
 void GpioDriver::before_scan(const runtime::ReleaseContext& context) noexcept {
   if (context.task != task_) return;
   GpioLines* const lines = borrow();
-  const int error = lines == nullptr ? 0 : lines->read(read_);
+  const int error = lines == nullptr ? 0 : try_twice([&] { return lines->read(read_); });
   if (lines == nullptr || error != 0) {
-    if (lines != nullptr) lose(lines, error);
+    if (lines != nullptr) failed(lines, error, reads_failed_);
     // Without an error another thread has the lines for a moment, or they are lost already.
     if (inputs_good_ && !connected_.load(std::memory_order_relaxed)) lose_inputs();
     return;
   }
+  reads_failed_ = 0;
   give_back(lines);
   take_inputs();
   if (inputs_.empty()) return;
@@ -156,12 +184,13 @@ void GpioDriver::after_scan(const runtime::ReleaseContext& context) noexcept {
   if (context.task != task_ || outputs_.empty()) return;
   from_table_->take();
   for (std::size_t i = 0; i < outputs_.size(); ++i) {
-    const Output& output = *outputs_[i];
+    Output& output = *outputs_[i];
     std::byte value{};
     from_table_->read(output.offset, 1, &value);
     wanted_[i] = output.held.load(std::memory_order_relaxed) ? output.safe
                  : (value != std::byte{0}) != output.invert  ? std::uint8_t{1}
                                                              : std::uint8_t{0};
+    output.wanted.store(wanted_[i], std::memory_order_relaxed);
   }
   if (written_valid_ && wanted_ == written_ && context.now_ns < refresh_ns_) return;
   GpioLines* const lines = borrow();
@@ -169,12 +198,35 @@ void GpioDriver::after_scan(const runtime::ReleaseContext& context) noexcept {
     written_valid_ = false;
     return;
   }
-  if (const int error = lines->write(wanted_); error != 0) return lose(lines, error);
+  if (const int error = try_twice([&] { return lines->write(wanted_); }); error != 0) {
+    return failed(lines, error, writes_failed_);
+  }
+  writes_failed_ = 0;
   give_back(lines);
   std::copy(wanted_.begin(), wanted_.end(), written_.begin());
   written_valid_ = true;
   refresh_ns_ = context.now_ns + kRefreshNs;
   count_exchange();
+}
+
+// RT: 0, or the errno of the second attempt. One error of a bus is not a device that is gone.
+template <class Exchange>
+int GpioDriver::try_twice(Exchange exchange) noexcept {
+  const int error = exchange();
+  if (error == 0 || error == ENODEV) return error;
+  error_.store(error, std::memory_order_relaxed);
+  errors_.fetch_add(1, std::memory_order_relaxed);
+  return exchange();
+}
+
+// RT: the exchange of this cycle failed. The lines keep their values, and the next cycle tries again.
+void GpioDriver::failed(GpioLines* lines, int error, std::uint32_t& in_a_row) noexcept {
+  if (error == ENODEV || ++in_a_row > errors_allowed_) {
+    reads_failed_ = writes_failed_ = 0;
+    return lose(lines, error);
+  }
+  written_valid_ = false;
+  give_back(lines);
 }
 
 // RT:
@@ -216,7 +268,7 @@ void GpioDriver::task_stopped(std::uint32_t task) noexcept {
 
 bool GpioDriver::works(GpioLines& lines) {
   std::vector<LineInput> values(inputs_.size());
-  return lines.read(values) == 0 && lines.write(safe_values_) == 0;
+  return lines.read(values) == 0 && lines.write(wanted_values()) == 0;
 }
 
 /// Lines in active_ again, or why not.
@@ -228,40 +280,57 @@ std::optional<std::string> GpioDriver::try_to_come_back() {
     return std::nullopt;
   }
   parked_.reset();
-  auto lines = access_.open(request(true));
+  auto lines = access_.open(request(wanted_values(), true));
   if (!lines) return lines.error().message;
   connected_.store(true, std::memory_order_relaxed);
   give_back(lines->release());
   return std::nullopt;
 }
 
-std::vector<std::string> GpioDriver::service(core::TimeNs now_ns) {
+std::vector<Sentence> GpioDriver::service(core::TimeNs now_ns) {
   const std::scoped_lock lock(mutex_);
-  std::vector<std::string> said;
+  std::vector<Sentence> said;
   if (!opened_) return said;
+  tell_errors(now_ns, said);
   if (GpioLines* const lost = lost_.exchange(nullptr, std::memory_order_acquire); lost != nullptr) {
     parked_.reset(lost);
     away_ = true;
     away_since_ns_ = next_try_ns_ = now_ns;
     problem_ =
         fmt::format("{} does not answer: {}", request_.chip, std::strerror(error_.load(std::memory_order_relaxed)));
-    said.push_back(fmt::format("{}: {}; {}", config_->name, problem_,
-                               inputs_.empty()                     ? "it is tried again"
-                               : config_->on_loss == OnLoss::kZero ? "its inputs read FALSE"
-                                                                   : "its inputs keep their last values"));
+    said.push_back({fmt::format("{}: {}; {}", config_->name, problem_,
+                                inputs_.empty()                     ? "it is tried again"
+                                : config_->on_loss == OnLoss::kZero ? "its inputs read FALSE"
+                                                                    : "its inputs keep their last values")});
   }
   if (!away_ || now_ns < next_try_ns_) return said;
   next_try_ns_ = now_ns + config_->retry_ns;
   if (const auto problem = try_to_come_back()) {
     problem_ = *problem;
+    if (late_ && problem_ != told_) {
+      said.push_back({fmt::format("{}: {}; control runs without it, it is tried again", config_->name, problem_)});
+      told_ = problem_;
+    }
     return said;
   }
-  away_ = false;
+  const bool was_late = late_;
+  away_ = late_ = false;
   problem_.clear();
-  recoveries_.fetch_add(1, std::memory_order_relaxed);
-  said.push_back(fmt::format("{}: {} is back after {:.1f} s", config_->name, request_.chip,
-                             static_cast<double>(now_ns - away_since_ns_) / 1e9));
+  if (!was_late) recoveries_.fetch_add(1, std::memory_order_relaxed);
+  said.push_back({fmt::format("{}: {} is {} after {:.1f} s", config_->name, request_.chip, was_late ? "there" : "back",
+                              static_cast<double>(now_ns - away_since_ns_) / 1e9),
+                  core::Severity::kNote});
   return said;
+}
+
+void GpioDriver::tell_errors(core::TimeNs now_ns, std::vector<Sentence>& said) {
+  const std::uint64_t errors = errors_.load(std::memory_order_relaxed);
+  if (errors == errors_told_ || now_ns < next_errors_ns_) return;
+  next_errors_ns_ = now_ns + kTellErrorsNs;
+  said.push_back({fmt::format("{}: {}: {}, tried again; {} since the start", config_->name, request_.chip,
+                              std::strerror(error_.load(std::memory_order_relaxed)),
+                              errors == 1 ? "1 error" : std::to_string(errors) + " errors")});
+  errors_told_ = errors;
 }
 
 DriverStatus GpioDriver::status() const {
@@ -302,7 +371,7 @@ bool GpioDriver::drive_safe() noexcept try {
   }
   parked_.reset();
   for (int left = kBusyTries;; --left) {
-    auto lines = access_.open(request(false));
+    auto lines = access_.open(request(safe_values_, false));
     if (lines) return give_back(lines->release()), true;
     if (lines.error().code != core::Code::P7404 || left == 0) return false;
     std::this_thread::sleep_for(kBusyPause);

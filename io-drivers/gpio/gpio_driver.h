@@ -1,8 +1,9 @@
 // GpioDriver: BOOL variables on GPIO lines, read before and written after each scan of one task.
 //
 // In: a BoundDriver (config/bind.h), lines through GpioAccess. Out: inputs published as one snapshot, outputs on lines.
-// Bounded: per cycle one ioctl for each group of up to 64 lines with equal settings, two calls for each latched input;
-// outputs are written when one changed, and every kRefreshNs at the latest.
+// Bounded: per cycle one ioctl for each group of up to 64 lines with equal settings, two calls for each latched input,
+// and all of that once more when it fails; outputs are written when one changed, and every kRefreshNs at the latest.
+// A device whose exchange fails in more cycles in a row than `errors` is lost until service() gets it back.
 // Does not belong here: libgpiod (gpio_lines.cpp), what variables mean, when the process dies (guardian/).
 #pragma once
 
@@ -10,6 +11,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -42,7 +44,7 @@ class GpioDriver final : public Driver {
 
   std::optional<core::Problem> check() override;
   std::optional<core::Problem> open() override;
-  std::vector<std::string> service(core::TimeNs now_ns) override;
+  std::vector<Sentence> service(core::TimeNs now_ns) override;
   [[nodiscard]] DriverStatus status() const override;
   [[nodiscard]] std::vector<InputStatus> inputs(core::TimeNs now_ns) const override;
   bool drive_safe() noexcept override;
@@ -65,21 +67,27 @@ class GpioDriver final : public Driver {
   struct Output {
     std::uint32_t offset = 0;
     bool invert = false;
-    std::uint8_t safe = 0;  ///< on the line: inverted already
+    std::uint8_t safe = 0;             ///< on the line: inverted already
+    std::atomic<std::uint8_t> wanted;  ///< on the line: what the last cycle wanted, at first the initial value
     std::vector<std::uint32_t> exporters;
     std::atomic<bool> held{false};  ///< safe for good: a task that writes it has stopped, or all have
   };
 
-  [[nodiscard]] LinesRequest request(bool with_inputs) const;
+  [[nodiscard]] LinesRequest request(std::span<const std::uint8_t> values, bool with_inputs) const;
+  [[nodiscard]] std::vector<std::uint8_t> wanted_values() const;
   void take_inputs() noexcept;
   void lose_inputs() noexcept;
   GpioLines* borrow() noexcept { return active_.exchange(nullptr, std::memory_order_acquire); }
   void give_back(GpioLines* lines) noexcept { active_.store(lines, std::memory_order_release); }
+  template <class Exchange>
+  int try_twice(Exchange exchange) noexcept;
+  void failed(GpioLines* lines, int error, std::uint32_t& in_a_row) noexcept;
   void lose(GpioLines* lines, int error) noexcept;
   void count_exchange() noexcept;
   void hold_all() noexcept;
   bool works(GpioLines& lines);
   std::optional<std::string> try_to_come_back();
+  void tell_errors(core::TimeNs now_ns, std::vector<Sentence>& said);
 
   const DriverConfig* config_;
   GpioAccess access_;
@@ -91,6 +99,7 @@ class GpioDriver final : public Driver {
   std::optional<runtime::GlobalInputs> to_table_;
   std::optional<runtime::GlobalReader> from_table_;
   std::vector<std::uint8_t> safe_values_;
+  std::uint32_t errors_allowed_ = 0;  ///< cycles in a row
 
   // The lines change hands, and the thread that has the pointer may use them: the cycle borrows from active_ and gives
   // back, or puts what failed into lost_; service() takes from lost_ and puts what works into active_. Neither ever
@@ -102,22 +111,27 @@ class GpioDriver final : public Driver {
   std::vector<LineInput> read_;
   std::vector<std::uint8_t> wanted_, written_;
   bool inputs_good_ = false;
-  bool written_valid_ = false;  ///< written_ is what these lines have
+  std::uint32_t reads_failed_ = 0, writes_failed_ = 0;  ///< cycles in a row
+  bool written_valid_ = false;                          ///< written_ is what these lines have
   core::TimeNs refresh_ns_ = 0;
 
   // Told by the cycle, read by anyone.
   std::atomic<int> error_{0};
   std::atomic<bool> connected_{false};
   std::atomic<core::TimeNs> read_at_ns_{-1};  ///< -1 = never
-  std::atomic<std::uint64_t> losses_{0}, recoveries_{0}, exchanges_{0};
+  std::atomic<std::uint64_t> losses_{0}, recoveries_{0}, exchanges_{0}, errors_{0};
 
   // service(), status(), drive_safe() and close(); never the cycle.
   mutable std::mutex mutex_;
   std::unique_ptr<GpioLines> parked_;  ///< failed, but the device may only have been busy
   bool opened_ = false;
   bool away_ = false;
+  bool late_ = false;  ///< it was not there at the start, and has not come yet
   core::TimeNs away_since_ns_ = 0, next_try_ns_ = 0;
   std::string problem_;
+  std::string told_;  ///< of a late device: the problem that was said
+  std::uint64_t errors_told_ = 0;
+  core::TimeNs next_errors_ns_ = 0;
 };
 
 /// kind = "gpio" (gpio_type.cpp).

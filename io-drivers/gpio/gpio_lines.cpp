@@ -66,12 +66,14 @@ std::string chips_help() {
              : "chips of this machine: " + list;
 }
 
+bool is_denied(int error) { return error == EACCES || error == EPERM; }
+
+constexpr const char* kRightsHelp =
+    "run as root, or as a member of the group the device belongs to (docs/guides/gpio.md, \"Permissions\")";
+
 Problem no_chip(const std::string& name, int error) {
-  std::string help =
-      error == EACCES || error == EPERM
-          ? "run as root, or as a member of the group the device belongs to (docs/guides/gpio.md, \"Permissions\")"
-          : chips_help();
-  return {Code::P7401, fmt::format("GPIO chip \"{}\" cannot be opened: {}", name, error_text(error)), std::move(help)};
+  return {Code::P7401, fmt::format("GPIO chip \"{}\" cannot be opened: {}", name, error_text(error)),
+          is_denied(error) ? kRightsHelp : chips_help()};
 }
 
 core::Result<Chip> open_chip(const std::string& name) {
@@ -85,8 +87,14 @@ core::Result<Chip> open_chip(const std::string& name) {
   Chip found(gpiod_chip_open_by_name(name.c_str()));
   if (found != nullptr) return found;
   const int error = errno;
+  std::string denied;  // chips whose label cannot be asked for
+  int why_denied = 0;
   for (const std::string& candidate : chip_names()) {
     Chip chip(gpiod_chip_open_by_name(candidate.c_str()));
+    if (chip == nullptr && is_denied(errno)) {
+      why_denied = errno;
+      denied += (denied.empty() ? "" : ", ") + candidate;
+    }
     if (chip == nullptr || name != gpiod_chip_label(chip.get())) continue;
     if (found != nullptr) {
       return Problem{Code::P7401,
@@ -96,8 +104,12 @@ core::Result<Chip> open_chip(const std::string& name) {
     }
     found = std::move(chip);
   }
-  if (found == nullptr) return no_chip(name, error);
-  return found;
+  if (found != nullptr) return found;
+  if (is_denied(error) || denied.empty()) return no_chip(name, error);
+  return Problem{Code::P7401,
+                 fmt::format("GPIO chip \"{}\" is none that may be opened; of {} the label cannot be asked for: {}",
+                             name, denied, error_text(why_denied)),
+                 kRightsHelp};
 }
 
 struct Line {
@@ -302,9 +314,8 @@ class KernelLines final : public GpioLines {
     return {Code::P7406,
             fmt::format("{}: line {} of {} is refused: {}", variables, lines, gpiod_chip_name(chip_.get()),
                         error_text(error)),
-            error == EACCES || error == EPERM
-                ? "run as root, or as a member of the group the device belongs to"
-                : "not every chip has bias, edges and every drive: leave them out and see"};
+            is_denied(error) ? "run as root, or as a member of the group the device belongs to"
+                             : "not every chip has bias, edges and every drive: leave them out and see"};
   }
 
   std::optional<Problem> request_edge(const LineSpec& spec, unsigned offset, std::uint32_t member) {

@@ -15,6 +15,12 @@ constexpr KeyInfo kDriverKeys[] = {
     {"poll", key::duration("1ms", "10s"), key::nothing("\"5ms\""),
      "The device is exchanged with on a thread of its own, this often: for slow lines, such as expanders on I2C. "
      "Omitted: in the cycle of the task. Not together with latch."},
+    {"errors", key::integer(0, 10000), key::otherwise("3"),
+     "Cycles in a row whose exchange with the chip may fail, although each is tried twice, before the chip counts as "
+     "lost. Until then inputs and lines keep their values. A chip that is unplugged is lost at once."},
+    {"wait", key::boolean(), key::otherwise("false"),
+     "true: a chip that cannot be opened at the start does not keep control from starting. It is tried again every "
+     "`retry`; until it is there its inputs are as on_loss says (hold: their initial values), and `ok` is FALSE."},
 };
 constexpr KeyType kLine = key::channel();
 // The choices are in the order of the enumerators.

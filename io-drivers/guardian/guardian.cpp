@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <poll.h>
 #include <pthread.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
@@ -145,7 +146,9 @@ class Guardian {
   /// Why the runtime must be killed, or nothing. `elapsed_ns` since the last look.
   std::optional<std::string> trouble(core::TimeNs elapsed_ns) {
     const std::uint32_t state = page_.state.load(std::memory_order_acquire);
-    if (options_.hang_timeout_ns == 0 || state == GuardianPage::kFinished) return std::nullopt;
+    // Outputs are safe once it is finished; what it still prints may take its time, unless it was asked to end.
+    const bool finished = state == GuardianPage::kFinished;
+    if (finished ? !asked_to_stop_ : options_.hang_timeout_ns == 0) return std::nullopt;
     if (asked_to_stop_ || state == GuardianPage::kStopping) {
       stopping_ns_ += elapsed_ns;
       if (stopping_ns_ < options_.stop_timeout_ns) return std::nullopt;
@@ -192,7 +195,11 @@ class Guardian {
     if (!safe.empty()) text += "; the outputs of " + safe + " have their safe values";
     if (!unsafe.empty()) text += "; THE OUTPUTS OF " + unsafe + " COULD NOT BE MADE SAFE";
     text += '\n';
-    [[maybe_unused]] const auto written = ::write(STDERR_FILENO, text.data(), text.size());
+    // A reader that stalls does not keep this process either.
+    pollfd out{STDERR_FILENO, POLLOUT, 0};
+    if (::poll(&out, 1, 0) == 1) {
+      [[maybe_unused]] const auto written = ::write(STDERR_FILENO, text.data(), text.size());
+    }
     ::_exit(kGuardianExit);
   }
 

@@ -1,14 +1,28 @@
 #include "io-drivers/machine/machine.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <charconv>
+#include <unordered_set>
 
 #include "io-drivers/simulated/simulated_device.h"
+#include "runtime/access.h"
 
 namespace plc::io {
 namespace {
 
+/// Between attempts at an address that cannot be had.
+constexpr core::TimeNs kListenAgainNs = 1'000'000'000;
+
 void report(core::Diagnostics& diagnostics, const core::SourceRef& at, const core::Problem& problem) {
   diagnostics.report(problem.code, at, {}, problem.message, problem.help);
+}
+
+/// By a fault. Any thread.
+bool has_stopped(const runtime::RealtimeScheduler& scheduler, std::uint32_t task) {
+  return scheduler.plan(task).on_fault != runtime::FaultPolicy::kContinue &&
+         scheduler.statistics(task).faults.load(std::memory_order_relaxed) != 0;
 }
 
 }  // namespace
@@ -19,14 +33,12 @@ std::unique_ptr<Machine> Machine::configure(MachineOptions options, runtime::Res
                                             core::Diagnostics& diagnostics) {
   std::unique_ptr<Machine> machine(new Machine(resource));
   machine->configuration_ = std::move(options.configuration);
-  machine->modbus_asked_for_ = machine->configuration_.modbus.listen_at.line != 0;
   if (options.modbus) {
     ModbusConfig& modbus = machine->configuration_.modbus;
     modbus.enabled = !options.modbus->address.empty();
     modbus.address = options.modbus->address;
     modbus.port = options.modbus->port;
     modbus.listen_at = {};
-    machine->modbus_asked_for_ = true;
   }
   std::vector<bool> stands_in;  // for a device, by driver
   for (DriverConfig& driver : machine->configuration_.drivers) {
@@ -60,7 +72,7 @@ std::unique_ptr<Machine> Machine::configure(MachineOptions options, runtime::Res
 }
 
 bool Machine::make_map(const MachineOptions& options, core::Diagnostics& diagnostics) {
-  auto frozen = modbus::read_frozen(modbus::lock_file_of(configuration_, options.project));
+  auto frozen = modbus::read_frozen(modbus::lock_file_of(configuration_, options.project), resource_.image());
   if (!frozen) {
     const core::SourceRef& at = configuration_.modbus.lock_file.at;
     report(diagnostics, at.line != 0 ? at : configuration_.at, frozen.error());
@@ -85,10 +97,6 @@ std::optional<core::Problem> Machine::add(std::unique_ptr<Driver> driver) {
 }
 
 std::optional<core::Problem> Machine::open() {
-  // A port that another process has is found before an output moves.
-  if (server_ && modbus_asked_for_) {
-    if (auto problem = server_->check()) return problem;
-  }
   for (std::size_t i = 0; i < drivers_.size(); ++i) {
     auto problem = drivers_[i]->open();
     if (!problem) continue;
@@ -118,38 +126,93 @@ std::optional<core::Problem> Machine::open() {
   return std::nullopt;
 }
 
-std::optional<core::Problem> Machine::start(runtime::RealtimeScheduler& scheduler, std::vector<std::string>& notes) {
+void Machine::start(runtime::RealtimeScheduler& scheduler, std::vector<Sentence>& notes) {
   for (const auto& driver : drivers_) {
     driver->start();
     scheduler.add_listener(*driver);
   }
   if (pulse_) scheduler.add_listener(*pulse_);
-  if (!server_) {
-    notes.push_back("modbus: off");
-    return std::nullopt;
+  if (server_) {
+    server_->set_system([this, &scheduler, begin_ns = core::MonotonicClock().now_ns()] {
+      return system_state(scheduler, core::MonotonicClock().now_ns() - begin_ns);
+    });
+    server_->set_scans([&scheduler](std::uint32_t task) {
+      const runtime::TaskStatistics& statistics = scheduler.statistics(task);
+      return has_stopped(scheduler, task) ? modbus::kNoMoreScans : statistics.scans.load(std::memory_order_acquire);
+    });
+    return listen(notes);
   }
-  if (auto problem = server_->start()) {
-    if (modbus_asked_for_) return problem;
-    notes.push_back("modbus: off: " + problem->message + " (--modbus 127.0.0.1:PORT takes another one)");
-    return std::nullopt;
-  }
-  const bool six = configuration_.modbus.address.find(':') != std::string::npos;
-  notes.push_back("modbus: listening on " +
-                  (six ? "[" + configuration_.modbus.address + "]" : configuration_.modbus.address) + ":" +
-                  std::to_string(server_->port()) + ", " + std::to_string(map_->points().size()) +
-                  " values (plc map lists them)");
-  if (!freeze_command_.empty()) {
-    notes.push_back("modbus: automatic addresses are not frozen and may move with the next change: " + freeze_command_);
-  }
-  return std::nullopt;
+  notes.push_back({"modbus: off", core::Severity::kNote});
 }
 
-std::vector<std::string> Machine::service(core::TimeNs now_ns) {
-  std::vector<std::string> sentences;
-  for (const auto& driver : drivers_) {
-    for (std::string& sentence : driver->service(now_ns)) sentences.push_back(std::move(sentence));
+/// Any thread.
+modbus::SystemState Machine::system_state(const runtime::RealtimeScheduler& scheduler, core::TimeNs ran_ns) const {
+  using modbus::PlantState;
+  modbus::SystemState state;
+  const std::uint32_t fastest = fastest_task(resource_.image());
+  bool stopped = false;
+  for (std::uint32_t task = 0; task < resource_.task_count(); ++task) {
+    state.faults += static_cast<std::uint32_t>(scheduler.statistics(task).faults.load(std::memory_order_relaxed));
+    stopped = stopped || has_stopped(scheduler, task);
   }
-  return sentences;
+  if (fastest < resource_.task_count()) {
+    state.scans = static_cast<std::uint32_t>(scheduler.statistics(fastest).scans.load(std::memory_order_relaxed));
+  }
+  state.seconds = static_cast<std::uint32_t>(ran_ns / 1'000'000'000);
+  if (state.faults != 0) {
+    // Of each task the first faults are kept: enough to know the kind of the last one.
+    core::TimeNs latest_ns = INT64_MIN;
+    for (const runtime::TaskFault& fault : scheduler.faults()) {
+      if (fault.now_ns < latest_ns) continue;
+      latest_ns = fault.now_ns;
+      const std::string_view name = core::info(runtime::fault_code(fault.fault.kind)).name;
+      std::from_chars(name.data() + 1, name.data() + name.size(), state.fault_code);
+    }
+  }
+  state.state = scheduler.stop_requested() ? PlantState::kStops
+                : stopped                  ? PlantState::kTaskStopped
+                : state.faults != 0        ? PlantState::kFaulted
+                : state.scans != 0         ? PlantState::kRuns
+                                           : PlantState::kStarts;
+  return state;
+}
+
+void Machine::listen(std::vector<Sentence>& said) {
+  if (const auto problem = server_->start()) {
+    if (refusal_ == problem->message) return;
+    refusal_ = problem->message;
+    said.push_back({fmt::format("modbus: {}: {}; it is tried again ({})", core::info(problem->code).name,
+                                problem->message, problem->help)});
+    return;
+  }
+  listening_ = true;
+  const std::string& address = configuration_.modbus.address;
+  const bool six = address.find(':') != std::string::npos;
+  said.push_back({fmt::format("modbus: listening on {}{}{}:{}, {} values (plc map lists them)", six ? "[" : "", address,
+                              six ? "]" : "", server_->port(), map_->points().size()),
+                  core::Severity::kNote});
+  const std::uint32_t wanted = configuration_.modbus.max_clients;
+  if (server_->places() < wanted) {
+    said.push_back(
+        {fmt::format("modbus: {}: {} clients at a time, not {}: the process may not have more descriptors "
+                     "(raise LimitNOFILE of the service, or ulimit -n)",
+                     core::info(core::Code::P7511).name, server_->places(), wanted)});
+  }
+  if (freeze_command_.empty()) return;
+  said.push_back({"modbus: automatic addresses are not frozen and may move with the next change: " + freeze_command_,
+                  core::Severity::kNote});
+}
+
+std::vector<Sentence> Machine::service(core::TimeNs now_ns) {
+  std::vector<Sentence> said;
+  for (const auto& driver : drivers_) {
+    for (Sentence& sentence : driver->service(now_ns)) said.push_back(std::move(sentence));
+  }
+  if (server_ && !listening_ && now_ns >= next_listen_ns_) {
+    next_listen_ns_ = now_ns + kListenAgainNs;
+    listen(said);
+  }
+  return said;
 }
 
 void Machine::stopping() {
@@ -166,6 +229,19 @@ std::vector<runtime::SafeValue> Machine::safe_values() const {
   std::vector<runtime::SafeValue> values;
   for (const BoundDriver& driver : binding_.drivers) {
     for (const BoundChannel& output : driver.outputs) values.push_back({output.offset, output.type, output.safe});
+  }
+  if (configuration_.scheduler.outputs == FaultOutputs::kHold) return values;
+  std::unordered_set<std::uint32_t> known;
+  for (const runtime::SafeValue& value : values) known.insert(value.offset);
+  const bytecode::Image& image = resource_.image();
+  const runtime::Access access(resource_);
+  for (const runtime::Listed& listed : access.list_places("*")) {
+    const bytecode::ImageType& type = image.types[listed.place.type];
+    if (listed.place.task != runtime::Place::kGlobal || type.kind != bytecode::TypeKind::kScalar) continue;
+    const std::uint32_t field = resource_.globals().field_of(listed.place.offset);
+    if (!image.globals[field].address.starts_with("%Q") || !known.insert(listed.place.offset).second) continue;
+    const auto initial = image.global_initial.begin() + listed.place.offset;
+    values.push_back({listed.place.offset, listed.place.type, {initial, initial + type.size}});
   }
   return values;
 }

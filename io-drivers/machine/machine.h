@@ -48,11 +48,11 @@ class Machine {
   /// Takes the devices, then splits off the guardian when there are outputs: from here on this is the child. On a
   /// problem every device is given back as it was.
   std::optional<core::Problem> open();
-  /// Adds the listeners and starts the server. A port that cannot be had is a problem only when it was asked for;
-  /// otherwise it is one of the sentences in `notes`.
-  std::optional<core::Problem> start(runtime::RealtimeScheduler& scheduler, std::vector<std::string>& notes);
-  /// What changed at the devices since the last call. About every 100 ms.
-  std::vector<std::string> service(core::TimeNs now_ns);
+  /// Adds the listeners and starts the server. An address that cannot be had is said, and tried again by service():
+  /// what serves HMIs does not decide whether control starts.
+  void start(runtime::RealtimeScheduler& scheduler, std::vector<Sentence>& notes);
+  /// What changed at the devices and at the server since the last call. About every 100 ms.
+  std::vector<Sentence> service(core::TimeNs now_ns);
   /// An orderly stop begins; before RealtimeScheduler::join().
   void stopping();
   /// Server down, devices given back in their safe state, guardian told. After join().
@@ -64,23 +64,26 @@ class Machine {
   [[nodiscard]] const modbus::AddressMap* address_map() const { return map_ ? &*map_ : nullptr; }
   /// Nothing while Modbus is off.
   [[nodiscard]] std::optional<modbus::ServerStatistics> modbus_statistics() const;
-  /// `listen` in plc.toml; no line when it comes from elsewhere.
-  [[nodiscard]] core::SourceRef listen_at() const { return configuration_.modbus.listen_at; }
   [[nodiscard]] bool guarded() const { return pulse_ != nullptr; }
 
  private:
   explicit Machine(runtime::Resource& resource) : resource_(resource) {}
   bool make_map(const MachineOptions& options, core::Diagnostics& diagnostics);
+  void listen(std::vector<Sentence>& said);
+  [[nodiscard]] modbus::SystemState system_state(const runtime::RealtimeScheduler& scheduler,
+                                                 core::TimeNs ran_ns) const;
 
   runtime::Resource& resource_;
   Configuration configuration_;
-  bool modbus_asked_for_ = false;
   Binding binding_;
   std::optional<runtime::GlobalInputs> client_seen_;
   std::optional<modbus::AddressMap> map_;
   std::string freeze_command_;  ///< empty when all automatic addresses are frozen
   std::vector<std::unique_ptr<Driver>> drivers_;
   std::unique_ptr<modbus::Server> server_;
+  bool listening_ = false;
+  std::string refusal_;  ///< why not, as it was said
+  core::TimeNs next_listen_ns_ = 0;
   std::unique_ptr<Pulse> pulse_;
 };
 

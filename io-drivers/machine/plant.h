@@ -20,16 +20,19 @@ class Plant {
  public:
   /// `resource` must outlive the plant; its taskblocks are not started. Safe values are those of the machine.
   Plant(runtime::Resource& resource, std::unique_ptr<Machine> machine, runtime::RealtimeOptions realtime);
+  ~Plant();
+  Plant(const Plant&) = delete;
+  Plant& operator=(const Plant&) = delete;
 
   /// Takes the devices, makes the taskblocks and starts the server. `in_child` is called in the process that goes on,
   /// which may be another one than before (Machine::open()), ahead of any thread. Listeners may be added after this.
-  std::optional<core::Problem> prepare(const std::function<void()>& in_child, std::vector<std::string>& notes);
+  std::optional<core::Problem> prepare(const std::function<void()>& in_child, std::vector<Sentence>& notes);
   /// Starts the tasks. A problem: the devices are given back.
   std::optional<core::Problem> start();
   /// Until a stop is requested or `duration_ns` has passed (0 = for ever). Calls `often` every 20 ms and `say`
   /// with what changed at devices.
   void run(core::TimeNs duration_ns, const std::function<void(core::TimeNs now_ns)>& often,
-           const std::function<void(const std::string& sentence)>& say);
+           const std::function<void(const Sentence&)>& say);
   /// Tasks end, outputs go into their safe state, devices are given back. The tasks that do not end: the process must
   /// end without destroying what they use.
   std::vector<std::uint32_t> stop();

@@ -21,12 +21,11 @@ using bytecode::TypeKind;
 using core::Code;
 using core::TypeId;
 
-constexpr std::uint16_t registers_of(TypeId type) {
-  const std::uint32_t bytes = core::rep_bytes(core::rep_of(type));
-  return static_cast<std::uint16_t>(type == TypeId::kBool ? 0 : (bytes + 1) / 2);
-}
 /// Cells of its table that a value takes.
-constexpr std::uint32_t width_of(TypeId type) { return std::max<std::uint32_t>(registers_of(type), 1); }
+template <class T>
+std::uint32_t width_of(const T& value) {
+  return std::max<std::uint32_t>(registers_of(value.elementary, value.characters), 1);
+}
 
 bool is_input(Table table) { return table == Table::kDiscreteInputs || table == Table::kInputRegisters; }
 
@@ -36,7 +35,7 @@ std::string_view without_indices(std::string_view path) {
   return path;
 }
 
-/// One scalar of the global table.
+/// One scalar or text of the global table.
 struct Leaf {
   std::string path;
   std::uint32_t offset = 0;
@@ -44,6 +43,7 @@ struct Leaf {
   std::uint32_t field = 0;  ///< of the global table
   TypeId elementary = TypeId::kBool;
   bool constant = false;  ///< or part of what is: a configuration port
+  std::uint16_t characters = 0;
 };
 
 class Builder {
@@ -76,6 +76,7 @@ class Builder {
       return std::tie(a.table, a.address, a.path) < std::tie(b.table, b.address, b.path);
     });
     refuse_split_values();
+    warn_of_ranges_without_effect();
     return std::move(points_);
   }
 
@@ -115,12 +116,13 @@ class Builder {
     const runtime::Access access(resource_);
     for (runtime::Listed& listed : access.list_places("*")) {
       const ImageType& type = image_.types[listed.place.type];
-      if (listed.place.task != runtime::Place::kGlobal || type.kind != TypeKind::kScalar) continue;
+      const bool text = type.kind == TypeKind::kString && type.capacity != 0;
+      if (listed.place.task != runtime::Place::kGlobal || (type.kind != TypeKind::kScalar && !text)) continue;
       const auto field = std::upper_bound(fields().begin(), fields().end(), listed.place.offset,
                                           [](std::uint32_t offset, const auto& f) { return offset < f.offset; });
       leaves_.push_back({std::move(listed.path), listed.place.offset, listed.place.type,
                          static_cast<std::uint32_t>(field - fields().begin() - 1), type.elementary,
-                         listed.place.constant});
+                         listed.place.constant, text ? type.capacity : std::uint16_t{0}});
     }
     std::sort(leaves_.begin(), leaves_.end(), [](const Leaf& a, const Leaf& b) { return a.offset < b.offset; });
   }
@@ -134,9 +136,10 @@ class Builder {
     point.elementary = leaf.elementary;
     point.table = table;
     point.address = static_cast<std::uint16_t>(address);
-    point.registers = registers_of(leaf.elementary);
+    point.registers = static_cast<std::uint16_t>(registers_of(leaf.elementary, leaf.characters));
+    point.characters = leaf.characters;
     point.automatic = automatic;
-    if (point.registers > 1) point.word_order = order_at(table, address);
+    if (point.registers > 1 && point.characters == 0) point.word_order = order_at(table, address);
     points_.push_back(std::move(point));
   }
 
@@ -159,7 +162,7 @@ class Builder {
     if (view == nullptr || (view->bits == 1) != (type == TypeId::kBool)) return false;
     const std::uint64_t unit = location->first_bit / location->bits;
     if (unit >= view->count) return false;
-    const std::uint32_t stride = std::max(view->width(), width_of(type));
+    const std::uint32_t stride = std::max(view->width(), width_of(leaves_[begin]));
     const std::uint32_t first = view->base + static_cast<std::uint32_t>(unit) * view->width();
     const auto count = static_cast<std::uint32_t>(end - begin);
     if (count > (view->end() - first) / stride) return false;
@@ -177,6 +180,7 @@ class Builder {
 
   [[nodiscard]] bool accepts_writes(const Leaf& leaf) const {
     const std::string& address = image_.globals[leaf.field].address;
+    if (leaf.characters != 0 && !address.empty()) return false;  // it may share its bytes with others
     return !leaf.constant && !address.starts_with("%I") && resource_.globals().writable(leaf.field);
   }
 
@@ -201,9 +205,12 @@ class Builder {
       const auto known = known_paths_.find(leaf.path);
       FrozenAddresses::Entry* const entry =
           known == known_paths_.end() ? nullptr : &frozen_.entries.find(known->second)->second;
-      if (entry != nullptr && registers_of(entry->elementary) == registers_of(leaf.elementary)) {
-        frozen_.changed = frozen_.changed || entry->elementary != leaf.elementary;
+      if (entry != nullptr && (entry->characters != 0) == (leaf.characters != 0) &&
+          registers_of(entry->elementary, entry->characters) == registers_of(leaf.elementary, leaf.characters)) {
+        frozen_.changed =
+            frozen_.changed || entry->elementary != leaf.elementary || entry->characters != leaf.characters;
         entry->elementary = leaf.elementary;
+        entry->characters = leaf.characters;
         add_point(leaf, entry->table, entry->address, automatic_iec_address(leaf), true);
         continue;
       }
@@ -212,13 +219,15 @@ class Builder {
     }
     AutomaticArea area;
     for (const auto& [path, entry] : frozen_.entries) {
-      if (area.reserve(entry.table, entry.address, width_of(entry.elementary))) continue;
+      if (area.reserve(entry.table, entry.address, width_of(entry))) continue;
       diagnostics_.report(Code::P7502, {}, {},
                           "the frozen address of \"" + path + "\", " + std::string(io::modbus_table_text(entry.table)) +
                               " " + std::to_string(entry.address) +
                               ", is outside the automatic area or belongs to another variable",
                           "delete one of the lines of the lock file");
     }
+    // WHY last: where texts are does not move what was mapped before texts were.
+    std::stable_partition(fresh.begin(), fresh.end(), [&](std::size_t i) { return leaves_[i].characters == 0; });
     allocate(fresh, area);
   }
 
@@ -236,8 +245,11 @@ class Builder {
       }
       const Table table = table_of(leaf);
       const auto t = static_cast<std::size_t>(table);
-      const std::uint32_t width = width_of(leaf.elementary);
-      const auto address = area.allocate(table, width, static_cast<std::uint32_t>(end - i));
+      const std::uint32_t width = width_of(leaf);
+      const auto count = static_cast<std::uint32_t>(end - i);
+      // Texts need no alignment.
+      const auto address =
+          leaf.characters != 0 ? area.allocate(table, 1, count * width) : area.allocate(table, width, count);
       if (!address) {
         left_out[t] += end - i;
         if (first_left_out[t] == nullptr) first_left_out[t] = &leaf;
@@ -245,7 +257,7 @@ class Builder {
       for (std::size_t n = 0; address && n < end - i; ++n) {
         const Leaf& element = leaves_[fresh[i + n]];
         const auto at = static_cast<std::uint16_t>(*address + n * width);
-        frozen_.entries[element.path] = {table, at, element.elementary};
+        frozen_.entries[element.path] = {table, at, element.elementary, element.characters};
         frozen_.changed = true;
         add_point(element, table, at, automatic_iec_address(element), true);
       }
@@ -320,6 +332,35 @@ class Builder {
                               ", last = " + std::to_string(last) + " has them inside");
     }
   }
+
+  /// Nobody writes a range for nothing.
+  void warn_of_ranges_without_effect() {
+    for (const io::ModbusRange& range : config_.ranges) {
+      const std::string where = std::string(io::modbus_table_text(range.table)) + " " + std::to_string(range.first) +
+                                ".." + std::to_string(range.last);
+      if (!range.writable && !range.word_order && !range.latch) {
+        diagnostics_.report(Code::P7506, range.at, {}, "the range " + where + " says nothing of its addresses",
+                            "give it writable, word_order or latch, or take it out");
+      } else if (!has_point(range.table, range.first, range.last)) {
+        // Manuals and HMIs count holding registers from 40001 on, and likewise the other tables.
+        constexpr std::uint32_t kCountedFrom[] = {1, 10001, 30001, 40001};
+        const std::uint32_t from = kCountedFrom[static_cast<std::size_t>(range.table)];
+        const bool shifted = range.first >= from && has_point(range.table, range.first - from, range.last - from);
+        diagnostics_.report(Code::P7506, range.at, {}, "no variable is at " + where,
+                            shifted ? "addresses count from 0 here: first = " + std::to_string(range.first - from) +
+                                          ", last = " + std::to_string(range.last - from)
+                                    : "plc map shows which variable is where");
+      }
+    }
+  }
+  [[nodiscard]] bool has_point(Table table, std::uint32_t first, std::uint32_t last) const {
+    if (table == Table::kInputRegisters && first < system_end() && last >= kSystemFirst) return true;
+    return std::any_of(points_.begin(), points_.end(), [&](const Point& point) {
+      const std::uint32_t end = point.address + std::max<std::uint32_t>(point.registers, 1);
+      return point.table == table && point.address <= last && end > first;
+    });
+  }
+
   void apply_rights() {
     std::unordered_map<std::uint32_t, std::size_t> leaf_at;  // by offset
     for (std::size_t i = 0; i < leaves_.size(); ++i) leaf_at.emplace(leaves_[i].offset, i);
@@ -334,6 +375,9 @@ class Builder {
         if (range.writable && range.table == point.table && range.first <= point.address &&
             point.address <= range.last) {
           writable = *range.writable;
+        }
+        if (range.latch && range.table == point.table && range.first <= point.address && point.address <= range.last) {
+          point.latch = *range.latch;
         }
       }
       point.writable = writable && !config_.read_only && !is_input(point.table) && accepts_writes(leaves_[mapped[i]]);
@@ -381,6 +425,8 @@ std::optional<AddressMap> AddressMap::build(runtime::Resource& resource, const i
     });
   }
   map.cells_ = cells.finish(map.cell_begin_);
+  map.areas_[static_cast<std::size_t>(Table::kInputRegisters)].push_back({kSystemFirst, system_end()});
+  map.system_order_ = builder.order_at(Table::kInputRegisters, kSystemFirst);
   for (std::size_t t = 0; t < 4; ++t) {
     const auto end = static_cast<std::uint32_t>(map.cell_begin_[t].size() - 1);
     if (end > kAutomaticFirst) map.areas_[t].push_back({kAutomaticFirst, end});
@@ -389,7 +435,8 @@ std::optional<AddressMap> AddressMap::build(runtime::Resource& resource, const i
 }
 
 bool AddressMap::contains(Table table, std::uint16_t address) const {
-  if (strict_gaps_) return !at(table, address).empty();
+  const bool system = table == Table::kInputRegisters && kSystemFirst <= address && address < system_end();
+  if (strict_gaps_) return system || !at(table, address).empty();
   const std::vector<Area>& areas = areas_[static_cast<std::size_t>(table)];
   return std::any_of(areas.begin(), areas.end(), [&](const Area& a) { return a.first <= address && address < a.end; });
 }

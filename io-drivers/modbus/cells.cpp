@@ -32,11 +32,15 @@ void CellMaker::add_to_unit(std::uint32_t index, std::uint32_t value_bit, const 
   const std::uint32_t at = unit.address + (low_word_first ? word : unit.registers - 1 - word);
   const std::uint32_t cell_bit = low_byte_first ? (unit_bit % 16) ^ 8u : unit_bit % 16;
   add(unit.table, at,
-      {index, static_cast<std::uint8_t>(value_bit), static_cast<std::uint8_t>(cell_bit),
+      {index, static_cast<std::uint16_t>(value_bit), static_cast<std::uint8_t>(cell_bit),
        static_cast<std::uint8_t>(bits)});
 }
 
 void CellMaker::add_point(std::uint32_t index, const Point& point) {
+  for (std::uint32_t i = 0; point.characters != 0 && i < point.registers; ++i) {
+    add(point.table, point.address + i, {index, static_cast<std::uint16_t>(i), 0, 16});
+  }
+  if (point.characters != 0) return;
   if (point.registers <= 1) {
     const std::uint8_t bits = point.registers == 0 ? 1 : 16;
     add(point.table, point.address, {index, 0, 0, bits});
@@ -55,7 +59,7 @@ void CellMaker::add_view(std::uint32_t index, const runtime::Location& location,
     const std::uint32_t address = view.base + static_cast<std::uint32_t>(at / view.bits) * view.width();
     const auto unit_bit = static_cast<std::uint32_t>(at % view.bits);
     if (view.bits == 1) {
-      add(view.table, address, {index, static_cast<std::uint8_t>(bit), 0, 1});
+      add(view.table, address, {index, static_cast<std::uint16_t>(bit), 0, 1});
     } else {
       add_to_unit(index, bit, {view.table, address, view.width(), order_at(view.table, address)}, unit_bit, step);
     }

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iterator>
 #include <tuple>
+#include <unordered_map>
 
 #include "core/text.h"
 #include "io-drivers/csv.h"
@@ -27,6 +28,22 @@ std::optional<Table> table_named(std::string_view text) {
 }
 
 bool is_bit_table(Table table) { return table == Table::kCoils || table == Table::kDiscreteInputs; }
+
+/// "DINT", or "STRING[80]" with its characters.
+std::optional<std::pair<core::TypeId, std::uint16_t>> type_of(std::string_view text) {
+  const std::size_t bracket = std::min(text.find('['), text.size());
+  const auto type = core::type_named(text.substr(0, bracket));
+  if (!type) return std::nullopt;
+  const core::Rep rep = core::rep_of(*type);
+  const bool is_text = rep == core::Rep::kStr || rep == core::Rep::kWstr;
+  if (is_text == (bracket == text.size())) return std::nullopt;
+  std::uint16_t characters = 0;
+  if (!is_text) return std::pair(*type, characters);
+  const char* const end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data() + bracket + 1, end, characters);
+  if (error != std::errc{} || std::string_view(rest, end) != "]" || characters == 0) return std::nullopt;
+  return std::pair(*type, characters);
+}
 
 class Reader {
  public:
@@ -60,22 +77,20 @@ class Reader {
     if (path.empty()) return problem(Code::P7501, row, "no path");
     const auto table = table_named(row[1].text);
     if (!table) return problem(Code::P7501, row, "\"" + row[1].text + "\" is no table");
-    const auto type = core::type_named(row[3].text);
-    if (!type || core::in_category(*type, core::kAnyString)) {
-      return problem(Code::P7501, row, "\"" + row[3].text + "\" is no type of a single value");
-    }
-    if ((*type == core::TypeId::kBool) != is_bit_table(*table)) {
+    const auto type = type_of(row[3].text);
+    if (!type) return problem(Code::P7501, row, "\"" + row[3].text + "\" is no type of a single value");
+    if ((type->first == core::TypeId::kBool) != is_bit_table(*table)) {
       return problem(Code::P7501, row, row[3].text + " in " + row[1].text);
     }
     const std::string& text = row[2].text;
     std::uint32_t address = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), address);
-    const std::uint32_t width = is_bit_table(*table) ? 1 : (core::rep_bytes(core::rep_of(*type)) + 1) / 2;
+    const std::uint32_t width = is_bit_table(*table) ? 1 : registers_of(type->first, type->second);
     if (error != std::errc{} || end != text.data() + text.size() || address < kAutomaticFirst ||
         address + width > 65536) {
       return problem(Code::P7501, row, "\"" + text + "\" is no address from 16384 to " + std::to_string(65536 - width));
     }
-    return add(row, {*table, static_cast<std::uint16_t>(address), *type}, width);
+    return add(row, {*table, static_cast<std::uint16_t>(address), type->first, type->second}, width);
   }
 
   std::optional<Problem> add(const io::CsvRow& row, const FrozenAddresses::Entry& entry, std::uint32_t width) {
@@ -101,6 +116,14 @@ class Reader {
   std::map<std::pair<Table, std::uint32_t>, const io::CsvRow*> owners_;  // of every address
 };
 
+core::Result<FrozenAddresses> parse(const std::string& text, const std::string& name) {
+  const auto rows = io::parse_csv(text, name);
+  if (!rows) return Problem{Code::P7501, rows.error().message, rows.error().help};
+  Reader reader(name);
+  if (auto wrong = reader.read(*rows)) return *wrong;
+  return std::move(reader.result);
+}
+
 }  // namespace
 
 std::string lock_file_of(const io::Configuration& configuration, const std::string& project) {
@@ -120,12 +143,33 @@ core::Result<FrozenAddresses> read_frozen(const std::string& path) {
     return Problem{Code::P7001, path + ": lock file cannot be opened for reading",
                    "see [modbus] lock_file in plc.toml"};
   }
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
-  const auto rows = io::parse_csv(text, path);
-  if (!rows) return Problem{Code::P7501, rows.error().message, rows.error().help};
-  Reader reader(path);
-  if (auto wrong = reader.read(*rows)) return *wrong;
-  return std::move(reader.result);
+  return parse({std::istreambuf_iterator<char>(in), {}}, path);
+}
+
+core::Result<FrozenAddresses> read_frozen(const std::string& path, const bytecode::Image& image) {
+  auto of_file = read_frozen(path);
+  if (!of_file || image.frozen_addresses.empty()) return of_file;
+  auto of_image = parse(image.frozen_addresses, "frozen addresses of the image");
+  if (!of_image) return of_image;
+  std::unordered_map<std::string, const FrozenAddresses::Entry*, core::NameHash, core::NameEqual> known;
+  for (const auto& [name, entry] : of_image->entries) known.emplace(name, &entry);
+  for (const auto& [name, entry] : of_file->entries) {
+    const auto other = known.find(name);
+    if (other == known.end()) continue;
+    const FrozenAddresses::Entry& compiled = *other->second;
+    if (compiled.table == entry.table && compiled.address == entry.address) continue;
+    const auto place = [](const FrozenAddresses::Entry& e) {
+      return std::string(io::modbus_table_text(e.table)) + " " + std::to_string(e.address);
+    };
+    return Problem{
+        Code::P7507,
+        path + ": \"" + name + "\" is at " + place(entry) + ", and the image was compiled with " + place(compiled),
+        "compile the project again beside this file, or take the file away: the image has its addresses"};
+  }
+  for (auto& [name, entry] : of_file->entries) {
+    if (known.find(name) == known.end()) of_image->entries.emplace(name, entry);
+  }
+  return of_image;
 }
 
 std::string frozen_text(const FrozenAddresses& frozen) {
@@ -145,6 +189,7 @@ std::string frozen_text(const FrozenAddresses& frozen) {
     text += io::modbus_table_text(entry->table);
     text += ',' + std::to_string(entry->address) + ',';
     text += core::name_of(entry->elementary);
+    if (entry->characters != 0) text += '[' + std::to_string(entry->characters) + ']';
     text += '\n';
   }
   return text;

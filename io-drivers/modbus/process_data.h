@@ -10,9 +10,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "io-drivers/modbus/address_map.h"
+#include "io-drivers/modbus/coil_latch.h"
 #include "runtime/memory/global_ports.h"
 #include "runtime/resource.h"
 
@@ -34,6 +36,9 @@ class ProcessData {
   /// Set-up only: it becomes a reader of the table. Both must outlive it.
   ProcessData(runtime::Resource& resource, const AddressMap& map);
 
+  /// Where the system's registers come from; they read 0 without. Before the first request.
+  void set_system(SystemSource source) { system_ = std::move(source); }
+
   /// Whether all of `count` cells from `first` on are inside the map; there is no wrap past 65535.
   [[nodiscard]] bool contains(Table table, std::uint32_t first, std::uint32_t count) const;
 
@@ -46,8 +51,14 @@ class ProcessData {
   void begin_write();
   /// One bit, or the bits of a register that are set in `mask`. False when a variable there must not be written.
   [[nodiscard]] bool change(Table table, std::uint32_t address, std::uint16_t value, std::uint16_t mask);
-  /// Writes all that was collected, or nothing.
+  /// Writes all that was collected, or nothing. Resets of latched coils may wait for release_coils().
   Exception commit();
+
+  /// How many scans tasks have made, for coils that are latched (coil_latch.h). Before the first request.
+  void set_scans(ScanSource source) { latch_.set_scans(std::move(source)); }
+  [[nodiscard]] bool has_waiting_coils() const { return latch_.any_waits(); }
+  /// Resets the coils whose time has come.
+  void release_coils();
 
  private:
   /// What the present request knows of a point: its value when that is not in the block, or what is to become of it.
@@ -57,10 +68,12 @@ class ProcessData {
     std::uint64_t mask = 0;
   };
   struct Layout {
-    std::uint32_t offset = 0;     ///< in the table
-    std::uint8_t bytes = 0;       ///< in the table
-    std::uint8_t value_bits = 0;  ///< that mean something: 1 for BOOL
-    bool sign_extended = false;   ///< SINT in a register of its own
+    std::uint32_t offset = 0;      ///< in the table
+    std::uint8_t bytes = 0;        ///< in the table
+    std::uint8_t value_bits = 0;   ///< that mean something: 1 for BOOL
+    bool sign_extended = false;    ///< SINT in a register of its own
+    std::uint16_t characters = 0;  ///< of a text, which `bytes` and `value_bits` do not count
+    bool wide = false;
   };
 
   /// Addresses first .. end - 1 of a table, all inside the map.
@@ -83,10 +96,19 @@ class ProcessData {
   void fetch(Table table, std::uint32_t first, std::uint32_t count);
   std::uint64_t value_of(std::uint32_t point);
   std::uint16_t cell_value(Table table, std::uint32_t address);
+  /// Register `index` of a text as it is in the table.
+  std::uint16_t text_register(std::uint32_t point, std::uint32_t index);
+  /// The next register of a text as it shall be.
+  bool change_text(std::uint32_t point, std::uint32_t index, std::uint16_t value, std::uint16_t mask);
+  /// The value that change_text() has put together; false when it has characters beyond those of its type.
+  bool finish_text(std::uint32_t point);
+  void put_system(std::uint32_t first, std::span<std::uint8_t> bytes) const;
 
   runtime::GlobalTable& globals_;
   const AddressMap& map_;
   runtime::GlobalReader reader_;
+  SystemSource system_;
+  CoilLatch latch_;
   std::vector<Run> inside_[4];             ///< by table, ascending
   std::vector<std::uint32_t> sources_[4];  ///< by table and address, up to the last that is no gap; bit tables: none
   std::vector<Layout> layouts_;            ///< parallel to map_.points()
@@ -97,7 +119,12 @@ class ProcessData {
   std::uint32_t block_begin_ = 0;
   std::uint32_t block_bytes_ = 0;
   std::uint64_t request_ = 0;
+  std::vector<std::byte> text_;  ///< the text that was read last
+  std::uint32_t text_point_ = 0;
+  std::uint64_t text_request_ = 0;      ///< the one it was read in
+  std::vector<std::byte> new_texts_;    ///< of the present request: values one after another
   std::vector<std::uint32_t> changed_;  ///< points
+  std::vector<std::uint32_t> later_;    ///< those of them whose reset waits
   std::vector<runtime::GlobalWrite> batch_;
 };
 

@@ -2,6 +2,7 @@
 
 #include <pthread.h>
 #include <signal.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <atomic>
@@ -11,6 +12,9 @@
 #include <boost/asio/steady_timer.hpp>
 #include <chrono>
 #include <exception>
+#include <filesystem>
+#include <iterator>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -29,6 +33,8 @@ using Timer =
     asio::basic_waitable_timer<std::chrono::steady_clock, asio::wait_traits<std::chrono::steady_clock>, Executor>;
 
 constexpr std::chrono::milliseconds kSweep{100};
+/// Between two looks whether the program has seen coils that wait to be reset.
+constexpr std::chrono::milliseconds kCoilPause{1};
 /// Without descriptors or memory for another connection, accepting rests for so long.
 constexpr std::chrono::milliseconds kAcceptPause{100};
 /// A connection that was of use once gives way to a new one after so long without a request.
@@ -94,6 +100,25 @@ class ClientSeen {
   bool seen_ = false;
 };
 
+/// As many of `wanted` connections as the limit of descriptors leaves room for, with the limit raised as far as it may
+/// be.
+std::uint32_t affordable(std::uint32_t wanted) {
+  constexpr rlim_t kOthers = 16;  // files that are opened later: logs, devices that come back
+  rlimit limit{};
+  if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return wanted;
+  std::error_code unknown;
+  const auto open = static_cast<rlim_t>(std::distance(std::filesystem::directory_iterator("/proc/self/fd", unknown),
+                                                      std::filesystem::directory_iterator()));
+  const rlim_t needed = open + kOthers + wanted;
+  if (limit.rlim_cur < needed) {
+    limit.rlim_cur = std::min(needed, limit.rlim_max);
+    ::setrlimit(RLIMIT_NOFILE, &limit);
+    ::getrlimit(RLIMIT_NOFILE, &limit);
+  }
+  if (limit.rlim_cur >= needed) return wanted;
+  return limit.rlim_cur > open + kOthers ? static_cast<std::uint32_t>(limit.rlim_cur - open - kOthers) : 1;
+}
+
 error_code listen(Acceptor& acceptor, const io::ModbusConfig& config) {
   error_code error;
   const asio::ip::address address = asio::ip::make_address(config.address, error);
@@ -139,6 +164,7 @@ struct Server::State final : Connection::Owner {
   [[nodiscard]] bool make_room(const asio::ip::address& peer);
   [[nodiscard]] Connection* least_useful(const asio::ip::address* peer) const;
   void sweep();
+  void release_coils();
   void run() noexcept;
 
   /// What one start() needs and one stop() ends. Declared in the order of construction: connections go first.
@@ -147,7 +173,9 @@ struct Server::State final : Connection::Owner {
     Acceptor acceptor{io.get_executor()};
     Timer sweep_timer{io.get_executor()};
     Timer accept_timer{io.get_executor()};
-    tcp::endpoint peer;  ///< of the connection that is accepted next
+    Timer coil_timer{io.get_executor()};
+    bool coils_wait = false;  ///< the timer runs
+    tcp::endpoint peer;       ///< of the connection that is accepted next
     std::vector<std::shared_ptr<Connection>> connections;
   };
   struct Counters {
@@ -156,6 +184,7 @@ struct Server::State final : Connection::Owner {
   };
 
   const io::ModbusConfig& config;
+  std::uint32_t places = config.max_clients;
   ProcessData data;
   PduHandler handler;
   ClientSeen client_seen;
@@ -187,6 +216,7 @@ std::size_t Server::State::answer(std::span<const std::uint8_t> frame, std::span
   } else {
     client_seen.answered();
   }
+  if (!session->coils_wait) release_coils();
   return kFrameHead + size;
 }
 
@@ -235,13 +265,12 @@ bool Server::State::make_room(const asio::ip::address& peer) {
   const auto& all = session->connections;
   const auto from_peer = static_cast<std::uint32_t>(
       std::count_if(all.begin(), all.end(), [&](const auto& connection) { return connection->peer() == peer; }));
-  const std::uint32_t per_address =
-      config.max_clients_per_address == 0 ? config.max_clients : config.max_clients_per_address;
-  const std::uint32_t reserve = from_peer == 0 ? 0 : config.max_clients / kReserveShare;
+  const std::uint32_t per_address = config.max_clients_per_address == 0 ? places : config.max_clients_per_address;
+  const std::uint32_t reserve = from_peer == 0 ? 0 : places / kReserveShare;
   Connection* gives_way = nullptr;
-  if (from_peer >= per_address || (from_peer != 0 && all.size() + reserve >= config.max_clients)) {
+  if (from_peer >= per_address || (from_peer != 0 && all.size() + reserve >= places)) {
     gives_way = least_useful(&peer);
-  } else if (all.size() >= config.max_clients) {
+  } else if (all.size() >= places) {
     gives_way = least_useful(nullptr);
   } else {
     return true;
@@ -284,6 +313,18 @@ void Server::State::sweep() {
   });
 }
 
+/// Now and then, as long as coils wait to be reset.
+void Server::State::release_coils() {
+  session->coils_wait = data.has_waiting_coils();
+  if (!session->coils_wait) return;
+  session->coil_timer.expires_after(kCoilPause);
+  session->coil_timer.async_wait([this](const error_code& stopped) {
+    if (stopped) return;
+    data.release_coils();
+    release_coils();
+  });
+}
+
 void Server::State::run() noexcept {
   for (;;) {
     try {
@@ -301,13 +342,9 @@ Server::Server(runtime::Resource& resource, const AddressMap& map, const io::Mod
 
 Server::~Server() { stop(); }
 
-std::optional<core::Problem> Server::check() const {
-  asio::io_context io;
-  Acceptor acceptor(io.get_executor());
-  const error_code error = listen(acceptor, state_->config);
-  if (error) return cannot_listen(state_->config, error);
-  return std::nullopt;
-}
+void Server::set_system(SystemSource source) { state_->data.set_system(std::move(source)); }
+
+void Server::set_scans(ScanSource source) { state_->data.set_scans(std::move(source)); }
 
 std::optional<core::Problem> Server::start() {
   State& state = *state_;
@@ -319,6 +356,7 @@ std::optional<core::Problem> Server::start() {
     state.session.reset();
     return cannot_listen(state.config, error);
   }
+  state.places = affordable(state.config.max_clients);
   state.accept();
   state.sweep();
   state.thread.start([&state] { state.run(); });
@@ -335,6 +373,8 @@ void Server::stop() {
   state.counters.clients.store(0, std::memory_order_relaxed);
   state.client_seen.reset();
 }
+
+std::uint32_t Server::places() const { return state_->places; }
 
 std::uint16_t Server::port() const { return state_->port; }
 

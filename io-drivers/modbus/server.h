@@ -12,6 +12,7 @@
 
 #include "core/result.h"
 #include "io-drivers/modbus/address_map.h"
+#include "io-drivers/modbus/coil_latch.h"
 #include "runtime/memory/global_ports.h"
 #include "runtime/resource.h"
 
@@ -44,13 +45,17 @@ class Server {
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
 
-  /// Whether the address can be had: binds and lets go. Before anything is touched that start() would find out too
-  /// late.
-  [[nodiscard]] std::optional<core::Problem> check() const;
-  /// Binds, listens and starts the thread. P7510 when the address cannot be had.
+  /// What the system's registers tell (system_points.h). Before start().
+  void set_system(SystemSource source);
+  /// How many scans tasks have made, for coils that are latched. Before start().
+  void set_scans(ScanSource source);
+  /// Binds, listens and starts the thread. P7510 when the address cannot be had: it may be tried again.
   std::optional<core::Problem> start();
   /// Closes all connections and joins. start() may follow.
   void stop();
+  /// Connections at a time since start(): `max_clients`, or as many as the limit of descriptors allows, raised as far
+  /// as this process may. Silent clients give way at this number.
+  [[nodiscard]] std::uint32_t places() const;
   /// The port listened on, also when 0 was asked for.
   [[nodiscard]] std::uint16_t port() const;
   [[nodiscard]] ServerStatistics statistics() const;

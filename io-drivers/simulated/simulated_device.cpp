@@ -51,12 +51,12 @@ std::vector<InputStatus> SimulatedDevice::inputs(core::TimeNs) const {
   return inputs;
 }
 
-std::vector<std::string> SimulatedDevice::service(core::TimeNs) {
+std::vector<Sentence> SimulatedDevice::service(core::TimeNs) {
   if (told_ || !losing_.load(std::memory_order_acquire)) return {};
   told_ = true;
   const core::Problem& first = *script_->lost().first;
-  return {name_ + ": error " + std::string(core::info(first.code).name) + ": values are lost, the first " +
-          first.message};
+  return {{name_ + ": error " + std::string(core::info(first.code).name) + ": values are lost, the first " +
+           first.message}};
 }
 
 DriverStatus SimulatedDevice::status() const {

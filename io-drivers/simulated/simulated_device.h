@@ -32,7 +32,7 @@ class SimulatedDevice final : public Driver {
   std::optional<core::Problem> check() override;
   std::optional<core::Problem> open() override;
   /// Says once that values of the stimulus are lost.
-  std::vector<std::string> service(core::TimeNs now_ns) override;
+  std::vector<Sentence> service(core::TimeNs now_ns) override;
   [[nodiscard]] DriverStatus status() const override;
   [[nodiscard]] std::vector<InputStatus> inputs(core::TimeNs now_ns) const override;
   bool drive_safe() noexcept override { return true; }

@@ -61,7 +61,7 @@ struct GpioRig {
   std::string serve() {
     std::string all;
     for (const auto& driver : drivers) {
-      for (const std::string& line : driver->service(simulation->now_ns())) all += line + "\n";
+      for (const io::Sentence& said : driver->service(simulation->now_ns())) all += said.text + "\n";
     }
     return all;
   }

@@ -45,7 +45,7 @@ class NotedDriver final : public Driver {
   [[nodiscard]] Timing timing() const override { return Timing::kBounded; }
   [[nodiscard]] std::uint32_t task() const override { return 0; }
   std::optional<core::Problem> open() override { return std::nullopt; }
-  std::vector<std::string> service(core::TimeNs) override { return {}; }
+  std::vector<io::Sentence> service(core::TimeNs) override { return {}; }
   [[nodiscard]] DriverStatus status() const override { return {}; }
   [[nodiscard]] std::vector<InputStatus> inputs(core::TimeNs) const override { return {}; }
   bool drive_safe() noexcept override {

@@ -152,7 +152,7 @@ TEST(Retained, AFolderThatCannotBeWrittenStopsNothing) {
   write_text(plant.state, "a file");
   const auto run = plant.run(plant.kept());
   ASSERT_EQ(run.code, 0) << run.all();
-  EXPECT_TRUE(has(run.err, "warning P7613: retained values are not stored")) << run.err;
+  EXPECT_TRUE(has(run.err, "warning: P7613: retained values are not stored")) << run.err;
 }
 
 TEST(Retained, IsShownAsItIsKept) {

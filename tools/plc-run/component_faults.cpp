@@ -1,5 +1,6 @@
 #include "tools/plc-run/component_faults.h"
 
+#include <poll.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -29,7 +30,10 @@ class Line {
   }
   void print() noexcept {
     text_[length_++] = '\n';
-    // WHY: nothing is left to report it to when this fails.
+    // WHY: nothing is left to report it to when this fails; a reader that stalls must not keep the process from its
+    // end.
+    pollfd out{STDERR_FILENO, POLLOUT, 0};
+    if (::poll(&out, 1, 0) != 1) return;
     [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, text_, length_);
   }
 

@@ -30,6 +30,7 @@
 #include "tools/plc-run/component_faults.h"
 #include "tools/plc-run/listeners.h"
 #include "tools/plc-run/open_image.h"
+#include "tools/plc-run/output.h"
 #include "tools/plc-run/report.h"
 #include "tools/plc-run/retained.h"
 #include "tools/plc-run/watch.h"
@@ -63,19 +64,28 @@ struct Run {
 };
 
 constexpr core::TimeNs kRedrawNs = 200'000'000;
+/// After a signal to stop, what cannot be printed within this time is lost.
+constexpr core::TimeNs kPrintPatienceNs = 2'000'000'000;
 /// The plant that signals stop, once there is one.
 std::atomic<io::Plant*> running{nullptr};
-std::atomic<bool> signalled{false};
+/// Number of the first signal to stop, 0 = none, and when it came.
+std::atomic<int> signalled{0};
+std::atomic<core::TimeNs> signalled_ns{0};
 /// SIGUSR1 came: print what was measured so far.
 std::atomic<bool> report_wanted{false};
-static_assert(std::atomic<bool>::is_always_lock_free);
+static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<core::TimeNs>::is_always_lock_free);
 
 void on_report_signal(int) { report_wanted.store(true, std::memory_order_relaxed); }
 
-void on_signal(int) {
-  signalled.store(true, std::memory_order_relaxed);
+void on_signal(int signal) {
+  int none = 0;
+  if (signalled.compare_exchange_strong(none, signal)) signalled_ns.store(core::MonotonicClock().now_ns());
   io::Plant* const plant = running.load(std::memory_order_relaxed);
   if (plant != nullptr) plant->request_stop();
+}
+
+bool printing_takes_too_long() {
+  return signalled.load() != 0 && core::MonotonicClock().now_ns() - signalled_ns.load() > kPrintPatienceNs;
 }
 
 void handle_signals() {
@@ -107,15 +117,6 @@ std::uint32_t stimulus_task(const std::string& path, runtime::Resource& resource
     }
   }
   return io::fastest_task(resource.image());
-}
-
-/// At its line of plc.toml, when it has one.
-void complain_at(const std::string& file, core::SourceRef at, const core::Problem& problem) {
-  if (at.line == 0) return complain(problem);
-  core::Diagnostics diagnostics;
-  at.file = diagnostics.add_file(file);
-  diagnostics.report(problem.code, at, {}, problem.message, problem.help);
-  diagnostics.render_with_lines(std::cerr);
 }
 
 /// What the tasks needed so far; they may run.
@@ -155,13 +156,13 @@ std::optional<Plan> make_plan(const Run& run, io::Configuration configuration, c
 class AllocationWarnings {
  public:
   explicit AllocationWarnings(const runtime::Resource& resource) : resource_(resource) {}
-  void print_new(std::ostream& out) {
+  void print_new() {
     for (std::size_t task = 0; task < resource_.task_count(); ++task) {
       const runtime::Program& program = resource_.program(task);
       for (const auto& found : program.allocations()) {
         if (!told_.emplace(task, found.taskblock).second) continue;
-        out << fmt::format("warning: taskblock {} allocates memory in its cycle (task {})\n", found.taskblock,
-                           program.task().name);
+        message(core::Severity::kWarning) << fmt::format("taskblock {} allocates memory in its cycle (task {})\n",
+                                                         found.taskblock, program.task().name);
       }
     }
   }
@@ -173,7 +174,7 @@ class AllocationWarnings {
 
 /// `diagnostics` are those of the plan: places of the configuration name their file by it.
 int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::Diagnostics& diagnostics,
-                 std::int64_t duration_ns, core::TimeNs load_ns) {
+                 std::int64_t duration_ns, core::TimeNs load_ns, Output& output) {
   const bytecode::Image& image = resource.image();
   // What is said on the way leaves stdout to the document.
   std::ostream& talk = run.stats == Stats::kJson ? std::cerr : std::cout;
@@ -189,7 +190,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
                                                         stimulus_task(run.stimulus, resource), resource);
     if (const auto problem = machine->add(std::move(device))) return complain(*problem), exit_code_of(*problem);
   }
-  LiveView view(run.watch, resource, ::isatty(STDOUT_FILENO) == 1);
+  LiveView view(run.watch, resource, output.out(), ::isatty(STDOUT_FILENO) == 1);
   if (!run.watch.empty() && view.empty()) {
     complain("plc-run", fmt::format("no variable matches --watch {}", fmt::join(run.watch, " --watch ")),
              "paths begin with the name of a program instance or a global: --watch '*' shows all of them");
@@ -204,13 +205,10 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   realtime.on_thread_start = watch_task_thread;
   realtime.program_time_ns = retained.program_time_ns;
   io::Plant plant(resource, std::move(machine), std::move(realtime));
-  const auto failed = [&](const core::Problem& problem) {
-    const bool listening = problem.code == core::Code::P7510;
-    complain_at(run.configuration, listening ? plant.machine().listen_at() : core::SourceRef{}, problem);
-    return kExitErrors;
-  };
-  std::vector<std::string> notes;
-  if (const auto problem = plant.prepare([&resource] { name_crashes(resource); }, notes)) return failed(*problem);
+  std::vector<io::Sentence> notes;
+  if (const auto problem = plant.prepare([&resource] { name_crashes(resource); }, notes)) {
+    return complain(*problem), kExitErrors;
+  }
   runtime::RealtimeScheduler& scheduler = plant.scheduler();
   if (!view.empty()) scheduler.add_listener(view);
   CycleLimit limit(scheduler, io::fastest_task(image), run.cycles);
@@ -218,20 +216,29 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   print_devices(plant.machine(), notes, talk);
   if (retained.keeper) retained.keeper->start();
   running.store(&plant, std::memory_order_relaxed);
-  if (signalled.load(std::memory_order_relaxed)) plant.request_stop();  // before the handler knew the plant
-  if (const auto problem = plant.start()) return failed(*problem);
+  if (signalled.load(std::memory_order_relaxed) != 0) plant.request_stop();  // before the handler knew the plant
+  output.stop_waiting();
+  if (const auto problem = plant.start()) return complain(*problem), kExitErrors;
   print_realtime(scheduler.report(), talk);
   talk << std::endl;
+  const core::MonotonicClock clock;
   std::size_t faults = 0;
+  std::optional<runtime::TaskFault> last_fault;
   const auto show_faults = [&] {
     for (const runtime::TaskFault& fault : scheduler.new_faults()) {
       ++faults;
-      print_fault(resource, fault, std::cerr);
+      last_fault = fault;
+      print_fault(resource, fault, message(core::Severity::kError));
     }
   };
   const auto show_retain = [&] {
     if (!retained.keeper) return;
-    for (const std::string& sentence : retained.keeper->messages()) std::cerr << sentence << std::endl;
+    for (const std::string& sentence : retained.keeper->messages()) {
+      constexpr std::string_view kWarning = "warning ";
+      const bool warns = sentence.starts_with(kWarning);
+      message(warns ? core::Severity::kWarning : core::Severity::kNote)
+          << std::string_view(sentence).substr(warns ? kWarning.size() : 0) << '\n';
+    }
   };
   AllocationWarnings allocations(resource);
   core::TimeNs next_view = plant.begin_ns();
@@ -242,21 +249,25 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
     }
     show_faults();
     show_retain();
-    allocations.print_new(std::cerr);
+    allocations.print_new();
     if (report_wanted.exchange(false, std::memory_order_relaxed)) {
       print_statistics(run, resource, scheduler, std::cerr);
-      std::cerr << std::flush;
     }
+    Output::flush();
   };
-  plant.run(duration_ns, often, [](const std::string& sentence) { std::cerr << "plc-run: " << sentence << std::endl; });
+  plant.run(duration_ns, often,
+            [](const io::Sentence& said) { message(said.severity) << "plc-run: " << said.text << '\n'; });
   const std::vector<std::uint32_t> stuck = plant.stop();
   running.store(nullptr, std::memory_order_relaxed);
   if (retained.keeper) retained.keeper->stop(stuck);
+  output.wait_again(printing_takes_too_long);
 
   show_faults();
   show_retain();
-  allocations.print_new(std::cerr);
+  allocations.print_new();
   print_events(resource, std::cerr);
+  print_end({signalled.load(), duration_ns, run.cycles, last_fault ? &*last_fault : nullptr}, resource, scheduler,
+            clock.now_ns() - plant.begin_ns(), talk);
   print_statistics(run, resource, scheduler, std::cout);
   if (run.stats == Stats::kText) {
     std::cout << '\n';
@@ -270,13 +281,20 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
       complain("plc-run", "task " + image.tasks[task].name + " does not end; its outputs are safe");
     }
     // WHY: it still uses what a return would destroy.
-    std::cout.flush();
+    Output::flush();
     std::_Exit(kExitErrors);
   }
-  return faults == 0 ? kExitOk : kExitErrors;
+  // Who stops a plant that got over its faults as its policies say has nothing to mend.
+  const auto stops_all = [&](const runtime::TaskFault& fault) {
+    return scheduler.plan(fault.task).on_fault == runtime::FaultPolicy::kStop;
+  };
+  const std::vector<runtime::TaskFault> all = scheduler.faults();
+  const bool handled = signalled.load() != 0 && std::none_of(all.begin(), all.end(), stops_all);
+  return faults == 0 || handled ? kExitOk : kExitErrors;
 }
 
 int run_command(int argc, char** argv) {
+  Output output;
   const Program program(
       "plc-run",
       "Runs a PLC project in real time, one thread per task, until SIGINT, SIGTERM or SIGHUP; then outputs go to "
@@ -296,8 +314,9 @@ int run_command(int argc, char** argv) {
       "SCHED_FIFO and locked memory need privileges: run as root, or allow them in a service\n"
       "(LimitRTPRIO=99, LimitMEMLOCK=infinity). Without them it runs, and says so.\n"
       "\n"
-      "Exit codes: 0 all is well, 1 the project has errors or a task faulted, 2 wrong flags or a file that cannot be "
-      "opened, 3 the runtime died or hung and the guardian drove the safe values.",
+      "Exit codes: 0 all is well, or a signal ended what went on after faults; 1 the project has errors or a task "
+      "faulted, 2 wrong flags or a file that cannot be opened, 3 the runtime died or hung and the guardian drove the "
+      "safe values.",
       kVersionText);
   Run run;
   program.option("FILE", run.file, "PLCopen XML or ST file, source folder, or image made by plc compile").required();
@@ -402,7 +421,7 @@ int run_command(int argc, char** argv) {
     resource = std::move(*loaded);
   }
   if (const auto problem = prepare_engine(*resource, run.engine, "plc-run")) return complain(*problem), kExitErrors;
-  return run_resource(run, *resource, std::move(*plan), diagnostics, duration_ns, clock.now_ns() - begin);
+  return run_resource(run, *resource, std::move(*plan), diagnostics, duration_ns, clock.now_ns() - begin, output);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cstring>
 #include <nlohmann/json.hpp>
 #include <ostream>
 
@@ -12,6 +13,7 @@
 #include "io-drivers/config/template.h"
 #include "tools/command_line.h"
 #include "tools/engine.h"
+#include "tools/plc-run/output.h"
 #include "tools/statistics.h"
 #include "tools/version.h"
 
@@ -95,15 +97,44 @@ void print_start(std::string_view file, const bytecode::Image& image, std::span<
   }
 }
 
-void print_devices(const io::Machine& machine, const std::vector<std::string>& notes, std::ostream& out) {
+void print_end(const End& end, const runtime::Resource& resource, const runtime::RealtimeScheduler& scheduler,
+               core::TimeNs ran_ns, std::ostream& out) {
+  const bool stops = end.fault != nullptr && scheduler.plan(end.fault->task).on_fault == runtime::FaultPolicy::kStop;
+  std::string why;
+  if (end.signal != 0) {
+    why = fmt::format("signal SIG{}", ::sigabbrev_np(end.signal));
+  } else if (stops) {
+    why = fmt::format("fault {} in task {}, whose policy is stop",
+                      core::info(runtime::fault_code(end.fault->fault.kind)).name,
+                      resource.image().tasks[end.fault->task].name);
+  } else if (end.duration_ns != 0 && ran_ns >= end.duration_ns) {
+    why = "--duration";
+  } else if (end.cycles != 0) {
+    why = "--cycles";
+  } else {
+    why = "asked to";
+  }
+  out << fmt::format("ends after {}: {}\n", time_text(ran_ns), why);
+}
+
+void print_devices(const io::Machine& machine, const std::vector<io::Sentence>& notes, std::ostream& out) {
   for (const auto& driver : machine.drivers()) {
     const auto inputs = driver->inputs(0).size();
-    out << fmt::format(
-        "driver {}: {}{}{}\n", driver->name(), driver->timing() == io::Timing::kOffline ? "simulated" : "open",
-        inputs != 0 ? fmt::format(", {} inputs", inputs) : "", driver->has_outputs() ? ", with outputs" : "");
+    out << fmt::format("driver {}: {}{}{}\n", driver->name(),
+                       driver->timing() == io::Timing::kOffline ? "simulated"
+                       : driver->status().connected             ? "open"
+                                                                : "not there yet",
+                       inputs != 0 ? fmt::format(", {} inputs", inputs) : "",
+                       driver->has_outputs() ? ", with outputs" : "");
   }
   if (machine.guarded()) out << "guardian: drives the safe values should the runtime die or hang\n";
-  for (const std::string& note : notes) out << note << '\n';
+  for (const io::Sentence& note : notes) {
+    if (note.severity == core::Severity::kNote) {
+      out << note.text << '\n';
+    } else {
+      message(note.severity) << "plc-run: " << note.text << '\n';
+    }
+  }
 }
 
 void print_realtime(const runtime::RealtimeReport& report, std::ostream& out) {

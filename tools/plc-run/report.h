@@ -21,7 +21,18 @@ namespace plc::tools {
 /// to here.
 void print_start(std::string_view file, const bytecode::Image& image, std::span<const runtime::TaskPlan> plan,
                  core::TimeNs load_ns, std::ostream& out);
-void print_devices(const io::Machine& machine, const std::vector<std::string>& notes, std::ostream& out);
+/// Notes go to `out`, warnings to stderr.
+void print_devices(const io::Machine& machine, const std::vector<io::Sentence>& notes, std::ostream& out);
+/// Why a run ended.
+struct End {
+  int signal = 0;                             ///< that asked for it, or 0
+  std::int64_t duration_ns = 0;               ///< --duration, or 0
+  std::uint64_t cycles = 0;                   ///< --cycles, or 0
+  const runtime::TaskFault* fault = nullptr;  ///< the last one, or null
+};
+/// "ends after 12.5 s: signal SIGTERM".
+void print_end(const End& end, const runtime::Resource& resource, const runtime::RealtimeScheduler& scheduler,
+               core::TimeNs ran_ns, std::ostream& out);
 /// What the system granted.
 void print_realtime(const runtime::RealtimeReport& report, std::ostream& out);
 

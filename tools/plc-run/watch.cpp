@@ -1,12 +1,8 @@
 #include "tools/plc-run/watch.h"
 
 #include <fmt/format.h>
-#include <poll.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <climits>
-#include <cstdio>
 
 #include "core/clock.h"
 
@@ -16,23 +12,11 @@ namespace {
 constexpr std::size_t kMostItems = 200;
 constexpr core::TimeNs kPollNs = 500'000;
 
-/// Prints as much as the reader takes at once: one that stalls must not hold up who looks after the devices.
-void print_without_waiting(std::string_view text) {
-  std::fflush(stdout);
-  while (!text.empty()) {
-    pollfd out{STDOUT_FILENO, POLLOUT, 0};
-    if (::poll(&out, 1, 0) != 1 || (out.revents & POLLOUT) == 0) return;
-    // A pipe that can be written to takes this much.
-    const ssize_t written = ::write(STDOUT_FILENO, text.data(), std::min<std::size_t>(text.size(), PIPE_BUF));
-    if (written <= 0) return;
-    text.remove_prefix(static_cast<std::size_t>(written));
-  }
-}
-
 }  // namespace
 
-LiveView::LiveView(const std::vector<std::string>& patterns, runtime::Resource& resource, bool terminal)
-    : access_(resource), terminal_(terminal) {
+LiveView::LiveView(const std::vector<std::string>& patterns, runtime::Resource& resource, PatientBuffer& out,
+                   bool terminal)
+    : access_(resource), out_(out), terminal_(terminal) {
   for (std::size_t i = 0; i < resource.task_count(); ++i) {
     requests_.push_back(std::make_unique<std::atomic<Request>>(Request::kIdle));
   }
@@ -112,7 +96,7 @@ void LiveView::print_terminal(core::TimeNs since_start_ns) {
     }
   }
   drawn_lines_ = items_.size() + 1;
-  print_without_waiting(out);
+  out_.print_or_drop(out);
 }
 
 void LiveView::print_lines(core::TimeNs since_start_ns) {
@@ -128,7 +112,7 @@ void LiveView::print_lines(core::TimeNs since_start_ns) {
   }
   if (changes.empty()) return;
   const std::string line = fmt::format("{:8.1f} s {}\n", static_cast<double>(since_start_ns) / 1e9, changes);
-  print_without_waiting(line);
+  out_.print_or_drop(line);
 }
 
 }  // namespace plc::tools

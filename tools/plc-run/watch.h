@@ -13,12 +13,13 @@
 
 #include "runtime/access.h"
 #include "runtime/sched/cycle_listener.h"
+#include "tools/plc-run/output.h"
 
 namespace plc::tools {
 
 class LiveView final : public runtime::CycleListener {
  public:
-  LiveView(const std::vector<std::string>& patterns, runtime::Resource& resource, bool terminal);
+  LiveView(const std::vector<std::string>& patterns, runtime::Resource& resource, PatientBuffer& out, bool terminal);
 
   [[nodiscard]] bool empty() const { return items_.empty(); }
   /// Asks the tasks for values, waits for them (not longer than `patience_ns`) and prints. Not on a task's thread.
@@ -44,6 +45,7 @@ class LiveView final : public runtime::CycleListener {
   runtime::Access access_;
   std::vector<Item> items_;
   std::vector<std::unique_ptr<std::atomic<Request>>> requests_;  ///< per task
+  PatientBuffer& out_;
   bool terminal_;
   std::size_t drawn_lines_ = 0;
   std::size_t path_width_ = 0;

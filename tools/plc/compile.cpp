@@ -6,6 +6,7 @@
 #include <string>
 #include <system_error>
 
+#include "io-drivers/modbus/address_map.h"
 #include "tools/command_line.h"
 #include "tools/open.h"
 #include "tools/plc/commands.h"
@@ -34,12 +35,30 @@ int run(Command command, const Compile& compile) {
   }
   taskblocks::Registry registry;
   std::vector<std::string> libraries = compile.libraries;
-  if (const auto code = load_taskblocks(compile.configuration, registry, libraries)) return *code;
+  io::Configuration configuration;
+  core::Diagnostics diagnostics;
+  if (const auto code = load_taskblocks(compile.configuration, registry, libraries, configuration, diagnostics)) {
+    diagnostics.render_with_lines(std::cerr);
+    return *code;
+  }
   if (const auto code = open_or_explain(command, {compile.file, compile.options, Goal::kRun, libraries, {}, &registry},
                                         compilation)) {
     return *code;
   }
-  const std::vector<std::byte> bytes = bytecode::save(compilation.image->image());
+  const auto frozen = modbus::read_frozen(modbus::lock_file_of(configuration, compile.file));
+  if (!frozen) {
+    complain(frozen.error());
+    return exit_code_of(frozen.error());
+  }
+  std::vector<std::byte> bytes;
+  if (frozen->entries.empty()) {
+    bytes = bytecode::save(compilation.image->image());
+  } else {
+    // The addresses that clients know go where the image goes.
+    bytecode::Image with_addresses = compilation.image->image();
+    with_addresses.frozen_addresses = modbus::frozen_text(*frozen);
+    bytes = bytecode::save(with_addresses);
+  }
   if (bytes.size() > kMaxImageBytes) {
     complain("plc compile",
              fmt::format("the image would have {} bytes, at most {} are loaded", bytes.size(), kMaxImageBytes),

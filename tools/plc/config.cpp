@@ -118,7 +118,7 @@ void check_files(const Check& check, const io::Configuration& configuration, con
     if (problem) report(driver.config->values.place(type.device_key, driver.config->at), *problem);
   }
   if (!configuration.modbus.enabled) return;
-  auto frozen = modbus::read_frozen(modbus::lock_file_of(configuration, check.file));
+  auto frozen = modbus::read_frozen(modbus::lock_file_of(configuration, check.file), resource.image());
   if (!frozen) {
     report(configuration.modbus.lock_file.at, frozen.error());
     return;

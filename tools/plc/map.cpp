@@ -179,7 +179,7 @@ int run(Command command, const Map& map) {
     complain("plc map", "-o " + map.output + " would overwrite what it is made from", "give another name");
     return kExitUsage;
   }
-  auto frozen = modbus::read_frozen(lock_file);
+  auto frozen = modbus::read_frozen(lock_file, resource.image());
   if (!frozen) {
     complain(frozen.error());
     return exit_code_of(frozen.error());

@@ -16,9 +16,11 @@ using modbus::Point;
 using modbus::Table;
 using nlohmann::ordered_json;
 
-std::string_view type_of(const MapSource& source, const Point& point) {
+std::string type_of(const MapSource& source, const Point& point) {
   const std::string& declared = source.image.types[point.type].name;
-  return declared.empty() ? core::name_of(point.elementary) : std::string_view(declared);
+  if (!declared.empty()) return declared;
+  std::string type(core::name_of(point.elementary));
+  return point.characters == 0 ? type : fmt::format("{}[{}]", type, point.characters);
 }
 
 /// "0 = Off, 1 = Heat" for enumerations.
@@ -84,7 +86,8 @@ Meaning meaning_of(const MapSource& source, const Point& point) {
 }
 
 std::string order_of(const Point& point) {
-  return point.registers > 1 ? std::string(io::word_order_text(point.word_order)) : std::string{};
+  return point.registers > 1 && point.characters == 0 ? std::string(io::word_order_text(point.word_order))
+                                                      : std::string{};
 }
 
 const char* functions_of(Table table) {
@@ -122,6 +125,9 @@ Coding coding_of(const Point& point) {
       return Coding::kF32;
     case core::Rep::kF64:
       return Coding::kF64;
+    case core::Rep::kStr:
+    case core::Rep::kWstr:
+      return Coding::kText;
     default:
       return Coding::kU16;
   }
@@ -163,6 +169,11 @@ MapText map_as_table(const MapSource& source) {
     text += row.substr(0, row.find_last_not_of(' ') + 1) + '\n';
   }
   if (text.empty()) text = "no variable has a Modbus address\n";
+  text += fmt::format("\nof the plant itself, input-registers: {}\n", functions_of(Table::kInputRegisters));
+  for (const modbus::SystemPoint& point : modbus::system_points()) {
+    text += fmt::format("{:>7}  {:<{}}  {:<14} {}\n", point.address, point.name, widest, core::name_of(point.type),
+                        point.documentation);
+  }
   return {std::move(text), {}};
 }
 
@@ -197,7 +208,7 @@ MapText map_as_json(const MapSource& source) {
     row["address1"] = point.address + 1;
     row["registers"] = point.registers;
     if (point.registers == 0) row["bit"] = 0;
-    if (point.registers > 1) row["word_order"] = io::word_order_text(point.word_order);
+    if (point.registers > 1 && point.characters == 0) row["word_order"] = io::word_order_text(point.word_order);
     row["access"] = point.writable ? "rw" : "r";
     if (!meaning.lowest.empty()) row["min"] = ordered_json::parse(meaning.lowest);
     if (!meaning.highest.empty()) row["max"] = ordered_json::parse(meaning.highest);
@@ -205,12 +216,26 @@ MapText map_as_json(const MapSource& source) {
     if (!meaning.comment.empty()) row["comment"] = meaning.comment;
     variables.push_back(std::move(row));
   }
+  ordered_json system = ordered_json::array();
+  for (const modbus::SystemPoint& point : modbus::system_points()) {
+    ordered_json row;
+    row["name"] = point.name;
+    row["type"] = core::name_of(point.type);
+    row["modbus_table"] = io::modbus_table_text(Table::kInputRegisters);
+    row["address0"] = point.address;
+    row["address1"] = point.address + 1;
+    row["registers"] = point.registers;
+    if (point.registers > 1) row["word_order"] = io::word_order_text(source.map.system_order());
+    row["comment"] = point.documentation;
+    system.push_back(std::move(row));
+  }
   ordered_json document;
   document["project"] = source.name;
   document["host"] = source.host;
   document["port"] = source.port;
   document["unit_id"] = source.unit_id;
   document["variables"] = std::move(variables);
+  document["system"] = std::move(system);
   return {document.dump(1, ' ', false, ordered_json::error_handler_t::replace) + '\n', {}};
 }
 

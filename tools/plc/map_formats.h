@@ -64,7 +64,7 @@ inline constexpr std::array<MapFormat, 7> kMapFormats = {{{"table", map_as_table
                                                           {"ignition", map_as_ignition}}};
 
 /// What a client has to know of a value: how it is coded, not what it is called in the program.
-enum class Coding : std::uint8_t { kBit, kI16, kU16, kI32, kU32, kF32, kI64, kU64, kF64 };
+enum class Coding : std::uint8_t { kBit, kI16, kU16, kI32, kU32, kF32, kI64, kU64, kF64, kText };
 Coding coding_of(const modbus::Point& point);
 
 /// Makes names that begin with a letter and hold letters, digits and '_' only, each once.

@@ -51,6 +51,8 @@ std::optional<std::string> fuxa_type(const Point& point) {
       return ordered("Int64", false);
     case Coding::kF64:
       return ordered("Float64", false);
+    case Coding::kText:
+      return std::nullopt;
   }
   return std::nullopt;
 }
@@ -93,6 +95,8 @@ std::optional<std::string> scadalts_type(const Point& point) {
       return ordered("EIGHT_BYTE_INT_UNSIGNED");
     case Coding::kF64:
       return ordered("EIGHT_BYTE_FLOAT");
+    case Coding::kText:
+      return std::nullopt;
   }
   return std::nullopt;
 }
@@ -127,6 +131,8 @@ IgnitionType ignition_type(Coding coding) {
       return {"UI_64", "Int8"};
     case Coding::kF64:
       return {"D", "Float8"};
+    case Coding::kText:
+      break;
   }
   return {"", ""};
 }
@@ -228,6 +234,10 @@ MapText map_as_ignition(const MapSource& source) {
   // The word order is an option of Ignition's device: all values have one.
   std::optional<WordOrder> order;
   for (const Point& point : points) {
+    if (point.characters != 0) {
+      out.left_out.push_back(point.path);
+      continue;
+    }
     const bool swapped = point.word_order == WordOrder::kBadc || point.word_order == WordOrder::kDcba;
     if (point.registers > 1 && !swapped && !order) order = point.word_order;
     if (point.registers > 1 && (swapped || point.word_order != *order)) {

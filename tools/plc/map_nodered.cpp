@@ -36,6 +36,7 @@ bool bridges(const modbus::AddressMap& map, const Run& run, const Point& next, s
 std::vector<Run> runs_of(const modbus::AddressMap& map) {
   std::vector<Run> runs;
   for (const Point& point : map.points()) {
+    if (point.characters != 0) continue;
     const std::uint32_t end = point.address + std::max<std::uint32_t>(point.registers, 1);
     if (runs.empty() || !bridges(map, runs.back(), point, end)) runs.push_back({point.table, point.address, end, {}});
     runs.back().end = std::max(runs.back().end, end);
@@ -218,7 +219,11 @@ MapText map_as_nodered(const MapSource& source) {
                   {"x", 560},
                   {"y", y},
                   {"wires", ordered_json::array({ordered_json::array(), ordered_json::array()})}});
-  return {flow.dump(1, ' ', false, ordered_json::error_handler_t::replace) + '\n', {}};
+  MapText out{flow.dump(1, ' ', false, ordered_json::error_handler_t::replace) + '\n', {}};
+  for (const Point& point : source.map.points()) {
+    if (point.characters != 0) out.left_out.push_back(point.path);
+  }
+  return out;
 }
 
 }  // namespace plc::tools

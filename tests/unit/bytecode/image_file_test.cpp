@@ -52,6 +52,31 @@ TEST(ImageFile, RoundTripKeepsEveryByte) {
   EXPECT_TRUE(bytecode::verify(*loaded, diagnostics));
 }
 
+TEST(ImageFile, FrozenAddressesAreASectionOfTheirOwn) {
+  Sample s = sample_image();
+  const std::vector<std::byte> without = save(s.image);
+  s.image.frozen_addresses = "path,table,address,type\n\"a,b\",coils,16384,BOOL\n";
+  const std::vector<std::byte> with = save(s.image);
+  EXPECT_EQ(with.size(), without.size() + bytecode::format::kSectionHeaderBytes + s.image.frozen_addresses.size());
+  const auto loaded = load(with);
+  ASSERT_TRUE(loaded) << loaded.error().message;
+  EXPECT_EQ(loaded->frozen_addresses, s.image.frozen_addresses);
+  EXPECT_EQ(save(*loaded), with);
+  const auto listed = bytecode::assemble(bytecode::disassemble(s.image));
+  ASSERT_TRUE(listed) << listed.error().message;
+  EXPECT_EQ(listed->frozen_addresses, s.image.frozen_addresses);
+  // An empty one is no section, and a second one neither.
+  std::vector<std::byte> wrong = without;
+  wrong[bytecode::format::kSectionCountAt] = std::byte{9};
+  wrong.insert(wrong.end(), {std::byte{9}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}});
+  bytecode::reseal(wrong);
+  EXPECT_FALSE(load(wrong));
+  wrong = with;
+  wrong[bytecode::format::kSectionCountAt] = std::byte{10};
+  bytecode::reseal(wrong);
+  EXPECT_FALSE(load(wrong));
+}
+
 TEST(ImageFile, AnEmptyImageIsAnImage) {
   const auto loaded = load(save(bytecode::Image{}));
   ASSERT_TRUE(loaded);

@@ -60,7 +60,7 @@ class Echo final : public Driver {
     return core::Problem{core::Code::P7401, "the void does not answer", "go to a cave"};
   }
   std::optional<core::Problem> open() override { return std::nullopt; }
-  std::vector<std::string> service(core::TimeNs) override { return {}; }
+  std::vector<io::Sentence> service(core::TimeNs) override { return {}; }
   [[nodiscard]] DriverStatus status() const override { return {.connected = true, .problem = {}}; }
   [[nodiscard]] std::vector<InputStatus> inputs(core::TimeNs) const override { return {}; }
   bool drive_safe() noexcept override { return true; }
@@ -307,8 +307,8 @@ std::string heard(const std::string& text, bool simulate = false) {
   if (machine == nullptr) return read.problems();
   EXPECT_EQ(machine->open(), std::nullopt);
   runtime::RealtimeScheduler scheduler(*resource);
-  std::vector<std::string> notes;
-  EXPECT_EQ(machine->start(scheduler, notes), std::nullopt);
+  std::vector<Sentence> notes;
+  machine->start(scheduler, notes);
   Limit limit(scheduler, 6);
   scheduler.add_listener(limit);
   scheduler.start();

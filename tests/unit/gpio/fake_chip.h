@@ -22,9 +22,10 @@ struct FakeChip {
   std::map<std::string, bool> out;    ///< of outputs
   std::set<std::string> busy;
   bool present = true;
-  int plugged = 0;            ///< how often
-  std::atomic<int> error{0};  ///< of reads and writes, while present
-  int busy_for = 0;           ///< so many requests find the first output in use
+  int plugged = 0;                   ///< how often
+  std::atomic<int> error{0};         ///< of reads and writes, while present
+  std::atomic<int> errors_left{-1};  ///< so many reads and writes fail with `error`; -1 = all
+  int busy_for = 0;                  ///< so many requests find the first output in use
   std::vector<io::LinesRequest> opened;
   int tries = 0, reads = 0, writes = 0;
   int handles = 0;  ///< requests not given back
@@ -75,7 +76,7 @@ class FakeLines final : public io::GpioLines {
     for (std::size_t i = 0; i < outputs.size(); ++i) chip_.out.find(request_.outputs[i].line)->second = outputs[i] != 0;
     return 0;
   }
-  bool gone() noexcept override { return failure() == ENODEV; }
+  bool gone() noexcept override { return !chip_.present || plugged_ != chip_.plugged; }
 
  private:
   struct Use {
@@ -86,7 +87,9 @@ class FakeLines final : public io::GpioLines {
     FakeChip& chip_;
   };
   [[nodiscard]] int failure() const {
-    return !chip_.present || plugged_ != chip_.plugged ? ENODEV : chip_.error.load();
+    if (!chip_.present || plugged_ != chip_.plugged) return ENODEV;
+    if (chip_.error != 0 && chip_.errors_left > 0 && --chip_.errors_left == 0) return chip_.error.exchange(0);
+    return chip_.error;
   }
   FakeChip& chip_;
   io::LinesRequest request_;

@@ -236,8 +236,8 @@ TEST(GpioDriver, LossHoldsInputsAndReturnIsNoticed) {
   rig.chip.replug();
   rig.chip.out = {{"10", true}, {"11", false}};
   EXPECT_EQ(rig.serve(), "panel: gpiochip0 is back after 1.0 s\n");
-  EXPECT_FALSE(rig.chip.out["10"]) << "safe until the next cycle";
-  EXPECT_TRUE(rig.chip.out["11"]);
+  EXPECT_TRUE(rig.chip.out["10"]) << "what the program wants, from the request on";
+  EXPECT_FALSE(rig.chip.out["11"]);
   rig.cycles();
   EXPECT_TRUE(rig.chip.out["10"]);
   EXPECT_FALSE(rig.chip.out["11"]);
@@ -282,8 +282,8 @@ TEST(GpioDriver, AHiccupKeepsTheLines) {
   ASSERT_FALSE(rig.driver->open());
   rig.cycles();
   rig.chip.error = EIO;
-  rig.cycles();
-  EXPECT_NE(rig.serve().find("Input/output error"), std::string::npos);
+  rig.cycles(4);
+  EXPECT_NE(rig.serve().find("gpiochip0 does not answer: Input/output error"), std::string::npos);
   EXPECT_EQ(rig.chip.handles, 1) << "the guardian has these lines as well: a new request would find them busy";
   rig.chip.error = 0;
   rig.cycles(100);
@@ -292,6 +292,123 @@ TEST(GpioDriver, AHiccupKeepsTheLines) {
   rig.chip.level["4"] = true;
   rig.cycles();
   EXPECT_TRUE(rig.chip.out["10"]);
+}
+
+/// Everything the lines had, in order: what a contactor would have seen.
+struct Seen {
+  explicit Seen(FakeRig& r) : rig(r) {}
+  void cycle() {
+    rig.cycles();
+    all += rig.chip.out["10"] ? '1' : '0';
+    all += rig.chip.out["11"] ? '1' : '0';
+    all += rig.value("ok") == "1" ? '+' : '-';
+  }
+  FakeRig& rig;
+  std::string all;
+};
+
+TEST(GpioDriver, OneErrorIsGotOverInTheSameCycle) {
+  FakeRig rig(panel(kTwoByTwo, "ok = \"ok\""));
+  rig.chip.level["4"] = true;
+  ASSERT_FALSE(rig.driver->open());
+  rig.cycles();
+  for (int i = 0; i < 20; ++i) {  // reads, and writes of the refresh
+    rig.chip.errors_left = 1;
+    rig.chip.error = EIO;
+    Seen seen(rig);
+    seen.cycle();
+    EXPECT_EQ(seen.all, "10+");
+  }
+  EXPECT_EQ(rig.serve(), "panel: gpiochip0: Input/output error, tried again; 20 errors since the start\n");
+  EXPECT_EQ(rig.serve(), "") << "once a minute";
+  EXPECT_EQ(rig.driver->status().losses, 0u);
+}
+
+TEST(GpioDriver, AFewCyclesThatFailAreNoLoss) {
+  FakeRig rig(panel(kTwoByTwo, "ok = \"ok\"\nerrors = 2"));
+  rig.chip.level["4"] = true;
+  ASSERT_FALSE(rig.driver->open());
+  rig.cycles();
+  Seen seen(rig);
+  for (int i = 0; i < 5; ++i) {
+    rig.chip.error = EIO;
+    seen.cycle();
+    seen.cycle();
+    rig.chip.error = 0;
+    seen.cycle();
+  }
+  EXPECT_EQ(seen.all, "10+10+10+10+10+10+10+10+10+10+10+10+10+10+10+");
+  EXPECT_EQ(rig.driver->status().losses, 0u);
+  rig.chip.error = EIO;
+  rig.chip.level["4"] = false;
+  for (int i = 0; i < 4; ++i) seen.cycle();
+  EXPECT_EQ(seen.all.substr(45), "10+10+10-10-") << "the third in a row is one too many; the lines are left alone";
+  EXPECT_EQ(rig.driver->status().losses, 1u);
+  rig.serve();
+  rig.chip.error = 0;
+  rig.cycles(100);
+  rig.chip.out["10"] = false;
+  rig.serve();
+  EXPECT_TRUE(rig.chip.out["10"]) << "what the program wants with the inputs it held";
+  rig.cycles();
+  EXPECT_FALSE(rig.chip.out["10"]);
+}
+
+TEST(GpioDriver, OutputsAreWrittenAgainInTheNextCycle) {
+  FakeRig rig(
+      panel("[inputs]\n\"%IX0.0\" = { driver = \"panel\", channel = 4 }\n"
+            "[outputs]\n\"%QX0.0\" = { driver = \"panel\", channel = 10 }\n"));
+  ASSERT_FALSE(rig.driver->open());
+  rig.cycles();
+  rig.chip.level["4"] = true;
+  const runtime::ReleaseContext context{0, 1, 20 * kMs, 20 * kMs};
+  rig.driver->before_scan(context);
+  rig.chip.error = EIO;
+  rig.cycles();
+  EXPECT_FALSE(rig.chip.out["10"]);
+  rig.chip.error = 0;
+  rig.cycles();
+  EXPECT_TRUE(rig.chip.out["10"]);
+}
+
+TEST(GpioDriver, AChipThatIsNotThereYetIsWaitedFor) {
+  FakeRig rig(panel(kTwoByTwo, "ok = \"ok\"\nwait = true"));
+  rig.chip.present = false;
+  rig.chip.level["4"] = true;
+  ASSERT_FALSE(rig.driver->check());
+  ASSERT_FALSE(rig.driver->open());
+  EXPECT_FALSE(rig.driver->status().connected);
+  rig.cycles();
+  EXPECT_EQ(rig.value("in0"), "0") << "the initial value";
+  EXPECT_EQ(rig.value("ok"), "0");
+  EXPECT_EQ(rig.driver->inputs(rig.now()).at(0).quality, Quality::kNever);
+  EXPECT_EQ(rig.serve(),
+            "panel: GPIO chip \"gpiochip0\" cannot be opened; control runs without it, it is tried again\n");
+  rig.cycles(100);
+  EXPECT_EQ(rig.serve(), "") << "said once";
+  rig.chip.present = true;
+  rig.chip.busy.insert("10");
+  rig.cycles(100);
+  EXPECT_EQ(rig.serve(), "panel: %QX0.0: in use; control runs without it, it is tried again\n") << "another reason";
+  rig.chip.busy.clear();
+  rig.cycles(100);
+  EXPECT_NE(rig.serve().find("panel: gpiochip0 is there after "), std::string::npos);
+  EXPECT_FALSE(rig.chip.out["10"]);
+  rig.cycles();
+  EXPECT_TRUE(rig.chip.out["10"]);
+  EXPECT_EQ(rig.value("ok"), "1");
+  EXPECT_EQ(rig.driver->status().recoveries, 0u);
+}
+
+TEST(GpioDriver, WaitingIsForChipsNotForMistakes) {
+  FakeRig rig(panel(kTwoByTwo, "wait = true"));
+  rig.chip.busy.insert("10");
+  EXPECT_TRUE(rig.driver->check());
+  EXPECT_TRUE(rig.driver->open());
+  FakeRig without(panel(kTwoByTwo));
+  without.chip.present = false;
+  EXPECT_TRUE(without.driver->check());
+  EXPECT_TRUE(without.driver->open());
 }
 
 TEST(GpioDriver, AStoppedTaskLeavesItsOutputsSafe) {
@@ -394,7 +511,7 @@ TEST(GpioDriver, TheCycleAllocatesNothing) {
 }
 
 TEST(GpioDriver, CycleAndServiceNeverUseTheLinesAtOnce) {
-  FakeRig rig(panel(kTwoByTwo, "on_loss = \"zero\""));
+  FakeRig rig(panel(kTwoByTwo, "on_loss = \"zero\"\nerrors = 0"));
   ASSERT_FALSE(rig.driver->open());
   std::atomic<bool> end{false};
   std::atomic<std::uint64_t> back{0};

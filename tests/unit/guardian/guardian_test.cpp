@@ -239,6 +239,25 @@ TEST_F(GuardianTest, WithoutItsGuardianTheRuntimeStops) {
   prctl(PR_SET_CHILD_SUBREAPER, 0);
 }
 
+TEST_F(GuardianTest, WhatIsStillPrintedAtTheEndHasItsTimeToo) {
+  options.hang_timeout_ns = 0;
+  start([](Pulse& pulse) {
+    signal(SIGTERM, SIG_IGN);
+    cycle(pulse);
+    pulse.stopping();
+    pulse.finished();
+    for (;;) pause();
+    return 0;
+  });
+  ASSERT_TRUE(soon([&] { return notes.runtime != 0; }));
+  std::this_thread::sleep_for(milliseconds(1000));
+  EXPECT_EQ(notes.safe_calls, 0) << "who was not asked to end may print for ever";
+  kill(guardian, SIGTERM);
+  EXPECT_EQ(wait_for_guardian(), kGuardianExit);
+  EXPECT_NE(said.find("did not end within 0.6 s of an orderly stop"), std::string::npos) << said;
+  EXPECT_TRUE(runtime_is_gone());
+}
+
 TEST_F(GuardianTest, WithoutATimeOutOnlyDeathsCount) {
   options.hang_timeout_ns = 0;
   start([](Pulse& pulse) {

@@ -224,7 +224,12 @@ TEST(Keys, DefaultsAreThoseOfTheStructures) {
     for (const DriverConfig& d : c.drivers) {
       if (!of_driver || d.type != key.kind) continue;
       EXPECT_TRUE(d.values.has(key.name)) << key.name;
-      EXPECT_EQ(d.values.text(key.name), KeyValues(key.kind->driver_keys).text(key.name)) << key.name;
+      const KeyValues defaults(key.kind->driver_keys);
+      if (key.type.kind == KeyKind::kBoolean) {
+        EXPECT_EQ(d.values.flag(key.name), defaults.flag(key.name)) << key.name;
+      } else {
+        EXPECT_EQ(d.values.text(key.name), defaults.text(key.name)) << key.name;
+      }
     }
     for (const ChannelConfig* one : {&c.inputs.at(0), &c.outputs.at(0)}) {
       if (of_driver || key.kind != gpio_type || !one->values.has(key.name)) continue;

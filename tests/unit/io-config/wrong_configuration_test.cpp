@@ -134,6 +134,7 @@ constexpr Wrong kWrong[] = {
      "}\n",
      "5:34 P7307"},
     {"WordOrderOfCoils", "[[modbus.range]]\ntable = \"coils\"\nword_order = \"CDAB\"\n", "3:14 P7307"},
+    {"LatchOfRegisters", "[[modbus.range]]\ntable = \"holding-registers\"\nlatch = true\n", "3:9 P7307"},
     // One another.
     {"UnknownDriver", "[inputs]\nX = { driver = \"panel\", channel = 1 }\n", "2:16 P7308"},
     {"DriversAreComparedLetterByLetter",

@@ -32,7 +32,7 @@ class SlowDevice final : public io::Driver {
   [[nodiscard]] io::Timing timing() const override { return io::Timing::kBounded; }
   [[nodiscard]] std::uint32_t task() const override { return 0; }
   std::optional<core::Problem> open() override { return std::nullopt; }
-  std::vector<std::string> service(core::TimeNs) override { return {}; }
+  std::vector<io::Sentence> service(core::TimeNs) override { return {}; }
   [[nodiscard]] io::DriverStatus status() const override { return {}; }
   [[nodiscard]] std::vector<io::InputStatus> inputs(core::TimeNs) const override { return {}; }
   bool drive_safe() noexcept override { return true; }

@@ -155,14 +155,14 @@ TEST(AddressMap, AutomaticAddressesByDeclarationAlignedToTheirSize) {
   EXPECT_EQ(f.place("GVL.Listed"), "holding-registers 16396*");
   EXPECT_EQ(f.place("Flag1"), "coils 16384*");
   EXPECT_EQ(f.place("Flag2"), "coils 16385*");
-  EXPECT_EQ(f.place("Text"), "none");
+  EXPECT_EQ(f.place("Text"), "holding-registers 16397*") << "texts come last";
   EXPECT_EQ(f.place("Limit"), "input-registers 16384*");
   EXPECT_EQ(f.place("Always"), "discrete-inputs 16384*");
   EXPECT_FALSE(f.point("Limit")->writable);
   EXPECT_TRUE(f.point("Span")->writable);
   EXPECT_EQ(f.point("Span")->registers, 4);
   EXPECT_TRUE(f.frozen.changed);
-  EXPECT_EQ(f.frozen.entries.size(), 10u);
+  EXPECT_EQ(f.frozen.entries.size(), 11u);
 }
 
 TEST(AddressMap, ArraysLieInSequenceAndMembersOfStructuresAreThere) {
@@ -245,13 +245,13 @@ TEST(AddressMap, ARangeThatSplitsAValueIsAnError) {
     }
     f.config.ranges = {range};
     f.build();
-    EXPECT_EQ(f.map.has_value(), f.said().empty());
+    EXPECT_EQ(f.map.has_value(), f.said().find("error") == std::string::npos);
     return f.said();
   };
   for (const bool rights : {true, false}) {
     EXPECT_EQ(said(2048, 2049, rights), "");
     EXPECT_EQ(said(2047, 2051, rights), "");
-    EXPECT_EQ(said(2052, 4095, rights), "") << "a gap";
+    EXPECT_EQ(said(2052, 4095, rights).find("P7505"), std::string::npos) << "a gap";
     const std::string text = said(2049, 2049, rights);
     EXPECT_NE(text.find("plc.toml:7:1: error P7505: range splits \"Level\" (2048..2049)"), std::string::npos) << text;
     EXPECT_NE(text.find("first = 2048, last = 2049"), std::string::npos) << text;
@@ -259,6 +259,46 @@ TEST(AddressMap, ARangeThatSplitsAValueIsAnError) {
     EXPECT_NE(said(2049, 2050, rights).find("splits \"Level\" (2048..2049) and 1 more"), std::string::npos);
     EXPECT_NE(said(16385, 16386, rights).find("splits \"Total\" (16384..16387)"), std::string::npos);
   }
+}
+
+TEST(AddressMap, RangesWithoutEffectAreTold) {
+  const auto said = [](io::ModbusRange range) {
+    MapFixture f;
+    f.variable("Set", TypeId::kInt, "%MW0");
+    f.variable("Valve", TypeId::kBool, "%QX0.0");
+    range.at.line = 7;
+    f.config.ranges = {range};
+    f.build();
+    EXPECT_TRUE(f.map) << "a warning";
+    return f.said();
+  };
+  io::ModbusRange range;
+  range.first = 1024;
+  range.last = 1030;
+  EXPECT_NE(said(range).find("warning P7506: the range holding-registers 1024..1030 says nothing"), std::string::npos);
+  range.writable = false;
+  EXPECT_EQ(said(range), "");
+  range.first = 41025;
+  range.last = 41034;
+  std::string text = said(range);
+  EXPECT_NE(text.find("warning P7506: no variable is at holding-registers 41025..41034"), std::string::npos) << text;
+  EXPECT_NE(text.find("first = 1024, last = 1033"), std::string::npos) << text;
+  range.first = 500;
+  range.last = 600;
+  text = said(range);
+  EXPECT_NE(text.find("P7506"), std::string::npos) << text;
+  EXPECT_NE(text.find("plc map shows"), std::string::npos) << text;
+  io::ModbusRange coils;
+  coils.table = kCoils;
+  coils.last = 3;
+  coils.latch = true;
+  EXPECT_EQ(said(coils), "");
+  io::ModbusRange plant;
+  plant.table = io::ModbusTable::kInputRegisters;
+  plant.first = 8194;
+  plant.last = 8199;
+  plant.word_order = io::WordOrder::kCdab;
+  EXPECT_EQ(said(plant), "") << "its own registers";
 }
 
 TEST(AddressMap, RightsByPatternThenByRange) {

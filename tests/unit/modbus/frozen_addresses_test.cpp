@@ -52,6 +52,29 @@ TEST_F(LockFile, WhatWasWrittenIsReadBack) {
   EXPECT_EQ(freeze({{"A", TypeId::kInt}, {"B", TypeId::kReal}, {"C", TypeId::kBool}}, frozen), text);
 }
 
+TEST_F(LockFile, AnImageBringsItsAddresses) {
+  bytecode::Image image;
+  image.frozen_addresses = "path,table,address,type\nA,holding-registers,16400,INT\n";
+  const auto both = [&](const std::string& text) {
+    std::filesystem::remove(file_);
+    if (!text.empty()) std::ofstream(file_, std::ios::binary) << text;
+    const auto frozen = modbus::read_frozen(file_, image);
+    if (!frozen) return std::string(core::info(frozen.error().code).name) + ": " + frozen.error().message;
+    return modbus::frozen_text(*frozen).substr(modbus::frozen_text(*frozen).find("type\n") + 5);
+  };
+  EXPECT_EQ(both(""), "A,holding-registers,16400,INT\n") << "no file beside it";
+  EXPECT_EQ(both("path,table,address,type\na,holding-registers,16400,INT\nB,holding-registers,16401,INT\n"),
+            "A,holding-registers,16400,INT\nB,holding-registers,16401,INT\n")
+      << "the file may have more, and letter case does not count";
+  EXPECT_EQ(both("path,table,address,type\nA,holding-registers,16384,INT\n"),
+            "P7507: " + file_ + ": \"A\" is at holding-registers 16384, and the image was compiled with " +
+                "holding-registers 16400");
+  image.frozen_addresses = "rubbish";
+  EXPECT_EQ(both("").substr(0, 36), "P7501: frozen addresses of the image");
+  image.frozen_addresses.clear();
+  EXPECT_EQ(both("path,table,address,type\nA,holding-registers,16384,INT\n"), "A,holding-registers,16384,INT\n");
+}
+
 TEST_F(LockFile, NewVariablesInFrontMoveNothing) {
   const FrozenAddresses frozen = parsed(freeze({{"A", TypeId::kInt}, {"B", TypeId::kInt}}));
   EXPECT_EQ(freeze({{"New", TypeId::kInt}, {"B", TypeId::kInt}, {"A", TypeId::kInt}}, frozen),

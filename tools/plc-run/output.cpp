@@ -1,0 +1,160 @@
+#include "tools/plc-run/output.h"
+
+#include <fcntl.h>
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <climits>
+#include <cstdlib>
+#include <iostream>
+#include <utility>
+
+namespace plc::tools {
+namespace {
+
+/// A terminal that says it can be written to takes at least this.
+constexpr std::size_t kTerminalPiece = 256;
+constexpr int kWaitMs = 50;
+
+int open_standard_descriptors() {
+  for (int fd = 0; fd <= STDERR_FILENO; ++fd) {
+    // The lowest number that is free is this one.
+    if (::fcntl(fd, F_GETFD) < 0 && errno == EBADF) static_cast<void>(::open("/dev/null", O_RDWR));
+  }
+  return STDOUT_FILENO;
+}
+
+/// Whether stderr is the stream that systemd named to its service.
+bool is_journal() {
+  const char* const stream = std::getenv("JOURNAL_STREAM");
+  struct stat status {};
+  if (stream == nullptr || ::fstat(STDERR_FILENO, &status) != 0) return false;
+  return fmt::format("{}:{}", status.st_dev, status.st_ino) == stream;
+}
+
+}  // namespace
+
+PatientBuffer::PatientBuffer(int descriptor)
+    : descriptor_(descriptor), piece_(::isatty(descriptor) == 1 ? kTerminalPiece : PIPE_BUF) {}
+
+void PatientBuffer::wait_again(bool (*give_up)()) {
+  waits_ = true;
+  give_up_ = give_up;
+}
+
+/// As much as can be written without waiting.
+PatientBuffer::Written PatientBuffer::write_some() {
+  std::size_t done = 0;
+  Written result = Written::kAll;
+  while (done < waiting_.size()) {
+    pollfd out{descriptor_, POLLOUT, 0};
+    if (::poll(&out, 1, 0) != 1 || (out.revents & (POLLOUT | POLLERR | POLLNVAL)) == 0) {
+      result = Written::kBlocked;
+      break;
+    }
+    const ssize_t written = ::write(descriptor_, waiting_.data() + done, std::min(waiting_.size() - done, piece_));
+    if (written > 0) {
+      done += static_cast<std::size_t>(written);
+    } else if (errno != EINTR) {
+      result = errno == EAGAIN                    ? Written::kBlocked
+               : errno == EPIPE || errno == EBADF ? Written::kNobody
+                                                  : Written::kRefused;
+      break;
+    }
+  }
+  waiting_.erase(0, result == Written::kNobody ? waiting_.size() : done);
+  if (!waiting_.empty() || lost_lines_ == 0) return result;
+  const std::uint64_t lost = std::exchange(lost_lines_, 0);
+  if (result == Written::kAll)
+    add(fmt::format("plc-run: {} lines are lost: they could not be written in time\n", lost));
+  return waiting_.empty() ? result : Written::kBlocked;
+}
+
+int PatientBuffer::sync() {
+  for (;;) {
+    const Written written = write_some();
+    if (written == Written::kAll || written == Written::kNobody || !waits_) return 0;
+    // A disk that is full stays full for as long as somebody waits for it.
+    if (written == Written::kRefused || (give_up_ != nullptr && give_up_())) return waiting_.clear(), 0;
+    pollfd out{descriptor_, POLLOUT, 0};
+    ::poll(&out, 1, kWaitMs);
+  }
+}
+
+void PatientBuffer::add(std::string_view text) {
+  if (waiting_.size() + text.size() > kMostWaiting) sync();
+  if (!waits_ && waiting_.size() + text.size() > kMostWaiting) {
+    lost_lines_ += static_cast<std::uint64_t>(std::count(text.begin(), text.end(), '\n'));
+    return;
+  }
+  waiting_ += text;
+}
+
+PatientBuffer::int_type PatientBuffer::overflow(int_type character) {
+  if (!traits_type::eq_int_type(character, traits_type::eof())) {
+    const char one = traits_type::to_char_type(character);
+    add({&one, 1});
+  }
+  return traits_type::not_eof(character);
+}
+
+std::streamsize PatientBuffer::xsputn(const char* text, std::streamsize count) {
+  add({text, static_cast<std::size_t>(count)});
+  return count;
+}
+
+void PatientBuffer::print_or_drop(std::string_view text) {
+  if (write_some() != Written::kAll) return;
+  waiting_ = text;
+  write_some();
+  waiting_.clear();
+}
+
+Output::Output()
+    : out_(open_standard_descriptors()),
+      err_(STDERR_FILENO),
+      out_before_(std::cout.rdbuf(&out_)),
+      err_before_(std::cerr.rdbuf(&err_)) {}
+
+Output::~Output() {
+  flush();
+  std::cout.rdbuf(out_before_);
+  std::cerr.rdbuf(err_before_);
+}
+
+void Output::stop_waiting() {
+  out_.stop_waiting();
+  err_.stop_waiting();
+}
+
+void Output::wait_again(bool (*give_up)()) {
+  out_.wait_again(give_up);
+  err_.wait_again(give_up);
+}
+
+void Output::flush() {
+  std::cout.flush();
+  std::cerr.flush();
+}
+
+std::ostream& message(core::Severity severity) {
+  static const bool journal = is_journal();
+  const bool error = severity == core::Severity::kError, warning = severity == core::Severity::kWarning;
+  if (journal) {
+    std::cerr << (error ? "<3>" : warning ? "<4>" : "<6>");
+  } else {
+    using namespace std::chrono;
+    const auto now = system_clock::now();
+    const auto ms = duration_cast<milliseconds>(now.time_since_epoch()).count() % 1000;
+    std::cerr << fmt::format("{:%Y-%m-%dT%H:%M:%S}.{:03}Z ", fmt::gmtime(system_clock::to_time_t(now)), ms);
+  }
+  return std::cerr << (error ? "error: " : warning ? "warning: " : "note: ");
+}
+
+}  // namespace plc::tools

@@ -1,0 +1,74 @@
+// What plc-run says while it runs, on streams whose reader may stall, go away, or be a full disk.
+//
+// In: text for std::cout and std::cerr. Out: as much of it as the streams take; a plant never waits for them. Text that
+// is not taken waits in memory, up to kMostWaiting bytes; what is more is lost, and that is said. Threads: the main
+// one's alone. Does not belong here: what is said.
+#pragma once
+
+#include <ostream>
+#include <streambuf>
+#include <string>
+#include <string_view>
+
+#include "core/diagnostics.h"
+
+namespace plc::tools {
+
+/// Writes to a descriptor: with waiting before and after the plant runs, without in between. Never fails, so that no
+/// stream above it turns silent for good (badbit).
+class PatientBuffer final : public std::streambuf {
+ public:
+  static constexpr std::size_t kMostWaiting = 262'144;
+
+  explicit PatientBuffer(int descriptor);
+  /// From here on nothing waits for the reader.
+  void stop_waiting() { waits_ = false; }
+  /// From here on flushing waits until all is written, the descriptor refuses it, or `give_up` says so.
+  void wait_again(bool (*give_up)());
+  /// Prints when nothing waits, and as much as is taken at once; the rest is lost. For what the next text replaces.
+  void print_or_drop(std::string_view text);
+
+ protected:
+  int sync() override;
+  int_type overflow(int_type character) override;
+  std::streamsize xsputn(const char* text, std::streamsize count) override;
+
+ private:
+  enum class Written { kAll, kBlocked, kRefused, kNobody };
+  Written write_some();
+  void add(std::string_view text);
+
+  int descriptor_;
+  std::size_t piece_;  ///< bytes that a descriptor ready for writing takes without waiting
+  bool waits_ = true;
+  bool (*give_up_)() = nullptr;
+  std::string waiting_;
+  std::uint64_t lost_lines_ = 0;
+};
+
+/// std::cout and std::cerr of this process go through patient buffers from here to the end of the object. Descriptors 0
+/// to 2 that are closed are opened on /dev/null first: no file of the plant gets their numbers.
+class Output {
+ public:
+  Output();
+  ~Output();
+  Output(const Output&) = delete;
+  Output& operator=(const Output&) = delete;
+
+  PatientBuffer& out() { return out_; }
+  void stop_waiting();
+  void wait_again(bool (*give_up)());
+  /// What waits, as far as it can be written now.
+  static void flush();
+
+ private:
+  PatientBuffer out_, err_;
+  std::streambuf* out_before_;
+  std::streambuf* err_before_;
+};
+
+/// std::cerr, with the beginning of a message of a running plant: "2026-01-31T12:00:00.000Z warning: ". For the journal
+/// of systemd, which has times of its own, its level instead: "<4>warning: ".
+std::ostream& message(core::Severity severity);
+
+}  // namespace plc::tools
