@@ -78,14 +78,10 @@ inline constexpr Limit kExchange{
 
 /// All of them, in the order of the table.
 inline constexpr const Limit* kAll[] = {
-    &kLadderNative, &kLadderNotSlower, &kDrawnNative, &kLoopNative,   &kInterpreter,   &kNotSlowerThanInterpreter,
-    &kFirstScan,    &kResident,        &kPeak,        &kMarginalLoad, &kTaskblockCall, &kTaskblockWires,
-    &kLargeChart,   &kCompile,         &kCompilePeak, &kRefuse,       &kRequests,      &kScanBesideClients,
-    &kGrowth,       &kExchange};
-&kLadderNative, &kLadderNotSlower, &kDrawnNative, &kLoopNative, &kInterpreter, &kNotSlowerThanInterpreter, &kFirstScan,
-    &kResident, &kPeak, &kMarginalLoad, &kTaskblockCall, &kTaskblockWires, &kRetainIdle, &kRetainShare, &kCompile,
-    &kCompilePeak, &kRefuse, &kRequests, &kScanBesideClients, &kGrowth, &kExchange
-};
+    &kLadderNative, &kLadderNotSlower,   &kDrawnNative, &kLoopNative,   &kInterpreter,   &kNotSlowerThanInterpreter,
+    &kFirstScan,    &kResident,          &kPeak,        &kMarginalLoad, &kTaskblockCall, &kTaskblockWires,
+    &kLargeChart,   &kRetainIdle,        &kRetainShare, &kCompile,      &kCompilePeak,   &kRefuse,
+    &kRequests,     &kScanBesideClients, &kGrowth,      &kExchange};
 
 }  // namespace limit
 }  // namespace plc::bench
