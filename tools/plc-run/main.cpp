@@ -33,6 +33,7 @@
 #include "tools/plc-run/output.h"
 #include "tools/plc-run/report.h"
 #include "tools/plc-run/retained.h"
+#include "tools/plc-run/service.h"
 #include "tools/plc-run/watch.h"
 #include "tools/statistics.h"
 #include "tools/taskblock_libraries.h"
@@ -222,6 +223,8 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   print_realtime(scheduler.report(), talk);
   talk << std::endl;
   const core::MonotonicClock clock;
+  Service service(image, scheduler, clock.now_ns());
+  Service::ready("runs " + run.file);
   std::size_t faults = 0;
   std::optional<runtime::TaskFault> last_fault;
   const auto show_faults = [&] {
@@ -243,6 +246,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   AllocationWarnings allocations(resource);
   core::TimeNs next_view = plant.begin_ns();
   const auto often = [&](core::TimeNs now) {
+    service.service(now);
     if (!view.empty() && now >= next_view) {
       view.show(now - plant.begin_ns(), kRedrawNs / 2);
       next_view += kRedrawNs * (1 + (now - next_view) / kRedrawNs);
@@ -257,6 +261,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   };
   plant.run(duration_ns, often,
             [](const io::Sentence& said) { message(said.severity) << "plc-run: " << said.text << '\n'; });
+  Service::stopping();
   const std::vector<std::uint32_t> stuck = plant.stop();
   running.store(nullptr, std::memory_order_relaxed);
   if (retained.keeper) retained.keeper->stop(stuck);

@@ -1,0 +1,62 @@
+#include "tools/plc-run/service.h"
+
+#include <systemd/sd-daemon.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cstdlib>
+#include <string_view>
+
+namespace plc::tools {
+namespace {
+
+/// Not sd_watchdog_enabled(): it asks for the main process, which is the guardian where there is one.
+core::TimeNs watchdog_time() {
+  const char* const text = std::getenv("WATCHDOG_USEC");
+  if (text == nullptr) return 0;
+  constexpr std::int64_t kLongestUs = std::int64_t{24} * 3600 * 1'000'000;
+  const std::string_view digits = text;
+  std::int64_t us = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), us);
+  if (error != std::errc{} || end != digits.data() + digits.size() || us <= 0) return 0;
+  return std::min(us, kLongestUs) * 1000;
+}
+
+}  // namespace
+
+Service::Service(const bytecode::Image& image, const runtime::RealtimeScheduler& scheduler, core::TimeNs now_ns)
+    : scheduler_(scheduler), watchdog_ns_(watchdog_time()), next_ns_(now_ns) {
+  for (std::uint32_t task = 0; task < image.tasks.size(); ++task) {
+    const core::TimeNs period_ns = image.tasks[task].period_ns;
+    if (period_ns > 0) tasks_.push_back({task, std::max(watchdog_ns_, 2 * period_ns), 0, now_ns});
+  }
+}
+
+void Service::ready(const std::string& status) { ::sd_notify(0, ("READY=1\nSTATUS=" + status).c_str()); }
+
+void Service::stopping() { ::sd_notify(0, "STOPPING=1\nSTATUS=outputs go to their safe state"); }
+
+void Service::service(core::TimeNs now_ns) {
+  constexpr core::TimeNs kTimes = 4;
+  if (watchdog_ns_ == 0 || now_ns < next_ns_) return;
+  next_ns_ = now_ns + watchdog_ns_ / kTimes;
+  if (tasks_run(now_ns)) ::sd_notify(0, "WATCHDOG=1");
+}
+
+bool Service::tasks_run(core::TimeNs now_ns) {
+  bool all = true;
+  for (Seen& seen : tasks_) {
+    const runtime::TaskStatistics& statistics = scheduler_.statistics(seen.task);
+    const std::uint64_t scans = statistics.scans.load(std::memory_order_relaxed);
+    if (scans != seen.scans) {
+      seen.scans = scans;
+      seen.at_ns = now_ns;
+    }
+    const bool stopped = statistics.faults.load(std::memory_order_relaxed) != 0 &&
+                         scheduler_.plan(seen.task).on_fault != runtime::FaultPolicy::kContinue;
+    all = all && (stopped || now_ns - seen.at_ns <= seen.patience_ns);
+  }
+  return all;
+}
+
+}  // namespace plc::tools

@@ -1,0 +1,48 @@
+// Service: tells systemd that the plant runs, that its tasks do, and that it ends (sd_notify(3)).
+//
+// In: NOTIFY_SOCKET and WATCHDOG_USEC, which systemd sets for a service of Type=notify with WatchdogSec. Without them
+// nothing is told. With a guardian, the runtime is not the service's main process: such a unit needs NotifyAccess=all.
+// Thread: the owner's; nothing here waits for a task. Does not belong here: units (packaging/).
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "bytecode/image.h"
+#include "core/clock.h"
+#include "runtime/sched/realtime.h"
+
+namespace plc::tools {
+
+class Service {
+ public:
+  /// `scheduler` must outlive it. `now_ns`: monotonic.
+  Service(const bytecode::Image& image, const runtime::RealtimeScheduler& scheduler, core::TimeNs now_ns);
+
+  /// The tasks run. `status` is what `systemctl status` shows, one line.
+  static void ready(const std::string& status);
+  /// About every 20 ms. Feeds the watchdog four times in its time, for as long as no task hangs.
+  void service(core::TimeNs now_ns);
+  /// An orderly stop begins.
+  static void stopping();
+
+  /// Whether every task that has an interval and goes on after its faults has ended a scan lately: within the
+  /// watchdog's time, or two of its intervals where that is longer.
+  [[nodiscard]] bool tasks_run(core::TimeNs now_ns);
+
+ private:
+  struct Seen {
+    std::uint32_t task = 0;
+    core::TimeNs patience_ns = 0;
+    std::uint64_t scans = 0;
+    core::TimeNs at_ns = 0;  ///< when `scans` changed
+  };
+
+  const runtime::RealtimeScheduler& scheduler_;
+  core::TimeNs watchdog_ns_ = 0;  ///< 0 = none
+  core::TimeNs next_ns_ = 0;
+  std::vector<Seen> tasks_;
+};
+
+}  // namespace plc::tools
