@@ -103,8 +103,8 @@ TEST(Service, IsNotToldThatAHangingTaskRuns) {
   write_text(file, plant("n := n + 1; WHILE n > 3 DO ; END_WHILE;"));
   Manager manager("400000");
   // The budget of loops is used up long after the end: until then nothing but the service manager sees it.
-  const auto result = run_tool(
-      {PLC_RUN_TOOL, file, "--duration", "2500ms", "--modbus", "off", "--loop-budget", "4000000000"});
+  const auto result =
+      run_tool({PLC_RUN_TOOL, file, "--duration", "2500ms", "--modbus", "off", "--loop-budget", "4000000000"});
   // 400 ms without a scan, a quarter of that later it is looked at again: seven times at most, of 25.
   EXPECT_GE(manager.count("WATCHDOG=1"), 1u) << result.all();
   EXPECT_LE(manager.count("WATCHDOG=1"), 12u) << result.all();
