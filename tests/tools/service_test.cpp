@@ -77,7 +77,7 @@ class Manager {
 };
 
 std::string plant(const std::string& body) {
-  return "PROGRAM Main VAR n : DINT; END_VAR\n" + body +
+  return "PROGRAM Main VAR n : DINT; x : LREAL; END_VAR\n" + body +
          "\nEND_PROGRAM\n"
          "CONFIGURATION C RESOURCE R ON PLC TASK T(INTERVAL := T#10ms, PRIORITY := 0); PROGRAM main WITH T : Main; "
          "END_RESOURCE END_CONFIGURATION\n";
@@ -100,7 +100,7 @@ TEST(Service, IsToldThatThePlantRunsAndThatItEnds) {
 TEST(Service, IsNotToldThatAHangingTaskRuns) {
   const ScratchFolder scratch;
   const std::string file = scratch.file("plant.st");
-  write_text(file, plant("n := n + 1; WHILE n > 3 DO ; END_WHILE;"));
+  write_text(file, plant("n := n + 1; WHILE n > 3 DO x := SIN(x) + 1.0; END_WHILE;"));
   Manager manager("400000");
   // The budget of loops is used up long after the end: until then nothing but the service manager sees it.
   const auto result =
