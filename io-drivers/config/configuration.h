@@ -37,6 +37,7 @@ struct DriverConfig {
 struct ChannelConfig {
   Placed variable;  ///< address, global or path as the key has it
   Placed driver;
+  Applies direction = kAlways;  ///< kInputsOnly or kOutputsOnly
   bool invert = false;  ///< TRUE in the program is FALSE at the device
   // outputs
   Placed safe;       ///< value at stop, fault, death; empty = FALSE / 0

@@ -447,6 +447,7 @@ class Reader {
       }
       ChannelConfig& channel = channels.emplace_back();
       channel.variable = {name, place(key)};
+      channel.direction = direction;
       Entry entry = {.direction = direction};
       if (const auto driver = (*one)["driver"].value<std::string_view>()) {
         const auto known = drivers_.find(*driver);

@@ -1,0 +1,94 @@
+#include "io-drivers/modbus-client/bus.h"
+
+#include <pthread.h>
+#include <signal.h>
+
+#include <algorithm>
+#include <chrono>
+#include <map>
+
+namespace plc::modbus_client {
+
+std::shared_ptr<Bus> Bus::of(const void* resource, const BusAddress& address) {
+  // WHY a list of the process: drivers are made one by one, and know nothing of each other.
+  static std::mutex mutex;
+  static std::map<std::pair<const void*, std::string>, std::weak_ptr<Bus>> buses;
+  const std::scoped_lock lock(mutex);
+  std::erase_if(buses, [](const auto& entry) { return entry.second.expired(); });
+  std::weak_ptr<Bus>& known = buses[{resource, bus_name(address)}];
+  auto bus = known.lock();
+  if (bus == nullptr) known = bus = std::make_shared<Bus>(address);
+  return bus;
+}
+
+Bus::~Bus() {
+  while (!members_.empty()) leave(*members_.back().device);
+}
+
+void Bus::add(Device& device) { members_.push_back({&device}); }
+
+void Bus::start() {
+  if (thread_.joinable() || members_.empty()) return;
+  // Signals are for the main thread.
+  sigset_t all, before;
+  sigfillset(&all);
+  pthread_sigmask(SIG_SETMASK, &all, &before);
+  thread_ = std::thread([this] { run(); });
+  pthread_sigmask(SIG_SETMASK, &before, nullptr);
+}
+
+void Bus::leave(Device& device) noexcept {
+  const auto is_it = [&](const Member& member) { return member.device == &device; };
+  {
+    std::unique_lock lock(mutex_);
+    const auto member = std::ranges::find_if(members_, is_it);
+    if (member == members_.end()) return;
+    if (!thread_.joinable()) {
+      members_.erase(member);
+      return;
+    }
+    member->leaves = true;
+    changed_.notify_all();
+    changed_.wait(lock, [&] { return std::ranges::none_of(members_, is_it); });
+    if (!members_.empty()) return;
+  }
+  thread_.join();
+}
+
+void Bus::run() {
+  pthread_setname_np(pthread_self(), "plc-modbus");
+  const auto link = make_link(address_);
+  core::MonotonicClock clock;
+  std::unique_lock lock(mutex_);
+  for (const Member& member : members_) member.device->begin(clock.now_ns());
+  while (!members_.empty()) serve(*link, lock);
+}
+
+void Bus::serve(Link& link, std::unique_lock<std::mutex>& lock) {
+  core::MonotonicClock clock;
+  const auto leaving = std::ranges::find_if(members_, &Member::leaves);
+  if (leaving != members_.end()) {
+    Device& device = *leaving->device;
+    lock.unlock();
+    device.hold_all();
+    device.write_safe(link);
+    lock.lock();
+    std::erase_if(members_, [&](const Member& member) { return member.device == &device; });
+    changed_.notify_all();
+    return;
+  }
+  const auto first = std::ranges::min_element(members_, {}, [](const Member& member) { return member.device->due(); });
+  const TimeNs now = clock.now_ns();
+  const TimeNs due = first->device->due();
+  if (due > now) {
+    // Not for ever: a duration of a device that is never due cannot be added to the time.
+    changed_.wait_for(lock, std::chrono::nanoseconds(std::min<TimeNs>(due - now, 1'000'000'000)));
+    return;
+  }
+  Device& device = *first->device;
+  lock.unlock();
+  device.turn(link, clock);
+  lock.lock();
+}
+
+}  // namespace plc::modbus_client

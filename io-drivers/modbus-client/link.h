@@ -1,0 +1,63 @@
+// Link: one request and its answer over a TCP connection or a serial line, in bounded time.
+//
+// In: where the bus is, PDUs. Out: the answer's PDU, or what went wrong. Connects by itself; a connection on which
+// something went wrong is closed, so that a late answer never meets the next request. Threads: one at a time. Not RT:
+// waits. Does not belong here: retries, back-off (device.h), what PDUs say (frame.h).
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "core/clock.h"
+#include "io-drivers/modbus-client/frame.h"
+
+namespace plc::modbus_client {
+
+enum class Parity : std::uint8_t { kNone, kEven, kOdd };
+
+/// "19200 8E1".
+struct LineSettings {
+  std::uint32_t baud = 19200;
+  std::uint8_t data_bits = 8;
+  Parity parity = Parity::kEven;
+  std::uint8_t stop_bits = 1;
+  bool operator==(const LineSettings&) const = default;
+};
+/// RTU has 8 data bits; nothing when the text is not such settings, or of a speed that Linux does not have.
+std::optional<LineSettings> parse_line(std::string_view text);
+/// Between two frames: 3.5 characters, and 1.75 ms from 19200 baud up ("Modbus over serial line" V1.02, 2.5.1.1).
+core::TimeNs silence_ns(const LineSettings& line);
+
+struct BusAddress {
+  bool serial = false;
+  std::string host;  ///< IPv4 or IPv6 address; or the path of the line
+  std::uint16_t port = 502;
+  LineSettings line;
+};
+/// "192.168.1.20", "192.168.1.20:1502", "[fd00::20]:502", "/dev/ttyUSB0"; nothing when it is none of these.
+std::optional<BusAddress> parse_bus(std::string_view text);
+/// The same for all texts that mean the same.
+std::string bus_name(const BusAddress& bus);
+
+class Link {
+ public:
+  virtual ~Link() = default;
+  /// Asks `unit`, and waits for the answer at most `timeout_ns` from when the request is sent; for the connection as
+  /// long again. `answer` is a PDU when there is no error: an exception is one.
+  virtual Error exchange(std::uint8_t unit, std::span<const std::uint8_t> pdu, core::TimeNs timeout_ns,
+                         Bytes& answer) = 0;
+  /// Why the last exchange failed, in words of the system ("Connection refused"), or empty.
+  [[nodiscard]] virtual std::string_view reason() const { return {}; }
+};
+
+/// Touches nothing until the first exchange.
+std::unique_ptr<Link> make_link(const BusAddress& bus);
+
+/// exchange(), and what the answer says.
+Error ask(Link& link, std::uint8_t unit, std::span<const std::uint8_t> pdu, core::TimeNs timeout_ns, Cells& cells);
+
+}  // namespace plc::modbus_client
