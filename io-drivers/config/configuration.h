@@ -38,7 +38,7 @@ struct ChannelConfig {
   Placed variable;  ///< address, global or path as the key has it
   Placed driver;
   Applies direction = kAlways;  ///< kInputsOnly or kOutputsOnly
-  bool invert = false;  ///< TRUE in the program is FALSE at the device
+  bool invert = false;          ///< TRUE in the program is FALSE at the device
   // outputs
   Placed safe;       ///< value at stop, fault, death; empty = FALSE / 0
   Placed initial;    ///< value from open() to the end of the first cycle; empty = safe

@@ -1,7 +1,8 @@
 // Bus: the thread that asks the devices of one connection or one serial line, one after the other.
 //
-// In: devices, a link. Out: their turns, the earliest that is due first. Drivers with the same address share a bus. Life:
-// of() -> add() -> start() -> leave(), all on one thread, for each device. Does not belong here: what a device asks.
+// In: devices, a link. Out: their turns, the earliest that is due first. Drivers with the same address share a bus.
+// Life: of() -> add() -> start() -> leave(), all on one thread, for each device. Does not belong here: what a device
+// asks.
 #pragma once
 
 #include <condition_variable>

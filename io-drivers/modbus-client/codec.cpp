@@ -162,8 +162,8 @@ Raw raw_of(TypeId variable) {
 std::uint16_t registers_of(Raw raw) { return static_cast<std::uint16_t>(core::rep_bytes(rep_of(raw)) / 2); }
 
 std::string_view refuses(const bytecode::ImageType& type) {
-  const bool number = type.kind == bytecode::TypeKind::kScalar &&
-                      core::in_category(type.elementary, core::kAnyNum | core::kAnyBit);
+  const bool number =
+      type.kind == bytecode::TypeKind::kScalar && core::in_category(type.elementary, core::kAnyNum | core::kAnyBit);
   return number ? "" : "a Modbus value is a BOOL, a bit string or a number";
 }
 

@@ -160,7 +160,8 @@ void Device::succeeded(Part& part, bool write, const Cells& cells, TimeNs now_ns
   part.read_at_ns = now_ns;
   // On the grid; what the bus cannot keep up with is left out.
   part.due_ns += part.block.period_ns;
-  if (part.due_ns <= now_ns) part.due_ns = now_ns + part.block.period_ns - (now_ns - part.due_ns) % part.block.period_ns;
+  if (part.due_ns <= now_ns)
+    part.due_ns = now_ns + part.block.period_ns - (now_ns - part.due_ns) % part.block.period_ns;
   std::byte value[8];
   for (const std::uint32_t i : part.block.wants) {
     const ReadPoint& point = reads_[i];
@@ -180,8 +181,8 @@ void Device::refused(Part& part, bool write, Error error, TimeNs now_ns) {
   came_back(now_ns);
   if (!write && part.block.gaps && error == Error::kIllegalAddress && split(part, now_ns)) return;
   if (part.error != error) {
-    say(now_ns, fmt::format("{} cannot be {}: {}", cells_text(part.block), write ? "written" : "read",
-                            error_text(error)));
+    say(now_ns,
+        fmt::format("{} cannot be {}: {}", cells_text(part.block), write ? "written" : "read", error_text(error)));
   }
   part.error = error;
   part.valid = false;
@@ -250,8 +251,8 @@ void Device::came_back(TimeNs now_ns) {
   problem_.clear();
   for (Part& part : read_parts_) part.due_ns = now_ns;
   for (Part& part : write_parts_) part.due_ns = now_ns;
-  say(now_ns, fmt::format("{} is back after {:.1f} s", settings_.where,
-                          static_cast<double>(now_ns - lost_since_ns_) / 1e9));
+  say(now_ns,
+      fmt::format("{} is back after {:.1f} s", settings_.where, static_cast<double>(now_ns - lost_since_ns_) / 1e9));
 }
 
 void Device::substitute(const Part& part) {
@@ -364,9 +365,9 @@ std::vector<io::InputStatus> Device::inputs(TimeNs now_ns) const {
   std::vector<io::InputStatus> all(reads_.size());
   for (const Part& part : read_parts_) {
     const bool never = part.read_at_ns < 0;
-    const io::Quality quality = never                                     ? io::Quality::kNever
+    const io::Quality quality = never                                  ? io::Quality::kNever
                                 : !lost_ && part.error == Error::kNone ? io::Quality::kGood
-                                                                          : io::Quality::kLost;
+                                                                       : io::Quality::kLost;
     for (const std::uint32_t i : part.block.wants) {
       all[i] = {reads_[i].variable, quality, never ? 0 : std::max<TimeNs>(now_ns - part.read_at_ns, 0)};
     }

@@ -1,9 +1,9 @@
 // Device: one Modbus unit: what is asked when, what its inputs are worth, what is written to it.
 //
 // In: points with their codings, a link, the time. Out: inputs and status as snapshots in the global table, outputs at
-// the device, sentences for the operator. Blocks of one period are a poll class; a block is due on its own grid. Threads:
-// turn(), due() and write_safe() belong to the thread of the bus; what tasks tell is atomic; what people ask is behind a
-// mutex that no task takes. Does not belong here: threads (bus.h), plc.toml (modbus_type.cpp).
+// the device, sentences for the operator. Blocks of one period are a poll class; a block is due on its own grid.
+// Threads: turn(), due() and write_safe() belong to the thread of the bus; what tasks tell is atomic; what people ask
+// is behind a mutex that no task takes. Does not belong here: threads (bus.h), plc.toml (modbus_type.cpp).
 #pragma once
 
 #include <atomic>
@@ -27,10 +27,10 @@ struct DeviceSettings {
   std::string where;  ///< "192.168.1.20:502, unit 1"
   std::uint8_t unit = 1;
   TimeNs timeout_ns = 500'000'000;
-  std::uint32_t retries = 2;         ///< of a request, before the device counts as lost
-  TimeNs retry_ns = 1'000'000'000;   ///< from the loss to the first attempt; each further one waits twice as long
+  std::uint32_t retries = 2;        ///< of a request, before the device counts as lost
+  TimeNs retry_ns = 1'000'000'000;  ///< from the loss to the first attempt; each further one waits twice as long
   TimeNs retry_max_ns = 30'000'000'000;
-  TimeNs write_ns = 10'000'000;      ///< how often outputs are compared
+  TimeNs write_ns = 10'000'000;       ///< how often outputs are compared
   TimeNs rewrite_ns = 1'000'000'000;  ///< unchanged outputs are written again; 0 = never
   Limits read_limits;
   Limits write_limits;
@@ -97,10 +97,10 @@ class Device {
     Block block;
     Error error = Error::kNeverRead;
     TimeNs due_ns = 0;
-    TimeNs backoff_ns = 0;    ///< after an exception
-    TimeNs read_at_ns = -1;   ///< reads; -1 = never
-    Cells wanted, written;    ///< writes
-    bool valid = false;       ///< writes: the device has `written`
+    TimeNs backoff_ns = 0;   ///< after an exception
+    TimeNs read_at_ns = -1;  ///< reads; -1 = never
+    Cells wanted, written;   ///< writes
+    bool valid = false;      ///< writes: the device has `written`
     TimeNs rewrite_at_ns = 0;
   };
 

@@ -34,7 +34,8 @@ constexpr KeyInfo kDriverKeys[] = {
     {"line", key::text(), key::otherwise("\"19200 8E1\""),
      "Serial line: its speed, data bits (8), parity (N, E or O) and stop bits. The same for all drivers on the line."},
     {"unit", key::integer(0, 255), key::otherwise("1"), "Unit identifier; 1 to 247 on a serial line."},
-    {"poll", key::duration("1ms", "1h"), key::otherwise("\"100ms\""), "How often inputs are read that say nothing else."},
+    {"poll", key::duration("1ms", "1h"), key::otherwise("\"100ms\""),
+     "How often inputs are read that say nothing else."},
     {"write", key::duration("1ms", "1h"), key::otherwise("\"10ms\""),
      "How often outputs are compared; those that changed are written at once."},
     {"rewrite", key::duration("0s", "1h"), key::otherwise("\"1s\""),
@@ -103,8 +104,8 @@ void check_bus(const DriverConfig& driver, Findings& findings) {
   }
   const std::int64_t unit = values.number("unit");
   if (bus && bus->serial && (unit < 1 || unit > 247)) {
-    findings.add(Code::P7305, values.place("unit", driver.at),
-                 fmt::format("unit {} is none on a serial line", unit), "they go from 1 to 247");
+    findings.add(Code::P7305, values.place("unit", driver.at), fmt::format("unit {} is none on a serial line", unit),
+                 "they go from 1 to 247");
   }
 }
 
@@ -215,8 +216,8 @@ std::optional<core::Problem> check_bound(const BoundDriver& bound, const Configu
     for (const BoundChannel& channel : *channels) {
       const Want want = want_of(channel, driver, image);
       if (want.first + want.count <= 65536) continue;
-      return core::Problem{Code::P7305, fmt::format("\"{}\" ends after the last address, 65535",
-                                                    channel.config->variable.text),
+      return core::Problem{Code::P7305,
+                           fmt::format("\"{}\" ends after the last address, 65535", channel.config->variable.text),
                            "its value takes " + std::to_string(want.count) + " registers"};
     }
   }
@@ -230,11 +231,11 @@ std::optional<core::Problem> check_bound(const BoundDriver& bound, const Configu
         const std::uint32_t place = (static_cast<std::uint32_t>(want.table) << 16 | (want.first + i)) * 16 + b;
         const auto [other, free] = used.emplace(place, &output);
         if (free) continue;
-        return core::Problem{Code::P7310,
-                             fmt::format("\"{}\" and \"{}\" are both written to address {} of {}",
-                                         other->second->config->variable.text, output.config->variable.text,
-                                         want.first + i, io::modbus_table_text(want.table)),
-                             ""};
+        return core::Problem{
+            Code::P7310,
+            fmt::format("\"{}\" and \"{}\" are both written to address {} of {}", other->second->config->variable.text,
+                        output.config->variable.text, want.first + i, io::modbus_table_text(want.table)),
+            ""};
       }
     }
   }
@@ -244,11 +245,11 @@ std::optional<core::Problem> check_bound(const BoundDriver& bound, const Configu
     const auto its = parse_bus(other.values.text("bus"));
     if (!bus || !its || !bus->serial || bus_name(*bus) != bus_name(*its)) continue;
     if (parse_line(driver.values.text("line")) == parse_line(other.values.text("line"))) continue;
-    return core::Problem{Code::P7311,
-                         fmt::format("drivers \"{}\" and \"{}\" set the line {} differently: \"{}\" and \"{}\"",
-                                     driver.name, other.name, bus->host, driver.values.text("line"),
-                                     other.values.text("line")),
-                         "all drivers on a line have the same \"line\""};
+    return core::Problem{
+        Code::P7311,
+        fmt::format("drivers \"{}\" and \"{}\" set the line {} differently: \"{}\" and \"{}\"", driver.name, other.name,
+                    bus->host, driver.values.text("line"), other.values.text("line")),
+        "all drivers on a line have the same \"line\""};
   }
   return std::nullopt;
 }
@@ -266,8 +267,8 @@ std::optional<std::string> example_channel(std::uint32_t number) {
 std::unique_ptr<io::Driver> make(const BoundDriver& bound, const Configuration& configuration,
                                  runtime::Resource& resource) {
   return std::make_unique<ModbusDriver>(bound, address_of(*bound.config), settings_of(*bound.config),
-                                        points_of(bound, resource),
-                                        check_bound(bound, configuration, resource.image()), resource);
+                                        points_of(bound, resource), check_bound(bound, configuration, resource.image()),
+                                        resource);
 }
 
 }  // namespace
@@ -310,8 +311,12 @@ Points points_of(const BoundDriver& bound, runtime::Resource& resource) {
       points.status.push_back({values.choice<Status>("status"), type.elementary, input.offset, input.type});
       continue;
     }
-    ReadPoint point = {input.config->variable.text, want_of(input, driver, image),
-                       coding_of(*input.config, driver, type.elementary), input.offset, input.type, {}};
+    ReadPoint point = {input.config->variable.text,
+                       want_of(input, driver, image),
+                       coding_of(*input.config, driver, type.elementary),
+                       input.offset,
+                       input.type,
+                       {}};
     if (values.has("substitute") || driver.on_loss == io::OnLoss::kZero) point.substitute.resize(type.size);
     if (values.has("substitute")) {
       static_cast<void>(runtime::parse_value(type, values.text("substitute"), point.substitute));

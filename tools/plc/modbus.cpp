@@ -32,9 +32,9 @@ struct Modbus {
 
 /// What a value of the flag --type is to the project's types.
 core::TypeId type_of(const Modbus& modbus) {
-  constexpr core::TypeId kTypes[] = {core::TypeId::kUint,  core::TypeId::kInt,  core::TypeId::kUint,
+  constexpr core::TypeId kTypes[] = {core::TypeId::kUint,  core::TypeId::kInt,   core::TypeId::kUint,
                                      core::TypeId::kDint,  core::TypeId::kUdint, core::TypeId::kLint,
-                                     core::TypeId::kUlint, core::TypeId::kReal, core::TypeId::kLreal};
+                                     core::TypeId::kUlint, core::TypeId::kReal,  core::TypeId::kLreal};
   return mb::is_bits(modbus.table) ? core::TypeId::kBool : kTypes[static_cast<std::size_t>(modbus.raw)];
 }
 mb::Coding coding_of(const Modbus& modbus) {
@@ -94,8 +94,8 @@ int scan(const Modbus& modbus) {
   for (unsigned unit = first; unit <= last; ++unit) {
     const auto id = static_cast<std::uint8_t>(unit);
     mb::Cells cells;
-    const mb::Error error = mb::ask(*link, id, mb::read_pdu(mb::ModbusTable::kHoldingRegisters, 0, 1),
-                                    timeout_of(modbus), cells);
+    const mb::Error error =
+        mb::ask(*link, id, mb::read_pdu(mb::ModbusTable::kHoldingRegisters, 0, 1), timeout_of(modbus), cells);
     if (error == mb::Error::kNotConnected) return complain_of(modbus, *link, error);
     // A gateway answers for units that are not there, too.
     const bool there = error == mb::Error::kNone ||
@@ -131,11 +131,10 @@ int read(const Modbus& modbus) {
   }
   const auto link = link_of(modbus);
   mb::Cells cells;
-  const mb::Error error =
-      mb::ask(*link, static_cast<std::uint8_t>(modbus.unit),
-              mb::read_pdu(modbus.table, static_cast<std::uint16_t>(modbus.address),
-                           static_cast<std::uint16_t>(cells_wanted)),
-              timeout_of(modbus), cells);
+  const mb::Error error = mb::ask(
+      *link, static_cast<std::uint8_t>(modbus.unit),
+      mb::read_pdu(modbus.table, static_cast<std::uint16_t>(modbus.address), static_cast<std::uint16_t>(cells_wanted)),
+      timeout_of(modbus), cells);
   if (error != mb::Error::kNone) return complain_of(modbus, *link, error);
   const bytecode::ImageType type = image_type(coding.variable);
   for (std::uint32_t i = 0; i < modbus.count; ++i) {
@@ -173,10 +172,10 @@ int write(const Modbus& modbus) {
   }
   const auto link = link_of(modbus);
   mb::Cells none;
-  const mb::Error error = mb::ask(
-      *link, static_cast<std::uint8_t>(modbus.unit),
-      mb::write_pdu(modbus.table, static_cast<std::uint16_t>(modbus.address), cells, modbus.multiple),
-      timeout_of(modbus), none);
+  const mb::Error error =
+      mb::ask(*link, static_cast<std::uint8_t>(modbus.unit),
+              mb::write_pdu(modbus.table, static_cast<std::uint16_t>(modbus.address), cells, modbus.multiple),
+              timeout_of(modbus), none);
   return error == mb::Error::kNone ? kExitOk : complain_of(modbus, *link, error);
 }
 
@@ -191,8 +190,9 @@ void add_bus(Command command, Modbus& modbus) {
       .check([](const std::string& text) {
         return mb::parse_line(text) ? "" : '"' + text + "\" is not like \"19200 8E1\"";
       });
-  command.option("--timeout=TIME", modbus.timeout, "time for an answer").shows_default().check(
-      [](const std::string& text) {
+  command.option("--timeout=TIME", modbus.timeout, "time for an answer")
+      .shows_default()
+      .check([](const std::string& text) {
         const auto ns = parse_duration_ns(text);
         return ns && *ns > 0 && *ns <= 3'600'000'000'000 ? "" : '"' + text + "\" is no duration up to 1h";
       });
@@ -223,21 +223,20 @@ void add_cells(Command command, Modbus& modbus) {
                   {"LREAL", Raw::kLreal}},
                  "what is in registers; without it UINT");
   using io::WordOrder;
-  command.choice("--word-order=ORDER", modbus.order,
-                 {{"ABCD", WordOrder::kAbcd},
-                  {"CDAB", WordOrder::kCdab},
-                  {"BADC", WordOrder::kBadc},
-                  {"DCBA", WordOrder::kDcba}},
-                 "order of bytes in values of 32 and 64 bits");
+  command.choice(
+      "--word-order=ORDER", modbus.order,
+      {{"ABCD", WordOrder::kAbcd}, {"CDAB", WordOrder::kCdab}, {"BADC", WordOrder::kBadc}, {"DCBA", WordOrder::kDcba}},
+      "order of bytes in values of 32 and 64 bits");
 }
 
 }  // namespace
 
 void add_modbus(Command program) {
   static Modbus modbus;
-  const Command group = program.sub("modbus",
-                                    "Asks Modbus devices, over TCP or a serial line: for putting a plant into service.\n"
-                                    "Not while plc-run uses the same serial line.");
+  const Command group =
+      program.sub("modbus",
+                  "Asks Modbus devices, over TCP or a serial line: for putting a plant into service.\n"
+                  "Not while plc-run uses the same serial line.");
   const Command units = group.sub("scan",
                                   "Lists the units that answer, and who they are where they tell.\n"
                                   "\n"

@@ -204,7 +204,7 @@ TEST(ThirdKind, WrongKeysAreReportedAtTheirPlaces) {
   const std::string input = start + "[inputs]\nX = { driver = \"cave\", hears = 1";
   const std::pair<std::string, std::string> rows[] = {
       {"[drivers.a]\nkind = \"ecco\"\n",
-       "2:8: error P7305: \"kind\" is \"ecco\"; it takes one of \"gpio\", \"simulated\", \"echo\"\n"
+       "2:8: error P7305: \"kind\" is \"ecco\"; it takes one of \"gpio\", \"simulated\", \"modbus\", \"echo\"\n"
        "  help: did you mean \"echo\"?\n"},
       {"[drivers.a]\nkind = \"echo\"\n",
        "1:10: error P7306: driver \"a\" has no \"place\"\n  help: add place = \"cave\"\n"},

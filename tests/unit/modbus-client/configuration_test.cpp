@@ -50,9 +50,8 @@ TEST(Configuration, MistakesAreReportedAtTheirPlaces) {
       {input("In0", "status = \"ok\", address = 1"),
        "5:50: error P7311: \"address\" does not go with \"status\": it is not in the device\n"},
       {outputs("table = \"input-registers\", address = 1", table),
-       "5:36: error P7311: no function of Modbus writes input-registers\n"},
-      {input("Flag", "table = \"coils\", address = 1, scale = 2"),
-       "5:63: error P7307: coils have no \"scale\"\n"},
+       "5:34: error P7311: no function of Modbus writes input-registers\n"},
+      {input("Flag", "table = \"coils\", address = 1, scale = 2"), "5:64: error P7307: coils have no \"scale\"\n"},
       {input("In0", table + ", scale = 0"), "error P7305: \"scale\" is \"0\"; it takes a number other than 0\n"},
       {input("In0", table + ", offset = \"x\""), "error P7305: \"offset\" is \"x\"; it takes a number\n"},
       {input("In0", "table = \"coils\", address = 1"),
@@ -68,13 +67,14 @@ TEST(Configuration, MistakesAreReportedAtTheirPlaces) {
       {input("Real", "table = \"holding-registers\", address = 65535"),
        "P7305 \"Real\" ends after the last address, 65535\n"},
       {outputs(table, table), "P7310 \"Out0\" and \"Out1\" are both written to address 1 of holding-registers\n"},
-      {"[drivers.a]\nkind = \"modbus\"\nbus = \"/dev/ttyS0\"\n[drivers.b]\nkind = \"modbus\"\nbus = \"/dev/ttyS0\"\nline "
+      {"[drivers.a]\nkind = \"modbus\"\nbus = \"/dev/ttyS0\"\n[drivers.b]\nkind = \"modbus\"\nbus = "
+       "\"/dev/ttyS0\"\nline "
        "= \"9600 8N1\"\n",
        "P7311 drivers \"a\" and \"b\" set the line /dev/ttyS0 differently: \"19200 8E1\" and \"9600 8N1\"\n"},
   };
   for (const auto& [text, problem] : rows) {
     const std::string found = problems(text);
-    if (problem.empty()) EXPECT_EQ(found, "") << text;
+    EXPECT_EQ(found.empty(), problem.empty()) << text << found;
     EXPECT_NE(found.find(problem), std::string::npos) << text << found;
   }
 }

@@ -65,13 +65,13 @@ TEST(Frame, WhatIsWrongWithATcpFrameShowsAtOnce) {
   }
   ASSERT_EQ(parse_tcp(good, 0x1234, 7, answer), Progress::kComplete);
   EXPECT_EQ(Bytes(answer.begin(), answer.end()), pdu);
-  for (const auto& [place, bytes] : std::initializer_list<std::pair<std::size_t, std::size_t>>{
-           {1, 2}, {2, 4}, {3, 4}, {4, 6}, {6, 7}}) {
+  for (const auto& [place, bytes] :
+       std::initializer_list<std::pair<std::size_t, std::size_t>>{{1, 2}, {2, 4}, {3, 4}, {4, 6}, {6, 7}}) {
     Bytes wrong = good;
     wrong[place] ^= 0x40;
     EXPECT_EQ(parse_tcp(std::span(wrong).first(bytes), 0x1234, 7, answer), Progress::kWrong) << place;
   }
-  for (const std::uint8_t length : {0, 1, 255}) {
+  for (const std::uint8_t length : Bytes{0, 1, 255}) {
     Bytes wrong = good;
     wrong[5] = length;
     EXPECT_EQ(parse_tcp(wrong, 0x1234, 7, answer), Progress::kWrong) << int(length);

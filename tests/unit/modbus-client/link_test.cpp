@@ -3,7 +3,6 @@
 #include "io-drivers/modbus-client/link.h"
 
 #include <gtest/gtest.h>
-
 #include <sys/resource.h>
 
 #include "tests/unit/modbus-client/hostile.h"
@@ -68,9 +67,16 @@ TEST_P(HostileTcp, IsNamedAndForgotten) {
 const Case kTcpCases[] = {
     {"good", [](const Bytes& r) { return Reaction{{good_tcp(r)}}; }, Error::kNone},
     {"silent", [](const Bytes&) { return Reaction{}; }, Error::kNoAnswer, kShort},
-    {"byte_by_byte", [](const Bytes& r) { return Reaction{one_by_one(good_tcp(r)), false, false, 1}; }, Error::kNone},
-    {"too_slow", [](const Bytes& r) { return Reaction{one_by_one(good_tcp(r)), false, false, 10}; }, Error::kNoAnswer,
-     kShort},
+    {"byte_by_byte",
+     [](const Bytes& r) {
+       return Reaction{one_by_one(good_tcp(r)), false, false, 1};
+     },
+     Error::kNone},
+    {"too_slow",
+     [](const Bytes& r) {
+       return Reaction{one_by_one(good_tcp(r)), false, false, 10};
+     },
+     Error::kNoAnswer, kShort},
     {"other_transaction", [](const Bytes& r) { return Reaction{{changed(good_tcp(r), 1, 0xee)}}; },
      Error::kWrongAnswer},
     {"other_protocol", [](const Bytes& r) { return Reaction{{changed(good_tcp(r), 3, 1)}}; }, Error::kWrongAnswer},
@@ -85,20 +91,45 @@ const Case kTcpCases[] = {
     {"too_much", [](const Bytes& r) { return Reaction{{joined(good_tcp(r), {0})}}; }, Error::kWrongAnswer},
     {"twice", [](const Bytes& r) { return Reaction{{joined(good_tcp(r), good_tcp(r))}}; }, Error::kWrongAnswer},
     {"half", [](const Bytes& r) { return Reaction{{head(good_tcp(r), 8)}}; }, Error::kNoAnswer, kShort},
-    {"half_and_closed", [](const Bytes& r) { return Reaction{{head(good_tcp(r), 8)}, true}; }, Error::kClosed},
-    {"closed", [](const Bytes&) { return Reaction{{}, true}; }, Error::kClosed},
-    {"reset", [](const Bytes&) { return Reaction{{}, false, true}; }, Error::kClosed},
-    {"good_then_closed", [](const Bytes& r) { return Reaction{{good_tcp(r)}, true}; }, Error::kNone},
-    {"exception_2", [](const Bytes& r) { return Reaction{{tcp_frame(std::uint16_t(r[0] << 8 | r[1]), r[6], Bytes{0x83, 2})}}; },
+    {"half_and_closed",
+     [](const Bytes& r) {
+       return Reaction{{head(good_tcp(r), 8)}, true};
+     },
+     Error::kClosed},
+    {"closed",
+     [](const Bytes&) {
+       return Reaction{{}, true};
+     },
+     Error::kClosed},
+    {"reset",
+     [](const Bytes&) {
+       return Reaction{{}, false, true};
+     },
+     Error::kClosed},
+    {"good_then_closed",
+     [](const Bytes& r) {
+       return Reaction{{good_tcp(r)}, true};
+     },
+     Error::kNone},
+    {"exception_2",
+     [](const Bytes& r) {
+       return Reaction{{tcp_frame(std::uint16_t(r[0] << 8 | r[1]), r[6], Bytes{0x83, 2})}};
+     },
      Error::kIllegalAddress},
-    {"exception_0", [](const Bytes& r) { return Reaction{{tcp_frame(std::uint16_t(r[0] << 8 | r[1]), r[6], Bytes{0x83, 0})}}; },
+    {"exception_0",
+     [](const Bytes& r) {
+       return Reaction{{tcp_frame(std::uint16_t(r[0] << 8 | r[1]), r[6], Bytes{0x83, 0})}};
+     },
      Error::kWrongAnswer},
     {"garbage", [](const Bytes&) { return Reaction{{Bytes(4000, 0xa5)}}; }, Error::kWrongAnswer},
-    {"text", [](const Bytes&) { return Reaction{{Bytes{'H', 'T', 'T', 'P', '/', '1', '.', '1', ' ', '4'}}}; },
+    {"text",
+     [](const Bytes&) {
+       return Reaction{{Bytes{'H', 'T', 'T', 'P', '/', '1', '.', '1', ' ', '4'}}};
+     },
      Error::kWrongAnswer},
 };
 INSTANTIATE_TEST_SUITE_P(Tcp, HostileTcp, ::testing::ValuesIn(kTcpCases),
-                         [](const auto& info) { return std::string(info.param.name); });
+                         [](const auto& test) { return std::string(test.param.name); });
 
 Bytes good_rtu() { return rtu_frame(kUnit, kAnswer); }
 
@@ -125,24 +156,48 @@ TEST_P(HostileLine, IsNamedAndForgotten) {
 const Case kLineCases[] = {
     {"good", [](const Bytes&) { return Reaction{{good_rtu()}}; }, Error::kNone},
     {"silent", [](const Bytes&) { return Reaction{}; }, Error::kNoAnswer, kShort},
-    {"byte_by_byte", [](const Bytes&) { return Reaction{one_by_one(good_rtu()), false, false, 1}; }, Error::kNone},
+    {"byte_by_byte",
+     [](const Bytes&) {
+       return Reaction{one_by_one(good_rtu()), false, false, 1};
+     },
+     Error::kNone},
     {"other_unit", [](const Bytes&) { return Reaction{{rtu_frame(6, kAnswer)}}; }, Error::kWrongAnswer},
-    {"other_function", [](const Bytes&) { return Reaction{{rtu_frame(kUnit, Bytes{4, 4, 1, 2, 3, 4})}}; },
+    {"other_function",
+     [](const Bytes&) {
+       return Reaction{{rtu_frame(kUnit, Bytes{4, 4, 1, 2, 3, 4})}};
+     },
      Error::kWrongAnswer},
     {"wrong_crc", [](const Bytes&) { return Reaction{{changed(good_rtu(), 4, 0x55)}}; }, Error::kWrongAnswer},
     {"half", [](const Bytes&) { return Reaction{{head(good_rtu(), 5)}}; }, Error::kNoAnswer, kShort},
-    {"noise_before", [](const Bytes&) { return Reaction{{joined({0, 0xff}, good_rtu())}}; }, Error::kWrongAnswer},
-    {"noise_after", [](const Bytes&) { return Reaction{{joined(good_rtu(), {0xff, 0})}}; }, Error::kWrongAnswer},
-    {"noise_for_long", [](const Bytes&) { return Reaction{std::vector<Bytes>(20, Bytes(50, 0xaa)), false, false, 1}; },
+    {"noise_before",
+     [](const Bytes&) {
+       return Reaction{{joined({0, 0xff}, good_rtu())}};
+     },
      Error::kWrongAnswer},
-    {"exception_6", [](const Bytes&) { return Reaction{{rtu_frame(kUnit, Bytes{0x83, 6})}}; }, Error::kBusy},
+    {"noise_after",
+     [](const Bytes&) {
+       return Reaction{{joined(good_rtu(), {0xff, 0})}};
+     },
+     Error::kWrongAnswer},
+    {"noise_for_long",
+     [](const Bytes&) {
+       return Reaction{std::vector<Bytes>(20, Bytes(50, 0xaa)), false, false, 1};
+     },
+     Error::kWrongAnswer},
+    {"exception_6",
+     [](const Bytes&) {
+       return Reaction{{rtu_frame(kUnit, Bytes{0x83, 6})}};
+     },
+     Error::kBusy},
 };
 INSTANTIATE_TEST_SUITE_P(Line, HostileLine, ::testing::ValuesIn(kLineCases),
-                         [](const auto& info) { return std::string(info.param.name); });
+                         [](const auto& test) { return std::string(test.param.name); });
 
 TEST(Link, NobodyListens) {
   std::uint16_t port = 0;
-  { port = TcpPeer([](const Bytes&) { return Reaction{}; }).port(); }
+  {
+    port = TcpPeer([](const Bytes&) { return Reaction{}; }).port();
+  }
   const auto link = make_link(parse_bus("127.0.0.1:" + std::to_string(port)).value());
   Cells cells;
   EXPECT_EQ(ask(*link, 1, kPdu, kLong, cells), Error::kNotConnected);
@@ -178,7 +233,7 @@ TEST(Link, MemoryStaysFlat) {
 
 TEST(Link, AddressesAreReadAsPeopleWriteThem) {
   const std::pair<const char*, const char*> rows[] = {
-      {"10.0.0.5", "10.0.0.5:502"},          {"10.0.0.5:1502", "10.0.0.5:1502"}, {" 10.0.0.5 ", "10.0.0.5:502"},
+      {"10.0.0.5", "10.0.0.5:502"},           {"10.0.0.5:1502", "10.0.0.5:1502"}, {" 10.0.0.5 ", "10.0.0.5:502"},
       {"[fd00::20]:1502", "[fd00::20]:1502"}, {"fd00::20", "[fd00::20]:502"},     {"/dev/ttyUSB0", "/dev/ttyUSB0"},
   };
   for (const auto& [text, name] : rows) {

@@ -23,14 +23,20 @@ std::string text_of(const std::vector<Block>& blocks) {
 }
 
 TEST(Plan, NeighboursShareARequest) {
-  const Want wants[] = {{kHolding, 2, 2, 10}, {kHolding, 0, 2, 10}, {kHolding, 4, 1, 20},
-                        {ModbusTable::kCoils, 7, 1, 10}, {ModbusTable::kCoils, 6, 1, 10}};
+  const Want wants[] = {{kHolding, 2, 2, 10},
+                        {kHolding, 0, 2, 10},
+                        {kHolding, 4, 1, 20},
+                        {ModbusTable::kCoils, 7, 1, 10},
+                        {ModbusTable::kCoils, 6, 1, 10}};
   EXPECT_EQ(text_of(plan(wants, {})), "coils 6+2@10\nholding-registers 0+4@10\nholding-registers 4+1@20\n");
   EXPECT_EQ(plan(wants, {})[1].wants, (std::vector<std::uint32_t>{1, 0}));
 }
 
 TEST(Plan, GapsAreReadAlongAsFarAsAllowed) {
-  const Want wants[] = {{kHolding, 0, 1, 1}, {kHolding, 9, 1, 1}, {kHolding, 19, 1, 1}, {ModbusTable::kCoils, 0, 1, 1},
+  const Want wants[] = {{kHolding, 0, 1, 1},
+                        {kHolding, 9, 1, 1},
+                        {kHolding, 19, 1, 1},
+                        {ModbusTable::kCoils, 0, 1, 1},
                         {ModbusTable::kCoils, 129, 1, 1}};
   EXPECT_EQ(text_of(plan(wants, {.gap = 8})), "coils 0+130~@1\nholding-registers 0+10~@1\nholding-registers 19+1@1\n");
   EXPECT_EQ(plan(wants, {.gap = 0}).size(), 5u);
@@ -82,8 +88,8 @@ TEST(Plan, NoOtherPackingHasFewerRequests) {
                            .bits = 2000,
                            .gap = static_cast<std::uint16_t>(random() % 6)};
     for (std::size_t i = 0; i < 1 + random() % 30; ++i) {
-      wants.push_back({kHolding, static_cast<std::uint16_t>(random() % 150),
-                       static_cast<std::uint16_t>(1u << random() % 3), 1});
+      wants.push_back(
+          {kHolding, static_cast<std::uint16_t>(random() % 150), static_cast<std::uint16_t>(1u << random() % 3), 1});
     }
     const auto blocks = plan(wants, limits);
     std::ranges::stable_sort(wants, {}, &Want::first);

@@ -83,7 +83,8 @@ class FakeLink final : public modbus_client::Link {
         answer.resize(2 + (count + 7) / 8);
         answer[1] = static_cast<std::uint8_t>((count + 7) / 8);
         for (std::uint32_t i = 0; i < count; ++i) {
-          if (coils[static_cast<std::uint16_t>(first + i)] != 0) answer[2 + i / 8] |= static_cast<std::uint8_t>(1 << i % 8);
+          if (coils[static_cast<std::uint16_t>(first + i)] != 0)
+            answer[2 + i / 8] |= static_cast<std::uint8_t>(1 << i % 8);
         }
         break;
       case 3:
