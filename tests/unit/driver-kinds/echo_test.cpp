@@ -273,7 +273,8 @@ TEST(ThirdKind, TheTemplateHasItsKeysAndChannels) {
 
 TEST(ThirdKind, TheReferenceHasItsKeys) {
   const std::string text = configuration_reference(types());
-  for (const char* part : {"outputs go nowhere. echo: what is written is heard again. |",
+  for (const char* part : {"outputs go nowhere. modbus: a Modbus device, over TCP or a serial line. echo: what is "
+                           "written is heard again. |",
                            "| `delay` | a whole number from 0 to 9; echo only | `1` | Cycles until the echo. |",
                            "| `place` | a text; echo only | required | Where it echoes; nothing does in the void. |",
                            "| `gain` | a whole number from 1 to 9; echo only, outputs only | `1` | Factor. |"}) {
