@@ -260,14 +260,17 @@ void add_modbus(Command program) {
   reading.option("--count=N", modbus.count, "values").shows_default().range(1u, 2000u);
   reading.on_run([] { return read(modbus); });
 
-  const Command writing = group.sub("write",
-                                    "Writes values to a device, in one request.\n"
-                                    "\n"
-                                    "Examples:\n"
-                                    "  plc modbus write 192.168.1.20 coils 7 TRUE\n"
-                                    "  plc modbus write 192.168.1.20 holding-registers 100 --type INT -- -5 20");
+  const Command writing =
+      group.sub("write",
+                "Writes values to a device, in one request.\n"
+                "\n"
+                "Examples:\n"
+                "  plc modbus write 192.168.1.20 coils 7 --value=TRUE\n"
+                "  plc modbus write 192.168.1.20 holding-registers 100 --type INT --value=-5 --value=20");
   add_cells(writing, modbus);
-  writing.option("VALUE", modbus.values, "values, one after the other").required().repeated();
+  writing.option("--value=VALUE", modbus.values, "a value; several go to one address after the other")
+      .required()
+      .repeated();
   writing.flag("--multiple", modbus.multiple, "function 15 or 16 for one value, too");
   writing.on_run([] { return write(modbus); });
 }
