@@ -146,7 +146,8 @@ void Device::succeeded(Part& part, bool write, const Cells& cells, TimeNs now_ns
   answered_ns_ = now_ns;
   came_back(now_ns);
   if (is_exception(part.error)) {
-    say(now_ns, fmt::format("{} can be {} again", cells_text(part.block), write ? "written" : "read"));
+    say(now_ns, fmt::format("{} can be {} again", cells_text(part.block), write ? "written" : "read"),
+        core::Severity::kNote);
   }
   part.error = Error::kNone;
   part.backoff_ns = 0;
@@ -252,7 +253,8 @@ void Device::came_back(TimeNs now_ns) {
   for (Part& part : read_parts_) part.due_ns = now_ns;
   for (Part& part : write_parts_) part.due_ns = now_ns;
   say(now_ns,
-      fmt::format("{} is back after {:.1f} s", settings_.where, static_cast<double>(now_ns - lost_since_ns_) / 1e9));
+      fmt::format("{} is back after {:.1f} s", settings_.where, static_cast<double>(now_ns - lost_since_ns_) / 1e9),
+      core::Severity::kNote);
 }
 
 void Device::substitute(const Part& part) {
@@ -333,7 +335,7 @@ std::string Device::cells_text(const Block& block) const {
   return fmt::format("{}: {}s {} to {}", settings_.where, table, block.first, block.first + block.count - 1);
 }
 
-void Device::say(TimeNs now_ns, std::string sentence) {
+void Device::say(TimeNs now_ns, std::string sentence, core::Severity severity) {
   if (now_ns - said_since_ns_ >= kMinuteNs || said_count_ == 0) {
     said_since_ns_ = now_ns;
     said_count_ = 0;
@@ -342,14 +344,14 @@ void Device::say(TimeNs now_ns, std::string sentence) {
     ++unsaid_;
     return;
   }
-  said_.push_back(settings_.name + ": " + std::move(sentence));
+  said_.push_back({settings_.name + ": " + std::move(sentence), severity});
 }
 
-std::vector<std::string> Device::take_said(TimeNs now_ns) {
+std::vector<io::Sentence> Device::take_said(TimeNs now_ns) {
   const std::scoped_lock lock(mutex_);
-  std::vector<std::string> said = std::exchange(said_, {});
+  std::vector<io::Sentence> said = std::exchange(said_, {});
   if (unsaid_ != 0 && now_ns - said_since_ns_ >= kMinuteNs) {
-    said.push_back(fmt::format("{}: {} more changes in the last minute", settings_.name, unsaid_));
+    said.push_back({fmt::format("{}: {} more changes in the last minute", settings_.name, unsaid_)});
     unsaid_ = said_count_ = 0;
   }
   return said;

@@ -88,7 +88,7 @@ class Device {
   [[nodiscard]] io::DriverStatus status() const;
   [[nodiscard]] std::vector<io::InputStatus> inputs(TimeNs now_ns) const;
   /// Sentences since the last call.
-  std::vector<std::string> take_said(TimeNs now_ns);
+  std::vector<io::Sentence> take_said(TimeNs now_ns);
   [[nodiscard]] bool has_outputs() const { return !writes_.empty(); }
   [[nodiscard]] const DeviceSettings& settings() const { return settings_; }
 
@@ -121,7 +121,7 @@ class Device {
   [[nodiscard]] TimeNs age_ns(TimeNs now_ns) const;
   [[nodiscard]] std::byte const* value_of(const WritePoint& point, std::byte* buffer) const;
   [[nodiscard]] std::string cells_text(const Block& block) const;
-  void say(TimeNs now_ns, std::string sentence);
+  void say(TimeNs now_ns, std::string sentence, core::Severity severity = core::Severity::kWarning);
 
   DeviceSettings settings_;
   std::uint32_t task_;
@@ -147,7 +147,7 @@ class Device {
   TimeNs lost_since_ns_ = 0;
   std::uint64_t losses_ = 0, recoveries_ = 0, exchanges_ = 0;
   std::string problem_;
-  std::vector<std::string> said_;
+  std::vector<io::Sentence> said_;
   TimeNs said_since_ns_ = 0;
   std::uint32_t said_count_ = 0, unsaid_ = 0;
   Error published_ = Error::kNeverRead;

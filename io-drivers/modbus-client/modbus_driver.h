@@ -42,7 +42,7 @@ class ModbusDriver final : public io::Driver {
   /// Touches nothing: a device that does not answer yet stops no plant, and is tried for from start() on.
   std::optional<core::Problem> open() override;
   void start() override { bus_->start(); }
-  std::vector<std::string> service(core::TimeNs now_ns) override { return device_.take_said(now_ns); }
+  std::vector<io::Sentence> service(core::TimeNs now_ns) override { return device_.take_said(now_ns); }
   [[nodiscard]] io::DriverStatus status() const override { return device_.status(); }
   [[nodiscard]] std::vector<io::InputStatus> inputs(core::TimeNs now_ns) const override {
     return device_.inputs(now_ns);

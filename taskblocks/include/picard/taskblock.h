@@ -125,7 +125,9 @@ constexpr const char* elementary_name() {
 }
 
 template <class T>
-struct IsText : std::false_type {};
+struct IsText : std::false_type {
+  struct View {};  ///< nothing is convertible to it
+};
 template <std::size_t N, class Char>
 struct IsText<Text<N, Char>> : std::true_type {
   using View = std::basic_string_view<Char>;

@@ -71,8 +71,8 @@ struct Running {
     }
     for (const core::Diagnostic& d : diagnostics.all()) ADD_FAILURE() << diagnostics.render_one(d);
     EXPECT_EQ(machine->open(), std::nullopt);
-    std::vector<std::string> notes;
-    EXPECT_EQ(machine->start(scheduler, notes), std::nullopt);
+    std::vector<io::Sentence> notes;
+    machine->start(scheduler, notes);
     scheduler.start();
   }
   void stop() {
@@ -123,7 +123,7 @@ TEST(Driver, ADeviceThatIsNotThereStopsNoStart) {
   EXPECT_EQ(running.value("Ok"), "0");
   std::vector<std::string> said;
   EXPECT_TRUE(comes_true([&] {
-    for (auto& line : running.machine->service(core::MonotonicClock().now_ns())) said.push_back(line);
+    for (auto& line : running.machine->service(core::MonotonicClock().now_ns())) said.push_back(line.text);
     return !said.empty();
   }));
   EXPECT_EQ(said.at(0),

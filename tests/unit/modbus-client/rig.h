@@ -161,7 +161,7 @@ struct Rig {
   }
   std::string said() {
     std::string all;
-    for (const std::string& line : device->take_said(link.clock.now_ns())) all += line + '\n';
+    for (const io::Sentence& said : device->take_said(link.clock.now_ns())) all += said.text + '\n';
     return all;
   }
 
