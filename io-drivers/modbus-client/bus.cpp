@@ -6,8 +6,15 @@
 #include <algorithm>
 #include <chrono>
 #include <map>
+#include <system_error>
 
 namespace plc::modbus_client {
+namespace {
+
+/// WHY not std::thread: plc-run locks its memory, and the usual 8 MB for each of many buses would all be there.
+constexpr std::size_t kStackBytes = 512 * 1024;
+
+}  // namespace
 
 std::shared_ptr<Bus> Bus::of(const void* resource, const BusAddress& address) {
   // WHY a list of the process: drivers are made one by one, and know nothing of each other.
@@ -28,12 +35,23 @@ Bus::~Bus() {
 void Bus::add(Device& device) { members_.push_back({&device}); }
 
 void Bus::start() {
-  if (thread_.joinable() || members_.empty()) return;
+  if (running_ || members_.empty()) return;
   // Signals are for the main thread.
   sigset_t all, before;
   sigfillset(&all);
   pthread_sigmask(SIG_SETMASK, &all, &before);
-  thread_ = std::thread([this] { run(); });
+  pthread_attr_t attributes;
+  pthread_attr_init(&attributes);
+  pthread_attr_setstacksize(&attributes, kStackBytes);
+  const auto body = [](void* bus) -> void* {
+    static_cast<Bus*>(bus)->run();
+    return nullptr;
+  };
+  const int error = pthread_create(&thread_, &attributes, body, this);
+  running_ = error == 0;
+  pthread_attr_destroy(&attributes);
+  if (error != 0)
+    throw std::system_error(error, std::generic_category(), "no thread for the bus " + bus_name(address_));
   pthread_sigmask(SIG_SETMASK, &before, nullptr);
 }
 
@@ -43,7 +61,7 @@ void Bus::leave(Device& device) noexcept {
     std::unique_lock lock(mutex_);
     const auto member = std::ranges::find_if(members_, is_it);
     if (member == members_.end()) return;
-    if (!thread_.joinable()) {
+    if (!running_) {
       members_.erase(member);
       return;
     }
@@ -52,7 +70,8 @@ void Bus::leave(Device& device) noexcept {
     changed_.wait(lock, [&] { return std::ranges::none_of(members_, is_it); });
     if (!members_.empty()) return;
   }
-  thread_.join();
+  pthread_join(thread_, nullptr);
+  running_ = false;
 }
 
 void Bus::run() {

@@ -5,10 +5,11 @@
 // asks.
 #pragma once
 
+#include <pthread.h>
+
 #include <condition_variable>
 #include <memory>
 #include <mutex>
-#include <thread>
 #include <vector>
 
 #include "io-drivers/modbus-client/device.h"
@@ -34,7 +35,7 @@ class Bus {
   void leave(Device& device) noexcept;
   [[nodiscard]] const BusAddress& address() const { return address_; }
   /// The process has the thread: false in a copy that fork() made before start().
-  [[nodiscard]] bool runs() const { return thread_.joinable(); }
+  [[nodiscard]] bool runs() const { return running_; }
 
  private:
   struct Member {
@@ -49,7 +50,8 @@ class Bus {
   std::mutex mutex_;
   std::condition_variable changed_;
   std::vector<Member> members_;
-  std::thread thread_;
+  pthread_t thread_ = {};
+  bool running_ = false;  ///< thread_ is to be joined
 };
 
 }  // namespace plc::modbus_client

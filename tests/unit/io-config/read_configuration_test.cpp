@@ -171,7 +171,7 @@ TEST(ReadConfiguration, WindowsLineEndsAndByteOrderMark) {
 
 /// Every documented default, written out: it must change nothing. Also shows that the default has the key's type.
 TEST(Keys, DefaultsAreThoseOfTheStructures) {
-  std::string modbus = "[modbus]\n", guardian = "[guardian]\n", gpio, simulated, input, output, range;
+  std::string modbus = "[modbus]\n", guardian = "[guardian]\n", gpio, simulated, meter, input, output, range;
   std::string scheduler = "[scheduler]\n", task = "[tasks.T]\n", taskblocks = "[taskblocks]\n", project = "[project]\n",
               retain = "[retain]\n";
   const auto entry = [](std::string& line, const KeyInfo& key) {
@@ -179,6 +179,7 @@ TEST(Keys, DefaultsAreThoseOfTheStructures) {
   };
   const Keys keys(driver_types());
   const DriverType* const gpio_type = driver_types()[0];
+  const DriverType* const meter_type = driver_types()[2];
   for (const KeyInfo& key : keys.rows()) {
     if (key.fallback.kind != KeyDefault::Kind::kValue) continue;
     const std::string line = std::string(key.name) + " = " + std::string(key.fallback.toml) + "\n";
@@ -192,19 +193,22 @@ TEST(Keys, DefaultsAreThoseOfTheStructures) {
     if (key.table == TableId::kRetain) retain += line;
     const bool of_gpio = key.kind == nullptr || key.kind == gpio_type;
     if (key.table == TableId::kDriver && of_gpio) gpio += line;
-    if (key.table == TableId::kDriver && key.kind != gpio_type) simulated += line;
+    const bool of_meter = key.kind == meter_type;
+    if (key.table == TableId::kDriver && key.kind != gpio_type && !of_meter) simulated += line;
+    if (key.table == TableId::kDriver && (key.kind == nullptr || of_meter)) meter += line;
     if (key.table == TableId::kChannel && of_gpio && (key.applies & kInputsOnly) != 0) entry(input, key);
     if (key.table == TableId::kChannel && of_gpio && (key.applies & kOutputsOnly) != 0) entry(output, key);
   }
   const Configuration c = good(
       "[drivers.g]\nkind = \"gpio\"\nchip = \"c\"\n" + gpio + "[drivers.s]\nkind = \"simulated\"\n" + simulated +
-      "[inputs]\nX = { driver = \"g\", channel = 1, " + input + " }\n[outputs]\nY = { driver = \"g\", channel = 2, " +
-      output + " }\n" + modbus + "[[modbus.range]]\ntable = \"holding-registers\"\n" + range + guardian + scheduler +
-      taskblocks + project + retain + task);
+      "[drivers.m]\nkind = \"modbus\"\nbus = \"10.0.0.5\"\n" + meter + "[inputs]\nX = { driver = \"g\", channel = 1, " +
+      input + " }\n[outputs]\nY = { driver = \"g\", channel = 2, " + output + " }\n" + modbus +
+      "[[modbus.range]]\ntable = \"holding-registers\"\n" + range + guardian + scheduler + taskblocks + project +
+      retain + task);
   EXPECT_TRUE(c.taskblocks.libraries.empty());
   EXPECT_TRUE(c.project.libraries.empty());
   const DriverConfig driver;
-  ASSERT_EQ(c.drivers.size(), 2u);
+  ASSERT_EQ(c.drivers.size(), 3u);
   for (const DriverConfig& d : c.drivers) {
     EXPECT_EQ(d.task.text, driver.task.text);
     EXPECT_EQ(d.on_loss, driver.on_loss);

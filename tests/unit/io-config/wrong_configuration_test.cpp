@@ -42,7 +42,7 @@ constexpr Wrong kWrong[] = {
     {"UnknownTableOfNestedHeader", "[driver.panel]\nkind = \"gpio\"\n", "1:2 P7303"},
     {"KeyOutsideOfTables", "listen = \"off\"\n", "1:1 P7303"},
     {"UnknownKeyOfModbus", "[modbus]\nlisen = \"off\"\n", "2:1 P7303"},
-    {"UnknownKeyOfDriver", "[drivers.a]\nkind = \"simulated\"\nretries = 3\n", "3:1 P7303"},
+    {"UnknownKeyOfDriver", "[drivers.a]\nkind = \"simulated\"\nspeed = 3\n", "3:1 P7303"},
     {"UnknownKeyOfInput", "[drivers.a]\nkind = \"simulated\"\n[inputs]\nX = { driver = \"a\", chanel = 1 }\n",
      "4:21 P7303"},
     {"UnknownKeyOfRange", "[[modbus.range]]\ntable = \"coils\"\nbegin = 4\n", "3:1 P7303"},
