@@ -40,7 +40,7 @@ TEST(ConfigInit, WhatItWritesPassesTheCheck) {
   write_text(file, uncommented(text));
   const auto full = run_tool({PLC_TOOL, "config", "check", file, tank()});
   EXPECT_EQ(full.code, 0) << full.err;
-  EXPECT_EQ(full.out, file + ": ok, 2 drivers, 5 inputs, 6 outputs mapped, 0 warnings\n");
+  EXPECT_EQ(full.out, file + ": ok, 3 drivers, 5 inputs, 6 outputs mapped, 0 warnings\n");
   EXPECT_EQ(full.err, "");
 }
 
