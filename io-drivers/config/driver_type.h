@@ -45,6 +45,10 @@ struct DriverType {
   /// Problems of files that plc.toml names, for `plc config check`; Driver::check() finds them again.
   std::optional<core::Problem> (*check_files)(const BoundDriver& bound, const Configuration& configuration,
                                               runtime::Resource& resource) = nullptr;
+  /// Whether the device is there and gives this process what its channels need, as far as one can tell without touching
+  /// it: for `plc doctor`, which may know no project. Driver::check() finds the same again.
+  std::optional<core::Problem> (*check_device)(const DriverConfig& driver, std::span<const ChannelConfig* const> inputs,
+                                               std::span<const ChannelConfig* const> outputs) = nullptr;
   /// The keys of channel `number`, counted from 0, in the file of `plc config init`: "channel = 17". Nothing: there are
   /// no more channels. Null: channels need no keys.
   std::optional<std::string> (*example_channel)(std::uint32_t number) = nullptr;

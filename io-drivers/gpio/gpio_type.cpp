@@ -63,6 +63,18 @@ std::string_view refuses(const KeyValues&, const bytecode::ImageType& type) {
   return is_bool(type) ? "" : "a GPIO line is a BOOL";
 }
 
+std::optional<core::Problem> check_device(const DriverConfig& driver, std::span<const ChannelConfig* const> inputs,
+                                          std::span<const ChannelConfig* const> outputs) {
+  LinesRequest request{.chip = driver.values.text("chip"), .inputs = {}, .outputs = {}};
+  for (const ChannelConfig* channel : inputs) {
+    request.inputs.push_back({.line = channel->values.text("channel"), .variable = channel->variable.text});
+  }
+  for (const ChannelConfig* channel : outputs) {
+    request.outputs.push_back({.line = channel->values.text("channel"), .variable = channel->variable.text});
+  }
+  return kernel_gpio().check(request);
+}
+
 std::optional<std::string> example_channel(std::uint32_t number) {
   if (number > kLine.high) return std::nullopt;
   return fmt::format("channel = {}", number);
@@ -86,6 +98,7 @@ constexpr DriverType kGpioType = {
     .check = check,
     .channel_name = channel_name,
     .refuses = refuses,
+    .check_device = check_device,
     .example_channel = example_channel,
     .make = make,
 };
