@@ -9,7 +9,6 @@
 
 #include "frontend-st/read.h"
 #include "io-drivers/machine/driver_types.h"
-#include "taskblocks/shared_library.h"
 #include "tools/command_line.h"
 
 namespace plc::tools {
@@ -24,11 +23,12 @@ std::string unreadable(const picard_block& block) {
 
 }  // namespace
 
-taskblocks::Registry load_taskblocks(const io::Configuration& configuration, core::Diagnostics& diagnostics) {
+taskblocks::Registry load_taskblocks(const io::Configuration& configuration, core::Diagnostics& diagnostics,
+                                     std::chrono::milliseconds trial_time) {
   taskblocks::Registry registry = taskblocks::Registry::built_in();
   std::size_t checked = registry.entries().size();
   for (const io::Placed& library : configuration.taskblocks.libraries) {
-    const auto problem = taskblocks::load_shared_library(configuration.beside(library.text), registry);
+    const auto problem = taskblocks::load_shared_library(configuration.beside(library.text), registry, trial_time);
     if (problem) diagnostics.report(problem->code, library.at, {}, problem->message, problem->help);
     for (; checked < registry.entries().size(); ++checked) {
       const picard_block& block = *registry.entries()[checked].block;

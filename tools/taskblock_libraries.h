@@ -6,6 +6,7 @@
 // (taskblocks/shared_library.h).
 #pragma once
 
+#include <chrono>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,12 +14,15 @@
 #include "core/diagnostics.h"
 #include "io-drivers/config/configuration.h"
 #include "taskblocks/registry.h"
+#include "taskblocks/shared_library.h"
 #include "tools/cli.h"
 
 namespace plc::tools {
 
 /// Those of PICARD and of [taskblocks] libraries. What cannot be used is reported at its line (P7801) and left out.
-taskblocks::Registry load_taskblocks(const io::Configuration& configuration, core::Diagnostics& diagnostics);
+/// `trial_time`: what each library has to be loaded.
+taskblocks::Registry load_taskblocks(const io::Configuration& configuration, core::Diagnostics& diagnostics,
+                                     std::chrono::milliseconds trial_time = taskblocks::kTrialTime);
 
 /// Adds the files of [project] libraries after those of --lib. What cannot be opened is reported at its line (P7001).
 void add_project_libraries(const io::Configuration& configuration, std::vector<std::string>& libraries,

@@ -27,11 +27,20 @@ const fs::path kPages = fs::path(PLC_SOURCE_DIR) / "docs/problems";
 
 /// Codes whose examples need more than the commands, and where they are run.
 const std::map<std::string, std::string> kNotHere = {
-    {"P7402", "tests/gpio-vm/page_test.cpp"},   {"P7403", "tests/gpio-vm/page_test.cpp"},
-    {"P7404", "tests/gpio-vm/page_test.cpp"},   {"P7405", "tests/gpio-vm/page_test.cpp"},
-    {"P7406", "tests/gpio-vm/page_test.cpp"},   {"P7410", "tests/gpio-vm/page_test.cpp"},
-    {"P7802", "tests/taskblocks/run_test.cpp"}, {"R1004", "tests/taskblocks/run_test.cpp"},
-    {"R1005", "tests/taskblocks/run_test.cpp"}, {"P9001", "nowhere: a defect of the program itself"},
+    {"P7402", "tests/gpio-vm/page_test.cpp"},
+    {"P7403", "tests/gpio-vm/page_test.cpp"},
+    {"P7404", "tests/gpio-vm/page_test.cpp"},
+    {"P7405", "tests/gpio-vm/page_test.cpp"},
+    {"P7406", "tests/gpio-vm/page_test.cpp"},
+    {"P7410", "tests/gpio-vm/page_test.cpp"},
+    {"P7931", "tests/unit/doctor"},
+    {"P7932", "tests/unit/doctor"},
+    {"P7934", "tests/unit/doctor"},
+    {"P7965", "tests/unit/doctor"},
+    {"P7802", "tests/taskblocks/run_test.cpp"},
+    {"R1004", "tests/taskblocks/run_test.cpp"},
+    {"R1005", "tests/taskblocks/run_test.cpp"},
+    {"P9001", "nowhere: a defect of the program itself"},
 };
 
 /// Runs the commands of the example, or the usual one for its files, in a folder of its own.
