@@ -78,11 +78,12 @@ std::string complaint(const std::string& code) {
 
 TEST_P(ProblemExamples, WrongOneDrawsTheCodeAndRightOneDoesNot) {
   const std::string code = GetParam();
-  if (kNotHere.count(code) != 0) return;
+  if (kNotHere.contains(code)) return;
   // A file of the kernel that the wrong example takes; containers may have none.
   const std::string commands = read_example(kPages / (code + ".md"), "Wrong").commands;
-  const std::size_t at = commands.find("/sys/");
-  const std::string file = at == std::string::npos ? "" : commands.substr(at, commands.find_first_of(" \n", at) - at);
+  const std::size_t at = commands.find(" /sys/");
+  const std::string file =
+      at == std::string::npos ? "" : commands.substr(at + 1, commands.find_first_of(" \n", at + 1) - at - 1);
   if (!file.empty() && !fs::exists(file)) GTEST_SKIP() << "its example takes " << file << ", which is not here";
   const std::string found = complaint(code);
   EXPECT_TRUE(found.empty()) << code << ": " << found;
