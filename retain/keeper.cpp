@@ -92,7 +92,7 @@ void Keeper::store(core::TimeNs now_ns) {
   if (problem.empty()) {
     stored_ = values_;
     any_stored_ = true;
-    if (told_) say("retained values are stored again");
+    if (told_) say({"retained values are stored again"});
     failing_ = told_ = false;
     return;
   }
@@ -100,8 +100,9 @@ void Keeper::store(core::TimeNs now_ns) {
   if (!failing_ && (!said_ns_ || now_ns - *said_ns_ >= kSayNs)) {
     said_ns_ = now_ns;
     told_ = true;
-    say(fmt::format("warning {}: retained values are not stored, and it is tried again: {}",
-                    core::info(core::Code::P7613).name, problem));
+    say({fmt::format("{}: retained values are not stored, and it is tried again: {}",
+                     core::info(core::Code::P7613).name, problem),
+         core::Severity::kWarning});
   }
   failing_ = true;
 }
@@ -123,12 +124,12 @@ void Keeper::stop(std::span<const std::uint32_t> running) {
   store(clock.now_ns());
 }
 
-void Keeper::say(std::string sentence) {
+void Keeper::say(Message message) {
   const std::lock_guard lock(mutex_);
-  messages_.push_back(std::move(sentence));
+  messages_.push_back(std::move(message));
 }
 
-std::vector<std::string> Keeper::messages() {
+std::vector<Message> Keeper::messages() {
   const std::lock_guard lock(mutex_);
   return std::exchange(messages_, {});
 }

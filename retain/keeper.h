@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "core/clock.h"
+#include "core/diagnostics.h"
 #include "core/result.h"
 #include "retain/carry.h"
 #include "retain/gather.h"
@@ -42,6 +43,12 @@ struct Restored {
   std::optional<core::TimeNs> program_time_ns;
 };
 
+/// What the operator is told while the plant runs.
+struct Message {
+  std::string text;
+  core::Severity severity = core::Severity::kNote;
+};
+
 class Keeper {
  public:
   Keeper(runtime::Resource& resource, KeeperOptions options);
@@ -61,7 +68,7 @@ class Keeper {
   /// After the tasks have ended, but for `running`: stores what the last scans have left.
   void stop(std::span<const std::uint32_t> running = {});
   /// What went wrong, or well again, since the last call: sentences. Any thread.
-  std::vector<std::string> messages();
+  std::vector<Message> messages();
 
   // The steps of the thread, for who has none.
   void ask() noexcept { gatherer_.ask(); }
@@ -72,7 +79,7 @@ class Keeper {
 
  private:
   void run();
-  void say(std::string sentence);
+  void say(Message message);
   /// Waits; true when it is to end.
   bool wait(core::TimeNs ns);
 
@@ -93,7 +100,7 @@ class Keeper {
   std::mutex mutex_;  ///< of what follows; no task takes it
   std::condition_variable changed_;
   bool ending_ = false;
-  std::vector<std::string> messages_;
+  std::vector<Message> messages_;
   std::thread thread_;
 };
 

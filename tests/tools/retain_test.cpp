@@ -143,6 +143,7 @@ TEST(Retained, AFileThatCannotBeReadStopsNothing) {
   ASSERT_EQ(run.code, 0) << run.all();
   EXPECT_TRUE(has(run.err, "error P7611: ")) << run.err;
   EXPECT_TRUE(has(run.err, "initial values")) << run.err;
+  EXPECT_TRUE(has(run.out, "; initial values")) << run.out;
   EXPECT_GE(plant.stored().at("Total"), 5);
   EXPECT_TRUE(fs::exists(plant.state + "/retain.previous"));
 }

@@ -236,12 +236,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   };
   const auto show_retain = [&] {
     if (!retained.keeper) return;
-    for (const std::string& sentence : retained.keeper->messages()) {
-      constexpr std::string_view kWarning = "warning ";
-      const bool warns = sentence.starts_with(kWarning);
-      message(warns ? core::Severity::kWarning : core::Severity::kNote)
-          << std::string_view(sentence).substr(warns ? kWarning.size() : 0) << '\n';
-    }
+    for (const retain::Message& said : retained.keeper->messages()) message(said.severity) << said.text << '\n';
   };
   AllocationWarnings allocations(resource);
   core::TimeNs next_view = plant.begin_ns();

@@ -78,7 +78,7 @@ Retained restore_retained(runtime::Resource& resource, const std::string& folder
     talk << fmt::format("; {} restored, stored {:%Y-%m-%d %H:%M:%S} UTC", restored.carried.kept,
                         fmt::gmtime(restored.time_of_day_ns / 1'000'000'000));
   } else {
-    talk << (start == retain::Start::kOrigin ? "; initial values" : "; nothing stored yet");
+    talk << (start == retain::Start::kOrigin || restored.problem ? "; initial values" : "; nothing stored yet");
   }
   talk << '\n';
   return {std::move(keeper), restored.program_time_ns};

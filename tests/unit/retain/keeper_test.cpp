@@ -169,14 +169,18 @@ TEST(Keeper, TroubleIsToldOnceAndItsEndToo) {
   keeper.store(0);
   keeper.store(kSecond);
   keeper.store(2 * kSecond);
-  const std::vector<std::string> said = keeper.messages();
+  const std::vector<retain::Message> said = keeper.messages();
   ASSERT_EQ(said.size(), 1u);
-  EXPECT_NE(said[0].find("P7613"), std::string::npos) << said[0];
+  EXPECT_NE(said[0].text.find("P7613"), std::string::npos) << said[0].text;
+  EXPECT_EQ(said[0].severity, core::Severity::kWarning);
   std::filesystem::remove(scratch.file("state"));
   keeper.store(2 * kSecond + 1);  // not yet
   EXPECT_TRUE(keeper.messages().empty());
   keeper.store(3 * kSecond);
-  EXPECT_EQ(keeper.messages(), std::vector<std::string>{"retained values are stored again"});
+  const std::vector<retain::Message> again = keeper.messages();
+  ASSERT_EQ(again.size(), 1u);
+  EXPECT_EQ(again[0].text, "retained values are stored again");
+  EXPECT_EQ(again[0].severity, core::Severity::kNote);
 }
 
 TEST(Keeper, AFileThatCannotBeReadIsAProblemAndInitialValues) {
