@@ -95,8 +95,11 @@ Outcome check_writers(const Context& c) {
   std::vector<std::string> open;
   for (const std::string& file : files) {
     std::error_code ignored;
-    const auto mode = std::filesystem::status(file, ignored).permissions();
-    if ((mode & std::filesystem::perms::others_write) != std::filesystem::perms::none) open.push_back(file);
+    const std::filesystem::file_status status = std::filesystem::status(file, ignored);
+    if (!std::filesystem::exists(status)) continue;  // its permissions would be all of them
+    if ((status.permissions() & std::filesystem::perms::others_write) != std::filesystem::perms::none) {
+      open.push_back(file);
+    }
   }
   if (open.empty()) return fine(files.empty() ? "none given" : "nobody but owner and group may write");
   return wrong("every user may write " + joined(open), "`chmod o-w " + open[0] + "`");
