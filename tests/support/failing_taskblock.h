@@ -1,13 +1,16 @@
 // A taskblock that fails when it is told to, beside those that come with PICARD: a scan may end inside of any block.
 //
-// Out: a registry. Does not belong here: blocks that crash, allocate or take their time (tests/taskblocks).
+// Out: a registry, and taskblocks in images. Does not belong here: blocks that crash, allocate or take their time
+// (tests/taskblocks).
 #pragma once
 
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <optional>
 
 #include "taskblocks/registry.h"
+#include "tests/support/image_builder.h"
 
 namespace plc::test {
 
@@ -71,6 +74,27 @@ inline const taskblocks::Registry& registry_with_failures() {
     return registry;
   }();
   return kRegistry;
+}
+
+/// Declares a taskblock of scalars, laid out as the compiler does. Its index in Image::blocks; nothing where the
+/// registry has none of the name, or one with other ports.
+inline std::optional<std::uint32_t> add_taskblock(ImageBuilder& b, const taskblocks::Registry& registry,
+                                                  const char* name) {
+  const taskblocks::Registry::Entry* const entry = registry.find(name);
+  if (entry == nullptr) return {};
+  GrowingStruct ports;
+  ports.add(b.image, bytecode::kObjectField, b.type(TypeId::kUdint), FieldRole::kHidden, {});
+  for (std::uint32_t i = 0; i < entry->block->port_count; ++i) {
+    const picard_port& port = entry->block->ports[i];
+    if (port.type == nullptr || port.type->kind != PICARD_ELEMENTARY) return {};
+    const FieldRole role = port.direction == PICARD_OUTPUT ? FieldRole::kOutput : FieldRole::kInput;
+    ports.add(b.image, port.name, b.type(*core::type_named(port.type->name)), role, {});
+  }
+  ports.close();
+  ports.type.name = entry->block->name;
+  const std::uint32_t index = b.add_type(ports.type);
+  b.image.blocks.push_back({entry->block->name, taskblocks::layout_hash(*entry->block), index});
+  return static_cast<std::uint32_t>(b.image.blocks.size() - 1);
 }
 
 }  // namespace plc::test

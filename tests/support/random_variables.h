@@ -89,23 +89,9 @@ class RandomVariables {
     const std::uint32_t ports = b_.image.blocks[block].type;
     blocks_.push_back({block, ports, b_.array(ports, 3, static_cast<std::int64_t>(below(3)) - 1), {}});
   }
-  /// A taskblock of scalars, laid out as the compiler does.
+  /// A taskblock of scalars.
   void declare_taskblock(const char* name) {
-    const taskblocks::Registry::Entry* const entry = registry_.find(name);
-    if (entry == nullptr) return;
-    GrowingStruct ports;
-    ports.add(b_.image, bytecode::kObjectField, b_.type(TypeId::kUdint), FieldRole::kHidden, {});
-    for (std::uint32_t i = 0; i < entry->block->port_count; ++i) {
-      const picard_port& port = entry->block->ports[i];
-      if (port.type == nullptr || port.type->kind != PICARD_ELEMENTARY) return;
-      const FieldRole role = port.direction == PICARD_OUTPUT ? FieldRole::kOutput : FieldRole::kInput;
-      ports.add(b_.image, port.name, b_.type(*core::type_named(port.type->name)), role, {});
-    }
-    ports.close();
-    ports.type.name = entry->block->name;
-    const std::uint32_t index = b_.add_type(ports.type);
-    b_.image.blocks.push_back({entry->block->name, taskblocks::layout_hash(*entry->block), index});
-    declare_block(static_cast<std::uint32_t>(b_.image.blocks.size() - 1));
+    if (const auto block = add_taskblock(b_, registry_, name)) declare_block(*block);
   }
   /// An array or structure, and what it is made of.
   std::uint32_t make_aggregate(int depth) {

@@ -156,6 +156,43 @@ TEST(NativeEngine, APlaceInsideTheInterpretersShareNamesItsInstruction) {
   EXPECT_EQ((*compiled)->report().interpreted.at(runtime::ResolvedOp::kMoveStr), 1u);
 }
 
+TEST(NativeEngine, ManyTaskblocksInARowStopWhereOneFails) {
+  ImageBuilder b;
+  const std::uint32_t block = add_taskblock(b, registry_with_failures(), kFailingTaskblock).value();
+  const std::uint32_t type = b.image.blocks[block].type;
+  PouBuilder main = b.pou("Main", PouKind::kProgram);
+  constexpr std::uint32_t kBlocks = 40, kFails = 23;
+  std::uint32_t at_failing = 0;
+  for (std::uint32_t i = 0; i < kBlocks; ++i) {
+    const Word instance = main.variable("b" + std::to_string(i), type);
+    if (i == kFails) at_failing = main.here();
+    main.op(Opcode::kRunTb, {block, instance});
+  }
+  b.task("Cyclic", kPeriodNs, {main.finish()});
+  const Image image = b.build();
+  std::string problem;
+  const auto engines = Engines::load(image, problem, {.taskblocks = &registry_with_failures()});
+  ASSERT_NE(engines, nullptr) << problem;
+  const auto port = [&](runtime::Program& program, std::uint32_t of, const char* name) {
+    const auto& fields = image.types[type].fields;
+    const auto field = std::find_if(fields.begin(), fields.end(), [&](const auto& f) { return f.name == name; });
+    return program.table().data() + program.table().layout().instance +
+           image.types[image.pous[0].instance_type].fields[of].offset + field->offset;
+  };
+  EXPECT_EQ(engines->scan(0), "");
+  for (std::size_t e = 0; e < engines->size(); ++e) *port((*engines)[e].program(0), kFails, "BAD") = std::byte{1};
+  EXPECT_EQ(engines->scan(kPeriodNs), "");
+  runtime::Program& program = (*engines)[1].program(0);
+  EXPECT_EQ(engines->fault().kind, runtime::FaultKind::kTaskblock);
+  EXPECT_EQ(engines->fault().word, at_failing);
+  EXPECT_EQ(*port(program, kFails - 1, "COUNT"), std::byte{2});
+  EXPECT_EQ(*port(program, kFails, "COUNT"), std::byte{1});
+  EXPECT_EQ(*port(program, kFails + 1, "COUNT"), std::byte{1});
+  const auto compiled = native::compile(program);
+  ASSERT_TRUE(compiled.has_value());
+  EXPECT_EQ((*compiled)->report().interpreted.at(runtime::ResolvedOp::kRunTaskblock), kBlocks);
+}
+
 /// SHL of a DWORD by an INT, which code leaves to the library when the INT is negative.
 std::string shift_left() {
   const auto overloads = stdlib::overloads_named("SHL");
