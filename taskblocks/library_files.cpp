@@ -17,6 +17,8 @@
 #include <memory>
 #include <string_view>
 
+#include "core/floating_point.h"
+
 namespace plc::taskblocks {
 namespace {
 
@@ -227,6 +229,7 @@ core::Result<std::vector<std::string>> check_library_files(const std::string& pa
 }
 
 void* open_library(const std::vector<std::string>& files, std::string& why) {
+  const core::KeptFloatingPointMode kept;
   void* opened = nullptr;
   for (const std::string& file : files) {
     // What was opened before is found by its SONAME.

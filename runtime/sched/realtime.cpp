@@ -10,6 +10,7 @@
 #include <system_error>
 #include <utility>
 
+#include "core/floating_point.h"
 #include "runtime/sched/priority.h"
 #include "runtime/sched/thread_settings.h"
 #include "runtime/sched/watchdog.h"
@@ -161,6 +162,7 @@ void RealtimeScheduler::run(TaskRun& task) noexcept {
   bool trigger_was = false;
   std::uint64_t cycle = 0;
   prefault_stack();
+  core::set_floating_point_mode();
   if (options_.on_thread_start != nullptr) options_.on_thread_start(task.index);
   ready_.fetch_add(1, std::memory_order_release);
   while (start_ns_.load(std::memory_order_acquire) == 0) {

@@ -1,13 +1,16 @@
 // Which shared objects are loaded, and what is said of those that are not.
 #include "taskblocks/shared_library.h"
 
+#include <dlfcn.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <chrono>
 #include <fstream>
+#include <limits>
 
+#include "core/floating_point.h"
 #include "tests/taskblocks/libraries.h"
 
 namespace plc::test {
@@ -51,6 +54,26 @@ TEST_F(SharedLibrary, AddsItsBlocks) {
   EXPECT_EQ(std::string(block->library->name), "good");
   EXPECT_EQ(block->block->port_count, 2u);
   ASSERT_TRUE(load_shared_library(path, registry)) << "its names are taken";
+}
+
+/// Half of the smallest number that is no subnormal one: 0 for a thread that takes those for zero.
+double half_of_the_smallest() {
+  volatile double smallest = std::numeric_limits<double>::min();
+  return smallest / 2;
+}
+
+TEST_F(SharedLibrary, ChangesNothingOfHowOthersCompute) {
+  const std::string path = installed(scratch, "fast_math");
+  void* const raw = ::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+  ASSERT_NE(raw, nullptr) << ::dlerror();
+  const double loaded = half_of_the_smallest();
+  ::dlclose(raw);
+  core::set_floating_point_mode();
+  if (loaded != 0) GTEST_SKIP() << "-ffast-math of this compiler changes no modes";
+  Registry registry;
+  const auto problem = load_shared_library(path, registry);
+  ASSERT_FALSE(problem) << problem->message;
+  EXPECT_GT(half_of_the_smallest(), 0);
 }
 
 TEST_F(SharedLibrary, TwoWithClassesOfTheSameNamesKeepThemApart) {

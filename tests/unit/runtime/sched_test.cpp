@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
+#include <cfenv>
 #include <chrono>
 #include <cmath>
 #include <cstring>
@@ -345,6 +347,27 @@ TEST(Realtime, TheFirstReleaseIsTheSameInstantWhenEveryThreadIsReady) {
   scheduler.join();
   for (const auto& release : first.release) EXPECT_EQ(release, first.release[0]);
   EXPECT_GT(first.release[0], last_ready);
+}
+
+TEST(Realtime, TasksRoundToTheNearestWhoeverStartsThem) {
+  ImageBuilder b;
+  const Word order = b.global("order", b.type(TypeId::kLint));
+  b.task("T", 2'000'000, {writer(b, "P", order, 1)});
+  auto r = load(b);
+  ASSERT_NE(r, nullptr);
+  static std::atomic<int> rounds;
+  rounds = -1;
+  runtime::RealtimeOptions options;
+  options.realtime_priority = false;
+  options.lock_memory = false;
+  options.on_thread_start = [](std::uint32_t) { rounds = std::fegetround(); };
+  std::fesetround(FE_UPWARD);
+  {
+    runtime::RealtimeScheduler scheduler(*r, options);
+    scheduler.start();
+  }
+  std::fesetround(FE_TONEAREST);
+  EXPECT_EQ(rounds, FE_TONEAREST);
 }
 
 TEST(Realtime, AFaultingTaskLeavesTheOthersRunning) {
