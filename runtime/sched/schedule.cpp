@@ -231,9 +231,9 @@ std::vector<std::uint32_t> certain_misses(const Image& image, std::span<const Ta
   if (overloaded) misses.insert(measured.begin(), measured.end());
   for (const auto& [cpu, tasks] : by_cpu) {
     const ProcessorSchedule answer = on_one_processor(cpu, tasks, loads);
-    const bool together = std::all_of(tasks.begin(), tasks.end(), [&](std::uint32_t t) {
-      return plan[t].offset_ns == plan[tasks.front()].offset_ns;
-    });
+    const core::TimeNs offset_ns = plan[tasks.front()].offset_ns;
+    const bool together =
+        std::all_of(tasks.begin(), tasks.end(), [&](std::uint32_t t) { return plan[t].offset_ns == offset_ns; });
     for (std::size_t i = 0; i < answer.tasks.size(); ++i) {
       const bool late = together ? answer.timings[i].verdict == Verdict::kDoesNotFit : answer.timings[i].level_load > 1;
       if (late) misses.insert(answer.tasks[i]);
