@@ -95,7 +95,10 @@ class TaskCompiler {
     DeadStores dead_stores(instructions.size());
     if (!s_.relative) dead_stores = find_dead_stores(linked_, instructions);
     // Loops keep theirs in registers.
-    for (const Loop& l : loops) std::fill_n(dead_stores.begin() + l.first, l.last + 1 - l.first, std::nullopt);
+    for (const Loop& l : loops) {
+      const auto part = std::span(dead_stores).subspan(l.first, l.last + 1 - l.first);
+      std::fill(part.begin(), part.end(), std::nullopt);
+    }
     failed_ = s_.label();
     s_.land(entries_.at(body.entry));
     s_.begin_body(counts_events);
