@@ -12,6 +12,18 @@ namespace plc::core {
 /// Sets the mode for the calling thread, whoever made it. RT: no system call.
 inline void set_floating_point_mode() noexcept { static_cast<void>(std::fesetenv(FE_DFL_ENV)); }
 
+/// Whether the calling thread has that mode. RT: what a processor says in a few nanoseconds.
+inline bool has_floating_point_mode() noexcept {
+#if defined(__x86_64__)
+  constexpr unsigned kFlags = 0x3f, kAsAtStart = 0x1f80;
+  return (__builtin_ia32_stmxcsr() & ~kFlags) == kAsAtStart;
+#elif defined(__aarch64__)
+  return __builtin_aarch64_get_fpcr() == 0;
+#else
+  return std::fegetround() == FE_TONEAREST;
+#endif
+}
+
 /// The calling thread has the same mode after this as before, whatever is done in between.
 class KeptFloatingPointMode {
  public:

@@ -491,7 +491,7 @@ std::optional<Problem> Access::write(const Place& place, std::string_view text) 
         return Problem{Code::P7106, "the variable is an input of a driver", "take it out of [inputs] in plc.toml"};
     }
   } else {
-    std::memcpy(resource_.program(place.task).table().data() + place.offset, value.data(), type.size);
+    resource_.program(place.task).write_local(place.offset, std::span(value).first(type.size));
   }
   return std::nullopt;
 }

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <utility>
 
+#include "core/floating_point.h"
 #include "runtime/compiled_task.h"
 #include "runtime/interpreter/events.h"
 #include "runtime/interpreter/handle.h"
@@ -11,21 +12,19 @@
 #include "runtime/interpreter/operations.h"
 #include "runtime/link/link.h"
 #include "runtime/pointers/objects.h"
+#include "runtime/record/recorder.h"
+#include "runtime/record/replay.h"
 #include "runtime/sched/task.h"
 #include "runtime/taskblocks.h"
 
 namespace plc::runtime {
 
 struct Program::State {
-  State(const bytecode::Image& image_in, std::uint32_t index_in, GlobalTable& globals, TaskLayout layout,
-        const ProgramOptions& options_in)
+  State(const bytecode::Image& image_in, std::uint32_t index_in, TaskLayout layout, const ProgramOptions& options_in)
       : image(image_in),
         index(index_in),
         options(options_in),
-        table(image_in, image_in.tasks[index_in].body, std::move(layout), options_in.huge_pages),
-        exchange(make_exchange(image_in.options.coherence, globals, index_in, table.data())) {
-    for (std::uint32_t q = 0; q < image.queues.size(); ++q) queues.emplace_back(globals.queue(q), index);
-  }
+        table(image_in, image_in.tasks[index_in].body, std::move(layout), options_in.huge_pages) {}
 
   const bytecode::Image& image;
   std::uint32_t index;
@@ -41,6 +40,8 @@ struct Program::State {
   std::optional<Handover> handover;        ///< nothing when nothing of the task is kept
   bool whole = false;                      ///< the last scan has ended without a fault
   std::unique_ptr<CompiledTask> compiled;  ///< null = the interpreter
+  Recorder* recorder = nullptr;            ///< null = nothing is recorded
+  std::atomic<bool> cut{false};            ///< loops were cut from outside
 };
 
 core::Code fault_code(FaultKind kind) {
@@ -72,41 +73,42 @@ core::SourceRef source_of(const bytecode::Image& image, std::uint32_t pou, std::
 Program::Program(std::unique_ptr<State> state) : state_(std::move(state)) {}
 Program::~Program() = default;
 
-core::Result<std::unique_ptr<Program>> Program::link(const bytecode::VerifiedImage& verified, std::uint32_t task,
-                                                     GlobalTable& globals, const ProgramOptions& options) {
+core::Result<std::unique_ptr<Program::State>> Program::lay_out(const bytecode::VerifiedImage& verified,
+                                                               std::uint32_t task, const ProgramOptions& options) {
   const bytecode::Image& image = verified.image();
   const bytecode::ImageTask& entry = image.tasks[task];
   if (task >= Handle::kMaxTasks || image.types.size() > Handle::kMaxTypes) {
     return core::Problem{core::Code::P9001, "image has more tasks or types than references can name", {}};
   }
-  const std::vector<std::uint32_t> pous = reached_pous(image, entry.body);
   std::vector<std::uint8_t> reached(image.pous.size(), 0);
-  for (const std::uint32_t pou : pous) reached[pou] = 1;
-  TaskLayout layout = lay_out(image, entry.body, reached);
+  for (const std::uint32_t pou : reached_pous(image, entry.body)) reached[pou] = 1;
+  TaskLayout layout = runtime::lay_out(image, entry.body, reached);
   if (layout.total + kScratchBytes >= kRelativeBit) {
     return core::Problem{core::Code::P9001,
                          "memory of task \"" + entry.name + "\" would take " + std::to_string(layout.total) + " bytes",
                          "at most 2 GiB can be addressed; make arrays smaller or split the project"};
   }
-  auto state = std::make_unique<State>(image, task, globals, std::move(layout), options);
-  auto code = link_task(image, entry.body, pous, state->table.layout(), *state->exchange, options.arrange);
-  if (!code) return code.error();
-  state->code = std::move(*code);
-  state->exchange->prepare();
-  if (uses_pointers(image, pous)) {
-    auto objects = Objects::make(image, entry.body, state->table.layout(), Handle::task_tag(task));
-    if (!objects) return objects.error();
-    state->objects.emplace(std::move(*objects));
-  }
-  const taskblocks::Registry& registry =
-      options.taskblocks != nullptr ? *options.taskblocks : taskblocks::Registry::built_in();
-  auto blocks = Taskblocks::make(image, task, registry, state->table, state->queues, options);
-  if (!blocks) return blocks.error();
-  state->taskblocks = std::move(*blocks);
-  if (state->taskblocks && options.start_taskblocks) {
-    if (auto problem = state->taskblocks->restart()) return *problem;
-  }
+  return std::make_unique<State>(image, task, std::move(layout), options);
+}
 
+// Code and pointers, once there is an exchange.
+std::optional<core::Problem> Program::resolve(State& state) {
+  const bytecode::Image& image = state.image;
+  const std::uint32_t body = image.tasks[state.index].body;
+  const std::vector<std::uint32_t> pous = reached_pous(image, body);
+  auto code = link_task(image, body, pous, state.table.layout(), *state.exchange, state.options.arrange);
+  if (!code) return code.error();
+  state.code = std::move(*code);
+  state.exchange->prepare();
+  if (uses_pointers(image, pous)) {
+    auto objects = Objects::make(image, body, state.table.layout(), Handle::task_tag(state.index));
+    if (!objects) return objects.error();
+    state.objects.emplace(std::move(*objects));
+  }
+  return {};
+}
+
+std::unique_ptr<Program> Program::ready(std::unique_ptr<State> state) {
   Machine& m = state->machine;
   m.table = state->table.data();
   m.code = state->code.data();
@@ -117,11 +119,47 @@ core::Result<std::unique_ptr<Program>> Program::link(const bytecode::VerifiedIma
   m.queues = state->queues.data();
   m.objects = state->objects ? &*state->objects : nullptr;
   m.step.host = m.taskblocks;
-  m.task_tag = Handle::task_tag(task);
+  m.task_tag = Handle::task_tag(state->index);
   m.global_bytes = state->table.layout().global_bytes;
   m.constants_begin = state->table.layout().constants;
-  m.constants_end = m.constants_begin + static_cast<std::uint32_t>(image.const_bytes.size());
+  m.constants_end = m.constants_begin + static_cast<std::uint32_t>(state->image.const_bytes.size());
   return std::unique_ptr<Program>(new Program(std::move(state)));
+}
+
+core::Result<std::unique_ptr<Program>> Program::link(const bytecode::VerifiedImage& verified, std::uint32_t task,
+                                                     GlobalTable& globals, const ProgramOptions& options) {
+  auto laid_out = lay_out(verified, task, options);
+  if (!laid_out) return laid_out.error();
+  std::unique_ptr<State> state = std::move(*laid_out);
+  const bytecode::Image& image = state->image;
+  state->exchange = make_exchange(image.options.coherence, globals, task, state->table.data());
+  for (std::uint32_t q = 0; q < image.queues.size(); ++q) state->queues.emplace_back(globals.queue(q), task);
+  if (auto problem = resolve(*state)) return *problem;
+  const taskblocks::Registry& registry =
+      options.taskblocks != nullptr ? *options.taskblocks : taskblocks::Registry::built_in();
+  auto blocks = Taskblocks::make(image, task, registry, state->table, state->queues, options);
+  if (!blocks) return blocks.error();
+  state->taskblocks = std::move(*blocks);
+  if (state->taskblocks && options.start_taskblocks) {
+    if (auto problem = state->taskblocks->restart()) return *problem;
+  }
+  return ready(std::move(state));
+}
+
+core::Result<std::unique_ptr<Program>> Program::link_replica(const bytecode::VerifiedImage& verified,
+                                                             std::uint32_t task, Replay& replay,
+                                                             const ProgramOptions& options) {
+  auto laid_out = lay_out(verified, task, options);
+  if (!laid_out) return laid_out.error();
+  std::unique_ptr<State> state = std::move(*laid_out);
+  const bytecode::Image& image = state->image;
+  state->exchange = std::make_unique<ReplayExchange>(replay);
+  for (const bytecode::ImageQueue& queue : image.queues)
+    state->queues.emplace_back(replay, image.types[queue.type].size);
+  if (auto problem = resolve(*state)) return *problem;
+  state->taskblocks = Taskblocks::make_replica(image, task, state->table, options, replay);
+  replay.set_table({state->table.data(), static_cast<std::size_t>(state->table.layout().total)});
+  return ready(std::move(state));
 }
 
 // RT:
@@ -130,6 +168,7 @@ void Program::expect(std::size_t bytes) noexcept { state_->exchange->expect(byte
 // RT:
 Fault Program::execute(const CycleContext& context) noexcept {
   State& s = *state_;
+  const std::uint64_t events = s.machine.event_count;
   s.whole = false;
   s.machine.step.now_ns = context.now_ns;
   s.machine.step.start_ns = context.start_ns;
@@ -143,14 +182,43 @@ Fault Program::execute(const CycleContext& context) noexcept {
   const bool published = s.exchange->end();
   // WHY not Machine::fault, reset before the scan: reading it back here waits for all that the scan has written.
   s.whole = ran && published;
-  if (s.whole) [[likely]]
-    return {};
-  if (!published) {
+  if (!s.whole && !published) {
     // A scan that was cut short knows its place better than the thread that looked from outside.
     if (ran) s.machine.fault = place(FaultKind::kWatchdog);
     s.machine.fault.kind = FaultKind::kWatchdog;
   }
-  return s.machine.fault;
+  const Fault fault = s.whole ? Fault{} : s.machine.fault;
+  if (s.recorder != nullptr) [[unlikely]]
+    record(context, fault, events, published);
+  return fault;
+}
+
+// RT:
+void Program::record(const CycleContext& context, const Fault& fault, std::uint64_t events, bool published) noexcept {
+  State& s = *state_;
+  RecordHead head;
+  if (fault && s.cut.load(std::memory_order_relaxed)) head.flags |= kCut;
+  if (!published) head.flags |= kRevoked;
+  if (!core::has_floating_point_mode()) head.flags |= kFloatMode;
+  head.events = static_cast<std::uint32_t>(s.machine.event_count - events);
+  head.now_ns = context.now_ns;
+  head.start_ns = context.start_ns;
+  s.recorder->close(head, {static_cast<std::uint32_t>(fault.kind), fault.pou, fault.word, fault.taskblock});
+}
+
+// RT:
+void Program::write_local(std::uint32_t at, std::span<const std::byte> value) noexcept {
+  State& s = *state_;
+  std::memcpy(s.table.data() + at, value.data(), value.size());
+  if (s.recorder != nullptr) s.recorder->written(at, static_cast<std::uint32_t>(value.size()));
+}
+
+void Program::set_recorder(Recorder* recorder) {
+  State& s = *state_;
+  s.recorder = recorder;
+  s.exchange->set_recorder(recorder);
+  for (QueueEnd& queue : s.queues) queue.set_recorder(recorder);
+  if (s.taskblocks) s.taskblocks->set_recorder(recorder);
 }
 
 void Program::set_now(core::TimeNs now_ns) noexcept {
@@ -175,7 +243,10 @@ void Program::install(std::unique_ptr<CompiledTask> compiled) {
 bool Program::is_compiled() const noexcept { return state_->compiled != nullptr; }
 
 // RT:
-void Program::cut_loops() noexcept { state_->machine.loops_left.store(0, std::memory_order_relaxed); }
+void Program::cut_loops() noexcept {
+  state_->cut.store(true, std::memory_order_relaxed);
+  state_->machine.loops_left.store(0, std::memory_order_relaxed);
+}
 // RT:
 bool Program::revoke() noexcept { return state_->exchange->revoke(); }
 // RT:
@@ -200,6 +271,7 @@ void Program::restore(std::span<const std::byte> globals, std::span<const std::b
   if (!globals.empty()) std::memcpy(table, globals.data(), globals.size());
   if (!instance.empty()) std::memcpy(table + state_->table.layout().instance, instance.data(), instance.size());
   state_->exchange->reset();
+  if (state_->recorder != nullptr) state_->recorder->changed();
 }
 
 void Program::keep(std::vector<Handover::Run> runs, std::size_t bytes) {
@@ -250,6 +322,7 @@ std::optional<core::Problem> Program::reset() {
   state_->table.reset(state_->image, task().body);
   state_->exchange->reset();
   state_->events.clear();
+  if (state_->recorder != nullptr) state_->recorder->changed();
   return state_->taskblocks ? state_->taskblocks->restart() : std::nullopt;
 }
 

@@ -30,6 +30,8 @@ namespace plc::runtime {
 
 struct CompiledTask;
 struct LinkedCode;
+class Recorder;
+class Replay;
 
 /// What a scan is told from outside. Taken once per cycle.
 struct CycleContext {
@@ -89,6 +91,12 @@ class Program {
   /// were made for another standard library. The image must outlive the program; `globals` too.
   static core::Result<std::unique_ptr<Program>> link(const bytecode::VerifiedImage& image, std::uint32_t task,
                                                      GlobalTable& globals, const ProgramOptions& options = {});
+  /// A replica of the task: executes scans that were recorded. Its taskblocks have no objects, its exchange and queues
+  /// answer from `replay`, which outlives it: Replay::begin() before each execute(), with the times of its head, on the
+  /// table that the scan began with. `options` as those of the recorded program, but for the registry, which is not
+  /// asked.
+  static core::Result<std::unique_ptr<Program>> link_replica(const bytecode::VerifiedImage& image, std::uint32_t task,
+                                                             Replay& replay, const ProgramOptions& options = {});
   ~Program();
   Program(const Program&) = delete;
   Program& operator=(const Program&) = delete;
@@ -98,6 +106,12 @@ class Program {
   void expect(std::size_t bytes) noexcept;
   /// One scan. RT: noexcept, no allocation, no lock, no system call.
   Fault execute(const CycleContext& context) noexcept;
+
+  /// Writes a variable of the task, at byte `at` of its table. Between scans, on the task's thread or while it does not
+  /// run. RT.
+  void write_local(std::uint32_t at, std::span<const std::byte> value) noexcept;
+  /// What scans take in from now on is told to `recorder`; null = to nobody. Between scans.
+  void set_recorder(Recorder* recorder);
 
   /// Another time for the rest of the scan that runs, for who is called by it and lets time go on (testing/). On the
   /// thread of the scan.
@@ -186,6 +200,12 @@ class Program {
  private:
   struct State;
   explicit Program(std::unique_ptr<State> state);
+  static core::Result<std::unique_ptr<State>> lay_out(const bytecode::VerifiedImage& image, std::uint32_t task,
+                                                      const ProgramOptions& options);
+  static std::optional<core::Problem> resolve(State& state);
+  static std::unique_ptr<Program> ready(std::unique_ptr<State> state);
+  /// RT.
+  void record(const CycleContext& context, const Fault& fault, std::uint64_t events, bool published) noexcept;
   std::unique_ptr<State> state_;
 };
 

@@ -8,6 +8,8 @@
 #include "runtime/interpreter/operations.h"
 #include "runtime/link/link.h"
 #include "runtime/program.h"
+#include "runtime/record/recorder.h"
+#include "runtime/record/replay.h"
 
 namespace plc::runtime {
 namespace {
@@ -124,31 +126,47 @@ bool limit(core::TypeId type, std::byte* at, double lowest, double highest) noex
 
 }  // namespace
 
-core::Result<std::unique_ptr<Taskblocks>> Taskblocks::make(const Image& image, std::uint32_t task,
-                                                           const taskblocks::Registry& registry, TaskTable& table,
-                                                           std::span<QueueEnd> queues, const ProgramOptions& options) {
-  const bool any = std::any_of(image.blocks.begin(), image.blocks.end(),
-                               [](const ImageBlock& block) { return stdlib::block_named(block.name) == nullptr; });
-  if (!any) return std::unique_ptr<Taskblocks>();
-  std::unique_ptr<Taskblocks> made(new Taskblocks());
-  made->clock_ = options.budget_clock;
-  made->context_.period_ns = image.tasks[task].single.empty() ? image.tasks[task].period_ns : 0;
-  const auto add = [&](const ImageBlock& block, std::byte* ports, const std::string& path) {
-    return made->add(image, block, ports, path, registry);
-  };
+namespace {
+
+bool has_taskblocks(const Image& image) {
+  return std::any_of(image.blocks.begin(), image.blocks.end(),
+                     [](const ImageBlock& block) { return stdlib::block_named(block.name) == nullptr; });
+}
+
+/// Calls visit(block, ports, path) for each instance that a task runs, in the order of their numbers; stops at a
+/// problem.
+template <class Visit>
+std::optional<core::Problem> for_each_of_task(const Image& image, std::uint32_t task, TaskTable& table,
+                                              const ProgramOptions& options, const Visit& visit) {
   const std::uint32_t body = image.tasks[task].body;
   const ImageType& globals = image.types[image.global_type];
   for (const FieldRange& range : exchanged_ranges(image, body)) {
     if (!range.exported || !options.global_taskblocks) continue;
     for (std::uint32_t f = range.first; f < range.first + range.count; ++f) {
       const ImageField& field = globals.fields[f];
-      if (auto problem = for_each_instance(image, field.type, table.data() + field.offset, field.name, add))
-        return *problem;
+      if (auto problem = for_each_instance(image, field.type, table.data() + field.offset, field.name, visit))
+        return problem;
     }
   }
-  std::byte* const instance = table.data() + table.layout().instance;
-  if (auto problem = for_each_instance(image, image.pous[body].instance_type, instance, {}, add)) return *problem;
-  made->connect(image, image.pous[body].instance_type, instance, queues);
+  return for_each_instance(image, image.pous[body].instance_type, table.data() + table.layout().instance, {}, visit);
+}
+
+}  // namespace
+
+core::Result<std::unique_ptr<Taskblocks>> Taskblocks::make(const Image& image, std::uint32_t task,
+                                                           const taskblocks::Registry& registry, TaskTable& table,
+                                                           std::span<QueueEnd> queues, const ProgramOptions& options) {
+  if (!has_taskblocks(image)) return std::unique_ptr<Taskblocks>();
+  std::unique_ptr<Taskblocks> made(new Taskblocks());
+  made->clock_ = options.budget_clock;
+  made->context_.period_ns = image.tasks[task].single.empty() ? image.tasks[task].period_ns : 0;
+  const auto add = [&](const ImageBlock& block, std::byte* ports, const std::string& path) {
+    return made->add(image, block, ports, path, registry);
+  };
+  if (auto problem = for_each_of_task(image, task, table, options, add)) return *problem;
+  const std::uint32_t body = image.tasks[task].body;
+  const ImageType& globals = image.types[image.global_type];
+  made->connect(image, image.pous[body].instance_type, table.data() + table.layout().instance, queues);
   // A program that is called by name is a global.
   for (const FieldRange& range : exchanged_ranges(image, body)) {
     if (!range.exported) continue;
@@ -162,10 +180,41 @@ core::Result<std::unique_ptr<Taskblocks>> Taskblocks::make(const Image& image, s
   return made;
 }
 
+std::unique_ptr<Taskblocks> Taskblocks::make_replica(const Image& image, std::uint32_t task, TaskTable& table,
+                                                     const ProgramOptions& options, Replay& replay) {
+  if (!has_taskblocks(image)) return nullptr;
+  std::unique_ptr<Taskblocks> made(new Taskblocks());
+  made->replay_ = &replay;
+  static_cast<void>(for_each_of_task(image, task, table, options,
+                                     [&](const ImageBlock& block, std::byte* ports, const std::string& path) {
+                                       made->add_instance(image, block, ports, path);
+                                       const auto number = static_cast<std::uint32_t>(made->calls_.size() - 1);
+                                       std::memcpy(ports, &number, sizeof number);
+                                       made->calls_.back().ports = ports;
+                                       return std::optional<core::Problem>();
+                                     }));
+  return made;
+}
+
 Taskblocks::~Taskblocks() {
   for (Object& object : objects_) {
     if (object.object != nullptr) object.block->destroy(object.object);
   }
+}
+
+Taskblocks::Object& Taskblocks::add_instance(const Image& image, const ImageBlock& block, std::byte* ports,
+                                             std::string path) {
+  Object& object = objects_.emplace_back();
+  object.ports = ports;
+  object.path = std::move(path);
+  object.name = block.name + " " + object.path;
+  for (const ImageField& field : image.types[block.type].fields) {
+    if (field.role == bytecode::FieldRole::kOutput)
+      object.outputs.push_back({ports + field.offset, image.types[field.type].size});
+  }
+  by_number_.push_back(&object);
+  calls_.emplace_back();
+  return object;
 }
 
 std::optional<core::Problem> Taskblocks::add(const Image& image, const ImageBlock& block, std::byte* ports,
@@ -181,10 +230,8 @@ std::optional<core::Problem> Taskblocks::add(const Image& image, const ImageBloc
                          "compile the project again"};
   };
   if (taskblocks::layout_hash(*entry->block) != block.layout_hash) return differs();
-  Object& object = objects_.emplace_back();
+  Object& object = add_instance(image, block, ports, std::move(path));
   object.block = entry->block;
-  object.ports = ports;
-  object.path = std::move(path);
   object.name = std::string(object.block->name) + " " + object.path;
   object.budget_ns = entry->block->budget_ns;
   const std::vector<ImageField>& fields = image.types[block.type].fields;
@@ -205,8 +252,6 @@ std::optional<core::Problem> Taskblocks::add(const Image& image, const ImageBloc
       object.ranges.push_back({ports + field->offset, *core::type_named(port.type->name), port.lowest, port.highest});
     }
   }
-  by_number_.push_back(&object);
-  calls_.emplace_back();
   return {};
 }
 
@@ -290,8 +335,7 @@ std::optional<core::Problem> Taskblocks::make_object(Object& object, std::uint32
   void* const made = object.block->create(object.places.data(), &context_, &failure);
   if (made != nullptr && object.block->ready(made, &failure) != 0) {
     object.object = made;
-    const bool plain = object.ranges.empty() && (object.budget_ns == 0 || clock_ == nullptr);
-    calls_[number] = {object.ports, plain ? object.block->fire : nullptr, made};
+    set_call(number);
     return {};
   }
   if (made != nullptr) object.block->destroy(made);
@@ -302,6 +346,19 @@ std::optional<core::Problem> Taskblocks::make_object(Object& object, std::uint32
                        object.path};
 }
 
+void Taskblocks::set_call(std::uint32_t number) noexcept {
+  const Object& object = *by_number_[number];
+  const bool plain = recorder_ == nullptr && object.ranges.empty() && (object.budget_ns == 0 || clock_ == nullptr);
+  calls_[number] = {object.ports, plain ? object.block->fire : nullptr, object.object};
+}
+
+void Taskblocks::set_recorder(Recorder* recorder) noexcept {
+  recorder_ = recorder;
+  for (std::uint32_t number = 0; number < by_number_.size(); ++number) {
+    if (by_number_[number]->object != nullptr) set_call(number);
+  }
+}
+
 // RT:
 void Taskblocks::step(void* ports, const stdlib::StepContext& context) noexcept {
   auto& self = *static_cast<Taskblocks*>(context.host);
@@ -310,6 +367,18 @@ void Taskblocks::step(void* ports, const stdlib::StepContext& context) noexcept 
 
 // RT:
 Taskblocks::Status Taskblocks::fire_checked(std::uint32_t number) noexcept {
+  const Object& object = *by_number_[number];
+  if (replay_ != nullptr) {
+    const auto status = static_cast<Status>(replay_->taskblock(number, object.outputs));
+    return status == Status::kFailed || status == Status::kLate ? fail(number, status, {}) : status;
+  }
+  const Status status = fire(number);
+  if (recorder_ != nullptr) recorder_->taskblock(number, static_cast<std::uint32_t>(status), object.outputs);
+  return status;
+}
+
+// RT:
+Taskblocks::Status Taskblocks::fire(std::uint32_t number) noexcept {
   const Object& object = *by_number_[number];
   const bool measured = object.budget_ns != 0 && clock_ != nullptr;
   const core::TimeNs begin = measured ? clock_->now_ns() : 0;

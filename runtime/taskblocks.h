@@ -21,12 +21,15 @@
 #include "core/result.h"
 #include "runtime/memory/queue.h"
 #include "runtime/memory/table.h"
+#include "runtime/record/record.h"
 #include "stdlib/library.h"
 #include "taskblocks/registry.h"
 
 namespace plc::runtime {
 
 struct ProgramOptions;
+class Recorder;
+class Replay;
 
 class Taskblocks {
  public:
@@ -48,6 +51,9 @@ class Taskblocks {
   static core::Result<std::unique_ptr<Taskblocks>> make(const bytecode::Image& image, std::uint32_t task,
                                                         const taskblocks::Registry& registry, TaskTable& table,
                                                         std::span<QueueEnd> queues, const ProgramOptions& options);
+  /// The same instances of a replica: none has an object, and running one gives what the record says.
+  static std::unique_ptr<Taskblocks> make_replica(const bytecode::Image& image, std::uint32_t task, TaskTable& table,
+                                                  const ProgramOptions& options, Replay& replay);
   ~Taskblocks();
   Taskblocks(const Taskblocks&) = delete;
   Taskblocks& operator=(const Taskblocks&) = delete;
@@ -55,6 +61,9 @@ class Taskblocks {
   /// Makes all objects (anew), for the initial values that the table has (again). P7803 when a constructor or ready()
   /// fails.
   std::optional<core::Problem> restart();
+
+  /// Who is told what objects did; null (as at first) = nobody. Between scans.
+  void set_recorder(Recorder* recorder) noexcept;
 
   /// What the objects are told of the cycle that begins. RT.
   void begin(core::TimeNs now_ns) noexcept { context_.now_ns = now_ns; }
@@ -122,6 +131,7 @@ class Taskblocks {
     void* object = nullptr;
     std::int64_t budget_ns = 0;
     std::vector<Range> ranges;
+    std::vector<PortBytes> outputs;
     const picard_block* block = nullptr;
     std::string path;
     std::string name;  ///< block and path
@@ -133,6 +143,9 @@ class Taskblocks {
   };
 
   Taskblocks() = default;
+  /// An instance of the image: ports, names, outputs; neither block nor object yet.
+  Object& add_instance(const bytecode::Image& image, const bytecode::ImageBlock& block, std::byte* ports,
+                       std::string path);
   std::optional<core::Problem> add(const bytecode::Image& image, const bytecode::ImageBlock& block, std::byte* ports,
                                    std::string path, const taskblocks::Registry& registry);
   /// Lets wired inputs read the other ends of their wires, and gives queue ports their queues.
@@ -143,8 +156,11 @@ class Taskblocks {
   [[nodiscard]] Object* object_at(const std::byte* ports);
   std::optional<core::Problem> start(std::uint32_t number);
   std::optional<core::Problem> make_object(Object& object, std::uint32_t number);
-  /// fire() of a block with a budget or with ranges.
+  /// fire() of a block with a budget, with ranges, or that is recorded; in a replica what the record says.
   Status fire_checked(std::uint32_t number) noexcept;
+  Status fire(std::uint32_t number) noexcept;
+  /// How run() calls the object.
+  void set_call(std::uint32_t number) noexcept;
   /// Notes the failure of an object, or of ports that have none (kNone). Gives `status`.
   Status fail(std::uint32_t number, Status status, const picard_failure& why) noexcept;
 
@@ -154,6 +170,8 @@ class Taskblocks {
   picard_failure failure_{};  ///< filled in by a fire() that fails
   picard_context context_{};
   const core::Clock* clock_ = nullptr;
+  Recorder* recorder_ = nullptr;
+  Replay* replay_ = nullptr;  ///< of a replica
   Status status_ = Status::kFine;
   std::uint32_t failed_ = kNone;
   std::atomic<std::uint32_t> running_{kNone};

@@ -14,8 +14,9 @@ void CommonTableExchange::expect(std::size_t /*bytes*/) noexcept { take(); }
 
 // RT:
 void CommonTableExchange::copy_in(std::uint32_t range) noexcept {
+  next_import();
   for (const Stretch& s : stretches(range)) {
-    std::memcpy(local() + s.begin, from_task(s) ? common() + s.begin : held(s), s.end - s.begin);
+    take_in(s.begin, from_task(s) ? common() + s.begin : held(s), s.end - s.begin);
   }
   for (const std::uint32_t l : leaves(range)) import_leaves(l);
 }

@@ -22,6 +22,8 @@
 
 namespace plc::runtime {
 
+class Recorder;
+
 /// Gives the calling thread the priority of IEC priority `priority` (0 is the most urgent). RT: one system call.
 using SetPriority = void (*)(std::int32_t priority) noexcept;
 
@@ -39,6 +41,8 @@ class Exchange {
   virtual void reset() = 0;
   /// How raise() and reschedule() change the priority of the task's thread; null (as at first) = they do not. Set-up.
   virtual void set_priority_change(SetPriority /*set*/) {}
+  /// Who is told what comes into the local copy (record/recorder.h); null (as at first) = nobody. Between cycles.
+  virtual void set_recorder(Recorder* /*recorder*/) {}
 
   /// Shortly before begin(): does ahead what can be done twice, so that begin() and import() find it in the caches:
   /// code, tables, and what others publish. No result changes. Between cycles; copies ranges to import only as

@@ -4,6 +4,9 @@
 #include <cstring>
 #include <limits>
 
+#include "runtime/record/recorder.h"
+#include "runtime/record/replay.h"
+
 namespace plc::runtime {
 
 QueueRing::QueueRing(std::size_t element_bytes, std::uint32_t capacity)
@@ -56,8 +59,9 @@ void QueueRing::clear() noexcept {
   }
 }
 
-Queue::Queue(const bytecode::Image& image, const bytecode::ImageQueue& queue) : queue_(queue) {
-  for (std::size_t i = 0; i < queue.puts.size(); ++i) rings_.emplace_back(image.types[queue.type].size, queue.capacity);
+Queue::Queue(const bytecode::Image& image, const bytecode::ImageQueue& queue)
+    : queue_(queue), element_bytes_(image.types[queue.type].size) {
+  for (std::size_t i = 0; i < queue.puts.size(); ++i) rings_.emplace_back(element_bytes_, queue.capacity);
 }
 
 QueueRing* Queue::ring_of(std::uint32_t task) noexcept {
@@ -89,12 +93,48 @@ void Queue::clear() noexcept {
 
 QueueEnd::QueueEnd(Queue& queue, std::uint32_t task)
     : picard_queue{
-          [](picard_queue* self, const void* element) { return static_cast<QueueEnd*>(self)->put(element) ? 1 : 0; },
-          [](picard_queue* self, void* element) { return static_cast<QueueEnd*>(self)->take(element) ? 1 : 0; },
-          [](picard_queue* self) { return static_cast<QueueEnd*>(self)->elements(); },
-          [](picard_queue* self) { return static_cast<QueueEnd*>(self)->room(); }},
+          [](picard_queue* self, const void* element) { return static_cast<QueueEnd*>(self)->put_in(element) ? 1 : 0; },
+          [](picard_queue* self, void* element) { return static_cast<QueueEnd*>(self)->take_out(element) ? 1 : 0; },
+          [](picard_queue* self) { return static_cast<QueueEnd*>(self)->count(); },
+          [](picard_queue* self) { return static_cast<QueueEnd*>(self)->space(); }},
       queue_(&queue),
       ring_(queue.ring_of(task)),
-      takes_(queue.taken_by(task)) {}
+      takes_(queue.taken_by(task)),
+      element_bytes_(queue.element_bytes()) {}
+
+// No taskblock runs in a replica.
+QueueEnd::QueueEnd(Replay& replay, std::size_t element_bytes)
+    : picard_queue{}, queue_(nullptr), ring_(nullptr), takes_(false), element_bytes_(element_bytes), replay_(&replay) {}
+
+// RT:
+bool QueueEnd::put(const void* element) noexcept {
+  if (replay_ != nullptr) return replay_->queue(nullptr, 0);
+  const bool done = put_in(element);
+  if (recorder_ != nullptr) recorder_->queue(done, {});
+  return done;
+}
+
+// RT:
+bool QueueEnd::take(void* element) noexcept {
+  if (replay_ != nullptr) return replay_->queue(element, element_bytes_);
+  const bool done = take_out(element);
+  if (recorder_ != nullptr)
+    recorder_->queue(done, {static_cast<const std::byte*>(element), done ? element_bytes_ : std::size_t{0}});
+  return done;
+}
+
+// RT:
+std::uint32_t QueueEnd::elements() noexcept {
+  const std::uint32_t answer = replay_ != nullptr ? replay_->number() : count();
+  if (recorder_ != nullptr) recorder_->number(answer);
+  return answer;
+}
+
+// RT:
+std::uint32_t QueueEnd::room() noexcept {
+  const std::uint32_t answer = replay_ != nullptr ? replay_->number() : space();
+  if (recorder_ != nullptr) recorder_->number(answer);
+  return answer;
+}
 
 }  // namespace plc::runtime

@@ -22,6 +22,9 @@
 
 namespace plc::runtime {
 
+class Recorder;
+class Replay;
+
 /// One writer, one reader, a fixed number of elements.
 class QueueRing {
  public:
@@ -60,6 +63,7 @@ class Queue {
 
   /// The ring of a task that puts, or null.
   [[nodiscard]] QueueRing* ring_of(std::uint32_t task) noexcept;
+  [[nodiscard]] std::size_t element_bytes() const noexcept { return element_bytes_; }
   /// Whether this task takes the elements out.
   [[nodiscard]] bool taken_by(std::uint32_t task) const noexcept { return queue_.takes == task; }
   /// The next element, of one ring after the other. False, and nothing happened, when all are empty. The reader. RT.
@@ -71,6 +75,7 @@ class Queue {
 
  private:
   const bytecode::ImageQueue& queue_;
+  std::size_t element_bytes_;
   std::deque<QueueRing> rings_;  ///< of the tasks in queue_.puts
   std::size_t turn_ = 0;         ///< the ring that is asked first
 };
@@ -79,18 +84,33 @@ class Queue {
 class QueueEnd : public picard_queue {
  public:
   QueueEnd(Queue& queue, std::uint32_t task);
+  /// Of a replica: what the recorded task was told. `element_bytes` of the queue.
+  QueueEnd(Replay& replay, std::size_t element_bytes);
 
-  /// False when the queue is full, or this task has no ring. RT.
-  bool put(const void* element) noexcept { return ring_ != nullptr && ring_->push(element); }
-  /// False when the queue is empty, or another task takes its elements. RT.
-  bool take(void* element) noexcept { return takes_ && queue_->pop(element); }
-  [[nodiscard]] std::uint32_t elements() const noexcept { return queue_->count(); }
-  [[nodiscard]] std::uint32_t room() const noexcept { return ring_ == nullptr ? 0 : ring_->space(); }
+  /// Who is told what instructions get; null (as at first) = nobody. Between cycles.
+  void set_recorder(Recorder* recorder) noexcept { recorder_ = recorder; }
+
+  // For instructions; all RT.
+  /// False when the queue is full, or this task has no ring.
+  bool put(const void* element) noexcept;
+  /// False when the queue is empty, or another task takes its elements.
+  bool take(void* element) noexcept;
+  [[nodiscard]] std::uint32_t elements() noexcept;
+  [[nodiscard]] std::uint32_t room() noexcept;
 
  private:
+  // For ports of taskblocks, whose outputs are recorded, not what they do.
+  bool put_in(const void* element) noexcept { return ring_ != nullptr && ring_->push(element); }
+  bool take_out(void* element) noexcept { return takes_ && queue_->pop(element); }
+  [[nodiscard]] std::uint32_t count() const noexcept { return queue_->count(); }
+  [[nodiscard]] std::uint32_t space() const noexcept { return ring_ == nullptr ? 0 : ring_->space(); }
+
   Queue* queue_;
   QueueRing* ring_;  ///< null when the task does not put
   bool takes_;
+  std::size_t element_bytes_;
+  Recorder* recorder_ = nullptr;
+  Replay* replay_ = nullptr;  ///< of a replica
 };
 
 }  // namespace plc::runtime

@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "runtime/memory/shared_words.h"
+#include "runtime/record/recorder.h"
 
 namespace plc::runtime {
 WaitFreeExchange::WaitFreeExchange(GlobalTable& globals, std::uint32_t task, std::byte* local)
@@ -107,6 +108,23 @@ void WaitFreeExchange::reset() {
 // RT:
 void WaitFreeExchange::apply(const Journal::Entry& entry, const std::byte* value, const std::byte* mask) noexcept {
   globals_.merge(local_ + entry.offset, entry.type, value, mask);
+  if (recorder_ != nullptr) [[unlikely]]
+    recorder_->written(entry.offset, entry.bytes);
+}
+
+// RT:
+void WaitFreeExchange::take_in(std::uint32_t at, const std::byte* from, std::uint32_t bytes) noexcept {
+  if (recorder_ == nullptr) [[likely]] {
+    std::memcpy(local_ + at, from, bytes);
+  } else {
+    recorder_->copy(at, from, bytes);
+  }
+}
+
+// RT:
+void WaitFreeExchange::next_import() noexcept {
+  if (recorder_ != nullptr) [[unlikely]]
+    recorder_->next_import();
 }
 
 // RT: never inlined, so that expect() warms the very code that begin() is going to run.
@@ -141,7 +159,7 @@ void WaitFreeExchange::apply(const Journal::Entry& entry, const std::byte* value
     const std::size_t reads = slices_[range].bytes;
     if (reads == 0 || reads > bytes) continue;
     bytes -= reads;
-    import(range);
+    bring(range);
   }
 }
 
@@ -161,32 +179,30 @@ bool WaitFreeExchange::revoke() noexcept {
 // RT:
 void WaitFreeExchange::import_leaves(std::uint32_t index) noexcept {
   const GlobalTable::Leaves& leaves = globals_.leaves_[index];
-  const std::size_t total = std::size_t{leaves.bytes} * leaves.count;
-  std::byte* const to = local_ + leaves.offset;
+  const std::uint32_t total = leaves.bytes * leaves.count;
   std::byte* const shadow = shadow_.data() + leaves.offset;
   if (leaves.first_copy == leaves.last_copy) {
-    copy_from_shared(to, globals_.overlapping_.data() + leaves.offset, total);
-    std::memcpy(shadow, to, total);
-    return;
+    copy_from_shared(shadow, globals_.overlapping_.data() + leaves.offset, total);
+  } else if (const std::uint64_t version = globals_.version(held_, leaves); version != imported_[index]) {
+    for (std::uint32_t i = 0; i < leaves.count; ++i) {
+      globals_.read_shared(held_, leaves, i, shadow + std::size_t{leaves.bytes} * i);
+    }
+    imported_[index] = version;
   }
-  const std::uint64_t version = globals_.version(held_, leaves);
-  if (version == imported_[index]) {
-    std::memcpy(to, shadow, total);  // what a cycle that faulted changed and did not export is undone
-    return;
-  }
-  for (std::uint32_t i = 0; i < leaves.count; ++i) {
-    globals_.read_shared(held_, leaves, i, to + std::size_t{leaves.bytes} * i);
-  }
-  std::memcpy(shadow, to, total);
-  imported_[index] = version;
+  // Also where nothing is new: what a cycle that faulted changed and did not export is undone.
+  take_in(leaves.offset, shadow, total);
 }
 
 // RT: not inlined: see take().
-[[gnu::hot, gnu::noinline]] void WaitFreeExchange::import(std::uint32_t range) noexcept {
-  for (const Stretch& s : stretches(range)) {
-    std::memcpy(local_ + s.begin, held_[s.owner] + s.at, s.end - s.begin);
-  }
+[[gnu::hot, gnu::noinline]] void WaitFreeExchange::bring(std::uint32_t range) noexcept {
+  for (const Stretch& s : stretches(range)) take_in(s.begin, held(s), s.end - s.begin);
   for (const std::uint32_t l : leaves(range)) import_leaves(l);
+}
+
+// RT:
+[[gnu::hot]] void WaitFreeExchange::import(std::uint32_t range) noexcept {
+  next_import();
+  bring(range);
 }
 
 // RT:

@@ -27,6 +27,7 @@ class alignas(kTableAlign) WaitFreeExchange : public Exchange {
   std::uint32_t add_range(std::uint32_t first, std::uint32_t count, Use use) override;
   void prepare() override;
   void reset() override;
+  void set_recorder(Recorder* recorder) override { recorder_ = recorder; }
   void expect(std::size_t bytes) noexcept override;
   void begin() noexcept override;
   void import(std::uint32_t range) noexcept override;
@@ -72,6 +73,10 @@ class alignas(kTableAlign) WaitFreeExchange : public Exchange {
   /// Whether this cycle may publish; once it was told so, it can no longer be revoked. RT.
   bool may_publish() noexcept;
   void import_leaves(std::uint32_t index) noexcept;
+  /// Copies what others wrote into the local copy, at `at`. RT.
+  void take_in(std::uint32_t at, const std::byte* from, std::uint32_t bytes) noexcept;
+  /// An import of the cycle begins. RT.
+  void next_import() noexcept;
   [[nodiscard]] bool from_task(const Stretch& stretch) const noexcept { return stretch.owner < globals_.task_count_; }
   [[nodiscard]] const std::byte* held(const Stretch& stretch) const noexcept {
     return held_[stretch.owner] + stretch.at;
@@ -89,6 +94,7 @@ class alignas(kTableAlign) WaitFreeExchange : public Exchange {
   /// Whose turn it is to publish: between cycles and while exporting, nobody can take it from the task.
   enum class Turn : std::uint8_t { kExchanging, kComputing, kRevoked };
 
+  void bring(std::uint32_t range) noexcept;
   void export_leaves(const GlobalTable::Leaves& leaves) noexcept;
   void open_snapshot() noexcept;
   void apply(const Journal::Entry& entry, const std::byte* value, const std::byte* mask) noexcept;
@@ -108,6 +114,7 @@ class alignas(kTableAlign) WaitFreeExchange : public Exchange {
   std::span<const Slice> slices_;  ///< by range
   std::span<const Stretch> stretches_;
   std::span<const std::uint32_t> leaves_;
+  Recorder* recorder_ = nullptr;
   std::atomic<Turn> turn_{Turn::kExchanging};
   bool in_parts_ = false;         ///< several ranges make up what it publishes
   bool publishing_ = false;       ///< this cycle can no longer be revoked

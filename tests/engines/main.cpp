@@ -23,6 +23,7 @@
 #include "tests/support/random_chart.h"
 #include "tests/support/random_image.h"
 #include "tests/support/random_inputs.h"
+#include "tests/support/replayed.h"
 #include "tools/cli.h"
 
 namespace plc::test {
@@ -35,14 +36,14 @@ struct Plan {
   std::uint64_t first = 1, programs = 1000;
   std::uint64_t scans = 8;
   std::uint64_t most_failures = 1;
-  bool coverage = false, print = false;
+  bool coverage = false, print = false, replay = false;
   std::string folder{};  ///< for files of the front ends
 };
 
 struct Tally {
   std::uint64_t programs[4] = {};  ///< by kind
   std::uint64_t faults[2] = {};    ///< loop budgets, taskblocks
-  std::uint64_t scans = 0, events = 0, failures = 0;
+  std::uint64_t scans = 0, events = 0, failures = 0, recorded_bytes = 0;
 };
 
 /// What the programs of a seed are made from: most are images, which take the least time.
@@ -110,6 +111,13 @@ std::string run(const bytecode::VerifiedImage& image, std::uint64_t seed, Kind k
   std::string problem;
   const auto engines = Engines::link(image, problem, options, list);
   if (engines == nullptr) return "not linked: " + problem;
+  // Recorded in one engine, executed again in the other.
+  std::unique_ptr<Replayed> replayed;
+  const std::size_t recorded = seed % 2;
+  if (plan.replay) {
+    replayed = Replayed::make(image, (*engines)[recorded], options, list[1 - recorded], problem);
+    if (replayed == nullptr) return "no replica: " + problem;
+  }
   RandomInputs inputs(image.image());
   // Mostly at once, now and then between two scans.
   const std::uint64_t compiled = random.once_in(8) ? random.below(plan.scans) : 0;
@@ -123,6 +131,7 @@ std::string run(const bytecode::VerifiedImage& image, std::uint64_t seed, Kind k
     }
     for (std::size_t task = 0; scan == reset && task < engines->tasks(); ++task) {
       for (std::size_t e = 0; e < engines->size(); ++e) (*engines)[e].program(task).reset();
+      if (replayed) replayed->load(static_cast<std::uint32_t>(task));
     }
     if (scan > 0) inputs.choose(random, sparsity);
     for (std::size_t e = 0; scan > 0 && e < engines->size(); ++e) inputs.write((*engines)[e]);
@@ -134,12 +143,15 @@ std::string run(const bytecode::VerifiedImage& image, std::uint64_t seed, Kind k
       ++tally.scans;
       if (engines->fault()) ++tally.faults[engines->fault().kind == runtime::FaultKind::kLoopBudget ? 0 : 1];
       if (!difference.empty()) return fmt::format("scan {}, task {}: {}", scan, task, difference);
+      const std::string other = replayed ? replayed->check(static_cast<std::uint32_t>(task)) : std::string();
+      if (!other.empty()) return fmt::format("scan {}, task {}, executed again: {}", scan, task, other);
     }
     now_ns += static_cast<core::TimeNs>(random.below(4)) * RandomImage::kPeriodNs;
   }
   for (std::size_t task = 0; task < engines->tasks(); ++task) {
     tally.events += (*engines)[0].program(task).event_total();
   }
+  if (replayed) tally.recorded_bytes += replayed->bytes();
   return {};
 }
 
@@ -226,6 +238,7 @@ int run(const Plan& plan) {
       std::accumulate(std::begin(tally.programs), std::end(tally.programs), std::uint64_t{0}), plan.first,
       tally.programs[0], tally.programs[1], tally.programs[2], tally.programs[3], tally.scans, engines.size(),
       tally.events, tally.faults[0], tally.faults[1], tally.failures);
+  if (plan.replay) std::cout << fmt::format("executed again from {} bytes of records\n", tally.recorded_bytes);
   coverage.print_summary(std::cout);
   if (plan.coverage) coverage.print(std::cout);
   return tally.failures == 0 ? 0 : 1;
@@ -259,6 +272,7 @@ int main(int argc, char** argv) {
                   {"mixed", Kind::kMixed}},
                  "images (made of instructions), texts (ST), drawings (LD and FBD), charts (SFC), or mixed");
   program.option("--failures", plan.most_failures, "stop after this many, 0 = never").shows_default();
+  program.flag("--replay", plan.replay, "record each scan in one engine and execute each task alone in another");
   program.flag("--coverage", plan.coverage, "print how many programs had which instruction");
   program.flag("--print", plan.print, "print the programs: text, XML, or a listing of the image");
   if (const auto code = program.parse(argc, argv)) return *code;

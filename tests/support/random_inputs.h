@@ -57,10 +57,9 @@ class RandomInputs {
         resource.globals().write({&one, 1});
         continue;
       }
-      runtime::TaskTable& table = resource.program(leaf.task).table();
-      std::byte* const place = table.data() + table.layout().instance + leaf.offset;
-      const bytecode::ImageType& type = image_.types[leaf.type];
-      std::copy(value, value + used_bytes(type, value), place);
+      runtime::Program& program = resource.program(leaf.task);
+      program.write_local(program.table().layout().instance + leaf.offset,
+                          {value, used_bytes(image_.types[leaf.type], value)});
     }
   }
 
