@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <span>
 
 #include "core/clock.h"
 
@@ -82,5 +83,7 @@ struct RecordedFault {
 
 /// Bytes of the table that one check covers.
 inline constexpr std::uint32_t kSliceBytes = 512;
+/// RecordHead::check of a slice of the table. RT.
+std::uint64_t check_of_slice(std::span<const std::byte> table, std::uint32_t slice) noexcept;
 
 }  // namespace plc::runtime

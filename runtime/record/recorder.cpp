@@ -14,6 +14,12 @@ constexpr std::uint32_t kPart = 64;
 
 }  // namespace
 
+// RT:
+std::uint64_t check_of_slice(std::span<const std::byte> table, std::uint32_t slice) noexcept {
+  const std::size_t begin = std::min(std::size_t{slice} * kSliceBytes, table.size());
+  return XXH3_64bits(table.data() + begin, std::min<std::size_t>(kSliceBytes, table.size() - begin));
+}
+
 Recorder::Recorder(RecordRing& ring, std::span<std::byte> table)
     : ring_(ring), table_(table), checkpoint_(table.size()) {}
 
@@ -113,12 +119,6 @@ bool Recorder::put(const RecordHead& head) noexcept {
 }
 
 // RT:
-std::uint64_t Recorder::check_of_slice() const noexcept {
-  const std::size_t begin = std::size_t{slice_} * kSliceBytes;
-  return XXH3_64bits(table_.data() + begin, std::min<std::size_t>(kSliceBytes, table_.size() - begin));
-}
-
-// RT:
 void Recorder::close(RecordHead head, const RecordedFault& fault) noexcept {
   if (fault.kind != 0) {
     if (std::byte* const place = add(EntryKind::kFault, fault.kind, 0, sizeof fault))
@@ -129,7 +129,7 @@ void Recorder::close(RecordHead head, const RecordedFault& fault) noexcept {
     head.kind = RecordKind::kScan;
     head.scan = scan_;
     head.slice = slice_;
-    head.check = table_.empty() ? 0 : check_of_slice();
+    head.check = check_of_slice(table_, slice_);
     std::memcpy(record_, &head, sizeof head);
     ring_.close(used_);
     bytes_in_all_.store(bytes_in_all_.load(std::memory_order_relaxed) + used_, std::memory_order_relaxed);

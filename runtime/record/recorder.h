@@ -70,7 +70,6 @@ class Recorder {
   std::byte* add(EntryKind kind, std::uint32_t at, std::uint32_t detail, std::size_t bytes) noexcept;
   /// A record of a head alone; false when there is no room. RT.
   bool put(const RecordHead& head) noexcept;
-  [[nodiscard]] std::uint64_t check_of_slice() const noexcept;
   void make_checkpoint() noexcept;
 
   RecordRing& ring_;

@@ -16,13 +16,18 @@
 #include <csignal>
 #include <cstddef>
 #include <cstdlib>
+#include <cstring>
 #include <functional>
+#include <memory>
+#include <optional>
 #include <set>
+#include <span>
 #include <sstream>
 #include <thread>
 
 #include "bytecode/image.h"
 #include "io-drivers/modbus/server.h"
+#include "runtime/record/recorder.h"
 #include "runtime/resource.h"
 #include "runtime/sched/realtime.h"
 #include "tests/support/image_builder.h"
@@ -336,9 +341,9 @@ class HmiLoad {
   std::atomic<std::uint64_t> answered_{0};
 };
 
-/// Runs 50 guarded scans of both tasks in a child, which are asked again and again for what is kept of them; `plant`
-/// acts in the cycle; with `hmi`, clients are answered 500 times meanwhile. With `realtime` and real-time priorities
-/// they wait awake for their releases. Returns the child's wait status.
+/// Runs 50 guarded scans of both tasks in a child, recorded, which are asked again and again for what is kept of them;
+/// `plant` acts in the cycle; with `hmi`, clients are answered 500 times meanwhile. With `realtime` and real-time
+/// priorities they wait awake for their releases. Returns the child's wait status.
 int guarded_run(runtime::CycleListener* plant, void (*guard)(std::uint32_t) = guard_thread<>, bool hmi = false,
                 core::Coherence coherence = core::Coherence::kWaitFree, bool realtime = false) {
   const pid_t child = fork();
@@ -350,6 +355,16 @@ int guarded_run(runtime::CycleListener* plant, void (*guard)(std::uint32_t) = gu
       resource->program(t).keep({{instance, 0, 4}, {0, 4, 4}}, 8);
     }
     std::array<int, 2> answers{};
+    // Of the first task records are read and checkpoints made; the ring of the second one is full after a few scans.
+    std::array<std::unique_ptr<runtime::RecordRing>, 2> rings;
+    std::array<std::optional<runtime::Recorder>, 2> recorders;
+    for (std::size_t t = 0; t < 2; ++t) {
+      rings[t] = std::move(*runtime::RecordRing::make(t == 0 ? 1 << 20 : 4096, 1024));
+      runtime::TaskTable& table = resource->program(t).table();
+      recorders[t].emplace(*rings[t], std::span(table.data(), table.layout().total));
+      resource->program(t).set_recorder(&*recorders[t]);
+    }
+    int checkpoints = 0;
     runtime::RealtimeOptions options;
     // Priorities change under ceilings only; where the system grants none, the calls fail and are calls all the same.
     options.realtime_priority = realtime || coherence == core::Coherence::kPriorityCeiling;
@@ -366,7 +381,17 @@ int guarded_run(runtime::CycleListener* plant, void (*guard)(std::uint32_t) = gu
         if (kept.answered()) ++answers[t], kept.taken();
         kept.ask();
       }
-      const bool served = (load == nullptr || load->answered() >= 500) && answers[0] >= 5 && answers[1] >= 5;
+      for (auto record = rings[0]->next(); !record.empty(); record = rings[0]->next()) {
+        runtime::RecordHead head;
+        std::memcpy(&head, record.data(), sizeof head);
+        if (head.kind != runtime::RecordKind::kCheckpointed) continue;
+        ++checkpoints;
+        recorders[0]->give_back();
+      }
+      static_cast<void>(recorders[0]->ask());
+      const bool recorded = checkpoints >= 5 && recorders[1]->lost() > 0;
+      const bool served =
+          (load == nullptr || load->answered() >= 500) && answers[0] >= 5 && answers[1] >= 5 && recorded;
       if (scheduler.statistics(0).scans >= 50 && scheduler.statistics(1).scans >= 50 && served) {
         // Without joining: leaving a thread needs calls that its filter forbids.
         _exit(allocated ? kExitAllocated : kExitClean);

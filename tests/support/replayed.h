@@ -61,20 +61,25 @@ class Replayed {
                 task.replica->table().layout().total);
   }
 
-  /// Executes again what was recorded since the last call. What differs, or an empty text.
+  /// Executes again what was recorded since the last call. What differs, or an empty text. Between scans of the task.
   std::string check(std::uint32_t t) {
-    Task& task = *tasks_[t];
     std::size_t scans = 0;
+    if (std::string different = follow(t, &scans); !different.empty()) return different;
+    if (scans == 0) return "nothing was recorded";
+    return difference(t);
+  }
+  /// The same, without a look at the table of the task, which may run.
+  std::string follow(std::uint32_t t, std::size_t* scans = nullptr) {
+    Task& task = *tasks_[t];
     for (auto record = task.ring->next(); !record.empty(); record = task.ring->next()) {
       runtime::RecordHead head;
       std::memcpy(&head, record.data(), sizeof head);
       if (head.kind != runtime::RecordKind::kScan) continue;
       bytes_ += head.bytes;
-      ++scans;
+      if (scans != nullptr) ++*scans;
       if (std::string different = check(task, record); !different.empty()) return different;
     }
-    if (scans == 0) return "nothing was recorded";
-    return difference(t);
+    return {};
   }
   /// Changes each record of a scan before it is executed: leaves out what a hook that is not there would not have told.
   void change_records(std::function<std::vector<std::byte>(std::span<const std::byte>)> change) {
@@ -126,6 +131,11 @@ class Replayed {
     if (!(task.replay.fault() == (fault ? found : runtime::RecordedFault{}))) return "another fault";
     if (!task.replay.finished()) return "the record does not fit the scan";
     if (task.replica->event_total() - before != head.events) return "other events";
+    const std::span<const std::byte> table(task.replica->table().data(), task.replica->table().layout().total);
+    if (runtime::check_of_slice(table, head.slice) != head.check) {
+      return "bytes from " + std::to_string(head.slice * runtime::kSliceBytes) + " on of the table after scan " +
+             std::to_string(head.scan);
+    }
     return {};
   }
 
