@@ -98,7 +98,7 @@ const std::vector<Foreign> kForeign = {
     {"fmt/", {}, false},  // any folder
     {"CLI/", {"tools"}, false},
     {"nlohmann/", {"tools"}, false},
-    {"xxhash", {"bytecode", "retain"}, false},
+    {"xxhash", {"bytecode", "retain", "runtime"}, false},
     {"toml++/", {"io-drivers/config"}, false},
     {"boost/", {"io-drivers/modbus"}, true},
     {"Eigen/", {"taskblocks"}, true},
