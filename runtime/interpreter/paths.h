@@ -18,21 +18,22 @@ namespace plc::runtime {
 template <Addressing kAddressing>
 [[gnu::always_inline]] inline std::byte* follow(const Machine& m, std::uint32_t instance, std::byte* base,
                                                 const std::uint32_t* path) noexcept {
-  base += path[0];
+  // A number, since an index outside of its array leads anywhere.
+  std::uint64_t offset = path[0];
   const std::uint32_t* index = path + 2;
-  const auto next = [&m, instance, &base, &index ]() __attribute__((always_inline)) {
+  const auto next = [&m, instance, &offset, &index ]() __attribute__((always_inline)) {
     const std::uint64_t element = element_of(index, place<kAddressing>(m.table, instance, index[0]));
-    base += element * index[2];
+    offset += element * index[2];
     const bool inside = element < index[1];
     index += kIndexWords;
     return inside;
   };
   // Most paths that come here have two.
-  if (path[1] == 2) return next() && next() ? base : nullptr;
+  if (path[1] == 2) return next() && next() ? base + offset : nullptr;
   for (std::uint32_t i = path[1]; i != 0; --i) {
     if (!next()) return nullptr;
   }
-  return base;
+  return base + offset;
 }
 /// Null after an event, for the instruction at `pc`. RT.
 template <Addressing kAddressing>
