@@ -1,9 +1,9 @@
 // GpioLines: lines of one GPIO chip, requested as a driver needs them.
 //
 // In: chip (name, label or path), lines (offset or name) with direction, bias, polarity, drive, edges. Out: values of
-// all inputs and outputs, each side in the order it was asked for. gpio_lines.cpp is the only file that knows libgpiod;
-// GpioLines is abstract so that tests can stand in for a chip.
-// Does not belong here: variables, inversion by the program, what happens when the chip is gone.
+// all inputs and outputs, each side in the order it was asked for. GpioLines is abstract so that tests can stand in for
+// a chip; libgpiod is behind gpio_chip.h. Does not belong here: variables, inversion by the program, what happens when
+// the chip is gone.
 #pragma once
 
 #include <cstdint>
