@@ -143,14 +143,15 @@ std::optional<int> Program::parse(int argc, char** argv) const {
       return kExitOk;
     }
     const CLI::App* deepest = app_;
-    while (!deepest->get_subcommands().empty()) deepest = deepest->get_subcommands().front();
+    int depth = 1;  // of the argument that should be one of its commands
+    for (; !deepest->get_subcommands().empty(); ++depth) deepest = deepest->get_subcommands().front();
     const std::string command = full_name(*deepest);
     const auto commands = deepest->get_subcommands([](const CLI::App*) { return true; });
-    if (!commands.empty() && argc > 1 && argv[1][0] != '-') {
-      core::Guess guess(argv[1]);
+    if (!commands.empty() && argc > depth && argv[depth][0] != '-') {
+      core::Guess guess(argv[depth]);
       for (const CLI::App* known : commands) guess.offer(known->get_name());
       const std::string help = guess.help();
-      complain(command, fmt::format("there is no command \"{}\"", argv[1]),
+      complain(command, fmt::format("there is no command \"{}\"", argv[depth]),
                help.empty() ? fmt::format("{} --help lists them", command) : help);
       return kExitUsage;
     }
