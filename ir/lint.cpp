@@ -54,6 +54,14 @@ core::Result<LintOptions> LintOptions::with(std::string_view list) const {
   return out;
 }
 
+bool LintOptions::is_used_outside(std::string_view global) const {
+  return std::ranges::any_of(used_outside_, [&](const std::string& path) {
+    const std::string_view head = std::string_view(path).substr(0, global.size());
+    const bool whole = path.size() == head.size() || path[head.size()] == '.' || path[head.size()] == '[';
+    return whole && core::iequals(head, global);
+  });
+}
+
 std::vector<core::Code> codes_about_writing() {
   using core::Code;
   // Which of two declarations of one name counts, a global that several tasks write, and what --stub-missing leaves

@@ -7,7 +7,10 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "core/diagnostics.h"
 #include "core/result.h"
@@ -44,6 +47,10 @@ class LintOptions {
   /// Whether what comes from libraries is looked at, too; at first not.
   [[nodiscard]] bool libraries() const { return libraries_; }
   void set_libraries(bool on) { libraries_ = on; }
+  /// What others than the program read and write, as plc.toml names variables: globals or paths. Of globals that are
+  /// named there it is not looked at whether the program uses them.
+  void set_used_outside(std::vector<std::string> paths) { used_outside_ = std::move(paths); }
+  [[nodiscard]] bool is_used_outside(std::string_view global) const;
   /// Applies a list like "all,-shadowed-name" from left to right: "all", "none", a name, or a name after '-'. A
   /// problem names the first item that is none of these, and what it may have meant.
   core::Result<LintOptions> with(std::string_view list) const;
@@ -51,6 +58,7 @@ class LintOptions {
  private:
   std::array<bool, kLintCount> on_{};
   bool libraries_ = false;
+  std::vector<std::string> used_outside_;
 };
 
 /// Reports what the lints that are on find. Stubs are left out, and libraries but on request.

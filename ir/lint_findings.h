@@ -22,6 +22,7 @@ class Findings {
   [[nodiscard]] bool is_linted(const Pou& pou) const;
   /// True for what is in a library that was not to be looked at.
   [[nodiscard]] bool skips_library(bool from_library) const { return from_library && !options_.libraries(); }
+  [[nodiscard]] bool is_used_outside(std::string_view global) const { return options_.is_used_outside(global); }
   void add(Lint lint, const SourceRef& at, std::string_view pou, std::string message, std::string help = {});
   void report(core::Diagnostics& diagnostics);
 

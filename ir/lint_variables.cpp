@@ -249,9 +249,12 @@ class VariableLints {
     const Variable& v = global.variable;
     if (global.from_library || global.program || !is_visible(v) || v.constant || !v.address.empty()) return;
     const Use use = usage_.global(index);
-    const std::string name = quoted(global.list.empty() ? v.name : global.list + "." + v.name);
+    const std::string path = global.list.empty() ? v.name : global.list + "." + v.name;
+    if (findings_.is_used_outside(path) || findings_.is_used_outside(v.name)) return;
+    const std::string name = quoted(path);
     if (use == 0) {
-      add(Lint::kUnusedVariable, v, {}, fmt::format("global variable {} is not used", name), "delete it");
+      add(Lint::kUnusedVariable, v, {}, fmt::format("global variable {} is not used", name),
+          "delete it; one that plc.toml alone names is used with --config plc.toml");
     } else if (global.queue) {
       if (use == kRead || use == kWritten) {
         add(Lint::kOneWayGlobal, v, {},

@@ -112,6 +112,17 @@ void check_taskblocks(Compilation& compilation, const taskblocks::Registry& regi
   }
 }
 
+/// Variables that devices or the Modbus server read or write.
+std::vector<std::string> named_variables(const io::Configuration& configuration) {
+  std::vector<std::string> names = {configuration.modbus.client_seen.text};
+  for (const io::DriverConfig& driver : configuration.drivers) names.push_back(driver.ok.text);
+  for (const auto* channels : {&configuration.inputs, &configuration.outputs}) {
+    for (const io::ChannelConfig& channel : *channels) names.push_back(channel.variable.text);
+  }
+  std::erase(names, "");
+  return names;
+}
+
 int run(const Check& check) {
   std::vector<CheckedFile> checked;
   ir::LintOptions lint;
@@ -126,7 +137,13 @@ int run(const Check& check) {
   lint.set_libraries(check.lint_libraries);
   taskblocks::Registry registry;
   std::vector<std::string> libraries = check.libraries;
-  if (const auto code = load_taskblocks(check.configuration, registry, libraries)) return *code;
+  io::Configuration configuration;
+  core::Diagnostics of_configuration;
+  const auto code = load_taskblocks(check.configuration, registry, libraries, configuration, of_configuration);
+  // What else the file says is for plc config check.
+  if (code) of_configuration.render_with_lines(std::cerr);
+  if (code) return *code;
+  lint.set_used_outside(named_variables(configuration));
   int exit_code = kExitOk;
   for (const std::string& file : check.files) {
     Compilation compilation;
@@ -167,7 +184,9 @@ void add_check(Command program) {
   command.option("FILE", check.files, "PLCopen XML or ST files, source folders, or images").required();
   command.flag("--json", check.json, "one JSON document on stdout instead of text on stderr");
   add_library_option(command, check.libraries);
-  add_taskblocks_option(command, check.configuration);
+  command.option("--config=plc.toml", check.configuration,
+                 "configuration whose [project] and [taskblocks] libraries the project uses; globals that it names are "
+                 "used by devices");
   command
       .option("--lint=LIST", check.lints,
               "which lints: all, none, NAME, -NAME, separated by commas, applied from left to right to those "
