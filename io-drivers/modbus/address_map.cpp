@@ -180,7 +180,6 @@ class Builder {
 
   [[nodiscard]] bool accepts_writes(const Leaf& leaf) const {
     const std::string& address = image_.globals[leaf.field].address;
-    if (leaf.characters != 0 && !address.empty()) return false;  // it may share its bytes with others
     return !leaf.constant && !address.starts_with("%I") && resource_.globals().writable(leaf.field);
   }
 

@@ -441,8 +441,10 @@ bool GlobalTable::merge(std::byte* place, std::uint32_t type, const std::byte* v
 void GlobalTable::write_overlapping(const GlobalWrite& write) noexcept {
   const std::uint32_t bytes = image_.types[write.type].size;
   std::byte* const shared = overlapping_.data() + write.offset;
-  std::byte before[8];
+  std::byte before[8] = {};
   std::byte value[8];
+  // Only numbers, bit strings and BOOLs share bits (overlapping_globals()): nothing longer may ever come this far.
+  if (bytes > sizeof before) return;
   // A task may export the value meanwhile; some rounds later it is this write's turn in any case.
   for (int round = 0; round < 16; ++round) {
     copy_from_shared(before, shared, bytes);

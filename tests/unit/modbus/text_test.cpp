@@ -98,6 +98,37 @@ TEST(ModbusText, OfATaskWaitsForItsScan) {
   EXPECT_EQ(pdu.value("Title"), "'hi!'") << "the program writes it in each scan";
 }
 
+TEST(ModbusText, AtAnAddressIsWrittenAndSharesNoBits) {
+  for (const auto profile : {core::AddressProfile::kSeparate, core::AddressProfile::kOverlay}) {
+    ImageBuilder b;
+    const auto at = [](std::string address) {
+      return ImageBuilder::GlobalOptions{false, true, {}, std::move(address)};
+    };
+    b.global("Note", b.string(20), {}, at("%MW0"));
+    b.global("Word", b.type(TypeId::kWord), {}, at("%MW0"));
+    b.global("Byte", b.type(TypeId::kByte), {}, at("%MB1"));
+    b.task("Fast", 1'000'000, {b.pou("Main", PouKind::kProgram).finish()});
+    Image image = b.build();
+    image.options.profile = profile;
+    PlantPdu pdu({}, std::move(image));
+    const std::uint32_t note = pdu.plant.address("Note");
+    EXPECT_GE(note, 16384u);
+    const std::vector<std::uint16_t> ten(10, 'a' << 8 | 'b');
+    EXPECT_EQ(pdu.exception(write_registers(note, ten)), 0);
+    EXPECT_EQ(pdu.exception(write_registers(pdu.plant.address("Word"), {0x1234})), 0);
+    EXPECT_EQ(pdu.holding(note, 10), ten);
+    EXPECT_EQ(pdu.plant.value<std::uint16_t>("Word"), 0x1234);
+    // The overlapping values, as a driver or a fault writes them.
+    const runtime::Access access(*pdu.plant.resource);
+    const runtime::Place place = *access.find("Note");
+    std::vector<std::byte> value(pdu.plant.resource->image().types[place.type].size, std::byte{'x'});
+    const runtime::GlobalWrite write{place.offset, place.type, value.data(), nullptr};
+    EXPECT_EQ(pdu.plant.resource->globals().write(std::span(&write, 1)), runtime::WriteResult::kDone);
+    EXPECT_EQ(pdu.plant.value<std::uint16_t>("Word"), 0x1234);
+    EXPECT_EQ(access.read(place), "'xxxxxxxxxxxxxxxxxxxx'");
+  }
+}
+
 TEST(ModbusText, KeepsItsFrozenAddress) {
   MapFixture f;
   f.b.global("Recipe", f.b.string(7), {}, {.input = true});
