@@ -11,22 +11,25 @@ namespace plc::doctor {
 namespace {
 
 struct Device {
-  const io::DriverConfig* driver;
-  std::string node;    ///< "/dev/gpiochip0"
-  bool named = false;  ///< by its path; else by a name that is also one of a node
+  std::string_view user;  ///< name of the driver, or "[modbus.serial]"
+  std::string node;       ///< "/dev/gpiochip0"
+  bool named = false;     ///< by its path; else by a name that is also one of a node
 };
 
-/// Of drivers with a real device that is a node below /dev.
+/// Of drivers with a real device that is a node below /dev, and of the Modbus server.
 std::vector<Device> nodes(const Context& c) {
   std::vector<Device> devices;
   for (const io::DriverConfig& driver : c.subject.configuration.drivers) {
     if (!driver.type->real || driver.type->device_key.empty()) continue;
     const std::string text(core::trimmed(driver.values.text(driver.type->device_key)));
     if (text.starts_with("/dev/")) {
-      devices.push_back({&driver, text, true});
+      devices.push_back({driver.name, text, true});
     } else if (!text.empty() && text.find('/') == std::string::npos && c.system.facts("/dev/" + text)) {
-      devices.push_back({&driver, "/dev/" + text, false});
+      devices.push_back({driver.name, "/dev/" + text, false});
     }
+  }
+  if (const auto& serial = c.subject.configuration.modbus.serial) {
+    devices.push_back({"[modbus.serial]", serial->path.text, true});
   }
   return devices;
 }
@@ -62,7 +65,7 @@ Outcome check_device_nodes(const Context& c) {
   for (const Device& device : devices) {
     if (c.system.facts(device.node)) continue;
     outcome.found.push_back(
-        {fmt::format("{}: {} is not there", device.driver->name, device.node),
+        {fmt::format("{}: {} is not there", device.user, device.node),
          "is it connected, and its driver loaded (`dmesg`)? Names below /dev/serial/by-id do not change with "
          "the order of devices",
          {},
@@ -77,12 +80,12 @@ Outcome check_device_rights(const Context& c) {
   for (const Device& device : devices) {
     const auto facts = c.system.facts(device.node);
     if (!facts || c.process.may(6, *facts)) continue;
-    outcome.found.push_back({fmt::format("{}: user {} may not open {}, which is for user {} and group {} (mode {:04o})",
-                                         device.driver->name, c.process.user(), device.node, facts->owner,
-                                         group_name(c, facts->group), facts->mode & 07777),
-                             rights_help(c, *facts),
-                             {},
-                             {}});
+    outcome.found.push_back(
+        {fmt::format("{}: user {} may not open {}, which is for user {} and group {} (mode {:04o})", device.user,
+                     c.process.user(), device.node, facts->owner, group_name(c, facts->group), facts->mode & 07777),
+         rights_help(c, *facts),
+         {},
+         {}});
   }
   return outcome;
 }

@@ -64,10 +64,18 @@ struct ModbusRange {
   std::optional<bool> latch;  ///< coils: a reset waits until the program has seen the coil set
 };
 
+/// [modbus.serial]
+struct ModbusSerialConfig {
+  core::SourceRef at;
+  Placed path;
+  Placed line = {"19200 8E1", {}};  ///< as modbus_rtu::parse_line() reads it
+  std::uint8_t unit = 1;            ///< 1..247
+};
+
 /// [modbus]; the defaults are what plc-run does without a configuration.
 struct ModbusConfig {
   core::SourceRef at;
-  bool enabled = true;
+  bool enabled = true;                ///< over TCP
   core::SourceRef listen_at;          ///< of `listen`; no line when it is not there
   std::string address = "127.0.0.1";  ///< to listen on; IPv4 or IPv6 literal
   std::uint16_t port = 502;           ///< 0 = any free one (tests)
@@ -87,6 +95,10 @@ struct ModbusConfig {
   Placed lock_file;    ///< automatic addresses, relative to plc.toml; empty = beside the project: NAME.modbus.csv
   Placed client_seen;  ///< BOOL global: a request was answered within client_timeout_ns; empty = none
   core::TimeNs client_timeout_ns = 5'000'000'000;
+  std::optional<ModbusSerialConfig> serial;
+
+  /// Over TCP or a serial line.
+  [[nodiscard]] bool serves() const { return enabled || serial; }
 };
 
 enum class Priorities : std::uint8_t { kProject, kRateMonotonic };

@@ -49,9 +49,10 @@ struct DriverType {
   /// it: for `plc doctor`, which may know no project. Driver::check() finds the same again.
   std::optional<core::Problem> (*check_device)(const DriverConfig& driver, std::span<const ChannelConfig* const> inputs,
                                                std::span<const ChannelConfig* const> outputs) = nullptr;
-  /// The keys of channel `number`, counted from 0, in the file of `plc config init`: "channel = 17". Nothing: there are
-  /// no more channels. Null: channels need no keys.
-  std::optional<std::string> (*example_channel)(std::uint32_t number) = nullptr;
+  /// The keys of a channel for a variable of this type, which the kind does not refuse, in the file of `plc config
+  /// init`: "channel = 17". `next` is 0 at first, and the kind's to count with. Nothing: there are no more channels.
+  /// Null: channels need no keys.
+  std::optional<std::string> (*example_channel)(const bytecode::ImageType& type, std::uint32_t& next) = nullptr;
   /// Never null. The driver may keep what it is given; it claims its inputs in the resource's global table.
   std::unique_ptr<Driver> (*make)(const BoundDriver& bound, const Configuration& configuration,
                                   runtime::Resource& resource) = nullptr;

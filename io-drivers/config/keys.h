@@ -59,6 +59,7 @@ enum class TableId : std::uint8_t {
   kTaskblocks,
   kRetain,
   kModbus,
+  kModbusSerial,
   kModbusRange,
   kGuardian
 };

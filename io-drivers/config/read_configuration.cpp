@@ -14,6 +14,7 @@
 #include "io-drivers/config/findings.h"
 #include "io-drivers/config/keys.h"
 #include "io-drivers/config/toml_limits.h"
+#include "io-drivers/modbus-rtu/line.h"
 
 namespace plc::io {
 namespace {
@@ -223,7 +224,8 @@ class Reader {
     for (const auto& [name, node] : table) {
       const KeyInfo* key = keys_.find(kTableOf<T>, name.str(), entry.kind);
       if (key == nullptr) {
-        const bool has_own_reader = kTableOf<T> == TableId::kModbus && name.str() == "range";
+        const bool has_own_reader =
+            kTableOf<T> == TableId::kModbus && (name.str() == "range" || name.str() == "serial");
         if (!has_own_reader) unknown_key(kTableOf<T>, name, where);
       } else if (const std::string only = misplaced(*key, entry); !only.empty()) {
         problem(Code::P7307, place(name), fmt::format("\"{}\" does not belong to {}", name.str(), where),
@@ -341,6 +343,7 @@ class Reader {
       problem(Code::P7311, place(table, "unit_exception"), "there are no other units to answer: \"unit_id\" is omitted",
               "add unit_id = 1, or take unit_exception out");
     }
+    if (const toml::node* serial = table.get("serial")) read_serial(*serial, to.serial.emplace());
     const toml::node* ranges = table.get("range");
     if (ranges == nullptr) return;
     if (!ranges->is_array_of_tables()) {
@@ -349,6 +352,23 @@ class Reader {
       return;
     }
     for (const toml::node& one : *ranges->as_array()) read_range(*one.as_table(), to.ranges.emplace_back());
+  }
+
+  void read_serial(const toml::node& node, ModbusSerialConfig& to) {
+    to.at = place(node);
+    if (!node.is_table()) {
+      problem(Code::P7304, to.at, fmt::format("\"serial\" is {}; it is a table", type_word(node)),
+              "write [modbus.serial]");
+      return;
+    }
+    read_table(*node.as_table(), to, {}, to.at, "[modbus.serial]");
+    if (!to.path.text.empty() && !to.path.text.starts_with('/')) {
+      problem(Code::P7305, to.path.at, fmt::format("\"{}\" is not the path of a serial line", to.path.text),
+              "write \"/dev/ttyUSB0\"");
+    }
+    if (modbus_rtu::parse_line(to.line.text)) return;
+    problem(Code::P7305, to.line.at, fmt::format("\"{}\" is no setting of a serial line", to.line.text),
+            "write speed, data bits, parity and stop bits: \"19200 8E1\", \"9600 8N1\"");
   }
 
   void read_range(const toml::table& table, ModbusRange& to) {

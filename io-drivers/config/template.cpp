@@ -98,6 +98,7 @@ class Template {
     section(TableId::kTaskblocks, "[taskblocks]");
     section(TableId::kRetain, "[retain]");
     section(TableId::kModbus, "[modbus]");
+    section(TableId::kModbusSerial, "[modbus.serial]");
     section(TableId::kModbusRange, "[[modbus.range]]");
     section(TableId::kGuardian, "[guardian]");
     return std::move(out_);
@@ -262,13 +263,15 @@ class Template {
 
   /// The keys that lead to the next free channel for a variable of this type; nothing when no driver takes it.
   std::optional<std::string> next_channel(const ImageType& type) {
-    for (const DriverType* kind : types_) {
-      if (kind->refuses != nullptr && !kind->refuses(KeyValues(kind->channel_keys), type).empty()) continue;
-      std::uint32_t& number = used_[kind];
-      const auto keys = kind->example_channel == nullptr ? std::optional(std::string()) : kind->example_channel(number);
-      if (!keys) continue;
-      ++number;
-      return fmt::format("driver = {}{}{}", quoted(kind->example), keys->empty() ? "" : ", ", *keys);
+    for (const bool real : {true, false}) {  // something at the machine, where there is something for it
+      for (const DriverType* kind : types_) {
+        if (kind->real != real) continue;
+        if (kind->refuses != nullptr && !kind->refuses(KeyValues(kind->channel_keys), type).empty()) continue;
+        const auto keys =
+            kind->example_channel == nullptr ? std::optional(std::string()) : kind->example_channel(type, used_[kind]);
+        if (!keys) continue;
+        return fmt::format("driver = {}{}{}", quoted(kind->example), keys->empty() ? "" : ", ", *keys);
+      }
     }
     return std::nullopt;
   }

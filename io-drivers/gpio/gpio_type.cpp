@@ -75,9 +75,9 @@ std::optional<core::Problem> check_device(const DriverConfig& driver, std::span<
   return kernel_gpio().check(request);
 }
 
-std::optional<std::string> example_channel(std::uint32_t number) {
-  if (number > kLine.high) return std::nullopt;
-  return fmt::format("channel = {}", number);
+std::optional<std::string> example_channel(const bytecode::ImageType&, std::uint32_t& next) {
+  if (next > kLine.high) return std::nullopt;
+  return fmt::format("channel = {}", next++);
 }
 
 std::unique_ptr<Driver> make(const BoundDriver& bound, const Configuration&, runtime::Resource& resource) {

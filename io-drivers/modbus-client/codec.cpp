@@ -135,6 +135,42 @@ std::uint16_t in_order(std::uint16_t word, std::size_t registers, io::WordOrder 
   return swap ? static_cast<std::uint16_t>(word << 8 | word >> 8) : word;
 }
 
+/// Bytes of a register of a text, exchanged where the order says so.
+std::uint16_t text_register(std::uint16_t word, io::WordOrder order) { return in_order(word, 2, order); }
+
+void decode_text(const Coding& coding, std::span<const std::uint16_t> cells, std::byte* value) {
+  const std::size_t width = coding.variable == TypeId::kWstring ? 2 : 1;
+  std::byte* const characters = value + sizeof(core::StringHeader);
+  const auto room = std::min<std::size_t>(coding.characters, cells.size() * 2 / width);
+  std::uint16_t length = 0;
+  for (; length < room; ++length) {
+    const std::uint16_t word = text_register(cells[length * width / 2], coding.order);
+    const auto one = static_cast<std::uint16_t>(width == 2 ? word : length % 2 == 0 ? word >> 8 : word & 0xff);
+    if (one == 0) break;
+    std::memcpy(characters + length * width, &one, width);
+  }
+  const core::StringHeader header{coding.characters, length};
+  std::memcpy(value, &header, sizeof header);
+}
+
+void encode_text(const Coding& coding, const std::byte* value, std::span<std::uint16_t> cells) {
+  const bool wide = coding.variable == TypeId::kWstring;
+  core::StringHeader header;
+  std::memcpy(&header, value, sizeof header);
+  const std::byte* const characters = value + sizeof header;
+  const std::size_t length = std::min(header.length, coding.characters);
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    std::uint16_t word = 0;
+    if (wide) {
+      if (i < length) std::memcpy(&word, characters + 2 * i, 2);
+    } else {
+      const auto at = [&](std::size_t k) { return k < length ? std::to_integer<unsigned>(characters[k]) : 0u; };
+      word = static_cast<std::uint16_t>(at(2 * i) << 8 | at(2 * i + 1));
+    }
+    cells[i] = text_register(word, coding.order);
+  }
+}
+
 }  // namespace
 
 Raw raw_of(TypeId variable) {
@@ -164,10 +200,12 @@ std::uint16_t registers_of(Raw raw) { return static_cast<std::uint16_t>(core::re
 std::string_view refuses(const bytecode::ImageType& type) {
   const bool number =
       type.kind == bytecode::TypeKind::kScalar && core::in_category(type.elementary, core::kAnyNum | core::kAnyBit);
-  return number ? "" : "a Modbus value is a BOOL, a bit string or a number";
+  const bool text = type.kind == bytecode::TypeKind::kString && type.capacity != 0;
+  return number || text ? "" : "a Modbus value is a BOOL, a bit string, a number or a text";
 }
 
 void decode(const Coding& coding, std::span<const std::uint16_t> cells, std::byte* value) {
+  if (coding.characters != 0) return decode_text(coding, cells, value);
   if (coding.variable == TypeId::kBool) {
     const bool on = coding.bit >= 0 ? (cells[0] >> coding.bit & 1) != 0 : cells[0] != 0;
     *value = std::byte{on != coding.invert ? std::uint8_t{1} : std::uint8_t{0}};
@@ -187,6 +225,7 @@ void decode(const Coding& coding, std::span<const std::uint16_t> cells, std::byt
 }
 
 void encode(const Coding& coding, const std::byte* value, std::span<std::uint16_t> cells) {
+  if (coding.characters != 0) return encode_text(coding, value, cells);
   if (coding.variable == TypeId::kBool) {
     const bool on = (*value != std::byte{0}) != coding.invert;
     if (coding.bit < 0) {

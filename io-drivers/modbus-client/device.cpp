@@ -39,6 +39,10 @@ Device::Device(DeviceSettings settings, std::uint32_t task, std::vector<ReadPoin
       reads_(std::move(reads)),
       status_(std::move(status)),
       writes_(std::move(writes)) {
+  std::uint32_t most = sizeof(std::uint64_t);
+  for (const ReadPoint& point : reads_) most = std::max(most, point.bytes);
+  for (const WritePoint& point : writes_) most = std::max(most, point.bytes);
+  value_.resize(most);
   if (!claimed.empty()) to_table_.emplace(table, claimed);
   if (!writes_.empty()) from_table_.emplace(table);
   for (Block& block : plan(wants_of(reads_), settings_.read_limits)) {
@@ -95,12 +99,11 @@ const std::byte* Device::value_of(const WritePoint& point, std::byte* buffer) co
 
 void Device::look(TimeNs now_ns) {
   from_table_->take();
-  std::byte buffer[8];
   for (Part& part : write_parts_) {
     part.wanted.assign(part.block.count, 0);
     for (const std::uint32_t i : part.block.wants) {
       const WritePoint& point = writes_[i];
-      encode(point.coding, value_of(point, buffer),
+      encode(point.coding, value_of(point, value_.data()),
              std::span(part.wanted).subspan(point.want.first - part.block.first, point.want.count));
     }
     // Written again although nothing changed: the device may have lost it.
@@ -163,11 +166,11 @@ void Device::succeeded(Part& part, bool write, const Cells& cells, TimeNs now_ns
   part.due_ns += part.block.period_ns;
   if (part.due_ns <= now_ns)
     part.due_ns = now_ns + part.block.period_ns - (now_ns - part.due_ns) % part.block.period_ns;
-  std::byte value[8];
   for (const std::uint32_t i : part.block.wants) {
     const ReadPoint& point = reads_[i];
-    decode(point.coding, std::span(cells).subspan(point.want.first - part.block.first, point.want.count), value);
-    to_table_->set(point.offset, point.type, value);
+    decode(point.coding, std::span(cells).subspan(point.want.first - part.block.first, point.want.count),
+           value_.data());
+    to_table_->set(point.offset, point.type, value_.data());
   }
   publish(now_ns, true);
 }

@@ -44,6 +44,7 @@ struct ReadPoint {
   Coding coding;
   std::uint32_t offset = 0, type = 0;  ///< in the global table
   std::vector<std::byte> substitute;   ///< from the start and on loss; empty = the last value
+  std::uint32_t bytes = 8;             ///< of the variable
 };
 
 enum class Status : std::uint8_t { kOk, kAge, kError };
@@ -135,6 +136,7 @@ class Device {
   std::atomic<std::uint64_t> stopped_tasks_{0};  ///< a bit each; the last one stands for all from 63 on
 
   // The bus thread's own.
+  std::vector<std::byte> value_;  ///< room for any variable
   TimeNs look_at_ns_ = 0, status_at_ns_ = 0, retry_at_ns_ = 0, backoff_ns_ = 0;
   TimeNs began_ns_ = 0, answered_ns_ = -1;
   std::uint32_t failures_ = 0;

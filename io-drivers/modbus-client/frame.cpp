@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "io-drivers/modbus-rtu/frame.h"
+
 namespace plc::modbus_client {
 namespace {
 
@@ -144,55 +146,27 @@ Progress parse_tcp(std::span<const std::uint8_t> bytes, std::uint16_t transactio
   return Progress::kComplete;
 }
 
-std::uint16_t crc16(std::span<const std::uint8_t> bytes) {
-  std::uint16_t crc = 0xffff;
-  for (const std::uint8_t byte : bytes) {
-    crc ^= byte;
-    for (int bit = 0; bit < 8; ++bit) {
-      const bool low = (crc & 1u) != 0;
-      crc = static_cast<std::uint16_t>(crc >> 1 ^ (low ? 0xa001u : 0u));
-    }
-  }
-  return crc;
-}
-
 Bytes rtu_frame(std::uint8_t unit, std::span<const std::uint8_t> pdu) {
   Bytes frame = {unit};
   frame.insert(frame.end(), pdu.begin(), pdu.end());
-  const std::uint16_t crc = crc16(frame);
-  frame.push_back(static_cast<std::uint8_t>(crc));
-  frame.push_back(static_cast<std::uint8_t>(crc >> 8));
+  frame.resize(frame.size() + modbus_rtu::kChecksum);
+  modbus_rtu::seal(frame);
   return frame;
 }
 
 Progress parse_rtu(std::span<const std::uint8_t> bytes, std::uint8_t unit, std::span<const std::uint8_t> request,
                    std::span<const std::uint8_t>& answer) {
+  // Wrong as soon as it shows, as in parse_tcp().
   if (!bytes.empty() && bytes[0] != unit) return Progress::kWrong;
-  if (bytes.size() < 2) return Progress::kMore;
-  std::size_t length = 0;  // of the PDU
-  if (bytes[1] == (request[0] | kException)) {
-    length = 2;
-  } else if (bytes[1] != request[0]) {
-    return Progress::kWrong;
-  } else if (reads(request[0])) {
-    length = 2 + data_bytes(request);
-    if (bytes.size() >= 3 && bytes[2] != length - 2) return Progress::kWrong;
-  } else if (request[0] == kIdentify) {
-    // Each object says how long it is.
-    length = 7;
-    for (int left = bytes.size() >= 8 ? bytes[7] : 1; left > 0; --left) {
-      if (bytes.size() < 1 + length + 2) return length > kMaxPdu ? Progress::kWrong : Progress::kMore;
-      length += 2u + bytes[1 + length + 1];
-    }
-    if (length > kMaxPdu) return Progress::kWrong;
-  } else {
-    length = 5;
-  }
-  if (bytes.size() < length + 3) return Progress::kMore;
-  if (bytes.size() > length + 3) return Progress::kWrong;
-  const std::uint16_t crc = crc16(bytes.first(length + 1));
-  if (bytes[length + 1] != (crc & 0xff) || bytes[length + 2] != crc >> 8) return Progress::kWrong;
-  answer = bytes.subspan(1, length);
+  if (bytes.size() >= 2 && (bytes[1] & ~kException) != request[0]) return Progress::kWrong;
+  const std::size_t size = modbus_rtu::answer_size(bytes);
+  if (size == modbus_rtu::kNotKnownYet) return Progress::kMore;
+  // Unit, function, number of bytes, checksum.
+  if (bytes[1] == request[0] && reads(request[0]) && size != 5 + data_bytes(request)) return Progress::kWrong;
+  if (size == modbus_rtu::kNeverKnown || bytes.size() > size) return Progress::kWrong;
+  if (bytes.size() < size) return Progress::kMore;
+  if (!modbus_rtu::is_sealed(bytes)) return Progress::kWrong;
+  answer = bytes.subspan(1, size - 1 - modbus_rtu::kChecksum);
   return Progress::kComplete;
 }
 

@@ -1,8 +1,8 @@
 // Requests and answers of Modbus as bytes: PDUs, and the frames of TCP and RTU around them.
 //
 // In: what is to be read or written; bytes of a peer that may send anything. Out: bytes to send; cells, or what is
-// wrong. A cell is a bit (0 or 1) or a register. Follows the Modbus application protocol V1.1b3 and "Modbus over serial
-// line" V1.02. Does not belong here: sockets and lines (link.h), what cells mean (codec.h).
+// wrong. A cell is a bit (0 or 1) or a register. Follows the Modbus application protocol V1.1b3. Does not
+// belong here: sockets and lines (link.h), what cells mean (codec.h), checksums (modbus-rtu/frame.h).
 #pragma once
 
 #include <cstdint>
@@ -61,7 +61,6 @@ Bytes tcp_frame(std::uint16_t transaction, std::uint8_t unit, std::span<const st
 Progress parse_tcp(std::span<const std::uint8_t> bytes, std::uint16_t transaction, std::uint8_t unit,
                    std::span<const std::uint8_t>& answer);
 
-std::uint16_t crc16(std::span<const std::uint8_t> bytes);
 Bytes rtu_frame(std::uint8_t unit, std::span<const std::uint8_t> pdu);
 /// As parse_tcp(); RTU frames do not say how long they are: the request does.
 Progress parse_rtu(std::span<const std::uint8_t> bytes, std::uint8_t unit, std::span<const std::uint8_t> request,

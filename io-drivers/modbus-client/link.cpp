@@ -5,7 +5,6 @@
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <poll.h>
-#include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <termios.h>
 #include <unistd.h>
@@ -15,31 +14,44 @@
 #include <cerrno>
 #include <charconv>
 #include <cstring>
+#include <utility>
 
 #include "core/text.h"
+#include "io-drivers/modbus-client/resolver.h"
 
 namespace plc::modbus_client {
 namespace {
 
 using core::TimeNs;
 
-struct Speed {
-  std::uint32_t baud;
-  speed_t code;
-};
-constexpr Speed kSpeeds[] = {{1200, B1200},     {2400, B2400},     {4800, B4800},     {9600, B9600},
-                             {19200, B19200},   {38400, B38400},   {57600, B57600},   {115200, B115200},
-                             {230400, B230400}, {460800, B460800}, {921600, B921600}, {1000000, B1000000}};
-
-const Speed* speed_of(std::uint32_t baud) {
-  const auto* found = std::ranges::find(kSpeeds, baud, &Speed::baud);
-  return found == std::end(kSpeeds) ? nullptr : found;
-}
-
 template <class T>
 bool parse_whole(std::string_view text, T& to) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), to);
   return error == std::errc{} && end == text.data() + text.size();
+}
+
+bool is_address(const std::string& text) {
+  unsigned char bytes[sizeof(in6_addr)];
+  if (text.find('\0') != std::string::npos) return false;
+  return ::inet_pton(AF_INET, text.c_str(), bytes) == 1 || ::inet_pton(AF_INET6, text.c_str(), bytes) == 1;
+}
+
+/// Letters, digits and hyphens between dots (RFC 1123). Not what was meant as an address, or as a serial line: its last
+/// part has a letter, and it begins neither with "tty" nor with "COM" and a digit.
+bool is_host_name(std::string_view text) {
+  const std::size_t last = text.rfind('.') + 1;
+  bool letters = false;
+  for (std::size_t i = 0, length = 0; i < text.size(); ++i) {
+    const char c = core::fold(text[i]);
+    const bool letter = c >= 'a' && c <= 'z';
+    if (c == '.' ? length == 0 : !letter && !(c >= '0' && c <= '9') && (c != '-' || length == 0)) return false;
+    length = c == '.' ? 0 : length + 1;
+    if (length > 63) return false;
+    letters = letters || (i >= last && letter);
+  }
+  const bool line = core::iequals(text.substr(0, 3), "tty") ||
+                    (text.size() > 3 && core::iequals(text.substr(0, 3), "com") && text[3] >= '0' && text[3] <= '9');
+  return letters && !line && text.size() <= 253 && text.back() != '-';
 }
 
 /// A socket or a line with one request at a time.
@@ -111,7 +123,7 @@ class StreamLink : public Link {
 
 class TcpLink final : public StreamLink {
  public:
-  explicit TcpLink(BusAddress bus) : bus_(std::move(bus)) {}
+  explicit TcpLink(BusAddress bus) : bus_(std::move(bus)), resolver_(bus_.host, bus_.port) {}
 
   Error exchange(std::uint8_t unit, std::span<const std::uint8_t> pdu, TimeNs timeout_ns, Bytes& answer) override {
     reason_.clear();
@@ -152,26 +164,27 @@ class TcpLink final : public StreamLink {
     return ::send(fd_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
   }
   Error connect(TimeNs deadline_ns) {
-    sockaddr_storage to = {};
-    socklen_t size = 0;
-    auto* four = reinterpret_cast<sockaddr_in*>(&to);
-    auto* six = reinterpret_cast<sockaddr_in6*>(&to);
-    if (::inet_pton(AF_INET, bus_.host.c_str(), &four->sin_addr) == 1) {
-      four->sin_family = AF_INET;
-      four->sin_port = htons(bus_.port);
-      size = sizeof *four;
-    } else if (::inet_pton(AF_INET6, bus_.host.c_str(), &six->sin6_addr) == 1) {
-      six->sin6_family = AF_INET6;
-      six->sin6_port = htons(bus_.port);
-      size = sizeof *six;
-    } else {
-      return fail(Error::kNotConnected, EINVAL);
+    const auto& addresses = resolver_.resolve(deadline_ns);
+    if (addresses.empty()) {
+      const Error error = fail(Error::kNotConnected);
+      reason_ = resolver_.reason();
+      return error;
     }
-    fd_ = ::socket(to.ss_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+    // Of several addresses each has its turn, until one is good.
+    const SocketAddress& to = addresses[turn_ % addresses.size()];
+    const Error error = connect(to, deadline_ns);
+    if (error == Error::kNone) return error;
+    ++turn_;
+    const std::string address = text_of(to);
+    if (address != bus_.host) reason_ = address + ": " + reason_;
+    return error;
+  }
+  Error connect(const SocketAddress& to, TimeNs deadline_ns) {
+    fd_ = ::socket(to.bytes.ss_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
     if (fd_ < 0) return fail(Error::kNotConnected, errno);
     const int one = 1;
     ::setsockopt(fd_, IPPROTO_TCP, TCP_NODELAY, &one, sizeof one);
-    if (::connect(fd_, reinterpret_cast<const sockaddr*>(&to), size) == 0) return Error::kNone;
+    if (::connect(fd_, reinterpret_cast<const sockaddr*>(&to.bytes), to.size) == 0) return Error::kNone;
     if (errno != EINPROGRESS) return fail(Error::kNotConnected, errno);
     if (!wait(POLLOUT, deadline_ns)) return fail(Error::kNotConnected, ETIMEDOUT);
     int error = 0;
@@ -181,6 +194,8 @@ class TcpLink final : public StreamLink {
   }
 
   BusAddress bus_;
+  Resolver resolver_;
+  std::size_t turn_ = 0;  ///< which of its addresses is tried
   std::uint16_t transaction_ = 0;
 };
 
@@ -191,8 +206,12 @@ class SerialLink final : public StreamLink {
   Error exchange(std::uint8_t unit, std::span<const std::uint8_t> pdu, TimeNs timeout_ns, Bytes& answer) override {
     reason_.clear();
     if (fd_ < 0) {
-      if (const int error = open(); error != 0) return fail(Error::kNotConnected, error);
+      fd_ = modbus_rtu::open_line(bus_.host, bus_.line);
+      if (fd_ < 0) return fail(Error::kNotConnected, -fd_);
     }
+    // The rest of an answer that did not come in time would meet the next one.
+    if (std::exchange(unsettled_, false)) discard(clock_.now_ns() + timeout_ns);
+    if (fd_ < 0) return Error::kClosed;
     clock_.sleep_until_ns(last_byte_ns_ + silence_);
     // Noise, and answers that came too late.
     ::tcflush(fd_, TCIFLUSH);
@@ -202,7 +221,10 @@ class SerialLink final : public StreamLink {
     last_byte_ns_ = clock_.now_ns() + characters_ns(frame.size());
     got_.clear();
     for (;;) {
-      if (const Error error = receive(deadline); error != Error::kNone) return error;
+      if (const Error error = receive(deadline); error != Error::kNone) {
+        unsettled_ = !got_.empty();
+        return error;
+      }
       last_byte_ns_ = clock_.now_ns();
       std::span<const std::uint8_t> found;
       const Progress progress = parse_rtu(got_, unit, pdu, found);
@@ -218,70 +240,25 @@ class SerialLink final : public StreamLink {
   }
 
  private:
-  /// A USB adapter hands on what came every 16 ms.
-  static constexpr TimeNs kQuietNs = 20'000'000;
-
-  [[nodiscard]] TimeNs characters_ns(std::size_t count) const {
-    return static_cast<TimeNs>(count) * 11 * 1'000'000'000 / bus_.line.baud;
-  }
+  [[nodiscard]] TimeNs characters_ns(std::size_t count) const { return modbus_rtu::characters_ns(bus_.line, count); }
   /// Until the line is quiet: the rest of a frame must not meet the next request.
   void discard(TimeNs deadline_ns) {
     for (;;) {
       got_.clear();
-      const TimeNs quiet = clock_.now_ns() + std::max(silence_, kQuietNs);
+      const TimeNs quiet = clock_.now_ns() + std::max(silence_, modbus_rtu::kLongestPauseNs);
       if (clock_.now_ns() >= deadline_ns || receive(std::min(quiet, deadline_ns)) != Error::kNone) return;
       last_byte_ns_ = clock_.now_ns();
     }
   }
   ssize_t put(std::span<const std::uint8_t> bytes) override { return ::write(fd_, bytes.data(), bytes.size()); }
-  /// errno, or 0.
-  int open() {
-    fd_ = ::open(bus_.host.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
-    if (fd_ < 0) return errno;
-    termios line = {};
-    if (::tcgetattr(fd_, &line) != 0) return errno;
-    ::cfmakeraw(&line);
-    line.c_cflag |= CLOCAL | CREAD;
-    line.c_cflag &= ~static_cast<tcflag_t>(PARENB | PARODD | CSTOPB | CSIZE | CRTSCTS);
-    line.c_cflag |= CS8;
-    if (bus_.line.parity != Parity::kNone) line.c_cflag |= PARENB;
-    if (bus_.line.parity == Parity::kOdd) line.c_cflag |= PARODD;
-    if (bus_.line.stop_bits == 2) line.c_cflag |= CSTOPB;
-    if (bus_.line.parity != Parity::kNone) line.c_iflag |= INPCK;
-    const speed_t speed = speed_of(bus_.line.baud)->code;
-    ::cfsetispeed(&line, speed);
-    ::cfsetospeed(&line, speed);
-    if (::tcsetattr(fd_, TCSANOW, &line) != 0) return errno;
-    ::ioctl(fd_, TIOCEXCL);  // nobody else talks in between
-    return 0;
-  }
 
   BusAddress bus_;
   TimeNs silence_;
   TimeNs last_byte_ns_ = 0;
+  bool unsettled_ = false;  ///< the rest of an answer may come
 };
 
 }  // namespace
-
-std::optional<LineSettings> parse_line(std::string_view text) {
-  const std::size_t blank = text.find(' ');
-  if (blank == std::string_view::npos) return std::nullopt;
-  LineSettings line;
-  const std::string_view form = core::trimmed(text.substr(blank));
-  if (!parse_whole(text.substr(0, blank), line.baud) || speed_of(line.baud) == nullptr) return std::nullopt;
-  if (form.size() != 3 || form[0] != '8' || (form[2] != '1' && form[2] != '2')) return std::nullopt;
-  constexpr std::string_view kParities = "neo";
-  const std::size_t parity = kParities.find(core::fold(form[1]));
-  if (parity == std::string_view::npos) return std::nullopt;
-  line.parity = static_cast<Parity>(parity);
-  line.stop_bits = static_cast<std::uint8_t>(form[2] - '0');
-  return line;
-}
-
-TimeNs silence_ns(const LineSettings& line) {
-  if (line.baud > 19200) return 1'750'000;
-  return TimeNs{77} * 1'000'000'000 / 2 / line.baud;  // 3.5 characters of 11 bits
-}
 
 std::optional<BusAddress> parse_bus(std::string_view text) {
   BusAddress bus;
@@ -303,10 +280,7 @@ std::optional<BusAddress> parse_bus(std::string_view text) {
   }
   if (!port.empty() && (port[0] != ':' || !parse_whole(port.substr(1), bus.port) || bus.port == 0)) return std::nullopt;
   bus.host = text;
-  unsigned char bytes[sizeof(in6_addr)];
-  if (bus.host.find('\0') != std::string::npos) return std::nullopt;
-  const bool four = ::inet_pton(AF_INET, bus.host.c_str(), bytes) == 1;
-  if (!four && ::inet_pton(AF_INET6, bus.host.c_str(), bytes) != 1) return std::nullopt;
+  if (!is_address(bus.host) && !is_host_name(bus.host)) return std::nullopt;
   return bus;
 }
 

@@ -14,31 +14,20 @@
 
 #include "core/clock.h"
 #include "io-drivers/modbus-client/frame.h"
+#include "io-drivers/modbus-rtu/line.h"
 
 namespace plc::modbus_client {
 
-enum class Parity : std::uint8_t { kNone, kEven, kOdd };
-
-/// "19200 8E1".
-struct LineSettings {
-  std::uint32_t baud = 19200;
-  std::uint8_t data_bits = 8;
-  Parity parity = Parity::kEven;
-  std::uint8_t stop_bits = 1;
-  bool operator==(const LineSettings&) const = default;
-};
-/// RTU has 8 data bits; nothing when the text is not such settings, or of a speed that Linux does not have.
-std::optional<LineSettings> parse_line(std::string_view text);
-/// Between two frames: 3.5 characters, and 1.75 ms from 19200 baud up ("Modbus over serial line" V1.02, 2.5.1.1).
-core::TimeNs silence_ns(const LineSettings& line);
+using modbus_rtu::LineSettings;
 
 struct BusAddress {
   bool serial = false;
-  std::string host;  ///< IPv4 or IPv6 address; or the path of the line
+  std::string host;  ///< IPv4 or IPv6 address, host name; or the path of the line
   std::uint16_t port = 502;
   LineSettings line;
 };
-/// "192.168.1.20", "192.168.1.20:1502", "[fd00::20]:502", "/dev/ttyUSB0"; nothing when it is none of these.
+/// "192.168.1.20", "192.168.1.20:1502", "[fd00::20]:502", "meter.plant:502", "/dev/ttyUSB0"; nothing when it is none of
+/// these.
 std::optional<BusAddress> parse_bus(std::string_view text);
 /// The same for all texts that mean the same.
 std::string bus_name(const BusAddress& bus);

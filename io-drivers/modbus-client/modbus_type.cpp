@@ -6,10 +6,12 @@
 #include <cmath>
 #include <cstring>
 #include <map>
+#include <utility>
 
 #include "core/text.h"
 #include "io-drivers/config/findings.h"
 #include "io-drivers/modbus-client/modbus_driver.h"
+#include "io-drivers/modbus-client/resolver.h"
 #include "runtime/value_text.h"
 
 namespace plc::modbus_client {
@@ -26,11 +28,14 @@ using io::KeyInfo;
 using io::KeyValues;
 namespace key = io::key;
 
+/// For a name, while somebody waits for the doctor.
+constexpr core::TimeNs kResolveNs = 3'000'000'000;
+
 constexpr std::string_view kOrders = "ABCD|CDAB|BADC|DCBA";
 constexpr KeyInfo kDriverKeys[] = {
     {"bus", key::text(), key::required("\"192.168.1.20:502\""),
-     "IP address and port of the device or its gateway (without a port 502), or the path of a serial line: "
-     "\"/dev/ttyUSB0\". Drivers with the same bus share it, and one thread."},
+     "IP address or host name, and port, of the device or its gateway (without a port 502), or the path of a serial "
+     "line: \"/dev/ttyUSB0\". Drivers with the same bus share it, and one thread."},
     {"line", key::text(), key::otherwise("\"19200 8E1\""),
      "Serial line: its speed, data bits (8), parity (N, E or O) and stop bits. The same for all drivers on the line."},
     {"unit", key::integer(0, 255), key::otherwise("1"), "Unit identifier; 1 to 247 on a serial line."},
@@ -66,6 +71,9 @@ constexpr KeyInfo kChannelKeys[] = {
     {"word_order", key::choice(kOrders), key::nothing("\"CDAB\""), "Omitted: as the driver says."},
     {"bit", key::integer(0, 15), key::nothing("3"),
      "BOOL in a register: which bit, 0 is the lowest. Bits of an output register without a variable are written as 0."},
+    {"registers", key::integer(1, 125), key::nothing("8"),
+     "A text: how many registers the device has for it, two characters in each. Omitted: for all characters of the "
+     "variable."},
     {"scale", key::value(), key::otherwise("1"), "Variable = number in the device * scale + offset."},
     {"offset", key::value(), key::otherwise("0"), "See scale."},
     {"poll", key::duration("1ms", "1h"), key::nothing("\"1s\""), "How often it is read. Omitted: as the driver says.",
@@ -93,11 +101,12 @@ void check_bus(const DriverConfig& driver, Findings& findings) {
   const KeyValues& values = driver.values;
   const auto bus = parse_bus(values.text("bus"));
   if (!bus && values.has("bus")) {
-    findings.add(Code::P7305, values.place("bus", driver.at),
-                 fmt::format("\"{}\" is neither an IP address nor the path of a serial line", values.text("bus")),
-                 "write \"192.168.1.20:502\", \"[fd00::20]:502\" or \"/dev/ttyUSB0\"");
+    findings.add(
+        Code::P7305, values.place("bus", driver.at),
+        fmt::format("\"{}\" is neither an IP address, a host name nor the path of a serial line", values.text("bus")),
+        "write \"192.168.1.20:502\", \"[fd00::20]:502\", \"meter.plant:502\" or \"/dev/ttyUSB0\"");
   }
-  if (!parse_line(values.text("line"))) {
+  if (!modbus_rtu::parse_line(values.text("line"))) {
     findings.add(Code::P7305, values.place("line", driver.at),
                  fmt::format("\"{}\" is no setting of a serial line", values.text("line")),
                  "write speed, data bits, parity and stop bits: \"19200 8E1\", \"9600 8N1\"");
@@ -132,7 +141,7 @@ void check_channel(const ChannelConfig& channel, Findings& findings) {
                  fmt::format("no function of Modbus writes {}", io::modbus_table_text(table)),
                  "coils and holding-registers can be written");
   }
-  for (const std::string_view name : {"type", "word_order", "bit", "scale", "offset"}) {
+  for (const std::string_view name : {"type", "word_order", "bit", "registers", "scale", "offset"}) {
     if (!is_bits(table) || !values.has(name)) continue;
     findings.add(Code::P7307, values.place(name, at),
                  fmt::format("{} have no \"{}\"", io::modbus_table_text(table), name), "only registers have one");
@@ -168,6 +177,11 @@ std::string_view refuses_status(Status what, const bytecode::ImageType& type) {
   return "";
 }
 
+std::uint32_t registers_of_text(const KeyValues& channel, const bytecode::ImageType& type) {
+  if (channel.has("registers")) return static_cast<std::uint32_t>(channel.number("registers"));
+  return type.elementary == core::TypeId::kWstring ? type.capacity : (type.capacity + 1u) / 2;
+}
+
 std::string_view refuses(const KeyValues& channel, const bytecode::ImageType& type) {
   if (channel.has("status")) return refuses_status(channel.choice<Status>("status"), type);
   if (const std::string_view why = modbus_client::refuses(type); !why.empty()) return why;
@@ -177,6 +191,13 @@ std::string_view refuses(const KeyValues& channel, const bytecode::ImageType& ty
     if (!of_bits(channel) && io::is_bool(type) && !bit) return "a BOOL in a register needs \"bit\"";
     if (!of_bits(channel) && !io::is_bool(type) && bit) return "\"bit\" is for a BOOL";
   }
+  const bool text = type.kind == bytecode::TypeKind::kString;
+  if (!text && channel.has("registers")) return "\"registers\" is for a text";
+  if (text && (channel.has("type") || channel.has("scale") || channel.has("offset"))) {
+    return "a text has neither \"type\" nor \"scale\" nor \"offset\"";
+  }
+  if (text && registers_of_text(channel, type) > kMaxReadRegisters)
+    return "a text has 125 registers at most: give \"registers\"";
   std::vector<std::byte> bytes(type.size);
   if (channel.has("substitute") && runtime::parse_value(type, channel.text("substitute"), bytes)) {
     return "of which its substitute is no value";
@@ -184,11 +205,12 @@ std::string_view refuses(const KeyValues& channel, const bytecode::ImageType& ty
   return "";
 }
 
-Coding coding_of(const ChannelConfig& channel, const DriverConfig& driver, core::TypeId variable) {
+Coding coding_of(const ChannelConfig& channel, const DriverConfig& driver, const bytecode::ImageType& type) {
   const KeyValues& values = channel.values;
   Coding coding;
-  coding.variable = variable;
-  coding.raw = raw_of(values, variable);
+  coding.variable = type.elementary;
+  coding.raw = raw_of(values, type.elementary);
+  if (type.kind == bytecode::TypeKind::kString) coding.characters = type.capacity;
   coding.order = (values.has("word_order") ? values : driver.values).choice<io::WordOrder>("word_order");
   coding.scale = real_of(values.text("scale")).value_or(1);
   coding.offset = real_of(values.text("offset")).value_or(0);
@@ -202,8 +224,12 @@ Want want_of(const BoundChannel& bound, const DriverConfig& driver, const byteco
   Want want;
   want.table = values.choice<ModbusTable>("table");
   want.first = static_cast<std::uint16_t>(values.number("address"));
-  const core::TypeId variable = image.types[bound.type].elementary;
-  if (!is_bits(want.table) && variable != core::TypeId::kBool) want.count = registers_of(raw_of(values, variable));
+  const bytecode::ImageType& type = image.types[bound.type];
+  if (type.kind == bytecode::TypeKind::kString) {
+    want.count = static_cast<std::uint16_t>(registers_of_text(values, type));
+  } else if (!is_bits(want.table) && !io::is_bool(type)) {
+    want.count = registers_of(raw_of(values, type.elementary));
+  }
   want.period_ns = (values.has("poll") ? values : driver.values).number("poll");
   return want;
 }
@@ -215,6 +241,12 @@ std::optional<core::Problem> check_bound(const BoundDriver& bound, const Configu
   for (const auto* channels : {&bound.inputs, &bound.outputs}) {
     for (const BoundChannel& channel : *channels) {
       const Want want = want_of(channel, driver, image);
+      if (channels == &bound.outputs && want.count > kMaxWriteRegisters) {
+        return core::Problem{Code::P7305,
+                             fmt::format("\"{}\" takes {} registers, and a request writes 123 at most",
+                                         channel.config->variable.text, want.count),
+                             "give a smaller \"registers\""};
+      }
       if (want.first + want.count <= 65536) continue;
       return core::Problem{Code::P7305,
                            fmt::format("\"{}\" ends after the last address, 65535", channel.config->variable.text),
@@ -240,11 +272,19 @@ std::optional<core::Problem> check_bound(const BoundDriver& bound, const Configu
     }
   }
   const auto bus = parse_bus(driver.values.text("bus"));
+  const auto& server = configuration.modbus.serial;
+  if (bus && bus->serial && server && server->path.text == bus->host) {
+    return core::Problem{Code::P7311,
+                         fmt::format("driver \"{}\" asks devices on the line {}, and [modbus.serial] answers there",
+                                     driver.name, bus->host),
+                         "a line has one that asks: give one of them another line"};
+  }
   for (const DriverConfig& other : configuration.drivers) {
     if (other.type != driver.type || &other == &driver) continue;
     const auto its = parse_bus(other.values.text("bus"));
     if (!bus || !its || !bus->serial || bus_name(*bus) != bus_name(*its)) continue;
-    if (parse_line(driver.values.text("line")) == parse_line(other.values.text("line"))) continue;
+    if (modbus_rtu::parse_line(driver.values.text("line")) == modbus_rtu::parse_line(other.values.text("line")))
+      continue;
     return core::Problem{
         Code::P7311,
         fmt::format("drivers \"{}\" and \"{}\" set the line {} differently: \"{}\" and \"{}\"", driver.name, other.name,
@@ -259,9 +299,36 @@ std::optional<core::Problem> check_files(const BoundDriver& bound, const Configu
   return check_bound(bound, configuration, resource.image());
 }
 
-std::optional<std::string> example_channel(std::uint32_t number) {
-  if (number > 65535) return std::nullopt;
-  return fmt::format("table = \"holding-registers\", address = {}", number);
+/// Of a serial line the doctor looks at the node. Of a device on the network: whether its name is known, and whether a
+/// way leads to it. It is not connected to: many serve one client alone, which may be a plc-run that works.
+std::optional<core::Problem> check_device(const DriverConfig& driver, std::span<const ChannelConfig* const>,
+                                          std::span<const ChannelConfig* const>) {
+  const auto bus = parse_bus(driver.values.text("bus"));
+  if (!bus || bus->serial) return std::nullopt;
+  Resolver resolver(bus->host, bus->port);
+  const auto& addresses = resolver.resolve(core::MonotonicClock().now_ns() + kResolveNs);
+  if (addresses.empty()) {
+    return core::Problem{Code::P7955, fmt::format("nobody knows the name {}: {}", bus->host, resolver.reason()),
+                         "mend /etc/hosts or the name server, or give the IP address in `bus`"};
+  }
+  std::string why;
+  for (const SocketAddress& address : addresses) {
+    if (why = why_no_way(address); why.empty()) return std::nullopt;
+  }
+  return core::Problem{
+      Code::P7955, fmt::format("no way leads to {}: {}", bus->host, why),
+      "is the network interface up, with an address of the device's network or a gateway (`ip route`)?"};
+}
+
+std::optional<std::string> example_channel(const bytecode::ImageType& type, std::uint32_t& next) {
+  const bool bit = io::is_bool(type);
+  const bool text = type.kind == bytecode::TypeKind::kString;
+  const std::uint32_t size = bit    ? 1u
+                             : text ? registers_of_text(KeyValues(kChannelKeys), type)
+                                    : registers_of(modbus_client::raw_of(type.elementary));
+  const std::uint32_t first = std::exchange(next, next + size);
+  if (next > 65536) return std::nullopt;
+  return fmt::format("table = \"{}\", address = {}", bit ? "coils" : "holding-registers", first);
 }
 
 std::unique_ptr<io::Driver> make(const BoundDriver& bound, const Configuration& configuration,
@@ -275,7 +342,7 @@ std::unique_ptr<io::Driver> make(const BoundDriver& bound, const Configuration& 
 
 BusAddress address_of(const DriverConfig& driver) {
   BusAddress bus = parse_bus(driver.values.text("bus")).value();
-  bus.line = parse_line(driver.values.text("line")).value();
+  bus.line = modbus_rtu::parse_line(driver.values.text("line")).value();
   return bus;
 }
 
@@ -313,10 +380,11 @@ Points points_of(const BoundDriver& bound, runtime::Resource& resource) {
     }
     ReadPoint point = {input.config->variable.text,
                        want_of(input, driver, image),
-                       coding_of(*input.config, driver, type.elementary),
+                       coding_of(*input.config, driver, type),
                        input.offset,
                        input.type,
-                       {}};
+                       {},
+                       type.size};
     if (values.has("substitute") || driver.on_loss == io::OnLoss::kZero) point.substitute.resize(type.size);
     if (values.has("substitute")) {
       static_cast<void>(runtime::parse_value(type, values.text("substitute"), point.substitute));
@@ -328,8 +396,8 @@ Points points_of(const BoundDriver& bound, runtime::Resource& resource) {
     const bytecode::ImageType& type = image.types[output.type];
     Want want = want_of(output, driver, image);
     want.period_ns = 0;
-    points.writes.push_back({want, coding_of(*output.config, driver, type.elementary), output.offset, type.size,
-                             output.safe, output.initial, resource.globals().exporters(output.field)});
+    points.writes.push_back({want, coding_of(*output.config, driver, type), output.offset, type.size, output.safe,
+                             output.initial, resource.globals().exporters(output.field)});
   }
   return points;
 }
@@ -344,6 +412,7 @@ constexpr io::DriverType kModbusType = {
     .check = check,
     .refuses = refuses,
     .check_files = check_files,
+    .check_device = check_device,
     .example_channel = example_channel,
     .make = make,
 };

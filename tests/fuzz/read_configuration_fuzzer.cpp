@@ -50,6 +50,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const io::ModbusConfig& modbus = configuration->modbus;
   require(modbus.max_clients > 0 && modbus.max_clients_per_address <= modbus.max_clients);
   require(!modbus.enabled || !modbus.address.empty());
+  require(!modbus.serial || (!modbus.serial->path.text.empty() && modbus.serial->unit > 0));
   for (const io::ModbusRange& range : modbus.ranges) {
     require(range.first <= range.last && range.table <= io::ModbusTable::kHoldingRegisters);
   }

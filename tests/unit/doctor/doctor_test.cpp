@@ -122,6 +122,10 @@ const std::vector<Plant>& plants() {
       {"MemoryOfTheGroup", "P7951 warning",
        [](Machine& m) { m.write("sys/fs/cgroup/system.slice/memory.max", "67108864\n"); }},
       {"NoDevice", "P7955 problem", [](Machine& m) { m.remove("dev/ttyUSB0"); }},
+      {"NoLineOfTheServer", "P7955 problem",
+       [](Machine& m) {
+         m.configure("[modbus]\nlisten = \"127.0.0.1:1502\"\n[modbus.serial]\npath = \"/dev/ttyUSB7\"\n");
+       }},
       {"DeviceOfOthers", "P7956 problem", [](Machine& m) { m.mode("dev/ttyUSB0", 0660); }},
       {"DriverIsRefused", "P7404 problem",
        [](Machine&) {

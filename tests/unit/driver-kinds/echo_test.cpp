@@ -107,8 +107,8 @@ std::string channel_name(const DriverConfig& driver, const ChannelConfig& channe
 std::string_view refuses(const KeyValues&, const bytecode::ImageType& type) {
   return type.kind == bytecode::TypeKind::kScalar && type.elementary == TypeId::kInt ? "" : "an echo carries an INT";
 }
-std::optional<std::string> example_channel(std::uint32_t number) {
-  if (number > 0) return std::nullopt;
+std::optional<std::string> example_channel(const bytecode::ImageType&, std::uint32_t& next) {
+  if (next++ > 0) return std::nullopt;
   return "slot = 7";
 }
 std::unique_ptr<Driver> make(const BoundDriver& bound, const Configuration&, runtime::Resource& resource) {

@@ -158,6 +158,18 @@ TEST(ReadConfiguration, ModbusOff) {
   EXPECT_FALSE(c.modbus.enabled);
 }
 
+TEST(ReadConfiguration, ModbusOnASerialLine) {
+  const Configuration c =
+      good("[modbus]\nlisten = \"off\"\n[modbus.serial]\npath = \"/dev/ttyUSB0\"\nline = \"9600 8N2\"\nunit = 17\n");
+  ASSERT_TRUE(c.modbus.serial);
+  EXPECT_EQ(c.modbus.serial->path.text, "/dev/ttyUSB0");
+  EXPECT_EQ(c.modbus.serial->line.text, "9600 8N2");
+  EXPECT_EQ(c.modbus.serial->unit, 17);
+  EXPECT_TRUE(c.modbus.serves());
+  EXPECT_FALSE(c.modbus.enabled);
+  EXPECT_FALSE(good("[modbus]\nlisten = \"off\"\n").modbus.serves());
+}
+
 TEST(ReadConfiguration, HeadersInsteadOfInlineTables) {
   const Configuration c =
       good("[inputs.\"%IX0.0\"]\ndriver = \"a\"\nchannel = 3\n[drivers]\na = { kind = \"gpio\", chip = \"c\" }\n");
@@ -173,7 +185,7 @@ TEST(ReadConfiguration, WindowsLineEndsAndByteOrderMark) {
 TEST(Keys, DefaultsAreThoseOfTheStructures) {
   std::string modbus = "[modbus]\n", guardian = "[guardian]\n", gpio, simulated, meter, input, output, range;
   std::string scheduler = "[scheduler]\n", task = "[tasks.T]\n", taskblocks = "[taskblocks]\n", project = "[project]\n",
-              retain = "[retain]\n";
+              retain = "[retain]\n", serial = "[modbus.serial]\npath = \"/dev/ttyS0\"\n";
   const auto entry = [](std::string& line, const KeyInfo& key) {
     line += (line.empty() ? "" : ", ") + std::string(key.name) + " = " + std::string(key.fallback.toml);
   };
@@ -186,6 +198,7 @@ TEST(Keys, DefaultsAreThoseOfTheStructures) {
     if (key.table == TableId::kModbus) modbus += line;
     if (key.table == TableId::kGuardian) guardian += line;
     if (key.table == TableId::kModbusRange) range += line;
+    if (key.table == TableId::kModbusSerial) serial += line;
     if (key.table == TableId::kScheduler) scheduler += line;
     if (key.table == TableId::kTask) task += line;
     if (key.table == TableId::kTaskblocks) taskblocks += line;
@@ -202,7 +215,7 @@ TEST(Keys, DefaultsAreThoseOfTheStructures) {
   const Configuration c = good(
       "[drivers.g]\nkind = \"gpio\"\nchip = \"c\"\n" + gpio + "[drivers.s]\nkind = \"simulated\"\n" + simulated +
       "[drivers.m]\nkind = \"modbus\"\nbus = \"10.0.0.5\"\n" + meter + "[inputs]\nX = { driver = \"g\", channel = 1, " +
-      input + " }\n[outputs]\nY = { driver = \"g\", channel = 2, " + output + " }\n" + modbus +
+      input + " }\n[outputs]\nY = { driver = \"g\", channel = 2, " + output + " }\n" + modbus + serial +
       "[[modbus.range]]\ntable = \"holding-registers\"\n" + range + guardian + scheduler + taskblocks + project +
       retain + task);
   EXPECT_TRUE(c.taskblocks.libraries.empty());
@@ -259,6 +272,8 @@ TEST(Keys, DefaultsAreThoseOfTheStructures) {
   EXPECT_EQ(c.modbus.lock_file.text, m.lock_file.text);
   EXPECT_EQ(c.modbus.client_seen.text, m.client_seen.text);
   EXPECT_EQ(c.modbus.client_timeout_ns, m.client_timeout_ns);
+  EXPECT_EQ(c.modbus.serial.value().line.text, ModbusSerialConfig{}.line.text);
+  EXPECT_EQ(c.modbus.serial.value().unit, ModbusSerialConfig{}.unit);
   const ModbusRange r;
   EXPECT_EQ(c.modbus.ranges.at(0).first, r.first);
   EXPECT_EQ(c.modbus.ranges.at(0).last, r.last);

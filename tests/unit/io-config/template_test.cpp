@@ -112,8 +112,9 @@ TEST(Template, UncommentedItConnectsEverything) {
   EXPECT_EQ(key_of(panel.outputs[0]), "%QX0.0");
   EXPECT_EQ(key_of(panel.outputs[1]), "Same") << "its address leads to another variable";
   EXPECT_EQ(key_of(panel.outputs[2]), "%QB30.On");
-  EXPECT_EQ(checked.binding->drivers[1].inputs.size(), 1u);
-  EXPECT_EQ(checked.binding->drivers[1].outputs.size(), 6u);
+  EXPECT_EQ(checked.binding->drivers[2].inputs.size(), 1u);
+  EXPECT_EQ(checked.binding->drivers[2].outputs.size(), 4u) << "numbers and a text";
+  EXPECT_EQ(checked.binding->drivers[1].outputs.size(), 2u) << "what no device takes";
 }
 
 TEST(Template, NamesEveryKeyAndEveryLocatedVariable) {
@@ -123,11 +124,12 @@ TEST(Template, NamesEveryKeyAndEveryLocatedVariable) {
     const std::string start = (key.table == TableId::kChannel ? "#   " : "#") + std::string(key.name);
     EXPECT_NE(text.find("\n" + start), std::string::npos) << key.name;
   }
-  for (const char* line : {"#\"%IX0.0\" = { driver = \"panel\", channel = 0 }  # Start: BOOL\n",
-                           "#\"%ID0\" = { driver = \"plant\" }  # Level: REAL\n", "  # Main0.Door: BOOL\n",
-                           "# %IX0.6 Written: task Task \"A\" writes it", "# %IW9 Fixed: a constant\n",
-                           "  # %QX0.0 Same: BOOL\n", "safe = 2 }  # Mode: Mode\n", "safe = -2 }",
-                           "  # Text: STRING[4]\n", "# %QB30 Pair\n", "#   %MW0 Memory\n", "# and so on\n"}) {
+  for (const char* line :
+       {"#\"%IX0.0\" = { driver = \"panel\", channel = 0 }  # Start: BOOL\n",
+        "#\"%ID0\" = { driver = \"meter\", table = \"holding-registers\", address = 0 }  # Level: REAL\n",
+        "  # Main0.Door: BOOL\n", "# %IX0.6 Written: task Task \"A\" writes it", "# %IW9 Fixed: a constant\n",
+        "  # %QX0.0 Same: BOOL\n", "safe = 2 }  # Mode: Mode\n", "safe = -2 }", "  # Text: STRING[4]\n",
+        "# %QB30 Pair\n", "#   %MW0 Memory\n", "# and so on\n"}) {
     EXPECT_NE(text.find(line), std::string::npos) << line << " in:\n" << text;
   }
   EXPECT_EQ(text.find("NoAddress"), std::string::npos);

@@ -142,5 +142,49 @@ TEST(Codec, BitsAreTakenFromRegistersAndPutThere) {
   EXPECT_EQ(encoded(coil, std::uint8_t{1}), Registers{1});
 }
 
+TEST(Codec, TextsEndWhereTheyEnd) {
+  const struct {
+    core::TypeId type;
+    std::uint16_t characters;
+    io::WordOrder order;
+    std::vector<std::uint16_t> cells;
+    std::string text;  ///< bytes
+    std::vector<std::uint16_t> back;
+  } rows[] = {
+      {core::TypeId::kString, 5, io::WordOrder::kAbcd, {0x4142, 0x4344, 0x4500}, "ABCDE", {0x4142, 0x4344, 0x4500}},
+      {core::TypeId::kString, 5, io::WordOrder::kAbcd, {0x4142, 0x4344, 0x4546}, "ABCDE", {0x4142, 0x4344, 0x4500}},
+      {core::TypeId::kString, 9, io::WordOrder::kCdab, {0x4142, 0x4344}, "ABCD", {0x4142, 0x4344}},
+      {core::TypeId::kString, 9, io::WordOrder::kBadc, {0x4142, 0x0043}, "BAC", {0x4142, 0x0043}},
+      {core::TypeId::kString, 9, io::WordOrder::kAbcd, {0x4100, 0x4344}, "A", {0x4100, 0}},
+      {core::TypeId::kString, 9, io::WordOrder::kAbcd, {0, 0x4344}, "", {0, 0}},
+      {core::TypeId::kWstring,
+       3,
+       io::WordOrder::kAbcd,
+       {0x20ac, 0x41},
+       "\xac\x20"
+       "A" +
+           std::string(1, 0),
+       {0x20ac, 0x41}},
+      {core::TypeId::kWstring, 1, io::WordOrder::kDcba, {0xac20, 0x41}, "\xac\x20", {0xac20, 0}},
+  };
+  for (const auto& row : rows) {
+    Coding coding;
+    coding.variable = row.type;
+    coding.characters = row.characters;
+    coding.order = row.order;
+    const std::size_t width = row.type == core::TypeId::kWstring ? 2 : 1;
+    std::vector<std::byte> value(sizeof(core::StringHeader) + row.characters * width, std::byte{0x7e});
+    decode(coding, row.cells, value.data());
+    core::StringHeader header;
+    std::memcpy(&header, value.data(), sizeof header);
+    EXPECT_EQ(header.capacity, row.characters);
+    EXPECT_EQ(std::string(reinterpret_cast<const char*>(value.data()) + sizeof header, header.length * width),
+              row.text);
+    std::vector<std::uint16_t> back(row.cells.size(), 0xffff);
+    encode(coding, value.data(), back);
+    EXPECT_EQ(back, row.back) << row.text;
+  }
+}
+
 }  // namespace
 }  // namespace plc::modbus_client

@@ -38,8 +38,8 @@ TEST(Configuration, MistakesAreReportedAtTheirPlaces) {
       {input("In0", table), ""},
       {input("Ok", "status = \"ok\""), ""},
       {input("Age", "status = \"age\"") + "Error = { driver = \"dev\", status = \"error\" }\n", ""},
-      {"[drivers.dev]\nkind = \"modbus\"\nbus = \"plc.local\"\n",
-       "3:7: error P7305: \"plc.local\" is neither an IP address nor the path of a serial line\n"},
+      {"[drivers.dev]\nkind = \"modbus\"\nbus = \"ttyUSB0\"\n",
+       "3:7: error P7305: \"ttyUSB0\" is neither an IP address, a host name nor the path of a serial line\n"},
       {"[drivers.dev]\nkind = \"modbus\"\nbus = \"/dev/ttyS0\"\nline = \"9600\"\n",
        "4:8: error P7305: \"9600\" is no setting of a serial line\n"},
       {"[drivers.dev]\nkind = \"modbus\"\nbus = \"/dev/ttyS0\"\nunit = 250\n",
@@ -58,7 +58,14 @@ TEST(Configuration, MistakesAreReportedAtTheirPlaces) {
        "5:1: error P7322: \"In0\" has type INT, coils and discrete inputs are BOOLs\n"},
       {input("Flag", table), "5:1: error P7322: \"Flag\" has type BOOL, a BOOL in a register needs \"bit\"\n"},
       {input("In0", table + ", bit = 3"), "5:1: error P7322: \"In0\" has type INT, \"bit\" is for a BOOL\n"},
-      {input("Text", table), "has type STRING, a Modbus value is a BOOL, a bit string or a number\n"},
+      {input("Text", table), ""},
+      {input("Text", table + ", registers = 2, word_order = \"BADC\""), ""},
+      {input("Text", "table = \"coils\", address = 1"), "has type STRING, coils and discrete inputs are BOOLs\n"},
+      {input("Text", table + ", scale = 2"),
+       "has type STRING, a text has neither \"type\" nor \"scale\" nor \"offset\"\n"},
+      {input("In0", table + ", registers = 2"), "has type INT, \"registers\" is for a text\n"},
+      {input("Text", "table = \"holding-registers\", address = 65532"),
+       "P7305 \"Text\" ends after the last address, 65535\n"},
       {input("In0", "status = \"ok\""), "5:1: error P7322: \"In0\" has type INT, ok is a BOOL\n"},
       {input("In0", "status = \"age\""), "5:1: error P7322: \"In0\" has type INT, an age is a TIME\n"},
       {input("Ok", "status = \"error\""), "\"Ok\" has type BOOL, an error is a number of 16 bits or more\n"},
@@ -71,12 +78,30 @@ TEST(Configuration, MistakesAreReportedAtTheirPlaces) {
        "\"/dev/ttyS0\"\nline "
        "= \"9600 8N1\"\n",
        "P7311 drivers \"a\" and \"b\" set the line /dev/ttyS0 differently: \"19200 8E1\" and \"9600 8N1\"\n"},
+      {"[drivers.a]\nkind = \"modbus\"\nbus = \"/dev/ttyS0\"\n[modbus.serial]\npath = \"/dev/ttyS0\"\n",
+       "P7311 driver \"a\" asks devices on the line /dev/ttyS0, and [modbus.serial] answers there\n"},
   };
   for (const auto& [text, problem] : rows) {
     const std::string found = problems(text);
     EXPECT_EQ(found.empty(), problem.empty()) << text << found;
     EXPECT_NE(found.find(problem), std::string::npos) << text << found;
   }
+}
+
+TEST(Configuration, TheDoctorLooksForTheWayToADevice) {
+  const auto problem = [](const std::string& bus) {
+    static constexpr const io::DriverType* types[] = {&modbus_client::kModbusType};
+    core::Diagnostics diagnostics;
+    const auto configuration = io::read_configuration("[drivers.dev]\nkind = \"modbus\"\nbus = \"" + bus + "\"\n",
+                                                      "plc.toml", types, diagnostics);
+    const auto found = modbus_client::kModbusType.check_device(configuration.value().drivers.at(0), {}, {});
+    return found ? std::string(core::info(found->code).name) + ' ' + found->message : "";
+  };
+  EXPECT_EQ(problem("127.0.0.1:1"), "") << "it is not connected to";
+  EXPECT_EQ(problem("localhost"), "");
+  EXPECT_EQ(problem("/dev/no-such-line"), "") << "the doctor looks at nodes itself";
+  EXPECT_EQ(problem("[fe80::1]:502").find("P7955 no way leads to fe80::1: "), 0u);
+  EXPECT_EQ(problem("no-such-host.invalid").find("P7955 nobody knows the name no-such-host.invalid: "), 0u);
 }
 
 TEST(Configuration, EveryKeyIsRead) {
@@ -105,7 +130,7 @@ TEST(Configuration, EveryKeyIsRead) {
   core::Diagnostics diagnostics;
   const auto binding = io::bind(*rig.configuration, *copier(), diagnostics);
   EXPECT_EQ(modbus_client::address_of(*binding.value().drivers[0].config).line,
-            (modbus_client::LineSettings{9600, 8, modbus_client::Parity::kNone, 1}));
+            (modbus_client::LineSettings{9600, 8, modbus_rtu::Parity::kNone, 1}));
   const auto points = modbus_client::points_of(binding->drivers[0], *rig.resource);
   ASSERT_EQ(points.reads.size(), 2u);
   EXPECT_EQ(points.reads[0].want.count, 2);

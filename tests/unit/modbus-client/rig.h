@@ -1,7 +1,8 @@
 // Rig: a device as plc.toml describes it, on a resource in virtual time, and a link that does what the test says.
 //
 // In: text of a plc.toml with one driver "dev". Out: globals In0.. (INT), Out0.. (INT), Flag, Lamp, Real, Ok, Age,
-// Error; Task0 copies In0 to Out0, In1 to Out1, Flag to Lamp. Does not belong here: sockets.
+// Error, Text, Label (STRING[10]); Task0 copies In0 to Out0, In1 to Out1, Flag to Lamp, Text to Label. Does not belong
+// here: sockets.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -36,13 +37,15 @@ inline std::unique_ptr<runtime::Resource> copier() {
   b.global("Ok", b.boolean(), {}, {.input = true});
   b.global("Age", b.type(TypeId::kTime), {}, {.input = true});
   b.global("Error", b.type(TypeId::kUint), {}, {.input = true});
-  b.global("Text", b.string(10), {}, {.input = true});
+  const Word text = b.global("Text", b.string(10), {}, {.input = true});
   for (int i = 0; i < 2; ++i) out.push_back(b.global("Out" + std::to_string(i), integer));
   const Word lamp = b.global("Lamp", b.boolean());
+  const Word label = b.global("Label", b.string(10));
   const auto zero = b.constant<std::int16_t>(TypeId::kInt, 0);
   PouBuilder pou = b.pou("Main", PouKind::kProgram);
   for (std::size_t i = 0; i < 2; ++i) pou.op(Opcode::kAdd16, {out[i], in[i], zero});
   pou.record(0xaaaaaaaau, lamp, {flag});
+  pou.op(Opcode::kMoveStr, {label, text});
   b.task("Task0", 10'000'000, {pou.finish()});
   core::Diagnostics diagnostics;
   auto verified = bytecode::verify(b.build(), diagnostics);

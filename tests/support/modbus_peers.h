@@ -20,6 +20,7 @@
 #include <thread>
 
 #include "io-drivers/modbus-client/frame.h"
+#include "io-drivers/modbus-rtu/frame.h"
 
 namespace plc::test {
 
@@ -128,7 +129,7 @@ class TcpPeer final : public Peer {
   std::uint16_t port_ = 0;
 };
 
-/// The slave's side of a serial line; the client opens path(). Requests are of eight bytes: reads, and single writes.
+/// The slave's side of a serial line; the client opens path().
 class LinePeer final : public Peer {
  public:
   explicit LinePeer(Script script) : script_(std::move(script)) {
@@ -164,7 +165,8 @@ class LinePeer final : public Peer {
       if (n <= 0) continue;
       if (got.empty() && answered != 0) shortest_ = std::min<std::int64_t>(shortest_, now_ns() - answered);
       got.insert(got.end(), chunk, chunk + n);
-      if (got.size() < 8) continue;
+      const std::size_t size = modbus_rtu::request_size(got);
+      if (size == modbus_rtu::kNotKnownYet || got.size() < size) continue;
       const Bytes request = std::exchange(got, {});
       ++requests_;
       answered = now_ns();  // before it is sent: the client cannot see it sooner
