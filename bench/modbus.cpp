@@ -134,7 +134,8 @@ class Plant {
     auto map = modbus::AddressMap::build(*resource_, config_, frozen, diagnostics);
     if (!map) throw std::runtime_error("no address map");
     map_ = std::move(*map);
-    server_ = std::make_unique<modbus::Server>(*resource_, map_, config_);
+    responder_.emplace(*resource_, map_, config_);
+    server_ = std::make_unique<modbus::Server>(*responder_, config_);
     scheduler_ = std::make_unique<runtime::RealtimeScheduler>(*resource_, runtime::RealtimeOptions{});
     const auto problem = server_->start();
     if (problem) throw std::runtime_error(problem->message);
@@ -167,6 +168,7 @@ class Plant {
   io::ModbusConfig config_;
   std::unique_ptr<runtime::Resource> resource_;
   modbus::AddressMap map_;
+  std::optional<modbus::Responder> responder_;
   std::unique_ptr<modbus::Server> server_;
   std::unique_ptr<runtime::RealtimeScheduler> scheduler_;
   double p999_us_ = 0;

@@ -40,6 +40,7 @@ std::unique_ptr<Machine> Machine::configure(MachineOptions options, runtime::Res
     modbus.port = options.modbus->port;
     modbus.listen_at = {};
   }
+  if (options.simulate) machine->configuration_.modbus.serial.reset();
   std::vector<bool> stands_in;  // for a device, by driver
   for (DriverConfig& driver : machine->configuration_.drivers) {
     stands_in.push_back(options.simulate && driver.type->real);
@@ -62,11 +63,11 @@ std::unique_ptr<Machine> Machine::configure(MachineOptions options, runtime::Res
     }
     machine->drivers_.push_back(std::move(driver));
   }
-  if (const auto& seen = machine->binding_.client_seen; seen && machine->configuration_.modbus.enabled) {
+  if (const auto& seen = machine->binding_.client_seen; seen && machine->configuration_.modbus.serves()) {
     machine->client_seen_.emplace(resource.globals(), std::span(&seen->field, 1));
   }
   // After what was claimed, which cannot be written over Modbus.
-  if (machine->configuration_.modbus.enabled && !machine->make_map(options, diagnostics)) return nullptr;
+  if (machine->configuration_.modbus.serves() && !machine->make_map(options, diagnostics)) return nullptr;
   if (diagnostics.has_errors()) return nullptr;
   return machine;
 }
@@ -86,7 +87,10 @@ bool Machine::make_map(const MachineOptions& options, core::Diagnostics& diagnos
   }
   std::optional<modbus::SeenFlag> seen;
   if (client_seen_) seen = {&*client_seen_, binding_.client_seen->offset, binding_.client_seen->type};
-  server_ = std::make_unique<modbus::Server>(resource_, *map_, configuration_.modbus, seen);
+  const ModbusConfig& modbus = configuration_.modbus;
+  responder_.emplace(resource_, *map_, modbus, seen);
+  if (modbus.enabled) server_ = std::make_unique<modbus::Server>(*responder_, modbus);
+  if (modbus.serial) serial_server_ = std::make_unique<modbus::SerialServer>(*responder_, *modbus.serial);
   return true;
 }
 
@@ -132,17 +136,20 @@ void Machine::start(runtime::RealtimeScheduler& scheduler, std::vector<Sentence>
     scheduler.add_listener(*driver);
   }
   if (pulse_) scheduler.add_listener(*pulse_);
-  if (server_) {
-    server_->set_system([this, &scheduler, begin_ns = core::MonotonicClock().now_ns()] {
-      return system_state(scheduler, core::MonotonicClock().now_ns() - begin_ns);
-    });
-    server_->set_scans([&scheduler](std::uint32_t task) {
-      const runtime::TaskStatistics& statistics = scheduler.statistics(task);
-      return has_stopped(scheduler, task) ? modbus::kNoMoreScans : statistics.scans.load(std::memory_order_acquire);
-    });
-    return listen(notes);
+  if (!responder_) {
+    notes.push_back({"modbus: off", core::Severity::kNote});
+    return;
   }
-  notes.push_back({"modbus: off", core::Severity::kNote});
+  responder_->set_system([this, &scheduler, begin_ns = core::MonotonicClock().now_ns()] {
+    return system_state(scheduler, core::MonotonicClock().now_ns() - begin_ns);
+  });
+  responder_->set_scans([&scheduler](std::uint32_t task) {
+    const runtime::TaskStatistics& statistics = scheduler.statistics(task);
+    return has_stopped(scheduler, task) ? modbus::kNoMoreScans : statistics.scans.load(std::memory_order_acquire);
+  });
+  if (serial_server_) serial_server_->start();
+  if (server_) return listen(notes);
+  tell_map(notes);
 }
 
 /// Any thread.
@@ -198,6 +205,10 @@ void Machine::listen(std::vector<Sentence>& said) {
                      "(raise LimitNOFILE of the service, or ulimit -n)",
                      core::info(core::Code::P7511).name, server_->places(), wanted)});
   }
+  tell_map(said);
+}
+
+void Machine::tell_map(std::vector<Sentence>& said) const {
   if (freeze_command_.empty()) return;
   said.push_back({"modbus: automatic addresses are not frozen and may move with the next change: " + freeze_command_,
                   core::Severity::kNote});
@@ -212,6 +223,9 @@ std::vector<Sentence> Machine::service(core::TimeNs now_ns) {
     next_listen_ns_ = now_ns + kListenAgainNs;
     listen(said);
   }
+  if (serial_server_) {
+    for (Sentence& sentence : serial_server_->take_said()) said.push_back(std::move(sentence));
+  }
   return said;
 }
 
@@ -221,6 +235,7 @@ void Machine::stopping() {
 
 void Machine::stop() {
   if (server_) server_->stop();
+  if (serial_server_) serial_server_->stop();
   for (const auto& driver : drivers_) driver->close();
   if (pulse_) pulse_->finished();
 }
@@ -249,6 +264,11 @@ std::vector<runtime::SafeValue> Machine::safe_values() const {
 std::optional<modbus::ServerStatistics> Machine::modbus_statistics() const {
   if (!server_) return std::nullopt;
   return server_->statistics();
+}
+
+std::optional<modbus::SerialStatistics> Machine::serial_statistics() const {
+  if (!serial_server_) return std::nullopt;
+  return serial_server_->statistics();
 }
 
 }  // namespace plc::io

@@ -16,6 +16,7 @@
 #include "io-drivers/driver.h"
 #include "io-drivers/guardian/guardian.h"
 #include "io-drivers/modbus/address_map.h"
+#include "io-drivers/modbus/serial_server.h"
 #include "io-drivers/modbus/server.h"
 #include "runtime/sched/realtime.h"
 
@@ -62,14 +63,16 @@ class Machine {
   [[nodiscard]] std::vector<runtime::SafeValue> safe_values() const;
   [[nodiscard]] const std::vector<std::unique_ptr<Driver>>& drivers() const { return drivers_; }
   [[nodiscard]] const modbus::AddressMap* address_map() const { return map_ ? &*map_ : nullptr; }
-  /// Nothing while Modbus is off.
+  /// Nothing while Modbus is off, over TCP or on the serial line.
   [[nodiscard]] std::optional<modbus::ServerStatistics> modbus_statistics() const;
+  [[nodiscard]] std::optional<modbus::SerialStatistics> serial_statistics() const;
   [[nodiscard]] bool guarded() const { return pulse_ != nullptr; }
 
  private:
   explicit Machine(runtime::Resource& resource) : resource_(resource) {}
   bool make_map(const MachineOptions& options, core::Diagnostics& diagnostics);
   void listen(std::vector<Sentence>& said);
+  void tell_map(std::vector<Sentence>& said) const;
   [[nodiscard]] modbus::SystemState system_state(const runtime::RealtimeScheduler& scheduler,
                                                  core::TimeNs ran_ns) const;
 
@@ -80,7 +83,9 @@ class Machine {
   std::optional<modbus::AddressMap> map_;
   std::string freeze_command_;  ///< empty when all automatic addresses are frozen
   std::vector<std::unique_ptr<Driver>> drivers_;
+  std::optional<modbus::Responder> responder_;  ///< of both servers
   std::unique_ptr<modbus::Server> server_;
+  std::unique_ptr<modbus::SerialServer> serial_server_;
   bool listening_ = false;
   std::string refusal_;  ///< why not, as it was said
   core::TimeNs next_listen_ns_ = 0;

@@ -1,7 +1,5 @@
 #include "io-drivers/modbus/server.h"
 
-#include <pthread.h>
-#include <signal.h>
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -15,12 +13,10 @@
 #include <filesystem>
 #include <iterator>
 #include <system_error>
-#include <thread>
 #include <vector>
 
 #include "io-drivers/modbus/connection.h"
-#include "io-drivers/modbus/pdu.h"
-#include "runtime/sched/thread_settings.h"
+#include "io-drivers/modbus/io_thread.h"
 
 namespace plc::modbus {
 namespace {
@@ -33,72 +29,12 @@ using Timer =
     asio::basic_waitable_timer<std::chrono::steady_clock, asio::wait_traits<std::chrono::steady_clock>, Executor>;
 
 constexpr std::chrono::milliseconds kSweep{100};
-/// Between two looks whether the program has seen coils that wait to be reset.
-constexpr std::chrono::milliseconds kCoilPause{1};
 /// Without descriptors or memory for another connection, accepting rests for so long.
 constexpr std::chrono::milliseconds kAcceptPause{100};
 /// A connection that was of use once gives way to a new one after so long without a request.
 constexpr core::TimeNs kGivesWayAfterNs = 60'000'000'000;
 /// Share of the connections that only addresses without one may take.
 constexpr std::uint32_t kReserveShare = 8;
-
-Identification identification_of(const bytecode::Image& image) {
-  return {"PICARD", "PICARD-PLC", PLC_VERSION, "", "PICARD soft-PLC", "IEC 61131-3", image.project};
-}
-
-/// The thread gets nothing from its maker that is meant for tasks: no signals, no real-time priority.
-class IoThread {
- public:
-  template <class Run>
-  void start(Run run) {
-    sigset_t all, before;
-    sigfillset(&all);
-    pthread_sigmask(SIG_SETMASK, &all, &before);
-    thread_ = std::thread([run] {
-      static_cast<void>(runtime::set_ordinary(pthread_self()));
-      pthread_setname_np(pthread_self(), "plc-modbus");
-      run();
-    });
-    pthread_sigmask(SIG_SETMASK, &before, nullptr);
-  }
-  void join() {
-    if (thread_.joinable()) thread_.join();
-  }
-
- private:
-  std::thread thread_;
-};
-
-/// The BOOL that says whether a client is there.
-class ClientSeen {
- public:
-  ClientSeen(const std::optional<SeenFlag>& flag, core::TimeNs timeout_ns) : flag_(flag), timeout_ns_(timeout_ns) {}
-
-  void answered() {
-    if (!flag_) return;
-    last_ns_ = connection_clock_ns();
-    if (!seen_) publish(true);
-  }
-  void sweep(core::TimeNs now_ns) {
-    if (seen_ && now_ns - last_ns_ > timeout_ns_) publish(false);
-  }
-  void reset() {
-    if (seen_) publish(false);
-  }
-
- private:
-  void publish(bool seen) {
-    const std::byte value{seen};
-    flag_->owner->set(flag_->offset, flag_->type, &value);
-    flag_->owner->publish();
-    seen_ = seen;
-  }
-
-  std::optional<SeenFlag> flag_;
-  core::TimeNs timeout_ns_;
-  core::TimeNs last_ns_ = 0;
-  bool seen_ = false;
-};
 
 /// As many of `wanted` connections as the limit of descriptors leaves room for, with the limit raised as far as it may
 /// be.
@@ -149,12 +85,7 @@ core::Problem cannot_listen(const io::ModbusConfig& config, const error_code& er
 }  // namespace
 
 struct Server::State final : Connection::Owner {
-  State(runtime::Resource& resource, const AddressMap& map, const io::ModbusConfig& modbus,
-        const std::optional<SeenFlag>& seen)
-      : config(modbus),
-        data(resource, map),
-        handler(data, identification_of(resource.image()), modbus.read_only),
-        client_seen(seen, modbus.client_timeout_ns) {}
+  State(Responder& shared, const io::ModbusConfig& modbus) : config(modbus), responder(shared) {}
 
   std::size_t answer(std::span<const std::uint8_t> frame, std::span<std::uint8_t, kMaxFrame> answer) override;
   void closed(Connection& connection, bool dropped) override;
@@ -185,9 +116,7 @@ struct Server::State final : Connection::Owner {
 
   const io::ModbusConfig& config;
   std::uint32_t places = config.max_clients;
-  ProcessData data;
-  PduHandler handler;
-  ClientSeen client_seen;
+  Responder& responder;
   Counters counters;
   std::unique_ptr<Session> session;
   IoThread thread;
@@ -204,18 +133,14 @@ std::size_t Server::State::answer(std::span<const std::uint8_t> frame, std::span
     pdu[1] = static_cast<std::uint8_t>(Exception::kWrongUnit);
     size = 2;
   } else {
-    size = handler.handle(frame.subspan(kFrameHead), pdu);
+    size = responder.answer(frame.subspan(kFrameHead), pdu);
   }
   std::copy_n(frame.begin(), 4, answer.begin());  // transaction and protocol
   answer[4] = static_cast<std::uint8_t>((size + 1) >> 8);
   answer[5] = static_cast<std::uint8_t>(size + 1);
   answer[6] = unit;
   counters.requests.fetch_add(1, std::memory_order_relaxed);
-  if ((pdu[0] & 0x80) != 0) {
-    counters.exceptions.fetch_add(1, std::memory_order_relaxed);
-  } else {
-    client_seen.answered();
-  }
+  if ((pdu[0] & 0x80) != 0) counters.exceptions.fetch_add(1, std::memory_order_relaxed);
   if (!session->coils_wait) release_coils();
   return kFrameHead + size;
 }
@@ -306,7 +231,7 @@ void Server::State::sweep() {
     const bool idle = config.idle_timeout_ns != 0 && now_ns - connection->last_request_ns() > config.idle_timeout_ns;
     if (owes || idle) connection->close(true);
   }
-  client_seen.sweep(now_ns);
+  responder.sweep(now_ns);
   session->sweep_timer.expires_after(kSweep);
   session->sweep_timer.async_wait([this](const error_code& stopped) {
     if (!stopped) sweep();
@@ -315,12 +240,12 @@ void Server::State::sweep() {
 
 /// Now and then, as long as coils wait to be reset.
 void Server::State::release_coils() {
-  session->coils_wait = data.has_waiting_coils();
+  session->coils_wait = responder.coils_wait();
   if (!session->coils_wait) return;
-  session->coil_timer.expires_after(kCoilPause);
+  session->coil_timer.expires_after(std::chrono::nanoseconds(Responder::kCoilPause));
   session->coil_timer.async_wait([this](const error_code& stopped) {
     if (stopped) return;
-    data.release_coils();
+    responder.release_coils();
     release_coils();
   });
 }
@@ -336,15 +261,10 @@ void Server::State::run() noexcept {
   }
 }
 
-Server::Server(runtime::Resource& resource, const AddressMap& map, const io::ModbusConfig& config,
-               const std::optional<SeenFlag>& seen)
-    : state_(std::make_unique<State>(resource, map, config, seen)) {}
+Server::Server(Responder& responder, const io::ModbusConfig& config)
+    : state_(std::make_unique<State>(responder, config)) {}
 
 Server::~Server() { stop(); }
-
-void Server::set_system(SystemSource source) { state_->data.set_system(std::move(source)); }
-
-void Server::set_scans(ScanSource source) { state_->data.set_scans(std::move(source)); }
 
 std::optional<core::Problem> Server::start() {
   State& state = *state_;
@@ -359,7 +279,7 @@ std::optional<core::Problem> Server::start() {
   state.places = affordable(state.config.max_clients);
   state.accept();
   state.sweep();
-  state.thread.start([&state] { state.run(); });
+  state.thread.start("plc-modbus", [&state] { state.run(); });
   return std::nullopt;
 }
 
@@ -371,7 +291,7 @@ void Server::stop() {
   state.session->connections.clear();
   state.session.reset();
   state.counters.clients.store(0, std::memory_order_relaxed);
-  state.client_seen.reset();
+  state.responder.stopped();
 }
 
 std::uint32_t Server::places() const { return state_->places; }

@@ -1,10 +1,10 @@
 #!/usr/bin/python3
-"""pymodbus reads and writes every kind of address of examples/hmi. usage: pymodbus_client.py PORT"""
+"""pymodbus reads and writes every kind of address of examples/hmi. usage: pymodbus_client.py PORT|LINE"""
 import sys
 import time
 
 try:
-    from pymodbus.client import ModbusTcpClient
+    from pymodbus.client import ModbusSerialClient, ModbusTcpClient
     from pymodbus.constants import Endian
     from pymodbus.payload import BinaryPayloadBuilder, BinaryPayloadDecoder
     from pymodbus.register_read_message import ReadWriteMultipleRegistersRequest
@@ -13,7 +13,10 @@ except ImportError as missing:
     print(f"skipped: python3-pymodbus is not complete: {missing}")
     sys.exit(77)
 
-client = ModbusTcpClient("127.0.0.1", port=int(sys.argv[1]), timeout=3)
+if sys.argv[1].startswith("/"):
+    client = ModbusSerialClient(sys.argv[1], baudrate=115200, parity="N", timeout=3)
+else:
+    client = ModbusTcpClient("127.0.0.1", port=int(sys.argv[1]), timeout=3)
 failures = []
 
 

@@ -40,11 +40,14 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"retain", {"core", "stdlib", "bytecode", "runtime"}},
     {"native", {"core", "stdlib", "bytecode", "runtime"}},
     {"io-drivers", {"core", "stdlib", "bytecode", "runtime"}},
-    {"io-drivers/config", {"core", "stdlib", "bytecode", "runtime", "io-drivers"}},
+    {"io-drivers/modbus-rtu", {"core"}},
+    {"io-drivers/config", {"core", "stdlib", "bytecode", "runtime", "io-drivers", "io-drivers/modbus-rtu"}},
     {"io-drivers/gpio", {"core", "stdlib", "bytecode", "runtime", "io-drivers", "io-drivers/config"}},
     {"io-drivers/simulated", {"core", "stdlib", "bytecode", "runtime", "io-drivers", "io-drivers/config"}},
-    {"io-drivers/modbus", {"core", "stdlib", "bytecode", "runtime", "io-drivers", "io-drivers/config"}},
-    {"io-drivers/modbus-client", {"core", "stdlib", "bytecode", "runtime", "io-drivers", "io-drivers/config"}},
+    {"io-drivers/modbus",
+     {"core", "stdlib", "bytecode", "runtime", "io-drivers", "io-drivers/config", "io-drivers/modbus-rtu"}},
+    {"io-drivers/modbus-client",
+     {"core", "stdlib", "bytecode", "runtime", "io-drivers", "io-drivers/config", "io-drivers/modbus-rtu"}},
     {"io-drivers/guardian", {"core", "runtime", "io-drivers"}},
     {"io-drivers/machine",
      {"core", "stdlib", "bytecode", "runtime", "io-drivers", "io-drivers/config", "io-drivers/gpio",
@@ -78,12 +81,13 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
       "io-drivers/machine",
       "io-drivers/modbus",
       "io-drivers/modbus-client",
+      "io-drivers/modbus-rtu",
       "io-drivers/simulated",
       "taskblocks",
       "testing"}},
     {"bench",  // tests: the builder of hand-made images
-     {"core", "stdlib", "bytecode", "runtime", "native", "retain", "io-drivers", "io-drivers/modbus", "taskblocks",
-      "compiler", "tools", "tests"}},
+     {"core", "stdlib", "bytecode", "runtime", "native", "retain", "io-drivers", "io-drivers/config",
+      "io-drivers/machine", "io-drivers/modbus", "taskblocks", "compiler", "tools", "tests"}},
 };
 
 /// Foreign headers that belong to one place: prefix of the include, folders that may use it, and whether in headers

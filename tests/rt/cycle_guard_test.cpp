@@ -320,7 +320,8 @@ class HmiLoad {
     config_.port = 0;
     map_ = modbus::AddressMap::build(resource, config_, frozen, diagnostics);
     if (!map_) return;
-    server_ = std::make_unique<modbus::Server>(resource, *map_, config_);
+    responder_.emplace(resource, *map_, config_);
+    server_ = std::make_unique<modbus::Server>(*responder_, config_);
     if (server_->start()) return;
     for (std::thread& client : clients_) client = std::thread([this] { poll(); });
   }
@@ -336,6 +337,7 @@ class HmiLoad {
   }
   io::ModbusConfig config_;
   std::optional<modbus::AddressMap> map_;
+  std::optional<modbus::Responder> responder_;
   std::unique_ptr<modbus::Server> server_;
   std::array<std::thread, 2> clients_;
   std::atomic<std::uint64_t> answered_{0};

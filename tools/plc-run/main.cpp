@@ -272,6 +272,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   if (run.stats == Stats::kText) {
     std::cout << '\n';
     if (const auto modbus = plant.machine().modbus_statistics()) print_modbus(*modbus, std::cout);
+    if (const auto modbus = plant.machine().serial_statistics()) print_modbus(*modbus, std::cout);
     print_link_report(resource, std::cout);
     print_allocations(resource, std::cout);
     print_memory(std::cout);

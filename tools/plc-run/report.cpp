@@ -244,4 +244,11 @@ void print_modbus(const modbus::ServerStatistics& s, std::ostream& out) {
       s.requests, s.exceptions, s.accepted, s.refused, s.dropped);
 }
 
+void print_modbus(const modbus::SerialStatistics& s, std::ostream& out) {
+  out << fmt::format(
+      "modbus: on the serial line {} requests, {} of them answered with an exception, {} frames of others, {} "
+      "damaged\n",
+      s.requests, s.exceptions, s.others, s.damaged);
+}
+
 }  // namespace plc::tools

@@ -51,5 +51,6 @@ void print_engines(const runtime::Resource& resource, std::ostream& out);
 void print_json(const runtime::Resource& resource, const runtime::RealtimeScheduler& scheduler, std::ostream& out);
 
 void print_modbus(const modbus::ServerStatistics& statistics, std::ostream& out);
+void print_modbus(const modbus::SerialStatistics& statistics, std::ostream& out);
 
 }  // namespace plc::tools

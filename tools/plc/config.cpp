@@ -117,7 +117,7 @@ void check_files(const Check& check, const io::Configuration& configuration, con
     const auto problem = type.check_files(driver, configuration, resource);
     if (problem) report(driver.config->values.place(type.device_key, driver.config->at), *problem);
   }
-  if (!configuration.modbus.enabled) return;
+  if (!configuration.modbus.serves()) return;
   auto frozen = modbus::read_frozen(modbus::lock_file_of(configuration, check.file), resource.image());
   if (!frozen) {
     report(configuration.modbus.lock_file.at, frozen.error());

@@ -50,7 +50,7 @@ void note_guesses(const Map& map, const io::ModbusConfig& config) {
     complain("plc map", "the file says 127.0.0.1: the server listens on every address of its machine",
              "--host NAME for HMIs on other machines");
   }
-  if (!config.enabled) complain("plc map", "[modbus] listen is \"off\": plc-run serves nothing of this");
+  if (!config.serves()) complain("plc map", "[modbus] listen is \"off\": plc-run serves nothing of this");
   if (config.enabled && config.port == 0 && map.port == 0) {
     complain("plc map", "the file says port 502: with port 0 in [modbus] listen the server takes any free one",
              "--port N for the one it takes, or give it one");

@@ -54,7 +54,7 @@ bytecode::ImageType image_type(core::TypeId elementary) {
 
 std::unique_ptr<mb::Link> link_of(const Modbus& modbus) {
   mb::BusAddress bus = mb::parse_bus(modbus.bus).value();
-  bus.line = mb::parse_line(modbus.line).value();
+  bus.line = modbus_rtu::parse_line(modbus.line).value();
   return mb::make_link(bus);
 }
 core::TimeNs timeout_of(const Modbus& modbus) { return parse_duration_ns(modbus.timeout).value(); }
@@ -180,15 +180,17 @@ int write(const Modbus& modbus) {
 }
 
 void add_bus(Command command, Modbus& modbus) {
-  command.option("BUS", modbus.bus, "IP address with a port (else 502), or the path of a serial line")
+  command.option("BUS", modbus.bus, "IP address or host name with a port (else 502), or the path of a serial line")
       .required()
       .check([](const std::string& text) {
-        return mb::parse_bus(text) ? "" : '"' + text + "\" is neither an IP address nor the path of a serial line";
+        return mb::parse_bus(text)
+                   ? ""
+                   : '"' + text + "\" is neither an IP address, a host name nor the path of a serial line";
       });
   command.option("--line=LINE", modbus.line, "speed, data bits, parity and stop bits of a serial line")
       .shows_default()
       .check([](const std::string& text) {
-        return mb::parse_line(text) ? "" : '"' + text + "\" is not like \"19200 8E1\"";
+        return modbus_rtu::parse_line(text) ? "" : '"' + text + "\" is not like \"19200 8E1\"";
       });
   command.option("--timeout=TIME", modbus.timeout, "time for an answer")
       .shows_default()

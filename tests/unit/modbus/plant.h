@@ -151,7 +151,9 @@ class PlantPdu {
 class PlantServer {
  public:
   explicit PlantServer(io::ModbusConfig config = {}, Image image = plant_image())
-      : plant(free_port(std::move(config)), std::move(image)), server(*plant.resource, plant.map, plant.config) {
+      : plant(free_port(std::move(config)), std::move(image)),
+        responder(*plant.resource, plant.map, plant.config),
+        server(responder, plant.config) {
     const auto problem = server.start();
     if (problem) throw std::runtime_error(problem->message);
   }
@@ -164,6 +166,7 @@ class PlantServer {
   }
 
   Plant plant;
+  modbus::Responder responder;
   modbus::Server server;
 
  private:

@@ -160,7 +160,9 @@ TEST(ModbusWire, ClientSeen) {
   const runtime::Place place = *runtime::Access(*plant.resource).find_leaf("Seen");
   const std::uint32_t field = globals.field_of(place.offset);
   runtime::GlobalInputs owner(globals, std::span(&field, 1));
-  modbus::Server server(*plant.resource, plant.map, plant.config, modbus::SeenFlag{&owner, place.offset, place.type});
+  modbus::Responder responder(*plant.resource, plant.map, plant.config,
+                              modbus::SeenFlag{&owner, place.offset, place.type});
+  modbus::Server server(responder, plant.config);
   ASSERT_FALSE(server.start().has_value());
   const auto seen = [&] { return plant.value<std::uint8_t>("Seen"); };
   ModbusClient client(server.port());

@@ -260,7 +260,8 @@ TEST(ModbusWire, A7ATakenPort) {
   io::ModbusConfig config;
   config.port = plant.server.port();
   Plant second(config);
-  modbus::Server server(*second.resource, second.map, second.config);
+  modbus::Responder responder(*second.resource, second.map, second.config);
+  modbus::Server server(responder, second.config);
   const auto problem = server.start();
   ASSERT_TRUE(problem);
   EXPECT_EQ(problem->code, core::Code::P7510);
