@@ -77,7 +77,8 @@ int main(int argc, char** argv) {
       "Measures what PICARD costs beside something known, both in turns in one run, and checks every result.\n"
       "\n"
       "Examples:\n"
-      "  bench/run                 all that follows but plots, modbus and coherence; the machine should do nothing "
+      "  bench/run                 all that follows but plots, modbus, devices and coherence; the machine should do "
+      "nothing "
       "else\n"
       "  bench/run scan            the table: interpreter and native code beside C, for every workload and size\n"
       "  bench/run scan --only arithmetic --only mixed --size 1000 --batches 20\n"
@@ -88,6 +89,7 @@ int main(int argc, char** argv) {
       "  bench/run retain          1 MB of retained variables beside none\n"
       "  bench/run compile         100,000 lines of ST to image, 10 MB of garbage to errors\n"
       "  bench/run modbus          100 clients against the Modbus server, beside libmodbus; two minutes\n"
+      "  bench/run devices         64 Modbus devices beside a task of 1 ms, and without; two minutes, as root\n"
       "  bench/run coherence       globals between tasks under the three protocols, beside memcpy; two minutes, as "
       "root\n"
       "  bench/run check           small programs, results only: what CI runs\n"
@@ -123,6 +125,12 @@ int main(int argc, char** argv) {
   modbus.option("--seconds", modbus_plan.seconds, "of load").shows_default();
   modbus.option("--connections", modbus_plan.connections, "at a time").shows_default();
   modbus.option("--torture", modbus_plan.torture, "tool that plays hostile clients").shows_default();
+  DevicesPlan devices_plan;
+  const Command devices = program.sub("devices", "Modbus devices beside a task of 1 ms, and without");
+  devices.option("--seconds", devices_plan.seconds, "of each side, in each round").shows_default();
+  devices.option("--rounds", devices_plan.rounds, "of both sides in turn").shows_default();
+  devices.option("--devices", devices_plan.devices, "at a time").shows_default().range(1u, 64u);
+  devices.flag("--share", devices_plan.share, "the task shares its processor with all that serves devices");
   CoherencePlan coherence_plan;
   const Command coherence = program.sub("coherence", "exchange of globals under the three protocols");
   coherence.option("--cycles", coherence_plan.cycles, "of the fast task in each row").shows_default();
@@ -138,12 +146,13 @@ int main(int argc, char** argv) {
   const Command check = program.sub("check", "small programs of every workload, results only");
   const Command limits = program.sub("limits", "what each figure may be at most, as the table of README.md");
   program.runs_alone();
-  for (const Command& command : {scan, plots, load, taskblocks, charts, retain, compile, modbus, coherence, check})
+  for (const Command& command :
+       {scan, plots, load, taskblocks, charts, retain, compile, modbus, devices, coherence, check})
     command.falls_through();
   if (const auto code = program.parse(argc, argv)) return *code;
   compile_plan.seed = seed;
   compile_plan.repetitions = repetitions;
-  const auto any = {scan, plots, load, modbus, coherence, taskblocks, charts, retain, compile, check, limits};
+  const auto any = {scan, plots, load, modbus, devices, coherence, taskblocks, charts, retain, compile, check, limits};
   const bool everything = std::none_of(any.begin(), any.end(), [](Command command) { return command.chosen(); });
   try {
     Verdict verdict;
@@ -163,6 +172,8 @@ int main(int argc, char** argv) {
       verdict.merge(measure_coherence(coherence_plan));
     } else if (modbus.chosen()) {
       verdict.merge(measure_modbus(modbus_plan));
+    } else if (devices.chosen()) {
+      verdict.merge(measure_devices(devices_plan));
     } else {
       if (everything || scan.chosen()) {
         wanted.plan.seed = seed;

@@ -69,6 +69,10 @@ inline constexpr Limit kScanBesideClients{
     1.3, "times", "scan time p99.9 while 100 clients poll, and while hostile ones do their worst",
     "the same without clients"};
 inline constexpr Limit kGrowth{512, "kB more", "resident memory after 60 s of that", "before"};
+inline constexpr Limit kBesideDevices{
+    1.2, "times",
+    "p99.9 from release to end of scan of a task of 1 ms that reads 64 Modbus devices of 125 registers at 100 Hz",
+    "the same task without the devices"};
 
 // Coherence.
 inline constexpr Limit kExchange{
@@ -78,10 +82,10 @@ inline constexpr Limit kExchange{
 
 /// All of them, in the order of the table.
 inline constexpr const Limit* kAll[] = {
-    &kLadderNative, &kLadderNotSlower,   &kDrawnNative, &kLoopNative,   &kInterpreter,   &kNotSlowerThanInterpreter,
-    &kFirstScan,    &kResident,          &kPeak,        &kMarginalLoad, &kTaskblockCall, &kTaskblockWires,
-    &kLargeChart,   &kRetainIdle,        &kRetainShare, &kCompile,      &kCompilePeak,   &kRefuse,
-    &kRequests,     &kScanBesideClients, &kGrowth,      &kExchange};
+    &kLadderNative, &kLadderNotSlower,   &kDrawnNative, &kLoopNative,    &kInterpreter,   &kNotSlowerThanInterpreter,
+    &kFirstScan,    &kResident,          &kPeak,        &kMarginalLoad,  &kTaskblockCall, &kTaskblockWires,
+    &kLargeChart,   &kRetainIdle,        &kRetainShare, &kCompile,       &kCompilePeak,   &kRefuse,
+    &kRequests,     &kScanBesideClients, &kGrowth,      &kBesideDevices, &kExchange};
 
 }  // namespace limit
 }  // namespace plc::bench

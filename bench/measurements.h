@@ -74,4 +74,13 @@ struct ModbusPlan {
 /// notices.
 Verdict measure_modbus(const ModbusPlan& plan);
 
+struct DevicesPlan {
+  double seconds = 20;  ///< of each side, in each round
+  unsigned rounds = 3;
+  unsigned devices = 64;
+  bool share = false;  ///< the task has no processor for itself
+};
+/// Modbus devices that this process reads, beside a task of 1 ms: its times with and without them, in turns.
+Verdict measure_devices(const DevicesPlan& plan);
+
 }  // namespace plc::bench
