@@ -44,7 +44,15 @@ int set_up(int fd, const LineSettings& settings) {
   const speed_t speed = speed_of(settings.baud)->code;
   ::cfsetispeed(&line, speed);
   ::cfsetospeed(&line, speed);
-  if (::tcsetattr(fd, TCSANOW, &line) != 0) return errno;
+  if (::tcsetattr(fd, TCSANOW, &line) != 0) {
+    // WHY not always an error: a line that has all but the parity already, and has no parity (a pty), is refused as one
+    // where nothing could be changed; the first time it was taken.
+    const int error = errno;
+    termios now = {};
+    const bool as_wanted = error == EINVAL && ::tcgetattr(fd, &now) == 0 && ::cfgetospeed(&now) == speed &&
+                           (now.c_cflag & CSIZE) == CS8 && now.c_lflag == line.c_lflag && now.c_oflag == line.c_oflag;
+    if (!as_wanted) return error;
+  }
   ::ioctl(fd, TIOCEXCL);  // nobody else talks in between
   ::tcflush(fd, TCIOFLUSH);
   return 0;

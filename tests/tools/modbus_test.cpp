@@ -268,5 +268,45 @@ TEST(PlcModbus, TheFunctionIsTheOneThatDevicesExpect) {
   }
 }
 
+std::uint16_t free_port() {
+  return TcpPeer([](const Bytes&) { return Reaction{}; }).port();
+}
+
+TEST(PlcRunModbus, ServesTcpAndALineAtOnce) {
+  const ScratchFolder scratch;
+  const SerialCable cable;
+  const std::string tcp = "127.0.0.1:" + std::to_string(free_port());
+  write_text(
+      scratch.file("plant.st"),
+      "PROGRAM Main\nVAR Setpoint AT %MW0 : INT; Level AT %QW0 : INT; END_VAR\n  Level := Setpoint;\nEND_PROGRAM\n"
+      "CONFIGURATION C\n  RESOURCE R ON PLC\n    TASK T(INTERVAL := T#10ms, PRIORITY := 0);\n"
+      "    PROGRAM main WITH T : Main;\n  END_RESOURCE\nEND_CONFIGURATION\n");
+  write_text(scratch.file("plc.toml"), "[modbus]\nlisten = \"" + tcp + "\"\n[modbus.serial]\npath = \"" +
+                                           cable.path(0) + "\"\nline = \"115200 8E1\"\nunit = 5\n");
+  ToolResult plant;
+  std::thread running([&] {
+    plant = run_tool(
+        {PLC_RUN_TOOL, scratch.file("plant.st"), "--config", scratch.file("plc.toml"), "--duration", "6s", "--stats"});
+  });
+  const auto on_line = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {PLC_TOOL, "modbus"});
+    arguments.insert(arguments.end(), {"--unit", "5", "--line", "115200 8E1"});
+    return run_tool(arguments);
+  };
+  for (int i = 0; i < 100; ++i) {
+    if (on_line({"write", cable.path(1), "holding-registers", "1024", "--value=77"}).code == 0) break;
+  }
+  const auto over_tcp = [&] { return run_tool({PLC_TOOL, "modbus", "read", tcp, "holding-registers", "0"}).out; };
+  std::string level = over_tcp();
+  for (int i = 0; i < 100 && level != "0 77\n"; ++i) level = over_tcp();
+  EXPECT_EQ(level, "0 77\n") << "written on the line, moved by the program, read over TCP";
+  EXPECT_EQ(on_line({"read", cable.path(1), "holding-registers", "0"}).out, level);
+  running.join();
+  EXPECT_EQ(plant.code, 0) << plant.err;
+  EXPECT_NE(plant.all().find("modbus: listening on " + tcp), std::string::npos) << plant.all();
+  EXPECT_NE(plant.all().find("modbus: listening on " + cable.path(0) + " (115200 8E1) as unit 5"), std::string::npos);
+  EXPECT_NE(plant.out.find("modbus: on the serial line "), std::string::npos) << plant.out;
+}
+
 }  // namespace
 }  // namespace plc::test

@@ -41,6 +41,9 @@ TEST(Line, IsOpenedAsTheSettingsSay) {
   EXPECT_EQ(line.c_lflag & (ICANON | ECHO | ISIG), 0u);
   EXPECT_EQ(line.c_oflag & OPOST, 0u);
   ::close(fd);
+  const int again = open_line(name, {9600, 8, Parity::kOdd, 2});
+  EXPECT_GE(again, 0) << "with what is set already";
+  ::close(again);
   ::close(master);
   ::close(slave);
   EXPECT_EQ(open_line("/dev/no-such-line", {}), -ENOENT);
