@@ -46,6 +46,65 @@ json fuxa_tag(const json& devices, const std::string& name) {
   return {};
 }
 
+/// Texts of one and two bytes a character, one longer than a request, and a number.
+std::string texts() {
+  return "VAR_GLOBAL\n  Recipe : STRING[5]; Title : WSTRING[3]; Letter : STRING[1]; Long : STRING[255]; Speed : DINT;\n"
+         "END_VAR\nPROGRAM Main\n  Speed := Speed;\nEND_PROGRAM\nCONFIGURATION C\n  RESOURCE R ON PLC\n"
+         "    TASK T(INTERVAL := T#10ms, PRIORITY := 0);\n    PROGRAM main WITH T : Main;\n  END_RESOURCE\n"
+         "END_CONFIGURATION\n";
+}
+
+TEST(Map, TextsAreInTheFilesOfHmisThatHaveThem) {
+  const ScratchFolder scratch;
+  const std::string project = scratch.file("texts.st");
+  write_text(project, texts());
+  const auto mapped = [&](const char* format) { return run_tool({PLC_TOOL, "map", project, "--format", format}); };
+  const json variables = json::parse(mapped("json").out).at("variables");
+  const auto address = [&](const std::string& name) {
+    for (const json& one : variables) {
+      if (one.at("name") == name) return one.at("address1").get<int>();
+    }
+    return 0;
+  };
+  const auto ignition = mapped("ignition");
+  EXPECT_NE(ignition.out.find("]HRS" + std::to_string(address("Recipe")) + ":6\""), std::string::npos) << ignition.out;
+  EXPECT_NE(ignition.out.find("]HRS" + std::to_string(address("Letter")) + ":2\""), std::string::npos);
+  EXPECT_NE(ignition.err.find("Title"), std::string::npos) << "left out, and said";
+  EXPECT_NE(mapped("nodered").err.find("Long"), std::string::npos) << "no request reads it";
+  EXPECT_NE(mapped("fuxa").err.find("Recipe"), std::string::npos);
+}
+
+TEST(Map, NodeRedFunctionsReadAndWriteTexts) {
+  if (run_tool({"/usr/bin/env", "node", "--version"}).code != 0) GTEST_SKIP() << "node is not installed";
+  const ScratchFolder scratch;
+  write_text(scratch.file("texts.st"), texts());
+  ASSERT_EQ(
+      run_tool({PLC_TOOL, "map", scratch.file("texts.st"), "--format", "nodered", "-o", scratch.file("flow.json")})
+          .code,
+      0);
+  // Writes go into registers, which are then read.
+  write_text(scratch.file("try.js"), R"(
+const flow = JSON.parse(require("fs").readFileSync(process.argv[2]));
+const code = name => new Function("msg", "node", "flow", flow.find(n => n.name === name).func);
+const none = {get() {}, set() {}, error(text) { console.log(text); }};
+const registers = {};
+for (const [topic, payload] of [["Recipe", "abcdefg"], ["Title", "€u"], ["Letter", "x"], ["Speed", -70000], ["Long", "?"]]) {
+  const request = code("topic is the variable, payload the value")({topic, payload}, none, none);
+  if (request) [].concat(request.payload.value).forEach((word, i) => { registers[request.payload.address + i] = word; });
+}
+for (const reading of flow.filter(n => n.type === "modbus-read" && n.dataType === "HoldingRegister")) {
+  const payload = Array.from({length: reading.quantity}, (_, i) => registers[reading.adr + i] || 0);
+  console.log(JSON.stringify(code("values by name")({topic: reading.topic, payload}, none, none).payload));
+}
+)");
+  const ToolResult result = run_tool({"/usr/bin/env", "node", scratch.file("try.js"), scratch.file("flow.json")});
+  EXPECT_EQ(result.err, "");
+  EXPECT_NE(result.out.find("no variable that may be written: Long"), std::string::npos) << result.out;
+  for (const char* value : {"\"Recipe\":\"abcde\"", "\"Title\":\"\u20acu\"", "\"Letter\":\"x\"", "\"Speed\":-70000"}) {
+    EXPECT_NE(result.out.find(value), std::string::npos) << value << result.out;
+  }
+}
+
 TEST(Map, FuxaCountsAddressesFromOne) {
   const json devices = json::parse(map_as("fuxa").out);
   const json real = fuxa_tag(devices, "SetTemperature");

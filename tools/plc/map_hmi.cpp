@@ -132,7 +132,7 @@ IgnitionType ignition_type(Coding coding) {
     case Coding::kF64:
       return {"D", "Float8"};
     case Coding::kText:
-      break;
+      return {"S", "String"};
   }
   return {"", ""};
 }
@@ -234,13 +234,15 @@ MapText map_as_ignition(const MapSource& source) {
   // The word order is an option of Ignition's device: all values have one.
   std::optional<WordOrder> order;
   for (const Point& point : points) {
-    if (point.characters != 0) {
+    // Ignition has texts of one byte a character, in holding registers.
+    const bool text = point.characters != 0;
+    if (text && (point.table != Table::kHoldingRegisters || point.elementary == core::TypeId::kWstring)) {
       out.left_out.push_back(point.path);
       continue;
     }
     const bool swapped = point.word_order == WordOrder::kBadc || point.word_order == WordOrder::kDcba;
-    if (point.registers > 1 && !swapped && !order) order = point.word_order;
-    if (point.registers > 1 && (swapped || point.word_order != *order)) {
+    if (point.registers > 1 && !text && !swapped && !order) order = point.word_order;
+    if (point.registers > 1 && !text && (swapped || point.word_order != *order)) {
       out.left_out.push_back(point.path);
       continue;
     }
@@ -253,7 +255,8 @@ MapText map_as_ignition(const MapSource& source) {
          {"valueSource", "opc"},
          {"dataType", type.data_type},
          {"opcServer", "Ignition OPC UA Server"},
-         {"opcItemPath", fmt::format("ns=1;s=[{}]{}{}{}", device, designator, type.suffix, point.address + 1)},
+         {"opcItemPath", fmt::format("ns=1;s=[{}]{}{}{}{}", device, designator, type.suffix, point.address + 1,
+                                     text ? fmt::format(":{}", 2 * point.registers) : "")},
          {"readOnly", !point.writable},
          {"documentation", point.path}});
   }

@@ -22,10 +22,13 @@ struct Run {
 
 bool is_bit_table(Table table) { return table == Table::kCoils || table == Table::kDiscreteInputs; }
 
+/// In one request. Texts may be longer.
+constexpr std::uint32_t kMostRead = 125, kMostWritten = 123;
+
 /// Short gaps are read as well, where the server answers them.
 bool bridges(const modbus::AddressMap& map, const Run& run, const Point& next, std::uint32_t next_end) {
   const bool bits = is_bit_table(run.table);
-  if (run.table != next.table || next_end - run.first > (bits ? 2000u : 125u)) return false;
+  if (run.table != next.table || next_end - run.first > (bits ? 2000u : kMostRead)) return false;
   if (next.address > run.end + (bits ? 256u : 16u)) return false;
   for (std::uint32_t at = run.end; at < next.address; ++at) {
     if (!map.contains(run.table, static_cast<std::uint16_t>(at))) return false;
@@ -36,7 +39,7 @@ bool bridges(const modbus::AddressMap& map, const Run& run, const Point& next, s
 std::vector<Run> runs_of(const modbus::AddressMap& map) {
   std::vector<Run> runs;
   for (const Point& point : map.points()) {
-    if (point.characters != 0) continue;
+    if (point.registers > kMostRead) continue;
     const std::uint32_t end = point.address + std::max<std::uint32_t>(point.registers, 1);
     if (runs.empty() || !bridges(map, runs.back(), point, end)) runs.push_back({point.table, point.address, end, {}});
     runs.back().end = std::max(runs.back().end, end);
@@ -45,9 +48,13 @@ std::vector<Run> runs_of(const modbus::AddressMap& map) {
   return runs;
 }
 
-const char* coding_name(Coding coding) {
+/// Of texts s or w, and how many characters they have at most.
+std::string coding_name(const Point& point) {
+  if (point.characters != 0) {
+    return fmt::format("{}{}", point.elementary == core::TypeId::kWstring ? 'w' : 's', point.characters);
+  }
   constexpr const char* kNames[] = {"bit", "i16", "u16", "i32", "u32", "f32", "i64", "u64", "f64"};
-  return kNames[static_cast<std::size_t>(coding)];
+  return kNames[static_cast<std::size_t>(coding_of(point))];
 }
 
 const char* node_table(Table table) {
@@ -59,6 +66,13 @@ const char* node_table(Table table) {
 constexpr const char* kDecode = R"(const values = {};
 for (const [name, at, coding, order] of runs[msg.topic] || []) {
   if (coding === "bit") { values[name] = !!msg.payload[at]; continue; }
+  if (coding[0] === "s" || coding[0] === "w") {
+    const wide = coding[0] === "w", most = Number(coding.slice(1));
+    const words = msg.payload.slice(at, at + (wide ? most : Math.ceil(most / 2)));
+    const codes = words.flatMap(word => wide ? [word] : [word >> 8 & 255, word & 255]).concat(0);
+    values[name] = String.fromCharCode(...codes.slice(0, codes.indexOf(0)));
+    continue;
+  }
   const size = Number(coding.slice(1)) / 8;
   const words = msg.payload.slice(at, at + size / 2);
   if (order === "CDAB" || order === "DCBA") words.reverse();
@@ -82,6 +96,14 @@ const request = {unitid: unit, address: address, quantity: 1};
 if (coding === "bit") {
   request.fc = 5;
   request.value = msg.payload === true || msg.payload === 1 || msg.payload === "1" || msg.payload === "true";
+} else if (coding[0] === "s" || coding[0] === "w") {
+  const wide = coding[0] === "w", most = Number(coding.slice(1));
+  const code = i => i < most && i < String(msg.payload).length ? String(msg.payload).charCodeAt(i) : 0;
+  const words = [];
+  for (let i = 0; i < most; i += wide ? 1 : 2) words.push(wide ? code(i) : (code(i) & 255) << 8 | code(i + 1) & 255);
+  request.fc = 16;
+  request.quantity = words.length;
+  request.value = words;
 } else {
   const size = Number(coding.slice(1)) / 8;
   const bytes = Buffer.alloc(size);
@@ -149,10 +171,10 @@ MapText map_as_nodered(const MapSource& source) {
     const std::string topic = fmt::format("{} {}-{}", io::modbus_table_text(run.table), run.first, run.end - 1);
     ordered_json parts = ordered_json::array();
     for (const Point* point : run.points) {
-      const char* const coding = coding_name(coding_of(*point));
+      const std::string coding = coding_name(*point);
       const auto order = io::word_order_text(point->word_order);
       parts.push_back({point->path, point->address - run.first, coding, order});
-      if (point->writable) variables[point->path] = {point->address, coding, order};
+      if (point->writable && point->registers <= kMostWritten) variables[point->path] = {point->address, coding, order};
     }
     runs[topic] = std::move(parts);
     flow.push_back({{"id", fmt::format("plc_read_{}", flow.size())},
@@ -221,7 +243,7 @@ MapText map_as_nodered(const MapSource& source) {
                   {"wires", ordered_json::array({ordered_json::array(), ordered_json::array()})}});
   MapText out{flow.dump(1, ' ', false, ordered_json::error_handler_t::replace) + '\n', {}};
   for (const Point& point : source.map.points()) {
-    if (point.characters != 0) out.left_out.push_back(point.path);
+    if (point.registers > kMostRead) out.left_out.push_back(point.path);
   }
   return out;
 }
