@@ -3,7 +3,6 @@
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
-#include <signal.h>
 #include <sys/epoll.h>
 #include <sys/prctl.h>
 #include <sys/socket.h>
@@ -11,6 +10,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <csignal>
 #include <cstring>
 #include <stdexcept>
 
@@ -43,7 +43,7 @@ void answer(int fd) {
     ::close(fd);
     return;
   }
-  const unsigned count = static_cast<unsigned>(bytes[10] << 8 | bytes[11]);
+  const auto count = static_cast<unsigned>(bytes[10] << 8 | bytes[11]);
   if (got != static_cast<ssize_t>(kRequest) || bytes[kHead] != 3 || count > kMostRegisters) return;
   bytes[5] = static_cast<std::uint8_t>(3 + 2 * count);
   bytes[kHead + 1] = static_cast<std::uint8_t>(2 * count);

@@ -10,6 +10,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <tuple>
 
 #include "core/clock.h"
 #include "io-drivers/gpio/gpio_lines.h"
@@ -31,7 +32,11 @@ struct LineSettings {
   Bias bias = Bias::kAsIs;
   LineEdge edge = LineEdge::kNone;
   Drive drive = Drive::kPushPull;
-  auto operator<=>(const LineSettings&) const = default;
+  /// Any order: for maps.
+  bool operator<(const LineSettings& other) const {
+    return std::tie(output, active_low, bias, edge, drive) <
+           std::tie(other.output, other.active_low, other.bias, other.edge, other.drive);
+  }
 };
 
 /// Up to kMostLinesPerGroup lines that were requested together. The destructor gives them back.

@@ -4,7 +4,6 @@
 #include <netdb.h>
 #include <netinet/in.h>
 #include <pthread.h>
-#include <signal.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -12,6 +11,7 @@
 #include <cerrno>
 #include <chrono>
 #include <condition_variable>
+#include <csignal>
 #include <cstring>
 #include <mutex>
 
@@ -19,7 +19,7 @@ namespace plc::modbus_client {
 namespace {
 
 /// As for buses: plc-run locks its memory. Modules of the C library's resolver need some of it.
-constexpr std::size_t kStackBytes = 512 * 1024;
+constexpr std::size_t kStackBytes = std::size_t{512} * 1024;
 
 }  // namespace
 
@@ -65,7 +65,7 @@ std::string why_no_way(const SocketAddress& address) {
   const int fd = ::socket(address.bytes.ss_family, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   if (fd < 0) return std::strerror(errno);
   const int result = ::connect(fd, reinterpret_cast<const sockaddr*>(&address.bytes), address.size);
-  const std::string why = result == 0 ? "" : std::strerror(errno);
+  std::string why = result == 0 ? "" : std::strerror(errno);
   ::close(fd);
   return why;
 }
