@@ -5,13 +5,17 @@
 namespace plc::core {
 namespace {
 constexpr std::int64_t kNsPerSecond = 1'000'000'000;
-}
 
-TimeNs MonotonicClock::now_ns() const noexcept {
+TimeNs read(clockid_t clock) noexcept {
   timespec t{};
-  clock_gettime(CLOCK_MONOTONIC, &t);
+  clock_gettime(clock, &t);
   return static_cast<TimeNs>(t.tv_sec) * kNsPerSecond + t.tv_nsec;
 }
+}  // namespace
+
+TimeNs MonotonicClock::now_ns() const noexcept { return read(CLOCK_MONOTONIC); }
+
+TimeNs SystemCalendar::utc_ns() const noexcept { return read(CLOCK_REALTIME); }
 
 void MonotonicClock::sleep_until_ns(TimeNs deadline_ns) noexcept {
   timespec t{};

@@ -1,5 +1,6 @@
 // Time is injected: everything that knows time takes a Clock. MonotonicClock in production, VirtualClock in tests and
-// simulation. All times are nanoseconds since the clock's own origin; wall-clock steps never move it.
+// simulation. All times are nanoseconds since the clock's own origin; wall-clock steps never move it. The date and time
+// of day are another clock, a Calendar: it can be set, so nothing is measured with it.
 #pragma once
 
 #include <cstdint>
@@ -34,6 +35,20 @@ class VirtualClock final : public Clock {
 
  private:
   TimeNs now_ns_ = 0;
+};
+
+/// Date and time, UTC in nanoseconds since 1970-01-01. Steps forwards and backwards, as NTP and people set it.
+class Calendar {
+ public:
+  virtual ~Calendar() = default;
+  /// RT: one vDSO call at most. Any thread.
+  [[nodiscard]] virtual TimeNs utc_ns() const noexcept = 0;
+};
+
+/// CLOCK_REALTIME.
+class SystemCalendar final : public Calendar {
+ public:
+  [[nodiscard]] TimeNs utc_ns() const noexcept override;
 };
 
 }  // namespace plc::core

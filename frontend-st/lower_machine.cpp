@@ -1,4 +1,7 @@
-// SIZEOF and TIME(): what CODESYS and TwinCAT ask of the machine, answered the same on every one.
+// SIZEOF and TIME(): what CODESYS and TwinCAT ask of the machine, answered the same on every one; its date and time.
+#include <algorithm>
+#include <iterator>
+
 #include "core/text.h"
 #include "frontend-st/lowering.h"
 #include "frontend-st/static_type.h"
@@ -41,6 +44,27 @@ std::optional<Operand> Lowering::call_uptime(NodeId id) {
   const Operand time = operand(builder_.load(builder_.field(clock, 0)), id);
   if (core::iequals(name_text(node(id).a), "TIME")) return time;
   const auto wide = builder_.convert(time, ir::ref_of(core::TypeId::kLtime), "LTIME()");
+  return wide ? std::optional(operand(*wide, id)) : std::nullopt;
+}
+
+// A hidden instance, as for the time since the start.
+std::optional<Operand> Lowering::call_sys_time(NodeId id, std::string_view name) {
+  struct Row {
+    std::string_view name;
+    std::string_view output;  ///< of SYS_TIME
+    bool wide;                ///< LDT
+  };
+  static constexpr Row kRows[] = {
+      {"UTC_DT", "UTC", false}, {"UTC_LDT", "UTC", true}, {"LOCAL_DT", "LOCAL", false}, {"LOCAL_LDT", "LOCAL", true}};
+  const auto row = std::find_if(std::begin(kRows), std::end(kRows),
+                                [name](const Row& one) { return core::iequals(one.name, name); });
+  if (row == std::end(kRows)) return std::nullopt;
+  const ir::PlaceId clock =
+      builder_.variable(builder_.hidden("sys_time", types().block(*stdlib::block_named("SYS_TIME"))));
+  builder_.run(clock);
+  const Operand time = operand(builder_.load(*builder_.member(clock, row->output)), id);
+  if (!row->wide) return time;
+  const auto wide = builder_.convert(time, ir::ref_of(core::TypeId::kLdt), std::string(name) + "()");
   return wide ? std::optional(operand(*wide, id)) : std::nullopt;
 }
 

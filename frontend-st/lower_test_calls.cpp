@@ -79,6 +79,8 @@ bool Lowering::test_call(NodeId id, const ir::TestCallInfo& info) {
       return advance_time(id, arguments[0]);
     case TestCall::kRunCycles:
       return run_cycles(id, info, arguments);
+    case TestCall::kSetClock:
+      return set_clock(arguments[0]);
     case TestCall::kMock:
       return mock(id, info, arguments[0], arguments[1]);
     case TestCall::kUnmock:
@@ -215,6 +217,15 @@ bool Lowering::advance_time(NodeId id, NodeId argument) {
                          : builder_.convert(*given, time, "argument of ADVANCE_TIME");
   if (!span) return false;
   call_host(TestCall::kAdvanceTime, {{ir::kTestHostSpan, *span}});
+  return true;
+}
+
+bool Lowering::set_clock(NodeId argument) {
+  const TypeRef wide = ir::ref_of(core::TypeId::kLdt);
+  const auto given = value(argument, wide);
+  const auto date = given ? builder_.convert(*given, wide, "argument of SET_CLOCK") : std::nullopt;
+  if (!date) return false;
+  call_host(TestCall::kSetClock, {{ir::kTestHostDate, *date}});
   return true;
 }
 

@@ -180,6 +180,8 @@ class Lowering {
   // lower_machine.cpp
   std::optional<ir::Operand> call_sizeof(NodeId id);
   std::optional<ir::Operand> call_uptime(NodeId id);
+  /// UTC_DT() and its like; nothing when `name` is none of them.
+  std::optional<ir::Operand> call_sys_time(NodeId id, std::string_view name);
 
   // lower_arguments.cpp
   std::vector<Parameter> parameters_of_pou(std::uint32_t pou);
@@ -226,6 +228,7 @@ class Lowering {
   std::optional<ir::ValueId> as_lreal(NodeId id, const ir::Operand& given, std::string_view what);
   bool assert_near(NodeId id, const ir::TestCallInfo& info, const std::vector<NodeId>& arguments, std::string message);
   bool advance_time(NodeId id, NodeId argument);
+  bool set_clock(NodeId argument);
   bool run_cycles(NodeId id, const ir::TestCallInfo& info, const std::vector<NodeId>& arguments);
   /// MOCK, and UNMOCK where `given` is kNoNode.
   bool mock(NodeId id, const ir::TestCallInfo& info, NodeId output, NodeId given);

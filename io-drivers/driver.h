@@ -40,6 +40,7 @@ std::string_view quality_word(Quality quality);
 struct Sentence {
   std::string text;
   core::Severity severity = core::Severity::kWarning;
+  std::string source{};  ///< who says it: "modbus"; of a driver it is its name
 };
 
 struct InputStatus {

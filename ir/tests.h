@@ -54,6 +54,7 @@ inline constexpr const char* kTestHostSite = "SITE";
 inline constexpr const char* kTestHostHolds = "HOLDS";
 inline constexpr const char* kTestHostCycles = "CYCLES";
 inline constexpr const char* kTestHostSpan = "SPAN";
+inline constexpr const char* kTestHostDate = "DATE_UTC";
 
 /// What the tests of a module have beside their bodies.
 struct TestBench {

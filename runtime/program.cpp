@@ -119,6 +119,7 @@ std::unique_ptr<Program> Program::ready(std::unique_ptr<State> state) {
   m.queues = state->queues.data();
   m.objects = state->objects ? &*state->objects : nullptr;
   m.step.host = m.taskblocks;
+  m.step.zone = state->options.zone;
   m.task_tag = Handle::task_tag(state->index);
   m.global_bytes = state->table.layout().global_bytes;
   m.constants_begin = state->table.layout().constants;
@@ -172,7 +173,8 @@ Fault Program::execute(const CycleContext& context) noexcept {
   s.whole = false;
   s.machine.step.now_ns = context.now_ns;
   s.machine.step.start_ns = context.start_ns;
-  if (s.taskblocks) s.taskblocks->begin(context.now_ns);
+  s.machine.step.utc_ns = context.utc_ns;
+  if (s.taskblocks) s.taskblocks->begin(context.now_ns, context.utc_ns);
   s.machine.loops_left.store(s.options.loop_budget, std::memory_order_relaxed);
   s.machine.place.store(s.code.entry, std::memory_order_relaxed);
   s.exchange->begin();
@@ -203,6 +205,7 @@ void Program::record(const CycleContext& context, const Fault& fault, std::uint6
   head.events = static_cast<std::uint32_t>(s.machine.event_count - events);
   head.now_ns = context.now_ns;
   head.start_ns = context.start_ns;
+  head.utc_ns = context.utc_ns;
   s.recorder->close(head, {static_cast<std::uint32_t>(fault.kind), fault.pou, fault.word, fault.taskblock});
 }
 
@@ -221,9 +224,10 @@ void Program::set_recorder(Recorder* recorder) {
   if (s.taskblocks) s.taskblocks->set_recorder(recorder);
 }
 
-void Program::set_now(core::TimeNs now_ns) noexcept {
+void Program::set_now(core::TimeNs now_ns, core::TimeNs utc_ns) noexcept {
   state_->machine.step.now_ns = now_ns;
-  if (state_->taskblocks) state_->taskblocks->begin(now_ns);
+  state_->machine.step.utc_ns = utc_ns;
+  if (state_->taskblocks) state_->taskblocks->set_now(now_ns, utc_ns);
 }
 
 // RT:
@@ -312,6 +316,12 @@ std::vector<Program::Allocations> Program::allocations() const {
   }
   return found;
 }
+
+std::vector<TaskblockMessage> Program::messages() {
+  return state_->taskblocks ? state_->taskblocks->messages() : std::vector<TaskblockMessage>();
+}
+
+std::uint64_t Program::lost_messages() { return state_->taskblocks ? state_->taskblocks->lost_messages() : 0; }
 
 std::string Program::taskblock_text(const Fault& fault) const {
   if (!state_->taskblocks || fault.taskblock == Taskblocks::kNone) return {};

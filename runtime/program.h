@@ -19,10 +19,12 @@
 #include "core/clock.h"
 #include "core/result.h"
 #include "core/source_ref.h"
+#include "core/time_zone.h"
 #include "runtime/memory/exchange.h"
 #include "runtime/memory/global_table.h"
 #include "runtime/memory/handover.h"
 #include "runtime/memory/table.h"
+#include "runtime/message_ring.h"
 #include "stdlib/library.h"
 #include "taskblocks/registry.h"
 
@@ -37,6 +39,7 @@ class Replay;
 struct CycleContext {
   core::TimeNs now_ns = 0;
   core::TimeNs start_ns = 0;  ///< when the PLC started, by the same clock
+  core::TimeNs utc_ns = 0;    ///< date and time, as taken with now_ns
 };
 
 enum class FaultKind : std::uint8_t {
@@ -83,6 +86,7 @@ struct ProgramOptions {
   /// False: nothing of taskblocks runs before Resource::start_taskblocks(), which a process that forks calls after
   /// that: threads that they start must be of the process that runs them.
   bool start_taskblocks = true;
+  const core::TimeZone* zone = nullptr;  ///< of local time in programs; null: UTC. Must outlive the program
 };
 
 class Program {
@@ -113,9 +117,9 @@ class Program {
   /// What scans take in from now on is told to `recorder`; null = to nobody. Between scans.
   void set_recorder(Recorder* recorder);
 
-  /// Another time for the rest of the scan that runs, for who is called by it and lets time go on (testing/). On the
+  /// Other times for the rest of the scan that runs, for who is called by it and lets time go on (testing/). On the
   /// thread of the scan.
-  void set_now(core::TimeNs now_ns) noexcept;
+  void set_now(core::TimeNs now_ns, core::TimeNs utc_ns) noexcept;
 
   /// The task's resolved code: what a compiler starts from. Lives as long as the program.
   [[nodiscard]] const LinkedCode& linked() const;
@@ -163,6 +167,10 @@ class Program {
     std::uint64_t count = 0;
   };
   [[nodiscard]] std::vector<Allocations> allocations() const;
+  /// What the task's taskblocks have told the operator since the last call. One thread at a time, while the task runs.
+  [[nodiscard]] std::vector<TaskblockMessage> messages();
+  /// How many messages were lost since the last call, because more waited than there is room for. As messages().
+  [[nodiscard]] std::uint64_t lost_messages();
   /// The taskblock of a fault: "LOWPASS main.filter: why it failed first"; empty when the fault has none. Any thread.
   [[nodiscard]] std::string taskblock_text(const Fault& fault) const;
 

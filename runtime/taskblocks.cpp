@@ -159,6 +159,8 @@ core::Result<std::unique_ptr<Taskblocks>> Taskblocks::make(const Image& image, s
   if (!has_taskblocks(image)) return std::unique_ptr<Taskblocks>();
   std::unique_ptr<Taskblocks> made(new Taskblocks());
   made->clock_ = options.budget_clock;
+  made->context_.owner = made.get();
+  made->context_.tell = tell;
   made->context_.period_ns = image.tasks[task].single.empty() ? image.tasks[task].period_ns : 0;
   const auto add = [&](const ImageBlock& block, std::byte* ports, const std::string& path) {
     return made->add(image, block, ports, path, registry);
@@ -332,6 +334,7 @@ std::optional<core::Problem> Taskblocks::make_object(Object& object, std::uint32
   calls_[number] = {};
   std::memcpy(const_cast<std::byte*>(object.ports), &number, sizeof number);
   picard_failure failure{};
+  context_.object = number;
   void* const made = object.block->create(object.places.data(), &context_, &failure);
   if (made != nullptr && object.block->ready(made, &failure) != 0) {
     object.object = made;
@@ -401,6 +404,29 @@ Taskblocks::Status Taskblocks::fail(std::uint32_t number, Status status, const p
   object.failure.text[PICARD_TEXT_BYTES - 1] = '\0';
   object.has_failed.store(true, std::memory_order_release);
   return status;
+}
+
+// RT: any thread.
+void Taskblocks::tell(const picard_context* context, std::uint32_t object, std::uint32_t severity, const char* text) {
+  Taskblocks& self = *static_cast<const Context*>(context)->owner;
+  if (object >= self.by_number_.size() || text == nullptr) return;
+  MessageRing::Message message;
+  message.utc_ns = self.utc_ns_.load(std::memory_order_relaxed);
+  const std::uint64_t begun = self.scans_.load(std::memory_order_relaxed);
+  message.scan = begun == 0 ? 0 : begun - 1;
+  message.object = object;
+  message.severity = severity == PICARD_NOTE      ? core::Severity::kNote
+                     : severity == PICARD_WARNING ? core::Severity::kWarning
+                                                  : core::Severity::kError;
+  self.messages_.push(message, text);
+}
+
+std::vector<TaskblockMessage> Taskblocks::messages() {
+  std::vector<TaskblockMessage> all;
+  messages_.drain([&](const MessageRing::Message& one) {
+    all.push_back({one.severity, by_number_[one.object]->name, one.scan, one.utc_ns, one.text});
+  });
+  return all;
 }
 
 std::uint64_t Taskblocks::allocations(std::uint32_t object) const noexcept {

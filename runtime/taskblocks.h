@@ -21,6 +21,7 @@
 #include "core/result.h"
 #include "runtime/memory/queue.h"
 #include "runtime/memory/table.h"
+#include "runtime/message_ring.h"
 #include "runtime/record/record.h"
 #include "stdlib/library.h"
 #include "taskblocks/registry.h"
@@ -66,7 +67,15 @@ class Taskblocks {
   void set_recorder(Recorder* recorder) noexcept;
 
   /// What the objects are told of the cycle that begins. RT.
-  void begin(core::TimeNs now_ns) noexcept { context_.now_ns = now_ns; }
+  void begin(core::TimeNs now_ns, core::TimeNs utc_ns) noexcept {
+    set_now(now_ns, utc_ns);
+    scans_.store(scans_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+  }
+  /// The same for a cycle in which time goes on. RT.
+  void set_now(core::TimeNs now_ns, core::TimeNs utc_ns) noexcept {
+    context_.now_ns = now_ns;
+    utc_ns_.store(utc_ns, std::memory_order_relaxed);
+  }
   /// Runs the object of the ports. Inline, and with nothing in its way: RUNTB must cost hardly more than the call of
   /// fire() itself (bench/taskblocks.cpp). RT.
   Status run(void* ports) noexcept {
@@ -110,6 +119,10 @@ class Taskblocks {
   [[nodiscard]] std::uint64_t allocations(std::uint32_t object) const noexcept;
   [[nodiscard]] std::uint32_t count() const noexcept { return static_cast<std::uint32_t>(by_number_.size()); }
 
+  /// What objects have told since the last call. One thread at a time.
+  [[nodiscard]] std::vector<TaskblockMessage> messages();
+  [[nodiscard]] std::uint64_t lost_messages() noexcept { return messages_.take_lost(); }
+
   /// "LOWPASS main.filter", and why it failed first, if it did.
   [[nodiscard]] std::string text(std::uint32_t object) const;
 
@@ -142,7 +155,13 @@ class Taskblocks {
     std::atomic<bool> has_failed{false};  ///< failure is final
   };
 
+  /// What the objects have as their picard_context.
+  struct Context : picard_context {
+    Taskblocks* owner = nullptr;
+  };
+
   Taskblocks() = default;
+  static void tell(const picard_context* context, std::uint32_t object, std::uint32_t severity, const char* text);
   /// An instance of the image: ports, names, outputs; neither block nor object yet.
   Object& add_instance(const bytecode::Image& image, const bytecode::ImageBlock& block, std::byte* ports,
                        std::string path);
@@ -168,7 +187,10 @@ class Taskblocks {
   std::vector<Object*> by_number_;
   std::vector<Call> calls_;   ///< parallel to by_number_
   picard_failure failure_{};  ///< filled in by a fire() that fails
-  picard_context context_{};
+  Context context_{};
+  MessageRing messages_;
+  std::atomic<core::TimeNs> utc_ns_{0};
+  std::atomic<std::uint64_t> scans_{0};
   const core::Clock* clock_ = nullptr;
   Recorder* recorder_ = nullptr;
   Replay* replay_ = nullptr;  ///< of a replica

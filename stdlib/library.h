@@ -15,6 +15,10 @@
 #include "core/clock.h"
 #include "core/types.h"
 
+namespace plc::core {
+class TimeZone;
+}
+
 namespace plc::stdlib {
 
 using core::Rep;
@@ -237,9 +241,11 @@ struct Field {
 };
 
 struct StepContext {
-  core::TimeNs now_ns;        ///< taken once per cycle
-  void* host = nullptr;       ///< of the code that runs the block; standard blocks do not look at it
-  core::TimeNs start_ns = 0;  ///< when the PLC started, by the same clock
+  core::TimeNs now_ns;                   ///< taken once per cycle
+  void* host = nullptr;                  ///< of the code that runs the block; standard blocks do not look at it
+  core::TimeNs start_ns = 0;             ///< when the PLC started, by the same clock
+  core::TimeNs utc_ns = 0;               ///< date and time, taken with now_ns; may jump from cycle to cycle
+  const core::TimeZone* zone = nullptr;  ///< of local time; null: UTC
 };
 /// One execution of a block on its port struct. RT: noexcept, bounded.
 using Step = void (*)(void* ports, const StepContext& context) noexcept;

@@ -37,6 +37,16 @@ inline constexpr SpecialSpec kSpecials[] = {
      "not in the standard; as in CODESYS", "elapsed := TIME() - begun;"},
     {"LTIME", "LTIME() : LTIME", "The time since the PLC started. It stands still within a cycle.",
      "not in the standard; as in CODESYS", "elapsed := LTIME() - begun;"},
+    {"UTC_DT", "UTC_DT() : DT",
+     "The date and time of the machine in UTC. It stands still within a cycle, and jumps when that clock is set.",
+     "not in the standard; PICARD's own", "stamp := UTC_DT();"},
+    {"UTC_LDT", "UTC_LDT() : LDT", "The same as LDT.", "not in the standard; PICARD's own", "stamp := UTC_LDT();"},
+    {"LOCAL_DT", "LOCAL_DT() : DT",
+     "The date and time of the machine in the time zone of the plant. Once a year an hour comes twice: for what people "
+     "read, not for differences.",
+     "not in the standard; PICARD's own", "shown := LOCAL_DT();"},
+    {"LOCAL_LDT", "LOCAL_LDT() : LDT", "The same as LDT.", "not in the standard; PICARD's own",
+     "shown := LOCAL_LDT();"},
     {"QUEUE_PUT", "QUEUE_PUT(QUEUE: a global array, IN: its element) : BOOL",
      "Puts an element into a queue; FALSE when it is full. The array is the queue: as many elements as it has, for "
      "each task that puts.",

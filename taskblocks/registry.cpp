@@ -139,7 +139,7 @@ std::optional<core::Problem> Registry::add(const picard_library* library, std::s
     return core::Problem{core::Code::P7801, what + ": " + why, "build it against the SDK of this version of PICARD"};
   };
   if (library == nullptr) return refused("it has no description");
-  if (library->abi_version != PICARD_ABI_VERSION) {
+  if (library->abi_version == 0 || library->abi_version > PICARD_ABI_VERSION) {
     return refused(fmt::format("it speaks version {} of the taskblock interface, this program version {}",
                                library->abi_version, PICARD_ABI_VERSION));
   }

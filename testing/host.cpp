@@ -18,6 +18,7 @@ class TestHost final : public picard::Taskblock {
   picard::Input<bool> holds{this, ir::kTestHostHolds, "the assertion holds"};
   picard::Input<std::int64_t> cycles{this, ir::kTestHostCycles, "release instants to run"};
   picard::Input<picard::Time> span{this, ir::kTestHostSpan, "virtual time to pass"};
+  picard::Input<picard::LdateAndTime> date{this, ir::kTestHostDate, "date and time from here on"};
 
   void fire() override {
     HostCall said;
@@ -26,6 +27,7 @@ class TestHost final : public picard::Taskblock {
     said.holds = holds;
     said.cycles = cycles;
     said.span_ns = static_cast<picard::Time>(span).count();
+    said.utc_ns = static_cast<picard::LdateAndTime>(date);
     if (listener_ == nullptr || !listener_->on_call(said)) throw std::runtime_error("the test ends here");
   }
 

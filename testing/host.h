@@ -19,6 +19,7 @@ struct HostCall {
   bool holds = false;        ///< of assertions
   std::int64_t cycles = 0;   ///< RUN_CYCLES
   core::TimeNs span_ns = 0;  ///< ADVANCE_TIME
+  core::TimeNs utc_ns = 0;   ///< SET_CLOCK
 };
 
 class HostListener {

@@ -78,6 +78,7 @@ core::Result<std::unique_ptr<Runner>> Runner::make(compiler::Compilation compila
   runtime::ProgramOptions bench;
   bench.arrange = false;
   bench.taskblocks = &registry;
+  bench.zone = made->options_.program.zone;
   bench.global_taskblocks = made->project_ == nullptr;
   bench.loop_budget = made->options_.program.loop_budget;
   {
@@ -110,6 +111,7 @@ core::Result<std::unique_ptr<Runner>> Runner::make(compiler::Compilation compila
 
 std::optional<core::Problem> Runner::reset() {
   now_ns_ = 0;
+  date_ns_ = options_.date_ns;
   faults_noted_ = 0;
   ended_ = false;
   if (!project_) return std::nullopt;
@@ -117,7 +119,7 @@ std::optional<core::Problem> Runner::reset() {
   for (std::size_t task = 0; task < project_->task_count(); ++task) {
     if (auto problem = project_->program(task).reset()) return problem;
   }
-  simulation_.emplace(*project_);
+  simulation_.emplace(*project_, runtime::SimulationOptions{.date_ns = date_ns_});
   return std::nullopt;
 }
 
@@ -135,7 +137,7 @@ core::Result<TestResult> Runner::run(std::size_t test) {
   const auto number = static_cast<std::uint32_t>(test);
   std::memcpy(bench.table().data() + which_, &number, sizeof number);
   const std::vector<runtime::EventCount> before = bench.events();
-  const runtime::Fault fault = bench.execute({0});
+  const runtime::Fault fault = bench.execute({0, 0, date_ns_});
   if (fault && !ended_) {
     const core::SourceRef at = runtime::source_of(bench_->image(), fault.pou, fault.word);
     const core::Code code = runtime::fault_code(fault.kind);
@@ -166,6 +168,11 @@ bool Runner::on_call(const HostCall& call) {
       return advance_to(now_ns_ + std::max<core::TimeNs>(call.span_ns, 0));
     case ir::TestCall::kRunCycles:
       return run_cycles(call.cycles);
+    case ir::TestCall::kSetClock:
+      date_ns_ = call.utc_ns - now_ns_;
+      if (simulation_) simulation_->set_utc(call.utc_ns, now_ns_);
+      bench_->program(0).set_now(now_ns_, call.utc_ns);
+      return true;
     default:
       ++result_->checks;
       if (!call.holds) fail_assertion(assertions_[call.site]);
@@ -202,7 +209,7 @@ bool Runner::advance_to(core::TimeNs end_ns) {
   }
   now_ns_ = end_ns;
   if (mirror_) mirror_->pull();
-  bench_->program(0).set_now(now_ns_);
+  bench_->program(0).set_now(now_ns_, date_ns_ + now_ns_);
   return true;
 }
 
@@ -212,7 +219,7 @@ bool Runner::run_cycles(std::int64_t count) {
   // Time stands where the next instant will be: what the test does before it runs is seen by it.
   if (wanted != 0) now_ns_ = std::max(now_ns_, simulation_->next_instant_ns().value_or(now_ns_));
   mirror_->pull();
-  bench_->program(0).set_now(now_ns_);
+  bench_->program(0).set_now(now_ns_, date_ns_ + now_ns_);
   return true;
 }
 

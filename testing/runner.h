@@ -51,6 +51,7 @@ void add_failure(TestResult& result, Failure failure);
 
 struct RunnerOptions {
   runtime::ProgramOptions program;        ///< of the project's tasks
+  core::TimeNs date_ns = 0;               ///< date and time at the start of each test, UTC
   std::uint64_t max_cycles = kMaxCycles;  ///< release instants that one test may run
   static constexpr std::uint64_t kMaxCycles = 10'000'000;
   /// Prepares the project's resource before it runs, for an engine other than the interpreter.
@@ -104,6 +105,7 @@ class Runner final : public HostListener {
   std::size_t test_ = 0;
   TestResult* result_ = nullptr;
   core::TimeNs now_ns_ = 0;
+  core::TimeNs date_ns_ = 0;  ///< date and time at virtual time 0
   std::size_t faults_noted_ = 0;
   bool ended_ = false;  ///< by a call that said why
 };

@@ -48,13 +48,17 @@ void print_events(const runtime::Resource& resource, std::ostream& out) {
   }
 }
 
-void print_fault(const runtime::Resource& resource, const runtime::TaskFault& fault, std::ostream& out) {
+std::string fault_text(const runtime::Resource& resource, const runtime::TaskFault& fault) {
   const bytecode::Image& image = resource.image();
   const std::string taskblock = resource.program(fault.task).taskblock_text(fault.fault);
   const core::CodeInfo& code = core::info(runtime::fault_code(fault.fault.kind));
-  out << fmt::format("fault {}: {} in task {}, cycle {}, at {}{}{}\n", code.name, code.title,
+  return fmt::format("fault {}: {} in task {}, cycle {}, at {}{}{}", code.name, code.title,
                      image.tasks[fault.task].name, fault.cycle, place_text(image, fault.fault.pou, fault.fault.word),
                      taskblock.empty() ? "" : ", taskblock ", taskblock);
+}
+
+void print_fault(const runtime::Resource& resource, const runtime::TaskFault& fault, std::ostream& out) {
+  out << fault_text(resource, fault) << '\n';
 }
 
 void print_allocations(const runtime::Resource& resource, std::ostream& out) {

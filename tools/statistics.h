@@ -18,6 +18,8 @@ std::string place_text(const bytecode::Image& image, std::uint32_t pou, std::uin
 /// One line per instruction that raised events.
 void print_events(const runtime::Resource& resource, std::ostream& out);
 /// One fault as a diagnostic line.
+std::string fault_text(const runtime::Resource& resource, const runtime::TaskFault& fault);
+/// The same as a line.
 void print_fault(const runtime::Resource& resource, const runtime::TaskFault& fault, std::ostream& out);
 /// A line for each taskblock that allocated memory in its cycle.
 void print_allocations(const runtime::Resource& resource, std::ostream& out);

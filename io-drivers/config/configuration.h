@@ -160,6 +160,26 @@ struct GuardianConfig {
 };
 
 struct Configuration {
+enum class LogFormat : std::uint8_t { kAuto, kText, kJson, kJournal };
+
+/// [log]
+struct LogConfig {
+  core::SourceRef at;
+  LogFormat format = LogFormat::kAuto;
+  Placed file;                                   ///< relative to plc.toml, or empty
+  core::Severity level = core::Severity::kNote;  ///< the least that is written
+  core::TimeNs repeat_ns = 60'000'000'000;       ///< 0 = all repetitions are written
+  std::uint32_t most = 200;                      ///< of one source within repeat_ns
+  std::uint32_t size_mb = 10;
+  std::uint32_t keep = 5;
+};
+
+/// [clock]
+struct ClockConfig {
+  core::SourceRef at;
+  Placed zone;  ///< empty = the machine's
+};
+
   std::string file;  ///< as given; relative files in it are relative to its folder
   ProjectConfig project;
   std::vector<DriverConfig> drivers;
@@ -179,6 +199,8 @@ struct Configuration {
   [[nodiscard]] std::string beside(const std::string& name) const;
 };
 
+  LogConfig log;
+  ClockConfig clock;
 /// "127.0.0.1:502", "[::1]:502", or "off", which has an empty address; nothing for anything else.
 struct ListenText {
   std::string address;

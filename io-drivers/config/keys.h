@@ -60,6 +60,8 @@ enum class TableId : std::uint8_t {
   kRetain,
   kModbus,
   kModbusSerial,
+  kLog,
+  kClock,
   kModbusRange,
   kGuardian
 };

@@ -9,6 +9,7 @@
 #include "core/duration.h"
 #include "core/guess.h"
 #include "core/text.h"
+#include "core/time_zone.h"
 #include "io-drivers/config/configuration.h"
 #include "io-drivers/config/driver_type.h"
 #include "io-drivers/config/findings.h"
@@ -129,8 +130,9 @@ class Reader {
 
   void read(const toml::table& root, Configuration& configuration) {
     configuration.at = configuration.outputs_at = file_at_;
-    static constexpr std::string_view kNames[] = {"project", "drivers",    "inputs", "outputs", "scheduler",
-                                                  "tasks",   "taskblocks", "retain", "modbus",  "guardian"};
+    static constexpr std::string_view kNames[] = {"project", "drivers",    "inputs",      "outputs", "scheduler",
+                                                  "tasks",   "taskblocks", "retain",      "log",     "clock",
+                                                  "modbus",  "guardian",   "driver_kinds"};
     for (const auto& [key, node] : root) {
       if (std::find(std::begin(kNames), std::end(kNames), key.str()) == std::end(kNames)) {
         core::Guess guess(key.str());
@@ -155,6 +157,9 @@ class Reader {
     read_section("taskblocks", configuration.taskblocks);
     read_section("retain", configuration.retain);
     read_section("guardian", configuration.guardian);
+    read_section("log", configuration.log);
+    read_section("clock", configuration.clock);
+    check_zone(configuration.clock);
     if (const auto* table = root["tasks"].as_table()) read_tasks(*table, configuration.tasks);
     if (const auto* table = root["drivers"].as_table()) read_drivers(*table, configuration.drivers);
     if (const auto* table = root["inputs"].as_table()) read_channels(*table, kInputsOnly, configuration.inputs);
@@ -173,6 +178,11 @@ class Reader {
     SourceRef at = file_at_;
     at.line = region.begin.line;
     at.column = region.begin.column;
+  void check_zone(const ClockConfig& clock) {
+    if (core::TimeZone::load(clock.zone.text)) return;
+    problem(Code::P7312, clock.zone.at, fmt::format("there is no time zone \"{}\" on this machine", clock.zone.text),
+            "timedatectl list-timezones lists them; the package tzdata has them");
+  }
     return at;
   }
   [[nodiscard]] SourceRef place(const toml::key& key) const { return place(key.source()); }

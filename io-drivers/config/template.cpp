@@ -99,6 +99,8 @@ class Template {
     section(TableId::kRetain, "[retain]");
     section(TableId::kModbus, "[modbus]");
     section(TableId::kModbusSerial, "[modbus.serial]");
+    section(TableId::kLog, "[log]");
+    section(TableId::kClock, "[clock]");
     section(TableId::kModbusRange, "[[modbus.range]]");
     section(TableId::kGuardian, "[guardian]");
     return std::move(out_);

@@ -137,7 +137,7 @@ void Machine::start(runtime::RealtimeScheduler& scheduler, std::vector<Sentence>
   }
   if (pulse_) scheduler.add_listener(*pulse_);
   if (!responder_) {
-    notes.push_back({"modbus: off", core::Severity::kNote});
+    notes.push_back({"modbus: off", core::Severity::kNote, "modbus"});
     return;
   }
   responder_->set_system([this, &scheduler, begin_ns = core::MonotonicClock().now_ns()] {
@@ -189,7 +189,8 @@ void Machine::listen(std::vector<Sentence>& said) {
     if (refusal_ == problem->message) return;
     refusal_ = problem->message;
     said.push_back({fmt::format("modbus: {}: {}; it is tried again ({})", core::info(problem->code).name,
-                                problem->message, problem->help)});
+                                problem->message, problem->help),
+                    core::Severity::kWarning, "modbus"});
     return;
   }
   listening_ = true;
@@ -197,13 +198,13 @@ void Machine::listen(std::vector<Sentence>& said) {
   const bool six = address.find(':') != std::string::npos;
   said.push_back({fmt::format("modbus: listening on {}{}{}:{}, {} values (plc map lists them)", six ? "[" : "", address,
                               six ? "]" : "", server_->port(), map_->points().size()),
-                  core::Severity::kNote});
+                  core::Severity::kNote, "modbus"});
   const std::uint32_t wanted = configuration_.modbus.max_clients;
   if (server_->places() < wanted) {
-    said.push_back(
-        {fmt::format("modbus: {}: {} clients at a time, not {}: the process may not have more descriptors "
-                     "(raise LimitNOFILE of the service, or ulimit -n)",
-                     core::info(core::Code::P7511).name, server_->places(), wanted)});
+    said.push_back({fmt::format("modbus: {}: {} clients at a time, not {}: the process may not have more descriptors "
+                                "(raise LimitNOFILE of the service, or ulimit -n)",
+                                core::info(core::Code::P7511).name, server_->places(), wanted),
+                    core::Severity::kWarning, "modbus"});
   }
   tell_map(said);
 }
@@ -211,13 +212,16 @@ void Machine::listen(std::vector<Sentence>& said) {
 void Machine::tell_map(std::vector<Sentence>& said) const {
   if (freeze_command_.empty()) return;
   said.push_back({"modbus: automatic addresses are not frozen and may move with the next change: " + freeze_command_,
-                  core::Severity::kNote});
+                  core::Severity::kNote, "modbus"});
 }
 
 std::vector<Sentence> Machine::service(core::TimeNs now_ns) {
   std::vector<Sentence> said;
   for (const auto& driver : drivers_) {
-    for (Sentence& sentence : driver->service(now_ns)) said.push_back(std::move(sentence));
+    for (Sentence& sentence : driver->service(now_ns)) {
+      said.push_back(std::move(sentence));
+      said.back().source = driver->name();
+    }
   }
   if (server_ && !listening_ && now_ns >= next_listen_ns_) {
     next_listen_ns_ = now_ns + kListenAgainNs;

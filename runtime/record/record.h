@@ -44,8 +44,9 @@ struct alignas(kRecordAlign) RecordHead {
   std::uint64_t scan = 0;    ///< executions of the task before this one, since recording began
   core::TimeNs now_ns = 0;   ///< what the scan was told, as CycleContext has it
   core::TimeNs start_ns = 0;
+  core::TimeNs utc_ns = 0;
 };
-static_assert(sizeof(RecordHead) == 48);
+static_assert(sizeof(RecordHead) == 64);
 
 enum class EntryKind : std::uint16_t {
   kBytes,      ///< bytes that others wrote into the table at `at`; `detail` is the moment

@@ -17,6 +17,7 @@ struct ReleaseContext {
   std::uint64_t cycle = 0;      ///< scans of this task before this one
   core::TimeNs now_ns = 0;      ///< the cycle's `now`
   core::TimeNs release_ns = 0;  ///< the instant on the task's release grid
+  core::TimeNs utc_ns = 0;      ///< date and time, taken with `now_ns`
 };
 
 class CycleListener {

@@ -54,7 +54,9 @@ void relax_cpu() noexcept {
 }  // namespace
 
 RealtimeScheduler::RealtimeScheduler(Resource& resource, RealtimeOptions options)
-    : resource_(resource), options_(std::move(options)) {
+    : resource_(resource),
+      options_(std::move(options)),
+      calendar_(options_.calendar != nullptr ? *options_.calendar : machine_calendar_) {
   if (options_.plan.empty()) options_.plan = default_plan(resource.image());
   for (std::uint32_t i = 0; i < resource.task_count(); ++i) {
     runs_.push_back(std::make_unique<TaskRun>());
@@ -183,7 +185,7 @@ void RealtimeScheduler::run(TaskRun& task) noexcept {
       released = level && !trigger_was;
       trigger_was = level;
     }
-    const ReleaseContext context{task.index, cycle, now_ns, release_ns};
+    const ReleaseContext context{task.index, cycle, now_ns, release_ns, calendar_.utc_ns()};
     bool go_on = true;
     if (released) {
       ++cycle;
@@ -240,10 +242,11 @@ void RealtimeScheduler::regain_priority(TaskRun& task) noexcept {
 }
 
 // RT:
-CycleContext RealtimeScheduler::program_time(core::TimeNs now_ns) const noexcept {
+CycleContext RealtimeScheduler::program_time(const ReleaseContext& context) const noexcept {
   const core::TimeNs start_ns = start_ns_.load(std::memory_order_relaxed);
-  if (!options_.program_time_ns) return {now_ns, start_ns};
-  return {*options_.program_time_ns + (now_ns - start_ns), *options_.program_time_ns};
+  if (!options_.program_time_ns) return {context.now_ns, start_ns, context.utc_ns};
+  const core::TimeNs begin_ns = *options_.program_time_ns;
+  return {begin_ns + (context.now_ns - start_ns), begin_ns, context.utc_ns};
 }
 
 // RT: false when the task must not be released again.
@@ -254,7 +257,7 @@ bool RealtimeScheduler::scan(TaskRun& task, const ReleaseContext& context) noexc
   task.busy_since.store(context.now_ns, std::memory_order_relaxed);
   for (CycleListener* const listener : listeners_) listener->before_scan(context);
   resource_.process_image().sync();
-  const Fault found = program.execute(program_time(context.now_ns));
+  const Fault found = program.execute(program_time(context));
   task.statistics.scans.fetch_add(1, std::memory_order_relaxed);
   // Revoked: the watchdog has done all that is to do, and the outputs are no longer this thread's.
   if (found.kind == FaultKind::kWatchdog) return false;

@@ -43,8 +43,9 @@ struct RealtimeOptions {
   /// What the clock of the programs shows at the common start: timers that were kept go on where they were. Nothing:
   /// the machine's monotonic clock.
   std::optional<core::TimeNs> program_time_ns{};
-  bool realtime_priority = true;  ///< SCHED_FIFO (priority.h), and idle processors stay awake
-  bool lock_memory = true;        ///< mlockall(MCL_CURRENT | MCL_FUTURE)
+  const core::Calendar* calendar = nullptr;  ///< date and time of programs; null: the machine's. Outlives the scheduler
+  bool realtime_priority = true;             ///< SCHED_FIFO (priority.h), and idle processors stay awake
+  bool lock_memory = true;                   ///< mlockall(MCL_CURRENT | MCL_FUTURE)
   /// Called on each task's thread after it is set up and before its first cycle: where guards are installed.
   void (*on_thread_start)(std::uint32_t task) = nullptr;
 };
@@ -96,7 +97,7 @@ class RealtimeScheduler {
   core::TimeNs expect(TaskRun& run, core::TimeNs now_ns, core::TimeNs release_ns) noexcept;
   void regain_priority(TaskRun& run) noexcept;
   bool scan(TaskRun& run, const ReleaseContext& context) noexcept;
-  [[nodiscard]] CycleContext program_time(core::TimeNs now_ns) const noexcept;
+  [[nodiscard]] CycleContext program_time(const ReleaseContext& context) const noexcept;
   bool fault(TaskRun& run, const ReleaseContext& context, const Fault& fault) noexcept;
   void stop_task(TaskRun& run) noexcept;
   void on_timeout(TaskRun& run) noexcept;
@@ -107,6 +108,8 @@ class RealtimeScheduler {
   Resource& resource_;
   RealtimeOptions options_;
   core::MonotonicClock clock_;
+  core::SystemCalendar machine_calendar_;
+  const core::Calendar& calendar_;
   std::vector<std::unique_ptr<TaskRun>> runs_;
   std::vector<CycleListener*> listeners_;
   std::unique_ptr<Watchdog> watchdog_;

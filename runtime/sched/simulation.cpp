@@ -40,11 +40,12 @@ void Simulation::look_at_triggers() {
 
 void Simulation::run_task(std::uint32_t index) {
   SimulatedTask& task = tasks_[index];
-  const ReleaseContext context{index, task.scans, clock_.now_ns(), clock_.now_ns()};
+  const core::TimeNs now_ns = clock_.now_ns();
+  const ReleaseContext context{index, task.scans, now_ns, now_ns, options_.date_ns + now_ns};
   task.due = false;
   for (CycleListener* const listener : listeners_) listener->before_scan(context);
   resource_.process_image().sync();
-  const Fault fault = resource_.program(index).execute({clock_.now_ns()});
+  const Fault fault = resource_.program(index).execute({now_ns, 0, context.utc_ns});
   resource_.process_image().sync();
   ++task.scans;
   for (CycleListener* const listener : listeners_) listener->after_scan(context);

@@ -29,6 +29,7 @@ struct Instant {
 
 struct SimulationOptions {
   FaultPolicy on_fault = FaultPolicy::kSafeState;
+  core::TimeNs date_ns = 0;  ///< date and time of programs at virtual time 0, UTC; it goes on with virtual time
 };
 
 class Simulation {
@@ -52,6 +53,8 @@ class Simulation {
   std::uint64_t run_until(core::TimeNs end_ns);
 
   [[nodiscard]] core::TimeNs now_ns() const { return clock_.now_ns(); }
+  /// Sets the clock that programs have date and time of, as NTP does: nothing else moves. Between steps.
+  void set_utc(core::TimeNs utc_ns, core::TimeNs at_ns) { options_.date_ns = utc_ns - at_ns; }
   [[nodiscard]] std::uint64_t cycles() const { return cycle_; }
   /// Scans of one task so far.
   [[nodiscard]] std::uint64_t scans(std::uint32_t task) const { return tasks_[task].scans; }

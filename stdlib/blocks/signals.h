@@ -1,18 +1,21 @@
-// Blocks: a clock that runs from a preset time, signals that switch by themselves, the bits of a byte.
+// Blocks: date and time, a clock that runs from a preset time, signals that switch by themselves, the bits of a byte.
 //
 // Time is that of the cycle, as for the timers (timers.h): edges come with the first execution at or after their time.
+// Date and time are taken with it, once a cycle.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 
+#include "core/time_zone.h"
 #include "stdlib/arithmetic.h"
 #include "stdlib/row.h"
 
 namespace plc::stdlib::fb {
 
-/// The machine's clock is never read: CDT is PDT and what has passed since, so that simulations repeat.
+/// While it runs, CDT is PDT and what has passed since by the clock of the timers: setting the machine's clock moves it
+/// only while IN is FALSE.
 struct Rtc {
   struct Ports {
     std::uint8_t in = 0, q = 0, m = 0;
@@ -21,13 +24,12 @@ struct Rtc {
   static constexpr std::string_view name = "RTC";
   static constexpr std::string_view clause = "not in the third edition; IEC 61131-3:2003, table 37";
   static constexpr std::string_view summary =
-      "Clock: a rising edge of IN sets it to PDT, and CDT runs from there while IN is TRUE. With IN FALSE CDT stands "
-      "still "
-      "(in Beremiz it is then the time of the machine, which programs here do not know).";
+      "Clock: a rising edge of IN sets it to PDT, and CDT runs from there while IN is TRUE, also when the clock of the "
+      "machine is set. With IN FALSE CDT is the date and time of the machine in UTC, as in Beremiz.";
   static constexpr Field fields[] = {
       {"IN", Direction::kInput, TypeId::kBool, offsetof(Ports, in), "sets the clock at its rising edge, and runs it"},
       {"PDT", Direction::kInput, TypeId::kDt, offsetof(Ports, pdt), "preset date and time, read at the edge"},
-      {"Q", Direction::kOutput, TypeId::kBool, offsetof(Ports, q), "IN: the clock runs"},
+      {"Q", Direction::kOutput, TypeId::kBool, offsetof(Ports, q), "IN: the clock runs from PDT"},
       {"CDT", Direction::kOutput, TypeId::kDt, offsetof(Ports, cdt), "date and time"},
       {"M", Direction::kState, TypeId::kBool, offsetof(Ports, m), "IN at the last execution"},
       {"LOADED", Direction::kState, TypeId::kDt, offsetof(Ports, loaded), "PDT at the edge"},
@@ -37,7 +39,7 @@ at     IN PDT                    | Q CDT
 T#0s   0  DT#2023-12-31-23:59:58 | 0 DT#1970-01-01-00:00:00
 T#5s   1  .                      | 1 DT#2023-12-31-23:59:58
 T#7s   .  DT#1999-01-01-00:00:00 | 1 DT#2024-01-01-00:00:00
-T#8s   0  .                      | 0 DT#2024-01-01-00:00:00
+T#8s   0  .                      | 0 DT#1970-01-01-00:00:08
 T#9s   1  .                      | 1 DT#1999-01-01-00:00:00
 )"}};
   static void step(Ports& p, const StepContext& context) noexcept {
@@ -47,9 +49,34 @@ T#9s   1  .                      | 1 DT#1999-01-01-00:00:00
     }
     p.m = p.in;
     p.q = p.in;
-    if (p.in != 0) {
-      p.cdt = wrap_add(p.loaded, std::max<std::int64_t>(wrap_sub(context.now_ns, p.start), 0));
-    }
+    p.cdt =
+        p.in != 0 ? wrap_add(p.loaded, std::max<std::int64_t>(wrap_sub(context.now_ns, p.start), 0)) : context.utc_ns;
+  }
+};
+
+/// What UTC_DT(), LOCAL_DT() and the like of texts run.
+struct SysTime {
+  struct Ports {
+    std::int64_t utc = 0, local = 0, offset = 0;
+  };
+  static constexpr std::string_view name = "SYS_TIME";
+  static constexpr std::string_view clause =
+      "not in the standard; PICARD's own. UTC_DT(), UTC_LDT(), LOCAL_DT() and LOCAL_LDT() in texts";
+  static constexpr std::string_view summary =
+      "The date and time of the machine, taken once a cycle. It jumps when that clock is set; timers do not.";
+  static constexpr Field fields[] = {
+      {"UTC", Direction::kOutput, TypeId::kDt, offsetof(Ports, utc), "date and time, UTC"},
+      {"LOCAL", Direction::kOutput, TypeId::kDt, offsetof(Ports, local), "the same in the time zone of the plant"},
+      {"OFFSET", Direction::kOutput, TypeId::kTime, offsetof(Ports, offset), "LOCAL - UTC"}};
+  static constexpr BlockExample examples[] = {{"In UTC, from 1970-01-01 on, as plc sim without --date", R"(
+at     | UTC                    LOCAL                  OFFSET
+T#0s   | DT#1970-01-01-00:00:00 DT#1970-01-01-00:00:00 T#0s
+T#90s  | DT#1970-01-01-00:01:30 DT#1970-01-01-00:01:30 T#0s
+)"}};
+  static void step(Ports& p, const StepContext& context) noexcept {
+    p.utc = context.utc_ns;
+    p.offset = context.zone == nullptr ? 0 : context.zone->offset_ns(context.utc_ns);
+    p.local = wrap_add(p.utc, p.offset);
   }
 };
 
@@ -206,6 +233,6 @@ T#9s   | T#9s
   }
 };
 
-using SignalRows = Rows<Rtc, Blink, Pwm, Unpack, Uptime>;
+using SignalRows = Rows<Rtc, SysTime, Blink, Pwm, Unpack, Uptime>;
 
 }  // namespace plc::stdlib::fb

@@ -2,9 +2,11 @@
 // fire() puts a line into a ring and goes on.
 #pragma once
 
+#include <cerrno>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <cstring>
 #include <optional>
 #include <string>
 
@@ -29,7 +31,9 @@ class FileLogger final : public picard::Taskblock {
           "them every 20 ms. When the disk is slower than that, lines are dropped and DROPPED counts them: after the "
           "end, WRITTEN + DROPPED is the number of lines there should be. A file that cannot be made or written does "
           "not stop the program: ERROR is the number that Linux gives the reason (28: the disk is full, 30: it may "
-          "only be read, 13: the rights are missing, 2: no such directory), whole lines stay, lines wait in the ring, "
+          "only be read, 13: the rights are missing, 2: no such directory), the operator is told in the log of "
+          "plc-run, "
+          "whole lines stay, lines wait in the ring, "
           "and it is tried again every second until it can be done. With LIMIT megabytes the file is complete: ERROR "
           "is 27, and nothing more is written. When the program ends, what waits is written down to the disk.\n\n"
           "`utc` follows the clock of the machine: when that is set, as NTP does after the start, so are the lines "
@@ -89,11 +93,23 @@ class FileLogger final : public picard::Taskblock {
     written = log_->written();
     dropped = rejected_ + log_->lost();
     error = log_->error();
+    if (error != told_) tell_error();
   }
 
  private:
+  void tell_error() {
+    told_ = error;
+    const auto name = file->view();
+    const int length = static_cast<int>(name.size());
+    if (told_ == 0) return tell(picard::Severity::Note, "%.*s is written again", length, name.data());
+    const char* const why = ::strerrordesc_np(told_);
+    tell(picard::Severity::Warning, "%.*s is not written: %s%s", length, name.data(), why != nullptr ? why : "an error",
+         told_ == EFBIG ? "; it has reached its LIMIT" : "; it is tried again");
+  }
+
   std::optional<CsvLog> log_;  ///< made in ready()
   std::uint64_t rejected_ = 0;
+  std::int32_t told_ = 0;  ///< the ERROR that the operator knows of
 };
 
 }  // namespace plc::blocks

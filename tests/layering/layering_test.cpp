@@ -22,6 +22,7 @@ const fs::path kRoot = PLC_SOURCE_DIR;
 /// io-drivers/machine.
 const std::map<std::string, std::set<std::string>> kAllowed = {
     {"core", {}},
+    {"log", {"core"}},
     {"stdlib", {"core"}},
     {"plcopen", {"core"}},
     {"ir", {"core", "stdlib"}},
@@ -85,6 +86,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
       "io-drivers/simulated",
       "taskblocks",
       "testing"}},
+      "log",
     {"bench",  // tests: the builder of hand-made images
      {"core", "stdlib", "bytecode", "runtime", "native", "retain", "io-drivers", "io-drivers/config",
       "io-drivers/machine", "io-drivers/modbus", "taskblocks", "compiler", "tools", "tests"}},

@@ -166,7 +166,7 @@ Script random_script(const BlockSpec& block) {
       scan.inputs.push_back(stays ? std::nullopt : std::optional(random_input(field->type, sequence)));
       if (!stays) Cell::write(ports + field->offset, *scan.inputs.back());
     }
-    block.step(ports, {now});
+    block.step(ports, {.now_ns = now, .utc_ns = now});
     for (const Field* field : outputs) scan.outputs.emplace_back(Cell::read(ports + field->offset, field->type));
     script.scans.push_back(std::move(scan));
     now += static_cast<core::TimeNs>(1 + sequence.below(30)) * 1'000'000;

@@ -108,12 +108,13 @@ class Engines {
   [[nodiscard]] std::size_t size() const { return engines_.size(); }
   runtime::Resource& operator[](std::size_t engine) { return *resources_[engine]; }
 
-  /// One scan of one task in all engines. What differs then, or an empty text.
-  std::string scan(std::size_t task, core::TimeNs now_ns) {
+  /// One scan of one task in all engines; date and time go with `now_ns` from 1970 on if nothing else is said. What
+  /// differs then, or an empty text.
+  std::string scan(std::size_t task, core::TimeNs now_ns, std::optional<core::TimeNs> utc_ns = std::nullopt) {
     runtime::Fault expected;
     for (std::size_t i = 0; i < engines_.size(); ++i) {
       resources_[i]->process_image().sync();
-      const runtime::Fault fault = resources_[i]->program(task).execute({now_ns});
+      const runtime::Fault fault = resources_[i]->program(task).execute({now_ns, 0, utc_ns.value_or(now_ns)});
       resources_[i]->process_image().sync();
       if (i == 0) expected = fault;
       if (std::tie(fault.kind, fault.pou, fault.word, fault.taskblock) !=

@@ -126,7 +126,7 @@ class Replayed {
     task.replay.begin(record);
     const runtime::RecordHead& head = task.replay.head();
     const std::uint64_t before = task.replica->event_total();
-    const runtime::Fault fault = task.replica->execute({head.now_ns, head.start_ns});
+    const runtime::Fault fault = task.replica->execute({head.now_ns, head.start_ns, head.utc_ns});
     const runtime::RecordedFault found{static_cast<std::uint32_t>(fault.kind), fault.pou, fault.word, fault.taskblock};
     if (!(task.replay.fault() == (fault ? found : runtime::RecordedFault{}))) return "another fault";
     if (!task.replay.finished()) return "the record does not fit the scan";

@@ -7,6 +7,8 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <thread>
+#include <vector>
 
 #include "compiler/compile.h"
 #include "core/clock.h"
@@ -64,6 +66,26 @@ class Scale final : public picard::Taskblock {
 
  private:
   double factor_ = 0;
+};
+
+/// Tells the operator, on the task's thread and on one of its own.
+class Teller final : public picard::Taskblock {
+ public:
+  static constexpr picard::Info info{.name = "TELLER", .group = "Test", .summary = "Tells the operator."};
+  picard::Input<std::int32_t> times{this, "TIMES", "messages of an execution", {.initial = "1"}};
+  picard::Input<bool> elsewhere{this, "ELSEWHERE", "by four threads, too"};
+  void ready() override { tell(picard::Severity::Note, "ready"); }
+  void fire() override {
+    std::vector<std::thread> threads;
+    for (int t = 0; elsewhere && t < 4; ++t) threads.emplace_back([this] { tell_times(); });
+    tell_times();
+    for (std::thread& thread : threads) thread.join();
+  }
+
+ private:
+  void tell_times() const {
+    for (std::int32_t i = 0; i < times; ++i) tell(picard::Severity::Warning, "number %d", i);
+  }
 };
 
 /// Every shape a port may have.
@@ -150,7 +172,7 @@ class Timed final : public picard::Taskblock {
   void fire() override { count = static_cast<std::int16_t>(count + 1); }
 };
 
-PICARD_LINKED_LIBRARY(test_library, "test", "1.0.0", Scale, Shapes, Values, Faulty, Timed)
+PICARD_LINKED_LIBRARY(test_library, "test", "1.0.0", Scale, Shapes, Values, Faulty, Timed, Teller)
 
 const taskblocks::Registry& registry() {
   static const taskblocks::Registry all = [] {
@@ -373,6 +395,41 @@ TEST(Taskblocks, OutputsOutsideTheirRangeAreLimitedAndCounted) {
   EXPECT_EQ(q.value("Main.F.COUNT"), "3");
   EXPECT_EQ(q.resource->program(0).event_total(), 5u);
   EXPECT_EQ(q.resource->program(0).events().front().last, stdlib::Event::kOutOfRange);
+}
+
+TEST(Taskblocks, TellTheOperator) {
+  Project p(in_task("A : TELLER; B : TELLER := (TIMES := 2);\n", "A();\nB();\n"));
+  ASSERT_NE(p.resource, nullptr) << p.problem;
+  runtime::Program& program = p.resource->program(0);
+  EXPECT_FALSE(program.execute({0, 0, 1000}));
+  EXPECT_FALSE(program.execute({0, 0, 2000}));
+  const auto told = program.messages();
+  ASSERT_EQ(told.size(), 8u);
+  EXPECT_EQ(told[0].taskblock, "TELLER main.A");
+  EXPECT_EQ(told[0].text, "ready");
+  EXPECT_EQ(told[0].utc_ns, 0) << "before the first scan";
+  EXPECT_EQ(told[1].taskblock, "TELLER main.B");
+  EXPECT_EQ(told[7].taskblock, "TELLER main.B");
+  EXPECT_EQ(told[7].text, "number 1");
+  EXPECT_EQ(told[7].severity, core::Severity::kWarning);
+  EXPECT_EQ(told[7].scan, 1u);
+  EXPECT_EQ(told[7].utc_ns, 2000);
+  EXPECT_TRUE(program.messages().empty());
+  EXPECT_EQ(program.lost_messages(), 0u);
+}
+
+TEST(Taskblocks, WhatTheyTellIsBoundedAndCounted) {
+  Project p(in_task("A : TELLER := (TIMES := 200, ELSEWHERE := TRUE);\n", "A();\n"));
+  ASSERT_NE(p.resource, nullptr) << p.problem;
+  runtime::Program& program = p.resource->program(0);
+  for (int scan = 0; scan < 20; ++scan) {
+    EXPECT_FALSE(p.scan());
+    const auto told = program.messages();
+    EXPECT_LE(told.size(), runtime::MessageRing::kPlaces);
+    EXPECT_GE(told.size(), 1u);
+    EXPECT_EQ(told.size() + program.lost_messages(), 5u * 200 + (scan == 0 ? 1 : 0));
+    for (const auto& one : told) EXPECT_TRUE(one.text.starts_with("number ") || one.text == "ready") << one.text;
+  }
 }
 
 TEST(Taskblocks, ABudgetIsMeasuredWhereThereIsAClock) {

@@ -104,7 +104,7 @@ TEST_F(SharedLibrary, IsNoLibrary) {
 TEST_F(SharedLibrary, HasNoDescription) { expect_refused("missing_symbol", "it has no function picard_library_v1()"); }
 
 TEST_F(SharedLibrary, SpeaksAnotherVersion) {
-  expect_refused("wrong_abi", "it speaks version 2 of the taskblock interface, this program version 1");
+  expect_refused("wrong_abi", "it speaks version 3 of the taskblock interface, this program version 2");
 }
 
 TEST_F(SharedLibrary, HasAConstructorThatThrows) {

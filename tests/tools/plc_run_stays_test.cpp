@@ -240,10 +240,10 @@ TEST_F(Stays, APortThatIsTakenIsTriedAgain) {
   Pipe out, err;
   Running run({project(counting()), "--modbus", "127.0.0.1:" + std::to_string(ntohs(address.sin_port))}, out.ends[1],
               err.ends[1]);
-  EXPECT_TRUE(err.shows("warning: plc-run: modbus: P7510: cannot listen for Modbus clients on 127.0.0.1")) << err.seen;
+  EXPECT_TRUE(err.shows("warning: modbus: P7510: cannot listen for Modbus clients on 127.0.0.1")) << err.seen;
   EXPECT_TRUE(err.shows("it is tried again")) << err.seen;
   close(taken);
-  EXPECT_TRUE(err.shows("note: plc-run: modbus: listening on 127.0.0.1:")) << err.seen;
+  EXPECT_TRUE(err.shows("note: modbus: listening on 127.0.0.1:")) << err.seen;
   run.signal(SIGTERM);
   EXPECT_EQ(run.wait(), 0);
 }

@@ -18,6 +18,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/time_zone.h"
 #include "io-drivers/config/check_schedule.h"
 #include "io-drivers/config/plan_tasks.h"
 #include "io-drivers/csv.h"
@@ -33,6 +34,7 @@
 #include "tools/plc-run/output.h"
 #include "tools/plc-run/report.h"
 #include "tools/plc-run/retained.h"
+#include "tools/plc-run/run_log.h"
 #include "tools/plc-run/service.h"
 #include "tools/plc-run/watch.h"
 #include "tools/statistics.h"
@@ -50,7 +52,7 @@ enum class Stats : std::uint8_t {
 };
 
 struct Run {
-  std::string file, duration, stimulus, configuration, modbus, state;
+  std::string file, duration, stimulus, configuration, modbus, state, log;
   std::vector<std::string> watch;
   std::uint64_t cycles = 0;
   Stats stats = Stats::kTimes;
@@ -62,6 +64,8 @@ struct Run {
   std::optional<io::ListenText> listen;  ///< --modbus
   bool simulate = false;                 ///< --simulate-io
   retain::Start start = retain::Start::kWarm;
+  std::optional<LogPlace> log_place;        ///< --log
+  std::optional<core::Severity> log_level;  ///< --log-level
 };
 
 constexpr core::TimeNs kRedrawNs = 200'000'000;
@@ -103,6 +107,8 @@ void handle_signals() {
   ::sigaction(SIGUSR1, &action, nullptr);
   // WHY: a reader that goes away (plc-run .. | head) must not take the outputs' safe state with it.
   ::signal(SIGPIPE, SIG_IGN);
+  // A limit on the size of files is an error of who writes one, as a full disk is.
+  ::signal(SIGXFSZ, SIG_IGN);
 }
 
 /// The task whose cycle applies the stimulus: the first one whose variables it names, else the fastest.
@@ -157,13 +163,13 @@ std::optional<Plan> make_plan(const Run& run, io::Configuration configuration, c
 class AllocationWarnings {
  public:
   explicit AllocationWarnings(const runtime::Resource& resource) : resource_(resource) {}
-  void print_new() {
+  void say_new(RunLog& log) {
     for (std::size_t task = 0; task < resource_.task_count(); ++task) {
       const runtime::Program& program = resource_.program(task);
       for (const auto& found : program.allocations()) {
         if (!told_.emplace(task, found.taskblock).second) continue;
-        message(core::Severity::kWarning) << fmt::format("taskblock {} allocates memory in its cycle (task {})\n",
-                                                         found.taskblock, program.task().name);
+        log.say(core::Severity::kWarning, fmt::format("taskblock {} allocates memory in its cycle (task {})",
+                                                      found.taskblock, program.task().name));
       }
     }
   }
@@ -175,10 +181,9 @@ class AllocationWarnings {
 
 /// `diagnostics` are those of the plan: places of the configuration name their file by it.
 int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::Diagnostics& diagnostics,
-                 std::int64_t duration_ns, core::TimeNs load_ns, Output& output) {
+                 std::int64_t duration_ns, core::TimeNs load_ns, Output& output, RunLog& log) {
   const bytecode::Image& image = resource.image();
-  // What is said on the way leaves stdout to the document.
-  std::ostream& talk = run.stats == Stats::kJson ? std::cerr : std::cout;
+  std::ostream& talk = log.talk();
   const core::TimeNs retain_interval_ns = plan.configuration.retain.interval_ns;
   const std::string folder = state_folder(run.state, plan.configuration, run.simulate);
   auto machine = io::Machine::configure({run.file, std::move(plan.configuration), run.listen, run.simulate,
@@ -214,7 +219,15 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   if (!view.empty()) scheduler.add_listener(view);
   CycleLimit limit(scheduler, io::fastest_task(image), run.cycles);
   if (run.cycles != 0) scheduler.add_listener(limit);
-  print_devices(plant.machine(), notes, talk);
+  log.start();
+  print_devices(plant.machine(), talk);
+  for (const io::Sentence& note : notes) {
+    if (note.severity == core::Severity::kNote) {
+      talk << note.text << '\n';
+    } else {
+      log.say(note);
+    }
+  }
   if (retained.keeper) retained.keeper->start();
   running.store(&plant, std::memory_order_relaxed);
   if (signalled.load(std::memory_order_relaxed) != 0) plant.request_stop();  // before the handler knew the plant
@@ -231,12 +244,12 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
     for (const runtime::TaskFault& fault : scheduler.new_faults()) {
       ++faults;
       last_fault = fault;
-      print_fault(resource, fault, message(core::Severity::kError));
+      log.say_fault(resource, fault);
     }
   };
   const auto show_retain = [&] {
     if (!retained.keeper) return;
-    for (const retain::Message& said : retained.keeper->messages()) message(said.severity) << said.text << '\n';
+    for (const retain::Message& said : retained.keeper->messages()) log.say(said.severity, said.text, "retain");
   };
   AllocationWarnings allocations(resource);
   core::TimeNs next_view = plant.begin_ns();
@@ -247,15 +260,16 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
       next_view += kRedrawNs * (1 + (now - next_view) / kRedrawNs);
     }
     show_faults();
+    log.say_messages(resource);
     show_retain();
-    allocations.print_new();
+    allocations.say_new(log);
     if (report_wanted.exchange(false, std::memory_order_relaxed)) {
       print_statistics(run, resource, scheduler, std::cerr);
     }
+    log.service();
     Output::flush();
   };
-  plant.run(duration_ns, often,
-            [](const io::Sentence& said) { message(said.severity) << "plc-run: " << said.text << '\n'; });
+  plant.run(duration_ns, often, [&log](const io::Sentence& said) { log.say(said); });
   Service::stopping();
   const std::vector<std::uint32_t> stuck = plant.stop();
   running.store(nullptr, std::memory_order_relaxed);
@@ -263,8 +277,9 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   output.wait_again(printing_takes_too_long);
 
   show_faults();
+  log.say_messages(resource);
   show_retain();
-  allocations.print_new();
+  allocations.say_new(log);
   print_events(resource, std::cerr);
   print_end({signalled.load(), duration_ns, run.cycles, last_fault ? &*last_fault : nullptr}, resource, scheduler,
             clock.now_ns() - plant.begin_ns(), talk);
@@ -282,6 +297,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
       complain("plc-run", "task " + image.tasks[task].name + " does not end; its outputs are safe");
     }
     // WHY: it still uses what a return would destroy.
+    log.stop();
     Output::flush();
     std::_Exit(kExitErrors);
   }
@@ -310,6 +326,7 @@ int run_command(int argc, char** argv) {
       "  plc-run plant.xml --stimulus in.csv                with inputs from a script\n"
       "  plc-run plant.xml --state state                    keeps RETAIN and PERSISTENT variables in this folder\n"
       "  plc-run plant.xml --config plc.toml                with the inputs and outputs of this machine\n"
+      "  plc-run plant.xml --log json:plant.jsonl           messages as lines of JSON, in a file\n"
       "  plc-run plant.xml --modbus 0.0.0.0:502             HMIs of the network may connect (default: this machine's)\n"
       "\n"
       "SCHED_FIFO and locked memory need privileges: run as root, or allow them in a service\n"
@@ -335,6 +352,14 @@ int run_command(int argc, char** argv) {
       {{"warm", retain::Start::kWarm}, {"cold", retain::Start::kCold}, {"origin", retain::Start::kOrigin}},
       "warm: RETAIN and PERSISTENT variables have the values that were kept (default); cold: PERSISTENT ones "
       "alone; origin: none, all begin with initial values");
+  const Flag log_place = program.option(
+      "--log=FORMAT[:FILE]", run.log,
+      "where messages of the running plant go: text, json, or journal (that of systemd, with fields); text and json on "
+      "stderr, or into a file that is renamed when it is large. Default: journal if stderr is that, else text");
+  program.choice(
+      "--log-level=LEVEL", run.log_level,
+      {{"note", core::Severity::kNote}, {"warning", core::Severity::kWarning}, {"error", core::Severity::kError}},
+      "leaves out messages that are less severe; default: note");
   program.option("--config=plc.toml", run.configuration,
                  "drivers, channels, Modbus, guardian and libraries of this machine; plc config init writes one");
   program.flag("--simulate-io", run.simulate,
@@ -374,6 +399,14 @@ int run_command(int argc, char** argv) {
       return kExitUsage;
     }
   }
+  if (log_place.given()) {
+    run.log_place = parse_log_place(run.log);
+    if (!run.log_place) {
+      complain("plc-run", "--log \"" + run.log + "\" is not a place for messages",
+               "write text, json, journal, text:FILE or json:FILE");
+      return kExitUsage;
+    }
+  }
   std::int64_t duration_ns = 0;
   if (duration.given()) {
     const auto parsed = parse_duration_ns(run.duration);
@@ -396,6 +429,10 @@ int run_command(int argc, char** argv) {
     configuration = io::load_configuration(run.configuration, io::driver_types(), diagnostics);
   if (!configuration) {
     return give_up(diagnostics.all().front().code == core::Code::P7001 ? kExitUsage : kExitErrors);
+  // What is said on the way leaves stdout to the document.
+  RunLog log(*configuration, run.log_place, run.log_level, output, run.stats == Stats::kJson ? std::cerr : std::cout);
+  const core::TimeZone zone = core::TimeZone::load(configuration->clock.zone.text).value_or(core::TimeZone());
+  run.program.zone = &zone;
   }
   const taskblocks::Registry registry = load_taskblocks(*configuration, diagnostics);
   if (diagnostics.has_errors()) {
@@ -422,7 +459,7 @@ int run_command(int argc, char** argv) {
     resource = std::move(*loaded);
   }
   if (const auto problem = prepare_engine(*resource, run.engine, "plc-run")) return complain(*problem), kExitErrors;
-  return run_resource(run, *resource, std::move(*plan), diagnostics, duration_ns, clock.now_ns() - begin, output);
+  return run_resource(run, *resource, std::move(*plan), diagnostics, duration_ns, clock.now_ns() - begin, output, log);
 }
 
 }  // namespace

@@ -1,17 +1,13 @@
 #include "tools/plc-run/output.h"
 
 #include <fcntl.h>
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <poll.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
-#include <chrono>
 #include <climits>
-#include <cstdlib>
 #include <iostream>
 #include <utility>
 
@@ -28,14 +24,6 @@ int open_standard_descriptors() {
     if (::fcntl(fd, F_GETFD) < 0 && errno == EBADF) static_cast<void>(::open("/dev/null", O_RDWR));
   }
   return STDOUT_FILENO;
-}
-
-/// Whether stderr is the stream that systemd named to its service.
-bool is_journal() {
-  const char* const stream = std::getenv("JOURNAL_STREAM");
-  struct stat status {};
-  if (stream == nullptr || ::fstat(STDERR_FILENO, &status) != 0) return false;
-  return fmt::format("{}:{}", status.st_dev, status.st_ino) == stream;
 }
 
 }  // namespace
@@ -141,20 +129,6 @@ void Output::wait_again(bool (*give_up)()) {
 void Output::flush() {
   std::cout.flush();
   std::cerr.flush();
-}
-
-std::ostream& message(core::Severity severity) {
-  static const bool journal = is_journal();
-  const bool error = severity == core::Severity::kError, warning = severity == core::Severity::kWarning;
-  if (journal) {
-    std::cerr << (error ? "<3>" : warning ? "<4>" : "<6>");
-  } else {
-    using namespace std::chrono;
-    const auto now = system_clock::now();
-    const auto ms = duration_cast<milliseconds>(now.time_since_epoch()).count() % 1000;
-    std::cerr << fmt::format("{:%Y-%m-%dT%H:%M:%S}.{:03}Z ", fmt::gmtime(system_clock::to_time_t(now)), ms);
-  }
-  return std::cerr << (error ? "error: " : warning ? "warning: " : "note: ");
 }
 
 }  // namespace plc::tools

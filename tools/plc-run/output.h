@@ -10,8 +10,6 @@
 #include <string>
 #include <string_view>
 
-#include "core/diagnostics.h"
-
 namespace plc::tools {
 
 /// Writes to a descriptor: with waiting before and after the plant runs, without in between. Never fails, so that no
@@ -56,6 +54,7 @@ class Output {
   Output& operator=(const Output&) = delete;
 
   PatientBuffer& out() { return out_; }
+  PatientBuffer& err() { return err_; }
   void stop_waiting();
   void wait_again(bool (*give_up)());
   /// What waits, as far as it can be written now.
@@ -66,9 +65,5 @@ class Output {
   std::streambuf* out_before_;
   std::streambuf* err_before_;
 };
-
-/// std::cerr, with the beginning of a message of a running plant: "2026-01-31T12:00:00.000Z warning: ". For the journal
-/// of systemd, which has times of its own, its level instead: "<4>warning: ".
-std::ostream& message(core::Severity severity);
 
 }  // namespace plc::tools

@@ -13,7 +13,6 @@
 #include "io-drivers/config/template.h"
 #include "tools/command_line.h"
 #include "tools/engine.h"
-#include "tools/plc-run/output.h"
 #include "tools/statistics.h"
 #include "tools/version.h"
 
@@ -117,7 +116,7 @@ void print_end(const End& end, const runtime::Resource& resource, const runtime:
   out << fmt::format("ends after {}: {}\n", time_text(ran_ns), why);
 }
 
-void print_devices(const io::Machine& machine, const std::vector<io::Sentence>& notes, std::ostream& out) {
+void print_devices(const io::Machine& machine, std::ostream& out) {
   for (const auto& driver : machine.drivers()) {
     const auto inputs = driver->inputs(0).size();
     out << fmt::format("driver {}: {}{}{}\n", driver->name(),
@@ -128,13 +127,6 @@ void print_devices(const io::Machine& machine, const std::vector<io::Sentence>& 
                        driver->has_outputs() ? ", with outputs" : "");
   }
   if (machine.guarded()) out << "guardian: drives the safe values should the runtime die or hang\n";
-  for (const io::Sentence& note : notes) {
-    if (note.severity == core::Severity::kNote) {
-      out << note.text << '\n';
-    } else {
-      message(note.severity) << "plc-run: " << note.text << '\n';
-    }
-  }
 }
 
 void print_realtime(const runtime::RealtimeReport& report, std::ostream& out) {

@@ -21,8 +21,8 @@ namespace plc::tools {
 /// to here.
 void print_start(std::string_view file, const bytecode::Image& image, std::span<const runtime::TaskPlan> plan,
                  core::TimeNs load_ns, std::ostream& out);
-/// Notes go to `out`, warnings to stderr.
-void print_devices(const io::Machine& machine, const std::vector<io::Sentence>& notes, std::ostream& out);
+/// Drivers and guardian.
+void print_devices(const io::Machine& machine, std::ostream& out);
 /// Why a run ended.
 struct End {
   int signal = 0;                             ///< that asked for it, or 0

@@ -14,9 +14,11 @@
 #include "io-drivers/config/plan_tasks.h"
 #include "io-drivers/stimulus.h"
 #include "io-drivers/trace.h"
+#include "log/format.h"
 #include "runtime/sched/simulation.h"
 #include "runtime/sched/statistics.h"
 #include "tools/command_line.h"
+#include "tools/date.h"
 #include "tools/engine.h"
 #include "tools/open.h"
 #include "tools/plc/commands.h"
@@ -43,6 +45,7 @@ struct Sim {
   runtime::ProgramOptions program;
   core::CompileOptions options;
   std::vector<std::string> libraries;
+  DateOptions date;
 };
 constexpr std::uint64_t kDefaultCycles = 1000;
 
@@ -96,6 +99,18 @@ class ScanTimes final : public runtime::CycleListener {
   std::vector<std::unique_ptr<runtime::Histogram>> times_;
 };
 
+/// What taskblocks tell the operator, with the virtual time.
+void print_messages(runtime::Resource& resource, core::TimeNs now_ns) {
+  for (std::size_t task = 0; task < resource.task_count(); ++task) {
+    runtime::Program& program = resource.program(task);
+    for (const runtime::TaskblockMessage& message : program.messages()) {
+      std::cerr << fmt::format("{}: {}: {}: {} (task {}, scan {})\n", duration_text(static_cast<double>(now_ns)),
+                               log::word_of(message.severity), message.taskblock, log::printable(message.text),
+                               program.task().name, message.scan);
+    }
+  }
+}
+
 /// The paths that a trace records: those that match any pattern, each once, in declaration order per pattern.
 std::vector<std::string> watched_paths(const std::vector<std::string>& patterns, runtime::Resource& resource) {
   const runtime::Access access(resource);
@@ -109,7 +124,8 @@ std::vector<std::string> watched_paths(const std::vector<std::string>& patterns,
   return paths;
 }
 
-int run(Command command, const Sim& sim) {
+int run(Command command, Sim& sim) {
+  if (const auto code = parse_date_options("plc sim", sim.date)) return *code;
   const bool trace_on_stdout = sim.trace == "-" || (sim.trace.empty() && !sim.watch.empty());
   if (trace_on_stdout && sim.stats == Stats::kJson) {
     complain("plc sim", "--stats=json and the trace both want stdout", "give the trace a file: --trace out.csv");
@@ -129,6 +145,7 @@ int run(Command command, const Sim& sim) {
   }
   runtime::ProgramOptions program = sim.program;
   program.taskblocks = &registry;
+  program.zone = &sim.date.time_zone;
   auto loaded = runtime::Resource::load(std::move(*compilation.image), program);
   if (!loaded) return complain(loaded.error()), kExitErrors;
   runtime::Resource& resource = **loaded;
@@ -139,7 +156,7 @@ int run(Command command, const Sim& sim) {
   diagnostics.render_with_lines(std::cerr);
   if (!fits) return kExitErrors;
   if (const auto problem = prepare_engine(resource, sim.engine, "plc sim")) return complain(*problem), kExitErrors;
-  runtime::Simulation simulation(resource);
+  runtime::Simulation simulation(resource, {.date_ns = sim.date.date_ns});
 
   std::unique_ptr<io::Stimulus> stimulus;
   if (!sim.stimulus.empty()) {
@@ -167,6 +184,12 @@ int run(Command command, const Sim& sim) {
   }
   ScanTimes times(resource.task_count());
   if (sim.stats != Stats::kNone) simulation.add_listener(times);
+  const auto& blocks = resource.image().blocks;
+  const bool talks = std::any_of(blocks.begin(), blocks.end(),
+                                 [](const auto& block) { return stdlib::block_named(block.name) == nullptr; });
+  if (talks)
+    simulation.after_instant(
+        [&resource](const runtime::Instant& instant) { print_messages(resource, instant.now_ns); });
 
   const bool until_stimulus_ends = sim.cycles == 0 && stimulus != nullptr;
   const std::uint64_t ran = until_stimulus_ends ? simulation.run_until(stimulus->end_ns() + 1)
@@ -236,6 +259,7 @@ void add_sim(Command program) {
                  {{"names", runtime::ValueStyle::kNames}, {"numbers", runtime::ValueStyle::kNumbers}},
                  "how enumerations, durations and dates are written: names (Filling, T#1s500ms), which is the default "
                  "of --watch, or numbers (1, 1500000000 ns), which is that of --trace");
+  add_date_options(command, sim.date);
   add_loop_budget(command, sim.program);
   add_engine_option(command, sim.engine);
   command.choice(

@@ -15,6 +15,7 @@
 #include "testing/discover.h"
 #include "testing/runner.h"
 #include "tools/command_line.h"
+#include "tools/date.h"
 #include "tools/engine.h"
 #include "tools/plc/commands.h"
 #include "tools/plc/pou_svg.h"
@@ -31,6 +32,7 @@ struct Test {
   std::vector<std::string> paths, filters, libraries;
   std::string configuration, junit, svg;
   std::uint64_t seed = 0;
+  DateOptions date;
   std::uint64_t max_cycles = tests::RunnerOptions::kMaxCycles;
   bool tap = false, list = false, coverage = false, cover_all = false;
   Engine engine = Engine::kAuto;
@@ -165,6 +167,8 @@ class TestRun {
     std::vector<tests::Waiver> waivers = tests::waivers_of(compilation.tests->pragmas);
     tests::RunnerOptions options;
     options.program = test_.program;
+    options.program.zone = &test_.date.time_zone;
+    options.date_ns = test_.date.date_ns;
     options.max_cycles = test_.max_cycles;
     const Engine engine = test_.covers() ? Engine::kInterpreter : test_.engine;
     options.prepare = [engine](runtime::Resource& resource) { return prepare_engine(resource, engine, "plc test"); };
@@ -243,7 +247,8 @@ class TestRun {
   int code_ = kExitOk;
 };
 
-int run(const Test& test) {
+int run(Test& test) {
+  if (const auto code = parse_date_options("plc test", test.date)) return *code;
   const auto units = tests::find_units(test.paths);
   if (!units) return complain(units.error()), exit_code_of(units.error());
   TestRun run(test);
@@ -307,6 +312,7 @@ void add_test(Command program) {
   command.option("--max-cycles=N", test.max_cycles, "release instants that one test may run")
       .check(wrong_count)
       .shows_default();
+  add_date_options(command, test.date);
   add_loop_budget(command, test.program);
   add_engine_option(command, test.engine);
   add_library_option(command, test.libraries);

@@ -2,7 +2,8 @@
 // versions may differ on both sides. Component authors use taskblock.h, which fills all of this in.
 //
 // A library exports one function, picard_library_v1(). What it returns lives as long as the library is loaded and never
-// changes. Sizes in the structures let a newer runtime read older libraries; another PICARD_ABI_VERSION is refused.
+// changes. Sizes in the structures let a newer runtime read older libraries; a PICARD_ABI_VERSION that is newer than
+// the runtime's is refused. Version 1 had a picard_context without what stands below now_ns and period_ns.
 #ifndef PICARD_ABI_H
 #define PICARD_ABI_H
 
@@ -13,7 +14,7 @@
 extern "C" {
 #endif
 
-#define PICARD_ABI_VERSION 1u
+#define PICARD_ABI_VERSION 2u
 #define PICARD_ENTRY "picard_library_v1"
 
 enum picard_kind {
@@ -71,10 +72,18 @@ struct picard_port {
   double highest;
 };
 
+enum picard_severity { PICARD_NOTE = 0, PICARD_WARNING = 1, PICARD_ERROR = 2 };
+
 /* What the task is told in every cycle. The pointer given to create() stays; what it points to changes. */
 struct picard_context {
   int64_t now_ns;    /* the task's clock, taken once a cycle; starts anywhere, never runs back */
   int64_t period_ns; /* of the task; 0 for event and freewheeling tasks */
+  /* Since version 2. */
+  uint32_t object; /* while create() runs: the number of what is made, for tell() */
+  /* Tells the operator a text of at most PICARD_TEXT_BYTES - 1 bytes; null where there is none. Copies it, allocates
+   * nothing and never waits: what finds no room is lost and counted. From create(), ready() and fire(), and from
+   * threads of the component. */
+  void (*tell)(const struct picard_context* context, uint32_t object, uint32_t severity, const char* text);
 };
 
 /* A queue as a port sees it. None of these waits; all may be called in fire() alone. */

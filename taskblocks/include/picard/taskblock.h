@@ -382,9 +382,16 @@ struct Info {
   std::chrono::nanoseconds budget{0};  ///< a fire() that takes longer is a fault of the task; 0 = not measured
 };
 
+/// How much a message matters.
+enum class Severity : std::uint32_t {
+  Note = PICARD_NOTE,        ///< good to know
+  Warning = PICARD_WARNING,  ///< somebody should look at it
+  Error = PICARD_ERROR,      ///< the component does not do its work
+};
+
 class Taskblock {
  public:
-  Taskblock() : context_(detail::construction->context) {}
+  Taskblock() : context_(detail::construction->context), number_(context_->object) {}
   virtual ~Taskblock() = default;
   Taskblock(const Taskblock&) = delete;
   Taskblock& operator=(const Taskblock&) = delete;
@@ -399,9 +406,23 @@ class Taskblock {
   [[nodiscard]] std::chrono::nanoseconds now() const { return std::chrono::nanoseconds(context_->now_ns); }
   /// Of the task, in seconds; 0 for event and freewheeling tasks.
   [[nodiscard]] double period() const { return static_cast<double>(context_->period_ns) * 1e-9; }
+  /// Tells the operator, in the log of plc-run, a line as printf makes it: tell(picard::Severity::Warning, "sensor %d
+  /// is silent", n). Longer ones are cut at PICARD_TEXT_BYTES - 1 bytes. Allocates nothing and never waits; a message
+  /// that finds no room is lost and counted, and the log counts one that repeats. For what changes, not for every
+  /// cycle. In ready(), fire(), and on threads of the component.
+  [[gnu::format(__printf__, 3, 4)]] void tell(Severity severity, const char* format, ...) const noexcept {
+    if (context_->tell == nullptr) return;
+    char text[PICARD_TEXT_BYTES];
+    std::va_list values;
+    va_start(values, format);
+    static_cast<void>(std::vsnprintf(text, sizeof text, format, values));
+    va_end(values);
+    context_->tell(context_, number_, static_cast<std::uint32_t>(severity), text);
+  }
 
  private:
   const picard_context* context_;
+  std::uint32_t number_;
 };
 
 namespace detail {

@@ -13,9 +13,11 @@
 #include <cstdint>
 #include <cstring>
 #include <deque>
+#include <mutex>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "picard/taskblock.h"
@@ -56,6 +58,12 @@ class TestQueue : public picard_queue {
   std::uint32_t capacity_;
 };
 
+/// What a block has told the operator.
+struct Told {
+  Severity severity = Severity::Note;
+  std::string text;
+};
+
 /// One block with ports of its own, which have the initial values of their declaration.
 class Instance {
  public:
@@ -66,6 +74,15 @@ class Instance {
     }
     if (block_ == nullptr) throw std::invalid_argument("no taskblock " + std::string(block));
     context_.period_ns = period.count();
+    context_.owner = this;
+    context_.tell = [](const picard_context* context, std::uint32_t, std::uint32_t severity, const char* text) {
+      Instance& self = *static_cast<const Context*>(context)->owner;
+      const std::lock_guard lock(self.mutex_);
+      if (self.told_.size() == kMostTold) return;
+      picard_failure& place = self.told_.emplace_back(static_cast<Severity>(severity), picard_failure{}).second;
+      std::strncpy(place.text, text, PICARD_TEXT_BYTES - 1);
+    };
+    told_.reserve(kMostTold);
     for (std::uint32_t i = 0; i < block_->port_count; ++i) {
       const picard_port& port = block_->ports[i];
       memory_.emplace_back(port.type->size + 16);
@@ -119,8 +136,19 @@ class Instance {
     return *static_cast<TestQueue*>(static_cast<picard_queue*>(places_[find(name)]));
   }
   [[nodiscard]] const picard_block& block() const { return *block_; }
+  /// The first kMostTold messages to the operator. Telling one takes no memory, as in a PLC.
+  [[nodiscard]] std::vector<Told> told() const {
+    const std::lock_guard lock(mutex_);
+    std::vector<Told> all;
+    for (const auto& [severity, said] : told_) all.push_back({severity, said.text});
+    return all;
+  }
+  static constexpr std::size_t kMostTold = 256;
 
  private:
+  struct Context : picard_context {
+    Instance* owner = nullptr;
+  };
   [[nodiscard]] std::uint32_t find(std::string_view name) const {
     for (std::uint32_t i = 0; i < block_->port_count; ++i) {
       if (name == block_->ports[i].name) return i;
@@ -145,7 +173,9 @@ class Instance {
     return memory.data() + (16 - at % 16) % 16;
   }
   const picard_block* block_ = nullptr;
-  picard_context context_{};
+  Context context_{};
+  mutable std::mutex mutex_;  ///< of told_: components have threads
+  std::vector<std::pair<Severity, picard_failure>> told_;
   std::deque<std::vector<std::byte>> memory_;
   std::deque<TestQueue> queues_;
   std::vector<void*> places_;

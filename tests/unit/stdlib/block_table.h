@@ -45,7 +45,9 @@ class Instance {
     return static_cast<double>(value);
   }
   void step(std::int64_t now_ms = 0) { step_ns(now_ms * kMs); }
-  void step_ns(std::int64_t now_ns) { spec_->step(memory_.data(), stdlib::StepContext{now_ns}); }
+  void step_ns(std::int64_t now_ns) {
+    spec_->step(memory_.data(), stdlib::StepContext{.now_ns = now_ns, .utc_ns = now_ns});
+  }
 
   [[nodiscard]] const stdlib::BlockSpec& spec() const { return *spec_; }
   [[nodiscard]] const stdlib::Field& field(std::string_view name) const {

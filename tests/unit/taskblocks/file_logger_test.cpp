@@ -264,6 +264,11 @@ TEST_F(FileLogger, StartsWithoutItsDirectoryAndWritesWhenThatIsThere) {
     EXPECT_EQ(log->port<std::uint64_t>("DROPPED"), 0U) << "lines wait";
     fs::create_directory(later);
     EXPECT_TRUE(shows_error(*log, 0));
+    const auto told = log->told();
+    ASSERT_EQ(told.size(), 2U);
+    EXPECT_EQ(told[0].text, "log.csv is not written: No such file or directory; it is tried again");
+    EXPECT_EQ(told[0].severity, picard::Severity::Warning);
+    EXPECT_EQ(told[1].text, "log.csv is written again");
   }
   EXPECT_EQ(lines("later/log.csv").size(), 11U);
 }

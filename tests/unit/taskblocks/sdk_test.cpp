@@ -56,6 +56,17 @@ class Painter final : public picard::Taskblock {
   }
 };
 
+class Teller final : public picard::Taskblock {
+ public:
+  static constexpr picard::Info info{.name = "TELLER", .group = "Test", .summary = "Tells the operator."};
+  picard::Input<std::int16_t> sensor{this, "SENSOR", "", {.initial = "3"}};
+  void ready() override { tell(picard::Severity::Note, "ready with %d", 7); }
+  void fire() override {
+    tell(picard::Severity::Warning, "sensor %d is at %g, not %d", sensor.get(), 1.5, 2);
+    tell(picard::Severity::Error, "%500d", 1);
+  }
+};
+
 class Everything final : public picard::Taskblock {
  public:
   static constexpr picard::Info info{.name = "EVERYTHING", .group = "Test", .summary = "Has a port of each type."};
@@ -92,7 +103,7 @@ class Misspelt final : public picard::Taskblock {
   void fire() override {}
 };
 
-PICARD_LINKED_LIBRARY(sdk_library, "sdk", "1.0.0", Painter, Everything, Ranged, Misspelt)
+PICARD_LINKED_LIBRARY(sdk_library, "sdk", "1.0.0", Painter, Everything, Ranged, Misspelt, Teller)
 
 TEST(Instance, HasTheInitialValuesOfTheDeclaration) {
   picard::Instance painter(sdk_library(), "PAINTER", milliseconds(1));
@@ -192,6 +203,20 @@ TEST(Output, OfTextTakesAnyTextAndCutsIt) {
   painter.set("TEXT", "'xy'");
   EXPECT_EQ(out("Green"), "xy");
   EXPECT_EQ(allocations_of([&] { painter.fire(); }), 0u);
+}
+
+TEST(Tell, ReachesWhoTestsItAndTakesNoMemory) {
+  picard::Instance teller(sdk_library(), "TELLER", milliseconds(1));
+  teller.ready();
+  EXPECT_EQ(allocations_of([&] { teller.fire(); }), 0u);
+  const auto told = teller.told();
+  ASSERT_EQ(told.size(), 3u);
+  EXPECT_EQ(told[0].severity, picard::Severity::Note);
+  EXPECT_EQ(told[0].text, "ready with 7");
+  EXPECT_EQ(told[1].severity, picard::Severity::Warning);
+  EXPECT_EQ(told[1].text, "sensor 3 is at 1.5, not 2");
+  EXPECT_EQ(told[2].severity, picard::Severity::Error);
+  EXPECT_EQ(told[2].text, std::string(PICARD_TEXT_BYTES - 1, ' '));
 }
 
 TEST(Failure, HoldsItsText) {

@@ -1,0 +1,56 @@
+#include "log/log.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "log/format.h"
+
+namespace plc::log {
+namespace {
+constexpr core::TimeNs kSumsNs = 1'000'000'000;
+}
+
+Log::Log(const Options& options, std::unique_ptr<Sink> sink, std::string name, std::ostream& aside)
+    : options_(options),
+      sink_(std::move(sink)),
+      name_(std::move(name)),
+      aside_(aside),
+      limiter_(options.repeat_ns, options.most) {}
+
+void Log::write(Record record) {
+  if (record.severity < options_.level) return;
+  if (record.utc_ns == 0) record.utc_ns = calendar_.utc_ns();
+  if (limiter_.admit(record, clock_.now_ns())) sink_->write(record);
+}
+
+void Log::service() {
+  const core::TimeNs now_ns = clock_.now_ns();
+  if (now_ns >= next_sums_ns_) {
+    next_sums_ns_ = now_ns + kSumsNs;
+    for (const Record& sum : limiter_.sums(now_ns, calendar_.utc_ns())) sink_->write(sum);
+  }
+  sink_->flush();
+  look_at_sink();
+}
+
+void Log::stop(core::TimeNs patience_ns) {
+  for (const Record& sum : limiter_.sums(clock_.now_ns(), calendar_.utc_ns(), true)) sink_->write(sum);
+  sink_->stop(patience_ns);
+  look_at_sink();
+}
+
+void Log::look_at_sink() {
+  std::string problem = sink_->problem();
+  if (problem == problem_) return;
+  Record record;
+  record.utc_ns = calendar_.utc_ns();
+  record.severity = problem.empty() ? core::Severity::kNote : core::Severity::kWarning;
+  record.text = problem.empty() ? fmt::format("the log is written again to {}", name_)
+                                : fmt::format("{}: the log cannot be written to {}: {}; it is tried again",
+                                              core::info(core::Code::P7620).name, name_, problem);
+  aside_ << text_line(record);
+  problem_ = std::move(problem);
+}
+
+}  // namespace plc::log
