@@ -38,18 +38,17 @@ struct Trial {
 static_assert(std::atomic<int>::is_always_lock_free);
 
 /// `files`: the library at the end.
-std::optional<Problem> load(const std::vector<std::string>& files, Registry& registry, Trial* trial) {
+std::optional<Problem> load(const std::vector<std::string>& files, const LibraryUse& use, Trial* trial) {
   const std::string& path = files.back();
   std::string why;
   void* const library = open_library(files, why);
   if (library == nullptr) return library_refused(path, why, kBuildHelp);
-  const auto entry = reinterpret_cast<picard_entry>(::dlsym(library, PICARD_ENTRY));
+  void* const entry = ::dlsym(library, use.entry);
   if (entry == nullptr) {
-    return library_refused(path, "it has no function " PICARD_ENTRY "()",
-                           "list its classes: PICARD_LIBRARY(name, version, ..)");
+    return library_refused(path, fmt::format("it has no function {}()", use.entry), use.missing_help);
   }
   if (trial != nullptr) trial->stage = Trial::kDescribing;
-  return registry.add(entry(), path);
+  return use.take(entry, path);
 }
 
 void copy(const std::string& from, char* to, std::size_t bytes) {
@@ -59,13 +58,13 @@ void copy(const std::string& from, char* to, std::size_t bytes) {
 }
 
 /// The child. Whatever happens here happens to nobody else.
-[[noreturn]] void run_trial(const std::vector<std::string>& files, Registry& registry, Trial& trial) {
+[[noreturn]] void run_trial(const std::vector<std::string>& files, const LibraryUse& use, Trial& trial) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   ::prctl(PR_SET_DUMPABLE, 0);  // a crash is what this is for: no core files
   for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT}) ::signal(signal, SIG_DFL);
   // What its static objects print must not get into the output of a command.
   ::dup2(STDERR_FILENO, STDOUT_FILENO);
-  if (const auto problem = load(files, registry, &trial)) {
+  if (const auto problem = load(files, use, &trial)) {
     copy(problem->message, trial.message, sizeof trial.message);
     copy(problem->help, trial.help, sizeof trial.help);
     trial.stage = Trial::kRefused;
@@ -92,7 +91,7 @@ bool ended_in_time(pid_t child, std::chrono::milliseconds time, int& status) {
 
 /// Loads the library in a process of its own: static objects and constructors of a faulty one throw, crash, or never
 /// come to an end.
-std::optional<Problem> try_out(const std::vector<std::string>& files, Registry& registry,
+std::optional<Problem> try_out(const std::vector<std::string>& files, const LibraryUse& use,
                                std::chrono::milliseconds time) {
   const std::string& path = files.back();
   void* const page = ::mmap(nullptr, sizeof(Trial), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
@@ -104,7 +103,7 @@ std::optional<Problem> try_out(const std::vector<std::string>& files, Registry& 
   std::fflush(nullptr);
   const pid_t child = ::fork();
   if (child < 0) return library_refused(path, std::string("no process to try it in: ") + std::strerror(errno), {});
-  if (child == 0) run_trial(files, registry, *trial);
+  if (child == 0) run_trial(files, use, *trial);
   int status = 0;
   const bool in_time = ended_in_time(child, time, status);
   const int stage = trial->stage;
@@ -126,8 +125,8 @@ std::optional<Problem> try_out(const std::vector<std::string>& files, Registry& 
 
 }  // namespace
 
-std::optional<Problem> load_shared_library(const std::string& path, Registry& registry,
-                                           std::chrono::milliseconds trial_time) {
+std::optional<Problem> load_library(const std::string& path, const LibraryUse& use,
+                                    std::chrono::milliseconds trial_time) {
   const std::unique_ptr<char, decltype(&std::free)> real(::realpath(path.c_str(), nullptr), &std::free);
   if (real == nullptr) {
     return library_refused(path, std::strerror(errno),
@@ -135,8 +134,18 @@ std::optional<Problem> load_shared_library(const std::string& path, Registry& re
   }
   const auto files = check_library_files(real.get());
   if (!files) return files.error();
-  if (auto problem = try_out(*files, registry, trial_time)) return problem;
-  return load(*files, registry, nullptr);
+  if (auto problem = try_out(*files, use, trial_time)) return problem;
+  return load(*files, use, nullptr);
+}
+
+std::optional<Problem> load_shared_library(const std::string& path, Registry& registry,
+                                           std::chrono::milliseconds trial_time) {
+  const LibraryUse use{PICARD_ENTRY,
+                       [&registry](void* entry, const std::string& file) {
+                         return registry.add(reinterpret_cast<picard_entry>(entry)(), file);
+                       },
+                       "list its classes: PICARD_LIBRARY(name, version, ..)"};
+  return load_library(path, use, trial_time);
 }
 
 }  // namespace plc::taskblocks

@@ -77,7 +77,7 @@ std::optional<int> load_taskblocks(const std::string& configuration, taskblocks:
                                    core::Diagnostics& diagnostics) {
   registry = taskblocks::Registry::built_in();
   if (configuration.empty()) return std::nullopt;
-  if (auto loaded = io::load_configuration(configuration, io::driver_types(), diagnostics)) {
+  if (auto loaded = io::load_configuration(configuration, diagnostics)) {
     read = std::move(*loaded);
     registry = load_taskblocks(read, diagnostics);
     add_project_libraries(read, libraries, diagnostics);

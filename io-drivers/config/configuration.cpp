@@ -54,7 +54,7 @@ std::optional<ListenText> parse_listen(std::string_view text) {
 }
 
 std::optional<Configuration> load_configuration(const std::string& path, DriverTypes types,
-                                                core::Diagnostics& diagnostics) {
+                                                core::Diagnostics& diagnostics, const LoadKinds& load_kinds) {
   // A pipe or a device is not opened: that may block, or never come to an end.
   struct stat status {};
   std::ifstream in;
@@ -70,7 +70,7 @@ std::optional<Configuration> load_configuration(const std::string& path, DriverT
   std::string text(std::min<std::size_t>(static_cast<std::size_t>(status.st_size), kMaxConfigurationBytes + 1), '\0');
   in.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(in.gcount()));
-  return read_configuration(text, path, types, diagnostics);
+  return read_configuration(text, path, types, diagnostics, load_kinds);
 }
 
 }  // namespace plc::io

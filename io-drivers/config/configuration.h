@@ -7,6 +7,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -18,6 +19,8 @@
 #include "runtime/sched/task_plan.h"
 
 namespace plc::io {
+
+class Findings;
 
 enum class OnLoss : std::uint8_t { kHold, kZero };  ///< inputs of a lost device: last value, or FALSE / 0
 
@@ -138,6 +141,12 @@ struct ProjectConfig {
   std::vector<Placed> libraries;  ///< files of declarations, relative to plc.toml
 };
 
+/// [driver_kinds]
+struct DriverKindsConfig {
+  core::SourceRef at;
+  std::vector<Placed> libraries;  ///< shared objects, relative to plc.toml
+};
+
 /// [taskblocks]
 struct TaskblocksConfig {
   core::SourceRef at;
@@ -151,15 +160,6 @@ struct RetainConfig {
   core::TimeNs interval_ns = 100'000'000;  ///< between two times of storing
 };
 
-/// [guardian]
-struct GuardianConfig {
-  core::SourceRef at;
-  bool enabled = true;                           ///< only ever started when a driver has outputs
-  core::TimeNs hang_timeout_ns = 1'000'000'000;  ///< without a completed cycle of a task that serves outputs; 0 =
-                                                 ///< deaths only. Slower tasks get three periods
-};
-
-struct Configuration {
 enum class LogFormat : std::uint8_t { kAuto, kText, kJson, kJournal };
 
 /// [log]
@@ -180,8 +180,18 @@ struct ClockConfig {
   Placed zone;  ///< empty = the machine's
 };
 
+/// [guardian]
+struct GuardianConfig {
+  core::SourceRef at;
+  bool enabled = true;                           ///< only ever started when a driver has outputs
+  core::TimeNs hang_timeout_ns = 1'000'000'000;  ///< without a completed cycle of a task that serves outputs; 0 =
+                                                 ///< deaths only. Slower tasks get three periods
+};
+
+struct Configuration {
   std::string file;  ///< as given; relative files in it are relative to its folder
   ProjectConfig project;
+  DriverKindsConfig driver_kinds;
   std::vector<DriverConfig> drivers;
   std::vector<ChannelConfig> inputs;
   std::vector<ChannelConfig> outputs;
@@ -189,6 +199,8 @@ struct ClockConfig {
   std::vector<TaskConfig> tasks;  ///< in the order of the file
   TaskblocksConfig taskblocks;
   RetainConfig retain;
+  LogConfig log;
+  ClockConfig clock;
   ModbusConfig modbus;
   GuardianConfig guardian;
   core::SourceRef at;          ///< the file itself, without a line
@@ -199,8 +211,6 @@ struct ClockConfig {
   [[nodiscard]] std::string beside(const std::string& name) const;
 };
 
-  LogConfig log;
-  ClockConfig clock;
 /// "127.0.0.1:502", "[::1]:502", or "off", which has an empty address; nothing for anything else.
 struct ListenText {
   std::string address;
@@ -208,14 +218,18 @@ struct ListenText {
 };
 std::optional<ListenText> parse_listen(std::string_view text);
 
+/// Makes the libraries of [driver_kinds] known: the kinds there are then, from whose rows the rest of the file is read.
+/// What is wrong with one goes to `findings`.
+using LoadKinds = std::function<DriverTypes(const Configuration& configuration, Findings& findings)>;
+
 /// Reads TOML text. Reports every problem it finds (P73xx: syntax, unknown keys, wrong types, values out of range,
 /// unknown drivers, double use of a variable or channel), each with line and column; nothing when there was an error.
 /// Syntax errors stop at the first, as toml++ does. `types`: the kinds that drivers can be of; the configuration keeps
 /// pointers to their rows.
 std::optional<Configuration> read_configuration(std::string_view text, std::string_view file, DriverTypes types,
-                                                core::Diagnostics& diagnostics);
+                                                core::Diagnostics& diagnostics, const LoadKinds& load_kinds = {});
 /// Reads the file, at most 4 MB, and then its text. P7001 when it cannot be opened.
 std::optional<Configuration> load_configuration(const std::string& path, DriverTypes types,
-                                                core::Diagnostics& diagnostics);
+                                                core::Diagnostics& diagnostics, const LoadKinds& load_kinds = {});
 
 }  // namespace plc::io

@@ -52,16 +52,17 @@ struct KeyDefault {
 
 enum class TableId : std::uint8_t {
   kProject,
+  kDriverKinds,
   kDriver,
   kChannel,
   kScheduler,
   kTask,
   kTaskblocks,
   kRetain,
-  kModbus,
-  kModbusSerial,
   kLog,
   kClock,
+  kModbus,
+  kModbusSerial,
   kModbusRange,
   kGuardian
 };

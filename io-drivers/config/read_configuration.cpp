@@ -154,12 +154,13 @@ class Reader {
     if (const auto* table = root["modbus"].as_table()) read_modbus(*table, configuration.modbus);
     read_section("scheduler", configuration.scheduler);
     read_section("project", configuration.project);
+    read_section("driver_kinds", configuration.driver_kinds);
     read_section("taskblocks", configuration.taskblocks);
     read_section("retain", configuration.retain);
-    read_section("guardian", configuration.guardian);
     read_section("log", configuration.log);
     read_section("clock", configuration.clock);
     check_zone(configuration.clock);
+    read_section("guardian", configuration.guardian);
     if (const auto* table = root["tasks"].as_table()) read_tasks(*table, configuration.tasks);
     if (const auto* table = root["drivers"].as_table()) read_drivers(*table, configuration.drivers);
     if (const auto* table = root["inputs"].as_table()) read_channels(*table, kInputsOnly, configuration.inputs);
@@ -170,7 +171,18 @@ class Reader {
     check_channels(configuration, findings_);
   }
 
+  /// [driver_kinds] alone.
+  void read_kinds(const toml::table& root, Configuration& configuration) {
+    const toml::table* table = root["driver_kinds"].as_table();
+    if (table != nullptr) read_table(*table, configuration.driver_kinds, {}, place(*table), "[driver_kinds]");
+  }
+
  private:
+  void check_zone(const ClockConfig& clock) {
+    if (core::TimeZone::load(clock.zone.text)) return;
+    problem(Code::P7312, clock.zone.at, fmt::format("there is no time zone \"{}\" on this machine", clock.zone.text),
+            "timedatectl list-timezones lists them; the package tzdata has them");
+  }
   void problem(Code code, const SourceRef& at, std::string message, std::string help = {}) {
     findings_.add(code, at, std::move(message), std::move(help));
   }
@@ -178,11 +190,6 @@ class Reader {
     SourceRef at = file_at_;
     at.line = region.begin.line;
     at.column = region.begin.column;
-  void check_zone(const ClockConfig& clock) {
-    if (core::TimeZone::load(clock.zone.text)) return;
-    problem(Code::P7312, clock.zone.at, fmt::format("there is no time zone \"{}\" on this machine", clock.zone.text),
-            "timedatectl list-timezones lists them; the package tzdata has them");
-  }
     return at;
   }
   [[nodiscard]] SourceRef place(const toml::key& key) const { return place(key.source()); }
@@ -542,7 +549,7 @@ std::string syntax_message(const toml::parse_error& error) {
 }  // namespace
 
 std::optional<Configuration> read_configuration(std::string_view text, std::string_view file, DriverTypes types,
-                                                core::Diagnostics& diagnostics) {
+                                                core::Diagnostics& diagnostics, const LoadKinds& load_kinds) {
   Configuration configuration;
   configuration.file = file;
   SourceRef at;
@@ -565,7 +572,18 @@ std::optional<Configuration> read_configuration(std::string_view text, std::stri
   }
   Findings findings;
   try {
-    Reader(at.file, types, findings).read(toml::parse(text, file), configuration);
+    const toml::table root = toml::parse(text, file);
+    if (load_kinds && root.contains("driver_kinds")) {
+      // Into a configuration of its own: the rest is read by the rows of all kinds.
+      Configuration kinds;
+      kinds.file = file;
+      Findings ignored;
+      Reader(at.file, types, ignored).read_kinds(root, kinds);
+      types = load_kinds(kinds, findings);
+    }
+    // Without a kind its drivers have no keys: all else that is wrong follows from that.
+    if (findings.size() != 0) return findings.report(diagnostics), std::nullopt;
+    Reader(at.file, types, findings).read(root, configuration);
   } catch (const toml::parse_error& error) {
     at.line = error.source().begin.line;
     at.column = error.source().begin.column;

@@ -75,6 +75,7 @@ class Template {
     comment(fmt::format("Check the file: plc config check plc.toml {}", project_));
     comment("All tables and keys: docs/reference/configuration.md");
     section(TableId::kProject, "[project]");
+    section(TableId::kDriverKinds, "[driver_kinds]");
     out_ += '\n';
     table(TableId::kDriver);
     for (const DriverType* type : types_) {
@@ -97,10 +98,10 @@ class Template {
     tasks();
     section(TableId::kTaskblocks, "[taskblocks]");
     section(TableId::kRetain, "[retain]");
-    section(TableId::kModbus, "[modbus]");
-    section(TableId::kModbusSerial, "[modbus.serial]");
     section(TableId::kLog, "[log]");
     section(TableId::kClock, "[clock]");
+    section(TableId::kModbus, "[modbus]");
+    section(TableId::kModbusSerial, "[modbus.serial]");
     section(TableId::kModbusRange, "[[modbus.range]]");
     section(TableId::kGuardian, "[guardian]");
     return std::move(out_);

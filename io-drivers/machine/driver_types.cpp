@@ -1,5 +1,6 @@
 #include "io-drivers/machine/driver_types.h"
 
+#include "io-drivers/external/external_types.h"
 #include "io-drivers/gpio/gpio_driver.h"
 #include "io-drivers/modbus-client/modbus_driver.h"
 #include "io-drivers/simulated/simulated_device.h"
@@ -13,6 +14,13 @@ DriverTypes driver_types() {
       &modbus_client::kModbusType,
   };
   return kTypes;
+}
+
+std::optional<Configuration> load_configuration(const std::string& path, core::Diagnostics& diagnostics) {
+  return load_configuration(path, driver_types(), diagnostics,
+                            [](const Configuration& configuration, Findings& findings) {
+                              return load_external_types(configuration, driver_types(), findings);
+                            });
 }
 
 }  // namespace plc::io

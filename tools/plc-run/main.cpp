@@ -425,15 +425,14 @@ int run_command(int argc, char** argv) {
     return code;
   };
   std::optional<io::Configuration> configuration = io::Configuration{};
-  if (!run.configuration.empty())
-    configuration = io::load_configuration(run.configuration, io::driver_types(), diagnostics);
+  if (!run.configuration.empty()) configuration = io::load_configuration(run.configuration, diagnostics);
   if (!configuration) {
     return give_up(diagnostics.all().front().code == core::Code::P7001 ? kExitUsage : kExitErrors);
+  }
   // What is said on the way leaves stdout to the document.
   RunLog log(*configuration, run.log_place, run.log_level, output, run.stats == Stats::kJson ? std::cerr : std::cout);
   const core::TimeZone zone = core::TimeZone::load(configuration->clock.zone.text).value_or(core::TimeZone());
   run.program.zone = &zone;
-  }
   const taskblocks::Registry registry = load_taskblocks(*configuration, diagnostics);
   if (diagnostics.has_errors()) {
     return give_up(diagnostics.all().front().code == core::Code::P7001 ? kExitUsage : kExitErrors);

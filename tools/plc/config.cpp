@@ -146,7 +146,7 @@ int check(Command command, const Check& check) {
   core::Diagnostics& diagnostics = compilation.diagnostics;
   if (check.options.show_all) diagnostics.show_all();
   // What it names is there before the project that uses it.
-  const auto configuration = io::load_configuration(check.configuration, io::driver_types(), diagnostics);
+  const auto configuration = io::load_configuration(check.configuration, diagnostics);
   taskblocks::Registry registry = taskblocks::Registry::built_in();
   std::vector<std::string> libraries = check.libraries;
   if (configuration) {

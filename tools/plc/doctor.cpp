@@ -103,7 +103,7 @@ int run(const Doctor& given) {
   core::Diagnostics& diagnostics = compilation.diagnostics;
   taskblocks::Registry registry = taskblocks::Registry::built_in();
   if (!options.configuration.empty()) {
-    auto read = io::load_configuration(options.configuration, io::driver_types(), diagnostics);
+    auto read = io::load_configuration(options.configuration, diagnostics);
     subject.configuration_is_known = read.has_value();
     if (read) {
       subject.configuration = std::move(*read);

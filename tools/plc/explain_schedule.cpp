@@ -203,8 +203,7 @@ int explain_schedule(Command command, const ExplainSchedule& explain) {
   core::Diagnostics diagnostics;
   if (explain.options.show_all) diagnostics.show_all();
   std::optional<io::Configuration> configuration = io::Configuration{};
-  if (!explain.configuration.empty())
-    configuration = io::load_configuration(explain.configuration, io::driver_types(), diagnostics);
+  if (!explain.configuration.empty()) configuration = io::load_configuration(explain.configuration, diagnostics);
   std::optional<std::vector<runtime::TaskPlan>> plan;
   std::optional<io::MachineCosts> machine;
   if (configuration) {

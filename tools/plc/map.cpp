@@ -157,7 +157,7 @@ int run(Command command, const Map& map) {
   std::optional<io::Configuration> configuration = io::Configuration{};
   std::optional<io::Binding> binding = io::Binding{};
   if (!map.configuration.empty()) {
-    configuration = io::load_configuration(map.configuration, io::driver_types(), diagnostics);
+    configuration = io::load_configuration(map.configuration, diagnostics);
     if (configuration) binding = io::bind(*configuration, resource, diagnostics);
   } else {
     diagnostics.add_file(map.file);
