@@ -163,7 +163,7 @@ TEST_F(Dates, ArePickedOnceAScanInRealTime) {
   EXPECT_EQ(seen.utc, kSpring - scans * kHour);
   EXPECT_EQ(value(*resource, "Scans"), std::to_string(scans));
   EXPECT_EQ(value(*resource, "Uneven"), "0");
-  EXPECT_EQ(value(*resource, "Delay.Q"), "TRUE");
+  EXPECT_EQ(value(*resource, "Delay.Q"), "1");
   EXPECT_GE(std::stoll(value(*resource, "Runs")), 5);
 }
 
