@@ -501,9 +501,17 @@ TEST(Registry, RefusesWhatCannotBeUsed) {
   EXPECT_NE(r.add(&library)->message.find("an enumeration without values"), std::string::npos);
   EXPECT_FALSE(r.add(test_library()));
   EXPECT_NE(r.add(test_library(), "second.so")->message.find("SCALE_BY is there already"), std::string::npos);
-  EXPECT_EQ(r.entries().size(), 5u);
+  EXPECT_EQ(r.entries().size(), 6u);
   EXPECT_NE(r.find("scale_by"), nullptr);
   EXPECT_EQ(r.find("nothing"), nullptr);
+}
+
+TEST(Registry, TakesLibrariesOfTheFirstInterface) {
+  taskblocks::Registry r;
+  picard_library library = *test_library();
+  library.abi_version = 1;
+  EXPECT_FALSE(r.add(&library));
+  EXPECT_NE(r.find("SCALE_BY"), nullptr);
 }
 
 }  // namespace

@@ -53,8 +53,9 @@ std::string compiler_path() {
   return (std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path() / "plc").string();
 }
 
-/// Runs `plc compile` with the image on `output`. Its exit code; nothing when it could not run to its end.
-std::optional<int> run_compiler(const ImageRequest& request, int output) {
+/// Runs `plc compile` with the image on `output` and what it says on `said`. Its exit code; nothing when it could not
+/// run to its end.
+std::optional<int> run_compiler(const ImageRequest& request, int output, int said) {
   std::vector<std::string> words = {compiler_path(), "compile", "-o", "-"};
   const std::vector<std::string> flags = compile_arguments(request.options, request.libraries);
   words.insert(words.end(), flags.begin(), flags.end());
@@ -67,6 +68,7 @@ std::optional<int> run_compiler(const ImageRequest& request, int output) {
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_adddup2(&actions, output, STDOUT_FILENO);
+  if (said >= 0) posix_spawn_file_actions_adddup2(&actions, said, STDERR_FILENO);
   pid_t child = 0;
   const int refused = ::posix_spawn(&child, arguments[0], &actions, nullptr, arguments.data(), environ);
   posix_spawn_file_actions_destroy(&actions);
@@ -101,7 +103,11 @@ std::optional<int> open_image(Command command, const ImageRequest& request,
       complain("plc-run", fmt::format("no memory for the image: {}", std::strerror(errno)));
       return kExitErrors;
     }
-    const auto code = run_compiler(request, made.descriptor());
+    // By way of this process, so that it becomes part of the log.
+    MemoryFile said;
+    const auto code = run_compiler(request, made.descriptor(), said.descriptor());
+    const std::span<const std::byte> text = said.bytes();
+    std::cerr.write(reinterpret_cast<const char*>(text.data()), static_cast<std::streamsize>(text.size()));
     if (!code) return kExitErrors;
     if (*code != kExitOk) return code;
     image = load_image(made.bytes(), request.file, diagnostics);
