@@ -12,7 +12,7 @@ namespace {
 constexpr TimeNs kSecond = 1'000'000'000;
 constexpr std::time_t kLastSecond = 4'102'444'800;  ///< 2100-01-01
 /// No zone has had two changes closer than that and been where it was before the first.
-constexpr std::time_t kStep = 7 * 86'400;
+constexpr std::time_t kStep = 604'800;  ///< a week
 
 /// The environment variable TZ has another value for as long as this lives.
 class OtherZone {
