@@ -73,6 +73,8 @@ std::set<Address> addresses(const Context& c) {
 /// "1234 (plc-run)", as far as this process may know who has a socket.
 struct Holder {
   std::string id, name;
+  /// plc-run, or systemd, which opened it for one.
+  [[nodiscard]] bool serves_plants() const { return name == "plc-run" || (id == "1" && name == "systemd"); }
 };
 Holder holder_of(const Context& c, std::string_view inode) {
   const std::string wanted = "socket:[" + std::string(inode) + "]";
@@ -87,11 +89,23 @@ Holder holder_of(const Context& c, std::string_view inode) {
 }
 
 const io::ModbusConfig& modbus(const Context& c) { return c.subject.configuration.modbus; }
-std::string listen_text(const Context& c) {
-  const io::ModbusConfig& config = modbus(c);
-  const bool six = config.address.find(':') != std::string::npos;
-  return fmt::format("{}{}{}:{}", six ? "[" : "", config.address, six ? "]" : "", config.port);
+/// Who listens where the server is to listen; nothing when nobody does.
+std::optional<Holder> listener(const Context& c) {
+  const auto ours = parse_address(modbus(c).address);
+  const std::string tables = c.system.read("/proc/net/tcp").value_or("") + c.system.read("/proc/net/tcp6").value_or("");
+  for (const std::string_view line : lines_of(tables)) {
+    // "  0: 0100007F:01F6 00000000:0000 0A .. uid timeout inode"
+    const auto words = words_of(line);
+    if (!ours || words.size() < 10 || words[3] != "0A") continue;
+    const std::size_t colon = words[1].find(':');
+    const auto theirs = parse_words(words[1].substr(0, colon));
+    if (!theirs || colon == std::string_view::npos || to_number(words[1].substr(colon + 1), 16) != modbus(c).port)
+      continue;
+    if (*theirs == *ours || is_any(*theirs) || is_any(*ours)) return holder_of(c, words[9]);
+  }
+  return std::nullopt;
 }
+std::string listen_text(const Context& c) { return io::listen_text({modbus(c).address, modbus(c).port}); }
 /// What there is to say when no server is looked at.
 std::optional<Outcome> without_server(const Context& c) {
   if (!c.subject.configuration_is_known) return unknown("plc.toml has errors");
@@ -127,36 +141,24 @@ Outcome check_port_right(const Context& c) {
   if (modbus(c).port == 0 || modbus(c).port >= first) return fine("needs none");
   if (!c.process.known()) return unknown("the rights of the process are not known");
   if (c.process.has(Capability::kNetBindService)) return fine("CAP_NET_BIND_SERVICE");
+  if (const auto holder = listener(c); holder && holder->serves_plants()) return fine("opened by " + holder->name);
   return no_listening(
       c, fmt::format("ports below {} need CAP_NET_BIND_SERVICE, which the process has not: {}", first, listen_text(c)),
-      "AmbientCapabilities=CAP_NET_BIND_SERVICE in the service, or another port, as listen = \"127.0.0.1:1502\"");
+      "have systemd open it, as picard@NAME.socket does, or take another port: listen = \"127.0.0.1:1502\"");
 }
 
 Outcome check_port(const Context& c) {
   if (auto outcome = without_server(c)) return *outcome;
-  const auto ours = parse_address(modbus(c).address);
-  if (!ours || modbus(c).port == 0) return fine("any free one");
-  const auto four = c.system.read("/proc/net/tcp");
-  if (!four) return missing("/proc/net/tcp");
-  const std::string tables = *four + c.system.read("/proc/net/tcp6").value_or("");
-  for (const std::string_view line : lines_of(tables)) {
-    // "  0: 0100007F:01F6 00000000:0000 0A .. uid timeout inode"
-    const auto words = words_of(line);
-    if (words.size() < 10 || words[3] != "0A") continue;
-    const std::size_t colon = words[1].find(':');
-    const auto theirs = parse_words(words[1].substr(0, colon));
-    if (!theirs || colon == std::string_view::npos || to_number(words[1].substr(colon + 1), 16) != modbus(c).port)
-      continue;
-    if (*theirs != *ours && !is_any(*theirs) && !is_any(*ours)) continue;
-    const Holder holder = holder_of(c, words[9]);
-    if (holder.name == "plc-run")
-      return fine(fmt::format("{}, served by plc-run, process {}", listen_text(c), holder.id));
-    return no_listening(c,
-                        fmt::format("another program listens on {}{}", listen_text(c),
-                                    holder.id.empty() ? "" : fmt::format(": {}, process {}", holder.name, holder.id)),
-                        "`ss -ltnp` shows which; stop it, or give another port as `listen` under [modbus]");
-  }
-  return fine(listen_text(c) + " is free");
+  if (!parse_address(modbus(c).address) || modbus(c).port == 0) return fine("any free one");
+  if (!c.system.read("/proc/net/tcp")) return missing("/proc/net/tcp");
+  const auto holder = listener(c);
+  if (!holder) return fine(listen_text(c) + " is free");
+  if (holder->serves_plants())
+    return fine(fmt::format("{}, served by {}, process {}", listen_text(c), holder->name, holder->id));
+  return no_listening(c,
+                      fmt::format("another program listens on {}{}", listen_text(c),
+                                  holder->id.empty() ? "" : fmt::format(": {}, process {}", holder->name, holder->id)),
+                      "`ss -ltnp` shows which; stop it, or give another port as `listen` under [modbus]");
 }
 
 Outcome check_open_network(const Context& c) {

@@ -53,6 +53,11 @@ std::optional<ListenText> parse_listen(std::string_view text) {
   return listen;
 }
 
+std::string listen_text(const ListenText& listen) {
+  const bool six = listen.address.find(':') != std::string::npos;
+  return (six ? "[" + listen.address + "]" : listen.address) + ":" + std::to_string(listen.port);
+}
+
 std::optional<Configuration> load_configuration(const std::string& path, DriverTypes types,
                                                 core::Diagnostics& diagnostics, const LoadKinds& load_kinds) {
   // A pipe or a device is not opened: that may block, or never come to an end.

@@ -82,8 +82,10 @@ struct ModbusConfig {
   core::SourceRef listen_at;          ///< of `listen`; no line when it is not there
   std::string address = "127.0.0.1";  ///< to listen on; IPv4 or IPv6 literal
   std::uint16_t port = 502;           ///< 0 = any free one (tests)
-  bool read_only = false;             ///< writing functions are answered with exception 1
-  std::vector<Placed> writable;       ///< path patterns that may be written; empty = everything writable in the map
+  /// A TCP socket that listens already, in place of address and port; -1 = none. Its owner closes it.
+  int socket = -1;
+  bool read_only = false;        ///< writing functions are answered with exception 1
+  std::vector<Placed> writable;  ///< path patterns that may be written; empty = everything writable in the map
   std::vector<Placed> exported = {{"*", {}}};  ///< path patterns of unlocated globals that get automatic addresses
   WordOrder word_order = WordOrder::kAbcd;
   std::vector<ModbusRange> ranges;
@@ -217,6 +219,8 @@ struct ListenText {
   std::uint16_t port = 0;
 };
 std::optional<ListenText> parse_listen(std::string_view text);
+/// As parse_listen() takes it; of an address that is not empty.
+std::string listen_text(const ListenText& listen);
 
 /// Makes the libraries of [driver_kinds] known: the kinds there are then, from whose rows the rest of the file is read.
 /// What is wrong with one goes to `findings`.

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <charconv>
+#include <iterator>
 #include <unordered_set>
+#include <utility>
 
 #include "io-drivers/simulated/simulated_device.h"
 #include "runtime/access.h"
@@ -40,6 +42,7 @@ std::unique_ptr<Machine> Machine::configure(MachineOptions options, runtime::Res
     modbus.port = options.modbus->port;
     modbus.listen_at = {};
   }
+  machine->take_socket(options);
   if (options.simulate) machine->configuration_.modbus.serial.reset();
   std::vector<bool> stands_in;  // for a device, by driver
   for (DriverConfig& driver : machine->configuration_.drivers) {
@@ -70,6 +73,26 @@ std::unique_ptr<Machine> Machine::configure(MachineOptions options, runtime::Res
   if (machine->configuration_.modbus.serves() && !machine->make_map(options, diagnostics)) return nullptr;
   if (diagnostics.has_errors()) return nullptr;
   return machine;
+}
+
+void Machine::take_socket(const MachineOptions& options) {
+  if (!options.socket) return;
+  ModbusConfig& modbus = configuration_.modbus;
+  const std::string passed = listen_text(options.socket->at);
+  if (!modbus.enabled) {
+    notes_.push_back(
+        {fmt::format("modbus: off, and nobody serves the socket {} that the service manager opened", passed)});
+    return;
+  }
+  const std::string wanted = listen_text({modbus.address, modbus.port});
+  const bool said = options.modbus || modbus.listen_at.line != 0;
+  if (said && wanted != passed) {
+    notes_.push_back(
+        {fmt::format("modbus: the socket {} that the service manager opened counts, not {}", passed, wanted)});
+  }
+  modbus.address = options.socket->at.address;
+  modbus.port = options.socket->at.port;
+  modbus.socket = options.socket->descriptor;
 }
 
 bool Machine::make_map(const MachineOptions& options, core::Diagnostics& diagnostics) {
@@ -136,6 +159,8 @@ void Machine::start(runtime::RealtimeScheduler& scheduler, std::vector<Sentence>
     scheduler.add_listener(*driver);
   }
   if (pulse_) scheduler.add_listener(*pulse_);
+  std::move(notes_.begin(), notes_.end(), std::back_inserter(notes));
+  notes_.clear();
   if (!responder_) {
     notes.push_back({"modbus: off", core::Severity::kNote, "modbus"});
     return;
@@ -194,10 +219,8 @@ void Machine::listen(std::vector<Sentence>& said) {
     return;
   }
   listening_ = true;
-  const std::string& address = configuration_.modbus.address;
-  const bool six = address.find(':') != std::string::npos;
-  said.push_back({fmt::format("modbus: listening on {}{}{}:{}, {} values (plc map lists them)", six ? "[" : "", address,
-                              six ? "]" : "", server_->port(), map_->points().size()),
+  said.push_back({fmt::format("modbus: listening on {}, {} values (plc map lists them)",
+                              listen_text({configuration_.modbus.address, server_->port()}), map_->points().size()),
                   core::Severity::kNote, "modbus"});
   const std::uint32_t wanted = configuration_.modbus.max_clients;
   if (server_->places() < wanted) {

@@ -22,11 +22,19 @@
 
 namespace plc::io {
 
+/// A TCP socket that listens already. It stays open as long as the process.
+struct OpenSocket {
+  int descriptor = -1;
+  ListenText at;  ///< what it is bound to
+};
+
 struct MachineOptions {
   std::string project;          ///< the project's file: the lock file of automatic addresses lies beside it
   Configuration configuration;  ///< as load_configuration() read it, or the defaults
   /// --modbus: replaces what the configuration says; an empty address is "off".
   std::optional<ListenText> modbus;
+  /// A socket that somebody opened for the server, in place of what the configuration and --modbus say.
+  std::optional<OpenSocket> socket = {};
   /// --simulate-io: no device is touched. Outputs go nowhere; inputs keep their initial values, and may be written by
   /// HMIs and scripts.
   bool simulate = false;
@@ -70,6 +78,7 @@ class Machine {
 
  private:
   explicit Machine(runtime::Resource& resource) : resource_(resource) {}
+  void take_socket(const MachineOptions& options);
   bool make_map(const MachineOptions& options, core::Diagnostics& diagnostics);
   void listen(std::vector<Sentence>& said);
   void tell_map(std::vector<Sentence>& said) const;
@@ -81,7 +90,8 @@ class Machine {
   Binding binding_;
   std::optional<runtime::GlobalInputs> client_seen_;
   std::optional<modbus::AddressMap> map_;
-  std::string freeze_command_;  ///< empty when all automatic addresses are frozen
+  std::vector<Sentence> notes_;  ///< of configure(), for start()
+  std::string freeze_command_;   ///< empty when all automatic addresses are frozen
   std::vector<std::unique_ptr<Driver>> drivers_;
   std::optional<modbus::Responder> responder_;  ///< of both servers
   std::unique_ptr<modbus::Server> server_;

@@ -1,6 +1,10 @@
 #include "io-drivers/modbus/server.h"
 
+#include <fcntl.h>
+#include <pthread.h>
+#include <signal.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -8,6 +12,7 @@
 #include <boost/asio/ip/address.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <cerrno>
 #include <chrono>
 #include <exception>
 #include <filesystem>
@@ -60,6 +65,13 @@ error_code listen(Acceptor& acceptor, const io::ModbusConfig& config) {
   const asio::ip::address address = asio::ip::make_address(config.address, error);
   if (error) return error;
   const tcp::endpoint endpoint(address, config.port);
+  if (config.socket >= 0) {
+    const int copy = ::fcntl(config.socket, F_DUPFD_CLOEXEC, 0);
+    if (copy < 0) return {errno, boost::system::system_category()};
+    acceptor.assign(endpoint.protocol(), copy, error);
+    if (error) ::close(copy);
+    return error;
+  }
   acceptor.open(endpoint.protocol(), error);
   if (!error) acceptor.set_option(asio::socket_base::reuse_address(true), error);
   if (!error) acceptor.bind(endpoint, error);
@@ -72,7 +84,9 @@ core::Problem cannot_listen(const io::ModbusConfig& config, const error_code& er
   if (error == asio::error::address_in_use) {
     help = "another server has the port, perhaps another plc-run: take another one, --modbus 127.0.0.1:1502";
   } else if (error == asio::error::access_denied) {
-    help = "ports below 1024 need a privilege (CAP_NET_BIND_SERVICE): have it granted, or take 1502";
+    help =
+        "ports below 1024 need a privilege: a service has systemd open it (systemctl enable --now picard@NAME.socket); "
+        "or take 1502";
   } else if (error == boost::system::errc::address_not_available) {
     help = "this machine has no such address: 0.0.0.0 means all it has";
   }

@@ -32,6 +32,7 @@
 #include "tools/plc-run/listeners.h"
 #include "tools/plc-run/open_image.h"
 #include "tools/plc-run/output.h"
+#include "tools/plc-run/plant_folder.h"
 #include "tools/plc-run/report.h"
 #include "tools/plc-run/retained.h"
 #include "tools/plc-run/run_log.h"
@@ -52,7 +53,7 @@ enum class Stats : std::uint8_t {
 };
 
 struct Run {
-  std::string file, duration, stimulus, configuration, modbus, state, log;
+  std::string file, plant, duration, stimulus, configuration, modbus, state, log;
   std::vector<std::string> watch;
   std::uint64_t cycles = 0;
   Stats stats = Stats::kTimes;
@@ -62,11 +63,26 @@ struct Run {
   core::CompileOptions options;
   std::vector<std::string> libraries;
   std::optional<io::ListenText> listen;  ///< --modbus
+  std::optional<io::OpenSocket> socket;  ///< of the service
   bool simulate = false;                 ///< --simulate-io
   retain::Start start = retain::Start::kWarm;
   std::optional<LogPlace> log_place;        ///< --log
   std::optional<core::Severity> log_level;  ///< --log-level
 };
+
+/// A device is missing or refuses. Another start may succeed: units restart after it (packaging/).
+constexpr int kExitDevice = 4;
+
+/// Whether a code is about devices, as errors that only another start can get over are.
+bool is_about_devices(core::Code code) { return core::info(code).name.starts_with("P74"); }
+
+int code_after_refusal(const core::Diagnostics& diagnostics) {
+  const auto mends_itself = [](const core::Diagnostic& found) {
+    return found.severity != core::Severity::kError || is_about_devices(found.code);
+  };
+  const auto& all = diagnostics.all();
+  return std::all_of(all.begin(), all.end(), mends_itself) ? kExitDevice : kExitErrors;
+}
 
 constexpr core::TimeNs kRedrawNs = 200'000'000;
 /// After a signal to stop, what cannot be printed within this time is lost.
@@ -186,11 +202,11 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   std::ostream& talk = log.talk();
   const core::TimeNs retain_interval_ns = plan.configuration.retain.interval_ns;
   const std::string folder = state_folder(run.state, plan.configuration, run.simulate);
-  auto machine = io::Machine::configure({run.file, std::move(plan.configuration), run.listen, run.simulate,
+  auto machine = io::Machine::configure({run.file, std::move(plan.configuration), run.listen, run.socket, run.simulate,
                                          "plc map " + shell_word(run.file) + compile_flags(run.options, run.libraries)},
                                         resource, diagnostics);
   diagnostics.render_with_lines(std::cerr);
-  if (machine == nullptr) return kExitErrors;
+  if (machine == nullptr) return code_after_refusal(diagnostics);
   if (!run.stimulus.empty()) {
     auto device = std::make_unique<io::SimulatedDevice>("--stimulus", run.stimulus,
                                                         stimulus_task(run.stimulus, resource), resource);
@@ -213,7 +229,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   io::Plant plant(resource, std::move(machine), std::move(realtime));
   std::vector<io::Sentence> notes;
   if (const auto problem = plant.prepare([&resource] { name_crashes(resource); }, notes)) {
-    return complain(*problem), kExitErrors;
+    return complain(*problem), is_about_devices(problem->code) ? kExitDevice : kExitErrors;
   }
   runtime::RealtimeScheduler& scheduler = plant.scheduler();
   if (!view.empty()) scheduler.add_listener(view);
@@ -299,7 +315,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
     // WHY: it still uses what a return would destroy.
     log.stop();
     Output::flush();
-    std::_Exit(kExitErrors);
+    std::_Exit(io::kGuardianExit);
   }
   // Who stops a plant that got over its faults as its policies say has nothing to mend.
   const auto stops_all = [&](const runtime::TaskFault& fault) {
@@ -311,6 +327,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
 }
 
 int run_command(int argc, char** argv) {
+  const PassedSockets passed = take_passed_sockets();
   Output output;
   const Program program(
       "plc-run",
@@ -327,17 +344,20 @@ int run_command(int argc, char** argv) {
       "  plc-run plant.xml --state state                    keeps RETAIN and PERSISTENT variables in this folder\n"
       "  plc-run plant.xml --config plc.toml                with the inputs and outputs of this machine\n"
       "  plc-run plant.xml --log json:plant.jsonl           messages as lines of JSON, in a file\n"
+      "  plc-run --plant /etc/picard/plant                  as the service picard@plant does\n"
       "  plc-run plant.xml --modbus 0.0.0.0:502             HMIs of the network may connect (default: this machine's)\n"
       "\n"
-      "SCHED_FIFO and locked memory need privileges: run as root, or allow them in a service\n"
-      "(LimitRTPRIO=99, LimitMEMLOCK=infinity). Without them it runs, and says so.\n"
+      "SCHED_FIFO and locked memory need privileges: run as root, or as a service, picard@NAME.service with the plant "
+      "in\n"
+      "/etc/picard/NAME. Without them it runs, and says so.\n"
       "\n"
       "Exit codes: 0 all is well, or a signal ended what went on after faults; 1 the project has errors or a task "
       "faulted, 2 wrong flags or a file that cannot be opened, 3 the runtime died or hung and the guardian drove the "
-      "safe values.",
+      "safe values, or a task did not end, 4 a device is missing or refused: another start may succeed.",
       kVersionText);
   Run run;
-  program.option("FILE", run.file, "PLCopen XML or ST file, source folder, or image made by plc compile").required();
+  const Flag file =
+      program.option("FILE", run.file, "PLCopen XML or ST file, source folder, or image made by plc compile");
   program.option("--cycles=N", run.cycles, "stop after N scans of the fastest task").check(wrong_count);
   const Flag duration =
       program
@@ -360,8 +380,14 @@ int run_command(int argc, char** argv) {
       "--log-level=LEVEL", run.log_level,
       {{"note", core::Severity::kNote}, {"warning", core::Severity::kWarning}, {"error", core::Severity::kError}},
       "leaves out messages that are less severe; default: note");
-  program.option("--config=plc.toml", run.configuration,
-                 "drivers, channels, Modbus, guardian and libraries of this machine; plc config init writes one");
+  const Flag configuration_flag =
+      program.option("--config=plc.toml", run.configuration,
+                     "drivers, channels, Modbus, guardian and libraries of this machine; plc config init writes one");
+  const Flag plant =
+      program.option("--plant=DIR", run.plant,
+                     "in place of FILE and --config: the folder with the one project and, where there is "
+                     "one, its plc.toml, as /etc/picard/NAME of the service picard@NAME");
+  plant.excludes({file, configuration_flag});
   program.flag("--simulate-io", run.simulate,
                "no device of the configuration is touched: outputs go nowhere, and inputs keep their initial values "
                "but for what HMIs and --stimulus write");
@@ -387,6 +413,15 @@ int run_command(int argc, char** argv) {
   add_compile_options(program, run.options);
   if (const auto code = program.parse(argc, argv)) return *code;
 
+  if (plant.given()) {
+    const PlantFolder found = look_into_plant(run.plant);
+    if (!found.wrong.empty()) return complain("plc-run", found.wrong, found.help), kExitUsage;
+    run.file = found.project;
+    run.configuration = found.configuration;
+  } else if (!file.given()) {
+    complain("plc-run", "FILE is required", "or --plant=DIR, a folder with a project; plc-run --help");
+    return kExitUsage;
+  }
   if (run.stats == Stats::kJson && !run.watch.empty()) {
     complain("plc-run", "--stats=json and --watch both want stdout", "omit one of them");
     return kExitUsage;
@@ -415,6 +450,10 @@ int run_command(int argc, char** argv) {
       return kExitUsage;
     }
     duration_ns = *parsed;
+  }
+  run.socket = passed.modbus;
+  for (const std::string& sentence : passed.unused) {
+    message(core::Severity::kWarning) << "plc-run: " << sentence << '\n';
   }
   const core::MonotonicClock clock;
   const core::TimeNs begin = clock.now_ns();

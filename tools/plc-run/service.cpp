@@ -1,5 +1,9 @@
 #include "tools/plc-run/service.h"
 
+#include <arpa/inet.h>
+#include <fmt/format.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
 #include <systemd/sd-daemon.h>
 
 #include <algorithm>
@@ -22,7 +26,39 @@ core::TimeNs watchdog_time() {
   return std::min(us, kLongestUs) * 1000;
 }
 
+/// What a socket of TCP is bound to.
+io::ListenText bound_to(int descriptor) {
+  sockaddr_storage address{};
+  socklen_t size = sizeof address;
+  if (::getsockname(descriptor, reinterpret_cast<sockaddr*>(&address), &size) != 0) return {};
+  char text[INET6_ADDRSTRLEN] = {};
+  if (address.ss_family == AF_INET6) {
+    const auto& six = reinterpret_cast<const sockaddr_in6&>(address);
+    ::inet_ntop(AF_INET6, &six.sin6_addr, text, sizeof text);
+    return {text, ntohs(six.sin6_port)};
+  }
+  const auto& four = reinterpret_cast<const sockaddr_in&>(address);
+  ::inet_ntop(AF_INET, &four.sin_addr, text, sizeof text);
+  return {text, ntohs(four.sin_port)};
+}
+
 }  // namespace
+
+PassedSockets take_passed_sockets() {
+  PassedSockets passed;
+  const int count = ::sd_listen_fds(/*unset_environment=*/1);
+  for (int fd = SD_LISTEN_FDS_START; fd < SD_LISTEN_FDS_START + count; ++fd) {
+    if (::sd_is_socket_inet(fd, AF_UNSPEC, SOCK_STREAM, /*listening=*/1, /*port=*/0) <= 0) {
+      passed.unused.push_back(fmt::format("descriptor {} that systemd passed is no TCP socket that listens", fd));
+    } else if (passed.modbus) {
+      passed.unused.push_back(fmt::format("the socket {} that systemd passed is not served: one is, {}",
+                                          io::listen_text(bound_to(fd)), io::listen_text(passed.modbus->at)));
+    } else {
+      passed.modbus = {fd, bound_to(fd)};
+    }
+  }
+  return passed;
+}
 
 Service::Service(const bytecode::Image& image, const runtime::RealtimeScheduler& scheduler, core::TimeNs now_ns)
     : scheduler_(scheduler), watchdog_ns_(watchdog_time()), next_ns_(now_ns) {

@@ -1,19 +1,31 @@
-// Service: tells systemd that the plant runs, that its tasks do, and that it ends (sd_notify(3)).
+// Service: tells systemd that the plant runs, that its tasks do, and that it ends (sd_notify(3)); takes the socket that
+// systemd opened for it (sd_listen_fds(3)).
 //
-// In: NOTIFY_SOCKET and WATCHDOG_USEC, which systemd sets for a service of Type=notify with WatchdogSec. Without them
-// nothing is told. With a guardian, the runtime is not the service's main process: such a unit needs NotifyAccess=all.
-// Thread: the owner's; nothing here waits for a task. Does not belong here: units (packaging/).
+// In: NOTIFY_SOCKET and WATCHDOG_USEC, which systemd sets for a service of Type=notify with WatchdogSec; LISTEN_FDS,
+// for one with a socket unit. Without them nothing is told or taken. With a guardian, the runtime is not the service's
+// main process: such a unit needs NotifyAccess=all. Thread: the owner's; nothing here waits for a task. Does not belong
+// here: units (packaging/).
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "bytecode/image.h"
 #include "core/clock.h"
+#include "io-drivers/machine/machine.h"
 #include "runtime/sched/realtime.h"
 
 namespace plc::tools {
+
+/// What systemd opened for this process.
+struct PassedSockets {
+  std::optional<io::OpenSocket> modbus;  ///< the first one that listens for TCP
+  std::vector<std::string> unused;       ///< what is left, a sentence each
+};
+/// Before a process is started or split: it takes the sockets out of the environment, and no other program gets them.
+PassedSockets take_passed_sockets();
 
 class Service {
  public:

@@ -289,6 +289,19 @@ TEST(Doctor, TakesCapabilitiesForLimits) {
   EXPECT_EQ(machine.found(), std::vector<std::string>{});
 }
 
+TEST(Doctor, TakesAPortThatSystemdOpened) {
+  Machine machine;
+  machine.configure("[modbus]\nlisten = \"127.0.0.1:502\"\nread_only = true\n");
+  EXPECT_EQ(machine.found(), std::vector<std::string>{"P7961 problem"});
+  machine.write("proc/net/tcp",
+                std::string(Machine::kTcpHeader) +
+                    "   0: 0100007F:01F6 00000000:0000 0A 00000000:00000000 00:00000000 00000000 0 0 77 1 0\n");
+  machine.write("proc/1/comm", "systemd\n");
+  std::filesystem::create_directories(machine.path("proc/1/fd"));
+  std::filesystem::create_symlink("socket:[77]", machine.path("proc/1/fd/40"));
+  EXPECT_EQ(machine.found(), std::vector<std::string>{});
+}
+
 TEST(Doctor, LooksAtAnotherProcess) {
   const Machine machine;
   machine.write("proc/812/status", "Uid:\t4000\t4000\nCapEff:\t0\nCpus_allowed_list:\t1\n");

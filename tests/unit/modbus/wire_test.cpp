@@ -2,8 +2,39 @@
 // where there is one.
 #include "tests/unit/modbus/wire.h"
 
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
 namespace plc::test {
 namespace {
+
+TEST(ModbusWire, ServesASocketThatListensAlready) {
+  const int listening = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  ASSERT_EQ(::bind(listening, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  ASSERT_EQ(::listen(listening, 16), 0);
+  io::ModbusConfig config;
+  config.socket = listening;
+  const std::size_t before = open_descriptors();
+  {
+    PlantServer plant(config);
+    EXPECT_TRUE(plant.serves());
+    const std::uint16_t port = plant.server.port();
+    // It is not the server's: who was given it may serve it again.
+    plant.server.stop();
+    EXPECT_EQ(plant.server.start(), std::nullopt);
+    EXPECT_EQ(plant.server.port(), port);
+    EXPECT_TRUE(plant.serves());
+  }
+  EXPECT_EQ(open_descriptors(), before);
+  ::close(listening);
+  io::ModbusConfig closed;
+  closed.socket = listening;
+  EXPECT_THROW(PlantServer{closed}, std::runtime_error);
+}
 
 TEST(ModbusWire, A1LengthField) {
   PlantServer plant;
