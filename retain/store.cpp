@@ -201,7 +201,7 @@ std::string Store::make_file() {
   if (!written || ::fsync(file_) != 0) return failed();
   // What an earlier program has kept may be wanted again. Without it all goes on.
   ::unlinkat(directory_, kPreviousName, 0);
-  static_cast<void>(::linkat(directory_, kFileName, directory_, kPreviousName, 0));
+  [[maybe_unused]] const int linked = ::linkat(directory_, kFileName, directory_, kPreviousName, 0);
   if (::renameat(directory_, kNewName, directory_, kFileName) != 0 || ::fsync(directory_) != 0) return failed();
   next_ = 1;
   ++sequence_;

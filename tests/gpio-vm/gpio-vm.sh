@@ -59,7 +59,8 @@ if [ ! -e "$KERNEL/ok" ]; then
   W=$(mktemp -d "$CACHE/build.XXXX"); mkdir "$W/img" "$W/src" "$W/mod" "$W/new"
   # The image is unpacked, not installed: no initramfs, no boot loader, little disk.
   ( cd "$W" && apt-get -qq download "$IMAGE" && dpkg-deb --fsys-tarfile "$IMAGE"*.deb |
-      tar -x -C img --wildcards './boot/vmlinuz-*' '*/fs/configfs/configfs.ko*' '*/i2c/i2c-stub.ko*' ) >>"$LOG" 2>&1 || die "cannot fetch $IMAGE, see $LOG"
+      tar -x -C img --wildcards './boot/vmlinuz-*' '*/fs/configfs/configfs.ko*' '*/i2c/i2c-stub.ko*' \
+        '*/drivers/virtio/*' '*/block/virtio_blk.ko*' '*/fs/ext4/*' '*/fs/jbd2/*' '*/fs/mbcache.ko*' '*/lib/crc16.ko*' '*/crypto/crc32c_generic.ko*' ) >>"$LOG" 2>&1 || die "cannot fetch $IMAGE, see $LOG"
   apt_get install -y --no-install-recommends "linux-headers-$VERSION" "linux-source-$SERIES" ||
     die "cannot install headers and source of $VERSION (rights, network?), see $LOG"
   have=$(dpkg-deb -f "$W/$IMAGE"*.deb Version) headers=$(dpkg-query -W -f '${Version}' "linux-headers-$VERSION")
@@ -71,7 +72,9 @@ if [ ! -e "$KERNEL/ok" ]; then
   sed 's/handle_simple_irq(irq_to_desc(\([a-z_]*\)))/generic_handle_irq(\1)/' "$W/src/kernel/irq/irq_sim.c" >"$W/mod/irq_sim.c"
   printf 'obj-m := gpio-sim.o gpio-pcf857x.o\ngpio-sim-y := sim_main.o irq_sim.o\n' >"$W/mod/Makefile"
   make -C "/usr/src/linux-headers-$VERSION" "M=$W/mod" modules >>"$LOG" 2>&1 || die "the modules did not build, see $LOG"
-  find "$W/img" -name '*.ko' -exec cp {} "$W/new/" \;
+  mkdir "$W/new/disk"  # what a guest with a disk needs besides (scripts/test-service)
+  find "$W/img" -name '*.ko' -exec cp {} "$W/new/disk/" \;
+  mv "$W"/new/disk/{configfs,i2c-stub}.ko "$W/new/"
   cp "$W"/img/boot/vmlinuz-* "$W/new/vmlinuz"
   for m in gpio-sim gpio-pcf857x; do strip -g -o "$W/new/$m.ko" "$W/mod/$m.ko"; done; echo "$VERSION" >"$W/new/ok"
   rm -rf "$KERNEL"; mv "$W/new" "$KERNEL"; rm -rf "$W"
