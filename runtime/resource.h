@@ -21,6 +21,11 @@ class Resource {
   static core::Result<std::unique_ptr<Resource>> load(bytecode::VerifiedImage image,
                                                       const ProgramOptions& options = {});
 
+  /// The same image whose tasks are replicas (Program::link_replica()): task n takes what it asks for from replays[n],
+  /// which outlive it. Its global table has what somebody puts there (GlobalTable::reset()).
+  static core::Result<std::unique_ptr<Resource>> load_replicas(bytecode::VerifiedImage image, std::span<Replay> replays,
+                                                               const ProgramOptions& options = {});
+
   /// Makes the objects of the taskblocks of all tasks, where ProgramOptions::start_taskblocks was false. Before
   /// anything runs, once. P7803 when one is not ready.
   std::optional<core::Problem> start_taskblocks();

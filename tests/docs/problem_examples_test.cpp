@@ -38,6 +38,7 @@ const std::map<std::string, std::string> kNotHere = {
     {"P7932", "tests/unit/doctor"},
     {"P7934", "tests/unit/doctor"},
     {"P7965", "tests/unit/doctor"},
+    {"P7632", "tests/tools/replay_test.cpp"},
     {"P7802", "tests/taskblocks/run_test.cpp"},
     {"R1004", "tests/taskblocks/run_test.cpp"},
     {"R1005", "tests/taskblocks/run_test.cpp"},

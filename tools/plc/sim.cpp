@@ -17,6 +17,9 @@
 #include "log/format.h"
 #include "runtime/sched/simulation.h"
 #include "runtime/sched/statistics.h"
+#include "shadow/arithmetic.h"
+#include "shadow/record_writer.h"
+#include "shadow/recording.h"
 #include "tools/command_line.h"
 #include "tools/date.h"
 #include "tools/engine.h"
@@ -24,6 +27,8 @@
 #include "tools/plc/commands.h"
 #include "tools/statistics.h"
 #include "tools/taskblock_libraries.h"
+#include "tools/version.h"
+#include "tools/watched_paths.h"
 
 namespace plc::tools {
 namespace {
@@ -36,7 +41,7 @@ enum class Stats : std::uint8_t {
 };
 
 struct Sim {
-  std::string file, stimulus, trace, configuration;
+  std::string file, stimulus, trace, configuration, record;
   std::vector<std::string> watch;
   std::uint64_t cycles = 0;
   std::optional<runtime::ValueStyle> values;
@@ -111,19 +116,6 @@ void print_messages(runtime::Resource& resource, core::TimeNs now_ns) {
   }
 }
 
-/// The paths that a trace records: those that match any pattern, each once, in declaration order per pattern.
-std::vector<std::string> watched_paths(const std::vector<std::string>& patterns, runtime::Resource& resource) {
-  const runtime::Access access(resource);
-  if (patterns.empty()) return access.list_names();
-  std::vector<std::string> paths;
-  for (const std::string& pattern : patterns) {
-    for (std::string& path : access.list_names(pattern)) {
-      if (std::find(paths.begin(), paths.end(), path) == paths.end()) paths.push_back(std::move(path));
-    }
-  }
-  return paths;
-}
-
 int run(Command command, Sim& sim) {
   if (const auto code = parse_date_options("plc sim", sim.date)) return *code;
   const bool trace_on_stdout = sim.trace == "-" || (sim.trace.empty() && !sim.watch.empty());
@@ -182,6 +174,20 @@ int run(Command command, Sim& sim) {
     trace = std::move(*writer);
     trace->attach(simulation);
   }
+  std::unique_ptr<shadow::RecordWriter> recorded;
+  std::unique_ptr<shadow::Recording> recording;
+  if (!sim.record.empty()) {
+    auto writer = shadow::RecordWriter::open(
+        sim.record, {kVersionText, shadow::processor_kind(), shadow::arithmetic_fingerprint(), program.loop_budget,
+                     sim.date.time_zone.name(), bytecode::save(resource.image())});
+    if (!writer) return complain(writer.error()), kExitUsage;
+    recorded = std::move(*writer);
+    auto started = shadow::Recording::start(
+        resource, [&recorded](std::span<const std::byte> block) { return recorded->write(block); });
+    if (!started) return complain(started.error()), kExitErrors;
+    recording = std::move(*started);
+    simulation.after_instant([&recording](const runtime::Instant&) { recording->drain(); });
+  }
   ScanTimes times(resource.task_count());
   if (sim.stats != Stats::kNone) simulation.add_listener(times);
   const auto& blocks = resource.image().blocks;
@@ -196,6 +202,10 @@ int run(Command command, Sim& sim) {
                                                 : simulation.run_cycles(sim.cycles == 0 ? kDefaultCycles : sim.cycles);
   if (trace) {
     if (const auto problem = trace->close()) return complain(*problem), kExitUsage;
+  }
+  if (recording) {
+    recording->finish();
+    if (const auto problem = recorded->problem()) return complain(*problem), kExitUsage;
   }
   for (const runtime::TaskFault& fault : simulation.faults()) print_fault(resource, fault, std::cerr);
   print_events(resource, std::cerr);
@@ -239,6 +249,7 @@ void add_sim(Command program) {
       "  plc sim plant.xml --stimulus in.csv --trace out.csv     inputs by a script, all variables into a file\n"
       "  plc sim plant.xml --pou Mixer --cycles 100 --watch '*'  one POU alone in a 20 ms task\n"
       "  plc sim plant.pbc --cycles 100000 --stats               scan times\n"
+      "  plc sim plant.xml --stimulus in.csv --record plant.rec  every scan, for plc replay\n"
       "\n"
       "Stimulus: 'time_ms,path,path' and rows of values in ascending time; a row is applied at the first release\n"
       "at or after its time, an empty cell keeps the value. Trace: 'cycle,time_ms,path,..', a row per release\n"
@@ -250,6 +261,7 @@ void add_sim(Command program) {
       .check(wrong_count);
   command.option("--stimulus=in.csv", sim.stimulus, "inputs, as CSV");
   command.option("--trace=out.csv", sim.trace, "write the values of every cycle as CSV; - is stdout");
+  command.option("--record=FILE", sim.record, "write what each scan takes in, for plc replay");
   command
       .option("--watch=PATTERN", sim.watch,
               "variables to trace, * and ? match; may be repeated (--watch a --watch b). Without --trace the "

@@ -1,0 +1,80 @@
+// Player: executes the scans of a recording again, those of all tasks in the order of their times.
+//
+// In: a file of recorded scans. Out: one scan after the other, with the tables of all tasks and the globals as they
+// were after it, which Access reads as from a resource that runs. Threads: one. Does not belong here: what is printed.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/result.h"
+#include "core/time_zone.h"
+#include "runtime/record/replay.h"
+#include "runtime/resource.h"
+#include "shadow/record_file.h"
+#include "shadow/replica.h"
+
+namespace plc::shadow {
+
+/// A scan that was executed again.
+struct PlayedScan {
+  std::uint32_t task = 0;
+  std::uint64_t scan = 0;
+  core::TimeNs now_ns = 0;
+  bool after_gap = false;  ///< scans of the task before this one are not in the recording
+  Replica::Outcome outcome;
+};
+
+class Player {
+ public:
+  /// P60xx when the image of the recording is not sound, P9001 when it cannot be linked here. The file outlives it.
+  static core::Result<std::unique_ptr<Player>> make(const RecordFile& file, core::Diagnostics& diagnostics);
+
+  /// The recorded tasks; what runs them may be installed before the first scan.
+  [[nodiscard]] runtime::Resource& resource() { return *resource_; }
+  /// Time of the scan that comes next; nothing at the end.
+  [[nodiscard]] std::optional<core::TimeNs> next_ns();
+  /// Executes it.
+  std::optional<PlayedScan> step();
+  /// Brings the global table of resource() up to date with the scans that ran.
+  void show_globals();
+  /// Whether this machine has the time zone of the recording; without, local time is UTC.
+  [[nodiscard]] bool has_zone() const noexcept { return zone_.has_value(); }
+  /// Blocks that could not be read.
+  [[nodiscard]] std::uint64_t damaged_blocks() const noexcept { return damaged_blocks_; }
+
+ private:
+  struct Task {
+    std::optional<Replica> replica;
+    std::vector<const BlockInfo*> blocks;
+    std::size_t next_block = 0;
+    Block block;
+    std::size_t at = 0;  ///< of the next record in block.records
+    std::uint64_t next_scan = 0;
+    bool any = false;
+    bool gap = false;  ///< before the next record
+    struct Part {
+      std::uint32_t at = 0, bytes = 0;
+    };
+    std::vector<Part> seen;  ///< of the globals: what it exports, and inputs
+  };
+
+  explicit Player(const RecordFile& file) : file_(file) {}
+  /// The record that comes next of a task; loads its block. Empty at the end.
+  std::span<const std::byte> peek(Task& task);
+  [[nodiscard]] std::optional<std::uint32_t> next_task();
+
+  const RecordFile& file_;
+  std::optional<core::TimeZone> zone_;
+  std::vector<runtime::Replay> replays_;
+  std::unique_ptr<runtime::Resource> resource_;
+  std::vector<Task> tasks_;
+  std::vector<std::uint32_t> order_;  ///< tasks, the most urgent first
+  std::vector<std::byte> globals_;
+  std::uint64_t damaged_blocks_ = 0;
+};
+
+}  // namespace plc::shadow

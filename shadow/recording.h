@@ -1,0 +1,76 @@
+// Recording: the records of all tasks of a resource, packed into blocks for whoever keeps them.
+//
+// In: a resource that is about to run. Out: blocks as files have them (record_file.h), to a sink. Threads: start() and
+// finish() while no task runs; drain() on one thread at any time, often enough that no ring fills up: ten times a
+// second. Does not belong here: where blocks go.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/result.h"
+#include "runtime/record/recorder.h"
+#include "runtime/resource.h"
+#include "shadow/record_file.h"
+
+namespace plc::shadow {
+
+struct RecordingOptions {
+  std::size_t ring_bytes = 4u << 20;          ///< of each task
+  std::size_t most_record_bytes = 64 * 1024;  ///< a scan that takes in more is left out
+  std::size_t block_bytes = 1u << 20;         ///< records of a block, about, before they are compressed
+  core::TimeNs block_ns = 10'000'000'000;     ///< and the time that they cover
+};
+
+/// What was recorded of a task.
+struct RecordingCounts {
+  std::uint64_t scans = 0;         ///< executed since the start
+  std::uint64_t lost = 0;          ///< of these, in no record: the ring was full, or the record too large
+  std::uint64_t record_bytes = 0;  ///< in rings
+  std::uint64_t stored_bytes = 0;  ///< in blocks, compressed
+  std::uint64_t gaps = 0;          ///< stretches that no block has
+};
+
+class Recording {
+ public:
+  /// Takes a block. False: it was not kept.
+  using Sink = std::function<bool(std::span<const std::byte>)>;
+
+  /// Records all tasks from their next scan on. P9001 when there is no memory for the rings.
+  static core::Result<std::unique_ptr<Recording>> start(runtime::Resource& resource, Sink sink,
+                                                        const RecordingOptions& options = {});
+  ~Recording();
+  Recording(const Recording&) = delete;
+  Recording& operator=(const Recording&) = delete;
+
+  /// Takes what the tasks have recorded, and gives away the blocks that are complete.
+  void drain();
+  /// The last blocks. No task runs any more.
+  void finish();
+  [[nodiscard]] RecordingCounts counts(std::uint32_t task) const;
+
+ private:
+  struct Task {
+    std::unique_ptr<runtime::RecordRing> ring;
+    std::optional<runtime::Recorder> recorder;
+    BlockBuilder block;
+    core::TimeNs block_began_ns = 0;
+    std::uint64_t stored_bytes = 0, gaps = 0;
+  };
+
+  Recording(runtime::Resource& resource, Sink sink, const RecordingOptions& options)
+      : resource_(resource), sink_(std::move(sink)), options_(options) {}
+  void take(std::uint32_t task, std::span<const std::byte> record);
+  void flush(Task& task);
+
+  runtime::Resource& resource_;
+  Sink sink_;
+  RecordingOptions options_;
+  std::vector<std::unique_ptr<Task>> tasks_;
+};
+
+}  // namespace plc::shadow

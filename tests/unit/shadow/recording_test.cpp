@@ -1,0 +1,189 @@
+// Recordings of resources that run, and the player: blocks, gaps, checkpoints, several tasks.
+#include "shadow/recording.h"
+
+#include <gtest/gtest.h>
+
+#include "runtime/sched/simulation.h"
+#include "shadow/player.h"
+#include "tests/unit/runtime/run_support.h"
+
+namespace plc::test {
+namespace {
+
+using bytecode::Opcode;
+using core::TypeId;
+
+using Bytes = std::vector<std::byte>;
+
+/// Two tasks: each counts in a variable of its own and in a global of its own; Slow also adds what Fast has.
+bytecode::VerifiedImage two_tasks() {
+  ImageBuilder b;
+  const std::uint32_t dint = b.type(TypeId::kDint);
+  const Word one = b.constant<std::int32_t>(TypeId::kDint, 1);
+  const Word fast_global = b.global("FastCount", dint, {}, {.owner = 0});
+  const Word slow_global = b.global("SlowSum", dint, {}, {.owner = 1});
+  PouBuilder fast = b.pou("Fast", PouKind::kProgram);
+  const Word count = fast.variable("count", dint);
+  fast.op(Opcode::kAdd32, {count, count, one});
+  fast.op(Opcode::kMove32, {fast_global, count});
+  b.task("Quick", 10'000'000, {fast.finish()}, 0);
+  PouBuilder slow = b.pou("Slow", PouKind::kProgram);
+  slow.op(Opcode::kAdd32, {slow_global, slow_global, fast_global});
+  b.task("Lazy", 30'000'000, {slow.finish()}, 1);
+  core::Diagnostics diagnostics;
+  auto image = bytecode::verify(b.build(), diagnostics);
+  EXPECT_TRUE(image);
+  return std::move(*image);
+}
+
+struct Recorded {
+  explicit Recorded(const shadow::RecordingOptions& options = {}) : image(two_tasks()) {
+    auto loaded = runtime::Resource::load(bytecode::VerifiedImage(image));
+    resource = std::move(*loaded);
+    bytes =
+        shadow::file_head({"PICARD test", "", 0, bytecode::kDefaultLoopBudget, "UTC", bytecode::save(image.image())});
+    auto started = shadow::Recording::start(
+        *resource,
+        [this](std::span<const std::byte> block) {
+          bytes.insert(bytes.end(), block.begin(), block.end());
+          return true;
+        },
+        options);
+    EXPECT_TRUE(started);
+    recording = std::move(*started);
+  }
+  bytecode::VerifiedImage image;
+  std::unique_ptr<runtime::Resource> resource;
+  Bytes bytes;
+  std::unique_ptr<shadow::Recording> recording;
+};
+
+/// All scans of a recording, as "task:scan" with '!' after gaps and '?' where something differs.
+std::string played(const Bytes& bytes, std::string* last_values = nullptr) {
+  const auto file = shadow::RecordFile::read(bytes, "recording");
+  if (!file) return file.error().message;
+  core::Diagnostics diagnostics;
+  const auto player = shadow::Player::make(*file, diagnostics);
+  if (!player) return player.error().message;
+  std::string text;
+  while (const auto scan = (*player)->step()) {
+    text += std::to_string(scan->task) + ":" + std::to_string(scan->scan) + (scan->after_gap ? "!" : "") +
+            (scan->outcome.equal ? " " : "? ");
+  }
+  (*player)->show_globals();
+  if (last_values != nullptr) {
+    runtime::Resource& resource = (*player)->resource();
+    *last_values = value_of(resource, "FastCount") + " " + value_of(resource, "SlowSum");
+  }
+  return text;
+}
+
+TEST(Recording, EveryScanIsExecutedAgainInTheOrderOfTime) {
+  Recorded r;
+  runtime::Simulation simulation(*r.resource);
+  simulation.run_cycles(7);
+  r.recording->finish();
+  std::string values;
+  EXPECT_EQ(played(r.bytes, &values), "0:0 1:0 0:1 0:2 0:3 1:1 0:4 0:5 0:6 1:2 ");
+  EXPECT_EQ(values, value_of(*r.resource, "FastCount") + " " + value_of(*r.resource, "SlowSum"));
+  EXPECT_EQ(r.recording->counts(0).scans, 7u);
+  EXPECT_EQ(r.recording->counts(0).lost, 0u);
+  EXPECT_EQ(r.recording->counts(1).scans, 3u);
+  EXPECT_GT(r.recording->counts(1).stored_bytes, 0u);
+}
+
+TEST(Recording, BlocksEndByTimeAndSizeAndBeginWithACheckpoint) {
+  for (const bool by_time : {true, false}) {
+    shadow::RecordingOptions options;
+    if (by_time) {
+      options.block_ns = 100'000'000;
+    } else {
+      options.block_bytes = 600;
+    }
+    Recorded r(options);
+    runtime::Simulation simulation(*r.resource);
+    for (int i = 0; i < 300; ++i) {
+      simulation.step();
+      r.recording->drain();
+    }
+    r.recording->finish();
+    const auto file = shadow::RecordFile::read(r.bytes, "f");
+    EXPECT_GT(file->blocks().size(), 20u);
+    std::string expected;
+    const std::string all = played(r.bytes);
+    EXPECT_EQ(all.find_first_of("!?"), std::string::npos) << all;
+    EXPECT_NE(all.find("0:299 "), std::string::npos);
+    // Each block alone, with the head: it begins with what was there.
+    Bytes one = shadow::file_head(file->head());
+    const shadow::BlockInfo& info = file->blocks()[file->blocks().size() / 2];
+    const auto begin = r.bytes.begin() + static_cast<std::ptrdiff_t>(info.at);
+    one.insert(one.end(), begin, begin + 56 + static_cast<std::ptrdiff_t>(info.stored_bytes));
+    const std::string part = played(one);
+    EXPECT_NE(part.find('!'), std::string::npos) << "scans before it are not there";
+    EXPECT_EQ(part.find('?'), std::string::npos) << part;
+  }
+}
+
+TEST(Recording, AReaderThatSleepsLosesScansAndGoesOnAtTheNextCheckpoint) {
+  shadow::RecordingOptions options;
+  options.ring_bytes = 4096;
+  options.most_record_bytes = 1024;
+  Recorded r(options);
+  runtime::Simulation simulation(*r.resource);
+  simulation.run_cycles(500);
+  for (int i = 0; i < 20; ++i) {
+    r.recording->drain();
+    simulation.step();
+  }
+  r.recording->finish();
+  EXPECT_GT(r.recording->counts(0).lost, 300u);
+  EXPECT_EQ(r.recording->counts(0).gaps, 1u);
+  const std::string text = played(r.bytes);
+  EXPECT_EQ(text.find('?'), std::string::npos) << text;
+  EXPECT_NE(text.find("0:519 "), std::string::npos) << text;
+  const std::size_t gap = text.find('!');
+  ASSERT_NE(gap, std::string::npos) << text;
+  EXPECT_EQ(text.find('!', gap + 1) == std::string::npos, r.recording->counts(1).gaps == 0);
+}
+
+TEST(Player, WhatWasChangedInARecordIsFound) {
+  Recorded r;
+  runtime::Simulation simulation(*r.resource);
+  simulation.run_cycles(5);
+  r.recording->finish();
+  const auto file = shadow::RecordFile::read(r.bytes, "f");
+  ASSERT_TRUE(file);
+  // Another table to begin with, in a block that is whole.
+  Bytes changed = shadow::file_head(file->head());
+  for (const shadow::BlockInfo& info : file->blocks()) {
+    auto block = *file->load(info);
+    if (info.task == 0) block.table[0] ^= std::byte{1};
+    shadow::BlockBuilder builder;
+    builder.begin(info.task, info.first_scan, block.table);
+    shadow::for_each_record(block.records, [&](std::span<const std::byte> one) { return builder.add(one); });
+    const Bytes bytes = builder.take();
+    changed.insert(changed.end(), bytes.begin(), bytes.end());
+  }
+  EXPECT_NE(played(changed).find('?'), std::string::npos);
+}
+
+TEST(Player, ATableOfAnotherSizeIsADamagedBlock) {
+  Recorded r;
+  r.recording->finish();
+  shadow::BlockBuilder builder;
+  builder.begin(0, 0, Bytes(3));
+  runtime::RecordHead head;
+  head.bytes = sizeof head;
+  ASSERT_TRUE(builder.add(std::as_bytes(std::span(&head, 1))));
+  const Bytes block = builder.take();
+  r.bytes.insert(r.bytes.end(), block.begin(), block.end());
+  const auto file = shadow::RecordFile::read(r.bytes, "f");
+  core::Diagnostics diagnostics;
+  const auto player = shadow::Player::make(*file, diagnostics);
+  ASSERT_TRUE(player);
+  EXPECT_FALSE((*player)->step());
+  EXPECT_EQ((*player)->damaged_blocks(), 1u);
+}
+
+}  // namespace
+}  // namespace plc::test
