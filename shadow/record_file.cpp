@@ -161,7 +161,7 @@ std::vector<std::byte> BlockBuilder::take() {
 
 core::Result<RecordFile> RecordFile::open(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
-  if (!in) return refused(path, std::system_category().message(errno));
+  if (!in) return Problem{Code::P7001, path + ": " + std::system_category().message(errno), {}};
   const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
   if (in.bad()) return refused(path, "cannot be read");
   const auto bytes = std::as_bytes(std::span(text));

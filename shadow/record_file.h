@@ -74,7 +74,7 @@ std::vector<std::byte> file_head(const RecordingHead& head);
 /// A file that is read.
 class RecordFile {
  public:
-  /// P7630 when it cannot be read, or is no such file, or of another version.
+  /// P7001 when it cannot be opened; P7630 when it is no such file, damaged in its head, or of another version.
   static core::Result<RecordFile> open(const std::string& path);
   /// The same, from bytes.
   static core::Result<RecordFile> read(std::vector<std::byte> bytes, const std::string& name);

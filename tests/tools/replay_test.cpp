@@ -1,0 +1,127 @@
+// plc sim --record and plc replay.
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "tests/tools/fixture.h"
+
+namespace plc::test {
+namespace {
+
+bool has(const std::string& text, std::string_view part) { return text.find(part) != std::string::npos; }
+
+std::string three_tasks() { return PLC_EXAMPLES "/three_tasks/press.st"; }
+
+/// A program that calls functions of the C library, which differ between processors in their last bit.
+std::string arithmetic() {
+  return "PROGRAM Main\n"
+         "VAR x, sum : LREAL; i : INT; END_VAR\n"
+         "  FOR i := 1 TO 200 DO\n"
+         "    x := x + 0.0137;\n"
+         "    sum := sum + SIN(x) + EXP(x / 100.0) + LN(x + 1.0) + EXPT(x, 1.7);\n"
+         "  END_FOR;\n"
+         "END_PROGRAM\n"
+         "CONFIGURATION C RESOURCE R ON PLC TASK T(INTERVAL := T#10ms, PRIORITY := 0); PROGRAM main WITH T : Main; "
+         "END_RESOURCE END_CONFIGURATION\n";
+}
+
+/// Divides by zero in its 20th scan, and loops for ever in its 30th.
+std::string troubled() {
+  return "PROGRAM Main\n"
+         "VAR n, q : INT; END_VAR\n"
+         "  n := n + 1;\n"
+         "  IF n = 20 THEN q := 1 / (n - 20); END_IF\n"
+         "  WHILE n >= 30 DO q := q + 1; END_WHILE\n"
+         "END_PROGRAM\n"
+         "CONFIGURATION C RESOURCE R ON PLC TASK T(INTERVAL := T#10ms, PRIORITY := 0); PROGRAM main WITH T : Main; "
+         "END_RESOURCE END_CONFIGURATION\n";
+}
+
+TEST(ReplayCommand, GivesTheTraceOfTheSimulationByteForByte) {
+  for (const std::string& file : {tank(), three_tasks()}) {
+    const ScratchFolder scratch;
+    const std::string record = scratch.file("plant.rec"), trace = scratch.file("sim.csv");
+    std::vector<std::string> sim = {PLC_TOOL, "sim", file, "--record", record, "--trace", trace};
+    if (file == tank()) {
+      sim.insert(sim.end(), {"--stimulus", tank_stimulus()});
+    } else {
+      sim.insert(sim.end(), {"--cycles", "500"});
+    }
+    const auto simulated = run_tool(sim);
+    ASSERT_EQ(simulated.code, 0) << simulated.all();
+    for (const char* const engine : {"--engine=interp", "--engine=native"}) {
+      const std::string again = scratch.file("replay.csv");
+      const auto replayed = run_tool({PLC_TOOL, "replay", record, "--trace", again, engine});
+      EXPECT_EQ(replayed.code, 0) << replayed.all();
+      EXPECT_TRUE(has(replayed.out, "every scan gives what it gave")) << replayed.all();
+      EXPECT_TRUE(read_text(again) == read_text(trace)) << file << " " << engine;
+    }
+  }
+}
+
+TEST(ReplayCommand, StopsAtEventsFaultsAndTimes) {
+  const ScratchFolder scratch;
+  const std::string file = scratch.file("p.st"), record = scratch.file("p.rec");
+  write_text(file, troubled());
+  EXPECT_EQ(run_tool({PLC_TOOL, "sim", file, "--cycles", "100", "--record", record}).code, 1) << "it faults";
+  const auto values = [&](std::vector<std::string> more) {
+    std::vector<std::string> all = {PLC_TOOL, "replay", record, "--watch", "main.n"};
+    all.insert(all.end(), more.begin(), more.end());
+    const auto result = run_tool(all);
+    EXPECT_EQ(result.code, 0) << result.all();
+    const std::size_t last = result.out.rfind('\n', result.out.size() - 2);
+    return result.out.substr(last + 1);
+  };
+  EXPECT_EQ(values({"--until", "event"}), "19,190,20\n");
+  EXPECT_EQ(values({"--until", "fault"}), "29,290,30\n");
+  EXPECT_EQ(values({"--until", "50ms"}), "5,50,6\n");
+  EXPECT_EQ(values({}), "29,290,30\n") << "the task was stopped";
+  const auto part = run_tool({PLC_TOOL, "replay", record, "--watch", "main.n", "--from", "30ms", "--until", "40ms"});
+  EXPECT_EQ(part.out, "cycle,time_ms,main.n\n3,30,4\n4,40,5\n");
+  const auto fault = run_tool({PLC_TOOL, "replay", record});
+  EXPECT_TRUE(has(fault.err, "R1001")) << fault.all();
+}
+
+TEST(ReplayCommand, SaysWhatIsWrong) {
+  const ScratchFolder scratch;
+  const std::string file = scratch.file("p.st"), record = scratch.file("p.rec");
+  write_text(file, troubled());
+  EXPECT_EQ(run_tool({PLC_TOOL, "sim", file, "--cycles", "5", "--record", record}).code, 0);
+  const auto nowhere = run_tool({PLC_TOOL, "replay", scratch.file("none.rec")});
+  EXPECT_EQ(nowhere.code, 2);
+  EXPECT_TRUE(has(nowhere.err, "P7001")) << nowhere.all();
+  const auto wrong = run_tool({PLC_TOOL, "replay", file});
+  EXPECT_EQ(wrong.code, 1) << wrong.all();
+  EXPECT_TRUE(has(wrong.err, "is no recording")) << wrong.all();
+  const auto time = run_tool({PLC_TOOL, "replay", record, "--until", "later"});
+  EXPECT_EQ(time.code, 2);
+  EXPECT_TRUE(has(time.err, "--until \"later\" is not a duration")) << time.all();
+  const auto watch = run_tool({PLC_TOOL, "replay", record, "--watch", "other.*"});
+  EXPECT_EQ(watch.code, 2);
+  const auto folder = run_tool({PLC_TOOL, "sim", file, "--cycles", "5", "--record", scratch.file("no/p.rec")});
+  EXPECT_EQ(folder.code, 2);
+  EXPECT_TRUE(has(folder.err, "P7631")) << folder.all();
+  // A file whose end is missing is used as far as it goes, and a whole that is not is no success.
+  const std::string bytes = read_text(record);
+  write_text(record, std::string_view(bytes).substr(0, bytes.size() - 5));
+  const auto cut = run_tool({PLC_TOOL, "replay", record});
+  EXPECT_EQ(cut.code, 1);
+  EXPECT_TRUE(has(cut.err, "are cut or damaged")) << cut.all();
+}
+
+TEST(ReplayCommand, AnotherLibraryOfFunctionsIsSaidFirst) {
+  const ScratchFolder scratch;
+  const std::string file = scratch.file("p.st"), record = scratch.file("p.rec");
+  write_text(file, arithmetic());
+  ASSERT_EQ(run_tool({PLC_TOOL, "sim", file, "--cycles", "100", "--record", record}).code, 0);
+  EXPECT_EQ(run_tool({PLC_TOOL, "replay", record}).code, 0);
+  const auto other =
+      run_tool({"/usr/bin/env", "GLIBC_TUNABLES=glibc.cpu.hwcaps=-FMA,-FMA4,-AVX2", PLC_TOOL, "replay", record});
+  if (!has(other.err, "another library of functions")) GTEST_SKIP() << "this C library has one set of functions";
+  EXPECT_EQ(other.code, 1) << other.all();
+  EXPECT_TRUE(has(other.err, "P7632")) << other.all();
+}
+
+}  // namespace
+}  // namespace plc::test
