@@ -74,7 +74,10 @@ struct Run {
 constexpr int kExitDevice = 4;
 
 /// Whether a code is about devices, as errors that only another start can get over are.
-bool is_about_devices(core::Code code) { return core::info(code).name.starts_with("P74"); }
+bool is_about_devices(core::Code code) {
+  // A library of drivers that cannot be used stays so.
+  return core::info(code).name.starts_with("P74") && code != core::Code::P7420;
+}
 
 int code_after_refusal(const core::Diagnostics& diagnostics) {
   const auto mends_itself = [](const core::Diagnostic& found) {
