@@ -1,6 +1,7 @@
 // plc sim --record and plc replay.
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -108,6 +109,32 @@ TEST(ReplayCommand, SaysWhatIsWrong) {
   const auto cut = run_tool({PLC_TOOL, "replay", record});
   EXPECT_EQ(cut.code, 1);
   EXPECT_TRUE(has(cut.err, "are cut or damaged")) << cut.all();
+}
+
+TEST(ReplayCommand, PlcRunRecordsAndItsScansGiveTheSame) {
+  const ScratchFolder scratch;
+  const std::string folder = scratch.file("records");
+  const auto ran = run_tool({PLC_RUN_TOOL, three_tasks(), "--cycles", "300", "--modbus", "off", "--record", folder});
+  ASSERT_EQ(ran.code, 0) << ran.all();
+  EXPECT_TRUE(has(ran.out, "recording into " + folder + "/plant-")) << ran.out;
+  std::vector<std::string> files;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) files.push_back(entry.path().string());
+  ASSERT_EQ(files.size(), 1u);
+  EXPECT_EQ(std::filesystem::status(files[0]).permissions(),
+            std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
+  const auto replayed = run_tool({PLC_TOOL, "replay", files[0]});
+  EXPECT_EQ(replayed.code, 0) << replayed.all();
+  EXPECT_TRUE(has(replayed.out, "every scan gives what it gave")) << replayed.out;
+  EXPECT_TRUE(has(replayed.out, "Control")) << replayed.out;
+}
+
+TEST(ReplayCommand, APlantRunsWithoutARecordingThatCannotBe) {
+  const ScratchFolder scratch;
+  const std::string file = scratch.file("no-folder");
+  write_text(file, "a file");
+  const auto ran = run_tool({PLC_RUN_TOOL, three_tasks(), "--cycles", "20", "--modbus", "off", "--record", file});
+  EXPECT_EQ(ran.code, 0) << ran.all();
+  EXPECT_TRUE(has(ran.err, "no-folder")) << ran.err;
 }
 
 TEST(ReplayCommand, AnotherLibraryOfFunctionsIsSaidFirst) {

@@ -26,6 +26,8 @@
 #include "io-drivers/machine/plant.h"
 #include "io-drivers/simulated/simulated_device.h"
 #include "runtime/sched/realtime.h"
+#include "shadow/arithmetic.h"
+#include "shadow/record_thread.h"
 #include "tools/command_line.h"
 #include "tools/engine.h"
 #include "tools/plc-run/component_faults.h"
@@ -53,7 +55,7 @@ enum class Stats : std::uint8_t {
 };
 
 struct Run {
-  std::string file, plant, duration, stimulus, configuration, modbus, state, log;
+  std::string file, plant, duration, stimulus, configuration, modbus, state, log, record;
   std::vector<std::string> watch;
   std::uint64_t cycles = 0;
   Stats stats = Stats::kTimes;
@@ -247,6 +249,20 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
       log.say(note);
     }
   }
+  std::unique_ptr<shadow::RecordThread> recording;
+  if (!run.record.empty()) {
+    auto started =
+        shadow::RecordThread::start(resource, {run.record},
+                                    {kVersionText, shadow::processor_kind(), shadow::arithmetic_fingerprint(),
+                                     run.program.loop_budget, run.program.zone->name(), bytecode::save(image)});
+    // Nothing but control decides whether control starts.
+    if (started) {
+      recording = std::move(*started);
+      talk << "recording into " << recording->file() << '\n';
+    } else {
+      log.say(core::Severity::kWarning, started.error().message, "record");
+    }
+  }
   if (retained.keeper) retained.keeper->start();
   running.store(&plant, std::memory_order_relaxed);
   if (signalled.load(std::memory_order_relaxed) != 0) plant.request_stop();  // before the handler knew the plant
@@ -270,6 +286,10 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
     if (!retained.keeper) return;
     for (const retain::Message& said : retained.keeper->messages()) log.say(said.severity, said.text, "retain");
   };
+  const auto show_recording = [&] {
+    if (!recording) return;
+    for (const std::string& said : recording->messages()) log.say(core::Severity::kWarning, said, "record");
+  };
   AllocationWarnings allocations(resource);
   core::TimeNs next_view = plant.begin_ns();
   const auto often = [&](core::TimeNs now) {
@@ -281,6 +301,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
     show_faults();
     log.say_messages(resource);
     show_retain();
+    show_recording();
     allocations.say_new(log);
     if (report_wanted.exchange(false, std::memory_order_relaxed)) {
       print_statistics(run, resource, scheduler, std::cerr);
@@ -293,11 +314,13 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   const std::vector<std::uint32_t> stuck = plant.stop();
   running.store(nullptr, std::memory_order_relaxed);
   if (retained.keeper) retained.keeper->stop(stuck);
+  if (recording) recording->stop(stuck.empty());
   output.wait_again(printing_takes_too_long);
 
   show_faults();
   log.say_messages(resource);
   show_retain();
+  show_recording();
   allocations.say_new(log);
   print_events(resource, std::cerr);
   print_end({signalled.load(), duration_ns, run.cycles, last_fault ? &*last_fault : nullptr}, resource, scheduler,
@@ -375,6 +398,10 @@ int run_command(int argc, char** argv) {
       {{"warm", retain::Start::kWarm}, {"cold", retain::Start::kCold}, {"origin", retain::Start::kOrigin}},
       "warm: RETAIN and PERSISTENT variables have the values that were kept (default); cold: PERSISTENT ones "
       "alone; origin: none, all begin with initial values");
+  program.option(
+      "--record=DIR", run.record,
+      "write what each scan takes in into files of this folder, for plc replay; at most 1 GB, then the oldest "
+      "files go");
   const Flag log_place = program.option(
       "--log=FORMAT[:FILE]", run.log,
       "where messages of the running plant go: text, json, or journal (that of systemd, with fields); text and json on "
