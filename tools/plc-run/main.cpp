@@ -482,9 +482,6 @@ int run_command(int argc, char** argv) {
     duration_ns = *parsed;
   }
   run.socket = passed.modbus;
-  for (const std::string& sentence : passed.unused) {
-    message(core::Severity::kWarning) << "plc-run: " << sentence << '\n';
-  }
   const core::MonotonicClock clock;
   const core::TimeNs begin = clock.now_ns();
   core::Diagnostics diagnostics;
@@ -500,6 +497,7 @@ int run_command(int argc, char** argv) {
   }
   // What is said on the way leaves stdout to the document.
   RunLog log(*configuration, run.log_place, run.log_level, output, run.stats == Stats::kJson ? std::cerr : std::cout);
+  for (const std::string& sentence : passed.unused) log.say(core::Severity::kWarning, sentence, "service");
   const core::TimeZone zone = core::TimeZone::load(configuration->clock.zone.text).value_or(core::TimeZone());
   run.program.zone = &zone;
   const taskblocks::Registry registry = load_taskblocks(*configuration, diagnostics);
