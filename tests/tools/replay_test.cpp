@@ -17,10 +17,10 @@ std::string three_tasks() { return PLC_EXAMPLES "/three_tasks/press.st"; }
 /// A program that calls functions of the C library, which differ between processors in their last bit.
 std::string arithmetic() {
   return "PROGRAM Main\n"
-         "VAR x, sum : LREAL; i : INT; END_VAR\n"
+         "VAR x : LREAL; i : INT; a, b, c, d, e : ARRAY[1..200] OF LREAL; END_VAR\n"
          "  FOR i := 1 TO 200 DO\n"
          "    x := x + 0.0137;\n"
-         "    sum := sum + SIN(x) + EXP(x / 100.0) + LN(x + 1.0) + EXPT(x, 1.7);\n"
+         "    a[i] := SIN(x); b[i] := COS(x); c[i] := TAN(x); d[i] := EXP(x / 10.0); e[i] := ATAN(x);\n"
          "  END_FOR;\n"
          "END_PROGRAM\n"
          "CONFIGURATION C RESOURCE R ON PLC TASK T(INTERVAL := T#10ms, PRIORITY := 0); PROGRAM main WITH T : Main; "

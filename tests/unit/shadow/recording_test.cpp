@@ -157,7 +157,7 @@ TEST(Player, WhatWasChangedInARecordIsFound) {
   Bytes changed = shadow::file_head(file->head());
   for (const shadow::BlockInfo& info : file->blocks()) {
     auto block = *file->load(info);
-    if (info.task == 0) block.table[0] ^= std::byte{1};
+    if (info.task == 0) block.table[r.resource->program(0).table().layout().instance] ^= std::byte{1};
     shadow::BlockBuilder builder;
     builder.begin(info.task, info.first_scan, block.table);
     shadow::for_each_record(block.records, [&](std::span<const std::byte> one) { return builder.add(one); });
