@@ -174,7 +174,7 @@ TEST_F(Example, SaysThatItsBusIsNotThere) {
         {PLC_RUN_TOOL, scratch.file("plant.st"), "--config", scratch.file("plc.toml"), "--duration", "500ms"});
   };
   const auto refused = run();
-  EXPECT_EQ(refused.code, 1);
+  EXPECT_EQ(refused.code, 4);
   EXPECT_TRUE(
       contains(refused.err, "error P7421: analog: the device cannot be opened: /dev/i2c-77: No such file or directory"))
       << refused.all();

@@ -85,7 +85,7 @@ TEST_F(Faults, ABudgetIsNotMeasuredInSimulation) {
 
 TEST_F(Faults, TheWatchdogFindsOneThatSpins) {
   const ToolResult result = run("spins", "FAULTY", "[tasks.Bad]\nwatchdog = \"40ms\"\n");
-  EXPECT_EQ(result.code, 1) << result.all();
+  EXPECT_EQ(result.code, 3) << result.all();
   EXPECT_TRUE(contains(result.err, "fault R1002: watchdog time exceeded in task Bad")) << result.err;
   EXPECT_TRUE(contains(result.err, "taskblock FAULTY faulty.component")) << result.err;
   EXPECT_TRUE(contains(result.err, "task Bad does not end; its outputs are safe")) << result.err;

@@ -288,7 +288,7 @@ TEST(SimulateIo, RunsAConfigurationWithoutItsDevices) {
              "\"%IX0.0\" = { driver = \"panel\", channel = 17, bias = \"pull-up\", latch = \"rising\" }\n"
              "[outputs]\n\"%QX0.0\" = { driver = \"panel\", channel = 22, drive = \"open-drain\" }\n");
   const auto without = run_tool({PLC_RUN_TOOL, file, "--config", configuration, "--cycles", "3"});
-  EXPECT_EQ(without.code, 1);
+  EXPECT_EQ(without.code, 4);
   EXPECT_TRUE(has(without.err, "P7401")) << without.err;
   write_text(scratch.file("in.csv"), "time_ms,%IX0.0\n0,1\n");
   const auto result = run_tool({PLC_RUN_TOOL, file, "--config", configuration, "--cycles", "30", "--simulate-io",
