@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <ctime>
 #include <filesystem>
 #include <system_error>
 #include <utility>
@@ -49,6 +48,7 @@ core::Result<std::unique_ptr<RecordThread>> RecordThread::start(runtime::Resourc
   auto recording = Recording::start(resource, [self](std::span<const std::byte> block) { return self->write(block); });
   if (!recording) return recording.error();
   made->recording_ = std::move(*recording);
+  made->tasks_ = static_cast<std::uint32_t>(resource.task_count());
   made->thread_ = std::thread([self] { self->run(); });
   return made;
 }
@@ -56,11 +56,15 @@ core::Result<std::unique_ptr<RecordThread>> RecordThread::start(runtime::Resourc
 RecordThread::~RecordThread() { stop(false); }
 
 std::optional<core::Problem> RecordThread::next_file() {
-  // Two in one second are told apart by a number; names stay in the order of time.
-  const std::string stem = fmt::format("{}/{}{:%Y%m%dT%H%M%SZ}", folder_.path, kBegin, fmt::gmtime(std::time(nullptr)));
-  std::string path = stem + std::string(kEnd);
+  // All names are of one length, so that they are in the order of their times.
+  auto now = std::chrono::floor<std::chrono::milliseconds>(std::chrono::system_clock::now());
+  std::string path;
   std::error_code error;
-  for (int n = 1; fs::exists(path, error); ++n) path = fmt::format("{}-{:03}{}", stem, n, kEnd);
+  do {
+    const auto ms = now.time_since_epoch().count();
+    path = fmt::format("{}/{}{:%Y%m%dT%H%M%S}.{:03}Z{}", folder_.path, kBegin, fmt::gmtime(ms / 1000), ms % 1000, kEnd);
+    now += std::chrono::milliseconds(1);
+  } while (fs::exists(path, error));
   auto writer = RecordWriter::open(path, head_);
   if (!writer) return writer.error();
   writer_ = std::move(*writer);
@@ -70,13 +74,13 @@ std::optional<core::Problem> RecordThread::next_file() {
 }
 
 void RecordThread::remove_oldest() {
-  std::vector<OldFile> files = files_of(folder_.path);
+  const std::vector<OldFile> files = files_of(folder_.path);
   std::uint64_t bytes = 0;
   for (const OldFile& file : files) bytes += file.bytes;
-  // Never the one that is written.
-  for (std::size_t i = 0; i + 1 < files.size() && bytes > folder_.most_bytes; ++i) {
+  for (const OldFile& file : files) {
     std::error_code error;
-    if (fs::remove(files[i].path, error)) bytes -= files[i].bytes;
+    if (bytes <= folder_.most_bytes || file.path == file_) return;
+    if (fs::remove(file.path, error)) bytes -= file.bytes;
   }
 }
 
@@ -102,6 +106,19 @@ void RecordThread::say(std::string text) {
 std::vector<std::string> RecordThread::messages() {
   const std::lock_guard lock(mutex_);
   return std::exchange(messages_, {});
+}
+
+RecordingCounts RecordThread::counts() const {
+  RecordingCounts sum;
+  for (std::uint32_t task = 0; task < tasks_; ++task) {
+    const RecordingCounts one = recording_->counts(task);
+    sum.scans += one.scans;
+    sum.lost += one.lost;
+    sum.record_bytes += one.record_bytes;
+    sum.stored_bytes += one.stored_bytes;
+    sum.gaps += one.gaps;
+  }
+  return sum;
 }
 
 std::string RecordThread::file() const {

@@ -41,7 +41,8 @@ class RecordThread {
   std::vector<std::string> messages();
   /// The last blocks. `whole`: no task runs any more; else what tasks still write is left out.
   void stop(bool whole);
-  [[nodiscard]] RecordingCounts counts(std::uint32_t task) const { return recording_->counts(task); }
+  /// Of all tasks together. After stop().
+  [[nodiscard]] RecordingCounts counts() const;
   /// The file that is written now.
   [[nodiscard]] std::string file() const;
 
@@ -57,6 +58,7 @@ class RecordThread {
   RecordingHead head_;
   std::unique_ptr<RecordWriter> writer_;
   std::unique_ptr<Recording> recording_;
+  std::uint32_t tasks_ = 0;
   bool in_trouble_ = false;
   mutable std::mutex mutex_;  ///< for messages_ and file_
   std::vector<std::string> messages_;

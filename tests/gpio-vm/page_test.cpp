@@ -47,7 +47,7 @@ void expect_page_holds(const std::string& code, const std::string& chip) {
   ASSERT_EQ(wrong.files.count("plc.toml") + right.files.count("plc.toml"), 2u);
   const ToolResult bad = run(wrong, chip);
   EXPECT_TRUE(names(bad.all(), code)) << bad.all();
-  EXPECT_EQ(bad.code, 1) << bad.all();
+  EXPECT_EQ(bad.code, 4) << bad.all();
   const ToolResult good = run(right, chip);
   EXPECT_FALSE(names(good.all(), code)) << good.all();
   EXPECT_EQ(good.code, 0) << good.all();
@@ -126,7 +126,7 @@ TEST(Pages, GuardianCannotStart) {
             0);
   const ToolResult bad = run_as_service(read_example(kPages + "P7410.md", "Wrong"));
   EXPECT_TRUE(names(bad.all(), "P7410")) << bad.all();
-  EXPECT_EQ(bad.code, 1) << bad.all();
+  EXPECT_EQ(bad.code, 4) << bad.all();
   const ToolResult good = run_as_service(read_example(kPages + "P7410.md", "Right"));
   EXPECT_FALSE(names(good.all(), "P7410")) << good.all();
   EXPECT_EQ(good.code, 0) << good.all();

@@ -117,6 +117,7 @@ TEST(ReplayCommand, PlcRunRecordsAndItsScansGiveTheSame) {
   const auto ran = run_tool({PLC_RUN_TOOL, three_tasks(), "--cycles", "300", "--modbus", "off", "--record", folder});
   ASSERT_EQ(ran.code, 0) << ran.all();
   EXPECT_TRUE(has(ran.out, "recording into " + folder + "/plant-")) << ran.out;
+  EXPECT_TRUE(has(ran.out, " scans, 0 left out, ")) << ran.out;
   std::vector<std::string> files;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) files.push_back(entry.path().string());
   ASSERT_EQ(files.size(), 1u);

@@ -325,6 +325,11 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   print_events(resource, std::cerr);
   print_end({signalled.load(), duration_ns, run.cycles, last_fault ? &*last_fault : nullptr}, resource, scheduler,
             clock.now_ns() - plant.begin_ns(), talk);
+  if (recording) {
+    const shadow::RecordingCounts counts = recording->counts();
+    talk << fmt::format("recording: {} scans, {} left out, {:.1f} kB in {}\n", counts.scans, counts.lost,
+                        static_cast<double>(counts.stored_bytes) / 1000, recording->file());
+  }
   print_statistics(run, resource, scheduler, std::cout);
   if (run.stats == Stats::kText) {
     std::cout << '\n';
