@@ -17,6 +17,7 @@ namespace plc::core {
 struct Spot {
   std::uint32_t line = 1;
   std::uint32_t column = 1;
+  // NOLINTNEXTLINE(modernize-use-nullptr): clang-tidy 14 means the 0 of the generated comparison.
   friend auto operator<=>(const Spot&, const Spot&) = default;
 };
 

@@ -22,7 +22,7 @@ class EventTable {
   void record(std::uint32_t pou, std::uint32_t word, stdlib::Event event) noexcept {
     total_.store(total_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
     const std::uint64_t key = (std::uint64_t{pou} << 32 | word) + 1;
-    std::size_t at = static_cast<std::size_t>((key * 0x9e3779b97f4a7c15ull) >> 56);
+    auto at = static_cast<std::size_t>((key * 0x9e3779b97f4a7c15ull) >> 56);
     for (std::size_t probe = 0; probe < kProbes; ++probe, at = (at + 1) % Program::kEventSlots) {
       Slot& slot = slots_[at];
       const std::uint64_t present = slot.key.load(std::memory_order_relaxed);

@@ -158,7 +158,7 @@ class GlobalTable {
     Journal* journal = nullptr;                  ///< tasks only
     std::unique_ptr<std::atomic<bool>> stopped;  ///< tasks only: it will not start again
     /// What place `at` of the next snapshot has.
-    std::byte* next(std::size_t at) { return image + (at - image_from); }
+    [[nodiscard]] std::byte* next(std::size_t at) const { return image + (at - image_from); }
   };
   /// By owner: the snapshot that one reader holds.
   using Held = std::span<const std::byte* const>;

@@ -41,7 +41,7 @@ class TableMemory {
 };
 
 /// Of the memory after each table in which the interpreter keeps values that are overwritten in the same scan.
-inline constexpr std::size_t kScratchBytes = 16 * 1024;
+inline constexpr std::size_t kScratchBytes = std::size_t{16} * 1024;
 
 /// Byte offsets of the parts of one task's table.
 struct TaskLayout {

@@ -7,6 +7,8 @@
 #ifndef PICARD_ABI_H
 #define PICARD_ABI_H
 
+/* NOLINTBEGIN(modernize-*): C */
+
 #include <stddef.h>
 #include <stdint.h>
 
@@ -135,5 +137,7 @@ typedef const struct picard_library* (*picard_entry)(void);
 #ifdef __cplusplus
 }
 #endif
+
+/* NOLINTEND(modernize-*) */
 
 #endif

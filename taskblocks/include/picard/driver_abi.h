@@ -6,6 +6,8 @@
 #ifndef PICARD_DRIVER_ABI_H
 #define PICARD_DRIVER_ABI_H
 
+/* NOLINTBEGIN(modernize-*): C */
+
 #include "picard/abi.h"
 
 #ifdef __cplusplus
@@ -102,5 +104,7 @@ typedef const struct picard_driver_library* (*picard_driver_entry)(void);
 #ifdef __cplusplus
 }
 #endif
+
+/* NOLINTEND(modernize-*) */
 
 #endif
