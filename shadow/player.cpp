@@ -47,71 +47,64 @@ core::Result<std::unique_ptr<Player>> Player::make(const RecordFile& file, core:
   for (Task& task : made->tasks_) {
     std::stable_sort(task.blocks.begin(), task.blocks.end(),
                      [](const BlockInfo* a, const BlockInfo* b) { return a->first_scan < b->first_scan; });
+    made->advance(task);
   }
   return made;
 }
 
-std::span<const std::byte> Player::peek(Task& task) {
+void Player::advance(Task& task) {
   for (;;) {
-    const std::span<const std::byte> rest = std::span<const std::byte>(task.block.records).subspan(task.at);
-    std::span<const std::byte> record;
-    for_each_record(rest, [&record](std::span<const std::byte> one) {
-      record = one;
-      return false;
-    });
-    if (!record.empty()) return record;
-    if (task.next_block == task.blocks.size()) return {};
+    task.record = {};
+    for_each_record(std::span<const std::byte>(task.block.records).subspan(task.at),
+                    [&task](std::span<const std::byte> one) {
+                      task.record = one;
+                      return false;
+                    });
+    if (!task.record.empty()) break;
+    if (task.next_block == task.blocks.size()) return;
     const BlockInfo& info = *task.blocks[task.next_block++];
     auto block = file_.load(info);
-    if (!block || !task.replica->load(block->table)) {
+    if (!block || block->table.size() != task.replica->table_bytes()) {
       ++damaged_blocks_;
       continue;
     }
     task.block = std::move(*block);
     task.at = 0;
+    task.fresh = true;
     task.gap = task.any ? info.first_scan != task.next_scan : info.first_scan != 0;
   }
+  runtime::RecordHead head;
+  std::memcpy(&head, task.record.data(), sizeof head);
+  task.now_ns = head.now_ns;
+  task.at += task.record.size();
 }
 
-std::optional<std::uint32_t> Player::next_task() {
-  std::optional<std::uint32_t> next;
-  core::TimeNs earliest = 0;
+Player::Task* Player::next_task() {
+  Task* next = nullptr;
   for (const std::uint32_t t : order_) {
-    const auto record = peek(tasks_[t]);
-    if (record.empty()) continue;
-    runtime::RecordHead head;
-    std::memcpy(&head, record.data(), sizeof head);
-    if (next && head.now_ns >= earliest) continue;
-    next = t;
-    earliest = head.now_ns;
+    Task& task = tasks_[t];
+    if (!task.record.empty() && (next == nullptr || task.now_ns < next->now_ns)) next = &task;
   }
   return next;
 }
 
-std::optional<core::TimeNs> Player::next_ns() {
-  const auto t = next_task();
-  if (!t) return {};
-  runtime::RecordHead head;
-  std::memcpy(&head, peek(tasks_[*t]).data(), sizeof head);
-  return head.now_ns;
-}
-
 std::optional<PlayedScan> Player::step() {
-  const auto t = next_task();
-  if (!t) return {};
-  Task& task = tasks_[*t];
-  const auto record = peek(task);
+  Task* const next = next_task();
+  if (next == nullptr) return {};
+  Task& task = *next;
   PlayedScan played;
-  played.task = *t;
+  played.task = static_cast<std::uint32_t>(next - tasks_.data());
   played.after_gap = std::exchange(task.gap, false);
-  played.outcome = task.replica->run(record);
+  // Not before: what the scan before it left may still be looked at.
+  if (std::exchange(task.fresh, false)) task.replica->load(task.block.table);
+  played.outcome = task.replica->run(task.record);
   played.scan = task.replica->head().scan;
   played.now_ns = task.replica->head().now_ns;
-  task.at += record.size();
   task.next_scan = played.scan + 1;
   task.any = true;
-  const std::byte* const local = resource_->program(*t).table().data();
+  const std::byte* const local = task.replica->program().table().data();
   for (const Task::Part& part : task.seen) std::memcpy(&globals_[part.at], local + part.at, part.bytes);
+  advance(task);
   return played;
 }
 

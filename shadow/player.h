@@ -36,7 +36,10 @@ class Player {
   /// The recorded tasks; what runs them may be installed before the first scan.
   [[nodiscard]] runtime::Resource& resource() { return *resource_; }
   /// Time of the scan that comes next; nothing at the end.
-  [[nodiscard]] std::optional<core::TimeNs> next_ns();
+  [[nodiscard]] std::optional<core::TimeNs> next_ns() {
+    const Task* const task = next_task();
+    return task == nullptr ? std::nullopt : std::optional(task->now_ns);
+  }
   /// Executes it.
   std::optional<PlayedScan> step();
   /// Brings the global table of resource() up to date with the scans that ran.
@@ -52,10 +55,13 @@ class Player {
     std::vector<const BlockInfo*> blocks;
     std::size_t next_block = 0;
     Block block;
-    std::size_t at = 0;  ///< of the next record in block.records
+    std::size_t at = 0;                 ///< in block.records, after `record`
+    std::span<const std::byte> record;  ///< that comes next; empty: there is none
+    core::TimeNs now_ns = 0;            ///< of its scan
     std::uint64_t next_scan = 0;
     bool any = false;
-    bool gap = false;  ///< before the next record
+    bool gap = false;    ///< before the next record
+    bool fresh = false;  ///< the next record is the first of its block
     struct Part {
       std::uint32_t at = 0, bytes = 0;
     };
@@ -63,9 +69,10 @@ class Player {
   };
 
   explicit Player(const RecordFile& file) : file_(file) {}
-  /// The record that comes next of a task; loads its block. Empty at the end.
-  std::span<const std::byte> peek(Task& task);
-  [[nodiscard]] std::optional<std::uint32_t> next_task();
+  /// Goes on to the next record of a task; loads its block.
+  void advance(Task& task);
+  /// The task whose scan comes next; null at the end.
+  [[nodiscard]] Task* next_task();
 
   const RecordFile& file_;
   std::optional<core::TimeZone> zone_;
