@@ -118,6 +118,16 @@ TEST(Recording, AReaderThatSleepsLosesScansAndGoesOnAtTheNextCheckpoint) {
   const std::string text = played(r.bytes);
   EXPECT_EQ(text.find('?'), std::string::npos) << text;
   EXPECT_NE(text.find("0:519 "), std::string::npos) << text;
+  // What is seen after each scan is of that scan, also of the last one before the gap.
+  const auto file = shadow::RecordFile::read(r.bytes, "f");
+  core::Diagnostics diagnostics;
+  const auto player = shadow::Player::make(*file, diagnostics);
+  ASSERT_TRUE(player);
+  while (const auto scan = (*player)->step()) {
+    if (scan->task == 0) {
+      EXPECT_EQ(value_of((*player)->resource(), "Fast0.count"), std::to_string(scan->scan + 1));
+    }
+  }
   const std::size_t gap = text.find('!');
   ASSERT_NE(gap, std::string::npos) << text;
   EXPECT_EQ(text.find('!', gap + 1) == std::string::npos, r.recording->counts(1).gaps == 0);
