@@ -49,6 +49,9 @@ struct InputStatus {
   core::TimeNs age_ns = 0;  ///< since the value was last read from the device; 0 when never
 };
 
+/// Of a variable that was read last at `read_at_ns`, negative = never, from a device that is there or not.
+InputStatus input_status(std::string_view variable, core::TimeNs read_at_ns, bool connected, core::TimeNs now_ns);
+
 struct DriverStatus {
   bool connected = false;
   std::uint64_t losses = 0;      ///< times the device went away since open()

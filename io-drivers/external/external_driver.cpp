@@ -326,12 +326,10 @@ DriverStatus ExternalDriver::status() const {
 }
 
 std::vector<InputStatus> ExternalDriver::inputs(core::TimeNs now_ns) const {
-  const core::TimeNs at_ns = read_at_ns_.load(std::memory_order_relaxed);
-  const Quality quality = at_ns < 0                                    ? Quality::kNever
-                          : connected_.load(std::memory_order_relaxed) ? Quality::kGood
-                                                                       : Quality::kLost;
+  const core::TimeNs read_at_ns = read_at_ns_.load(std::memory_order_relaxed);
+  const bool connected = connected_.load(std::memory_order_relaxed);
   std::vector<InputStatus> all;
-  for (const Point& input : inputs_) all.push_back({input.variable, quality, at_ns < 0 ? 0 : now_ns - at_ns});
+  for (const Point& input : inputs_) all.push_back(input_status(input.variable, read_at_ns, connected, now_ns));
   return all;
 }
 

@@ -340,15 +340,10 @@ DriverStatus GpioDriver::status() const {
 }
 
 std::vector<InputStatus> GpioDriver::inputs(core::TimeNs now_ns) const {
-  const core::TimeNs read_at = read_at_ns_.load(std::memory_order_relaxed);
-  const Quality quality = read_at < 0                                  ? Quality::kNever
-                          : connected_.load(std::memory_order_relaxed) ? Quality::kGood
-                                                                       : Quality::kLost;
+  const core::TimeNs read_at_ns = read_at_ns_.load(std::memory_order_relaxed);
+  const bool connected = connected_.load(std::memory_order_relaxed);
   std::vector<InputStatus> all;
-  for (const Input& input : inputs_) {
-    all.push_back(
-        {input.variable, quality, quality == Quality::kNever ? 0 : std::max<core::TimeNs>(now_ns - read_at, 0)});
-  }
+  for (const Input& input : inputs_) all.push_back(input_status(input.variable, read_at_ns, connected, now_ns));
   return all;
 }
 

@@ -21,6 +21,7 @@
 
 #include "io-drivers/modbus-client/frame.h"
 #include "io-drivers/modbus-rtu/frame.h"
+#include "tests/support/serial_line.h"
 
 namespace plc::test {
 
@@ -133,21 +134,10 @@ class TcpPeer final : public Peer {
 class LinePeer final : public Peer {
  public:
   explicit LinePeer(Script script) : script_(std::move(script)) {
-    char name[128] = {};
-    if (::openpty(&master_, &slave_, name, nullptr, nullptr) != 0) throw std::runtime_error("no pty");
-    path_ = name;
-    termios raw = {};
-    ::tcgetattr(slave_, &raw);
-    ::cfmakeraw(&raw);
-    ::tcsetattr(slave_, TCSANOW, &raw);
     thread_ = std::thread([this] { run(); });
   }
-  ~LinePeer() override {
-    stop();
-    ::close(master_);
-    ::close(slave_);
-  }
-  [[nodiscard]] const std::string& path() const { return path_; }
+  ~LinePeer() override { stop(); }
+  [[nodiscard]] const std::string& path() const { return end_.path(); }
   /// Between the end of an answer and the next request, the shortest, in ns.
   [[nodiscard]] std::int64_t shortest_silence_ns() const { return shortest_.load(); }
 
@@ -159,9 +149,9 @@ class LinePeer final : public Peer {
   void run() {
     Bytes got;
     std::int64_t answered = 0;
-    while (readable(master_)) {
+    while (readable(end_.fd())) {
       std::uint8_t chunk[512];
-      const ssize_t n = ::read(master_, chunk, sizeof chunk);
+      const ssize_t n = ::read(end_.fd(), chunk, sizeof chunk);
       if (n <= 0) continue;
       if (got.empty() && answered != 0) shortest_ = std::min<std::int64_t>(shortest_, now_ns() - answered);
       got.insert(got.end(), chunk, chunk + n);
@@ -170,13 +160,12 @@ class LinePeer final : public Peer {
       const Bytes request = std::exchange(got, {});
       ++requests_;
       answered = now_ns();  // before it is sent: the client cannot see it sooner
-      put(master_, script_(request), stop_);
+      put(end_.fd(), script_(request), stop_);
     }
   }
 
   Script script_;
-  int master_ = -1, slave_ = -1;
-  std::string path_;
+  SerialEnd end_;
   std::atomic<std::int64_t> shortest_{INT64_MAX};
 };
 

@@ -260,7 +260,8 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
       recording = std::move(*started);
       talk << "recording into " << recording->file() << '\n';
     } else {
-      log.say(core::Severity::kWarning, started.error().message, "record");
+      const core::Problem& why = started.error();
+      log.say(core::Severity::kWarning, fmt::format("{}: {}", core::info(why.code).name, why.message), "record");
     }
   }
   if (retained.keeper) retained.keeper->start();

@@ -76,8 +76,6 @@ class ScanTimes final : public runtime::CycleListener {
                       std::to_string(h.percentile_ns(0.99))});
     }
     print_table(rows, out);
-    for (std::size_t i = 0; i < times_.size(); ++i) {
-    }
   }
   /// {"tasks": [{"name": .., "engine": .., "scans": .., "min_ns": .., "median_ns": .., "p99_ns": ..}]}, and what
   /// skipped_counts() says
@@ -175,6 +173,7 @@ int run(Command command, Sim& sim) {
     trace->attach(simulation);
   }
   std::unique_ptr<shadow::RecordWriter> recorded;
+  std::optional<core::Problem> unwritten;  // the first block that was not
   std::unique_ptr<shadow::Recording> recording;
   if (!sim.record.empty()) {
     auto writer = shadow::RecordWriter::open(
@@ -182,8 +181,11 @@ int run(Command command, Sim& sim) {
                      sim.date.time_zone.name(), bytecode::save(resource.image())});
     if (!writer) return complain(writer.error()), kExitUsage;
     recorded = std::move(*writer);
-    auto started = shadow::Recording::start(
-        resource, [&recorded](std::span<const std::byte> block) { return recorded->write(block); });
+    auto started = shadow::Recording::start(resource, [&recorded, &unwritten](std::span<const std::byte> block) {
+      const bool written = recorded->write(block);
+      if (!written && !unwritten) unwritten = recorded->problem();
+      return written;
+    });
     if (!started) return complain(started.error()), kExitErrors;
     recording = std::move(*started);
     simulation.after_instant([&recording](const runtime::Instant&) { recording->drain(); });
@@ -205,7 +207,7 @@ int run(Command command, Sim& sim) {
   }
   if (recording) {
     recording->finish();
-    if (const auto problem = recorded->problem()) return complain(*problem), kExitUsage;
+    if (unwritten) return complain(*unwritten), kExitUsage;
   }
   for (const runtime::TaskFault& fault : simulation.faults()) print_fault(resource, fault, std::cerr);
   print_events(resource, std::cerr);
