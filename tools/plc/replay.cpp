@@ -1,8 +1,6 @@
 // plc replay: executes the scans of a recording again.
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
-#include <algorithm>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -109,19 +107,8 @@ int run(const ReplayCommand& replay) {
 
   std::unique_ptr<io::TraceWriter> trace;
   const bool trace_on_stdout = replay.trace == "-" || (replay.trace.empty() && !replay.watch.empty());
-  if (!replay.trace.empty() || !replay.watch.empty()) {
-    const std::vector<std::string> paths = watched_paths(replay.watch, resource);
-    if (paths.empty() && !watched_paths({}, resource).empty()) {
-      complain("plc replay", fmt::format("no variable matches --watch {}", fmt::join(replay.watch, " --watch ")),
-               "paths begin with the name of a program instance or a global: --watch '*' lists all of them");
-      return kExitUsage;
-    }
-    const auto usual = replay.trace.empty() ? runtime::ValueStyle::kNames : runtime::ValueStyle::kNumbers;
-    auto writer = io::TraceWriter::open(replay.trace.empty() ? "-" : replay.trace, paths, resource,
-                                        replay.values.value_or(usual));
-    if (!writer) return complain(writer.error()), exit_code_of(writer.error());
-    trace = std::move(*writer);
-  }
+  if (const auto code = open_trace("plc replay", replay.trace, replay.watch, replay.values, resource, trace))
+    return *code;
 
   std::vector<TaskSums> sums(resource.task_count());
   std::uint64_t instants = 0, different = 0;

@@ -1,6 +1,5 @@
 // plc sim: runs a project in virtual time.
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <chrono>
@@ -156,22 +155,8 @@ int run(Command command, Sim& sim) {
     stimulus->attach(simulation);
   }
   std::unique_ptr<io::TraceWriter> trace;
-  if (!sim.trace.empty() || !sim.watch.empty()) {
-    const std::vector<std::string> paths = watched_paths(sim.watch, resource);
-    // A program without variables has an empty trace, and is none the worse for it.
-    if (paths.empty() && !watched_paths({}, resource).empty()) {
-      complain("plc sim", fmt::format("no variable matches --watch {}", fmt::join(sim.watch, " --watch ")),
-               "paths begin with the name of a program instance or a global: --watch '*' lists all of them");
-      return kExitUsage;
-    }
-    // Who looks at a few variables reads names; what a file is compared with has numbers.
-    const auto usual = sim.trace.empty() ? runtime::ValueStyle::kNames : runtime::ValueStyle::kNumbers;
-    auto writer =
-        io::TraceWriter::open(sim.trace.empty() ? "-" : sim.trace, paths, resource, sim.values.value_or(usual));
-    if (!writer) return complain(writer.error()), exit_code_of(writer.error());
-    trace = std::move(*writer);
-    trace->attach(simulation);
-  }
+  if (const auto code = open_trace("plc sim", sim.trace, sim.watch, sim.values, resource, trace)) return *code;
+  if (trace) trace->attach(simulation);
   std::unique_ptr<shadow::RecordWriter> recorded;
   std::optional<core::Problem> unwritten;  // the first block that was not
   std::unique_ptr<shadow::Recording> recording;
