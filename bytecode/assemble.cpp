@@ -63,6 +63,8 @@ class Assembler {
       image_.product = line.text();
     } else if (word == "addresses") {
       image_.frozen_addresses = line.text();
+    } else if (word == "drawings") {
+      take_hex(image_.drawings, line, true);
     } else if (word == "options") {
       take_options(line);
     } else if (word == "file") {
@@ -261,9 +263,11 @@ class Assembler {
     put_value(type, bytes.data() + place.offset, line.word());
   }
 
-  static void take_hex(std::vector<std::byte>& bytes, Line& line) {
+  /// `grows`: the bytes follow those that are there.
+  static void take_hex(std::vector<std::byte>& bytes, Line& line, bool grows = false) {
     const auto offset = line.number<std::size_t>();
     const std::string_view digits = line.word();
+    if (grows && offset == bytes.size()) bytes.resize(offset + digits.size() / 2);
     if (digits.size() % 2 != 0 || offset > bytes.size() || digits.size() / 2 > bytes.size() - offset) {
       fail("the bytes do not fit the table");
     }

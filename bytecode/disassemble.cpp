@@ -80,6 +80,7 @@ class Disassembler {
     line("project {}", quoted(image_.project));
     line("product {}", quoted(image_.product));
     if (!image_.frozen_addresses.empty()) line("addresses {}", quoted(image_.frozen_addresses));
+    put_hex("drawings", image_.drawings);
     const core::CompileOptions& options = image_.options;
     put("options");
     core::for_each_choice([&](const auto& choice) { put(" {}", word_of(choice, options)); });
@@ -174,9 +175,13 @@ class Disassembler {
       if (fresh && put_values(word, type, type, 0, bytes, *fresh)) return;
     }
     out_.resize(start);
+    put_hex(fmt::format("  {} hex", word), bytes);
+  }
+
+  void put_hex(std::string_view words, std::span<const std::byte> bytes) {
     constexpr std::size_t kPerLine = 32;
     for (std::size_t at = 0; at < bytes.size(); at += kPerLine) {
-      put("  {} hex {} ", word, at);
+      put("{} {} ", words, at);
       for (const std::byte b : bytes.subspan(at, std::min(kPerLine, bytes.size() - at))) {
         put("{:02x}", static_cast<unsigned>(b));
       }

@@ -14,6 +14,7 @@ Image without_places(const Image& image) {
   out.project.clear();
   out.product.clear();
   out.files.clear();
+  out.drawings.clear();
   for (ImagePou& pou : out.pous) pou.debug.clear();
   return out;
 }

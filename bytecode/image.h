@@ -155,6 +155,9 @@ struct Image {
   /// Addresses of Modbus that were frozen when it was compiled, the text of a lock file; empty = none. Who serves them
   /// checks it.
   std::string frozen_addresses;
+  /// What the POUs look like, packed (drawings.h); empty = it is not known. It says nothing about what the image does:
+  /// fingerprint() leaves it out.
+  std::vector<std::byte> drawings;
   std::vector<std::string> files;  ///< SourceRef::file indexes it
   std::vector<ImageType> types;
   std::uint32_t global_type = 0;     ///< kStruct: the global table

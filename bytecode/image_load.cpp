@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "bytecode/byte_io.h"
+#include "bytecode/drawings.h"
 #include "bytecode/format.h"
 #include "bytecode/image.h"
 
@@ -56,6 +57,11 @@ class Loader {
         in.take(content.size());
         image_.frozen_addresses.assign(reinterpret_cast<const char*>(content.data()), content.size());
         if (content.empty()) in.fail();
+        break;
+      case Section::kDrawings:
+        in.take(content.size());
+        image_.drawings.assign(content.begin(), content.end());
+        if (!unpack(content)) in.fail();
         break;
     }
     return !in.failed() && in.at_end();
@@ -296,17 +302,20 @@ core::Result<Image> load(std::span<const std::byte> bytes) {
     return Problem{Code::P6003, "the checksum does not match the content", std::string(kDamagedHelp)};
   }
   const auto sections = load_le<std::uint32_t>(bytes.data() + format::kSectionCountAt);
-  if (sections != format::kSectionCount && sections != format::kSectionCount + 1) {
+  if (sections < format::kSectionCount || sections > format::kMostSectionCount) {
     return Problem{Code::P6004, fmt::format("the image does not have {} sections", format::kSectionCount),
                    std::string(kDamagedHelp)};
   }
 
   Loader loader(bytes);
   ByteReader in(rest);
+  std::uint32_t last = 0;
   for (std::uint32_t i = 1; i <= sections; ++i) {
     const auto id = in.get<std::uint32_t>();
     const auto content = in.take(in.get<std::uint64_t>());
-    if (in.failed() || id != i || !loader.read(static_cast<Section>(id), content)) {
+    const bool expected = i <= format::kSectionCount ? id == i : id > last && id <= format::kMostSectionCount;
+    last = id;
+    if (in.failed() || !expected || !loader.read(static_cast<Section>(id), content)) {
       return Problem{Code::P6004, fmt::format("section {} of the image does not make sense", i),
                      std::string(kDamagedHelp)};
     }

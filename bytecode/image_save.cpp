@@ -41,12 +41,13 @@ class Saver {
     for (const ByteWriter* part : {&strings, &project, &types, &tables, &pous, &library, &queues, &tasks}) {
       bytes += part->size();
     }
+    bytes += image_.frozen_addresses.size() + image_.drawings.size();
     ByteWriter out;
     constexpr std::size_t kAllHeads = 256;
     out.bytes().reserve(bytes + kAllHeads);
     out.put_bytes(std::as_bytes(std::span(format::kMagic)));
     out.put(kFormatVersion);
-    out.put(format::kSectionCount + (image_.frozen_addresses.empty() ? 0 : 1));
+    out.put(format::kSectionCount + (image_.frozen_addresses.empty() ? 0 : 1) + (image_.drawings.empty() ? 0 : 1));
     out.put(std::uint64_t{0});
     put_section(out, Section::kStrings, strings);
     put_section(out, Section::kProject, project);
@@ -60,6 +61,11 @@ class Saver {
       ByteWriter addresses;
       addresses.put_bytes(std::as_bytes(std::span(image_.frozen_addresses)));
       put_section(out, Section::kAddresses, addresses);
+    }
+    if (!image_.drawings.empty()) {
+      ByteWriter drawings;
+      drawings.put_bytes(image_.drawings);
+      put_section(out, Section::kDrawings, drawings);
     }
     reseal(out.bytes());
     return std::move(out.bytes());

@@ -126,12 +126,18 @@ struct DataType {
 
 enum class Storage : std::uint8_t { kNone, kSet, kReset };
 
+/// A place in a drawing, in the file's units.
+struct Point {
+  std::int32_t x = 0, y = 0;
+};
+
 /// One <connection> of an input: the wire to the element (and pin) that feeds it.
 struct Connection {
   std::int64_t ref_local_id = -1;
   std::string formal_parameter;  ///< output pin named at the far end, or empty
   SourceRef at;
-  bool refused = false;  ///< where it comes from could not be read, and was reported
+  bool refused = false;       ///< where it comes from could not be read, and was reported
+  std::vector<Point> points;  ///< corners of the line as drawn, from this input to the output that feeds it; or none
 };
 
 /// A pin of an element: name and modifiers, and for inputs what is wired to it.
@@ -143,6 +149,8 @@ struct Pin {
   bool hidden = false;
   bool has_point_in = false;            ///< a connectionPointIn is drawn
   bool has_point_out = false;           ///< a connectionPointOut is drawn
+  bool has_place = false;               ///< `place` was given
+  Point place;                          ///< of the connection point, from the left upper corner of the element
   std::vector<Connection> connections;  ///< inputs: wires that meet at the pin (several = OR for BOOL)
   std::string expression;               ///< text given inside the connection point in instead of a wire, or empty
   std::string target;                   ///< variable given inside the connection point out, or empty
@@ -157,6 +165,15 @@ struct ClosedBranch {
   bool short_circuit = false;  ///< mode "sce": boxes inside are not executed while a line without one is TRUE
   Pin input;                   ///< where the lines leave: its connections
   std::vector<Pin> lines;      ///< the end of each line: its connections
+};
+
+/// A comment in a drawing, or the title of a network.
+struct DrawnComment {
+  std::string text;
+  Point place;
+  std::int32_t width = 0, height = 0;
+  std::uint32_t network = 0;  ///< as Element::network
+  std::size_t before = 0;     ///< index of the element that follows it in the file
 };
 
 /// One action of an action block.
@@ -232,6 +249,7 @@ struct Body {
   std::string name;               ///< IEC 61131-10 worksheets; usually empty
   std::vector<Element> elements;  ///< LD, FBD, SFC drawn: document order
   std::vector<ClosedBranch> closed_branches;
+  std::vector<DrawnComment> comments;
   std::uint32_t drawn_elements = 0;  ///< elements drawn, comments excluded, whatever the language
   std::string text;                  ///< ST, IL, SFC as text
   std::vector<std::string> flags;    ///< SFC: flags that its settings declare and use, "SFCInit" (3S)

@@ -74,6 +74,7 @@ void start_block(Reader& r, const Tag& tag) {
 
 void start_vendor_element(Reader& r, const Tag& tag) {
   frame(r).network_title = false;
+  frame(r).title.clear();
   open_element(r, tag, ElementKind::kNone, r.integer(tag, Attr::kLocalId, -1, kMaxId));
 }
 
@@ -82,6 +83,11 @@ void end_vendor_element(Reader& r) {
   f.element_open = false;
   if (f.network_title) {
     ++f.network;
+    if (!f.title.empty()) f.body.comments.push_back({f.title, {}, 0, 0, f.network, f.body.elements.size()});
+    // TwinCAT writes the comment of a network in front of its title.
+    for (DrawnComment& comment : f.body.comments) {
+      if (comment.before == f.body.elements.size()) comment.network = f.network;
+    }
   } else if (!f.element.inputs.empty() || !f.element.outputs.empty() || !f.element.in_outs.empty()) {
     ++f.body.drawn_elements;
     r.report(core::Code::P1017, f.element.at, "vendorElement with pins is not known; the diagram is incomplete",
@@ -105,6 +111,45 @@ void element_text(Reader& r) {
   Element& e = element(r);
   e.text = assigned(r.take_text(&e.text_at));
   e.text_at = r.element_place(e.text_at);
+}
+
+void vendor_title(Reader& r) { frame(r).title = r.take_text(); }
+
+// ---- what only pictures need --------------------------------------------------------------------------------------
+
+Point point_of(Reader& r, const Tag& tag) {
+  return {r.coordinate(tag, Attr::kX, Coordinate::kPicture), r.coordinate(tag, Attr::kY, Coordinate::kPicture)};
+}
+
+void pin_place(Reader& r, const Tag& tag) {
+  Pin* const pin = frame(r).pin;
+  if (pin == nullptr) return;
+  pin->place = point_of(r, tag);
+  pin->has_place = true;
+}
+
+void wire_corner(Reader& r, const Tag& tag) {
+  Pin* const pin = frame(r).pin;
+  if (pin != nullptr && !pin->connections.empty()) pin->connections.back().points.push_back(point_of(r, tag));
+}
+
+void start_comment(Reader& r, const Tag& tag) {
+  BodyFrame& f = frame(r);
+  DrawnComment comment;
+  comment.width = r.coordinate(tag, Attr::kWidth, Coordinate::kPicture);
+  comment.height = r.coordinate(tag, Attr::kHeight, Coordinate::kPicture);
+  comment.network = f.network;
+  comment.before = f.body.elements.size();
+  f.body.comments.push_back(std::move(comment));
+}
+
+void comment_place(Reader& r, const Tag& tag) { frame(r).body.comments.back().place = point_of(r, tag); }
+
+void comment_text(Reader& r) { frame(r).body.comments.back().text = r.take_text(); }
+
+void end_comment(Reader& r) {
+  std::vector<DrawnComment>& comments = frame(r).body.comments;
+  if (comments.back().text.empty()) comments.pop_back();
 }
 
 enum class PinList : std::uint8_t { kIn, kInOut, kOut };
@@ -186,7 +231,7 @@ constexpr Rule kRules[] = {
     drawn("return", start<ElementKind::kReturn>),
     drawn("actionBlock", start<ElementKind::kActionBlock>),
     used(State::kDrawing, "vendorElement", State::kElement, start_vendor_element, end_vendor_element),
-    ignored(State::kDrawing, "comment", kReasonComment),
+    preserved(State::kDrawing, "comment", State::kComment, kReasonDrawn, start_comment, end_comment),
     ignored(State::kDrawing, "error", kReasonEditor),
     refused_drawn(),
 
@@ -201,7 +246,7 @@ constexpr Rule kRules[] = {
     used(State::kElement, "action", State::kAction, start_action, end_action),
     used(State::kElement, "addData", State::kAddData),
     ignored(State::kElement, "documentation", kReasonNote),
-    ignored(State::kElement, "alternativeText", kReasonEditor),
+    preserved(State::kElement, "alternativeText", State::kFormatted, kReasonDrawn, start_text, vendor_title),
 
     used(State::kAction, "reference", State::kLeaf, action_reference),
     used(State::kAction, "inline", State::kActionText),
@@ -225,13 +270,18 @@ constexpr Rule kRules[] = {
 
     used(State::kPointIn, "connection", State::kConnection, start_connection),
     used(State::kPointIn, "expression", State::kText, start_text, point_expression),
-    ignored(State::kPointIn, "relPosition", kReasonLayout),
+    preserved(State::kPointIn, "relPosition", State::kLeaf, kReasonDrawn, pin_place, nullptr),
     used(State::kPointIn, "addData", State::kAddData),
     used(State::kPointOut, "expression", State::kText, start_text, point_target),
-    ignored(State::kPointOut, "relPosition", kReasonLayout),
+    preserved(State::kPointOut, "relPosition", State::kLeaf, kReasonDrawn, pin_place, nullptr),
     used(State::kPointOut, "addData", State::kAddData),
-    ignored(State::kConnection, "position", kReasonLayout),
+    preserved(State::kConnection, "position", State::kLeaf, kReasonDrawn, wire_corner, nullptr),
     used(State::kConnection, "addData", State::kAddData),
+
+    preserved(State::kComment, "position", State::kLeaf, kReasonDrawn, comment_place, nullptr),
+    preserved(State::kComment, "content", State::kFormatted, kReasonDrawn, start_text, comment_text),
+    ignored(State::kComment, "documentation", kReasonNote),
+    ignored(State::kComment, "addData", kReasonEditor),
 
     used(State::kVendor, "ElementType", State::kText, start_text, element_type),
 };

@@ -183,7 +183,7 @@ std::int64_t Reader::integer(const Tag& tag, Attr attribute, std::int64_t absent
   return absent;
 }
 
-std::int32_t Reader::coordinate(const Tag& tag, Attr attribute) {
+std::int32_t Reader::coordinate(const Tag& tag, Attr attribute, Coordinate use) {
   constexpr double kMost = 1e9;
   const std::string_view text = core::trimmed(tag.attributes.get(attribute));
   if (text.empty()) return 0;
@@ -196,6 +196,7 @@ std::int32_t Reader::coordinate(const Tag& tag, Attr attribute) {
   if (real_error == std::errc() && real_end == last && std::abs(value) <= kMost) {
     return static_cast<std::int32_t>(std::lround(value));
   }
+  if (use == Coordinate::kPicture) return 0;
   report(core::Code::P1010, tag.at,
          fmt::format("{} is not a coordinate: \"{}\"", attribute_name(attribute), shown(text)));
   return 0;

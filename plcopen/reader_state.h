@@ -35,6 +35,9 @@ struct VarListFrame {
   bool persistent = false;
 };
 
+/// What a coordinate is for: the order of execution, or pictures alone. Those do without one that cannot be read.
+enum class Coordinate : std::uint8_t { kOrder, kPicture };
+
 /// An output point of IEC 61131-10: wires name it, not the element.
 struct OutPoint {
   std::int64_t id = -1;
@@ -50,6 +53,7 @@ struct BodyFrame {
   Element element;
   bool element_open = false;
   bool network_title = false;  ///< the open vendorElement is a network title
+  std::string title;           ///< text of the open vendorElement
   bool action_open = false;    ///< an action of the open action block is read
   std::string guid;            ///< of the open attribute (CODESYS)
   Pin* pin = nullptr;
@@ -107,7 +111,7 @@ class Reader final : public XmlHandler {
   std::string optional_name(const Tag& tag, Attr attribute);
   /// Number or flag of an attribute; absent = the default, unreadable = P1010 and the default.
   std::int64_t integer(const Tag& tag, Attr attribute, std::int64_t absent, std::int64_t most);
-  std::int32_t coordinate(const Tag& tag, Attr attribute);
+  std::int32_t coordinate(const Tag& tag, Attr attribute, Coordinate use = Coordinate::kOrder);
   bool flag(const Tag& tag, Attr attribute);
   Edge edge(const Tag& tag, Attr attribute);
   Storage storage(const Tag& tag, Attr attribute);

@@ -60,6 +60,7 @@ class Reader;
   X(PointIn, "connectionPointIn")                                            \
   X(PointOut, "connectionPointOut")                                          \
   X(Connection, "connection")                                                \
+  X(Comment, "comment")                                                      \
   X(ClosedBranch, "ParallelBranch (CODESYS)")                                \
   X(BranchEnd, "ParallelBranch/BranchInput, Tree (CODESYS)")                 \
   X(Instances, "instances")                                                  \
@@ -180,6 +181,7 @@ constexpr Rule inherited(State parent, State state) {
 inline constexpr std::string_view kReasonLayout = "layout only";
 inline constexpr std::string_view kReasonEditor = "editor data";
 inline constexpr std::string_view kReasonComment = "comment";
+inline constexpr std::string_view kReasonDrawn = "kept for pictures of the drawing";
 inline constexpr std::string_view kReasonNote = "documentation of this element is not kept";
 inline constexpr std::string_view kReasonHeader = "project information";
 inline constexpr std::string_view kReasonSfc = "charts of IEC 61131-10 are not read (P1016)";

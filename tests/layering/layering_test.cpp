@@ -109,7 +109,7 @@ const std::vector<Foreign> kForeign = {
     {"CLI/", {"tools"}, false},
     {"nlohmann/", {"tools"}, false},
     {"xxhash", {"bytecode", "retain", "runtime", "shadow"}, false},
-    {"zstd", {"shadow"}, false},
+    {"zstd", {"bytecode", "shadow"}, false},
     {"toml++/", {"io-drivers/config"}, false},
     {"boost/", {"io-drivers/modbus"}, true},
     {"Eigen/", {"taskblocks"}, true},

@@ -193,13 +193,50 @@ TEST(Body, ActionBlockNamesItsVariables) {
   EXPECT_EQ(e.actions.at(1).qualifier, "");
 }
 
-TEST(Body, CommentsAreNotDrawnElements) {
+TEST(Body, CommentsAreKeptAndAreNoElements) {
   const auto r = read_clean(ladder(
-      R"(<comment localId="1" height="1" width="1"><position x="0" y="0"/><content><xhtml:p>hello</xhtml:p></content></comment>)"));
+      R"(<comment localId="1" height="12" width="80"><position x="5" y="7.5"/><content><xhtml:p>hello</xhtml:p></content></comment>
+<comment localId="2" height="0" width="0"><position x="0" y="0"/><content><xhtml:p> </xhtml:p></content></comment>)"));
   EXPECT_EQ(body_of(r).drawn_elements, 0u);
   EXPECT_TRUE(body_of(r).elements.empty());
   ASSERT_NE(r.row("body/LD/comment"), nullptr);
-  EXPECT_EQ(r.row("body/LD/comment")->fate, Fate::kIgnored);
+  EXPECT_EQ(r.row("body/LD/comment")->fate, Fate::kPreserved);
+  ASSERT_EQ(body_of(r).comments.size(), 1u) << "an empty one says nothing";
+  const DrawnComment& comment = body_of(r).comments[0];
+  EXPECT_EQ(comment.text, "hello");
+  EXPECT_EQ(comment.place.x, 5);
+  EXPECT_EQ(comment.place.y, 8);
+  EXPECT_EQ(comment.width, 80);
+  EXPECT_EQ(comment.height, 12);
+}
+
+TEST(Body, LinesAndPinsAreKeptAsDrawn) {
+  const auto r = read_clean(ladder(R"(<contact localId="2"><connectionPointIn><relPosition x="0" y="8"/>
+<connection refLocalId="1"><position x="40" y="18"/><position x="20" y="18"/><position x="20" y="60"/></connection>
+<connection refLocalId="3"/></connectionPointIn>
+<connectionPointOut><relPosition x="far" y="8"/></connectionPointOut><variable>A</variable></contact>)"));
+  const Element& contact = body_of(r).elements.at(0);
+  EXPECT_TRUE(contact.inputs.at(0).has_place);
+  EXPECT_EQ(contact.inputs[0].place.y, 8);
+  ASSERT_EQ(contact.inputs[0].connections.at(0).points.size(), 3u);
+  EXPECT_EQ(contact.inputs[0].connections[0].points[2].y, 60);
+  EXPECT_TRUE(contact.inputs[0].connections.at(1).points.empty());
+  EXPECT_EQ(contact.outputs.at(0).place.x, 0) << "a picture is no reason to refuse a file";
+}
+
+TEST(Body, TitlesAndCommentsBelongToTheNetworkBelow) {
+  const std::string title = R"(<vendorElement localId="3"><position x="0" y="0"/><alternativeText><xhtml:p>Filling</xhtml:p></alternativeText>
+<addData><data name="http://www.3s-software.com/plcopenxml/fbdelementtype" handleUnknown="implementation"><ElementType xmlns="">networktitle</ElementType></data></addData></vendorElement>)";
+  const auto r = read_clean(
+      ladder(R"(<comment localId="1" height="0" width="0"><position x="0" y="0"/><content><xhtml:p>first</xhtml:p></content></comment>)" +
+             title + R"(<contact localId="4"><variable>A</variable></contact>)" + title));
+  const std::vector<DrawnComment>& comments = body_of(r).comments;
+  ASSERT_EQ(comments.size(), 3u);
+  EXPECT_EQ(comments[0].text, "first");
+  EXPECT_EQ(comments[0].network, 1u);
+  EXPECT_EQ(comments[1].text, "Filling");
+  EXPECT_EQ(comments[1].network, 1u);
+  EXPECT_EQ(comments[2].network, 2u);
 }
 
 TEST(Body, UnknownDrawnElementIsAnErrorAndCounts) {
