@@ -106,7 +106,7 @@ struct DrawnElement {
   DrawnModifiers modifiers;   ///< contact, coil, variable
   std::int32_t x = 0, y = 0;  ///< left upper corner
   std::int32_t width = 0, height = 0;
-  std::vector<DrawnPin> pins;  ///< several have one number where wires meet a rail or a bar in several places
+  std::vector<DrawnPin> pins;        ///< several have one number where wires meet a rail or a bar in several places
   bool initial = false;              ///< step
   std::int64_t priority = -1;        ///< transition: small numbers first; -1 = none
   std::uint16_t macro_sheet = 0;     ///< macro step: the sheet with its chart; 0 = it has none
@@ -177,7 +177,8 @@ std::vector<std::byte> pack(const Drawings& drawings);
 /// kMaxUnpackedBytes.
 core::Result<Drawings> unpack(std::span<const std::byte> bytes);
 
-/// Drawings are made for texts in a monospaced font of 11 pixels: pixels from character to character, from line to line.
+/// Drawings are made for texts in a monospaced font of 11 pixels: pixels from character to character, from line to
+/// line.
 inline constexpr std::int32_t kDrawnCharWidth = 7;
 inline constexpr std::int32_t kDrawnLineHeight = 14;
 

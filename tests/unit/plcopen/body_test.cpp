@@ -225,11 +225,12 @@ TEST(Body, LinesAndPinsAreKeptAsDrawn) {
 }
 
 TEST(Body, TitlesAndCommentsBelongToTheNetworkBelow) {
-  const std::string title = R"(<vendorElement localId="3"><position x="0" y="0"/><alternativeText><xhtml:p>Filling</xhtml:p></alternativeText>
+  const std::string title =
+      R"(<vendorElement localId="3"><position x="0" y="0"/><alternativeText><xhtml:p>Filling</xhtml:p></alternativeText>
 <addData><data name="http://www.3s-software.com/plcopenxml/fbdelementtype" handleUnknown="implementation"><ElementType xmlns="">networktitle</ElementType></data></addData></vendorElement>)";
-  const auto r = read_clean(
-      ladder(R"(<comment localId="1" height="0" width="0"><position x="0" y="0"/><content><xhtml:p>first</xhtml:p></content></comment>)" +
-             title + R"(<contact localId="4"><variable>A</variable></contact>)" + title));
+  const auto r = read_clean(ladder(
+      R"(<comment localId="1" height="0" width="0"><position x="0" y="0"/><content><xhtml:p>first</xhtml:p></content></comment>)" +
+      title + R"(<contact localId="4"><variable>A</variable></contact>)" + title));
   const std::vector<DrawnComment>& comments = body_of(r).comments;
   ASSERT_EQ(comments.size(), 3u);
   EXPECT_EQ(comments[0].text, "first");
