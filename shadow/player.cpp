@@ -4,43 +4,14 @@
 #include <cstring>
 #include <utility>
 
-#include "runtime/link/link.h"
-#include "runtime/sched/task.h"
-
 namespace plc::shadow {
 
 core::Result<std::unique_ptr<Player>> Player::make(const RecordFile& file, core::Diagnostics& diagnostics) {
-  auto image = bytecode::load(file.head().image);
-  if (!image) return image.error();
-  auto verified = bytecode::verify(std::move(*image), diagnostics);
-  if (!verified) {
-    return core::Problem{core::Code::P7630, "the image of the recording is not sound", {}};
-  }
+  auto replicas = ReplicaSet::make(file.head(), diagnostics);
+  if (!replicas) return replicas.error();
   std::unique_ptr<Player> made(new Player(file));
-  made->replays_.resize(verified->image().tasks.size());
-  runtime::ProgramOptions options;
-  options.loop_budget = file.head().loop_budget;
-  made->zone_ = core::TimeZone::load(file.head().zone);
-  if (made->zone_) options.zone = &*made->zone_;
-  auto resource = runtime::Resource::load_replicas(std::move(*verified), made->replays_, options);
-  if (!resource) return resource.error();
-  made->resource_ = std::move(*resource);
-  const bytecode::Image& linked = made->resource_->image();
-  made->order_ = runtime::priority_order(linked);
-  made->globals_ = linked.global_initial;
-  made->tasks_.resize(linked.tasks.size());
-  for (std::uint32_t t = 0; t < made->tasks_.size(); ++t)
-    made->tasks_[t].replica.emplace(made->resource_->program(t), made->replays_[t]);
-  const bytecode::ImageType& globals = linked.types[linked.global_type];
-  for (std::uint32_t t = 0; t < made->tasks_.size(); ++t) {
-    for (const runtime::FieldRange& range : runtime::exchanged_ranges(linked, linked.tasks[t].body)) {
-      for (std::uint32_t f = range.first; f < range.first + range.count; ++f) {
-        const std::uint32_t bytes = linked.types[globals.fields[f].type].size;
-        const bool of_others = !range.exported && !made->resource_->globals().exporters(f).empty();
-        if (bytes != 0 && !of_others) made->tasks_[t].seen.push_back({globals.fields[f].offset, bytes});
-      }
-    }
-  }
+  made->replicas_ = std::move(*replicas);
+  made->tasks_.resize(made->replicas_->task_count());
   for (const BlockInfo& block : file.blocks()) {
     if (block.task < made->tasks_.size()) made->tasks_[block.task].blocks.push_back(&block);
   }
@@ -50,6 +21,22 @@ core::Result<std::unique_ptr<Player>> Player::make(const RecordFile& file, core:
     made->advance(task);
   }
   return made;
+}
+
+std::optional<core::TimeNs> Player::begin_ns() const {
+  std::optional<core::TimeNs> begin;
+  for (const Task& task : tasks_) {
+    if (!task.blocks.empty()) begin = std::min(begin.value_or(task.blocks.front()->first_ns), task.blocks.front()->first_ns);
+  }
+  return begin;
+}
+
+std::optional<core::TimeNs> Player::end_ns() const {
+  std::optional<core::TimeNs> end;
+  for (const Task& task : tasks_) {
+    if (!task.blocks.empty()) end = std::max(end.value_or(task.blocks.back()->last_ns), task.blocks.back()->last_ns);
+  }
+  return end;
 }
 
 void Player::advance(Task& task) {
@@ -64,14 +51,15 @@ void Player::advance(Task& task) {
     if (task.next_block == task.blocks.size()) return;
     const BlockInfo& info = *task.blocks[task.next_block++];
     auto block = file_.load(info);
-    if (!block || block->table.size() != task.replica->table_bytes()) {
+    const auto number = static_cast<std::uint32_t>(&task - tasks_.data());
+    if (!block || block->table.size() != replicas_->replica(number).table_bytes()) {
       ++damaged_blocks_;
       continue;
     }
     task.block = std::move(*block);
     task.at = 0;
     task.fresh = true;
-    task.gap = task.any ? info.first_scan != task.next_scan : info.first_scan != 0;
+    task.gap = task.known ? info.first_scan != task.next_scan : info.first_scan != 0;
   }
   runtime::RecordHead head;
   std::memcpy(&head, task.record.data(), sizeof head);
@@ -79,13 +67,30 @@ void Player::advance(Task& task) {
   task.at += task.record.size();
 }
 
+void Player::go_to_block(Task& task, std::size_t block) {
+  task.next_block = block;
+  task.block = {};
+  task.at = 0;
+  if (block < task.blocks.size()) {
+    task.known = true;
+    task.next_scan = task.blocks[block]->first_scan;
+  }
+  advance(task);
+}
+
 Player::Task* Player::next_task() {
   Task* next = nullptr;
-  for (const std::uint32_t t : order_) {
+  for (const std::uint32_t t : replicas_->order()) {
     Task& task = tasks_[t];
     if (!task.record.empty() && (next == nullptr || task.now_ns < next->now_ns)) next = &task;
   }
   return next;
+}
+
+std::optional<Player::Upcoming> Player::upcoming() {
+  const Task* const next = next_task();
+  if (next == nullptr) return {};
+  return Upcoming{static_cast<std::uint32_t>(next - tasks_.data()), next->record, !next->gap};
 }
 
 std::optional<PlayedScan> Player::step() {
@@ -95,19 +100,51 @@ std::optional<PlayedScan> Player::step() {
   PlayedScan played;
   played.task = static_cast<std::uint32_t>(next - tasks_.data());
   played.after_gap = std::exchange(task.gap, false);
-  // Not before: what the scan before it left may still be looked at.
-  if (std::exchange(task.fresh, false)) task.replica->load(task.block.table);
-  played.outcome = task.replica->run(task.record);
-  played.scan = task.replica->head().scan;
-  played.now_ns = task.replica->head().now_ns;
+  std::string before;  // this scan, what is not as the block has it
+  // Not loaded earlier: what the scan before it left may still be looked at.
+  if (std::exchange(task.fresh, false)) {
+    if (!played.after_gap && replicas_->follows(played.task))
+      before = replicas_->difference(played.task, task.block.table);
+    replicas_->load(played.task, task.block.table);
+  }
+  played.outcome = replicas_->run(played.task, task.record);
+  if (played.outcome.equal && !before.empty()) {
+    played.outcome.equal = false;
+    played.outcome.differs = before + ", before the scan,";
+  }
+  played.scan = replicas_->replica(played.task).head().scan;
+  played.now_ns = replicas_->replica(played.task).head().now_ns;
   task.next_scan = played.scan + 1;
-  task.any = true;
-  const std::byte* const local = task.replica->program().table().data();
-  for (const Task::Part& part : task.seen) std::memcpy(&globals_[part.at], local + part.at, part.bytes);
+  task.known = true;
   advance(task);
   return played;
 }
 
-void Player::show_globals() { resource_->globals().reset(globals_); }
+void Player::seek(core::TimeNs now_ns) {
+  for (std::uint32_t t = 0; t < tasks_.size(); ++t) {
+    Task& task = tasks_[t];
+    // The last block that begins before the time is past; the first one when none does.
+    const auto after = std::partition_point(task.blocks.begin(), task.blocks.end(),
+                                            [now_ns](const BlockInfo* block) { return block->first_ns <= now_ns; });
+    const auto block = static_cast<std::size_t>(after - task.blocks.begin());
+    go_to_block(task, block == 0 ? 0 : block - 1);
+    replicas_->load(t, task.block.table);
+  }
+  while (next_ns().value_or(now_ns + 1) <= now_ns) step();
+}
+
+bool Player::seek(std::uint32_t task, std::uint64_t scan) {
+  if (task >= tasks_.size()) return false;
+  const auto& blocks = tasks_[task].blocks;
+  const auto block = std::find_if(blocks.begin(), blocks.end(), [scan](const BlockInfo* one) {
+    return one->first_scan <= scan && scan - one->first_scan < one->scans;
+  });
+  if (block == blocks.end()) return false;
+  seek((*block)->first_ns - 1);
+  while (const auto played = step()) {
+    if (played->task == task && played->scan >= scan) return played->scan == scan;
+  }
+  return false;
+}
 
 }  // namespace plc::shadow

@@ -133,8 +133,13 @@ bool BlockBuilder::add(std::span<const std::byte> record) {
   return true;
 }
 
-std::vector<std::byte> BlockBuilder::take() {
-  std::vector<std::byte> raw = std::move(block_.table);
+void BlockBuilder::close() {
+  open_ = false;
+  block_ = {};
+}
+
+std::vector<std::byte> BlockBuilder::pack() const {
+  std::vector<std::byte> raw = block_.table;
   BlockHead head;
   head.task = info_.task;
   head.first_scan = info_.first_scan;
@@ -147,8 +152,6 @@ std::vector<std::byte> BlockBuilder::take() {
   std::vector<std::byte> out(sizeof head + ZSTD_compressBound(raw.size()));
   const std::size_t stored =
       ZSTD_compress(out.data() + sizeof head, out.size() - sizeof head, raw.data(), raw.size(), kLevel);
-  open_ = false;
-  block_ = {};
   if (ZSTD_isError(stored) != 0) return {};
   head.stored_bytes = static_cast<std::uint32_t>(stored);
   head.check = check_of(head, out.data() + sizeof head);

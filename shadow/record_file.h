@@ -59,8 +59,13 @@ class BlockBuilder {
   [[nodiscard]] bool open() const noexcept { return open_; }
   [[nodiscard]] bool empty() const noexcept { return info_.scans == 0; }
   [[nodiscard]] std::size_t record_bytes() const noexcept { return block_.records.size(); }
-  /// The block as a file has it; nothing is open after that.
-  std::vector<std::byte> take();
+  /// Task, first scan, scans and times; the rest is not known before pack().
+  [[nodiscard]] const BlockInfo& info() const noexcept { return info_; }
+  [[nodiscard]] const Block& block() const noexcept { return block_; }
+  /// The block as a file has it, as far as it has grown. Empty when it could not be compressed.
+  [[nodiscard]] std::vector<std::byte> pack() const;
+  /// Nothing is open after that.
+  void close();
 
  private:
   bool open_ = false;

@@ -16,11 +16,12 @@ core::Problem cannot_write(const std::string& path, int error) {
 
 }  // namespace
 
-core::Result<std::unique_ptr<RecordWriter>> RecordWriter::open(const std::string& path, const RecordingHead& head) {
+core::Result<std::unique_ptr<RecordWriter>> RecordWriter::open(const std::string& path,
+                                                               std::span<const std::byte> begin) {
   const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
   if (descriptor < 0) return cannot_write(path, errno);
   std::unique_ptr<RecordWriter> made(new RecordWriter(descriptor, path));
-  if (!made->write(file_head(head))) return *made->problem();
+  if (!made->write(begin)) return *made->problem();
   return made;
 }
 

@@ -18,8 +18,8 @@ namespace plc::shadow {
 
 class RecordWriter {
  public:
-  /// Makes the file anew, with the head. P7631 when that cannot be.
-  static core::Result<std::unique_ptr<RecordWriter>> open(const std::string& path, const RecordingHead& head);
+  /// Makes the file anew, with these bytes: a head (file_head()), or more. P7631 when that cannot be.
+  static core::Result<std::unique_ptr<RecordWriter>> open(const std::string& path, std::span<const std::byte> begin);
   ~RecordWriter();
   RecordWriter(const RecordWriter&) = delete;
   RecordWriter& operator=(const RecordWriter&) = delete;

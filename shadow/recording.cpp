@@ -41,6 +41,7 @@ void Recording::take(std::uint32_t t, std::span<const std::byte> record) {
   std::memcpy(&head, record.data(), sizeof head);
   switch (head.kind) {
     case RecordKind::kScan: {
+      faults_ += (head.flags & runtime::kFaulted) != 0 ? 1 : 0;
       if (!task.block.open()) break;
       if (task.block.empty()) task.block_began_ns = head.now_ns;
       const bool follows = task.block.add(record);
@@ -68,9 +69,13 @@ void Recording::take(std::uint32_t t, std::span<const std::byte> record) {
 
 void Recording::flush(Task& task) {
   if (!task.block.open()) return;
-  const bool empty = task.block.empty();
-  const std::vector<std::byte> bytes = task.block.take();
-  if (!empty && !bytes.empty() && sink_(bytes)) task.stored_bytes += bytes.size();
+  if (before_end_) before_end_(task.block.info().task);
+  if (!task.block.empty()) {
+    std::vector<std::byte> bytes = task.block.pack();
+    task.stored_bytes += bytes.size();
+    if (!bytes.empty()) sink_(task.block.info(), std::move(bytes));
+  }
+  task.block.close();
 }
 
 void Recording::finish() {

@@ -37,8 +37,10 @@ struct RecordingCounts {
 
 class Recording {
  public:
-  /// Takes a block. False: it was not kept.
-  using Sink = std::function<bool(std::span<const std::byte>)>;
+  /// Takes a block.
+  using Sink = std::function<void(const BlockInfo& info, std::vector<std::byte> block)>;
+  /// Is told that the open block of a task is about to end.
+  using BeforeEnd = std::function<void(std::uint32_t task)>;
 
   /// Records all tasks from their next scan on. P9001 when there is no memory for the rings.
   static core::Result<std::unique_ptr<Recording>> start(runtime::Resource& resource, Sink sink,
@@ -52,6 +54,16 @@ class Recording {
   /// The last blocks. No task runs any more.
   void finish();
   [[nodiscard]] RecordingCounts counts(std::uint32_t task) const;
+
+  // ---- for who looks at records before their block is complete; on the thread of drain()
+
+  void set_before_end(BeforeEnd call) { before_end_ = std::move(call); }
+  /// The block that grows; null while there is none.
+  [[nodiscard]] const BlockBuilder* open_block(std::uint32_t task) const {
+    return tasks_[task]->block.open() ? &tasks_[task]->block : nullptr;
+  }
+  /// Scans that ended with a fault, of all tasks.
+  [[nodiscard]] std::uint64_t faults() const noexcept { return faults_; }
 
  private:
   struct Task {
@@ -70,7 +82,9 @@ class Recording {
   runtime::Resource& resource_;
   Sink sink_;
   RecordingOptions options_;
+  BeforeEnd before_end_;
   std::vector<std::unique_ptr<Task>> tasks_;
+  std::uint64_t faults_ = 0;
 };
 
 }  // namespace plc::shadow

@@ -37,6 +37,7 @@ Replica::Outcome Replica::run(std::span<const std::byte> record) {
   } else if (outcome.events != head.events) {
     outcome.differs = "the number of events";
   } else if (runtime::check_of_slice(table, head.slice) != head.check) {
+    outcome.slice = head.slice;
     outcome.differs = fmt::format("the table, bytes {} to {}", head.slice * runtime::kSliceBytes,
                                   (head.slice + 1) * runtime::kSliceBytes - 1);
   }

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -26,6 +27,7 @@ class Replica {
     bool ran = false;          ///< false: its loops were cut from outside, the table is not known any more
     bool equal = true;         ///< table (as far as the record has a check), events and fault are those of the record
     std::string differs;       ///< what does not, in words
+    std::optional<std::uint32_t> slice;  ///< which part of the table does not: kSliceBytes from slice * kSliceBytes on
     std::uint32_t events = 0;  ///< raised
     runtime::Fault fault;
   };

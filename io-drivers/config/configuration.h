@@ -176,6 +176,19 @@ struct LogConfig {
   std::uint32_t keep = 5;
 };
 
+enum class RecordMode : std::uint8_t { kOn, kOff, kCheck };
+
+/// [record]
+struct RecordConfig {
+  core::SourceRef at;
+  RecordMode mode = RecordMode::kOn;
+  Placed folder;  ///< of files; empty = memory only
+  std::uint32_t folder_mb = 1024;
+  std::uint32_t memory_mb = 32;
+  std::uint32_t ring_mb = 4;  ///< of each task
+  std::uint32_t faults = 10;  ///< files that are kept
+};
+
 /// [clock]
 struct ClockConfig {
   core::SourceRef at;
@@ -202,6 +215,7 @@ struct Configuration {
   TaskblocksConfig taskblocks;
   RetainConfig retain;
   LogConfig log;
+  RecordConfig record;
   ClockConfig clock;
   ModbusConfig modbus;
   GuardianConfig guardian;

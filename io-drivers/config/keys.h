@@ -60,6 +60,7 @@ enum class TableId : std::uint8_t {
   kTaskblocks,
   kRetain,
   kLog,
+  kRecord,
   kClock,
   kModbus,
   kModbusSerial,

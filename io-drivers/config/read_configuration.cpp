@@ -132,7 +132,7 @@ class Reader {
     configuration.at = configuration.outputs_at = file_at_;
     static constexpr std::string_view kNames[] = {"project", "drivers",    "inputs",      "outputs", "scheduler",
                                                   "tasks",   "taskblocks", "retain",      "log",     "clock",
-                                                  "modbus",  "guardian",   "driver_kinds"};
+                                                  "modbus",  "guardian",   "driver_kinds", "record"};
     for (const auto& [key, node] : root) {
       if (std::find(std::begin(kNames), std::end(kNames), key.str()) == std::end(kNames)) {
         core::Guess guess(key.str());
@@ -158,6 +158,7 @@ class Reader {
     read_section("taskblocks", configuration.taskblocks);
     read_section("retain", configuration.retain);
     read_section("log", configuration.log);
+    read_section("record", configuration.record);
     read_section("clock", configuration.clock);
     check_zone(configuration.clock);
     read_section("guardian", configuration.guardian);

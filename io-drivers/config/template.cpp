@@ -99,6 +99,7 @@ class Template {
     section(TableId::kTaskblocks, "[taskblocks]");
     section(TableId::kRetain, "[retain]");
     section(TableId::kLog, "[log]");
+    section(TableId::kRecord, "[record]");
     section(TableId::kClock, "[clock]");
     section(TableId::kModbus, "[modbus]");
     section(TableId::kModbusSerial, "[modbus.serial]");

@@ -31,6 +31,7 @@ enum class RecordKind : std::uint16_t {
 enum RecordFlag : std::uint16_t {
   kCut = 1,        ///< its loops were cut from outside, where is not known: it cannot be executed again
   kRevoked = 2,    ///< it had no right to publish any more
+  kFaulted = 8,    ///< it ended with a fault
   kFloatMode = 4,  ///< the floating-point mode was another one when it ended (core/floating_point.h)
 };
 

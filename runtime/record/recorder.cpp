@@ -121,6 +121,7 @@ bool Recorder::put(const RecordHead& head) noexcept {
 // RT:
 void Recorder::close(RecordHead head, const RecordedFault& fault) noexcept {
   if (fault.kind != 0) {
+    head.flags |= kFaulted;
     if (std::byte* const place = add(EntryKind::kFault, fault.kind, 0, sizeof fault))
       std::memcpy(place, &fault, sizeof fault);
   }

@@ -27,7 +27,6 @@
 #include "io-drivers/simulated/simulated_device.h"
 #include "runtime/sched/realtime.h"
 #include "shadow/arithmetic.h"
-#include "shadow/record_thread.h"
 #include "tools/command_line.h"
 #include "tools/engine.h"
 #include "tools/plc-run/component_faults.h"
@@ -35,6 +34,7 @@
 #include "tools/plc-run/open_image.h"
 #include "tools/plc-run/output.h"
 #include "tools/plc-run/plant_folder.h"
+#include "tools/plc-run/recording.h"
 #include "tools/plc-run/report.h"
 #include "tools/plc-run/retained.h"
 #include "tools/plc-run/run_log.h"
@@ -207,6 +207,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   std::ostream& talk = log.talk();
   const core::TimeNs retain_interval_ns = plan.configuration.retain.interval_ns;
   const std::string folder = state_folder(run.state, plan.configuration, run.simulate);
+  RecordingSettings recorded = recording_settings(run.record, plan.configuration, folder, run.engine);
   auto machine = io::Machine::configure({run.file, std::move(plan.configuration), run.listen, run.socket, run.simulate,
                                          "plc map " + shell_word(run.file) + compile_flags(run.options, run.libraries)},
                                         resource, diagnostics);
@@ -249,20 +250,14 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
       log.say(note);
     }
   }
-  std::unique_ptr<shadow::RecordThread> recording;
-  if (!run.record.empty()) {
-    auto started =
-        shadow::RecordThread::start(resource, {run.record},
-                                    {kVersionText, shadow::processor_kind(), shadow::arithmetic_fingerprint(),
-                                     run.program.loop_budget, run.program.zone->name(), bytecode::save(image)});
+  std::unique_ptr<shadow::Shadow> recording;
+  if (auto started = start_shadow(resource, std::move(recorded), run.program.loop_budget, run.program.zone->name())) {
+    recording = std::move(*started);
+    if (recording && !recording->file().empty()) talk << "recording into " << recording->file() << '\n';
+  } else {
     // Nothing but control decides whether control starts.
-    if (started) {
-      recording = std::move(*started);
-      talk << "recording into " << recording->file() << '\n';
-    } else {
-      const core::Problem& why = started.error();
-      log.say(core::Severity::kWarning, fmt::format("{}: {}", core::info(why.code).name, why.message), "record");
-    }
+    const core::Problem& why = started.error();
+    log.say(core::Severity::kWarning, fmt::format("{}: {}", core::info(why.code).name, why.message), "record");
   }
   if (retained.keeper) retained.keeper->start();
   running.store(&plant, std::memory_order_relaxed);
@@ -289,7 +284,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   };
   const auto show_recording = [&] {
     if (!recording) return;
-    for (const std::string& said : recording->messages()) log.say(core::Severity::kWarning, said, "record");
+    for (const shadow::ShadowMessage& said : recording->messages()) log.say(said.severity, said.text, "record");
   };
   AllocationWarnings allocations(resource);
   core::TimeNs next_view = plant.begin_ns();
@@ -326,11 +321,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   print_events(resource, std::cerr);
   print_end({signalled.load(), duration_ns, run.cycles, last_fault ? &*last_fault : nullptr}, resource, scheduler,
             clock.now_ns() - plant.begin_ns(), talk);
-  if (recording) {
-    const shadow::RecordingCounts counts = recording->counts();
-    talk << fmt::format("recording: {} scans, {} left out, {:.1f} kB in {}\n", counts.scans, counts.lost,
-                        static_cast<double>(counts.stored_bytes) / 1000, recording->file());
-  }
+  if (recording) print_recording(*recording, talk);
   print_statistics(run, resource, scheduler, std::cout);
   if (run.stats == Stats::kText) {
     std::cout << '\n';
@@ -405,9 +396,9 @@ int run_command(int argc, char** argv) {
       "warm: RETAIN and PERSISTENT variables have the values that were kept (default); cold: PERSISTENT ones "
       "alone; origin: none, all begin with initial values");
   program.option(
-      "--record=DIR", run.record,
-      "write what each scan takes in into files of this folder, for plc replay; at most 1 GB, then the oldest "
-      "files go");
+      "--record=DIR|off|check", run.record,
+      "what each scan takes in is kept for plc replay: the newest scans in memory, by default, and all in files of DIR; "
+      "check also executes them again at once and says what differs");
   const Flag log_place = program.option(
       "--log=FORMAT[:FILE]", run.log,
       "where messages of the running plant go: text, json, or journal (that of systemd, with fields); text and json on "

@@ -162,15 +162,15 @@ int run(Command command, Sim& sim) {
   std::unique_ptr<shadow::Recording> recording;
   if (!sim.record.empty()) {
     auto writer = shadow::RecordWriter::open(
-        sim.record, {kVersionText, shadow::processor_kind(), shadow::arithmetic_fingerprint(), program.loop_budget,
-                     sim.date.time_zone.name(), bytecode::save(resource.image())});
+        sim.record,
+        shadow::file_head({kVersionText, shadow::processor_kind(), shadow::arithmetic_fingerprint(),
+                           program.loop_budget, sim.date.time_zone.name(), bytecode::save(resource.image())}));
     if (!writer) return complain(writer.error()), kExitUsage;
     recorded = std::move(*writer);
-    auto started = shadow::Recording::start(resource, [&recorded, &unwritten](std::span<const std::byte> block) {
-      const bool written = recorded->write(block);
-      if (!written && !unwritten) unwritten = recorded->problem();
-      return written;
-    });
+    auto started = shadow::Recording::start(
+        resource, [&recorded, &unwritten](const shadow::BlockInfo&, const std::vector<std::byte>& block) {
+          if (!recorded->write(block) && !unwritten) unwritten = recorded->problem();
+        });
     if (!started) return complain(started.error()), kExitErrors;
     recording = std::move(*started);
     simulation.after_instant([&recording](const runtime::Instant&) { recording->drain(); });

@@ -27,7 +27,7 @@ Bytes block(std::uint32_t task, std::uint64_t first, std::uint64_t scans, std::s
   BlockBuilder builder;
   builder.begin(task, first, Bytes(table, static_cast<std::byte>(task)));
   for (std::uint64_t scan = first; scan < first + scans; ++scan) EXPECT_TRUE(builder.add(record(scan, scan % 4 * 16)));
-  return builder.take();
+  return builder.pack();
 }
 
 Bytes head() {

@@ -21,9 +21,8 @@ struct Recorded {
         shadow::file_head({"PICARD test", "", 0, bytecode::kDefaultLoopBudget, "UTC", bytecode::save(image.image())});
     auto started = shadow::Recording::start(
         *resource,
-        [this](std::span<const std::byte> block) {
+        [this](const shadow::BlockInfo&, const std::vector<std::byte>& block) {
           bytes.insert(bytes.end(), block.begin(), block.end());
-          return true;
         },
         options);
     EXPECT_TRUE(started);
@@ -148,7 +147,7 @@ TEST(Player, WhatWasChangedInARecordIsFound) {
     shadow::BlockBuilder builder;
     builder.begin(info.task, info.first_scan, block.table);
     shadow::for_each_record(block.records, [&](std::span<const std::byte> one) { return builder.add(one); });
-    const Bytes bytes = builder.take();
+    const Bytes bytes = builder.pack();
     changed.insert(changed.end(), bytes.begin(), bytes.end());
   }
   EXPECT_NE(played(changed).find('?'), std::string::npos);
@@ -162,7 +161,7 @@ TEST(Player, ATableOfAnotherSizeIsADamagedBlock) {
   runtime::RecordHead head;
   head.bytes = sizeof head;
   ASSERT_TRUE(builder.add(std::as_bytes(std::span(&head, 1))));
-  const Bytes block = builder.take();
+  const Bytes block = builder.pack();
   r.bytes.insert(r.bytes.end(), block.begin(), block.end());
   const auto file = shadow::RecordFile::read(r.bytes, "f");
   core::Diagnostics diagnostics;
@@ -170,6 +169,73 @@ TEST(Player, ATableOfAnotherSizeIsADamagedBlock) {
   ASSERT_TRUE(player);
   EXPECT_FALSE((*player)->step());
   EXPECT_EQ((*player)->damaged_blocks(), 1u);
+}
+
+/// Values of FastCount and SlowSum where the player is.
+std::string shown(shadow::Player& player) {
+  player.show_globals();
+  return value_of(player.resource(), "FastCount") + " " + value_of(player.resource(), "SlowSum");
+}
+
+TEST(Player, GoesToAnyTimeAndAnyScan) {
+  shadow::RecordingOptions options;
+  options.block_bytes = 2048;
+  Recorded r(options);
+  runtime::Simulation simulation(*r.resource);
+  std::vector<std::pair<core::TimeNs, std::string>> states;
+  simulation.after_instant([&](const runtime::Instant& instant) {
+    r.recording->drain();
+    states.emplace_back(instant.now_ns, value_of(*r.resource, "FastCount") + " " + value_of(*r.resource, "SlowSum"));
+  });
+  simulation.run_cycles(400);
+  r.recording->finish();
+  const auto file = shadow::RecordFile::read(r.bytes, "recording");
+  ASSERT_TRUE(file);
+  ASSERT_GT(file->blocks().size(), 10u);
+  core::Diagnostics diagnostics;
+  const auto player = shadow::Player::make(*file, diagnostics);
+  ASSERT_TRUE(player);
+  EXPECT_EQ((*player)->begin_ns(), states.front().first);
+  EXPECT_EQ((*player)->end_ns(), states.back().first);
+  // Forwards, backwards, to the ends.
+  for (const std::size_t at : {7u, 399u, 0u, 200u, 201u, 199u, 1u, 398u}) {
+    if (at >= states.size()) continue;
+    (*player)->seek(states[at].first);
+    EXPECT_EQ(shown(**player), states[at].second) << at;
+    const auto next = (*player)->step();
+    EXPECT_EQ(next.has_value(), at + 1 < states.size());
+    if (next) {
+      EXPECT_TRUE(next->outcome.equal && !next->after_gap) << at;
+    }
+  }
+  for (const std::uint64_t scan : {0u, 90u, 33u}) {
+    ASSERT_TRUE((*player)->seek(0, scan)) << scan;
+    EXPECT_EQ(value_of((*player)->resource(), "Fast0.count"), std::to_string(scan + 1));
+  }
+  EXPECT_FALSE((*player)->seek(0, 1'000'000));
+  EXPECT_FALSE((*player)->seek(7, 0));
+}
+
+TEST(Player, ComparesTheTableAtEachBlockAndNamesTheVariable) {
+  shadow::RecordingOptions options;
+  options.block_bytes = 4096;
+  Recorded r(options);
+  runtime::Simulation simulation(*r.resource);
+  simulation.after_instant([&](const runtime::Instant&) { r.recording->drain(); });
+  simulation.run_cycles(100);
+  const runtime::Access access(*r.resource);
+  const auto place = access.find("Fast0.count");
+  r.resource->program(0).table().data()[place->offset + 1] ^= std::byte{1};
+  simulation.run_cycles(200);
+  r.recording->finish();
+  const auto file = shadow::RecordFile::read(r.bytes, "recording");
+  core::Diagnostics diagnostics;
+  const auto player = shadow::Player::make(*file, diagnostics);
+  std::string first;
+  while (const auto played = (*player)->step()) {
+    if (!played->outcome.equal && first.empty()) first = played->outcome.differs;
+  }
+  EXPECT_NE(first.find("Fast0.count"), std::string::npos) << first;
 }
 
 }  // namespace

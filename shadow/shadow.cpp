@@ -1,0 +1,226 @@
+#include "shadow/shadow.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <csignal>
+#include <utility>
+
+namespace plc::shadow {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::steady_clock;
+
+/// Between two times of taking records. More often only takes cache lines away from the tasks.
+constexpr milliseconds kPeriod{100};
+/// The same while somebody looks.
+constexpr milliseconds kViewPeriod{16};
+/// A viewer waits at most so long for the replicas.
+constexpr milliseconds kFollowAtOnce{10};
+/// After a fault the recording has so much of what followed.
+constexpr milliseconds kAfterFault{1000};
+/// A plant that faults again and again does not fill the disk.
+constexpr std::chrono::seconds kBetweenFaults{60};
+
+}  // namespace
+
+core::Result<std::unique_ptr<Shadow>> Shadow::start(runtime::Resource& resource, ShadowOptions options,
+                                                    RecordingHead head) {
+  std::unique_ptr<Shadow> made(new Shadow(std::move(options), std::move(head)));
+  Shadow* const self = made.get();
+  self->file_head_ = file_head(self->head_);
+  if (self->options_.folder) {
+    auto folder = RecordFolder::open(*self->options_.folder, self->head_);
+    if (!folder) return folder.error();
+    self->folder_ = std::move(*folder);
+  }
+  auto recording = Recording::start(
+      resource,
+      [self](const BlockInfo& info, std::vector<std::byte> block) {
+        self->history_.add(info.first_ns, block);
+        if (self->folder_) self->unwritten_.push_back(std::move(block));
+      },
+      self->options_.recording);
+  if (!recording) return recording.error();
+  self->recording_ = std::move(*recording);
+  self->recording_->set_before_end([self](std::uint32_t task) {
+    // What is not executed now is not executed at all; only a check has to.
+    if (self->follower_ && self->options_.check)
+      self->follower_->follow(task, *self->recording_->open_block(task), {});
+  });
+  self->tasks_ = static_cast<std::uint32_t>(resource.task_count());
+  if (self->options_.check) self->make_follower();
+  // Signals are for the main thread.
+  sigset_t all, before;
+  ::sigfillset(&all);
+  ::pthread_sigmask(SIG_SETMASK, &all, &before);
+  self->thread_ = std::thread([self] { self->run(); });
+  ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  return made;
+}
+
+Shadow::~Shadow() { stop(false); }
+
+void Shadow::make_follower() {
+  core::Diagnostics diagnostics;
+  auto made = Follower::make(head_, options_.prepare, diagnostics);
+  follower_failed_ = !made;
+  if (made) {
+    follower_ = std::move(*made);
+  } else {
+    say(core::Severity::kWarning, "no scan can be executed again here: " + made.error().message);
+  }
+}
+
+void Shadow::follow(Follower::Deadline deadline) {
+  if (!follower_ && !follower_failed_) make_follower();
+  if (!follower_) return;
+  followed_ = true;
+  for (std::uint32_t task = 0; task < tasks_; ++task) {
+    const BlockBuilder* const block = recording_->open_block(task);
+    if (block != nullptr) followed_ = follower_->follow(task, *block, deadline) && followed_;
+  }
+  for (const Difference& found : follower_->take_differences()) {
+    // On the same machine every scan gives what it gave.
+    say(core::Severity::kError,
+        fmt::format("{}: scan {} of task \"{}\": {} is not as a replica has it; this is a fault of PICARD: please report "
+                    "it with a recording",
+                    core::info(core::Code::P7632).name, found.scan,
+                    follower_->replicas().resource().program(found.task).task().name, found.what));
+  }
+}
+
+void Shadow::turn() {
+  const bool looked_at = viewers_.load(std::memory_order_relaxed) != 0 || options_.check;
+  {
+    const std::lock_guard lock(mutex_);
+    recording_->drain();
+    if (looked_at) {
+      follow(options_.check ? Follower::Deadline{} : steady_clock::now() + kFollowAtOnce);
+    }
+    counts_ = {};
+    for (std::uint32_t task = 0; task < tasks_; ++task) {
+      const RecordingCounts one = recording_->counts(task);
+      counts_.scans += one.scans;
+      counts_.lost += one.lost;
+      counts_.record_bytes += one.record_bytes;
+      counts_.stored_bytes += one.stored_bytes;
+      counts_.gaps += one.gaps;
+    }
+  }
+  store();
+  const std::uint64_t faults = recording_->faults();
+  if (faults != std::exchange(faults_seen_, faults) && !fault_due_ && !options_.fault_folder.empty()) {
+    const auto now = steady_clock::now();
+    if (!fault_saved_ || now - *fault_saved_ > kBetweenFaults) fault_due_ = now + kAfterFault;
+  }
+  if (fault_due_ && steady_clock::now() >= *fault_due_) store_fault();
+}
+
+void Shadow::store() {
+  for (const std::vector<std::byte>& block : std::exchange(unwritten_, {})) {
+    const bool written = folder_->write(block);
+    if (written && in_trouble_) say(core::Severity::kNote, "the recording is written again");
+    if (!written && !in_trouble_) {
+      say(core::Severity::kWarning,
+          folder_->problem()->message + "; scans are left out of the recording until there is room");
+    }
+    in_trouble_ = !written;
+  }
+}
+
+void Shadow::store_fault() {
+  fault_due_.reset();
+  fault_saved_ = steady_clock::now();
+  const auto saved = save_fault(options_.fault_folder, recording(), options_.fault_files);
+  if (saved) {
+    say(core::Severity::kNote, fmt::format("what led to the fault is in {0}; plc replay {0} --until fault", *saved));
+  } else {
+    say(core::Severity::kWarning, "what led to the fault could not be written: " + saved.error().message);
+  }
+}
+
+std::vector<std::byte> Shadow::recording() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<std::vector<std::byte>> open;
+  for (std::uint32_t task = 0; task < tasks_; ++task) {
+    const BlockBuilder* const block = recording_->open_block(task);
+    if (block != nullptr && !block->empty()) open.push_back(block->pack());
+  }
+  return history_.recording(file_head_, open);
+}
+
+void Shadow::say(core::Severity severity, std::string text) {
+  const std::lock_guard lock(said_mutex_);
+  messages_.push_back({severity, std::move(text)});
+}
+
+std::vector<ShadowMessage> Shadow::messages() {
+  const std::lock_guard lock(said_mutex_);
+  return std::exchange(messages_, {});
+}
+
+core::TimeNs Shadow::history_ns() const {
+  const std::lock_guard lock(mutex_);
+  std::optional<core::TimeNs> begin = history_.begin_ns(), end;
+  for (std::uint32_t task = 0; task < tasks_; ++task) {
+    const BlockBuilder* const block = recording_->open_block(task);
+    if (block == nullptr || block->empty()) continue;
+    begin = std::min(begin.value_or(block->info().first_ns), block->info().first_ns);
+    end = std::max(end.value_or(block->info().last_ns), block->info().last_ns);
+  }
+  return begin && end ? *end - *begin : 0;
+}
+
+RecordingCounts Shadow::counts() const {
+  const std::lock_guard lock(mutex_);
+  return counts_;
+}
+
+void Shadow::run() {
+  while (!ends_.load(std::memory_order_acquire)) {
+    turn();
+    std::unique_lock lock(wake_mutex_);
+    const bool looked_at = viewers_.load(std::memory_order_relaxed) != 0;
+    wake_.wait_for(lock, looked_at ? kViewPeriod : kPeriod, [this, looked_at] {
+      return ends_.load(std::memory_order_relaxed) || (!looked_at && viewers_.load(std::memory_order_relaxed) != 0);
+    });
+  }
+}
+
+void Shadow::stop(bool whole) {
+  if (!thread_.joinable()) return;
+  {
+    const std::lock_guard lock(wake_mutex_);
+    ends_.store(true, std::memory_order_release);
+  }
+  wake_.notify_one();
+  thread_.join();
+  turn();
+  if (fault_due_) store_fault();
+  if (!whole) return;
+  const std::lock_guard lock(mutex_);
+  recording_->finish();
+  store();
+}
+
+Shadow::Viewer::Viewer(Shadow& shadow) : shadow_(shadow) {
+  {
+    const std::lock_guard lock(shadow_.wake_mutex_);
+    shadow_.viewers_.fetch_add(1, std::memory_order_relaxed);
+  }
+  shadow_.wake_.notify_one();
+}
+
+Shadow::Viewer::~Viewer() { shadow_.viewers_.fetch_sub(1, std::memory_order_relaxed); }
+
+bool Shadow::Viewer::read(const std::function<void(Follower&)>& read) {
+  const std::lock_guard lock(shadow_.mutex_);
+  if (!shadow_.follower_ || !shadow_.followed_) return false;
+  shadow_.follower_->replicas().show_globals();
+  read(*shadow_.follower_);
+  return true;
+}
+
+}  // namespace plc::shadow

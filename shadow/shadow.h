@@ -1,0 +1,127 @@
+// Shadow: the thread beside a plant that keeps what its scans took in, and shows their state to whoever looks.
+//
+// In: a resource that is about to run. Out: the newest scans in memory, files of recordings where a folder is named, a
+// recording of what led to a fault, and replicas that follow the plant while somebody looks. Everything that a person
+// sees comes from here, never from a real-time thread. A slow or full disk, and a viewer that reads slowly, cost
+// records, never a scan. Threads: start(), stop() on one; messages(), look() and viewers on any but real-time ones.
+// Does not belong here: command lines, networks.
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "core/diagnostics.h"
+#include "core/result.h"
+#include "runtime/resource.h"
+#include "shadow/follower.h"
+#include "shadow/history.h"
+#include "shadow/record_folder.h"
+#include "shadow/recording.h"
+
+namespace plc::shadow {
+
+struct ShadowOptions {
+  RecordingOptions recording;
+  std::uint64_t history_bytes = 32u << 20;    ///< of the newest scans, compressed, in memory
+  std::optional<RecordFolderOptions> folder;  ///< where everything is written
+  std::string fault_folder;     ///< where what memory has is written after a fault; empty = nowhere
+  std::size_t fault_files = 10;  ///< that are kept there
+  bool check = false;           ///< replicas follow all the time, and what differs is said
+  Follower::Prepare prepare;    ///< what replicas run in
+};
+
+/// What the operator is told.
+struct ShadowMessage {
+  core::Severity severity = core::Severity::kWarning;
+  std::string text;
+};
+
+class Shadow {
+ public:
+  /// Records all tasks from their next scan on. P7631 when the folder cannot be written, P9001 without memory. Before
+  /// the tasks start, after their taskblocks did.
+  static core::Result<std::unique_ptr<Shadow>> start(runtime::Resource& resource, ShadowOptions options,
+                                                     RecordingHead head);
+  ~Shadow();
+  Shadow(const Shadow&) = delete;
+  Shadow& operator=(const Shadow&) = delete;
+
+  /// What has gone wrong since the last call, that it goes on again, and what was written after a fault.
+  std::vector<ShadowMessage> messages();
+  /// The last blocks. `whole`: no task runs any more; else what tasks still write is left out.
+  void stop(bool whole);
+  /// Of all tasks together, as of the last time that the thread took records.
+  [[nodiscard]] RecordingCounts counts() const;
+  /// How far back scans are in memory: from the oldest one to the newest one.
+  [[nodiscard]] core::TimeNs history_ns() const;
+  [[nodiscard]] std::uint64_t history_bytes() const { return history_.bytes(); }
+  /// The file that is written now; empty without a folder.
+  [[nodiscard]] std::string file() const { return folder_ ? folder_->file() : std::string(); }
+  /// The newest scans, as a file has them (RecordFile::read()): a past to look into, or to store.
+  [[nodiscard]] std::vector<std::byte> recording() const;
+
+  /// While one lives, replicas follow the plant. Must not outlive the shadow.
+  class Viewer {
+   public:
+    explicit Viewer(Shadow& shadow);
+    ~Viewer();
+    Viewer(const Viewer&) = delete;
+    Viewer& operator=(const Viewer&) = delete;
+    /// Calls `read` with the tasks as their newest scans have left them, globals included; no scan is executed
+    /// meanwhile. False, and nothing is called, before the first scans were followed, and when there are no replicas.
+    bool read(const std::function<void(Follower&)>& read);
+
+   private:
+    Shadow& shadow_;
+  };
+
+ private:
+  Shadow(ShadowOptions options, RecordingHead head)
+      : options_(std::move(options)), head_(std::move(head)), history_(options_.history_bytes) {}
+  void run();
+  /// Takes records; executes them where somebody looks; writes blocks and faults.
+  void turn();
+  void follow(Follower::Deadline deadline);
+  void make_follower();
+  void store();
+  void store_fault();
+  void say(core::Severity severity, std::string text);
+
+  const ShadowOptions options_;
+  const RecordingHead head_;
+  std::vector<std::byte> file_head_;
+  History history_;
+  std::unique_ptr<RecordFolder> folder_;
+  std::unique_ptr<Recording> recording_;
+  std::uint32_t tasks_ = 0;
+
+  // Of the thread alone.
+  std::vector<std::vector<std::byte>> unwritten_;  ///< blocks that were completed in this turn
+  bool in_trouble_ = false;
+  std::uint64_t faults_seen_ = 0;
+  std::optional<std::chrono::steady_clock::time_point> fault_due_, fault_saved_;
+
+  mutable std::mutex mutex_;  ///< of the open blocks and the replicas; no task takes it
+  std::unique_ptr<Follower> follower_;
+  bool follower_failed_ = false, followed_ = false;
+  RecordingCounts counts_;
+
+  mutable std::mutex said_mutex_;
+  std::vector<ShadowMessage> messages_;
+
+  std::mutex wake_mutex_;
+  std::condition_variable wake_;
+  std::atomic<int> viewers_{0};
+  std::atomic<bool> ends_{false};
+  std::thread thread_;
+};
+
+}  // namespace plc::shadow
