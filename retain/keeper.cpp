@@ -27,7 +27,7 @@ std::int64_t time_of_day_ns() {
 Keeper::Keeper(runtime::Resource& resource, KeeperOptions options)
     : resource_(resource),
       options_(std::move(options)),
-      kept_(find_kept(resource)),
+      kept_(find_kept(resource, options_.what)),
       gatherer_(resource, kept_),
       store_(options_.folder, kept_.layout),
       values_(kept_.layout.bytes) {}

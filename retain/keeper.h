@@ -30,6 +30,7 @@ namespace plc::retain {
 struct KeeperOptions {
   std::string folder;                      ///< where the file lies; made when it is not there
   core::TimeNs interval_ns = 100'000'000;  ///< between two sets of values, at least
+  What what = What::kMarked;
 };
 
 /// What restore() found.

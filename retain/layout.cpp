@@ -24,7 +24,7 @@ struct Found {
 /// Walks through tables to what is marked.
 class Finder {
  public:
-  explicit Finder(const Image& image) : image_(image), marked_(image.types.size()) {
+  Finder(const Image& image, What what) : image_(image), what_(what), marked_(image.types.size()) {
     for (std::size_t t = 0; t < image.types.size(); ++t) {
       const ImageType& type = image.types[t];
       if (bytecode::is_taskblock_type(image, static_cast<std::uint32_t>(t))) continue;
@@ -39,7 +39,7 @@ class Finder {
     const ImageType& type = image_.types[field.type];
     internal = internal || field.internal;
     if (field.constant || type.size == 0 || is_reference(type)) return;
-    if (!field.retain && !field.persistent) return look_into(path, field.type, source, internal);
+    if (what_ == What::kMarked && !field.retain && !field.persistent) return look_into(path, field.type, source, internal);
     if (bytecode::is_taskblock_type(image_, field.type)) return;
     found.push_back({{path, field.type, 0, field.persistent, internal}, source});
   }
@@ -62,13 +62,15 @@ class Finder {
   }
 
   const Image& image_;
+  What what_;
   std::vector<bool> marked_;  ///< by type: something in it is kept
 };
 
 /// Takes over the types that are needed, in their order.
 class TypeSubset {
  public:
-  TypeSubset(const Image& image, std::vector<ImageType>& out) : image_(image), out_(out), index_(image.types.size()) {}
+  TypeSubset(const Image& image, What what, std::vector<ImageType>& out)
+      : image_(image), what_(what), out_(out), index_(image.types.size()) {}
 
   std::uint32_t take(std::uint32_t from) {
     if (index_[from]) return *index_[from];
@@ -80,7 +82,10 @@ class TypeSubset {
     const bool taskblock = bytecode::is_taskblock_type(image_, from);
     std::erase_if(type.fields,
                   [&](const ImageField& field) { return taskblock || image_.types[field.type].size == 0; });
-    for (ImageField& field : type.fields) field.type = take(field.type);
+    for (ImageField& field : type.fields) {
+      field.type = take(field.type);
+      if (what_ == What::kEverything) field.fresh = false;
+    }
     out_.push_back(std::move(type));
     index_[from] = static_cast<std::uint32_t>(out_.size() - 1);
     return *index_[from];
@@ -88,13 +93,14 @@ class TypeSubset {
 
  private:
   const Image& image_;
+  What what_;
   std::vector<ImageType>& out_;
   std::vector<std::optional<std::uint32_t>> index_;
 };
 
-std::vector<Found> find_all(const runtime::Resource& resource) {
+std::vector<Found> find_all(const runtime::Resource& resource, What what) {
   const Image& image = resource.image();
-  Finder finder(image);
+  Finder finder(image, what);
   std::set<std::string> instances, twice;
   for (const bytecode::ImageTask& task : image.tasks) {
     for (const ImageField& field : image.types[image.pous[task.body].instance_type].fields) {
@@ -126,9 +132,9 @@ bool is_reference(const ImageType& type) {
   return type.kind == TypeKind::kRef || (type.kind == TypeKind::kScalar && type.elementary == core::TypeId::kPointer);
 }
 
-Kept find_kept(const runtime::Resource& resource) {
+Kept find_kept(const runtime::Resource& resource, What what) {
   const Image& image = resource.image();
-  std::vector<Found> found = find_all(resource);
+  std::vector<Found> found = find_all(resource, what);
   std::stable_sort(found.begin(), found.end(), [](const Found& a, const Found& b) {
     return std::pair(a.source.task, a.source.global) < std::pair(b.source.task, b.source.global);
   });
@@ -136,7 +142,7 @@ Kept find_kept(const runtime::Resource& resource) {
   Layout& layout = kept.layout;
   layout.project = image.project;
   if (!found.empty()) layout.program = bytecode::fingerprint(image);
-  TypeSubset types(image, layout.types);
+  TypeSubset types(image, what, layout.types);
   const Source* before = nullptr;
   std::uint64_t end_there = 0;  // of the last one, in its table
   for (Found& one : found) {

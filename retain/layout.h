@@ -56,7 +56,12 @@ struct Kept {
   Layout layout;
   std::vector<Source> sources;  ///< by root; those of one task side by side, shared ones last
 };
-Kept find_kept(const runtime::Resource& resource);
+/// Which variables count.
+enum class What : std::uint8_t {
+  kMarked,      ///< RETAIN and PERSISTENT
+  kEverything,  ///< all, as if they were RETAIN: the state to begin a test with
+};
+Kept find_kept(const runtime::Resource& resource, What what = What::kMarked);
 
 /// True for references and pointers: what they refer to is another thing after a restart.
 bool is_reference(const bytecode::ImageType& type);

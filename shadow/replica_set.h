@@ -45,6 +45,8 @@ class ReplicaSet {
   [[nodiscard]] std::string difference(std::uint32_t task, std::span<const std::byte> table);
   /// The words for bytes [first, last] of the table of `task`: the first variable that lies there, and how many more.
   [[nodiscard]] std::string variables_at(std::uint32_t task, std::uint32_t first, std::uint32_t last);
+  /// The globals as the scans that ran have left them; laid out as the global table.
+  [[nodiscard]] std::span<const std::byte> globals() const { return globals_; }
   /// Brings the global table of resource() up to date with the scans that ran.
   void show_globals() { resource_->globals().reset(globals_); }
 

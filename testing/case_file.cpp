@@ -55,6 +55,8 @@ CaseFile read_case(const fs::path& folder) {
       result.events[parts[1]] += std::strtoull(parts[2].c_str(), nullptr, 10);
     } else if (key == "fault:" && parts.size() == 4) {
       result.faults.push_back({parts[1], parts[2], parts[3]});
+    } else if (key == "start:") {
+      result.start = parts[1];
     } else if (key == "lib:") {
       result.libraries.insert(result.libraries.end(), parts.begin() + 1, parts.end());
     } else if (key == "tables:") {

@@ -43,6 +43,7 @@ struct CaseFile {
   std::vector<ExpectedWarning> warnings;
   std::map<std::string, std::uint64_t> events;  ///< kind -> how often in all; what is not named must not happen
   std::vector<ExpectedFault> faults;
+  std::string start;                   ///< folder of the values to begin with; empty = initial values
   std::vector<std::string> libraries;  ///< files of the folder that are compiled with the project
   std::vector<std::string> tables;     ///< "72.4": table and feature of IEC 61131-3:2013
   std::vector<Tolerance> tolerances;   ///< the last that matches a path counts; others are compared exactly

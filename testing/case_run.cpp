@@ -10,6 +10,7 @@
 #include "core/clock.h"
 #include "frontend-ld/lower.h"
 #include "io-drivers/stimulus.h"
+#include "retain/keeper.h"
 #include "runtime/access.h"
 #include "runtime/sched/simulation.h"
 #include "stdlib/library.h"
@@ -178,7 +179,18 @@ class CaseOfTable {
       if (!place) return unusable(table_, place.error().message, place.error().help);
       places.push_back(*place);
     }
-    runtime::Simulation simulation(resource);
+    runtime::SimulationOptions options;
+    if (!case_.start.empty()) {
+      retain::KeeperOptions kept;
+      kept.folder = (request_.folder / case_.start).string();
+      kept.what = retain::What::kEverything;
+      const retain::Restored restored = retain::Keeper(resource, kept).restore(retain::Start::kWarm);
+      if (restored.problem) return *restored.problem;
+      if (!restored.found) return unusable(request_.folder / "case.txt", "there are no values in " + kept.folder);
+      options.program_time_ns = restored.program_time_ns.value_or(0);
+      options.date_ns = restored.time_of_day_ns;
+    }
+    runtime::Simulation simulation(resource, options);
     std::optional<io::Stimulus> stimulus;
     if (fs::exists(request_.folder / "stimulus.csv")) {
       auto loaded = io::Stimulus::load((request_.folder / "stimulus.csv").string(), resource);

@@ -63,7 +63,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
       "declare", "frontend-fbd", "frontend-ld", "frontend-sfc", "taskblocks"}},
     {"testing",
      {"core", "stdlib", "plcopen", "ir", "bytecode", "frontend-st", "frontend-ld", "compiler", "runtime", "io-drivers",
-      "taskblocks"}},
+      "retain", "taskblocks"}},
     {"tools",  // io-drivers/simulated: plc-run --stimulus
      {"convert",
       "core",

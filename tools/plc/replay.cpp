@@ -1,4 +1,5 @@
 // plc replay: executes the scans of a recording again.
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <iostream>
@@ -7,12 +8,19 @@
 #include <string>
 #include <vector>
 
+#include "core/guess.h"
+#include "core/text.h"
+#include "io-drivers/config/bind.h"
 #include "io-drivers/trace.h"
 #include "shadow/arithmetic.h"
 #include "shadow/player.h"
+#include "taskblocks/registry.h"
+#include "testing/case_run.h"
 #include "tools/command_line.h"
 #include "tools/engine.h"
 #include "tools/plc/commands.h"
+#include "tools/plc/replay_case.h"
+#include "tools/plc/test_report.h"
 #include "tools/statistics.h"
 #include "tools/watched_paths.h"
 
@@ -20,8 +28,9 @@ namespace plc::tools {
 namespace {
 
 struct ReplayCommand {
-  std::string file, trace, from, until;
-  std::vector<std::string> watch;
+  std::string file, trace, from, until, at, test, project, task;
+  std::optional<std::uint64_t> scan;
+  std::vector<std::string> watch, libraries;
   std::optional<runtime::ValueStyle> values;
   Engine engine = Engine::kAuto;
 };
@@ -29,7 +38,7 @@ struct ReplayCommand {
 /// Where to begin and to stop, in time of the tasks since the first recorded scan.
 struct Span {
   core::TimeNs from_ns = 0;
-  std::optional<core::TimeNs> until_ns;
+  std::optional<core::TimeNs> until_ns, at_ns;
   bool until_fault = false, until_event = false;
 };
 
@@ -51,6 +60,10 @@ std::optional<Span> span_of(const ReplayCommand& replay) {
     const auto from = duration("--from", replay.from);
     if (!from) return {};
     span.from_ns = *from;
+  }
+  if (!replay.at.empty()) {
+    span.at_ns = duration("--at", replay.at);
+    if (!span.at_ns) return {};
   }
   span.until_fault = replay.until == "fault";
   span.until_event = replay.until == "event";
@@ -76,6 +89,88 @@ void print_sums(const shadow::RecordFile& file, const runtime::Resource& resourc
                     scans == 0 ? "-" : fmt::format("{:.1f}", static_cast<double>(bytes) / static_cast<double>(scans))});
   }
   print_table(rows, out);
+}
+
+/// The task that --task names; the one with the shortest interval without. Nothing, after a message, for no task.
+std::optional<std::uint32_t> task_of(const ReplayCommand& replay, const bytecode::Image& image) {
+  if (replay.task.empty()) return io::fastest_task(image);
+  core::Guess guess(replay.task);
+  for (std::uint32_t task = 0; task < image.tasks.size(); ++task) {
+    if (core::iequals(image.tasks[task].name, replay.task)) return task;
+    guess.offer(image.tasks[task].name);
+  }
+  complain("plc replay", fmt::format("the recording has no task \"{}\"", replay.task), guess.help());
+  return {};
+}
+
+/// ", 2026-03-12 08:00:00.000 UTC"; empty when the programs had no date.
+std::string utc_text(core::TimeNs utc_ns) {
+  if (utc_ns == 0) return {};
+  const core::TimeNs ms = utc_ns / 1'000'000;
+  return fmt::format(", {:%F %T}.{:03} UTC", fmt::gmtime(ms / 1000), ms % 1000);
+}
+
+/// --at, --scan: the variables at one time, one below the other.
+int show_instant(const ReplayCommand& replay, const Span& span, shadow::Player& player) {
+  runtime::Resource& resource = player.resource();
+  const auto task = task_of(replay, resource.image());
+  if (!task) return kExitUsage;
+  if (replay.scan) {
+    if (!player.seek(*task, *replay.scan)) {
+      complain("plc replay", fmt::format("the recording has no scan {} of task {}", *replay.scan,
+                                         resource.program(*task).task().name));
+      return kExitUsage;
+    }
+  } else {
+    player.seek(*player.begin_ns() + *span.at_ns);
+  }
+  player.show_globals();
+  const runtime::RecordHead& head = player.replicas().replica(*task).head();
+  std::cout << fmt::format("after scan {} of task {}, {} after the first recorded one{}\n\n", head.scan,
+                           resource.program(*task).task().name,
+                           duration_text(static_cast<double>(head.now_ns - *player.begin_ns())),
+                           utc_text(head.utc_ns));
+  const runtime::Access access(resource);
+  std::vector<std::vector<std::string>> rows = {{"variable", "value"}};
+  for (const std::string& path : watched_paths(replay.watch, resource)) {
+    const auto place = access.find_leaf(path);
+    if (place) rows.push_back({path, access.read(*place, replay.values.value_or(runtime::ValueStyle::kNames))});
+  }
+  print_table(rows, std::cout);
+  return kExitOk;
+}
+
+/// --test: writes the case, runs it, and says whether it gives what was recorded.
+int make_test(const ReplayCommand& replay, const Span& span, shadow::Player& player) {
+  const core::TimeNs begin_ns = *player.begin_ns();
+  ReplayCase request;
+  request.folder = replay.test;
+  request.project = replay.project;
+  request.libraries = replay.libraries;
+  request.options = player.resource().image().options;
+  request.watch = replay.watch;
+  request.from_ns = begin_ns + span.from_ns;
+  if (span.until_ns) request.until_ns = begin_ns + *span.until_ns;
+  request.until_fault = span.until_fault;
+  const auto written = write_case(player, request);
+  if (!written) return complain(written.error()), exit_code_of(written.error());
+  std::cout << fmt::format("{}: {} cycles from {} on, {} variables, {} inputs\n", replay.test, written->instants,
+                           duration_text(static_cast<double>(written->begin_ns - begin_ns)), written->variables,
+                           written->inputs);
+  if (!written->aligned)
+    std::cerr << "plc replay: at no time near --from all tasks are released at once: their phases are lost\n";
+  const auto results = tests::run_case({replay.test, replay.test, {}, &taskblocks::Registry::built_in()});
+  if (!results) return complain(results.error()), exit_code_of(results.error());
+  for (const tests::TestResult& result : *results) {
+    if (result.failures.empty()) continue;
+    std::cerr << fmt::format("plc replay: {} does not give what was recorded: {}\n  help: {}\n", replay.project,
+                             failure_text(result.failures.front()),
+                             "if the project has changed since, this is what has changed; taskblocks and values of queues "
+                             "are not in a case");
+    return kExitErrors;
+  }
+  std::cout << fmt::format("it gives what was recorded; plc test {}\n", shell_word(replay.test));
+  return kExitOk;
 }
 
 int run(const ReplayCommand& replay) {
@@ -105,6 +200,9 @@ int run(const ReplayCommand& replay) {
   if (file->damaged_bytes() != 0)
     std::cerr << fmt::format("plc replay: {} bytes of {} are cut or damaged\n", file->damaged_bytes(), replay.file);
 
+  if (!player.begin_ns()) return complain(core::Problem{core::Code::P7630, replay.file + ": has no scan", {}}), kExitErrors;
+  if (span->at_ns || replay.scan) return show_instant(replay, *span, player);
+  if (!replay.test.empty()) return make_test(replay, *span, player);
   std::unique_ptr<io::TraceWriter> trace;
   const bool trace_on_stdout = replay.trace == "-" || (replay.trace.empty() && !replay.watch.empty());
   if (const auto code = open_trace("plc replay", replay.trace, replay.watch, replay.values, resource, trace))
@@ -113,7 +211,9 @@ int run(const ReplayCommand& replay) {
   std::vector<TaskSums> sums(resource.task_count());
   std::uint64_t instants = 0, different = 0;
   bool stopped = false;
-  const std::optional<core::TimeNs> begin_ns = player.next_ns();
+  const std::optional<core::TimeNs> begin_ns = player.begin_ns();
+  // What comes before is not executed but for the scans since the last table.
+  if (span->from_ns != 0) player.seek(*begin_ns + span->from_ns - 1);
   while (const auto now_ns = player.next_ns()) {
     if (stopped || (span->until_ns && *now_ns - *begin_ns > *span->until_ns)) break;
     // All scans of one instant, then its row.
@@ -139,7 +239,7 @@ int run(const ReplayCommand& replay) {
       }
       stopped = (span->until_fault && outcome.fault) || (span->until_event && outcome.events != 0);
     }
-    if (trace && *now_ns - *begin_ns >= span->from_ns) {
+    if (trace) {
       player.show_globals();
       trace->record({instants, *now_ns, {}});
     }
@@ -172,8 +272,11 @@ void add_replay(Command program) {
       "  plc replay plant.rec                                    does every scan give what it gave?\n"
       "  plc replay plant.rec --until fault --watch 'Main.*'     values of each scan up to the first fault\n"
       "  plc replay plant.rec --from 10s --until 12s --trace out.csv   all variables of two seconds\n"
+      "  plc replay plant.rec --at 11s --watch 'Main.*'          values at one time\n"
+      "  plc replay fault.rec --until fault --from 3s --test cases/jam --project plant.xml   a test, for plc test\n"
       "\n"
-      "plc sim --record FILE makes recordings. Taskblocks do not run: what they gave is in the recording, so their\n"
+      "plc sim --record FILE and plc-run make recordings. Taskblocks do not run: what they gave is in the recording, so "
+      "their\n"
       "libraries are not needed. Times count from the first recorded scan.");
   command.option("FILE", replay.file, "a recording").required();
   command
@@ -182,12 +285,29 @@ void add_replay(Command program) {
           "variables to trace, * and ? match; may be repeated. Without --trace the trace goes to stdout; with it, all "
           "are traced by default")
       .repeated();
-  command.option("--trace=out.csv", replay.trace, "write the values of every instant as CSV; - is stdout");
+  const Flag trace = command.option("--trace=out.csv", replay.trace, "write the values of every instant as CSV; - is stdout");
   command.choice("--values=STYLE", replay.values,
                  {{"names", runtime::ValueStyle::kNames}, {"numbers", runtime::ValueStyle::kNumbers}},
                  "how enumerations, durations and dates are written, as for plc sim");
-  command.option("--from=TIME", replay.from, "trace from this time on: 500ms, 20s, 1h");
-  command.option("--until=TIME", replay.until, "stop after this time; fault or event: after the first scan with one");
+  const Flag from = command.option("--from=TIME", replay.from,
+                                   "begin at this time: 500ms, 20s, 1h; what is before is not executed");
+  const Flag until = command.option("--until=TIME", replay.until,
+                                    "stop after this time; fault or event: after the first scan with one");
+  const Flag at = command.option("--at=TIME", replay.at, "print the variables as they were at this time");
+  const Flag scan = command.option("--scan=N", replay.scan, "print the variables as they were after this scan of --task");
+  command.option("--task=NAME", replay.task, "task that --scan counts of; default: the one with the shortest interval");
+  const Flag test = command.option(
+      "--test=DIR", replay.test,
+      "write what --from and --until leave as a test case, which plc test runs: the project, the values it began with, "
+      "what came from outside, and a table of the variables of --watch (default: addresses at %Q, or all)");
+  const Flag project = command.option("--project=FILE", replay.project, "of --test: the project, a file or a folder");
+  project.needs(test);
+  test.needs(project);
+  command.option("--lib=FILE", replay.libraries, "of --test: a library that the project needs; may be repeated")
+      .repeated();
+  at.excludes({from, until, trace, test, scan});
+  scan.excludes({from, until, trace, test});
+  test.excludes({trace});
   add_engine_option(command, replay.engine);
   command.on_run([] { return run(replay); });
 }
