@@ -79,9 +79,71 @@ TEST(ReplayCommand, StopsAtEventsFaultsAndTimes) {
   EXPECT_EQ(values({"--until", "50ms"}), "5,50,6\n");
   EXPECT_EQ(values({}), "29,290,30\n") << "the task was stopped";
   const auto part = run_tool({PLC_TOOL, "replay", record, "--watch", "main.n", "--from", "30ms", "--until", "40ms"});
-  EXPECT_EQ(part.out, "cycle,time_ms,main.n\n3,30,4\n4,40,5\n");
+  EXPECT_EQ(part.out, "cycle,time_ms,main.n\n0,30,4\n1,40,5\n") << "cycles count from --from";
   const auto fault = run_tool({PLC_TOOL, "replay", record});
   EXPECT_TRUE(has(fault.err, "R1001")) << fault.all();
+}
+
+TEST(ReplayCommand, ShowsOneInstant) {
+  const ScratchFolder scratch;
+  const std::string record = scratch.file("p.rec");
+  ASSERT_EQ(run_tool({PLC_TOOL, "sim", three_tasks(), "--cycles", "500", "--record", record}).code, 0);
+  const auto at = run_tool({PLC_TOOL, "replay", record, "--at", "200ms"});
+  EXPECT_EQ(at.code, 0) << at.all();
+  EXPECT_TRUE(has(at.out, "200ms after the first recorded one")) << at.out;
+  const auto scan = run_tool({PLC_TOOL, "replay", record, "--scan", "3", "--task", "control"});
+  EXPECT_EQ(scan.code, 0) << scan.all();
+  EXPECT_TRUE(has(scan.out, "after scan 3 of task Control")) << scan.out;
+  const auto no_task = run_tool({PLC_TOOL, "replay", record, "--scan", "3", "--task", "Controll"});
+  EXPECT_EQ(no_task.code, 2);
+  EXPECT_TRUE(has(no_task.err, "Control")) << no_task.all();
+  const auto no_scan = run_tool({PLC_TOOL, "replay", record, "--scan", "1000000"});
+  EXPECT_EQ(no_scan.code, 2) << no_scan.all();
+  EXPECT_EQ(run_tool({PLC_TOOL, "replay", record, "--at", "1s", "--from", "0s"}).code, 2);
+}
+
+/// Recorded in the middle: timers that run, inputs that change, and a fault at the end.
+TEST(ReplayCommand, APieceBecomesATestThatGivesTheSame) {
+  const ScratchFolder scratch;
+  const std::string record = scratch.file("plant.rec"), folder = scratch.file("case");
+  ASSERT_EQ(run_tool({PLC_TOOL, "sim", tank(), "--record", record, "--stimulus", tank_stimulus()}).code, 0);
+  const auto made = run_tool({PLC_TOOL, "replay", record, "--from", "4050ms", "--until", "9s", "--test", folder,
+                              "--project", tank()});
+  EXPECT_EQ(made.code, 0) << made.all();
+  EXPECT_TRUE(has(made.out, "it gives what was recorded")) << made.all();
+  // At 4 s both tasks are released, at 4.04 s only one is.
+  EXPECT_TRUE(has(made.out, "cycles from 4s on")) << made.out;
+  EXPECT_EQ(run_tool({PLC_TOOL, "test", folder}).code, 0);
+  // It can fail.
+  std::string expected = read_text(folder + "/expected.csv");
+  expected.replace(expected.rfind(",0"), 2, ",1");
+  write_text(folder + "/expected.csv", expected);
+  EXPECT_EQ(run_tool({PLC_TOOL, "test", folder}).code, 1);
+  const auto no_project = run_tool({PLC_TOOL, "replay", record, "--test", folder});
+  EXPECT_EQ(no_project.code, 2) << no_project.all();
+  const auto missing = run_tool({PLC_TOOL, "replay", record, "--test", folder, "--project", scratch.file("no.xml")});
+  EXPECT_EQ(missing.code, 2) << missing.all();
+}
+
+TEST(ReplayCommand, AFaultBecomesATest) {
+  const ScratchFolder scratch;
+  const std::string file = scratch.file("p.st"), record = scratch.file("p.rec"), folder = scratch.file("case");
+  write_text(file, troubled());
+  EXPECT_EQ(run_tool({PLC_TOOL, "sim", file, "--cycles", "100", "--record", record}).code, 1);
+  const auto made = run_tool({PLC_TOOL, "replay", record, "--from", "150ms", "--until", "fault", "--test", folder,
+                              "--project", file, "--watch", "main.*"});
+  EXPECT_EQ(made.code, 0) << made.all();
+  const std::string manifest = read_text(folder + "/case.txt");
+  EXPECT_TRUE(has(manifest, "fault: R1001 T 14\n")) << manifest;
+  EXPECT_TRUE(has(manifest, "event: division-by-zero 1\n")) << manifest;
+  EXPECT_TRUE(has(read_text(folder + "/expected.csv"), "0,0,16,")) << read_text(folder + "/expected.csv");
+  // The mended program does not give it any more.
+  std::string mended = troubled();
+  mended.replace(mended.find("WHILE n >= 30"), 13, "WHILE n >= 90");
+  write_text(folder + "/project.st", mended);
+  const auto after = run_tool({PLC_TOOL, "test", folder});
+  EXPECT_EQ(after.code, 1);
+  EXPECT_TRUE(has(after.all(), "R1001")) << after.all();
 }
 
 TEST(ReplayCommand, SaysWhatIsWrong) {

@@ -250,14 +250,14 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
       log.say(note);
     }
   }
-  std::unique_ptr<shadow::Shadow> recording;
-  if (auto started = start_shadow(resource, std::move(recorded), run.program.loop_budget, run.program.zone->name())) {
-    recording = std::move(*started);
-    if (recording && !recording->file().empty()) talk << "recording into " << recording->file() << '\n';
-  } else {
-    // Nothing but control decides whether control starts.
-    const core::Problem& why = started.error();
-    log.say(core::Severity::kWarning, fmt::format("{}: {}", core::info(why.code).name, why.message), "record");
+  std::optional<core::Problem> not_recorded;
+  const std::unique_ptr<shadow::Shadow> recording = start_shadow(
+      resource, std::move(recorded), run.program.loop_budget, run.program.zone->name(), not_recorded);
+  if (recording && !recording->file().empty()) talk << "recording into " << recording->file() << '\n';
+  // Nothing but control decides whether control starts.
+  if (not_recorded) {
+    log.say(core::Severity::kWarning, fmt::format("{}: {}", core::info(not_recorded->code).name, not_recorded->message),
+            "record");
   }
   if (retained.keeper) retained.keeper->start();
   running.store(&plant, std::memory_order_relaxed);

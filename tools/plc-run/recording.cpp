@@ -54,12 +54,19 @@ RecordingSettings recording_settings(const std::string& given, const io::Configu
   return settings;
 }
 
-core::Result<std::unique_ptr<shadow::Shadow>> start_shadow(runtime::Resource& resource, RecordingSettings settings,
-                                                           std::uint32_t loop_budget, const std::string& zone) {
-  if (settings.mode == io::RecordMode::kOff) return std::unique_ptr<shadow::Shadow>();
-  return shadow::Shadow::start(resource, std::move(settings.options),
-                               {kVersionText, shadow::processor_kind(), shadow::arithmetic_fingerprint(), loop_budget,
-                                zone, bytecode::save(resource.image())});
+std::unique_ptr<shadow::Shadow> start_shadow(runtime::Resource& resource, RecordingSettings settings,
+                                             std::uint32_t loop_budget, const std::string& zone,
+                                             std::optional<core::Problem>& trouble) {
+  if (settings.mode == io::RecordMode::kOff) return nullptr;
+  const shadow::RecordingHead head = {kVersionText, shadow::processor_kind(), shadow::arithmetic_fingerprint(),
+                                      loop_budget,  zone,                     bytecode::save(resource.image())};
+  for (;;) {
+    auto started = shadow::Shadow::start(resource, settings.options, head);
+    if (started) return std::move(*started);
+    trouble = started.error();
+    if (!settings.options.folder) return nullptr;
+    settings.options.folder.reset();
+  }
 }
 
 void print_recording(const shadow::Shadow& shadow, std::ostream& out) {

@@ -6,6 +6,7 @@
 
 #include <iosfwd>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "core/result.h"
@@ -24,9 +25,11 @@ struct RecordingSettings {
 RecordingSettings recording_settings(const std::string& given, const io::Configuration& configuration,
                                      const std::string& state, Engine engine);
 
-/// Null when nothing is recorded; P7631, P9001 when that cannot be. Before the tasks start, after their taskblocks did.
-core::Result<std::unique_ptr<shadow::Shadow>> start_shadow(runtime::Resource& resource, RecordingSettings settings,
-                                                           std::uint32_t loop_budget, const std::string& zone);
+/// Null when nothing is recorded. What cannot be is in `trouble`: P7631, and memory alone is recorded; P9001, and
+/// nothing is. Before the tasks start, after their taskblocks did.
+std::unique_ptr<shadow::Shadow> start_shadow(runtime::Resource& resource, RecordingSettings settings,
+                                             std::uint32_t loop_budget, const std::string& zone,
+                                             std::optional<core::Problem>& trouble);
 
 /// At the end, and for --stats: scans, bytes, how far back, what was left out.
 void print_recording(const shadow::Shadow& shadow, std::ostream& out);

@@ -264,6 +264,7 @@ int run(const ReplayCommand& replay) {
 
 void add_replay(Command program) {
   static ReplayCommand replay;
+  static std::uint64_t scan_number = 0;
   const Command command = program.sub(
       "replay",
       "Executes the scans of a recording again: the same values, faults and events, on any machine.\n"
@@ -294,7 +295,7 @@ void add_replay(Command program) {
   const Flag until = command.option("--until=TIME", replay.until,
                                     "stop after this time; fault or event: after the first scan with one");
   const Flag at = command.option("--at=TIME", replay.at, "print the variables as they were at this time");
-  const Flag scan = command.option("--scan=N", replay.scan, "print the variables as they were after this scan of --task");
+  const Flag scan = command.option("--scan=N", scan_number, "print the variables as they were after this scan of --task");
   command.option("--task=NAME", replay.task, "task that --scan counts of; default: the one with the shortest interval");
   const Flag test = command.option(
       "--test=DIR", replay.test,
@@ -309,7 +310,10 @@ void add_replay(Command program) {
   scan.excludes({from, until, trace, test});
   test.excludes({trace});
   add_engine_option(command, replay.engine);
-  command.on_run([] { return run(replay); });
+  command.on_run([scan] {
+    if (scan.given()) replay.scan = scan_number;
+    return run(replay);
+  });
 }
 
 }  // namespace plc::tools
