@@ -87,6 +87,7 @@ int main(int argc, char** argv) {
       "  bench/run load            file to first scan beside xmllint, memory\n"
       "  bench/run taskblocks      taskblocks and their wires beside plain calls\n"
       "  bench/run retain          1 MB of retained variables beside none\n"
+      "  bench/run record          scans that are recorded beside such that are not, replay; a minute\n"
       "  bench/run compile         100,000 lines of ST to image, 10 MB of garbage to errors\n"
       "  bench/run modbus          100 clients against the Modbus server, beside libmodbus; two minutes\n"
       "  bench/run devices         64 Modbus devices beside a task of 1 ms, and without; two minutes, as root\n"
@@ -139,6 +140,10 @@ int main(int argc, char** argv) {
   const Command taskblocks = program.sub("taskblocks", "calls of taskblocks, and wires between them");
   const Command charts = program.sub("charts", "evaluations of sequential function charts, large and small");
   const Command retain = program.sub("retain", "what retained variables cost the scan");
+  const Command record = program.sub("record", "what recording costs the scan, and how fast replay is");
+  RecordPlan record_plan;
+  record.option("--seconds", record_plan.seconds, "of each run of plc-run").shows_default();
+  record.option("--rounds", record_plan.rounds, "of plc-run with and without recording, in turn").shows_default();
   const Command compile = program.sub("compile", "ST to image, garbage to errors");
   CompilePlan compile_plan;
   compile.option("--lines", compile_plan.lines, "of the project").shows_default();
@@ -147,12 +152,12 @@ int main(int argc, char** argv) {
   const Command limits = program.sub("limits", "what each figure may be at most, as the table of README.md");
   program.runs_alone();
   for (const Command& command :
-       {scan, plots, load, taskblocks, charts, retain, compile, modbus, devices, coherence, check})
+       {scan, plots, load, taskblocks, charts, retain, record, compile, modbus, devices, coherence, check})
     command.falls_through();
   if (const auto code = program.parse(argc, argv)) return *code;
   compile_plan.seed = seed;
   compile_plan.repetitions = repetitions;
-  const auto any = {scan, plots, load, modbus, devices, coherence, taskblocks, charts, retain, compile, check, limits};
+  const auto any = {scan, plots, load, modbus, devices, coherence, taskblocks, charts, retain, record, compile, check, limits};
   const bool everything = std::none_of(any.begin(), any.end(), [](Command command) { return command.chosen(); });
   try {
     Verdict verdict;
@@ -162,6 +167,7 @@ int main(int argc, char** argv) {
       verdict.merge(measure_taskblocks({0}));
       verdict.merge(measure_charts(0));
       verdict.merge(measure_retain({0}));
+      verdict.merge(measure_record({0}));
       verdict.merge(measure_compile({seed, 3000, 1, 1, false}));
       verdict.merge(check_scans(seed));
     } else if (plots.chosen()) {
@@ -195,6 +201,11 @@ int main(int argc, char** argv) {
       if (everything || retain.chosen()) {
         std::cout << "Retained variables: 1 MB of them, against none, interleaved\n";
         verdict.merge(measure_retain({batches}));
+      }
+      if (everything || record.chosen()) {
+        std::cout << "Recording: scans with and without, interleaved; replay\n";
+        record_plan.batches = batches;
+        verdict.merge(measure_record(record_plan));
       }
       if (everything || compile.chosen()) {
         std::cout << "Compile: plc compile and plc check on .st files\n";

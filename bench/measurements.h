@@ -45,6 +45,14 @@ struct RetainPlan {
 /// What 1 MB of retained variables costs the task that has them.
 Verdict measure_retain(const RetainPlan& plan);
 
+struct RecordPlan {
+  std::uint32_t batches = 100;  ///< of scans of each side, interleaved; 0 = check only
+  std::uint32_t seconds = 10;   ///< of each run of plc-run
+  std::uint32_t rounds = 3;     ///< of both kinds of it in turn; 0 = none
+};
+/// What recording, checkpoints and replay cost.
+Verdict measure_record(const RecordPlan& plan);
+
 struct CompilePlan {
   std::uint64_t seed = 1;
   std::uint32_t lines = 100'000;

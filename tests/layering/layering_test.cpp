@@ -92,7 +92,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
       "taskblocks",
       "testing"}},
     {"bench",  // tests: the builder of hand-made images
-     {"core", "stdlib", "bytecode", "runtime", "native", "retain", "io-drivers", "io-drivers/config",
+     {"core", "stdlib", "bytecode", "runtime", "native", "retain", "shadow", "io-drivers", "io-drivers/config",
       "io-drivers/machine", "io-drivers/modbus", "taskblocks", "compiler", "tools", "tests"}},
 };
 
@@ -107,7 +107,7 @@ const std::vector<Foreign> kForeign = {
     {"libxml/", {"plcopen"}, false},
     {"fmt/", {}, false},  // any folder
     {"CLI/", {"tools"}, false},
-    {"nlohmann/", {"tools"}, false},
+    {"nlohmann/", {"bench", "tools"}, false},
     {"xxhash", {"bytecode", "retain", "runtime", "shadow"}, false},
     {"zstd", {"bytecode", "shadow"}, false},
     {"toml++/", {"io-drivers/config"}, false},
