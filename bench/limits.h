@@ -58,14 +58,16 @@ inline constexpr Limit kRetainShare{0.5, "% of the time", "handing over 1 MB of 
                                     ""};
 
 // Recording.
-inline constexpr Limit kRecordSmall{60, "ns more", "a recorded scan that takes in up to 1 KB", "the same, not recorded"};
+inline constexpr Limit kRecordSmall{60, "ns more", "a recorded scan that takes in up to 1 KB",
+                                    "the same, not recorded"};
 inline constexpr Limit kRecordSmallCold{250, "ns more", "the same with caches cold", "the same, not recorded"};
 inline constexpr Limit kRecordLarge{200, "ns more", "a recorded scan that takes in 8 KB", "the same, not recorded"};
 inline constexpr Limit kRecordLargeCold{400, "ns more", "the same with caches cold", "the same, not recorded"};
 inline constexpr Limit kCheckpoint{50, "us a MB", "a checkpoint, once in 10 s", ""};
 inline constexpr Limit kReplayedScan{100, "ns", "a scan of examples/tank that is executed again, native", ""};
-inline constexpr Limit kWakeUpRecorded{
-    1.2, "times", "p99.9 of how late a task of 1 ms wakes, recorded and executed again beside it", "the same, not recorded"};
+inline constexpr Limit kWakeUpRecorded{1.2, "times",
+                                       "p99.9 of how late a task of 1 ms wakes, recorded and executed again beside it",
+                                       "the same, not recorded"};
 
 // Compile.
 inline constexpr Limit kCompile{2, "s", "`plc compile` of 100,000 lines of ST", ""};
@@ -91,13 +93,16 @@ inline constexpr Limit kExchange{
     "memcpy of the same bytes, just written there"};
 
 /// All of them, in the order of the table.
-inline constexpr const Limit* kAll[] = {
-    &kLadderNative, &kLadderNotSlower,   &kDrawnNative, &kLoopNative,    &kInterpreter,   &kNotSlowerThanInterpreter,
-    &kFirstScan,    &kResident,          &kPeak,        &kMarginalLoad,  &kTaskblockCall, &kTaskblockWires,
-    &kLargeChart,   &kRetainIdle,        &kRetainShare,
-    &kRecordSmall,  &kRecordSmallCold,   &kRecordLarge, &kRecordLargeCold, &kCheckpoint,    &kReplayedScan,
-    &kWakeUpRecorded, &kCompile,       &kCompilePeak,   &kRefuse,
-    &kRequests,     &kScanBesideClients, &kGrowth,      &kBesideDevices, &kExchange};
+inline constexpr const Limit* kAll[] = {&kLadderNative,    &kLadderNotSlower, &kDrawnNative,
+                                        &kLoopNative,      &kInterpreter,     &kNotSlowerThanInterpreter,
+                                        &kFirstScan,       &kResident,        &kPeak,
+                                        &kMarginalLoad,    &kTaskblockCall,   &kTaskblockWires,
+                                        &kLargeChart,      &kRetainIdle,      &kRetainShare,
+                                        &kRecordSmall,     &kRecordSmallCold, &kRecordLarge,
+                                        &kRecordLargeCold, &kCheckpoint,      &kReplayedScan,
+                                        &kWakeUpRecorded,  &kCompile,         &kCompilePeak,
+                                        &kRefuse,          &kRequests,        &kScanBesideClients,
+                                        &kGrowth,          &kBesideDevices,   &kExchange};
 
 }  // namespace limit
 }  // namespace plc::bench

@@ -136,7 +136,8 @@ void scans(const RecordPlan& plan, Verdict& verdict) {
     const double cold = exchange.added(std::max(plan.batches, 1u), true);
     const bool right = exchange.right();
     verdict.correct = verdict.correct && right;
-    std::cout << fmt::format("  a scan that takes in {} bytes: {}", row.bytes, right ? "results right" : "RESULTS WRONG");
+    std::cout << fmt::format("  a scan that takes in {} bytes: {}", row.bytes,
+                             right ? "results right" : "RESULTS WRONG");
     if (plan.batches != 0) {
       std::cout << fmt::format("; {:.0f} ns more, {}; with caches cold {:.0f} ns more, {}", warm,
                                limit_text(warm, *row.warm, verdict), cold, limit_text(cold, *row.cold, verdict));
@@ -147,7 +148,8 @@ void scans(const RecordPlan& plan, Verdict& verdict) {
 
 void checkpoints(const RecordPlan& plan, Verdict& verdict) {
   const auto resource = load_text(
-      "PROGRAM Main\nVAR a : ARRAY [0..262143] OF DINT; n : DINT; END_VAR\n n := n + 1; a[n MOD 1000] := n;\nEND_PROGRAM\n"
+      "PROGRAM Main\nVAR a : ARRAY [0..262143] OF DINT; n : DINT; END_VAR\n n := n + 1; a[n MOD 1000] := "
+      "n;\nEND_PROGRAM\n"
       "CONFIGURATION C\nRESOURCE R ON Plc\n  TASK T(INTERVAL := T#1ms, PRIORITY := 0);\n"
       "  PROGRAM main WITH T : Main;\nEND_RESOURCE\nEND_CONFIGURATION\n");
   auto ring = runtime::RecordRing::make(1u << 20, 1u << 16);
@@ -176,7 +178,8 @@ void checkpoints(const RecordPlan& plan, Verdict& verdict) {
   verdict.correct = verdict.correct && good;
   const double us = (median(with) - median(without)) / 1000 / (static_cast<double>(table.size()) / (1u << 20));
   std::cout << fmt::format("  checkpoint: {}", good ? "results right" : "RESULTS WRONG");
-  if (plan.batches != 0) std::cout << fmt::format("; {:.1f} us a MB, {}", us, limit_text(us, limit::kCheckpoint, verdict));
+  if (plan.batches != 0)
+    std::cout << fmt::format("; {:.1f} us a MB, {}", us, limit_text(us, limit::kCheckpoint, verdict));
   std::cout << '\n';
 }
 
@@ -184,8 +187,8 @@ void replays(const RecordPlan& plan, Verdict& verdict) {
   const auto resource = load(PLC_TANK "/tank.xml");
   std::vector<std::byte> bytes =
       shadow::file_head({"", "", 0, bytecode::kDefaultLoopBudget, "UTC", bytecode::save(resource->image())});
-  auto recording = shadow::Recording::start(
-      *resource, [&bytes](const shadow::BlockInfo&, const std::vector<std::byte>& block) {
+  auto recording =
+      shadow::Recording::start(*resource, [&bytes](const shadow::BlockInfo&, const std::vector<std::byte>& block) {
         bytes.insert(bytes.end(), block.begin(), block.end());
       });
   if (!recording) throw std::runtime_error(recording.error().message);
@@ -233,8 +236,8 @@ void replays(const RecordPlan& plan, Verdict& verdict) {
 
 /// p99.9 of how late the task of 1 ms woke, in ns; of a process of its own.
 double wake_up(const std::string& project, const std::string& record, std::uint32_t seconds) {
-  const Cost cost = run({PLC_RUN_TOOL, project, "--duration", std::to_string(seconds), "--modbus", "off", "--record", record,
-                         "--stats=json"},
+  const Cost cost = run({PLC_RUN_TOOL, project, "--duration", std::to_string(seconds), "--modbus", "off", "--record",
+                         record, "--stats=json"},
                         true);
   if (!cost.ok) throw std::runtime_error("plc-run did not end by itself");
   return nlohmann::json::parse(cost.output)["tasks"][0]["latency"]["p99_9_ns"].get<double>();
@@ -251,7 +254,8 @@ void wake_ups(const RecordPlan& plan, Verdict& verdict) {
   }
   const double ratio = median(on) / median(off);
   std::cout << fmt::format(
-      "  wake-up of a task of 1 ms, p99.9: {:.1f} us not recorded, {:.1f} us recorded and executed again beside it, {:.2f} "
+      "  wake-up of a task of 1 ms, p99.9: {:.1f} us not recorded, {:.1f} us recorded and executed again beside it, "
+      "{:.2f} "
       "times, {}\n",
       median(off) / 1000, median(on) / 1000, ratio, limit_text(ratio, limit::kWakeUpRecorded, verdict));
 }

@@ -39,7 +39,8 @@ class Finder {
     const ImageType& type = image_.types[field.type];
     internal = internal || field.internal;
     if (field.constant || type.size == 0 || is_reference(type)) return;
-    if (what_ == What::kMarked && !field.retain && !field.persistent) return look_into(path, field.type, source, internal);
+    if (what_ == What::kMarked && !field.retain && !field.persistent)
+      return look_into(path, field.type, source, internal);
     if (bytecode::is_taskblock_type(image_, field.type)) return;
     found.push_back({{path, field.type, 0, field.persistent, internal}, source});
   }

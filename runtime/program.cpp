@@ -34,6 +34,7 @@ struct Program::State {
   EventTable events;
   std::vector<QueueEnd> queues;            ///< by queue of the image
   std::unique_ptr<Taskblocks> taskblocks;  ///< null when the task runs none
+  std::optional<TableTypes> types;         ///< of replicas
   LinkedCode code;
   std::optional<Objects> objects;  ///< nothing when the task uses no pointers
   Machine machine;
@@ -159,7 +160,9 @@ core::Result<std::unique_ptr<Program>> Program::link_replica(const bytecode::Ver
     state->queues.emplace_back(replay, image.types[queue.type].size);
   if (auto problem = resolve(*state)) return *problem;
   state->taskblocks = Taskblocks::make_replica(image, task, state->table, options, replay);
-  replay.set_table({state->table.data(), static_cast<std::size_t>(state->table.layout().total)});
+  const std::span<std::byte> table(state->table.data(), static_cast<std::size_t>(state->table.layout().total));
+  state->types.emplace(image, task, image.tasks[task].body, state->table.layout());
+  replay.set_table(table, &*state->types);
   return ready(std::move(state));
 }
 

@@ -45,11 +45,11 @@ class Follower {
 
  private:
   struct Task {
-    bool in_block = false;          ///< of which first_scan is the first
+    bool in_block = false;  ///< of which first_scan is the first
     std::uint64_t first_scan = 0;
     std::uint64_t next_scan = 0;
-    std::size_t at = 0;             ///< in the records of the block
-    bool differs = false;           ///< a difference in this block was found
+    std::size_t at = 0;    ///< in the records of the block
+    bool differs = false;  ///< a difference in this block was found
   };
   Follower() = default;
   void enter(std::uint32_t task, const BlockBuilder& block);

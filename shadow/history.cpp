@@ -4,9 +4,9 @@
 
 namespace plc::shadow {
 
-void History::add(core::TimeNs first_ns, std::span<const std::byte> block) {
+void History::add(core::TimeNs first_ns, core::TimeNs last_ns, std::span<const std::byte> block) {
   const std::lock_guard lock(mutex_);
-  blocks_.push_back({first_ns, {block.begin(), block.end()}});
+  blocks_.push_back({first_ns, last_ns, {block.begin(), block.end()}});
   bytes_ += block.size();
   while (bytes_ > most_bytes_ && !blocks_.empty()) {
     bytes_ -= blocks_.front().bytes.size();
@@ -24,6 +24,13 @@ std::optional<core::TimeNs> History::begin_ns() const {
   std::optional<core::TimeNs> begin;
   for (const Kept& block : blocks_) begin = std::min(begin.value_or(block.first_ns), block.first_ns);
   return begin;
+}
+
+std::optional<core::TimeNs> History::end_ns() const {
+  const std::lock_guard lock(mutex_);
+  std::optional<core::TimeNs> end;
+  for (const Kept& block : blocks_) end = std::max(end.value_or(block.last_ns), block.last_ns);
+  return end;
 }
 
 std::vector<std::byte> History::recording(std::span<const std::byte> head,

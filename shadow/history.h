@@ -20,11 +20,12 @@ class History {
  public:
   explicit History(std::uint64_t most_bytes) : most_bytes_(most_bytes) {}
 
-  /// `first_ns`: `now` of its first scan.
-  void add(core::TimeNs first_ns, std::span<const std::byte> block);
+  /// `first_ns`, `last_ns`: `now` of its first and of its last scan.
+  void add(core::TimeNs first_ns, core::TimeNs last_ns, std::span<const std::byte> block);
   [[nodiscard]] std::uint64_t bytes() const;
-  /// `now` of the first scan that is here; nothing without one.
+  /// `now` of the first and of the last scan that is here; nothing without one.
   [[nodiscard]] std::optional<core::TimeNs> begin_ns() const;
+  [[nodiscard]] std::optional<core::TimeNs> end_ns() const;
   /// `head` (file_head()), all blocks, and those of `newest`: a recording as a file has it.
   [[nodiscard]] std::vector<std::byte> recording(std::span<const std::byte> head,
                                                  std::span<const std::vector<std::byte>> newest) const;
@@ -34,7 +35,7 @@ class History {
   mutable std::mutex mutex_;
   std::uint64_t bytes_ = 0;
   struct Kept {
-    core::TimeNs first_ns = 0;
+    core::TimeNs first_ns = 0, last_ns = 0;
     std::vector<std::byte> bytes;
   };
   std::deque<Kept> blocks_;

@@ -26,7 +26,8 @@ core::Result<std::unique_ptr<Player>> Player::make(const RecordFile& file, core:
 std::optional<core::TimeNs> Player::begin_ns() const {
   std::optional<core::TimeNs> begin;
   for (const Task& task : tasks_) {
-    if (!task.blocks.empty()) begin = std::min(begin.value_or(task.blocks.front()->first_ns), task.blocks.front()->first_ns);
+    if (!task.blocks.empty())
+      begin = std::min(begin.value_or(task.blocks.front()->first_ns), task.blocks.front()->first_ns);
   }
   return begin;
 }
@@ -105,7 +106,7 @@ std::optional<PlayedScan> Player::step() {
   if (std::exchange(task.fresh, false)) {
     if (!played.after_gap && replicas_->follows(played.task))
       before = replicas_->difference(played.task, task.block.table);
-    replicas_->load(played.task, task.block.table);
+    if (!replicas_->load(played.task, task.block.table)) before = "a value of the table";
   }
   played.outcome = replicas_->run(played.task, task.record);
   if (played.outcome.equal && !before.empty()) {

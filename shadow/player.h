@@ -71,9 +71,9 @@ class Player {
     std::span<const std::byte> record;  ///< that comes next; empty: there is none
     core::TimeNs now_ns = 0;            ///< of its scan
     std::uint64_t next_scan = 0;
-    bool known = false;   ///< next_scan is that after the scan that was executed last
-    bool gap = false;     ///< before the next record
-    bool fresh = false;   ///< the next record is the first of its block
+    bool known = false;  ///< next_scan is that after the scan that was executed last
+    bool gap = false;    ///< before the next record
+    bool fresh = false;  ///< the next record is the first of its block
   };
 
   explicit Player(const RecordFile& file) : file_(file) {}

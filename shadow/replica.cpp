@@ -10,8 +10,7 @@ std::size_t Replica::table_bytes() const { return program_->table().layout().tot
 
 bool Replica::load(std::span<const std::byte> table) {
   if (table.size() != table_bytes()) return false;
-  if (!table.empty()) std::memcpy(program_->table().data(), table.data(), table.size());
-  return true;
+  return replay_->load(table);
 }
 
 Replica::Outcome Replica::run(std::span<const std::byte> record) {

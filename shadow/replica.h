@@ -19,16 +19,17 @@ class Replica {
   /// `program` was linked by Program::link_replica() with `replay`. Both outlive it.
   Replica(runtime::Program& program, runtime::Replay& replay) : program_(&program), replay_(&replay) {}
 
-  /// The table before the scan that comes next. False, and nothing happened, when it is of another size.
+  /// The table before the scan that comes next. False when it is of another size, and nothing happened, or has what no
+  /// table of this program has.
   bool load(std::span<const std::byte> table);
   [[nodiscard]] std::size_t table_bytes() const;
 
   struct Outcome {
-    bool ran = false;          ///< false: its loops were cut from outside, the table is not known any more
-    bool equal = true;         ///< table (as far as the record has a check), events and fault are those of the record
-    std::string differs;       ///< what does not, in words
+    bool ran = false;     ///< false: its loops were cut from outside, the table is not known any more
+    bool equal = true;    ///< table (as far as the record has a check), events and fault are those of the record
+    std::string differs;  ///< what does not, in words
     std::optional<std::uint32_t> slice;  ///< which part of the table does not: kSliceBytes from slice * kSliceBytes on
-    std::uint32_t events = 0;  ///< raised
+    std::uint32_t events = 0;            ///< raised
     runtime::Fault fault;
   };
   /// One scan.

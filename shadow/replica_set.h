@@ -62,7 +62,7 @@ class ReplicaSet {
   std::unique_ptr<runtime::Resource> resource_;
   std::vector<Replica> replicas_;
   std::vector<std::vector<Part>> seen_;  ///< by task, of the globals: what it exports, and inputs
-  std::vector<std::uint8_t> follows_;     ///< by task
+  std::vector<std::uint8_t> follows_;    ///< by task
   std::vector<std::uint32_t> order_;
   std::vector<std::byte> globals_;
 };

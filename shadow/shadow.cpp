@@ -38,7 +38,7 @@ core::Result<std::unique_ptr<Shadow>> Shadow::start(runtime::Resource& resource,
   auto recording = Recording::start(
       resource,
       [self](const BlockInfo& info, std::vector<std::byte> block) {
-        self->history_.add(info.first_ns, block);
+        self->history_.add(info.first_ns, info.last_ns, block);
         if (self->folder_) self->unwritten_.push_back(std::move(block));
       },
       self->options_.recording);
@@ -46,8 +46,7 @@ core::Result<std::unique_ptr<Shadow>> Shadow::start(runtime::Resource& resource,
   self->recording_ = std::move(*recording);
   self->recording_->set_before_end([self](std::uint32_t task) {
     // What is not executed now is not executed at all; only a check has to.
-    if (self->follower_ && self->options_.check)
-      self->follower_->follow(task, *self->recording_->open_block(task), {});
+    if (self->follower_ && self->options_.check) self->follower_->follow(task, *self->recording_->open_block(task), {});
   });
   self->tasks_ = static_cast<std::uint32_t>(resource.task_count());
   if (self->options_.check) self->make_follower();
@@ -84,10 +83,23 @@ void Shadow::follow(Follower::Deadline deadline) {
   for (const Difference& found : follower_->take_differences()) {
     // On the same machine every scan gives what it gave.
     say(core::Severity::kError,
-        fmt::format("{}: scan {} of task \"{}\": {} is not as a replica has it; this is a fault of PICARD: please report "
-                    "it with a recording",
-                    core::info(core::Code::P7632).name, found.scan,
-                    follower_->replicas().resource().program(found.task).task().name, found.what));
+        fmt::format(
+            "{}: scan {} of task \"{}\": {} is not as a replica has it; this is a fault of PICARD: please report "
+            "it with a recording",
+            core::info(core::Code::P7632).name, found.scan,
+            follower_->replicas().resource().program(found.task).task().name, found.what));
+  }
+}
+
+void Shadow::sum_counts() {
+  counts_ = {};
+  for (std::uint32_t task = 0; task < tasks_; ++task) {
+    const RecordingCounts one = recording_->counts(task);
+    counts_.scans += one.scans;
+    counts_.lost += one.lost;
+    counts_.record_bytes += one.record_bytes;
+    counts_.stored_bytes += one.stored_bytes;
+    counts_.gaps += one.gaps;
   }
 }
 
@@ -99,15 +111,7 @@ void Shadow::turn() {
     if (looked_at) {
       follow(options_.check ? Follower::Deadline{} : steady_clock::now() + kFollowAtOnce);
     }
-    counts_ = {};
-    for (std::uint32_t task = 0; task < tasks_; ++task) {
-      const RecordingCounts one = recording_->counts(task);
-      counts_.scans += one.scans;
-      counts_.lost += one.lost;
-      counts_.record_bytes += one.record_bytes;
-      counts_.stored_bytes += one.stored_bytes;
-      counts_.gaps += one.gaps;
-    }
+    sum_counts();
   }
   store();
   const std::uint64_t faults = recording_->faults();
@@ -163,7 +167,7 @@ std::vector<ShadowMessage> Shadow::messages() {
 
 core::TimeNs Shadow::history_ns() const {
   const std::lock_guard lock(mutex_);
-  std::optional<core::TimeNs> begin = history_.begin_ns(), end;
+  std::optional<core::TimeNs> begin = history_.begin_ns(), end = history_.end_ns();
   for (std::uint32_t task = 0; task < tasks_; ++task) {
     const BlockBuilder* const block = recording_->open_block(task);
     if (block == nullptr || block->empty()) continue;
@@ -202,6 +206,7 @@ void Shadow::stop(bool whole) {
   if (!whole) return;
   const std::lock_guard lock(mutex_);
   recording_->finish();
+  sum_counts();
   store();
 }
 

@@ -32,10 +32,10 @@ struct ShadowOptions {
   RecordingOptions recording;
   std::uint64_t history_bytes = 32u << 20;    ///< of the newest scans, compressed, in memory
   std::optional<RecordFolderOptions> folder;  ///< where everything is written
-  std::string fault_folder;     ///< where what memory has is written after a fault; empty = nowhere
-  std::size_t fault_files = 10;  ///< that are kept there
-  bool check = false;           ///< replicas follow all the time, and what differs is said
-  Follower::Prepare prepare;    ///< what replicas run in
+  std::string fault_folder;                   ///< where what memory has is written after a fault; empty = nowhere
+  std::size_t fault_files = 10;               ///< that are kept there
+  bool check = false;                         ///< replicas follow all the time, and what differs is said
+  Follower::Prepare prepare;                  ///< what replicas run in
 };
 
 /// What the operator is told.
@@ -91,6 +91,7 @@ class Shadow {
   void turn();
   void follow(Follower::Deadline deadline);
   void make_follower();
+  void sum_counts();
   void store();
   void store_fault();
   void say(core::Severity severity, std::string text);

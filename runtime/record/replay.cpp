@@ -19,6 +19,21 @@ void Replay::begin(std::span<const std::byte> record) noexcept {
   std::memcpy(&head_, record.data(), sizeof head_);
 }
 
+bool Replay::load(std::span<const std::byte> table) noexcept {
+  if (!table.empty()) std::memcpy(table_.data(), table.data(), table.size());
+  return types_ == nullptr || types_->mend(table_, 0, table_.size());
+}
+
+// RT:
+void Replay::put(std::byte* to, std::span<const std::byte> bytes) noexcept {
+  if (bytes.empty()) return;
+  std::memcpy(to, bytes.data(), bytes.size());
+  if (types_ == nullptr) return;
+  // Values inside of a scan lie after the table, and are nobody's to record.
+  const std::uintptr_t at = reinterpret_cast<std::uintptr_t>(to) - reinterpret_cast<std::uintptr_t>(table_.data());
+  fits_ = at <= table_.size() && bytes.size() <= table_.size() - at && types_->mend(table_, at, bytes.size()) && fits_;
+}
+
 bool Replay::next_is(EntryKind kind, EntryHead& head) const noexcept {
   if (record_.size() - at_ < sizeof head) return false;
   std::memcpy(&head, record_.data() + at_, sizeof head);
@@ -44,7 +59,7 @@ void Replay::apply() noexcept {
       fits_ = false;
       return;
     }
-    if (!payload.empty()) std::memcpy(table_.data() + head.at, payload.data(), payload.size());
+    put(table_.data() + head.at, payload);
   }
 }
 
@@ -64,7 +79,7 @@ bool Replay::queue(void* element, std::size_t bytes) noexcept {
     fits_ = false;
     return false;
   }
-  if (bytes != 0) std::memcpy(element, payload.data(), bytes);
+  put(static_cast<std::byte*>(element), payload);
   return true;
 }
 
@@ -86,7 +101,7 @@ std::uint32_t Replay::taskblock(std::uint32_t object, std::span<const PortBytes>
   }
   const std::byte* from = payload.data();
   for (const PortBytes& port : outputs) {
-    std::memcpy(port.at, from, port.bytes);
+    put(port.at, {from, port.bytes});
     from += port.bytes;
   }
   return head.detail;

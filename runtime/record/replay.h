@@ -12,13 +12,20 @@
 
 #include "runtime/memory/exchange.h"
 #include "runtime/record/record.h"
+#include "runtime/record/table_types.h"
 
 namespace plc::runtime {
 
 class Replay {
  public:
-  /// `table`: that of the replica, without scratch.
-  void set_table(std::span<std::byte> table) noexcept { table_ = table; }
+  /// `table`: that of the replica, without scratch. `types`: what may be there, for records that nobody vouches for.
+  void set_table(std::span<std::byte> table, const TableTypes* types = nullptr) noexcept {
+    table_ = table;
+    types_ = types;
+  }
+  /// Another table, as it was before the scan that comes next; of the same size. False when it has what no table of
+  /// this program has, which is mended.
+  bool load(std::span<const std::byte> table) noexcept;
 
   /// The record of the scan that is executed next. Lives until finished() was asked.
   void begin(std::span<const std::byte> record) noexcept;
@@ -45,8 +52,11 @@ class Replay {
   bool take(EntryKind kind, EntryHead& head, std::span<const std::byte>& payload) noexcept;
   [[nodiscard]] bool next_is(EntryKind kind, EntryHead& head) const noexcept;
   void apply() noexcept;
+  /// Puts bytes into the table, which `to` is in. RT.
+  void put(std::byte* to, std::span<const std::byte> bytes) noexcept;
 
   std::span<std::byte> table_;
+  const TableTypes* types_ = nullptr;
   std::span<const std::byte> record_;
   RecordHead head_;
   std::size_t at_ = 0;

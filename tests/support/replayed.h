@@ -57,8 +57,7 @@ class Replayed {
   /// The table of the task now is what the next scan begins with.
   void load(std::uint32_t t) {
     Task& task = *tasks_[t];
-    std::memcpy(task.replica->table().data(), resource_.program(t).table().data(),
-                task.replica->table().layout().total);
+    load_whole(task, t);
   }
 
   /// Executes again what was recorded since the last call. What differs, or an empty text. Between scans of the task.
@@ -66,7 +65,8 @@ class Replayed {
     std::size_t scans = 0;
     if (std::string different = follow(t, &scans); !different.empty()) return different;
     if (scans == 0) return "nothing was recorded";
-    return difference(t);
+    if (std::string different = difference(t); !different.empty()) return different;
+    return load_whole(*tasks_[t], t) ? "" : "the table has what no table may have";
   }
   /// The same, without a look at the table of the task, which may run.
   std::string follow(std::uint32_t t, std::size_t* scans = nullptr) {
@@ -116,6 +116,10 @@ class Replayed {
   static std::unique_ptr<Replayed> refuse(const core::Problem& why, std::string& problem) {
     problem = why.message;
     return nullptr;
+  }
+  /// False when the types of the table refuse it.
+  bool load_whole(Task& task, std::uint32_t t) {
+    return task.replay.load({resource_.program(t).table().data(), task.replica->table().layout().total});
   }
   std::string check(Task& task, std::span<const std::byte> record) {
     std::vector<std::byte> changed;

@@ -149,9 +149,10 @@ std::uint32_t stimulus_task(const std::string& path, runtime::Resource& resource
 
 /// What the tasks needed so far; they may run.
 void print_statistics(const Run& run, const runtime::Resource& resource, const runtime::RealtimeScheduler& scheduler,
-                      std::ostream& out) {
+                      const shadow::Shadow* shadow, std::ostream& out) {
   const bytecode::Image& image = resource.image();
-  if (run.stats == Stats::kJson) return print_json(resource, scheduler, out);
+  if (run.stats == Stats::kJson) return print_json(resource, scheduler, shadow, out);
+  if (shadow != nullptr) print_recording(*shadow, out);
   print_times(image, scheduler, out);
   if (run.stats != Stats::kText) return;
   print_engines(resource, out);
@@ -251,8 +252,8 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
     }
   }
   std::optional<core::Problem> not_recorded;
-  const std::unique_ptr<shadow::Shadow> recording = start_shadow(
-      resource, std::move(recorded), run.program.loop_budget, run.program.zone->name(), not_recorded);
+  const std::unique_ptr<shadow::Shadow> recording =
+      start_shadow(resource, std::move(recorded), run.program.loop_budget, run.program.zone->name(), not_recorded);
   if (recording && !recording->file().empty()) talk << "recording into " << recording->file() << '\n';
   // Nothing but control decides whether control starts.
   if (not_recorded) {
@@ -300,7 +301,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
     show_recording();
     allocations.say_new(log);
     if (report_wanted.exchange(false, std::memory_order_relaxed)) {
-      print_statistics(run, resource, scheduler, std::cerr);
+      print_statistics(run, resource, scheduler, recording.get(), std::cerr);
     }
     log.service();
     Output::flush();
@@ -321,8 +322,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   print_events(resource, std::cerr);
   print_end({signalled.load(), duration_ns, run.cycles, last_fault ? &*last_fault : nullptr}, resource, scheduler,
             clock.now_ns() - plant.begin_ns(), talk);
-  if (recording) print_recording(*recording, talk);
-  print_statistics(run, resource, scheduler, std::cout);
+  print_statistics(run, resource, scheduler, recording.get(), std::cout);
   if (run.stats == Stats::kText) {
     std::cout << '\n';
     if (const auto modbus = plant.machine().modbus_statistics()) print_modbus(*modbus, std::cout);
@@ -395,10 +395,10 @@ int run_command(int argc, char** argv) {
       {{"warm", retain::Start::kWarm}, {"cold", retain::Start::kCold}, {"origin", retain::Start::kOrigin}},
       "warm: RETAIN and PERSISTENT variables have the values that were kept (default); cold: PERSISTENT ones "
       "alone; origin: none, all begin with initial values");
-  program.option(
-      "--record=DIR|off|check", run.record,
-      "what each scan takes in is kept for plc replay: the newest scans in memory, by default, and all in files of DIR; "
-      "check also executes them again at once and says what differs");
+  program.option("--record=DIR|off|check", run.record,
+                 "what each scan takes in is kept for plc replay: the newest scans in memory, by default, and all in "
+                 "files of DIR; "
+                 "check also executes them again at once and says what differs");
   const Flag log_place = program.option(
       "--log=FORMAT[:FILE]", run.log,
       "where messages of the running plant go: text, json, or journal (that of systemd, with fields); text and json on "

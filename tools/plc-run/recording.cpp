@@ -58,8 +58,9 @@ std::unique_ptr<shadow::Shadow> start_shadow(runtime::Resource& resource, Record
                                              std::uint32_t loop_budget, const std::string& zone,
                                              std::optional<core::Problem>& trouble) {
   if (settings.mode == io::RecordMode::kOff) return nullptr;
-  const shadow::RecordingHead head = {kVersionText, shadow::processor_kind(), shadow::arithmetic_fingerprint(),
-                                      loop_budget,  zone,                     bytecode::save(resource.image())};
+  const shadow::RecordingHead head = {
+      kVersionText, shadow::processor_kind(),        shadow::arithmetic_fingerprint(), loop_budget,
+      zone,         bytecode::save(resource.image())};
   for (;;) {
     auto started = shadow::Shadow::start(resource, settings.options, head);
     if (started) return std::move(*started);
@@ -72,10 +73,11 @@ std::unique_ptr<shadow::Shadow> start_shadow(runtime::Resource& resource, Record
 void print_recording(const shadow::Shadow& shadow, std::ostream& out) {
   const shadow::RecordingCounts counts = shadow.counts();
   const double scans = counts.scans == 0 ? 1.0 : static_cast<double>(counts.scans);
-  out << fmt::format("recording: {} scans, {} left out; {:.1f} bytes a scan, {:.1f} compressed; the last {} in {:.1f} MB of memory",
-                     counts.scans, counts.lost, static_cast<double>(counts.record_bytes) / scans,
-                     static_cast<double>(counts.stored_bytes) / scans, duration_text(static_cast<double>(shadow.history_ns())),
-                     static_cast<double>(shadow.history_bytes()) / 1e6);
+  out << fmt::format(
+      "recording: {} scans, {} left out; {:.1f} bytes a scan, {:.1f} compressed; the last {} in {:.1f} MB of memory",
+      counts.scans, counts.lost, static_cast<double>(counts.record_bytes) / scans,
+      static_cast<double>(counts.stored_bytes) / scans, duration_text(static_cast<double>(shadow.history_ns())),
+      static_cast<double>(shadow.history_bytes()) / 1e6);
   if (!shadow.file().empty()) out << ", all in " << shadow.file();
   out << '\n';
 }

@@ -203,7 +203,8 @@ void print_engines(const runtime::Resource& resource, std::ostream& out) {
   }
 }
 
-void print_json(const runtime::Resource& resource, const runtime::RealtimeScheduler& scheduler, std::ostream& out) {
+void print_json(const runtime::Resource& resource, const runtime::RealtimeScheduler& scheduler,
+                const shadow::Shadow* shadow, std::ostream& out) {
   const bytecode::Image& image = resource.image();
   ordered_json document;
   document["realtime_priority"] = scheduler.report().realtime_priority;
@@ -227,6 +228,16 @@ void print_json(const runtime::Resource& resource, const runtime::RealtimeSchedu
     document["tasks"].push_back(std::move(task));
   }
   // WHY replace: a name that is no UTF-8 must not spoil the document.
+  if (shadow != nullptr) {
+    const shadow::RecordingCounts counts = shadow->counts();
+    document["recording"] = {{"scans", counts.scans},
+                             {"left_out", counts.lost},
+                             {"record_bytes", counts.record_bytes},
+                             {"stored_bytes", counts.stored_bytes},
+                             {"gaps", counts.gaps},
+                             {"history_ns", shadow->history_ns()},
+                             {"history_bytes", shadow->history_bytes()}};
+  }
   out << document.dump(-1, ' ', false, ordered_json::error_handler_t::replace) << '\n';
 }
 

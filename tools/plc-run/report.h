@@ -14,6 +14,7 @@
 #include "core/clock.h"
 #include "io-drivers/machine/machine.h"
 #include "runtime/sched/realtime.h"
+#include "shadow/shadow.h"
 
 namespace plc::tools {
 
@@ -48,7 +49,8 @@ void print_engines(const runtime::Resource& resource, std::ostream& out);
 /// The same as the four above as one line of JSON, all times in ns:
 /// {"realtime_priority": .., "memory_locked": .., "refused": [..], "tasks": [{"name": .., "engine": .., "latency":
 /// {"count": .., .., "buckets": [[upper, count], ..]}, ..}]}.
-void print_json(const runtime::Resource& resource, const runtime::RealtimeScheduler& scheduler, std::ostream& out);
+void print_json(const runtime::Resource& resource, const runtime::RealtimeScheduler& scheduler,
+                const shadow::Shadow* shadow, std::ostream& out);
 
 void print_modbus(const modbus::ServerStatistics& statistics, std::ostream& out);
 void print_modbus(const modbus::SerialStatistics& statistics, std::ostream& out);

@@ -128,8 +128,7 @@ int show_instant(const ReplayCommand& replay, const Span& span, shadow::Player& 
   const runtime::RecordHead& head = player.replicas().replica(*task).head();
   std::cout << fmt::format("after scan {} of task {}, {} after the first recorded one{}\n\n", head.scan,
                            resource.program(*task).task().name,
-                           duration_text(static_cast<double>(head.now_ns - *player.begin_ns())),
-                           utc_text(head.utc_ns));
+                           duration_text(static_cast<double>(head.now_ns - *player.begin_ns())), utc_text(head.utc_ns));
   const runtime::Access access(resource);
   std::vector<std::vector<std::string>> rows = {{"variable", "value"}};
   for (const std::string& path : watched_paths(replay.watch, resource)) {
@@ -163,10 +162,11 @@ int make_test(const ReplayCommand& replay, const Span& span, shadow::Player& pla
   if (!results) return complain(results.error()), exit_code_of(results.error());
   for (const tests::TestResult& result : *results) {
     if (result.failures.empty()) continue;
-    std::cerr << fmt::format("plc replay: {} does not give what was recorded: {}\n  help: {}\n", replay.project,
-                             failure_text(result.failures.front()),
-                             "if the project has changed since, this is what has changed; taskblocks and values of queues "
-                             "are not in a case");
+    std::cerr << fmt::format(
+        "plc replay: {} does not give what was recorded: {}\n  help: {}\n", replay.project,
+        failure_text(result.failures.front()),
+        "if the project has changed since, this is what has changed; taskblocks and values of queues "
+        "are not in a case");
     return kExitErrors;
   }
   std::cout << fmt::format("it gives what was recorded; plc test {}\n", shell_word(replay.test));
@@ -200,7 +200,8 @@ int run(const ReplayCommand& replay) {
   if (file->damaged_bytes() != 0)
     std::cerr << fmt::format("plc replay: {} bytes of {} are cut or damaged\n", file->damaged_bytes(), replay.file);
 
-  if (!player.begin_ns()) return complain(core::Problem{core::Code::P7630, replay.file + ": has no scan", {}}), kExitErrors;
+  if (!player.begin_ns())
+    return complain(core::Problem{core::Code::P7630, replay.file + ": has no scan", {}}), kExitErrors;
   if (span->at_ns || replay.scan) return show_instant(replay, *span, player);
   if (!replay.test.empty()) return make_test(replay, *span, player);
   std::unique_ptr<io::TraceWriter> trace;
@@ -276,7 +277,8 @@ void add_replay(Command program) {
       "  plc replay plant.rec --at 11s --watch 'Main.*'          values at one time\n"
       "  plc replay fault.rec --until fault --from 3s --test cases/jam --project plant.xml   a test, for plc test\n"
       "\n"
-      "plc sim --record FILE and plc-run make recordings. Taskblocks do not run: what they gave is in the recording, so "
+      "plc sim --record FILE and plc-run make recordings. Taskblocks do not run: what they gave is in the recording, "
+      "so "
       "their\n"
       "libraries are not needed. Times count from the first recorded scan.");
   command.option("FILE", replay.file, "a recording").required();
@@ -286,16 +288,18 @@ void add_replay(Command program) {
           "variables to trace, * and ? match; may be repeated. Without --trace the trace goes to stdout; with it, all "
           "are traced by default")
       .repeated();
-  const Flag trace = command.option("--trace=out.csv", replay.trace, "write the values of every instant as CSV; - is stdout");
+  const Flag trace =
+      command.option("--trace=out.csv", replay.trace, "write the values of every instant as CSV; - is stdout");
   command.choice("--values=STYLE", replay.values,
                  {{"names", runtime::ValueStyle::kNames}, {"numbers", runtime::ValueStyle::kNumbers}},
                  "how enumerations, durations and dates are written, as for plc sim");
-  const Flag from = command.option("--from=TIME", replay.from,
-                                   "begin at this time: 500ms, 20s, 1h; what is before is not executed");
+  const Flag from =
+      command.option("--from=TIME", replay.from, "begin at this time: 500ms, 20s, 1h; what is before is not executed");
   const Flag until = command.option("--until=TIME", replay.until,
                                     "stop after this time; fault or event: after the first scan with one");
   const Flag at = command.option("--at=TIME", replay.at, "print the variables as they were at this time");
-  const Flag scan = command.option("--scan=N", scan_number, "print the variables as they were after this scan of --task");
+  const Flag scan =
+      command.option("--scan=N", scan_number, "print the variables as they were after this scan of --task");
   command.option("--task=NAME", replay.task, "task that --scan counts of; default: the one with the shortest interval");
   const Flag test = command.option(
       "--test=DIR", replay.test,

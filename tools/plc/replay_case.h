@@ -29,10 +29,10 @@ struct ReplayCase {
 
 struct WrittenCase {
   std::uint64_t instants = 0;
-  std::size_t variables = 0;  ///< columns of the table
-  std::size_t inputs = 0;     ///< columns of the stimulus
-  core::TimeNs begin_ns = 0;  ///< where it begins: an instant at which all cyclic tasks are released
-  bool aligned = true;        ///< false: there is no such instant, phases of tasks are lost
+  std::size_t variables = 0;    ///< columns of the table
+  std::size_t inputs = 0;       ///< columns of the stimulus
+  core::TimeNs begin_ns = 0;    ///< where it begins: an instant at which all cyclic tasks are released
+  bool aligned = true;          ///< false: there is no such instant, phases of tasks are lost
   std::uint64_t different = 0;  ///< scans that gave something else than recorded
 };
 
