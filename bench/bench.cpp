@@ -87,7 +87,7 @@ int main(int argc, char** argv) {
       "  bench/run load            file to first scan beside xmllint, memory\n"
       "  bench/run taskblocks      taskblocks and their wires beside plain calls\n"
       "  bench/run retain          1 MB of retained variables beside none\n"
-      "  bench/run record          scans that are recorded beside such that are not, replay; a minute\n"
+      "  bench/run record          scans that are recorded beside such that are not, replay; three minutes\n"
       "  bench/run compile         100,000 lines of ST to image, 10 MB of garbage to errors\n"
       "  bench/run modbus          100 clients against the Modbus server, beside libmodbus; two minutes\n"
       "  bench/run devices         64 Modbus devices beside a task of 1 ms, and without; two minutes, as root\n"
@@ -144,6 +144,7 @@ int main(int argc, char** argv) {
   RecordPlan record_plan;
   record.option("--seconds", record_plan.seconds, "of each run of plc-run").shows_default();
   record.option("--rounds", record_plan.rounds, "of plc-run with and without recording, in turn").shows_default();
+  record.option("--day", record_plan.day_scans, "scans of a long recording").shows_default();
   const Command compile = program.sub("compile", "ST to image, garbage to errors");
   CompilePlan compile_plan;
   compile.option("--lines", compile_plan.lines, "of the project").shows_default();
@@ -157,7 +158,8 @@ int main(int argc, char** argv) {
   if (const auto code = program.parse(argc, argv)) return *code;
   compile_plan.seed = seed;
   compile_plan.repetitions = repetitions;
-  const auto any = {scan, plots, load, modbus, devices, coherence, taskblocks, charts, retain, record, compile, check, limits};
+  const auto any = {scan,   plots,  load,   modbus,  devices, coherence, taskblocks,
+                    charts, retain, record, compile, check,   limits};
   const bool everything = std::none_of(any.begin(), any.end(), [](Command command) { return command.chosen(); });
   try {
     Verdict verdict;

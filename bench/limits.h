@@ -65,6 +65,8 @@ inline constexpr Limit kRecordLarge{200, "ns more", "a recorded scan that takes 
 inline constexpr Limit kRecordLargeCold{400, "ns more", "the same with caches cold", "the same, not recorded"};
 inline constexpr Limit kCheckpoint{50, "us a MB", "a checkpoint, once in 10 s", ""};
 inline constexpr Limit kReplayedScan{100, "ns", "a scan of examples/tank that is executed again, native", ""};
+inline constexpr Limit kSeek{200, "ms",
+                             "to any scan of the last hour of a task of 1 ms, opening the recording included", ""};
 inline constexpr Limit kWakeUpRecorded{1.2, "times",
                                        "p99.9 of how late a task of 1 ms wakes, recorded and executed again beside it",
                                        "the same, not recorded"};
@@ -93,16 +95,37 @@ inline constexpr Limit kExchange{
     "memcpy of the same bytes, just written there"};
 
 /// All of them, in the order of the table.
-inline constexpr const Limit* kAll[] = {&kLadderNative,    &kLadderNotSlower, &kDrawnNative,
-                                        &kLoopNative,      &kInterpreter,     &kNotSlowerThanInterpreter,
-                                        &kFirstScan,       &kResident,        &kPeak,
-                                        &kMarginalLoad,    &kTaskblockCall,   &kTaskblockWires,
-                                        &kLargeChart,      &kRetainIdle,      &kRetainShare,
-                                        &kRecordSmall,     &kRecordSmallCold, &kRecordLarge,
-                                        &kRecordLargeCold, &kCheckpoint,      &kReplayedScan,
-                                        &kWakeUpRecorded,  &kCompile,         &kCompilePeak,
-                                        &kRefuse,          &kRequests,        &kScanBesideClients,
-                                        &kGrowth,          &kBesideDevices,   &kExchange};
+inline constexpr const Limit* kAll[] = {&kLadderNative,
+                                        &kLadderNotSlower,
+                                        &kDrawnNative,
+                                        &kLoopNative,
+                                        &kInterpreter,
+                                        &kNotSlowerThanInterpreter,
+                                        &kFirstScan,
+                                        &kResident,
+                                        &kPeak,
+                                        &kMarginalLoad,
+                                        &kTaskblockCall,
+                                        &kTaskblockWires,
+                                        &kLargeChart,
+                                        &kRetainIdle,
+                                        &kRetainShare,
+                                        &kRecordSmall,
+                                        &kRecordSmallCold,
+                                        &kRecordLarge,
+                                        &kRecordLargeCold,
+                                        &kCheckpoint,
+                                        &kReplayedScan,
+                                        &kSeek,
+                                        &kWakeUpRecorded,
+                                        &kCompile,
+                                        &kCompilePeak,
+                                        &kRefuse,
+                                        &kRequests,
+                                        &kScanBesideClients,
+                                        &kGrowth,
+                                        &kBesideDevices,
+                                        &kExchange};
 
 }  // namespace limit
 }  // namespace plc::bench

@@ -46,9 +46,10 @@ struct RetainPlan {
 Verdict measure_retain(const RetainPlan& plan);
 
 struct RecordPlan {
-  std::uint32_t batches = 100;  ///< of scans of each side, interleaved; 0 = check only
-  std::uint32_t seconds = 10;   ///< of each run of plc-run
-  std::uint32_t rounds = 3;     ///< of both kinds of it in turn; 0 = none
+  std::uint32_t batches = 100;            ///< of scans of each side, interleaved; 0 = check only
+  std::uint32_t seconds = 10;             ///< of each run of plc-run
+  std::uint32_t rounds = 3;               ///< of both kinds of it in turn; 0 = none
+  std::uint64_t day_scans = 100'000'000;  ///< of the long recording; 0 = none
 };
 /// What recording, checkpoints and replay cost.
 Verdict measure_record(const RecordPlan& plan);

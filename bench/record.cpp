@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <memory>
@@ -21,7 +23,9 @@
 #include "runtime/record/recorder.h"
 #include "runtime/resource.h"
 #include "runtime/sched/simulation.h"
+#include "shadow/history.h"
 #include "shadow/player.h"
+#include "shadow/record_folder.h"
 #include "shadow/recording.h"
 
 namespace plc::bench {
@@ -260,6 +264,88 @@ void wake_ups(const RecordPlan& plan, Verdict& verdict) {
       median(off) / 1000, median(on) / 1000, ratio, limit_text(ratio, limit::kWakeUpRecorded, verdict));
 }
 
+/// A task of 1 ms with a noisy input, recorded for a day of virtual time: what is kept, and how long a view of the past
+/// takes to open.
+void day(const RecordPlan& plan, Verdict& verdict) {
+  const auto resource = load_text(
+      "VAR_GLOBAL Raw : INT; Level : REAL; Pump : BOOL; END_VAR\n"
+      "PROGRAM Main\nVAR_EXTERNAL Raw : INT; Level : REAL; Pump : BOOL; END_VAR\nVAR Late : TON; Strokes : DINT; "
+      "END_VAR\n"
+      "Level := Level + (INT_TO_REAL(Raw) / 276.48 - Level) * 0.05;\n"
+      "IF Level > 80.0 THEN Pump := TRUE; ELSIF Level < 20.0 THEN Pump := FALSE; END_IF;\n"
+      "Late(IN := Pump, PT := T#5s);\nIF Late.Q THEN Strokes := Strokes + 1; END_IF;\nEND_PROGRAM\n"
+      "CONFIGURATION C\nRESOURCE R ON Plc\n  TASK T(INTERVAL := T#1ms, PRIORITY := 0);\n"
+      "  PROGRAM main WITH T : Main;\nEND_RESOURCE\nEND_CONFIGURATION\n");
+  const Scratch scratch;
+  const shadow::RecordingHead head{"", "", 0, bytecode::kDefaultLoopBudget, "UTC", bytecode::save(resource->image())};
+  shadow::RecordFolderOptions options;
+  options.path = scratch.file("records");
+  options.most_bytes = 256u << 20;
+  auto folder = shadow::RecordFolder::open(options, head);
+  if (!folder) throw std::runtime_error(folder.error().message);
+  constexpr std::uint64_t kMemory = 32u << 20;
+  shadow::History history(kMemory);
+  std::uint64_t written = 0;
+  auto recording =
+      shadow::Recording::start(*resource, [&](const shadow::BlockInfo& info, const std::vector<std::byte>& block) {
+        history.add(info.first_ns, info.last_ns, block);
+        written += block.size();
+        if (!(*folder)->write(block)) throw std::runtime_error((*folder)->problem()->message);
+      });
+  if (!recording) throw std::runtime_error(recording.error().message);
+  const bytecode::ImageType& globals = resource->image().types[resource->image().global_type];
+  runtime::GlobalWrite raw;
+  for (const bytecode::ImageField& field : globals.fields) {
+    if (field.name == "Raw") raw.offset = field.offset, raw.type = field.type;
+  }
+  std::uint32_t noise = 1;
+  runtime::Program& program = resource->program(0);
+  std::uint64_t scan = 0;
+  for (; scan < plan.day_scans; ++scan) {
+    noise = noise * 1'664'525 + 1'013'904'223;
+    const double wave = 0.5 + 0.5 * std::sin(static_cast<double>(scan) / 20'000.0);
+    const auto value = static_cast<std::int16_t>(wave * 27'000 + (noise >> 30));
+    raw.value = reinterpret_cast<const std::byte*>(&value);
+    resource->globals().write(std::span(&raw, 1));
+    const auto now_ns = static_cast<core::TimeNs>(scan) * 1'000'000;
+    if (program.execute({now_ns, 0, now_ns})) throw std::runtime_error("a scan of the day failed");
+    if (scan % 1000 == 999) (*recording)->drain();
+  }
+  std::uint64_t disk = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(options.path)) disk += entry.file_size();
+  const std::vector<std::byte> past = history.recording(shadow::file_head(head), {});
+  const core::MonotonicClock clock;
+  const core::TimeNs opened = clock.now_ns();
+  const auto file = shadow::RecordFile::read(past, "memory");
+  if (!file) throw std::runtime_error(file.error().message);
+  core::Diagnostics diagnostics;
+  auto player = shadow::Player::make(*file, diagnostics);
+  if (!player) throw std::runtime_error(player.error().message);
+  const double open_ms = static_cast<double>(clock.now_ns() - opened) / 1e6;
+  const std::uint64_t first = file->blocks().front().first_scan;
+  const std::uint64_t last = file->blocks().back().first_scan + file->blocks().back().scans - 1;
+  const std::uint64_t hour = std::min<std::uint64_t>(3'600'000, last - first);
+  double longest_ms = 0;
+  bool right = (*recording)->counts(0).lost == 0 && history.bytes() <= kMemory;
+  for (int i = 0; i < 200; ++i) {
+    noise = noise * 1'664'525 + 1'013'904'223;
+    const core::TimeNs begin = clock.now_ns();
+    right = (*player)->seek(0, last - noise % (hour + 1)) && right;
+    longest_ms = std::max(longest_ms, static_cast<double>(clock.now_ns() - begin) / 1e6);
+  }
+  const std::uint64_t most_disk = options.most_bytes + options.file_bytes;
+  right = right && disk <= most_disk + (2u << 20);
+  verdict.correct = verdict.correct && right;
+  std::cout << fmt::format(
+      "  {} scans of 1 ms: {:.1f} bytes each, {:.0f} MB in all; {:.1f} MB of memory have {:.1f} h, {:.0f} MB of files "
+      "are "
+      "kept: {}\n  any scan of {:.0f} min: opened in {:.0f} ms, then at most {:.1f} ms, {}\n",
+      scan, static_cast<double>(written) / static_cast<double>(scan), static_cast<double>(written) / 1e6,
+      static_cast<double>(history.bytes()) / 1e6, static_cast<double>(last - first) / 3.6e6,
+      static_cast<double>(disk) / 1e6, right ? "within what was allowed" : "NOT AS ALLOWED",
+      static_cast<double>(hour) / 60'000, open_ms, longest_ms, limit_text(open_ms + longest_ms, limit::kSeek, verdict));
+}
+
 }  // namespace
 
 Verdict measure_record(const RecordPlan& plan) {
@@ -267,6 +353,7 @@ Verdict measure_record(const RecordPlan& plan) {
   scans(plan, verdict);
   checkpoints(plan, verdict);
   replays(plan, verdict);
+  if (plan.batches != 0 && plan.day_scans != 0) day(plan, verdict);
   if (plan.batches != 0 && plan.rounds != 0) wake_ups(plan, verdict);
   return verdict;
 }
