@@ -98,7 +98,8 @@ Error parse_answer(std::span<const std::uint8_t> request, std::span<const std::u
   const std::size_t count = get16(request, 3);
   cells.reserve(count);
   for (std::size_t i = 0; i < count; ++i) {
-    cells.push_back(reads_bits(request[0]) ? (answer[2 + i / 8] >> i % 8) & 1u : get16(answer, 2 + 2 * i));
+    cells.push_back(static_cast<std::uint16_t>(reads_bits(request[0]) ? (answer[2 + i / 8] >> i % 8) & 1u
+                                                                      : get16(answer, 2 + 2 * i)));
   }
   return Error::kNone;
 }

@@ -9,7 +9,7 @@ namespace plc::runtime {
 namespace {
 
 /// Above so many bytes the parts that differ are looked for; below, copying all of them takes less time.
-constexpr std::uint32_t kWhole = 4096;
+constexpr std::uint32_t kWhole = 8192;
 constexpr std::uint32_t kPart = 64;
 
 }  // namespace
