@@ -75,10 +75,18 @@ struct Run {
 /// A device is missing or refuses. Another start may succeed: units restart after it (packaging/).
 constexpr int kExitDevice = 4;
 
-/// Whether a code is about devices, as errors that only another start can get over are.
+/// Whether only a device stands in the way, so that another start may succeed without a change of the configuration.
 bool is_about_devices(core::Code code) {
-  // A library of drivers that cannot be used stays so.
-  return core::info(code).name.starts_with("P74") && code != core::Code::P7420;
+  switch (code) {
+    case core::Code::P7401:
+    case core::Code::P7404:
+    case core::Code::P7406:
+    case core::Code::P7410:
+    case core::Code::P7421:
+      return true;
+    default:
+      return false;
+  }
 }
 
 int code_after_refusal(const core::Diagnostics& diagnostics) {
