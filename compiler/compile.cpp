@@ -7,6 +7,8 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
+#include <set>
 #include <span>
 #include <system_error>
 #include <utility>
@@ -19,6 +21,7 @@
 #include "declare/declare.h"
 #include "declare/generic_blocks.h"
 #include "declare/library_declarations.h"
+#include "drawings/make.h"
 #include "frontend-st/read.h"
 #include "frontend-st/text.h"
 #include "ir/check.h"
@@ -120,6 +123,44 @@ void read_libraries(const Request& request, Compilation& compilation) {
   diagnostics.end_libraries();
 }
 
+/// What the bodies that are lowered look like, until it is known which of them are in the image.
+class DrawnBodies {
+ public:
+  DrawnBodies(const plcopen::Project& project, const core::Diagnostics& places) : project_(project), places_(places) {}
+
+  BodySink sink() {
+    return [this](const plcopen::Pou& pou, const std::string& name, bytecode::DrawnOwner owner) {
+      const bool plane = project_.version != plcopen::Version::kIec61131_10;
+      const auto [known, fresh] = bodies_.try_emplace(name);
+      if (fresh) known->second = drawings::make_bodies(pou, name, owner, plane, places_);
+    };
+  }
+
+  /// Of the POUs in the image, in the order of the project.
+  std::vector<std::byte> pack_for(const bytecode::Image& image) {
+    std::set<std::string> in_image;
+    for (const bytecode::ImagePou& pou : image.pous) in_image.insert(pou.name);
+    bytecode::Drawings drawings;
+    const auto take = [&](const std::string& name) {
+      const auto found = bodies_.find(name);
+      if (found == bodies_.end() || !in_image.contains(name)) return;
+      std::move(found->second.begin(), found->second.end(), std::back_inserter(drawings.bodies));
+      bodies_.erase(found);
+    };
+    for (const plcopen::Pou& pou : project_.pous) {
+      take(pou.name);
+      for (const plcopen::Pou& action : pou.actions) take(drawings::part_name(pou, action));
+      for (const plcopen::Pou& transition : pou.transitions) take(drawings::part_name(pou, transition));
+    }
+    return bytecode::pack(drawings);
+  }
+
+ private:
+  const plcopen::Project& project_;
+  const core::Diagnostics& places_;
+  std::map<std::string, std::vector<bytecode::DrawnBody>> bodies_;
+};
+
 }  // namespace
 
 std::unique_ptr<plcopen::Project> read_project(const std::string& path, core::Diagnostics& diagnostics,
@@ -158,7 +199,9 @@ void compile(const Request& request, Compilation& compilation) {
   const bool tests = request.tests && has_tests(*compilation.project);
   if (tests) prepare_tests(*compilation.project, *compilation.module, diagnostics);
   if (request.coverage) ir::begin_coverage(*compilation.module);
-  lower_project(*compilation.project, *compilation.module, request.options.stub_missing, declares_library, diagnostics);
+  DrawnBodies drawn(*compilation.project, diagnostics);
+  lower_project(*compilation.project, *compilation.module, request.options.stub_missing, declares_library, diagnostics,
+                request.drawings ? drawn.sink() : BodySink{});
   ir::check(*compilation.module, diagnostics);
   if (diagnostics.has_errors() || request.goal == Goal::kModule) return;
   if (request.lint) ir::lint(*compilation.module, *request.lint, diagnostics);
@@ -171,6 +214,7 @@ void compile(const Request& request, Compilation& compilation) {
   if (compilation.module->coverage) compilation.cover_sites = compilation.module->coverage->sites;
   std::optional<bytecode::Image> image;
   if (runs) image = bytecode::generate(*compilation.module, diagnostics);
+  if (image && request.drawings) image->drawings = drawn.pack_for(*image);
   if (tests && !diagnostics.has_errors()) compilation.tests = generate_tests(*compilation.module, diagnostics);
   if (compilation.tests) compilation.tests->pragmas = compilation.project->pragmas;
   compilation.module.reset();

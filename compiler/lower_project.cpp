@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "drawings/make.h"
 #include "frontend-il/text.h"
 #include "frontend-ld/lower.h"
 #include "frontend-sfc/lower.h"
@@ -31,12 +32,13 @@ plcopen::Language language_of(const plcopen::Pou& pou) {
 class Lowering {
  public:
   Lowering(plcopen::Project& project, ir::Module& module, bool stub_missing, bool declares_library,
-           core::Diagnostics& diagnostics)
+           core::Diagnostics& diagnostics, const BodySink& sink)
       : project_(project),
         module_(module),
         stub_missing_(stub_missing),
         declares_library_(declares_library),
-        diagnostics_(diagnostics) {}
+        diagnostics_(diagnostics),
+        sink_(sink) {}
 
   void lower_all() {
     const plcopen::Project& project = project_;
@@ -154,11 +156,18 @@ class Lowering {
     if (part) module_.library.use(*part, {}, {}, diagnostics_);
     lower_bodies(pou, index);
     if (part && diagnostics_.error_count() != errors) fail(*part, problems);
+    if (sink_) sink_(pou, module_.pous[index].name, owner_of(index, pou));
     // Blocks made from a generic one have its text.
     if (!declared || pou.name.find('<') != std::string::npos) diagnostics_.drop_repeated(problems);
     if (!declared) return;
     // WHY: a large drawing takes more memory than the program it becomes; release it body by body.
     pou.bodies = {};
+  }
+
+  [[nodiscard]] bytecode::DrawnOwner owner_of(std::uint32_t index, const plcopen::Pou& pou) const {
+    if (module_.transitions.contains(index)) return bytecode::DrawnOwner::kTransition;
+    if (module_.pous[index].owner != ir::Pou::kDeclared) return bytecode::DrawnOwner::kAction;
+    return drawings::owner_of(pou.kind);
   }
 
   /// The body of a library's POU has errors, which were reported from the `first` diagnostic on.
@@ -255,6 +264,7 @@ class Lowering {
   bool stub_missing_;
   bool declares_library_;
   core::Diagnostics& diagnostics_;
+  const BodySink& sink_;
   std::map<std::uint32_t, std::unique_ptr<sfc::PreparedCharts>> charts_;  ///< by POU
   std::vector<bool> done_;
   std::vector<std::uint32_t> reached_;  ///< lowered, what they call not yet looked at
@@ -265,8 +275,8 @@ class Lowering {
 }  // namespace
 
 void lower_project(plcopen::Project& project, ir::Module& module, bool stub_missing, bool declares_library,
-                   core::Diagnostics& diagnostics) {
-  Lowering(project, module, stub_missing, declares_library, diagnostics).lower_all();
+                   core::Diagnostics& diagnostics, const BodySink& sink) {
+  Lowering(project, module, stub_missing, declares_library, diagnostics, sink).lower_all();
 }
 
 }  // namespace plc::compiler

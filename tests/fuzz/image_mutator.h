@@ -45,7 +45,10 @@ class ImageMutator {
     if (image_.pous.empty() || image_.types.empty()) return;
     ImagePou& pou = image_.pous[below(image_.pous.size())];
     ImageType& type = image_.types[below(image_.types.size())];
-    switch (below(30)) {
+    switch (below(31)) {
+      case 30:
+        if (!image_.drawings.empty()) image_.drawings[below(image_.drawings.size())] = byte();
+        return;
       case 29:
         return rough_part(pou);
       case 25:

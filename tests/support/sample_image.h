@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "bytecode/drawings.h"
 #include "tests/support/image_builder.h"
 
 namespace plc::test {
@@ -144,6 +145,23 @@ inline Sample sample_image() {
   b.task("Fast", 10'000'000, {s.main});
   s.image = b.build();
   return s;
+}
+
+/// The sample with every section that an image may have.
+inline Image whole_sample_image() {
+  Image image = sample_image().image;
+  image.frozen_addresses = "path,table,address,type\nlevel,coils,16384,BOOL\n";
+  bytecode::DrawnBody body;
+  body.name = "Main";
+  body.sheets = {"Main"};
+  body.elements.resize(2);
+  body.elements[0].kind = core::ElementKind::kContact;
+  body.elements[0].text = "go";
+  body.elements[0].pins = {{"", "", true, 0, {}, {30, 10}}};
+  body.elements[1].pins = {{"IN", "", false, 0, {}, {60, 10}}};
+  body.wires = {{0, 0, 1, 0, {{30, 10}, {60, 10}}}};
+  image.drawings = bytecode::pack({{body}});
+  return image;
 }
 
 /// Word index of the `nth` instruction with this opcode.

@@ -182,7 +182,6 @@ TEST(Flow, LongNamesAreCutAndManyAreCounted) {
 }
 
 TEST(Flow, WrongUsesAreTold) {
-  EXPECT_EQ(run_tool({PLC_TOOL, "explain", example(), "--svg", "x.svg"}).code, 2);
   EXPECT_EQ(run_tool({PLC_TOOL, "explain", example(), "Motion", "--flow"}).code, 2);
   EXPECT_EQ(flow_of("nowhere.st").code, 2);
   const ScratchFolder scratch;

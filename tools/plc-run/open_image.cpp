@@ -56,7 +56,7 @@ std::string compiler_path() {
 /// Runs `plc compile` with the image on `output` and what it says on `said`. Its exit code; nothing when it could not
 /// run to its end.
 std::optional<int> run_compiler(const ImageRequest& request, int output, int said) {
-  std::vector<std::string> words = {compiler_path(), "compile", "-o", "-"};
+  std::vector<std::string> words = {compiler_path(), "compile", "--drawings", "-o", "-"};
   const std::vector<std::string> flags = compile_arguments(request.options, request.libraries);
   words.insert(words.end(), flags.begin(), flags.end());
   if (request.options.show_all) words.emplace_back("--all");

@@ -17,6 +17,7 @@ namespace {
 
 struct Compile {
   std::string file, output, configuration;
+  bool drawings = false;
   core::CompileOptions options;
   std::vector<std::string> libraries;
 };
@@ -41,10 +42,9 @@ int run(Command command, const Compile& compile) {
     diagnostics.render_with_lines(std::cerr);
     return *code;
   }
-  if (const auto code = open_or_explain(command, {compile.file, compile.options, Goal::kRun, libraries, {}, &registry},
-                                        compilation)) {
-    return *code;
-  }
+  Request request{compile.file, compile.options, Goal::kRun, libraries, {}, &registry};
+  request.drawings = compile.drawings;
+  if (const auto code = open_or_explain(command, request, compilation)) return *code;
   const auto frozen = modbus::read_frozen(modbus::lock_file_of(configuration, compile.file));
   if (!frozen) {
     complain(frozen.error());
@@ -90,6 +90,8 @@ void add_compile(Command program) {
                   "  plc compile plant.xml -o plant.pbc && plc-run plant.pbc");
   command.option("FILE", compile.file, "PLCopen XML or ST file, or source folder").required();
   command.option("-o,--output=X.pbc", compile.output, "image to write; - is standard output").required();
+  command.flag("--drawings", compile.drawings,
+               "put in what the POUs look like, for pictures of the running program (plc explain --svg)");
   add_library_option(command, compile.libraries);
   add_taskblocks_option(command, compile.configuration);
   add_compile_options(command, compile.options);

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "bytecode/drawings.h"
 #include "native/compile.h"
 #include "runtime/resource.h"
 #include "tools/command_line.h"
@@ -51,6 +52,22 @@ int print_native(bytecode::VerifiedImage image, const taskblocks::Registry& regi
   return kExitOk;
 }
 
+/// The listing, with the size of the drawings in place of their bytes.
+void print_listing(const bytecode::Image& image) {
+  bytecode::Image listed = image;
+  listed.drawings.clear();
+  std::cout << bytecode::disassemble(listed);
+  if (image.drawings.empty()) return;
+  const auto drawings = bytecode::unpack(image.drawings);
+  std::size_t elements = 0, statements = 0;
+  for (const bytecode::DrawnBody& body : drawings->bodies) {
+    elements += body.elements.size();
+    statements += body.statements.size();
+  }
+  std::cout << fmt::format("; drawings of {} bodies with {} elements and {} statements: {} bytes\n",
+                           drawings->bodies.size(), elements, statements, image.drawings.size());
+}
+
 int run(Command command, const Dump& dump) {
   taskblocks::Registry registry;
   std::vector<std::string> libraries = dump.libraries;
@@ -61,7 +78,7 @@ int run(Command command, const Dump& dump) {
     return *code;
   }
   if (dump.native) return print_native(std::move(*compilation.image), registry);
-  std::cout << bytecode::disassemble(compilation.image->image());
+  print_listing(compilation.image->image());
   return kExitOk;
 }
 

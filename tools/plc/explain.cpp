@@ -15,6 +15,7 @@
 #include "tools/command_line.h"
 #include "tools/open.h"
 #include "tools/plc/commands.h"
+#include "tools/plc/explain_drawing.h"
 #include "tools/plc/explain_flow.h"
 #include "tools/plc/explain_schedule.h"
 #include "tools/problem_pages.h"
@@ -99,8 +100,8 @@ void print_bodies(const char* kind, const std::string& name, const std::vector<p
 int explain_file(const Explain& explain, const std::vector<std::string>& libraries) {
   Compilation compilation;
   if (is_image_path(explain.subject)) {
-    complain("plc explain", explain.subject + " is an image: the drawing is not in it",
-             "give the file it was made from, or use plc dump");
+    complain("plc explain", explain.subject + " is an image: the order in it is that of its instructions",
+             "give the file it was made from, or use plc dump; --svg draws what an image carries");
     return kExitUsage;
   }
   open({explain.subject, explain.options, Goal::kRead, libraries}, compilation);
@@ -145,6 +146,10 @@ int run(Command command, const Explain& explain) {
     return explain_schedule(
         command, {explain.subject, explain.configuration, explain.json, explain.options, libraries, &registry});
   }
+  if (!explain.svg.empty()) {
+    return explain_drawing(command, {explain.subject, explain.options, Goal::kRead, libraries}, explain.pou,
+                           explain.svg);
+  }
   if (is_code(explain.subject) && !std::filesystem::exists(explain.subject)) return explain_code(explain.subject);
   return explain_file(explain, libraries);
 }
@@ -155,13 +160,14 @@ void add_explain(Command program) {
   static Explain explain;
   const Command command = program.sub(
       "explain",
-      "Prints the execution order of a project's drawings, with localIds and the reason for each place;\n"
-      "the data flow between its tasks; whether they meet their deadlines; or the page of a problem code.\n"
+      "Prints the execution order of a project's drawings, with localIds and the reason for each place, or draws\n"
+      "them; the data flow between its tasks; whether they meet their deadlines; or the page of a problem code.\n"
       "\n"
       "Examples:\n"
       "  plc explain plant.xml                    all POUs\n"
       "  plc explain plant.xml Main               one POU with its actions; Main.Start: one action\n"
       "  plc explain plant.xml --order=document   the order under the other rule\n"
+      "  plc explain plant.xml Main --svg main.svg  a picture of a POU, whatever its language\n"
       "  plc explain plant.xml --flow             who writes and who reads each global, and how old values get\n"
       "  plc explain plant.pbc --flow --svg flow.svg\n"
       "  plc explain plant.xml --schedule         do all tasks end in time? estimated scans, response times, margins\n"
@@ -169,13 +175,14 @@ void add_explain(Command program) {
       "  plc explain P3007                        what a code means, with a wrong and a right example");
   command
       .option("SUBJECT", explain.subject,
-              "PLCopen XML or ST file, source folder, or problem code; --flow, --schedule: or an image")
+              "PLCopen XML or ST file, source folder, or problem code; --svg, --flow, --schedule: or an image")
       .required();
   const Flag pou = command.option("POU", explain.pou, "only this POU");
   const Flag flow = command.flag("--flow", explain.flow, "the data flow between tasks, as tables").excludes({pou});
-  command.option("--svg=OUT", explain.svg, "with --flow: draw it to this file instead").needs(flow);
+  const Flag svg = command.option("--svg=OUT", explain.svg,
+                                  "draw the POUs, or with --flow the data flow, to this file instead; - is stdout");
   const Flag schedule =
-      command.flag("--schedule", explain.schedule, "the tasks instead of the drawings").excludes({pou, flow});
+      command.flag("--schedule", explain.schedule, "the tasks instead of the drawings").excludes({pou, flow, svg});
   command.option("--config=plc.toml", explain.configuration,
                  "[project] and [taskblocks] libraries that the project uses; with --schedule also priorities, "
                  "processors, deadlines and measured times of the tasks, and the calibration");

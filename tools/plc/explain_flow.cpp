@@ -26,6 +26,10 @@ int explain_flow(Command command, const Request& request, const std::string& svg
     complain("plc explain", "--svg " + svg + " would overwrite what it is made from", "give another name");
     return kExitUsage;
   }
+  if (svg == "-") {
+    std::cout << flow_svg(image, flow);
+    return kExitOk;
+  }
   std::string why;
   if (write_file(svg, flow_svg(image, flow), why)) return kExitOk;
   complain("plc explain", fmt::format("{} cannot be written: {}", svg, why));

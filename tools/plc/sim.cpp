@@ -128,10 +128,9 @@ int run(Command command, Sim& sim) {
   const auto unusable = load_taskblocks(sim.configuration, registry, libraries, configuration, diagnostics);
   if (unusable) return diagnostics.render_with_lines(std::cerr), *unusable;
   Compilation compilation;
-  if (const auto code =
-          open_or_explain(command, {sim.file, sim.options, Goal::kRun, libraries, {}, &registry}, compilation)) {
-    return *code;
-  }
+  Request request{sim.file, sim.options, Goal::kRun, libraries, {}, &registry};
+  request.drawings = !sim.record.empty();
+  if (const auto code = open_or_explain(command, request, compilation)) return *code;
   runtime::ProgramOptions program = sim.program;
   program.taskblocks = &registry;
   program.zone = &sim.date.time_zone;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/glob.h"
+#include "drawings/make.h"
 #include "testing/case_run.h"
 #include "testing/coverage.h"
 #include "testing/discover.h"
@@ -18,7 +19,7 @@
 #include "tools/date.h"
 #include "tools/engine.h"
 #include "tools/plc/commands.h"
-#include "tools/plc/pou_svg.h"
+#include "tools/plc/coverage_svg.h"
 #include "tools/plc/test_report.h"
 #include "tools/taskblock_libraries.h"
 
@@ -217,24 +218,15 @@ class TestRun {
     if (!again.project) return std::nullopt;
     std::error_code failed;
     fs::create_directories(test_.svg, failed);
-    for (const plcopen::Pou& pou : again.project->pous) {
-      if (auto problem = paint(pou, pou.name, coverage)) return problem;
-      for (const plcopen::Pou& action : pou.actions) {
-        if (auto problem = paint(action, pou.name + "." + action.name, coverage)) return problem;
-      }
-    }
-    return std::nullopt;
-  }
-
-  std::optional<core::Problem> paint(const plcopen::Pou& pou, const std::string& name,
-                                     const tests::CoverageReport& coverage) const {
-    for (std::size_t i = 0; i < pou.bodies.size(); ++i) {
-      const std::string svg = pou_svg(pou.bodies[i], name, coverage);
-      if (svg.empty()) continue;
-      const std::string number = i == 0 ? "" : "_" + std::to_string(i + 1);
-      const std::string path = (fs::path(test_.svg) / (name + number + ".svg")).string();
+    std::map<std::string, std::size_t> worksheets;
+    for (const bytecode::DrawnBody& body : drawings::make(*again.project, again.diagnostics).bodies) {
+      const std::size_t number = ++worksheets[body.name];
+      if (body.elements.empty()) continue;
+      const std::string name = body.name + (number == 1 ? "" : "_" + std::to_string(number));
+      const std::string path = (fs::path(test_.svg) / (name + ".svg")).string();
       std::string why;
-      if (!write_file(path, svg, why)) return core::Problem{core::Code::P7203, "cannot write " + path + ": " + why, {}};
+      if (!write_file(path, coverage_svg(body, coverage), why))
+        return core::Problem{core::Code::P7203, "cannot write " + path + ": " + why, {}};
     }
     return std::nullopt;
   }

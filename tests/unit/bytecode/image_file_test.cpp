@@ -85,7 +85,7 @@ TEST(ImageFile, AnEmptyImageIsAnImage) {
 }
 
 TEST(ImageFile, TruncationAnywhereIsRefused) {
-  const std::vector<std::byte> bytes = save(sample_image().image);
+  const std::vector<std::byte> bytes = save(whole_sample_image());
   for (std::size_t size = 0; size < bytes.size(); ++size) {
     std::vector<std::byte> cut(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size));
     EXPECT_FALSE(load(cut)) << size;
@@ -95,7 +95,7 @@ TEST(ImageFile, TruncationAnywhereIsRefused) {
 }
 
 TEST(ImageFile, AFlippedBitAnywhereIsRefused) {
-  std::vector<std::byte> bytes = save(sample_image().image);
+  std::vector<std::byte> bytes = save(whole_sample_image());
   for (std::size_t at = 0; at < bytes.size(); ++at) {
     const auto bit = static_cast<std::byte>(1u << (at % 8));
     bytes[at] ^= bit;
@@ -105,7 +105,7 @@ TEST(ImageFile, AFlippedBitAnywhereIsRefused) {
 }
 
 TEST(ImageFile, AResealedByteAnywhereIsLoadedVerifiedOrRefused) {
-  const std::vector<std::byte> bytes = save(sample_image().image);
+  const std::vector<std::byte> bytes = save(whole_sample_image());
   std::size_t refused_by_load = 0, refused_by_verify = 0, accepted = 0;
   for (std::size_t at = 0; at < bytes.size(); ++at) {
     for (const unsigned change : {0x01u, 0x80u, 0xffu}) {

@@ -78,6 +78,7 @@ void expect_accepted(Image image, const std::string& what) {
 
 TEST(Seeds, AreListingsOfTheSampleOfEveryPlainOpcodeAndOfSections) {
   expect_golden("tests/fuzz/corpus/verify_image/sample.pasm", bytecode::disassemble(sample_image().image));
+  expect_golden("tests/fuzz/corpus/verify_image/drawn.pasm", bytecode::disassemble(whole_sample_image()));
   expect_golden("tests/fuzz/corpus/verify_image/opcodes.pasm", bytecode::disassemble(every_plain_opcode()));
   expect_golden("tests/fuzz/corpus/verify_image/lock.pasm",
                 bytecode::disassemble(sections(core::Coherence::kGlobalLock)));

@@ -1,0 +1,392 @@
+// Drawings: comments, then wires, then elements, so that wires end behind the boxes.
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "pictures/canvas.h"
+
+namespace plc::pictures {
+namespace {
+
+using bytecode::DrawnAction;
+using bytecode::DrawnBody;
+using bytecode::DrawnEdge;
+using bytecode::DrawnElement;
+using bytecode::DrawnModifiers;
+using bytecode::DrawnPin;
+using bytecode::DrawnStorage;
+using bytecode::DrawnWire;
+using core::ElementKind;
+
+constexpr std::int32_t kLine = bytecode::kDrawnLineHeight;
+constexpr std::int32_t kMiddle = 4;  ///< from the middle of a line of text down to its baseline
+constexpr std::int32_t kNoPin = 0xffff;
+
+std::string_view mark_of(const DrawnModifiers& m) {
+  if (m.storage == DrawnStorage::kSet) return "S";
+  if (m.storage == DrawnStorage::kReset) return "R";
+  if (m.edge == DrawnEdge::kRising) return "P";
+  if (m.edge == DrawnEdge::kFalling) return "N";
+  return {};
+}
+
+std::string described(const DrawnModifiers& m) {
+  std::string out;
+  if (m.negated) out += ", negated";
+  if (m.edge == DrawnEdge::kRising) out += ", rising edge";
+  if (m.edge == DrawnEdge::kFalling) out += ", falling edge";
+  if (m.storage == DrawnStorage::kSet) out += ", set";
+  if (m.storage == DrawnStorage::kReset) out += ", reset";
+  return out;
+}
+
+std::vector<std::string_view> lines_of(std::string_view text) {
+  std::vector<std::string_view> lines;
+  while (true) {
+    const std::size_t end = text.find('\n');
+    lines.push_back(text.substr(0, end));
+    if (end == std::string_view::npos) return lines;
+    text.remove_prefix(end + 1);
+  }
+}
+
+class Elements {
+ public:
+  Elements(Canvas& canvas, const DrawnBody& body, const Known& known, std::int32_t top)
+      : canvas_(canvas), body_(body), known_(known), top_(top) {}
+
+  void draw() {
+    captions();
+    for (const bytecode::DrawnComment& comment : body_.comments) draw_comment(comment);
+    for (const DrawnWire& wire : body_.wires) draw_wire(wire);
+    for (const DrawnElement& e : body_.elements) draw_element(e);
+  }
+
+ private:
+  [[nodiscard]] std::int32_t y_of(std::int32_t y) const { return y + top_; }
+  [[nodiscard]] bytecode::DrawnKey key(const DrawnElement& e) const { return bytecode::key_of(known_.pou(), e); }
+
+  /// Of the charts of macro steps, above them.
+  void captions() {
+    for (std::size_t sheet = 1; sheet < body_.sheets.size(); ++sheet) {
+      std::int32_t first = bytecode::kMaxDrawn;
+      for (const DrawnElement& e : body_.elements) {
+        if (e.sheet == sheet) first = std::min(first, e.y);
+      }
+      if (first == bytecode::kMaxDrawn) continue;
+      canvas_.text(12, y_of(first) - 2 * kLine, "macro step " + body_.sheets[sheet], Anchor::kStart, "title");
+      canvas_.put("\n");
+    }
+  }
+
+  void draw_comment(const bytecode::DrawnComment& comment) {
+    canvas_.begin_group("comment", "comment");
+    canvas_.rect(comment.x, y_of(comment.y), comment.width, comment.height, "note");
+    std::int32_t y = y_of(comment.y) + kLine - 2;
+    for (const std::string_view line : lines_of(comment.text)) {
+      canvas_.text(comment.x + 4, y, line);
+      y += kLine;
+    }
+    canvas_.end_group();
+  }
+
+  // ---- wires ----
+
+  void draw_wire(const DrawnWire& wire) {
+    const DrawnElement& from = body_.elements[wire.from];
+    const DrawnElement& to = body_.elements[wire.to];
+    const Mark* mark = known_.at(bytecode::key_of(known_.pou(), from, from.pins[wire.from_pin]));
+    if (mark == nullptr) mark = known_.at(bytecode::key_of(known_.pou(), to, to.pins[wire.to_pin]));
+    canvas_.put("<polyline class=\"wire{}\" points=\"", class_of(mark == nullptr ? Look::kPlain : mark->look));
+    for (std::size_t i = 0; i < wire.points.size(); ++i) {
+      canvas_.put("{}{},{}", i == 0 ? "" : " ", wire.points[i].x, y_of(wire.points[i].y));
+      canvas_.reach(wire.points[i].x, y_of(wire.points[i].y));
+    }
+    canvas_.put("\"/>\n");
+  }
+
+  // ---- elements ----
+
+  [[nodiscard]] std::string title_of(const DrawnElement& e) const {
+    std::string title(core::element_word(e.kind));
+    if (!e.instance.empty()) title += " " + e.instance + " :";
+    if (!e.text.empty()) title += " " + e.text;
+    title += described(e.modifiers);
+    if (const Mark* const mark = known_.at(key(e))) {
+      if (mark->look != Look::kPlain) title += ", " + std::string(word_of(mark->look));
+      if (!mark->text.empty()) title += ", " + mark->text;
+    }
+    if (e.line != 0)
+      title += fmt::format(" (line {}{})", e.line, e.local_id < 0 ? "" : fmt::format(", {}", e.local_id));
+    return title;
+  }
+
+  void draw_element(const DrawnElement& e) {
+    canvas_.begin_group(core::element_word(e.kind), title_of(e));
+    canvas_.reach(e.x + e.width, y_of(e.y + e.height));
+    const Look look = known_.look(key(e));
+    switch (e.kind) {
+      case ElementKind::kContact:
+        draw_contact(e, look);
+        break;
+      case ElementKind::kCoil:
+        draw_coil(e, look);
+        break;
+      case ElementKind::kBlock:
+        draw_block(e, look);
+        break;
+      case ElementKind::kLeftRail:
+      case ElementKind::kRightRail: {
+        const std::int32_t x = e.kind == ElementKind::kLeftRail ? e.x + e.width : e.x;
+        canvas_.put("<path class=\"bar\" d=\"M{},{}v{}\"/>", x, y_of(e.y), e.height);
+        break;
+      }
+      case ElementKind::kStep:
+      case ElementKind::kMacroStep:
+        draw_step(e, look);
+        break;
+      case ElementKind::kTransition:
+        draw_transition(e, look);
+        break;
+      case ElementKind::kJumpStep:
+        draw_jump_step(e);
+        break;
+      case ElementKind::kSelectionDivergence:
+      case ElementKind::kSelectionConvergence:
+        canvas_.put("<path class=\"shape\" d=\"M{},{}h{}\"/>", e.x, y_of(e.y) + e.height / 2, e.width);
+        break;
+      case ElementKind::kSimultaneousDivergence:
+      case ElementKind::kSimultaneousConvergence:
+        canvas_.put("<path class=\"shape\" d=\"M{0},{1}h{3}M{0},{2}h{3}\"/>", e.x, y_of(e.y),
+                    y_of(e.y) + std::max(e.height, std::int32_t{4}), e.width);
+        break;
+      case ElementKind::kActionBlock:
+        draw_actions(e);
+        break;
+      default:
+        draw_labelled_box(e, look);
+    }
+    for (const DrawnPin& pin : e.pins) draw_pin(e, pin);
+    canvas_.end_group();
+  }
+
+  [[nodiscard]] static std::int32_t flow_y(const DrawnElement& e) {
+    return e.pins.empty() ? e.y + e.height / 2 : e.pins.front().at.y;
+  }
+
+  /// The name above, a value or remark below.
+  void label(const DrawnElement& e, std::string_view name, Look look) {
+    const std::int32_t x = e.x + e.width / 2;
+    canvas_.text(x, y_of(e.y) - 4, name, Anchor::kMiddle);
+    const Mark* const mark = known_.at(key(e));
+    if (mark == nullptr) return;
+    const std::string classes = "value" + std::string(class_of(look));
+    canvas_.text(x, y_of(e.y + e.height) + kLine - 2, mark->text, Anchor::kMiddle, classes);
+  }
+
+  void draw_contact(const DrawnElement& e, Look look) {
+    const std::int32_t middle = e.x + e.width / 2, y = y_of(flow_y(e));
+    const std::int32_t gap = std::min(std::int32_t{5}, e.width / 4 + 1),
+                       high = std::min(e.height / 2, std::int32_t{10});
+    canvas_.put("<path class=\"shape{}\" d=\"M{},{}H{}M{},{}V{}M{},{}V{}M{},{}H{}", class_of(look), e.x, y,
+                middle - gap, middle - gap, y - high, y + high, middle + gap, y - high, y + high, middle + gap, y,
+                e.x + e.width);
+    if (e.modifiers.negated) canvas_.put("M{},{}L{},{}", middle - gap, y + high, middle + gap, y - high);
+    canvas_.put("\"/>");
+    canvas_.text(middle, y + kMiddle, mark_of(e.modifiers), Anchor::kMiddle);
+    label(e, e.text, look);
+  }
+
+  void draw_coil(const DrawnElement& e, Look look) {
+    const std::int32_t middle = e.x + e.width / 2, y = y_of(flow_y(e));
+    const std::int32_t gap = std::min(std::int32_t{8}, e.width / 3), high = std::min(e.height / 2, std::int32_t{10});
+    canvas_.put(
+        "<path class=\"shape{0}\" d=\"M{1},{2}H{3}M{4},{5}Q{6},{2} {4},{7}M{8},{5}Q{9},{2} {8},{7}M{10},{2}H{11}",
+        class_of(look), e.x, y, middle - gap - 1, middle - gap + 3, y - high, middle - gap - 5, y + high,
+        middle + gap - 3, middle + gap + 5, middle + gap + 1, e.x + e.width);
+    if (e.modifiers.negated) canvas_.put("M{},{}L{},{}", middle - 4, y + high - 2, middle + 4, y - high + 2);
+    canvas_.put("\"/>");
+    canvas_.text(middle, y + kMiddle, mark_of(e.modifiers), Anchor::kMiddle);
+    label(e, e.text, look);
+  }
+
+  void box(const DrawnElement& e, Look look) {
+    canvas_.rect(e.x, y_of(e.y), e.width, e.height, "shape box" + std::string(class_of(look)));
+  }
+
+  void draw_block(const DrawnElement& e, Look look) {
+    box(e, look);
+    canvas_.text(e.x + e.width / 2, y_of(e.y) + kLine - 1, e.text, Anchor::kMiddle, "title");
+    label(e, e.instance, look);
+    if (e.code.empty()) return;
+    const std::vector<std::string_view> lines = lines_of(e.code);
+    const std::int32_t room = e.height - code_top(e) - 2;
+    const auto fit = static_cast<std::size_t>(std::max(room / kLine, std::int32_t{1}));
+    std::int32_t y = y_of(e.y) + code_top(e) + kLine - 3;
+    for (std::size_t i = 0; i < std::min(lines.size(), fit); ++i, y += kLine) {
+      const bool cut = i + 1 == fit && lines.size() > fit;
+      canvas_.text(e.x + 8, y, cut ? std::string_view("..") : lines[i]);
+    }
+  }
+  /// Below the lowest pin.
+  [[nodiscard]] static std::int32_t code_top(const DrawnElement& e) {
+    std::int32_t low = kLine + 4;
+    for (const DrawnPin& pin : e.pins) low = std::max(low, pin.at.y - e.y + kLine / 2 + 2);
+    return low;
+  }
+
+  /// Variables, connectors, labels, jumps, returns.
+  void draw_labelled_box(const DrawnElement& e, Look look) {
+    const std::int32_t middle = y_of(e.y) + e.height / 2, left = e.x, right = e.x + e.width;
+    const auto arrow = [&](std::string_view classes) {
+      const std::int32_t tip = std::min(e.height / 2, std::int32_t{8});
+      canvas_.put("<path class=\"{}{}\" d=\"M{},{}H{}L{},{}L{},{}H{}Z\"/>", classes, class_of(look), left, y_of(e.y),
+                  right - tip, right, middle, right - tip, y_of(e.y) + e.height, left);
+    };
+    std::string text = e.text;
+    switch (e.kind) {
+      case ElementKind::kConnector:
+      case ElementKind::kContinuation:
+        arrow("shape box");
+        break;
+      case ElementKind::kLabel:
+        text += ':';
+        break;
+      case ElementKind::kJump:
+        arrow("shape box");
+        break;
+      case ElementKind::kReturn:
+        text = "RETURN";
+        arrow("shape box");
+        break;
+      default:
+        box(e, look);
+    }
+    canvas_.text(left + e.width / 2, middle + kMiddle, text, Anchor::kMiddle,
+                 e.kind == ElementKind::kLabel ? "title" : "");
+    const bool modified = e.modifiers.negated || !mark_of(e.modifiers).empty();
+    if (modified && !e.pins.empty()) draw_modifiers(e.pins.front(), e.modifiers);
+    if (const Mark* const mark = known_.at(key(e))) {
+      canvas_.text(left + e.width / 2, y_of(e.y + e.height) + kLine - 2, mark->text, Anchor::kMiddle, "value");
+    }
+  }
+
+  // ---- charts ----
+
+  void draw_step(const DrawnElement& e, Look look) {
+    box(e, look);
+    if (e.initial) {
+      canvas_.put("<rect class=\"shape{}\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"none\"/>",
+                  class_of(look), e.x + 3, y_of(e.y) + 3, std::max(e.width - 6, 1), std::max(e.height - 6, 1));
+    }
+    if (e.kind == ElementKind::kMacroStep) {
+      canvas_.put("<path class=\"shape\" d=\"M{0},{1}h{3}M{0},{2}h{3}\"/>", e.x, y_of(e.y) + 4,
+                  y_of(e.y) + e.height - 4, e.width);
+    }
+    canvas_.text(e.x + e.width / 2, y_of(e.y) + e.height / 2 + kMiddle, e.text, Anchor::kMiddle);
+    if (const Mark* const mark = known_.at(key(e))) {
+      canvas_.text(e.x - 4, y_of(e.y) + e.height / 2 + kMiddle, mark->text, Anchor::kEnd, "value");
+    }
+    std::int32_t y = y_of(e.y) + kLine - 2;
+    for (std::size_t i = 0; i < e.actions.size(); ++i, y += kLine) {
+      const DrawnAction& action = e.actions[i];
+      const Look of = known_.look(bytecode::key_of(known_.pou(), e, i));
+      canvas_.text(e.x + e.width + 8, y, action.qualifier + " " + action.text, Anchor::kStart,
+                   class_of(of).empty() ? "" : class_of(of).substr(1));
+    }
+  }
+
+  void draw_transition(const DrawnElement& e, Look look) {
+    const std::int32_t y = y_of(e.y) + e.height / 2;
+    canvas_.put("<path class=\"bar{}\" d=\"M{},{}h{}\"/>", class_of(look), e.x, y, e.width);
+    bytecode::DrawnKey condition = key(e);
+    condition.side = bytecode::DrawnSide::kInput;
+    const Look of = known_.look(condition);
+    std::string text = e.text;
+    if (e.priority >= 0) text = fmt::format("{}: {}", e.priority, text);
+    std::int32_t line_y = y + kMiddle;
+    for (const std::string_view line : lines_of(text)) {
+      canvas_.text(e.x + e.width + 6, line_y, line, Anchor::kStart, class_of(of).empty() ? "" : class_of(of).substr(1));
+      line_y += kLine;
+    }
+  }
+
+  void draw_jump_step(const DrawnElement& e) {
+    const std::int32_t x = e.pins.empty() ? e.x + e.width / 2 : e.pins.front().at.x, y = y_of(e.y);
+    canvas_.put("<path class=\"shape\" d=\"M{0},{1}v8m-5,-5l5,5l5,-5\"/>", x, y);
+    canvas_.text(x, y + 8 + kLine, e.text, Anchor::kMiddle);
+  }
+
+  void draw_actions(const DrawnElement& e) {
+    canvas_.rect(e.x, y_of(e.y), e.width, e.height, "shape box");
+    if (e.actions.empty()) return;
+    const auto first_column = [](const DrawnAction& a) {
+      return a.time.empty() ? a.qualifier : a.qualifier + " " + a.time;
+    };
+    std::int32_t first = 0;
+    std::size_t lines = 0;
+    for (const DrawnAction& a : e.actions) {
+      first = std::max(first, width_of(first_column(a)));
+      lines += lines_of(a.text).size();
+    }
+    const std::int32_t column = e.x + first + 10;
+    canvas_.put("<path class=\"shape\" d=\"M{},{}v{}\"/>", column, y_of(e.y), e.height);
+    const auto fit = [&](std::size_t n) {
+      return static_cast<std::int32_t>(n) * e.height / static_cast<std::int32_t>(lines);
+    };
+    std::size_t line = 0;
+    for (std::size_t i = 0; i < e.actions.size(); ++i) {
+      const DrawnAction& a = e.actions[i];
+      const std::int32_t top = y_of(e.y) + fit(line);
+      if (i != 0) canvas_.put("<path class=\"shape\" d=\"M{},{}h{}\"/>", e.x, top, e.width);
+      const Look look = known_.look(bytecode::key_of(known_.pou(), e, i));
+      const std::string_view classes = class_of(look).empty() ? "" : class_of(look).substr(1);
+      const std::int32_t row = fit(1);
+      canvas_.text(e.x + 5, top + row / 2 + kMiddle, first_column(a), Anchor::kStart, classes);
+      for (const std::string_view text : lines_of(a.text)) {
+        canvas_.text(column + 5, y_of(e.y) + fit(line) + row / 2 + kMiddle, text, Anchor::kStart, classes);
+        ++line;
+      }
+      canvas_.text(e.x + e.width - 5, top + row / 2 + kMiddle, a.indicator, Anchor::kEnd, "quiet");
+    }
+  }
+
+  // ---- pins ----
+
+  void draw_modifiers(const DrawnPin& pin, const DrawnModifiers& m) {
+    const std::int32_t x = pin.at.x, y = y_of(pin.at.y), out = pin.output ? 1 : -1;
+    if (m.negated) canvas_.put("<circle class=\"shape box\" cx=\"{}\" cy=\"{}\" r=\"3\"/>", x + 3 * out, y);
+    if (m.edge == DrawnEdge::kRising) canvas_.put("<path class=\"shape\" d=\"M{0},{1}l6,4l-6,4\"/>", x, y - 4);
+    if (m.edge == DrawnEdge::kFalling) canvas_.put("<path class=\"shape\" d=\"M{0},{1}l-6,4l6,4\"/>", x, y - 4);
+    if (m.storage != DrawnStorage::kNone) canvas_.text(x + 8 * out, y - 3, mark_of(m), Anchor::kMiddle);
+  }
+
+  void draw_pin(const DrawnElement& e, const DrawnPin& pin) {
+    const std::int32_t x = pin.at.x, y = y_of(pin.at.y);
+    const Anchor inside = pin.output ? Anchor::kEnd : Anchor::kStart;
+    const Anchor outside = pin.output ? Anchor::kStart : Anchor::kEnd;
+    const std::int32_t out = pin.output ? 4 : -4;
+    draw_modifiers(pin, pin.modifiers);
+    if (e.kind == ElementKind::kBlock) {
+      const std::int32_t shift = pin.modifiers.edge == DrawnEdge::kNone ? 0 : 6;
+      canvas_.text(x - out + (pin.output ? -shift : shift), y + kMiddle, pin.name, inside);
+    }
+    canvas_.text(x + out + (pin.modifiers.negated ? out : 0), y + kMiddle, pin.text, outside);
+    if (pin.pin == kNoPin) return;
+    const Mark* const mark = known_.at(bytecode::key_of(known_.pou(), e, pin));
+    if (mark != nullptr) canvas_.text(x + out, y - 3, mark->text, outside, "value");
+  }
+
+  Canvas& canvas_;
+  const DrawnBody& body_;
+  const Known& known_;
+  std::int32_t top_;
+};
+
+}  // namespace
+
+void draw_elements(Canvas& canvas, const DrawnBody& body, const Known& known, std::int32_t top) {
+  Elements(canvas, body, known, top).draw();
+}
+
+}  // namespace plc::pictures
