@@ -1,6 +1,7 @@
 #include "compiler/image_file.h"
 
 #include <fmt/format.h>
+#include <malloc.h>
 #include <sys/stat.h>
 
 #include <filesystem>
@@ -42,6 +43,8 @@ std::optional<bytecode::VerifiedImage> load_image(std::span<const std::byte> byt
     diagnostics.report(image.error().code, at, {}, image.error().message, image.error().help);
     return std::nullopt;
   }
+  // WHY: loading looks at the drawings unpacked, which are many times as large as all else; a runtime gives that back.
+  if (!image->drawings.empty()) ::malloc_trim(0);
   return bytecode::verify(std::move(*image), diagnostics);
 }
 

@@ -1,6 +1,6 @@
 // Places as the file has them, where they can be used.
 #include <algorithm>
-#include <cstdlib>
+#include <iterator>
 #include <map>
 #include <utility>
 
@@ -15,19 +15,33 @@ constexpr std::int32_t kUsualHeight = 18;
 /// Beyond any paper: such places are no drawing.
 constexpr std::int32_t kFarthest = bytecode::kMaxDrawn / 64;
 
-bool overlap(const DrawnElement& a, const DrawnElement& b) {
-  return a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height && b.y < a.y + a.height;
-}
-
-/// Whether any two elements cover each other. Bars of a chart may be drawn longer than what they join.
+/// Whether any two elements cover each other: a line sweeps from top to bottom over boxes that stand beside each other.
 bool any_overlap(const std::vector<DrawnElement>& elements) {
-  std::vector<const DrawnElement*> order;
-  for (const DrawnElement& e : elements) order.push_back(&e);
-  std::sort(order.begin(), order.end(), [](const auto* a, const auto* b) { return a->y < b->y; });
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    for (std::size_t j = i + 1; j < order.size() && order[j]->y < order[i]->y + order[i]->height; ++j) {
-      if (overlap(*order[i], *order[j])) return true;
+  struct Event {
+    std::int32_t y;
+    bool begins;
+    const DrawnElement* element;
+  };
+  std::vector<Event> events;
+  events.reserve(2 * elements.size());
+  for (const DrawnElement& e : elements) {
+    events.push_back({e.y, true, &e});
+    events.push_back({e.y + e.height, false, &e});
+  }
+  // Boxes that touch do not overlap.
+  std::sort(events.begin(), events.end(),
+            [](const Event& a, const Event& b) { return a.y != b.y ? a.y < b.y : !a.begins && b.begins; });
+  std::map<std::int32_t, const DrawnElement*> beside;  // by their left ends
+  for (const Event& event : events) {
+    const DrawnElement& e = *event.element;
+    if (!event.begins) {
+      beside.erase(e.x);
+      continue;
     }
+    const auto right = beside.lower_bound(e.x);
+    if (right != beside.end() && right->first < e.x + e.width) return true;
+    if (right != beside.begin() && std::prev(right)->first + std::prev(right)->second->width > e.x) return true;
+    beside.emplace_hint(right, e.x, &e);
   }
   return false;
 }
@@ -123,7 +137,10 @@ bool has_sizes(const std::vector<DrawnElement>& elements) {
 
 std::uint32_t pin_at(Sheet& sheet, std::uint32_t element, std::uint32_t pin, DrawnPoint at) {
   DrawnElement& e = sheet.elements[element];
-  for (std::uint32_t i = 0; i < e.pins.size(); ++i) {
+  // Wires of one place follow each other; a rail has as many as a drawing has rungs.
+  constexpr std::size_t kLookedAt = 16;
+  const std::size_t first = e.pins.size() > kLookedAt ? e.pins.size() - kLookedAt : 0;
+  for (auto i = static_cast<std::uint32_t>(first); i < e.pins.size(); ++i) {
     if (e.pins[i].at == at && e.pins[i].output == e.pins[pin].output && e.pins[i].pin == e.pins[pin].pin) return i;
   }
   DrawnPin more = e.pins[pin];
@@ -180,7 +197,8 @@ bool keep_places(Sheet& sheet) {
   const std::int32_t scale = scale_of(sheet.elements);
   bool near = true;
   each_number(sheet, [&](std::int32_t& x, std::int32_t& y) {
-    near = near && std::abs(x) < kFarthest / scale && std::abs(y) < kFarthest / scale;
+    const std::int32_t far = kFarthest / scale;
+    near = near && x > -far && x < far && y > -far && y < far;
     if (near) x *= scale, y *= scale;
   });
   if (near) give_sizes(sheet, true);

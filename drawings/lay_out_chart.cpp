@@ -435,7 +435,8 @@ class ChartLayout {
     for (const DrawnElement& e : sheet_.elements) count = std::max(count, e.network);
     std::int32_t top = bottom_ + kRowGap;
     std::int32_t right = right_;
-    for (std::uint32_t n = 1; n <= count; ++n) {
+    for (std::uint32_t n = 1; n <= count + 1; ++n) {
+      top = place_comments(sheet_, n, top);
       std::vector<std::uint32_t> members, wires;
       for (std::uint32_t i = 0; i < sheet_.elements.size(); ++i) {
         if (at(i).network == n) members.push_back(i);
@@ -444,7 +445,6 @@ class ChartLayout {
         if (at(sheet_.wires[w].from).network == n || at(sheet_.wires[w].to).network == n) wires.push_back(w);
       }
       if (members.empty()) continue;
-      top = place_comments(sheet_, n, top);
       const PlacedNetwork placed = lay_out_network(sheet_, std::move(members), std::move(wires), 0, top);
       top = placed.corner.y + kRowGap;
       right = std::max(right, placed.corner.x);

@@ -113,13 +113,14 @@ void lay_out_networks(Sheet& sheet) {
   std::int32_t top = place_comments(sheet, 0, 0), right = 0;
   std::vector<std::uint32_t> to_rail;
   for (std::uint32_t n = 1; n <= count; ++n) {
-    if (members[n].empty()) continue;
     top = place_comments(sheet, n, top);
+    if (members[n].empty()) continue;
     const PlacedNetwork placed = lay_out_network(sheet, std::move(members[n]), std::move(wires[n]), wall, top);
     to_rail.insert(to_rail.end(), placed.open.begin(), placed.open.end());
     right = std::max(right, placed.corner.x);
     top = placed.corner.y + kNetworkGap;
   }
+  top = place_comments(sheet, count + 1, top);
   for (const std::uint32_t w : wires[0]) {  // from rail to rail
     DrawnWire& wire = sheet.wires[w];
     wire.from_pin = pin_at(sheet, wire.from, wire.from_pin, {wall, top});

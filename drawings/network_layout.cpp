@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 #include <numeric>
+#include <set>
 #include <utility>
 
 namespace plc::drawings {
@@ -194,6 +195,16 @@ class Network {
         nets_[n].passes[column] = add_item(column, item);
       }
     }
+    nets_into_.resize(columns_);
+    wires_into_.resize(columns_);
+    for (std::size_t n = 0; n < nets_.size(); ++n) {
+      const std::int32_t last = std::min(nets_[n].last, static_cast<std::int32_t>(columns_) - 1);
+      for (std::int32_t c = nets_[n].first + 1; c <= last; ++c) nets_into_[static_cast<std::size_t>(c)].push_back(n);
+      for (const std::uint32_t w : nets_[n].wires) {
+        const std::int32_t to = member_of(sheet_.wires[w].to);
+        if (to != kNone) wires_into_[static_cast<std::size_t>(column_[static_cast<std::size_t>(to)])].push_back(w);
+      }
+    }
   }
 
   std::int32_t add_item(std::int32_t column, const Item& item) {
@@ -281,16 +292,14 @@ class Network {
   };
   [[nodiscard]] std::vector<std::vector<Arrival>> arrivals(std::int32_t column) const {
     std::vector<std::vector<Arrival>> out(items_[static_cast<std::size_t>(column)].size());
-    for (std::size_t n = 0; n < nets_.size(); ++n) {
+    for (const std::size_t n : nets_into_[static_cast<std::size_t>(column)]) {
       if (const auto pass = nets_[n].passes.find(column); pass != nets_[n].passes.end()) {
         out[static_cast<std::size_t>(pass->second)].push_back({n, 0});
       }
-      for (const std::uint32_t w : nets_[n].wires) {
-        const std::int32_t to = member_of(sheet_.wires[w].to);
-        if (to == kNone || column_[static_cast<std::size_t>(to)] != column) continue;
-        const DrawnPin& pin = sheet_.elements[sheet_.wires[w].to].pins[sheet_.wires[w].to_pin];
-        out[item_of_[static_cast<std::size_t>(to)]].push_back({n, pin.at.y});
-      }
+    }
+    for (const std::uint32_t w : wires_into_[static_cast<std::size_t>(column)]) {
+      const DrawnPin& pin = sheet_.elements[sheet_.wires[w].to].pins[sheet_.wires[w].to_pin];
+      out[item_of_[static_cast<std::size_t>(member_of(sheet_.wires[w].to))]].push_back({net_of_.at(w), pin.at.y});
     }
     return out;
   }
@@ -392,10 +401,11 @@ class Network {
 
   std::vector<Piece> pieces_in(std::int32_t gap) {
     std::vector<Piece> pieces;
-    for (std::size_t n = 0; n < nets_.size(); ++n) {
+    // Behind the last column wires go straight to the right rail.
+    const bool behind = gap == static_cast<std::int32_t>(columns_) - 1;
+    for (const std::size_t n : behind ? std::vector<std::size_t>() : nets_into_[static_cast<std::size_t>(gap + 1)]) {
       const Net& net = nets_[n];
-      if (gap < net.first || gap >= net.last || (net.from_rail && gap == -1)) continue;
-      if (gap == static_cast<std::int32_t>(columns_) - 1) continue;  // straight to the right rail
+      if (net.from_rail && gap == -1) continue;
       Piece piece;
       piece.net = static_cast<std::int32_t>(n);
       piece.left = height_behind(net, gap);
@@ -444,23 +454,31 @@ class Network {
       if (a.direction != b.direction) return a.direction > b.direction;
       return a.direction > 0 ? a.left > b.left : a.left < b.left;
     });
-    std::vector<bool> done(pieces.size(), false);
-    const auto before = [&](std::size_t a, std::size_t b) {
-      const auto& r = pieces[b].rights;
-      return pieces[a].left != kNone && std::find(r.begin(), r.end(), pieces[a].left) != r.end();
-    };
-    for (std::size_t placed = 0; placed < pieces.size(); ++placed) {
-      // The first that nothing has to stand left of; in a ring of them the first.
-      std::size_t next = pieces.size(), any = pieces.size();
-      for (std::size_t i = 0; i < pieces.size() && next == pieces.size(); ++i) {
-        if (done[i]) continue;
-        if (any == pieces.size()) any = i;
-        bool free = true;
-        for (std::size_t j = 0; j < pieces.size() && free; ++j) free = done[j] || j == i || !before(j, i);
-        if (free) next = i;
+    // What comes in at a height, and what has to wait for it.
+    std::map<std::int32_t, std::size_t> in;
+    for (std::size_t i = 0; i < pieces.size(); ++i) {
+      if (pieces[i].left != kNone) in.emplace(pieces[i].left, i);
+    }
+    std::vector<std::vector<std::size_t>> waits(pieces.size());
+    std::vector<std::size_t> open(pieces.size(), 0);
+    for (std::size_t i = 0; i < pieces.size(); ++i) {
+      for (const std::int32_t y : pieces[i].rights) {
+        const auto first = in.find(y);
+        if (first == in.end() || first->second == i) continue;
+        waits[first->second].push_back(i);
+        ++open[i];
       }
-      if (next == pieces.size()) next = any;
-      done[next] = true;
+    }
+    std::set<std::size_t> ready, left;
+    for (std::size_t i = 0; i < pieces.size(); ++i) (open[i] == 0 ? ready : left).insert(i);
+    while (!ready.empty() || !left.empty()) {
+      // In a ring of pieces that wait for each other, the first.
+      std::set<std::size_t>& from = ready.empty() ? left : ready;
+      const std::size_t next = *from.begin();
+      from.erase(from.begin());
+      for (const std::size_t i : waits[next]) {
+        if (--open[i] == 0 && left.erase(i) == 1) ready.insert(i);
+      }
       x += kTrack;
       const Piece& piece = pieces[next];
       if (piece.net != kNone) {
@@ -537,7 +555,9 @@ class Network {
   std::vector<std::vector<std::uint32_t>> order_;  ///< by column: items from top to bottom
   std::vector<std::uint32_t> item_of_;             ///< by member
   std::vector<Net> nets_;
-  std::map<std::uint32_t, std::size_t> net_of_;  ///< by wire
+  std::vector<std::vector<std::size_t>> nets_into_;     ///< by column: those that come to it, or pass
+  std::vector<std::vector<std::uint32_t>> wires_into_;  ///< by column: those that end in it
+  std::map<std::uint32_t, std::size_t> net_of_;         ///< by wire
   std::vector<bool> ranked_;
   std::map<std::size_t, std::int32_t> back_down_, back_up_;  ///< tracks
   std::int32_t left_ = 0;

@@ -40,7 +40,10 @@ class SheetReader {
     for (const plcopen::DrawnComment& comment : body_.comments) {
       sheet_.comments.push_back(
           {comment.text, 0, comment.place.x, comment.place.y, std::max(comment.width, 0), std::max(comment.height, 0)});
-      sheet_.comment_networks.push_back(comment.network);
+      const auto below = numbers_.lower_bound(comment.network);
+      sheet_.comment_networks.push_back(comment.network == 0      ? 0
+                                        : below == numbers_.end() ? networks_ + 1
+                                                                  : below->second);
     }
     return std::move(sheet_);
   }
@@ -252,13 +255,19 @@ class SheetReader {
     std::vector<std::uint32_t> order;
     for (const auto& [first, at] : corner) order.push_back(first);
     std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return corner[a] < corner[b]; });
+    networks_ = static_cast<std::uint32_t>(order.size());
     std::vector<std::uint32_t> number(elements.size(), 0);
     for (std::uint32_t n = 0; n < order.size(); ++n) number[order[n]] = n + 1;
-    for (std::uint32_t i = 0; i < elements.size(); ++i) elements[i].network = apart(i) ? 0 : number[find(i)];
+    for (std::uint32_t i = 0; i < elements.size(); ++i) {
+      if (given && !apart(i)) numbers_.try_emplace(elements[i].network, number[find(i)]);
+      elements[i].network = apart(i) ? 0 : number[find(i)];
+    }
   }
 
   const plcopen::Body& body_;
   plcopen::Body copy_;
+  std::uint32_t networks_ = 0;
+  std::map<std::uint32_t, std::uint32_t> numbers_;  ///< of networks, by those of the file
   Sheet sheet_;
 };
 

@@ -32,7 +32,7 @@ struct Sheet {
   std::vector<DrawnElement> elements;
   std::vector<DrawnWire> wires;
   std::vector<DrawnComment> comments;
-  std::vector<std::uint32_t> comment_networks;       ///< by comment: the network it is about, 0 = none
+  std::vector<std::uint32_t> comment_networks;       ///< by comment: the network it is about, 0 = all
   std::vector<std::vector<DrawnPoint>> drawn_lines;  ///< by wire: as the file has it, from output to input; or empty
   std::vector<std::vector<bool>> pin_places;         ///< by element and pin: the file gives its place
   bool placed = false;                               ///< the file gives every element a place, in one plane

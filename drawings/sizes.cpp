@@ -12,6 +12,7 @@ constexpr std::int32_t kTextHeight = kPinPitch - 2;  ///< of a variable: level w
 constexpr std::int32_t kBlockHead = 18;              ///< of a block above its first pin: its type
 constexpr std::int32_t kStepWidth = 60, kStepHeight = 30;
 constexpr std::int32_t kMostCodeLines = 24;
+constexpr std::int32_t kMostCharacters = 1000;  ///< that a box is made wide for
 
 /// Calls `line` for each line of a text.
 template <class Line>
@@ -135,7 +136,7 @@ class PinRows {
 std::int32_t width_of(std::string_view text) {
   std::int32_t characters = 0;
   for (const char c : text) characters += (static_cast<unsigned char>(c) & 0xc0u) != 0x80u ? 1 : 0;
-  return characters * kCharWidth;
+  return std::min(characters, kMostCharacters) * kCharWidth;
 }
 
 void give_sizes(Sheet& sheet, bool keep) {

@@ -3,12 +3,9 @@
 // In: lines, texts, shapes. Out: one document. Internal to pictures/. Does not belong here: what is drawn.
 #pragma once
 
-#include <fmt/format.h>
-
 #include <cstdint>
 #include <string>
 #include <string_view>
-#include <utility>
 
 #include "pictures/picture.h"
 
@@ -18,14 +15,9 @@ enum class Anchor : std::uint8_t { kStart, kMiddle, kEnd };
 
 class Canvas {
  public:
-  template <class... Args>
-  void put(fmt::format_string<Args...> piece, Args&&... args) {
-    fmt::format_to(std::back_inserter(out_), piece, std::forward<Args>(args)...);
-  }
+  void put(std::string_view piece) { out_ += piece; }
   /// What follows belongs together, under a tooltip.
-  void begin_group(std::string_view classes, std::string_view title) {
-    put("<g class=\"{}\"><title>{}</title>", classes, escaped(title));
-  }
+  void begin_group(std::string_view classes, std::string_view title);
   void end_group() { out_ += "</g>\n"; }
   /// One line of text with its baseline at `y`.
   void text(std::int32_t x, std::int32_t y, std::string_view line, Anchor anchor = Anchor::kStart,

@@ -1,4 +1,6 @@
 // Drawings: comments, then wires, then elements, so that wires end behind the boxes.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <string>
 #include <vector>
@@ -97,9 +99,10 @@ class Elements {
     const DrawnElement& to = body_.elements[wire.to];
     const Mark* mark = known_.at(bytecode::key_of(known_.pou(), from, from.pins[wire.from_pin]));
     if (mark == nullptr) mark = known_.at(bytecode::key_of(known_.pou(), to, to.pins[wire.to_pin]));
-    canvas_.put("<polyline class=\"wire{}\" points=\"", class_of(mark == nullptr ? Look::kPlain : mark->look));
+    canvas_.put(
+        fmt::format("<polyline class=\"wire{}\" points=\"", class_of(mark == nullptr ? Look::kPlain : mark->look)));
     for (std::size_t i = 0; i < wire.points.size(); ++i) {
-      canvas_.put("{}{},{}", i == 0 ? "" : " ", wire.points[i].x, y_of(wire.points[i].y));
+      canvas_.put(fmt::format("{}{},{}", i == 0 ? "" : " ", wire.points[i].x, y_of(wire.points[i].y)));
       canvas_.reach(wire.points[i].x, y_of(wire.points[i].y));
     }
     canvas_.put("\"/>\n");
@@ -138,7 +141,7 @@ class Elements {
       case ElementKind::kLeftRail:
       case ElementKind::kRightRail: {
         const std::int32_t x = e.kind == ElementKind::kLeftRail ? e.x + e.width : e.x;
-        canvas_.put("<path class=\"bar\" d=\"M{},{}v{}\"/>", x, y_of(e.y), e.height);
+        canvas_.put(fmt::format("<path class=\"bar\" d=\"M{},{}v{}\"/>", x, y_of(e.y), e.height));
         break;
       }
       case ElementKind::kStep:
@@ -153,12 +156,12 @@ class Elements {
         break;
       case ElementKind::kSelectionDivergence:
       case ElementKind::kSelectionConvergence:
-        canvas_.put("<path class=\"shape\" d=\"M{},{}h{}\"/>", e.x, y_of(e.y) + e.height / 2, e.width);
+        canvas_.put(fmt::format("<path class=\"shape\" d=\"M{},{}h{}\"/>", e.x, y_of(e.y) + e.height / 2, e.width));
         break;
       case ElementKind::kSimultaneousDivergence:
       case ElementKind::kSimultaneousConvergence:
-        canvas_.put("<path class=\"shape\" d=\"M{0},{1}h{3}M{0},{2}h{3}\"/>", e.x, y_of(e.y),
-                    y_of(e.y) + std::max(e.height, std::int32_t{4}), e.width);
+        canvas_.put(fmt::format("<path class=\"shape\" d=\"M{0},{1}h{3}M{0},{2}h{3}\"/>", e.x, y_of(e.y),
+                                y_of(e.y) + std::max(e.height, std::int32_t{4}), e.width));
         break;
       case ElementKind::kActionBlock:
         draw_actions(e);
@@ -188,10 +191,10 @@ class Elements {
     const std::int32_t middle = e.x + e.width / 2, y = y_of(flow_y(e));
     const std::int32_t gap = std::min(std::int32_t{5}, e.width / 4 + 1),
                        high = std::min(e.height / 2, std::int32_t{10});
-    canvas_.put("<path class=\"shape{}\" d=\"M{},{}H{}M{},{}V{}M{},{}V{}M{},{}H{}", class_of(look), e.x, y,
-                middle - gap, middle - gap, y - high, y + high, middle + gap, y - high, y + high, middle + gap, y,
-                e.x + e.width);
-    if (e.modifiers.negated) canvas_.put("M{},{}L{},{}", middle - gap, y + high, middle + gap, y - high);
+    canvas_.put(fmt::format("<path class=\"shape{}\" d=\"M{},{}H{}M{},{}V{}M{},{}V{}M{},{}H{}", class_of(look), e.x, y,
+                            middle - gap, middle - gap, y - high, y + high, middle + gap, y - high, y + high,
+                            middle + gap, y, e.x + e.width));
+    if (e.modifiers.negated) canvas_.put(fmt::format("M{},{}L{},{}", middle - gap, y + high, middle + gap, y - high));
     canvas_.put("\"/>");
     canvas_.text(middle, y + kMiddle, mark_of(e.modifiers), Anchor::kMiddle);
     label(e, e.text, look);
@@ -200,11 +203,12 @@ class Elements {
   void draw_coil(const DrawnElement& e, Look look) {
     const std::int32_t middle = e.x + e.width / 2, y = y_of(flow_y(e));
     const std::int32_t gap = std::min(std::int32_t{8}, e.width / 3), high = std::min(e.height / 2, std::int32_t{10});
-    canvas_.put(
+    canvas_.put(fmt::format(
         "<path class=\"shape{0}\" d=\"M{1},{2}H{3}M{4},{5}Q{6},{2} {4},{7}M{8},{5}Q{9},{2} {8},{7}M{10},{2}H{11}",
         class_of(look), e.x, y, middle - gap - 1, middle - gap + 3, y - high, middle - gap - 5, y + high,
-        middle + gap - 3, middle + gap + 5, middle + gap + 1, e.x + e.width);
-    if (e.modifiers.negated) canvas_.put("M{},{}L{},{}", middle - 4, y + high - 2, middle + 4, y - high + 2);
+        middle + gap - 3, middle + gap + 5, middle + gap + 1, e.x + e.width));
+    if (e.modifiers.negated)
+      canvas_.put(fmt::format("M{},{}L{},{}", middle - 4, y + high - 2, middle + 4, y - high + 2));
     canvas_.put("\"/>");
     canvas_.text(middle, y + kMiddle, mark_of(e.modifiers), Anchor::kMiddle);
     label(e, e.text, look);
@@ -240,8 +244,8 @@ class Elements {
     const std::int32_t middle = y_of(e.y) + e.height / 2, left = e.x, right = e.x + e.width;
     const auto arrow = [&](std::string_view classes) {
       const std::int32_t tip = std::min(e.height / 2, std::int32_t{8});
-      canvas_.put("<path class=\"{}{}\" d=\"M{},{}H{}L{},{}L{},{}H{}Z\"/>", classes, class_of(look), left, y_of(e.y),
-                  right - tip, right, middle, right - tip, y_of(e.y) + e.height, left);
+      canvas_.put(fmt::format("<path class=\"{}{}\" d=\"M{},{}H{}L{},{}L{},{}H{}Z\"/>", classes, class_of(look), left,
+                              y_of(e.y), right - tip, right, middle, right - tip, y_of(e.y) + e.height, left));
     };
     std::string text = e.text;
     switch (e.kind) {
@@ -276,12 +280,13 @@ class Elements {
   void draw_step(const DrawnElement& e, Look look) {
     box(e, look);
     if (e.initial) {
-      canvas_.put("<rect class=\"shape{}\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"none\"/>",
-                  class_of(look), e.x + 3, y_of(e.y) + 3, std::max(e.width - 6, 1), std::max(e.height - 6, 1));
+      canvas_.put(fmt::format("<rect class=\"shape{}\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"none\"/>",
+                              class_of(look), e.x + 3, y_of(e.y) + 3, std::max(e.width - 6, 1),
+                              std::max(e.height - 6, 1)));
     }
     if (e.kind == ElementKind::kMacroStep) {
-      canvas_.put("<path class=\"shape\" d=\"M{0},{1}h{3}M{0},{2}h{3}\"/>", e.x, y_of(e.y) + 4,
-                  y_of(e.y) + e.height - 4, e.width);
+      canvas_.put(fmt::format("<path class=\"shape\" d=\"M{0},{1}h{3}M{0},{2}h{3}\"/>", e.x, y_of(e.y) + 4,
+                              y_of(e.y) + e.height - 4, e.width));
     }
     canvas_.text(e.x + e.width / 2, y_of(e.y) + e.height / 2 + kMiddle, e.text, Anchor::kMiddle);
     if (const Mark* const mark = known_.at(key(e))) {
@@ -298,7 +303,7 @@ class Elements {
 
   void draw_transition(const DrawnElement& e, Look look) {
     const std::int32_t y = y_of(e.y) + e.height / 2;
-    canvas_.put("<path class=\"bar{}\" d=\"M{},{}h{}\"/>", class_of(look), e.x, y, e.width);
+    canvas_.put(fmt::format("<path class=\"bar{}\" d=\"M{},{}h{}\"/>", class_of(look), e.x, y, e.width));
     bytecode::DrawnKey condition = key(e);
     condition.side = bytecode::DrawnSide::kInput;
     const Look of = known_.look(condition);
@@ -313,7 +318,7 @@ class Elements {
 
   void draw_jump_step(const DrawnElement& e) {
     const std::int32_t x = e.pins.empty() ? e.x + e.width / 2 : e.pins.front().at.x, y = y_of(e.y);
-    canvas_.put("<path class=\"shape\" d=\"M{0},{1}v8m-5,-5l5,5l5,-5\"/>", x, y);
+    canvas_.put(fmt::format("<path class=\"shape\" d=\"M{0},{1}v8m-5,-5l5,5l5,-5\"/>", x, y));
     canvas_.text(x, y + 8 + kLine, e.text, Anchor::kMiddle);
   }
 
@@ -330,7 +335,7 @@ class Elements {
       lines += lines_of(a.text).size();
     }
     const std::int32_t column = e.x + first + 10;
-    canvas_.put("<path class=\"shape\" d=\"M{},{}v{}\"/>", column, y_of(e.y), e.height);
+    canvas_.put(fmt::format("<path class=\"shape\" d=\"M{},{}v{}\"/>", column, y_of(e.y), e.height));
     const auto fit = [&](std::size_t n) {
       return static_cast<std::int32_t>(n) * e.height / static_cast<std::int32_t>(lines);
     };
@@ -338,7 +343,7 @@ class Elements {
     for (std::size_t i = 0; i < e.actions.size(); ++i) {
       const DrawnAction& a = e.actions[i];
       const std::int32_t top = y_of(e.y) + fit(line);
-      if (i != 0) canvas_.put("<path class=\"shape\" d=\"M{},{}h{}\"/>", e.x, top, e.width);
+      if (i != 0) canvas_.put(fmt::format("<path class=\"shape\" d=\"M{},{}h{}\"/>", e.x, top, e.width));
       const Look look = known_.look(bytecode::key_of(known_.pou(), e, i));
       const std::string_view classes = class_of(look).empty() ? "" : class_of(look).substr(1);
       const std::int32_t row = fit(1);
@@ -355,9 +360,12 @@ class Elements {
 
   void draw_modifiers(const DrawnPin& pin, const DrawnModifiers& m) {
     const std::int32_t x = pin.at.x, y = y_of(pin.at.y), out = pin.output ? 1 : -1;
-    if (m.negated) canvas_.put("<circle class=\"shape box\" cx=\"{}\" cy=\"{}\" r=\"3\"/>", x + 3 * out, y);
-    if (m.edge == DrawnEdge::kRising) canvas_.put("<path class=\"shape\" d=\"M{0},{1}l6,4l-6,4\"/>", x, y - 4);
-    if (m.edge == DrawnEdge::kFalling) canvas_.put("<path class=\"shape\" d=\"M{0},{1}l-6,4l6,4\"/>", x, y - 4);
+    if (m.negated)
+      canvas_.put(fmt::format("<circle class=\"shape box\" cx=\"{}\" cy=\"{}\" r=\"3\"/>", x + 3 * out, y));
+    if (m.edge == DrawnEdge::kRising)
+      canvas_.put(fmt::format("<path class=\"shape\" d=\"M{0},{1}l6,4l-6,4\"/>", x, y - 4));
+    if (m.edge == DrawnEdge::kFalling)
+      canvas_.put(fmt::format("<path class=\"shape\" d=\"M{0},{1}l-6,4l6,4\"/>", x, y - 4));
     if (m.storage != DrawnStorage::kNone) canvas_.text(x + 8 * out, y - 3, mark_of(m), Anchor::kMiddle);
   }
 

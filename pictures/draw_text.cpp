@@ -1,4 +1,6 @@
 // Texts: numbered lines, a bar beside statements that were executed, values behind the line that names them.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <map>
 #include <string>
@@ -71,8 +73,8 @@ void draw_text(Canvas& canvas, const bytecode::DrawnBody& body, const Known& kno
     canvas.text(kLeft + numbers, y, std::to_string(number), Anchor::kEnd, "quiet");
     const Line line = found == lines.end() ? Line{} : found->second;
     if (line.look != Look::kPlain) {
-      canvas.put("<path class=\"shape{}\" d=\"M{},{}v{}\"><title>{}</title></path>", class_of(line.look),
-                 kLeft + numbers + 9, y - bytecode::kDrawnLineHeight + 3, pitch, word_of(line.look));
+      canvas.put(fmt::format("<path class=\"shape{}\" d=\"M{},{}v{}\"><title>{}</title></path>", class_of(line.look),
+                             kLeft + numbers + 9, y - bytecode::kDrawnLineHeight + 3, pitch, word_of(line.look)));
     }
     const bool quiet = line.look == Look::kNotRun;
     canvas.text(left, y, shown, Anchor::kStart, quiet ? "quiet" : "");

@@ -1,5 +1,7 @@
 #include "pictures/picture.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <iterator>
 
@@ -77,6 +79,10 @@ std::int32_t width_of(std::string_view text) {
   return characters * bytecode::kDrawnCharWidth;
 }
 
+void Canvas::begin_group(std::string_view classes, std::string_view title) {
+  put(fmt::format("<g class=\"{}\"><title>{}</title>", classes, escaped(title)));
+}
+
 void Canvas::reach(std::int32_t x, std::int32_t y) {
   right_ = std::max(right_, x);
   bottom_ = std::max(bottom_, y);
@@ -86,14 +92,15 @@ void Canvas::text(std::int32_t x, std::int32_t y, std::string_view line, Anchor 
   if (line.empty()) return;
   constexpr std::string_view kAnchors[] = {"", " text-anchor=\"middle\"", " text-anchor=\"end\""};
   const std::string style = classes.empty() ? std::string() : fmt::format(" class=\"{}\"", classes);
-  put("<text x=\"{}\" y=\"{}\"{}{}>{}</text>", x, y, kAnchors[static_cast<std::size_t>(anchor)], style, escaped(line));
+  put(fmt::format("<text x=\"{}\" y=\"{}\"{}{}>{}</text>", x, y, kAnchors[static_cast<std::size_t>(anchor)], style,
+                  escaped(line)));
   const std::int32_t width = width_of(line);
   reach(anchor == Anchor::kStart ? x + width : anchor == Anchor::kMiddle ? x + width / 2 : x, y + 4);
 }
 
 void Canvas::rect(std::int32_t x, std::int32_t y, std::int32_t width, std::int32_t height, std::string_view classes) {
   const std::string style = classes.empty() ? std::string() : fmt::format(" class=\"{}\"", classes);
-  put("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"{}/>", x, y, width, height, style);
+  put(fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"{}/>", x, y, width, height, style));
   reach(x + width, y + height);
 }
 

@@ -1,9 +1,14 @@
-// plcopen::read on arbitrary bytes: it must end, report, and account for every element of what it accepts.
+// plcopen::read on arbitrary bytes: it must end, report, and account for every element of what it accepts. Whatever it
+// accepts can be drawn, packed for an image, and becomes a picture.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <string_view>
+#include <vector>
 
+#include "bytecode/drawings.h"
+#include "drawings/make.h"
+#include "pictures/picture.h"
 #include "plcopen/reader.h"
 
 namespace {
@@ -44,5 +49,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       for (const plcopen::Element& element : body.elements) require(element.at.line > 0 && element.at.column > 0);
     }
   }
+  const bytecode::Drawings drawn = drawings::make(*project, diagnostics);
+  const auto again = bytecode::unpack(bytecode::pack(drawn));
+  require(again && *again == drawn);
+  std::vector<pictures::PicturedBody> bodies;
+  for (const bytecode::DrawnBody& body : drawn.bodies) bodies.push_back({&body, body.name, 0});
+  require(pictures::svg("fuzz", bodies).ends_with("</svg>\n"));
   return 0;
 }
