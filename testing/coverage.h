@@ -1,7 +1,8 @@
 // What the tests of a project saw happen, as figures and as a list of what they did not.
 //
 // In: sites of a compilation, outcomes that were seen (Runner::seen), pragmas of the files. Out: totals for each POU,
-// everything that was not seen with the reason that can be told. Does not belong here: pictures (tools/plc/coverage_svg.h).
+// everything that was not seen with the reason that can be told. Does not belong here: pictures
+// (tools/plc/coverage_svg.h).
 #pragma once
 
 #include <array>
