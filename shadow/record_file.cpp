@@ -11,6 +11,8 @@
 #include <iterator>
 #include <system_error>
 
+#include "shadow/packed_records.h"
+
 namespace plc::shadow {
 namespace {
 
@@ -24,7 +26,7 @@ constexpr std::uint32_t kMostBytes = 1u << 31;
 /// Fast: the shadow packs beside a plant. Higher levels gain a few hundredths.
 constexpr int kLevel = 1;
 
-/// Head of a block; what it holds follows, compressed: table, then records.
+/// Head of a block; what it holds follows, compressed: table, then packed records.
 struct BlockHead {
   std::uint32_t magic = kBlockMagic;
   std::uint32_t task = 0;
@@ -148,7 +150,8 @@ std::vector<std::byte> BlockBuilder::pack() const {
   head.scans = info_.scans;
   head.table_bytes = static_cast<std::uint32_t>(raw.size());
   head.record_bytes = static_cast<std::uint32_t>(block_.records.size());
-  raw.insert(raw.end(), block_.records.begin(), block_.records.end());
+  const std::vector<std::byte> packed = pack_records(block_.records);
+  raw.insert(raw.end(), packed.begin(), packed.end());
   std::vector<std::byte> out(sizeof head + ZSTD_compressBound(raw.size()));
   const std::size_t stored =
       ZSTD_compress(out.data() + sizeof head, out.size() - sizeof head, raw.data(), raw.size(), kLevel);
@@ -223,12 +226,16 @@ core::Result<RecordFile> RecordFile::read(std::vector<std::byte> bytes, const st
 
 std::optional<Block> RecordFile::load(const BlockInfo& info) const {
   const std::byte* const stored = &bytes_[info.at] + sizeof(BlockHead);
-  const std::size_t size = std::size_t{info.table_bytes} + info.record_bytes;
-  if (ZSTD_getFrameContentSize(stored, info.stored_bytes) != size) return {};
-  std::vector<std::byte> raw(size);
-  if (ZSTD_decompress(raw.data(), size, stored, info.stored_bytes) != size) return {};
+  const unsigned long long size = ZSTD_getFrameContentSize(stored, info.stored_bytes);
+  // What is packed is shorter than the records, but for a few bytes of each column.
+  if (size < info.table_bytes || size > std::uint64_t{info.table_bytes} + 2 * std::uint64_t{info.record_bytes} + 4096)
+    return {};
+  std::vector<std::byte> raw(static_cast<std::size_t>(size));
+  if (ZSTD_decompress(raw.data(), raw.size(), stored, info.stored_bytes) != raw.size()) return {};
+  auto records = unpack_records(std::span(raw).subspan(info.table_bytes), info.scans, info.record_bytes);
+  if (!records) return {};
   Block block;
-  block.records.assign(raw.begin() + info.table_bytes, raw.end());
+  block.records = std::move(*records);
   raw.resize(info.table_bytes);
   block.table = std::move(raw);
   return block;

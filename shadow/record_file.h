@@ -19,7 +19,7 @@
 
 namespace plc::shadow {
 
-inline constexpr std::uint32_t kRecordFileVersion = 1;
+inline constexpr std::uint32_t kRecordFileVersion = 2;
 
 /// What a recording is of.
 struct RecordingHead {

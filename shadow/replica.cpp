@@ -5,6 +5,13 @@
 #include <cstring>
 
 namespace plc::shadow {
+namespace {
+
+bool same_check(std::uint64_t check, const runtime::RecordHead& head) {
+  return ((check ^ head.check) & ((head.flags & runtime::kShortCheck) != 0 ? 0xffffu : ~std::uint64_t{0})) == 0;
+}
+
+}  // namespace
 
 std::size_t Replica::table_bytes() const { return program_->table().layout().total; }
 
@@ -35,7 +42,7 @@ Replica::Outcome Replica::run(std::span<const std::byte> record) {
     outcome.differs = "what the scan asks for";
   } else if (outcome.events != head.events) {
     outcome.differs = "the number of events";
-  } else if (runtime::check_of_slice(table, head.slice) != head.check) {
+  } else if (!same_check(runtime::check_of_slice(table, head.slice), head)) {
     outcome.slice = head.slice;
     outcome.differs = fmt::format("the table, bytes {} to {}", head.slice * runtime::kSliceBytes,
                                   (head.slice + 1) * runtime::kSliceBytes - 1);

@@ -1,7 +1,8 @@
 // Fuzzes the reader of recordings and the replay of records that nobody vouches for: no crash, nothing outside of a
 // table, and what does not fit is said.
 //
-// Input: a first byte. Odd: the rest is a file. Even: the second byte chooses a random program, which uses every kind
+// Input: a first byte. Odd: the rest is a file. 2: the rest are packed records, after their number and length (u16
+// each). Else: the second byte chooses a random program, which uses every kind
 // of instruction; then come bytes over the table of its first task (u16 place, u8 length, bytes; a length of 0 ends
 // them), and the rest are records, for which heads are made so that they follow each other.
 #include <cstdint>
@@ -10,6 +11,7 @@
 #include <cstring>
 #include <map>
 
+#include "shadow/packed_records.h"
 #include "shadow/player.h"
 #include "tests/support/random_image.h"
 
@@ -70,6 +72,19 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (size < 2) return 0;
   if ((data[0] & 1) != 0) {
     play({input.begin() + 1, input.end()});
+    return 0;
+  }
+  if (data[0] == 2) {
+    std::uint16_t counts[2] = {};
+    if (size < 1 + sizeof counts) return 0;
+    std::memcpy(counts, data + 1, sizeof counts);
+    const auto records = shadow::unpack_records(input.subspan(1 + sizeof counts), counts[0], counts[1]);
+    if (!records) return 0;
+    // Each record is whole, and together they are as long as was said.
+    std::uint32_t found = 0;
+    if (records->size() != counts[1] || !shadow::for_each_record(*records, [&](auto) { return ++found != 0; }))
+      std::abort();
+    if (found != counts[0]) std::abort();
     return 0;
   }
   static std::map<std::uint8_t, Recorded> programs;

@@ -5,6 +5,8 @@
 
 #include <cstring>
 
+#include "shadow/packed_records.h"
+
 namespace plc::test {
 namespace {
 
@@ -16,6 +18,7 @@ using Bytes = std::vector<std::byte>;
 Bytes record(std::uint64_t scan, std::size_t more = 0) {
   runtime::RecordHead head;
   head.scan = scan;
+  head.flags = runtime::kShortCheck;
   head.now_ns = static_cast<core::TimeNs>(scan) * 1000;
   head.bytes = static_cast<std::uint32_t>(sizeof head + more);
   Bytes bytes(head.bytes, std::byte{7});
@@ -124,6 +127,59 @@ TEST(RecordFile, BytesThatAreNoRecordsEndTheWay) {
   const std::uint32_t none = 0;
   std::memcpy(records.data(), &none, sizeof none);
   EXPECT_FALSE(shadow::for_each_record(records, count));
+}
+
+TEST(PackedRecords, ComeBackButForMostOfTheirChecks) {
+  std::uint32_t random = 1;
+  const auto next = [&random] { return random = random * 1'664'525 + 1'013'904'223; };
+  for (int round = 0; round < 200; ++round) {
+    Bytes records;
+    const std::uint32_t scans = next() % 40;
+    std::size_t entries = 0;
+    for (std::uint32_t scan = 0; scan < scans; ++scan) {
+      // Often of one length, with few bytes that differ.
+      if (next() >> 30 == 0) entries = (next() >> 24) % 5 * runtime::kRecordAlign;
+      runtime::RecordHead head;
+      head.bytes = static_cast<std::uint32_t>(sizeof head + entries);
+      head.flags = static_cast<std::uint16_t>(next() >> 31);
+      head.events = next() >> 29;
+      head.slice = scan % 3;
+      head.check = std::uint64_t{next()} << 32 | next();
+      head.scan = 77 + scan;
+      head.now_ns = scan * 1'000'000 + (next() >> 20);
+      head.start_ns = round == 7 ? -5 : 3;
+      head.utc_ns = round % 2 == 0 ? 0 : 1'700'000'000'000'000'000 + head.now_ns + (next() >> 26);
+      const auto* const bytes = reinterpret_cast<const std::byte*>(&head);
+      records.insert(records.end(), bytes, bytes + sizeof head);
+      for (std::size_t i = 0; i < entries; ++i)
+        records.push_back(static_cast<std::byte>(next() >> 29 == 0 ? next() >> 24 : i));
+    }
+    const Bytes packed = shadow::pack_records(records);
+    auto back = shadow::unpack_records(packed, scans, static_cast<std::uint32_t>(records.size()));
+    ASSERT_TRUE(back) << round;
+    std::uint32_t scan = 0;
+    std::size_t at = 0;
+    EXPECT_TRUE(shadow::for_each_record(*back, [&](std::span<const std::byte> one) {
+      runtime::RecordHead head, was;
+      std::memcpy(&head, one.data(), sizeof head);
+      std::memcpy(&was, &records[at], sizeof was);
+      was.check &= 0xffff;
+      was.flags |= runtime::kShortCheck;
+      EXPECT_EQ(std::memcmp(&head, &was, sizeof head), 0) << round << " " << scan;
+      EXPECT_TRUE(std::equal(one.begin() + sizeof head, one.end(),
+                             records.begin() + static_cast<std::ptrdiff_t>(at + sizeof head)));
+      at += one.size();
+      ++scan;
+      return true;
+    }));
+    EXPECT_EQ(scan, scans);
+    // Anything else is refused, and read within its bounds.
+    EXPECT_FALSE(shadow::unpack_records(packed, scans + 1, static_cast<std::uint32_t>(records.size())));
+    EXPECT_FALSE(shadow::unpack_records(packed, scans, static_cast<std::uint32_t>(records.size()) + 16));
+    for (std::size_t cut = 0; cut < packed.size(); cut += 7)
+      static_cast<void>(
+          shadow::unpack_records(std::span(packed).first(cut), scans, static_cast<std::uint32_t>(records.size())));
+  }
 }
 
 }  // namespace
