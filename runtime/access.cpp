@@ -488,6 +488,8 @@ std::optional<Problem> Access::write(const Place& place, std::string_view text) 
         return Problem{Code::P7107, "its task has not started for long and too many writes are waiting for it",
                        "is the task stopped by a fault, or its period very long?"};
       case WriteResult::kRefused:
+        if (resource_.globals().is_forced(place.offset))
+          return Problem{Code::P7106, "the variable is forced", "release it first, or force another value"};
         return Problem{Code::P7106, "the variable is an input of a driver", "take it out of [inputs] in plc.toml"};
     }
   } else {

@@ -11,6 +11,7 @@
 #include "runtime/interpreter/interpreter.h"
 #include "runtime/interpreter/operations.h"
 #include "runtime/link/link.h"
+#include "runtime/memory/forces.h"
 #include "runtime/pointers/objects.h"
 #include "runtime/record/recorder.h"
 #include "runtime/record/replay.h"
@@ -31,6 +32,8 @@ struct Program::State {
   ProgramOptions options;
   TaskTable table;
   std::unique_ptr<Exchange> exchange;
+  Forces forces;
+  std::optional<ForcingExchange> forcing;
   EventTable events;
   std::vector<QueueEnd> queues;            ///< by queue of the image
   std::unique_ptr<Taskblocks> taskblocks;  ///< null when the task runs none
@@ -180,11 +183,17 @@ Fault Program::execute(const CycleContext& context) noexcept {
   if (s.taskblocks) s.taskblocks->begin(context.now_ns, context.utc_ns);
   s.machine.loops_left.store(s.options.loop_budget, std::memory_order_relaxed);
   s.machine.place.store(s.code.entry, std::memory_order_relaxed);
-  s.exchange->begin();
+  Exchange* exchange = s.exchange.get();
+  if (s.forces.take()) [[unlikely]] {
+    s.forcing->hold(s.forces.places());
+    exchange = &*s.forcing;
+  }
+  s.machine.exchange = exchange;
+  exchange->begin();
   const bool ran = s.compiled != nullptr
                        ? s.compiled->run(s.machine)
                        : run_body(s.machine, Addressing::kFixed, s.code.entry, s.table.layout().instance);
-  const bool published = s.exchange->end();
+  const bool published = exchange->end();
   // WHY not Machine::fault, reset before the scan: reading it back here waits for all that the scan has written.
   s.whole = ran && published;
   if (!s.whole && !published) {
@@ -223,8 +232,18 @@ void Program::set_recorder(Recorder* recorder) {
   State& s = *state_;
   s.recorder = recorder;
   s.exchange->set_recorder(recorder);
+  if (s.forcing) s.forcing->set_recorder(recorder);
   for (QueueEnd& queue : s.queues) queue.set_recorder(recorder);
   if (s.taskblocks) s.taskblocks->set_recorder(recorder);
+}
+
+Forces& Program::forces() {
+  State& s = *state_;
+  if (!s.forcing) {
+    s.forcing.emplace(*s.exchange, s.table.data());
+    s.forcing->set_recorder(s.recorder);
+  }
+  return s.forces;
 }
 
 void Program::set_now(core::TimeNs now_ns, core::TimeNs utc_ns) noexcept {

@@ -32,6 +32,7 @@ namespace plc::runtime {
 
 struct CompiledTask;
 struct LinkedCode;
+class Forces;
 class Recorder;
 class Replay;
 
@@ -116,6 +117,10 @@ class Program {
   void write_local(std::uint32_t at, std::span<const std::byte> value) noexcept;
   /// What scans take in from now on is told to `recorder`; null = to nobody. Between scans.
   void set_recorder(Recorder* recorder);
+
+  /// What keeps its value at both ends of each scan. The first call before the task runs; after that Forces::set() at
+  /// any time.
+  [[nodiscard]] Forces& forces();
 
   /// Other times for the rest of the scan that runs, for who is called by it and lets time go on (testing/). On the
   /// thread of the scan.

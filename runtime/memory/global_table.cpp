@@ -455,6 +455,17 @@ void GlobalTable::write_overlapping(const GlobalWrite& write) noexcept {
   copy_to_shared(shared, value, bytes);
 }
 
+void GlobalTable::set_forced(std::vector<std::uint32_t> offsets) {
+  std::sort(offsets.begin(), offsets.end());
+  const std::lock_guard lock(outside_mutex_);
+  forced_ = std::move(offsets);
+}
+
+bool GlobalTable::is_forced(std::uint32_t offset) const {
+  const std::lock_guard lock(outside_mutex_);
+  return std::binary_search(forced_.begin(), forced_.end(), offset);
+}
+
 WriteResult GlobalTable::write(std::span<const GlobalWrite> batch) {
   const std::lock_guard lock(outside_mutex_);
   struct Wanted {
@@ -469,6 +480,7 @@ WriteResult GlobalTable::write(std::span<const GlobalWrite> batch) {
     const Field& field = field_at(w.offset);
     if (!writable(static_cast<std::uint32_t>(&field - fields_.data()))) return WriteResult::kRefused;
     if (image_.types[w.type].kind == TypeKind::kRef) return WriteResult::kRefused;
+    if (std::binary_search(forced_.begin(), forced_.end(), w.offset)) return WriteResult::kRefused;
     if (field.kind != Kind::kOwned || field.owner >= task_count_) continue;
     if (owners_[field.owner].stopped->load(std::memory_order_relaxed)) return WriteResult::kBusy;
     const std::size_t room = Journal::room_for(entry_of(w));

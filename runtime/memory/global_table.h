@@ -58,7 +58,7 @@ struct GlobalWrite {
 enum class WriteResult : std::uint8_t {
   kDone,     ///< published, or in the journal of the task that exports it
   kBusy,     ///< the task that exports it has stopped, or not started for long; nothing was written
-  kRefused,  ///< a constant, or an input of a driver; nothing was written
+  kRefused,  ///< a constant, an input of a driver, or forced; nothing was written
 };
 
 /// Brings a value into the form every reader may rely on: BOOL 0 or 1, the one NaN, string length within its capacity.
@@ -85,6 +85,9 @@ class GlobalTable {
   /// Writes all or nothing. Values are normalised; one that cannot be is left out (the caller checks limits first when
   /// it wants to say so). Allocates. Not for tasks.
   WriteResult write(std::span<const GlobalWrite> batch);
+  /// From now on write() refuses these leaves, by their offsets: they are forced (force_list.h). Not for tasks.
+  void set_forced(std::vector<std::uint32_t> offsets);
+  [[nodiscard]] bool is_forced(std::uint32_t offset) const;
   /// Whether write() would ever accept `field` (of Image::global_type).
   [[nodiscard]] bool writable(std::uint32_t field) const;
   /// Whether a driver may claim `field` as its input: no task exports it, no other driver has it.
@@ -227,6 +230,7 @@ class GlobalTable {
   mutable pthread_mutex_t common_mutex_;         ///< of common_, under the global lock; waiters lend their priority
   std::atomic<std::uint64_t> stamp_{0};
   mutable std::mutex outside_mutex_;
+  std::vector<std::uint32_t> forced_;  ///< offsets of leaves that outside writes are refused of; ascending
   mutable View outside_view_;
   std::vector<View*> views_;  ///< of GlobalReaders
   std::deque<Queue> queues_;

@@ -56,7 +56,10 @@ enum class EntryKind : std::uint16_t {
   kNumber,     ///< `at` elements, or room for so many
   kTaskblock,  ///< object `at` ran, with status `detail`; all its outputs, one after the other
   kFault,      ///< how the scan ended: kind `at`; POU, word and taskblock
+  kForced,     ///< bytes at `at` that were forced before the export number `detail` of the scan, or at its end
 };
+/// EntryHead::detail of kForced: after the last instruction.
+inline constexpr std::uint32_t kForcedAtEnd = 0xffffffffu;
 
 struct alignas(kRecordAlign) EntryHead {
   std::uint32_t bytes = 0;  ///< that follow, without what fills them up to a multiple of kRecordAlign

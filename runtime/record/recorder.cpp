@@ -64,6 +64,11 @@ void Recorder::written(std::uint32_t at, std::uint32_t bytes) noexcept {
 }
 
 // RT:
+void Recorder::forced(std::uint32_t exports, std::uint32_t at, std::uint32_t bytes) noexcept {
+  if (std::byte* const place = add(EntryKind::kForced, at, exports, bytes)) std::memcpy(place, &table_[at], bytes);
+}
+
+// RT:
 void Recorder::copy(std::uint32_t at, const std::byte* from, std::uint32_t bytes) noexcept {
   std::byte* const to = &table_[at];
   if (bytes <= kWhole) {

@@ -29,6 +29,9 @@ class Recorder {
   void copy(std::uint32_t at, const std::byte* from, std::uint32_t bytes) noexcept;
   /// Records what the table has there now, since others wrote it.
   void written(std::uint32_t at, std::uint32_t bytes) noexcept;
+  /// Records what the table has there now, since it was forced before export number `exports` of the scan, or at its
+  /// end (kForcedAtEnd).
+  void forced(std::uint32_t exports, std::uint32_t at, std::uint32_t bytes) noexcept;
   /// What comes is brought by the next import of the scan. Before the first one it is there before the first
   /// instruction.
   void next_import() noexcept { ++moment_; }

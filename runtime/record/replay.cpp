@@ -10,6 +10,7 @@ void Replay::begin(std::span<const std::byte> record) noexcept {
   record_ = record;
   at_ = sizeof head_;
   moment_ = 0;
+  exports_ = 0;
   fits_ = record.size() >= sizeof head_;
   if (!fits_) {
     record_ = {};
@@ -50,11 +51,15 @@ bool Replay::take(EntryKind kind, EntryHead& head, std::span<const std::byte>& p
   return true;
 }
 
-void Replay::apply() noexcept {
+void Replay::apply() noexcept { apply(EntryKind::kBytes, moment_); }
+
+void Replay::export_range() noexcept { apply(EntryKind::kForced, exports_++); }
+
+void Replay::apply(EntryKind kind, std::uint32_t detail) noexcept {
   EntryHead head;
   std::span<const std::byte> payload;
-  while (next_is(EntryKind::kBytes, head) && head.detail == moment_) {
-    take(EntryKind::kBytes, head, payload);
+  while (next_is(kind, head) && head.detail == detail) {
+    take(kind, head, payload);
     if (head.at > table_.size() || payload.size() > table_.size() - head.at) {
       fits_ = false;
       return;

@@ -35,6 +35,10 @@ class Replay {
   void start() noexcept;
   /// Puts into the table what the next import of the scan brought.
   void import() noexcept;
+  /// Puts into the table what was forced before the next export of the scan.
+  void export_range() noexcept;
+  /// Puts into the table what was forced after the last instruction.
+  void end() noexcept { apply(EntryKind::kForced, kForcedAtEnd); }
   /// Whether a queue took the element, or gave one, which is then copied to `element`, `bytes` long. Null: none is
   /// wanted.
   bool queue(void* element, std::size_t bytes) noexcept;
@@ -52,6 +56,7 @@ class Replay {
   bool take(EntryKind kind, EntryHead& head, std::span<const std::byte>& payload) noexcept;
   [[nodiscard]] bool next_is(EntryKind kind, EntryHead& head) const noexcept;
   void apply() noexcept;
+  void apply(EntryKind kind, std::uint32_t detail) noexcept;
   /// Puts bytes into the table, which `to` is in. RT.
   void put(std::byte* to, std::span<const std::byte> bytes) noexcept;
 
@@ -61,6 +66,7 @@ class Replay {
   RecordHead head_;
   std::size_t at_ = 0;
   std::uint32_t moment_ = 0;
+  std::uint32_t exports_ = 0;
   bool fits_ = true;
 };
 
@@ -75,8 +81,11 @@ class ReplayExchange final : public Exchange {
   void expect(std::size_t) noexcept override {}
   void begin() noexcept override { replay_.start(); }
   void import(std::uint32_t) noexcept override { replay_.import(); }
-  void export_range(std::uint32_t) noexcept override {}
-  bool end() noexcept override { return (replay_.head().flags & kRevoked) == 0; }
+  void export_range(std::uint32_t) noexcept override { replay_.export_range(); }
+  bool end() noexcept override {
+    replay_.end();
+    return (replay_.head().flags & kRevoked) == 0;
+  }
   [[nodiscard]] bool read_bool(std::uint32_t) noexcept override { return false; }
   bool revoke() noexcept override { return false; }
   void publish_safe(std::span<const GlobalWrite>) noexcept override {}
