@@ -5,6 +5,7 @@
 
 #include "runtime/sched/simulation.h"
 #include "shadow/player.h"
+#include "shadow/tracer.h"
 #include "tests/unit/runtime/run_support.h"
 #include "tests/unit/shadow/two_tasks.h"
 
@@ -236,6 +237,54 @@ TEST(Player, ComparesTheTableAtEachBlockAndNamesTheVariable) {
     if (!played->outcome.equal && first.empty()) first = played->outcome.differs;
   }
   EXPECT_NE(first.find("Fast0.count"), std::string::npos) << first;
+}
+
+TEST(Tracer, RowsOfEachScanAndAroundATrigger) {
+  shadow::RecordingOptions options;
+  options.block_bytes = 2048;
+  Recorded r(options);
+  runtime::Simulation simulation(*r.resource);
+  simulation.after_instant([&](const runtime::Instant&) { r.recording->drain(); });
+  simulation.run_cycles(300);
+  r.recording->finish();
+  const auto file = shadow::RecordFile::read(r.bytes, "recording");
+  core::Diagnostics diagnostics;
+  const auto player = shadow::Player::make(*file, diagnostics);
+  shadow::TraceRequest request;
+  request.paths = {"Fast0.count", "SlowSum"};
+  request.from_ns = 1'000'000'000;
+  request.until_ns = 1'030'000'000;
+  auto made = shadow::trace(**player, request);
+  ASSERT_TRUE(made) << made.error().message;
+  EXPECT_EQ(made->rows, 4u);
+  EXPECT_EQ(made->csv.substr(0, made->csv.find('\n', 40)), "scan,time_ms,Fast0.count,SlowSum\n100,0,101,1683");
+  EXPECT_NE(made->csv.find("\n103,30,104,"), std::string::npos) << made->csv;
+  // Around the scan in which the count reaches 200: two before, one after.
+  request.from_ns = 0;
+  request.until_ns = 10'000'000'000;
+  request.trigger = shadow::Trigger{"Fast0.count", shadow::Trigger::Edge::kRising, 200};
+  request.before_ns = 20'000'000;
+  request.after_ns = 10'000'000;
+  made = shadow::trace(**player, request);
+  ASSERT_TRUE(made);
+  EXPECT_EQ(made->triggered, 199u);
+  EXPECT_EQ(made->rows, 4u);
+  EXPECT_NE(made->csv.find("\n197,-20,198,"), std::string::npos) << made->csv;
+  EXPECT_NE(made->csv.find("\n200,10,201,"), std::string::npos) << made->csv;
+  request.trigger->edge = shadow::Trigger::Edge::kFalling;
+  made = shadow::trace(**player, request);
+  EXPECT_FALSE(made->triggered);
+  EXPECT_EQ(made->rows, 0u);
+  request.trigger = shadow::Trigger{"SlowSum", shadow::Trigger::Edge::kChange, 0};
+  made = shadow::trace(**player, request);
+  EXPECT_TRUE(made->triggered);
+  request.trigger.reset();
+  request.most_rows = 5;
+  made = shadow::trace(**player, request);
+  EXPECT_TRUE(made->cut);
+  EXPECT_EQ(made->rows, 5u);
+  request.paths = {"nothing"};
+  EXPECT_EQ(shadow::trace(**player, request).error().code, core::Code::P7101);
 }
 
 }  // namespace
