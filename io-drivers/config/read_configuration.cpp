@@ -130,8 +130,8 @@ class Reader {
 
   void read(const toml::table& root, Configuration& configuration) {
     configuration.at = configuration.outputs_at = file_at_;
-    static constexpr std::string_view kNames[] = {"project", "drivers",    "inputs",      "outputs", "scheduler",
-                                                  "tasks",   "taskblocks", "retain",      "log",     "clock",
+    static constexpr std::string_view kNames[] = {"project", "drivers",    "inputs",       "outputs", "scheduler",
+                                                  "tasks",   "taskblocks", "retain",       "log",     "clock",
                                                   "modbus",  "guardian",   "driver_kinds", "record"};
     for (const auto& [key, node] : root) {
       if (std::find(std::begin(kNames), std::end(kNames), key.str()) == std::end(kNames)) {

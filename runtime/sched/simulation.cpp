@@ -45,7 +45,8 @@ void Simulation::run_task(std::uint32_t index) {
   task.due = false;
   for (CycleListener* const listener : listeners_) listener->before_scan(context);
   resource_.process_image().sync();
-  const Fault fault = resource_.program(index).execute({options_.program_time_ns + now_ns, options_.program_time_ns, context.utc_ns});
+  const Fault fault =
+      resource_.program(index).execute({options_.program_time_ns + now_ns, options_.program_time_ns, context.utc_ns});
   resource_.process_image().sync();
   ++task.scans;
   for (CycleListener* const listener : listeners_) listener->after_scan(context);

@@ -30,7 +30,7 @@ struct Instant {
 struct SimulationOptions {
   FaultPolicy on_fault = FaultPolicy::kSafeState;
   core::TimeNs program_time_ns = 0;  ///< what the clock of programs shows at virtual time 0: timers may run already
-  core::TimeNs date_ns = 0;  ///< date and time of programs at virtual time 0, UTC; it goes on with virtual time
+  core::TimeNs date_ns = 0;          ///< date and time of programs at virtual time 0, UTC; it goes on with virtual time
 };
 
 class Simulation {
