@@ -257,7 +257,7 @@ TEST(Tracer, RowsOfEachScanAndAroundATrigger) {
   auto made = shadow::trace(**player, request);
   ASSERT_TRUE(made) << made.error().message;
   EXPECT_EQ(made->rows, 4u);
-  EXPECT_EQ(made->csv.substr(0, made->csv.find('\n', 40)), "scan,time_ms,Fast0.count,SlowSum\n100,0,101,1683");
+  EXPECT_EQ(made->csv.substr(0, made->csv.find('\n', 40)), "scan,time_ms,Fast0.count,SlowSum\n100,0,101,1717");
   EXPECT_NE(made->csv.find("\n103,30,104,"), std::string::npos) << made->csv;
   // Around the scan in which the count reaches 200: two before, one after.
   request.from_ns = 0;
