@@ -13,7 +13,7 @@ namespace {
 constexpr std::int32_t kLowest = 8;
 constexpr std::int32_t kUsualHeight = 18;
 /// Beyond any paper: such places are no drawing.
-constexpr std::int32_t kFarthest = bytecode::kMaxDrawn / 64;
+constexpr std::int32_t kFarthest = bytecode::kMaxDrawn / 8;
 
 /// Whether any two elements cover each other: a line sweeps from top to bottom over boxes that stand beside each other.
 bool any_overlap(const std::vector<DrawnElement>& elements) {

@@ -2,11 +2,14 @@
 #include <gtest/gtest.h>
 
 #include <cstdio>
+#include <set>
 #include <string>
 
 #include "compiler/compile.h"
 #include "drawings/make.h"
+#include "frontend-sfc/macro_steps.h"
 #include "plcopen/reader.h"
+#include "tests/support/golden.h"
 #include "tests/unit/drawings/properties.h"
 
 namespace plc::test {
@@ -68,6 +71,11 @@ TEST(Places, InCellsOfAGridBecomePixels) {
   EXPECT_EQ(wrong_with(body), "");
 }
 
+TEST(Places, OfTenThousandRungsStay) {
+  const DrawnBody body = ladder(contact(1, 0, 500, 0, 30, 20) + contact(2, 0, 500, 600'000, 30, 20));
+  EXPECT_EQ(element(body, 2).y - element(body, 1).y, 600'000);
+}
+
 TEST(Places, FarOutsideOfAnyPaperAreNone) {
   const DrawnBody body = ladder(contact(1, 0, 0, 0, 30, 20) + contact(2, 1, -2147483648, 999999999, 30, 20));
   EXPECT_LT(element(body, 2).x, 1000);
@@ -104,6 +112,31 @@ TEST(Pins, ThatTheFileLeavesOutAreDrawnWhereAWireNamesThem) {
   EXPECT_EQ(block.pins[0].name, "ET");
   EXPECT_EQ(block.pins[0].pin, 0xffff) << "its number is not known";
   EXPECT_EQ(wrong_with(body), "");
+}
+
+TEST(MacroSteps, HaveTheLocalIdsOfTheWholeChart) {
+  core::Diagnostics diagnostics;
+  const std::string path = (source_root() / "tests/cases/sfc/macro-steps-in-macro-steps/project.xml").string();
+  const auto project = compiler::read_project(path, diagnostics);
+  ASSERT_TRUE(project);
+  const Drawings drawings = drawings::make(*project, diagnostics);
+  const DrawnBody& body = drawings.bodies.at(0);
+  ASSERT_GE(body.sheets.size(), 3u);
+  std::set<std::int64_t> ids;
+  for (const DrawnElement& e : body.elements) {
+    const bool stands_for_others = e.kind == core::ElementKind::kMacroStep;
+    EXPECT_TRUE(stands_for_others || ids.insert(e.local_id).second) << e.local_id << " is there twice";
+  }
+  // They are those that the compiled chart has.
+  core::Diagnostics quiet;
+  std::set<std::int64_t> compiled;
+  for (const plcopen::Element& e : sfc::expand_macro_steps(project->pous.at(0).bodies.at(0), {}, quiet).elements) {
+    compiled.insert(e.at.local_id);
+  }
+  for (const DrawnElement& e : body.elements) {
+    if (e.kind == core::ElementKind::kMacroStep) continue;
+    EXPECT_TRUE(compiled.contains(e.local_id)) << e.local_id;
+  }
 }
 
 TEST(Statements, HaveTheirPlacesInTheFile) {
