@@ -2,7 +2,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "pictures/canvas.h"
@@ -60,7 +62,10 @@ class Elements {
   void draw() {
     captions();
     for (const bytecode::DrawnComment& comment : body_.comments) draw_comment(comment);
-    for (const DrawnWire& wire : body_.wires) draw_wire(wire);
+    for (const DrawnWire& wire : body_.wires) {
+      draw_wire(wire);
+      note_told(wire);
+    }
     for (const DrawnElement& e : body_.elements) draw_element(e);
   }
 
@@ -106,6 +111,14 @@ class Elements {
       canvas_.reach(wire.points[i].x, y_of(wire.points[i].y));
     }
     canvas_.put("\"/>\n");
+  }
+
+  void note_told(const DrawnWire& wire) {
+    const DrawnElement& from = body_.elements[wire.from];
+    const DrawnElement& to = body_.elements[wire.to];
+    const Mark* const source = known_.at(bytecode::key_of(known_.pou(), from, from.pins[wire.from_pin]));
+    const Mark* const reader = known_.at(bytecode::key_of(known_.pou(), to, to.pins[wire.to_pin]));
+    if (source != nullptr && reader != nullptr && source->text == reader->text) told_.insert({&to, wire.to_pin});
   }
 
   // ---- elements ----
@@ -169,7 +182,7 @@ class Elements {
       default:
         draw_labelled_box(e, look);
     }
-    for (const DrawnPin& pin : e.pins) draw_pin(e, pin);
+    for (std::size_t i = 0; i < e.pins.size(); ++i) draw_pin(e, e.pins[i], told_.contains({&e, i}));
     canvas_.end_group();
   }
 
@@ -290,7 +303,7 @@ class Elements {
     }
     canvas_.text(e.x + e.width / 2, y_of(e.y) + e.height / 2 + kMiddle, e.text, Anchor::kMiddle);
     if (const Mark* const mark = known_.at(key(e))) {
-      canvas_.text(e.x - 4, y_of(e.y) + e.height / 2 + kMiddle, mark->text, Anchor::kEnd, "value");
+      canvas_.text(e.x + e.width + 4, y_of(e.y) - 2, mark->text, Anchor::kStart, "value");
     }
     std::int32_t y = y_of(e.y) + kLine - 2;
     for (std::size_t i = 0; i < e.actions.size(); ++i, y += kLine) {
@@ -369,7 +382,8 @@ class Elements {
     if (m.storage != DrawnStorage::kNone) canvas_.text(x + 8 * out, y - 3, mark_of(m), Anchor::kMiddle);
   }
 
-  void draw_pin(const DrawnElement& e, const DrawnPin& pin) {
+  /// `told`: the other end of its wire shows the same value.
+  void draw_pin(const DrawnElement& e, const DrawnPin& pin, bool told) {
     const std::int32_t x = pin.at.x, y = y_of(pin.at.y);
     const Anchor inside = pin.output ? Anchor::kEnd : Anchor::kStart;
     const Anchor outside = pin.output ? Anchor::kStart : Anchor::kEnd;
@@ -380,7 +394,7 @@ class Elements {
       canvas_.text(x - out + (pin.output ? -shift : shift), y + kMiddle, pin.name, inside);
     }
     canvas_.text(x + out + (pin.modifiers.negated ? out : 0), y + kMiddle, pin.text, outside);
-    if (pin.pin == kNoPin) return;
+    if (pin.pin == kNoPin || told) return;
     const Mark* const mark = known_.at(bytecode::key_of(known_.pou(), e, pin));
     if (mark != nullptr) canvas_.text(x + out, y - 3, mark->text, outside, "value");
   }
@@ -389,6 +403,7 @@ class Elements {
   const DrawnBody& body_;
   const Known& known_;
   std::int32_t top_;
+  std::set<std::pair<const DrawnElement*, std::size_t>> told_;  ///< inputs whose value stands at the output
 };
 
 }  // namespace

@@ -18,7 +18,7 @@ TEST(ExplainSvg, DrawsAPouOfAProject) {
   const ToolResult all = explain({tank(), "--svg", "-"});
   EXPECT_EQ(all.code, 0) << all.err;
   EXPECT_NE(all.out.find(">program Station (LD)</text>"), std::string::npos);
-  EXPECT_NE(all.out.find(">function RawToUnit (FBD)</text>"), std::string::npos);
+  EXPECT_NE(all.out.find(">function block RawToUnit (FBD)</text>"), std::string::npos);
   const ToolResult one = explain({tank(), "station", "--svg", "-"});
   EXPECT_EQ(one.code, 0) << one.err;
   EXPECT_NE(one.out.find("<title>Station</title>"), std::string::npos);
@@ -32,6 +32,10 @@ TEST(ExplainSvg, DrawsAPouOfAProject) {
   EXPECT_EQ(read_text(path), one.out);
   EXPECT_EQ(run_tool({"/bin/sh", "-c", "command -v xmllint >/dev/null || exit 0; xmllint --noout \"$0\"", path}).code,
             0);
+}
+
+TEST(ExplainSvg, ThePictureOfTheGuideIsWhatTheCommandDraws) {
+  expect_golden("docs/guides/pictures.svg", explain({tank(), "Station", "--svg", "-"}).out);
 }
 
 TEST(ExplainSvg, DrawsTextsAndChartsThatAreWritten) {

@@ -106,6 +106,13 @@ TEST(Picture, ShowsWhatIsKnownOfEachPlace) {
   EXPECT_NE(shown.find("<title>contact Start, on, TRUE (line 7, 2)</title>"), std::string::npos) << shown;
   EXPECT_NE(shown.find("class=\"value on\">TRUE</text>"), std::string::npos);
   EXPECT_NE(shown.find("class=\"value\">0</text>"), std::string::npos);
+  // A value that both ends of a wire have stands at its output alone.
+  Marks both;
+  both[key_of(0, contact, contact.pins[1])] = {Look::kOn, "17"};
+  both[key_of(0, coil, coil.pins[0])] = {Look::kOn, "17"};
+  EXPECT_EQ(count(picture(drawings, both), ">17</text>"), 1u);
+  both[key_of(0, coil, coil.pins[0])].text = "18";
+  EXPECT_EQ(count(picture(drawings, both), ">18</text>"), 1u);
   // Marks of another POU are not its own.
   Marks others;
   for (const auto& [key, mark] : marks) {
