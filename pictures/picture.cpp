@@ -18,7 +18,7 @@ paint-order: stroke; white-space: pre; }
 .title { font-weight: bold; }
 .quiet { fill: #6b7280; }
 .value { fill: #1d4ed8; }
-.wire { stroke: #4b5563; fill: none; }
+.wire { stroke: #4b5563; fill: none; shape-rendering: crispEdges; }
 .shape { stroke: #374151; stroke-width: 1.5; fill: none; }
 .box { fill: #ffffff; }
 .bar { stroke: #374151; stroke-width: 3; fill: none; }
