@@ -191,6 +191,7 @@ modbus::SystemState Machine::system_state(const runtime::RealtimeScheduler& sche
     state.scans = static_cast<std::uint32_t>(scheduler.statistics(fastest).scans.load(std::memory_order_relaxed));
   }
   state.seconds = static_cast<std::uint32_t>(ran_ns / 1'000'000'000);
+  if (forces_ != nullptr) state.forced = static_cast<std::uint16_t>(forces_->size());
   if (state.faults != 0) {
     // Of each task the first faults are kept: enough to know the kind of the last one.
     core::TimeNs latest_ns = INT64_MIN;

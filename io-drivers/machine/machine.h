@@ -18,6 +18,7 @@
 #include "io-drivers/modbus/address_map.h"
 #include "io-drivers/modbus/serial_server.h"
 #include "io-drivers/modbus/server.h"
+#include "runtime/force_list.h"
 #include "runtime/sched/realtime.h"
 
 namespace plc::io {
@@ -57,6 +58,8 @@ class Machine {
   /// Takes the devices, then splits off the guardian when there are outputs: from here on this is the child. On a
   /// problem every device is given back as it was.
   std::optional<core::Problem> open();
+  /// What is forced, to be told to clients; may be null. It must outlive the machine. Before start().
+  void set_forces(const runtime::ForceList* forces) { forces_ = forces; }
   /// Adds the listeners and starts the server. An address that cannot be had is said, and tried again by service():
   /// what serves HMIs does not decide whether control starts.
   void start(runtime::RealtimeScheduler& scheduler, std::vector<Sentence>& notes);
@@ -86,6 +89,7 @@ class Machine {
                                                  core::TimeNs ran_ns) const;
 
   runtime::Resource& resource_;
+  const runtime::ForceList* forces_ = nullptr;
   Configuration configuration_;
   Binding binding_;
   std::optional<runtime::GlobalInputs> client_seen_;

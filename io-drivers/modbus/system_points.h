@@ -21,6 +21,7 @@ struct SystemState {
   std::uint32_t faults = 0;
   std::uint32_t scans = 0;    ///< of the fastest task; wraps
   std::uint32_t seconds = 0;  ///< since the start
+  std::uint16_t forced = 0;   ///< variables
 };
 /// Any thread.
 using SystemSource = std::function<SystemState()>;

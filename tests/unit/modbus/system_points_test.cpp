@@ -27,19 +27,20 @@ TEST(SystemPoints, AreRowsWithoutGaps) {
     next += point.registers;
   }
   EXPECT_EQ(next, modbus::system_end());
-  EXPECT_EQ(modbus::system_end(), 8200u) << "docs/guides/modbus.md names them";
+  EXPECT_EQ(modbus::system_end(), 8201u) << "docs/guides/modbus.md names them";
 }
 
 TEST(SystemPoints, TellHowThePlantRuns) {
   PlantPdu pdu;
   EXPECT_EQ(inputs(pdu, 8192, 8), Words(8)) << "nobody tells";
   pdu.data.set_system([] {
-    return SystemState{modbus::PlantState::kTaskStopped, 1002, 0x00010002, 0x12345678, 86400};
+    return SystemState{modbus::PlantState::kTaskStopped, 1002, 0x00010002, 0x12345678, 86400, 3};
   });
   EXPECT_EQ(inputs(pdu, 8192, 8), (Words{3, 1002, 1, 2, 0x1234, 0x5678, 1, 20864}));
+  EXPECT_EQ(inputs(pdu, 8200, 1), Words{3});
   EXPECT_EQ(inputs(pdu, 8196, 2), (Words{0x1234, 0x5678}));
   EXPECT_EQ(inputs(pdu, 8193, 1), Words{1002});
-  EXPECT_EQ(pdu.exception(pdu_of(4, {8192, 9})), 2) << "the map ends there";
+  EXPECT_EQ(pdu.exception(pdu_of(4, {8192, 10})), 2) << "the map ends there";
   EXPECT_EQ(pdu.exception(pdu_of(4, {8191, 2})), 2);
   EXPECT_EQ(pdu.exception(pdu_of(3, {8192, 1})), 2) << "input registers alone";
 }
@@ -50,7 +51,7 @@ TEST(SystemPoints, FollowTheWordOrder) {
     config.word_order = order;
     config.strict_gaps = true;
     PlantPdu pdu(config);
-    pdu.data.set_system([] { return SystemState{modbus::PlantState::kRuns, 0, 0, 0x12345678, 0}; });
+    pdu.data.set_system([] { return SystemState{modbus::PlantState::kRuns, 0, 0, 0x12345678, 0, 0}; });
     const Words all = inputs(pdu, 8192, 8);
     EXPECT_EQ(all.at(0), 1) << "one register has no order";
     return Words{all.at(4), all.at(5)};
