@@ -29,11 +29,11 @@ enum class RecordKind : std::uint16_t {
 
 /// RecordHead::flags.
 enum RecordFlag : std::uint16_t {
-  kCut = 1,        ///< its loops were cut from outside, where is not known: it cannot be executed again
-  kRevoked = 2,    ///< it had no right to publish any more
-  kFaulted = 8,    ///< it ended with a fault
+  kCut = 1,          ///< its loops were cut from outside, where is not known: it cannot be executed again
+  kRevoked = 2,      ///< it had no right to publish any more
+  kFaulted = 8,      ///< it ended with a fault
   kShortCheck = 16,  ///< of `check` the lower 16 bits alone are there, as files have it
-  kFloatMode = 4,  ///< the floating-point mode was another one when it ended (core/floating_point.h)
+  kFloatMode = 4,    ///< the floating-point mode was another one when it ended (core/floating_point.h)
 };
 
 struct alignas(kRecordAlign) RecordHead {

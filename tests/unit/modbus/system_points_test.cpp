@@ -33,9 +33,8 @@ TEST(SystemPoints, AreRowsWithoutGaps) {
 TEST(SystemPoints, TellHowThePlantRuns) {
   PlantPdu pdu;
   EXPECT_EQ(inputs(pdu, 8192, 8), Words(8)) << "nobody tells";
-  pdu.data.set_system([] {
-    return SystemState{modbus::PlantState::kTaskStopped, 1002, 0x00010002, 0x12345678, 86400, 3};
-  });
+  pdu.data.set_system(
+      [] { return SystemState{modbus::PlantState::kTaskStopped, 1002, 0x00010002, 0x12345678, 86400, 3}; });
   EXPECT_EQ(inputs(pdu, 8192, 8), (Words{3, 1002, 1, 2, 0x1234, 0x5678, 1, 20864}));
   EXPECT_EQ(inputs(pdu, 8200, 1), Words{3});
   EXPECT_EQ(inputs(pdu, 8196, 2), (Words{0x1234, 0x5678}));
