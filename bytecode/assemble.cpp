@@ -49,6 +49,7 @@ class Assembler {
   }
   Image finish() {
     close_pou();
+    if (!probes_.empty() && !unpack_probes(probes_, image_.probes)) fail("the probe maps are not whole");
     return std::move(image_);
   }
 
@@ -65,6 +66,8 @@ class Assembler {
       image_.frozen_addresses = line.text();
     } else if (word == "drawings") {
       take_hex(image_.drawings, line, true);
+    } else if (word == "probes") {
+      take_hex(probes_, line, true);
     } else if (word == "options") {
       take_options(line);
     } else if (word == "file") {
@@ -555,6 +558,7 @@ class Assembler {
   };
 
   Image image_;
+  std::vector<std::byte> probes_;  // as "probes" lines have them
   listing::Names names_;
   std::size_t line_ = 0;
   std::uint32_t table_type_ = 0;

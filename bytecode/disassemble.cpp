@@ -81,6 +81,7 @@ class Disassembler {
     line("product {}", quoted(image_.product));
     if (!image_.frozen_addresses.empty()) line("addresses {}", quoted(image_.frozen_addresses));
     put_hex("drawings", image_.drawings);
+    if (!image_.probes.empty()) put_hex("probes", pack_probes(image_.probes));
     const core::CompileOptions& options = image_.options;
     put("options");
     core::for_each_choice([&](const auto& choice) { put(" {}", word_of(choice, options)); });

@@ -15,6 +15,7 @@ Image without_places(const Image& image) {
   out.product.clear();
   out.files.clear();
   out.drawings.clear();
+  out.probes.clear();
   for (ImagePou& pou : out.pous) pou.debug.clear();
   return out;
 }

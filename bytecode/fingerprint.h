@@ -11,8 +11,8 @@
 namespace plc::bytecode {
 
 /// XXH3 of the image without what only tells where it comes from and what it looks like: names of the project, of the
-/// product and of files, places in files, drawings. Equal numbers: the same tables, types, names, initial values, tasks
-/// and instructions.
+/// product and of files, places in files, drawings, probes. Equal numbers: the same tables, types, names, initial
+/// values, tasks and instructions.
 std::uint64_t fingerprint(const Image& image);
 
 /// Where two images differ, as part of a sentence: "code of POU Main"; empty when their fingerprints are equal.

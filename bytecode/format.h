@@ -2,7 +2,7 @@
 //
 //   header   8 bytes magic, u32 format version, u32 number of sections, u64 XXH3-64 of every byte after the header
 //   section  u32 id, u64 size, `size` bytes; every section of the list below once, in its order, nothing after the
-//   last; kAddresses and kDrawings only where there are any
+//   last; kAddresses, kDrawings and kProbes only where there are any
 // Numbers are little-endian. Each text is once in the string pool; records refer to it by index.
 #pragma once
 
@@ -29,10 +29,11 @@ enum class Section : std::uint32_t {
   kQueues,
   kTasks,
   kAddresses,
-  kDrawings
+  kDrawings,
+  kProbes
 };
 inline constexpr std::uint32_t kSectionCount = 8;       ///< that every image has
-inline constexpr std::uint32_t kMostSectionCount = 10;  ///< with those that are there where they have something
+inline constexpr std::uint32_t kMostSectionCount = 11;  ///< with those that are there where they have something
 
 /// Longest text in the pool, bytes.
 inline constexpr std::uint32_t kMaxTextBytes = 65535;

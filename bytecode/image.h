@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "bytecode/opcode.h"
+#include "bytecode/probes.h"
 #include "core/diagnostics.h"
 #include "core/options.h"
 #include "core/result.h"
@@ -170,6 +171,9 @@ struct Image {
   std::vector<std::string> functions;  ///< stdlib keys, "ADD:DINT"
   std::vector<ImageQueue> queues;
   std::vector<ImageTask> tasks;
+  /// Where the code has what drawings and texts show, by POU; empty = it was compiled without. Nothing that executes
+  /// for control reads it.
+  std::vector<PouProbes> probes;
 };
 
 /// Serialises: header (magic, format version, XXH3 checksum of the rest), then the sections.

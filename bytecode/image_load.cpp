@@ -63,6 +63,10 @@ class Loader {
         image_.drawings.assign(content.begin(), content.end());
         if (!unpack(content)) in.fail();
         break;
+      case Section::kProbes:
+        in.take(content.size());
+        if (!unpack_probes(content, image_.probes) || image_.probes.empty()) in.fail();
+        break;
     }
     return !in.failed() && in.at_end();
   }

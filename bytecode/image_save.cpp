@@ -41,13 +41,16 @@ class Saver {
     for (const ByteWriter* part : {&strings, &project, &types, &tables, &pous, &library, &queues, &tasks}) {
       bytes += part->size();
     }
-    bytes += image_.frozen_addresses.size() + image_.drawings.size();
+    ByteWriter probes;
+    if (!image_.probes.empty()) probes.put_bytes(pack_probes(image_.probes));
+    bytes += image_.frozen_addresses.size() + image_.drawings.size() + probes.size();
     ByteWriter out;
     constexpr std::size_t kAllHeads = 256;
     out.bytes().reserve(bytes + kAllHeads);
     out.put_bytes(std::as_bytes(std::span(format::kMagic)));
     out.put(kFormatVersion);
-    out.put(format::kSectionCount + (image_.frozen_addresses.empty() ? 0 : 1) + (image_.drawings.empty() ? 0 : 1));
+    out.put(format::kSectionCount + (image_.frozen_addresses.empty() ? 0 : 1) + (image_.drawings.empty() ? 0 : 1) +
+            (image_.probes.empty() ? 0 : 1));
     out.put(std::uint64_t{0});
     put_section(out, Section::kStrings, strings);
     put_section(out, Section::kProject, project);
@@ -67,6 +70,7 @@ class Saver {
       drawings.put_bytes(image_.drawings);
       put_section(out, Section::kDrawings, drawings);
     }
+    if (!image_.probes.empty()) put_section(out, Section::kProbes, probes);
     reseal(out.bytes());
     return std::move(out.bytes());
   }

@@ -78,7 +78,9 @@ void verify_tables(const Image& image, Report& report);
 void verify_library(const Image& image, Report& report);
 /// Needs sound types, tables and library. One entry per POU in `facts`.
 void verify_code(const Image& image, Report& report, std::vector<PouFacts>& facts);
-/// Needs all of the above. Returns the deepest nesting of calls.
+/// Needs all of the above.
+void verify_probes(const Image& image, Report& report);
+/// Needs sound types, tables, library and code. Returns the deepest nesting of calls.
 std::uint32_t verify_calls(const Image& image, Report& report, std::vector<PouFacts>& facts);
 
 }  // namespace plc::bytecode

@@ -80,6 +80,7 @@ std::optional<VerifiedImage> verify(Image image, core::Diagnostics& diagnostics)
   if (report.clean()) verify_library(image, report);
   std::vector<PouFacts> facts;
   if (report.clean()) verify_code(image, report, facts);
+  if (report.clean()) verify_probes(image, report);
   std::uint32_t depth = 0;
   if (report.clean()) depth = verify_calls(image, report, facts);
   if (!report.clean()) return std::nullopt;

@@ -196,6 +196,7 @@ void compile(const Request& request, Compilation& compilation) {
   if (request.lint) st::warn_of_hidden_names(*compilation.project, diagnostics);
   compilation.module = st::declare(*compilation.project, request.options, diagnostics);
   if (!compilation.module) return;
+  compilation.module->probes = request.drawings;
   const bool tests = request.tests && has_tests(*compilation.project);
   if (tests) prepare_tests(*compilation.project, *compilation.module, diagnostics);
   if (request.coverage) ir::begin_coverage(*compilation.module);

@@ -43,7 +43,8 @@ struct Request {
   bool answers = false;
   bool tests = false;                        ///< compile the tests of the project, too: Compilation::tests
   std::vector<std::string> test_files = {};  ///< ST files whose tests are of this project
-  bool drawings = false;                     ///< put what the POUs look like into the image: Image::drawings
+  bool drawings = false;                     ///< put what the POUs look like, and where their values are, into the
+                                             ///< image: Image::drawings, Image::probes
   bool coverage = false;                     ///< note what happened (ir/coverage.h): Compilation::cover_sites
 };
 

@@ -218,7 +218,10 @@ struct BlockLowering {
     if (eno_port != nullptr) own_eno = b.load(b.field(instance, eno_port->index));
 
     for (std::uint16_t i = 0; i < e.outputs.size(); ++i) {
-      if (!output_wanted(i)) continue;
+      if (!output_wanted(i)) {
+        probe_unwired(ports, instance, i);
+        continue;
+      }
       const Port* port = find_port(ports, Direction::kInOut, e.outputs[i].name, ports.size());
       if (port == nullptr) port = output_port(ports, i);
       if (port != nullptr) warn_of_place(*port, e.outputs[i], "output");
@@ -232,6 +235,15 @@ struct BlockLowering {
     }
     publish_in_outs(ports, in_outs);
     publish_eno();
+  }
+
+  /// What an output has that no wire leads from is in the instance all the same.
+  void probe_unwired(const std::vector<Port>& ports, PlaceId instance, std::uint16_t pin) {
+    const plcopen::Pin& drawn = e.outputs[pin];
+    if (!b.notes_probes() || is_eno_name(drawn.name)) return;
+    const Port* const port = find_port(ports, Direction::kOutput, drawn.name, output_position(e, pin));
+    if (port == nullptr || drawn.negated) return;
+    b.probe(d.key_of(OutRef{OutRef::Kind::kPin, pin, node}), b.field(instance, port->index));
   }
 
   /// The input port of a drawn pin. Nothing, and reported, when its place is beyond the last one or another pin has it.

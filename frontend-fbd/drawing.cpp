@@ -132,6 +132,7 @@ void Drawing::publish(const OutRef& out, ValueId value, ValueId executed) {
   slot.state = Slot::State::kValue;
   slot.value = value;
   slot.executed = executed;
+  if (builder_.notes_probes() && out.kind != OutRef::Kind::kEno) builder_.probe(key_of(out), value);
   if (slot.kept != kNoKept) {
     const PlaceId kept = builder_.variable(slot.kept);
     if (builder_.type_of(kept) == builder_.type_of(value)) {
@@ -189,7 +190,26 @@ bool Drawing::is_bool(const Operand& operand) {
   return operand.kind == Operand::Kind::kValue && builder_.type_of(operand.value) == ir::kBoolType;
 }
 
+ir::ProbeKey Drawing::key_of(const OutRef& out) const {
+  const std::size_t before = out.kind == OutRef::Kind::kInOut ? element(out.node).outputs.size() : 0;
+  return ir::ProbeKey::of(element(out.node).at, ir::ProbeSide::kOutput, before + out.pin);
+}
+
+ir::ProbeKey Drawing::key_of(const Input& input) const {
+  const auto index = static_cast<std::uint32_t>(&input - graph_.inputs.data());
+  const auto after = std::upper_bound(graph_.nodes.begin(), graph_.nodes.end(), index,
+                                      [](std::uint32_t i, const Node& node) { return i < node.first_input; });
+  const Node& node = *(after - 1);
+  return ir::ProbeKey::of(node.element->at, ir::ProbeSide::kInput, index - node.first_input);
+}
+
 Incoming Drawing::read(const Input& input) {
+  const Incoming in = read_input(input);
+  if (builder_.notes_probes() && in.is_value()) builder_.probe(key_of(input), in.operand);
+  return in;
+}
+
+Incoming Drawing::read_input(const Input& input) {
   const plcopen::Pin& pin = *input.pin;
   Incoming in;
   if (input.wire_count == 1) {

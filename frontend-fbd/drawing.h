@@ -62,6 +62,12 @@ class Drawing {
 
   /// What arrives at `input`: the OR of its wires, the text in the connection point, pin modifiers applied.
   Incoming read(const Input& input);
+  /// The keys of what somebody may look at: an element, one of its outputs, one of its inputs.
+  [[nodiscard]] ir::ProbeKey key_of(NodeId node) const {
+    return ir::ProbeKey::of(element(node).at, ir::ProbeSide::kWhole);
+  }
+  [[nodiscard]] ir::ProbeKey key_of(const OutRef& out) const;
+  [[nodiscard]] ir::ProbeKey key_of(const Input& input) const;
   /// The same as BOOL: nothing when unconnected or poisoned. Messages name the reader.
   std::optional<ir::ValueId> read_bool(const Input& input, NodeId reader);
   /// True when the operand is a BOOL value already (the common case: no message needs to be made ready).
@@ -137,6 +143,7 @@ class Drawing {
   [[nodiscard]] std::span<const Target> targets(NodeId node) const;
   [[nodiscard]] std::uint32_t slot_index(const OutRef& out) const;
   Incoming read_slot(const OutRef& out, const core::SourceRef& at);
+  Incoming read_input(const Input& input);
   Incoming read_wire(const Wire& wire);
   Incoming read_feedback(const OutRef& out);
   std::optional<ir::TypeRef> infer_type(const OutRef& out, unsigned depth);
@@ -160,9 +167,9 @@ class Drawing {
     plcopen::Storage storage = plcopen::Storage::kNone;
   };
   /// place := what arrives, modified, unless its block was not executed. `text` is how the drawing names the place,
-  /// `what` how messages name it.
-  void write(const std::string& text, const core::SourceRef& at, const Incoming& in, const Modifiers& modifiers,
-             const std::string& what, NodeId node);
+  /// `what` how messages name it. The place; nothing when the text is not one.
+  std::optional<ir::PlaceId> write(const std::string& text, const core::SourceRef& at, const Incoming& in,
+                                   const Modifiers& modifiers, const std::string& what, NodeId node);
   /// True when a variable at an output is at the input of the same name, too: that is an in-out, nothing to write.
   bool is_left_side(const OutRef& out, const plcopen::Pin& pin);
   void lower_in_variable(NodeId node);

@@ -61,6 +61,7 @@ void Drawing::lower_in_variable(NodeId node) {
       st::lower_expression(e.text, e.text_at, builder_, computes(e) ? expected_type(out) : std::nullopt);
   if (!operand) return publish_poison(out);
   note_read(*operand, node);
+  builder_.probe(key_of(node), *operand);
   if (!e.negated && e.edge == Edge::kNone && e.storage == Storage::kNone) return publish(out, *operand);
   const auto value = builder_.convert(*operand, ir::kBoolType, "inVariable \"" + e.text + "\" with a modifier");
   if (!value) return publish_poison(out);
@@ -81,20 +82,23 @@ void Drawing::lower_out_variable(NodeId node) {
   }
   if (!in.is_value()) return publish_poison(out);
   if (!e.text.empty()) {
-    write(e.text, e.text_at, in, {e.negated, e.edge, e.storage}, "outVariable \"" + e.text + "\"", node);
+    const auto place =
+        write(e.text, e.text_at, in, {e.negated, e.edge, e.storage}, "outVariable \"" + e.text + "\"", node);
+    if (place) builder_.probe(key_of(node), *place);
   }
   if (has_reader(out)) publish(out, in.operand);
 }
 
-void Drawing::write(const std::string& text, const core::SourceRef& at, const Incoming& in, const Modifiers& modifiers,
-                    const std::string& what, NodeId node) {
+std::optional<PlaceId> Drawing::write(const std::string& text, const core::SourceRef& at, const Incoming& in,
+                                      const Modifiers& modifiers, const std::string& what, NodeId node) {
   // What an EN that was FALSE left out must not be written: the variable keeps its value (IEC 61131-3:2013, 6.6.1.7).
   ir::LabelId skip;
   if (in.executed.valid()) {
     skip = builder_.new_label();
     builder_.jump_if_not(in.executed, skip);
   }
-  if (const auto place = st::lower_place(text, at, builder_, true)) {
+  const auto place = st::lower_place(text, at, builder_, true);
+  if (place) {
     if (modifiers.negated || modifiers.edge != Edge::kNone || modifiers.storage != Storage::kNone) {
       if (builder_.type_of(*place) != ir::kBoolType) {
         report(Code::P3023, node,
@@ -109,6 +113,7 @@ void Drawing::write(const std::string& text, const core::SourceRef& at, const In
     note_write(*place, node, false);
   }
   if (skip.valid()) builder_.bind(skip);
+  return place;
 }
 
 void Drawing::write_targets(NodeId node) {
@@ -175,6 +180,7 @@ void Drawing::lower_in_out_variable(NodeId node) {
     if (skip.valid()) builder_.bind(skip);
     note_write(*place, node, false);
   }
+  builder_.probe(key_of(node), *place);
   if (!has_reader(out)) return;
   const ValueId value = builder_.load(*place);
   publish(out, is_bool ? modify(value, e.negated_out, e.edge_out, e.storage_out, e.text) : value);
@@ -202,8 +208,14 @@ void Drawing::lower_jump(NodeId node) {
     it->second.label = builder_.new_label();
     it->second.first_jump = node;
   }
-  if (own.empty() || own[0].wire_count == 0) return builder_.jump(it->second.label);
-  if (const auto condition = read_bool(own[0], node)) builder_.jump_if(*condition, it->second.label);
+  if (own.empty() || own[0].wire_count == 0) {
+    builder_.probe_reached(key_of(node));
+    return builder_.jump(it->second.label);
+  }
+  if (const auto condition = read_bool(own[0], node)) {
+    builder_.probe(key_of(node), *condition);
+    builder_.jump_if(*condition, it->second.label);
+  }
 }
 
 void Drawing::lower_label(NodeId node) {
@@ -223,9 +235,13 @@ void Drawing::lower_label(NodeId node) {
 
 void Drawing::lower_return(NodeId node) {
   const auto own = inputs(node);
-  if (own.empty() || own[0].wire_count == 0) return builder_.ret();
+  if (own.empty() || own[0].wire_count == 0) {
+    builder_.probe_reached(key_of(node));
+    return builder_.ret();
+  }
   const auto condition = read_bool(own[0], node);
   if (!condition) return;
+  builder_.probe(key_of(node), *condition);
   const ir::LabelId skip = builder_.new_label();
   builder_.jump_if_not(*condition, skip);
   builder_.ret();

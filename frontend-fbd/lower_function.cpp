@@ -283,6 +283,7 @@ void BlockLowering::lower_delay() {
   Drawing::Slot& slot = d.slots_[d.slot_index(out)];
   slot.value = value;
   slot.state = Drawing::Slot::State::kValue;
+  b.probe(d.key_of(out), value);
   publish_eno();
 }
 

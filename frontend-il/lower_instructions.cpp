@@ -97,6 +97,15 @@ NodeId Lowering::binary(const Instruction& one, NodeId left, NodeId right) {
 void Lowering::lower(std::uint32_t index) {
   const Instruction& one = listing_.instructions[index];
   builder_.set_source(at(one));
+  builder_.probe_reached(ir::ProbeKey::text(at(one), ir::ProbeSide::kWhole));
+  execute(one, index);
+  // Beside an instruction stands what it leaves in the accumulator.
+  if (accumulator_.state == Accumulator::State::kValue) {
+    builder_.probe(ir::ProbeKey::text(at(one), ir::ProbeSide::kOutput), accumulator_.value);
+  }
+}
+
+void Lowering::execute(const Instruction& one, std::uint32_t index) {
   switch (one.kind) {
     case Kind::kLoad:
       return load(one);

@@ -72,6 +72,7 @@ class Lowering {
 
   // lower_instructions.cpp
   void lower(std::uint32_t index);
+  void execute(const Instruction& one, std::uint32_t index);
   void load(const Instruction& one);
   void store(const Instruction& one);
   void set_or_reset(const Instruction& one);

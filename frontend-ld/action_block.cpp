@@ -221,6 +221,7 @@ void ActionBlocks::run_text(const ActionId& id, ValueId active) {
 /// Beside the variable itself R resets what is stored for it elsewhere in the body, so that its time starts anew.
 void ActionBlocks::reset(const ActionId& id, ValueId flow) {
   const ActionLink& one = action(id);
+  b_.probe(ir::ProbeKey::of(one.at, ir::ProbeSide::kWhole), flow);
   if (texts_.count(key_of(one)) == 0) {
     const auto place = variable(one);
     if (!place) return;
@@ -269,9 +270,14 @@ void ActionBlocks::lower_action(const ActionId& id, ValueId flow) {
     time = *value;
   }
   const Activity what = activity(id, *qualifier, flow, time);
-  if (target) return write(id, *target, what);
+  if (target) {
+    b_.probe(ir::ProbeKey::of(one.at, ir::ProbeSide::kWhole), what.value);
+    return write(id, *target, what);
+  }
   const bool latched = *qualifier == Qualifier::kS || *qualifier == Qualifier::kDs;
-  run_text(id, latched ? store(id, what.value) : what.value);
+  const ValueId active = latched ? store(id, what.value) : what.value;
+  b_.probe(ir::ProbeKey::of(one.at, ir::ProbeSide::kWhole), active);
+  run_text(id, active);
 }
 
 void ActionBlocks::lower(fbd::NodeId node, ValueId flow) {

@@ -130,7 +130,9 @@ class Ladder final : public fbd::Drawing {
     const auto value = is_bool(*operand) ? std::optional(operand->value)
                                          : builder().convert(*operand, ir::kBoolType, "contact \"" + e.text + "\"");
     if (!value) return std::nullopt;
-    return modify(*value, e.negated, e.edge, e.storage, e.text);
+    const ValueId state = modify(*value, e.negated, e.edge, e.storage, e.text);
+    builder().probe(key_of(node), state);
+    return state;
   }
 
   void lower_contact(NodeId node) {
@@ -177,6 +179,7 @@ class Ladder final : public fbd::Drawing {
     }
     const ValueId value = modify(*flow, e.negated, e.edge, Storage::kNone, e.text);
     write_bool(*place, value, e.storage);
+    builder().probe(key_of(node), *place);
     note_write(*place, node, e.storage == Storage::kNone);
   }
 

@@ -90,7 +90,9 @@ void Evaluation::test_transition(const Group& group, std::uint32_t t, LabelId en
   const auto holds = condition(t);
   b_.set_source(transition.at);
   if (holds) {
+    b_.probe(ir::ProbeKey::of(transition.at, ir::ProbeSide::kInput), *holds);
     b_.jump_if_not(*holds, next);
+    b_.probe_reached(ir::ProbeKey::of(transition.at, ir::ProbeSide::kWhole));
     for (const auto& sources : transition.sources) {
       const ValueId one = transition.sources.size() > 1 ? enabled(group, sources) : ValueId{};
       if (one.valid()) {

@@ -15,6 +15,11 @@ namespace {
 
 constexpr ir::TypeRef kTime = ir::ref_of(core::TypeId::kTime);
 
+// Pins of a step that stand for the actions of its own (bytecode::DrawnKey).
+constexpr std::size_t kEntryPin = 1;
+constexpr std::size_t kMainPin = 2;
+constexpr std::size_t kExitPin = 3;
+
 std::uint32_t size_of(const std::vector<std::uint32_t>& list) { return static_cast<std::uint32_t>(list.size()); }
 
 /// Numbers from 0 to `count` for which `has` holds.
@@ -114,6 +119,7 @@ void Evaluation::emit() {
   });
   obey_flags();
   when(load(moved_), [&] { take_over(); });
+  probe_steps(ir::ProbeSide::kWhole);
   const auto if_quiet = [&](LabelId to) {
     if (quiet_ != kNoVariable) b_.jump_if(load(quiet_), to);
   };
@@ -124,7 +130,9 @@ void Evaluation::emit() {
   run_step_actions(entries_tree_, entries_, &PreparedStep::entered, &PreparedStep::entry);
   run_main_actions();
   b_.bind(compute);
+  probe_steps(ir::ProbeSide::kOutput);
   compute_controls();
+  probe_actions();
   if_quiet(end_);
   run_bodies();
   b_.set_source(c_.at);
@@ -132,6 +140,27 @@ void Evaluation::emit() {
   test();
   if (has(Flag::kTrans)) b_.store(*flags_[static_cast<std::size_t>(Flag::kTrans)], load(moved_));
   b_.bind(end_);
+}
+
+// ---- what somebody may look at ------------------------------------------------------------------------------------
+
+/// Which steps are active in this evaluation; for how long.
+void Evaluation::probe_steps(ir::ProbeSide side) {
+  for (std::uint32_t s = 0; s < c_.steps.size() && b_.notes_probes(); ++s) {
+    const ir::PlaceId step = at(chart_.steps[s].variable);
+    b_.probe(ir::ProbeKey::of(c_.steps[s].at, side), b_.field(step, side == ir::ProbeSide::kWhole ? 0 : 1));
+  }
+}
+
+/// Which actions are executed in this evaluation, at each step that has them.
+void Evaluation::probe_actions() {
+  for (std::uint32_t s = 0; s < c_.steps.size() && b_.notes_probes(); ++s) {
+    for (const Use& use : chart_.steps[s].uses) {
+      const Control& control = chart_.controls[use.control];
+      b_.probe(ir::ProbeKey::of(c_.steps[s].actions[use.association].at, ir::ProbeSide::kWhole),
+               at(control.runs_body() ? control.due : control.active));
+    }
+  }
 }
 
 // ---- marking ------------------------------------------------------------------------------------------------------
@@ -212,12 +241,14 @@ void Evaluation::look_at_steps() {
 void Evaluation::run_step_actions(Tree& tree, const std::vector<std::uint32_t>& steps, std::uint32_t PreparedStep::*due,
                                   Target PreparedStep::*action) {
   if (steps.empty()) return;
+  const std::size_t pin = action == &PreparedStep::entry ? kEntryPin : kExitPin;
   tree.walk(
       [&](std::uint32_t i) {
         const PreparedStep& step = chart_.steps[steps[i]];
         b_.set_source(c_.steps[steps[i]].at);
         when(load(step.*due), [&] {
           store(step.*due, false);
+          b_.probe_reached(ir::ProbeKey::of(c_.steps[steps[i]].at, ir::ProbeSide::kWhole, pin));
           run(step.*action);
         });
       },
@@ -232,7 +263,10 @@ void Evaluation::run_main_actions() {
     const Target& main = chart_.steps[s].main;
     if (main.kind == Target::Kind::kNothing) return;
     b_.set_source(c_.steps[s].at);
-    when(active(s), [&] { run(main); });
+    when(active(s), [&] {
+      b_.probe_reached(ir::ProbeKey::of(c_.steps[s].at, ir::ProbeSide::kWhole, kMainPin));
+      run(main);
+    });
   });
 }
 

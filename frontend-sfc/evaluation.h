@@ -52,6 +52,10 @@ class Evaluation {
   /// A TIME as written at a step; nothing, and reported, when it is none.
   std::optional<ir::ValueId> duration(const std::string& text, const core::SourceRef& where, const std::string& what);
 
+  // evaluation.cpp: what somebody may look at
+  void probe_steps(ir::ProbeSide side);
+  void probe_actions();
+
   // evaluation.cpp: the marking
   void begin();
   void take_over();

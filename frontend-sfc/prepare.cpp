@@ -234,7 +234,7 @@ class Preparation {
       }
       const std::uint32_t input =
           add_input(chart.controls[known->second], chart.chart.steps[one.step].actions[one.association]);
-      chart.steps[one.step].uses.push_back({known->second, input});
+      chart.steps[one.step].uses.push_back({known->second, input, one.association});
     }
   }
 

@@ -62,6 +62,7 @@ struct Control {
 struct Use {
   std::uint32_t control = 0;
   std::uint32_t input = 0;
+  std::uint32_t association = 0;  ///< into Step::actions
 };
 
 struct PreparedStep {

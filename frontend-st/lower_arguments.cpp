@@ -201,7 +201,9 @@ bool Lowering::all_in_outs_given(NodeId call, const std::vector<Parameter>& para
 std::optional<ValueId> Lowering::condition(NodeId id, std::string_view what) {
   const auto given = value(id, ir::kBoolType);
   if (!given) return std::nullopt;
-  return builder_.convert(*given, ir::kBoolType, what);
+  const auto holds = builder_.convert(*given, ir::kBoolType, what);
+  if (holds) builder_.probe(value_key(id), *holds);
+  return holds;
 }
 
 // Stores `value` where an output argument points.

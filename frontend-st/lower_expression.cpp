@@ -246,7 +246,9 @@ std::optional<Operand> Lowering::name_value(NodeId id, Expected expected) {
     return stub_value(id, expected);
   }
   if (const auto known = known_constant(*where)) return operand(builder_.constant(*known), id);
-  return operand(builder_.load(*where), id);
+  const ir::ValueId loaded = builder_.load(*where);
+  if (in_statement_) builder_.probe(value_key(id), loaded);
+  return operand(loaded, id);
 }
 
 /// The value of a scalar declared CONSTANT: array indices, CASE labels and folding know it.

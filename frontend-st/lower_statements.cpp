@@ -26,7 +26,24 @@ bool Lowering::assign(NodeId id) {
     warn_stub(at(n.a), '"' + std::string(text(n.a)) + "\" of type " + types().name_of(builder_.type_of(*where)));
     return true;
   }
-  return builder_.assign(*where, *given, "variable \"" + std::string(text(n.a)) + '"');
+  if (!builder_.assign(*where, *given, "variable \"" + std::string(text(n.a)) + '"')) return false;
+  probe_written(n.a, *where, *given);
+  return true;
+}
+
+void Lowering::probe_written(NodeId id, ir::PlaceId where, const ir::Operand& given) {
+  if (!builder_.notes_probes()) return;
+  // What is written is in the variable; where only the running program finds that, it is what was given.
+  const ir::Body& body = builder_.body();
+  for (ir::PlaceId place = where; place.valid(); place = body.places[place.index].parent) {
+    const ir::Place::Kind kind = body.places[place.index].kind;
+    if (kind == ir::Place::Kind::kInstance || kind == ir::Place::Kind::kFrame || kind == ir::Place::Kind::kGlobal ||
+        kind == ir::Place::Kind::kField || kind == ir::Place::Kind::kElement) {
+      continue;
+    }
+    return builder_.probe(value_key(id), given);
+  }
+  builder_.probe(value_key(id), where);
 }
 
 // a := b := c: the value at the end goes to each of the variables, the last one first, and is read once.
@@ -51,6 +68,7 @@ bool Lowering::assign_chain(NodeId id) {
     } else if (given) {
       fine = builder_.assign(*where, *given, "variable \"" + std::string(text(node(step).a)) + '"') && fine;
     }
+    if (where && given && fine) probe_written(node(step).a, *where, *given);
   }
   return fine;
 }
@@ -163,6 +181,8 @@ bool Lowering::call_statement(NodeId call_id) {
 
 bool Lowering::statement(NodeId id) {
   builder_.set_source(at(id));
+  builder_.probe_reached(ir::ProbeKey::text(at(id), ir::ProbeSide::kWhole));
+  in_statement_ = true;
   switch (node(id).kind) {
     case NodeKind::kAssign:
       return assign(id);

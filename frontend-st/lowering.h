@@ -196,6 +196,9 @@ class Lowering {
   bool deliver(NodeId argument, ir::ValueId value);
 
   // lower_statements.cpp
+  /// The key of what somebody may look at in a statement: the value of a name or an expression.
+  [[nodiscard]] ir::ProbeKey value_key(NodeId id) const { return ir::ProbeKey::text(at(id), ir::ProbeSide::kOutput); }
+  void probe_written(NodeId id, ir::PlaceId where, const ir::Operand& given);
   bool statement(NodeId id);
   bool assign(NodeId id);
   bool assign_chain(NodeId id);
@@ -264,6 +267,7 @@ class Lowering {
   const Ast& ast_;
   std::vector<ir::Operand> given_;  ///< by number
   bool stub_used_ = false;
+  bool in_statement_ = false;    ///< what is lowered is part of a statement, whose values may be looked at
   bool compared_ = false;        ///< what is lowered is compared with a value, whose type is expected as a hint
   bool keep_reference_ = false;  ///< the next place() does not follow a reference that it ends at
   std::vector<Loop> loops_;      ///< around the statement being lowered, innermost last

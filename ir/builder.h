@@ -171,6 +171,18 @@ class Builder {
   /// Notes that outcome 0 or 1 of the site happened, or that it did when `when` is TRUE.
   void cover(std::optional<std::uint32_t> site, std::uint32_t outcome, std::optional<ValueId> when = std::nullopt);
 
+  // ---- probes: nothing without Module::probes, and in tests ----
+
+  [[nodiscard]] bool notes_probes() { return module_.probes && !pou().test; }
+  /// The value is what is to be seen at `key`.
+  void probe(const ProbeKey& key, ValueId value);
+  /// The same; literals stand in the drawing anyway.
+  void probe(const ProbeKey& key, const Operand& operand);
+  /// What is in the variable here.
+  void probe(const ProbeKey& key, PlaceId place);
+  /// That control comes here.
+  void probe_reached(const ProbeKey& key);
+
   /// What a value stands for that was computed in a wider type: BYTE + BYTE is a LINT that goes where a BYTE may go
   /// (stdlib/idioms.h).
   struct Narrow {

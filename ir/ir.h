@@ -19,6 +19,7 @@
 #include "core/source_ref.h"
 #include "ir/coverage.h"
 #include "ir/library.h"
+#include "ir/probes.h"
 #include "ir/tests.h"
 #include "ir/types.h"
 #include "stdlib/library.h"
@@ -135,6 +136,16 @@ struct CallArg {
   PlaceId place{};             ///< kOutput: where the output goes
 };
 
+/// What somebody may look at (Module::probes): a value, or what is in a variable when the instructions before `before`
+/// have been executed; with neither, that they have.
+struct Probe {
+  ProbeKey key;
+  ValueId value{};
+  PlaceId place{};
+  std::uint32_t before = 0;  ///< instruction, or their number
+  ValueId when{};            ///< BOOL; valid: only where it is TRUE. Code generation makes this of branches
+};
+
 struct Body {
   std::vector<Inst> insts;
   std::vector<ValueId> args;       ///< operands of kCall
@@ -144,6 +155,7 @@ struct Body {
   std::vector<SourceRef> sources;  ///< one per element, shared by its instructions
   std::vector<const stdlib::Overload*> functions;
   std::uint32_t label_count = 0;
+  std::vector<Probe> probes;  ///< in the order in which they were noted
 };
 
 enum class Role : std::uint8_t {
@@ -375,6 +387,7 @@ struct Module {
   std::map<std::uint32_t, TransitionBody> transitions;  ///< by the index of their bodies into `pous`
   std::optional<TestBench> bench = {};                  ///< the module is compiled with its tests
   std::optional<Coverage> coverage = {};                ///< the module is compiled with notes of what happened
+  bool probes = false;                                  ///< front ends note what can be looked at: Body::probes
   bool tests_run = false;  ///< the tasks are that of the tests, which have mirrors of programs
 
   /// The transition of `pou` that is called so, into `pous`; nothing when it has none.

@@ -38,13 +38,18 @@ bool BodyGenerator::run() {
   connect_queues();
   label_words_.assign(body_.label_count, kUnset);
   initialise_temps();
+  if (!body_.probes.empty()) notes_.emplace(types_, body_, analysis_, place_words_, shared_.layout);
   for (now_ = 0; now_ < body_.insts.size(); ++now_) {
     const Inst& inst = body_.insts[now_];
-    if (!values()[now_].live) continue;
-    frame_.advance(now_);
-    writer_.source(body_.sources[inst.source]);
-    instruction(inst);
+    if (notes_) notes_->begin(now_, here());
+    if (values()[now_].live) {
+      frame_.advance(now_);
+      writer_.source(body_.sources[inst.source]);
+      instruction(inst);
+    }
+    if (notes_) notes_->end(now_, here());
   }
+  if (notes_) notes_->begin(now_, here());
   if (pou_.queue_call) call_queue(*pou_.queue_call);
   const std::uint32_t end = writer_.here();
   for (const Patch& patch : patches_) {
@@ -184,6 +189,7 @@ bool BodyGenerator::finish() {
 }
 
 void BodyGenerator::jump(std::uint32_t label) {
+  note_jump(here(), label);
   if (label_words_[label] != kUnset) {
     writer_.op(Opcode::kLoopJump, {label_words_[label]});
     return;
@@ -199,11 +205,14 @@ void BodyGenerator::jump_unless(Literal condition, std::uint32_t label) {
     return;
   }
   if (label_words_[label] == kUnset) {
-    patches_.push_back({forward_jump(condition), label});
+    const std::uint32_t target = forward_jump(condition);
+    note_jump(target - 2, label);
+    patches_.push_back({target, label});
     return;
   }
   // Conditional jumps go forward: step over the jump back.
   const std::uint32_t over = forward_jump(condition ^ 1u);
+  note_jump(here(), label);
   writer_.op(Opcode::kLoopJump, {label_words_[label]});
   writer_.patch(over, writer_.here());
 }
@@ -216,6 +225,11 @@ std::uint32_t BodyGenerator::forward_jump(Literal condition) {
   return writer_.last_word();
 }
 
-bool generate_body(Shared& shared, std::uint32_t pou, ImagePou& out) { return BodyGenerator(shared, pou, out).run(); }
+bool generate_body(Shared& shared, std::uint32_t pou, ImagePou& out, PouProbes& probes) {
+  BodyGenerator generator(shared, pou, out);
+  const bool fits = generator.run();
+  probes = generator.take_probes();
+  return fits;
+}
 
 }  // namespace plc::bytecode

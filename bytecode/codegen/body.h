@@ -34,7 +34,8 @@ struct Shared {
   std::uint32_t block(ir::TypeRef block_type);
 };
 
-/// Generates POU `pou` of the module into `out`. False when its frame is larger than a table may be.
-bool generate_body(Shared& shared, std::uint32_t pou, ImagePou& out);
+/// Generates POU `pou` of the module into `out`, and `probes` where front ends noted some. False when its frame is
+/// larger than a table may be.
+bool generate_body(Shared& shared, std::uint32_t pou, ImagePou& out, PouProbes& probes);
 
 }  // namespace plc::bytecode

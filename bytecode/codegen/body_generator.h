@@ -14,6 +14,7 @@
 #include "bytecode/codegen/boolean_map.h"
 #include "bytecode/codegen/frame.h"
 #include "bytecode/codegen/if_conversion.h"
+#include "bytecode/codegen/probe_notes.h"
 #include "bytecode/codegen/writer.h"
 
 namespace plc::bytecode {
@@ -42,6 +43,8 @@ class BodyGenerator final : private RecordSink {
         writer_(out.code, out.debug) {}
 
   bool run();
+  /// After run(): the probe map, when the module notes probes.
+  PouProbes take_probes() { return notes_ ? notes_->take() : PouProbes{}; }
 
  private:
   struct Patch {
@@ -183,6 +186,11 @@ class BodyGenerator final : private RecordSink {
   // ---- jumps ------------------------------------------------------------------------------------------------------
 
   void jump(std::uint32_t label);
+  [[nodiscard]] std::uint32_t here() const { return static_cast<std::uint32_t>(out_.code.size()); }
+  /// The instruction written last, which began at `word`, jumps to the label.
+  void note_jump(std::uint32_t word, std::uint32_t label) {
+    if (notes_) notes_->jump(word, label);
+  }
 
   /// Goes to `label` when the literal is FALSE.
   void jump_unless(Literal condition, std::uint32_t label);
@@ -206,6 +214,7 @@ class BodyGenerator final : private RecordSink {
   std::vector<std::uint32_t> place_words_;  ///< by place, kUnset for those reached through references
   std::vector<std::uint32_t> label_words_;
   std::vector<Patch> patches_;
+  std::optional<ProbeNotes> notes_;  ///< nothing when nobody may look
 };
 
 }  // namespace plc::bytecode

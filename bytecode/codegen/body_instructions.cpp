@@ -108,6 +108,7 @@ void BodyGenerator::instruction(const Inst& inst) {
       break;
     case Op::kLabel:
       label_words_[inst.a] = writer_.here();
+      if (notes_) notes_->label(inst.a, here());
       break;
     case Op::kJump:
       jump(inst.a);

@@ -56,6 +56,17 @@ PouKind kind_of(ir::PouKind kind) {
   return PouKind::kFunction;
 }
 
+/// One map for each POU; texts that are among the constants have the types that those got.
+void complete_probes(Image& image) {
+  image.probes.resize(image.pous.size());
+  for (PouProbes& probes : image.probes) {
+    for (ProbeStep& step : probes.steps) {
+      if (step.op != ProbeOp::kCapture || space_of(step.a) != Space::kConst) continue;
+      step.type = leaf_at(image, image.const_type, offset_of(step.a)).value_or(kNoProbeType);
+    }
+  }
+}
+
 void name_files(Image& image, const core::Diagnostics& diagnostics) {
   std::size_t files = 0;
   for (const ImagePou& pou : image.pous) {
@@ -94,6 +105,8 @@ std::optional<Image> generate(const ir::Module& module, core::Diagnostics& diagn
   if (!lay_out_queues(shared)) return too_large("a queue");
 
   image.pous.resize(order.size());
+  if (module.probes) image.probes.resize(order.size());
+  PouProbes unused;
   for (std::size_t i = 0; i < order.size(); ++i) {
     const ir::Pou& pou = module.pous[order[i]];
     ImagePou& out = image.pous[i];
@@ -103,7 +116,8 @@ std::optional<Image> generate(const ir::Module& module, core::Diagnostics& diagn
     out.instance_type = layout.pou(order[i]).instance_type;
     if (layout.too_large()) return too_large("an instance of " + pou.name);
     out.instance_initial = layout.instance_initial(order[i]);
-    if (!generate_body(shared, order[i], out) || layout.too_large()) return too_large("the frame of " + pou.name);
+    if (!generate_body(shared, order[i], out, module.probes ? image.probes[i] : unused) || layout.too_large())
+      return too_large("the frame of " + pou.name);
   }
   generate_tasks(shared, plan);
   for (const ImageTask& task : image.tasks) {
@@ -113,6 +127,7 @@ std::optional<Image> generate(const ir::Module& module, core::Diagnostics& diagn
   layout.finish();
   if (layout.too_large()) return too_large("a variable");
   if (!constants.finish()) return too_large("the table of constants");
+  if (module.probes) complete_probes(image);
   name_files(image, diagnostics);
   return image;
 }

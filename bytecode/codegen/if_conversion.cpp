@@ -37,6 +37,8 @@ class Converter {
     out_ = body_;
     out_.insts.clear();
     value_.assign(body_.insts.size(), kNone);
+    position_.assign(body_.insts.size() + 1, 0);
+    when_.assign(body_.insts.size() + 1, kNone);
     auto next = conversions_.cbegin();
     for (std::uint32_t i = 0; i < body_.insts.size();) {
       if (next != conversions_.cend() && next->jump == i) {
@@ -47,6 +49,8 @@ class Converter {
       }
     }
     rename_values();
+    position_[body_.insts.size()] = static_cast<std::uint32_t>(out_.insts.size());
+    move_probes();
     return std::move(out_);
   }
 
@@ -141,19 +145,27 @@ class Converter {
   std::uint32_t put_logic(Op op, std::uint32_t a, std::uint32_t b, const Inst& like) {
     return put({op, ir::Part::kPlain, 0, ir::kBoolType, a, b, like.source}) | kNew;
   }
-  void copy(std::uint32_t i) { value_[i] = put(body_.insts[i]); }
+  void copy(std::uint32_t i) {
+    at(i);
+    value_[i] = put(body_.insts[i]);
+  }
+  void at(std::uint32_t i) { position_[i] = static_cast<std::uint32_t>(out_.insts.size()); }
 
   void convert(const Conversion& c) {
     const Inst& jump = body_.insts[c.jump];
+    at(c.jump);
     const std::uint32_t negated = put_logic(Op::kNot, jump.b, 0, jump);
     const bool unless = jump.op == Op::kJumpIfNot;
     const std::uint32_t taken = unless ? jump.b : negated, other = unless ? negated : jump.b;
     branch(c.jump + 1, c.first_end, taken, other);
-    branch(c.other_begin, c.other_end, other, taken);
+    if (c.other_begin != c.first_end) branch(c.other_begin, c.other_end, other, taken);
   }
   /// The branch is executed where `when` is TRUE, which `unless` is the opposite of.
   void branch(std::uint32_t begin, std::uint32_t end, std::uint32_t when, std::uint32_t unless) {
-    for (std::uint32_t i = begin; i < end; ++i) {
+    for (std::uint32_t i = begin; i <= end; ++i) {
+      at(i);
+      when_[i] = when;
+      if (i == end) return;
       const Inst& inst = body_.insts[i];
       if (inst.op != Op::kStore) {
         copy(i);
@@ -173,11 +185,23 @@ class Converter {
     return put_logic(Op::kOr, put_logic(Op::kAnd, store.b, when, store), kept, store);
   }
 
+  /// What is in a branch is to be seen where the branch is executed.
+  void move_probes() {
+    for (ir::Probe& probe : out_.probes) {
+      std::uint32_t when = when_[probe.value.valid() ? probe.value.index : probe.before];
+      if (when != kNone) rename(when);
+      probe.when = {when};
+      if (probe.value.valid()) rename(probe.value.index);
+      probe.before = position_[probe.before];
+    }
+  }
+
+  void rename(std::uint32_t& value) const {
+    value = (value & kNew) != 0 && value != kNone ? value & ~kNew : value_[value];
+  }
   /// Operands by their new numbers.
   void rename_values() {
-    const auto rename = [this](std::uint32_t& value) {
-      value = (value & kNew) != 0 && value != kNone ? value & ~kNew : value_[value];
-    };
+    const auto rename = [this](std::uint32_t& value) { this->rename(value); };
     for (Inst& inst : out_.insts) {
       switch (inst.op) {
         case Op::kStore:
@@ -219,7 +243,9 @@ class Converter {
   std::vector<std::uint32_t> jumps_;     ///< by label: how many go there
   std::vector<Conversion> conversions_;  ///< ascending, apart from each other
   Body out_;
-  std::vector<std::uint32_t> value_;  ///< by old number: the new one
+  std::vector<std::uint32_t> value_;     ///< by old number: the new one
+  std::vector<std::uint32_t> position_;  ///< by old number of the instruction that follows: the new one
+  std::vector<std::uint32_t> when_;      ///< ..: the value that says whether control would come here, or kNone
 };
 
 }  // namespace

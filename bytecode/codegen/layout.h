@@ -55,6 +55,10 @@ class Layout {
 
   /// The image type of `ref`, made at first use.
   std::uint32_t type(ir::TypeRef ref);
+  /// The same where it has been made, else kNoIndex.
+  [[nodiscard]] std::uint32_t known_type(ir::TypeRef ref) const {
+    return ref.index < by_ref_.size() ? by_ref_[ref.index] : kNoIndex;
+  }
   /// The image type of references to `target`, whether a source names it or not.
   std::uint32_t reference(ir::TypeRef target);
   /// A structure without fields, for functions and tasks without memory.

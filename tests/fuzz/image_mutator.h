@@ -45,7 +45,9 @@ class ImageMutator {
     if (image_.pous.empty() || image_.types.empty()) return;
     ImagePou& pou = image_.pous[below(image_.pous.size())];
     ImageType& type = image_.types[below(image_.types.size())];
-    switch (below(31)) {
+    switch (below(32)) {
+      case 31:
+        return rough_probes();
       case 30:
         if (!image_.drawings.empty()) image_.drawings[below(image_.drawings.size())] = byte();
         return;
@@ -157,6 +159,18 @@ class ImageMutator {
   std::size_t below(std::size_t n) { return random_() % n; }
 
  private:
+  /// A number of a probe map; elsewhere nothing.
+  void rough_probes() {
+    if (image_.probes.empty()) return;
+    bytecode::PouProbes& map = image_.probes[below(image_.probes.size())];
+    if (map.steps.empty()) return;
+    bytecode::ProbeStep& step = map.steps[below(map.steps.size())];
+    Word* const numbers[] = {&step.word, &step.order, &step.a, &step.b, &step.type, &step.when};
+    *numbers[below(6)] = below(2) == 0 ? static_cast<Word>(below(40)) : word();
+    if (below(8) == 0) step.op = static_cast<bytecode::ProbeOp>(below(8));
+    if (below(8) == 0) map.jumps.push_back({static_cast<Word>(below(40)), static_cast<Word>(below(4))});
+  }
+
   /// So large that an excess came before, or nearly.
   bool is_large() const { return image_.pous.size() > 40 || image_.types.size() > 300 || image_.tasks.size() > 40; }
 

@@ -174,4 +174,35 @@ inline std::size_t find_op(const ImagePou& pou, Opcode opcode, std::size_t nth =
   return pou.code.size();
 }
 
+/// A probe map of Main that has every kind of step; the other POUs have nothing to look at.
+inline void add_sample_probes(Sample& s) {
+  using bytecode::ProbeOp;
+  const ImagePou& main = s.image.pous[s.main];
+  s.image.probes.assign(s.image.pous.size(), {});
+  bytecode::PouProbes& map = s.image.probes[s.main];
+  const auto second = static_cast<std::uint32_t>(find_op(main, Opcode::kMoveStr));
+  const auto end = static_cast<std::uint32_t>(main.code.size() - 1);
+  const auto add = [&map](std::uint32_t word, ProbeOp op, std::uint32_t a = 0, std::uint32_t b = 0) -> auto& {
+    map.steps.push_back({word, 0, op, a, b, bytecode::kNoProbeType, bytecode::kNoStep});
+    return map.steps.back();
+  };
+  add(0, ProbeOp::kCapture, s.level).type = s.integer;
+  add(0, ProbeOp::kCapture, s.go).type = s.boolean;
+  add(0, ProbeOp::kNot, 1);
+  add(0, ProbeOp::kConst, 1);
+  add(second, ProbeOp::kAnd, 2, 3);
+  add(second, ProbeOp::kReached).when = 4;
+  add(second, ProbeOp::kCapture, s.title).type = s.label;
+  add(second, ProbeOp::kConst, 3).type = s.colour;
+  add(second, ProbeOp::kNotComputed);
+  add(second, ProbeOp::kOr, 8, 1);
+  add(second, ProbeOp::kXor, 8, 4);
+  add(end, ProbeOp::kReached);
+  add(end, ProbeOp::kReached).order = 1;
+  map.jumps = {{static_cast<std::uint32_t>(find_op(main, Opcode::kCondJump)), 1}};
+  for (std::uint32_t step = 0; step < map.steps.size(); ++step) {
+    map.points.push_back({{0, 10 + step, 13, 5, 0, bytecode::DrawnSide::kOutput}, step});
+  }
+}
+
 }  // namespace plc::test

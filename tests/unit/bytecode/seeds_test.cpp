@@ -79,6 +79,9 @@ void expect_accepted(Image image, const std::string& what) {
 TEST(Seeds, AreListingsOfTheSampleOfEveryPlainOpcodeAndOfSections) {
   expect_golden("tests/fuzz/corpus/verify_image/sample.pasm", bytecode::disassemble(sample_image().image));
   expect_golden("tests/fuzz/corpus/verify_image/drawn.pasm", bytecode::disassemble(whole_sample_image()));
+  Sample probed = sample_image();
+  add_sample_probes(probed);
+  expect_golden("tests/fuzz/corpus/verify_image/probes.pasm", bytecode::disassemble(probed.image));
   expect_golden("tests/fuzz/corpus/verify_image/opcodes.pasm", bytecode::disassemble(every_plain_opcode()));
   expect_golden("tests/fuzz/corpus/verify_image/lock.pasm",
                 bytecode::disassemble(sections(core::Coherence::kGlobalLock)));

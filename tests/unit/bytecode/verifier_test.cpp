@@ -44,6 +44,11 @@ void put(std::vector<std::byte>& bytes, Word at, const std::vector<std::byte>& v
 std::vector<bytecode::ImageAlias>& aliases(Sample& s) {
   return s.image.types[s.image.pous[s.motor].instance_type].aliases;
 }
+/// The probe map of Main.
+bytecode::PouProbes& probes(Sample& s) {
+  if (s.image.probes.empty()) add_sample_probes(s);
+  return s.image.probes[s.main];
+}
 /// A chain of functions, each calling the next `times` times.
 Image chain(std::uint32_t length, std::uint32_t times) {
   ImageBuilder b;
@@ -399,6 +404,40 @@ const std::vector<Case>& cases() {
       {Rule::kV508, "a queue port of what is no taskblock",
        [](Sample& s) { s.image.pous[s.main].queue_ports.push_back({0, "IN", 0, true}); }},
 
+      {Rule::kV319, "a probe map too few", [](Sample& s) { probes(s), s.image.probes.pop_back(); }},
+      {Rule::kV320, "a step inside of an instruction", [](Sample& s) { probes(s).steps[0].word = 1; }},
+      {Rule::kV320, "a step behind the code", [](Sample& s) { probes(s).steps.back().word = 100000; }},
+      {Rule::kV320, "steps in another order", [](Sample& s) { std::swap(probes(s).steps[3], probes(s).steps[8]); }},
+      {Rule::kV320, "orders that descend", [](Sample& s) { probes(s).steps[11].order = 2; }},
+      {Rule::kV321, "a capture of another type", [](Sample& s) { probes(s).steps[0].a = s.total; }},
+      {Rule::kV321, "a capture behind the table",
+       [](Sample& s) { probes(s).steps[0].a = bytecode::operand_word(Space::kGlobal, 100000); }},
+      {Rule::kV321, "a capture inside of a value", [](Sample& s) { ++probes(s).steps[0].a; }},
+      {Rule::kV321, "a capture of a type that does not exist", [](Sample& s) { probes(s).steps[0].type = 100000; }},
+      {Rule::kV321, "a capture of a reference",
+       [](Sample& s) {
+         bytecode::ProbeStep& step = probes(s).steps[0];
+         step.a = s.line_ref;
+         step.type = *bytecode::leaf_at(s.image, s.image.pous[s.main].instance_type, bytecode::offset_of(s.line_ref));
+       }},
+      {Rule::kV321, "a capture in the instance of a function",
+       [](Sample& s) {
+         probes(s);
+         s.image.probes[s.max2].steps = {
+             {0, 0, bytecode::ProbeOp::kCapture, bytecode::operand_word(Space::kInstance, 0), 0, s.dint,
+              bytecode::kNoStep}};
+       }},
+      {Rule::kV321, "a constant text", [](Sample& s) { probes(s).steps[7].type = s.label; }},
+      {Rule::kV321, "a place with a type", [](Sample& s) { probes(s).steps[5].type = s.integer; }},
+      {Rule::kV322, "an operand that comes later", [](Sample& s) { probes(s).steps[4].b = 4; }},
+      {Rule::kV322, "an operand that is no BOOL", [](Sample& s) { probes(s).steps[2].a = 0; }},
+      {Rule::kV322, "an operand without a value", [](Sample& s) { probes(s).steps[10].b = 5; }},
+      {Rule::kV322, "a condition that is no BOOL", [](Sample& s) { probes(s).steps[5].when = 0; }},
+      {Rule::kV323, "a jump where none is", [](Sample& s) { probes(s).jumps[0].word = 0; }},
+      {Rule::kV323, "a jump twice", [](Sample& s) { probes(s).jumps.push_back(probes(s).jumps[0]); }},
+      {Rule::kV323, "a point of no step", [](Sample& s) { probes(s).points[0].step = 1000; }},
+      {Rule::kV323, "a point twice", [](Sample& s) { probes(s).points[1].key = probes(s).points[0].key; }},
+
       {Rule::kV501, "an unknown block", [](Sample& s) { s.image.blocks[0].name = "NOPE"; }},
       {Rule::kV502, "another layout", [](Sample& s) { s.image.blocks[0].layout_hash ^= 1; }},
       {Rule::kV503, "other ports", [](Sample& s) { s.image.types[s.image.blocks[0].type].fields[0].name = "OTHER"; }},
@@ -432,6 +471,13 @@ TEST(Verifier, AcceptsTheSample) {
   ASSERT_TRUE(verified) << render(diagnostics);
   EXPECT_EQ(verified->call_depth(), 2u);  // task, Main, Motor or Max2
   EXPECT_TRUE(diagnostics.all().empty());
+}
+
+TEST(Verifier, AcceptsTheSampleWithProbes) {
+  Sample s = sample_image();
+  add_sample_probes(s);
+  core::Diagnostics diagnostics;
+  EXPECT_TRUE(verify(std::move(s.image), diagnostics)) << render(diagnostics);
 }
 
 TEST(Verifier, EveryBrokenRuleIsFoundAndNamed) {
