@@ -173,6 +173,8 @@ Operation operation_of(ResolvedOp op) {
       PLC_REFERENCED(StoreVia16)
       PLC_REFERENCED(StoreVia32)
       PLC_REFERENCED(StoreVia64)
+    // Of the interpreter alone.
+    case ResolvedOp::kProbe:
     // Once in a scan, or between tasks.
     case ResolvedOp::kReadN:
     case ResolvedOp::kWriteN:

@@ -13,6 +13,7 @@
 #include "runtime/link/link.h"
 #include "runtime/memory/forces.h"
 #include "runtime/pointers/objects.h"
+#include "runtime/probes.h"
 #include "runtime/record/recorder.h"
 #include "runtime/record/replay.h"
 #include "runtime/sched/task.h"
@@ -46,6 +47,10 @@ struct Program::State {
   std::unique_ptr<CompiledTask> compiled;  ///< null = the interpreter
   Recorder* recorder = nullptr;            ///< null = nothing is recorded
   std::atomic<bool> cut{false};            ///< loops were cut from outside
+  bool replica = false;
+  std::unique_ptr<Probes> probes;         ///< null = nobody looks
+  LinkedCode plain;                       ///< the code without probes, while somebody looks
+  std::unique_ptr<CompiledTask> resting;  ///< what ran it
 };
 
 core::Code fault_code(FaultKind kind) {
@@ -162,6 +167,7 @@ core::Result<std::unique_ptr<Program>> Program::link_replica(const bytecode::Ver
   for (const bytecode::ImageQueue& queue : image.queues)
     state->queues.emplace_back(replay, image.types[queue.type].size);
   if (auto problem = resolve(*state)) return *problem;
+  state->replica = true;
   state->taskblocks = Taskblocks::make_replica(image, task, state->table, options, replay);
   const std::span<std::byte> table(state->table.data(), static_cast<std::size_t>(state->table.layout().total));
   state->types.emplace(image, task, image.tasks[task].body, state->table.layout());
@@ -265,6 +271,34 @@ void Program::install(std::unique_ptr<CompiledTask> compiled) {
   state_->machine.code = state_->compiled->code.data();
   state_->machine.marks = state_->compiled->marks;
 }
+
+std::optional<core::Problem> Program::look_at(std::span<const ProbedPou> views) {
+  State& s = *state_;
+  if (!s.replica) return core::Problem{core::Code::P9001, "probes are looked at in replicas only", {}};
+  if (!views.empty()) {
+    const std::uint32_t body = task().body;
+    const std::vector<std::uint32_t> pous = reached_pous(s.image, body);
+    auto probes = std::make_unique<Probes>(s.image, body, pous, s.table.layout(), views);
+    auto code = link_task(s.image, body, pous, s.table.layout(), *s.exchange, s.options.arrange, probes.get());
+    if (!code) return code.error();
+    if (!s.probes) {
+      s.plain = std::move(s.code);
+      s.resting = std::move(s.compiled);
+    }
+    s.code = std::move(*code);
+    s.probes = std::move(probes);
+  } else if (s.probes) {
+    s.code = std::move(s.plain);
+    s.compiled = std::move(s.resting);
+    s.probes.reset();
+  }
+  s.machine.probes = s.probes.get();
+  s.machine.code = s.compiled ? s.compiled->code.data() : s.code.data();
+  s.machine.marks = s.compiled ? s.compiled->marks : std::span<const CodeMark>(s.code.marks);
+  return {};
+}
+
+Probes* Program::probes() noexcept { return state_->probes.get(); }
 
 bool Program::is_compiled() const noexcept { return state_->compiled != nullptr; }
 

@@ -33,6 +33,7 @@ namespace plc::runtime {
 struct CompiledTask;
 struct LinkedCode;
 class Forces;
+class Probes;
 class Recorder;
 class Replay;
 
@@ -72,6 +73,13 @@ struct EventCount {
   std::uint32_t word = 0;
   stdlib::Event last = stdlib::Event::kNone;
   std::uint64_t count = 0;
+};
+
+/// A POU that somebody looks at, and the instance it runs on: its offset in the table of the task; of a function 0.
+struct ProbedPou {
+  std::uint32_t pou = 0;
+  std::uint32_t instance = 0;
+  friend auto operator<=>(const ProbedPou&, const ProbedPou&) = default;
 };
 
 struct ProgramOptions {
@@ -131,6 +139,13 @@ class Program {
   /// From the next scan on this runs instead of the interpreter. Not while a scan runs.
   void install(std::unique_ptr<CompiledTask> compiled);
   [[nodiscard]] bool is_compiled() const noexcept;
+
+  /// Of a replica: from the next scan on what these POUs have at their probes is taken (bytecode/probes.h), which the
+  /// interpreter does, on the same table; without views it runs as before again. Between scans. P9001 when it cannot be
+  /// linked, or is no replica.
+  std::optional<core::Problem> look_at(std::span<const ProbedPou> views);
+  /// Null when nobody looks.
+  [[nodiscard]] Probes* probes() noexcept;
 
   /// Where a running scan is, roughly: at its last loop jump or program call. Any thread; RT.
   [[nodiscard]] Fault place(FaultKind kind) const noexcept;

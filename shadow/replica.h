@@ -35,6 +35,12 @@ class Replica {
   /// One scan.
   Outcome run(std::span<const std::byte> record);
 
+  /// From the next scan on what these POUs have at their probes is taken; nothing: the replica runs as it was made. The
+  /// table stays. P9001 when that cannot be.
+  std::optional<core::Problem> look_at(std::span<const runtime::ProbedPou> views) { return program_->look_at(views); }
+  /// Null when nobody looks. Whoever looks takes the values, and clears what happened.
+  [[nodiscard]] runtime::Probes* probes() const { return program_->probes(); }
+
   [[nodiscard]] runtime::Program& program() const { return *program_; }
   /// Of the record that was executed last.
   [[nodiscard]] const runtime::RecordHead& head() const { return replay_->head(); }

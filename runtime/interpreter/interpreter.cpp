@@ -13,6 +13,7 @@
 #include "runtime/interpreter/value_ops.h"
 #include "runtime/interpreter/value_runs.h"
 #include "runtime/memory/queue.h"
+#include "runtime/probes.h"
 #include "stdlib/arithmetic.h"
 
 // Labels as values and computed goto are extensions of both compilers; a switch would funnel every dispatch through one
@@ -280,6 +281,9 @@ op_RunTaskblock : {
     return false;
   PLC_NEXT(2);
 }
+op_Probe:
+  m.probes->run(pc[1], pc[2], pc[3], table, instance);
+  PLC_NEXT(4);
 op_CallPouFixed : {
   m.place.store(static_cast<std::uint32_t>(pc - code), std::memory_order_relaxed);
   if (!interpret<Addressing::kFixed>(m, code + pc[1], 0, nullptr)) [[unlikely]]
@@ -525,14 +529,10 @@ op_ReadN : {
   m.exchange->import(pc[1]);
   PLC_NEXT(2);
 }
-op_WriteN : {
+op_WriteN:
+op_WriteChangedN:
   m.exchange->export_range(pc[1]);
   PLC_NEXT(2);
-}
-op_WriteChangedN : {
-  m.exchange->export_range(pc[1]);
-  PLC_NEXT(2);
-}
 op_RaisePriority : {
   m.exchange->raise(pc[1]);
   PLC_NEXT(2);

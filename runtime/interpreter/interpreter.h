@@ -43,6 +43,7 @@ struct CodeMark {
 };
 
 class Objects;
+class Probes;
 class QueueEnd;
 class Taskblocks;
 
@@ -67,6 +68,7 @@ struct Machine {
   std::atomic<std::uint32_t> place{0};
   Fault fault;                       ///< of a scan that ended in one; what it was before, else
   const Objects* objects = nullptr;  ///< what pointers lead to; null when the task uses none
+  Probes* probes = nullptr;          ///< of a replica that somebody looks at
 };
 
 /// Executes the body at stream position `entry`, whose instance is at table offset `instance`. False: machine.fault is

@@ -23,17 +23,20 @@ std::optional<std::uint32_t> BodyReader::target_of(const Decoded& d) {
   return std::nullopt;
 }
 
+GeneralRecord BodyReader::record(const std::uint32_t* words) const {
+  GeneralRecord record;
+  record.truth = words[0];
+  record.out = bindings_.resolve(pou_, words[1]);
+  for (std::size_t input = 0; input < 5; ++input) record.in[input] = bindings_.resolve(pou_, words[2 + input]);
+  return record;
+}
+
 std::vector<GeneralRecord> BodyReader::records(const Decoded& first, std::uint32_t& next) const {
   std::vector<GeneralRecord> records;
   Decoded run = first;
   for (;;) {
     for (std::uint32_t i = 0; i < run.items; ++i) {
-      const std::uint32_t* const words = run.list + std::size_t{i} * bytecode::kRecordWords;
-      GeneralRecord record;
-      record.truth = words[0];
-      record.out = bindings_.resolve(pou_, words[1]);
-      for (std::size_t input = 0; input < 5; ++input) record.in[input] = bindings_.resolve(pou_, words[2 + input]);
-      records.push_back(record);
+      records.push_back(record(run.list + std::size_t{i} * bytecode::kRecordWords));
     }
     next = run.next;
     if (next >= code().size() || is_target(next)) return records;

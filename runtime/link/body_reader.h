@@ -32,6 +32,8 @@ class BodyReader {
   /// The records of a boolean run and of those that follow it without a jump between them; `next` becomes the word
   /// after the last one.
   [[nodiscard]] std::vector<GeneralRecord> records(const Decoded& first, std::uint32_t& next) const;
+  /// One of them, from its words.
+  [[nodiscard]] GeneralRecord record(const std::uint32_t* words) const;
   struct FusedJump {
     ResolvedOp op = ResolvedOp::kReturn;
     std::uint32_t target = 0, next = 0;

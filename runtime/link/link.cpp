@@ -1,13 +1,12 @@
 #include "runtime/link/link.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstring>
-#include <map>
 #include <optional>
 #include <utility>
 
-#include "bytecode/type_map.h"
 #include "runtime/interpreter/handle.h"
 #include "runtime/interpreter/operations.h"
 #include "runtime/interpreter/value_runs.h"
@@ -16,7 +15,10 @@
 #include "runtime/link/link_bool.h"
 #include "runtime/link/link_library.h"
 #include "runtime/link/link_path.h"
+#include "runtime/link/link_probes.h"
+#include "runtime/link/link_types.h"
 #include "runtime/pointers/packed_types.h"
+#include "runtime/probes.h"
 #include "runtime/taskblocks.h"
 #include "stdlib/library.h"
 
@@ -34,12 +36,13 @@ using bytecode::TypeKind;
 class Linker {
  public:
   Linker(const Image& image, std::uint32_t body, const std::vector<std::uint32_t>& pous, const TaskLayout& layout,
-         Exchange& exchange, bool arranged)
+         Exchange& exchange, bool arranged, const Probes* looked_at)
       : image_(image),
         pous_(pous),
         layout_(layout),
         exchange_(exchange),
         arranged_(arranged),
+        looked_at_(looked_at),
         bindings_(image, body, pous, layout),
         reader_(image, bindings_),
         entries_(image.pous.size()) {
@@ -93,7 +96,7 @@ class Linker {
     put(words[1]);
   }
   void put_target(std::uint32_t word) {
-    jump_patches_.emplace_back(position(), word);
+    jump_patches_.push_back({position(), word, jump_order_});
     put(0);
   }
   void put_entry(std::uint32_t callee) {
@@ -106,19 +109,6 @@ class Linker {
     }
   }
 
-  /// Types that are equal have one number in handles.
-  std::uint32_t canonical(std::uint32_t type) {
-    if (const auto known = canonical_.find(type); known != canonical_.end()) return known->second;
-    // The same in every task of the image: handles go from one to the other.
-    std::uint32_t first = type;
-    const TypeKind kind = image_.types[type].kind;
-    for (std::uint32_t t = 0; kind != TypeKind::kStruct && t < type && first == type; ++t) {
-      if (image_.types[t].kind == kind && bytecode::same_type(image_, t, type)) first = t;
-    }
-    canonical_.emplace(type, first);
-    return first;
-  }
-
   [[nodiscard]] const ImageType& leaf_type(std::uint32_t operand) const { return reader_.leaf_type(operand); }
   static std::uint32_t capacities(std::uint16_t to, std::uint16_t from) { return to | std::uint32_t{from} << 16; }
 
@@ -127,6 +117,8 @@ class Linker {
     reader_.open(pou);
     const std::vector<std::uint32_t>& code = reader_.code();
     std::vector<std::uint32_t> positions(code.size(), 0);
+    const std::uint32_t number = looked_at_ == nullptr ? Probes::kNobody : looked_at_->number_of(pou);
+    probes_ = LinkProbes(number == Probes::kNobody ? nullptr : &image_.probes[pou], number);
     jump_patches_.clear();
     entries_[pou] = position();
     result_.bodies.push_back(
@@ -136,13 +128,15 @@ class Linker {
       const Decoded d = decode(code, word);
       positions[word] = position();
       result_.marks.push_back({position(), pou, word});
+      put_probes(word);
+      jump_order_ = probes_.order_of_jump(word);
       if (word >= block_end) {
         end_block();
         block_end = begin_block(word);
       }
       if (d.opcode == Opcode::kBoolRun) {
-        put_records(reader_.records(d, word));
-      } else if (const auto jump = reader_.fused_jump(d)) {
+        probes_.any() ? put_probed_records(d, word) : put_records(reader_.records(d, word));
+      } else if (const auto jump = probes_.any() ? std::nullopt : reader_.fused_jump(d)) {
         put_handler(jump->op);
         for (std::uint32_t i = 0; i < 3; ++i) put_operand(d.operands[i]);
         put_target(jump->target);
@@ -153,7 +147,32 @@ class Linker {
       }
     }
     end_block();
-    for (const auto& [at, word] : jump_patches_) stream_[at] = positions[word];
+    for (const auto& [at, word, order] : jump_patches_) stream_[at] = probes_.target(word, order, positions[word]);
+  }
+
+  // ---- what somebody looks at (link_probes.h)
+
+  void put_probes(std::uint32_t word) {
+    probes_.place(word, stream_, [this](std::uint32_t first, std::uint32_t end) {
+      put_handler(ResolvedOp::kProbe);
+      put(probes_.number());
+      put(first);
+      put(end);
+    });
+  }
+  /// The records of one run, in parts where steps come between them.
+  void put_probed_records(const Decoded& d, std::uint32_t& next) {
+    std::vector<GeneralRecord> records;
+    for (std::uint32_t i = 0; i < d.items; ++i) {
+      const std::uint32_t word = d.word + 1 + i * bytecode::kRecordWords;
+      if (i != 0 && probes_.at(word)) {
+        put_records(std::exchange(records, {}));
+        put_probes(word);
+      }
+      records.push_back(reader_.record(&reader_.code()[word]));
+    }
+    put_records(records);
+    next = d.next;
   }
 
   // ---- straight code (arrange.h)
@@ -171,7 +190,7 @@ class Linker {
       count += d.opcode == Opcode::kBoolRun ? d.items : 1;
       end = d.next;
     }
-    if (count < kLeastBlock || !arranged_) return end;
+    if (count < kLeastBlock || !arranged_ || probes_.any()) return end;
     const std::uint32_t at = position();
     put_handler(ResolvedOp::kBlockStart);
     put(at + 2);
@@ -243,7 +262,7 @@ class Linker {
         return;
       case Opcode::kCallPou:
         if (bindings_.addressing(d.operands[0]) == Addressing::kFixed) {
-          const bool last = bindings_.addressing(pou_) == Addressing::kFixed &&
+          const bool last = bindings_.addressing(pou_) == Addressing::kFixed && !probes_.any() &&
                             decode(image_.pous[pou_].code, d.next).opcode == Opcode::kReturn;
           put_handler(last ? ResolvedOp::kEnterPou : ResolvedOp::kCallPouFixed);
           put_entry(d.operands[0]);
@@ -389,7 +408,7 @@ class Linker {
       put_operand(value);
       if (via) {
         put_operand(base);
-        put(canonical(d.operands[2]));
+        put(types_.canonical(d.operands[2]));
         put(path.offset);
       } else {
         put(resolve(base) + path.offset);
@@ -400,9 +419,9 @@ class Linker {
     put_handler(static_cast<ResolvedOp>(d.opcode));
     put_operand(value);
     put_operand(base);
-    if (via) put(canonical(d.operands[2]));
+    if (via) put(types_.canonical(d.operands[2]));
     put_bytes(part, value, load);
-    if (load) put_pointer(zeros(path.type));
+    if (load) put_pointer(types_.zeros(path.type));
     put_path(path);
   }
   /// The two words that say how pass() moves a value of type `type` to (or from) the leaf or place `outside`.
@@ -439,8 +458,8 @@ class Linker {
     put_handler(static_cast<ResolvedOp>(d.opcode));
     put_operand(d.operands[0]);
     put_operand(d.operands[1]);
-    if (d.opcode == Opcode::kRefVia) put(canonical(d.operands[2]));
-    put(canonical(path.type));
+    if (d.opcode == Opcode::kRefVia) put(types_.canonical(d.operands[2]));
+    put(types_.canonical(path.type));
     put_path(path);
   }
   /// Instructions that make a pointer, or a handle of one.
@@ -450,8 +469,8 @@ class Linker {
     put_handler(static_cast<ResolvedOp>(d.opcode));
     put_operand(d.operands[0]);
     put_operand(d.operands[1]);
-    if (d.opcode == Opcode::kAdrVia) put(canonical(d.operands[2]));
-    if (d.opcode != Opcode::kAdrPtr) put(canonical(path.type));
+    if (d.opcode == Opcode::kAdrVia) put(types_.canonical(d.operands[2]));
+    if (d.opcode != Opcode::kAdrPtr) put(types_.canonical(path.type));
     put_path(path);
   }
   void put_pointer_access(const Decoded& d) {
@@ -463,7 +482,7 @@ class Linker {
     put_operand(d.operands[load ? 1 : 0]);
     put(path.type);
     put(image_.types[path.type].kind == TypeKind::kString ? leaf_type(value).capacity : 0);
-    if (load) put_pointer(zeros(path.type));
+    if (load) put_pointer(types_.zeros(path.type));
     put_path(path);
   }
   /// The path of an instruction in the layout that pointers see.
@@ -480,7 +499,7 @@ class Linker {
       put_entry(d.operands[0]);
     }
     put_operand(d.operands[1]);
-    if (is_via(d.opcode)) put(canonical(d.operands[2]));
+    if (is_via(d.opcode)) put(types_.canonical(d.operands[2]));
     put_path(path);
   }
 
@@ -512,16 +531,6 @@ class Linker {
   }
   [[nodiscard]] bool is_taskblock(std::uint32_t block) const {
     return stdlib::block_named(image_.blocks[block].name) == nullptr;
-  }
-
-  /// Zeros of a type, one block for all that need them.
-  const std::byte* zeros(std::uint32_t type) {
-    const auto [known, fresh] = zeros_.try_emplace(type, nullptr);
-    if (!fresh) return known->second;
-    auto bytes = std::make_unique<std::byte[]>(std::max<std::uint32_t>(image_.types[type].size, 1));
-    fill_zeros(image_, type, bytes.get());
-    result_.constants.push_back(std::move(bytes));
-    return known->second = result_.constants.back().get();
   }
 
   void put_function_call(const Decoded& d) {
@@ -561,27 +570,29 @@ class Linker {
   const TaskLayout& layout_;
   Exchange& exchange_;
   bool arranged_;
+  const Probes* looked_at_;
   Bindings bindings_;
   BodyReader reader_;
   std::vector<std::uint32_t> entries_;
   std::uint32_t handlers_[2][kOps] = {};
   std::vector<std::uint32_t> stream_;
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> jump_patches_;
+  std::vector<std::array<std::uint32_t, 3>> jump_patches_;  ///< position, word, order
+  LinkProbes probes_{nullptr, Probes::kNobody};             ///< of the POU that is linked
+  std::uint32_t jump_order_ = 0;                            ///< of the instruction that is linked
   std::vector<std::pair<std::uint32_t, std::uint32_t>> call_patches_;
-  std::map<std::uint32_t, std::uint32_t> canonical_;
-  std::map<std::uint32_t, const std::byte*> zeros_;
   std::optional<PackedTypes> packed_;  ///< made when an instruction goes through a pointer
   std::optional<core::Problem> problem_;
   std::uint32_t pou_ = 0;
   bool in_block_ = false;
   LinkedCode result_;
+  LinkTypes types_{image_, result_};
 };
 
 }  // namespace
 
 core::Result<LinkedCode> link_task(const Image& image, std::uint32_t body, const std::vector<std::uint32_t>& pous,
-                                   const TaskLayout& layout, Exchange& exchange, bool arranged) {
-  return Linker(image, body, pous, layout, exchange, arranged).link(body);
+                                   const TaskLayout& layout, Exchange& exchange, bool arranged, const Probes* probes) {
+  return Linker(image, body, pous, layout, exchange, arranged, probes).link(body);
 }
 
 }  // namespace plc::runtime

@@ -24,6 +24,8 @@
 
 namespace plc::runtime {
 
+class Probes;
+
 /// The POUs that a task reaches, callers before callees.
 std::vector<std::uint32_t> reached_pous(const bytecode::Image& image, std::uint32_t body);
 
@@ -79,8 +81,9 @@ struct LinkedCode {
 
 /// Resolves everything the task reaches, and arranges straight code for the interpreter. Registers its exchange ranges.
 /// P9001 when a function or block is not in this build's library.
+/// `probes`: POUs that somebody looks at take values on their way, which only the interpreter of a replica does.
 core::Result<LinkedCode> link_task(const bytecode::Image& image, std::uint32_t body,
                                    const std::vector<std::uint32_t>& pous, const TaskLayout& layout, Exchange& exchange,
-                                   bool arranged = true);
+                                   bool arranged = true, const Probes* probes = nullptr);
 
 }  // namespace plc::runtime

@@ -46,17 +46,18 @@ class Body {
 
   void row() {
     ++row_;
+    if (ladder_ && random_.once_in(8)) labels();
     if (ladder_ && !random_.once_in(4)) return rung();
     block(random_.once_in(3) ? std::vector<Source>{any_wire(TypeId::kBool)} : std::vector<Source>{});
   }
   std::string finish() {
     ++row_;
     out_variable(any_wire(TypeId::kBool), target(TypeId::kBool));  // a body without effect is an error
-    for (const int label : labels_)
-      out_ += fmt::format("<label localId=\"{}\" label=\"L{}\">{}</label>\n", ++id_, label, below());
+    for (const int label : labels_) draw_label(label);
     if (ladder_) {
       out_ += fmt::format("<rightPowerRail localId=\"{}\">{}{}</rightPowerRail>\n", ++id_, at(900), point(ends_));
     }
+    close_feedback();
     return fmt::format("<body><{0}>\n{1}</{0}></body>\n", ladder_ ? "LD" : "FBD", out_);
   }
   [[nodiscard]] std::string declarations() const {
@@ -78,6 +79,10 @@ class Body {
   static std::string point(const std::vector<Source>& sources) {
     std::string text = "<connectionPointIn>";
     for (const Source& s : sources) {
+      if (s.id == kLater) {
+        text += "<connection " + s.pin + "/>";
+        continue;
+      }
       text += fmt::format("<connection refLocalId=\"{}\"{}/>", s.id,
                           s.pin.empty() ? "" : fmt::format(" formalParameter=\"{}\"", s.pin));
     }
@@ -121,9 +126,27 @@ class Body {
     out_ += fmt::format("<outVariable localId=\"{}\"{}>{}{}<expression>{}</expression></outVariable>\n", ++id_,
                         attributes, at(400), point({from}), name);
   }
+  /// A wire from something further down: which is known at the end.
+  static constexpr int kLater = -1;
+  Source feedback() {
+    open_.push_back(fmt::format("@{}@", open_.size()));
+    return {kLater, open_.back()};
+  }
+  void close_feedback() {
+    for (const std::string& mark : open_) {
+      const Source from = powered_.empty() ? in_variable(variable(TypeId::kBool)) : random_.one_of(powered_);
+      const std::string text = fmt::format("refLocalId=\"{}\"{}", from.id,
+                                           from.pin.empty() ? "" : fmt::format(" formalParameter=\"{}\"", from.pin));
+      for (std::size_t at = out_.find(mark); at != std::string::npos; at = out_.find(mark, at)) {
+        out_.replace(at, mark.size(), text);
+      }
+    }
+  }
+
   /// A value of this type: what a block above gave, or a variable.
   Source any_wire(TypeId type) {
     const auto& wires = wires_[number(type)];
+    if (type == TypeId::kBool && !wires.empty() && random_.once_in(16)) return feedback();
     if (!wires.empty() && random_.once_in(3)) return random_.one_of(wires);
     return in_variable(variable(type), type == TypeId::kBool && random_.once_in(5));
   }
@@ -136,8 +159,10 @@ class Body {
       power = random_.once_in(5) ? std::vector<Source>{block(power)} : contacts(power);
     }
     if (random_.once_in(12)) {
-      labels_.push_back(row_);
-      out_ += fmt::format("<jump localId=\"{}\" label=\"L{}\">{}{}</jump>\n", ++id_, row_, at(700), point(power));
+      const bool back = !back_.empty() && random_.once_in(3);
+      const int label = back ? random_.one_of(back_) : row_;
+      if (!back) labels_.push_back(label);
+      out_ += fmt::format("<jump localId=\"{}\" label=\"L{}\">{}{}</jump>\n", ++id_, label, at(700), point(power));
       return;
     }
     if (random_.once_in(40)) {
@@ -158,6 +183,19 @@ class Body {
       ends_.push_back({id_});
       if (random_.once_in(3)) power = {{id_}};
     }
+  }
+  /// Labels one below the other: of jumps above, and sometimes one that rungs below jump back to.
+  void labels() {
+    while (!labels_.empty() && !random_.once_in(3)) {
+      draw_label(labels_.back());
+      labels_.pop_back();
+    }
+    if (!random_.once_in(4)) return;
+    back_.push_back(1000 + row_);
+    draw_label(back_.back());
+  }
+  void draw_label(int label) {
+    out_ += fmt::format("<label localId=\"{}\" label=\"L{}\">{}</label>\n", ++id_, label, below());
   }
   std::vector<Source> contacts(const std::vector<Source>& power) {
     std::vector<Source> made;
@@ -228,8 +266,20 @@ class Body {
     }
     const int id = draw(overload->name, {}, inputs, {"OUT", "ENO"});
     give(id, "OUT", overload->result_type());
-    if (random_.once_in(2)) give(id, "ENO", TypeId::kBool);
+    if (random_.once_in(2)) {
+      give(id, "ENO", TypeId::kBool);
+      powered_.push_back({id, "ENO"});
+    }
     return {id, "ENO"};
+  }
+  /// Where an instance is: a variable, or an element of an array, perhaps one that the running program finds.
+  std::string place_of(std::string_view type) {
+    const std::string one = fmt::format("<derived name=\"{}\"/>", type);
+    if (!random_.once_in(6)) return declare(one);
+    const std::string index = random_.once_in(2) ? std::string("1") : variable(TypeId::kDint);
+    return fmt::format(
+        "{}[{}]",
+        declare(fmt::format("<array><dimension lower=\"0\" upper=\"2\"/><baseType>{}</baseType></array>", one)), index);
   }
   Source instance(const std::vector<Source>& power) {
     static constexpr std::string_view kCommon[] = {"TON", "TOF", "TP",     "CTU",    "CTD", "CTUD",
@@ -251,10 +301,11 @@ class Body {
       inputs.insert(inputs.begin(), {"EN", {any_wire(TypeId::kBool)}});
       outputs.emplace_back("ENO");
     }
-    const int id = draw(spec.name, declare(fmt::format("<derived name=\"{}\"/>", spec.name)), inputs, outputs);
+    const int id = draw(spec.name, place_of(spec.name), inputs, outputs);
     for (const stdlib::Field& field : spec.fields) {
       if (field.direction != stdlib::Direction::kOutput) continue;
       give(id, std::string(field.name), field.type);
+      if (field.type == TypeId::kBool) powered_.push_back({id, std::string(field.name)});
       if (next.id == 0 && field.type == TypeId::kBool) next = {id, std::string(field.name)};
     }
     return next.id != 0 ? next : in_variable(variable(TypeId::kBool));
@@ -284,7 +335,10 @@ class Body {
   bool own_block_;  ///< the project has one
   std::string out_;
   int id_ = 0, row_ = 0, addresses_ = 0;
-  std::vector<int> labels_;
+  std::vector<int> labels_;        ///< of jumps that wait for them
+  std::vector<int> back_;          ///< that are drawn already
+  std::vector<std::string> open_;  ///< marks of feedback wires
+  std::vector<Source> powered_;    ///< outputs that are BOOL whatever is wired to their block
   std::vector<Source> ends_;
   std::vector<Declared> declared_;
   std::array<std::vector<std::string>, core::kTypeCount> variables_;

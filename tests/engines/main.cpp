@@ -7,6 +7,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <iostream>
 #include <numeric>
 #include <optional>
@@ -16,6 +17,7 @@
 #include "compiler/compile.h"
 #include "tests/engines/coverage.h"
 #include "tests/engines/drawing.h"
+#include "tests/engines/probes.h"
 #include "tests/engines/reduce.h"
 #include "tests/programs/model.h"
 #include "tests/support/engines.h"
@@ -36,7 +38,8 @@ struct Plan {
   std::uint64_t first = 1, programs = 1000;
   std::uint64_t scans = 8;
   std::uint64_t most_failures = 1;
-  bool coverage = false, print = false, replay = false;
+  bool coverage = false, print = false, replay = false, probes = false;
+  PlantedFault planted = PlantedFault::kNone;
   std::string folder{};  ///< for files of the front ends
 };
 
@@ -103,10 +106,10 @@ Program make(std::uint64_t seed, Kind kind, const Plan& plan) {
 std::string run(const bytecode::VerifiedImage& image, std::uint64_t seed, Kind kind, const Plan& plan,
                 const std::vector<Engine>& list, Tally& tally) {
   Random random(seed + (std::uint64_t{1} << 40));
-  // Generated texts have loops that end; those of images end at the budget, at the latest.
+  // Generated texts have loops that end; those of images and drawings end at the budget, at the latest.
   static constexpr std::uint32_t kBudgets[] = {2, 40, 300};
   runtime::ProgramOptions options;
-  if (kind == Kind::kImage) options.loop_budget = random.one_of(kBudgets);
+  if (kind == Kind::kImage || kind == Kind::kDrawing) options.loop_budget = random.one_of(kBudgets);
   options.taskblocks = &registry_with_failures();
   std::string problem;
   const auto engines = Engines::link(image, problem, options, list);
@@ -244,6 +247,46 @@ int run(const Plan& plan) {
   return tally.failures == 0 ? 0 : 1;
 }
 
+std::string source_of(std::uint64_t seed, Kind kind) {
+  switch (kind) {
+    case Kind::kText:
+      return programs::generate(seed).st();
+    case Kind::kChart:
+      return chart_program(RandomChart(static_cast<std::uint32_t>(seed)).net());
+    default:
+      return random_drawing(seed);
+  }
+}
+
+/// Drawings, texts and charts with probes. A fault that is planted has to be found.
+int run_with_probes(const Plan& plan) {
+  for (const int signal : {SIGSEGV, SIGBUS, SIGILL, SIGFPE, SIGABRT}) std::signal(signal, name_seed);
+  for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, end);
+  ProbeTally tally;
+  Progress progress(plan);
+  std::uint64_t failures = 0, seed = plan.first;
+  for (; seed < plan.first + plan.programs && ended == 0; ++seed) {
+    running_seed = seed;
+    progress.tell(seed);
+    static constexpr Kind kKinds[] = {Kind::kDrawing, Kind::kText, Kind::kDrawing, Kind::kChart, Kind::kDrawing};
+    const Kind kind = plan.kind == Kind::kMixed ? kKinds[seed % std::size(kKinds)] : plan.kind;
+    const std::string source = source_of(seed, kind);
+    const std::string path = plan.folder + (kind == Kind::kDrawing ? "/program.xml" : "/program.st");
+    std::ofstream(path, std::ios::binary) << source;
+    if (plan.print) std::cout << source;
+    const std::string difference = compare_probes(path, seed, plan.scans, plan.planted, tally);
+    if (difference.empty()) continue;
+    std::cout << fmt::format("seed {}: {}\n", seed, difference) << std::flush;
+    if (++failures == plan.most_failures) break;
+  }
+  std::cout << fmt::format(
+      "{} programs from seed {}, {} points, {} scans: {} values compared, {} not computed, {} places not come by; {} "
+      "failed\n",
+      tally.programs, plan.first, tally.points, tally.scans, tally.values, tally.not_computed, tally.not_run, failures);
+  const bool found = failures != 0;
+  return found == (plan.planted != PlantedFault::kNone) ? 0 : 1;
+}
+
 }  // namespace
 }  // namespace plc::test
 
@@ -273,13 +316,18 @@ int main(int argc, char** argv) {
                  "images (made of instructions), texts (ST), drawings (LD and FBD), charts (SFC), or mixed");
   program.option("--failures", plan.most_failures, "stop after this many, 0 = never").shows_default();
   program.flag("--replay", plan.replay, "record each scan in one engine and execute each task alone in another");
+  program.flag("--probes", plan.probes,
+               "compare what probes of drawings, texts and charts show with programs that store each value");
+  program.choice("--plant", plan.planted, {{"order", PlantedFault::kOrder}, {"late", PlantedFault::kLate}},
+                 "put a fault into the probe maps, which has to be found: jumps execute all steps, or captures are a "
+                 "word late");
   program.flag("--coverage", plan.coverage, "print how many programs had which instruction");
   program.flag("--print", plan.print, "print the programs: text, XML, or a listing of the image");
   if (const auto code = program.parse(argc, argv)) return *code;
   std::string folder = (std::filesystem::temp_directory_path() / "plc-engines-XXXXXX").string();
   if (::mkdtemp(folder.data()) == nullptr) return 2;
   plan.folder = folder;
-  const int result = run(plan);
+  const int result = plan.probes ? run_with_probes(plan) : run(plan);
   std::error_code ignored;
   std::filesystem::remove_all(folder, ignored);
   return result;

@@ -8,10 +8,14 @@
 #include <cstdlib>
 #include <cstring>
 #include <memory>
+#include <span>
 #include <utility>
+#include <vector>
 
 #include "bytecode/image.h"
+#include "runtime/record/replay.h"
 #include "runtime/resource.h"
+#include "shadow/probe_view.h"
 
 namespace plc::test {
 
@@ -77,6 +81,29 @@ inline std::uint64_t run_image(bytecode::VerifiedImage verified, unsigned scans)
     expect_well_typed(image, image.global_type, globals.data());
   }
   return done;
+}
+
+/// Executes two scans of a task of an image with probe maps in a replica that looks at all of them: whatever the maps
+/// say, nothing outside of the table is read.
+inline void look_at_image(const bytecode::VerifiedImage& verified, std::uint32_t task) {
+  runtime::Replay replay;
+  runtime::ProgramOptions options;
+  options.loop_budget = 100;
+  auto program = runtime::Program::link_replica(verified, task, replay, options);
+  if (!program) return;
+  std::vector<runtime::ProbedPou> views;
+  const auto pous = static_cast<std::uint32_t>(verified.image().pous.size());
+  for (std::uint32_t pou = 0; pou < pous; ++pou) {
+    views.push_back({pou, (*program)->table().layout().instance});
+    for (const shadow::PouInstance& one : shadow::instances_of(**program, pou, 4)) views.push_back(one.view);
+  }
+  if ((*program)->look_at(views)) return;
+  for (core::TimeNs scan = 0; scan < 2; ++scan) {
+    runtime::RecordHead head;
+    head.bytes = sizeof head;
+    replay.begin(std::as_bytes(std::span(&head, 1)));
+    (*program)->execute({scan * 100'000'000});
+  }
 }
 
 }  // namespace plc::test

@@ -133,6 +133,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (!again) fail(again.error().message.c_str());
     if (bytecode::save(*again) != bytecode::save(*image)) fail("the listing does not say what the image says");
   }
+  for (std::uint32_t task = 0; !image->probes.empty() && task < image->tasks.size() && task < 4; ++task) {
+    test::look_at_image(*verified, task);
+  }
   t.scans += test::run_image(std::move(*verified), 3);
   compare_engines(*image);
   return 0;
