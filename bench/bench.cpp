@@ -88,6 +88,7 @@ int main(int argc, char** argv) {
       "  bench/run taskblocks      taskblocks and their wires beside plain calls\n"
       "  bench/run retain          1 MB of retained variables beside none\n"
       "  bench/run record          scans that are recorded beside such that are not, replay; three minutes\n"
+      "  bench/run probes          values at all places of 1,000 and 10,000 drawn rungs, in a replica\n"
       "  bench/run compile         100,000 lines of ST to image, 10 MB of garbage to errors\n"
       "  bench/run modbus          100 clients against the Modbus server, beside libmodbus; two minutes\n"
       "  bench/run devices         64 Modbus devices beside a task of 1 ms, and without; two minutes, as root\n"
@@ -145,6 +146,7 @@ int main(int argc, char** argv) {
   record.option("--seconds", record_plan.seconds, "of each run of plc-run").shows_default();
   record.option("--rounds", record_plan.rounds, "of plc-run with and without recording, in turn").shows_default();
   record.option("--day", record_plan.day_scans, "scans of a long recording").shows_default();
+  const Command probes = program.sub("probes", "a replica that somebody looks at");
   const Command compile = program.sub("compile", "ST to image, garbage to errors");
   CompilePlan compile_plan;
   compile.option("--lines", compile_plan.lines, "of the project").shows_default();
@@ -153,13 +155,13 @@ int main(int argc, char** argv) {
   const Command limits = program.sub("limits", "what each figure may be at most, as the table of README.md");
   program.runs_alone();
   for (const Command& command :
-       {scan, plots, load, taskblocks, charts, retain, record, compile, modbus, devices, coherence, check})
+       {scan, plots, load, taskblocks, charts, retain, record, probes, compile, modbus, devices, coherence, check})
     command.falls_through();
   if (const auto code = program.parse(argc, argv)) return *code;
   compile_plan.seed = seed;
   compile_plan.repetitions = repetitions;
-  const auto any = {scan,   plots,  load,   modbus,  devices, coherence, taskblocks,
-                    charts, retain, record, compile, check,   limits};
+  const auto any = {scan,   plots,  load,   modbus, devices, coherence, taskblocks,
+                    charts, retain, record, probes, compile, check,     limits};
   const bool everything = std::none_of(any.begin(), any.end(), [](Command command) { return command.chosen(); });
   try {
     Verdict verdict;
@@ -170,6 +172,7 @@ int main(int argc, char** argv) {
       verdict.merge(measure_charts(0));
       verdict.merge(measure_retain({0}));
       verdict.merge(measure_record({0}));
+      verdict.merge(measure_probes(0));
       verdict.merge(measure_compile({seed, 3000, 1, 1, false}));
       verdict.merge(check_scans(seed));
     } else if (plots.chosen()) {
@@ -208,6 +211,10 @@ int main(int argc, char** argv) {
         std::cout << "Recording: scans with and without, interleaved; replay\n";
         record_plan.batches = batches;
         verdict.merge(measure_record(record_plan));
+      }
+      if (everything || probes.chosen()) {
+        std::cout << "Probes: replicas of drawn rungs with a value at every place, interleaved with none\n";
+        verdict.merge(measure_probes(batches));
       }
       if (everything || compile.chosen()) {
         std::cout << "Compile: plc compile and plc check on .st files\n";

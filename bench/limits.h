@@ -71,6 +71,10 @@ inline constexpr Limit kWakeUpRecorded{1.2, "times",
                                        "p99.9 of how late a task of 1 ms wakes, recorded and executed again beside it",
                                        "the same, not recorded"};
 
+// Probes.
+inline constexpr Limit kProbes{100, "us a scan", "a replica of 1,000 drawn rungs, `plain` or `mixed`, with all probes",
+                               ""};
+
 // Compile.
 inline constexpr Limit kCompile{2, "s", "`plc compile` of 100,000 lines of ST", ""};
 inline constexpr Limit kCompilePeak{500, "MB", "peak memory of that", ""};
@@ -118,6 +122,7 @@ inline constexpr const Limit* kAll[] = {&kLadderNative,
                                         &kReplayedScan,
                                         &kSeek,
                                         &kWakeUpRecorded,
+                                        &kProbes,
                                         &kCompile,
                                         &kCompilePeak,
                                         &kRefuse,

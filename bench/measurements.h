@@ -54,6 +54,10 @@ struct RecordPlan {
 /// What recording, checkpoints and replay cost.
 Verdict measure_record(const RecordPlan& plan);
 
+/// Scans of a replica with a probe at every place of 1,000 and 10,000 drawn rungs, `batches` timed batches beside the
+/// same without; 0 = check only.
+Verdict measure_probes(std::uint32_t batches);
+
 struct CompilePlan {
   std::uint64_t seed = 1;
   std::uint32_t lines = 100'000;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/golden.h"
 #include "tests/tools/fixture.h"
 
 namespace plc::test {
@@ -59,6 +60,77 @@ TEST(ReplayCommand, GivesTheTraceOfTheSimulationByteForByte) {
       EXPECT_TRUE(read_text(again) == read_text(trace)) << file << " " << engine;
     }
   }
+}
+
+TEST(ReplayCommand, ShowsTheFlowOfAScan) {
+  const ScratchFolder scratch;
+  const std::string record = scratch.file("plant.rec");
+  const auto simulated = run_tool({PLC_TOOL, "sim", tank(), "--record", record, "--stimulus", tank_stimulus()});
+  ASSERT_EQ(simulated.code, 0) << simulated.all();
+  std::string interpreted;
+  for (const char* const engine : {"--engine=interp", "--engine=native"}) {
+    const auto flow = run_tool({PLC_TOOL, "replay", record, "--until", "8s", "--flow", "Station", engine});
+    EXPECT_EQ(flow.code, 0) << flow.all();
+    const std::string shown = flow.out.substr(0, flow.out.find(record));
+    EXPECT_TRUE(has(flow.out, "every scan gives what it gave")) << flow.out;
+    if (interpreted.empty()) interpreted = shown;
+    EXPECT_EQ(shown, interpreted) << engine;
+  }
+  expect_golden("tests/golden/replay_flow.txt", interpreted);
+}
+
+/// Two counters, and a branch that runs in every third scan.
+std::string counters() {
+  return "FUNCTION_BLOCK Counter\n"
+         "VAR_INPUT step : INT; END_VAR\n"
+         "VAR n : INT; END_VAR\n"
+         "n := n + step;\n"
+         "IF n MOD 3 = 0 THEN\n"
+         "  step := 0;\n"
+         "END_IF\n"
+         "END_FUNCTION_BLOCK\n"
+         "PROGRAM Main\n"
+         "VAR one, two : Counter; END_VAR\n"
+         "one(step := 1); two(step := 2);\n"
+         "END_PROGRAM\n"
+         "CONFIGURATION C RESOURCE R ON PLC TASK T(INTERVAL := T#10ms, PRIORITY := 0); PROGRAM main WITH T : Main; "
+         "END_RESOURCE END_CONFIGURATION\n";
+}
+
+TEST(ReplayCommand, ShowsTheFlowOfOneInstance) {
+  const ScratchFolder scratch;
+  const std::string file = scratch.file("p.st"), record = scratch.file("p.rec");
+  write_text(file, counters());
+  ASSERT_EQ(run_tool({PLC_TOOL, "sim", file, "--cycles", "20", "--record", record}).code, 0);
+  const auto flow = [&](const std::string& wanted, const std::string& until) {
+    return run_tool({PLC_TOOL, "replay", record, "--flow", wanted, "--until", until});
+  };
+  const auto first = flow("Counter:main.one", "20ms");
+  EXPECT_EQ(first.code, 0) << first.all();
+  EXPECT_TRUE(has(first.out, "Counter on main.one in scan 2 of task \"T\", 20ms after the first")) << first.out;
+  EXPECT_TRUE(has(first.out, "4:1")) << first.out;
+  EXPECT_TRUE(has(first.out, "0")) << first.out;
+  EXPECT_FALSE(has(first.out, "not run")) << first.out;
+  const auto second = flow("counter:MAIN.TWO", "30ms");
+  EXPECT_TRUE(has(second.out, "not run")) << second.out;
+
+  const auto several = flow("Counter", "30ms");
+  EXPECT_EQ(several.code, 1);
+  EXPECT_TRUE(has(several.err, "P7101")) << several.err;
+  EXPECT_TRUE(has(several.err, "main.one, main.two")) << several.err;
+  EXPECT_TRUE(has(flow("Pump", "30ms").err, "POUs are Counter, Main")) << flow("Pump", "30ms").err;
+  EXPECT_EQ(flow("Counter:main.three", "30ms").code, 1);
+}
+
+TEST(ReplayCommand, SaysWhenARecordingHasNoProbes) {
+  const ScratchFolder scratch;
+  const std::string file = scratch.file("p.st"), image = scratch.file("p.pbc"), record = scratch.file("p.rec");
+  write_text(file, counters());
+  ASSERT_EQ(run_tool({PLC_TOOL, "compile", file, "-o", image}).code, 0);
+  ASSERT_EQ(run_tool({PLC_TOOL, "sim", image, "--cycles", "20", "--record", record}).code, 0);
+  const auto flow = run_tool({PLC_TOOL, "replay", record, "--flow", "Main"});
+  EXPECT_EQ(flow.code, 1);
+  EXPECT_TRUE(has(flow.err, "does not say where")) << flow.err;
 }
 
 TEST(ReplayCommand, StopsAtEventsFaultsAndTimes) {

@@ -20,6 +20,7 @@
 #include "tools/engine.h"
 #include "tools/plc/commands.h"
 #include "tools/plc/replay_case.h"
+#include "tools/plc/replay_flow.h"
 #include "tools/plc/test_report.h"
 #include "tools/statistics.h"
 #include "tools/watched_paths.h"
@@ -28,7 +29,7 @@ namespace plc::tools {
 namespace {
 
 struct ReplayCommand {
-  std::string file, trace, from, until, at, test, project, task;
+  std::string file, trace, from, until, at, test, project, task, flow;
   std::optional<std::uint64_t> scan;
   std::vector<std::string> watch, libraries;
   std::optional<runtime::ValueStyle> values;
@@ -103,6 +104,10 @@ std::optional<std::uint32_t> task_of(const ReplayCommand& replay, const bytecode
   return {};
 }
 
+runtime::ValueStyle style_of(const ReplayCommand& replay) {
+  return replay.values.value_or(runtime::ValueStyle::kNames);
+}
+
 /// ", 2026-03-12 08:00:00.000 UTC"; empty when the programs had no date.
 std::string utc_text(core::TimeNs utc_ns) {
   if (utc_ns == 0) return {};
@@ -111,9 +116,10 @@ std::string utc_text(core::TimeNs utc_ns) {
 }
 
 /// --at, --scan: the variables at one time, one below the other.
-int show_instant(const ReplayCommand& replay, const Span& span, shadow::Player& player) {
+int show_instant(const ReplayCommand& replay, const Span& span, shadow::Player& player,
+                 const std::optional<ReplayFlow>& flow) {
   runtime::Resource& resource = player.resource();
-  const auto task = task_of(replay, resource.image());
+  const auto task = flow ? std::optional(flow->task()) : task_of(replay, resource.image());
   if (!task) return kExitUsage;
   if (replay.scan) {
     if (!player.seek(*task, *replay.scan)) {
@@ -124,6 +130,7 @@ int show_instant(const ReplayCommand& replay, const Span& span, shadow::Player& 
   } else {
     player.seek(*player.begin_ns() + *span.at_ns);
   }
+  if (flow) return flow->show(player, style_of(replay), std::cout) ? kExitOk : kExitErrors;
   player.show_globals();
   const runtime::RecordHead& head = player.replicas().replica(*task).head();
   std::cout << fmt::format("after scan {} of task {}, {} after the first recorded one{}\n\n", head.scan,
@@ -133,7 +140,7 @@ int show_instant(const ReplayCommand& replay, const Span& span, shadow::Player& 
   std::vector<std::vector<std::string>> rows = {{"variable", "value"}};
   for (const std::string& path : watched_paths(replay.watch, resource)) {
     const auto place = access.find_leaf(path);
-    if (place) rows.push_back({path, access.read(*place, replay.values.value_or(runtime::ValueStyle::kNames))});
+    if (place) rows.push_back({path, access.read(*place, style_of(replay))});
   }
   print_table(rows, std::cout);
   return kExitOk;
@@ -202,7 +209,12 @@ int run(const ReplayCommand& replay) {
 
   if (!player.begin_ns())
     return complain(core::Problem{core::Code::P7630, replay.file + ": has no scan", {}}), kExitErrors;
-  if (span->at_ns || replay.scan) return show_instant(replay, *span, player);
+  std::optional<ReplayFlow> flow;
+  if (!replay.flow.empty()) {
+    flow = ReplayFlow::find(resource, replay.flow);
+    if (!flow) return kExitErrors;
+  }
+  if (span->at_ns || replay.scan) return show_instant(replay, *span, player, flow);
   if (!replay.test.empty()) return make_test(replay, *span, player);
   std::unique_ptr<io::TraceWriter> trace;
   const bool trace_on_stdout = replay.trace == "-" || (replay.trace.empty() && !replay.watch.empty());
@@ -250,6 +262,10 @@ int run(const ReplayCommand& replay) {
     if (const auto problem = trace->close()) return complain(*problem), kExitUsage;
   }
   std::ostream& out = trace_on_stdout ? std::cerr : std::cout;
+  if (flow) {
+    if (!flow->show(player, style_of(replay), out)) return kExitErrors;
+    out << "\n";
+  }
   out << fmt::format(
       "{}: {}, {}; {}\n\n", replay.file, resource.image().project, file->head().product,
       different == 0 ? "every scan gives what it gave" : fmt::format("{} scans give something else", different));
@@ -275,6 +291,7 @@ void add_replay(Command program) {
       "  plc replay plant.rec --until fault --watch 'Main.*'     values of each scan up to the first fault\n"
       "  plc replay plant.rec --from 10s --until 12s --trace out.csv   all variables of two seconds\n"
       "  plc replay plant.rec --at 11s --watch 'Main.*'          values at one time\n"
+      "  plc replay plant.rec --at 11s --flow Main               power flow of the scan at that time\n"
       "  plc replay fault.rec --until fault --from 3s --test cases/jam --project plant.xml   a test, for plc test\n"
       "\n"
       "plc sim --record FILE and plc-run make recordings. Taskblocks do not run: what they gave is in the recording, "
@@ -310,6 +327,11 @@ void add_replay(Command program) {
   test.needs(project);
   command.option("--lib=FILE", replay.libraries, "of --test: a library that the project needs; may be repeated")
       .repeated();
+  command
+      .option("--flow=POU[:INSTANCE]", replay.flow,
+              "print what this POU had at its pins, contacts, coils and statements in the last scan of --until, or in "
+              "that of --at or --scan: Main, or Valve:Main.valves[2]")
+      .excludes({test});
   at.excludes({from, until, trace, test, scan});
   scan.excludes({from, until, trace, test});
   test.excludes({trace});
