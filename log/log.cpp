@@ -21,21 +21,26 @@ Log::Log(const Options& options, std::unique_ptr<Sink> sink, std::string name, s
 void Log::write(Record record) {
   if (record.severity < options_.level) return;
   if (record.utc_ns == 0) record.utc_ns = calendar_.utc_ns();
-  if (limiter_.admit(record, clock_.now_ns())) sink_->write(record);
+  if (limiter_.admit(record, clock_.now_ns())) emit(record);
+}
+
+void Log::emit(const Record& record) {
+  sink_->write(record);
+  if (tell_) tell_(record);
 }
 
 void Log::service() {
   const core::TimeNs now_ns = clock_.now_ns();
   if (now_ns >= next_sums_ns_) {
     next_sums_ns_ = now_ns + kSumsNs;
-    for (const Record& sum : limiter_.sums(now_ns, calendar_.utc_ns())) sink_->write(sum);
+    for (const Record& sum : limiter_.sums(now_ns, calendar_.utc_ns())) emit(sum);
   }
   sink_->flush();
   look_at_sink();
 }
 
 void Log::stop(core::TimeNs patience_ns) {
-  for (const Record& sum : limiter_.sums(clock_.now_ns(), calendar_.utc_ns(), true)) sink_->write(sum);
+  for (const Record& sum : limiter_.sums(clock_.now_ns(), calendar_.utc_ns(), true)) emit(sum);
   sink_->stop(patience_ns);
   look_at_sink();
 }

@@ -5,8 +5,10 @@
 // the owner empties. Does not belong here: who says what, command lines.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "log/limiter.h"
 #include "log/sink.h"
@@ -24,6 +26,8 @@ class Log {
   /// `name` is what `aside` calls the sink when it fails, as a line of the text form.
   Log(const Options& options, std::unique_ptr<Sink> sink, std::string name, std::ostream& aside);
 
+  /// Also told of every record that is written from now on, on the owner's thread; an empty function ends that.
+  void also_tell(std::function<void(const Record&)> tell) { tell_ = std::move(tell); }
   /// From here on this process is the one that goes on.
   void start() { sink_->start(); }
   /// Without a time of its own the record gets the present one.
@@ -35,6 +39,7 @@ class Log {
 
  private:
   void look_at_sink();
+  void emit(const Record& record);
 
   Options options_;
   std::unique_ptr<Sink> sink_;
@@ -45,6 +50,7 @@ class Log {
   core::SystemCalendar calendar_;
   core::TimeNs next_sums_ns_ = 0;
   std::string problem_;
+  std::function<void(const Record&)> tell_;
 };
 
 }  // namespace plc::log

@@ -195,6 +195,21 @@ struct ClockConfig {
   Placed zone;  ///< empty = the machine's
 };
 
+enum class EngineeringTls : std::uint8_t { kByAddress, kEverywhere };
+
+/// [engineering]; the defaults are what plc-run does without a configuration.
+struct EngineeringConfig {
+  core::SourceRef at;
+  bool enabled = true;
+  core::SourceRef listen_at;          ///< of `listen`; no line when it is not there
+  std::string address = "127.0.0.1";  ///< to listen on; IPv4 or IPv6 literal
+  std::uint16_t port = 8061;          ///< 0 = any free one
+  EngineeringTls tls = EngineeringTls::kByAddress;
+  Placed certificate, key;    ///< files, relative to plc.toml; or empty
+  std::vector<Placed> hosts;  ///< names of this machine
+  std::uint32_t max_clients = 128;
+};
+
 /// [guardian]
 struct GuardianConfig {
   core::SourceRef at;
@@ -218,6 +233,7 @@ struct Configuration {
   RecordConfig record;
   ClockConfig clock;
   ModbusConfig modbus;
+  EngineeringConfig engineering;
   GuardianConfig guardian;
   core::SourceRef at;          ///< the file itself, without a line
   core::SourceRef outputs_at;  ///< [outputs], or the file

@@ -65,6 +65,7 @@ enum class TableId : std::uint8_t {
   kModbus,
   kModbusSerial,
   kModbusRange,
+  kEngineering,
   kGuardian
 };
 

@@ -132,7 +132,7 @@ class Reader {
     configuration.at = configuration.outputs_at = file_at_;
     static constexpr std::string_view kNames[] = {"project", "drivers",    "inputs",       "outputs", "scheduler",
                                                   "tasks",   "taskblocks", "retain",       "log",     "clock",
-                                                  "modbus",  "guardian",   "driver_kinds", "record"};
+                                                  "modbus",  "guardian",   "driver_kinds", "record",  "engineering"};
     for (const auto& [key, node] : root) {
       if (std::find(std::begin(kNames), std::end(kNames), key.str()) == std::end(kNames)) {
         core::Guess guess(key.str());
@@ -160,6 +160,7 @@ class Reader {
     read_section("log", configuration.log);
     read_section("record", configuration.record);
     read_section("clock", configuration.clock);
+    read_section("engineering", configuration.engineering);
     check_zone(configuration.clock);
     read_section("guardian", configuration.guardian);
     if (const auto* table = root["tasks"].as_table()) read_tasks(*table, configuration.tasks);
@@ -294,9 +295,8 @@ class Reader {
         const auto ns = core::parse_duration_ns(text->get());
         const bool has_unit = !text->get().empty() && core::fold(text->get().back()) >= 'a';
         if (!ns || !has_unit) return refuse(Code::P7305, "write a number with its unit: \"500ms\", \"5s\"");
-        const bool good =
-            *ns >= *core::parse_duration_ns(key.type.low_text) && *ns <= *core::parse_duration_ns(key.type.high_text);
-        return good || refuse(Code::P7305);
+        const auto low = core::parse_duration_ns(key.type.low_text), high = core::parse_duration_ns(key.type.high_text);
+        return (*ns >= *low && *ns <= *high) || refuse(Code::P7305);
       }
       case KeyKind::kListen: {
         if (text == nullptr) return refuse(Code::P7304, "write \"127.0.0.1:502\", or \"off\"");

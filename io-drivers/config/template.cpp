@@ -104,6 +104,7 @@ class Template {
     section(TableId::kModbus, "[modbus]");
     section(TableId::kModbusSerial, "[modbus.serial]");
     section(TableId::kModbusRange, "[[modbus.range]]");
+    section(TableId::kEngineering, "[engineering]");
     section(TableId::kGuardian, "[guardian]");
     return std::move(out_);
   }

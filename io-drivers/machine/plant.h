@@ -41,6 +41,7 @@ class Plant {
 
   /// From prepare() on.
   [[nodiscard]] runtime::RealtimeScheduler& scheduler() { return *scheduler_; }
+  [[nodiscard]] const runtime::RealtimeScheduler& scheduler() const { return *scheduler_; }
   [[nodiscard]] Machine& machine() { return *machine_; }
   /// When start() was called.
   [[nodiscard]] core::TimeNs begin_ns() const { return begin_ns_; }

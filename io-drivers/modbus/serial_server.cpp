@@ -15,7 +15,7 @@
 
 #include "io-drivers/modbus-rtu/line.h"
 #include "io-drivers/modbus-rtu/request_stream.h"
-#include "io-drivers/modbus/io_thread.h"
+#include "runtime/sched/ordinary_thread.h"
 
 namespace plc::modbus {
 namespace {
@@ -73,7 +73,7 @@ struct SerialServer::State {
   const std::string path, line_text;
   const modbus_rtu::LineSettings line;
   const std::uint8_t unit;
-  IoThread thread;
+  runtime::OrdinaryThread thread;
   int wake = -1;  ///< readable: stop
   bool started = false;
 

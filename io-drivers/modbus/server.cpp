@@ -21,7 +21,7 @@
 #include <vector>
 
 #include "io-drivers/modbus/connection.h"
-#include "io-drivers/modbus/io_thread.h"
+#include "runtime/sched/ordinary_thread.h"
 
 namespace plc::modbus {
 namespace {
@@ -133,7 +133,7 @@ struct Server::State final : Connection::Owner {
   Responder& responder;
   Counters counters;
   std::unique_ptr<Session> session;
-  IoThread thread;
+  runtime::OrdinaryThread thread;
   std::atomic<std::uint16_t> port{0};  ///< any thread may ask
 };
 

@@ -67,7 +67,8 @@ class PlcRun : public testing::Test {
       const int out = ::open(kOutput, O_WRONLY | O_CREAT | O_TRUNC | O_APPEND, 0644);
       dup2(out, STDOUT_FILENO);
       dup2(out, STDERR_FILENO);
-      execl("/usr/bin/plc-run", "plc-run", kProject, "--config", kConfiguration, "--modbus", "off", nullptr);
+      execl("/usr/bin/plc-run", "plc-run", kProject, "--config", kConfiguration, "--modbus", "off", "--engineering",
+            "off", nullptr);
       _exit(127);
     }
   }

@@ -234,7 +234,7 @@ TEST(Check, OfOneCodeTwentyWarningsArePrintedEverywhereAndAllOnRequest) {
       {PLC_TOOL, "dump", file},
       {PLC_TOOL, "map", file},
       {PLC_TOOL, "config", "init", file},
-      {PLC_RUN_TOOL, file, "--duration", "1ms", "--modbus", "off"},
+      {PLC_RUN_TOOL, file, "--duration", "1ms", "--modbus", "off", "--engineering", "off"},
   };
   for (std::vector<std::string> command : commands) {
     const auto warnings = [](const std::string& text) {

@@ -128,7 +128,8 @@ TEST(Watch, ShowsEnumerationsByNameAndTimesAsLiterals) {
   EXPECT_TRUE(has(names.out, "\n0,0,Filling,T#1s500ms,")) << names.out;
   const auto numbers = run_tool({PLC_TOOL, "sim", file, "--cycles", "1", "--watch", "main.s", "--values=numbers"});
   EXPECT_TRUE(has(numbers.out, "\n0,0,1\n")) << numbers.out;
-  const auto live = run_tool({PLC_RUN_TOOL, file, "--cycles", "30", "--modbus", "off", "--watch", "main.*"});
+  const auto live =
+      run_tool({PLC_RUN_TOOL, file, "--cycles", "30", "--modbus", "off", "--engineering", "off", "--watch", "main.*"});
   EXPECT_TRUE(has(live.out, "main.s=Filling main.t=T#1s500ms main.d=D#2024-02-29")) << live.out;
 }
 

@@ -61,7 +61,8 @@ class RunLog : public testing::Test {
     return scratch.file("plant.st");
   }
   ToolResult run(const std::string& text, std::vector<std::string> more, const std::string& duration = "300ms") {
-    std::vector<std::string> words = {PLC_RUN_TOOL, project(text), "--modbus", "off", "--duration", duration};
+    std::vector<std::string> words = {PLC_RUN_TOOL,    project(text), "--modbus",   "off",
+                                      "--engineering", "off",         "--duration", duration};
     words.insert(words.end(), more.begin(), more.end());
     return run_tool(words);
   }
@@ -225,7 +226,8 @@ TEST_F(RunLog, IsTheJournalWhereStderrIs) {
   if (child == 0) {
     dup2(ends[1], STDERR_FILENO);
     setenv("JOURNAL_STREAM", stream.c_str(), 1);
-    execl(PLC_RUN_TOOL, PLC_RUN_TOOL, file.c_str(), "--modbus", "off", "--duration", "300ms", nullptr);
+    execl(PLC_RUN_TOOL, PLC_RUN_TOOL, file.c_str(), "--modbus", "off", "--engineering", "off", "--duration", "300ms",
+          nullptr);
     _exit(99);
   }
   close(ends[1]);

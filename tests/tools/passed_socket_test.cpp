@@ -134,7 +134,7 @@ TEST_F(PassedSocket, CountsBeforeTheAddressOfTheConfiguration) {
 
 TEST_F(PassedSocket, IsNotServedWhenModbusIsOff) {
   const Socket socket;
-  Activated run({socket.fd()}, {plant, "--modbus", "off"});
+  Activated run({socket.fd()}, {plant, "--modbus", "off", "--engineering", "off"});
   EXPECT_TRUE(run.says("modbus: off, and nobody serves the socket " + socket.text())) << run.said();
   EXPECT_EQ(run.stop(), 0);
 }
@@ -164,7 +164,7 @@ TEST_F(PlantFolder, IsItsOneProject) {
   put("plant_test.st", "TEST \"t\" END_TEST");
   put(".plant.st.swp.st", "");
   put("stimulus.csv", "");
-  const ToolResult result = run({"--modbus", "off"});
+  const ToolResult result = run({"--modbus", "off", "--engineering", "off"});
   EXPECT_EQ(result.code, 0) << result.all();
   EXPECT_TRUE(contains(result.out, "plant.st with 1 task")) << result.out;
 }

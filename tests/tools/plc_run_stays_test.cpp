@@ -139,7 +139,7 @@ class Stays : public testing::Test {
 
 TEST_F(Stays, EndsThoughNobodyReadsItsStreams) {
   Pipe pipe;
-  Running run({project(counting()), "--modbus", "off", "--stats"}, pipe.ends[1], pipe.ends[1]);
+  Running run({project(counting()), "--modbus", "off", "--engineering", "off", "--stats"}, pipe.ends[1], pipe.ends[1]);
   ASSERT_TRUE(pipe.shows("task Fast: ")) << pipe.seen;
   ASSERT_TRUE(pipe.shows("modbus: off")) << pipe.seen;
   std::this_thread::sleep_for(milliseconds(200));
@@ -152,7 +152,7 @@ TEST_F(Stays, EndsThoughNobodyReadsItsStreams) {
 
 TEST_F(Stays, WhatASlowReaderMissedIsPrintedLater) {
   Pipe pipe;
-  Running run({project(counting()), "--modbus", "off"}, pipe.ends[1], pipe.ends[1]);
+  Running run({project(counting()), "--modbus", "off", "--engineering", "off"}, pipe.ends[1], pipe.ends[1]);
   ASSERT_TRUE(pipe.shows("modbus: off")) << pipe.seen;
   std::this_thread::sleep_for(milliseconds(200));
   pipe.fill();
@@ -175,7 +175,7 @@ TEST_F(Stays, MessagesComeBackWhenTheDiskHasSpace) {
   const int file = open(err.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600);
   {
     Pipe out;
-    Running run({project(counting()), "--modbus", "off"}, out.ends[1], file);
+    Running run({project(counting()), "--modbus", "off", "--engineering", "off"}, out.ends[1], file);
     ASSERT_TRUE(out.shows("modbus: off")) << out.seen;
     std::this_thread::sleep_for(milliseconds(200));
     // The file's last page is filled, too.
@@ -206,7 +206,7 @@ TEST_F(Stays, ClosedDescriptorsAreHarmless) {
   ASSERT_EQ(run_tool({PLC_TOOL, "compile", file, "-o", image}).code, 0);
   const auto result = run_tool({"/bin/sh", "-c",
                                 "cd " + scratch.file("") + " && exec " PLC_RUN_TOOL " " + image +
-                                    " --modbus off --cycles 20 --stats <&- >&- 2>&-"});
+                                    " --modbus off --engineering off --cycles 20 --stats <&- >&- 2>&-"});
   EXPECT_EQ(result.code, 0) << result.all();
   const std::string log = read_text(scratch.file("plant.csv"));
   EXPECT_EQ(log.rfind("utc,time_s,x\n", 0), 0u) << log;
@@ -223,7 +223,7 @@ TEST_F(Stays, ALogThatCannotBeWrittenKeepsNothingFromStarting) {
       "  END_RESOURCE\nEND_CONFIGURATION\n");
   const auto result = run_tool({"/bin/sh", "-c",
                                 "PICARD_LOG_DIRECTORY=" + scratch.file("none") + " exec " PLC_RUN_TOOL " " + file +
-                                    " --modbus off --duration 1s --watch '*Error'"});
+                                    " --modbus off --engineering off --duration 1s --watch '*Error'"});
   EXPECT_EQ(result.code, 0) << result.all();
   EXPECT_TRUE(contains(result.out, "Error=2")) << result.all();
 }
@@ -252,7 +252,7 @@ TEST_F(Stays, AStopAfterHandledFaultsIsNoFailure) {
   const std::string file = project(counting(true));
   const auto ended = [&](const std::string& policy, std::vector<std::string> more, const std::string& why) {
     Pipe out, err;
-    std::vector<std::string> arguments = {file, "--modbus", "off", "--on-fault", policy};
+    std::vector<std::string> arguments = {file, "--modbus", "off", "--engineering", "off", "--on-fault", policy};
     arguments.insert(arguments.end(), more.begin(), more.end());
     Running run(arguments, out.ends[1], err.ends[1]);
     EXPECT_TRUE(err.shows("Z error: fault R1001: ")) << err.seen;

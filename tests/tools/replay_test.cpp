@@ -248,7 +248,8 @@ TEST(ReplayCommand, SaysWhatIsWrong) {
 TEST(ReplayCommand, PlcRunRecordsAndItsScansGiveTheSame) {
   const ScratchFolder scratch;
   const std::string folder = scratch.file("records");
-  const auto ran = run_tool({PLC_RUN_TOOL, three_tasks(), "--cycles", "300", "--modbus", "off", "--record", folder});
+  const auto ran = run_tool(
+      {PLC_RUN_TOOL, three_tasks(), "--cycles", "300", "--modbus", "off", "--engineering", "off", "--record", folder});
   ASSERT_EQ(ran.code, 0) << ran.all();
   EXPECT_TRUE(has(ran.out, "recording into " + folder + "/plant-")) << ran.out;
   EXPECT_TRUE(has(ran.out, " scans, 0 left out; ")) << ran.out;
@@ -267,7 +268,8 @@ TEST(ReplayCommand, APlantRunsWithoutARecordingThatCannotBe) {
   const ScratchFolder scratch;
   const std::string file = scratch.file("no-folder");
   write_text(file, "a file");
-  const auto ran = run_tool({PLC_RUN_TOOL, three_tasks(), "--cycles", "20", "--modbus", "off", "--record", file});
+  const auto ran = run_tool(
+      {PLC_RUN_TOOL, three_tasks(), "--cycles", "20", "--modbus", "off", "--engineering", "off", "--record", file});
   EXPECT_EQ(ran.code, 0) << ran.all();
   EXPECT_TRUE(has(ran.err, "no-folder")) << ran.err;
 }

@@ -34,7 +34,8 @@ struct Plant {
 
   explicit Plant(const std::string& text = project()) { write_text(file, text); }
   ToolResult run(const std::vector<std::string>& more = {}, const std::string& cycles = "5") const {
-    std::vector<std::string> arguments = {PLC_RUN_TOOL, file, "--cycles", cycles, "--modbus", "off"};
+    std::vector<std::string> arguments = {PLC_RUN_TOOL, file,  "--cycles",      cycles,
+                                          "--modbus",   "off", "--engineering", "off"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return run_tool(arguments);
   }
@@ -108,12 +109,12 @@ TEST(Retained, WithoutAFolderItIsSaidThatNothingIsKept) {
   ASSERT_EQ(run_tool({PLC_TOOL, "compile", plant.file, "-o", image}).code, 0);
   EXPECT_EQ(run_tool({PLC_TOOL, "check", plant.file}).err, "");
   for (const std::string& started : {plant.file, image}) {
-    const auto run = run_tool({PLC_RUN_TOOL, started, "--cycles", "1", "--modbus", "off"});
+    const auto run = run_tool({PLC_RUN_TOOL, started, "--cycles", "1", "--modbus", "off", "--engineering", "off"});
     EXPECT_EQ(run.code, 0) << run.all();
     EXPECT_TRUE(has(run.err, "warning P7610: 5 retained variables are not kept")) << run.err;
     EXPECT_TRUE(has(run.err, "main.c[1].n, main.c[2].n, ")) << run.err;
   }
-  const auto none = run_tool({PLC_RUN_TOOL, tank(), "--cycles", "1", "--modbus", "off"});
+  const auto none = run_tool({PLC_RUN_TOOL, tank(), "--cycles", "1", "--modbus", "off", "--engineering", "off"});
   EXPECT_FALSE(has(none.err, "P7610")) << none.err;
 }
 

@@ -42,7 +42,8 @@ CONFIGURATION C RESOURCE R ON PLC
   PROGRAM b WITH Slow_1: Main;
 END_RESOURCE END_CONFIGURATION
 )");
-  const auto result = run_tool({PLC_RUN_TOOL, scratch.file("two.st"), "--cycles", "20", "--modbus", "off", "--stats"});
+  const auto result = run_tool(
+      {PLC_RUN_TOOL, scratch.file("two.st"), "--cycles", "20", "--modbus", "off", "--engineering", "off", "--stats"});
   ASSERT_EQ(result.code, 0) << result.all();
   std::string configuration;
   for (const std::string& line : lines_of(result.out)) {
@@ -91,7 +92,7 @@ TEST(Run, StatisticsAsJson) {
 
 TEST(Run, SaysWhichEngineRuns) {
   const auto engines = [](std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), {PLC_RUN_TOOL, tank(), "--modbus", "off"});
+    arguments.insert(arguments.begin(), {PLC_RUN_TOOL, tank(), "--modbus", "off", "--engineering", "off"});
     const auto result = run_tool(arguments);
     EXPECT_EQ(result.code, 0) << result.err;
     return result.out;

@@ -88,7 +88,7 @@ TEST(Service, IsToldThatThePlantRunsAndThatItEnds) {
   const std::string file = scratch.file("plant.st");
   write_text(file, plant("n := n + 1;"));
   Manager manager("400000");
-  const auto result = run_tool({PLC_RUN_TOOL, file, "--duration", "1500ms", "--modbus", "off"});
+  const auto result = run_tool({PLC_RUN_TOOL, file, "--duration", "1500ms", "--modbus", "off", "--engineering", "off"});
   EXPECT_EQ(result.code, 0) << result.all();
   const auto& told = manager.told();
   ASSERT_GE(told.size(), 4u);
@@ -103,8 +103,8 @@ TEST(Service, IsNotToldThatAHangingTaskRuns) {
   write_text(file, plant("n := n + 1; WHILE n > 3 DO x := SIN(x) + 1.0; END_WHILE;"));
   Manager manager("400000");
   // The budget of loops is used up long after the end: until then nothing but the service manager sees it.
-  const auto result =
-      run_tool({PLC_RUN_TOOL, file, "--duration", "2500ms", "--modbus", "off", "--loop-budget", "4000000000"});
+  const auto result = run_tool({PLC_RUN_TOOL, file, "--duration", "2500ms", "--modbus", "off", "--engineering", "off",
+                                "--loop-budget", "4000000000"});
   // 400 ms without a scan, a quarter of that later it is looked at again: seven times at most, of 25.
   EXPECT_GE(manager.count("WATCHDOG=1"), 1u) << result.all();
   EXPECT_LE(manager.count("WATCHDOG=1"), 12u) << result.all();
@@ -116,7 +116,7 @@ TEST(Service, HearsNoWatchdogItDidNotAskFor) {
   write_text(file, plant("n := n + 1;"));
   for (const std::string time : {"", "0", "soon"}) {
     Manager manager(time);
-    EXPECT_EQ(run_tool({PLC_RUN_TOOL, file, "--cycles", "30", "--modbus", "off"}).code, 0);
+    EXPECT_EQ(run_tool({PLC_RUN_TOOL, file, "--cycles", "30", "--modbus", "off", "--engineering", "off"}).code, 0);
     EXPECT_EQ(manager.count("WATCHDOG=1"), 0u);
     EXPECT_EQ(manager.told().size(), 2u);
   }

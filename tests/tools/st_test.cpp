@@ -100,7 +100,8 @@ TEST(StructuredText, AnEndlessLoopStopsItsTaskAtItsLineAndTheOtherGoesOn) {
     EXPECT_NE(sim.err.find("loops.st:3"), std::string::npos) << sim.err;
     EXPECT_NE(sim.out.find("2,20," + std::string(budget) + ",150"), std::string::npos) << sim.out;
   }
-  const auto run = run_tool({PLC_RUN_TOOL, file, "--loop-budget", "100", "--duration", "100ms", "--modbus", "off"});
+  const auto run = run_tool(
+      {PLC_RUN_TOOL, file, "--loop-budget", "100", "--duration", "100ms", "--modbus", "off", "--engineering", "off"});
   EXPECT_EQ(run.code, 1) << run.all();
   EXPECT_NE(run.err.find("fault R1001"), std::string::npos) << run.err;
   // The loop of the other task is too long for this one.
@@ -128,7 +129,8 @@ END_CONFIGURATION
   EXPECT_EQ(sim.code, 1) << sim.all();
   EXPECT_EQ(sim.out, "cycle,time_ms,main.n\n0,0,1\n1,50,2\n2,100,3\n3,150,3\n4,200,3\n") << sim.all();
   // Without its task the run has nothing left to count.
-  const auto run = run_tool({PLC_RUN_TOOL, file, "--loop-budget", "100", "--cycles", "1000000", "--modbus", "off"});
+  const auto run = run_tool(
+      {PLC_RUN_TOOL, file, "--loop-budget", "100", "--cycles", "1000000", "--modbus", "off", "--engineering", "off"});
   EXPECT_EQ(run.code, 1) << run.all();
   EXPECT_NE(run.err.find("fault R1001"), std::string::npos) << run.err;
 }

@@ -30,6 +30,7 @@
 #include "tools/command_line.h"
 #include "tools/engine.h"
 #include "tools/plc-run/component_faults.h"
+#include "tools/plc-run/engineering_service.h"
 #include "tools/plc-run/listeners.h"
 #include "tools/plc-run/open_image.h"
 #include "tools/plc-run/output.h"
@@ -55,7 +56,7 @@ enum class Stats : std::uint8_t {
 };
 
 struct Run {
-  std::string file, plant, duration, stimulus, configuration, modbus, state, log, record;
+  std::string file, plant, duration, stimulus, configuration, modbus, engineering, state, log, record;
   std::vector<std::string> watch;
   std::uint64_t cycles = 0;
   Stats stats = Stats::kTimes;
@@ -65,6 +66,7 @@ struct Run {
   core::CompileOptions options;
   std::vector<std::string> libraries;
   std::optional<io::ListenText> listen;  ///< --modbus
+  std::optional<io::ListenText> engineering_listen;
   std::optional<io::OpenSocket> socket;  ///< of the service
   bool simulate = false;                 ///< --simulate-io
   retain::Start start = retain::Start::kWarm;
@@ -217,6 +219,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   const core::TimeNs retain_interval_ns = plan.configuration.retain.interval_ns;
   const std::string folder = state_folder(run.state, plan.configuration, run.simulate);
   RecordingSettings recorded = recording_settings(run.record, plan.configuration, folder, run.engine);
+  EngineeringRequest asked = engineering_request(plan.configuration, run.engineering_listen, run.file, folder);
   auto machine = io::Machine::configure({run.file, std::move(plan.configuration), run.listen, run.socket, run.simulate,
                                          "plc map " + shell_word(run.file) + compile_flags(run.options, run.libraries)},
                                         resource, diagnostics);
@@ -242,6 +245,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   realtime.on_thread_start = watch_task_thread;
   realtime.program_time_ns = retained.program_time_ns;
   io::Plant plant(resource, std::move(machine), std::move(realtime));
+  EngineeringService engineering(std::move(asked), resource, log);
   std::vector<io::Sentence> notes;
   if (const auto problem = plant.prepare([&resource] { name_crashes(resource); }, notes)) {
     return complain(*problem), is_about_devices(problem->code) ? kExitDevice : kExitErrors;
@@ -269,6 +273,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
             "record");
   }
   if (retained.keeper) retained.keeper->start();
+  engineering.start(plant);
   running.store(&plant, std::memory_order_relaxed);
   if (signalled.load(std::memory_order_relaxed) != 0) plant.request_stop();  // before the handler knew the plant
   output.stop_waiting();
@@ -308,6 +313,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
     show_retain();
     show_recording();
     allocations.say_new(log);
+    engineering.service(now);
     if (report_wanted.exchange(false, std::memory_order_relaxed)) {
       print_statistics(run, resource, scheduler, recording.get(), std::cerr);
     }
@@ -320,6 +326,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   running.store(nullptr, std::memory_order_relaxed);
   if (retained.keeper) retained.keeper->stop(stuck);
   if (recording) recording->stop(stuck.empty());
+  engineering.stop();
   output.wait_again(printing_takes_too_long);
 
   show_faults();
@@ -429,6 +436,10 @@ int run_command(int argc, char** argv) {
   const Flag modbus = program.option(
       "--modbus=ADDR:PORT|off", run.modbus,
       "where HMIs connect, in place of what the configuration says; default 127.0.0.1:502 if it can be had");
+  const Flag engineering = program.option("--engineering=ADDR:PORT|off", run.engineering,
+                                          "where browsers, scripts and plc remote connect, in place of what the "
+                                          "configuration says; default 127.0.0.1:8061; "
+                                          "other addresses with TLS");
   program
       .option("--watch=PATTERN", run.watch,
               "show these variables live, five times a second; * and ? match; may be repeated")
@@ -466,6 +477,14 @@ int run_command(int argc, char** argv) {
     if (!run.listen) {
       complain("plc-run", "--modbus \"" + run.modbus + "\" is not an address and a port",
                "write 127.0.0.1:502, 0.0.0.0:502, [::1]:502 or off");
+      return kExitUsage;
+    }
+  }
+  if (engineering.given()) {
+    run.engineering_listen = io::parse_listen(run.engineering);
+    if (!run.engineering_listen) {
+      complain("plc-run", "--engineering \"" + run.engineering + "\" is not an address and a port",
+               "write 127.0.0.1:8061, 0.0.0.0:8061, [::1]:8061 or off");
       return kExitUsage;
     }
   }

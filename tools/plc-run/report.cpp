@@ -10,6 +10,7 @@
 #include <ostream>
 
 #include "core/text.h"
+#include "engineering/task_times.h"
 #include "io-drivers/config/template.h"
 #include "tools/command_line.h"
 #include "tools/engine.h"
@@ -22,22 +23,6 @@ namespace {
 using nlohmann::ordered_json;
 using runtime::Histogram;
 using runtime::TaskStatistics;
-
-/// The times of a task, in the order in which they happen. One row is one line, column and JSON member.
-struct Quantity {
-  const char* name;
-  Histogram TaskStatistics::*histogram;
-};
-constexpr Quantity kQuantities[] = {{"latency", &TaskStatistics::latency},
-                                    {"scan", &TaskStatistics::scan_time},
-                                    {"response", &TaskStatistics::response}};
-
-struct Share {
-  const char* name;
-  const char* member;  ///< of the JSON
-  double share;
-};
-constexpr Share kShares[] = {{"p50", "p50_ns", 0.5}, {"p99", "p99_ns", 0.99}, {"p99.9", "p99_9_ns", 0.999}};
 
 std::string time_text(std::int64_t ns) { return duration_text(static_cast<double>(ns)); }
 
@@ -67,12 +52,7 @@ std::string bar(std::uint64_t count, std::uint64_t most) {
 }
 
 ordered_json to_json(const Histogram& histogram) {
-  ordered_json times;
-  times["count"] = histogram.count();
-  times["min_ns"] = histogram.min_ns();
-  times["mean_ns"] = histogram.mean_ns();
-  for (const Share& share : kShares) times[share.member] = histogram.percentile_ns(share.share);
-  times["max_ns"] = histogram.max_ns();
+  ordered_json times = engineering::times_json(histogram);
   ordered_json& buckets = times["buckets"] = ordered_json::array();
   for (const Histogram::Bucket& bucket : histogram.buckets()) buckets.push_back({bucket.upper_ns, bucket.count});
   return times;
@@ -141,13 +121,14 @@ void print_times(const bytecode::Image& image, const runtime::RealtimeScheduler&
                        release_text(image.tasks[i]), s.scans.load(), s.overruns.load(), s.missed.load(),
                        s.faults.load());
     std::vector<std::vector<std::string>> rows = {{"          ", "min", "mean"}};
-    for (const Share& share : kShares) rows[0].push_back(share.name);
+    for (const engineering::Share& share : engineering::shares()) rows[0].push_back(share.name);
     rows[0].push_back("max");
-    for (const Quantity& quantity : kQuantities) {
+    for (const engineering::Quantity& quantity : engineering::quantities()) {
       const Histogram& h = s.*quantity.histogram;
       std::vector<std::string> row = {"  " + std::string(quantity.name), time_text(h.min_ns()),
                                       duration_text(h.mean_ns())};
-      for (const Share& share : kShares) row.push_back(time_text(h.percentile_ns(share.share)));
+      for (const engineering::Share& share : engineering::shares())
+        row.push_back(time_text(h.percentile_ns(share.share)));
       row.push_back(time_text(h.max_ns()));
       rows.push_back(std::move(row));
     }
@@ -158,7 +139,7 @@ void print_times(const bytecode::Image& image, const runtime::RealtimeScheduler&
 void print_histograms(const bytecode::Image& image, const runtime::RealtimeScheduler& scheduler, std::ostream& out) {
   for (std::uint32_t i = 0; i < image.tasks.size(); ++i) {
     std::vector<Octaves> columns;
-    for (const Quantity& quantity : kQuantities)
+    for (const engineering::Quantity& quantity : engineering::quantities())
       columns.push_back(octaves_of(scheduler.statistics(i).*quantity.histogram));
     const auto used = [&](std::size_t octave) {
       return std::any_of(columns.begin(), columns.end(), [octave](const Octaves& c) { return c[octave] != 0; });
@@ -168,7 +149,7 @@ void print_histograms(const bytecode::Image& image, const runtime::RealtimeSched
     while (last > first && !used(last - 1)) --last;
     if (first == last) continue;
     std::string heading = fmt::format("{:<16}", image.tasks[i].name);
-    for (const Quantity& quantity : kQuantities)
+    for (const engineering::Quantity& quantity : engineering::quantities())
       heading += fmt::format("  {:>10} {:<{}}", quantity.name, "", kBarWidth);
     out << '\n' << core::trimmed(heading) << '\n';
     for (std::size_t octave = first; octave < last; ++octave) {
@@ -224,7 +205,8 @@ void print_json(const runtime::Resource& resource, const runtime::RealtimeSchedu
     task["overruns"] = s.overruns.load();
     task["missed"] = s.missed.load();
     task["faults"] = s.faults.load();
-    for (const Quantity& quantity : kQuantities) task[quantity.name] = to_json(s.*quantity.histogram);
+    for (const engineering::Quantity& quantity : engineering::quantities())
+      task[quantity.name] = to_json(s.*quantity.histogram);
     document["tasks"].push_back(std::move(task));
   }
   // WHY replace: a name that is no UTF-8 must not spoil the document.

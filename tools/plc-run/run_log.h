@@ -6,12 +6,14 @@
 // written to stderr directly. Threads: the main one's alone. Does not belong here: forms, files, limits (log/).
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <ostream>
 #include <span>
 #include <streambuf>
 #include <string>
+#include <utility>
 
 #include "io-drivers/config/configuration.h"
 #include "io-drivers/driver.h"
@@ -70,6 +72,8 @@ class RunLog {
 
   /// For lines about the run that are no trouble.
   std::ostream& talk() { return talk_; }
+  /// Also told of every message from now on; an empty function ends that.
+  void also_tell(std::function<void(const log::Record&)> tell) { log_->also_tell(std::move(tell)); }
   /// In the process that goes on.
   void start() { log_->start(); }
 

@@ -18,6 +18,7 @@
 #include "ir/lint.h"
 #include "tools/cli.h"
 #include "tools/library_xml.h"
+#include "tools/plcdoc/client_stubs.h"
 #include "tools/plcdoc/pages.h"
 
 namespace {
@@ -198,13 +199,26 @@ std::string table(const std::vector<std::string>& heading, const std::vector<std
 int main(int argc, char** argv) {
   const tools::Program program(
       "plcdoc", "Writes the reference pages that follow from the tables, or checks that they are current.");
-  std::string folder, cases;
+  std::string folder, cases, clients;
   bool check = false;
-  program.option("FOLDER", folder, "docs/reference").required();
-  program.option("CASES", cases, "tests/cases, with the features of the standard").required();
+  program.option("FOLDER", folder, "docs/reference");
+  program.option("CASES", cases, "tests/cases, with the features of the standard");
+  program.option(
+      "--clients=DIR", clients,
+      "writes calls.py and calls.ts, the methods of the clients of the engineering server, and nothing else");
   program.flag("--check", check, "write nothing; exit 1 when a page differs");
   if (const auto code = program.parse(argc, argv)) return *code;
 
+  if (!clients.empty()) {
+    std::filesystem::create_directories(clients);
+    std::ofstream(clients + "/calls.py", std::ios::binary) << tools::python_calls();
+    std::ofstream(clients + "/calls.ts", std::ios::binary) << tools::typescript_calls();
+    return 0;
+  }
+  if (cases.empty()) {
+    std::cerr << "plcdoc: FOLDER and CASES are required\n";
+    return 2;
+  }
   const tools::FeatureTables features = tools::read_feature_tables(cases);
   for (const std::string& problem : features.problems) std::cerr << "tables.txt: " << problem << '\n';
   if (!features.problems.empty()) return 1;
@@ -213,6 +227,7 @@ int main(int argc, char** argv) {
       {"opcodes.md", opcodes_page()},
       {"problems.md", problems_page()},
       {"lint.md", lint_page()},
+      tools::engineering_page(),
       {"configuration.md", tools::generated_from("io-drivers/config/keys.def and the kinds of drivers") +
                                io::configuration_reference(io::driver_types())},
       {"picard-library.xml", tools::library_xml()},

@@ -30,6 +30,8 @@ std::string as_code(std::string_view text);
 std::vector<Page> library_pages();
 /// taskblocks.md, the index, and taskblocks/<group>.md for every group of the set that comes with PICARD.
 std::vector<Page> taskblock_pages();
+/// engineering.md: calls of the engineering server.
+Page engineering_page();
 /// conformance.md: features of the standard with their evidence, and what it leaves to the implementer. `cases`:
 /// the folder of the cases, as the features were read from it.
 Page conformance_page(const FeatureTables& features, const std::filesystem::path& cases);

@@ -185,7 +185,8 @@ TEST(ReadConfiguration, WindowsLineEndsAndByteOrderMark) {
 TEST(Keys, DefaultsAreThoseOfTheStructures) {
   std::string modbus = "[modbus]\n", guardian = "[guardian]\n", gpio, simulated, meter, input, output, range;
   std::string scheduler = "[scheduler]\n", task = "[tasks.T]\n", taskblocks = "[taskblocks]\n", project = "[project]\n",
-              retain = "[retain]\n", serial = "[modbus.serial]\npath = \"/dev/ttyS0\"\n";
+              retain = "[retain]\n", engineering = "[engineering]\n",
+              serial = "[modbus.serial]\npath = \"/dev/ttyS0\"\n";
   const auto entry = [](std::string& line, const KeyInfo& key) {
     line += (line.empty() ? "" : ", ") + std::string(key.name) + " = " + std::string(key.fallback.toml);
   };
@@ -204,6 +205,7 @@ TEST(Keys, DefaultsAreThoseOfTheStructures) {
     if (key.table == TableId::kTaskblocks) taskblocks += line;
     if (key.table == TableId::kProject) project += line;
     if (key.table == TableId::kRetain) retain += line;
+    if (key.table == TableId::kEngineering) engineering += line;
     const bool of_gpio = key.kind == nullptr || key.kind == gpio_type;
     if (key.table == TableId::kDriver && of_gpio) gpio += line;
     const bool of_meter = key.kind == meter_type;
@@ -217,7 +219,16 @@ TEST(Keys, DefaultsAreThoseOfTheStructures) {
       "[drivers.m]\nkind = \"modbus\"\nbus = \"10.0.0.5\"\n" + meter + "[inputs]\nX = { driver = \"g\", channel = 1, " +
       input + " }\n[outputs]\nY = { driver = \"g\", channel = 2, " + output + " }\n" + modbus + serial +
       "[[modbus.range]]\ntable = \"holding-registers\"\n" + range + guardian + scheduler + taskblocks + project +
-      retain + task);
+      retain + engineering + task);
+  const EngineeringConfig server;
+  EXPECT_EQ(c.engineering.enabled, server.enabled);
+  EXPECT_EQ(c.engineering.address, server.address);
+  EXPECT_EQ(c.engineering.port, server.port);
+  EXPECT_EQ(c.engineering.tls, server.tls);
+  EXPECT_EQ(c.engineering.certificate.text, server.certificate.text);
+  EXPECT_EQ(c.engineering.key.text, server.key.text);
+  EXPECT_TRUE(c.engineering.hosts.empty());
+  EXPECT_EQ(c.engineering.max_clients, server.max_clients);
   EXPECT_TRUE(c.taskblocks.libraries.empty());
   EXPECT_TRUE(c.project.libraries.empty());
   const DriverConfig driver;

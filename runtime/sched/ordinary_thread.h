@@ -1,5 +1,5 @@
-// IoThread: the thread of a server. It gets nothing from its maker that is meant for tasks: no signals, no real-time
-// priority.
+// OrdinaryThread: a thread beside the tasks. It gets nothing from its maker that is meant for tasks: no signals, no
+// real-time priority.
 //
 // Threads: start() and join() belong to one owner. Does not belong here: what it does.
 #pragma once
@@ -11,9 +11,9 @@
 
 #include "runtime/sched/thread_settings.h"
 
-namespace plc::modbus {
+namespace plc::runtime {
 
-class IoThread {
+class OrdinaryThread {
  public:
   /// `name`: what top shows, at most 15 characters.
   template <class Run>
@@ -22,7 +22,7 @@ class IoThread {
     sigfillset(&all);
     pthread_sigmask(SIG_SETMASK, &all, &before);
     thread_ = std::thread([name, run] {
-      static_cast<void>(runtime::set_ordinary(pthread_self()));
+      static_cast<void>(set_ordinary(pthread_self()));
       pthread_setname_np(pthread_self(), name);
       run();
     });
@@ -36,4 +36,4 @@ class IoThread {
   std::thread thread_;
 };
 
-}  // namespace plc::modbus
+}  // namespace plc::runtime

@@ -1,0 +1,303 @@
+"""The connection to an engineering server: HTTP, WebSockets, certificates. Only the standard library is used."""
+
+import base64
+import hashlib
+import http.client
+import json
+import os
+import socket
+import ssl
+import struct
+import urllib.parse
+
+
+class PicardError(Exception):
+    """The server refused a call. `code` has a page of its own: plc explain CODE."""
+
+    def __init__(self, status, answer):
+        self.status = status
+        self.code = answer.get("code", "")
+        self.text = answer.get("text", f"status {status}")
+        self.field = answer.get("field")
+        self.help = answer.get("help")
+        self.retry_after_ms = answer.get("retry_after_ms")
+        where = f"{self.field}: " if self.field else ""
+        super().__init__(f"{self.code}: {where}{self.text}")
+
+
+class CertificateError(ssl.SSLError):
+    """Nobody known has signed the certificate, and its fingerprint is not the one that was given."""
+
+
+def _normal(fingerprint):
+    return fingerprint.replace(":", "").upper()
+
+
+class Connection:
+    """Calls of one server, one after another. Not for several threads at a time."""
+
+    def __init__(self, url, token=None, fingerprint=None, cafile=None, timeout=10.0):
+        """`token`: of login() or tokens_add(). `fingerprint`: of a certificate that the server has made for itself, as
+        plc-run prints it. `cafile`: who may have signed it, in place of those that the system knows."""
+        parts = urllib.parse.urlsplit(url if "://" in url else "https://" + url)
+        self._secure = parts.scheme != "http"
+        self._host = parts.hostname
+        self._port = parts.port or 8061
+        self._fingerprint = fingerprint
+        self._cafile = cafile
+        self._timeout = timeout
+        self._http = None
+        self.token = token
+
+    def close(self):
+        """Ends the connection; the session goes on."""
+        if self._http is not None:
+            self._http.close()
+            self._http = None
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def _socket(self):
+        raw = socket.create_connection((self._host, self._port), self._timeout)
+        raw.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        if not self._secure:
+            return raw
+        context = ssl.create_default_context(cafile=self._cafile)
+        context.minimum_version = ssl.TLSVersion.TLSv1_2
+        if self._fingerprint is not None:
+            context.check_hostname = False
+            context.verify_mode = ssl.CERT_NONE  # its fingerprint is compared below
+        encrypted = context.wrap_socket(raw, server_hostname=self._host)
+        if self._fingerprint is not None:
+            has = hashlib.sha256(encrypted.getpeercert(binary_form=True)).hexdigest().upper()
+            if has != _normal(self._fingerprint):
+                encrypted.close()
+                raise CertificateError(f"the certificate has the fingerprint {has}")
+        return encrypted
+
+    def _host_header(self):
+        host = f"[{self._host}]" if ":" in self._host else self._host
+        return f"{host}:{self._port}"
+
+    def _send(self, method, target, body, headers):
+        for attempt in (1, 2):
+            fresh = self._http is None
+            if fresh:
+                self._http = http.client.HTTPConnection(self._host, self._port, timeout=self._timeout)
+                self._http.sock = self._socket()
+            try:
+                self._http.request(method, target, body, headers)
+                return self._http.getresponse()
+            except (ConnectionError, http.client.RemoteDisconnected):
+                # The server ends connections that were silent for long.
+                self.close()
+                if fresh or attempt == 2:
+                    raise
+        raise AssertionError("unreachable")
+
+    def call(self, method, path, fields, file=False):
+        """One call; `fields` that are None are left out. What the methods with names of calls do."""
+        fields = {name: value for name, value in fields.items() if value is not None}
+        headers = {"Host": self._host_header()}
+        if self.token:
+            headers["Authorization"] = "Bearer " + self.token
+        body = None
+        if method == "GET":
+            if fields:
+                texts = {
+                    name: str(value).lower() if isinstance(value, bool) else value for name, value in fields.items()
+                }
+                path += "?" + urllib.parse.urlencode(texts, doseq=True)
+        else:
+            body = json.dumps(fields).encode()
+            headers["Content-Type"] = "application/json"
+        response = self._send(method, path, body, headers)
+        answer = response.read()
+        if response.will_close:
+            self.close()
+        if response.status == 200 and file:
+            return answer
+        try:
+            document = json.loads(answer)
+        except ValueError:
+            document = {}
+        if response.status != 200:
+            raise PicardError(response.status, document)
+        return document
+
+    def stream(self, path, fields):
+        """A WebSocket of the server."""
+        fields = {name: value for name, value in fields.items() if value is not None}
+        if fields:
+            path += "?" + urllib.parse.urlencode(fields)
+        return WebSocket(self._socket(), self._host_header(), path, self.token)
+
+
+class WebSocket:
+    """Messages of a stream, texts as str and others as bytes."""
+
+    def __init__(self, sock, host, path, token):
+        self._sock = sock
+        self._buffer = b""
+        key = base64.b64encode(os.urandom(16)).decode()
+        lines = [
+            f"GET {path} HTTP/1.1",
+            f"Host: {host}",
+            "Upgrade: websocket",
+            "Connection: Upgrade",
+            f"Sec-WebSocket-Key: {key}",
+            "Sec-WebSocket-Version: 13",
+        ]
+        if token:
+            lines.append(f"Authorization: Bearer {token}")
+        sock.sendall(("\r\n".join(lines) + "\r\n\r\n").encode())
+        while b"\r\n\r\n" not in self._buffer:
+            self._more()
+        head, self._buffer = self._buffer.split(b"\r\n\r\n", 1)
+        status = int(head.split(b" ", 2)[1])
+        if status != 101:
+            length = 0
+            for line in head.split(b"\r\n"):
+                if line.lower().startswith(b"content-length:"):
+                    length = int(line.split(b":")[1])
+            raise PicardError(status, json.loads(self._take(length) or b"{}"))
+
+    def _more(self):
+        got = self._sock.recv(65536)
+        if not got:
+            raise ConnectionError("the server ended the stream")
+        self._buffer += got
+
+    def _take(self, size):
+        while len(self._buffer) < size:
+            self._more()
+        taken, self._buffer = self._buffer[:size], self._buffer[size:]
+        return taken
+
+    def send(self, text, opcode=1):
+        data = text.encode() if isinstance(text, str) else text
+        head = bytes([0x80 | opcode])
+        if len(data) < 126:
+            head += bytes([0x80 | len(data)])
+        elif len(data) < 65536:
+            head += bytes([0x80 | 126]) + struct.pack(">H", len(data))
+        else:
+            head += bytes([0x80 | 127]) + struct.pack(">Q", len(data))
+        mask = os.urandom(4)
+        self._sock.sendall(head + mask + bytes(byte ^ mask[i % 4] for i, byte in enumerate(data)))
+
+    def receive(self):
+        """The next message; None when the server has ended the stream."""
+        while True:
+            first, second = self._take(2)
+            length = second & 0x7F
+            if length == 126:
+                (length,) = struct.unpack(">H", self._take(2))
+            elif length == 127:
+                (length,) = struct.unpack(">Q", self._take(8))
+            data = self._take(length)
+            opcode = first & 0x0F
+            if opcode == 8:
+                return None
+            if opcode == 9:
+                self.send(data, 10)
+            elif opcode == 1:
+                return data.decode()
+            elif opcode == 2:
+                return data
+
+    def close(self):
+        self._sock.close()
+
+
+_FORMS = {
+    "bool": "?",
+    "i8": "b",
+    "u8": "B",
+    "i16": "h",
+    "u16": "H",
+    "i32": "i",
+    "u32": "I",
+    "i64": "q",
+    "u64": "Q",
+    "f32": "f",
+    "f64": "d",
+}
+
+
+class Values:
+    """Values of a subscription as they change: iterate over it. Each step gives a dict of path and value of those that
+    have changed; `scans` and `time_ns` are of the frame. Times and dates are nanoseconds."""
+
+    def __init__(self, web, paths):
+        self._web = web
+        web.send(json.dumps({"subscribe": list(paths)}))
+        answer = json.loads(web.receive())
+        if "code" in answer:
+            raise PicardError(400, answer)
+        self._number = answer["subscription"]
+        self.layout = answer["layout"]
+        self.problems = answer.get("problems", [])
+        self.scans = 0
+        self.time_ns = 0
+
+    def __iter__(self):
+        return self
+
+    def __next__(self):
+        while True:
+            frame = self._web.receive()
+            if frame is None:
+                raise StopIteration
+            if isinstance(frame, bytes):
+                version, _, number, count, self.scans, self.time_ns = struct.unpack_from("<BBHIQq", frame)
+                if version == 1 and number == self._number:
+                    return self._decode(frame, count)
+
+    def _decode(self, frame, count):
+        dirty = 24
+        at = dirty + (count + 7) // 8
+        changed = {}
+        for i, value in enumerate(self.layout):
+            if not frame[dirty + i // 8] >> (i % 8) & 1:
+                continue
+            if value["form"] == "text":
+                (length,) = struct.unpack_from("<H", frame, at)
+                changed[value["path"]] = frame[at + 2 : at + 2 + length].decode()
+                at += 2 + length
+                continue
+            form = "<" + _FORMS[value["form"]]
+            (number,) = struct.unpack_from(form, frame, at)
+            at += struct.calcsize(form)
+            for member in value.get("members", ()):
+                if member["value"] == number:
+                    number = member["name"]
+                    break
+            changed[value["path"]] = number
+        return changed
+
+    def close(self):
+        self._web.close()
+
+
+class Log:
+    """Messages of the log as they come: iterate over it."""
+
+    def __init__(self, web):
+        self._web = web
+
+    def __iter__(self):
+        return self
+
+    def __next__(self):
+        message = self._web.receive()
+        if message is None:
+            raise StopIteration
+        return json.loads(message)
+
+    def close(self):
+        self._web.close()

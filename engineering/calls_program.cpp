@@ -1,0 +1,106 @@
+// The program that runs: calls of the subject "program".
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "engineering/answer.h"
+#include "engineering/context.h"
+#include "engineering/subjects.h"
+#include "engineering/tar.h"
+
+namespace plc::engineering {
+namespace {
+
+using namespace field;
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMostBytes = 64'000'000;
+
+constexpr Field kProgramAnswer[] = {
+    text("project", "Name of the project, as it calls itself"),
+    text("compiler", "That has made the image"),
+    text("options", "With which it was compiled, in words"),
+    text("image", "SHA-256 of the image that runs"),
+    texts("tasks", "Names of the tasks"),
+    texts("files", "Files of the project, as the compiler was told"),
+    text("file", "Name under which program.project gives the project"),
+};
+
+std::string file_name(const Identity& identity) {
+  std::error_code error;
+  fs::path path(identity.project_path);
+  if (!path.has_filename()) path = path.parent_path();
+  const std::string name = path.filename().string();
+  return fs::is_directory(identity.project_path, error) ? name + ".tar" : name;
+}
+
+void program(Context& context, const Caller&, const Json&, Answer& answer) {
+  const bytecode::Image& image = context.variables.image();
+  Json& body = answer.body();
+  body["project"] = image.project;
+  body["compiler"] = image.product;
+  body["options"] = context.identity.options;
+  body["image"] = context.identity.image_hash;
+  Json& tasks = body["tasks"] = Json::array();
+  for (const bytecode::ImageTask& task : image.tasks) tasks.push_back(task.name);
+  body["files"] = image.files;
+  body["file"] = file_name(context.identity);
+}
+
+void project(Context& context, const Caller& caller, const Json&, Answer& answer) {
+  const std::string& path = context.identity.project_path;
+  std::error_code error;
+  std::string bytes;
+  if (fs::is_directory(path, error)) {
+    auto archive = tar_of(path, kMostBytes);
+    if (!archive) return answer.refuse(archive.error());
+    bytes = std::move(*archive);
+  } else {
+    std::ifstream in(path, std::ios::binary);
+    if (!in || fs::file_size(path, error) > kMostBytes) {
+      return answer.refuse(404, core::Code::P7001, "the project's file cannot be read any more, or is too large");
+    }
+    bytes.assign(std::istreambuf_iterator<char>(in), {});
+  }
+  context.audit.add(caller.user, caller.address, "program.project", {{"bytes", bytes.size()}});
+  answer.give_file(std::move(bytes), file_name(context.identity));
+}
+
+void image(Context& context, const Caller& caller, const Json&, Answer& answer) {
+  const std::vector<std::byte> bytes = bytecode::save(context.variables.image());
+  context.audit.add(caller.user, caller.address, "program.image", {{"bytes", bytes.size()}});
+  answer.give_file({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, context.identity.plant + ".pbc");
+}
+
+constexpr Call kCalls[] = {
+    {.name = "program",
+     .path = "/api/program",
+     .doc = "Which program runs.",
+     .response = kProgramAnswer,
+     .example = "{}",
+     .run = program},
+    {.name = "program.project",
+     .path = "/api/program/project",
+     .right = Right::kEngineer,
+     .doc = "The project that was given to plc-run, as a file; a folder of sources as a tar archive. Recorded in the "
+            "audit.",
+     .example = "{}",
+     .run = project,
+     .form = Form::kFile,
+     .thread = Thread::kFiles},
+    {.name = "program.image",
+     .path = "/api/program/image",
+     .right = Right::kEngineer,
+     .doc = "The image that runs, for `plc-run FILE.pbc`. Recorded in the audit.",
+     .example = "{}",
+     .run = image,
+     .form = Form::kFile,
+     .thread = Thread::kFiles},
+};
+
+}  // namespace
+
+std::span<const Call> program_calls() { return kCalls; }
+
+}  // namespace plc::engineering

@@ -1,0 +1,82 @@
+// Context: what calls work on. Caller: who calls.
+//
+// In: a plant that runs. Out: what rows may use, by thread: a call of Thread::kIo everything, others what is said to
+// be for any thread. Does not belong here: HTTP.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/clock.h"
+#include "engineering/audit.h"
+#include "engineering/call.h"
+#include "engineering/log_book.h"
+#include "engineering/login_delay.h"
+#include "engineering/secrets.h"
+#include "engineering/sessions.h"
+#include "engineering/users.h"
+#include "engineering/variables.h"
+#include "runtime/sched/realtime.h"
+
+namespace plc::engineering {
+
+struct Caller {
+  std::string user;  ///< empty before login
+  Right role = Right::kAnybody;
+  std::string address;
+  std::uint64_t session = 0;  ///< 0 = none: a token, or nobody
+  std::string secret;         ///< of the session
+};
+
+/// What the plant is.
+struct Identity {
+  std::string product;       ///< "PICARD 0.1.0"
+  std::string plant;         ///< as people call it: the file without folder and ending
+  std::string project_path;  ///< file or folder that was given to plc-run
+  std::string options;       ///< of the compiler, in words
+  std::string machine;       ///< host name
+  std::string image_hash;    ///< SHA-256 of the saved image
+};
+
+/// The code by which the first user is made: only while there is none.
+class FirstCode {
+ public:
+  /// Shown where nobody but people at the machine read it: console, journal.
+  [[nodiscard]] std::string text() const;
+  /// A new one; also after kMostWrong wrong ones. `shown` is set until take_shown().
+  void renew();
+  /// Whether `text` is the code.
+  bool matches(std::string_view text);
+  /// The code, when it is to be shown (again).
+  std::string take_shown();
+
+ private:
+  static constexpr int kMostWrong = 10;
+  mutable std::mutex mutex_;
+  std::string code_;
+  bool shown_ = false;
+  int wrong_ = 0;
+};
+
+struct Context {
+  const Identity& identity;
+  Variables& variables;                         ///< kIo
+  const runtime::RealtimeScheduler& scheduler;  ///< any
+  LogBook& log;                                 ///< any
+  Users& users;                                 ///< any
+  Sessions& sessions;                           ///< any
+  LoginDelay& delay;                            ///< any
+  FirstCode& first_code;                        ///< any
+  Audit& audit;                                 ///< add(), recent(): any
+  const core::Clock& clock;                     ///< any
+  const core::Calendar& calendar;               ///< any
+  core::TimeNs begin_ns = 0;                    ///< when the plant started, by `clock`
+  PasswordCost cost{};
+};
+
+}  // namespace plc::engineering

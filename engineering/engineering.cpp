@@ -1,0 +1,243 @@
+#include "engineering/engineering.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <mutex>
+#include <utility>
+
+#include "bytecode/image.h"
+#include "engineering/state_files.h"
+
+namespace plc::engineering {
+namespace {
+
+/// Between attempts at what cannot be had.
+constexpr core::TimeNs kAgainNs = 1'000'000'000;
+
+Said said_of(const core::Problem& problem, core::Severity severity) {
+  return {severity, fmt::format("engineering: {}: {}{}", core::info(problem.code).name, problem.message,
+                                problem.help.empty() ? "" : " (" + problem.help + ")")};
+}
+
+std::vector<std::string> names_of_machine(const Options& options) {
+  std::array<char, 256> host{};
+  std::vector<std::string> names;
+  if (::gethostname(host.data(), host.size() - 1) == 0 && host[0] != '\0') names.emplace_back(host.data());
+  if (!names.empty() && names[0].find('.') == std::string::npos) names.push_back(names[0] + ".local");
+  names.insert(names.end(), options.hosts.begin(), options.hosts.end());
+  return names;
+}
+
+Identity completed(Identity identity, const bytecode::Image& image) {
+  const std::vector<std::byte> bytes = bytecode::save(image);
+  identity.image_hash = sha256({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  std::array<char, 256> host{};
+  if (::gethostname(host.data(), host.size() - 1) == 0) identity.machine = host.data();
+  return identity;
+}
+
+}  // namespace
+
+struct Engineering::State {
+  State(Options given, Identity who, runtime::Resource& resource, ValueSource& values,
+        const runtime::RealtimeScheduler& plant, LogBook& book, const core::Clock& monotonic,
+        const core::Calendar& dates)
+      : options(std::move(given)),
+        identity(completed(std::move(who), resource.image())),
+        variables(resource, values),
+        scheduler(plant),
+        log(book),
+        clock(monotonic),
+        calendar(dates),
+        names(names_of_machine(options)),
+        hosts(names) {}
+
+  void open(std::vector<Said>& said);
+  void listen(std::vector<Said>& said);
+  void say_code(std::vector<Said>& said);
+  void write_audit(std::vector<Said>& said);
+  [[nodiscard]] std::string url() const;
+
+  Options options;
+  Identity identity;
+  Variables variables;
+  const runtime::RealtimeScheduler& scheduler;
+  LogBook& log;
+  const core::Clock& clock;
+  const core::Calendar& calendar;
+  std::vector<std::string> names;
+  HostRules hosts;
+  std::unique_ptr<Users> users;
+  std::unique_ptr<Audit> audit;
+  Sessions sessions;
+  LoginDelay delay;
+  FirstCode first_code;
+  std::unique_ptr<Context> context;
+  std::unique_ptr<Dispatcher> dispatcher;
+  std::unique_ptr<Server> server;
+  bool listening = false;
+  std::string refusal;  ///< why not, as it was said
+  core::TimeNs next_ns = 0;
+  std::atomic<bool> writing{false};  ///< the audit
+  std::mutex audit_mutex;
+  std::string audit_problem;       ///< of the thread that writes
+  std::string audit_problem_said;  ///< ..as it was said
+};
+
+/// Users, audit and certificate, once they can be had.
+void Engineering::State::open(std::vector<Said>& said) {
+  const auto refused = [&](const core::Problem& problem) {
+    if (refusal == problem.message) return;
+    refusal = problem.message;
+    said.push_back(said_of(problem, core::Severity::kWarning));
+    said.back().text += "; it is tried again";
+  };
+  if (!options.folder.empty()) {
+    if (const std::string why = make_private_folder(options.folder); !why.empty()) {
+      return refused(
+          {core::Code::P7701, why, "users and audit are kept there: --state DIR, or [retain] state in plc.toml"});
+    }
+  }
+  if (!users) {
+    auto opened = Users::open(options.folder);
+    if (!opened) return refused(opened.error());
+    users = std::move(*opened);
+  }
+  if (!audit) {
+    std::string broken;
+    audit = std::make_unique<Audit>(options.folder, calendar, broken);
+    if (!broken.empty()) said.push_back({core::Severity::kError, "engineering: " + broken});
+  }
+  std::optional<Certificate> certificate;
+  if (options.always_tls || !is_loopback(options.address)) {
+    auto had = options.certificate.empty() ? own_certificate(
+                                                 options.folder,
+                                                 [this] {
+                                                   std::vector<std::string> all = names;
+                                                   all.insert(all.end(), {"localhost", "127.0.0.1", "::1"});
+                                                   if (options.address != "0.0.0.0" && options.address != "::")
+                                                     all.push_back(options.address);
+                                                   return all;
+                                                 }(),
+                                                 calendar.utc_ns())
+                                           : read_certificate(options.certificate, options.key);
+    if (!had) return refused(had.error());
+    certificate = std::move(*had);
+    said.push_back({core::Severity::kNote, fmt::format("engineering: certificate {}{}", certificate->fingerprint,
+                                                       certificate->made ? ", made now" : "")});
+  }
+  context = std::make_unique<Context>(Context{identity, variables, scheduler, log, *users, sessions, delay, first_code,
+                                              *audit, clock, calendar, clock.now_ns()});
+  dispatcher = std::make_unique<Dispatcher>(*context, hosts, certificate.has_value());
+  ServerOptions wanted;
+  wanted.address = options.address;
+  wanted.port = options.port;
+  wanted.max_clients = options.max_clients;
+  wanted.certificate = std::move(certificate);
+  server = std::make_unique<Server>(*dispatcher, std::move(wanted));
+}
+
+std::string Engineering::State::url() const {
+  const bool secure = options.always_tls || !is_loopback(options.address);
+  const bool six = options.address.find(':') != std::string::npos;
+  const bool any = options.address == "0.0.0.0" || options.address == "::";
+  return fmt::format("{}://{}:{}", secure ? "https" : "http",
+                     any   ? names.empty() ? "localhost" : names.front()
+                       : six ? "[" + options.address + "]"
+                           : options.address,
+                     server->port());
+}
+
+void Engineering::State::listen(std::vector<Said>& said) {
+  if (!server) open(said);
+  if (!server) return;
+  if (const auto problem = server->start()) {
+    if (refusal == problem->message) return;
+    refusal = problem->message;
+    said.push_back(said_of(*problem, core::Severity::kWarning));
+    said.back().text += "; it is tried again";
+    return;
+  }
+  listening = true;
+  said.push_back({core::Severity::kNote, "engineering: " + url()});
+  if (users->empty()) {
+    first_code.renew();
+    if (options.folder.empty()) {
+      said.push_back({core::Severity::kNote,
+                      "engineering: users are kept until plc-run ends, since there is no folder for them (--state)"});
+    }
+  }
+}
+
+void Engineering::State::say_code(std::vector<Said>& said) {
+  const std::string code = first_code.take_shown();
+  if (code.empty() || !users->empty()) return;
+  said.push_back({core::Severity::kNote,
+                  fmt::format("engineering: there is no user yet: code of the first one {} (plc remote {} first-user)",
+                              code, url())});
+}
+
+void Engineering::State::write_audit(std::vector<Said>& said) {
+  if (!writing.exchange(true)) {
+    const bool taken = server->post_file_work([this] {
+      std::string why = audit->write_waiting();
+      const std::lock_guard lock(audit_mutex);
+      audit_problem = std::move(why);
+      writing = false;
+    });
+    if (!taken) writing = false;
+  }
+  const std::lock_guard lock(audit_mutex);
+  if (audit_problem == audit_problem_said) return;
+  audit_problem_said = audit_problem;
+  said.push_back(audit_problem.empty() ? Said{core::Severity::kNote, "engineering: the audit is written again"}
+                                       : Said{core::Severity::kWarning,
+                                              fmt::format("engineering: {}: the audit {}; records wait in memory",
+                                                          core::info(core::Code::P7704).name, audit_problem)});
+}
+
+Engineering::Engineering(Options options, Identity identity, runtime::Resource& resource, ValueSource& values,
+                         const runtime::RealtimeScheduler& scheduler, LogBook& log, const core::Clock& clock,
+                         const core::Calendar& calendar)
+    : state_(std::make_unique<State>(std::move(options), std::move(identity), resource, values, scheduler, log, clock,
+                                     calendar)) {}
+
+Engineering::~Engineering() { stop(); }
+
+std::vector<Said> Engineering::start() {
+  std::vector<Said> said;
+  state_->listen(said);
+  if (state_->listening) state_->say_code(said);
+  state_->next_ns = state_->clock.now_ns() + kAgainNs;
+  return said;
+}
+
+std::vector<Said> Engineering::service(core::TimeNs now_ns) {
+  std::vector<Said> said;
+  State& state = *state_;
+  if (!state.listening && now_ns >= state.next_ns) {
+    state.next_ns = now_ns + kAgainNs;
+    state.listen(said);
+  }
+  if (!state.listening) return said;
+  state.say_code(said);
+  state.write_audit(said);
+  return said;
+}
+
+void Engineering::stop() {
+  State& state = *state_;
+  if (state.server) state.server->stop();
+  if (std::exchange(state.listening, false)) state.audit->write_waiting();
+}
+
+std::uint16_t Engineering::port() const { return state_->listening ? state_->server->port() : 0; }
+
+ServerStatistics Engineering::statistics() const {
+  return state_->server ? state_->server->statistics() : ServerStatistics{};
+}
+
+}  // namespace plc::engineering

@@ -1,0 +1,61 @@
+// Engineering: the engineering server of a plant, with all that it needs: users, audit, certificate, values, log.
+//
+// In: a resource, a scheduler, where to listen, a folder for what is kept. Out: sentences for the operator. Nothing of
+// it decides whether control starts: what cannot be had is said, and tried again. Life: constructor -> start() ->
+// service() .. -> stop(). Threads: the owner's; log() any. Does not belong here: command lines.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/clock.h"
+#include "core/diagnostics.h"
+#include "engineering/context.h"
+#include "engineering/server.h"
+
+namespace plc::engineering {
+
+struct Options {
+  std::string address = "127.0.0.1";
+  std::uint16_t port = 8061;
+  std::uint32_t max_clients = 128;
+  std::vector<std::string> hosts;  ///< further names of this machine
+  bool always_tls = false;         ///< on loopback, too
+  std::string certificate, key;    ///< files in PEM; empty: one made at the first start
+  std::string folder;              ///< for users, audit and certificate; empty: nothing is kept
+};
+
+struct Said {
+  core::Severity severity = core::Severity::kNote;
+  std::string text;
+};
+
+class Engineering {
+ public:
+  /// All references must outlive it. `values`: made before anything of the plant was started.
+  Engineering(Options options, Identity identity, runtime::Resource& resource, ValueSource& values,
+              const runtime::RealtimeScheduler& scheduler, LogBook& log, const core::Clock& clock,
+              const core::Calendar& calendar);
+  ~Engineering();
+  Engineering(const Engineering&) = delete;
+  Engineering& operator=(const Engineering&) = delete;
+
+  /// Opens its files and listens.
+  std::vector<Said> start();
+  /// About every 100 ms: what has happened since, and another try where something could not be had.
+  std::vector<Said> service(core::TimeNs now_ns);
+  void stop();
+
+  /// The port listened on; 0 while it cannot be had.
+  [[nodiscard]] std::uint16_t port() const;
+  [[nodiscard]] ServerStatistics statistics() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace plc::engineering

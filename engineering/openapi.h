@@ -1,0 +1,15 @@
+// The calls as an OpenAPI 3.1 document.
+//
+// Does not belong here: serving it (calls_target.cpp).
+#pragma once
+
+#include "engineering/call.h"
+
+namespace plc::engineering {
+
+/// Of the calls: it changes when a client of before would no longer understand.
+inline constexpr int kApiVersion = 1;
+
+const Json& openapi_document();
+
+}  // namespace plc::engineering

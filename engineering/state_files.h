@@ -1,0 +1,21 @@
+// Files of the state folder: written whole or not at all, for this user alone.
+//
+// Threads: any; blocks on the disk. Does not belong here: what is in them.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace plc::engineering {
+
+/// Makes the folder, mode 0700, where it is not there. Empty; or why not.
+std::string make_private_folder(const std::string& folder);
+/// Replaces the file by `bytes` in one step, mode 0600: a loss of power leaves the old or the new one. Empty; or why
+/// not.
+std::string write_private_file(const std::string& path, std::string_view bytes);
+/// The whole file; nothing when there is none. `why` is set when there is one that cannot be read, or that is larger
+/// than 64 MB.
+std::optional<std::string> read_whole_file(const std::string& path, std::string& why);
+
+}  // namespace plc::engineering

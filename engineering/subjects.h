@@ -1,0 +1,18 @@
+// Inside engineering/: the rows of each subject, as calls.cpp puts them together.
+#pragma once
+
+#include <span>
+
+#include "engineering/call.h"
+
+namespace plc::engineering {
+
+std::span<const Call> target_calls();
+std::span<const Call> login_calls();
+std::span<const Call> task_calls();
+std::span<const Call> variable_calls();
+std::span<const Call> log_calls();
+std::span<const Call> program_calls();
+std::span<const Call> user_calls();
+
+}  // namespace plc::engineering

@@ -1,0 +1,209 @@
+#include "engineering/value_stream.h"
+
+#include <algorithm>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "engineering/validate.h"
+#include "engineering/value_json.h"
+
+namespace plc::engineering {
+namespace {
+
+using bytecode::ImageField;
+using bytecode::ImageType;
+using bytecode::TypeKind;
+
+constexpr std::size_t kMostPaths = 5000;
+
+constexpr Field kSubscribe[] = {field::texts("subscribe", "Paths", kMostPaths)};
+
+template <class T>
+void append_number(T value, std::string& out) {
+  char bytes[sizeof value];
+  std::memcpy(bytes, &value, sizeof value);
+  out.append(bytes, sizeof value);
+}
+
+std::string refusal_text(const Refusal& refusal) {
+  Json body = {{"code", core::info(refusal.code).name}, {"text", refusal.text}};
+  if (!refusal.field.empty()) body["field"] = refusal.field;
+  if (!refusal.help.empty()) body["help"] = refusal.help;
+  return body.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+bool is_text(const ImageType& type) {
+  return type.kind == TypeKind::kString || type.elementary == core::TypeId::kChar ||
+         type.elementary == core::TypeId::kWchar;
+}
+
+/// What a client reads at a value: "bool", "i16", "f32", "text".
+std::string_view form_of(const ImageType& type) {
+  if (is_text(type)) return "text";
+  switch (bytecode::rep_of(type)) {
+    case core::Rep::kBool:
+      return "bool";
+    case core::Rep::kI8:
+      return "i8";
+    case core::Rep::kU8:
+      return "u8";
+    case core::Rep::kI16:
+      return "i16";
+    case core::Rep::kU16:
+      return "u16";
+    case core::Rep::kI32:
+      return "i32";
+    case core::Rep::kU32:
+      return "u32";
+    case core::Rep::kI64:
+      return "i64";
+    case core::Rep::kF32:
+      return "f32";
+    case core::Rep::kF64:
+      return "f64";
+    default:
+      return "u64";
+  }
+}
+
+}  // namespace
+
+ValueStream::ValueStream(Context& context, core::TimeNs period_ns) : context_(context), period_ns_(period_ns) {
+  const auto& tasks = context.variables.image().tasks;
+  for (std::uint32_t i = 1; i < tasks.size(); ++i) {
+    const bool cyclic = tasks[i].single.empty() && tasks[i].period_ns != 0;
+    const bool faster = tasks[i].period_ns < tasks[fastest_].period_ns || tasks[fastest_].period_ns == 0;
+    if (cyclic && faster) fastest_ = i;
+  }
+}
+
+void ValueStream::add(const std::string& path, const runtime::Place& place, Json& layout) {
+  const bytecode::Image& image = context_.variables.image();
+  const ImageType& type = image.types[place.type];
+  if (values_.size() > kMostValues) return;
+  switch (type.kind) {
+    case TypeKind::kRef:
+      return;
+    case TypeKind::kStruct:
+      for (const ImageField& field : type.fields) {
+        if (field.name.find('#') != std::string::npos) continue;
+        add(path + "." + field.name, {place.task, place.offset + field.offset, field.type, place.constant}, layout);
+      }
+      return;
+    case TypeKind::kArray: {
+      const std::uint32_t size = image.types[type.element].size;
+      for (std::uint32_t i = 0; i < type.count && values_.size() <= kMostValues; ++i) {
+        add(path + "[" + std::to_string(type.lower + std::int64_t{i}) + "]",
+            {place.task, place.offset + i * size, type.element, place.constant}, layout);
+      }
+      return;
+    }
+    case TypeKind::kScalar:
+    case TypeKind::kString:
+      break;
+  }
+  Value value;
+  value.task = place.task;
+  value.offset = place.offset;
+  value.type = place.type;
+  value.size = type.size;
+  value.at = static_cast<std::uint32_t>(newest_.size());
+  newest_.resize(newest_.size() + type.size);
+  values_.push_back(value);
+  Json row = {{"path", path}, {"type", type_name(image, place.type)}, {"form", form_of(type)}};
+  if (!type.members.empty()) {
+    Json& members = row["members"] = Json::array();
+    for (std::size_t m = 0; m < type.members.size(); ++m) {
+      members.push_back({{"name", type.members[m]}, {"value", type.member_values[m]}});
+    }
+  }
+  layout.push_back(std::move(row));
+}
+
+std::string ValueStream::take(std::string_view text) {
+  const auto request = parse_json(text);
+  if (!request) return refusal_text({400, core::Code::P7714, "the message is not JSON", {}, {}, 0});
+  if (const auto wrong = wrong_fields(*request, kSubscribe)) return refusal_text(*wrong);
+  values_.clear();
+  newest_.clear();
+  Json layout = Json::array(), problems = Json::array();
+  for (const Json& path : (*request)["subscribe"]) {
+    const auto place = context_.variables.find(path.get<std::string>());
+    if (place) {
+      add(path.get<std::string>(), *place, layout);
+    } else {
+      problems.push_back(
+          {{"path", path}, {"code", core::info(place.error().code).name}, {"text", place.error().message}});
+    }
+    if (values_.size() > kMostValues) break;
+  }
+  ++number_;
+  if (values_.size() > kMostValues) {
+    values_.clear();
+    newest_.clear();
+    return refusal_text({413,
+                         core::Code::P7717,
+                         "these are more than " + std::to_string(kMostValues) + " single values",
+                         "subscribe",
+                         {},
+                         0});
+  }
+  sent_.assign(newest_.size(), std::byte{0});
+  whole_ = !values_.empty();
+  Json answer;
+  answer["subscription"] = number_;
+  answer["layout"] = std::move(layout);
+  if (!problems.empty()) answer["problems"] = std::move(problems);
+  return answer.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+void ValueStream::append(const Value& value, std::string& out) const {
+  const bytecode::Image& image = context_.variables.image();
+  const ImageType& type = image.types[value.type];
+  const std::byte* const bytes = newest_.data() + value.at;
+  if (!is_text(type)) {
+    out.append(reinterpret_cast<const char*>(bytes), value.size);
+    return;
+  }
+  const Json json = value_json(image, value.type, bytes);
+  const auto& text = json.get_ref<const std::string&>();
+  const std::size_t length = std::min<std::size_t>(text.size(), UINT16_MAX);
+  append_number(static_cast<std::uint16_t>(length), out);
+  out.append(text, 0, length);
+}
+
+std::optional<Frame> ValueStream::next() {
+  if (values_.empty()) return std::nullopt;
+  ValueSource& source = context_.variables.values();
+  source.take();
+  std::string dirty((values_.size() + 7) / 8, '\0');
+  std::string packed;
+  bool any = whole_;
+  for (std::size_t i = 0; i < values_.size(); ++i) {
+    const Value& value = values_[i];
+    source.read(value.task, value.offset, value.size, newest_.data() + value.at);
+    if (!whole_ && std::memcmp(newest_.data() + value.at, sent_.data() + value.at, value.size) == 0) continue;
+    any = true;
+    dirty[i / 8] = static_cast<char>(static_cast<unsigned char>(dirty[i / 8]) | (1u << (i % 8)));
+    append(value, packed);
+  }
+  if (!any) return std::nullopt;
+  Frame frame{true, {}};
+  frame.bytes.reserve(24 + dirty.size() + packed.size());
+  append_number(std::uint8_t{1}, frame.bytes);
+  append_number(static_cast<std::uint8_t>(whole_ ? 1 : 0), frame.bytes);
+  append_number(number_, frame.bytes);
+  append_number(static_cast<std::uint32_t>(values_.size()), frame.bytes);
+  const std::uint64_t scans = fastest_ < context_.variables.image().tasks.size()
+                                  ? context_.scheduler.statistics(fastest_).scans.load(std::memory_order_relaxed)
+                                  : 0;
+  append_number(scans, frame.bytes);
+  append_number(context_.calendar.utc_ns(), frame.bytes);
+  frame.bytes += dirty;
+  frame.bytes += packed;
+  sent_ = newest_;
+  whole_ = false;
+  return frame;
+}
+
+}  // namespace plc::engineering

@@ -1,0 +1,46 @@
+// ValueStream: values of a subscription as frames (streams.h): those that have changed since the frame before.
+//
+// Threads: that of the connections. Does not belong here: sockets.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "engineering/streams.h"
+
+namespace plc::engineering {
+
+class ValueStream final : public Stream {
+ public:
+  static constexpr std::size_t kMostValues = 20'000;
+
+  ValueStream(Context& context, core::TimeNs period_ns);
+
+  /// {"subscribe": [paths]}: the layout, or a refusal as a JSON object. Single values alone are in a layout: structures
+  /// and arrays are taken apart.
+  std::string take(std::string_view text) override;
+  std::optional<Frame> next() override;
+  [[nodiscard]] core::TimeNs period_ns() const override { return period_ns_; }
+
+ private:
+  struct Value {
+    std::uint32_t task = 0;
+    std::uint32_t offset = 0;
+    std::uint32_t type = 0;
+    std::uint32_t size = 0;
+    std::uint32_t at = 0;  ///< in sent_ and newest_
+  };
+  void add(const std::string& path, const runtime::Place& place, Json& layout);
+  void append(const Value& value, std::string& out) const;
+
+  Context& context_;
+  core::TimeNs period_ns_;
+  std::uint32_t fastest_ = 0;
+  std::uint16_t number_ = 0;
+  bool whole_ = false;  ///< the next frame has all values
+  std::vector<Value> values_;
+  std::vector<std::byte> sent_, newest_;
+};
+
+}  // namespace plc::engineering

@@ -1,0 +1,12 @@
+# cmake -DPLCDOC=.. -DBUILT=<build>/clients -DSCRATCH=.. -P made_again.cmake: the stubs, from nothing, byte for byte.
+file(REMOVE_RECURSE ${SCRATCH})
+execute_process(COMMAND ${PLCDOC} --clients ${SCRATCH} COMMAND_ERROR_IS_FATAL ANY)
+foreach(pair "calls.py;python/picard/calls.py" "calls.ts;typescript/calls.ts")
+  list(GET pair 0 made)
+  list(GET pair 1 built)
+  file(READ ${SCRATCH}/${made} one)
+  file(READ ${BUILT}/${built} other)
+  if(NOT one STREQUAL other)
+    message(FATAL_ERROR "${built} is not what plcdoc makes: build the target clients")
+  endif()
+endforeach()

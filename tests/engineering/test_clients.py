@@ -1,0 +1,281 @@
+"""Clients of the engineering server against plc-run: the examples of the reference page, the Python module, plc remote.
+
+usage: test_clients.py PLC PLC_RUN REFERENCE PROJECT MODULE_FOLDER
+"""
+
+import json
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+PLC, PLC_RUN, REFERENCE, PROJECT, MODULES = sys.argv[1:6]
+sys.path.insert(0, MODULES)
+import picard  # noqa: E402
+
+PASSWORDS = ["correct horse battery", "another horse battery"]
+
+
+class Plant:
+    """A plc-run that runs, with a folder of its own."""
+
+    def __init__(self, *flags):
+        self.folder = tempfile.mkdtemp()
+        self.out = os.path.join(self.folder, "out")
+        # Its own process group, so that nothing of it is left.
+        self.process = subprocess.Popen(
+            [PLC_RUN, PROJECT, "--modbus", "off", "--engineering", "127.0.0.1:0", "--state", self.folder + "/state", *flags],
+            stdout=open(self.out, "wb"),
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+        )
+        self.url = self.wait_for(r"engineering: (https?://\S+)\n")
+        self.code = self.wait_for(r"code of the first one (\S+) ")
+
+    def text(self):
+        with open(self.out) as file:
+            return file.read()
+
+    def wait_for(self, pattern):
+        for _ in range(1200):
+            found = re.search(pattern, self.text())
+            if found:
+                return found.group(1)
+            if self.process.poll() is not None:
+                break
+            time.sleep(0.05)
+        raise AssertionError(f"no {pattern} in\n{self.text()}")
+
+    def stop(self):
+        self.process.send_signal(signal.SIGTERM)
+        code = self.process.wait(60)
+        said = self.text()
+        shutil.rmtree(self.folder)
+        return code, said
+
+    def remote(self, *words, secret=None):
+        environment = dict(os.environ, XDG_CONFIG_HOME=self.folder + "/config")
+        return subprocess.run(
+            [PLC, "remote", self.url, *words], input=secret, capture_output=True, text=True, env=environment, timeout=60
+        )
+
+
+class WithPlant(unittest.TestCase):
+    flags = ()
+
+    def setUp(self):
+        self.plant = Plant(*self.flags)
+
+    def tearDown(self):
+        if self.plant is not None:
+            self.plant.stop()
+
+
+class Reference(WithPlant):
+    def test_every_example_runs(self):
+        with open(REFERENCE) as file:
+            page = file.read()
+        examples = re.findall(r"^## (\S+)\n(?:(?!^## ).)*?```sh\n(.*?)```", page, re.M | re.S)
+        self.assertGreater(len(examples), 20)
+        token = ""
+        for name, command in examples:
+            with self.subTest(call=name):
+                if token:
+                    token = self.still_in(token)
+                if name == "first_user":
+                    command = command.replace("ABCD-EFGH-JKMN", self.plant.code)
+                if name == "sessions.end":
+                    with picard.Plc(self.plant.url, token) as plc:
+                        command = command.replace('"session": 1', f'"session": {plc.sessions()["sessions"][0]["session"]}')
+                environment = dict(os.environ, URL=self.plant.url, TOKEN=token)
+                done = subprocess.run(
+                    ["sh", "-ec", command], capture_output=True, text=True, env=environment, cwd=self.plant.folder, timeout=60
+                )
+                self.assertEqual(done.returncode, 0, command + done.stderr)
+                if " -o " in command:
+                    self.assertGreater(os.path.getsize(os.path.join(self.plant.folder, name)), 100)
+                    continue
+                answer = json.loads(done.stdout)
+                self.assertNotIn("code", answer, f"{command}\n{done.stdout}")
+                if name == "first_user":
+                    token = answer["token"]
+
+    def still_in(self, token):
+        with picard.Plc(self.plant.url, token) as plc:
+            try:
+                plc.session()
+                return token
+            except picard.PicardError:
+                pass
+            for password in PASSWORDS:
+                try:
+                    return plc.login("anna", password, token=True)["token"]
+                except picard.PicardError:
+                    pass
+        raise AssertionError("nobody gets in any more")
+
+
+class Module(WithPlant):
+    def setUp(self):
+        super().setUp()
+        self.plc = picard.Plc(self.plant.url)
+        self.plc.token = self.plc.first_user(self.plant.code, "anna", PASSWORDS[0], token=True)["token"]
+
+    def tearDown(self):
+        self.plc.close()
+        super().tearDown()
+
+    def writable(self, kind):
+        for node in self.plc.values_search("*", most=1000)["nodes"]:
+            if node["writable"] and node["type"] == kind:
+                return node["path"]
+        raise AssertionError(f"no {kind} to be written")
+
+    def test_calls(self):
+        self.assertEqual(self.plc.session()["role"], "admin")
+        self.assertIn(self.plc.target()["state"], ("starts", "runs"))
+        self.assertGreater(len(self.plc.tasks()["tasks"]), 0)
+        self.assertGreater(len(self.plc.values_browse()["nodes"]), 0)
+        self.assertEqual(len(self.plc.values_browse(from_=1, most=1)["nodes"]), 1)
+        self.assertTrue(self.plc.program_image().startswith(b"PLC") or len(self.plc.program_image()) > 100)
+        with open(PROJECT, "rb") as file:
+            self.assertEqual(self.plc.program_project(), file.read())
+
+    def test_refusals(self):
+        with self.assertRaises(picard.PicardError) as refused:
+            self.plc.values_write([{"path": "Nowhere", "value": 1}])
+        self.assertEqual(refused.exception.status, 404)
+        self.assertEqual(refused.exception.code, "P7101")
+        self.assertEqual(refused.exception.field, "values[0].path")
+        with self.assertRaises(picard.PicardError) as refused:
+            picard.Plc(self.plant.url).tasks()
+        self.assertEqual(refused.exception.code, "P7710")
+
+    def test_a_stream_of_values(self):
+        path = self.writable("BOOL")
+        stream = self.plc.values_stream([path], period_ms=10)
+        before = next(stream)[path]
+        self.plc.values_write([{"path": path, "value": not before}])
+        self.assertEqual(next(stream), {path: not before})
+        self.assertGreater(stream.scans, 0)
+        stream.close()
+
+    def test_a_stream_of_the_log(self):
+        stream = self.plc.log_stream(after=0)
+        stream.close()
+        with self.assertRaises(picard.PicardError):
+            picard.Plc(self.plant.url).log_stream()
+
+    def test_a_connection_that_the_server_ended_is_made_anew(self):
+        self.plc.session()
+        self.plc._http.sock.shutdown(2)
+        self.assertEqual(self.plc.session()["user"], "anna")
+
+
+class Tls(WithPlant):
+    def setUp(self):
+        folder = tempfile.mkdtemp()
+        self.configuration = os.path.join(folder, "plc.toml")
+        with open(self.configuration, "w") as file:
+            file.write('[engineering]\ntls = "always"\n')
+        self.flags = ("--config", self.configuration)
+        super().setUp()
+
+    def test_a_fingerprint_counts(self):
+        fingerprint = self.plant.wait_for(r"certificate ([0-9A-F:]+)")
+        self.assertTrue(self.plant.url.startswith("https://"))
+        with picard.Plc(self.plant.url, fingerprint=fingerprint) as plc:
+            self.assertEqual(plc.version()["api"], 1)
+        with self.assertRaises(picard.CertificateError):
+            picard.Plc(self.plant.url, fingerprint=fingerprint[:-2] + "00").version()
+        import ssl
+
+        with self.assertRaises(ssl.SSLError):
+            picard.Plc(self.plant.url).version()
+        refused = self.plant.remote("calls.nonsense")
+        self.assertEqual(refused.returncode, 2)
+        refused = self.plant.remote("version")
+        self.assertEqual(refused.returncode, 1)
+        self.assertIn("P7731", refused.stderr)
+        self.assertIn(fingerprint, refused.stderr)
+        made = self.plant.remote("first-user", self.plant.code, "anna", "--fingerprint", fingerprint, secret=PASSWORDS[0])
+        self.assertEqual(made.returncode, 0, made.stderr)
+        self.assertEqual(self.plant.remote("tasks").returncode, 0, "the fingerprint is kept")
+
+
+class Remote(WithPlant):
+    def test_what_people_do(self):
+        self.assertIn("P7710", self.plant.remote("tasks").stderr)
+        made = self.plant.remote("first-user", self.plant.code, "anna", secret=PASSWORDS[0] + "\n")
+        self.assertEqual(made.returncode, 0, made.stderr)
+        self.assertIn("as anna, admin", made.stdout)
+        mode = os.stat(self.plant.folder + "/config/picard/logins.json").st_mode & 0o777
+        self.assertEqual(mode, 0o600)
+        for words in ((), ("status",), ("tasks",), ("values",), ("log",), ("calls",), ("audit",), ("tasks", "--json")):
+            done = self.plant.remote(*words)
+            self.assertEqual(done.returncode, 0, f"{words} {done.stderr}")
+            self.assertGreater(len(done.stdout), 0 if words == ("log",) else 20, words)
+        added = self.plant.remote("users.add", "user=ben", "role=viewer", secret="battery horse")
+        self.assertEqual(added.returncode, 0, added.stderr)
+        self.assertIn("ben", self.plant.remote("users").stdout)
+        self.assertIn("P7714", self.plant.remote("users.add", "user=eve", "role=king", "password=battery horse").stderr)
+        self.assertEqual(self.plant.remote("users.add", "nonsense=1").returncode, 2)
+        stored = self.plant.remote("program.project", "-o", self.plant.folder + "/project")
+        self.assertEqual(stored.returncode, 0, stored.stderr)
+        with open(PROJECT, "rb") as file, open(self.plant.folder + "/project", "rb") as copy:
+            self.assertEqual(file.read(), copy.read())
+        self.assertEqual(self.plant.remote("logout").returncode, 0)
+        self.assertIn("P7710", self.plant.remote("tasks").stderr)
+        wrong = self.plant.remote("login", "anna", secret="wrong horse")
+        self.assertIn("P7712", wrong.stderr)
+        self.assertEqual(self.plant.remote("login", "anna", secret=PASSWORDS[0]).returncode, 0)
+
+    def test_a_write_is_seen_and_audited(self):
+        self.plant.remote("first-user", self.plant.code, "anna", secret=PASSWORDS[0])
+        nodes = json.loads(self.plant.remote("values.search", "pattern=*", "most=1000").stdout)["nodes"]
+        path = next(node["path"] for node in nodes if node["writable"] and node["type"] == "BOOL")
+        done = self.plant.remote("write", path + "=TRUE")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("true", self.plant.remote("values", path).stdout)
+        time.sleep(0.5)
+        audit = subprocess.run([PLC, "audit", self.plant.folder + "/state/engineering"], capture_output=True, text=True)
+        self.assertEqual(audit.returncode, 0, audit.stderr)
+        self.assertIn("values.write", audit.stdout)
+        self.assertIn("as written", audit.stdout)
+
+    def test_users_are_there_after_a_restart(self):
+        self.plant.remote("first-user", self.plant.code, "anna", secret=PASSWORDS[0])
+        state = os.path.join(self.plant.folder, "state")
+        kept = tempfile.mkdtemp()
+        self.plant.process.send_signal(signal.SIGTERM)
+        self.plant.process.wait(60)
+        shutil.copytree(state, kept + "/state")
+        again = subprocess.Popen(
+            [PLC_RUN, PROJECT, "--modbus", "off", "--engineering", "127.0.0.1:0", "--state", kept + "/state"],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+        url = None
+        while url is None:
+            found = re.match(r"engineering: (http://\S+)", again.stdout.readline())
+            url = found and found.group(1)
+        with picard.Plc(url) as plc:
+            with self.assertRaises(picard.PicardError):
+                plc.first_user(self.plant.code, "eve", PASSWORDS[0])
+            self.assertEqual(plc.login("anna", PASSWORDS[0], token=True)["role"], "admin")
+        again.send_signal(signal.SIGTERM)
+        said = again.stdout.read()
+        again.stdout.close()
+        again.wait(60)
+        self.assertNotIn("code of the first one", said)
+        shutil.rmtree(kept)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])

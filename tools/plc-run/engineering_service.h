@@ -1,0 +1,59 @@
+// The engineering server of plc-run: from command line and configuration to a server, and what it says to the log.
+//
+// In: [engineering] of plc.toml, --engineering, the folder of the state. Out: a server (engineering/), or none.
+// Threads: the main one's. Does not belong here: what the server does.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engineering/engineering.h"
+#include "io-drivers/config/configuration.h"
+#include "io-drivers/machine/plant.h"
+#include "tools/plc-run/run_log.h"
+
+namespace plc::tools {
+
+/// What is asked for.
+struct EngineeringRequest {
+  engineering::Options options;
+  bool on = false;
+  std::string project;  ///< file or folder that is run
+};
+/// `listen`: of --engineering, in place of what the configuration says; an empty address is "off". `state`: the folder
+/// of the state, or empty.
+EngineeringRequest engineering_request(const io::Configuration& configuration,
+                                       const std::optional<io::ListenText>& listen, const std::string& project,
+                                       const std::string& state);
+
+class EngineeringService {
+ public:
+  /// Before Plant::prepare(); the plant, the resource and the log must outlive it.
+  EngineeringService(EngineeringRequest request, runtime::Resource& resource, RunLog& log);
+  ~EngineeringService();
+  EngineeringService(const EngineeringService&) = delete;
+  EngineeringService& operator=(const EngineeringService&) = delete;
+
+  /// After Plant::prepare(), before the tasks start.
+  void start(const io::Plant& plant);
+  /// About every 20 ms.
+  void service(core::TimeNs now_ns);
+  void stop();
+
+ private:
+  void tell(const std::vector<engineering::Said>& all);
+
+  EngineeringRequest request_;
+  runtime::Resource& resource_;
+  RunLog& log_;
+  core::MonotonicClock clock_;
+  core::SystemCalendar calendar_;
+  engineering::LogBook book_;
+  std::optional<engineering::GlobalValues> values_;
+  std::unique_ptr<engineering::Engineering> server_;
+  core::TimeNs next_ns_ = 0;
+};
+
+}  // namespace plc::tools

@@ -1,0 +1,363 @@
+// plc remote: asks a running PLC, by the calls of its engineering server.
+#include <fmt/format.h>
+
+#include <chrono>
+#include <csignal>
+#include <fstream>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "engineering/client.h"
+#include "tools/command_line.h"
+#include "tools/plc/commands.h"
+#include "tools/plc/remote_fields.h"
+#include "tools/plc/remote_logins.h"
+#include "tools/statistics.h"
+
+namespace plc::tools {
+namespace {
+
+using engineering::Call;
+using engineering::Client;
+using engineering::Form;
+using engineering::Json;
+using engineering::Reply;
+
+struct Remote {
+  std::string url, what, token, fingerprint, output;
+  std::vector<std::string> arguments;
+  bool json = false, follow = false;
+};
+
+const Call& row(std::string_view name) {
+  for (const Call& call : engineering::calls()) {
+    if (call.name == name) return call;
+  }
+  throw std::logic_error("no such row");
+}
+
+/// One run of the command: a server, and what is said of it.
+class Session {
+ public:
+  Session(const Remote& remote, engineering::ServerUrl url)
+      : remote_(remote), url_(url.text()), known_(load_login(url_)), client_(std::move(url), secret(), fingerprint()) {}
+
+  int run() {
+    const std::string& what = remote_.what;
+    if (what == "login") return login();
+    if (what == "first-user") return first_user();
+    if (what == "logout") return logout();
+    if (what.empty() || what == "status") return status();
+    if (what == "tasks") return tasks();
+    if (what == "values") return values();
+    if (what == "write") return write();
+    if (what == "log") return log();
+    if (what == "calls") return list_calls();
+    for (const Call& call : engineering::calls()) {
+      if (call.name == what && call.form != Form::kStream) return by_row(call);
+    }
+    complain("plc remote", fmt::format("there is no call \"{}\"", what), "plc remote URL calls lists all");
+    return kExitUsage;
+  }
+
+ private:
+  [[nodiscard]] std::string secret() const { return remote_.token.empty() ? known_.token : remote_.token; }
+  [[nodiscard]] std::string fingerprint() const {
+    return remote_.fingerprint.empty() ? known_.fingerprint : remote_.fingerprint;
+  }
+
+  /// What the server answers to a call; nothing, and said, when it refuses.
+  std::optional<Json> ask(const Call& call, const Json& fields) {
+    const auto reply = client_.send(call, fields);
+    if (!reply) return complain(reply.error()), std::nullopt;
+    return document_of(*reply);
+  }
+  std::optional<Json> ask(std::string_view call, const Json& fields = Json::object()) { return ask(row(call), fields); }
+
+  static std::optional<Json> document_of(const Reply& reply) {
+    Json document = Json::parse(reply.body, nullptr, false);
+    if (reply.status == 200 && !document.is_discarded()) return document;
+    const auto part = [&](const char* name) {
+      const auto found = document.is_object() ? document.find(name) : document.end();
+      return found != document.end() && found->is_string() ? found->get<std::string>() : std::string();
+    };
+    const std::string field = part("field"), help = part("help");
+    std::cerr << fmt::format(
+        "error {}: {}{}\n", part("code").empty() ? "P7730" : part("code"), field.empty() ? "" : field + ": ",
+        part("text").empty() ? fmt::format("the server answers with status {}", reply.status) : part("text"));
+    if (!help.empty()) std::cerr << "  help: " << help << '\n';
+    return std::nullopt;
+  }
+
+  static int print(const Json& document) {
+    std::cout << document.dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
+    return kExitOk;
+  }
+
+  int keep(const Json& answer) {
+    Login login{answer.value("token", ""), fingerprint(), answer.value("user", "")};
+    if (const std::string why = store_login(url_, login); !why.empty()) {
+      complain("plc remote", why, "the session is known to this run alone");
+      return kExitErrors;
+    }
+    std::cout << fmt::format("logged in to {} as {}, {}\n", url_, login.user, answer.value("role", ""));
+    return kExitOk;
+  }
+
+  int login() {
+    if (remote_.arguments.size() != 1) return wrong_arguments("login USER");
+    const Json fields = {{"user", remote_.arguments[0]}, {"password", read_secret("Password: ")}, {"token", true}};
+    const auto answer = ask("login", fields);
+    return answer ? keep(*answer) : kExitErrors;
+  }
+
+  int first_user() {
+    if (remote_.arguments.size() != 2) return wrong_arguments("first-user CODE USER");
+    const Json fields = {{"code", remote_.arguments[0]},
+                         {"user", remote_.arguments[1]},
+                         {"password", read_secret("Password for the new user, at least 10 characters: ")},
+                         {"token", true}};
+    const auto answer = ask("first_user", fields);
+    return answer ? keep(*answer) : kExitErrors;
+  }
+
+  int logout() {
+    const auto answer = ask("logout");
+    const std::string why = store_login(url_, {{}, known_.fingerprint, {}});
+    if (!why.empty()) complain("plc remote", why);
+    return answer && why.empty() ? kExitOk : kExitErrors;
+  }
+
+  int wrong_arguments(std::string_view form) const {
+    complain("plc remote", "wrong arguments", fmt::format("plc remote {} {}", remote_.url, form));
+    return kExitUsage;
+  }
+
+  int status() {
+    const auto target = ask("target");
+    if (!target) return kExitErrors;
+    if (remote_.json) return print(*target);
+    std::vector<std::vector<std::string>> rows;
+    for (const auto& [name, value] : target->items()) {
+      if (name == "uptime_ms") {
+        rows.push_back({"uptime", duration_text(value.get<double>() * 1e6)});
+      } else if (!value.is_array()) {
+        rows.push_back({name, value.is_string() ? value.get<std::string>() : value.dump()});
+      } else {
+        for (const Json& one : value) rows.push_back({name, one.get<std::string>()});
+      }
+    }
+    print_table(rows, std::cout);
+    return kExitOk;
+  }
+
+  int tasks() {
+    const auto answer = ask("tasks");
+    if (!answer) return kExitErrors;
+    if (remote_.json) return print(*answer);
+    std::vector<std::vector<std::string>> rows = {
+        {"task", "state", "period", "scans", "overruns", "missed", "faults", "scan mean", "max", "latency p99", "max"}};
+    const auto time = [](const Json& ns) { return duration_text(ns.get<double>()); };
+    for (const Json& task : (*answer)["tasks"]) {
+      rows.push_back({task["name"], task["state"], time(task["period_ns"]), task["scans"].dump(),
+                      task["overruns"].dump(), task["missed"].dump(), task["faults"].dump(),
+                      time(task["scan"]["mean_ns"]), time(task["scan"]["max_ns"]), time(task["latency"]["p99_ns"]),
+                      time(task["latency"]["max_ns"])});
+    }
+    print_table(rows, std::cout);
+    return kExitOk;
+  }
+
+  /// Paths as they are, patterns as what they match.
+  std::optional<Json> paths() {
+    Json found = Json::array();
+    std::vector<std::string> wanted = remote_.arguments;
+    if (wanted.empty()) wanted.emplace_back("*");
+    for (const std::string& one : wanted) {
+      if (one.find_first_of("*?") == std::string::npos) {
+        found.push_back(one);
+        continue;
+      }
+      const auto nodes = ask("values.search", {{"pattern", one}, {"most", 1000}});
+      if (!nodes) return std::nullopt;
+      for (const Json& node : (*nodes)["nodes"]) {
+        if (node.value("readable", false)) found.push_back(node["path"]);
+      }
+    }
+    return found;
+  }
+
+  int values() {
+    const auto which = paths();
+    if (!which) return kExitErrors;
+    Json before;
+    for (;;) {
+      const auto answer = ask("values.read", {{"paths", *which}});
+      if (!answer) return kExitErrors;
+      const Json& now = (*answer)["values"];
+      if (remote_.json) {
+        if (now != before) print(now);
+      } else if (before.is_null()) {
+        std::vector<std::vector<std::string>> rows;
+        for (const Json& value : now) rows.push_back({value["path"], value.value("type", ""), text_of(value)});
+        print_table(rows, std::cout);
+      } else {
+        for (std::size_t i = 0; i < now.size(); ++i) {
+          if (now[i] != before[i])
+            std::cout << now[i]["path"].get<std::string>() << "  " << text_of(now[i]) << std::endl;
+        }
+      }
+      if (!remote_.follow) return kExitOk;
+      before = now;
+      std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    }
+  }
+
+  static std::string text_of(const Json& value) {
+    if (value.contains("problem"))
+      return fmt::format("{}: {}", value["problem"].value("code", ""), value["problem"].value("text", ""));
+    return value["value"].is_string() ? value["value"].get<std::string>() : value["value"].dump();
+  }
+
+  int write() {
+    if (remote_.arguments.empty()) return wrong_arguments("write PATH=VALUE ..");
+    Json values = Json::array();
+    for (const std::string& argument : remote_.arguments) {
+      const std::size_t equals = argument.find('=');
+      if (equals == std::string::npos || equals == 0) return wrong_arguments("write PATH=VALUE ..");
+      values.push_back({{"path", argument.substr(0, equals)}, {"value", value_of(argument.substr(equals + 1))}});
+    }
+    const auto answer = ask("values.write", {{"values", values}});
+    if (!answer) return kExitErrors;
+    return remote_.json ? print(*answer) : kExitOk;
+  }
+
+  int log() {
+    Json fields = {{"most", 1000}};
+    for (;;) {
+      const auto answer = ask("log", fields);
+      if (!answer) return kExitErrors;
+      for (const Json& record : (*answer)["records"]) {
+        if (remote_.json) {
+          std::cout << record.dump(-1, ' ', false, Json::error_handler_t::replace) << '\n';
+          continue;
+        }
+        const std::string severity = record.value("severity", "note");
+        std::cout << record.value("time", "") << ' ' << (severity == "note" ? "" : severity + ": ")
+                  << record.value("message", "") << '\n';
+        if (record.contains("details")) std::cout << record["details"].get<std::string>() << '\n';
+      }
+      std::cout.flush();
+      if (!remote_.follow) return kExitOk;
+      if (!(*answer)["records"].empty())
+        fields["after"] = (*answer)["records"].back()["number"];
+      else if (!fields.contains("after"))
+        fields["after"] = (*answer)["last"];
+      std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    }
+  }
+
+  static int list_calls() {
+    std::vector<std::vector<std::string>> rows = {{"call", "right", "what it does"}};
+    for (const Call& call : engineering::calls()) {
+      if (call.form == Form::kStream) continue;
+      rows.push_back({std::string(call.name), std::string(engineering::right_text(call.right)),
+                      std::string(call.doc.substr(0, call.doc.find(". ")))});
+    }
+    print_table(rows, std::cout);
+    return kExitOk;
+  }
+
+  int by_row(const Call& call) {
+    Json fields;
+    if (const std::string why = read_fields(call, remote_.arguments, fields); !why.empty()) {
+      complain("plc remote", why, fields_text(call));
+      return kExitUsage;
+    }
+    for (const engineering::Field& field : call.request) {
+      const std::string name(field.name);
+      const bool secret = name == "password" || name == "old" || name == "new";
+      if (secret && field.required && !fields.contains(name)) fields[name] = read_secret(std::string(field.doc) + ": ");
+    }
+    const auto reply = client_.send(call, fields);
+    if (!reply) return complain(reply.error()), kExitErrors;
+    if (call.form == Form::kFile && reply->status == 200) return store(*reply);
+    const auto document = document_of(*reply);
+    return document ? print(*document) : kExitErrors;
+  }
+
+  int store(const Reply& reply) const {
+    if (remote_.output.empty()) {
+      complain("plc remote", "where to is not said", fmt::format("-o {}, or -o - for stdout", reply.file_name));
+      return kExitUsage;
+    }
+    if (remote_.output == "-") {
+      std::cout.write(reply.body.data(), static_cast<std::streamsize>(reply.body.size()));
+      return kExitOk;
+    }
+    std::string why;
+    if (write_file(remote_.output, reply.body, why)) return kExitOk;
+    complain("plc remote", fmt::format("cannot write {}: {}", remote_.output, why));
+    return kExitUsage;
+  }
+
+  const Remote& remote_;
+  std::string url_;
+  Login known_;
+  Client client_;
+};
+
+int run(const Remote& remote) {
+  auto url = engineering::parse_url(remote.url);
+  if (!url) {
+    complain("plc remote", "\"" + remote.url + "\" is not an address of a server",
+             "write http://127.0.0.1:8061 or https://HOST:8061");
+    return kExitUsage;
+  }
+  return Session(remote, std::move(*url)).run();
+}
+
+}  // namespace
+
+void add_remote(Command program) {
+  static Remote remote;
+  const Command command = program.sub(
+      "remote",
+      "Asks a running plc-run: state, values, log, users. What may be done depends on who is logged in.\n"
+      "\n"
+      "Examples:\n"
+      "  plc remote http://127.0.0.1:8061 first-user ABCD-EFGH-JKMN anna   the code is what plc-run has printed\n"
+      "  plc remote https://plant:8061 login anna                         asks for the password; a script puts it on "
+      "stdin\n"
+      "  plc remote https://plant:8061                                    state\n"
+      "  plc remote https://plant:8061 tasks                              what tasks do and need\n"
+      "  plc remote https://plant:8061 values 'Main.*' --follow           values, then what changes\n"
+      "  plc remote https://plant:8061 write Setpoint=21.5 Start=true     as an HMI does\n"
+      "  plc remote https://plant:8061 log --follow                       messages\n"
+      "  plc remote https://plant:8061 users.add user=ben role=viewer     any call, by its name and fields\n"
+      "  plc remote https://plant:8061 program.project -o plant.xml       the project that runs\n"
+      "  plc remote https://plant:8061 calls                              all of them");
+  command.option("URL", remote.url, "http://ADDR:PORT or https://ADDR:PORT; the port is 8061 if it is not said")
+      .required();
+  command.option(
+      "WHAT", remote.what,
+      "login, first-user, logout, status, tasks, values, write, log, calls; or the name of a call; default: status");
+  command.option("ARGUMENT", remote.arguments, "patterns, PATH=VALUE or FIELD=VALUE");
+  command.flag("--json", remote.json, "what the server answers, as it is");
+  command.flag("--follow", remote.follow, "values and log: goes on with what is new, until Ctrl-C");
+  command.option("--token=SECRET", remote.token,
+                 "of a session or a script, in place of the login that is kept; or PICARD_TOKEN");
+  command.option("--fingerprint=AB:CD:..", remote.fingerprint,
+                 "takes the certificate with this SHA-256, which plc-run has printed; login keeps it");
+  command.option("-o,--output=FILE", remote.output, "where a file goes that is asked for");
+  command.on_run([] {
+    const char* const token = std::getenv("PICARD_TOKEN");
+    if (remote.token.empty() && token != nullptr) remote.token = token;
+    return run(remote);
+  });
+}
+
+}  // namespace plc::tools
