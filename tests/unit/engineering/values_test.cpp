@@ -41,7 +41,8 @@ TEST(Browse, GoesDown) {
   EngineeringRig rig;
   const auto paths = [&](const std::string& path) {
     std::vector<std::string> found;
-    for (const Json& node : body_of(rig.get("/api/values?path=" + path))["nodes"]) found.push_back(node["path"]);
+    const Json body = body_of(rig.get("/api/values?path=" + path));
+    for (const Json& node : body["nodes"]) found.push_back(node["path"]);
     return found;
   };
   EXPECT_EQ(paths("gvl"), (std::vector<std::string>{"GVL.Level", "GVL.Deep"}));
