@@ -21,7 +21,9 @@
 #include "engineering/sessions.h"
 #include "engineering/users.h"
 #include "engineering/variables.h"
+#include "runtime/force_list.h"
 #include "runtime/sched/realtime.h"
+#include "shadow/shadow.h"
 
 namespace plc::engineering {
 
@@ -75,6 +77,8 @@ struct Context {
   Audit& audit;                                 ///< add(), recent(): any
   const core::Clock& clock;                     ///< any
   const core::Calendar& calendar;               ///< any
+  runtime::ForceList& forces;                   ///< any
+  shadow::Shadow* shadow = nullptr;             ///< any; null when nothing is recorded
   core::TimeNs begin_ns = 0;                    ///< when the plant started, by `clock`
   PasswordCost cost{};
 };

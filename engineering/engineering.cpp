@@ -42,12 +42,13 @@ Identity completed(Identity identity, const bytecode::Image& image) {
 }  // namespace
 
 struct Engineering::State {
-  State(Options given, Identity who, runtime::Resource& resource, ValueSource& values,
+  State(Options given, Identity who, runtime::Resource& resource, ValueSource& values, runtime::ForceList& forced,
         const runtime::RealtimeScheduler& plant, LogBook& book, const core::Clock& monotonic,
         const core::Calendar& dates)
       : options(std::move(given)),
         identity(completed(std::move(who), resource.image())),
         variables(resource, values),
+        forces(forced),
         scheduler(plant),
         log(book),
         clock(monotonic),
@@ -64,6 +65,8 @@ struct Engineering::State {
   Options options;
   Identity identity;
   Variables variables;
+  runtime::ForceList& forces;
+  shadow::Shadow* shadow = nullptr;
   const runtime::RealtimeScheduler& scheduler;
   LogBook& log;
   const core::Clock& clock;
@@ -130,7 +133,7 @@ void Engineering::State::open(std::vector<Said>& said) {
                                                        certificate->made ? ", made now" : "")});
   }
   context = std::make_unique<Context>(Context{identity, variables, scheduler, log, *users, sessions, delay, first_code,
-                                              *audit, clock, calendar, clock.now_ns()});
+                                              *audit, clock, calendar, forces, shadow, clock.now_ns()});
   dispatcher = std::make_unique<Dispatcher>(*context, hosts, certificate.has_value());
   ServerOptions wanted;
   wanted.address = options.address;
@@ -200,10 +203,12 @@ void Engineering::State::write_audit(std::vector<Said>& said) {
 }
 
 Engineering::Engineering(Options options, Identity identity, runtime::Resource& resource, ValueSource& values,
-                         const runtime::RealtimeScheduler& scheduler, LogBook& log, const core::Clock& clock,
-                         const core::Calendar& calendar)
-    : state_(std::make_unique<State>(std::move(options), std::move(identity), resource, values, scheduler, log, clock,
-                                     calendar)) {}
+                         runtime::ForceList& forces, const runtime::RealtimeScheduler& scheduler, LogBook& log,
+                         const core::Clock& clock, const core::Calendar& calendar)
+    : state_(std::make_unique<State>(std::move(options), std::move(identity), resource, values, forces, scheduler, log,
+                                     clock, calendar)) {}
+
+void Engineering::set_shadow(shadow::Shadow* shadow) { state_->shadow = shadow; }
 
 Engineering::~Engineering() { stop(); }
 
@@ -218,6 +223,11 @@ std::vector<Said> Engineering::start() {
 std::vector<Said> Engineering::service(core::TimeNs now_ns) {
   std::vector<Said> said;
   State& state = *state_;
+  for (const runtime::Force& over : state.forces.expire(state.calendar.utc_ns())) {
+    if (state.audit) state.audit->add(over.owner, {}, "forces.expire", {{"path", over.path}, {"value", over.value}});
+  }
+  for (std::string& changed : state.forces.take_changes())
+    said.push_back({core::Severity::kWarning, std::move(changed)});
   if (!state.listening && now_ns >= state.next_ns) {
     state.next_ns = now_ns + kAgainNs;
     state.listen(said);

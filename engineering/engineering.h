@@ -37,12 +37,14 @@ class Engineering {
  public:
   /// All references must outlive it. `values`: made before anything of the plant was started.
   Engineering(Options options, Identity identity, runtime::Resource& resource, ValueSource& values,
-              const runtime::RealtimeScheduler& scheduler, LogBook& log, const core::Clock& clock,
-              const core::Calendar& calendar);
+              runtime::ForceList& forces, const runtime::RealtimeScheduler& scheduler, LogBook& log,
+              const core::Clock& clock, const core::Calendar& calendar);
   ~Engineering();
   Engineering(const Engineering&) = delete;
   Engineering& operator=(const Engineering&) = delete;
 
+  /// What scans are recorded by; before start(). It must outlive the server.
+  void set_shadow(shadow::Shadow* shadow);
   /// Opens its files and listens.
   std::vector<Said> start();
   /// About every 100 ms: what has happened since, and another try where something could not be had.

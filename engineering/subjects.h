@@ -11,6 +11,8 @@ std::span<const Call> target_calls();
 std::span<const Call> login_calls();
 std::span<const Call> task_calls();
 std::span<const Call> variable_calls();
+std::span<const Call> force_calls();
+std::span<const Call> recording_calls();
 std::span<const Call> log_calls();
 std::span<const Call> program_calls();
 std::span<const Call> user_calls();

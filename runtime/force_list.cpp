@@ -13,6 +13,10 @@ namespace plc::runtime {
 using core::Code;
 using core::Problem;
 
+namespace {
+constexpr std::string_view kReleased = " is released";
+}
+
 ForceList::ForceList(Resource& resource) : resource_(resource) {
   const bytecode::Image& image = resource.image();
   for (std::uint32_t task = 0; task < resource.task_count(); ++task) {
@@ -50,6 +54,8 @@ core::Result<Force> ForceList::set(Force force) {
   if (same == held_.end() && held_.size() == kMost)
     return Problem{Code::P7107, "as many variables are forced as can be", "release some of them"};
   Force out = held.force;
+  changes_.push_back("forced " + out.path + " to " + out.value + (out.owner.empty() ? "" : " by " + out.owner) +
+                     (out.reason.empty() ? "" : ": " + out.reason));
   if (same == held_.end()) {
     held_.push_back(std::move(held));
   } else {
@@ -60,11 +66,12 @@ core::Result<Force> ForceList::set(Force force) {
 }
 
 template <class Is>
-std::vector<Force> ForceList::remove(Is&& is) {
+std::vector<Force> ForceList::remove(Is&& is, std::string_view how) {
   const std::lock_guard lock(mutex_);
   std::vector<Force> removed;
   std::erase_if(held_, [&](Held& one) {
     if (!is(one)) return false;
+    changes_.push_back(one.force.path + std::string(how));
     removed.push_back(std::move(one.force));
     return true;
   });
@@ -75,17 +82,23 @@ std::vector<Force> ForceList::remove(Is&& is) {
 bool ForceList::release(std::string_view path) {
   const auto place = Access(resource_).find_leaf(path);
   if (!place) return false;
-  return !remove([&](const Held& one) {
-            return one.place.task == place->task && one.place.offset == place->offset;
-          }).empty();
+  return !remove([&](const Held& one) { return one.place.task == place->task && one.place.offset == place->offset; },
+                 kReleased)
+              .empty();
 }
 
 std::size_t ForceList::release_all(std::string_view owner) {
-  return remove([owner](const Held& one) { return owner.empty() || one.force.owner == owner; }).size();
+  return remove([owner](const Held& one) { return owner.empty() || one.force.owner == owner; }, kReleased).size();
 }
 
 std::vector<Force> ForceList::expire(core::TimeNs utc_ns) {
-  return remove([utc_ns](const Held& one) { return one.force.until_ns && *one.force.until_ns <= utc_ns; });
+  return remove([utc_ns](const Held& one) { return one.force.until_ns && *one.force.until_ns <= utc_ns; },
+                " is not forced any more: its time is over");
+}
+
+std::vector<std::string> ForceList::take_changes() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(changes_, {});
 }
 
 std::vector<Force> ForceList::list() const {

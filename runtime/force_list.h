@@ -46,6 +46,8 @@ class ForceList {
   std::size_t release_all(std::string_view owner = {});
   /// Releases what is over. Those.
   std::vector<Force> expire(core::TimeNs utc_ns);
+  /// What was forced, released and over since the last call, in words for the log.
+  std::vector<std::string> take_changes();
   [[nodiscard]] std::vector<Force> list() const;
   [[nodiscard]] std::size_t size() const;
   /// Whether the variable at `place` is forced.
@@ -60,7 +62,7 @@ class ForceList {
     std::vector<std::byte> bytes;
   };
   template <class Is>
-  std::vector<Force> remove(Is&& is);
+  std::vector<Force> remove(Is&& is, std::string_view how);
   /// Tells the tasks, and the global table.
   void apply();
   [[nodiscard]] bool exchanges(std::uint32_t task, std::uint32_t field) const { return exchanged_[task][field] != 0; }
@@ -69,6 +71,7 @@ class ForceList {
   std::vector<std::vector<std::uint8_t>> exchanged_;  ///< by task and field of the global table: imported or exported
   mutable std::mutex mutex_;
   std::vector<Held> held_;
+  std::vector<std::string> changes_;
 };
 
 }  // namespace plc::runtime

@@ -43,7 +43,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"retain", {"core", "stdlib", "bytecode", "runtime"}},
     {"shadow", {"core", "stdlib", "bytecode", "runtime"}},
     {"native", {"core", "stdlib", "bytecode", "runtime"}},
-    {"engineering", {"core", "stdlib", "bytecode", "runtime", "log"}},
+    {"engineering", {"core", "stdlib", "bytecode", "runtime", "shadow", "log"}},
     {"io-drivers", {"core", "stdlib", "bytecode", "runtime"}},
     {"io-drivers/modbus-rtu", {"core"}},
     {"io-drivers/config", {"core", "stdlib", "bytecode", "runtime", "io-drivers", "io-drivers/modbus-rtu"}},

@@ -44,6 +44,7 @@ EngineeringService::EngineeringService(EngineeringRequest request, runtime::Reso
     : request_(std::move(request)), resource_(resource), log_(log) {
   if (!request_.on) return;
   values_.emplace(resource.globals());
+  forces_.emplace(resource);
   log_.also_tell([this](const log::Record& record) { book_.add(record); });
 }
 
@@ -61,7 +62,7 @@ void EngineeringService::tell(const std::vector<engineering::Said>& all) {
   }
 }
 
-void EngineeringService::start(const io::Plant& plant) {
+void EngineeringService::start(const io::Plant& plant, shadow::Shadow* shadow) {
   if (!request_.on) {
     log_.talk() << "engineering: off\n";
     return;
@@ -72,7 +73,9 @@ void EngineeringService::start(const io::Plant& plant) {
   identity.project_path = request_.project;
   identity.options = describe(resource_.image().options);
   server_ = std::make_unique<engineering::Engineering>(request_.options, std::move(identity), resource_, *values_,
-                                                       plant.scheduler(), book_, clock_, calendar_);
+                                                       *forces_, plant.scheduler(), book_, clock_, calendar_);
+  if (shadow != nullptr) values_->attach(*shadow);
+  server_->set_shadow(shadow);
   tell(server_->start());
 }
 
@@ -83,7 +86,9 @@ void EngineeringService::service(core::TimeNs now_ns) {
 }
 
 void EngineeringService::stop() {
-  if (server_) server_->stop();
+  if (!server_) return;
+  server_->stop();
+  values_->detach();
 }
 
 }  // namespace plc::tools

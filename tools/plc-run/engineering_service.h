@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engineering/engineering.h"
+#include "engineering/shadow_values.h"
 #include "io-drivers/config/configuration.h"
 #include "io-drivers/machine/plant.h"
 #include "tools/plc-run/run_log.h"
@@ -37,10 +38,13 @@ class EngineeringService {
   EngineeringService& operator=(const EngineeringService&) = delete;
 
   /// After Plant::prepare(), before the tasks start.
-  void start(const io::Plant& plant);
+  /// `shadow`: null when nothing is recorded; it must live until stop().
+  void start(const io::Plant& plant, shadow::Shadow* shadow);
   /// About every 20 ms.
   void service(core::TimeNs now_ns);
   void stop();
+  /// What is forced; null without a server.
+  [[nodiscard]] const runtime::ForceList* forces() const { return forces_ ? &*forces_ : nullptr; }
 
  private:
   void tell(const std::vector<engineering::Said>& all);
@@ -51,7 +55,8 @@ class EngineeringService {
   core::MonotonicClock clock_;
   core::SystemCalendar calendar_;
   engineering::LogBook book_;
-  std::optional<engineering::GlobalValues> values_;
+  std::optional<engineering::ShadowValues> values_;
+  std::optional<runtime::ForceList> forces_;
   std::unique_ptr<engineering::Engineering> server_;
   core::TimeNs next_ns_ = 0;
 };

@@ -246,6 +246,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   realtime.program_time_ns = retained.program_time_ns;
   io::Plant plant(resource, std::move(machine), std::move(realtime));
   EngineeringService engineering(std::move(asked), resource, log);
+  plant.machine().set_forces(engineering.forces());
   std::vector<io::Sentence> notes;
   if (const auto problem = plant.prepare([&resource] { name_crashes(resource); }, notes)) {
     return complain(*problem), is_about_devices(problem->code) ? kExitDevice : kExitErrors;
@@ -273,7 +274,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
             "record");
   }
   if (retained.keeper) retained.keeper->start();
-  engineering.start(plant);
+  engineering.start(plant, recording.get());
   running.store(&plant, std::memory_order_relaxed);
   if (signalled.load(std::memory_order_relaxed) != 0) plant.request_stop();  // before the handler knew the plant
   output.stop_waiting();
@@ -325,8 +326,8 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   const std::vector<std::uint32_t> stuck = plant.stop();
   running.store(nullptr, std::memory_order_relaxed);
   if (retained.keeper) retained.keeper->stop(stuck);
-  if (recording) recording->stop(stuck.empty());
   engineering.stop();
+  if (recording) recording->stop(stuck.empty());
   output.wait_again(printing_takes_too_long);
 
   show_faults();
@@ -337,6 +338,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   print_events(resource, std::cerr);
   print_end({signalled.load(), duration_ns, run.cycles, last_fault ? &*last_fault : nullptr}, resource, scheduler,
             clock.now_ns() - plant.begin_ns(), talk);
+  if (engineering.forces() != nullptr) print_forces(*engineering.forces(), talk);
   print_statistics(run, resource, scheduler, recording.get(), std::cout);
   if (run.stats == Stats::kText) {
     std::cout << '\n';

@@ -96,6 +96,11 @@ void print_end(const End& end, const runtime::Resource& resource, const runtime:
   out << fmt::format("ends after {}: {}\n", time_text(ran_ns), why);
 }
 
+void print_forces(const runtime::ForceList& forces, std::ostream& out) {
+  for (const runtime::Force& force : forces.list())
+    out << fmt::format("forced: {} to {} by {}: {}\n", force.path, force.value, force.owner, force.reason);
+}
+
 void print_devices(const io::Machine& machine, std::ostream& out) {
   for (const auto& driver : machine.drivers()) {
     const auto inputs = driver->inputs(0).size();

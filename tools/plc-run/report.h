@@ -13,6 +13,7 @@
 
 #include "core/clock.h"
 #include "io-drivers/machine/machine.h"
+#include "runtime/force_list.h"
 #include "runtime/sched/realtime.h"
 #include "shadow/shadow.h"
 
@@ -22,6 +23,8 @@ namespace plc::tools {
 /// to here.
 void print_start(std::string_view file, const bytecode::Image& image, std::span<const runtime::TaskPlan> plan,
                  core::TimeNs load_ns, std::ostream& out);
+/// A line for each variable that is forced.
+void print_forces(const runtime::ForceList& forces, std::ostream& out);
 /// Drivers and guardian.
 void print_devices(const io::Machine& machine, std::ostream& out);
 /// Why a run ended.

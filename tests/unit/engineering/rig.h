@@ -72,6 +72,7 @@ class EngineeringRig {
       : resource(std::move(*runtime::Resource::load(engineering_image()))),
         values(resource->globals()),
         variables(*resource, values),
+        forces(*resource),
         scheduler(*resource),
         users(std::move(*engineering::Users::open(folder))),
         audit(folder, calendar, audit_said),
@@ -130,6 +131,7 @@ class EngineeringRig {
   std::unique_ptr<runtime::Resource> resource;
   engineering::GlobalValues values;
   engineering::Variables variables;
+  runtime::ForceList forces;
   runtime::RealtimeScheduler scheduler;
   engineering::LogBook log;
   std::unique_ptr<engineering::Users> users;
@@ -139,8 +141,8 @@ class EngineeringRig {
   std::string audit_said;
   engineering::Audit audit;
   /// The cheapest that libsodium allows: tests are about who may, not about how long it takes.
-  engineering::Context context{identity,   variables, scheduler, log,      *users, sessions, delay,
-                               first_code, audit,     clock,     calendar, 0,      {1, 8192}};
+  engineering::Context context{identity, variables, scheduler, log,    *users,  sessions, delay,    first_code,
+                               audit,    clock,     calendar,  forces, nullptr, 0,        {1, 8192}};
   engineering::HostRules hosts{{"plant.example"}};
 
  private:

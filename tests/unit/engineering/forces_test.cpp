@@ -1,0 +1,151 @@
+// Forces, recorded scans, traces and variables of tasks, as clients have them.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <string>
+#include <thread>
+
+#include "engineering/shadow_values.h"
+#include "shadow/player.h"
+#include "tests/unit/engineering/rig.h"
+#include "tests/unit/runtime/run_support.h"
+
+namespace plc::test {
+namespace {
+
+HttpResponse force(EngineeringRig& rig, const Json& wanted, const std::string& role = "engineer") {
+  return rig.post("/api/forces/set", wanted, role);
+}
+Json list(EngineeringRig& rig) { return body_of(rig.get("/api/forces"))["forces"]; }
+
+TEST(Forces, AreSetListedAndReleased) {
+  EngineeringRig rig;
+  const HttpResponse set = force(rig, {{"path", "Total"}, {"value", 500}, {"reason", "trial"}, {"seconds", 60}});
+  ASSERT_EQ(set.status, 200) << set.body;
+  const Json made = body_of(set)["force"];
+  EXPECT_EQ(made["path"], "Total");
+  EXPECT_EQ(made["value"], "500");
+  EXPECT_EQ(made["owner"], "engineer");
+  EXPECT_EQ(made["since"], "2027-01-15T08:00:00.000Z");
+  EXPECT_EQ(made["until"], "2027-01-15T08:01:00.000Z");
+  EXPECT_EQ(made["yields"], true) << "its task writes it";
+  rig.scan();
+  rig.scan();
+  EXPECT_EQ(value_of(*rig.resource, "Total"), "500");
+  EXPECT_EQ(list(rig).size(), 1u);
+  EXPECT_EQ(force(rig, {{"path", "Start"}, {"value", true}, {"reason", "trial"}}).status, 200);
+  EXPECT_EQ(force(rig, {{"path", "Main0.Count"}, {"value", 7}, {"reason", "trial"}}).status, 200);
+  EXPECT_EQ(force(rig, {{"path", "Lamp"}, {"value", "Green"}, {"reason", "trial"}}).status, 200);
+  EXPECT_EQ(list(rig).size(), 4u);
+  rig.scan();
+  EXPECT_EQ(value_of(*rig.resource, "Main0.Count"), "7");
+  EXPECT_EQ(value_of(*rig.resource, "Lamp"), "1");
+  // An HMI may not write it meanwhile.
+  const HttpResponse refused = rig.post("/api/values/write", {{"values", {{{"path", "Start"}, {"value", false}}}}});
+  EXPECT_EQ(refused.status, 409) << refused.body;
+  EXPECT_EQ(body_of(rig.post("/api/forces/release", {{"path", "total"}}, "engineer"))["released"], 1);
+  EXPECT_EQ(body_of(rig.post("/api/forces/release", Json::object(), "engineer"))["released"], 3);
+  rig.scan();
+  EXPECT_EQ(value_of(*rig.resource, "Total"), "501");
+  const std::vector<std::string> changes = rig.forces.take_changes();
+  ASSERT_EQ(changes.size(), 8u);
+  EXPECT_EQ(changes.front(), "forced Total to 500 by engineer: trial");
+  EXPECT_EQ(changes.back(), "Lamp is released");
+}
+
+TEST(Forces, AreForEngineersWithAReason) {
+  EngineeringRig rig;
+  const Json wanted = {{"path", "Total"}, {"value", 1}, {"reason", "trial"}};
+  EXPECT_EQ(force(rig, wanted, "operator").status, 403);
+  EXPECT_EQ(force(rig, {{"path", "Total"}, {"value", 1}}).status, 400);
+  EXPECT_EQ(force(rig, {{"path", "Total"}, {"value", 1}, {"reason", ""}}).status, 400);
+  EXPECT_EQ(rig.post("/api/forces/release", Json::object(), "operator").status, 403);
+  const auto refusal = [&](const std::string& path, const Json& value) {
+    const HttpResponse response = force(rig, {{"path", path}, {"value", value}, {"reason", "trial"}});
+    const Json body = body_of(response);
+    return body.value("code", "") + " " + body.value("field", "");
+  };
+  EXPECT_EQ(refusal("Totl", 1), "P7101 path");
+  EXPECT_EQ(refusal("Points", 1), "P7102 path");
+  EXPECT_EQ(refusal("Percent", 101), "P7104 value");
+  EXPECT_EQ(refusal("Total", "much"), "P7103 value");
+  EXPECT_EQ(refusal("Fixed", 1), "P7106 value");
+  EXPECT_TRUE(list(rig).empty());
+}
+
+/// A plant whose scans are recorded.
+struct Recorded {
+  Recorded() : values(rig.resource->globals()) {
+    auto started = shadow::Shadow::start(
+        *rig.resource, {},
+        {"PICARD test", "", 0, bytecode::kDefaultLoopBudget, "UTC", bytecode::save(rig.resource->image())});
+    EXPECT_TRUE(started) << started.error().message;
+    shadow = std::move(*started);
+    rig.context.shadow = shadow.get();
+  }
+  EngineeringRig rig;
+  engineering::ShadowValues values;
+  std::unique_ptr<shadow::Shadow> shadow;
+};
+
+TEST(RecordedScans, CanBeHadAsATraceChosenAfterwards) {
+  Recorded r;
+  for (int i = 0; i < 200; ++i) r.rig.scan();
+  for (int turn = 0; turn < 1000 && r.shadow->counts().scans < 200; ++turn)
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  const Json status = body_of(r.rig.get("/api/recording"));
+  EXPECT_EQ(status["scans"], 200) << status;
+  EXPECT_EQ(status["left_out"], 0);
+  const HttpResponse trace =
+      r.rig.post("/api/trace", {{"paths", {"Main0.Count", "Total"}}, {"seconds", 0.02}}, "viewer");
+  ASSERT_EQ(trace.status, 200) << trace.body;
+  EXPECT_EQ(trace.body, "scan,time_ms,Main0.Count,Total\n197,0,198,198\n198,10,199,199\n199,20,200,200\n");
+  const HttpResponse around = r.rig.post("/api/trace",
+                                         {{"paths", {"Total"}},
+                                          {"seconds", 60},
+                                          {"trigger", "Main0.Count"},
+                                          {"level", 100},
+                                          {"before", 0.01},
+                                          {"after", 0}},
+                                         "viewer");
+  EXPECT_EQ(around.body, "scan,time_ms,Total\n98,-10,99\n99,0,100\n") << around.status;
+  EXPECT_EQ(r.rig.post("/api/trace", {{"paths", {"Nothing"}}}, "viewer").status, 404);
+  EXPECT_EQ(r.rig.post("/api/trace", {{"paths", {"Total"}}, {"task", "None"}}, "viewer").status, 404);
+  // The recording itself has the program: not for viewers.
+  EXPECT_EQ(r.rig.get("/api/recording/download").status, 403);
+  const HttpResponse file = r.rig.get("/api/recording/download", "engineer");
+  ASSERT_EQ(file.status, 200);
+  const auto bytes = std::as_bytes(std::span(file.body));
+  EXPECT_TRUE(shadow::RecordFile::read({bytes.begin(), bytes.end()}, "download"));
+}
+
+TEST(RecordedScans, GiveVariablesOfTasks) {
+  Recorded r;
+  r.values.attach(*r.shadow);
+  for (int i = 0; i < 50; ++i) r.rig.scan();
+  const runtime::Access access(*r.rig.resource);
+  const auto place = access.find("Main0.Count");
+  ASSERT_TRUE(place);
+  EXPECT_TRUE(r.values.knows(place->task));
+  std::int32_t count = 0;
+  for (int turn = 0; turn < 1000 && count != 50; ++turn) {
+    r.values.take();
+    r.values.read(place->task, place->offset, sizeof count, reinterpret_cast<std::byte*>(&count));
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  EXPECT_EQ(count, 50);
+  const auto total = access.find("Total");
+  r.values.read(runtime::Place::kGlobal, total->offset, sizeof count, reinterpret_cast<std::byte*>(&count));
+  EXPECT_EQ(count, 50);
+  r.values.detach();
+  EXPECT_FALSE(r.values.knows(place->task));
+}
+
+TEST(RecordedScans, WithoutARecordingTheCallsSaySo) {
+  EngineeringRig rig;
+  EXPECT_EQ(body_of(rig.get("/api/recording"))["code"], "P7720");
+  EXPECT_EQ(body_of(rig.post("/api/trace", {{"paths", {"Total"}}}, "viewer"))["code"], "P7720");
+}
+
+}  // namespace
+}  // namespace plc::test
