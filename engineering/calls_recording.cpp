@@ -126,7 +126,7 @@ constexpr Call kCalls[] = {
          "Values of variables in every scan of a task, as CSV, from the scans that are in memory: chosen afterwards. "
          "Columns: scan, time_ms, one for each variable; time counts from the first row, or from the trigger.",
      .request = kTraceRequest,
-     .example = R"({"paths": ["Level"], "seconds": 1})",
+     .example = R"({"paths": ["%QX0.0"], "seconds": 1})",
      .run = trace,
      .form = Form::kFile,
      .thread = Thread::kFiles},

@@ -207,7 +207,8 @@ constexpr Call kCalls[] = {
     {.name = "values.read",
      .method = Method::kPost,
      .path = "/api/values/read",
-     .doc = "Values, as the tasks have published them last.",
+     .doc = "Values: globals as the tasks have published them last, variables of programs and blocks as their newest scans "
+            "have left them.",
      .request = kReadRequest,
      .response = kReadAnswer,
      .example = R"({"paths": ["%IX0.0"]})",
