@@ -23,6 +23,7 @@ void refuse_without(Answer& answer) {
 }
 
 constexpr Field kStatusAnswer[] = {
+    boolean("on", "Scans are recorded"),
     integer("scans", "Executed since the start, by all tasks"),
     integer("left_out", "Of these, in no record"),
     integer("record_bytes", "Of all records"),
@@ -33,16 +34,17 @@ constexpr Field kStatusAnswer[] = {
 };
 
 void status(Context& context, const Caller&, const Json&, Answer& answer) {
-  if (context.shadow == nullptr) return refuse_without(answer);
-  const shadow::RecordingCounts counts = context.shadow->counts();
+  const shadow::Shadow* const shadow = context.shadow;
+  const shadow::RecordingCounts counts = shadow == nullptr ? shadow::RecordingCounts{} : shadow->counts();
   Json& body = answer.body();
+  body["on"] = shadow != nullptr;
   body["scans"] = counts.scans;
   body["left_out"] = counts.lost;
   body["record_bytes"] = counts.record_bytes;
   body["stored_bytes"] = counts.stored_bytes;
-  body["history_seconds"] = static_cast<double>(context.shadow->history_ns()) / 1e9;
-  body["history_bytes"] = context.shadow->history_bytes();
-  if (const std::string file = context.shadow->file(); !file.empty()) body["file"] = file;
+  body["history_seconds"] = shadow == nullptr ? 0.0 : static_cast<double>(shadow->history_ns()) / 1e9;
+  body["history_bytes"] = shadow == nullptr ? 0 : shadow->history_bytes();
+  if (shadow != nullptr && !shadow->file().empty()) body["file"] = shadow->file();
 }
 
 void download(Context& context, const Caller&, const Json&, Answer& answer) {

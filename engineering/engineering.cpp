@@ -6,6 +6,7 @@
 #include <array>
 #include <atomic>
 #include <mutex>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "bytecode/image.h"
@@ -224,7 +225,8 @@ std::vector<Said> Engineering::service(core::TimeNs now_ns) {
   std::vector<Said> said;
   State& state = *state_;
   for (const runtime::Force& over : state.forces.expire(state.calendar.utc_ns())) {
-    if (state.audit) state.audit->add(over.owner, {}, "forces.expire", {{"path", over.path}, {"value", over.value}});
+    if (state.audit)
+      state.audit->add(over.owner, {}, "forces.expire", Json{{"path", over.path}, {"value", over.value}});
   }
   for (std::string& changed : state.forces.take_changes())
     said.push_back({core::Severity::kWarning, std::move(changed)});

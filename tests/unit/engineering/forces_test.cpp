@@ -143,7 +143,7 @@ TEST(RecordedScans, GiveVariablesOfTasks) {
 
 TEST(RecordedScans, WithoutARecordingTheCallsSaySo) {
   EngineeringRig rig;
-  EXPECT_EQ(body_of(rig.get("/api/recording"))["code"], "P7720");
+  EXPECT_EQ(body_of(rig.get("/api/recording"))["on"], false);
   EXPECT_EQ(body_of(rig.post("/api/trace", {{"paths", {"Total"}}}, "viewer"))["code"], "P7720");
 }
 
