@@ -37,7 +37,8 @@ ToolResult run(const Example& example, const std::string& chip, const std::strin
     first = "plc compile example.st --config plc.toml -o " + project + "; " + before;
   }
   return run_tool({"/bin/sh", "-ec",
-                   "cd \"$0\"; " + first + "exec plc-run " + project + " --config plc.toml --modbus off --engineering off --cycles 3",
+                   "cd \"$0\"; " + first + "exec plc-run " + project +
+                       " --config plc.toml --modbus off --engineering off --cycles 3",
                    folder.file("")});
 }
 

@@ -382,8 +382,9 @@ TEST_F(CncExample, AnAxisThatDoesNotFollowStopsAllAndComesBackByReset) {
 TEST_F(CncExample, RunsInRealTime) {
   // Beside other tests a scan may have to wait long for a processor.
   write("plc.toml", std::regex_replace(text_of(folder.file("plc.toml")), std::regex("100ms"), "5s"));
-  const ToolResult result =
-      shell("plc-run cnc.xml --config plc.toml --modbus off --engineering off --duration 4s --watch Spindle --watch ToolChanger");
+  const ToolResult result = shell(
+      "plc-run cnc.xml --config plc.toml --modbus off --engineering off --duration 4s --watch Spindle --watch "
+      "ToolChanger");
   EXPECT_EQ(result.code, 0) << result.all();
   EXPECT_NE(result.out.find("ToolChanger=1"), std::string::npos) << result.all();
   EXPECT_NE(result.out.find("Spindle=1"), std::string::npos) << result.all();

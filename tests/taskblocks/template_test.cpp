@@ -80,7 +80,8 @@ TEST_F(Template, IsInstalledCopiedBuiltDrawnAndRun) {
   EXPECT_GE(starts, 2);
 
   const ToolResult ran = shell(
-      "cd mine; plc-run heating.xml --config plc.toml --modbus off --engineering off --duration 1500ms --watch main.thermostat.STARTS");
+      "cd mine; plc-run heating.xml --config plc.toml --modbus off --engineering off --duration 1500ms --watch "
+      "main.thermostat.STARTS");
   EXPECT_EQ(ran.code, 0) << ran.all();
   EXPECT_TRUE(std::regex_search(ran.out, std::regex("main\\.thermostat\\.STARTS=[1-9]"))) << ran.all();
 }
