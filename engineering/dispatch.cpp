@@ -59,8 +59,8 @@ ReadyCall::~ReadyCall() = default;
 ReadyCall::ReadyCall(ReadyCall&&) noexcept = default;
 ReadyCall& ReadyCall::operator=(ReadyCall&&) noexcept = default;
 
-Dispatcher::Dispatcher(Context& context, const HostRules& hosts, bool secure)
-    : context_(context), hosts_(hosts), secure_(secure) {}
+Dispatcher::Dispatcher(Context& context, const HostRules& hosts, bool secure, std::span<const PageFile> pages)
+    : context_(context), hosts_(hosts), secure_(secure), pages_(pages) {}
 
 HttpResponse Dispatcher::refusal(int status, Code code, std::string text) {
   return response_of({status, code, std::move(text), {}, {}, 0});
@@ -126,6 +126,14 @@ ReadyCall Dispatcher::check(const HttpRequest& request) {
     return refuse({403, Code::P7716, "\"" + request.host.substr(0, 100) + "\" is not a name of this server", "Host",
                    "call it by its address, or name it as hosts under [engineering] in plc.toml", 0});
   }
+  const std::string_view target = request.target;
+  const std::size_t mark = target.find('?');
+  const std::string_view path = target.substr(0, mark);
+  // WHY before what asks where a request comes from: links of other sites may lead to the pages.
+  if (auto page = page_response(pages_, path, request)) {
+    ready.response = std::move(*page);
+    return ready;
+  }
   if (!request.origin.empty() && !HostRules::is_same_origin(request.origin, request.host, secure_)) {
     return refuse(
         {403, Code::P7716, "pages of " + request.origin.substr(0, 100) + " may not call this server", "Origin", {}, 0});
@@ -133,16 +141,13 @@ ReadyCall Dispatcher::check(const HttpRequest& request) {
   if (request.fetch_site == "cross-site" || request.fetch_site == "same-site") {
     return refuse({403, Code::P7716, "pages of other sites may not call this server", "Sec-Fetch-Site", {}, 0});
   }
-  const std::string_view target = request.target;
-  const std::size_t mark = target.find('?');
-  const std::string_view path = target.substr(0, mark);
   const Call* const call = find_call(path);
   if (call == nullptr) {
     return refuse({404,
                    Code::P7715,
                    "there is no call " + std::string(path.substr(0, 100)),
                    {},
-                   "GET /api/openapi.json lists all",
+                   path == "/" ? "this server was built without its pages" : "GET /api/openapi.json lists all",
                    0});
   }
   if (request.method != method_text(call->method)) {

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -14,6 +15,7 @@
 #include "engineering/answer.h"
 #include "engineering/context.h"
 #include "engineering/origin.h"
+#include "engineering/pages.h"
 
 namespace plc::engineering {
 
@@ -28,6 +30,7 @@ struct HttpRequest {
   std::string method;  ///< "GET"
   std::string target;  ///< "/api/tasks?..", as it came
   std::string host, origin, fetch_site, cookie, authorization, content_type;
+  std::string accept_encoding, if_none_match;
   bool upgrade = false;  ///< to a WebSocket
   std::string body;
   std::string address;  ///< of the peer
@@ -42,6 +45,9 @@ struct HttpResponse {
   std::string challenge;   ///< WWW-Authenticate, or empty
   std::string allow;       ///< of 405
   std::int64_t retry_after_s = 0;
+  std::string content_encoding;  ///< of the body, or empty
+  std::string etag;              ///< with its quotes, or empty
+  std::string cache_control = "no-store";
 };
 
 /// A call whose request is good.
@@ -59,8 +65,8 @@ struct ReadyCall {
 
 class Dispatcher {
  public:
-  /// `secure`: clients come by TLS. Both must outlive it.
-  Dispatcher(Context& context, const HostRules& hosts, bool secure);
+  /// `secure`: clients come by TLS. All must outlive it.
+  Dispatcher(Context& context, const HostRules& hosts, bool secure, std::span<const PageFile> pages = {});
 
   ReadyCall check(const HttpRequest& request);
   /// Any thread that the row allows.
@@ -84,6 +90,7 @@ class Dispatcher {
   Context& context_;
   const HostRules& hosts_;
   bool secure_;
+  std::span<const PageFile> pages_;
   std::unordered_map<std::string, Bucket> buckets_;  ///< by address
 };
 

@@ -135,7 +135,7 @@ void Engineering::State::open(std::vector<Said>& said) {
   }
   context = std::make_unique<Context>(Context{identity, variables, scheduler, log, *users, sessions, delay, first_code,
                                               *audit, clock, calendar, forces, shadow, clock.now_ns()});
-  dispatcher = std::make_unique<Dispatcher>(*context, hosts, certificate.has_value());
+  dispatcher = std::make_unique<Dispatcher>(*context, hosts, certificate.has_value(), options.pages);
   ServerOptions wanted;
   wanted.address = options.address;
   wanted.port = options.port;

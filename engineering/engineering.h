@@ -14,6 +14,7 @@
 #include "core/clock.h"
 #include "core/diagnostics.h"
 #include "engineering/context.h"
+#include "engineering/pages.h"
 #include "engineering/server.h"
 
 namespace plc::engineering {
@@ -26,6 +27,8 @@ struct Options {
   bool always_tls = false;         ///< on loopback, too
   std::string certificate, key;    ///< files in PEM; empty: one made at the first start
   std::string folder;              ///< for users, audit and certificate; empty: nothing is kept
+  /// That browsers get; they outlive the server.
+  std::span<const PageFile> pages;
 };
 
 struct Said {

@@ -44,6 +44,8 @@ HttpRequest request_of(const HttpMessage& message, const std::string& peer) {
   request.cookie = only(message, http::field::cookie);
   request.authorization = only(message, http::field::authorization);
   request.content_type = only(message, http::field::content_type);
+  request.accept_encoding = header(message, "Accept-Encoding");
+  request.if_none_match = header(message, "If-None-Match");
   request.upgrade = boost::beast::websocket::is_upgrade(message);
   request.body = message.body();
   request.address = peer;
@@ -55,7 +57,12 @@ http::response<http::string_body> message_of(HttpResponse given, bool keep_alive
   message.version(11);
   message.result(static_cast<unsigned>(given.status));
   message.set(http::field::content_type, given.content_type);
-  message.set(http::field::cache_control, "no-store");
+  message.set(http::field::cache_control, given.cache_control);
+  if (!given.etag.empty()) message.set(http::field::etag, given.etag);
+  if (!given.content_encoding.empty()) {
+    message.set(http::field::content_encoding, given.content_encoding);
+    message.set(http::field::vary, "Accept-Encoding");
+  }
   message.set("X-Content-Type-Options", "nosniff");
   message.set("X-Frame-Options", "DENY");
   message.set("Referrer-Policy", "no-referrer");

@@ -122,7 +122,7 @@ std::string typescript_type(const Field& field) {
     case FieldType::kBoolean:
       return "boolean";
     case FieldType::kValue:
-      return "Value";
+      return "AnyValue";
     case FieldType::kRecord:
       return std::string(field.record->name);
     case FieldType::kTexts:
@@ -201,7 +201,7 @@ std::string python_calls() {
 std::string typescript_calls() {
   std::string text =
       "// The calls of an engineering server, one method each. Made by plcdoc from engineering/calls_*.cpp.\n\n"
-      "import { Connection, type Value } from \"./connection\";\n";
+      "import { Connection, type Value as AnyValue } from \"./connection\";\n";
   for (const engineering::Record* record : engineering::records()) {
     text += fmt::format("\n/** {} */\nexport interface {} {{\n{}}}\n", record->doc, record->name,
                         typescript_fields(record->fields));
@@ -222,6 +222,12 @@ std::string typescript_calls() {
       "  const text = all.toString();\n"
       "  return text === \"\" ? \"\" : `?${text}`;\n"
       "}\n\n"
+      "/** The least role that may make a call. */\n"
+      "export const rights = {\n";
+  for (const Call& call : calls())
+    text += fmt::format("  \"{}\": \"{}\",\n", call.name, engineering::right_text(call.right));
+  text +=
+      "} as const;\n\n"
       "/** A running PLC. */\n"
       "export class Plc extends Connection {";
   std::string methods;
