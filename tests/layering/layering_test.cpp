@@ -44,6 +44,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"shadow", {"core", "stdlib", "bytecode", "runtime"}},
     {"native", {"core", "stdlib", "bytecode", "runtime"}},
     {"engineering", {"core", "stdlib", "bytecode", "runtime", "shadow", "log"}},
+    {"web", {"engineering"}},
     {"io-drivers", {"core", "stdlib", "bytecode", "runtime"}},
     {"io-drivers/modbus-rtu", {"core"}},
     {"io-drivers/config", {"core", "stdlib", "bytecode", "runtime", "io-drivers", "io-drivers/modbus-rtu"}},
@@ -96,7 +97,8 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
       "io-drivers/simulated",
       "log",
       "taskblocks",
-      "testing"}},
+      "testing",
+      "web"}},
     {"bench",  // tests: the builder of hand-made images
      {"core", "stdlib", "bytecode", "runtime", "native", "retain", "shadow", "io-drivers", "io-drivers/config",
       "io-drivers/machine", "io-drivers/modbus", "taskblocks", "compiler", "tools", "tests"}},

@@ -6,6 +6,7 @@
 
 #include "tools/command_line.h"
 #include "tools/version.h"
+#include "web/files.h"
 
 namespace plc::tools {
 namespace {
@@ -37,6 +38,7 @@ EngineeringRequest engineering_request(const io::Configuration& configuration,
   options.certificate = configuration.beside(config.certificate.text);
   options.key = configuration.beside(config.key.text);
   if (!state.empty()) options.folder = state + "/engineering";
+  options.pages = web::files();
   return request;
 }
 

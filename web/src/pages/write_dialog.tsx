@@ -1,0 +1,88 @@
+import type { JSX } from "preact";
+import { useEffect, useRef, useState } from "preact/hooks";
+import { LiveValues, useLive } from "../live";
+import { notify } from "../notice";
+import { ask, plc, problemOf } from "../plc";
+import { texts } from "../texts";
+import { CallForm, Dialog, Empty, Facts, Field } from "../ui/parts";
+import { clipped, isInteger, isReal, parsedValue, valueText, type Shape } from "../values";
+
+const t = texts.variables;
+
+function Input(properties: { id: string; shape: Shape; value: string; onInput: (value: string) => void }): JSX.Element {
+  const { id, shape, value } = properties;
+  const field = useRef<HTMLElement>(null);
+  // WHY not autofocus: the value, and with it this field, comes after the dialog.
+  useEffect(() => field.current?.focus(), []);
+  const members = shape.form === "bool" ? ["FALSE", "TRUE"] : shape.members?.map((member) => member.name);
+  if (members !== undefined && members.length !== 0) {
+    return (
+      <select id={id} ref={(element) => void (field.current = element)} value={value} onChange={(event) => properties.onInput(event.currentTarget.value)}>
+        {members.includes(value) ? null : <option value={value}>{value}</option>}
+        {members.map((name) => (
+          <option key={name} value={name}>
+            {clipped(name, 100)}
+          </option>
+        ))}
+      </select>
+    );
+  }
+  return (
+    <input
+      id={id}
+      ref={(element) => void (field.current = element)}
+      value={value}
+      autoComplete="off"
+      spellcheck={false}
+      inputMode={isReal(shape) ? "decimal" : "text"}
+      onFocus={(event) => event.currentTarget.select()}
+      onInput={(event) => properties.onInput(event.currentTarget.value)}
+    />
+  );
+}
+
+export function WriteDialog(properties: { path: string; values: LiveValues; base: number; onClose: () => void }): JSX.Element {
+  const { path } = properties;
+  const live = useLive(properties.values, path);
+  const [entered, setEntered] = useState<string>();
+  const { shape, raw } = live;
+  useEffect(() => {
+    if (entered !== undefined || shape === undefined || raw === undefined) return;
+    // The other one is what somebody wants of a BOOL.
+    setEntered(typeof raw === "boolean" ? (raw ? "FALSE" : "TRUE") : valueText(raw, shape, properties.base));
+  }, [shape, raw]);
+  const submit = async (): Promise<void> => {
+    if (shape === undefined) return;
+    const value = parsedValue(entered ?? "", shape);
+    if (value === null) {
+      const help = isInteger(shape) ? t.problem.integer : isReal(shape) ? t.problem.real : t.problem.number;
+      throw new Error(help);
+    }
+    await ask(() => plc.valuesWrite({ values: [{ path, value }] }));
+    notify(t.written(path));
+    properties.onClose();
+  };
+  const wrong = (error: unknown): ReturnType<typeof problemOf> =>
+    error instanceof Error && error.constructor === Error ? { text: error.message, code: "", help: "" } : problemOf(error);
+  return (
+    <Dialog title={t.writeTitle(path)} onClose={properties.onClose}>
+      {live.problem !== "" ? (
+        <Empty>{live.problem}</Empty>
+      ) : shape === undefined || entered === undefined ? (
+        <p>{texts.loading}</p>
+      ) : (
+        <CallForm submit={t.submit} onSubmit={submit} onCancel={properties.onClose} problemOf={wrong}>
+          <Facts
+            rows={[
+              [t.type, clipped(shape.type, 100)],
+              [t.present, <span class="number">{clipped(valueText(raw, shape, properties.base), 200)}</span>],
+            ]}
+          />
+          <Field label={t.next} help={t.writeHelp}>
+            {(id) => <Input id={id} shape={shape} value={entered} onInput={setEntered} />}
+          </Field>
+        </CallForm>
+      )}
+    </Dialog>
+  );
+}

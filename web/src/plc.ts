@@ -1,0 +1,112 @@
+// The PLC that serves the pages: calls, who is logged in, whether it answers.
+import { signal } from "@preact/signals-core";
+import { useEffect, useRef, useState } from "preact/hooks";
+import { Plc, rights, type SessionAnswer } from "../client/calls";
+import { PicardError } from "../client/connection";
+import { texts } from "./texts";
+
+export { PicardError };
+export type Session = SessionAnswer;
+
+export const plc = new Plc();
+/** Undefined until the server was asked; null: nobody is logged in. */
+export const session = signal<Session | null | undefined>(undefined);
+/** Why nobody is, where that is worth saying. */
+export const sessionEnd = signal("");
+/** Nobody can log in: the first user is still to be made. */
+export const needsFirstUser = signal(false);
+/** Whether the latest attempt reached the server. */
+export const connected = signal(true);
+
+const roles = ["anybody", "viewer", "operator", "engineer", "admin"];
+
+export function hasRole(needed: string): boolean {
+  const role = session.peek()?.role ?? "anybody";
+  return roles.indexOf(role) >= roles.indexOf(needed);
+}
+
+/** Whether the caller may make this call, as its row says. */
+export function may(call: keyof typeof rights): boolean {
+  return hasRole(rights[call]);
+}
+
+/** What was refused, for people. */
+export interface Problem {
+  text: string;
+  code: string;
+  help: string;
+}
+
+export function problemOf(error: unknown): Problem {
+  if (error instanceof PicardError) return { text: error.text, code: error.code, help: error.help ?? "" };
+  if (error instanceof TypeError) return { text: texts.link.lost, code: "", help: "" };
+  return { text: String(error), code: "", help: "" };
+}
+
+/** Makes a call, and notes what its failure says about session and connection. */
+export async function ask<T>(call: () => Promise<T>): Promise<T> {
+  try {
+    const answer = await call();
+    connected.value = true;
+    return answer;
+  } catch (error) {
+    if (error instanceof PicardError) {
+      connected.value = true;
+      if (error.status === 401 && error.code === "P7710") {
+        if (session.peek()) sessionEnd.value = texts.login.ended;
+        needsFirstUser.value = error.help?.includes("/api/first-user") ?? false;
+        session.value = null;
+      }
+    } else if (error instanceof TypeError) {
+      // What fetch throws when nobody answers.
+      connected.value = false;
+    }
+    throw error;
+  }
+}
+
+/** Asks who is logged in, until the server answers. */
+export async function findSession(): Promise<void> {
+  for (let wait = 500; ; wait = Math.min(wait * 2, 8000)) {
+    try {
+      session.value = await ask(() => plc.session());
+      return;
+    } catch (error) {
+      if (error instanceof PicardError && session.peek() === null) return;
+      await new Promise((resolve) => setTimeout(resolve, wait));
+    }
+  }
+}
+
+/** The latest answer of a call that is made again and again while the page is seen. */
+export function usePolled<T>(call: () => Promise<T>, periodMs: number): { answer: T | undefined; problem: Problem | undefined; again: () => void } {
+  const [state, setState] = useState<{ answer: T | undefined; problem: Problem | undefined }>({ answer: undefined, problem: undefined });
+  const latest = useRef(call);
+  latest.current = call;
+  const now = useRef(() => {});
+  useEffect(() => {
+    let timer: ReturnType<typeof setTimeout> | undefined;
+    let ended = false;
+    const run = async (): Promise<void> => {
+      clearTimeout(timer);
+      if (!document.hidden) {
+        try {
+          const answer = await ask(() => latest.current());
+          if (!ended) setState({ answer, problem: undefined });
+        } catch (error) {
+          // That nobody answers is said above all pages.
+          const problem = error instanceof TypeError ? undefined : problemOf(error);
+          if (!ended) setState((before) => ({ answer: before.answer, problem }));
+        }
+      }
+      if (!ended && periodMs > 0) timer = setTimeout(() => void run(), periodMs);
+    };
+    now.current = () => void run();
+    void run();
+    return () => {
+      ended = true;
+      clearTimeout(timer);
+    };
+  }, [periodMs]);
+  return { ...state, again: () => now.current() };
+}
