@@ -230,6 +230,31 @@ class Tank(WithBrowser):
         b.run("location.hash = '#/nowhere'")
         b.wait_for_text("There is no such page")
 
+    def test_a_variable_is_forced_and_released(self):
+        b = self.browser
+        b.login(self.plant.url, *ADMIN)
+        b.go("variables")
+        b.row("BatchCount").click()
+        b.button("Force …").click()
+        b.enter("Value", "4711")
+        b.enter("Reason", "<i>valve</i> is being changed")
+        b.labelled("Ends by itself after").send_keys("8 h")
+        self.shot("force")
+        b.button("Force").click()
+        b.wait("the force", lambda: self.plant.call("/api/forces")["forces"])
+        force = self.plant.call("/api/forces")["forces"][0]
+        self.assertEqual((force["path"], force["value"], force["owner"]), ("BatchCount", "4711", ADMIN[0]))
+        self.assertIn("until", force)
+        b.wait("its value", lambda: b.value("BatchCount") == "4711")
+        b.wait("its mark", lambda: "forced" in b.row("BatchCount").text)
+        b.wait_for_text("Forced by anna: <i>valve</i> is being changed")
+        b.go("overview")
+        b.wait_for_text("Forced variables")
+        row = b.wait("its row", lambda: [r for r in b.find("tbody tr") if r.text.startswith("BatchCount")])[0]
+        row.find_element(By.TAG_NAME, "button").click()
+        b.wait("no force", lambda: not self.plant.call("/api/forces")["forces"])
+        b.wait_for_text("No variable is forced")
+
     def test_a_session_that_was_ended_asks_for_a_login(self):
         b = self.browser
         b.login(self.plant.url, *VIEWER)

@@ -8,6 +8,7 @@ import { texts } from "../texts";
 import { Empty, Facts, Section } from "../ui/parts";
 import { Sparkline } from "../ui/sparkline";
 import { clipped, isDrawable, isInteger, valueText } from "../values";
+import type { Forces } from "../forces";
 import type { Watched } from "./watch_list";
 
 const t = texts.variables;
@@ -16,9 +17,11 @@ export function Details(properties: {
   node: Node | undefined;
   base: number;
   watched: Watched;
+  forces: Forces;
   onWrite: (path: string) => void;
+  onForce: (path: string) => void;
 }): JSX.Element {
-  const { node, watched } = properties;
+  const { node, watched, forces } = properties;
   const shown = node?.kind === "value" && node.readable === true;
   const live = useLive(properties.values, shown ? node.path : undefined);
   if (node === undefined) {
@@ -29,10 +32,16 @@ export function Details(properties: {
     );
   }
   const { raw, shape } = live;
+  const forced = forces.of(node.path);
   const otherBases = shape !== undefined && isInteger(shape) ? [10, 16, 2].filter((base) => base !== properties.base) : [];
   return (
     <Section title={clipped(node.path, 120)} class="details">
       {shown ? <p class="big number">{clipped(valueText(raw, shape, properties.base), 2000)}</p> : null}
+      {forced === undefined ? null : (
+        <p class="strip warning">
+          {t.forcedBy(clipped(forced.owner, 64), clipped(forced.reason, 500))} {forced.yields ? texts.forces.yields : ""}
+        </p>
+      )}
       <Facts
         rows={[
           [t.type, <span class="path">{clipped(node.type ?? node.kind, 200)}</span>],
@@ -47,6 +56,16 @@ export function Details(properties: {
           {may("values.write") && node.writable === true ? (
             <button type="button" class="primary" onClick={() => properties.onWrite(node.path)}>
               {t.write}
+            </button>
+          ) : null}
+          {may("forces.set") && shown && forced === undefined ? (
+            <button type="button" onClick={() => properties.onForce(node.path)}>
+              {t.force}
+            </button>
+          ) : null}
+          {may("forces.release") && forced !== undefined ? (
+            <button type="button" class="danger" onClick={() => forces.release(forced.path)}>
+              {t.release}
             </button>
           ) : null}
           {shown ? (

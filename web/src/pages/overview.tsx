@@ -7,6 +7,7 @@ import { useSignal } from "../signals";
 import { texts } from "../texts";
 import { Badge, Empty, Facts, ProblemBox, Section, Table } from "../ui/parts";
 import { ageText, clipped, timeText } from "../values";
+import { ForcedSection } from "./forced";
 import { MessageLine } from "./message";
 
 const t = texts.overview;
@@ -149,6 +150,7 @@ export function OverviewPage(): JSX.Element {
         <p class="quiet-text">{t.times}</p>
         <div class="tasks">{tasks.answer?.tasks.map((task) => <TaskCard key={task.name} task={task} />) ?? <p>{texts.loading}</p>}</div>
       </Section>
+      <ForcedSection />
       <div class="columns">
         <Section
           title={t.messages}

@@ -2,14 +2,16 @@
 import type { JSX } from "preact";
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 import type { Node } from "../../client/calls";
+import { useForces, type Forces } from "../forces";
 import { LiveValues, useLive, useLiveValues } from "../live";
 import { ask, may, plc, problemOf, type Problem } from "../plc";
 import { texts } from "../texts";
 import { fetchParts, fold, isFoldable, newBranch, rowAt, rowCount, rowOf, unfold } from "../tree";
-import { Choice, Empty, Field, ProblemBox, Section } from "../ui/parts";
+import { Badge, Choice, Empty, Field, ProblemBox, Section } from "../ui/parts";
 import { VirtualRows, type RowAttributes } from "../ui/virtual_rows";
 import { clipped, valueText } from "../values";
 import { Details } from "./details";
+import { ForceDialog } from "./force_dialog";
 import { WatchList, useWatched } from "./watch_list";
 import { WriteDialog } from "./write_dialog";
 
@@ -46,6 +48,7 @@ function NodeRow(properties: {
   tree: boolean;
   values: LiveValues;
   base: Base;
+  forces: Forces;
   onFold?: () => void;
 }): JSX.Element {
   const { attributes, node, open, tree } = properties;
@@ -70,6 +73,7 @@ function NodeRow(properties: {
           </span>
         )}
         <span class="name">{clipped(properties.name, 200)}</span>
+        {node !== undefined && properties.forces.of(node.path) !== undefined ? <Badge kind="warning">{t.forced}</Badge> : null}
       </span>
       {node === undefined ? null : (
         <>
@@ -86,6 +90,7 @@ function NodeRow(properties: {
 function Tree(properties: {
   values: LiveValues;
   base: Base;
+  forces: Forces;
   onSelect: (node: Node | undefined) => void;
   onKey: (event: KeyboardEvent, node: Node) => boolean;
 }): JSX.Element {
@@ -163,6 +168,7 @@ function Tree(properties: {
               tree={true}
               values={properties.values}
               base={properties.base}
+              forces={properties.forces}
               onFold={() => toggle(number)}
             />
           );
@@ -177,6 +183,7 @@ function Found(properties: {
   pattern: string;
   values: LiveValues;
   base: Base;
+  forces: Forces;
   onSelect: (node: Node | undefined) => void;
   onKey: (event: KeyboardEvent, node: Node) => boolean;
 }): JSX.Element {
@@ -232,6 +239,7 @@ function Found(properties: {
             tree={false}
             values={properties.values}
             base={properties.base}
+            forces={properties.forces}
           />
         )}
       />
@@ -245,7 +253,9 @@ export function VariablesPage(): JSX.Element {
   const [base, setBase] = useState<Base>(10);
   const [selected, setSelected] = useState<Node>();
   const [writing, setWriting] = useState<string>();
+  const [forcing, setForcing] = useState<string>();
   const watched = useWatched();
+  const forces = useForces();
   const search = useRef<HTMLInputElement>(null);
   const onKey = (event: KeyboardEvent, node: Node): boolean => {
     if (node.kind !== "value") return false;
@@ -278,16 +288,27 @@ export function VariablesPage(): JSX.Element {
           <span class="row-address">{t.address}</span>
         </div>
         {pattern.trim() === "" ? (
-          <Tree values={values} base={base} onSelect={setSelected} onKey={onKey} />
+          <Tree values={values} base={base} forces={forces} onSelect={setSelected} onKey={onKey} />
         ) : (
-          <Found pattern={pattern.trim()} values={values} base={base} onSelect={setSelected} onKey={onKey} />
+          <Found pattern={pattern.trim()} values={values} base={base} forces={forces} onSelect={setSelected} onKey={onKey} />
         )}
         <p class="quiet-text keys">{t.keys}</p>
       </Section>
       <div class="side">
-        <Details values={values} node={selected} base={base} watched={watched} onWrite={setWriting} />
+        <Details values={values} node={selected} base={base} watched={watched} forces={forces} onWrite={setWriting} onForce={setForcing} />
         <WatchList values={values} base={base} watched={watched} onWrite={setWriting} />
       </div>
+      {forcing === undefined ? null : (
+        <ForceDialog
+          path={forcing}
+          values={values}
+          base={base}
+          onClose={() => {
+            setForcing(undefined);
+            forces.again();
+          }}
+        />
+      )}
       {writing === undefined ? null : <WriteDialog path={writing} values={values} base={base} onClose={() => setWriting(undefined)} />}
     </div>
   );

@@ -1,15 +1,16 @@
 import type { JSX } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
+import type { Value } from "../../client/connection";
 import { LiveValues, useLive } from "../live";
 import { notify } from "../notice";
-import { ask, plc, problemOf } from "../plc";
+import { ask, plc, problemOf, type Problem } from "../plc";
 import { texts } from "../texts";
 import { CallForm, Dialog, Empty, Facts, Field } from "../ui/parts";
 import { clipped, isInteger, isReal, parsedValue, valueText, type Shape } from "../values";
 
 const t = texts.variables;
 
-function Input(properties: { id: string; shape: Shape; value: string; onInput: (value: string) => void }): JSX.Element {
+export function ValueInput(properties: { id: string; shape: Shape; value: string; onInput: (value: string) => void }): JSX.Element {
   const { id, shape, value } = properties;
   const field = useRef<HTMLElement>(null);
   // WHY not autofocus: the value, and with it this field, comes after the dialog.
@@ -41,6 +42,18 @@ function Input(properties: { id: string; shape: Shape; value: string; onInput: (
   );
 }
 
+/** What was entered, for a call. Throws, with a sentence, when it is no value. */
+export function valueOf(entered: string, shape: Shape): Value {
+  const value = parsedValue(entered, shape);
+  if (value !== null) return value;
+  throw new Error(isInteger(shape) ? t.problem.integer : isReal(shape) ? t.problem.real : t.problem.number);
+}
+
+export function wrongValue(error: unknown): Problem {
+  const isOwn = error instanceof Error && error.constructor === Error;
+  return isOwn ? { text: error.message, code: "", help: "" } : problemOf(error);
+}
+
 export function WriteDialog(properties: { path: string; values: LiveValues; base: number; onClose: () => void }): JSX.Element {
   const { path } = properties;
   const live = useLive(properties.values, path);
@@ -53,17 +66,11 @@ export function WriteDialog(properties: { path: string; values: LiveValues; base
   }, [shape, raw]);
   const submit = async (): Promise<void> => {
     if (shape === undefined) return;
-    const value = parsedValue(entered ?? "", shape);
-    if (value === null) {
-      const help = isInteger(shape) ? t.problem.integer : isReal(shape) ? t.problem.real : t.problem.number;
-      throw new Error(help);
-    }
+    const value = valueOf(entered ?? "", shape);
     await ask(() => plc.valuesWrite({ values: [{ path, value }] }));
     notify(t.written(path));
     properties.onClose();
   };
-  const wrong = (error: unknown): ReturnType<typeof problemOf> =>
-    error instanceof Error && error.constructor === Error ? { text: error.message, code: "", help: "" } : problemOf(error);
   return (
     <Dialog title={t.writeTitle(path)} onClose={properties.onClose}>
       {live.problem !== "" ? (
@@ -71,7 +78,7 @@ export function WriteDialog(properties: { path: string; values: LiveValues; base
       ) : shape === undefined || entered === undefined ? (
         <p>{texts.loading}</p>
       ) : (
-        <CallForm submit={t.submit} onSubmit={submit} onCancel={properties.onClose} problemOf={wrong}>
+        <CallForm submit={t.submit} onSubmit={submit} onCancel={properties.onClose} problemOf={wrongValue}>
           <Facts
             rows={[
               [t.type, clipped(shape.type, 100)],
@@ -79,7 +86,7 @@ export function WriteDialog(properties: { path: string; values: LiveValues; base
             ]}
           />
           <Field label={t.next} help={t.writeHelp}>
-            {(id) => <Input id={id} shape={shape} value={entered} onInput={setEntered} />}
+            {(id) => <ValueInput id={id} shape={shape} value={entered} onInput={setEntered} />}
           </Field>
         </CallForm>
       )}
