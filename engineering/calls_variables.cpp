@@ -207,7 +207,8 @@ constexpr Call kCalls[] = {
     {.name = "values.read",
      .method = Method::kPost,
      .path = "/api/values/read",
-     .doc = "Values: globals as the tasks have published them last, variables of programs and blocks as their newest scans "
+     .doc = "Values: globals as the tasks have published them last, variables of programs and blocks as their newest "
+            "scans "
             "have left them.",
      .request = kReadRequest,
      .response = kReadAnswer,
