@@ -287,5 +287,28 @@ TEST(ReplayCommand, AnotherLibraryOfFunctionsIsSaidFirst) {
   EXPECT_TRUE(has(other.err, "P7632")) << other.all();
 }
 
+TEST(ReplayCommand, DrawsThePowerFlowOfAScan) {
+  const ScratchFolder scratch;
+  const std::string record = scratch.file("plant.rec"), picture = scratch.file("main.svg");
+  ASSERT_EQ(run_tool({PLC_TOOL, "sim", tank(), "--record", record, "--stimulus", tank_stimulus()}).code, 0);
+  const std::string pou = "Station";
+  std::string first;
+  for (const char* const engine : {"--engine=interp", "--engine=native"}) {
+    const auto drawn = run_tool({PLC_TOOL, "replay", record, "--scan", "300", "--flow", pou, "--svg", picture, engine});
+    ASSERT_EQ(drawn.code, 0) << drawn.all();
+    const std::string svg = read_text(picture);
+    EXPECT_TRUE(svg.starts_with("<svg")) << svg.substr(0, 100);
+    EXPECT_TRUE(has(svg, pou + " in scan 300 of task ")) << svg.substr(0, 600);
+    EXPECT_TRUE(has(svg, " on\"")) << "something has power";
+    EXPECT_TRUE(has(svg, " off\"")) << "something has none";
+    if (first.empty()) first = svg;
+    EXPECT_TRUE(svg == first) << engine;
+  }
+  // Another scan looks otherwise.
+  ASSERT_EQ(run_tool({PLC_TOOL, "replay", record, "--scan", "0", "--flow", pou, "--svg", picture}).code, 0);
+  EXPECT_FALSE(read_text(picture) == first);
+  EXPECT_EQ(run_tool({PLC_TOOL, "replay", record, "--scan", "3", "--svg", picture}).code, 2) << "of which POU?";
+}
+
 }  // namespace
 }  // namespace plc::test

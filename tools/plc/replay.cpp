@@ -29,7 +29,7 @@ namespace plc::tools {
 namespace {
 
 struct ReplayCommand {
-  std::string file, trace, from, until, at, test, project, task, flow;
+  std::string file, trace, from, until, at, test, project, task, flow, svg;
   std::optional<std::uint64_t> scan;
   std::vector<std::string> watch, libraries;
   std::optional<runtime::ValueStyle> values;
@@ -115,6 +115,12 @@ std::string utc_text(core::TimeNs utc_ns) {
   return fmt::format(", {:%F %T}.{:03} UTC", fmt::gmtime(ms / 1000), ms % 1000);
 }
 
+/// --flow: as text, or with --svg as a picture.
+bool show_flow(const ReplayCommand& replay, const ReplayFlow& flow, shadow::Player& player, std::ostream& out) {
+  return replay.svg.empty() ? flow.show(player, style_of(replay), out)
+                            : flow.draw(player, style_of(replay), replay.svg, out);
+}
+
 /// --at, --scan: the variables at one time, one below the other.
 int show_instant(const ReplayCommand& replay, const Span& span, shadow::Player& player,
                  const std::optional<ReplayFlow>& flow) {
@@ -130,7 +136,7 @@ int show_instant(const ReplayCommand& replay, const Span& span, shadow::Player& 
   } else {
     player.seek(*player.begin_ns() + *span.at_ns);
   }
-  if (flow) return flow->show(player, style_of(replay), std::cout) ? kExitOk : kExitErrors;
+  if (flow) return show_flow(replay, *flow, player, std::cout) ? kExitOk : kExitErrors;
   player.show_globals();
   const runtime::RecordHead& head = player.replicas().replica(*task).head();
   std::cout << fmt::format("after scan {} of task {}, {} after the first recorded one{}\n\n", head.scan,
@@ -263,7 +269,7 @@ int run(const ReplayCommand& replay) {
   }
   std::ostream& out = trace_on_stdout ? std::cerr : std::cout;
   if (flow) {
-    if (!flow->show(player, style_of(replay), out)) return kExitErrors;
+    if (!show_flow(replay, *flow, player, out)) return kExitErrors;
     out << "\n";
   }
   out << fmt::format(
@@ -292,6 +298,7 @@ void add_replay(Command program) {
       "  plc replay plant.rec --from 10s --until 12s --trace out.csv   all variables of two seconds\n"
       "  plc replay plant.rec --at 11s --watch 'Main.*'          values at one time\n"
       "  plc replay plant.rec --at 11s --flow Main               power flow of the scan at that time\n"
+      "  plc replay plant.rec --at 11s --flow Main --svg main.svg    the same as a picture\n"
       "  plc replay fault.rec --until fault --from 3s --test cases/jam --project plant.xml   a test, for plc test\n"
       "\n"
       "plc sim --record FILE and plc-run make recordings. Taskblocks do not run: what they gave is in the recording, "
@@ -327,11 +334,13 @@ void add_replay(Command program) {
   test.needs(project);
   command.option("--lib=FILE", replay.libraries, "of --test: a library that the project needs; may be repeated")
       .repeated();
-  command
-      .option("--flow=POU[:INSTANCE]", replay.flow,
-              "print what this POU had at its pins, contacts, coils and statements in the last scan of --until, or in "
-              "that of --at or --scan: Main, or Valve:Main.valves[2]")
-      .excludes({test});
+  const Flag flow = command.option(
+      "--flow=POU[:INSTANCE]", replay.flow,
+      "print what this POU had at its pins, contacts, coils and statements in the last scan of --until, or in "
+      "that of --at or --scan: Main, or Valve:Main.valves[2]");
+  flow.excludes({test});
+  command.option("--svg=OUT", replay.svg, "of --flow: draw the POU with its flow into this file instead; - is stdout")
+      .needs(flow);
   at.excludes({from, until, trace, test, scan});
   scan.excludes({from, until, trace, test});
   test.excludes({trace});

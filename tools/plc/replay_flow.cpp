@@ -9,6 +9,7 @@
 
 #include "bytecode/drawings.h"
 #include "core/text.h"
+#include "pictures/picture.h"
 #include "tools/command_line.h"
 
 namespace plc::tools {
@@ -149,41 +150,97 @@ std::optional<ReplayFlow> ReplayFlow::find(runtime::Resource& resource, const st
   return ReplayFlow(found.front().first, std::move(found.front().second));
 }
 
-bool ReplayFlow::show(shadow::Player& player, runtime::ValueStyle style, std::ostream& out) const {
+std::optional<shadow::ProbeView> ReplayFlow::look(shadow::Player& player) const {
   runtime::Program& program = player.resource().program(task_);
-  const bytecode::Image& image = program.image();
-  const std::string& pou = image.pous[instance_.view.pou].name;
-  const std::string& task = program.task().name;
   const runtime::RecordHead last = player.replicas().replica(task_).head();
   if (last.bytes == 0) {
-    complain_of(fmt::format("no scan of task \"{}\" was executed", task), "see --until and --at");
-    return false;
+    complain_of(fmt::format("no scan of task \"{}\" was executed", program.task().name), "see --until and --at");
+    return std::nullopt;
   }
   // Once more from before it, and now with probes: until then nobody had to look.
   player.seek(last.now_ns - 1);
-  if (const auto problem = program.look_at({&instance_.view, 1})) return complain(*problem), false;
+  if (const auto problem = program.look_at({&instance_.view, 1})) return complain(*problem), std::nullopt;
   shadow::ProbeView view(program, instance_.view);
   for (auto next = player.upcoming(); next; next = player.upcoming()) {
     view.clear();
     const auto played = player.step();
     if (played->task == task_ && played->scan == last.scan) break;
   }
-  out << fmt::format("{}{} in scan {} of task \"{}\", {} after the first recorded one\n\n", pou,
-                     core::iequals(pou, instance_.path) ? "" : " on " + instance_.path, last.scan, task,
-                     duration_text(static_cast<double>(last.now_ns - *player.begin_ns())));
-  const Places places(image, pou);
+  return view;
+}
+
+std::string ReplayFlow::caption(shadow::Player& player) const {
+  const runtime::Program& program = player.resource().program(task_);
+  const std::string& pou = program.image().pous[instance_.view.pou].name;
+  const runtime::RecordHead& head = player.replicas().replica(task_).head();
+  return fmt::format("{}{} in scan {} of task \"{}\", {} after the first recorded one", pou,
+                     core::iequals(pou, instance_.path) ? "" : " on " + instance_.path, head.scan, program.task().name,
+                     duration_text(static_cast<double>(head.now_ns - *player.begin_ns())));
+}
+
+bool ReplayFlow::show(shadow::Player& player, runtime::ValueStyle style, std::ostream& out) const {
+  const bytecode::Image& image = player.resource().image();
+  const auto view = look(player);
+  if (!view) return false;
+  out << caption(player) << "\n\n";
+  const Places places(image, image.pous[instance_.view.pou].name);
   std::vector<const bytecode::ProbePoint*> points;
-  for (const bytecode::ProbePoint& point : view.points()) points.push_back(&point);
+  for (const bytecode::ProbePoint& point : view->points()) points.push_back(&point);
   std::stable_sort(points.begin(), points.end(), [](const auto* x, const auto* y) {
     return std::tie(x->key.line, x->key.column) < std::tie(y->key.line, y->key.column);
   });
   std::vector<std::vector<std::string>> rows;
   for (const bytecode::ProbePoint* const point : points) {
     rows.push_back({fmt::format("{}:{}", point->key.line, point->key.column), places.words(point->key),
-                    words_of(view.at(*point), view.text(*point, style))});
+                    words_of(view->at(*point), view->text(*point, style))});
   }
   out << columns_text(rows);
   return true;
+}
+
+bool ReplayFlow::draw(shadow::Player& player, runtime::ValueStyle style, const std::string& svg,
+                      std::ostream& out) const {
+  const bytecode::Image& image = player.resource().image();
+  const std::string& pou = image.pous[instance_.view.pou].name;
+  const auto drawings = bytecode::unpack(image.drawings);
+  std::vector<pictures::PicturedBody> bodies;
+  for (std::size_t b = 0; drawings && b < drawings->bodies.size(); ++b) {
+    if (core::iequals(drawings->bodies[b].name, pou)) bodies.push_back({&drawings->bodies[b], {}, instance_.view.pou});
+  }
+  if (bodies.empty()) {
+    complain_of(fmt::format("the recorded image has no drawing of POU \"{}\"", pou),
+                "record a project with plc sim --record, or an image that plc compile --drawings made");
+    return false;
+  }
+  const auto view = look(player);
+  if (!view) return false;
+  pictures::Marks marks;
+  for (const bytecode::ProbePoint& point : view->points()) {
+    const Shown shown = view->at(point);
+    DrawnKey key = point.key;
+    key.pou = instance_.view.pou;
+    pictures::Mark& mark = marks[key];
+    if (!shown.ran) {
+      mark.look = pictures::Look::kNotRun;
+    } else if (shown.is_bool && shown.known) {
+      mark.look = shown.on ? pictures::Look::kOn : pictures::Look::kOff;
+    } else {
+      mark.text = view->text(point, style);
+      // A place alone: a statement, a jump that was taken.
+      if (mark.text.empty() && !shown.is_bool) mark.look = pictures::Look::kOn;
+    }
+  }
+  const std::string title = caption(player);
+  bodies.front().caption = title;
+  const std::string picture = pictures::svg(title, bodies, marks);
+  if (svg == "-") {
+    out << picture;
+    return true;
+  }
+  std::string why;
+  if (write_file(svg, picture, why)) return true;
+  complain_of(fmt::format("{} cannot be written: {}", svg, why), {});
+  return false;
 }
 
 }  // namespace plc::tools

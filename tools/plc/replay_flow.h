@@ -1,4 +1,5 @@
-// The power flow of one scan as text: what a POU had at its pins, contacts, coils and statements, for plc replay
+// The power flow of one scan, as text or as a picture: what a POU had at its pins, contacts, coils and statements, for
+// plc replay
 // --flow.
 //
 // In: a player, "POU" or "POU:INSTANCE". Out: one line for each place that has something to see. Does not belong here:
@@ -26,9 +27,16 @@ class ReplayFlow {
   /// What the scan of task() had that was executed last: executes it again and looks. False, after a complaint, when
   /// that cannot be.
   bool show(shadow::Player& player, runtime::ValueStyle style, std::ostream& out) const;
+  /// The same as a picture of the POU, into a file; "-" is `out`.
+  bool draw(shadow::Player& player, runtime::ValueStyle style, const std::string& svg, std::ostream& out) const;
 
  private:
   ReplayFlow(std::uint32_t task, shadow::PouInstance instance) : task_(task), instance_(std::move(instance)) {}
+
+  /// Executes the scan again that was executed last, and looks. Nothing, after a complaint, when that cannot be.
+  std::optional<shadow::ProbeView> look(shadow::Player& player) const;
+  /// "Main in scan 7 of task "Fast", 140ms after the first recorded one".
+  [[nodiscard]] std::string caption(shadow::Player& player) const;
 
   std::uint32_t task_;
   shadow::PouInstance instance_;
