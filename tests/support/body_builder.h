@@ -36,7 +36,7 @@ class BodyBuilder {
     p.name = std::move(name);
     p.has_point_in = true;
     p.at = e.at;
-    for (std::int64_t id : from) p.connections.push_back({id, output, e.at});
+    for (std::int64_t id : from) p.connections.push_back({id, output, e.at, false, {}});
     e.inputs.push_back(std::move(p));
     return e.inputs.back();
   }

@@ -77,7 +77,7 @@ struct Drawn {
     e.chart = std::make_shared<plcopen::ChartPart>();
     for (const std::int64_t source : from) {
       plcopen::Pin pin;
-      pin.connections.push_back({source, {}, {}});
+      pin.connections.push_back({source, {}, {}, false, {}});
       e.inputs.push_back(pin);
     }
     return e;
