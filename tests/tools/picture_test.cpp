@@ -69,7 +69,13 @@ TEST(ExplainSvg, DrawsWhatAnImageCarries) {
   EXPECT_EQ(dump.code, 0) << dump.err;
   EXPECT_NE(dump.out.find("\n; drawings of 5 bodies with 114 elements and 0 statements: "), std::string::npos)
       << dump.out.substr(dump.out.size() - 200);
-  EXPECT_EQ(dump.out.substr(0, dump.out.find("; drawings")), run_tool({PLC_TOOL, "dump", without}).out);
+  std::istringstream lines(dump.out.substr(0, dump.out.find("; drawings")));
+  std::string rest;
+  for (std::string line; std::getline(lines, line);) {
+    // Where the code has what drawings show.
+    if (!line.starts_with("probes ")) rest += line + '\n';
+  }
+  EXPECT_EQ(rest, run_tool({PLC_TOOL, "dump", without}).out);
   // It runs as it does without them.
   EXPECT_EQ(run_tool({PLC_TOOL, "sim", with, "--cycles", "20", "--watch", "*"}).out,
             run_tool({PLC_TOOL, "sim", without, "--cycles", "20", "--watch", "*"}).out);

@@ -298,7 +298,7 @@ TEST(ReplayCommand, DrawsThePowerFlowOfAScan) {
     ASSERT_EQ(drawn.code, 0) << drawn.all();
     const std::string svg = read_text(picture);
     EXPECT_TRUE(svg.starts_with("<svg")) << svg.substr(0, 100);
-    EXPECT_TRUE(has(svg, pou + " in scan 300 of task ")) << svg.substr(0, 600);
+    EXPECT_TRUE(has(svg, pou + " on Sequence in scan 300 of task ")) << svg.substr(0, 600);
     EXPECT_TRUE(has(svg, " on\"")) << "something has power";
     EXPECT_TRUE(has(svg, " off\"")) << "something has none";
     if (first.empty()) first = svg;
