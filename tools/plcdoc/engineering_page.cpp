@@ -59,10 +59,12 @@ std::string fields_table(std::span<const Field> fields) {
 /// As one would type it; $URL and $TOKEN are set.
 std::string curl_of(const Call& call) {
   const Json example = Json::parse(call.example);
+  const std::string to = call.form == Form::kFile ? " -o " + std::string(call.name) : "";
   std::string command = "curl -s";
   if (call.right != Right::kAnybody) command += " -H \"Authorization: Bearer $TOKEN\"";
   if (call.method == Method::kPost) {
-    return command + fmt::format(" \\\n  -H 'Content-Type: application/json' -d '{}' $URL{}", call.example, call.path);
+    return command + fmt::format(" \\\n  -H 'Content-Type: application/json' -d '{}' $URL{}", call.example, call.path) +
+           to;
   }
   std::string query;
   for (const auto& [name, value] : example.items()) {
@@ -70,8 +72,7 @@ std::string curl_of(const Call& call) {
     query += fmt::format(" \\\n  --data-urlencode {}={}", name,
                          value.is_string() ? fmt::format("'{}'", value.get<std::string>()) : value.dump());
   }
-  return command + fmt::format(" $URL{}", call.path) + query +
-         (call.form == Form::kFile ? " -o " + std::string(call.name) : "");
+  return command + fmt::format(" $URL{}", call.path) + query + to;
 }
 
 }  // namespace
