@@ -381,10 +381,15 @@ class Hostile(WithBrowser):
             self.assertLess(len(b.find(".rows .row")), 60)
         self.plant.call("/api/values/write", {"values": [{"path": "Many[99999]", "value": 77}]})
         tree.send_keys(Keys.END)
+        # Rows that have just come into view get their names from the server: no key before that.
+        active = lambda: b.run("return document.querySelector('.rows .row.active')?.dataset.path")
+        b.wait("a row at the end", active)
         for _ in range(40):
-            if b.run("return document.querySelector('.rows .row.active')?.dataset.path") == "Many[99999]":
+            before = active()
+            if before == "Many[99999]":
                 break
             tree.send_keys(Keys.ARROW_UP)
+            b.wait("the row above", lambda: active() not in (None, before))
         b.wait("the last one", lambda: b.value("Many[99999]") == "77")
         tree.send_keys(Keys.ARROW_LEFT)
         b.wait("back", lambda: b.run("return document.querySelector('.rows .row.active')?.dataset.path") == "Many")
