@@ -1,5 +1,7 @@
-// The address of the Modbus server, as far as the kernel's tables tell: nothing is bound to try it.
+// Addresses of the Modbus server and the engineering server, as far as the kernel's tables tell: nothing is bound to
+// try them. The certificate of the engineering server.
 #include <arpa/inet.h>
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,6 +10,7 @@
 #include <set>
 
 #include "doctor/check.h"
+#include "engineering/certificate.h"
 #include "io-drivers/modbus/address_map.h"
 
 namespace plc::doctor {
@@ -89,9 +92,37 @@ Holder holder_of(const Context& c, std::string_view inode) {
 }
 
 const io::ModbusConfig& modbus(const Context& c) { return c.subject.configuration.modbus; }
+const io::EngineeringConfig& engineering_of(const Context& c) { return c.subject.configuration.engineering; }
+
+/// What is listened on.
+struct Server {
+  std::string_view section;  ///< of plc.toml
+  bool enabled;
+  bool named;  ///< plc.toml says where. Otherwise plc-run goes on without the server.
+  const std::string& address;
+  std::uint16_t port;
+  std::string_view elsewhere;  ///< help: an address without a right
+
+  [[nodiscard]] std::string text() const { return io::listen_text({address, port}); }
+};
+Server modbus_server(const Context& c) {
+  const io::ModbusConfig& config = modbus(c);
+  return {"modbus",
+          config.enabled,
+          config.listen_at.line != 0,
+          config.address,
+          config.port,
+          "have systemd open it, as picard@NAME.socket does, or take another port: listen = \"127.0.0.1:1502\""};
+}
+Server engineering_server(const Context& c) {
+  const io::EngineeringConfig& config = engineering_of(c);
+  return {"engineering",  config.enabled, config.listen_at.line != 0,
+          config.address, config.port,    "take another port: listen = \"127.0.0.1:8061\""};
+}
+
 /// Who listens where the server is to listen; nothing when nobody does.
-std::optional<Holder> listener(const Context& c) {
-  const auto ours = parse_address(modbus(c).address);
+std::optional<Holder> listener(const Context& c, const Server& server) {
+  const auto ours = parse_address(server.address);
   const std::string tables = c.system.read("/proc/net/tcp").value_or("") + c.system.read("/proc/net/tcp6").value_or("");
   for (const std::string_view line : lines_of(tables)) {
     // "  0: 0100007F:01F6 00000000:0000 0A .. uid timeout inode"
@@ -99,81 +130,113 @@ std::optional<Holder> listener(const Context& c) {
     if (!ours || words.size() < 10 || words[3] != "0A") continue;
     const std::size_t colon = words[1].find(':');
     const auto theirs = parse_words(words[1].substr(0, colon));
-    if (!theirs || colon == std::string_view::npos || to_number(words[1].substr(colon + 1), 16) != modbus(c).port)
+    if (!theirs || colon == std::string_view::npos || to_number(words[1].substr(colon + 1), 16) != server.port)
       continue;
     if (*theirs == *ours || is_any(*theirs) || is_any(*ours)) return holder_of(c, words[9]);
   }
   return std::nullopt;
 }
-std::string listen_text(const Context& c) { return io::listen_text({modbus(c).address, modbus(c).port}); }
 /// What there is to say when no server is looked at.
-std::optional<Outcome> without_server(const Context& c) {
+std::optional<Outcome> without(const Context& c, const Server& server) {
   if (!c.subject.configuration_is_known) return unknown("plc.toml has errors");
-  if (!modbus(c).enabled) return fine("off");
+  if (!server.enabled) return fine("off");
   return std::nullopt;
 }
-/// Where nothing says what to listen on, plc-run goes on without Modbus.
-Outcome no_listening(const Context& c, std::string seen, std::string help) {
+Outcome no_listening(const Server& server, std::string seen, std::string help) {
   Outcome outcome = wrong(std::move(seen), std::move(help));
-  if (modbus(c).listen_at.line == 0) outcome.found[0].severity = core::Severity::kWarning;
+  if (!server.named) outcome.found[0].severity = core::Severity::kWarning;
   return outcome;
 }
 
-}  // namespace
-
-Outcome check_listen_address(const Context& c) {
-  if (auto outcome = without_server(c)) return *outcome;
-  const auto address = parse_address(modbus(c).address);
+Outcome check_address(const Context& c, const Server& server) {
+  if (auto outcome = without(c, server)) return *outcome;
+  const auto address = parse_address(server.address);
   if (!address) return unknown("listen is no address");
-  if (is_any(*address) || is_loopback(*address)) return fine(listen_text(c));
+  if (is_any(*address) || is_loopback(*address)) return fine(server.text());
   const std::set<Address> known = addresses(c);
   if (known.empty()) return unknown("the addresses of the machine are not known");
-  if (known.count(*address) == 1) return fine(listen_text(c));
+  if (known.count(*address) == 1) return fine(server.text());
   return no_listening(
-      c, modbus(c).address + " is no address of this machine now",
+      server, server.address + " is no address of this machine now",
       "`ip address` lists them; where a network comes up late: After=network-online.target in the service, or "
       "listen on 0.0.0.0 or [::]");
 }
 
-Outcome check_port_right(const Context& c) {
-  if (auto outcome = without_server(c)) return *outcome;
+Outcome check_right(const Context& c, const Server& server) {
+  if (auto outcome = without(c, server)) return *outcome;
   const std::int64_t first = c.system.number("/proc/sys/net/ipv4/ip_unprivileged_port_start").value_or(1024);
-  if (modbus(c).port == 0 || modbus(c).port >= first) return fine("needs none");
+  if (server.port == 0 || server.port >= first) return fine("needs none");
   if (!c.process.known()) return unknown("the rights of the process are not known");
   if (c.process.has(Capability::kNetBindService)) return fine("CAP_NET_BIND_SERVICE");
-  if (const auto holder = listener(c); holder && holder->serves_plants()) return fine("opened by " + holder->name);
+  if (const auto holder = listener(c, server); holder && holder->serves_plants())
+    return fine("opened by " + holder->name);
   return no_listening(
-      c, fmt::format("ports below {} need CAP_NET_BIND_SERVICE, which the process has not: {}", first, listen_text(c)),
-      "have systemd open it, as picard@NAME.socket does, or take another port: listen = \"127.0.0.1:1502\"");
+      server,
+      fmt::format("ports below {} need CAP_NET_BIND_SERVICE, which the process has not: {}", first, server.text()),
+      std::string(server.elsewhere));
 }
 
-Outcome check_port(const Context& c) {
-  if (auto outcome = without_server(c)) return *outcome;
-  if (!parse_address(modbus(c).address) || modbus(c).port == 0) return fine("any free one");
+Outcome check_free(const Context& c, const Server& server) {
+  if (auto outcome = without(c, server)) return *outcome;
+  if (!parse_address(server.address) || server.port == 0) return fine("any free one");
   if (!c.system.read("/proc/net/tcp")) return missing("/proc/net/tcp");
-  const auto holder = listener(c);
-  if (!holder) return fine(listen_text(c) + " is free");
+  const auto holder = listener(c, server);
+  if (!holder) return fine(server.text() + " is free");
   if (holder->serves_plants())
-    return fine(fmt::format("{}, served by {}, process {}", listen_text(c), holder->name, holder->id));
-  return no_listening(c,
-                      fmt::format("another program listens on {}{}", listen_text(c),
-                                  holder->id.empty() ? "" : fmt::format(": {}, process {}", holder->name, holder->id)),
-                      "`ss -ltnp` shows which; stop it, or give another port as `listen` under [modbus]");
+    return fine(fmt::format("{}, served by {}, process {}", server.text(), holder->name, holder->id));
+  return no_listening(
+      server,
+      fmt::format("another program listens on {}{}", server.text(),
+                  holder->id.empty() ? "" : fmt::format(": {}, process {}", holder->name, holder->id)),
+      fmt::format("`ss -ltnp` shows which; stop it, or give another port as `listen` under [{}]", server.section));
+}
+
+}  // namespace
+
+Outcome check_modbus_address(const Context& c) { return check_address(c, modbus_server(c)); }
+Outcome check_modbus_right(const Context& c) { return check_right(c, modbus_server(c)); }
+Outcome check_modbus_port(const Context& c) { return check_free(c, modbus_server(c)); }
+Outcome check_engineering_address(const Context& c) { return check_address(c, engineering_server(c)); }
+Outcome check_engineering_right(const Context& c) { return check_right(c, engineering_server(c)); }
+Outcome check_engineering_port(const Context& c) { return check_free(c, engineering_server(c)); }
+
+Outcome check_certificate(const Context& c) {
+  if (auto outcome = without(c, engineering_server(c))) return *outcome;
+  const io::Configuration& configuration = c.subject.configuration;
+  const io::EngineeringConfig& config = engineering_of(c);
+  if (config.certificate.text.empty()) return fine("plc-run makes its own when it needs one");
+  const auto real = [&](const std::string& name) { return c.system.real(c.system.named(configuration, name)); };
+  const auto read = engineering::read_certificate(real(config.certificate.text), real(config.key.text));
+  if (!read) {
+    Outcome outcome = wrong(read.error().message, read.error().help);
+    outcome.found[0].code = read.error().code;
+    return outcome;
+  }
+  const std::string until = fmt::format("{:%Y-%m-%d}", fmt::gmtime(static_cast<std::time_t>(read->until_utc_s)));
+  if (!c.system.calls().clocks) return fine("until " + until);
+  constexpr std::int64_t kMonth = 30 * 86'400;
+  const std::int64_t left = read->until_utc_s - c.system.calls().clocks().time_of_day_s;
+  if (left > kMonth) return fine("until " + until);
+  Outcome outcome =
+      wrong(fmt::format("{} {} on {}", config.certificate.text, left > 0 ? "ends" : "ended", until),
+            "renew it: browsers refuse a certificate that has ended, or leave out `certificate` and `key`");
+  if (left > 0) outcome.found[0].severity = core::Severity::kWarning;
+  return outcome;
 }
 
 Outcome check_open_network(const Context& c) {
-  if (auto outcome = without_server(c)) return *outcome;
+  if (auto outcome = without(c, modbus_server(c))) return *outcome;
   const io::ModbusConfig& config = modbus(c);
   const auto address = parse_address(config.address);
   if (!address || is_loopback(*address)) return fine("this machine only");
   if (config.read_only) return fine("may read, not write");
   if (!config.writable.empty()) return fine("may write what `writable` lists");
-  return wrong(fmt::format("who reaches {} may write all variables: Modbus has no passwords", listen_text(c)),
+  return wrong(fmt::format("who reaches {} may write all variables: Modbus has no passwords", modbus_server(c).text()),
                "`writable` or `read_only` under [modbus], and a firewall (nft) that lets HMIs alone through");
 }
 
 Outcome check_frozen_addresses(const Context& c) {
-  if (auto outcome = without_server(c)) return *outcome;
+  if (auto outcome = without(c, modbus_server(c))) return *outcome;
   const io::Configuration& configuration = c.subject.configuration;
   if (c.subject.resource == nullptr) return unknown("needs a project");
   const std::string& named = configuration.modbus.lock_file.text;

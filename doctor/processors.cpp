@@ -165,7 +165,7 @@ Outcome check_memory(const Context& c) {
   if (limit) mib = std::min(mib, *to_number(*limit) >> 20);
   if (mib >= kEnough) return fine(fmt::format("{} MiB", mib));
   return wrong(
-      fmt::format("{} MiB are available{}: plc-run locks all that it uses, 8 MiB of stack for each task with it", mib,
+      fmt::format("{} MiB are available{}: plc-run locks all that it uses, 1 MiB of stack for each task with it", mib,
                   limit ? " in the control group" : ""),
       fmt::format("{} MiB are enough for most projects", kEnough));
 }

@@ -12,6 +12,7 @@
 #include <openssl/x509v3.h>
 
 #include <array>
+#include <ctime>
 #include <memory>
 
 #include "engineering/secrets.h"
@@ -74,6 +75,12 @@ std::string fingerprint_of(X509* certificate) {
   return text;
 }
 
+/// Seconds since 1970.
+std::int64_t end_of(X509* certificate) {
+  std::tm end{};
+  return ASN1_TIME_to_tm(X509_get0_notAfter(certificate), &end) == 1 ? ::timegm(&end) : 0;
+}
+
 core::Result<Certificate> check(Certificate made, const std::string& where) {
   ERR_clear_error();
   const X509Pointer certificate = certificate_of(made.chain);
@@ -87,6 +94,7 @@ core::Result<Certificate> check(Certificate made, const std::string& where) {
     return Problem{Code::P7703, where + ": certificate and key do not belong together", {}};
   }
   made.fingerprint = fingerprint_of(certificate.get());
+  made.until_utc_s = end_of(certificate.get());
   return made;
 }
 
@@ -146,7 +154,7 @@ core::Result<Certificate> make_certificate(const std::vector<std::string>& names
       PEM_write_bio_PrivateKey(secret.get(), key.get(), nullptr, nullptr, 0, nullptr, nullptr) != 1) {
     return refused();
   }
-  return Certificate{text_of(chain.get()), text_of(secret.get()), fingerprint_of(x), true};
+  return Certificate{text_of(chain.get()), text_of(secret.get()), fingerprint_of(x), end_of(x), true};
 }
 
 bool ends_soon(const std::string& chain, core::TimeNs utc_ns) {
@@ -178,7 +186,7 @@ core::Result<Certificate> own_certificate(const std::string& folder, const std::
     const auto chain = read_whole_file(chain_file, why);
     const auto key = read_whole_file(key_file, why);
     if (!why.empty()) return Problem{Code::P7703, why, "plc-run must be able to read it"};
-    if (chain && key && !ends_soon(*chain, utc_ns)) return check({*chain, *key, {}, false}, chain_file);
+    if (chain && key && !ends_soon(*chain, utc_ns)) return check({*chain, *key, {}, 0, false}, chain_file);
   }
   auto made = make_certificate(names, utc_ns);
   if (!made || folder.empty()) return made;

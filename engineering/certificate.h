@@ -4,6 +4,7 @@
 // signed. Threads: any; blocks on the disk. Does not belong here: TLS itself (server.cpp).
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -13,10 +14,11 @@
 namespace plc::engineering {
 
 struct Certificate {
-  std::string chain;        ///< PEM, the server's own first
-  std::string key;          ///< PEM
-  std::string fingerprint;  ///< SHA-256 of the certificate: "AB:CD:.."
-  bool made = false;        ///< by this call
+  std::string chain;             ///< PEM, the server's own first
+  std::string key;               ///< PEM
+  std::string fingerprint;       ///< SHA-256 of the certificate: "AB:CD:.."
+  std::int64_t until_utc_s = 0;  ///< the last second in which it is valid, since 1970
+  bool made = false;             ///< by this call
 };
 
 /// Reads both files. P7703 when they cannot be read, are no PEM or do not belong together.

@@ -6,6 +6,7 @@
 #include <functional>
 #include <set>
 
+#include "engineering/certificate.h"
 #include "retain/store.h"
 #include "tests/unit/doctor/machine.h"
 
@@ -53,6 +54,23 @@ struct Plant {
 void PrintTo(const Plant& plant, std::ostream* out) { *out << plant.name; }
 
 const std::string kCpu = "sys/devices/system/cpu/";
+
+void listens_at_8061(Machine& m) {
+  m.write("proc/net/tcp",
+          std::string(Machine::kTcpHeader) +
+              "   0: 0100007F:1F7D 00000000:0000 0A 00000000:00000000 00:00000000 00000000 0 0 77 1 0\n");
+}
+
+constexpr const char* kOwnCertificate =
+    "[modbus]\nlisten = \"off\"\n[engineering]\nlisten = \"127.0.0.1:8061\"\n"
+    "certificate = \"/etc/picard/certificate.pem\"\nkey = \"/etc/picard/key.pem\"\n";
+/// Certificates of plc-run are valid for 3,650 days.
+void certificate_of_age(Machine& m, std::int64_t days) {
+  constexpr std::int64_t kDay = 86'400;
+  const core::TimeNs then = (m.clocks.time_of_day_s - days * kDay) * 1'000'000'000;
+  ASSERT_TRUE(engineering::own_certificate(m.path("etc/picard"), {"plant"}, then));
+  m.configure(kOwnCertificate);
+}
 
 const std::vector<Plant>& plants() {
   static const std::vector<Plant> kPlants = {
@@ -156,6 +174,27 @@ const std::vector<Plant>& plants() {
       {"PortByDefaultNeedsARight", "P7961 warning", [](Machine& m) { m.configure(""); }},
       {"AddressIsNotHere", "P7962 problem",
        [](Machine& m) { m.configure("[modbus]\nlisten = \"192.168.1.10:1502\"\nread_only = true\n"); }},
+      {"EngineeringPortIsTaken", "P7960 problem",
+       [](Machine& m) {
+         m.configure("[modbus]\nlisten = \"off\"\n[engineering]\nlisten = \"127.0.0.1:8061\"\n");
+         listens_at_8061(m);
+       }},
+      {"EngineeringPortByDefaultIsTaken", "P7960 warning",
+       [](Machine& m) {
+         m.configure("[modbus]\nlisten = \"off\"\n");
+         listens_at_8061(m);
+       }},
+      {"EngineeringPortNeedsARight", "P7961 problem",
+       [](Machine& m) { m.configure("[modbus]\nlisten = \"off\"\n[engineering]\nlisten = \"127.0.0.1:443\"\n"); }},
+      {"EngineeringAddressIsNotHere", "P7962 problem",
+       [](Machine& m) { m.configure("[modbus]\nlisten = \"off\"\n[engineering]\nlisten = \"192.168.1.10:8061\"\n"); }},
+      {"NoCertificate", "P7703 problem",
+       [](Machine& m) {
+         m.configure(kOwnCertificate);
+         m.remove("etc/picard/key.pem");
+       }},
+      {"CertificateEnds", "P7703 warning", [](Machine& m) { certificate_of_age(m, 3640); }},
+      {"CertificateHasEnded", "P7703 problem", [](Machine& m) { certificate_of_age(m, 3651); }},
       {"Network", "P7963 note", [](Machine& m) { m.configure("[modbus]\nlisten = \"192.168.1.9:1502\"\n"); }},
       {"DiskNearlyFull", "P7965 warning", [](Machine& m) { m.space->free_bytes = 20u << 20; }},
       {"DiskFull", "P7965 problem", [](Machine& m) { m.space->free_bytes = 4096; }},
