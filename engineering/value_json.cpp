@@ -11,7 +11,6 @@
 #include "core/utf8.h"
 #include "core/windows_1252.h"
 #include "runtime/value_text.h"
-#include "stdlib/text_values.h"
 
 namespace plc::engineering {
 namespace {
@@ -128,12 +127,6 @@ std::optional<std::string> text_of_json(const ImageType& type, const Json& value
   const auto& text = value.get_ref<const std::string&>();
   const bool characters = type.kind == TypeKind::kString || core::in_category(type.elementary, core::kAnyChar);
   if (!characters) {
-    if (core::in_category(type.elementary, core::kAnyDate)) {
-      // As it is read: D#2026-11-27. Nanoseconds are taken, too.
-      stdlib::Event event = stdlib::Event::kNone;
-      const std::int64_t ns = stdlib::parse_date(text, type.elementary, event);
-      if (event == stdlib::Event::kNone) return std::to_string(ns);
-    }
     if (text == "Infinity") return "inf";
     return text == "-Infinity" ? "-inf" : text;
   }

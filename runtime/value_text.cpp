@@ -201,6 +201,15 @@ std::optional<Integer> parse_duration(std::string_view text) {
   return value;
 }
 
+/// "D#2024-02-29", with or without what precedes '#'. In ns.
+std::optional<Integer> parse_date(std::string_view text, core::TypeId type) {
+  stdlib::Event event = stdlib::Event::kNone;
+  const std::int64_t ns = stdlib::parse_date(text, type, event);
+  if (event != stdlib::Event::kNone) return std::nullopt;
+  const auto bits = static_cast<std::uint64_t>(ns);
+  return Integer{ns < 0 ? 0 - bits : bits, ns < 0, false};
+}
+
 template <class T>
 std::optional<Problem> put_integer(const ImageType& type, std::string_view text, const Integer& value, std::byte* to) {
   constexpr auto kMax = static_cast<std::uint64_t>(std::numeric_limits<T>::max());
@@ -353,6 +362,7 @@ std::optional<Problem> put_string(const ImageType& type, std::string_view text, 
 std::optional<Problem> put_number(const ImageType& type, std::string_view text, std::byte* to) {
   std::optional<Integer> value = parse_integer(text);
   if (!value && core::in_category(type.elementary, core::kAnyDuration)) value = parse_duration(text);
+  if (!value && core::in_category(type.elementary, core::kAnyDate)) value = parse_date(text, type.elementary);
   // "Filling", "Step#Filling" and, as CODESYS has it, "Step.Filling".
   const std::size_t prefix = text.find_first_of("#.");
   const bool qualified = prefix != std::string_view::npos && core::iequals(text.substr(0, prefix), type.name);

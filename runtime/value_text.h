@@ -26,7 +26,8 @@ enum class ValueStyle : std::uint8_t {
 void append_value(const bytecode::ImageType& type, const std::byte* bytes, std::string& out,
                   ValueStyle style = ValueStyle::kNumbers);
 
-/// Stores the value that `text` stands for into `to` (type.size bytes); P7103, P7104 or P7105 when there is none.
+/// Stores the value that `text` stands for into `to` (type.size bytes): what append_value() writes in either style, and
+/// numbers with a base (16#1F). P7103, P7104 or P7105 when there is none.
 std::optional<core::Problem> parse_value(const bytecode::ImageType& type, std::string_view text,
                                          std::span<std::byte> to);
 

@@ -1,5 +1,7 @@
 #include "runtime/access.h"
 
+#include <array>
+
 #include "tests/unit/runtime/run_support.h"
 
 namespace plc::test {
@@ -289,6 +291,24 @@ TEST(Access, TextOfValuesReadsBack) {
   EXPECT_EQ(value_of(*r, "Main0.delay"), "-2500000");
   EXPECT_EQ(Plant::put(*r, "Main0.delay", "T#1ms1s"), "P7103");
   EXPECT_EQ(Plant::put(*r, "Main0.delay", "T#999999999d"), "P7104");
+}
+
+TEST(Access, DatesAreTakenAsTheyAreWritten) {
+  const std::pair<TypeId, const char*> cases[] = {{TypeId::kDate, "D#2024-02-29"},
+                                                  {TypeId::kTod, "TOD#12:34:56.789"},
+                                                  {TypeId::kDt, "DT#1969-12-31-23:59:59"},
+                                                  {TypeId::kLdate, "LD#2024-02-29"}};
+  for (const auto& [id, text] : cases) {
+    bytecode::ImageType type;
+    type.elementary = id;
+    type.size = 8;
+    std::array<std::byte, 8> bytes{};
+    EXPECT_FALSE(runtime::parse_value(type, text, bytes)) << text;
+    std::string again;
+    runtime::append_value(type, bytes.data(), again, runtime::ValueStyle::kNames);
+    EXPECT_EQ(again, text);
+    EXPECT_TRUE(runtime::parse_value(type, "2024-02-30", bytes)) << text;
+  }
 }
 
 }  // namespace
