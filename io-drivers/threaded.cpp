@@ -1,8 +1,5 @@
 #include "io-drivers/threaded.h"
 
-#include <pthread.h>
-#include <signal.h>
-
 #include <algorithm>
 #include <bit>
 #include <utility>
@@ -23,16 +20,10 @@ ThreadedDriver::~ThreadedDriver() { stop(); }
 
 void ThreadedDriver::start() {
   if (thread_.joinable()) return;
-  // Signals are for the main thread.
-  sigset_t all, before;
-  sigfillset(&all);
-  pthread_sigmask(SIG_SETMASK, &all, &before);
-  thread_ = std::thread([this] { run(); });
-  pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  thread_.start("plc-driver", [this] { run(); });
 }
 
 void ThreadedDriver::run() noexcept {
-  pthread_setname_np(pthread_self(), "plc-driver");
   core::MonotonicClock clock;
   runtime::ReleaseContext context;
   context.task = driver_->task();
@@ -62,7 +53,7 @@ void ThreadedDriver::task_stopped(std::uint32_t task) noexcept {
 
 void ThreadedDriver::stop() noexcept {
   stop_.store(true, std::memory_order_relaxed);
-  if (thread_.joinable()) thread_.join();
+  thread_.join();
 }
 
 void ThreadedDriver::safe_state() noexcept {

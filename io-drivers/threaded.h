@@ -9,9 +9,9 @@
 
 #include <atomic>
 #include <memory>
-#include <thread>
 
 #include "io-drivers/driver.h"
+#include "runtime/sched/ordinary_thread.h"
 
 namespace plc::io {
 
@@ -49,7 +49,7 @@ class ThreadedDriver final : public Driver {
   core::TimeNs poll_ns_;
   std::atomic<bool> stop_{false};
   std::atomic<std::uint64_t> stopped_tasks_{0};  ///< a bit each; the last one stands for all from 63 on
-  std::thread thread_;
+  runtime::OrdinaryThread thread_;
 };
 
 }  // namespace plc::io

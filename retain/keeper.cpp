@@ -64,7 +64,7 @@ Restored Keeper::restore(Start start) {
 }
 
 void Keeper::start() {
-  if (!empty() && !thread_.joinable()) thread_ = std::thread([this] { run(); });
+  if (!empty() && !thread_.joinable()) thread_.start("plc-retain", [this] { run(); });
 }
 
 void Keeper::run() {

@@ -13,7 +13,6 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "core/clock.h"
@@ -24,6 +23,7 @@
 #include "retain/layout.h"
 #include "retain/store.h"
 #include "runtime/resource.h"
+#include "runtime/sched/ordinary_thread.h"
 
 namespace plc::retain {
 
@@ -102,7 +102,7 @@ class Keeper {
   std::condition_variable changed_;
   bool ending_ = false;
   std::vector<Message> messages_;
-  std::thread thread_;
+  runtime::OrdinaryThread thread_;
 };
 
 }  // namespace plc::retain

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <csignal>
 #include <utility>
 
 namespace plc::shadow {
@@ -50,12 +49,7 @@ core::Result<std::unique_ptr<Shadow>> Shadow::start(runtime::Resource& resource,
   });
   self->tasks_ = static_cast<std::uint32_t>(resource.task_count());
   if (self->options_.check) self->make_follower();
-  // Signals are for the main thread.
-  sigset_t all, before;
-  ::sigfillset(&all);
-  ::pthread_sigmask(SIG_SETMASK, &all, &before);
-  self->thread_ = std::thread([self] { self->run(); });
-  ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  self->thread_.start("plc-record", [self] { self->run(); });
   return made;
 }
 

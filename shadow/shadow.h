@@ -15,12 +15,12 @@
 #include <mutex>
 #include <optional>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "core/diagnostics.h"
 #include "core/result.h"
 #include "runtime/resource.h"
+#include "runtime/sched/ordinary_thread.h"
 #include "shadow/follower.h"
 #include "shadow/history.h"
 #include "shadow/record_folder.h"
@@ -122,7 +122,7 @@ class Shadow {
   std::condition_variable wake_;
   std::atomic<int> viewers_{0};
   std::atomic<bool> ends_{false};
-  std::thread thread_;
+  runtime::OrdinaryThread thread_;
 };
 
 }  // namespace plc::shadow

@@ -28,6 +28,8 @@ class OrdinaryThread {
     });
     pthread_sigmask(SIG_SETMASK, &before, nullptr);
   }
+  /// True from start() to join().
+  [[nodiscard]] bool joinable() const { return thread_.joinable(); }
   void join() {
     if (thread_.joinable()) thread_.join();
   }

@@ -8,6 +8,14 @@
 
 namespace plc::runtime {
 
+void set_stack_of_threads(std::size_t bytes) noexcept {
+  pthread_attr_t attributes;
+  if (pthread_attr_init(&attributes) != 0) return;
+  // Refused: threads have what they had.
+  if (pthread_attr_setstacksize(&attributes, bytes) == 0) static_cast<void>(pthread_setattr_default_np(&attributes));
+  pthread_attr_destroy(&attributes);
+}
+
 // RT:
 int set_fifo(pthread_t thread, int fifo) noexcept {
   sched_param parameter{};

@@ -6,9 +6,15 @@
 
 #include <pthread.h>
 
+#include <cstddef>
 #include <cstdint>
 
 namespace plc::runtime {
+
+/// Enough for tasks and what is beside them. All of a stack is locked into memory with the rest of the process.
+inline constexpr std::size_t kThreadStackBytes = std::size_t{1} << 20;
+/// The stack of threads that are made from now on without a size of their own, in bytes. Before the first thread.
+void set_stack_of_threads(std::size_t bytes) noexcept;
 
 /// Makes `thread` a real-time one of SCHED_FIFO priority `fifo`, 1 to 99. 0, or an errno. RT: one system call.
 [[nodiscard]] int set_fifo(pthread_t thread, int fifo) noexcept;

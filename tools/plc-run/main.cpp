@@ -26,6 +26,7 @@
 #include "io-drivers/machine/plant.h"
 #include "io-drivers/simulated/simulated_device.h"
 #include "runtime/sched/realtime.h"
+#include "runtime/sched/thread_settings.h"
 #include "shadow/arithmetic.h"
 #include "tools/command_line.h"
 #include "tools/engine.h"
@@ -557,4 +558,7 @@ int run_command(int argc, char** argv) {
 }  // namespace
 }  // namespace plc::tools
 
-int main(int argc, char** argv) { return plc::tools::guarded("plc-run", plc::tools::run_command, argc, argv); }
+int main(int argc, char** argv) {
+  plc::runtime::set_stack_of_threads(plc::runtime::kThreadStackBytes);
+  return plc::tools::guarded("plc-run", plc::tools::run_command, argc, argv);
+}
