@@ -3,15 +3,9 @@
 
 #include <gtest/gtest.h>
 
-#include <fstream>
-#include <memory>
-#include <sstream>
 #include <string>
 
-#include "compiler/compile.h"
-#include "runtime/access.h"
-#include "tests/support/replayed.h"
-#include "tests/support/run_tool.h"
+#include "tests/unit/shadow/looked.h"
 
 namespace plc::test {
 namespace {
@@ -19,65 +13,6 @@ namespace {
 using bytecode::DrawnSide;
 using runtime::ProbedPou;
 using shadow::ProbeView;
-
-/// A text that runs, recorded, and its replica.
-struct Looked {
-  explicit Looked(const std::string& text, const Engine& engine = interpreter()) {
-    const ScratchFolder scratch;
-    const std::string path = scratch.file("program.st");
-    std::ofstream(path) << text;
-    compiler::Compilation compilation;
-    compiler::Request request{path, {}, compiler::Goal::kRun};
-    request.drawings = true;
-    compiler::compile(request, compilation);
-    std::ostringstream problems;
-    compilation.diagnostics.render(problems);
-    EXPECT_TRUE(compilation.image) << problems.str();
-    image = std::move(compilation.image);
-    live = std::move(*runtime::Resource::load(bytecode::VerifiedImage(*image)));
-    std::string problem;
-    replayed = Replayed::make(*image, *live, {}, engine, problem);
-    EXPECT_NE(replayed, nullptr) << problem;
-  }
-  std::uint32_t pou(const std::string& name) const {
-    std::uint32_t p = 0;
-    while (image->image().pous[p].name != name) ++p;
-    return p;
-  }
-  runtime::Program& replica() { return replayed->replica(0); }
-  /// Looks at a POU on its instance `path`, or its first.
-  ProbeView look_at(const std::string& name, const std::string& path = "") {
-    for (const shadow::PouInstance& one : shadow::instances_of(replica(), pou(name))) {
-      if (!path.empty() && one.path != path) continue;
-      views.push_back(one.view);
-      EXPECT_FALSE(replica().look_at(views));
-      return {replica(), one.view};
-    }
-    ADD_FAILURE() << "no instance " << path << " of " << name;
-    return {replica(), {}};
-  }
-  void set(const std::string& path, const std::string& value) {
-    runtime::Access access(*live);
-    const auto place = access.find(path);
-    ASSERT_TRUE(place) << path;
-    ASSERT_FALSE(access.write(*place, value));
-    // As a stimulus does it: what is written to a task's variable is recorded.
-    if (place->task == runtime::Place::kGlobal) return;
-    const std::byte* const at = live->program(0).table().data() + place->offset;
-    live->program(0).write_local(place->offset, {at, image->image().types[place->type].size});
-  }
-  void scan() {
-    live->program(0).execute({now_ns, 0, now_ns});
-    now_ns += 10'000'000;
-    EXPECT_EQ(replayed->check(0), "");
-  }
-
-  std::optional<bytecode::VerifiedImage> image;
-  std::unique_ptr<runtime::Resource> live;
-  std::unique_ptr<Replayed> replayed;
-  std::vector<ProbedPou> views;
-  core::TimeNs now_ns = 0;
-};
 
 bytecode::DrawnKey text_at(std::uint32_t line, std::uint32_t column, DrawnSide side = DrawnSide::kOutput) {
   return {0, -1, line, column, 0, side};
