@@ -149,7 +149,10 @@ constexpr Field kWriteFields[] = {
     value("value", "The value; of a structure the fields to be written, of an array all elements"),
 };
 constexpr Record kWrite = {"Write", "A value to be written.", kWriteFields};
-constexpr Field kWriteRequest[] = {records("values", kWrite, "All are written, or none", kMostPaths)};
+constexpr Field kWriteRequest[] = {
+    records("values", kWrite, "All are written, or none", kMostPaths),
+    optional(text("reason", "Why, for those who read the audit", 1, 500)),
+};
 constexpr Field kWriteAnswer[] = {integer("written", "How many single values")};
 
 void write(Context& context, const Caller& caller, const Json& request, Answer& answer) {
@@ -181,6 +184,7 @@ void write(Context& context, const Caller& caller, const Json& request, Answer& 
   if (const auto problem = variables.write(writes)) return answer.refuse(*problem);
   Json record = {{"values", std::move(details)}};
   if (values.size() > kMostAudited) record["more"] = values.size() - kMostAudited;
+  if (request.contains("reason")) record["reason"] = request["reason"];
   context.audit.add(caller.user, caller.address, "values.write", record);
   answer.body()["written"] = writes.size();
 }

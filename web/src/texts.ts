@@ -148,6 +148,8 @@ export const texts = {
     writeHelp: "As an HMI does: a task that writes the variable itself takes the value at its next start. The audit keeps who wrote what.",
     present: "Present value",
     next: "New value",
+    reason: "Reason",
+    reasonHelp: "Need not be given; the audit keeps it",
     submit: "Write",
     force: "Force …",
     release: "Release",

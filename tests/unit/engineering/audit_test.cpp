@@ -251,13 +251,16 @@ TEST(Audit, HoldsWhoWroteWhat) {
   EngineeringRig rig;
   rig.post("/api/login", {{"user", "viewer"}, {"password", "wrong-password"}}, "");
   rig.post("/api/values/write", {{"values", {{{"path", "Start"}, {"value", true}}}}});
+  rig.post("/api/values/write", {{"values", {{{"path", "Start"}, {"value", false}}}}, {"reason", "valve stuck"}});
   const Json records = body_of(rig.get("/api/audit", "admin"))["records"];
-  ASSERT_EQ(records.size(), 2u);
+  ASSERT_EQ(records.size(), 3u);
   EXPECT_EQ(records[0]["what"], "login.refused");
   EXPECT_EQ(records[0]["user"], "viewer");
   EXPECT_EQ(records[1]["what"], "values.write");
   EXPECT_EQ(records[1]["user"], "operator");
   EXPECT_EQ(records[1]["details"]["values"][0], (Json{{"path", "Start"}, {"value", true}, {"before", false}}));
+  EXPECT_FALSE(records[1]["details"].contains("reason"));
+  EXPECT_EQ(records[2]["details"]["reason"], "valve stuck");
   EXPECT_EQ(rig.get("/api/audit", "admin").body.find("wrong-password"), std::string::npos);
 }
 

@@ -58,6 +58,7 @@ export function WriteDialog(properties: { path: string; values: LiveValues; base
   const { path } = properties;
   const live = useLive(properties.values, path);
   const [entered, setEntered] = useState<string>();
+  const [reason, setReason] = useState("");
   const { shape, raw } = live;
   useEffect(() => {
     if (entered !== undefined || shape === undefined || raw === undefined) return;
@@ -67,7 +68,7 @@ export function WriteDialog(properties: { path: string; values: LiveValues; base
   const submit = async (): Promise<void> => {
     if (shape === undefined) return;
     const value = valueOf(entered ?? "", shape);
-    await ask(() => plc.valuesWrite({ values: [{ path, value }] }));
+    await ask(() => plc.valuesWrite({ values: [{ path, value }], ...(reason === "" ? {} : { reason }) }));
     notify(t.written(path));
     properties.onClose();
   };
@@ -87,6 +88,9 @@ export function WriteDialog(properties: { path: string; values: LiveValues; base
           />
           <Field label={t.next} help={t.writeHelp}>
             {(id) => <ValueInput id={id} shape={shape} value={entered} onInput={setEntered} />}
+          </Field>
+          <Field label={t.reason} help={t.reasonHelp}>
+            {(id) => <input id={id} value={reason} maxLength={500} onInput={(event) => setReason(event.currentTarget.value)} />}
           </Field>
         </CallForm>
       )}
