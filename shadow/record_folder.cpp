@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kPlant = "plant-", kFault = "fault-", kEnd = ".rec";
+constexpr std::string_view kPlant = "plant-", kEnd = ".rec";
 
 struct OldFile {
   fs::path path;
@@ -91,17 +91,18 @@ std::string RecordFolder::file() const {
   return file_;
 }
 
-core::Result<std::string> save_fault(const std::string& folder, std::span<const std::byte> recording,
-                                     std::size_t most_files) {
+core::Result<std::string> save_recording(const std::string& folder, std::string_view led_to,
+                                         std::span<const std::byte> recording, std::size_t most_files) {
   std::error_code error;
   fs::create_directories(folder, error);
-  const std::string path = new_path(folder, kFault);
+  const std::string begin = std::string(led_to) + "-";
+  const std::string path = new_path(folder, begin);
   auto writer = RecordWriter::open(path, recording);
   if (!writer) {
     fs::remove(path, error);
     return writer.error();
   }
-  const std::vector<OldFile> files = files_of(folder, kFault);
+  const std::vector<OldFile> files = files_of(folder, begin);
   for (std::size_t i = 0; i + most_files < files.size(); ++i) fs::remove(files[i].path, error);
   return path;
 }

@@ -1,7 +1,7 @@
 // RecordFolder: recordings in a folder, each file a recording of its own, the oldest removed when there are too many.
 //
-// In: a folder, blocks. Out: files plant-<UTC>.rec and fault-<UTC>.rec (record_file.h). Threads: one, but for file().
-// Does not belong here: when something is written (shadow.h).
+// In: a folder, blocks. Out: files plant-<UTC>.rec, fault-<UTC>.rec and crash-<UTC>.rec (record_file.h). Threads: one,
+// but for file(). Does not belong here: when something is written (shadow.h).
 #pragma once
 
 #include <cstdint>
@@ -10,6 +10,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "core/result.h"
 #include "shadow/record_writer.h"
@@ -46,8 +47,9 @@ class RecordFolder {
   std::string file_;
 };
 
-/// Writes a whole recording as fault-<UTC>.rec and removes the oldest of them above `most_files`. The path, or P7631.
-core::Result<std::string> save_fault(const std::string& folder, std::span<const std::byte> recording,
-                                     std::size_t most_files);
+/// Writes a whole recording as <led_to>-<UTC>.rec and removes the oldest of them above `most_files`. `led_to`: "fault",
+/// "crash". The path, or P7631.
+core::Result<std::string> save_recording(const std::string& folder, std::string_view led_to,
+                                         std::span<const std::byte> recording, std::size_t most_files);
 
 }  // namespace plc::shadow

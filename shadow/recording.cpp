@@ -12,13 +12,15 @@ core::Result<std::unique_ptr<Recording>> Recording::start(runtime::Resource& res
   std::unique_ptr<Recording> made(new Recording(resource, std::move(sink), options));
   for (std::uint32_t t = 0; t < resource.task_count(); ++t) {
     Task& task = *made->tasks_.emplace_back(std::make_unique<Task>());
-    auto ring = runtime::RecordRing::make(options.ring_bytes, options.most_record_bytes);
+    CrashMemory* const crash = options.crash_memory;
+    auto ring = runtime::RecordRing::make(options.ring_bytes, options.most_record_bytes,
+                                          crash != nullptr ? crash->ring_file(t) : -1);
     if (!ring) return ring.error();
     task.ring = std::move(*ring);
     runtime::Program& program = resource.program(t);
     const std::span<std::byte> table(program.table().data(), program.table().layout().total);
     task.recorder.emplace(*task.ring, table);
-    task.block.begin(t, 0, table);
+    made->begin(t, 0, table);
     program.set_recorder(&*task.recorder);
   }
   return made;
@@ -60,11 +62,17 @@ void Recording::take(std::uint32_t t, std::span<const std::byte> record) {
       break;
     case RecordKind::kCheckpointed:
       flush(task);
-      task.block.begin(t, head.scan, task.recorder->checkpoint());
+      begin(t, head.scan, task.recorder->checkpoint());
       task.recorder->give_back();
       break;
   }
   if (!task.block.open()) task.recorder->ask();
+}
+
+void Recording::begin(std::uint32_t t, std::uint64_t first_scan, std::span<const std::byte> table) {
+  Task& task = *tasks_[t];
+  task.block.begin(t, first_scan, table);
+  if (options_.crash_memory != nullptr) options_.crash_memory->begin_block(t, first_scan, task.ring->position(), table);
 }
 
 void Recording::flush(Task& task) {

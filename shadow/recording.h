@@ -15,6 +15,7 @@
 #include "core/result.h"
 #include "runtime/record/recorder.h"
 #include "runtime/resource.h"
+#include "shadow/crash_memory.h"
 #include "shadow/record_file.h"
 
 namespace plc::shadow {
@@ -24,6 +25,7 @@ struct RecordingOptions {
   std::size_t most_record_bytes = 64 * 1024;  ///< a scan that takes in more is left out
   std::size_t block_bytes = 1u << 20;         ///< records of a block, about, before they are compressed
   core::TimeNs block_ns = 10'000'000'000;     ///< and the time that they cover
+  CrashMemory* crash_memory = nullptr;        ///< has the rings, made for them; outlives the recording
 };
 
 /// What was recorded of a task.
@@ -77,6 +79,7 @@ class Recording {
   Recording(runtime::Resource& resource, Sink sink, const RecordingOptions& options)
       : resource_(resource), sink_(std::move(sink)), options_(options) {}
   void take(std::uint32_t task, std::span<const std::byte> record);
+  void begin(std::uint32_t task, std::uint64_t first_scan, std::span<const std::byte> table);
   void flush(Task& task);
 
   runtime::Resource& resource_;

@@ -34,13 +34,16 @@ core::Result<std::unique_ptr<Shadow>> Shadow::start(runtime::Resource& resource,
     if (!folder) return folder.error();
     self->folder_ = std::move(*folder);
   }
+  if (!self->options_.crash_folder.empty()) self->make_crash_memory(resource);
+  RecordingOptions recording_options = self->options_.recording;
+  recording_options.crash_memory = self->crash_memory_.get();
   auto recording = Recording::start(
       resource,
       [self](const BlockInfo& info, std::vector<std::byte> block) {
         self->history_.add(info.first_ns, info.last_ns, block);
         if (self->folder_) self->unwritten_.push_back(std::move(block));
       },
-      self->options_.recording);
+      recording_options);
   if (!recording) return recording.error();
   self->recording_ = std::move(*recording);
   self->recording_->set_before_end([self](std::uint32_t task) {
@@ -131,11 +134,36 @@ void Shadow::store() {
 void Shadow::store_fault() {
   fault_due_.reset();
   fault_saved_ = steady_clock::now();
-  const auto saved = save_fault(options_.fault_folder, recording(), options_.fault_files);
+  const auto saved = save_recording(options_.fault_folder, "fault", recording(), options_.fault_files);
   if (saved) {
     say(core::Severity::kNote, fmt::format("what led to the fault is in {0}; plc replay {0} --until fault", *saved));
   } else {
     say(core::Severity::kWarning, "what led to the fault could not be written: " + saved.error().message);
+  }
+}
+
+void Shadow::make_crash_memory(runtime::Resource& resource) {
+  CrashMemory::Sizes sizes{options_.recording.ring_bytes, options_.recording.most_record_bytes, {}};
+  for (std::size_t task = 0; task < resource.task_count(); ++task) {
+    sizes.table_bytes.push_back(resource.program(task).table().layout().total);
+  }
+  auto made = CrashMemory::make(options_.crash_folder, file_head_, sizes);
+  if (made) {
+    crash_memory_ = std::move(*made);
+  } else {
+    say(core::Severity::kWarning, made.error().message + "; " + made.error().help);
+  }
+}
+
+void Shadow::store_left() {
+  const std::vector<std::byte> left = CrashMemory::take_left(options_.crash_folder);
+  if (left.empty()) return;
+  const auto saved = save_recording(options_.fault_folder, "crash", left, options_.fault_files);
+  if (saved) {
+    say(core::Severity::kNote,
+        fmt::format("plc-run has died before this start; what led to it is in {0}; plc replay {0}", *saved));
+  } else {
+    say(core::Severity::kWarning, "what led to the death of plc-run could not be written: " + saved.error().message);
   }
 }
 
@@ -177,6 +205,7 @@ RecordingCounts Shadow::counts() const {
 }
 
 void Shadow::run() {
+  if (crash_memory_) store_left();
   while (!ends_.load(std::memory_order_acquire)) {
     turn();
     std::unique_lock lock(wake_mutex_);

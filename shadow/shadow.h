@@ -1,10 +1,10 @@
 // Shadow: the thread beside a plant that keeps what its scans took in, and shows their state to whoever looks.
 //
 // In: a resource that is about to run. Out: the newest scans in memory, files of recordings where a folder is named, a
-// recording of what led to a fault, and replicas that follow the plant while somebody looks. Everything that a person
-// sees comes from here, never from a real-time thread. A slow or full disk, and a viewer that reads slowly, cost
-// records, never a scan. Threads: start(), stop() on one; messages(), look() and viewers on any but real-time ones.
-// Does not belong here: command lines, networks.
+// recording of what led to a fault or to the death of the process before, and replicas that follow the plant while
+// somebody looks. Everything that a person sees comes from here, never from a real-time thread. A slow or full disk,
+// and a viewer that reads slowly, cost records, never a scan. Threads: start(), stop() on one; messages(), look() and
+// viewers on any but real-time ones. Does not belong here: command lines, networks.
 #pragma once
 
 #include <atomic>
@@ -21,6 +21,7 @@
 #include "core/result.h"
 #include "runtime/resource.h"
 #include "runtime/sched/ordinary_thread.h"
+#include "shadow/crash_memory.h"
 #include "shadow/follower.h"
 #include "shadow/history.h"
 #include "shadow/record_folder.h"
@@ -33,7 +34,8 @@ struct ShadowOptions {
   std::uint64_t history_bytes = 32u << 20;    ///< of the newest scans, compressed, in memory
   std::optional<RecordFolderOptions> folder;  ///< where everything is written
   std::string fault_folder;                   ///< where what memory has is written after a fault; empty = nowhere
-  std::size_t fault_files = 10;               ///< that are kept there
+  std::size_t fault_files = 10;               ///< that are kept there, as many of crashes
+  std::string crash_folder;                   ///< in memory that outlives the process (crash_memory.h); empty = none
   bool check = false;                         ///< replicas follow all the time, and what differs is said
   Follower::Prepare prepare;                  ///< what replicas run in
 };
@@ -94,6 +96,9 @@ class Shadow {
   void sum_counts();
   void store();
   void store_fault();
+  void make_crash_memory(runtime::Resource& resource);
+  /// What a process that died before this one has left.
+  void store_left();
   void say(core::Severity severity, std::string text);
 
   const ShadowOptions options_;
@@ -101,6 +106,7 @@ class Shadow {
   std::vector<std::byte> file_head_;
   History history_;
   std::unique_ptr<RecordFolder> folder_;
+  std::unique_ptr<CrashMemory> crash_memory_;
   std::unique_ptr<Recording> recording_;
   std::uint32_t tasks_ = 0;
 

@@ -2,8 +2,8 @@
 //
 // In: room for the largest record, or none when the reader is behind. Out: whole records in their order. The memory is
 // a file in memory that is mapped twice, one mapping after the other, so that a record that reaches over the end goes
-// on at the start without anybody's knowledge. Threads: one writer (open, close), one reader (next); set-up before.
-// Does not belong here: what records hold (record.h).
+// on at the start without anybody's knowledge. It may be a file that outlives the process. Threads: one writer (open,
+// close), one reader (next); set-up before. Does not belong here: what records hold (record.h).
 #pragma once
 
 #include <atomic>
@@ -16,11 +16,22 @@
 
 namespace plc::runtime {
 
+/// The last page of a ring's file, for who reads it when the writer's process is gone.
+struct RingEnd {
+  std::uint64_t capacity = 0;  ///< bytes before this page: the ring
+  std::uint64_t most_record_bytes = 0;
+  alignas(64) std::atomic<std::uint64_t> head{0};  ///< bytes written since the start
+};
+
 class RecordRing {
  public:
-  /// A ring of at least `bytes`, for records of at most `most_record_bytes`, of which it has room for two. P9001 when
-  /// the system gives no such memory.
-  static core::Result<std::unique_ptr<RecordRing>> make(std::size_t bytes, std::size_t most_record_bytes);
+  /// A ring of at least `bytes`, for records of at most `most_record_bytes`, of which it has room for two. `file`: of
+  /// file_bytes(), in memory, which the ring maps and does not close; -1: one of its own. P9001 when the system gives
+  /// no such memory.
+  static core::Result<std::unique_ptr<RecordRing>> make(std::size_t bytes, std::size_t most_record_bytes,
+                                                        int file = -1);
+  /// The size of the file of such a ring.
+  static std::size_t file_bytes(std::size_t bytes, std::size_t most_record_bytes);
   ~RecordRing();
   RecordRing(const RecordRing&) = delete;
   RecordRing& operator=(const RecordRing&) = delete;
@@ -35,15 +46,17 @@ class RecordRing {
 
   /// Reader: the oldest record; empty when there is none. The one before is given back.
   std::span<const std::byte> next() noexcept;
+  /// Reader: where the record begins that next() gives next, in bytes since the start.
+  [[nodiscard]] std::uint64_t position() const noexcept { return read_; }
 
  private:
-  RecordRing(std::byte* memory, std::size_t capacity, std::size_t most_record_bytes)
-      : memory_(memory), capacity_(capacity), most_record_bytes_(most_record_bytes) {}
+  RecordRing(std::byte* memory, RingEnd* end)
+      : memory_(memory), end_(end), capacity_(end->capacity), most_record_bytes_(end->most_record_bytes) {}
 
-  std::byte* memory_;
+  std::byte* memory_;  ///< the ring, the ring again, and the page with `end_`
+  RingEnd* end_;
   std::size_t capacity_;
   std::size_t most_record_bytes_;
-  alignas(64) std::atomic<std::uint64_t> head_{0};  ///< bytes written since the start
   std::uint64_t tail_seen_ = 0;                     ///< tail_, as the writer saw it last
   alignas(64) std::atomic<std::uint64_t> tail_{0};  ///< bytes given back since the start
   std::uint64_t read_ = 0;                          ///< the reader: where the record after the one it has begins

@@ -264,6 +264,40 @@ TEST(ReplayCommand, PlcRunRecordsAndItsScansGiveTheSame) {
   EXPECT_TRUE(has(replayed.out, "Control")) << replayed.out;
 }
 
+TEST(ReplayCommand, WhatLedToTheDeathOfPlcRunIsSavedAtTheNextStart) {
+  const ScratchFolder scratch;
+  const std::string state = scratch.file("state");
+  const std::vector<std::string> run = {PLC_RUN_TOOL,    three_tasks(), "--modbus", "off",
+                                        "--engineering", "off",         "--state",  state};
+  const auto with = [&run](std::vector<std::string> before, const std::vector<std::string>& after) {
+    before.insert(before.end(), run.begin(), run.end());
+    before.insert(before.end(), after.begin(), after.end());
+    return run_tool(before);
+  };
+  // A machine that is busy may need some seconds to the first scan.
+  std::string crash;
+  for (const char* const seconds : {"2", "5", "20"}) {
+    ASSERT_EQ(with({"/usr/bin/timeout", "-s", "KILL", seconds}, {}).code, 137);
+    const auto next = with({}, {"--cycles", "20"});
+    ASSERT_EQ(next.code, 0) << next.all();
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(state)) {
+      if (entry.path().filename().string().starts_with("crash-")) crash = entry.path().string();
+    }
+    if (crash.empty()) continue;
+    EXPECT_TRUE(has(next.all(), "plc-run has died before this start; what led to it is in " + crash)) << next.all();
+    break;
+  }
+  ASSERT_FALSE(crash.empty());
+  const auto replayed = run_tool({PLC_TOOL, "replay", crash});
+  EXPECT_EQ(replayed.code, 0) << replayed.all();
+  EXPECT_TRUE(has(replayed.out, "every scan gives what it gave")) << replayed.out;
+  // That one ended well.
+  ASSERT_EQ(with({}, {"--cycles", "20"}).code, 0);
+  std::size_t files = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(state + "/records")) files += entry.exists() ? 1 : 0;
+  EXPECT_EQ(files, 1u);
+}
+
 TEST(ReplayCommand, APlantRunsWithoutARecordingThatCannotBe) {
   const ScratchFolder scratch;
   const std::string file = scratch.file("no-folder");

@@ -48,7 +48,10 @@ RecordingSettings recording_settings(const std::string& given, const io::Configu
     options.folder->path = folder;
     options.folder->most_bytes = record.folder_mb * kMegabyte;
   }
-  if (!state.empty() && record.faults != 0) options.fault_folder = state + "/records";
+  if (!state.empty() && record.faults != 0) {
+    options.fault_folder = state + "/records";
+    options.crash_folder = shadow::CrashMemory::folder_of(state);
+  }
   options.fault_files = record.faults;
   if (engine != Engine::kInterpreter) options.prepare = compile_replicas;
   return settings;

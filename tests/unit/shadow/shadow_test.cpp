@@ -271,7 +271,7 @@ TEST(Shadow, AFaultThatCannotBeWrittenIsSaid) {
 TEST(RecordFolder, OldRecordingsOfFaultsGo) {
   const ScratchFolder scratch;
   const std::vector<std::byte> bytes(10, std::byte{1});
-  for (int i = 0; i < 5; ++i) ASSERT_TRUE(shadow::save_fault(scratch.file("records"), bytes, 3));
+  for (int i = 0; i < 5; ++i) ASSERT_TRUE(shadow::save_recording(scratch.file("records"), "fault", bytes, 3));
   EXPECT_EQ(files_of(scratch.file("records")).size(), 3u);
 }
 
