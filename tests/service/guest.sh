@@ -30,6 +30,7 @@ not() { ! "$@"; }
 
 property() { systemctl show --value -p "$2" "picard@$1.service"; }
 is_state() { [[ $(property "$1" ActiveState) == "$2" ]]; }
+has_crash() { compgen -G "/var/lib/picard/$1/records/crash-*.rec" >/dev/null; }
 is_restarted() { [[ $(property "$1" NRestarts) -ge $2 ]] && is_state "$1" active; }
 said() { journalctl -q --no-pager -u "picard@$1.service" -o cat | grep -q -e "$2"; }
 value() { plc modbus read "$1" "${@:2}" | cut -d' ' -f2; }        # BUS TABLE ADDRESS [--type TYPE]
@@ -180,6 +181,7 @@ gpio() {
   forget_sets
   kill -KILL "$(runtime_of panel)"
   check "killed runtime: is started again" soon 60 is_restarted panel $((restarts + 1))
+  check "killed runtime: what led to it is saved" soon 20 has_crash panel
   check "killed runtime: the guardian made the lines safe" grep -q "plc-guardian-.* gpio_value: $((base + 9)) set 0" /sys/kernel/tracing/trace
   check "killed runtime: the lines are back" soon 20 level 9 1
 
@@ -223,6 +225,7 @@ hang() {
   kill -KILL "$(property second MainPID)"
   check "kill: is started again" soon 60 is_restarted second $((before + 1))
   check "kill: is served again" soon 20 scans_on 127.0.0.1:503
+  check "kill: what led to it is saved" soon 20 has_crash second
 }
 
 full_disk() {
