@@ -23,7 +23,6 @@ constexpr std::uint64_t kMostExpansion = 256;
 
 class Writer {
  public:
-  static constexpr bool kReads = false;
   template <class T>
   void number(const T& value) {
     out_.put(value);
@@ -52,7 +51,6 @@ class Writer {
 
 class Reader {
  public:
-  static constexpr bool kReads = true;
   explicit Reader(std::span<const std::byte> bytes) : in_(bytes) {}
   template <class T>
   void number(T& value) {
