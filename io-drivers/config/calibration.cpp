@@ -10,8 +10,8 @@
 #include <stdexcept>
 
 #include "core/guess.h"
+#include "core/toml_limits.h"
 #include "io-drivers/config/findings.h"
-#include "io-drivers/config/toml_limits.h"
 #include "stdlib/library.h"
 
 namespace plc::io {
@@ -140,10 +140,10 @@ std::optional<CostTable> read_calibration(std::string_view text, std::string_vie
     diagnostics.report(Code::P7607, at, {}, std::move(message), std::string(kHelp));
     return std::nullopt;
   };
-  if (text.size() > kMaxConfigurationBytes) {
-    return refuse(fmt::format("file has more than {} bytes", kMaxConfigurationBytes));
+  if (text.size() > core::kMaxTomlBytes) {
+    return refuse(fmt::format("file has more than {} bytes", core::kMaxTomlBytes));
   }
-  if (const auto unsafe = find_unsafe(text)) {
+  if (const auto unsafe = core::find_unsafe(text)) {
     at.line = unsafe->line;
     at.column = unsafe->column;
     return refuse("this is not what plc calibrate writes");

@@ -10,7 +10,7 @@
 #include <fstream>
 #include <iterator>
 
-#include "io-drivers/config/toml_limits.h"
+#include "core/toml_limits.h"
 
 namespace plc::io {
 
@@ -72,7 +72,7 @@ std::optional<Configuration> load_configuration(const std::string& path, DriverT
     return std::nullopt;
   }
   // One byte more than may be there: read_configuration() says so.
-  std::string text(std::min<std::size_t>(static_cast<std::size_t>(status.st_size), kMaxConfigurationBytes + 1), '\0');
+  std::string text(std::min<std::size_t>(static_cast<std::size_t>(status.st_size), core::kMaxTomlBytes + 1), '\0');
   in.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(in.gcount()));
   return read_configuration(text, path, types, diagnostics, load_kinds);

@@ -10,11 +10,11 @@
 #include "core/guess.h"
 #include "core/text.h"
 #include "core/time_zone.h"
+#include "core/toml_limits.h"
 #include "io-drivers/config/configuration.h"
 #include "io-drivers/config/driver_type.h"
 #include "io-drivers/config/findings.h"
 #include "io-drivers/config/keys.h"
-#include "io-drivers/config/toml_limits.h"
 #include "io-drivers/modbus-rtu/line.h"
 
 namespace plc::io {
@@ -555,15 +555,15 @@ std::optional<Configuration> read_configuration(std::string_view text, std::stri
   configuration.file = file;
   SourceRef at;
   at.file = diagnostics.add_file(std::string(file));
-  if (text.size() > kMaxConfigurationBytes) {
-    diagnostics.report(Code::P7302, at, {}, fmt::format("file has more than {} bytes", kMaxConfigurationBytes));
+  if (text.size() > core::kMaxTomlBytes) {
+    diagnostics.report(Code::P7302, at, {}, fmt::format("file has more than {} bytes", core::kMaxTomlBytes));
     return std::nullopt;
   }
-  if (const auto unsafe = find_unsafe(text)) {
+  if (const auto unsafe = core::find_unsafe(text)) {
     at.line = unsafe->line;
     at.column = unsafe->column;
-    if (unsafe->kind == TextProblem::Kind::kTooDeep) {
-      diagnostics.report(Code::P7302, at, {}, fmt::format("nested more than {} deep", kMaxConfigurationDepth));
+    if (unsafe->kind == core::TextProblem::Kind::kTooDeep) {
+      diagnostics.report(Code::P7302, at, {}, fmt::format("nested more than {} deep", core::kMaxTomlDepth));
     } else {
       diagnostics.report(Code::P7301, at, {},
                          "a character that may be in quotes or comments only, or a quote inside a word",

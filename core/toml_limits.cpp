@@ -1,6 +1,6 @@
-#include "io-drivers/config/toml_limits.h"
+#include "core/toml_limits.h"
 
-namespace plc::io {
+namespace plc::core {
 namespace {
 
 constexpr bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
@@ -28,8 +28,7 @@ class Walk {
         return problem(TextProblem::Kind::kNotPlain);
       }
       note(c);
-      if (depth_ > kMaxConfigurationDepth || dots_ > kMaxConfigurationDepth)
-        return problem(TextProblem::Kind::kTooDeep);
+      if (depth_ > kMaxTomlDepth || dots_ > kMaxTomlDepth) return problem(TextProblem::Kind::kTooDeep);
       step();
     }
     return std::nullopt;
@@ -123,4 +122,4 @@ class Walk {
 
 std::optional<TextProblem> find_unsafe(std::string_view toml) { return Walk(toml).run(); }
 
-}  // namespace plc::io
+}  // namespace plc::core
