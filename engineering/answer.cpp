@@ -13,6 +13,11 @@ void Answer::give_file(std::string bytes, std::string name) {
   file_name_ = std::move(name);
 }
 
+void Answer::give_picture(std::string bytes, std::string type) {
+  file_ = std::move(bytes);
+  file_type_ = std::move(type);
+}
+
 void Answer::refuse(int status, core::Code code, std::string text, std::string field, std::string help) {
   refuse(Refusal{status, code, std::move(text), std::move(field), std::move(help), 0});
 }

@@ -36,6 +36,9 @@ class Answer {
   /// Bytes of a call of the form kFile, and the name under which a client may store them.
   void give_file(std::string bytes, std::string name);
 
+  /// Bytes of a picture, which a page shows: "image/png".
+  void give_picture(std::string bytes, std::string type);
+
   /// Nothing was done. The last refusal counts.
   void refuse(int status, core::Code code, std::string text, std::string field = {}, std::string help = {});
   /// The same for a problem of the runtime: P7101 is 404, others are 409.
@@ -50,12 +53,14 @@ class Answer {
   [[nodiscard]] const std::string& cookie() const { return cookie_; }
   [[nodiscard]] const std::string& file() const { return file_; }
   [[nodiscard]] const std::string& file_name() const { return file_name_; }
+  /// Of a picture; otherwise empty.
+  [[nodiscard]] const std::string& file_type() const { return file_type_; }
 
  private:
   std::unique_ptr<Json> body_;
   bool refused_ = false, sets_cookie_ = false;
   Refusal refusal_;
-  std::string cookie_, file_, file_name_;
+  std::string cookie_, file_, file_name_, file_type_;
 };
 
 }  // namespace plc::engineering

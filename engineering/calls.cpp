@@ -33,7 +33,7 @@ std::span<const Call> calls() {
   static const std::vector<Call> all = [] {
     std::vector<Call> rows;
     for (const auto subject : {target_calls(), login_calls(), task_calls(), variable_calls(), force_calls(),
-                               recording_calls(), log_calls(), program_calls(), user_calls()}) {
+                               recording_calls(), page_calls(), log_calls(), program_calls(), user_calls()}) {
       rows.insert(rows.end(), subject.begin(), subject.end());
     }
     return rows;

@@ -61,14 +61,10 @@ void browse(Context& context, const Caller&, const Json& request, Answer& answer
                                         request.value("most", std::size_t{1000}), total);
   if (!nodes) return answer.refuse(nodes.error(), "path");
   Json& all = answer.body()["nodes"] = Json::array();
-  const bytecode::Image& image = variables.image();
   for (const Node& node : *nodes) {
     Json row = node_json(variables, node);
-    if (node.place && node.place->task == runtime::Place::kGlobal) {
-      const std::uint32_t field = context.variables.resource().globals().field_of(node.place->offset);
-      const bool whole = image.types[image.global_type].fields[field].offset == node.place->offset &&
-                         image.types[image.global_type].fields[field].type == node.place->type;
-      if (whole && !image.globals[field].address.empty()) row["address"] = image.globals[field].address;
+    if (node.place) {
+      if (const std::string_view address = variables.address(*node.place); !address.empty()) row["address"] = address;
     }
     all.push_back(std::move(row));
   }
@@ -152,6 +148,7 @@ constexpr Record kWrite = {"Write", "A value to be written.", kWriteFields};
 constexpr Field kWriteRequest[] = {
     records("values", kWrite, "All are written, or none", kMostPaths),
     optional(text("reason", "Why, for those who read the audit", 1, 500)),
+    optional(boolean("offered", "Only what pages.toml offers, within its limits; for operators that is always so")),
 };
 constexpr Field kWriteAnswer[] = {integer("written", "How many single values")};
 
@@ -171,6 +168,9 @@ void write(Context& context, const Caller& caller, const Json& request, Answer& 
       return answer.refuse(413, Code::P7717, fmt::format("these are more than {} single values", kMostLeaves),
                            "values");
     }
+  }
+  if (caller.role < Right::kEngineer || request.value("offered", false)) {
+    if (const auto problem = context.hmi.refusal(writes)) return answer.refuse(*problem, "values");
   }
   // What was there before, as far as anybody knows.
   variables.values().take();
@@ -223,6 +223,7 @@ constexpr Call kCalls[] = {
      .path = "/api/values/write",
      .right = Right::kOperator,
      .doc = "Writes globals, as an HMI does: a task that writes the variable itself takes the value at its next start. "
+            "Where the project has a pages.toml, operators may write what its pages offer, and engineers everything. "
             "Recorded in the audit.",
      .request = kWriteRequest,
      .response = kWriteAnswer,

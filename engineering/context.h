@@ -15,8 +15,10 @@
 #include "core/clock.h"
 #include "engineering/audit.h"
 #include "engineering/call.h"
+#include "engineering/hmi_pages.h"
 #include "engineering/log_book.h"
 #include "engineering/login_delay.h"
+#include "engineering/presses.h"
 #include "engineering/secrets.h"
 #include "engineering/sessions.h"
 #include "engineering/users.h"
@@ -78,6 +80,8 @@ struct Context {
   const core::Clock& clock;                     ///< any
   const core::Calendar& calendar;               ///< any
   runtime::ForceList& forces;                   ///< any
+  HmiPages& hmi;                                ///< any
+  Presses& presses;                             ///< any
   shadow::Shadow* shadow = nullptr;             ///< any; null when nothing is recorded
   core::TimeNs begin_ns = 0;                    ///< when the plant started, by `clock`
   PasswordCost cost{};

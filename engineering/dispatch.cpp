@@ -230,6 +230,10 @@ HttpResponse Dispatcher::run(ReadyCall& ready) const {
     response.content_type = "application/octet-stream";
     response.body = answer.file();
     response.file_name = answer.file_name();
+    if (!answer.file_type().empty()) {
+      response.content_type = answer.file_type();
+      response.is_picture = true;
+    }
   } else {
     response.body = dump(answer.body()) + "\n";
   }

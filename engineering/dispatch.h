@@ -48,6 +48,7 @@ struct HttpResponse {
   std::string content_encoding;  ///< of the body, or empty
   std::string etag;              ///< with its quotes, or empty
   std::string cache_control = "no-store";
+  bool is_picture = false;  ///< of a project: nothing in it may run or load
 };
 
 /// A call whose request is good.

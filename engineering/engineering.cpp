@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "bytecode/image.h"
+#include "engineering/health.h"
 #include "engineering/state_files.h"
 
 namespace plc::engineering {
@@ -54,6 +55,12 @@ struct Engineering::State {
         log(book),
         clock(monotonic),
         calendar(dates),
+        hmi(identity.project_path, variables),
+        presses(variables,
+                [&plant](std::uint32_t task) -> std::optional<std::uint64_t> {
+                  if (task_state(task, plant) == "stopped") return std::nullopt;
+                  return plant.statistics(task).scans.load(std::memory_order_acquire);
+                }),
         names(names_of_machine(options)),
         hosts(names) {}
 
@@ -72,6 +79,8 @@ struct Engineering::State {
   LogBook& log;
   const core::Clock& clock;
   const core::Calendar& calendar;
+  HmiPages hmi;
+  Presses presses;
   std::vector<std::string> names;
   HostRules hosts;
   std::unique_ptr<Users> users;
@@ -134,7 +143,7 @@ void Engineering::State::open(std::vector<Said>& said) {
                                                        certificate->made ? ", made now" : "")});
   }
   context = std::make_unique<Context>(Context{identity, variables, scheduler, log, *users, sessions, delay, first_code,
-                                              *audit, clock, calendar, forces, shadow, clock.now_ns()});
+                                              *audit, clock, calendar, forces, hmi, presses, shadow, clock.now_ns()});
   dispatcher = std::make_unique<Dispatcher>(*context, hosts, certificate.has_value(), options.pages);
   ServerOptions wanted;
   wanted.address = options.address;
@@ -215,6 +224,12 @@ Engineering::~Engineering() { stop(); }
 
 std::vector<Said> Engineering::start() {
   std::vector<Said> said;
+  state_->hmi.read();
+  const auto pages = state_->hmi.state();
+  for (std::size_t i = 0; i < pages->texts.size(); ++i) {
+    // WHY a warning: pages with mistakes are no reason to stop, and not one why the plant would not run.
+    said.push_back({core::Severity::kWarning, "engineering: " + pages->texts[i]});
+  }
   state_->listen(said);
   if (state_->listening) state_->say_code(said);
   state_->next_ns = state_->clock.now_ns() + kAgainNs;
@@ -227,6 +242,9 @@ std::vector<Said> Engineering::service(core::TimeNs now_ns) {
   for (const runtime::Force& over : state.forces.expire(state.calendar.utc_ns())) {
     if (state.audit)
       state.audit->add(over.owner, {}, "forces.expire", Json{{"path", over.path}, {"value", over.value}});
+  }
+  for (const Presses::Ended& over : state.presses.service(now_ns)) {
+    if (state.audit) state.audit->add(over.holder.user, {}, "pages.press.expire", Json{{"path", over.path}});
   }
   for (std::string& changed : state.forces.take_changes())
     said.push_back({core::Severity::kWarning, std::move(changed)});
@@ -243,6 +261,7 @@ std::vector<Said> Engineering::service(core::TimeNs now_ns) {
 void Engineering::stop() {
   State& state = *state_;
   if (state.server) state.server->stop();
+  state.presses.stop();
   if (std::exchange(state.listening, false)) state.audit->write_waiting();
 }
 

@@ -66,7 +66,9 @@ http::response<http::string_body> message_of(HttpResponse given, bool keep_alive
   message.set("X-Content-Type-Options", "nosniff");
   message.set("X-Frame-Options", "DENY");
   message.set("Referrer-Policy", "no-referrer");
-  message.set("Content-Security-Policy", "default-src 'self'; frame-ancestors 'none'");
+  message.set("Content-Security-Policy",
+              given.is_picture ? "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'; sandbox"
+                               : "default-src 'self'; frame-ancestors 'none'");
   if (!given.set_cookie.empty()) message.set(http::field::set_cookie, given.set_cookie);
   if (!given.challenge.empty()) message.set(http::field::www_authenticate, given.challenge);
   if (!given.allow.empty()) message.set(http::field::allow, given.allow);

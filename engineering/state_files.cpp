@@ -39,10 +39,14 @@ std::string make_private_folder(const std::string& folder) {
 }
 
 std::string write_private_file(const std::string& path, std::string_view bytes) {
+  return write_file(path, bytes, 0600);
+}
+
+std::string write_file(const std::string& path, std::string_view bytes, unsigned mode) {
   const std::string made = path + ".new";
-  const int file = ::open(made.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0600);
+  const int file = ::open(made.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, mode);
   if (file < 0) return refused(made);
-  const bool written = ::fchmod(file, 0600) == 0 && write_all(file, bytes) && ::fsync(file) == 0;
+  const bool written = ::fchmod(file, mode) == 0 && write_all(file, bytes) && ::fsync(file) == 0;
   std::string why = written ? std::string() : refused(made);
   ::close(file);
   if (why.empty() && std::rename(made.c_str(), path.c_str()) != 0) why = refused(path);

@@ -1,4 +1,4 @@
-// Files of the state folder: written whole or not at all, for this user alone.
+// Files of the state folder, for this user alone, and of the project: written whole or not at all.
 //
 // Threads: any; blocks on the disk. Does not belong here: what is in them.
 #pragma once
@@ -14,6 +14,8 @@ std::string make_private_folder(const std::string& folder);
 /// Replaces the file by `bytes` in one step, mode 0600: a loss of power leaves the old or the new one. Empty; or why
 /// not.
 std::string write_private_file(const std::string& path, std::string_view bytes);
+/// The same with other rights.
+std::string write_file(const std::string& path, std::string_view bytes, unsigned mode);
 /// The whole file; nothing when there is none. `why` is set when there is one that cannot be read, or that is larger
 /// than 64 MB.
 std::optional<std::string> read_whole_file(const std::string& path, std::string& why);

@@ -13,6 +13,7 @@ std::span<const Call> task_calls();
 std::span<const Call> variable_calls();
 std::span<const Call> force_calls();
 std::span<const Call> recording_calls();
+std::span<const Call> page_calls();
 std::span<const Call> log_calls();
 std::span<const Call> program_calls();
 std::span<const Call> user_calls();

@@ -138,6 +138,15 @@ bool Variables::is_writable(const Place& place) const {
   return globals.writable(globals.field_of(place.offset));
 }
 
+std::string_view Variables::address(const Place& place) const {
+  if (place.task != Place::kGlobal) return {};
+  const Image& image = this->image();
+  const std::uint32_t field = resource_.globals().field_of(place.offset);
+  const ImageField& whole = image.types[image.global_type].fields[field];
+  if (whole.offset != place.offset || whole.type != place.type) return {};
+  return image.globals[field].address;
+}
+
 core::Result<Place> Variables::find(std::string_view path) const {
   auto place = runtime::Access(resource_).find(path);
   if (place && !is_readable(*place)) {

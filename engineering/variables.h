@@ -39,6 +39,9 @@ class Variables {
   /// Whether its value is known.
   [[nodiscard]] bool is_readable(const runtime::Place& place) const { return values_.knows(place.task); }
 
+  /// The address of a whole global, "%IX0.0"; empty without one.
+  [[nodiscard]] std::string_view address(const runtime::Place& place) const;
+
   /// The newest value. P7101; P7720 when nobody knows it.
   core::Result<runtime::Place> find(std::string_view path) const;
   /// Of a place that is readable. After values().take().

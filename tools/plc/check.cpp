@@ -4,11 +4,15 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <iostream>
+#include <iterator>
 #include <string>
 #include <system_error>
 #include <vector>
 
+#include "engineering/hmi_pages.h"
+#include "hmi/document.h"
 #include "ir/lint.h"
 #include "runtime/resource.h"
 #include "stdlib/library.h"
@@ -112,6 +116,23 @@ void check_taskblocks(Compilation& compilation, const taskblocks::Registry& regi
   }
 }
 
+/// The HMI pages beside the project, as plc-run reads them.
+void check_pages(const std::string& file, Compilation& compilation, const taskblocks::Registry& registry) {
+  const std::string path = engineering::pages_file(file);
+  std::ifstream in(path, std::ios::binary);
+  if (!in) return;
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  const auto document = hmi::read_document(text, path, compilation.diagnostics);
+  runtime::ProgramOptions options;
+  options.taskblocks = &registry;
+  options.start_taskblocks = false;
+  const auto resource = runtime::Resource::load(*compilation.image, options);
+  if (!document || !resource) return;
+  engineering::GlobalValues values((*resource)->globals());
+  engineering::Variables variables(**resource, values);
+  engineering::offers_of_pages(*document, variables, compilation.diagnostics);
+}
+
 /// Variables that devices or the Modbus server read or write.
 std::vector<std::string> named_variables(const io::Configuration& configuration) {
   std::vector<std::string> names = {configuration.modbus.client_seen.text};
@@ -149,6 +170,7 @@ int run(const Check& check) {
     Compilation compilation;
     open({file, check.options, Goal::kCheck, libraries, lint, &registry}, compilation);
     if (compilation.ok() && compilation.image) check_taskblocks(compilation, registry);
+    if (compilation.ok() && compilation.image) check_pages(file, compilation, registry);
     const bool good = compilation.ok() && !(check.werror && compilation.diagnostics.warning_count() != 0);
     exit_code = std::max(exit_code, good ? kExitOk : compilation.readable ? kExitErrors : kExitUsage);
     if (!check.json) {
@@ -170,7 +192,7 @@ void add_check(Command program) {
       "check",
       "Compiles files and reports every problem found, writes nothing. Files without errors are linted: what\n"
       "compiles, but is hardly meant, is a warning; what only other tools take, as the standard does not know it,\n"
-      "is a note.\n"
+      "is a note. A pages.toml beside a project is checked, too.\n"
       "\n"
       "Examples:\n"
       "  plc check plant.xml\n"

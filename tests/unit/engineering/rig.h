@@ -68,11 +68,14 @@ inline bytecode::VerifiedImage engineering_image() {
 
 class EngineeringRig {
  public:
-  explicit EngineeringRig(bool secure = false, bool with_users = true, const std::string& folder = {})
+  explicit EngineeringRig(bool secure = false, bool with_users = true, const std::string& folder = {},
+                          const std::string& project = {})
       : resource(std::move(*runtime::Resource::load(engineering_image()))),
         values(resource->globals()),
         variables(*resource, values),
         forces(*resource),
+        hmi(project, variables),
+        presses(variables, [this](std::uint32_t) { return std::optional(scans); }),
         scheduler(*resource),
         users(std::move(*engineering::Users::open(folder))),
         audit(folder, calendar, audit_said),
@@ -122,6 +125,7 @@ class EngineeringRig {
   void scan() {
     clock.sleep_until_ns(clock.now_ns() + 10'000'000);
     ASSERT_FALSE(resource->program(0).execute({clock.now_ns(), 0, calendar.now_ns}));
+    ++scans;
   }
   void forget_sessions() { sessions_.clear(); }
 
@@ -132,6 +136,9 @@ class EngineeringRig {
   engineering::GlobalValues values;
   engineering::Variables variables;
   runtime::ForceList forces;
+  std::uint64_t scans = 0;
+  engineering::HmiPages hmi;
+  engineering::Presses presses;
   runtime::RealtimeScheduler scheduler;
   engineering::LogBook log;
   std::unique_ptr<engineering::Users> users;
@@ -141,8 +148,8 @@ class EngineeringRig {
   std::string audit_said;
   engineering::Audit audit;
   /// The cheapest that libsodium allows: tests are about who may, not about how long it takes.
-  engineering::Context context{identity, variables, scheduler, log,    *users,  sessions, delay,    first_code,
-                               audit,    clock,     calendar,  forces, nullptr, 0,        {1, 8192}};
+  engineering::Context context{identity, variables, scheduler, log, *users,  sessions, delay, first_code, audit,
+                               clock,    calendar,  forces,    hmi, presses, nullptr,  0,     {1, 8192}};
   engineering::HostRules hosts{{"plant.example"}};
 
  private:
