@@ -33,6 +33,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 SIZES = {"1280x800": (1280, 800), "390x844": (390, 844)}
 PAGES = ["overview", "panel", "variables", "trends", "log", "users"]
 VIEWER, OPERATOR = ("vera", "viewer horse battery"), ("otto", "operator horse battery")
+ENGINEER = ("emil", "engineer horse battery")
 with open(os.path.join(HERE, "checks.js")) as file:
     CHECKS = file.read()
 
@@ -97,7 +98,7 @@ class Tank(WithBrowser):
         cls.plant = Plant(PLC_RUN, TANK + "/tank.xml", "--stimulus", TANK + "/stimulus.csv")
         cls.addClassCleanup(cls.plant.remove)
         cls.plant.make_first_user()
-        for (user, password), role in ((VIEWER, "viewer"), (OPERATOR, "operator")):
+        for (user, password), role in ((VIEWER, "viewer"), (OPERATOR, "operator"), (ENGINEER, "engineer")):
             cls.plant.call("/api/users/add", {"user": user, "password": password, "role": role})
 
     def setUp(self):
@@ -181,7 +182,7 @@ class Tank(WithBrowser):
 
     def test_a_keyboard_is_enough(self):
         b = self.browser
-        b.login(self.plant.url, *OPERATOR)
+        b.login(self.plant.url, *ENGINEER)
         b.go("variables")
         b.value("BatchCount")
         b.run("document.activeElement.blur()")
@@ -212,7 +213,7 @@ class Tank(WithBrowser):
         b.press("w")
         b.wait("no watch list", lambda: not b.find(".watched"))
         record = self.plant.call("/api/audit?most=5")["records"][-1]
-        self.assertEqual((record["user"], record["details"]["values"][0]["value"]), (OPERATOR[0], 1234))
+        self.assertEqual((record["user"], record["details"]["values"][0]["value"]), (ENGINEER[0], 1234))
 
     def test_a_viewer_sees_and_does_not_write(self):
         b = self.browser
@@ -421,7 +422,7 @@ class Hostile(WithBrowser):
             b.wait(word, lambda: b.one("[data-path=Lamp] svg").get_attribute("aria-label") == word)
             self.assertEqual(switch.get_attribute("aria-checked"), state)
             self.assertEqual(str(self.plant.read("Push")).lower(), state)
-        self.assertEqual(len(b.find(".instrument")), 2)
+        self.assertEqual(len(b.find(".hmi [data-path]")), 2)
         self.assertEqual(b.find("[data-path=Lamp] [role=switch], [data-path=Count]"), [])
 
     def test_search_finds_and_says_when_there_is_nothing(self):

@@ -38,6 +38,17 @@ export class Courses {
     this.used = 0;
   }
 
+  /** Begins with values that are known already: frames have what changes. */
+  begin(time: number, known: ReadonlyMap<string, { shape: LayoutValue; raw: Raw }>): void {
+    for (const one of this.series) {
+      const value = known.get(one.path);
+      if (value === undefined || !isDrawable(value.shape)) continue;
+      one.shape = value.shape;
+      one.latest = numberOf(value.raw, value.shape);
+    }
+    this.sample(time, 0);
+  }
+
   take(frame: ValueFrame, layout: readonly LayoutValue[]): void {
     for (const one of this.series) {
       const place = layout.findIndex((value) => value.path === one.path);

@@ -17,11 +17,10 @@ class CourseKeeper {
   readonly forms = signal("");
   /** None while nobody has asked for courses. */
   readonly values = signal<LiveValues | undefined>(undefined);
-  private newest = { time: Date.now() / 1000, at: performance.now() };
 
   /** The clock of the machine, in seconds since 1970. */
   now(): number {
-    return this.newest.time + (performance.now() - this.newest.at) / 1000;
+    return this.values.peek()?.now() ?? Date.now() / 1000;
   }
 
   start(): void {
@@ -67,7 +66,6 @@ class CourseKeeper {
       values.hold(path);
     }
     values.onFrame((frame, layout) => {
-      this.newest = { time: Number(frame.timeNs) / 1e9, at: performance.now() };
       this.courses.take(frame, layout);
       this.forms.value = this.courses.series.map((one) => one.shape?.form ?? "").join();
     });

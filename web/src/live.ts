@@ -36,6 +36,7 @@ export class LiveValues {
   private wait = 500;
   private ended = false;
   private listeners = new Set<FrameListener>();
+  private newest = { time: Date.now() / 1000, at: performance.now() };
 
   constructor(private readonly periodMs: number) {}
 
@@ -57,6 +58,11 @@ export class LiveValues {
       this.wanted.delete(path);
       this.later();
     }
+  }
+
+  /** The clock of the machine, in seconds since 1970. */
+  now(): number {
+    return this.newest.time + (performance.now() - this.newest.at) / 1000;
   }
 
   onFrame(listener: FrameListener): () => void {
@@ -134,6 +140,7 @@ export class LiveValues {
   private takeFrame(bytes: ArrayBuffer): void {
     if (subscriptionOf(bytes) !== this.subscription) return;
     const frame = decodeFrame(bytes, this.layout);
+    this.newest = { time: Number(frame.timeNs) / 1e9, at: performance.now() };
     batch(() => {
       frame.changed.forEach((raw, i) => {
         const live = this.signals[i];

@@ -3,6 +3,7 @@ import "uplot/dist/uPlot.min.css";
 import "./style.css";
 import "./style_parts.css";
 import "./style_pages.css";
+import "./style_hmi.css";
 import { App } from "./app";
 import { findSession } from "./plc";
 

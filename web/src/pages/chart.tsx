@@ -34,9 +34,13 @@ export function Chart(properties: {
   /** Changes when series come or go. */
   key: string;
   now: () => number;
-  onZoom: (from: number, to: number) => void;
-  onReset: () => void;
-  onCursor: (values: (number | undefined)[] | undefined) => void;
+  onZoom?: (from: number, to: number) => void;
+  onReset?: () => void;
+  onCursor?: (values: (number | undefined)[] | undefined) => void;
+  /** For screen readers; without: as the page of trends has it. */
+  label?: string;
+  /** Of the axis of numbers; without: what is drawn. */
+  range?: readonly [number, number] | undefined;
 }): JSX.Element {
   const { courses } = properties;
   const frame = useRef<HTMLDivElement>(null);
@@ -57,12 +61,12 @@ export function Chart(properties: {
         width: element.clientWidth,
         height: element.clientHeight,
         legend: { show: false },
-        cursor: { drag: { x: true, y: false, setScale: false }, focus: { prox: 30 } },
+        cursor: { show: properties.onCursor !== undefined, drag: { x: properties.onZoom !== undefined, y: false, setScale: false }, focus: { prox: 30 } },
         // As the log and the CSV say it.
         tzDate: (seconds) => uPlot.tzDate(new Date(seconds * 1000), "Etc/UTC"),
         scales: {
           x: { time: !properties.view.byScan },
-          y: { auto: true },
+          y: properties.range === undefined ? { auto: true } : { auto: false, range: [...properties.range] },
           bool: { auto: false, range: [-0.15, 1.15] },
         },
         axes: [
@@ -89,13 +93,13 @@ export function Chart(properties: {
               const { from, to } = rangeOf(plot);
               plot.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
               zooming = false;
-              latest.current.onZoom(from, to);
+              latest.current.onZoom?.(from, to);
             },
           ],
           setCursor: [
             (plot: uPlot) => {
               const index = plot.cursor.idx;
-              latest.current.onCursor(index === null || index === undefined ? undefined : plot.data.slice(1).map((column) => column[index] ?? undefined));
+              latest.current.onCursor?.(index === null || index === undefined ? undefined : plot.data.slice(1).map((column) => column[index] ?? undefined));
             },
           ],
         },
@@ -141,5 +145,5 @@ export function Chart(properties: {
       chart.destroy();
     };
   }, [painted, properties.view.byScan]);
-  return <div class="chart" ref={frame} role="img" aria-label={texts.trends.chart} onDblClick={properties.onReset} />;
+  return <div class="chart" ref={frame} role="img" aria-label={properties.label ?? texts.trends.chart} onDblClick={properties.onReset} />;
 }

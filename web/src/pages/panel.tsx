@@ -1,90 +1,98 @@
-// Lamps, switches and numbers of the program that runs.
+// HMI pages: those of the project, or one that is made from the program.
 import type { JSX } from "preact";
 import { useEffect, useState } from "preact/hooks";
-import { LiveValues, useLive, useLiveValues } from "../live";
-import { notify } from "../notice";
-import { makePanel, type Group, type Widget } from "../panel";
-import { ask, may, plc, problemOf, type Problem } from "../plc";
+import type { PagesGetAnswer } from "../../client/calls";
+import { Canvas } from "../hmi/canvas";
+import { Editor } from "../hmi/editor";
+import { useLiveValues } from "../live";
+import { ask, may, plc, problemOf, usePolled, type Problem } from "../plc";
+import { link, route } from "../route";
+import { useSignal } from "../signals";
 import { texts } from "../texts";
 import { Empty, ProblemBox, Section } from "../ui/parts";
-import { Sparkline } from "../ui/sparkline";
-import { clipped, valueText } from "../values";
+import { clipped } from "../values";
 
-const t = texts.panel;
+const t = texts.hmi;
+/** How soon pages that somebody else has saved are shown. */
+const lookMs = 5000;
 
-function Instrument(properties: { widget: Widget; values: LiveValues }): JSX.Element {
-  const { kind, node } = properties.widget;
-  const live = useLive(properties.values, node.path);
-  const name = clipped(node.name, 80);
-  const on = live.raw === true;
-  const head = (
-    <span class="instrument-head">
-      <span class="path">{name}</span>
-      <small class="number">{node.address ?? ""}</small>
-    </span>
-  );
-  if (kind === "switch" && may("values.write")) {
-    const write = (): void => {
-      ask(() => plc.valuesWrite({ values: [{ path: node.path, value: !on }] })).catch((error: unknown) => notify(problemOf(error).text));
-    };
-    return (
-      <li class="instrument" data-path={node.path}>
-        {head}
-        <button type="button" role="switch" aria-checked={on} aria-label={name} class="switch" disabled={live.raw === undefined} onClick={write}>
-          <span class="switch-knob" aria-hidden="true" />
-          {on ? t.on : t.off}
-        </button>
-      </li>
-    );
-  }
-  if (kind === "switch" || kind === "lamp") {
-    return (
-      <li class="instrument" data-path={node.path}>
-        {head}
-        <span class="lamp-line">
-          <svg class={on ? "lamp on" : "lamp"} viewBox="0 0 24 24" role="img" aria-label={t.lamp(name, on)}>
-            <circle cx="12" cy="12" r="9" />
-          </svg>
-          <span aria-hidden="true">{live.raw === undefined ? "…" : on ? t.on : t.off}</span>
-        </span>
-      </li>
-    );
-  }
+function Problems(properties: { problems: readonly string[] }): JSX.Element | null {
+  if (properties.problems.length === 0) return null;
   return (
-    <li class="instrument" data-path={node.path}>
-      {head}
-      <span class="big number">{clipped(valueText(live.raw, live.shape), 200)}</span>
-      {kind === "number" ? <Sparkline live={live} /> : null}
-    </li>
+    <div class="problem hmi-problems">
+      <p>{t.problems}</p>
+      <ul>
+        {properties.problems.slice(0, 20).map((one) => (
+          <li key={one}>
+            <code>{clipped(one)}</code>
+          </li>
+        ))}
+      </ul>
+    </div>
   );
 }
 
 export function PanelPage(): JSX.Element {
   const values = useLiveValues(100);
-  const [groups, setGroups] = useState<Group[]>();
+  const { parameters } = useSignal(route);
+  const [pages, setPages] = useState<PagesGetAnswer>();
   const [problem, setProblem] = useState<Problem>();
+  const [editing, setEditing] = useState(false);
+  const load = (): void => {
+    ask(() => plc.pagesGet()).then(setPages, (error: unknown) => setProblem(problemOf(error)));
+  };
+  const { answer: newest } = usePolled(() => plc.pagesReload(), lookMs);
+  const known = `${pages?.version ?? ""} ${pages?.usable ?? true}`;
+  const found = newest === undefined ? undefined : `${newest.version} ${newest.usable}`;
   useEffect(() => {
-    makePanel().then(setGroups, (error: unknown) => setProblem(problemOf(error)));
-  }, []);
+    if (found !== undefined && (pages === undefined || found !== known) && !editing) load();
+  }, [found, editing]);
+  if (pages === undefined) {
+    return problem === undefined ? <p>{texts.loading}</p> : <ProblemBox problem={problem} />;
+  }
+  const at = Math.max(0, pages.pages.findIndex((one) => one.name === parameters.get("page")));
+  if (editing) {
+    return (
+      <Editor
+        pages={pages}
+        at={at}
+        values={values}
+        onSaved={(saved) => setPages(saved)}
+        onClose={() => {
+          setEditing(false);
+          load();
+        }}
+      />
+    );
+  }
+  const page = pages.pages[at];
+  const edit = may("pages.save") ? (
+    <button type="button" onClick={() => setEditing(true)} disabled={!pages.usable}>
+      {t.edit}
+    </button>
+  ) : null;
   return (
     <>
-      <ProblemBox problem={problem} />
-      {groups === undefined ? (
-        <p>{texts.loading}</p>
-      ) : groups.length === 0 ? (
-        <Empty>{t.empty}</Empty>
-      ) : (
-        groups.map((group) => (
-          <Section key={group.name} title={t.groups[group.name] ?? group.name}>
-            <ul class="instruments">
-              {group.widgets.map((widget) => (
-                <Instrument key={widget.node.path} widget={widget} values={values} />
-              ))}
-            </ul>
-          </Section>
-        ))
+      <Problems problems={pages.problems} />
+      {pages.pages.length < 2 ? null : (
+        <nav class="tabs" aria-label={t.pages}>
+          {pages.pages.map((one, i) => (
+            <a key={one.name} class="button" href={link("panel", { page: one.name })} aria-current={i === at ? "page" : undefined}>
+              {clipped(one.title ?? one.name, 60)}
+            </a>
+          ))}
+        </nav>
       )}
-      <p class="quiet-text">{t.help}</p>
+      {page === undefined ? (
+        <Section title={t.pages} actions={edit}>
+          <Empty>{t.none}</Empty>
+        </Section>
+      ) : (
+        <Section title={clipped(page.title ?? page.name, 120)} actions={edit} class="hmi-page">
+          {page.elements.length === 0 ? <Empty>{t.empty}</Empty> : <Canvas key={page.name} page={page} values={values} />}
+          {pages.made ? <p class="quiet-text">{t.made}</p> : null}
+        </Section>
+      )}
     </>
   );
 }

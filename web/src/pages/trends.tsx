@@ -4,18 +4,17 @@ import { useEffect, useId, useState } from "preact/hooks";
 import type { Courses } from "../course";
 import { keeper, periods } from "../course_keeper";
 import { LiveValues, useLive } from "../live";
-import { ask, plc } from "../plc";
 import { link, route } from "../route";
 import { useSignal } from "../signals";
 import { texts } from "../texts";
 import { Choice, Empty, Section } from "../ui/parts";
+import { PathInput } from "../ui/path_input";
 import { clipped, isDrawable, valueText } from "../values";
 import { Chart, seriesColours, type ChartView } from "./chart";
 
 const t = texts.trends;
 const windows = [10, 60, 300, 900, 3600] as const;
 const axes = ["time", "scans"] as const;
-const mostOffered = 20;
 
 function save(name: string, text: string): void {
   const anchor = document.createElement("a");
@@ -27,21 +26,7 @@ function save(name: string, text: string): void {
 
 function AddVariable(properties: { onAdd: (path: string) => void }): JSX.Element {
   const [text, setText] = useState("");
-  const [offered, setOffered] = useState<string[]>([]);
   const id = useId();
-  useEffect(() => {
-    if (text.trim() === "") {
-      setOffered([]);
-      return undefined;
-    }
-    const timer = setTimeout(() => {
-      ask(() => plc.valuesSearch({ pattern: `*${text.trim()}*`, most: 200 })).then(
-        (found) => setOffered(found.nodes.filter((node) => node.readable === true).slice(0, mostOffered).map((node) => node.path)),
-        () => {},
-      );
-    }, 150);
-    return () => clearTimeout(timer);
-  }, [text]);
   return (
     <form
       class="field inline grow"
@@ -54,15 +39,9 @@ function AddVariable(properties: { onAdd: (path: string) => void }): JSX.Element
     >
       <label for={id}>{t.add}</label>
       <span class="joined">
-        <input id={id} list={`${id}-list`} value={text} placeholder={t.addHelp} maxLength={900} autoComplete="off" spellcheck={false}
-          onInput={(event) => setText(event.currentTarget.value)} />
+        <PathInput id={id} value={text} placeholder={t.addHelp} onInput={setText} />
         <button type="submit">{t.addSubmit}</button>
       </span>
-      <datalist id={`${id}-list`}>
-        {offered.map((path) => (
-          <option key={path} value={path} />
-        ))}
-      </datalist>
     </form>
   );
 }

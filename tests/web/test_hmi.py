@@ -1,0 +1,489 @@
+"""HMI pages in a real browser: drawn, saved, loaded again; what they write, and what they refuse.
+
+usage: test_hmi.py PLC_RUN TANK_FOLDER SCREENSHOT_FOLDER [unittest options]
+
+Exit code 77, and why, where there is no Chromium with its driver and Selenium. Screenshots are left in the folder.
+"""
+
+import json
+import os
+import re
+import shutil
+import sys
+import tempfile
+import time
+import unittest
+import urllib.error
+
+try:
+    import selenium  # noqa: F401
+except ImportError:
+    print("skipped: python3-selenium is not installed (scripts/install-packages browser)")
+    sys.exit(77)
+CHROMIUM, DRIVER = shutil.which("chromium"), shutil.which("chromedriver")
+if not CHROMIUM or not DRIVER:
+    print("skipped: chromium or chromium-driver is not installed (scripts/install-packages browser)")
+    sys.exit(77)
+
+from selenium.webdriver.common.action_chains import ActionChains  # noqa: E402
+
+from browser import ADMIN, Browser, Keys, Plant  # noqa: E402
+
+PLC_RUN, TANK, SHOTS = sys.argv[1:4]
+SIZES = {"1280x800": (1280, 800), "390x844": (390, 844)}
+VIEWER, OPERATOR = ("vera", "viewer horse battery"), ("otto", "operator horse battery")
+with open(os.path.join(os.path.dirname(os.path.abspath(__file__)), "checks.js")) as file:
+    CHECKS = file.read()
+
+PROJECT = """VAR_GLOBAL
+  Pump : BOOL;
+  Push : BOOL;
+  Presses : DINT;
+  SlowPresses : DINT;
+  Setpoint : REAL := 20.0;
+  Level : REAL;
+END_VAR
+PROGRAM Main
+VAR_EXTERNAL Pump, Push : BOOL; Presses : DINT; Setpoint, Level : REAL; END_VAR
+VAR Edge : R_TRIG; Smooth : LOWPASS; END_VAR
+  Edge(CLK := Push);
+  IF Edge.Q THEN Presses := Presses + 1; END_IF
+  Smooth(IN := REAL_TO_LREAL(SEL(Pump, 0.0, Setpoint)), CUTOFF := 1.0);
+  Level := LREAL_TO_REAL(Smooth.OUT);
+END_PROGRAM
+PROGRAM Slowly
+VAR_EXTERNAL Push : BOOL; SlowPresses : DINT; END_VAR
+VAR Edge : R_TRIG; END_VAR
+  Edge(CLK := Push);
+  IF Edge.Q THEN SlowPresses := SlowPresses + 1; END_IF
+END_PROGRAM
+CONFIGURATION c
+  RESOURCE r ON PLC
+    TASK fast(INTERVAL := T#20ms, PRIORITY := 1);
+    TASK slow(INTERVAL := T#300ms, PRIORITY := 2);
+    PROGRAM main WITH fast : Main;
+    PROGRAM slowly WITH slow : Slowly;
+  END_RESOURCE
+END_CONFIGURATION
+"""
+
+PAGES = """# By hand.
+
+[[page]]
+name = "panel"
+title = "<img src=x onerror=alert(1)>"
+
+[[page.element]]
+kind = "button"
+x = 0
+y = 0
+label = "<b>Push</b>"
+variable = "Push"
+
+[[page.element]]
+kind = "slider"
+x = 4
+y = 0
+variable = "Setpoint"
+low = 10
+high = 30
+
+[[page.element]]
+kind = "number"
+x = 11
+y = 0
+label = "Wanted"
+variable = "Setpoint"
+low = 10
+high = 30
+entered = true
+
+[[page.element]]
+kind = "switch"
+x = 16
+y = 0
+variable = "Pump"
+
+[[page.element]]
+kind = "link"
+x = 20
+y = 0
+page = "more"
+
+[[page.element]]
+kind = "picture"
+x = 0
+y = 3
+label = "The plant"
+file = "plant.svg"
+
+[[page.element]]
+kind = "lamp"
+x = 8
+y = 3
+variable = "Nowhere"
+
+[[page.element]]
+kind = "plot"
+x = 12
+y = 3
+variables = ["Level", "Setpoint"]
+
+[[page]]
+name = "more"
+
+[[page.element]]
+kind = "text"
+x = 0
+y = 0
+text = "Level"
+variable = "Level"
+format = "0.00"
+unit = "m"
+"""
+PICTURE = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 40 20"><script>top.alert(2)</script>
+<rect width="40" height="20" fill="#0b5cad" onload="alert(3)"/></svg>
+"""
+
+
+class WithBrowser(unittest.TestCase):
+    project, pages, flags = PROJECT, None, []
+
+    @classmethod
+    def setUpClass(cls):
+        cls.browser = Browser(CHROMIUM, DRIVER)
+        cls.addClassCleanup(cls.browser.quit)
+
+    def setUp(self):
+        self.folder = tempfile.mkdtemp()
+        self.addCleanup(shutil.rmtree, self.folder)
+        self.file = os.path.join(self.folder, "pages.toml")
+        self.write("plant.st", self.project)
+        if self.pages is not None:
+            self.write("pages.toml", self.pages)
+            self.write("plant.svg", PICTURE)
+        self.plant = Plant(PLC_RUN, os.path.join(self.folder, "plant.st"), *self.flags)
+        self.addCleanup(self.plant.remove)
+        self.plant.make_first_user()
+        for (user, password), role in ((VIEWER, "viewer"), (OPERATOR, "operator")):
+            self.plant.call("/api/users/add", {"user": user, "password": password, "role": role})
+        self.browser.size(1280, 800)
+
+    def write(self, name, text):
+        with open(os.path.join(self.folder, name), "w") as file:
+            file.write(text)
+
+    def text(self):
+        with open(self.file) as file:
+            return file.read()
+
+    def shot(self, name):
+        self.browser.driver.save_screenshot(os.path.join(SHOTS, name + ".png"))
+
+    def element(self, path, part=""):
+        return self.browser.one(f".hmi [data-path='{path}'] {part}")
+
+    def as_operator(self, path, fields):
+        """The answer to an operator's script: None, or the code of the refusal."""
+        token = self.plant.call("/api/login", {"user": OPERATOR[0], "password": OPERATOR[1], "token": True})["token"]
+        before, self.plant.token = self.plant.token, token
+        try:
+            self.plant.call(path, fields)
+            return None
+        except urllib.error.HTTPError as error:
+            return json.load(error)["code"]
+        finally:
+            self.plant.token = before
+
+
+class Editor(WithBrowser):
+    """From a program without pages to a page of one's own."""
+
+    def place(self, path):
+        """Column, row, width, height of an element, as its name tells them."""
+        label = self.element(path).get_attribute("aria-label")
+        return tuple(int(n) for n in re.search(r"column (\d+), row (\d+), (\d+) by (\d+)", label).groups())
+
+    def drag(self, source, target, dx, dy):
+        ActionChains(self.browser.driver).move_to_element(source).click_and_hold().move_to_element_with_offset(
+            target, dx, dy).release().perform()
+
+    def test_a_page_is_drawn_saved_and_loaded_again(self):
+        b = self.browser
+        b.login(self.plant.url, *ADMIN)
+        b.go("panel")
+        # The page that is made from the program: globals, and the taskblock with its unit.
+        self.element("Pump", "[role=switch]")
+        b.wait("the unit of a port", lambda: self.element("main.Smooth.CUTOFF", ".hmi-value").text == "1 Hz")
+        self.shot("hmi-first")
+        self.assertEqual(b.run(CHECKS), [])
+        b.button("Edit").click()
+        b.button("Add a page").click()
+        b.enter("Title", "Heater")
+        grid = b.one(".hmi-grid")
+        cell = grid.size["width"] / 24
+        # From the middle of the page: a gauge of 4 by 4 cells at column 10, row 5, counted from 1.
+        self.drag(b.one(".hmi-palette [data-kind=gauge]"), grid, round((9 + 2 - 12) * cell), round((4 + 2 - 7) * cell))
+        b.enter("Variable", "Level")
+        self.assertEqual(self.place("Level"), (10, 5, 4, 4))
+        b.enter("Unit", "m")
+        b.enter("High", "30")
+        # By the keyboard alone: a switch, moved and sized.
+        kind = b.one(".hmi-palette [data-kind=switch]")
+        kind.send_keys(Keys.ENTER)
+        b.enter("Variable", "Pump")
+        self.assertEqual(self.place("Pump"), (1, 1, 3, 2))
+        switch = self.element("Pump")
+        switch.send_keys(Keys.ARROW_RIGHT, Keys.ARROW_RIGHT, Keys.ARROW_DOWN)
+        b.wait("moved", lambda: self.place("Pump") == (3, 2, 3, 2))
+        self.element("Pump").send_keys(Keys.SHIFT + Keys.ARROW_RIGHT)
+        b.wait("sized", lambda: self.place("Pump") == (3, 2, 4, 2))
+        # A drag moves, its handle sizes, and each is one step back.
+        gauge = self.element("Level")
+        ActionChains(b.driver).drag_and_drop_by_offset(gauge, round(3 * cell), round(-2 * cell)).perform()
+        b.wait("dragged", lambda: self.place("Level") == (13, 3, 4, 4))
+        ActionChains(b.driver).drag_and_drop_by_offset(b.one(".hmi-handle"), round(2 * cell), round(cell)).perform()
+        b.wait("sized", lambda: self.place("Level") == (13, 3, 6, 5))
+        self.shot("hmi-editor-1280x800")
+        self.assertEqual(b.run(CHECKS), [])
+        self.element("Level").send_keys(Keys.CONTROL + "z")
+        b.wait("undone", lambda: self.place("Level") == (13, 3, 4, 4))
+        b.button("Redo").click()
+        b.wait("again", lambda: self.place("Level") == (13, 3, 6, 5))
+        self.element("Level").send_keys(Keys.CONTROL + "d")
+        b.wait("a copy", lambda: len(b.find(".hmi-grid [data-path=Level]")) == 2)
+        b.find(".hmi-grid [data-path=Level]")[1].send_keys(Keys.DELETE)
+        b.wait("removed", lambda: len(b.find(".hmi-grid [data-path=Level]")) == 1)
+        b.button("Save").click()
+        b.wait_for_text("pages.toml is saved")
+        text = self.text()
+        self.assertIn('title = "Heater"', text)
+        self.assertIn('[[page.element]]\nkind = "gauge"\nx = 12\ny = 2\nwidth = 6\nheight = 5\nvariable = "Level"\nunit = "m"\nhigh = 30\n', text)
+        self.assertIn('[[page.element]]\nkind = "switch"\nx = 2\ny = 1\nwidth = 4\nheight = 2\nvariable = "Pump"\n', text)
+        b.button("Close").click()
+        # Loaded again, it works: the switch moves the gauge.
+        b.open(self.plant.url, "#/panel?page=page")
+        self.element("Pump", "[role=switch]").click()
+        b.wait("the pump", lambda: self.plant.read("Pump") is True)
+        b.wait("the gauge", lambda: float(self.element("Level", "[role=meter]").get_attribute("aria-valuenow")) > 15)
+        self.assertIn(" m", self.element("Level", ".hmi-value").text)
+        self.shot("hmi-own-1280x800")
+        self.assertEqual(b.noted(), [])
+
+    def test_it_asks_before_changes_are_lost_and_tells_of_others(self):
+        b = self.browser
+        b.login(self.plant.url, *ADMIN)
+        b.go("panel")
+        b.button("Edit").click()
+        b.one(".hmi-palette [data-kind=text]").click()
+        b.enter("Text", "Mine")
+        b.button("Close").click()
+        b.wait_for_text("Leave without saving?")
+        b.button("Go on editing").click()
+        self.write("pages.toml", PAGES)
+        b.button("Save").click()
+        b.wait_for_text("plc explain P7778")
+        self.assertEqual(self.text(), PAGES)
+        b.button("Close").click()
+        b.button("Leave").click()
+        b.wait("the other's page", lambda: self.element("Setpoint"))
+
+    def test_wrong_pages_are_refused_with_a_reason(self):
+        b = self.browser
+        b.login(self.plant.url, *ADMIN)
+        b.go("panel")
+        b.button("Edit").click()
+        b.enter("Name, for links", "no name")
+        b.button("Save").click()
+        b.wait_for_text("plc explain P7772")
+        b.enter("Name, for links", "good")
+        b.button("Save").click()
+        b.wait_for_text("pages.toml is saved")
+
+    def test_a_narrow_screen_is_enough(self):
+        b = self.browser
+        b.login(self.plant.url, *ADMIN)
+        b.size(390, 844)
+        b.go("panel")
+        self.element("Pump", "[role=switch]")
+        self.shot("hmi-first-390x844")
+        self.assertEqual(b.run(CHECKS), [])
+        b.button("Edit").click()
+        b.one(".hmi-palette [data-kind=lamp]").click()
+        b.labelled("Variable")
+        self.shot("hmi-editor-390x844")
+        self.assertEqual(b.run(CHECKS), [])
+
+    def test_operators_do_not_edit(self):
+        b = self.browser
+        b.login(self.plant.url, *OPERATOR)
+        b.go("panel")
+        self.element("Pump", "[role=switch]")
+        self.assertEqual([one.text for one in b.find("button") if one.text == "Edit"], [])
+
+
+class Writing(WithBrowser):
+    """A page with everything that writes."""
+
+    pages = PAGES
+
+    def press(self, script):
+        self.browser.run(script, self.element("Push", "button"))
+
+    def counts(self):
+        return self.plant.read("Presses"), self.plant.read("SlowPresses")
+
+    def test_markup_is_text_and_nothing_of_a_picture_runs(self):
+        b = self.browser
+        b.login(self.plant.url, *OPERATOR)
+        b.go("panel")
+        b.wait_for_text("<img src=x onerror=alert(1)>")
+        b.wait_for_text("<b>Push</b>")
+        b.wait("the picture", lambda: b.run("return document.querySelector('.hmi img').naturalWidth") > 0)
+        b.wait_for_text("pages.toml is not as it should be")
+        b.wait_for_text("Nowhere")
+        self.shot("hmi-writing-1280x800")
+        self.assertEqual(b.run(CHECKS), [])
+        self.assertEqual(b.noted(), [])
+        b.driver.get(self.plant.url + "/api/pages/picture?file=plant.svg")
+        self.assertEqual(b.noted() or [], [])
+
+    def test_a_short_press_is_seen_by_each_task(self):
+        b = self.browser
+        b.login(self.plant.url, *OPERATOR)
+        b.go("panel")
+        self.element("Push", "button:enabled")
+        for n in range(1, 6):
+            # Down and up in the same instant: no scan of 20 ms, and none of 300 ms, would see it.
+            self.press("""
+              const at = {bubbles: true, button: 0, pointerId: 1};
+              arguments[0].setPointerCapture = () => {};
+              arguments[0].dispatchEvent(new PointerEvent("pointerdown", at));
+              arguments[0].dispatchEvent(new PointerEvent("pointerup", at));""")
+            b.wait(f"press {n}", lambda: self.counts() == (n, n))
+            b.wait("let go", lambda: self.plant.read("Push") is False)
+        self.element("Push", "button").send_keys(Keys.ENTER)
+        b.wait("by key", lambda: self.counts() == (6, 6))
+        records = [one["what"] for one in self.plant.call("/api/audit?most=20")["records"]]
+        self.assertEqual(records.count("pages.press"), 12)
+
+    def test_a_button_is_held_until_it_is_let_go_or_the_browser_is_gone(self):
+        b = self.browser
+        b.login(self.plant.url, *OPERATOR)
+        b.go("panel")
+        button = self.element("Push", "button:enabled")
+        ActionChains(b.driver).move_to_element(button).click_and_hold().perform()
+        b.wait("pressed", lambda: self.plant.read("Push") is True)
+        until = time.monotonic() + 4.5
+        while time.monotonic() < until:
+            self.assertIs(self.plant.read("Push"), True)
+            time.sleep(0.1)
+        ActionChains(b.driver).release().perform()
+        b.wait("let go", lambda: self.plant.read("Push") is False)
+        self.assertEqual(self.counts(), (1, 1))
+        ActionChains(b.driver).move_to_element(button).click_and_hold().perform()
+        b.wait("pressed", lambda: self.plant.read("Push") is True)
+        b.driver.get("about:blank")
+        b.wait("let go", lambda: self.plant.read("Push") is False)
+
+    def test_limits_hold_in_the_browser_and_on_the_server(self):
+        b = self.browser
+        b.login(self.plant.url, *OPERATOR)
+        b.go("panel")
+        slider = b.one(".kind-slider input")
+        slider.send_keys(Keys.END)
+        b.wait("the greatest", lambda: self.plant.read("Setpoint") == 30)
+        slider.send_keys(Keys.ARROW_LEFT, Keys.ARROW_LEFT)
+        b.wait("two steps less", lambda: abs(self.plant.read("Setpoint") - 29.6) < 0.01)
+        entry = b.one(".kind-number input")
+        entry.click()
+        entry.send_keys("31", Keys.ENTER)
+        b.wait_for_text("Wanted must be from 10 to 30")
+        entry.send_keys(Keys.CONTROL + "a", "12.5", Keys.ENTER)
+        b.wait("what was entered", lambda: self.plant.read("Setpoint") == 12.5)
+        write = lambda path, value: self.as_operator("/api/values/write", {"values": [{"path": path, "value": value}]})
+        self.assertEqual(write("Setpoint", 31), "P7777")
+        self.assertEqual(write("Presses", 31), "P7777")
+        self.assertEqual(write("Push", True), "P7777")
+        self.assertIsNone(write("Setpoint", 11))
+        self.element("Pump", "[role=switch]").click()
+        b.wait("the pump", lambda: self.plant.read("Pump") is True)
+
+    def test_viewers_see_the_same_without_controls(self):
+        b = self.browser
+        b.login(self.plant.url, *VIEWER)
+        b.go("panel")
+        b.wait("values", lambda: "…" not in self.element("Pump").text)
+        self.assertEqual(b.find(".hmi button, .hmi input"), [])
+
+    def test_what_is_changed_by_hand_is_shown(self):
+        b = self.browser
+        b.login(self.plant.url, *VIEWER)
+        b.go("panel")
+        b.find(".kind-link a") or b.one(".kind-link a")
+        b.one(".kind-link a").click()
+        b.wait("the other page", lambda: re.fullmatch(r"[\d.]+ m", self.element("Level", ".hmi-value").text))
+        self.write("pages.toml", PAGES.replace('text = "Level"', 'text = "How high"'))
+        b.wait_for_text("How high")
+        self.write("pages.toml", PAGES.replace('kind = "text"', 'kind = "txet"'))
+        b.wait_for_text("error P7771")
+        b.wait_for_text("How high")
+
+
+class Tank(WithBrowser):
+    """The page of the example moves."""
+
+    def setUp(self):
+        self.browser.size(1280, 800)
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.folder = tempfile.mkdtemp()
+        cls.addClassCleanup(shutil.rmtree, cls.folder)
+        shutil.copytree(TANK, cls.folder, dirs_exist_ok=True)
+        cls.plant = Plant(PLC_RUN, cls.folder + "/tank.xml", "--stimulus", cls.folder + "/stimulus.csv", "--repeat")
+        cls.addClassCleanup(cls.plant.remove)
+        cls.plant.make_first_user()
+
+    def test_the_station_moves(self):
+        b = self.browser
+        b.login(self.plant.url, *ADMIN)
+        self.assertEqual(self.plant.call("/api/pages")["problems"], [])
+        for theme in ("light", "dark"):
+            b.run("localStorage.setItem('picard.theme', JSON.stringify(arguments[0]))", theme)
+            b.open(self.plant.url, "#/panel")
+            for size, (width, height) in SIZES.items():
+                b.size(width, height)
+                b.wait("values", lambda: b.find(".hmi [role=meter]") and "…" not in b.one(".hmi").text)
+                self.assertEqual(b.run(CHECKS), [])
+                self.shot(f"hmi-tank-{size}-{theme}")
+        b.size(1280, 800)
+        level = lambda: float(self.element("Level", "[role=meter]").get_attribute("aria-valuenow"))
+        seen = set()
+        b.wait("a level that moves", lambda: seen.add(round(level())) or len(seen) > 5)
+        b.wait("an open valve", lambda: b.find(".kind-valve svg.on"))
+        b.wait("flow", lambda: b.find(".kind-pipe svg.runs"))
+        self.shot("hmi-demo")
+        # The stimulus begins again: batch after batch, also after its 20 seconds.
+        b.wait("a second batch", lambda: self.plant.read("BatchCount") >= 2)
+        self.assertEqual(b.noted(), [])
+
+    def test_it_is_saved_as_it_is(self):
+        pages = self.plant.call("/api/pages")
+        with open(self.folder + "/pages.toml") as file:
+            before = file.read()
+        self.plant.call("/api/pages/save", {"version": pages["version"], "pages": pages["pages"], "comment": pages["comment"]})
+        with open(self.folder + "/pages.toml") as file:
+            self.assertEqual(file.read(), before)
+
+
+if __name__ == "__main__":
+    os.makedirs(SHOTS, exist_ok=True)
+    program = unittest.main(argv=[sys.argv[0], "--verbose", *sys.argv[4:]], exit=False)
+    failed = {re.search(r"__main__\.([\w.]+)", test.id()).group(1) for test, _ in program.result.failures + program.result.errors}
+    if failed:
+        # A browser on a busy machine misses a key now and then: wrong is what fails twice.
+        print("tried again:", *sorted(failed), flush=True)
+        program = unittest.main(argv=[sys.argv[0], "--verbose", *sorted(failed)], exit=False)
+    sys.exit(not program.result.wasSuccessful())

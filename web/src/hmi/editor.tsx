@@ -1,0 +1,224 @@
+// The editor of HMI pages: palette, page, properties; every change is a step that can be undone.
+import type { JSX } from "preact";
+import { useEffect, useState } from "preact/hooks";
+import type { PagesGetAnswer } from "../../client/calls";
+import type { LiveValues } from "../live";
+import { notify } from "../notice";
+import { ask, plc, problemOf, type Problem } from "../plc";
+import { texts } from "../texts";
+import { Dialog, ProblemBox, Section } from "../ui/parts";
+import { clipped } from "../values";
+import { cleaned, freeName, madeElement, nameOf, withElement, withPage, type HmiDocument, type HmiElement, type HmiKind, type HmiPage } from "./document";
+import { EditCanvas } from "./edit_canvas";
+import { useHistory } from "./history";
+import { Palette } from "./palette";
+import { ElementForm, PageForm } from "./properties";
+
+const t = texts.hmi.editor;
+const newPage = { columns: 24, rows: 14 };
+
+function LeaveDialog(properties: { onLeave: () => void; onStay: () => void }): JSX.Element {
+  return (
+    <Dialog title={t.leaveTitle} onClose={properties.onStay}>
+      <p>{t.leave}</p>
+      <div class="buttons">
+        <button type="button" class="danger" onClick={properties.onLeave}>
+          {t.discard}
+        </button>
+        <button type="button" onClick={properties.onStay}>
+          {t.stay}
+        </button>
+      </div>
+    </Dialog>
+  );
+}
+
+export function Editor(properties: { pages: PagesGetAnswer; at: number; values: LiveValues; onSaved: (pages: PagesGetAnswer) => void; onClose: () => void }): JSX.Element {
+  const { pages, values } = properties;
+  const kinds = new Map<string, HmiKind>(pages.kinds.map((kind) => [kind.name, kind]));
+  const history = useHistory<HmiDocument>({ pages: pages.pages, comment: pages.comment });
+  const document_ = history.value;
+  const [wanted, setAt] = useState(properties.at);
+  const at = Math.max(0, Math.min(wanted, document_.pages.length - 1));
+  const page = document_.pages[at];
+  const [chosen, setSelected] = useState<number>();
+  const selected = chosen !== undefined && page !== undefined && chosen < page.elements.length ? chosen : undefined;
+  const [version, setVersion] = useState(pages.version);
+  const [problem, setProblem] = useState<Problem>();
+  const [leaving, setLeaving] = useState(false);
+  const [said, say] = useState("");
+
+  useEffect(() => {
+    if (!history.changed) return undefined;
+    const ask_ = (event: BeforeUnloadEvent): void => event.preventDefault();
+    addEventListener("beforeunload", ask_);
+    return () => removeEventListener("beforeunload", ask_);
+  }, [history.changed]);
+
+  const tell = (element: HmiElement): void =>
+    say(t.element(texts.hmi.kinds[element.kind] ?? element.kind, clipped(nameOf(element), 60), element.x, element.y, element.width, element.height));
+  const setPage = (next: HmiPage, step?: string): void => history.set(withPage(document_, at, next), step);
+  const change = (index: number, element: HmiElement, step?: string): void => {
+    if (page === undefined) return;
+    const next = withElement(page, index, element);
+    setPage(next, step);
+    const now = next.elements[index];
+    if (now !== undefined) tell(now);
+  };
+  const add = (element: HmiElement): void => {
+    if (page === undefined) return;
+    setPage({ ...page, elements: [...page.elements, element] });
+    setSelected(page.elements.length);
+    tell(element);
+  };
+  const make = (kind: HmiKind, place?: { x: number; y: number }): void => {
+    if (page !== undefined) add(madeElement(kind, page, place));
+  };
+  const copy = (index: number): void => {
+    const element = page?.elements[index];
+    if (page === undefined || element === undefined) return;
+    add({ ...element, x: Math.min(element.x + 1, page.columns - element.width), y: Math.min(element.y + 1, page.rows - element.height) });
+  };
+  const remove = (index: number): void => {
+    const element = page?.elements[index];
+    if (page === undefined || element === undefined) return;
+    setPage({ ...page, elements: page.elements.filter((_, i) => i !== index) });
+    setSelected(undefined);
+    say(t.removed(texts.hmi.kinds[element.kind] ?? element.kind));
+  };
+  const front = (index: number): void => {
+    const element = page?.elements[index];
+    if (page === undefined || element === undefined) return;
+    setPage({ ...page, elements: [...page.elements.filter((_, i) => i !== index), element] });
+    setSelected(page.elements.length - 1);
+  };
+  const addPage = (): void => {
+    history.set({ ...document_, pages: [...document_.pages, { name: freeName(document_, "page"), ...newPage, elements: [] }] });
+    setAt(document_.pages.length);
+    setSelected(undefined);
+  };
+  const removePage = (): void => {
+    history.set({ ...document_, pages: document_.pages.filter((_, i) => i !== at) });
+    setSelected(undefined);
+  };
+  const save = async (): Promise<void> => {
+    setProblem(undefined);
+    try {
+      const clean = document_.pages.map((one) => ({ ...one, title: one.title === "" ? undefined : one.title, elements: one.elements.map((element) => cleaned(element, kinds.get(element.kind))) }));
+      const answer = await ask(() => plc.pagesSave({ version, pages: clean, comment: [...document_.comment] }));
+      setVersion(answer.version);
+      history.saved();
+      properties.onSaved({ ...pages, version: answer.version, made: false, pages: clean, problems: answer.problems });
+      notify(t.saved);
+    } catch (error) {
+      setProblem(problemOf(error));
+    }
+  };
+  const onKey = (event: KeyboardEvent): void => {
+    if (!event.ctrlKey && !event.metaKey) return;
+    if (event.target instanceof HTMLInputElement || event.target instanceof HTMLTextAreaElement) return;
+    const key = event.key.toLowerCase();
+    if (key === "z" || key === "y") {
+      event.preventDefault();
+      if (key === "y" || event.shiftKey) history.redo();
+      else history.undo();
+    } else if (key === "s") {
+      event.preventDefault();
+      void save();
+    }
+  };
+
+  const element = selected === undefined ? undefined : page?.elements[selected];
+  const kind = element === undefined ? undefined : kinds.get(element.kind);
+  return (
+    <div class="hmi-editor" onKeyDown={onKey}>
+      <div class="tools">
+        <span class="buttons">
+          <button type="button" class="primary" onClick={() => void save()} disabled={!history.changed && !pages.made}>
+            {t.save}
+          </button>
+          <button type="button" onClick={history.undo} disabled={!history.canUndo}>
+            {t.undo}
+          </button>
+          <button type="button" onClick={history.redo} disabled={!history.canRedo}>
+            {t.redo}
+          </button>
+          <button type="button" onClick={() => (history.changed ? setLeaving(true) : properties.onClose())}>
+            {t.close}
+          </button>
+        </span>
+        <span class="tabs">
+          {document_.pages.map((one, i) => (
+            <button
+              key={i}
+              type="button"
+              aria-pressed={i === at}
+              onClick={() => {
+                setAt(i);
+                setSelected(undefined);
+              }}
+            >
+              {clipped(one.title ?? one.name, 60)}
+            </button>
+          ))}
+          <button type="button" onClick={addPage}>
+            {t.addPage}
+          </button>
+        </span>
+        {history.changed ? <small>{t.changed}</small> : null}
+      </div>
+      <ProblemBox problem={problem} />
+      <div class="hmi-workplace">
+        <Section title={t.palette} class="hmi-palette">
+          <Palette kinds={pages.kinds} page={page} onMake={make} />
+        </Section>
+        <Section title={t.canvas} class="hmi-page">
+          {page === undefined ? null : (
+            <EditCanvas page={page} values={values} selected={selected} onSelect={setSelected} onChange={change} onRemove={remove} onCopy={copy} />
+          )}
+          <p class="quiet-text">{t.canvasHelp}</p>
+        </Section>
+        <div class="side">
+          <Section title={t.properties}>
+            {selected === undefined || element === undefined ? (
+              <p class="quiet-text">{t.choose}</p>
+            ) : (
+              <>
+                <ElementForm
+                  key={selected}
+                  element={element}
+                  kind={kind}
+                  pages={document_.pages}
+                  onChange={(next, key) => change(selected, next, `${at} ${selected} ${key}`)}
+                />
+                <div class="buttons">
+                  <button type="button" onClick={() => copy(selected)}>
+                    {t.copy}
+                  </button>
+                  <button type="button" onClick={() => front(selected)}>
+                    {t.front}
+                  </button>
+                  <button type="button" class="danger" onClick={() => remove(selected)}>
+                    {t.remove}
+                  </button>
+                </div>
+              </>
+            )}
+          </Section>
+          {page === undefined ? null : (
+            <Section title={t.page}>
+              <PageForm key={at} page={page} onChange={(next, key) => setPage(next, `${at} ${key}`)} />
+              <button type="button" class="danger" onClick={removePage}>
+                {t.removePage}
+              </button>
+            </Section>
+          )}
+        </div>
+      </div>
+      <p class="unseen" role="status">
+        {said}
+      </p>
+      {leaving ? <LeaveDialog onLeave={properties.onClose} onStay={() => setLeaving(false)} /> : null}
+    </div>
+  );
+}

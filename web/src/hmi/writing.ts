@@ -1,0 +1,73 @@
+// What elements write: as the pages offer it, one call after the other.
+import { useEffect, useRef } from "preact/hooks";
+import type { Value } from "../../client/connection";
+import { notify } from "../notice";
+import { ask, plc, problemOf } from "../plc";
+
+/** How often a button says that it is still held. */
+const renewMs = 1000;
+
+function complain(error: unknown): void {
+  notify(problemOf(error).text);
+}
+
+export async function writeOffered(path: string, value: Value): Promise<void> {
+  try {
+    await ask(() => plc.valuesWrite({ values: [{ path, value }], offered: true }));
+  } catch (error) {
+    complain(error);
+  }
+}
+
+/** Writes the newest value; those that come while one is on its way are left out, but for the last. */
+export function useNewestWrite(path: string): (value: Value) => void {
+  const waiting = useRef<{ value: Value } | undefined>(undefined);
+  const busy = useRef(false);
+  return (value) => {
+    waiting.current = { value };
+    if (busy.current) return;
+    busy.current = true;
+    void (async () => {
+      while (waiting.current !== undefined) {
+        const next = waiting.current.value;
+        waiting.current = undefined;
+        await writeOffered(path, next);
+      }
+      busy.current = false;
+    })();
+  };
+}
+
+/** A button that is held: from `down` to `up`. */
+export function useHold(path: string): { down: () => void; up: () => void } {
+  const timer = useRef<ReturnType<typeof setInterval> | undefined>(undefined);
+  // WHY one after the other: a release that overtakes its press would be none.
+  const last = useRef<Promise<void>>(Promise.resolve());
+  const say = (pressed: boolean): void => {
+    last.current = last.current.then(() => ask(() => plc.pagesPress({ path, pressed })).then(() => {}, complain));
+  };
+  const up = (): void => {
+    if (timer.current === undefined) return;
+    clearInterval(timer.current);
+    timer.current = undefined;
+    say(false);
+  };
+  const down = (): void => {
+    if (timer.current !== undefined) return;
+    say(true);
+    timer.current = setInterval(() => say(true), renewMs);
+  };
+  const latest = useRef(up);
+  latest.current = up;
+  useEffect(() => {
+    const leave = (): void => latest.current();
+    addEventListener("blur", leave);
+    document.addEventListener("visibilitychange", leave);
+    return () => {
+      removeEventListener("blur", leave);
+      document.removeEventListener("visibilitychange", leave);
+      leave();
+    };
+  }, []);
+  return { down, up };
+}
