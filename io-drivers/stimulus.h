@@ -35,6 +35,8 @@ class Stimulus {
   void apply(core::TimeNs now_ns);
   /// Writes one value, or counts it as lost; `now_ns` is for the message.
   void write(const runtime::Place& place, std::string_view text, core::TimeNs now_ns);
+  /// The first row is the next one again.
+  void restart() { next_ = 0; }
   /// Values that could not be written, and why the first could not (P7107).
   struct Lost {
     std::uint64_t values = 0;

@@ -69,6 +69,10 @@ DriverStatus SimulatedDevice::status() const {
 void SimulatedDevice::before_scan(const runtime::ReleaseContext& context) noexcept {
   if (context.task != task_ || !script_) return;
   if (context.cycle == 0) first_release_ns_ = context.release_ns;
+  if (repeats_ && script_->end_ns() != 0 && context.release_ns - first_release_ns_ > script_->end_ns()) {
+    first_release_ns_ = context.release_ns;
+    script_->restart();
+  }
   bool changed = false;
   script_->apply(context.release_ns - first_release_ns_, [&](const runtime::Place& place, std::string_view text) {
     if (!owns(place)) return script_->write(place, text, context.release_ns - first_release_ns_);

@@ -20,8 +20,10 @@ namespace plc::io {
 class SimulatedDevice final : public Driver {
  public:
   /// `stimulus` empty: inputs keep their initial values. Variables of tasks other than `task` are refused by check().
-  SimulatedDevice(std::string name, std::string stimulus, std::uint32_t task, runtime::Resource& resource)
-      : name_(std::move(name)), stimulus_(std::move(stimulus)), task_(task), resource_(resource) {}
+  /// `repeats`: after the last row the stimulus begins again.
+  SimulatedDevice(std::string name, std::string stimulus, std::uint32_t task, runtime::Resource& resource,
+                  bool repeats = false)
+      : name_(std::move(name)), stimulus_(std::move(stimulus)), task_(task), resource_(resource), repeats_(repeats) {}
   /// Claims its inputs and the variable that says whether it answers, which it always does. Before any task runs.
   void claim(const BoundDriver& bound);
 
@@ -49,6 +51,7 @@ class SimulatedDevice final : public Driver {
   std::uint32_t task_;
   runtime::Resource& resource_;
   std::optional<Stimulus> script_;
+  bool repeats_;
   runtime::Access access_{resource_};
   std::vector<std::uint32_t> claimed_;  ///< fields, ascending
   std::optional<BoundChannel> ok_;

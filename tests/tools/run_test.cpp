@@ -163,6 +163,37 @@ TEST(Run, ShowsWhatChangesWithoutATerminal) {
   EXPECT_EQ(result.out.find("\x1b["), std::string::npos) << "escape sequences in a pipe";
 }
 
+TEST(Run, AStimulusBeginsAgain) {
+  const ScratchFolder scratch;
+  write_text(scratch.file("count.st"), R"(
+VAR_GLOBAL Push AT %IX0.0 : BOOL; Count : DINT; END_VAR
+PROGRAM Main VAR_EXTERNAL Push : BOOL; Count : DINT; END_VAR VAR Edge : R_TRIG; END_VAR
+  Edge(CLK := Push);
+  IF Edge.Q THEN Count := Count + 1; END_IF
+END_PROGRAM
+CONFIGURATION C RESOURCE R ON PLC
+  TASK T(INTERVAL := T#10ms, PRIORITY := 0);
+  PROGRAM main WITH T : Main;
+END_RESOURCE END_CONFIGURATION
+)");
+  write_text(scratch.file("in.csv"), "time_ms,Push\n0,0\n50,1\n100,0\n");
+  const std::vector<std::string> once = {PLC_RUN_TOOL,    scratch.file("count.st"),
+                                         "--stimulus",    scratch.file("in.csv"),
+                                         "--cycles",      "100",
+                                         "--modbus",      "off",
+                                         "--engineering", "off",
+                                         "--watch",       "Count"};
+  std::vector<std::string> again = once;
+  again.emplace_back("--repeat");
+  const ToolResult one = run_tool(once), more = run_tool(again);
+  ASSERT_EQ(one.code, 0) << one.all();
+  ASSERT_EQ(more.code, 0) << more.all();
+  EXPECT_EQ(one.out.find("Count=2"), std::string::npos) << one.out;
+  const auto reached = [&](int count) { return more.out.find("Count=" + std::to_string(count)) != std::string::npos; };
+  EXPECT_TRUE(reached(7) || reached(8) || reached(9)) << more.out;
+  EXPECT_EQ(run_tool({PLC_RUN_TOOL, tank(), "--repeat", "--cycles", "3"}).code, 2);
+}
+
 TEST(Run, WrongDurationIsAUsageError) {
   for (const char* duration : {"0s", "-5s", "soon", "10 parsecs"}) {
     EXPECT_EQ(run_tool({PLC_RUN_TOOL, tank(), std::string("--duration=") + duration}).code, 2) << duration;

@@ -70,6 +70,7 @@ struct Run {
   std::optional<io::ListenText> engineering_listen;
   std::optional<io::OpenSocket> socket;  ///< of the service
   bool simulate = false;                 ///< --simulate-io
+  bool repeat = false;                   ///< --repeat
   retain::Start start = retain::Start::kWarm;
   std::optional<LogPlace> log_place;        ///< --log
   std::optional<core::Severity> log_level;  ///< --log-level
@@ -228,7 +229,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   if (machine == nullptr) return code_after_refusal(diagnostics);
   if (!run.stimulus.empty()) {
     auto device = std::make_unique<io::SimulatedDevice>("--stimulus", run.stimulus,
-                                                        stimulus_task(run.stimulus, resource), resource);
+                                                        stimulus_task(run.stimulus, resource), resource, run.repeat);
     if (const auto problem = machine->add(std::move(device))) return complain(*problem), exit_code_of(*problem);
   }
   LiveView view(run.watch, resource, output.out(), ::isatty(STDOUT_FILENO) == 1);
@@ -406,6 +407,7 @@ int run_command(int argc, char** argv) {
                   "stop after this time: 500ms, 20s, 1h, a plain number is seconds; given twice, the last counts")
           .last();
   program.option("--stimulus=in.csv", run.stimulus, "inputs as CSV, as plc sim takes it; time 0 is the first cycle");
+  program.flag("--repeat", run.repeat, "after its last row the stimulus begins again");
   program.option("--state=DIR", run.state,
                  "folder in which RETAIN and PERSISTENT variables are kept over a restart; made when it is not there");
   program.choice(
@@ -473,6 +475,10 @@ int run_command(int argc, char** argv) {
   }
   if (run.stats == Stats::kJson && !run.watch.empty()) {
     complain("plc-run", "--stats=json and --watch both want stdout", "omit one of them");
+    return kExitUsage;
+  }
+  if (run.repeat && run.stimulus.empty()) {
+    complain("plc-run", "--repeat is for a stimulus", "--stimulus in.csv --repeat");
     return kExitUsage;
   }
   if (modbus.given()) {
