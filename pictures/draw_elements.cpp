@@ -25,6 +25,8 @@ using core::ElementKind;
 constexpr std::int32_t kLine = bytecode::kDrawnLineHeight;
 constexpr std::int32_t kMiddle = 4;  ///< from the middle of a line of text down to its baseline
 constexpr std::int32_t kNoPin = 0xffff;
+/// Bytes of a name that viewers select something by.
+constexpr std::size_t kMostName = 1000;
 
 std::string_view mark_of(const DrawnModifiers& m) {
   if (m.storage == DrawnStorage::kSet) return "S";
@@ -54,36 +56,22 @@ std::vector<std::string_view> lines_of(std::string_view text) {
   }
 }
 
+/// Draws any piece of a body on a canvas. `told`: inputs whose value stands elsewhere.
 class Elements {
  public:
-  Elements(Canvas& canvas, const DrawnBody& body, const Known& known, std::int32_t top)
-      : canvas_(canvas), body_(body), known_(known), top_(top) {}
+  using Told = std::set<std::pair<const DrawnElement*, std::size_t>>;
+  Elements(Canvas& canvas, const DrawnBody& body, const Known& known, std::int32_t top, const Told& told)
+      : canvas_(canvas), body_(body), known_(known), top_(top), told_(told) {}
 
-  void draw() {
-    captions();
-    for (const bytecode::DrawnComment& comment : body_.comments) draw_comment(comment);
-    for (const DrawnWire& wire : body_.wires) {
-      draw_wire(wire);
-      note_told(wire);
+  /// Of the chart of a macro step, above it.
+  void draw_caption(std::size_t sheet) {
+    std::int32_t first = bytecode::kMaxDrawn;
+    for (const DrawnElement& e : body_.elements) {
+      if (e.sheet == sheet) first = std::min(first, e.y);
     }
-    for (const DrawnElement& e : body_.elements) draw_element(e);
-  }
-
- private:
-  [[nodiscard]] std::int32_t y_of(std::int32_t y) const { return y + top_; }
-  [[nodiscard]] bytecode::DrawnKey key(const DrawnElement& e) const { return bytecode::key_of(known_.pou(), e); }
-
-  /// Of the charts of macro steps, above them.
-  void captions() {
-    for (std::size_t sheet = 1; sheet < body_.sheets.size(); ++sheet) {
-      std::int32_t first = bytecode::kMaxDrawn;
-      for (const DrawnElement& e : body_.elements) {
-        if (e.sheet == sheet) first = std::min(first, e.y);
-      }
-      if (first == bytecode::kMaxDrawn) continue;
-      canvas_.text(12, y_of(first) - 2 * kLine, "macro step " + body_.sheets[sheet], Anchor::kStart, "title");
-      canvas_.put("\n");
-    }
+    if (first == bytecode::kMaxDrawn) return;
+    canvas_.text(12, y_of(first) - 2 * kLine, "macro step " + body_.sheets[sheet], Anchor::kStart, "title");
+    canvas_.put("\n");
   }
 
   void draw_comment(const bytecode::DrawnComment& comment) {
@@ -104,24 +92,40 @@ class Elements {
     const DrawnElement& to = body_.elements[wire.to];
     const Mark* mark = known_.at(bytecode::key_of(known_.pou(), from, from.pins[wire.from_pin]));
     if (mark == nullptr) mark = known_.at(bytecode::key_of(known_.pou(), to, to.pins[wire.to_pin]));
-    canvas_.put(
-        fmt::format("<polyline class=\"wire{}\" points=\"", class_of(mark == nullptr ? Look::kPlain : mark->look)));
+    canvas_.put(fmt::format("<polyline {} points=\"", attributes_of("wire", mark)));
     for (std::size_t i = 0; i < wire.points.size(); ++i) {
-      canvas_.put(fmt::format("{}{},{}", i == 0 ? "" : " ", wire.points[i].x, y_of(wire.points[i].y)));
-      canvas_.reach(wire.points[i].x, y_of(wire.points[i].y));
+      const std::int32_t x = wire.points[i].x, y = y_of(wire.points[i].y);
+      canvas_.put(fmt::format("{}{},{}", i == 0 ? "" : " ", x, y));
+      canvas_.cover(x, y, x, y);
     }
     canvas_.put("\"/>\n");
   }
 
-  void note_told(const DrawnWire& wire) {
-    const DrawnElement& from = body_.elements[wire.from];
-    const DrawnElement& to = body_.elements[wire.to];
-    const Mark* const source = known_.at(bytecode::key_of(known_.pou(), from, from.pins[wire.from_pin]));
-    const Mark* const reader = known_.at(bytecode::key_of(known_.pou(), to, to.pins[wire.to_pin]));
-    if (source != nullptr && reader != nullptr && source->text == reader->text) told_.insert({&to, wire.to_pin});
+  // ---- elements ----
+
+  void draw_element(const DrawnElement& e) {
+    canvas_.begin_group(core::element_word(e.kind), title_of(e), selected_by(e));
+    canvas_.cover(e.x, y_of(e.y), e.x + e.width, y_of(e.y + e.height));
+    draw_shape(e, known_.at(key(e)));
+    for (std::size_t i = 0; i < e.pins.size(); ++i) draw_pin(e, e.pins[i], told_.contains({&e, i}));
+    canvas_.end_group();
   }
 
-  // ---- elements ----
+ private:
+  [[nodiscard]] std::int32_t y_of(std::int32_t y) const { return y + top_; }
+  [[nodiscard]] bytecode::DrawnKey key(const DrawnElement& e) const { return bytecode::key_of(known_.pou(), e); }
+
+  /// What viewers select it by: the variable or instance, and the type of a block.
+  [[nodiscard]] std::string selected_by(const DrawnElement& e) const {
+    if (!known_.live()) return {};
+    const bool block = e.kind == ElementKind::kBlock;
+    std::string out =
+        fmt::format(" data-e=\"{}.{}\" tabindex=\"-1\" role=\"button\"", known_.body(), &e - body_.elements.data());
+    const std::string& name = block ? e.instance : e.text;
+    if (!name.empty()) out += fmt::format(" data-name=\"{}\"", escaped(std::string_view(name).substr(0, kMostName)));
+    if (block) out += fmt::format(" data-type=\"{}\"", escaped(std::string_view(e.text).substr(0, kMostName)));
+    return out;
+  }
 
   [[nodiscard]] std::string title_of(const DrawnElement& e) const {
     std::string title(core::element_word(e.kind));
@@ -137,10 +141,7 @@ class Elements {
     return title;
   }
 
-  void draw_element(const DrawnElement& e) {
-    canvas_.begin_group(core::element_word(e.kind), title_of(e));
-    canvas_.reach(e.x + e.width, y_of(e.y + e.height));
-    const Look look = known_.look(key(e));
+  void draw_shape(const DrawnElement& e, const Mark* look) {
     switch (e.kind) {
       case ElementKind::kContact:
         draw_contact(e, look);
@@ -182,8 +183,6 @@ class Elements {
       default:
         draw_labelled_box(e, look);
     }
-    for (std::size_t i = 0; i < e.pins.size(); ++i) draw_pin(e, e.pins[i], told_.contains({&e, i}));
-    canvas_.end_group();
   }
 
   [[nodiscard]] static std::int32_t flow_y(const DrawnElement& e) {
@@ -191,20 +190,18 @@ class Elements {
   }
 
   /// The name above, a value or remark below.
-  void label(const DrawnElement& e, std::string_view name, Look look) {
+  void label(const DrawnElement& e, std::string_view name, const Mark* look) {
     const std::int32_t x = e.x + e.width / 2;
     canvas_.text(x, y_of(e.y) - 4, name, Anchor::kMiddle);
-    const Mark* const mark = known_.at(key(e));
-    if (mark == nullptr) return;
-    const std::string classes = "value" + std::string(class_of(look));
-    canvas_.text(x, y_of(e.y + e.height) + kLine - 2, mark->text, Anchor::kMiddle, classes);
+    canvas_.value(x, y_of(e.y + e.height) + kLine - 2, look, Anchor::kMiddle,
+                  "value" + std::string(look == nullptr ? "" : class_of(look->look)));
   }
 
-  void draw_contact(const DrawnElement& e, Look look) {
+  void draw_contact(const DrawnElement& e, const Mark* look) {
     const std::int32_t middle = e.x + e.width / 2, y = y_of(flow_y(e));
     const std::int32_t gap = std::min(std::int32_t{5}, e.width / 4 + 1),
                        high = std::min(e.height / 2, std::int32_t{10});
-    canvas_.put(fmt::format("<path class=\"shape{}\" d=\"M{},{}H{}M{},{}V{}M{},{}V{}M{},{}H{}", class_of(look), e.x, y,
+    canvas_.put(fmt::format("<path {} d=\"M{},{}H{}M{},{}V{}M{},{}V{}M{},{}H{}", attributes_of("shape", look), e.x, y,
                             middle - gap, middle - gap, y - high, y + high, middle + gap, y - high, y + high,
                             middle + gap, y, e.x + e.width));
     if (e.modifiers.negated) canvas_.put(fmt::format("M{},{}L{},{}", middle - gap, y + high, middle + gap, y - high));
@@ -213,13 +210,13 @@ class Elements {
     label(e, e.text, look);
   }
 
-  void draw_coil(const DrawnElement& e, Look look) {
+  void draw_coil(const DrawnElement& e, const Mark* look) {
     const std::int32_t middle = e.x + e.width / 2, y = y_of(flow_y(e));
     const std::int32_t gap = std::min(std::int32_t{8}, e.width / 3), high = std::min(e.height / 2, std::int32_t{10});
-    canvas_.put(fmt::format(
-        "<path class=\"shape{0}\" d=\"M{1},{2}H{3}M{4},{5}Q{6},{2} {4},{7}M{8},{5}Q{9},{2} {8},{7}M{10},{2}H{11}",
-        class_of(look), e.x, y, middle - gap - 1, middle - gap + 3, y - high, middle - gap - 5, y + high,
-        middle + gap - 3, middle + gap + 5, middle + gap + 1, e.x + e.width));
+    canvas_.put(fmt::format("<path {0} d=\"M{1},{2}H{3}M{4},{5}Q{6},{2} {4},{7}M{8},{5}Q{9},{2} {8},{7}M{10},{2}H{11}",
+                            attributes_of("shape", look), e.x, y, middle - gap - 1, middle - gap + 3, y - high,
+                            middle - gap - 5, y + high, middle + gap - 3, middle + gap + 5, middle + gap + 1,
+                            e.x + e.width));
     if (e.modifiers.negated)
       canvas_.put(fmt::format("M{},{}L{},{}", middle - 4, y + high - 2, middle + 4, y - high + 2));
     canvas_.put("\"/>");
@@ -227,11 +224,11 @@ class Elements {
     label(e, e.text, look);
   }
 
-  void box(const DrawnElement& e, Look look) {
-    canvas_.rect(e.x, y_of(e.y), e.width, e.height, "shape box" + std::string(class_of(look)));
+  void box(const DrawnElement& e, const Mark* look) {
+    canvas_.rect(e.x, y_of(e.y), e.width, e.height, "shape box", look);
   }
 
-  void draw_block(const DrawnElement& e, Look look) {
+  void draw_block(const DrawnElement& e, const Mark* look) {
     box(e, look);
     canvas_.text(e.x + e.width / 2, y_of(e.y) + kLine - 1, e.text, Anchor::kMiddle, "title");
     label(e, e.instance, look);
@@ -253,11 +250,11 @@ class Elements {
   }
 
   /// Variables, connectors, labels, jumps, returns.
-  void draw_labelled_box(const DrawnElement& e, Look look) {
+  void draw_labelled_box(const DrawnElement& e, const Mark* look) {
     const std::int32_t middle = y_of(e.y) + e.height / 2, left = e.x, right = e.x + e.width;
     const auto arrow = [&](std::string_view classes) {
       const std::int32_t tip = std::min(e.height / 2, std::int32_t{8});
-      canvas_.put(fmt::format("<path class=\"{}{}\" d=\"M{},{}H{}L{},{}L{},{}H{}Z\"/>", classes, class_of(look), left,
+      canvas_.put(fmt::format("<path {} d=\"M{},{}H{}L{},{}L{},{}H{}Z\"/>", attributes_of(classes, look), left,
                               y_of(e.y), right - tip, right, middle, right - tip, y_of(e.y) + e.height, left));
     };
     std::string text = e.text;
@@ -283,18 +280,16 @@ class Elements {
                  e.kind == ElementKind::kLabel ? "title" : "");
     const bool modified = e.modifiers.negated || !mark_of(e.modifiers).empty();
     if (modified && !e.pins.empty()) draw_modifiers(e.pins.front(), e.modifiers);
-    if (const Mark* const mark = known_.at(key(e))) {
-      canvas_.text(left + e.width / 2, y_of(e.y + e.height) + kLine - 2, mark->text, Anchor::kMiddle, "value");
-    }
+    canvas_.value(left + e.width / 2, y_of(e.y + e.height) + kLine - 2, look, Anchor::kMiddle);
   }
 
   // ---- charts ----
 
-  void draw_step(const DrawnElement& e, Look look) {
+  void draw_step(const DrawnElement& e, const Mark* look) {
     box(e, look);
     if (e.initial) {
-      canvas_.put(fmt::format("<rect class=\"shape{}\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"none\"/>",
-                              class_of(look), e.x + 3, y_of(e.y) + 3, std::max(e.width - 6, 1),
+      canvas_.put(fmt::format("<rect {} x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"none\"/>",
+                              attributes_of("shape", look), e.x + 3, y_of(e.y) + 3, std::max(e.width - 6, 1),
                               std::max(e.height - 6, 1)));
     }
     if (e.kind == ElementKind::kMacroStep) {
@@ -302,29 +297,26 @@ class Elements {
                               y_of(e.y) + e.height - 4, e.width));
     }
     canvas_.text(e.x + e.width / 2, y_of(e.y) + e.height / 2 + kMiddle, e.text, Anchor::kMiddle);
-    if (const Mark* const mark = known_.at(key(e))) {
-      canvas_.text(e.x + e.width + 4, y_of(e.y) - 2, mark->text, Anchor::kStart, "value");
-    }
+    canvas_.value(e.x + e.width + 4, y_of(e.y) - 2, look);
     std::int32_t y = y_of(e.y) + kLine - 2;
     for (std::size_t i = 0; i < e.actions.size(); ++i, y += kLine) {
       const DrawnAction& action = e.actions[i];
-      const Look of = known_.look(bytecode::key_of(known_.pou(), e, i));
-      canvas_.text(e.x + e.width + 8, y, action.qualifier + " " + action.text, Anchor::kStart,
-                   class_of(of).empty() ? "" : class_of(of).substr(1));
+      canvas_.text(e.x + e.width + 8, y, action.qualifier + " " + action.text, Anchor::kStart, {},
+                   known_.at(bytecode::key_of(known_.pou(), e, i)));
     }
   }
 
-  void draw_transition(const DrawnElement& e, Look look) {
+  void draw_transition(const DrawnElement& e, const Mark* look) {
     const std::int32_t y = y_of(e.y) + e.height / 2;
-    canvas_.put(fmt::format("<path class=\"bar{}\" d=\"M{},{}h{}\"/>", class_of(look), e.x, y, e.width));
+    canvas_.put(fmt::format("<path {} d=\"M{},{}h{}\"/>", attributes_of("bar", look), e.x, y, e.width));
     bytecode::DrawnKey condition = key(e);
     condition.side = bytecode::DrawnSide::kInput;
-    const Look of = known_.look(condition);
+    const Mark* const of = known_.at(condition);
     std::string text = e.text;
     if (e.priority >= 0) text = fmt::format("{}: {}", e.priority, text);
     std::int32_t line_y = y + kMiddle;
     for (const std::string_view line : lines_of(text)) {
-      canvas_.text(e.x + e.width + 6, line_y, line, Anchor::kStart, class_of(of).empty() ? "" : class_of(of).substr(1));
+      canvas_.text(e.x + e.width + 6, line_y, line, Anchor::kStart, {}, of);
       line_y += kLine;
     }
   }
@@ -357,12 +349,11 @@ class Elements {
       const DrawnAction& a = e.actions[i];
       const std::int32_t top = y_of(e.y) + fit(line);
       if (i != 0) canvas_.put(fmt::format("<path class=\"shape\" d=\"M{},{}h{}\"/>", e.x, top, e.width));
-      const Look look = known_.look(bytecode::key_of(known_.pou(), e, i));
-      const std::string_view classes = class_of(look).empty() ? "" : class_of(look).substr(1);
+      const Mark* const look = known_.at(bytecode::key_of(known_.pou(), e, i));
       const std::int32_t row = fit(1);
-      canvas_.text(e.x + 5, top + row / 2 + kMiddle, first_column(a), Anchor::kStart, classes);
+      canvas_.text(e.x + 5, top + row / 2 + kMiddle, first_column(a), Anchor::kStart, {}, look);
       for (const std::string_view text : lines_of(a.text)) {
-        canvas_.text(column + 5, y_of(e.y) + fit(line) + row / 2 + kMiddle, text, Anchor::kStart, classes);
+        canvas_.text(column + 5, y_of(e.y) + fit(line) + row / 2 + kMiddle, text, Anchor::kStart, {}, look);
         ++line;
       }
       canvas_.text(e.x + e.width - 5, top + row / 2 + kMiddle, a.indicator, Anchor::kEnd, "quiet");
@@ -395,21 +386,59 @@ class Elements {
     }
     canvas_.text(x + out + (pin.modifiers.negated ? out : 0), y + kMiddle, pin.text, outside);
     if (pin.pin == kNoPin || told) return;
-    const Mark* const mark = known_.at(bytecode::key_of(known_.pou(), e, pin));
-    if (mark != nullptr) canvas_.text(x + out, y - 3, mark->text, outside, "value");
+    canvas_.value(x + out, y - 3, known_.at(bytecode::key_of(known_.pou(), e, pin)), outside);
   }
 
   Canvas& canvas_;
   const DrawnBody& body_;
   const Known& known_;
   std::int32_t top_;
-  std::set<std::pair<const DrawnElement*, std::size_t>> told_;  ///< inputs whose value stands at the output
+  const Told& told_;
+};
+
+class DrawingPieces final : public Pieces {
+ public:
+  DrawingPieces(const DrawnBody& body, const Known& known, std::int32_t top) : body_(body), known_(known), top_(top) {
+    for (const DrawnWire& wire : body_.wires) {
+      if (is_told(wire)) told_.insert({&body_.elements[wire.to], wire.to_pin});
+    }
+  }
+
+  [[nodiscard]] std::size_t count() const override { return first() + body_.elements.size(); }
+  [[nodiscard]] std::size_t first() const override { return captions() + body_.comments.size() + body_.wires.size(); }
+  void draw(std::size_t piece, Canvas& canvas) const override {
+    Elements elements(canvas, body_, known_, top_, told_);
+    if (piece < captions()) return elements.draw_caption(piece + 1);
+    piece -= captions();
+    if (piece < body_.comments.size()) return elements.draw_comment(body_.comments[piece]);
+    piece -= body_.comments.size();
+    if (piece < body_.wires.size()) return elements.draw_wire(body_.wires[piece]);
+    elements.draw_element(body_.elements[piece - body_.wires.size()]);
+  }
+
+ private:
+  [[nodiscard]] std::size_t captions() const { return body_.sheets.empty() ? 0 : body_.sheets.size() - 1; }
+  /// The value at the input of the wire is the one at its output.
+  [[nodiscard]] bool is_told(const DrawnWire& wire) const {
+    const DrawnElement& from = body_.elements[wire.from];
+    const DrawnElement& to = body_.elements[wire.to];
+    const DrawnPin& input = to.pins[wire.to_pin];
+    const Mark* const source = known_.at(bytecode::key_of(known_.pou(), from, from.pins[wire.from_pin]));
+    const Mark* const reader = known_.at(bytecode::key_of(known_.pou(), to, input));
+    if (source == nullptr || reader == nullptr) return false;
+    return known_.live() ? input.modifiers == DrawnModifiers{} : source->text == reader->text;
+  }
+
+  const DrawnBody& body_;
+  const Known known_;
+  std::int32_t top_;
+  Elements::Told told_;  ///< inputs whose value stands at the output
 };
 
 }  // namespace
 
-void draw_elements(Canvas& canvas, const DrawnBody& body, const Known& known, std::int32_t top) {
-  Elements(canvas, body, known, top).draw();
+std::unique_ptr<Pieces> pieces_of_drawing(const DrawnBody& body, const Known& known, std::int32_t top) {
+  return std::make_unique<DrawingPieces>(body, known, top);
 }
 
 }  // namespace plc::pictures

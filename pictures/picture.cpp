@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <iterator>
+#include <utility>
 
 #include "pictures/canvas.h"
+#include "pictures/sheet.h"
 
 namespace plc::pictures {
 namespace {
@@ -59,6 +61,11 @@ text.unseen { fill: #f87171; }
 )";
 
 constexpr std::int32_t kMargin = 12;
+/// Of a sheet: for a value at the right border.
+constexpr std::int32_t kValueRoom = 80;
+/// Of a text, and of the lines of one piece, in a sheet.
+constexpr std::size_t kMostBytes = 500, kMostLines = 200;
+constexpr std::string_view kAnchors[] = {"", " text-anchor=\"middle\"", " text-anchor=\"end\""};
 
 }  // namespace
 
@@ -79,29 +86,55 @@ std::int32_t width_of(std::string_view text) {
   return characters * bytecode::kDrawnCharWidth;
 }
 
-void Canvas::begin_group(std::string_view classes, std::string_view title) {
-  put(fmt::format("<g class=\"{}\"><title>{}</title>", classes, escaped(title)));
+std::string attributes_of(std::string_view classes, const Mark* mark) {
+  const std::string_view look = mark == nullptr ? std::string_view() : class_of(mark->look);
+  if (mark == nullptr || mark->id < 0) return fmt::format("class=\"{}{}\"", classes, look);
+  return fmt::format("class=\"{}{}\" data-k=\"{}\"", classes, look, mark->id);
 }
 
-void Canvas::reach(std::int32_t x, std::int32_t y) {
-  right_ = std::max(right_, x);
-  bottom_ = std::max(bottom_, y);
+void Canvas::begin_group(std::string_view classes, std::string_view title, std::string_view attributes) {
+  put(fmt::format("<g class=\"{}\"{}><title>{}</title>", classes, attributes, escaped(title.substr(0, most_bytes_))));
 }
 
-void Canvas::text(std::int32_t x, std::int32_t y, std::string_view line, Anchor anchor, std::string_view classes) {
-  if (line.empty()) return;
-  constexpr std::string_view kAnchors[] = {"", " text-anchor=\"middle\"", " text-anchor=\"end\""};
-  const std::string style = classes.empty() ? std::string() : fmt::format(" class=\"{}\"", classes);
+std::string Canvas::take(Box& box) {
+  box = std::exchange(box_, Box{});
+  lines_ = 0;
+  return std::exchange(out_, {});
+}
+
+void Canvas::text(std::int32_t x, std::int32_t y, std::string_view line, Anchor anchor, std::string_view classes,
+                  const Mark* mark) {
+  if (line.empty() || lines_++ >= most_lines_) return;
+  const bool cut = line.size() > most_bytes_;
+  std::string shown = escaped(line.substr(0, most_bytes_));
+  if (cut) shown += "…";
+  std::string style;
+  if (mark != nullptr && mark->id >= 0) {
+    style = " " + attributes_of(classes, mark);
+  } else if (mark != nullptr && mark->look != Look::kPlain) {
+    style = fmt::format(" class=\"{}\"", only(class_of(mark->look)));
+  } else if (!classes.empty()) {
+    style = fmt::format(" class=\"{}\"", classes);
+  }
   put(fmt::format("<text x=\"{}\" y=\"{}\"{}{}>{}</text>", x, y, kAnchors[static_cast<std::size_t>(anchor)], style,
-                  escaped(line)));
-  const std::int32_t width = width_of(line);
-  reach(anchor == Anchor::kStart ? x + width : anchor == Anchor::kMiddle ? x + width / 2 : x, y + 4);
+                  shown));
+  const std::int32_t width = width_of(line.substr(0, most_bytes_));
+  const std::int32_t left = anchor == Anchor::kStart ? x : anchor == Anchor::kMiddle ? x - width / 2 : x - width;
+  cover(left, y - bytecode::kDrawnLineHeight, anchor == Anchor::kMiddle ? x + width / 2 : left + width, y + 4);
 }
 
-void Canvas::rect(std::int32_t x, std::int32_t y, std::int32_t width, std::int32_t height, std::string_view classes) {
-  const std::string style = classes.empty() ? std::string() : fmt::format(" class=\"{}\"", classes);
+void Canvas::value(std::int32_t x, std::int32_t y, const Mark* mark, Anchor anchor, std::string_view classes) {
+  if (mark == nullptr) return;
+  if (mark->id < 0) return text(x, y, mark->text, anchor, classes);
+  put(fmt::format("<text x=\"{}\" y=\"{}\"{} class=\"value\" data-k=\"{}\"></text>", x, y,
+                  kAnchors[static_cast<std::size_t>(anchor)], mark->id));
+}
+
+void Canvas::rect(std::int32_t x, std::int32_t y, std::int32_t width, std::int32_t height, std::string_view classes,
+                  const Mark* mark) {
+  const std::string style = classes.empty() && mark == nullptr ? std::string() : " " + attributes_of(classes, mark);
   put(fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"{}/>", x, y, width, height, style));
-  reach(x + width, y + height);
+  cover(x, y, x + width, y + height);
 }
 
 std::string Canvas::document(std::string_view title) const {
@@ -112,23 +145,151 @@ std::string Canvas::document(std::string_view title) const {
       width, height, escaped(title), kStyle, out_);
 }
 
-std::string svg(std::string_view title, std::span<const PicturedBody> bodies, const Marks& marks) {
-  Canvas canvas;
+namespace {
+
+class Caption final : public Pieces {
+ public:
+  Caption(const std::string& text, std::int32_t y) : text_(text), y_(y) {}
+  [[nodiscard]] std::size_t count() const override { return 1; }
+  void draw(std::size_t /*piece*/, Canvas& canvas) const override {
+    canvas.text(kMargin, y_, text_, Anchor::kStart, "title");
+    canvas.put("\n");
+  }
+
+ private:
+  std::string text_;
+  std::int32_t y_;
+};
+
+/// Draws the bodies below each other, and calls drawn(piece) after each piece. What they were drawn by.
+template <class Drawn>
+std::vector<std::unique_ptr<Pieces>> draw_bodies(std::span<const PicturedBody> bodies, const Marks& marks, bool live,
+                                                 Canvas& canvas, Drawn&& drawn) {
+  std::vector<std::unique_ptr<Pieces>> all;
+  const auto draw = [&](std::unique_ptr<Pieces> pieces) {
+    for (std::size_t i = 0; i < pieces->count(); ++i) {
+      pieces->draw(i, canvas);
+      drawn(all.size(), i);
+    }
+    all.push_back(std::move(pieces));
+  };
   for (const PicturedBody& one : bodies) {
     std::int32_t top = canvas.bottom() == 0 ? 0 : canvas.bottom() + 2 * kMargin;
     if (!one.caption.empty()) {
       top += bytecode::kDrawnLineHeight + 4;
-      canvas.text(kMargin, top, one.caption, Anchor::kStart, "title");
-      canvas.put("\n");
+      draw(std::make_unique<Caption>(one.caption, top));
     }
-    const Known known(marks, one.pou);
-    if (!one.body->elements.empty() || !one.body->comments.empty()) {
-      draw_elements(canvas, *one.body, known, top);
-    } else {
-      draw_text(canvas, *one.body, known, top);
-    }
+    const Known known(marks, one.pou, live, static_cast<std::size_t>(&one - bodies.data()));
+    const bool text = one.body->elements.empty() && one.body->comments.empty();
+    draw(text ? pieces_of_text(*one.body, known, top) : pieces_of_drawing(*one.body, known, top));
   }
+  return all;
+}
+
+}  // namespace
+
+std::string svg(std::string_view title, std::span<const PicturedBody> bodies, const Marks& marks) {
+  Canvas canvas;
+  draw_bodies(bodies, marks, false, canvas, [](std::size_t, std::size_t) {});
   return canvas.document(title);
+}
+
+struct Sheet::Contents {
+  struct Piece {
+    std::uint32_t group = 0, number = 0;
+    Box box;
+  };
+  Marks marks;
+  std::vector<std::unique_ptr<Pieces>> groups;
+  std::vector<Piece> pieces;
+  std::vector<std::size_t> bodies;  ///< their groups
+  std::int32_t width = 0, height = 0;
+};
+
+Sheet::Sheet(std::span<const PicturedBody> bodies, Marks marks) : contents_(std::make_unique<Contents>()) {
+  Contents& c = *contents_;
+  c.marks = std::move(marks);
+  Canvas canvas;
+  canvas.limit(kMostBytes, kMostLines);
+  c.groups = draw_bodies(bodies, c.marks, true, canvas, [&](std::size_t group, std::size_t number) {
+    Contents::Piece& piece = c.pieces.emplace_back();
+    piece.group = static_cast<std::uint32_t>(group);
+    piece.number = static_cast<std::uint32_t>(number);
+    static_cast<void>(canvas.take(piece.box));
+  });
+  for (std::size_t group = 0, b = 0; b < bodies.size(); ++b, ++group) {
+    if (!bodies[b].caption.empty()) ++group;
+    c.bodies.push_back(group);
+  }
+  c.width = canvas.right() + kMargin + kValueRoom;
+  c.height = canvas.bottom() + kMargin;
+}
+
+Sheet::~Sheet() = default;
+
+std::int32_t Sheet::width() const { return contents_->width; }
+std::int32_t Sheet::height() const { return contents_->height; }
+
+Sheet::Part Sheet::draw(std::int32_t x, std::int32_t y, std::int32_t width, std::int32_t height,
+                        std::size_t most) const {
+  Part part;
+  std::vector<const Contents::Piece*> found;
+  for (const Contents::Piece& piece : contents_->pieces) {
+    // Signs at pins, and values that a viewer writes, reach a little further.
+    const Box& box = piece.box;
+    if (box.right >= x - kValueRoom && box.left <= std::int64_t{x} + width + kValueRoom && box.bottom >= y - kMargin &&
+        box.top <= std::int64_t{y} + height + kMargin)
+      found.push_back(&piece);
+  }
+  if (found.size() > most) {
+    // Long wires that pass go first.
+    const auto size = [](const Contents::Piece* p) {
+      return std::int64_t{p->box.right} - p->box.left + p->box.bottom - p->box.top;
+    };
+    std::nth_element(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(most), found.end(),
+                     [&](const auto* a, const auto* b) { return size(a) < size(b); });
+    part.left_out = found.size() - most;
+    found.resize(most);
+    std::sort(found.begin(), found.end());
+  }
+  Canvas canvas;
+  canvas.limit(kMostBytes, kMostLines);
+  for (const Contents::Piece* const piece : found) {
+    contents_->groups[piece->group]->draw(piece->number, canvas);
+    Box ignored;
+    part.svg += canvas.take(ignored);
+  }
+  return part;
+}
+
+std::optional<Sheet::Place> Sheet::place_of(std::size_t body, std::size_t element) const {
+  if (body >= contents_->bodies.size()) return {};
+  const std::size_t group = contents_->bodies[body];
+  const std::uint64_t number = contents_->groups[group]->first() + std::uint64_t{element};
+  const auto found =
+      std::lower_bound(contents_->pieces.begin(), contents_->pieces.end(), std::pair(group, number),
+                       [](const Contents::Piece& piece, const auto& wanted) {
+                         return std::pair<std::size_t, std::uint64_t>(piece.group, piece.number) < wanted;
+                       });
+  if (found == contents_->pieces.end() || found->group != group || found->number != number) return {};
+  const Box& box = found->box;
+  if (box.left > box.right) return {};
+  return Place{box.left, box.top, box.right - box.left, box.bottom - box.top};
+}
+
+std::vector<std::int32_t> Sheet::breaks() const {
+  std::vector<std::pair<std::int32_t, std::int32_t>> spans;
+  for (const Contents::Piece& piece : contents_->pieces) {
+    if (piece.box.top <= piece.box.bottom) spans.emplace_back(piece.box.top, piece.box.bottom);
+  }
+  std::sort(spans.begin(), spans.end());
+  std::vector<std::int32_t> between;
+  std::int32_t bottom = 0;
+  for (const auto& [top, end] : spans) {
+    if (top > bottom && bottom != 0) between.push_back(bottom + (top - bottom) / 2);
+    bottom = std::max(bottom, end);
+  }
+  return between;
 }
 
 }  // namespace plc::pictures

@@ -28,6 +28,8 @@ enum class Look : std::uint8_t {
 struct Mark {
   Look look = Look::kPlain;
   std::string text;  ///< a value or a remark, beside the place; or empty
+  /// By which a viewer finds the place in a Sheet, and fills in look and value itself; -1 = it does not.
+  std::int64_t id = -1;
 };
 
 /// What is known, by place. A wire looks like the output it comes from, or else like the input it leads to.
