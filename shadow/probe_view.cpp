@@ -73,11 +73,17 @@ class Search {
 
 }  // namespace
 
-std::vector<PouInstance> instances_of(const runtime::Program& program, std::uint32_t pou, std::size_t most) {
+std::vector<std::uint32_t> reached_by(const runtime::Program& program) {
+  return runtime::reached_pous(program.image(), program.task().body);
+}
+
+std::vector<PouInstance> instances_of(const runtime::Program& program, std::uint32_t pou, std::size_t most,
+                                      const std::vector<std::uint32_t>* reached) {
   const Image& image = program.image();
   const std::uint32_t body = program.task().body;
-  const std::vector<std::uint32_t> reached = runtime::reached_pous(image, body);
-  if (std::find(reached.begin(), reached.end(), pou) == reached.end()) return {};
+  const std::vector<std::uint32_t> own = reached == nullptr ? reached_by(program) : std::vector<std::uint32_t>();
+  const std::vector<std::uint32_t>& all = reached == nullptr ? own : *reached;
+  if (std::find(all.begin(), all.end(), pou) == all.end()) return {};
   if (image.pous[pou].kind == bytecode::PouKind::kFunction) return {{image.pous[pou].name, {pou, 0}}};
   Search search(image, pou, most);
   search.fields(image.pous[body].instance_type, program.table().layout().instance, "", false);

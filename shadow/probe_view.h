@@ -24,8 +24,12 @@ struct PouInstance {
   std::string path;  ///< "Main", "Main.Valves[2]", "GVL.Pump"; of a function its name
   runtime::ProbedPou view;
 };
-/// All instances of `pou` that the task has, at most `most`; nothing when it does not reach the POU.
-std::vector<PouInstance> instances_of(const runtime::Program& program, std::uint32_t pou, std::size_t most = 10'000);
+/// POUs that the task reaches, for instances_of() of many POUs.
+std::vector<std::uint32_t> reached_by(const runtime::Program& program);
+/// All instances of `pou` that the task has, at most `most`; nothing when it does not reach the POU. `reached`: what
+/// reached_by() gave, or null.
+std::vector<PouInstance> instances_of(const runtime::Program& program, std::uint32_t pou, std::size_t most = 10'000,
+                                      const std::vector<std::uint32_t>* reached = nullptr);
 
 /// What is to be seen at one place.
 struct Shown {

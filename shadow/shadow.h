@@ -69,6 +69,8 @@ class Shadow {
   [[nodiscard]] std::string file() const { return folder_ ? folder_->file() : std::string(); }
   /// The newest scans, as a file has them (RecordFile::read()): a past to look into, or to store.
   [[nodiscard]] std::vector<std::byte> recording() const;
+  /// What replicas run in, as it was given.
+  [[nodiscard]] const Follower::Prepare& prepare() const { return options_.prepare; }
 
   /// While one lives, replicas follow the plant. Must not outlive the shadow.
   class Viewer {
