@@ -42,6 +42,7 @@ enum class FieldType : std::uint8_t {
   kBoolean,
   kValue,    ///< of a variable: boolean, number, text, array or object
   kTexts,    ///< at most `high` of them
+  kNumbers,  ///< whole numbers from 0 on, at most `high` of them
   kRecord,   ///< an object with the fields of `record`
   kRecords,  ///< at most `high` of them
 };
@@ -77,6 +78,7 @@ enum class Thread : std::uint8_t {
   kIo,       ///< that of all connections: nothing that waits
   kFiles,    ///< reads and writes files
   kSecrets,  ///< computes with passwords, which takes long
+  kPast,     ///< executes recorded scans again, which takes long
 };
 
 struct Call {
@@ -123,6 +125,9 @@ constexpr Field value(std::string_view name, std::string_view doc) {
 }
 constexpr Field texts(std::string_view name, std::string_view doc, std::int64_t most = 0) {
   return {.name = name, .type = FieldType::kTexts, .doc = doc, .high = most};
+}
+constexpr Field numbers(std::string_view name, std::string_view doc, std::int64_t most = 0) {
+  return {.name = name, .type = FieldType::kNumbers, .doc = doc, .high = most};
 }
 constexpr Field record(std::string_view name, const Record& record, std::string_view doc) {
   return {.name = name, .type = FieldType::kRecord, .doc = doc, .record = &record};

@@ -32,8 +32,9 @@ Right role_named(std::string_view name) {
 std::span<const Call> calls() {
   static const std::vector<Call> all = [] {
     std::vector<Call> rows;
-    for (const auto subject : {target_calls(), login_calls(), task_calls(), variable_calls(), force_calls(),
-                               recording_calls(), page_calls(), log_calls(), program_calls(), user_calls()}) {
+    for (const auto subject :
+         {target_calls(), login_calls(), task_calls(), variable_calls(), force_calls(), recording_calls(),
+          diagram_calls(), past_calls(), page_calls(), log_calls(), program_calls(), user_calls()}) {
       rows.insert(rows.end(), subject.begin(), subject.end());
     }
     return rows;

@@ -131,7 +131,7 @@ constexpr Call kCalls[] = {
      .example = R"({"paths": ["%QX0.0"], "seconds": 1})",
      .run = trace,
      .form = Form::kFile,
-     .thread = Thread::kFiles},
+     .thread = Thread::kPast},
 };
 
 }  // namespace

@@ -29,6 +29,8 @@
 
 namespace plc::engineering {
 
+struct DiagramServices;
+
 struct Caller {
   std::string user;  ///< empty before login
   Right role = Right::kAnybody;
@@ -85,6 +87,7 @@ struct Context {
   shadow::Shadow* shadow = nullptr;             ///< any; null when nothing is recorded
   core::TimeNs begin_ns = 0;                    ///< when the plant started, by `clock`
   PasswordCost cost{};
+  DiagramServices* drawn = nullptr;  ///< as its members say
 };
 
 }  // namespace plc::engineering

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "bytecode/image.h"
+#include "engineering/diagram_services.h"
 #include "engineering/health.h"
 #include "engineering/state_files.h"
 
@@ -18,6 +19,8 @@ namespace {
 
 /// Between attempts at what cannot be had.
 constexpr core::TimeNs kAgainNs = 1'000'000'000;
+/// Between looks at recordings that nobody looks into any more.
+constexpr core::TimeNs kPastNs = 10'000'000'000;
 
 Said said_of(const core::Problem& problem, core::Severity severity) {
   return {severity, fmt::format("engineering: {}: {}{}", core::info(problem.code).name, problem.message,
@@ -50,6 +53,7 @@ struct Engineering::State {
       : options(std::move(given)),
         identity(completed(std::move(who), resource.image())),
         variables(resource, values),
+        drawn(resource),
         forces(forced),
         scheduler(plant),
         log(book),
@@ -73,6 +77,7 @@ struct Engineering::State {
   Options options;
   Identity identity;
   Variables variables;
+  DiagramServices drawn;
   runtime::ForceList& forces;
   shadow::Shadow* shadow = nullptr;
   const runtime::RealtimeScheduler& scheduler;
@@ -93,7 +98,7 @@ struct Engineering::State {
   std::unique_ptr<Server> server;
   bool listening = false;
   std::string refusal;  ///< why not, as it was said
-  core::TimeNs next_ns = 0;
+  core::TimeNs next_ns = 0, past_ns = 0;
   std::atomic<bool> writing{false};  ///< the audit
   std::mutex audit_mutex;
   std::string audit_problem;       ///< of the thread that writes
@@ -142,8 +147,24 @@ void Engineering::State::open(std::vector<Said>& said) {
     said.push_back({core::Severity::kNote, fmt::format("engineering: certificate {}{}", certificate->fingerprint,
                                                        certificate->made ? ", made now" : "")});
   }
-  context = std::make_unique<Context>(Context{identity, variables, scheduler, log, *users, sessions, delay, first_code,
-                                              *audit, clock, calendar, forces, hmi, presses, shadow, clock.now_ns()});
+  context = std::make_unique<Context>(Context{identity,
+                                              variables,
+                                              scheduler,
+                                              log,
+                                              *users,
+                                              sessions,
+                                              delay,
+                                              first_code,
+                                              *audit,
+                                              clock,
+                                              calendar,
+                                              forces,
+                                              hmi,
+                                              presses,
+                                              shadow,
+                                              clock.now_ns(),
+                                              {},
+                                              &drawn});
   dispatcher = std::make_unique<Dispatcher>(*context, hosts, certificate.has_value(), options.pages);
   ServerOptions wanted;
   wanted.address = options.address;
@@ -218,7 +239,10 @@ Engineering::Engineering(Options options, Identity identity, runtime::Resource& 
     : state_(std::make_unique<State>(std::move(options), std::move(identity), resource, values, forces, scheduler, log,
                                      clock, calendar)) {}
 
-void Engineering::set_shadow(shadow::Shadow* shadow) { state_->shadow = shadow; }
+void Engineering::set_shadow(shadow::Shadow* shadow) {
+  state_->shadow = shadow;
+  state_->drawn.live.set_shadow(shadow);
+}
 
 Engineering::~Engineering() { stop(); }
 
@@ -255,6 +279,11 @@ std::vector<Said> Engineering::service(core::TimeNs now_ns) {
   if (!state.listening) return said;
   state.say_code(said);
   state.write_audit(said);
+  state.drawn.diagrams.rest();
+  if (now_ns >= state.past_ns) {
+    state.past_ns = now_ns + kPastNs;
+    state.server->post_past_work([&state] { state.drawn.past.rest(state.clock.now_ns()); });
+  }
   return said;
 }
 

@@ -62,9 +62,12 @@ Json schema_of(const Field& field) {
       schema = reference(*field.record);
       break;
     case FieldType::kTexts:
+    case FieldType::kNumbers:
     case FieldType::kRecords:
       schema["type"] = "array";
-      schema["items"] = field.type == FieldType::kTexts ? Json{{"type", "string"}} : reference(*field.record);
+      schema["items"] = field.type == FieldType::kTexts     ? Json{{"type", "string"}}
+                        : field.type == FieldType::kNumbers ? Json{{"type", "integer"}, {"minimum", 0}}
+                                                            : reference(*field.record);
       if (field.high != 0) schema["maxItems"] = field.high;
       break;
   }

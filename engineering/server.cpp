@@ -22,6 +22,7 @@ constexpr std::chrono::milliseconds kAcceptPause{100};
 /// Calls that wait for a thread of their own.
 constexpr std::size_t kMostSecrets = 64;
 constexpr std::size_t kMostFiles = 256;
+constexpr std::size_t kMostPast = 64;
 
 core::Problem cannot_listen(const ServerOptions& options, const error_code& error) {
   const char* help = "see listen under [engineering] in plc.toml, or --engineering";
@@ -102,6 +103,7 @@ struct Server::State final : ClientOwner {
   std::unique_ptr<Session> session;
   Worker secrets{kMostSecrets};
   Worker files{kMostFiles};
+  Worker past{kMostPast};
   runtime::OrdinaryThread thread;
   std::atomic<std::uint16_t> port{0};
 };
@@ -125,7 +127,9 @@ bool Server::State::run(std::shared_ptr<ReadyCall> ready, std::function<void(Htt
     done(calls.run(*ready));
     return true;
   }
-  Worker& worker = ready->call->thread == Thread::kSecrets ? secrets : files;
+  Worker& worker = ready->call->thread == Thread::kSecrets ? secrets
+                   : ready->call->thread == Thread::kPast  ? past
+                                                           : files;
   // What it holds is let go of on the thread of the connections.
   auto shared = std::make_shared<std::function<void(HttpResponse)>>(std::move(done));
   return worker.post([this, ready, shared] {
@@ -235,6 +239,7 @@ std::optional<core::Problem> Server::start() {
   state.accept();
   state.secrets.start("plc-eng-secrets");
   state.files.start("plc-eng-files");
+  state.past.start("plc-eng-past");
   state.thread.start("plc-eng", [&state] { state.run_io(); });
   return std::nullopt;
 }
@@ -244,6 +249,7 @@ void Server::stop() {
   if (!state.session) return;
   state.secrets.stop();
   state.files.stop();
+  state.past.stop();
   state.session->io.stop();
   state.thread.join();
   for (const auto& client : state.session->clients) client->close();
@@ -255,6 +261,8 @@ void Server::stop() {
 std::uint16_t Server::port() const { return state_->port; }
 
 bool Server::post_file_work(std::function<void()> work) { return state_->files.post(std::move(work)); }
+
+bool Server::post_past_work(std::function<void()> work) { return state_->past.post(std::move(work)); }
 
 ServerStatistics Server::statistics() const {
   const State::Counters& counters = state_->counters;

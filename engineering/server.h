@@ -1,9 +1,9 @@
 // Server: HTTP/1.1 and WebSockets for the dispatcher, on one I/O thread (Boost.Beast), away from the tasks.
 //
 // In: an address, a dispatcher, limits. Out: answers to any number of clients up to the limit. What takes long runs on
-// two further threads, one for passwords and one for files. Loopback alone is served without TLS. Slow, half-open and
-// silent clients lose their connection; where all places are taken, one that has not logged in gives way. Threads:
-// start() and stop() belong to one owner; statistics any. Does not belong here: what calls do, who may call.
+// further threads: one for passwords, one for files, one for the past. Loopback alone is served without TLS. Slow,
+// half-open and silent clients lose their connection; where all places are taken, one that has not logged in gives way.
+// Threads: start() and stop() belong to one owner; statistics any. Does not belong here: what calls do, who may call.
 #pragma once
 
 #include <cstdint>
@@ -54,6 +54,8 @@ class Server {
   [[nodiscard]] ServerStatistics statistics() const;
   /// Runs on the thread for files, which start() has made. False when too much waits.
   bool post_file_work(std::function<void()> work);
+  /// The same on the thread for the past.
+  bool post_past_work(std::function<void()> work);
 
  private:
   struct State;

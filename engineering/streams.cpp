@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "engineering/flow_stream.h"
 #include "engineering/log_json.h"
 #include "engineering/value_stream.h"
 
@@ -42,6 +43,8 @@ class LogStream final : public Stream {
 
 std::unique_ptr<Stream> make_stream(const Call& call, Context& context, const Json& request) {
   if (call.name == "log.stream") return std::make_unique<LogStream>(context, request);
+  if (call.name == "diagrams.stream")
+    return std::make_unique<FlowStream>(context, request.value("period_ms", std::int64_t{50}) * 1'000'000);
   return std::make_unique<ValueStream>(context, request.value("period_ms", std::int64_t{100}) * 1'000'000);
 }
 

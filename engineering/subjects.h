@@ -14,6 +14,8 @@ std::span<const Call> variable_calls();
 std::span<const Call> force_calls();
 std::span<const Call> recording_calls();
 std::span<const Call> page_calls();
+std::span<const Call> diagram_calls();
+std::span<const Call> past_calls();
 std::span<const Call> log_calls();
 std::span<const Call> program_calls();
 std::span<const Call> user_calls();

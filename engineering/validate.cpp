@@ -62,6 +62,7 @@ std::optional<Refusal> wrong_value(const Json& value, const Field& field, const 
       if (!value.is_object()) return wrong(where, "must be an object");
       return wrong_object(value, field.record->fields, where + ".");
     case FieldType::kTexts:
+    case FieldType::kNumbers:
     case FieldType::kRecords:
       if (!value.is_array()) return wrong(where, "must be a list");
       if (field.high != 0 && value.size() > static_cast<std::size_t>(field.high)) {
@@ -71,6 +72,9 @@ std::optional<Refusal> wrong_value(const Json& value, const Field& field, const 
         const std::string at = fmt::format("{}[{}]", where, i);
         if (field.type == FieldType::kTexts) {
           if (!value[i].is_string()) return wrong(at, "must be a text");
+        } else if (field.type == FieldType::kNumbers) {
+          if (!value[i].is_number_unsigned() || value[i].get<std::uint64_t>() > INT64_MAX)
+            return wrong(at, "must be a whole number from 0 on");
         } else {
           if (!value[i].is_object()) return wrong(at, "must be an object");
           if (auto found = wrong_object(value[i], field.record->fields, at + ".")) return found;

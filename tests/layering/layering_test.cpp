@@ -44,7 +44,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"retain", {"core", "stdlib", "bytecode", "runtime"}},
     {"shadow", {"core", "stdlib", "bytecode", "runtime"}},
     {"native", {"core", "stdlib", "bytecode", "runtime"}},
-    {"engineering", {"core", "stdlib", "bytecode", "runtime", "shadow", "log", "hmi", "taskblocks"}},
+    {"engineering", {"core", "stdlib", "bytecode", "pictures", "runtime", "shadow", "log", "hmi", "taskblocks"}},
     {"web", {"engineering"}},
     {"io-drivers", {"core", "stdlib", "bytecode", "runtime"}},
     {"io-drivers/modbus-rtu", {"core"}},

@@ -66,6 +66,8 @@ std::string python_type(const Field& field) {
       return std::string(field.record->name);
     case FieldType::kTexts:
       return "list of str";
+    case FieldType::kNumbers:
+      return "list of int";
     case FieldType::kRecords:
       return fmt::format("list of {}", field.record->name);
   }
@@ -127,6 +129,8 @@ std::string typescript_type(const Field& field) {
       return std::string(field.record->name);
     case FieldType::kTexts:
       return "string[]";
+    case FieldType::kNumbers:
+      return "number[]";
     case FieldType::kRecords:
       return std::string(field.record->name) + "[]";
   }

@@ -41,6 +41,8 @@ std::string type_of(const Field& field) {
       return fmt::format("[{}](#records)", field.record->name);
     case FieldType::kTexts:
       return field.high != 0 ? fmt::format("list of at most {} texts", field.high) : "list of texts";
+    case FieldType::kNumbers:
+      return field.high != 0 ? fmt::format("list of at most {} whole numbers", field.high) : "list of whole numbers";
     case FieldType::kRecords:
       return fmt::format("list of [{}](#records)", field.record->name);
   }

@@ -11,6 +11,7 @@
 #include <string>
 #include <utility>
 
+#include "engineering/diagram_services.h"
 #include "engineering/dispatch.h"
 #include "engineering/streams.h"
 #include "tests/support/image_builder.h"
@@ -70,9 +71,13 @@ class EngineeringRig {
  public:
   explicit EngineeringRig(bool secure = false, bool with_users = true, const std::string& folder = {},
                           const std::string& project = {})
-      : resource(std::move(*runtime::Resource::load(engineering_image()))),
+      : EngineeringRig(engineering_image(), secure, with_users, folder, project) {}
+  explicit EngineeringRig(bytecode::VerifiedImage image, bool secure = false, bool with_users = true,
+                          const std::string& folder = {}, const std::string& project = {})
+      : resource(std::move(*runtime::Resource::load(std::move(image)))),
         values(resource->globals()),
         variables(*resource, values),
+        drawn(*resource),
         forces(*resource),
         hmi(project, variables),
         presses(variables, [this](std::uint32_t) { return std::optional(scans); }),
@@ -80,6 +85,7 @@ class EngineeringRig {
         users(std::move(*engineering::Users::open(folder))),
         audit(folder, calendar, audit_said),
         dispatcher_(std::make_unique<engineering::Dispatcher>(context, hosts, secure)) {
+    context.drawn = &drawn;
     if (!with_users) return;
     for (const char* role : {"viewer", "operator", "engineer", "admin"}) {
       engineering::User user{role, engineering::role_named(role),
@@ -135,6 +141,7 @@ class EngineeringRig {
   std::unique_ptr<runtime::Resource> resource;
   engineering::GlobalValues values;
   engineering::Variables variables;
+  engineering::DiagramServices drawn;
   runtime::ForceList forces;
   std::uint64_t scans = 0;
   engineering::HmiPages hmi;
@@ -148,8 +155,8 @@ class EngineeringRig {
   std::string audit_said;
   engineering::Audit audit;
   /// The cheapest that libsodium allows: tests are about who may, not about how long it takes.
-  engineering::Context context{identity, variables, scheduler, log, *users,  sessions, delay, first_code, audit,
-                               clock,    calendar,  forces,    hmi, presses, nullptr,  0,     {1, 8192}};
+  engineering::Context context{identity, variables, scheduler, log,    *users, sessions, delay,     first_code, audit,
+                               clock,    calendar,  forces,    hmi,    presses, nullptr,  0,         {1, 8192},  nullptr};
   engineering::HostRules hosts{{"plant.example"}};
 
  private:
