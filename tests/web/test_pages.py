@@ -1,57 +1,14 @@
-"""The pages of plc-run in a real browser.
-
-usage: test_pages.py PLC_RUN TANK_FOLDER SCREENSHOT_FOLDER [unittest options]
-
-Exit code 77, and why, where there is no Chromium with its driver and Selenium. Screenshots are left in the folder.
-"""
+"""The pages of plc-run in a real browser: login, each page, keyboard, hostile projects (cases.py)."""
 
 import gzip
-import os
 import re
 import shutil
-import sys
 import tempfile
 import time
-import unittest
 from datetime import datetime
 
-try:
-    import selenium  # noqa: F401
-except ImportError:
-    print("skipped: python3-selenium is not installed (scripts/install-packages browser)")
-    sys.exit(77)
-CHROMIUM, DRIVER = shutil.which("chromium"), shutil.which("chromedriver")
-if not CHROMIUM or not DRIVER:
-    print("skipped: chromium or chromium-driver is not installed (scripts/install-packages browser)")
-    sys.exit(77)
-
-import hostile  # noqa: E402
-from browser import ADMIN, Browser, By, Keys, Plant  # noqa: E402
-
-PLC_RUN, TANK, SHOTS = sys.argv[1:4]
-HERE = os.path.dirname(os.path.abspath(__file__))
-SIZES = {"1280x800": (1280, 800), "390x844": (390, 844)}
-PAGES = ["overview", "panel", "variables", "trends", "log", "users"]
-VIEWER, OPERATOR = ("vera", "viewer horse battery"), ("otto", "operator horse battery")
-ENGINEER = ("emil", "engineer horse battery")
-with open(os.path.join(HERE, "checks.js")) as file:
-    CHECKS = file.read()
-
-
-class WithBrowser(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.browser = Browser(CHROMIUM, DRIVER)
-        cls.addClassCleanup(cls.browser.quit)
-
-    def shot(self, name):
-        self.browser.driver.save_screenshot(os.path.join(SHOTS, name + ".png"))
-
-    def assert_nothing_noted(self):
-        self.assertEqual(self.browser.noted(), [])
-        foreign = self.browser.run(
-            "return performance.getEntriesByType('resource').map((one) => one.name).filter((name) => !name.startsWith(location.origin))")
-        self.assertEqual(foreign, [])
+import hostile
+from cases import ADMIN, CHECKS, OPERATOR, PAGES, PLC_RUN, SIZES, TANK, VIEWER, By, Keys, Plant, WithBrowser, main
 
 
 class FirstUser(WithBrowser):
@@ -135,6 +92,8 @@ class Tank(WithBrowser):
                         b.wait("what is loaded", lambda: "Loading" not in b.text())
                         if page == "panel":
                             b.wait("values", lambda: "…" not in b.one("main").text)
+                        if page == "diagrams":
+                            b.wait("power", lambda: b.find(".sheet .tile .wire.on"))
                         if page == "variables":
                             b.wait("values", lambda: b.value("Running") in ("TRUE", "FALSE"))
                         if page == "trends":
@@ -357,6 +316,15 @@ class Hostile(WithBrowser):
         self.assertEqual(b.find("main img, main script"), [])
         self.assert_nothing_noted()
 
+    def test_markup_in_a_drawn_text_is_text(self):
+        b = self.browser
+        b.go("diagrams")
+        b.wait("the text", lambda: "CONCAT(Long, '<b>x')" in b.one(".sheet").text)
+        b.wait("values", lambda: [v for v in b.find(".sheet tspan[data-words]") if v.text == "FALSE"])
+        self.shot("diagram-text")
+        self.assertEqual(b.find("main img, main script, main b"), [])
+        self.assert_nothing_noted()
+
     def test_values_are_shown_as_the_api_tells_them(self):
         b = self.browser
         b.go("variables")
@@ -436,11 +404,4 @@ class Hostile(WithBrowser):
 
 
 if __name__ == "__main__":
-    os.makedirs(SHOTS, exist_ok=True)
-    program = unittest.main(argv=[sys.argv[0], "--verbose", *sys.argv[4:]], exit=False)
-    failed = {re.search(r"__main__\.([\w.]+)", test.id()).group(1) for test, _ in program.result.failures + program.result.errors}
-    if failed:
-        # A browser on a busy machine misses a key now and then: wrong is what fails twice.
-        print("tried again:", *sorted(failed), flush=True)
-        program = unittest.main(argv=[sys.argv[0], "--verbose", *sorted(failed)], exit=False)
-    sys.exit(not program.result.wasSuccessful())
+    main()

@@ -27,5 +27,6 @@ export function keep(name: string, value: unknown): void {
   }
 }
 
+export const isNumber = (value: unknown): value is number => typeof value === "number" && Number.isFinite(value);
 export const isText = (value: unknown): value is string => typeof value === "string";
 export const isTexts = (value: unknown): value is string[] => Array.isArray(value) && value.every(isText);

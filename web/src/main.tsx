@@ -4,6 +4,7 @@ import "./style.css";
 import "./style_parts.css";
 import "./style_pages.css";
 import "./style_hmi.css";
+import "./style_diagrams.css";
 import { App } from "./app";
 import { findSession } from "./plc";
 

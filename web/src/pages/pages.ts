@@ -1,6 +1,7 @@
 // The pages, in the order of the navigation. A page is a row here, its name in texts.ts, and a component.
 import type { JSX } from "preact";
 import type { texts } from "../texts";
+import { DiagramsPage } from "./diagrams";
 import { LogPage } from "./log";
 import { OverviewPage } from "./overview";
 import { PanelPage } from "./panel";
@@ -18,6 +19,7 @@ export interface Page {
 export const pages: readonly Page[] = [
   { name: "overview", right: "viewer", contents: OverviewPage },
   { name: "panel", right: "viewer", contents: PanelPage },
+  { name: "diagrams", right: "viewer", contents: DiagramsPage },
   { name: "variables", right: "viewer", contents: VariablesPage },
   { name: "trends", right: "viewer", contents: TrendsPage },
   { name: "log", right: "viewer", contents: LogPage },

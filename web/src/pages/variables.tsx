@@ -5,6 +5,7 @@ import type { Node } from "../../client/calls";
 import { useForces, type Forces } from "../forces";
 import { LiveValues, useLive, useLiveValues } from "../live";
 import { ask, may, plc, problemOf, type Problem } from "../plc";
+import { route } from "../route";
 import { texts } from "../texts";
 import { fetchParts, fold, isFoldable, newBranch, rowAt, rowCount, rowOf, unfold } from "../tree";
 import { Badge, Choice, Empty, Field, ProblemBox, Section } from "../ui/parts";
@@ -249,7 +250,7 @@ function Found(properties: {
 
 export function VariablesPage(): JSX.Element {
   const values = useLiveValues(100);
-  const [pattern, setPattern] = useState("");
+  const [pattern, setPattern] = useState(() => route.peek().parameters.get("path") ?? "");
   const [base, setBase] = useState<Base>(10);
   const [selected, setSelected] = useState<Node>();
   const [writing, setWriting] = useState<string>();
