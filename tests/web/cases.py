@@ -28,6 +28,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 SIZES = {"1280x800": (1280, 800), "390x844": (390, 844)}
 PAGES = ["overview", "panel", "diagrams", "variables", "trends", "log", "users"]
 VIEWER, OPERATOR = ("vera", "viewer horse battery"), ("otto", "operator horse battery")
+ENGINEER = ("emil", "engineer horse battery")
 with open(os.path.join(HERE, "checks.js")) as file:
     CHECKS = file.read()
 

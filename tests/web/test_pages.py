@@ -8,7 +8,7 @@ import time
 from datetime import datetime
 
 import hostile
-from cases import ADMIN, CHECKS, OPERATOR, PAGES, PLC_RUN, SIZES, TANK, VIEWER, By, Keys, Plant, WithBrowser, main
+from cases import ADMIN, CHECKS, ENGINEER, OPERATOR, PAGES, PLC_RUN, SIZES, TANK, VIEWER, By, Keys, Plant, WithBrowser, main
 
 
 class FirstUser(WithBrowser):
