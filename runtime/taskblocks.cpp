@@ -133,6 +133,14 @@ bool has_taskblocks(const Image& image) {
                      [](const ImageBlock& block) { return stdlib::block_named(block.name) == nullptr; });
 }
 
+/// Blocks of the set that only tell something, and have all their state in their ports: a replica executes them, and
+/// tells the same.
+bool tells_again(const ImageBlock& block) {
+  if (block.name != "LOG_MSG") return false;
+  const taskblocks::Registry::Entry* const entry = taskblocks::Registry::built_in().find(block.name);
+  return entry != nullptr && taskblocks::layout_hash(*entry->block) == block.layout_hash;
+}
+
 /// Calls visit(block, ports, path) for each instance that a task runs, in the order of their numbers; stops at a
 /// problem.
 template <class Visit>
@@ -187,14 +195,27 @@ std::unique_ptr<Taskblocks> Taskblocks::make_replica(const Image& image, std::ui
   if (!has_taskblocks(image)) return nullptr;
   std::unique_ptr<Taskblocks> made(new Taskblocks());
   made->replay_ = &replay;
-  static_cast<void>(for_each_of_task(image, task, table, options,
-                                     [&](const ImageBlock& block, std::byte* ports, const std::string& path) {
-                                       made->add_instance(image, block, ports, path);
-                                       const auto number = static_cast<std::uint32_t>(made->calls_.size() - 1);
-                                       std::memcpy(ports, &number, sizeof number);
-                                       made->calls_.back().ports = ports;
-                                       return std::optional<core::Problem>();
-                                     }));
+  made->context_.owner = made.get();
+  made->context_.tell = tell;
+  static_cast<void>(for_each_of_task(
+      image, task, table, options, [&](const ImageBlock& block, std::byte* ports, const std::string& path) {
+        if (tells_again(block)) {
+          auto problem = made->add(image, block, ports, path, taskblocks::Registry::built_in());
+          if (problem) return problem;
+        } else {
+          made->add_instance(image, block, ports, path);
+        }
+        const auto number = static_cast<std::uint32_t>(made->calls_.size() - 1);
+        std::memcpy(ports, &number, sizeof number);
+        made->calls_.back().ports = ports;
+        return std::optional<core::Problem>();
+      }));
+  const auto has_object = [](const Object* object) { return object->block != nullptr; };
+  if (std::none_of(made->by_number_.begin(), made->by_number_.end(), has_object)) return made;
+  made->connect(image, image.pous[image.tasks[task].body].instance_type, table.data() + table.layout().instance, {});
+  for (std::uint32_t number = 0; number < made->by_number_.size(); ++number) {
+    if (has_object(made->by_number_[number])) static_cast<void>(made->start(number));
+  }
   return made;
 }
 
@@ -263,12 +284,12 @@ void Taskblocks::connect(const Image& image, std::uint32_t type, std::byte* at, 
   for (const bytecode::ImagePou& pou : image.pous) {
     if (pou.instance_type != type) continue;
     for (const bytecode::ImageWire& w : pou.wires) {
-      if (Object* const object = object_at(at + w.block))
-        object->places[object->port_of_field[w.input]] = at + w.source;
+      Object* const object = object_at(at + w.block);
+      if (object != nullptr && object->block != nullptr) object->places[object->port_of_field[w.input]] = at + w.source;
     }
     for (const bytecode::ImageQueuePort& p : pou.queue_ports) {
       Object* const object = object_at(at + p.block);
-      if (object == nullptr) continue;
+      if (object == nullptr || object->block == nullptr) continue;
       for (std::uint32_t i = 0; i < object->block->port_count; ++i) {
         const picard_port& port = object->block->ports[i];
         const bool same = core::iequals(port.name, p.port) && is_queue(port) &&
@@ -351,7 +372,8 @@ std::optional<core::Problem> Taskblocks::make_object(Object& object, std::uint32
 
 void Taskblocks::set_call(std::uint32_t number) noexcept {
   const Object& object = *by_number_[number];
-  const bool plain = recorder_ == nullptr && object.ranges.empty() && (object.budget_ns == 0 || clock_ == nullptr);
+  const bool plain = recorder_ == nullptr && replay_ == nullptr && object.ranges.empty() &&
+                     (object.budget_ns == 0 || clock_ == nullptr);
   calls_[number] = {object.ports, plain ? object.block->fire : nullptr, object.object};
 }
 
@@ -372,6 +394,8 @@ void Taskblocks::step(void* ports, const stdlib::StepContext& context) noexcept 
 Taskblocks::Status Taskblocks::fire_checked(std::uint32_t number) noexcept {
   const Object& object = *by_number_[number];
   if (replay_ != nullptr) {
+    // Before its outputs are what was recorded: they are what it gives.
+    if (object.object != nullptr) static_cast<void>(object.block->fire(object.object, &failure_));
     const auto status = static_cast<Status>(replay_->taskblock(number, object.outputs));
     return status == Status::kFailed || status == Status::kLate ? fail(number, status, {}) : status;
   }

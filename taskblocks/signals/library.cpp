@@ -1,6 +1,7 @@
 // The blocks of this folder.
 #include "taskblocks/set.h"
 #include "taskblocks/signals/file_logger.h"
+#include "taskblocks/signals/log_msg.h"
 #include "taskblocks/signals/lookup_table.h"
 #include "taskblocks/signals/rate_limiter.h"
 #include "taskblocks/signals/recorder.h"
@@ -9,6 +10,6 @@
 namespace plc::blocks {
 
 PICARD_LINKED_LIBRARY(signals_library, "signals", "1.0.0", LookupTable, RateLimiter, SignalGenerator, Recorder,
-                      FileLogger)
+                      FileLogger, LogMsg)
 
 }  // namespace plc::blocks

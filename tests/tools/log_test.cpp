@@ -54,6 +54,18 @@ const char* const kLogging =
     "  TASK Fast(INTERVAL := T#5ms, PRIORITY := 0); PROGRAM main WITH Fast : Main;\n"
     "END_RESOURCE END_CONFIGURATION\n";
 
+/// Tells a thousand lines a second, in one scan, and then a last one.
+const char* const kTelling =
+    "PROGRAM Main VAR Count, i : DINT; Message : ARRAY[1..300] OF LOG_MSG; Last : LOG_MSG; END_VAR\n"
+    "  Count := Count + 1;\n"
+    "  FOR i := 1 TO 300 DO Message[i](EXECUTE := Count = 10, SEVERITY := 1, TEXT := 'much {1}', VALUE1 := i); "
+    "END_FOR;\n"
+    "  Last(EXECUTE := Count = 40, SEVERITY := 2, TEXT := 'tank {1} is full: {2} bar', VALUE1 := 7, VALUE2 := 1.25);\n"
+    "END_PROGRAM\n"
+    "CONFIGURATION C RESOURCE R ON PLC\n"
+    "  TASK Fast(INTERVAL := T#5ms, PRIORITY := 0); PROGRAM main WITH Fast : Main;\n"
+    "END_RESOURCE END_CONFIGURATION\n";
+
 class RunLog : public testing::Test {
  protected:
   std::string project(const std::string& text) {
@@ -79,6 +91,21 @@ class RunLog : public testing::Test {
   }
   ScratchFolder scratch;
 };
+
+TEST_F(RunLog, HasWhatAProgramTellsWithBlockTaskAndScan) {
+  for (const char* const engine : {"--engine=interp", "--engine=native"}) {
+    const auto result = run(kTelling, {"--log", "json", engine});
+    EXPECT_EQ(result.code, 0) << result.all();
+    const auto told = records(result.err, "block", "LOG_MSG main.Last");
+    ASSERT_EQ(told.size(), 1u) << result.err;
+    EXPECT_EQ(told[0]["message"], "LOG_MSG main.Last: tank 7 is full: 1.25 bar");
+    EXPECT_EQ(told[0]["severity"], "error");
+    EXPECT_EQ(told[0]["task"], "Fast");
+    EXPECT_EQ(told[0]["scan"], 39);
+    EXPECT_EQ(told[0]["source"], "taskblock");
+    EXPECT_TRUE(contains(result.err, "172 messages of the taskblocks of task Fast are lost")) << "a ring has 128";
+  }
+}
 
 TEST_F(RunLog, IsTextOnStderrByDefault) {
   const auto result = run(kFaulting, {});

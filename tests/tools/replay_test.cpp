@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -38,6 +39,63 @@ std::string troubled() {
          "END_PROGRAM\n"
          "CONFIGURATION C RESOURCE R ON PLC TASK T(INTERVAL := T#10ms, PRIORITY := 0); PROGRAM main WITH T : Main; "
          "END_RESOURCE END_CONFIGURATION\n";
+}
+
+/// Tells every 10th scan of two blocks, one of them in a function block; by wires, texts and values.
+std::string telling() {
+  return "FUNCTION_BLOCK Alarm\n"
+         "VAR_INPUT Number : DINT; END_VAR\n"
+         "VAR Message : LOG_MSG; END_VAR\n"
+         "  Message(EXECUTE := Number MOD 10 = 5, SEVERITY := 2, TEXT := CONCAT('alarm {1}', ' of {2}'), VALUE1 := "
+         "Number,\n"
+         "          VALUE2 := 0.5);\n"
+         "END_FUNCTION_BLOCK\n"
+         "PROGRAM Main\n"
+         "VAR n : DINT; Message : LOG_MSG; Inner : Alarm; END_VAR\n"
+         "  n := n + 1;\n"
+         "  Message(EXECUTE := n MOD 10 = 0, TEXT := 'scan {1}', VALUE1 := n);\n"
+         "  Inner(Number := n);\n"
+         "END_PROGRAM\n"
+         "CONFIGURATION C RESOURCE R ON PLC TASK T(INTERVAL := T#10ms, PRIORITY := 0); PROGRAM main WITH T : Main; "
+         "END_RESOURCE END_CONFIGURATION\n";
+}
+
+/// Lines of LOG_MSG.
+std::vector<std::string> told_in(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) {
+    if (has(line, ": LOG_MSG ")) lines.push_back(line);
+  }
+  return lines;
+}
+
+TEST(ReplayCommand, TellsWhatTheSimulationToldOnBothEngines) {
+  const ScratchFolder scratch;
+  write_text(scratch.file("telling.st"), telling());
+  std::vector<std::string> expected;
+  for (const char* const engine : {"--engine=interp", "--engine=native"}) {
+    const std::string record = scratch.file("plant.rec");
+    const auto simulated =
+        run_tool({PLC_TOOL, "sim", scratch.file("telling.st"), "--cycles", "300", "--record", record, engine});
+    ASSERT_EQ(simulated.code, 0) << simulated.all();
+    const auto told = told_in(simulated.err);
+    ASSERT_EQ(told.size(), 60u) << simulated.err;
+    EXPECT_EQ(told[0], "40ms: error: LOG_MSG main.Inner.Message: alarm 5 of 0.5 (task T, scan 4)");
+    EXPECT_EQ(told[1], "90ms: note: LOG_MSG main.Message: scan 10 (task T, scan 9)");
+    if (expected.empty()) expected = told;
+    EXPECT_EQ(told, expected) << engine;
+    for (const char* const again : {"--engine=interp", "--engine=native"}) {
+      const auto replayed = run_tool({PLC_TOOL, "replay", record, again});
+      EXPECT_EQ(replayed.code, 0) << replayed.all();
+      EXPECT_EQ(told_in(replayed.err), expected) << engine << " " << again;
+    }
+    // From the middle of a recording on, where the block has told before.
+    const auto later = run_tool({PLC_TOOL, "replay", record, "--from", "1s"});
+    const auto some = told_in(later.err);
+    ASSERT_EQ(some.size(), 40u) << later.err;
+    EXPECT_EQ(some[0], expected[20]);
+  }
 }
 
 TEST(ReplayCommand, GivesTheTraceOfTheSimulationByteForByte) {

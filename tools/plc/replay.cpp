@@ -12,6 +12,8 @@
 #include "core/text.h"
 #include "io-drivers/config/bind.h"
 #include "io-drivers/trace.h"
+#include "log/format.h"
+#include "log/record.h"
 #include "shadow/arithmetic.h"
 #include "shadow/player.h"
 #include "taskblocks/registry.h"
@@ -113,6 +115,16 @@ std::string utc_text(core::TimeNs utc_ns) {
   if (utc_ns == 0) return {};
   const core::TimeNs ms = utc_ns / 1'000'000;
   return fmt::format(", {:%F %T}.{:03} UTC", fmt::gmtime(ms / 1000), ms % 1000);
+}
+
+/// What LOG_MSG told in a scan.
+void print_messages(runtime::Program& program, const shadow::PlayedScan& played, core::TimeNs begin_ns) {
+  for (const runtime::TaskblockMessage& message : program.messages()) {
+    std::cerr << fmt::format("{}: {}: {}: {} (task {}, scan {})\n",
+                             duration_text(static_cast<double>(played.now_ns - begin_ns)),
+                             log::word_of(message.severity), message.taskblock, log::printable(message.text),
+                             program.task().name, played.scan);
+  }
 }
 
 /// --flow: as text, or with --svg as a picture.
@@ -244,6 +256,7 @@ int run(const ReplayCommand& replay) {
       sum.last = played->scan;
       sum.gaps += played->after_gap ? 1 : 0;
       sum.events += outcome.events;
+      print_messages(resource.program(played->task), *played, *begin_ns);
       if (outcome.fault) {
         ++sum.faults;
         print_fault(resource, {played->task, played->scan, played->now_ns, outcome.fault}, std::cerr);
