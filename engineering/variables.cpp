@@ -43,23 +43,23 @@ void Variables::add_part(std::string path, std::string name, const Place& place,
   nodes.push_back({std::move(name), std::move(path), kind_of(image().types[place.type]), place});
 }
 
-std::vector<Node> Variables::roots() const {
-  std::vector<Node> nodes;
+Variables::Variables(runtime::Resource& resource, ValueSource& values)
+    : resource_(resource), values_(values), roots_(find_roots()) {}
+
+std::vector<Variables::Root> Variables::find_roots() const {
+  std::vector<Root> roots;
   const Image& image = this->image();
   std::set<std::uint32_t> named;  // globals that have a name below an instance
   for (std::uint32_t t = 0; t < image.tasks.size(); ++t) {
-    const bytecode::ImageTask& task = image.tasks[t];
-    const ImageType& whole = image.types[image.pous[task.body].instance_type];
-    const std::uint32_t instances = resource_.program(t).table().layout().instance;
-    for (const ImageField& field : whole.fields) {
-      if (is_hidden(field.name)) continue;
-      const std::string name = runtime::in_several_tasks(image, field.name) ? task.name + "." + field.name : field.name;
-      add_part(name, name, {t, instances + field.offset, field.type, field.constant}, nodes);
-      for (const auto& alias : image.types[field.type].aliases) named.insert(alias.global);
+    const ImageType& whole = image.types[image.pous[image.tasks[t].body].instance_type];
+    for (std::uint32_t f = 0; f < whole.fields.size(); ++f) {
+      if (is_hidden(whole.fields[f].name)) continue;
+      roots.push_back({Root::Kind::kInstance, t, f});
+      for (const auto& alias : image.types[whole.fields[f].type].aliases) named.insert(alias.global);
     }
-    for (const auto& alias : whole.aliases) {
-      if (is_hidden(alias.name) || !named.insert(alias.global).second) continue;
-      add_part(alias.name, alias.name, runtime::place_of_global(image, alias.global), nodes);
+    for (std::uint32_t a = 0; a < whole.aliases.size(); ++a) {
+      if (is_hidden(whole.aliases[a].name) || !named.insert(whole.aliases[a].global).second) continue;
+      roots.push_back({Root::Kind::kAlias, t, a});
     }
   }
   const auto& globals = image.types[image.global_type].fields;
@@ -68,21 +68,55 @@ std::vector<Node> Variables::roots() const {
     const std::string& list = image.globals[i].list;
     if (is_hidden(globals[i].name)) continue;
     if (!list.empty()) {
-      if (lists.insert(core::folded(list)).second) nodes.push_back({list, list, "list", std::nullopt});
+      if (lists.insert(core::folded(list)).second) roots.push_back({Root::Kind::kList, 0, i});
     } else if (runtime::is_declared_global(globals[i]) || named.count(i) == 0) {
-      add_part(globals[i].name, globals[i].name, runtime::place_of_global(image, i), nodes);
+      roots.push_back({Root::Kind::kGlobal, 0, i});
     }
   }
-  return nodes;
+  return roots;
 }
 
-std::vector<Node> Variables::in_list(std::string_view list) const {
+Node Variables::node_of(const Root& root) const {
+  const Image& image = this->image();
+  std::vector<Node> one;
+  switch (root.kind) {
+    case Root::Kind::kInstance: {
+      const bytecode::ImageTask& task = image.tasks[root.task];
+      const ImageField& field = image.types[image.pous[task.body].instance_type].fields[root.index];
+      const std::string name = runtime::in_several_tasks(image, field.name) ? task.name + "." + field.name : field.name;
+      const std::uint32_t instances = resource_.program(root.task).table().layout().instance;
+      add_part(name, name, {root.task, instances + field.offset, field.type, field.constant}, one);
+      break;
+    }
+    case Root::Kind::kAlias: {
+      const auto& alias = image.types[image.pous[image.tasks[root.task].body].instance_type].aliases[root.index];
+      add_part(alias.name, alias.name, runtime::place_of_global(image, alias.global), one);
+      break;
+    }
+    case Root::Kind::kGlobal: {
+      const std::string& name = image.types[image.global_type].fields[root.index].name;
+      add_part(name, name, runtime::place_of_global(image, root.index), one);
+      break;
+    }
+    case Root::Kind::kList: {
+      const std::string& list = image.globals[root.index].list;
+      one.push_back({list, list, "list", std::nullopt});
+      break;
+    }
+  }
+  return std::move(one.front());
+}
+
+std::vector<Node> Variables::in_list(std::string_view list, std::size_t from, std::size_t most,
+                                     std::size_t& total) const {
   std::vector<Node> nodes;
   const Image& image = this->image();
   const auto& globals = image.types[image.global_type].fields;
+  total = 0;
   for (std::uint32_t i = 0; i < globals.size(); ++i) {
     if (is_hidden(globals[i].name) || image.globals[i].list.empty() || !core::iequals(image.globals[i].list, list))
       continue;
+    if (total++ < from || nodes.size() >= most) continue;
     add_part(image.globals[i].list + "." + globals[i].name, globals[i].name, runtime::place_of_global(image, i), nodes);
   }
   return nodes;
@@ -98,12 +132,16 @@ core::Result<std::vector<Node>> Variables::children(std::string_view path, std::
     for (std::size_t i = from; i < all.size() && part.size() < most; ++i) part.push_back(std::move(all[i]));
     return part;
   };
-  if (path.empty()) return cut(roots());
+  if (path.empty()) {
+    total = roots_.size();
+    for (std::size_t i = from; i < roots_.size() && nodes.size() < most; ++i) nodes.push_back(node_of(roots_[i]));
+    return nodes;
+  }
   auto place = runtime::Access(resource_).find(path);
   if (!place) {
-    nodes = in_list(path);
-    if (nodes.empty()) return place.error();
-    return cut(std::move(nodes));
+    nodes = in_list(path, from, most, total);
+    if (total == 0) return place.error();
+    return nodes;
   }
   const ImageType& type = image.types[place->type];
   const std::string begin(core::trimmed(path));

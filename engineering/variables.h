@@ -28,7 +28,7 @@ struct Node {
 class Variables {
  public:
   /// All must outlive it.
-  Variables(runtime::Resource& resource, ValueSource& values) : resource_(resource), values_(values) {}
+  Variables(runtime::Resource& resource, ValueSource& values);
 
   /// What is below `path`; empty: program instances, lists of globals, globals. From the `from`th on, at most `most`;
   /// `total` is how many there are. P7101 when there is no such path.
@@ -63,12 +63,22 @@ class Variables {
   [[nodiscard]] runtime::Resource& resource() { return resource_; }
 
  private:
-  [[nodiscard]] std::vector<Node> roots() const;
-  [[nodiscard]] std::vector<Node> in_list(std::string_view list) const;
+  /// What is at the top, without its names: a plant may have 100,000 globals.
+  struct Root {
+    enum class Kind : std::uint8_t { kInstance, kAlias, kGlobal, kList } kind;
+    std::uint32_t task = 0;
+    std::uint32_t index = 0;  ///< of the field, alias or global; of a list its first global
+  };
+  [[nodiscard]] std::vector<Root> find_roots() const;
+  [[nodiscard]] Node node_of(const Root& root) const;
+  /// Those of the list from the `from`th on; `total`: how many there are.
+  [[nodiscard]] std::vector<Node> in_list(std::string_view list, std::size_t from, std::size_t most,
+                                          std::size_t& total) const;
   void add_part(std::string path, std::string name, const runtime::Place& place, std::vector<Node>& nodes) const;
 
   runtime::Resource& resource_;
   ValueSource& values_;
+  std::vector<Root> roots_;
 };
 
 }  // namespace plc::engineering
