@@ -77,7 +77,8 @@ int main(int argc, char** argv) {
       "Measures what PICARD costs beside something known, both in turns in one run, and checks every result.\n"
       "\n"
       "Examples:\n"
-      "  bench/run                 all that follows but plots, modbus, devices and coherence; the machine should do "
+      "  bench/run                 all that follows but plots, modbus, devices, engineering and coherence; the machine "
+      "should do "
       "nothing "
       "else\n"
       "  bench/run scan            the table: interpreter and native code beside C, for every workload and size\n"
@@ -92,6 +93,7 @@ int main(int argc, char** argv) {
       "  bench/run compile         100,000 lines of ST to image, 10 MB of garbage to errors\n"
       "  bench/run modbus          100 clients against the Modbus server, beside libmodbus; two minutes\n"
       "  bench/run devices         64 Modbus devices beside a task of 1 ms, and without; two minutes, as root\n"
+      "  bench/run engineering     50 browsers, calls and wrong passwords beside a task of 1 ms; two minutes\n"
       "  bench/run coherence       globals between tasks under the three protocols, beside memcpy; two minutes, as "
       "root\n"
       "  bench/run check           small programs, results only: what CI runs\n"
@@ -133,6 +135,12 @@ int main(int argc, char** argv) {
   devices.option("--rounds", devices_plan.rounds, "of both sides in turn").shows_default();
   devices.option("--devices", devices_plan.devices, "at a time").shows_default().range(1u, 64u);
   devices.flag("--share", devices_plan.share, "the task shares its processor with all that serves devices");
+  EngineeringPlan engineering_plan;
+  const Command engineering = program.sub("engineering", "the engineering server of plc-run beside a task of 1 ms");
+  engineering.option("--seconds", engineering_plan.seconds, "of each side, in each round").shows_default();
+  engineering.option("--rounds", engineering_plan.rounds, "of all sides in turn").shows_default();
+  engineering.option("--clients", engineering_plan.clients, "that see values").shows_default();
+  engineering.option("--variables", engineering_plan.variables, "that each of them sees").shows_default();
   CoherencePlan coherence_plan;
   const Command coherence = program.sub("coherence", "exchange of globals under the three protocols");
   coherence.option("--cycles", coherence_plan.cycles, "of the fast task in each row").shows_default();
@@ -154,14 +162,14 @@ int main(int argc, char** argv) {
   const Command check = program.sub("check", "small programs of every workload, results only");
   const Command limits = program.sub("limits", "what each figure may be at most, as the table of README.md");
   program.runs_alone();
-  for (const Command& command :
-       {scan, plots, load, taskblocks, charts, retain, record, probes, compile, modbus, devices, coherence, check})
+  for (const Command& command : {scan, plots, load, taskblocks, charts, retain, record, probes, compile, modbus,
+                                 devices, engineering, coherence, check})
     command.falls_through();
   if (const auto code = program.parse(argc, argv)) return *code;
   compile_plan.seed = seed;
   compile_plan.repetitions = repetitions;
-  const auto any = {scan,   plots,  load,   modbus, devices, coherence, taskblocks,
-                    charts, retain, record, probes, compile, check,     limits};
+  const auto any = {scan,   plots,  load,   modbus, devices, engineering, coherence, taskblocks,
+                    charts, retain, record, probes, compile, check,       limits};
   const bool everything = std::none_of(any.begin(), any.end(), [](Command command) { return command.chosen(); });
   try {
     Verdict verdict;
@@ -183,6 +191,8 @@ int main(int argc, char** argv) {
       verdict.merge(measure_coherence(coherence_plan));
     } else if (modbus.chosen()) {
       verdict.merge(measure_modbus(modbus_plan));
+    } else if (engineering.chosen()) {
+      verdict.merge(measure_engineering(engineering_plan));
     } else if (devices.chosen()) {
       verdict.merge(measure_devices(devices_plan));
     } else {

@@ -92,6 +92,17 @@ inline constexpr Limit kBesideDevices{
     "p99.9 from release to end of scan of a task of 1 ms that reads 64 Modbus devices of 125 registers at 100 Hz",
     "the same task without the devices"};
 
+// Engineering server.
+inline constexpr Limit kCall{2, "ms", "a call of the engineering server on loopback, p99", ""};
+inline constexpr Limit kFrames{1.05, "times", "60 frames a second",
+                               "what the slowest of 50 clients gets that see 5,000 variables"};
+inline constexpr Limit kServer{10, "% of a processor",
+                               "the server for these clients, where a tenth of the variables changes", ""};
+inline constexpr Limit kLogin{2, "s", "a login while 1,000 wrong passwords a second come", ""};
+inline constexpr Limit kWakeUpWatched{
+    1.2, "times", "p99.9 of how late a task of 1 ms wakes, with 50 such clients, and under wrong passwords",
+    "the same without clients"};
+
 // Coherence.
 inline constexpr Limit kExchange{
     1.2, "times",
@@ -130,6 +141,11 @@ inline constexpr const Limit* kAll[] = {&kLadderNative,
                                         &kScanBesideClients,
                                         &kGrowth,
                                         &kBesideDevices,
+                                        &kCall,
+                                        &kFrames,
+                                        &kServer,
+                                        &kLogin,
+                                        &kWakeUpWatched,
                                         &kExchange};
 
 }  // namespace limit

@@ -96,4 +96,13 @@ struct DevicesPlan {
 /// Modbus devices that this process reads, beside a task of 1 ms: its times with and without them, in turns.
 Verdict measure_devices(const DevicesPlan& plan);
 
+struct EngineeringPlan {
+  double seconds = 10;  ///< of each side, in each round
+  unsigned rounds = 3;
+  unsigned clients = 50;
+  unsigned variables = 5000;
+};
+/// The engineering server of plc-run: calls, streams, wrong passwords, and how late a task of 1 ms wakes beside them.
+Verdict measure_engineering(const EngineeringPlan& plan);
+
 }  // namespace plc::bench
