@@ -45,6 +45,7 @@ enum class FieldType : std::uint8_t {
   kNumbers,  ///< whole numbers from 0 on, at most `high` of them
   kRecord,   ///< an object with the fields of `record`
   kRecords,  ///< at most `high` of them
+  kFile,     ///< bytes: the body of the request, whose other fields are in the query. A row has at most one
 };
 
 struct Record;
@@ -97,6 +98,8 @@ struct Call {
 
 /// All rows, subject by subject.
 std::span<const Call> calls();
+/// Its field of the type kFile; null when there is none.
+const Field* file_field(const Call& call);
 /// The row of this path, whatever its method; null when there is none.
 const Call* find_call(std::string_view path);
 /// All records that fields of the rows name, each once, those that others need first.
@@ -122,6 +125,10 @@ constexpr Field boolean(std::string_view name, std::string_view doc) {
 }
 constexpr Field value(std::string_view name, std::string_view doc) {
   return {.name = name, .type = FieldType::kValue, .doc = doc};
+}
+/// The body of a request. Its call is a POST.
+constexpr Field file(std::string_view name, std::string_view doc) {
+  return {.name = name, .type = FieldType::kFile, .doc = doc};
 }
 constexpr Field texts(std::string_view name, std::string_view doc, std::int64_t most = 0) {
   return {.name = name, .type = FieldType::kTexts, .doc = doc, .high = most};

@@ -34,12 +34,18 @@ std::span<const Call> calls() {
     std::vector<Call> rows;
     for (const auto subject :
          {target_calls(), login_calls(), task_calls(), variable_calls(), force_calls(), recording_calls(),
-          diagram_calls(), past_calls(), page_calls(), log_calls(), program_calls(), user_calls()}) {
+          diagram_calls(), past_calls(), page_calls(), log_calls(), program_calls(), upload_calls(), user_calls()}) {
       rows.insert(rows.end(), subject.begin(), subject.end());
     }
     return rows;
   }();
   return all;
+}
+
+const Field* file_field(const Call& call) {
+  const auto found = std::find_if(call.request.begin(), call.request.end(),
+                                  [](const Field& field) { return field.type == FieldType::kFile; });
+  return found == call.request.end() ? nullptr : &*found;
 }
 
 const Call* find_call(std::string_view path) {

@@ -6,6 +6,7 @@
 
 #include "engineering/answer.h"
 #include "engineering/context.h"
+#include "engineering/kept_forces.h"
 #include "engineering/subjects.h"
 #include "engineering/value_json.h"
 #include "runtime/force_list.h"
@@ -27,6 +28,7 @@ constexpr Field kForceFields[] = {
     text("reason", "Why"),
     text("since", "UTC"),
     optional(text("until", "UTC; without: until it is released")),
+    boolean("warm", "It holds after a warm start, too"),
     boolean("yields",
             "The program may write the variable in the middle of a scan: from there to the end of the scan its own "
             "value counts"),
@@ -41,6 +43,7 @@ Json force_json(const runtime::Force& force) {
   row["reason"] = force.reason;
   row["since"] = utc_text(force.since_ns);
   if (force.until_ns) row["until"] = utc_text(*force.until_ns);
+  row["warm"] = force.kept;
   row["yields"] = force.yields;
   return row;
 }
@@ -58,10 +61,15 @@ constexpr Field kSetRequest[] = {
     value("value", "The value"),
     text("reason", "Why, for those who find it forced", 1, 500),
     optional(integer("seconds", "It ends by itself after this time", 1, 30 * 24 * 3600)),
+    optional(
+        boolean("warm", "It holds after a warm start, too, of this or another program; default: it ends with plc-run")),
 };
 constexpr Field kSetAnswer[] = {record("force", kForce, "What holds from the next scan of each task on")};
 
 void set(Context& context, const Caller& caller, const Json& request, Answer& answer) {
+  if (context.no_force != nullptr && context.no_force->holds()) {
+    return answer.refuse(409, core::Code::P7756, context.no_force->path() + " is TRUE: nothing is forced now");
+  }
   runtime::Force force;
   force.path = request["path"].get<std::string>();
   const Json& value = request["value"];
@@ -73,6 +81,11 @@ void set(Context& context, const Caller& caller, const Json& request, Answer& an
   force.since_ns = context.calendar.utc_ns();
   if (request.contains("seconds"))
     force.until_ns = force.since_ns + request["seconds"].get<core::TimeNs>() * 1'000'000'000;
+  force.kept = request.value("warm", false);
+  if (force.kept && context.folder.empty()) {
+    return answer.refuse(409, core::Code::P7701, "there is no folder in which a force could be kept", "warm",
+                         "start plc-run with --state DIR, or force without warm");
+  }
   const auto made = context.forces.set(std::move(force));
   if (!made) {
     const core::Code code = made.error().code;
@@ -80,6 +93,11 @@ void set(Context& context, const Caller& caller, const Json& request, Answer& an
   }
   Json row = force_json(*made);
   context.audit.add(caller.user, caller.address, "forces.set", row);
+  // A force that was kept may have been replaced by one that is not.
+  if (const std::string why = store_kept_forces(context.folder, context.forces.list()); !why.empty()) {
+    return answer.refuse(409, core::Code::P7701, "it is forced, and what is kept over a start is as before: " + why,
+                         "warm");
+  }
   answer.body()["force"] = std::move(row);
 }
 
@@ -96,6 +114,9 @@ void release(Context& context, const Caller& caller, const Json& request, Answer
     released = context.forces.release_all();
   }
   if (released != 0) context.audit.add(caller.user, caller.address, "forces.release", request);
+  if (const std::string why = store_kept_forces(context.folder, context.forces.list()); !why.empty()) {
+    return answer.refuse(409, core::Code::P7701, "it is released, and what is kept over a start is as before: " + why);
+  }
   answer.body()["released"] = released;
 }
 
@@ -116,7 +137,8 @@ constexpr Call kCalls[] = {
      .request = kSetRequest,
      .response = kSetAnswer,
      .example = R"({"path": "%IX0.0", "value": true, "reason": "switch is being changed", "seconds": 60})",
-     .run = set},
+     .run = set,
+     .thread = Thread::kFiles},
     {.name = "forces.release",
      .method = Method::kPost,
      .path = "/api/forces/release",
@@ -126,7 +148,8 @@ constexpr Call kCalls[] = {
      .request = kReleaseRequest,
      .response = kReleaseAnswer,
      .example = R"({"path": "%IX0.0"})",
-     .run = release},
+     .run = release,
+     .thread = Thread::kFiles},
 };
 
 }  // namespace

@@ -6,6 +6,7 @@
 
 #include "engineering/answer.h"
 #include "engineering/context.h"
+#include "engineering/program_json.h"
 #include "engineering/subjects.h"
 #include "engineering/tar.h"
 
@@ -24,10 +25,22 @@ constexpr Field kProgramAnswer[] = {
     text("image", "SHA-256 of the image that runs"),
     texts("tasks", "Names of the tasks"),
     texts("files", "Files of the project, as the compiler was told"),
-    text("file", "Name under which program.project gives the project"),
+    text("file", "Name under which program.project gives the project; empty: none was stored with the image"),
+    choice(
+        "state", "runs|trial|stopped|ends",
+        "runs; trial: for its first second, after program.start; stopped: by program.stop; ends: another one starts"),
+    integer("starts", "By program.start, since plc-run was started by hand or as a service"),
+    integer("stood_ms", "Control stood for so long before this program; 0: plc-run began with it"),
+    optional(record("uploaded", kStoredProgram,
+                    "The program that runs was uploaded; without: it is what plc-run was given")),
+    optional(record("waits", kStoredProgram, "Uploaded, and to be started")),
+    optional(record("failed", kFailedStart, "The last program that was to start and did not")),
 };
 
-std::string file_name(const Identity& identity) {
+/// Of the project that belongs to the image that runs.
+std::string file_name(const Context& context) {
+  const Identity& identity = context.identity;
+  if (context.program != nullptr && !context.program->running.by.empty()) return context.program->running.project;
   std::error_code error;
   fs::path path(identity.project_path);
   if (!path.has_filename()) path = path.parent_path();
@@ -45,11 +58,30 @@ void program(Context& context, const Caller&, const Json&, Answer& answer) {
   Json& tasks = body["tasks"] = Json::array();
   for (const bytecode::ImageTask& task : image.tasks) tasks.push_back(task.name);
   body["files"] = image.files;
-  body["file"] = file_name(context.identity);
+  body["file"] = file_name(context);
+  const ProgramControl* const control = context.program;
+  body["state"] = control == nullptr ? "runs" : word_of(control->state());
+  body["starts"] = control == nullptr ? 0 : control->starts;
+  body["stood_ms"] = control == nullptr ? 0 : control->stood_ns / 1'000'000;
+  if (control == nullptr) return;
+  if (!control->running.by.empty()) body["uploaded"] = program_json(control->running);
+  if (control->store == nullptr) return;
+  if (const auto waits = control->store->waiting()) body["waits"] = program_json(*waits);
+  if (const auto failed = control->store->failed()) {
+    body["failed"] = failed_json(*failed);
+  }
 }
 
 void project(Context& context, const Caller& caller, const Json&, Answer& answer) {
-  const std::string& path = context.identity.project_path;
+  std::string path = context.identity.project_path;
+  const std::string name = file_name(context);
+  if (const ProgramControl* const control = context.program; control != nullptr && !control->running.by.empty()) {
+    if (name.empty()) {
+      return answer.refuse(404, core::Code::P7755, "no project was stored with the image that runs", {},
+                           "program.store_project does that before program.start");
+    }
+    path = control->store->project_file(control->running);
+  }
   std::error_code error;
   std::string bytes;
   if (fs::is_directory(path, error)) {
@@ -64,7 +96,7 @@ void project(Context& context, const Caller& caller, const Json&, Answer& answer
     bytes.assign(std::istreambuf_iterator<char>(in), {});
   }
   context.audit.add(caller.user, caller.address, "program.project", {{"bytes", bytes.size()}});
-  answer.give_file(std::move(bytes), file_name(context.identity));
+  answer.give_file(std::move(bytes), name);
 }
 
 void image(Context& context, const Caller& caller, const Json&, Answer& answer) {

@@ -34,7 +34,8 @@ constexpr Field kTargetAnswer[] = {
     text("system", "Kernel and its release"),
     text("processor", "Architecture: x86_64, aarch64"),
     text("state",
-         "starts, runs, faulted (a task had a fault and goes on), stopped (a task has ended by a fault) or stops"),
+         "starts, runs, faulted (a task had a fault and goes on), stopped (a task has ended by a fault, or all by "
+         "program.stop) or stops"),
     integer("uptime_ms", "Since the tasks started"),
     text("time", "Date and time of the machine, UTC"),
     boolean("realtime_priority", "All tasks have real-time priorities"),
@@ -52,7 +53,8 @@ void target(Context& context, const Caller&, const Json&, Answer& answer) {
   body["machine"] = context.identity.machine;
   body["system"] = fmt::format("{} {}", system.sysname, system.release);
   body["processor"] = system.machine;
-  body["state"] = plant_state(context.variables.image(), context.scheduler);
+  const bool halted = context.program != nullptr && context.program->state() == ProgramControl::State::kStopped;
+  body["state"] = halted ? "stopped" : plant_state(context.variables.image(), context.scheduler);
   body["uptime_ms"] = (context.clock.now_ns() - context.begin_ns) / 1'000'000;
   body["time"] = log::time_text(context.calendar.utc_ns());
   body["realtime_priority"] = report.realtime_priority;

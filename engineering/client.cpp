@@ -203,13 +203,21 @@ core::Result<Reply> Client::send(const Call& call, const Json& fields) {
     if (auto problem = link.encrypt(url_, fingerprint_)) return *problem;
   }
   const bool get = call.method == Method::kGet;
-  const std::string target = std::string(call.path) + (get ? query_of(fields) : "");
+  const Field* const file = file_field(call);
+  Json in_query = get || file != nullptr ? fields : Json::object();
+  if (file != nullptr) in_query.erase(std::string(file->name));
+  const std::string target = std::string(call.path) + query_of(in_query);
   const std::string url = url_.text();
   std::string request = fmt::format("{} {} HTTP/1.1\r\nHost: {}\r\nConnection: close\r\n", get ? "GET" : "POST", target,
                                     url.substr(url.find("://") + 3));
   if (!secret_.empty()) request += "Authorization: Bearer " + secret_ + "\r\n";
-  const std::string body = get ? "" : fields.dump(-1, ' ', false, Json::error_handler_t::replace);
-  if (!get) request += fmt::format("Content-Type: application/json\r\nContent-Length: {}\r\n", body.size());
+  const std::string body = get               ? ""
+                           : file != nullptr ? fields.value(std::string(file->name), "")
+                                             : fields.dump(-1, ' ', false, Json::error_handler_t::replace);
+  if (!get) {
+    request += fmt::format("Content-Type: application/{}\r\nContent-Length: {}\r\n",
+                           file != nullptr ? "octet-stream" : "json", body.size());
+  }
   const bool sent = link.write(request + "\r\n" + body);
   const std::string got = sent ? link.read() : std::string();
   const std::size_t end = got.find("\r\n\r\n");

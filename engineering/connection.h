@@ -58,6 +58,9 @@ class ClientOwner {
   virtual void used(Client& client) = 0;
   virtual void closed(Client& client, bool dropped) = 0;
   virtual void counted_frame() = 0;
+  /// One client at a time may send a file: false when another one does. It ends with end_file() or closed().
+  virtual bool begin_file(Client& client) = 0;
+  virtual void end_file(Client& client) = 0;
   [[nodiscard]] virtual std::chrono::milliseconds request_timeout() const = 0;
   [[nodiscard]] virtual std::chrono::milliseconds idle_timeout() const = 0;
 };
@@ -145,31 +148,80 @@ class Connection final : public Client, public std::enable_shared_from_this<Conn
   void read_request() {
     parser_.emplace();
     parser_->header_limit(kMostHeaderBytes);
-    parser_->body_limit(kMostBodyBytes);
+    parser_->body_limit(kMostFileBytes);
     lowest().expires_after(owner_.request_timeout());
-    http::async_read(*socket_, buffer_, *parser_, [self = this->shared_from_this()](error_code error, std::size_t) {
-      if (!error) return self->guarded([&] { self->take_request(); });
-      if (auto refusal = refusal_of(error)) {
-        self->keep_alive_ = false;
-        return self->send(std::move(*refusal));
-      }
-      self->end(error == beast::error::timeout);
-    });
+    http::async_read_header(*socket_, buffer_, *parser_,
+                            [self = this->shared_from_this()](error_code error, std::size_t) {
+                              if (error) return self->give_up(error);
+                              self->guarded([&] { self->take_header(); });
+                            });
+  }
+
+  void give_up(error_code error) {
+    end_file();
+    auto refusal = refusal_of(error);
+    if (!refusal) return end(error == beast::error::timeout);
+    keep_alive_ = false;
+    send(std::move(*refusal));
+  }
+
+  /// How much may follow is decided by what is asked, and who asks.
+  void take_header() {
+    const std::size_t most = owner_.dispatcher().most_body_bytes(request_of(parser_->get(), peer));
+    if (most > kMostBodyBytes && !owner_.begin_file(*this)) {
+      keep_alive_ = false;
+      return send(Dispatcher::refusal(503, core::Code::P7713, "another client sends a file: one at a time"));
+    }
+    takes_file_ = most > kMostBodyBytes;
+    if (parser_->content_length().value_or(0) > most) return give_up(http::error::body_limit);
+    parser_->body_limit(most);
+    parser_->eager(true);
+    if (takes_file_ && parser_->get()[http::field::expect] == "100-continue") return ask_for_body();
+    read_body();
+  }
+
+  void ask_for_body() {
+    static constexpr std::string_view kGoOn = "HTTP/1.1 100 Continue\r\n\r\n";
+    asio::async_write(*socket_, asio::buffer(kGoOn.data(), kGoOn.size()),
+                      [self = this->shared_from_this()](error_code error, std::size_t) {
+                        if (error) return self->end(error == beast::error::timeout);
+                        self->read_body();
+                      });
+  }
+
+  /// A file takes as long as the line needs, if something of it comes again and again.
+  void read_body() {
+    if (parser_->is_done()) return guarded([&] { take_request(); });
+    if (takes_file_) lowest().expires_after(owner_.request_timeout());
+    const auto done = [self = this->shared_from_this()](error_code error, std::size_t) {
+      if (error) return self->give_up(error);
+      self->guarded([&] { self->read_body(); });
+    };
+    if (takes_file_) {
+      http::async_read_some(*socket_, buffer_, *parser_, done);
+    } else {
+      http::async_read(*socket_, buffer_, *parser_, done);
+    }
   }
 
   void take_request() {
-    const auto& message = parser_->get();
-    keep_alive_ = message.keep_alive();
+    keep_alive_ = parser_->get().keep_alive();
     lowest().expires_never();
     owner_.used(*this);
-    auto ready = std::make_shared<ReadyCall>(owner_.dispatcher().check(request_of(message, peer)));
-    if (ready->call == nullptr) return send(std::move(ready->response));
+    std::string body = std::move(parser_->get().body());  // not copied: it may be large
+    HttpRequest request = request_of(parser_->get(), peer);
+    request.body = std::move(body);
+    auto ready = std::make_shared<ReadyCall>(owner_.dispatcher().check(std::move(request)));
+    if (ready->call == nullptr) return end_file(), send(std::move(ready->response));
     if (!ready->caller.user.empty()) this->has_logged_in = true;
     if (ready->call->form == Form::kStream) return upgrade(ready);
-    const bool taken = owner_.run(
-        ready, [self = this->shared_from_this()](HttpResponse response) { self->send(std::move(response)); });
-    if (!taken)
-      send(Dispatcher::refusal(503, core::Code::P7713, "the server is busy: too many calls of this kind wait"));
+    const bool taken = owner_.run(ready, [self = this->shared_from_this(), ready](HttpResponse response) {
+      self->end_file();
+      self->send(std::move(response));
+    });
+    if (taken) return;
+    end_file();
+    send(Dispatcher::refusal(503, core::Code::P7713, "the server is busy: too many calls of this kind wait"));
   }
 
   void send(HttpResponse given) {
@@ -181,6 +233,10 @@ class Connection final : public Client, public std::enable_shared_from_this<Conn
       if (self->keep_alive_) return self->wait_for_request();
       self->finish();
     });
+  }
+
+  void end_file() {
+    if (std::exchange(takes_file_, false)) owner_.end_file(*this);
   }
 
   /// Says that no more comes, and closes: the client gets all that was sent.
@@ -301,7 +357,7 @@ class Connection final : public Client, public std::enable_shared_from_this<Conn
   Frame frame_;
   std::chrono::steady_clock::time_point checked_{};
   int messages_ = 0;
-  bool keep_alive_ = true, closed_ = false, closing_ = false, writing_ = false;
+  bool keep_alive_ = true, closed_ = false, closing_ = false, writing_ = false, takes_file_ = false;
 };
 
 }  // namespace plc::engineering

@@ -19,10 +19,12 @@
 #include "engineering/log_book.h"
 #include "engineering/login_delay.h"
 #include "engineering/presses.h"
+#include "engineering/program_control.h"
 #include "engineering/secrets.h"
 #include "engineering/sessions.h"
 #include "engineering/users.h"
 #include "engineering/variables.h"
+#include "engineering/veto.h"
 #include "runtime/force_list.h"
 #include "runtime/sched/realtime.h"
 #include "shadow/shadow.h"
@@ -46,7 +48,7 @@ struct Identity {
   std::string project_path;  ///< file or folder that was given to plc-run
   std::string options;       ///< of the compiler, in words
   std::string machine;       ///< host name
-  std::string image_hash;    ///< SHA-256 of the saved image
+  std::string image_hash;    ///< SHA-256 of the saved image; empty: Engineering finds it
 };
 
 /// The code by which the first user is made: only while there is none.
@@ -88,6 +90,10 @@ struct Context {
   core::TimeNs begin_ns = 0;                    ///< when the plant started, by `clock`
   PasswordCost cost{};
   DiagramServices* drawn = nullptr;  ///< as its members say
+  ProgramControl* program = nullptr;  ///< any; null: nobody takes wishes
+  Veto* no_force = nullptr;           ///< any; null: none
+  Veto* no_program = nullptr;         ///< any; null: none
+  std::string folder = {};            ///< any; of the server's files, empty: nothing is kept
 };
 
 }  // namespace plc::engineering

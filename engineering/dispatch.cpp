@@ -112,7 +112,14 @@ Caller Dispatcher::caller_of(const HttpRequest& request, bool& by_cookie) const 
   return caller;
 }
 
-ReadyCall Dispatcher::check(const HttpRequest& request) {
+std::size_t Dispatcher::most_body_bytes(const HttpRequest& head) const {
+  const Call* const call = find_call(std::string_view(head.target).substr(0, head.target.find('?')));
+  if (call == nullptr || file_field(*call) == nullptr) return kMostBodyBytes;
+  bool by_cookie = false;
+  return caller_of(head, by_cookie).role >= call->right ? kMostFileBytes : kMostBodyBytes;
+}
+
+ReadyCall Dispatcher::check(HttpRequest request) {
   ReadyCall ready;
   const auto refuse = [&ready](Refusal refusal) -> ReadyCall&& {
     ready.call = nullptr;
@@ -190,13 +197,25 @@ ReadyCall Dispatcher::check(const HttpRequest& request) {
     }
   }
   std::optional<Json> fields;
+  const std::string_view query = mark == std::string_view::npos ? std::string_view{} : target.substr(mark + 1);
+  const std::string_view type =
+      core::trimmed(std::string_view(request.content_type).substr(0, request.content_type.find(';')));
+  const Field* const file = file_field(*call);
   if (call->method == Method::kGet) {
     if (!request.body.empty()) return refuse({400, Code::P7714, "a GET has no body", {}, {}, 0});
-    fields = query_json(mark == std::string_view::npos ? std::string_view{} : target.substr(mark + 1), call->request);
+    fields = query_json(query, call->request);
     if (!fields) return refuse({400, Code::P7714, "the query cannot be read", {}, {}, 0});
+  } else if (file != nullptr) {
+    if (!core::iequals(type, "application/octet-stream")) {
+      return refuse({415, Code::P7714, "the body must be application/octet-stream", "Content-Type", {}, 0});
+    }
+    fields = query_json(query, call->request);
+    if (!fields) return refuse({400, Code::P7714, "the query cannot be read", {}, {}, 0});
+    if (fields->contains(file->name)) {
+      return refuse({400, Code::P7714, "is the body, not in the query", std::string(file->name), {}, 0});
+    }
+    (*fields)[std::string(file->name)] = std::move(request.body);
   } else {
-    const std::string_view type =
-        core::trimmed(std::string_view(request.content_type).substr(0, request.content_type.find(';')));
     if (!core::iequals(type, "application/json")) {
       return refuse({415, Code::P7714, "the body must be application/json", "Content-Type", {}, 0});
     }

@@ -22,6 +22,8 @@ namespace plc::engineering {
 /// Limits of one request.
 inline constexpr std::size_t kMostHeaderBytes = 16'384;
 inline constexpr std::size_t kMostBodyBytes = 1'048'576;
+/// Of a request that brings a file, of who may send one.
+inline constexpr std::size_t kMostFileBytes = 64'000'000;
 /// Nesting of JSON.
 inline constexpr int kMostDepth = 32;
 
@@ -69,7 +71,10 @@ class Dispatcher {
   /// `secure`: clients come by TLS. All must outlive it.
   Dispatcher(Context& context, const HostRules& hosts, bool secure, std::span<const PageFile> pages = {});
 
-  ReadyCall check(const HttpRequest& request);
+  /// How large the body may be of a request of which the head is known: more only for a call that takes a file, from
+  /// somebody who may make it.
+  [[nodiscard]] std::size_t most_body_bytes(const HttpRequest& head) const;
+  ReadyCall check(HttpRequest request);
   /// Any thread that the row allows.
   HttpResponse run(ReadyCall& ready) const;
   /// Whether a stream may go on: the session or token still counts, with this right. A stream keeps its session from

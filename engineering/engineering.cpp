@@ -11,7 +11,9 @@
 
 #include "bytecode/image.h"
 #include "engineering/diagram_services.h"
+#include "engineering/handover.h"
 #include "engineering/health.h"
+#include "engineering/kept_forces.h"
 #include "engineering/state_files.h"
 
 namespace plc::engineering {
@@ -37,8 +39,9 @@ std::vector<std::string> names_of_machine(const Options& options) {
 }
 
 Identity completed(Identity identity, const bytecode::Image& image) {
-  const std::vector<std::byte> bytes = bytecode::save(image);
-  identity.image_hash = sha256({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  const std::vector<std::byte> bytes = identity.image_hash.empty() ? bytecode::save(image) : std::vector<std::byte>();
+  if (identity.image_hash.empty())
+    identity.image_hash = sha256({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   std::array<char, 256> host{};
   if (::gethostname(host.data(), host.size() - 1) == 0) identity.machine = host.data();
   return identity;
@@ -54,6 +57,8 @@ struct Engineering::State {
         identity(completed(std::move(who), resource.image())),
         variables(resource, values),
         drawn(resource),
+        no_force(resource, options.no_force),
+        no_program(resource, options.no_program),
         forces(forced),
         scheduler(plant),
         log(book),
@@ -78,8 +83,10 @@ struct Engineering::State {
   Identity identity;
   Variables variables;
   DiagramServices drawn;
+  Veto no_force, no_program;
   runtime::ForceList& forces;
   shadow::Shadow* shadow = nullptr;
+  ProgramControl* program = nullptr;
   const runtime::RealtimeScheduler& scheduler;
   LogBook& log;
   const core::Clock& clock;
@@ -164,7 +171,11 @@ void Engineering::State::open(std::vector<Said>& said) {
                                               shadow,
                                               clock.now_ns(),
                                               {},
-                                              &drawn});
+                                              &drawn,
+                                              program,
+                                              &no_force,
+                                              &no_program,
+                                              options.folder});
   dispatcher = std::make_unique<Dispatcher>(*context, hosts, certificate.has_value(), options.pages);
   ServerOptions wanted;
   wanted.address = options.address;
@@ -244,7 +255,32 @@ void Engineering::set_shadow(shadow::Shadow* shadow) {
   state_->drawn.live.set_shadow(shadow);
 }
 
+void Engineering::set_program(ProgramControl* control) {
+  state_->program = control;
+  if (control->running.image.empty()) control->running.image = state_->identity.image_hash;
+}
+
+void Engineering::take_over(std::string_view text) {
+  std::uint16_t port = 0;
+  engineering::take_over(text, state_->sessions, port);
+  // Where any port would do, clients know the one of before.
+  if (state_->options.port == 0) state_->options.port = port;
+}
+
+std::string Engineering::handover() const { return handover_text(state_->sessions, port()); }
+
 Engineering::~Engineering() { stop(); }
+
+std::vector<Said> Engineering::force_again(bool warm) {
+  std::vector<Said> said;
+  if (warm) {
+    for (std::string& one : engineering::force_again(state_->options.folder, state_->calendar.utc_ns(), state_->forces))
+      said.push_back({core::Severity::kWarning, "engineering: " + std::move(one)});
+  } else if (const std::string why = store_kept_forces(state_->options.folder, {}); !why.empty()) {
+    said.push_back({core::Severity::kWarning, "engineering: " + why});
+  }
+  return said;
+}
 
 std::vector<Said> Engineering::start() {
   std::vector<Said> said;

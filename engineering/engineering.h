@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/clock.h"
@@ -23,10 +24,11 @@ struct Options {
   std::string address = "127.0.0.1";
   std::uint16_t port = 8061;
   std::uint32_t max_clients = 128;
-  std::vector<std::string> hosts;  ///< further names of this machine
-  bool always_tls = false;         ///< on loopback, too
-  std::string certificate, key;    ///< files in PEM; empty: one made at the first start
-  std::string folder;              ///< for users, audit and certificate; empty: nothing is kept
+  std::vector<std::string> hosts;    ///< further names of this machine
+  bool always_tls = false;           ///< on loopback, too
+  std::string certificate, key;      ///< files in PEM; empty: one made at the first start
+  std::string no_force, no_program;  ///< BOOL globals, see Veto; or empty
+  std::string folder;                ///< for users, audit and certificate; empty: nothing is kept
   /// That browsers get; they outlive the server.
   std::span<const PageFile> pages;
 };
@@ -48,6 +50,15 @@ class Engineering {
 
   /// What scans are recorded by; before start(). It must outlive the server.
   void set_shadow(shadow::Shadow* shadow);
+  /// What takes wishes about the program; before start(). It must outlive the server. Completed with the image that
+  /// runs.
+  void set_program(ProgramControl* control);
+  /// What handover() of the server before gave; before start().
+  void take_over(std::string_view text);
+  /// For the server that follows. Any time before stop().
+  [[nodiscard]] std::string handover() const;
+  /// Before the tasks run. `warm`: what was forced to hold over such a start is forced again; else it is forgotten.
+  std::vector<Said> force_again(bool warm);
   /// Opens its files and listens.
   std::vector<Said> start();
   /// About every 100 ms: what has happened since, and another try where something could not be had.

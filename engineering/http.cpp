@@ -86,7 +86,8 @@ http::response<http::string_body> message_of(HttpResponse given, bool keep_alive
 std::optional<HttpResponse> refusal_of(const boost::system::error_code& error) {
   using core::Code;
   if (error == http::error::end_of_stream || error == http::error::partial_message) return std::nullopt;
-  if (error == http::error::body_limit) return Dispatcher::refusal(413, Code::P7717, "the body is larger than 1 MB");
+  if (error == http::error::body_limit)
+    return Dispatcher::refusal(413, Code::P7717, "the body is larger than 1 MB, or a file than 64 MB");
   if (error == http::error::header_limit || error == http::error::buffer_overflow) {
     return Dispatcher::refusal(431, Code::P7717, "the header is larger than 16 kB");
   }

@@ -9,6 +9,14 @@ void LogBook::add(const log::Record& record) {
   if (entries_.size() > kMost) entries_.pop_front();
 }
 
+void LogBook::take_over(std::uint64_t last, const std::deque<log::Record>& records) {
+  const std::lock_guard lock(mutex_);
+  if (records.size() > last) return;
+  last_ = last - records.size();
+  entries_.clear();
+  for (const log::Record& record : records) entries_.push_back({++last_, record});
+}
+
 std::vector<LogBook::Entry> LogBook::after(std::uint64_t number, core::Severity least, std::size_t most) const {
   std::vector<Entry> found;
   const std::lock_guard lock(mutex_);

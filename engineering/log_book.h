@@ -25,6 +25,8 @@ class LogBook {
   };
 
   void add(const log::Record& record);
+  /// Goes on after the book of the process before, of which these are the latest records. Before the first add().
+  void take_over(std::uint64_t last, const std::deque<log::Record>& records);
   /// At most `most` records after the one of this number that are at least as severe, oldest first.
   [[nodiscard]] std::vector<Entry> after(std::uint64_t number, core::Severity least, std::size_t most) const;
   /// The last `most` of them.

@@ -61,6 +61,8 @@ Json schema_of(const Field& field) {
     case FieldType::kRecord:
       schema = reference(*field.record);
       break;
+    case FieldType::kFile:
+      break;  // a body of its own
     case FieldType::kTexts:
     case FieldType::kNumbers:
     case FieldType::kRecords:
@@ -98,9 +100,13 @@ Json operation_of(const Call& call) {
   if (call.right == Right::kAnybody) {
     operation["security"] = Json::array();
   }
-  if (call.method == Method::kGet && !call.request.empty()) {
+  const Field* const file = file_field(call);
+  const bool in_query =
+      call.method == Method::kGet ? !call.request.empty() : file != nullptr && call.request.size() > 1;
+  if (in_query) {
     Json& parameters = operation["parameters"] = Json::array();
     for (const Field& field : call.request) {
+      if (field.type == FieldType::kFile) continue;
       Json schema = schema_of(field);
       schema.erase("description");
       parameters.push_back({{"name", field.name},
@@ -109,6 +115,11 @@ Json operation_of(const Call& call) {
                             {"description", std::string(field.doc) + "."},
                             {"schema", std::move(schema)}});
     }
+  }
+  if (file != nullptr) {
+    operation["requestBody"] = {{"required", true},
+                                {"description", std::string(file->doc) + "."},
+                                {"content", {{"application/octet-stream", {{"schema", Json::object()}}}}}};
   } else if (call.method == Method::kPost) {
     operation["requestBody"] = {{"required", true},
                                 {"content", {{"application/json", {{"schema", object_schema(call.request)}}}}}};

@@ -69,6 +69,13 @@ struct Server::State final : ClientOwner {
     counters.requests.fetch_add(1, std::memory_order_relaxed);
   }
   void closed(Client& client, bool dropped) override;
+  bool begin_file(Client& client) override {
+    if (file_from == nullptr) file_from = &client;
+    return file_from == &client;
+  }
+  void end_file(Client& client) override {
+    if (file_from == &client) file_from = nullptr;
+  }
   void counted_frame() override { counters.frames.fetch_add(1, std::memory_order_relaxed); }
   [[nodiscard]] std::chrono::milliseconds request_timeout() const override {
     return std::chrono::milliseconds(options.request_timeout_ms);
@@ -99,6 +106,7 @@ struct Server::State final : ClientOwner {
   Dispatcher& calls;
   ServerOptions options;
   Counters counters;
+  Client* file_from = nullptr;  ///< who sends a file
   std::uint64_t uses = 0;
   std::unique_ptr<Session> session;
   Worker secrets{kMostSecrets};
@@ -139,6 +147,7 @@ bool Server::State::run(std::shared_ptr<ReadyCall> ready, std::function<void(Htt
 }
 
 void Server::State::closed(Client& client, bool dropped) {
+  end_file(client);
   if (dropped) counters.dropped.fetch_add(1, std::memory_order_relaxed);
   auto& all = session->clients;
   const auto at = std::find_if(all.begin(), all.end(), [&](const auto& other) { return other.get() == &client; });
@@ -254,6 +263,7 @@ void Server::stop() {
   state.thread.join();
   for (const auto& client : state.session->clients) client->close();
   state.session->clients.clear();
+  state.file_from = nullptr;
   state.session.reset();
   state.counters.clients.store(0, std::memory_order_relaxed);
 }

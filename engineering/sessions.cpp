@@ -1,6 +1,7 @@
 #include "engineering/sessions.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "core/text.h"
 #include "engineering/secrets.h"
@@ -68,6 +69,17 @@ bool Sessions::end_number(std::uint64_t number) {
 void Sessions::end_all_of(std::string_view user) {
   const std::lock_guard lock(mutex_);
   std::erase_if(by_hash_, [user](const auto& entry) { return core::iequals(entry.second.user, user); });
+}
+
+std::vector<std::pair<std::string, Session>> Sessions::kept() const {
+  const std::lock_guard lock(mutex_);
+  return {by_hash_.begin(), by_hash_.end()};
+}
+
+void Sessions::take_over(std::string hash, Session session) {
+  const std::lock_guard lock(mutex_);
+  last_number_ = std::max(last_number_, session.number);
+  by_hash_.emplace(std::move(hash), std::move(session));
 }
 
 std::vector<Session> Sessions::all(core::TimeNs now_ns) const {

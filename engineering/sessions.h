@@ -1,6 +1,7 @@
 // Sessions: who is logged in, under secrets that only the server and one client know.
 //
-// In: logins. Out: the session of a secret. In memory: a restart ends all. A session ends after kIdleNs without a call,
+// In: logins. Out: the session of a secret. In memory: the end of plc-run ends
+// all, a start of another program by a call (handover.h) none. A session ends after kIdleNs without a call,
 // and after kLongestNs in any case. Threads: any. Does not belong here: passwords, cookies.
 #pragma once
 
@@ -10,6 +11,7 @@
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "core/clock.h"
@@ -44,6 +46,9 @@ class Sessions {
   bool end_number(std::uint64_t number);
   void end_all_of(std::string_view user);
   [[nodiscard]] std::vector<Session> all(core::TimeNs now_ns) const;
+  /// Each with the hash of its secret, for the process that follows.
+  [[nodiscard]] std::vector<std::pair<std::string, Session>> kept() const;
+  void take_over(std::string hash, Session session);
 
  private:
   static bool is_over(const Session& session, core::TimeNs now_ns) {

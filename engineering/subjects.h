@@ -18,6 +18,7 @@ std::span<const Call> diagram_calls();
 std::span<const Call> past_calls();
 std::span<const Call> log_calls();
 std::span<const Call> program_calls();
+std::span<const Call> upload_calls();
 std::span<const Call> user_calls();
 
 }  // namespace plc::engineering

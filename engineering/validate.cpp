@@ -58,6 +58,8 @@ std::optional<Refusal> wrong_value(const Json& value, const Field& field, const 
       return value.is_boolean() ? std::nullopt : std::optional(wrong(where, "must be true or false"));
     case FieldType::kValue:
       return std::nullopt;
+    case FieldType::kFile:
+      return value.is_string() ? std::nullopt : std::optional(wrong(where, "must be bytes"));
     case FieldType::kRecord:
       if (!value.is_object()) return wrong(where, "must be an object");
       return wrong_object(value, field.record->fields, where + ".");

@@ -27,6 +27,7 @@ struct Force {
   std::string reason;
   core::TimeNs since_ns = 0;             ///< UTC
   std::optional<core::TimeNs> until_ns;  ///< UTC; nothing: until it is released
+  bool kept = false;                     ///< it is to hold after a warm start, too: whoever keeps it asks for it
   /// The program may write it in the middle of a scan: from there to the end of the scan its own value counts.
   bool yields = false;
 };

@@ -25,15 +25,19 @@ export class Connection {
     public token?: string,
   ) {}
 
-  protected async send(method: "GET" | "POST", path: string, fields: object): Promise<Response> {
+  protected async send(method: "GET" | "POST", path: string, fields: object, file?: Blob): Promise<Response> {
     const headers: Record<string, string> = {};
     if (this.token !== undefined) headers["Authorization"] = `Bearer ${this.token}`;
     const init: RequestInit = { method, headers, credentials: "same-origin", cache: "no-store" };
     let target = this.base + path;
-    if (method === "POST") {
+    if (method === "POST" && file === undefined) {
       headers["Content-Type"] = "application/json";
       init.body = JSON.stringify(fields);
     } else {
+      if (file !== undefined) {
+        headers["Content-Type"] = "application/octet-stream";
+        init.body = file;
+      }
       const query = new URLSearchParams();
       for (const [name, value] of Object.entries(fields)) {
         if (value !== undefined) query.append(name, String(value));
@@ -59,8 +63,8 @@ export class Connection {
     );
   }
 
-  protected async call<T>(method: "GET" | "POST", path: string, fields: object): Promise<T> {
-    return (await (await this.send(method, path, fields)).json()) as T;
+  protected async call<T>(method: "GET" | "POST", path: string, fields: object, file?: Blob): Promise<T> {
+    return (await (await this.send(method, path, fields, file)).json()) as T;
   }
 
   protected async file(path: string): Promise<Blob> {

@@ -49,6 +49,8 @@ class Binder {
     }
     const Placed& seen = configuration_.modbus.client_seen;
     if (!seen.text.empty()) binding.client_seen = bind_flag("client_seen", seen, nullptr);
+    check_flag("no_force", configuration_.engineering.no_force);
+    check_flag("no_program", configuration_.engineering.no_program);
     if (!binding.drivers.empty()) find_unmapped_outputs();
     return binding;
   }
@@ -160,6 +162,25 @@ class Binder {
       return false;
     }
     return true;
+  }
+
+  /// A BOOL global that the program writes, and others only read.
+  void check_flag(std::string_view key, const Placed& variable) {
+    if (variable.text.empty()) return;
+    const auto place = access_.find_leaf(variable.text);
+    if (!place) {
+      findings_.add(
+          Code::P7320, variable.at, place.error().message,
+          place.error().help.empty() ? "declare it in the project: a global of type BOOL" : place.error().help);
+    } else if (place->task != runtime::Place::kGlobal) {
+      findings_.add(Code::P7321, variable.at,
+                    fmt::format("\"{}\" is a variable of task \"{}\"", variable.text, image_.tasks[place->task].name),
+                    "declare it AT an address, or copy it into a global");
+    } else if (!is_bool(image_.types[place->type])) {
+      findings_.add(Code::P7322, variable.at,
+                    fmt::format("\"{}\" has type {}, \"{}\" takes a BOOL", variable.text,
+                                type_name(image_.types[place->type]), key));
+    }
   }
 
   std::optional<BoundChannel> bind_flag(std::string_view key, const Placed& variable, const DriverConfig* owner) {

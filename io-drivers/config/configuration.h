@@ -205,8 +205,10 @@ struct EngineeringConfig {
   std::string address = "127.0.0.1";  ///< to listen on; IPv4 or IPv6 literal
   std::uint16_t port = 8061;          ///< 0 = any free one
   EngineeringTls tls = EngineeringTls::kByAddress;
-  Placed certificate, key;    ///< files, relative to plc.toml; or empty
-  std::vector<Placed> hosts;  ///< names of this machine
+  Placed certificate, key;      ///< files, relative to plc.toml; or empty
+  std::vector<Placed> hosts;    ///< names of this machine
+  std::vector<Placed> keys;     ///< files or folders of public keys, whose images may be uploaded; empty: all may
+  Placed no_force, no_program;  ///< BOOL globals that forbid it while they are TRUE; or empty
   std::uint32_t max_clients = 128;
 };
 

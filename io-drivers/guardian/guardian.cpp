@@ -173,7 +173,7 @@ class Guardian {
   [[noreturn]] void end(int status) {
     reaped_ = true;
     if (WIFEXITED(status)) {
-      if (page_.state.load(std::memory_order_acquire) == GuardianPage::kFinished) ::_exit(WEXITSTATUS(status));
+      if (page_.state.load(std::memory_order_acquire) == GuardianPage::kFinished) leave(WEXITSTATUS(status));
       act(fmt::format("ended with code {} without having made its outputs safe", WEXITSTATUS(status)));
     }
     act(fmt::format("was killed by signal {} ({})", WTERMSIG(status), ::strsignal(WTERMSIG(status))));
@@ -200,7 +200,12 @@ class Guardian {
     if (::poll(&out, 1, 0) == 1) {
       [[maybe_unused]] const auto written = ::write(STDERR_FILENO, text.data(), text.size());
     }
-    ::_exit(kGuardianExit);
+    leave(kGuardianExit);
+  }
+
+  [[noreturn]] void leave(int code) {
+    if (options_.ended) options_.ended(code);
+    ::_exit(code);
   }
 
   struct Seen {

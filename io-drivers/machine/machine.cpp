@@ -35,6 +35,7 @@ std::unique_ptr<Machine> Machine::configure(MachineOptions options, runtime::Res
                                             core::Diagnostics& diagnostics) {
   std::unique_ptr<Machine> machine(new Machine(resource));
   machine->configuration_ = std::move(options.configuration);
+  machine->guardian_ended_ = std::move(options.guardian_ended);
   if (options.modbus) {
     ModbusConfig& modbus = machine->configuration_.modbus;
     modbus.enabled = !options.modbus->address.empty();
@@ -61,7 +62,8 @@ std::unique_ptr<Machine> Machine::configure(MachineOptions options, runtime::Res
   for (const BoundDriver& bound : machine->binding_.drivers) {
     const DriverConfig& config = *bound.config;
     auto driver = config.type->make(bound, machine->configuration_, resource);
-    if (const auto problem = driver->check()) {
+    const auto problem = options.ask_drivers ? driver->check() : std::nullopt;
+    if (problem) {
       report(diagnostics, config.values.place(config.type->device_key, config.at), *problem);
     }
     machine->drivers_.push_back(std::move(driver));
@@ -132,6 +134,7 @@ std::optional<core::Problem> Machine::open() {
   }
   GuardianOptions options;
   options.hang_timeout_ns = configuration_.guardian.hang_timeout_ns;
+  options.ended = guardian_ended_;
   bool outputs = false;
   std::vector<Driver*> all;  // also those with inputs only: the guardian shares their handles, and lets go of dead ones
   for (const auto& driver : drivers_) {

@@ -6,6 +6,7 @@
 // after the scheduler's join(). Threads: the owner's alone. Does not belong here: command lines, printing.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -39,6 +40,9 @@ struct MachineOptions {
   /// --simulate-io: no device is touched. Outputs go nowhere; inputs keep their initial values, and may be written by
   /// HMIs and scripts.
   bool simulate = false;
+  /// False: drivers are not asked whether they could open. Another process has the devices.
+  bool ask_drivers = true;
+  std::function<void(int code)> guardian_ended = {};  ///< GuardianOptions::ended
   std::string map_command = {};  ///< that lists the addresses, "plc map plant.st --lib drives.st"; empty = of `project`
 };
 
@@ -90,6 +94,7 @@ class Machine {
 
   runtime::Resource& resource_;
   const runtime::ForceList* forces_ = nullptr;
+  std::function<void(int code)> guardian_ended_;
   Configuration configuration_;
   Binding binding_;
   std::optional<runtime::GlobalInputs> client_seen_;

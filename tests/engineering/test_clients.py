@@ -105,6 +105,19 @@ class Reference(WithPlant):
                 self.assertNotIn("code", answer, f"{command}\n{done.stdout}")
                 if name == "first_user":
                     token = answer["token"]
+                if name in ("program.stop", "program.start"):
+                    self.wait_for_state(token, "stopped" if name == "program.stop" else "runs")
+
+    def wait_for_state(self, token, state):
+        for _ in range(300):
+            time.sleep(0.1)
+            try:
+                with picard.Plc(self.plant.url, token) as plc:
+                    if plc.program()["state"] == state:
+                        return
+            except OSError:
+                pass  # another program starts
+        raise AssertionError(f"the plant is not in the state {state}")
 
     def still_in(self, token):
         with picard.Plc(self.plant.url, token) as plc:

@@ -10,9 +10,11 @@
 #include <vector>
 
 #include "engineering/engineering.h"
+#include "engineering/handover.h"
 #include "engineering/shadow_values.h"
 #include "io-drivers/config/configuration.h"
 #include "io-drivers/machine/plant.h"
+#include "tools/plc-run/program_start.h"
 #include "tools/plc-run/run_log.h"
 
 namespace plc::tools {
@@ -21,7 +23,8 @@ namespace plc::tools {
 struct EngineeringRequest {
   engineering::Options options;
   bool on = false;
-  std::string project;  ///< file or folder that is run
+  std::string project;            ///< file or folder that is run
+  std::vector<std::string> keys;  ///< files and folders of public keys
 };
 /// `listen`: of --engineering, in place of what the configuration says; an empty address is "off". `state`: the folder
 /// of the state, or empty.
@@ -31,27 +34,34 @@ EngineeringRequest engineering_request(const io::Configuration& configuration,
 
 class EngineeringService {
  public:
-  /// Before Plant::prepare(); the plant, the resource and the log must outlive it.
-  EngineeringService(EngineeringRequest request, runtime::Resource& resource, RunLog& log);
+  /// Before Plant::prepare(); all of these must outlive it.
+  EngineeringService(EngineeringRequest request, runtime::Resource& resource, RunLog& log, ProgramStart& program);
   ~EngineeringService();
   EngineeringService(const EngineeringService&) = delete;
   EngineeringService& operator=(const EngineeringService&) = delete;
 
-  /// After Plant::prepare(), before the tasks start.
-  /// `shadow`: null when nothing is recorded; it must live until stop().
-  void start(const io::Plant& plant, shadow::Shadow* shadow);
+  /// After Plant::prepare(), before the tasks start. `shadow`: null when nothing is recorded; it must live until
+  /// stop(). `warm`: the kind of start.
+  void prepare(const io::Plant& plant, shadow::Shadow* shadow, bool warm);
+  /// When the tasks run, which wait for nothing of it.
+  void start();
   /// About every 20 ms.
   void service(core::TimeNs now_ns);
   void stop();
+  /// For the process that follows; before stop(). Empty without a server.
+  [[nodiscard]] std::string handover() const { return server_ ? server_->handover() : std::string(); }
+  [[nodiscard]] std::string log_handover() const { return server_ ? engineering::handover_text(book_) : std::string(); }
   /// What is forced; null without a server.
   [[nodiscard]] const runtime::ForceList* forces() const { return forces_ ? &*forces_ : nullptr; }
 
  private:
+  void read_keys();
   void tell(const std::vector<engineering::Said>& all);
 
   EngineeringRequest request_;
   runtime::Resource& resource_;
   RunLog& log_;
+  ProgramStart& program_;
   core::MonotonicClock clock_;
   core::SystemCalendar calendar_;
   engineering::LogBook book_;

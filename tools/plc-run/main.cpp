@@ -13,7 +13,6 @@
 #include <iterator>
 #include <map>
 #include <memory>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -30,13 +29,16 @@
 #include "shadow/arithmetic.h"
 #include "tools/command_line.h"
 #include "tools/engine.h"
+#include "tools/plc-run/allocation_warnings.h"
 #include "tools/plc-run/component_faults.h"
 #include "tools/plc-run/engineering_service.h"
 #include "tools/plc-run/listeners.h"
 #include "tools/plc-run/open_image.h"
 #include "tools/plc-run/output.h"
 #include "tools/plc-run/plant_folder.h"
+#include "tools/plc-run/program_start.h"
 #include "tools/plc-run/recording.h"
+#include "tools/plc-run/relaunch.h"
 #include "tools/plc-run/report.h"
 #include "tools/plc-run/retained.h"
 #include "tools/plc-run/run_log.h"
@@ -57,7 +59,7 @@ enum class Stats : std::uint8_t {
 };
 
 struct Run {
-  std::string file, plant, duration, stimulus, configuration, modbus, engineering, state, log, record;
+  std::string file, plant, duration, stimulus, configuration, modbus, engineering, state, log, record, check;
   std::vector<std::string> watch;
   std::uint64_t cycles = 0;
   Stats stats = Stats::kTimes;
@@ -193,38 +195,36 @@ std::optional<Plan> make_plan(const Run& run, io::Configuration configuration, c
   return plan;
 }
 
-/// Says of each taskblock once that it allocates memory in its cycle. The tasks may run.
-class AllocationWarnings {
- public:
-  explicit AllocationWarnings(const runtime::Resource& resource) : resource_(resource) {}
-  void say_new(RunLog& log) {
-    for (std::size_t task = 0; task < resource_.task_count(); ++task) {
-      const runtime::Program& program = resource_.program(task);
-      for (const auto& found : program.allocations()) {
-        if (!told_.emplace(task, found.taskblock).second) continue;
-        log.say(core::Severity::kWarning, fmt::format("taskblock {} allocates memory in its cycle (task {})",
-                                                      found.taskblock, program.task().name));
-      }
-    }
+/// No task runs, and people are served, until they want a start, or somebody an end. `until_ns`: 0 = for ever.
+void wait_for_start(ProgramStart& program, Service& service, EngineeringService& engineering, RunLog& log,
+                    core::TimeNs until_ns) {
+  core::MonotonicClock clock;
+  for (core::TimeNs now = clock.now_ns(); signalled.load() == 0 && (until_ns == 0 || now < until_ns);) {
+    if (program.wants_start(now)) return;
+    service.rests(now);
+    engineering.service(now);
+    log.service();
+    Output::flush();
+    clock.sleep_until_ns(now + 20'000'000);
+    now = clock.now_ns();
   }
+}
 
- private:
-  const runtime::Resource& resource_;
-  std::set<std::pair<std::size_t, std::string>> told_;
-};
-
-/// `diagnostics` are those of the plan: places of the configuration name their file by it.
+/// `diagnostics` are those of the plan: places of the configuration name their file by it. `program`: null when it is
+/// only to be seen whether it could run. `folder`: of the state, or empty.
 int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::Diagnostics& diagnostics,
-                 std::int64_t duration_ns, core::TimeNs load_ns, Output& output, RunLog& log) {
+                 std::int64_t duration_ns, core::TimeNs load_ns, Output& output, RunLog& log, ProgramStart* program,
+                 const std::string& folder) {
   const bytecode::Image& image = resource.image();
   std::ostream& talk = log.talk();
   const core::TimeNs retain_interval_ns = plan.configuration.retain.interval_ns;
-  const std::string folder = state_folder(run.state, plan.configuration, run.simulate);
   RecordingSettings recorded = recording_settings(run.record, plan.configuration, folder, run.engine);
   EngineeringRequest asked = engineering_request(plan.configuration, run.engineering_listen, run.file, folder);
-  auto machine = io::Machine::configure({run.file, std::move(plan.configuration), run.listen, run.socket, run.simulate,
-                                         "plc map " + shell_word(run.file) + compile_flags(run.options, run.libraries)},
-                                        resource, diagnostics);
+  const auto guardian_ended = [](int code) { Relaunch::instance().guardian_ended(code); };
+  auto machine = io::Machine::configure(
+      {run.file, std::move(plan.configuration), run.listen, run.socket, run.simulate, program != nullptr,
+       guardian_ended, "plc map " + shell_word(run.file) + compile_flags(run.options, run.libraries)},
+      resource, diagnostics);
   diagnostics.render_with_lines(std::cerr);
   if (machine == nullptr) return code_after_refusal(diagnostics);
   if (!run.stimulus.empty()) {
@@ -232,14 +232,16 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
                                                         stimulus_task(run.stimulus, resource), resource, run.repeat);
     if (const auto problem = machine->add(std::move(device))) return complain(*problem), exit_code_of(*problem);
   }
+  if (program == nullptr) return kExitOk;
   LiveView view(run.watch, resource, output.out(), ::isatty(STDOUT_FILENO) == 1);
-  if (!run.watch.empty() && view.empty()) {
+  if (!run.watch.empty() && view.empty() && program->image_file().empty()) {
     complain("plc-run", fmt::format("no variable matches --watch {}", fmt::join(run.watch, " --watch ")),
              "paths begin with the name of a program instance or a global: --watch '*' shows all of them");
     return kExitUsage;
   }
   print_start(run.file, image, plan.tasks, load_ns, talk);
-  const Retained retained = restore_retained(resource, folder, retain_interval_ns, run.start, talk, std::cerr);
+  const Retained retained =
+      restore_retained(resource, folder, retain_interval_ns, program->start().value_or(run.start), talk, std::cerr);
   if (run.simulate) talk << "--simulate-io: no device is touched, outputs go nowhere\n";
   handle_signals();
   runtime::RealtimeOptions realtime;
@@ -247,7 +249,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   realtime.on_thread_start = watch_task_thread;
   realtime.program_time_ns = retained.program_time_ns;
   io::Plant plant(resource, std::move(machine), std::move(realtime));
-  EngineeringService engineering(std::move(asked), resource, log);
+  EngineeringService engineering(std::move(asked), resource, log, *program);
   plant.machine().set_forces(engineering.forces());
   std::vector<io::Sentence> notes;
   if (const auto problem = plant.prepare([&resource] { name_crashes(resource); }, notes)) {
@@ -276,11 +278,13 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
             "record");
   }
   if (retained.keeper) retained.keeper->start();
-  engineering.start(plant, recording.get());
+  engineering.prepare(plant, recording.get(), program->start().value_or(run.start) == retain::Start::kWarm);
   running.store(&plant, std::memory_order_relaxed);
   if (signalled.load(std::memory_order_relaxed) != 0) plant.request_stop();  // before the handler knew the plant
   output.stop_waiting();
   if (const auto problem = plant.start()) return complain(*problem), kExitErrors;
+  program->runs(plant.begin_ns());
+  engineering.start();
   print_realtime(scheduler.report(), talk);
   talk << std::endl;
   const core::MonotonicClock clock;
@@ -317,6 +321,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
     show_recording();
     allocations.say_new(log);
     engineering.service(now);
+    if (program->often(now, last_fault ? fault_text(resource, *last_fault) : "")) plant.request_stop();
     if (report_wanted.exchange(false, std::memory_order_relaxed)) {
       print_statistics(run, resource, scheduler, recording.get(), std::cerr);
     }
@@ -324,10 +329,17 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
     Output::flush();
   };
   plant.run(duration_ns, often, [&log](const io::Sentence& said) { log.say(said); });
-  Service::stopping();
+  if (!program->goes_on()) Service::stopping();
+  const core::TimeNs stop_ns = clock.now_ns();
   const std::vector<std::uint32_t> stuck = plant.stop();
   running.store(nullptr, std::memory_order_relaxed);
   if (retained.keeper) retained.keeper->stop(stuck);
+  show_faults();
+  if (last_fault) static_cast<void>(program->often(stop_ns, fault_text(resource, *last_fault)));
+  if (program->ended(stop_ns) && stuck.empty()) {
+    wait_for_start(*program, service, engineering, log, duration_ns == 0 ? 0 : plant.begin_ns() + duration_ns);
+  }
+  if (program->again()) program->hand_over(engineering.handover(), engineering.log_handover());
   engineering.stop();
   if (recording) recording->stop(stuck.empty());
   output.wait_again(printing_takes_too_long);
@@ -337,6 +349,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   show_retain();
   show_recording();
   allocations.say_new(log);
+  if (program->again() && stuck.empty() && signalled.load() == 0) return kExitRelaunch;
   print_events(resource, std::cerr);
   print_end({signalled.load(), duration_ns, run.cycles, last_fault ? &*last_fault : nullptr}, resource, scheduler,
             clock.now_ns() - plant.begin_ns(), talk);
@@ -370,6 +383,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
 
 int run_command(int argc, char** argv) {
   const PassedSockets passed = take_passed_sockets();
+  Relaunch::instance().keep_sockets(passed.count);
   Output output;
   const Program program(
       "plc-run",
@@ -415,6 +429,9 @@ int run_command(int argc, char** argv) {
       {{"warm", retain::Start::kWarm}, {"cold", retain::Start::kCold}, {"origin", retain::Start::kOrigin}},
       "warm: RETAIN and PERSISTENT variables have the values that were kept (default); cold: PERSISTENT ones "
       "alone; origin: none, all begin with initial values");
+  const Flag check = program.option("--check=IMAGE", run.check,
+                                    "would this image run here in place of FILE? Says what is wrong, and ends before "
+                                    "any device is touched");
   program.option("--record=DIR|off|check", run.record,
                  "what each scan takes in is kept for plc replay: the newest scans in memory, by default, and all in "
                  "files of DIR; "
@@ -528,6 +545,7 @@ int run_command(int argc, char** argv) {
   if (!configuration) {
     return give_up(diagnostics.all().front().code == core::Code::P7001 ? kExitUsage : kExitErrors);
   }
+  if (check.given()) run.log_place = LogPlace{io::LogFormat::kText, {}};  // for who asked
   // What is said on the way leaves stdout to the document.
   RunLog log(*configuration, run.log_place, run.log_level, output, run.stats == Stats::kJson ? std::cerr : std::cout);
   for (const std::string& sentence : passed.unused) log.say(core::Severity::kWarning, sentence, "service");
@@ -540,25 +558,37 @@ int run_command(int argc, char** argv) {
   run.program.taskblocks = &registry;
   run.program.budget_clock = &clock;
   run.program.start_taskblocks = false;  // the guardian splits the process before
+  const std::string folder = state_folder(run.state, *configuration, run.simulate);
+  std::optional<ProgramStart> start;
+  if (!check.given()) start.emplace(run.file, folder, log);
+  const auto end_with = [&start](int code) { return start ? start->exit_code(code, signalled.load() != 0) : code; };
+  if (start && start->problem()) return complain(*start->problem()), kExitErrors;
   std::unique_ptr<runtime::Resource> resource;
   std::optional<Plan> plan;
   {
     std::optional<bytecode::VerifiedImage> image;
-    if (const auto code = open_image(program, {run.file, run.options, run.libraries, run.configuration}, image)) {
-      return *code;
-    }
+    const std::string& in_place = start ? start->image_file() : run.check;
+    const auto code = in_place.empty()
+                          ? open_image(program, {run.file, run.options, run.libraries, run.configuration}, image)
+                          : open_stored_image(in_place, image);
+    if (code) return end_with(*code);
     plan = make_plan(run, std::move(*configuration), image->image(), diagnostics);
-    if (!plan) return give_up(kExitErrors);
+    if (!plan) return end_with(give_up(kExitErrors));
     for (const runtime::TaskPlan& task : plan->tasks) run.program.priorities.push_back(task.priority);
     auto loaded = runtime::Resource::load(std::move(*image), run.program);
     if (!loaded) {
       give_up(kExitErrors);
-      return complain(loaded.error()), kExitErrors;
+      complain(loaded.error());
+      return end_with(kExitErrors);
     }
     resource = std::move(*loaded);
   }
-  if (const auto problem = prepare_engine(*resource, run.engine, "plc-run")) return complain(*problem), kExitErrors;
-  return run_resource(run, *resource, std::move(*plan), diagnostics, duration_ns, clock.now_ns() - begin, output, log);
+  if (const auto problem = prepare_engine(*resource, run.engine, "plc-run")) {
+    complain(*problem);
+    return end_with(kExitErrors);
+  }
+  return end_with(run_resource(run, *resource, std::move(*plan), diagnostics, duration_ns, clock.now_ns() - begin,
+                               output, log, start ? &*start : nullptr, folder));
 }
 
 }  // namespace
@@ -566,5 +596,7 @@ int run_command(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   plc::runtime::set_stack_of_threads(plc::runtime::kThreadStackBytes);
-  return plc::tools::guarded("plc-run", plc::tools::run_command, argc, argv);
+  plc::tools::Relaunch& relaunch = plc::tools::Relaunch::instance();
+  relaunch.begin(argc, argv);
+  return relaunch.end(plc::tools::guarded("plc-run", plc::tools::run_command, argc, argv));
 }

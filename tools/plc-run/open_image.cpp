@@ -90,13 +90,20 @@ std::optional<int> run_compiler(const ImageRequest& request, int output, int sai
 
 }  // namespace
 
+std::optional<int> open_stored_image(const std::string& file, std::optional<bytecode::VerifiedImage>& image) {
+  core::Diagnostics diagnostics;
+  if (!can_open(file, diagnostics)) return diagnostics.render_with_lines(std::cerr), kExitUsage;
+  image = load_image(file, diagnostics);
+  diagnostics.render_with_lines(std::cerr);
+  return image ? std::nullopt : std::optional(kExitErrors);
+}
+
 std::optional<int> open_image(Command command, const ImageRequest& request,
                               std::optional<bytecode::VerifiedImage>& image) {
   if (const auto code = refuse_options_of_image(command, request.file)) return code;
   core::Diagnostics diagnostics;
   if (is_image_path(request.file)) {
-    if (!can_open(request.file, diagnostics)) return diagnostics.render_with_lines(std::cerr), kExitUsage;
-    image = load_image(request.file, diagnostics);
+    return open_stored_image(request.file, image);
   } else {
     MemoryFile made;
     if (made.descriptor() < 0) {

@@ -26,4 +26,7 @@ struct ImageRequest {
 std::optional<int> open_image(Command command, const ImageRequest& request,
                               std::optional<bytecode::VerifiedImage>& image);
 
+/// An image of ours, which has no options of a command line.
+std::optional<int> open_stored_image(const std::string& file, std::optional<bytecode::VerifiedImage>& image);
+
 }  // namespace plc::tools

@@ -47,6 +47,7 @@ io::ListenText bound_to(int descriptor) {
 PassedSockets take_passed_sockets() {
   PassedSockets passed;
   const int count = ::sd_listen_fds(/*unset_environment=*/1);
+  passed.count = std::max(count, 0);
   for (int fd = SD_LISTEN_FDS_START; fd < SD_LISTEN_FDS_START + count; ++fd) {
     if (::sd_is_socket_inet(fd, AF_UNSPEC, SOCK_STREAM, /*listening=*/1, /*port=*/0) <= 0) {
       passed.unused.push_back(fmt::format("descriptor {} that systemd passed is no TCP socket that listens", fd));
@@ -77,6 +78,12 @@ void Service::service(core::TimeNs now_ns) {
   if (watchdog_ns_ == 0 || now_ns < next_ns_) return;
   next_ns_ = now_ns + watchdog_ns_ / kTimes;
   if (tasks_run(now_ns)) ::sd_notify(0, "WATCHDOG=1");
+}
+
+void Service::rests(core::TimeNs now_ns) {
+  if (watchdog_ns_ == 0 || now_ns < next_ns_) return;
+  next_ns_ = now_ns + watchdog_ns_ / 4;
+  ::sd_notify(0, "STATUS=stopped by a call\nWATCHDOG=1");
 }
 
 bool Service::tasks_run(core::TimeNs now_ns) {

@@ -23,6 +23,7 @@ namespace plc::tools {
 struct PassedSockets {
   std::optional<io::OpenSocket> modbus;  ///< the first one that listens for TCP
   std::vector<std::string> unused;       ///< what is left, a sentence each
+  int count = 0;                         ///< all, from SD_LISTEN_FDS_START on
 };
 /// Before a process is started or split: it takes the sockets out of the environment, and no other program gets them.
 PassedSockets take_passed_sockets();
@@ -36,6 +37,8 @@ class Service {
   static void ready(const std::string& status);
   /// About every 20 ms. Feeds the watchdog four times in its time, for as long as no task hangs.
   void service(core::TimeNs now_ns);
+  /// The same while no task is to run.
+  void rests(core::TimeNs now_ns);
   /// An orderly stop begins.
   static void stopping();
 

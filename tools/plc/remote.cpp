@@ -15,6 +15,7 @@
 #include "tools/plc/commands.h"
 #include "tools/plc/remote_fields.h"
 #include "tools/plc/remote_logins.h"
+#include "tools/plc/remote_program.h"
 #include "tools/statistics.h"
 
 namespace plc::tools {
@@ -25,6 +26,8 @@ using engineering::Client;
 using engineering::Form;
 using engineering::Json;
 using engineering::Reply;
+
+constexpr auto kAway = std::chrono::seconds(20);
 
 struct Remote {
   std::string url, what, token, fingerprint, output;
@@ -56,6 +59,12 @@ class Session {
     if (what == "write") return write();
     if (what == "log") return log();
     if (what == "calls") return list_calls();
+    const AskServer asking = [this](std::string_view call, const Json& fields, bool quiet) {
+      return ask(row(call), fields, quiet);
+    };
+    if (what == "upload") return remote_upload(asking, remote_.url, remote_.arguments);
+    if (what == "start") return remote_start(asking, remote_.url, remote_.arguments);
+    if (what == "stop") return remote_stop(asking);
     for (const Call& call : engineering::calls()) {
       if (call.name == what && call.form != Form::kStream) return by_row(call);
     }
@@ -70,12 +79,25 @@ class Session {
   }
 
   /// What the server answers to a call; nothing, and said, when it refuses.
-  std::optional<Json> ask(const Call& call, const Json& fields) {
+  std::optional<Json> ask(const Call& call, const Json& fields, bool quiet = false) {
     const auto reply = client_.send(call, fields);
+    if (quiet && (!reply || reply->status != 200)) return std::nullopt;
     if (!reply) return complain(reply.error()), std::nullopt;
     return document_of(*reply);
   }
   std::optional<Json> ask(std::string_view call, const Json& fields = Json::object()) { return ask(row(call), fields); }
+
+  /// For who follows: a server that is away for the start of another program is asked until it is there again.
+  std::optional<Json> again(std::string_view call, const Json& fields, bool has_answered) {
+    if (has_answered) {
+      const auto until = std::chrono::steady_clock::now() + kAway;
+      while (std::chrono::steady_clock::now() < until) {
+        if (auto answer = ask(row(call), fields, true)) return answer;
+        std::this_thread::sleep_for(std::chrono::milliseconds(200));
+      }
+    }
+    return ask(call, fields);
+  }
 
   static std::optional<Json> document_of(const Reply& reply) {
     Json document = Json::parse(reply.body, nullptr, false);
@@ -195,7 +217,7 @@ class Session {
     if (!which) return kExitErrors;
     Json before;
     for (;;) {
-      const auto answer = ask("values.read", {{"paths", *which}});
+      const auto answer = again("values.read", {{"paths", *which}}, !before.is_null());
       if (!answer) return kExitErrors;
       const Json& now = (*answer)["values"];
       if (remote_.json) {
@@ -238,7 +260,7 @@ class Session {
   int log() {
     Json fields = {{"most", 1000}};
     for (;;) {
-      const auto answer = ask("log", fields);
+      const auto answer = again("log", fields, fields.contains("after"));
       if (!answer) return kExitErrors;
       for (const Json& record : (*answer)["records"]) {
         if (remote_.json) {
@@ -337,15 +359,19 @@ void add_remote(Command program) {
       "  plc remote https://plant:8061 values 'Main.*' --follow           values, then what changes\n"
       "  plc remote https://plant:8061 write Setpoint=21.5 Start=true     as an HMI does\n"
       "  plc remote https://plant:8061 log --follow                       messages\n"
+      "  plc remote https://plant:8061 upload plant.pbc plant.xml         another program, and its project to keep\n"
+      "  plc remote https://plant:8061 start cold                         starts it; warm is the default\n"
+      "  plc remote https://plant:8061 stop                               outputs go into their safe state\n"
       "  plc remote https://plant:8061 users.add user=ben role=viewer     any call, by its name and fields\n"
       "  plc remote https://plant:8061 program.project -o plant.xml       the project that runs\n"
       "  plc remote https://plant:8061 calls                              all of them");
   command.option("URL", remote.url, "http://ADDR:PORT or https://ADDR:PORT; the port is 8061 if it is not said")
       .required();
-  command.option(
-      "WHAT", remote.what,
-      "login, first-user, logout, status, tasks, values, write, log, calls; or the name of a call; default: status");
-  command.option("ARGUMENT", remote.arguments, "patterns, PATH=VALUE or FIELD=VALUE");
+  command.option("WHAT", remote.what,
+                 "login, first-user, logout, status, tasks, values, write, log, upload, start, stop, calls; or the "
+                 "name of a call; "
+                 "default: status");
+  command.option("ARGUMENT", remote.arguments, "patterns, PATH=VALUE, files or FIELD=VALUE");
   command.flag("--json", remote.json, "what the server answers, as it is");
   command.flag("--follow", remote.follow, "values and log: goes on with what is new, until Ctrl-C");
   command.option("--token=SECRET", remote.token,

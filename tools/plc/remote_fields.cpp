@@ -3,6 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
 namespace plc::tools {
@@ -28,7 +32,11 @@ std::string read_fields(const Call& call, const std::vector<std::string>& words,
     if (equals == std::string::npos) return fmt::format("\"{}\" is not FIELD=VALUE", word);
     if (field == call.request.end()) return fmt::format("{} has no field \"{}\"", call.name, name);
     const std::string text = word.substr(equals + 1);
-    if (field->type == FieldType::kText) {
+    if (field->type == FieldType::kFile) {
+      std::ifstream in(text, std::ios::binary);
+      if (!in) return fmt::format("{} cannot be read: {}", text, std::strerror(errno));
+      fields[name] = std::string{std::istreambuf_iterator<char>(in), {}};
+    } else if (field->type == FieldType::kText) {
       fields[name] = text;
     } else if (field->type == FieldType::kTexts) {
       fields[name].push_back(text);

@@ -11,7 +11,8 @@
 
 namespace plc::tools {
 
-/// What is wrong; empty when `fields` has them all. Whether they are good is the server's business.
+/// What is wrong; empty when `fields` has them all. Of a file its name is given, and its bytes are taken. Whether they
+/// are good is the server's business.
 std::string read_fields(const engineering::Call& call, const std::vector<std::string>& words,
                         engineering::Json& fields);
 /// "users.add takes user, password, role".

@@ -64,6 +64,8 @@ std::string python_type(const Field& field) {
       return "value";
     case FieldType::kRecord:
       return std::string(field.record->name);
+    case FieldType::kFile:
+      return "bytes";
     case FieldType::kTexts:
       return "list of str";
     case FieldType::kNumbers:
@@ -94,16 +96,21 @@ std::string python_method(const Call& call) {
         parameters += fmt::format(", {}{}", python_name(field.name), required ? "" : "=None");
     }
   }
+  std::string file = call.form == Form::kFile ? ", file=True" : "";
   for (const Field& field : call.request) {
-    fields += fmt::format("{}\"{}\": {}", fields.empty() ? "" : ", ", field.name, python_name(field.name));
+    if (field.type == FieldType::kFile) {
+      file += ", body=" + python_name(field.name);
+    } else {
+      fields += fmt::format("{}\"{}\": {}", fields.empty() ? "" : ", ", field.name, python_name(field.name));
+    }
   }
   std::string text = fmt::format("\n    def {}(self{}):\n", with_underscores(call.name), parameters);
   text += wrapped(fmt::format("\"\"\"{} Right: {}.", call.doc, engineering::right_text(call.right)), "        ");
   if (!call.request.empty()) text += "\n" + python_fields(call.request, "        ");
   if (!call.response.empty()) text += "\n        Answer, a dict:\n" + python_fields(call.response, "          ");
   text += "        \"\"\"\n";
-  return text + fmt::format("        return self.call(\"{}\", \"{}\", {{{}}}{})\n", method_of(call), call.path, fields,
-                            call.form == Form::kFile ? ", file=True" : "");
+  return text +
+         fmt::format("        return self.call(\"{}\", \"{}\", {{{}}}{})\n", method_of(call), call.path, fields, file);
 }
 
 std::string typescript_type(const Field& field) {
@@ -127,6 +134,8 @@ std::string typescript_type(const Field& field) {
       return "AnyValue";
     case FieldType::kRecord:
       return std::string(field.record->name);
+    case FieldType::kFile:
+      return "Blob";
     case FieldType::kTexts:
       return "string[]";
     case FieldType::kNumbers:
@@ -167,6 +176,12 @@ std::string typescript_method(const Call& call) {
       call.request.empty() ? "" : fmt::format("fields: {}Request{}", type, needed ? "" : " = {}");
   const std::string fields = call.request.empty() ? "{}" : "fields";
   std::string text = fmt::format("\n  /** {} Right: {}. */\n", call.doc, engineering::right_text(call.right));
+  if (const Field* const file = engineering::file_field(call)) {
+    return text + fmt::format(
+                      "  {0}(fields: {1}Request): Promise<{1}Answer> {{\n    const {{ {2}, ...others }} = fields;\n"
+                      "    return this.call(\"POST\", \"{3}\", others, {2});\n  }}\n",
+                      camel(call.name, false), type, file->name, call.path);
+  }
   switch (call.form) {
     case Form::kJson:
       return text + fmt::format("  {}({}): Promise<{}> {{\n    return this.call(\"{}\", \"{}\", {});\n  }}\n",

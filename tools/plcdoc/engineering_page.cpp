@@ -39,6 +39,8 @@ std::string type_of(const Field& field) {
       return "[value](#values-as-json)";
     case FieldType::kRecord:
       return fmt::format("[{}](#records)", field.record->name);
+    case FieldType::kFile:
+      return "bytes, the body of the request";
     case FieldType::kTexts:
       return field.high != 0 ? fmt::format("list of at most {} texts", field.high) : "list of texts";
     case FieldType::kNumbers:
@@ -64,6 +66,14 @@ std::string curl_of(const Call& call) {
   const std::string to = call.form == Form::kFile ? " -o " + std::string(call.name) : "";
   std::string command = "curl -s";
   if (call.right != Right::kAnybody) command += " -H \"Authorization: Bearer $TOKEN\"";
+  if (const Field* const file = engineering::file_field(call)) {
+    std::string query;
+    for (const auto& [name, value] : example.items()) {
+      if (name != file->name) query += (query.empty() ? "?" : "&") + name + "=" + value.get<std::string>();
+    }
+    return command + fmt::format(" \\\n  -H 'Content-Type: application/octet-stream' --data-binary @{} $URL{}{}",
+                                 example[std::string(file->name)].get<std::string>(), call.path, query);
+  }
   if (call.method == Method::kPost) {
     return command + fmt::format(" \\\n  -H 'Content-Type: application/json' -d '{}' $URL{}", call.example, call.path) +
            to;
@@ -86,7 +96,9 @@ Page engineering_page() {
                      "begin; `GET /api/openapi.json` gives "
                      "the same as an OpenAPI 3.1\ndocument. Each call is also a method of the Python module `picard`, "
                      "and a name for `plc remote URL NAME FIELD=VALUE`.\n\n"
-                     "A call is made with GET, its fields in the query, or with POST, its fields as a JSON object. Who "
+                     "A call is made with GET, its fields in the query, or with POST, its fields as a JSON object; a "
+                     "call that takes a "
+                     "file has that as its body, and its other fields in the query. Who "
                      "calls is a header "
                      "`Authorization: Bearer SECRET`, or a cookie.\n"
                      "A refusal has a status from 400 on and an object with `code` ([what it means](problems.md)), "

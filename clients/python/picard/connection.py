@@ -99,14 +99,16 @@ class Connection:
                     raise
         raise AssertionError("unreachable")
 
-    def call(self, method, path, fields, file=False):
-        """One call; `fields` that are None are left out. What the methods with names of calls do."""
+    def call(self, method, path, fields, file=False, body=None):
+        """One call; `fields` that are None are left out. `body`: bytes of a file, with which fields are in the query. What
+        the methods with names of calls do."""
         fields = {name: value for name, value in fields.items() if value is not None}
         headers = {"Host": self._host_header()}
         if self.token:
             headers["Authorization"] = "Bearer " + self.token
-        body = None
-        if method == "GET":
+        if method == "GET" or body is not None:
+            if body is not None:
+                headers["Content-Type"] = "application/octet-stream"
             if fields:
                 texts = {
                     name: str(value).lower() if isinstance(value, bool) else value for name, value in fields.items()

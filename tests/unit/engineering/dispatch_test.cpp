@@ -24,11 +24,17 @@ HttpRequest request_for(EngineeringRig& rig, const Call& call) {
   HttpRequest request = rig.request(method_of(call), std::string(call.path));
   request.upgrade = call.form == Form::kStream;
   const Json example = Json::parse(call.example.empty() ? "{}" : call.example);
-  if (call.method == Method::kPost) {
+  const engineering::Field* const file = engineering::file_field(call);
+  if (call.method == Method::kPost && file == nullptr) {
     request.body = example.dump();
   } else {
     std::string query;
+    if (file != nullptr) {
+      request.content_type = "application/octet-stream";
+      request.body = "bytes of a file";
+    }
     for (const auto& [name, value] : example.items()) {
+      if (file != nullptr && name == file->name) continue;
       query += (query.empty() ? "?" : "&") + name + "=" + (value.is_string() ? value.get<std::string>() : value.dump());
     }
     request.target += query;
@@ -86,7 +92,7 @@ TEST_P(EveryCall, RefusesAFieldThatItDoesNotHave) {
   EngineeringRig rig;
   HttpRequest request = request_for(rig, call);
   request.authorization = "Bearer " + rig.session("admin");
-  if (call.method == Method::kPost) {
+  if (call.method == Method::kPost && engineering::file_field(call) == nullptr) {
     Json body = Json::parse(request.body);
     body["nonsense"] = 1;
     request.body = body.dump();
@@ -109,6 +115,9 @@ TEST_P(EveryCall, AnswersAsItsRowSays) {
   request.authorization = "Bearer " + rig.session("admin");
   if (call.name == "login") request.body = R"({"user": "viewer", "password": "viewer-password", "token": true})";
   if (call.name == "values.write") request.body = R"({"values": [{"path": "Start", "value": true}]})";
+  if (call.name == "program.store_project") {
+    ASSERT_EQ(rig.post_file("/api/program/upload", "an image").status, 200);
+  }
   if (call.name == "values.search") request.target = "/api/values/search?pattern=*";
   if (call.name == "first_user") {
     rig.first_code.renew();

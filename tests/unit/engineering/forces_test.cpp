@@ -2,10 +2,14 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <iterator>
+#include <map>
 #include <string>
 #include <thread>
 
+#include "engineering/kept_forces.h"
 #include "engineering/shadow_values.h"
+#include "engineering/state_files.h"
 #include "shadow/player.h"
 #include "tests/unit/engineering/rig.h"
 #include "tests/unit/runtime/run_support.h"
@@ -71,6 +75,55 @@ TEST(Forces, AreForEngineersWithAReason) {
   EXPECT_EQ(refusal("Total", "much"), "P7103 value");
   EXPECT_EQ(refusal("Fixed", 1), "P7106 value");
   EXPECT_TRUE(list(rig).empty());
+}
+
+TEST(KeptForces, HoldAfterAWarmStartWhenAsked) {
+  const ScratchFolder scratch;
+  const std::string folder = scratch.file("engineering");
+  ASSERT_EQ(engineering::make_private_folder(folder), "");
+  const std::pair<const char*, Json> wanted[] = {
+      {"Start", true},       {"Level", 1.5},      {"Large", "18446744073709551615"},
+      {"Long", "-5"},        {"Small", -128},     {"Text", "it's $1"},
+      {"Wide", "w\u00e4rm"}, {"Wait", "T#1s5ms"}, {"Day", "D#2024-02-29"},
+      {"Lamp", "Blue"},      {"Points[2].Y", 7},  {"Main0.Count", 9}};
+  std::map<std::string, std::string> values;
+  {
+    EngineeringRig rig;
+    EXPECT_EQ(body_of(force(rig, {{"path", "Start"}, {"value", true}, {"reason", "trial"}, {"warm", true}}))["code"],
+              "P7701")
+        << "without a folder";
+    rig.context.folder = folder;
+    for (const auto& [path, value] : wanted) {
+      const HttpResponse set = force(rig, {{"path", path}, {"value", value}, {"reason", "trial"}, {"warm", true}});
+      ASSERT_EQ(set.status, 200) << path << set.body;
+      EXPECT_EQ(body_of(set)["force"]["warm"], true);
+    }
+    EXPECT_EQ(force(rig, {{"path", "Total"}, {"value", 1}, {"reason", "not over a start"}}).status, 200);
+    EXPECT_EQ(
+        force(rig, {{"path", "Percent"}, {"value", 1}, {"reason", "short"}, {"warm", true}, {"seconds", 1}}).status,
+        200);
+    EXPECT_EQ(force(rig, {{"path", "Deep"}, {"value", 1}, {"reason", "released"}, {"warm", true}}).status, 200);
+    EXPECT_EQ(rig.post("/api/forces/release", {{"path", "Deep"}}, "engineer").status, 200);
+    for (const Json& one : list(rig)) values[one["path"]] = one["value"];
+  }
+  EngineeringRig rig;
+  EXPECT_EQ(engineering::force_again(folder, rig.calendar.utc_ns() + 2'000'000'000, rig.forces),
+            std::vector<std::string>());
+  const Json all = list(rig);
+  ASSERT_EQ(all.size(), std::size(wanted)) << all;
+  for (const Json& one : all) {
+    EXPECT_EQ(one["value"], values[one["path"]]) << one;
+    EXPECT_EQ(one["owner"], "engineer");
+    EXPECT_EQ(one["reason"], "trial");
+    EXPECT_EQ(one["since"], "2027-01-15T08:00:00.000Z") << "since it was forced, not since the start";
+  }
+  // A program that has the variable no more says so.
+  EXPECT_EQ(engineering::store_kept_forces(folder, {{"Gone", "1", "anna", "trial", 0, {}, true}}), "");
+  EXPECT_EQ(engineering::force_again(folder, 0, rig.forces).size(), 1u);
+  EXPECT_EQ(engineering::store_kept_forces(folder, {}), "");
+  EngineeringRig cold;
+  EXPECT_TRUE(engineering::force_again(folder, 0, cold.forces).empty());
+  EXPECT_EQ(cold.forces.size(), 0u);
 }
 
 /// A plant whose scans are recorded.

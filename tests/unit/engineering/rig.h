@@ -15,6 +15,7 @@
 #include "engineering/dispatch.h"
 #include "engineering/streams.h"
 #include "tests/support/image_builder.h"
+#include "tests/support/run_tool.h"
 
 namespace plc::test {
 
@@ -86,6 +87,9 @@ class EngineeringRig {
         audit(folder, calendar, audit_said),
         dispatcher_(std::make_unique<engineering::Dispatcher>(context, hosts, secure)) {
     context.drawn = &drawn;
+    control.store = store.get();
+    control.check = [this](const std::string&) { return check_says; };
+    context.program = &control;
     if (!with_users) return;
     for (const char* role : {"viewer", "operator", "engineer", "admin"}) {
       engineering::User user{role, engineering::role_named(role),
@@ -95,7 +99,8 @@ class EngineeringRig {
   }
 
   /// A request from this machine, as a script makes it.
-  HttpRequest request(const std::string& method, const std::string& target, const std::string& body = {}) const {
+  [[nodiscard]] HttpRequest request(const std::string& method, const std::string& target,
+                                    const std::string& body = {}) const {
     HttpRequest request;
     request.method = method;
     request.target = target;
@@ -104,6 +109,13 @@ class EngineeringRig {
     request.body = body;
     if (method == "POST") request.content_type = "application/json";
     return request;
+  }
+  /// One that brings a file.
+  HttpResponse post_file(const std::string& target, const std::string& bytes, const std::string& role = "engineer") {
+    HttpRequest asked = request("POST", target, bytes);
+    asked.content_type = "application/octet-stream";
+    asked.authorization = "Bearer " + session(role);
+    return send(asked);
   }
   HttpResponse send(const HttpRequest& request) {
     auto ready = dispatcher_->check(request);
@@ -152,12 +164,17 @@ class EngineeringRig {
   engineering::Sessions sessions;
   engineering::LoginDelay delay;
   engineering::FirstCode first_code;
+  std::string check_says;  ///< of an image that is uploaded: what is wrong with it
   std::string audit_said;
   engineering::Audit audit;
   /// The cheapest that libsodium allows: tests are about who may, not about how long it takes.
   engineering::Context context{identity, variables, scheduler, log,    *users, sessions, delay,     first_code, audit,
                                clock,    calendar,  forces,    hmi,    presses, nullptr,  0,         {1, 8192},  nullptr};
   engineering::HostRules hosts{{"plant.example"}};
+  ScratchFolder programs;
+  std::unique_ptr<engineering::ProgramStore> store =
+      std::move(*engineering::ProgramStore::open(programs.file("program")));
+  engineering::ProgramControl control;
 
  private:
   std::unique_ptr<engineering::Dispatcher> dispatcher_;

@@ -1,0 +1,78 @@
+#include "engineering/kept_forces.h"
+
+#include <fmt/format.h>
+
+#include <exception>
+#include <nlohmann/json.hpp>
+
+#include "engineering/call.h"
+#include "engineering/state_files.h"
+
+namespace plc::engineering {
+namespace {
+
+std::string path_in(const std::string& folder) { return folder + "/forces.json"; }
+
+Json json_of(const runtime::Force& force) {
+  Json json = {{"path", force.path},
+               {"value", force.value},
+               {"owner", force.owner},
+               {"reason", force.reason},
+               {"since_ns", force.since_ns}};
+  if (force.until_ns) json["until_ns"] = *force.until_ns;
+  return json;
+}
+
+/// Throws what nlohmann throws.
+runtime::Force force_of(const Json& json) {
+  runtime::Force force;
+  force.path = json.at("path").get<std::string>();
+  force.value = json.at("value").get<std::string>();
+  force.owner = json.at("owner").get<std::string>();
+  force.reason = json.at("reason").get<std::string>();
+  force.since_ns = json.at("since_ns").get<core::TimeNs>();
+  if (json.contains("until_ns")) force.until_ns = json.at("until_ns").get<core::TimeNs>();
+  force.kept = true;
+  return force;
+}
+
+}  // namespace
+
+std::string store_kept_forces(const std::string& folder, const std::vector<runtime::Force>& forces) {
+  if (folder.empty()) return {};
+  Json all = Json::array();
+  for (const runtime::Force& force : forces) {
+    if (force.kept) all.push_back(json_of(force));
+  }
+  std::string why;
+  // Most plants never have one.
+  if (all.empty() && !read_whole_file(path_in(folder), why) && why.empty()) return {};
+  return write_private_file(path_in(folder), all.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+}
+
+std::vector<std::string> force_again(const std::string& folder, core::TimeNs utc_ns, runtime::ForceList& forces) {
+  std::vector<std::string> said;
+  if (folder.empty()) return said;
+  std::string why;
+  const auto text = read_whole_file(path_in(folder), why);
+  if (!text) {
+    if (!why.empty()) said.push_back("forces of before the start do not hold: " + why);
+    return said;
+  }
+  const Json json = Json::parse(*text, nullptr, false);
+  try {
+    if (!json.is_array()) throw std::invalid_argument("no list");
+    for (const Json& one : json) {
+      runtime::Force force = force_of(one);
+      if (force.until_ns && *force.until_ns <= utc_ns) continue;
+      const std::string path = force.path;
+      const auto made = forces.set(std::move(force));
+      if (!made) said.push_back(fmt::format("{} is not forced any more: {}", path, made.error().message));
+    }
+  } catch (const std::exception&) {
+    said.push_back(fmt::format("forces of before the start do not hold: {} is damaged", path_in(folder)));
+  }
+  return said;
+}
+
+}  // namespace plc::engineering

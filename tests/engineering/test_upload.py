@@ -1,0 +1,526 @@
+"""Another program for a plant that runs: uploads, starts, stops, losses of power, devices.
+
+usage: test_upload.py PLC PLC_RUN TANK MODULE_FOLDER [unittest arguments]
+"""
+
+import hashlib
+import http.client
+import os
+import random
+import re
+import shutil
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+
+PLC, PLC_RUN, TANK, MODULES = sys.argv[1:5]
+sys.path.insert(0, MODULES)
+import picard  # noqa: E402
+
+SWITCHES = 100
+KILLS = 25
+PASSWORD = "correct horse battery"
+# While another program starts, and when the process was killed.
+AWAY = (OSError, ValueError, http.client.HTTPException)
+
+MOTOR = """
+PROGRAM Main
+VAR Motor AT %QX0.0 : BOOL; Lamp AT %QX0.1 : BOOL; END_VAR
+VAR RETAIN Scans : DINT; END_VAR
+VAR Index : DINT := {index}; List : ARRAY[0..3] OF DINT; END_VAR
+  Motor := TRUE;
+  Lamp := TRUE;
+  Scans := Scans + 1;
+  List[Index] := Scans;
+END_PROGRAM
+CONFIGURATION C
+  RESOURCE R ON PLC
+    TASK T(INTERVAL := T#10ms, PRIORITY := 0);
+    PROGRAM main WITH T : Main;
+  END_RESOURCE
+END_CONFIGURATION
+"""
+
+
+def run(*words):
+    done = subprocess.run(words, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, f"{words}\n{done.stdout}{done.stderr}"
+    return done.stdout
+
+
+def compiled(folder, name, text):
+    """An image of the project: its path and its bytes."""
+    source, image = os.path.join(folder, name), os.path.join(folder, name + ".pbc")
+    with open(source, "w") as file:
+        file.write(text)
+    run(PLC, "compile", source, "-o", image)
+    with open(image, "rb") as file:
+        return image, file.read()
+
+
+def hash_of(data):
+    return hashlib.sha256(data).hexdigest()
+
+
+class Plant:
+    """plc-run with a state folder; it may be killed and started again."""
+
+    def __init__(self, project, folder, *flags):
+        self.project, self.folder, self.flags = project, folder, flags
+        self.out = os.path.join(folder, "out")
+        open(self.out, "w").close()
+        self.process, self.token = None, None
+        self.start()
+        code = self.wait_for(r"code of the first one (\S+) ")
+        with self.client() as plc:
+            plc.first_user(code, "anna", PASSWORD)
+            plc.token = plc.login("anna", PASSWORD, token=True)["token"]
+            self.token = plc.tokens_add("test", "admin", 1)["token"]
+
+    def start(self):
+        with open(self.out, "ab") as out:
+            self.from_byte = out.tell()
+            self.process = subprocess.Popen(
+                [PLC_RUN, self.project, "--modbus", "off", "--engineering", "127.0.0.1:0", "--state", self.folder + "/state"]
+                + list(self.flags),
+                stdout=out,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,
+            )
+        self.url = self.wait_for(r"engineering: (https?://\S+)\n")
+
+    def text(self):
+        with open(self.out) as file:
+            file.seek(self.from_byte)
+            return file.read()
+
+    def wait_for(self, pattern):
+        for _ in range(2400):
+            found = re.search(pattern, self.text())
+            if found:
+                return found.group(1)
+            if self.process.poll() is not None:
+                break
+            time.sleep(0.025)
+        raise AssertionError(f"no {pattern} in\n{self.text()}")
+
+    def client(self):
+        return picard.Plc(self.url, self.token)
+
+    def kill(self):
+        os.killpg(self.process.pid, signal.SIGKILL)  # with the guardian, if there is one
+        self.process.wait(60)
+
+    def stop(self):
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGTERM)
+        return self.process.wait(60)
+
+    def program(self, patience=30):
+        """What `program` says, also while the server is away."""
+        until = time.monotonic() + patience
+        while True:
+            try:
+                with self.client() as plc:
+                    return plc.program()
+            except AWAY as away:
+                if self.process.poll() is not None or time.monotonic() > until:
+                    raise AssertionError(f"plc-run is away\n{self.text()}") from away
+                time.sleep(0.02)
+
+    def wait_until(self, good, patience=30):
+        until = time.monotonic() + patience
+        while time.monotonic() < until:
+            program = self.program()
+            if good(program):
+                return program
+            time.sleep(0.05)
+        raise AssertionError(f"{program}\n{self.text()}")
+
+    def upload_and_start(self, image, kind="warm"):
+        with self.client() as plc:
+            plc.program_upload(image)
+            plc.program_start(kind=kind)
+
+
+class WithFolder(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.mkdtemp()
+        self.plant = None
+
+    def tearDown(self):
+        if self.plant is not None:
+            self.plant.stop()
+        shutil.rmtree(self.folder)
+
+    def versions_of_the_tank(self):
+        with open(TANK) as file:
+            text = file.read()
+        self.assertIn("<expression>T#3s</expression>", text)
+        self.project, self.old = compiled(self.folder, "tank.xml", text)
+        _, self.new = compiled(self.folder, "new.xml", text.replace("<expression>T#3s</expression>", "<expression>T#4s</expression>"))
+        self.assertNotEqual(self.old, self.new)
+
+
+class Load:
+    """Clients that read values, as fast as they get answers, and go on when the server was away."""
+
+    def __init__(self, plant, count):
+        self.plant, self.ends, self.answers = plant, False, 0
+        self.threads = [threading.Thread(target=self.read) for _ in range(count)]
+        for thread in self.threads:
+            thread.start()
+
+    def read(self):
+        while not self.ends:
+            try:
+                with self.plant.client() as plc:
+                    while not self.ends:
+                        plc.tasks()
+                        plc.values_search("*", most=100)
+                        self.answers += 1
+                        time.sleep(0.005)  # 2000 calls a second of one address are taken
+            except AWAY:
+                time.sleep(0.01)
+
+    def stop(self):
+        self.ends = True
+        for thread in self.threads:
+            thread.join()
+
+
+class Switches(WithFolder):
+    def test_between_two_versions_under_load(self):
+        self.versions_of_the_tank()
+        self.plant = Plant(self.project, self.folder)
+        load = Load(self.plant, 3)
+        stood = []
+        try:
+            for i in range(SWITCHES):
+                image = self.new if i % 2 == 0 else self.old
+                self.plant.upload_and_start(image, "warm" if i % 3 else "cold")
+                now = self.plant.wait_until(lambda p: p["image"] == hash_of(image) and p["state"] == "runs")
+                stood.append(now["stood_ms"])
+                self.assertNotIn("failed", now)
+        finally:
+            load.stop()
+        print(f"{SWITCHES} switches: control stood for {sum(stood) / len(stood):.0f} ms on average, at most {max(stood)} ms; {load.answers} answers")
+        self.assertLessEqual(max(stood), 1000)
+        self.assertGreater(load.answers, SWITCHES)
+        with self.plant.client() as plc:
+            self.assertEqual(plc.log(most=1)["records"][0]["number"] > SWITCHES, True, "the log goes on over starts")
+            self.assertEqual(sum(r["what"] == "program.start" for r in plc.audit(most=1000)["records"]), SWITCHES)
+        for _ in range(100):  # the last one is confirmed at once, and a little later on the disk
+            files = os.listdir(self.folder + "/state/program")
+            if len(files) == 2:
+                break
+            time.sleep(0.05)
+        self.assertEqual(len(files), 2, f"chosen.json and the image that runs: {files}")
+
+    def test_sessions_and_who_follows_the_log_stay(self):
+        self.versions_of_the_tank()
+        self.plant = Plant(self.project, self.folder)
+        with self.plant.client() as plc:
+            session = plc.login("anna", PASSWORD, token=True)["token"]
+        self.plant.upload_and_start(self.new)
+        self.plant.wait_until(lambda p: p["image"] == hash_of(self.new) and p["state"] == "runs")
+        with picard.Plc(self.plant.url, session) as plc:
+            self.assertEqual(plc.session()["user"], "anna")
+
+    def test_killed_at_any_moment_one_of_the_two_is_there(self):
+        self.versions_of_the_tank()
+        self.plant = Plant(self.project, self.folder)
+        chance = random.Random(int.from_bytes(os.urandom(4), "big"))
+        seen = {"old": 0, "new": 0}
+        image = self.new
+        for i in range(KILLS):
+            pause = chance.uniform(0, 1.6)
+            self.plant.wait_until(lambda p: p["state"] == "runs")
+            try:
+                self.plant.upload_and_start(image)
+            except AWAY:
+                pass
+            time.sleep(pause)
+            self.plant.kill()
+            self.plant.start()
+            now = self.plant.program()
+            self.assertIn(now["image"], (hash_of(self.old), hash_of(self.new)), f"killed after {pause} s")
+            self.plant.wait_until(lambda p: p["state"] == "runs")
+            with self.plant.client() as plc:
+                self.assertGreater(plc.tasks()["tasks"][0]["scans"], 0)
+            seen["new" if now["image"] == hash_of(self.new) else "old"] += 1
+            image = self.old if now["image"] == hash_of(self.new) else self.new
+        print(f"{KILLS} kills: {seen}")
+
+    def test_a_file_that_has_changed_counts_at_the_next_start(self):
+        self.versions_of_the_tank()
+        self.plant = Plant(self.project, self.folder)
+        self.plant.upload_and_start(self.new)
+        self.plant.wait_until(lambda p: p["image"] == hash_of(self.new) and p["state"] == "runs")
+        self.plant.stop()
+        self.plant.start()
+        self.assertEqual(self.plant.program()["image"], hash_of(self.new))
+        self.plant.stop()
+        _, third = compiled(self.folder, "tank.xml", open(self.folder + "/new.xml").read().replace("T#4s", "T#5s"))
+        self.plant.start()
+        self.assertEqual(self.plant.program()["image"], hash_of(third))
+        self.assertIn("is another one than when a program was uploaded", self.plant.text())
+
+
+class Forces(WithFolder):
+    def test_hold_over_a_warm_start_when_asked_and_end_with_a_cold_one(self):
+        source, _ = compiled(self.folder, "good.st", MOTOR.format(index=1))
+        _, other = compiled(self.folder, "other.st", MOTOR.format(index=2))
+        self.plant = Plant(source, self.folder)
+        with self.plant.client() as plc:
+            plc.forces_set("%QX0.0", False, "valve is changed", warm=True)
+            plc.forces_set("%QX0.1", False, "until the next start")
+        self.plant.upload_and_start(other)
+        self.plant.wait_until(lambda p: p["image"] == hash_of(other) and p["state"] == "runs")
+        with self.plant.client() as plc:
+            self.assertEqual([force["path"] for force in plc.forces_list()["forces"]], ["%QX0.0"])
+            values = plc.values_read(["%QX0.0", "%QX0.1"])["values"]
+            self.assertEqual([value["value"] for value in values], [False, True])
+        self.plant.kill()
+        self.plant.start()
+        with self.plant.client() as plc:
+            self.assertEqual(len(plc.forces_list()["forces"]), 1, "a loss of power is a warm start, too")
+            plc.program_start(kind="cold")
+        self.plant.wait_until(lambda p: p["starts"] == 1 and p["state"] == "runs")
+        with self.plant.client() as plc:
+            self.assertEqual(plc.forces_list()["forces"], [])
+
+
+class Refusals(WithFolder):
+    def test_what_is_broken_wrong_or_unsigned_changes_nothing(self):
+        self.versions_of_the_tank()
+        run(PLC, "sign", "--make-key", self.folder + "/anna")
+        run(PLC, "sign", "--make-key", self.folder + "/eve")
+        with open(self.folder + "/plc.toml", "w") as file:
+            file.write('[engineering]\nkeys = ["anna.pub"]\n')
+        self.plant = Plant(self.project, self.folder, "--config", self.folder + "/plc.toml")
+
+        def signature(data, key):
+            with open(self.folder + "/image.pbc", "wb") as file:
+                file.write(data)
+            return run(PLC, "sign", self.folder + "/image.pbc", "--key", f"{self.folder}/{key}.key", "-o", "-").strip()
+
+        def files():
+            return sorted(os.listdir(self.folder + "/state/program")) if os.path.exists(self.folder + "/state/program") else []
+
+        chance = random.Random(1)
+        before = files()
+        with self.plant.client() as plc:
+            scans = plc.tasks()["tasks"][0]["scans"]
+
+            def refused(code, data, **more):
+                with self.assertRaises(picard.PicardError) as caught:
+                    plc.program_upload(data, **more)
+                self.assertEqual(caught.exception.code, code, str(caught.exception))
+                self.assertNotIn("waits", plc.program())
+
+            refused("P7751", self.new)
+            refused("P7751", self.new, signature=signature(self.new, "eve"))
+            refused("P7751", self.new, signature=signature(self.old, "anna"))
+            for broken in (b"", b"no image", self.new[:-1], self.new + b"\0", open(TANK, "rb").read()):
+                refused("P7750", broken, signature=signature(broken, "anna"))
+            for _ in range(10):
+                at = chance.randrange(len(self.new))
+                broken = self.new[:at] + bytes([self.new[at] ^ 1 << chance.randrange(8)]) + self.new[at + 1 :]
+                refused("P7750", broken, signature=signature(broken, "anna"))
+            self.assertEqual(plc.program()["image"], hash_of(self.old))
+            self.assertGreater(plc.tasks()["tasks"][0]["scans"], scans)
+            self.assertEqual(set(files()) - set(before) - {"chosen.json"}, set())
+            self.assertEqual(plc.program_upload(self.new, signature=signature(self.new, "anna"))["signer"], "anna")
+
+    def test_a_program_that_faults_is_left(self):
+        source, good = compiled(self.folder, "good.st", MOTOR.format(index=1))
+        _, bad = compiled(self.folder, "bad.st", MOTOR.format(index=9))
+        self.plant = Plant(source, self.folder)
+        self.plant.upload_and_start(bad)
+        now = self.plant.wait_until(lambda p: "failed" in p and p["state"] == "runs")
+        self.assertEqual(now["image"], hash_of(good))
+        self.assertEqual(now["failed"]["program"]["image"], hash_of(bad))
+        self.assertIn("R1", now["failed"]["why"])
+
+    def test_a_program_that_the_configuration_does_not_fit_is_refused(self):
+        source, _ = compiled(self.folder, "good.st", MOTOR.format(index=1))
+        _, other = compiled(self.folder, "other.st", MOTOR.format(index=1).replace("%QX0.1", "%QX0.7"))
+        with open(self.folder + "/plc.toml", "w") as file:
+            file.write('[drivers.panel]\nkind = "simulated"\n[outputs]\n"%QX0.1" = { driver = "panel" }\n')
+        self.plant = Plant(source, self.folder, "--config", self.folder + "/plc.toml")
+        with self.plant.client() as plc:
+            with self.assertRaises(picard.PicardError) as caught:
+                plc.program_upload(other)
+        self.assertEqual(caught.exception.code, "P7750")
+        self.assertIn("%QX0.1", caught.exception.text)
+
+
+class Coils(threading.Thread):
+    """A Modbus device that notes when which coil was written to what."""
+
+    def __init__(self):
+        super().__init__(daemon=True)
+        self.listener = socket.create_server(("127.0.0.1", 0))
+        self.port = self.listener.getsockname()[1]
+        self.coils = [False] * 16
+        self.written = []
+        self.start()
+
+    def run(self):
+        while True:
+            link, _ = self.listener.accept()
+            threading.Thread(target=self.serve, args=(link,), daemon=True).start()
+
+    def serve(self, link):
+        stream = link.makefile("rb")
+        while True:
+            head = stream.read(7)
+            if len(head) < 7:
+                return
+            number, _, length, unit = struct.unpack(">HHHB", head)
+            pdu = stream.read(length - 1)
+            function, address, value = struct.unpack(">BHH", pdu[:5])
+            if function == 5:
+                self.note(address, value == 0xFF00)
+                answer = pdu
+            elif function == 15:
+                for i in range(value):
+                    self.note(address + i, bool(pdu[6 + i // 8] >> (i % 8) & 1))
+                answer = pdu[:5]
+            elif function == 1:
+                bits = bytearray((value + 7) // 8)
+                for i in range(value):
+                    bits[i // 8] |= self.coils[address + i] << (i % 8)
+                answer = bytes([1, len(bits)]) + bytes(bits)
+            else:
+                answer = bytes([function | 0x80, 1])
+            link.sendall(struct.pack(">HHHB", number, 0, len(answer) + 1, unit) + answer)
+
+    def note(self, coil, value):
+        if self.coils[coil] != value:
+            self.written.append((time.monotonic(), coil, value))
+        self.coils[coil] = value
+
+
+class Outputs(WithFolder):
+    def setUp(self):
+        super().setUp()
+        self.device = Coils()
+        with open(self.folder + "/plc.toml", "w") as file:
+            file.write(
+                f"""
+[drivers.panel]
+kind = "modbus"
+bus = "127.0.0.1:{self.device.port}"
+poll = "20ms"
+[outputs]
+"%QX0.0" = {{ driver = "panel", table = "coils", address = 0, safe = false }}
+"%QX0.1" = {{ driver = "panel", table = "coils", address = 1, safe = true }}
+"""
+            )
+        self.source, self.good = compiled(self.folder, "good.st", MOTOR.format(index=1))
+        _, self.other = compiled(self.folder, "other.st", MOTOR.format(index=2))
+        _, self.bad = compiled(self.folder, "bad.st", MOTOR.format(index=9))
+        self.plant = Plant(self.source, self.folder, "--config", self.folder + "/plc.toml")
+        self.wait_for_coils(True, True)
+
+    def wait_for_coils(self, motor, lamp, patience=10):
+        until = time.monotonic() + patience
+        while self.device.coils[:2] != [motor, lamp]:
+            self.assertLess(time.monotonic(), until, f"{self.device.written}\n{self.plant.text()}")
+            time.sleep(0.01)
+
+    def scans(self):
+        with self.plant.client() as plc:
+            return plc.values_read(["main.Scans"])["values"][0]["value"]
+
+    def test_outputs_are_safe_as_declared_while_control_stands(self):
+        before = self.plant.process.pid
+        self.device.written.clear()
+        retained = self.scans()
+        self.plant.upload_and_start(self.other, "warm")
+        self.plant.wait_until(lambda p: p["image"] == hash_of(self.other) and p["state"] == "runs")
+        self.wait_for_coils(True, True)
+        self.assertEqual([(coil, value) for _, coil, value in self.device.written], [(0, False), (0, True)], "the lamp stays")
+        gone = self.device.written[1][0] - self.device.written[0][0]
+        print(f"the output was safe for {gone * 1000:.0f} ms")
+        self.assertLess(gone, 1)
+        self.assertIsNone(self.plant.process.poll())
+        self.assertEqual(self.plant.process.pid, before)
+        self.assertGreater(self.scans(), retained, "a warm start")
+        with self.plant.client() as plc:
+            plc.program_start(kind="cold")
+        self.plant.wait_until(lambda p: p["state"] == "trial" or p["state"] == "runs")
+        time.sleep(0.3)
+        self.assertLess(self.scans(), retained + 100, "a cold start")
+
+    def test_stopped_outputs_stay_safe_until_a_start(self):
+        with self.plant.client() as plc:
+            plc.program_stop()
+        self.wait_for_coils(False, True)
+        self.assertEqual(self.plant.wait_until(lambda p: p["state"] == "stopped")["image"], hash_of(self.good))
+        time.sleep(1.5)  # longer than the guardian waits for a scan
+        self.assertEqual(self.device.coils[:2], [False, True])
+        with self.plant.client() as plc:
+            self.assertEqual(plc.target()["state"], "stopped")
+            plc.program_start()
+        self.wait_for_coils(True, True)
+        self.assertEqual(self.plant.stop(), 0)
+        self.assertEqual(self.device.coils[:2], [False, True])
+
+    def test_a_runtime_that_dies_in_the_first_second_is_left(self):
+        self.plant.upload_and_start(self.other)
+        self.plant.wait_until(lambda p: p["image"] == hash_of(self.other) and p["state"] == "trial")
+        children = subprocess.run(["pgrep", "-P", str(self.plant.process.pid)], capture_output=True, text=True).stdout.split()
+        self.assertEqual(len(children), 1, "the runtime of the guardian")
+        os.kill(int(children[0]), signal.SIGKILL)
+        now = self.plant.wait_until(lambda p: "failed" in p and p["state"] == "runs")
+        self.assertEqual(now["image"], hash_of(self.good))
+        self.wait_for_coils(True, True)
+        self.assertEqual(self.plant.stop(), 0)
+
+
+class Remote(WithFolder):
+    def test_what_people_do(self):
+        source, good = compiled(self.folder, "good.st", MOTOR.format(index=1))
+        other, other_bytes = compiled(self.folder, "other.st", MOTOR.format(index=2))
+        bad, _ = compiled(self.folder, "bad.st", MOTOR.format(index=9))
+        self.plant = Plant(source, self.folder)
+
+        def remote(*words):
+            return subprocess.run(
+                [PLC, "remote", self.plant.url, "--token", self.plant.token, *words], capture_output=True, text=True, timeout=90
+            )
+
+        uploaded = remote("upload", other, self.folder + "/other.st")
+        self.assertEqual(uploaded.returncode, 0, uploaded.stderr)
+        self.assertIn("was found good", uploaded.stdout)
+        started = remote("start")
+        self.assertEqual(started.returncode, 0, started.stderr)
+        self.assertRegex(started.stdout, f"program {hash_of(other_bytes)[:8]} runs; control stood for [0-9]+ ms")
+        stored = remote("program.project", "-o", self.folder + "/stored")
+        self.assertEqual(stored.returncode, 0, stored.stderr)
+        with open(self.folder + "/stored") as a, open(self.folder + "/other.st") as b:
+            self.assertEqual(a.read(), b.read())
+        self.assertEqual(remote("upload", bad).returncode, 0)
+        failed = remote("start", "cold")
+        self.assertEqual(failed.returncode, 1)
+        self.assertIn("P7752", failed.stderr)
+        self.assertIn(hash_of(other_bytes)[:8] + " runs again", failed.stderr)
+        self.assertEqual(remote("stop").returncode, 0)
+        self.plant.wait_until(lambda p: p["state"] == "stopped")
+        again = remote("start")
+        self.assertEqual(again.returncode, 0, again.stderr)
+        self.assertEqual(remote("upload", source[:-4]).returncode, 2, "no image")
+        self.assertEqual(remote("start", "hot").returncode, 2)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1] + sys.argv[5:])

@@ -1,0 +1,174 @@
+// Another program by calls: what is refused, what is kept, what is asked of who runs the plant.
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "engineering/secrets.h"
+#include "engineering/signature.h"
+#include "tests/unit/engineering/rig.h"
+
+namespace plc::test {
+namespace {
+
+using engineering::ProgramControl;
+
+TEST(Upload, IsForEngineers) {
+  EngineeringRig rig;
+  for (const char* role : {"viewer", "operator"}) {
+    EXPECT_EQ(rig.post_file("/api/program/upload", "an image", role).status, 403) << role;
+    EXPECT_EQ(rig.post("/api/program/start", Json::object(), role).status, 403) << role;
+    EXPECT_EQ(rig.post("/api/program/stop", Json::object(), role).status, 403) << role;
+  }
+  EXPECT_FALSE(rig.store->waiting());
+  EXPECT_EQ(rig.post_file("/api/program/upload", "an image").status, 200);
+  EXPECT_EQ(rig.store->waiting()->by, "engineer");
+}
+
+TEST(Upload, TakesALargeBodyOfWhoMaySendItAlone) {
+  EngineeringRig rig;
+  engineering::Dispatcher dispatcher(rig.context, rig.hosts, false);
+  HttpRequest head = rig.request("POST", "/api/program/upload?signature=x");
+  EXPECT_EQ(dispatcher.most_body_bytes(head), engineering::kMostBodyBytes);
+  head.authorization = "Bearer " + rig.session("operator");
+  EXPECT_EQ(dispatcher.most_body_bytes(head), engineering::kMostBodyBytes);
+  head.authorization = "Bearer " + rig.session("engineer");
+  EXPECT_EQ(dispatcher.most_body_bytes(head), engineering::kMostFileBytes);
+  head.target = "/api/values/write";
+  EXPECT_EQ(dispatcher.most_body_bytes(head), engineering::kMostBodyBytes);
+}
+
+TEST(Upload, IsBytesAndNoJson) {
+  EngineeringRig rig;
+  EXPECT_EQ(rig.post("/api/program/upload", {{"image", "an image"}}, "engineer").status, 415);
+  EXPECT_EQ(rig.post_file("/api/program/upload?image=x", "an image").status, 400);
+  EXPECT_FALSE(rig.store->waiting());
+}
+
+TEST(Upload, OfAnImageThatCannotRunChangesNothing) {
+  EngineeringRig rig;
+  rig.check_says = "plant.pbc: error P6003: checksum";
+  const HttpResponse refused = rig.post_file("/api/program/upload", "an image");
+  EXPECT_EQ(refused.status, 409);
+  EXPECT_EQ(body_of(refused)["code"], "P7750");
+  EXPECT_EQ(body_of(refused)["text"], rig.check_says);
+  EXPECT_FALSE(rig.store->waiting());
+  EXPECT_NE(rig.audit.recent(1).at(0).find("program.refused"), std::string::npos);
+}
+
+TEST(Upload, MustBeSignedWhereThereAreKeys) {
+  EngineeringRig rig;
+  const auto anna = engineering::make_key("anna");
+  rig.control.wants_signature = true;
+  const auto upload = [&](const std::string& signature) {
+    return rig.post_file("/api/program/upload" + (signature.empty() ? "" : "?signature=" + signature), "an image");
+  };
+  const std::string good = engineering::sign(anna, "an image");
+  EXPECT_EQ(body_of(upload(good))["code"], "P7751") << "keys that cannot be read are no reason to take everything";
+  rig.control.keys = *engineering::read_public_keys(anna.public_line(), "anna.pub");
+  for (const std::string& wrong : {std::string(), engineering::sign(anna, "an imagf"),
+                                   engineering::sign(engineering::make_key("eve"), "an image")}) {
+    const HttpResponse refused = upload(wrong);
+    EXPECT_EQ(refused.status, 409);
+    EXPECT_EQ(body_of(refused)["code"], "P7751");
+    EXPECT_FALSE(rig.store->waiting());
+  }
+  const HttpResponse taken = upload(good);
+  ASSERT_EQ(taken.status, 200) << taken.body;
+  EXPECT_EQ(body_of(taken)["signer"], "anna");
+}
+
+TEST(Upload, NeedsAFolder) {
+  EngineeringRig rig;
+  rig.control.store = nullptr;
+  EXPECT_EQ(body_of(rig.post_file("/api/program/upload", "an image"))["code"], "P7753");
+  EXPECT_EQ(body_of(rig.post("/api/program/start", Json::object(), "engineer"))["code"], "P7753");
+}
+
+TEST(Start, IsAWishForWhoRunsThePlant) {
+  EngineeringRig rig;
+  const core::TimeNs begin = rig.clock.now_ns();
+  EXPECT_FALSE(rig.control.take(begin));
+  ASSERT_EQ(rig.post_file("/api/program/upload", "an image").status, 200);
+  const std::string image = engineering::sha256("an image");
+  EXPECT_EQ(rig.post("/api/program/start", {{"image", std::string(64, '0')}}, "engineer").status, 409)
+      << "another one waits";
+  const HttpResponse started = rig.post("/api/program/start", {{"kind", "cold"}, {"image", image}}, "engineer");
+  ASSERT_EQ(started.status, 200) << started.body;
+  EXPECT_EQ(body_of(started)["image"], image);
+  EXPECT_FALSE(rig.control.take(begin)) << "first the answer";
+  const auto wish = rig.control.take(begin + ProgramControl::kAnswerNs);
+  ASSERT_TRUE(wish);
+  EXPECT_TRUE(wish->start);
+  EXPECT_EQ(wish->kind, "cold");
+  const auto choice = rig.store->choose(0);
+  ASSERT_TRUE(choice && *choice);
+  EXPECT_EQ((*choice)->program.image, image);
+  EXPECT_TRUE((*choice)->trial);
+}
+
+TEST(Start, WithoutAnUploadIsOneOfTheSameProgram) {
+  EngineeringRig rig;
+  const HttpResponse started = rig.post("/api/program/start", Json::object(), "engineer");
+  ASSERT_EQ(started.status, 200) << started.body;
+  EXPECT_EQ(body_of(started)["image"], rig.identity.image_hash);
+  EXPECT_FALSE(*rig.store->choose(0)) << "what plc-run was given";
+}
+
+TEST(Start, OneAtATime) {
+  EngineeringRig rig;
+  ASSERT_EQ(rig.post("/api/program/stop", Json::object(), "engineer").status, 200);
+  ASSERT_EQ(rig.post_file("/api/program/upload", "an image").status, 200);
+  EXPECT_EQ(body_of(rig.post("/api/program/start", Json::object(), "engineer"))["code"], "P7755");
+  EXPECT_TRUE(rig.store->waiting()) << "it waits as before";
+  EXPECT_FALSE(*rig.store->choose(0));
+  ASSERT_TRUE(rig.control.take(ProgramControl::kAnswerNs + rig.clock.now_ns()));
+  rig.control.set_state(ProgramControl::State::kStopped);
+  EXPECT_EQ(rig.post("/api/program/stop", Json::object(), "engineer").status, 409) << "it is stopped";
+  EXPECT_EQ(body_of(rig.get("/api/target"))["state"], "stopped");
+  EXPECT_EQ(rig.post("/api/program/start", Json::object(), "engineer").status, 200);
+  rig.control.set_state(ProgramControl::State::kTrial);
+  EXPECT_EQ(rig.post("/api/program/stop", Json::object(), "engineer").status, 409);
+}
+
+TEST(Start, IsRefusedWhileTheProgramForbidsIt) {
+  EngineeringRig rig;
+  engineering::Veto veto(*rig.resource, "Start"), none(*rig.resource, ""), wrong(*rig.resource, "Nothing");
+  EXPECT_FALSE(none.holds());
+  EXPECT_FALSE(wrong.holds());
+  rig.context.no_program = rig.context.no_force = &veto;
+  const Json force = {{"path", "Total"}, {"value", 1}, {"reason", "trial"}};
+  const auto set = [&](bool value) {
+    EXPECT_EQ(rig.post("/api/values/write", {{"values", {{{"path", "Start"}, {"value", value}}}}}).status, 200);
+    rig.scan();
+  };
+  set(true);
+  EXPECT_TRUE(veto.holds());
+  ASSERT_EQ(rig.post_file("/api/program/upload", "an image").status, 200) << "which changes nothing";
+  for (const char* path : {"/api/program/start", "/api/program/stop"})
+    EXPECT_EQ(body_of(rig.post(path, Json::object(), "engineer"))["code"], "P7756") << path;
+  EXPECT_TRUE(rig.store->waiting());
+  EXPECT_EQ(body_of(rig.post("/api/forces/set", force, "engineer"))["code"], "P7756");
+  EXPECT_EQ(rig.post("/api/forces/release", Json::object(), "engineer").status, 200);
+  set(false);
+  EXPECT_EQ(rig.post("/api/forces/set", force, "engineer").status, 200);
+  EXPECT_EQ(rig.post("/api/program/start", Json::object(), "engineer").status, 200);
+}
+
+TEST(Program, SaysWhatRunsAndWhatWaits) {
+  EngineeringRig rig;
+  Json body = body_of(rig.get("/api/program"));
+  EXPECT_EQ(body["state"], "runs");
+  EXPECT_FALSE(body.contains("waits"));
+  ASSERT_EQ(rig.post_file("/api/program/upload", "an image").status, 200);
+  ASSERT_EQ(rig.post_file("/api/program/store-project?name=plant.xml", "<xml/>").status, 200);
+  EXPECT_EQ(rig.post_file("/api/program/store-project?name=..%2Fplant.xml", "<xml/>").status, 400);
+  body = body_of(rig.get("/api/program"));
+  EXPECT_EQ(body["waits"]["image"], engineering::sha256("an image"));
+  EXPECT_EQ(body["waits"]["project"], "plant.xml");
+  rig.control.running = *rig.store->waiting();
+  EXPECT_EQ(rig.get("/api/program/project", "engineer").body, "<xml/>") << "the one that was stored with what runs";
+  EXPECT_EQ(body_of(rig.get("/api/program"))["file"], "plant.xml");
+}
+
+}  // namespace
+}  // namespace plc::test

@@ -1,0 +1,127 @@
+#include "tools/plc-run/relaunch.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sched.h>
+#include <sys/mman.h>
+#include <systemd/sd-daemon.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <new>
+
+#include "tools/cli.h"
+
+namespace plc::tools {
+namespace {
+
+constexpr const char* kVariable = "PICARD_RELAUNCH";
+constexpr const char* kOomScore = "/proc/self/oom_score_adj";
+
+std::string read_all(int file) {
+  std::string text;
+  std::array<char, 65536> piece{};
+  ::lseek(file, 0, SEEK_SET);
+  for (ssize_t got = 0; (got = ::read(file, piece.data(), piece.size())) > 0;)
+    text.append(piece.data(), static_cast<std::size_t>(got));
+  return text;
+}
+
+}  // namespace
+
+Relaunch& Relaunch::instance() {
+  static Relaunch relaunch;
+  return relaunch;
+}
+
+void Relaunch::begin(int argc, char** argv) {
+  arguments_.assign(argv, argv + argc);
+  first_process_ = ::getpid();
+  std::getline(std::ifstream(kOomScore), oom_score_);
+  sched_param now{};
+  policy_ = ::sched_getscheduler(0);
+  if (::sched_getparam(0, &now) == 0) priority_ = now.sched_priority;
+  if (const char* const number = std::getenv(kVariable)) {
+    int file = -1;
+    const std::string_view digits = number;
+    std::from_chars(digits.data(), digits.data() + digits.size(), file);
+    if (file > STDERR_FILENO && ::fcntl(file, F_SETFD, FD_CLOEXEC) == 0) {
+      handed_over_ = read_all(file);
+      ::close(file);
+    }
+    ::unsetenv(kVariable);
+  }
+  text_ = ::memfd_create("picard-relaunch", MFD_CLOEXEC);
+  void* const shared =
+      ::mmap(nullptr, sizeof *trial_, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS | MAP_POPULATE, -1, 0);
+  if (shared != MAP_FAILED) trial_ = new (shared) std::atomic<bool>(false);
+}
+
+void Relaunch::hand_over(std::string_view text) const {
+  if (text_ < 0 || ::ftruncate(text_, 0) != 0) return;
+  ::lseek(text_, 0, SEEK_SET);
+  while (!text.empty()) {
+    const ssize_t written = ::write(text_, text.data(), text.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) return;
+    text.remove_prefix(static_cast<std::size_t>(written));
+  }
+}
+
+void Relaunch::set_trial(bool trial) {
+  if (trial_ != nullptr) trial_->store(trial);
+}
+
+bool Relaunch::on_trial() const { return trial_ != nullptr && trial_->load(); }
+
+int Relaunch::end(int code) const {
+  // A runtime with a guardian is its child: that one starts anew, when nothing of this process holds a device any more.
+  if (code != kExitRelaunch || ::getpid() != first_process_) return code;
+  execute();
+  complain("plc-run", fmt::format("cannot be started anew: {}", std::strerror(errno)));
+  return kExitErrors;
+}
+
+void Relaunch::guardian_ended(int code) const {
+  if (code == kExitRelaunch || (code != kExitOk && on_trial())) execute();
+}
+
+std::string Relaunch::own_path() {
+  std::error_code ignored;
+  return std::filesystem::read_symlink("/proc/self/exe", ignored).string();
+}
+
+/// Returns when it fails.
+void Relaunch::execute() const {
+  // What a process leaves to the program that it becomes: back to how it was.
+  sched_param before{};
+  before.sched_priority = priority_;
+  ::sched_setscheduler(0, policy_, &before);
+  if (!oom_score_.empty()) std::ofstream(kOomScore) << oom_score_;
+  sigset_t none;
+  sigemptyset(&none);
+  ::sigprocmask(SIG_SETMASK, &none, nullptr);
+  if (text_ >= 0) {
+    ::fcntl(text_, F_SETFD, 0);
+    ::setenv(kVariable, std::to_string(text_).c_str(), 1);
+  }
+  if (sockets_ > 0) {
+    for (int i = 0; i < sockets_; ++i) ::fcntl(SD_LISTEN_FDS_START + i, F_SETFD, 0);
+    ::setenv("LISTEN_FDS", std::to_string(sockets_).c_str(), 1);
+    ::setenv("LISTEN_PID", std::to_string(::getpid()).c_str(), 1);
+  }
+  std::vector<char*> words;
+  for (const std::string& word : arguments_) words.push_back(const_cast<char*>(word.c_str()));
+  words.push_back(nullptr);
+  ::execv(own_path().c_str(), words.data());
+  ::execv("/proc/self/exe", words.data());  // an upgrade has replaced the file: this one goes on
+}
+
+}  // namespace plc::tools
