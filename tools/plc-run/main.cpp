@@ -4,8 +4,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
-#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -43,6 +41,7 @@
 #include "tools/plc-run/retained.h"
 #include "tools/plc-run/run_log.h"
 #include "tools/plc-run/service.h"
+#include "tools/plc-run/signals.h"
 #include "tools/plc-run/watch.h"
 #include "tools/statistics.h"
 #include "tools/taskblock_libraries.h"
@@ -104,47 +103,6 @@ int code_after_refusal(const core::Diagnostics& diagnostics) {
 }
 
 constexpr core::TimeNs kRedrawNs = 200'000'000;
-/// After a signal to stop, what cannot be printed within this time is lost.
-constexpr core::TimeNs kPrintPatienceNs = 2'000'000'000;
-/// The plant that signals stop, once there is one.
-std::atomic<io::Plant*> running{nullptr};
-/// Number of the first signal to stop, 0 = none, and when it came.
-std::atomic<int> signalled{0};
-std::atomic<core::TimeNs> signalled_ns{0};
-/// SIGUSR1 came: print what was measured so far.
-std::atomic<bool> report_wanted{false};
-static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<core::TimeNs>::is_always_lock_free);
-
-void on_report_signal(int) { report_wanted.store(true, std::memory_order_relaxed); }
-
-void on_signal(int signal) {
-  int none = 0;
-  if (signalled.compare_exchange_strong(none, signal)) signalled_ns.store(core::MonotonicClock().now_ns());
-  io::Plant* const plant = running.load(std::memory_order_relaxed);
-  if (plant != nullptr) plant->request_stop();
-}
-
-bool printing_takes_too_long() {
-  return signalled.load() != 0 && core::MonotonicClock().now_ns() - signalled_ns.load() > kPrintPatienceNs;
-}
-
-void handle_signals() {
-  struct sigaction action {};
-  action.sa_handler = on_signal;
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
-    struct sigaction before {};
-    ::sigaction(signal, nullptr, &before);
-    // A hang-up that the parent process set to be ignored (nohup) stays so; SIGINT, which shells ignore for what they
-    // run in the background, is a request to stop all the same.
-    if (signal != SIGHUP || before.sa_handler != SIG_IGN) ::sigaction(signal, &action, nullptr);
-  }
-  action.sa_handler = on_report_signal;
-  ::sigaction(SIGUSR1, &action, nullptr);
-  // WHY: a reader that goes away (plc-run .. | head) must not take the outputs' safe state with it.
-  ::signal(SIGPIPE, SIG_IGN);
-  // A limit on the size of files is an error of who writes one, as a full disk is.
-  ::signal(SIGXFSZ, SIG_IGN);
-}
 
 /// The task whose cycle applies the stimulus: the first one whose variables it names, else the fastest.
 std::uint32_t stimulus_task(const std::string& path, runtime::Resource& resource) {
@@ -199,7 +157,7 @@ std::optional<Plan> make_plan(const Run& run, io::Configuration configuration, c
 void wait_for_start(ProgramStart& program, Service& service, EngineeringService& engineering, RunLog& log,
                     core::TimeNs until_ns) {
   core::MonotonicClock clock;
-  for (core::TimeNs now = clock.now_ns(); signalled.load() == 0 && (until_ns == 0 || now < until_ns);) {
+  for (core::TimeNs now = clock.now_ns(); signal_to_stop() == 0 && (until_ns == 0 || now < until_ns);) {
     if (program.wants_start(now)) return;
     service.rests(now);
     engineering.service(now);
@@ -279,8 +237,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   }
   if (retained.keeper) retained.keeper->start();
   engineering.prepare(plant, recording.get(), program->start().value_or(run.start) == retain::Start::kWarm);
-  running.store(&plant, std::memory_order_relaxed);
-  if (signalled.load(std::memory_order_relaxed) != 0) plant.request_stop();  // before the handler knew the plant
+  let_signals_stop(&plant);
   output.stop_waiting();
   if (const auto problem = plant.start()) return complain(*problem), kExitErrors;
   program->runs(plant.begin_ns());
@@ -322,7 +279,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
     allocations.say_new(log);
     engineering.service(now);
     if (program->often(now, last_fault ? fault_text(resource, *last_fault) : "")) plant.request_stop();
-    if (report_wanted.exchange(false, std::memory_order_relaxed)) {
+    if (take_wish_for_report()) {
       print_statistics(run, resource, scheduler, recording.get(), std::cerr);
     }
     log.service();
@@ -332,7 +289,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   if (!program->goes_on()) Service::stopping();
   const core::TimeNs stop_ns = clock.now_ns();
   const std::vector<std::uint32_t> stuck = plant.stop();
-  running.store(nullptr, std::memory_order_relaxed);
+  let_signals_stop(nullptr);
   if (retained.keeper) retained.keeper->stop(stuck);
   show_faults();
   if (last_fault) static_cast<void>(program->often(stop_ns, fault_text(resource, *last_fault)));
@@ -349,9 +306,9 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   show_retain();
   show_recording();
   allocations.say_new(log);
-  if (program->again() && stuck.empty() && signalled.load() == 0) return kExitRelaunch;
+  if (program->again() && stuck.empty() && signal_to_stop() == 0) return kExitRelaunch;
   print_events(resource, std::cerr);
-  print_end({signalled.load(), duration_ns, run.cycles, last_fault ? &*last_fault : nullptr}, resource, scheduler,
+  print_end({signal_to_stop(), duration_ns, run.cycles, last_fault ? &*last_fault : nullptr}, resource, scheduler,
             clock.now_ns() - plant.begin_ns(), talk);
   if (engineering.forces() != nullptr) print_forces(*engineering.forces(), talk);
   print_statistics(run, resource, scheduler, recording.get(), std::cout);
@@ -377,7 +334,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
     return scheduler.plan(fault.task).on_fault == runtime::FaultPolicy::kStop;
   };
   const std::vector<runtime::TaskFault> all = scheduler.faults();
-  const bool handled = signalled.load() != 0 && std::none_of(all.begin(), all.end(), stops_all);
+  const bool handled = signal_to_stop() != 0 && std::none_of(all.begin(), all.end(), stops_all);
   return faults == 0 || handled ? kExitOk : kExitErrors;
 }
 
@@ -561,7 +518,7 @@ int run_command(int argc, char** argv) {
   const std::string folder = state_folder(run.state, *configuration, run.simulate);
   std::optional<ProgramStart> start;
   if (!check.given()) start.emplace(run.file, folder, log);
-  const auto end_with = [&start](int code) { return start ? start->exit_code(code, signalled.load() != 0) : code; };
+  const auto end_with = [&start](int code) { return start ? start->exit_code(code, signal_to_stop() != 0) : code; };
   if (start && start->problem()) return complain(*start->problem()), kExitErrors;
   std::unique_ptr<runtime::Resource> resource;
   std::optional<Plan> plan;
