@@ -5,6 +5,7 @@
 #include <type_traits>
 
 #include "core/text.h"
+#include "stdlib/blocks/alarms.h"
 #include "stdlib/blocks/analog.h"
 #include "stdlib/blocks/bistable.h"
 #include "stdlib/blocks/control.h"
@@ -62,7 +63,8 @@ constexpr std::tuple kLists{Titled<fb::BistableRows>{"Bistables and edges"},
                             Titled<fb::TimerRows>{"Timers"},
                             Titled<fb::ControlRows>{"Control"},
                             Titled<fb::AnalogRows>{"Analog values"},
-                            Titled<fb::SignalRows>{"Signals and clocks"}};
+                            Titled<fb::SignalRows>{"Signals and clocks"},
+                            Titled<fb::AlarmRows>{"Alarms"}};
 
 template <class... R>
 constexpr auto specs_of(Titled<Rows<R...>>) {

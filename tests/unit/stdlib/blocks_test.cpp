@@ -1,6 +1,7 @@
 // Function blocks: the table of them, and bistables, edges, counters and timers feature by feature.
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <set>
 #include <string>
 #include <vector>
@@ -37,9 +38,17 @@ TEST(Blocks, FieldsAreAlignedInsideAndApart) {
     std::set<std::string> names;
     EXPECT_EQ(block.size % block.align, 0u) << block.name;
     for (const Field& field : block.fields) {
-      const std::uint32_t bytes = core::rep_bytes(core::rep_of(field.type));
-      EXPECT_EQ(field.offset % bytes, 0u) << block.name << "." << field.name;
-      EXPECT_LE(bytes, block.align) << block.name << "." << field.name;
+      std::uint32_t bytes = core::rep_bytes(core::rep_of(field.type));
+      std::uint32_t align = bytes;
+      if (core::in_category(field.type, core::kAnyString)) {
+        core::StringHeader header;
+        std::memcpy(&header, static_cast<const std::byte*>(block.initial) + field.offset, sizeof header);
+        EXPECT_EQ(header.capacity, core::kDefaultStringCapacity) << block.name << "." << field.name;
+        bytes = sizeof header + header.capacity * (field.type == TypeId::kString ? 1u : 2u);
+        align = alignof(core::StringHeader);
+      }
+      EXPECT_EQ(field.offset % align, 0u) << block.name << "." << field.name;
+      EXPECT_LE(align, block.align) << block.name << "." << field.name;
       ASSERT_LE(field.offset + bytes, block.size) << block.name << "." << field.name;
       for (std::uint32_t i = field.offset; i < field.offset + bytes; ++i) {
         EXPECT_FALSE(used[i]) << block.name << "." << field.name;
