@@ -17,6 +17,25 @@ char32_t decode_utf8(std::string_view text, std::size_t& i) {
   return point;
 }
 
+void append_utf8(char32_t character, std::string& out) {
+  const auto put = [&out](char32_t bits) { out += static_cast<char>(bits); };
+  if (character < 0x80) {
+    put(character);
+  } else if (character < 0x800) {
+    put(0xc0 | (character >> 6));
+    put(0x80 | (character & 0x3f));
+  } else if (character < 0x10000) {
+    put(0xe0 | (character >> 12));
+    put(0x80 | ((character >> 6) & 0x3f));
+    put(0x80 | (character & 0x3f));
+  } else {
+    put(0xf0 | (character >> 18));
+    put(0x80 | ((character >> 12) & 0x3f));
+    put(0x80 | ((character >> 6) & 0x3f));
+    put(0x80 | (character & 0x3f));
+  }
+}
+
 bool is_utf8(std::string_view bytes) {
   for (std::size_t i = 0; i < bytes.size();) {
     const auto lead = static_cast<unsigned char>(bytes[i]);

@@ -30,25 +30,6 @@ T load(const std::byte* from) {
   return value;
 }
 
-void append_utf8(char32_t character, std::string& out) {
-  const auto put = [&out](char32_t bits) { out += static_cast<char>(bits); };
-  if (character < 0x80) {
-    put(character);
-  } else if (character < 0x800) {
-    put(0xc0 | (character >> 6));
-    put(0x80 | (character & 0x3f));
-  } else if (character < 0x10000) {
-    put(0xe0 | (character >> 12));
-    put(0x80 | ((character >> 6) & 0x3f));
-    put(0x80 | (character & 0x3f));
-  } else {
-    put(0xf0 | (character >> 18));
-    put(0x80 | ((character >> 12) & 0x3f));
-    put(0x80 | ((character >> 6) & 0x3f));
-    put(0x80 | (character & 0x3f));
-  }
-}
-
 /// A STRING has the characters of Windows-1252, a WSTRING units of UTF-16.
 std::string characters_text(const std::byte* from, std::size_t length, bool wide) {
   std::string text;
@@ -60,7 +41,7 @@ std::string characters_text(const std::byte* from, std::size_t length, bool wide
       character = pair ? 0x10000 + ((character - 0xd800) << 10) + (next - 0xdc00) : 0xfffd;
       i += pair ? 1 : 0;
     }
-    append_utf8(character, text);
+    core::append_utf8(character, text);
   }
   return text;
 }

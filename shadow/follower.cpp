@@ -47,8 +47,10 @@ bool Follower::follow(std::uint32_t task, const BlockBuilder& block, Deadline de
                     mine.at += record.size();
                     const Replica::Outcome outcome = replicas_->run(task, record);
                     if (!outcome.ran) return true;
-                    const std::uint64_t scan = replicas_->replica(task).head().scan;
+                    const runtime::RecordHead& head = replicas_->replica(task).head();
+                    const std::uint64_t scan = head.scan;
                     mine.next_scan = scan + 1;
+                    if (observer_ != nullptr) observer_->after_scan(*replicas_, {task, scan, head.now_ns, head.utc_ns});
                     if (!outcome.equal) found(task, scan, outcome.differs);
                     return true;
                   });

@@ -15,6 +15,7 @@
 
 #include "core/result.h"
 #include "shadow/replica_set.h"
+#include "shadow/scan_observer.h"
 
 namespace plc::shadow {
 
@@ -37,6 +38,8 @@ class Follower {
 
   /// Executes what the open block of `task` has and was not executed yet, until the deadline. True when that was all.
   bool follow(std::uint32_t task, const BlockBuilder& block, Deadline deadline);
+  /// Null: nobody is told.
+  void set_observer(ScanObserver* observer) { observer_ = observer; }
   [[nodiscard]] ReplicaSet& replicas() { return *replicas_; }
   /// Scans of `task` that were executed since the start, or are known from the table that followed them.
   [[nodiscard]] std::uint64_t next_scan(std::uint32_t task) const { return tasks_[task].next_scan; }
@@ -58,6 +61,7 @@ class Follower {
   std::unique_ptr<ReplicaSet> replicas_;
   std::vector<Task> tasks_;
   std::vector<Difference> differences_;
+  ScanObserver* observer_ = nullptr;
 };
 
 }  // namespace plc::shadow

@@ -17,6 +17,8 @@ constexpr milliseconds kPeriod{100};
 constexpr milliseconds kViewPeriod{16};
 /// A viewer waits at most so long for the replicas.
 constexpr milliseconds kFollowAtOnce{10};
+/// The same of an observer alone.
+constexpr milliseconds kObserveAtOnce{60};
 /// After a fault the recording has so much of what followed.
 constexpr milliseconds kAfterFault{1000};
 /// A plant that faults again and again does not fill the disk.
@@ -47,8 +49,13 @@ core::Result<std::unique_ptr<Shadow>> Shadow::start(runtime::Resource& resource,
   if (!recording) return recording.error();
   self->recording_ = std::move(*recording);
   self->recording_->set_before_end([self](std::uint32_t task) {
-    // What is not executed now is not executed at all; only a check has to.
-    if (self->follower_ && self->options_.check) self->follower_->follow(task, *self->recording_->open_block(task), {});
+    // What is not executed now is not executed at all; only a check has to, and an observer wants it.
+    if (!self->follower_) return;
+    if (self->options_.check) {
+      self->follower_->follow(task, *self->recording_->open_block(task), {});
+    } else if (self->observer_.load(std::memory_order_relaxed) != nullptr) {
+      self->follower_->follow(task, *self->recording_->open_block(task), steady_clock::now() + kObserveAtOnce);
+    }
   });
   self->tasks_ = static_cast<std::uint32_t>(resource.task_count());
   if (self->options_.check) self->make_follower();
@@ -64,6 +71,7 @@ void Shadow::make_follower() {
   follower_failed_ = !made;
   if (made) {
     follower_ = std::move(*made);
+    follower_->set_observer(observer_.load());
   } else {
     say(core::Severity::kWarning, "no scan can be executed again here: " + made.error().message);
   }
@@ -101,12 +109,13 @@ void Shadow::sum_counts() {
 }
 
 void Shadow::turn() {
-  const bool looked_at = viewers_.load(std::memory_order_relaxed) != 0 || options_.check;
+  const bool viewed = viewers_.load(std::memory_order_relaxed) != 0;
+  const bool looked_at = viewed || options_.check || observer_.load(std::memory_order_relaxed) != nullptr;
   {
     const std::lock_guard lock(mutex_);
     recording_->drain();
     if (looked_at) {
-      follow(options_.check ? Follower::Deadline{} : steady_clock::now() + kFollowAtOnce);
+      follow(options_.check ? Follower::Deadline{} : steady_clock::now() + (viewed ? kFollowAtOnce : kObserveAtOnce));
     }
     sum_counts();
   }
@@ -231,6 +240,12 @@ void Shadow::stop(bool whole) {
   recording_->finish();
   sum_counts();
   store();
+}
+
+void Shadow::observe(ScanObserver& observer) {
+  const std::lock_guard lock(mutex_);
+  observer_.store(&observer);
+  if (follower_) follower_->set_observer(&observer);
 }
 
 Shadow::Viewer::Viewer(Shadow& shadow) : shadow_(shadow) {

@@ -72,6 +72,10 @@ class Shadow {
   /// What replicas run in, as it was given.
   [[nodiscard]] const Follower::Prepare& prepare() const { return options_.prepare; }
 
+  /// Replicas follow the plant from now on, and the observer is told of every scan that they execute: all of them, as
+  /// long as one processor is fast enough beside the tasks. Before the tasks start; it must outlive the thread.
+  void observe(ScanObserver& observer);
+
   /// While one lives, replicas follow the plant. Must not outlive the shadow.
   class Viewer {
    public:
@@ -129,6 +133,7 @@ class Shadow {
   std::mutex wake_mutex_;
   std::condition_variable wake_;
   std::atomic<int> viewers_{0};
+  std::atomic<ScanObserver*> observer_{nullptr};
   std::atomic<bool> ends_{false};
   runtime::OrdinaryThread thread_;
 };

@@ -1,0 +1,105 @@
+#include "alarms/watch.h"
+
+#include <cstring>
+
+#include "core/utf8.h"
+#include "core/windows_1252.h"
+#include "runtime/link/link.h"
+#include "stdlib/strings.h"
+
+namespace plc::alarms {
+namespace {
+
+using core::Rep;
+using core::TypeId;
+
+template <class T>
+double load(const std::byte* from) {
+  T value;
+  std::memcpy(&value, from, sizeof value);
+  return static_cast<double>(value);
+}
+
+/// Those that publish the global, else those that take it in.
+std::vector<std::uint32_t> tasks_of(const runtime::Resource& resource, std::uint32_t offset) {
+  const bytecode::Image& image = resource.image();
+  const std::uint32_t field = resource.globals().field_of(offset);
+  std::vector<std::uint32_t> tasks = resource.globals().exporters(field);
+  if (!tasks.empty()) return tasks;
+  for (std::uint32_t t = 0; t < image.tasks.size(); ++t) {
+    for (const runtime::FieldRange& range : runtime::exchanged_ranges(image, image.tasks[t].body)) {
+      if (field < range.first || field >= range.first + range.count) continue;
+      tasks.push_back(t);
+      break;
+    }
+  }
+  return tasks;
+}
+
+}  // namespace
+
+core::Result<Watched> watch(runtime::Resource& resource, std::string_view path, bool recorded) {
+  const auto place = runtime::Access(resource).find_leaf(path);
+  if (!place) return place.error();
+  const bytecode::ImageType& type = resource.image().types[place->type];
+  const bool text = type.kind == bytecode::TypeKind::kString || core::in_category(type.elementary, core::kAnyChars);
+  if (text || core::in_category(type.elementary, core::kAnyDate)) {
+    return core::Problem{core::Code::P7102, "\"" + std::string(path) + "\" is a text or a date",
+                         "take a BOOL, a number, a duration or an enumeration"};
+  }
+  Watched watched{*place, type.elementary, {}};
+  if (!watched.is_global()) {
+    if (!recorded) {
+      return core::Problem{core::Code::P7720,
+                           "\"" + std::string(path) + "\" is a variable of a task, and scans are not recorded",
+                           "make it a global, or leave [record] mode on"};
+    }
+    watched.tasks = {place->task};
+  } else if (recorded) {
+    watched.tasks = tasks_of(resource, place->offset);
+  }
+  return watched;
+}
+
+std::uint32_t bytes_of(TypeId type) { return core::rep_bytes(core::rep_of(type)); }
+
+double number_at(const std::byte* from, TypeId type) {
+  switch (core::rep_of(type)) {
+    case Rep::kBool:
+      return load<std::uint8_t>(from) != 0 ? 1 : 0;
+    case Rep::kI8:
+      return load<std::int8_t>(from);
+    case Rep::kU8:
+      return load<std::uint8_t>(from);
+    case Rep::kI16:
+      return load<std::int16_t>(from);
+    case Rep::kU16:
+      return load<std::uint16_t>(from);
+    case Rep::kI32:
+      return load<std::int32_t>(from);
+    case Rep::kU32:
+      return load<std::uint32_t>(from);
+    case Rep::kI64:
+      return load<std::int64_t>(from) / (core::in_category(type, core::kAnyDuration) ? 1e9 : 1);
+    case Rep::kU64:
+      return load<std::uint64_t>(from);
+    case Rep::kF32:
+      return load<float>(from);
+    case Rep::kF64:
+      return load<double>(from);
+    case Rep::kStr:
+    case Rep::kWstr:
+    case Rep::kRef:
+      break;
+  }
+  return 0;
+}
+
+std::string text_at(const std::byte* from, std::uint16_t capacity) {
+  std::string text;
+  for (const char c : stdlib::text_of<char>(from, capacity))
+    core::append_utf8(core::from_windows_1252(static_cast<std::uint8_t>(c)), text);
+  return text;
+}
+
+}  // namespace plc::alarms

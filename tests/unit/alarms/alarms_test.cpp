@@ -1,0 +1,191 @@
+// Alarms of a plant whose scans are recorded: each begins in the scan in which it did, in the order of the scans.
+#include "alarms/alarms.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <thread>
+
+#include "shadow/shadow.h"
+#include "tests/support/image_builder.h"
+
+namespace plc::test {
+namespace {
+
+using namespace alarms;
+
+/// Count goes up by one with each scan; Pulse and Total follow it.
+bytecode::VerifiedImage alarm_image() {
+  ImageBuilder b;
+  const std::uint32_t dint = b.type(TypeId::kDint);
+  b.global("Away", b.boolean(), {}, {false, true, {}, {}});
+  const Word total = b.global("Total", dint, {}, {false, false, {}, {}, 0});
+  PouBuilder main = b.pou("Main", PouKind::kProgram);
+  const Word count = main.variable("Count", dint);
+  main.op(Opcode::kAdd32, {count, count, b.constant<std::int32_t>(TypeId::kDint, 1)});
+  main.op(Opcode::kAdd32, {total, total, b.constant<std::int32_t>(TypeId::kDint, 2)});
+  b.task("Fast", 10'000'000, {main.finish()});
+  core::Diagnostics diagnostics;
+  auto image = bytecode::verify(b.build(), diagnostics);
+  if (!image) {
+    for (const auto& found : diagnostics.all()) ADD_FAILURE() << found.message;
+  }
+  return std::move(*image);
+}
+
+struct Plant {
+  explicit Plant(std::vector<Definition> definitions, bool recorded = true)
+      : resource(std::move(*runtime::Resource::load(alarm_image()))),
+        alarms(*resource, std::move(definitions), recorded, diagnostics) {
+    if (!recorded) return;
+    auto started = shadow::Shadow::start(
+        *resource, {}, {"PICARD test", "", 0, bytecode::kDefaultLoopBudget, "UTC", bytecode::save(resource->image())});
+    EXPECT_TRUE(started) << started.error().message;
+    shadow = std::move(*started);
+    shadow->observe(alarms);
+  }
+  void scans(int count) {
+    for (int i = 0; i < count; ++i) {
+      now_ns += 10'000'000;
+      ASSERT_FALSE(resource->program(0).execute({now_ns, 0, now_ns}));
+    }
+  }
+  /// What has happened, once the shadow knows all scans.
+  std::vector<Event> events(std::size_t least) {
+    std::vector<Event> all;
+    std::vector<Kept> states;
+    for (int turn = 0; turn < 1000; ++turn) {
+      alarms.take(all, states);
+      if (all.size() >= least) break;
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    return all;
+  }
+
+  core::Diagnostics diagnostics;
+  core::TimeNs now_ns = 0;
+  std::unique_ptr<runtime::Resource> resource;
+  Alarms alarms;
+  std::unique_ptr<shadow::Shadow> shadow;  // ends before what it tells
+};
+
+Definition above(const std::string& name, const std::string& variable, double limit) {
+  Definition made;
+  made.name = name;
+  made.variable = variable;
+  made.comparison = Comparison::kAbove;
+  made.limit = limit;
+  made.text = name;
+  return made;
+}
+
+TEST(Alarms, BeginInTheirScanAndInTheirOrder) {
+  std::vector<Definition> all = {above("Late", "Main0.Count", 150), above("First", "Total", 120),
+                                 above("Second", "Main0.Count", 100)};
+  for (Definition& one : all) one.group = "G";
+  all[2].on_delay_ns = 200'000'000;
+  Plant plant(std::move(all));
+  ASSERT_EQ(plant.diagnostics.error_count(), 0u);
+  plant.scans(300);
+  const auto events = plant.events(3);
+  ASSERT_EQ(events.size(), 3u);
+  EXPECT_EQ(events[0].alarm, "First");
+  EXPECT_EQ(events[0].scan, 60u) << "Total is 122 after the scan with number 60";
+  EXPECT_EQ(events[0].task, "Fast");
+  EXPECT_EQ(events[0].value, 122);
+  EXPECT_EQ(events[0].utc_ns, 610'000'000) << "the time of the scan, not of the look";
+  EXPECT_EQ(events[1].alarm, "Second");
+  EXPECT_EQ(events[1].scan, 120u) << "Count is 101 after scan 100; 200 ms are 20 scans";
+  EXPECT_EQ(events[2].alarm, "Late");
+  EXPECT_EQ(events[2].scan, 150u);
+  const auto views = plant.alarms.list(false);
+  ASSERT_EQ(views.size(), 3u);
+  for (const View& view : views) {
+    const std::uint32_t order = view.definition.name == "First" ? 1 : view.definition.name == "Second" ? 2 : 3;
+    EXPECT_EQ(view.order, order) << view.definition.name;
+    EXPECT_EQ(view.state, State::kUnackedActive);
+  }
+}
+
+TEST(Alarms, AreAcknowledgedShelvedAndTakenOutOfService) {
+  Plant plant({above("Total", "Total", 10)});
+  plant.scans(20);
+  ASSERT_EQ(plant.events(1).size(), 1u);
+  EXPECT_EQ(plant.alarms.acknowledge({"total"}, {"otto", "seen", 5, 0}), 1u);
+  EXPECT_EQ(plant.alarms.acknowledge({}, {"otto", "", 5, 0}), 0u);
+  auto view = plant.alarms.list(false).front();
+  EXPECT_EQ(view.state, State::kAckedActive);
+  EXPECT_EQ(view.user + " " + view.comment, "otto seen");
+  EXPECT_FALSE(plant.alarms.shelve("None", 100, {}));
+  EXPECT_TRUE(plant.alarms.shelve("Total", 100, {"otto", "trial", 6, 0}));
+  EXPECT_EQ(plant.alarms.list(false).front().state, State::kShelved);
+  plant.alarms.service(plant.now_ns, 99);
+  EXPECT_EQ(plant.alarms.list(false).front().state, State::kShelved);
+  plant.alarms.service(plant.now_ns, 100);
+  EXPECT_EQ(plant.alarms.list(false).front().state, State::kUnackedActive) << "the shelf has ended";
+  EXPECT_TRUE(plant.alarms.take_out_of_service("Total", true, {"emil", "no sensor", 200, 0}));
+  EXPECT_EQ(plant.alarms.list(false).front().state, State::kOutOfService);
+  std::vector<std::string> happened;
+  for (const Event& event : plant.events(5))
+    happened.emplace_back(kHappenedTexts[static_cast<std::size_t>(event.what)]);
+  EXPECT_EQ(happened, (std::vector<std::string>{"acknowledged", "shelved", "unshelved", "raised", "out of service"}));
+}
+
+TEST(Alarms, AreAsBeforeAfterARestart) {
+  std::vector<Event> events;
+  std::vector<Kept> states;
+  {
+    Plant plant({above("Total", "Total", 10)});
+    plant.scans(20);
+    ASSERT_EQ(plant.events(1).size(), 1u);
+    plant.alarms.acknowledge({}, {"otto", "", 5, 0});
+    plant.alarms.take(events, states);
+  }
+  Plant again({above("Total", "Total", -10)});
+  again.alarms.restore(states, 7);
+  EXPECT_EQ(again.alarms.list(false).front().state, State::kAckedActive);
+  again.scans(5);
+  again.alarms.service(0, 0);
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  EXPECT_TRUE(again.events(0).empty()) << "it holds all the time: nothing new";
+  EXPECT_EQ(again.alarms.list(false).front().state, State::kAckedActive);
+}
+
+TEST(Alarms, AreSuppressedByThePlant) {
+  Definition away;
+  away.name = away.variable = "Away";
+  Definition total = above("Total", "Total", 10);
+  total.suppress = "Away";
+  Plant plant({away, total});
+  plant.scans(20);
+  ASSERT_EQ(plant.events(1).size(), 1u);
+  runtime::Access access(*plant.resource);
+  ASSERT_FALSE(access.write(*access.find("Away"), "1"));
+  plant.scans(1);
+  const auto events = plant.events(2);
+  ASSERT_EQ(events.size(), 2u);
+  EXPECT_EQ(events[0].what, Happened::kRaised);
+  EXPECT_EQ(events[0].scan, 20u) << "what an HMI writes is there with the next scan";
+  EXPECT_EQ(events[1].what, Happened::kSuppressed);
+  for (const View& view : plant.alarms.list(false))
+    EXPECT_EQ(view.state, view.definition.name == "Total" ? State::kSuppressed : State::kUnackedActive);
+}
+
+TEST(Alarms, WithoutRecordsAreThoseOfGlobals) {
+  Plant plant({above("Count", "Main0.Count", 10), above("Total", "Total", 10), above("None", "Nothing", 1)}, false);
+  EXPECT_EQ(plant.alarms.count(), 1u);
+  ASSERT_EQ(plant.diagnostics.all().size(), 2u);
+  EXPECT_EQ(plant.diagnostics.all()[0].code, core::Code::P7720);
+  EXPECT_EQ(plant.diagnostics.all()[1].code, core::Code::P7101);
+  EXPECT_FALSE(plant.alarms.needs_scans());
+  plant.scans(20);
+  plant.alarms.service(plant.now_ns, plant.now_ns);
+  const auto events = plant.events(1);
+  ASSERT_EQ(events.size(), 1u);
+  EXPECT_EQ(events[0].alarm, "Total");
+  EXPECT_FALSE(events[0].scan) << "looked at between scans";
+  EXPECT_EQ(events[0].value, 40);
+}
+
+}  // namespace
+}  // namespace plc::test
