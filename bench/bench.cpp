@@ -77,7 +77,9 @@ int main(int argc, char** argv) {
       "Measures what PICARD costs beside something known, both in turns in one run, and checks every result.\n"
       "\n"
       "Examples:\n"
-      "  bench/run                 all that follows but plots, modbus, devices, engineering and coherence; the machine "
+      "  bench/run                 all that follows but plots, historian, modbus, devices, engineering and coherence; "
+      "the "
+      "machine "
       "should do "
       "nothing "
       "else\n"
@@ -90,6 +92,7 @@ int main(int argc, char** argv) {
       "  bench/run retain          1 MB of retained variables beside none\n"
       "  bench/run record          scans that are recorded beside such that are not, replay; three minutes\n"
       "  bench/run probes          values at all places of 1,000 and 10,000 drawn rungs, in a replica\n"
+      "  bench/run historian       a day of 1,000 tags at 10 Hz: size, zooms; some minutes, 5 GB of disk\n"
       "  bench/run compile         100,000 lines of ST to image, 10 MB of garbage to errors\n"
       "  bench/run modbus          100 clients against the Modbus server, beside libmodbus; two minutes\n"
       "  bench/run devices         64 Modbus devices beside a task of 1 ms, and without; two minutes, as root\n"
@@ -155,6 +158,10 @@ int main(int argc, char** argv) {
   record.option("--rounds", record_plan.rounds, "of plc-run with and without recording, in turn").shows_default();
   record.option("--day", record_plan.day_scans, "scans of a long recording").shows_default();
   const Command probes = program.sub("probes", "a replica that somebody looks at");
+  const Command historian = program.sub("historian", "a day of a historian, simulated");
+  HistorianPlan historian_plan;
+  historian.option("--hours", historian_plan.hours, "that are simulated").shows_default();
+  historian.option("--tags", historian_plan.tags, "at 10 Hz").shows_default();
   const Command compile = program.sub("compile", "ST to image, garbage to errors");
   CompilePlan compile_plan;
   compile.option("--lines", compile_plan.lines, "of the project").shows_default();
@@ -162,14 +169,14 @@ int main(int argc, char** argv) {
   const Command check = program.sub("check", "small programs of every workload, results only");
   const Command limits = program.sub("limits", "what each figure may be at most, as the table of README.md");
   program.runs_alone();
-  for (const Command& command : {scan, plots, load, taskblocks, charts, retain, record, probes, compile, modbus,
-                                 devices, engineering, coherence, check})
+  for (const Command& command : {scan, plots, load, taskblocks, charts, retain, record, probes, historian, compile,
+                                 modbus, devices, engineering, coherence, check})
     command.falls_through();
   if (const auto code = program.parse(argc, argv)) return *code;
   compile_plan.seed = seed;
   compile_plan.repetitions = repetitions;
   const auto any = {scan,   plots,  load,   modbus, devices, engineering, coherence, taskblocks,
-                    charts, retain, record, probes, compile, check,       limits};
+                    charts, retain, record, probes, compile, historian,   check,     limits};
   const bool everything = std::none_of(any.begin(), any.end(), [](Command command) { return command.chosen(); });
   try {
     Verdict verdict;
@@ -181,12 +188,16 @@ int main(int argc, char** argv) {
       verdict.merge(measure_retain({0}));
       verdict.merge(measure_record({0}));
       verdict.merge(measure_probes(0));
+      verdict.merge(measure_historian({0, 0}));
       verdict.merge(measure_compile({seed, 3000, 1, 1, false}));
       verdict.merge(check_scans(seed));
     } else if (plots.chosen()) {
       plot_plan.seed = seed;
       plot_plan.batches = batches;
       verdict.merge(plot_scans(plot_plan));
+    } else if (historian.chosen()) {
+      std::cout << "Historian: a day of tags at 10 Hz, simulated\n";
+      verdict.merge(measure_historian(historian_plan));
     } else if (coherence.chosen()) {
       verdict.merge(measure_coherence(coherence_plan));
     } else if (modbus.chosen()) {

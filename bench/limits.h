@@ -71,6 +71,11 @@ inline constexpr Limit kWakeUpRecorded{1.2, "times",
                                        "p99.9 of how late a task of 1 ms wakes, recorded and executed again beside it",
                                        "the same, not recorded"};
 
+// Historian.
+inline constexpr Limit kHistorySize{5, "GB", "24 hours of 1,000 tags at 10 Hz in the historian", ""};
+inline constexpr Limit kHistoryZoom{100, "ms", "any zoom of any tag of that, 1,000 points", ""};
+inline constexpr Limit kHistoryZoomCold{100, "ms", "the same with nothing of the file in memory", ""};
+
 // Probes.
 inline constexpr Limit kProbes{100, "us a scan", "a replica of 1,000 drawn rungs, `plain` or `mixed`, with all probes",
                                ""};
@@ -133,6 +138,9 @@ inline constexpr const Limit* kAll[] = {&kLadderNative,
                                         &kReplayedScan,
                                         &kSeek,
                                         &kWakeUpRecorded,
+                                        &kHistorySize,
+                                        &kHistoryZoom,
+                                        &kHistoryZoomCold,
                                         &kProbes,
                                         &kCompile,
                                         &kCompilePeak,

@@ -58,6 +58,13 @@ Verdict measure_record(const RecordPlan& plan);
 /// same without; 0 = check only.
 Verdict measure_probes(std::uint32_t batches);
 
+struct HistorianPlan {
+  std::uint32_t hours = 24;  ///< that are simulated; 0 = check only
+  std::uint32_t tags = 1000;
+};
+/// A day of 1,000 tags at 10 Hz: bytes, and any zoom of any tag.
+Verdict measure_historian(const HistorianPlan& plan);
+
 struct CompilePlan {
   std::uint64_t seed = 1;
   std::uint32_t lines = 100'000;
