@@ -33,8 +33,9 @@ std::span<const Call> calls() {
   static const std::vector<Call> all = [] {
     std::vector<Call> rows;
     for (const auto subject :
-         {target_calls(), login_calls(), task_calls(), variable_calls(), force_calls(), recording_calls(),
-          diagram_calls(), past_calls(), page_calls(), log_calls(), program_calls(), upload_calls(), user_calls()}) {
+         {target_calls(), login_calls(), machine_calls(), task_calls(), variable_calls(), force_calls(), alarm_calls(),
+          history_calls(), recording_calls(), diagram_calls(), past_calls(), page_calls(), log_calls(), program_calls(),
+          upload_calls(), user_calls()}) {
       rows.insert(rows.end(), subject.begin(), subject.end());
     }
     return rows;

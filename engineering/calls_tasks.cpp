@@ -1,6 +1,8 @@
 // What tasks do and need: calls of the subject "tasks".
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "engineering/answer.h"
@@ -68,6 +70,52 @@ void tasks(Context& context, const Caller&, const Json&, Answer& answer) {
   }
 }
 
+constexpr Field kBarFields[] = {
+    integer("up_to_ns", "Scans that were not longer, and longer than the bar before"),
+    integer("count", "How many"),
+};
+constexpr Record kBar = {"Bar", "A part of a histogram.", kBarFields};
+constexpr Field kHistogramsFields[] = {
+    text("name", "Name of the task"),
+    records("latency", kBar, "From the release to the wake-up; rising times, parts without scans are left out"),
+    records("scan", kBar, "From the wake-up to the end of the scan"),
+    records("response", kBar, "From the release to the end of the scan"),
+};
+constexpr Record kHistograms = {"TaskHistograms", "How often a task needed how long, since the start.",
+                                kHistogramsFields};
+constexpr Field kHistogramsAnswer[] = {records("tasks", kHistograms, "In the order of the project")};
+
+/// Four parts to each power of two.
+Json bars_json(const runtime::Histogram& histogram) {
+  constexpr int kParts = 4;
+  Json bars = Json::array();
+  const auto part_of = [](std::int64_t ns) {
+    return static_cast<int>(std::ceil(std::log2(static_cast<double>(std::max<std::int64_t>(ns, 1))) * kParts));
+  };
+  int before = -1;
+  for (const runtime::Histogram::Bucket& bucket : histogram.buckets()) {
+    const int part = part_of(bucket.upper_ns);
+    if (part != before) {
+      bars.push_back({{"up_to_ns", std::llround(std::exp2(static_cast<double>(part) / kParts))}, {"count", 0}});
+      before = part;
+    }
+    bars.back()["count"] = bars.back()["count"].get<std::uint64_t>() + bucket.count;
+  }
+  return bars;
+}
+
+void histograms(Context& context, const Caller&, const Json&, Answer& answer) {
+  Json& all = answer.body()["tasks"] = Json::array();
+  const bytecode::Image& image = context.variables.image();
+  for (std::uint32_t i = 0; i < image.tasks.size(); ++i) {
+    const runtime::TaskStatistics& statistics = context.scheduler.statistics(i);
+    Json task;
+    task["name"] = image.tasks[i].name;
+    for (const Quantity& quantity : quantities()) task[quantity.name] = bars_json(statistics.*quantity.histogram);
+    all.push_back(std::move(task));
+  }
+}
+
 constexpr Field kEventFields[] = {
     text("task", "Whose instruction it is"),
     text("event", "What happened"),
@@ -113,10 +161,17 @@ void events(Context& context, const Caller&, const Json&, Answer& answer) {
 constexpr Call kCalls[] = {
     {.name = "tasks",
      .path = "/api/tasks",
-     .doc = "The tasks, and what they needed: as `plc-run --stats=json`, without the histograms.",
+     .doc = "The tasks, and what they needed: as `plc-run --stats=json`, without the histograms, which "
+            "`tasks.histograms` has.",
      .response = kTasksAnswer,
      .example = "{}",
      .run = tasks},
+    {.name = "tasks.histograms",
+     .path = "/api/tasks/histograms",
+     .doc = "How often each task needed how long.",
+     .response = kHistogramsAnswer,
+     .example = "{}",
+     .run = histograms},
     {.name = "events",
      .path = "/api/events",
      .doc = "Events of instructions, counted since the start.",

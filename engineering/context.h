@@ -15,6 +15,7 @@
 #include "core/clock.h"
 #include "engineering/audit.h"
 #include "engineering/call.h"
+#include "engineering/device_book.h"
 #include "engineering/hmi_pages.h"
 #include "engineering/log_book.h"
 #include "engineering/login_delay.h"
@@ -28,6 +29,14 @@
 #include "runtime/force_list.h"
 #include "runtime/sched/realtime.h"
 #include "shadow/shadow.h"
+
+namespace plc::alarms {
+class Alarms;
+class AlarmStore;
+}  // namespace plc::alarms
+namespace plc::historian {
+class Historian;
+}
 
 namespace plc::engineering {
 
@@ -89,11 +98,15 @@ struct Context {
   shadow::Shadow* shadow = nullptr;             ///< any; null when nothing is recorded
   core::TimeNs begin_ns = 0;                    ///< when the plant started, by `clock`
   PasswordCost cost{};
-  DiagramServices* drawn = nullptr;  ///< as its members say
-  ProgramControl* program = nullptr;  ///< any; null: nobody takes wishes
-  Veto* no_force = nullptr;           ///< any; null: none
-  Veto* no_program = nullptr;         ///< any; null: none
-  std::string folder = {};            ///< any; of the server's files, empty: nothing is kept
+  DiagramServices* drawn = nullptr;           ///< as its members say
+  ProgramControl* program = nullptr;          ///< any; null: nobody takes wishes
+  Veto* no_force = nullptr;                   ///< any; null: none
+  Veto* no_program = nullptr;                 ///< any; null: none
+  std::string folder = {};                    ///< any; of the server's files, empty: nothing is kept
+  alarms::Alarms* alarms = nullptr;           ///< any; null without alarms
+  alarms::AlarmStore* alarm_store = nullptr;  ///< read(): kFiles; null without alarms
+  historian::Historian* historian = nullptr;  ///< kFiles; null when nothing is kept
+  const DeviceBook* devices = nullptr;        ///< any; null without
 };
 
 }  // namespace plc::engineering

@@ -87,6 +87,10 @@ struct Engineering::State {
   runtime::ForceList& forces;
   shadow::Shadow* shadow = nullptr;
   ProgramControl* program = nullptr;
+  alarms::Alarms* alarms = nullptr;
+  alarms::AlarmStore* alarm_store = nullptr;
+  historian::Historian* historian = nullptr;
+  DeviceBook devices;
   const runtime::RealtimeScheduler& scheduler;
   LogBook& log;
   const core::Clock& clock;
@@ -154,28 +158,11 @@ void Engineering::State::open(std::vector<Said>& said) {
     said.push_back({core::Severity::kNote, fmt::format("engineering: certificate {}{}", certificate->fingerprint,
                                                        certificate->made ? ", made now" : "")});
   }
-  context = std::make_unique<Context>(Context{identity,
-                                              variables,
-                                              scheduler,
-                                              log,
-                                              *users,
-                                              sessions,
-                                              delay,
-                                              first_code,
-                                              *audit,
-                                              clock,
-                                              calendar,
-                                              forces,
-                                              hmi,
-                                              presses,
-                                              shadow,
-                                              clock.now_ns(),
-                                              {},
-                                              &drawn,
-                                              program,
-                                              &no_force,
-                                              &no_program,
-                                              options.folder});
+  context = std::make_unique<Context>(
+      Context{identity,       variables,      scheduler,   log,       *users,  sessions,  delay,
+              first_code,     *audit,         clock,       calendar,  forces,  hmi,       presses,
+              shadow,         clock.now_ns(), {},          &drawn,    program, &no_force, &no_program,
+              options.folder, alarms,         alarm_store, historian, &devices});
   dispatcher = std::make_unique<Dispatcher>(*context, hosts, certificate.has_value(), options.pages);
   ServerOptions wanted;
   wanted.address = options.address;
@@ -268,6 +255,15 @@ void Engineering::take_over(std::string_view text) {
 }
 
 std::string Engineering::handover() const { return handover_text(state_->sessions, port()); }
+
+void Engineering::set_alarms(alarms::Alarms* alarms, alarms::AlarmStore* store) {
+  state_->alarms = alarms;
+  state_->alarm_store = store;
+}
+
+void Engineering::set_historian(historian::Historian* historian) { state_->historian = historian; }
+
+void Engineering::note_devices(Devices devices) { state_->devices.put(std::move(devices)); }
 
 Engineering::~Engineering() { stop(); }
 

@@ -59,6 +59,11 @@ class Engineering {
   [[nodiscard]] std::string handover() const;
   /// Before the tasks run. `warm`: what was forced to hold over such a start is forced again; else it is forgotten.
   std::vector<Said> force_again(bool warm);
+  /// What there is beside it; before start(). They must outlive the server.
+  void set_alarms(alarms::Alarms* alarms, alarms::AlarmStore* store);
+  void set_historian(historian::Historian* historian);
+  /// How the devices are now.
+  void note_devices(Devices devices);
   /// Opens its files and listens.
   std::vector<Said> start();
   /// About every 100 ms: what has happened since, and another try where something could not be had.

@@ -9,9 +9,12 @@ namespace plc::engineering {
 
 std::span<const Call> target_calls();
 std::span<const Call> login_calls();
+std::span<const Call> machine_calls();
 std::span<const Call> task_calls();
 std::span<const Call> variable_calls();
 std::span<const Call> force_calls();
+std::span<const Call> alarm_calls();
+std::span<const Call> history_calls();
 std::span<const Call> recording_calls();
 std::span<const Call> page_calls();
 std::span<const Call> diagram_calls();

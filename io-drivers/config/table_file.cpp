@@ -13,7 +13,7 @@
 #include "core/guess.h"
 #include "core/text.h"
 #include "io-drivers/config/findings.h"
-#include "io-drivers/config/toml_limits.h"
+#include "core/toml_limits.h"
 
 namespace plc::io {
 namespace {

@@ -292,5 +292,51 @@ class Remote(WithPlant):
         shutil.rmtree(kept)
 
 
+class Kept(WithPlant):
+    """Alarms and values of the past, over a kill."""
+
+    def wait(self, condition):
+        for _ in range(600):
+            if found := condition():
+                return found
+            time.sleep(0.1)
+        raise AssertionError(self.plant.text())
+
+    def test_alarms_and_values_are_there_after_a_kill(self):
+        self.plant.remote("first-user", self.plant.code, "anna", secret=PASSWORDS[0])
+        # Nothing says that the emergency stop is good.
+        self.wait(lambda: "unacked active" in self.plant.remote("alarms").stdout)
+        done = self.plant.remote("alarms.ack", "names=EmergencyStop", "comment=is known")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        listed = self.plant.remote("alarms").stdout
+        self.assertRegex(listed, r"EmergencyStop +acked active +critical .*Fast \d+ +1 +anna")
+        self.assertIn("3 alarms, 1 active, 0 not acknowledged", listed)
+        history = json.loads(self.plant.remote("alarms.history").stdout)["events"]
+        self.assertEqual([event["what"] for event in history], ["acknowledged", "raised"])
+        self.assertEqual(history[1]["scan"], 0, "in the first scan")
+        self.wait(lambda: len(self.points(self.plant.remote("history.query", "tag=Level", "from=0", "to=9000000000").stdout)) > 80)
+        killed = time.time()
+        self.plant.process.kill()
+        self.plant.process.wait(60)
+        with open(self.plant.out, "wb") as out:
+            self.plant.process = subprocess.Popen(
+                [PLC_RUN, PROJECT, "--modbus", "off", "--engineering", "127.0.0.1:0", "--state", self.plant.folder + "/state"],
+                stdout=out, stderr=subprocess.STDOUT, start_new_session=True,
+            )
+        self.plant.url = self.plant.wait_for(r"engineering: (https?://\S+)\n")
+        self.assertEqual(self.plant.remote("login", "anna", secret=PASSWORDS[0]).returncode, 0)
+        time.sleep(1)
+        alarms = json.loads(self.plant.remote("alarms", "--json").stdout)
+        self.assertEqual([(a["name"], a["state"]) for a in alarms["alarms"]], [("EmergencyStop", "acked active")])
+        again = json.loads(self.plant.remote("alarms.history").stdout)["events"]
+        self.assertEqual(again, history, "nothing new, nothing lost")
+        before = [p for p in self.points(self.plant.remote("history.query", "tag=Level", "from=0", f"to={killed}").stdout)]
+        self.assertGreater(before[-1]["time"], killed - 7, "some seconds are lost at most")
+
+    @staticmethod
+    def points(text):
+        return json.loads(text)["points"]
+
+
 if __name__ == "__main__":
     unittest.main(argv=sys.argv[:1])

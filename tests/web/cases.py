@@ -26,7 +26,7 @@ from browser import ADMIN, Browser, By, Keys, Plant  # noqa: E402, F401
 PLC_RUN, TANK, SHOTS = sys.argv[1:4]
 HERE = os.path.dirname(os.path.abspath(__file__))
 SIZES = {"1280x800": (1280, 800), "390x844": (390, 844)}
-PAGES = ["overview", "panel", "diagrams", "variables", "trends", "log", "users"]
+PAGES = ["overview", "panel", "diagrams", "variables", "trends", "alarms", "log", "users"]
 VIEWER, OPERATOR = ("vera", "viewer horse battery"), ("otto", "operator horse battery")
 ENGINEER = ("emil", "engineer horse battery")
 with open(os.path.join(HERE, "checks.js")) as file:

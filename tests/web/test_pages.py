@@ -215,6 +215,47 @@ class Tank(WithBrowser):
         b.wait("no force", lambda: not self.plant.call("/api/forces")["forces"])
         b.wait_for_text("No variable is forced")
 
+    def test_an_alarm_is_acknowledged_and_shelved(self):
+        b = self.browser
+        b.login(self.plant.url, *OPERATOR)
+        self.plant.call("/api/forces/set", {"path": "Temperature", "value": 99.5, "reason": "trial of an alarm"})
+        self.addCleanup(self.plant.call, "/api/forces/release", {"path": "Temperature"})
+
+        def alarm():
+            return [one for one in self.plant.call("/api/alarms?all=true")["alarms"] if one["name"] == "TempHigh"][0]
+        b.wait("the alarm", lambda: alarm()["state"] == "unacked active")
+        self.assertIn("scan", alarm())
+        # On every page, until somebody has seen it.
+        b.wait("the banner", lambda: "Temperature is too high" in b.one(".alarm-banner").text)
+        b.go("alarms")
+        b.wait("its row", lambda: [r for r in b.find("tbody tr") if "TempHigh" in r.text and "not acknowledged" in r.text])
+        self.shot("alarm")
+        b.wait("its button", lambda: b.find("[aria-label='Acknowledge TempHigh']"))[0].click()
+        b.enter("Comment", "<i>mixer</i> is being changed")
+        b.button("Acknowledge").click()
+        b.wait("acknowledged", lambda: alarm()["state"] == "acked active")
+        self.assertEqual((alarm()["user"], alarm()["comment"]), (OPERATOR[0], "<i>mixer</i> is being changed"))
+        self.assertEqual([r["user"] for r in self.plant.call("/api/audit?most=20")["records"] if r["what"] == "alarms.ack"][-1], OPERATOR[0])
+        b.wait("no banner", lambda: "Temperature is too high" not in "".join(one.text for one in b.find(".alarm-banner")))
+        b.wait("its button", lambda: b.find("[aria-label='More about TempHigh']"))[0].click()
+        b.enter("Reason", "until the mixer is there")
+        self.assertEqual([one.text for one in b.find("dialog[open] button") if one.text == "Take out of service"], [])
+        b.button("Shelve").click()
+        b.wait("shelved", lambda: alarm()["state"] == "shelved")
+        b.wait_for_text("TempHigh: Shelved")
+        b.wait("its button", lambda: b.find("[aria-label='More about TempHigh']"))[0].click()
+        b.button("End the shelf").click()
+        b.wait("raised again", lambda: alarm()["state"] == "unacked active")
+        self.plant.call("/api/forces/release", {"path": "Temperature"})
+        b.wait("returned", lambda: alarm()["state"] == "unacked returned")
+        b.button("Acknowledge all …").click()
+        b.button("Acknowledge").click()
+        b.wait("normal", lambda: alarm()["state"] == "normal")
+        happened = [e["what"] for e in self.plant.call("/api/alarms/history?name=TempHigh")["events"]][::-1]
+        self.assertEqual(happened, ["raised", "acknowledged", "shelved", "unshelved", "raised", "returned", "acknowledged"])
+        b.wait("the history", lambda: "shelf ended" in b.one("main").text)
+        self.assert_nothing_noted()
+
     def test_a_session_that_was_ended_asks_for_a_login(self):
         b = self.browser
         b.login(self.plant.url, *VIEWER)
@@ -260,6 +301,45 @@ class Tank(WithBrowser):
           return blue;""")
         self.assertGreater(drawn, 20)
         b.run("localStorage.clear()")
+
+    def test_a_course_goes_on_into_the_past(self):
+        b = self.browser
+        b.login(self.plant.url, *VIEWER)
+        query = "/api/history?tag=Level&from=0&to=9000000000&points=1000"
+        b.wait("what is kept", lambda: len(self.plant.call(query)["points"]) > 20)
+        b.go("trends")
+        b.enter("Add a variable", "Level")
+        b.press(Keys.ENTER)
+        b.one(".chart canvas")
+        b.labelled("Shown").send_keys("8 h")
+        b.wait_for_text("From the historian")
+        b.run("""window.saved = []; const made = URL.createObjectURL;
+                 URL.createObjectURL = (blob) => { blob.text().then((text) => saved.push(text)); return made(blob); };""")
+
+        def lines():
+            b.button("CSV").click()
+            return b.run("return saved[saved.length - 1]").strip().split("\r\n")
+        b.wait("its values", lambda: len(lines()) > 1)
+        self.shot("trends-past")
+        self.assertEqual(lines()[0], '"time","variable","least","mean","greatest"')
+        self.assertRegex(lines()[1], r'^\d{4}-\d\d-\d\dT[\d:.]+Z,"Level",[-\d.e]+,[-\d.e]+,[-\d.e]+$')
+        # Nearer, down to the samples.
+        for _ in range(12):
+            b.wait("zoom", lambda: b.find("[aria-label='Zoom in']"))[0].click()
+        b.wait_for_text("Drag to zoom")
+        b.run("localStorage.clear()")
+        self.assert_nothing_noted()
+
+    def test_the_overview_tells_of_devices_memory_and_times(self):
+        b = self.browser
+        b.login(self.plant.url, *VIEWER)
+        b.wait("memory", lambda: re.search(r"Memory\s+[\d.]+ MB; ", b.one("main").text))
+        machine = self.plant.call("/api/machine")
+        self.assertGreater(machine["memory"], 1_000_000)
+        self.assertGreater(machine["disk_free"], 0)
+        b.wait("histograms", lambda: len(b.find(".histogram svg rect")) > 4)
+        for name, bars in [(t["name"], t) for t in self.plant.call("/api/tasks/histograms")["tasks"]]:
+            self.assertEqual([bar["up_to_ns"] for bar in bars["scan"]], sorted({bar["up_to_ns"] for bar in bars["scan"]}), name)
 
     def test_users_are_made_changed_and_removed(self):
         b = self.browser

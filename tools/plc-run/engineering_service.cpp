@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <ostream>
 #include <utility>
@@ -14,6 +15,7 @@ namespace plc::tools {
 namespace {
 
 constexpr core::TimeNs kServiceNs = 100'000'000;
+constexpr core::TimeNs kDevicesNs = 500'000'000;
 
 /// What people call the plant: "plant" of "/etc/picard/plant/plant.xml".
 std::string plant_name(const std::string& project) {
@@ -31,6 +33,11 @@ EngineeringRequest engineering_request(const io::Configuration& configuration,
   EngineeringRequest request;
   request.on = listen ? !listen->address.empty() : config.enabled;
   request.project = project;
+  const std::filesystem::path beside(configuration.file.empty() ? project : configuration.file);
+  std::error_code none;
+  request.tables = (std::filesystem::is_directory(beside, none) ? beside : beside.parent_path()).string();
+  if (request.tables.empty()) request.tables = ".";
+  request.state = state;
   engineering::Options& options = request.options;
   options.address = listen ? listen->address : config.address;
   options.port = listen ? listen->port : config.port;
@@ -61,21 +68,22 @@ EngineeringService::~EngineeringService() {
   if (request_.on) log_.also_tell({});
 }
 
-void EngineeringService::tell(const std::vector<engineering::Said>& all) {
+void EngineeringService::tell(const std::vector<engineering::Said>& all, const std::string& source) {
   for (const engineering::Said& said : all) {
     if (said.severity == core::Severity::kNote) {
       log_.talk() << said.text << std::endl;
     } else {
-      log_.say(said.severity, said.text, "engineering");
+      log_.say(said.severity, said.text, source);
     }
   }
 }
 
-void EngineeringService::prepare(const io::Plant& plant, shadow::Shadow* shadow, bool warm) {
+void EngineeringService::prepare(io::Plant& plant, shadow::Shadow* shadow, bool warm) {
   if (!request_.on) {
     log_.talk() << "engineering: off\n";
     return;
   }
+  plant_ = &plant;
   engineering::Identity identity;
   identity.product = kVersionText;
   identity.plant = plant_name(request_.project);
@@ -90,6 +98,14 @@ void EngineeringService::prepare(const io::Plant& plant, shadow::Shadow* shadow,
   server_->set_program(&program_.control());
   server_->take_over(program_.from_server());
   tell(server_->force_again(warm));
+  std::vector<engineering::Said> said;
+  alarms_.emplace(request_.tables + "/alarms.toml", request_.state, resource_, shadow, said);
+  tell(said, "alarms");
+  server_->set_alarms(alarms_->alarms(), alarms_->store());
+  said.clear();
+  history_.emplace(request_.tables + "/historian.toml", request_.state, resource_, shadow, calendar_, said);
+  tell(said, "historian");
+  server_->set_historian(history_->historian());
 }
 
 void EngineeringService::start() {
@@ -112,16 +128,55 @@ void EngineeringService::read_keys() {
   }
 }
 
+void EngineeringService::note_devices(core::TimeNs now_ns) {
+  const io::Machine& machine = plant_->machine();
+  engineering::Devices devices;
+  for (const auto& driver : machine.drivers()) {
+    const io::DriverStatus status = driver->status();
+    engineering::DeviceState one;
+    one.name = driver->name();
+    one.state = driver->timing() == io::Timing::kOffline ? "simulated" : status.connected ? "good" : "lost";
+    one.problem = status.problem;
+    one.outputs = driver->has_outputs();
+    one.losses = status.losses;
+    one.recoveries = status.recoveries;
+    one.exchanges = status.exchanges;
+    for (const io::InputStatus& input : driver->inputs(now_ns)) {
+      ++one.inputs;
+      one.inputs_good += input.quality == io::Quality::kGood ? 1 : 0;
+      one.oldest_ns = std::max(one.oldest_ns, input.age_ns);
+    }
+    devices.drivers.push_back(std::move(one));
+  }
+  if (const auto tcp = machine.modbus_statistics())
+    devices.modbus.push_back({"TCP", tcp->clients, tcp->requests, tcp->exceptions, tcp->refused, tcp->dropped});
+  if (const auto serial = machine.serial_statistics())
+    devices.modbus.push_back({"serial", 0, serial->requests, serial->exceptions, 0, serial->damaged});
+  server_->note_devices(std::move(devices));
+}
+
 void EngineeringService::service(core::TimeNs now_ns) {
   if (!server_ || now_ns < next_ns_) return;
   next_ns_ = now_ns + kServiceNs;
   tell(server_->service(now_ns));
+  if (now_ns >= next_devices_ns_) {
+    next_devices_ns_ = now_ns + kDevicesNs;
+    note_devices(now_ns);
+  }
+  std::vector<engineering::Said> said;
+  alarms_->service(now_ns, calendar_.utc_ns(), said);
+  tell(said, "alarms");
+  said.clear();
+  history_->service(said);
+  tell(said, "historian");
 }
 
 void EngineeringService::stop() {
   if (!server_) return;
   server_->stop();
   values_->detach();
+  alarms_->stop();
+  history_->stop();
 }
 
 }  // namespace plc::tools

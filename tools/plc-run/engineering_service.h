@@ -14,6 +14,8 @@
 #include "engineering/shadow_values.h"
 #include "io-drivers/config/configuration.h"
 #include "io-drivers/machine/plant.h"
+#include "tools/plc-run/alarm_service.h"
+#include "tools/plc-run/history_service.h"
 #include "tools/plc-run/program_start.h"
 #include "tools/plc-run/run_log.h"
 
@@ -24,6 +26,8 @@ struct EngineeringRequest {
   engineering::Options options;
   bool on = false;
   std::string project;            ///< file or folder that is run
+  std::string tables;             ///< folder of alarms.toml and historian.toml
+  std::string state;              ///< folder, or empty
   std::vector<std::string> keys;  ///< files and folders of public keys
 };
 /// `listen`: of --engineering, in place of what the configuration says; an empty address is "off". `state`: the folder
@@ -42,7 +46,7 @@ class EngineeringService {
 
   /// After Plant::prepare(), before the tasks start. `shadow`: null when nothing is recorded; it must live until
   /// stop(). `warm`: the kind of start.
-  void prepare(const io::Plant& plant, shadow::Shadow* shadow, bool warm);
+  void prepare(io::Plant& plant, shadow::Shadow* shadow, bool warm);
   /// When the tasks run, which wait for nothing of it.
   void start();
   /// About every 20 ms.
@@ -56,7 +60,8 @@ class EngineeringService {
 
  private:
   void read_keys();
-  void tell(const std::vector<engineering::Said>& all);
+  void note_devices(core::TimeNs now_ns);
+  void tell(const std::vector<engineering::Said>& all, const std::string& source = "engineering");
 
   EngineeringRequest request_;
   runtime::Resource& resource_;
@@ -67,8 +72,11 @@ class EngineeringService {
   engineering::LogBook book_;
   std::optional<engineering::ShadowValues> values_;
   std::optional<runtime::ForceList> forces_;
+  std::optional<AlarmService> alarms_;
+  std::optional<HistoryService> history_;
   std::unique_ptr<engineering::Engineering> server_;
-  core::TimeNs next_ns_ = 0;
+  io::Plant* plant_ = nullptr;
+  core::TimeNs next_ns_ = 0, next_devices_ns_ = 0;
 };
 
 }  // namespace plc::tools

@@ -297,8 +297,8 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
     wait_for_start(*program, service, engineering, log, duration_ns == 0 ? 0 : plant.begin_ns() + duration_ns);
   }
   if (program->again()) program->hand_over(engineering.handover(), engineering.log_handover());
-  engineering.stop();
   if (recording) recording->stop(stuck.empty());
+  engineering.stop();  // alarms know the last scans by now
   output.wait_again(printing_takes_too_long);
 
   show_faults();

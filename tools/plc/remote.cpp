@@ -58,6 +58,7 @@ class Session {
     if (what == "values") return values();
     if (what == "write") return write();
     if (what == "log") return log();
+    if (what == "alarms") return alarms();
     if (what == "calls") return list_calls();
     const AskServer asking = [this](std::string_view call, const Json& fields, bool quiet) {
       return ask(row(call), fields, quiet);
@@ -282,6 +283,25 @@ class Session {
     }
   }
 
+  int alarms() {
+    const auto answer = ask("alarms.list", {{"most", 10'000}});
+    if (!answer) return kExitErrors;
+    if (remote_.json) return print(*answer);
+    std::vector<std::vector<std::string>> rows = {
+        {"alarm", "state", "priority", "since", "scan", "order", "by", "text"}};
+    for (const Json& alarm : (*answer)["alarms"]) {
+      const bool in_scan = alarm.contains("scan");
+      rows.push_back({alarm.value("name", ""), alarm.value("state", ""), alarm.value("priority", ""),
+                      alarm.value("since", ""), in_scan ? alarm.value("task", "") + " " + alarm["scan"].dump() : "",
+                      alarm.contains("order") ? alarm["order"].dump() : "", alarm.value("user", ""),
+                      alarm.value("text", "")});
+    }
+    print_table(rows, std::cout);
+    std::cout << fmt::format("{} alarms, {} active, {} not acknowledged, {} out of sight\n", (*answer)["all"].dump(),
+                             (*answer)["active"].dump(), (*answer)["unacked"].dump(), (*answer)["hidden"].dump());
+    return kExitOk;
+  }
+
   static int list_calls() {
     std::vector<std::vector<std::string>> rows = {{"call", "right", "what it does"}};
     for (const Call& call : engineering::calls()) {
@@ -362,15 +382,16 @@ void add_remote(Command program) {
       "  plc remote https://plant:8061 upload plant.pbc plant.xml         another program, and its project to keep\n"
       "  plc remote https://plant:8061 start cold                         starts it; warm is the default\n"
       "  plc remote https://plant:8061 stop                               outputs go into their safe state\n"
+      "  plc remote https://plant:8061 alarms                             what is wrong, and since which scan\n"
+      "  plc remote https://plant:8061 alarms.ack comment=\"valve cleaned\"  somebody has seen all of them\n"
       "  plc remote https://plant:8061 users.add user=ben role=viewer     any call, by its name and fields\n"
       "  plc remote https://plant:8061 program.project -o plant.xml       the project that runs\n"
       "  plc remote https://plant:8061 calls                              all of them");
   command.option("URL", remote.url, "http://ADDR:PORT or https://ADDR:PORT; the port is 8061 if it is not said")
       .required();
   command.option("WHAT", remote.what,
-                 "login, first-user, logout, status, tasks, values, write, log, upload, start, stop, calls; or the "
-                 "name of a call; "
-                 "default: status");
+                 "login, first-user, logout, status, tasks, values, write, log, alarms, upload, start, stop, calls; or "
+                 "the name of a call; default: status");
   command.option("ARGUMENT", remote.arguments, "patterns, PATH=VALUE, files or FIELD=VALUE");
   command.flag("--json", remote.json, "what the server answers, as it is");
   command.flag("--follow", remote.follow, "values and log: goes on with what is new, until Ctrl-C");

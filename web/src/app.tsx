@@ -1,6 +1,7 @@
 // The frame around the pages: navigation, who is logged in, whether the PLC answers.
 import type { JSX } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
+import { AlarmBanner } from "./alarm_banner";
 import { notice } from "./notice";
 import { LoginPage } from "./pages/login";
 import { AccountDialog } from "./pages/account";
@@ -119,6 +120,7 @@ function Shell(): JSX.Element {
         {reached ? null : <p class="strip bad">{texts.link.lost}</p>}
         {said === "" ? null : <p class="strip good">{clipped(said)}</p>}
       </div>
+      <AlarmBanner />
       <main id="contents" tabIndex={-1}>
         <h1 ref={heading} tabIndex={-1}>
           {title}

@@ -24,6 +24,11 @@ export class Courses {
     return this.used;
   }
 
+  /** Time of the oldest sample; Infinity without one. */
+  get begin(): number {
+    return this.used === 0 ? Infinity : (this.times[(this.next + mostSamples - this.used) % mostSamples] ?? Infinity);
+  }
+
   add(path: string): void {
     if (this.series.some((one) => one.path === path)) return;
     this.series.push({ path, shape: undefined, samples: new Float64Array(mostSamples).fill(NaN), latest: NaN });

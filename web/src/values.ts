@@ -154,6 +154,15 @@ export function timeText(ns: number): string {
   return `${(ns / 1e9).toPrecision(3)} s`;
 }
 
+/** "1.2 GB". */
+export function bytesText(bytes: number): string {
+  const units = ["B", "kB", "MB", "GB", "TB"];
+  let unit = 0;
+  let value = bytes;
+  for (; value >= 1000 && unit < units.length - 1; ++unit) value /= 1000;
+  return `${unit === 0 ? value : value.toPrecision(3)} ${units[unit] ?? ""}`;
+}
+
 /** "2 d 3 h", "4 min 12 s". */
 export function ageText(ms: number): string {
   const s = Math.floor(ms / 1000);

@@ -172,6 +172,29 @@ TEST(RecordedScans, CanBeHadAsATraceChosenAfterwards) {
   EXPECT_TRUE(shadow::RecordFile::read({bytes.begin(), bytes.end()}, "download"));
 }
 
+TEST(RecordedScans, AreTheFinestHistory) {
+  Recorded r;
+  r.rig.calendar.now_ns = 1'800'000'000'000'000'000;
+  for (int i = 0; i < 200; ++i) {
+    r.rig.calendar.now_ns += 10'000'000;
+    r.rig.scan();
+  }
+  for (int turn = 0; turn < 1000 && r.shadow->counts().scans < 200; ++turn)
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  const auto ask = [&](double from, double to, Json tags) {
+    return body_of(r.rig.post("/api/history/scans", {{"tags", std::move(tags)}, {"from", from}, {"to", to}}, "viewer"));
+  };
+  const Json some = ask(1'800'000'001.0, 1'800'000'001.025, {"Main0.Count", "Total"});
+  ASSERT_EQ(some["scans"].size(), 3u) << some;
+  EXPECT_EQ(some["whole"], true);
+  EXPECT_EQ(some["scans"][0]["scan"], 99) << "the hundredth scan is that of 1 s";
+  EXPECT_EQ(some["scans"][0]["values"], Json({100.0, 100.0}));
+  EXPECT_NEAR(some["scans"][2]["time"].get<double>(), 1'800'000'001.02, 1e-6);
+  EXPECT_EQ(ask(1'799'999'000.0, 1'800'000'000.05, {"Total"})["whole"], false) << "it begins later";
+  EXPECT_EQ(ask(0, 9e9, {"Nothing"})["code"], "P7101");
+  EXPECT_EQ(ask(0, 9e9, {"Text"})["code"], "P7102");
+}
+
 TEST(RecordedScans, GiveVariablesOfTasks) {
   Recorded r;
   r.values.attach(*r.shadow);

@@ -2,7 +2,7 @@
 import type { JSX } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import uPlot from "uplot";
-import type { Courses } from "../course";
+import type { Drawn } from "../history";
 import { useSignal } from "../signals";
 import { texts } from "../texts";
 import { colour, colours } from "../theme";
@@ -26,10 +26,12 @@ export interface ChartView {
   /** Set while it rests: from when to when, in seconds. */
   fixed: { from: number; to: number } | undefined;
   byScan: boolean;
+  /** It rests where somebody has moved it to, not where it was. */
+  moved?: boolean;
 }
 
 export function Chart(properties: {
-  courses: Courses;
+  courses: Drawn;
   view: ChartView;
   /** Changes when series come or go. */
   key: string;

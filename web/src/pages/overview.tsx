@@ -1,6 +1,6 @@
 // How the plant is: state, tasks and what they need, what went wrong.
 import type { JSX } from "preact";
-import type { Event as InstructionEvent, Task, Times } from "../../client/calls";
+import type { Event as InstructionEvent, Task, TaskHistograms, Times } from "../../client/calls";
 import { connected, plc, usePolled } from "../plc";
 import { link } from "../route";
 import { useSignal } from "../signals";
@@ -8,6 +8,8 @@ import { texts } from "../texts";
 import { Badge, Empty, Facts, ProblemBox, Section, Table } from "../ui/parts";
 import { ageText, clipped, timeText } from "../values";
 import { ForcedSection } from "./forced";
+import { MachineSection } from "./machine";
+import { Histogram } from "./histogram";
 import { MessageLine } from "./message";
 
 const t = texts.overview;
@@ -52,8 +54,8 @@ function TimesStrip(properties: { name: string; times: Times }): JSX.Element {
   );
 }
 
-function TaskCard(properties: { task: Task }): JSX.Element {
-  const { task } = properties;
+function TaskCard(properties: { task: Task; histograms: TaskHistograms | undefined }): JSX.Element {
+  const { task, histograms } = properties;
   const period = task.period_ns !== 0 ? timeText(task.period_ns) : task.trigger !== "" ? t.onEdge(clipped(task.trigger, 60)) : t.free;
   const bad = (n: number): JSX.Element => <span class={n === 0 ? "number" : "number warns"}>{n.toLocaleString("en")}</span>;
   return (
@@ -80,6 +82,12 @@ function TaskCard(properties: { task: Task }): JSX.Element {
           [t.response, <TimesStrip name={t.response} times={task.response} />],
         ]}
       />
+      {histograms === undefined ? null : (
+        <div class="histograms">
+          <Histogram title={t.latency} bars={histograms.latency} />
+          <Histogram title={t.scan} bars={histograms.scan} />
+        </div>
+      )}
     </article>
   );
 }
@@ -92,6 +100,7 @@ function placeText(event: InstructionEvent): string {
 export function OverviewPage(): JSX.Element {
   const target = usePolled(() => plc.target(), 1000);
   const tasks = usePolled(() => plc.tasks(), 1000);
+  const histograms = usePolled(() => plc.tasksHistograms(), 2000);
   const program = usePolled(() => plc.program(), 0);
   const events = usePolled(() => plc.events(), 2000);
   const messages = usePolled(() => plc.log({ least: "warning", most: 5 }), 2000);
@@ -148,8 +157,9 @@ export function OverviewPage(): JSX.Element {
       </div>
       <Section title={t.tasks}>
         <p class="quiet-text">{t.times}</p>
-        <div class="tasks">{tasks.answer?.tasks.map((task) => <TaskCard key={task.name} task={task} />) ?? <p>{texts.loading}</p>}</div>
+        <div class="tasks">{tasks.answer?.tasks.map((task, i) => <TaskCard key={task.name} task={task} histograms={histograms.answer?.tasks[i]} />) ?? <p>{texts.loading}</p>}</div>
       </Section>
+      <MachineSection />
       <ForcedSection />
       <div class="columns">
         <Section

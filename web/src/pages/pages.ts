@@ -2,6 +2,7 @@
 import type { JSX } from "preact";
 import type { texts } from "../texts";
 import { DiagramsPage } from "./diagrams";
+import { AlarmsPage } from "./alarms";
 import { LogPage } from "./log";
 import { OverviewPage } from "./overview";
 import { PanelPage } from "./panel";
@@ -22,6 +23,7 @@ export const pages: readonly Page[] = [
   { name: "diagrams", right: "viewer", contents: DiagramsPage },
   { name: "variables", right: "viewer", contents: VariablesPage },
   { name: "trends", right: "viewer", contents: TrendsPage },
+  { name: "alarms", right: "viewer", contents: AlarmsPage },
   { name: "log", right: "viewer", contents: LogPage },
   { name: "users", right: "admin", contents: UsersPage },
 ];

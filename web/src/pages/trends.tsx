@@ -1,19 +1,24 @@
 // Courses of variables, as they come from the stream of values.
 import type { JSX } from "preact";
-import { useEffect, useId, useState } from "preact/hooks";
+import { useEffect, useId, useMemo, useState } from "preact/hooks";
 import type { Courses } from "../course";
+import { PastCourses } from "../history";
 import { keeper, periods } from "../course_keeper";
 import { LiveValues, useLive } from "../live";
+import { ask, plc, problemOf, usePolled, type Problem } from "../plc";
 import { link, route } from "../route";
 import { useSignal } from "../signals";
 import { texts } from "../texts";
-import { Choice, Empty, Section } from "../ui/parts";
+import { Choice, Empty, ProblemBox, Section } from "../ui/parts";
 import { PathInput } from "../ui/path_input";
 import { clipped, isDrawable, valueText } from "../values";
 import { Chart, seriesColours, type ChartView } from "./chart";
 
 const t = texts.trends;
-const windows = [10, 60, 300, 900, 3600] as const;
+const windows = [10, 60, 300, 900, 3600, 8 * 3600, 86_400, 7 * 86_400, 30 * 86_400] as const;
+/** What the browser itself keeps, and the longest that is shown. */
+const longestLive = 3600;
+const longest = 366 * 86_400;
 const axes = ["time", "scans"] as const;
 
 function save(name: string, text: string): void {
@@ -52,6 +57,7 @@ function SeriesRow(properties: {
   values: LiveValues;
   courses: Courses;
   atCursor: number | undefined;
+  ends: { least: number; most: number } | undefined;
   onRemove: () => void;
 }): JSX.Element {
   const { path, courses } = properties;
@@ -60,9 +66,9 @@ function SeriesRow(properties: {
   const drawable = live.shape === undefined || isDrawable(live.shape);
   const text = live.problem !== "" ? live.problem : drawable ? valueText(live.raw, live.shape) : t.none;
   const rounded = (value: number | undefined): string => (value === undefined || !Number.isFinite(value) ? texts.nothing : String(Number(value.toPrecision(7))));
-  let least: number | undefined;
-  let most: number | undefined;
-  for (let i = 0; series !== undefined && i < courses.length; ++i) {
+  let least = properties.ends?.least;
+  let most = properties.ends?.most;
+  for (let i = 0; properties.ends === undefined && series !== undefined && i < courses.length; ++i) {
     const value = series.samples[i] ?? NaN;
     if (least === undefined || value < least) least = value;
     if (most === undefined || value > most) most = value;
@@ -96,6 +102,12 @@ function SeriesRow(properties: {
   );
 }
 
+/** Longer ones only where there is a historian. */
+function offeredWindows(span: number, hasPast: boolean): readonly number[] {
+  const offered: number[] = windows.filter((one) => hasPast || one <= longestLive);
+  return offered.includes(span) ? offered : [...offered, span];
+}
+
 export function TrendsPage(): JSX.Element {
   const paths = useSignal(keeper.paths);
   const period = useSignal(keeper.period);
@@ -106,6 +118,9 @@ export function TrendsPage(): JSX.Element {
   const { parameters } = useSignal(route);
   const { courses } = keeper;
   const now = (): number => keeper.now();
+  const kept = usePolled(() => plc.historyTags(), 0).answer?.tags ?? [];
+  const [problem, setProblem] = useState<Problem>();
+  const [, setFetched] = useState(0);
   useEffect(() => keeper.start(), []);
   useEffect(() => {
     const path = parameters.get("path");
@@ -118,18 +133,32 @@ export function TrendsPage(): JSX.Element {
   const zoom = (factor: number): void => {
     const { from, to } = range();
     if (view.fixed === undefined) {
-      setView({ ...view, span: Math.max(1, Math.min(3600, view.span * factor)) });
+      setView({ ...view, span: Math.max(1, Math.min(kept.length === 0 ? longestLive : longest, view.span * factor)) });
       return;
     }
     const middle = (from + to) / 2;
     const half = Math.max(0.05, ((to - from) * factor) / 2);
-    setView({ ...view, fixed: { from: middle - half, to: middle + half } });
+    setView({ ...view, fixed: { from: middle - half, to: middle + half }, moved: true });
   };
   const pan = (part: number): void => {
     const { from, to } = range();
     const by = (to - from) * part;
-    setView({ ...view, fixed: { from: from + by, to: to + by } });
+    setView({ ...view, fixed: { from: from + by, to: to + by }, moved: true });
   };
+  // What began before the page was opened only the historian knows.
+  const isPast = paths.some((path) => kept.includes(path)) && (view.fixed === undefined ? view.span > longestLive : view.moved === true && view.fixed.from < courses.begin - 1);
+  const byScan = view.byScan && !isPast;
+  const past = useMemo(
+    () =>
+      isPast
+        ? new PastCourses(courses.series, kept, (error) => {
+            setProblem(error === undefined ? undefined : problemOf(error));
+            setFetched((n) => n + 1);
+          })
+        : undefined,
+    [isPast, paths.join("\n"), forms, kept.length],
+  );
+  useEffect(() => () => past?.end(), [past]);
   return (
     <Section title={t.courses} class="fill">
       <div class="tools">
@@ -137,7 +166,7 @@ export function TrendsPage(): JSX.Element {
         <Choice
           label={t.window}
           value={windows.find((one) => one === view.span) ?? view.span}
-          options={windows.some((one) => one === view.span) ? windows : [...windows, view.span]}
+          options={offeredWindows(view.span, kept.length !== 0)}
           text={(one) => t.windows(Math.round(one))}
           onChange={(span) => setView({ ...view, span, fixed: undefined })}
         />
@@ -150,7 +179,7 @@ export function TrendsPage(): JSX.Element {
         />
         <Choice label={t.period} value={period} options={periods} text={(one) => `${one} ms`} onChange={(one) => keeper.setPeriod(one)} />
         <span class="buttons">
-          <button type="button" aria-pressed={view.fixed !== undefined} onClick={() => setView({ ...view, fixed: view.fixed === undefined ? range() : undefined })}>
+          <button type="button" aria-pressed={view.fixed !== undefined} onClick={() => setView({ ...view, fixed: view.fixed === undefined ? range() : undefined, moved: view.span > longestLive })}>
             {view.fixed === undefined ? t.pause : t.resume}
           </button>
           <button type="button" aria-label={t.earlier} title={t.earlier} onClick={() => pan(-0.25)}>
@@ -165,7 +194,7 @@ export function TrendsPage(): JSX.Element {
           <button type="button" aria-label={t.zoomOut} title={t.zoomOut} onClick={() => zoom(2)}>
             −
           </button>
-          <button type="button" disabled={courses.length === 0} onClick={() => save("trends.csv", courses.csv())}>
+          <button type="button" disabled={courses.length === 0} onClick={() => save("trends.csv", (past ?? courses).csv())}>
             {t.csv}
           </button>
         </span>
@@ -174,16 +203,17 @@ export function TrendsPage(): JSX.Element {
         <Empty>{t.empty}</Empty>
       ) : (
         <>
+          <ProblemBox problem={problem} />
           <Chart
-            key={`${paths.join("\n")}\n${forms}`}
-            courses={courses}
-            view={view}
+            key={`${paths.join("\n")}\n${forms}\n${String(isPast)}`}
+            courses={past ?? courses}
+            view={byScan === view.byScan ? view : { ...view, byScan }}
             now={now}
-            onZoom={(from, to) => setView({ ...view, fixed: { from, to } })}
+            onZoom={(from, to) => setView({ ...view, fixed: { from, to }, moved: true })}
             onReset={() => setView({ ...view, fixed: undefined })}
             onCursor={setCursor}
           />
-          <p class="quiet-text">{t.help}</p>
+          <p class="quiet-text">{past?.byScan === true ? t.scanned : isPast ? t.past : kept.length === 0 ? t.help : `${t.help} ${t.hasPast(kept.length)}`}</p>
           <div class="table-frame">
             <table aria-label={texts.pages.trends}>
               <thead>
@@ -198,7 +228,7 @@ export function TrendsPage(): JSX.Element {
               </thead>
               <tbody>
                 {paths.map((path, i) => (
-                  <SeriesRow key={path} path={path} place={i} values={values} courses={courses} atCursor={cursor?.[i]} onRemove={() => keeper.remove(path)} />
+                  <SeriesRow key={path} path={path} place={i} values={values} courses={courses} atCursor={cursor?.[i]} ends={past?.ends(path)} onRemove={() => keeper.remove(path)} />
                 ))}
               </tbody>
             </table>

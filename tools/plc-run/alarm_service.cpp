@@ -1,0 +1,61 @@
+#include "tools/plc-run/alarm_service.h"
+
+#include <filesystem>
+#include <sstream>
+#include <utility>
+
+#include "io-drivers/config/read_alarms.h"
+#include "io-drivers/config/table_file.h"
+
+namespace plc::tools {
+
+AlarmService::AlarmService(const std::string& file, const std::string& folder, runtime::Resource& resource,
+                           shadow::Shadow* shadow, std::vector<engineering::Said>& said) {
+  core::Diagnostics diagnostics;
+  std::vector<alarms::Definition> definitions;
+  if (const auto text = io::table_file_text(file, diagnostics)) definitions = io::read_alarms(*text, file, diagnostics);
+  auto made = std::make_unique<alarms::Alarms>(resource, std::move(definitions), shadow != nullptr, diagnostics);
+  // WHY no end of the start: nothing but control decides whether control starts.
+  if (!diagnostics.all().empty()) {
+    std::ostringstream lines;
+    diagnostics.render(lines);
+    said.push_back({core::Severity::kError, "alarms: " + lines.str()});
+    while (said.back().text.ends_with('\n')) said.back().text.pop_back();
+  }
+  if (made->count() == 0) return;
+  std::error_code refused;
+  if (!folder.empty()) std::filesystem::create_directories(folder, refused);  // what is wrong with it the store says
+  std::vector<std::string> trouble;
+  store_ = std::make_unique<alarms::AlarmStore>(folder, trouble);
+  for (std::string& one : trouble) said.push_back({core::Severity::kWarning, std::move(one)});
+  alarms_ = std::move(made);
+  alarms_->restore(store_->states(), store_->last_number());
+  if (shadow != nullptr && alarms_->needs_scans()) shadow->observe(*alarms_);
+  store_->start();
+  said.push_back({core::Severity::kNote, "alarms: " + std::to_string(alarms_->count())});
+}
+
+void AlarmService::keep() {
+  std::vector<alarms::Event> events;
+  std::vector<alarms::Kept> states;
+  alarms_->take(events, states);
+  store_->add(std::move(events), std::move(states));
+}
+
+void AlarmService::service(core::TimeNs now_ns, core::TimeNs utc_ns, std::vector<engineering::Said>& said) {
+  if (!alarms_) return;
+  alarms_->service(now_ns, utc_ns);
+  keep();
+  if (std::string sentence = store_->take_said(); !sentence.empty()) {
+    const bool good = sentence.find("again") != std::string::npos;
+    said.push_back({good ? core::Severity::kNote : core::Severity::kWarning, std::move(sentence)});
+  }
+}
+
+void AlarmService::stop() {
+  if (!alarms_) return;
+  keep();
+  store_->stop();
+}
+
+}  // namespace plc::tools

@@ -1,0 +1,40 @@
+// The alarms of plc-run: from alarms.toml and the instances of ALARM to alarms that are evaluated and kept.
+//
+// In: a file, a resource, the shadow. Out: alarms for the engineering server, sentences for the log. Threads: the main
+// one's. Does not belong here: what alarms do (alarms/).
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "alarms/alarm_store.h"
+#include "alarms/alarms.h"
+#include "engineering/engineering.h"
+#include "shadow/shadow.h"
+
+namespace plc::tools {
+
+class AlarmService {
+ public:
+  /// Before the tasks start. `file`: alarms.toml, which need not be there. `folder`: where they are kept, or empty.
+  /// `shadow`: null when nothing is recorded; it must live until stop().
+  AlarmService(const std::string& file, const std::string& folder, runtime::Resource& resource, shadow::Shadow* shadow,
+               std::vector<engineering::Said>& said);
+
+  /// Null when there are none.
+  [[nodiscard]] alarms::Alarms* alarms() { return alarms_.get(); }
+  [[nodiscard]] alarms::AlarmStore* store() { return store_.get(); }
+  /// About every 100 ms.
+  void service(core::TimeNs now_ns, core::TimeNs utc_ns, std::vector<engineering::Said>& said);
+  /// After the shadow has ended, or while it goes on.
+  void stop();
+
+ private:
+  void keep();
+
+  std::unique_ptr<alarms::Alarms> alarms_;
+  std::unique_ptr<alarms::AlarmStore> store_;
+};
+
+}  // namespace plc::tools

@@ -1,0 +1,34 @@
+// The historian of plc-run: from historian.toml to a thread that keeps values, and what it says to the log.
+//
+// In: a file, a resource, the shadow. Out: a historian for the engineering server, or none. Threads: the main one's.
+// Does not belong here: keeping (historian/).
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engineering/engineering.h"
+#include "engineering/shadow_values.h"
+#include "historian/historian.h"
+
+namespace plc::tools {
+
+class HistoryService {
+ public:
+  /// Before the tasks start. `file`: historian.toml, which need not be there. `state`: folder, or empty. `shadow`: null
+  /// when nothing is recorded; it must live until stop().
+  HistoryService(const std::string& file, const std::string& state, runtime::Resource& resource, shadow::Shadow* shadow,
+                 const core::Calendar& calendar, std::vector<engineering::Said>& said);
+
+  /// Null when nothing is kept.
+  [[nodiscard]] historian::Historian* historian() { return historian_.get(); }
+  void service(std::vector<engineering::Said>& said);
+  void stop();
+
+ private:
+  std::unique_ptr<engineering::ShadowValues> values_;
+  std::unique_ptr<historian::Historian> historian_;
+};
+
+}  // namespace plc::tools
