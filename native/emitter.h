@@ -175,7 +175,11 @@ class Emitter : private asmjit::ErrorHandler {
 
   [[nodiscard]] std::uint64_t address_of(std::uint32_t operand) const { return table_ + operand; }
   [[nodiscard]] std::size_t size() const { return assembler_.offset(); }
-  /// What asmjit refused first, or empty.
+  /// The code cannot be made.
+  void refuse(const char* why) {
+    if (problem_.empty()) problem_ = why;
+  }
+  /// What was refused first, here or by asmjit; or empty.
   [[nodiscard]] const std::string& problem() const { return problem_; }
   /// Resolves all references within the code. Its size.
   std::size_t finish();
@@ -190,11 +194,6 @@ class Emitter : private asmjit::ErrorHandler {
   Emitter& operator=(const Emitter&) = delete;
   ~Emitter() override = default;
   void attach();
-
-  /// The code cannot be made.
-  void refuse(const char* why) {
-    if (problem_.empty()) problem_ = why;
-  }
 
   /// A register gets another value.
   void overwrite(std::uint32_t number, bool real) {

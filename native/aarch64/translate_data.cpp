@@ -376,8 +376,11 @@ void translate_data(Assembly& s, const Instruction& i) {
     case Form::kLoadElement:
     case Form::kLoadPath:
       return load_element(s, i);
-    default:
+    case Form::kStoreElement:
+    case Form::kStorePath:
       return store_element(s, i);
+    default:
+      return s.refuse("an instruction has a form, but no code");
   }
 }
 

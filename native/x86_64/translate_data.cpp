@@ -367,8 +367,11 @@ void translate(Assembly& s, const Instruction& i) {
     case Form::kLoadElement:
     case Form::kLoadPath:
       return load_part(s, i);
-    default:
+    case Form::kStoreElement:
+    case Form::kStorePath:
       return store_part(s, i);
+    default:
+      return s.refuse("an instruction has a form, but no code");
   }
 }
 

@@ -69,11 +69,6 @@ PLC_ONE_COPY bool interpret(Machine& m, const std::uint32_t* pc, std::uint32_t i
     pc += (words);                                                                 \
     goto*(static_cast<const char*>(&&op_Return) + static_cast<std::int32_t>(*pc)); \
   } while (false)
-#define PLC_MOVE(Name, T)                    \
-  op_##Name : {                              \
-    store<T>(at(pc[1]), load<T>(at(pc[2]))); \
-    PLC_NEXT(3);                             \
-  }
 #define PLC_COMPARE_JUMP(Name, T, expression, sense)      \
   op_##Name : {                                           \
     const T a = load<T>(at(pc[2]));                       \
@@ -200,14 +195,6 @@ op_LoopJump : {
 #include "runtime/interpreter/fused_jumps.def"
 
   // ---- data
-  PLC_MOVE(MoveBool, std::uint8_t)
-  PLC_MOVE(Move8, std::uint8_t)
-  PLC_MOVE(Move16, std::uint16_t)
-  PLC_MOVE(Move32, std::uint32_t)
-  PLC_MOVE(Move64, std::uint64_t)
-  PLC_MOVE(MoveF32, std::uint32_t)
-  PLC_MOVE(MoveF64, std::uint64_t)
-  PLC_MOVE(MoveRef, std::uint64_t)
 op_MoveStr : {
   if (!copy_string(at(pc[1]), at(pc[2]), pc[3], 1)) [[unlikely]]
     raise(m, pc, Event::kTruncated);
@@ -501,13 +488,13 @@ op_PtrFrom32:
   store(at(pc[1]), pointer_from_32(m, pc, load<std::uint32_t>(at(pc[2]))));
   PLC_NEXT(3);
 
-// ---- arithmetic, comparison, bit strings
-#define PLC_BINARY_OP(Name, T, Result, expression) \
-  op_##Name : {                                    \
-    compute<value::Name>(pc + 1, at);              \
-    PLC_NEXT(4);                                   \
+// ---- moves, arithmetic, comparison, bit strings
+#define PLC_VALUE_OP(Name, Result, inputs, expression) \
+  op_##Name : {                                        \
+    compute<value::Name>(pc + 1, at);                  \
+    PLC_NEXT(2 + kInputs<value::Name>);                \
   }
-#include "runtime/interpreter/binary_ops.def"
+#include "runtime/interpreter/value_ops.def"
   PLC_INTEGER_TYPES(PLC_DIVISION, Div)
 
   // ---- parts of integers and bit strings, subranges

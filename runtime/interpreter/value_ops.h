@@ -14,20 +14,16 @@
 namespace plc::runtime {
 
 namespace value {
-#define PLC_BINARY_OP(Name, T, Result, expression)                                  \
-  struct Name {                                                                     \
-    static Result of(T a, T b) noexcept { return static_cast<Result>(expression); } \
+#define PLC_VALUE_OP(Name, Result, inputs, expression)                           \
+  struct Name {                                                                  \
+    static Result of inputs noexcept { return static_cast<Result>(expression); } \
   };
-#include "runtime/interpreter/binary_ops.def"
+#include "runtime/interpreter/value_ops.def"
 #define PLC_LIBRARY_OP(Name, meaning, Out, inputs, expression) \
   struct Name {                                                \
     static Out of inputs noexcept { return expression; }       \
   };
 #include "runtime/interpreter/library_ops.def"
-template <class T>
-struct Same {
-  static T of(T a) noexcept { return a; }
-};
 }  // namespace value
 
 /// Words: the operand of the result, then those of the inputs. `at`: the place of an operand.

@@ -43,17 +43,8 @@ using Rows = std::array<ValueOp, static_cast<std::size_t>(ResolvedOp::kCount)>;
 Rows make_rows() {
   Rows rows{};
   const auto at = [&rows](ResolvedOp op) -> ValueOp& { return rows[static_cast<std::size_t>(op)]; };
-#define PLC_MOVE(Name, T) at(ResolvedOp::k##Name) = row<value::Same<T>>(1);
-  PLC_MOVE(MoveBool, std::uint8_t)
-  PLC_MOVE(Move8, std::uint8_t)
-  PLC_MOVE(Move16, std::uint16_t)
-  PLC_MOVE(Move32, std::uint32_t)
-  PLC_MOVE(Move64, std::uint64_t)
-  PLC_MOVE(MoveF32, std::uint32_t)
-  PLC_MOVE(MoveF64, std::uint64_t)
-  PLC_MOVE(MoveRef, std::uint64_t)
-#define PLC_BINARY_OP(Name, T, Result, expression) at(ResolvedOp::k##Name) = row<value::Name>(1);
-#include "runtime/interpreter/binary_ops.def"
+#define PLC_VALUE_OP(Name, Result, inputs, expression) at(ResolvedOp::k##Name) = row<value::Name>(1);
+#include "runtime/interpreter/value_ops.def"
 #define PLC_LIBRARY_OP(Name, meaning, Out, inputs, expression) at(ResolvedOp::k##Name) = row<value::Name>(kLibraryOut);
 #include "runtime/interpreter/library_ops.def"
   return rows;

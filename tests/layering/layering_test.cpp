@@ -240,6 +240,22 @@ TEST(Layering, EveryFolderHasARowInItsDocument) {
   }
 }
 
+TEST(Layering, FilesHaveAtMost600Lines) {
+  std::set<std::string> folders = {"tests", "examples"};
+  for (const auto& [folder, allowed] : kAllowed) {
+    if (folder.find('/') == std::string::npos) folders.insert(folder);
+  }
+  for (const std::string& folder : folders) {
+    for (const auto& entry : fs::recursive_directory_iterator(kRoot / folder)) {
+      if (!is_header(entry.path()) && entry.path().extension() != ".cpp") continue;
+      std::ifstream in(entry.path());
+      const auto lines = std::count(std::istreambuf_iterator<char>(in), {}, '\n');
+      EXPECT_LE(lines, 600) << fs::relative(entry.path(), kRoot)
+                            << ": move a part that has one job to a file of its own";
+    }
+  }
+}
+
 TEST(Layering, HeadersSayWhatTheyAre) {
   for (const auto& [folder, allowed] : kAllowed) {
     if (folder.find('/') != std::string::npos) continue;

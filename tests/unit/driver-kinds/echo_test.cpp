@@ -12,8 +12,10 @@
 #include "io-drivers/config/driver_type.h"
 #include "io-drivers/config/findings.h"
 #include "io-drivers/config/template.h"
-#include "io-drivers/machine/driver_types.h"
+#include "io-drivers/gpio/gpio_driver.h"
 #include "io-drivers/machine/machine.h"
+#include "io-drivers/modbus-client/modbus_driver.h"
+#include "io-drivers/simulated/simulated_device.h"
 #include "runtime/access.h"
 #include "runtime/memory/global_ports.h"
 #include "tests/support/image_builder.h"
@@ -131,14 +133,10 @@ constexpr DriverType kEchoType = {
 
 // ---- What everybody else makes of it.
 
-/// The kinds that PICARD comes with, and this one.
+/// Three that PICARD comes with, by name, so that a new one changes nothing here; and this one.
 DriverTypes types() {
-  static const std::vector<const DriverType*> all = [] {
-    std::vector<const DriverType*> known(driver_types().begin(), driver_types().end());
-    known.push_back(&kEchoType);
-    return known;
-  }();
-  return all;
+  static constexpr const DriverType* kAll[] = {&kGpioType, &kSimulatedType, &modbus_client::kModbusType, &kEchoType};
+  return kAll;
 }
 
 /// Out := In + 1, every millisecond.
@@ -256,7 +254,7 @@ std::string uncommented(const std::string& text) {
 
 TEST(ThirdKind, TheTemplateHasItsKeysAndChannels) {
   const auto resource = counter();
-  const DriverType* const only[] = {&kEchoType, types()[1]};
+  const DriverType* const only[] = {&kEchoType, &kSimulatedType};
   const std::string text = configuration_template(*resource, "p.st", only);
   for (const char* part :
        {"# echo: what is written is heard again. simulated: no device;", "#[drivers.cave]\n", "#kind = \"echo\"\n",

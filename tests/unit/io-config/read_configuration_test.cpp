@@ -183,7 +183,7 @@ TEST(ReadConfiguration, WindowsLineEndsAndByteOrderMark) {
 
 /// Every documented default, written out: it must change nothing. Also shows that the default has the key's type.
 TEST(Keys, DefaultsAreThoseOfTheStructures) {
-  std::string modbus = "[modbus]\n", guardian = "[guardian]\n", gpio, simulated, meter, input, output, range;
+  std::string modbus = "[modbus]\n", guardian = "[guardian]\n", drivers, input, output, range;
   std::string scheduler = "[scheduler]\n", task = "[tasks.T]\n", taskblocks = "[taskblocks]\n", project = "[project]\n",
               retain = "[retain]\n", engineering = "[engineering]\n",
               serial = "[modbus.serial]\npath = \"/dev/ttyS0\"\n";
@@ -191,8 +191,17 @@ TEST(Keys, DefaultsAreThoseOfTheStructures) {
     line += (line.empty() ? "" : ", ") + std::string(key.name) + " = " + std::string(key.fallback.toml);
   };
   const Keys keys(driver_types());
-  const DriverType* const gpio_type = driver_types()[0];
-  const DriverType* const meter_type = driver_types()[2];
+  // A driver of each kind, named like it.
+  for (const DriverType* type : driver_types()) {
+    const std::string name(type->name);
+    drivers += "[drivers." + name + "]\nkind = \"" + name + "\"\n";
+    for (const KeyInfo& key : keys.rows()) {
+      const bool has = key.table == TableId::kDriver && (key.kind == nullptr || key.kind == type) && key.name != "kind";
+      if (!has || key.fallback.kind == KeyDefault::Kind::kNothing) continue;
+      drivers += std::string(key.name) + " = " + std::string(key.fallback.toml) + "\n";
+    }
+  }
+  const DriverType* const gpio_type = &kGpioType;
   for (const KeyInfo& key : keys.rows()) {
     if (key.fallback.kind != KeyDefault::Kind::kValue) continue;
     const std::string line = std::string(key.name) + " = " + std::string(key.fallback.toml) + "\n";
@@ -207,19 +216,13 @@ TEST(Keys, DefaultsAreThoseOfTheStructures) {
     if (key.table == TableId::kRetain) retain += line;
     if (key.table == TableId::kEngineering) engineering += line;
     const bool of_gpio = key.kind == nullptr || key.kind == gpio_type;
-    if (key.table == TableId::kDriver && of_gpio) gpio += line;
-    const bool of_meter = key.kind == meter_type;
-    if (key.table == TableId::kDriver && key.kind != gpio_type && !of_meter) simulated += line;
-    if (key.table == TableId::kDriver && (key.kind == nullptr || of_meter)) meter += line;
     if (key.table == TableId::kChannel && of_gpio && (key.applies & kInputsOnly) != 0) entry(input, key);
     if (key.table == TableId::kChannel && of_gpio && (key.applies & kOutputsOnly) != 0) entry(output, key);
   }
-  const Configuration c = good(
-      "[drivers.g]\nkind = \"gpio\"\nchip = \"c\"\n" + gpio + "[drivers.s]\nkind = \"simulated\"\n" + simulated +
-      "[drivers.m]\nkind = \"modbus\"\nbus = \"10.0.0.5\"\n" + meter + "[inputs]\nX = { driver = \"g\", channel = 1, " +
-      input + " }\n[outputs]\nY = { driver = \"g\", channel = 2, " + output + " }\n" + modbus + serial +
-      "[[modbus.range]]\ntable = \"holding-registers\"\n" + range + guardian + scheduler + taskblocks + project +
-      retain + engineering + task);
+  const Configuration c = good(drivers + "[inputs]\nX = { driver = \"gpio\", channel = 1, " + input +
+                               " }\n[outputs]\nY = { driver = \"gpio\", channel = 2, " + output + " }\n" + modbus +
+                               serial + "[[modbus.range]]\ntable = \"holding-registers\"\n" + range + guardian +
+                               scheduler + taskblocks + project + retain + engineering + task);
   const EngineeringConfig server;
   EXPECT_EQ(c.engineering.enabled, server.enabled);
   EXPECT_EQ(c.engineering.address, server.address);
@@ -232,7 +235,7 @@ TEST(Keys, DefaultsAreThoseOfTheStructures) {
   EXPECT_TRUE(c.taskblocks.libraries.empty());
   EXPECT_TRUE(c.project.libraries.empty());
   const DriverConfig driver;
-  ASSERT_EQ(c.drivers.size(), 3u);
+  ASSERT_EQ(c.drivers.size(), driver_types().size());
   for (const DriverConfig& d : c.drivers) {
     EXPECT_EQ(d.task.text, driver.task.text);
     EXPECT_EQ(d.on_loss, driver.on_loss);

@@ -97,7 +97,7 @@ TEST(Template, UncommentedItConnectsEverything) {
   const Checked checked(text, *resource);
   ASSERT_TRUE(checked.binding.has_value()) << checked.problems << text;
   EXPECT_EQ(checked.problems, "") << "every output is mapped";
-  ASSERT_EQ(checked.binding->drivers.size(), 3u);
+  ASSERT_EQ(checked.binding->drivers.size(), driver_types().size());
   EXPECT_EQ(checked.configuration->drivers[0].task.text, "Task \"A\"");
   EXPECT_EQ(checked.configuration->drivers[0].type->name, "gpio");
   EXPECT_EQ(checked.configuration->drivers[1].type->name, "simulated");
