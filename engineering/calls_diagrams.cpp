@@ -26,7 +26,7 @@ constexpr std::int64_t kMostSide = 8192;
 constexpr std::size_t kMostPieces = 5000;
 
 void refuse_without(Answer& answer) {
-  answer.refuse({Code::P7720, "the image that runs has no drawings",
+  answer.refuse({Code::P7740, "the image that runs has no drawings",
                  "start plc-run with the project, or compile with plc compile --drawings"});
 }
 void refuse_unknown(Answer& answer, const std::string& pou) {

@@ -64,7 +64,7 @@ bool find_asked(Context& context, const Json& request, Answer& answer, Asked& as
   Diagrams& diagrams = context.drawn->diagrams;
   asked.book = diagrams.book();
   if (!asked.book) {
-    answer.refuse({Code::P7720, "the image that runs has no drawings",
+    answer.refuse({Code::P7740, "the image that runs has no drawings",
                    "start plc-run with the project, or compile with plc compile --drawings"});
     return false;
   }
@@ -81,7 +81,7 @@ bool find_asked(Context& context, const Json& request, Answer& answer, Asked& as
   if (request.contains("recording")) {
     asked.view = context.drawn->past.find(request["recording"].get<std::uint64_t>(), context.clock.now_ns());
     if (asked.view == nullptr)
-      answer.refuse(404, Code::P7720, "this recording is not kept any more", "recording", "stop the time again");
+      answer.refuse(404, Code::P7741, "this recording is not kept any more", "recording", "stop the time again");
     return asked.view != nullptr;
   }
   if (context.shadow == nullptr) return refuse_without_recording(answer), false;
@@ -101,7 +101,7 @@ std::optional<std::uint64_t> scan_of(const Json& request, const Asked& asked) {
 }
 
 void refuse_scan(Answer& answer) {
-  answer.refuse(404, Code::P7720, "the recording has no such scan of this task", "scan");
+  answer.refuse(404, Code::P7741, "the recording has no such scan of this task", "scan");
 }
 
 constexpr Field kFlowRequest[] = {
@@ -215,7 +215,7 @@ void why(Context& context, const Caller&, const Json& request, Answer& answer) {
                                       asked.instance.at, request["name"].get<std::string>(), kCauseLimit);
   if (links.empty()) {
     return answer.refuse(
-        {Code::P7102, "this is no BOOL that has a name here", "ask for the variable of a contact or coil"}, "name");
+        {Code::P7742, "this is no BOOL that has a name here", "ask for the variable of a contact or coil"}, "name");
   }
   answer.body()["recording"] = asked.view->number;
   Json& all = answer.body()["links"] = Json::array();

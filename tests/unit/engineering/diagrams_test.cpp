@@ -89,7 +89,7 @@ TEST(Diagrams, AreListedWithTheirInstances) {
 TEST(Diagrams, WithoutDrawingsSaySo) {
   EngineeringRig rig;
   EXPECT_EQ(body_of(rig.get("/api/diagrams"))["pous"].size(), 0u);
-  EXPECT_EQ(body_of(rig.get("/api/diagrams/sheet?pou=Main"))["code"], "P7720");
+  EXPECT_EQ(body_of(rig.get("/api/diagrams/sheet?pou=Main"))["code"], "P7740");
   EXPECT_EQ(body_of(rig.post("/api/diagrams/past", Json::object(), "viewer"))["code"], "P7720");
 }
 
@@ -307,14 +307,14 @@ TEST(PastFlow, GivesAnyScanAndStepsBack) {
   // The plant goes on; the recording does not.
   p.scans(10);
   EXPECT_EQ(body_of(flow(Json::object()))["scan"], last);
-  EXPECT_EQ(body_of(flow({{"recording", 9}}))["code"], "P7720");
+  EXPECT_EQ(body_of(flow({{"recording", 9}}))["code"], "P7741");
   EXPECT_EQ(body_of(flow({{"instance", "Nobody"}}))["code"], "P7101");
   // Three are kept.
   for (int i = 2; i <= 4; ++i) {
     p.rig.clock.sleep_until_ns(p.rig.clock.now_ns() + 3'000'000'000);
     EXPECT_EQ(body_of(p.rig.post("/api/diagrams/past", Json::object(), "viewer"))["recording"], i);
   }
-  EXPECT_EQ(body_of(flow(Json::object()))["code"], "P7720");
+  EXPECT_EQ(body_of(flow(Json::object()))["code"], "P7741");
   EXPECT_EQ(body_of(flow({{"recording", 2}})).value("scan", 0), last + 10);
 }
 
@@ -337,7 +337,7 @@ TEST(PastFlow, SaysWhyACoilIsOff) {
   EXPECT_EQ(why["links"][2]["instance"], "Sequence");
   EXPECT_EQ(why["links"][3]["kind"], "outside");
   const Json number = {{"pou", "Station"}, {"name", "Level"}};
-  EXPECT_EQ(body_of(p.rig.post("/api/diagrams/why", number, "viewer"))["code"], "P7102");
+  EXPECT_EQ(body_of(p.rig.post("/api/diagrams/why", number, "viewer"))["code"], "P7742");
 }
 
 }  // namespace
