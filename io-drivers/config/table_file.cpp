@@ -12,8 +12,8 @@
 #include "core/duration.h"
 #include "core/guess.h"
 #include "core/text.h"
-#include "io-drivers/config/findings.h"
 #include "core/toml_limits.h"
+#include "io-drivers/config/findings.h"
 
 namespace plc::io {
 namespace {
@@ -172,10 +172,10 @@ std::vector<ReadTable> read_table_file(std::string_view text, std::string_view f
                                        core::Diagnostics& diagnostics) {
   SourceRef at;
   at.file = diagnostics.add_file(std::string(file));
-  if (const auto unsafe = find_unsafe(text)) {
+  if (const auto unsafe = core::find_unsafe(text)) {
     at.line = unsafe->line;
     at.column = unsafe->column;
-    const bool deep = unsafe->kind == TextProblem::Kind::kTooDeep;
+    const bool deep = unsafe->kind == core::TextProblem::Kind::kTooDeep;
     diagnostics.report(deep ? Code::P7302 : Code::P7301, at, {},
                        deep ? "nested too deep" : "a character that may be in quotes or comments only",
                        deep ? "" : "texts are written in quotes");
@@ -201,12 +201,11 @@ std::optional<std::string> table_file_text(const std::string& path, core::Diagno
   std::string text;
   if (in) text.assign(std::istreambuf_iterator<char>(in), {});
   SourceRef at;
-  if (!in.bad() && in && text.size() <= kMaxConfigurationBytes) return text;
+  if (!in.bad() && in && text.size() <= core::kMaxTomlBytes) return text;
   at.file = diagnostics.add_file(path);
-  diagnostics.report(text.size() > kMaxConfigurationBytes ? Code::P7302 : Code::P7001, at, {},
-                     text.size() > kMaxConfigurationBytes
-                         ? fmt::format("file has more than {} bytes", kMaxConfigurationBytes)
-                         : fmt::format("cannot be read: {}", std::strerror(errno)));
+  diagnostics.report(text.size() > core::kMaxTomlBytes ? Code::P7302 : Code::P7001, at, {},
+                     text.size() > core::kMaxTomlBytes ? fmt::format("file has more than {} bytes", core::kMaxTomlBytes)
+                                                       : fmt::format("cannot be read: {}", std::strerror(errno)));
   return std::nullopt;
 }
 
