@@ -33,8 +33,9 @@ struct GuardianOptions {
   core::TimeNs stop_timeout_ns = 5'000'000'000;    ///< for an orderly stop
   /// Tasks that serve outputs at regular intervals. Those that wait for an event may be still for good reason.
   std::vector<WatchedTask> watched;
-  /// Called when the runtime has ended and outputs are safe, with the code that the guardian is about to exit with: the
-  /// place to become another program (plc-run starts anew by it). Single-threaded; signals are blocked.
+  /// Called when the runtime has ended, by itself, and outputs are safe, with the code that the guardian is about to
+  /// exit with: the place to become another program (plc-run starts anew by it). Not after a signal to stop.
+  /// Single-threaded; signals are blocked.
   std::function<void(int code)> ended = {};
 };
 

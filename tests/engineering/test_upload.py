@@ -3,6 +3,7 @@
 usage: test_upload.py PLC PLC_RUN TANK MODULE_FOLDER [unittest arguments]
 """
 
+import glob
 import hashlib
 import http.client
 import os
@@ -143,6 +144,10 @@ class Plant:
             time.sleep(0.05)
         raise AssertionError(f"{program}\n{self.text()}")
 
+    def crashes(self):
+        """What was saved of processes that died."""
+        return glob.glob(self.folder + "/state/records/crash-*.rec")
+
     def upload_and_start(self, image, kind="warm"):
         with self.client() as plc:
             plc.program_upload(image)
@@ -222,6 +227,7 @@ class Switches(WithFolder):
                 break
             time.sleep(0.05)
         self.assertEqual(len(files), 2, f"chosen.json and the image that runs: {files}")
+        self.assertEqual(self.plant.crashes(), [], "a start by a call is a good end of what ran")
 
     def test_sessions_and_who_follows_the_log_stay(self):
         self.versions_of_the_tank()
@@ -257,6 +263,7 @@ class Switches(WithFolder):
             seen["new" if now["image"] == hash_of(self.new) else "old"] += 1
             image = self.old if now["image"] == hash_of(self.new) else self.new
         print(f"{KILLS} kills: {seen}")
+        self.assertGreater(len(self.plant.crashes()), 0, "what led to a kill is saved")
 
     def test_a_file_that_has_changed_counts_at_the_next_start(self):
         self.versions_of_the_tank()
@@ -455,6 +462,7 @@ poll = "20ms"
         self.assertIsNone(self.plant.process.poll())
         self.assertEqual(self.plant.process.pid, before)
         self.assertGreater(self.scans(), retained, "a warm start")
+        self.assertEqual(self.plant.crashes(), [], "the runtime of a guardian ends well, too")
         with self.plant.client() as plc:
             plc.program_start(kind="cold")
         self.plant.wait_until(lambda p: p["state"] == "trial" or p["state"] == "runs")
@@ -474,6 +482,19 @@ poll = "20ms"
         self.wait_for_coils(True, True)
         self.assertEqual(self.plant.stop(), 0)
         self.assertEqual(self.device.coils[:2], [False, True])
+
+    def test_a_signal_ends_it_in_the_middle_of_a_start(self):
+        chance = random.Random(1)
+        for i in range(20):
+            pause = chance.uniform(0.03, 0.3)  # the wish is taken after 0.05 s
+            with self.plant.client() as plc:
+                plc.program_start()
+            time.sleep(pause)
+            self.plant.process.send_signal(signal.SIGTERM)
+            self.assertIn(self.plant.process.wait(20), (0, -signal.SIGTERM), f"after {pause} s\n{self.plant.text()}")
+            self.assertEqual(self.device.coils[:2], [False, True], f"after {pause} s")
+            self.plant.start()
+            self.wait_for_coils(True, True)
 
     def test_a_runtime_that_dies_in_the_first_second_is_left(self):
         self.plant.upload_and_start(self.other)

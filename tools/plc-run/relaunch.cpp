@@ -18,6 +18,7 @@
 #include <new>
 
 #include "tools/cli.h"
+#include "tools/plc-run/signals.h"
 
 namespace plc::tools {
 namespace {
@@ -57,6 +58,9 @@ void Relaunch::begin(int argc, char** argv) {
       ::close(file);
     }
     ::unsetenv(kVariable);
+    sigset_t none;
+    sigemptyset(&none);
+    ::sigprocmask(SIG_SETMASK, &none, nullptr);
   }
   text_ = ::memfd_create("picard-relaunch", MFD_CLOEXEC);
   void* const shared =
@@ -85,6 +89,7 @@ int Relaunch::end(int code) const {
   // A runtime with a guardian is its child: that one starts anew, when nothing of this process holds a device any more.
   if (code != kExitRelaunch || ::getpid() != first_process_) return code;
   execute();
+  if (signal_to_stop() != 0) return kExitOk;
   complain("plc-run", fmt::format("cannot be started anew: {}", std::strerror(errno)));
   return kExitErrors;
 }
@@ -98,16 +103,18 @@ std::string Relaunch::own_path() {
   return std::filesystem::read_symlink("/proc/self/exe", ignored).string();
 }
 
-/// Returns when it fails.
+/// Returns when it fails, or a signal wants an end.
 void Relaunch::execute() const {
+  // One that comes from now on waits for the next process, which it ends.
+  sigset_t all;
+  sigfillset(&all);
+  ::sigprocmask(SIG_SETMASK, &all, nullptr);
+  if (signal_to_stop() != 0) return;
   // What a process leaves to the program that it becomes: back to how it was.
   sched_param before{};
   before.sched_priority = priority_;
   ::sched_setscheduler(0, policy_, &before);
   if (!oom_score_.empty()) std::ofstream(kOomScore) << oom_score_;
-  sigset_t none;
-  sigemptyset(&none);
-  ::sigprocmask(SIG_SETMASK, &none, nullptr);
   if (text_ >= 0) {
     ::fcntl(text_, F_SETFD, 0);
     ::setenv(kVariable, std::to_string(text_).c_str(), 1);
