@@ -25,7 +25,7 @@ export class Courses {
   }
 
   /** Time of the oldest sample; Infinity without one. */
-  get begin(): number {
+  get oldest(): number {
     return this.used === 0 ? Infinity : (this.times[(this.next + mostSamples - this.used) % mostSamples] ?? Infinity);
   }
 
@@ -44,7 +44,7 @@ export class Courses {
   }
 
   /** Begins with values that are known already: frames have what changes. */
-  begin(time: number, known: ReadonlyMap<string, { shape: LayoutValue; raw: Raw }>): void {
+  beginWith(time: number, known: ReadonlyMap<string, { shape: LayoutValue; raw: Raw }>): void {
     for (const one of this.series) {
       const value = known.get(one.path);
       if (value === undefined || !isDrawable(value.shape)) continue;

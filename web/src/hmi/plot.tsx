@@ -23,7 +23,7 @@ export function Plot(properties: { element: HmiElement; values: LiveValues }): J
       const { shape, raw } = values.hold(path).peek();
       if (shape !== undefined && raw !== undefined) known.set(path, { shape, raw });
     }
-    if (known.size !== 0) made.begin(values.now(), known);
+    if (known.size !== 0) made.beginWith(values.now(), known);
     setCourses(made);
     setForms(made.series.map((one) => one.shape?.form ?? "").join());
     const end = values.onFrame((frame, layout) => {

@@ -5,7 +5,7 @@ import type { Courses } from "../course";
 import { PastCourses } from "../history";
 import { keeper, periods } from "../course_keeper";
 import { LiveValues, useLive } from "../live";
-import { ask, plc, problemOf, usePolled, type Problem } from "../plc";
+import { plc, problemOf, usePolled, type Problem } from "../plc";
 import { link, route } from "../route";
 import { useSignal } from "../signals";
 import { texts } from "../texts";
@@ -146,7 +146,7 @@ export function TrendsPage(): JSX.Element {
     setView({ ...view, fixed: { from: from + by, to: to + by }, moved: true });
   };
   // What began before the page was opened only the historian knows.
-  const isPast = paths.some((path) => kept.includes(path)) && (view.fixed === undefined ? view.span > longestLive : view.moved === true && view.fixed.from < courses.begin - 1);
+  const isPast = paths.some((path) => kept.includes(path)) && (view.fixed === undefined ? view.span > longestLive : view.moved === true && view.fixed.from < courses.oldest - 1);
   const byScan = view.byScan && !isPast;
   const past = useMemo(
     () =>
