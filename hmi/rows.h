@@ -40,6 +40,7 @@ enum class Kind : std::uint8_t {
   kMotor,
   kPipe,
   kPlot,
+  kAlarms,
   kText,
   kPicture,
   kLink,
@@ -60,6 +61,7 @@ inline constexpr KindRow kKinds[] = {
     {"motor", 2, 2, Use::kShows, "A BOOL, or a number other than zero, as a running motor"},
     {"pipe", 4, 1, Use::kNone, "A pipe; with a variable: filled while that is TRUE or not zero"},
     {"plot", 8, 5, Use::kShows, "The courses of numbers and BOOLs"},
+    {"alarms", 10, 5, Use::kNone, "Alarms that are not in their normal state, and buttons to acknowledge them"},
     {"text", 5, 1, Use::kNone, "A text; with a variable: its value after the text"},
     {"picture", 6, 4, Use::kNone, "A picture from the folder of the project"},
     {"link", 4, 2, Use::kNone, "Goes to another page"},
@@ -96,7 +98,7 @@ inline constexpr std::uint32_t kBound = kStates | kScaled | bit(Kind::kButton);
 
 /// In the order in which they are written.
 inline constexpr KeyRow kKeys[] = {
-    {"label", KeyType::kText, kBound | bits(Kind::kPlot, Kind::kPicture, Kind::kLink), bit(Kind::kPicture),
+    {"label", KeyType::kText, kBound | bits(Kind::kPlot, Kind::kAlarms, Kind::kPicture, Kind::kLink), bit(Kind::kPicture),
      "What it is called; without: the last part of the variable's path"},
     {"text", KeyType::kText, bit(Kind::kText), 0, "What it says"},
     {"variable", KeyType::kText, kBound | bits(Kind::kPipe, Kind::kText), kBound,
@@ -117,6 +119,7 @@ inline constexpr KeyRow kKeys[] = {
     {"colour", KeyType::kText, bits(Kind::kLamp, Kind::kBar, Kind::kTank, Kind::kPipe), 0,
      "Colour when it is on or full", "green|blue|yellow|red|grey"},
     {"seconds", KeyType::kNumber, bit(Kind::kPlot), 0, "How much is shown; without: 60"},
+    {"class", KeyType::kText, bit(Kind::kAlarms), 0, "Alarms of this class alone; without: all"},
     {"file", KeyType::kText, bit(Kind::kPicture), bit(Kind::kPicture),
      "Name of a file beside pages.toml: .png, .jpg, .gif, .webp or .svg"},
     {"page", KeyType::kText, bit(Kind::kLink), bit(Kind::kLink), "Name of the page it goes to"},

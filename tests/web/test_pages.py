@@ -230,6 +230,12 @@ class Tank(WithBrowser):
         b.go("alarms")
         b.wait("its row", lambda: [r for r in b.find("tbody tr") if "TempHigh" in r.text and "not acknowledged" in r.text])
         self.shot("alarm")
+        # On an HMI page, too.
+        b.go("panel")
+        b.wait("its line", lambda: "Temperature is too high" in b.one(".hmi-alarms").text)
+        self.shot("alarm-panel")
+        b.wait("its button", lambda: b.find(".hmi-alarms [aria-label='Acknowledge TempHigh']"))
+        b.go("alarms")
         b.wait("its button", lambda: b.find("[aria-label='Acknowledge TempHigh']"))[0].click()
         b.enter("Comment", "<i>mixer</i> is being changed")
         b.button("Acknowledge").click()

@@ -72,6 +72,15 @@ variables = ["Level", "Temperature"]
 seconds = 120
 
 [[page.element]]
+kind = "alarms"
+x = 10
+y = 8
+width = 10
+height = 5
+label = "Mixing"
+class = "process"
+
+[[page.element]]
 kind = "link"
 x = 20
 y = 0
@@ -123,7 +132,7 @@ TEST(Document, HasWhatTheTextSays) {
   ASSERT_EQ(document.pages.size(), 2u);
   const Page& page = document.pages[0];
   EXPECT_EQ(page.title, "Mixing \"station\"\tA");
-  ASSERT_EQ(page.elements.size(), 6u);
+  ASSERT_EQ(page.elements.size(), 7u);
   EXPECT_EQ(page.elements[0].kind, Kind::kTank);
   EXPECT_EQ(page.elements[0].number(key("low")), -0.5);
   EXPECT_EQ(page.elements[0].text(key("label")), "Tank ä");

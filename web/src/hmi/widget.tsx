@@ -5,6 +5,7 @@ import { may } from "../plc";
 import { link } from "../route";
 import { texts } from "../texts";
 import { clipped } from "../values";
+import { AlarmList } from "./alarm_list";
 import { Button, NumberEntry, Slider, Switch } from "./controls";
 import type { HmiElement } from "./document";
 import { Plot } from "./plot";
@@ -41,6 +42,8 @@ export function Widget(properties: { element: HmiElement; values: LiveValues }):
       return <Pipe {...both} />;
     case "plot":
       return <Plot element={element} values={values} />;
+    case "alarms":
+      return <AlarmList element={element} />;
     case "text":
       return <Text {...both} />;
     case "picture":

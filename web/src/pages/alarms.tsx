@@ -12,11 +12,11 @@ import { AcknowledgeDialog, AlarmDialog } from "./alarm_dialogs";
 const t = texts.alarms;
 const mostEvents = 100;
 
-function isUnacked(alarm: Alarm): boolean {
+export function isUnacked(alarm: Alarm): boolean {
   return alarm.state === "unacked active" || alarm.state === "unacked returned";
 }
 
-function StateOf(properties: { alarm: Alarm }): JSX.Element {
+export function StateOf(properties: { alarm: Alarm }): JSX.Element {
   const { alarm } = properties;
   const urgent = alarm.priority === "high" || alarm.priority === "critical";
   const kind = alarm.state === "normal" ? "good" : isUnacked(alarm) ? (urgent ? "bad" : "warning") : alarm.state === "acked active" ? "warning" : "plain";
@@ -52,7 +52,7 @@ function Present(): JSX.Element {
     >
       <div class="tools">
         <label class="check">
-          <input type="checkbox" checked={all} onChange={(event) => { setAll(event.currentTarget.checked); polled.again(); }} /> {t.all}
+          <input type="checkbox" checked={all} onChange={(event) => { setAll(event.currentTarget.checked); setTimeout(polled.again, 0); }} /> {t.all}
         </label>
       </div>
       <ProblemBox problem={polled.problem} />
