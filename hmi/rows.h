@@ -98,8 +98,8 @@ inline constexpr std::uint32_t kBound = kStates | kScaled | bit(Kind::kButton);
 
 /// In the order in which they are written.
 inline constexpr KeyRow kKeys[] = {
-    {"label", KeyType::kText, kBound | bits(Kind::kPlot, Kind::kAlarms, Kind::kPicture, Kind::kLink), bit(Kind::kPicture),
-     "What it is called; without: the last part of the variable's path"},
+    {"label", KeyType::kText, kBound | bits(Kind::kPlot, Kind::kAlarms, Kind::kPicture, Kind::kLink),
+     bit(Kind::kPicture), "What it is called; without: the last part of the variable's path"},
     {"text", KeyType::kText, bit(Kind::kText), 0, "What it says"},
     {"variable", KeyType::kText, kBound | bits(Kind::kPipe, Kind::kText), kBound,
      "Path of the variable: \"Level\", \"GVL.Setpoint\", \"%IX0.0\""},
