@@ -1,13 +1,13 @@
 #include "io-drivers/config/table_file.h"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 #include <toml++/toml.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <iterator>
 
 #include "core/duration.h"
 #include "core/guess.h"
@@ -196,17 +196,27 @@ std::vector<ReadTable> read_table_file(std::string_view text, std::string_view f
 }
 
 std::optional<std::string> table_file_text(const std::string& path, core::Diagnostics& diagnostics) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in && errno == ENOENT) return std::nullopt;
-  std::string text;
-  if (in) text.assign(std::istreambuf_iterator<char>(in), {});
   SourceRef at;
-  if (!in.bad() && in && text.size() <= core::kMaxTomlBytes) return text;
-  at.file = diagnostics.add_file(path);
-  diagnostics.report(text.size() > core::kMaxTomlBytes ? Code::P7302 : Code::P7001, at, {},
-                     text.size() > core::kMaxTomlBytes ? fmt::format("file has more than {} bytes", core::kMaxTomlBytes)
-                                                       : fmt::format("cannot be read: {}", std::strerror(errno)));
-  return std::nullopt;
+  const auto refuse = [&](Code code, const std::string& why) {
+    at.file = diagnostics.add_file(path);
+    diagnostics.report(code, at, {}, why);
+    return std::nullopt;
+  };
+  // A pipe or a device is not opened: that may block, or never come to an end.
+  struct stat status {};
+  if (::stat(path.c_str(), &status) != 0) {
+    if (errno == ENOENT) return std::nullopt;
+    return refuse(Code::P7001, fmt::format("cannot be read: {}", std::strerror(errno)));
+  }
+  if (!S_ISREG(status.st_mode)) return refuse(Code::P7001, "is no file");
+  if (static_cast<std::size_t>(status.st_size) > core::kMaxTomlBytes)
+    return refuse(Code::P7302, fmt::format("file has more than {} bytes", core::kMaxTomlBytes));
+  std::ifstream in(path, std::ios::binary);
+  if (!in) return refuse(Code::P7001, fmt::format("cannot be read: {}", std::strerror(errno)));
+  std::string text(static_cast<std::size_t>(status.st_size), '\0');
+  in.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(in.gcount()));
+  return text;
 }
 
 }  // namespace plc::io

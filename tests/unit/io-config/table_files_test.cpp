@@ -1,14 +1,20 @@
 // alarms.toml and historian.toml: what they say, and each thing that may be wrong with its place.
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
+#include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <vector>
 
+#include "core/toml_limits.h"
 #include "io-drivers/config/read_alarms.h"
 #include "io-drivers/config/read_historian.h"
+#include "io-drivers/config/table_file.h"
 
 namespace plc::test {
 namespace {
@@ -107,6 +113,29 @@ TEST(AlarmFile, HasItsKeysInTheGuide) {
   const std::string guide{std::istreambuf_iterator<char>(in), {}};
   for (const io::KeyInfo& key : io::alarm_keys())
     EXPECT_NE(guide.find("`" + std::string(key.name) + "`"), std::string::npos) << key.name;
+}
+
+TEST(TableFile, IsReadWhereThereIsOne) {
+  const std::string folder = testing::TempDir() + "table-file-" + std::to_string(::getpid());
+  std::filesystem::create_directories(folder + "/folder.toml");
+  std::ofstream(folder + "/good.toml") << "[historian]\n";
+  std::ofstream(folder + "/large.toml") << std::string(core::kMaxTomlBytes + 1, '#');
+  ASSERT_EQ(::mkfifo((folder + "/pipe.toml").c_str(), 0600), 0);
+  const auto found = [&](const char* name, std::optional<std::string>& text) {
+    core::Diagnostics diagnostics;
+    text = io::table_file_text(folder + name, diagnostics);
+    return diagnostics.all().empty() ? std::string() : std::string(core::info(diagnostics.all().front().code).name);
+  };
+  std::optional<std::string> text;
+  EXPECT_EQ(found("/good.toml", text), "");
+  EXPECT_EQ(text, "[historian]\n");
+  EXPECT_EQ(found("/none.toml", text), "");
+  EXPECT_FALSE(text);
+  EXPECT_EQ(found("/folder.toml", text), "P7001");
+  EXPECT_EQ(found("/pipe.toml", text), "P7001");
+  EXPECT_EQ(found("/large.toml", text), "P7302");
+  EXPECT_FALSE(text);
+  std::filesystem::remove_all(folder);
 }
 
 TEST(HistorianFile, SaysWhatIsKept) {
