@@ -61,6 +61,7 @@ class Search {
     return type.kind == bytecode::TypeKind::kScalar && type.elementary == core::TypeId::kBool && type.size == 1;
   }
   std::optional<Change> last_change(const Asked& asked);
+  std::optional<bool> value_after(const Place& place, std::uint32_t task, std::uint64_t scan);
   const Flow* flow(std::uint32_t task, std::uint64_t scan, const runtime::ProbedPou& view);
   std::optional<bool> written_by(const Writer& writer, const Flow& flow) const;
   CauseLink& link(Kind kind, const Asked& asked, const std::optional<Change>& change);
@@ -101,6 +102,12 @@ std::optional<Change> Search::last_change(const Asked& asked) {
     end_ns = blocks[block - 1].first_ns - 1;
   }
   return {};
+}
+
+std::optional<bool> Search::value_after(const Place& place, std::uint32_t task, std::uint64_t scan) {
+  std::optional<bool> value;
+  past_.look(task, scan, {}, [&](const runtime::RecordHead&) { value = bool_at(place); });
+  return value;
 }
 
 const Flow* Search::flow(std::uint32_t task, std::uint64_t scan, const runtime::ProbedPou& view) {
@@ -231,9 +238,10 @@ bool Search::step(Asked& asked, PouInstance& instance) {
   const bool rail = at.kind == core::ElementKind::kLeftRail;
   const std::string& name = end->variable.empty() ? end->output : end->variable;
   const auto next = name.empty() ? std::nullopt : place_in(past_.resource(), found->instance.path, name);
+  if (!end->value && next && is_bool(*next)) end->value = value_after(*next, task, scan);
   CauseLink& made = link(rail ? Kind::kRail : end->variable.empty() ? Kind::kBlock : Kind::kContact, asked, change);
   place_link(made, *found, end->element);
-  made.variable = end->variable.empty() ? at.text : end->variable;
+  made.variable = !end->variable.empty() ? end->variable : at.instance.empty() ? at.text : at.instance;
   if (end->value) made.value = *end->value;
   if (!next || !is_bool(*next) || !end->value) return false;
   if (end->variable.empty()) {

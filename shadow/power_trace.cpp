@@ -106,7 +106,15 @@ PowerTrace::End PowerTrace::from(std::uint32_t element, std::uint32_t pin) {
     const bool named =
         e.kind == ElementKind::kContact || e.kind == ElementKind::kInVariable || e.kind == ElementKind::kInOutVariable;
     auto value = now_.power(bytecode::key_of(0, e));
-    if (!value) value = now(*source);
+    // A contact shows whether it conducts.
+    if (e.kind == ElementKind::kContact && value) {
+      if (e.modifiers.edge != bytecode::DrawnEdge::kNone)
+        value.reset();
+      else
+        value = *value != e.modifiers.negated;
+    } else if (!value) {
+      value = now(*source);
+    }
     const std::string& output = e.pins[source->second].name;
     return {source->first, named ? e.text : std::string(),
             e.instance.empty() || output.empty() ? std::string() : e.instance + "." + output, value};

@@ -24,6 +24,11 @@ using bytecode::DrawnKey;
 using bytecode::DrawnSide;
 using core::ElementKind;
 
+/// As drawings have it of a pin without a key.
+constexpr std::uint16_t kNoPin = 0xffff;
+/// More pins than any block of the library and the cases has.
+constexpr std::uint16_t kMostAdded = 64;
+
 std::set<DrawnKey> places_of(const DrawnBody& body) {
   std::set<DrawnKey> places;
   for (const DrawnElement& e : body.elements) {
@@ -33,16 +38,31 @@ std::set<DrawnKey> places_of(const DrawnBody& body) {
       places.insert(key);
     }
     for (const bytecode::DrawnPin& pin : e.pins) places.insert(bytecode::key_of(0, e, pin));
+    // Pins that the compiler adds to a block follow those that are drawn.
+    for (const DrawnSide side : {DrawnSide::kInput, DrawnSide::kOutput}) {
+      if (e.kind != ElementKind::kBlock) break;
+      DrawnKey key = bytecode::key_of(0, e);
+      key.side = side;
+      for (const bytecode::DrawnPin& pin : e.pins) {
+        const bool counts = pin.output == (side == DrawnSide::kOutput) && pin.pin != kNoPin;
+        if (counts) key.pin = std::max<std::uint16_t>(key.pin, static_cast<std::uint16_t>(pin.pin + 1));
+      }
+      for (const std::uint16_t end = key.pin + kMostAdded; key.pin < end; ++key.pin) places.insert(key);
+    }
     for (std::size_t a = 0; a < e.actions.size(); ++a) places.insert(bytecode::key_of(0, e, a));
   }
   for (const bytecode::DrawnStatement& statement : body.statements) places.insert(bytecode::key_of(0, statement));
   return places;
 }
 
-/// Elements that always show something: a step is active or not, a transition fires or not, a contact has a variable.
-bool shows_itself(ElementKind kind) {
-  return kind == ElementKind::kStep || kind == ElementKind::kTransition || kind == ElementKind::kContact ||
-         kind == ElementKind::kCoil;
+/// Elements that always show something: a step is active or not, a transition fires or not, a contact conducts or not.
+/// To a coil and a contact a wire has to lead.
+bool shows_itself(const DrawnBody& body, std::uint32_t element) {
+  const ElementKind kind = body.elements[element].kind;
+  if (kind != ElementKind::kContact && kind != ElementKind::kCoil)
+    return kind == ElementKind::kStep || kind == ElementKind::kTransition;
+  return std::any_of(body.wires.begin(), body.wires.end(),
+                     [element](const bytecode::DrawnWire& wire) { return wire.to == element; });
 }
 
 struct Joined {
@@ -71,13 +91,18 @@ void join(const fs::path& path, Joined& joined) {
     const auto of_pou = bodies.find(image.pous[p].name);
     if (of_pou == bodies.end()) continue;  // a block of the library
     std::set<DrawnKey> places;
-    for (const DrawnBody* const body : of_pou->second) places.merge(places_of(*body));
+    bool is_st = true;
+    for (const DrawnBody* const body : of_pou->second) {
+      places.merge(places_of(*body));
+      is_st = is_st && body->language == bytecode::DrawnLanguage::kSt;
+    }
     std::set<DrawnKey> probed;
     for (const bytecode::ProbePoint& point : image.probes[p].points) {
       ++joined.probes;
       probed.insert(point.key);
-      // Names and expressions in texts, also those at pins and in EXECUTE boxes, are places by themselves.
-      if (point.key.local_id == -1 && point.key.side == DrawnSide::kOutput) {
+      // Names and expressions in texts, also those at pins and in EXECUTE boxes, are places by themselves; so are the
+      // statements of such a box, and those that an instruction of IL becomes. Of ST each statement is listed.
+      if (point.key.local_id == -1 && (point.key.side == DrawnSide::kOutput || !is_st)) {
         ++joined.of_texts;
       } else if (places.count(point.key) == 0) {
         joined.lost.push_back(place_text(path.string(), image.pous[p].name, point.key));
@@ -85,10 +110,10 @@ void join(const fs::path& path, Joined& joined) {
     }
     if (probed.empty()) continue;  // nothing calls it
     for (const DrawnBody* const body : of_pou->second) {
-      for (const DrawnElement& e : body->elements) {
-        if (!shows_itself(e.kind)) continue;
+      for (std::uint32_t e = 0; e < body->elements.size(); ++e) {
+        if (!shows_itself(*body, e)) continue;
         ++joined.elements;
-        const DrawnKey key = bytecode::key_of(0, e);
+        const DrawnKey key = bytecode::key_of(0, body->elements[e]);
         if (probed.count(key) == 0) joined.lost.push_back("no probe: " + place_text(path.string(), body->name, key));
       }
     }
@@ -154,24 +179,23 @@ TEST(DrawnProbes, BehindEnThatIsFalseNothingRan) {
   Looked looked(ProjectFile{source_root() / "tests/cases/fbd/a-function-under-en-gives-its-default/project.xml"});
   shadow::ProbeView view = looked.look_at("Logic");
   ASSERT_TRUE(view.any());
-  looked.set("Logic.N", "7");
-  looked.set("Logic.Go", "1");
+  looked.set("main.N", "7");
+  looked.set("main.Go", "1");
   looked.scan();
   EXPECT_EQ(shown(looked, view, 4, DrawnSide::kInput, "EN"), "TRUE");
   EXPECT_EQ(shown(looked, view, 4, DrawnSide::kInput, "IN1"), "7");
-  EXPECT_EQ(shown(looked, view, 4, DrawnSide::kOutput, "ENO"), "TRUE");
   EXPECT_EQ(shown(looked, view, 4, DrawnSide::kOutput, "OUT"), "TRUE");
   EXPECT_EQ(shown(looked, view, 5, DrawnSide::kWhole), "TRUE");
   EXPECT_EQ(shown(looked, view, 8, DrawnSide::kWhole), "TRUE");
-  looked.set("Logic.Go", "0");
+  looked.set("main.Go", "0");
   view.clear();
   looked.scan();
   EXPECT_EQ(shown(looked, view, 4, DrawnSide::kInput, "EN"), "FALSE");
-  EXPECT_EQ(shown(looked, view, 4, DrawnSide::kOutput, "ENO"), "FALSE");
   // What the function puts on its wires is the default of the type, which OR works with. Kept is not written.
   EXPECT_EQ(shown(looked, view, 7, DrawnSide::kInput, "IN1"), "FALSE");
   EXPECT_EQ(shown(looked, view, 8, DrawnSide::kWhole), "FALSE");
-  EXPECT_EQ(shown(looked, view, 5, DrawnSide::kInput), "not run");
+  EXPECT_EQ(shown(looked, view, 5, DrawnSide::kInput), "FALSE");
+  EXPECT_EQ(shown(looked, view, 5, DrawnSide::kWhole), "TRUE") << "what the variable has";
 }
 
 }  // namespace
