@@ -127,7 +127,7 @@ const std::vector<Foreign> kForeign = {
     {"fmt/", {}, false},  // any folder
     {"CLI/", {"tools"}, false},
     {"nlohmann/json.hpp", {"bench", "engineering", "tools"}, false},
-    {"nlohmann/json_fwd.hpp", {"engineering"}, true},
+    {"nlohmann/json_fwd.hpp", {"engineering", "tools"}, true},
     {"openssl/", {"engineering"}, false},
     {"sodium", {"engineering"}, false},
     {"xxhash", {"bytecode", "retain", "runtime", "shadow"}, false},
