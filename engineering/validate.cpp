@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <vector>
@@ -207,6 +208,11 @@ std::optional<Json> query_json(std::string_view query, std::span<const Field> fi
       std::int64_t number = 0;
       const auto read = std::from_chars(text->data(), text->data() + text->size(), number);
       if (read.ec == std::errc{} && read.ptr == text->data() + text->size()) object[*name] = number;
+    } else if (field->type == FieldType::kNumber) {
+      double number = 0;
+      const auto read = std::from_chars(text->data(), text->data() + text->size(), number);
+      const bool whole = read.ec == std::errc{} && read.ptr == text->data() + text->size();
+      if (whole && std::isfinite(number)) object[*name] = number;
     } else if (field->type == FieldType::kBoolean && (*text == "true" || *text == "false")) {
       object[*name] = *text == "true";
     }

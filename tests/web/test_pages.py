@@ -257,8 +257,11 @@ class Tank(WithBrowser):
         b.button("Acknowledge all …").click()
         b.button("Acknowledge").click()
         b.wait("normal", lambda: alarm()["state"] == "normal")
-        happened = [e["what"] for e in self.plant.call("/api/alarms/history?name=TempHigh")["events"]][::-1]
-        self.assertEqual(happened, ["raised", "acknowledged", "shelved", "unshelved", "raised", "returned", "acknowledged"])
+
+        def happened():
+            return [e["what"] for e in self.plant.call("/api/alarms/history?name=TempHigh")["events"]][::-1]
+        b.wait("what happened", lambda: len(happened()) == 7)
+        self.assertEqual(happened(), ["raised", "acknowledged", "shelved", "unshelved", "raised", "returned", "acknowledged"])
         b.wait("the history", lambda: "shelf ended" in b.one("main").text)
         self.assert_nothing_noted()
 

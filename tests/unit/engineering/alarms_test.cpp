@@ -153,6 +153,9 @@ TEST(HistoryCalls, TellWhatWasSampled) {
   EXPECT_EQ(body_of(rig.get("/api/history/tags"))["tags"], Json({"Total"}));
   EXPECT_EQ(rig.get("/api/history?tag=None&from=0&to=1").status, 404);
   EXPECT_EQ(rig.get("/api/history?tag=Total&from=0&to=1&points=0").status, 400);
+  EXPECT_EQ(rig.get("/api/history?tag=Total&from=0.5&to=1e3").status, 200);
+  for (const char* const wrong : {"", "nan", "inf", "1e999", "1s", "0x1"})
+    EXPECT_EQ(rig.get(std::string("/api/history?tag=Total&from=0&to=") + wrong).status, 400) << wrong;
   fs::remove_all(folder);
 }
 
