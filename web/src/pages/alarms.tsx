@@ -80,7 +80,12 @@ function Present(): JSX.Element {
               <>
                 <strong>{clipped(alarm.text, 200)}</strong> <span class="path quiet-text">{clipped(alarm.name, 120)}</span>
                 {alarm.class === "" ? null : <small> {clipped(alarm.class, 60)}</small>}
-                {alarm.order === undefined ? null : <Badge kind="plain">{t.order(clipped(alarm.group, 40), alarm.order)}</Badge>}
+                {alarm.order === undefined ? null : (
+                  <>
+                    {" "}
+                    <Badge kind="plain">{t.order(clipped(alarm.group, 40), alarm.order)}</Badge>
+                  </>
+                )}
               </>,
               valueText(alarm.value),
               alarm.since === undefined ? "" : (
