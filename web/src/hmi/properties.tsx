@@ -96,9 +96,7 @@ export function ElementForm(properties: {
   const set = (key: string, value: unknown): void => properties.onChange({ ...(values as object), [key]: value } as unknown as HmiElement, key);
   return (
     <div class="hmi-form">
-      <p>
-        <strong>{t.kinds[element.kind] ?? element.kind}</strong>
-      </p>
+      <p class="quiet-text">{t.kinds[element.kind] ?? element.kind}</p>
       {(kind?.keys ?? []).map((key) => (
         <Field key={key.name} label={t.keys[key.name] ?? key.name} help={clipped(key.doc, 200)}>
           {(id) => <KeyInput id={id} field={key} value={values[key.name]} pages={properties.pages} onInput={(value) => set(key.name, value)} />}
