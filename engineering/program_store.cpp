@@ -111,7 +111,7 @@ void ProgramStore::sweep() const {
     const std::string extension = file->path().extension().string();
     if (extension != kImage && extension != kProject && extension != ".new") continue;
     const std::string hash = file->path().stem().string();
-    if (hash == kChecked) continue;
+    if (hash.starts_with(kChecked)) continue;  // an upload that is under way, on another thread
     const auto is = [&](const std::optional<StoredProgram>& program) {
       return program && program->image == hash && (extension == kImage || !program->project.empty());
     };

@@ -204,8 +204,7 @@ class Guardian {
   }
 
   [[noreturn]] void leave(int code) {
-    if (options_.ended && !asked_to_stop_) options_.ended(code);
-    ::_exit(code);
+    ::_exit(options_.ended ? options_.ended(code, asked_to_stop_) : code);
   }
 
   struct Seen {

@@ -33,10 +33,10 @@ struct GuardianOptions {
   core::TimeNs stop_timeout_ns = 5'000'000'000;    ///< for an orderly stop
   /// Tasks that serve outputs at regular intervals. Those that wait for an event may be still for good reason.
   std::vector<WatchedTask> watched;
-  /// Called when the runtime has ended, by itself, and outputs are safe, with the code that the guardian is about to
-  /// exit with: the place to become another program (plc-run starts anew by it). Not after a signal to stop.
-  /// Single-threaded; signals are blocked.
-  std::function<void(int code)> ended = {};
+  /// Called when the runtime has ended and outputs are safe, with the code that the guardian is about to exit with, and
+  /// whether a signal has asked for the end: the place to become another program (plc-run starts anew by it). Gives the
+  /// code to exit with. Single-threaded; signals are blocked.
+  std::function<int(int code, bool asked)> ended = {};
 };
 
 /// What the guardian exits with when it had to act: another program must start the runtime again.

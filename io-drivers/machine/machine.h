@@ -42,7 +42,7 @@ struct MachineOptions {
   bool simulate = false;
   /// False: drivers are not asked whether they could open. Another process has the devices.
   bool ask_drivers = true;
-  std::function<void(int code)> guardian_ended = {};  ///< GuardianOptions::ended
+  std::function<int(int code, bool asked)> guardian_ended = {};  ///< GuardianOptions::ended
   std::string map_command = {};  ///< that lists the addresses, "plc map plant.st --lib drives.st"; empty = of `project`
 };
 
@@ -94,7 +94,7 @@ class Machine {
 
   runtime::Resource& resource_;
   const runtime::ForceList* forces_ = nullptr;
-  std::function<void(int code)> guardian_ended_;
+  std::function<int(int code, bool asked)> guardian_ended_;
   Configuration configuration_;
   Binding binding_;
   std::optional<runtime::GlobalInputs> client_seen_;

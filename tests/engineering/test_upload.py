@@ -34,11 +34,13 @@ MOTOR = """
 PROGRAM Main
 VAR Motor AT %QX0.0 : BOOL; Lamp AT %QX0.1 : BOOL; END_VAR
 VAR RETAIN Scans : DINT; END_VAR
-VAR Index : DINT := {index}; List : ARRAY[0..3] OF DINT; END_VAR
+VAR Index : DINT := {index}; END_VAR
   Motor := TRUE;
   Lamp := TRUE;
   Scans := Scans + 1;
-  List[Index] := Scans;
+  WHILE Index = 9 DO (* for ever *)
+    Index := 9;
+  END_WHILE;
 END_PROGRAM
 CONFIGURATION C
   RESOURCE R ON PLC
@@ -274,7 +276,8 @@ class Switches(WithFolder):
         self.plant.start()
         self.assertEqual(self.plant.program()["image"], hash_of(self.new))
         self.plant.stop()
-        _, third = compiled(self.folder, "tank.xml", open(self.folder + "/new.xml").read().replace("T#4s", "T#5s"))
+        with open(self.folder + "/new.xml") as file:
+            _, third = compiled(self.folder, "tank.xml", file.read().replace("T#4s", "T#5s"))
         self.plant.start()
         self.assertEqual(self.plant.program()["image"], hash_of(third))
         self.assertIn("is another one than when a program was uploaded", self.plant.text())
@@ -335,7 +338,9 @@ class Refusals(WithFolder):
             refused("P7751", self.new)
             refused("P7751", self.new, signature=signature(self.new, "eve"))
             refused("P7751", self.new, signature=signature(self.old, "anna"))
-            for broken in (b"", b"no image", self.new[:-1], self.new + b"\0", open(TANK, "rb").read()):
+            with open(TANK, "rb") as file:
+                tank = file.read()
+            for broken in (b"", b"no image", self.new[:-1], self.new + b"\0", tank):
                 refused("P7750", broken, signature=signature(broken, "anna"))
             for _ in range(10):
                 at = chance.randrange(len(self.new))
@@ -354,7 +359,7 @@ class Refusals(WithFolder):
         now = self.plant.wait_until(lambda p: "failed" in p and p["state"] == "runs")
         self.assertEqual(now["image"], hash_of(good))
         self.assertEqual(now["failed"]["program"]["image"], hash_of(bad))
-        self.assertIn("R1", now["failed"]["why"])
+        self.assertIn("R1001", now["failed"]["why"])
 
     def test_a_program_that_the_configuration_does_not_fit_is_refused(self):
         source, _ = compiled(self.folder, "good.st", MOTOR.format(index=1))

@@ -178,7 +178,9 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   const core::TimeNs retain_interval_ns = plan.configuration.retain.interval_ns;
   RecordingSettings recorded = recording_settings(run.record, plan.configuration, folder, run.engine);
   EngineeringRequest asked = engineering_request(plan.configuration, run.engineering_listen, run.file, folder);
-  const auto guardian_ended = [](int code) { Relaunch::instance().guardian_ended(code); };
+  const auto guardian_ended = [](int code, bool signalled) {
+    return Relaunch::instance().guardian_ended(code, signalled);
+  };
   auto machine = io::Machine::configure(
       {run.file, std::move(plan.configuration), run.listen, run.socket, run.simulate, program != nullptr,
        guardian_ended, "plc map " + shell_word(run.file) + compile_flags(run.options, run.libraries)},

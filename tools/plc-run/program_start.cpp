@@ -73,6 +73,8 @@ ProgramStart::ProgramStart(std::string given, const std::string& folder, RunLog&
   control_.set_state(ProgramControl::State::kTrial);
   Relaunch::instance().set_trial(true);
   errors_ = std::make_unique<KeptEnd>(std::cerr);
+  // Who is logged in stays so, whatever becomes of the program.
+  hand_over(from_server_, from_log_);
 }
 
 ProgramStart::~ProgramStart() { confirming_.join(); }
@@ -195,7 +197,7 @@ int ProgramStart::exit_code(int code, bool asked) {
   std::string why = errors_->text().substr(errors_->text().size() - std::min(errors_->text().size(), kMostErrors));
   while (!why.empty() && (why.back() == '\n' || why.back() == ' ')) why.pop_back();
   fail(why.empty() ? fmt::format("exit code {}", code) : why);
-  // Who is logged in stays so, whatever became of the program.
+  stopped_ns_ = handed_stop_ns_;  // control stands since then
   hand_over(from_server_, from_log_);
   return kExitRelaunch;
 }

@@ -94,8 +94,10 @@ int Relaunch::end(int code) const {
   return kExitErrors;
 }
 
-void Relaunch::guardian_ended(int code) const {
-  if (code == kExitRelaunch || (code != kExitOk && on_trial())) execute();
+int Relaunch::guardian_ended(int code, bool asked) const {
+  if (!asked && (code == kExitRelaunch || (code != kExitOk && on_trial()))) execute();
+  if (code != kExitRelaunch) return code;
+  return asked ? kExitOk : kExitErrors;
 }
 
 std::string Relaunch::own_path() {

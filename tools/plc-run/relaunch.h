@@ -35,8 +35,8 @@ class Relaunch {
 
   /// Last of all in main(): the exit code; or this process, when no guardian waits for it, is started anew.
   int end(int code) const;
-  /// In the guardian: starts anew, or returns.
-  void guardian_ended(int code) const;
+  /// In the guardian: starts anew, or gives the code to exit with. `asked`: a signal wants the end.
+  int guardian_ended(int code, bool asked) const;
   /// The command line.
   [[nodiscard]] const std::vector<std::string>& arguments() const { return arguments_; }
   /// Of this program's file.
