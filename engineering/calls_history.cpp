@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "engineering/answer.h"
 #include "engineering/context.h"
@@ -115,8 +116,8 @@ std::uint32_t fastest(const bytecode::Image& image) {
 }
 
 void scans(Context& context, const Caller&, const Json& request, Answer& answer) {
-  Json& rows = answer.body()["scans"] = Json::array();
-  answer.body()["whole"] = false;
+  Json rows = Json::array();
+  answer.body() = {{"scans", rows}, {"whole", false}};
   if (context.shadow == nullptr) return;
   const auto file = shadow::RecordFile::read(context.shadow->recording(), "memory");
   if (!file) return answer.refuse(file.error());
@@ -163,7 +164,7 @@ void scans(Context& context, const Caller&, const Json& request, Answer& answer)
     }
     rows.push_back(std::move(row));
   }
-  answer.body()["whole"] = whole;
+  answer.body() = {{"scans", std::move(rows)}, {"whole", whole}};
 }
 
 constexpr Call kCalls[] = {
