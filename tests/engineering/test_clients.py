@@ -311,7 +311,8 @@ class Kept(WithPlant):
         listed = self.plant.remote("alarms").stdout
         self.assertRegex(listed, r"EmergencyStop +acked active +critical .*Fast \d+ +1 +anna")
         self.assertIn("3 alarms, 1 active, 0 not acknowledged", listed)
-        history = json.loads(self.plant.remote("alarms.history").stdout)["events"]
+        self.wait(lambda: len(self.events()) > 1)
+        history = self.events()
         self.assertEqual([event["what"] for event in history], ["acknowledged", "raised"])
         self.assertEqual(history[1]["scan"], 0, "in the first scan")
         self.wait(lambda: len(self.points(self.plant.remote("history.query", "tag=Level", "from=0", "to=9000000000").stdout)) > 80)
@@ -328,10 +329,12 @@ class Kept(WithPlant):
         time.sleep(1)
         alarms = json.loads(self.plant.remote("alarms", "--json").stdout)
         self.assertEqual([(a["name"], a["state"]) for a in alarms["alarms"]], [("EmergencyStop", "acked active")])
-        again = json.loads(self.plant.remote("alarms.history").stdout)["events"]
-        self.assertEqual(again, history, "nothing new, nothing lost")
+        self.assertEqual(self.events(), history, "nothing new, nothing lost")
         before = [p for p in self.points(self.plant.remote("history.query", "tag=Level", "from=0", f"to={killed}").stdout)]
         self.assertGreater(before[-1]["time"], killed - 7, "some seconds are lost at most")
+
+    def events(self):
+        return json.loads(self.plant.remote("alarms.history").stdout)["events"]
 
     @staticmethod
     def points(text):
