@@ -280,6 +280,7 @@ class Elements {
                  e.kind == ElementKind::kLabel ? "title" : "");
     const bool modified = e.modifiers.negated || !mark_of(e.modifiers).empty();
     if (modified && !e.pins.empty()) draw_modifiers(e.pins.front(), e.modifiers);
+    if (says_for_pin(e)) return canvas_.value(right + 4, y_of(e.pins.front().at.y) - 3, look);
     canvas_.value(left + e.width / 2, y_of(e.y + e.height) + kLine - 2, look, Anchor::kMiddle);
   }
 
@@ -373,6 +374,12 @@ class Elements {
     if (m.storage != DrawnStorage::kNone) canvas_.text(x + 8 * out, y - 3, mark_of(m), Anchor::kMiddle);
   }
 
+  /// A variable whose value is that of its wire: it stands there once, and boxes below it have their room.
+  [[nodiscard]] bool says_for_pin(const DrawnElement& e) const {
+    return e.kind == ElementKind::kInVariable && !e.pins.empty() && e.modifiers == DrawnModifiers{} &&
+           known_.at(bytecode::key_of(known_.pou(), e)) != nullptr;
+  }
+
   /// `told`: the other end of its wire shows the same value.
   void draw_pin(const DrawnElement& e, const DrawnPin& pin, bool told) {
     const std::int32_t x = pin.at.x, y = y_of(pin.at.y);
@@ -385,7 +392,7 @@ class Elements {
       canvas_.text(x - out + (pin.output ? -shift : shift), y + kMiddle, pin.name, inside);
     }
     canvas_.text(x + out + (pin.modifiers.negated ? out : 0), y + kMiddle, pin.text, outside);
-    if (pin.pin == kNoPin || told) return;
+    if (pin.pin == kNoPin || told || says_for_pin(e)) return;
     canvas_.value(x + out, y - 3, known_.at(bytecode::key_of(known_.pou(), e, pin)), outside);
   }
 
