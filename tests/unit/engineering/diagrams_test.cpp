@@ -121,8 +121,8 @@ TEST(Diagrams, PartsTogetherHaveAllAndEachHasLittle) {
 TEST(Diagrams, HostileNamesAreText) {
   DrawnPlant p(drawn_text(R"(PROGRAM Main
 VAR a : STRING := '<script>alert(1)</script>'; b : BOOL; END_VAR
-(* "/><img src=x onerror=alert(2)> *)
-b := a = '<b>&amp;"';
+b := a = '<b>&amp;"'; (* "/><img src=x onerror=alert(2)> *)
+b := TRUE;
 END_PROGRAM
 CONFIGURATION c RESOURCE r ON p TASK t (INTERVAL := T#10ms, PRIORITY := 0);
 PROGRAM Main WITH t : Main; END_RESOURCE END_CONFIGURATION
@@ -240,7 +240,9 @@ TEST(FlowStream, ShowsWhatProbesHadInThousandRandomStates) {
     for (std::size_t i = 0; i < all.size(); ++i) {
       const auto& [state, text] = told[f].seen.at(i);
       ASSERT_EQ(state & FlowPoint::kRan, bits[i] & 1) << "point " << i << " in scan " << told[f].scan;
-      ASSERT_EQ((state & FlowPoint::kBoth) != 0, (bits[i] & 768) == 768) << "point " << i;
+      ASSERT_EQ((state & FlowPoint::kBoth) != 0, (bits[i] & 768) == 768)
+          << "point " << i << " in scans " << told[f - 1].scan + 1 << " to " << told[f].scan << ": " << state << ", "
+          << bits[i];
       ++compared;
       if ((bits[i] & 1) == 0) continue;  // what was before still stands there
       ASSERT_EQ(state & 14, bits[i] & 14) << "point " << i << " in scan " << told[f].scan;
@@ -306,6 +308,7 @@ TEST(PastFlow, GivesAnyScanAndStepsBack) {
   EXPECT_EQ(body_of(flow({{"now_ns", before["now_ns"]}}))["scan"], last - 1);
   // The plant goes on; the recording does not.
   p.scans(10);
+  p.wait_for_all();
   EXPECT_EQ(body_of(flow(Json::object()))["scan"], last);
   EXPECT_EQ(body_of(flow({{"recording", 9}}))["code"], "P7741");
   EXPECT_EQ(body_of(flow({{"instance", "Nobody"}}))["code"], "P7101");

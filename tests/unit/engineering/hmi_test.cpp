@@ -306,6 +306,8 @@ TEST_F(Hmi, AButtonIsHeldAsLongAsSomebodySaysSo) {
   // Two hold it: the last one who lets go counts.
   press("Start", true, "engineer");
   press("Start", false);
+  rig_->scan();
+  rig_->scan();
   wait_ms(100);
   EXPECT_EQ(start(), "1");
   press("Start", false, "engineer");
