@@ -311,7 +311,7 @@ class Tank(WithBrowser):
         self.assertGreater(drawn, 20)
         b.run("localStorage.clear()")
 
-    def test_a_course_goes_on_into_the_past(self):
+    def test_the_historian_goes_on_with_a_course(self):
         b = self.browser
         b.login(self.plant.url, *VIEWER)
         query = "/api/history?tag=Level&from=0&to=9000000000&points=1000"
