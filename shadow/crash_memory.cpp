@@ -68,7 +68,7 @@ core::Problem refused(const std::string& folder, int error) {
 int new_file(int directory, const std::string& name, std::size_t bytes) {
   const int file = ::openat(directory, name.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600);
   if (file < 0) return -1;
-  errno = ::posix_fallocate(file, 0, static_cast<off_t>(bytes));
+  errno = bytes == 0 ? 0 : ::posix_fallocate(file, 0, static_cast<off_t>(bytes));
   if (errno == 0) return file;
   const int error = errno;
   ::close(file);
@@ -112,12 +112,14 @@ class LeftRing {
       return value;
     };
     head_ = number(offsetof(RingEnd, head));
+    tail_ = number(offsetof(RingEnd, tail));
     most_record_bytes_ = number(offsetof(RingEnd, most_record_bytes));
     return number(offsetof(RingEnd, capacity)) == capacity_ && capacity_ > 0 && most_record_bytes_ <= capacity_ / 2;
   }
   /// Whether nothing at or after `position` has been written over, also not by a record that was being written.
   [[nodiscard]] bool holds(std::uint64_t position) const {
-    return position <= head_ && head_ - position + most_record_bytes_ <= capacity_;
+    if (position > head_ || head_ - position > capacity_) return false;
+    return position >= tail_ || head_ - position + most_record_bytes_ <= capacity_;
   }
   /// The record there, in one piece; empty at the end, and where there is none.
   std::span<const std::byte> at(std::uint64_t position) {
@@ -144,7 +146,7 @@ class LeftRing {
 
   std::vector<std::byte> bytes_, record_;
   std::size_t capacity_ = 0;
-  std::uint64_t head_ = 0, most_record_bytes_ = 0;
+  std::uint64_t head_ = 0, tail_ = 0, most_record_bytes_ = 0;
 };
 
 struct LeftBlock {

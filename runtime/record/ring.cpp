@@ -74,7 +74,7 @@ std::byte* RecordRing::open() noexcept {
   const std::uint64_t head = end_->head.load(std::memory_order_relaxed);
   if (head + most_record_bytes_ - tail_seen_ > capacity_) {
     // What the reader gave back it has read.
-    tail_seen_ = tail_.load(std::memory_order_acquire);
+    tail_seen_ = end_->tail.load(std::memory_order_acquire);
     if (head + most_record_bytes_ - tail_seen_ > capacity_) return nullptr;
   }
   return memory_ + head % capacity_;
@@ -86,7 +86,7 @@ void RecordRing::close(std::size_t bytes) noexcept {
 }
 
 std::span<const std::byte> RecordRing::next() noexcept {
-  tail_.store(read_, std::memory_order_release);
+  end_->tail.store(read_, std::memory_order_release);
   if (end_->head.load(std::memory_order_acquire) == read_) return {};
   const std::byte* const record = memory_ + read_ % capacity_;
   RecordHead head;

@@ -21,6 +21,7 @@ struct RingEnd {
   std::uint64_t capacity = 0;  ///< bytes before this page: the ring
   std::uint64_t most_record_bytes = 0;
   alignas(64) std::atomic<std::uint64_t> head{0};  ///< bytes written since the start
+  alignas(64) std::atomic<std::uint64_t> tail{0};  ///< bytes given back since the start
 };
 
 class RecordRing {
@@ -57,9 +58,8 @@ class RecordRing {
   RingEnd* end_;
   std::size_t capacity_;
   std::size_t most_record_bytes_;
-  std::uint64_t tail_seen_ = 0;                     ///< tail_, as the writer saw it last
-  alignas(64) std::atomic<std::uint64_t> tail_{0};  ///< bytes given back since the start
-  std::uint64_t read_ = 0;                          ///< the reader: where the record after the one it has begins
+  alignas(64) std::uint64_t tail_seen_ = 0;  ///< the writer: end_->tail, as it saw it last
+  alignas(64) std::uint64_t read_ = 0;       ///< the reader: where the record after the one it has begins
 };
 
 }  // namespace plc::runtime
