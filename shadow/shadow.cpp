@@ -49,13 +49,15 @@ core::Result<std::unique_ptr<Shadow>> Shadow::start(runtime::Resource& resource,
   if (!recording) return recording.error();
   self->recording_ = std::move(*recording);
   self->recording_->set_before_end([self](std::uint32_t task) {
-    // What is not executed now is not executed at all; only a check has to, and an observer wants it.
+    // What is not executed now is not executed at all: a check has to, a viewer would miss a pulse, an observer a scan.
     if (!self->follower_) return;
-    if (self->options_.check) {
-      self->follower_->follow(task, *self->recording_->open_block(task), {});
-    } else if (self->observer_.load(std::memory_order_relaxed) != nullptr) {
-      self->follower_->follow(task, *self->recording_->open_block(task), steady_clock::now() + kObserveAtOnce);
+    const bool viewed = self->viewers_.load(std::memory_order_relaxed) != 0;
+    Follower::Deadline deadline;
+    if (!self->options_.check) {
+      if (!viewed && self->observer_.load(std::memory_order_relaxed) == nullptr) return;
+      deadline = steady_clock::now() + (viewed ? kFollowAtOnce : kObserveAtOnce);
     }
+    self->follower_->follow(task, *self->recording_->open_block(task), deadline);
   });
   self->tasks_ = static_cast<std::uint32_t>(resource.task_count());
   if (self->options_.check) self->make_follower();
