@@ -30,6 +30,8 @@ using runtime::RecordKind;
 using runtime::RingEnd;
 
 constexpr const char* kHead = "recording";
+constexpr const char* kState = "state";  ///< whose memory it is
+constexpr const char* kPrefix = "picard-";
 constexpr std::size_t kKept = 3;  ///< tables: of the newest block, of the one before, and of the next
 
 /// Where a block begins.
@@ -74,6 +76,14 @@ int new_file(int directory, const std::string& name, std::size_t bytes) {
   ::close(file);
   errno = error;
   return -1;
+}
+
+bool write_file(int directory, const std::string& name, const void* data, std::size_t bytes) {
+  const int file = new_file(directory, name, bytes);
+  if (file < 0) return false;
+  const bool written = ::pwrite(file, data, bytes, 0) == static_cast<ssize_t>(bytes);
+  ::close(file);
+  return written;
 }
 
 /// All bytes of a file; nothing when it cannot be read.
@@ -149,6 +159,24 @@ class LeftRing {
   std::uint64_t head_ = 0, tail_ = 0, most_record_bytes_ = 0;
 };
 
+/// Removes what plants have left that nobody starts again.
+void sweep(const fs::path& parent) {
+  std::error_code error;
+  for (fs::directory_iterator at(parent, error), end; !error && at != end; at.increment(error)) {
+    if (!at->path().filename().string().starts_with(kPrefix)) continue;
+    const auto state = read_all((at->path() / kState).string());
+    std::error_code ignored;
+    if (!state || fs::exists(std::string(reinterpret_cast<const char*>(state->data()), state->size()), ignored) ||
+        ignored) {
+      continue;
+    }
+    const int directory = ::open(at->path().c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+    if (directory < 0) continue;
+    if (::flock(directory, LOCK_EX | LOCK_NB) == 0) fs::remove_all(at->path(), ignored);
+    ::close(directory);
+  }
+}
+
 struct LeftBlock {
   core::TimeNs first_ns = 0;
   std::vector<std::byte> bytes;
@@ -187,7 +215,7 @@ std::string CrashMemory::folder_of(const std::string& state) {
   std::error_code error;
   const fs::path whole = fs::weakly_canonical(state, error);
   const std::string path = error ? state : whole.string();
-  return fmt::format("/dev/shm/picard-{}-{:016x}", ::geteuid(), XXH3_64bits(path.data(), path.size()));
+  return fmt::format("/dev/shm/{}{}-{:016x}", kPrefix, ::geteuid(), XXH3_64bits(path.data(), path.size()));
 }
 
 core::Result<std::unique_ptr<CrashMemory>> CrashMemory::make(const std::string& folder,
@@ -207,6 +235,8 @@ core::Result<std::unique_ptr<CrashMemory>> CrashMemory::make(const std::string& 
   if (::mkdir(folder.c_str(), 0700) != 0) return refused(folder, errno);
   made->directory_ = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
   if (made->directory_ < 0 || ::flock(made->directory_, LOCK_EX | LOCK_NB) != 0) return refused(folder, errno);
+  sweep(fs::path(folder).parent_path());
+  if (!write_file(made->directory_, kState, sizes.state.data(), sizes.state.size())) return refused(folder, errno);
   for (std::size_t t = 0; t < sizes.table_bytes.size(); ++t) {
     Task& task = made->tasks_.emplace_back();
     task.table_bytes = sizes.table_bytes[t];
@@ -224,11 +254,7 @@ core::Result<std::unique_ptr<CrashMemory>> CrashMemory::make(const std::string& 
     (new (memory) TablesHead)->table_bytes = task.table_bytes;
   }
   // Last: without it nothing was left.
-  const int file = new_file(made->directory_, kHead, file_head.size());
-  if (file < 0) return refused(folder, errno);
-  const bool written = ::pwrite(file, file_head.data(), file_head.size(), 0) == static_cast<ssize_t>(file_head.size());
-  ::close(file);
-  if (!written) return refused(folder, errno);
+  if (!write_file(made->directory_, kHead, file_head.data(), file_head.size())) return refused(folder, errno);
   return made;
 }
 

@@ -22,9 +22,11 @@ class CrashMemory {
   struct Sizes {
     std::size_t ring_bytes = 0, most_record_bytes = 0;  ///< as RecordRing::make() takes them
     std::vector<std::size_t> table_bytes;               ///< of each task
+    std::string state;                                  ///< the state folder of the plant
   };
   /// Puts aside what a process that died has left in `folder`, for take_left(), and makes it anew, for the calling user
-  /// alone. `file_head`: of the recording (file_head()). P7631 when it cannot be, or another process uses it.
+  /// alone. What other plants of the user have left whose state folder is gone is removed. `file_head`: of the
+  /// recording (file_head()). P7631 when it cannot be, or another process uses it.
   static core::Result<std::unique_ptr<CrashMemory>> make(const std::string& folder,
                                                          std::span<const std::byte> file_head, const Sizes& sizes);
   /// The process ends well: nothing is left.

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <system_error>
 #include <utility>
 
 namespace plc::shadow {
@@ -154,7 +156,9 @@ void Shadow::store_fault() {
 }
 
 void Shadow::make_crash_memory(runtime::Resource& resource) {
-  CrashMemory::Sizes sizes{options_.recording.ring_bytes, options_.recording.most_record_bytes, {}};
+  std::error_code error;
+  const std::filesystem::path state = std::filesystem::absolute(options_.fault_folder, error).parent_path();
+  CrashMemory::Sizes sizes{options_.recording.ring_bytes, options_.recording.most_record_bytes, {}, state.string()};
   for (std::size_t task = 0; task < resource.task_count(); ++task) {
     sizes.table_bytes.push_back(resource.program(task).table().layout().total);
   }

@@ -29,7 +29,7 @@ struct Dying {
     resource = std::move(*runtime::Resource::load(bytecode::VerifiedImage(image)));
     const Bytes head =
         shadow::file_head({"PICARD test", "", 0, bytecode::kDefaultLoopBudget, "UTC", bytecode::save(image.image())});
-    shadow::CrashMemory::Sizes sizes{options.ring_bytes, options.most_record_bytes, {}};
+    shadow::CrashMemory::Sizes sizes{options.ring_bytes, options.most_record_bytes, {}, "/"};
     for (std::size_t t = 0; t < resource->task_count(); ++t)
       sizes.table_bytes.push_back(resource->program(t).table().layout().total);
     auto made = shadow::CrashMemory::make(folder, head, sizes);
@@ -61,7 +61,7 @@ Bytes left_by(const std::string& folder, const shadow::RecordingOptions& options
   EXPECT_EQ(::waitpid(child, &status, 0), child);
   EXPECT_EQ(status, 0);
   // As the next start does.
-  auto next = shadow::CrashMemory::make(folder, {}, {4096, 1024, {}});
+  auto next = shadow::CrashMemory::make(folder, {}, {4096, 1024, {}, "/"});
   EXPECT_TRUE(next) << next.error().message;
   return shadow::CrashMemory::take_left(folder);
 }
@@ -136,7 +136,7 @@ TEST(CrashMemory, IsGoneWhenTheProcessEndsWell) {
     Dying dying(folder, {});
     dying.simulation->run_cycles(10);
     EXPECT_TRUE(fs::exists(folder));
-    const auto second = shadow::CrashMemory::make(folder, {}, {4096, 1024, {64}});
+    const auto second = shadow::CrashMemory::make(folder, {}, {4096, 1024, {64}, "/"});
     ASSERT_FALSE(second);
     EXPECT_NE(second.error().message.find("another process"), std::string::npos);
   }
@@ -149,11 +149,34 @@ TEST(CrashMemory, OfOthersIsNotTouched) {
   const std::string folder = scratch.file("memory");
   fs::create_directories(folder);
   fs::permissions(folder, static_cast<fs::perms>(0755));
-  EXPECT_FALSE(shadow::CrashMemory::make(folder, {}, {4096, 1024, {64}}));
+  EXPECT_FALSE(shadow::CrashMemory::make(folder, {}, {4096, 1024, {64}, "/"}));
   EXPECT_TRUE(fs::exists(folder));
   // A link leads nowhere.
   fs::create_directory_symlink("/", scratch.file("link"));
-  EXPECT_FALSE(shadow::CrashMemory::make(scratch.file("link"), {}, {4096, 1024, {64}}));
+  EXPECT_FALSE(shadow::CrashMemory::make(scratch.file("link"), {}, {4096, 1024, {64}, "/"}));
+}
+
+TEST(CrashMemory, OfPlantsThatAreGoneIsRemoved) {
+  const ScratchFolder scratch;
+  const auto left_in = [&scratch](const char* name, const std::string& state) {
+    const pid_t child = ::fork();
+    if (child == 0) {
+      static_cast<void>(shadow::CrashMemory::make(scratch.file(name), {}, {4096, 1024, {64}, state})->release());
+      ::_exit(0);
+    }
+    int status = 0;
+    EXPECT_EQ(::waitpid(child, &status, 0), child);
+    EXPECT_TRUE(fs::exists(scratch.file(name)));
+  };
+  left_in("picard-1", scratch.file("gone"));
+  left_in("picard-2", scratch.file(""));
+  const auto live = shadow::CrashMemory::make(scratch.file("picard-3"), {}, {4096, 1024, {64}, scratch.file("gone")});
+  ASSERT_TRUE(live);
+  // picard-1 was removed already when picard-2 was made.
+  EXPECT_FALSE(fs::exists(scratch.file("picard-1")));
+  EXPECT_TRUE(fs::exists(scratch.file("picard-2"))) << "its plant may be started again";
+  ASSERT_TRUE(shadow::CrashMemory::make(scratch.file("picard-4"), {}, {4096, 1024, {64}, "/"}));
+  EXPECT_TRUE(fs::exists(scratch.file("picard-3"))) << "it is in use";
 }
 
 TEST(CrashMemory, BearsWhateverItsFilesHold) {
@@ -173,7 +196,7 @@ TEST(CrashMemory, BearsWhateverItsFilesHold) {
   }
   int status = 0;
   ASSERT_EQ(::waitpid(child, &status, 0), child);
-  ASSERT_TRUE(shadow::CrashMemory::make(folder, {}, {4096, 1024, {}}));
+  ASSERT_TRUE(shadow::CrashMemory::make(folder, {}, {4096, 1024, {}, "/"}));
   save();
   std::mt19937 random(1);
   for (int turn = 0; turn < 300; ++turn) {
