@@ -46,7 +46,7 @@ export function MachineSection(): JSX.Element {
                     <Badge kind={driver.state === "good" ? "good" : driver.state === "lost" ? "bad" : "plain"}>{t.qualities[driver.state] ?? driver.state}</Badge>{" "}
                     {clipped(driver.problem, 200)}
                   </>,
-                  t.goodOf(driver.inputs_good, driver.inputs),
+                  driver.inputs === 0 ? "" : t.goodOf(driver.inputs_good, driver.inputs),
                   driver.inputs === 0 ? "" : timeText(driver.oldest_ms * 1e6),
                   driver.losses.toLocaleString("en"),
                   driver.exchanges.toLocaleString("en"),
