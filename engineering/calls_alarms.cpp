@@ -33,11 +33,11 @@ constexpr Field kAlarmFields[] = {
     text("variable", "That it watches; empty: an instance of the block ALARM"),
     optional(text("since", "UTC, when it was raised")),
     optional(text("task", "In whose scan it was raised; without: between scans")),
-    optional(integer("scan", "..counted from 0 since recording began")),
+    optional(integer("scan", "Scan of that task, counted from 0 since recording began")),
     text("group", "Alarms that follow from one cause; or empty"),
     optional(integer("order", "In its group: 1 was raised first; alarms of one scan have one number")),
     optional(text("user", "Who acknowledged it, shelved it or took it out of service")),
-    optional(text("comment", "..and what for")),
+    optional(text("comment", "What was said with it")),
     optional(text("until", "UTC, when its shelf ends")),
 };
 constexpr Record kAlarm = {"Alarm", "An alarm and its state.", kAlarmFields};
@@ -186,9 +186,9 @@ constexpr Field kEventFields[] = {
     text("text", "What had happened"),
     optional(number("value", "Of its variable then")),
     optional(text("task", "In whose scan; without: between scans")),
-    optional(integer("scan", "..counted from 0 since recording began")),
+    optional(integer("scan", "Scan of that task, counted from 0 since recording began")),
     optional(text("user", "Who did it")),
-    optional(text("comment", "..and what for")),
+    optional(text("comment", "What was said with it")),
 };
 constexpr Record kEvent = {"AlarmEvent", "What happened to an alarm.", kEventFields};
 
@@ -196,7 +196,7 @@ constexpr Field kHistoryRequest[] = {
     optional(integer("before", "Events before the one of this number; without: the newest", 1, INT64_MAX)),
     optional(text("name", "Of this alarm alone", 1, 1000)),
     optional(number("from", "Seconds since 1970, UTC")),
-    optional(number("to", "..and until when")),
+    optional(number("to", "Until when")),
     optional(integer("most", "So many at most; default 100", 1, 1000)),
 };
 constexpr Field kHistoryAnswer[] = {records("events", kEvent, "The newest first")};

@@ -125,8 +125,8 @@ constexpr Field kTileRequest[] = {
     text("pou", "Whose drawing", 1, 500),
     integer("x", "Left border, pixels", 0, bytecode::kMaxDrawn),
     integer("y", "Upper border", 0, INT32_MAX - kMostSide),
-    integer("width", "..", 1, kMostSide),
-    integer("height", "..", 1, kMostSide),
+    integer("width", "How wide the part is", 1, kMostSide),
+    integer("height", "How high the part is", 1, kMostSide),
 };
 constexpr Field kTileAnswer[] = {
     text("svg",
@@ -154,8 +154,8 @@ constexpr Field kPlaceRequest[] = {
 constexpr Field kPlaceAnswer[] = {
     integer("x", "Left border, pixels"),
     integer("y", "Upper border"),
-    integer("width", ".."),
-    integer("height", ".."),
+    integer("width", "How wide it is"),
+    integer("height", "How high it is"),
 };
 
 void place(Context& context, const Caller&, const Json& request, Answer& answer) {

@@ -41,15 +41,15 @@ void tags(Context& context, const Caller&, const Json&, Answer& answer) {
 constexpr Field kPointFields[] = {
     number("time", "Seconds since 1970, UTC: of the sample, or the begin of a stretch"),
     number("least", "Of the samples in it; BOOL as 0 and 1, durations in seconds"),
-    number("mean", "..their mean"),
-    number("greatest", "..and the greatest"),
+    number("mean", "Mean of the samples"),
+    number("greatest", "Greatest of the samples"),
 };
 constexpr Record kPoint = {"HistoryPoint", "A sample, or what was sampled in a stretch of time.", kPointFields};
 
 constexpr Field kQueryRequest[] = {
     text("tag", "Path of a variable that is kept, as `history.tags` has it", 1, 1000),
     number("from", "Seconds since 1970, UTC"),
-    number("to", "..and until when"),
+    number("to", "Until when"),
     optional(integer("points", "So many at most; default 1000", 1, historian::HistoryReader::kMostPoints)),
 };
 constexpr Field kQueryAnswer[] = {
@@ -98,7 +98,7 @@ constexpr Record kScan = {"HistoryScan", "A recorded scan.", kScanFields};
 constexpr Field kScansRequest[] = {
     texts("tags", "Paths of BOOLs and numbers of any place", kMostPaths),
     number("from", "Seconds since 1970, UTC"),
-    number("to", "..and until when"),
+    number("to", "Until when"),
 };
 constexpr Field kScansAnswer[] = {
     records("scans", kScan, "Of the task with the shortest interval; at most 5000, from `from` on"),

@@ -20,7 +20,7 @@ constexpr Field kDriverFields[] = {
     choice("state", "good|lost|simulated", "Quality: whether the device answers"),
     text("problem", "Why it is lost; or empty"),
     integer("inputs", "Variables that it reads"),
-    integer("inputs_good", "..whose values are those of the device"),
+    integer("inputs_good", "Inputs whose values are those of the device"),
     number("oldest_ms", "Age of the input that was read the longest time ago"),
     boolean("outputs", "It has outputs"),
     integer("losses", "Times that the device went away"),
@@ -33,7 +33,7 @@ constexpr Field kModbusFields[] = {
     text("line", "TCP or serial"),
     integer("clients", "Connected now"),
     integer("requests", "Since the start"),
-    integer("exceptions", "..of these, refused with an exception"),
+    integer("exceptions", "Requests that were refused with an exception"),
     integer("refused", "Connections that were too many"),
     integer("dropped", "Connections that were closed for what they sent; frames that were none"),
 };
@@ -44,10 +44,10 @@ constexpr Field kMachineAnswer[] = {
     records("modbus", kModbus, "Servers that are on"),
     integer("memory", "Bytes that plc-run has in memory"),
     integer("memory_all", "Bytes that the machine has"),
-    integer("memory_free", "..that programs could still have"),
+    integer("memory_free", "Bytes that programs could still have"),
     text("folder", "Of what is kept; empty: nothing is"),
     integer("disk_all", "Bytes of the disk with this folder, or with the working directory"),
-    integer("disk_free", "..that are free"),
+    integer("disk_free", "Bytes that are free"),
 };
 
 /// "VmRSS:  1234 kB" of a file of /proc, in bytes; 0 when it is not there.

@@ -13,7 +13,7 @@ constexpr Field kFields[] = {
     text("pou", "Whose drawing"),
     integer("body", "Worksheet, from 0"),
     optional(integer("element", "Of a drawing: its number, data-e")),
-    text("kind", "\"contact\", \"coil\", \"block\", ..; of a text \"line\""),
+    text("kind", "\"contact\", \"coil\", \"block\" and so on; of a text \"line\""),
     text("text", "What stands there, cut to 200 bytes"),
     integer("network", "Rung or network, from 1; 0: none"),
     integer("line", "In the file; 0: none"),

@@ -105,7 +105,7 @@ inline constexpr KeyRow kKeys[] = {
      "Path of the variable: \"Level\", \"GVL.Setpoint\", \"%IX0.0\""},
     {"variables", KeyType::kTexts, bit(Kind::kPlot), bit(Kind::kPlot), "Paths of up to eight variables"},
     {"format", KeyType::kText, kScaled | bit(Kind::kText), 0,
-     "How numbers are written: \"0\", \"0.0\" .. with so many places; \"16#\", \"2#\", \"8#\" for bits"},
+     "How numbers are written: \"0\", \"0.0\", \"0.00\" with so many places; \"16#\", \"2#\", \"8#\" for bits"},
     {"unit", KeyType::kText, kScaled | bit(Kind::kText), 0, "Written after the number"},
     {"low", KeyType::kNumber, kScaled | bit(Kind::kPlot), 0,
      "Least value of the scale, and least one that may be written; without: 0, of a number none"},

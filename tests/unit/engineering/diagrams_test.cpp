@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "engineering/flow_stream.h"
+#include "engineering/validate.h"
 #include "runtime/sched/simulation.h"
 #include "shadow/past.h"
 #include "tests/support/drawn_image.h"
@@ -84,6 +85,26 @@ TEST(Diagrams, AreListedWithTheirInstances) {
   EXPECT_EQ(instances["instances"][0]["task"], "Fast");
   EXPECT_EQ(p.rig.get("/api/diagrams/instances?pou=Nothing").status, 404);
   EXPECT_EQ(p.rig.get("/api/diagrams", "").status, 401);
+}
+
+TEST(Diagrams, AnswerAsTheirRowsSay) {
+  DrawnPlant p;
+  p.scans(20);
+  p.wait_for_all();
+  ASSERT_EQ(p.rig.post("/api/diagrams/past", Json::object(), "viewer").status, 200);
+  for (const engineering::Call& call : engineering::calls()) {
+    if (!call.name.starts_with("diagrams.") || call.form != engineering::Form::kJson) continue;
+    const Json example = Json::parse(call.example);
+    std::string query;
+    for (const auto& [name, value] : example.items())
+      query += (query.empty() ? "?" : "&") + name + "=" + (value.is_string() ? value.get<std::string>() : value.dump());
+    const HttpResponse answer = call.method == engineering::Method::kGet
+                                    ? p.rig.get(std::string(call.path) + query)
+                                    : p.rig.post(std::string(call.path), example, "viewer");
+    ASSERT_EQ(answer.status, 200) << call.name << ": " << answer.body;
+    const auto wrong = engineering::wrong_fields(body_of(answer), call.response);
+    EXPECT_FALSE(wrong) << call.name << " " << wrong->field << " " << wrong->text << "\n" << answer.body;
+  }
 }
 
 TEST(Diagrams, WithoutDrawingsSaySo) {

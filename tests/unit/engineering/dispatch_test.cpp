@@ -105,9 +105,15 @@ TEST_P(EveryCall, RefusesAFieldThatItDoesNotHave) {
   EXPECT_EQ(body_of(ready.response)["field"], "nonsense");
 }
 
+/// Calls of a plant that has more than the rig: drawings, pages, alarms, a history. Their own tests send them.
+bool needs_more(std::string_view name) {
+  return name.starts_with("diagrams.") || name == "pages.save" || name == "pages.press" || name == "alarms.shelve" ||
+         name == "history.query";
+}
+
 TEST_P(EveryCall, AnswersAsItsRowSays) {
   const Call& call = GetParam();
-  if (call.form != Form::kJson || call.response.empty()) return;
+  if (call.form != Form::kJson || call.response.empty() || needs_more(call.name)) return;
   EngineeringRig rig(false, call.name != "first_user");
   rig.log.add({core::Severity::kWarning, "a message", "modbus", "P7510", "Fast", {}, {}, 7, 1});
   rig.audit.add("anna", "127.0.0.1", "login", Json::object());

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <string>
 
+#include "engineering/validate.h"
 #include "tests/support/run_tool.h"
 #include "tests/unit/engineering/rig.h"
 #include "tests/unit/runtime/run_support.h"
@@ -274,6 +275,20 @@ TEST_F(Hmi, WrongPagesAreNotSaved) {
   // A comment is a comment, whatever is in it.
   EXPECT_EQ(save([](Json& page) { page["comment"] = {" a\nname = \"b\""}; }), "200");
   EXPECT_NE(file().find("# a name = \"b\"\n"), std::string::npos) << file();
+}
+
+TEST_F(Hmi, CallsAnswerAsTheirRowsSay) {
+  for (const char* const path : {"/api/pages/press", "/api/pages/save"}) {
+    rig(std::string(path).ends_with("press") ? kButton : "");
+    if (std::string(path).ends_with("save")) std::filesystem::remove(scratch_.file("pages.toml"));
+    rig_->hmi.read();
+    const engineering::Call* const call = engineering::find_call(path);
+    ASSERT_NE(call, nullptr) << path;
+    const HttpResponse answer = rig_->post(path, Json::parse(call->example), "engineer");
+    ASSERT_EQ(answer.status, 200) << answer.body;
+    const auto wrong = engineering::wrong_fields(body_of(answer), call->response);
+    EXPECT_FALSE(wrong) << wrong->field << " " << wrong->text << "\n" << answer.body;
+  }
 }
 
 TEST_F(Hmi, APressIsSeenByAScan) {
