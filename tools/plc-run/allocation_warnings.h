@@ -3,8 +3,6 @@
 // In: counts of tasks that run. Out: lines of the log. Threads: the main one's. Does not belong here: counting.
 #pragma once
 
-#include <fmt/format.h>
-
 #include <set>
 #include <string>
 #include <utility>
@@ -23,8 +21,8 @@ class AllocationWarnings {
       const runtime::Program& program = resource_.program(task);
       for (const auto& found : program.allocations()) {
         if (!told_.emplace(task, found.taskblock).second) continue;
-        log.say(core::Severity::kWarning, fmt::format("taskblock {} allocates memory in its cycle (task {})",
-                                                      found.taskblock, program.task().name));
+        log.say(core::Severity::kWarning, "taskblock " + std::string(found.taskblock) +
+                                              " allocates memory in its cycle (task " + program.task().name + ")");
       }
     }
   }
