@@ -116,11 +116,16 @@ TEST(Start, WithoutAnUploadIsOneOfTheSameProgram) {
 
 TEST(Start, OneAtATime) {
   EngineeringRig rig;
+  const std::vector<std::byte> runs = bytecode::save(rig.resource->image());
+  rig.identity.image_hash = engineering::sha256({reinterpret_cast<const char*>(runs.data()), runs.size()});
   ASSERT_EQ(rig.post("/api/program/stop", Json::object(), "engineer").status, 200);
   ASSERT_EQ(rig.post_file("/api/program/upload", "an image").status, 200);
   EXPECT_EQ(body_of(rig.post("/api/program/start", Json::object(), "engineer"))["code"], "P7755");
   EXPECT_TRUE(rig.store->waiting()) << "it waits as before";
-  EXPECT_FALSE(*rig.store->choose(0));
+  const auto choice = rig.store->choose(0);
+  ASSERT_TRUE(choice && *choice);
+  EXPECT_EQ((*choice)->program.image, rig.identity.image_hash) << "what runs";
+  EXPECT_FALSE((*choice)->trial);
   ASSERT_TRUE(rig.control.take(ProgramControl::kAnswerNs + rig.clock.now_ns()));
   rig.control.set_state(ProgramControl::State::kStopped);
   EXPECT_EQ(rig.post("/api/program/stop", Json::object(), "engineer").status, 409) << "it is stopped";
