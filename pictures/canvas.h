@@ -106,6 +106,11 @@ class Pieces {
   virtual void draw(std::size_t piece, Canvas& canvas) const = 0;
   /// The piece of the first element of a drawing, or of the first line of a text; others follow.
   [[nodiscard]] virtual std::size_t first() const { return 0; }
+  /// It belongs to what is below it: a comment.
+  [[nodiscard]] virtual bool heads(std::size_t piece) const {
+    static_cast<void>(piece);
+    return false;
+  }
 };
 /// Elements, wires and comments of a body. Body and marks outlive them.
 std::unique_ptr<Pieces> pieces_of_drawing(const bytecode::DrawnBody& body, const Known& known, std::int32_t top);

@@ -413,6 +413,9 @@ class DrawingPieces final : public Pieces {
 
   [[nodiscard]] std::size_t count() const override { return first() + body_.elements.size(); }
   [[nodiscard]] std::size_t first() const override { return captions() + body_.comments.size() + body_.wires.size(); }
+  [[nodiscard]] bool heads(std::size_t piece) const override {
+    return piece >= captions() && piece < captions() + body_.comments.size();
+  }
   void draw(std::size_t piece, Canvas& canvas) const override {
     Elements elements(canvas, body_, known_, top_, told_);
     if (piece < captions()) return elements.draw_caption(piece + 1);

@@ -278,16 +278,27 @@ std::optional<Sheet::Place> Sheet::place_of(std::size_t body, std::size_t elemen
 }
 
 std::vector<std::int32_t> Sheet::breaks() const {
-  std::vector<std::pair<std::int32_t, std::int32_t>> spans;
+  struct Span {
+    std::int32_t top = 0, bottom = 0;
+    bool heads = false;
+  };
+  std::vector<Span> spans;
   for (const Contents::Piece& piece : contents_->pieces) {
-    if (piece.box.top <= piece.box.bottom) spans.emplace_back(piece.box.top, piece.box.bottom);
+    if (piece.box.top > piece.box.bottom) continue;
+    spans.push_back({piece.box.top, piece.box.bottom, contents_->groups[piece.group]->heads(piece.number)});
   }
-  std::sort(spans.begin(), spans.end());
+  std::sort(spans.begin(), spans.end(), [](const Span& a, const Span& b) { return a.top < b.top; });
   std::vector<std::int32_t> between;
   std::int32_t bottom = 0;
-  for (const auto& [top, end] : spans) {
-    if (top > bottom && bottom != 0) between.push_back(bottom + (top - bottom) / 2);
-    bottom = std::max(bottom, end);
+  bool heads = true;
+  for (const Span& span : spans) {
+    if (span.top > bottom) {
+      // Nothing but comments above: they go with the next rung.
+      if (bottom != 0 && !heads) between.push_back(bottom + (span.top - bottom) / 2);
+      heads = true;
+    }
+    heads = heads && span.heads;
+    bottom = std::max(bottom, span.bottom);
   }
   return between;
 }

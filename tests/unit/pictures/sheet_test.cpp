@@ -115,6 +115,25 @@ TEST(Sheet, PagesEndBetweenRungs) {
   }
 }
 
+TEST(Sheet, PagesDoNotEndBelowAComment) {
+  DrawnBody body = ladder(2);
+  for (DrawnElement& e : body.elements) {
+    if (e.network != 2) continue;
+    e.y += 200;
+    for (auto& pin : e.pins) pin.at.y += 200;
+  }
+  for (auto& point : body.wires[1].points) point.y += 200;
+  body.comments.push_back({});
+  body.comments[0].y = 120;
+  body.comments[0].width = 200;
+  body.comments[0].height = 20;
+  body.comments[0].text = "the second rung";
+  const pictures::PicturedBody one{&body, "", 0};
+  const auto breaks = Sheet({&one, 1}, {}).breaks();
+  ASSERT_EQ(breaks.size(), 1u);
+  EXPECT_LT(breaks[0], 120 + 50) << "above the comment";
+}
+
 TEST(Sheet, TextsHaveNamesAndPlacesForValues) {
   DrawnBody body;
   body.name = "Calc";
