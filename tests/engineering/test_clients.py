@@ -3,6 +3,7 @@
 usage: test_clients.py PLC PLC_RUN REFERENCE PROJECT MODULE_FOLDER
 """
 
+import io
 import json
 import os
 import re
@@ -76,6 +77,10 @@ class WithPlant(unittest.TestCase):
             self.plant.stop()
 
 
+# The mixing station has pages of its own: these examples are of another plant, and refused for that alone.
+OF_OTHER_PLANTS = {"pages.save": "P7778", "pages.press": "P7777", "pages.picture": "P7780"}
+
+
 class Reference(WithPlant):
     def test_every_example_runs(self):
         with open(REFERENCE) as file:
@@ -98,6 +103,10 @@ class Reference(WithPlant):
                     ["sh", "-ec", command], capture_output=True, text=True, env=environment, cwd=self.plant.folder, timeout=60
                 )
                 self.assertEqual(done.returncode, 0, command + done.stderr)
+                if name in OF_OTHER_PLANTS:
+                    with open(os.path.join(self.plant.folder, name)) if " -o " in command else io.StringIO(done.stdout) as answer:
+                        self.assertEqual(json.load(answer)["code"], OF_OTHER_PLANTS[name])
+                    continue
                 if " -o " in command:
                     self.assertGreater(os.path.getsize(os.path.join(self.plant.folder, name)), 100)
                     continue
