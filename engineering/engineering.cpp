@@ -57,8 +57,6 @@ struct Engineering::State {
         identity(completed(std::move(who), resource.image())),
         variables(resource, values),
         drawn(resource),
-        no_force(resource, options.no_force),
-        no_program(resource, options.no_program),
         forces(forced),
         scheduler(plant),
         log(book),
@@ -83,7 +81,6 @@ struct Engineering::State {
   Identity identity;
   Variables variables;
   DiagramServices drawn;
-  Veto no_force, no_program;
   runtime::ForceList& forces;
   shadow::Shadow* shadow = nullptr;
   ProgramControl* program = nullptr;
@@ -158,11 +155,32 @@ void Engineering::State::open(std::vector<Said>& said) {
     said.push_back({core::Severity::kNote, fmt::format("engineering: certificate {}{}", certificate->fingerprint,
                                                        certificate->made ? ", made now" : "")});
   }
-  context = std::make_unique<Context>(
-      Context{identity,       variables,      scheduler,   log,       *users,  sessions,  delay,
-              first_code,     *audit,         clock,       calendar,  forces,  hmi,       presses,
-              shadow,         clock.now_ns(), {},          &drawn,    program, &no_force, &no_program,
-              options.folder, alarms,         alarm_store, historian, &devices});
+  context = std::make_unique<Context>(Context{identity,
+                                              variables,
+                                              scheduler,
+                                              log,
+                                              *users,
+                                              sessions,
+                                              delay,
+                                              first_code,
+                                              *audit,
+                                              clock,
+                                              calendar,
+                                              forces,
+                                              hmi,
+                                              presses,
+                                              shadow,
+                                              clock.now_ns(),
+                                              {},
+                                              &drawn,
+                                              program,
+                                              options.no_force,
+                                              options.no_program,
+                                              options.folder,
+                                              alarms,
+                                              alarm_store,
+                                              historian,
+                                              &devices});
   dispatcher = std::make_unique<Dispatcher>(*context, hosts, certificate.has_value(), options.pages);
   ServerOptions wanted;
   wanted.address = options.address;

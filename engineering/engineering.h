@@ -20,15 +20,17 @@
 
 namespace plc::engineering {
 
+class Veto;
+
 struct Options {
   std::string address = "127.0.0.1";
   std::uint16_t port = 8061;
   std::uint32_t max_clients = 128;
-  std::vector<std::string> hosts;    ///< further names of this machine
-  bool always_tls = false;           ///< on loopback, too
-  std::string certificate, key;      ///< files in PEM; empty: one made at the first start
-  std::string no_force, no_program;  ///< BOOL globals, see Veto; or empty
-  std::string folder;                ///< for users, audit and certificate; empty: nothing is kept
+  std::vector<std::string> hosts;                   ///< further names of this machine
+  bool always_tls = false;                          ///< on loopback, too
+  std::string certificate, key;                     ///< files in PEM; empty: one made at the first start
+  Veto *no_force = nullptr, *no_program = nullptr;  ///< null: never forbidden; they must outlive the server
+  std::string folder;                               ///< for users, audit and certificate; empty: nothing is kept
   /// That browsers get; they outlive the server.
   std::span<const PageFile> pages;
 };

@@ -9,26 +9,28 @@
 
 namespace plc::tools {
 
-AlarmService::AlarmService(const std::string& file, const std::string& folder, runtime::Resource& resource,
-                           shadow::Shadow* shadow, std::vector<engineering::Said>& said) {
+AlarmService::AlarmService(const std::string& file, runtime::Resource& resource, bool recorded) {
   core::Diagnostics diagnostics;
   std::vector<alarms::Definition> definitions;
   if (const auto text = io::table_file_text(file, diagnostics)) definitions = io::read_alarms(*text, file, diagnostics);
-  auto made = std::make_unique<alarms::Alarms>(resource, std::move(definitions), shadow != nullptr, diagnostics);
+  alarms_ = std::make_unique<alarms::Alarms>(resource, std::move(definitions), recorded, diagnostics);
+  if (alarms_->count() == 0) alarms_.reset();
+  if (diagnostics.all().empty()) return;
+  std::ostringstream lines;
+  diagnostics.render(lines);
+  wrong_ = "alarms: " + lines.str();
+  while (wrong_.ends_with('\n')) wrong_.pop_back();
+}
+
+void AlarmService::open(const std::string& folder, shadow::Shadow* shadow, std::vector<engineering::Said>& said) {
   // WHY no end of the start: nothing but control decides whether control starts.
-  if (!diagnostics.all().empty()) {
-    std::ostringstream lines;
-    diagnostics.render(lines);
-    said.push_back({core::Severity::kError, "alarms: " + lines.str()});
-    while (said.back().text.ends_with('\n')) said.back().text.pop_back();
-  }
-  if (made->count() == 0) return;
+  if (!wrong_.empty()) said.push_back({core::Severity::kError, wrong_});
+  if (!alarms_) return;
   std::error_code refused;
   if (!folder.empty()) std::filesystem::create_directories(folder, refused);  // what is wrong with it the store says
   std::vector<std::string> trouble;
   store_ = std::make_unique<alarms::AlarmStore>(folder, trouble);
   for (std::string& one : trouble) said.push_back({core::Severity::kWarning, std::move(one)});
-  alarms_ = std::move(made);
   alarms_->restore(store_->states(), store_->last_number());
   if (shadow != nullptr && alarms_->needs_scans()) shadow->observe(*alarms_);
   store_->start();

@@ -17,10 +17,11 @@ namespace plc::tools {
 
 class AlarmService {
  public:
-  /// Before the tasks start. `file`: alarms.toml, which need not be there. `folder`: where they are kept, or empty.
-  /// `shadow`: null when nothing is recorded; it must live until stop().
-  AlarmService(const std::string& file, const std::string& folder, runtime::Resource& resource, shadow::Shadow* shadow,
-               std::vector<engineering::Said>& said);
+  /// Before any thread reads globals. `file`: alarms.toml, which need not be there. `recorded`: scans are to be.
+  AlarmService(const std::string& file, runtime::Resource& resource, bool recorded);
+  /// Before the tasks start. `folder`: where they are kept, or empty. `shadow`: null when nothing is recorded; it must
+  /// live until stop().
+  void open(const std::string& folder, shadow::Shadow* shadow, std::vector<engineering::Said>& said);
 
   /// Null when there are none.
   [[nodiscard]] alarms::Alarms* alarms() { return alarms_.get(); }
@@ -33,6 +34,7 @@ class AlarmService {
  private:
   void keep();
 
+  std::string wrong_;  ///< with the file; said by open()
   std::unique_ptr<alarms::Alarms> alarms_;
   std::unique_ptr<alarms::AlarmStore> store_;
 };

@@ -46,8 +46,8 @@ EngineeringRequest engineering_request(const io::Configuration& configuration,
   options.always_tls = config.tls == io::EngineeringTls::kEverywhere;
   options.certificate = configuration.beside(config.certificate.text);
   options.key = configuration.beside(config.key.text);
-  options.no_force = config.no_force.text;
-  options.no_program = config.no_program.text;
+  request.no_force = config.no_force.text;
+  request.no_program = config.no_program.text;
   if (!state.empty()) options.folder = state + "/engineering";
   options.pages = web::files();
   for (const io::Placed& keys : config.keys) request.keys.push_back(configuration.beside(keys.text));
@@ -60,6 +60,12 @@ EngineeringService::EngineeringService(EngineeringRequest request, runtime::Reso
   if (!request_.on) return;
   engineering::take_over(program_.from_log(), book_);
   values_.emplace(resource.globals());
+  no_force_.emplace(resource, request_.no_force);
+  no_program_.emplace(resource, request_.no_program);
+  request_.options.no_force = &*no_force_;
+  request_.options.no_program = &*no_program_;
+  alarms_.emplace(request_.tables + "/alarms.toml", resource, request_.recorded);
+  history_.emplace(request_.tables + "/historian.toml", resource);
   forces_.emplace(resource);
   log_.also_tell([this](const log::Record& record) { book_.add(record); });
 }
@@ -99,11 +105,11 @@ void EngineeringService::prepare(io::Plant& plant, shadow::Shadow* shadow, bool 
   server_->take_over(program_.from_server());
   tell(server_->force_again(warm));
   std::vector<engineering::Said> said;
-  alarms_.emplace(request_.tables + "/alarms.toml", request_.state, resource_, shadow, said);
+  alarms_->open(request_.state, shadow, said);
   tell(said, "alarms");
   server_->set_alarms(alarms_->alarms(), alarms_->store());
   said.clear();
-  history_.emplace(request_.tables + "/historian.toml", request_.state, resource_, shadow, calendar_, said);
+  history_->open(request_.state, resource_, shadow, calendar_, said);
   tell(said, "historian");
   server_->set_historian(history_->historian());
 }

@@ -12,6 +12,7 @@
 #include "engineering/engineering.h"
 #include "engineering/handover.h"
 #include "engineering/shadow_values.h"
+#include "engineering/veto.h"
 #include "io-drivers/config/configuration.h"
 #include "io-drivers/machine/plant.h"
 #include "tools/plc-run/alarm_service.h"
@@ -25,10 +26,12 @@ namespace plc::tools {
 struct EngineeringRequest {
   engineering::Options options;
   bool on = false;
-  std::string project;            ///< file or folder that is run
-  std::string tables;             ///< folder of alarms.toml and historian.toml
-  std::string state;              ///< folder, or empty
-  std::vector<std::string> keys;  ///< files and folders of public keys
+  std::string project;               ///< file or folder that is run
+  std::string tables;                ///< folder of alarms.toml and historian.toml
+  std::string state;                 ///< folder, or empty
+  std::vector<std::string> keys;     ///< files and folders of public keys
+  std::string no_force, no_program;  ///< BOOL globals, see engineering::Veto; or empty
+  bool recorded = false;             ///< what scans take in is to be recorded
 };
 /// `listen`: of --engineering, in place of what the configuration says; an empty address is "off". `state`: the folder
 /// of the state, or empty.
@@ -38,7 +41,8 @@ EngineeringRequest engineering_request(const io::Configuration& configuration,
 
 class EngineeringService {
  public:
-  /// Before Plant::prepare(); all of these must outlive it.
+  /// Before Plant::prepare(), whose drivers read globals on threads of their own: what reads globals is made here. All
+  /// of these must outlive it.
   EngineeringService(EngineeringRequest request, runtime::Resource& resource, RunLog& log, ProgramStart& program);
   ~EngineeringService();
   EngineeringService(const EngineeringService&) = delete;
@@ -72,6 +76,7 @@ class EngineeringService {
   engineering::LogBook book_;
   std::optional<engineering::ShadowValues> values_;
   std::optional<runtime::ForceList> forces_;
+  std::optional<engineering::Veto> no_force_, no_program_;
   std::optional<AlarmService> alarms_;
   std::optional<HistoryService> history_;
   std::unique_ptr<engineering::Engineering> server_;

@@ -21,18 +21,24 @@ void report(const core::Diagnostics& diagnostics, std::vector<engineering::Said>
 
 }  // namespace
 
-HistoryService::HistoryService(const std::string& file, const std::string& state, runtime::Resource& resource,
-                               shadow::Shadow* shadow, const core::Calendar& calendar,
-                               std::vector<engineering::Said>& said) {
+HistoryService::HistoryService(std::string file, runtime::Resource& resource) : file_(std::move(file)) {
+  std::error_code ignored;
+  if (std::filesystem::exists(file_, ignored))
+    values_ = std::make_unique<engineering::ShadowValues>(resource.globals());
+}
+
+void HistoryService::open(const std::string& state, runtime::Resource& resource, shadow::Shadow* shadow,
+                          const core::Calendar& calendar, std::vector<engineering::Said>& said) {
+  if (values_ == nullptr) return;
   core::Diagnostics diagnostics;
-  const auto text = io::table_file_text(file, diagnostics);
-  const auto settings = text ? io::read_historian(*text, file, diagnostics) : std::nullopt;
+  const auto text = io::table_file_text(file_, diagnostics);
+  const auto settings = text ? io::read_historian(*text, file_, diagnostics) : std::nullopt;
   if (!settings) {
     report(diagnostics, said);
     return;
   }
   const std::string folder =
-      settings->folder.empty() ? state : (std::filesystem::path(file).parent_path() / settings->folder).string();
+      settings->folder.empty() ? state : (std::filesystem::path(file_).parent_path() / settings->folder).string();
   if (folder.empty()) {
     said.push_back({core::Severity::kNote,
                     "historian: nothing is kept, since there is no folder: --state DIR, or folder in historian.toml"});
@@ -41,7 +47,6 @@ HistoryService::HistoryService(const std::string& file, const std::string& state
   }
   std::error_code refused;
   std::filesystem::create_directories(folder, refused);  // what is wrong with it the file says
-  values_ = std::make_unique<engineering::ShadowValues>(resource.globals());
   if (shadow != nullptr) values_->attach(*shadow);
   historian::Source source;
   source.take = [values = values_.get()] { values->take(); };

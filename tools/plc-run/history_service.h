@@ -16,10 +16,12 @@ namespace plc::tools {
 
 class HistoryService {
  public:
-  /// Before the tasks start. `file`: historian.toml, which need not be there. `state`: folder, or empty. `shadow`: null
-  /// when nothing is recorded; it must live until stop().
-  HistoryService(const std::string& file, const std::string& state, runtime::Resource& resource, shadow::Shadow* shadow,
-                 const core::Calendar& calendar, std::vector<engineering::Said>& said);
+  /// Before any thread reads globals. `file`: historian.toml, which need not be there.
+  HistoryService(std::string file, runtime::Resource& resource);
+  /// Before the tasks start. `state`: folder, or empty. `shadow`: null when nothing is recorded; it must live until
+  /// stop().
+  void open(const std::string& state, runtime::Resource& resource, shadow::Shadow* shadow,
+            const core::Calendar& calendar, std::vector<engineering::Said>& said);
 
   /// Null when nothing is kept.
   [[nodiscard]] historian::Historian* historian() { return historian_.get(); }
@@ -27,7 +29,8 @@ class HistoryService {
   void stop();
 
  private:
-  std::unique_ptr<engineering::ShadowValues> values_;
+  std::string file_;
+  std::unique_ptr<engineering::ShadowValues> values_;  ///< null without the file
   std::unique_ptr<historian::Historian> historian_;
 };
 

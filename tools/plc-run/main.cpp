@@ -178,6 +178,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   const core::TimeNs retain_interval_ns = plan.configuration.retain.interval_ns;
   RecordingSettings recorded = recording_settings(run.record, plan.configuration, folder, run.engine);
   EngineeringRequest asked = engineering_request(plan.configuration, run.engineering_listen, run.file, folder);
+  asked.recorded = recorded.mode != io::RecordMode::kOff;
   const auto guardian_ended = [](int code, bool signalled) {
     return Relaunch::instance().guardian_ended(code, signalled);
   };
