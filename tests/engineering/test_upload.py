@@ -471,8 +471,7 @@ poll = "20ms"
         self.assertEqual(self.plant.crashes(), [], "the runtime of a guardian ends well, too")
         with self.plant.client() as plc:
             plc.program_start(kind="cold")
-        self.plant.wait_until(lambda p: p["state"] == "trial" or p["state"] == "runs")
-        time.sleep(0.3)
+        self.plant.wait_until(lambda p: p["starts"] == 2 and p["state"] == "runs")
         self.assertLess(self.scans(), retained + 100, "a cold start")
 
     def test_stopped_outputs_stay_safe_until_a_start(self):
