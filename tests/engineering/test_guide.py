@@ -23,7 +23,7 @@ def demo_words():
     with open(os.path.join(SOURCE, "run-demo")) as file:
         text = file.read().replace("\\\n", " ")
     line = re.search(r"^exec \S+/plc-run (.*)$", text, re.M).group(1)
-    line = line.replace('${duration:+--duration "$duration"}', "").replace('"$@"', "")
+    line = line.replace('${duration:+--duration "$duration"}', "").replace('"$@"', "").replace('"${repeat[@]}"', "--repeat")
     return shlex.split(line)
 
 
