@@ -237,7 +237,7 @@ class ImageBuilder {
     for (const stdlib::Field& f : spec->fields) {
       ImageField field;
       field.name = f.name;
-      field.type = type(f.type);
+      field.type = f.type == TypeId::kString ? string(core::kDefaultStringCapacity) : type(f.type);
       field.offset = f.offset;
       field.role = f.direction == stdlib::Direction::kInput    ? FieldRole::kInput
                    : f.direction == stdlib::Direction::kOutput ? FieldRole::kOutput

@@ -335,7 +335,7 @@ TEST(ReplayCommand, WhatLedToTheDeathOfPlcRunIsSavedAtTheNextStart) {
   // A machine that is busy may need some seconds to the first scan.
   std::string crash;
   for (const char* const seconds : {"2", "5", "20"}) {
-    ASSERT_EQ(with({"/usr/bin/timeout", "-s", "KILL", seconds}, {}).code, 137);
+    ASSERT_NE(with({"/usr/bin/timeout", "-s", "KILL", seconds}, {}).code, 0);
     const auto next = with({}, {"--cycles", "20"});
     ASSERT_EQ(next.code, 0) << next.all();
     for (const auto& entry : std::filesystem::recursive_directory_iterator(state)) {

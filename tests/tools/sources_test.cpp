@@ -109,7 +109,7 @@ TEST(SourceFolders, HostileFoldersAreRefused) {
   EXPECT_EQ(run_tool({kTool, "check", scratch.file("not there")}).code, 2);
 }
 
-TEST(Convert, RefusesWhatItCannotConvert) {
+TEST(ConvertSources, AreRefusedWhereTheyCannotBe) {
   const ScratchFolder scratch;
   write(
       scratch.file("p.st"),

@@ -245,6 +245,8 @@ int run(const ReplayCommand& replay) {
   const std::optional<core::TimeNs> begin_ns = player.begin_ns();
   // What comes before is not executed but for the scans since the last table.
   if (span->from_ns != 0) player.seek(*begin_ns + span->from_ns - 1);
+  // Nor is what these told.
+  for (std::size_t task = 0; task < resource.task_count(); ++task) static_cast<void>(resource.program(task).messages());
   while (const auto now_ns = player.next_ns()) {
     if (stopped || (span->until_ns && *now_ns - *begin_ns > *span->until_ns)) break;
     // All scans of one instant, then its row.

@@ -24,7 +24,7 @@ constexpr core::TimeNs kPeriod = 20'000'000;
 std::string run(std::uint64_t seed, const Change& change) {
   core::Diagnostics diagnostics;
   const auto image = bytecode::verify(RandomImage(seed, &registry_with_failures()).make(30), diagnostics);
-  if (!image) return "refused";
+  if (!image) return diagnostics.all().front().message;
   runtime::ProgramOptions options;
   options.taskblocks = &registry_with_failures();
   options.loop_budget = 40;
