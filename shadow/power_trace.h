@@ -35,8 +35,8 @@ class PowerTrace {
 
   struct End {
     std::uint32_t element = 0;
-    std::string variable;  ///< whose value it is; empty: a block, a rail
-    std::string output;    ///< of a function block: its instance and the output, "Timer.Q"
+    std::string variable;       ///< whose value it is; empty: a block, a rail
+    std::string output;         ///< of a function block: its instance and the output, "Timer.Q"
     std::optional<bool> value;  ///< of the variable, else of the power; nothing: it is not known from the drawing
   };
   /// What has the power at an input pin (into DrawnElement::pins) from.

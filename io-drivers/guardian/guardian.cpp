@@ -203,9 +203,7 @@ class Guardian {
     leave(kGuardianExit);
   }
 
-  [[noreturn]] void leave(int code) {
-    ::_exit(options_.ended ? options_.ended(code, asked_to_stop_) : code);
-  }
+  [[noreturn]] void leave(int code) { ::_exit(options_.ended ? options_.ended(code, asked_to_stop_) : code); }
 
   struct Seen {
     std::uint64_t pulses = 0;

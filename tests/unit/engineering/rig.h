@@ -168,8 +168,8 @@ class EngineeringRig {
   std::string audit_said;
   engineering::Audit audit;
   /// The cheapest that libsodium allows: tests are about who may, not about how long it takes.
-  engineering::Context context{identity, variables, scheduler, log,    *users, sessions, delay,     first_code, audit,
-                               clock,    calendar,  forces,    hmi,    presses, nullptr,  0,         {1, 8192},  nullptr};
+  engineering::Context context{identity, variables, scheduler, log, *users,  sessions, delay, first_code, audit,
+                               clock,    calendar,  forces,    hmi, presses, nullptr,  0,     {1, 8192},  nullptr};
   engineering::HostRules hosts{{"plant.example"}};
   ScratchFolder programs;
   std::unique_ptr<engineering::ProgramStore> store =
