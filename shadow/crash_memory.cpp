@@ -159,11 +159,12 @@ class LeftRing {
   std::uint64_t head_ = 0, tail_ = 0, most_record_bytes_ = 0;
 };
 
-/// Removes what plants have left that nobody starts again.
-void sweep(const fs::path& parent) {
+/// Removes what plants other than that of `folder` have left that nobody starts again.
+void sweep(const fs::path& folder) {
   std::error_code error;
-  for (fs::directory_iterator at(parent, error), end; !error && at != end; at.increment(error)) {
-    if (!at->path().filename().string().starts_with(kPrefix)) continue;
+  for (fs::directory_iterator at(folder.parent_path(), error), end; !error && at != end; at.increment(error)) {
+    const std::string name = at->path().filename().string();
+    if (!name.starts_with(kPrefix) || name.starts_with(folder.filename().string())) continue;
     const auto state = read_all((at->path() / kState).string());
     std::error_code ignored;
     if (!state || fs::exists(std::string(reinterpret_cast<const char*>(state->data()), state->size()), ignored) ||
@@ -235,7 +236,7 @@ core::Result<std::unique_ptr<CrashMemory>> CrashMemory::make(const std::string& 
   if (::mkdir(folder.c_str(), 0700) != 0) return refused(folder, errno);
   made->directory_ = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
   if (made->directory_ < 0 || ::flock(made->directory_, LOCK_EX | LOCK_NB) != 0) return refused(folder, errno);
-  sweep(fs::path(folder).parent_path());
+  sweep(folder);
   if (!write_file(made->directory_, kState, sizes.state.data(), sizes.state.size())) return refused(folder, errno);
   for (std::size_t t = 0; t < sizes.table_bytes.size(); ++t) {
     Task& task = made->tasks_.emplace_back();

@@ -158,6 +158,8 @@ void Shadow::store_fault() {
 void Shadow::make_crash_memory(runtime::Resource& resource) {
   std::error_code error;
   const std::filesystem::path state = std::filesystem::absolute(options_.fault_folder, error).parent_path();
+  // Where there is none yet, others would take what this plant leaves for that of one that is gone.
+  std::filesystem::create_directories(state, error);
   CrashMemory::Sizes sizes{options_.recording.ring_bytes, options_.recording.most_record_bytes, {}, state.string()};
   for (std::size_t task = 0; task < resource.task_count(); ++task) {
     sizes.table_bytes.push_back(resource.program(task).table().layout().total);
