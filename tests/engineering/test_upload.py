@@ -262,6 +262,11 @@ class Switches(WithFolder):
             self.assertIn(now["image"], (hash_of(self.old), hash_of(self.new)), f"killed after {pause} s")
             self.plant.wait_until(lambda p: p["state"] == "runs")
             with self.plant.client() as plc:
+                # The server may answer before the first scan has ended.
+                for _ in range(100):
+                    if plc.tasks()["tasks"][0]["scans"] > 0:
+                        break
+                    time.sleep(0.05)
                 self.assertGreater(plc.tasks()["tasks"][0]["scans"], 0)
             seen["new" if now["image"] == hash_of(self.new) else "old"] += 1
             image = self.old if now["image"] == hash_of(self.new) else self.new
