@@ -167,15 +167,15 @@ std::string make_garbage(Garbage kind, std::size_t bytes, std::uint64_t seed) {
         out[below(random, out.size())] = static_cast<char>(' ' + random() % 95);
       break;
     case Garbage::kParentheses:
-      return std::string(head) + "x := " + repeated("(", bytes);
+      return fmt::format("{}x := {}", head, repeated("(", bytes));
     case Garbage::kNestedIf:
-      return std::string(head) + repeated("IF TRUE THEN\n", bytes);
+      return fmt::format("{}{}", head, repeated("IF TRUE THEN\n", bytes));
     case Garbage::kOpenComment:
-      return std::string(head) + "(* " + repeated("text (* ", bytes);
+      return fmt::format("{}(* {}", head, repeated("text (* ", bytes));
     case Garbage::kOneLine:
-      return std::string(head) + "x := 1" + repeated(" + y", bytes);
+      return fmt::format("{}x := 1{}", head, repeated(" + y", bytes));
     case Garbage::kErrors:
-      return std::string(head) + repeated("x := := unknown 1;\n", bytes);
+      return fmt::format("{}{}", head, repeated("x := := unknown 1;\n", bytes));
   }
   out.resize(std::min(out.size(), bytes));
   return out;

@@ -11,6 +11,8 @@ set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
 
 add_library(plc_options INTERFACE)
 target_compile_features(plc_options INTERFACE cxx_std_20)
+# fmt for all: it is one of the precompiled headers, which need the same definitions everywhere.
+target_link_libraries(plc_options INTERFACE fmt::fmt)
 target_include_directories(plc_options INTERFACE ${PROJECT_SOURCE_DIR})
 target_compile_options(plc_options INTERFACE
   -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wnon-virtual-dtor -Werror

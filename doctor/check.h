@@ -39,7 +39,7 @@ struct Outcome {
 
 inline Outcome fine(std::string seen) { return {std::move(seen), true, {}}; }
 inline Outcome unknown(std::string why) { return {std::move(why), false, {}}; }
-inline Outcome missing(const std::string& file) { return unknown(file + " is not there"); }
+Outcome missing(const std::string& file);
 inline Outcome wrong(std::string seen, std::string help) {
   return {{}, true, {{std::move(seen), std::move(help), {}, {}}}};
 }

@@ -33,6 +33,8 @@ State state_of(const Found& found, core::Code code) {
 
 }  // namespace
 
+Outcome missing(const std::string& file) { return unknown(file + " is not there"); }
+
 std::string_view state_word(State state) {
   constexpr std::string_view kWords[] = {"ok", "unknown", "note", "warning", "problem"};
   return kWords[static_cast<std::size_t>(state)];

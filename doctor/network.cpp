@@ -181,7 +181,7 @@ Outcome check_free(const Context& c, const Server& server) {
   if (!parse_address(server.address) || server.port == 0) return fine("any free one");
   if (!c.system.read("/proc/net/tcp")) return missing("/proc/net/tcp");
   const auto holder = listener(c, server);
-  if (!holder) return fine(server.text() + " is free");
+  if (!holder) return fine(fmt::format("{} is free", server.text()));
   if (holder->serves_plants())
     return fine(fmt::format("{}, served by {}, process {}", server.text(), holder->name, holder->id));
   return no_listening(

@@ -27,7 +27,7 @@ constexpr std::size_t kShown = 60;
 /// A text of the file for a message: not longer than a line.
 std::string shown(std::string_view text) {
   if (text.size() <= kShown) return std::string(text);
-  return std::string(text.substr(0, kShown)) + "...";
+  return std::string(text.substr(0, kShown)).append("...");
 }
 
 }  // namespace

@@ -11,7 +11,7 @@ namespace plc::test {
 namespace {
 
 TEST(Switch, AJumpLeadsPastEveryBlockOfAGroup) {
-  const std::string project = std::string(PLC_CASES) + "/fbd/switch-runs-one-of-three-groups/project.xml";
+  const std::string project = PLC_CASES "/fbd/switch-runs-one-of-three-groups/project.xml";
   const ToolResult dump = run_tool({PLC_TOOL, "dump", project});
   ASSERT_EQ(dump.code, 0) << dump.err;
   const std::size_t body = dump.out.find("pou \"Logic\"");

@@ -7,7 +7,7 @@
 namespace plc::test {
 namespace {
 
-std::string tank() { return std::string(PLC_EXAMPLES) + "/tank/tank.xml"; }
+std::string tank() { return PLC_EXAMPLES "/tank/tank.xml"; }
 
 ToolResult explain(std::vector<std::string> more) {
   more.insert(more.begin(), {PLC_TOOL, "explain"});

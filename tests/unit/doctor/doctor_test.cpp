@@ -353,7 +353,7 @@ TEST(Doctor, TakesTheStateFolderThatPlcRunTakes) {
   Machine machine;
   machine.subject.state.clear();
   EXPECT_EQ(line_of(machine.examine(), "retain", "state folder").seen, "no state folder");
-  machine.write("proc/self/environ", std::string("HOME=/\0STATE_DIRECTORY=/var/lib/picard/plant:/other\0", 55));
+  machine.write("proc/self/environ", std::string("HOME=/\0STATE_DIRECTORY=/var/lib/picard/plant:/other\0", 52));
   EXPECT_EQ(line_of(machine.examine(), "retain", "state folder").seen, "/var/lib/picard/plant");
   machine.configure("[retain]\nstate = \"/var/lib\"\n");
   EXPECT_EQ(line_of(machine.examine(), "retain", "asked for").seen, "/var/lib");

@@ -109,7 +109,7 @@ TEST(AlarmFile, IsRefusedAlarmByAlarm) {
 }
 
 TEST(AlarmFile, HasItsKeysInTheGuide) {
-  std::ifstream in(std::string(PLC_SOURCE_ROOT) + "/docs/guides/alarms.md");
+  std::ifstream in(PLC_SOURCE_ROOT "/docs/guides/alarms.md");
   const std::string guide{std::istreambuf_iterator<char>(in), {}};
   for (const io::KeyInfo& key : io::alarm_keys())
     EXPECT_NE(guide.find("`" + std::string(key.name) + "`"), std::string::npos) << key.name;

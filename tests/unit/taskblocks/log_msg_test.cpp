@@ -1,4 +1,5 @@
 // LOG_MSG: when it tells what, and that it waits for nobody.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -76,9 +77,10 @@ TEST(LogMsg, FillsInItsValues) {
 }
 
 TEST(LogMsg, CutsWhatIsTooLong) {
-  Message message(std::string(150, 'a') + "{1}{1}{1}{1}");
+  const std::string most(150, 'a');
+  Message message(fmt::format("{}{}", most, "{1}{1}{1}{1}"));
   message.block.port<double>("VALUE1") = 12345;
-  EXPECT_EQ(message.told(), std::string(150, 'a') + "123451234");
+  EXPECT_EQ(message.told(), fmt::format("{}123451234", most));
   EXPECT_EQ(Message(std::string("a\0b", 3)).told(), "a b");
   EXPECT_EQ(Message("").told(), "");
   EXPECT_EQ(Message("100 % done, %s %n").told(), "100 % done, %s %n") << "no format of printf";
