@@ -270,8 +270,10 @@ void save(Context& context, const Caller& caller, const Json& request, Answer& a
 constexpr Field kPressRequest[] = {
     text("path", "The BOOL of a button", 1, 1000),
     boolean("pressed", "Say true again within 3 s as long as it is held, then false"),
+    optional(boolean("renews", "Says again that it is held; presses nothing that is not held any more")),
+    optional(integer("until_ms", "UTC in milliseconds, by the clock of the machine: what comes later presses nothing")),
 };
-constexpr Field kPressAnswer[] = {boolean("held", "The caller holds it now")};
+constexpr Field kPressAnswer[] = {boolean("held", "The caller holds it now; false after a press: it came too late")};
 
 void press(Context& context, const Caller& caller, const Json& request, Answer& answer) {
   const auto path = request["path"].get<std::string>();
@@ -285,12 +287,16 @@ void press(Context& context, const Caller& caller, const Json& request, Answer& 
     return;
   }
   if (const auto problem = context.hmi.press_refusal(path)) return answer.refuse(*problem, "path");
-  const Presses::Pressed pressed = context.presses.press(path, holder, now_ns);
+  if (request.contains("until_ms") && context.calendar.utc_ns() / 1'000'000 > request["until_ms"].get<std::int64_t>()) {
+    answer.body()["held"] = false;
+    return;
+  }
+  const Presses::Pressed pressed = context.presses.press(path, holder, request.value("renews", false), now_ns);
   if (pressed.problem) return answer.refuse(*pressed.problem, "path");
   if (pressed.fresh) {
     context.audit.add(caller.user, caller.address, "pages.press", {{"path", path}, {"pressed", true}});
   }
-  answer.body()["held"] = true;
+  answer.body()["held"] = pressed.held;
 }
 
 constexpr Field kPictureRequest[] = {

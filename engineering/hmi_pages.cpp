@@ -39,13 +39,18 @@ constexpr PictureType kPictures[] = {
     {".webp", "image/webp", "RIFF"},         {".svg", "image/svg+xml", ""},
 };
 
-/// The number that bytes of a type are; nothing of those that are none.
+/// The number that bytes of a type are, of durations the seconds; nothing of those that are none.
 std::optional<double> number_of(const bytecode::Image& image, std::uint32_t type, const std::byte* bytes) {
+  const auto& declared = image.types[type];
+  if (declared.kind == bytecode::TypeKind::kScalar && core::in_category(declared.elementary, core::kAnyDuration)) {
+    std::int64_t ns = 0;
+    std::memcpy(&ns, bytes, sizeof ns);
+    return static_cast<double>(ns) / 1e9;
+  }
   const Json value = value_json(image, type, bytes);
   if (value.is_number()) return value.get<double>();
   // Numbers of 64 bits are texts.
   const auto* const scalar = value.is_string() ? &value.get_ref<const std::string&>() : nullptr;
-  const auto& declared = image.types[type];
   if (scalar == nullptr || declared.kind != bytecode::TypeKind::kScalar || !declared.members.empty())
     return std::nullopt;
   char* end = nullptr;
@@ -214,8 +219,9 @@ std::optional<Problem> HmiPages::save(const std::string& version, const hmi::Doc
   const std::lock_guard reading(reading_);
   const auto before = state();
   if (before->version != version) {
-    return Problem{Code::P7778, "pages.toml was changed since these pages were loaded",
-                   "load them again; what was edited here can be saved as a copy before"};
+    return Problem{
+        Code::P7778, "pages.toml was changed since these pages were loaded",
+        "load them again; the editor can keep a copy of what was edited, or save it over that of the others"};
   }
   if (!before->usable) {
     return Problem{Code::P7779, "pages.toml has mistakes, and would be lost", "mend it, or remove it"};

@@ -39,22 +39,23 @@ bool Presses::let_go(const Button& button, core::TimeNs now_ns) {
   return button.holders.empty() && was_seen(button, now_ns) && !variables_.write(button.off);
 }
 
-Presses::Pressed Presses::press(const std::string& path, const Holder& holder, core::TimeNs now_ns) {
+Presses::Pressed Presses::press(const std::string& path, const Holder& holder, bool renews, core::TimeNs now_ns) {
   std::vector<Variables::Write> on, off;
   std::string field;
-  if (auto problem = variables_.prepare(path, true, on, field)) return {false, std::move(problem)};
-  if (auto problem = variables_.prepare(path, false, off, field)) return {false, std::move(problem)};
+  if (auto problem = variables_.prepare(path, true, on, field)) return {false, false, std::move(problem)};
+  if (auto problem = variables_.prepare(path, false, off, field)) return {false, false, std::move(problem)};
   if (on.size() != 1 || type_name(variables_.image(), on[0].type) != "BOOL") {
-    return {false, Problem{Code::P7102, "\"" + path + "\" is no BOOL", {}}};
+    return {false, false, Problem{Code::P7102, "\"" + path + "\" is no BOOL", {}}};
   }
   const std::lock_guard lock(mutex_);
   const auto found = buttons_.find(on[0].offset);
   const bool fresh = found == buttons_.end() || found->second.holders.count(holder) == 0;
+  if (fresh && renews) return {};
   if (found == buttons_.end() && buttons_.size() >= kMost) {
-    return {false, Problem{Code::P7717, "too many buttons are held", {}}};
+    return {false, false, Problem{Code::P7717, "too many buttons are held", {}}};
   }
-  if (!fresh) return found->second.holders[holder] = now_ns + kLeaseNs, Pressed{};
-  if (auto problem = variables_.write(on)) return {false, std::move(problem)};
+  if (!fresh) return found->second.holders[holder] = now_ns + kLeaseNs, Pressed{false, true, {}};
+  if (auto problem = variables_.write(on)) return {false, false, std::move(problem)};
   // WHY after the write, and two more: the scan that goes on now may have begun before it.
   std::vector<std::pair<std::uint32_t, std::uint64_t>> wanted;
   for (const std::uint32_t task : readers(on[0].offset)) wanted.emplace_back(task, scans_(task).value_or(0) + 2);
@@ -64,7 +65,7 @@ Presses::Pressed Presses::press(const std::string& path, const Holder& holder, c
   button.since_ns = now_ns;
   button.wanted = std::move(wanted);
   button.holders[holder] = now_ns + kLeaseNs;
-  return {true, std::nullopt};
+  return {true, true, std::nullopt};
 }
 
 bool Presses::release(const std::string& path, const Holder& holder, core::TimeNs now_ns) {

@@ -40,10 +40,12 @@ class Presses {
   };
   struct Pressed {
     bool fresh = false;  ///< it was not held by this holder before
+    bool held = false;   ///< the holder holds it now
     std::optional<core::Problem> problem;
   };
   /// P7101, P7102 when it is no BOOL, P7106, P7107, P7717 when too many are held.
-  Pressed press(const std::string& path, const Holder& holder, core::TimeNs now_ns);
+  /// `renews`: only where the holder holds it: what comes late over a line that stood still presses nothing again.
+  Pressed press(const std::string& path, const Holder& holder, bool renews, core::TimeNs now_ns);
   /// False when the holder does not hold it.
   bool release(const std::string& path, const Holder& holder, core::TimeNs now_ns);
 

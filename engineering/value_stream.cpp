@@ -130,24 +130,22 @@ std::string ValueStream::take(std::string_view text) {
   for (const Json& path : (*request)["subscribe"]) {
     const auto place = context_.variables.find(path.get<std::string>());
     if (place) {
+      // One path that is too much leaves the others as they are.
+      const std::size_t values = values_.size(), bytes = newest_.size();
       add(path.get<std::string>(), *place, layout);
+      if (values_.size() <= kMostValues) continue;
+      values_.resize(values);
+      newest_.resize(bytes);
+      layout.erase(layout.begin() + static_cast<std::ptrdiff_t>(values), layout.end());
+      problems.push_back({{"path", path},
+                          {"code", core::info(core::Code::P7717).name},
+                          {"text", "with it these are more than " + std::to_string(kMostValues) + " single values"}});
     } else {
       problems.push_back(
           {{"path", path}, {"code", core::info(place.error().code).name}, {"text", place.error().message}});
     }
-    if (values_.size() > kMostValues) break;
   }
   ++number_;
-  if (values_.size() > kMostValues) {
-    values_.clear();
-    newest_.clear();
-    return refusal_text({413,
-                         core::Code::P7717,
-                         "these are more than " + std::to_string(kMostValues) + " single values",
-                         "subscribe",
-                         {},
-                         0});
-  }
   sent_.assign(newest_.size(), std::byte{0});
   whole_ = !values_.empty();
   Json answer;

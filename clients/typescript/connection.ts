@@ -18,11 +18,20 @@ export class PicardError extends Error {
 /** A value of a variable as JSON: numbers of 64 bits, times, dates and enumerations are texts. */
 export type Value = boolean | number | string | null | Value[] | { [field: string]: Value };
 
+/** What took too long is told as what did not reach the server. */
+function noAnswer(error: unknown): never {
+  throw error instanceof DOMException && error.name === "TimeoutError" ? new TypeError("no answer") : error;
+}
+
 export class Connection {
-  /** `base`: of another server, for scripts; pages leave it empty. `token`: for the header Authorization. */
+  /**
+   * `base`: of another server, for scripts; pages leave it empty. `token`: for the header Authorization. `patienceMs`: how
+   * long a call may take that sends no file; it then throws a TypeError, as where nobody answers. 0: for ever.
+   */
   constructor(
     private readonly base = "",
     public token?: string,
+    private readonly patienceMs = 0,
   ) {}
 
   protected async send(method: "GET" | "POST", path: string, fields: object, file?: Blob): Promise<Response> {
@@ -45,7 +54,8 @@ export class Connection {
       const text = query.toString();
       if (text !== "") target += `?${text}`;
     }
-    const response = await fetch(target, init);
+    if (file === undefined && this.patienceMs > 0) init.signal = AbortSignal.timeout(this.patienceMs);
+    const response = await fetch(target, init).catch(noAnswer);
     if (response.ok) return response;
     let answer: { code?: string; text?: string; field?: string; help?: string; retry_after_ms?: number } = {};
     try {
@@ -64,7 +74,7 @@ export class Connection {
   }
 
   protected async call<T>(method: "GET" | "POST", path: string, fields: object, file?: Blob): Promise<T> {
-    return (await (await this.send(method, path, fields, file)).json()) as T;
+    return (await (await this.send(method, path, fields, file)).json().catch(noAnswer)) as T;
   }
 
   protected async file(path: string): Promise<Blob> {

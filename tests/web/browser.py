@@ -7,9 +7,12 @@ import shutil
 import signal
 import subprocess
 import tempfile
+import threading
 import time
 import urllib.error
+import urllib.parse
 import urllib.request
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 from selenium import webdriver
 from selenium.webdriver.chrome.service import Service
@@ -94,13 +97,51 @@ class Plant:
         shutil.rmtree(self.folder)
 
 
+# Chromium's own: time, updates, accounts, passwords. What pages take from others (fonts, scripts, maps) has other names.
+ASKED_BY_CHROMIUM = re.compile(r"(accounts|clients\d|update|redirector|www|[a-z-]+-pa|content-autofill|safebrowsing)\.(google|googleapis|gvt1)\.com")
+
+
+class Outside:
+    """A proxy that notes what is asked for, and gives nothing: addresses of this machine do not go through it."""
+
+    def __init__(self):
+        asked = self.asked = []
+
+        class Refuse(BaseHTTPRequestHandler):
+            def refuse(self):
+                host = urllib.parse.urlsplit(self.path if "://" in self.path else "//" + self.path).hostname
+                if not ASKED_BY_CHROMIUM.fullmatch(host or ""):
+                    asked.append(f"{self.command} {self.path}")
+                self.send_error(502)
+
+            do_CONNECT = do_GET = do_HEAD = do_POST = do_PUT = do_OPTIONS = refuse
+
+            def log_message(self, *_):
+                pass
+
+        self.server = ThreadingHTTPServer(("127.0.0.1", 0), Refuse)
+        threading.Thread(target=self.server.serve_forever, daemon=True).start()
+
+    def address(self):
+        return f"http://127.0.0.1:{self.server.server_port}"
+
+    def close(self):
+        self.server.shutdown()
+        self.server.server_close()
+
+
 class Browser:
+    """`outside.asked`: whatever the browser asked other machines for."""
+
     def __init__(self, chromium, driver):
+        self.outside = Outside()
         options = webdriver.ChromeOptions()
         options.binary_location = chromium
         # No sandbox: tests run as root, too, in containers that have no name spaces.
         for flag in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars",
-                     "--force-device-scale-factor=1"):
+                     "--force-device-scale-factor=1", "--no-first-run", "--disable-background-networking",
+                     "--disable-component-update", "--disable-sync", "--disable-default-apps",
+                     "--disable-features=OptimizationHints,MediaRouter", "--proxy-server=" + self.outside.address()):
             options.add_argument(flag)
         self.driver = webdriver.Chrome(service=Service(driver), options=options)
         self.driver.set_script_timeout(WAIT_S)
@@ -109,6 +150,7 @@ class Browser:
 
     def quit(self):
         self.driver.quit()
+        self.outside.close()
 
     def size(self, width, height):
         self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",

@@ -47,6 +47,7 @@ class WithBrowser(unittest.TestCase):
         foreign = self.browser.run(
             "return performance.getEntriesByType('resource').map((one) => one.name).filter((name) => !name.startsWith(location.origin))")
         self.assertEqual(foreign, [])
+        self.assertEqual(self.browser.outside.asked, [])
 
 
 def main():

@@ -12,6 +12,26 @@ import ladder
 from cases import ADMIN, CHECKS, PLC_RUN, SHOTS, TANK, VIEWER, Keys, Plant, WithBrowser, main
 
 
+# What the page shows of each point that has a shape.
+STATES = """
+const states = () => {
+  const seen = {};
+  for (const e of document.querySelectorAll(".sheet [data-k].shape, .sheet [data-k].wire"))
+    seen[e.dataset.k] = e.classList.contains("on") ? "on" : e.classList.contains("off") ? "off" : e.classList.contains("notrun") ? "notrun" : "";
+  return seen;
+};
+"""
+
+
+def told_by(answer):
+    """The same, as the replica of the recording has it; empty where nothing is known."""
+    told = {}
+    for point in answer["points"]:
+        state = point["state"]
+        told[str(point["point"])] = "notrun" if not state & 1 else "" if not state & 6 == 6 else "on" if state & 8 else "off"
+    return told
+
+
 class Diagrams(WithBrowser):
     """Drawings of a plant that runs."""
 
@@ -48,12 +68,7 @@ class Diagrams(WithBrowser):
         return int(found.group(1).replace(",", "")) if found else None
 
     def states(self):
-        """What the page shows of each point that has a shape."""
-        return self.browser.run("""
-          const seen = {};
-          for (const e of document.querySelectorAll(".sheet [data-k].shape, .sheet [data-k].wire"))
-            seen[e.dataset.k] = e.classList.contains("on") ? "on" : e.classList.contains("off") ? "off" : e.classList.contains("notrun") ? "notrun" : "";
-          return seen;""")
+        return self.browser.run(STATES + "return states();")
 
     def test_power_flows(self):
         b = self.browser
@@ -92,10 +107,7 @@ class Diagrams(WithBrowser):
         recording = self.plant.call("/api/diagrams/past", {})["recording"]
         answer = self.plant.call("/api/diagrams/flow", {"recording": recording, "pou": "Station", "points": points, "scan": at - 1})
         self.assertEqual(answer["scan"], at - 1)
-        told = {}
-        for point in answer["points"]:
-            state = point["state"]
-            told[str(point["point"])] = "notrun" if not state & 1 else "" if not state & 6 == 6 else "on" if state & 8 else "off"
+        told = told_by(answer)
         for point, shown in self.states().items():
             if told[point] != "":
                 self.assertEqual(shown, told[point], point)
@@ -195,6 +207,49 @@ class Diagrams(WithBrowser):
             b.size(width, height)
             self.assertEqual(b.run(CHECKS), [])
             self.shot(f"diagram-{width}")
+
+
+class LiveFlow(WithBrowser):
+    """What is shown of a running plant, picture by picture; PLC_STATES of the environment has another number of them."""
+
+    STATES = int(os.environ.get("PLC_STATES", "1000"))
+
+    def test_each_picture_is_as_the_recording_has_it(self):
+        b = self.browser
+        folder = tempfile.mkdtemp()
+        self.addCleanup(shutil.rmtree, folder)
+        project, stimulus = folder + "/random.xml", folder + "/stimulus.csv"
+        ladder.write_random(project, stimulus, 12, self.STATES // 10 + 60, 20261127)
+        plant = Plant(PLC_RUN, project, "--stimulus", stimulus)
+        self.addCleanup(plant.remove)
+        plant.make_first_user()
+        b.login(plant.url, *ADMIN)
+        b.open(plant.url, "#/diagrams?pou=Logic")
+        b.wait("power", lambda: b.find(".sheet .tile .wire.on"))
+        b.run(STATES + """
+          const shown = document.querySelector(".scan-shown");
+          window.pictures = [];
+          new MutationObserver(() => {
+            const scan = /^Scan ([\\d,]+)/.exec(shown.textContent);
+            if (scan !== null) pictures.push([Number(scan[1].replaceAll(",", "")), states()]);
+          }).observe(shown, {childList: true, characterData: true, subtree: true});""")
+        until = time.monotonic() + self.STATES / 10 + 30
+        while b.run("return pictures.length") < self.STATES:
+            self.assertLess(time.monotonic(), until, "pictures come too slowly")
+            time.sleep(0.5)
+        pictures = b.run("return pictures")
+        points = sorted({int(point) for point in pictures[0][1]})
+        self.assertGreater(len(points), 60)
+        recording = plant.call("/api/diagrams/past", {})["recording"]
+        different = set()
+        for scan, states in pictures[: self.STATES]:
+            told = told_by(plant.call("/api/diagrams/flow", {"recording": recording, "pou": "Logic", "points": points, "scan": scan}))
+            for point, shown in states.items():
+                if told[point] != "":
+                    self.assertEqual(shown, told[point], f"scan {scan}, point {point}")
+            different.add(tuple(states.values()))
+        print(f"{self.STATES} pictures, {len(different)} different ones", flush=True)
+        self.assertGreater(len(different), self.STATES // 4)
 
 
 class Ladder(WithBrowser):

@@ -4,6 +4,7 @@ import json
 import os
 import re
 import shutil
+import signal
 import tempfile
 import time
 import urllib.error
@@ -20,6 +21,8 @@ PROJECT = """VAR_GLOBAL
   SlowSeesPush : BOOL;
   Setpoint : REAL := 20.0;
   Level : REAL;
+  Wait : TIME := T#12s500ms;
+  Large : LINT := 9007199254740993;
 END_VAR
 PROGRAM Main
 VAR_EXTERNAL Pump, Push : BOOL; Presses : DINT; Setpoint, Level : REAL; END_VAR
@@ -119,6 +122,36 @@ text = "Level"
 variable = "Level"
 format = "0.00"
 unit = "m"
+"""
+TIMES = """[[page]]
+name = "times"
+
+[[page.element]]
+kind = "slider"
+x = 0
+y = 0
+variable = "Wait"
+low = 1
+high = 20
+step = 0.5
+
+[[page.element]]
+kind = "number"
+x = 6
+y = 0
+variable = "Wait"
+entered = true
+low = 1
+high = 20
+format = "0.0"
+unit = "s"
+
+[[page.element]]
+kind = "number"
+x = 0
+y = 4
+variable = "Large"
+format = "0"
 """
 PICTURE = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 40 20"><script>top.alert(2)</script>
 <rect width="40" height="20" fill="#0b5cad" onload="alert(3)"/></svg>
@@ -238,7 +271,7 @@ class Editor(OwnFolder):
         b.button("Close").click()
         # Loaded again, it works: the switch moves the gauge.
         b.open(self.plant.url, "#/panel?page=page")
-        self.element("Pump", "[role=switch]").click()
+        self.element("Pump", "[role=switch]:enabled").click()
         b.wait("the pump", lambda: self.plant.read("Pump") is True)
         b.wait("the gauge", lambda: float(self.element("Level", "[role=meter]").get_attribute("aria-valuenow")) > 15)
         self.assertIn(" m", self.element("Level", ".hmi-value").text)
@@ -295,6 +328,51 @@ class Editor(OwnFolder):
         b.go("panel")
         self.element("Pump", "[role=switch]")
         self.assertEqual([one.text for one in b.find("button") if one.text == "Edit"], [])
+
+
+    def test_columns_are_taken_when_they_are_entered(self):
+        b = self.browser
+        b.login(self.plant.url, *ADMIN)
+        b.go("panel")
+        b.button("Edit").click()
+        b.button("Add a page").click()
+        b.one(".hmi-palette [data-kind=switch]").send_keys(Keys.ENTER)
+        b.enter("Variable", "Pump")
+        for _ in range(10):
+            self.element("Pump").send_keys(Keys.ARROW_RIGHT)
+        b.wait("moved", lambda: self.place("Pump") == (11, 1, 3, 2))
+        b.enter("Columns", "30")
+        self.assertEqual(self.place("Pump"), (11, 1, 3, 2), "3, on the way to 30, is no number of columns")
+        b.press(Keys.ENTER)
+        b.wait("30 columns", lambda: "repeat(30," in b.one(".hmi-grid").get_attribute("style"))
+        self.assertEqual(self.place("Pump"), (11, 1, 3, 2))
+
+    def test_other_pages_and_the_end_of_a_session_lose_nothing(self):
+        b = self.browser
+        b.login(self.plant.url, *ADMIN)
+        b.go("panel")
+        b.button("Edit").click()
+        b.one(".hmi-palette [data-kind=text]").click()
+        b.enter("Text", "Mine")
+        b.go("trends")
+        b.go("panel")
+        b.wait_for_text("not saved")
+        self.assertIn("Mine", b.one(".hmi-grid").text)
+        b.driver.delete_all_cookies()
+        b.wait("login", lambda: b.find("main.alone form"))
+        b.enter("User", ADMIN[0])
+        b.enter("Password", ADMIN[1])
+        b.press(Keys.ENTER)
+        b.wait_for_text("not saved")
+        self.assertIn("Mine", b.one(".hmi-grid").text)
+        # Somebody else's are not lost either, unless that is wanted.
+        self.write("pages.toml", TIMES)
+        b.button("Save").click()
+        b.wait_for_text("plc explain P7778")
+        b.button("Keep a copy of mine")
+        b.button("Save mine over theirs").click()
+        b.wait("saved", lambda: 'text = "Mine"' in self.text())
+        b.wait("nothing left", lambda: "not saved" not in b.text())
 
 
 class Writing(OwnFolder):
@@ -382,8 +460,57 @@ class Writing(OwnFolder):
         self.assertEqual(write("Presses", 31), "P7777")
         self.assertEqual(write("Push", True), "P7777")
         self.assertIsNone(write("Setpoint", 11))
-        self.element("Pump", "[role=switch]").click()
+        # Limits that are changed by hand hold although no page is open.
+        b.driver.get("about:blank")
+        self.write("pages.toml", PAGES.replace("low = 10", "low = 11.5"))
+        b.wait("the new limit", lambda: write("Setpoint", 11) == "P7777")
+        self.write("pages.toml", PAGES)
+        b.wait("the old limit", lambda: write("Setpoint", 11) is None)
+        b.open(self.plant.url, "#/panel")
+        self.element("Pump", "[role=switch]:enabled").click()
         b.wait("the pump", lambda: self.plant.read("Pump") is True)
+
+    def test_durations_are_seconds(self):
+        b = self.browser
+        self.write("pages.toml", TIMES)
+        b.login(self.plant.url, *OPERATOR)
+        b.go("panel")
+        b.wait("all digits", lambda: "9007199254740993" in self.element("Large").text)
+        entry = b.one(".kind-number input:enabled")
+        b.wait("what it is", lambda: entry.get_attribute("value") == "12.5")
+        entry.click()
+        entry.send_keys("20", Keys.ENTER)
+        b.wait("20 s", lambda: self.plant.read("Wait") == "T#20s")
+        entry.send_keys(Keys.CONTROL + "a" + Keys.NULL, "T#1m", Keys.ENTER)
+        b.wait_for_text("from 1 to 20")
+        slider = b.one(".kind-slider input:enabled")
+        slider.send_keys(Keys.HOME)
+        b.wait("the least", lambda: self.plant.read("Wait") == "T#1s")
+        slider.send_keys(Keys.ARROW_RIGHT)
+        b.wait("a step", lambda: self.plant.read("Wait") == "T#1s500ms")
+
+    def test_a_dead_line_is_seen_and_presses_nothing_later(self):
+        b = self.browser
+        b.login(self.plant.url, *OPERATOR)
+        b.go("panel")
+        button = self.element("Push", "button:enabled")
+        ActionChains(b.driver).move_to_element(button).click_and_hold().perform()
+        b.wait("pressed", lambda: self.plant.read("Push") is True)
+        # As a cable that is pulled: nothing comes, and no connection ends. (The program stands still, too.)
+        os.killpg(self.plant.process.pid, signal.SIGSTOP)
+        try:
+            b.wait_for_text("No connection to the PLC")
+            self.assertEqual(len(b.find(".shell.stale")), 1)
+            ActionChains(b.driver).release().perform()
+            time.sleep(3)
+        finally:
+            os.killpg(self.plant.process.pid, signal.SIGCONT)
+        b.wait("let go", lambda: self.plant.read("Push") is False)
+        presses = self.counts()[0]
+        b.wait("it is live again", lambda: not b.find(".shell.stale"))
+        self.element("Pump", "[role=switch]:enabled").click()
+        b.wait("a value that is written and shown", lambda: self.element("Pump", "[role=switch]").get_attribute("aria-checked") == "true")
+        self.assertEqual(self.counts()[0], presses)
 
     def test_viewers_see_the_same_without_controls(self):
         b = self.browser

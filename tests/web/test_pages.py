@@ -48,6 +48,12 @@ class FirstUser(WithBrowser):
         self.shot("no-connection")
 
 
+class OtherMachines(WithBrowser):
+    def test_what_goes_there_is_noted(self):
+        self.browser.driver.get("http://elsewhere.invalid/a")
+        self.assertIn("GET http://elsewhere.invalid/a", self.browser.outside.asked)
+
+
 class Tank(WithBrowser):
     @classmethod
     def setUpClass(cls):
@@ -362,6 +368,7 @@ class Tank(WithBrowser):
         b.enter("Password, at least 10 characters", "battery horse staple")
         b.button("Add").click()
         b.wait("ben", lambda: {"user": "ben", "role": "viewer"} in self.plant.call("/api/users")["users"])
+        b.wait("the dialog's end", lambda: not b.find("dialog[open]"))
         row = b.wait("row", lambda: [r for r in b.find("tbody tr") if r.text.startswith("ben")])[0]
         row.find_elements(By.TAG_NAME, "button")[1].click()
         b.button("Remove").click()

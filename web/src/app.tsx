@@ -6,7 +6,7 @@ import { notice } from "./notice";
 import { LoginPage } from "./pages/login";
 import { AccountDialog } from "./pages/account";
 import { pages, type Page } from "./pages/pages";
-import { ask, connected, findSession, hasRole, plc, session } from "./plc";
+import { ask, connected, findSession, hasRole, plc, session, watchLink } from "./plc";
 import { link, route } from "./route";
 import { useSignal } from "./signals";
 import { texts } from "./texts";
@@ -71,16 +71,12 @@ function Shell(): JSX.Element {
     // Another page: a screen reader begins at its heading.
     heading.current?.focus();
   }, [name]);
-  useEffect(() => {
-    if (reached) return undefined;
-    const timer = setInterval(() => void ask(() => plc.session()).catch(() => {}), 2000);
-    return () => clearInterval(timer);
-  }, [reached]);
+  useEffect(watchLink, []);
   const logout = (): void => {
     void ask(() => plc.logout()).catch(() => {}).finally(() => void findSession());
   };
   return (
-    <div class="shell">
+    <div class={reached ? "shell" : "shell stale"}>
       <a class="skip" href="#contents" onClick={toContents}>
         {texts.skip}
       </a>

@@ -66,6 +66,13 @@ export class Courses {
     this.sample(Number(frame.timeNs) / 1e9, Number(frame.scans));
   }
 
+  /** Nothing is known from `time` on, until the next frame: the connection is lost. */
+  gap(time: number): void {
+    if (this.used === 0) return;
+    for (const one of this.series) one.latest = NaN;
+    this.sample(time, this.scans[(this.next + mostSamples - 1) % mostSamples] ?? 0);
+  }
+
   private sample(time: number, scan: number): void {
     const last = this.used === 0 ? -Infinity : (this.times[(this.next + mostSamples - 1) % mostSamples] ?? -Infinity);
     // The clock of the machine was set back: what is drawn has to rise.
@@ -80,8 +87,8 @@ export class Courses {
     this.used = Math.min(this.used + 1, mostSamples);
   }
 
-  /** Columns from `from` to `to`, oldest first: axis, then each series. At most about `most` samples: of more, the ones with least and most. `now`: the latest values hold so far. */
-  columns(from: number, to: number, now: number, byScan: boolean, most: number): Float64Array[] {
+  /** Columns from `from` to `to`, oldest first: axis, then each series. At most about `most` samples: of more, the ones with least and most. `now`: the latest values hold so far. Null: not known. */
+  columns(from: number, to: number, now: number, byScan: boolean, most: number): ArrayLike<number | null>[] {
     const begin = (this.next + mostSamples - this.used) % mostSamples;
     const at = (i: number): number => (begin + i) % mostSamples;
     const find = (time: number): number => {
@@ -98,11 +105,11 @@ export class Courses {
     const last = Math.min(this.used, find(to) + 1);
     const chosen = this.chosen(first, last, at, most);
     const goesOn = !byScan && last === this.used && this.used !== 0 && now > (this.times[at(this.used - 1)] ?? Infinity);
-    const column = (samples: Float64Array, end: number): Float64Array => {
+    const column = (samples: Float64Array, end: number): ArrayLike<number | null> => {
       const part = new Float64Array(chosen.length + (goesOn ? 1 : 0));
       chosen.forEach((i, k) => (part[k] = samples[at(i)] ?? NaN));
       if (goesOn) part[chosen.length] = end;
-      return part;
+      return part.some(Number.isNaN) ? Array.from(part, (value) => (Number.isNaN(value) ? null : value)) : part;
     };
     return [column(byScan ? this.scans : this.times, now), ...this.series.map((one) => column(one.samples, one.latest))];
   }
@@ -120,8 +127,12 @@ export class Courses {
         let greatest = from;
         for (let i = from; i < to; ++i) {
           const value = one.samples[at(i)] ?? NaN;
-          if (value < (one.samples[at(least)] ?? NaN)) least = i;
-          if (value > (one.samples[at(greatest)] ?? NaN)) greatest = i;
+          if (Number.isNaN(value)) {
+            chosen.add(i);
+            continue;
+          }
+          if (!(value >= (one.samples[at(least)] ?? NaN))) least = i;
+          if (!(value <= (one.samples[at(greatest)] ?? NaN))) greatest = i;
         }
         chosen.add(least).add(greatest);
       }

@@ -69,6 +69,7 @@ class CourseKeeper {
       this.courses.take(frame, layout);
       this.forms.value = this.courses.series.map((one) => one.shape?.form ?? "").join();
     });
+    values.onGap((time) => this.courses.gap(time));
     this.values.value = values;
   }
 }

@@ -2,8 +2,9 @@
 import { batch, signal, type ReadonlySignal, type Signal } from "@preact/signals-core";
 import { useEffect, useState } from "preact/hooks";
 import { decodeFrame, subscriptionOf, type LayoutValue, type ValueFrame } from "../client/connection";
-import { ask, connected, plc } from "./plc";
+import { plc } from "./plc";
 import { useSignal } from "./signals";
+import { Stream } from "./stream";
 import type { Raw } from "./values";
 
 export interface Live {
@@ -19,26 +20,37 @@ interface Wanted {
 }
 
 const nothing: Live = { shape: undefined, raw: undefined, problem: "" };
-/** The server takes so many messages a second from one stream. */
-const subscribeMs = 120;
 /** Paths in one subscription, as the server limits them. */
 const mostPaths = 5000;
+
+/** The clock of the machine, by the newest frame of any stream. */
+let newest: { time: number; at: number } | undefined;
+
+/** The clock of the machine, in seconds since 1970; undefined while no frame has come. */
+export function machineTime(): number | undefined {
+  return newest === undefined ? undefined : newest.time + (performance.now() - newest.at) / 1000;
+}
 
 export type FrameListener = (frame: ValueFrame, layout: readonly LayoutValue[]) => void;
 
 export class LiveValues {
   private wanted = new Map<string, Wanted>();
-  private socket: WebSocket | undefined;
   private layout: LayoutValue[] = [];
   private signals: (Signal<Live> | undefined)[] = [];
   private subscription = -1;
-  private timer: ReturnType<typeof setTimeout> | undefined;
-  private wait = 500;
-  private ended = false;
   private listeners = new Set<FrameListener>();
-  private newest = { time: Date.now() / 1000, at: performance.now() };
 
-  constructor(private readonly periodMs: number) {}
+  private gapListeners = new Set<(time: number) => void>();
+  private readonly stream: Stream<string | ArrayBuffer>;
+
+  constructor(periodMs: number) {
+    this.stream = new Stream({
+      open: () => plc.valuesStream({ period_ms: periodMs }),
+      ready: () => this.subscribe(),
+      message: (data) => (typeof data === "string" ? this.takeAnswer(data) : this.takeFrame(data)),
+      lost: () => this.gapListeners.forEach((tell) => tell(this.now())),
+    });
+  }
 
   /** The value of a path, until `release`. */
   hold(path: string): ReadonlySignal<Live> {
@@ -62,7 +74,7 @@ export class LiveValues {
 
   /** The clock of the machine, in seconds since 1970. */
   now(): number {
-    return this.newest.time + (performance.now() - this.newest.at) / 1000;
+    return machineTime() ?? Date.now() / 1000;
   }
 
   onFrame(listener: FrameListener): () => void {
@@ -70,51 +82,23 @@ export class LiveValues {
     return () => this.listeners.delete(listener);
   }
 
+  /** Tells when values are not known from a time on: until the next frame. */
+  onGap(listener: (time: number) => void): () => void {
+    this.gapListeners.add(listener);
+    return () => this.gapListeners.delete(listener);
+  }
+
   close(): void {
-    this.ended = true;
-    clearTimeout(this.timer);
-    this.socket?.close();
+    this.stream.close();
   }
 
   private later(): void {
-    if (this.ended) return;
-    clearTimeout(this.timer);
-    this.timer = setTimeout(() => this.subscribe(), subscribeMs);
+    if (this.stream.begun || this.wanted.size !== 0) this.stream.ask();
   }
 
   private subscribe(): void {
-    if (this.socket === undefined) {
-      if (this.wanted.size !== 0) this.open();
-      return;
-    }
-    if (this.socket.readyState !== WebSocket.OPEN) return;
     this.subscription = -1;
-    this.socket.send(JSON.stringify({ subscribe: [...this.wanted.keys()].slice(0, mostPaths) }));
-  }
-
-  private open(): void {
-    const socket = plc.valuesStream({ period_ms: this.periodMs });
-    this.socket = socket;
-    socket.onopen = () => {
-      connected.value = true;
-      this.wait = 500;
-      this.subscribe();
-    };
-    socket.onmessage = (event: MessageEvent<string | ArrayBuffer>) => {
-      if (typeof event.data === "string") {
-        this.takeAnswer(event.data);
-      } else {
-        this.takeFrame(event.data);
-      }
-    };
-    socket.onclose = () => {
-      this.socket = undefined;
-      if (this.ended) return;
-      // Says whether it is the session or the connection that has ended.
-      void ask(() => plc.session()).catch(() => {});
-      this.timer = setTimeout(() => this.subscribe(), this.wait);
-      this.wait = Math.min(this.wait * 2, 8000);
-    };
+    this.stream.send({ subscribe: [...this.wanted.keys()].slice(0, mostPaths) });
   }
 
   private takeAnswer(text: string): void {
@@ -125,7 +109,8 @@ export class LiveValues {
       text?: string;
     };
     if (answer.layout === undefined) {
-      console.error(answer.text ?? text);
+      const problem = answer.text ?? text;
+      batch(() => this.wanted.forEach(({ live }) => (live.value = { shape: undefined, raw: undefined, problem })));
       return;
     }
     this.subscription = answer.subscription ?? -1;
@@ -140,7 +125,7 @@ export class LiveValues {
   private takeFrame(bytes: ArrayBuffer): void {
     if (subscriptionOf(bytes) !== this.subscription) return;
     const frame = decodeFrame(bytes, this.layout);
-    this.newest = { time: Number(frame.timeNs) / 1e9, at: performance.now() };
+    newest = { time: Number(frame.timeNs) / 1e9, at: performance.now() };
     batch(() => {
       frame.changed.forEach((raw, i) => {
         const live = this.signals[i];

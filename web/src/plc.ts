@@ -8,7 +8,13 @@ import { texts } from "./texts";
 export { PicardError };
 export type Session = SessionAnswer;
 
-export const plc = new Plc();
+/** Longest time of a call. */
+const patienceMs = 30_000;
+/** Of one that the server answers at once: without an answer the connection counts as lost. */
+const linkPatienceMs = 5000;
+
+export const plc = new Plc("", undefined, patienceMs);
+const link = new Plc("", undefined, linkPatienceMs);
 /** Undefined until the server was asked; null: nobody is logged in. */
 export const session = signal<Session | null | undefined>(undefined);
 /** Why nobody is, where that is worth saying. */
@@ -65,17 +71,47 @@ export async function ask<T>(call: () => Promise<T>): Promise<T> {
   }
 }
 
+/** Finds out whether it is the session or the connection that has ended. */
+export function checkLink(): void {
+  void ask(() => link.session()).catch(() => {});
+}
+
 /** Asks who is logged in, until the server answers. */
 export async function findSession(): Promise<void> {
   for (let wait = 500; ; wait = Math.min(wait * 2, 8000)) {
     try {
-      session.value = await ask(() => plc.session());
+      session.value = await ask(() => link.session());
       return;
     } catch (error) {
       if (error instanceof PicardError && session.peek() === null) return;
       await new Promise((resolve) => setTimeout(resolve, wait));
     }
   }
+}
+
+/**
+ * Looks every 2 s, while the page is seen, whether the server answers. WHY: a cable that is pulled ends no connection; what
+ * a stream told last would look live for minutes.
+ */
+export function watchLink(): () => void {
+  let timer: ReturnType<typeof setTimeout> | undefined;
+  let ended = false;
+  const look = async (): Promise<void> => {
+    if (!document.hidden) await ask(() => link.session()).catch(() => {});
+    if (!ended) timer = setTimeout(() => void look(), 2000);
+  };
+  void look();
+  return () => {
+    ended = true;
+    clearTimeout(timer);
+  };
+}
+
+/** Calls `lost` each time the connection is found to be lost, until the returned function is called. */
+export function onLinkLost(lost: () => void): () => void {
+  return connected.subscribe((is) => {
+    if (!is) lost();
+  });
 }
 
 /** The latest answer of a call that is made again and again while the page is seen. */

@@ -153,6 +153,7 @@ export const texts = {
     plot: (names: string) => `Courses of ${names}`,
     unknownKind: (kind: string) => `There is no element ${kind}`,
     holdHelp: "Acts while it is held",
+    tooLate: "The connection stood still: nothing was pressed",
     entryHelp: "Enter writes, Escape leaves it as it was",
     noValue: (text: string) => `${text} is no value of this variable`,
     limits: (name: string, low: number | undefined, high: number | undefined) =>
@@ -227,6 +228,8 @@ export const texts = {
       saved: "pages.toml is saved",
       close: "Close",
       changed: "not saved",
+      keepCopy: "Keep a copy of mine",
+      saveOver: "Save mine over theirs",
       leaveTitle: "Leave without saving?",
       leave: "What was changed since the last time is lost.",
       discard: "Leave",

@@ -63,6 +63,9 @@ function dateText(ns: bigint, [prefix, parts]: [string, "date" | "time" | "both"
 export function isInteger(shape: Shape): boolean {
   return shape.form in widths && !(shape.type in durations) && !(shape.type in dates) && shape.members === undefined;
 }
+export function isDuration(shape: Shape): boolean {
+  return shape.type in durations;
+}
 export function isReal(shape: Shape): boolean {
   return shape.form === "f32" || shape.form === "f64";
 }
@@ -75,6 +78,19 @@ export function isDrawable(shape: Shape): boolean {
 export function numberOf(raw: Raw, shape: Shape): number {
   if (typeof raw === "string") return NaN;
   return shape.type in durations ? Number(raw) / 1e9 : Number(raw);
+}
+
+const plainNumber = /^[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$/i;
+
+function nanoseconds(seconds: number): bigint {
+  const ns = Math.round(seconds * 1e9);
+  return Number.isFinite(ns) ? BigInt(ns) : 0n;
+}
+
+/** What a number of a scale would be in a frame: the inverse of numberOf. */
+export function rawOf(number: number, shape: Shape): Raw {
+  if (isDuration(shape)) return nanoseconds(number);
+  return isReal(shape) || !Number.isFinite(number) ? number : BigInt(Math.round(number));
 }
 
 /** Shortest text of a REAL: frames carry it as a double. */
@@ -122,8 +138,14 @@ export function parsedValue(text: string, shape: Shape): Value {
   const trimmed = text.trim();
   if (isReal(shape)) {
     const number = trimmed.replace(",", ".").replace(/_/g, "");
-    if (/^[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$/i.test(number)) return Number(number);
+    if (plainNumber.test(number)) return Number(number);
     return /^(NaN|[-+]?Infinity)$/.test(number) ? number.replace("+", "") : null;
+  }
+  const prefix = durations[shape.type];
+  if (prefix !== undefined) {
+    // A plain number is seconds, as it is drawn and shown.
+    const number = trimmed.replace(",", ".").replace(/_/g, "");
+    return plainNumber.test(number) ? durationText(nanoseconds(Number(number)), prefix) : trimmed;
   }
   if (!isInteger(shape)) return trimmed;
   const value = parsedInteger(trimmed, shape);

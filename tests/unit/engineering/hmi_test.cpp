@@ -291,6 +291,15 @@ TEST_F(Hmi, CallsAnswerAsTheirRowsSay) {
   }
 }
 
+TEST_F(Hmi, LimitsOfDurationsAreSeconds) {
+  rig("[[page]]\nname = \"panel\"\n[[page.element]]\nkind = \"slider\"\nx = 0\ny = 0\nvariable = \"Wait\"\n"
+      "low = 0.5\nhigh = 10\n");
+  EXPECT_EQ(written("Wait", "T#500ms"), "200");
+  EXPECT_EQ(written("Wait", "T#10s"), "200");
+  EXPECT_EQ(written("Wait", "T#10s1ms"), "P7777 values");
+  EXPECT_EQ(written("Wait", "T#499ms"), "P7777 values");
+}
+
 TEST_F(Hmi, APressIsSeenByAScan) {
   rig(kButton);
   EXPECT_EQ(outcome(press("Start", true)), "200");
@@ -336,6 +345,31 @@ TEST_F(Hmi, AButtonIsHeldAsLongAsSomebodySaysSo) {
   EXPECT_EQ(start(), "1");
   wait_ms(200);
   EXPECT_EQ(start(), "0");
+}
+
+TEST_F(Hmi, WhatComesLatePressesNothing) {
+  rig(kButton);
+  const auto say = [&](const Json& more) {
+    Json body = {{"path", "Start"}, {"pressed", true}};
+    body.update(more);
+    return body_of(rig_->post("/api/pages/press", body, "operator"))["held"].get<bool>();
+  };
+  // A line that stood still: the lease has run out, then the renewals of before come.
+  EXPECT_FALSE(say({{"renews", true}})) << "nobody holds it";
+  EXPECT_EQ(start(), "0");
+  EXPECT_TRUE(say(Json::object()));
+  EXPECT_TRUE(say({{"renews", true}}));
+  rig_->scan();
+  rig_->scan();
+  wait_ms(3100);
+  EXPECT_EQ(start(), "0");
+  EXPECT_FALSE(say({{"renews", true}}));
+  EXPECT_EQ(start(), "0");
+  const std::int64_t now_ms = rig_->calendar.utc_ns() / 1'000'000;
+  EXPECT_FALSE(say({{"until_ms", now_ms - 1}}));
+  EXPECT_EQ(start(), "0");
+  EXPECT_TRUE(say({{"until_ms", now_ms + 1}}));
+  EXPECT_EQ(start(), "1");
 }
 
 TEST_F(Hmi, OnlyButtonsAreHeld) {

@@ -1,6 +1,7 @@
 // The power flow of what is shown of a diagram: live by a WebSocket, of the past by calls.
 import type { FlowPoint } from "../../client/calls";
-import { ask, connected, plc, problemOf, type Problem } from "../plc";
+import { ask, plc, problemOf, type Problem } from "../plc";
+import { Stream } from "../stream";
 
 /** Which drawing on which instance. */
 export interface Looked {
@@ -18,62 +19,40 @@ export interface FlowFrame {
   points: readonly FlowPoint[];
 }
 
-/** The server takes so many messages a second from one stream. */
-const lookMs = 120;
 /** Points in one request, as the server limits them. */
 const mostPoints = 20_000;
 export const limited = (points: readonly number[]): number[] => points.slice(0, mostPoints);
 
 /** The newest scans of one instance, for as long as it is not closed. */
 export class LiveFlow {
-  private socket: WebSocket | undefined;
   private subscription = -1;
-  private timer: ReturnType<typeof setTimeout> | undefined;
-  private wait = 500;
-  private ended = false;
   private wanted: { looked: Looked; points: number[] } | undefined;
+  private readonly stream: Stream<string>;
 
   constructor(
     private readonly onFrame: (frame: FlowFrame) => void,
     private readonly onAnswer: (answer: { instance: string; task: string } | undefined, problem: Problem | undefined) => void,
-  ) {}
+  ) {
+    this.stream = new Stream({
+      open: () => plc.diagramsStream({ period_ms: 50 }),
+      ready: () => this.say(),
+      message: (text) => this.take(text),
+    });
+  }
 
   look(looked: Looked, points: readonly number[]): void {
     this.wanted = { looked, points: limited(points) };
-    clearTimeout(this.timer);
-    this.timer = setTimeout(() => this.say(), lookMs);
+    this.stream.ask();
   }
 
   close(): void {
-    this.ended = true;
-    clearTimeout(this.timer);
-    this.socket?.close();
+    this.stream.close();
   }
 
   private say(): void {
-    if (this.socket === undefined) return this.open();
-    if (this.socket.readyState !== WebSocket.OPEN || this.wanted === undefined) return;
+    if (this.wanted === undefined) return;
     this.subscription = -1;
-    this.socket.send(JSON.stringify({ ...this.wanted.looked, points: this.wanted.points }));
-  }
-
-  private open(): void {
-    const socket = plc.diagramsStream({ period_ms: 50 });
-    this.socket = socket;
-    socket.onopen = () => {
-      connected.value = true;
-      this.wait = 500;
-      this.say();
-    };
-    socket.onmessage = (event: MessageEvent<string>) => this.take(event.data);
-    socket.onclose = () => {
-      this.socket = undefined;
-      if (this.ended) return;
-      // Says whether it is the session or the connection that has ended.
-      void ask(() => plc.session()).catch(() => {});
-      this.timer = setTimeout(() => this.say(), this.wait);
-      this.wait = Math.min(this.wait * 2, 8000);
-    };
+    this.stream.send({ ...this.wanted.looked, points: this.wanted.points });
   }
 
   private take(text: string): void {

@@ -67,7 +67,7 @@ export function Canvas(properties: { page: HmiPage; values: LiveValues }): JSX.E
     <div ref={frame}>
       <div key={String(flows)} class={flows ? "hmi flows" : "hmi"} style={flows ? { "--cell": "40px" } : gridOf(page, cell)}>
         {inOrder.map((element) => (
-          <div key={page.elements.indexOf(element)} class={`hmi-element kind-${element.kind}`} data-path={element.variable} style={flows ? {} : placeOf(element)}>
+          <div key={`${page.elements.indexOf(element)} ${element.kind} ${element.variable ?? ""}`} class={`hmi-element kind-${element.kind}`} data-path={element.variable} style={flows ? {} : placeOf(element)}>
             <Widget element={element} values={values} />
           </div>
         ))}

@@ -4,7 +4,7 @@ import { useEffect, useRef, useState } from "preact/hooks";
 import type { Live } from "../live";
 import { notify } from "../notice";
 import { texts } from "../texts";
-import { clipped, isReal, parsedValue } from "../values";
+import { clipped, isDuration, isReal, parsedValue, rawOf } from "../values";
 import { nameOf, type HmiElement } from "./document";
 import { isOn, liveNumber, numberText, scaleOf, withUnit } from "./format";
 import { Caption, stateWord } from "./shapes";
@@ -91,7 +91,8 @@ export function Slider(properties: Control): JSX.Element {
   const write = useNewestWrite(element.variable ?? "");
   const [moved, setMoved] = useState<number>();
   const shape = live.shape;
-  const step = element.step ?? (shape !== undefined && !isReal(shape) ? 1 : (high - low) / 100);
+  const isWhole = shape !== undefined && !isReal(shape) && !isDuration(shape);
+  const step = element.step ?? (isWhole ? 1 : (high - low) / 100);
   const shown = moved ?? liveNumber(live);
   // What is shown while it moves is let go of once the plant has it, or has refused it.
   const rest = useRef<ReturnType<typeof setTimeout> | undefined>(undefined);
@@ -100,9 +101,9 @@ export function Slider(properties: Control): JSX.Element {
     setMoved(value);
     clearTimeout(rest.current);
     rest.current = setTimeout(() => setMoved(undefined), 1000);
-    if (shape !== undefined) write(parsedValue(isReal(shape) ? String(value) : String(Math.round(value)), shape));
+    if (shape !== undefined) write(parsedValue(isWhole ? String(Math.round(value)) : String(value), shape));
   };
-  const text = moved === undefined ? numberText(live, element.format) : numberText({ ...live, raw: live.raw === undefined ? undefined : moved }, element.format);
+  const text = numberText(moved === undefined || shape === undefined ? live : { ...live, raw: rawOf(moved, shape) }, element.format);
   return (
     <>
       <Caption element={element}>
@@ -131,8 +132,13 @@ export function NumberEntry(properties: Control): JSX.Element {
     event.preventDefault();
     if (entered === undefined || shape === undefined) return;
     const value = parsedValue(entered, shape);
-    const number = Number(value);
+    // WHY not of durations, which are texts: the server looks at all limits anyway.
+    const number = isDuration(shape) ? undefined : Number(value);
     if (value === null) return notify(t.noValue(clipped(entered, 60)));
+    if (number === undefined) {
+      setEntered(undefined);
+      return void writeOffered(element.variable ?? "", value);
+    }
     if ((element.low !== undefined && !(number >= element.low)) || (element.high !== undefined && !(number <= element.high))) {
       return notify(t.limits(clipped(nameOf(element), 80), element.low, element.high));
     }

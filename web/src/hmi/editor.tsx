@@ -1,11 +1,13 @@
 // The editor of HMI pages: palette, page, properties; every change is a step that can be undone.
+import { signal } from "@preact/signals-core";
 import type { JSX } from "preact";
-import { useEffect, useState } from "preact/hooks";
+import { useEffect, useRef, useState } from "preact/hooks";
 import type { PagesGetAnswer } from "../../client/calls";
 import type { LiveValues } from "../live";
 import { notify } from "../notice";
-import { ask, plc, problemOf, type Problem } from "../plc";
+import { ask, plc, problemOf, session, type Problem } from "../plc";
 import { texts } from "../texts";
+import { download } from "../ui/download";
 import { Dialog, ProblemBox, Section } from "../ui/parts";
 import { clipped } from "../values";
 import { cleaned, freeName, madeElement, nameOf, withElement, withPage, type HmiDocument, type HmiElement, type HmiKind, type HmiPage } from "./document";
@@ -16,6 +18,15 @@ import { ElementForm, PageForm } from "./properties";
 
 const t = texts.hmi.editor;
 const newPage = { columns: 24, rows: 14 };
+
+/** What is edited and not saved: other pages and the end of a session do not lose it. `version`: of the file that it began with. */
+const drafts = signal<{ user: string; version: string; kept: HmiDocument; document: HmiDocument } | undefined>(undefined);
+
+/** That of who is logged in now. */
+export function draft(): { version: string; kept: HmiDocument; document: HmiDocument } | undefined {
+  const found = drafts.peek();
+  return found?.user === session.peek()?.user ? found : undefined;
+}
 
 function LeaveDialog(properties: { onLeave: () => void; onStay: () => void }): JSX.Element {
   return (
@@ -36,18 +47,25 @@ function LeaveDialog(properties: { onLeave: () => void; onStay: () => void }): J
 export function Editor(properties: { pages: PagesGetAnswer; at: number; values: LiveValues; onSaved: (pages: PagesGetAnswer) => void; onClose: () => void }): JSX.Element {
   const { pages, values } = properties;
   const kinds = new Map<string, HmiKind>(pages.kinds.map((kind) => [kind.name, kind]));
-  const history = useHistory<HmiDocument>({ pages: pages.pages, comment: pages.comment });
+  const [begun] = useState(draft);
+  const history = useHistory<HmiDocument>(begun?.kept ?? { pages: pages.pages, comment: pages.comment }, begun?.document);
   const document_ = history.value;
   const [wanted, setAt] = useState(properties.at);
   const at = Math.max(0, Math.min(wanted, document_.pages.length - 1));
   const page = document_.pages[at];
   const [chosen, setSelected] = useState<number>();
   const selected = chosen !== undefined && page !== undefined && chosen < page.elements.length ? chosen : undefined;
-  const [version, setVersion] = useState(pages.version);
+  const [version, setVersion] = useState(begun?.version ?? pages.version);
+  const [busy, setBusy] = useState(false);
+  const saving = useRef(false);
   const [problem, setProblem] = useState<Problem>();
   const [leaving, setLeaving] = useState(false);
   const [said, say] = useState("");
 
+  const kept = useRef<HmiDocument>(begun?.kept ?? history.value);
+  useEffect(() => {
+    drafts.value = history.changed ? { user: session.peek()?.user ?? "", version, kept: kept.current, document: document_ } : undefined;
+  }, [document_, history.changed, version]);
   useEffect(() => {
     if (!history.changed) return undefined;
     const ask_ = (event: BeforeUnloadEvent): void => event.preventDefault();
@@ -101,18 +119,37 @@ export function Editor(properties: { pages: PagesGetAnswer; at: number; values: 
     history.set({ ...document_, pages: document_.pages.filter((_, i) => i !== at) });
     setSelected(undefined);
   };
-  const save = async (): Promise<void> => {
+  /** `over`: the version that is written over, where somebody else has saved meanwhile. */
+  const save = async (over = version): Promise<void> => {
+    // WHY: a second one would find what the first one has written, and call it somebody else's.
+    if (saving.current) return;
+    saving.current = true;
+    setBusy(true);
     setProblem(undefined);
+    const sent = document_;
     try {
       const clean = document_.pages.map((one) => ({ ...one, title: one.title === "" ? undefined : one.title, elements: one.elements.map((element) => cleaned(element, kinds.get(element.kind))) }));
-      const answer = await ask(() => plc.pagesSave({ version, pages: clean, comment: [...document_.comment] }));
+      const answer = await ask(() => plc.pagesSave({ version: over, pages: clean, comment: [...document_.comment] }));
       setVersion(answer.version);
-      history.saved();
+      kept.current = sent;
+      history.saved(sent);
       properties.onSaved({ ...pages, version: answer.version, made: false, pages: clean, problems: answer.problems });
       notify(t.saved);
     } catch (error) {
       setProblem(problemOf(error));
     }
+    saving.current = false;
+    setBusy(false);
+  };
+  const saveOver = (): void => {
+    ask(() => plc.pagesReload()).then(
+      (now) => save(now.version),
+      (error: unknown) => setProblem(problemOf(error)),
+    );
+  };
+  const leave = (): void => {
+    drafts.value = undefined;
+    properties.onClose();
   };
   const onKey = (event: KeyboardEvent): void => {
     if (!event.ctrlKey && !event.metaKey) return;
@@ -134,7 +171,7 @@ export function Editor(properties: { pages: PagesGetAnswer; at: number; values: 
     <div class="hmi-editor" onKeyDown={onKey}>
       <div class="tools">
         <span class="buttons">
-          <button type="button" class="primary" onClick={() => void save()} disabled={!history.changed && !pages.made}>
+          <button type="button" class="primary" onClick={() => void save()} disabled={busy || (!history.changed && !pages.made)}>
             {t.save}
           </button>
           <button type="button" onClick={history.undo} disabled={!history.canUndo}>
@@ -143,7 +180,7 @@ export function Editor(properties: { pages: PagesGetAnswer; at: number; values: 
           <button type="button" onClick={history.redo} disabled={!history.canRedo}>
             {t.redo}
           </button>
-          <button type="button" onClick={() => (history.changed ? setLeaving(true) : properties.onClose())}>
+          <button type="button" onClick={() => (history.changed ? setLeaving(true) : leave())}>
             {t.close}
           </button>
         </span>
@@ -168,6 +205,16 @@ export function Editor(properties: { pages: PagesGetAnswer; at: number; values: 
         {history.changed ? <small>{t.changed}</small> : null}
       </div>
       <ProblemBox problem={problem} />
+      {problem?.code !== "P7778" ? null : (
+        <div class="buttons">
+          <button type="button" onClick={() => download("pages.json", JSON.stringify(document_, null, 1), "application/json")}>
+            {t.keepCopy}
+          </button>
+          <button type="button" class="danger" onClick={saveOver}>
+            {t.saveOver}
+          </button>
+        </div>
+      )}
       <div class="hmi-workplace">
         <Section title={t.palette} class="hmi-palette">
           <Palette kinds={pages.kinds} page={page} onMake={make} />
@@ -218,7 +265,7 @@ export function Editor(properties: { pages: PagesGetAnswer; at: number; values: 
       <p class="unseen" role="status">
         {said}
       </p>
-      {leaving ? <LeaveDialog onLeave={properties.onClose} onStay={() => setLeaving(false)} /> : null}
+      {leaving ? <LeaveDialog onLeave={leave} onStay={() => setLeaving(false)} /> : null}
     </div>
   );
 }

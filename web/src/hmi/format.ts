@@ -1,6 +1,6 @@
 // Values of elements as texts and parts of a scale.
 import type { Live } from "../live";
-import { clipped, numberOf, valueText } from "../values";
+import { clipped, isInteger, numberOf, valueText } from "../values";
 import type { HmiElement } from "./document";
 
 const bases: Record<string, number> = { "16#": 16, "2#": 2, "8#": 8 };
@@ -12,8 +12,11 @@ export function numberText(live: Live, format: string | undefined): string {
   const base = bases[format ?? ""];
   if (base !== undefined) return valueText(raw, shape, base);
   if (format !== undefined && format !== "" && typeof raw !== "string" && typeof raw !== "boolean" && shape.members === undefined) {
+    const digits = Math.max(0, format.length - 2);
+    // WHY not by a number: those of 64 bits have more digits than it.
+    if (isInteger(shape)) return digits === 0 ? raw.toString() : `${raw}.${"0".repeat(digits)}`;
     const number = numberOf(raw, shape);
-    if (Number.isFinite(number)) return number.toFixed(Math.max(0, format.length - 2));
+    if (Number.isFinite(number)) return number.toFixed(digits);
   }
   return clipped(valueText(raw, shape), 200);
 }

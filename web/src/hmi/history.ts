@@ -11,9 +11,9 @@ export interface History<T> {
   redo: () => void;
   canUndo: boolean;
   canRedo: boolean;
-  /** Whether it is what it was at the beginning, or when saved() was called. */
+  /** Whether it is something else than at the beginning, or than what was saved last. */
   changed: boolean;
-  saved: () => void;
+  saved: (value: T) => void;
 }
 
 interface State<T> {
@@ -24,8 +24,9 @@ interface State<T> {
   step: string;
 }
 
-export function useHistory<T>(first: T): History<T> {
-  const [state, setState] = useState<State<T>>({ past: [], value: first, future: [], kept: first, step: "" });
+/** `now`: what it is already, where it has been edited before. */
+export function useHistory<T>(first: T, now: T = first): History<T> {
+  const [state, setState] = useState<State<T>>({ past: now === first ? [] : [first], value: now, future: [], kept: first, step: "" });
   return {
     value: state.value,
     set: (value, step = "") =>
@@ -48,6 +49,6 @@ export function useHistory<T>(first: T): History<T> {
     canUndo: state.past.length !== 0,
     canRedo: state.future.length !== 0,
     changed: state.value !== state.kept,
-    saved: () => setState((before) => ({ ...before, kept: before.value, step: "" })),
+    saved: (value) => setState((before) => ({ ...before, kept: value, step: "" })),
   };
 }

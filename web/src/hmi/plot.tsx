@@ -30,8 +30,10 @@ export function Plot(properties: { element: HmiElement; values: LiveValues }): J
       made.take(frame, layout);
       setForms(made.series.map((one) => one.shape?.form ?? "").join());
     });
+    const endGaps = values.onGap((time) => made.gap(time));
     return () => {
       end();
+      endGaps();
       for (const path of paths) values.release(path);
     };
   }, [values, key]);

@@ -23,10 +23,15 @@ function plainText(value: unknown): string {
   return value === undefined || value === null ? "" : value === true ? "TRUE" : value === false ? "FALSE" : String(value);
 }
 
-/** A number that may be missing; what is no number is left as it was. */
-function NumberInput(properties: { id: string; value: number | undefined; onInput: (value: number | undefined) => void; whole?: boolean; low?: number; high?: number }): JSX.Element {
+/** A number that may be missing; what is no number is left as it was. `late`: taken when it is entered, not while it is typed. */
+function NumberInput(properties: { id: string; value: number | undefined; onInput: (value: number | undefined) => void; whole?: boolean; late?: boolean; low?: number; high?: number }): JSX.Element {
   const { value } = properties;
   const [entered, setEntered] = useState<string>();
+  const take = (input: HTMLInputElement): void => {
+    const number = input.valueAsNumber;
+    if (input.value === "" && input.validity.valid) properties.onInput(undefined);
+    else if (Number.isFinite(number) && (properties.whole !== true || Number.isInteger(number))) properties.onInput(number);
+  };
   return (
     <input
       id={properties.id}
@@ -37,9 +42,10 @@ function NumberInput(properties: { id: string; value: number | undefined; onInpu
       value={entered ?? (value === undefined ? "" : String(value))}
       onInput={(event) => {
         setEntered(event.currentTarget.value);
-        const number = event.currentTarget.valueAsNumber;
-        if (event.currentTarget.value === "" && event.currentTarget.validity.valid) properties.onInput(undefined);
-        else if (Number.isFinite(number) && (properties.whole !== true || Number.isInteger(number))) properties.onInput(number);
+        if (properties.late !== true) take(event.currentTarget);
+      }}
+      onChange={(event) => {
+        if (properties.late === true) take(event.currentTarget);
       }}
       onBlur={() => setEntered(undefined)}
     />
@@ -126,8 +132,8 @@ export function PageForm(properties: { page: HmiPage; onChange: (page: HmiPage, 
       <Field label={t.editor.title}>{(id) => <input id={id} value={page.title ?? ""} maxLength={500} onInput={(event) => onChange({ ...page, title: event.currentTarget.value }, "title")} />}</Field>
       <Field label={t.editor.name}>{(id) => <input id={id} value={page.name} maxLength={40} spellcheck={false} onInput={(event) => onChange({ ...page, name: event.currentTarget.value }, "name")} />}</Field>
       <div class="hmi-measures">
-        <Field label={t.editor.columns}>{(id) => <NumberInput id={id} whole low={1} high={200} value={page.columns} onInput={cells("columns")} />}</Field>
-        <Field label={t.editor.rows}>{(id) => <NumberInput id={id} whole low={1} high={200} value={page.rows} onInput={cells("rows")} />}</Field>
+        <Field label={t.editor.columns}>{(id) => <NumberInput id={id} whole late low={1} high={200} value={page.columns} onInput={cells("columns")} />}</Field>
+        <Field label={t.editor.rows}>{(id) => <NumberInput id={id} whole late low={1} high={200} value={page.rows} onInput={cells("rows")} />}</Field>
       </div>
     </div>
   );

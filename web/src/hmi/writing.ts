@@ -1,11 +1,15 @@
 // What elements write: as the pages offer it, one call after the other.
 import { useEffect, useRef } from "preact/hooks";
 import type { Value } from "../../client/connection";
+import { machineTime } from "../live";
 import { notify } from "../notice";
 import { ask, plc, problemOf } from "../plc";
+import { texts } from "../texts";
 
 /** How often a button says that it is still held. */
 const renewMs = 1000;
+/** How long a press may be on its way. WHY: over a line that stood still it would come when nobody expects it any more. */
+const pressMs = 2000;
 
 function complain(error: unknown): void {
   notify(problemOf(error).text);
@@ -43,19 +47,38 @@ export function useHold(path: string): { down: () => void; up: () => void } {
   const timer = useRef<ReturnType<typeof setInterval> | undefined>(undefined);
   // WHY one after the other: a release that overtakes its press would be none.
   const last = useRef<Promise<void>>(Promise.resolve());
-  const say = (pressed: boolean): void => {
-    last.current = last.current.then(() => ask(() => plc.pagesPress({ path, pressed })).then(() => {}, complain));
+  const say = (change: { pressed: boolean; renews?: boolean }): Promise<void> => {
+    const now = machineTime();
+    const until_ms = change.pressed && now !== undefined ? Math.round(now * 1000) + pressMs : undefined;
+    last.current = last.current.then(async () => {
+      try {
+        const answer = await ask(() => plc.pagesPress({ path, ...change, ...(until_ms === undefined ? {} : { until_ms }) }));
+        if (change.pressed && !answer.held && timer.current !== undefined) {
+          clearInterval(timer.current);
+          timer.current = undefined;
+          notify(texts.hmi.tooLate);
+        }
+      } catch (error) {
+        complain(error);
+      }
+    });
+    return last.current;
   };
   const up = (): void => {
     if (timer.current === undefined) return;
     clearInterval(timer.current);
     timer.current = undefined;
-    say(false);
+    void say({ pressed: false });
   };
   const down = (): void => {
     if (timer.current !== undefined) return;
-    say(true);
-    timer.current = setInterval(() => say(true), renewMs);
+    void say({ pressed: true });
+    let renewing = false;
+    timer.current = setInterval(() => {
+      if (renewing) return;
+      renewing = true;
+      void say({ pressed: true, renews: true }).finally(() => (renewing = false));
+    }, renewMs);
   };
   const latest = useRef(up);
   latest.current = up;

@@ -2,7 +2,7 @@
 import type { JSX } from "preact";
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 import type { LogRecord } from "../../client/calls";
-import { ask, plc, problemOf, type Problem } from "../plc";
+import { ask, onLinkLost, plc, problemOf, type Problem } from "../plc";
 import { texts } from "../texts";
 import { Choice, Empty, Field, ProblemBox, Section } from "../ui/parts";
 import { MessageLine } from "./message";
@@ -56,13 +56,14 @@ function useMessages(): Kept & { problem: Problem | undefined } {
         }
         timer ??= setTimeout(flush, 100);
       };
-      socket.onclose = () => {
-        if (ended) return;
-        setTimeout(() => {
-          if (!ended) void begin();
-        }, wait);
-        wait = Math.min(wait * 2, 8000);
-      };
+      socket.onclose = again;
+    };
+    const again = (): void => {
+      if (ended) return;
+      setTimeout(() => {
+        if (!ended) void begin();
+      }, wait);
+      wait = Math.min(wait * 2, 8000);
     };
     const begin = async (): Promise<void> => {
       try {
@@ -75,15 +76,20 @@ function useMessages(): Kept & { problem: Problem | undefined } {
       } catch (error) {
         if (ended) return;
         setProblem(problemOf(error));
-        setTimeout(() => {
-          if (!ended) void begin();
-        }, wait);
-        wait = Math.min(wait * 2, 8000);
+        again();
       }
     };
     void begin();
+    const forgetLink = onLinkLost(() => {
+      if (socket === undefined) return;
+      socket.onopen = socket.onmessage = socket.onclose = null;
+      socket.close();
+      socket = undefined;
+      again();
+    });
     return () => {
       ended = true;
+      forgetLink();
       clearTimeout(timer);
       socket?.close();
     };

@@ -3,7 +3,7 @@ import type { JSX } from "preact";
 import { useEffect, useState } from "preact/hooks";
 import type { PagesGetAnswer } from "../../client/calls";
 import { Canvas } from "../hmi/canvas";
-import { Editor } from "../hmi/editor";
+import { draft, Editor } from "../hmi/editor";
 import { useLiveValues } from "../live";
 import { ask, may, plc, problemOf, usePolled, type Problem } from "../plc";
 import { link, route } from "../route";
@@ -37,7 +37,7 @@ export function PanelPage(): JSX.Element {
   const { parameters } = useSignal(route);
   const [pages, setPages] = useState<PagesGetAnswer>();
   const [problem, setProblem] = useState<Problem>();
-  const [editing, setEditing] = useState(false);
+  const [editing, setEditing] = useState(() => draft() !== undefined && may("pages.save"));
   const load = (): void => {
     ask(() => plc.pagesGet()).then(setPages, (error: unknown) => setProblem(problemOf(error)));
   };
@@ -45,7 +45,7 @@ export function PanelPage(): JSX.Element {
   const known = `${pages?.version ?? ""} ${pages?.usable ?? true}`;
   const found = newest === undefined ? undefined : `${newest.version} ${newest.usable}`;
   useEffect(() => {
-    if (found !== undefined && (pages === undefined || found !== known) && !editing) load();
+    if (found !== undefined && (pages === undefined || (found !== known && !editing))) load();
   }, [found, editing]);
   if (pages === undefined) {
     return problem === undefined ? <p>{texts.loading}</p> : <ProblemBox problem={problem} />;

@@ -9,6 +9,7 @@ import { plc, problemOf, usePolled, type Problem } from "../plc";
 import { link, route } from "../route";
 import { useSignal } from "../signals";
 import { texts } from "../texts";
+import { download } from "../ui/download";
 import { Choice, Empty, ProblemBox, Section } from "../ui/parts";
 import { PathInput } from "../ui/path_input";
 import { clipped, isDrawable, valueText } from "../values";
@@ -20,14 +21,6 @@ const windows = [10, 60, 300, 900, 3600, 8 * 3600, 86_400, 7 * 86_400, 30 * 86_4
 const longestLive = 3600;
 const longest = 366 * 86_400;
 const axes = ["time", "scans"] as const;
-
-function save(name: string, text: string): void {
-  const anchor = document.createElement("a");
-  anchor.href = URL.createObjectURL(new Blob([text], { type: "text/csv" }));
-  anchor.download = name;
-  anchor.click();
-  setTimeout(() => URL.revokeObjectURL(anchor.href), 10_000);
-}
 
 function AddVariable(properties: { onAdd: (path: string) => void }): JSX.Element {
   const [text, setText] = useState("");
@@ -194,7 +187,7 @@ export function TrendsPage(): JSX.Element {
           <button type="button" aria-label={t.zoomOut} title={t.zoomOut} onClick={() => zoom(2)}>
             −
           </button>
-          <button type="button" disabled={courses.length === 0} onClick={() => save("trends.csv", (past ?? courses).csv())}>
+          <button type="button" disabled={courses.length === 0} onClick={() => download("trends.csv", (past ?? courses).csv(), "text/csv")}>
             {t.csv}
           </button>
         </span>

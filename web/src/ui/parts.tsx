@@ -82,6 +82,8 @@ export function ProblemBox(properties: { problem: Problem | undefined }): JSX.El
 /** A window above the page; Escape and the button close it. */
 export function Dialog(properties: { title: string; onClose: () => void; children: ComponentChildren }): JSX.Element {
   const dialog = useRef<HTMLDialogElement>(null);
+  // WHY: a text that is marked with the pointer until outside is no click on what is around.
+  const from = useRef<EventTarget | null>(null);
   const id = useId();
   useEffect(() => {
     const before = document.activeElement;
@@ -95,8 +97,11 @@ export function Dialog(properties: { title: string; onClose: () => void; childre
       ref={dialog}
       aria-labelledby={id}
       onClose={properties.onClose}
+      onPointerDown={(event) => {
+        from.current = event.target;
+      }}
       onClick={(event) => {
-        if (event.target === dialog.current) dialog.current?.close();
+        if (event.target === dialog.current && from.current === dialog.current) dialog.current?.close();
       }}
     >
       <div class="dialog-in">
